@@ -1,0 +1,52 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+namespace proximity_server {
+
+/// Convex hull of a point cloud, with the adjacency of its vertices.
+///
+/// Degenerate clouds are legal: one point, a segment, a flat polygon (dimension() tells). Vertices are a subset of
+/// the input, bit for bit.
+/// Frame:   that of the points. Metres.
+/// Failure: throws std::invalid_argument for an empty cloud or a coordinate that is not finite.
+/// Source:  Barber, Dobkin, Huhdanpaa, The Quickhull Algorithm for Convex Hulls, ACM TOMS 1996 (qhull).
+class ConvexHull {
+ public:
+  explicit ConvexHull(const std::vector<Eigen::Vector3d>& points);
+
+  int size() const { return static_cast<int>(vertices_.size()); }
+  const std::vector<Eigen::Vector3d>& vertices() const { return vertices_; }
+
+  /// Affine dimension of the cloud within rounding: 0 point, 1 segment, 2 polygon, 3 solid.
+  int dimension() const { return dimension_; }
+
+  /// Outward triangles of a solid hull, counter-clockwise from outside; of a polygon one side; else empty.
+  const std::vector<std::array<int, 3>>& triangles() const { return triangles_; }
+
+  /// Vertices that share an edge with `vertex`: neighbours()[i] for i in [begin, end).
+  struct Range {
+    const int* first;
+    const int* last;
+    const int* begin() const { return first; }
+    const int* end() const { return last; }
+  };
+  Range neighbours(int vertex) const {
+    const std::size_t v = static_cast<std::size_t>(vertex);
+    return {neighbours_.data() + offsets_[v], neighbours_.data() + offsets_[v + 1]};
+  }
+
+  /// Enclosed volume [m^3]; 0 for a degenerate hull.
+  double volume() const;
+
+ private:
+  int dimension_ = 0;
+  std::vector<Eigen::Vector3d> vertices_;
+  std::vector<std::array<int, 3>> triangles_;
+  std::vector<int> offsets_;     // of each vertex into neighbours_
+  std::vector<int> neighbours_;  // grouped by vertex
+};
+
+}  // namespace proximity_server

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "proximity_server/scene/robot_model.h"
+
+namespace proximity_server {
+
+/// Why a pair of links is checked, or why not. The first that applies, in this order.
+enum class PairReason : unsigned char {
+  Checked = 0,
+  SameBody,        ///< joined by fixed joints only
+  NotInOnlyPairs,  ///< the configuration lists only_pairs, and this is none of them
+  ConfigExcluded,  ///< named by exclude_pairs
+  SrdfDisabled,    ///< disable_collisions, or disable_default_collisions of one of the two
+  Adjacent,        ///< their bodies are joined by one movable joint, and neither only_pairs nor enable_collisions asks for it
+  NotInGroup,      ///< neither link is moved by the chosen group
+};
+const char* toString(PairReason reason);
+
+struct LinkPair {
+  int link_a, link_b;  ///< link_a < link_b, both with geometry
+  PairReason reason;
+  std::string detail;  ///< the SRDF's reason attribute, or ""
+  double padding = 0;  ///< [m] taken off the distance of this pair, half on each side
+};
+
+/// All pairs of links with geometry, each with its reason.
+struct PairTable {
+  std::vector<LinkPair> pairs;        ///< sorted by (link_a, link_b)
+  std::vector<int> checked;           ///< indices of the candidate pairs
+  std::vector<std::string> warnings;  ///< unknown names (with the nearest known one), and counts of useless entries
+
+  /// Index of the pair in either order, or -1.
+  int find(int link_a, int link_b) const;
+};
+
+struct PairFilterOptions {
+  using Names = std::pair<std::string, std::string>;
+  std::vector<Names> exclude_pairs;
+  std::vector<Names> only_pairs;  ///< empty: no restriction
+  std::string group;              ///< of the SRDF; empty: no restriction
+  std::vector<std::pair<Names, double>> pair_padding;
+};
+
+/// Decides which pairs of links are checked.
+///
+/// `srdf_xml` may be empty. disable_collisions, enable_collisions, disable_default_collisions and groups (links, joints,
+/// chains, subgroups) count. An enable_collisions brings back what disable_default_collisions or adjacency took.
+/// Failure: throws std::invalid_argument for XML that cannot be read, for a group that does not exist, and for a link of
+///          the options that does not exist. Names of the SRDF that do not exist, duplicates and entries without effect
+///          become warnings.
+PairTable filterPairs(const RobotModel& model, const std::string& srdf_xml, const PairFilterOptions& options = {});
+
+}  // namespace proximity_server

@@ -1,0 +1,107 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "proximity_server/narrowphase/shape.h"
+#include "proximity_server/scene/mesh.h"
+
+namespace proximity_server {
+
+/// A convex part of a body's collision geometry.
+struct Piece {
+  Shape shape;                    ///< padding included, as margin
+  Eigen::Isometry3d body_T_piece;
+  int collision;                  ///< index into RobotModel::collisions
+};
+
+/// One <collision> element.
+struct Collision {
+  std::string name;         ///< its name attribute, or ""
+  std::string description;  ///< "box 0.1 x 0.2 x 0.3", "mesh package://...", for people
+  int link;                 ///< index into RobotModel::links
+  int number;               ///< n-th <collision> of its link, counted from 1
+  Representation representation;
+  double deviation;         ///< [m] between the pieces and the mesh, see MeshPieces
+  std::vector<int> pieces;  ///< indices into RobotModel::pieces
+};
+
+struct Link {
+  std::string name;
+  int body;                       ///< index into RobotModel::bodies
+  Eigen::Isometry3d body_T_link;
+  std::vector<int> collisions;    ///< indices into RobotModel::collisions, in the URDF's order
+};
+
+/// A movable joint; fixed joints are folded into bodies.
+struct Joint {
+  enum class Type : unsigned char { Revolute, Continuous, Prismatic, Floating, Planar };
+  std::string name;
+  Type type;
+  int parent_link;
+  int child_link;
+  Eigen::Isometry3d parent_T_joint;  ///< in the parent link's frame, at position 0
+  Eigen::Vector3d axis;              ///< unit, joint frame; the normal of a planar joint
+  double lower, upper;               ///< [rad] or [m]; +-infinity where the joint has no limit
+  double max_velocity;               ///< [rad/s] or [m/s]; infinity where unstated
+  struct Mimic {
+    int joint;  ///< index into RobotModel::joints
+    double multiplier, offset;
+  };
+  std::optional<Mimic> mimic;
+};
+
+/// Links joined by fixed joints: they move as one. The frame of a body is that of its first link.
+struct Body {
+  int link;                 ///< the link that gives the frame: root, or child of `joint`
+  int joint;                ///< movable joint that carries it, index into RobotModel::joints; -1 for the root body
+  int parent;               ///< body at the other end of that joint; -1 for the root body
+  std::vector<int> links;
+  std::vector<int> pieces;
+};
+
+/// A robot as the queries see it; never changed after loading. bodies are ordered parents first, bodies[0] is the root.
+struct RobotModel {
+  std::string name;
+  std::vector<Link> links;
+  std::vector<Joint> joints;
+  std::vector<Body> bodies;
+  std::vector<Collision> collisions;
+  std::vector<Piece> pieces;
+  std::vector<std::string> warnings;  ///< what was odd but not wrong, one sentence each
+
+  /// Index of a link, or -1.
+  int findLink(const std::string& name) const;
+};
+
+/// The known name nearest to `name` in edit distance ("did you mean ..."); "" where there is none at all.
+std::string nearestName(const std::string& name, const std::vector<std::string>& known);
+
+struct ModelOptions {
+  double default_padding = 0.0;               ///< [m] added to every piece as margin
+  std::map<std::string, double> link_padding;  ///< [m] instead of the default, by link name
+  bool allow_missing_meshes = false;  ///< a mesh that cannot be read becomes a warning and no geometry, not an error
+};
+
+/// Reads a URDF.
+///
+/// Every <collision> of every link counts. A cylinder with a sphere of the same radius at both of its ends, in the same
+/// link, becomes the capsule that they are.
+/// Failure: throws std::invalid_argument naming link and file, joint, or element: unreadable XML, an unresolved mesh
+///          (unless allowed), zero-size or non-finite geometry, a padding for a link that does not exist.
+RobotModel loadRobotModel(const std::string& urdf_xml, const MeshResolver& resolve, const ModelOptions& options = {});
+
+/// Poses of the bodies in one common frame, indexed as RobotModel::bodies; nothing where a pose is not known.
+using BodyPoses = std::vector<std::optional<Eigen::Isometry3d>>;
+
+/// Motion of a one-dof joint at `position` [rad] or [m]; the identity for floating and planar joints.
+Eigen::Isometry3d jointMotion(const Joint& joint, double position);
+
+/// Poses of all bodies in the root link's frame. Joints that are not named are at 0, mimic joints follow, floating and
+/// planar joints stay at the identity. Throws std::invalid_argument for a name that is no movable joint of the robot.
+BodyPoses forwardKinematics(const RobotModel& model, const std::map<std::string, double>& positions);
+
+}  // namespace proximity_server

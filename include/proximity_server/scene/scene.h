@@ -1,0 +1,99 @@
+#pragma once
+
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "proximity_server/narrowphase/signed_distance.h"
+#include "proximity_server/scene/pair_filter.h"
+#include "proximity_server/scene/robot_model.h"
+
+namespace proximity_server {
+
+/// What never changes: shared by every Scene, so that requests run in parallel.
+struct SceneModel {
+  RobotModel robot;
+  PairTable pairs;
+};
+
+/// A link, or one of its <collision> elements.
+struct Subject {
+  int link = -1;
+  int collision = 0;  ///< n-th <collision> of the link, counted from 1; 0 = the whole link
+};
+struct SubjectPair {
+  Subject a, b;
+};
+
+/// What is known about two subjects, in the order asked: the signed distance of their closest (or deepest) pieces.
+struct PairProximity {
+  SubjectPair asked;
+  int collision_a = 0;  ///< the <collision> of a that is closest, counted from 1; 0 where nothing was computed
+  int collision_b = 0;
+  SignedDistance result;  ///< in the frame of the poses; Status::Unknown where a pose is missing
+  Representation representation = Representation::Exact;  ///< the less exact of the two
+};
+
+/// How the pairs of a question were settled.
+struct PairCounts {
+  int total = 0;
+  int unknown = 0;    ///< a pose is missing
+  int by_bounds = 0;  ///< bounds about bodies and pieces were enough
+  int computed = 0;   ///< at least one pair of pieces went to the narrowphase
+};
+
+/// How exactly to answer.
+struct Question {
+  double tolerance = 1e-9;  ///< [m] accepted gap between upper and lower bound
+  /// [m] beyond this signed distance only the proof is wanted (Status::Threshold, distance = lower bound).
+  double threshold = std::numeric_limits<double>::infinity();
+  enum class Depth : unsigned char { Wanted, NotWanted };
+  Depth depth = Depth::Wanted;  ///< NotWanted: an overlap is reported without depth, points and normal
+};
+
+/// One robot in one set of poses: the scratch of one caller. Not thread-safe; make one per thread from the same model.
+///
+/// Nothing allocates after the first question of a kind. Skipping never changes an answer.
+class Scene {
+ public:
+  explicit Scene(std::shared_ptr<const SceneModel> model);
+
+  const SceneModel& model() const { return *model_; }
+
+  /// Takes one consistent set of poses, all in one frame; the answers are in that frame.
+  void update(const BodyPoses& poses);
+
+  /// One pair, filtered or not. Subjects of one body are legal: their distance never changes.
+  PairProximity proximity(const SubjectPair& pair, const Question& question = {});
+
+  /// The candidate pairs of the filter, ready to be asked about.
+  const std::vector<SubjectPair>& candidates() const { return candidates_; }
+
+  // Each of the following visits `pairs` and returns a reference that is valid until the next question.
+  // A pair with a missing pose is Unknown: it is counted, `all` returns it, the others leave it out.
+
+  /// The pair with the smallest signed distance; nullptr where there is none (or none nearer than the threshold).
+  const PairProximity* minimum(const std::vector<SubjectPair>& pairs, const Question& question = {});
+
+  /// Up to k pairs with the smallest signed distances, sorted.
+  const std::vector<PairProximity>& closest(const std::vector<SubjectPair>& pairs, int k, const Question& question = {});
+
+  /// All pairs with a signed distance of at most question.threshold, sorted by distance.
+  const std::vector<PairProximity>& below(const std::vector<SubjectPair>& pairs, const Question& question);
+
+  /// The first pair found at or below question.threshold ("is anything too close?"); nullptr where there is none.
+  const PairProximity* first(const std::vector<SubjectPair>& pairs, const Question& question);
+
+  /// Every pair, in the order given.
+  const std::vector<PairProximity>& all(const std::vector<SubjectPair>& pairs, const Question& question = {});
+
+  /// How the pairs of the last question were settled.
+  const PairCounts& counts() const { return counts_; }
+
+ private:
+  std::shared_ptr<const SceneModel> model_;
+  std::vector<SubjectPair> candidates_;
+  PairCounts counts_;
+};
+
+}  // namespace proximity_server
