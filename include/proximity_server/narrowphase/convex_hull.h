@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <vector>
 
@@ -42,6 +42,8 @@ class ConvexHull {
   double volume() const;
 
  private:
+  void connectNeighbours();
+
   int dimension_ = 0;
   std::vector<Eigen::Vector3d> vertices_;
   std::vector<std::array<int, 3>> triangles_;

@@ -1,0 +1,75 @@
+#include "proximity_server/narrowphase/shape.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace proximity_server {
+namespace {
+
+// Written as !(value > 0) so that NaN is refused too.
+double positive(double value, const char* what) {
+  if (!(value > 0.0) || !std::isfinite(value))
+    throw std::invalid_argument(std::string(what) + " must be positive and finite, not " + std::to_string(value));
+  return value;
+}
+
+double notNegative(double value, const char* what) {
+  if (!(value >= 0.0) || !std::isfinite(value))
+    throw std::invalid_argument(std::string(what) + " must be finite and not negative, not " + std::to_string(value));
+  return value;
+}
+
+Eigen::Vector3d positive(const Eigen::Vector3d& sizes, const char* what) {
+  return {positive(sizes.x(), what), positive(sizes.y(), what), positive(sizes.z(), what)};
+}
+
+Eigen::Vector3d roundExtents(double radius, double length, const char* radius_name, const char* length_name) {
+  positive(radius, radius_name);
+  return {radius, radius, 0.5 * positive(length, length_name)};
+}
+
+}  // namespace
+
+Shape::Shape(Kind kind, double margin, const Eigen::Vector3d& half_extents)
+    : kind_(kind), margin_(margin), core_radius_(half_extents.norm()), half_extents_(half_extents) {}
+
+Shape::Shape(const Sphere& sphere)
+    : Shape(Kind::Point, positive(sphere.radius, "sphere radius"), Eigen::Vector3d::Zero()) {}
+
+Shape::Shape(const Capsule& capsule)
+    : Shape(Kind::Segment, positive(capsule.radius, "capsule radius"),
+            {0.0, 0.0, 0.5 * notNegative(capsule.length, "capsule length")}) {}
+
+Shape::Shape(const Box& box) : Shape(Kind::Box, 0.0, 0.5 * positive(box.size, "box size")) {}
+
+Shape::Shape(const Cylinder& cylinder)
+    : Shape(Kind::Cylinder, 0.0, roundExtents(cylinder.radius, cylinder.length, "cylinder radius", "cylinder length")) {
+  core_radius_ = std::hypot(half_extents_.x(), half_extents_.z());
+}
+
+Shape::Shape(const Cone& cone)
+    : Shape(Kind::Cone, 0.0, roundExtents(cone.radius, cone.length, "cone radius", "cone length")) {
+  core_radius_ = std::hypot(half_extents_.x(), half_extents_.z());
+}
+
+Shape::Shape(const Ellipsoid& ellipsoid) : Shape(Kind::Ellipsoid, 0.0, positive(ellipsoid.radii, "ellipsoid radius")) {
+  core_radius_ = half_extents_.maxCoeff();
+}
+
+Shape::Shape(ConvexHull hull) : Shape(Kind::Hull, 0.0, Eigen::Vector3d::Zero()) {
+  for (const Eigen::Vector3d& vertex : hull.vertices()) centre_ += vertex / hull.size();
+  for (const Eigen::Vector3d& vertex : hull.vertices())
+    core_radius_ = std::max(core_radius_, (vertex - centre_).norm());
+  hull_ = std::make_shared<const ConvexHull>(std::move(hull));
+}
+
+Shape Shape::padded(double padding) const {
+  Shape shape = *this;
+  shape.margin_ = notNegative(margin_ + padding, "margin with padding");
+  return shape;
+}
+
+}  // namespace proximity_server
