@@ -1,0 +1,36 @@
+# Declares the catkin package. Included by the top-level CMakeLists.txt: catkin wants to run beside package.xml.
+find_package(catkin REQUIRED COMPONENTS
+  diagnostic_updater
+  dynamic_reconfigure
+  geometry_msgs
+  message_generation
+  roscpp
+  std_msgs
+  std_srvs
+  tf2_ros
+  visualization_msgs
+)
+
+add_message_files(FILES
+  Clearance.msg
+  LinkInfo.msg
+  ModelInfo.msg
+  PairInfo.msg
+  PairProximity.msg
+  ShapeInfo.msg
+  ShapeRef.msg
+  Status.msg
+)
+add_service_files(FILES
+  MinimumDistance.srv
+  PenetrationDepth.srv
+  QueryPairs.srv
+  SeparationAxis.srv
+)
+generate_messages(DEPENDENCIES geometry_msgs std_msgs)
+generate_dynamic_reconfigure_options(config/Proximity.cfg)
+
+catkin_package(
+  INCLUDE_DIRS include
+  CATKIN_DEPENDS geometry_msgs message_runtime std_msgs
+)
