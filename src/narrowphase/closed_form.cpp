@@ -1,0 +1,135 @@
+#include "closed_form.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace proximity_server {
+namespace {
+
+using Eigen::Vector3d;
+using Kind = Shape::Kind;
+
+SignedDistance along(double distance, const Vector3d& normal, const Vector3d& point_a, const Vector3d& point_b) {
+  SignedDistance result;
+  result.distance = distance;
+  result.normal = normal;
+  result.point_a = point_a;
+  result.point_b = point_b;
+  return result;
+}
+
+/// Where the points coincide every direction across `free_axis` is right, and one is chosen.
+SignedDistance between(const Vector3d& point_a, const Vector3d& point_b, const Vector3d& free_axis) {
+  const Vector3d difference = point_b - point_a;
+  const double distance = difference.stableNorm();
+  if (distance > 0.0) return along(distance, difference / distance, point_a, point_b);
+  SignedDistance result = along(0.0, free_axis, point_a, point_b);
+  result.unique = false;
+  return result;
+}
+
+/// Any unit vector perpendicular to both segments; to one where the other is a point or parallel.
+Vector3d across(const Vector3d& u, const Vector3d& v) {
+  const Vector3d normal = u.cross(v);
+  if (normal.squaredNorm() > 0.0) return normal.normalized();
+  const Vector3d& longer = u.squaredNorm() >= v.squaredNorm() ? u : v;
+  return longer.squaredNorm() > 0.0 ? Vector3d(longer.unitOrthogonal()) : Vector3d(Vector3d::UnitX());
+}
+
+/// A segment by its centre and half its length along each axis.
+struct Segment {
+  Vector3d centre, half;
+
+  /// In units of half, within [-1, 1]: the place nearest to a point.
+  double nearest(const Vector3d& point) const {
+    const double length2 = half.squaredNorm();
+    return length2 > 0.0 ? std::clamp(half.dot(point - centre) / length2, -1.0, 1.0) : 0.0;
+  }
+  Vector3d at(double s) const { return centre + s * half; }
+};
+
+struct Places {
+  double on_a, on_b;
+};
+
+/// The nearest places of two segments: the common perpendicular where it meets both, else an end of one of them. All
+/// four ends are tried, which is as good for parallel segments as for any other.
+Places nearestPlaces(const Segment& a, const Segment& b) {
+  Places best{};
+  double best_distance2 = std::numeric_limits<double>::infinity();
+  const auto offer = [&](double on_a, double on_b) {
+    const double distance2 = (b.at(on_b) - a.at(on_a)).squaredNorm();
+    if (distance2 < best_distance2) {
+      best_distance2 = distance2;
+      best = {on_a, on_b};
+    }
+  };
+  const Vector3d normal = a.half.cross(b.half);
+  const double normal2 = normal.squaredNorm();
+  if (normal2 > 0.0) {
+    const Vector3d offset = b.centre - a.centre;
+    const double on_a = offset.cross(b.half).dot(normal) / normal2, on_b = offset.cross(a.half).dot(normal) / normal2;
+    if (std::abs(on_a) <= 1.0 && std::abs(on_b) <= 1.0) offer(on_a, on_b);
+  }
+  for (const double end : {-1.0, 1.0}) {
+    offer(end, b.nearest(a.at(end)));
+    offer(a.nearest(b.at(end)), end);
+  }
+  return best;
+}
+
+SignedDistance segmentSegment(const Segment& a, const Segment& b) {
+  const Places places = nearestPlaces(a, b);
+  return between(a.at(places.on_a), b.at(places.on_b), across(a.half, b.half));
+}
+
+/// Signed distance of a box (a, centred at the origin) and a point.
+SignedDistance boxPoint(const Vector3d& half, const Vector3d& point) {
+  const Vector3d inside = point.cwiseMax(-half).cwiseMin(half);
+  if (inside != point) return between(inside, point, Vector3d::UnitX());
+  Eigen::Index axis;
+  const double depth = (half - point.cwiseAbs()).minCoeff(&axis);
+  const double side = std::copysign(1.0, point[axis]);
+  Vector3d surface = point;
+  surface[axis] = side * half[axis];
+  SignedDistance result = along(-depth, side * Vector3d::Unit(axis), surface, point);
+  int as_near = 0;
+  for (int k = 0; k < 3; ++k)
+    for (const double s : {-1.0, 1.0}) as_near += half[k] - s * point[k] == depth;
+  result.unique = as_near == 1;
+  return result;
+}
+
+SignedDistance swapped(const SignedDistance& result) {
+  SignedDistance other = result;
+  other.normal = -result.normal;
+  other.point_a = result.point_b;
+  other.point_b = result.point_a;
+  return other;
+}
+
+SignedDistance transformed(const SignedDistance& result, const Eigen::Isometry3d& pose) {
+  SignedDistance other = result;
+  other.normal = pose.linear() * result.normal;
+  other.point_a = pose * result.point_a;
+  other.point_b = pose * result.point_b;
+  return other;
+}
+
+bool isLine(Kind kind) { return kind == Kind::Point || kind == Kind::Segment; }
+
+}  // namespace
+
+std::optional<SignedDistance> closedForm(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b) {
+  if (isLine(a.kind()) && isLine(b.kind())) {
+    return segmentSegment({Vector3d::Zero(), a.halfExtents()}, {a_T_b.translation(), a_T_b.linear() * b.halfExtents()});
+  }
+  if (a.kind() == Kind::Box && b.kind() == Kind::Point) return boxPoint(a.halfExtents(), a_T_b.translation());
+  if (a.kind() == Kind::Point && b.kind() == Kind::Box) {
+    const Vector3d a_in_b = a_T_b.linear().transpose() * -a_T_b.translation();
+    return transformed(swapped(boxPoint(b.halfExtents(), a_in_b)), a_T_b);
+  }
+  return std::nullopt;
+}
+
+}  // namespace proximity_server

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+#include "proximity_server/narrowphase/support.h"
+
+namespace proximity_server {
+
+/// A closed convex polytope of CSO vertices in fixed storage: EPA's topology. It knows faces, neighbours and the
+/// horizon, and which face is closest to the origin; when to stop is EPA's to decide.
+class Polytope {
+ public:
+  static constexpr int kMaxVertices = 256;
+  static constexpr int kMaxFaces = 2 * kMaxVertices;
+
+  struct Face {
+    std::array<int, 3> vertices;    ///< counter-clockwise from outside
+    std::array<int, 3> neighbours;  ///< across the edge from vertices[i] to the next
+    Eigen::Vector3d normal;         ///< unit, outward
+    double distance;  ///< [m] of its plane from the origin, along the normal; infinite for a sliver without
+                      ///< a normal: it is never the closest, and every new vertex sees it
+    int serial;       ///< tells a face from its successors in the same place; 0 where there is none
+  };
+
+  /// The tetrahedron of the first four vertices. `rounding` [m]: heights below it count as none.
+  Polytope(const std::array<CsoVertex, 4>& corners, double rounding);
+
+  const CsoVertex& vertex(int index) const { return vertices_[static_cast<std::size_t>(index)]; }
+  bool full() const { return vertex_count_ == kMaxVertices; }
+
+  /// The living face with the smallest distance; nullptr where rounding has left none.
+  const Face* closest();
+
+  /// Replaces all faces that `w` sees by the cone from w to their horizon. False where that is no single loop, or w
+  /// sees nothing: rounding has the last word there and the polytope can no longer be used for more than looking.
+  bool expand(const Face& seen, const CsoVertex& w);
+
+  /// Weights of the point where the ray from the origin along `direction` meets the plane of a face; a negative one
+  /// says that it passes beyond that edge.
+  std::array<double, 3> rayWeights(const Face& face, const Eigen::Vector3d& direction) const;
+
+  template <typename Visit>
+  void forEachFace(Visit visit) const {
+    for (int f = 0; f < face_end_; ++f)
+      if (face(f).serial != 0) visit(face(f));
+  }
+
+ private:
+  struct HorizonEdge {
+    int face, edge;  // seen from the face that stays
+  };
+  struct HeapEntry {
+    double distance;
+    int face, serial;
+  };
+
+  Face& face(int index) { return faces_[static_cast<std::size_t>(index)]; }
+  const Face& face(int index) const { return faces_[static_cast<std::size_t>(index)]; }
+  int addFace(int a, int b, int c);
+  void removeFace(int index);
+  bool sees(const CsoVertex& w, const Face& candidate) const;
+  void findHorizon(int seen, int entry_edge, const CsoVertex& w);
+  void visitNeighbour(const Face& from, std::size_t edge, const CsoVertex& w);
+  bool isLoop() const;
+  void heapPush(int index);
+
+  double rounding_;
+  int vertex_count_ = 0;
+  int face_end_ = 0;
+  int free_count_ = 0;
+  int heap_size_ = 0;
+  int horizon_size_ = 0;
+  int next_serial_ = 1;
+  std::array<CsoVertex, kMaxVertices> vertices_;
+  std::array<Face, kMaxFaces> faces_;
+  std::array<int, kMaxFaces> free_faces_;
+  std::array<HeapEntry, 2 * kMaxFaces> heap_;
+  std::array<HorizonEdge, kMaxFaces> horizon_;
+};
+
+}  // namespace proximity_server

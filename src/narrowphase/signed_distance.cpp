@@ -1,0 +1,122 @@
+#include "proximity_server/narrowphase/signed_distance.h"
+
+#include <algorithm>
+
+#include "closed_form.h"
+#include "proximity_server/narrowphase/epa.h"
+#include "proximity_server/narrowphase/gjk.h"
+
+namespace proximity_server {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+/// Whether the cores meet in one pair of points only, as far as the tolerance can tell: no edge or face of one has a
+/// direction in common with one of the other.
+bool meetInOnePoint(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Vector3d& normal, double tolerance,
+                    WarmStart& warm_start) {
+  const SupportFeature on_a = supportFeature(a, normal, tolerance, warm_start.vertex_a);
+  if (on_a.dimension == 0) return true;
+  const Vector3d towards_a = -(a_T_b.linear().transpose() * normal);
+  const SupportFeature on_b = supportFeature(b, towards_a, tolerance, warm_start.vertex_b);
+  if (on_b.dimension == 0) return true;
+  if (on_a.dimension + on_b.dimension > 2) return false;
+  const Vector3d along_b = a_T_b.linear() * on_b.along;
+  const double longer = std::max(on_a.along.norm(), along_b.norm());
+  return on_a.along.cross(along_b).norm() > tolerance * longer;
+}
+
+SignedDistance fromGjk(const Cso& cso, const GjkResult& gjk, const Options& options) {
+  SignedDistance result;
+  result.status = gjk.status;
+  result.lower_bound = gjk.lower_bound;
+  result.normal = gjk.normal;
+  result.iterations = gjk.iterations;
+  switch (gjk.outcome) {
+    case GjkResult::Outcome::Apart:
+      result.distance = gjk.distance;
+      result.upper_bound = gjk.distance + cso.rounding();
+      result.point_a = gjk.simplex.pointOnA();
+      result.point_b = gjk.simplex.pointOnB();
+      result.has_points = true;
+      break;
+    case GjkResult::Outcome::Threshold:
+      result.distance = gjk.lower_bound;
+      break;
+    case GjkResult::Outcome::Overlap:
+      result.status = Status::Threshold;
+      result.distance = result.upper_bound = std::max(options.distance_tolerance, cso.rounding());
+      break;
+  }
+  return result;
+}
+
+SignedDistance fromEpa(const Cso& cso, const EpaResult& epa, int gjk_iterations) {
+  SignedDistance result;
+  result.status = epa.status;
+  result.distance = -epa.depth;
+  result.lower_bound = -epa.depth - cso.rounding();
+  result.upper_bound = -epa.lower_bound;
+  result.normal = epa.normal;
+  result.point_a = epa.point_a;
+  result.point_b = epa.point_b;
+  result.has_points = true;
+  result.unique = epa.unique;
+  result.iterations = gjk_iterations + epa.iterations;
+  return result;
+}
+
+SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
+                            WarmStart& warm_start) {
+  Cso cso(a, b, a_T_b, warm_start);
+  if (std::optional<SignedDistance> closed = closedForm(a, b, a_T_b)) {
+    closed->lower_bound = closed->distance - cso.rounding();
+    closed->upper_bound = closed->distance + cso.rounding();
+    closed->status = closed->upper_bound - closed->lower_bound <= options.distance_tolerance ? Status::Converged
+                                                                                             : Status::Degenerate;
+    closed->has_points = true;
+    return *closed;
+  }
+  Vector3d guess = warm_start.axis;
+  if (!(guess.squaredNorm() > 0.0)) guess = cso.centreDifference();
+  if (!(guess.squaredNorm() > 0.0)) guess = Vector3d::UnitX();
+  const GjkResult gjk_result = gjk(cso, guess.normalized(), options);
+  const bool depth_wanted = !(0.0 <= options.stop_below);
+  if (gjk_result.outcome != GjkResult::Outcome::Overlap || !depth_wanted) return fromGjk(cso, gjk_result, options);
+  return fromEpa(cso, epa(cso, gjk_result.simplex, options), gjk_result.iterations);
+}
+
+/// The distance of the shapes from that of their cores: both surfaces move outwards along the normal.
+SignedDistance withMargins(SignedDistance result, double margin_a, double margin_b) {
+  result.distance -= margin_a + margin_b;
+  result.lower_bound -= margin_a + margin_b;
+  result.upper_bound -= margin_a + margin_b;
+  result.point_a += margin_a * result.normal;
+  // The invariant rules the last bit: b's point follows from a's.
+  result.point_b = result.point_a + result.distance * result.normal;
+  return result;
+}
+
+}  // namespace
+
+SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
+                              WarmStart& warm_start) {
+  if (!a_T_b.matrix().allFinite()) return {};
+  const double margins = a.margin() + b.margin();
+  Options core_options = options;
+  core_options.stop_above += margins;
+  core_options.stop_below += margins;
+  SignedDistance core = coreDistance(a, b, a_T_b, core_options, warm_start);
+  warm_start.axis = core.normal;
+  if (core.status == Status::Converged && core.unique)
+    core.unique = meetInOnePoint(a, b, a_T_b, core.normal, options.distance_tolerance, warm_start);
+  return withMargins(core, a.margin(), b.margin());
+}
+
+SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options) {
+  WarmStart cold;
+  return signedDistance(a, b, a_T_b, options, cold);
+}
+
+}  // namespace proximity_server

@@ -1,0 +1,155 @@
+#include "proximity_server/narrowphase/support.h"
+
+#include <cmath>
+#include <limits>
+
+namespace proximity_server {
+namespace {
+
+using Eigen::Vector3d;
+
+// Below this many vertices a scan of all beats hill climbing.
+constexpr int kScanLimit = 48;
+
+Vector3d signedCorner(const Vector3d& half_extents, const Vector3d& direction) {
+  return {std::copysign(half_extents.x(), direction.x()), std::copysign(half_extents.y(), direction.y()),
+          std::copysign(half_extents.z(), direction.z())};
+}
+
+/// Point of the circle |(x, y)| = radius at height z that lies farthest along the direction.
+Vector3d rimPoint(double radius, double z, const Vector3d& direction, double radial) {
+  if (radial == 0.0) return {0.0, 0.0, z};
+  const double scale = radius / radial;
+  return {scale * direction.x(), scale * direction.y(), z};
+}
+
+double radialPart(const Vector3d& direction) {
+  return std::sqrt(direction.x() * direction.x() + direction.y() * direction.y());
+}
+
+int scan(const std::vector<Vector3d>& vertices, const Vector3d& direction) {
+  std::size_t best = 0;
+  double farthest = vertices[0].dot(direction);
+  for (std::size_t i = 1; i < vertices.size(); ++i) {
+    const double height = vertices[i].dot(direction);
+    if (height > farthest) {
+      farthest = height;
+      best = i;
+    }
+  }
+  return static_cast<int>(best);
+}
+
+int climb(const ConvexHull& hull, const Vector3d& direction, int start) {
+  const auto height = [&](int v) { return hull.vertices()[static_cast<std::size_t>(v)].dot(direction); };
+  int best = start;
+  double farthest = height(start);
+  for (int from = -1; from != best;) {
+    from = best;
+    for (const int v : hull.neighbours(from)) {
+      const double h = height(v);
+      if (h > farthest) {
+        farthest = h;
+        best = v;
+      }
+    }
+  }
+  return best;
+}
+
+int supportVertex(const ConvexHull& hull, const Vector3d& direction, int start) {
+  if (hull.size() <= kScanLimit) return scan(hull.vertices(), direction);
+  return climb(hull, direction, start < hull.size() ? start : 0);
+}
+
+SupportFeature hullFeature(const ConvexHull& hull, const Vector3d& direction, double tolerance, int vertex) {
+  const Vector3d& top = hull.vertices()[static_cast<std::size_t>(vertex)];
+  SupportFeature feature{0, Vector3d::Zero()};
+  for (const int v : hull.neighbours(vertex)) {
+    const Vector3d edge = hull.vertices()[static_cast<std::size_t>(v)] - top;
+    if (-edge.dot(direction) > tolerance) continue;
+    if (feature.dimension == 1 && edge.cross(feature.along).norm() > tolerance * feature.along.norm())
+      return {2, Vector3d::Zero()};
+    if (edge.squaredNorm() > feature.along.squaredNorm()) feature = {1, edge};
+  }
+  return feature;
+}
+
+}  // namespace
+
+Vector3d supportPoint(const Shape& shape, const Vector3d& direction, int& vertex) {
+  const Vector3d& half = shape.halfExtents();
+  switch (shape.kind()) {
+    case Shape::Kind::Point:
+      return Vector3d::Zero();
+    case Shape::Kind::Segment:
+      return {0.0, 0.0, std::copysign(half.z(), direction.z())};
+    case Shape::Kind::Box:
+      return signedCorner(half, direction);
+    case Shape::Kind::Cylinder:
+      return rimPoint(half.x(), std::copysign(half.z(), direction.z()), direction, radialPart(direction));
+    case Shape::Kind::Cone: {
+      const double radial = radialPart(direction);
+      if (2.0 * half.z() * direction.z() >= half.x() * radial) return {0.0, 0.0, half.z()};
+      return rimPoint(half.x(), -half.z(), direction, radial);
+    }
+    case Shape::Kind::Ellipsoid: {
+      const Vector3d stretched = half.cwiseProduct(direction);
+      return half.cwiseProduct(stretched) / stretched.norm();
+    }
+    case Shape::Kind::Hull:
+      break;
+  }
+  vertex = supportVertex(shape.hull(), direction, vertex);
+  return shape.hull().vertices()[static_cast<std::size_t>(vertex)];
+}
+
+SupportFeature supportFeature(const Shape& shape, const Vector3d& direction, double tolerance, int& vertex) {
+  const Vector3d& half = shape.halfExtents();
+  const Vector3d full = 2.0 * half;
+  const Vector3d fall = full.cwiseProduct(direction).cwiseAbs();  // from one end to the other, along each axis
+  switch (shape.kind()) {
+    case Shape::Kind::Point:
+    case Shape::Kind::Ellipsoid:
+      return {0, Vector3d::Zero()};
+    case Shape::Kind::Segment:
+      if (full.z() > tolerance && fall.z() <= tolerance) return {1, {0.0, 0.0, full.z()}};
+      return {0, Vector3d::Zero()};
+    case Shape::Kind::Box: {
+      SupportFeature feature{0, Vector3d::Zero()};
+      for (int axis = 0; axis < 3; ++axis) {
+        if (fall[axis] > tolerance) continue;
+        ++feature.dimension;
+        feature.along = full[axis] * Vector3d::Unit(axis);
+      }
+      return feature;
+    }
+    case Shape::Kind::Cylinder:
+      if (full.x() * radialPart(direction) <= tolerance) return {2, Vector3d::Zero()};
+      if (fall.z() <= tolerance) return {1, {0.0, 0.0, full.z()}};
+      return {0, Vector3d::Zero()};
+    case Shape::Kind::Cone: {
+      const double radial = radialPart(direction);
+      if (direction.z() < 0.0 && full.x() * radial <= tolerance) return {2, Vector3d::Zero()};
+      if (std::abs(full.z() * direction.z() - half.x() * radial) <= tolerance)
+        return {1, Vector3d(0.0, 0.0, full.z()) - rimPoint(half.x(), 0.0, direction, radial)};
+      return {0, Vector3d::Zero()};
+    }
+    case Shape::Kind::Hull:
+      break;
+  }
+  vertex = supportVertex(shape.hull(), direction, vertex);
+  return hullFeature(shape.hull(), direction, tolerance, vertex);
+}
+
+Cso::Cso(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, WarmStart& warm_start)
+    : a_(a), b_(b), b_axes_(a_T_b.linear()), b_origin_(a_T_b.translation()), warm_start_(warm_start) {
+  const Vector3d centre_b = b_axes_ * b.centre();
+  centre_difference_ = centre_b + b_origin_ - a.centre();
+  // To first order in eps, with r the radii and c, t the offsets: a support point is off by 2 eps r, its rotation by
+  // 3 eps r, the sums by 2 eps and the dot product or norm by 2 eps of what they add up: less than 8 eps of it all.
+  rounding_ = 8.0 * std::numeric_limits<double>::epsilon() *
+              (a.centre().norm() + a.coreRadius() + centre_b.norm() + b.coreRadius() + b_origin_.norm());
+}
+
+}  // namespace proximity_server
