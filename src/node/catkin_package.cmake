@@ -16,10 +16,10 @@ add_message_files(FILES
   LinkInfo.msg
   ModelInfo.msg
   PairInfo.msg
-  PairProximity.msg
+  Proximity.msg
+  QueryStatus.msg
   ShapeInfo.msg
   ShapeRef.msg
-  Status.msg
 )
 add_service_files(FILES
   MinimumDistance.srv
