@@ -12,13 +12,15 @@ namespace {
 
 using Eigen::Vector3d;
 
+void add(Simplex& simplex, const CsoVertex& w) { simplex.vertices[static_cast<std::size_t>(simplex.size++)] = w; }
+
 /// Adds the first vertex that the CSO has more than rounding away from the span of the simplex, if there is one.
 template <typename Directions, typename Height>
 bool growBy(Cso& cso, Simplex& simplex, const Directions& directions, Height height) {
   for (const Vector3d& direction : directions) {
     const CsoVertex w = cso.vertex(direction);
     if (height(w.point) <= cso.rounding()) continue;
-    simplex.add(w);
+    add(simplex, w);
     return true;
   }
   return false;
@@ -74,7 +76,7 @@ SurfacePlane growTriangle(Cso& cso, Simplex& simplex) {
     const bool upwards = up <= down;
     return {true, upwards ? normal : Vector3d(-normal), std::min(up, down), std::max(up, down) <= rounding};
   }
-  simplex.add(normal.dot(above.point - o) >= normal.dot(o - below.point) ? above : below);
+  add(simplex, normal.dot(above.point - o) >= normal.dot(o - below.point) ? above : below);
   return {};
 }
 
@@ -111,7 +113,7 @@ void setWitnesses(const Polytope& polytope, const Polytope::Face& face, EpaResul
   result.point_a = result.point_b = Vector3d::Zero();
   for (std::size_t i = 0; i < 3; ++i) {
     result.point_a += weights[i] / sum * polytope.vertex(vertices[i]).on_a;
-    result.point_b += weights[i] / sum * polytope.vertex(vertices[i]).on_b;
+    result.point_b += weights[i] / sum * polytope.vertex(vertices[i]).onB();
   }
 }
 

@@ -14,46 +14,43 @@ double lowerBound(const Cso& cso, const Vector3d& normal, const CsoVertex& w) {
 }  // namespace
 
 GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const Options& options) {
+  Places places;
+  places[0] = cso.vertex(normal_guess);
+  Nearest nearest = nearestToOrigin(places, {}, 0);
+
   GjkResult result;
   result.normal = normal_guess;
-  CsoVertex w = cso.vertex(normal_guess);
-  result.lower_bound = lowerBound(cso, normal_guess, w);
-  result.simplex.add(w);
-  Nearest nearest = reduceToNearest(result.simplex);
+  result.lower_bound = lowerBound(cso, normal_guess, places[0]);
   const auto end = [&](Outcome outcome, Status status) {
     result.outcome = outcome;
     result.status = status;
+    result.distance = nearest.distance;
+    result.simplex = Simplex(places, nearest.subset);
     return result;
   };
 
   for (result.iterations = 1;; ++result.iterations) {
-    result.distance = nearest.distance;
     if (result.lower_bound > options.stop_above) return end(Outcome::Threshold, Status::Threshold);
     // From here on the nearest point cannot be told from the origin.
     if (nearest.distance <= cso.rounding()) return end(Outcome::Overlap, Status::Converged);
 
+    const int newest = nearest.subset.freePlace();
+    const CsoVertex& w = places[static_cast<std::size_t>(newest)] = cso.vertex(nearest.normal);
     result.normal = nearest.normal;
-    w = cso.vertex(nearest.normal);
     result.lower_bound = lowerBound(cso, nearest.normal, w);
-    if (nearest.distance + cso.rounding() <= options.stop_below) return end(Outcome::Apart, Status::Threshold);
-    if (nearest.distance + cso.rounding() - result.lower_bound <= options.distance_tolerance)
-      return end(Outcome::Apart, Status::Converged);
+    const double upper_bound = nearest.distance + cso.rounding();
+    if (upper_bound - result.lower_bound <= options.distance_tolerance) return end(Outcome::Apart, Status::Converged);
+    if (upper_bound <= options.stop_below) return end(Outcome::Apart, Status::Threshold);
     if (result.iterations >= options.max_iterations) return end(Outcome::Apart, Status::IterationLimit);
 
-    Simplex grown = result.simplex;
-    grown.add(w);
-    const Nearest next = result.simplex.contains(w) ? nearest : reduceToNearest(grown);
-    if (next.encloses_origin) {
-      result.simplex = grown;
-      return end(Outcome::Overlap, Status::Converged);
-    }
+    const Nearest next = nearestToOrigin(places, nearest.subset, newest);
     // Written as !(next < nearest) so that NaN ends the search instead of winning it.
-    if (!(next.distance < nearest.distance)) {
+    if (!next.encloses_origin && !(next.distance < nearest.distance)) {
       const bool touching = nearest.distance <= options.distance_tolerance;
       return end(touching ? Outcome::Overlap : Outcome::Apart, Status::Degenerate);
     }
-    result.simplex = grown;
     nearest = next;
+    if (nearest.encloses_origin) return end(Outcome::Overlap, Status::Converged);
   }
 }
 

@@ -24,9 +24,9 @@ SupportFeature supportFeature(const Shape& shape, const Eigen::Vector3d& directi
 
 /// Vertex of the configuration space obstacle (Minkowski difference) A - B of two cores, with the points that made it.
 struct CsoVertex {
-  Eigen::Vector3d point;  ///< on_a - on_b
+  Eigen::Vector3d point;  ///< the point on a minus that on b
   Eigen::Vector3d on_a;
-  Eigen::Vector3d on_b;
+  Eigen::Vector3d onB() const { return on_a - point; }
 };
 
 /// The CSO of two cores by its support mapping. Frame: that of a.
@@ -37,12 +37,10 @@ class Cso {
 
   /// Vertex farthest along `direction`: the one that A shows towards B when direction is the normal a to b.
   CsoVertex vertex(const Eigen::Vector3d& direction) {
-    CsoVertex w;
-    w.on_a = supportPoint(a_, direction, warm_start_.vertex_a);
+    const Eigen::Vector3d on_a = supportPoint(a_, direction, warm_start_.vertex_a);
     const Eigen::Vector3d towards_a = -(b_axes_.transpose() * direction);
-    w.on_b = b_axes_ * supportPoint(b_, towards_a, warm_start_.vertex_b) + b_origin_;
-    w.point = w.on_a - w.on_b;
-    return w;
+    const Eigen::Vector3d on_b = b_axes_ * supportPoint(b_, towards_a, warm_start_.vertex_b) + b_origin_;
+    return {on_a - on_b, on_a};
   }
 
   /// From the centre of a's core to that of b's.
