@@ -1,0 +1,131 @@
+// Shows the topic `clearance` in the terminal: a table that is redrawn in place, or one line a second where the output
+// is no terminal.
+#include <proximity_server/Clearance.h>
+#include <ros/ros.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <string>
+
+namespace {
+
+using proximity_server::Clearance;
+using proximity_server::Proximity;
+
+constexpr std::size_t kRows = 8;  // of the list of near pairs
+
+template <typename... Values>
+std::string format(const char* pattern, Values... values) {
+  char line[256];
+  std::snprintf(line, sizeof line, pattern, values...);
+  return line;
+}
+
+struct Level {
+  const char* name;
+  const char* colour;  // terminal escape sequence
+};
+
+Level levelOf(const Clearance& clearance) {
+  switch (clearance.level) {
+    case Clearance::CLEAR:
+      return {"CLEAR", "\033[1;32m"};
+    case Clearance::WARN:
+      return {"WARN", "\033[1;33m"};
+    case Clearance::STOP:
+      return {"STOP", "\033[1;31m"};
+    case Clearance::COLLISION:
+      return {"COLLISION", "\033[1;37;41m"};
+    default:
+      return {"INVALID", "\033[1;35m"};
+  }
+}
+
+std::string pairLine(const Proximity& pair) {
+  return format("%+9.4f m  %s - %s", pair.distance, pair.a.link.c_str(), pair.b.link.c_str());
+}
+
+std::string closestLine(const Clearance& clearance) {
+  if (clearance.level == Clearance::INVALID) return clearance.status.message;
+  if (clearance.minimum.a.link.empty()) return "no pair within the threshold";
+  return pairLine(clearance.minimum);
+}
+
+std::string settledLine(const Clearance& clearance) {
+  const unsigned checked = clearance.pairs_total - clearance.pairs_filtered;
+  return format("%u pairs: %u by bounds only, %u computed, %u unknown", checked, clearance.pairs_by_bounds,
+                clearance.pairs_computed, clearance.pairs_unknown);
+}
+
+std::string timeLine(const Clearance& clearance) {
+  return format("cycle %.2f ms, tf age %.0f ms", 1e3 * clearance.computation_time.toSec(),
+                1e3 * clearance.tf_age.toSec());
+}
+
+std::string line(const Clearance& clearance) {
+  return format("%-9s", levelOf(clearance).name) + " " + closestLine(clearance) + " | " + settledLine(clearance) +
+         " | " + timeLine(clearance) + "\n";
+}
+
+std::string table(const Clearance& clearance) {
+  const Level level = levelOf(clearance);
+  std::string text = std::string("  ") + level.colour + format(" %-9s ", level.name) + "\033[0m  " +
+                     closestLine(clearance) + "\n\n  checked  " + settledLine(clearance) + "\n  timing   " +
+                     timeLine(clearance) + "\n\n";
+  const std::size_t rows = std::min(kRows, clearance.below_threshold.size());
+  for (std::size_t i = 0; i < rows; ++i) text += "  " + pairLine(clearance.below_threshold[i]) + "\n";
+  if (clearance.pairs_below_threshold > rows) {
+    text += format("             and %u more below the threshold\n",
+                   clearance.pairs_below_threshold - static_cast<unsigned>(rows));
+  }
+  return text;
+}
+
+class Display {
+ public:
+  explicit Display(ros::NodeHandle& nh)
+      : subscriber_(nh.subscribe("clearance", 1, &Display::onClearance, this)),
+        timer_(nh.createWallTimer(ros::WallDuration(is_terminal_ ? 0.1 : 1.0), &Display::onTimer, this)) {}
+
+ private:
+  void onClearance(const Clearance::ConstPtr& clearance) {
+    clearance_ = clearance;
+    arrival_ = ros::WallTime::now();
+  }
+
+  void onTimer(const ros::WallTimerEvent&) { show(text()); }
+
+  std::string text() const {
+    const double silence = (ros::WallTime::now() - arrival_).toSec();
+    if (!clearance_ || silence > 1.0) {
+      return format("  nothing has arrived on %s for %.0f s\n", subscriber_.getTopic().c_str(), silence);
+    }
+    return is_terminal_ ? table(*clearance_) : line(*clearance_);
+  }
+
+  void show(const std::string& text) {
+    // Up to the first line of the last table, and clear from there.
+    if (lines_ > 0) std::printf("\033[%ldA\033[J", lines_);
+    std::fputs(text.c_str(), stdout);
+    std::fflush(stdout);
+    if (is_terminal_) lines_ = std::count(text.begin(), text.end(), '\n');
+  }
+
+  const bool is_terminal_ = isatty(STDOUT_FILENO) != 0;
+  long lines_ = 0;  // of the table on the screen
+  Clearance::ConstPtr clearance_;
+  ros::WallTime arrival_ = ros::WallTime::now();
+  ros::Subscriber subscriber_;
+  ros::WallTimer timer_;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "clearance_table", ros::init_options::AnonymousName);
+  ros::NodeHandle nh;
+  Display display(nh);
+  ros::spin();
+  return 0;
+}

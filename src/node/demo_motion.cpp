@@ -1,0 +1,92 @@
+// Moves a robot for ./dev demo: publishes joint_states at 100 Hz. The script in ~times and ~positions, or where there
+// is none a slow sweep of every joint between its limits.
+#include <ros/ros.h>
+#include <sensor_msgs/JointState.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "proximity_server/scene/robot_model.h"
+
+namespace {
+
+using proximity_server::Joint;
+
+/// Keyframes of one joint; the positions are as many as the times.
+double follow(const std::vector<double>& times, const std::vector<double>& positions, double time) {
+  const double t = std::fmod(time, times.back());
+  const auto next = std::upper_bound(times.begin(), times.end(), t);
+  const auto i = static_cast<std::size_t>(next - times.begin());
+  const double blend = 0.5 - 0.5 * std::cos(M_PI * (t - times[i - 1]) / (times[i] - times[i - 1]));
+  return positions[i - 1] + blend * (positions[i] - positions[i - 1]);
+}
+
+/// A sine between the limits, or half a radian or metre about zero where there are none, at half of the velocity limit
+/// at most. `number` gives each joint a period of its own, so that the robot does not soon repeat itself.
+double sweep(const Joint& joint, std::size_t number, double time) {
+  const bool limited = std::isfinite(joint.lower) && std::isfinite(joint.upper);
+  const double middle = limited ? 0.5 * (joint.lower + joint.upper) : 0.0;
+  const double half_range = limited ? 0.5 * (joint.upper - joint.lower) : 0.5;
+  if (!(half_range > 0.0)) return middle;
+  const double speed = std::min(half_range / (2.0 + 0.31 * static_cast<double>(number)), 0.5 * joint.max_velocity);
+  return middle + half_range * std::sin(speed / half_range * time);
+}
+
+bool isDriven(const Joint& joint) {
+  return !joint.mimic && joint.type != Joint::Type::Floating && joint.type != Joint::Type::Planar;
+}
+
+std::vector<Joint> drivenJoints(const ros::NodeHandle& nh) {
+  std::string urdf;
+  if (!nh.getParam("robot_description", urdf)) throw std::invalid_argument("there is no parameter robot_description");
+  // Only the joints matter here, so no mesh is read.
+  const auto no_mesh = [](const std::string& uri) -> std::string { throw std::invalid_argument(uri); };
+  proximity_server::ModelOptions options;
+  options.allow_missing_meshes = true;
+  auto joints = proximity_server::loadRobotModel(urdf, no_mesh, options).joints;
+  joints.erase(std::remove_if(joints.begin(), joints.end(), [](const Joint& j) { return !isDriven(j); }), joints.end());
+  return joints;
+}
+
+void move(ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
+  const std::vector<Joint> joints = drivenJoints(nh);
+  const auto times = private_nh.param("times", std::vector<double>());
+  std::vector<std::vector<double>> script(joints.size());
+  sensor_msgs::JointState state;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    state.name.push_back(joints[i].name);
+    script[i] = private_nh.param("positions/" + joints[i].name, std::vector<double>(times.size(), 0.0));
+    if (script[i].size() != times.size()) {
+      throw std::invalid_argument("~positions/" + joints[i].name + " has not as many entries as ~times");
+    }
+  }
+  state.position.resize(joints.size());
+
+  ros::Publisher publisher = nh.advertise<sensor_msgs::JointState>("joint_states", 1);
+  const ros::Time start = ros::Time::now();
+  for (ros::Rate rate(100.0); ros::ok(); rate.sleep()) {
+    state.header.stamp = ros::Time::now();
+    const double time = (state.header.stamp - start).toSec();
+    for (std::size_t i = 0; i < joints.size(); ++i) {
+      state.position[i] = times.empty() ? sweep(joints[i], i, time) : follow(times, script[i], time);
+    }
+    publisher.publish(state);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "demo_motion");
+  ros::NodeHandle nh, private_nh("~");
+  try {
+    move(nh, private_nh);
+  } catch (const std::invalid_argument& error) {
+    ROS_FATAL("%s", error.what());
+    return 1;
+  }
+  return 0;
+}
