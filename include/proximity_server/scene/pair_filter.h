@@ -15,8 +15,8 @@ enum class PairReason : unsigned char {
   NotInOnlyPairs,  ///< the configuration lists only_pairs, and this is none of them
   ConfigExcluded,  ///< named by exclude_pairs
   SrdfDisabled,    ///< disable_collisions, or disable_default_collisions of one of the two
-  Adjacent,        ///< their bodies are joined by one movable joint, and neither only_pairs nor enable_collisions asks for it
-  NotInGroup,      ///< neither link is moved by the chosen group
+  Adjacent,  ///< their bodies are joined by one movable joint, and neither only_pairs nor enable_collisions asks for it
+  NotInGroup,  ///< neither link is moved by the chosen group
 };
 const char* toString(PairReason reason);
 
@@ -47,9 +47,10 @@ struct PairFilterOptions {
 
 /// Decides which pairs of links are checked.
 ///
-/// `srdf_xml` may be empty. disable_collisions, enable_collisions, disable_default_collisions and groups (links, joints,
-/// chains, subgroups) count. An enable_collisions brings back what disable_default_collisions or adjacency took.
-/// Failure: throws std::invalid_argument for XML that cannot be read, for a group that does not exist, and for a link of
+/// `srdf_xml` may be empty. disable_collisions, enable_collisions, disable_default_collisions and groups (links,
+/// joints, chains, subgroups) count. An enable_collisions brings back what disable_default_collisions or adjacency
+/// took. Failure: throws std::invalid_argument for XML that cannot be read, for a group that does not exist, and for a
+/// link of
 ///          the options that does not exist. Names of the SRDF that do not exist, duplicates and entries without effect
 ///          become warnings.
 PairTable filterPairs(const RobotModel& model, const std::string& srdf_xml, const PairFilterOptions& options = {});

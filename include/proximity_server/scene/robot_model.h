@@ -13,9 +13,9 @@ namespace proximity_server {
 
 /// A convex part of a body's collision geometry.
 struct Piece {
-  Shape shape;                    ///< padding included, as margin
+  Shape shape;  ///< padding included, as margin
   Eigen::Isometry3d body_T_piece;
-  int collision;                  ///< index into RobotModel::collisions
+  int collision;  ///< index into RobotModel::collisions
 };
 
 /// One <collision> element.
@@ -26,14 +26,14 @@ struct Collision {
   int number;               ///< n-th <collision> of its link, counted from 1
   Representation representation;
   double deviation;         ///< [m] between the pieces and the mesh, see MeshPieces
-  std::vector<int> pieces;  ///< indices into RobotModel::pieces
+  std::vector<int> pieces;  ///< what stands for this element alone, indices into RobotModel::pieces
 };
 
 struct Link {
   std::string name;
-  int body;                       ///< index into RobotModel::bodies
+  int body;  ///< index into RobotModel::bodies
   Eigen::Isometry3d body_T_link;
-  std::vector<int> collisions;    ///< indices into RobotModel::collisions, in the URDF's order
+  std::vector<int> collisions;  ///< indices into RobotModel::collisions, in the URDF's order
 };
 
 /// A movable joint; fixed joints are folded into bodies.
@@ -56,11 +56,11 @@ struct Joint {
 
 /// Links joined by fixed joints: they move as one. The frame of a body is that of its first link.
 struct Body {
-  int link;                 ///< the link that gives the frame: root, or child of `joint`
-  int joint;                ///< movable joint that carries it, index into RobotModel::joints; -1 for the root body
-  int parent;               ///< body at the other end of that joint; -1 for the root body
+  int link;    ///< the link that gives the frame: root, or child of `joint`
+  int joint;   ///< movable joint that carries it, index into RobotModel::joints; -1 for the root body
+  int parent;  ///< body at the other end of that joint; -1 for the root body
   std::vector<int> links;
-  std::vector<int> pieces;
+  std::vector<int> pieces;  ///< what stands for the whole: a capsule instead of the cylinder and spheres it is made of
 };
 
 /// A robot as the queries see it; never changed after loading. bodies are ordered parents first, bodies[0] is the root.
@@ -68,6 +68,7 @@ struct RobotModel {
   std::string name;
   std::vector<Link> links;
   std::vector<Joint> joints;
+  std::vector<std::string> fixed_joints;  ///< names of the joints that were folded into bodies
   std::vector<Body> bodies;
   std::vector<Collision> collisions;
   std::vector<Piece> pieces;
@@ -81,7 +82,7 @@ struct RobotModel {
 std::string nearestName(const std::string& name, const std::vector<std::string>& known);
 
 struct ModelOptions {
-  double default_padding = 0.0;               ///< [m] added to every piece as margin
+  double default_padding = 0.0;                ///< [m] added to every piece as margin
   std::map<std::string, double> link_padding;  ///< [m] instead of the default, by link name
   bool allow_missing_meshes = false;  ///< a mesh that cannot be read becomes a warning and no geometry, not an error
 };
