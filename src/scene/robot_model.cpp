@@ -1,0 +1,309 @@
+#include "proximity_server/scene/robot_model.h"
+
+#include <algorithm>
+#include <limits>
+#include <set>
+#include <stdexcept>
+
+#include "collision_geometry.h"
+#include "edit_distance.h"
+#include "urdf_document.h"
+
+namespace proximity_server {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+std::string quoted(const char* kind, const std::string& name) { return std::string(kind) + " \"" + name + "\""; }
+
+std::string didYouMean(const std::string& name, const std::vector<std::string>& known) {
+  return known.empty() ? "" : ", did you mean \"" + nearestName(name, known) + "\"?";
+}
+
+template <typename Named>
+std::vector<std::string> namesOf(const std::vector<Named>& things) {
+  std::vector<std::string> names;
+  for (const Named& thing : things) names.push_back(thing.name);
+  return names;
+}
+
+template <typename Named>
+int findNamed(const std::vector<Named>& things, const std::string& name) {
+  const auto hit = std::find_if(things.begin(), things.end(), [&](const Named& thing) { return thing.name == name; });
+  return hit == things.end() ? -1 : static_cast<int>(hit - things.begin());
+}
+
+template <typename Thing>
+int append(std::vector<Thing>& things, Thing thing) {
+  things.push_back(std::move(thing));
+  return static_cast<int>(things.size()) - 1;
+}
+
+Joint::Type typeOf(const urdf::Joint& joint) {
+  switch (joint.type) {
+    case urdf::Joint::REVOLUTE:
+      return Joint::Type::Revolute;
+    case urdf::Joint::CONTINUOUS:
+      return Joint::Type::Continuous;
+    case urdf::Joint::PRISMATIC:
+      return Joint::Type::Prismatic;
+    case urdf::Joint::FLOATING:
+      return Joint::Type::Floating;
+    case urdf::Joint::PLANAR:
+      return Joint::Type::Planar;
+    default:
+      throw std::invalid_argument("URDF: " + quoted("joint", joint.name) + " is of no known type");
+  }
+}
+
+Vector3d axisOf(const urdf::Joint& joint) {
+  if (joint.type == urdf::Joint::FLOATING) return Vector3d::UnitZ();
+  const Vector3d axis = Vector3d(joint.axis.x, joint.axis.y, joint.axis.z).stableNormalized();
+  if (!(axis.norm() > 0.5)) {
+    throw std::invalid_argument("URDF: " + quoted("joint", joint.name) + " has an axis of length zero");
+  }
+  return axis;
+}
+
+Joint readJoint(const urdf::Joint& joint, int parent_link, int child_link, std::vector<std::string>& warnings) {
+  Joint result{joint.name,    typeOf(joint), parent_link, child_link, toEigen(joint.parent_to_joint_origin_transform),
+               axisOf(joint), -kInfinity,    kInfinity,   kInfinity,  std::nullopt};
+  if (!joint.limits) return result;
+  // Many URDFs write 0 for "unknown"; a joint that may not move would be a fixed one.
+  if (joint.limits->velocity > 0) result.max_velocity = joint.limits->velocity;
+  if (result.type != Joint::Type::Revolute && result.type != Joint::Type::Prismatic) return result;
+  if (joint.limits->lower > joint.limits->upper) {
+    warnings.push_back(quoted("joint", joint.name) + ": its lower limit is above the upper one; taken as unlimited.");
+    return result;
+  }
+  result.lower = joint.limits->lower;
+  result.upper = joint.limits->upper;
+  return result;
+}
+
+/// Adds a link, in the body of its parent or, below a movable joint, in one of its own. Returns its index.
+int addLink(const urdf::Link& link, int parent_link, RobotModel& model) {
+  const int index = append(model.links, Link{link.name, -1, Isometry3d::Identity(), {}});
+  Link& added = model.links[index];
+  if (parent_link < 0) {
+    added.body = append(model.bodies, Body{index, -1, -1, {}, {}});
+  } else if (const urdf::Joint& joint = *link.parent_joint; joint.type == urdf::Joint::FIXED) {
+    const Link& parent = model.links[parent_link];
+    added.body = parent.body;
+    added.body_T_link = parent.body_T_link * toEigen(joint.parent_to_joint_origin_transform);
+    model.fixed_joints.push_back(joint.name);
+  } else {
+    const int carrier = append(model.joints, readJoint(joint, parent_link, index, model.warnings));
+    added.body = append(model.bodies, Body{index, carrier, model.links[parent_link].body, {}, {}});
+  }
+  model.bodies[added.body].links.push_back(index);
+  return index;
+}
+
+/// Links, joints and bodies, depth first from the root, so parents first.
+void addTree(const urdf::ModelInterface& urdf, RobotModel& model) {
+  struct Pending {
+    urdf::LinkConstSharedPtr link;
+    int parent;
+  };
+  std::vector<Pending> pending{{urdf.getRoot(), -1}};
+  while (!pending.empty()) {
+    const Pending next = pending.back();
+    pending.pop_back();
+    if (model.findLink(next.link->name) >= 0) {
+      throw std::invalid_argument("URDF: " + quoted("link", next.link->name) + " is the child of two joints");
+    }
+    const int index = addLink(*next.link, next.parent, model);
+    const auto& children = next.link->child_links;
+    for (auto child = children.rbegin(); child != children.rend(); ++child) pending.push_back({*child, index});
+  }
+  for (const auto& [name, link] : urdf.links_) {
+    if (model.findLink(name) >= 0) continue;
+    throw std::invalid_argument("URDF: " + quoted("link", name) + " hangs in a loop of joints, not on the root");
+  }
+}
+
+void checkMimicEnds(const RobotModel& model, int joint) {
+  int follower = joint;
+  for (std::size_t steps = 0; model.joints[follower].mimic; ++steps) {
+    if (steps == model.joints.size()) {
+      throw std::invalid_argument("URDF: " + quoted("joint", model.joints[joint].name) + " mimics itself in a circle");
+    }
+    follower = model.joints[follower].mimic->joint;
+  }
+}
+
+bool hasOnePosition(const Joint& joint) {
+  return joint.type != Joint::Type::Floating && joint.type != Joint::Type::Planar;
+}
+
+void addMimics(const urdf::ModelInterface& urdf, RobotModel& model) {
+  for (Joint& joint : model.joints) {
+    const auto& mimic = urdf.getJoint(joint.name)->mimic;
+    if (!mimic) continue;
+    const std::string who = quoted("joint", joint.name) + " mimics " + quoted("joint", mimic->joint_name);
+    if (!urdf.getJoint(mimic->joint_name)) {
+      throw std::invalid_argument("URDF: " + who + ", which does not exist" +
+                                  didYouMean(mimic->joint_name, namesOf(model.joints)));
+    }
+    const int leader = findNamed(model.joints, mimic->joint_name);
+    if (leader < 0 || !hasOnePosition(model.joints[leader]) || !hasOnePosition(joint)) {
+      model.warnings.push_back(who + ": not both of them have a position; taken as a joint of its own.");
+      continue;
+    }
+    joint.mimic = Joint::Mimic{leader, mimic->multiplier, mimic->offset};
+  }
+  for (int i = 0; i < static_cast<int>(model.joints.size()); ++i) checkMimicEnds(model, i);
+}
+
+/// The geometry of one <collision>; none, with a warning, for a mesh that cannot be read where that is allowed.
+CollisionGeometry readGeometry(const urdf::Geometry& geometry, const std::string& where, const ModelOptions& options,
+                               GeometryReader& reader, std::vector<std::string>& warnings) {
+  try {
+    return reader.read(geometry);
+  } catch (const std::invalid_argument& error) {
+    const auto* mesh = dynamic_cast<const urdf::Mesh*>(&geometry);
+    if (!mesh || !options.allow_missing_meshes) throw;
+    warnings.push_back(where + " has no geometry: " + error.what() + ".");
+    return {"mesh " + mesh->filename + ", missing", {}};
+  }
+}
+
+double paddingOf(const std::string& link, const ModelOptions& options) {
+  const auto own = options.link_padding.find(link);
+  return own == options.link_padding.end() ? options.default_padding : own->second;
+}
+
+/// Adds one <collision> and the pieces that stand for it alone.
+void addCollision(int link, const urdf::Collision& urdf, const ModelOptions& options, GeometryReader& reader,
+                  RobotModel& model) {
+  Link& owner = model.links[link];
+  const int number = static_cast<int>(owner.collisions.size()) + 1;
+  const std::string where = quoted("link", owner.name) + ", <collision> " + std::to_string(number);
+  try {
+    CollisionGeometry geometry = readGeometry(*urdf.geometry, where, options, reader, model.warnings);
+    const Isometry3d body_T_collision = owner.body_T_link * toEigen(urdf.origin);
+    if (!body_T_collision.matrix().allFinite()) throw std::invalid_argument("its pose is not finite");
+
+    Collision collision{urdf.name, geometry.description, link, number, geometry.representation, geometry.deviation, {}};
+    const int index = static_cast<int>(model.collisions.size());
+    for (const Shape& shape : geometry.shapes) {
+      const Shape padded = shape.padded(paddingOf(owner.name, options));
+      collision.pieces.push_back(append(model.pieces, Piece{padded, body_T_collision, index}));
+    }
+    owner.collisions.push_back(append(model.collisions, std::move(collision)));
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument("URDF: " + where + ": " + error.what());
+  }
+}
+
+/// Gives the body the pieces of a link: those of its collisions, but a capsule instead of its three parts.
+void addPiecesToBody(int link, const std::vector<CapsuleParts>& capsules, const ModelOptions& options,
+                     RobotModel& model) {
+  const Link& owner = model.links[link];
+  std::vector<int>& body_pieces = model.bodies[owner.body].pieces;
+  std::set<int> replaced;
+  for (const CapsuleParts& parts : capsules) {
+    const int index = owner.collisions[parts.cylinder];
+    Collision& cylinder = model.collisions[index];
+    const Isometry3d body_T_capsule = model.pieces[cylinder.pieces.front()].body_T_piece;
+    const Shape padded = Shape(parts.capsule).padded(paddingOf(owner.name, options));
+    body_pieces.push_back(append(model.pieces, Piece{padded, body_T_capsule, index}));
+    cylinder.description += ", a capsule with <collision> " + std::to_string(parts.spheres[0] + 1) + " and " +
+                            std::to_string(parts.spheres[1] + 1);
+    replaced.insert({parts.cylinder, parts.spheres[0], parts.spheres[1]});
+  }
+  for (int i = 0; i < static_cast<int>(owner.collisions.size()); ++i) {
+    if (replaced.count(i)) continue;
+    const std::vector<int>& pieces = model.collisions[owner.collisions[i]].pieces;
+    body_pieces.insert(body_pieces.end(), pieces.begin(), pieces.end());
+  }
+}
+
+void addGeometry(const urdf::ModelInterface& urdf, const MeshResolver& resolve, const ModelOptions& options,
+                 RobotModel& model) {
+  GeometryReader reader(resolve);
+  for (int link = 0; link < static_cast<int>(model.links.size()); ++link) {
+    const auto& collisions = urdf.getLink(model.links[link].name)->collision_array;
+    for (const auto& collision : collisions) addCollision(link, *collision, options, reader, model);
+    addPiecesToBody(link, findCapsules(collisions), options, model);
+  }
+  if (model.pieces.empty()) model.warnings.push_back("No link of the robot has collision geometry.");
+}
+
+/// Where a joint stands when the joints named in `positions` stand there, and all others at 0.
+double jointPosition(const RobotModel& model, int joint, const std::map<std::string, double>& positions) {
+  double multiplier = 1.0, offset = 0.0;
+  while (const auto& mimic = model.joints[joint].mimic) {
+    offset += multiplier * mimic->offset;
+    multiplier *= mimic->multiplier;
+    joint = mimic->joint;
+  }
+  const auto leader = positions.find(model.joints[joint].name);
+  return offset + multiplier * (leader == positions.end() ? 0.0 : leader->second);
+}
+
+}  // namespace
+
+int RobotModel::findLink(const std::string& link_name) const { return findNamed(links, link_name); }
+
+std::string nearestName(const std::string& name, const std::vector<std::string>& known) {
+  const auto nearest = std::min_element(known.begin(), known.end(), [&](const std::string& a, const std::string& b) {
+    return editDistance(name, a) < editDistance(name, b);
+  });
+  return nearest == known.end() ? "" : *nearest;
+}
+
+RobotModel loadRobotModel(const std::string& urdf_xml, const MeshResolver& resolve, const ModelOptions& options) {
+  const urdf::ModelInterfaceSharedPtr urdf = readUrdf(urdf_xml);
+  RobotModel model;
+  model.name = urdf->getName();
+  addTree(*urdf, model);
+  addMimics(*urdf, model);
+  for (const auto& [link, padding] : options.link_padding) {
+    if (model.findLink(link) >= 0) continue;
+    throw std::invalid_argument("padding of the unknown " + quoted("link", link) +
+                                didYouMean(link, namesOf(model.links)));
+  }
+  addGeometry(*urdf, resolve, options, model);
+  return model;
+}
+
+Isometry3d jointMotion(const Joint& joint, double position) {
+  switch (joint.type) {
+    case Joint::Type::Revolute:
+    case Joint::Type::Continuous:
+      return Isometry3d(Eigen::AngleAxisd(position, joint.axis));
+    case Joint::Type::Prismatic:
+      return Isometry3d(Eigen::Translation3d(position * joint.axis));
+    case Joint::Type::Floating:
+    case Joint::Type::Planar:
+      break;
+  }
+  return Isometry3d::Identity();
+}
+
+BodyPoses forwardKinematics(const RobotModel& model, const std::map<std::string, double>& positions) {
+  for (const auto& [name, position] : positions) {
+    if (findNamed(model.joints, name) >= 0) continue;
+    throw std::invalid_argument(quoted("joint", name) + " is no movable joint of the robot" +
+                                didYouMean(name, namesOf(model.joints)));
+  }
+  BodyPoses poses(model.bodies.size());
+  for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+    const Body& body = model.bodies[i];
+    if (body.joint < 0) {
+      poses[i] = Isometry3d::Identity();
+      continue;
+    }
+    const Joint& joint = model.joints[body.joint];
+    poses[i] = *poses[body.parent] * model.links[joint.parent_link].body_T_link * joint.parent_T_joint *
+               jointMotion(joint, jointPosition(model, body.joint, positions));
+  }
+  return poses;
+}
+
+}  // namespace proximity_server
