@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "scan.h"
+
 extern "C" {
 #include <libqhull_r/qhull_ra.h>
 }
@@ -19,6 +21,9 @@ namespace {
 using Eigen::Vector3d;
 using Points = std::vector<Vector3d>;
 using Triangles = std::vector<std::array<int, 3>>;
+
+// Up to this many vertices a scan of all beats climbing over the adjacency.
+constexpr int kScanLimit = 256;
 
 Points withoutDuplicates(Points points) {
   const auto lexicographic = [](const Vector3d& a, const Vector3d& b) {
@@ -180,6 +185,7 @@ ConvexHull::ConvexHull(const std::vector<Vector3d>& input) {
     for (int& v : triangle) v = static_cast<int>(std::lower_bound(corners.begin(), corners.end(), v) - corners.begin());
   if (dimension_ == 2) triangles_ = fan(size());
   connectNeighbours();
+  storeForScan();
 }
 
 void ConvexHull::connectNeighbours() {
@@ -203,6 +209,39 @@ void ConvexHull::connectNeighbours() {
   for (const auto& edge : edges) ++offsets_[static_cast<std::size_t>(edge.first) + 1];
   std::partial_sum(offsets_.begin(), offsets_.end(), offsets_.begin());
   for (const auto& edge : edges) neighbours_.push_back(edge.second);
+}
+
+void ConvexHull::storeForScan() {
+  const std::size_t stride = kScanStride;
+  const std::size_t padded = (vertices_.size() + stride - 1) / stride * stride;
+  scan_coordinates_.resize(3 * padded);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (std::size_t i = 0; i < padded; ++i)
+      scan_coordinates_[axis * padded + i] = vertices_[i < vertices_.size() ? i : 0][static_cast<Eigen::Index>(axis)];
+}
+
+int ConvexHull::farthestVertex(const Vector3d& direction, int start) const {
+  if (size() > kScanLimit) return climb(direction, start >= 0 && start < size() ? start : 0);
+  const std::size_t padded = scan_coordinates_.size() / 3;
+  const double* x = scan_coordinates_.data();
+  return scan(x, x + padded, x + 2 * padded, static_cast<int>(padded), direction);
+}
+
+int ConvexHull::climb(const Vector3d& direction, int start) const {
+  const auto height = [&](int v) { return vertices_[static_cast<std::size_t>(v)].dot(direction); };
+  int best = start;
+  double farthest = height(start);
+  for (int from = -1; from != best;) {
+    from = best;
+    for (const int v : neighbours(from)) {
+      const double h = height(v);
+      if (h > farthest) {
+        farthest = h;
+        best = v;
+      }
+    }
+  }
+  return best;
 }
 
 double ConvexHull::volume() const {

@@ -144,7 +144,10 @@ EpaResult expandPolytope(Cso& cso, const Simplex& tetrahedron, const Options& op
 
   for (result.iterations = 1;; ++result.iterations) {
     const Polytope::Face* closest = polytope.closest();
-    if (closest == nullptr) return end(Status::Degenerate);
+    if (closest == nullptr) {  // every face is as far as the best direction is deep
+      result.lower_bound = result.depth - cso.rounding();
+      return end(Status::Converged);
+    }
     const Polytope::Face face = *closest;
     result.lower_bound = face.distance - cso.rounding();
 
@@ -160,7 +163,7 @@ EpaResult expandPolytope(Cso& cso, const Simplex& tetrahedron, const Options& op
     if (-(result.depth + cso.rounding()) > options.stop_above || -result.lower_bound <= options.stop_below)
       return end(Status::Threshold);
     if (result.iterations >= options.max_iterations || polytope.full()) return end(Status::IterationLimit);
-    if (!polytope.expand(*closest, w)) return end(Status::Degenerate);
+    if (!polytope.expand(*closest, w, result.depth)) return end(Status::Degenerate);
   }
 }
 

@@ -19,14 +19,16 @@ Polytope::Polytope(const std::array<CsoVertex, 4>& corners, double rounding) : r
   const double volume = (corners[0].point - o).dot((corners[1].point - o).cross(corners[2].point - o));
   const int a = 0, b = volume > 0.0 ? 1 : 2, c = volume > 0.0 ? 2 : 1;
   // Faces a b c, b a d, c b d, a c d, each counter-clockwise from outside.
-  const int abc = addFace(a, b, c), bad = addFace(b, a, 3), cbd = addFace(c, b, 3), acd = addFace(a, c, 3);
+  constexpr double kNoCeiling = std::numeric_limits<double>::infinity();
+  const int abc = addFace(a, b, c, kNoCeiling), bad = addFace(b, a, 3, kNoCeiling), cbd = addFace(c, b, 3, kNoCeiling),
+            acd = addFace(a, c, 3, kNoCeiling);
   face(abc).neighbours = {bad, cbd, acd};
   face(bad).neighbours = {abc, acd, cbd};
   face(cbd).neighbours = {abc, bad, acd};
   face(acd).neighbours = {abc, cbd, bad};
 }
 
-int Polytope::addFace(int a, int b, int c) {
+int Polytope::addFace(int a, int b, int c, double ceiling) {
   const int index = free_count_ > 0 ? free_faces_[static_cast<std::size_t>(--free_count_)] : face_end_++;
   Face& f = face(index);
   f.vertices = {a, b, c};
@@ -34,17 +36,17 @@ int Polytope::addFace(int a, int b, int c) {
   const Vector3d &pa = vertex(a).point, &pb = vertex(b).point, &pc = vertex(c).point;
   const Vector3d ab = pb - pa, bc = pc - pb, ca = pa - pc;
   const Vector3d area = areaVector(ab, bc, ca);
-  const double longest = std::sqrt(std::max({ab.squaredNorm(), bc.squaredNorm(), ca.squaredNorm()}));
-  const double twice_area = area.norm();
-  // Written as !(>) so that NaN is a sliver too.
-  if (!(twice_area > rounding_ * longest)) {
+  const double longest2 = std::max({ab.squaredNorm(), bc.squaredNorm(), ca.squaredNorm()});
+  const double area2 = area.squaredNorm();
+  // A height below the rounding of the vertices gives no normal. Written as !(>) so that NaN is a sliver too.
+  if (!(area2 > rounding_ * rounding_ * longest2)) {
     f.normal = Vector3d::Zero();
     f.distance = std::numeric_limits<double>::infinity();
     return index;
   }
-  f.normal = area / twice_area;
+  f.normal = area / std::sqrt(area2);
   f.distance = f.normal.dot(pa);
-  heapPush(index);
+  if (f.distance < ceiling) heapPush(index);
   return index;
 }
 
@@ -115,7 +117,7 @@ bool Polytope::isLoop() const {
   return true;
 }
 
-bool Polytope::expand(const Face& seen, const CsoVertex& w) {
+bool Polytope::expand(const Face& seen, const CsoVertex& w, double ceiling) {
   const Face start = seen;
   horizon_size_ = 0;
   removeFace(static_cast<int>(&seen - faces_.data()));
@@ -129,7 +131,7 @@ bool Polytope::expand(const Face& seen, const CsoVertex& w) {
     const HorizonEdge h = horizon_[static_cast<std::size_t>(i)];
     const auto edge = static_cast<std::size_t>(h.edge);
     const int from = face(h.face).vertices[next(edge)], to = face(h.face).vertices[edge];
-    const int added = addFace(from, to, apex);
+    const int added = addFace(from, to, apex, ceiling);
     face(added).neighbours[0] = h.face;
     face(h.face).neighbours[edge] = added;
     if (previous >= 0) {

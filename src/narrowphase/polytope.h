@@ -14,7 +14,7 @@ namespace proximity_server {
 /// horizon, and which face is closest to the origin; when to stop is EPA's to decide.
 class Polytope {
  public:
-  static constexpr int kMaxVertices = 256;
+  static constexpr int kMaxVertices = 512;
   static constexpr int kMaxFaces = 2 * kMaxVertices;
 
   struct Face {
@@ -32,12 +32,14 @@ class Polytope {
   const CsoVertex& vertex(int index) const { return vertices_[static_cast<std::size_t>(index)]; }
   bool full() const { return vertex_count_ == kMaxVertices; }
 
-  /// The living face with the smallest distance; nullptr where rounding has left none.
+  /// The living face with the smallest distance, of those below every ceiling since they were made; nullptr where there
+  /// is none.
   const Face* closest();
 
-  /// Replaces all faces that `w` sees by the cone from w to their horizon. False where that is no single loop, or w
-  /// sees nothing: rounding has the last word there and the polytope can no longer be used for more than looking.
-  bool expand(const Face& seen, const CsoVertex& w);
+  /// Replaces all faces that `w` sees by the cone from w to their horizon; new faces as far as `ceiling` [m] will never
+  /// be asked for as the closest. False where that is no single loop, or w sees nothing: rounding has the last word
+  /// there and the polytope can no longer be used for more than looking.
+  bool expand(const Face& seen, const CsoVertex& w, double ceiling);
 
   /// Weights of the point where the ray from the origin along `direction` meets the plane of a face; a negative one
   /// says that it passes beyond that edge.
@@ -60,7 +62,7 @@ class Polytope {
 
   Face& face(int index) { return faces_[static_cast<std::size_t>(index)]; }
   const Face& face(int index) const { return faces_[static_cast<std::size_t>(index)]; }
-  int addFace(int a, int b, int c);
+  int addFace(int a, int b, int c, double ceiling);
   void removeFace(int index);
   bool sees(const CsoVertex& w, const Face& candidate) const;
   void findHorizon(int seen, int entry_edge, const CsoVertex& w);

@@ -8,9 +8,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Below this many vertices a scan of all beats hill climbing.
-constexpr int kScanLimit = 48;
-
 Vector3d signedCorner(const Vector3d& half_extents, const Vector3d& direction) {
   return {std::copysign(half_extents.x(), direction.x()), std::copysign(half_extents.y(), direction.y()),
           std::copysign(half_extents.z(), direction.z())};
@@ -25,41 +22,6 @@ Vector3d rimPoint(double radius, double z, const Vector3d& direction, double rad
 
 double radialPart(const Vector3d& direction) {
   return std::sqrt(direction.x() * direction.x() + direction.y() * direction.y());
-}
-
-int scan(const std::vector<Vector3d>& vertices, const Vector3d& direction) {
-  std::size_t best = 0;
-  double farthest = vertices[0].dot(direction);
-  for (std::size_t i = 1; i < vertices.size(); ++i) {
-    const double height = vertices[i].dot(direction);
-    if (height > farthest) {
-      farthest = height;
-      best = i;
-    }
-  }
-  return static_cast<int>(best);
-}
-
-int climb(const ConvexHull& hull, const Vector3d& direction, int start) {
-  const auto height = [&](int v) { return hull.vertices()[static_cast<std::size_t>(v)].dot(direction); };
-  int best = start;
-  double farthest = height(start);
-  for (int from = -1; from != best;) {
-    from = best;
-    for (const int v : hull.neighbours(from)) {
-      const double h = height(v);
-      if (h > farthest) {
-        farthest = h;
-        best = v;
-      }
-    }
-  }
-  return best;
-}
-
-int supportVertex(const ConvexHull& hull, const Vector3d& direction, int start) {
-  if (hull.size() <= kScanLimit) return scan(hull.vertices(), direction);
-  return climb(hull, direction, start < hull.size() ? start : 0);
 }
 
 SupportFeature hullFeature(const ConvexHull& hull, const Vector3d& direction, double tolerance, int vertex) {
@@ -100,7 +62,7 @@ Vector3d supportPoint(const Shape& shape, const Vector3d& direction, int& vertex
     case Shape::Kind::Hull:
       break;
   }
-  vertex = supportVertex(shape.hull(), direction, vertex);
+  vertex = shape.hull().farthestVertex(direction, vertex);
   return shape.hull().vertices()[static_cast<std::size_t>(vertex)];
 }
 
@@ -138,7 +100,7 @@ SupportFeature supportFeature(const Shape& shape, const Vector3d& direction, dou
     case Shape::Kind::Hull:
       break;
   }
-  vertex = supportVertex(shape.hull(), direction, vertex);
+  vertex = shape.hull().farthestVertex(direction, vertex);
   return hullFeature(shape.hull(), direction, tolerance, vertex);
 }
 

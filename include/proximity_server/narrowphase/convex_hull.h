@@ -38,17 +38,24 @@ class ConvexHull {
     return {neighbours_.data() + offsets_[v], neighbours_.data() + offsets_[v + 1]};
   }
 
+  /// Index of the vertex farthest along `direction`. A small hull is scanned whole; on a large one the search climbs
+  /// from neighbour to neighbour, beginning at `start` (any value is legal, the last answer is the best).
+  int farthestVertex(const Eigen::Vector3d& direction, int start) const;
+
   /// Enclosed volume [m^3]; 0 for a degenerate hull.
   double volume() const;
 
  private:
   void connectNeighbours();
+  void storeForScan();
+  int climb(const Eigen::Vector3d& direction, int start) const;
 
   int dimension_ = 0;
   std::vector<Eigen::Vector3d> vertices_;
   std::vector<std::array<int, 3>> triangles_;
-  std::vector<int> offsets_;     // of each vertex into neighbours_
-  std::vector<int> neighbours_;  // grouped by vertex
+  std::vector<int> offsets_;              // of each vertex into neighbours_
+  std::vector<int> neighbours_;           // grouped by vertex
+  std::vector<double> scan_coordinates_;  // all x, all y, all z, each filled up to the scan's stride with the first
 };
 
 }  // namespace proximity_server

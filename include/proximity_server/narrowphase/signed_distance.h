@@ -17,7 +17,7 @@ enum class Status : unsigned char {
 
 struct Options {
   double distance_tolerance = 1e-9;  ///< [m] accepted gap between upper and lower bound
-  int max_iterations = 128;          ///< of GJK, and again of EPA
+  int max_iterations = 500;          ///< of GJK, and again of EPA (whose storage ends there)
 
   /// The cheaper questions. The search ends with Status::Threshold as soon as
   ///   lower_bound > stop_above   (nobody asks how far), or

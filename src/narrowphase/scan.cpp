@@ -1,0 +1,114 @@
+#include "scan.h"
+
+#include <cstdint>
+#include <cstring>
+
+namespace proximity_server {
+namespace {
+
+using ScanFunction = int (*)(const double*, const double*, const double*, int, const double*);
+
+typedef double Values16 __attribute__((vector_size(16)));
+typedef double Values32 __attribute__((vector_size(32)));
+typedef double Values64 __attribute__((vector_size(64)));
+typedef std::int64_t Indices16 __attribute__((vector_size(16)));
+typedef std::int64_t Indices32 __attribute__((vector_size(32)));
+typedef std::int64_t Indices64 __attribute__((vector_size(64)));
+
+/// The scan on one width of vectors: every lane keeps its own maximum, and two vectors at a time hide the latency.
+template <typename Values, typename Indices>
+struct Lanes {
+  static constexpr int kWidth = sizeof(Values) / sizeof(double);
+
+  struct Best {
+    Values height;
+    Indices index;
+  };
+
+  [[gnu::always_inline]] static inline void load(const double* from, Values& to) { std::memcpy(&to, from, sizeof to); }
+
+  [[gnu::always_inline]] static inline void heights(const double* x, const double* y, const double* z, const double* d,
+                                                    Values& to) {
+    Values px, py, pz;
+    load(x, px);
+    load(y, py);
+    load(z, pz);
+    to = d[0] * px + d[1] * py + d[2] * pz;
+  }
+
+  [[gnu::always_inline]] static inline void offer(Best& best, const Values& height, const Indices& index) {
+    const Indices higher = height > best.height;
+    best.height = higher ? height : best.height;
+    best.index = higher ? index : best.index;
+  }
+
+  [[gnu::always_inline]] static inline int scan(const double* x, const double* y, const double* z, int count,
+                                                const double* d) {
+    std::int64_t lanes[kWidth];
+    for (int lane = 0; lane < kWidth; ++lane) lanes[lane] = lane;
+    Best even, odd;
+    std::memcpy(&even.index, lanes, sizeof lanes);
+    odd.index = even.index + kWidth;
+    heights(x, y, z, d, even.height);
+    heights(x + kWidth, y + kWidth, z + kWidth, d, odd.height);
+    Indices even_index = even.index, odd_index = odd.index;
+    for (int i = 2 * kWidth; i < count; i += 2 * kWidth) {
+      Values height;
+      even_index += 2 * kWidth;
+      odd_index += 2 * kWidth;
+      heights(x + i, y + i, z + i, d, height);
+      offer(even, height, even_index);
+      heights(x + i + kWidth, y + i + kWidth, z + i + kWidth, d, height);
+      offer(odd, height, odd_index);
+    }
+    return first(even, odd);
+  }
+
+  /// The smallest of the indices that share the greatest height.
+  [[gnu::always_inline]] static inline int first(const Best& even, const Best& odd) {
+    double height[2 * kWidth];
+    std::int64_t index[2 * kWidth];
+    std::memcpy(height, &even.height, sizeof even.height);
+    std::memcpy(height + kWidth, &odd.height, sizeof odd.height);
+    std::memcpy(index, &even.index, sizeof even.index);
+    std::memcpy(index + kWidth, &odd.index, sizeof odd.index);
+    int best = 0;
+    for (int lane = 1; lane < 2 * kWidth; ++lane)
+      if (height[lane] > height[best] || (height[lane] == height[best] && index[lane] < index[best])) best = lane;
+    return static_cast<int>(index[best]);
+  }
+};
+
+int scanBaseline(const double* x, const double* y, const double* z, int count, const double* d) {
+  return Lanes<Values16, Indices16>::scan(x, y, z, count, d);
+}
+
+#if defined(__x86_64__)
+[[gnu::target("avx2")]] int scanAvx2(const double* x, const double* y, const double* z, int count, const double* d) {
+  return Lanes<Values32, Indices32>::scan(x, y, z, count, d);
+}
+
+[[gnu::target("avx512f")]] int scanAvx512(const double* x, const double* y, const double* z, int count,
+                                          const double* d) {
+  return Lanes<Values64, Indices64>::scan(x, y, z, count, d);
+}
+
+ScanFunction widest() {
+  __builtin_cpu_init();
+  if (__builtin_cpu_supports("avx512f")) return scanAvx512;
+  if (__builtin_cpu_supports("avx2")) return scanAvx2;
+  return scanBaseline;
+}
+#else
+ScanFunction widest() { return scanBaseline; }
+#endif
+
+const ScanFunction kScan = widest();
+
+}  // namespace
+
+int scan(const double* x, const double* y, const double* z, int count, const Eigen::Vector3d& direction) {
+  return kScan(x, y, z, count, direction.data());
+}
+
+}  // namespace proximity_server
