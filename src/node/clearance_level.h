@@ -1,0 +1,15 @@
+#pragma once
+
+#include <cstdint>
+
+#include "config.h"
+
+namespace proximity_server {
+
+/// The level that a clearance of `distance` [m] means, one of Clearance::CLEAR, WARN, STOP, COLLISION.
+///
+/// A level starts at or below its threshold (0 for COLLISION) and is left only when the distance exceeds the threshold
+/// by more than the hysteresis; `previous` is the level so far, Clearance::INVALID starts afresh.
+std::uint8_t clearanceLevel(double distance, std::uint8_t previous, const MonitorSettings& settings);
+
+}  // namespace proximity_server

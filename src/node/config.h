@@ -1,0 +1,45 @@
+#pragma once
+
+#include <ros/node_handle.h>
+
+#include <string>
+#include <vector>
+
+#include "proximity_server/scene/pair_filter.h"
+#include "proximity_server/scene/robot_model.h"
+
+namespace proximity_server {
+
+/// What may change while the node runs (dynamic_reconfigure). config/proximity.yaml documents each parameter.
+struct MonitorSettings {
+  double rate = 50.0;           ///< [Hz]; 0: on every new set of transforms
+  double threshold = 0.3;       ///< [m] pairs at or below it are listed
+  double warn_distance = 0.05;  ///< [m]
+  double stop_distance = 0.02;  ///< [m]
+  double hysteresis = 0.002;    ///< [m]
+  int max_reported_pairs = 10;
+  bool markers = true;
+};
+
+struct Config {
+  std::string robot_description = "robot_description";              ///< name of a parameter, searched upwards
+  std::string semantic_description = "robot_description_semantic";  ///< the same; it may be missing
+  std::string reference_frame;                                      ///< "": the robot's root link
+  std::vector<std::string> mesh_roots;                              ///< searched for packages before ROS_PACKAGE_PATH
+  ModelOptions model;
+  PairFilterOptions filter;
+  double tolerance = 1e-9;    ///< [m] of every answer
+  double max_tf_age = 0.2;    ///< [s]
+  double max_tf_skew = 0.05;  ///< [s]
+  double tf_timeout = 0.1;    ///< [s] of wall time
+  int max_batch = 10000;      ///< pairs in one request
+  MonitorSettings monitor;
+};
+
+/// Reads the parameters in the namespace of `private_nh`; what is not set keeps its default.
+///
+/// Failure: throws std::invalid_argument naming the parameter that has the wrong type or lies outside its range. A name
+///          that is no parameter of ours is logged as a warning, with the nearest one that is.
+Config loadConfig(const ros::NodeHandle& private_nh);
+
+}  // namespace proximity_server

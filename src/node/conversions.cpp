@@ -1,0 +1,166 @@
+#include "conversions.h"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+
+namespace proximity_server {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+const Eigen::Vector3d kNowhere = Eigen::Vector3d::Constant(kNaN);
+
+template <class Message>
+void assign(Message& message, const Eigen::Vector3d& vector) {
+  message.x = vector.x();
+  message.y = vector.y();
+  message.z = vector.z();
+}
+
+const Link& linkOf(const RobotModel& robot, const Subject& subject) {
+  return robot.links[static_cast<std::size_t>(subject.link)];
+}
+
+/// `point` of the common frame, in the frame of the subject's link.
+Eigen::Vector3d inLink(const RobotModel& robot, const BodyPoses& poses, const Subject& subject,
+                       const Eigen::Vector3d& point) {
+  const Link& link = linkOf(robot, subject);
+  const std::optional<Eigen::Isometry3d>& pose = poses[static_cast<std::size_t>(link.body)];
+  return pose ? Eigen::Vector3d((*pose * link.body_T_link).inverse() * point) : kNowhere;
+}
+
+/// Only what the bounds prove.
+std::uint8_t stateOf(const SignedDistance& result, double threshold) {
+  if (result.status == Status::Unknown) return Proximity::UNKNOWN;
+  if (result.status == Status::Threshold && result.lower_bound > threshold) return Proximity::BEYOND_THRESHOLD;
+  if (result.lower_bound > 0.0) return Proximity::SEPARATED;
+  if (result.upper_bound < 0.0 || result.status == Status::Threshold) return Proximity::PENETRATING;
+  return result.status == Status::Converged ? Proximity::TOUCHING : Proximity::UNKNOWN;
+}
+
+void assignResult(Proximity& message, const SignedDistance& result, double threshold) {
+  message.state = stateOf(result, threshold);
+  const bool beyond = message.state == Proximity::BEYOND_THRESHOLD;
+  message.distance = beyond ? result.lower_bound : result.distance;
+  message.lower_bound = result.lower_bound;
+  message.upper_bound = result.upper_bound;
+  message.points_valid = result.has_points;
+  assign(message.point_a, result.point_a);
+  assign(message.point_b, result.point_b);
+  assign(message.normal, result.normal);
+  message.unique = result.unique;
+  message.iterations = static_cast<std::uint16_t>(std::min<int>(result.iterations, UINT16_MAX));
+}
+
+ShapeInfo shapeInfo(const RobotModel& robot, const Collision& collision) {
+  ShapeInfo info;
+  info.shape = toMessage(robot, Subject{collision.link, collision.number});
+  info.description = collision.description;
+  info.representation = static_cast<std::uint8_t>(collision.representation);
+  info.deviation = collision.deviation;
+  info.pieces = static_cast<std::uint32_t>(collision.pieces.size());
+  for (const int index : collision.pieces) {
+    const Shape& shape = robot.pieces[static_cast<std::size_t>(index)].shape;
+    if (shape.kind() == Shape::Kind::Hull) info.vertices += static_cast<std::uint32_t>(shape.hull().size());
+  }
+  return info;
+}
+
+double paddingOf(const Link& link, const ModelOptions& options) {
+  const auto own = options.link_padding.find(link.name);
+  return own == options.link_padding.end() ? options.default_padding : own->second;
+}
+
+LinkInfo linkInfo(const RobotModel& robot, const Link& link, const ModelOptions& options) {
+  LinkInfo info;
+  info.name = link.name;
+  info.padding = paddingOf(link, options);
+  const Body& body = robot.bodies[static_cast<std::size_t>(link.body)];
+  info.body = robot.links[static_cast<std::size_t>(body.link)].name;
+  for (const int index : link.collisions) {
+    info.shapes.push_back(shapeInfo(robot, robot.collisions[static_cast<std::size_t>(index)]));
+  }
+  return info;
+}
+
+PairInfo pairInfo(const RobotModel& robot, const LinkPair& pair) {
+  PairInfo info;
+  info.link_a = robot.links[static_cast<std::size_t>(pair.link_a)].name;
+  info.link_b = robot.links[static_cast<std::size_t>(pair.link_b)].name;
+  info.checked = pair.reason == PairReason::Checked;
+  info.reason = toString(pair.reason);
+  info.detail = pair.detail;
+  info.padding = pair.padding;
+  return info;
+}
+
+}  // namespace
+
+ShapeRef toMessage(const RobotModel& robot, const Subject& subject) {
+  ShapeRef message;
+  const Link& link = linkOf(robot, subject);
+  message.link = link.name;
+  message.index = static_cast<std::uint32_t>(subject.collision);
+  if (subject.collision > 0) {
+    const int collision = link.collisions[static_cast<std::size_t>(subject.collision - 1)];
+    message.name = robot.collisions[static_cast<std::size_t>(collision)].name;
+  }
+  return message;
+}
+
+Proximity toMessage(const RobotModel& robot, const BodyPoses& poses, const PairProximity& pair,
+                    const Question& question) {
+  const Subject a{pair.asked.a.link, pair.collision_a ? pair.collision_a : pair.asked.a.collision};
+  const Subject b{pair.asked.b.link, pair.collision_b ? pair.collision_b : pair.asked.b.collision};
+  Proximity message = unknownProximity();
+  message.a = toMessage(robot, a);
+  message.b = toMessage(robot, b);
+  message.representation = static_cast<std::uint8_t>(pair.representation);
+  if (pair.result.status == Status::Unknown) return message;
+  assignResult(message, pair.result, question.threshold);
+  assign(message.point_a_link, inLink(robot, poses, a, pair.result.point_a));
+  assign(message.point_b_link, inLink(robot, poses, b, pair.result.point_b));
+  return message;
+}
+
+Proximity unknownProximity() {
+  Proximity message;
+  message.state = Proximity::UNKNOWN;
+  message.distance = message.lower_bound = message.upper_bound = kNaN;
+  assign(message.point_a, kNowhere);
+  assign(message.point_b, kNowhere);
+  assign(message.normal, kNowhere);
+  assign(message.point_a_link, kNowhere);
+  assign(message.point_b_link, kNowhere);
+  return message;
+}
+
+Proximity beyondThreshold(double threshold) {
+  Proximity message = unknownProximity();
+  message.state = Proximity::BEYOND_THRESHOLD;
+  message.distance = message.lower_bound = threshold;
+  message.upper_bound = std::numeric_limits<double>::infinity();
+  return message;
+}
+
+std::int8_t statusCode(const SignedDistance& result) {
+  const bool decided = result.status == Status::Converged || result.status == Status::Threshold;
+  return decided ? QueryStatus::OK : QueryStatus::NOT_CONVERGED;
+}
+
+ModelInfo toMessage(const Robot& robot, const ros::Time& loaded) {
+  const RobotModel& links = robot.links();
+  const PairTable& pairs = robot.model().pairs;
+  ModelInfo message;
+  message.header.stamp = loaded;
+  message.header.frame_id = robot.referenceFrame();
+  message.robot = links.name;
+  for (const Link& link : links.links) message.links.push_back(linkInfo(links, link, robot.config().model));
+  for (const LinkPair& pair : pairs.pairs) message.pairs.push_back(pairInfo(links, pair));
+  message.pairs_checked = static_cast<std::uint32_t>(pairs.checked.size());
+  message.warnings = links.warnings;
+  message.warnings.insert(message.warnings.end(), pairs.warnings.begin(), pairs.warnings.end());
+  return message;
+}
+
+}  // namespace proximity_server

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <ros/time.h>
+
+#include <cstdint>
+#include <string>
+
+#include "proximity_server/ModelInfo.h"
+#include "proximity_server/Proximity.h"
+#include "proximity_server/QueryStatus.h"
+#include "proximity_server/scene/scene.h"
+#include "robot.h"
+
+// What the scene knows, as messages. Nothing here computes; NaN stands for what is not known.
+
+namespace proximity_server {
+
+ShapeRef toMessage(const RobotModel& robot, const Subject& subject);
+
+/// `poses` are those that the scene was asked with; they carry the points into the frames of the links.
+Proximity toMessage(const RobotModel& robot, const BodyPoses& poses, const PairProximity& pair,
+                    const Question& question);
+
+/// A pair of which nothing is known.
+Proximity unknownProximity();
+
+/// Some pair, proven farther than `threshold`.
+Proximity beyondThreshold(double threshold);
+
+/// NOT_CONVERGED where the bounds are wider than the tolerance, else OK. The result is not Status::Unknown.
+std::int8_t statusCode(const SignedDistance& result);
+
+ModelInfo toMessage(const Robot& robot, const ros::Time& loaded);
+
+}  // namespace proximity_server

@@ -1,0 +1,152 @@
+#include "monitor_loop.h"
+
+#include <ros/callback_queue_interface.h>
+
+#include <algorithm>
+#include <boost/make_shared.hpp>
+#include <functional>
+#include <utility>
+
+#include "markers.h"
+
+namespace proximity_server {
+namespace {
+
+using Lock = std::lock_guard<std::mutex>;
+
+/// A function for a callback queue.
+class Call : public ros::CallbackInterface {
+ public:
+  explicit Call(std::function<void()> function) : function_(std::move(function)) {}
+  CallResult call() override {
+    function_();
+    return Success;
+  }
+
+ private:
+  std::function<void()> function_;
+};
+
+ros::NodeHandle withQueue(ros::NodeHandle nh, ros::CallbackQueue& queue) {
+  nh.setCallbackQueue(&queue);
+  return nh;
+}
+
+/// Longest silence [s] of wall time: two periods, or, on TF, the age at which the transforms become stale.
+ros::WallDuration keepAlivePeriod(const MonitorSettings& settings, const Config& config) {
+  return ros::WallDuration(settings.rate > 0.0 ? std::max(1.0, 2.0 / settings.rate) : std::min(1.0, config.max_tf_age));
+}
+
+}  // namespace
+
+MonitorLoop::MonitorLoop(const ros::NodeHandle& private_nh, TfPoses& tf, std::shared_ptr<const Robot> robot)
+    : tf_(tf), nh_(withQueue(private_nh, queue_)), spinner_(1, &queue_) {
+  health_.enabled = true;
+  health_.settings = robot->config().monitor;
+  monitor_.follow(robot);
+  clearance_pub_ = nh_.advertise<Clearance>("clearance", 1);
+  markers_pub_ = nh_.advertise<visualization_msgs::MarkerArray>(
+      "markers", 10, [this](const ros::SingleSubscriberPublisher& subscriber) { sendPieces(subscriber); });
+  timer_ = nh_.createTimer(
+      ros::Duration(1.0), [this](const ros::TimerEvent&) { cycle(); }, false, false);
+  keep_alive_ = nh_.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { onKeepAlive(); });
+  configure(health_.settings);
+  tf_.onChange([this] { onTransform(); });
+  spinner_.start();
+}
+
+MonitorLoop::~MonitorLoop() {
+  tf_.onChange(nullptr);
+  queue_.disable();
+  spinner_.stop();
+}
+
+void MonitorLoop::follow(std::shared_ptr<const Robot> robot) {
+  const Lock lock(mutex_);
+  monitor_.follow(robot);
+  redrawPieces();
+}
+
+void MonitorLoop::configure(const MonitorSettings& settings) {
+  const Lock lock(mutex_);
+  const bool redraw = settings.markers != health_.settings.markers;
+  health_.settings = settings;
+  on_tf_ = settings.rate == 0.0;
+  timer_.stop();
+  if (!on_tf_) {
+    timer_.setPeriod(ros::Duration(1.0 / settings.rate));
+    timer_.start();
+  }
+  keep_alive_.setPeriod(keepAlivePeriod(settings, monitor_.robot()->config()));
+  if (redraw) redrawPieces();
+}
+
+void MonitorLoop::enable() {
+  const Lock lock(mutex_);
+  health_.enabled = true;
+}
+
+void MonitorLoop::disable() {
+  const Lock lock(mutex_);
+  health_.enabled = false;
+}
+
+MonitorHealth MonitorLoop::health() {
+  const Lock lock(mutex_);
+  const MonitorHealth health = health_;
+  health_.slowest_cycle = ros::Duration(0.0);
+  return health;
+}
+
+void MonitorLoop::onTransform() {
+  if (!on_tf_ || wake_pending_.exchange(true)) return;
+  queue_.addCallback(boost::make_shared<Call>([this] {
+    wake_pending_ = false;
+    cycleIfNew();
+  }));
+}
+
+void MonitorLoop::onKeepAlive() {
+  const Lock lock(mutex_);
+  if (!alive_ && health_.enabled) publish(lookUp());
+  alive_ = false;
+}
+
+void MonitorLoop::cycleIfNew() {
+  const Lock lock(mutex_);
+  if (!health_.enabled) return;
+  const PoseSnapshot snapshot = lookUp();
+  if (snapshot.stamp != health_.last.header.stamp) publish(snapshot);
+}
+
+void MonitorLoop::cycle() {
+  const Lock lock(mutex_);
+  if (health_.enabled) publish(lookUp());
+}
+
+void MonitorLoop::publish(const PoseSnapshot& snapshot) {
+  alive_ = true;
+  health_.last = monitor_.cycle(snapshot, health_.settings);
+  health_.slowest_cycle = std::max(health_.slowest_cycle, health_.last.computation_time);
+  clearance_pub_.publish(health_.last);
+  if (health_.settings.markers && markers_pub_.getNumSubscribers() > 0) publishMarkers(health_.last);
+}
+
+void MonitorLoop::publishMarkers(const Clearance& clearance) {
+  const visualization_msgs::MarkerArray markers = witnessMarkers(clearance, health_.settings, labels_);
+  labels_ = clearance.below_threshold.size();
+  markers_pub_.publish(markers);
+}
+
+void MonitorLoop::redrawPieces() {
+  if (markers_pub_.getNumSubscribers() == 0) return;
+  markers_pub_.publish(noMarkers());
+  if (health_.settings.markers) markers_pub_.publish(pieceMarkers(monitor_.robot()->links()));
+}
+
+void MonitorLoop::sendPieces(const ros::SingleSubscriberPublisher& subscriber) {
+  const Lock lock(mutex_);
+  if (health_.settings.markers) subscriber.publish(pieceMarkers(monitor_.robot()->links()));
+}
+
+}  // namespace proximity_server

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <ros/callback_queue.h>
+#include <ros/node_handle.h>
+#include <ros/spinner.h>
+
+#include <atomic>
+#include <cstddef>
+#include <memory>
+#include <mutex>
+
+#include "monitor.h"
+#include "tf_poses.h"
+
+namespace proximity_server {
+
+/// How the monitor is doing, for the diagnostics.
+struct MonitorHealth {
+  Clearance last;  ///< cycle 0: none yet
+  MonitorSettings settings;
+  bool enabled;
+  ros::Duration slowest_cycle;  ///< computation time, since the previous call of MonitorLoop::health()
+};
+
+/// Runs a Monitor in a thread of its own and publishes what it says on ~clearance and ~markers.
+///
+/// A cycle runs at the rate of the settings, in ROS time, or on every new set of transforms when the rate is 0. A wall
+/// timer keeps the topic alive where neither the clock nor the transforms move.
+/// Thread-safe.
+class MonitorLoop {
+ public:
+  MonitorLoop(const ros::NodeHandle& private_nh, TfPoses& tf, std::shared_ptr<const Robot> robot);
+  ~MonitorLoop();
+
+  void follow(std::shared_ptr<const Robot> robot);
+  void configure(const MonitorSettings& settings);
+  void enable();
+  void disable();
+  MonitorHealth health();
+
+ private:
+  void onTransform();
+  void onKeepAlive();
+  void cycleIfNew();
+  void cycle();
+  void publish(const PoseSnapshot& snapshot);
+  void publishMarkers(const Clearance& clearance);
+  void redrawPieces();
+  void sendPieces(const ros::SingleSubscriberPublisher& subscriber);
+  PoseSnapshot lookUp() { return tf_.lookUp(*monitor_.robot(), monitor_.bodies()); }
+
+  TfPoses& tf_;
+  ros::CallbackQueue queue_;
+  ros::NodeHandle nh_;
+  std::atomic<bool> on_tf_{false};
+  std::atomic<bool> wake_pending_{false};
+
+  std::mutex mutex_;  // guards all that follows down to the publishers
+  Monitor monitor_;
+  MonitorHealth health_{};
+  bool alive_ = false;  // a cycle ran since the last keep-alive
+  std::size_t labels_ = 0;
+
+  ros::Publisher clearance_pub_;
+  ros::Publisher markers_pub_;
+  ros::Timer timer_;
+  ros::WallTimer keep_alive_;
+  ros::AsyncSpinner spinner_;
+};
+
+}  // namespace proximity_server

@@ -1,0 +1,85 @@
+#include "proximity_node.h"
+
+#include <ros/console.h>
+
+#include <exception>
+#include <string>
+
+#include "conversions.h"
+
+namespace proximity_server {
+namespace {
+
+std::string description(const Robot& robot) {
+  return "'" + robot.links().name + "': " + std::to_string(robot.links().links.size()) + " links, " +
+         std::to_string(robot.model().pairs.checked.size()) + " of " +
+         std::to_string(robot.model().pairs.pairs.size()) + " pairs are checked";
+}
+
+}  // namespace
+
+ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
+    : nh_(nh),
+      private_nh_(private_nh),
+      robot_(std::make_shared<const Robot>(nh_, loadConfig(private_nh_))),
+      monitor_(private_nh_, tf_, robot_),
+      diagnostics_(
+          nh_, [this] { return monitor_.health(); }, [this] { return robot(); }),
+      settings_server_(private_nh_),
+      model_info_pub_(private_nh_.advertise<ModelInfo>("model_info", 1, /*latch=*/true)),
+      minimum_distance_srv_(private_nh_.advertiseService(
+          "minimum_distance", &ProximityNode::onQuery<MinimumDistanceRequest, MinimumDistanceResponse>, this)),
+      separation_axis_srv_(private_nh_.advertiseService(
+          "separation_axis", &ProximityNode::onQuery<SeparationAxisRequest, SeparationAxisResponse>, this)),
+      penetration_depth_srv_(private_nh_.advertiseService(
+          "penetration_depth", &ProximityNode::onQuery<PenetrationDepthRequest, PenetrationDepthResponse>, this)),
+      query_pairs_srv_(private_nh_.advertiseService(
+          "query_pairs", &ProximityNode::onQuery<QueryPairsRequest, QueryPairsResponse>, this)),
+      reload_srv_(private_nh_.advertiseService("reload", &ProximityNode::onReload, this)),
+      enable_monitor_srv_(private_nh_.advertiseService("enable_monitor", &ProximityNode::onEnableMonitor, this)) {
+  settings_server_.setCallback([this](const ProximityConfig& settings, std::uint32_t) { onSettings(settings); });
+  announce(*robot_);
+}
+
+bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
+  try {
+    const auto loaded = std::make_shared<const Robot>(nh_, loadConfig(private_nh_));
+    std::atomic_store(&robot_, loaded);
+    monitor_.follow(loaded);
+    announce(*loaded);
+    response.success = true;
+    response.message = description(*loaded);
+  } catch (const std::exception& error) {
+    response.message = std::string("the model stays as it was: ") + error.what();
+    ROS_ERROR_STREAM("reload: " << response.message);
+  }
+  return true;
+}
+
+bool ProximityNode::onEnableMonitor(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
+  request.data ? monitor_.enable() : monitor_.disable();
+  response.success = true;
+  response.message = request.data ? "the monitor runs" : "the monitor is silent";
+  return true;
+}
+
+void ProximityNode::onSettings(const ProximityConfig& settings) {
+  MonitorSettings monitor;
+  monitor.rate = settings.rate;
+  monitor.threshold = settings.threshold;
+  monitor.warn_distance = settings.warn_distance;
+  monitor.stop_distance = settings.stop_distance;
+  monitor.hysteresis = settings.hysteresis;
+  monitor.max_reported_pairs = settings.max_reported_pairs;
+  monitor.markers = settings.markers;
+  monitor_.configure(monitor);
+}
+
+void ProximityNode::announce(const Robot& robot) {
+  ROS_INFO_STREAM("loaded " << description(robot));
+  const ModelInfo info = toMessage(robot, ros::Time::now());
+  for (const std::string& warning : info.warnings) ROS_WARN_STREAM(warning);
+  model_info_pub_.publish(info);
+}
+
+}  // namespace proximity_server

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <dynamic_reconfigure/server.h>
+#include <ros/node_handle.h>
+#include <std_srvs/SetBool.h>
+#include <std_srvs/Trigger.h>
+
+#include <memory>
+
+#include "diagnostics.h"
+#include "monitor_loop.h"
+#include "proximity_server/ProximityConfig.h"
+#include "queries.h"
+#include "robot.h"
+#include "tf_poses.h"
+
+namespace proximity_server {
+
+/// The ROS interface: services, topics and parameters in the private namespace. Callbacks translate; several threads
+/// may run them.
+class ProximityNode {
+ public:
+  /// Failure: throws std::invalid_argument naming the parameter, file, link or element that is missing or wrong.
+  ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh);
+
+ private:
+  template <class Request, class Response>
+  bool onQuery(Request& request, Response& response) {
+    response = answer(*robot(), tf_, request);
+    return true;
+  }
+  bool onReload(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+  bool onEnableMonitor(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
+  void onSettings(const ProximityConfig& settings);
+
+  std::shared_ptr<const Robot> robot() const { return std::atomic_load(&robot_); }
+  void announce(const Robot& robot);
+
+  ros::NodeHandle nh_;
+  ros::NodeHandle private_nh_;
+  std::shared_ptr<const Robot> robot_;  // replaced by a reload: only through atomic_load and atomic_store
+  TfPoses tf_;
+  MonitorLoop monitor_;
+  Diagnostics diagnostics_;
+  dynamic_reconfigure::Server<ProximityConfig> settings_server_;
+  ros::Publisher model_info_pub_;
+  ros::ServiceServer minimum_distance_srv_;
+  ros::ServiceServer separation_axis_srv_;
+  ros::ServiceServer penetration_depth_srv_;
+  ros::ServiceServer query_pairs_srv_;
+  ros::ServiceServer reload_srv_;
+  ros::ServiceServer enable_monitor_srv_;
+};
+
+}  // namespace proximity_server

@@ -1,0 +1,168 @@
+#include "requests.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace proximity_server {
+namespace {
+
+const Link& linkAt(const RobotModel& robot, int index) { return robot.links[static_cast<std::size_t>(index)]; }
+
+template <class Items>
+std::vector<std::string> namesOf(const Items& items) {
+  std::vector<std::string> names;
+  for (const auto& item : items) names.push_back(item.name);
+  return names;
+}
+
+int linkNamed(const RobotModel& robot, const std::string& name) {
+  const int index = robot.findLink(name);
+  if (index < 0) {
+    throw RequestError(QueryStatus::UNKNOWN_LINK, "there is no link '" + name + "': did you mean '" +
+                                                      nearestName(name, namesOf(robot.links)) + "'?");
+  }
+  if (linkAt(robot, index).collisions.empty()) {
+    throw RequestError(QueryStatus::NO_COLLISION_GEOMETRY, "link '" + name + "' has no collision geometry");
+  }
+  return index;
+}
+
+std::vector<Collision> collisionsOf(const RobotModel& robot, const Link& link) {
+  std::vector<Collision> collisions;
+  for (const int index : link.collisions) collisions.push_back(robot.collisions[static_cast<std::size_t>(index)]);
+  return collisions;
+}
+
+int shapeNamed(const RobotModel& robot, const Link& link, const std::string& name) {
+  const std::vector<Collision> collisions = collisionsOf(robot, link);
+  for (const Collision& collision : collisions) {
+    if (collision.name == name) return collision.number;
+  }
+  throw RequestError(QueryStatus::INVALID_ARGUMENT, "link '" + link.name + "' has no <collision> '" + name +
+                                                        "': did you mean '" + nearestName(name, namesOf(collisions)) +
+                                                        "'?");
+}
+
+Subject subjectOf(const RobotModel& robot, const ShapeRef& ref) {
+  const int index = linkNamed(robot, ref.link);
+  const Link& link = linkAt(robot, index);
+  if (ref.index == 0) return {index, ref.name.empty() ? 0 : shapeNamed(robot, link, ref.name)};
+  if (ref.index > link.collisions.size()) {
+    throw RequestError(QueryStatus::INVALID_ARGUMENT,
+                       "link '" + ref.link + "' has " + std::to_string(link.collisions.size()) +
+                           " <collision> elements, asked was number " + std::to_string(ref.index));
+  }
+  return {index, static_cast<int>(ref.index)};
+}
+
+bool isEmpty(const ShapeRef& ref) { return ref.link.empty() && ref.index == 0 && ref.name.empty(); }
+
+bool isSame(const Subject& a, const Subject& b) {
+  return a.link == b.link && (a.collision == b.collision || a.collision == 0 || b.collision == 0);
+}
+
+SubjectPair onePair(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter) {
+  const SubjectPair pair{subjectOf(robot.links(), a), subjectOf(robot.links(), b)};
+  const std::string names = "'" + a.link + "' and '" + b.link + "'";
+  if (isSame(pair.a, pair.b)) throw RequestError(QueryStatus::INVALID_ARGUMENT, names + " are the same");
+  if (filter == Filter::Ignored) return pair;
+
+  const PairTable& table = robot.model().pairs;
+  const int row = table.find(pair.a.link, pair.b.link);
+  const PairReason reason = row < 0 ? PairReason::SameBody : table.pairs[static_cast<std::size_t>(row)].reason;
+  if (reason != PairReason::Checked) {
+    throw RequestError(QueryStatus::PAIR_EXCLUDED,
+                       names + " are not checked: " + toString(reason) + "; ignore_filter asks anyway");
+  }
+  return pair;
+}
+
+std::vector<SubjectPair> everyPair(const Robot& robot, Filter filter) {
+  const PairTable& table = robot.model().pairs;
+  if (filter == Filter::Applies) return checkedPairs(table);
+  std::vector<SubjectPair> pairs;
+  for (const LinkPair& pair : table.pairs) pairs.push_back({{pair.link_a}, {pair.link_b}});
+  return pairs;
+}
+
+/// The pairs with `a`, which comes first.
+std::vector<SubjectPair> pairsWith(const Robot& robot, const ShapeRef& a, Filter filter) {
+  const Subject subject = subjectOf(robot.links(), a);
+  std::vector<SubjectPair> pairs;
+  for (const SubjectPair& pair : everyPair(robot, filter)) {
+    if (pair.a.link == subject.link) pairs.push_back({subject, pair.b});
+    if (pair.b.link == subject.link) pairs.push_back({subject, pair.a});
+  }
+  return pairs;
+}
+
+std::vector<SubjectPair> groupOrEveryPair(const Robot& robot, const std::string& group, Filter filter) {
+  if (group.empty()) return everyPair(robot, filter);
+  if (filter == Filter::Ignored) {
+    throw RequestError(QueryStatus::INVALID_ARGUMENT, "group and ignore_filter exclude each other");
+  }
+  try {
+    return robot.pairsOfGroup(group);
+  } catch (const std::invalid_argument& error) {
+    throw RequestError(QueryStatus::INVALID_ARGUMENT, error.what());
+  }
+}
+
+std::vector<SubjectPair> pairsOfBatch(const Robot& robot, const QueryPairsRequest& request, Filter filter) {
+  if (request.a.empty() && request.b.empty()) return groupOrEveryPair(robot, request.group, filter);
+  if (!request.group.empty()) throw RequestError(QueryStatus::INVALID_ARGUMENT, "group goes with empty a and b only");
+  if (!request.b.empty() && request.b.size() != request.a.size()) {
+    throw RequestError(QueryStatus::INVALID_ARGUMENT, "a and b must have the same length, or b none");
+  }
+  std::vector<SubjectPair> pairs;
+  for (std::size_t i = 0; i < request.a.size(); ++i) {
+    const ShapeRef b = request.b.empty() ? ShapeRef() : request.b[i];
+    const std::vector<SubjectPair> more = pairsOf(robot, request.a[i], b, filter);
+    pairs.insert(pairs.end(), more.begin(), more.end());
+  }
+  return pairs;
+}
+
+void requirePairs(const std::vector<SubjectPair>& pairs) {
+  if (pairs.empty()) throw RequestError(QueryStatus::INVALID_ARGUMENT, "the filter leaves no pair to check");
+}
+
+}  // namespace
+
+QueryStatus RequestError::status() const {
+  QueryStatus status;
+  status.code = code_;
+  status.message = what();
+  return status;
+}
+
+std::vector<SubjectPair> pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter) {
+  if (!isEmpty(a) && !isEmpty(b)) return {onePair(robot, a, b, filter)};
+  if (!isEmpty(b)) throw RequestError(QueryStatus::INVALID_ARGUMENT, "b without a: name a, or neither of them");
+  std::vector<SubjectPair> pairs = isEmpty(a) ? everyPair(robot, filter) : pairsWith(robot, a, filter);
+  requirePairs(pairs);
+  return pairs;
+}
+
+std::vector<SubjectPair> pairsOf(const Robot& robot, const QueryPairsRequest& request) {
+  std::vector<SubjectPair> pairs = pairsOfBatch(robot, request, filterOf(request.ignore_filter));
+  requirePairs(pairs);
+  if (pairs.size() > static_cast<std::size_t>(robot.config().max_batch)) {
+    throw RequestError(QueryStatus::OVER_BUDGET, "these are " + std::to_string(pairs.size()) + " pairs, max_batch is " +
+                                                     std::to_string(robot.config().max_batch));
+  }
+  return pairs;
+}
+
+std::vector<int> bodiesOf(const RobotModel& robot, const std::vector<SubjectPair>& pairs) {
+  std::vector<int> bodies;
+  for (const SubjectPair& pair : pairs) {
+    bodies.push_back(linkAt(robot, pair.a.link).body);
+    bodies.push_back(linkAt(robot, pair.b.link).body);
+  }
+  std::sort(bodies.begin(), bodies.end());
+  bodies.erase(std::unique(bodies.begin(), bodies.end()), bodies.end());
+  return bodies;
+}
+
+}  // namespace proximity_server

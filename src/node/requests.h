@@ -1,0 +1,42 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "proximity_server/QueryPairsRequest.h"
+#include "proximity_server/QueryStatus.h"
+#include "proximity_server/ShapeRef.h"
+#include "robot.h"
+
+namespace proximity_server {
+
+/// A request that cannot be answered: code and message of its QueryStatus.
+class RequestError : public std::runtime_error {
+ public:
+  RequestError(std::int8_t code, const std::string& message) : std::runtime_error(message), code_(code) {}
+  explicit RequestError(const QueryStatus& status) : RequestError(status.code, status.message) {}
+
+  QueryStatus status() const;
+
+ private:
+  std::int8_t code_;
+};
+
+enum class Filter { Applies, Ignored };
+inline Filter filterOf(bool ignore_filter) { return ignore_filter ? Filter::Ignored : Filter::Applies; }
+
+// What a request means by its names. The pairs keep the request's order of a and b.
+// Failure: throw RequestError for a link or shape that does not exist or has no geometry, for a pair that the filter
+//          excludes, and where no pair is left.
+
+/// Both empty: every pair; b empty: a against all others; else that one pair.
+std::vector<SubjectPair> pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter);
+
+/// The same for the lists of a batch. Throws also where there are more than Config::max_batch pairs.
+std::vector<SubjectPair> pairsOf(const Robot& robot, const QueryPairsRequest& request);
+
+/// The bodies of all links in `pairs`, each once.
+std::vector<int> bodiesOf(const RobotModel& robot, const std::vector<SubjectPair>& pairs);
+
+}  // namespace proximity_server

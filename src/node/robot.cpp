@@ -1,0 +1,63 @@
+#include "robot.h"
+
+#include <stdexcept>
+#include <utility>
+
+namespace proximity_server {
+namespace {
+
+/// The text of a parameter, searched upwards; "" where there is none.
+std::string descriptionOf(const ros::NodeHandle& nh, const std::string& name) {
+  std::string found, text;
+  if (!nh.searchParam(name, found)) return {};
+  if (!nh.getParam(found, text)) throw std::invalid_argument("parameter " + found + " must be a text");
+  return text;
+}
+
+std::string urdfOf(const ros::NodeHandle& nh, const std::string& name) {
+  std::string urdf = descriptionOf(nh, name);
+  if (urdf.empty()) {
+    throw std::invalid_argument("no robot: parameter '" + name + "' is not set or empty, searched upwards from " +
+                                nh.getNamespace());
+  }
+  return urdf;
+}
+
+std::shared_ptr<const SceneModel> sceneModel(const std::string& urdf, const std::string& srdf, const Config& config) {
+  std::vector<std::string> roots = config.mesh_roots;
+  for (std::string& root : rosPackagePath()) roots.push_back(std::move(root));
+  RobotModel robot = loadRobotModel(urdf, packageResolver(std::move(roots)), config.model);
+  PairTable pairs = filterPairs(robot, srdf, config.filter);
+  return std::make_shared<const SceneModel>(SceneModel{std::move(robot), std::move(pairs)});
+}
+
+const Link& rootLink(const RobotModel& robot) {
+  return robot.links[static_cast<std::size_t>(robot.bodies.front().link)];
+}
+
+}  // namespace
+
+Robot::Robot(const ros::NodeHandle& nh, const Config& config)
+    : config_(config),
+      srdf_(descriptionOf(nh, config.semantic_description)),
+      model_(sceneModel(urdfOf(nh, config.robot_description), srdf_, config)),
+      reference_frame_(config.reference_frame.empty() ? rootLink(model_->robot).name : config.reference_frame),
+      reference_link_(model_->robot.findLink(reference_frame_)),
+      scenes_(std::make_unique<ScenePool>(model_)) {}
+
+std::vector<SubjectPair> Robot::pairsOfGroup(const std::string& group) const {
+  PairFilterOptions filter = config_.filter;
+  filter.group = group;
+  return checkedPairs(filterPairs(links(), srdf_, filter));
+}
+
+std::vector<SubjectPair> checkedPairs(const PairTable& table) {
+  std::vector<SubjectPair> pairs;
+  for (const int index : table.checked) {
+    const LinkPair& pair = table.pairs[static_cast<std::size_t>(index)];
+    pairs.push_back({{pair.link_a}, {pair.link_b}});
+  }
+  return pairs;
+}
+
+}  // namespace proximity_server

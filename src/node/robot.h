@@ -1,0 +1,49 @@
+#pragma once
+
+#include <ros/node_handle.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "config.h"
+#include "proximity_server/scene/scene.h"
+#include "scene_pool.h"
+
+namespace proximity_server {
+
+/// A robot as the parameter server described it. Never changed after loading: a reload makes a new one, and requests
+/// that are under way keep theirs.
+class Robot {
+ public:
+  /// Reads URDF and SRDF from the parameters that `config` names, searched upwards from the namespace of `nh`.
+  ///
+  /// Failure: throws std::invalid_argument naming the parameter, file, link or element that is missing or broken.
+  Robot(const ros::NodeHandle& nh, const Config& config);
+
+  const Config& config() const { return config_; }
+  const SceneModel& model() const { return *model_; }
+  const RobotModel& links() const { return model_->robot; }
+
+  /// The frame of all answers, and the link that it is; -1 where it does not belong to the robot.
+  const std::string& referenceFrame() const { return reference_frame_; }
+  int referenceLink() const { return reference_link_; }
+
+  /// Candidate pairs in which a link of this SRDF group moves. Throws std::invalid_argument for an unknown group.
+  std::vector<SubjectPair> pairsOfGroup(const std::string& group) const;
+
+  ScenePool::Lease takeScene() const { return scenes_->take(); }
+
+ private:
+  Config config_;
+  std::string srdf_;
+  std::shared_ptr<const SceneModel> model_;
+  std::string reference_frame_;
+  int reference_link_;
+  std::unique_ptr<ScenePool> scenes_;
+};
+
+/// The pairs of a table that are checked, as whole links.
+std::vector<SubjectPair> checkedPairs(const PairTable& table);
+
+}  // namespace proximity_server

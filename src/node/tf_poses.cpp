@@ -1,0 +1,252 @@
+#include "tf_poses.h"
+
+#include <ros/console.h>
+#include <tf2/exceptions.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <utility>
+
+namespace proximity_server {
+namespace {
+
+QueryStatus status(std::int8_t code, std::string message = {}) {
+  QueryStatus result;
+  result.code = code;
+  result.message = std::move(message);
+  return result;
+}
+
+/// What tf knows about one edge of the robot's tree.
+struct Edge {
+  std::string parent, child;
+  std::string name;                       ///< for people
+  ros::Time latest;                       ///< of its newest transform; 0 for a static one
+  std::optional<Eigen::Isometry3d> pose;  ///< parent_T_child
+  QueryStatus status;
+};
+
+/// tf itself refuses quaternions whose squared norm is further than this from 1.
+constexpr double kUnitNormTolerance = 0.01;
+
+std::optional<Eigen::Isometry3d> rigidMotion(const geometry_msgs::Transform& transform) {
+  const Eigen::Vector3d translation(transform.translation.x, transform.translation.y, transform.translation.z);
+  const Eigen::Quaterniond rotation(transform.rotation.w, transform.rotation.x, transform.rotation.y,
+                                    transform.rotation.z);
+  if (!translation.allFinite() || !(std::abs(rotation.squaredNorm() - 1.0) <= kUnitNormTolerance)) return std::nullopt;
+  return Eigen::Translation3d(translation) * rotation.normalized();
+}
+
+/// Looks the edge up at `stamp` (0: latest) and keeps what came of it.
+void lookUpAt(const tf2::BufferCore& buffer, const ros::Time& stamp, Edge& edge) {
+  edge.pose.reset();
+  try {
+    const geometry_msgs::TransformStamped found = buffer.lookupTransform(edge.parent, edge.child, stamp);
+    if (stamp.isZero()) edge.latest = found.header.stamp;
+    edge.pose = rigidMotion(found.transform);
+    edge.status = edge.pose ? status(QueryStatus::OK)
+                            : status(QueryStatus::TF_UNAVAILABLE,
+                                     edge.name + ": its transform is not finite, or its quaternion has not length 1");
+  } catch (const tf2::ExtrapolationException& error) {
+    edge.status = status(QueryStatus::TF_EXTRAPOLATION, edge.name + ": " + error.what());
+  } catch (const tf2::TransformException& error) {
+    edge.status = status(QueryStatus::TF_UNAVAILABLE, edge.name + ": " + error.what());
+  }
+}
+
+bool available(const Edge& edge) { return edge.status.code == QueryStatus::OK; }
+
+/// One edge per movable joint between the root and the asked bodies, and one to a reference frame that is foreign.
+class EdgesToLookUp {
+ public:
+  EdgesToLookUp(const Robot& robot, const std::vector<int>& bodies)
+      : robot_(robot), edge_of_body_(robot.links().bodies.size(), kNotNeeded) {
+    for (const int body : bodies) addChain(body);
+    if (robot.referenceLink() >= 0) {
+      addChain(link(robot.referenceLink()).body);
+    } else {
+      const std::string& root = link(robot.links().bodies.front().link).name;
+      edges_.push_back({robot.referenceFrame(), root, "reference_frame '" + robot.referenceFrame() + "'", {}, {}, {}});
+    }
+  }
+
+  std::vector<Edge>& edges() { return edges_; }
+
+  /// Poses of the asked bodies in the reference frame.
+  BodyPoses compose() const {
+    const std::optional<Eigen::Isometry3d> reference_T_root = referenceToRoot();
+    BodyPoses poses(edge_of_body_.size());
+    if (!reference_T_root) return poses;
+    for (std::size_t body = 0; body < poses.size(); ++body) {
+      const std::optional<Eigen::Isometry3d> root_T_body = rootToBody(static_cast<int>(body));
+      if (root_T_body) poses[body] = *reference_T_root * *root_T_body;
+    }
+    return poses;
+  }
+
+ private:
+  static constexpr int kNotNeeded = -1;
+
+  const Link& link(int index) const { return robot_.links().links[static_cast<std::size_t>(index)]; }
+  const Body& body(int index) const { return robot_.links().bodies[static_cast<std::size_t>(index)]; }
+  const Joint& joint(int index) const { return robot_.links().joints[static_cast<std::size_t>(index)]; }
+
+  void addChain(int index) {
+    for (; body(index).joint >= 0; index = body(index).parent) {
+      int& edge = edge_of_body_[static_cast<std::size_t>(index)];
+      if (edge != kNotNeeded) return;
+      edge = static_cast<int>(edges_.size());
+      const Joint& carrier = joint(body(index).joint);
+      edges_.push_back(
+          {link(carrier.parent_link).name, link(carrier.child_link).name, "joint '" + carrier.name + "'", {}, {}, {}});
+    }
+  }
+
+  std::optional<Eigen::Isometry3d> rootToBody(int index) const {
+    Eigen::Isometry3d root_T_body = Eigen::Isometry3d::Identity();
+    for (; body(index).joint >= 0; index = body(index).parent) {
+      const int edge = edge_of_body_[static_cast<std::size_t>(index)];
+      if (edge == kNotNeeded || !edges_[static_cast<std::size_t>(edge)].pose) return std::nullopt;
+      const Link& parent = link(joint(body(index).joint).parent_link);
+      root_T_body = parent.body_T_link * *edges_[static_cast<std::size_t>(edge)].pose * root_T_body;
+    }
+    return root_T_body;
+  }
+
+  std::optional<Eigen::Isometry3d> referenceToRoot() const {
+    if (robot_.referenceLink() < 0) return edges_.back().pose;
+    const Link& reference = link(robot_.referenceLink());
+    const std::optional<Eigen::Isometry3d> root_T_body = rootToBody(reference.body);
+    if (!root_T_body) return std::nullopt;
+    return (*root_T_body * reference.body_T_link).inverse();
+  }
+
+  const Robot& robot_;
+  std::vector<int> edge_of_body_;
+  std::vector<Edge> edges_;
+};
+
+std::string seconds(const ros::Duration& duration) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3f s", duration.toSec());
+  return text;
+}
+
+/// The first edge that is not available speaks for all of them; OK where there is none.
+QueryStatus summary(const std::vector<Edge>& edges) {
+  const auto broken = [](const Edge& edge) { return !available(edge); };
+  const auto first = std::find_if(edges.begin(), edges.end(), broken);
+  if (first == edges.end()) return {};
+  QueryStatus result = first->status;
+  const auto count = std::count_if(edges.begin(), edges.end(), broken);
+  if (count > 1) result.message += " (and " + std::to_string(count - 1) + " more)";
+  return result;
+}
+
+/// Earliest and newest of the latest transforms that move at all.
+struct CommonTime {
+  const Edge* oldest = nullptr;
+  const Edge* newest = nullptr;
+};
+CommonTime commonTime(const std::vector<Edge>& edges) {
+  CommonTime common;
+  for (const Edge& edge : edges) {
+    if (!available(edge) || edge.latest.isZero()) continue;
+    if (!common.oldest || edge.latest < common.oldest->latest) common.oldest = &edge;
+    if (!common.newest || edge.latest > common.newest->latest) common.newest = &edge;
+  }
+  return common;
+}
+
+QueryStatus freshness(const CommonTime& common, const ros::Time& now, const ros::Duration& max_age) {
+  if (now - common.oldest->latest > max_age) {
+    return status(QueryStatus::TF_STALE, common.oldest->name + ": its latest transform is " +
+                                             seconds(now - common.oldest->latest) + " old, max_tf_age is " +
+                                             seconds(max_age));
+  }
+  if (common.newest->latest - now > max_age) {
+    return status(QueryStatus::TF_STALE, common.newest->name + ": its latest transform is " +
+                                             seconds(common.newest->latest - now) + " ahead of the clock");
+  }
+  return {};
+}
+
+}  // namespace
+
+TfPoses::TfPoses()
+    : connection_(buffer_._addTransformsChangedListener([this] { transformsChanged(); })), tf_listener_(buffer_) {}
+
+TfPoses::~TfPoses() { buffer_._removeTransformsChangedListener(connection_); }
+
+void TfPoses::onChange(std::function<void()> listener) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  listener_ = std::move(listener);
+}
+
+void TfPoses::transformsChanged() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++changes_;
+  changed_.notify_all();
+  if (listener_) listener_();
+}
+
+void TfPoses::forgetOnJumpBack(const ros::Time& now) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (now < last_now_) {
+    ROS_WARN_STREAM("the clock jumped back by " << seconds(last_now_ - now) << ": forgetting all transforms");
+    buffer_.clear();
+  }
+  last_now_ = now;
+}
+
+PoseSnapshot TfPoses::lookUp(const Robot& robot, const std::vector<int>& bodies, const ros::Time& stamp) {
+  PoseSnapshot snapshot;
+  snapshot.poses.resize(robot.links().bodies.size());
+  const ros::Time now = ros::Time::now();
+  if (now.isZero()) {
+    snapshot.status = status(QueryStatus::TF_UNAVAILABLE, "waiting for the clock: use_sim_time is set, /clock is not");
+    return snapshot;
+  }
+  forgetOnJumpBack(now);
+
+  EdgesToLookUp needed(robot, bodies);
+  for (Edge& edge : needed.edges()) lookUpAt(buffer_, ros::Time(), edge);
+  const CommonTime common = commonTime(needed.edges());
+  if (common.oldest) snapshot.skew = common.newest->latest - common.oldest->latest;
+
+  const ros::Time latest = common.oldest ? common.oldest->latest : now;
+  snapshot.stamp = stamp.isZero() ? latest : stamp;
+  snapshot.age = now - snapshot.stamp;
+  if (stamp.isZero() && common.oldest) {
+    const ros::Duration max_age(robot.config().max_tf_age);
+    snapshot.status = freshness(common, now, max_age);
+    // Left over from before a jump of the clock: tf would refuse everything that is older.
+    if (common.newest->latest - now > max_age) buffer_.clear();
+    if (snapshot.status.code != QueryStatus::OK) return snapshot;
+  }
+  for (Edge& edge : needed.edges()) {
+    if (available(edge)) lookUpAt(buffer_, snapshot.stamp, edge);
+  }
+  snapshot.status = summary(needed.edges());
+  snapshot.poses = needed.compose();
+  return snapshot;
+}
+
+PoseSnapshot TfPoses::await(const Robot& robot, const std::vector<int>& bodies, const ros::Time& stamp) {
+  // Wall time: a simulated clock may stand still.
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(robot.config().tf_timeout);
+  while (true) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    const std::uint64_t seen = changes_;
+    lock.unlock();
+    PoseSnapshot snapshot = lookUp(robot, bodies, stamp);
+    if (snapshot.status.code == QueryStatus::OK) return snapshot;
+    lock.lock();
+    if (!changed_.wait_until(lock, deadline, [&] { return changes_ != seen; })) return snapshot;
+  }
+}
+
+}  // namespace proximity_server

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <ros/duration.h>
+#include <ros/time.h>
+#include <tf2/buffer_core.h>
+#include <tf2_ros/transform_listener.h>
+
+#include <boost/signals2/connection.hpp>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "proximity_server/QueryStatus.h"
+#include "robot.h"
+
+namespace proximity_server {
+
+/// Poses of a robot's bodies at one time, or why there are none.
+struct PoseSnapshot {
+  BodyPoses poses;     ///< in Robot::referenceFrame(); nothing where unknown or not asked for
+  ros::Time stamp;     ///< the common time; 0 where there is none
+  ros::Duration age;   ///< now - stamp
+  ros::Duration skew;  ///< newest - oldest of the latest transforms
+  QueryStatus status;  ///< OK, or what is missing, stale or out of reach: names the joint
+};
+
+/// Follows the bodies of a robot through tf.
+///
+/// For every movable joint the transform between its two links is looked up, all at one common time: the earliest of
+/// their latest ones, so that nothing is extrapolated. Fixed joints come from the URDF, so /tf_static is not needed.
+/// A transform that is missing, not finite or no rotation makes the bodies beyond it unknown; one that is too far from
+/// the clock makes all of them unknown. When the clock jumps back everything is forgotten.
+/// Thread-safe: a thread of its own listens.
+class TfPoses {
+ public:
+  TfPoses();
+  ~TfPoses();
+  TfPoses(const TfPoses&) = delete;
+  TfPoses& operator=(const TfPoses&) = delete;
+
+  /// Called after every new transform, from the listening thread. Set it once, before transforms matter.
+  void onChange(std::function<void()> listener);
+
+  /// Poses of `bodies` and of what carries them at `stamp`, or at the latest common time if that is 0. Never waits.
+  PoseSnapshot lookUp(const Robot& robot, const std::vector<int>& bodies, const ros::Time& stamp = {});
+
+  /// The same, but waits for what is still missing, at most Config::tf_timeout of wall time.
+  PoseSnapshot await(const Robot& robot, const std::vector<int>& bodies, const ros::Time& stamp);
+
+ private:
+  void transformsChanged();
+  void forgetOnJumpBack(const ros::Time& now);
+
+  tf2::BufferCore buffer_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::uint64_t changes_ = 0;
+  std::function<void()> listener_;
+  ros::Time last_now_;
+  boost::signals2::connection connection_;
+  tf2_ros::TransformListener tf_listener_;  // last: it writes into all of the above
+};
+
+}  // namespace proximity_server
