@@ -21,7 +21,7 @@ SignedDistance along(double distance, const Vector3d& normal, const Vector3d& po
 /// Where the points coincide every direction across `free_axis` is right, and one is chosen.
 SignedDistance between(const Vector3d& point_a, const Vector3d& point_b, const Vector3d& free_axis) {
   const Vector3d difference = point_b - point_a;
-  const double distance = difference.stableNorm();
+  const double distance = difference.norm();
   if (distance > 0.0) return along(distance, difference / distance, point_a, point_b);
   SignedDistance result = along(0.0, free_axis, point_a, point_b);
   result.unique = false;
@@ -121,6 +121,8 @@ bool isLine(Kind kind) { return kind == Kind::Point || kind == Kind::Segment; }
 }  // namespace
 
 std::optional<SignedDistance> closedForm(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b) {
+  if (a.kind() == Kind::Point && b.kind() == Kind::Point)
+    return between(Vector3d::Zero(), a_T_b.translation(), Vector3d::UnitX());
   if (isLine(a.kind()) && isLine(b.kind())) {
     return segmentSegment({Vector3d::Zero(), a.halfExtents()}, {a_T_b.translation(), a_T_b.linear() * b.halfExtents()});
   }

@@ -33,36 +33,34 @@ Eigen::Vector3d roundExtents(double radius, double length, const char* radius_na
 
 }  // namespace
 
-Shape::Shape(Kind kind, double margin, const Eigen::Vector3d& half_extents)
-    : kind_(kind), margin_(margin), core_radius_(half_extents.norm()), half_extents_(half_extents) {}
+Shape::Shape(Kind kind, double margin, const Eigen::Vector3d& half_extents, double core_radius)
+    : kind_(kind), margin_(margin), core_radius_(core_radius), core_reach_(core_radius), half_extents_(half_extents) {}
 
 Shape::Shape(const Sphere& sphere)
-    : Shape(Kind::Point, positive(sphere.radius, "sphere radius"), Eigen::Vector3d::Zero()) {}
+    : Shape(Kind::Point, positive(sphere.radius, "sphere radius"), Eigen::Vector3d::Zero(), 0.0) {}
 
 Shape::Shape(const Capsule& capsule)
     : Shape(Kind::Segment, positive(capsule.radius, "capsule radius"),
-            {0.0, 0.0, 0.5 * notNegative(capsule.length, "capsule length")}) {}
+            {0.0, 0.0, 0.5 * notNegative(capsule.length, "capsule length")}, 0.5 * capsule.length) {}
 
-Shape::Shape(const Box& box) : Shape(Kind::Box, 0.0, 0.5 * positive(box.size, "box size")) {}
+Shape::Shape(const Box& box) : Shape(Kind::Box, 0.0, 0.5 * positive(box.size, "box size"), 0.5 * box.size.norm()) {}
 
 Shape::Shape(const Cylinder& cylinder)
-    : Shape(Kind::Cylinder, 0.0, roundExtents(cylinder.radius, cylinder.length, "cylinder radius", "cylinder length")) {
-  core_radius_ = std::hypot(half_extents_.x(), half_extents_.z());
-}
+    : Shape(Kind::Cylinder, 0.0, roundExtents(cylinder.radius, cylinder.length, "cylinder radius", "cylinder length"),
+            std::hypot(cylinder.radius, 0.5 * cylinder.length)) {}
 
 Shape::Shape(const Cone& cone)
-    : Shape(Kind::Cone, 0.0, roundExtents(cone.radius, cone.length, "cone radius", "cone length")) {
-  core_radius_ = std::hypot(half_extents_.x(), half_extents_.z());
-}
+    : Shape(Kind::Cone, 0.0, roundExtents(cone.radius, cone.length, "cone radius", "cone length"),
+            std::hypot(cone.radius, 0.5 * cone.length)) {}
 
-Shape::Shape(const Ellipsoid& ellipsoid) : Shape(Kind::Ellipsoid, 0.0, positive(ellipsoid.radii, "ellipsoid radius")) {
-  core_radius_ = half_extents_.maxCoeff();
-}
+Shape::Shape(const Ellipsoid& ellipsoid)
+    : Shape(Kind::Ellipsoid, 0.0, positive(ellipsoid.radii, "ellipsoid radius"), ellipsoid.radii.maxCoeff()) {}
 
-Shape::Shape(ConvexHull hull) : Shape(Kind::Hull, 0.0, Eigen::Vector3d::Zero()) {
+Shape::Shape(ConvexHull hull) : Shape(Kind::Hull, 0.0, Eigen::Vector3d::Zero(), 0.0) {
   for (const Eigen::Vector3d& vertex : hull.vertices()) centre_ += vertex / hull.size();
   for (const Eigen::Vector3d& vertex : hull.vertices())
     core_radius_ = std::max(core_radius_, (vertex - centre_).norm());
+  core_reach_ = centre_.norm() + core_radius_;
   hull_ = std::make_shared<const ConvexHull>(std::move(hull));
 }
 

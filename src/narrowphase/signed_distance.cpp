@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "box_box.h"
 #include "closed_form.h"
 #include "proximity_server/narrowphase/epa.h"
 #include "proximity_server/narrowphase/gjk.h"
@@ -67,24 +68,49 @@ SignedDistance fromEpa(const Cso& cso, const EpaResult& epa, int gjk_iterations)
   return result;
 }
 
-SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
-                            WarmStart& warm_start) {
-  Cso cso(a, b, a_T_b, warm_start);
-  if (std::optional<SignedDistance> closed = closedForm(a, b, a_T_b)) {
-    closed->lower_bound = closed->distance - cso.rounding();
-    closed->upper_bound = closed->distance + cso.rounding();
-    closed->status = closed->upper_bound - closed->lower_bound <= options.distance_tolerance ? Status::Converged
-                                                                                             : Status::Degenerate;
-    closed->has_points = true;
-    return *closed;
-  }
-  Vector3d guess = warm_start.axis;
-  if (!(guess.squaredNorm() > 0.0)) guess = cso.centreDifference();
-  if (!(guess.squaredNorm() > 0.0)) guess = Vector3d::UnitX();
-  const GjkResult gjk_result = gjk(cso, guess.normalized(), options);
+/// An exact answer with the bounds that rounding leaves.
+SignedDistance certified(SignedDistance exact, double rounding, const Options& options) {
+  exact.lower_bound = exact.distance - rounding;
+  exact.upper_bound = exact.distance + rounding;
+  exact.status = 2.0 * rounding <= options.distance_tolerance ? Status::Converged : Status::Degenerate;
+  exact.has_points = true;
+  return exact;
+}
+
+SignedDistance iterative(Cso& cso, const Vector3d& normal_guess, const Options& options) {
+  const GjkResult gjk_result = gjk(cso, normal_guess, options);
   const bool depth_wanted = !(0.0 <= options.stop_below);
   if (gjk_result.outcome != GjkResult::Outcome::Overlap || !depth_wanted) return fromGjk(cso, gjk_result, options);
   return fromEpa(cso, epa(cso, gjk_result.simplex, options), gjk_result.iterations);
+}
+
+Vector3d normalGuess(const Cso& cso, const WarmStart& warm_start) {
+  if (warm_start.axis.squaredNorm() > 0.0) return warm_start.axis.normalized();
+  const Vector3d centres = cso.centreDifference();
+  return centres.squaredNorm() > 0.0 ? Vector3d(centres.normalized()) : Vector3d(Vector3d::UnitX());
+}
+
+/// Boxes that overlap have their depth along one of a few axes; the guess tells most of the others at once.
+SignedDistance boxDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, Cso& cso,
+                           const Vector3d& normal_guess, const Options& options) {
+  const bool depth_wanted = !(0.0 <= options.stop_below);
+  if (depth_wanted && normal_guess.dot(cso.vertex(normal_guess).point) >= 0.0) {
+    const BoxPair boxes(a.halfExtents(), b.halfExtents(), a_T_b);
+    if (boxes.separation() <= cso.rounding())
+      if (const auto exact = boxes.overlap(options.distance_tolerance))
+        return certified(*exact, cso.rounding(), options);
+  }
+  return iterative(cso, normal_guess, options);
+}
+
+SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
+                            WarmStart& warm_start) {
+  if (const auto exact = closedForm(a, b, a_T_b)) return certified(*exact, csoRounding(a, b, a_T_b), options);
+  Cso cso(a, b, a_T_b, warm_start);
+  const Vector3d guess = normalGuess(cso, warm_start);
+  if (a.kind() == Shape::Kind::Box && b.kind() == Shape::Kind::Box)
+    return boxDistance(a, b, a_T_b, cso, guess, options);
+  return iterative(cso, guess, options);
 }
 
 /// The distance of the shapes from that of their cores: both surfaces move outwards along the normal.

@@ -104,14 +104,21 @@ SupportFeature supportFeature(const Shape& shape, const Vector3d& direction, dou
   return hullFeature(shape.hull(), direction, tolerance, vertex);
 }
 
-Cso::Cso(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, WarmStart& warm_start)
-    : a_(a), b_(b), b_axes_(a_T_b.linear()), b_origin_(a_T_b.translation()), warm_start_(warm_start) {
-  const Vector3d centre_b = b_axes_ * b.centre();
-  centre_difference_ = centre_b + b_origin_ - a.centre();
-  // To first order in eps, with r the radii and c, t the offsets: a support point is off by 2 eps r, its rotation by
-  // 3 eps r, the sums by 2 eps and the dot product or norm by 2 eps of what they add up: less than 8 eps of it all.
-  rounding_ = 8.0 * std::numeric_limits<double>::epsilon() *
-              (a.centre().norm() + a.coreRadius() + centre_b.norm() + b.coreRadius() + b_origin_.norm());
+double csoRounding(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b) {
+  // To first order in eps, with r how far a shape reaches from its origin and t the offset: a support point is off by
+  // 2 eps r, its rotation by 3 eps r, the sums by 2 eps and the dot product or norm by 2 eps of what they add up: less
+  // than 8 eps of it all. |t|_1 is never less than |t|, and margins join the sums last.
+  const double reach = a.coreReach() + b.coreReach() + a.margin() + b.margin();
+  return 8.0 * std::numeric_limits<double>::epsilon() * (reach + a_T_b.translation().lpNorm<1>());
 }
+
+Cso::Cso(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, WarmStart& warm_start)
+    : a_(a),
+      b_(b),
+      b_axes_(a_T_b.linear()),
+      b_origin_(a_T_b.translation()),
+      warm_start_(warm_start),
+      centre_difference_(b_axes_ * b.centre() + b_origin_ - a.centre()),
+      rounding_(csoRounding(a, b, a_T_b)) {}
 
 }  // namespace proximity_server

@@ -69,12 +69,16 @@ class Shape {
   const Eigen::Vector3d& centre() const { return centre_; }
   double coreRadius() const { return core_radius_; }
 
+  /// How far the core reaches from the origin of its frame, at most [m].
+  double coreReach() const { return core_reach_; }
+
  private:
-  Shape(Kind kind, double margin, const Eigen::Vector3d& half_extents);
+  Shape(Kind kind, double margin, const Eigen::Vector3d& half_extents, double core_radius);
 
   Kind kind_;
   double margin_;
   double core_radius_;
+  double core_reach_;
   Eigen::Vector3d half_extents_;
   Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
   std::shared_ptr<const ConvexHull> hull_;

@@ -29,6 +29,9 @@ struct CsoVertex {
   Eigen::Vector3d onB() const { return on_a - point; }
 };
 
+/// [m] what rounding may add to or take from the coordinate of a CSO vertex along a unit vector, or from its norm.
+double csoRounding(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b);
+
 /// The CSO of two cores by its support mapping. Frame: that of a.
 class Cso {
  public:
@@ -46,7 +49,7 @@ class Cso {
   /// From the centre of a's core to that of b's.
   const Eigen::Vector3d& centreDifference() const { return centre_difference_; }
 
-  /// [m] what rounding may add to or take from the coordinate of a vertex along a unit vector, or to the norm of one.
+  /// [m] see csoRounding.
   double rounding() const { return rounding_; }
 
  private:
