@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <queue>
@@ -47,7 +48,7 @@ class DisjointSets {
 };
 
 /// The vertices of each connected component, in the order of the components' first triangles.
-std::vector<std::vector<Vector3d>> components(const TriangleMesh& mesh) {
+std::vector<std::vector<Vector3d>> connectedVertices(const TriangleMesh& mesh) {
   const std::vector<int> welded = weld(mesh.vertices);
   DisjointSets connected(mesh.vertices.size());
   for (const auto& [a, b, c] : mesh.triangles) {
@@ -78,13 +79,49 @@ std::vector<Triangle> trianglesOf(const std::vector<Vector3d>& vertices,
   return result;
 }
 
+/// A connected component of the mesh and its hull.
+struct Component {
+  explicit Component(std::vector<Vector3d> points) : vertices(std::move(points)), hull(vertices) {}
+  std::vector<Vector3d> vertices;
+  ConvexHull hull;
+};
+
+/// Whether all of `inner` lies in `outer`, within the rounding of the test.
+bool contains(const ConvexHull& outer, const ConvexHull& inner) {
+  if (outer.dimension() < 3) return false;
+  double scale = 0.0;
+  for (const Vector3d& vertex : outer.vertices()) scale = std::max(scale, vertex.norm());
+  const double rounding = 8.0 * std::numeric_limits<double>::epsilon() * scale;
+  for (const auto& [a, b, c] : trianglesOf(outer.vertices(), outer.triangles())) {
+    const Vector3d normal = (b - a).cross(c - a).stableNormalized();
+    for (const Vector3d& vertex : inner.vertices()) {
+      if (normal.dot(vertex - a) > rounding) return false;
+    }
+  }
+  return true;
+}
+
+/// The components that no other one's hull hides, largest first: the union of the hulls stays the same.
+std::vector<Component> outermost(std::vector<Component> components) {
+  std::stable_sort(components.begin(), components.end(),
+                   [](const Component& a, const Component& b) { return a.hull.volume() > b.hull.volume(); });
+  std::vector<Component> kept;
+  for (Component& component : components) {
+    const bool hidden = std::any_of(kept.begin(), kept.end(),
+                                    [&](const Component& other) { return contains(other.hull, component.hull); });
+    if (!hidden) kept.push_back(std::move(component));
+  }
+  return kept;
+}
+
 /// The farthest that a hull's surface lies from the mesh over the hollows that have a vertex of the mesh in them,
 /// however small: looks at the points of the hull's surface nearest to the vertices.
-double deviationOverVertices(const ConvexHull& hull, const std::vector<Vector3d>& vertices, const TriangleTree& mesh) {
+double deviationOverVertices(const Component& component, const TriangleTree& mesh) {
+  const ConvexHull& hull = component.hull;
   if (hull.triangles().empty()) return 0.0;
   const TriangleTree surface(trianglesOf(hull.vertices(), hull.triangles()));
   double farthest = 0.0;
-  for (const Vector3d& vertex : vertices) {
+  for (const Vector3d& vertex : component.vertices) {
     const Vector3d above = surface.nearest(vertex);
     if ((above - vertex).norm() > farthest) farthest = std::max(farthest, mesh.distance(above));
   }
@@ -133,11 +170,14 @@ double deviationOverSurface(const std::vector<ConvexHull>& hulls, const Triangle
 MeshPieces convexPieces(const TriangleMesh& mesh) {
   MeshPieces pieces;
   if (mesh.triangles.empty()) return pieces;
+  std::vector<Component> components;
+  for (std::vector<Vector3d>& vertices : connectedVertices(mesh)) components.emplace_back(std::move(vertices));
+
   const TriangleTree surface(trianglesOf(mesh.vertices, mesh.triangles));
   double over_vertices = 0.0;
-  for (const std::vector<Vector3d>& vertices : components(mesh)) {
-    pieces.hulls.emplace_back(vertices);
-    over_vertices = std::max(over_vertices, deviationOverVertices(pieces.hulls.back(), vertices, surface));
+  for (Component& component : outermost(std::move(components))) {
+    over_vertices = std::max(over_vertices, deviationOverVertices(component, surface));
+    pieces.hulls.push_back(std::move(component.hull));
   }
   pieces.deviation = deviationOverSurface(pieces.hulls, surface, over_vertices);
   if (pieces.deviation > kRounding) {

@@ -58,6 +58,8 @@ TriangleMesh loadMesh(const std::string& path, const Vector3d& scale) {
   Assimp::Importer importer;
   // Else the root node turns Z_UP and X_UP to Y_UP; it always carries the unit.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+  // Else a scene without geometry gets triangles that stand for its nodes.
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
   const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate);
   if (!scene || !scene->mRootNode) fail(path, importer.GetErrorString());
 

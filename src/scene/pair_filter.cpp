@@ -126,16 +126,12 @@ void audit(const LinkTable& links, PairTable& table) {
       nearly_adjacent.push_back(links.names(pair));
     }
   }
-  if (!silent.empty()) {
-    table.warnings.push_back(
-        std::to_string(silent.size()) +
-        " pairs of neighbours are not checked although no disable_collisions names them: " + listed(silent) + ".");
-  }
-  if (!nearly_adjacent.empty()) {
-    table.warnings.push_back(std::to_string(nearly_adjacent.size()) +
-                             " pairs are checked that only links without geometry separate, they may always touch: " +
-                             listed(nearly_adjacent) + ".");
-  }
+  const auto tell = [&](const std::vector<std::string>& pairs, const std::string& what) {
+    if (!pairs.empty())
+      table.warnings.push_back(what + " (" + std::to_string(pairs.size()) + "): " + listed(pairs) + ".");
+  };
+  tell(silent, "Not checked, as neighbours, although no disable_collisions names them");
+  tell(nearly_adjacent, "Checked, but only links without geometry are between them, so they may always touch");
   if (table.checked.empty()) table.warnings.push_back("No pair of links is checked.");
 }
 

@@ -42,7 +42,8 @@ enum class Representation : unsigned char {
   Triangles = 3,   ///< the triangles themselves
 };
 
-/// Convex pieces that stand for a mesh: one hull per connected component (vertices at the same place are connected).
+/// Convex pieces that stand for a mesh: one hull per connected component (vertices at the same place are connected),
+/// but none for a component inside another one's hull. Flat and open components are legal; no triangles, no pieces.
 struct MeshPieces {
   std::vector<ConvexHull> hulls;
   Representation representation = Representation::Exact;

@@ -49,10 +49,10 @@ struct PairFilterOptions {
 ///
 /// `srdf_xml` may be empty. disable_collisions, enable_collisions, disable_default_collisions and groups (links,
 /// joints, chains, subgroups) count. An enable_collisions brings back what disable_default_collisions or adjacency
-/// took. Failure: throws std::invalid_argument for XML that cannot be read, for a group that does not exist, and for a
-/// link of
-///          the options that does not exist. Names of the SRDF that do not exist, duplicates and entries without effect
-///          become warnings.
+/// took, but yields to a disable_collisions of the same pair.
+/// Failure: throws std::invalid_argument for XML that cannot be read, for a group that does not exist or contains
+///          itself, and for a link of the options that does not exist. Names of the SRDF that do not exist, duplicates
+///          and entries without effect become warnings, and so do neighbours that are left out silently or checked.
 PairTable filterPairs(const RobotModel& model, const std::string& srdf_xml, const PairFilterOptions& options = {});
 
 }  // namespace proximity_server

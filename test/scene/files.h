@@ -1,0 +1,53 @@
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+#include <stdlib.h>
+
+namespace proximity_server {
+
+/// A folder of its own for the files of one test.
+class TemporaryFiles {
+ public:
+  TemporaryFiles() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "proximity_XXXXXX").string();
+    if (!mkdtemp(pattern.data())) throw std::runtime_error("no temporary folder");
+    folder_ = pattern;
+  }
+  ~TemporaryFiles() { std::filesystem::remove_all(folder_); }
+  TemporaryFiles(const TemporaryFiles&) = delete;
+  TemporaryFiles& operator=(const TemporaryFiles&) = delete;
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  /// Returns the path of the new file.
+  std::string write(const std::string& name, const std::string& content) const {
+    std::filesystem::create_directories((folder_ / name).parent_path());
+    std::ofstream(folder_ / name, std::ios::binary) << content;
+    return path(name);
+  }
+
+  void link(const std::string& target, const std::string& name) const {
+    std::filesystem::create_directory_symlink(folder_ / target, folder_ / name);
+  }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+/// What std::invalid_argument said, "" where none was thrown.
+template <typename Call>
+std::string errorOf(const Call& call) {
+  try {
+    call();
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace proximity_server
