@@ -1,0 +1,134 @@
+// Three real robots: Panda, UR5 and PR2 of example-robot-data, where they can be found.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "proximity_server/scene/pair_filter.h"
+
+namespace proximity_server {
+namespace {
+
+/// Where the package is looked for: ROS_PACKAGE_PATH, then beside this one.
+std::vector<std::string> searchRoots() {
+  std::vector<std::string> roots = rosPackagePath();
+  roots.push_back(PROXIMITY_SOURCE_DIR "/../shared/robots");
+  return roots;
+}
+
+struct RobotFiles {
+  const char* urdf;
+  const char* srdf;
+};
+const RobotFiles kPanda{"panda_description/urdf/panda.urdf", "panda_description/srdf/panda.srdf"};
+const RobotFiles kUr5{"ur_description/urdf/ur5_robot.urdf", "ur_description/srdf/ur5.srdf"};
+const RobotFiles kPr2{"pr2_description/urdf/pr2.urdf", "pr2_description/srdf/pr2.srdf"};
+
+class SharedRobots : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    try {
+      resolve_("package://example-robot-data/package.xml");
+    } catch (const std::invalid_argument&) {
+      GTEST_SKIP() << "The package example-robot-data is neither on ROS_PACKAGE_PATH nor beside this one.";
+    }
+  }
+  std::string read(const std::string& file) const {
+    std::ifstream stream(resolve_("package://example-robot-data/robots/" + file));
+    return {std::istreambuf_iterator<char>(stream), {}};
+  }
+  RobotModel load(const RobotFiles& files) const { return loadRobotModel(read(files.urdf), resolve_); }
+  PairTable filter(const RobotModel& model, const RobotFiles& files) const {
+    return filterPairs(model, read(files.srdf));
+  }
+
+  MeshResolver resolve_ = packageResolver(searchRoots());
+};
+
+std::map<PairReason, int> countReasons(const PairTable& table) {
+  std::map<PairReason, int> counts;
+  for (const LinkPair& pair : table.pairs) ++counts[pair.reason];
+  return counts;
+}
+
+int countLinksWithGeometry(const RobotModel& model) {
+  return static_cast<int>(
+      std::count_if(model.links.begin(), model.links.end(), [](const Link& link) { return !link.collisions.empty(); }));
+}
+
+std::string warning(const PairTable& table, const std::string& what) {
+  for (const std::string& text : table.warnings) {
+    if (text.find(what) != std::string::npos) return text;
+  }
+  return "";
+}
+
+using Counts = std::map<PairReason, int>;
+
+// 11 links have geometry: 55 pairs. The SRDF disables 35, one of them (hand and link 7) within a body.
+TEST_F(SharedRobots, PandaKeepsTwentyOfItsPairs) {
+  const RobotModel model = load(kPanda);
+  EXPECT_EQ(countLinksWithGeometry(model), 11);
+  const PairTable table = filter(model, kPanda);
+  EXPECT_EQ(countReasons(table),
+            (Counts{{PairReason::Checked, 20}, {PairReason::SrdfDisabled, 34}, {PairReason::SameBody, 1}}));
+}
+
+// 8 links have geometry: 28 pairs, of which the SRDF disables 10. It does not know ee_link, which is one body with
+// wrist 3 and so a neighbour of wrist 2.
+TEST_F(SharedRobots, Ur5KeepsSixteenOfItsPairs) {
+  const RobotModel model = load(kUr5);
+  EXPECT_EQ(countLinksWithGeometry(model), 8);
+  const PairTable table = filter(model, kUr5);
+  EXPECT_EQ(countReasons(table), (Counts{{PairReason::Checked, 16},
+                                         {PairReason::SrdfDisabled, 10},
+                                         {PairReason::SameBody, 1},
+                                         {PairReason::Adjacent, 1}}));
+  EXPECT_NE(warning(table, "neighbours").find("wrist_2_link - ee_link"), std::string::npos);
+}
+
+// 32 links have geometry: 496 pairs. Of 1163 entries 906 name a link without geometry; the other 257 are different
+// pairs, 5 of them within a body. They cover all neighbours.
+TEST_F(SharedRobots, Pr2KeepsTwoHundredThirtyNineOfItsPairs) {
+  const RobotModel model = load(kPr2);
+  EXPECT_EQ(countLinksWithGeometry(model), 32);
+  const PairTable table = filter(model, kPr2);
+  EXPECT_EQ(countReasons(table),
+            (Counts{{PairReason::Checked, 239}, {PairReason::SrdfDisabled, 252}, {PairReason::SameBody, 5}}));
+  EXPECT_NE(warning(table, "of 1163").find("906 a link without collision geometry"), std::string::npos);
+}
+
+TEST_F(SharedRobots, PandaHasARevoluteArmAndAFingerThatMimics) {
+  const RobotModel model = load(kPanda);
+  EXPECT_EQ(model.joints.size(), 9U);
+  EXPECT_EQ(std::count_if(model.joints.begin(), model.joints.end(),
+                          [](const Joint& joint) { return joint.type == Joint::Type::Revolute; }),
+            7);
+  EXPECT_EQ(std::count_if(model.joints.begin(), model.joints.end(), [](const Joint& j) { return j.mimic.has_value(); }),
+            1);
+}
+
+// Panda's meshes look convex, but their edges dent by up to half a millimetre; all others are not even nearly convex.
+TEST_F(SharedRobots, MeshesSayHowFarTheirHullsLie) {
+  for (const Collision& collision : load(kPanda).collisions) {
+    EXPECT_LT(collision.deviation, 5e-4) << collision.description;
+  }
+  for (const RobotFiles& files : {kUr5, kPr2}) {
+    for (const Collision& collision : load(files).collisions) {
+      const bool is_mesh = collision.description.rfind("mesh", 0) == 0;
+      EXPECT_EQ(collision.representation == Representation::Exact, !is_mesh) << collision.description;
+      EXPECT_EQ(collision.deviation > 1e-6, is_mesh) << collision.description;
+    }
+  }
+}
+
+TEST_F(SharedRobots, Ur5MeshesComeApartIntoComponents) {
+  const RobotModel model = load(kUr5);
+  EXPECT_EQ(model.collisions.at(model.links[model.findLink("upper_arm_link")].collisions.at(0)).pieces.size(), 5U);
+}
+
+}  // namespace
+}  // namespace proximity_server
