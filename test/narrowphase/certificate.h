@@ -59,12 +59,12 @@ inline Check pointsAreJoinedByTheNormal(const ShapePair& pair, const SignedDista
   return testing::AssertionSuccess();
 }
 
-/// The points lie in the shapes: within rounding when apart, where they prove the upper bound, else within the
-/// tolerance.
-inline Check pointsLieInTheShapes(const ShapePair& pair, const SignedDistance& result, const Options& options) {
-  const double allowed = roundingOf(pair) + (result.distance > 0.0 ? 0.0 : options.distance_tolerance);
+/// The points lie in the shapes: within rounding when apart, where they prove the upper bound, else within what the
+/// bounds leave open, which is the tolerance where the search converged.
+inline Check pointsLieInTheShapes(const ShapePair& pair, const SignedDistance& result) {
+  const double allowed = roundingOf(pair) + (result.distance > 0.0 ? 0.0 : result.upper_bound - result.lower_bound);
   const long double outside_a = outsideBy(pair.a, result.point_a);
-  const long double outside_b = outsideBy(pair.b, pair.a_T_b.inverse(Eigen::Isometry) * result.point_b);
+  const long double outside_b = outsideBy(pair.b, pair.a_T_b.inverse(Eigen::Affine) * result.point_b);
   if (!(outside_a <= allowed)) return fail("point_a lies outside of a", outside_a);
   if (!(outside_b <= allowed)) return fail("point_b lies outside of b", outside_b);
   return testing::AssertionSuccess();
@@ -87,7 +87,7 @@ inline testing::AssertionResult carriesItsProof(const ShapePair& pair, const Sig
   if (check) check = normalProvesLowerBound(pair, result);
   if (!check || !result.has_points) return check;
   check = pointsAreJoinedByTheNormal(pair, result);
-  if (check) check = pointsLieInTheShapes(pair, result, options);
+  if (check) check = pointsLieInTheShapes(pair, result);
   if (check) check = pointsProveUpperBound(pair, result);
   return check;
 }

@@ -160,6 +160,41 @@ long double outsideEllipsoid(const Vector3l& radii, const Vector3l& p) {
   return (t * p.array() / (squares.array() + t)).matrix().norm();
 }
 
+/// Distance of p to the triangle: to its plane where p stands above it, else to its sides.
+long double distanceToTriangle(const Vector3l& p, const std::array<Vector3l, 3>& corners) {
+  const Vector3l normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+  bool above = normal.squaredNorm() > 0;
+  long double nearest = std::numeric_limits<long double>::infinity();
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vector3l &from = corners[i], side = corners[(i + 1) % 3] - from;
+    above = above && normal.dot(side.cross(p - from)) >= 0;
+    const long double t = side.squaredNorm() > 0 ? side.dot(p - from) / side.squaredNorm() : 0;
+    nearest = std::min(nearest, (p - from - std::clamp(t, 0.0L, 1.0L) * side).norm());
+  }
+  return above ? std::abs(normal.dot(p - corners[0])) / normal.norm() : nearest;
+}
+
+/// Distance of p to the nearest triangle of the hull. Its corners are vertices of the hull, so whatever triangles there
+/// are, p lies no farther from the hull than this.
+long double distanceToTriangles(const ConvexHull& hull, const Vector3l& p) {
+  long double nearest = std::numeric_limits<long double>::infinity();
+  const auto corner = [&hull](int i) -> Vector3l {
+    return hull.vertices()[static_cast<std::size_t>(i)].cast<long double>();
+  };
+  for (const auto& [i, j, k] : hull.triangles())
+    nearest = std::min(nearest, distanceToTriangle(p, {corner(i), corner(j), corner(k)}));
+  return nearest;
+}
+
+/// The oracle knows, but it is slow; a point on a triangle of the hull needs no more proof.
+long double outsideHull(const Shape& shape, const Eigen::Vector3d& point) {
+  const long double to_triangles = distanceToTriangles(shape.hull(), point.cast<long double>());
+  if (to_triangles <= std::numeric_limits<double>::epsilon() * shape.coreRadius()) return to_triangles;
+  const Shape just_the_point = ConvexHull({point});
+  const Truth truth = signedDistanceOracle({shape, just_the_point, Eigen::Isometry3d::Identity()});
+  return std::max(truth.distance + shape.margin(), 0.0L);
+}
+
 }  // namespace
 
 Vector3l coreSupport(const Shape& shape, const Vector3l& n) {
@@ -218,7 +253,7 @@ Truth signedDistanceOracle(const ShapePair& pair, int max_cells) {
 long double outsideBy(const Shape& shape, const Eigen::Vector3d& point) {
   const Vector3l p = point.cast<long double>(), half = shape.halfExtents().cast<long double>();
   const Vector3l outside_box = (p.cwiseAbs() - half).cwiseMax(0.0L);
-  const auto core = [&]() -> long double {
+  const auto outside_core = [&]() -> long double {
     switch (shape.kind()) {
       case Shape::Kind::Point:
       case Shape::Kind::Segment:
@@ -231,13 +266,11 @@ long double outsideBy(const Shape& shape, const Eigen::Vector3d& point) {
       case Shape::Kind::Ellipsoid:
         return outsideEllipsoid(half, p);
       case Shape::Kind::Hull:
-        break;
+        return outsideHull(shape, point);
     }
-    const Shape just_the_point = ConvexHull({point});
-    return std::max(
-        signedDistanceOracle({shape, just_the_point, Eigen::Isometry3d::Identity()}).distance + shape.margin(), 0.0L);
+    return std::numeric_limits<long double>::quiet_NaN();
   };
-  return core() - shape.margin();
+  return outside_core() - shape.margin();
 }
 
 }  // namespace proximity_server

@@ -45,7 +45,7 @@ struct Truth {
 Truth signedDistanceOracle(const ShapePair& pair, int max_cells = 200000);
 
 /// How far `point` (in the shape's frame) lies outside of the shape with its margin [m]; negative or zero inside.
-/// Exact up to rounding in long double.
+/// Error: rounding in long double; of a hull, no less than the truth and no more than double epsilon * radius above it.
 long double outsideBy(const Shape& shape, const Eigen::Vector3d& point);
 
 }  // namespace proximity_server

@@ -75,7 +75,7 @@ TEST(Oracle, SaysWhatItCannotProveForCoaxialCylinders) {
 
 TEST(Oracle, CertifiesEveryPairInGeneralPosition) {
   for (const PairCase& c : pairsInEveryState(solidShapes(), 1, /*seed=*/3)) {
-    if (c.name.find("concentric") != std::string::npos) continue;
+    if (c.name.find("concentric") != std::string::npos || c.name.find("aligned") != std::string::npos) continue;
     EXPECT_LT(signedDistanceOracle(c.pair()).error_bound, 1e-16L) << describe(c);
   }
 }

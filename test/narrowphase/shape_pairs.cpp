@@ -9,7 +9,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-const Eigen::IOFormat kAllDigits(Eigen::FullPrecision, 0, ", ", "; ");
+const Eigen::IOFormat kAllDigits(17, Eigen::DontAlignCols, ", ", "; ");
 
 const char* nameOf(Shape::Kind kind) {
   switch (kind) {
@@ -132,6 +132,7 @@ std::vector<PairCase> pairsInEveryState(const std::vector<NamedShape>& shapes, i
         state(" shallow", -0.05 * part(random) * std::min(a.coreRadius() + a.margin(), b.coreRadius() + b.margin()));
         cases.push_back({name + " deep", a, b, randomPose(random, 0.2 * (a.coreRadius() + b.coreRadius()))});
         cases.push_back({name + " concentric", a, b, randomPose(random, 0.0)});
+        if (k == 0) cases.push_back({name + " aligned", a, b, Isometry3d::Identity()});
       }
   return cases;
 }

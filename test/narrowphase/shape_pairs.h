@@ -42,7 +42,8 @@ Eigen::Isometry3d randomPose(std::mt19937& random, double reach);
 /// no deeper than that.
 PairCase movedTo(double distance, PairCase pair_case);
 
-/// Every unordered pair of `shapes`, apart, touching, shallow, deep and concentric, `poses` random poses each.
+/// Every unordered pair of `shapes`, apart, touching, shallow, deep and concentric, `poses` random poses each; and with
+/// one frame for both.
 std::vector<PairCase> pairsInEveryState(const std::vector<NamedShape>& shapes, int poses, unsigned seed);
 
 }  // namespace proximity_server

@@ -1,0 +1,367 @@
+// Laws that hold for every pair of shapes in every state.
+#include "proximity_server/narrowphase/signed_distance.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <functional>
+
+#include "narrowphase/certificate.h"
+#include "narrowphase/shape_pairs.h"
+
+namespace proximity_server {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+/// Whole arcs of directions tie where round shapes are concentric; the oracle then says how much it leaves open.
+constexpr int kOracleCells = 10000;
+
+struct KnownCase : PairCase {
+  Truth truth;
+};
+
+/// Every pair of every kind in every state, with its true distance.
+const std::vector<KnownCase>& cases() {
+  static const std::vector<KnownCase> known = [] {
+    std::vector<KnownCase> result;
+    for (const PairCase& c : pairsInEveryState(allShapes(), 2, /*seed=*/21))
+      result.push_back({c, signedDistanceOracle(c.pair(), kOracleCells)});
+    return result;
+  }();
+  return known;
+}
+
+SignedDistance distanceOf(const PairCase& c, const Options& options = {}) {
+  return signedDistance(c.a, c.b, c.a_T_b, options);
+}
+
+Options withTolerance(double tolerance) {
+  Options options;
+  options.distance_tolerance = tolerance;
+  return options;
+}
+
+/// Random overlaps of everything with everything, where a wrong face of the CSO shows.
+TEST(SignedDistance, DepthIsTheLeastOverARandomPose) {
+  std::mt19937 random(26);
+  const std::vector<NamedShape> shapes = allShapes();
+  for (const NamedShape& a : shapes)
+    for (const NamedShape& b : shapes)
+      for (int i = 0; i < 5; ++i) {
+        const double reach = 0.7 * (a.shape.coreRadius() + b.shape.coreRadius());
+        const PairCase c{a.name + "-" + b.name + " random", a.shape, b.shape, randomPose(random, reach)};
+        const Truth truth = signedDistanceOracle(c.pair(), kOracleCells);
+        EXPECT_LE(errorOf(distanceOf(c), truth), 1e-9 + roundingOf(c.pair())) << describe(c);
+      }
+}
+
+/// What the distance of two correct answers may differ by.
+double widthOf(const SignedDistance& result) { return result.upper_bound - result.lower_bound; }
+
+TEST(SignedDistance, CasesOverlapInAThirdToTwoThirds) {
+  std::size_t overlaps = 0;
+  for (const KnownCase& c : cases()) overlaps += c.truth.distance < 0 ? 1 : 0;
+  EXPECT_GT(overlaps, 3 * cases().size() / 10);
+  EXPECT_LT(overlaps, 7 * cases().size() / 10);
+}
+
+TEST(SignedDistance, EveryResultCarriesItsProof) {
+  for (const KnownCase& c : cases()) EXPECT_TRUE(carriesItsProof(c.pair(), distanceOf(c))) << describe(c);
+}
+
+TEST(SignedDistance, TruthLiesBetweenTheBounds) {
+  for (const KnownCase& c : cases()) EXPECT_TRUE(enclosesTruth(c.pair(), distanceOf(c), c.truth)) << describe(c);
+}
+
+TEST(SignedDistance, PairsOfRoomSizeConverge) {
+  for (const KnownCase& c : cases()) EXPECT_EQ(distanceOf(c).status, Status::Converged) << describe(c);
+}
+
+TEST(SignedDistance, ConvergedIsWithinTheTolerance) {
+  for (double tolerance = 1e-2; tolerance > 1e-13; tolerance /= 10.0)
+    for (const KnownCase& c : cases()) {
+      const SignedDistance result = distanceOf(c, withTolerance(tolerance));
+      if (result.status != Status::Converged) continue;
+      EXPECT_LE(errorOf(result, c.truth), tolerance + roundingOf(c.pair())) << tolerance << " " << describe(c);
+    }
+}
+
+TEST(SignedDistance, EveryToleranceComesWithAProof) {
+  for (double tolerance = 1e-2; tolerance > 1e-15; tolerance /= 100.0)
+    for (const KnownCase& c : cases()) {
+      const Options options = withTolerance(tolerance);
+      const SignedDistance result = distanceOf(c, options);
+      EXPECT_TRUE(carriesItsProof(c.pair(), result, options)) << tolerance << " " << describe(c);
+      EXPECT_TRUE(enclosesTruth(c.pair(), result, c.truth)) << tolerance << " " << describe(c);
+    }
+}
+
+TEST(SignedDistance, BoundsHoldAtEveryIterationLimit) {
+  for (int limit = 0; limit <= 6; ++limit)
+    for (const KnownCase& c : cases()) {
+      Options options;
+      options.max_iterations = limit;
+      const SignedDistance result = distanceOf(c, options);
+      EXPECT_TRUE(carriesItsProof(c.pair(), result, options)) << limit << " " << describe(c);
+      EXPECT_TRUE(enclosesTruth(c.pair(), result, c.truth)) << limit << " " << describe(c);
+    }
+}
+
+TEST(SignedDistance, SwappingTheShapesKeepsTheDistance) {
+  for (const KnownCase& c : cases()) {
+    const SignedDistance ab = distanceOf(c), ba = signedDistance(c.b, c.a, c.a_T_b.inverse());
+    EXPECT_LE(std::abs(ab.distance - ba.distance), std::max(widthOf(ab), widthOf(ba)) + roundingOf(c.pair()))
+        << describe(c);
+  }
+}
+
+TEST(SignedDistance, SwappingTheShapesFlipsTheNormal) {
+  // Apart by d the normal is unique: the gap along n is at most d times the cosine of its angle to the true normal, so
+  // a gap of d - w allows an angle of sqrt(2 w / d).
+  int compared = 0;
+  for (const KnownCase& c : cases()) {
+    const SignedDistance ab = distanceOf(c), ba = signedDistance(c.b, c.a, c.a_T_b.inverse());
+    if (!(ab.distance > 0.01)) continue;
+    ++compared;
+    const double width = std::max(widthOf(ab), widthOf(ba)) + roundingOf(c.pair());
+    EXPECT_LE((ab.normal + c.a_T_b.linear() * ba.normal).norm(), 2.0 * std::sqrt(2.0 * width / ab.distance))
+        << describe(c);
+  }
+  EXPECT_GT(compared, 100);
+}
+
+TEST(SignedDistance, SwappedResultCarriesItsProof) {
+  for (const KnownCase& c : cases()) {
+    const PairCase swapped{c.name, c.b, c.a, c.a_T_b.inverse()};
+    EXPECT_TRUE(carriesItsProof(swapped.pair(), distanceOf(swapped))) << describe(swapped);
+  }
+}
+
+/// The shape in a frame that is `frame` seen from its own, as a hull of moved vertices.
+Shape movedHull(const Shape& hull, const Isometry3d& frame) {
+  std::vector<Vector3d> points;
+  for (const Vector3d& vertex : hull.hull().vertices()) points.push_back(frame * vertex);
+  return Shape(ConvexHull(points)).padded(hull.margin());
+}
+
+TEST(SignedDistance, RigidMotionOfBothShapesKeepsTheDistance) {
+  std::mt19937 random(22);
+  for (const KnownCase& c : cases()) {
+    if (c.a.kind() != Shape::Kind::Hull || c.b.kind() != Shape::Kind::Hull) continue;
+    for (const double reach : {0.0, 1.0, 1e3, 1e6}) {
+      const Isometry3d w_T_a = randomPose(random, reach), w_T_b = w_T_a * c.a_T_b;
+      const PairCase in_world{c.name, movedHull(c.a, w_T_a), movedHull(c.b, w_T_b), Isometry3d::Identity()};
+      const SignedDistance result = distanceOf(in_world);
+      EXPECT_TRUE(enclosesTruth(in_world.pair(), result, c.truth)) << reach << describe(in_world);
+      EXPECT_LE(errorOf(result, c.truth), 1e-9 + roundingOf(in_world.pair())) << reach << describe(in_world);
+    }
+  }
+}
+
+Shape scaled(const Shape& shape, double factor) {
+  const Vector3d half = factor * shape.halfExtents();
+  const auto core = [&]() -> Shape {
+    switch (shape.kind()) {
+      case Shape::Kind::Point:
+        return Sphere{factor * shape.margin()};
+      case Shape::Kind::Segment:
+        return Capsule{factor * shape.margin(), 2.0 * half.z()};
+      case Shape::Kind::Box:
+        return Shape(Box{2.0 * half}).padded(factor * shape.margin());
+      case Shape::Kind::Cylinder:
+        return Shape(Cylinder{half.x(), 2.0 * half.z()}).padded(factor * shape.margin());
+      case Shape::Kind::Cone:
+        return Shape(Cone{half.x(), 2.0 * half.z()}).padded(factor * shape.margin());
+      case Shape::Kind::Ellipsoid:
+        return Shape(Ellipsoid{half}).padded(factor * shape.margin());
+      case Shape::Kind::Hull:
+        break;
+    }
+    std::vector<Vector3d> points;
+    for (const Vector3d& vertex : shape.hull().vertices()) points.push_back(factor * vertex);
+    return Shape(ConvexHull(points)).padded(factor * shape.margin());
+  };
+  return core();
+}
+
+TEST(SignedDistance, PowersOfTwoScaleTheDistanceBitForBit) {
+  // Scaling by a power of two rounds nothing, so a difference is a constant that lacks a dimension.
+  for (const double factor : {std::ldexp(1.0, -20), std::ldexp(1.0, 20)})
+    for (const KnownCase& c : cases()) {
+      Isometry3d pose = c.a_T_b;
+      pose.translation() *= factor;
+      const SignedDistance original = distanceOf(c);
+      const SignedDistance grown =
+          signedDistance(scaled(c.a, factor), scaled(c.b, factor), pose, withTolerance(factor * 1e-9));
+      EXPECT_EQ(grown.distance, factor * original.distance) << factor << " " << describe(c);
+    }
+}
+
+TEST(SignedDistance, SameInputGivesTheSameBits) {
+  const auto bits = [](const SignedDistance& r) {
+    return std::vector<double>{r.distance,    r.lower_bound, r.upper_bound, r.point_a.x(), r.point_a.y(), r.point_a.z(),
+                               r.point_b.x(), r.point_b.y(), r.point_b.z(), r.normal.x(),  r.normal.y(),  r.normal.z()};
+  };
+  std::vector<SignedDistance> first;
+  for (const KnownCase& c : cases()) first.push_back(distanceOf(c));
+  for (std::size_t i = cases().size(); i-- > 0;) EXPECT_EQ(bits(distanceOf(cases()[i])), bits(first[i]));
+}
+
+TEST(SignedDistance, MovingBByTheDistanceMakesTheShapesTouch) {
+  for (const KnownCase& c : cases()) {
+    const SignedDistance before = distanceOf(c);
+    PairCase moved = c;
+    moved.a_T_b.pretranslate(-before.distance * before.normal);
+    EXPECT_NEAR(distanceOf(moved).distance, 0.0, 2e-9) << describe(c);
+  }
+}
+
+TEST(SignedDistance, ChangesByNoMoreThanTheMotion) {
+  std::mt19937 random(23);
+  for (const KnownCase& c : cases()) {
+    const Vector3d step = 0.05 * randomDirection(random);
+    PairCase moving = c;
+    moving.a_T_b.pretranslate(-10.0 * step);
+    double previous = distanceOf(moving).distance;
+    for (int i = 0; i < 20; ++i) {
+      moving.a_T_b.pretranslate(step);
+      const double distance = distanceOf(moving).distance;
+      EXPECT_LE(std::abs(distance - previous), step.norm() + 2e-9) << describe(moving);
+      previous = distance;
+    }
+  }
+}
+
+TEST(SignedDistance, AnyWarmStartGivesTheSameDistance) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInf = std::numeric_limits<double>::infinity();
+  std::mt19937 random(24);
+  for (const KnownCase& c : cases()) {
+    const WarmStart starts[] = {{randomDirection(random), 1, 2},
+                                {c.truth.normal.cast<double>(), 0, 0},
+                                {-c.truth.normal.cast<double>(), 3, 0},
+                                {1e300 * randomDirection(random), 1000000000, -1},
+                                {1e-300 * randomDirection(random), -1000000000, 1000000000},
+                                {{kNan, 0.0, 1.0}, 0, 0},
+                                {{kInf, -kInf, 0.0}, 0, 0}};
+    for (WarmStart warm_start : starts) {
+      const SignedDistance result = signedDistance(c.a, c.b, c.a_T_b, {}, warm_start);
+      EXPECT_TRUE(carriesItsProof(c.pair(), result)) << describe(c);
+      EXPECT_LE(errorOf(result, c.truth), 1e-9 + roundingOf(c.pair())) << describe(c);
+    }
+  }
+}
+
+TEST(SignedDistance, WarmStartAlongAMotionGivesTheColdAnswer) {
+  std::mt19937 random(25);
+  for (const KnownCase& c : cases()) {
+    WarmStart warm_start;
+    PairCase moving = c;
+    const Vector3d step = 0.02 * randomDirection(random);
+    for (int i = 0; i < 20; ++i) {
+      moving.a_T_b.pretranslate(step);
+      const SignedDistance warm = signedDistance(moving.a, moving.b, moving.a_T_b, {}, warm_start);
+      const SignedDistance cold = distanceOf(moving);
+      EXPECT_LE(std::abs(warm.distance - cold.distance), 1e-9 + roundingOf(moving.pair())) << describe(moving);
+    }
+  }
+}
+
+// Thresholds around the truth, from far above it to far below, of both signs.
+const double kOffsets[] = {-10.0, -0.1, -1e-3, -1e-8, 1e-8, 1e-3, 0.1, 10.0};
+
+TEST(SignedDistance, AboveDecidesAsTheTruthDoes) {
+  for (const KnownCase& c : cases())
+    for (const double offset : kOffsets) {
+      const double threshold = static_cast<double>(c.truth.distance) + offset;
+      const SignedDistance result = distanceOf(c, Options::above(threshold));
+      if (offset < 0.0) {
+        EXPECT_GT(result.lower_bound, threshold) << offset << " " << describe(c);
+      } else if (offset > 2e-9 + static_cast<double>(c.truth.error_bound)) {
+        EXPECT_LE(result.upper_bound, threshold) << offset << " " << describe(c);
+      }
+    }
+}
+
+TEST(SignedDistance, EarlyStopsCarryTheirProof) {
+  for (const KnownCase& c : cases())
+    for (const double offset : kOffsets) {
+      const Options options = Options::above(static_cast<double>(c.truth.distance) + offset);
+      const SignedDistance result = distanceOf(c, options);
+      EXPECT_TRUE(carriesItsProof(c.pair(), result, options)) << offset << " " << describe(c);
+      EXPECT_TRUE(enclosesTruth(c.pair(), result, c.truth)) << offset << " " << describe(c);
+    }
+}
+
+TEST(SignedDistance, ApartReportsAnOverlapAsSuch) {
+  int overlaps = 0;
+  for (const KnownCase& c : cases()) {
+    if (!(c.truth.distance < -1e-6L)) continue;
+    ++overlaps;
+    EXPECT_LE(distanceOf(c, Options::apart()).upper_bound, 0.0) << describe(c);
+  }
+  EXPECT_GT(overlaps, 100);
+}
+
+TEST(SignedDistance, ApartIsExactWhereTheShapesAreApart) {
+  for (const KnownCase& c : cases()) {
+    if (!(c.truth.distance > 1e-6L)) continue;
+    const SignedDistance result = distanceOf(c, Options::apart());
+    EXPECT_EQ(result.status, Status::Converged) << describe(c);
+    EXPECT_LE(errorOf(result, c.truth), 1e-9) << describe(c);
+  }
+}
+
+TEST(SignedDistance, PoseThatIsNotFiniteIsUnknown) {
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
+    for (int row = 0; row < 3; ++row)
+      for (int column = 0; column < 4; ++column)
+        for (const NamedShape& a : allShapes()) {
+          Isometry3d pose = Isometry3d::Identity();
+          pose.matrix()(row, column) = bad;
+          EXPECT_EQ(signedDistance(a.shape, Box{{1, 1, 1}}, pose).status, Status::Unknown) << a.name;
+        }
+}
+
+TEST(SignedDistance, UnknownHoldsNoNumber) {
+  Isometry3d pose = Isometry3d::Identity();
+  pose.translation().x() = std::numeric_limits<double>::quiet_NaN();
+  const SignedDistance result = signedDistance(Sphere{1}, Sphere{1}, pose);
+  EXPECT_TRUE(std::isnan(result.distance) && !result.has_points && result.point_a.hasNaN() && result.normal.hasNaN());
+}
+
+Isometry3d at(double x, double y, double z) {
+  Isometry3d pose = Isometry3d::Identity();
+  pose.translation() = Vector3d(x, y, z);
+  return pose;
+}
+
+TEST(SignedDistance, IsUniqueWhereACornerFacesAFace) {
+  Isometry3d pose = at(0, 0, 3);
+  pose.linear() = Eigen::Quaterniond(0.9, 0.3, 0.2, 0.1).normalized().toRotationMatrix();
+  EXPECT_TRUE(signedDistance(Box{{2, 2, 2}}, Box{{1, 1, 1}}, pose).unique);
+}
+
+TEST(SignedDistance, IsNotUniqueBetweenParallelFaces) {
+  EXPECT_FALSE(signedDistance(Box{{2, 2, 2}}, Box{{1, 1, 1}}, at(0, 0, 3)).unique);
+}
+
+TEST(SignedDistance, IsNotUniqueForConcentricSpheres) {
+  EXPECT_FALSE(signedDistance(Sphere{1}, Sphere{2}, at(0, 0, 0)).unique);
+}
+
+TEST(SignedDistance, IsNotUniqueForTheCentreOfACube) {
+  EXPECT_FALSE(signedDistance(Box{{2, 2, 2}}, Sphere{0.5}, at(0, 0, 0)).unique);
+}
+
+TEST(SignedDistance, IsNotUniqueForParallelCapsules) {
+  EXPECT_FALSE(signedDistance(Capsule{0.1, 1}, Capsule{0.2, 1}, at(2, 0, 0.25)).unique);
+}
+
+TEST(SignedDistance, IsNotUniqueForCoaxialCylinders) {
+  EXPECT_FALSE(signedDistance(Cylinder{0.5, 4}, Cylinder{0.25, 4}, at(0, 0, 0)).unique);
+}
+
+}  // namespace
+}  // namespace proximity_server
