@@ -80,40 +80,49 @@ SurfacePlane growTriangle(Cso& cso, Simplex& simplex) {
   return {};
 }
 
-EpaResult onSurface(const Cso& cso, const Simplex& witnesses, const SurfacePlane& plane) {
+/// The witnesses are as far apart as the simplex lies from the origin, which a CSO without volume does not make good.
+EpaResult onSurface(const Cso& cso, const Simplex& witnesses, const SurfacePlane& plane, const Options& options) {
   EpaResult result;
-  result.status = Status::Converged;
-  result.depth = plane.depth;
-  result.lower_bound = std::min(plane.depth, 0.0) - cso.rounding();
-  result.normal = plane.normal;
   result.point_a = witnesses.pointOnA();
   result.point_b = witnesses.pointOnB();
+  const double apart = (result.point_a - result.point_b).norm();
+  result.depth = plane.depth;
+  result.lower_bound = std::min(plane.depth, -apart) - cso.rounding();
+  result.status = plane.depth + cso.rounding() - result.lower_bound <= options.distance_tolerance ? Status::Converged
+                                                                                                  : Status::Degenerate;
+  result.normal = plane.normal;
+  result.has_normal = result.has_points = true;
   result.unique = !plane.two_sided;
   result.iterations = 0;
   return result;
 }
 
-/// Where the ray from the origin along the normal leaves the polytope, on both shapes.
-void setWitnesses(const Polytope& polytope, const Polytope::Face& face, EpaResult& result) {
+/// Where the ray from the origin along the normal leaves the polytope, on both shapes: on `guess`, or else on the face
+/// that it leaves through. An unfinished polytope may have none.
+void setWitnesses(const Polytope& polytope, const Polytope::Face* guess, EpaResult& result) {
   const auto smallest = [](const std::array<double, 3>& w) { return std::min({w[0], w[1], w[2]}); };
-  std::array<double, 3> weights = polytope.rayWeights(face, result.normal);
-  std::array<int, 3> vertices = face.vertices;
-  // Beyond an edge of this face lies another one in the same plane (or, unfinished, nearly so).
+  std::array<double, 3> weights{-1.0, -1.0, -1.0};
+  const Polytope::Face* exit = guess;
+  if (guess != nullptr) weights = polytope.rayWeights(*guess, result.normal);
   if (!(smallest(weights) >= 0.0)) {
-    polytope.forEachFace([&](const Polytope::Face& other) {
-      if (!(other.normal.dot(result.normal) > 0.0)) return;
-      const std::array<double, 3> candidate = polytope.rayWeights(other, result.normal);
+    polytope.forEachFace([&](const Polytope::Face& face) {
+      if (!(face.normal.dot(result.normal) > 0.0)) return;
+      const std::array<double, 3> candidate = polytope.rayWeights(face, result.normal);
       if (!(smallest(candidate) > smallest(weights))) return;
       weights = candidate;
-      vertices = other.vertices;
+      exit = &face;
     });
   }
+  // Beyond every face by more than rounding explains: the ray leaves through a hole.
+  constexpr double kOutside = 1e-6;
+  result.has_points = exit != nullptr && smallest(weights) >= -kOutside;
+  if (!result.has_points) return;
   double sum = 0.0;
   for (double& weight : weights) sum += weight = std::max(weight, 0.0);
   result.point_a = result.point_b = Vector3d::Zero();
   for (std::size_t i = 0; i < 3; ++i) {
-    result.point_a += weights[i] / sum * polytope.vertex(vertices[i]).on_a;
-    result.point_b += weights[i] / sum * polytope.vertex(vertices[i]).onB();
+    result.point_a += weights[i] / sum * polytope.vertex(exit->vertices[i]).on_a;
+    result.point_b += weights[i] / sum * polytope.vertex(exit->vertices[i]).onB();
   }
 }
 
@@ -133,37 +142,36 @@ bool isUnique(const Polytope& polytope, const EpaResult& result, const Options& 
 EpaResult expandPolytope(Cso& cso, const Simplex& tetrahedron, const Options& options) {
   Polytope polytope(tetrahedron.vertices, cso.rounding());
   EpaResult result;
+  result.has_normal = result.has_points = false;
   result.depth = std::numeric_limits<double>::infinity();
-  Polytope::Face best;
-  const auto end = [&](Status status) {
+  const auto end = [&](Status status, const Polytope::Face* face) {
     result.status = status;
-    setWitnesses(polytope, best, result);
+    if (!result.has_normal) return result;
+    setWitnesses(polytope, face, result);
     result.unique = isUnique(polytope, result, options);
     return result;
   };
+  const auto settled = [&] { return result.depth + cso.rounding() - result.lower_bound <= options.distance_tolerance; };
 
   for (result.iterations = 1;; ++result.iterations) {
-    const Polytope::Face* closest = polytope.closest();
-    if (closest == nullptr) {  // every face is as far as the best direction is deep
-      result.lower_bound = result.depth - cso.rounding();
-      return end(Status::Converged);
-    }
-    const Polytope::Face face = *closest;
-    result.lower_bound = face.distance - cso.rounding();
+    const Polytope::Face* face = polytope.closest();
+    const double reach = face != nullptr ? face->distance : result.depth;
+    result.lower_bound = std::min(reach, result.depth) - cso.rounding();
+    if (-result.lower_bound <= options.stop_below) return end(Status::Threshold, nullptr);
+    if (settled()) return end(Status::Converged, nullptr);
+    if (face == nullptr) return end(Status::Degenerate, nullptr);
 
-    const CsoVertex w = cso.vertex(face.normal);
-    const double depth = face.normal.dot(w.point);
-    const bool settled = depth + cso.rounding() - result.lower_bound <= options.distance_tolerance;
-    if (depth < result.depth || settled) {
+    const CsoVertex w = cso.vertex(face->normal);
+    const double depth = face->normal.dot(w.point);
+    if (depth < result.depth) {
       result.depth = depth;
-      result.normal = face.normal;
-      best = face;
+      result.normal = face->normal;
+      result.has_normal = true;
+      if (settled()) return end(Status::Converged, face);
     }
-    if (settled) return end(Status::Converged);
-    if (-(result.depth + cso.rounding()) > options.stop_above || -result.lower_bound <= options.stop_below)
-      return end(Status::Threshold);
-    if (result.iterations >= options.max_iterations || polytope.full()) return end(Status::IterationLimit);
-    if (!polytope.expand(*closest, w, result.depth)) return end(Status::Degenerate);
+    if (-(result.depth + cso.rounding()) > options.stop_above) return end(Status::Threshold, nullptr);
+    if (result.iterations >= options.max_iterations || polytope.full()) return end(Status::IterationLimit, nullptr);
+    if (!polytope.expand(*face, w, result.depth)) return end(Status::Degenerate, nullptr);
   }
 }
 
@@ -172,14 +180,15 @@ EpaResult expandPolytope(Cso& cso, const Simplex& tetrahedron, const Options& op
 EpaResult epa(Cso& cso, const Simplex& simplex, const Options& options) {
   Simplex start = simplex;
   if (start.size == 3) dropFromSliver(cso, start);
-  if (start.size == 1 && !growPoint(cso, start)) return onSurface(cso, simplex, {true, Vector3d::UnitX(), 0.0, true});
+  if (start.size == 1 && !growPoint(cso, start))
+    return onSurface(cso, simplex, {true, Vector3d::UnitX(), 0.0, true}, options);
   if (start.size == 2 && !growSegment(cso, start)) {
     const Vector3d along = start.vertices[1].point - start.vertices[0].point;
-    return onSurface(cso, simplex, {true, along.unitOrthogonal(), 0.0, true});
+    return onSurface(cso, simplex, {true, along.unitOrthogonal(), 0.0, true}, options);
   }
   if (start.size == 3) {
     const SurfacePlane plane = growTriangle(cso, start);
-    if (plane.found) return onSurface(cso, simplex, plane);
+    if (plane.found) return onSurface(cso, simplex, plane, options);
   }
   return expandPolytope(cso, start, options);
 }

@@ -46,7 +46,8 @@ GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const Options& options) {
     const Nearest next = nearestToOrigin(places, nearest.subset, newest);
     // Written as !(next < nearest) so that NaN ends the search instead of winning it.
     if (!next.encloses_origin && !(next.distance < nearest.distance)) {
-      const bool touching = nearest.distance <= options.distance_tolerance;
+      // Nearer than can be told from touching, with the rounding of both bounds: the depth is small in any direction.
+      const bool touching = upper_bound + 3.0 * cso.rounding() <= options.distance_tolerance;
       return end(touching ? Outcome::Overlap : Outcome::Apart, Status::Degenerate);
     }
     nearest = next;

@@ -1,6 +1,7 @@
 #include "proximity_server/narrowphase/signed_distance.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "box_box.h"
 #include "closed_form.h"
@@ -28,43 +29,43 @@ bool meetInOnePoint(const Shape& a, const Shape& b, const Isometry3d& a_T_b, con
   return on_a.along.cross(along_b).norm() > tolerance * longer;
 }
 
-SignedDistance fromGjk(const Cso& cso, const GjkResult& gjk, const Options& options) {
+SignedDistance fromGjk(const Cso& cso, const GjkResult& gjk) {
   SignedDistance result;
   result.status = gjk.status;
   result.lower_bound = gjk.lower_bound;
   result.normal = gjk.normal;
   result.iterations = gjk.iterations;
-  switch (gjk.outcome) {
-    case GjkResult::Outcome::Apart:
-      result.distance = gjk.distance;
-      result.upper_bound = gjk.distance + cso.rounding();
-      result.point_a = gjk.simplex.pointOnA();
-      result.point_b = gjk.simplex.pointOnB();
-      result.has_points = true;
-      break;
-    case GjkResult::Outcome::Threshold:
-      result.distance = gjk.lower_bound;
-      break;
-    case GjkResult::Outcome::Overlap:
-      result.status = Status::Threshold;
-      result.distance = result.upper_bound = std::max(options.distance_tolerance, cso.rounding());
-      break;
+  if (gjk.outcome == GjkResult::Outcome::Threshold) {
+    result.distance = gjk.lower_bound;
+    return result;
   }
+  result.distance = gjk.distance;
+  result.upper_bound = gjk.distance + cso.rounding();
+  result.point_a = gjk.simplex.pointOnA();
+  result.point_b = gjk.simplex.pointOnB();
+  result.has_points = true;
   return result;
 }
 
-SignedDistance fromEpa(const Cso& cso, const EpaResult& epa, int gjk_iterations) {
+SignedDistance fromEpa(const Cso& cso, const GjkResult& gjk, const EpaResult& epa) {
   SignedDistance result;
   result.status = epa.status;
+  result.upper_bound = -epa.lower_bound;
+  result.iterations = gjk.iterations + epa.iterations;
+  if (!epa.has_normal) {  // the overlap was proven before EPA looked along any direction
+    result.lower_bound = gjk.lower_bound;
+    result.normal = gjk.normal;
+    result.distance = result.upper_bound;
+    return result;
+  }
   result.distance = -epa.depth;
   result.lower_bound = -epa.depth - cso.rounding();
-  result.upper_bound = -epa.lower_bound;
   result.normal = epa.normal;
+  result.unique = epa.unique;
+  result.has_points = epa.has_points;
+  if (!epa.has_points) return result;
   result.point_a = epa.point_a;
   result.point_b = epa.point_b;
-  result.has_points = true;
-  result.unique = epa.unique;
-  result.iterations = gjk_iterations + epa.iterations;
   return result;
 }
 
@@ -79,13 +80,13 @@ SignedDistance certified(SignedDistance exact, double rounding, const Options& o
 
 SignedDistance iterative(Cso& cso, const Vector3d& normal_guess, const Options& options) {
   const GjkResult gjk_result = gjk(cso, normal_guess, options);
-  const bool depth_wanted = !(0.0 <= options.stop_below);
-  if (gjk_result.outcome != GjkResult::Outcome::Overlap || !depth_wanted) return fromGjk(cso, gjk_result, options);
-  return fromEpa(cso, epa(cso, gjk_result.simplex, options), gjk_result.iterations);
+  if (gjk_result.outcome != GjkResult::Outcome::Overlap) return fromGjk(cso, gjk_result);
+  return fromEpa(cso, gjk_result, epa(cso, gjk_result.simplex, options));
 }
 
 Vector3d normalGuess(const Cso& cso, const WarmStart& warm_start) {
-  if (warm_start.axis.squaredNorm() > 0.0) return warm_start.axis.normalized();
+  const double warm2 = warm_start.axis.squaredNorm();
+  if (warm2 > 0.0 && std::isfinite(warm2)) return warm_start.axis / std::sqrt(warm2);
   const Vector3d centres = cso.centreDifference();
   return centres.squaredNorm() > 0.0 ? Vector3d(centres.normalized()) : Vector3d(Vector3d::UnitX());
 }
@@ -93,8 +94,7 @@ Vector3d normalGuess(const Cso& cso, const WarmStart& warm_start) {
 /// Boxes that overlap have their depth along one of a few axes; the guess tells most of the others at once.
 SignedDistance boxDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, Cso& cso,
                            const Vector3d& normal_guess, const Options& options) {
-  const bool depth_wanted = !(0.0 <= options.stop_below);
-  if (depth_wanted && normal_guess.dot(cso.vertex(normal_guess).point) >= 0.0) {
+  if (normal_guess.dot(cso.vertex(normal_guess).point) >= 0.0) {
     const BoxPair boxes(a.halfExtents(), b.halfExtents(), a_T_b);
     if (boxes.separation() <= cso.rounding())
       if (const auto exact = boxes.overlap(options.distance_tolerance))
