@@ -7,6 +7,7 @@
 #include "closed_form.h"
 #include "proximity_server/narrowphase/epa.h"
 #include "proximity_server/narrowphase/gjk.h"
+#include "revolved.h"
 
 namespace proximity_server {
 namespace {
@@ -105,7 +106,14 @@ SignedDistance boxDistance(const Shape& a, const Shape& b, const Isometry3d& a_T
 
 SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
                             WarmStart& warm_start) {
-  if (const auto exact = closedForm(a, b, a_T_b)) return certified(*exact, csoRounding(a, b, a_T_b), options);
+  const double rounding = csoRounding(a, b, a_T_b);
+  if (const auto exact = closedForm(a, b, a_T_b)) return certified(*exact, rounding, options);
+  if (const auto tilt = axesTilt(a, b, a_T_b)) {
+    // Axes that are parallel but for a small part of the tolerance: b turned by the tilt moves by no more than this.
+    const double turned = *tilt * b.coreReach();
+    if (turned <= options.distance_tolerance / 16.0)
+      return certified(revolvedDistance(a, b, a_T_b, options.distance_tolerance), rounding + turned, options);
+  }
   Cso cso(a, b, a_T_b, warm_start);
   const Vector3d guess = normalGuess(cso, warm_start);
   if (a.kind() == Shape::Kind::Box && b.kind() == Shape::Kind::Box)

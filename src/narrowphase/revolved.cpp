@@ -1,0 +1,157 @@
+#include "revolved.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace proximity_server {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Kind = Shape::Kind;
+
+// Vectors of the half plane: x is the radius, y the height.
+
+/// Half the section of a core through its axis. Of a segment or a point only the axis is left.
+struct Profile {
+  double radius, half;
+  double apex;  ///< +1 or -1: where a cone has its apex; 0: a cylinder
+
+  Profile(const Shape& shape, double up)
+      : radius(shape.halfExtents().x()), half(shape.halfExtents().z()), apex(shape.kind() == Kind::Cone ? up : 0.0) {}
+
+  Vector2d support(const Vector2d& n) const {
+    if (apex == 0.0) return {radius, std::copysign(half, n.y())};
+    const bool at_apex = 2.0 * half * apex * n.y() >= radius * n.x();
+    return at_apex ? Vector2d(0.0, apex * half) : Vector2d(radius, -apex * half);
+  }
+  Vector2d slantNormal() const { return Vector2d(2.0 * half, apex * radius).normalized(); }
+};
+
+/// The boundary of the sum of two profiles, from the lower end of the axis to the upper: edge i has normals[i], and
+/// runs from corner i to corner i + 1, each kept as what a and b put in.
+class Boundary {
+ public:
+  Boundary(const Profile& a, const Profile& b) {
+    normals_[0] = {0.0, -1.0};
+    normals_[1] = {1.0, 0.0};
+    if (a.apex != 0.0) normals_[static_cast<std::size_t>(++edges_)] = a.slantNormal();
+    if (b.apex != 0.0) normals_[static_cast<std::size_t>(++edges_)] = b.slantNormal();
+    normals_[static_cast<std::size_t>(++edges_)] = {0.0, 1.0};
+    ++edges_;
+    std::sort(normals_.begin(), normals_.begin() + edges_,
+              [](const Vector2d& m, const Vector2d& n) { return m.y() < n.y(); });
+    addCorner({0.0, a.support(normals_.front()).y()}, {0.0, b.support(normals_.front()).y()});
+    for (std::size_t i = 0; i + 1 < size(); ++i) {
+      const Vector2d between = normals_[i] + normals_[i + 1];
+      addCorner(a.support(between), b.support(between));
+    }
+    const Vector2d up = normals_[size() - 1];
+    addCorner({0.0, a.support(up).y()}, {0.0, b.support(up).y()});
+  }
+
+  std::size_t size() const { return static_cast<std::size_t>(edges_); }
+  const Vector2d& normal(std::size_t edge) const { return normals_[edge]; }
+  Vector2d corner(std::size_t i) const { return of_a_[i] + of_b_[i]; }
+  Vector2d cornerOfA(std::size_t i) const { return of_a_[i]; }
+  double height(std::size_t edge, const Vector2d& p) const { return normals_[edge].dot(p - corner(edge)); }
+
+  /// Where on an edge, from 0 to 1, lies the point nearest to p.
+  double place(std::size_t edge, const Vector2d& p) const {
+    const Vector2d along = corner(edge + 1) - corner(edge);
+    const double length2 = along.squaredNorm();
+    return length2 > 0.0 ? std::clamp(along.dot(p - corner(edge)) / length2, 0.0, 1.0) : 0.0;
+  }
+
+ private:
+  void addCorner(const Vector2d& of_a, const Vector2d& of_b) {
+    of_a_[static_cast<std::size_t>(corners_)] = of_a;
+    of_b_[static_cast<std::size_t>(corners_++)] = of_b;
+  }
+
+  static constexpr std::size_t kMost = 5;  // up, down, outwards, and the slants of two cones
+  int edges_ = 1;
+  int corners_ = 0;
+  std::array<Vector2d, kMost> normals_;
+  std::array<Vector2d, kMost + 1> of_a_, of_b_;
+};
+
+/// The nearest point of the boundary: distance * normal away from p.
+struct Nearest2d {
+  double distance;
+  Vector2d normal;
+  Vector2d of_a;
+  bool unique;
+};
+
+Nearest2d onEdge(const Boundary& boundary, std::size_t edge, const Vector2d& p, double tolerance) {
+  const double distance = boundary.height(edge, p);
+  const double place = boundary.place(edge, p);
+  bool unique = true;
+  for (std::size_t other = 0; other < boundary.size(); ++other)
+    unique =
+        unique && (boundary.normal(other) == boundary.normal(edge) || boundary.height(other, p) < distance - tolerance);
+  return {distance, boundary.normal(edge),
+          boundary.cornerOfA(edge) + place * (boundary.cornerOfA(edge + 1) - boundary.cornerOfA(edge)), unique};
+}
+
+Nearest2d nearestOutside(const Boundary& boundary, const Vector2d& p) {
+  Nearest2d nearest{std::numeric_limits<double>::infinity(), {}, {}, true};
+  for (std::size_t edge = 0; edge < boundary.size(); ++edge) {
+    const double place = boundary.place(edge, p);
+    const Vector2d from = boundary.corner(edge);
+    const Vector2d difference = p - (from + place * (boundary.corner(edge + 1) - from));
+    const double distance = difference.norm();
+    if (!(distance < nearest.distance)) continue;
+    const bool inside_edge = place > 0.0 && place < 1.0;
+    nearest.distance = inside_edge ? boundary.height(edge, p) : distance;
+    nearest.normal = inside_edge ? boundary.normal(edge) : Vector2d(difference / distance);
+    nearest.of_a = boundary.cornerOfA(edge) + place * (boundary.cornerOfA(edge + 1) - boundary.cornerOfA(edge));
+  }
+  return nearest;
+}
+
+Nearest2d nearestOnBoundary(const Boundary& boundary, const Vector2d& p, double tolerance) {
+  std::size_t highest = 0;
+  for (std::size_t edge = 1; edge < boundary.size(); ++edge)
+    if (boundary.height(edge, p) > boundary.height(highest, p)) highest = edge;
+  if (boundary.height(highest, p) <= 0.0) return onEdge(boundary, highest, p, tolerance);
+  return nearestOutside(boundary, p);
+}
+
+bool isRevolved(Kind kind) {
+  return kind == Kind::Point || kind == Kind::Segment || kind == Kind::Cylinder || kind == Kind::Cone;
+}
+
+}  // namespace
+
+std::optional<double> axesTilt(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b) {
+  if (!isRevolved(a.kind()) || !isRevolved(b.kind())) return std::nullopt;
+  if (a.kind() == Kind::Point || b.kind() == Kind::Point) return 0.0;
+  return a_T_b.linear().col(2).head<2>().norm();
+}
+
+SignedDistance revolvedDistance(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, double tolerance) {
+  const Vector3d axis_b = a_T_b.linear().col(2), t = a_T_b.translation();
+  const Vector3d axis = a.kind() == Kind::Point ? axis_b : Vector3d(Vector3d::UnitZ());
+  const Vector3d across = t - t.dot(axis) * axis;
+  const double radius = across.norm();
+  const Vector3d outwards = radius > 0.0 ? Vector3d(across / radius) : Vector3d(axis.unitOrthogonal());
+  const auto inSpace = [&](const Vector2d& p) { return Vector3d(p.x() * outwards + p.y() * axis); };
+
+  // The CSO is a + (-b) about a's centre; seen from there the origin of the query lies at b's.
+  const Boundary boundary(Profile(a, 1.0), Profile(b, -std::copysign(1.0, axis_b.dot(axis))));
+  const Nearest2d nearest = nearestOnBoundary(boundary, {radius, t.dot(axis)}, tolerance);
+
+  SignedDistance result;
+  result.distance = nearest.distance;
+  result.normal = inSpace(nearest.normal);
+  result.point_a = inSpace(nearest.of_a);
+  result.point_b = result.point_a + result.distance * result.normal;
+  const bool ring = nearest.normal.x() * radius <= 0.5 * tolerance && nearest.normal.x() > 0.0;
+  result.unique = nearest.unique && !(ring && nearest.distance <= tolerance);
+  return result;
+}
+
+}  // namespace proximity_server
