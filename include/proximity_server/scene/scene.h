@@ -25,30 +25,33 @@ struct SubjectPair {
   Subject a, b;
 };
 
-/// What is known about two subjects, in the order asked: the signed distance of their closest (or deepest) pieces.
+/// What is known about two subjects, in the order asked: the signed distance of their closest (or deepest) pieces,
+/// less the padding of the pair of links. The bounds are those of the whole subjects, the normal that of these pieces.
 struct PairProximity {
   SubjectPair asked;
   int collision_a = 0;  ///< the <collision> of a that is closest, counted from 1; 0 where nothing was computed
   int collision_b = 0;
-  SignedDistance result;  ///< in the frame of the poses; Status::Unknown where a pose is missing
+  SignedDistance result;  ///< in the frame of the poses; Status::Unknown where a pose or all geometry is missing
   Representation representation = Representation::Exact;  ///< the less exact of the two
 };
 
 /// How the pairs of a question were settled.
 struct PairCounts {
   int total = 0;
-  int unknown = 0;    ///< a pose is missing
-  int by_bounds = 0;  ///< bounds about bodies and pieces were enough
+  int unknown = 0;    ///< a pose or all geometry is missing
+  int by_bounds = 0;  ///< bounds about bodies and pieces were enough, or `first` had its answer before
   int computed = 0;   ///< at least one pair of pieces went to the narrowphase
 };
 
 /// How exactly to answer.
 struct Question {
   double tolerance = 1e-9;  ///< [m] accepted gap between upper and lower bound
-  /// [m] beyond this signed distance only the proof is wanted (Status::Threshold, distance = lower bound).
+  /// [m] beyond this signed distance only the proof is wanted (Status::Threshold, distance = lower bound, no points,
+  /// and no normal either where bounds were enough). A pair counts as nearer unless its lower bound proves otherwise.
   double threshold = std::numeric_limits<double>::infinity();
   enum class Depth : unsigned char { Wanted, NotWanted };
-  Depth depth = Depth::Wanted;  ///< NotWanted: an overlap is reported without depth, points and normal
+  Depth depth = Depth::Wanted;  ///< NotWanted: an overlap is reported (Status::Threshold) without its depth, any of
+                                ///< them is the minimum, and points and normal may be missing
 };
 
 /// One robot in one set of poses: the scratch of one caller. Not thread-safe; make one per thread from the same model.
@@ -57,11 +60,19 @@ struct Question {
 class Scene {
  public:
   explicit Scene(std::shared_ptr<const SceneModel> model);
+  ~Scene();
+  Scene(Scene&&) noexcept;
+  Scene& operator=(Scene&&) noexcept;
 
   const SceneModel& model() const { return *model_; }
 
-  /// Takes one consistent set of poses, all in one frame; the answers are in that frame.
+  /// Takes one consistent set of poses, one for each body and all in one frame; the answers are in that frame.
+  ///
+  /// A pose that is not finite, or whose matrix is no rotation within single precision, counts as missing.
+  /// Failure: throws std::invalid_argument where the number of poses is not that of the bodies.
   void update(const BodyPoses& poses);
+
+  // Every question throws std::invalid_argument for a link or <collision> that does not exist.
 
   /// One pair, filtered or not. Subjects of one body are legal: their distance never changes.
   PairProximity proximity(const SubjectPair& pair, const Question& question = {});
@@ -70,13 +81,15 @@ class Scene {
   const std::vector<SubjectPair>& candidates() const { return candidates_; }
 
   // Each of the following visits `pairs` and returns a reference that is valid until the next question.
-  // A pair with a missing pose is Unknown: it is counted, `all` returns it, the others leave it out.
+  // A pair with a missing pose is Unknown: it is counted, `all` returns it, the others leave it out. Where a distance
+  // did not converge its lower bound takes its place among the others, as it may be the smallest.
 
   /// The pair with the smallest signed distance; nullptr where there is none (or none nearer than the threshold).
   const PairProximity* minimum(const std::vector<SubjectPair>& pairs, const Question& question = {});
 
   /// Up to k pairs with the smallest signed distances, sorted.
-  const std::vector<PairProximity>& closest(const std::vector<SubjectPair>& pairs, int k, const Question& question = {});
+  const std::vector<PairProximity>& closest(const std::vector<SubjectPair>& pairs, int k,
+                                            const Question& question = {});
 
   /// All pairs with a signed distance of at most question.threshold, sorted by distance.
   const std::vector<PairProximity>& below(const std::vector<SubjectPair>& pairs, const Question& question);
@@ -88,12 +101,14 @@ class Scene {
   const std::vector<PairProximity>& all(const std::vector<SubjectPair>& pairs, const Question& question = {});
 
   /// How the pairs of the last question were settled.
-  const PairCounts& counts() const { return counts_; }
+  const PairCounts& counts() const;
 
  private:
+  class Search;
+
   std::shared_ptr<const SceneModel> model_;
   std::vector<SubjectPair> candidates_;
-  PairCounts counts_;
+  std::unique_ptr<Search> search_;
 };
 
 }  // namespace proximity_server
