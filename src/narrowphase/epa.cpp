@@ -1,5 +1,6 @@
 #include "proximity_server/narrowphase/epa.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -139,6 +140,46 @@ bool isUnique(const Polytope& polytope, const EpaResult& result, const Options& 
   return unique;
 }
 
+/// Slides the normal down to where the depth has no slope, and there its support points are the witnesses. For the
+/// curved parts of a CSO that the polytope was too coarse for; a corner or an edge of the depth stays as it is.
+///
+/// Newton's method on the sphere: the slope of the depth at n is the tangential part of the support point, so that
+/// differences of support points give its curvature.
+void slideToMinimum(Cso& cso, EpaResult& result) {
+  constexpr double kStep = 1e-5;  // [rad] the cube root of eps: as small as differences allow
+  constexpr double kFlat = 1e-4;  // curvatures below this part of the depth are a ring of equal depths
+  constexpr int kMostSteps = 12;
+  for (int i = 0; i < kMostSteps; ++i) {
+    const Vector3d n = result.normal, u = n.unitOrthogonal(), v = n.cross(u);
+    const auto slope = [&](const Vector3d& direction) {
+      const Vector3d w = cso.vertex(direction.normalized()).point;
+      return Eigen::Vector2d(u.dot(w), v.dot(w));
+    };
+    const Eigen::Vector2d here = slope(n);
+    Eigen::Matrix2d curvature;
+    curvature << (slope(n + kStep * u) - slope(n - kStep * u)) / (2.0 * kStep),
+        (slope(n + kStep * v) - slope(n - kStep * v)) / (2.0 * kStep);
+    curvature -= result.depth * Eigen::Matrix2d::Identity();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(0.5 * (curvature + curvature.transpose()));
+    Vector3d next = n;
+    for (int k = 0; k < 2; ++k) {
+      const Eigen::Vector2d axis = axes.eigenvectors().col(k);
+      if (axes.eigenvalues()[k] <= kFlat * result.depth) continue;
+      next -= axis.dot(here) / axes.eigenvalues()[k] * (axis.x() * u + axis.y() * v);
+    }
+    next.normalize();
+    const CsoVertex w = cso.vertex(next);
+    const double depth = next.dot(w.point);
+    if (!(depth < result.depth)) return;
+    result.depth = depth;
+    result.normal = next;
+    const double beside = (w.point - depth * next).norm();
+    result.has_points = beside <= depth - result.lower_bound;
+    result.point_a = w.on_a;
+    result.point_b = w.onB();
+  }
+}
+
 EpaResult expandPolytope(Cso& cso, const Simplex& tetrahedron, const Options& options) {
   Polytope polytope(tetrahedron.vertices, cso.rounding());
   EpaResult result;
@@ -148,6 +189,7 @@ EpaResult expandPolytope(Cso& cso, const Simplex& tetrahedron, const Options& op
     result.status = status;
     if (!result.has_normal) return result;
     setWitnesses(polytope, face, result);
+    if (status == Status::IterationLimit) slideToMinimum(cso, result);
     result.unique = isUnique(polytope, result, options);
     return result;
   };

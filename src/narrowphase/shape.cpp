@@ -54,7 +54,9 @@ Shape::Shape(const Cone& cone)
             std::hypot(cone.radius, 0.5 * cone.length)) {}
 
 Shape::Shape(const Ellipsoid& ellipsoid)
-    : Shape(Kind::Ellipsoid, 0.0, positive(ellipsoid.radii, "ellipsoid radius"), ellipsoid.radii.maxCoeff()) {}
+    : Shape(Kind::Ellipsoid, 0.0, positive(ellipsoid.radii, "ellipsoid radius"), ellipsoid.radii.maxCoeff()) {
+  if (ellipsoid.radii.minCoeff() == ellipsoid.radii.maxCoeff()) *this = Shape(Sphere{ellipsoid.radii.x()});
+}
 
 Shape::Shape(ConvexHull hull) : Shape(Kind::Hull, 0.0, Eigen::Vector3d::Zero(), 0.0) {
   for (const Eigen::Vector3d& vertex : hull.vertices()) centre_ += vertex / hull.size();
