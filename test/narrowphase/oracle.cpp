@@ -174,15 +174,18 @@ long double distanceToTriangle(const Vector3l& p, const std::array<Vector3l, 3>&
   return above ? std::abs(normal.dot(p - corners[0])) / normal.norm() : nearest;
 }
 
-/// Distance of p to the nearest triangle of the hull. Its corners are vertices of the hull, so whatever triangles there
-/// are, p lies no farther from the hull than this.
+/// Distance of p to the nearest triangle of the hull, or to all there is of a segment or point. The corners are
+/// vertices of the hull, so whatever triangles there are, p lies no farther from the hull than this.
 long double distanceToTriangles(const ConvexHull& hull, const Vector3l& p) {
-  long double nearest = std::numeric_limits<long double>::infinity();
-  const auto corner = [&hull](int i) -> Vector3l {
-    return hull.vertices()[static_cast<std::size_t>(i)].cast<long double>();
+  const auto distance = [&](std::size_t i, std::size_t j, std::size_t k) {
+    const auto& v = hull.vertices();
+    return distanceToTriangle(p, {v[i].cast<long double>(), v[j].cast<long double>(), v[k].cast<long double>()});
   };
-  for (const auto& [i, j, k] : hull.triangles())
-    nearest = std::min(nearest, distanceToTriangle(p, {corner(i), corner(j), corner(k)}));
+  const std::size_t last = hull.vertices().size() - 1;
+  long double nearest = distance(0, last, last);
+  for (const std::array<int, 3>& t : hull.triangles())
+    nearest = std::min(nearest, distance(static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]),
+                                         static_cast<std::size_t>(t[2])));
   return nearest;
 }
 

@@ -1,0 +1,229 @@
+// Hard pairs that made other libraries fail, and our own, each with an exact answer.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "narrowphase/certificate.h"
+#include "narrowphase/shape_pairs.h"
+
+namespace proximity_server {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using nlohmann::json;
+
+Vector3d vector(const json& numbers) {
+  return {numbers[0].get<double>(), numbers[1].get<double>(), numbers[2].get<double>()};
+}
+
+/// A matrix [R | t] by rows, with its doubles as they are: some are orthonormal to ten digits only.
+Isometry3d pose(const json& rows) {
+  Isometry3d result = Isometry3d::Identity();
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 4; ++column)
+      result.matrix()(row, column) = rows[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)];
+  return result;
+}
+
+/// A shape as placed in the world: the pose belongs to the hull, whose vertices round to a double.
+std::vector<Vector3d> verticesInWorld(const json& c, const char* vertices, const char* size,
+                                      const char* world_T_shape) {
+  std::vector<Vector3d> points;
+  if (c.contains(vertices)) {
+    for (const json& vertex : c[vertices]) points.push_back(vector(vertex));
+    return points;
+  }
+  const Vector3d half = 0.5 * vector(c[size]);
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vector3d signs(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+    points.push_back(pose(c[world_T_shape]) * half.cwiseProduct(signs));
+  }
+  return points;
+}
+
+/// The cases of a file, named from the root of the sources; an empty list where it is absent.
+json casesIn(const std::string& path) {
+  std::ifstream file(std::string(PROXIMITY_SOURCE_DIR) + "/" + path);
+  return file ? json::parse(file)["cases"] : json::array();
+}
+
+struct StressCase : PairCase {
+  double expected;
+};
+
+/// The cases as hulls in the world frame. Empty where the file is absent.
+std::vector<StressCase> hullCases() {
+  std::vector<StressCase> cases;
+  const json file = casesIn("../shared/cases/stress_cases.json");
+  for (const json& c : file) {
+    const Shape a = ConvexHull(verticesInWorld(c, "verts1", "size1", "X1"));
+    const Shape b = ConvexHull(verticesInWorld(c, "verts2", "size2", "X2"));
+    cases.push_back({{c["name"], a, b, Isometry3d::Identity()}, c["expected_signed_distance"]});
+  }
+  return cases;
+}
+
+/// The box pairs as boxes, with the relative pose that the two world poses give in double.
+std::vector<StressCase> boxCases() {
+  std::vector<StressCase> cases;
+  const json file = casesIn("../shared/cases/stress_cases.json");
+  for (const json& c : file) {
+    if (c["type"] != "box-box") continue;
+    const Isometry3d a_T_b(pose(c["X1"]).inverse(Eigen::Isometry) * pose(c["X2"]));
+    cases.push_back(
+        {{c["name"], Box{vector(c["size1"])}, Box{vector(c["size2"])}, a_T_b}, c["expected_signed_distance"]});
+  }
+  return cases;
+}
+
+#define SKIP_WITHOUT(cases) \
+  if ((cases).empty()) GTEST_SKIP() << "no ../shared/cases/stress_cases.json beside the sources"
+
+PairCase swapped(const PairCase& c) { return {c.name + " swapped", c.b, c.a, c.a_T_b.inverse()}; }
+
+/// The expected distance is of unrounded vertices; rounding them moves each by half a unit of its last digit, and the
+/// query adds its own rounding: 1e-14 of the size holds both with room.
+double allowedError(const ShapePair& pair) { return 1e-14 * pair.scale(); }
+
+/// Asked for that much: the default would allow 1e-9 m.
+SignedDistance exactly(const PairCase& c) {
+  Options options;
+  options.distance_tolerance = allowedError(c.pair());
+  return signedDistance(c.a, c.b, c.a_T_b, options);
+}
+
+TEST(StressCases, OracleKnowsTheirDistance) {
+  const std::vector<StressCase> cases = hullCases();
+  SKIP_WITHOUT(cases);
+  for (const StressCase& c : cases) {
+    const Truth truth = signedDistanceOracle(c.pair());
+    EXPECT_NEAR(static_cast<double>(truth.distance), c.expected, 4e-16 * c.pair().scale()) << c.name;
+  }
+}
+
+TEST(StressCases, DistanceIsExactForHullsInTheWorld) {
+  const std::vector<StressCase> cases = hullCases();
+  SKIP_WITHOUT(cases);
+  for (const StressCase& c : cases) EXPECT_NEAR(exactly(c).distance, c.expected, allowedError(c.pair())) << c.name;
+}
+
+TEST(StressCases, DistanceIsExactForTheSwappedHulls) {
+  const std::vector<StressCase> cases = hullCases();
+  SKIP_WITHOUT(cases);
+  for (const StressCase& c : cases)
+    EXPECT_NEAR(exactly(swapped(c)).distance, c.expected, allowedError(c.pair())) << c.name;
+}
+
+TEST(StressCases, DistanceIsExactForBoxes) {
+  const std::vector<StressCase> cases = boxCases();
+  SKIP_WITHOUT(cases);
+  for (const StressCase& c : cases)
+    EXPECT_LE(errorOf(exactly(c), signedDistanceOracle(c.pair())), allowedError(c.pair())) << c.name;
+}
+
+TEST(StressCases, DefaultToleranceIsKept) {
+  const std::vector<StressCase> cases = hullCases();
+  SKIP_WITHOUT(cases);
+  for (const StressCase& c : cases) EXPECT_NEAR(signedDistance(c.a, c.b, c.a_T_b).distance, c.expected, 1e-9) << c.name;
+}
+
+TEST(StressCases, DistanceOfBoxesIsTheExpectedOneWithinTheirPoses) {
+  // A pose of ten digits is a rotation within 1e-9 only; the expected value takes it as it is, a box cannot.
+  const std::vector<StressCase> cases = boxCases();
+  SKIP_WITHOUT(cases);
+  for (const StressCase& c : cases)
+    EXPECT_NEAR(signedDistance(c.a, c.b, c.a_T_b).distance, c.expected, 1e-9 * c.pair().scale()) << c.name;
+}
+
+TEST(StressCases, EveryResultCarriesItsProof) {
+  std::vector<StressCase> cases = hullCases();
+  SKIP_WITHOUT(cases);
+  for (const StressCase& c : boxCases()) cases.push_back(c);
+  for (const StressCase& c : cases)
+    for (const PairCase& order : {PairCase(c), swapped(c)})
+      EXPECT_TRUE(carriesItsProof(order.pair(), signedDistance(order.a, order.b, order.a_T_b))) << describe(order);
+}
+
+TEST(StressCases, EveryCaseConverges) {
+  std::vector<StressCase> cases = hullCases();
+  SKIP_WITHOUT(cases);
+  for (const StressCase& c : boxCases()) cases.push_back(c);
+  for (const StressCase& c : cases)
+    EXPECT_EQ(signedDistance(c.a, c.b, c.a_T_b).status, Status::Converged) << describe(c);
+}
+
+TEST(StressCases, RigidMotionKeepsTheDistance) {
+  const std::vector<StressCase> cases = hullCases();
+  SKIP_WITHOUT(cases);
+  std::mt19937 random(1);
+  for (const StressCase& c : cases)
+    for (const double reach : {0.0, 1.0, 100.0, 1e4, 1e6})
+      for (int i = 0; i < 20; ++i) {
+        const Isometry3d motion = randomPose(random, reach);
+        std::vector<Vector3d> a, b;
+        for (const Vector3d& vertex : c.a.hull().vertices()) a.push_back(motion * vertex);
+        for (const Vector3d& vertex : c.b.hull().vertices()) b.push_back(motion * vertex);
+        const PairCase moved{c.name, ConvexHull(a), ConvexHull(b), Isometry3d::Identity()};
+        EXPECT_NEAR(exactly(moved).distance, c.expected, allowedError(moved.pair())) << describe(moved);
+      }
+}
+
+Shape recordedShape(const json& s) {
+  const double margin = s.value("margin", 0.0);
+  const std::string kind = s["kind"];
+  if (kind == "point") return Sphere{margin};
+  if (kind == "segment") return Capsule{margin, 2.0 * s["half_extents"][2].get<double>()};
+  if (kind == "hull") {
+    std::vector<Vector3d> points;
+    for (const json& vertex : s["vertices"]) points.push_back(vector(vertex));
+    return Shape(ConvexHull(points)).padded(margin);
+  }
+  const Vector3d half = vector(s["half_extents"]);
+  if (kind == "box") return Shape(Box{2.0 * half}).padded(margin);
+  if (kind == "cylinder") return Shape(Cylinder{half.x(), 2.0 * half.z()}).padded(margin);
+  if (kind == "cone") return Shape(Cone{half.x(), 2.0 * half.z()}).padded(margin);
+  return Shape(Ellipsoid{half}).padded(margin);
+}
+
+/// One row of test/data/recorded_pairs.json: a pair that was once wrong.
+std::vector<StressCase> recordedCases() {
+  const json file = casesIn("test/data/recorded_pairs.json");
+  std::vector<StressCase> cases;
+  for (const json& c : file)
+    cases.push_back(
+        {{c["name"], recordedShape(c["a"]), recordedShape(c["b"]), pose(c["a_T_b"])}, c["expected_signed_distance"]});
+  return cases;
+}
+
+TEST(RecordedPairs, AreThere) { EXPECT_GE(recordedCases().size(), 9u); }
+
+TEST(RecordedPairs, OracleKnowsTheirDistance) {
+  for (const StressCase& c : recordedCases()) {
+    const Truth truth = signedDistanceOracle(c.pair());
+    EXPECT_GE(c.expected, static_cast<double>(truth.distance) - 1e-16) << describe(c);
+    EXPECT_LE(c.expected, static_cast<double>(truth.distance + truth.error_bound) + 1e-16) << describe(c);
+  }
+}
+
+TEST(RecordedPairs, DistanceIsWithinTheTolerance) {
+  for (const StressCase& c : recordedCases())
+    EXPECT_NEAR(signedDistance(c.a, c.b, c.a_T_b).distance, c.expected, 1e-9) << describe(c);
+}
+
+TEST(RecordedPairs, ResultsCarryTheirProofInBothOrders) {
+  for (const StressCase& c : recordedCases())
+    for (const PairCase& order : {PairCase(c), swapped(c)})
+      EXPECT_TRUE(carriesItsProof(order.pair(), signedDistance(order.a, order.b, order.a_T_b))) << describe(order);
+}
+
+TEST(RecordedPairs, BoundsHoldTheTruth) {
+  for (const StressCase& c : recordedCases())
+    EXPECT_TRUE(enclosesTruth(c.pair(), signedDistance(c.a, c.b, c.a_T_b), {c.expected, 1e-16L, Vector3l::UnitX()}))
+        << describe(c);
+}
+
+}  // namespace
+}  // namespace proximity_server
