@@ -32,7 +32,7 @@ Eigen::Vector3d inLink(const RobotModel& robot, const BodyPoses& poses, const Su
 /// Only what the bounds prove.
 std::uint8_t stateOf(const SignedDistance& result, double threshold) {
   if (result.status == Status::Unknown) return Proximity::UNKNOWN;
-  if (result.status == Status::Threshold && result.lower_bound > threshold) return Proximity::BEYOND_THRESHOLD;
+  if (result.lower_bound > threshold) return Proximity::BEYOND_THRESHOLD;
   if (result.lower_bound > 0.0) return Proximity::SEPARATED;
   if (result.upper_bound < 0.0 || result.status == Status::Threshold) return Proximity::PENETRATING;
   return result.status == Status::Converged ? Proximity::TOUCHING : Proximity::UNKNOWN;

@@ -4,8 +4,9 @@
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "proximity_server");
+  ros::NodeHandle nh, private_nh("~");  // outlive the node: without one the last words are not logged
   try {
-    proximity_server::ProximityNode node(ros::NodeHandle(), ros::NodeHandle("~"));
+    proximity_server::ProximityNode node(nh, private_nh);
     ros::AsyncSpinner spinner(4);  // threads: a request may wait for tf
     spinner.start();
     ros::waitForShutdown();

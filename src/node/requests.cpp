@@ -15,13 +15,18 @@ std::vector<std::string> namesOf(const Items& items) {
   return names;
 }
 
+bool hasGeometry(const RobotModel& robot, int collision) {
+  return !robot.collisions[static_cast<std::size_t>(collision)].pieces.empty();
+}
+
 int linkNamed(const RobotModel& robot, const std::string& name) {
   const int index = robot.findLink(name);
   if (index < 0) {
     throw RequestError(QueryStatus::UNKNOWN_LINK, "there is no link '" + name + "': did you mean '" +
                                                       nearestName(name, namesOf(robot.links)) + "'?");
   }
-  if (linkAt(robot, index).collisions.empty()) {
+  const std::vector<int>& collisions = linkAt(robot, index).collisions;
+  if (std::none_of(collisions.begin(), collisions.end(), [&](int shape) { return hasGeometry(robot, shape); })) {
     throw RequestError(QueryStatus::NO_COLLISION_GEOMETRY, "link '" + name + "' has no collision geometry");
   }
   return index;
@@ -43,16 +48,23 @@ int shapeNamed(const RobotModel& robot, const Link& link, const std::string& nam
                                                         "'?");
 }
 
+int shapeNumbered(const Link& link, std::uint32_t number) {
+  if (number <= link.collisions.size()) return static_cast<int>(number);
+  throw RequestError(QueryStatus::INVALID_ARGUMENT,
+                     "link '" + link.name + "' has " + std::to_string(link.collisions.size()) +
+                         " <collision> elements, asked was number " + std::to_string(number));
+}
+
 Subject subjectOf(const RobotModel& robot, const ShapeRef& ref) {
   const int index = linkNamed(robot, ref.link);
   const Link& link = linkAt(robot, index);
-  if (ref.index == 0) return {index, ref.name.empty() ? 0 : shapeNamed(robot, link, ref.name)};
-  if (ref.index > link.collisions.size()) {
-    throw RequestError(QueryStatus::INVALID_ARGUMENT,
-                       "link '" + ref.link + "' has " + std::to_string(link.collisions.size()) +
-                           " <collision> elements, asked was number " + std::to_string(ref.index));
+  if (ref.index == 0 && ref.name.empty()) return {index, 0};
+  const int number = ref.index > 0 ? shapeNumbered(link, ref.index) : shapeNamed(robot, link, ref.name);
+  if (!hasGeometry(robot, link.collisions[static_cast<std::size_t>(number - 1)])) {
+    throw RequestError(QueryStatus::NO_COLLISION_GEOMETRY,
+                       "<collision> " + std::to_string(number) + " of link '" + ref.link + "' has no geometry");
   }
-  return {index, static_cast<int>(ref.index)};
+  return {index, number};
 }
 
 bool isEmpty(const ShapeRef& ref) { return ref.link.empty() && ref.index == 0 && ref.name.empty(); }

@@ -1,0 +1,126 @@
+#pragma once
+
+#include <gtest/gtest.h>
+#include <ros/ros.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <cmath>
+#include <condition_variable>
+#include <mutex>
+#include <string>
+
+#include "inbox.h"
+
+namespace proximity_server {
+
+/// Joint positions of gantry.urdf [m].
+struct GantryPosition {
+  double x, y, z;
+};
+
+/// Plays the robot of gantry.urdf: publishes what robot_state_publisher would, with chosen stamps and never a static
+/// transform.
+class Gantry {
+ public:
+  explicit Gantry(ros::NodeHandle nh, const std::string& tf_topic = "/tf") {
+    publisher_ = nh.advertise<tf2_msgs::TFMessage>(tf_topic, 100, [this](const ros::SingleSubscriberPublisher&) {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      ++subscribers_;
+      connected_.notify_all();
+    });
+    timer_ = nh.createWallTimer(
+        ros::WallDuration(0.01), [this](const ros::WallTimerEvent&) { publish(held_, ros::Time::now()); }, false,
+        false);
+  }
+
+  /// Waits until `nodes` others listen; false if they do not.
+  bool awaitListeners(int nodes) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    return connected_.wait_for(lock, kPatience, [&] { return subscribers_ >= nodes; });
+  }
+
+  static geometry_msgs::TransformStamped slide(const GantryPosition& position) {
+    return transform("base", "slide", position.x, 0.0, 0.0);
+  }
+  static geometry_msgs::TransformStamped ball(const GantryPosition& position) {
+    geometry_msgs::TransformStamped result = transform("slide", "ball", 0.0, position.y, 0.0);
+    result.transform.rotation.w = result.transform.rotation.z = std::sqrt(0.5);
+    return result;
+  }
+  static geometry_msgs::TransformStamped post(const GantryPosition& position) {
+    return transform("base", "post", 0.0, 0.0, position.z);
+  }
+
+  void publish(geometry_msgs::TransformStamped transform, const ros::Time& stamp) {
+    tf2_msgs::TFMessage message;
+    transform.header.stamp = stamp;
+    message.transforms.push_back(transform);
+    publisher_.publish(message);
+  }
+
+  void publish(const GantryPosition& position, const ros::Time& stamp) {
+    tf2_msgs::TFMessage message;
+    message.transforms = {slide(position), ball(position), post(position)};
+    for (geometry_msgs::TransformStamped& transform : message.transforms) transform.header.stamp = stamp;
+    publisher_.publish(message);
+  }
+
+  /// Publishes once, with a stamp of its own; the stamp.
+  ros::Time moveTo(const GantryPosition& position) {
+    last_stamp_ = std::max(ros::Time::now(), last_stamp_ + ros::Duration(0.001));
+    publish(position, last_stamp_);
+    return last_stamp_;
+  }
+
+  /// Publishes a hundred times a second with the current time, until release().
+  void hold(const GantryPosition& position) {
+    timer_.stop();
+    held_ = position;
+    timer_.start();
+  }
+  void release() { timer_.stop(); }
+
+ private:
+  static geometry_msgs::TransformStamped transform(const std::string& parent, const std::string& child, double x,
+                                                   double y, double z) {
+    geometry_msgs::TransformStamped result;
+    result.header.frame_id = parent;
+    result.child_frame_id = child;
+    result.transform.translation.x = x;
+    result.transform.translation.y = y;
+    result.transform.translation.z = z;
+    result.transform.rotation.w = 1.0;
+    return result;
+  }
+
+  std::mutex mutex_;
+  std::condition_variable connected_;
+  int subscribers_ = 0;
+  ros::Publisher publisher_;
+  GantryPosition held_{};
+  ros::Time last_stamp_;
+  ros::WallTimer timer_;
+};
+
+/// Calls a service that exists; a call that fails fails the test.
+template <class Response, class Request>
+Response call(const std::string& service, const Request& request) {
+  Request sent = request;
+  Response response;
+  EXPECT_TRUE(ros::service::waitForService(service, ros::Duration(-1.0))) << service;
+  EXPECT_TRUE(ros::service::call(service, sent, response)) << service;
+  return response;
+}
+
+}  // namespace proximity_server
+
+/// Every test program: messages arrive in threads of their own.
+#define PROXIMITY_SERVER_ROSTEST_MAIN(name) \
+  int main(int argc, char** argv) {         \
+    testing::InitGoogleTest(&argc, argv);   \
+    ros::init(argc, argv, name);            \
+    ros::NodeHandle keeps_ros_running;      \
+    ros::AsyncSpinner spinner(2);           \
+    spinner.start();                        \
+    return RUN_ALL_TESTS();                 \
+  }
