@@ -1,0 +1,365 @@
+// Families of pairs on which distance queries are known to fail: gaps down to rounding, slivers, extreme size ratios,
+// far from the origin, identical and degenerate shapes, parallel faces and edges.
+#include <gtest/gtest.h>
+
+#include "narrowphase/certificate.h"
+#include "narrowphase/shape_pairs.h"
+
+namespace proximity_server {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using Points = std::vector<Vector3d>;
+
+Isometry3d at(const Vector3d& position) {
+  Isometry3d pose = Isometry3d::Identity();
+  pose.translation() = position;
+  return pose;
+}
+
+Isometry3d turned(double angle, const Vector3d& axis, const Vector3d& position) {
+  return at(position) * Eigen::AngleAxisd(angle, axis.normalized());
+}
+
+/// Signed gaps [m] for shapes of the given size: touching, rounding, and the decades up to a thousandth.
+std::vector<double> gaps(double size) {
+  std::vector<double> result = {0.0};
+  for (int decade = -16; decade <= -3; ++decade)
+    for (const double sign : {-1.0, 1.0}) result.push_back(sign * size * std::pow(10.0, decade));
+  return result;
+}
+
+Shape hullOf(const Points& points) { return ConvexHull(points); }
+
+Points boxCorners(const Vector3d& size) {
+  Points corners;
+  for (const double x : {-0.5, 0.5})
+    for (const double y : {-0.5, 0.5})
+      for (const double z : {-0.5, 0.5}) corners.push_back(size.cwiseProduct(Vector3d(x, y, z)));
+  return corners;
+}
+
+Options toleranceFor(const PairCase& c) {
+  Options options;
+  options.distance_tolerance = 1e-9 * std::max(1.0, c.pair().scale());
+  return options;
+}
+
+Truth truthOf(const PairCase& c) { return signedDistanceOracle(c.pair(), /*max_cells=*/4000); }
+
+void expectProven(const PairCase& c) {
+  const SignedDistance result = signedDistance(c.a, c.b, c.a_T_b, toleranceFor(c));
+  EXPECT_TRUE(carriesItsProof(c.pair(), result, toleranceFor(c))) << describe(c);
+  EXPECT_TRUE(enclosesTruth(c.pair(), result, truthOf(c))) << describe(c);
+}
+
+/// The search converges to the truth, and proves it.
+void expectExact(const PairCase& c) {
+  expectProven(c);
+  const SignedDistance result = signedDistance(c.a, c.b, c.a_T_b, toleranceFor(c));
+  EXPECT_EQ(result.status, Status::Converged) << describe(c);
+  EXPECT_LE(errorOf(result, truthOf(c)), toleranceFor(c).distance_tolerance + roundingOf(c.pair())) << describe(c);
+}
+
+TEST(Families, BoxFacesOfEverySizeAtEveryGap) {
+  for (const double size : {0.01, 1.0, 1000.0})
+    for (const double gap : gaps(size))
+      for (const double shift : {0.0, 0.3, 0.5})
+        expectExact({"faces", Box{size * Vector3d(1, 2, 1)}, Box{size * Vector3d(1, 1, 3)},
+                     at({size + gap, shift * size, 0.1 * shift * size})});
+}
+
+TEST(Families, BoxEdgesOnFacesAtEveryGap) {
+  for (const double gap : gaps(1.0))
+    expectExact({"edge on face", Box{{1, 1, 1}}, Box{{1, 1, 1}},
+                 turned(M_PI / 4, Vector3d::UnitY(), {0.1, 0.2, 0.5 + std::sqrt(0.5) + gap})});
+}
+
+TEST(Families, BoxEdgesAcrossEdgesAtEveryGap) {
+  const Isometry3d a_turned = turned(M_PI / 4, Vector3d::UnitX(), Vector3d::Zero());
+  for (const double gap : gaps(1.0)) {
+    const Isometry3d b_turned = turned(M_PI / 4, Vector3d::UnitY(), {0.0, 0.0, 2.0 * std::sqrt(0.5) + gap});
+    expectExact({"edge on edge", Box{{1, 1, 1}}, Box{{1, 1, 1}}, a_turned.inverse() * b_turned});
+  }
+}
+
+TEST(Families, BoxCornersOnFacesAtEveryGap) {
+  Isometry3d on_corner = Isometry3d::Identity();
+  on_corner.linear() = Eigen::Quaterniond::FromTwoVectors(Vector3d(1, 1, 1), Vector3d::UnitZ()).toRotationMatrix();
+  for (const double gap : gaps(1.0)) {
+    on_corner.translation() = Vector3d(0.1, -0.2, 0.5 + std::sqrt(0.75) + gap);
+    expectExact({"corner on face", Box{{1, 1, 1}}, Box{{1, 1, 1}}, on_corner});
+  }
+}
+
+TEST(Families, ParallelFacesAtEveryAngle) {
+  for (int degrees = 0; degrees <= 90; degrees += 3)
+    for (const double gap : {-1e-3, 0.0, 1e-12, 1e-3})
+      expectExact({"turned on a face", Box{{1, 1, 1}}, Box{{0.8, 0.6, 0.5}},
+                   turned(degrees * M_PI / 180.0, Vector3d::UnitZ(), {0.2, 0.1, 0.75 + gap})});
+}
+
+TEST(Families, NearlyParallelFaces) {
+  for (int decade = -16; decade <= -2; ++decade)
+    for (const double gap : {-1e-3, -1e-10, 0.0, 1e-10, 1e-3})
+      expectExact({"tilted on a face", Box{{1, 1, 1}}, Box{{1, 1, 1}},
+                   turned(std::pow(10.0, decade), {1, 0.3, 0}, {0, 0, 1 + gap})});
+}
+
+TEST(Families, ParallelEdgesAtEveryDistance) {
+  for (const double gap : gaps(1.0))
+    expectExact({"parallel capsules", Capsule{0.1, 1.0}, Capsule{0.2, 1.0}, at({0.3 + gap, 0.0, 0.4})});
+}
+
+TEST(Families, NearlyParallelCapsules) {
+  for (int decade = -16; decade <= -2; ++decade)
+    expectExact({"nearly parallel", Capsule{0.1, 1.0}, Capsule{0.2, 1.0},
+                 turned(std::pow(10.0, decade), Vector3d::UnitX(), {0.5, 0.0, 0.1})});
+}
+
+TEST(Families, SliversAgainstBoxes) {
+  std::mt19937 random(41);
+  for (const double thickness : {1e-4, 1e-5, 1e-6})
+    for (const Vector3d& size : {Vector3d(1, 1, thickness), Vector3d(1, thickness, thickness)})
+      for (int i = 0; i < 10; ++i) {
+        const PairCase c{"sliver", Box{size}, Box{{0.5, 0.4, 0.3}}, randomPose(random, 0.6)};
+        expectExact(c);
+        expectExact(movedTo(1e-7, c));
+      }
+}
+
+TEST(Families, SliversAgainstSlivers) {
+  std::mt19937 random(42);
+  for (const double thickness : {1e-4, 1e-5, 1e-6})
+    for (int i = 0; i < 20; ++i) {
+      const Shape plate = Box{{1, 0.8, thickness}}, other = hullOf(boxCorners({thickness, 1, 0.7}));
+      expectExact({"plate on plate", plate, other, randomPose(random, 0.8)});
+    }
+}
+
+TEST(Families, SizeRatiosUpToAMillion) {
+  std::mt19937 random(43);
+  for (const double small : {1e-2, 1e-4, 1e-6})
+    for (const NamedShape& b : {NamedShape{"box", Box{small * Vector3d(1, 2, 3)}}, NamedShape{"sphere", Sphere{small}},
+                                NamedShape{"cylinder", Cylinder{small, 2 * small}},
+                                NamedShape{"hull", randomHull(random, 10, small * Vector3d(1, 1, 1))}})
+      for (int i = 0; i < 5; ++i)
+        for (const double gap : {-0.1 * small, 0.1 * small, 0.3}) {
+          const PairCase c{"large and small " + b.name, Box{{1, 1, 1}}, b.shape, randomPose(random, 1.0)};
+          expectExact(movedTo(gap, c));
+        }
+}
+
+TEST(Families, FarFromEachOther) {
+  std::mt19937 random(44);
+  for (const double distance : {1e3, 1e6})
+    for (const NamedShape& a : solidShapes())
+      for (const NamedShape& b : solidShapes()) {
+        Isometry3d pose = randomPose(random, 0.0);
+        pose.translation() = distance * randomDirection(random);
+        expectExact({a.name + "-" + b.name + " far", a.shape, b.shape, pose});
+      }
+}
+
+TEST(Families, FarFromTheOriginOfTheirFrame) {
+  std::mt19937 random(45);
+  for (const double reach : {1e3, 1e6}) {
+    const Isometry3d world_T_a = randomPose(random, reach);
+    for (const double gap : {-0.1, 1e-3, 0.5}) {
+      Points a, b;
+      for (const Vector3d& corner : boxCorners({1, 1, 1})) {
+        a.push_back(world_T_a * corner);
+        b.push_back(world_T_a * (corner + Vector3d(1 + gap, 0.2, 0.3)));
+      }
+      expectExact({"far hulls", hullOf(a), hullOf(b), Isometry3d::Identity()});
+    }
+  }
+}
+
+TEST(Families, IdenticalShapesAtTheSamePlace) {
+  for (const NamedShape& a : allShapes())
+    expectExact({"identical " + a.name, a.shape, a.shape, Isometry3d::Identity()});
+}
+
+TEST(Families, IdenticalShapesSlightlyApart) {
+  std::mt19937 random(46);
+  for (const NamedShape& a : allShapes())
+    for (const double offset : {1e-16, 1e-12, 1e-8, 1e-4})
+      expectExact({"identical " + a.name, a.shape, a.shape, at(offset * randomDirection(random))});
+}
+
+TEST(Families, CoaxialRoundShapesOverlapByTheSumOfTheirRadii) {
+  // One is longer than the other, so the shortest way out is sideways by r1 + r2.
+  const Shape long_cylinder = Cylinder{0.25, 4}, cylinder = Cylinder{0.5, 4}, capsule = Capsule{0.25, 4},
+              sphere = Sphere{0.25};
+  for (const Shape& other : {long_cylinder, capsule, sphere})
+    EXPECT_NEAR(signedDistance(cylinder, other, Isometry3d::Identity()).distance, -0.75, 1e-9);
+}
+
+/// Round shapes about nearly one axis, where nearly every way out is as short.
+std::vector<PairCase> nearlyCoaxial(const std::vector<NamedShape>& shapes, const std::vector<NamedShape>& others) {
+  std::vector<PairCase> cases;
+  for (const NamedShape& a : shapes)
+    for (const NamedShape& b : others)
+      for (const double offset : {0.0, 1e-9, 1e-6, 1e-4, 1e-2})
+        cases.push_back(
+            {a.name + "-" + b.name + " nearly coaxial", a.shape, b.shape, at({offset, 0.3 * offset, 0.01})});
+  return cases;
+}
+
+const std::vector<NamedShape>& roundShapes() {
+  static const std::vector<NamedShape> shapes = {
+      {"cylinder", Cylinder{0.3, 2}}, {"capsule", Capsule{0.2, 2}}, {"cone", Cone{0.4, 1.5}}, {"sphere", Sphere{0.3}}};
+  return shapes;
+}
+
+TEST(Families, NearlyCoaxialRoundShapes) {
+  for (const PairCase& c : nearlyCoaxial(roundShapes(), roundShapes())) expectExact(c);
+}
+
+std::vector<PairCase> nearlyCoaxialEllipsoids() {
+  std::vector<NamedShape> others = roundShapes();
+  others.push_back({"ellipsoid", Ellipsoid{{0.4, 0.4, 0.6}}});
+  return nearlyCoaxial({{"ellipsoid", Ellipsoid{{0.3, 0.3, 0.8}}}}, others);
+}
+
+TEST(Families, NearlyCoaxialEllipsoidsAreProven) {
+  for (const PairCase& c : nearlyCoaxialEllipsoids()) expectProven(c);
+}
+
+TEST(Families, NearlyCoaxialEllipsoidsAreRightToAMicrometre) {
+  // The search may end at its iteration limit here: it would have to prove a whole ring of directions.
+  for (const PairCase& c : nearlyCoaxialEllipsoids())
+    EXPECT_LE(errorOf(signedDistance(c.a, c.b, c.a_T_b), truthOf(c)), 1e-6) << describe(c);
+}
+
+const Points kPoint = {{0.3, -0.2, 0.1}};
+const Points kSegment = {{-0.5, 0, 0.1}, {0.4, 0.3, -0.2}};
+const Points kTriangle = {{-0.5, 0, 0}, {0.5, 0.1, 0}, {0, 0.6, 0}};
+const Points kSquare = {{-0.5, -0.5, 0}, {0.5, -0.5, 0}, {0.5, 0.5, 0}, {-0.5, 0.5, 0}};
+
+TEST(Families, FlatHullsAgainstEverything) {
+  std::mt19937 random(48);
+  for (const Points& points : {kPoint, kSegment, kTriangle, kSquare})
+    for (const NamedShape& b : allShapes())
+      for (int i = 0; i < 3; ++i) {
+        const PairCase c{"flat-" + b.name, hullOf(points), b.shape, randomPose(random, 0.7)};
+        expectExact(c);
+        expectExact(movedTo(1e-6, c));
+      }
+}
+
+TEST(Families, FlatHullsInOnePlane) {
+  for (const Points& a : {kPoint, kSegment, kTriangle, kSquare})
+    for (const Points& b : {kTriangle, kSquare})
+      for (const double x : {0.0, 0.3, 0.9, 1.0, 1.5})
+        expectExact({"in one plane", hullOf(a), hullOf(b), at({x, 0.1, 0})});
+}
+
+TEST(Families, CollinearSegments) {
+  const Shape segment = hullOf({{0, 0, 0}, {1, 0, 0}});
+  for (const double x : {0.0, 0.5, 1.0, 1.0 + 1e-12, 2.0}) expectExact({"collinear", segment, segment, at({x, 0, 0})});
+}
+
+TEST(Families, CrossedSegments) {
+  const Shape along_x = hullOf({{-1, 0, 0}, {1, 0, 0}}), along_y = hullOf({{0, -1, 0}, {0, 1, 0}});
+  for (const double gap : gaps(1.0)) expectExact({"crossed", along_x, along_y, at({0.1, 0.2, gap})});
+}
+
+TEST(Families, PointOnEveryFeatureOfABox) {
+  const Shape point = hullOf({{0, 0, 0}});
+  for (const Vector3d& feature : {Vector3d(0.5, 0.1, 0.2), Vector3d(0.5, 0.5, 0.2), Vector3d(0.5, 0.5, 0.5)})
+    for (const double factor : {1.0 - 1e-3, 1.0 - 1e-12, 1.0, 1.0 + 1e-12, 1.0 + 1e-3})
+      expectExact({"point on box", Box{{1, 1, 1}}, point, at(factor * feature)});
+}
+
+TEST(Families, NearDuplicateVertices) {
+  std::mt19937 random(49);
+  for (const double offset : {1e-16, 1e-13, 1e-10, 1e-7})
+    for (int i = 0; i < 10; ++i) {
+      Points points = boxCorners({1, 1, 1});
+      for (int k = 0; k < 8; ++k)
+        points.push_back(points[static_cast<std::size_t>(k)] + offset * randomDirection(random));
+      const PairCase c{"near duplicates", hullOf(points), hullOf(points), randomPose(random, 1.2)};
+      expectExact(c);
+      expectExact(movedTo(1e-9, c));
+    }
+}
+
+TEST(Families, CoplanarVertices) {
+  Points lattice;
+  for (int x = -2; x <= 2; ++x)
+    for (int y = -2; y <= 2; ++y)
+      for (const int z : {-1, 1}) lattice.emplace_back(0.25 * x + 1e-14 * y, 0.25 * y, 0.5 * z + 1e-15 * x * y);
+  std::mt19937 random(50);
+  for (int i = 0; i < 30; ++i) {
+    const PairCase c{"coplanar", hullOf(lattice), hullOf(lattice), randomPose(random, 1.2)};
+    expectExact(c);
+    expectExact(movedTo(0.0, c));
+  }
+  for (const double gap : gaps(1.0))
+    expectExact({"coplanar faces", hullOf(lattice), hullOf(lattice), at({0.1, 0.2, 1 + gap})});
+}
+
+TEST(Families, CylindersNearlyTouchingBoxesAndCylinders) {
+  std::mt19937 random(51);
+  const Shape cylinder = Cylinder{0.3, 0.8};
+  for (const Shape& other : {Shape(Box{{1, 1, 0.5}}), Shape(Cylinder{0.2, 1.5})})
+    for (int i = 0; i < 10; ++i)
+      for (const double gap : {-1e-6, -1e-12, 0.0, 1e-12, 1e-6})
+        expectExact(movedTo(gap, {"cylinder", cylinder, other, randomPose(random, 0.5)}));
+}
+
+TEST(Families, CylinderStandingOnABox) {
+  for (const double gap : gaps(1.0))
+    expectExact({"standing", Box{{1, 1, 1}}, Cylinder{0.3, 0.8}, at({0.2, 0.1, 0.9 + gap})});
+}
+
+TEST(Families, CylinderLyingOnABox) {
+  for (const double gap : gaps(1.0))
+    expectExact({"lying", Box{{1, 1, 1}}, Cylinder{0.3, 0.8}, turned(M_PI / 2, {1, 0, 0}, {0.1, 0.05, 0.8 + gap})});
+}
+
+TEST(Families, LargeHulls) {
+  std::mt19937 random(52);
+  const Shape a = randomHull(random, 200, {0.5, 0.4, 0.3}), b = randomHull(random, 1000, {0.4, 0.4, 0.4});
+  for (int i = 0; i < 40; ++i) expectExact({"large hulls", a, b, randomPose(random, 1.2)});
+}
+
+struct NamedPair {
+  const char* name;
+  Shape a;
+  Shape b;
+};
+
+TEST(Families, PaddingMovesTheDistanceByExactlyThePadding) {
+  std::mt19937 random(53);
+  for (const NamedShape& a : solidShapes())
+    for (const NamedShape& b : solidShapes()) {
+      const Isometry3d pose = randomPose(random, 1.0);
+      const double bare = signedDistance(a.shape, b.shape, pose).distance;
+      const double padded = signedDistance(a.shape.padded(0.125), b.shape.padded(0.25), pose).distance;
+      EXPECT_NEAR(padded, bare - 0.375, 1e-15) << a.name << "-" << b.name;
+    }
+}
+
+TEST(Families, PrimitiveAndItsHullAgree) {
+  std::mt19937 random(54);
+  const std::vector<NamedPair> same = {
+      {"box", Box{{0.6, 0.8, 0.5}}, hullOf(boxCorners({0.6, 0.8, 0.5}))},
+      {"capsule", Capsule{0.2, 0.5}, hullOf({{0, 0, -0.25}, {0, 0, 0.25}}).padded(0.2)},
+      {"sphere", Sphere{0.3}, hullOf({{0, 0, 0}}).padded(0.3)},
+  };
+  for (const NamedPair& pair : same)
+    for (const NamedShape& other : solidShapes())
+      for (int i = 0; i < 20; ++i) {
+        const Isometry3d pose = randomPose(random, 0.9);
+        EXPECT_NEAR(signedDistance(pair.a, other.shape, pose).distance,
+                    signedDistance(pair.b, other.shape, pose).distance, 2e-9)
+            << describe({std::string(pair.name) + "-" + other.name, pair.a, other.shape, pose});
+      }
+}
+
+}  // namespace
+}  // namespace proximity_server
