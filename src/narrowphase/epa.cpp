@@ -59,13 +59,25 @@ void dropFromSliver(const Cso& cso, Simplex& triangle) {
   triangle.size = 2;
 }
 
-/// Where the origin lies on the surface of the CSO, or the CSO has no volume: the answer is the plane of the triangle.
+/// Where the origin lies on the surface of the CSO, or the CSO has no volume, one plane is the answer.
 struct SurfacePlane {
   bool found = false;
   Vector3d normal;
   double depth;
   bool two_sided;
 };
+
+/// The plane across a CSO that is no more than the segment or point of the simplex: away from the origin, if that can
+/// be told from lying on it.
+SurfacePlane planeAcross(const Cso& cso, const Simplex& simplex) {
+  const Vector3d o = simplex.vertices[0].point;
+  const Vector3d along = simplex.size == 2 ? Vector3d((simplex.vertices[1].point - o).normalized()) : Vector3d::Zero();
+  const Vector3d towards_origin = along.dot(o) * along - o;
+  const double distance = towards_origin.norm();
+  if (distance > cso.rounding()) return {true, towards_origin / distance, -distance, false};
+  const Vector3d normal = simplex.size == 2 ? Vector3d(along.unitOrthogonal()) : Vector3d(Vector3d::UnitX());
+  return {true, normal, std::abs(normal.dot(o)), true};
+}
 
 SurfacePlane growTriangle(Cso& cso, Simplex& simplex) {
   const Vector3d normal = areaOf(simplex).normalized();
@@ -81,50 +93,60 @@ SurfacePlane growTriangle(Cso& cso, Simplex& simplex) {
   return {};
 }
 
-/// The witnesses are as far apart as the simplex lies from the origin, which a CSO without volume does not make good.
 EpaResult onSurface(const Cso& cso, const Simplex& witnesses, const SurfacePlane& plane, const Options& options) {
   EpaResult result;
-  result.point_a = witnesses.pointOnA();
-  result.point_b = witnesses.pointOnB();
-  const double apart = (result.point_a - result.point_b).norm();
   result.depth = plane.depth;
-  result.lower_bound = std::min(plane.depth, -apart) - cso.rounding();
+  result.lower_bound = std::min(plane.depth, 0.0) - cso.rounding();
   result.status = plane.depth + cso.rounding() - result.lower_bound <= options.distance_tolerance ? Status::Converged
                                                                                                   : Status::Degenerate;
   result.normal = plane.normal;
   result.has_normal = result.has_points = true;
+  result.point_a = witnesses.pointOnA();
+  result.point_b = witnesses.pointOnB();
   result.unique = !plane.two_sided;
   result.iterations = 0;
   return result;
 }
 
-/// Where the ray from the origin along the normal leaves the polytope, on both shapes: on `guess`, or else on the face
-/// that it leaves through. An unfinished polytope may have none.
-void setWitnesses(const Polytope& polytope, const Polytope::Face* guess, EpaResult& result) {
-  const auto smallest = [](const std::array<double, 3>& w) { return std::min({w[0], w[1], w[2]}); };
-  std::array<double, 3> weights{-1.0, -1.0, -1.0};
-  const Polytope::Face* exit = guess;
-  if (guess != nullptr) weights = polytope.rayWeights(*guess, result.normal);
-  if (!(smallest(weights) >= 0.0)) {
-    polytope.forEachFace([&](const Polytope::Face& face) {
-      if (!(face.normal.dot(result.normal) > 0.0)) return;
-      const std::array<double, 3> candidate = polytope.rayWeights(face, result.normal);
-      if (!(smallest(candidate) > smallest(weights))) return;
-      weights = candidate;
-      exit = &face;
-    });
-  }
-  // Beyond every face by more than rounding explains: the ray leaves through a hole.
-  constexpr double kOutside = 1e-6;
-  result.has_points = exit != nullptr && smallest(weights) >= -kOutside;
-  if (!result.has_points) return;
+/// A point of a face with what made it, and how far it lies from where the normal says it should.
+struct FacePoint {
+  Vector3d on_a, on_b;
+  double beside;  ///< [m]
+};
+
+/// The point in which the ray along the normal passes a face, or what lies near it on the face where it passes beside.
+FacePoint passage(const Polytope& polytope, const Polytope::Face& face, const EpaResult& result) {
+  std::array<double, 3> weights = polytope.rayWeights(face, result.normal);
   double sum = 0.0;
   for (double& weight : weights) sum += weight = std::max(weight, 0.0);
-  result.point_a = result.point_b = Vector3d::Zero();
+  FacePoint point{Vector3d::Zero(), Vector3d::Zero(), 0.0};
   for (std::size_t i = 0; i < 3; ++i) {
-    result.point_a += weights[i] / sum * polytope.vertex(exit->vertices[i]).on_a;
-    result.point_b += weights[i] / sum * polytope.vertex(exit->vertices[i]).onB();
+    const CsoVertex& vertex = polytope.vertex(face.vertices[i]);
+    point.on_a += weights[i] / sum * vertex.on_a;
+    point.on_b += weights[i] / sum * vertex.onB();
   }
+  point.beside = (point.on_a - point.on_b - result.depth * result.normal).norm();
+  return point;
+}
+
+/// Witnesses where the ray from the origin along the normal leaves the polytope: through `guess`, or through the face
+/// that fits best. There are none where that is farther from the depth than the bounds and the tolerance explain.
+void setWitnesses(const Polytope& polytope, const Polytope::Face* guess, const Options& options, EpaResult& result) {
+  const double accepted = result.depth - result.lower_bound + options.distance_tolerance;
+  FacePoint best{Vector3d::Zero(), Vector3d::Zero(), std::numeric_limits<double>::infinity()};
+  if (guess != nullptr) best = passage(polytope, *guess, result);
+  // Beyond an edge of the guess lies another face in the same plane. Written as !(<=) for NaN.
+  if (!(best.beside <= result.depth - result.lower_bound)) {
+    best.beside = std::numeric_limits<double>::infinity();
+    polytope.forEachFace([&](const Polytope::Face& face) {
+      if (!(face.normal.dot(result.normal) > 0.0)) return;
+      const FacePoint candidate = passage(polytope, face, result);
+      if (candidate.beside < best.beside) best = candidate;
+    });
+  }
+  result.has_points = best.beside <= accepted;
+  result.point_a = best.on_a;
+  result.point_b = best.on_b;
 }
 
 /// Whether no direction but those near the normal is as short. Within 1e-2 rad it counts as the same direction: a face
@@ -185,22 +207,24 @@ EpaResult expandPolytope(Cso& cso, const Simplex& tetrahedron, const Options& op
   EpaResult result;
   result.has_normal = result.has_points = false;
   result.depth = std::numeric_limits<double>::infinity();
+  const auto gap = [&] { return result.depth + cso.rounding() - result.lower_bound; };
+  const double final_gap = cso.finalGap(options.distance_tolerance);
   const auto end = [&](Status status, const Polytope::Face* face) {
-    result.status = status;
+    const bool converged = status != Status::Threshold && gap() <= options.distance_tolerance;
+    result.status = converged ? Status::Converged : status;
     if (!result.has_normal) return result;
-    setWitnesses(polytope, face, result);
-    if (status == Status::IterationLimit) slideToMinimum(cso, result);
+    setWitnesses(polytope, face, options, result);
+    if (result.status == Status::IterationLimit) slideToMinimum(cso, result);
     result.unique = isUnique(polytope, result, options);
     return result;
   };
-  const auto settled = [&] { return result.depth + cso.rounding() - result.lower_bound <= options.distance_tolerance; };
 
   for (result.iterations = 1;; ++result.iterations) {
     const Polytope::Face* face = polytope.closest();
     const double reach = face != nullptr ? face->distance : result.depth;
     result.lower_bound = std::min(reach, result.depth) - cso.rounding();
     if (-result.lower_bound <= options.stop_below) return end(Status::Threshold, nullptr);
-    if (settled()) return end(Status::Converged, nullptr);
+    if (gap() <= final_gap) return end(Status::Converged, nullptr);
     if (face == nullptr) return end(Status::Degenerate, nullptr);
 
     const CsoVertex w = cso.vertex(face->normal);
@@ -209,10 +233,11 @@ EpaResult expandPolytope(Cso& cso, const Simplex& tetrahedron, const Options& op
       result.depth = depth;
       result.normal = face->normal;
       result.has_normal = true;
-      if (settled()) return end(Status::Converged, face);
+      if (gap() <= final_gap) return end(Status::Converged, face);
     }
     if (-(result.depth + cso.rounding()) > options.stop_above) return end(Status::Threshold, nullptr);
     if (result.iterations >= options.max_iterations || polytope.full()) return end(Status::IterationLimit, nullptr);
+    if (polytope.hasCorner(*face, w)) return end(Status::Degenerate, nullptr);
     if (!polytope.expand(*face, w, result.depth)) return end(Status::Degenerate, nullptr);
   }
 }
@@ -222,12 +247,8 @@ EpaResult expandPolytope(Cso& cso, const Simplex& tetrahedron, const Options& op
 EpaResult epa(Cso& cso, const Simplex& simplex, const Options& options) {
   Simplex start = simplex;
   if (start.size == 3) dropFromSliver(cso, start);
-  if (start.size == 1 && !growPoint(cso, start))
-    return onSurface(cso, simplex, {true, Vector3d::UnitX(), 0.0, true}, options);
-  if (start.size == 2 && !growSegment(cso, start)) {
-    const Vector3d along = start.vertices[1].point - start.vertices[0].point;
-    return onSurface(cso, simplex, {true, along.unitOrthogonal(), 0.0, true}, options);
-  }
+  if (start.size == 1 && !growPoint(cso, start)) return onSurface(cso, simplex, planeAcross(cso, start), options);
+  if (start.size == 2 && !growSegment(cso, start)) return onSurface(cso, simplex, planeAcross(cso, start), options);
   if (start.size == 3) {
     const SurfacePlane plane = growTriangle(cso, start);
     if (plane.found) return onSurface(cso, simplex, plane, options);

@@ -21,9 +21,11 @@ GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const Options& options) {
   GjkResult result;
   result.normal = normal_guess;
   result.lower_bound = lowerBound(cso, normal_guess, places[0]);
+  const double final_gap = cso.finalGap(options.distance_tolerance);
   const auto end = [&](Outcome outcome, Status status) {
+    const bool converged = nearest.distance + cso.rounding() - result.lower_bound <= options.distance_tolerance;
     result.outcome = outcome;
-    result.status = status;
+    result.status = converged && outcome == Outcome::Apart ? Status::Converged : status;
     result.distance = nearest.distance;
     result.simplex = Simplex(places, nearest.subset);
     return result;
@@ -39,7 +41,8 @@ GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const Options& options) {
     result.normal = nearest.normal;
     result.lower_bound = lowerBound(cso, nearest.normal, w);
     const double upper_bound = nearest.distance + cso.rounding();
-    if (upper_bound - result.lower_bound <= options.distance_tolerance) return end(Outcome::Apart, Status::Converged);
+    const double gap = upper_bound - result.lower_bound;
+    if (gap <= final_gap) return end(Outcome::Apart, Status::Converged);
     if (upper_bound <= options.stop_below) return end(Outcome::Apart, Status::Threshold);
     if (result.iterations >= options.max_iterations) return end(Outcome::Apart, Status::IterationLimit);
 
@@ -47,7 +50,8 @@ GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const Options& options) {
     // Written as !(next < nearest) so that NaN ends the search instead of winning it.
     if (!next.encloses_origin && !(next.distance < nearest.distance)) {
       // Nearer than can be told from touching, with the rounding of both bounds: the depth is small in any direction.
-      const bool touching = upper_bound + 3.0 * cso.rounding() <= options.distance_tolerance;
+      const bool touching =
+          gap > options.distance_tolerance && upper_bound + 3.0 * cso.rounding() <= options.distance_tolerance;
       return end(touching ? Outcome::Overlap : Outcome::Apart, Status::Degenerate);
     }
     nearest = next;

@@ -30,6 +30,9 @@ class Polytope {
   Polytope(const std::array<CsoVertex, 4>& corners, double rounding);
 
   const CsoVertex& vertex(int index) const { return vertices_[static_cast<std::size_t>(index)]; }
+  bool hasCorner(const Face& face, const CsoVertex& w) const {
+    return std::any_of(face.vertices.begin(), face.vertices.end(), [&](int v) { return vertex(v).point == w.point; });
+  }
   bool full() const { return vertex_count_ == kMaxVertices; }
 
   /// The living face with the smallest distance, of those below every ceiling since they were made; nullptr where there

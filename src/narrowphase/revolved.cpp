@@ -99,6 +99,7 @@ Nearest2d onEdge(const Boundary& boundary, std::size_t edge, const Vector2d& p, 
 Nearest2d nearestOutside(const Boundary& boundary, const Vector2d& p) {
   Nearest2d nearest{std::numeric_limits<double>::infinity(), {}, {}, true};
   for (std::size_t edge = 0; edge < boundary.size(); ++edge) {
+    if (!(boundary.height(edge, p) > 0.0)) continue;  // p does not see this edge
     const double place = boundary.place(edge, p);
     const Vector2d from = boundary.corner(edge);
     const Vector2d difference = p - (from + place * (boundary.corner(edge + 1) - from));

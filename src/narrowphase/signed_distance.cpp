@@ -30,7 +30,21 @@ bool meetInOnePoint(const Shape& a, const Shape& b, const Isometry3d& a_T_b, con
   return on_a.along.cross(along_b).norm() > tolerance * longer;
 }
 
-SignedDistance fromGjk(const Cso& cso, const GjkResult& gjk) {
+/// Gives the result its points, as far as they fit the distance along the normal: b's point will follow from a's, and
+/// apart the points are the proof of the upper bound, so that what they miss goes there.
+void setPoints(SignedDistance& result, const Vector3d& point_a, const Vector3d& point_b, double rounding,
+               const Options& options) {
+  result.has_points = true;
+  result.point_a = point_a;
+  result.point_b = point_b;
+  const double missed = (point_a + result.distance * result.normal - point_b).norm();
+  if (result.upper_bound > 0.0)
+    result.upper_bound = std::max(result.upper_bound, std::abs(result.distance) + missed + rounding);
+  const bool too_wide = result.upper_bound - result.lower_bound > options.distance_tolerance;
+  if (result.status == Status::Converged && too_wide) result.status = Status::Degenerate;
+}
+
+SignedDistance fromGjk(const Cso& cso, const GjkResult& gjk, const Options& options) {
   SignedDistance result;
   result.status = gjk.status;
   result.lower_bound = gjk.lower_bound;
@@ -42,16 +56,16 @@ SignedDistance fromGjk(const Cso& cso, const GjkResult& gjk) {
   }
   result.distance = gjk.distance;
   result.upper_bound = gjk.distance + cso.rounding();
-  result.point_a = gjk.simplex.pointOnA();
-  result.point_b = gjk.simplex.pointOnB();
-  result.has_points = true;
+  setPoints(result, gjk.simplex.pointOnA(), gjk.simplex.pointOnB(), cso.rounding(), options);
   return result;
 }
 
-SignedDistance fromEpa(const Cso& cso, const GjkResult& gjk, const EpaResult& epa) {
+SignedDistance fromEpa(const Cso& cso, const GjkResult& gjk, const EpaResult& epa, const Options& options) {
   SignedDistance result;
   result.status = epa.status;
   result.upper_bound = -epa.lower_bound;
+  // A polytope that does not hold the origin says nothing of how far it is; the simplex that GJK ended with does.
+  if (result.upper_bound > 0.0) result.upper_bound = std::max(result.upper_bound, gjk.distance + cso.rounding());
   result.iterations = gjk.iterations + epa.iterations;
   if (!epa.has_normal) {  // the overlap was proven before EPA looked along any direction
     result.lower_bound = gjk.lower_bound;
@@ -63,10 +77,7 @@ SignedDistance fromEpa(const Cso& cso, const GjkResult& gjk, const EpaResult& ep
   result.lower_bound = -epa.depth - cso.rounding();
   result.normal = epa.normal;
   result.unique = epa.unique;
-  result.has_points = epa.has_points;
-  if (!epa.has_points) return result;
-  result.point_a = epa.point_a;
-  result.point_b = epa.point_b;
+  if (epa.has_points) setPoints(result, epa.point_a, epa.point_b, cso.rounding(), options);
   return result;
 }
 
@@ -81,8 +92,8 @@ SignedDistance certified(SignedDistance exact, double rounding, const Options& o
 
 SignedDistance iterative(Cso& cso, const Vector3d& normal_guess, const Options& options) {
   const GjkResult gjk_result = gjk(cso, normal_guess, options);
-  if (gjk_result.outcome != GjkResult::Outcome::Overlap) return fromGjk(cso, gjk_result);
-  return fromEpa(cso, gjk_result, epa(cso, gjk_result.simplex, options));
+  if (gjk_result.outcome != GjkResult::Outcome::Overlap) return fromGjk(cso, gjk_result, options);
+  return fromEpa(cso, gjk_result, epa(cso, gjk_result.simplex, options), options);
 }
 
 Vector3d normalGuess(const Cso& cso, const WarmStart& warm_start) {

@@ -24,6 +24,10 @@ double radialPart(const Vector3d& direction) {
   return std::sqrt(direction.x() * direction.x() + direction.y() * direction.y());
 }
 
+bool isCurved(Shape::Kind kind) {
+  return kind == Shape::Kind::Cylinder || kind == Shape::Kind::Cone || kind == Shape::Kind::Ellipsoid;
+}
+
 SupportFeature hullFeature(const ConvexHull& hull, const Vector3d& direction, double tolerance, int vertex) {
   const Vector3d& top = hull.vertices()[static_cast<std::size_t>(vertex)];
   SupportFeature feature{0, Vector3d::Zero()};
@@ -119,6 +123,7 @@ Cso::Cso(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, WarmSta
       b_origin_(a_T_b.translation()),
       warm_start_(warm_start),
       centre_difference_(b_axes_ * b.centre() + b_origin_ - a.centre()),
-      rounding_(csoRounding(a, b, a_T_b)) {}
+      rounding_(csoRounding(a, b, a_T_b)),
+      is_polytope_(!isCurved(a.kind()) && !isCurved(b.kind())) {}
 
 }  // namespace proximity_server

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
 
 #include "proximity_server/narrowphase/shape.h"
 #include "proximity_server/narrowphase/signed_distance.h"
@@ -49,6 +50,10 @@ class Cso {
   /// From the centre of a's core to that of b's.
   const Eigen::Vector3d& centreDifference() const { return centre_difference_; }
 
+  /// [m] the gap between the bounds at which a search may end: the tolerance; but where the CSO is a polytope rounding
+  /// alone, as the search then ends on a true face, edge or vertex after a few steps more.
+  double finalGap(double tolerance) const { return is_polytope_ ? std::min(tolerance, 4.0 * rounding_) : tolerance; }
+
   /// [m] see csoRounding.
   double rounding() const { return rounding_; }
 
@@ -60,6 +65,7 @@ class Cso {
   WarmStart& warm_start_;
   Eigen::Vector3d centre_difference_;
   double rounding_;
+  bool is_polytope_;
 };
 
 }  // namespace proximity_server
