@@ -4,20 +4,6 @@
 
 namespace proximity_server {
 
-std::string quoted(const std::string& name) { return "\"" + name + "\""; }
-
-std::string listed(const std::vector<std::string>& items) {
-  constexpr std::size_t kMostListed = 5;
-  std::string text;
-  for (std::size_t i = 0; i < std::min(items.size(), kMostListed); ++i) text += (i > 0 ? ", " : "") + items[i];
-  if (items.size() > kMostListed) text += " and " + std::to_string(items.size() - kMostListed) + " more";
-  return text;
-}
-
-std::string unknownName(const std::string& name, const std::vector<std::string>& known) {
-  return quoted(name) + (known.empty() ? "" : " (did you mean " + quoted(nearestName(name, known)) + "?)");
-}
-
 LinkTable::LinkTable(const RobotModel& model) : model_(model) {
   for (const Link& link : model.links) {
     index_.emplace(link.name, static_cast<int>(names_.size()));

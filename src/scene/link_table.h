@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "names.h"
 #include "proximity_server/scene/robot_model.h"
 
 namespace proximity_server {
@@ -20,14 +21,6 @@ struct OrderedPair {
   }
   int link_a, link_b;
 };
-
-std::string quoted(const std::string& name);
-
-/// "a, b, c, d, e and 12 more"
-std::string listed(const std::vector<std::string>& items);
-
-/// "a" (did you mean "b"?)
-std::string unknownName(const std::string& name, const std::vector<std::string>& known);
 
 /// The links of a robot as a pair filter asks about them.
 class LinkTable {

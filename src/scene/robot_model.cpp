@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "collision_geometry.h"
-#include "edit_distance.h"
+#include "names.h"
 #include "urdf_document.h"
 
 namespace proximity_server {
@@ -16,12 +16,6 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-std::string quoted(const char* kind, const std::string& name) { return std::string(kind) + " \"" + name + "\""; }
-
-std::string didYouMean(const std::string& name, const std::vector<std::string>& known) {
-  return known.empty() ? "" : ", did you mean \"" + nearestName(name, known) + "\"?";
-}
 
 template <typename Named>
 std::vector<std::string> namesOf(const std::vector<Named>& things) {
@@ -55,7 +49,7 @@ Joint::Type typeOf(const urdf::Joint& joint) {
     case urdf::Joint::PLANAR:
       return Joint::Type::Planar;
     default:
-      throw std::invalid_argument("URDF: " + quoted("joint", joint.name) + " is of no known type");
+      throw std::invalid_argument("URDF: joint " + quoted(joint.name) + " is of no known type");
   }
 }
 
@@ -63,7 +57,7 @@ Vector3d axisOf(const urdf::Joint& joint) {
   if (joint.type == urdf::Joint::FLOATING) return Vector3d::UnitZ();
   const Vector3d axis = Vector3d(joint.axis.x, joint.axis.y, joint.axis.z).stableNormalized();
   if (!(axis.norm() > 0.5)) {
-    throw std::invalid_argument("URDF: " + quoted("joint", joint.name) + " has an axis of length zero");
+    throw std::invalid_argument("URDF: joint " + quoted(joint.name) + " has an axis of length zero");
   }
   return axis;
 }
@@ -76,7 +70,7 @@ Joint readJoint(const urdf::Joint& joint, int parent_link, int child_link, std::
   if (joint.limits->velocity > 0) result.max_velocity = joint.limits->velocity;
   if (result.type != Joint::Type::Revolute && result.type != Joint::Type::Prismatic) return result;
   if (joint.limits->lower > joint.limits->upper) {
-    warnings.push_back(quoted("joint", joint.name) + ": its lower limit is above the upper one; taken as unlimited.");
+    warnings.push_back("joint " + quoted(joint.name) + ": its lower limit is above the upper one; taken as unlimited.");
     return result;
   }
   result.lower = joint.limits->lower;
@@ -114,7 +108,7 @@ void addTree(const urdf::ModelInterface& urdf, RobotModel& model) {
     const Pending next = pending.back();
     pending.pop_back();
     if (model.findLink(next.link->name) >= 0) {
-      throw std::invalid_argument("URDF: " + quoted("link", next.link->name) + " is the child of two joints");
+      throw std::invalid_argument("URDF: link " + quoted(next.link->name) + " is the child of two joints");
     }
     const int index = addLink(*next.link, next.parent, model);
     const auto& children = next.link->child_links;
@@ -122,7 +116,7 @@ void addTree(const urdf::ModelInterface& urdf, RobotModel& model) {
   }
   for (const auto& [name, link] : urdf.links_) {
     if (model.findLink(name) >= 0) continue;
-    throw std::invalid_argument("URDF: " + quoted("link", name) + " hangs in a loop of joints, not on the root");
+    throw std::invalid_argument("URDF: link " + quoted(name) + " hangs in a loop of joints, not on the root");
   }
 }
 
@@ -130,7 +124,7 @@ void checkMimicEnds(const RobotModel& model, int joint) {
   int follower = joint;
   for (std::size_t steps = 0; model.joints[follower].mimic; ++steps) {
     if (steps == model.joints.size()) {
-      throw std::invalid_argument("URDF: " + quoted("joint", model.joints[joint].name) + " mimics itself in a circle");
+      throw std::invalid_argument("URDF: joint " + quoted(model.joints[joint].name) + " mimics itself in a circle");
     }
     follower = model.joints[follower].mimic->joint;
   }
@@ -144,10 +138,10 @@ void addMimics(const urdf::ModelInterface& urdf, RobotModel& model) {
   for (Joint& joint : model.joints) {
     const auto& mimic = urdf.getJoint(joint.name)->mimic;
     if (!mimic) continue;
-    const std::string who = quoted("joint", joint.name) + " mimics " + quoted("joint", mimic->joint_name);
+    const std::string who = "joint " + quoted(joint.name) + " mimics joint " + quoted(mimic->joint_name);
     if (!urdf.getJoint(mimic->joint_name)) {
-      throw std::invalid_argument("URDF: " + who + ", which does not exist" +
-                                  didYouMean(mimic->joint_name, namesOf(model.joints)));
+      throw std::invalid_argument("URDF: joint " + quoted(joint.name) + " mimics the unknown joint " +
+                                  unknownName(mimic->joint_name, namesOf(model.joints)));
     }
     const int leader = findNamed(model.joints, mimic->joint_name);
     if (leader < 0 || !hasOnePosition(model.joints[leader]) || !hasOnePosition(joint)) {
@@ -182,7 +176,7 @@ void addCollision(int link, const urdf::Collision& urdf, const ModelOptions& opt
                   RobotModel& model) {
   Link& owner = model.links[link];
   const int number = static_cast<int>(owner.collisions.size()) + 1;
-  const std::string where = quoted("link", owner.name) + ", <collision> " + std::to_string(number);
+  const std::string where = "link " + quoted(owner.name) + ", <collision> " + std::to_string(number);
   try {
     CollisionGeometry geometry = readGeometry(*urdf.geometry, where, options, reader, model.warnings);
     const Isometry3d body_T_collision = owner.body_T_link * toEigen(urdf.origin);
@@ -250,13 +244,6 @@ double jointPosition(const RobotModel& model, int joint, const std::map<std::str
 
 int RobotModel::findLink(const std::string& link_name) const { return findNamed(links, link_name); }
 
-std::string nearestName(const std::string& name, const std::vector<std::string>& known) {
-  const auto nearest = std::min_element(known.begin(), known.end(), [&](const std::string& a, const std::string& b) {
-    return editDistance(name, a) < editDistance(name, b);
-  });
-  return nearest == known.end() ? "" : *nearest;
-}
-
 RobotModel loadRobotModel(const std::string& urdf_xml, const MeshResolver& resolve, const ModelOptions& options) {
   const urdf::ModelInterfaceSharedPtr urdf = readUrdf(urdf_xml);
   RobotModel model;
@@ -265,8 +252,7 @@ RobotModel loadRobotModel(const std::string& urdf_xml, const MeshResolver& resol
   addMimics(*urdf, model);
   for (const auto& [link, padding] : options.link_padding) {
     if (model.findLink(link) >= 0) continue;
-    throw std::invalid_argument("padding of the unknown " + quoted("link", link) +
-                                didYouMean(link, namesOf(model.links)));
+    throw std::invalid_argument("padding: no link " + unknownName(link, namesOf(model.links)));
   }
   addGeometry(*urdf, resolve, options, model);
   return model;
@@ -289,8 +275,7 @@ Isometry3d jointMotion(const Joint& joint, double position) {
 BodyPoses forwardKinematics(const RobotModel& model, const std::map<std::string, double>& positions) {
   for (const auto& [name, position] : positions) {
     if (findNamed(model.joints, name) >= 0) continue;
-    throw std::invalid_argument(quoted("joint", name) + " is no movable joint of the robot" +
-                                didYouMean(name, namesOf(model.joints)));
+    throw std::invalid_argument("no movable joint " + unknownName(name, namesOf(model.joints)));
   }
   BodyPoses poses(model.bodies.size());
   for (std::size_t i = 0; i < model.bodies.size(); ++i) {

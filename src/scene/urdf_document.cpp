@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "edit_distance.h"
+#include "names.h"
 
 namespace proximity_server {
 namespace {
