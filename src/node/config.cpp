@@ -3,7 +3,6 @@
 #include <ros/console.h>
 
 #include <algorithm>
-#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -15,7 +14,6 @@ using XmlRpc::XmlRpcValue;
 struct Range {
   double lowest, highest;
 };
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// The parameters of one namespace, read once. Every name that is asked for becomes a known one.
 class Parameters {
@@ -158,8 +156,8 @@ Config loadConfig(const ros::NodeHandle& private_nh) {
   parameters.read("only_pairs", config.filter.only_pairs);
   parameters.read("group", config.filter.group);
   parameters.read("tolerance", config.tolerance, {1e-14, 0.1});
-  parameters.read("max_tf_age", config.max_tf_age, {1e-3, kInfinity});
-  parameters.read("max_tf_skew", config.max_tf_skew, {0.0, kInfinity});
+  parameters.read("max_tf_age", config.max_tf_age, {1e-3, 1e6});
+  parameters.read("max_tf_skew", config.max_tf_skew, {0.0, 1e6});
   parameters.read("tf_timeout", config.tf_timeout, {0.0, 10.0});
   parameters.read("max_batch", config.max_batch, {1, 1e9});
   readMonitorSettings(parameters, config.monitor);

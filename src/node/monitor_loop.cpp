@@ -64,6 +64,7 @@ MonitorLoop::~MonitorLoop() {
 void MonitorLoop::follow(std::shared_ptr<const Robot> robot) {
   const Lock lock(mutex_);
   monitor_.follow(robot);
+  keep_alive_.setPeriod(keepAlivePeriod(health_.settings, robot->config()));
   redrawPieces();
 }
 

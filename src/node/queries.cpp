@@ -18,6 +18,11 @@ double finite(double value, const char* name) {
   return value;
 }
 
+double notNegative(double value, const char* name) {
+  if (finite(value, name) >= 0.0) return value;
+  throw RequestError(QueryStatus::INVALID_ARGUMENT, std::string(name) + " must not be negative");
+}
+
 double thresholdOrNone(double threshold) { return finite(threshold, "threshold") > 0.0 ? threshold : kInfinity; }
 
 /// A scene in the poses that a request needs.
@@ -181,9 +186,7 @@ MinimumDistanceResponse answer(const Robot& robot, TfPoses& tf, const MinimumDis
 
 SeparationAxisResponse answer(const Robot& robot, TfPoses& tf, const SeparationAxisRequest& request) {
   return answered(emptySeparationAxis(), [&](SeparationAxisResponse& response) {
-    if (!(finite(request.margin, "margin") >= 0.0)) {
-      throw RequestError(QueryStatus::INVALID_ARGUMENT, "margin must not be negative");
-    }
+    const double margin = notNegative(request.margin, "margin");
     Question question = questionOf(robot);
     question.depth = Question::Depth::NotWanted;
     const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
@@ -191,7 +194,7 @@ SeparationAxisResponse answer(const Robot& robot, TfPoses& tf, const SeparationA
     response.header = posed.header;
     requireAllPoses(posed);
     response.pair = closestPair(posed, pairs, question, response.status);
-    response.separated = response.pair.lower_bound > request.margin;
+    response.separated = response.pair.lower_bound > margin;
     if (response.pair.state != Proximity::SEPARATED) return;
     response.gap = response.pair.lower_bound;
     response.axis = response.pair.normal;
@@ -203,7 +206,7 @@ SeparationAxisResponse answer(const Robot& robot, TfPoses& tf, const SeparationA
 PenetrationDepthResponse answer(const Robot& robot, TfPoses& tf, const PenetrationDepthRequest& request) {
   return answered(emptyPenetrationDepth(), [&](PenetrationDepthResponse& response) {
     Question question = questionOf(robot);
-    question.threshold = 0.0;
+    question.threshold = -notNegative(request.threshold, "threshold");
     const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
     const PosedScene posed(robot, tf, pairs, request.stamp);
     response.header = posed.header;
@@ -212,7 +215,8 @@ PenetrationDepthResponse answer(const Robot& robot, TfPoses& tf, const Penetrati
     response.penetrating = response.pair.state == Proximity::PENETRATING;
     response.depth_lower_bound = std::max(0.0, -response.pair.upper_bound);
     response.depth_upper_bound = std::max(0.0, -response.pair.lower_bound);
-    response.depth = std::max(0.0, -response.pair.distance);
+    const bool settled = response.penetrating || response.depth_upper_bound == 0.0;
+    response.depth = settled ? std::max(0.0, -response.pair.distance) : kNaN;
     if (response.penetrating) response.direction = response.pair.normal;
   });
 }

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <optional>
+#include <stdexcept>
 #include <utility>
 
 namespace proximity_server {
@@ -54,6 +55,8 @@ void lookUpAt(const tf2::BufferCore& buffer, const ros::Time& stamp, Edge& edge)
     edge.status = status(QueryStatus::TF_EXTRAPOLATION, edge.name + ": " + error.what());
   } catch (const tf2::TransformException& error) {
     edge.status = status(QueryStatus::TF_UNAVAILABLE, edge.name + ": " + error.what());
+  } catch (const std::runtime_error&) {  // of the arithmetic of ros::Time, which tf does not expect
+    edge.status = status(QueryStatus::TF_EXTRAPOLATION, edge.name + ": its transforms are decades away from the stamp");
   }
 }
 
@@ -129,6 +132,13 @@ class EdgesToLookUp {
   std::vector<Edge> edges_;
 };
 
+/// Stamps come from outside; ros::Duration itself throws where they are more than 68 years apart.
+ros::Duration elapsed(const ros::Time& from, const ros::Time& to) {
+  constexpr std::int64_t kLongest = 2'000'000'000'000'000'000;  // [ns]
+  const std::int64_t difference = static_cast<std::int64_t>(to.toNSec()) - static_cast<std::int64_t>(from.toNSec());
+  return ros::Duration().fromNSec(std::clamp(difference, -kLongest, kLongest));
+}
+
 std::string seconds(const ros::Duration& duration) {
   char text[32];
   std::snprintf(text, sizeof text, "%.3f s", duration.toSec());
@@ -162,14 +172,14 @@ CommonTime commonTime(const std::vector<Edge>& edges) {
 }
 
 QueryStatus freshness(const CommonTime& common, const ros::Time& now, const ros::Duration& max_age) {
-  if (now - common.oldest->latest > max_age) {
+  if (elapsed(common.oldest->latest, now) > max_age) {
     return status(QueryStatus::TF_STALE, common.oldest->name + ": its latest transform is " +
-                                             seconds(now - common.oldest->latest) + " old, max_tf_age is " +
+                                             seconds(elapsed(common.oldest->latest, now)) + " old, max_tf_age is " +
                                              seconds(max_age));
   }
-  if (common.newest->latest - now > max_age) {
+  if (elapsed(now, common.newest->latest) > max_age) {
     return status(QueryStatus::TF_STALE, common.newest->name + ": its latest transform is " +
-                                             seconds(common.newest->latest - now) + " ahead of the clock");
+                                             seconds(elapsed(now, common.newest->latest)) + " ahead of the clock");
   }
   return {};
 }
@@ -196,7 +206,7 @@ void TfPoses::transformsChanged() {
 void TfPoses::forgetOnJumpBack(const ros::Time& now) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (now < last_now_) {
-    ROS_WARN_STREAM("the clock jumped back by " << seconds(last_now_ - now) << ": forgetting all transforms");
+    ROS_WARN_STREAM("the clock jumped back by " << seconds(elapsed(now, last_now_)) << ": forgetting all transforms");
     buffer_.clear();
   }
   last_now_ = now;
@@ -215,16 +225,16 @@ PoseSnapshot TfPoses::lookUp(const Robot& robot, const std::vector<int>& bodies,
   EdgesToLookUp needed(robot, bodies);
   for (Edge& edge : needed.edges()) lookUpAt(buffer_, ros::Time(), edge);
   const CommonTime common = commonTime(needed.edges());
-  if (common.oldest) snapshot.skew = common.newest->latest - common.oldest->latest;
+  if (common.oldest) snapshot.skew = elapsed(common.oldest->latest, common.newest->latest);
 
   const ros::Time latest = common.oldest ? common.oldest->latest : now;
   snapshot.stamp = stamp.isZero() ? latest : stamp;
-  snapshot.age = now - snapshot.stamp;
+  snapshot.age = elapsed(snapshot.stamp, now);
   if (stamp.isZero() && common.oldest) {
     const ros::Duration max_age(robot.config().max_tf_age);
     snapshot.status = freshness(common, now, max_age);
     // Left over from before a jump of the clock: tf would refuse everything that is older.
-    if (common.newest->latest - now > max_age) buffer_.clear();
+    if (elapsed(now, common.newest->latest) > max_age) buffer_.clear();
     if (snapshot.status.code != QueryStatus::OK) return snapshot;
   }
   for (Edge& edge : needed.edges()) {

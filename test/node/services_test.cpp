@@ -160,6 +160,16 @@ TEST(MinimumDistance, OfASingleShapeIgnoresTheOthersOfItsLink) {
   EXPECT_NEAR(ask(request).pair.distance, paper, kTolerance);
 }
 
+TEST(MinimumDistance, OfTwoShapesOfOneLinkNeverChanges) {
+  MinimumDistanceRequest request;
+  request.a = shape("block", 1);
+  request.b = shape("block", 2);
+  request.stamp = gantry().moveTo({0.5, 0.0, 0.2});
+  expectFailure(ask(request), QueryStatus::PAIR_EXCLUDED, "ignore_filter");
+  request.ignore_filter = true;
+  EXPECT_NEAR(ask(request).pair.distance, 0.3, kTolerance);
+}
+
 TEST(MinimumDistance, BeyondTheThresholdProvesOnlyThat) {
   auto request = between<MinimumDistanceRequest>("base", "ball", gantry().moveTo({0.5, 0.0, 0.0}));
   request.threshold = 0.1;
@@ -265,6 +275,13 @@ TEST(Stamp, OutsideOfWhatTfHoldsFailsAndNamesAJoint) {
   }
 }
 
+TEST(Stamp, OfAnotherEraFailsLikeAnyOther) {
+  gantry().moveTo({0.5, 0.0, 0.0});
+  for (const ros::Time& stamp : {ros::TIME_MIN, ros::TIME_MAX}) {
+    expectFailure(ask(between<MinimumDistanceRequest>("base", "ball", stamp)), QueryStatus::TF_EXTRAPOLATION, "_axis'");
+  }
+}
+
 TEST(Stamp, AFrameThatIsBrokenIsRefusedAndItsJointNamed) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinity = std::numeric_limits<double>::infinity();
@@ -353,6 +370,20 @@ TEST(PenetrationDepth, IsZeroApart) {
   EXPECT_EQ(response.depth, 0.0);
   EXPECT_EQ(response.depth_upper_bound, 0.0);
   EXPECT_TRUE(isNaN(response.direction));
+}
+
+TEST(PenetrationDepth, UpToTheThresholdIsOnlyBounded) {
+  auto request = between<PenetrationDepthRequest>("base", "ball", gantry().moveTo({0.15, 0.0, 0.0}));  // 0.05 deep
+  request.threshold = 0.06;
+  const auto shallow = ask(request);
+  EXPECT_TRUE(shallow.success) << shallow.status.message;
+  EXPECT_FALSE(shallow.penetrating);
+  EXPECT_LE(shallow.depth_upper_bound, 0.06);
+  EXPECT_GE(shallow.depth_upper_bound, 0.05 - 1e-15);
+  request.threshold = 0.04;
+  const auto deep = ask(request);
+  EXPECT_TRUE(deep.penetrating);
+  EXPECT_NEAR(deep.depth, 0.05, kTolerance);
 }
 
 TEST(PenetrationDepth, WithoutNamesIsThatOfTheDeepestPair) {
