@@ -153,13 +153,14 @@ SignedDistance PlacedRobot::distance(int piece_a, int piece_b, const Options& op
   // Twice what the bounds lose, so that the sums below cannot take a decision back.
   inner.distance_tolerance = std::max(0.0, options.distance_tolerance - 4.0 * rounding);
   inner.stop_above += 2.0 * rounding;
+  inner.stop_below -= 2.0 * rounding;
   SignedDistance result =
       signedDistance(piece(piece_a).shape, piece(piece_b).shape, a_T_b, inner, warm_starts.of(piece_a, piece_b));
   result.lower_bound -= rounding;
   result.upper_bound += rounding;
   if (result.status == Status::Converged && result.upper_bound - result.lower_bound > options.distance_tolerance)
     result.status = Status::Degenerate;
-  result.normal = a.rotation * result.normal;
+  result.normal = (a.rotation * result.normal).normalized();
   result.point_a = bodyOf(piece_a).origin + (a.offset + a.rotation * result.point_a);
   result.point_b = result.point_a + result.distance * result.normal;
   return result;

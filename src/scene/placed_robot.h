@@ -41,7 +41,7 @@ class PlacedRobot {
   bool boxesPay(int a, int b) const { return !at(a).closed_form || !at(b).closed_form; }
 
   /// The certified distance of two pieces; the bounds allow for the rounding of the poses, also where they decide
-  /// options.stop_above. The same numbers come out, turned round, for the pieces in the other order.
+  /// a threshold. The same numbers come out, turned round, for the pieces in the other order.
   SignedDistance distance(int piece_a, int piece_b, const Options& options, WarmStarts& warm_starts) const;
 
  private:
