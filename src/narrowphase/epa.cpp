@@ -70,13 +70,14 @@ struct SurfacePlane {
 /// The plane across a CSO that is no more than the segment or point of the simplex: away from the origin, if that can
 /// be told from lying on it.
 SurfacePlane planeAcross(const Cso& cso, const Simplex& simplex) {
-  const Vector3d o = simplex.vertices[0].point;
-  const Vector3d along = simplex.size == 2 ? Vector3d((simplex.vertices[1].point - o).normalized()) : Vector3d::Zero();
-  const Vector3d towards_origin = along.dot(o) * along - o;
-  const double distance = towards_origin.norm();
-  if (distance > cso.rounding()) return {true, towards_origin / distance, -distance, false};
-  const Vector3d normal = simplex.size == 2 ? Vector3d(along.unitOrthogonal()) : Vector3d(Vector3d::UnitX());
-  return {true, normal, std::abs(normal.dot(o)), true};
+  const Vector3d first = simplex.vertices[0].point, last = simplex.vertices[simplex.size == 2 ? 1 : 0].point;
+  const Vector3d along = (last - first).normalized();
+  const auto across = [&](const Vector3d& v) { return Vector3d(v - along.dot(v) * along); };
+  const Vector3d towards_origin = across(-first);
+  const bool apart = towards_origin.norm() > cso.rounding();
+  // Twice, as the first time leaves the rounding of a long vector in a short one.
+  const Vector3d normal = apart ? across(towards_origin.normalized()).normalized() : along.unitOrthogonal();
+  return {true, normal, std::max(normal.dot(first), normal.dot(last)), !apart};
 }
 
 SurfacePlane growTriangle(Cso& cso, Simplex& simplex) {

@@ -30,21 +30,18 @@ bool meetInOnePoint(const Shape& a, const Shape& b, const Isometry3d& a_T_b, con
   return on_a.along.cross(along_b).norm() > tolerance * longer;
 }
 
-/// Gives the result its points, as far as they fit the distance along the normal: b's point will follow from a's, and
-/// apart the points are the proof of the upper bound, so that what they miss goes there.
-void setPoints(SignedDistance& result, const Vector3d& point_a, const Vector3d& point_b, double rounding,
-               const Options& options) {
+/// Gives the result its points. b's will follow from a's along the normal; what they miss that way widens the bounds,
+/// as apart the points are the proof of the upper one, and in overlap lie on the shapes within the gap.
+void setPoints(SignedDistance& result, const Vector3d& point_a, const Vector3d& point_b, double rounding) {
   result.has_points = true;
   result.point_a = point_a;
   result.point_b = point_b;
   const double missed = (point_a + result.distance * result.normal - point_b).norm();
-  if (result.upper_bound > 0.0)
-    result.upper_bound = std::max(result.upper_bound, std::abs(result.distance) + missed + rounding);
-  const bool too_wide = result.upper_bound - result.lower_bound > options.distance_tolerance;
-  if (result.status == Status::Converged && too_wide) result.status = Status::Degenerate;
+  const double proven = result.distance > 0.0 ? result.distance + missed + rounding : result.lower_bound + missed;
+  result.upper_bound = std::max(result.upper_bound, proven);
 }
 
-SignedDistance fromGjk(const Cso& cso, const GjkResult& gjk, const Options& options) {
+SignedDistance fromGjk(const Cso& cso, const GjkResult& gjk) {
   SignedDistance result;
   result.status = gjk.status;
   result.lower_bound = gjk.lower_bound;
@@ -56,11 +53,11 @@ SignedDistance fromGjk(const Cso& cso, const GjkResult& gjk, const Options& opti
   }
   result.distance = gjk.distance;
   result.upper_bound = gjk.distance + cso.rounding();
-  setPoints(result, gjk.simplex.pointOnA(), gjk.simplex.pointOnB(), cso.rounding(), options);
+  setPoints(result, gjk.simplex.pointOnA(), gjk.simplex.pointOnB(), cso.rounding());
   return result;
 }
 
-SignedDistance fromEpa(const Cso& cso, const GjkResult& gjk, const EpaResult& epa, const Options& options) {
+SignedDistance fromEpa(const Cso& cso, const GjkResult& gjk, const EpaResult& epa) {
   SignedDistance result;
   result.status = epa.status;
   result.upper_bound = -epa.lower_bound;
@@ -77,23 +74,23 @@ SignedDistance fromEpa(const Cso& cso, const GjkResult& gjk, const EpaResult& ep
   result.lower_bound = -epa.depth - cso.rounding();
   result.normal = epa.normal;
   result.unique = epa.unique;
-  if (epa.has_points) setPoints(result, epa.point_a, epa.point_b, cso.rounding(), options);
+  if (epa.has_points) setPoints(result, epa.point_a, epa.point_b, cso.rounding());
   return result;
 }
 
 /// An exact answer with the bounds that rounding leaves.
-SignedDistance certified(SignedDistance exact, double rounding, const Options& options) {
+SignedDistance certified(SignedDistance exact, double rounding) {
   exact.lower_bound = exact.distance - rounding;
   exact.upper_bound = exact.distance + rounding;
-  exact.status = 2.0 * rounding <= options.distance_tolerance ? Status::Converged : Status::Degenerate;
+  exact.status = Status::Converged;
   exact.has_points = true;
   return exact;
 }
 
 SignedDistance iterative(Cso& cso, const Vector3d& normal_guess, const Options& options) {
   const GjkResult gjk_result = gjk(cso, normal_guess, options);
-  if (gjk_result.outcome != GjkResult::Outcome::Overlap) return fromGjk(cso, gjk_result, options);
-  return fromEpa(cso, gjk_result, epa(cso, gjk_result.simplex, options), options);
+  if (gjk_result.outcome != GjkResult::Outcome::Overlap) return fromGjk(cso, gjk_result);
+  return fromEpa(cso, gjk_result, epa(cso, gjk_result.simplex, options));
 }
 
 Vector3d normalGuess(const Cso& cso, const WarmStart& warm_start) {
@@ -109,8 +106,7 @@ SignedDistance boxDistance(const Shape& a, const Shape& b, const Isometry3d& a_T
   if (normal_guess.dot(cso.vertex(normal_guess).point) >= 0.0) {
     const BoxPair boxes(a.halfExtents(), b.halfExtents(), a_T_b);
     if (boxes.separation() <= cso.rounding())
-      if (const auto exact = boxes.overlap(options.distance_tolerance))
-        return certified(*exact, cso.rounding(), options);
+      if (const auto exact = boxes.overlap(options.distance_tolerance)) return certified(*exact, cso.rounding());
   }
   return iterative(cso, normal_guess, options);
 }
@@ -118,12 +114,12 @@ SignedDistance boxDistance(const Shape& a, const Shape& b, const Isometry3d& a_T
 SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
                             WarmStart& warm_start) {
   const double rounding = csoRounding(a, b, a_T_b);
-  if (const auto exact = closedForm(a, b, a_T_b)) return certified(*exact, rounding, options);
+  if (const auto exact = closedForm(a, b, a_T_b)) return certified(*exact, rounding);
   if (const auto tilt = axesTilt(a, b, a_T_b)) {
     // Axes that are parallel but for a small part of the tolerance: b turned by the tilt moves by no more than this.
     const double turned = *tilt * b.coreReach();
     if (turned <= options.distance_tolerance / 16.0)
-      return certified(revolvedDistance(a, b, a_T_b, options.distance_tolerance), rounding + turned, options);
+      return certified(revolvedDistance(a, b, a_T_b, options.distance_tolerance), rounding + turned);
   }
   Cso cso(a, b, a_T_b, warm_start);
   const Vector3d guess = normalGuess(cso, warm_start);
@@ -154,6 +150,9 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& 
   core_options.stop_below += margins;
   SignedDistance core = coreDistance(a, b, a_T_b, core_options, warm_start);
   warm_start.axis = core.normal;
+  // The one place where convergence is claimed: by the bounds as they came out.
+  const bool too_wide = !(core.upper_bound - core.lower_bound <= options.distance_tolerance);
+  if (core.status == Status::Converged && too_wide) core.status = Status::Degenerate;
   if (core.status == Status::Converged && core.unique)
     core.unique = meetInOnePoint(a, b, a_T_b, core.normal, options.distance_tolerance, warm_start);
   return withMargins(core, a.margin(), b.margin());

@@ -36,7 +36,9 @@ Candidate nearestOfEdge(const Places& places, int w, int a) {
   const double length2 = edge.squaredNorm();
   if (!(of_a > 0.0)) return nearestOfVertex(places, w);
   if (!(of_a < length2)) return nearestOfVertex(places, a);
-  const Vector3d p = pw + of_a / length2 * edge;
+  // Twice across the edge, as the first time leaves the rounding of a long vector in a short one.
+  const Vector3d near = pw + of_a / length2 * edge;
+  const Vector3d p = near - near.dot(edge) / length2 * edge;
   const double distance2 = p.squaredNorm();
   return {{2, {a, w}, {of_a, length2 - of_a}}, distance2, -p, distance2};
 }
