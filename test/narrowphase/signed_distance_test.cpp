@@ -112,8 +112,7 @@ TEST(SignedDistance, BoundsHoldAtEveryIterationLimit) {
 TEST(SignedDistance, SwappingTheShapesKeepsTheDistance) {
   for (const KnownCase& c : cases()) {
     const SignedDistance ab = distanceOf(c), ba = signedDistance(c.b, c.a, c.a_T_b.inverse());
-    EXPECT_LE(std::abs(ab.distance - ba.distance), widthOf(ab) + widthOf(ba) + roundingOf(c.pair()))
-        << describe(c);
+    EXPECT_LE(std::abs(ab.distance - ba.distance), widthOf(ab) + widthOf(ba) + roundingOf(c.pair())) << describe(c);
   }
 }
 
