@@ -99,7 +99,7 @@ fs::path packageFile(const std::string& uri, std::vector<PackageSearch>& searche
 
 }  // namespace
 
-MeshResolver packageResolver(std::vector<std::string> roots, std::string base_dir) {
+MeshResolver packageResolver(const std::vector<std::string>& roots, const std::string& base_dir) {
   const auto searches = std::make_shared<std::vector<PackageSearch>>();
   for (const std::string& root : roots) searches->emplace_back(root);
   return [searches, base = fs::path(base_dir)](const std::string& uri) {

@@ -20,6 +20,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 template <typename Named>
 std::vector<std::string> namesOf(const std::vector<Named>& things) {
   std::vector<std::string> names;
+  names.reserve(things.size());
   for (const Named& thing : things) names.push_back(thing.name);
   return names;
 }
@@ -55,7 +56,7 @@ Joint::Type typeOf(const urdf::Joint& joint) {
 
 Vector3d axisOf(const urdf::Joint& joint) {
   if (joint.type == urdf::Joint::FLOATING) return Vector3d::UnitZ();
-  const Vector3d axis = Vector3d(joint.axis.x, joint.axis.y, joint.axis.z).stableNormalized();
+  Vector3d axis = Vector3d(joint.axis.x, joint.axis.y, joint.axis.z).stableNormalized();
   if (!(axis.norm() > 0.5)) {
     throw std::invalid_argument("URDF: joint " + quoted(joint.name) + " has an axis of length zero");
   }

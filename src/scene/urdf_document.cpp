@@ -61,22 +61,25 @@ int count(const XMLElement* parent, const char* name = nullptr) {
   return n;
 }
 
-/// urdfdom takes the first of several shapes or origins, and none where the name of the element is misspelt.
+/// urdfdom takes the first of several shapes or origins.
+void checkCollision(const XMLElement& collision, const std::string& where) {
+  if (count(&collision, "geometry") != 1) fail(where + ": expected one <geometry>");
+  if (count(collision.FirstChildElement("geometry")) != 1) fail(where + ": expected one shape in its <geometry>");
+  if (count(&collision, "origin") > 1) fail(where + ": more than one <origin>");
+}
+
+/// urdfdom takes no notice of an element with a misspelt name.
 void checkLink(const XMLElement& link) {
-  const std::string name = "link \"" + attribute(link, "name") + "\"";
-  if (attribute(link, "name").empty()) fail("a link without a name, line " + std::to_string(link.GetLineNum()));
+  const std::string name = attribute(link, "name");
+  if (name.empty()) fail("a link without a name, line " + std::to_string(link.GetLineNum()));
+  const std::string where = "link " + quoted(name) + ", ";
   int number = 0;
   for (auto* child = link.FirstChildElement(); child; child = child->NextSiblingElement()) {
-    const std::string tag = child->Name();
-    if (tag != "collision") {
-      if (editDistance(tag, "collision") <= 2)
-        fail(name + ": unknown element <" + tag + ">, did you mean <collision>?");
-      continue;
+    const int misspelling = editDistance(child->Name(), "collision");
+    if (misspelling == 0) checkCollision(*child, where + "<collision> " + std::to_string(++number));
+    if (misspelling == 1 || misspelling == 2) {
+      fail(where + "unknown element <" + child->Name() + ">, did you mean <collision>?");
     }
-    const std::string collision = name + ", <collision> " + std::to_string(++number);
-    if (count(child, "geometry") != 1) fail(collision + ": expected one <geometry>");
-    if (count(child->FirstChildElement("geometry")) != 1) fail(collision + ": expected one shape in its <geometry>");
-    if (count(child, "origin") > 1) fail(collision + ": more than one <origin>");
   }
 }
 
@@ -100,7 +103,7 @@ urdf::ModelInterfaceSharedPtr readUrdf(const std::string& urdf_xml) {
   tinyxml2::XMLPrinter printer(nullptr, true);
   document.Print(&printer);
   const UrdfdomErrors errors;
-  const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(printer.CStr());
+  urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(printer.CStr());
   if (!errors.text().empty()) fail(errors.text());
   if (!model) fail("urdfdom refuses it without giving a reason");
   return model;

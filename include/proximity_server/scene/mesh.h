@@ -22,7 +22,7 @@ using MeshResolver = std::function<std::string(const std::string& uri)>;
 /// The resolver for everybody without ROS: file:// and plain paths as they are (relative ones against `base_dir`),
 /// package://name/path (two or three slashes) searched for below `roots` as ROS_PACKAGE_PATH does it: a folder with a
 /// package.xml that names the package.
-MeshResolver packageResolver(std::vector<std::string> roots, std::string base_dir = {});
+MeshResolver packageResolver(const std::vector<std::string>& roots, const std::string& base_dir = {});
 
 /// The folders of the environment variable ROS_PACKAGE_PATH.
 std::vector<std::string> rosPackagePath();
