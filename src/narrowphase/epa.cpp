@@ -76,7 +76,8 @@ SurfacePlane planeAcross(const Cso& cso, const Simplex& simplex) {
   const Vector3d towards_origin = across(-first);
   const bool apart = towards_origin.norm() > cso.rounding();
   // Twice, as the first time leaves the rounding of a long vector in a short one.
-  const Vector3d normal = apart ? across(towards_origin.normalized()).normalized() : along.unitOrthogonal();
+  const Vector3d any = simplex.size == 2 ? along.unitOrthogonal() : Vector3d::UnitX();
+  const Vector3d normal = apart ? Vector3d(across(towards_origin.normalized()).normalized()) : any;
   return {true, normal, std::max(normal.dot(first), normal.dot(last)), !apart};
 }
 
