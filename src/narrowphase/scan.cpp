@@ -103,11 +103,10 @@ ScanFunction widest() {
 ScanFunction widest() { return scanBaseline; }
 #endif
 
-const ScanFunction kScan = widest();
-
 }  // namespace
 
 int scan(const double* x, const double* y, const double* z, int count, const Eigen::Vector3d& direction) {
+  static const ScanFunction kScan = widest();
   return kScan(x, y, z, count, direction.data());
 }
 
