@@ -70,7 +70,7 @@ SignedDistance fromEpa(const Cso& cso, const GjkResult& gjk, const EpaResult& ep
     result.distance = result.upper_bound;
     return result;
   }
-  result.distance = -epa.depth;
+  result.distance = 0.0 - epa.depth;  // never minus zero
   result.lower_bound = -epa.depth - cso.rounding();
   result.normal = epa.normal;
   result.unique = epa.unique;
