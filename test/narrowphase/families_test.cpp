@@ -107,6 +107,24 @@ TEST(Families, NearlyParallelFaces) {
                    turned(std::pow(10.0, decade), {1, 0.3, 0}, {0, 0, 1 + gap})});
 }
 
+TEST(Families, BoxesInQuarterTurns) {
+  // As a URDF says rpy = (pi/2, 0, 0): parallel but for the last bit of a cosine.
+  std::mt19937 random(40);
+  const std::vector<NamedShape> boxes = {{"box", Box{{0.61, 0.83, 0.47}}},
+                                         {"padded", Shape(Box{{0.4, 0.5, 0.3}}).padded(0.06)},
+                                         {"plate", Box{{0.7, 0.6, 0.0007}}},
+                                         {"hull", hullOf(boxCorners({0.61, 0.83, 0.47}))}};
+  for (const NamedShape& a : boxes)
+    for (const NamedShape& b : boxes)
+      for (int i = 0; i < 200; ++i) {
+        Vector3d position = 0.5 * randomDirection(random);
+        if (i % 4 == 0) position = position.cwiseProduct(Vector3d::Unit(i / 4 % 3));
+        const Isometry3d pose = turned(M_PI / 2 * (i % 5), Vector3d::Unit(i % 3), position) *
+                                turned(M_PI / 2 * (i % 7), Vector3d::Unit(i / 2 % 3), Vector3d::Zero());
+        expectExact({a.name + "-" + b.name + " in quarter turns", a.shape, b.shape, pose});
+      }
+}
+
 TEST(Families, ParallelEdgesAtEveryDistance) {
   for (const double gap : gaps(1.0))
     expectExact({"parallel capsules", Capsule{0.1, 1.0}, Capsule{0.2, 1.0}, at({0.3 + gap, 0.0, 0.4})});
