@@ -57,8 +57,8 @@ SignedDistance onlyProof(SignedDistance result) {
 struct ClosestPieces {
   int piece_a = -1, piece_b = -1;
   SignedDistance result;
-  bool is_beyond = true;  ///< the limit
-  double lower_bound = kInfinity;
+  bool is_beyond = true;                                    ///< the limit
+  double lower_bound = kInfinity, upper_bound = kInfinity;  ///< of the closest, whichever it is
   Status lower_bound_status = Status::Threshold;
 
   bool empty() const { return piece_a < 0; }
@@ -68,6 +68,7 @@ struct ClosestPieces {
       lower_bound = other.lower_bound;
       lower_bound_status = other.status;
     }
+    upper_bound = std::min(upper_bound, other.upper_bound);
     const bool other_is_beyond = isBeyond(other, limit);
     const bool closer = is_beyond == other_is_beyond ? other.distance < result.distance : is_beyond;
     if (!empty() && !closer) return;
@@ -243,6 +244,7 @@ PairProximity Scene::Search::measure(const SubjectPair& pair, const Visit& visit
   PairProximity proximity = blank(pair, visit);
   SignedDistance& result = proximity.result = closest.result;
   result.lower_bound = closest.lower_bound;
+  result.upper_bound = closest.upper_bound;
   if (!closest.empty()) {
     ++counts_.computed;
     const Collision &a = collisionOf(closest.piece_a), &b = collisionOf(closest.piece_b);

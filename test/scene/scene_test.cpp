@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/SVD>
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -354,24 +355,37 @@ TEST(Scene, RefusesPosesOfAnotherNumberOfBodies) {
   EXPECT_THROW(scene.update({at(0, 0, 0)}), std::invalid_argument);
 }
 
-// A rotation in single precision, as some drivers send it. Its nearest rotation has a normal of length 1, and moves the
-// points of these boxes (radius below 1) by no more than a few float eps.
-TEST(Scene, RotationsInSinglePrecisionAreGoodEnough) {
+/// U V^T of the singular value decomposition.
+Matrix3d nearestRotation(const Matrix3d& matrix) {
+  const Eigen::JacobiSVD<Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  return svd.matrixU() * svd.matrixV().transpose();
+}
+
+Isometry3d inSinglePrecision(Isometry3d pose) {
+  pose.linear() = pose.linear().cast<float>().cast<double>();
+  return pose;
+}
+
+TEST(Scene, MatrixInSinglePrecisionIsTakenForItsNearestRotation) {
   Scene scene = sceneOf(Box{{0.9, 0.7, 0.5}}, Box{{0.4, 0.8, 1.0}});
   std::mt19937 random(2);
+  double largest_difference = 0.0;
   for (int i = 0; i < 200; ++i) {
-    const Isometry3d a = randomPose(random, 0.1), b = at(2, 0, 0) * randomPose(random, 0.1);
+    Isometry3d a = inSinglePrecision(randomPose(random, 0.1)), b = inSinglePrecision(randomPose(random, 2.0));
     scene.update({a, b});
-    const double exact = scene.proximity(kFirstTwo).result.distance;
-    Isometry3d rounded_a = a, rounded_b = b;
-    rounded_a.linear() = a.linear().cast<float>().cast<double>();
-    rounded_b.linear() = b.linear().cast<float>().cast<double>();
-    scene.update({rounded_a, rounded_b});
-    const SignedDistance result = scene.proximity(kFirstTwo).result;
-    EXPECT_EQ(result.status, Status::Converged);
-    EXPECT_NEAR(result.distance, exact, 4.0 * std::numeric_limits<float>::epsilon());
-    expectIdentity(result, 4.0);
+    const SignedDistance rounded = scene.proximity(kFirstTwo).result;
+    const Matrix3d off = a.linear();
+    a.linear() = nearestRotation(a.linear());
+    b.linear() = nearestRotation(b.linear());
+    largest_difference = std::max(largest_difference, (a.linear() - off).norm());
+    scene.update({a, b});
+    const SignedDistance exact = scene.proximity(kFirstTwo).result;
+    EXPECT_EQ(rounded.status, Status::Converged);
+    EXPECT_LE(rounded.lower_bound, exact.upper_bound);
+    EXPECT_GE(rounded.upper_bound, exact.lower_bound);
+    expectIdentity(rounded, 4.0);
   }
+  EXPECT_GT(largest_difference, 1e-8);
 }
 
 // --- padding of a pair
@@ -446,6 +460,23 @@ TEST(Scene, BeyondTheThresholdOnlyTheProofIsLeft) {
     EXPECT_FALSE(result.has_points);
     EXPECT_TRUE(result.point_a.hasNaN() && result.point_b.hasNaN());
   }
+}
+
+// Boxes 1 m apart, thresholds within rounding of that: the status may be either, but has to be what the bounds say.
+TEST(Scene, ThresholdWithinRoundingOfTheDistanceIsDecidedByTheBounds) {
+  Scene scene = sceneOf(Box{{1, 1, 1}}, Box{{1, 1, 1}});
+  scene.update({at(0, 0, 0), at(2, 0.3, 0.2)});
+  int beyond = 0, near = 0;
+  for (int ulps = -1000; ulps <= 1000; ulps += 10) {
+    Question question;
+    question.threshold = 1.0 + ulps * kEpsilon;
+    const SignedDistance result = scene.proximity(kFirstTwo, question).result;
+    const bool is_beyond = result.lower_bound > question.threshold;
+    EXPECT_EQ(result.status, is_beyond ? Status::Threshold : Status::Converged) << ulps;
+    (is_beyond ? beyond : near) += 1;
+  }
+  EXPECT_GT(beyond, 20);
+  EXPECT_GT(near, 100);
 }
 
 TEST(Scene, OverlapWithoutDepthIsReportedAsSuch) {
@@ -665,6 +696,33 @@ TEST_P(RandomScene, ThresholdsDivideThePairsAsBruteForceDoes) {
   EXPECT_GT(far, 1000);
 }
 
+TEST_P(RandomScene, StatusFitsTheBoundsAtLooseTolerances) {
+  Scene scene(model_), reference(model_);
+  std::uniform_real_distribution<double> threshold(-0.3, 2.0);
+  Question question;
+  question.tolerance = 0.05;
+  int within_tolerance = 0;
+  for (int state = 0; state < kStates; ++state) {
+    const BodyPoses poses = nextPoses();
+    scene.update(poses);
+    reference.update(poses);
+    const BruteForce brute_force(pairs_, reference.all(pairs_));
+    question.threshold = threshold(random_);
+    for (const PairProximity& pair : scene.all(pairs_, question)) {
+      const SignedDistance& result = pair.result;
+      const double distance = brute_force.of(pair.asked);
+      EXPECT_EQ(result.status, result.lower_bound > question.threshold ? Status::Threshold : Status::Converged);
+      EXPECT_LE(result.lower_bound, distance + kTolerance);
+      EXPECT_GE(result.upper_bound, distance - kTolerance);
+      if (result.status == Status::Converged) {
+        EXPECT_LE(result.upper_bound - result.lower_bound, question.tolerance);
+      }
+      within_tolerance += std::abs(distance - question.threshold) < question.tolerance;
+    }
+  }
+  EXPECT_GT(within_tolerance, 100);
+}
+
 TEST_P(RandomScene, WithoutDepthAnyOverlapIsTheMinimum) {
   Scene scene(model_), reference(model_);
   Question question;
@@ -802,6 +860,11 @@ TEST_P(RandomScene, AShiftThatDoublesCanHoldChangesNoBit) {
     near.update(poses);
     far.update(shifted(poses, {million, -million, million}));
     const std::vector<PairProximity>&here = near.all(pairs_), &there = far.all(pairs_);
+    for (std::size_t i = 0; i < pairs_.size(); ++i) EXPECT_TRUE(sameNumbers(here[i].result, there[i].result));
+    Question question;
+    question.threshold = 0.1;
+    near.all(pairs_, question);
+    far.all(pairs_, question);
     for (std::size_t i = 0; i < pairs_.size(); ++i) EXPECT_TRUE(sameNumbers(here[i].result, there[i].result));
   }
 }
