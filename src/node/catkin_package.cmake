@@ -1,10 +1,12 @@
 # Declares the catkin package. Included by the top-level CMakeLists.txt: catkin wants to run beside package.xml.
+find_package(Eigen3 REQUIRED NO_MODULE)
 find_package(catkin REQUIRED COMPONENTS
   diagnostic_updater
   dynamic_reconfigure
   geometry_msgs
   message_generation
   roscpp
+  sensor_msgs
   std_msgs
   std_srvs
   tf2_ros
@@ -32,5 +34,9 @@ generate_dynamic_reconfigure_options(config/Proximity.cfg)
 
 catkin_package(
   INCLUDE_DIRS include
-  CATKIN_DEPENDS geometry_msgs message_runtime std_msgs
+  LIBRARIES proximity_narrowphase proximity_scene
+  CATKIN_DEPENDS
+    diagnostic_updater dynamic_reconfigure geometry_msgs message_runtime roscpp sensor_msgs std_msgs std_srvs tf2_ros
+    visualization_msgs
+  DEPENDS EIGEN3
 )

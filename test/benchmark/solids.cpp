@@ -53,7 +53,7 @@ std::shared_ptr<btConvexShape> bulletHull(const ConvexHull& hull) {
 /// The signed distance as a function of how far b's centre is along `axis`.
 class Slide {
  public:
-  Slide(SolidPair pair, const Eigen::Vector3d& axis) : pair_(pair), axis_(axis) {}
+  Slide(const SolidPair& pair, const Eigen::Vector3d& axis) : pair_(pair), axis_(axis) {}
 
   SolidPair at(double centre) const {
     SolidPair pair = pair_;
