@@ -77,9 +77,9 @@ const Polytope::Face* Polytope::closest() {
   return nullptr;
 }
 
-/// Zero counts as visible: a face coplanar with w merges into the cone, one without a normal has to go.
+/// Heights within rounding count as visible: a face coplanar with w merges into the cone, one without a normal goes.
 bool Polytope::sees(const CsoVertex& w, const Face& candidate) const {
-  return !(candidate.normal.dot(w.point - vertex(candidate.vertices[0]).point) < 0.0);
+  return !(candidate.normal.dot(w.point - vertex(candidate.vertices[0]).point) < -rounding_);
 }
 
 /// Walks over the faces that w sees, depth first, entered through an edge each; the edges where it stops come out in
