@@ -47,7 +47,7 @@ class Parameters {
     XmlRpcValue* value = find(name);
     if (!value) return;
     require(value->getType() == XmlRpcValue::TypeStruct, name, "must map names to numbers");
-    for (auto& [key, entry] : *value) target[key] = number(entry, name + "/" + key, range);
+    for (auto& [key, entry] : *value) target[key] = number(entry, std::string(name).append("/").append(key), range);
   }
   void read(const std::string& name, std::vector<PairFilterOptions::Names>& target) {
     for (XmlRpcValue* entry : entries(name)) target.push_back(pairOfNames(*entry, name));
@@ -90,6 +90,7 @@ class Parameters {
     XmlRpcValue* value = find(name);
     if (!value) return result;
     require(value->getType() == XmlRpcValue::TypeArray, name, "must be a list");
+    result.reserve(static_cast<std::size_t>(value->size()));
     for (int i = 0; i < value->size(); ++i) result.push_back(&(*value)[i]);
     return result;
   }
@@ -113,6 +114,7 @@ class Parameters {
   std::vector<std::string> texts(XmlRpcValue& value, const std::string& name) const {
     require(value.getType() == XmlRpcValue::TypeArray, name, "must be a list of texts");
     std::vector<std::string> result;
+    result.reserve(static_cast<std::size_t>(value.size()));
     for (int i = 0; i < value.size(); ++i) result.push_back(text(value[i], name));
     return result;
   }

@@ -33,7 +33,7 @@ bool isAboutTf(const QueryStatus& status) {
 
 }  // namespace
 
-Diagnostics::Diagnostics(ros::NodeHandle nh, std::function<MonitorHealth()> health,
+Diagnostics::Diagnostics(const ros::NodeHandle& nh, std::function<MonitorHealth()> health,
                          std::function<std::shared_ptr<const Robot>()> robot)
     : current_health_(std::move(health)), current_robot_(std::move(robot)) {
   updater_.setHardwareID(current_robot_()->links().name);

@@ -14,7 +14,7 @@ namespace proximity_server {
 /// Publishes on /diagnostics once per second of wall time, so that a clock that stands still shows.
 class Diagnostics {
  public:
-  Diagnostics(ros::NodeHandle nh, std::function<MonitorHealth()> health,
+  Diagnostics(const ros::NodeHandle& nh, std::function<MonitorHealth()> health,
               std::function<std::shared_ptr<const Robot>()> robot);
 
  private:

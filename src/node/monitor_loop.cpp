@@ -39,7 +39,7 @@ ros::WallDuration keepAlivePeriod(const MonitorSettings& settings, const Config&
 
 }  // namespace
 
-MonitorLoop::MonitorLoop(const ros::NodeHandle& private_nh, TfPoses& tf, std::shared_ptr<const Robot> robot)
+MonitorLoop::MonitorLoop(const ros::NodeHandle& private_nh, TfPoses& tf, const std::shared_ptr<const Robot>& robot)
     : tf_(tf), nh_(withQueue(private_nh, queue_)), spinner_(1, &queue_) {
   health_.enabled = true;
   health_.settings = robot->config().monitor;
@@ -61,7 +61,7 @@ MonitorLoop::~MonitorLoop() {
   spinner_.stop();
 }
 
-void MonitorLoop::follow(std::shared_ptr<const Robot> robot) {
+void MonitorLoop::follow(const std::shared_ptr<const Robot>& robot) {
   const Lock lock(mutex_);
   monitor_.follow(robot);
   keep_alive_.setPeriod(keepAlivePeriod(health_.settings, robot->config()));
@@ -94,7 +94,7 @@ void MonitorLoop::disable() {
 
 MonitorHealth MonitorLoop::health() {
   const Lock lock(mutex_);
-  const MonitorHealth health = health_;
+  MonitorHealth health = health_;
   health_.slowest_cycle = ros::Duration(0.0);
   return health;
 }
@@ -117,7 +117,8 @@ void MonitorLoop::cycleIfNew() {
   const Lock lock(mutex_);
   if (!health_.enabled) return;
   const PoseSnapshot snapshot = lookUp();
-  if (snapshot.stamp != health_.last.header.stamp) publish(snapshot);
+  const bool moved = snapshot.stamp != health_.last.header.stamp;
+  if (moved || snapshot.status.code != health_.last.status.code) publish(snapshot);
 }
 
 void MonitorLoop::cycle() {

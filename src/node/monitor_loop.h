@@ -29,10 +29,10 @@ struct MonitorHealth {
 /// Thread-safe.
 class MonitorLoop {
  public:
-  MonitorLoop(const ros::NodeHandle& private_nh, TfPoses& tf, std::shared_ptr<const Robot> robot);
+  MonitorLoop(const ros::NodeHandle& private_nh, TfPoses& tf, const std::shared_ptr<const Robot>& robot);
   ~MonitorLoop();
 
-  void follow(std::shared_ptr<const Robot> robot);
+  void follow(const std::shared_ptr<const Robot>& robot);
   void configure(const MonitorSettings& settings);
   void enable();
   void disable();

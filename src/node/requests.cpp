@@ -11,6 +11,7 @@ const Link& linkAt(const RobotModel& robot, int index) { return robot.links[stat
 template <class Items>
 std::vector<std::string> namesOf(const Items& items) {
   std::vector<std::string> names;
+  names.reserve(items.size());
   for (const auto& item : items) names.push_back(item.name);
   return names;
 }

@@ -214,6 +214,7 @@ void TfPoses::forgetOnJumpBack(const ros::Time& now) {
 
 PoseSnapshot TfPoses::lookUp(const Robot& robot, const std::vector<int>& bodies, const ros::Time& stamp) {
   PoseSnapshot snapshot;
+  snapshot.stamp = stamp;
   snapshot.poses.resize(robot.links().bodies.size());
   const ros::Time now = ros::Time::now();
   if (now.isZero()) {
@@ -225,9 +226,11 @@ PoseSnapshot TfPoses::lookUp(const Robot& robot, const std::vector<int>& bodies,
   EdgesToLookUp needed(robot, bodies);
   for (Edge& edge : needed.edges()) lookUpAt(buffer_, ros::Time(), edge);
   const CommonTime common = commonTime(needed.edges());
+  snapshot.status = summary(needed.edges());
+  if (!common.oldest && snapshot.status.code != QueryStatus::OK) return snapshot;
   if (common.oldest) snapshot.skew = elapsed(common.oldest->latest, common.newest->latest);
 
-  const ros::Time latest = common.oldest ? common.oldest->latest : now;
+  const ros::Time latest = common.oldest ? common.oldest->latest : now;  // any time will do where nothing moves
   snapshot.stamp = stamp.isZero() ? latest : stamp;
   snapshot.age = elapsed(snapshot.stamp, now);
   if (stamp.isZero() && common.oldest) {

@@ -88,10 +88,10 @@ TEST_F(ClearanceTopic, CarriesTheTimeAndFrameOfThePoses) {
   ASSERT_TRUE(message);
   EXPECT_EQ(message->header.frame_id, "base");
   EXPECT_EQ(message->tf_skew, ros::Duration(0.0));  // all joints carry the same stamp
-  EXPECT_LT(message->tf_age.toSec(), 0.2);
+  EXPECT_LE(message->tf_age.toSec(), 1.0);          // max_tf_age
   const auto next = inbox_.next();
   ASSERT_TRUE(next);
-  EXPECT_EQ(next->cycle, message->cycle + 1);
+  EXPECT_GT(next->cycle, message->cycle);
 }
 
 TEST_F(ClearanceTopic, ListsThePairsBelowTheThresholdClosestFirst) {
@@ -152,7 +152,7 @@ TEST_F(ClearanceTopic, IsInvalidWhileOneJointIsMissing) {
   const auto old = inbox_.next([&](const Clearance& message) {
     gantry().publish(Gantry::slide({0.4, 0.0, 0.0}), ros::Time::now());
     gantry().publish(Gantry::ball({0.4, 0.0, 0.0}), ros::Time::now());
-    return message.tf_skew > ros::Duration(0.2);
+    return message.tf_skew > ros::Duration(1.0);
   });
   ASSERT_TRUE(old);
   EXPECT_EQ(old->level, Clearance::INVALID);
@@ -321,7 +321,9 @@ TEST(OnTf, OneCyclePerSetOfTransforms) {
   std::uint64_t cycle = 0;
   for (int n = 0; n < 20; ++n) {
     const ros::Time stamp = gantry.moveTo({0.4 + 0.01 * n, 0.0, 0.0});
-    const auto message = inbox.next([&](const Clearance& candidate) { return candidate.header.stamp == stamp; });
+    const auto message = inbox.next([&](const Clearance& candidate) {
+      return candidate.header.stamp == stamp && candidate.level != Clearance::INVALID;
+    });
     ASSERT_TRUE(message);
     EXPECT_NEAR(message->minimum.distance, 0.2 + 0.01 * n, kTolerance);
     EXPECT_GT(message->cycle, cycle);
@@ -335,6 +337,7 @@ TEST(LateTf, IsInvalidFromTheFirstCycleAndValidOnceTransformsCome) {
   ASSERT_TRUE(before);
   EXPECT_EQ(before->level, Clearance::INVALID);
   EXPECT_EQ(before->status.code, QueryStatus::TF_UNAVAILABLE);
+  EXPECT_TRUE(before->header.stamp.isZero()) << "there is no time of poses that are not known";
   EXPECT_NE(before->status.message.find("joint '"), std::string::npos) << before->status.message;
 
   Gantry gantry(ros::NodeHandle(), "/late/tf");

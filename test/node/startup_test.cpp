@@ -17,9 +17,9 @@ struct Outcome {
   std::string output;
 };
 
-/// Starts a node with the parameters of /broken and waits for its end; 124 if it does not end.
-Outcome runNode() {
-  const std::string command = std::string("timeout 20 ") + NODE_EXECUTABLE + " __name:=broken 2>&1";
+/// Starts a node with the parameters in its name and waits for its end; 124 if it does not end.
+Outcome runNode(const std::string& name) {
+  const std::string command = std::string("timeout 20 ") + NODE_EXECUTABLE + " __name:=" + name + " 2>&1";
   Outcome outcome{-1, ""};
   FILE* pipe = popen(command.c_str(), "r");
   if (!pipe) return outcome;
@@ -43,7 +43,7 @@ class Startup : public testing::Test {
   }
 
   static void expectRefusal(const std::string& named) {
-    const Outcome outcome = runNode();
+    const Outcome outcome = runNode("broken");
     EXPECT_EQ(outcome.exit_code, 1) << outcome.output;
     EXPECT_NE(outcome.output.find(named), std::string::npos) << "expected " << named << " in:\n" << outcome.output;
   }
@@ -69,6 +69,13 @@ TEST_F(Startup, WarnsAboutAnUnknownParameterWithTheNearestName) {
   ros::param::set(kName + "/treshold", 0.1);
   ros::param::del("/robot_description");  // ends the node
   expectRefusal("parameter /broken/treshold is unknown and has no effect: did you mean 'threshold'?");
+}
+
+TEST_F(Startup, KnowsEveryParameterOfItsDocumentation) {
+  ros::param::del("/robot_description");  // ends the node
+  const Outcome outcome = runNode("documented");
+  EXPECT_NE(outcome.output.find("'robot_description'"), std::string::npos) << outcome.output;
+  EXPECT_EQ(outcome.output.find("unknown"), std::string::npos) << outcome.output;
 }
 
 TEST_F(Startup, RefusesAMissingRobot) {
