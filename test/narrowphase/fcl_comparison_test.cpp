@@ -20,7 +20,7 @@ Geometry convex(const ConvexHull& hull) {
 }
 
 Geometry geometry(const Shape& shape) {
-  const Eigen::Vector3d half = shape.halfExtents();
+  const Eigen::Vector3d& half = shape.halfExtents();
   switch (shape.kind()) {
     case Shape::Kind::Point:
       return std::make_shared<fcl::Sphered>(shape.margin());

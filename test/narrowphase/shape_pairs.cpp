@@ -41,7 +41,7 @@ void print(std::ostream& out, const Shape& shape) {
   for (const Vector3d& vertex : shape.hull().vertices()) out << " (" << vertex.transpose().format(kAllDigits) << ")";
 }
 
-Shape hullOf(std::vector<Vector3d> points) { return ConvexHull(points); }
+Shape hullOf(const std::vector<Vector3d>& points) { return ConvexHull(points); }
 
 }  // namespace
 
@@ -101,7 +101,7 @@ Isometry3d randomPose(std::mt19937& random, double reach) {
 Shape randomHull(std::mt19937& random, int points, const Vector3d& half_axes) {
   std::vector<Vector3d> cloud;
   for (int i = 0; i < points; ++i) cloud.push_back(half_axes.cwiseProduct(randomDirection(random)));
-  return hullOf(std::move(cloud));
+  return hullOf(cloud);
 }
 
 PairCase movedTo(double distance, PairCase pair_case) {
