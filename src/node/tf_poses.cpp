@@ -203,25 +203,27 @@ void TfPoses::transformsChanged() {
   if (listener_) listener_();
 }
 
-void TfPoses::forgetOnJumpBack(const ros::Time& now) {
+ros::Time TfPoses::readClock() {
+  // Read under the lock: else a thread that is overtaken by another sees a jump that never was.
   const std::lock_guard<std::mutex> lock(mutex_);
+  const ros::Time now = ros::Time::now();
   if (now < last_now_) {
     ROS_WARN_STREAM("the clock jumped back by " << seconds(elapsed(now, last_now_)) << ": forgetting all transforms");
     buffer_.clear();
   }
   last_now_ = now;
+  return now;
 }
 
 PoseSnapshot TfPoses::lookUp(const Robot& robot, const std::vector<int>& bodies, const ros::Time& stamp) {
   PoseSnapshot snapshot;
   snapshot.stamp = stamp;
   snapshot.poses.resize(robot.links().bodies.size());
-  const ros::Time now = ros::Time::now();
+  const ros::Time now = readClock();
   if (now.isZero()) {
     snapshot.status = status(QueryStatus::TF_UNAVAILABLE, "waiting for the clock: use_sim_time is set, /clock is not");
     return snapshot;
   }
-  forgetOnJumpBack(now);
 
   EdgesToLookUp needed(robot, bodies);
   for (Edge& edge : needed.edges()) lookUpAt(buffer_, ros::Time(), edge);

@@ -52,7 +52,7 @@ class TfPoses {
 
  private:
   void transformsChanged();
-  void forgetOnJumpBack(const ros::Time& now);
+  ros::Time readClock();  ///< forgets everything where the clock jumped back
 
   tf2::BufferCore buffer_;
   std::mutex mutex_;
