@@ -96,7 +96,7 @@ SignedDistance iterative(Cso& cso, const Vector3d& normal_guess, const Options& 
 Vector3d normalGuess(const Cso& cso, const WarmStart& warm_start) {
   const double warm2 = warm_start.axis.squaredNorm();
   if (warm2 > 0.0 && std::isfinite(warm2)) return warm_start.axis / std::sqrt(warm2);
-  const Vector3d centres = cso.centreDifference();
+  const Vector3d& centres = cso.centreDifference();
   return centres.squaredNorm() > 0.0 ? Vector3d(centres.normalized()) : Vector3d(Vector3d::UnitX());
 }
 

@@ -26,7 +26,7 @@ std::string urdfOf(const ros::NodeHandle& nh, const std::string& name) {
 std::shared_ptr<const SceneModel> sceneModel(const std::string& urdf, const std::string& srdf, const Config& config) {
   std::vector<std::string> roots = config.mesh_roots;
   for (std::string& root : rosPackagePath()) roots.push_back(std::move(root));
-  RobotModel robot = loadRobotModel(urdf, packageResolver(std::move(roots)), config.model);
+  RobotModel robot = loadRobotModel(urdf, packageResolver(roots), config.model);
   PairTable pairs = filterPairs(robot, srdf, config.filter);
   return std::make_shared<const SceneModel>(SceneModel{std::move(robot), std::move(pairs)});
 }
