@@ -52,7 +52,9 @@ class Gantry {
     return transform("base", "post", 0.0, 0.0, position.z);
   }
 
+  /// A stamp ahead of now delays those of moveTo(): between the two tf would interpolate.
   void publish(geometry_msgs::TransformStamped transform, const ros::Time& stamp) {
+    last_stamp_ = std::max(last_stamp_, stamp);
     tf2_msgs::TFMessage message;
     transform.header.stamp = stamp;
     message.transforms.push_back(transform);
