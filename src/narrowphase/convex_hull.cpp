@@ -23,7 +23,7 @@ using Points = std::vector<Vector3d>;
 using Triangles = std::vector<std::array<int, 3>>;
 
 // Up to this many vertices a scan of all beats climbing over the adjacency.
-constexpr int kScanLimit = 256;
+constexpr int kScanLimit = 96;
 
 Points withoutDuplicates(Points points) {
   const auto lexicographic = [](const Vector3d& a, const Vector3d& b) {
@@ -185,7 +185,10 @@ ConvexHull::ConvexHull(const std::vector<Vector3d>& input) {
     for (int& v : triangle) v = static_cast<int>(std::lower_bound(corners.begin(), corners.end(), v) - corners.begin());
   if (dimension_ == 2) triangles_ = fan(size());
   connectNeighbours();
-  storeForScan();
+  if (size() <= kScanLimit)
+    storeForScan();
+  else
+    findStarts();
 }
 
 void ConvexHull::connectNeighbours() {
@@ -220,8 +223,42 @@ void ConvexHull::storeForScan() {
       scan_coordinates_[axis * padded + i] = vertices_[i < vertices_.size() ? i : 0][static_cast<Eigen::Index>(axis)];
 }
 
+void ConvexHull::findStarts() {
+  constexpr int kMostCells = 64;  // six sides of 64 x 64 cells fit into a cache of the second level
+  cells_ = std::min(static_cast<int>(std::ceil(std::sqrt(size() / 1.5))), kMostCells);
+  starts_.reserve(6 * static_cast<std::size_t>(cells_ * cells_));
+  int start = 0;
+  for (int side = 0; side < 6; ++side)
+    for (int i = 0; i < cells_; ++i)
+      for (int j = 0; j < cells_; ++j) {
+        const int axis = side / 2;
+        Vector3d centre;
+        centre[axis] = side % 2 == 0 ? 1.0 : -1.0;
+        centre[(axis + 1) % 3] = (2 * i + 1.0) / cells_ - 1.0;
+        centre[(axis + 2) % 3] = (2 * j + 1.0) / cells_ - 1.0;
+        starts_.push_back(start = climb(centre, start));
+      }
+}
+
+int ConvexHull::startTowards(const Vector3d& direction) const {
+  const double x = std::abs(direction.x()), y = std::abs(direction.y()), z = std::abs(direction.z());
+  const int axis = x >= y && x >= z ? 0 : y >= z ? 1 : 2;
+  const int next = axis == 2 ? 0 : axis + 1, last = axis == 0 ? 2 : axis - 1;
+  const double scale = 0.5 * cells_ / std::abs(direction[axis]);
+  const auto cell = [&](int along) {
+    return std::min(static_cast<int>(direction[along] * scale + 0.5 * cells_), cells_ - 1);
+  };
+  const int side = 2 * axis + (direction[axis] > 0.0 ? 0 : 1);
+  return starts_[static_cast<std::size_t>((side * cells_ + cell(next)) * cells_ + cell(last))];
+}
+
 int ConvexHull::farthestVertex(const Vector3d& direction, int start) const {
-  if (size() > kScanLimit) return climb(direction, start >= 0 && start < size() ? start : 0);
+  if (size() > kScanLimit) {
+    const int known = startTowards(direction);
+    if (start < 0 || start >= size()) return climb(direction, known);
+    const auto height = [&](int v) { return vertices_[static_cast<std::size_t>(v)].dot(direction); };
+    return climb(direction, height(start) > height(known) ? start : known);
+  }
   const std::size_t padded = scan_coordinates_.size() / 3;
   const double* x = scan_coordinates_.data();
   return scan(x, x + padded, x + 2 * padded, static_cast<int>(padded), direction);

@@ -13,42 +13,52 @@ namespace {
 
 using Eigen::Vector3d;
 
-void add(Simplex& simplex, const CsoVertex& w) { simplex.vertices[static_cast<std::size_t>(simplex.size++)] = w; }
+/// The vertices that EPA begins with.
+struct Start {
+  std::array<CsoVertex, 4> vertices;
+  int size = 0;
+
+  explicit Start(const Simplex& simplex) {
+    for (int place = 0; place < 4; ++place)
+      if (simplex.has(place)) add(simplex[place]);
+  }
+  void add(const CsoVertex& w) { vertices[static_cast<std::size_t>(size++)] = w; }
+};
 
 /// Adds the first vertex that the CSO has more than rounding away from the span of the simplex, if there is one.
 template <typename Directions, typename Height>
-bool growBy(Cso& cso, Simplex& simplex, const Directions& directions, Height height) {
+bool growBy(Cso& cso, Start& start, const Directions& directions, Height height) {
   for (const Vector3d& direction : directions) {
     const CsoVertex w = cso.vertex(direction);
     if (height(w.point) <= cso.rounding()) continue;
-    add(simplex, w);
+    start.add(w);
     return true;
   }
   return false;
 }
 
-bool growPoint(Cso& cso, Simplex& simplex) {
-  const Vector3d o = simplex.vertices[0].point;
+bool growPoint(Cso& cso, Start& start) {
+  const Vector3d o = start.vertices[0].point;
   const Vector3d x = Vector3d::UnitX(), y = Vector3d::UnitY(), z = Vector3d::UnitZ();
-  return growBy(cso, simplex, std::array<Vector3d, 6>{x, -x, y, -y, z, -z},
+  return growBy(cso, start, std::array<Vector3d, 6>{x, -x, y, -y, z, -z},
                 [&](const Vector3d& p) { return (p - o).norm(); });
 }
 
-bool growSegment(Cso& cso, Simplex& simplex) {
-  const Vector3d o = simplex.vertices[0].point;
-  const Vector3d along = (simplex.vertices[1].point - o).normalized();
+bool growSegment(Cso& cso, Start& start) {
+  const Vector3d o = start.vertices[0].point;
+  const Vector3d along = (start.vertices[1].point - o).normalized();
   const Vector3d u = along.unitOrthogonal(), v = along.cross(u);
-  return growBy(cso, simplex, std::array<Vector3d, 4>{u, -u, v, -v},
+  return growBy(cso, start, std::array<Vector3d, 4>{u, -u, v, -v},
                 [&](const Vector3d& p) { return along.cross(p - o).norm(); });
 }
 
-Vector3d areaOf(const Simplex& triangle) {
+Vector3d areaOf(const Start& triangle) {
   const Vector3d &a = triangle.vertices[0].point, &b = triangle.vertices[1].point, &c = triangle.vertices[2].point;
   return areaVector(b - a, c - b, a - c);
 }
 
 /// A triangle without area within rounding becomes the longest of its edges.
-void dropFromSliver(const Cso& cso, Simplex& triangle) {
+void dropFromSliver(const Cso& cso, Start& triangle) {
   auto& v = triangle.vertices;
   const auto length = [&](std::size_t i, std::size_t j) { return (v[i].point - v[j].point).norm(); };
   const double ab = length(0, 1), bc = length(1, 2), ca = length(2, 0);
@@ -69,21 +79,21 @@ struct SurfacePlane {
 
 /// The plane across a CSO that is no more than the segment or point of the simplex: away from the origin, if that can
 /// be told from lying on it.
-SurfacePlane planeAcross(const Cso& cso, const Simplex& simplex) {
-  const Vector3d first = simplex.vertices[0].point, last = simplex.vertices[simplex.size == 2 ? 1 : 0].point;
+SurfacePlane planeAcross(const Cso& cso, const Start& start) {
+  const Vector3d first = start.vertices[0].point, last = start.vertices[start.size == 2 ? 1 : 0].point;
   const Vector3d along = (last - first).normalized();
   const auto across = [&](const Vector3d& v) { return Vector3d(v - along.dot(v) * along); };
   const Vector3d towards_origin = across(-first);
   const bool apart = towards_origin.norm() > cso.rounding();
   // Twice, as the first time leaves the rounding of a long vector in a short one.
-  const Vector3d any = simplex.size == 2 ? along.unitOrthogonal() : Vector3d::UnitX();
+  const Vector3d any = start.size == 2 ? along.unitOrthogonal() : Vector3d::UnitX();
   const Vector3d normal = apart ? Vector3d(across(towards_origin.normalized()).normalized()) : any;
   return {true, normal, std::max(normal.dot(first), normal.dot(last)), !apart};
 }
 
-SurfacePlane growTriangle(Cso& cso, Simplex& simplex) {
-  const Vector3d normal = areaOf(simplex).normalized();
-  const Vector3d o = simplex.vertices[0].point;
+SurfacePlane growTriangle(Cso& cso, Start& start) {
+  const Vector3d normal = areaOf(start).normalized();
+  const Vector3d o = start.vertices[0].point;
   const CsoVertex above = cso.vertex(normal), below = cso.vertex(-normal);
   const double up = normal.dot(above.point), down = -normal.dot(below.point);  // depths in both directions
   const double rounding = cso.rounding();
@@ -91,11 +101,11 @@ SurfacePlane growTriangle(Cso& cso, Simplex& simplex) {
     const bool upwards = up <= down;
     return {true, upwards ? normal : Vector3d(-normal), std::min(up, down), std::max(up, down) <= rounding};
   }
-  add(simplex, normal.dot(above.point - o) >= normal.dot(o - below.point) ? above : below);
+  start.add(normal.dot(above.point - o) >= normal.dot(o - below.point) ? above : below);
   return {};
 }
 
-EpaResult onSurface(const Cso& cso, const Simplex& witnesses, const SurfacePlane& plane, const Options& options) {
+EpaResult onSurface(const Cso& cso, const WitnessPoints& witnesses, const SurfacePlane& plane, const Options& options) {
   EpaResult result;
   result.depth = plane.depth;
   result.lower_bound = std::min(plane.depth, 0.0) - cso.rounding();
@@ -103,8 +113,8 @@ EpaResult onSurface(const Cso& cso, const Simplex& witnesses, const SurfacePlane
                                                                                                   : Status::Degenerate;
   result.normal = plane.normal;
   result.has_normal = result.has_points = true;
-  result.point_a = witnesses.pointOnA();
-  result.point_b = witnesses.pointOnB();
+  result.point_a = witnesses.on_a;
+  result.point_b = witnesses.on_b;
   result.unique = !plane.two_sided;
   result.iterations = 0;
   return result;
@@ -204,7 +214,7 @@ void slideToMinimum(Cso& cso, EpaResult& result) {
   }
 }
 
-EpaResult expandPolytope(Cso& cso, const Simplex& tetrahedron, const Options& options) {
+EpaResult expandPolytope(Cso& cso, const Start& tetrahedron, const Options& options) {
   Polytope polytope(tetrahedron.vertices, cso.rounding());
   EpaResult result;
   result.has_normal = result.has_points = false;
@@ -247,13 +257,16 @@ EpaResult expandPolytope(Cso& cso, const Simplex& tetrahedron, const Options& op
 }  // namespace
 
 EpaResult epa(Cso& cso, const Simplex& simplex, const Options& options) {
-  Simplex start = simplex;
+  Start start(simplex);
+  const auto onPlane = [&](const SurfacePlane& plane) {
+    return onSurface(cso, witnessPoints(simplex), plane, options);
+  };
   if (start.size == 3) dropFromSliver(cso, start);
-  if (start.size == 1 && !growPoint(cso, start)) return onSurface(cso, simplex, planeAcross(cso, start), options);
-  if (start.size == 2 && !growSegment(cso, start)) return onSurface(cso, simplex, planeAcross(cso, start), options);
+  if (start.size == 1 && !growPoint(cso, start)) return onPlane(planeAcross(cso, start));
+  if (start.size == 2 && !growSegment(cso, start)) return onPlane(planeAcross(cso, start));
   if (start.size == 3) {
     const SurfacePlane plane = growTriangle(cso, start);
-    if (plane.found) return onSurface(cso, simplex, plane, options);
+    if (plane.found) return onPlane(plane);
   }
   return expandPolytope(cso, start, options);
 }

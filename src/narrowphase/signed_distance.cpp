@@ -53,7 +53,8 @@ SignedDistance fromGjk(const Cso& cso, const GjkResult& gjk) {
   }
   result.distance = gjk.distance;
   result.upper_bound = gjk.distance + cso.rounding();
-  setPoints(result, gjk.simplex.pointOnA(), gjk.simplex.pointOnB(), cso.rounding());
+  const WitnessPoints witnesses = witnessPoints(gjk.simplex);
+  setPoints(result, witnesses.on_a, witnesses.on_b, cso.rounding());
   return result;
 }
 

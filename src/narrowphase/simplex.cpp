@@ -10,62 +10,75 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// A subset with its nearest point, before any square root: the normal is perpendicular to the subset but of any
-/// length.
+/// A part of the simplex before any square root: the normal is perpendicular to it, but of any length.
 struct Candidate {
-  Subset subset;
-  double distance2;  ///< [m^2]
-  Vector3d normal;   ///< towards the origin
-  double normal2;    ///< its squared norm
+  Vector3d normal;  ///< towards the origin
+  double normal2;   ///< its squared norm
+  double height;    ///< [m] of the origin over the part, times the length of the normal
+  unsigned members;
 };
 
-const Candidate& nearer(const Candidate& a, const Candidate& b) { return a.distance2 <= b.distance2 ? a : b; }
+double distance2(const Candidate& c) { return c.height * c.height / c.normal2; }
+const Candidate& nearer(const Candidate& a, const Candidate& b) { return distance2(a) <= distance2(b) ? a : b; }
 
-const Vector3d& point(const Places& places, int place) { return places[static_cast<std::size_t>(place)].point; }
+unsigned bit(int place) { return 1u << place; }
 
-Candidate nearestOfVertex(const Places& places, int w) {
-  const Vector3d& p = point(places, w);
-  const double distance2 = p.squaredNorm();
-  return {{1, {w}, {1.0}}, distance2, -p, distance2};
+Candidate nearestOfVertex(const Simplex& simplex, int w) {
+  const Vector3d& p = simplex[w].point;
+  const double norm2 = p.squaredNorm();
+  return {-p, norm2, norm2, bit(w)};
 }
 
-Candidate nearestOfEdge(const Places& places, int w, int a) {
-  const Vector3d& pw = point(places, w);
-  const Vector3d edge = point(places, a) - pw;
+Candidate nearestOfEdge(const Simplex& simplex, int w, int a) {
+  const Vector3d& pw = simplex[w].point;
+  const Vector3d edge = simplex[a].point - pw;
   const double of_a = -pw.dot(edge);
   const double length2 = edge.squaredNorm();
-  if (!(of_a > 0.0)) return nearestOfVertex(places, w);
-  if (!(of_a < length2)) return nearestOfVertex(places, a);
+  if (!(of_a > 0.0)) return nearestOfVertex(simplex, w);
+  if (!(of_a < length2)) return nearestOfVertex(simplex, a);
   // Twice across the edge, as the first time leaves the rounding of a long vector in a short one.
-  const Vector3d near = pw + of_a / length2 * edge;
-  const Vector3d p = near - near.dot(edge) / length2 * edge;
-  const double distance2 = p.squaredNorm();
-  return {{2, {a, w}, {of_a, length2 - of_a}}, distance2, -p, distance2};
+  const double scale = 1.0 / length2;
+  const Vector3d near = pw + (of_a * scale) * edge;
+  const Vector3d p = near - (near.dot(edge) * scale) * edge;
+  const double norm2 = p.squaredNorm();
+  return {-p, norm2, norm2, bit(w) | bit(a)};
 }
 
-Candidate nearestOfTriangle(const Places& places, int w, int a, int b) {
-  const Vector3d &pw = point(places, w), &pa = point(places, a), &pb = point(places, b);
-  const Vector3d wa = pa - pw, ab = pb - pa, bw = pw - pb;
-  const Vector3d area = areaVector(wa, ab, bw);
-  // Areas that the projected origin spans with the edges opposite to w, a and b.
-  const double of_w = area.dot(pa.cross(ab));
-  const double of_a = area.dot(pb.cross(bw));
-  const double of_b = area.dot(pw.cross(wa));
-  if (of_w > 0.0 && of_a > 0.0 && of_b > 0.0) {
-    const double area2 = area.squaredNorm();
-    const double height = area.dot(pw);  // times |area|
-    return {{3, {a, b, w}, {of_a, of_b, of_w}}, height * height / area2, height > 0.0 ? Vector3d(-area) : area, area2};
+/// A triangle by its area vector and, times the area, the weights of the point of its plane nearest to the origin: the
+/// areas which that point spans with the edges.
+struct Areas {
+  Vector3d area;
+  double of_w, of_a, of_b;
+
+  Areas(const Vector3d& w, const Vector3d& a, const Vector3d& b) {
+    const Vector3d wa = a - w, ab = b - a, bw = w - b;
+    area = areaVector(wa, ab, bw);
+    of_w = area.dot(a.cross(ab));
+    of_a = area.dot(b.cross(bw));
+    of_b = area.dot(w.cross(wa));
   }
-  if (of_a > 0.0 && of_w > 0.0) return nearestOfEdge(places, w, a);
-  if (of_b > 0.0 && of_w > 0.0) return nearestOfEdge(places, w, b);
-  return nearer(nearestOfEdge(places, w, a), nearestOfEdge(places, w, b));
+};
+
+Candidate nearestOfTriangle(const Simplex& simplex, int w, int a, int b) {
+  const Areas areas(simplex[w].point, simplex[a].point, simplex[b].point);
+  if (areas.of_w > 0.0 && areas.of_a > 0.0 && areas.of_b > 0.0) {
+    const double height = -areas.area.dot(simplex[w].point);
+    return {height < 0.0 ? Vector3d(-areas.area) : areas.area, areas.area.squaredNorm(), std::abs(height),
+            bit(w) | bit(a) | bit(b)};
+  }
+  if (areas.of_a > 0.0 && areas.of_w > 0.0) return nearestOfEdge(simplex, w, a);
+  if (areas.of_b > 0.0 && areas.of_w > 0.0) return nearestOfEdge(simplex, w, b);
+  return nearer(nearestOfEdge(simplex, w, a), nearestOfEdge(simplex, w, b));
 }
 
-/// The faces w a b, w b c, w c a that do not surely have the origin on their inner side.
-std::array<bool, 3> facesTowardsOrigin(const Places& places, int w, const std::array<int, 4>& others) {
-  const Vector3d& pw = point(places, w);
-  const Vector3d a = point(places, others[0]) - pw, b = point(places, others[1]) - pw,
-                 c = point(places, others[2]) - pw;
+/// Which of the faces w a b, w b c, w c a do not surely have the origin on their inner side.
+struct FacesTowardsOrigin {
+  bool wab, wbc, wca;
+};
+
+FacesTowardsOrigin facesTowardsOrigin(const Simplex& simplex, int w, int pa, int pb, int pc) {
+  const Vector3d& pw = simplex[w].point;
+  const Vector3d a = simplex[pa].point - pw, b = simplex[pb].point - pw, c = simplex[pc].point - pw;
   const Vector3d ab = a.cross(b), bc = b.cross(c), ca = c.cross(a);
   // A triple product of x, y, z is off by at most 6 eps |x| |y| |z|, to first order in eps; |x|_1 is never less than
   // |x|.
@@ -78,70 +91,65 @@ std::array<bool, 3> facesTowardsOrigin(const Places& places, int w, const std::a
           !(side * ca.dot(pw) < -k * nc * na * nw)};
 }
 
-Candidate nearestOfTetrahedron(const Places& places, int w, const std::array<int, 4>& others,
-                               const std::array<bool, 3>& towards_origin) {
-  Candidate best;
-  best.distance2 = std::numeric_limits<double>::infinity();
-  for (std::size_t face = 0; face < 3; ++face)
-    if (towards_origin[face])
-      best = nearer(best, nearestOfTriangle(places, w, others[face], others[face == 2 ? 0 : face + 1]));
+/// The nearest of those faces; no members where there are none.
+Candidate nearestOfTetrahedron(const Simplex& simplex, int w, int a, int b, int c) {
+  const FacesTowardsOrigin faces = facesTowardsOrigin(simplex, w, a, b, c);
+  Candidate best{Vector3d::Zero(), 1.0, std::numeric_limits<double>::infinity(), 0};
+  if (faces.wab) best = nearestOfTriangle(simplex, w, a, b);
+  if (faces.wbc) best = nearer(best, nearestOfTriangle(simplex, w, b, c));
+  if (faces.wca) best = nearer(best, nearestOfTriangle(simplex, w, c, a));
   return best;
 }
 
-Nearest chosen(const Candidate& candidate) {
-  // A point at the origin has no normal of its own; the caller sees the distance and does not use it.
-  const Vector3d normal =
-      candidate.normal2 > 0.0 ? Vector3d(candidate.normal / std::sqrt(candidate.normal2)) : Vector3d(Vector3d::UnitX());
-  return {std::sqrt(candidate.distance2), normal, candidate.subset, false};
+/// The places of the members, lowest first.
+struct Members {
+  int count = 0;
+  std::array<int, 4> places{};
+
+  explicit Members(const Simplex& simplex) {
+    for (int place = 0; place < 4; ++place)
+      if (simplex.has(place)) places[static_cast<std::size_t>(count++)] = place;
+  }
+};
+
+Candidate nearestOf(const Simplex& simplex, int newest) {
+  const auto [count, others] = Members(simplex);
+  switch (count) {
+    case 0:
+      return nearestOfVertex(simplex, newest);
+    case 1:
+      return nearestOfEdge(simplex, newest, others[0]);
+    case 2:
+      return nearestOfTriangle(simplex, newest, others[0], others[1]);
+    default:
+      return nearestOfTetrahedron(simplex, newest, others[0], others[1], others[2]);
+  }
 }
 
 }  // namespace
 
-int Subset::freePlace() const {
-  unsigned used = 0;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(size); ++i) used |= 1u << places[i];
-  int place = 0;
-  while (used & (1u << place)) ++place;
-  return place;
+Nearest nearestToOrigin(const Simplex& simplex, int newest) {
+  const Candidate nearest = nearestOf(simplex, newest);
+  if (nearest.members == 0) return {0.0, Vector3d::Zero(), simplex.members | bit(newest), true};
+  // A point at the origin has no normal of its own; the caller sees the distance and does not use it.
+  if (!(nearest.normal2 > 0.0)) return {0.0, Vector3d::UnitX(), nearest.members, false};
+  const double scale = 1.0 / std::sqrt(nearest.normal2);
+  return {nearest.height * scale, scale * nearest.normal, nearest.members, false};
 }
 
-Simplex::Simplex(const Places& places, const Subset& subset) : size(subset.size) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(size); ++i) sum += subset.weights[i];
-  for (std::size_t i = 0; i < static_cast<std::size_t>(size); ++i) {
-    vertices[i] = places[static_cast<std::size_t>(subset.places[i])];
-    weights[i] = subset.weights[i] / sum;
+WitnessPoints witnessPoints(const Simplex& simplex) {
+  const auto [count, places] = Members(simplex);
+  const CsoVertex &w = simplex[places[0]], &a = simplex[places[1]], &b = simplex[places[2]];
+  if (count == 1) return {w.on_a, w.onB()};
+  if (count == 2) {
+    const Vector3d edge = a.point - w.point;
+    const double of_a = -w.point.dot(edge) / edge.squaredNorm();
+    return {w.on_a + of_a * (a.on_a - w.on_a), w.onB() + of_a * (a.onB() - w.onB())};
   }
-}
-
-Vector3d Simplex::pointOnA() const {
-  Vector3d sum = Vector3d::Zero();
-  for (std::size_t i = 0; i < static_cast<std::size_t>(size); ++i) sum += weights[i] * vertices[i].on_a;
-  return sum;
-}
-
-Vector3d Simplex::pointOnB() const {
-  Vector3d sum = Vector3d::Zero();
-  for (std::size_t i = 0; i < static_cast<std::size_t>(size); ++i) sum += weights[i] * vertices[i].onB();
-  return sum;
-}
-
-Nearest nearestToOrigin(const Places& places, const Subset& subset, int newest) {
-  const std::array<int, 4>& others = subset.places;
-  switch (subset.size) {
-    case 0:
-      return chosen(nearestOfVertex(places, newest));
-    case 1:
-      return chosen(nearestOfEdge(places, newest, others[0]));
-    case 2:
-      return chosen(nearestOfTriangle(places, newest, others[0], others[1]));
-    default:
-      break;
-  }
-  const std::array<bool, 3> towards_origin = facesTowardsOrigin(places, newest, others);
-  if (towards_origin[0] || towards_origin[1] || towards_origin[2])
-    return chosen(nearestOfTetrahedron(places, newest, others, towards_origin));
-  return {0.0, Vector3d::Zero(), {4, {others[0], others[1], others[2], newest}, {1.0, 1.0, 1.0, 1.0}}, true};
+  const Areas areas(w.point, a.point, b.point);
+  const double scale = 1.0 / (areas.of_w + areas.of_a + areas.of_b);
+  const double of_w = scale * areas.of_w, of_a = scale * areas.of_a, of_b = scale * areas.of_b;
+  return {of_w * w.on_a + of_a * a.on_a + of_b * b.on_a, of_w * w.onB() + of_a * a.onB() + of_b * b.onB()};
 }
 
 }  // namespace proximity_server

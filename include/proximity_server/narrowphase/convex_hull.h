@@ -39,7 +39,8 @@ class ConvexHull {
   }
 
   /// Index of the vertex farthest along `direction`. A small hull is scanned whole; on a large one the search climbs
-  /// from neighbour to neighbour, beginning at `start` (any value is legal, the last answer is the best).
+  /// from neighbour to neighbour, beginning at `start` (any value is legal, the last answer is the best) or at the
+  /// vertex that was found at load time for directions like this one, whichever lies farther.
   int farthestVertex(const Eigen::Vector3d& direction, int start) const;
 
   /// Enclosed volume [m^3]; 0 for a degenerate hull.
@@ -48,6 +49,8 @@ class ConvexHull {
  private:
   void connectNeighbours();
   void storeForScan();
+  void findStarts();
+  int startTowards(const Eigen::Vector3d& direction) const;
   int climb(const Eigen::Vector3d& direction, int start) const;
 
   int dimension_ = 0;
@@ -56,6 +59,8 @@ class ConvexHull {
   std::vector<int> offsets_;              // of each vertex into neighbours_
   std::vector<int> neighbours_;           // grouped by vertex
   std::vector<double> scan_coordinates_;  // all x, all y, all z, each filled up to the scan's stride with the first
+  int cells_ = 0;                         // along an edge of the cube of directions
+  std::vector<int> starts_;               // for each cell of its six sides a vertex that lies far along it
 };
 
 }  // namespace proximity_server

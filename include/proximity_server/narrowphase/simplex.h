@@ -6,28 +6,20 @@
 
 namespace proximity_server {
 
-/// Some of the four places of a simplex, the newest last, with the weights (positive, of any sum) of a point in them.
-struct Subset {
-  int size = 0;
-  std::array<int, 4> places{};
-  std::array<double, 4> weights{};
-
-  int freePlace() const;
-};
-
-/// Up to four vertices of the CSO, in four places. Reducing a simplex only names the places that stay.
-using Places = std::array<CsoVertex, 4>;
-
-/// The vertices that a search ends with, and the weights of the point nearest to the origin: positive, sum 1.
+/// Up to four vertices of the CSO, each in a place of its own: reducing a simplex only takes the names of the places
+/// that leave from `members`.
 struct Simplex {
-  int size = 0;
-  Places vertices;
-  std::array<double, 4> weights;
+  std::array<CsoVertex, 4> places;
+  unsigned members = 0;  ///< bit i: places[i] belongs to it
 
-  Simplex() = default;
-  Simplex(const Places& places, const Subset& subset);
-  Eigen::Vector3d pointOnA() const;
-  Eigen::Vector3d pointOnB() const;
+  bool has(int place) const { return (members >> place & 1u) != 0; }
+  int freePlace() const {
+    int place = 0;
+    while (has(place)) ++place;
+    return place;
+  }
+  CsoVertex& operator[](int place) { return places[static_cast<std::size_t>(place)]; }
+  const CsoVertex& operator[](int place) const { return places[static_cast<std::size_t>(place)]; }
 };
 
 /// The point of a simplex nearest to the origin: -distance * normal.
@@ -35,20 +27,25 @@ struct Nearest {
   double distance;         ///< [m] not negative
   Eigen::Vector3d normal;  ///< unit, from the point to the origin: a towards b. Of a triangle it is the face normal, so
                            ///< that it stays good when the distance is lost in rounding.
-  Subset subset;           ///< the smallest that has the point; all four where the origin is enclosed
+  unsigned members;        ///< of the smallest part of the simplex that has the point
   bool encloses_origin;    ///< a tetrahedron that surely holds the origin; distance and normal are then not set
 };
 
-/// Distance subalgorithm: the nearest point, and the smallest subset of the simplex that has it.
+/// Distance subalgorithm: the nearest point, and the smallest part of the simplex that has it.
 ///
-/// `subset` was the last answer, `newest` is the place of the vertex that came since (in an empty subset: the first);
-/// only subsets with it are tried, as only they can be nearer than before.
+/// `newest` is the place of the vertex that came since the members were reduced; only parts with it are tried, as only
+/// they can be nearer than before.
 /// Error:  the point is within a few eps of the largest vertex norm. A sign that rounding leaves open counts as
 ///         outside, so that "encloses" is certain and the rest is projected.
-/// Source: the subsets are those of Johnson (Gilbert, Johnson, Keerthi 1988), the tests are the signed areas and
-/// volumes
+/// Source: the parts are those of Johnson (Gilbert, Johnson, Keerthi 1988), the tests are the signed areas and volumes
 ///         of Voronoi regions (Ericson, Real-Time Collision Detection, 2005), with all products of edges, not of
 ///         vertices, so that they do not cancel far from the origin.
-Nearest nearestToOrigin(const Places& places, const Subset& subset, int newest);
+Nearest nearestToOrigin(const Simplex& simplex, int newest);
+
+/// The points on a and b that make the point of a reduced simplex (up to three members) nearest to the origin.
+struct WitnessPoints {
+  Eigen::Vector3d on_a, on_b;
+};
+WitnessPoints witnessPoints(const Simplex& simplex);
 
 }  // namespace proximity_server
