@@ -1,11 +1,11 @@
 #include "proximity_server/narrowphase/epa.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "polytope.h"
+#include "refinement.h"
 #include "triangle.h"
 
 namespace proximity_server {
@@ -105,16 +105,42 @@ SurfacePlane growTriangle(Cso& cso, Start& start) {
   return {};
 }
 
-EpaResult onSurface(const Cso& cso, const WitnessPoints& witnesses, const SurfacePlane& plane, const Options& options) {
+/// What Newton's method makes of a direction, with the depth along it; nothing where it misses a piece.
+struct Refined {
+  Stationary stationary;
+  double depth;
+};
+std::optional<Refined> refined(Cso& cso, const Simplex& simplex, const Vector3d& normal) {
+  const std::optional<Stationary> stationary = refine(cso, simplex, normal);
+  if (!stationary || !(stationary->height > -cso.rounding())) return std::nullopt;
+  const double depth = stationary->normal.dot(cso.vertex(stationary->normal).point);
+  if (depth - stationary->height > cso.rounding()) return std::nullopt;
+  return Refined{*stationary, depth};
+}
+
+void setDirection(const Refined& direction, EpaResult& result) {
+  result.depth = direction.depth;
+  result.normal = direction.stationary.normal;
+  result.has_normal = result.has_points = true;
+  result.point_a = direction.stationary.points.on_a;
+  result.point_b = direction.stationary.points.on_b;
+}
+
+EpaResult onSurface(Cso& cso, const Simplex& simplex, const SurfacePlane& plane, const Options& options) {
+  const WitnessPoints witnesses = witnessPoints(simplex);
   EpaResult result;
   result.depth = plane.depth;
-  result.lower_bound = std::min(plane.depth, 0.0) - cso.rounding();
-  result.status = plane.depth + cso.rounding() - result.lower_bound <= options.distance_tolerance ? Status::Converged
-                                                                                                  : Status::Degenerate;
   result.normal = plane.normal;
   result.has_normal = result.has_points = true;
   result.point_a = witnesses.on_a;
   result.point_b = witnesses.on_b;
+  if (!cso.isPolytope()) {
+    const std::optional<Refined> direction = refined(cso, simplex, plane.normal);
+    if (direction && direction->depth <= plane.depth + cso.rounding()) setDirection(*direction, result);
+  }
+  result.lower_bound = std::min(result.depth, 0.0) - cso.rounding();
+  const bool converged = result.depth + cso.rounding() - result.lower_bound <= options.distance_tolerance;
+  result.status = converged ? Status::Converged : Status::Degenerate;
   result.unique = !plane.two_sided;
   result.iterations = 0;
   return result;
@@ -167,72 +193,104 @@ bool isUnique(const Polytope& polytope, const EpaResult& result, const Options& 
   constexpr double kSameDirection = 1e-2;
   bool unique = true;
   polytope.forEachFace([&](const Polytope::Face& face) {
-    if (face.distance <= result.depth + options.distance_tolerance &&
+    if (std::abs(face.distance - result.depth) <= options.distance_tolerance &&
         (face.normal - result.normal).squaredNorm() > kSameDirection * kSameDirection)
       unique = false;
   });
   return unique;
 }
 
-/// Slides the normal down to where the depth has no slope, and there its support points are the witnesses. For the
-/// curved parts of a CSO that the polytope was too coarse for; a corner or an edge of the depth stays as it is.
-///
-/// Newton's method on the sphere: the slope of the depth at n is the tangential part of the support point, so that
-/// differences of support points give its curvature.
-void slideToMinimum(Cso& cso, EpaResult& result) {
-  constexpr double kStep = 1e-5;  // [rad] the cube root of eps: as small as differences allow
-  constexpr double kFlat = 1e-4;  // curvatures below this part of the depth are a ring of equal depths
-  constexpr int kMostSteps = 12;
-  for (int i = 0; i < kMostSteps; ++i) {
-    const Vector3d n = result.normal, u = n.unitOrthogonal(), v = n.cross(u);
-    const auto slope = [&](const Vector3d& direction) {
-      const Vector3d w = cso.vertex(direction.normalized()).point;
-      return Eigen::Vector2d(u.dot(w), v.dot(w));
-    };
-    const Eigen::Vector2d here = slope(n);
-    Eigen::Matrix2d curvature;
-    curvature << (slope(n + kStep * u) - slope(n - kStep * u)) / (2.0 * kStep),
-        (slope(n + kStep * v) - slope(n - kStep * v)) / (2.0 * kStep);
-    curvature -= result.depth * Eigen::Matrix2d::Identity();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(0.5 * (curvature + curvature.transpose()));
-    Vector3d next = n;
-    for (int k = 0; k < 2; ++k) {
-      const Eigen::Vector2d axis = axes.eigenvectors().col(k);
-      if (axes.eigenvalues()[k] <= kFlat * result.depth) continue;
-      next -= axis.dot(here) / axes.eigenvalues()[k] * (axis.x() * u + axis.y() * v);
-    }
-    next.normalize();
-    const CsoVertex w = cso.vertex(next);
-    const double depth = next.dot(w.point);
-    if (!(depth < result.depth)) return;
-    result.depth = depth;
-    result.normal = next;
-    const double beside = (w.point - depth * next).norm();
-    result.has_points = beside <= depth - result.lower_bound;
-    result.point_a = w.on_a;
-    result.point_b = w.onB();
+/// The shallowest direction known so far, and the caps of directions that are proven to be no shallower than some depth
+/// that was known when they were found.
+class Shallowest {
+ public:
+  explicit Shallowest(EpaResult& result) : result_(result) {}
+
+  /// Newton's method from a face of a curved CSO that reaches no deeper than what is known.
+  void refineFrom(Cso& cso, const Polytope& polytope, const Polytope::Face& face) {
+    Simplex simplex;
+    for (int i = 0; i < 3; ++i) simplex[i] = polytope.vertex(face.vertices[static_cast<std::size_t>(i)]);
+    simplex.members = 0b111;
+    const std::optional<Refined> direction = refined(cso, simplex, face.normal);
+    if (!direction) return;
+    const Stationary& stationary = direction->stationary;
+    if (stationary.cos_proven < 1.0 && caps_ < kMostCaps)
+      proven_[static_cast<std::size_t>(caps_++)] = {stationary.normal, stationary.cos_proven};
+    // Of two directions as good as each other, the one that has points.
+    const double limit = result_.depth + (result_.has_points ? 0.0 : cso.rounding());
+    if (direction->depth < limit) setDirection(*direction, result_);
   }
-}
+
+  /// Whether what the polytope leaves open about a face lies in one proven cap.
+  ///
+  /// Open are the directions in which no vertex of the polytope reaches as far as the depth. They surround the normals
+  /// of the faces closer than that, and end on the way to the normal of any neighbour that is not. All of that in one
+  /// cap, which is convex, leaves nothing open.
+  bool isProven(const Polytope& polytope, const Polytope::Face& face) const {
+    return std::any_of(proven_.begin(), proven_.begin() + caps_,
+                       [&](const Cap& cap) { return holds(cap, polytope, face); });
+  }
+
+ private:
+  static constexpr int kMostCaps = 8;
+  struct Cap {
+    Vector3d normal;
+    double cosine;
+  };
+
+  bool holds(const Cap& cap, const Polytope& polytope, const Polytope::Face& face) const {
+    constexpr std::size_t kMostFaces = 16;
+    std::array<const Polytope::Face*, kMostFaces> closer{&face};
+    std::size_t count = 1;
+    for (std::size_t i = 0; i < count; ++i) {
+      const double inside = closer[i]->normal.dot(cap.normal);
+      if (!(inside > cap.cosine)) return false;
+      for (std::size_t edge = 0; edge < 3; ++edge) {
+        const Polytope::Face& next = polytope.neighbour(*closer[i], edge);
+        if (next.distance < result_.depth) {
+          if (std::find(closer.begin(), closer.begin() + count, &next) != closer.begin() + count) continue;
+          if (count == kMostFaces) return false;
+          closer[count++] = &next;
+          continue;
+        }
+        // The edge reaches as far as the depth before the direction that divides the normals like the distances.
+        const double part = (result_.depth - closer[i]->distance) / (next.distance - closer[i]->distance);
+        const bool has_normal = std::isfinite(next.distance);
+        if (!has_normal || !((1.0 - part) * inside + part * next.normal.dot(cap.normal) > cap.cosine)) return false;
+      }
+    }
+    return true;
+  }
+
+  EpaResult& result_;
+  int caps_ = 0;
+  std::array<Cap, kMostCaps> proven_;
+};
 
 EpaResult expandPolytope(Cso& cso, const Start& tetrahedron, const Options& options) {
   Polytope polytope(tetrahedron.vertices, cso.rounding());
   EpaResult result;
   result.has_normal = result.has_points = false;
   result.depth = std::numeric_limits<double>::infinity();
+  Shallowest shallowest(result);
+  // The polytope, the support plane and a proven cap are each within rounding of what they stand for.
   const auto gap = [&] { return result.depth + cso.rounding() - result.lower_bound; };
   const double final_gap = cso.finalGap(options.distance_tolerance);
   const auto end = [&](Status status, const Polytope::Face* face) {
     const bool converged = status != Status::Threshold && gap() <= options.distance_tolerance;
     result.status = converged ? Status::Converged : status;
     if (!result.has_normal) return result;
-    setWitnesses(polytope, face, options, result);
-    if (result.status == Status::IterationLimit) slideToMinimum(cso, result);
+    if (!result.has_points) setWitnesses(polytope, face, options, result);
     result.unique = isUnique(polytope, result, options);
     return result;
   };
 
   for (result.iterations = 1;; ++result.iterations) {
     const Polytope::Face* face = polytope.closest();
+    while (face != nullptr && shallowest.isProven(polytope, *face)) {
+      polytope.setClosestAside();
+      face = polytope.closest();
+    }
     const double reach = face != nullptr ? face->distance : result.depth;
     result.lower_bound = std::min(reach, result.depth) - cso.rounding();
     if (-result.lower_bound <= options.stop_below) return end(Status::Threshold, nullptr);
@@ -241,14 +299,17 @@ EpaResult expandPolytope(Cso& cso, const Start& tetrahedron, const Options& opti
 
     const CsoVertex w = cso.vertex(face->normal);
     const double depth = face->normal.dot(w.point);
-    if (depth < result.depth) {
+    // What Newton's method found, with its points, is not given up for less than rounding.
+    if (depth < result.depth - (result.has_points ? cso.rounding() : 0.0)) {
       result.depth = depth;
       result.normal = face->normal;
       result.has_normal = true;
+      result.has_points = false;
       if (gap() <= final_gap) return end(Status::Converged, face);
     }
     if (-(result.depth + cso.rounding()) > options.stop_above) return end(Status::Threshold, nullptr);
     if (result.iterations >= options.max_iterations || polytope.full()) return end(Status::IterationLimit, nullptr);
+    if (!cso.isPolytope() && !(depth > result.depth)) shallowest.refineFrom(cso, polytope, *face);
     if (polytope.hasCorner(*face, w)) return end(Status::Degenerate, nullptr);
     if (!polytope.expand(*face, w, result.depth)) return end(Status::Degenerate, nullptr);
   }
@@ -258,9 +319,7 @@ EpaResult expandPolytope(Cso& cso, const Start& tetrahedron, const Options& opti
 
 EpaResult epa(Cso& cso, const Simplex& simplex, const Options& options) {
   Start start(simplex);
-  const auto onPlane = [&](const SurfacePlane& plane) {
-    return onSurface(cso, witnessPoints(simplex), plane, options);
-  };
+  const auto onPlane = [&](const SurfacePlane& plane) { return onSurface(cso, simplex, plane, options); };
   if (start.size == 3) dropFromSliver(cso, start);
   if (start.size == 1 && !growPoint(cso, start)) return onPlane(planeAcross(cso, start));
   if (start.size == 2 && !growSegment(cso, start)) return onPlane(planeAcross(cso, start));

@@ -2,15 +2,36 @@
 
 #include <limits>
 
+#include "refinement.h"
+
 namespace proximity_server {
 namespace {
 
 using Eigen::Vector3d;
 using Outcome = GjkResult::Outcome;
 
+// Before, the simplex seldom knows the pieces that the nearest point lies on.
+constexpr int kFirstRefinement = 3;
+
 /// The support plane of `normal` leaves at least this much between the origin and the CSO.
 double lowerBound(const Cso& cso, const Vector3d& normal, const CsoVertex& w) {
   return -normal.dot(w.point) - cso.rounding();
+}
+
+/// Whether Newton's method ends the search: if so, the result is complete.
+bool refineDistance(Cso& cso, const Vector3d& normal, const Options& options, GjkResult& result) {
+  const std::optional<Stationary> stationary = refine(cso, result.simplex, normal);
+  if (!stationary || !(stationary->height < 0.0)) return false;
+  const double lower_bound = lowerBound(cso, stationary->normal, cso.vertex(stationary->normal));
+  const double distance = (stationary->points.on_b - stationary->points.on_a).norm();
+  if (!(distance + cso.rounding() - lower_bound <= options.distance_tolerance)) return false;
+  result.outcome = Outcome::Apart;
+  result.status = Status::Converged;
+  result.distance = distance;
+  result.lower_bound = lower_bound;
+  result.normal = stationary->normal;
+  result.points = stationary->points;
+  return true;
 }
 
 }  // namespace
@@ -25,6 +46,7 @@ GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const Options& options) {
     result.outcome = outcome;
     result.status = converged && outcome == Outcome::Apart ? Status::Converged : status;
     result.distance = nearest.distance;
+    if (outcome == Outcome::Apart) result.points = witnessPoints(simplex);
     return result;
   };
 
@@ -52,6 +74,9 @@ GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const Options& options) {
     // Enclosed, or no longer to be told from the origin.
     if (nearest.encloses_origin || nearest.distance <= rounding) return end(Outcome::Overlap, Status::Converged);
     if (result.iterations >= options.max_iterations) return end(Outcome::Apart, Status::IterationLimit);
+    if (!cso.isPolytope() && result.lower_bound > 0.0 && result.iterations >= kFirstRefinement &&
+        refineDistance(cso, nearest.normal, options, result))
+      return result;
   }
 }
 

@@ -66,13 +66,16 @@ void Polytope::heapPush(int index) {
   std::push_heap(heap_.begin(), heap_.begin() + heap_size_, farther);
 }
 
-const Polytope::Face* Polytope::closest() {
+void Polytope::heapPop() {
   const auto farther = [](const HeapEntry& a, const HeapEntry& b) { return a.distance > b.distance; };
-  while (heap_size_ > 0) {
+  std::pop_heap(heap_.begin(), heap_.begin() + heap_size_, farther);
+  --heap_size_;
+}
+
+const Polytope::Face* Polytope::closest() {
+  for (; heap_size_ > 0; heapPop()) {
     const HeapEntry& top = heap_.front();
     if (face(top.face).serial == top.serial) return &face(top.face);
-    std::pop_heap(heap_.begin(), heap_.begin() + heap_size_, farther);
-    --heap_size_;
   }
   return nullptr;
 }

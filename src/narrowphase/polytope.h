@@ -39,6 +39,11 @@ class Polytope {
   /// is none.
   const Face* closest();
 
+  /// What closest() named last will not be named again.
+  void setClosestAside() { heapPop(); }
+
+  const Face& neighbour(const Face& of, std::size_t edge) const { return face(of.neighbours[edge]); }
+
   /// Replaces all faces that `w` sees by the cone from w to their horizon; new faces as far as `ceiling` [m] will never
   /// be asked for as the closest. False where that is no single loop, or w sees nothing: rounding has the last word
   /// there and the polytope can no longer be used for more than looking.
@@ -72,6 +77,7 @@ class Polytope {
   void visitNeighbour(const Face& from, std::size_t edge, const CsoVertex& w);
   bool isLoop() const;
   void heapPush(int index);
+  void heapPop();
 
   double rounding_;
   int vertex_count_ = 0;

@@ -53,8 +53,7 @@ SignedDistance fromGjk(const Cso& cso, const GjkResult& gjk) {
   }
   result.distance = gjk.distance;
   result.upper_bound = gjk.distance + cso.rounding();
-  const WitnessPoints witnesses = witnessPoints(gjk.simplex);
-  setPoints(result, witnesses.on_a, witnesses.on_b, cso.rounding());
+  setPoints(result, gjk.points.on_a, gjk.points.on_b, cso.rounding());
   return result;
 }
 

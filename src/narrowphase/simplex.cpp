@@ -1,5 +1,6 @@
 #include "proximity_server/narrowphase/simplex.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -143,12 +144,14 @@ WitnessPoints witnessPoints(const Simplex& simplex) {
   if (count == 1) return {w.on_a, w.onB()};
   if (count == 2) {
     const Vector3d edge = a.point - w.point;
-    const double of_a = -w.point.dot(edge) / edge.squaredNorm();
+    const double of_a = std::clamp(-w.point.dot(edge) / edge.squaredNorm(), 0.0, 1.0);
     return {w.on_a + of_a * (a.on_a - w.on_a), w.onB() + of_a * (a.onB() - w.onB())};
   }
+  // The corners come in another order than when the triangle was chosen, so rounding may turn a sign.
   const Areas areas(w.point, a.point, b.point);
-  const double scale = 1.0 / (areas.of_w + areas.of_a + areas.of_b);
-  const double of_w = scale * areas.of_w, of_a = scale * areas.of_a, of_b = scale * areas.of_b;
+  const Vector3d weights = Vector3d(areas.of_w, areas.of_a, areas.of_b).cwiseMax(0.0);
+  const Vector3d parts = weights / weights.sum();
+  const double of_w = parts.x(), of_a = parts.y(), of_b = parts.z();
   return {of_w * w.on_a + of_a * a.on_a + of_b * b.on_a, of_w * w.onB() + of_a * a.onB() + of_b * b.onB()};
 }
 

@@ -16,13 +16,14 @@ struct GjkResult {
   double lower_bound;      ///< [m] of the signed distance; proven by `normal`
   Eigen::Vector3d normal;  ///< unit, a towards b
   Simplex simplex;
+  WitnessPoints points;  ///< of the distance, where the outcome is Apart
   int iterations;
 };
 
 /// Distance of two cores: the point of their CSO nearest to the origin.
 ///
 /// Ends by the duality gap: the nearest point of the simplex bounds the distance from above, the support plane
-/// perpendicular to it from below.
+/// perpendicular to it from below. On curved cores Newton's method ends it, see refinement.h.
 /// Error:   outcome Apart with Status::Converged: distance - lower_bound <= options.distance_tolerance.
 /// Failure: none; a simplex that brings no progress ends the search, and the bounds say how good the answer is.
 /// Source:  Gilbert, Johnson, Keerthi 1988; the stop is van den Bergen's (1999) without his relative tolerance.

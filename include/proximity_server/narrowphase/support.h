@@ -50,12 +50,18 @@ class Cso {
   /// From the centre of a's core to that of b's.
   const Eigen::Vector3d& centreDifference() const { return centre_difference_; }
 
-  /// [m] the gap between the bounds at which a search may end: the tolerance; but where the CSO is a polytope rounding
-  /// alone, as the search then ends on a true face, edge or vertex after a few steps more.
-  double finalGap(double tolerance) const { return is_polytope_ ? std::min(tolerance, 4.0 * rounding_) : tolerance; }
+  /// [m] the gap between the bounds at which a search may end, if it gets there: better than the tolerance, as a search
+  /// on a polytope ends on a true face, edge or vertex, and Newton's method on a curve doubles the digits.
+  double finalGap(double tolerance) const { return std::min(tolerance, (is_polytope_ ? 4.0 : 64.0) * rounding_); }
 
   /// [m] see csoRounding.
   double rounding() const { return rounding_; }
+
+  bool isPolytope() const { return is_polytope_; }
+  const Shape& a() const { return a_; }
+  const Shape& b() const { return b_; }
+  const Eigen::Matrix3d& bAxes() const { return b_axes_; }
+  const Eigen::Vector3d& bOrigin() const { return b_origin_; }
 
  private:
   const Shape& a_;
