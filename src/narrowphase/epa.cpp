@@ -275,7 +275,10 @@ EpaResult expandPolytope(Cso& cso, const Start& tetrahedron, const Options& opti
   Shallowest shallowest(result);
   // The polytope, the support plane and a proven cap are each within rounding of what they stand for.
   const auto gap = [&] { return result.depth + cso.rounding() - result.lower_bound; };
-  const double final_gap = cso.finalGap(options.distance_tolerance);
+  // The depth that Newton's method found is better than what is left to prove of it.
+  const auto isFinal = [&, final_gap = cso.finalGap(options.distance_tolerance)] {
+    return gap() <= (result.has_points ? options.distance_tolerance : final_gap);
+  };
   const auto end = [&](Status status, const Polytope::Face* face) {
     const bool converged = status != Status::Threshold && gap() <= options.distance_tolerance;
     result.status = converged ? Status::Converged : status;
@@ -294,7 +297,7 @@ EpaResult expandPolytope(Cso& cso, const Start& tetrahedron, const Options& opti
     const double reach = face != nullptr ? face->distance : result.depth;
     result.lower_bound = std::min(reach, result.depth) - cso.rounding();
     if (-result.lower_bound <= options.stop_below) return end(Status::Threshold, nullptr);
-    if (gap() <= final_gap) return end(Status::Converged, nullptr);
+    if (isFinal()) return end(Status::Converged, nullptr);
     if (face == nullptr) return end(Status::Degenerate, nullptr);
 
     const CsoVertex w = cso.vertex(face->normal);
@@ -305,7 +308,7 @@ EpaResult expandPolytope(Cso& cso, const Start& tetrahedron, const Options& opti
       result.normal = face->normal;
       result.has_normal = true;
       result.has_points = false;
-      if (gap() <= final_gap) return end(Status::Converged, face);
+      if (isFinal()) return end(Status::Converged, face);
     }
     if (-(result.depth + cso.rounding()) > options.stop_above) return end(Status::Threshold, nullptr);
     if (result.iterations >= options.max_iterations || polytope.full()) return end(Status::IterationLimit, nullptr);

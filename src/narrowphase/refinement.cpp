@@ -16,7 +16,14 @@ using Kind = Shape::Kind;
 using Tangents = Eigen::Matrix<double, 3, 2>;
 
 constexpr double kNothingProven = 1.0;
-constexpr double kWidestCap = 0.05;  // its cosine: any below 90 degrees
+
+/// Cosine of the widest of a few caps for which `holds(cosine)`, all of less than 90 degrees.
+template <typename Holds>
+double widestCap(Holds holds) {
+  for (const double cosine : {0.05, 0.5, 0.8, 0.94, 0.985, 0.996})
+    if (holds(cosine)) return cosine;
+  return kNothingProven;
+}
 
 Tangents tangentsOf(const Vector3d& normal) {
   Tangents tangents;
@@ -25,17 +32,34 @@ Tangents tangentsOf(const Vector3d& normal) {
   return tangents;
 }
 
+/// Whether a support function that climbs from `height` at least like climb sin(s) stays above it in a cap: climb
+/// sin(s) >= height (1 - cos s).
+bool climbHolds(double height, double climb, double cosine) {
+  return climb * (1.0 + cosine) >= height * std::sqrt(1.0 - cosine * cosine);
+}
+
+double capOfClimb(double height, double climb) {
+  return widestCap([&](double cosine) { return climbHolds(height, climb, cosine); });
+}
+
 /// The curve of one core, seen along a normal: its support point about the centre, and the second derivative of its
 /// support function in the tangent plane.
 struct CurveAt {
   Vector3d point = Vector3d::Zero();
   Matrix2d curvature = Matrix2d::Zero();
-  double kept = 0.0;  ///< the part of the curvature that holds far from the normal, see Curve
+  double length = 1.0, largest = 1.0;  ///< of |S^T n|, see Curve: here, and along any direction
+
+  /// The part of the curvature that holds throughout a cap.
+  double kept(double cosine) const {
+    constexpr double kHalfRightAngle = 0.71;  // up to there |S^T n| is largest on the edge of the cap
+    if (cosine < kHalfRightAngle) return length / largest;
+    return length / std::min(largest, length * cosine + largest * std::sqrt(1.0 - cosine * cosine));
+  }
 };
 
 /// The curved part of a core: the circle of a rim, or an ellipsoid. Both are a ball stretched by a matrix S, with the
 /// support function |S^T n|. At an angle s from n it exceeds its tangent at n by at least 1/2 sin^2(s) times its
-/// curvature times kept = |S^T n| / max |S^T m| over all unit m, as 1 - cos x >= 1/2 sin^2 x.
+/// curvature times |S^T n| / |S^T m|, with m the direction there, as 1 - cos x >= 1/2 sin^2 x.
 class Curve {
  public:
   Curve(const Shape& shape, const Matrix3d& axes) : radii_(Vector3d::Zero()), axes_(axes) {
@@ -53,7 +77,7 @@ class Curve {
     const Tangents across = radii_.asDiagonal() * (axes_.transpose() * tangents);
     const Vector2d slope = across.transpose() * unit;
     return {axes_ * radii_.cwiseProduct(unit), (across.transpose() * across - slope * slope.transpose()) / length,
-            length / largest};
+            length, largest};
   }
 
  private:
@@ -141,12 +165,16 @@ class Pieces {
       points.on_a += piece(i).weight / sum * onA(piece(i));
       points.on_b += piece(i).weight / sum * onB(piece(i));
     }
-    const double height = normal_.dot(points.on_a - points.on_b);
+    const Vector3d w = points.on_a - points.on_b;
+    const double height = normal_.dot(w);
+    // Pieces that hardly differ leave their weights open.
+    if (!((w - height * normal_).norm() <= kMostBeside * cso_.rounding())) return std::nullopt;
     return Stationary{normal_, height, points, height > 0.0 ? provenCap(height) : kNothingProven};
   }
 
  private:
   static constexpr double kSmallWeight = 1e-9;  // rounding of a weight that is zero
+  static constexpr double kMostBeside = 32.0;   // roundings: the search ends at a gap of twice as many
   static constexpr double kFlat = 1e-6;         // a smaller curvature than this part of the greatest is none
 
   Piece& piece(int i) { return pieces_[static_cast<std::size_t>(i)]; }
@@ -237,58 +265,45 @@ class Pieces {
   /// direction v it reaches at least height cos(s) + max_i slope_i . v sin(s), and at least height cos(s) + 1/2 q(v)
   /// sin^2(s), with q the part of the weighted curvature that is kept; pieces of equal curvature at least both.
   double provenCap(double height) const {
-    if (count_ == 3) return capOfThree(height);
-    const Matrix2d kept = curvature(a_.kept, b_.kept);
-    return count_ == 1 ? capOfOne(height, kept) : capOfTwo(height, kept);
+    if (count_ == 3) return capOfClimb(height, climbOfThree());
+    return widestCap([&](double cosine) {
+      const Matrix2d kept = curvature(a_.kept(cosine), b_.kept(cosine));
+      return count_ == 1 ? holdsOfOne(height, kept, cosine) : holdsOfTwo(height, kept, cosine);
+    });
   }
 
-  /// height (1 - cos s) <= 1/2 q sin^2 s means 2 height <= (1 + cos s) q.
-  static double capOfCurvature(double height, double least) {
-    return least > height ? std::max(2.0 * height / least - 1.0, kWidestCap) : kNothingProven;
-  }
-
-  static double capOfOne(double height, const Matrix2d& kept) {
-    const double mean = 0.5 * kept.trace();
-    const double least = mean - std::hypot(0.5 * (kept(0, 0) - kept(1, 1)), kept(0, 1));
-    return capOfCurvature(height, least);
+  /// height (1 - cos s) <= 1/2 q sin^2 s.
+  static bool holdsOfOne(double height, const Matrix2d& kept, double cosine) {
+    const double least = 0.5 * kept.trace() - std::hypot(0.5 * (kept(0, 0) - kept(1, 1)), kept(0, 1));
+    return least * (1.0 + cosine) >= 2.0 * height;
   }
 
   /// With x the part of v across the kink: |x| climb + 1/2 sin(s) ((1 - x^2) q_along - 2 |x| q_mixed) exceeds height
   /// sin(s) / (1 + cos(s)). That is concave in |x|, so it holds if it does for 0 and 1.
-  double capOfTwo(double height, const Matrix2d& kept) const {
+  bool holdsOfTwo(double height, const Matrix2d& kept, double cosine) const {
     const Kink k = kink();
     double climb = std::min(-k.across.dot(pieces_[0].slope), k.across.dot(pieces_[1].slope));
     double along = k.along.dot(kept * k.along), mixed = std::abs(k.across.dot(kept * k.along));
+    const double needed = 2.0 * height / (1.0 + cosine);
     if (!sameCurves(pieces_[0], pieces_[1])) {  // only one or the other, so a mean of both
-      const double of_climb = 0.5 * (1.0 - height / along);
+      const double of_climb = 0.5 * (1.0 - needed / along);
       climb *= of_climb;
       along *= 1.0 - of_climb;
       mixed *= 1.0 - of_climb;
     }
-    const double cosine = capOfCurvature(height, along);
-    const double most_sine = climb / (height + mixed);
-    if (!(most_sine > 0.0)) return kNothingProven;
-    return most_sine < 1.0 ? std::max(cosine, std::sqrt(1.0 - most_sine * most_sine)) : cosine;
+    return along >= needed && climb >= std::sqrt(1.0 - cosine * cosine) * (mixed + 0.5 * needed);
   }
 
-  /// climb sin(s) >= height (1 - cos s) holds up to tan(s / 2) = climb / height, and so up to sin(s) = climb / height.
-  double capOfThree(double height) const {
+  /// How steeply three pieces rise in the direction in which they do least.
+  double climbOfThree() const {
     double climb = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < 3; ++i) {
       const Vector2d &from = pieces_[i].slope, edge = pieces_[(i + 1) % 3].slope - from;
       climb = std::min(climb, std::abs(edge.x() * from.y() - edge.y() * from.x()) / edge.norm());
     }
-    return capOfClimb(height, climb);
+    return climb;
   }
 
- public:
-  static double capOfClimb(double height, double climb) {
-    if (!(climb > 0.0)) return kNothingProven;
-    if (climb >= height) return kWidestCap;
-    return std::max(std::sqrt(1.0 - climb * climb / (height * height)), kWidestCap);
-  }
-
- private:
   const Cso& cso_;
   const Curve curve_a_, curve_b_;
   int count_ = 0;
@@ -314,7 +329,7 @@ std::optional<Stationary> onFlatEnd(Cso& cso, const Vector3d& normal) {
     const double climb = cso.a().halfExtents().x() - on_b.head<2>().norm();
     const Vector3d on_a(on_b.x(), on_b.y(), end * cso.a().halfExtents().z());
     const double height = end * (on_a.z() - on_b.z());
-    if (climb > 0.0) return Stationary{axis, height, {on_a, on_b}, Pieces::capOfClimb(height, climb)};
+    if (climb > 0.0) return Stationary{axis, height, {on_a, on_b}, capOfClimb(height, climb)};
   }
   if (const double end = flatEnd(cso.b(), cso.bAxes().transpose() * -normal); end != 0.0) {
     const Vector3d axis = -end * cso.bAxes().col(0).cross(cso.bAxes().col(1)).normalized();
@@ -322,7 +337,7 @@ std::optional<Stationary> onFlatEnd(Cso& cso, const Vector3d& normal) {
     const Vector3d from_end = on_a - (cso.bOrigin() + end * cso.b().halfExtents().z() * cso.bAxes().col(2));
     const double height = from_end.dot(axis);
     const double climb = cso.b().halfExtents().x() - (from_end - height * axis).norm();
-    if (climb > 0.0) return Stationary{axis, height, {on_a, on_a - height * axis}, Pieces::capOfClimb(height, climb)};
+    if (climb > 0.0) return Stationary{axis, height, {on_a, on_a - height * axis}, capOfClimb(height, climb)};
   }
   return std::nullopt;
 }

@@ -52,7 +52,7 @@ class Cso {
 
   /// [m] the gap between the bounds at which a search may end, if it gets there: better than the tolerance, as a search
   /// on a polytope ends on a true face, edge or vertex, and Newton's method on a curve doubles the digits.
-  double finalGap(double tolerance) const { return std::min(tolerance, (is_polytope_ ? 4.0 : 64.0) * rounding_); }
+  double finalGap(double tolerance) const { return std::min(tolerance, (is_polytope_ ? 4.0 : 1024.0) * rounding_); }
 
   /// [m] see csoRounding.
   double rounding() const { return rounding_; }
