@@ -64,7 +64,7 @@ void BoxPair::measure(int axis, double separation) {
 
 Vector3d BoxPair::axisOf(int axis) const {
   if (axis < 3) return Vector3d::Unit(axis);
-  if (axis < 6) return a_T_b_.linear().col(axis - 3);
+  if (axis < 6) return a_T_b_.linear().col(axis - 3).normalized();
   const Vector3d edge_a = Vector3d::Unit((axis - 6) / 3), edge_b = a_T_b_.linear().col((axis - 6) % 3);
   return edge_a.cross(edge_b).normalized();
 }

@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace proximity_server {
 namespace {
 
 using Eigen::Vector3d;
 using Kind = Shape::Kind;
+
+constexpr double kRounding = 8.0 * std::numeric_limits<double>::epsilon();
+constexpr double kMostTilt = 0.5;  // of a normal that rounding has turned so far, nothing is known
 
 SignedDistance along(double distance, const Vector3d& normal, const Vector3d& point_a, const Vector3d& point_b) {
   SignedDistance result;
@@ -48,6 +52,14 @@ struct Segment {
   Vector3d at(double s) const { return centre + s * half; }
 };
 
+/// The part of `normal` that points away from a segment at a place on it: across it, or beyond its end.
+Vector3d awayFrom(const Segment& segment, double place, const Vector3d& normal) {
+  const double length2 = segment.half.squaredNorm();
+  const double along = segment.half.dot(normal);
+  if (length2 == 0.0 || (place == 1.0 && along >= 0.0) || (place == -1.0 && along <= 0.0)) return normal;
+  return normal - along / length2 * segment.half;
+}
+
 struct Places {
   double on_a, on_b;
 };
@@ -78,9 +90,23 @@ Places nearestPlaces(const Segment& a, const Segment& b) {
   return best;
 }
 
+/// Of points that nearly coincide, the difference is rounding along the segments, which would tilt the normal: twice
+/// away from both is what the normal may be, and where nothing is left, it is any across both.
 SignedDistance segmentSegment(const Segment& a, const Segment& b) {
   const Places places = nearestPlaces(a, b);
-  return between(a.at(places.on_a), b.at(places.on_b), across(a.half, b.half));
+  const Vector3d point_a = a.at(places.on_a), point_b = b.at(places.on_b);
+  const double distance = (point_b - point_a).norm();
+  const double reach = a.half.norm() + b.half.norm() + (b.centre - a.centre).norm();
+  Vector3d normal =
+      distance > kRounding * reach ? Vector3d((point_b - point_a) / distance) : Vector3d(Vector3d::Zero());
+  for (int i = 0; i < 2; ++i) normal = -awayFrom(b, places.on_b, -awayFrom(a, places.on_a, normal));
+  const double left = normal.norm();
+  if (left > kMostTilt) return along(distance, normal / left, point_a, point_b);
+  const Vector3d free = across(a.half, b.half);
+  const bool opposite = free.dot(point_b - point_a) < 0.0;
+  SignedDistance result = along(distance, opposite ? Vector3d(-free) : free, point_a, point_b);
+  result.unique = distance > kRounding * reach;
+  return result;
 }
 
 /// Signed distance of a box (a, centred at the origin) and a point.
@@ -116,22 +142,17 @@ SignedDistance transformed(const SignedDistance& result, const Eigen::Isometry3d
   return other;
 }
 
-bool isLine(Kind kind) { return kind == Kind::Point || kind == Kind::Segment; }
-
 }  // namespace
 
-std::optional<SignedDistance> closedForm(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b) {
+SignedDistance closedForm(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b) {
   if (a.kind() == Kind::Point && b.kind() == Kind::Point)
     return between(Vector3d::Zero(), a_T_b.translation(), Vector3d::UnitX());
-  if (isLine(a.kind()) && isLine(b.kind())) {
-    return segmentSegment({Vector3d::Zero(), a.halfExtents()}, {a_T_b.translation(), a_T_b.linear() * b.halfExtents()});
-  }
-  if (a.kind() == Kind::Box && b.kind() == Kind::Point) return boxPoint(a.halfExtents(), a_T_b.translation());
-  if (a.kind() == Kind::Point && b.kind() == Kind::Box) {
+  if (a.kind() == Kind::Box) return boxPoint(a.halfExtents(), a_T_b.translation());
+  if (b.kind() == Kind::Box) {
     const Vector3d a_in_b = a_T_b.linear().transpose() * -a_T_b.translation();
     return transformed(swapped(boxPoint(b.halfExtents(), a_in_b)), a_T_b);
   }
-  return std::nullopt;
+  return segmentSegment({Vector3d::Zero(), a.halfExtents()}, {a_T_b.translation(), a_T_b.linear() * b.halfExtents()});
 }
 
 }  // namespace proximity_server

@@ -112,7 +112,7 @@ struct Refined {
 };
 std::optional<Refined> refined(Cso& cso, const Simplex& simplex, const Vector3d& normal) {
   const std::optional<Stationary> stationary = refine(cso, simplex, normal);
-  if (!stationary || !(stationary->height > -cso.rounding())) return std::nullopt;
+  if (!stationary) return std::nullopt;
   const double depth = stationary->normal.dot(cso.vertex(stationary->normal).point);
   if (depth - stationary->height > cso.rounding()) return std::nullopt;
   return Refined{*stationary, depth};

@@ -36,10 +36,10 @@ bool refineDistance(Cso& cso, const Vector3d& normal, const Options& options, Gj
 
 }  // namespace
 
-GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const Options& options) {
+GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, const Options& options) {
   GjkResult result;
   Simplex& simplex = result.simplex;
-  Nearest nearest{std::numeric_limits<double>::infinity(), normal_guess, 0, false};
+  Nearest nearest{std::numeric_limits<double>::infinity(), normal_guess, 1.0, 0, false};
   const double rounding = cso.rounding(), final_gap = cso.finalGap(options.distance_tolerance);
   const auto end = [&](Outcome outcome, Status status) {
     const bool converged = nearest.distance + rounding - result.lower_bound <= options.distance_tolerance;
@@ -50,11 +50,12 @@ GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const Options& options) {
     return result;
   };
 
+  int newest = 0;
+  simplex[newest] = first;
   for (result.iterations = 1;; ++result.iterations) {
-    const int newest = simplex.freePlace();
-    const CsoVertex& w = simplex[newest] = cso.vertex(nearest.normal);
-    result.normal = nearest.normal;
-    result.lower_bound = lowerBound(cso, nearest.normal, w);
+    const CsoVertex& w = simplex[newest];
+    result.normal = nearest.normal();
+    result.lower_bound = lowerBound(cso, result.normal, w);
     if (result.lower_bound > options.stop_above) return end(Outcome::Threshold, Status::Threshold);
     const double upper_bound = nearest.distance + rounding;
     const double gap = upper_bound - result.lower_bound;
@@ -64,10 +65,13 @@ GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const Options& options) {
     const Nearest next = nearestToOrigin(simplex, newest);
     // Written as !(next < nearest) so that NaN ends the search instead of winning it.
     if (!next.encloses_origin && !(next.distance < nearest.distance)) {
+      if (gap <= options.distance_tolerance) return end(Outcome::Apart, Status::Degenerate);
       // Nearer than can be told from touching, with the rounding of both bounds: the depth is small in any direction.
-      const bool touching =
-          gap > options.distance_tolerance && upper_bound + 3.0 * rounding <= options.distance_tolerance;
-      return end(touching ? Outcome::Overlap : Outcome::Apart, Status::Degenerate);
+      const bool touching = upper_bound + 3.0 * rounding <= options.distance_tolerance;
+      if (cso.isPolytope()) return end(touching ? Outcome::Overlap : Outcome::Apart, Status::Degenerate);
+      // On a curve the next best vertices lie in one plane within rounding; the normal is as good as Newton's needs.
+      return refineDistance(cso, nearest.normal(), options, result) ? result
+                                                                    : end(Outcome::Overlap, Status::Degenerate);
     }
     nearest = next;
     simplex.members = nearest.members;
@@ -75,8 +79,10 @@ GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const Options& options) {
     if (nearest.encloses_origin || nearest.distance <= rounding) return end(Outcome::Overlap, Status::Converged);
     if (result.iterations >= options.max_iterations) return end(Outcome::Apart, Status::IterationLimit);
     if (!cso.isPolytope() && result.lower_bound > 0.0 && result.iterations >= kFirstRefinement &&
-        refineDistance(cso, nearest.normal, options, result))
+        refineDistance(cso, nearest.normal(), options, result))
       return result;
+    newest = simplex.freePlace();
+    simplex[newest] = cso.vertex(nearest.direction);
   }
 }
 

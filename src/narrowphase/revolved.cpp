@@ -121,24 +121,22 @@ Nearest2d nearestOnBoundary(const Boundary& boundary, const Vector2d& p, double 
   return nearestOutside(boundary, p);
 }
 
-bool isRevolved(Kind kind) {
-  return kind == Kind::Point || kind == Kind::Segment || kind == Kind::Cylinder || kind == Kind::Cone;
-}
-
 }  // namespace
 
-std::optional<double> axesTilt(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b) {
-  if (!isRevolved(a.kind()) || !isRevolved(b.kind())) return std::nullopt;
+double axesTilt(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b) {
   if (a.kind() == Kind::Point || b.kind() == Kind::Point) return 0.0;
   return a_T_b.linear().col(2).head<2>().norm();
 }
 
 SignedDistance revolvedDistance(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, double tolerance) {
   const Vector3d axis_b = a_T_b.linear().col(2), t = a_T_b.translation();
-  const Vector3d axis = a.kind() == Kind::Point ? axis_b : Vector3d(Vector3d::UnitZ());
-  const Vector3d across = t - t.dot(axis) * axis;
+  const Vector3d axis = a.kind() == Kind::Point ? Vector3d(axis_b.normalized()) : Vector3d(Vector3d::UnitZ());
+  const auto acrossAxis = [&](const Vector3d& v) { return Vector3d(v - v.dot(axis) * axis); };
+  const Vector3d across = acrossAxis(t);
   const double radius = across.norm();
-  const Vector3d outwards = radius > 0.0 ? Vector3d(across / radius) : Vector3d(axis.unitOrthogonal());
+  // Twice, as the first time leaves the rounding of a long vector in a short one, of which little may be left.
+  const Vector3d kept = radius > 0.0 ? acrossAxis(across / radius) : Vector3d(Vector3d::Zero());
+  const Vector3d outwards = kept.norm() > 0.5 ? Vector3d(kept.normalized()) : Vector3d(axis.unitOrthogonal());
   const auto inSpace = [&](const Vector2d& p) { return Vector3d(p.x() * outwards + p.y() * axis); };
 
   // The CSO is a + (-b) about a's centre; seen from there the origin of the query lies at b's.
@@ -147,7 +145,7 @@ SignedDistance revolvedDistance(const Shape& a, const Shape& b, const Eigen::Iso
 
   SignedDistance result;
   result.distance = nearest.distance;
-  result.normal = inSpace(nearest.normal);
+  result.normal = inSpace(nearest.normal).normalized();
   result.point_a = inSpace(nearest.of_a);
   result.point_b = result.point_a + result.distance * result.normal;
   const bool ring = nearest.normal.x() * radius <= 0.5 * tolerance && nearest.normal.x() > 0.0;

@@ -1,14 +1,17 @@
 #pragma once
 
-#include <optional>
-
 #include "proximity_server/narrowphase/signed_distance.h"
 
 namespace proximity_server {
 
-/// The angle [rad] between the axes of two cores of revolution, 0 where one is a point; nothing where one is no point,
-/// segment, cylinder or cone.
-std::optional<double> axesTilt(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b);
+/// Points, segments, cylinders and cones.
+inline bool isRevolved(Shape::Kind kind) {
+  return kind == Shape::Kind::Point || kind == Shape::Kind::Segment || kind == Shape::Kind::Cylinder ||
+         kind == Shape::Kind::Cone;
+}
+
+/// The angle [rad] between the axes of two cores of revolution; 0 where one is a point.
+double axesTilt(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b);
 
 /// Signed distance of two cores of revolution about parallel axes, margins and bounds left out.
 ///

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "box_box.h"
 #include "closed_form.h"
@@ -14,6 +15,9 @@ namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
+
+/// Zero times what is not finite is NaN.
+bool isFinite(const Isometry3d& pose) { return (0.0 * pose.matrix()).sum() == 0.0; }
 
 /// Whether the cores meet in one pair of points only, as far as the tolerance can tell: no edge or face of one has a
 /// direction in common with one of the other.
@@ -61,8 +65,11 @@ SignedDistance fromEpa(const Cso& cso, const GjkResult& gjk, const EpaResult& ep
   SignedDistance result;
   result.status = epa.status;
   result.upper_bound = -epa.lower_bound;
-  // A polytope that does not hold the origin says nothing of how far it is; the simplex that GJK ended with does.
-  if (result.upper_bound > 0.0) result.upper_bound = std::max(result.upper_bound, gjk.distance + cso.rounding());
+  // A polytope that does not hold the origin says nothing of how far it is; points on both cores do.
+  if (result.upper_bound > 0.0) {
+    const double by_epa = epa.has_normal && epa.has_points ? (epa.point_b - epa.point_a).norm() : gjk.distance;
+    result.upper_bound = std::max(result.upper_bound, std::min(by_epa, gjk.distance) + cso.rounding());
+  }
   result.iterations = gjk.iterations + epa.iterations;
   if (!epa.has_normal) {  // the overlap was proven before EPA looked along any direction
     result.lower_bound = gjk.lower_bound;
@@ -87,8 +94,8 @@ SignedDistance certified(SignedDistance exact, double rounding) {
   return exact;
 }
 
-SignedDistance iterative(Cso& cso, const Vector3d& normal_guess, const Options& options) {
-  const GjkResult gjk_result = gjk(cso, normal_guess, options);
+SignedDistance iterative(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, const Options& options) {
+  const GjkResult gjk_result = gjk(cso, normal_guess, first, options);
   if (gjk_result.outcome != GjkResult::Outcome::Overlap) return fromGjk(cso, gjk_result);
   return fromEpa(cso, gjk_result, epa(cso, gjk_result.simplex, options));
 }
@@ -96,36 +103,36 @@ SignedDistance iterative(Cso& cso, const Vector3d& normal_guess, const Options& 
 Vector3d normalGuess(const Cso& cso, const WarmStart& warm_start) {
   const double warm2 = warm_start.axis.squaredNorm();
   if (warm2 > 0.0 && std::isfinite(warm2)) return warm_start.axis / std::sqrt(warm2);
-  const Vector3d& centres = cso.centreDifference();
+  const Vector3d centres = cso.centreDifference();
   return centres.squaredNorm() > 0.0 ? Vector3d(centres.normalized()) : Vector3d(Vector3d::UnitX());
 }
 
-/// Boxes that overlap have their depth along one of a few axes; the guess tells most of the others at once.
-SignedDistance boxDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, Cso& cso,
-                           const Vector3d& normal_guess, const Options& options) {
-  if (normal_guess.dot(cso.vertex(normal_guess).point) >= 0.0) {
-    const BoxPair boxes(a.halfExtents(), b.halfExtents(), a_T_b);
-    if (boxes.separation() <= cso.rounding())
-      if (const auto exact = boxes.overlap(options.distance_tolerance)) return certified(*exact, cso.rounding());
-  }
-  return iterative(cso, normal_guess, options);
+bool areBoxes(const Shape& a, const Shape& b) { return a.kind() == Shape::Kind::Box && b.kind() == Shape::Kind::Box; }
+
+/// Boxes that overlap have their depth along one of a few axes.
+std::optional<SignedDistance> boxOverlap(const Cso& cso, const Isometry3d& a_T_b, const Options& options) {
+  const BoxPair boxes(cso.a().halfExtents(), cso.b().halfExtents(), a_T_b);
+  if (boxes.separation() > cso.rounding()) return std::nullopt;
+  return boxes.overlap(options.distance_tolerance);
 }
 
 SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
                             WarmStart& warm_start) {
   const double rounding = csoRounding(a, b, a_T_b);
-  if (const auto exact = closedForm(a, b, a_T_b)) return certified(*exact, rounding);
-  if (const auto tilt = axesTilt(a, b, a_T_b)) {
+  if (hasClosedForm(a.kind(), b.kind())) return certified(closedForm(a, b, a_T_b), rounding);
+  if (isRevolved(a.kind()) && isRevolved(b.kind())) {
     // Axes that are parallel but for a small part of the tolerance: b turned by the tilt moves by no more than this.
-    const double turned = *tilt * b.coreReach();
+    const double turned = axesTilt(a, b, a_T_b) * b.coreReach();
     if (turned <= options.distance_tolerance / 16.0)
       return certified(revolvedDistance(a, b, a_T_b, options.distance_tolerance), rounding + turned);
   }
-  Cso cso(a, b, a_T_b, warm_start);
+  Cso cso(a, b, a_T_b, rounding, warm_start);
   const Vector3d guess = normalGuess(cso, warm_start);
-  if (a.kind() == Shape::Kind::Box && b.kind() == Shape::Kind::Box)
-    return boxDistance(a, b, a_T_b, cso, guess, options);
-  return iterative(cso, guess, options);
+  const CsoVertex first = cso.vertex(guess);
+  const bool may_overlap = guess.dot(first.point) >= 0.0;
+  if (may_overlap && areBoxes(a, b))
+    if (const auto exact = boxOverlap(cso, a_T_b, options)) return certified(*exact, rounding);
+  return iterative(cso, guess, first, options);
 }
 
 /// The distance of the shapes from that of their cores: both surfaces move outwards along the normal.
@@ -143,11 +150,13 @@ SignedDistance withMargins(SignedDistance result, double margin_a, double margin
 
 SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
                               WarmStart& warm_start) {
-  if (!a_T_b.matrix().allFinite()) return {};
+  if (!isFinite(a_T_b)) return {};
   const double margins = a.margin() + b.margin();
+  // By a rounding more than asked for, so that the bounds still decide when the margins are taken off again.
+  const auto rounded = [&](double stop) { return std::numeric_limits<double>::epsilon() * (std::abs(stop) + margins); };
   Options core_options = options;
-  core_options.stop_above += margins;
-  core_options.stop_below += margins;
+  core_options.stop_above += margins + rounded(options.stop_above);
+  core_options.stop_below += margins - rounded(options.stop_below);
   SignedDistance core = coreDistance(a, b, a_T_b, core_options, warm_start);
   warm_start.axis = core.normal;
   // The one place where convergence is claimed: by the bounds as they came out.

@@ -131,11 +131,11 @@ Candidate nearestOf(const Simplex& simplex, int newest) {
 
 Nearest nearestToOrigin(const Simplex& simplex, int newest) {
   const Candidate nearest = nearestOf(simplex, newest);
-  if (nearest.members == 0) return {0.0, Vector3d::Zero(), simplex.members | bit(newest), true};
-  // A point at the origin has no normal of its own; the caller sees the distance and does not use it.
-  if (!(nearest.normal2 > 0.0)) return {0.0, Vector3d::UnitX(), nearest.members, false};
+  if (nearest.members == 0) return {0.0, Vector3d::Zero(), 0.0, simplex.members | bit(newest), true};
+  // A point at the origin has no direction of its own; the caller sees the distance and does not use it.
+  if (!(nearest.normal2 > 0.0)) return {0.0, Vector3d::UnitX(), 1.0, nearest.members, false};
   const double scale = 1.0 / std::sqrt(nearest.normal2);
-  return {nearest.height * scale, scale * nearest.normal, nearest.members, false};
+  return {nearest.height * scale, nearest.normal, scale, nearest.members, false};
 }
 
 WitnessPoints witnessPoints(const Simplex& simplex) {

@@ -22,11 +22,12 @@ struct GjkResult {
 
 /// Distance of two cores: the point of their CSO nearest to the origin.
 ///
-/// Ends by the duality gap: the nearest point of the simplex bounds the distance from above, the support plane
-/// perpendicular to it from below. On curved cores Newton's method ends it, see refinement.h.
-/// Error:   outcome Apart with Status::Converged: distance - lower_bound <= options.distance_tolerance.
-/// Failure: none; a simplex that brings no progress ends the search, and the bounds say how good the answer is.
-/// Source:  Gilbert, Johnson, Keerthi 1988; the stop is van den Bergen's (1999) without his relative tolerance.
-GjkResult gjk(Cso& cso, const Eigen::Vector3d& normal_guess, const Options& options);
+/// Begins with a unit normal and the vertex farthest along it. Ends by the duality gap: the nearest point of the
+/// simplex bounds the distance from above, the support plane perpendicular to it from below. On curved cores Newton's
+/// method ends it, see refinement.h. Error:   outcome Apart with Status::Converged: distance - lower_bound <=
+/// options.distance_tolerance. Failure: none; a simplex that brings no progress ends the search, and the bounds say how
+/// good the answer is. Source:  Gilbert, Johnson, Keerthi 1988; the stop is van den Bergen's (1999) without his
+/// relative tolerance.
+GjkResult gjk(Cso& cso, const Eigen::Vector3d& normal_guess, const CsoVertex& first, const Options& options);
 
 }  // namespace proximity_server

@@ -22,13 +22,16 @@ struct Simplex {
   const CsoVertex& operator[](int place) const { return places[static_cast<std::size_t>(place)]; }
 };
 
-/// The point of a simplex nearest to the origin: -distance * normal.
+/// The point of a simplex nearest to the origin: -distance * normal().
 struct Nearest {
-  double distance;         ///< [m] not negative
-  Eigen::Vector3d normal;  ///< unit, from the point to the origin: a towards b. Of a triangle it is the face normal, so
-                           ///< that it stays good when the distance is lost in rounding.
-  unsigned members;        ///< of the smallest part of the simplex that has the point
-  bool encloses_origin;    ///< a tetrahedron that surely holds the origin; distance and normal are then not set
+  double distance;            ///< [m] not negative
+  Eigen::Vector3d direction;  ///< of any length, from the point to the origin: a towards b. Of a triangle it is the
+                              ///< face normal, so that it stays good when the distance is lost in rounding.
+  double scale;          ///< 1 / |direction|; apart from it, as the next support point does not need to wait for it
+  unsigned members;      ///< of the smallest part of the simplex that has the point
+  bool encloses_origin;  ///< a tetrahedron that surely holds the origin; the direction is then not set
+
+  Eigen::Vector3d normal() const { return scale * direction; }
 };
 
 /// Distance subalgorithm: the nearest point, and the smallest part of the simplex that has it.

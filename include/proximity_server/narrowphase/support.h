@@ -2,11 +2,33 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "proximity_server/narrowphase/shape.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 
 namespace proximity_server {
+
+namespace support {
+
+inline double radialPart(const Eigen::Vector3d& direction) {
+  return std::sqrt(direction.x() * direction.x() + direction.y() * direction.y());
+}
+
+inline Eigen::Vector3d signedCorner(const Eigen::Vector3d& half_extents, const Eigen::Vector3d& direction) {
+  return {std::copysign(half_extents.x(), direction.x()), std::copysign(half_extents.y(), direction.y()),
+          std::copysign(half_extents.z(), direction.z())};
+}
+
+/// Point of the circle |(x, y)| = radius at height z that lies farthest along the direction.
+inline Eigen::Vector3d rimPoint(double radius, double z, const Eigen::Vector3d& direction, double radial) {
+  if (radial == 0.0) return {0.0, 0.0, z};
+  const double scale = radius / radial;
+  return {scale * direction.x(), scale * direction.y(), z};
+}
+
+}  // namespace support
 
 /// Point of the core that lies farthest along `direction` (not zero), in the shape's frame.
 ///
@@ -14,7 +36,33 @@ namespace proximity_server {
 /// Error:  the point's coordinate along the direction is within 4 eps coreRadius() of the true maximum.
 /// Source: van den Bergen, A Fast and Robust GJK Implementation for Collision Detection of Convex Objects, J. Graphics
 ///         Tools 1999 (closed forms); Cameron, Enhancing GJK, ICRA 1997 (hill climbing over the adjacency).
-Eigen::Vector3d supportPoint(const Shape& shape, const Eigen::Vector3d& direction, int& vertex);
+inline Eigen::Vector3d supportPoint(const Shape& shape, const Eigen::Vector3d& direction, int& vertex) {
+  const Eigen::Vector3d& half = shape.halfExtents();
+  switch (shape.kind()) {
+    case Shape::Kind::Point:
+      return Eigen::Vector3d::Zero();
+    case Shape::Kind::Segment:
+      return {0.0, 0.0, std::copysign(half.z(), direction.z())};
+    case Shape::Kind::Box:
+      return support::signedCorner(half, direction);
+    case Shape::Kind::Cylinder:
+      return support::rimPoint(half.x(), std::copysign(half.z(), direction.z()), direction,
+                               support::radialPart(direction));
+    case Shape::Kind::Cone: {
+      const double radial = support::radialPart(direction);
+      if (2.0 * half.z() * direction.z() >= half.x() * radial) return {0.0, 0.0, half.z()};
+      return support::rimPoint(half.x(), -half.z(), direction, radial);
+    }
+    case Shape::Kind::Ellipsoid: {
+      const Eigen::Vector3d stretched = half.cwiseProduct(direction);
+      return half.cwiseProduct(stretched) / stretched.norm();
+    }
+    case Shape::Kind::Hull:
+      break;
+  }
+  vertex = shape.hull().farthestVertex(direction, vertex);
+  return shape.hull().vertices()[static_cast<std::size_t>(vertex)];
+}
 
 /// The flat part of the core that lies within `tolerance` [m] of the support plane of the unit `direction`.
 struct SupportFeature {
@@ -31,24 +79,31 @@ struct CsoVertex {
 };
 
 /// [m] what rounding may add to or take from the coordinate of a CSO vertex along a unit vector, or from its norm.
-double csoRounding(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b);
+///
+/// To first order in eps, with r how far a shape reaches from its origin and t the offset: a support point is off by
+/// 2 eps r, its rotation by 3 eps r, the sums by 2 eps and the dot product or norm by 2 eps of what they add up: less
+/// than 8 eps of it all. |t|_1 is never less than |t|, and margins join the sums last.
+inline double csoRounding(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b) {
+  const double reach = a.coreReach() + b.coreReach() + a.margin() + b.margin();
+  return 8.0 * std::numeric_limits<double>::epsilon() * (reach + a_T_b.translation().lpNorm<1>());
+}
 
 /// The CSO of two cores by its support mapping. Frame: that of a.
 class Cso {
  public:
-  /// `warm_start` gives the first vertices of large hulls, and takes the last.
-  Cso(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, WarmStart& warm_start);
+  /// `warm_start` gives the first vertices of large hulls, and takes the last. All arguments outlive the CSO.
+  Cso(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, double rounding, WarmStart& warm_start);
 
   /// Vertex farthest along `direction`: the one that A shows towards B when direction is the normal a to b.
   CsoVertex vertex(const Eigen::Vector3d& direction) {
     const Eigen::Vector3d on_a = supportPoint(a_, direction, warm_start_.vertex_a);
-    const Eigen::Vector3d towards_a = -(b_axes_.transpose() * direction);
-    const Eigen::Vector3d on_b = b_axes_ * supportPoint(b_, towards_a, warm_start_.vertex_b) + b_origin_;
+    const Eigen::Vector3d towards_a = -(bAxes().transpose() * direction);
+    const Eigen::Vector3d on_b = bAxes() * supportPoint(b_, towards_a, warm_start_.vertex_b) + bOrigin();
     return {on_a - on_b, on_a};
   }
 
   /// From the centre of a's core to that of b's.
-  const Eigen::Vector3d& centreDifference() const { return centre_difference_; }
+  Eigen::Vector3d centreDifference() const { return bAxes() * b_.centre() + bOrigin() - a_.centre(); }
 
   /// [m] the gap between the bounds at which a search may end, if it gets there: better than the tolerance, as a search
   /// on a polytope ends on a true face, edge or vertex, and Newton's method on a curve doubles the digits.
@@ -60,16 +115,14 @@ class Cso {
   bool isPolytope() const { return is_polytope_; }
   const Shape& a() const { return a_; }
   const Shape& b() const { return b_; }
-  const Eigen::Matrix3d& bAxes() const { return b_axes_; }
-  const Eigen::Vector3d& bOrigin() const { return b_origin_; }
+  Eigen::Isometry3d::ConstLinearPart bAxes() const { return a_T_b_.linear(); }
+  Eigen::Isometry3d::ConstTranslationPart bOrigin() const { return a_T_b_.translation(); }
 
  private:
   const Shape& a_;
   const Shape& b_;
-  const Eigen::Matrix3d b_axes_;
-  const Eigen::Vector3d b_origin_;
+  const Eigen::Isometry3d& a_T_b_;
   WarmStart& warm_start_;
-  Eigen::Vector3d centre_difference_;
   double rounding_;
   bool is_polytope_;
 };
