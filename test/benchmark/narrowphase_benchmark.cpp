@@ -1,128 +1,320 @@
-// Signed distance with witness points of two solids: ours beside FCL (libccd solver) and Bullet, the same pairs for
-// all. Names are solids/placement/library. ./dev bench runs it interleaved on one core and shows the medians.
-#include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
-#include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
-#include <BulletCollision/NarrowPhaseCollision/btPointCollector.h>
-#include <benchmark/benchmark.h>
-#include <fcl/narrowphase/distance.h>
-
+// Run time against error: the same pairs for ours, FCL, libccd and Bullet, interleaved round by round; the median of
+// the rounds goes into a JSON file, with the error against the oracle of the tests. ./dev bench narrowphase runs it
+// pinned.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <ctime>
 #include <deque>
+#include <fstream>
 #include <functional>
-#include <string>
+#include <iostream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <regex>
 
+#include "benchmark/libraries.h"
 #include "benchmark/solids.h"
-#include "proximity_server/narrowphase/signed_distance.h"
+#include "narrowphase/oracle.h"
 
 namespace proximity_server {
 namespace {
 
-constexpr int kSolids = 20;
-constexpr int kPairs = 2000;
-
+using nlohmann::json;
 using Make = std::function<Solid(Random&)>;
+using Clock = std::chrono::steady_clock;
 
-/// Random pairs of one row, the same on every run.
+constexpr int kRounds = 9;
+constexpr double kRoundNs = 4e6;         // of one library in one round, at most; fewer pairs where that takes longer
+constexpr double kGrossError = 1e-3;     // [m] of solids of size 1: counted as a failure
+constexpr double kOracleVertices = 4e4;  // the oracle's time grows with the vertices; so many, summed over its pairs
+
+/// Pairs of one row, the same on every run.
 struct Row {
   std::string name;
+  Question question;
+  bool coherent;  ///< the pairs are steps of one motion: warm starts are kept
   std::deque<Solid> a, b;
   std::vector<SolidPair> pairs;
+  std::vector<double> truth;  ///< of the first pairs
 };
 
-Row makeRow(const std::string& name, const Make& make_a, const Make& make_b, Placement placement) {
-  Row row{name, {}, {}, {}};
+int verticesOf(const Solid& solid) { return solid.ours.kind() == Shape::Kind::Hull ? solid.ours.hull().size() : 8; }
+
+double truthOf(const SolidPair& pair) {
+  return static_cast<double>(signedDistanceOracle({pair.a->ours, pair.b->ours, pair.a_T_b}).distance);
+}
+
+void addTruth(Row& row) {
+  const double vertices = verticesOf(row.a.front()) + verticesOf(row.b.front());
+  const auto count = static_cast<std::size_t>(std::clamp(kOracleVertices / vertices, 4.0, 100.0));
+  for (std::size_t i = 0; i < std::min(count, row.pairs.size()); ++i) row.truth.push_back(truthOf(row.pairs[i]));
+}
+
+std::optional<Answer> tryToAsk(const Library& library, const Row& row, const SolidPair& pair, double tolerance,
+                               WarmStart& warm) {
+  try {
+    return library.ask(pair, row.question, tolerance, warm);
+  } catch (const std::exception&) {
+    return std::nullopt;
+  }
+}
+
+/// Largest and mean error over the pairs with a known answer; a boolean that is wrong is an error of what it missed.
+json errorsOf(const Library& library, const Row& row, double tolerance) {
+  double largest = 0.0, sum = 0.0, iterations = 0.0;
+  int failures = 0;
+  WarmStart warm;
+  for (std::size_t i = 0; i < row.truth.size(); ++i) {
+    if (!row.coherent) warm = {};
+    const std::optional<Answer> answer = tryToAsk(library, row, row.pairs[i], tolerance, warm);
+    double error = answer ? std::abs(answer->distance - row.truth[i]) : std::numeric_limits<double>::quiet_NaN();
+    if (answer && row.question == Question::Boolean)
+      error = answer->distance * row.truth[i] < 0.0 ? std::abs(row.truth[i]) : 0.0;
+    if (answer) iterations += answer->iterations;
+    if (!(error <= kGrossError)) ++failures;
+    if (std::isnan(error)) continue;
+    largest = std::max(largest, error);
+    sum += error;
+  }
+  const auto count = static_cast<double>(row.truth.size());
+  return {{"max_error", largest},
+          {"mean_error", sum / count},
+          {"iterations", iterations / count},
+          {"failures", failures},
+          {"checked", row.truth.size()}};
+}
+
+/// [ns] per query over the first `count` pairs.
+double timeOf(const Library& library, const Row& row, double tolerance, std::size_t count) {
+  WarmStart warm;
+  volatile double sink = 0.0;
+  const auto start = Clock::now();
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!row.coherent) warm = {};
+    const std::optional<Answer> answer = tryToAsk(library, row, row.pairs[i], tolerance, warm);
+    if (answer) sink = sink + answer->distance;
+  }
+  return std::chrono::duration<double, std::nano>(Clock::now() - start).count() / static_cast<double>(count);
+}
+
+double medianOf(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+  return values[values.size() / 2];
+}
+
+/// One entry a library: median time, and errors.
+json measure(const Row& row, const std::vector<Library>& libraries, double tolerance) {
+  std::vector<const Library*> asked;
+  for (const Library& library : libraries)
+    if (library.answers(row.question, row.pairs.front().placement != Placement::Apart)) asked.push_back(&library);
+  std::map<const Library*, std::vector<double>> times;
+  std::map<const Library*, std::size_t> counts;
+  for (const Library* library : asked) {
+    const std::size_t few = std::min<std::size_t>(row.pairs.size(), 20);
+    const double ns = timeOf(*library, row, tolerance, few);
+    counts[library] = std::clamp(static_cast<std::size_t>(kRoundNs / ns), few, row.pairs.size());
+  }
+  for (int round = 0; round < kRounds; ++round)
+    for (const Library* library : asked) times[library].push_back(timeOf(*library, row, tolerance, counts[library]));
+  json entries = json::array();
+  for (const Library* library : asked) {
+    json entry = errorsOf(*library, row, tolerance);
+    entry.update({{"row", row.name}, {"library", library->name}, {"ns", medianOf(times[library])}});
+    entries.push_back(entry);
+  }
+  return entries;
+}
+
+Row solidsOf(const std::string& name, const Make& make_a, const Make& make_b, int solids) {
+  Row row{name, Question::Distance, false, {}, {}, {}, {}};
   Random random(7);
-  for (int i = 0; i < kSolids; ++i) {
+  for (int i = 0; i < solids; ++i) {
     row.a.push_back(make_a(random));
     row.b.push_back(make_b(random));
-  }
-  for (std::size_t i = 0; i < kPairs; ++i) {
-    row.pairs.push_back(place(row.a[i % kSolids], row.b[i / kSolids % kSolids], placement, random));
   }
   return row;
 }
 
-struct Ours {
-  static constexpr const char* kName = "ours";
-  explicit Ours(const SolidPair& pair) : pair_(pair) {}
-  double operator()() const { return signedDistance(pair_.a->ours, pair_.b->ours, pair_.a_T_b).distance; }
-
- private:
-  SolidPair pair_;
-};
-
-struct Fcl {
-  static constexpr const char* kName = "fcl";
-  explicit Fcl(const SolidPair& pair) : pair_(pair) {}
-  double operator()() const {
-    // Asked for the depth, FCL leaves its closed forms; so it is asked where there is one only.
-    fcl::DistanceRequestd request;
-    request.enable_nearest_points = true;
-    request.enable_signed_distance = pair_.placement != Placement::Apart;
-    request.gjk_solver_type = fcl::GST_LIBCCD;
-    fcl::DistanceResultd result;
-    return fcl::distance(pair_.a->fcl.get(), fcl::Transform3d::Identity(), pair_.b->fcl.get(), pair_.a_T_b, request,
-                         result);
-  }
-
- private:
-  SolidPair pair_;
-};
-
-struct Bullet {
-  static constexpr const char* kName = "bullet";
-  explicit Bullet(const SolidPair& pair) : a_(pair.a->bullet.get()), b_(pair.b->bullet.get()) {
-    input_.m_transformA.setIdentity();
-    const Eigen::Matrix<btScalar, 4, 4> pose = pair.a_T_b.matrix().cast<btScalar>();
-    input_.m_transformB.setFromOpenGLMatrix(pose.data());
-  }
-  double operator()() const {
-    btVoronoiSimplexSolver simplex;
-    btGjkEpaPenetrationDepthSolver epa;
-    btGjkPairDetector detector(a_, b_, &simplex, &epa);
-    btPointCollector result;
-    detector.getClosestPoints(input_, result, nullptr);
-    return static_cast<double>(result.m_distance);
-  }
-
- private:
-  const btConvexShape* a_;
-  const btConvexShape* b_;
-  btGjkPairDetector::ClosestPointInput input_;
-};
-
-template <typename Library>
-void registerRow(const Row& row) {
-  benchmark::RegisterBenchmark((row.name + "/" + Library::kName).c_str(), [&row](benchmark::State& state) {
-    const std::vector<Library> queries(row.pairs.begin(), row.pairs.end());
-    std::size_t i = 0, exceptions = 0;
-    for (auto iteration : state) {
-      try {
-        benchmark::DoNotOptimize(queries[i]());
-      } catch (const std::exception&) {
-        ++exceptions;
-      }
-      if (++i == queries.size()) i = 0;
-    }
-    if (exceptions > 0) state.counters["exceptions"] = static_cast<double>(exceptions);
-  });
+/// Random pairs of every solid with every other, in one placement.
+void placeAll(Row& row, Placement placement, int pairs) {
+  Random random(8);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(pairs); ++i)
+    row.pairs.push_back(place(row.a[i % row.a.size()], row.b[i / row.a.size() % row.b.size()], placement, random));
 }
 
-std::deque<Row> makeRows() {
-  const auto hull = [](int vertices) { return [vertices](Random& random) { return randomHull(random, vertices); }; };
-  std::deque<Row> rows;
-  const auto add = [&](const std::string& name, const Make& a, const Make& b) {
-    rows.push_back(makeRow(name + "/apart", a, b, Placement::Apart));
-    rows.push_back(makeRow(name + "/shallow", a, b, Placement::Shallow));
-    rows.push_back(makeRow(name + "/deep", a, b, Placement::Deep));
-  };
-  add("box", randomBox, randomBox);
-  add("capsule", randomCapsule, randomCapsule);
-  add("sphere-box", randomSphere, randomBox);
-  add("cylinder", randomCylinder, randomCylinder);
-  add("hull32", hull(32), hull(32));
-  add("hull200", hull(200), hull(200));
-  add("hull1000", hull(1000), hull(1000));
-  return rows;
+/// One pair in steps of 2 mm and 5 mrad about it: what a moving link does in 2 ms.
+void moveOne(Row& row, Placement placement, int steps) {
+  Random random(9);
+  SolidPair pair = place(row.a.front(), row.b.front(), placement, random);
+  const Eigen::Isometry3d step =
+      Eigen::Translation3d(0.0, 0.0, 0.0) * Eigen::AngleAxisd(0.005, Eigen::Vector3d(0.4, -0.2, 0.9).normalized());
+  for (int i = 0; i < steps; ++i) {
+    row.pairs.push_back(pair);
+    pair.a_T_b = step * pair.a_T_b * step;
+    pair.a_T_b.translation() += 0.002 * std::sin(0.05 * i) * Eigen::Vector3d::UnitX();
+  }
+  row.coherent = true;
+}
+
+struct Pairing {
+  std::string name;
+  Make a, b;
+  int solids, pairs;
+};
+
+Make hullOf(int vertices) {
+  return [vertices](Random& random) { return randomHull(random, vertices); };
+}
+
+std::vector<Pairing> pairings() {
+  return {{"sphere-box", randomSphere, randomBox, 20, 1000},
+          {"capsule", randomCapsule, randomCapsule, 20, 1000},
+          {"box", randomBox, randomBox, 20, 1000},
+          {"cylinder", randomCylinder, randomCylinder, 20, 1000},
+          {"hull 8", hullOf(8), hullOf(8), 20, 1000},
+          {"hull 32", hullOf(32), hullOf(32), 20, 1000},
+          {"hull 200", hullOf(200), hullOf(200), 20, 1000},
+          {"hull 1000", hullOf(1000), hullOf(1000), 10, 400},
+          {"hull 10000", hullOf(10000), hullOf(10000), 2, 40}};
+}
+
+const std::vector<std::pair<std::string, Placement>> kPlacements = {{"apart", Placement::Apart},
+                                                                    {"touching", Placement::Touching},
+                                                                    {"shallow", Placement::Shallow},
+                                                                    {"deep", Placement::Deep}};
+
+/// The rows whose name matches, made and measured one after the other.
+class Suite {
+ public:
+  Suite(std::regex wanted, std::vector<Library> libraries)
+      : wanted_(std::move(wanted)), libraries_(std::move(libraries)) {}
+
+  json rows() const {
+    json result = json::array();
+    for (const Pairing& p : pairings())
+      for (const auto& [placement_name, placement] : kPlacements) {
+        addRow(result, p, p.name + ", " + placement_name, Question::Distance, placement);
+        const bool is_plain = placement == Placement::Apart || placement == Placement::Shallow;
+        if (is_plain) addRow(result, p, p.name + ", " + placement_name + "?", Question::Boolean, placement);
+      }
+    for (const Question question : {Question::Distance, Question::Boolean})
+      for (const auto& [placement_name, placement] : {kPlacements[0], kPlacements[2]}) {
+        const std::string name =
+            "hull 200, " + placement_name + (question == Question::Boolean ? "?" : "") + ", coherent";
+        if (!std::regex_search(name, wanted_)) continue;
+        Row row = solidsOf(name, hullOf(200), hullOf(200), 1);
+        row.question = question;
+        moveOne(row, placement, 1000);
+        add(result, row, kDefaultTolerance);
+      }
+    return result;
+  }
+
+  /// A few rows at each tolerance, for the libraries that take one.
+  json tolerances() const {
+    json result = json::array();
+    for (const Pairing& p : pairings())
+      for (const auto& [placement_name, placement] : {kPlacements[0], kPlacements[3]}) {
+        const std::string name = p.name + ", " + placement_name;
+        if (!std::regex_search(name, wanted_)) continue;
+        if (p.name != "box" && p.name != "cylinder" && p.name != "hull 32" && p.name != "hull 200") continue;
+        Row row = solidsOf(name, p.a, p.b, p.solids);
+        placeAll(row, placement, 200);
+        addTruth(row);
+        for (const double tolerance : {1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14}) {
+          std::vector<Library> tunable;
+          for (const Library& library : libraries_)
+            if (library.has_tolerance) tunable.push_back(library);
+          for (json entry : measure(row, tunable, tolerance)) {
+            entry["tolerance"] = tolerance;
+            result.push_back(entry);
+          }
+        }
+      }
+    return result;
+  }
+
+  /// Distance of two hulls, and their support mapping alone beside a plain scan, by the number of vertices.
+  json vertices() const {
+    json result = json::array();
+    if (!std::regex_search("vertices", wanted_)) return result;
+    for (const int count : {8, 16, 32, 64, 128, 256, 512, 1000, 3000, 10000, 30000, 100000}) {
+      Row row = solidsOf("hulls by vertices", hullOf(count), hullOf(count), count > 10000 ? 1 : 4);
+      placeAll(row, Placement::Apart, count > 1000 ? 40 : 400);
+      for (json entry : measure(row, libraries_, kDefaultTolerance)) {
+        entry["vertices"] = count;
+        result.push_back(entry);
+      }
+      result.push_back(supportTimes(row.a.front().ours.hull(), count));
+      std::cerr << "." << std::flush;
+    }
+    std::cerr << "\n";
+    return result;
+  }
+
+ private:
+  void addRow(json& result, const Pairing& p, const std::string& name, Question question, Placement placement) const {
+    if (!std::regex_search(name, wanted_)) return;
+    Row row = solidsOf(name, p.a, p.b, p.solids);
+    row.question = question;
+    placeAll(row, placement, p.pairs);
+    add(result, row, kDefaultTolerance);
+  }
+
+  void add(json& result, Row& row, double tolerance) const {
+    addTruth(row);
+    for (const json& entry : measure(row, libraries_, tolerance)) result.push_back(entry);
+    std::cerr << "." << std::flush;
+  }
+
+  static json supportTimes(const ConvexHull& hull, int vertices) {
+    constexpr int kDirections = 512;
+    Random random(5);
+    std::normal_distribution<double> normal;
+    std::vector<Eigen::Vector3d> directions;
+    for (int i = 0; i < kDirections; ++i) directions.emplace_back(normal(random), normal(random), normal(random));
+    const auto nsOf = [&](const auto& support) {
+      std::vector<double> times;
+      volatile int sink = 0;
+      for (int round = 0; round < kRounds; ++round) {
+        const auto start = Clock::now();
+        for (const Eigen::Vector3d& d : directions) sink = sink + support(d);
+        times.push_back(std::chrono::duration<double, std::nano>(Clock::now() - start).count() / kDirections);
+      }
+      return medianOf(times);
+    };
+    const double ours = nsOf([&](const Eigen::Vector3d& d) { return hull.farthestVertex(d, 0); });
+    const double scan = nsOf([&](const Eigen::Vector3d& d) {
+      int best = 0;
+      double farthest = -std::numeric_limits<double>::infinity();
+      for (int i = 0; i < hull.size(); ++i) {
+        const double height = hull.vertices()[static_cast<std::size_t>(i)].dot(d);
+        if (height > farthest) farthest = height, best = i;
+      }
+      return best;
+    });
+    return {
+        {"row", "support by vertices"}, {"library", "ours"}, {"vertices", vertices}, {"ns", ours}, {"scan_ns", scan}};
+  }
+
+  std::regex wanted_;
+  std::vector<Library> libraries_;
+};
+
+std::string processor() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);)
+    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
+  return "unknown";
+}
+
+std::string today() {
+  const std::time_t now = std::time(nullptr);
+  char text[16];
+  std::strftime(text, sizeof text, "%Y-%m-%d", std::gmtime(&now));
+  return text;
 }
 
 }  // namespace
@@ -130,14 +322,17 @@ std::deque<Row> makeRows() {
 
 int main(int argc, char** argv) {
   using namespace proximity_server;
-  benchmark::Initialize(&argc, argv);
-  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
-  const std::deque<Row> rows = makeRows();
-  for (const Row& row : rows) {
-    registerRow<Ours>(row);
-    registerRow<Fcl>(row);
-    registerRow<Bullet>(row);
-  }
-  benchmark::RunSpecifiedBenchmarks();
-  return 0;
+  CLI::App app{"Time per query and error beside FCL, libccd and Bullet"};
+  std::string file, regex = ".";
+  app.add_option("--json", file, "where the results go")->required();
+  app.add_option("regex", regex, "only rows whose name matches");
+  CLI11_PARSE(app, argc, argv);
+
+  const Suite suite(std::regex(regex), allLibraries());
+  const json result = {{"processor", processor()},         {"date", today()},
+                       {"compiler", "g++ " __VERSION__},   {"rows", suite.rows()},
+                       {"tolerances", suite.tolerances()}, {"vertices", suite.vertices()}};
+  std::ofstream out(file);
+  out << result.dump(1) << "\n";
+  return out ? 0 : 1;
 }

@@ -118,6 +118,8 @@ SolidPair place(const Solid& a, const Solid& b, Placement placement, Random& ran
   switch (placement) {
     case Placement::Apart:
       return slide.at(slide.centreAt(uniform(random, 0.05, 1.0)));
+    case Placement::Touching:
+      return slide.at(slide.centreAt(uniform(random, -1e-9, 1e-9)));
     case Placement::Shallow:
       return slide.at(slide.centreAt(-uniform(random, 0.0, 0.1)));
     case Placement::Deep:

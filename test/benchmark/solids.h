@@ -29,9 +29,9 @@ Solid randomCylinder(Random& random);  ///< radius 0.2 to 0.4, length 0.5 to 1
 /// `vertices` points on an ellipsoid with half axes 0.3 to 0.5.
 Solid randomHull(Random& random, int vertices);
 
-/// How two solids lie: gap 0.05 to 1, depth up to a tenth of the size (1), or centres within half of the distance at
-/// which they would touch.
-enum class Placement { Apart, Shallow, Deep };
+/// How two solids lie: gap 0.05 to 1, gap within 1e-9 of nothing, depth up to a tenth of the size (1), or centres
+/// within half of the distance at which they would touch.
+enum class Placement { Apart, Touching, Shallow, Deep };
 
 struct SolidPair {
   const Solid* a;
