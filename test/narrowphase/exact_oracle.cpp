@@ -335,4 +335,14 @@ ExactDistance exactDistance(const ShapePair& pair) {
   return {false, cso.inSquareMetres(dot(v.numerator, v.numerator), v.denominator * v.denominator)};
 }
 
+long double exactDistanceToOrigin(const std::vector<Eigen::Vector3d>& points) {
+  const Rationals in_metres = exactly(points);
+  const mpz_class units_per_metre = largestDenominator(in_metres);
+  const NearestPoint v = nearestToOrigin(inUnits(in_metres, units_per_metre));
+  const mpz_class denominator = v.denominator * units_per_metre;
+  mpq_class squared(dot(v.numerator, v.numerator), denominator * denominator);
+  squared.canonicalize();
+  return squareRoot(squared);
+}
+
 }  // namespace proximity_server

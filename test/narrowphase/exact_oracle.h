@@ -2,6 +2,8 @@
 
 #include <gmpxx.h>
 
+#include <vector>
+
 #include "narrowphase/oracle.h"
 
 namespace proximity_server {
@@ -28,5 +30,8 @@ struct ExactDistance {
 ///         is strict, so both end, and what they end with is optimal without a tolerance.
 /// Source: Gilbert, Johnson, Keerthi 1988; van den Bergen 2001. Shares no code with the library.
 ExactDistance exactDistance(const ShapePair& pair);
+
+/// Distance of the origin to the convex hull of up to four points, rounded once to long double.
+long double exactDistanceToOrigin(const std::vector<Eigen::Vector3d>& points);
 
 }  // namespace proximity_server
