@@ -1,41 +1,79 @@
 // The accuracy table of README.md, measured. It fails when a pair gets worse, and when it gets much better than stated.
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdlib>
 #include <fstream>
+#include <iomanip>
 #include <iostream>
 #include <map>
 #include <regex>
 #include <sstream>
 
 #include "narrowphase/certificate.h"
+#include "narrowphase/refined_truth.h"
 #include "narrowphase/shape_pairs.h"
 
 namespace proximity_server {
 namespace {
 
 /// Worst errors [m] over random poses of shapes of size about 1, at the default tolerance of 1e-9 m.
+///
+/// What is proven for which poses:
+/// * Cores apart (all poses): the error is against an enclosure of the truth that is proven in long double, by GJK or
+///   by branch and bound, and counts the width of the enclosure too.
+/// * Cores overlapping (all poses): the error is against the best direction near the answer's normal. A depth that
+///   no neighbouring direction beats may still not be the smallest of all directions.
+/// * Cores overlapping (the first kProvenPoses of each pair): also against the branch and bound over all directions.
 struct Accuracy {
   double apart = 0.0;
   double depth = 0.0;
 };
 
-constexpr int kPoses = 200;
+constexpr int kFullPoses = 100000;
+constexpr int kProvenPoses = 100;
+
+/// `./dev accuracy` asks for kFullPoses, which the table in README.md states; other runs take the first few of them.
+int poses() {
+  const char* wanted = std::getenv("PROXIMITY_ACCURACY_POSES");
+  return wanted == nullptr ? 40000 : std::stoi(wanted);
+}
+
+long double errorByBranchAndBound(const PairCase& c, const SignedDistance& result) {
+  const Truth truth = signedDistanceOracle(c.pair());
+  return std::abs(result.distance - truth.distance) + truth.error_bound;
+}
+
+/// Where GJK in long double stalls before its enclosure is as narrow, the branch and bound decides.
+constexpr long double kNarrow = 1e-17L;
+
+long double errorOf(const PairCase& c, const SignedDistance& result) {
+  const RefinedTruth truth = refinedTruth(c.pair(), result.normal, result.distance);
+  const long double off = std::abs(result.distance - truth.distance);
+  if (!std::isfinite(truth.error_bound)) return off;
+  return truth.error_bound <= kNarrow ? off + truth.error_bound : errorByBranchAndBound(c, result);
+}
+
+bool coresOverlap(const PairCase& c, const SignedDistance& result) {
+  return result.distance + c.a.margin() + c.b.margin() <= 0.0;
+}
 
 Accuracy measured(const Shape& a, const Shape& b, const std::string& name) {
   std::mt19937 random(61);
   Accuracy worst;
-  int overlaps = 0;
-  for (int i = 0; i < kPoses; ++i) {
+  int overlaps = 0, proven = 0;
+  for (int i = 0; i < poses(); ++i) {
     const double reach = 1.5 * (a.coreRadius() + a.margin() + b.coreRadius() + b.margin());
     const PairCase c{name, a, b, randomPose(random, reach)};
-    const Truth truth = signedDistanceOracle(c.pair());
-    const double error = std::abs(static_cast<double>(signedDistance(a, b, c.a_T_b).distance - truth.distance));
-    double& column = truth.distance < 0 ? worst.depth : worst.apart;
-    column = std::max(column, error);
-    overlaps += truth.distance < 0 ? 1 : 0;
+    const SignedDistance result = signedDistance(a, b, c.a_T_b);
+    long double error = errorOf(c, result);
+    if (coresOverlap(c, result) && proven++ < kProvenPoses) error = std::max(error, errorByBranchAndBound(c, result));
+    double& column = result.distance < 0 ? worst.depth : worst.apart;
+    column = std::max(column, static_cast<double>(error));
+    overlaps += result.distance < 0 ? 1 : 0;
   }
-  EXPECT_GT(overlaps, 3 * kPoses / 10) << name;
-  EXPECT_LT(overlaps, 7 * kPoses / 10) << name;
+  EXPECT_GT(overlaps, 3 * poses() / 10) << name;
+  EXPECT_LT(overlaps, 7 * poses() / 10) << name;
   return worst;
 }
 
@@ -55,26 +93,42 @@ std::map<std::string, Accuracy> stated() {
   return rows;
 }
 
-std::map<std::string, Accuracy> allMeasured() {
-  std::map<std::string, Accuracy> rows;
+struct Row {
+  std::string pair;
+  Accuracy worst;
+};
+
+std::vector<Row> allMeasured() {
+  std::vector<Row> rows;
   const std::vector<NamedShape> shapes = solidShapes();
   for (std::size_t i = 0; i < shapes.size(); ++i)
     for (std::size_t j = i; j < shapes.size(); ++j) {
       const std::string name = shapes[i].name + "-" + shapes[j].name;
-      rows[name] = measured(shapes[i].shape, shapes[j].shape, name);
+      rows.push_back({name, measured(shapes[i].shape, shapes[j].shape, name)});
     }
   return rows;
 }
 
+/// One digit, never below the error: as README.md states it.
+std::string roundedUp(double error) {
+  const double unit = std::pow(10.0, std::floor(std::log10(error)));
+  std::ostringstream out;
+  out << std::setprecision(1) << std::ceil(error / unit) * unit;
+  return out.str();
+}
+
 void expectAsStated(const std::string& what, double error, double limit) {
   EXPECT_LE(error, limit) << what << " is worse than README.md states";
+  // A share of the poses may miss the worst one.
+  if (poses() < kFullPoses) return;
   EXPECT_GE(error, limit / 10.0) << what << " is much better than README.md states: tell the users";
 }
 
 TEST(Accuracy, IsAsStatedInTheReadme) {
-  const std::map<std::string, Accuracy> table = stated(), rows = allMeasured();
+  const std::map<std::string, Accuracy> table = stated();
+  const std::vector<Row> rows = allMeasured();
   for (const auto& [pair, worst] : rows)
-    std::cout << "| " << pair << " | " << worst.apart << " | " << worst.depth << " |\n";
+    std::cout << "| " << pair << " | " << roundedUp(worst.apart) << " | " << roundedUp(worst.depth) << " |\n";
   for (const auto& [pair, worst] : rows) {
     ASSERT_TRUE(table.count(pair)) << "README.md has no row for " << pair;
     expectAsStated(pair + " apart", worst.apart, table.at(pair).apart);

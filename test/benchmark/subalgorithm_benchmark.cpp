@@ -1,0 +1,258 @@
+// The distance subalgorithms inside of one GJK loop, and alone on the simplices that such a loop meets.
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <fstream>
+#include <iomanip>
+#include <iostream>
+#include <limits>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "benchmark/subalgorithms.h"
+#include "narrowphase/exact_oracle.h"
+#include "narrowphase/shape_pairs.h"
+#include "proximity_server/narrowphase/signed_distance.h"
+
+namespace proximity_server {
+namespace {
+
+using Eigen::Vector3d;
+using Points = std::vector<Vector3d>;
+using Subalgorithm = NearestInSet (*)(const PointSet&);
+
+struct NamedAlgorithm {
+  std::string name;
+  Subalgorithm nearest;
+};
+
+const std::vector<NamedAlgorithm>& algorithms() {
+  static const std::vector<NamedAlgorithm> all = {{"johnson", nearestByJohnson},
+                                                  {"explicit solve", nearestByExplicitSolve},
+                                                  {"voronoi regions", nearestByVoronoiRegions},
+                                                  {"signed volumes", nearestBySignedVolumes}};
+  return all;
+}
+
+// ---- pairs of hulls
+
+struct HullPair {
+  Points a, b;
+  double truth = 0.0;  ///< [m] exact distance
+  double scale = 1.0;  ///< [m] of ShapePair
+};
+
+struct Family {
+  std::string name;
+  std::vector<HullPair> pairs;
+};
+
+HullPair withTruth(const Shape& a, const Shape& b) {
+  const Eigen::Isometry3d identity = Eigen::Isometry3d::Identity();
+  const ShapePair pair{a, b, identity};
+  const ExactDistance exact = exactDistance(pair);
+  const double truth = exact.overlap ? 0.0 : static_cast<double>(exact.withMargins(pair));
+  return {a.hull().vertices(), b.hull().vertices(), truth, pair.scale()};
+}
+
+/// 16 points on an ellipsoid, each repeated `offset` away where that is not 0.
+Points cloud(std::mt19937& random, const Vector3d& half_axes, double offset) {
+  Points points;
+  for (int i = 0; i < 16; ++i) {
+    points.push_back(half_axes.cwiseProduct(randomDirection(random)));
+    if (offset > 0.0) points.push_back(points.back() + offset * randomDirection(random));
+  }
+  return points;
+}
+
+struct Recipe {
+  std::string name;
+  Vector3d half_axes;
+  double duplicates;  ///< [m] how far each vertex's near-duplicate lies; 0: none
+  double gap;         ///< [m]
+};
+
+Family makeFamily(const Recipe& recipe) {
+  std::mt19937 random(91);
+  Family family{recipe.name, {}};
+  while (family.pairs.size() < 500) {
+    const Shape a = ConvexHull(cloud(random, recipe.half_axes, recipe.duplicates));
+    const Points local = cloud(random, recipe.half_axes, recipe.duplicates);
+    Eigen::Isometry3d pose = randomPose(random, 2.0);
+    const SignedDistance now = signedDistance(a, ConvexHull(local), pose);
+    pose.pretranslate((recipe.gap - now.distance) * now.normal);
+    Points b;
+    for (const Vector3d& p : local) b.push_back(pose * p);
+    const HullPair pair = withTruth(a, ConvexHull(b));
+    if (pair.truth > 0.0) family.pairs.push_back(pair);
+  }
+  return family;
+}
+
+std::vector<Family> makeFamilies() {
+  const Vector3d round(0.5, 0.4, 0.3);
+  std::vector<Family> families;
+  for (const Recipe& recipe :
+       {Recipe{"ordinary", round, 0.0, 0.3}, Recipe{"touching", round, 0.0, 1e-10}, Recipe{"far", round, 0.0, 1e4},
+        Recipe{"flat", {0.5, 0.4, 1e-6}, 0.0, 0.01}, Recipe{"slivers", {0.5, 1e-5, 1e-5}, 0.0, 0.01},
+        Recipe{"near-duplicates", round, 1e-9, 0.01}})
+    families.push_back(makeFamily(recipe));
+  return families;
+}
+
+// ---- one GJK loop for all
+
+const Vector3d& farthest(const Points& points, const Vector3d& direction) {
+  return *std::max_element(points.begin(), points.end(),
+                           [&](const Vector3d& p, const Vector3d& q) { return p.dot(direction) < q.dot(direction); });
+}
+
+void keepMembers(PointSet& set, unsigned members) {
+  int kept = 0;
+  for (int i = 0; i < set.size; ++i)
+    if ((members >> i & 1u) != 0)
+      set.points[static_cast<std::size_t>(kept++)] = set.points[static_cast<std::size_t>(i)];
+  set.size = kept;
+}
+
+struct GjkRun {
+  double distance = 0.0;
+  int iterations = 0;
+};
+
+/// Ends where the bounds meet within rounding, or where a vertex brings no progress.
+/// `visit` sees every simplex before it is reduced.
+template <typename Visit>
+GjkRun gjk(const HullPair& pair, Subalgorithm subalgorithm, const Visit& visit) {
+  const double rounding = 4.0 * std::numeric_limits<double>::epsilon() * pair.scale;
+  PointSet set;
+  GjkRun run{std::numeric_limits<double>::infinity(), 0};
+  Vector3d v = pair.a.front() - pair.b.front();
+  for (run.iterations = 1; run.iterations < 100; ++run.iterations) {
+    const Vector3d w = farthest(pair.a, -v) - farthest(pair.b, v);
+    if (run.distance - v.dot(w) / v.norm() <= rounding) break;
+    set.points[static_cast<std::size_t>(set.size++)] = w;
+    visit(set);
+    const NearestInSet nearest = subalgorithm(set);
+    const double distance = nearest.point.norm();
+    if (!(distance < run.distance)) break;
+    run.distance = distance;
+    v = nearest.point;
+    keepMembers(set, nearest.members);
+    if (set.size == 4 || distance <= rounding) break;
+  }
+  return run;
+}
+
+// ---- what is measured
+
+struct Row {
+  std::string algorithm;
+  std::string simplices;
+  double ns = 0.0;
+  double mean_iterations = 0.0;
+  double max_error = 0.0;  ///< of the distance, over the largest norm of a vertex
+  int failures = 0;        ///< GJK runs that end farther than 1e-9 of the scale from the truth
+};
+
+/// The simplices that the loop meets with the explicit solve.
+std::vector<PointSet> recordedSimplices(const Family& family) {
+  std::vector<PointSet> sets;
+  for (const HullPair& pair : family.pairs)
+    gjk(pair, nearestByExplicitSolve, [&](const PointSet& set) { sets.push_back(set); });
+  return sets;
+}
+
+double errorOn(const PointSet& set, Subalgorithm subalgorithm) {
+  const long double truth = exactDistanceToOrigin({set.points.begin(), set.points.begin() + set.size});
+  double largest = 0.0;
+  for (int i = 0; i < set.size; ++i) largest = std::max(largest, set.points[static_cast<std::size_t>(i)].norm());
+  const double error = static_cast<double>(std::abs(subalgorithm(set).point.norm() - truth)) / largest;
+  return std::isfinite(error) ? error : std::numeric_limits<double>::max();
+}
+
+/// Processor time of one pass over the sets [ns per set]: what else runs on the core does not count.
+double passTime(const std::vector<PointSet>& sets, Subalgorithm subalgorithm) {
+  constexpr int kRepeats = 10;
+  Vector3d sum = Vector3d::Zero();
+  const std::clock_t start = std::clock();
+  for (int repeat = 0; repeat < kRepeats; ++repeat)
+    for (const PointSet& set : sets) sum += subalgorithm(set).point;
+  const std::clock_t end = std::clock();
+  volatile double sink = sum.sum();  // or the compiler would leave the loop out
+  static_cast<void>(sink);
+  return 1e9 * static_cast<double>(end - start) / CLOCKS_PER_SEC / (kRepeats * static_cast<double>(sets.size()));
+}
+
+/// Medians of passes that take turns, as the machine drifts.
+std::vector<double> medianTimes(const std::vector<PointSet>& sets) {
+  constexpr std::size_t kPasses = 21;
+  std::vector<std::vector<double>> times(algorithms().size());
+  for (std::size_t pass = 0; pass < kPasses; ++pass)
+    for (std::size_t i = 0; i < times.size(); ++i) times[i].push_back(passTime(sets, algorithms()[i].nearest));
+  std::vector<double> medians;
+  for (std::vector<double>& t : times) {
+    std::nth_element(t.begin(), t.begin() + kPasses / 2, t.end());
+    medians.push_back(t[kPasses / 2]);
+  }
+  return medians;
+}
+
+void runGjk(const Family& family, Subalgorithm subalgorithm, Row& row) {
+  int iterations = 0;
+  for (const HullPair& pair : family.pairs) {
+    const GjkRun run = gjk(pair, subalgorithm, [](const PointSet&) {});
+    iterations += run.iterations;
+    if (!(std::abs(run.distance - pair.truth) <= 1e-9 * pair.scale)) ++row.failures;
+  }
+  row.mean_iterations = static_cast<double>(iterations) / static_cast<double>(family.pairs.size());
+}
+
+std::vector<Row> rowsOf(const Family& family) {
+  const std::vector<PointSet> sets = recordedSimplices(family);
+  const std::vector<double> times = medianTimes(sets);
+  std::vector<Row> rows;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    Row row{algorithms()[i].name, family.name, times[i], 0.0, 0.0, 0};
+    for (const PointSet& set : sets) row.max_error = std::max(row.max_error, errorOn(set, algorithms()[i].nearest));
+    runGjk(family, algorithms()[i].nearest, row);
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+void print(const std::vector<Row>& rows) {
+  std::cout << "simplices        algorithm              ns  iterations  max error  failures of 500\n";
+  for (const Row& row : rows)
+    std::cout << std::left << std::setw(17) << row.simplices << std::setw(17) << row.algorithm << std::right
+              << std::setw(8) << std::setprecision(3) << row.ns << std::setw(12) << row.mean_iterations << std::setw(11)
+              << std::setprecision(2) << row.max_error << std::setw(10) << row.failures << "\n";
+}
+
+void writeJson(const std::vector<Row>& rows, const std::string& file) {
+  std::ofstream out(file);
+  out << std::setprecision(6) << "{\"subalgorithms\": [";
+  const char* separator = "\n";
+  for (const Row& row : rows) {
+    out << separator << R"(  {"algorithm": ")" << row.algorithm << R"(", "simplices": ")" << row.simplices
+        << R"(", "ns": )" << row.ns << R"(, "mean_iterations": )" << row.mean_iterations << R"(, "max_error": )"
+        << row.max_error << R"(, "failures": )" << row.failures << "}";
+    separator = ",\n";
+  }
+  out << "\n]}\n";
+}
+
+}  // namespace
+}  // namespace proximity_server
+
+/// subalgorithm_benchmark [FILE]: a table, and the same as JSON.
+int main(int argc, char** argv) {
+  using namespace proximity_server;
+  std::vector<Row> rows;
+  for (const Family& family : makeFamilies())
+    for (const Row& row : rowsOf(family)) rows.push_back(row);
+  print(rows);
+  if (argc > 1) writeJson(rows, argv[1]);
+  return 0;
+}
