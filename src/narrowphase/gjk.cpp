@@ -1,5 +1,6 @@
 #include "proximity_server/narrowphase/gjk.h"
 
+#include <algorithm>
 #include <limits>
 
 #include "refinement.h"
@@ -34,6 +35,30 @@ bool refineDistance(Cso& cso, const Vector3d& normal, const Options& options, Gj
   return true;
 }
 
+/// Adds the vertices that the last query ended with, where they bring the simplex nearer to the origin.
+Nearest recall(Cso& cso, Simplex& simplex, Nearest nearest) {
+  const WarmStart& warm_start = cso.warmStart();
+  const auto count = static_cast<std::size_t>(std::clamp(warm_start.simplex_size, 0, 3));
+  for (std::size_t i = 0; i < count && !nearest.encloses_origin; ++i) {
+    const int place = simplex.freePlace();
+    simplex[place] = cso.recalled(warm_start.simplex[i]);
+    const Nearest next = nearestToOrigin(simplex, place);
+    if (!next.encloses_origin && !(next.distance < nearest.distance)) continue;
+    nearest = next;
+    simplex.members = nearest.members;
+  }
+  return nearest;
+}
+
+/// Leaves the simplex for the next query.
+void remember(Cso& cso, const Simplex& simplex) {
+  WarmStart& warm_start = cso.warmStart();
+  warm_start.simplex_size = 0;
+  for (int place = 0; place < 4 && warm_start.simplex_size < 3; ++place)
+    if (simplex.has(place))
+      warm_start.simplex[static_cast<std::size_t>(warm_start.simplex_size++)] = simplex[place].numbers;
+}
+
 }  // namespace
 
 GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, const Options& options) {
@@ -47,6 +72,7 @@ GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, co
     result.status = converged && outcome == Outcome::Apart ? Status::Converged : status;
     result.distance = nearest.distance;
     if (outcome == Outcome::Apart) result.points = witnessPoints(simplex);
+    if (cso.isPolytope() && outcome != Outcome::Threshold) remember(cso, simplex);
     return result;
   };
 
@@ -75,6 +101,7 @@ GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, co
     }
     nearest = next;
     simplex.members = nearest.members;
+    if (result.iterations == 1 && cso.isPolytope()) nearest = recall(cso, simplex, nearest);
     // Enclosed, or no longer to be told from the origin.
     if (nearest.encloses_origin || nearest.distance <= rounding) return end(Outcome::Overlap, Status::Converged);
     if (result.iterations >= options.max_iterations) return end(Outcome::Apart, Status::IterationLimit);

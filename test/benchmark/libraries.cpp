@@ -24,22 +24,34 @@ Answer askOurs(const SolidPair& pair, Question question, double tolerance, WarmS
 }
 
 template <fcl::GJKSolverType kSolver>
+std::size_t collideFcl(const SolidPair& pair, bool contacts, double tolerance, fcl::CollisionResultd& result) {
+  fcl::CollisionRequestd request;
+  request.enable_contact = contacts;
+  request.gjk_solver_type = kSolver;
+  if (tolerance != kDefaultTolerance) request.gjk_tolerance = tolerance;
+  return fcl::collide(pair.a->fcl.get(), fcl::Transform3d::Identity(), pair.b->fcl.get(), pair.a_T_b, request, result);
+}
+
+template <fcl::GJKSolverType kSolver>
 Answer askFcl(const SolidPair& pair, Question question, double tolerance, WarmStart&) {
-  const auto origin = fcl::Transform3d::Identity();
+  const bool apart = pair.placement == Placement::Apart;
   if (question == Question::Boolean) {
-    fcl::CollisionRequestd request;
-    request.gjk_solver_type = kSolver;
-    if (tolerance != kDefaultTolerance) request.gjk_tolerance = tolerance;
     fcl::CollisionResultd result;
-    return {fcl::collide(pair.a->fcl.get(), origin, pair.b->fcl.get(), pair.a_T_b, request, result) > 0 ? -1.0 : 1.0};
+    return {collideFcl<kSolver>(pair, false, tolerance, result) > 0 ? -1.0 : 1.0};
+  }
+  if (!apart && kSolver == fcl::GST_INDEP) {  // its distance() asserts where this solver finds no contact
+    fcl::CollisionResultd result;
+    if (collideFcl<kSolver>(pair, true, tolerance, result) == 0) return {};
+    return {-result.getContact(0).penetration_depth};
   }
   // Asked for the depth, FCL leaves its closed forms; so it is asked where there is one only.
   fcl::DistanceRequestd request;
   request.enable_nearest_points = true;
-  request.enable_signed_distance = pair.placement != Placement::Apart;
+  request.enable_signed_distance = !apart;
   request.gjk_solver_type = kSolver;
   if (tolerance != kDefaultTolerance) request.distance_tolerance = tolerance;
   fcl::DistanceResultd result;
+  const auto origin = fcl::Transform3d::Identity();
   return {fcl::distance(pair.a->fcl.get(), origin, pair.b->fcl.get(), pair.a_T_b, request, result)};
 }
 

@@ -4,12 +4,13 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
+#include <csetjmp>
+#include <csignal>
 #include <ctime>
 #include <deque>
 #include <fstream>
 #include <functional>
 #include <iostream>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <regex>
@@ -52,13 +53,29 @@ void addTruth(Row& row) {
   for (std::size_t i = 0; i < std::min(count, row.pairs.size()); ++i) row.truth.push_back(truthOf(row.pairs[i]));
 }
 
+sigjmp_buf after_abort;
+void jumpOutOfAbort(int) { siglongjmp(after_abort, 1); }
+
+/// The answer to one pair, or nothing where the library throws or aborts: FCL's packages are built with assertions,
+/// which fail on some pairs and would end the program. The jump leaks what the library held.
 std::optional<Answer> tryToAsk(const Library& library, const Row& row, const SolidPair& pair, double tolerance,
                                WarmStart& warm) {
+  if (sigsetjmp(after_abort, 0) != 0) return std::nullopt;
   try {
     return library.ask(pair, row.question, tolerance, warm);
   } catch (const std::exception&) {
     return std::nullopt;
   }
+}
+
+/// The pairs that a library answers at all: only they are timed.
+std::vector<SolidPair> answeredBy(const Library& library, const Row& row, double tolerance) {
+  std::vector<SolidPair> answered;
+  for (const SolidPair& pair : row.pairs) {
+    WarmStart cold;
+    if (tryToAsk(library, row, pair, tolerance, cold)) answered.push_back(pair);
+  }
+  return answered;
 }
 
 /// Largest and mean error over the pairs with a known answer; a boolean that is wrong is an error of what it missed.
@@ -87,14 +104,14 @@ json errorsOf(const Library& library, const Row& row, double tolerance) {
 }
 
 /// [ns] per query over the first `count` pairs.
-double timeOf(const Library& library, const Row& row, double tolerance, std::size_t count) {
+double timeOf(const Library& library, const Row& row, const std::vector<SolidPair>& pairs, double tolerance,
+              std::size_t count) {
   WarmStart warm;
   volatile double sink = 0.0;
   const auto start = Clock::now();
   for (std::size_t i = 0; i < count; ++i) {
     if (!row.coherent) warm = {};
-    const std::optional<Answer> answer = tryToAsk(library, row, row.pairs[i], tolerance, warm);
-    if (answer) sink = sink + answer->distance;
+    sink = sink + library.ask(pairs[i], row.question, tolerance, warm).distance;
   }
   return std::chrono::duration<double, std::nano>(Clock::now() - start).count() / static_cast<double>(count);
 }
@@ -104,24 +121,36 @@ double medianOf(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
+/// One library on one row.
+struct Run {
+  const Library* library;
+  std::vector<SolidPair> pairs;
+  std::size_t count;  ///< of pairs in a round
+  std::vector<double> ns;
+};
+
 /// One entry a library: median time, and errors.
 json measure(const Row& row, const std::vector<Library>& libraries, double tolerance) {
-  std::vector<const Library*> asked;
-  for (const Library& library : libraries)
-    if (library.answers(row.question, row.pairs.front().placement != Placement::Apart)) asked.push_back(&library);
-  std::map<const Library*, std::vector<double>> times;
-  std::map<const Library*, std::size_t> counts;
-  for (const Library* library : asked) {
-    const std::size_t few = std::min<std::size_t>(row.pairs.size(), 20);
-    const double ns = timeOf(*library, row, tolerance, few);
-    counts[library] = std::clamp(static_cast<std::size_t>(kRoundNs / ns), few, row.pairs.size());
+  std::vector<Run> runs;
+  for (const Library& library : libraries) {
+    if (!library.answers(row.question, row.pairs.front().placement != Placement::Apart)) continue;
+    Run run{&library, answeredBy(library, row, tolerance), 0, {}};
+    if (run.pairs.empty()) continue;
+    const std::size_t few = std::min<std::size_t>(run.pairs.size(), 20);
+    const double ns = timeOf(library, row, run.pairs, tolerance, few);
+    run.count = std::clamp(static_cast<std::size_t>(kRoundNs / ns), few, run.pairs.size());
+    runs.push_back(run);
   }
   for (int round = 0; round < kRounds; ++round)
-    for (const Library* library : asked) times[library].push_back(timeOf(*library, row, tolerance, counts[library]));
+    for (Run& run : runs) run.ns.push_back(timeOf(*run.library, row, run.pairs, tolerance, run.count));
   json entries = json::array();
-  for (const Library* library : asked) {
-    json entry = errorsOf(*library, row, tolerance);
-    entry.update({{"row", row.name}, {"library", library->name}, {"ns", medianOf(times[library])}});
+  for (const Run& run : runs) {
+    json entry = errorsOf(*run.library, row, tolerance);
+    entry.update({{"row", row.name},
+                  {"library", run.library->name},
+                  {"ns", medianOf(run.ns)},
+                  {"unanswered", row.pairs.size() - run.pairs.size()},
+                  {"pairs", row.pairs.size()}});
     entries.push_back(entry);
   }
   return entries;
@@ -328,6 +357,10 @@ int main(int argc, char** argv) {
   app.add_option("regex", regex, "only rows whose name matches");
   CLI11_PARSE(app, argc, argv);
 
+  struct sigaction action {};
+  action.sa_handler = jumpOutOfAbort;
+  action.sa_flags = SA_NODEFER;  // the jump does not restore the mask
+  sigaction(SIGABRT, &action, nullptr);
   const Suite suite(std::regex(regex), allLibraries());
   const json result = {{"processor", processor()},         {"date", today()},
                        {"compiler", "g++ " __VERSION__},   {"rows", suite.rows()},

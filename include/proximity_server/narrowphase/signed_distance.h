@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
 #include <limits>
 
 #include "proximity_server/narrowphase/shape.h"
@@ -65,8 +66,13 @@ struct SignedDistance {
 /// iterations; the default starts cold.
 struct WarmStart {
   Eigen::Vector3d axis = Eigen::Vector3d::Zero();  ///< separating axis, a's frame, a towards b; 0: none
-  int vertex_a = 0;                                ///< last support vertex of a hull
+  int vertex_a = 0;                                ///< last support vertex of a hull, a box or a segment
   int vertex_b = 0;
+  struct Pair {
+    int a, b;
+  };
+  std::array<Pair, 3> simplex{};  ///< vertices whose differences were nearest to the origin, of two polytopes
+  int simplex_size = 0;
 };
 
 /// Signed distance between two convex shapes, with a witness point on each.

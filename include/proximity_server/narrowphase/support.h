@@ -16,9 +16,16 @@ inline double radialPart(const Eigen::Vector3d& direction) {
   return std::sqrt(direction.x() * direction.x() + direction.y() * direction.y());
 }
 
-inline Eigen::Vector3d signedCorner(const Eigen::Vector3d& half_extents, const Eigen::Vector3d& direction) {
-  return {std::copysign(half_extents.x(), direction.x()), std::copysign(half_extents.y(), direction.y()),
-          std::copysign(half_extents.z(), direction.z())};
+/// The corner of a box by its number: bit k is set where coordinate k is negative.
+inline Eigen::Vector3d corner(const Eigen::Vector3d& half_extents, int number) {
+  return {(number & 1) != 0 ? -half_extents.x() : half_extents.x(),
+          (number & 2) != 0 ? -half_extents.y() : half_extents.y(),
+          (number & 4) != 0 ? -half_extents.z() : half_extents.z()};
+}
+
+inline int cornerTowards(const Eigen::Vector3d& direction) {
+  return static_cast<int>(std::signbit(direction.x())) | static_cast<int>(std::signbit(direction.y())) << 1 |
+         static_cast<int>(std::signbit(direction.z())) << 2;
 }
 
 /// Point of the circle |(x, y)| = radius at height z that lies farthest along the direction.
@@ -32,19 +39,20 @@ inline Eigen::Vector3d rimPoint(double radius, double z, const Eigen::Vector3d& 
 
 /// Point of the core that lies farthest along `direction` (not zero), in the shape's frame.
 ///
-/// `vertex` is where the search on a large hull begins and ends; any value is legal, the last answer is the best.
-/// Error:  the point's coordinate along the direction is within 4 eps coreRadius() of the true maximum.
-/// Source: van den Bergen, A Fast and Robust GJK Implementation for Collision Detection of Convex Objects, J. Graphics
+/// `vertex` is where the search on a large hull begins; any value is legal, the last answer is the best. Of a polytope
+/// it then is the number of the point, for vertexOf(). Error:  the point's coordinate along the direction is within 4
+/// eps coreRadius() of the true maximum. Source: van den Bergen, A Fast and Robust GJK Implementation for Collision
+/// Detection of Convex Objects, J. Graphics
 ///         Tools 1999 (closed forms); Cameron, Enhancing GJK, ICRA 1997 (hill climbing over the adjacency).
 inline Eigen::Vector3d supportPoint(const Shape& shape, const Eigen::Vector3d& direction, int& vertex) {
   const Eigen::Vector3d& half = shape.halfExtents();
   switch (shape.kind()) {
     case Shape::Kind::Point:
-      return Eigen::Vector3d::Zero();
     case Shape::Kind::Segment:
-      return {0.0, 0.0, std::copysign(half.z(), direction.z())};
-    case Shape::Kind::Box:
-      return support::signedCorner(half, direction);
+    case Shape::Kind::Box:  // the others are boxes without width
+      vertex = support::cornerTowards(direction);
+      return {std::copysign(half.x(), direction.x()), std::copysign(half.y(), direction.y()),
+              std::copysign(half.z(), direction.z())};
     case Shape::Kind::Cylinder:
       return support::rimPoint(half.x(), std::copysign(half.z(), direction.z()), direction,
                                support::radialPart(direction));
@@ -64,6 +72,13 @@ inline Eigen::Vector3d supportPoint(const Shape& shape, const Eigen::Vector3d& d
   return shape.hull().vertices()[static_cast<std::size_t>(vertex)];
 }
 
+/// Vertex of a polytope by its number; any other number gives one of its vertices too.
+inline Eigen::Vector3d vertexOf(const Shape& polytope, int number) {
+  if (polytope.kind() != Shape::Kind::Hull) return support::corner(polytope.halfExtents(), number);
+  const ConvexHull& hull = polytope.hull();
+  return hull.vertices()[number >= 0 && number < hull.size() ? static_cast<std::size_t>(number) : 0];
+}
+
 /// The flat part of the core that lies within `tolerance` [m] of the support plane of the unit `direction`.
 struct SupportFeature {
   int dimension;          ///< 0 vertex or curved, 1 edge, 2 face
@@ -75,6 +90,7 @@ SupportFeature supportFeature(const Shape& shape, const Eigen::Vector3d& directi
 struct CsoVertex {
   Eigen::Vector3d point;  ///< the point on a minus that on b
   Eigen::Vector3d on_a;
+  WarmStart::Pair numbers;  ///< of the points, where the cores are polytopes
   Eigen::Vector3d onB() const { return on_a - point; }
 };
 
@@ -98,9 +114,16 @@ class Cso {
   CsoVertex vertex(const Eigen::Vector3d& direction) {
     const Eigen::Vector3d on_a = supportPoint(a_, direction, warm_start_.vertex_a);
     const Eigen::Vector3d towards_a = -(bAxes().transpose() * direction);
-    const Eigen::Vector3d on_b = bAxes() * supportPoint(b_, towards_a, warm_start_.vertex_b) + bOrigin();
-    return {on_a - on_b, on_a};
+    return vertexFrom(on_a, supportPoint(b_, towards_a, warm_start_.vertex_b),
+                      {warm_start_.vertex_a, warm_start_.vertex_b});
   }
+
+  /// A vertex of the simplex that the last query ended with; only where the cores are polytopes.
+  CsoVertex recalled(const WarmStart::Pair& numbers) const {
+    return vertexFrom(vertexOf(a_, numbers.a), vertexOf(b_, numbers.b), numbers);
+  }
+
+  WarmStart& warmStart() { return warm_start_; }
 
   /// From the centre of a's core to that of b's.
   Eigen::Vector3d centreDifference() const { return bAxes() * b_.centre() + bOrigin() - a_.centre(); }
@@ -119,6 +142,10 @@ class Cso {
   Eigen::Isometry3d::ConstTranslationPart bOrigin() const { return a_T_b_.translation(); }
 
  private:
+  CsoVertex vertexFrom(const Eigen::Vector3d& on_a, const Eigen::Vector3d& on_b, const WarmStart::Pair& numbers) const {
+    return {on_a - (bAxes() * on_b + bOrigin()), on_a, numbers};
+  }
+
   const Shape& a_;
   const Shape& b_;
   const Eigen::Isometry3d& a_T_b_;
