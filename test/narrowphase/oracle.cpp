@@ -276,4 +276,9 @@ long double outsideBy(const Shape& shape, const Eigen::Vector3d& point) {
   return outside_core() - shape.margin();
 }
 
+long double outsideByAtMost(const Shape& shape, const Eigen::Vector3d& point) {
+  if (shape.kind() != Shape::Kind::Hull) return outsideBy(shape, point);
+  return distanceToTriangles(shape.hull(), point.cast<long double>()) - shape.margin();
+}
+
 }  // namespace proximity_server
