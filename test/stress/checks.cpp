@@ -122,12 +122,12 @@ Relative askedApart(const StressPair& p) {
   return {"asked only for a distance apart", pair, roundingOf(p.pair())};
 }
 
-AssertionResult agrees(const Relative& relative, const SignedDistance& first) {
+std::optional<Failure> failureOf(const Relative& relative, const SignedDistance& first) {
   const SignedDistance result = ask(relative.pair);
   AssertionResult check = keepsItsPromises(relative.pair, result);
   if (check) check = agree(result, first, relative.apart);
-  if (check) return check;
-  return AssertionFailure() << relative.name << ": " << check.message();
+  if (check) return std::nullopt;
+  return Failure{std::string(relative.name) + ": " + check.message(), relative.pair};
 }
 
 /// A threshold near the distance is the hard one.
@@ -145,16 +145,13 @@ unsigned seedOf(const StressPair& p) {
   return static_cast<unsigned>(seed ^ (seed >> 32));
 }
 
-AssertionResult relativesAgree(const StressPair& p, const SignedDistance& first) {
+std::optional<Failure> failureOfRelatives(const StressPair& p, const SignedDistance& first) {
   std::mt19937 random(seedOf(p));
-  AssertionResult check = agrees(swapped(p), first);
-  if (check) check = agrees(moved(p, random), first);
-  if (check) check = agrees(shifted(p, random), first);
-  if (check) check = agrees(warm(p), first);
-  if (check && p.warm_start.axis != Vector3d::Zero()) check = agrees(cold(p), first);
-  if (check) check = agrees(askedAbove(p, thresholdNear(first, p.pair().scale(), random)), first);
-  if (check) check = agrees(askedApart(p), first);
-  return check;
+  const double threshold = thresholdNear(first, p.pair().scale(), random);
+  for (const Relative& relative :
+       {swapped(p), moved(p, random), shifted(p, random), warm(p), cold(p), askedAbove(p, threshold), askedApart(p)})
+    if (std::optional<Failure> failure = failureOf(relative, first)) return failure;
+  return std::nullopt;
 }
 
 double errorLimit(const Shape& shape) {
@@ -232,8 +229,10 @@ Observation observe(const StressPair& p) {
 
   AssertionResult check = sameBits(seen.result, repeated);
   if (check) check = keepsItsPromises(p, seen.result);
-  if (check) check = relativesAgree(p, seen.result);
-  if (!check) seen.failure = check.message();
+  if (!check)
+    seen.failure = Failure{check.message(), p};
+  else
+    seen.failure = failureOfRelatives(p, seen.result);
   return seen;
 }
 
@@ -244,7 +243,7 @@ Observation observeWithOracle(const StressPair& p) {
   AssertionResult check = enclosesTruth(p.pair(), seen.result, truth);
   if (check) check = isAsExactAsItsLimit(p, truth);
   if (check) check = scalesWithItsShapes(p, seen.result);
-  if (!check && seen.failure.empty()) seen.failure = check.message();
+  if (!check && !seen.failure) seen.failure = Failure{check.message(), p};
   return seen;
 }
 

@@ -11,13 +11,19 @@ namespace proximity_server {
 constexpr double kPolytopeErrorLimit = 1e-10;
 constexpr double kCurvedErrorLimit = 1e-9;
 
+/// A promise that was not kept, and the pair that shows it: the one observed or a relative of it.
+struct Failure {
+  std::string sentence;
+  StressPair pair;
+};
+
 /// What one pair showed.
 struct Observation {
   SignedDistance result;
   double size = 0.0;            ///< [m] ShapePair::scale()
   double microseconds = 0.0;    ///< of the query; the shorter of two
   std::optional<double> error;  ///< [m] of the distance, where the oracle was asked
-  std::string failure;          ///< a sentence; empty if every promise is kept
+  std::optional<Failure> failure;
 };
 
 /// Asks the pair and checks everything that a result promises: its proof from scratch, the same bits for the same

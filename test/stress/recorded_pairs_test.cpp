@@ -18,11 +18,16 @@ std::vector<RecordedPair> recordedPairs() {
   return readRecordedPairs(std::string(PROXIMITY_SOURCE_DIR) + "/test/data/recorded_pairs.jsonl");
 }
 
+/// A sentence of failure; empty if every promise is kept.
+std::string failureOf(const StressPair& pair) {
+  const Observation seen = observeWithOracle(pair);
+  return seen.failure ? seen.failure->sentence : "";
+}
+
 TEST(RecordedPairs, AreThere) { EXPECT_GE(recordedPairs().size(), 13u); }
 
 TEST(RecordedPairs, KeepEveryPromise) {
-  for (const RecordedPair& recorded : recordedPairs())
-    EXPECT_EQ(observeWithOracle(recorded.pair).failure, "") << recorded.name;
+  for (const RecordedPair& recorded : recordedPairs()) EXPECT_EQ(failureOf(recorded.pair), "") << recorded.name;
 }
 
 TEST(RecordedPairs, KeepEveryPromiseSwapped) {
@@ -31,7 +36,7 @@ TEST(RecordedPairs, KeepEveryPromiseSwapped) {
     std::swap(swapped.a, swapped.b);
     swapped.a_T_b = recorded.pair.a_T_b.inverse(Eigen::Affine);
     swapped.warm_start = {};
-    EXPECT_EQ(observeWithOracle(swapped).failure, "") << recorded.name;
+    EXPECT_EQ(failureOf(swapped), "") << recorded.name;
   }
 }
 

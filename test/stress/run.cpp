@@ -24,7 +24,7 @@ std::int64_t blocksOf(const StressRun& run) {
   return (run.pairs + blocks - 1) / blocks;
 }
 
-void add(FamilySummary& summary, const Observation& seen, const StressPair& pair, std::int64_t number) {
+void add(FamilySummary& summary, const Observation& seen, std::int64_t number) {
   ++summary.pairs;
   const SignedDistance& result = seen.result;
   if (result.status == Status::Converged)
@@ -38,9 +38,9 @@ void add(FamilySummary& summary, const Observation& seen, const StressPair& pair
     if (result.status == Status::Converged)
       summary.worst_error = std::max(summary.worst_error, *seen.error / seen.size);
   }
-  if (seen.failure.empty()) return;
+  if (!seen.failure) return;
   ++summary.failed;
-  if (summary.failures.size() < kFailuresKept) summary.failures.push_back({number, pair, seen.failure});
+  if (summary.failures.size() < kFailuresKept) summary.failures.push_back({number, *seen.failure});
 }
 
 void add(FamilySummary& summary, const FamilySummary& other) {
@@ -78,7 +78,7 @@ class Worker {
     const bool with_oracle = block % run_.blocks_per_oracle == 0;
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       const Observation seen = with_oracle && i == 0 ? observeWithOracle(pairs[i]) : observe(pairs[i]);
-      add(summaries_[chosen], seen, pairs[i], kPairsPerBlock * block + static_cast<std::int64_t>(i));
+      add(summaries_[chosen], seen, kPairsPerBlock * block + static_cast<std::int64_t>(i));
     }
   }
 

@@ -10,8 +10,7 @@ namespace proximity_server {
 
 struct StressFailure {
   std::int64_t number;  ///< of the pair in its family
-  StressPair pair;
-  std::string sentence;
+  Failure failure;
 };
 
 /// The worst that a family's pairs showed.

@@ -56,9 +56,9 @@ void print(const std::vector<FamilySummary>& summaries) {
 /// Each failure as a line of the file, which the tests replay.
 void record(const FamilySummary& summary, unsigned seed, const std::string& path) {
   std::ofstream file(path, std::ios::app);
-  for (const StressFailure& failure : summary.failures) {
-    const std::string name = summary.name + ", seed " + std::to_string(seed) + ", pair " +
-                             std::to_string(failure.number) + ": " + failure.sentence;
+  for (const auto& [number, failure] : summary.failures) {
+    const std::string name =
+        summary.name + ", seed " + std::to_string(seed) + ", pair " + std::to_string(number) + ": " + failure.sentence;
     std::printf("%s\n", name.c_str());
     file << toJsonLine({name, failure.pair, {}}) << "\n";
   }
