@@ -421,15 +421,15 @@ const std::vector<Family>& stressFamilies() {
       {"coplanar vertices", coplanarShapes, nearbyOrTouching},
       {"coplanar faces in contact", coplanarShapes, facing},
       {"concentric", solids, centred},
-      {"coaxial", revolvedShapes, onOneAxis},
+      {"coaxial", revolvedShapes, onOneAxis, 8},
       {"deep", solids, deep},
       {"rotations off by an ulp", solids, withAnUlp},
       {"boxes off by an ulp", equalBoxes, withAnUlp},
-      {"large hulls", largeHulls, nearbyOrTouching},
+      {"large hulls", largeHulls, nearbyOrTouching, 8},
       {"tolerances and iteration limits", solids, withOptions},
       {"warm start from elsewhere", solids, afterAJump},
       {"warm start from garbage", solids, afterGarbage},
-      {"random mix", anyShapes, anyQuery},
+      {"random mix", anyShapes, anyQuery, 8},
   };
   return families;
 }

@@ -38,6 +38,7 @@ struct Family {
   const char* name;
   TwoShapes (*shapes)(std::mt19937&);
   Query (*query)(const TwoShapes&, std::mt19937&);
+  int rarity = 1;  ///< a slow family takes part in every so many rounds of a run only
 };
 
 const std::vector<Family>& stressFamilies();

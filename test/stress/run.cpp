@@ -1,7 +1,7 @@
 #include "stress/run.h"
 
 #include <algorithm>
-#include <numeric>
+#include <cmath>
 #include <stdexcept>
 #include <thread>
 
@@ -18,10 +18,12 @@ std::vector<std::size_t> familiesOf(const StressRun& run) {
   return chosen;
 }
 
-/// Of each family.
-std::int64_t blocksOf(const StressRun& run) {
-  const std::int64_t blocks = kPairsPerBlock * static_cast<std::int64_t>(familiesOf(run).size());
-  return (run.pairs + blocks - 1) / blocks;
+/// A round is one block of each family that is not too rare for it.
+std::int64_t roundsOf(const StressRun& run) {
+  double pairs_of_a_round = 0.0;
+  for (const std::size_t family : familiesOf(run))
+    pairs_of_a_round += static_cast<double>(kPairsPerBlock) / stressFamilies()[family].rarity;
+  return static_cast<std::int64_t>(std::ceil(static_cast<double>(run.pairs) / pairs_of_a_round));
 }
 
 void add(FamilySummary& summary, const Observation& seen, std::int64_t number) {
@@ -63,9 +65,12 @@ class Worker {
 
   void work(std::atomic<std::int64_t>& next, std::atomic<std::int64_t>& done) {
     const std::int64_t families = static_cast<std::int64_t>(families_.size());
-    const std::int64_t end = families * blocksOf(run_);
+    const std::int64_t end = families * roundsOf(run_);
     for (std::int64_t i = next++; i < end; i = next++) {
-      observeBlock(static_cast<std::size_t>(i % families), i / families);
+      const std::size_t chosen = static_cast<std::size_t>(i % families);
+      const std::int64_t round = i / families, rarity = stressFamilies()[families_[chosen]].rarity;
+      if (round % rarity != 0) continue;
+      observeBlock(chosen, round / rarity);
       done += kPairsPerBlock;
     }
   }
@@ -88,10 +93,6 @@ class Worker {
 };
 
 }  // namespace
-
-std::int64_t pairsOf(const StressRun& run) {
-  return blocksOf(run) * kPairsPerBlock * static_cast<std::int64_t>(familiesOf(run).size());
-}
 
 std::vector<FamilySummary> runStress(const StressRun& run, std::atomic<std::int64_t>& done) {
   const std::vector<std::size_t> families = familiesOf(run);

@@ -39,7 +39,4 @@ struct StressRun {
 /// Throws std::invalid_argument for an unknown family.
 std::vector<FamilySummary> runStress(const StressRun& run, std::atomic<std::int64_t>& done);
 
-/// How many pairs runStress will ask in truth.
-std::int64_t pairsOf(const StressRun& run);
-
 }  // namespace proximity_server

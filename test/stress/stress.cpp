@@ -28,7 +28,7 @@ class ProgressBar {
   void draw() const {
     constexpr int kWidth = 50;
     while (!ended_) {
-      const double part = static_cast<double>(done_) / static_cast<double>(total_);
+      const double part = std::min(1.0, static_cast<double>(done_) / static_cast<double>(total_));
       std::fprintf(stderr, "\r[%-*.*s] %5.1f %%", kWidth, static_cast<int>(kWidth * part),
                    "##################################################", 100.0 * part);
       std::this_thread::sleep_for(std::chrono::milliseconds(200));
@@ -70,7 +70,7 @@ int run(const StressRun& asked, const std::string& record_path) {
   const auto start = std::chrono::steady_clock::now();
   std::vector<FamilySummary> summaries;
   {
-    const ProgressBar bar(done, pairsOf(asked));
+    const ProgressBar bar(done, asked.pairs);
     summaries = runStress(asked, done);
   }
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
