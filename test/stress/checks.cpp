@@ -72,12 +72,17 @@ struct Relative {
   double apart;
 };
 
+/// How far the linear part is from a rotation, which keeps lengths: its inverse changes them by that part.
+double departureFromRotation(const Isometry3d& pose) {
+  return (pose.linear().transpose() * pose.linear() - Eigen::Matrix3d::Identity()).norm();
+}
+
 Relative swapped(const StressPair& p) {
   const Isometry3d b_T_a = p.a_T_b.inverse(Eigen::Affine);
   // The inverse is rounded: nine products with a translation, six with a rotation, once in each direction.
   return {"swapped",
           {p.b, p.a, b_T_a, p.options, {-p.warm_start.axis, p.warm_start.vertex_b, p.warm_start.vertex_a}},
-          2.0 * roundingOf(p.pair())};
+          2.0 * roundingOf(p.pair()) + departureFromRotation(p.a_T_b) * p.pair().scale()};
 }
 
 /// Both placed in a world by one motion; as far as each entry of the relative pose is rounded on that way.
