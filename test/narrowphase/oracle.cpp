@@ -19,10 +19,15 @@ Vector3l discSupport(long double radius, long double z, const Vector3l& n) {
 }
 
 Vector3l hullSupport(const ConvexHull& hull, const Vector3l& n) {
-  Vector3l best = hull.vertices().front().cast<long double>();
-  for (const Eigen::Vector3d& vertex : hull.vertices())
-    if (vertex.cast<long double>().dot(n) > best.dot(n)) best = vertex.cast<long double>();
-  return best;
+  const Eigen::Vector3d* best = &hull.vertices().front();
+  long double farthest = best->cast<long double>().dot(n);
+  for (const Eigen::Vector3d& vertex : hull.vertices()) {
+    const long double along = vertex.cast<long double>().dot(n);
+    if (!(along > farthest)) continue;
+    farthest = along;
+    best = &vertex;
+  }
+  return best->cast<long double>();
 }
 
 /// Lowest point of the CSO b - a (cores only) along n, in the frame of a.
@@ -177,15 +182,22 @@ long double distanceToTriangle(const Vector3l& p, const std::array<Vector3l, 3>&
 /// Distance of p to the nearest triangle of the hull, or to all there is of a segment or point. The corners are
 /// vertices of the hull, so whatever triangles there are, p lies no farther from the hull than this.
 long double distanceToTriangles(const ConvexHull& hull, const Vector3l& p) {
-  const auto distance = [&](std::size_t i, std::size_t j, std::size_t k) {
-    const auto& v = hull.vertices();
-    return distanceToTriangle(p, {v[i].cast<long double>(), v[j].cast<long double>(), v[k].cast<long double>()});
+  const auto corner = [&](int i) -> const Eigen::Vector3d& { return hull.vertices()[static_cast<std::size_t>(i)]; };
+  const auto distance = [&](int i, int j, int k) {
+    return distanceToTriangle(
+        p, {corner(i).cast<long double>(), corner(j).cast<long double>(), corner(k).cast<long double>()});
   };
-  const std::size_t last = hull.vertices().size() - 1;
+  const Eigen::Vector3d rounded = p.cast<double>();
+  // Most triangles are farther than the nearest so far by their bounding box alone.
+  const auto boxIsFarther = [&](const std::array<int, 3>& t, double than) {
+    const Eigen::Vector3d low = corner(t[0]).cwiseMin(corner(t[1])).cwiseMin(corner(t[2]));
+    const Eigen::Vector3d high = corner(t[0]).cwiseMax(corner(t[1])).cwiseMax(corner(t[2]));
+    return (low - rounded).cwiseMax(rounded - high).maxCoeff() > than;
+  };
+  const int last = hull.size() - 1;
   long double nearest = distance(0, last, last);
   for (const std::array<int, 3>& t : hull.triangles())
-    nearest = std::min(nearest, distance(static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]),
-                                         static_cast<std::size_t>(t[2])));
+    if (!boxIsFarther(t, static_cast<double>(nearest))) nearest = std::min(nearest, distance(t[0], t[1], t[2]));
   return nearest;
 }
 
@@ -274,6 +286,11 @@ long double outsideBy(const Shape& shape, const Eigen::Vector3d& point) {
     return std::numeric_limits<long double>::quiet_NaN();
   };
   return outside_core() - shape.margin();
+}
+
+long double outsideByAtMost(const Shape& shape, const Eigen::Vector3d& point) {
+  if (shape.kind() != Shape::Kind::Hull) return outsideBy(shape, point);
+  return distanceToTriangles(shape.hull(), point.cast<long double>()) - shape.margin();
 }
 
 }  // namespace proximity_server

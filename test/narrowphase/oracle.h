@@ -48,4 +48,8 @@ Truth signedDistanceOracle(const ShapePair& pair, int max_cells = 200000);
 /// Error: rounding in long double; of a hull, no less than the truth and no more than double epsilon * radius above it.
 long double outsideBy(const Shape& shape, const Eigen::Vector3d& point);
 
+/// No less than outsideBy, and fast for hulls too: a point in the middle of a hull is as far outside as its nearest
+/// triangle is away. Within rounding the same on the surface and outside of it.
+long double outsideByAtMost(const Shape& shape, const Eigen::Vector3d& point);
+
 }  // namespace proximity_server

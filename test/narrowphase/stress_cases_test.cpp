@@ -1,4 +1,4 @@
-// Hard pairs that made other libraries fail, and our own, each with an exact answer.
+// Hard pairs that made other libraries fail, each with an exact answer.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -169,60 +169,6 @@ TEST(StressCases, RigidMotionKeepsTheDistance) {
         const PairCase moved{c.name, ConvexHull(a), ConvexHull(b), Isometry3d::Identity()};
         EXPECT_NEAR(exactly(moved).distance, c.expected, allowedError(moved.pair())) << describe(moved);
       }
-}
-
-Shape recordedShape(const json& s) {
-  const double margin = s.value("margin", 0.0);
-  const std::string kind = s["kind"];
-  if (kind == "point") return Sphere{margin};
-  if (kind == "segment") return Capsule{margin, 2.0 * s["half_extents"][2].get<double>()};
-  if (kind == "hull") {
-    std::vector<Vector3d> points;
-    for (const json& vertex : s["vertices"]) points.push_back(vector(vertex));
-    return Shape(ConvexHull(points)).padded(margin);
-  }
-  const Vector3d half = vector(s["half_extents"]);
-  if (kind == "box") return Shape(Box{2.0 * half}).padded(margin);
-  if (kind == "cylinder") return Shape(Cylinder{half.x(), 2.0 * half.z()}).padded(margin);
-  if (kind == "cone") return Shape(Cone{half.x(), 2.0 * half.z()}).padded(margin);
-  return Shape(Ellipsoid{half}).padded(margin);
-}
-
-/// One row of test/data/recorded_pairs.json: a pair that was once wrong.
-std::vector<StressCase> recordedCases() {
-  const json file = casesIn("test/data/recorded_pairs.json");
-  std::vector<StressCase> cases;
-  for (const json& c : file)
-    cases.push_back(
-        {{c["name"], recordedShape(c["a"]), recordedShape(c["b"]), pose(c["a_T_b"])}, c["expected_signed_distance"]});
-  return cases;
-}
-
-TEST(RecordedPairs, AreThere) { EXPECT_GE(recordedCases().size(), 13u); }
-
-TEST(RecordedPairs, OracleKnowsTheirDistance) {
-  for (const StressCase& c : recordedCases()) {
-    const Truth truth = signedDistanceOracle(c.pair());
-    EXPECT_GE(c.expected, static_cast<double>(truth.distance) - 1e-16) << describe(c);
-    EXPECT_LE(c.expected, static_cast<double>(truth.distance + truth.error_bound) + 1e-16) << describe(c);
-  }
-}
-
-TEST(RecordedPairs, DistanceIsWithinTheTolerance) {
-  for (const StressCase& c : recordedCases())
-    EXPECT_NEAR(signedDistance(c.a, c.b, c.a_T_b).distance, c.expected, 1e-9) << describe(c);
-}
-
-TEST(RecordedPairs, ResultsCarryTheirProofInBothOrders) {
-  for (const StressCase& c : recordedCases())
-    for (const PairCase& order : {PairCase(c), swapped(c)})
-      EXPECT_TRUE(carriesItsProof(order.pair(), signedDistance(order.a, order.b, order.a_T_b))) << describe(order);
-}
-
-TEST(RecordedPairs, BoundsHoldTheTruth) {
-  for (const StressCase& c : recordedCases())
-    EXPECT_TRUE(enclosesTruth(c.pair(), signedDistance(c.a, c.b, c.a_T_b), {c.expected, 1e-16L, Vector3l::UnitX()}))
-        << describe(c);
 }
 
 }  // namespace

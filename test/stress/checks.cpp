@@ -1,0 +1,255 @@
+#include "stress/checks.h"
+
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <functional>
+
+#include "narrowphase/certificate.h"
+#include "narrowphase/shape_pairs.h"
+
+namespace proximity_server {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using testing::AssertionFailure;
+using testing::AssertionResult;
+using testing::AssertionSuccess;
+
+SignedDistance ask(const StressPair& p) {
+  WarmStart warm_start = p.warm_start;
+  return signedDistance(p.a, p.b, p.a_T_b, p.options, warm_start);
+}
+
+bool sameBits(double x, double y) { return std::memcmp(&x, &y, sizeof x) == 0 || (std::isnan(x) && std::isnan(y)); }
+
+bool sameBits(const Vector3d& x, const Vector3d& y) {
+  return sameBits(x.x(), y.x()) && sameBits(x.y(), y.y()) && sameBits(x.z(), y.z());
+}
+
+AssertionResult sameBits(const SignedDistance& x, const SignedDistance& y) {
+  const bool same = x.status == y.status && sameBits(x.distance, y.distance) &&
+                    sameBits(x.lower_bound, y.lower_bound) && sameBits(x.upper_bound, y.upper_bound) &&
+                    sameBits(x.point_a, y.point_a) && sameBits(x.point_b, y.point_b) && sameBits(x.normal, y.normal) &&
+                    x.has_points == y.has_points && x.unique == y.unique && x.iterations == y.iterations;
+  return same ? AssertionSuccess() : AssertionFailure() << "same input, other bits: " << x.distance - y.distance;
+}
+
+/// Two results enclose one truth, but for `apart` [m].
+AssertionResult agree(const SignedDistance& x, const SignedDistance& y, double apart) {
+  const double excess = std::max(x.lower_bound - y.upper_bound, y.lower_bound - x.upper_bound) - apart;
+  if (excess <= 0.0) return AssertionSuccess();
+  return AssertionFailure() << "bounds exclude those of the first query by " << excess << " m";
+}
+
+AssertionResult isFinite(const SignedDistance& result) {
+  const bool points = result.point_a.allFinite() && result.point_b.allFinite();
+  if (!std::isfinite(result.distance)) return AssertionFailure() << "distance is " << result.distance;
+  if (!result.normal.allFinite()) return AssertionFailure() << "normal is not finite";
+  if (result.has_points && !points) return AssertionFailure() << "has_points, but they are not finite";
+  if (!result.has_points && points) return AssertionFailure() << "has points, but says that it has none";
+  return AssertionSuccess();
+}
+
+/// GJK and EPA may each take max_iterations.
+AssertionResult iterationsAreBounded(const SignedDistance& result, const Options& options) {
+  if (result.iterations >= 0 && result.iterations <= 2 * options.max_iterations) return AssertionSuccess();
+  return AssertionFailure() << result.iterations << " iterations";
+}
+
+AssertionResult keepsItsPromises(const StressPair& p, const SignedDistance& result) {
+  AssertionResult check = isFinite(result);
+  if (check) check = iterationsAreBounded(result, p.options);
+  if (check) check = carriesItsProof(p.pair(), result, p.options);
+  return check;
+}
+
+/// A relative of the pair, whose true distance is the pair's within `apart` [m].
+struct Relative {
+  const char* name;
+  StressPair pair;
+  double apart;
+};
+
+/// How far the linear part is from a rotation, which keeps lengths: its inverse changes them by that part.
+double departureFromRotation(const Isometry3d& pose) {
+  return (pose.linear().transpose() * pose.linear() - Eigen::Matrix3d::Identity()).norm();
+}
+
+Relative swapped(const StressPair& p) {
+  const Isometry3d b_T_a = p.a_T_b.inverse(Eigen::Affine);
+  // The inverse is rounded: nine products with a translation, six with a rotation, once in each direction.
+  return {"swapped",
+          {p.b, p.a, b_T_a, p.options, {-p.warm_start.axis, p.warm_start.vertex_b, p.warm_start.vertex_a}},
+          2.0 * roundingOf(p.pair()) + departureFromRotation(p.a_T_b) * p.pair().scale()};
+}
+
+/// Both placed in a world by one motion; as far as each entry of the relative pose is rounded on that way.
+Relative moved(const StressPair& p, std::mt19937& random) {
+  const double reach = 10.0 * p.pair().scale();
+  const Isometry3d world_T_a = randomPose(random, reach);
+  StressPair pair = p;
+  pair.a_T_b = world_T_a.inverse() * (world_T_a * p.a_T_b);
+  return {"moved with a", pair, roundingOf(p.pair()) + 16.0 * std::numeric_limits<double>::epsilon() * reach};
+}
+
+/// The distance changes by no more than the motion.
+Relative shifted(const StressPair& p, std::mt19937& random) {
+  std::uniform_real_distribution<double> exponent(-16.0, -1.0);
+  const Vector3d motion = std::pow(10.0, exponent(random)) * p.pair().scale() * randomDirection(random);
+  StressPair pair = p;
+  pair.a_T_b.pretranslate(motion);
+  return {"shifted by a small motion", pair, motion.norm() + roundingOf(p.pair())};
+}
+
+Relative cold(const StressPair& p) {
+  StressPair pair = p;
+  pair.warm_start = {};
+  return {"started cold", pair, roundingOf(p.pair())};
+}
+
+Relative warm(const StressPair& p) {
+  StressPair pair = p;
+  signedDistance(p.a, p.b, p.a_T_b, p.options, pair.warm_start);
+  return {"started from its own end", pair, roundingOf(p.pair())};
+}
+
+Relative askedAbove(const StressPair& p, double threshold) {
+  StressPair pair = p;
+  pair.options.stop_above = pair.options.stop_below = threshold;
+  return {"asked for a threshold", pair, roundingOf(p.pair())};
+}
+
+Relative askedApart(const StressPair& p) {
+  StressPair pair = p;
+  pair.options.stop_below = 0.0;
+  return {"asked only for a distance apart", pair, roundingOf(p.pair())};
+}
+
+std::optional<Failure> failureOf(const Relative& relative, const SignedDistance& first) {
+  const SignedDistance result = ask(relative.pair);
+  AssertionResult check = keepsItsPromises(relative.pair, result);
+  if (check) check = agree(result, first, relative.apart);
+  if (check) return std::nullopt;
+  return Failure{std::string(relative.name) + ": " + check.message(), relative.pair};
+}
+
+/// A threshold near the distance is the hard one.
+double thresholdNear(const SignedDistance& first, double size, std::mt19937& random) {
+  std::uniform_real_distribution<double> exponent(-17.0, 0.0);
+  const double offset = std::pow(10.0, exponent(random)) * size;
+  return first.distance + (random() % 2 == 0 ? offset : -offset);
+}
+
+/// Any seed will do, but a recorded pair must meet the same relatives again.
+unsigned seedOf(const StressPair& p) {
+  const std::hash<double> hash;
+  std::size_t seed = 0;
+  for (const double entry : p.a_T_b.matrix().reshaped()) seed = 31 * seed + hash(entry);
+  return static_cast<unsigned>(seed ^ (seed >> 32));
+}
+
+std::optional<Failure> failureOfRelatives(const StressPair& p, const SignedDistance& first) {
+  std::mt19937 random(seedOf(p));
+  const double threshold = thresholdNear(first, p.pair().scale(), random);
+  for (const Relative& relative :
+       {swapped(p), moved(p, random), shifted(p, random), warm(p), cold(p), askedAbove(p, threshold), askedApart(p)})
+    if (std::optional<Failure> failure = failureOf(relative, first)) return failure;
+  return std::nullopt;
+}
+
+double errorLimit(const Shape& shape) {
+  const bool curved = shape.kind() == Shape::Kind::Cylinder || shape.kind() == Shape::Kind::Cone ||
+                      shape.kind() == Shape::Kind::Ellipsoid;
+  return curved ? kCurvedErrorLimit : kPolytopeErrorLimit;
+}
+
+/// Asked as exactly as the limits, the answer encloses the truth and lies within them where it says Converged.
+AssertionResult isAsExactAsItsLimit(const StressPair& p, const Truth& truth) {
+  StressPair exact = p;
+  exact.options.distance_tolerance = std::max(errorLimit(p.a), errorLimit(p.b)) * p.pair().scale();
+  const SignedDistance result = ask(exact);
+  const AssertionResult encloses = enclosesTruth(p.pair(), result, truth);
+  if (!encloses) return encloses;
+  const double excess = errorOf(result, truth) - exact.options.distance_tolerance;
+  if (result.status != Status::Converged || excess <= roundingOf(p.pair())) return AssertionSuccess();
+  return AssertionFailure() << "converged, but off by " << excess << " m more than the limit";
+}
+
+Shape scaled(const Shape& shape, double factor) {
+  const Vector3d half = factor * shape.halfExtents();
+  const double margin = factor * shape.margin();
+  switch (shape.kind()) {
+    case Shape::Kind::Point:
+      return Sphere{margin};
+    case Shape::Kind::Segment:
+      return Capsule{margin, 2.0 * half.z()};
+    case Shape::Kind::Box:
+      return Shape(Box{2.0 * half}).padded(margin);
+    case Shape::Kind::Cylinder:
+      return Shape(Cylinder{half.x(), 2.0 * half.z()}).padded(margin);
+    case Shape::Kind::Cone:
+      return Shape(Cone{half.x(), 2.0 * half.z()}).padded(margin);
+    case Shape::Kind::Ellipsoid:
+      return Shape(Ellipsoid{half}).padded(margin);
+    case Shape::Kind::Hull:
+      break;
+  }
+  std::vector<Vector3d> vertices;
+  for (const Vector3d& vertex : shape.hull().vertices()) vertices.push_back(factor * vertex);
+  return Shape(ConvexHull(vertices)).padded(margin);
+}
+
+/// A power of two loses no bit: everything, tolerance and all, scales with the shapes.
+AssertionResult scalesWithItsShapes(const StressPair& p, const SignedDistance& first) {
+  const double factor = 0.25;
+  StressPair small{scaled(p.a, factor), scaled(p.b, factor), p.a_T_b, p.options, {}};
+  small.a_T_b.translation() *= factor;
+  small.options.distance_tolerance *= factor;
+  SignedDistance result = ask(small);
+  const AssertionResult check = keepsItsPromises(small, result);
+  if (!check) return AssertionFailure() << "a quarter of the size: " << check.message();
+  result.lower_bound /= factor;
+  result.upper_bound /= factor;
+  const AssertionResult same = agree(result, first, roundingOf(p.pair()));
+  return same ? same : AssertionFailure() << "a quarter of the size: " << same.message();
+}
+
+double microsecondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
+}
+
+}  // namespace
+
+Observation observe(const StressPair& p) {
+  Observation seen;
+  seen.size = p.pair().scale();
+  const auto start = std::chrono::steady_clock::now();
+  seen.result = ask(p);
+  seen.microseconds = microsecondsSince(start);
+  const auto again = std::chrono::steady_clock::now();
+  const SignedDistance repeated = ask(p);
+  seen.microseconds = std::min(seen.microseconds, microsecondsSince(again));
+
+  AssertionResult check = sameBits(seen.result, repeated);
+  if (check) check = keepsItsPromises(p, seen.result);
+  if (!check)
+    seen.failure = Failure{check.message(), p};
+  else
+    seen.failure = failureOfRelatives(p, seen.result);
+  return seen;
+}
+
+Observation observeWithOracle(const StressPair& p) {
+  Observation seen = observe(p);
+  const Truth truth = signedDistanceOracle(p.pair(), /*max_cells=*/4000);
+  seen.error = errorOf(seen.result, truth);
+  AssertionResult check = enclosesTruth(p.pair(), seen.result, truth);
+  if (check) check = isAsExactAsItsLimit(p, truth);
+  if (check) check = scalesWithItsShapes(p, seen.result);
+  if (!check && !seen.failure) seen.failure = Failure{check.message(), p};
+  return seen;
+}
+
+}  // namespace proximity_server

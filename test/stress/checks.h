@@ -1,0 +1,38 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "stress/families.h"
+
+namespace proximity_server {
+
+/// Allowed error of an answer that converged to this part of the size, against the oracle.
+constexpr double kPolytopeErrorLimit = 1e-10;
+constexpr double kCurvedErrorLimit = 1e-9;
+
+/// A promise that was not kept, and the pair that shows it: the one observed or a relative of it.
+struct Failure {
+  std::string sentence;
+  StressPair pair;
+};
+
+/// What one pair showed.
+struct Observation {
+  SignedDistance result;
+  double size = 0.0;            ///< [m] ShapePair::scale()
+  double microseconds = 0.0;    ///< of the query; the shorter of two
+  std::optional<double> error;  ///< [m] of the distance, where the oracle was asked
+  std::optional<Failure> failure;
+};
+
+/// Asks the pair and checks everything that a result promises: its proof from scratch, the same bits for the same
+/// input, and that swapped, moved, shifted and warm-started queries and those with a threshold agree within their
+/// bounds.
+Observation observe(const StressPair& stress_pair);
+
+/// The same, and what takes longer: the answer against the independent oracle, and that shapes of a quarter of the size
+/// have a quarter of the distance.
+Observation observeWithOracle(const StressPair& stress_pair);
+
+}  // namespace proximity_server

@@ -1,0 +1,450 @@
+#include "stress/families.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "narrowphase/shape_pairs.h"
+
+namespace proximity_server {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Points = std::vector<Vector3d>;
+using Random = std::mt19937;
+
+double uniform(Random& random, double low, double high) {
+  return std::uniform_real_distribution<double>(low, high)(random);
+}
+
+/// Every decade between the exponents is as likely.
+double decades(Random& random, double low, double high) { return std::pow(10.0, uniform(random, low, high)); }
+
+int below(Random& random, int count) { return std::uniform_int_distribution<int>(0, count - 1)(random); }
+
+double eitherSign(Random& random, double value) { return below(random, 2) == 0 ? value : -value; }
+
+Vector3d randomSizes(Random& random, double size) {
+  return size * Vector3d(uniform(random, 0.2, 1), uniform(random, 0.2, 1), uniform(random, 0.2, 1));
+}
+
+double radiusOf(const Shape& shape) { return shape.coreRadius() + shape.margin(); }
+
+double scaleOf(const TwoShapes& shapes, const Isometry3d& a_T_b) {
+  return ShapePair{shapes.a, shapes.b, a_T_b}.scale();
+}
+
+// Shapes.
+
+Shape hullOf(const Points& points) { return ConvexHull(points); }
+
+Points boxCorners(const Vector3d& size) {
+  Points corners;
+  for (const double x : {-0.5, 0.5})
+    for (const double y : {-0.5, 0.5})
+      for (const double z : {-0.5, 0.5}) corners.push_back(size.cwiseProduct(Vector3d(x, y, z)));
+  return corners;
+}
+
+/// Turned by a random rotation, so that what was exactly flat is flat within rounding only.
+Points turned(Random& random, Points points) {
+  const Matrix3d rotation = randomPose(random, 0.0).linear();
+  for (Vector3d& point : points) point = rotation * point;
+  return points;
+}
+
+Shape primitive(Random& random, const Vector3d& size) {
+  switch (below(random, 6)) {
+    case 0:
+      return Sphere{0.5 * size.x()};
+    case 1:
+      return Capsule{0.5 * size.x(), size.z()};
+    case 2:
+      return Box{size};
+    case 3:
+      return Cylinder{0.5 * size.x(), size.z()};
+    case 4:
+      return Cone{0.5 * size.x(), size.z()};
+    default:
+      return Ellipsoid{0.5 * size};
+  }
+}
+
+Shape solid(Random& random, double size) {
+  const Vector3d sizes = randomSizes(random, size);
+  const Shape shape =
+      below(random, 3) == 0 ? randomHull(random, 5 + below(random, 36), 0.5 * sizes) : primitive(random, sizes);
+  return below(random, 4) == 0 ? shape.padded(size * uniform(random, 0.0, 0.2)) : shape;
+}
+
+Shape boxOrItsHull(Random& random, const Vector3d& size) {
+  const Shape box = below(random, 3) == 0 ? hullOf(boxCorners(size)) : Shape(Box{size});
+  return below(random, 6) == 0 ? box.padded(0.1 * size.maxCoeff()) : box;
+}
+
+/// A point, a segment or a polygon; in a coordinate plane or turned out of it.
+Shape flat(Random& random, double size) {
+  const int points = 1 + below(random, 8);
+  Points cloud;
+  for (int i = 0; i < points; ++i) {
+    const double angle = uniform(random, 0.0, 2.0 * M_PI);
+    cloud.push_back(0.5 * size * Vector3d(std::cos(angle), std::sin(angle), 0.0));
+  }
+  if (below(random, 4) == 0)
+    for (Vector3d& point : cloud) point.y() = 0.0;
+  return hullOf(below(random, 2) == 0 ? cloud : turned(random, cloud));
+}
+
+/// A plate or a needle of aspect 1e4 to 1e6.
+Shape sliver(Random& random, double size) {
+  const double thin = size * decades(random, -6, -4);
+  Vector3d sizes = randomSizes(random, size);
+  if (below(random, 2) == 0)
+    sizes.z() = thin;
+  else
+    sizes.x() = sizes.y() = thin;
+  if (below(random, 3) == 0) return hullOf(turned(random, boxCorners(sizes)));
+  return primitive(random, sizes);
+}
+
+Shape nearDuplicates(Random& random, double size) {
+  Points cloud = boxCorners(randomSizes(random, size));
+  const double offset = size * decades(random, -17, -6);
+  for (std::size_t i = 0; i < 8; ++i) cloud.push_back(cloud[i] + offset * randomDirection(random));
+  return hullOf(below(random, 2) == 0 ? cloud : turned(random, cloud));
+}
+
+/// A lattice on two parallel faces, off their planes by about rounding.
+Shape coplanar(Random& random, double size) {
+  const double noise = below(random, 3) == 0 ? 0.0 : size * decades(random, -17, -11);
+  Points cloud;
+  for (int x = -2; x <= 2; ++x)
+    for (int y = -2; y <= 2; ++y)
+      for (const int z : {-1, 1})
+        cloud.push_back(size * Vector3d(0.2 * x, 0.2 * y, 0.4 * z) + noise * randomDirection(random));
+  return hullOf(cloud);
+}
+
+Shape anyShape(Random& random, double size) {
+  switch (below(random, 8)) {
+    case 0:
+      return flat(random, size);
+    case 1:
+      return sliver(random, size);
+    case 2:
+      return nearDuplicates(random, size);
+    case 3:
+      return coplanar(random, size);
+    default:
+      return solid(random, size);
+  }
+}
+
+TwoShapes solids(Random& random) { return {solid(random, 1.0), solid(random, 1.0)}; }
+TwoShapes slivers(Random& random) {
+  const Shape thin = sliver(random, 1.0), other = below(random, 2) == 0 ? sliver(random, 1.0) : solid(random, 1.0);
+  return below(random, 2) == 0 ? TwoShapes{thin, other} : TwoShapes{other, thin};
+}
+TwoShapes sizeRatio(Random& random) {
+  const Shape large = solid(random, 1.0), small = solid(random, decades(random, -6, -2));
+  return below(random, 2) == 0 ? TwoShapes{large, small} : TwoShapes{small, large};
+}
+TwoShapes identicalShapes(Random& random) {
+  const Shape shape = anyShape(random, 1.0);
+  return {shape, shape};
+}
+TwoShapes flatShapes(Random& random) {
+  return {flat(random, 1.0), below(random, 2) == 0 ? flat(random, 1.0) : solid(random, 1.0)};
+}
+TwoShapes nearDuplicateShapes(Random& random) { return {nearDuplicates(random, 1.0), nearDuplicates(random, 1.0)}; }
+TwoShapes coplanarShapes(Random& random) { return {coplanar(random, 1.0), coplanar(random, 1.0)}; }
+TwoShapes boxesOfEverySize(Random& random) {
+  const double size = decades(random, -2, 3);
+  return {boxOrItsHull(random, randomSizes(random, size)), boxOrItsHull(random, randomSizes(random, size))};
+}
+TwoShapes equalBoxes(Random& random) {
+  const Vector3d size = randomSizes(random, decades(random, -2, 3));
+  return {boxOrItsHull(random, size), boxOrItsHull(random, size)};
+}
+TwoShapes primitives(Random& random) {
+  return {primitive(random, randomSizes(random, 1.0)), primitive(random, randomSizes(random, 1.0))};
+}
+TwoShapes revolvedShapes(Random& random) {
+  const auto shape = [&]() -> Shape {
+    const double radius = uniform(random, 0.1, 0.5), length = uniform(random, 0.1, 2.0);
+    switch (below(random, 4)) {
+      case 0:
+        return Capsule{radius, length};
+      case 1:
+        return Cylinder{radius, length};
+      case 2:
+        return Cone{radius, length};
+      default:
+        return Ellipsoid{{radius, radius, length}};
+    }
+  };
+  const Shape a = shape();
+  return {a, shape()};
+}
+TwoShapes largeHulls(Random& random) {
+  return {randomHull(random, 100 + below(random, 400), 0.5 * randomSizes(random, 1.0)),
+          randomHull(random, 100 + below(random, 400), 0.5 * randomSizes(random, 1.0))};
+}
+/// Vertices about a point 1e3 to 1e6 m from the origin of both frames.
+TwoShapes farFromTheirOrigin(Random& random) {
+  const Isometry3d world_T_a = randomPose(random, decades(random, 3, 6));
+  const Isometry3d a_T_b = randomPose(random, 1.2);
+  Points a, b;
+  for (const Vector3d& corner : boxCorners(randomSizes(random, 1.0))) a.push_back(world_T_a * corner);
+  for (const Vector3d& corner : boxCorners(randomSizes(random, 1.0))) b.push_back(world_T_a * (a_T_b * corner));
+  return {hullOf(a), hullOf(b)};
+}
+TwoShapes anyShapes(Random& random) {
+  const double size = decades(random, -2, 3);
+  return {anyShape(random, size), anyShape(random, size * (below(random, 4) == 0 ? decades(random, -6, 0) : 1.0))};
+}
+
+// Poses. Those of the centres first: a hull may lie far from the origin of its frame.
+
+/// `rotation`, with the centre of b at `offset` from that of a.
+Isometry3d withCentres(const TwoShapes& shapes, const Matrix3d& rotation, const Vector3d& offset) {
+  Isometry3d a_T_b = Isometry3d::Identity();
+  a_T_b.linear() = rotation;
+  a_T_b.translation() = shapes.a.centre() + offset - rotation * shapes.b.centre();
+  return a_T_b;
+}
+
+Isometry3d anywhereWithin(const TwoShapes& shapes, Random& random, double part) {
+  const Isometry3d pose = randomPose(random, part * (radiusOf(shapes.a) + radiusOf(shapes.b)));
+  return withCentres(shapes, pose.linear(), pose.translation());
+}
+
+/// 0 or +-1e-16 to +-1e-3 of the smaller size.
+double touchingGap(const TwoShapes& shapes, Random& random) {
+  if (below(random, 6) == 0) return 0.0;
+  const double size = std::max(std::min(radiusOf(shapes.a), radiusOf(shapes.b)), 1e-3 * radiusOf(shapes.a));
+  return eitherSign(random, size * decades(random, -16, -3));
+}
+
+/// b moved along the normal until the distance is `gap`; in overlap the result is no deeper than that.
+Isometry3d movedToGap(const TwoShapes& shapes, Isometry3d a_T_b, double gap) {
+  Options exact;
+  exact.distance_tolerance = 1e-14 * scaleOf(shapes, a_T_b);
+  const SignedDistance now = signedDistance(shapes.a, shapes.b, a_T_b, exact);
+  if (now.normal.allFinite() && std::isfinite(now.distance)) a_T_b.pretranslate((gap - now.distance) * now.normal);
+  return a_T_b;
+}
+
+Matrix3d quarterTurns(Random& random) {
+  const auto turn = [&] {
+    return Eigen::AngleAxisd(M_PI / 2 * below(random, 4), Vector3d::Unit(below(random, 3))).toRotationMatrix();
+  };
+  return turn() * turn();
+}
+
+Isometry3d parallelFaces(const TwoShapes& shapes, Random& random) {
+  const int axis = below(random, 3);
+  const double angle = below(random, 2) == 0 ? M_PI / 12 * below(random, 24) : uniform(random, 0.0, 2.0 * M_PI);
+  Matrix3d rotation = Eigen::AngleAxisd(angle, Vector3d::Unit(axis)).toRotationMatrix() * quarterTurns(random);
+  if (below(random, 3) == 0)
+    rotation = Eigen::AngleAxisd(decades(random, -17, -2), randomDirection(random)).toRotationMatrix() * rotation;
+  const double reach = radiusOf(shapes.a) + radiusOf(shapes.b);
+  Vector3d offset = 0.3 * reach * uniform(random, 0.0, 1.0) * randomDirection(random);
+  if (below(random, 3) == 0) offset.setZero();
+  offset[axis] = eitherSign(random, 1.5 * reach);
+  return movedToGap(shapes, withCentres(shapes, rotation, offset), touchingGap(shapes, random));
+}
+
+/// Both placed in the world, 1e3 to 1e6 m from its origin; the relative pose is what double makes of that.
+Isometry3d farInTheWorld(const TwoShapes& shapes, Random& random) {
+  const Isometry3d a_T_b = anywhereWithin(shapes, random, 1.2);
+  Isometry3d world_T_a = randomPose(random, 0.0);
+  world_T_a.translation() = decades(random, 3, 6) * randomDirection(random);
+  const Isometry3d world_T_b = world_T_a * a_T_b;
+  return world_T_a.inverse() * world_T_b;
+}
+
+Isometry3d concentric(const TwoShapes& shapes, Random& random) {
+  Matrix3d rotation = Matrix3d::Identity();
+  if (below(random, 3) == 0) rotation = quarterTurns(random);
+  if (below(random, 3) == 0) rotation = randomPose(random, 0.0).linear();
+  Vector3d offset = Vector3d::Zero();
+  if (below(random, 2) == 0) offset = radiusOf(shapes.a) * decades(random, -17, -3) * randomDirection(random);
+  return withCentres(shapes, rotation, offset);
+}
+
+/// Every entry of the rotation its own neighbour among the doubles; a zero becomes what rounding leaves of one.
+Isometry3d offByAnUlp(Isometry3d a_T_b, Random& random) {
+  for (int i = 0; i < 9; ++i) {
+    double& entry = a_T_b.linear()(i / 3, i % 3);
+    const double epsilon = std::numeric_limits<double>::epsilon();
+    const int direction = below(random, 3) - 1;
+    if (direction == 0) continue;
+    entry = entry == 0.0 ? 0.5 * direction * epsilon : std::nextafter(entry, 2.0 * direction);
+  }
+  return a_T_b;
+}
+
+/// Axes parallel but for a tilt, the centres on one axis but for an offset.
+Isometry3d coaxial(const TwoShapes& shapes, Random& random) {
+  Isometry3d a_T_b = concentric(shapes, random);
+  const double tilt = below(random, 2) == 0 ? 0.0 : decades(random, -17, -2);
+  a_T_b.linear() = Eigen::AngleAxisd(tilt, randomDirection(random)).toRotationMatrix();
+  if (below(random, 4) == 0) a_T_b.linear() = a_T_b.linear() * Vector3d(1, -1, -1).asDiagonal();
+  a_T_b.translation().z() += uniform(random, -1.5, 1.5) * radiusOf(shapes.a);
+  return a_T_b;
+}
+
+Isometry3d anyPose(const TwoShapes& shapes, Random& random) {
+  switch (below(random, 8)) {
+    case 0:
+      return anywhereWithin(shapes, random, 0.2);
+    case 1:
+      return concentric(shapes, random);
+    case 2:
+      return parallelFaces(shapes, random);
+    case 3:
+      return farInTheWorld(shapes, random);
+    case 4:
+      return offByAnUlp(concentric(shapes, random), random);
+    case 5:
+      return coaxial(shapes, random);
+    case 6:
+      return movedToGap(shapes, anywhereWithin(shapes, random, 1.2), touchingGap(shapes, random));
+    default:
+      return anywhereWithin(shapes, random, 1.2);
+  }
+}
+
+// Queries.
+
+/// The default tolerance for shapes up to a metre; beyond, the same part of the size.
+Query asked(const TwoShapes& shapes, const Isometry3d& a_T_b) {
+  Query query{a_T_b, {}, {}};
+  query.options.distance_tolerance *= std::max(1.0, scaleOf(shapes, a_T_b));
+  return query;
+}
+
+Query nearby(const TwoShapes& shapes, Random& random) { return asked(shapes, anywhereWithin(shapes, random, 1.2)); }
+Query deep(const TwoShapes& shapes, Random& random) { return asked(shapes, anywhereWithin(shapes, random, 0.2)); }
+Query touching(const TwoShapes& shapes, Random& random) {
+  return asked(shapes, movedToGap(shapes, anywhereWithin(shapes, random, 1.2), touchingGap(shapes, random)));
+}
+Query nearbyOrTouching(const TwoShapes& shapes, Random& random) {
+  return below(random, 2) == 0 ? nearby(shapes, random) : touching(shapes, random);
+}
+Query facing(const TwoShapes& shapes, Random& random) { return asked(shapes, parallelFaces(shapes, random)); }
+Query farAway(const TwoShapes& shapes, Random& random) { return asked(shapes, farInTheWorld(shapes, random)); }
+Query farApart(const TwoShapes& shapes, Random& random) {
+  const Isometry3d pose = randomPose(random, 0.0);
+  return asked(shapes, withCentres(shapes, pose.linear(), decades(random, 3, 6) * randomDirection(random)));
+}
+Query centred(const TwoShapes& shapes, Random& random) { return asked(shapes, concentric(shapes, random)); }
+Query onOneAxis(const TwoShapes& shapes, Random& random) { return asked(shapes, coaxial(shapes, random)); }
+Query withAnUlp(const TwoShapes& shapes, Random& random) {
+  Isometry3d a_T_b = anywhereWithin(shapes, random, 1.0);
+  if (below(random, 3) != 0) a_T_b = withCentres(shapes, quarterTurns(random), a_T_b.translation());
+  return asked(shapes, offByAnUlp(a_T_b, random));
+}
+/// The vertices say where they are; b moves a little from there, or not at all.
+Query nearlyAsTheyAre(const TwoShapes& shapes, Random& random) {
+  Isometry3d a_T_b = Isometry3d::Identity();
+  if (below(random, 8) != 0) a_T_b.translation() = decades(random, -10, 0) * randomDirection(random);
+  return asked(shapes, a_T_b);
+}
+
+Query withOptions(const TwoShapes& shapes, Random& random) {
+  Query query = asked(shapes, anyPose(shapes, random));
+  query.options.distance_tolerance = decades(random, -14, -2);
+  const int caps[] = {1, 2, 3, 5, 10, 500};
+  query.options.max_iterations = caps[below(random, 6)];
+  return query;
+}
+
+/// After a query of the same shapes somewhere else.
+Query afterAJump(const TwoShapes& shapes, Random& random) {
+  Query query = asked(shapes, anyPose(shapes, random));
+  signedDistance(shapes.a, shapes.b, anyPose(shapes, random), query.options, query.warm_start);
+  return query;
+}
+
+WarmStart garbage(Random& random) {
+  const double values[] = {0.0,   -0.0,   1.0,    -1.0,
+                           1e300, -1e300, 1e-300, std::numeric_limits<double>::denorm_min(),
+                           1e-17, 1e154,  1e-160, std::numeric_limits<double>::infinity(),
+                           0.5,   3.0,    -0.1,   std::numeric_limits<double>::quiet_NaN()};
+  const int vertices[] = {-1, 0, 1, 7, 1000, std::numeric_limits<int>::min(), std::numeric_limits<int>::max()};
+  const auto value = [&] { return values[below(random, 16)]; };
+  return {Vector3d(value(), value(), value()), vertices[below(random, 7)], vertices[below(random, 7)]};
+}
+
+Query afterGarbage(const TwoShapes& shapes, Random& random) {
+  Query query = asked(shapes, anyPose(shapes, random));
+  query.warm_start = garbage(random);
+  return query;
+}
+
+Query anyQuery(const TwoShapes& shapes, Random& random) {
+  switch (below(random, 4)) {
+    case 0:
+      return withOptions(shapes, random);
+    case 1:
+      return afterAJump(shapes, random);
+    case 2:
+      return afterGarbage(shapes, random);
+    default:
+      return asked(shapes, anyPose(shapes, random));
+  }
+}
+
+}  // namespace
+
+const std::vector<Family>& stressFamilies() {
+  static const std::vector<Family> families = {
+      {"all shape pairs", solids, nearby},
+      {"touching", solids, touching},
+      {"boxes of every size", boxesOfEverySize, nearbyOrTouching},
+      {"parallel faces", boxesOfEverySize, facing},
+      {"equal boxes, face to face", equalBoxes, facing},
+      {"parallel faces and edges, curved", primitives, facing},
+      {"slivers", slivers, nearbyOrTouching},
+      {"size ratio", sizeRatio, nearbyOrTouching},
+      {"far in the world", solids, farAway},
+      {"far apart", solids, farApart},
+      {"vertices far from the origin", farFromTheirOrigin, nearlyAsTheyAre},
+      {"identical", identicalShapes, centred},
+      {"flat hulls", flatShapes, nearbyOrTouching},
+      {"flat hulls in one plane", flatShapes, facing},
+      {"near-duplicate vertices", nearDuplicateShapes, nearbyOrTouching},
+      {"coplanar vertices", coplanarShapes, nearbyOrTouching, 32},
+      {"coplanar faces in contact", coplanarShapes, facing, 8},
+      {"concentric", solids, centred},
+      {"coaxial", revolvedShapes, onOneAxis, 8},
+      {"deep", solids, deep},
+      {"rotations off by an ulp", solids, withAnUlp},
+      {"boxes off by an ulp", equalBoxes, withAnUlp},
+      {"large hulls", largeHulls, nearbyOrTouching, 8},
+      {"tolerances and iteration limits", solids, withOptions},
+      {"warm start from elsewhere", solids, afterAJump},
+      {"warm start from garbage", solids, afterGarbage},
+      {"random mix", anyShapes, anyQuery, 8},
+  };
+  return families;
+}
+
+std::vector<StressPair> stressBlock(std::size_t family, unsigned seed, std::int64_t block) {
+  std::seed_seq sequence{static_cast<std::int64_t>(seed), static_cast<std::int64_t>(family), block, block >> 32};
+  Random random(sequence);
+  const Family& kind = stressFamilies().at(family);
+  const TwoShapes shapes = kind.shapes(random);
+  std::vector<StressPair> pairs;
+  for (std::int64_t i = 0; i < kPairsPerBlock; ++i) {
+    const Query query = kind.query(shapes, random);
+    pairs.push_back({shapes.a, shapes.b, query.a_T_b, query.options, query.warm_start});
+  }
+  return pairs;
+}
+
+}  // namespace proximity_server
