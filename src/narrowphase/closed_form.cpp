@@ -11,7 +11,6 @@ using Eigen::Vector3d;
 using Kind = Shape::Kind;
 
 constexpr double kRounding = 8.0 * std::numeric_limits<double>::epsilon();
-constexpr double kMostTilt = 0.5;  // of a normal that rounding has turned so far, nothing is known
 
 SignedDistance along(double distance, const Vector3d& normal, const Vector3d& point_a, const Vector3d& point_b) {
   SignedDistance result;
@@ -32,12 +31,22 @@ SignedDistance between(const Vector3d& point_a, const Vector3d& point_b, const V
   return result;
 }
 
+Vector3d without(const Vector3d& unit, const Vector3d& v) { return v - unit.dot(v) * unit; }
+
+/// The unit vector across `unit` in its plane with the unit v, exact for nearly parallel ones too; 0 for parallel ones.
+Vector3d acrossInPlane(const Vector3d& unit, const Vector3d& v) {
+  const Vector3d once = without(unit, v);
+  const double sine = once.norm();
+  return sine > kRounding ? Vector3d(without(unit, once / sine).normalized()) : Vector3d(Vector3d::Zero());
+}
+
 /// Any unit vector perpendicular to both segments; to one where the other is a point or parallel.
 Vector3d across(const Vector3d& u, const Vector3d& v) {
-  const Vector3d normal = u.cross(v);
-  if (normal.squaredNorm() > 0.0) return normal.normalized();
-  const Vector3d& longer = u.squaredNorm() >= v.squaredNorm() ? u : v;
-  return longer.squaredNorm() > 0.0 ? Vector3d(longer.unitOrthogonal()) : Vector3d(Vector3d::UnitX());
+  const bool u_is_longer = u.squaredNorm() >= v.squaredNorm();
+  const Vector3d along = (u_is_longer ? u : v).normalized(), other = (u_is_longer ? v : u).normalized();
+  if (along.isZero()) return Vector3d::UnitX();
+  const Vector3d in_plane = acrossInPlane(along, other);
+  return in_plane.isZero() ? Vector3d(along.unitOrthogonal()) : Vector3d(along.cross(in_plane).normalized());
 }
 
 /// A segment by its centre and half its length along each axis.
@@ -51,14 +60,6 @@ struct Segment {
   }
   Vector3d at(double s) const { return centre + s * half; }
 };
-
-/// The part of `normal` that points away from a segment at a place on it: across it, or beyond its end.
-Vector3d awayFrom(const Segment& segment, double place, const Vector3d& normal) {
-  const double length2 = segment.half.squaredNorm();
-  const double along = segment.half.dot(normal);
-  if (length2 == 0.0 || (place == 1.0 && along >= 0.0) || (place == -1.0 && along <= 0.0)) return normal;
-  return normal - along / length2 * segment.half;
-}
 
 struct Places {
   double on_a, on_b;
@@ -90,16 +91,29 @@ Places nearestPlaces(const Segment& a, const Segment& b) {
   return best;
 }
 
-/// The normal of segments that nearly touch: the difference of the points is then rounding along the segments, which
-/// would tilt it. Twice away from both is what it may be, and where nothing is left, it is any across both.
-SignedDistance nearlyTouching(const Segment& a, const Segment& b, const Places& places, SignedDistance result) {
-  const bool coincide = result.distance <= kRounding * (a.half.lpNorm<1>() + b.half.lpNorm<1>());
-  Vector3d normal = coincide ? Vector3d(Vector3d::Zero()) : result.normal;
-  for (int i = 0; i < 2; ++i) normal = -awayFrom(b, places.on_b, -awayFrom(a, places.on_a, normal));
-  const double left = normal.norm();
-  result.unique = !coincide;
-  result.normal = left > kMostTilt ? Vector3d(normal / left) : across(a.half, b.half);
-  if (result.normal.dot(result.point_b - result.point_a) < 0.0) result.normal = -result.normal;
+/// [m] between the support planes of two segments across a unit normal.
+double gapAlong(const Segment& a, const Segment& b, const Vector3d& normal) {
+  return normal.dot(b.centre - a.centre) - std::abs(normal.dot(a.half)) - std::abs(normal.dot(b.half));
+}
+
+/// The normal of segments that nearly touch: the difference of the points is then rounding, along the segments too,
+/// which would tilt it. Of what is left of it across one or both, and of what is across both, the widest gap is the
+/// best.
+SignedDistance nearlyTouching(const Segment& a, const Segment& b, SignedDistance result) {
+  const Vector3d along_a = a.half.normalized(), along_b = b.half.normalized(), free = across(a.half, b.half);
+  const Vector3d across_a = without(along_a, result.normal), across_b = without(along_b, result.normal);
+  const Vector3d across_both = without(acrossInPlane(along_a, along_b), across_a);
+  result.lower_bound = gapAlong(a, b, result.normal);
+  for (const Vector3d& candidate : {free, Vector3d(-free), across_a, across_b, across_both}) {
+    const double length = candidate.norm();
+    if (!(length > kRounding)) continue;
+    const Vector3d once = candidate / length;
+    const double gap = gapAlong(a, b, once);
+    if (!(gap > result.lower_bound)) continue;
+    result.lower_bound = gap;
+    result.normal = once;
+  }
+  result.unique = result.distance > kRounding * (a.half.lpNorm<1>() + b.half.lpNorm<1>());
   return result;
 }
 
@@ -108,7 +122,7 @@ SignedDistance segmentSegment(const Segment& a, const Segment& b) {
   const SignedDistance result = between(a.at(places.on_a), b.at(places.on_b), Vector3d::UnitX());
   // At a tenth of the sizes rounding tilts the normal by no more than ten roundings.
   const bool near = result.distance < 0.1 * (a.half.lpNorm<1>() + b.half.lpNorm<1>());
-  return near ? nearlyTouching(a, b, places, result) : result;
+  return near ? nearlyTouching(a, b, result) : result;
 }
 
 /// Signed distance of a box (a, centred at the origin) and a point.
@@ -138,7 +152,7 @@ SignedDistance swapped(const SignedDistance& result) {
 
 SignedDistance transformed(const SignedDistance& result, const Eigen::Isometry3d& pose) {
   SignedDistance other = result;
-  other.normal = pose.linear() * result.normal;
+  other.normal = (pose.linear() * result.normal).normalized();
   other.point_a = pose * result.point_a;
   other.point_b = pose * result.point_b;
   return other;

@@ -41,7 +41,10 @@ Nearest recall(Cso& cso, Simplex& simplex, Nearest nearest) {
   const auto count = static_cast<std::size_t>(std::clamp(warm_start.simplex_size, 0, 3));
   for (std::size_t i = 0; i < count && !nearest.encloses_origin; ++i) {
     const int place = simplex.freePlace();
-    simplex[place] = cso.recalled(warm_start.simplex[i]);
+    const CsoVertex& w = simplex[place] = cso.recalled(warm_start.simplex[i]);
+    // Not beyond the plane of the simplex, as every support point is: it brings nothing, and the subalgorithm relies on
+    // it.
+    if (!(nearest.normal().dot(w.point) > cso.rounding() - nearest.distance)) continue;
     const Nearest next = nearestToOrigin(simplex, place);
     if (!next.encloses_origin && !(next.distance < nearest.distance)) continue;
     nearest = next;

@@ -57,6 +57,13 @@ class Boundary {
   Vector2d cornerOfA(std::size_t i) const { return of_a_[i]; }
   double height(std::size_t edge, const Vector2d& p) const { return normals_[edge].dot(p - corner(edge)); }
 
+  /// How far p stands beside an edge [m].
+  double beside(std::size_t edge, const Vector2d& p) const {
+    const Vector2d along = corner(edge + 1) - corner(edge);
+    const Vector2d nearest = corner(edge) + place(edge, p) * along;
+    return std::abs(normals_[edge].x() * (p - nearest).y() - normals_[edge].y() * (p - nearest).x());
+  }
+
   /// Where on an edge, from 0 to 1, lies the point nearest to p.
   double place(std::size_t edge, const Vector2d& p) const {
     const Vector2d along = corner(edge + 1) - corner(edge);
@@ -96,6 +103,20 @@ Nearest2d onEdge(const Boundary& boundary, std::size_t edge, const Vector2d& p, 
           boundary.cornerOfA(edge) + place * (boundary.cornerOfA(edge + 1) - boundary.cornerOfA(edge)), unique};
 }
 
+double cross(const Vector2d& u, const Vector2d& v) { return u.x() * v.y() - u.y() * v.x(); }
+
+/// The direction of `difference`, no further than to the normals of the edges (of any length) that meet in the corner:
+/// near the corner it is but rounding.
+Vector2d cornerNormal(const Boundary& boundary, std::size_t corner, const Vector2d& difference) {
+  std::size_t before = corner, after = corner;
+  while (before > 0 && boundary.corner(before - 1) == boundary.corner(corner)) --before;
+  while (after < boundary.size() && boundary.corner(after + 1) == boundary.corner(corner)) ++after;
+  const Vector2d n = difference.normalized();
+  if (before > 0 && !(cross(boundary.normal(before - 1), n) > 0.0)) return boundary.normal(before - 1);
+  if (after < boundary.size() && !(cross(n, boundary.normal(after)) > 0.0)) return boundary.normal(after);
+  return n;
+}
+
 Nearest2d nearestOutside(const Boundary& boundary, const Vector2d& p) {
   Nearest2d nearest{std::numeric_limits<double>::infinity(), {}, {}, true};
   for (std::size_t edge = 0; edge < boundary.size(); ++edge) {
@@ -107,17 +128,36 @@ Nearest2d nearestOutside(const Boundary& boundary, const Vector2d& p) {
     if (!(distance < nearest.distance)) continue;
     const bool inside_edge = place > 0.0 && place < 1.0;
     nearest.distance = inside_edge ? boundary.height(edge, p) : distance;
-    nearest.normal = inside_edge ? boundary.normal(edge) : Vector2d(difference / distance);
+    nearest.normal =
+        inside_edge ? boundary.normal(edge) : cornerNormal(boundary, edge + (place > 0.0 ? 1 : 0), difference);
     nearest.of_a = boundary.cornerOfA(edge) + place * (boundary.cornerOfA(edge + 1) - boundary.cornerOfA(edge));
   }
   return nearest;
 }
 
+/// Of the edges that are as high as the highest within rounding, the one that p stands above.
+std::size_t edgeUnder(const Boundary& boundary, const Vector2d& p) {
+  double highest = -std::numeric_limits<double>::infinity(), reach = p.lpNorm<1>();
+  for (std::size_t edge = 0; edge < boundary.size(); ++edge) {
+    highest = std::max(highest, boundary.height(edge, p));
+    reach = std::max(reach, boundary.corner(edge).lpNorm<1>());
+  }
+  const double rounding = 8.0 * std::numeric_limits<double>::epsilon() * reach;
+  std::size_t best = 0;
+  double least_beside = std::numeric_limits<double>::infinity();
+  for (std::size_t edge = 0; edge < boundary.size(); ++edge) {
+    if (boundary.height(edge, p) < highest - rounding) continue;
+    const double beside = boundary.beside(edge, p);
+    if (!(beside < least_beside)) continue;
+    least_beside = beside;
+    best = edge;
+  }
+  return best;
+}
+
 Nearest2d nearestOnBoundary(const Boundary& boundary, const Vector2d& p, double tolerance) {
-  std::size_t highest = 0;
-  for (std::size_t edge = 1; edge < boundary.size(); ++edge)
-    if (boundary.height(edge, p) > boundary.height(highest, p)) highest = edge;
-  if (boundary.height(highest, p) <= 0.0) return onEdge(boundary, highest, p, tolerance);
+  const std::size_t edge = edgeUnder(boundary, p);
+  if (boundary.height(edge, p) <= 0.0) return onEdge(boundary, edge, p, tolerance);
   return nearestOutside(boundary, p);
 }
 

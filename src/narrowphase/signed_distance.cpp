@@ -85,9 +85,10 @@ SignedDistance fromEpa(const Cso& cso, const GjkResult& gjk, const EpaResult& ep
   return result;
 }
 
-/// An exact answer with the bounds that rounding leaves.
+/// An exact answer with the bounds that rounding leaves; a lower bound that its normal does not quite prove stays.
 SignedDistance certified(SignedDistance exact, double rounding) {
-  exact.lower_bound = exact.distance - rounding;
+  const bool has_bound = std::isfinite(exact.lower_bound);
+  exact.lower_bound = (has_bound ? std::min(exact.lower_bound, exact.distance) : exact.distance) - rounding;
   exact.upper_bound = exact.distance + rounding;
   exact.status = Status::Converged;
   exact.has_points = true;
@@ -101,8 +102,10 @@ SignedDistance iterative(Cso& cso, const Vector3d& normal_guess, const CsoVertex
 }
 
 Vector3d normalGuess(const Cso& cso, const WarmStart& warm_start) {
-  const double warm2 = warm_start.axis.squaredNorm();
-  if (warm2 > 0.0 && std::isfinite(warm2)) return warm_start.axis / std::sqrt(warm2);
+  // Divided by its largest entry first: the square of a tiny one has no digits left.
+  const double largest = warm_start.axis.lpNorm<Eigen::Infinity>();
+  const Vector3d warm = (warm_start.axis / largest).normalized();
+  if (largest > 0.0 && warm.allFinite()) return warm;
   const Vector3d centres = cso.centreDifference();
   return centres.squaredNorm() > 0.0 ? Vector3d(centres.normalized()) : Vector3d(Vector3d::UnitX());
 }
@@ -117,8 +120,7 @@ std::optional<SignedDistance> boxOverlap(const Cso& cso, const Isometry3d& a_T_b
 }
 
 SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
-                            WarmStart& warm_start) {
-  const double rounding = csoRounding(a, b, a_T_b);
+                            double rounding, WarmStart& warm_start) {
   if (hasClosedForm(a.kind(), b.kind())) return certified(closedForm(a, b, a_T_b), rounding);
   if (isRevolved(a.kind()) && isRevolved(b.kind())) {
     // Axes that are parallel but for a small part of the tolerance: b turned by the tilt moves by no more than this.
@@ -152,16 +154,20 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& 
                               WarmStart& warm_start) {
   if (!isFinite(a_T_b)) return {};
   const double margins = a.margin() + b.margin();
-  // By a rounding more than asked for, so that the bounds still decide when the margins are taken off again.
-  const auto rounded = [&](double stop) { return std::numeric_limits<double>::epsilon() * (std::abs(stop) + margins); };
+  const double rounding = csoRounding(a, b, a_T_b);
+  // Some roundings beyond what is asked, so that the bounds still decide it when they are the result's.
+  const double beyond = 4.0 * rounding;
   Options core_options = options;
-  core_options.stop_above += margins + rounded(options.stop_above);
-  core_options.stop_below += margins - rounded(options.stop_below);
-  SignedDistance core = coreDistance(a, b, a_T_b, core_options, warm_start);
+  core_options.stop_above += margins + beyond;
+  core_options.stop_below += margins - beyond;
+  SignedDistance core = coreDistance(a, b, a_T_b, core_options, rounding, warm_start);
   warm_start.axis = core.normal;
-  // The one place where convergence is claimed: by the bounds as they came out.
-  const bool too_wide = !(core.upper_bound - core.lower_bound <= options.distance_tolerance);
-  if (core.status == Status::Converged && too_wide) core.status = Status::Degenerate;
+  // The one place where convergence and a decision are claimed: by the bounds as they came out.
+  const bool converged = core.upper_bound - core.lower_bound <= options.distance_tolerance;
+  const bool decided =
+      core.lower_bound - margins > options.stop_above || core.upper_bound - margins <= options.stop_below;
+  if (core.status == Status::Converged && !converged) core.status = Status::Degenerate;
+  if (core.status == Status::Threshold && !decided) core.status = converged ? Status::Converged : Status::Degenerate;
   if (core.status == Status::Converged && core.unique)
     core.unique = meetInOnePoint(a, b, a_T_b, core.normal, options.distance_tolerance, warm_start);
   return withMargins(core, a.margin(), b.margin());
