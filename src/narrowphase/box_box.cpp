@@ -1,6 +1,7 @@
 #include "box_box.h"
 
 #include <cmath>
+#include <limits>
 
 namespace proximity_server {
 namespace {
@@ -23,8 +24,8 @@ std::optional<Vector3d> onlyEdge(Vector3d half, Vector3d direction, Eigen::Index
   return half.cwiseProduct(direction.cwiseSign());
 }
 
-bool isInside(const Vector3d& point, const Vector3d& half, double tolerance) {
-  return ((point.cwiseAbs() - half).array() <= tolerance).all();
+bool isInside(const Vector3d& point, const Vector3d& half, double rounding) {
+  return ((point.cwiseAbs() - half).array() <= rounding).all();
 }
 
 }  // namespace
@@ -124,7 +125,9 @@ std::optional<SignedDistance> BoxPair::overlap(double tolerance) const {
   result.point_a = *on_a;
   result.point_b = *on_a + result.distance * result.normal;
   const Vector3d in_b = a_T_b_.linear().transpose() * (result.point_b - a_T_b_.translation());
-  if (!isInside(*on_a, half_a_, tolerance) || !isInside(in_b, half_b_, tolerance)) return std::nullopt;
+  const double reach = half_a_.lpNorm<1>() + half_b_.lpNorm<1>() + a_T_b_.translation().lpNorm<1>();
+  const double rounding = 16.0 * std::numeric_limits<double>::epsilon() * reach;
+  if (!isInside(*on_a, half_a_, rounding) || !isInside(in_b, half_b_, rounding)) return std::nullopt;
   result.unique = isUnique(tolerance);
   return result;
 }

@@ -198,7 +198,7 @@ NearestInSet nearestByVoronoiRegions(const PointSet& set) {
   simplex.members = bit(newest) - 1;
   const Nearest nearest = nearestToOrigin(simplex, newest);
   if (nearest.encloses_origin) return {Vector3d::Zero(), nearest.members};
-  return {-nearest.distance * nearest.normal, nearest.members};
+  return {-nearest.distance * nearest.normal(), nearest.members};
 }
 
 NearestInSet nearestBySignedVolumes(const PointSet& set) {

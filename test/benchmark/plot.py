@@ -1,0 +1,135 @@
+"""Draws the pictures of README.md from the results of the benchmarks.
+
+usage: plot.py FOLDER   with narrowphase.json and subalgorithms.json; the pictures go there too
+"""
+
+import json
+import os
+import sys
+
+import matplotlib.pyplot as plt
+
+# Colours that colour-blind readers tell apart (Okabe, Ito, 2008); ours is the dark one.
+COLOURS = {
+    "ours": "#000000",
+    "FCL libccd": "#D55E00",
+    "FCL INDEP": "#E69F00",
+    "libccd": "#CC79A7",
+    "Bullet GJK": "#0072B2",
+    "Bullet EPA2": "#56B4E9",
+    "linear scan": "#999999",
+}
+SMALLEST = 1e-17  # [m] an error of 0 has no logarithm
+
+
+def style(library):
+    return {"color": COLOURS.get(library, "#009E73"), "linewidth": 2.5 if library == "ours" else 1.2}
+
+
+def label_last(axes, xs, ys, library):
+    axes.annotate(library, (xs[-1], ys[-1]), xytext=(4, 0), textcoords="offset points", fontsize=8,
+                  color=style(library)["color"], va="center")
+
+
+def time_against_error(results, file):
+    """One panel a workload, one mark a library; down and left is better."""
+    workloads = [f"{solid}, {placement}" for solid in ("box", "cylinder", "hull 32", "hull 200")
+                 for placement in ("apart", "shallow", "deep")]
+    figure, panels = plt.subplots(4, 3, figsize=(11, 12), sharex=True, sharey=True)
+    for panel, workload in zip(panels.flat, workloads):
+        panel.set_title(workload, fontsize=10)
+        for entry in (e for e in results["rows"] if e["row"] == workload):
+            library = entry["library"]
+            x, y = entry["ns"], max(entry["max_error"], SMALLEST)
+            panel.plot(x, y, "o", color=style(library)["color"], markersize=9 if library == "ours" else 6)
+            panel.annotate(library, (x, y), xytext=(5, 5), textcoords="offset points", fontsize=8,
+                           color=style(library)["color"])
+        panel.set(xscale="log", yscale="log", xlim=(1e2, 1e6), ylim=(1e-18, 30))
+        panel.grid(alpha=0.3)
+    figure.supxlabel("time per query [ns]")
+    figure.supylabel("largest error [m], solids of size 1")
+    save(figure, file)
+
+
+def time_against_tolerance(results, file):
+    """What a tighter tolerance costs and brings, one line a library."""
+    workloads = list(dict.fromkeys(e["row"] for e in results["tolerances"]))
+    figure, panels = plt.subplots(2, 4, figsize=(14, 7), sharex=True, sharey=True)
+    for panel, workload in zip(panels.T.flat, workloads):
+        panel.set_title(workload, fontsize=10)
+        entries = [e for e in results["tolerances"] if e["row"] == workload]
+        for library in dict.fromkeys(e["library"] for e in entries):
+            line = sorted((e for e in entries if e["library"] == library), key=lambda e: -e["tolerance"])
+            xs, ys = [e["ns"] for e in line], [max(e["max_error"], SMALLEST) for e in line]
+            panel.plot(xs, ys, ".-", **style(library))
+            label_last(panel, xs, ys, library)
+        panel.set(xscale="log", yscale="log", xlim=(1e2, 3e6), ylim=(1e-18, 30))
+        panel.grid(alpha=0.3)
+    figure.supxlabel("time per query [ns], tolerances from 1e-2 to 1e-14 m")
+    figure.supylabel("largest error [m]")
+    save(figure, file)
+
+
+def time_against_vertices(results, file):
+    """Distance of two hulls apart, and the support mapping alone."""
+    figure, (query, support) = plt.subplots(1, 2, figsize=(12, 5))
+    distances = [e for e in results["vertices"] if e["row"] == "hulls by vertices"]
+    for library in dict.fromkeys(e["library"] for e in distances):
+        line = [e for e in distances if e["library"] == library]
+        xs, ys = [e["vertices"] for e in line], [e["ns"] for e in line]
+        query.plot(xs, ys, ".-", **style(library))
+        label_last(query, xs, ys, library)
+    query.set_title("distance of two hulls, cold", fontsize=10)
+    line = [e for e in results["vertices"] if e["row"] == "support by vertices"]
+    xs = [e["vertices"] for e in line]
+    for library, key in (("ours", "ns"), ("linear scan", "scan_ns")):
+        ys = [e[key] for e in line]
+        support.plot(xs, ys, ".-", **style(library))
+        label_last(support, xs, ys, library)
+    support.set_title("support mapping alone", fontsize=10)
+    for axes in (query, support):
+        axes.set(xscale="log", yscale="log", xlim=(6, 8e5), xlabel="vertices of each hull", ylabel="time [ns]")
+        axes.grid(alpha=0.3)
+    save(figure, file)
+
+
+def subalgorithms(results, file):
+    """Time and GJK error of the ways to find the nearest point of a simplex, by kind of simplex."""
+    entries = results["subalgorithms"]
+    kinds = list(dict.fromkeys(e["simplices"] for e in entries))
+    names = list(dict.fromkeys(e["algorithm"] for e in entries))
+    colours = ["#D55E00", "#E69F00", "#000000", "#0072B2"]
+    figure, (time, error) = plt.subplots(1, 2, figsize=(12, 5))
+    for k, name in enumerate(names):
+        line = {e["simplices"]: e for e in entries if e["algorithm"] == name}
+        places = [i + 0.2 * (k - 1.5) for i in range(len(kinds))]
+        time.bar(places, [line[kind]["ns"] for kind in kinds], 0.2, color=colours[k % 4], label=name)
+        error.bar(places, [max(line[kind]["max_error"], SMALLEST) for kind in kinds], 0.2, color=colours[k % 4])
+    error.set(yscale="log", ylabel="largest error / largest vertex norm")
+    time.set(ylabel="time of one simplex [ns]")
+    time.legend(fontsize=8)
+    for axes in (time, error):
+        axes.set_xticks(range(len(kinds)), kinds, rotation=20, fontsize=8)
+    save(figure, file)
+
+
+def save(figure, file):
+    figure.tight_layout()
+    figure.savefig(file, dpi=80)
+    print(file)
+
+
+def main(folder):
+    def read(name):
+        with open(os.path.join(folder, name)) as file:
+            return json.load(file)
+
+    narrowphase = read("narrowphase.json")
+    time_against_error(narrowphase, os.path.join(folder, "time_against_error.png"))
+    time_against_tolerance(narrowphase, os.path.join(folder, "time_against_tolerance.png"))
+    time_against_vertices(narrowphase, os.path.join(folder, "time_against_vertices.png"))
+    subalgorithms(read("subalgorithms.json"), os.path.join(folder, "subalgorithms.png"))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
