@@ -42,7 +42,8 @@ def time_against_error(results, file):
             library = entry["library"]
             x, y = entry["ns"], max(entry["max_error"], SMALLEST)
             panel.plot(x, y, "o", color=style(library)["color"], markersize=9 if library == "ours" else 6)
-            panel.annotate(library, (x, y), xytext=(5, 5), textcoords="offset points", fontsize=8,
+            below = library in ("Bullet EPA2", "FCL INDEP")  # which often lie beside their sisters
+            panel.annotate(library, (x, y), xytext=(5, -11 if below else 5), textcoords="offset points", fontsize=8,
                            color=style(library)["color"])
         panel.set(xscale="log", yscale="log", xlim=(1e2, 1e6), ylim=(1e-18, 30))
         panel.grid(alpha=0.3)
@@ -107,7 +108,8 @@ def subalgorithms(results, file):
         error.bar(places, [max(line[kind]["max_error"], SMALLEST) for kind in kinds], 0.2, color=colours[k % 4])
     error.set(yscale="log", ylabel="largest error / largest vertex norm")
     time.set(ylabel="time of one simplex [ns]")
-    time.legend(fontsize=8)
+    time.set_ylim(0, 1.35 * max(e["ns"] for e in entries))
+    time.legend(fontsize=8, ncols=2, loc="upper left")
     for axes in (time, error):
         axes.set_xticks(range(len(kinds)), kinds, rotation=20, fontsize=8)
     save(figure, file)
