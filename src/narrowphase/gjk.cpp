@@ -35,6 +35,14 @@ bool refineDistance(Cso& cso, const Vector3d& normal, const Options& options, Gj
   return true;
 }
 
+/// What a search comes to that ends with open bounds, as its next vertex brings nothing.
+Outcome outcomeWithoutProgress(const Cso& cso, double upper_bound, const Options& options) {
+  // On a curve the vertices lie in one plane within rounding, where only EPA can tell.
+  if (!cso.isPolytope()) return Outcome::Overlap;
+  // Nearer than can be told from touching, with the rounding of both bounds: the depth is small in any direction.
+  return upper_bound + 3.0 * cso.rounding() <= options.distance_tolerance ? Outcome::Overlap : Outcome::Apart;
+}
+
 /// Adds the vertices that the last query ended with, where they bring the simplex nearer to the origin.
 Nearest recall(Cso& cso, Simplex& simplex, Nearest nearest) {
   const WarmStart& warm_start = cso.warmStart();
@@ -94,13 +102,9 @@ GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, co
     const Nearest next = nearestToOrigin(simplex, newest);
     // Written as !(next < nearest) so that NaN ends the search instead of winning it.
     if (!next.encloses_origin && !(next.distance < nearest.distance)) {
-      if (gap <= options.distance_tolerance) return end(Outcome::Apart, Status::Degenerate);
-      // Nearer than can be told from touching, with the rounding of both bounds: the depth is small in any direction.
-      const bool touching = upper_bound + 3.0 * rounding <= options.distance_tolerance;
-      if (cso.isPolytope()) return end(touching ? Outcome::Overlap : Outcome::Apart, Status::Degenerate);
-      // On a curve the next best vertices lie in one plane within rounding; the normal is as good as Newton's needs.
-      return refineDistance(cso, nearest.normal(), options, result) ? result
-                                                                    : end(Outcome::Overlap, Status::Degenerate);
+      const bool is_open = gap > options.distance_tolerance;
+      if (is_open && !cso.isPolytope() && refineDistance(cso, nearest.normal(), options, result)) return result;
+      return end(is_open ? outcomeWithoutProgress(cso, upper_bound, options) : Outcome::Apart, Status::Degenerate);
     }
     nearest = next;
     simplex.members = nearest.members;

@@ -128,8 +128,6 @@ class Pieces {
     for (int i = 0; i < count_; ++i) piece(i).weight = 1.0 / count_;
   }
 
-  int count() const { return count_; }
-
   void lookAlong(const Vector3d& normal) {
     normal_ = normal;
     tangents_ = tangentsOf(normal);

@@ -16,12 +16,6 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-Isometry3d at(double x, double y, double z) {
-  Isometry3d pose = Isometry3d::Identity();
-  pose.translation() = Vector3d(x, y, z);
-  return pose;
-}
-
 TEST(ExactOracle, KnowsTheGapOfBoxCorners) {
   const ExactDistance d = exactDistance({Box{{2, 2, 2}}, Box{{2, 2, 2}}, at(5, 6, 14)});  // 3, 4, 12: 13
   EXPECT_FALSE(d.overlap);

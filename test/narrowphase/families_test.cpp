@@ -30,16 +30,6 @@ std::vector<double> gaps(double size) {
   return result;
 }
 
-Shape hullOf(const Points& points) { return ConvexHull(points); }
-
-Points boxCorners(const Vector3d& size) {
-  Points corners;
-  for (const double x : {-0.5, 0.5})
-    for (const double y : {-0.5, 0.5})
-      for (const double z : {-0.5, 0.5}) corners.push_back(size.cwiseProduct(Vector3d(x, y, z)));
-  return corners;
-}
-
 Options toleranceFor(const PairCase& c) {
   Options options;
   options.distance_tolerance = 1e-9 * std::max(1.0, c.pair().scale());

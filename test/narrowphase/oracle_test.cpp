@@ -13,12 +13,6 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-Isometry3d at(double x, double y, double z) {
-  Isometry3d pose = Isometry3d::Identity();
-  pose.translation() = Vector3d(x, y, z);
-  return pose;
-}
-
 long double oracle(const Shape& a, const Shape& b, const Isometry3d& a_T_b) {
   return signedDistanceOracle({a, b, a_T_b}).distance;
 }

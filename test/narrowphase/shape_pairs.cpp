@@ -41,9 +41,23 @@ void print(std::ostream& out, const Shape& shape) {
   for (const Vector3d& vertex : shape.hull().vertices()) out << " (" << vertex.transpose().format(kAllDigits) << ")";
 }
 
+}  // namespace
+
 Shape hullOf(const std::vector<Vector3d>& points) { return ConvexHull(points); }
 
-}  // namespace
+std::vector<Vector3d> boxCorners(const Vector3d& size) {
+  std::vector<Vector3d> corners;
+  for (const double x : {-0.5, 0.5})
+    for (const double y : {-0.5, 0.5})
+      for (const double z : {-0.5, 0.5}) corners.push_back(size.cwiseProduct(Vector3d(x, y, z)));
+  return corners;
+}
+
+Isometry3d at(double x, double y, double z) {
+  Isometry3d pose = Isometry3d::Identity();
+  pose.translation() = Vector3d(x, y, z);
+  return pose;
+}
 
 std::string describe(const PairCase& pair_case) {
   std::ostringstream out;

@@ -34,6 +34,12 @@ std::vector<NamedShape> solidShapes();
 /// The solids, and what is easy to forget: padded box and hull, a plate, a needle, polygon, segment and point hulls.
 std::vector<NamedShape> allShapes();
 
+Shape hullOf(const std::vector<Eigen::Vector3d>& points);
+std::vector<Eigen::Vector3d> boxCorners(const Eigen::Vector3d& size);
+
+/// A pose without rotation.
+Eigen::Isometry3d at(double x, double y, double z);
+
 Shape randomHull(std::mt19937& random, int points, const Eigen::Vector3d& half_axes);
 Eigen::Vector3d randomDirection(std::mt19937& random);
 Eigen::Isometry3d randomPose(std::mt19937& random, double reach);

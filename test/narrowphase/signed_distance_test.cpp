@@ -330,12 +330,6 @@ TEST(SignedDistance, UnknownHoldsNoNumber) {
   EXPECT_TRUE(std::isnan(result.distance) && !result.has_points && result.point_a.hasNaN() && result.normal.hasNaN());
 }
 
-Isometry3d at(double x, double y, double z) {
-  Isometry3d pose = Isometry3d::Identity();
-  pose.translation() = Vector3d(x, y, z);
-  return pose;
-}
-
 TEST(SignedDistance, IsUniqueWhereACornerFacesAFace) {
   Isometry3d pose = at(0, 0, 3);
   pose.linear() = Eigen::Quaterniond(0.9, 0.3, 0.2, 0.1).normalized().toRotationMatrix();

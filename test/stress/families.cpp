@@ -38,16 +38,6 @@ double scaleOf(const TwoShapes& shapes, const Isometry3d& a_T_b) {
 
 // Shapes.
 
-Shape hullOf(const Points& points) { return ConvexHull(points); }
-
-Points boxCorners(const Vector3d& size) {
-  Points corners;
-  for (const double x : {-0.5, 0.5})
-    for (const double y : {-0.5, 0.5})
-      for (const double z : {-0.5, 0.5}) corners.push_back(size.cwiseProduct(Vector3d(x, y, z)));
-  return corners;
-}
-
 /// Turned by a random rotation, so that what was exactly flat is flat within rounding only.
 Points turned(Random& random, Points points) {
   const Matrix3d rotation = randomPose(random, 0.0).linear();

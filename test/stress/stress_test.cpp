@@ -47,12 +47,23 @@ TEST(Stress, FamiliesHoldPairsApartAndInOverlap) {
   EXPECT_GT(overlapping, 200);
 }
 
-TEST(Stress, ShearedPoseIsFound) {
-  // A pose that is no rotation turns distances into something else: the relatives must disagree.
-  Eigen::Isometry3d sheared = Eigen::Isometry3d::Identity();
-  sheared.matrix()(0, 1) = 0.1;
-  sheared.translation() = Eigen::Vector3d(0.5, 1.5, 0.2);
-  EXPECT_TRUE(observe({Box{{1, 1, 1}}, Cylinder{0.4, 1}, sheared, {}, {}}).failure);
+TEST(Stress, ForgedResultsAreFound) {
+  const Shape a = Box{{1, 1, 1}}, b = Cylinder{0.4, 1};
+  Eigen::Isometry3d a_T_b = Eigen::Isometry3d::Identity();
+  a_T_b.translation() = Eigen::Vector3d(0.5, 1.5, 0.2);
+  const ShapePair pair{a, b, a_T_b};
+  const SignedDistance honest = signedDistance(a, b, a_T_b);
+  ASSERT_TRUE(carriesItsProof(pair, honest));
+
+  SignedDistance forged = honest;
+  forged.lower_bound += 1e-6;
+  EXPECT_FALSE(carriesItsProof(pair, forged));
+  forged = honest;
+  forged.normal = -honest.normal;
+  EXPECT_FALSE(carriesItsProof(pair, forged));
+  forged = honest;
+  forged.point_a += 1e-6 * honest.normal;
+  EXPECT_FALSE(carriesItsProof(pair, forged));
 }
 
 }  // namespace
