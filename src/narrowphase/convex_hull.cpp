@@ -226,7 +226,8 @@ void ConvexHull::storeForScan() {
 void ConvexHull::findStarts() {
   constexpr int kMostCells = 64;  // six sides of 64 x 64 cells fit into a cache of the second level
   cells_ = std::min(static_cast<int>(std::ceil(std::sqrt(size() / 1.5))), kMostCells);
-  starts_.reserve(6 * static_cast<std::size_t>(cells_ * cells_));
+  const auto cells = static_cast<std::size_t>(cells_);
+  starts_.reserve(6 * cells * cells);
   int start = 0;
   for (int side = 0; side < 6; ++side)
     for (int i = 0; i < cells_; ++i)
@@ -249,7 +250,8 @@ int ConvexHull::startTowards(const Vector3d& direction) const {
     return std::min(static_cast<int>(direction[along] * scale + 0.5 * cells_), cells_ - 1);
   };
   const int side = 2 * axis + (direction[axis] > 0.0 ? 0 : 1);
-  return starts_[static_cast<std::size_t>((side * cells_ + cell(next)) * cells_ + cell(last))];
+  const int index = (side * cells_ + cell(next)) * cells_ + cell(last);
+  return starts_[static_cast<std::size_t>(index)];
 }
 
 int ConvexHull::farthestVertex(const Vector3d& direction, int start) const {
