@@ -177,7 +177,7 @@ void setWitnesses(const Polytope& polytope, const Polytope::Face* guess, const O
   if (!(best.beside <= result.depth - result.lower_bound)) {
     best.beside = std::numeric_limits<double>::infinity();
     polytope.forEachFace([&](const Polytope::Face& face) {
-      if (!(face.normal.dot(result.normal) > 0.0)) return;
+      if (!(face.area.dot(result.normal) > 0.0)) return;
       const FacePoint candidate = passage(polytope, face, result);
       if (candidate.beside < best.beside) best = candidate;
     });
@@ -193,9 +193,9 @@ bool isUnique(const Polytope& polytope, const EpaResult& result, const Options& 
   constexpr double kSameDirection = 1e-2;
   bool unique = true;
   polytope.forEachFace([&](const Polytope::Face& face) {
-    if (std::abs(face.distance - result.depth) <= options.distance_tolerance &&
-        (face.normal - result.normal).squaredNorm() > kSameDirection * kSameDirection)
-      unique = false;
+    const bool is_as_close = face.isCloserThan(result.depth + options.distance_tolerance) &&
+                             !face.isCloserThan(result.depth - options.distance_tolerance);
+    if (is_as_close && (face.normal() - result.normal).squaredNorm() > kSameDirection * kSameDirection) unique = false;
   });
   return unique;
 }
@@ -211,7 +211,7 @@ class Shallowest {
     Simplex simplex;
     for (int i = 0; i < 3; ++i) simplex[i] = polytope.vertex(face.vertices[static_cast<std::size_t>(i)]);
     simplex.members = 0b111;
-    const std::optional<Refined> direction = refined(cso, simplex, face.normal);
+    const std::optional<Refined> direction = refined(cso, simplex, face.normal());
     if (!direction) return;
     const Stationary& stationary = direction->stationary;
     if (stationary.cos_proven < 1.0 && caps_ < kMostCaps)
@@ -243,20 +243,20 @@ class Shallowest {
     std::array<const Polytope::Face*, kMostFaces> closer{&face};
     std::size_t count = 1;
     for (std::size_t i = 0; i < count; ++i) {
-      const double inside = closer[i]->normal.dot(cap.normal);
+      const double distance = closer[i]->distance(), inside = closer[i]->normal().dot(cap.normal);
       if (!(inside > cap.cosine)) return false;
       for (std::size_t edge = 0; edge < 3; ++edge) {
         const Polytope::Face& next = polytope.neighbour(*closer[i], edge);
-        if (next.distance < result_.depth) {
+        if (next.isCloserThan(result_.depth)) {
           if (std::find(closer.begin(), closer.begin() + count, &next) != closer.begin() + count) continue;
           if (count == kMostFaces) return false;
           closer[count++] = &next;
           continue;
         }
         // The edge reaches as far as the depth before the direction that divides the normals like the distances.
-        const double part = (result_.depth - closer[i]->distance) / (next.distance - closer[i]->distance);
-        const bool has_normal = std::isfinite(next.distance);
-        if (!has_normal || !((1.0 - part) * inside + part * next.normal.dot(cap.normal) > cap.cosine)) return false;
+        const double part = (result_.depth - distance) / (next.distance() - distance);
+        if (!next.hasNormal() || !((1.0 - part) * inside + part * next.normal().dot(cap.normal) > cap.cosine))
+          return false;
       }
     }
     return true;
@@ -294,18 +294,19 @@ EpaResult expandPolytope(Cso& cso, const Start& tetrahedron, const Options& opti
       polytope.setClosestAside();
       face = polytope.closest();
     }
-    const double reach = face != nullptr ? face->distance : result.depth;
+    const double reach = face != nullptr ? face->distance() : result.depth;
     result.lower_bound = std::min(reach, result.depth) - cso.rounding();
     if (-result.lower_bound <= options.stop_below) return end(Status::Threshold, nullptr);
     if (isFinal()) return end(Status::Converged, nullptr);
     if (face == nullptr) return end(Status::Degenerate, nullptr);
 
-    const CsoVertex w = cso.vertex(face->normal);
-    const double depth = face->normal.dot(w.point);
+    const Vector3d normal = face->normal();
+    const CsoVertex w = cso.vertex(normal);
+    const double depth = normal.dot(w.point);
     // What Newton's method found, with its points, is not given up for less than rounding.
     if (depth < result.depth - (result.has_points ? cso.rounding() : 0.0)) {
       result.depth = depth;
-      result.normal = face->normal;
+      result.normal = normal;
       result.has_normal = true;
       result.has_points = false;
       if (isFinal()) return end(Status::Converged, face);

@@ -5,13 +5,8 @@
 #include "triangle.h"
 
 namespace proximity_server {
-namespace {
 
 using Eigen::Vector3d;
-
-std::size_t next(std::size_t edge) { return edge == 2 ? 0 : edge + 1; }
-
-}  // namespace
 
 Polytope::Polytope(const std::array<CsoVertex, 4>& corners, double rounding) : rounding_(rounding) {
   for (const CsoVertex& corner : corners) vertices_[static_cast<std::size_t>(vertex_count_++)] = corner;
@@ -20,12 +15,14 @@ Polytope::Polytope(const std::array<CsoVertex, 4>& corners, double rounding) : r
   const int a = 0, b = volume > 0.0 ? 1 : 2, c = volume > 0.0 ? 2 : 1;
   // Faces a b c, b a d, c b d, a c d, each counter-clockwise from outside.
   constexpr double kNoCeiling = std::numeric_limits<double>::infinity();
-  const int abc = addFace(a, b, c, kNoCeiling), bad = addFace(b, a, 3, kNoCeiling), cbd = addFace(c, b, 3, kNoCeiling),
-            acd = addFace(a, c, 3, kNoCeiling);
-  face(abc).neighbours = {bad, cbd, acd};
-  face(bad).neighbours = {abc, acd, cbd};
-  face(cbd).neighbours = {abc, bad, acd};
-  face(acd).neighbours = {abc, cbd, bad};
+  const int abc = kStride * addFace(a, b, c, kNoCeiling), bad = kStride * addFace(b, a, 3, kNoCeiling),
+            cbd = kStride * addFace(c, b, 3, kNoCeiling), acd = kStride * addFace(a, c, 3, kNoCeiling);
+  join(abc, bad);
+  join(abc + 1, cbd);
+  join(abc + 2, acd);
+  join(bad + 1, acd + 2);
+  join(cbd + 1, bad + 2);
+  join(acd + 1, cbd + 2);
 }
 
 int Polytope::addFace(int a, int b, int c, double ceiling) {
@@ -35,19 +32,23 @@ int Polytope::addFace(int a, int b, int c, double ceiling) {
   f.serial = next_serial_++;
   const Vector3d &pa = vertex(a).point, &pb = vertex(b).point, &pc = vertex(c).point;
   const Vector3d ab = pb - pa, bc = pc - pb, ca = pa - pc;
-  const Vector3d area = areaVector(ab, bc, ca);
   const double longest2 = std::max({ab.squaredNorm(), bc.squaredNorm(), ca.squaredNorm()});
-  const double area2 = area.squaredNorm();
+  f.area = areaVector(ab, bc, ca);
+  f.area2 = f.area.squaredNorm();
+  f.height = f.area.dot(pa);
   // A height below the rounding of the vertices gives no normal. Written as !(>) so that NaN is a sliver too.
-  if (!(area2 > rounding_ * rounding_ * longest2)) {
-    f.normal = Vector3d::Zero();
-    f.distance = std::numeric_limits<double>::infinity();
-    return index;
+  if (!(f.area2 > rounding_ * rounding_ * longest2)) {
+    f.area.setZero();
+    f.area2 = f.height = 0.0;
+  } else if (f.isCloserThan(ceiling)) {
+    heapPush({f.height * std::abs(f.height) / f.area2, index, f.serial});
   }
-  f.normal = area / std::sqrt(area2);
-  f.distance = f.normal.dot(pa);
-  if (f.distance < ceiling) heapPush(index);
   return index;
+}
+
+void Polytope::join(int half_edge, int twin) {
+  face(half_edge / kStride).twins[static_cast<std::size_t>(half_edge % kStride)] = twin;
+  face(twin / kStride).twins[static_cast<std::size_t>(twin % kStride)] = half_edge;
 }
 
 void Polytope::removeFace(int index) {
@@ -55,21 +56,40 @@ void Polytope::removeFace(int index) {
   free_faces_[static_cast<std::size_t>(free_count_++)] = index;
 }
 
-void Polytope::heapPush(int index) {
-  const auto farther = [](const HeapEntry& a, const HeapEntry& b) { return a.distance > b.distance; };
-  if (heap_size_ == static_cast<int>(heap_.size())) {
-    const auto stale = [this](const HeapEntry& e) { return face(e.face).serial != e.serial; };
-    heap_size_ = static_cast<int>(std::remove_if(heap_.begin(), heap_.end(), stale) - heap_.begin());
-    std::make_heap(heap_.begin(), heap_.begin() + heap_size_, farther);
-  }
-  heap_[static_cast<std::size_t>(heap_size_++)] = {face(index).distance, index, face(index).serial};
-  std::push_heap(heap_.begin(), heap_.begin() + heap_size_, farther);
+void Polytope::dropStale() {
+  const auto stale = [this](const HeapEntry& e) { return face(e.face).serial != e.serial; };
+  const auto farther = [](const HeapEntry& a, const HeapEntry& b) { return a.distance2 > b.distance2; };
+  heap_size_ = static_cast<int>(std::remove_if(heap_.begin(), heap_.begin() + heap_size_, stale) - heap_.begin());
+  std::make_heap(heap_.begin(), heap_.begin() + heap_size_, farther);
 }
 
+void Polytope::heapPush(const HeapEntry& entry) {
+  if (heap_size_ == static_cast<int>(heap_.size())) dropStale();
+  int hole = heap_size_++;
+  for (; hole > 0; hole = (hole - 1) / 2) {
+    const HeapEntry& parent = heap_[static_cast<std::size_t>((hole - 1) / 2)];
+    if (!(entry.distance2 < parent.distance2)) break;
+    heap_[static_cast<std::size_t>(hole)] = parent;
+  }
+  heap_[static_cast<std::size_t>(hole)] = entry;
+}
+
+/// The hole sinks to a leaf, past the closer child each time, which needs no branch; the last entry rises from there.
 void Polytope::heapPop() {
-  const auto farther = [](const HeapEntry& a, const HeapEntry& b) { return a.distance > b.distance; };
-  std::pop_heap(heap_.begin(), heap_.begin() + heap_size_, farther);
-  --heap_size_;
+  const HeapEntry last = heap_[static_cast<std::size_t>(--heap_size_)];
+  int hole = 0;
+  for (int child = 2; child <= heap_size_; child = 2 * hole + 2) {
+    child -= static_cast<int>(heap_[static_cast<std::size_t>(child - 1)].distance2 <
+                              heap_[static_cast<std::size_t>(child)].distance2);
+    heap_[static_cast<std::size_t>(hole)] = heap_[static_cast<std::size_t>(child)];
+    hole = child;
+  }
+  for (; hole > 0; hole = (hole - 1) / 2) {
+    const HeapEntry& parent = heap_[static_cast<std::size_t>((hole - 1) / 2)];
+    if (!(last.distance2 < parent.distance2)) break;
+    heap_[static_cast<std::size_t>(hole)] = parent;
+  }
+  heap_[static_cast<std::size_t>(hole)] = last;
 }
 
 const Polytope::Face* Polytope::closest() {
@@ -81,72 +101,57 @@ const Polytope::Face* Polytope::closest() {
 }
 
 /// Heights within rounding count as visible: a face coplanar with w merges into the cone, one without a normal goes.
-bool Polytope::sees(const CsoVertex& w, const Face& candidate) const {
-  return !(candidate.normal.dot(w.point - vertex(candidate.vertices[0]).point) < -rounding_);
+bool Polytope::sees(const Vector3d& w, const Face& candidate) const {
+  const double height = candidate.area.dot(w - vertex(candidate.vertices[0]).point);
+  return !(height < 0.0 && height * height > rounding_ * rounding_ * candidate.area2);
 }
 
-/// Walks over the faces that w sees, depth first, entered through an edge each; the edges where it stops come out in
+/// Walks over the faces that w sees, depth first, entered through a half-edge each; the edges where it stops come out in
 /// order, counter-clockwise from w.
-void Polytope::findHorizon(int seen, int entry_edge, const CsoVertex& w) {
-  const Face& f = face(seen);
+void Polytope::findHorizon(int half_edge, const Vector3d& w) {
+  const Face& f = face(half_edge / kStride);
   if (f.serial == 0) return;
+  const auto entry = static_cast<std::size_t>(half_edge % kStride), second = (entry + 1) % 3, third = (entry + 2) % 3;
   if (!sees(w, f)) {
-    horizon_[static_cast<std::size_t>(horizon_size_++)] = {seen, entry_edge};
+    horizon_[static_cast<std::size_t>(horizon_size_++)] = {half_edge, f.vertices[second], f.vertices[entry]};
     return;
   }
-  removeFace(seen);
-  for (std::size_t edge = next(static_cast<std::size_t>(entry_edge)); edge != static_cast<std::size_t>(entry_edge);
-       edge = next(edge))
-    visitNeighbour(f, edge, w);
-}
-
-void Polytope::visitNeighbour(const Face& f, std::size_t edge, const CsoVertex& w) {
-  const int neighbour = f.neighbours[edge];
-  const int shared_end = f.vertices[next(edge)];  // where the neighbour begins the shared edge
-  const auto& corners = face(neighbour).vertices;
-  const auto entry = std::find(corners.begin(), corners.end(), shared_end) - corners.begin();
-  findHorizon(neighbour, static_cast<int>(entry), w);
+  removeFace(half_edge / kStride);
+  findHorizon(f.twins[second], w);
+  findHorizon(f.twins[third], w);
 }
 
 bool Polytope::isLoop() const {
   if (horizon_size_ < 3) return false;
-  const auto edgeOf = [this](int i) {
-    const HorizonEdge& h = horizon_[static_cast<std::size_t>(i)];
-    const auto e = static_cast<std::size_t>(h.edge);
-    return std::make_pair(face(h.face).vertices[next(e)], face(h.face).vertices[e]);
-  };
-  for (int i = 0; i < horizon_size_; ++i)
-    if (edgeOf(i).second != edgeOf((i + 1) % horizon_size_).first) return false;
+  int end = horizon_[static_cast<std::size_t>(horizon_size_ - 1)].to;
+  for (int i = 0; i < horizon_size_; ++i) {
+    const HorizonEdge& edge = horizon_[static_cast<std::size_t>(i)];
+    if (edge.from != end) return false;
+    end = edge.to;
+  }
   return true;
 }
 
 bool Polytope::expand(const Face& seen, const CsoVertex& w, double ceiling) {
-  const Face start = seen;
   horizon_size_ = 0;
   removeFace(static_cast<int>(&seen - faces_.data()));
-  for (std::size_t edge = 0; edge < 3; ++edge) visitNeighbour(start, edge, w);
+  for (const int twin : seen.twins) findHorizon(twin, w.point);
   if (!isLoop()) return false;
 
   const int apex = vertex_count_++;
   vertices_[static_cast<std::size_t>(apex)] = w;
   int first = -1, previous = -1;
   for (int i = 0; i < horizon_size_; ++i) {
-    const HorizonEdge h = horizon_[static_cast<std::size_t>(i)];
-    const auto edge = static_cast<std::size_t>(h.edge);
-    const int from = face(h.face).vertices[next(edge)], to = face(h.face).vertices[edge];
-    const int added = addFace(from, to, apex, ceiling);
-    face(added).neighbours[0] = h.face;
-    face(h.face).neighbours[edge] = added;
-    if (previous >= 0) {
-      face(previous).neighbours[1] = added;
-      face(added).neighbours[2] = previous;
-    } else {
+    const HorizonEdge& edge = horizon_[static_cast<std::size_t>(i)];
+    const int added = kStride * addFace(edge.from, edge.to, apex, ceiling);
+    join(added, edge.half_edge);
+    if (previous >= 0)
+      join(previous + 1, added + 2);
+    else
       first = added;
-    }
     previous = added;
   }
-  face(previous).neighbours[1] = first;
-  face(first).neighbours[2] = previous;
+  join(previous + 1, first + 2);
   return true;
 }
 

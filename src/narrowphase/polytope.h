@@ -17,13 +17,22 @@ class Polytope {
   static constexpr int kMaxVertices = 512;
   static constexpr int kMaxFaces = 2 * kMaxVertices;
 
+  /// A triangle by its area vector and what follows from it without root or division: most faces are never asked for
+  /// their normal or distance.
   struct Face {
-    std::array<int, 3> vertices;    ///< counter-clockwise from outside
-    std::array<int, 3> neighbours;  ///< across the edge from vertices[i] to the next
-    Eigen::Vector3d normal;         ///< unit, outward
-    double distance;  ///< [m] of its plane from the origin, along the normal; infinite for a sliver without
-                      ///< a normal: it is never the closest, and every new vertex sees it
-    int serial;       ///< tells a face from its successors in the same place; 0 where there is none
+    std::array<int, 3> vertices;  ///< counter-clockwise from outside
+    std::array<int, 3> twins;     ///< of the edge from vertices[i] to the next: the half-edge of the neighbour
+    Eigen::Vector3d area;         ///< outward, of twice the area; zero for a sliver without a normal: it is never the
+                                  ///< closest, and every new vertex sees it
+    double area2;                 ///< squared norm of the area vector
+    double height;                ///< of its plane over the origin, times the length of the area vector
+    int serial;                   ///< tells a face from its successors in the same place; 0 where there is none
+
+    bool hasNormal() const { return area2 > 0.0; }
+    Eigen::Vector3d normal() const { return area / std::sqrt(area2); }  ///< unit
+    double distance() const { return height / std::sqrt(area2); }       ///< [m] from the origin, along the normal
+    /// Whether the distance is less than `limit` [m]; false for a sliver.
+    bool isCloserThan(double limit) const { return height * std::abs(height) < limit * std::abs(limit) * area2; }
   };
 
   /// The tetrahedron of the first four vertices. `rounding` [m]: heights below it count as none.
@@ -42,7 +51,7 @@ class Polytope {
   /// What closest() named last will not be named again.
   void setClosestAside() { heapPop(); }
 
-  const Face& neighbour(const Face& of, std::size_t edge) const { return face(of.neighbours[edge]); }
+  const Face& neighbour(const Face& of, std::size_t edge) const { return face(of.twins[edge] / kStride); }
 
   /// Replaces all faces that `w` sees by the cone from w to their horizon; new faces as far as `ceiling` [m] will never
   /// be asked for as the closest. False where that is no single loop, or w sees nothing: rounding has the last word
@@ -60,24 +69,28 @@ class Polytope {
   }
 
  private:
+  static constexpr int kStride = 4;  // half-edge of a face: kStride * face + edge
+
   struct HorizonEdge {
-    int face, edge;  // seen from the face that stays
+    int half_edge;  // of the face that stays
+    int from, to;   // its ends, counter-clockwise from the new vertex
   };
   struct HeapEntry {
-    double distance;
+    double distance2;  // squared, with the sign of the distance
     int face, serial;
   };
 
   Face& face(int index) { return faces_[static_cast<std::size_t>(index)]; }
   const Face& face(int index) const { return faces_[static_cast<std::size_t>(index)]; }
   int addFace(int a, int b, int c, double ceiling);
+  void join(int half_edge, int twin);
   void removeFace(int index);
-  bool sees(const CsoVertex& w, const Face& candidate) const;
-  void findHorizon(int seen, int entry_edge, const CsoVertex& w);
-  void visitNeighbour(const Face& from, std::size_t edge, const CsoVertex& w);
+  bool sees(const Eigen::Vector3d& w, const Face& candidate) const;
+  void findHorizon(int half_edge, const Eigen::Vector3d& w);
   bool isLoop() const;
-  void heapPush(int index);
+  void heapPush(const HeapEntry& entry);
   void heapPop();
+  void dropStale();
 
   double rounding_;
   int vertex_count_ = 0;

@@ -64,18 +64,23 @@ struct Lanes {
     return first(even, odd);
   }
 
-  /// The smallest of the indices that share the greatest height.
+  /// The smallest of the indices that share the greatest height; without branches, as none could be guessed.
   [[gnu::always_inline]] static inline int first(const Best& even, const Best& odd) {
-    double height[2 * kWidth];
-    std::int64_t index[2 * kWidth];
-    std::memcpy(height, &even.height, sizeof even.height);
-    std::memcpy(height + kWidth, &odd.height, sizeof odd.height);
-    std::memcpy(index, &even.index, sizeof even.index);
-    std::memcpy(index + kWidth, &odd.index, sizeof odd.index);
-    int best = 0;
-    for (int lane = 1; lane < 2 * kWidth; ++lane)
-      if (height[lane] > height[best] || (height[lane] == height[best] && index[lane] < index[best])) best = lane;
-    return static_cast<int>(index[best]);
+    const Indices is_odd = (odd.height > even.height) | ((odd.height == even.height) & (odd.index < even.index));
+    const Values heights = is_odd ? odd.height : even.height;
+    const Indices indices = is_odd ? odd.index : even.index;
+    double height[kWidth];
+    std::int64_t index[kWidth];
+    std::memcpy(height, &heights, sizeof heights);
+    std::memcpy(index, &indices, sizeof indices);
+    for (int lanes = kWidth / 2; lanes > 0; lanes /= 2)
+      for (int i = 0; i < lanes; ++i) {
+        const bool is_higher = height[i + lanes] > height[i], is_first = index[i + lanes] < index[i];
+        const bool is_better = is_higher | ((height[i + lanes] == height[i]) & is_first);
+        height[i] = is_better ? height[i + lanes] : height[i];
+        index[i] = is_better ? index[i + lanes] : index[i];
+      }
+    return static_cast<int>(index[0]);
   }
 };
 
