@@ -217,6 +217,7 @@ void ConvexHull::connectNeighbours() {
 void ConvexHull::storeForScan() {
   const std::size_t stride = kScanStride;
   const std::size_t padded = (vertices_.size() + stride - 1) / stride * stride;
+  scan_count_ = static_cast<int>(padded);
   scan_coordinates_.resize(3 * padded);
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (std::size_t i = 0; i < padded; ++i)
@@ -255,15 +256,14 @@ int ConvexHull::startTowards(const Vector3d& direction) const {
 }
 
 int ConvexHull::farthestVertex(const Vector3d& direction, int start) const {
-  if (size() > kScanLimit) {
+  if (cells_ > 0) {
     const int known = startTowards(direction);
     if (start < 0 || start >= size()) return climb(direction, known);
     const auto height = [&](int v) { return vertices_[static_cast<std::size_t>(v)].dot(direction); };
     return climb(direction, height(start) > height(known) ? start : known);
   }
-  const std::size_t padded = scan_coordinates_.size() / 3;
   const double* x = scan_coordinates_.data();
-  return scan(x, x + padded, x + 2 * padded, static_cast<int>(padded), direction);
+  return scan(x, x + scan_count_, x + 2 * scan_count_, scan_count_, direction);
 }
 
 int ConvexHull::climb(const Vector3d& direction, int start) const {

@@ -319,9 +319,23 @@ EpaResult expandPolytope(Cso& cso, const Start& tetrahedron, const Options& opti
   }
 }
 
+/// The depth is at least `lower_bound`, and nobody asks for more.
+EpaResult decidedBy(double lower_bound) {
+  EpaResult result;
+  result.status = Status::Threshold;
+  result.lower_bound = lower_bound;
+  result.has_normal = result.has_points = false;
+  result.iterations = 0;
+  return result;
+}
+
 }  // namespace
 
 EpaResult epa(Cso& cso, const Simplex& simplex, const Options& options) {
+  if (simplex.members == 0b1111 && std::isfinite(options.stop_below)) {
+    const double enclosed = enclosedRadius(simplex) - cso.rounding();
+    if (-enclosed <= options.stop_below) return decidedBy(enclosed);
+  }
   Start start(simplex);
   const auto onPlane = [&](const SurfacePlane& plane) { return onSurface(cso, simplex, plane, options); };
   if (start.size == 3) dropFromSliver(cso, start);

@@ -106,8 +106,8 @@ bool Polytope::sees(const Vector3d& w, const Face& candidate) const {
   return !(height < 0.0 && height * height > rounding_ * rounding_ * candidate.area2);
 }
 
-/// Walks over the faces that w sees, depth first, entered through a half-edge each; the edges where it stops come out in
-/// order, counter-clockwise from w.
+/// Walks over the faces that w sees, depth first, entered through a half-edge each; the edges where it stops come out
+/// in order, counter-clockwise from w.
 void Polytope::findHorizon(int half_edge, const Vector3d& w) {
   const Face& f = face(half_edge / kStride);
   if (f.serial == 0) return;

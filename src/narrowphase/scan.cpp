@@ -1,5 +1,6 @@
 #include "scan.h"
 
+#include <atomic>
 #include <cstdint>
 #include <cstring>
 
@@ -108,11 +109,20 @@ ScanFunction widest() {
 ScanFunction widest() { return scanBaseline; }
 #endif
 
+int scanFirst(const double* x, const double* y, const double* z, int count, const double* d);
+
+/// Known from the first call on, with no lock to look at in the others.
+std::atomic<ScanFunction> chosen{scanFirst};
+
+int scanFirst(const double* x, const double* y, const double* z, int count, const double* d) {
+  chosen.store(widest(), std::memory_order_relaxed);
+  return scan(x, y, z, count, Eigen::Vector3d(d));
+}
+
 }  // namespace
 
 int scan(const double* x, const double* y, const double* z, int count, const Eigen::Vector3d& direction) {
-  static const ScanFunction kScan = widest();
-  return kScan(x, y, z, count, direction.data());
+  return chosen.load(std::memory_order_relaxed)(x, y, z, count, direction.data());
 }
 
 }  // namespace proximity_server

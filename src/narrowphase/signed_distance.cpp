@@ -101,13 +101,14 @@ SignedDistance iterative(Cso& cso, const Vector3d& normal_guess, const CsoVertex
   return fromEpa(cso, gjk_result, epa(cso, gjk_result.simplex, options));
 }
 
-Vector3d normalGuess(const Cso& cso, const WarmStart& warm_start) {
+/// Roughly from a to b, not normalised: the first vertex need not wait for a root and a division.
+Vector3d firstDirection(const Cso& cso, const WarmStart& warm_start) {
   // Divided by its largest entry first: the square of a tiny one has no digits left.
   const double largest = warm_start.axis.lpNorm<Eigen::Infinity>();
-  const Vector3d warm = (warm_start.axis / largest).normalized();
+  const Vector3d warm = warm_start.axis / largest;
   if (largest > 0.0 && warm.allFinite()) return warm;
   const Vector3d centres = cso.centreDifference();
-  return centres.squaredNorm() > 0.0 ? Vector3d(centres.normalized()) : Vector3d(Vector3d::UnitX());
+  return centres.squaredNorm() > 0.0 ? centres : Vector3d(Vector3d::UnitX());
 }
 
 bool areBoxes(const Shape& a, const Shape& b) { return a.kind() == Shape::Kind::Box && b.kind() == Shape::Kind::Box; }
@@ -129,12 +130,12 @@ SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_
       return certified(revolvedDistance(a, b, a_T_b, options.distance_tolerance), rounding + turned);
   }
   Cso cso(a, b, a_T_b, rounding, warm_start);
-  const Vector3d guess = normalGuess(cso, warm_start);
-  const CsoVertex first = cso.vertex(guess);
-  const bool may_overlap = guess.dot(first.point) >= 0.0;
+  const Vector3d direction = firstDirection(cso, warm_start);
+  const CsoVertex first = cso.vertex(direction);
+  const bool may_overlap = direction.dot(first.point) >= 0.0;
   if (may_overlap && areBoxes(a, b))
     if (const auto exact = boxOverlap(cso, a_T_b, options)) return certified(*exact, rounding);
-  return iterative(cso, guess, first, options);
+  return iterative(cso, direction.normalized(), first, options);
 }
 
 /// The distance of the shapes from that of their cores: both surfaces move outwards along the normal.
@@ -160,17 +161,18 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& 
   Options core_options = options;
   core_options.stop_above += margins + beyond;
   core_options.stop_below += margins - beyond;
-  SignedDistance core = coreDistance(a, b, a_T_b, core_options, rounding, warm_start);
-  warm_start.axis = core.normal;
+  SignedDistance result =
+      withMargins(coreDistance(a, b, a_T_b, core_options, rounding, warm_start), a.margin(), b.margin());
+  warm_start.axis = result.normal;
   // The one place where convergence and a decision are claimed: by the bounds as they came out.
-  const bool converged = core.upper_bound - core.lower_bound <= options.distance_tolerance;
-  const bool decided =
-      core.lower_bound - margins > options.stop_above || core.upper_bound - margins <= options.stop_below;
-  if (core.status == Status::Converged && !converged) core.status = Status::Degenerate;
-  if (core.status == Status::Threshold && !decided) core.status = converged ? Status::Converged : Status::Degenerate;
-  if (core.status == Status::Converged && core.unique)
-    core.unique = meetInOnePoint(a, b, a_T_b, core.normal, options.distance_tolerance, warm_start);
-  return withMargins(core, a.margin(), b.margin());
+  const bool converged = result.upper_bound - result.lower_bound <= options.distance_tolerance;
+  const bool decided = result.lower_bound > options.stop_above || result.upper_bound <= options.stop_below;
+  if (result.status == Status::Converged && !converged) result.status = Status::Degenerate;
+  if (result.status == Status::Threshold && !decided)
+    result.status = converged ? Status::Converged : Status::Degenerate;
+  if (result.status == Status::Converged && result.unique)
+    result.unique = meetInOnePoint(a, b, a_T_b, result.normal, options.distance_tolerance, warm_start);
+  return result;
 }
 
 SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options) {

@@ -72,6 +72,10 @@ Candidate nearestOfTriangle(const Simplex& simplex, int w, int a, int b) {
   return nearer(nearestOfEdge(simplex, w, a), nearestOfEdge(simplex, w, b));
 }
 
+/// A triple product of x, y, z is off by at most this times |x| |y| |z|, to first order in eps; |x|_1 is never less
+/// than |x|.
+constexpr double kTripleProduct = 6.0 * std::numeric_limits<double>::epsilon();
+
 /// Which of the faces w a b, w b c, w c a do not surely have the origin on their inner side.
 struct FacesTowardsOrigin {
   bool wab, wbc, wca;
@@ -81,9 +85,7 @@ FacesTowardsOrigin facesTowardsOrigin(const Simplex& simplex, int w, int pa, int
   const Vector3d& pw = simplex[w].point;
   const Vector3d a = simplex[pa].point - pw, b = simplex[pb].point - pw, c = simplex[pc].point - pw;
   const Vector3d ab = a.cross(b), bc = b.cross(c), ca = c.cross(a);
-  // A triple product of x, y, z is off by at most 6 eps |x| |y| |z|, to first order in eps; |x|_1 is never less than
-  // |x|.
-  constexpr double k = 6.0 * std::numeric_limits<double>::epsilon();
+  constexpr double k = kTripleProduct;
   const double na = a.lpNorm<1>(), nb = b.lpNorm<1>(), nc = c.lpNorm<1>(), nw = pw.lpNorm<1>();
   const double volume = ab.dot(c);
   if (std::abs(volume) <= k * na * nb * nc) return {true, true, true};
@@ -102,19 +104,30 @@ Candidate nearestOfTetrahedron(const Simplex& simplex, int w, int a, int b, int 
   return best;
 }
 
-/// The places of the members, lowest first.
+/// The places of the members, lowest first, by their bits.
 struct Members {
-  int count = 0;
-  std::array<int, 4> places{};
-
-  explicit Members(const Simplex& simplex) {
-    for (int place = 0; place < 4; ++place)
-      if (simplex.has(place)) places[static_cast<std::size_t>(count++)] = place;
-  }
+  int count;
+  std::array<int, 4> places;
 };
+constexpr std::array<Members, 16> kMembers{{{0, {}},
+                                            {1, {0}},
+                                            {1, {1}},
+                                            {2, {0, 1}},
+                                            {1, {2}},
+                                            {2, {0, 2}},
+                                            {2, {1, 2}},
+                                            {3, {0, 1, 2}},
+                                            {1, {3}},
+                                            {2, {0, 3}},
+                                            {2, {1, 3}},
+                                            {3, {0, 1, 3}},
+                                            {2, {2, 3}},
+                                            {3, {0, 2, 3}},
+                                            {3, {1, 2, 3}},
+                                            {4, {0, 1, 2, 3}}}};
 
 Candidate nearestOf(const Simplex& simplex, int newest) {
-  const auto [count, others] = Members(simplex);
+  const auto& [count, others] = kMembers[simplex.members];
   switch (count) {
     case 0:
       return nearestOfVertex(simplex, newest);
@@ -138,8 +151,19 @@ Nearest nearestToOrigin(const Simplex& simplex, int newest) {
   return {nearest.height * scale, nearest.normal, scale, nearest.members, false};
 }
 
+double enclosedRadius(const Simplex& tetrahedron) {
+  const Vector3d& o = tetrahedron[3].point;
+  const Vector3d a = tetrahedron[0].point - o, b = tetrahedron[1].point - o, c = tetrahedron[2].point - o;
+  const double na = a.norm(), nb = b.norm(), nc = c.norm();
+  const auto distance = [](const Vector3d& area, const Vector3d& point, double sizes) {
+    return (std::abs(area.dot(point)) - kTripleProduct * sizes * point.norm()) / area.norm();
+  };
+  return std::min({distance(a.cross(b), o, na * nb), distance(b.cross(c), o, nb * nc), distance(c.cross(a), o, nc * na),
+                   distance((b - a).cross(c - a), o + a, (na + nb) * (na + nc))});
+}
+
 WitnessPoints witnessPoints(const Simplex& simplex) {
-  const auto [count, places] = Members(simplex);
+  const auto& [count, places] = kMembers[simplex.members];
   const CsoVertex &w = simplex[places[0]], &a = simplex[places[1]], &b = simplex[places[2]];
   if (count == 1) return {w.on_a, w.onB()};
   if (count == 2) {

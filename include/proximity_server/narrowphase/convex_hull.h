@@ -59,8 +59,9 @@ class ConvexHull {
   std::vector<int> offsets_;              // of each vertex into neighbours_
   std::vector<int> neighbours_;           // grouped by vertex
   std::vector<double> scan_coordinates_;  // all x, all y, all z, each filled up to the scan's stride with the first
-  int cells_ = 0;                         // along an edge of the cube of directions
-  std::vector<int> starts_;               // for each cell of its six sides a vertex that lies far along it
+  int scan_count_ = 0;
+  int cells_ = 0;            // along an edge of the cube of directions; 0: small enough for the scan
+  std::vector<int> starts_;  // for each cell of its six sides a vertex that lies far along it
 };
 
 }  // namespace proximity_server

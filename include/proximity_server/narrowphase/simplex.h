@@ -14,9 +14,8 @@ struct Simplex {
 
   bool has(int place) const { return (members >> place & 1u) != 0; }
   int freePlace() const {
-    int place = 0;
-    while (has(place)) ++place;
-    return place;
+    static constexpr std::array<signed char, 16> kFirstZero{0, 1, 0, 2, 0, 1, 0, 3, 0, 1, 0, 2, 0, 1, 0, 4};
+    return kFirstZero[members];
   }
   CsoVertex& operator[](int place) { return places[static_cast<std::size_t>(place)]; }
   const CsoVertex& operator[](int place) const { return places[static_cast<std::size_t>(place)]; }
@@ -44,6 +43,10 @@ struct Nearest {
 ///         of Voronoi regions (Ericson, Real-Time Collision Detection, 2005), with all products of edges, not of
 ///         vertices, so that they do not cancel far from the origin.
 Nearest nearestToOrigin(const Simplex& simplex, int newest);
+
+/// [m] radius of a ball about the origin that a tetrahedron which encloses it surely holds; less than its true one by
+/// rounding, or negative where rounding leaves everything open.
+double enclosedRadius(const Simplex& tetrahedron);
 
 /// The points on a and b that make the point of a reduced simplex (up to three members) nearest to the origin.
 struct WitnessPoints {
