@@ -201,12 +201,23 @@ long double distanceToTriangles(const ConvexHull& hull, const Vector3l& p) {
   return nearest;
 }
 
-/// The oracle knows, but it is slow; a point on a triangle of the hull needs no more proof.
+/// Whether p sees every triangle of a solid hull from inside: then it lies in what they enclose.
+bool seesAllFromInside(const ConvexHull& hull, const Vector3l& p) {
+  const auto corner = [&](int i) { return hull.vertices()[static_cast<std::size_t>(i)].cast<long double>(); };
+  return hull.dimension() == 3 && std::all_of(hull.triangles().begin(), hull.triangles().end(), [&](const auto& t) {
+           const Vector3l a = corner(t[0]) - p, b = corner(t[1]) - p, c = corner(t[2]) - p;
+           return a.dot(b.cross(c)) > 8 * kRounding * a.norm() * b.norm() * c.norm();
+         });
+}
+
+/// The oracle knows, but it is slow; a point on a triangle of the hull or well inside needs no more proof.
 long double outsideHull(const Shape& shape, const Eigen::Vector3d& point) {
   const long double to_triangles = distanceToTriangles(shape.hull(), point.cast<long double>());
   if (to_triangles <= std::numeric_limits<double>::epsilon() * shape.coreRadius()) return to_triangles;
+  if (seesAllFromInside(shape.hull(), point.cast<long double>())) return 0;
   const Shape just_the_point = ConvexHull({point});
-  const Truth truth = signedDistanceOracle({shape, just_the_point, Eigen::Isometry3d::Identity()});
+  // On a flat face whole arcs of directions are equally good, and the search gives up with the best that it knows.
+  const Truth truth = signedDistanceOracle({shape, just_the_point, Eigen::Isometry3d::Identity()}, 10000);
   return std::max(truth.distance + shape.margin(), 0.0L);
 }
 
