@@ -23,6 +23,16 @@ Answer askOurs(const SolidPair& pair, Question question, double tolerance, WarmS
   return {result.distance, result.iterations};
 }
 
+Options aboveFiveCentimetres() { return Options::above(0.05); }
+Options aboveZero() { return Options::above(0.0); }
+Options everythingAsked() { return {}; }
+
+template <Options (*kAsked)()>
+Answer askOursFor(const SolidPair& pair, Question, double, WarmStart& warm) {
+  const SignedDistance result = signedDistance(pair.a->ours, pair.b->ours, pair.a_T_b, kAsked(), warm);
+  return {result.distance, result.iterations};
+}
+
 template <fcl::GJKSolverType kSolver>
 std::size_t collideFcl(const SolidPair& pair, bool contacts, double tolerance, fcl::CollisionResultd& result) {
   fcl::CollisionRequestd request;
@@ -129,6 +139,13 @@ std::vector<Library> allLibraries() {
           {"libccd", true, ccdAnswers, askCcd},
           {"Bullet GJK", false, everything, askBulletDetector},
           {"Bullet EPA2", false, everything, askBulletEpa2}};
+}
+
+std::vector<Library> oursAskedLess() {
+  return {{"distance or depth", false, everything, askOursFor<everythingAsked>},
+          {"no depth", false, everything, askOursFor<Options::apart>},
+          {"above 5 cm?", false, everything, askOursFor<aboveFiveCentimetres>},
+          {"apart?", false, everything, askOursFor<aboveZero>}};
 }
 
 }  // namespace proximity_server

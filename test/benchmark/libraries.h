@@ -33,6 +33,9 @@ struct Library {
 /// Ours, FCL with each of its solvers, libccd alone, and both ways into Bullet.
 std::vector<Library> allLibraries();
 
+/// Ours, asked less and less of a pair: the names are the questions.
+std::vector<Library> oursAskedLess();
+
 constexpr double kDefaultTolerance = 0.0;  ///< that of the library
 
 }  // namespace proximity_server

@@ -1,6 +1,6 @@
 """Draws the pictures of README.md from the results of the benchmarks.
 
-usage: plot.py FOLDER   with narrowphase.json and subalgorithms.json; the pictures go there too
+usage: plot.py FOLDER   with narrowphase.json, subalgorithms.json and stress.json; the pictures go there too
 """
 
 import json
@@ -115,6 +115,24 @@ def subalgorithms(results, file):
     save(figure, file)
 
 
+def stability(results, file):
+    """The worst that the stress pairs of each family showed, and how many of them were looked at."""
+    families = results["families"][::-1]
+    places = range(len(families))
+    figure, (error, gap, iterations) = plt.subplots(1, 3, figsize=(12, 7), sharey=True)
+    for axes, key, title in ((error, "worst_error", "largest error / size"), (gap, "worst_gap", "widest bounds / size"),
+                             (iterations, "most_iterations", "most iterations")):
+        axes.plot([max(family[key], SMALLEST) for family in families], places, "o", color=COLOURS["ours"])
+        axes.set(xscale="log", title=title)
+        axes.grid(alpha=0.3)
+    for axes in (error, gap):
+        axes.set_xlim(SMALLEST / 2, 1e-1)
+    error.set_yticks(places, [f"{family['family']} ({family['pairs']:.0e})" for family in families], fontsize=8)
+    failures = sum(family["failures"] for family in families)
+    figure.suptitle(f"{results['pairs']:.2g} pairs, {failures} failures", fontsize=10)
+    save(figure, file)
+
+
 def save(figure, file):
     figure.tight_layout()
     figure.savefig(file, dpi=80)
@@ -131,6 +149,7 @@ def main(folder):
     time_against_tolerance(narrowphase, os.path.join(folder, "time_against_tolerance.png"))
     time_against_vertices(narrowphase, os.path.join(folder, "time_against_vertices.png"))
     subalgorithms(read("subalgorithms.json"), os.path.join(folder, "subalgorithms.png"))
+    stability(read("stress.json"), os.path.join(folder, "stability.png"))
 
 
 if __name__ == "__main__":

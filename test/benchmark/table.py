@@ -1,4 +1,5 @@
-"""Shows a result file of narrowphase_benchmark as a table: median nanoseconds a query / largest error, a column a library.
+"""Shows a result file of narrowphase_benchmark as tables: median nanoseconds a query / largest error, a column a library;
+and median nanoseconds of ours, a column a question.
 
 usage: table.py RESULT.json            for a terminal
        table.py RESULT.json --markdown for README.md
@@ -37,18 +38,30 @@ def table(rows):
         yield [name, *map(cell, cells), ratio, f"{cells[0]['iterations']:.1f}"]
 
 
-def main(path, markdown):
-    with open(path) as result:
-        rows = json.load(result)["rows"]
-    head = ["ns / largest error [m]", *(name for name, _ in COLUMNS), "best other / ours", "our iterations"]
-    lines = [head, *table(rows)]
+def questions(entries):
+    for name in dict.fromkeys(entry["row"] for entry in entries):
+        yield [name, *(f"{entry['ns']:.0f}" for entry in entries if entry["row"] == name)]
+
+
+def show(head, lines, markdown):
+    lines = [head, *lines]
     if markdown:
         lines.insert(1, ["---"] * len(head))
-        print("\n".join("| " + " | ".join(line) + " |" for line in lines))
+        print("\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n")
         return
     widths = [max(len(line[i]) for line in lines) for i in range(len(head))]
-    print("\n".join("  ".join(text.ljust(width) for text, width in zip(line, widths)).rstrip() for line in lines))
-    print("!n/m: n of m checked answers are wrong by more than 1e-3 or missing; such a library does not count as the best")
+    print("\n".join("  ".join(text.ljust(width) for text, width in zip(line, widths)).rstrip() for line in lines) + "\n")
+
+
+def main(path, markdown):
+    with open(path) as file:
+        result = json.load(file)
+    show(["ns / largest error [m]", *(name for name, _ in COLUMNS), "best other / ours", "our iterations"],
+         table(result["rows"]), markdown)
+    asked = list(dict.fromkeys(entry["question"] for entry in result["questions"]))
+    show(["ns of ours", *asked], questions(result["questions"]), markdown)
+    if not markdown:
+        print("!n/m: n of m checked answers are wrong by more than 1e-3 or missing; such a library is not the best other")
 
 
 if __name__ == "__main__":
