@@ -70,6 +70,18 @@ void remember(Cso& cso, const Simplex& simplex) {
       warm_start.simplex[static_cast<std::size_t>(warm_start.simplex_size++)] = simplex[place].numbers;
 }
 
+/// The result of a search that ends with this nearest point.
+GjkResult& finish(Cso& cso, const Nearest& nearest, const Options& options, Outcome outcome, Status status,
+                  GjkResult& result) {
+  const bool converged = nearest.distance + cso.rounding() - result.lower_bound <= options.distance_tolerance;
+  result.outcome = outcome;
+  result.status = converged && outcome == Outcome::Apart ? Status::Converged : status;
+  result.distance = nearest.distance;
+  if (outcome == Outcome::Apart) result.points = witnessPoints(result.simplex);
+  if (cso.isPolytope() && outcome != Outcome::Threshold) remember(cso, result.simplex);
+  return result;
+}
+
 }  // namespace
 
 GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, const Options& options) {
@@ -78,13 +90,7 @@ GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, co
   Nearest nearest{std::numeric_limits<double>::infinity(), normal_guess, 1.0, 0, false};
   const double rounding = cso.rounding(), final_gap = cso.finalGap(options.distance_tolerance);
   const auto end = [&](Outcome outcome, Status status) {
-    const bool converged = nearest.distance + rounding - result.lower_bound <= options.distance_tolerance;
-    result.outcome = outcome;
-    result.status = converged && outcome == Outcome::Apart ? Status::Converged : status;
-    result.distance = nearest.distance;
-    if (outcome == Outcome::Apart) result.points = witnessPoints(simplex);
-    if (cso.isPolytope() && outcome != Outcome::Threshold) remember(cso, simplex);
-    return result;
+    return finish(cso, nearest, options, outcome, status, result);
   };
 
   int newest = 0;

@@ -35,7 +35,7 @@ int Polytope::addFace(int a, int b, int c, double ceiling) {
   const double longest2 = std::max({ab.squaredNorm(), bc.squaredNorm(), ca.squaredNorm()});
   f.area = areaVector(ab, bc, ca);
   f.area2 = f.area.squaredNorm();
-  f.height = f.area.dot(pa);
+  f.height = std::min({f.area.dot(pa), f.area.dot(pb), f.area.dot(pc)});
   // A height below the rounding of the vertices gives no normal. Written as !(>) so that NaN is a sliver too.
   if (!(f.area2 > rounding_ * rounding_ * longest2)) {
     f.area.setZero();

@@ -25,7 +25,8 @@ class Polytope {
     Eigen::Vector3d area;         ///< outward, of twice the area; zero for a sliver without a normal: it is never the
                                   ///< closest, and every new vertex sees it
     double area2;                 ///< squared norm of the area vector
-    double height;                ///< of its plane over the origin, times the length of the area vector
+    double height;                ///< of its lowest corner over the origin along the area vector, times its length:
+                                  ///< less than that of its plane, by the rounding of the area vector
     int serial;                   ///< tells a face from its successors in the same place; 0 where there is none
 
     bool hasNormal() const { return area2 > 0.0; }

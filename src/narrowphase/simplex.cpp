@@ -152,14 +152,15 @@ Nearest nearestToOrigin(const Simplex& simplex, int newest) {
 }
 
 double enclosedRadius(const Simplex& tetrahedron) {
-  const Vector3d& o = tetrahedron[3].point;
-  const Vector3d a = tetrahedron[0].point - o, b = tetrahedron[1].point - o, c = tetrahedron[2].point - o;
+  const Vector3d &o = tetrahedron[3].point, &p = tetrahedron[0].point;
+  const Vector3d a = p - o, b = tetrahedron[1].point - o, c = tetrahedron[2].point - o;
   const double na = a.norm(), nb = b.norm(), nc = c.norm();
-  const auto distance = [](const Vector3d& area, const Vector3d& point, double sizes) {
-    return (std::abs(area.dot(point)) - kTripleProduct * sizes * point.norm()) / area.norm();
+  const double outwards = std::copysign(1.0, a.dot(b.cross(c)));
+  const auto distance = [outwards](const Vector3d& area, const Vector3d& point, double sizes) {
+    return (outwards * area.dot(point) - kTripleProduct * sizes * point.norm()) / area.norm();
   };
-  return std::min({distance(a.cross(b), o, na * nb), distance(b.cross(c), o, nb * nc), distance(c.cross(a), o, nc * na),
-                   distance((b - a).cross(c - a), o + a, (na + nb) * (na + nc))});
+  return std::min({distance(b.cross(a), o, na * nb), distance(c.cross(b), o, nb * nc), distance(a.cross(c), o, nc * na),
+                   distance((b - a).cross(c - a), p, (na + nb) * (na + nc))});
 }
 
 WitnessPoints witnessPoints(const Simplex& simplex) {

@@ -365,7 +365,10 @@ int main(int argc, char** argv) {
   sigaction(SIGABRT, &action, nullptr);
   const Suite suite(std::regex(regex), allLibraries());
   json result = machine();
-  result.update({{"rows", suite.rows()}, {"tolerances", suite.tolerances()}, {"vertices", suite.vertices()}, {"questions", suite.questions()}});
+  result.update({{"rows", suite.rows()},
+                 {"tolerances", suite.tolerances()},
+                 {"vertices", suite.vertices()},
+                 {"questions", suite.questions()}});
   std::ofstream out(file);
   out << result.dump(1) << "\n";
   return out ? 0 : 1;

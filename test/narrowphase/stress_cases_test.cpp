@@ -3,9 +3,9 @@
 
 #include <cstdlib>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "narrowphase/certificate.h"
+#include "narrowphase/from_json.h"
 #include "narrowphase/shape_pairs.h"
 
 namespace proximity_server {
@@ -15,31 +15,18 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using nlohmann::json;
 
-Vector3d vector(const json& numbers) {
-  return {numbers[0].get<double>(), numbers[1].get<double>(), numbers[2].get<double>()};
-}
-
-/// A matrix [R | t] by rows, with its doubles as they are: some are orthonormal to ten digits only.
-Isometry3d pose(const json& rows) {
-  Isometry3d result = Isometry3d::Identity();
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 4; ++column)
-      result.matrix()(row, column) = rows[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)];
-  return result;
-}
-
 /// A shape as placed in the world: the pose belongs to the hull, whose vertices round to a double.
 std::vector<Vector3d> verticesInWorld(const json& c, const char* vertices, const char* size,
                                       const char* world_T_shape) {
   std::vector<Vector3d> points;
   if (c.contains(vertices)) {
-    for (const json& vertex : c[vertices]) points.push_back(vector(vertex));
+    for (const json& vertex : c[vertices]) points.push_back(vectorFrom(vertex));
     return points;
   }
-  const Vector3d half = 0.5 * vector(c[size]);
+  const Vector3d half = 0.5 * vectorFrom(c[size]);
   for (int corner = 0; corner < 8; ++corner) {
     const Vector3d signs(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
-    points.push_back(pose(c[world_T_shape]) * half.cwiseProduct(signs));
+    points.push_back(poseFrom(c[world_T_shape]) * half.cwiseProduct(signs));
   }
   return points;
 }
@@ -72,9 +59,9 @@ std::vector<StressCase> boxCases() {
   const json file = casesIn("../shared/cases/stress_cases.json");
   for (const json& c : file) {
     if (c["type"] != "box-box") continue;
-    const Isometry3d a_T_b(pose(c["X1"]).inverse(Eigen::Isometry) * pose(c["X2"]));
+    const Isometry3d a_T_b(poseFrom(c["X1"]).inverse(Eigen::Isometry) * poseFrom(c["X2"]));
     cases.push_back(
-        {{c["name"], Box{vector(c["size1"])}, Box{vector(c["size2"])}, a_T_b}, c["expected_signed_distance"]});
+        {{c["name"], Box{vectorFrom(c["size1"])}, Box{vectorFrom(c["size2"])}, a_T_b}, c["expected_signed_distance"]});
   }
   return cases;
 }

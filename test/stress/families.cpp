@@ -367,7 +367,11 @@ WarmStart garbage(Random& random) {
                            0.5,   3.0,    -0.1,   std::numeric_limits<double>::quiet_NaN()};
   const int vertices[] = {-1, 0, 1, 7, 1000, std::numeric_limits<int>::min(), std::numeric_limits<int>::max()};
   const auto value = [&] { return values[below(random, 16)]; };
-  return {Vector3d(value(), value(), value()), vertices[below(random, 7)], vertices[below(random, 7)]};
+  const auto vertex = [&] { return vertices[below(random, 7)]; };
+  WarmStart result{Vector3d(value(), value(), value()), vertex(), vertex()};
+  for (WarmStart::Pair& pair : result.simplex) pair = {vertex(), vertex()};
+  result.simplex_size = vertex();
+  return result;
 }
 
 Query afterGarbage(const TwoShapes& shapes, Random& random) {

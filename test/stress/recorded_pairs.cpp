@@ -2,8 +2,9 @@
 
 #include <cmath>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
+
+#include "narrowphase/from_json.h"
 
 namespace proximity_server {
 namespace {
@@ -24,11 +25,7 @@ json toJson(double number) {
   return number;
 }
 
-double number(const json& j) { return j.is_string() ? std::stod(j.get<std::string>()) : j.get<double>(); }
-
 json toJson(const Vector3d& v) { return {toJson(v.x()), toJson(v.y()), toJson(v.z())}; }
-
-Vector3d vector(const json& j) { return {number(j[0]), number(j[1]), number(j[2])}; }
 
 json toJson(const Shape& shape) {
   json j = {{"kind", nameOf(shape.kind())}, {"margin", shape.margin()}};
@@ -47,10 +44,10 @@ Shape shape(const json& j) {
   if (kind == "point") return Sphere{margin};
   if (kind == "hull") {
     std::vector<Vector3d> points;
-    for (const json& vertex : j["vertices"]) points.push_back(vector(vertex));
+    for (const json& vertex : j["vertices"]) points.push_back(vectorFrom(vertex));
     return Shape(ConvexHull(points)).padded(margin);
   }
-  const Vector3d half = vector(j["half_extents"]);
+  const Vector3d half = vectorFrom(j["half_extents"]);
   if (kind == "segment") return Capsule{margin, 2.0 * half.z()};
   if (kind == "box") return Shape(Box{2.0 * half}).padded(margin);
   if (kind == "cylinder") return Shape(Cylinder{half.x(), 2.0 * half.z()}).padded(margin);
@@ -65,14 +62,6 @@ json toJson(const Isometry3d& pose) {
   return rows;
 }
 
-Isometry3d pose(const json& rows) {
-  Isometry3d result = Isometry3d::Identity();
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 4; ++column)
-      result.matrix()(row, column) = rows[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)];
-  return result;
-}
-
 json toJson(const Options& options) {
   return {{"distance_tolerance", options.distance_tolerance},
           {"max_iterations", options.max_iterations},
@@ -81,14 +70,27 @@ json toJson(const Options& options) {
 }
 
 Options options(const json& j) {
-  return {number(j["distance_tolerance"]), j["max_iterations"], number(j["stop_above"]), number(j["stop_below"])};
+  return {numberFrom(j["distance_tolerance"]), j["max_iterations"], numberFrom(j["stop_above"]),
+          numberFrom(j["stop_below"])};
 }
 
 json toJson(const WarmStart& warm_start) {
-  return {{"axis", toJson(warm_start.axis)}, {"vertex_a", warm_start.vertex_a}, {"vertex_b", warm_start.vertex_b}};
+  json simplex = json::array();
+  for (const WarmStart::Pair& pair : warm_start.simplex) simplex.push_back({pair.a, pair.b});
+  return {{"axis", toJson(warm_start.axis)},
+          {"vertex_a", warm_start.vertex_a},
+          {"vertex_b", warm_start.vertex_b},
+          {"simplex", simplex},
+          {"simplex_size", warm_start.simplex_size}};
 }
 
-WarmStart warmStart(const json& j) { return {vector(j["axis"]), j["vertex_a"], j["vertex_b"]}; }
+WarmStart warmStart(const json& j) {
+  WarmStart result{vectorFrom(j["axis"]), j["vertex_a"], j["vertex_b"]};
+  result.simplex_size = j.value("simplex_size", 0);
+  for (std::size_t i = 0; i < result.simplex.size() && j.contains("simplex"); ++i)
+    result.simplex[i] = {j["simplex"][i][0], j["simplex"][i][1]};
+  return result;
+}
 
 }  // namespace
 
@@ -105,7 +107,7 @@ std::string toJsonLine(const RecordedPair& recorded) {
 
 RecordedPair fromJsonLine(const std::string& line) {
   const json j = json::parse(line);
-  RecordedPair recorded{j["name"], {shape(j["a"]), shape(j["b"]), pose(j["a_T_b"]), {}, {}}, {}};
+  RecordedPair recorded{j["name"], {shape(j["a"]), shape(j["b"]), poseFrom(j["a_T_b"]), {}, {}}, {}};
   if (j.contains("options")) recorded.pair.options = options(j["options"]);
   if (j.contains("warm_start")) recorded.pair.warm_start = warmStart(j["warm_start"]);
   if (j.contains("expected_signed_distance")) recorded.expected = j["expected_signed_distance"];

@@ -94,7 +94,8 @@ int run(const StressRun& asked, const std::string& record_path, const std::strin
   print(summaries);
   std::int64_t failed = 0;
   nlohmann::json result = machine();
-  result.update({{"pairs", done.load()}, {"seed", asked.seed}, {"threads", asked.threads}, {"seconds", seconds.count()}});
+  result.update(
+      {{"pairs", done.load()}, {"seed", asked.seed}, {"threads", asked.threads}, {"seconds", seconds.count()}});
   for (const FamilySummary& summary : summaries) {
     failed += summary.failed;
     result["families"].push_back(toJson(summary));

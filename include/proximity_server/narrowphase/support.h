@@ -28,9 +28,11 @@ inline int cornerTowards(const Eigen::Vector3d& direction) {
          static_cast<int>(std::signbit(direction.z())) << 2;
 }
 
-/// Point of the circle |(x, y)| = radius at height z that lies farthest along the direction.
+/// Point of the circle |(x, y)| = radius at height z that lies farthest along the direction; its centre where that is
+/// as far.
 inline Eigen::Vector3d rimPoint(double radius, double z, const Eigen::Vector3d& direction, double radial) {
-  if (radial == 0.0) return {0.0, 0.0, z};
+  constexpr double kNone = 1e-150;  // the square of less has lost digits, and would give a point beside the circle
+  if (radial < kNone) return {0.0, 0.0, z};
   const double scale = radius / radial;
   return {scale * direction.x(), scale * direction.y(), z};
 }
@@ -129,8 +131,11 @@ class Cso {
   Eigen::Vector3d centreDifference() const { return bAxes() * b_.centre() + bOrigin() - a_.centre(); }
 
   /// [m] the gap between the bounds at which a search may end, if it gets there: better than the tolerance, as a search
-  /// on a polytope ends on a true face, edge or vertex, and Newton's method on a curve doubles the digits.
-  double finalGap(double tolerance) const { return std::min(tolerance, (is_polytope_ ? 4.0 : 1024.0) * rounding_); }
+  /// on a polytope ends on a true face, edge or vertex, and Newton's method on a curve doubles the digits. Below three
+  /// roundings, two of which are the bounds' own, a vertex may lie behind the simplex that it should lie beyond.
+  double finalGap(double tolerance) const {
+    return std::max(3.0 * rounding_, std::min(tolerance, (is_polytope_ ? 4.0 : 1024.0) * rounding_));
+  }
 
   /// [m] see csoRounding.
   double rounding() const { return rounding_; }
