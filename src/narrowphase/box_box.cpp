@@ -122,12 +122,13 @@ std::optional<SignedDistance> BoxPair::overlap(double tolerance) const {
   const std::optional<Vector3d> on_a = deepestOnA(result.normal, tolerance);
   if (!on_a) return std::nullopt;
   result.distance = separation();
-  result.point_a = *on_a;
-  result.point_b = *on_a + result.distance * result.normal;
+  result.point_a = on_a->cwiseMin(half_a_).cwiseMax(-half_a_);
+  result.point_b = result.point_a + result.distance * result.normal;
   const Vector3d in_b = a_T_b_.linear().transpose() * (result.point_b - a_T_b_.translation());
   const double reach = half_a_.lpNorm<1>() + half_b_.lpNorm<1>() + a_T_b_.translation().lpNorm<1>();
-  const double rounding = 16.0 * std::numeric_limits<double>::epsilon() * reach;
-  if (!isInside(*on_a, half_a_, rounding) || !isInside(in_b, half_b_, rounding)) return std::nullopt;
+  // Half of what rounding adds to the bounds, which the points have to prove where the boxes just touch.
+  const double rounding = 4.0 * std::numeric_limits<double>::epsilon() * reach;
+  if (!isInside(*on_a, half_a_, 4.0 * rounding) || !isInside(in_b, half_b_, rounding)) return std::nullopt;
   result.unique = isUnique(tolerance);
   return result;
 }
