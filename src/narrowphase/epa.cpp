@@ -267,6 +267,9 @@ class Shallowest {
   std::array<Cap, kMostCaps> proven_;
 };
 
+/// Of the depth: a face that does not reach as far knows too little of the smooth pieces.
+constexpr double kWorthRefining = 0.6;
+
 EpaResult expandPolytope(Cso& cso, const Start& tetrahedron, const Options& options) {
   Polytope polytope(tetrahedron.vertices, cso.rounding());
   EpaResult result;
@@ -313,7 +316,8 @@ EpaResult expandPolytope(Cso& cso, const Start& tetrahedron, const Options& opti
     }
     if (-(result.depth + cso.rounding()) > options.stop_above) return end(Status::Threshold, nullptr);
     if (result.iterations >= options.max_iterations || polytope.full()) return end(Status::IterationLimit, nullptr);
-    if (!cso.isPolytope() && !(depth > result.depth)) shallowest.refineFrom(cso, polytope, *face);
+    const bool is_near = reach > kWorthRefining * depth;
+    if (!cso.isPolytope() && is_near && !(depth > result.depth)) shallowest.refineFrom(cso, polytope, *face);
     if (polytope.hasCorner(*face, w)) return end(Status::Degenerate, nullptr);
     if (!polytope.expand(*face, w, result.depth)) return end(Status::Degenerate, nullptr);
   }
