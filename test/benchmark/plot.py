@@ -127,9 +127,9 @@ def stability(results, file):
         axes.grid(alpha=0.3)
     for axes in (error, gap):
         axes.set_xlim(SMALLEST / 2, 1e-1)
-    error.set_yticks(places, [f"{family['family']} ({family['pairs']:.0e})" for family in families], fontsize=8)
+    error.set_yticks(places, [f"{family['family']} ({family['pairs']:,})" for family in families], fontsize=8)
     failures = sum(family["failures"] for family in families)
-    figure.suptitle(f"{results['pairs']:.2g} pairs, {failures} failures", fontsize=10)
+    figure.suptitle(f"{results['pairs']:,} pairs, {failures} failures", fontsize=10)
     save(figure, file)
 
 
