@@ -4,106 +4,14 @@
 #include <cmath>
 #include <limits>
 
+#include "epa_start.h"
 #include "polytope.h"
 #include "refinement.h"
-#include "triangle.h"
 
 namespace proximity_server {
 namespace {
 
 using Eigen::Vector3d;
-
-/// The vertices that EPA begins with.
-struct Start {
-  std::array<CsoVertex, 4> vertices;
-  int size = 0;
-
-  explicit Start(const Simplex& simplex) {
-    for (int place = 0; place < 4; ++place)
-      if (simplex.has(place)) add(simplex[place]);
-  }
-  void add(const CsoVertex& w) { vertices[static_cast<std::size_t>(size++)] = w; }
-};
-
-/// Adds the first vertex that the CSO has more than rounding away from the span of the simplex, if there is one.
-template <typename Directions, typename Height>
-bool growBy(Cso& cso, Start& start, const Directions& directions, Height height) {
-  for (const Vector3d& direction : directions) {
-    const CsoVertex w = cso.vertex(direction);
-    if (height(w.point) <= cso.rounding()) continue;
-    start.add(w);
-    return true;
-  }
-  return false;
-}
-
-bool growPoint(Cso& cso, Start& start) {
-  const Vector3d o = start.vertices[0].point;
-  const Vector3d x = Vector3d::UnitX(), y = Vector3d::UnitY(), z = Vector3d::UnitZ();
-  return growBy(cso, start, std::array<Vector3d, 6>{x, -x, y, -y, z, -z},
-                [&](const Vector3d& p) { return (p - o).norm(); });
-}
-
-bool growSegment(Cso& cso, Start& start) {
-  const Vector3d o = start.vertices[0].point;
-  const Vector3d along = (start.vertices[1].point - o).normalized();
-  const Vector3d u = along.unitOrthogonal(), v = along.cross(u);
-  return growBy(cso, start, std::array<Vector3d, 4>{u, -u, v, -v},
-                [&](const Vector3d& p) { return along.cross(p - o).norm(); });
-}
-
-Vector3d areaOf(const Start& triangle) {
-  const Vector3d &a = triangle.vertices[0].point, &b = triangle.vertices[1].point, &c = triangle.vertices[2].point;
-  return areaVector(b - a, c - b, a - c);
-}
-
-/// A triangle without area within rounding becomes the longest of its edges.
-void dropFromSliver(const Cso& cso, Start& triangle) {
-  auto& v = triangle.vertices;
-  const auto length = [&](std::size_t i, std::size_t j) { return (v[i].point - v[j].point).norm(); };
-  const double ab = length(0, 1), bc = length(1, 2), ca = length(2, 0);
-  const double longest = std::max({ab, bc, ca});
-  if (areaOf(triangle).norm() > cso.rounding() * longest) return;
-  if (longest == bc) v[0] = v[2];
-  if (longest == ca && longest != bc) v[1] = v[2];
-  triangle.size = 2;
-}
-
-/// Where the origin lies on the surface of the CSO, or the CSO has no volume, one plane is the answer.
-struct SurfacePlane {
-  bool found = false;
-  Vector3d normal;
-  double depth;
-  bool two_sided;
-};
-
-/// The plane across a CSO that is no more than the segment or point of the simplex: away from the origin, if that can
-/// be told from lying on it.
-SurfacePlane planeAcross(const Cso& cso, const Start& start) {
-  const Vector3d first = start.vertices[0].point, last = start.vertices[start.size == 2 ? 1 : 0].point;
-  const Vector3d along = (last - first).normalized();
-  const auto across = [&](const Vector3d& v) { return Vector3d(v - along.dot(v) * along); };
-  const Vector3d towards_origin = across(-first);
-  const bool apart = towards_origin.norm() > cso.rounding();
-  // Twice, as the first time leaves the rounding of a long vector in a short one.
-  const Vector3d any = start.size == 2 ? along.unitOrthogonal() : Vector3d::UnitX();
-  const Vector3d normal = apart ? Vector3d(across(towards_origin.normalized()).normalized()) : any;
-  return {true, normal, std::max(normal.dot(first), normal.dot(last)), !apart};
-}
-
-SurfacePlane growTriangle(Cso& cso, Start& start) {
-  const Vector3d normal = areaOf(start).normalized();
-  const Vector3d o = start.vertices[0].point;
-  const CsoVertex above = cso.vertex(normal), below = cso.vertex(-normal);
-  const double up = normal.dot(above.point), down = -normal.dot(below.point);  // depths in both directions
-  const double rounding = cso.rounding();
-  if (std::min(up, down) <= rounding) {
-    const bool upwards = up <= down;
-    return {true, upwards ? normal : Vector3d(-normal), std::min(up, down), std::max(up, down) <= rounding};
-  }
-  start.add(normal.dot(above.point - o) >= normal.dot(o - below.point) ? above : below);
-  return {};
-}
 
 /// What Newton's method makes of a direction, with the depth along it; nothing where it misses a piece.
 struct Refined {
@@ -270,8 +178,8 @@ class Shallowest {
 /// Of the depth: a face that does not reach as far knows too little of the smooth pieces.
 constexpr double kWorthRefining = 0.6;
 
-EpaResult expandPolytope(Cso& cso, const Start& tetrahedron, const Options& options) {
-  Polytope polytope(tetrahedron.vertices, cso.rounding());
+EpaResult expandPolytope(Cso& cso, const std::array<CsoVertex, 4>& tetrahedron, const Options& options) {
+  Polytope polytope(tetrahedron, cso.rounding());
   EpaResult result;
   result.has_normal = result.has_points = false;
   result.depth = std::numeric_limits<double>::infinity();
@@ -340,16 +248,8 @@ EpaResult epa(Cso& cso, const Simplex& simplex, const Options& options) {
     const double enclosed = enclosedRadius(simplex) - cso.rounding();
     if (-enclosed <= options.stop_below) return decidedBy(enclosed);
   }
-  Start start(simplex);
-  const auto onPlane = [&](const SurfacePlane& plane) { return onSurface(cso, simplex, plane, options); };
-  if (start.size == 3) dropFromSliver(cso, start);
-  if (start.size == 1 && !growPoint(cso, start)) return onPlane(planeAcross(cso, start));
-  if (start.size == 2 && !growSegment(cso, start)) return onPlane(planeAcross(cso, start));
-  if (start.size == 3) {
-    const SurfacePlane plane = growTriangle(cso, start);
-    if (plane.found) return onPlane(plane);
-  }
-  return expandPolytope(cso, start, options);
+  const EpaStart start = epaStart(cso, simplex);
+  return start.plane ? onSurface(cso, simplex, *start.plane, options) : expandPolytope(cso, start.vertices, options);
 }
 
 }  // namespace proximity_server
