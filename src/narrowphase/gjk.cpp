@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "refinement.h"
+#include "triangle.h"
 
 namespace proximity_server {
 namespace {
@@ -13,6 +14,9 @@ using Outcome = GjkResult::Outcome;
 
 // Before, the simplex seldom knows the pieces that the nearest point lies on.
 constexpr int kFirstRefinement = 3;
+
+// Enough to get from an edge to a face on either side, too few to circle.
+constexpr int kMostSideways = 4;
 
 /// The support plane of `normal` leaves at least this much between the origin and the CSO.
 double lowerBound(const Cso& cso, const Vector3d& normal, const CsoVertex& w) {
@@ -41,6 +45,29 @@ Outcome outcomeWithoutProgress(const Cso& cso, double upper_bound, const Options
   if (!cso.isPolytope()) return Outcome::Overlap;
   // Nearer than can be told from touching, with the rounding of both bounds: the depth is small in any direction.
   return upper_bound + 3.0 * cso.rounding() <= options.distance_tolerance ? Outcome::Overlap : Outcome::Apart;
+}
+
+/// Whether a step adds to the simplex without coming nearer or farther than rounding: a face beside the edge under the
+/// origin is no nearer, but knows the direction better.
+bool isSideways(const Nearest& nearest, const Nearest& next, double rounding) {
+  const bool has_all = (next.members & nearest.members) == nearest.members && next.members != nearest.members;
+  return has_all && next.distance <= nearest.distance + rounding;
+}
+
+/// The best lower bound that the normals of the triangles about the newest vertex prove. Near a face that is parallel
+/// to another, the nearest point lies on an edge across it and is so near that its direction drowns in rounding.
+void improveLowerBound(Cso& cso, const Simplex& simplex, int newest, GjkResult& result) {
+  for (int a = 0; a < 4; ++a)
+    for (int b = a + 1; b < 4; ++b) {
+      if (!simplex.has(a) || !simplex.has(b) || a == newest || b == newest) continue;
+      const Vector3d &p = simplex[newest].point, &pa = simplex[a].point, &pb = simplex[b].point;
+      const Vector3d area = areaVector(pa - p, pb - pa, p - pb).normalized();
+      const Vector3d normal = area.dot(result.normal) < 0.0 ? Vector3d(-area) : area;
+      const double bound = lowerBound(cso, normal, cso.vertex(normal));
+      if (!(bound > result.lower_bound)) continue;
+      result.lower_bound = bound;
+      result.normal = normal;
+    }
 }
 
 /// Adds the vertices that the last query ended with, where they bring the simplex nearer to the origin.
@@ -93,7 +120,7 @@ GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, co
     return finish(cso, nearest, options, outcome, status, result);
   };
 
-  int newest = 0;
+  int newest = 0, sideways = 0;
   simplex[newest] = first;
   for (result.iterations = 1;; ++result.iterations) {
     const CsoVertex& w = simplex[newest];
@@ -106,10 +133,11 @@ GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, co
     if (upper_bound <= options.stop_below) return end(Outcome::Apart, Status::Threshold);
 
     const Nearest next = nearestToOrigin(simplex, newest);
-    // Written as !(next < nearest) so that NaN ends the search instead of winning it.
-    if (!next.encloses_origin && !(next.distance < nearest.distance)) {
+    const bool is_nearer = next.encloses_origin || next.distance < nearest.distance;  // false for NaN
+    if (!is_nearer && !(isSideways(nearest, next, rounding) && sideways++ < kMostSideways)) {
       const bool is_open = gap > options.distance_tolerance;
       if (is_open && !cso.isPolytope() && refineDistance(cso, nearest.normal(), options, result)) return result;
+      if (cso.isPolytope()) improveLowerBound(cso, simplex, newest, result);
       return end(is_open ? outcomeWithoutProgress(cso, upper_bound, options) : Outcome::Apart, Status::Degenerate);
     }
     nearest = next;
