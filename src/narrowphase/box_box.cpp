@@ -116,7 +116,7 @@ std::optional<Vector3d> BoxPair::deepestOnA(const Vector3d& normal, double toler
   return onCrossingEdges(normal, tolerance);
 }
 
-std::optional<SignedDistance> BoxPair::overlap(double tolerance) const {
+std::optional<SignedDistance> BoxPair::overlap(double tolerance, double rounding) const {
   SignedDistance result;
   result.normal = normal();
   const std::optional<Vector3d> on_a = deepestOnA(result.normal, tolerance);
@@ -125,10 +125,8 @@ std::optional<SignedDistance> BoxPair::overlap(double tolerance) const {
   result.point_a = on_a->cwiseMin(half_a_).cwiseMax(-half_a_);
   result.point_b = result.point_a + result.distance * result.normal;
   const Vector3d in_b = a_T_b_.linear().transpose() * (result.point_b - a_T_b_.translation());
-  const double reach = half_a_.lpNorm<1>() + half_b_.lpNorm<1>() + a_T_b_.translation().lpNorm<1>();
-  // Half of what rounding adds to the bounds, which the points have to prove where the boxes just touch.
-  const double rounding = 4.0 * std::numeric_limits<double>::epsilon() * reach;
-  if (!isInside(*on_a, half_a_, 4.0 * rounding) || !isInside(in_b, half_b_, rounding)) return std::nullopt;
+  // Where the boxes just touch, the points have to prove the upper bound, with the rounding that it has.
+  if (!isInside(*on_a, half_a_, 2.0 * rounding) || !isInside(in_b, half_b_, 0.5 * rounding)) return std::nullopt;
   result.unique = isUnique(tolerance);
   return result;
 }

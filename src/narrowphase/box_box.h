@@ -25,8 +25,9 @@ class BoxPair {
   Eigen::Vector3d normal() const { return normalOf(best_); }
 
   /// The answer for boxes that overlap, bounds left out. Nothing where an edge or a face, and no single vertex or pair
-  /// of edges, lies deepest within `tolerance` [m].
-  std::optional<SignedDistance> overlap(double tolerance) const;
+  /// of edges, lies deepest within `tolerance` [m], or where the points miss the boxes by more than `rounding` [m],
+  /// what the bounds are widened by.
+  std::optional<SignedDistance> overlap(double tolerance, double rounding) const;
 
  private:
   // Axes 0-2 are the normals of a, 3-5 those of b, 6 + 3 i + j the product of edge i of a and edge j of b.

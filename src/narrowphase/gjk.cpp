@@ -135,10 +135,10 @@ GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, co
     const Nearest next = nearestToOrigin(simplex, newest);
     const bool is_nearer = next.encloses_origin || next.distance < nearest.distance;  // false for NaN
     if (!is_nearer && !(isSideways(nearest, next, rounding) && sideways++ < kMostSideways)) {
-      const bool is_open = gap > options.distance_tolerance;
-      if (is_open && !cso.isPolytope() && refineDistance(cso, nearest.normal(), options, result)) return result;
-      if (cso.isPolytope()) improveLowerBound(cso, simplex, newest, result);
-      return end(is_open ? outcomeWithoutProgress(cso, upper_bound, options) : Outcome::Apart, Status::Degenerate);
+      const auto isOpen = [&] { return upper_bound - result.lower_bound > options.distance_tolerance; };
+      if (isOpen() && cso.isPolytope()) improveLowerBound(cso, simplex, newest, result);
+      if (isOpen() && !cso.isPolytope() && refineDistance(cso, nearest.normal(), options, result)) return result;
+      return end(isOpen() ? outcomeWithoutProgress(cso, upper_bound, options) : Outcome::Apart, Status::Degenerate);
     }
     nearest = next;
     simplex.members = nearest.members;

@@ -117,7 +117,7 @@ bool areBoxes(const Shape& a, const Shape& b) { return a.kind() == Shape::Kind::
 std::optional<SignedDistance> boxOverlap(const Cso& cso, const Isometry3d& a_T_b, const Options& options) {
   const BoxPair boxes(cso.a().halfExtents(), cso.b().halfExtents(), a_T_b);
   if (boxes.separation() > cso.rounding()) return std::nullopt;
-  return boxes.overlap(options.distance_tolerance);
+  return boxes.overlap(options.distance_tolerance, cso.rounding());
 }
 
 SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,

@@ -6,7 +6,7 @@ namespace proximity_server {
 
 /// The part of the area vector of a needle along its longest edge is rounding, at the end of a long lever.
 inline Eigen::Vector3d withoutRoundingAlong(const Eigen::Vector3d& edge, double length2, const Eigen::Vector3d& area) {
-  constexpr double kNeedle = 1e-4;  // of (width / length)^2
+  constexpr double kNeedle = 1e-4;  // of (width / length)^2: a wider one loses at most 100 eps of its length
   if (area.squaredNorm() > kNeedle * length2 * length2) return area;
   return area - (area.dot(edge) / length2) * edge;
 }
