@@ -119,10 +119,12 @@ SignedDistance nearlyTouching(const Segment& a, const Segment& b, SignedDistance
 
 SignedDistance segmentSegment(const Segment& a, const Segment& b) {
   const Places places = nearestPlaces(a, b);
-  const SignedDistance result = between(a.at(places.on_a), b.at(places.on_b), Vector3d::UnitX());
-  // At a tenth of the sizes rounding tilts the normal by no more than ten roundings.
+  SignedDistance result = between(a.at(places.on_a), b.at(places.on_b), Vector3d::UnitX());
+  // At a tenth of the sizes rounding tilts the normal by little, but by more the less the segments are askew.
   const bool near = result.distance < 0.1 * (a.half.lpNorm<1>() + b.half.lpNorm<1>());
-  return near ? nearlyTouching(a, b, result) : result;
+  if (near) return nearlyTouching(a, b, result);
+  result.lower_bound = gapAlong(a, b, result.normal);
+  return result;
 }
 
 /// Signed distance of a box (a, centred at the origin) and a point.
