@@ -229,16 +229,15 @@ void addGeometry(const urdf::ModelInterface& urdf, const MeshResolver& resolve, 
   if (model.pieces.empty()) model.warnings.push_back("No link of the robot has collision geometry.");
 }
 
-/// Where a joint stands when the joints named in `positions` stand there, and all others at 0.
-double jointPosition(const RobotModel& model, int joint, const std::map<std::string, double>& positions) {
+/// Where a joint stands: mimic joints follow their leader.
+double jointPosition(const RobotModel& model, int joint, const std::vector<double>& positions) {
   double multiplier = 1.0, offset = 0.0;
   while (const auto& mimic = model.joints[joint].mimic) {
     offset += multiplier * mimic->offset;
     multiplier *= mimic->multiplier;
     joint = mimic->joint;
   }
-  const auto leader = positions.find(model.joints[joint].name);
-  return offset + multiplier * (leader == positions.end() ? 0.0 : leader->second);
+  return offset + multiplier * positions[joint];
 }
 
 }  // namespace
@@ -273,10 +272,10 @@ Isometry3d jointMotion(const Joint& joint, double position) {
   return Isometry3d::Identity();
 }
 
-BodyPoses forwardKinematics(const RobotModel& model, const std::map<std::string, double>& positions) {
-  for (const auto& [name, position] : positions) {
-    if (findNamed(model.joints, name) >= 0) continue;
-    throw std::invalid_argument("no movable joint " + unknownName(name, namesOf(model.joints)));
+BodyPoses forwardKinematics(const RobotModel& model, const std::vector<double>& positions) {
+  if (positions.size() != model.joints.size()) {
+    throw std::invalid_argument("the robot has " + std::to_string(model.joints.size()) +
+                                " movable joints, but there are " + std::to_string(positions.size()) + " positions");
   }
   BodyPoses poses(model.bodies.size());
   for (std::size_t i = 0; i < model.bodies.size(); ++i) {
@@ -290,6 +289,16 @@ BodyPoses forwardKinematics(const RobotModel& model, const std::map<std::string,
                jointMotion(joint, jointPosition(model, body.joint, positions));
   }
   return poses;
+}
+
+BodyPoses forwardKinematics(const RobotModel& model, const std::map<std::string, double>& positions) {
+  std::vector<double> by_joint(model.joints.size(), 0.0);
+  for (const auto& [name, position] : positions) {
+    const int joint = findNamed(model.joints, name);
+    if (joint < 0) throw std::invalid_argument("no movable joint " + unknownName(name, namesOf(model.joints)));
+    by_joint[joint] = position;
+  }
+  return forwardKinematics(model, by_joint);
 }
 
 }  // namespace proximity_server

@@ -330,7 +330,7 @@ const std::vector<PairProximity>& Scene::Search::closest(const std::vector<Subje
   return results_;
 }
 
-Scene::Scene(std::shared_ptr<const SceneModel> model)
+Scene::Scene(std::shared_ptr<const SceneModel> model, Skipping)
     : model_(std::move(model)), search_(std::make_unique<Search>(*model_)) {
   for (const int index : model_->pairs.checked) {
     const LinkPair& pair = model_->pairs.pairs[static_cast<std::size_t>(index)];

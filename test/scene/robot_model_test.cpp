@@ -315,7 +315,7 @@ TEST(ForwardKinematics, FollowsFixedAndMovableJoints) {
 }
 
 TEST(ForwardKinematics, JointsThatAreNotNamedAreAtZero) {
-  const BodyPoses poses = forwardKinematics(load(kArm), {});
+  const BodyPoses poses = forwardKinematics(load(kArm), {{"turn", 0.0}});
   EXPECT_TRUE(poses[2]->translation().isApprox(Vector3d(1, 0, 1), 1e-12));
 }
 
@@ -323,6 +323,18 @@ TEST(ForwardKinematics, UnknownAndFixedJointsThrow) {
   const RobotModel model = load(kArm);
   expectSays(errorOf([&] { forwardKinematics(model, {{"tvrn", 0.0}}); }), "\"turn\"");
   expectSays(errorOf([&] { forwardKinematics(model, {{"weld", 0.0}}); }), "\"weld\"");
+}
+
+TEST(ForwardKinematics, PositionsByJointAreThoseByName) {
+  const RobotModel model = load(kArm);
+  const BodyPoses by_joint = forwardKinematics(model, std::vector<double>{0.7, 0.5});
+  const BodyPoses by_name = forwardKinematics(model, {{"turn", 0.7}, {"slide", 0.5}});
+  for (std::size_t body = 0; body < by_name.size(); ++body) expectNear(*by_joint[body], *by_name[body]);
+}
+
+TEST(ForwardKinematics, NotOnePositionForEachJointThrows) {
+  const RobotModel model = load(kArm);
+  expectSays(errorOf([&] { forwardKinematics(model, std::vector<double>{0.0}); }), "2 movable joints");
 }
 
 std::string slider(const std::string& name, const std::string& child, const std::string& mimic) {

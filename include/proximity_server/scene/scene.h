@@ -35,10 +35,12 @@ struct PairProximity {
   Representation representation = Representation::Exact;  ///< the less exact of the two
 };
 
-/// How the pairs of a question were settled.
+/// How the pairs of a question were settled: total is the sum of the others, in the order in which they are tried.
 struct PairCounts {
   int total = 0;
   int unknown = 0;    ///< a pose or all geometry is missing
+  int at_rest = 0;    ///< the two bodies stand to each other as they did when their answer was computed
+  int by_motion = 0;  ///< a bound of before, less the motion since, was enough
   int by_bounds = 0;  ///< bounds about bodies and pieces were enough, or `first` had its answer before
   int computed = 0;   ///< at least one pair of pieces went to the narrowphase
 };
@@ -54,12 +56,15 @@ struct Question {
                                 ///< them is the minimum, and points and normal may be missing
 };
 
+/// Off is for tests and measurements: every pair of pieces is computed anew, with the same answers.
+enum class Skipping : unsigned char { On, Off };
+
 /// One robot in one set of poses: the scratch of one caller. Not thread-safe; make one per thread from the same model.
 ///
 /// Nothing allocates after the first question of a kind. Skipping never changes an answer.
 class Scene {
  public:
-  explicit Scene(std::shared_ptr<const SceneModel> model);
+  explicit Scene(std::shared_ptr<const SceneModel> model, Skipping skipping = Skipping::On);
   ~Scene();
   Scene(Scene&&) noexcept;
   Scene& operator=(Scene&&) noexcept;
