@@ -4,8 +4,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
-#include <csetjmp>
-#include <csignal>
 #include <deque>
 #include <fstream>
 #include <functional>
@@ -14,6 +12,7 @@
 #include <optional>
 #include <regex>
 
+#include "benchmark/aborts.h"
 #include "benchmark/libraries.h"
 #include "benchmark/machine.h"
 #include "benchmark/solids.h"
@@ -53,19 +52,10 @@ void addTruth(Row& row) {
   for (std::size_t i = 0; i < std::min(count, row.pairs.size()); ++i) row.truth.push_back(truthOf(row.pairs[i]));
 }
 
-sigjmp_buf after_abort;
-void jumpOutOfAbort(int) { siglongjmp(after_abort, 1); }
-
-/// The answer to one pair, or nothing where the library throws or aborts: FCL's packages are built with assertions,
-/// which fail on some pairs and would end the program. The jump leaks what the library held.
+/// The answer to one pair, or nothing where the library throws or aborts.
 std::optional<Answer> tryToAsk(const Library& library, const Row& row, const SolidPair& pair, double tolerance,
                                WarmStart& warm) {
-  if (sigsetjmp(after_abort, 0) != 0) return std::nullopt;
-  try {
-    return library.ask(pair, row.question, tolerance, warm);
-  } catch (const std::exception&) {
-    return std::nullopt;
-  }
+  return answerOf([&] { return library.ask(pair, row.question, tolerance, warm); });
 }
 
 /// The pairs that a library answers at all: only they are timed.
@@ -359,10 +349,7 @@ int main(int argc, char** argv) {
   app.add_option("regex", regex, "only rows whose name matches");
   CLI11_PARSE(app, argc, argv);
 
-  struct sigaction action {};
-  action.sa_handler = jumpOutOfAbort;
-  action.sa_flags = SA_NODEFER;  // the jump does not restore the mask
-  sigaction(SIGABRT, &action, nullptr);
+  surviveAborts();
   const Suite suite(std::regex(regex), allLibraries());
   json result = machine();
   result.update({{"rows", suite.rows()},

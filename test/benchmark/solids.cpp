@@ -1,13 +1,8 @@
 #include "benchmark/solids.h"
 
-#include <fcl/geometry/shape/box.h>
-#include <fcl/geometry/shape/capsule.h>
-#include <fcl/geometry/shape/convex.h>
-#include <fcl/geometry/shape/cylinder.h>
-#include <fcl/geometry/shape/sphere.h>
-
 #include <cmath>
 
+#include "benchmark/fcl_shape.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 
 namespace proximity_server {
@@ -34,13 +29,6 @@ btVector3 toBullet(const Eigen::Vector3d& v) {
 std::shared_ptr<btConvexShape> withoutMargin(std::shared_ptr<btConvexShape> shape) {
   shape->setMargin(0);
   return shape;
-}
-
-std::shared_ptr<fcl::CollisionGeometryd> fclConvex(const ConvexHull& hull) {
-  const auto vertices = std::make_shared<const std::vector<Eigen::Vector3d>>(hull.vertices());
-  auto faces = std::make_shared<std::vector<int>>();
-  for (const auto& triangle : hull.triangles()) faces->insert(faces->end(), {3, triangle[0], triangle[1], triangle[2]});
-  return std::make_shared<fcl::Convexd>(vertices, static_cast<int>(hull.triangles().size()), faces);
 }
 
 std::shared_ptr<btConvexShape> bulletHull(const ConvexHull& hull) {
@@ -81,25 +69,27 @@ class Slide {
 
 Solid randomBox(Random& random) {
   const Eigen::Vector3d half(uniform(random, 0.25, 0.5), uniform(random, 0.25, 0.5), uniform(random, 0.25, 0.5));
-  return {Box{2.0 * half}, std::make_shared<fcl::Boxd>(2.0 * half),
-          withoutMargin(std::make_shared<btBoxShape>(toBullet(half)))};
+  const Box box{2.0 * half};
+  return {box, fclShape(box), withoutMargin(std::make_shared<btBoxShape>(toBullet(half)))};
 }
 
 Solid randomSphere(Random& random) {
   const double radius = uniform(random, 0.25, 0.5);
-  return {Sphere{radius}, std::make_shared<fcl::Sphered>(radius),
-          std::make_shared<btSphereShape>(static_cast<btScalar>(radius))};
+  const Sphere sphere{radius};
+  return {sphere, fclShape(sphere), std::make_shared<btSphereShape>(static_cast<btScalar>(radius))};
 }
 
 Solid randomCapsule(Random& random) {
   const double radius = uniform(random, 0.1, 0.25), length = uniform(random, 0.5, 1.0);
-  return {Capsule{radius, length}, std::make_shared<fcl::Capsuled>(radius, length),
+  const Capsule capsule{radius, length};
+  return {capsule, fclShape(capsule),
           std::make_shared<btCapsuleShapeZ>(static_cast<btScalar>(radius), static_cast<btScalar>(length))};
 }
 
 Solid randomCylinder(Random& random) {
   const double radius = uniform(random, 0.2, 0.4), length = uniform(random, 0.5, 1.0);
-  return {Cylinder{radius, length}, std::make_shared<fcl::Cylinderd>(radius, length),
+  const Cylinder cylinder{radius, length};
+  return {cylinder, fclShape(cylinder),
           withoutMargin(std::make_shared<btCylinderShapeZ>(toBullet({radius, radius, 0.5 * length})))};
 }
 
@@ -108,7 +98,7 @@ Solid randomHull(Random& random, int vertices) {
   std::vector<Eigen::Vector3d> points;
   for (int i = 0; i < vertices; ++i) points.push_back(axes.cwiseProduct(direction(random)));
   const ConvexHull hull(points);
-  return {hull, fclConvex(hull), bulletHull(hull)};
+  return {hull, fclShape(hull), bulletHull(hull)};
 }
 
 SolidPair place(const Solid& a, const Solid& b, Placement placement, Random& random) {

@@ -9,13 +9,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <map>
 #include <random>
 #include <string>
 
 #include "proximity_server/scene/scene.h"
+#include "scene/example_robots.h"
 
 namespace proximity_server {
 namespace {
@@ -28,24 +28,6 @@ constexpr int kStates = 200;
 constexpr double kAgreement = 1e-6;  // [m]
 
 // --- robots
-
-struct RobotFiles {
-  const char* name;
-  const char* urdf;
-  const char* srdf;
-};
-
-/// The package is looked for on ROS_PACKAGE_PATH, then beside this one.
-MeshResolver sharedRobots() {
-  std::vector<std::string> roots = rosPackagePath();
-  roots.push_back(PROXIMITY_SOURCE_DIR "/../shared/robots");
-  return packageResolver(roots);
-}
-
-std::string readFile(const std::string& path) {
-  std::ifstream stream(path);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 double randomPosition(const Joint& joint, std::mt19937& random) {
   const double full_turn = std::acos(-1.0);
@@ -138,18 +120,13 @@ double fclDistance(const LinkMesh& a, const LinkMesh& b, const BodyPoses& poses)
   return std::max(0.0, result.min_distance);
 }
 
-class SceneAndFcl : public testing::TestWithParam<RobotFiles> {
+class SceneAndFcl : public testing::TestWithParam<ExampleRobot> {
  protected:
   void SetUp() override {
-    try {
-      resolve_("package://example-robot-data/package.xml");
-    } catch (const std::invalid_argument&) {
-      GTEST_SKIP() << "The package example-robot-data is neither on ROS_PACKAGE_PATH nor beside this one.";
-    }
-    const std::string folder = "package://example-robot-data/robots/";
+    if (!findsExampleRobots(resolve_)) GTEST_SKIP() << kExampleRobotsMissing;
     auto model = std::make_shared<SceneModel>();
-    model->robot = loadRobotModel(readFile(resolve_(folder + GetParam().urdf)), resolve_);
-    model->pairs = filterPairs(model->robot, readFile(resolve_(folder + GetParam().srdf)));
+    model->robot = loadRobotModel(readFile(exampleRobotFile(resolve_, GetParam().urdf)), resolve_);
+    model->pairs = filterPairs(model->robot, readFile(exampleRobotFile(resolve_, GetParam().srdf)));
     for (std::size_t link = 0; link < model->robot.links.size(); ++link)
       meshes_.push_back(std::make_unique<LinkMesh>(model->robot, static_cast<int>(link)));
     model_ = model;
@@ -157,7 +134,7 @@ class SceneAndFcl : public testing::TestWithParam<RobotFiles> {
 
   const LinkMesh& meshOf(const Subject& subject) const { return *meshes_[static_cast<std::size_t>(subject.link)]; }
 
-  const MeshResolver resolve_ = sharedRobots();
+  const MeshResolver resolve_ = exampleRobotsResolver();
   std::shared_ptr<const SceneModel> model_;
   std::vector<std::unique_ptr<LinkMesh>> meshes_;
 };
@@ -187,12 +164,8 @@ TEST_P(SceneAndFcl, EveryCandidatePairOfRandomStatesAgreesWhereApart) {
   EXPECT_GT(meeting, 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Robots, SceneAndFcl,
-    testing::Values(RobotFiles{"Panda", "panda_description/urdf/panda.urdf", "panda_description/srdf/panda.srdf"},
-                    RobotFiles{"Ur5", "ur_description/urdf/ur5_robot.urdf", "ur_description/srdf/ur5.srdf"},
-                    RobotFiles{"Pr2", "pr2_description/urdf/pr2.urdf", "pr2_description/srdf/pr2.srdf"}),
-    [](const auto& robot) { return std::string(robot.param.name); });
+INSTANTIATE_TEST_SUITE_P(Robots, SceneAndFcl, testing::ValuesIn(kExampleRobots),
+                         [](const auto& robot) { return std::string(robot.param.name); });
 
 }  // namespace
 }  // namespace proximity_server

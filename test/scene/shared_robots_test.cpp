@@ -3,49 +3,29 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <fstream>
 #include <map>
 #include <sstream>
 
 #include "proximity_server/scene/pair_filter.h"
+#include "scene/example_robots.h"
 
 namespace proximity_server {
 namespace {
 
-/// Where the package is looked for: ROS_PACKAGE_PATH, then beside this one.
-std::vector<std::string> searchRoots() {
-  std::vector<std::string> roots = rosPackagePath();
-  roots.push_back(PROXIMITY_SOURCE_DIR "/../shared/robots");
-  return roots;
-}
-
-struct RobotFiles {
-  const char* urdf;
-  const char* srdf;
-};
-const RobotFiles kPanda{"panda_description/urdf/panda.urdf", "panda_description/srdf/panda.srdf"};
-const RobotFiles kUr5{"ur_description/urdf/ur5_robot.urdf", "ur_description/srdf/ur5.srdf"};
-const RobotFiles kPr2{"pr2_description/urdf/pr2.urdf", "pr2_description/srdf/pr2.srdf"};
+constexpr ExampleRobot kPanda = kExampleRobots[0], kUr5 = kExampleRobots[1], kPr2 = kExampleRobots[2];
 
 class SharedRobots : public ::testing::Test {
  protected:
   void SetUp() override {
-    try {
-      resolve_("package://example-robot-data/package.xml");
-    } catch (const std::invalid_argument&) {
-      GTEST_SKIP() << "The package example-robot-data is neither on ROS_PACKAGE_PATH nor beside this one.";
-    }
+    if (!findsExampleRobots(resolve_)) GTEST_SKIP() << kExampleRobotsMissing;
   }
-  std::string read(const std::string& file) const {
-    std::ifstream stream(resolve_("package://example-robot-data/robots/" + file));
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
-  RobotModel load(const RobotFiles& files) const { return loadRobotModel(read(files.urdf), resolve_); }
-  PairTable filter(const RobotModel& model, const RobotFiles& files) const {
+  std::string read(const std::string& file) const { return readFile(exampleRobotFile(resolve_, file)); }
+  RobotModel load(const ExampleRobot& files) const { return loadRobotModel(read(files.urdf), resolve_); }
+  PairTable filter(const RobotModel& model, const ExampleRobot& files) const {
     return filterPairs(model, read(files.srdf));
   }
 
-  MeshResolver resolve_ = packageResolver(searchRoots());
+  MeshResolver resolve_ = exampleRobotsResolver();
 };
 
 std::map<PairReason, int> countReasons(const PairTable& table) {
@@ -116,7 +96,7 @@ TEST_F(SharedRobots, MeshesSayHowFarTheirHullsLie) {
   for (const Collision& collision : load(kPanda).collisions) {
     EXPECT_LT(collision.deviation, 5e-4) << collision.description;
   }
-  for (const RobotFiles& files : {kUr5, kPr2}) {
+  for (const ExampleRobot& files : {kUr5, kPr2}) {
     for (const Collision& collision : load(files).collisions) {
       const bool is_mesh = collision.description.rfind("mesh", 0) == 0;
       EXPECT_EQ(collision.representation == Representation::Exact, !is_mesh) << collision.description;

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include "proximity_server/scene/mesh.h"
+
+namespace proximity_server {
+
+/// A robot of the package example-robot-data; the files are relative to its folder `robots`.
+struct ExampleRobot {
+  const char* name;
+  const char* urdf;
+  const char* srdf;
+};
+
+inline constexpr ExampleRobot kExampleRobots[] = {
+    {"Panda", "panda_description/urdf/panda.urdf", "panda_description/srdf/panda.srdf"},
+    {"Ur5", "ur_description/urdf/ur5_robot.urdf", "ur_description/srdf/ur5.srdf"},
+    {"Pr2", "pr2_description/urdf/pr2.urdf", "pr2_description/srdf/pr2.srdf"}};
+
+constexpr char kExampleRobotsMissing[] =
+    "The package example-robot-data is neither on ROS_PACKAGE_PATH nor beside this one.";
+
+/// Packages are looked for on ROS_PACKAGE_PATH, then beside this one.
+inline MeshResolver exampleRobotsResolver() {
+  std::vector<std::string> roots = rosPackagePath();
+  roots.push_back(PROXIMITY_SOURCE_DIR "/../shared/robots");
+  return packageResolver(roots);
+}
+
+inline bool findsExampleRobots(const MeshResolver& resolve) {
+  try {
+    resolve("package://example-robot-data/package.xml");
+    return true;
+  } catch (const std::invalid_argument&) {
+    return false;
+  }
+}
+
+/// The path of a file of ExampleRobot.
+inline std::string exampleRobotFile(const MeshResolver& resolve, const std::string& file) {
+  return resolve("package://example-robot-data/robots/" + file);
+}
+
+inline std::string readFile(const std::string& path) {
+  std::ifstream stream(path);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+}  // namespace proximity_server
