@@ -1,0 +1,124 @@
+#include "benchmark/agreement.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "benchmark/robots.h"
+#include "narrowphase/oracle.h"
+
+namespace proximity_server {
+namespace {
+
+using Eigen::Isometry3d;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kAgreement = 1e-6;  // [m]
+constexpr int kMostJudged = 20;      // the oracle takes a second for two large hulls
+
+/// By candidate pair; infinity where there is no answer.
+std::vector<double> byPair(const std::vector<PairDistance>& answer, std::size_t pairs) {
+  std::vector<double> distances(pairs, kInfinity);
+  for (const PairDistance& pair : answer) distances[static_cast<std::size_t>(pair.pair)] = pair.distance;
+  return distances;
+}
+
+/// A piece in the frame of the poses.
+Isometry3d poseOf(const Piece& piece, const Link& link, const BodyPoses& poses) {
+  return *poses[static_cast<std::size_t>(link.body)] * piece.body_T_piece;
+}
+
+double reachOf(const Shape& shape) { return shape.coreRadius() + shape.margin(); }
+
+/// The distance of the closest pieces of two links, or `enough` where no piece is nearer.
+double trueDistance(const RobotModel& robot, const LinkPair& pair, const BodyPoses& poses, double enough) {
+  const Link &link_a = robot.links[static_cast<std::size_t>(pair.link_a)],
+             &link_b = robot.links[static_cast<std::size_t>(pair.link_b)];
+  double closest = enough;
+  for (const Piece* a : piecesOfLink(robot, pair.link_a))
+    for (const Piece* b : piecesOfLink(robot, pair.link_b)) {
+      const Isometry3d a_T_b = poseOf(*a, link_a, poses).inverse(Eigen::Isometry) * poseOf(*b, link_b, poses);
+      const double centres = (a_T_b * b->shape.centre() - a->shape.centre()).norm();
+      if (centres - reachOf(a->shape) - reachOf(b->shape) > closest) continue;
+      closest = std::min(closest, static_cast<double>(signedDistanceOracle({a->shape, b->shape, a_T_b}).distance));
+    }
+  return closest;
+}
+
+}  // namespace
+
+double quantile(std::vector<double> values, double share) {
+  const double place = std::ceil(share * static_cast<double>(values.size())) - 1.0;
+  const auto nth = values.begin() + static_cast<std::ptrdiff_t>(std::max(place, 0.0));
+  std::nth_element(values.begin(), nth, values.end());
+  return *nth;
+}
+
+void Agreement::compare(const BodyPoses& poses, const std::vector<PairDistance>& ours,
+                        const std::vector<PairDistance>& others) {
+  if (question_ == SceneQuestion::Minimum) {
+    if (ours.empty()) return;
+    if (others.empty())
+      ++unanswered_;
+    else
+      compareMinimum(poses, ours.front(), others.front());
+    return;
+  }
+  const std::size_t pairs = model_.pairs.checked.size();
+  const std::vector<double> our_distances = byPair(ours, pairs), other_distances = byPair(others, pairs);
+  const double farthest = question_ == SceneQuestion::Below ? kBelow : kInfinity;
+  for (std::size_t i = 0; i < pairs; ++i) {
+    const double our = std::min(our_distances[i], farthest), other = std::min(other_distances[i], farthest);
+    if (our == farthest && other == farthest) continue;
+    if (std::isinf(other))
+      ++unanswered_;
+    else
+      compareDistances(poses, {static_cast<int>(i)}, our, other);
+  }
+}
+
+/// The two may name different pairs: the truth is then the smaller one of both.
+void Agreement::compareMinimum(const BodyPoses& poses, const PairDistance& ours, const PairDistance& other) {
+  std::vector<int> pairs{ours.pair};
+  if (other.pair != ours.pair) pairs.push_back(other.pair);
+  compareDistances(poses, pairs, ours.distance, other.distance);
+}
+
+void Agreement::compareDistances(const BodyPoses& poses, const std::vector<int>& pairs, double ours, double other) {
+  if (ours <= 0.0 || other <= 0.0) {
+    if (ours < -kAgreement && other > kAgreement) ++overlaps_missed_;
+    if (ours > kAgreement && other <= 0.0) ++overlaps_claimed_;
+    return;
+  }
+  differences_.push_back(std::abs(ours - other));
+  if (!(differences_.back() > kAgreement)) return;
+  ++differing_;
+  if (judged_ < kMostJudged) judge(poses, pairs, ours, other);
+}
+
+void Agreement::judge(const BodyPoses& poses, const std::vector<int>& pairs, double ours, double other) {
+  double truth = question_ == SceneQuestion::Below ? kBelow : kInfinity;
+  for (const int pair : pairs) {
+    const int index = model_.pairs.checked[static_cast<std::size_t>(pair)];
+    truth = trueDistance(model_.robot, model_.pairs.pairs[static_cast<std::size_t>(index)], poses, truth);
+  }
+  ++judged_;
+  if (std::abs(ours - truth) <= kAgreement) ++ours_right_;
+  if (std::abs(other - truth) <= kAgreement) ++other_right_;
+}
+
+nlohmann::json Agreement::summary() const {
+  nlohmann::json summary = {{"compared", differences_.size()},
+                            {"differing", differing_},
+                            {"judged", judged_},
+                            {"ours_right", ours_right_},
+                            {"other_right", other_right_},
+                            {"overlaps_missed", overlaps_missed_},
+                            {"overlaps_claimed", overlaps_claimed_},
+                            {"unanswered", unanswered_}};
+  if (differences_.empty()) return summary;
+  summary["max_error"] = quantile(differences_, 1.0);
+  summary["p99_error"] = quantile(differences_, 0.99);
+  return summary;
+}
+
+}  // namespace proximity_server

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "benchmark/scene_library.h"
+
+namespace proximity_server {
+
+/// How far the answers of another library lie from ours, and which of the two is right where they differ.
+///
+/// Only distances are compared: a pair counts where both say that it is apart. The first pairs that differ are put to
+/// the oracle of the tests, which shares nothing with either.
+class Agreement {
+ public:
+  Agreement(const SceneModel& model, SceneQuestion question) : model_(model), question_(question) {}
+
+  /// Two answers to the question in one state.
+  void compare(const BodyPoses& poses, const std::vector<PairDistance>& ours, const std::vector<PairDistance>& others);
+
+  /// compared: pairs; max_error, p99_error: of the differences [m]; differing: above 1e-6 m; judged: of those by the
+  /// oracle, with ours_right and other_right; overlaps_missed: ours overlaps, the other does not; overlaps_claimed: the
+  /// other way round; unanswered: pairs without an answer of the other.
+  nlohmann::json summary() const;
+
+ private:
+  void compareMinimum(const BodyPoses& poses, const PairDistance& ours, const PairDistance& other);
+  void compareDistances(const BodyPoses& poses, const std::vector<int>& pairs, double ours, double other);
+  void judge(const BodyPoses& poses, const std::vector<int>& pairs, double ours, double other);
+
+  const SceneModel& model_;
+  SceneQuestion question_;
+  std::vector<double> differences_;
+  int differing_ = 0, judged_ = 0, ours_right_ = 0, other_right_ = 0;
+  int overlaps_missed_ = 0, overlaps_claimed_ = 0, unanswered_ = 0;
+};
+
+/// The value that `share` (0 to 1) of the values do not exceed; they must not be empty.
+double quantile(std::vector<double> values, double share);
+
+}  // namespace proximity_server

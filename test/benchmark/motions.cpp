@@ -1,0 +1,74 @@
+#include "benchmark/motions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace proximity_server {
+namespace {
+
+constexpr double kStep = 1e-3;  // [s]
+constexpr double kPi = 3.14159265358979323846;
+
+struct Range {
+  double lower, upper;
+  double middle() const { return 0.5 * (lower + upper); }
+  double half() const { return 0.5 * (upper - lower); }
+};
+
+Range rangeOf(const Joint& joint) {
+  return {std::isfinite(joint.lower) ? joint.lower : -kPi, std::isfinite(joint.upper) ? joint.upper : kPi};
+}
+
+double uniform(std::mt19937& random, double from, double to) {
+  return std::uniform_real_distribution<double>(from, to)(random);
+}
+
+/// position(t) = middle + amplitude * sin(frequency * t + phase)
+struct Swing {
+  double middle, amplitude;
+  double frequency;  ///< [rad/s]
+  double phase;
+
+  double at(double time) const { return middle + amplitude * std::sin(frequency * time + phase); }
+};
+
+Swing swingOf(const Joint& joint, std::mt19937& random) {
+  const Range range = rangeOf(joint);
+  const double wanted = joint.type == Joint::Type::Prismatic ? 0.1 : 1.0;
+  const double speed = std::min(wanted, joint.max_velocity);
+  const double slowest = 2.0 * kPi * uniform(random, 0.1, 0.5), phase = uniform(random, 0.0, 2.0 * kPi);
+  const double amplitude = std::min(range.half(), speed / slowest);
+  return {range.middle(), amplitude, amplitude > 0.0 ? speed / amplitude : 0.0, phase};
+}
+
+}  // namespace
+
+std::vector<BodyPoses> randomStates(const RobotModel& robot, int states) {
+  std::mt19937 random(11);
+  std::vector<BodyPoses> poses;
+  std::vector<double> positions(robot.joints.size());
+  for (int i = 0; i < states; ++i) {
+    for (std::size_t j = 0; j < positions.size(); ++j) {
+      const Range range = rangeOf(robot.joints[j]);
+      positions[j] = uniform(random, range.lower, range.upper);
+    }
+    poses.push_back(forwardKinematics(robot, positions));
+  }
+  return poses;
+}
+
+std::vector<BodyPoses> coherentMotion(const RobotModel& robot, int states) {
+  std::mt19937 random(12);
+  std::vector<Swing> swings;
+  for (const Joint& joint : robot.joints) swings.push_back(swingOf(joint, random));
+  std::vector<BodyPoses> poses;
+  std::vector<double> positions(robot.joints.size());
+  for (int i = 0; i < states; ++i) {
+    for (std::size_t j = 0; j < positions.size(); ++j) positions[j] = swings[j].at(kStep * i);
+    poses.push_back(forwardKinematics(robot, positions));
+  }
+  return poses;
+}
+
+}  // namespace proximity_server

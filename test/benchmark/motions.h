@@ -1,0 +1,18 @@
+#pragma once
+
+#include <vector>
+
+#include "proximity_server/scene/robot_model.h"
+
+namespace proximity_server {
+
+/// States of a robot that have nothing to do with each other: every joint uniform within its limits, a full turn either
+/// way where it has none. The same on every run.
+std::vector<BodyPoses> randomStates(const RobotModel& robot, int states);
+
+/// A smooth motion at 1 kHz: each joint swings about the middle of its limits as a sine of its own frequency, between
+/// 0.1 and 0.5 Hz where its limits allow, at a peak of 1 rad/s (0.1 m/s of a prismatic joint) or of its own limit where
+/// that is lower.
+std::vector<BodyPoses> coherentMotion(const RobotModel& robot, int states);
+
+}  // namespace proximity_server

@@ -1,0 +1,305 @@
+// Time per state of a robot's clearance, beside FCL: the same precomputed poses for every library, interleaved round by
+// round. What is timed is the update with the poses and one question; forward kinematics is not. The results go into a
+// JSON file, with how the pairs were settled, and how far FCL's answers lie from ours. ./dev bench scene runs it
+// pinned.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <functional>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <regex>
+
+#include "benchmark/aborts.h"
+#include "benchmark/agreement.h"
+#include "benchmark/fcl_scene.h"
+#include "benchmark/machine.h"
+#include "benchmark/motions.h"
+#include "benchmark/robots.h"
+#include "benchmark/scene_library.h"
+#include "scene/example_robots.h"
+
+namespace proximity_server {
+namespace {
+
+using nlohmann::json;
+using Clock = std::chrono::steady_clock;
+using Model = std::shared_ptr<const SceneModel>;
+
+constexpr int kRounds = 5;
+constexpr double kRoundSeconds =
+    0.2;                            // of one library in one round, more or less; fewer states where that takes longer
+constexpr std::size_t kBlock = 20;  // so many successive states are timed together
+constexpr int kScalingStates = 200;
+
+enum class Motion { Cold, Coherent };
+
+struct NamedLibrary {
+  std::string name;
+  std::function<std::unique_ptr<SceneLibrary>(const Model& model)> make;
+};
+
+NamedLibrary ours(const std::string& name, Skipping skipping) {
+  return {name, [skipping](const Model& model) { return std::make_unique<OurScene>(model, skipping); }};
+}
+
+NamedLibrary fclBy(const std::string& name, FclScene::Method method) {
+  return {name, [method](const Model& model) { return std::make_unique<FclScene>(*model, method); }};
+}
+
+/// The first is what the others are compared with.
+std::vector<NamedLibrary> allLibraries() {
+  return {ours("ours", Skipping::On), ours("ours, no skipping", Skipping::Off),
+          fclBy("FCL hulls", FclScene::Method::HullsLibccd), fclBy("FCL hulls, INDEP", FclScene::Method::HullsIndep),
+          fclBy("FCL triangles", FclScene::Method::Triangles)};
+}
+
+std::vector<NamedLibrary> scalingLibraries() {
+  return {ours("ours", Skipping::On), fclBy("FCL hulls", FclScene::Method::HullsLibccd),
+          fclBy("FCL triangles", FclScene::Method::Triangles)};
+}
+
+/// One question about one robot in each of its states.
+struct Row {
+  const NamedRobot& robot;
+  Motion motion;
+  SceneQuestion question;
+  const std::vector<BodyPoses>& states;
+
+  std::string motionName() const { return motion == Motion::Cold ? "cold" : "coherent"; }
+  std::string questionName() const {
+    const char* names[] = {"minimum", "below 5 cm", "all"};
+    return names[static_cast<int>(question)];
+  }
+  std::string name() const { return robot.name + ", " + questionName() + ", " + motionName(); }
+};
+
+/// A library at work on a row.
+class Run {
+ public:
+  Run(const NamedLibrary& library, const Row& row)
+      : name_(library.name), row_(row), library_(library.make(row.robot.model)), answers_(row.states.size()) {
+    chooseStates();
+    record();
+  }
+
+  const std::vector<std::size_t>& states() const { return states_; }
+  bool asks(std::size_t state) const { return std::binary_search(states_.begin(), states_.end(), state); }
+  const std::vector<PairDistance>& answerIn(std::size_t state) const { return answers_[state]; }
+  const std::string& name() const { return name_; }
+
+  /// One pass over its states, each timed by itself.
+  void time() {
+    for (std::size_t i = 0; i < states_.size(); ++i) {
+      approach(states_[i]);
+      times_[i].push_back(ask(states_[i]));
+    }
+  }
+
+  json result() const;
+
+ private:
+  /// [us]
+  double ask(std::size_t state) {
+    const auto start = Clock::now();
+    library_->ask(row_.states[state], row_.question);
+    return std::chrono::duration<double, std::micro>(Clock::now() - start).count();
+  }
+
+  /// The state before, where it is not timed itself: a motion has no gaps.
+  void approach(std::size_t state) {
+    if (row_.motion == Motion::Coherent && state % kBlock == 0 && state > 0 && !asks(state - 1)) ask(state - 1);
+  }
+
+  void chooseStates();
+  void record();
+
+  std::string name_;
+  const Row& row_;
+  std::unique_ptr<SceneLibrary> library_;
+  std::vector<std::size_t> states_;
+  std::vector<std::vector<double>> times_;          // [us] by timed state and round
+  std::vector<std::vector<PairDistance>> answers_;  // by state of the row
+  std::vector<PairCounts> counts_;                  // by timed state
+  int failures_ = 0;
+};
+
+/// Blocks of successive states all over the row, as many as there is time for.
+void Run::chooseStates() {
+  const std::size_t size = row_.states.size(), first = std::min(kBlock, size);
+  std::vector<double> microseconds;
+  for (std::size_t i = 0; i < first; ++i) microseconds.push_back(ask(i));
+  const double block_seconds = 1e-6 * kBlock * quantile(microseconds, 0.5);
+  const std::size_t blocks = (size + kBlock - 1) / kBlock;
+  const auto affordable = static_cast<std::size_t>(std::clamp(kRoundSeconds / block_seconds, 1.0, 1e6));
+  const std::size_t stride = (blocks + affordable - 1) / affordable;
+  for (std::size_t i = 0; i < size; ++i)
+    if (i / kBlock % stride == 0) states_.push_back(i);
+  times_.resize(states_.size());
+}
+
+/// One pass that is not timed.
+void Run::record() {
+  const int failures_before = library_->failures();
+  for (const std::size_t state : states_) {
+    approach(state);
+    ask(state);
+    answers_[state] = library_->answer();
+    counts_.push_back(library_->counts());
+  }
+  failures_ = library_->failures() - failures_before;
+}
+
+/// Means over the states.
+json meansOf(const std::vector<PairCounts>& counts) {
+  const std::pair<const char*, int PairCounts::*> rungs[] = {
+      {"total", &PairCounts::total},         {"unknown", &PairCounts::unknown},
+      {"at_rest", &PairCounts::at_rest},     {"by_motion", &PairCounts::by_motion},
+      {"by_bounds", &PairCounts::by_bounds}, {"computed", &PairCounts::computed}};
+  json means;
+  for (const auto& [name, rung] : rungs) {
+    double sum = 0.0;
+    for (const PairCounts& count : counts) sum += count.*rung;
+    means[name] = sum / static_cast<double>(counts.size());
+  }
+  return means;
+}
+
+json Run::result() const {
+  std::vector<double> medians;
+  for (const std::vector<double>& rounds : times_) medians.push_back(quantile(rounds, 0.5));
+  json result = {{"row", row_.name()},
+                 {"robot", row_.robot.name},
+                 {"question", row_.questionName()},
+                 {"motion", row_.motionName()},
+                 {"library", name_},
+                 {"pairs", row_.robot.model->pairs.checked.size()},
+                 {"bodies", row_.robot.model->robot.bodies.size() - 1},
+                 {"states", states_.size()},
+                 {"median_us", quantile(medians, 0.5)},
+                 {"p99_us", quantile(medians, 0.99)},
+                 {"failures", failures_}};
+  const json means = meansOf(counts_);
+  if (means["total"] == 0.0) return result;
+  result["counts"] = means;
+  result["skipped"] = 1.0 - means["computed"].get<double>() / means["total"].get<double>();
+  return result;
+}
+
+/// How far the answers of `other` lie from those of `reference`, in the states that both were asked about.
+json agreementOf(const Row& row, const Run& reference, const Run& other) {
+  Agreement agreement(*row.robot.model, row.question);
+  for (const std::size_t state : other.states())
+    if (reference.asks(state)) agreement.compare(row.states[state], reference.answerIn(state), other.answerIn(state));
+  return agreement.summary();
+}
+
+/// The share of the states in which some pair overlaps, as far as was asked.
+double overlappingShare(const Run& run) {
+  const auto overlaps = [&](std::size_t state) {
+    const std::vector<PairDistance>& answer = run.answerIn(state);
+    return std::any_of(answer.begin(), answer.end(), [](const PairDistance& pair) { return pair.distance <= 0.0; });
+  };
+  const auto count = std::count_if(run.states().begin(), run.states().end(), overlaps);
+  return static_cast<double>(count) / static_cast<double>(run.states().size());
+}
+
+/// One entry a library.
+json measure(const Row& row, const std::vector<NamedLibrary>& libraries) {
+  std::vector<Run> runs;
+  runs.reserve(libraries.size());
+  for (const NamedLibrary& library : libraries) runs.emplace_back(library, row);
+  for (int round = 0; round < kRounds; ++round)
+    for (Run& run : runs) run.time();
+  json entries = json::array();
+  for (const Run& run : runs) {
+    json entry = run.result();
+    if (&run != &runs.front()) entry["agreement"] = agreementOf(row, runs.front(), run);
+    entry["overlapping"] = overlappingShare(run);
+    entries.push_back(entry);
+  }
+  std::cerr << "." << std::flush;
+  return entries;
+}
+
+std::vector<BodyPoses> statesOf(const NamedRobot& robot, Motion motion, int states) {
+  return motion == Motion::Cold ? randomStates(robot.model->robot, states) : coherentMotion(robot.model->robot, states);
+}
+
+json measureRobots(const std::vector<NamedRobot>& robots, int states, const std::regex& wanted) {
+  json rows = json::array();
+  for (const NamedRobot& robot : robots)
+    for (const Motion motion : {Motion::Coherent, Motion::Cold}) {
+      const std::vector<BodyPoses> poses = statesOf(robot, motion, states);
+      for (const SceneQuestion question : {SceneQuestion::Minimum, SceneQuestion::Below, SceneQuestion::All}) {
+        const Row row{robot, motion, question, poses};
+        if (!std::regex_search(row.name(), wanted)) continue;
+        for (const json& entry : measure(row, allLibraries())) rows.push_back(entry);
+      }
+    }
+  return rows;
+}
+
+/// How many pairs a search for the minimum cannot leave out by boxes: the mean over some states.
+double pairsInReach(const Row& row) {
+  FclScene scene(*row.robot.model, FclScene::Method::HullsLibccd);
+  double sum = 0.0;
+  int states = 0;
+  for (std::size_t i = 0; i < row.states.size(); i += kBlock, ++states) {
+    scene.ask(row.states[i], SceneQuestion::Minimum);
+    if (!scene.answer().empty()) sum += scene.pairsWithBoxesWithin(scene.answer().front().distance);
+  }
+  return sum / states;
+}
+
+/// The minimum of ever more arms side by side.
+json measureScaling(int states, const std::regex& wanted) {
+  json rows = json::array();
+  for (const int bodies : {2, 5, 10, 20, 50, 100, 200, 500}) {
+    const NamedRobot robot = rowsOfArms(bodies);
+    for (const Motion motion : {Motion::Coherent, Motion::Cold}) {
+      const std::vector<BodyPoses> poses = statesOf(robot, motion, std::min(states, kScalingStates));
+      const Row row{robot, motion, SceneQuestion::Minimum, poses};
+      if (!std::regex_search(row.name(), wanted)) continue;
+      const double in_reach = pairsInReach(row);
+      for (json entry : measure(row, scalingLibraries())) {
+        entry["pairs_in_reach"] = in_reach;
+        rows.push_back(entry);
+      }
+    }
+  }
+  return rows;
+}
+
+}  // namespace
+}  // namespace proximity_server
+
+int main(int argc, char** argv) {
+  using namespace proximity_server;
+  CLI::App app{"Time per state of a robot's clearance, beside FCL"};
+  std::string file, regex = ".";
+  int states = 2000;
+  app.add_option("--json", file, "where the results go")->required();
+  app.add_option("--states", states, "states of each motion")->check(CLI::PositiveNumber)->capture_default_str();
+  app.add_option("regex", regex, "only rows whose name matches");
+  CLI11_PARSE(app, argc, argv);
+
+  try {
+    surviveAborts();
+    std::vector<NamedRobot> robots = exampleRobots();
+    if (robots.empty()) std::cout << kExampleRobotsMissing << " Panda, UR5 and PR2 are left out.\n";
+    robots.push_back(demoRobot());
+    nlohmann::json result = machine();
+    result["rows"] = measureRobots(robots, states, std::regex(regex));
+    result["scaling"] = measureScaling(states, std::regex(regex));
+    std::cerr << "\n";
+    std::ofstream out(file);
+    out << result.dump(1) << "\n";
+    if (!out) throw std::runtime_error("cannot write " + file);
+  } catch (const std::exception& error) {
+    std::cerr << error.what() << "\n";
+    return 1;
+  }
+}

@@ -1,0 +1,97 @@
+"""Shows a result file of scene_benchmark as tables: microseconds a state, how the pairs were settled, how far FCL's
+distances lie from ours, and time against the number of bodies.
+
+usage: scene_table.py RESULT.json            for a terminal
+       scene_table.py RESULT.json --markdown for README.md
+"""
+
+import json
+import sys
+
+from table import show
+
+OURS = "ours"
+RUNGS = ["unknown", "at_rest", "by_motion", "by_bounds", "computed"]
+
+
+def by_row(entries):
+    """The entries of each row by library."""
+    rows = {}
+    for entry in entries:
+        rows.setdefault(entry["row"], {})[entry["library"]] = entry
+    return rows
+
+
+def number(value):
+    return f"{value:.1f}" if value < 100 else f"{value:.0f}"
+
+
+def time(entry):
+    return f"{number(entry['median_us'])} / {number(entry['p99_us'])}" if entry else "-"
+
+
+def best_other(libraries):
+    """The median of the fastest of FCL's ways over that of ours."""
+    others = [entry["median_us"] for name, entry in libraries.items() if name.startswith("FCL")]
+    return f"{min(others) / libraries[OURS]['median_us']:.1f}" if others else "-"
+
+
+def times(rows, names):
+    for row, libraries in rows.items():
+        yield [row, *(time(libraries.get(name)) for name in names), best_other(libraries),
+               f"{libraries[OURS]['overlapping']:.0%}"]
+
+
+def rungs(rows):
+    for row, libraries in rows.items():
+        entry = libraries[OURS]
+        yield [row, str(entry["pairs"]), *(f"{entry['counts'][rung]:.2f}" for rung in RUNGS), f"{entry['skipped']:.1%}"]
+
+
+def errors(entries):
+    """Over all rows of a robot."""
+    groups = {}
+    for entry in entries:
+        if "agreement" in entry:
+            groups.setdefault((entry["robot"], entry["library"]), []).append(entry)
+    for (robot, library), group in groups.items():
+        all_of = [entry["agreement"] for entry in group]
+
+        def total(key):
+            return sum(agreement[key] for agreement in all_of)
+
+        largest = [max((a[key] for a in all_of if key in a), default=0.0) for key in ("p99_error", "max_error")]
+        yield [robot, library, f"{total('compared'):,}", *(f"{error:.0e}" for error in largest),
+               str(total("differing")), f"{total('ours_right')} / {total('other_right')} of {total('judged')}",
+               f"{total('overlaps_missed')} / {total('overlaps_claimed')}",
+               str(total("unanswered") + sum(entry["failures"] for entry in group))]
+
+
+def scaling(rows, names):
+    for row, libraries in rows.items():
+        entry = libraries[OURS]
+        yield [row, str(entry["pairs"]), number(entry["pairs_in_reach"]), number(entry["counts"]["computed"]),
+               *(time(libraries.get(name)) for name in names)]
+
+
+def main(path, markdown):
+    with open(path) as file:
+        result = json.load(file)
+    rows, arms = by_row(result["rows"]), by_row(result["scaling"])
+    if rows:
+        names = list(dict.fromkeys(entry["library"] for entry in result["rows"]))
+        show(["us a state, median / 99 %", *names, "best FCL / ours", "states in overlap"], times(rows, names), markdown)
+        show(["pairs of ours, mean", "pairs", *(rung.replace("_", " ") for rung in RUNGS), "skipped"], rungs(rows),
+             markdown)
+        show(["distance apart [m]", "beside ours", "compared", "99 %", "largest", "differing", "right: ours / other",
+              "overlaps missed / claimed", "no answer"], errors(result["rows"]), markdown)
+    if arms:
+        names = list(dict.fromkeys(entry["library"] for entry in result["scaling"]))
+        show(["arms side by side", "pairs", "boxes in reach", "computed", *names], scaling(arms, names), markdown)
+    if rows and not markdown:
+        print("99 %, largest: of the differences, the worst row; differing: by more than 1e-6; right: the first 20 of them\n"
+              "in each row, by the oracle of the tests; claimed: overlaps of pairs that are apart. FCL gives no depths.")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], "--markdown" in sys.argv[2:])
