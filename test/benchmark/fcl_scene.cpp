@@ -101,10 +101,10 @@ void FclScene::addLink(const RobotModel& robot, int link) {
 }
 
 void FclScene::addPart(const RobotModel& robot, int link, const Isometry3d& body_T_part,
-                       std::shared_ptr<fcl::CollisionGeometryd> geometry) {
+                       const std::shared_ptr<fcl::CollisionGeometryd>& geometry) {
   parts_of_link_[static_cast<std::size_t>(link)].push_back(parts_.size());
   parts_.push_back({link, robot.links[static_cast<std::size_t>(link)].body, body_T_part,
-                    std::make_unique<fcl::CollisionObjectd>(std::move(geometry))});
+                    std::make_unique<fcl::CollisionObjectd>(geometry)});
 }
 
 void FclScene::update(const BodyPoses& poses) {

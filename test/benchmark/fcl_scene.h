@@ -47,7 +47,7 @@ class FclScene : public SceneLibrary {
 
   void addLink(const RobotModel& robot, int link);
   void addPart(const RobotModel& robot, int link, const Eigen::Isometry3d& body_T_part,
-               std::shared_ptr<fcl::CollisionGeometryd> geometry);
+               const std::shared_ptr<fcl::CollisionGeometryd>& geometry);
   bool goesAsTriangles(const Shape& shape) const;
   void update(const BodyPoses& poses);
 

@@ -1,6 +1,7 @@
 """Draws the pictures of README.md from the results of the benchmarks.
 
-usage: plot.py FOLDER   with narrowphase.json, subalgorithms.json and stress.json; the pictures go there too
+usage: plot.py FOLDER   with narrowphase.json, subalgorithms.json, stress.json and, if there is one, scene.json; the
+                        pictures go there too
 """
 
 import json
@@ -18,7 +19,12 @@ COLOURS = {
     "Bullet GJK": "#0072B2",
     "Bullet EPA2": "#56B4E9",
     "linear scan": "#999999",
+    "FCL hulls": "#D55E00",
+    "FCL hulls, INDEP": "#E69F00",
+    "FCL triangles": "#CC79A7",
 }
+# How the pairs of a scene are settled, cheapest first.
+RUNGS = {"unknown": "#999999", "at_rest": "#009E73", "by_motion": "#56B4E9", "by_bounds": "#0072B2", "computed": "#D55E00"}
 SMALLEST = 1e-17  # [m] an error of 0 has no logarithm
 
 
@@ -133,6 +139,50 @@ def stability(results, file):
     save(figure, file)
 
 
+def scene_scaling(results, file):
+    """The minimum of arms side by side: time of a state, and how many pairs there are, in reach and computed."""
+    figure, panels = plt.subplots(2, 2, figsize=(12, 9), sharex=True, sharey="row")
+    for (time, count), motion in zip(panels.T, ("coherent", "cold")):
+        entries = [e for e in results["scaling"] if e["motion"] == motion]
+        for library in dict.fromkeys(e["library"] for e in entries):
+            line = [e for e in entries if e["library"] == library]
+            xs, ys = [e["bodies"] for e in line], [e["median_us"] for e in line]
+            time.plot(xs, ys, ".-", **style(library))
+            label_last(time, xs, ys, library)
+        line = [e for e in entries if e["library"] == "ours"]
+        xs = [e["bodies"] for e in line]
+        for name, values, colour in (("all pairs", [e["pairs"] for e in line], "#999999"),
+                                     ("boxes in reach", [e["pairs_in_reach"] for e in line], "#0072B2"),
+                                     ("computed by ours", [e["counts"]["computed"] for e in line], "#000000")):
+            count.plot(xs, values, ".-", color=colour)
+            count.annotate(name, (xs[-1], values[-1]), xytext=(4, 0), textcoords="offset points", fontsize=8,
+                           color=colour, va="center")
+        time.set_title(f"minimum, {motion}", fontsize=10)
+        count.set_xlabel("bodies")
+        for axes in (time, count):
+            axes.set(xscale="log", yscale="log", xlim=(1.8, 4000))
+            axes.grid(alpha=0.3)
+    panels[0][0].set_ylabel("median time of a state [us]")
+    panels[1][0].set_ylabel("pairs")
+    save(figure, file)
+
+
+def scene_rungs(results, file):
+    """How the pairs of each robot were settled: the shares of the rungs."""
+    entries = [e for e in results["rows"] if e["library"] == "ours"][::-1]
+    figure, axes = plt.subplots(figsize=(10, 0.3 * len(entries) + 1.2))
+    left = [0.0] * len(entries)
+    for rung, colour in RUNGS.items():
+        shares = [100.0 * e["counts"][rung] / e["counts"]["total"] for e in entries]
+        axes.barh(range(len(entries)), shares, left=left, color=colour, label=rung.replace("_", " "))
+        left = [before + share for before, share in zip(left, shares)]
+    axes.set_yticks(range(len(entries)), [f"{e['row']} ({e['pairs']} pairs)" for e in entries], fontsize=8)
+    axes.set(xlim=(0, 100), xlabel="% of the pairs")
+    axes.margins(y=0.01)
+    axes.legend(fontsize=8, ncols=len(RUNGS), loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    save(figure, file)
+
+
 def save(figure, file):
     figure.tight_layout()
     figure.savefig(file, dpi=80)
@@ -150,6 +200,10 @@ def main(folder):
     time_against_vertices(narrowphase, os.path.join(folder, "time_against_vertices.png"))
     subalgorithms(read("subalgorithms.json"), os.path.join(folder, "subalgorithms.png"))
     stability(read("stress.json"), os.path.join(folder, "stability.png"))
+    if os.path.exists(os.path.join(folder, "scene.json")):
+        scene = read("scene.json")
+        scene_scaling(scene, os.path.join(folder, "scene_scaling.png"))
+        scene_rungs(scene, os.path.join(folder, "scene_rungs.png"))
 
 
 if __name__ == "__main__":

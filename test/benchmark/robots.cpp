@@ -51,9 +51,10 @@ std::string collisionsAt(int place) {
 
 /// The first joint of an arm turns about z, on the spot of the grid that is the arm's.
 std::string firstJoint(int arm, int arms_in_row) {
+  const int column = arm % arms_in_row, row = arm / arms_in_row;
   std::ostringstream joint;
-  joint << "<parent link=\"world\"/><origin xyz=\"" << kSpacing * (arm % arms_in_row) << " "
-        << kSpacing * (arm / arms_in_row) << " 0\"/><axis xyz=\"0 0 1\"/><limit lower=\"-3\" upper=\"3\"";
+  joint << "<parent link=\"world\"/><origin xyz=\"" << kSpacing * column << " " << kSpacing * row
+        << " 0\"/><axis xyz=\"0 0 1\"/><limit lower=\"-3\" upper=\"3\"";
   return joint.str();
 }
 
