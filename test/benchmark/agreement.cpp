@@ -13,7 +13,7 @@ using Eigen::Isometry3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kAgreement = 1e-6;  // [m]
-constexpr int kMostJudged = 20;      // the oracle takes a second for two large hulls
+constexpr int kMostJudged = 20;      // the time of the oracle grows with the vertices of the hulls
 
 /// By candidate pair; infinity where there is no answer.
 std::vector<double> byPair(const std::vector<PairDistance>& answer, std::size_t pairs) {

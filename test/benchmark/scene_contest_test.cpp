@@ -15,7 +15,7 @@ namespace {
 using Eigen::Isometry3d;
 
 constexpr int kStates = 50;
-constexpr double kFclError = 2e-3;  // [m]; its GJK stalls on curved shapes, by 1.2e-3 in a million queries of the demo
+constexpr double kFclError = 3e-2;  // [m]; FCL stalls now and then: by 2e-2 at worst in 100,000 distances of the demo
 
 const NamedRobot& demo() {
   static const NamedRobot robot = demoRobot();
