@@ -94,9 +94,16 @@ Bounds boundsOf(const Piece& piece) {
 }
 
 Bounds boundsOf(const Pieces& pieces, const std::vector<const Bounds*>& each) {
+  constexpr std::size_t kFewPieces = 8;  // more than these do not get a choice for each, which is quadratic
   if (pieces.size() == 1) return *each.front();
   std::vector<Matrix3d> choices{Matrix3d::Identity()};
-  for (const Bounds* bounds : each) choices.push_back(bounds->axes);
+  if (pieces.size() <= kFewPieces) {
+    for (const Bounds* bounds : each) choices.push_back(bounds->axes);
+  } else {
+    std::vector<Vector3d> centres;
+    for (const Bounds* bounds : each) centres.push_back(bounds->centre);
+    choices.push_back(principalAxes(centres));
+  }
   return smallest(choices, pieces);
 }
 

@@ -28,7 +28,7 @@ struct Bounds {
 
 Bounds boundsOf(const Piece& piece);
 
-/// `each` are the bounds of the `pieces`; their axes are those that the box may take.
+/// `each` are the bounds of the `pieces`.
 Bounds boundsOf(const std::vector<const Piece*>& pieces, const std::vector<const Bounds*>& each);
 
 /// A lower bound [m] of the signed distance between what the spheres hold; `between` leads from centre a to centre b.

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
-#include <utility>
 
 namespace proximity_server {
 namespace {
@@ -33,59 +32,13 @@ Matrix3d nearestRotation(Matrix3d matrix) {
   return matrix;
 }
 
-SignedDistance swapped(SignedDistance result) {
-  std::swap(result.point_a, result.point_b);
-  result.normal = -result.normal;
-  return result;
-}
-
-bool hasClosedForm(const Shape& shape) {
-  return shape.kind() == Shape::Kind::Point || shape.kind() == Shape::Kind::Segment;
-}
-
 }  // namespace
 
 PlacedRobot::PlacedRobot(const RobotModel& model)
-    : model_(model), bodies_(model.bodies.size()), pieces_(model.pieces.size()) {
-  volumes_.reserve(model.pieces.size() + model.links.size() + model.collisions.size());
-  addPieceVolumes();
-  for (std::size_t link = 0; link < model.links.size(); ++link)
-    addVolume(static_cast<int>(link), piecesOfLink(model.links[link]));
-  for (const Collision& collision : model.collisions) addVolume(collision.link, collision.pieces);
-}
-
-void PlacedRobot::addPieceVolumes() {
-  for (std::size_t i = 0; i < model_.pieces.size(); ++i) {
-    const Piece& piece = model_.pieces[i];
-    const Collision& collision = model_.collisions[static_cast<std::size_t>(piece.collision)];
-    const int body = model_.links[static_cast<std::size_t>(collision.link)].body;
-    volumes_.push_back(
-        {body, {static_cast<int>(i)}, collision.representation, boundsOf(piece), hasClosedForm(piece.shape)});
-  }
-}
-
-void PlacedRobot::addVolume(int link, std::vector<int> pieces) {
-  Volume volume{model_.links[static_cast<std::size_t>(link)].body, std::move(pieces), Representation::Exact, {}, false};
-  std::vector<const Piece*> parts;
-  std::vector<const Bounds*> bounds;
-  for (const int part : volume.pieces) {
-    parts.push_back(&piece(part));
-    bounds.push_back(&at(part).bounds);
-    volume.representation = std::max(volume.representation, at(part).representation);
-  }
-  if (!parts.empty()) volume.bounds = boundsOf(parts, bounds);
-  volume.closed_form = parts.size() == 1 && hasClosedForm(parts.front()->shape);
-  volumes_.push_back(std::move(volume));
-}
-
-std::vector<int> PlacedRobot::piecesOfLink(const Link& link) const {
-  std::vector<int> pieces;
-  for (const int index : model_.bodies[static_cast<std::size_t>(link.body)].pieces) {
-    const Collision& collision = model_.collisions[static_cast<std::size_t>(piece(index).collision)];
-    if (&model_.links[static_cast<std::size_t>(collision.link)] == &link) pieces.push_back(index);
-  }
-  return pieces;
-}
+    : model_(model),
+      volumes_(model),
+      bodies_(model.bodies.size()),
+      offsets_(static_cast<std::size_t>(volumes_.subjects())) {}
 
 void PlacedRobot::update(const BodyPoses& poses) {
   if (poses.size() != bodies_.size()) {
@@ -93,75 +46,103 @@ void PlacedRobot::update(const BodyPoses& poses) {
                                 std::to_string(poses.size()) + " poses");
   }
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    bodies_[i].known = poses[i] && isPose(*poses[i]);
-    if (!bodies_[i].known) continue;
-    bodies_[i].rotation = nearestRotation(poses[i]->linear());
-    bodies_[i].origin = poses[i]->translation();
-  }
-  for (Volume& volume : volumes_) {
-    const BodyPlace& body = bodies_[static_cast<std::size_t>(volume.body)];
-    if (body.known) volume.offset = body.rotation * volume.bounds.centre;
-  }
-  for (std::size_t i = 0; i < pieces_.size(); ++i) {
-    const BodyPlace& body = bodyOf(static_cast<int>(i));
+    if (model_.bodies[i].pieces.empty()) continue;
+    BodyPlace& body = bodies_[i];
+    body.known = poses[i] && isPose(*poses[i]);
     if (!body.known) continue;
-    pieces_[i].rotation = body.rotation * model_.pieces[i].body_T_piece.linear();
-    pieces_[i].offset = body.rotation * model_.pieces[i].body_T_piece.translation();
+    body.rotation = nearestRotation(poses[i]->linear());
+    body.origin = poses[i]->translation();
+  }
+  for (int subject = 0; subject < volumes_.subjects(); ++subject) {
+    if (isPlaced(subject))
+      offsets_[static_cast<std::size_t>(subject)] = bodyOf(subject).rotation * volumes_[subject].bounds.centre;
   }
 }
 
-int PlacedRobot::volumeOf(const Subject& subject) const {
-  const int links = static_cast<int>(model_.links.size());
-  if (subject.link < 0 || subject.link >= links)
-    throw std::invalid_argument("there is no link " + std::to_string(subject.link));
-  const int first_link = static_cast<int>(model_.pieces.size());
-  if (subject.collision == 0) return first_link + subject.link;
-
-  const Link& link = model_.links[static_cast<std::size_t>(subject.link)];
-  if (subject.collision < 0 || subject.collision > static_cast<int>(link.collisions.size()))
-    throw std::invalid_argument("link \"" + link.name + "\" has no <collision> " + std::to_string(subject.collision));
-  return first_link + links + link.collisions[static_cast<std::size_t>(subject.collision - 1)];
-}
-
-bool PlacedRobot::isPlaced(int volume) const { return !at(volume).pieces.empty() && bodyOf(volume).known; }
-
-/// From one centre to the other: the bodies' origins first, as they may be far from that of their frame.
-Vector3d PlacedRobot::between(int a, int b) const {
-  return (bodyOf(b).origin - bodyOf(a).origin) + (at(b).offset - at(a).offset);
+RelativePose PlacedRobot::relative(int a, int b) const {
+  if (volumes_[a].body == volumes_[b].body) return {};
+  const BodyPlace &body_a = bodyOf(a), &body_b = bodyOf(b);
+  RelativePose a_T_b;
+  a_T_b.rotation.noalias() = body_a.rotation.transpose() * body_b.rotation;
+  a_T_b.translation.noalias() = body_a.rotation.transpose() * (body_b.origin - body_a.origin);
+  return a_T_b;
 }
 
 double PlacedRobot::sphereGap(int a, int b) const {
-  return proximity_server::sphereGap(between(a, b), at(a).bounds, at(b).bounds);
+  // The bodies' origins first, as they may be far from that of their frame.
+  const Vector3d between = (bodyOf(b).origin - bodyOf(a).origin) +
+                           (offsets_[static_cast<std::size_t>(b)] - offsets_[static_cast<std::size_t>(a)]);
+  return proximity_server::sphereGap(between, volumes_[a].bounds, volumes_[b].bounds);
 }
 
-double PlacedRobot::boxGap(int a, int b) const {
-  const Bounds &bounds_a = at(a).bounds, &bounds_b = at(b).bounds;
-  return proximity_server::boxGap(between(a, b), bounds_a, bodyOf(a).rotation * bounds_a.axes, bounds_b,
-                                  bodyOf(b).rotation * bounds_b.axes);
+double PlacedRobot::sphereGap(int a, int b, const RelativePose& a_T_b) const {
+  const Bounds &bounds_a = volumes_[a].bounds, &bounds_b = volumes_[b].bounds;
+  const Vector3d between = a_T_b.translation + (a_T_b.rotation * bounds_b.centre - bounds_a.centre);
+  return proximity_server::sphereGap(between, bounds_a, bounds_b);
 }
 
-SignedDistance PlacedRobot::distance(int piece_a, int piece_b, const Options& options, WarmStarts& warm_starts) const {
-  if (piece_a > piece_b) return swapped(distance(piece_b, piece_a, options, warm_starts));
-  const PiecePlace &a = placeOf(piece_a), &b = placeOf(piece_b);
-  const Vector3d offset = (bodyOf(piece_b).origin - bodyOf(piece_a).origin) + (b.offset - a.offset);
-  Isometry3d a_T_b = Isometry3d::Identity();
-  a_T_b.linear() = a.rotation.transpose() * b.rotation;
-  a_T_b.translation() = a.rotation.transpose() * offset;
+double PlacedRobot::boxGap(int a, int b, const RelativePose& a_T_b) const {
+  const Bounds &bounds_a = volumes_[a].bounds, &bounds_b = volumes_[b].bounds;
+  const Vector3d between = a_T_b.translation + (a_T_b.rotation * bounds_b.centre - bounds_a.centre);
+  return proximity_server::boxGap(between, bounds_a, bounds_a.axes, bounds_b, a_T_b.rotation * bounds_b.axes);
+}
 
-  const double rounding = kPoseRounding * (offset.norm() + at(piece_a).bounds.reach + at(piece_b).bounds.reach);
+/// What the rounding of poses may do to a distance.
+double PlacedRobot::rounding(int a, int b, const RelativePose& a_T_b) const {
+  return kPoseRounding * (a_T_b.translation.norm() + volumes_[a].bounds.reach + volumes_[b].bounds.reach);
+}
+
+/// No point of b moves farther in the frame of a than the centre of its sphere does, plus the turn's chord at the
+/// radius; and the same the other way round. A turn by t moves a point at distance 1 from its axis by 2 sin(t/2), which
+/// is the Frobenius norm of the difference of the two rotations over sqrt(2).
+Motion PlacedRobot::motion(int a, int b, const RelativePose& before, const RelativePose& now) const {
+  const double chord = std::sqrt(0.5) * (now.rotation - before.rotation).norm();
+  const Vector3d step = now.translation - before.translation;
+  if (chord == 0.0 && step.isZero(0.0)) return {0.0, true};
+
+  const Bounds &bounds_a = volumes_[a].bounds, &bounds_b = volumes_[b].bounds;
+  const auto seenFrom_b = [&](const RelativePose& a_T_b) {
+    return Vector3d(a_T_b.rotation.transpose() * (bounds_a.centre - a_T_b.translation));
+  };
+  const double of_a = (seenFrom_b(now) - seenFrom_b(before)).norm() + chord * bounds_a.radius;
+  const double of_b = ((now.rotation - before.rotation) * bounds_b.centre + step).norm() + chord * bounds_b.radius;
+  const double distance = std::min(of_a, of_b), margin = rounding(a, b, now);
+  return {distance + margin, distance <= margin};
+}
+
+SignedDistance PlacedRobot::distance(int a, int b, const RelativePose& a_T_b, const Options& options,
+                                     WarmStarts& warm_starts) const {
+  const int index_a = volumes_[a].piece, index_b = volumes_[b].piece;
+  const Piece &piece_a = model_.pieces[static_cast<std::size_t>(index_a)],
+              &piece_b = model_.pieces[static_cast<std::size_t>(index_b)];
+  const Matrix3d rotation_a = piece_a.body_T_piece.linear();
+  const Vector3d origin_a = piece_a.body_T_piece.translation();
+  Isometry3d pose = Isometry3d::Identity();  // of piece b in the frame of piece a
+  pose.linear() = rotation_a.transpose() * (a_T_b.rotation * piece_b.body_T_piece.linear());
+  pose.translation() =
+      rotation_a.transpose() * (a_T_b.translation + (a_T_b.rotation * piece_b.body_T_piece.translation() - origin_a));
+
+  const double margin = rounding(a, b, a_T_b);
   Options inner = options;
   // Twice what the bounds lose, so that the sums below cannot take a decision back.
-  inner.distance_tolerance = std::max(0.0, options.distance_tolerance - 4.0 * rounding);
-  inner.stop_above += 2.0 * rounding;
-  inner.stop_below -= 2.0 * rounding;
-  SignedDistance result =
-      signedDistance(piece(piece_a).shape, piece(piece_b).shape, a_T_b, inner, warm_starts.of(piece_a, piece_b));
-  result.lower_bound -= rounding;
-  result.upper_bound += rounding;
+  inner.distance_tolerance = std::max(0.0, options.distance_tolerance - 4.0 * margin);
+  inner.stop_above += 2.0 * margin;
+  inner.stop_below -= 2.0 * margin;
+  SignedDistance result = signedDistance(piece_a.shape, piece_b.shape, pose, inner, warm_starts.of(index_a, index_b));
+  result.lower_bound -= margin;
+  result.upper_bound += margin;
   if (result.status == Status::Converged && result.upper_bound - result.lower_bound > options.distance_tolerance)
     result.status = Status::Degenerate;
-  result.normal = (a.rotation * result.normal).normalized();
-  result.point_a = bodyOf(piece_a).origin + (a.offset + a.rotation * result.point_a);
+  result.normal = (rotation_a * result.normal).normalized();
+  result.point_a = origin_a + rotation_a * result.point_a;
+  result.point_b = result.point_a + result.distance * result.normal;
+  return result;
+}
+
+SignedDistance PlacedRobot::inPosesFrame(int a, SignedDistance result) const {
+  const BodyPlace& body = bodyOf(a);
+  result.normal = (body.rotation * result.normal).normalized();
+  result.point_a = body.origin + body.rotation * result.point_a;
   result.point_b = result.point_a + result.distance * result.normal;
   return result;
 }

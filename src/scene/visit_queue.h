@@ -6,14 +6,15 @@
 
 namespace proximity_server {
 
-/// Two volumes that may have to be looked at, see PlacedRobot.
+/// Two volumes that may have to be looked at, see Volumes.
 struct Visit {
-  enum class Bound : unsigned char { Sphere, Box };
+  /// Where the lower bound comes from. All but Sphere: no better one is to be had without computing.
+  enum class Bound : unsigned char { Sphere, Box, Motion, Rest };
   double lower_bound;  ///< [m] of their signed distance less the padding
   int number;          ///< decides between equal bounds
   int a, b;
   double padding;  ///< [m]
-  Bound bound;
+  Bound bound = Bound::Sphere;
 };
 
 /// Visits by their lower bounds, the smallest first.
@@ -34,6 +35,8 @@ class VisitQueue {
     heap_.pop_back();
     return first;
   }
+
+  const std::vector<Visit>& remaining() const { return heap_; }
 
   /// Infinity where the queue is empty.
   double lowestBound() const {

@@ -59,6 +59,8 @@ struct Question {
 /// Off is for tests and measurements: every pair of pieces is computed anew, with the same answers.
 enum class Skipping : unsigned char { On, Off };
 
+class PairSearch;
+
 /// One robot in one set of poses: the scratch of one caller. Not thread-safe; make one per thread from the same model.
 ///
 /// Nothing allocates after the first question of a kind. Skipping never changes an answer.
@@ -109,11 +111,9 @@ class Scene {
   const PairCounts& counts() const;
 
  private:
-  class Search;
-
   std::shared_ptr<const SceneModel> model_;
   std::vector<SubjectPair> candidates_;
-  std::unique_ptr<Search> search_;
+  std::unique_ptr<PairSearch> search_;
 };
 
 }  // namespace proximity_server

@@ -1,0 +1,284 @@
+#include "pair_search.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace proximity_server {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// [m] the place of a result that is not beyond the threshold among the others.
+double rankOf(const SignedDistance& result, const Question& question) {
+  if (isFinal(result, question)) return -kInfinity;
+  return result.status == Status::Converged ? result.distance : result.lower_bound;
+}
+
+/// What is left of a result that proves to be beyond the threshold: the proof.
+SignedDistance onlyProof(SignedDistance result) {
+  const SignedDistance nothing;
+  result.status = Status::Threshold;
+  result.distance = result.lower_bound;
+  result.point_a = result.point_b = nothing.point_a;
+  result.has_points = false;
+  return result;
+}
+
+/// Pairs of subjects that are remembered: the candidates, and some that are asked for besides.
+std::size_t rememberedPairs(const PairTable& table) {
+  return std::clamp<std::size_t>(2 * table.checked.size(), 1u << 8, 1u << 14);
+}
+
+}  // namespace
+
+PairSearch::PairSearch(const SceneModel& model, Skipping skipping)
+    : model_(model),
+      skipping_(skipping),
+      robot_(model.robot),
+      pieces_(robot_, model.robot.pieces.size(), skipping),
+      kept_(rememberedPairs(model.pairs)) {
+  for (const LinkPair& pair : model.pairs.pairs)
+    if (pair.padding != 0.0) paddings_.push_back({pair.link_a, pair.link_b, pair.padding});
+}
+
+double PairSearch::paddingOf(const SubjectPair& pair) const {
+  const auto [a, b] = std::minmax(pair.a.link, pair.b.link);
+  const auto found = std::lower_bound(paddings_.begin(), paddings_.end(), std::make_pair(a, b),
+                                      [](const PairPadding& padding, const std::pair<int, int>& links) {
+                                        return std::make_pair(padding.link_a, padding.link_b) < links;
+                                      });
+  return found != paddings_.end() && found->link_a == a && found->link_b == b ? found->padding : 0.0;
+}
+
+/// Nothing where a pose or all geometry is missing. The same numbers come out for a pair asked in the other order.
+std::optional<Visit> PairSearch::enter(const SubjectPair& pair, int number) const {
+  const auto [a, b] = std::minmax({robot_.volumes().of(pair.a), robot_.volumes().of(pair.b)});
+  if (!robot_.isPlaced(a) || !robot_.isPlaced(b)) return std::nullopt;
+  Visit visit{-kInfinity, number, a, b, paddingOf(pair)};
+  if (skipping_ == Skipping::On) visit.lower_bound = robot_.sphereGap(a, b) - visit.padding;
+  return visit;
+}
+
+/// The best bound that costs less than computing, or any that is above the limit.
+Visit PairSearch::refined(Visit visit, double limit) {
+  visit.bound = Visit::Bound::Box;
+  if (skipping_ == Skipping::Off) return visit;
+  const RelativePose a_T_b = robot_.relative(visit.a, visit.b);
+  if (const KeptAnswer* kept = kept_.find(visit.a, visit.b)) {
+    const Motion motion = robot_.motion(visit.a, visit.b, kept->a_T_b, a_T_b);
+    const double bound = kept->proximity.result.lower_bound - motion.bound;
+    if (bound > visit.lower_bound) {
+      visit.lower_bound = bound;
+      visit.bound = motion.is_rest ? Visit::Bound::Rest : Visit::Bound::Motion;
+    }
+  }
+  if (!(visit.lower_bound > limit) && robot_.boxesPay(visit.a, visit.b)) {
+    const double bound = robot_.boxGap(visit.a, visit.b, a_T_b) - visit.padding;
+    if (bound > visit.lower_bound) {
+      visit.lower_bound = bound;
+      visit.bound = Visit::Bound::Box;
+    }
+  }
+  return visit;
+}
+
+/// The answer before anything is computed, where the bound is enough.
+PairProximity PairSearch::proof(const Visit& visit) const {
+  PairProximity proximity;
+  proximity.representation =
+      std::max(robot_.volumes()[visit.a].representation, robot_.volumes()[visit.b].representation);
+  proximity.result.lower_bound = visit.lower_bound;
+  proximity.result = onlyProof(proximity.result);
+  return proximity;
+}
+
+/// The kept answer, with bounds that allow for the rounding of the poses since.
+std::optional<PairProximity> PairSearch::answerAtRest(const Visit& visit, const RelativePose& a_T_b,
+                                                      const Question& question) {
+  const KeptAnswer* kept = skipping_ == Skipping::On ? kept_.find(visit.a, visit.b) : nullptr;
+  if (!kept || kept->proximity.result.status != Status::Converged) return std::nullopt;
+  const Motion motion = robot_.motion(visit.a, visit.b, kept->a_T_b, a_T_b);
+  if (!motion.is_rest) return std::nullopt;
+  PairProximity proximity = kept->proximity;
+  proximity.result.lower_bound -= motion.bound;
+  proximity.result.upper_bound += motion.bound;
+  if (proximity.result.upper_bound - proximity.result.lower_bound > question.tolerance) return std::nullopt;
+  return proximity;
+}
+
+/// Only the proof where all is beyond the limit.
+PairProximity PairSearch::compute(const Visit& visit, const RelativePose& a_T_b, double limit,
+                                  const Question& question) {
+  const KeptAnswer* kept = skipping_ == Skipping::On ? kept_.find(visit.a, visit.b) : nullptr;
+  const ClosestPieces closest = pieces_.between(visit, a_T_b, kept ? kept->leaves : LeafPair(), limit, question);
+  PairProximity proximity = proof(visit);
+  proximity.result = closest.result;
+  proximity.result.lower_bound = closest.lower_bound;
+  proximity.result.upper_bound = closest.upper_bound;
+  if (!closest.empty()) {
+    const Volume &a = robot_.volumes()[closest.leaves.a], &b = robot_.volumes()[closest.leaves.b];
+    proximity.collision_a = collisionOf(model_.robot, a.piece).number;
+    proximity.collision_b = collisionOf(model_.robot, b.piece).number;
+    proximity.representation = std::max(a.representation, b.representation);
+    const bool too_wide = closest.upper_bound - closest.lower_bound > question.tolerance;
+    if (closest.result.status == Status::Converged && too_wide) proximity.result.status = closest.lower_bound_status;
+  }
+  if (isBeyond(proximity.result, limit)) proximity.result = onlyProof(proximity.result);
+  if (skipping_ == Skipping::On) kept_.of(visit.a, visit.b) = {a_T_b, proximity, closest.leaves};
+  return proximity;
+}
+
+PairProximity PairSearch::asAsked(const SubjectPair& pair, const Visit& visit, PairProximity proximity) const {
+  proximity.asked = pair;
+  proximity.result = robot_.inPosesFrame(visit.a, proximity.result);
+  if (robot_.volumes().of(pair.a) == visit.a) return proximity;
+  std::swap(proximity.collision_a, proximity.collision_b);
+  std::swap(proximity.result.point_a, proximity.result.point_b);
+  proximity.result.normal = -proximity.result.normal;
+  return proximity;
+}
+
+PairProximity PairSearch::measure(const SubjectPair& pair, const Visit& visit, double limit, const Question& question) {
+  const RelativePose a_T_b = robot_.relative(visit.a, visit.b);
+  if (const auto kept = answerAtRest(visit, a_T_b, question)) {
+    ++counts_.at_rest;
+    return asAsked(pair, visit, *kept);
+  }
+  const PairProximity proximity = compute(visit, a_T_b, limit, question);
+  ++(proximity.collision_a > 0 ? counts_.computed : counts_.by_bounds);
+  return asAsked(pair, visit, proximity);
+}
+
+PairProximity PairSearch::settle(const SubjectPair& pair, const Question& question) {
+  ++counts_.total;
+  std::optional<Visit> visit = enter(pair, 0);
+  if (!visit) {
+    ++counts_.unknown;
+    PairProximity unknown;
+    unknown.asked = pair;
+    return unknown;
+  }
+  if (question.threshold < kInfinity && !(visit->lower_bound > question.threshold))
+    visit = refined(*visit, question.threshold);
+  if (!(visit->lower_bound > question.threshold)) return measure(pair, *visit, question.threshold, question);
+  ++countOf(visit->bound);
+  return asAsked(pair, *visit, proof(*visit));
+}
+
+PairProximity PairSearch::one(const SubjectPair& pair, const Question& question) {
+  counts_ = {};
+  return settle(pair, question);
+}
+
+const std::vector<PairProximity>& PairSearch::all(const std::vector<SubjectPair>& pairs, const Question& question) {
+  counts_ = {};
+  results_.clear();
+  results_.reserve(pairs.size());
+  for (const SubjectPair& pair : pairs) results_.push_back(settle(pair, question));
+  return results_;
+}
+
+int& PairSearch::countOf(Visit::Bound bound) {
+  switch (bound) {
+    case Visit::Bound::Rest:
+      return counts_.at_rest;
+    case Visit::Bound::Motion:
+      return counts_.by_motion;
+    case Visit::Bound::Sphere:
+    case Visit::Bound::Box:
+      break;
+  }
+  return counts_.by_bounds;
+}
+
+/// [m] a pair farther than that changes nothing.
+double PairSearch::limit(const Search& search) const {
+  if (skipping_ == Skipping::Off || nearest_.size() < search.k) return search.question.threshold;
+  const bool is_done = search.goal == Goal::Any || nearest_.empty();
+  return is_done ? -kInfinity : std::min(search.question.threshold, nearest_.front().rank);
+}
+
+/// Measures a pair, and ranks it if it is among the nearest so far.
+void PairSearch::consider(const Visit& visit, const Search& search) {
+  const SubjectPair& pair = search.pairs[static_cast<std::size_t>(visit.number)];
+  const PairProximity proximity = measure(pair, visit, limit(search), search.question);
+  if (isBeyond(proximity.result, limit(search))) return;
+  nearest_.push_back({rankOf(proximity.result, search.question), visit.number, proximity});
+  std::push_heap(nearest_.begin(), nearest_.end());
+  if (nearest_.size() <= search.k) return;
+  std::pop_heap(nearest_.begin(), nearest_.end());
+  nearest_.pop_back();
+}
+
+/// The pairs that were nearest the last time come first: where little has moved, their distances leave little to do.
+void PairSearch::considerLikely(const Search& search) {
+  if (skipping_ == Skipping::Off || search.k == search.pairs.size()) likely_.clear();
+  const auto known = [&](int number) { return number < static_cast<int>(search.pairs.size()); };
+  likely_.erase(std::find_if_not(likely_.begin(), likely_.end(), known), likely_.end());
+  for (const int number : likely_) {
+    const std::optional<Visit> visit = enter(search.pairs[static_cast<std::size_t>(number)], number);
+    if (!visit)
+      ++counts_.unknown;
+    else if (visit->lower_bound > limit(search))
+      ++countOf(visit->bound);
+    else
+      consider(*visit, search);
+  }
+}
+
+/// Queues all pairs that spheres alone do not settle.
+void PairSearch::enterOthers(const Search& search) {
+  queue_.clear();
+  auto likely = likely_.begin();
+  counts_.total = static_cast<int>(search.pairs.size());
+  const double farthest = limit(search);
+  for (int number = 0; number < counts_.total; ++number) {
+    if (likely != likely_.end() && *likely == number) {
+      ++likely;
+      continue;
+    }
+    const std::optional<Visit> visit = enter(search.pairs[static_cast<std::size_t>(number)], number);
+    if (!visit)
+      ++counts_.unknown;
+    else if (visit->lower_bound > farthest)
+      ++countOf(visit->bound);
+    else
+      queue_.push(*visit);
+  }
+}
+
+void PairSearch::visitBestFirst(const Search& search) {
+  while (!queue_.empty() && !(queue_.lowestBound() > limit(search))) {
+    Visit visit = queue_.pop();
+    if (visit.bound == Visit::Bound::Sphere) visit = refined(visit, limit(search));
+    if (visit.lower_bound > std::min(queue_.lowestBound(), limit(search)))
+      queue_.push(visit);
+    else
+      consider(visit, search);
+  }
+  for (const Visit& visit : queue_.remaining()) ++countOf(visit.bound);
+}
+
+const std::vector<PairProximity>& PairSearch::closest(const std::vector<SubjectPair>& pairs, std::size_t k, Goal goal,
+                                                      const Question& question) {
+  const Search search{pairs, std::min(k, pairs.size()), goal, question};
+  counts_ = {};
+  nearest_.clear();
+  queue_.reserve(pairs.size());
+  nearest_.reserve(search.k + 1);
+  likely_.reserve(search.k);
+  results_.reserve(search.k);
+  considerLikely(search);
+  enterOthers(search);
+  visitBestFirst(search);
+
+  likely_.clear();
+  for (const Ranked& ranked : nearest_) likely_.push_back(ranked.number);
+  std::sort(likely_.begin(), likely_.end());
+  std::sort_heap(nearest_.begin(), nearest_.end());
+  results_.clear();
+  for (const Ranked& ranked : nearest_) results_.push_back(ranked.proximity);
+  return results_;
+}
+
+}  // namespace proximity_server

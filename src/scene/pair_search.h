@@ -1,0 +1,87 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "closest_pieces.h"
+#include "pair_memory.h"
+#include "placed_robot.h"
+#include "proximity_server/scene/scene.h"
+#include "visit_queue.h"
+
+namespace proximity_server {
+
+/// What the last computation of a pair of subjects may be good for, later.
+struct KeptAnswer {
+  RelativePose a_T_b;
+  PairProximity proximity;  ///< in the frame of a
+  LeafPair leaves;
+};
+
+/// Answers questions about pairs of subjects, and computes only what it must. From the cheapest bound to the dearest:
+/// spheres; the answer of before, less the motion since; boxes; the narrowphase. The pairs are visited best first.
+class PairSearch {
+ public:
+  enum class Goal : unsigned char { Nearest, Any };
+
+  PairSearch(const SceneModel& model, Skipping skipping);
+
+  void update(const BodyPoses& poses) { robot_.update(poses); }
+  const PairCounts& counts() const { return counts_; }
+
+  PairProximity one(const SubjectPair& pair, const Question& question);
+  const std::vector<PairProximity>& all(const std::vector<SubjectPair>& pairs, const Question& question);
+  const std::vector<PairProximity>& closest(const std::vector<SubjectPair>& pairs, std::size_t k, Goal goal,
+                                            const Question& question);
+
+ private:
+  struct PairPadding {
+    int link_a, link_b;  ///< link_a < link_b
+    double padding;      ///< [m]
+  };
+  /// What `closest` is about.
+  struct Search {
+    const std::vector<SubjectPair>& pairs;
+    const std::size_t k;
+    const Goal goal;
+    const Question& question;
+  };
+  struct Ranked {
+    double rank;
+    int number;
+    PairProximity proximity;
+    bool operator<(const Ranked& other) const { return rank != other.rank ? rank < other.rank : number < other.number; }
+  };
+
+  double paddingOf(const SubjectPair& pair) const;
+  std::optional<Visit> enter(const SubjectPair& pair, int number) const;
+  Visit refined(Visit visit, double limit);
+  PairProximity settle(const SubjectPair& pair, const Question& question);
+  PairProximity measure(const SubjectPair& pair, const Visit& visit, double limit, const Question& question);
+  std::optional<PairProximity> answerAtRest(const Visit& visit, const RelativePose& a_T_b, const Question& question);
+  PairProximity compute(const Visit& visit, const RelativePose& a_T_b, double limit, const Question& question);
+  PairProximity proof(const Visit& visit) const;
+  PairProximity asAsked(const SubjectPair& pair, const Visit& visit, PairProximity proximity) const;
+  int& countOf(Visit::Bound bound);
+
+  double limit(const Search& search) const;
+  void consider(const Visit& visit, const Search& search);
+  void considerLikely(const Search& search);
+  void enterOthers(const Search& search);
+  void visitBestFirst(const Search& search);
+
+  const SceneModel& model_;
+  const Skipping skipping_;
+  PlacedRobot robot_;
+  PieceSearch pieces_;
+  PairMemory<KeptAnswer> kept_;
+  std::vector<PairPadding> paddings_;
+
+  VisitQueue queue_;
+  std::vector<Ranked> nearest_;  // a heap, the farthest in front
+  std::vector<int> likely_;      // numbers of the pairs that were nearest the last time, ascending
+  std::vector<PairProximity> results_;
+  PairCounts counts_;
+};
+
+}  // namespace proximity_server

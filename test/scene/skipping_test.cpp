@@ -1,0 +1,214 @@
+// What skipping must not change: 100,000 states of a robot that moves in every way, with skipping and without.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "proximity_server/scene/scene.h"
+
+namespace proximity_server {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+constexpr int kStates = 25000;        // of each way to move
+constexpr double kAgreement = 1e-12;  // [m]
+constexpr double kTolerance = 1e-12;  // [m] asked of every distance
+constexpr std::size_t kClosest = 5;
+
+// --- a robot with two arms of every kind of shape
+
+std::string collision(const std::string& shape, const std::string& xyz) {
+  return "<collision><origin xyz='" + xyz + "' rpy='0.3 -0.2 0.1'/><geometry>" + shape + "</geometry></collision>";
+}
+
+std::string link(const std::string& name, const std::string& collisions) {
+  return "<link name='" + name + "'>" + collisions + "</link>";
+}
+
+std::string joint(const std::string& parent, const std::string& child, const std::string& type, const std::string& xyz,
+                  const std::string& axis) {
+  return "<joint name='to_" + child + "' type='" + type + "'><parent link='" + parent + "'/><child link='" + child +
+         "'/><origin xyz='" + xyz + "'/><axis xyz='" + axis +
+         "'/><limit lower='-2.5' upper='2.5' effort='1' velocity='1'/></joint>";
+}
+
+std::string arm(const std::string& side, const std::string& shoulder) {
+  const std::string box = "<box size='0.1 0.08 0.3'/>", cylinder = "<cylinder radius='0.05' length='0.3'/>",
+                    sphere = "<sphere radius='0.07'/>";
+  return link(side + "upper", collision(box, "0 0 0.15") + collision(sphere, "0.02 0 0.3")) +
+         link(side + "fore", collision(cylinder, "0 0 0.2")) + link(side + "wrist", collision(sphere, "0 0 0.05")) +
+         link(side + "hand", collision(box, "0.06 0 0.2") + collision(box, "-0.06 0 0.2") +
+                                 collision("<cylinder radius='0.03' length='0.1'/>", "0 0 0.05")) +
+         joint("torso", side + "upper", "revolute", shoulder, "0 0 1") +
+         joint(side + "upper", side + "fore", "revolute", "0 0 0.35", "0 1 0") +
+         joint(side + "fore", side + "wrist", "revolute", "0 0 0.45", "1 0 0") +
+         joint(side + "wrist", side + "hand", "revolute", "0 0 0.15", "0 1 0");
+}
+
+std::shared_ptr<const SceneModel> twoArms() {
+  const std::string torso = link("torso", collision("<cylinder radius='0.12' length='0.7'/>", "0 0 0.2") +
+                                              collision("<box size='0.3 0.5 0.1'/>", "0 0 0.4"));
+  const std::string urdf =
+      "<robot name='two_arms'>" + torso + arm("left_", "0 0.4 0.4") + arm("right_", "0 -0.4 0.4") + "</robot>";
+  auto model = std::make_shared<SceneModel>();
+  model->robot = loadRobotModel(urdf, [](const std::string& uri) { return uri; });
+  model->pairs = filterPairs(model->robot, "");
+  return model;
+}
+
+// --- how it moves
+
+enum class Motion : unsigned char { Random, Coherent, Teleporting, Resting };
+
+/// A state of the joints, and a robot that stands anywhere.
+class Mover {
+ public:
+  Mover(const RobotModel& robot, Motion motion)
+      : robot_(robot), motion_(motion), random_(static_cast<unsigned>(motion) + 1), phases_(robot.joints.size()) {
+    jump();
+  }
+
+  /// The poses of the next state.
+  BodyPoses next() {
+    switch (motion_) {
+      case Motion::Random:
+        jump();
+        break;
+      case Motion::Coherent:
+        step();
+        break;
+      case Motion::Teleporting:
+        one_in(20) ? jump() : step();
+        break;
+      case Motion::Resting:
+        if (one_in(10)) step();
+        if (one_in(200)) jump();
+        if (one_in(3)) base_ = base_ * Eigen::AngleAxisd(0.01, Vector3d::UnitZ()) * Eigen::Translation3d(0.01, 0, 0);
+        break;
+    }
+    std::vector<double> positions;
+    for (const double phase : phases_) positions.push_back(2.5 * std::sin(phase));
+    BodyPoses poses = forwardKinematics(robot_, positions);
+    for (auto& pose : poses) pose = base_ * *pose;
+    return poses;
+  }
+
+ private:
+  bool one_in(unsigned n) { return random_() % n == 0; }
+  void jump() {
+    for (double& phase : phases_) phase = std::uniform_real_distribution<double>(-10, 10)(random_);
+    base_ = Eigen::Translation3d(Vector3d::Random() * 3.0) *
+            Eigen::AngleAxisd(std::uniform_real_distribution<double>(-3, 3)(random_), Vector3d::UnitX());
+  }
+  void step() {
+    for (std::size_t joint = 0; joint < phases_.size(); ++joint)
+      phases_[joint] += 0.0004 * static_cast<double>(joint % 3 + 1);
+  }
+
+  const RobotModel& robot_;
+  const Motion motion_;
+  std::mt19937 random_;
+  std::vector<double> phases_;
+  Isometry3d base_ = Isometry3d::Identity();
+};
+
+// --- the same questions with skipping and without
+
+/// The distances of all pairs without skipping.
+class Truth {
+ public:
+  explicit Truth(const std::vector<PairProximity>& all) : all_(all) {
+    for (const PairProximity& pair : all) sorted_.push_back(pair.result.distance);
+    std::sort(sorted_.begin(), sorted_.end());
+  }
+
+  double smallest(std::size_t i) const { return sorted_[i]; }
+
+  double of(const SubjectPair& asked) const {
+    const auto found = std::find_if(all_.begin(), all_.end(), [&](const PairProximity& pair) {
+      return pair.asked.a.link == asked.a.link && pair.asked.b.link == asked.b.link;
+    });
+    return found->result.distance;
+  }
+
+  std::size_t countBelow(double threshold) const {
+    return static_cast<std::size_t>(std::upper_bound(sorted_.begin(), sorted_.end(), threshold) - sorted_.begin());
+  }
+
+ private:
+  const std::vector<PairProximity>& all_;
+  std::vector<double> sorted_;
+};
+
+/// The i-th of the found is the i-th closest; where two distances agree either pair may be.
+void expectClosest(const std::vector<PairProximity>& found, const Truth& truth) {
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    ASSERT_NEAR(found[i].result.distance, truth.smallest(i), kAgreement);
+    ASSERT_NEAR(found[i].result.distance, truth.of(found[i].asked), kAgreement);
+  }
+}
+
+/// As the levels of a monitor divide the distances.
+int levelOf(double distance) { return (distance <= 0.0) + (distance <= 0.02) + (distance <= 0.05); }
+
+class MovingRobot : public testing::TestWithParam<Motion> {};
+
+TEST_P(MovingRobot, SkippingNeverChangesAnAnswer) {
+  const auto model = twoArms();
+  Scene scene(model), everything(model, Skipping::Off);
+  Mover mover(model->robot, GetParam());
+  const std::vector<SubjectPair>& pairs = scene.candidates();
+  Question question, below;
+  question.tolerance = below.tolerance = kTolerance;
+  below.threshold = 0.05;
+  long overlaps = 0, near = 0;
+  PairCounts counts;
+  for (int state = 0; state < kStates && !HasFatalFailure(); ++state) {
+    SCOPED_TRACE("state " + std::to_string(state));
+    const BodyPoses poses = mover.next();
+    scene.update(poses);
+    everything.update(poses);
+    const Truth truth(everything.all(pairs, question));
+    ASSERT_EQ(everything.counts().computed, static_cast<int>(pairs.size()));
+
+    const PairProximity minimum = *scene.minimum(pairs, question);
+    expectClosest({minimum}, truth);
+    counts.total += scene.counts().total;
+    counts.at_rest += scene.counts().at_rest;
+    counts.by_motion += scene.counts().by_motion;
+    counts.by_bounds += scene.counts().by_bounds;
+    counts.computed += scene.counts().computed;
+
+    const std::vector<PairProximity>& found = scene.below(pairs, below);
+    ASSERT_GE(found.size(), truth.countBelow(below.threshold - kAgreement));
+    ASSERT_LE(found.size(), truth.countBelow(below.threshold + kAgreement));
+    expectClosest(found, truth);
+    expectClosest(scene.closest(pairs, kClosest, question), truth);
+    const int level = levelOf(minimum.result.distance);
+    ASSERT_TRUE(level == levelOf(truth.smallest(0) - kAgreement) || level == levelOf(truth.smallest(0) + kAgreement));
+
+    overlaps += truth.smallest(0) < 0.0;
+    near += !found.empty() && truth.smallest(0) > 0.0;
+  }
+  EXPECT_EQ(counts.total, counts.at_rest + counts.by_motion + counts.by_bounds + counts.computed);
+  EXPECT_GT(overlaps, kStates / 50);
+  EXPECT_GT(near, kStates / 50);
+  RecordProperty("settled", std::to_string(counts.at_rest) + " at rest, " + std::to_string(counts.by_motion) +
+                                " by motion, " + std::to_string(counts.by_bounds) + " by bounds, " +
+                                std::to_string(counts.computed) + " computed");
+  std::printf("%d pairs: %d at rest, %d by motion, %d by bounds, %d computed\n", counts.total, counts.at_rest,
+              counts.by_motion, counts.by_bounds, counts.computed);
+}
+
+INSTANTIATE_TEST_SUITE_P(Motions, MovingRobot,
+                         testing::Values(Motion::Random, Motion::Coherent, Motion::Teleporting, Motion::Resting));
+
+}  // namespace
+}  // namespace proximity_server
