@@ -24,6 +24,9 @@ SignedDistance onlyProof(SignedDistance result) {
   return result;
 }
 
+/// Fewer candidates than these are quicker looked at one by one.
+constexpr std::size_t kManyPairs = 500;
+
 /// Pairs of subjects that are remembered: the candidates, and some that are asked for besides.
 std::size_t rememberedPairs(const PairTable& table) {
   return std::clamp<std::size_t>(2 * table.checked.size(), 1u << 8, 1u << 14);
@@ -39,9 +42,20 @@ PairSearch::PairSearch(const SceneModel& model, Skipping skipping)
       kept_(rememberedPairs(model.pairs)) {
   for (const LinkPair& pair : model.pairs.pairs)
     if (pair.padding != 0.0) paddings_.push_back({pair.link_a, pair.link_b, pair.padding});
+  for (const int index : model.pairs.checked) {
+    const LinkPair& pair = model.pairs.pairs[static_cast<std::size_t>(index)];
+    candidates_.push_back({{pair.link_a, 0}, {pair.link_b, 0}});
+  }
+  if (candidates_.size() > kManyPairs && skipping == Skipping::On) groups_.emplace(model);
+}
+
+void PairSearch::update(const BodyPoses& poses) {
+  robot_.update(poses);
+  groups_fit_ = groups_ && groups_->refit(robot_);
 }
 
 double PairSearch::paddingOf(const SubjectPair& pair) const {
+  if (paddings_.empty()) return 0.0;
   const auto [a, b] = std::minmax(pair.a.link, pair.b.link);
   const auto found = std::lower_bound(paddings_.begin(), paddings_.end(), std::make_pair(a, b),
                                       [](const PairPadding& padding, const std::pair<int, int>& links) {
@@ -51,7 +65,7 @@ double PairSearch::paddingOf(const SubjectPair& pair) const {
 }
 
 /// Nothing where a pose or all geometry is missing. The same numbers come out for a pair asked in the other order.
-std::optional<Visit> PairSearch::enter(const SubjectPair& pair, int number) const {
+std::optional<Visit> PairSearch::visitOf(const SubjectPair& pair, int number) const {
   const auto [a, b] = std::minmax({robot_.volumes().of(pair.a), robot_.volumes().of(pair.b)});
   if (!robot_.isPlaced(a) || !robot_.isPlaced(b)) return std::nullopt;
   Visit visit{-kInfinity, number, a, b, paddingOf(pair)};
@@ -123,6 +137,8 @@ PairProximity PairSearch::compute(const Visit& visit, const RelativePose& a_T_b,
     const bool too_wide = closest.upper_bound - closest.lower_bound > question.tolerance;
     if (closest.result.status == Status::Converged && too_wide) proximity.result.status = closest.lower_bound_status;
   }
+  proximity.depth_is_lower_bound =
+      closest.result.distance < 0.0 && !(robot_.volumes()[visit.a].isLeaf() && robot_.volumes()[visit.b].isLeaf());
   if (isBeyond(proximity.result, limit)) proximity.result = onlyProof(proximity.result);
   if (skipping_ == Skipping::On) kept_.of(visit.a, visit.b) = {a_T_b, proximity, closest.leaves};
   return proximity;
@@ -151,7 +167,7 @@ PairProximity PairSearch::measure(const SubjectPair& pair, const Visit& visit, d
 
 PairProximity PairSearch::settle(const SubjectPair& pair, const Question& question) {
   ++counts_.total;
-  std::optional<Visit> visit = enter(pair, 0);
+  std::optional<Visit> visit = visitOf(pair, 0);
   if (!visit) {
     ++counts_.unknown;
     PairProximity unknown;
@@ -216,7 +232,7 @@ void PairSearch::considerLikely(const Search& search) {
   const auto known = [&](int number) { return number < static_cast<int>(search.pairs.size()); };
   likely_.erase(std::find_if_not(likely_.begin(), likely_.end(), known), likely_.end());
   for (const int number : likely_) {
-    const std::optional<Visit> visit = enter(search.pairs[static_cast<std::size_t>(number)], number);
+    const std::optional<Visit> visit = visitOf(search.pairs[static_cast<std::size_t>(number)], number);
     if (!visit)
       ++counts_.unknown;
     else if (visit->lower_bound > limit(search))
@@ -226,24 +242,40 @@ void PairSearch::considerLikely(const Search& search) {
   }
 }
 
-/// Queues all pairs that spheres alone do not settle.
+/// Queues all that may be near.
 void PairSearch::enterOthers(const Search& search) {
   queue_.clear();
-  auto likely = likely_.begin();
   counts_.total = static_cast<int>(search.pairs.size());
-  const double farthest = limit(search);
-  for (int number = 0; number < counts_.total; ++number) {
-    if (likely != likely_.end() && *likely == number) {
-      ++likely;
-      continue;
-    }
-    const std::optional<Visit> visit = enter(search.pairs[static_cast<std::size_t>(number)], number);
-    if (!visit)
-      ++counts_.unknown;
-    else if (visit->lower_bound > farthest)
-      ++countOf(visit->bound);
-    else
-      queue_.push(*visit);
+  if (groups_fit_ && &search.pairs == &candidates_) return enterBetween(0, 0, search);
+  for (int number = 0; number < counts_.total; ++number) enter(number, search);
+}
+
+void PairSearch::enter(int number, const Search& search) {
+  if (std::binary_search(likely_.begin(), likely_.end(), number)) return;
+  const std::optional<Visit> visit = visitOf(search.pairs[static_cast<std::size_t>(number)], number);
+  if (!visit)
+    ++counts_.unknown;
+  else if (!(visit->lower_bound > limit(search)))
+    queue_.push(*visit);
+}
+
+/// All pairs of a link of one group and a link of the other: the larger group is divided; two links are a pair.
+void PairSearch::enterBetween(int group_a, int group_b, const Search& search) {
+  const LinkGroups::Group &a = (*groups_)[group_a], &b = (*groups_)[group_b];
+  if (group_a == group_b) {
+    if (a.isLink()) return;
+    enterBetween(a.parts[0], a.parts[0], search);
+    enterBetween(a.parts[1], a.parts[1], search);
+    enterBetween(a.parts[0], a.parts[1], search);
+  } else if (groups_->gap(group_a, group_b) > limit(search)) {
+    return;
+  } else if (a.isLink() && b.isLink()) {
+    const int number = groups_->candidate(a.link, b.link);
+    if (number >= 0) enter(number, search);
+  } else if (b.isLink() || (!a.isLink() && a.box.volume() >= b.box.volume())) {
+    for (const int part : a.parts) enterBetween(part, group_b, search);
+  } else {
+    for (const int part : b.parts) enterBetween(group_a, part, search);
   }
 }
 
@@ -256,7 +288,11 @@ void PairSearch::visitBestFirst(const Search& search) {
     else
       consider(visit, search);
   }
-  for (const Visit& visit : queue_.remaining()) ++countOf(visit.bound);
+  for (const Visit& visit : queue_.remaining()) {
+    counts_.at_rest += visit.bound == Visit::Bound::Rest;
+    counts_.by_motion += visit.bound == Visit::Bound::Motion;
+  }
+  counts_.by_bounds = counts_.total - counts_.unknown - counts_.at_rest - counts_.by_motion - counts_.computed;
 }
 
 const std::vector<PairProximity>& PairSearch::closest(const std::vector<SubjectPair>& pairs, std::size_t k, Goal goal,

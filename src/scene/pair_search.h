@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "closest_pieces.h"
+#include "link_groups.h"
 #include "pair_memory.h"
 #include "placed_robot.h"
 #include "proximity_server/scene/scene.h"
@@ -26,7 +27,10 @@ class PairSearch {
 
   PairSearch(const SceneModel& model, Skipping skipping);
 
-  void update(const BodyPoses& poses) { robot_.update(poses); }
+  /// The pairs that are checked, as whole links. Where these are asked about by reference, many are settled at once.
+  const std::vector<SubjectPair>& candidates() const { return candidates_; }
+
+  void update(const BodyPoses& poses);
   const PairCounts& counts() const { return counts_; }
 
   PairProximity one(const SubjectPair& pair, const Question& question);
@@ -54,7 +58,7 @@ class PairSearch {
   };
 
   double paddingOf(const SubjectPair& pair) const;
-  std::optional<Visit> enter(const SubjectPair& pair, int number) const;
+  std::optional<Visit> visitOf(const SubjectPair& pair, int number) const;
   Visit refined(Visit visit, double limit);
   PairProximity settle(const SubjectPair& pair, const Question& question);
   PairProximity measure(const SubjectPair& pair, const Visit& visit, double limit, const Question& question);
@@ -68,6 +72,8 @@ class PairSearch {
   void consider(const Visit& visit, const Search& search);
   void considerLikely(const Search& search);
   void enterOthers(const Search& search);
+  void enter(int number, const Search& search);
+  void enterBetween(int group_a, int group_b, const Search& search);
   void visitBestFirst(const Search& search);
 
   const SceneModel& model_;
@@ -76,6 +82,9 @@ class PairSearch {
   PieceSearch pieces_;
   PairMemory<KeptAnswer> kept_;
   std::vector<PairPadding> paddings_;
+  std::vector<SubjectPair> candidates_;
+  std::optional<LinkGroups> groups_;  // of many candidates
+  bool groups_fit_ = false;           // the poses
 
   VisitQueue queue_;
   std::vector<Ranked> nearest_;  // a heap, the farthest in front

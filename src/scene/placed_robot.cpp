@@ -15,19 +15,23 @@ using Eigen::Vector3d;
 /// What a rotation matrix made of single precision numbers may be off: few float eps in each product of columns.
 constexpr double kRotationTolerance = 16.0 * std::numeric_limits<float>::epsilon();
 
-bool isPose(const Isometry3d& pose) {
-  const double off = (pose.linear().transpose() * pose.linear() - Matrix3d::Identity()).cwiseAbs().maxCoeff();
-  // Written so that NaN is refused too.
-  return off <= kRotationTolerance && pose.linear().determinant() > 0.0 &&
+/// The largest entry of R^T R - 1.
+double errorOf(const Matrix3d& rotation) {
+  return (rotation.transpose() * rotation - Matrix3d::Identity()).cwiseAbs().maxCoeff();
+}
+
+/// Written so that NaN is refused too.
+bool isPose(const Isometry3d& pose, double error) {
+  return error <= kRotationTolerance && pose.linear().determinant() > 0.0 &&
          std::isfinite(pose.translation().squaredNorm());
 }
 
-/// The rotation nearest to a matrix that is one within kRotationTolerance; a rotation stays as it is.
+/// The rotation nearest to a matrix that is one within `error`, which is at most kRotationTolerance.
 ///
 /// Source: Higham, Computing the Polar Decomposition, SIAM J. Sci. Stat. Comput. 1986: the Newton-Schulz step squares
-/// the error, so that two of them end below eps.
-Matrix3d nearestRotation(Matrix3d matrix) {
-  for (int step = 0; step < 2; ++step)
+/// the error.
+Matrix3d nearestRotation(Matrix3d matrix, double error) {
+  for (; error > 4.0 * std::numeric_limits<double>::epsilon(); error *= error)
     matrix = 0.5 * matrix * (3.0 * Matrix3d::Identity() - matrix.transpose() * matrix);
   return matrix;
 }
@@ -38,7 +42,7 @@ PlacedRobot::PlacedRobot(const RobotModel& model)
     : model_(model),
       volumes_(model),
       bodies_(model.bodies.size()),
-      offsets_(static_cast<std::size_t>(volumes_.subjects())) {}
+      spheres_(static_cast<std::size_t>(volumes_.subjects())) {}
 
 void PlacedRobot::update(const BodyPoses& poses) {
   if (poses.size() != bodies_.size()) {
@@ -48,14 +52,26 @@ void PlacedRobot::update(const BodyPoses& poses) {
   for (std::size_t i = 0; i < poses.size(); ++i) {
     if (model_.bodies[i].pieces.empty()) continue;
     BodyPlace& body = bodies_[i];
-    body.known = poses[i] && isPose(*poses[i]);
+    const double error = poses[i] ? errorOf(poses[i]->linear()) : 0.0;
+    body.known = poses[i] && isPose(*poses[i], error);
     if (!body.known) continue;
-    body.rotation = nearestRotation(poses[i]->linear());
+    body.rotation = nearestRotation(poses[i]->linear(), error);
     body.origin = poses[i]->translation();
   }
+  placeSpheres();
+}
+
+void PlacedRobot::placeSpheres() {
+  const auto known = [](const BodyPlace& body) { return body.known; };
+  const auto first = std::find_if(bodies_.begin(), bodies_.end(), known);
   for (int subject = 0; subject < volumes_.subjects(); ++subject) {
-    if (isPlaced(subject))
-      offsets_[static_cast<std::size_t>(subject)] = bodyOf(subject).rotation * volumes_[subject].bounds.centre;
+    const Volume& volume = volumes_[subject];
+    const BodyPlace& body = bodyOf(subject);
+    Sphere& sphere = spheres_[static_cast<std::size_t>(subject)];
+    sphere.is_placed = body.known && !volume.isEmpty();
+    if (!sphere.is_placed) continue;
+    sphere.centre = (body.origin - first->origin) + body.rotation * volume.bounds.centre;
+    sphere.radius = volume.bounds.radius + kPoseRounding * sphere.centre.norm();
   }
 }
 
@@ -69,10 +85,13 @@ RelativePose PlacedRobot::relative(int a, int b) const {
 }
 
 double PlacedRobot::sphereGap(int a, int b) const {
-  // The bodies' origins first, as they may be far from that of their frame.
-  const Vector3d between = (bodyOf(b).origin - bodyOf(a).origin) +
-                           (offsets_[static_cast<std::size_t>(b)] - offsets_[static_cast<std::size_t>(a)]);
-  return proximity_server::sphereGap(between, volumes_[a].bounds, volumes_[b].bounds);
+  const Sphere &sphere_a = sphereOf(a), &sphere_b = sphereOf(b);
+  return (sphere_b.centre - sphere_a.centre).norm() - (sphere_a.radius + sphere_b.radius);
+}
+
+Eigen::AlignedBox3d PlacedRobot::boxAround(int subject) const {
+  const Sphere& sphere = sphereOf(subject);
+  return {sphere.centre.array() - sphere.radius, sphere.centre.array() + sphere.radius};
 }
 
 double PlacedRobot::sphereGap(int a, int b, const RelativePose& a_T_b) const {

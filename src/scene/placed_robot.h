@@ -37,8 +37,8 @@ class PlacedRobot {
 
   const Volumes& volumes() const { return volumes_; }
 
-  /// Has geometry, at a known pose.
-  bool isPlaced(int volume) const { return !volumes_[volume].isEmpty() && bodyOf(volume).known; }
+  /// Whether what Volumes::of returned has geometry, at a known pose.
+  bool isPlaced(int subject) const { return sphereOf(subject).is_placed; }
 
   /// b in the frame of a.
   RelativePose relative(int a, int b) const;
@@ -47,6 +47,9 @@ class PlacedRobot {
   double sphereGap(int a, int b) const;
   double sphereGap(int a, int b, const RelativePose& a_T_b) const;
   double boxGap(int a, int b, const RelativePose& a_T_b) const;
+
+  /// The box of a subject's sphere, in the frame of the poses moved to one of the bodies.
+  Eigen::AlignedBox3d boxAround(int subject) const;
 
   /// Whether boxGap costs less than the query that it may save.
   bool boxesPay(int a, int b) const { return !volumes_[a].has_closed_form || !volumes_[b].has_closed_form; }
@@ -68,13 +71,23 @@ class PlacedRobot {
     Eigen::Vector3d origin;
   };
 
+  /// In the frame of the poses, moved to one of the bodies, so that its numbers are small. Holds its own rounding.
+  struct Sphere {
+    bool is_placed = false;
+    double radius;
+    Eigen::Vector3d centre;
+  };
+
   const BodyPlace& bodyOf(int volume) const { return bodies_[static_cast<std::size_t>(volumes_[volume].body)]; }
+  void placeSpheres();
   double rounding(int a, int b, const RelativePose& a_T_b) const;
+
+  const Sphere& sphereOf(int subject) const { return spheres_[static_cast<std::size_t>(subject)]; }
 
   const RobotModel& model_;
   const Volumes volumes_;
   std::vector<BodyPlace> bodies_;
-  std::vector<Eigen::Vector3d> offsets_;  ///< of the subjects' centres from their bodies' origins
+  std::vector<Sphere> spheres_;  ///< of the subjects
 };
 
 }  // namespace proximity_server

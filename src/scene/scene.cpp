@@ -8,16 +8,13 @@
 namespace proximity_server {
 
 Scene::Scene(std::shared_ptr<const SceneModel> model, Skipping skipping)
-    : model_(std::move(model)), search_(std::make_unique<PairSearch>(*model_, skipping)) {
-  for (const int index : model_->pairs.checked) {
-    const LinkPair& pair = model_->pairs.pairs[static_cast<std::size_t>(index)];
-    candidates_.push_back({{pair.link_a, 0}, {pair.link_b, 0}});
-  }
-}
+    : model_(std::move(model)), search_(std::make_unique<PairSearch>(*model_, skipping)) {}
 
 Scene::~Scene() = default;
 Scene::Scene(Scene&&) noexcept = default;
 Scene& Scene::operator=(Scene&&) noexcept = default;
+
+const std::vector<SubjectPair>& Scene::candidates() const { return search_->candidates(); }
 
 void Scene::update(const BodyPoses& poses) { search_->update(poses); }
 

@@ -52,13 +52,22 @@ std::string arm(const std::string& side, const std::string& shoulder) {
          joint(side + "wrist", side + "hand", "revolute", "0 0 0.15", "0 1 0");
 }
 
-std::shared_ptr<const SceneModel> twoArms() {
+std::string twoArms() {
   const std::string torso = link("torso", collision("<cylinder radius='0.12' length='0.7'/>", "0 0 0.2") +
                                               collision("<box size='0.3 0.5 0.1'/>", "0 0 0.4"));
-  const std::string urdf =
-      "<robot name='two_arms'>" + torso + arm("left_", "0 0.4 0.4") + arm("right_", "0 -0.4 0.4") + "</robot>";
+  return torso + arm("left_", "0 0.4 0.4") + arm("right_", "0 -0.4 0.4");
+}
+
+/// Arms about one torso, so that most of them are far from each other and neighbours are not.
+std::string manyArms() {
+  std::string links = twoArms();
+  for (int i = 0; i < 6; ++i) links += arm("arm_" + std::to_string(i) + "_", "0 0 " + std::to_string(1.4 + 1.1 * i));
+  return links;
+}
+
+std::shared_ptr<const SceneModel> modelOf(const std::string& links) {
   auto model = std::make_shared<SceneModel>();
-  model->robot = loadRobotModel(urdf, [](const std::string& uri) { return uri; });
+  model->robot = loadRobotModel("<robot name='arms'>" + links + "</robot>", [](const std::string& uri) { return uri; });
   model->pairs = filterPairs(model->robot, "");
   return model;
 }
@@ -82,7 +91,7 @@ class Mover {
         jump();
         break;
       case Motion::Coherent:
-        step();
+        one_in(250) ? jump() : step();
         break;
       case Motion::Teleporting:
         one_in(20) ? jump() : step();
@@ -158,19 +167,26 @@ void expectClosest(const std::vector<PairProximity>& found, const Truth& truth) 
 /// As the levels of a monitor divide the distances.
 int levelOf(double distance) { return (distance <= 0.0) + (distance <= 0.02) + (distance <= 0.05); }
 
-class MovingRobot : public testing::TestWithParam<Motion> {};
+struct Case {
+  const char* name;
+  std::string (*links)();
+  Motion motion;
+  int states;
+};
+
+class MovingRobot : public testing::TestWithParam<Case> {};
 
 TEST_P(MovingRobot, SkippingNeverChangesAnAnswer) {
-  const auto model = twoArms();
+  const auto model = modelOf(GetParam().links());
   Scene scene(model), everything(model, Skipping::Off);
-  Mover mover(model->robot, GetParam());
+  Mover mover(model->robot, GetParam().motion);
   const std::vector<SubjectPair>& pairs = scene.candidates();
   Question question, below;
   question.tolerance = below.tolerance = kTolerance;
   below.threshold = 0.05;
   long overlaps = 0, near = 0;
   PairCounts counts;
-  for (int state = 0; state < kStates && !HasFatalFailure(); ++state) {
+  for (int state = 0; state < GetParam().states && !HasFatalFailure(); ++state) {
     SCOPED_TRACE("state " + std::to_string(state));
     const BodyPoses poses = mover.next();
     scene.update(poses);
@@ -198,17 +214,21 @@ TEST_P(MovingRobot, SkippingNeverChangesAnAnswer) {
     near += !found.empty() && truth.smallest(0) > 0.0;
   }
   EXPECT_EQ(counts.total, counts.at_rest + counts.by_motion + counts.by_bounds + counts.computed);
-  EXPECT_GT(overlaps, kStates / 50);
-  EXPECT_GT(near, kStates / 50);
+  EXPECT_GT(overlaps, GetParam().states / 50);
+  EXPECT_GT(near, GetParam().states / 50);
   RecordProperty("settled", std::to_string(counts.at_rest) + " at rest, " + std::to_string(counts.by_motion) +
                                 " by motion, " + std::to_string(counts.by_bounds) + " by bounds, " +
                                 std::to_string(counts.computed) + " computed");
-  std::printf("%d pairs: %d at rest, %d by motion, %d by bounds, %d computed\n", counts.total, counts.at_rest,
-              counts.by_motion, counts.by_bounds, counts.computed);
 }
 
 INSTANTIATE_TEST_SUITE_P(Motions, MovingRobot,
-                         testing::Values(Motion::Random, Motion::Coherent, Motion::Teleporting, Motion::Resting));
+                         testing::Values(Case{"Random", twoArms, Motion::Random, kStates},
+                                         Case{"Coherent", twoArms, Motion::Coherent, kStates},
+                                         Case{"Teleporting", twoArms, Motion::Teleporting, kStates},
+                                         Case{"Resting", twoArms, Motion::Resting, kStates},
+                                         Case{"ManyArmsCoherent", manyArms, Motion::Coherent, kStates / 20},
+                                         Case{"ManyArmsTeleporting", manyArms, Motion::Teleporting, kStates / 20}),
+                         [](const testing::TestParamInfo<Case>& test) { return test.param.name; });
 
 }  // namespace
 }  // namespace proximity_server

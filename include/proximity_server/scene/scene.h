@@ -33,6 +33,8 @@ struct PairProximity {
   int collision_b = 0;
   SignedDistance result;  ///< in the frame of the poses; Status::Unknown where a pose or all geometry is missing
   Representation representation = Representation::Exact;  ///< the less exact of the two
+  /// Two that overlap, of which one has several pieces: the whole may be deeper than its deepest pieces are.
+  bool depth_is_lower_bound = false;
 };
 
 /// How the pairs of a question were settled: total is the sum of the others, in the order in which they are tried.
@@ -84,8 +86,8 @@ class Scene {
   /// One pair, filtered or not. Subjects of one body are legal: their distance never changes.
   PairProximity proximity(const SubjectPair& pair, const Question& question = {});
 
-  /// The candidate pairs of the filter, ready to be asked about.
-  const std::vector<SubjectPair>& candidates() const { return candidates_; }
+  /// The candidate pairs of the filter, ready to be asked about: by this very reference many are settled at once.
+  const std::vector<SubjectPair>& candidates() const;
 
   // Each of the following visits `pairs` and returns a reference that is valid until the next question.
   // A pair with a missing pose is Unknown: it is counted, `all` returns it, the others leave it out. Where a distance
@@ -112,7 +114,6 @@ class Scene {
 
  private:
   std::shared_ptr<const SceneModel> model_;
-  std::vector<SubjectPair> candidates_;
   std::unique_ptr<PairSearch> search_;
 };
 
