@@ -54,8 +54,9 @@ std::string closestLine(const Clearance& clearance) {
 
 std::string settledLine(const Clearance& clearance) {
   const unsigned checked = clearance.pairs_total - clearance.pairs_filtered;
-  return format("%u pairs: %u by bounds only, %u computed, %u unknown", checked, clearance.pairs_by_bounds,
-                clearance.pairs_computed, clearance.pairs_unknown);
+  return format("%u pairs: %u at rest, %u by motion, %u by bounds, %u computed, %u unknown", checked,
+                clearance.pairs_at_rest, clearance.pairs_by_motion, clearance.pairs_by_bounds, clearance.pairs_computed,
+                clearance.pairs_unknown);
 }
 
 std::string timeLine(const Clearance& clearance) {

@@ -116,6 +116,7 @@ Proximity toMessage(const RobotModel& robot, const BodyPoses& poses, const PairP
   message.a = toMessage(robot, a);
   message.b = toMessage(robot, b);
   message.representation = static_cast<std::uint8_t>(pair.representation);
+  message.depth_is_lower_bound = pair.depth_is_lower_bound;
   if (pair.result.status == Status::Unknown) return message;
   assignResult(message, pair.result, question.threshold);
   assign(message.point_a_link, inLink(robot, poses, a, pair.result.point_a));

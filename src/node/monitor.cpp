@@ -84,6 +84,8 @@ void Monitor::countPairs(Clearance& clearance) const {
   clearance.pairs_total = static_cast<std::uint32_t>(table.pairs.size());
   clearance.pairs_filtered = static_cast<std::uint32_t>(table.pairs.size() - table.checked.size());
   clearance.pairs_unknown = static_cast<std::uint32_t>(counts.unknown);
+  clearance.pairs_at_rest = static_cast<std::uint32_t>(counts.at_rest);
+  clearance.pairs_by_motion = static_cast<std::uint32_t>(counts.by_motion);
   clearance.pairs_by_bounds = static_cast<std::uint32_t>(counts.by_bounds);
   clearance.pairs_computed = static_cast<std::uint32_t>(counts.computed);
 }

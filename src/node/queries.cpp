@@ -166,6 +166,8 @@ bool isCloser(const Proximity& a, const Proximity& b) {
 void countPairs(QueryPairsResponse& response, const PairCounts& counts) {
   response.pairs_total = static_cast<std::uint32_t>(counts.total);
   response.pairs_unknown = static_cast<std::uint32_t>(counts.unknown);
+  response.pairs_at_rest = static_cast<std::uint32_t>(counts.at_rest);
+  response.pairs_by_motion = static_cast<std::uint32_t>(counts.by_motion);
   response.pairs_by_bounds = static_cast<std::uint32_t>(counts.by_bounds);
   response.pairs_computed = static_cast<std::uint32_t>(counts.computed);
 }
@@ -214,7 +216,8 @@ PenetrationDepthResponse answer(const Robot& robot, TfPoses& tf, const Penetrati
     response.pair = closestPair(posed, pairs, question, response.status);
     response.penetrating = response.pair.state == Proximity::PENETRATING;
     response.depth_lower_bound = std::max(0.0, -response.pair.upper_bound);
-    response.depth_upper_bound = std::max(0.0, -response.pair.lower_bound);
+    response.depth_upper_bound = response.pair.depth_is_lower_bound ? std::numeric_limits<double>::infinity()
+                                                                    : std::max(0.0, -response.pair.lower_bound);
     const bool settled = response.penetrating || response.depth_upper_bound == 0.0;
     response.depth = settled ? std::max(0.0, -response.pair.distance) : kNaN;
     if (response.penetrating) response.direction = response.pair.normal;

@@ -125,7 +125,9 @@ TEST_F(ClearanceTopic, CountsEveryPairOnce) {
   EXPECT_EQ(message->pairs_total, 3u);
   EXPECT_EQ(message->pairs_filtered, 1u);
   EXPECT_EQ(message->pairs_unknown, 0u);
-  EXPECT_EQ(message->pairs_filtered + message->pairs_by_bounds + message->pairs_computed, 3u);
+  EXPECT_EQ(message->pairs_filtered + message->pairs_at_rest + message->pairs_by_motion + message->pairs_by_bounds +
+                message->pairs_computed,
+            3u);
 }
 
 TEST_F(ClearanceTopic, TurnsInvalidWhenTransformsStopAndBackWhenTheyResume) {

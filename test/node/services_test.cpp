@@ -414,7 +414,8 @@ TEST(QueryPairs, AsksForTheClosestOfAllByDefault) {
   EXPECT_NEAR(response.pairs[0].distance, 0.3, kTolerance);
   EXPECT_NEAR(response.minimum.distance, 0.3, kTolerance);
   EXPECT_EQ(response.pairs_total, 2u);
-  EXPECT_EQ(response.pairs_total, response.pairs_unknown + response.pairs_by_bounds + response.pairs_computed);
+  EXPECT_EQ(response.pairs_total, response.pairs_unknown + response.pairs_at_rest + response.pairs_by_motion +
+                                      response.pairs_by_bounds + response.pairs_computed);
 }
 
 TEST(QueryPairs, PerPairKeepsTheOrderOfTheRequest) {

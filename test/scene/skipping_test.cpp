@@ -230,5 +230,102 @@ INSTANTIATE_TEST_SUITE_P(Motions, MovingRobot,
                                          Case{"ManyArmsTeleporting", manyArms, Motion::Teleporting, kStates / 20}),
                          [](const testing::TestParamInfo<Case>& test) { return test.param.name; });
 
+// --- each rung by itself
+
+/// Two arms in some state, and what a scene says about them.
+class Rungs : public testing::Test {
+ protected:
+  BodyPoses posesAt(double position) const {
+    return forwardKinematics(model_->robot, std::vector<double>(model_->robot.joints.size(), position));
+  }
+  static BodyPoses moved(BodyPoses poses, const Isometry3d& base) {
+    for (auto& pose : poses) pose = base * *pose;
+    return poses;
+  }
+
+  const std::shared_ptr<const SceneModel> model_ = modelOf(twoArms());
+  Scene scene_{model_};
+};
+
+TEST_F(Rungs, AnAnswerAtRestIsTheSameToTheLastBit) {
+  scene_.update(posesAt(0.3));
+  const std::vector<PairProximity> before = scene_.all(scene_.candidates());
+  EXPECT_EQ(scene_.counts().computed, static_cast<int>(before.size()));
+  scene_.update(posesAt(0.3));
+  const std::vector<PairProximity>& after = scene_.all(scene_.candidates());
+  EXPECT_EQ(scene_.counts().at_rest, static_cast<int>(before.size()));
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    EXPECT_EQ(after[i].result.distance, before[i].result.distance);
+    EXPECT_EQ(after[i].result.point_b, before[i].result.point_b);
+  }
+}
+
+TEST_F(Rungs, ARobotThatIsCarriedAwayIsAtRest) {
+  const Isometry3d away = Eigen::Translation3d(30.0, -20.0, 5.0) * Eigen::AngleAxisd(2.0, Vector3d(0.6, 0.0, 0.8));
+  scene_.update(posesAt(0.3));
+  const std::vector<PairProximity> before = scene_.all(scene_.candidates());
+  scene_.update(moved(posesAt(0.3), away));
+  const std::vector<PairProximity>& after = scene_.all(scene_.candidates());
+  EXPECT_EQ(scene_.counts().at_rest, static_cast<int>(before.size()));
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    EXPECT_TRUE(after[i].result.point_a.isApprox(away * before[i].result.point_a, 1e-14));
+    EXPECT_TRUE(after[i].result.normal.isApprox(away.linear() * before[i].result.normal, 1e-14));
+    EXPECT_LE(after[i].result.lower_bound, before[i].result.lower_bound);
+    EXPECT_GE(after[i].result.upper_bound, before[i].result.upper_bound);
+  }
+}
+
+TEST_F(Rungs, AnAnswerAtRestDoesNotServeANarrowerTolerance) {
+  Question loose, narrow;
+  loose.tolerance = 0.05;
+  narrow.tolerance = 1e-12;
+  scene_.update(posesAt(0.3));
+  scene_.all(scene_.candidates(), loose);
+  Scene fresh(model_);
+  fresh.update(posesAt(0.3));
+  const std::vector<PairProximity>& expected = fresh.all(fresh.candidates(), narrow);
+  const std::vector<PairProximity>& found = scene_.all(scene_.candidates(), narrow);
+  for (std::size_t i = 0; i < found.size(); ++i)
+    EXPECT_NEAR(found[i].result.distance, expected[i].result.distance, kAgreement);
+}
+
+TEST_F(Rungs, BoundsOfBeforeLessTheMotionAreEnoughForWhatIsFar) {
+  Question below;
+  scene_.update(posesAt(0.3));
+  scene_.all(scene_.candidates());
+  below.threshold = scene_.minimum(scene_.candidates())->result.distance - 0.01;  // nothing is that near
+  scene_.update(posesAt(0.3 + 1e-4));
+  EXPECT_TRUE(scene_.below(scene_.candidates(), below).empty());
+  EXPECT_GT(scene_.counts().by_motion, 0);
+  EXPECT_EQ(scene_.counts().computed, 0);
+}
+
+TEST_F(Rungs, WithoutSkippingAllIsComputed) {
+  Scene everything(model_, Skipping::Off);
+  for (int repeat = 0; repeat < 2; ++repeat) {
+    everything.update(posesAt(0.3));
+    everything.minimum(everything.candidates());
+    EXPECT_EQ(everything.counts().computed, everything.counts().total);
+  }
+}
+
+TEST_F(Rungs, OverlapOfSeveralPiecesSaysThatTheWholeMayBeDeeper) {
+  const int hand = model_->robot.findLink("left_hand"), fore = model_->robot.findLink("left_fore"),
+            wrist = model_->robot.findLink("right_wrist");
+  BodyPoses poses = posesAt(0.3);
+  const auto body = [&](int link) {
+    return static_cast<std::size_t>(model_->robot.links[static_cast<std::size_t>(link)].body);
+  };
+  poses[body(hand)] = poses[body(fore)] = poses[body(wrist)] = Isometry3d::Identity();
+  scene_.update(poses);
+  const PairProximity of_several = scene_.proximity({{hand}, {fore}}), of_one = scene_.proximity({{wrist}, {fore}});
+  EXPECT_LT(of_several.result.distance, 0.0);
+  EXPECT_TRUE(of_several.depth_is_lower_bound);
+  EXPECT_LT(of_one.result.distance, 0.0);
+  EXPECT_FALSE(of_one.depth_is_lower_bound);
+  scene_.update(posesAt(0.3));
+  EXPECT_FALSE(scene_.proximity({{hand}, {wrist}}).depth_is_lower_bound);
+}
+
 }  // namespace
 }  // namespace proximity_server
