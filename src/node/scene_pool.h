@@ -13,7 +13,7 @@ namespace proximity_server {
 /// Scenes of one model for requests that run in parallel: each takes one, and its destructor gives it back.
 class ScenePool {
  public:
-  explicit ScenePool(std::shared_ptr<const SceneModel> model) : model_(std::move(model)) {}
+  explicit ScenePool(std::shared_ptr<const SceneModel> model) : first_(std::move(model)) {}
 
   using Lease = std::unique_ptr<Scene, std::function<void(Scene*)>>;
 
@@ -34,10 +34,10 @@ class ScenePool {
         return scene;
       }
     }
-    return std::make_unique<Scene>(model_);
+    return std::make_unique<Scene>(first_.twin());
   }
 
-  const std::shared_ptr<const SceneModel> model_;
+  const Scene first_;
   std::mutex mutex_;
   std::vector<std::unique_ptr<Scene>> idle_;
 };

@@ -34,10 +34,10 @@ std::size_t rememberedPairs(const PairTable& table) {
 
 }  // namespace
 
-PairSearch::PairSearch(const SceneModel& model, Skipping skipping)
+PairSearch::PairSearch(const SceneModel& model, std::shared_ptr<const Volumes> volumes, Skipping skipping)
     : model_(model),
       skipping_(skipping),
-      robot_(model.robot),
+      robot_(model.robot, std::move(volumes)),
       pieces_(robot_, model.robot.pieces.size(), skipping),
       kept_(rememberedPairs(model.pairs)) {
   for (const LinkPair& pair : model.pairs.pairs)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -25,7 +26,7 @@ class PairSearch {
  public:
   enum class Goal : unsigned char { Nearest, Any };
 
-  PairSearch(const SceneModel& model, Skipping skipping);
+  PairSearch(const SceneModel& model, std::shared_ptr<const Volumes> volumes, Skipping skipping);
 
   /// The pairs that are checked, as whole links. Where these are asked about by reference, many are settled at once.
   const std::vector<SubjectPair>& candidates() const { return candidates_; }

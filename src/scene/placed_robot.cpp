@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace proximity_server {
 namespace {
@@ -38,11 +39,11 @@ Matrix3d nearestRotation(Matrix3d matrix, double error) {
 
 }  // namespace
 
-PlacedRobot::PlacedRobot(const RobotModel& model)
+PlacedRobot::PlacedRobot(const RobotModel& model, std::shared_ptr<const Volumes> volumes)
     : model_(model),
-      volumes_(model),
+      volumes_(std::move(volumes)),
       bodies_(model.bodies.size()),
-      spheres_(static_cast<std::size_t>(volumes_.subjects())) {}
+      spheres_(static_cast<std::size_t>(volumes_->subjects())) {}
 
 void PlacedRobot::update(const BodyPoses& poses) {
   if (poses.size() != bodies_.size()) {
@@ -64,8 +65,8 @@ void PlacedRobot::update(const BodyPoses& poses) {
 void PlacedRobot::placeSpheres() {
   const auto known = [](const BodyPlace& body) { return body.known; };
   const auto first = std::find_if(bodies_.begin(), bodies_.end(), known);
-  for (int subject = 0; subject < volumes_.subjects(); ++subject) {
-    const Volume& volume = volumes_[subject];
+  for (int subject = 0; subject < volumes_->subjects(); ++subject) {
+    const Volume& volume = at(subject);
     const BodyPlace& body = bodyOf(subject);
     Sphere& sphere = spheres_[static_cast<std::size_t>(subject)];
     sphere.is_placed = body.known && !volume.isEmpty();
@@ -76,7 +77,7 @@ void PlacedRobot::placeSpheres() {
 }
 
 RelativePose PlacedRobot::relative(int a, int b) const {
-  if (volumes_[a].body == volumes_[b].body) return {};
+  if (at(a).body == at(b).body) return {};
   const BodyPlace &body_a = bodyOf(a), &body_b = bodyOf(b);
   RelativePose a_T_b;
   a_T_b.rotation.noalias() = body_a.rotation.transpose() * body_b.rotation;
@@ -95,20 +96,20 @@ Eigen::AlignedBox3d PlacedRobot::boxAround(int subject) const {
 }
 
 double PlacedRobot::sphereGap(int a, int b, const RelativePose& a_T_b) const {
-  const Bounds &bounds_a = volumes_[a].bounds, &bounds_b = volumes_[b].bounds;
+  const Bounds &bounds_a = at(a).bounds, &bounds_b = at(b).bounds;
   const Vector3d between = a_T_b.translation + (a_T_b.rotation * bounds_b.centre - bounds_a.centre);
   return proximity_server::sphereGap(between, bounds_a, bounds_b);
 }
 
 double PlacedRobot::boxGap(int a, int b, const RelativePose& a_T_b) const {
-  const Bounds &bounds_a = volumes_[a].bounds, &bounds_b = volumes_[b].bounds;
+  const Bounds &bounds_a = at(a).bounds, &bounds_b = at(b).bounds;
   const Vector3d between = a_T_b.translation + (a_T_b.rotation * bounds_b.centre - bounds_a.centre);
   return proximity_server::boxGap(between, bounds_a, bounds_a.axes, bounds_b, a_T_b.rotation * bounds_b.axes);
 }
 
 /// What the rounding of poses may do to a distance.
 double PlacedRobot::rounding(int a, int b, const RelativePose& a_T_b) const {
-  return kPoseRounding * (a_T_b.translation.norm() + volumes_[a].bounds.reach + volumes_[b].bounds.reach);
+  return kPoseRounding * (a_T_b.translation.norm() + at(a).bounds.reach + at(b).bounds.reach);
 }
 
 /// No point of b moves farther in the frame of a than the centre of its sphere does, plus the turn's chord at the
@@ -119,7 +120,7 @@ Motion PlacedRobot::motion(int a, int b, const RelativePose& before, const Relat
   const Vector3d step = now.translation - before.translation;
   if (chord == 0.0 && step.isZero(0.0)) return {0.0, true};
 
-  const Bounds &bounds_a = volumes_[a].bounds, &bounds_b = volumes_[b].bounds;
+  const Bounds &bounds_a = at(a).bounds, &bounds_b = at(b).bounds;
   const auto seenFrom_b = [&](const RelativePose& a_T_b) {
     return Vector3d(a_T_b.rotation.transpose() * (bounds_a.centre - a_T_b.translation));
   };
@@ -131,7 +132,7 @@ Motion PlacedRobot::motion(int a, int b, const RelativePose& before, const Relat
 
 SignedDistance PlacedRobot::distance(int a, int b, const RelativePose& a_T_b, const Options& options,
                                      WarmStarts& warm_starts) const {
-  const int index_a = volumes_[a].piece, index_b = volumes_[b].piece;
+  const int index_a = at(a).piece, index_b = at(b).piece;
   const Piece &piece_a = model_.pieces[static_cast<std::size_t>(index_a)],
               &piece_b = model_.pieces[static_cast<std::size_t>(index_b)];
   const Matrix3d rotation_a = piece_a.body_T_piece.linear();

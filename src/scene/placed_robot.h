@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <memory>
 #include <vector>
 
 #include "pair_memory.h"
@@ -29,13 +30,13 @@ struct Motion {
 ///        that the same robot far from the poses' frame gives the same answer.
 class PlacedRobot {
  public:
-  explicit PlacedRobot(const RobotModel& model);
+  PlacedRobot(const RobotModel& model, std::shared_ptr<const Volumes> volumes);
 
   /// A pose that is not finite, or whose matrix is no rotation within single precision, counts as missing. Throws
   /// std::invalid_argument where there is not one pose for each body.
   void update(const BodyPoses& poses);
 
-  const Volumes& volumes() const { return volumes_; }
+  const Volumes& volumes() const { return *volumes_; }
 
   /// Whether what Volumes::of returned has geometry, at a known pose.
   bool isPlaced(int subject) const { return sphereOf(subject).is_placed; }
@@ -52,7 +53,7 @@ class PlacedRobot {
   Eigen::AlignedBox3d boxAround(int subject) const;
 
   /// Whether boxGap costs less than the query that it may save.
-  bool boxesPay(int a, int b) const { return !volumes_[a].has_closed_form || !volumes_[b].has_closed_form; }
+  bool boxesPay(int a, int b) const { return !at(a).has_closed_form || !at(b).has_closed_form; }
 
   Motion motion(int a, int b, const RelativePose& before, const RelativePose& now) const;
 
@@ -78,14 +79,15 @@ class PlacedRobot {
     Eigen::Vector3d centre;
   };
 
-  const BodyPlace& bodyOf(int volume) const { return bodies_[static_cast<std::size_t>(volumes_[volume].body)]; }
+  const Volume& at(int volume) const { return (*volumes_)[volume]; }
+  const BodyPlace& bodyOf(int volume) const { return bodies_[static_cast<std::size_t>(at(volume).body)]; }
   void placeSpheres();
   double rounding(int a, int b, const RelativePose& a_T_b) const;
 
   const Sphere& sphereOf(int subject) const { return spheres_[static_cast<std::size_t>(subject)]; }
 
   const RobotModel& model_;
-  const Volumes volumes_;
+  const std::shared_ptr<const Volumes> volumes_;
   std::vector<BodyPlace> bodies_;
   std::vector<Sphere> spheres_;  ///< of the subjects
 };

@@ -8,7 +8,15 @@
 namespace proximity_server {
 
 Scene::Scene(std::shared_ptr<const SceneModel> model, Skipping skipping)
-    : model_(std::move(model)), search_(std::make_unique<PairSearch>(*model_, skipping)) {}
+    : Scene(model, std::make_shared<const Volumes>(model->robot), skipping) {}
+
+Scene::Scene(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes, Skipping skipping)
+    : model_(std::move(model)),
+      volumes_(std::move(volumes)),
+      skipping_(skipping),
+      search_(std::make_unique<PairSearch>(*model_, volumes_, skipping_)) {}
+
+Scene Scene::twin() const { return Scene(model_, volumes_, skipping_); }
 
 Scene::~Scene() = default;
 Scene::Scene(Scene&&) noexcept = default;

@@ -62,8 +62,9 @@ struct Question {
 enum class Skipping : unsigned char { On, Off };
 
 class PairSearch;
+class Volumes;
 
-/// One robot in one set of poses: the scratch of one caller. Not thread-safe; make one per thread from the same model.
+/// One robot in one set of poses: the scratch of one caller. Not thread-safe; make a twin for each thread.
 ///
 /// Nothing allocates after the first question of a kind. Skipping never changes an answer.
 class Scene {
@@ -72,6 +73,9 @@ class Scene {
   ~Scene();
   Scene(Scene&&) noexcept;
   Scene& operator=(Scene&&) noexcept;
+
+  /// Another one of the same model, without poses yet: what never changes is shared.
+  Scene twin() const;
 
   const SceneModel& model() const { return *model_; }
 
@@ -113,7 +117,11 @@ class Scene {
   const PairCounts& counts() const;
 
  private:
+  Scene(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes, Skipping skipping);
+
   std::shared_ptr<const SceneModel> model_;
+  std::shared_ptr<const Volumes> volumes_;
+  Skipping skipping_;
   std::unique_ptr<PairSearch> search_;
 };
 
