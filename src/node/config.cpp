@@ -153,6 +153,11 @@ Config loadConfig(const ros::NodeHandle& private_nh) {
   parameters.read("allow_missing_meshes", config.model.allow_missing_meshes);
   parameters.read("default_padding", config.model.default_padding, {0.0, 10.0});
   parameters.read("link_padding", config.model.link_padding, {0.0, 10.0});
+  parameters.read("mesh_tolerance", config.model.mesh_tolerance, {0.0, 1.0});
+  parameters.read("link_mesh_tolerance", config.model.link_mesh_tolerance, {0.0, 1.0});
+  config.model.mesh_cache = "user";
+  parameters.read("mesh_cache", config.model.mesh_cache);
+  if (config.model.mesh_cache == "user") config.model.mesh_cache = userMeshCache();
   parameters.read("pair_padding", config.filter.pair_padding, {0.0, 10.0});
   parameters.read("exclude_pairs", config.filter.exclude_pairs);
   parameters.read("only_pairs", config.filter.only_pairs);

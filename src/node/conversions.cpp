@@ -58,6 +58,8 @@ ShapeInfo shapeInfo(const RobotModel& robot, const Collision& collision) {
   info.description = collision.description;
   info.representation = static_cast<std::uint8_t>(collision.representation);
   info.deviation = collision.deviation;
+  info.uncovered = collision.uncovered;
+  info.volume_ratio = collision.volume_ratio;
   info.pieces = static_cast<std::uint32_t>(collision.pieces.size());
   for (const int index : collision.pieces) {
     const Shape& shape = robot.pieces[static_cast<std::size_t>(index)].shape;

@@ -1,5 +1,7 @@
 #include "robot.h"
 
+#include <ros/console.h>
+
 #include <stdexcept>
 #include <utility>
 
@@ -26,7 +28,9 @@ std::string urdfOf(const ros::NodeHandle& nh, const std::string& name) {
 std::shared_ptr<const SceneModel> sceneModel(const std::string& urdf, const std::string& srdf, const Config& config) {
   std::vector<std::string> roots = config.mesh_roots;
   for (std::string& root : rosPackagePath()) roots.push_back(std::move(root));
-  RobotModel robot = loadRobotModel(urdf, packageResolver(roots), config.model);
+  ModelOptions options = config.model;
+  options.progress = [](const std::string& what) { ROS_INFO_STREAM("Loading: " << what); };
+  RobotModel robot = loadRobotModel(urdf, packageResolver(roots), options);
   PairTable pairs = filterPairs(robot, srdf, config.filter);
   return std::make_shared<const SceneModel>(SceneModel{std::move(robot), std::move(pairs)});
 }

@@ -36,8 +36,8 @@ Eigen::Isometry3d toEigen(const urdf::Pose& pose) {
   return Eigen::Translation3d(toEigen(pose.position)) * Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized();
 }
 
-CollisionGeometry GeometryReader::read(const urdf::Geometry& geometry) {
-  if (const auto* mesh = dynamic_cast<const urdf::Mesh*>(&geometry)) return readMesh(*mesh);
+CollisionGeometry GeometryReader::read(const urdf::Geometry& geometry, const MeshOptions& options) {
+  if (const auto* mesh = dynamic_cast<const urdf::Mesh*>(&geometry)) return readMesh(*mesh, options);
   if (const auto* sphere = dynamic_cast<const urdf::Sphere*>(&geometry)) {
     return {text("sphere, radius ", sphere->radius), {Sphere{sphere->radius}}};
   }
@@ -51,12 +51,14 @@ CollisionGeometry GeometryReader::read(const urdf::Geometry& geometry) {
   throw std::invalid_argument("a shape that is no sphere, box, cylinder or mesh");
 }
 
-CollisionGeometry GeometryReader::readMesh(const urdf::Mesh& mesh) {
-  const FileAndScale key{resolve_(mesh.filename), {mesh.scale.x, mesh.scale.y, mesh.scale.z}};
+CollisionGeometry GeometryReader::readMesh(const urdf::Mesh& mesh, const MeshOptions& options) {
+  const MeshKey key{resolve_(mesh.filename), {mesh.scale.x, mesh.scale.y, mesh.scale.z}, options.tolerance};
   if (const auto known = meshes_.find(key); known != meshes_.end()) return known->second;
 
-  MeshPieces pieces = convexPieces(loadMesh(key.first, toEigen(mesh.scale)));
-  CollisionGeometry geometry{"mesh " + mesh.filename, {}, pieces.representation, pieces.deviation};
+  MeshPieces pieces = convexPieces(loadMesh(key.file, toEigen(mesh.scale)), options);
+  CollisionGeometry geometry{
+      "mesh " + mesh.filename, {}, pieces.representation, pieces.deviation, pieces.uncovered, pieces.volume_ratio,
+      pieces.warnings};
   for (ConvexHull& hull : pieces.hulls) geometry.shapes.emplace_back(std::move(hull));
   return meshes_.emplace(key, std::move(geometry)).first->second;
 }

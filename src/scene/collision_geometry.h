@@ -4,9 +4,10 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <limits>
 #include <map>
 #include <string>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 #include "proximity_server/narrowphase/shape.h"
@@ -21,24 +22,34 @@ struct CollisionGeometry {
   std::string description;
   std::vector<Shape> shapes;
   Representation representation = Representation::Exact;
-  double deviation = 0.0;  ///< [m] see MeshPieces
+  double deviation = 0.0;  ///< [m] see MeshPieces, as the next two
+  double uncovered = 0.0;
+  double volume_ratio = std::numeric_limits<double>::quiet_NaN();
+  std::vector<std::string> warnings = {};
 };
 
-/// Turns <geometry> elements into shapes; a mesh that is used again is read once.
+/// Turns <geometry> elements into shapes; a mesh that is used again, with the same tolerance, is read once.
 class GeometryReader {
  public:
   explicit GeometryReader(MeshResolver resolve) : resolve_(std::move(resolve)) {}
 
   /// Throws std::invalid_argument: a size that is zero or not finite, a mesh that cannot be read.
-  CollisionGeometry read(const urdf::Geometry& geometry);
+  CollisionGeometry read(const urdf::Geometry& geometry, const MeshOptions& options);
 
  private:
-  using FileAndScale = std::pair<std::string, std::array<double, 3>>;
+  struct MeshKey {
+    std::string file;
+    std::array<double, 3> scale;
+    double tolerance;
+    bool operator<(const MeshKey& other) const {
+      return std::tie(file, scale, tolerance) < std::tie(other.file, other.scale, other.tolerance);
+    }
+  };
 
-  CollisionGeometry readMesh(const urdf::Mesh& mesh);
+  CollisionGeometry readMesh(const urdf::Mesh& mesh, const MeshOptions& options);
 
   MeshResolver resolve_;
-  std::map<FileAndScale, CollisionGeometry> meshes_;
+  std::map<MeshKey, CollisionGeometry> meshes_;
 };
 
 /// Three <collision> elements of a link that together are one capsule; it lies in the cylinder's frame.

@@ -1,88 +1,24 @@
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <limits>
-#include <map>
-#include <numeric>
-#include <queue>
+#include <stdexcept>
 
+#include "decomposition.h"
+#include "mesh_cache.h"
+#include "mesh_deviation.h"
+#include "mesh_parts.h"
 #include "proximity_server/scene/mesh.h"
-#include "triangle_tree.h"
 
 namespace proximity_server {
 namespace {
 
 using Eigen::Vector3d;
 
-// Mesh files hold floats or six-digit texts: a coordinate of one metre is rounded by up to 1e-6 m.
-constexpr double kRounding = 1e-6;
-
-/// For each vertex the representative of all vertices at the same place.
-std::vector<int> weld(const std::vector<Vector3d>& vertices) {
-  const auto before = [&](int a, int b) {
-    const Vector3d &p = vertices[a], &q = vertices[b];
-    return std::lexicographical_compare(p.data(), p.data() + 3, q.data(), q.data() + 3);
-  };
-  std::vector<int> order(vertices.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(), before);
-
-  std::vector<int> representative(vertices.size());
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const bool same_place = i > 0 && !before(order[i - 1], order[i]);
-    representative[order[i]] = same_place ? representative[order[i - 1]] : order[i];
-  }
-  return representative;
-}
-
-/// Sets that grow together.
-class DisjointSets {
- public:
-  explicit DisjointSets(std::size_t size) : parent_(size) { std::iota(parent_.begin(), parent_.end(), 0); }
-  int find(int i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void unite(int i, int j) { parent_[find(i)] = find(j); }
-
- private:
-  std::vector<int> parent_;
-};
-
-/// The vertices of each connected component, in the order of the components' first triangles.
-std::vector<std::vector<Vector3d>> connectedVertices(const TriangleMesh& mesh) {
-  const std::vector<int> welded = weld(mesh.vertices);
-  DisjointSets connected(mesh.vertices.size());
-  for (const auto& [a, b, c] : mesh.triangles) {
-    connected.unite(welded[a], welded[b]);
-    connected.unite(welded[b], welded[c]);
-  }
-
-  std::vector<std::vector<Vector3d>> result;
-  std::map<int, std::size_t> component_of_set;
-  std::vector<bool> taken(mesh.vertices.size(), false);
-  for (const auto& triangle : mesh.triangles) {
-    const auto [entry, is_new] = component_of_set.emplace(connected.find(welded[triangle[0]]), result.size());
-    if (is_new) result.emplace_back();
-    for (const int corner : triangle) {
-      if (taken[welded[corner]]) continue;
-      taken[welded[corner]] = true;
-      result[entry->second].push_back(mesh.vertices[corner]);
-    }
-  }
-  return result;
-}
-
-std::vector<Triangle> trianglesOf(const std::vector<Vector3d>& vertices,
-                                  const std::vector<std::array<int, 3>>& triangles) {
-  std::vector<Triangle> result;
-  result.reserve(triangles.size());
-  for (const auto& [a, b, c] : triangles) result.push_back({vertices[a], vertices[b], vertices[c]});
-  return result;
-}
-
 /// A connected component of the mesh and its hull.
 struct Component {
-  explicit Component(std::vector<Vector3d> points) : vertices(std::move(points)), hull(vertices) {}
-  std::vector<Vector3d> vertices;
+  explicit Component(TriangleMesh part) : mesh(std::move(part)), hull(mesh.vertices) {}
+  TriangleMesh mesh;
   ConvexHull hull;
 };
 
@@ -114,76 +50,147 @@ std::vector<Component> outermost(std::vector<Component> components) {
   return kept;
 }
 
-/// The farthest that a hull's surface lies from the mesh over the hollows that have a vertex of the mesh in them,
-/// however small: looks at the points of the hull's surface nearest to the vertices.
-double deviationOverVertices(const Component& component, const TriangleTree& mesh) {
-  const ConvexHull& hull = component.hull;
-  if (hull.triangles().empty()) return 0.0;
-  const TriangleTree surface(trianglesOf(hull.vertices(), hull.triangles()));
-  double farthest = 0.0;
-  for (const Vector3d& vertex : component.vertices) {
-    const Vector3d above = surface.nearest(vertex);
-    if ((above - vertex).norm() > farthest) farthest = std::max(farthest, mesh.distance(above));
-  }
-  return farthest;
+std::vector<Component> componentsOf(const TriangleMesh& mesh) {
+  std::vector<Component> components;
+  for (TriangleMesh& part : connectedComponents(mesh)) components.emplace_back(std::move(part));
+  return components;
 }
 
-/// The farthest that the hulls' surfaces lie from the mesh, or `at_least` where that is more.
-///
-/// Looks at the centroid of each triangle of the hulls, then at those of ever smaller parts, first where the distance
-/// may still be largest: it grows by no more than one walks. Ends when nothing farther is left or after kSamples.
-double deviationOverSurface(const std::vector<ConvexHull>& hulls, const TriangleTree& mesh, double at_least) {
-  constexpr int kSamples = 4000;
-  struct Patch {
-    Triangle corners;
-    double bound;  // no point of it lies farther from the mesh
-    bool operator<(const Patch& other) const { return bound < other.bound; }
-  };
-  double farthest = at_least;
-  std::priority_queue<Patch> patches;
-  const auto look = [&](const Triangle& t) {
-    const Vector3d centre = (t[0] + t[1] + t[2]) / 3.0;
-    const double distance = mesh.distance(centre);
-    farthest = std::max(farthest, distance);
-    const auto reach = [&](int i) { return (t[i] - centre).norm(); };
-    patches.push({t, distance + std::max({reach(0), reach(1), reach(2)})});
-  };
-  for (const ConvexHull& hull : hulls) {
-    for (const Triangle& triangle : trianglesOf(hull.vertices(), hull.triangles())) look(triangle);
+std::vector<Triangle> closedTriangles(const std::vector<Component>& components) {
+  std::vector<Triangle> closed;
+  for (const Component& component : components) {
+    if (!isClosed(component.mesh)) continue;
+    for (const Triangle& triangle : trianglesOf(component.mesh.vertices, component.mesh.triangles)) {
+      closed.push_back(triangle);
+    }
   }
-  for (int samples = 0; samples < kSamples && !patches.empty(); samples += 2) {
-    if (patches.top().bound <= farthest + kRounding) break;
-    const Triangle t = patches.top().corners;
-    patches.pop();
-    const auto edge = [&](int i) { return (t[(i + 1) % 3] - t[i]).squaredNorm(); };
-    const int longest = edge(0) >= edge(1) ? (edge(0) >= edge(2) ? 0 : 2) : (edge(1) >= edge(2) ? 1 : 2);
-    const Vector3d &a = t[longest], &b = t[(longest + 1) % 3], &c = t[(longest + 2) % 3];
-    const Vector3d middle = 0.5 * (a + b);
-    look({a, middle, c});
-    look({middle, b, c});
+  return closed;
+}
+
+/// Hull over mesh, of the components together; NaN where one of them is open.
+double volumeRatio(const std::vector<Component>& components) {
+  double hulls = 0.0, meshes = 0.0;
+  for (const Component& component : components) {
+    if (!isClosed(component.mesh)) return std::numeric_limits<double>::quiet_NaN();
+    hulls += component.hull.volume();
+    meshes += std::abs(enclosedVolume(component.mesh));
   }
-  return farthest;
+  return meshes > 0.0 ? hulls / meshes : std::numeric_limits<double>::quiet_NaN();
+}
+
+MeshPieces hullOfAll(const TriangleMesh& mesh, const MeshSolid& solid) {
+  MeshPieces pieces;
+  std::vector<Vector3d> corners;
+  for (const auto& triangle : mesh.triangles) {
+    for (const int corner : triangle) corners.push_back(mesh.vertices[corner]);
+  }
+  pieces.hulls.emplace_back(corners);
+  pieces.deviation = solid.deviationOf(pieces.hulls.front(), corners);
+  pieces.representation = Representation::ConvexHull;
+  return pieces;
+}
+
+MeshPieces hullsOfComponents(const std::vector<Component>& components, const MeshSolid& solid) {
+  MeshPieces pieces;
+  for (const Component& component : components) {
+    pieces.deviation = std::max(pieces.deviation, solid.deviationOf(component.hull, component.mesh.vertices));
+    pieces.hulls.push_back(component.hull);
+  }
+  pieces.representation = Representation::Decomposed;
+  return pieces;
+}
+
+/// From the cache, or computed and stored there.
+Partition partitionOf(const TriangleMesh& component, const MeshSolid& solid, const MeshOptions& options,
+                      MeshPieces& pieces) {
+  const MeshCache cache(options.cache);
+  if (const auto known = cache.find(component, options.tolerance)) return *known;
+  if (options.progress) {
+    options.progress("decomposing a part of " + std::to_string(component.triangles.size()) + " triangles");
+  }
+  Partition partition = decompose(component, solid, options.tolerance);
+  const std::string trouble = cache.store(component, options.tolerance, partition);
+  if (!trouble.empty() && (pieces.warnings.empty() || pieces.warnings.back() != trouble)) {
+    pieces.warnings.push_back(trouble);
+  }
+  return partition;
+}
+
+/// Each component within tolerance of its hull as that hull, the others as the hulls of clusters of their triangles.
+MeshPieces decomposed(const std::vector<Component>& components, const MeshSolid& solid, const MeshOptions& options) {
+  MeshPieces pieces;
+  pieces.representation = Representation::Decomposed;
+  const auto add = [&](ConvexHull hull, double deviation) {
+    pieces.hulls.push_back(std::move(hull));
+    pieces.deviation = std::max(pieces.deviation, deviation);
+  };
+  for (const Component& component : components) {
+    const double deviation = solid.deviationOf(component.hull, component.mesh.vertices);
+    if (deviation <= options.tolerance) {
+      add(component.hull, deviation);
+      continue;
+    }
+    const Partition partition = partitionOf(component.mesh, solid, options, pieces);
+    for (const std::vector<Vector3d>& vertices : clusterVertices(component.mesh, partition)) {
+      ConvexHull hull(vertices);
+      // Measured anew, also where the partition is an old one.
+      const double measured = solid.deviationOf(hull, vertices);
+      add(std::move(hull), measured);
+    }
+  }
+  return pieces;
+}
+
+MeshPieces trianglesThemselves(const TriangleMesh& mesh) {
+  MeshPieces pieces;
+  pieces.representation = Representation::Triangles;
+  for (const Triangle& t : trianglesOf(mesh.vertices, mesh.triangles)) {
+    pieces.hulls.emplace_back(std::vector<Vector3d>{t[0], t[1], t[2]});
+  }
+  return pieces;
+}
+
+/// The first representation that is near enough, fewest pieces first.
+MeshPieces nearestEnough(const TriangleMesh& mesh, const std::vector<Component>& all, const MeshOptions& options) {
+  const double tolerance = std::max(options.tolerance, kMeshRounding);
+  const MeshSolid solid(trianglesOf(mesh.vertices, mesh.triangles), closedTriangles(all));
+  MeshPieces pieces = hullOfAll(mesh, solid);
+  if (pieces.deviation <= tolerance) return pieces;
+  pieces = hullsOfComponents(outermost(all), solid);
+  if (pieces.deviation <= tolerance) return pieces;
+  // Not the outermost only: what lies in a hollow is hidden by a hull, not by its clusters.
+  if (options.tolerance > kMeshRounding) pieces = decomposed(all, solid, options);
+  if (pieces.deviation <= tolerance) return pieces;
+  return trianglesThemselves(mesh);
 }
 
 }  // namespace
 
-MeshPieces convexPieces(const TriangleMesh& mesh) {
-  MeshPieces pieces;
-  if (mesh.triangles.empty()) return pieces;
-  std::vector<Component> components;
-  for (std::vector<Vector3d>& vertices : connectedVertices(mesh)) components.emplace_back(std::move(vertices));
-
-  const TriangleTree surface(trianglesOf(mesh.vertices, mesh.triangles));
-  double over_vertices = 0.0;
-  for (Component& component : outermost(std::move(components))) {
-    over_vertices = std::max(over_vertices, deviationOverVertices(component, surface));
-    pieces.hulls.push_back(std::move(component.hull));
+MeshPieces convexPieces(const TriangleMesh& mesh, const MeshOptions& options) {
+  if (!(options.tolerance >= 0.0) || std::isinf(options.tolerance)) {
+    throw std::invalid_argument("a mesh tolerance must be a finite length, at least 0");
   }
-  pieces.deviation = deviationOverSurface(pieces.hulls, surface, over_vertices);
-  if (pieces.deviation > kRounding) {
-    pieces.representation = pieces.hulls.size() == 1 ? Representation::ConvexHull : Representation::Decomposed;
-  }
+  if (mesh.triangles.empty()) return {};
+  const std::vector<Component> components = componentsOf(mesh);
+  MeshPieces pieces = nearestEnough(mesh, components, options);
+  pieces.volume_ratio = volumeRatio(components);
+  if (pieces.representation == Representation::Triangles) return pieces;
+  pieces.uncovered = uncovered(trianglesOf(mesh.vertices, mesh.triangles), pieces.hulls);
+  if (pieces.deviation <= kMeshRounding) pieces.representation = Representation::Exact;
   return pieces;
+}
+
+std::string userMeshCache() {
+  const auto folder = [](const char* variable) {
+    const char* value = std::getenv(variable);
+    return std::string(value ? value : "");
+  };
+  // The XDG specification: a relative path is to be ignored.
+  if (const std::string cache = folder("XDG_CACHE_HOME"); !cache.empty() && cache.front() == '/') {
+    return cache + "/proximity_server";
+  }
+  const std::string home = folder("HOME");
+  return home.empty() ? "" : home + "/.cache/proximity_server";
 }
 
 }  // namespace proximity_server

@@ -154,22 +154,44 @@ void addMimics(const urdf::ModelInterface& urdf, RobotModel& model) {
   for (int i = 0; i < static_cast<int>(model.joints.size()); ++i) checkMimicEnds(model, i);
 }
 
+/// What holds for a link: its own value, or the default.
+double valueOf(const std::string& link, const std::map<std::string, double>& own_values, double default_value) {
+  const auto own = own_values.find(link);
+  return own == own_values.end() ? default_value : own->second;
+}
+
+double paddingOf(const std::string& link, const ModelOptions& options) {
+  return valueOf(link, options.link_padding, options.default_padding);
+}
+
+MeshOptions meshOptionsOf(const std::string& link, const ModelOptions& options) {
+  MeshOptions meshes{valueOf(link, options.link_mesh_tolerance, options.mesh_tolerance), options.mesh_cache, {}};
+  if (options.progress) {
+    meshes.progress = [link, tell = options.progress](const std::string& what) {
+      tell("link " + quoted(link) + ": " + what);
+    };
+  }
+  return meshes;
+}
+
+void addOnce(const std::string& warning, std::vector<std::string>& warnings) {
+  if (std::find(warnings.begin(), warnings.end(), warning) == warnings.end()) warnings.push_back(warning);
+}
+
 /// The geometry of one <collision>; none, with a warning, for a mesh that cannot be read where that is allowed.
-CollisionGeometry readGeometry(const urdf::Geometry& geometry, const std::string& where, const ModelOptions& options,
-                               GeometryReader& reader, std::vector<std::string>& warnings) {
+CollisionGeometry readGeometry(const urdf::Geometry& geometry, const std::string& where, const std::string& link,
+                               const ModelOptions& options, GeometryReader& reader,
+                               std::vector<std::string>& warnings) {
   try {
-    return reader.read(geometry);
+    CollisionGeometry result = reader.read(geometry, meshOptionsOf(link, options));
+    for (const std::string& warning : result.warnings) addOnce(warning + ".", warnings);
+    return result;
   } catch (const std::invalid_argument& error) {
     const auto* mesh = dynamic_cast<const urdf::Mesh*>(&geometry);
     if (!mesh || !options.allow_missing_meshes) throw;
     warnings.push_back(where + " has no geometry: " + error.what() + ".");
     return {"mesh " + mesh->filename + ", missing", {}};
   }
-}
-
-double paddingOf(const std::string& link, const ModelOptions& options) {
-  const auto own = options.link_padding.find(link);
-  return own == options.link_padding.end() ? options.default_padding : own->second;
 }
 
 /// Adds one <collision> and the pieces that stand for it alone.
@@ -179,11 +201,13 @@ void addCollision(int link, const urdf::Collision& urdf, const ModelOptions& opt
   const int number = static_cast<int>(owner.collisions.size()) + 1;
   const std::string where = "link " + quoted(owner.name) + ", <collision> " + std::to_string(number);
   try {
-    CollisionGeometry geometry = readGeometry(*urdf.geometry, where, options, reader, model.warnings);
+    CollisionGeometry geometry = readGeometry(*urdf.geometry, where, owner.name, options, reader, model.warnings);
     const Isometry3d body_T_collision = owner.body_T_link * toEigen(urdf.origin);
     if (!body_T_collision.matrix().allFinite()) throw std::invalid_argument("its pose is not finite");
 
-    Collision collision{urdf.name, geometry.description, link, number, geometry.representation, geometry.deviation, {}};
+    Collision collision{urdf.name, geometry.description,    link,
+                        number,    geometry.representation, geometry.deviation,
+                        {},        geometry.uncovered,      geometry.volume_ratio};
     const int index = static_cast<int>(model.collisions.size());
     for (const Shape& shape : geometry.shapes) {
       const Shape padded = shape.padded(paddingOf(owner.name, options));
@@ -229,6 +253,13 @@ void addGeometry(const urdf::ModelInterface& urdf, const MeshResolver& resolve, 
   if (model.pieces.empty()) model.warnings.push_back("No link of the robot has collision geometry.");
 }
 
+void requireLinks(const std::string& what, const std::map<std::string, double>& by_link, const RobotModel& model) {
+  for (const auto& [link, value] : by_link) {
+    if (model.findLink(link) >= 0) continue;
+    throw std::invalid_argument(what + ": no link " + unknownName(link, namesOf(model.links)));
+  }
+}
+
 /// Where a joint stands: mimic joints follow their leader.
 double jointPosition(const RobotModel& model, int joint, const std::vector<double>& positions) {
   double multiplier = 1.0, offset = 0.0;
@@ -250,10 +281,8 @@ RobotModel loadRobotModel(const std::string& urdf_xml, const MeshResolver& resol
   model.name = urdf->getName();
   addTree(*urdf, model);
   addMimics(*urdf, model);
-  for (const auto& [link, padding] : options.link_padding) {
-    if (model.findLink(link) >= 0) continue;
-    throw std::invalid_argument("padding: no link " + unknownName(link, namesOf(model.links)));
-  }
+  requireLinks("padding", options.link_padding, model);
+  requireLinks("mesh tolerance", options.link_mesh_tolerance, model);
   addGeometry(*urdf, resolve, options, model);
   return model;
 }

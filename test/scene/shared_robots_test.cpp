@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <map>
 #include <sstream>
 
@@ -91,23 +93,75 @@ TEST_F(SharedRobots, PandaHasARevoluteArmAndAFingerThatMimics) {
             1);
 }
 
-// Panda's meshes look convex, but their edges dent by up to half a millimetre; all others are not even nearly convex.
-TEST_F(SharedRobots, MeshesSayHowFarTheirHullsLie) {
-  for (const Collision& collision : load(kPanda).collisions) {
-    EXPECT_LT(collision.deviation, 5e-4) << collision.description;
+const char* nameOf(Representation representation) {
+  switch (representation) {
+    case Representation::Exact:
+      return "exact";
+    case Representation::ConvexHull:
+      return "hull";
+    case Representation::Decomposed:
+      return "decomposed";
+    case Representation::Triangles:
+      break;
   }
-  for (const ExampleRobot& files : {kUr5, kPr2}) {
-    for (const Collision& collision : load(files).collisions) {
-      const bool is_mesh = collision.description.rfind("mesh", 0) == 0;
-      EXPECT_EQ(collision.representation == Representation::Exact, !is_mesh) << collision.description;
-      EXPECT_EQ(collision.deviation > 1e-6, is_mesh) << collision.description;
+  return "triangles";
+}
+
+int countVertices(const RobotModel& model, const Collision& collision) {
+  int vertices = 0;
+  for (const int piece : collision.pieces) {
+    const Shape& shape = model.pieces[piece].shape;
+    vertices += shape.kind() == Shape::Kind::Hull ? shape.hull().size() : 0;
+  }
+  return vertices;
+}
+
+/// A row for each mesh, as the README has it.
+void printRepresentations(const RobotModel& model) {
+  std::printf("| %s | representation | pieces | vertices | outside of the mesh | not covered | hull / mesh volume |\n",
+              model.name.c_str());
+  std::printf("|---|---|---|---|---|---|---|\n");
+  for (const Collision& collision : model.collisions) {
+    if (collision.description.rfind("mesh", 0) != 0) continue;
+    std::printf(
+        "| %s | %s | %zu | %d | %.2f mm | %.2f mm | %s |\n", model.links[collision.link].name.c_str(),
+        nameOf(collision.representation), collision.pieces.size(), countVertices(model, collision),
+        1e3 * collision.deviation, 1e3 * collision.uncovered,
+        std::isnan(collision.volume_ratio) ? "open" : std::to_string(collision.volume_ratio).substr(0, 5).c_str());
+  }
+}
+
+bool isMesh(const Collision& collision) { return collision.description.rfind("mesh", 0) == 0; }
+
+TEST_F(SharedRobots, PiecesLieWithinTheToleranceOfTheMeshes) {
+  for (const ExampleRobot& files : kExampleRobots) {
+    const RobotModel model = load(files);
+    printRepresentations(model);
+    for (const Collision& collision : model.collisions) {
+      EXPECT_LE(collision.deviation, ModelOptions{}.mesh_tolerance) << collision.description;
+      EXPECT_LE(collision.uncovered, 1e-9) << collision.description;
+      EXPECT_NE(collision.representation, Representation::Triangles) << collision.description;
+      EXPECT_TRUE(isMesh(collision) || collision.representation == Representation::Exact) << collision.description;
     }
   }
 }
 
-TEST_F(SharedRobots, Ur5MeshesComeApartIntoComponents) {
-  const RobotModel model = load(kUr5);
-  EXPECT_EQ(model.collisions.at(model.links[model.findLink("upper_arm_link")].collisions.at(0)).pieces.size(), 5U);
+// Panda's meshes look convex, but their edges dent by up to half a millimetre.
+TEST_F(SharedRobots, PandaMeshesAreTheirHulls) {
+  for (const Collision& collision : load(kPanda).collisions) {
+    EXPECT_EQ(collision.representation, Representation::ConvexHull) << collision.description;
+    EXPECT_LT(collision.deviation, 5e-4) << collision.description;
+  }
+}
+
+TEST_F(SharedRobots, Ur5IsMadeOfTrianglesWhereTheToleranceIsZero) {
+  ModelOptions options;
+  options.mesh_tolerance = 0.0;
+  const RobotModel model = loadRobotModel(read(kUr5.urdf), resolve_, options);
+  for (const Collision& collision : model.collisions) {
+    const bool triangles = collision.representation == Representation::Triangles;
+    EXPECT_EQ(triangles, isMesh(collision)) << collision.description;
+  }
 }
 
 }  // namespace

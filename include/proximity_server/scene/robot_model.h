@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <functional>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -25,8 +27,10 @@ struct Collision {
   int link;                 ///< index into RobotModel::links
   int number;               ///< n-th <collision> of its link, counted from 1
   Representation representation;
-  double deviation;         ///< [m] between the pieces and the mesh, see MeshPieces
+  double deviation;         ///< [m] of the pieces outside of the mesh, see MeshPieces
   std::vector<int> pieces;  ///< what stands for this element alone, indices into RobotModel::pieces
+  double uncovered = 0.0;   ///< [m] of the mesh outside of the pieces, see MeshPieces
+  double volume_ratio = std::numeric_limits<double>::quiet_NaN();  ///< see MeshPieces; NaN for a primitive
 };
 
 struct Link {
@@ -82,8 +86,12 @@ struct RobotModel {
 std::string nearestName(const std::string& name, const std::vector<std::string>& known);
 
 struct ModelOptions {
-  double default_padding = 0.0;                ///< [m] added to every piece as margin
-  std::map<std::string, double> link_padding;  ///< [m] instead of the default, by link name
+  double default_padding = 0.0;                       ///< [m] added to every piece as margin
+  std::map<std::string, double> link_padding;         ///< [m] instead of the default, by link name
+  double mesh_tolerance = 0.005;                      ///< [m] see MeshOptions::tolerance
+  std::map<std::string, double> link_mesh_tolerance;  ///< [m] instead of that one, by link name
+  std::string mesh_cache;                             ///< see MeshOptions::cache
+  std::function<void(const std::string&)> progress;   ///< told what is about to take time, with the link's name
   bool allow_missing_meshes = false;  ///< a mesh that cannot be read becomes a warning and no geometry, not an error
 };
 
@@ -92,7 +100,8 @@ struct ModelOptions {
 /// Every <collision> of every link counts. A cylinder with a sphere of the same radius at both of its ends, in the same
 /// link, becomes the capsule that they are.
 /// Failure: throws std::invalid_argument naming link and file, joint, or element: unreadable XML, an unresolved mesh
-///          (unless allowed), zero-size or non-finite geometry, a padding for a link that does not exist.
+///          (unless allowed), zero-size or non-finite geometry, a padding or mesh tolerance for a link that does not
+///          exist.
 RobotModel loadRobotModel(const std::string& urdf_xml, const MeshResolver& resolve, const ModelOptions& options = {});
 
 /// Poses of the bodies in one common frame, indexed as RobotModel::bodies; nothing where a pose is not known.
