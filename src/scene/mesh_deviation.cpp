@@ -142,7 +142,6 @@ double uncovered(const std::vector<Triangle>& triangles, const std::vector<Conve
   const TriangleTree surface(std::move(surfaces));
   return farthestOver(triangles, 0.0, [&](const Vector3d& p) {
     const double outside = surface.distance(p);
-    if (outside <= kMeshRounding) return outside;
     const bool held = std::any_of(interiors.begin(), interiors.end(), [&](const auto& hull) { return hull.holds(p); });
     return held ? 0.0 : outside;
   });

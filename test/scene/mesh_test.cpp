@@ -266,6 +266,9 @@ TEST_F(MeshFile, ScaleOfZeroOrNanThrows) {
 
 // --- convex pieces
 
+/// A tolerance in which the coarsest representation is near enough.
+const MeshOptions kCoarse{2.0, "", {}};
+
 TEST(ConvexPieces, BoxIsExactlyItsHull) {
   const MeshPieces pieces = convexPieces(soup(box({-1, -1, -1}, {1, 1, 1})));
   ASSERT_EQ(pieces.hulls.size(), 1U);
@@ -320,8 +323,8 @@ TriangleMesh angle(double leg) {
   return mesh;
 }
 
-TEST(ConvexPieces, AngleIsItsHullAndSaysHowFarThatLies) {
-  const MeshPieces pieces = convexPieces(soup(angle(3)));
+TEST(ConvexPieces, AngleIsItsHullWithinACoarseToleranceAndSaysHowFarThatLies) {
+  const MeshPieces pieces = convexPieces(soup(angle(3)), kCoarse);
   EXPECT_EQ(pieces.hulls.size(), 1U);
   EXPECT_EQ(pieces.representation, Representation::ConvexHull);
   // The bridge from (3, 1) to (1, 3) is farthest from the legs' inner sides in its middle, (2, 2): 1 from either.
@@ -329,10 +332,10 @@ TEST(ConvexPieces, AngleIsItsHullAndSaysHowFarThatLies) {
   EXPECT_LE(pieces.deviation, 1.0 + 1e-12);
 }
 
-TEST(ConvexPieces, AngleBesideABoxIsDecomposed) {
+TEST(ConvexPieces, AngleBesideABoxIsTheirTwoHullsWithinACoarseTolerance) {
   TriangleMesh mesh = angle(3);
   add(mesh, box({10, 0, 0}, {11, 1, 1}));
-  const MeshPieces pieces = convexPieces(mesh);
+  const MeshPieces pieces = convexPieces(mesh, kCoarse);
   EXPECT_EQ(pieces.hulls.size(), 2U);
   EXPECT_EQ(pieces.representation, Representation::Decomposed);
   EXPECT_NEAR(pieces.deviation, 1.0, 0.01);
@@ -361,10 +364,10 @@ TEST(ConvexPieces, SmallPitIsFound) {
   EXPECT_NEAR(pieces.deviation, 1e-3 / std::sqrt(1.01), 1e-9);
 }
 
-TEST(ConvexPieces, OpenBoxIsItsHullWithALid) {
+TEST(ConvexPieces, OpenBoxIsItsHullWithALidWithinACoarseTolerance) {
   TriangleMesh mesh = box({0, 0, 0}, {2, 2, 2});
   mesh.triangles.erase(mesh.triangles.begin() + 2, mesh.triangles.begin() + 4);  // the top
-  const MeshPieces pieces = convexPieces(mesh);
+  const MeshPieces pieces = convexPieces(mesh, kCoarse);
   EXPECT_EQ(pieces.representation, Representation::ConvexHull);
   EXPECT_NEAR(pieces.deviation, 1.0, 0.01);  // the middle of the lid to the nearest wall
 }
@@ -380,6 +383,226 @@ TEST(ConvexPieces, TriangleWithoutAreaIsASegment) {
   const MeshPieces pieces = convexPieces({{{0, 0, 0}, {1, 1, 1}, {2, 2, 2}}, {{0, 1, 2}}});
   ASSERT_EQ(pieces.hulls.size(), 1U);
   EXPECT_EQ(pieces.hulls[0].dimension(), 1);
+}
+
+// --- concave meshes
+
+/// What a profile in x and z sweeps about the z axis in `steps`; closed.
+TriangleMesh revolved(const std::vector<Eigen::Vector2d>& profile, int steps) {
+  TriangleMesh mesh;
+  const int count = static_cast<int>(profile.size());
+  for (int s = 0; s < steps; ++s) {
+    const double turn = 2.0 * std::acos(-1.0) * s / steps;
+    for (const auto& p : profile) mesh.vertices.emplace_back(p.x() * std::cos(turn), p.x() * std::sin(turn), p.y());
+  }
+  for (int s = 0; s < steps; ++s) {
+    for (int i = 0; i < count; ++i) {
+      const int a = s * count + i, b = s * count + (i + 1) % count;
+      const int c = (s + 1) % steps * count + i, d = (s + 1) % steps * count + (i + 1) % count;
+      mesh.triangles.push_back({a, c, b});
+      mesh.triangles.push_back({b, c, d});
+    }
+  }
+  return mesh;
+}
+
+TriangleMesh shrunk(TriangleMesh mesh, double factor) {
+  for (Vector3d& vertex : mesh.vertices) vertex *= factor;
+  return mesh;
+}
+
+struct ConcaveMesh {
+  const char* name;
+  TriangleMesh mesh;
+};
+const ConcaveMesh kConcave[] = {
+    {"L", shrunk(angle(3), 0.1)},
+    {"ring", revolved({{0.1, -0.02}, {0.14, -0.02}, {0.14, 0.02}, {0.1, 0.02}}, 32)},
+    // Its wall is 1 cm thick; the profile crosses the axis nowhere, a narrow hole goes through its floor.
+    {"cup", revolved({{0.001, 0}, {0.05, 0}, {0.05, 0.1}, {0.04, 0.1}, {0.04, 0.01}, {0.001, 0.01}}, 24)},
+};
+
+/// To the nearest of many points: shares no code with the measurement under test.
+double distanceToSamples(const Vector3d& p, const std::vector<Vector3d>& samples) {
+  double best = std::numeric_limits<double>::infinity();
+  for (const Vector3d& sample : samples) best = std::min(best, (sample - p).squaredNorm());
+  return std::sqrt(best);
+}
+
+/// Points of a triangle, at most `step` apart from a next one.
+void sample(const Vector3d& a, const Vector3d& b, const Vector3d& c, double step, std::vector<Vector3d>& samples) {
+  const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+  const int n = static_cast<int>(std::ceil(longest / step));
+  for (int i = 0; i <= n; ++i) {
+    for (int j = 0; i + j <= n; ++j) samples.push_back(a + (b - a) * i / n + (c - a) * j / n);
+  }
+}
+
+/// Whether p lies in the solid that these meshes are, from their definitions.
+bool inSolid(const std::string& name, const Vector3d& p) {
+  const double radius = p.head<2>().norm();
+  if (name == "L") {
+    const bool in_square = p.minCoeff() >= 0 && p.x() <= 0.3 && p.y() <= 0.3 && p.z() <= 0.1;
+    return in_square && (p.x() <= 0.1 || p.y() <= 0.1);
+  }
+  if (name == "ring") return radius >= 0.1 && radius <= 0.14 && std::abs(p.z()) <= 0.02;
+  return p.z() >= 0 && p.z() <= 0.1 && radius <= 0.05 && (radius >= 0.04 || p.z() <= 0.01);
+}
+
+TEST(ConcaveMeshes, PiecesLieWithinTheToleranceOfTheMeshByIndependentSampling) {
+  for (const ConcaveMesh& concave : kConcave) {
+    constexpr double kStep = 0.003;
+    std::vector<Vector3d> surface;
+    for (const auto& [a, b, c] : concave.mesh.triangles) {
+      sample(concave.mesh.vertices[a], concave.mesh.vertices[b], concave.mesh.vertices[c], kStep, surface);
+    }
+    for (const double tolerance : {0.02, 0.005}) {
+      const MeshPieces pieces = convexPieces(soup(concave.mesh), {tolerance, "", {}});
+      EXPECT_EQ(pieces.representation == Representation::Exact, pieces.deviation <= 1e-6) << concave.name;
+      EXPECT_LT(pieces.hulls.size(), concave.mesh.triangles.size()) << concave.name;
+      EXPECT_LE(pieces.deviation, tolerance) << concave.name;
+      EXPECT_LE(pieces.uncovered, 1e-9) << concave.name;
+      double farthest = 0.0;
+      for (const ConvexHull& hull : pieces.hulls) {
+        std::vector<Vector3d> points;
+        for (const auto& [a, b, c] : hull.triangles()) {
+          sample(hull.vertices()[a], hull.vertices()[b], hull.vertices()[c], 4 * kStep, points);
+        }
+        for (const Vector3d& p : points) {
+          if (!inSolid(concave.name, p)) farthest = std::max(farthest, distanceToSamples(p, surface));
+        }
+      }
+      EXPECT_LE(farthest, tolerance + kStep) << concave.name;
+    }
+  }
+}
+
+TEST(ConcaveMeshes, AnLIsNearlyTwoBoxes) {
+  const MeshPieces pieces = convexPieces(kConcave[0].mesh);
+  EXPECT_EQ(pieces.hulls.size(), 2U);
+}
+
+TEST(ConcaveMeshes, WithToleranceZeroAreTheirTriangles) {
+  for (const ConcaveMesh& concave : kConcave) {
+    const MeshPieces pieces = convexPieces(concave.mesh, {0.0, "", {}});
+    EXPECT_EQ(pieces.representation, Representation::Triangles) << concave.name;
+    EXPECT_EQ(pieces.hulls.size(), concave.mesh.triangles.size()) << concave.name;
+    EXPECT_EQ(pieces.deviation, 0.0);
+  }
+}
+
+TEST(ConcaveMeshes, HullsThatAreExactNeedNoTrianglesWithToleranceZero) {
+  TriangleMesh mesh = box({0, 0, 0}, {1, 1, 1});
+  add(mesh, box({2, 0, 0}, {3, 1, 1}));
+  const MeshPieces pieces = convexPieces(mesh, {0.0, "", {}});
+  EXPECT_EQ(pieces.hulls.size(), 2U);
+  EXPECT_EQ(pieces.representation, Representation::Exact);
+}
+
+// The L fills 5 of the 9 squares of its outline; its hull lacks half of the 2 x 2 square in the corner: 7 of them.
+TEST(ConcaveMeshes, VolumeRatioIsThatOfTheHullToTheMesh) {
+  EXPECT_NEAR(convexPieces(soup(angle(3)), kCoarse).volume_ratio, 7.0 / 5.0, 1e-9);
+  EXPECT_NEAR(convexPieces(kBox).volume_ratio, 1.0, 1e-12);
+}
+
+TEST(ConcaveMeshes, VolumeRatioOfAnOpenMeshIsNotANumber) {
+  TriangleMesh mesh = kBox;
+  mesh.triangles.pop_back();
+  EXPECT_TRUE(std::isnan(convexPieces(mesh).volume_ratio));
+}
+
+TEST(ConcaveMeshes, BadMeshesAreStillCovered) {
+  TriangleMesh mesh = angle(3);
+  mesh.triangles.pop_back();                    // open
+  mesh.triangles.push_back({0, 0, 1});          // no area
+  mesh.triangles.push_back({0, 4, 8});          // a third triangle at an edge
+  mesh.triangles.push_back(mesh.triangles[0]);  // twice
+  const MeshPieces pieces = convexPieces(mesh);
+  EXPECT_LE(pieces.deviation, MeshOptions{}.tolerance);
+  EXPECT_LE(pieces.uncovered, 1e-9);
+}
+
+TEST(ConcaveMeshes, NegativeOrNanToleranceThrows) {
+  EXPECT_NE(errorOf([] { convexPieces(kBox, {-1e-3, "", {}}); }), "");
+  EXPECT_NE(errorOf([] { convexPieces(kBox, {std::nan(""), "", {}}); }), "");
+}
+
+// --- cache
+
+class Cache : public ::testing::Test {
+ protected:
+  /// The pieces of the ring, from the cache or not.
+  MeshPieces pieces(double tolerance = 0.005) {
+    return convexPieces(kConcave[1].mesh, {tolerance, folder_, [this](const std::string&) { ++decomposed_; }});
+  }
+  std::vector<std::filesystem::path> stored() const {
+    std::vector<std::filesystem::path> found;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_)) found.push_back(entry.path());
+    return found;
+  }
+  std::string content() const {
+    std::ifstream stream(stored().at(0), std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+  }
+  void overwrite(const std::string& text) const { std::ofstream(stored().at(0), std::ios::binary) << text; }
+
+  TemporaryFiles files_;
+  std::string folder_ = files_.path("cache/of/meshes");
+  int decomposed_ = 0;
+};
+
+void expectSame(const MeshPieces& a, const MeshPieces& b) {
+  ASSERT_EQ(a.hulls.size(), b.hulls.size());
+  for (std::size_t i = 0; i < a.hulls.size(); ++i) EXPECT_EQ(a.hulls[i].vertices(), b.hulls[i].vertices());
+  EXPECT_EQ(a.representation, b.representation);
+  EXPECT_EQ(a.deviation, b.deviation);
+}
+
+TEST_F(Cache, SecondTimeGivesTheSamePiecesWithoutDecomposing) {
+  const MeshPieces first = pieces();
+  EXPECT_EQ(decomposed_, 1);
+  EXPECT_EQ(stored().size(), 1U);
+  expectSame(first, pieces());
+  EXPECT_EQ(decomposed_, 1);
+}
+
+TEST_F(Cache, AnotherToleranceIsAnotherEntry) {
+  pieces(0.005);
+  pieces(0.002);
+  EXPECT_EQ(decomposed_, 2);
+  EXPECT_EQ(stored().size(), 2U);
+}
+
+TEST_F(Cache, BrokenFilesAreRebuilt) {
+  const MeshPieces first = pieces();
+  const std::string whole = content();
+  std::string flipped = whole;
+  flipped[flipped.size() / 2] = flipped[flipped.size() / 2] == '1' ? '2' : '1';
+  for (const std::string& broken : {std::string(), std::string("short"), whole.substr(0, whole.size() / 2), flipped,
+                                    whole + " ", std::string(5000, '\0')}) {
+    overwrite(broken);
+    decomposed_ = 0;
+    expectSame(first, pieces());
+    EXPECT_EQ(decomposed_, 1) << broken.size();
+    EXPECT_EQ(content(), whole);
+  }
+}
+
+// A file in the place of the folder: even root cannot write there.
+TEST_F(Cache, PlaceThatCannotBeWrittenIsAWarning) {
+  folder_ = files_.write("occupied", "a file");
+  const MeshPieces found = pieces();
+  EXPECT_GT(found.hulls.size(), 1U);
+  ASSERT_EQ(found.warnings.size(), 1U);
+  EXPECT_NE(found.warnings[0].find("occupied"), std::string::npos);
+}
+
+TEST(UserMeshCache, IsWhereXdgSays) {
+  setenv("XDG_CACHE_HOME", "/there", 1);
+  EXPECT_EQ(userMeshCache(), "/there/proximity_server");
+  unsetenv("XDG_CACHE_HOME");
+  setenv("HOME", "/home/me", 1);
+  EXPECT_EQ(userMeshCache(), "/home/me/.cache/proximity_server");
 }
 
 // --- resolver
