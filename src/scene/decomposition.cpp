@@ -89,35 +89,116 @@ Cluster takeHalf(const TriangleMesh& mesh, Cluster& cluster) {
   return upper;
 }
 
+bool isWithin(double tolerance, const MeshSolid& mesh, const TriangleMesh& component, const Cluster& cluster) {
+  const std::vector<Vector3d> vertices = verticesOf(component, cluster);
+  return mesh.isWithin(tolerance, ConvexHull(vertices), vertices);
+}
+
+/// The same triangles in clusters that are within tolerance, at the latest one by one.
+std::vector<Cluster> halved(std::vector<Cluster> pending, const TriangleMesh& component, const MeshSolid& mesh,
+                            double tolerance) {
+  std::vector<Cluster> clusters;
+  while (!pending.empty()) {
+    Cluster cluster = std::move(pending.back());
+    pending.pop_back();
+    if (cluster.size() > 1 && !isWithin(tolerance, mesh, component, cluster)) {
+      pending.push_back(takeHalf(component, cluster));
+      pending.push_back(std::move(cluster));
+    } else {
+      clusters.push_back(std::move(cluster));
+    }
+  }
+  return clusters;
+}
+
+/// Clusters that touch and are within tolerance together become one; the smallest look for a partner first.
+class Fusion {
+ public:
+  Fusion(const TriangleMesh& component, const MeshSolid& mesh, double tolerance)
+      : component_(component), mesh_(mesh), tolerance_(tolerance) {}
+
+  std::vector<Cluster> fused(std::vector<Cluster> clusters) {
+    for (Cluster& cluster : clusters) add(std::move(cluster));
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      if (!parts_[i].cluster.empty()) fuse(i);
+    }
+    std::vector<Cluster> result;
+    for (Part& part : parts_) {
+      if (!part.cluster.empty()) result.push_back(std::move(part.cluster));
+    }
+    return result;
+  }
+
+ private:
+  struct Part {
+    Cluster cluster;  // empty: it has become part of a later one
+    std::vector<int> vertices;
+    Eigen::AlignedBox3d box;
+  };
+
+  void add(Cluster cluster) {
+    Part part{std::move(cluster), {}, {}};
+    for (const int t : part.cluster)
+      part.vertices.insert(part.vertices.end(), component_.triangles[t].begin(), component_.triangles[t].end());
+    std::sort(part.vertices.begin(), part.vertices.end());
+    part.vertices.erase(std::unique(part.vertices.begin(), part.vertices.end()), part.vertices.end());
+    for (const int vertex : part.vertices) part.box.extend(component_.vertices[vertex]);
+    parts_.push_back(std::move(part));
+  }
+
+  static bool touch(const Part& a, const Part& b) {
+    if (!a.box.intersects(b.box)) return false;
+    std::vector<int> shared;
+    std::set_intersection(a.vertices.begin(), a.vertices.end(), b.vertices.begin(), b.vertices.end(),
+                          std::back_inserter(shared));
+    return !shared.empty();
+  }
+
+  /// With the first of its neighbours, those that make the smallest box with it first; the result is appended.
+  void fuse(std::size_t i) {
+    std::vector<std::pair<double, std::size_t>> neighbours;
+    for (std::size_t j = 0; j < parts_.size(); ++j) {
+      if (j != i && !parts_[j].cluster.empty() && touch(parts_[i], parts_[j]))
+        neighbours.emplace_back(parts_[i].box.merged(parts_[j].box).diagonal().norm(), j);
+    }
+    std::sort(neighbours.begin(), neighbours.end());
+    for (const auto& [size, j] : neighbours) {
+      Cluster both = parts_[i].cluster;
+      both.insert(both.end(), parts_[j].cluster.begin(), parts_[j].cluster.end());
+      if (!isWithin(tolerance_, mesh_, component_, both)) continue;
+      parts_[i].cluster.clear();
+      parts_[j].cluster.clear();
+      add(std::move(both));
+      return;
+    }
+  }
+
+  const TriangleMesh& component_;
+  const MeshSolid& mesh_;
+  const double tolerance_;
+  std::vector<Part> parts_;
+};
+
 }  // namespace
 
 Partition decompose(const TriangleMesh& component, const MeshSolid& mesh, double tolerance) {
   Cluster solid;
-  std::vector<Cluster> pending;
+  std::vector<Cluster> flat;
   for (int t = 0; t < static_cast<int>(component.triangles.size()); ++t) {
     if (hasArea(component, component.triangles[t]))
       solid.push_back(t);
     else
-      pending.push_back({t});
+      flat.push_back({t});
   }
   const bool too_many = solid.size() > kMostTriangles;
-  for (Cluster& cluster : too_many ? std::vector<Cluster>{solid} : propose(component, solid, tolerance)) {
-    pending.push_back(std::move(cluster));
-  }
+  std::vector<Cluster> clusters = too_many ? std::vector<Cluster>{solid} : propose(component, solid, tolerance);
+  clusters.insert(clusters.end(), flat.begin(), flat.end());
+  clusters = halved(std::move(clusters), component, mesh, tolerance);
+  clusters = Fusion(component, mesh, tolerance).fused(std::move(clusters));
 
   Partition partition(component.triangles.size());
-  for (int number = 0; !pending.empty();) {
-    Cluster cluster = std::move(pending.back());
-    pending.pop_back();
-    const std::vector<Vector3d> vertices = verticesOf(component, cluster);
-    if (cluster.size() > 1 && mesh.deviationOf(ConvexHull(vertices), vertices) > tolerance) {
-      pending.push_back(takeHalf(component, cluster));
-      pending.push_back(std::move(cluster));
-      continue;
-    }
-    for (const int t : cluster) partition[t] = number;
-    ++number;
-  }
+  for (std::size_t number = 0; number < clusters.size(); ++number)
+    for (const int t : clusters[number]) partition[t] = static_cast<int>(number);
   return partition;
 }
 

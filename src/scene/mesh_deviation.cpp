@@ -15,9 +15,10 @@ using Eigen::Vector3d;
 double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 /// The largest value over the triangles of a distance that changes by no more than one walks, or `at_least`.
-/// Ends when nothing larger is left or after kSamples parts.
+/// Ends when nothing larger is left, when enough is known, or after kSamples parts.
 template <typename Distance>
-double farthestOver(const std::vector<Triangle>& triangles, double at_least, const Distance& distance) {
+double farthestOver(const std::vector<Triangle>& triangles, double at_least, const Distance& distance,
+                    const Enough& enough = {}) {
   constexpr int kSamples = 4000;
   struct Patch {
     Triangle corners;
@@ -35,7 +36,7 @@ double farthestOver(const std::vector<Triangle>& triangles, double at_least, con
   };
   for (const Triangle& triangle : triangles) look(triangle);
   for (int samples = 0; samples < kSamples && !patches.empty(); samples += 2) {
-    if (patches.top().bound <= farthest + kMeshRounding) break;
+    if (patches.top().bound <= std::max(farthest + kMeshRounding, enough.below) || farthest > enough.above) break;
     const Triangle t = patches.top().corners;
     patches.pop();
     const auto edge = [&](int i) { return (t[(i + 1) % 3] - t[i]).squaredNorm(); };
@@ -122,14 +123,25 @@ double MeshSolid::distance(const Vector3d& p) const {
 }
 
 double MeshSolid::deviationOf(const ConvexHull& hull, const std::vector<Vector3d>& vertices) const {
+  return deviationOf(hull, vertices, Enough());
+}
+
+bool MeshSolid::isWithin(double tolerance, const ConvexHull& hull, const std::vector<Vector3d>& vertices) const {
+  return deviationOf(hull, vertices, {tolerance, tolerance}) <= tolerance;
+}
+
+double MeshSolid::deviationOf(const ConvexHull& hull, const std::vector<Vector3d>& vertices,
+                              const Enough& enough) const {
   const std::vector<Triangle> triangles = surfaceOf(hull);
   const TriangleTree hull_surface(triangles);
   double farthest = 0.0;
   for (const Vector3d& vertex : vertices) {
     const Vector3d above = hull_surface.nearest(vertex);
     if ((above - vertex).norm() > farthest) farthest = std::max(farthest, distance(above));
+    if (farthest > enough.above) return farthest;
   }
-  return farthestOver(triangles, farthest, [this](const Vector3d& p) { return distance(p); });
+  return farthestOver(
+      triangles, farthest, [this](const Vector3d& p) { return distance(p); }, enough);
 }
 
 double uncovered(const std::vector<Triangle>& triangles, const std::vector<ConvexHull>& hulls) {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <limits>
 #include <vector>
 
 #include "proximity_server/narrowphase/convex_hull.h"
@@ -35,6 +36,11 @@ class EnclosedSpace {
   std::array<std::vector<Seen>, kRays> seen_;
 };
 
+/// [m] a deviation that is surely below, or found to be above, need not be known closer.
+struct Enough {
+  double below = -std::numeric_limits<double>::infinity(), above = std::numeric_limits<double>::infinity();
+};
+
 /// A mesh as something to lie far from: its surface, and the space that its closed parts enclose.
 class MeshSolid {
  public:
@@ -51,7 +57,12 @@ class MeshSolid {
   /// by no more than one walks, so what ends early has been proven within kMeshRounding.
   double deviationOf(const ConvexHull& hull, const std::vector<Eigen::Vector3d>& vertices) const;
 
+  /// Whether that is at most `tolerance` [m], which takes less.
+  bool isWithin(double tolerance, const ConvexHull& hull, const std::vector<Eigen::Vector3d>& vertices) const;
+
  private:
+  double deviationOf(const ConvexHull& hull, const std::vector<Eigen::Vector3d>& vertices, const Enough& enough) const;
+
   TriangleTree surface_;
   EnclosedSpace inside_;
 };
