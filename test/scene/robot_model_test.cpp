@@ -489,6 +489,51 @@ TEST_F(MeshRobot, EachComponentOfAMeshIsAPiece) {
   EXPECT_EQ(model.collisions[0].description, "mesh package://boxes/two.obj");
 }
 
+/// Corners of an L, swept by one; open at both ends.
+const char* const kOpenAngle =
+    "v 0 0 0\nv 3 0 0\nv 3 1 0\nv 1 1 0\nv 1 3 0\nv 0 3 0\nv 0 0 1\nv 3 0 1\nv 3 1 1\nv 1 1 1\nv 1 3 1\nv 0 3 1\n"
+    "f 1 2 8 7\nf 2 3 9 8\nf 3 4 10 9\nf 4 5 11 10\nf 5 6 12 11\nf 6 1 7 12\n";
+
+TEST_F(MeshRobot, LinksMayHaveMeshTolerancesOfTheirOwn) {
+  files_.write("boxes/angle.obj", kOpenAngle);
+  const std::string angle = mesh("package://boxes/angle.obj");
+  ModelOptions options;
+  options.mesh_tolerance = 2.0;
+  options.link_mesh_tolerance = {{"b", 0.0}};
+  const RobotModel model = load(link("a", angle) + link("b", angle) + joint("j", "fixed", "a", "b"), options);
+  EXPECT_EQ(model.collisions.at(0).representation, Representation::ConvexHull);
+  EXPECT_EQ(model.collisions.at(1).representation, Representation::Triangles);
+  EXPECT_EQ(model.collisions.at(1).pieces.size(), 12U);
+}
+
+TEST_F(MeshRobot, MeshToleranceOfAnUnknownLinkThrowsWithTheNearestName) {
+  ModelOptions options;
+  options.link_mesh_tolerance = {{"wrst", 0.01}};
+  const std::string said = errorOf([&] { load(link("wrist", mesh("package://boxes/two.obj")), options); });
+  EXPECT_NE(said.find("mesh tolerance"), std::string::npos) << said;
+  EXPECT_NE(said.find("\"wrist\""), std::string::npos) << said;
+}
+
+TEST_F(MeshRobot, ProgressNamesTheLinkThatTakesTime) {
+  files_.write("boxes/angle.obj", kOpenAngle);
+  std::vector<std::string> told;
+  ModelOptions options;
+  options.progress = [&](const std::string& what) { told.push_back(what); };
+  load(link("wrist", mesh("package://boxes/two.obj") + mesh("package://boxes/angle.obj")), options);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_NE(told[0].find("\"wrist\""), std::string::npos) << told[0];
+}
+
+TEST_F(MeshRobot, CacheThatCannotBeWrittenIsOneWarning) {
+  files_.write("boxes/angle.obj", kOpenAngle);
+  ModelOptions options;
+  options.mesh_cache = files_.write("occupied", "a file");
+  const std::string angle = mesh("package://boxes/angle.obj");
+  const RobotModel model = load(link("a", angle + angle), options);
+  ASSERT_EQ(model.warnings.size(), 1U);
+  EXPECT_NE(model.warnings[0].find("occupied"), std::string::npos);
+}
+
 TEST_F(MeshRobot, UrisOfAllKindsNameTheSameMesh) {
   const std::string path = files_.path("boxes/two.obj");
   for (const std::string& uri :

@@ -26,6 +26,7 @@ using FclMesh = fcl::BVHModel<fcl::OBBRSSd>;
 
 constexpr int kStates = 200;
 constexpr double kAgreement = 1e-6;  // [m]
+constexpr double kHulls = 1.0;       // [m] a mesh tolerance in which every mesh is its hull
 
 // --- robots
 
@@ -124,12 +125,19 @@ class SceneAndFcl : public testing::TestWithParam<ExampleRobot> {
  protected:
   void SetUp() override {
     if (!findsExampleRobots(resolve_)) GTEST_SKIP() << kExampleRobotsMissing;
-    auto model = std::make_shared<SceneModel>();
-    model->robot = loadRobotModel(readFile(exampleRobotFile(resolve_, GetParam().urdf)), resolve_);
-    model->pairs = filterPairs(model->robot, readFile(exampleRobotFile(resolve_, GetParam().srdf)));
+    model_ = load(kHulls);
+    const std::shared_ptr<const SceneModel>& model = model_;
     for (std::size_t link = 0; link < model->robot.links.size(); ++link)
       meshes_.push_back(std::make_unique<LinkMesh>(model->robot, static_cast<int>(link)));
-    model_ = model;
+  }
+
+  std::shared_ptr<const SceneModel> load(double mesh_tolerance) const {
+    ModelOptions options;
+    options.mesh_tolerance = mesh_tolerance;
+    auto model = std::make_shared<SceneModel>();
+    model->robot = loadRobotModel(readFile(exampleRobotFile(resolve_, GetParam().urdf)), resolve_, options);
+    model->pairs = filterPairs(model->robot, readFile(exampleRobotFile(resolve_, GetParam().srdf)));
+    return model;
   }
 
   const LinkMesh& meshOf(const Subject& subject) const { return *meshes_[static_cast<std::size_t>(subject.link)]; }
@@ -162,6 +170,53 @@ TEST_P(SceneAndFcl, EveryCandidatePairOfRandomStatesAgreesWhereApart) {
   }
   EXPECT_GT(apart, kStates * static_cast<int>(scene.candidates().size()) / 2);
   EXPECT_GT(meeting, 0);
+}
+
+/// The mesh files as they are: with tolerance zero the pieces are their triangles. Hulls that are exact are the same.
+struct Meshes {
+  std::shared_ptr<const SceneModel> model;
+  std::vector<std::unique_ptr<LinkMesh>> links;
+
+  explicit Meshes(std::shared_ptr<const SceneModel> exact) : model(std::move(exact)) {
+    for (std::size_t link = 0; link < model->robot.links.size(); ++link)
+      links.push_back(std::make_unique<LinkMesh>(model->robot, static_cast<int>(link)));
+  }
+  double distance(const SubjectPair& pair, const BodyPoses& poses) const {
+    const auto mesh = [this](const Subject& s) -> const LinkMesh& { return *links[static_cast<std::size_t>(s.link)]; };
+    return fclDistance(mesh(pair.a), mesh(pair.b), poses);
+  }
+};
+
+/// Checks a few states against the triangles of the meshes; both are apart, or no judgement is passed.
+void expectAgreement(std::shared_ptr<const SceneModel> model, const Meshes& truth, int states, double agreement) {
+  Scene scene(model);
+  std::mt19937 random(11);
+  int apart = 0;
+  for (int state = 0; state < states; ++state) {
+    const BodyPoses poses = randomState(model->robot, random);
+    scene.update(poses);
+    const std::vector<SubjectPair>& pairs = scene.candidates();
+    for (std::size_t i = 0; i < pairs.size(); i += 5) {
+      const double reference = truth.distance(pairs[i], poses);
+      if (!(reference > agreement)) continue;
+      ++apart;
+      EXPECT_NEAR(scene.proximity(pairs[i]).result.distance, reference, agreement)
+          << "pair " << i << ", state " << state;
+    }
+  }
+  EXPECT_GT(apart, states);
+}
+
+TEST_P(SceneAndFcl, TrianglesAgreeWithTheMeshesWhereApart) {
+  const Meshes truth(load(0.0));
+  expectAgreement(truth.model, truth, 2, kAgreement);
+}
+
+// Each of the two may lie its tolerance from its mesh.
+TEST_P(SceneAndFcl, DecompositionsAgreeWithTheMeshesWithinTwiceTheirTolerance) {
+  constexpr double kTolerance = 0.005;
+  const Meshes truth(load(0.0));
+  expectAgreement(load(kTolerance), truth, 10, 2.0 * kTolerance);
 }
 
 INSTANTIATE_TEST_SUITE_P(Robots, SceneAndFcl, testing::ValuesIn(kExampleRobots),
