@@ -16,13 +16,20 @@ namespace {
 
 constexpr ExampleRobot kPanda = kExampleRobots[0], kUr5 = kExampleRobots[1], kPr2 = kExampleRobots[2];
 
+// [m] Every mesh is its hull: quick, for what does not depend on the pieces.
+constexpr double kHulls = 1.0;
+
 class SharedRobots : public ::testing::Test {
  protected:
   void SetUp() override {
     if (!findsExampleRobots(resolve_)) GTEST_SKIP() << kExampleRobotsMissing;
   }
   std::string read(const std::string& file) const { return readFile(exampleRobotFile(resolve_, file)); }
-  RobotModel load(const ExampleRobot& files) const { return loadRobotModel(read(files.urdf), resolve_); }
+  RobotModel load(const ExampleRobot& files, double mesh_tolerance = kHulls) const {
+    ModelOptions options;
+    options.mesh_tolerance = mesh_tolerance;
+    return loadRobotModel(read(files.urdf), resolve_, options);
+  }
   PairTable filter(const RobotModel& model, const ExampleRobot& files) const {
     return filterPairs(model, read(files.srdf));
   }
@@ -135,7 +142,7 @@ bool isMesh(const Collision& collision) { return collision.description.rfind("me
 
 TEST_F(SharedRobots, PiecesLieWithinTheToleranceOfTheMeshes) {
   for (const ExampleRobot& files : kExampleRobots) {
-    const RobotModel model = load(files);
+    const RobotModel model = load(files, ModelOptions{}.mesh_tolerance);
     printRepresentations(model);
     for (const Collision& collision : model.collisions) {
       EXPECT_LE(collision.deviation, ModelOptions{}.mesh_tolerance) << collision.description;
@@ -156,9 +163,7 @@ TEST_F(SharedRobots, PandaMeshesAreTheirHulls) {
 }
 
 TEST_F(SharedRobots, Ur5IsMadeOfTrianglesWhereTheToleranceIsZero) {
-  ModelOptions options;
-  options.mesh_tolerance = 0.0;
-  const RobotModel model = loadRobotModel(read(kUr5.urdf), resolve_, options);
+  const RobotModel model = load(kUr5, 0.0);
   for (const Collision& collision : model.collisions) {
     const bool triangles = collision.representation == Representation::Triangles;
     EXPECT_EQ(triangles, isMesh(collision)) << collision.description;
