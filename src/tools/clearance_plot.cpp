@@ -1,0 +1,58 @@
+#include "clearance_plot.h"
+
+#include <spawn.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+namespace proximity_server {
+namespace {
+
+/// Whether Debian's Python, which has Debian's matplotlib, ran with these arguments and was content. No shell: file
+/// names may hold anything.
+bool runPython(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), "/usr/bin/python3");
+  std::vector<char*> pointers;
+  for (std::string& argument : arguments) pointers.push_back(argument.data());
+  pointers.push_back(nullptr);
+  pid_t child = 0;
+  if (posix_spawn(&child, pointers[0], nullptr, nullptr, pointers.data(), environ) != 0) return false;
+  int status = 0;
+  return waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+std::string scriptBesideExecutable() {
+  return std::filesystem::read_symlink("/proc/self/exe").parent_path() / "clearance_plot.py";
+}
+
+}  // namespace
+
+ClearancePlot::ClearancePlot(std::string png) : png_(std::move(png)), script_(scriptBesideExecutable()) {
+  if (!std::filesystem::exists(script_)) throw std::invalid_argument("--plot: there is no " + script_);
+  if (!runPython({script_})) {
+    throw std::invalid_argument("--plot: /usr/bin/python3 cannot use matplotlib (Debian package python3-matplotlib)");
+  }
+  std::string path = std::filesystem::temp_directory_path() / "clearance_XXXXXX";
+  const int file = mkstemp(path.data());
+  if (file < 0) throw std::invalid_argument("--plot: no temporary file in " + path);
+  close(file);
+  data_path_ = path;
+  data_.open(data_path_, std::ios::binary);
+}
+
+ClearancePlot::~ClearancePlot() {
+  std::error_code ignored;
+  std::filesystem::remove(data_path_, ignored);
+}
+
+void ClearancePlot::draw() {
+  data_.close();
+  if (!runPython({script_, data_path_, png_})) throw std::invalid_argument("--plot: " + png_ + " could not be drawn");
+}
+
+}  // namespace proximity_server

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "joint_states.h"
+#include "proximity_server/scene/scene.h"
+
+namespace proximity_server {
+
+/// Which pairs of a state are written.
+struct PairSelection {
+  enum class Kind : unsigned char { All, Minimum, Below, Closest };
+  Kind kind = Kind::Minimum;
+  double threshold = std::numeric_limits<double>::infinity();  ///< [m] of Below
+  int count = 1;                                               ///< of Closest
+};
+
+/// Reads "all", "minimum", "below:0.05" or "k:5". Throws std::invalid_argument naming the text.
+PairSelection readPairSelection(const std::string& text);
+
+/// The candidates of the filter, or every pair of links with geometry that is not one body.
+std::vector<SubjectPair> filteredPairs(const SceneModel& model);
+std::vector<SubjectPair> unfilteredPairs(const SceneModel& model);
+
+struct ClearanceQuestion {
+  std::shared_ptr<const SceneModel> model;
+  std::vector<SubjectPair> pairs;
+  PairSelection selection;
+  Skipping skipping = Skipping::On;
+  int threads = 1;
+};
+
+/// What was found in one state.
+struct StateClearance {
+  long state;  ///< counted from 0
+  std::vector<PairProximity> pairs;
+};
+
+/// Answers the question for every state, in their order, and hands each answer to `take` in the calling thread.
+///
+/// The states go to the threads in blocks of one size, and every block begins with a Scene that knows nothing of the
+/// one before: so the answers are the same, bit by bit, for any number of threads, which warm starts kept across blocks
+/// would change in the last digits. At most threads + 1 blocks are in memory.
+/// Failure: what reading threw, after the answers to all states before it were taken.
+void answerStates(const ClearanceQuestion& question, JointStates& states,
+                  const std::function<void(const StateClearance&)>& take);
+
+}  // namespace proximity_server

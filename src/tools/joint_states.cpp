@@ -1,0 +1,101 @@
+#include "joint_states.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "csv.h"
+
+namespace proximity_server {
+namespace {
+
+std::string inQuotes(const std::string& name) { return '"' + name + '"'; }
+
+int findJoint(const RobotModel& robot, const std::string& name) {
+  const auto hit =
+      std::find_if(robot.joints.begin(), robot.joints.end(), [&](const Joint& joint) { return joint.name == name; });
+  return hit == robot.joints.end() ? -1 : static_cast<int>(hit - robot.joints.begin());
+}
+
+std::string suggestion(const RobotModel& robot, const std::string& name) {
+  std::vector<std::string> known;
+  for (const Joint& joint : robot.joints) known.push_back(joint.name);
+  const std::string nearest = nearestName(name, known);
+  return nearest.empty() ? "" : " (did you mean " + inQuotes(nearest) + "?)";
+}
+
+bool isFixed(const RobotModel& robot, const std::string& name) {
+  return std::count(robot.fixed_joints.begin(), robot.fixed_joints.end(), name) > 0;
+}
+
+}  // namespace
+
+JointStates::JointStates(std::istream& stream, std::string source, const RobotModel& robot)
+    : stream_(stream), source_(std::move(source)), robot_(robot) {
+  if (!nextFields()) throw std::invalid_argument(source_ + ": empty; expected a header of joint names");
+  for (const std::string& name : fields_) addColumn(name);
+}
+
+bool JointStates::next(std::vector<double>& positions) {
+  if (!nextFields()) return false;
+  if (fields_.size() != columns_.size()) {
+    fail(std::to_string(fields_.size()) + " numbers for " + std::to_string(columns_.size()) + " columns");
+  }
+  positions.assign(robot_.joints.size(), 0.0);
+  for (std::size_t i = 0; i < columns_.size(); ++i) positions[columns_[i].joint] = position(i);
+  return true;
+}
+
+/// Takes the next line that is not empty apart; false at the end.
+bool JointStates::nextFields() {
+  std::string text;
+  while (std::getline(stream_, text)) {
+    ++line_;
+    if (line_ == 1 && text.compare(0, 3, "\xEF\xBB\xBF") == 0) text.erase(0, 3);  // byte order mark of spreadsheets
+    if (text.find_first_not_of(" \t\r") == std::string::npos) continue;
+    try {
+      fields_ = csvFields(text);
+    } catch (const std::invalid_argument& error) {
+      fail(error.what());
+    }
+    return true;
+  }
+  if (stream_.bad()) fail("reading failed");
+  return false;
+}
+
+void JointStates::addColumn(const std::string& name) {
+  const auto hasName = [&](const Column& column) { return column.name == name; };
+  if (std::any_of(columns_.begin(), columns_.end(), hasName)) fail("two columns are named " + inQuotes(name));
+  const int joint = findJoint(robot_, name);
+  if (joint < 0 && isFixed(robot_, name)) fail("column " + inQuotes(name) + ": a fixed joint has no position");
+  if (joint < 0) fail("column " + inQuotes(name) + ": no such joint" + suggestion(robot_, name));
+  const Joint& found = robot_.joints[joint];
+  if (found.type == Joint::Type::Floating || found.type == Joint::Type::Planar) {
+    fail("column " + inQuotes(name) + ": a floating or planar joint has more than one position");
+  }
+  if (found.mimic) {
+    warnings_.push_back(source_ + ": column " + inQuotes(name) + " is not used: the joint follows " +
+                        inQuotes(robot_.joints[found.mimic->joint].name) + ".");
+  }
+  columns_.push_back({name, joint});
+}
+
+double JointStates::position(std::size_t column) const {
+  std::string text = fields_[column];
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.erase(0, 1);  // legal in CSV, not for from_chars
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
+    fail("column " + inQuotes(columns_[column].name) + ": " + inQuotes(fields_[column]) + " is no finite number");
+  }
+  return value;
+}
+
+void JointStates::fail(const std::string& what) const {
+  throw std::invalid_argument(source_ + ", line " + std::to_string(line_) + ": " + what);
+}
+
+}  // namespace proximity_server

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <istream>
+#include <string>
+#include <vector>
+
+#include "proximity_server/scene/robot_model.h"
+
+namespace proximity_server {
+
+/// Reads the states of a robot from comma-separated values, one at a time: a header of joint names, then a row for
+/// each state. Joints without a column are at 0; mimic joints follow their leader, and a column of theirs is read but
+/// not used (recorded joint states have them), which is a warning.
+///
+/// Unit:    [rad] or [m]. Empty lines are skipped.
+/// Failure: throws std::invalid_argument naming source, line and column: no header, an unknown, repeated, fixed or
+///          many-dimensional joint, too few or many numbers, a text that is no finite number.
+class JointStates {
+ public:
+  /// `source` is the name of the file in messages. Reads the header. The stream and the robot must outlive this.
+  JointStates(std::istream& stream, std::string source, const RobotModel& robot);
+
+  /// The next state, one position for each of RobotModel::joints; false at the end.
+  bool next(std::vector<double>& positions);
+
+  const std::vector<std::string>& warnings() const { return warnings_; }
+
+ private:
+  struct Column {
+    std::string name;
+    int joint;  ///< index into RobotModel::joints
+  };
+
+  bool nextFields();
+  void addColumn(const std::string& name);
+  double position(std::size_t column) const;
+  [[noreturn]] void fail(const std::string& what) const;
+
+  std::istream& stream_;
+  std::string source_;
+  const RobotModel& robot_;
+  std::vector<Column> columns_;
+  std::vector<std::string> fields_;  ///< of the current line
+  std::vector<std::string> warnings_;
+  long line_ = 0;
+};
+
+}  // namespace proximity_server

@@ -1,0 +1,35 @@
+#include "robot_files.h"
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+
+namespace proximity_server {
+
+std::string readTextFile(const std::string& path) {
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream || std::filesystem::is_directory(path)) throw std::invalid_argument(path + ": cannot be read");
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+std::shared_ptr<const SceneModel> loadSceneModel(const RobotFiles& files) {
+  ModelOptions options;
+  // The one line to replace once ModelOptions has the field: options.mesh_tolerance = *files.mesh_tolerance;
+  if (files.mesh_tolerance) throw std::invalid_argument("--mesh-tolerance is not available");
+  const std::string folder = std::filesystem::absolute(files.urdf).parent_path();
+  const std::string srdf = files.srdf.empty() ? "" : readTextFile(files.srdf);
+  try {
+    auto model = std::make_shared<SceneModel>();
+    model->robot = loadRobotModel(readTextFile(files.urdf), packageResolver(rosPackagePath(), folder), options);
+    model->pairs = filterPairs(model->robot, srdf);
+    return model;
+  } catch (const std::invalid_argument& error) {
+    const std::string what = error.what();
+    if (what.compare(0, files.urdf.size(), files.urdf) == 0) throw;
+    const bool from_srdf = what.compare(0, 4, "SRDF") == 0;
+    throw std::invalid_argument((from_srdf ? files.srdf : files.urdf) + ": " + what);
+  }
+}
+
+}  // namespace proximity_server

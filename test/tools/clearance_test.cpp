@@ -1,0 +1,142 @@
+// The executable from end to end, on a robot whose distances are worked out on paper.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "csv.h"
+#include "run_command.h"
+#include "scene/files.h"
+#include "two_sliders.h"
+
+namespace proximity_server {
+namespace {
+
+class Clearance : public ::testing::Test {
+ protected:
+  /// With the two sliders and the given states; `arguments` stand behind them.
+  CommandResult run(const std::string& states, const std::string& arguments) {
+    files_.write("s.csv", states);
+    return runCommand(CLEARANCE " " + urdf_ + " --states " + files_.path("s.csv") + " " + arguments + " 2>&1");
+  }
+
+  TemporaryFiles files_;
+  std::string urdf_ = files_.write("robot.urdf", kTwoSliders);
+};
+
+std::vector<std::vector<std::string>> rowsOf(const std::string& csv) {
+  std::vector<std::vector<std::string>> rows;
+  std::istringstream stream(csv);
+  for (std::string line; std::getline(stream, line);) rows.push_back(csvFields(line));
+  return rows;
+}
+
+/// The slider at random places, in several blocks.
+std::string manyStates(int count) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> position(-1.5, 2.0);
+  std::string states = "slide\n";
+  for (int i = 0; i < count; ++i) states += numberText(position(random)) + "\n";
+  return states;
+}
+
+TEST_F(Clearance, WritesTheClosestPairOfEachState) {
+  // Left out are neighbours (base - sled, base - ball, mast likewise): sled - ball is left, 2.25 + slide apart.
+  const CommandResult result = run("slide\n0\n0.5\n", "");
+  const auto rows = rowsOf(result.output);
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  ASSERT_EQ(rows.size(), 3U);
+  EXPECT_EQ(rows[0], (std::vector<std::string>{"state", "link_a", "link_b", "distance", "lower", "upper", "point_a_x",
+                                               "point_a_y", "point_a_z", "point_b_x", "point_b_y", "point_b_z",
+                                               "normal_x", "normal_y", "normal_z", "status", "representation"}));
+  EXPECT_EQ(rows[2][0], "1");
+  EXPECT_EQ(rows[2][15], "converged");
+  EXPECT_EQ(rows[2][16], "exact");
+  EXPECT_NEAR(std::stod(rows[1][3]), 2.25, 1e-9);
+  EXPECT_NEAR(std::stod(rows[2][3]), 2.75, 1e-9);
+}
+
+TEST_F(Clearance, WithoutFilterNeighboursComeToo) {
+  const auto rows = rowsOf(run("slide\n-0.75\n", "--no-filter").output);
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[1][1] + "|" + rows[1][2], "base|sled, left");
+  EXPECT_NEAR(std::stod(rows[1][3]), 0.25, 1e-9);
+}
+
+TEST_F(Clearance, SelectsPairs) {
+  const auto rowsFor = [&](const std::string& pairs) {
+    return rowsOf(run("slide\n0\n", "--no-filter --pairs " + pairs).output).size() - 1;
+  };
+  EXPECT_EQ(rowsFor("all"), 5U);  // of 4 links, less base - mast
+  EXPECT_EQ(rowsFor("k:2"), 2U);
+  EXPECT_EQ(rowsFor("below:1.5"), 1U);  // base - sled, 1 m
+  EXPECT_EQ(rowsFor("below:0.5"), 0U);
+}
+
+TEST_F(Clearance, JsonSaysTheSameAsCsv) {
+  const auto json = nlohmann::json::parse(run("slide\n0\n0.5\n", "--format json --no-filter --pairs all").output);
+  const auto rows = rowsOf(run("slide\n0\n0.5\n", "--no-filter --pairs all").output);
+  ASSERT_EQ(json.size() + 1, rows.size());
+  for (std::size_t i = 0; i < json.size(); ++i) {
+    EXPECT_EQ(json[i]["link_a"], rows[i + 1][1]);
+    EXPECT_EQ(json[i]["distance"].get<double>(), std::stod(rows[i + 1][3]));
+  }
+  EXPECT_EQ(nlohmann::json::parse(run("slide\n0\n", "--format json --pairs below:0").output).size(), 0U);
+}
+
+TEST_F(Clearance, SaysTheSameForAnyNumberOfThreads) {
+  const std::string states = manyStates(2000);
+  const CommandResult alone = run(states, "--no-filter --pairs all --threads 1");
+  EXPECT_EQ(rowsOf(alone.output).size(), 1U + 5U * 2000U);
+  EXPECT_EQ(run(states, "--no-filter --pairs all --threads 3").output, alone.output);
+}
+
+TEST_F(Clearance, ReadsStandardInputAndWritesAFile) {
+  const std::string out = files_.path("out.csv");
+  const CommandResult result = runCommand("printf 'slide\\n0\\n' | " CLEARANCE " " + urdf_ + " --out " + out);
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_EQ(result.output, "");
+  EXPECT_EQ(runCommand("cat " + out).output, run("slide\n0\n", "").output);
+}
+
+TEST_F(Clearance, WritesTheStatesBeforeAnError) {
+  const CommandResult result = run("slide\n0\n1\nnan\n", "");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_EQ(rowsOf(result.output).size(), 3U + 1U);
+  EXPECT_NE(result.output.find("s.csv, line 4: column \"slide\": \"nan\" is no finite number"), std::string::npos);
+}
+
+TEST_F(Clearance, NamesWhatIsWrongWithTheInput) {
+  const auto expect = [&](const CommandResult& result, int exit_code, const std::string& part) {
+    EXPECT_EQ(result.exit_code, exit_code) << result.output;
+    EXPECT_NE(result.output.find(part), std::string::npos) << result.output;
+  };
+  expect(run("", ""), 1, "empty");
+  expect(run("elbow\n1\n", ""), 1, "no such joint");
+  expect(runCommand(CLEARANCE " /nowhere.urdf < /dev/null 2>&1"), 1, "/nowhere.urdf: cannot be read");
+  expect(run("slide\n0\n", "--srdf /nowhere.srdf"), 1, "/nowhere.srdf: cannot be read");
+  expect(run("slide\n0\n", "--out /nowhere/out.csv"), 1, "/nowhere/out.csv: cannot be opened");
+  expect(run("slide\n0\n", "--pairs below:x"), 105, "below:x: no number behind below:");
+  expect(run("slide\n0\n", "--pairs k:0"), 105, "k:0: at least one pair");
+  expect(run("slide\n0\n", "--format xml"), 105, "xml");
+  expect(run("slide\n0\n", "--fast"), 109, "--fast");
+}
+
+TEST_F(Clearance, EndsQuietlyWhereNobodyReadsOn) {
+  files_.write("s.csv", manyStates(5000));
+  const CommandResult result = runCommand(CLEARANCE " " + urdf_ + " --no-filter --pairs all --states " +
+                                          files_.path("s.csv") + " 2>&1 | head -1");
+  EXPECT_EQ(rowsOf(result.output).size(), 1U);
+}
+
+TEST_F(Clearance, DrawsAPicture) {
+  if (runCommand("/usr/bin/python3 -c 'import matplotlib' 2>/dev/null").exit_code != 0) {
+    GTEST_SKIP() << "python3-matplotlib is not installed";
+  }
+  const std::string png = files_.path("it's a plot.png");
+  EXPECT_EQ(run(manyStates(300), "--no-filter --pairs all --plot \"" + png + "\"").exit_code, 0);
+  EXPECT_GT(std::filesystem::file_size(png), 1000U);
+}
+
+}  // namespace
+}  // namespace proximity_server
