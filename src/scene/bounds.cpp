@@ -37,16 +37,6 @@ Bounds boxAlong(const Matrix3d& axes, const Pieces& pieces) {
   return box;
 }
 
-/// How far a piece reaches from `centre`, at most.
-double reachFrom(const Vector3d& centre, const Piece& piece) {
-  const Vector3d in_piece = piece.body_T_piece.inverse(Eigen::Isometry) * centre;
-  if (piece.shape.kind() != Shape::Kind::Hull)
-    return (in_piece - piece.shape.centre()).norm() + piece.shape.coreRadius() + piece.shape.margin();
-  double reach = 0.0;
-  for (const Vector3d& vertex : piece.shape.hull().vertices()) reach = std::max(reach, (vertex - in_piece).norm());
-  return reach + piece.shape.margin();
-}
-
 double reachFrom(const Vector3d& centre, const Pieces& pieces) {
   double reach = 0.0;
   for (const Piece* piece : pieces) reach = std::max(reach, reachFrom(centre, *piece));
@@ -85,6 +75,15 @@ double distanceFromBox(const Vector3d& offset, const Vector3d& half) {
 }
 
 }  // namespace
+
+double reachFrom(const Vector3d& point, const Piece& piece) {
+  const Vector3d in_piece = piece.body_T_piece.inverse(Eigen::Isometry) * point;
+  if (piece.shape.kind() != Shape::Kind::Hull)
+    return (in_piece - piece.shape.centre()).norm() + piece.shape.coreRadius() + piece.shape.margin();
+  double reach = 0.0;
+  for (const Vector3d& vertex : piece.shape.hull().vertices()) reach = std::max(reach, (vertex - in_piece).norm());
+  return reach + piece.shape.margin();
+}
 
 Bounds boundsOf(const Piece& piece) {
   const Matrix3d frame = piece.body_T_piece.linear();

@@ -26,6 +26,9 @@ struct Bounds {
   double reach = 0.0;                                  ///< at least how far the pieces reach from the body's origin
 };
 
+/// [m] At most how far a piece reaches from a point of its body's frame.
+double reachFrom(const Eigen::Vector3d& point, const Piece& piece);
+
 Bounds boundsOf(const Piece& piece);
 
 /// `each` are the bounds of the `pieces`.

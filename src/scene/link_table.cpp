@@ -24,11 +24,6 @@ int LinkTable::require(const std::string& name, const std::string& list) const {
   return link;
 }
 
-bool LinkTable::adjacent(const OrderedPair& pair) const {
-  const int a = body(pair.link_a), b = body(pair.link_b);
-  return model_.bodies[a].parent == b || model_.bodies[b].parent == a;
-}
-
 bool LinkTable::adjacentButForEmptyBodies(const OrderedPair& pair) const {
   const auto solidParent = [&](int body) {
     do {
@@ -42,7 +37,7 @@ bool LinkTable::adjacentButForEmptyBodies(const OrderedPair& pair) const {
 
 OrderedPair PairListReader::require(const std::pair<std::string, std::string>& names) {
   ++entries_;
-  return counted({links_.require(names.first, list_), links_.require(names.second, list_)});
+  return judged({links_.require(names.first, list_), links_.require(names.second, list_)}, names);
 }
 
 std::optional<OrderedPair> PairListReader::find(const std::pair<std::string, std::string>& names) {
@@ -50,38 +45,43 @@ std::optional<OrderedPair> PairListReader::find(const std::pair<std::string, std
   const int a = links_.find(names.first), b = links_.find(names.second);
   if (a < 0) unknown_.insert(names.first);
   if (b < 0) unknown_.insert(names.second);
-  if (a >= 0 && b >= 0) return counted({a, b});
-  ++without_link_;
+  if (a >= 0 && b >= 0) return judged({a, b}, names);
+  addIdle(names, IdleEntry::Cause::UnknownLink);
   return std::nullopt;
 }
 
-/// Each entry counts once, under the first reason that makes it useless.
-OrderedPair PairListReader::counted(const OrderedPair& pair) {
+/// Each entry counts once, under the first cause that makes it useless.
+OrderedPair PairListReader::judged(const OrderedPair& pair, const std::pair<std::string, std::string>& names) {
   if (!links_.hasGeometry(pair.link_a) || !links_.hasGeometry(pair.link_b)) {
-    ++without_geometry_;
+    addIdle(names, IdleEntry::Cause::NoGeometry);
   } else if (links_.sameBody(pair)) {
-    ++same_body_;
+    addIdle(names, IdleEntry::Cause::SameBody);
   } else if (!seen_.insert(pair).second) {
-    ++repeated_;
+    addIdle(names, IdleEntry::Cause::Repeated);
   }
   return pair;
 }
 
-void PairListReader::report(std::vector<std::string>& warnings) const {
+void PairListReader::addIdle(const std::pair<std::string, std::string>& names, IdleEntry::Cause cause) {
+  idle_.push_back({list_, names.first, names.second, cause});
+}
+
+void PairListReader::report(PairTable& table) const {
   std::vector<std::string> counts;
-  const auto tell = [&](int count, const std::string& what) {
-    if (count > 0) counts.push_back(std::to_string(count) + " " + what);
-  };
-  tell(without_link_, "name a link that does not exist");
-  tell(without_geometry_, "a link without collision geometry");
-  tell(same_body_, "two links of one rigid body");
-  tell(repeated_, "a pair for the second time");
+  using Cause = IdleEntry::Cause;
+  for (const Cause cause : {Cause::UnknownLink, Cause::NoGeometry, Cause::SameBody, Cause::Repeated}) {
+    const auto count =
+        std::count_if(idle_.begin(), idle_.end(), [&](const IdleEntry& entry) { return entry.cause == cause; });
+    if (count > 0) counts.push_back(std::to_string(count) + " " + toString(cause));
+  }
   if (!counts.empty()) {
-    warnings.push_back(list_ + ": without effect are, of " + std::to_string(entries_) + ", " + listed(counts) + ".");
+    table.warnings.push_back(list_ + ": without effect are, of " + std::to_string(entries_) + ", " + listed(counts) +
+                             ".");
   }
   std::vector<std::string> names;
   for (const std::string& name : unknown_) names.push_back(links_.unknown(name));
-  if (!names.empty()) warnings.push_back(list_ + ": no link " + listed(names) + ".");
+  if (!names.empty()) table.warnings.push_back(list_ + ": no link " + listed(names) + ".");
+  table.idle.insert(table.idle.end(), idle_.begin(), idle_.end());
 }
 
 }  // namespace proximity_server

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "names.h"
-#include "proximity_server/scene/robot_model.h"
+#include "proximity_server/scene/pair_filter.h"
 
 namespace proximity_server {
 
@@ -39,8 +39,7 @@ class LinkTable {
   int body(int link) const { return model_.links[link].body; }
   bool hasGeometry(int link) const { return has_geometry_[link]; }
   bool sameBody(const OrderedPair& pair) const { return body(pair.link_a) == body(pair.link_b); }
-  /// Joined by one movable joint.
-  bool adjacent(const OrderedPair& pair) const;
+  bool adjacent(const OrderedPair& pair) const { return model_.areNeighbours(pair.link_a, pair.link_b); }
   /// Joined by several movable joints, with nothing but bodies without geometry between them.
   bool adjacentButForEmptyBodies(const OrderedPair& pair) const;
 
@@ -51,7 +50,7 @@ class LinkTable {
   std::vector<bool> has_geometry_;
 };
 
-/// Looks up the pairs of one list of names and counts those that have no effect.
+/// Looks up the pairs of one list of names and keeps those that have no effect.
 class PairListReader {
  public:
   PairListReader(std::string list, const LinkTable& links) : list_(std::move(list)), links_(links) {}
@@ -62,17 +61,19 @@ class PairListReader {
   /// For lists in which an unknown link is a warning: nothing then.
   std::optional<OrderedPair> find(const std::pair<std::string, std::string>& names);
 
-  /// One sentence for all entries without effect, one for all unknown names.
-  void report(std::vector<std::string>& warnings) const;
+  /// The entries without effect, one sentence for all of them, and one for all unknown names.
+  void report(PairTable& table) const;
 
  private:
-  OrderedPair counted(const OrderedPair& pair);
+  OrderedPair judged(const OrderedPair& pair, const std::pair<std::string, std::string>& names);
+  void addIdle(const std::pair<std::string, std::string>& names, IdleEntry::Cause cause);
 
   std::string list_;
   const LinkTable& links_;
   std::set<OrderedPair> seen_;
   std::set<std::string> unknown_;
-  int entries_ = 0, without_link_ = 0, without_geometry_ = 0, same_body_ = 0, repeated_ = 0;
+  std::vector<IdleEntry> idle_;
+  int entries_ = 0;
 };
 
 }  // namespace proximity_server

@@ -24,20 +24,20 @@ struct Rules {
 };
 
 std::set<OrderedPair> readConfigPairs(const std::string& list, const std::vector<PairFilterOptions::Names>& entries,
-                                      const LinkTable& links, std::vector<std::string>& warnings) {
+                                      const LinkTable& links, PairTable& table) {
   std::set<OrderedPair> pairs;
   PairListReader reader(list, links);
   for (const auto& names : entries) pairs.insert(reader.require(names));
-  reader.report(warnings);
+  reader.report(table);
   return pairs;
 }
 
-void readDisabled(const Srdf& srdf, const LinkTable& links, Rules& rules, std::vector<std::string>& warnings) {
+void readDisabled(const Srdf& srdf, const LinkTable& links, Rules& rules, PairTable& table) {
   PairListReader reader("disable_collisions", links);
   for (const Srdf::DisabledPair& entry : srdf.disable_collisions) {
     if (const auto pair = reader.find(entry.links)) rules.disabled.emplace(*pair, entry.reason);
   }
-  reader.report(warnings);
+  reader.report(table);
 
   std::vector<std::string> unknown;
   for (const std::string& name : srdf.disable_default_collisions) {
@@ -45,14 +45,14 @@ void readDisabled(const Srdf& srdf, const LinkTable& links, Rules& rules, std::v
     if (link < 0) unknown.push_back(links.unknown(name));
     rules.disabled_by_default.insert(link);
   }
-  if (!unknown.empty()) warnings.push_back("disable_default_collisions: no link " + listed(unknown) + ".");
+  if (!unknown.empty()) table.warnings.push_back("disable_default_collisions: no link " + listed(unknown) + ".");
 }
 
 bool disabledByDefault(const OrderedPair& pair, const Rules& rules) {
   return rules.disabled_by_default.count(pair.link_a) || rules.disabled_by_default.count(pair.link_b);
 }
 
-void readEnabled(const Srdf& srdf, const LinkTable& links, Rules& rules, std::vector<std::string>& warnings) {
+void readEnabled(const Srdf& srdf, const LinkTable& links, Rules& rules, PairTable& table) {
   std::vector<std::string> contradictory, needless;
   PairListReader reader("enable_collisions", links);
   for (const Srdf::Names& names : srdf.enable_collisions) {
@@ -64,24 +64,24 @@ void readEnabled(const Srdf& srdf, const LinkTable& links, Rules& rules, std::ve
       needless.push_back(links.names(*pair));
     }
   }
-  reader.report(warnings);
+  reader.report(table);
   if (!contradictory.empty()) {
-    warnings.push_back("enable_collisions yields to disable_collisions for " + listed(contradictory) + ".");
+    table.warnings.push_back("enable_collisions yields to disable_collisions for " + listed(contradictory) + ".");
   }
   if (!needless.empty()) {
-    warnings.push_back("enable_collisions names pairs that are checked anyway: " + listed(needless) + ".");
+    table.warnings.push_back("enable_collisions names pairs that are checked anyway: " + listed(needless) + ".");
   }
 }
 
 Rules readRules(const RobotModel& model, const LinkTable& links, const Srdf& srdf, const PairFilterOptions& options,
-                std::vector<std::string>& warnings) {
+                PairTable& table) {
   Rules rules;
   rules.only_listed = !options.only_pairs.empty();
-  rules.only = readConfigPairs("only_pairs", options.only_pairs, links, warnings);
-  rules.excluded = readConfigPairs("exclude_pairs", options.exclude_pairs, links, warnings);
-  readDisabled(srdf, links, rules, warnings);
-  readEnabled(srdf, links, rules, warnings);
-  if (!options.group.empty()) rules.moved = bodiesMovedByGroup(model, links, srdf, options.group, warnings);
+  rules.only = readConfigPairs("only_pairs", options.only_pairs, links, table);
+  rules.excluded = readConfigPairs("exclude_pairs", options.exclude_pairs, links, table);
+  readDisabled(srdf, links, rules, table);
+  readEnabled(srdf, links, rules, table);
+  if (!options.group.empty()) rules.moved = bodiesMovedByGroup(model, links, srdf, options.group, table.warnings);
   return rules;
 }
 
@@ -113,7 +113,7 @@ void addPadding(const PairFilterOptions& options, const LinkTable& links, PairTa
     }
     if (const int index = table.find(pair.link_a, pair.link_b); index >= 0) table.pairs[index].padding = padding;
   }
-  reader.report(table.warnings);
+  reader.report(table);
 }
 
 /// What a person would want to know about the outcome.
@@ -157,6 +157,20 @@ const char* toString(PairReason reason) {
   return "unknown";
 }
 
+const char* toString(IdleEntry::Cause cause) {
+  switch (cause) {
+    case IdleEntry::Cause::UnknownLink:
+      return "name a link that does not exist";
+    case IdleEntry::Cause::NoGeometry:
+      return "a link without collision geometry";
+    case IdleEntry::Cause::SameBody:
+      return "two links of one rigid body";
+    case IdleEntry::Cause::Repeated:
+      return "a pair for the second time";
+  }
+  return "unknown";
+}
+
 int PairTable::find(int link_a, int link_b) const {
   const OrderedPair wanted(link_a, link_b);
   const auto hit = std::lower_bound(
@@ -174,7 +188,7 @@ PairTable filterPairs(const RobotModel& model, const std::string& srdf_xml, cons
     table.warnings.push_back("The SRDF is for the robot " + quoted(srdf.robot) + ", the URDF is of " +
                              quoted(model.name) + ".");
   }
-  const Rules rules = readRules(model, links, srdf, options, table.warnings);
+  const Rules rules = readRules(model, links, srdf, options, table);
   for (int a = 0; a < links.size(); ++a) {
     for (int b = a + 1; b < links.size(); ++b) {
       if (!links.hasGeometry(a) || !links.hasGeometry(b)) continue;

@@ -5,6 +5,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "bounds.h"
 #include "collision_geometry.h"
 #include "names.h"
 #include "urdf_document.h"
@@ -262,18 +263,36 @@ void requireLinks(const std::string& what, const std::map<std::string, double>& 
 
 /// Where a joint stands: mimic joints follow their leader.
 double jointPosition(const RobotModel& model, int joint, const std::vector<double>& positions) {
-  double multiplier = 1.0, offset = 0.0;
-  while (const auto& mimic = model.joints[joint].mimic) {
-    offset += multiplier * mimic->offset;
-    multiplier *= mimic->multiplier;
-    joint = mimic->joint;
-  }
-  return offset + multiplier * positions[joint];
+  const Joint::Mimic leader = model.leaderOf(joint);
+  return leader.offset + leader.multiplier * positions[leader.joint];
 }
 
 }  // namespace
 
 int RobotModel::findLink(const std::string& link_name) const { return findNamed(links, link_name); }
+
+bool RobotModel::areNeighbours(int link_a, int link_b) const {
+  const int a = links[link_a].body, b = links[link_b].body;
+  return bodies[a].parent == b || bodies[b].parent == a;
+}
+
+Joint::Mimic RobotModel::leaderOf(int joint) const {
+  Joint::Mimic leader{joint, 1.0, 0.0};
+  while (const auto& mimic = joints[leader.joint].mimic) {
+    leader.offset += leader.multiplier * mimic->offset;
+    leader.multiplier *= mimic->multiplier;
+    leader.joint = mimic->joint;
+  }
+  return leader;
+}
+
+double RobotModel::reachOf(int link, const Vector3d& point) const {
+  double reach = 0.0;
+  for (const int collision : links[link].collisions) {
+    for (const int piece : collisions[collision].pieces) reach = std::max(reach, reachFrom(point, pieces[piece]));
+  }
+  return reach;
+}
 
 RobotModel loadRobotModel(const std::string& urdf_xml, const MeshResolver& resolve, const ModelOptions& options) {
   const urdf::ModelInterfaceSharedPtr urdf = readUrdf(urdf_xml);

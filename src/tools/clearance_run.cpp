@@ -2,11 +2,11 @@
 
 #include <charconv>
 #include <cmath>
-#include <deque>
 #include <exception>
-#include <future>
 #include <stdexcept>
 #include <utility>
+
+#include "answers_in_order.h"
 
 namespace proximity_server {
 namespace {
@@ -125,17 +125,13 @@ std::vector<SubjectPair> unfilteredPairs(const SceneModel& model) {
 void answerStates(const ClearanceQuestion& question, JointStates& states,
                   const std::function<void(const StateClearance&)>& take) {
   BlockReader reader(states);
-  std::deque<std::future<BlockAnswer>> running;
-  const auto takeOldest = [&] {
-    for (const StateClearance& answer : running.front().get()) take(answer);
-    running.pop_front();
-  };
+  AnswersInOrder<BlockAnswer> answers(question.threads, [&](const BlockAnswer& answer) {
+    for (const StateClearance& state : answer) take(state);
+  });
   for (Block block = reader.next(); !block.states.empty(); block = reader.next()) {
-    if (running.size() == static_cast<std::size_t>(question.threads)) takeOldest();
-    running.push_back(
-        std::async(std::launch::async, [&question, work = std::move(block)] { return answerBlock(question, work); }));
+    answers.start([&question, work = std::move(block)] { return answerBlock(question, work); });
   }
-  while (!running.empty()) takeOldest();
+  answers.finish();
   reader.rethrow();
 }
 

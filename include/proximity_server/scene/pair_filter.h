@@ -27,11 +27,21 @@ struct LinkPair {
   double padding = 0;  ///< [m] taken off the distance of this pair, half on each side
 };
 
+/// A pair that a list of the SRDF or of the configuration names without effect.
+struct IdleEntry {
+  enum class Cause : unsigned char { UnknownLink, NoGeometry, SameBody, Repeated };
+  std::string list;  ///< disable_collisions, exclude_pairs, ...
+  std::string link_a, link_b;
+  Cause cause;  ///< the first that applies
+};
+const char* toString(IdleEntry::Cause cause);
+
 /// All pairs of links with geometry, each with its reason.
 struct PairTable {
   std::vector<LinkPair> pairs;        ///< sorted by (link_a, link_b)
   std::vector<int> checked;           ///< indices of the candidate pairs
   std::vector<std::string> warnings;  ///< unknown names (with the nearest known one), and counts of useless entries
+  std::vector<IdleEntry> idle;        ///< those entries, in the order of their lists
 
   /// Index of the pair in either order, or -1.
   int find(int link_a, int link_b) const;

@@ -80,6 +80,16 @@ struct RobotModel {
 
   /// Index of a link, or -1.
   int findLink(const std::string& name) const;
+
+  /// Whether one movable joint joins the bodies of two links.
+  bool areNeighbours(int link_a, int link_b) const;
+
+  /// The joint that sets a joint's position: position = offset + multiplier * that of the leader. A joint that follows
+  /// none leads itself.
+  Joint::Mimic leaderOf(int joint) const;
+
+  /// [m] At most how far the geometry of a link reaches from a point, which is given in the frame of the link's body.
+  double reachOf(int link, const Eigen::Vector3d& point) const;
 };
 
 /// The known name nearest to `name` in edit distance ("did you mean ..."); "" where there is none at all.

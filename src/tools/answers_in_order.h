@@ -1,0 +1,38 @@
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <future>
+#include <utility>
+
+namespace proximity_server {
+
+/// Runs work in several threads and hands on the answers in the order in which the work came, in the calling thread.
+/// At most `threads` answers wait. What the work throws comes out of start() or finish().
+template <typename Answer>
+class AnswersInOrder {
+ public:
+  AnswersInOrder(int threads, std::function<void(Answer)> take)
+      : threads_(static_cast<std::size_t>(threads)), take_(std::move(take)) {}
+
+  void start(std::function<Answer()> work) {
+    if (running_.size() == threads_) takeOldest();
+    running_.push_back(std::async(std::launch::async, std::move(work)));
+  }
+
+  void finish() {
+    while (!running_.empty()) takeOldest();
+  }
+
+ private:
+  void takeOldest() {
+    take_(running_.front().get());
+    running_.pop_front();
+  }
+
+  std::size_t threads_;
+  std::function<void(Answer)> take_;
+  std::deque<std::future<Answer>> running_;
+};
+
+}  // namespace proximity_server
