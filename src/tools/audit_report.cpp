@@ -1,0 +1,189 @@
+#include "audit_report.h"
+
+#include <array>
+#include <cstdio>
+#include <sstream>
+
+#include "csv.h"
+
+namespace proximity_server {
+namespace {
+
+/// A length as people read it: three digits.
+std::string metres(double length) {
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), "%.3g m", length);
+  return text.data();
+}
+
+const char* toString(ContactClass contact) {
+  switch (contact) {
+    case ContactClass::Always:
+      return "always in contact";
+    case ContactClass::Never:
+      return "never in contact";
+    case ContactClass::Sometimes:
+      return "in contact in some states";
+    case ContactClass::Undecided:
+      return "not decided";
+  }
+  return "unknown";
+}
+
+/// How sure it is that a pair keeps to its class.
+std::string evidenceText(const PairEvidence& evidence) {
+  const std::string not_seen = " in " + std::to_string(evidence.samples) + " samples and a search";
+  switch (evidence.contactClass()) {
+    case ContactClass::Always:
+      return "not seen apart" + not_seen;
+    case ContactClass::Never:
+      return "closest seen " + metres(evidence.smallest) + "; " +
+             (evidence.proven ? "proven: at least " + metres(*evidence.proven) : "contact not seen" + not_seen);
+    case ContactClass::Undecided:
+      return std::string(evidence.contact ? "always" : "never") +
+             " in contact so far, but a joint between them can do more than was tried";
+    case ContactClass::Sometimes:
+      break;
+  }
+  return "";
+}
+
+class Report {
+ public:
+  Report(const SceneModel& model, const PairStudy& study) : model_(model), study_(study) {}
+
+  void addSummary() {
+    text_ << "Robot \"" << model_.robot.name << "\": " << study_.pairs.size() << " pairs of links, " << study_.samples
+          << " random states; "
+          << (study_.has_settled ? "no pair changed its class in the last 30000, or all are known"
+                                 : "too few for the classes to settle (see --samples)")
+          << ".\n";
+    for (const JointRange& range : jointRanges(model_.robot)) {
+      if (hasKnownRange(model_.robot, range.joint)) continue;
+      text_ << "Joint \"" << model_.robot.joints[range.joint].name << "\" has no limits; tried from "
+            << metres(range.lower) << " to " << metres(range.upper) << ".\n";
+    }
+    for (const Joint& joint : model_.robot.joints) {
+      if (joint.type != Joint::Type::Floating && joint.type != Joint::Type::Planar) continue;
+      text_ << "Joint \"" << joint.name << "\" is floating or planar; it stood still.\n";
+    }
+  }
+
+  void addClass(ContactClass contact) {
+    std::vector<std::string> lines;
+    for (const PairEvidence& evidence : study_.pairs) {
+      if (evidence.are_neighbours || evidence.contactClass() != contact) continue;
+      const std::string proof = evidenceText(evidence);
+      lines.push_back(names(evidence) + (proof.empty() ? "" : ": " + proof));
+    }
+    addList(toString(contact), lines);
+  }
+
+  void addNeighbours() {
+    std::vector<std::string> lines;
+    for (const PairEvidence& evidence : study_.pairs) {
+      if (evidence.are_neighbours) lines.push_back(names(evidence) + ": " + toString(evidence.contactClass()));
+    }
+    addList("adjacent (joined by one joint)", lines);
+  }
+
+  void addSrdfFaults() {
+    text_ << "\nWhat the SRDF gets wrong:\n";
+    const SrdfFaults faults = findSrdfFaults(model_, study_);
+    addList("disabled, but they can collide", linesOf(faults.disabled_but_touch, [&](const PairEvidence& evidence) {
+              return reasonText(evidence) + "in contact at " +
+                     stateText(model_.robot, evidence.pair, *evidence.contact);
+            }));
+    addList("checked, but never in contact", linesOf(faults.checked_but_never, evidenceText));
+    addList("checked, but always in contact", linesOf(faults.checked_but_always, evidenceText));
+    std::vector<std::string> idle;
+    for (const IdleEntry& entry : model_.pairs.idle) {
+      idle.push_back(entry.list + " " + entry.link_a + " - " + entry.link_b + ": " + causeText(entry));
+    }
+    addList("entries without effect", idle);
+    addList("remarks", model_.pairs.warnings);
+  }
+
+  std::string text() const { return text_.str(); }
+
+ private:
+  std::string names(const PairEvidence& evidence) const {
+    return model_.robot.links[evidence.pair.a.link].name + " - " + model_.robot.links[evidence.pair.b.link].name;
+  }
+
+  void addList(const std::string& title, const std::vector<std::string>& lines) {
+    text_ << '\n' << title << " (" << lines.size() << ")\n";
+    for (const std::string& line : lines) text_ << "  " << line << '\n';
+  }
+
+  template <typename Describe>
+  std::vector<std::string> linesOf(const std::vector<int>& indices, const Describe& describe) const {
+    std::vector<std::string> lines;
+    for (const int i : indices) lines.push_back(names(study_.pairs[i]) + ": " + describe(study_.pairs[i]));
+    return lines;
+  }
+
+  /// What the SRDF gives as its reason.
+  std::string reasonText(const PairEvidence& evidence) const {
+    const PairTable& table = model_.pairs;
+    const LinkPair& pair = table.pairs[table.find(evidence.pair.a.link, evidence.pair.b.link)];
+    return pair.detail.empty() ? "" : "said to be \"" + pair.detail + "\", ";
+  }
+
+  static std::string causeText(const IdleEntry& entry) {
+    switch (entry.cause) {
+      case IdleEntry::Cause::UnknownLink:
+        return "there is no such link";
+      case IdleEntry::Cause::NoGeometry:
+        return "no collision geometry";
+      case IdleEntry::Cause::SameBody:
+        return "one rigid body";
+      case IdleEntry::Cause::Repeated:
+        return "said before";
+    }
+    return "unknown";
+  }
+
+  const SceneModel& model_;
+  const PairStudy& study_;
+  std::ostringstream text_;
+};
+
+}  // namespace
+
+SrdfFaults findSrdfFaults(const SceneModel& model, const PairStudy& study) {
+  SrdfFaults faults;
+  for (int i = 0; i < static_cast<int>(study.pairs.size()); ++i) {
+    const PairEvidence& evidence = study.pairs[i];
+    const PairReason reason = model.pairs.pairs[model.pairs.find(evidence.pair.a.link, evidence.pair.b.link)].reason;
+    const ContactClass contact = evidence.contactClass();
+    const bool is_disabled = reason == PairReason::SrdfDisabled && !evidence.are_neighbours;
+    if (is_disabled && contact == ContactClass::Sometimes) faults.disabled_but_touch.push_back(i);
+    if (reason != PairReason::Checked) continue;
+    if (contact == ContactClass::Never) faults.checked_but_never.push_back(i);
+    if (contact == ContactClass::Always) faults.checked_but_always.push_back(i);
+  }
+  return faults;
+}
+
+std::string stateText(const RobotModel& robot, const SubjectPair& pair, const Positions& positions) {
+  std::string text;
+  for (const JointRange& range : rangesBetween(robot, jointRanges(robot), pair.a.link, pair.b.link)) {
+    text += (text.empty() ? "" : " ") + robot.joints[range.joint].name + "=" + numberText(positions[range.joint]);
+  }
+  return text;
+}
+
+std::string auditReport(const SceneModel& model, const PairStudy& study, SrdfGiven srdf) {
+  Report report(model, study);
+  report.addSummary();
+  for (const ContactClass contact :
+       {ContactClass::Always, ContactClass::Never, ContactClass::Sometimes, ContactClass::Undecided}) {
+    report.addClass(contact);
+  }
+  report.addNeighbours();
+  if (srdf == SrdfGiven::Yes) report.addSrdfFaults();
+  return report.text();
+}
+
+}  // namespace proximity_server

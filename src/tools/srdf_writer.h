@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+
+#include "pair_study.h"
+
+namespace proximity_server {
+
+/// An SRDF whose disable_collisions name the neighbours (reason "Adjacent"), the pairs that are always in contact
+/// ("Always") and those that never are ("Never").
+///
+/// Everything else of the given SRDF stays, comments too; "" stands for an SRDF that says nothing. A pair that its
+/// enable_collisions name is not disabled.
+/// Failure: throws std::invalid_argument for an SRDF that is no XML with a <robot>.
+std::string writeSrdf(const std::string& srdf_xml, const RobotModel& robot, const PairStudy& study);
+
+}  // namespace proximity_server
