@@ -54,10 +54,7 @@ class Report {
 
   void addSummary() {
     text_ << "Robot \"" << model_.robot.name << "\": " << study_.pairs.size() << " pairs of links, " << study_.samples
-          << " random states; "
-          << (study_.has_settled ? "no pair changed its class in the last 30000, or all are known"
-                                 : "too few for the classes to settle (see --samples)")
-          << ".\n";
+          << " random states, " << endText() << ".\n";
     for (const JointRange& range : jointRanges(model_.robot)) {
       if (hasKnownRange(model_.robot, range.joint)) continue;
       text_ << "Joint \"" << model_.robot.joints[range.joint].name << "\" has no limits; tried from "
@@ -100,13 +97,25 @@ class Report {
     for (const IdleEntry& entry : model_.pairs.idle) {
       idle.push_back(entry.list + " " + entry.link_a + " - " + entry.link_b + ": " + causeText(entry));
     }
-    addList("entries without effect", idle);
     addList("remarks", model_.pairs.warnings);
+    addList("entries without effect", idle);  // last, as there may be hundreds
   }
 
   std::string text() const { return text_.str(); }
 
  private:
+  std::string endText() const {
+    switch (study_.end) {
+      case SamplingEnd::MostSamples:
+        return "after which pairs may still change their class (more: --samples)";
+      case SamplingEnd::Quiet:
+        return "of which the last " + std::to_string(kQuietSamples) + " changed the class of no pair";
+      case SamplingEnd::AllKnown:
+        return "after which every pair had been seen in contact and apart";
+    }
+    return "";
+  }
+
   std::string names(const PairEvidence& evidence) const {
     return model_.robot.links[evidence.pair.a.link].name + " - " + model_.robot.links[evidence.pair.b.link].name;
   }

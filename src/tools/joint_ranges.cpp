@@ -16,10 +16,21 @@ bool hasOnePosition(const Joint& joint) {
 
 bool hasLimits(const Joint& joint) { return std::isfinite(joint.lower) && std::isfinite(joint.upper); }
 
-JointRange rangeOf(const Joint& joint, int index) {
-  if (hasLimits(joint)) return {index, joint.lower, joint.upper};
-  const double half = joint.type == Joint::Type::Prismatic ? kGuess : kPi;
-  return {index, -half, half};
+bool hasFollowers(const RobotModel& robot, int joint) {
+  return std::any_of(robot.joints.begin(), robot.joints.end(),
+                     [&](const Joint& other) { return other.mimic && other.mimic->joint == joint; });
+}
+
+JointRange rangeOf(const RobotModel& robot, int index) {
+  const Joint& joint = robot.joints[index];
+  if (!hasLimits(joint)) {
+    const double half = joint.type == Joint::Type::Prismatic ? kGuess : kPi;
+    return {index, -half, half};
+  }
+  const double middle = 0.5 * (joint.lower + joint.upper);
+  const bool repeats = joint.type == Joint::Type::Revolute && joint.upper - joint.lower > 2.0 * kPi;
+  if (repeats && !hasFollowers(robot, index)) return {index, middle - kPi, middle + kPi};
+  return {index, joint.lower, joint.upper};
 }
 
 }  // namespace
@@ -35,7 +46,7 @@ std::vector<JointRange> jointRanges(const RobotModel& robot) {
   std::vector<JointRange> ranges;
   for (int i = 0; i < static_cast<int>(robot.joints.size()); ++i) {
     const Joint& joint = robot.joints[i];
-    if (hasOnePosition(joint) && !joint.mimic) ranges.push_back(rangeOf(joint, i));
+    if (hasOnePosition(joint) && !joint.mimic) ranges.push_back(rangeOf(robot, i));
   }
   return ranges;
 }

@@ -1,7 +1,6 @@
 #include "pair_study.h"
 
 #include <algorithm>
-#include <cmath>
 #include <random>
 
 #include "answers_in_order.h"
@@ -10,7 +9,7 @@ namespace proximity_server {
 namespace {
 
 constexpr long kBlockSize = 64;     // states
-constexpr int kBlocksInRound = 64;  // 4096 states: few against the 30000 that must be quiet
+constexpr int kBlocksInRound = 64;  // 4096 states: few against kQuietSamples
 constexpr int kMostSearchQueries = 2000;
 
 /// What one block says about each pair that it was asked about.
@@ -151,12 +150,12 @@ class Studying {
   }
 
   void sample() {
-    const double quiet_enough = std::ceil(3.0 / kUnseenShare);
-    for (long quiet = 0; !study_.has_settled && study_.samples < options_.most_samples;) {
+    for (long quiet = 0; study_.end == SamplingEnd::MostSamples && study_.samples < options_.most_samples;) {
       const long before = study_.samples;
       const bool changed = sampleRound();
       quiet = changed ? 0 : quiet + study_.samples - before;
-      study_.has_settled = openPairs().empty() || static_cast<double>(quiet) >= quiet_enough;
+      if (quiet >= kQuietSamples) study_.end = SamplingEnd::Quiet;
+      if (openPairs().empty()) study_.end = SamplingEnd::AllKnown;
       tell(StudyStage::Sampling, study_.samples, options_.most_samples);
     }
   }

@@ -41,11 +41,19 @@ struct StudyOptions {
 
 /// Share of the states that a class may have without having been seen, see studyPairs().
 constexpr double kUnseenShare = 1e-4;
+constexpr long kQuietSamples = 30000;  ///< 3 / kUnseenShare
+
+/// Why no more random states were drawn.
+enum class SamplingEnd : unsigned char {
+  MostSamples,  ///< the number asked for was reached
+  Quiet,        ///< no pair changed its class in the last kQuietSamples
+  AllKnown      ///< every pair was seen both in contact and apart
+};
 
 struct PairStudy {
   std::vector<PairEvidence> pairs;  ///< all pairs of links with geometry that are not one body
   long samples = 0;                 ///< states that were drawn
-  bool has_settled = false;         ///< no pair changed its class in the last 3 / kUnseenShare of them
+  SamplingEnd end = SamplingEnd::MostSamples;
 };
 
 /// How far the study is, for a progress bar; called in the thread of the caller.
@@ -55,7 +63,7 @@ using StudyProgress = std::function<void(StudyStage, double done)>;  ///< done: 
 /// Finds out which pairs of links touch in which states.
 ///
 /// First, random states: joints uniform within their ranges. A pair that was seen in contact and apart is left alone
-/// from then on. The states end early once 3 / kUnseenShare of them in a row changed the class of no pair. By the rule
+/// from then on. The states end early once kQuietSamples of them in a row changed the class of no pair. By the rule
 /// of three a pair's other kind of state then has, at 95 % confidence, a share of less than kUnseenShare: n independent
 /// states all miss a share p with the probability (1 - p)^n < exp(-n p), which is 5 % for n p = 3.
 /// Second, what random states miss: from the closest state of a pair that was never in contact, a coordinate descent of

@@ -263,6 +263,22 @@ TEST_F(PairFilter, UnknownLinksOfTheConfigurationThrowWithTheNearestName) {
   EXPECT_TRUE(says(error("", broken), "torso - head"));
 }
 
+TEST_F(PairFilter, EntriesWithoutEffectAreKeptWithTheirCause) {
+  PairFilterOptions options;
+  options.exclude_pairs = {{"neck", "head"}};
+  const PairTable table = filter(
+      disable("torso", "head") + disable("l_fore", "l_hand") + disable("head", "torso") + disable("torso", "haed"),
+      options);
+  std::vector<std::string> entries;
+  for (const IdleEntry& entry : table.idle) {
+    entries.push_back(entry.list + ": " + entry.link_a + "-" + entry.link_b + ": " + toString(entry.cause));
+  }
+  EXPECT_EQ(entries, (std::vector<std::string>{"exclude_pairs: neck-head: a link without collision geometry",
+                                               "disable_collisions: l_fore-l_hand: two links of one rigid body",
+                                               "disable_collisions: head-torso: a pair for the second time",
+                                               "disable_collisions: torso-haed: name a link that does not exist"}));
+}
+
 // --- groups
 
 const std::string kGroups =

@@ -1,0 +1,124 @@
+// The executable from end to end, on a robot whose pairs are in the class that paper says, and on the Panda.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "crossing_sliders.h"
+#include "run_command.h"
+#include "scene/example_robots.h"
+#include "scene/files.h"
+
+namespace proximity_server {
+namespace {
+
+bool says(const std::string& text, const std::string& what) { return text.find(what) != std::string::npos; }
+
+/// The indented lines under the title that begins with `title`.
+std::vector<std::string> linesUnder(const std::string& title, const std::string& report) {
+  std::istringstream stream(report);
+  std::vector<std::string> lines;
+  std::string line;
+  while (std::getline(stream, line) && line.compare(0, title.size(), title) != 0) {
+  }
+  while (std::getline(stream, line) && line.compare(0, 2, "  ") == 0) lines.push_back(line.substr(2));
+  return lines;
+}
+
+class PairAudit : public ::testing::Test {
+ protected:
+  CommandResult run(const std::string& arguments) const {
+    return runCommand(PAIR_AUDIT " " + urdf_ + " " + arguments + " 2>&1");
+  }
+
+  TemporaryFiles files_;
+  std::string urdf_ = files_.write("robot.urdf", kCrossingSliders);
+  std::string srdf_ = files_.write("robot.srdf", kFaultySrdf);
+};
+
+using Lines = std::vector<std::string>;
+
+TEST_F(PairAudit, ListsEveryPairUnderItsClass) {
+  const CommandResult result = run("");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_TRUE(says(result.output, "Robot \"crossing sliders\": 15 pairs of links, ")) << result.output;
+  EXPECT_TRUE(says(result.output, "Joint \"drift\" is floating or planar; it stood still.")) << result.output;
+  EXPECT_EQ(linesUnder("in contact in some states (1)", result.output), Lines{"base - tip"});
+  EXPECT_EQ(linesUnder("adjacent", result.output).size(), 5U);
+  EXPECT_EQ(linesUnder("not decided (4)", result.output).size(), 4U);
+  EXPECT_EQ(linesUnder("never in contact (4)", result.output).size(), 4U);
+  EXPECT_TRUE(says(linesUnder("never in contact", result.output).at(0), "base - far: closest seen 3.25 m; proven: "));
+  EXPECT_TRUE(says(linesUnder("always in contact (1)", result.output).at(0), "base - rod: not seen apart in "));
+  EXPECT_FALSE(says(result.output, "SRDF"));
+}
+
+TEST_F(PairAudit, NamesWhatTheSrdfGetsWrong) {
+  const std::string report = run("--srdf " + srdf_).output;
+  const Lines dangerous = linesUnder("disabled, but they can collide (1)", report);
+  ASSERT_EQ(dangerous.size(), 1U) << report;
+  EXPECT_TRUE(says(dangerous[0], "base - tip: said to be \"User\", in contact at ")) << dangerous[0];
+  EXPECT_TRUE(says(dangerous[0], "approach=2.25")) << dangerous[0];
+  EXPECT_EQ(linesUnder("checked, but never in contact (2)", report).size(), 2U);
+  EXPECT_EQ(linesUnder("checked, but always in contact (1)", report).size(), 1U);
+  EXPECT_EQ(
+      linesUnder("entries without effect (3)", report),
+      (Lines{"disable_collisions tip - rod: said before", "disable_collisions base - camera: no collision geometry",
+             "disable_collisions base - raod: there is no such link"}));
+  EXPECT_TRUE(says(report, "no link \"raod\" (did you mean \"rod\"?)")) << report;
+}
+
+TEST_F(PairAudit, WritesAnSrdfInWhichItFindsNoFault) {
+  const std::string out = files_.path("out.srdf");
+  ASSERT_EQ(run("--srdf " + srdf_ + " --write " + out).exit_code, 0);
+  const std::string report = run("--srdf " + out).output;
+  for (const std::string fault : {"disabled, but they can collide (0)", "checked, but never in contact (0)",
+                                  "checked, but always in contact (0)", "entries without effect (0)", "remarks (0)"}) {
+    EXPECT_TRUE(says(report, fault)) << fault << " is not in\n" << report;
+  }
+  EXPECT_TRUE(says(readFile(out), "<group_state name=\"home\""));
+}
+
+TEST_F(PairAudit, SaysTheSameForAnyNumberOfThreads) {
+  const std::string one = files_.path("1.srdf"), three = files_.path("3.srdf");
+  const std::string alone = run("--samples 5000 --threads 1 --srdf " + srdf_ + " --write " + one).output;
+  EXPECT_EQ(run("--samples 5000 --threads 3 --srdf " + srdf_ + " --write " + three).output, alone);
+  EXPECT_EQ(readFile(one), readFile(three));
+}
+
+TEST_F(PairAudit, SaysWhereTooFewSamplesWereAllowed) {
+  EXPECT_TRUE(says(run("--samples 100").output, "100 random states, after which pairs may still change their class"));
+}
+
+TEST_F(PairAudit, NamesWhatIsWrongWithTheInput) {
+  const auto expect = [&](const CommandResult& result, int exit_code, const std::string& part) {
+    EXPECT_EQ(result.exit_code, exit_code) << result.output;
+    EXPECT_TRUE(says(result.output, part)) << result.output;
+  };
+  expect(runCommand(PAIR_AUDIT " /nowhere.urdf 2>&1"), 1, "pair_audit: /nowhere.urdf: cannot be read");
+  expect(run("--srdf /nowhere.srdf"), 1, "pair_audit: /nowhere.srdf: cannot be read");
+  expect(run("--srdf " + files_.write("broken.srdf", "<robot")), 1, "broken.srdf: SRDF");
+  expect(run("--samples 100 --write /nowhere/out.srdf"), 1, "pair_audit: /nowhere/out.srdf: cannot be written");
+  expect(run("--samples 0"), 105, "--samples");
+  expect(run("--samples many"), 105, "--samples");
+  expect(run("--threads 0"), 105, "--threads");
+  expect(run("--quickly"), 109, "--quickly");
+  expect(runCommand(PAIR_AUDIT " 2>&1"), 106, "robot");
+}
+
+TEST_F(PairAudit, FindsThatLinks5And7OfThePandaCollide) {
+  const MeshResolver resolve = exampleRobotsResolver();
+  if (!findsExampleRobots(resolve)) GTEST_SKIP() << kExampleRobotsMissing;
+  const std::string package = std::filesystem::path(resolve("package://example-robot-data/package.xml")).parent_path();
+  const std::string roots = std::filesystem::path(package).parent_path();
+  const ExampleRobot& panda = kExampleRobots[0];
+  const std::string report =
+      runCommand("ROS_PACKAGE_PATH=" + roots + " " PAIR_AUDIT " " + exampleRobotFile(resolve, panda.urdf) + " --srdf " +
+                 exampleRobotFile(resolve, panda.srdf) + " --samples 5000 2>&1")
+          .output;
+  const Lines dangerous = linesUnder("disabled, but they can collide", report);
+  EXPECT_TRUE(std::any_of(dangerous.begin(), dangerous.end(), [](const std::string& line) {
+    return line.compare(0, 25, "panda_link5 - panda_link7") == 0 && says(line, "in contact at panda_joint6=");
+  })) << report;
+}
+
+}  // namespace
+}  // namespace proximity_server
