@@ -37,8 +37,7 @@ std::vector<PairProximity> answerState(const ClearanceQuestion& question, Scene&
   return minimum ? std::vector<PairProximity>{*minimum} : std::vector<PairProximity>{};
 }
 
-BlockAnswer answerBlock(const ClearanceQuestion& question, const Block& block) {
-  Scene scene(question.model, question.skipping);
+BlockAnswer answerBlock(const ClearanceQuestion& question, const Block& block, Scene scene) {
   BlockAnswer answer;
   for (const Positions& positions : block.states) {
     scene.update(forwardKinematics(question.model->robot, positions));
@@ -124,12 +123,14 @@ std::vector<SubjectPair> unfilteredPairs(const SceneModel& model) {
 
 void answerStates(const ClearanceQuestion& question, JointStates& states,
                   const std::function<void(const StateClearance&)>& take) {
+  // Each block starts with a scene that remembers nothing, so that the answers are the same for any number of threads.
+  const Scene fresh(question.model, question.skipping);
   BlockReader reader(states);
   AnswersInOrder<BlockAnswer> answers(question.threads, [&](const BlockAnswer& answer) {
     for (const StateClearance& state : answer) take(state);
   });
   for (Block block = reader.next(); !block.states.empty(); block = reader.next()) {
-    answers.start([&question, work = std::move(block)] { return answerBlock(question, work); });
+    answers.start([&question, &fresh, work = std::move(block)] { return answerBlock(question, work, fresh.twin()); });
   }
   answers.finish();
   reader.rethrow();

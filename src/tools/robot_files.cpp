@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <iterator>
 #include <stdexcept>
 
@@ -15,8 +16,9 @@ std::string readTextFile(const std::string& path) {
 
 std::shared_ptr<const SceneModel> loadSceneModel(const RobotFiles& files) {
   ModelOptions options;
-  // The one line to replace once ModelOptions has the field: options.mesh_tolerance = *files.mesh_tolerance;
-  if (files.mesh_tolerance) throw std::invalid_argument("--mesh-tolerance is not available");
+  if (files.mesh_tolerance) options.mesh_tolerance = *files.mesh_tolerance;
+  options.mesh_cache = userMeshCache();
+  options.progress = [](const std::string& what) { std::cerr << what << '\n'; };
   const std::string folder = std::filesystem::absolute(files.urdf).parent_path();
   const std::string srdf = files.srdf.empty() ? "" : readTextFile(files.srdf);
   try {

@@ -1,6 +1,7 @@
 // The executable from end to end, on a robot whose distances are worked out on paper.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <random>
 
@@ -89,6 +90,31 @@ TEST_F(Clearance, SaysTheSameForAnyNumberOfThreads) {
   const CommandResult alone = run(states, "--no-filter --pairs all --threads 1");
   EXPECT_EQ(rowsOf(alone.output).size(), 1U + 5U * 2000U);
   EXPECT_EQ(run(states, "--no-filter --pairs all --threads 3").output, alone.output);
+}
+
+// An L with legs of 3 x 1 x 1 and a ball of radius 0.1 at (2.5, 2.5, 0.5): 1.5 from either leg, 1 / sqrt(2) from the
+// bridge of the hull.
+TEST_F(Clearance, MeshToleranceDecidesWhatStandsForAMesh) {
+  files_.write("angle.obj",
+               "v 0 0 0\nv 3 0 0\nv 3 1 0\nv 1 1 0\nv 1 3 0\nv 0 3 0\nv 0 0 1\nv 3 0 1\nv 3 1 1\nv 1 1 1\nv 1 3 1\n"
+               "v 0 3 1\nf 1 4 3 2\nf 1 6 5 4\nf 7 8 9 10\nf 7 10 11 12\nf 1 2 8 7\nf 2 3 9 8\nf 3 4 10 9\n"
+               "f 4 5 11 10\nf 5 6 12 11\nf 6 1 7 12\n");
+  urdf_ =
+      files_.write("angle.urdf",
+                   "<robot name='angle'><link name='angle'><collision><geometry><mesh filename='angle.obj'/></geometry>"
+                   "</collision></link><link name='ball'><collision><geometry><sphere radius='0.1'/></geometry>"
+                   "</collision></link><joint name='slide' type='prismatic'><parent link='angle'/><child link='ball'/>"
+                   "<origin xyz='2.5 2.5 0.5'/><axis xyz='1 0 0'/><limit lower='0' upper='1' effort='1' velocity='1'/>"
+                   "</joint></robot>");
+  const auto answer = [&](const std::string& arguments) {
+    const std::vector<std::vector<std::string>> rows = rowsOf(run("slide\n0\n", "--no-filter " + arguments).output);
+    return std::make_pair(std::stod(rows.back()[3]), rows.back()[16]);
+  };
+  EXPECT_NEAR(answer("--mesh-tolerance 1.1").first, std::sqrt(0.5) - 0.1, 1e-9);
+  EXPECT_EQ(answer("--mesh-tolerance 1.1").second, "convex_hull");
+  EXPECT_NEAR(answer("--mesh-tolerance 0").first, 1.4, 1e-9);
+  EXPECT_EQ(answer("--mesh-tolerance 0").second, "triangles");
+  EXPECT_NEAR(answer("").first, 1.4, 1e-9);
 }
 
 TEST_F(Clearance, ReadsStandardInputAndWritesAFile) {
