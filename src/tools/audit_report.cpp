@@ -1,5 +1,6 @@
 #include "audit_report.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <sstream>
@@ -55,6 +56,7 @@ class Report {
   void addSummary() {
     text_ << "Robot \"" << model_.robot.name << "\": " << study_.pairs.size() << " pairs of links, " << study_.samples
           << " random states, " << endText() << ".\n";
+    addDeviation();
     for (const JointRange& range : jointRanges(model_.robot)) {
       if (hasKnownRange(model_.robot, range.joint)) continue;
       text_ << "Joint \"" << model_.robot.joints[range.joint].name << "\" has no limits; tried from "
@@ -88,7 +90,7 @@ class Report {
     text_ << "\nWhat the SRDF gets wrong:\n";
     const SrdfFaults faults = findSrdfFaults(model_, study_);
     addList("disabled, but they can collide", linesOf(faults.disabled_but_touch, [&](const PairEvidence& evidence) {
-              return reasonText(evidence) + "in contact at " +
+              return reasonText(evidence) + "in contact, " + metres(evidence.contact_depth) + " deep, at " +
                      stateText(model_.robot, evidence.pair, *evidence.contact);
             }));
     addList("checked, but never in contact", linesOf(faults.checked_but_never, evidenceText));
@@ -104,6 +106,16 @@ class Report {
   std::string text() const { return text_.str(); }
 
  private:
+  /// Contact of what stands for the meshes need not be contact of the meshes.
+  void addDeviation() {
+    const std::vector<Collision>& all = model_.robot.collisions;
+    const auto worst = std::max_element(
+        all.begin(), all.end(), [](const Collision& a, const Collision& b) { return a.deviation < b.deviation; });
+    if (worst == all.end() || !(worst->deviation > kContactDistance)) return;
+    text_ << "What is checked lies up to " << metres(worst->deviation) << " from the meshes (link \""
+          << model_.robot.links[worst->link].name << "\"): contact less deep than that may be none of the meshes.\n";
+  }
+
   std::string endText() const {
     switch (study_.end) {
       case SamplingEnd::MostSamples:

@@ -28,6 +28,8 @@ void declare(CLI::App& app, Arguments& arguments) {
   study.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   app.add_option("robot", arguments.robot.urdf, "the URDF")->required();
   app.add_option("--srdf", arguments.robot.srdf, "what to compare with, and what --write keeps the rest of");
+  app.add_option("--mesh-tolerance", arguments.robot.mesh_tolerance, "[m] how far pieces may lie from their mesh")
+      ->check(CLI::NonNegativeNumber);
   app.add_option("--samples", study.most_samples,
                  "most random states (default: 100000); fewer where the classes of the pairs settle before")
       ->check(CLI::Range(1L, 1000000000L));

@@ -113,19 +113,28 @@ class ContactSearch {
   double best_;
 };
 
-/// What a search and a proof add to the evidence of random states.
-PairEvidence refined(Scene scene, const std::vector<JointRange>& all_ranges, PairEvidence evidence) {
-  if (!isOpen(evidence)) return evidence;
+/// A search for the other kind of state, and a proof where it finds no contact.
+void refine(Scene& scene, const std::vector<JointRange>& all_ranges, PairEvidence& evidence) {
   const std::vector<JointRange> ranges =
       rangesBetween(scene.model().robot, all_ranges, evidence.pair.a.link, evidence.pair.b.link);
   ContactSearch(scene, ranges, evidence).run();
-  if (evidence.contact || !evidence.has_known_ranges) return evidence;
+  if (evidence.contact || !evidence.has_known_ranges) return;
   const SeparationProof proof = proveSeparation(scene, ranges, evidence.pair);
   if (proof.contact) {
     evidence.contact = evidence.closest = *proof.contact;
     evidence.smallest = 0.0;
   }
   if (proof.lower_bound > kContactDistance) evidence.proven = proof.lower_bound;
+}
+
+double depthAt(Scene& scene, const Positions& positions, const SubjectPair& pair) {
+  scene.update(forwardKinematics(scene.model().robot, positions));
+  return std::max(0.0, -scene.proximity(pair).result.distance);
+}
+
+PairEvidence refined(Scene scene, const std::vector<JointRange>& ranges, PairEvidence evidence) {
+  if (isOpen(evidence)) refine(scene, ranges, evidence);
+  if (evidence.contact) evidence.contact_depth = depthAt(scene, *evidence.contact, evidence.pair);
   return evidence;
 }
 

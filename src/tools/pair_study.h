@@ -28,6 +28,7 @@ struct PairEvidence {
   double smallest = std::numeric_limits<double>::infinity();  ///< [m] distance seen; 0: contact
   Positions closest;                                          ///< where that was
   std::optional<Positions> contact, apart;                    ///< the first state of either kind
+  double contact_depth = 0.0;                                 ///< [m] penetration depth in the state `contact`
   std::optional<double> proven;                               ///< [m] proven lower bound of the distance; above 0
 
   ContactClass contactClass() const;
@@ -64,8 +65,8 @@ using StudyProgress = std::function<void(StudyStage, double done)>;  ///< done: 
 ///
 /// First, random states: joints uniform within their ranges. A pair that was seen in contact and apart is left alone
 /// from then on. The states end early once kQuietSamples of them in a row changed the class of no pair. By the rule
-/// of three a pair's other kind of state then has, at 95 % confidence, a share of less than kUnseenShare: n independent
-/// states all miss a share p with the probability (1 - p)^n < exp(-n p), which is 5 % for n p = 3.
+/// of three a pair's other kind of state then has, at 95 % confidence for each pair by itself, a share of less than
+/// kUnseenShare: n independent states all miss a share p with the probability (1 - p)^n < exp(-n p), 5 % for n p = 3.
 /// Second, what random states miss: from the closest state of a pair that was never in contact, a coordinate descent of
 /// the distance, and an ascent for one that always was. Third, a proof for what is never in contact still, see
 /// proveSeparation().

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <set>
 
 #include "audit_report.h"
@@ -75,6 +76,16 @@ TEST_F(CrossingSliders, StatesShowWhatTheyAreSaidToShow) {
     if (pair.contact && pair.apart) ++both;
   }
   EXPECT_GT(both, 0);
+}
+
+// The rod, 0.2 thin, leaves the base, which reaches 0.5 from its axis, at 0.6 to the side: not at an angle of 45
+// degrees.
+TEST_F(CrossingSliders, DepthIsThatOfTheStateShown) {
+  const PairEvidence& rod = evidence(study_, "base", "rod");
+  EXPECT_NEAR(rod.contact_depth, -distanceAt(rod, *rod.contact), 1e-9);
+  EXPECT_GE(rod.contact_depth, 0.6 - 1e-9);
+  EXPECT_LE(rod.contact_depth, 0.5 + 0.1 * std::sqrt(2.0) + 1e-9);
+  EXPECT_NEAR(evidence(study_, "base", "tip").contact_depth, 0.0, 1e-9);
 }
 
 // The two touch at the very end of a range of 2.25 m only.
