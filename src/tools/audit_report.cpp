@@ -56,7 +56,6 @@ class Report {
   void addSummary() {
     text_ << "Robot \"" << model_.robot.name << "\": " << study_.pairs.size() << " pairs of links, " << study_.samples
           << " random states, " << endText() << ".\n";
-    addDeviation();
     for (const JointRange& range : jointRanges(model_.robot)) {
       if (hasKnownRange(model_.robot, range.joint)) continue;
       text_ << "Joint \"" << model_.robot.joints[range.joint].name << "\" has no limits; tried from "
@@ -90,8 +89,7 @@ class Report {
     text_ << "\nWhat the SRDF gets wrong:\n";
     const SrdfFaults faults = findSrdfFaults(model_, study_);
     addList("disabled, but they can collide", linesOf(faults.disabled_but_touch, [&](const PairEvidence& evidence) {
-              return reasonText(evidence) + "in contact, " + metres(evidence.contact_depth) + " deep, at " +
-                     stateText(model_.robot, evidence.pair, *evidence.contact);
+              return reasonText(evidence) + contactText(evidence);
             }));
     addList("checked, but never in contact", linesOf(faults.checked_but_never, evidenceText));
     addList("checked, but always in contact", linesOf(faults.checked_but_always, evidenceText));
@@ -106,14 +104,23 @@ class Report {
   std::string text() const { return text_.str(); }
 
  private:
+  /// [m] How far what is checked of a link lies from its meshes.
+  double deviationOf(int link) const {
+    double largest = 0.0;
+    for (const int i : model_.robot.links[link].collisions) {
+      largest = std::max(largest, model_.robot.collisions[i].deviation);
+    }
+    return largest;
+  }
+
   /// Contact of what stands for the meshes need not be contact of the meshes.
-  void addDeviation() {
-    const std::vector<Collision>& all = model_.robot.collisions;
-    const auto worst = std::max_element(
-        all.begin(), all.end(), [](const Collision& a, const Collision& b) { return a.deviation < b.deviation; });
-    if (worst == all.end() || !(worst->deviation > kContactDistance)) return;
-    text_ << "What is checked lies up to " << metres(worst->deviation) << " from the meshes (link \""
-          << model_.robot.links[worst->link].name << "\"): contact less deep than that may be none of the meshes.\n";
+  std::string contactText(const PairEvidence& evidence) const {
+    const double deviation = deviationOf(evidence.pair.a.link) + deviationOf(evidence.pair.b.link);
+    const std::string doubt = evidence.contact_depth > deviation || deviation <= kContactDistance
+                                  ? ""
+                                  : " (in doubt: what is checked lies up to " + metres(deviation) + " from the meshes)";
+    return "in contact, " + metres(evidence.contact_depth) + " deep" + doubt + ", at " +
+           stateText(model_.robot, evidence.pair, *evidence.contact);
   }
 
   std::string endText() const {
