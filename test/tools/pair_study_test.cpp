@@ -158,18 +158,31 @@ TEST(JointRanges, PositionsCanBeTypedIn) {
   EXPECT_EQ(welded.typeable(0.7), 0.5);
 }
 
+/// A robot with one joint, given the rest of its element.
+RobotModel withJoint(const std::string& joint) {
+  return loadRobotModel(R"(<robot name="r"><link name="a"/><link name="b"/><joint name="j" )" + joint +
+                            R"(<parent link="a"/><child link="b"/></joint></robot>)",
+                        packageResolver({}));
+}
+
+const char* const kTwoTurns = R"(type="revolute"><limit lower="-6.5" upper="6.5" effort="1" velocity="1"/>)";
+const char* const kEndless = R"(type="prismatic"><limit lower="1" upper="-1" effort="1" velocity="1"/>)";
+
 TEST(JointRanges, MoreThanAFullTurnIsAFullTurn) {
-  const auto rangeOf = [](const std::string& joint) {
-    return jointRanges(modelOf(R"(<robot name="r"><link name="a"/><link name="b"/><joint name="j" )" + joint +
-                               R"(<parent link="a"/><child link="b"/></joint></robot>)")
-                           ->robot)
-        .at(0);
-  };
   constexpr double kPi = 3.14159265358979323846;
-  const std::string limit = R"(type="revolute"><limit lower="-6.5" upper="6.5" effort="1" velocity="1"/>)";
-  EXPECT_DOUBLE_EQ(rangeOf(limit).lower, -kPi);
-  EXPECT_DOUBLE_EQ(rangeOf(limit).upper, kPi);
-  EXPECT_DOUBLE_EQ(rangeOf("type=\"continuous\">").upper, kPi);
+  const JointRange two_turns = jointRanges(withJoint(kTwoTurns)).at(0);
+  EXPECT_DOUBLE_EQ(two_turns.lower, -kPi);
+  EXPECT_DOUBLE_EQ(two_turns.upper, kPi);
+  EXPECT_DOUBLE_EQ(jointRanges(withJoint("type=\"continuous\">")).at(0).upper, kPi);
+}
+
+TEST(JointRanges, WhatHasNoLimitsIsNotKnown) {
+  EXPECT_TRUE(hasKnownRange(withJoint(kTwoTurns), 0));
+  EXPECT_TRUE(hasKnownRange(withJoint("type=\"continuous\">"), 0));
+  EXPECT_FALSE(hasKnownRange(withJoint(kEndless), 0));
+  EXPECT_FALSE(hasKnownRange(withJoint("type=\"floating\">"), 0));
+  EXPECT_EQ(jointRanges(withJoint(kEndless)).at(0).upper, 1.0);
+  EXPECT_TRUE(jointRanges(withJoint("type=\"floating\">")).empty());
 }
 
 }  // namespace
