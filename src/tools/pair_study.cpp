@@ -17,7 +17,7 @@ using BlockEvidence = std::vector<PairEvidence>;
 
 /// Takes in the distance of a pair in one state.
 void add(const SignedDistance& distance, const Positions& positions, PairEvidence& evidence) {
-  const bool is_contact = distance.lower_bound <= kContactDistance;
+  const bool is_contact = !(distance.lower_bound > kContactDistance);  // apart is only what is proven to be
   std::optional<Positions>& first = is_contact ? evidence.contact : evidence.apart;
   if (!first) first = positions;
   const double seen = is_contact ? 0.0 : distance.distance;

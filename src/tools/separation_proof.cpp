@@ -19,7 +19,7 @@ struct Hinge {
   double slide;        ///< [m] between the two points, at most
 };
 
-/// The ends of the interval of a joint, given that of its leader.
+/// [rad] or [m] The largest position of a joint, in either direction, over the range of its leader.
 double largestPosition(const RobotModel& robot, int joint, const std::vector<JointRange>& ranges) {
   const Joint::Mimic leader = robot.leaderOf(joint);
   const auto range =
@@ -100,7 +100,7 @@ class Subdivision {
     question.depth = Question::Depth::NotWanted;
     const SignedDistance answer = scene_.proximity(pair_, question).result;
     ++queries_;
-    if (answer.lower_bound <= kContactDistance) contact_ = positions_;
+    if (!(answer.lower_bound > kContactDistance)) contact_ = positions_;
     smallest_ = std::min(smallest_, answer.lower_bound);
     cell.lower_bound = answer.lower_bound;
     for (std::size_t i = 0; i < ranges_.size(); ++i) cell.lower_bound -= sensitivities_[i] * cell.half[i];
