@@ -180,6 +180,20 @@ MeshPieces convexPieces(const TriangleMesh& mesh, const MeshOptions& options) {
   return pieces;
 }
 
+const char* toString(Representation representation) {
+  switch (representation) {
+    case Representation::Exact:
+      return "exact";
+    case Representation::ConvexHull:
+      return "convex_hull";
+    case Representation::Decomposed:
+      return "decomposed";
+    case Representation::Triangles:
+      return "triangles";
+  }
+  return "unknown";
+}
+
 std::string userMeshCache() {
   const auto folder = [](const char* variable) {
     const char* value = std::getenv(variable);

@@ -25,20 +25,6 @@ const char* nameOf(Status status) {
   return "unknown";
 }
 
-const char* nameOf(Representation representation) {
-  switch (representation) {
-    case Representation::Exact:
-      return "exact";
-    case Representation::ConvexHull:
-      return "convex_hull";
-    case Representation::Decomposed:
-      return "decomposed";
-    case Representation::Triangles:
-      return "triangles";
-  }
-  return "unknown";
-}
-
 void addVector(const std::string& name, const Eigen::Vector3d& vector, Row& row) {
   row[name + "_x"] = vector.x();
   row[name + "_y"] = vector.y();
@@ -58,7 +44,7 @@ Row columns(long state, const std::string& link_a, const std::string& link_b, co
   addVector("point_b", pair.result.point_b, row);
   addVector("normal", pair.result.normal, row);
   row["status"] = nameOf(pair.result.status);
-  row["representation"] = nameOf(pair.representation);
+  row["representation"] = toString(pair.representation);
   return row;
 }
 

@@ -100,20 +100,6 @@ TEST_F(SharedRobots, PandaHasARevoluteArmAndAFingerThatMimics) {
             1);
 }
 
-const char* nameOf(Representation representation) {
-  switch (representation) {
-    case Representation::Exact:
-      return "exact";
-    case Representation::ConvexHull:
-      return "hull";
-    case Representation::Decomposed:
-      return "decomposed";
-    case Representation::Triangles:
-      break;
-  }
-  return "triangles";
-}
-
 int countVertices(const RobotModel& model, const Collision& collision) {
   int vertices = 0;
   for (const int piece : collision.pieces) {
@@ -132,7 +118,7 @@ void printRepresentations(const RobotModel& model) {
     if (collision.description.rfind("mesh", 0) != 0) continue;
     std::printf(
         "| %s | %s | %zu | %d | %.2f mm | %.2f mm | %s |\n", model.links[collision.link].name.c_str(),
-        nameOf(collision.representation), collision.pieces.size(), countVertices(model, collision),
+        toString(collision.representation), collision.pieces.size(), countVertices(model, collision),
         1e3 * collision.deviation, 1e3 * collision.uncovered,
         std::isnan(collision.volume_ratio) ? "open" : std::to_string(collision.volume_ratio).substr(0, 5).c_str());
   }

@@ -42,6 +42,7 @@ enum class Representation : unsigned char {
   Decomposed = 2,  ///< several convex pieces that are not exactly the mesh
   Triangles = 3,   ///< the triangles themselves
 };
+const char* toString(Representation representation);
 
 /// How a mesh becomes convex pieces.
 struct MeshOptions {
