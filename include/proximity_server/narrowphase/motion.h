@@ -1,0 +1,111 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <limits>
+#include <vector>
+
+#include "proximity_server/narrowphase/shape.h"
+#include "proximity_server/narrowphase/signed_distance.h"
+
+namespace proximity_server {
+
+/// A rigid motion with constant linear and angular velocity: a screw, over the time [0, 1].
+///
+/// Frame: the one that `start` leads to. The axis of the turn stands still in it, and the frame that moves keeps its
+///        distance from the axis while it turns and slides along it. Metres and radians per unit of time.
+struct ScrewMotion {
+  Eigen::Isometry3d start = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d linear = Eigen::Vector3d::Zero();   ///< velocity of the moving frame's origin at time 0
+  Eigen::Vector3d angular = Eigen::Vector3d::Zero();  ///< may be several turns
+
+  /// From one pose to another, along the shorter turn.
+  static ScrewMotion between(const Eigen::Isometry3d& start, const Eigen::Isometry3d& end);
+
+  Eigen::Isometry3d at(double time) const;
+};
+
+/// The motion of a frame as a product of screws, each in the frame of the one before: bodies joined by moving joints.
+using MotionChain = std::vector<ScrewMotion>;
+
+Eigen::Isometry3d poseAt(const MotionChain& chain, double time);
+
+/// What bounds the motion of all points of a ball, which is fixed in the last frame of a chain, as seen from the frame
+/// of the first, during an interval of time.
+struct MotionBound {
+  double speed;         ///< [m] per unit of time
+  double acceleration;  ///< [m] per unit of time squared: a point leaves its chord by acceleration duration^2 / 8
+};
+MotionBound motionBound(const MotionChain& chain, const Eigen::Vector3d& centre, double radius, double begin,
+                        double end);
+
+/// A convex shape that holds all that `shape` passes through during [begin, end], in the frame of the motion at
+/// `begin`: the hull of where it stands at either end, with a margin for the arcs, which lie outside of that by
+/// acceleration duration^2 / 8. Of a translation it is the exact swept volume.
+/// Source: van den Bergen, Ray Casting against General Convex Objects with Application to Continuous Collision
+///         Detection, 2004 (the swept volume by its support mapping).
+Shape sweptShape(const Shape& shape, const ScrewMotion& motion, double begin = 0.0, double end = 1.0);
+
+struct ContactOptions {
+  double clearance = 0.0;   ///< [m] contact is a signed distance at or below it
+  double tolerance = 1e-9;  ///< [m] of that distance
+  double begin = 0.0;       ///< the time in which contact is looked for
+  double end = 1.0;
+  int max_queries = 10000;  ///< of the distance, at one time
+};
+
+/// When two moving shapes come into contact for the first time.
+struct TimeOfContact {
+  /// Converged: the answer is complete. IterationLimit, Degenerate: contact is undecided after t_free.
+  Status status = Status::Unknown;
+  bool contact = false;
+  double t_free = 0.0;  ///< from `begin` to here the signed distance is proven to be above the clearance
+  /// The signed distance is at most clearance + tolerance here. NaN without contact. t_free <= t_contact, and the first
+  /// true contact is not before t_free; both are `begin` where the shapes are in contact from the beginning.
+  double t_contact = std::numeric_limits<double>::quiet_NaN();
+  SignedDistance at_contact;  ///< at t_contact, in the frame of the chains
+  int queries = 0;            ///< of the distance
+};
+
+/// Time of first contact by conservative advancement.
+///
+/// From a time at which the shapes are apart, the normal of their distance is kept as axis: the gap along it is known
+/// at the beginning and at the end of a step, and in between lies above its chord less acceleration / 2 (t - begin)
+/// (end - t). The step ends where that meets the clearance, so no contact is passed, however thin the shapes; near
+/// contact the steps shrink faster than geometrically.
+///
+/// Frame:   the chains lead from one common frame to a and to b. A frame in which both move little gives large steps.
+/// Error:   see TimeOfContact. Where contact is not certain within the tolerance (grazing) the answer is contact.
+/// Failure: none; no allocation. A motion that is not finite gives Status::Unknown.
+/// Source:  Mirtich, Impulse-based Dynamic Simulation of Rigid Body Systems, 1996 (conservative advancement); Zhang,
+///          Redon, Lee, Kim, Continuous Collision Detection for Articulated Models using Taylor Models and Temporal
+///          Culling, 2007. Here the bound of the motion along the axis is of second order, by the support mapping.
+TimeOfContact timeOfContact(const Shape& a, const MotionChain& a_motion, const Shape& b, const MotionChain& b_motion,
+                            const ContactOptions& options = {});
+
+struct MinimumOptions {
+  double tolerance = 1e-9;  ///< [m] accepted gap between the bounds
+  double begin = 0.0;
+  double end = 1.0;
+  double stop_above = std::numeric_limits<double>::infinity();  ///< [m] of a larger minimum a proof is enough
+  int max_queries = 10000;
+};
+
+/// The smallest signed distance of two moving shapes.
+struct MinimumOverMotion {
+  Status status = Status::Unknown;  ///< Threshold: lower_bound > stop_above
+  double lower_bound = -std::numeric_limits<double>::infinity();
+  double upper_bound = std::numeric_limits<double>::infinity();
+  double time = std::numeric_limits<double>::quiet_NaN();  ///< of upper_bound
+  SignedDistance at_minimum;                               ///< at that time, in the frame of the chains
+  int queries = 0;
+};
+
+/// Smallest signed distance during a motion: branch and bound over time, the interval with the smallest lower bound
+/// first. An interval's bound is what the normals at both of its ends prove together.
+///
+/// Frame, failure: as timeOfContact.
+/// Source: Piyavskii, An algorithm for finding the absolute extremum of a function, 1972, with bounds of second order.
+MinimumOverMotion minimumDistance(const Shape& a, const MotionChain& a_motion, const Shape& b,
+                                  const MotionChain& b_motion, const MinimumOptions& options = {});
+
+}  // namespace proximity_server

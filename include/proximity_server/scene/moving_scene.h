@@ -1,0 +1,106 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <vector>
+
+#include "proximity_server/narrowphase/motion.h"
+#include "proximity_server/scene/scene.h"
+
+namespace proximity_server {
+
+/// How all bodies of a robot move over the time [0, 1], from one set of poses on.
+class RobotMotion {
+ public:
+  /// Every joint at constant velocity: `travel` [rad] or [m] has one entry for each of RobotModel::joints, that of a
+  /// mimic joint is ignored, it follows its leader. Floating and planar joints rest. A body whose pose is missing at
+  /// the start has none later, and neither has what it carries.
+  /// Throws std::invalid_argument for a wrong number of poses or joints, and for a travel that is not finite.
+  static RobotMotion ofJoints(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel);
+
+  /// Linear in joint space from one state to another, see forwardKinematics.
+  static RobotMotion ofJoints(const RobotModel& model, const std::vector<double>& from, const std::vector<double>& to);
+
+  /// Each body on its own, at the constant velocities of its origin [m] and turn [rad] per unit of time, in the frame
+  /// of the poses.
+  struct Twist {
+    Eigen::Vector3d linear = Eigen::Vector3d::Zero(), angular = Eigen::Vector3d::Zero();
+  };
+  static RobotMotion ofTwists(const BodyPoses& start, const std::vector<Twist>& twists);
+
+  BodyPoses at(double time) const;
+
+  /// Each body in the frame of its parent; parent -1: in that of the poses.
+  struct Segment {
+    int parent = -1;
+    bool known = false;
+    ScrewMotion motion;
+  };
+  const std::vector<Segment>& segments() const { return segments_; }
+
+ private:
+  std::vector<Segment> segments_;
+};
+
+struct MotionQuestion {
+  double clearance = 0.0;   ///< [m] contact is a signed distance, less the pair's padding, at or below it
+  double tolerance = 1e-6;  ///< [m] of that distance, and of the minimum
+  std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
+};
+
+/// How the work of a question was saved.
+struct MotionCounts {
+  int pairs = 0;         ///< of links
+  int unknown = 0;       ///< of these, a pose or all geometry is missing: nothing is said of them
+  int by_one_bound = 0;  ///< of these, settled by one bound for the whole motion
+  int intervals = 0;     ///< pairs of volumes and intervals of time that were looked at
+  int queries = 0;       ///< of the narrowphase, at one time
+};
+
+/// When a robot comes too close to itself for the first time.
+struct RobotContact {
+  Status status = Status::Unknown;  ///< Converged: complete. IterationLimit: the deadline passed; t_free still holds
+  bool contact = false;
+  double t_free = 0.0;  ///< up to here every pair is proven to be above the clearance
+  double t_contact = std::numeric_limits<double>::quiet_NaN();  ///< see TimeOfContact
+  PairProximity pair;                                           ///< that one, at t_contact, in the frame of the poses
+  MotionCounts counts;
+};
+
+/// How close a robot comes to itself.
+struct RobotMinimum {
+  Status status = Status::Unknown;  ///< IterationLimit: the deadline passed; the bounds still hold
+  double lower_bound = -std::numeric_limits<double>::infinity();  ///< [m] of the smallest signed distance of all
+  double upper_bound = std::numeric_limits<double>::infinity();
+  double time = std::numeric_limits<double>::quiet_NaN();
+  PairProximity pair;  ///< the closest, at that time, in the frame of the poses
+  MotionCounts counts;
+};
+
+/// One robot in motion: the scratch of one caller. Not thread-safe.
+///
+/// Pairs of volumes (links, then parts of them, then convex pieces) and intervals of time are looked at best-first: the
+/// earliest for a contact, the closest for the minimum. What one bound settles for the whole motion is never divided,
+/// and pieces go to the narrowphase for the intervals that are left.
+/// Every question throws std::invalid_argument for a link or <collision> that does not exist, and for a motion of
+/// another number of bodies.
+class MovingScene {
+ public:
+  explicit MovingScene(std::shared_ptr<const SceneModel> model);
+  ~MovingScene();
+  MovingScene(MovingScene&&) noexcept;
+  MovingScene& operator=(MovingScene&&) noexcept;
+
+  const SceneModel& model() const;
+
+  RobotContact timeOfContact(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
+                             const MotionQuestion& question = {});
+  RobotMinimum minimum(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
+                       const MotionQuestion& question = {});
+
+ private:
+  class Search;
+  std::unique_ptr<Search> search_;
+};
+
+}  // namespace proximity_server
