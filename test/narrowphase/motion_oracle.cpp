@@ -1,0 +1,201 @@
+#include "narrowphase/motion_oracle.h"
+
+#include <algorithm>
+#include <cmath>
+#include <queue>
+
+namespace proximity_server {
+namespace {
+
+/// Far more than any case of the tests needs; a clearance that is met but for rounding would take for ever.
+constexpr int kMostSteps = 2000000;
+
+Matrix3l crossMatrix(const Vector3l& v) {
+  Matrix3l m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+/// Where the moving frame stands at a time, seen from where it started.
+LongPose travelled(const Vector3l& linear, const Vector3l& angular, long double time) {
+  const long double speed = angular.stableNorm();
+  if (speed == 0) return {Matrix3l::Identity(), linear * time};
+  const Vector3l axis = angular / speed;
+  const long double angle = speed * time, half_sine = std::sin(angle / 2);
+  const Matrix3l turn = crossMatrix(axis);
+  const Vector3l along = axis * axis.dot(linear);
+  return {Matrix3l::Identity() + std::sin(angle) * turn + 2 * half_sine * half_sine * turn * turn,
+          along * time + (linear - along) * (std::sin(angle) / speed) +
+              axis.cross(linear) * (2 * half_sine * half_sine / speed)};
+}
+
+/// How far a frame's origin is from that of the frame before it, at most.
+long double stepOf(const ScrewMotion& screw) {
+  return static_cast<long double>(screw.start.translation().norm()) + screw.linear.norm();
+}
+
+long double reachOf(const Shape& shape) {
+  return static_cast<long double>(shape.centre().norm()) + shape.coreRadius() + shape.margin();
+}
+
+long double speedLimitOf(const MotionChain& chain, long double reach) {
+  long double speed = 0;
+  for (auto screw = chain.rbegin(); screw != chain.rend(); ++screw) {
+    speed += screw->linear.norm() + screw->angular.norm() * reach;
+    reach += stepOf(*screw);
+  }
+  return speed;
+}
+
+/// Of the pose of a point in the first frame [m].
+double roundingOf(const MotionChain& chain, double reach) {
+  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+  double rounding = 0.0;
+  for (auto screw = chain.rbegin(); screw != chain.rend(); ++screw) {
+    reach += screw->linear.norm();
+    rounding += 16.0 * kEpsilon * (1.0 + screw->angular.norm()) * reach;
+    reach += screw->start.translation().norm();
+    rounding += 16.0 * kEpsilon * reach;
+  }
+  return rounding;
+}
+
+struct Interval {
+  TimeInterval time;
+  DistanceBounds at_begin, at_end;
+  long double lower_bound;
+
+  bool operator<(const Interval& other) const { return lower_bound > other.lower_bound; }
+};
+
+Interval makeInterval(const TimeInterval& time, const DistanceBounds& at_begin, const DistanceBounds& at_end,
+                      long double speed_limit) {
+  // Two cones of slope speed_limit meet there.
+  const long double lowest = (at_begin.low + at_end.low - speed_limit * (time.end - time.begin)) / 2;
+  return {time, at_begin, at_end, std::min({lowest, at_begin.low, at_end.low})};
+}
+
+/// From `from` on by steps that double: a time at or below the clearance, if they meet one.
+std::optional<long double> contactAfter(const DistanceOverTime& distance, long double clearance, long double from,
+                                        long double first_step, long double end) {
+  for (long double step = first_step;; step *= 2) {
+    const long double time = std::min(from + step, end);
+    if (distance.at(time).high <= clearance) return time;
+    if (time >= end) return std::nullopt;
+  }
+}
+
+}  // namespace
+
+LongPose LongPose::operator*(const LongPose& other) const {
+  return {rotation * other.rotation, rotation * other.translation + translation};
+}
+
+LongPose LongPose::inverse() const { return {rotation.transpose(), -(rotation.transpose() * translation)}; }
+
+Eigen::Isometry3d LongPose::rounded() const {
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.linear() = rotation.cast<double>();
+  pose.translation() = translation.cast<double>();
+  return pose;
+}
+
+LongPose exactPoseAt(const ScrewMotion& screw, long double time) {
+  const LongPose start{screw.start.linear().cast<long double>(), screw.start.translation().cast<long double>()};
+  return start * travelled(screw.linear.cast<long double>(), screw.angular.cast<long double>(), time);
+}
+
+LongPose exactPoseAt(const MotionChain& chain, long double time) {
+  LongPose pose;
+  for (const ScrewMotion& screw : chain) pose = pose * exactPoseAt(screw, time);
+  return pose;
+}
+
+LongPose MovingPair::relativePose(long double time) const {
+  return exactPoseAt(a_motion, time).inverse() * exactPoseAt(b_motion, time);
+}
+
+long double MovingPair::speedLimit() const {
+  return speedLimitOf(a_motion, reachOf(a)) + speedLimitOf(b_motion, reachOf(b));
+}
+
+double MovingPair::rounding() const {
+  return roundingOf(a_motion, static_cast<double>(reachOf(a))) + roundingOf(b_motion, static_cast<double>(reachOf(b)));
+}
+
+DistanceBounds exactDistanceAt(const MovingPair& pair, long double time, int max_cells) {
+  const Eigen::Isometry3d a_T_b = pair.relativePose(time).rounded();
+  const ShapePair at_time{pair.a, pair.b, a_T_b};
+  const Truth truth = signedDistanceOracle(at_time, max_cells);
+  const long double rounding = 2 * std::numeric_limits<double>::epsilon() * static_cast<long double>(at_time.scale());
+  return {truth.distance - rounding, truth.distance + truth.error_bound + rounding};
+}
+
+DistanceBounds fastDistanceAt(const MovingPair& pair, long double time) {
+  const Eigen::Isometry3d a_T_b = pair.relativePose(time).rounded();
+  Options options;
+  options.distance_tolerance = 1e-13;
+  const SignedDistance result = signedDistance(pair.a, pair.b, a_T_b, options);
+  // roundingOf of certificate.h, and that of the pose.
+  const long double rounding =
+      10 * std::numeric_limits<double>::epsilon() * static_cast<long double>(ShapePair{pair.a, pair.b, a_T_b}.scale());
+  return {result.lower_bound - rounding, result.upper_bound + rounding};
+}
+
+FirstContact firstContact(const DistanceOverTime& distance, long double clearance, const TimeInterval& interval,
+                          long double resolution) {
+  FirstContact found{interval.begin, {}};
+  for (int step = 0; step < kMostSteps && found.free_until < interval.end; ++step) {
+    const DistanceBounds now = distance.at(found.free_until);
+    if (now.high <= clearance) found.contact_by = found.free_until;
+    if (now.low - clearance <= resolution) break;
+    found.free_until += (now.low - clearance) / distance.speed_limit;
+  }
+  if (found.free_until >= interval.end || found.contact_by) return found;
+  found.contact_by = contactAfter(distance, clearance, found.free_until,
+                                  resolution / std::max(distance.speed_limit, 1e-300L), interval.end);
+  return found;
+}
+
+DistanceBounds smallestDistance(const DistanceOverTime& distance, long double gap, const TimeInterval& interval) {
+  const DistanceBounds at_begin = distance.at(interval.begin), at_end = distance.at(interval.end);
+  std::priority_queue<Interval> open;
+  open.push(makeInterval(interval, at_begin, at_end, distance.speed_limit));
+  long double smallest = std::min(at_begin.high, at_end.high);
+  for (int step = 0; step < kMostSteps && open.top().lower_bound < smallest - gap; ++step) {
+    const Interval widest = open.top();
+    open.pop();
+    const long double middle = (widest.time.begin + widest.time.end) / 2;
+    const DistanceBounds at_middle = distance.at(middle);
+    smallest = std::min(smallest, at_middle.high);
+    open.push(makeInterval({widest.time.begin, middle}, widest.at_begin, at_middle, distance.speed_limit));
+    open.push(makeInterval({middle, widest.time.end}, at_middle, widest.at_end, distance.speed_limit));
+  }
+  return {std::min(open.top().lower_bound, smallest), smallest};
+}
+
+long double timeOfLocalMinimum(const DistanceOverTime& distance, const TimeInterval& interval, int sections) {
+  const long double golden = (std::sqrt(5.0L) - 1) / 2;
+  TimeInterval bracket = interval;
+  long double left = bracket.end - golden * (bracket.end - bracket.begin);
+  long double right = bracket.begin + golden * (bracket.end - bracket.begin);
+  long double at_left = distance.at(left).high, at_right = distance.at(right).high;
+  for (int i = 0; i < sections; ++i) {
+    if (at_left <= at_right) {
+      bracket.end = right;
+      right = left;
+      at_right = at_left;
+      left = bracket.end - golden * (bracket.end - bracket.begin);
+      at_left = distance.at(left).high;
+    } else {
+      bracket.begin = left;
+      left = right;
+      at_left = at_right;
+      right = bracket.begin + golden * (bracket.end - bracket.begin);
+      at_right = distance.at(right).high;
+    }
+  }
+  return at_left <= at_right ? left : right;
+}
+
+}  // namespace proximity_server
