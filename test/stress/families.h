@@ -7,6 +7,7 @@
 
 #include "narrowphase/oracle.h"
 #include "proximity_server/narrowphase/signed_distance.h"
+#include "stress/random_geometry.h"
 
 namespace proximity_server {
 
@@ -19,11 +20,6 @@ struct StressPair {
   WarmStart warm_start;
 
   ShapePair pair() const { return {a, b, a_T_b}; }
-};
-
-struct TwoShapes {
-  Shape a;
-  Shape b;
 };
 
 /// How two shapes lie, and how they are asked about.
