@@ -16,7 +16,7 @@ using nlohmann::json;
 namespace {
 
 const char* nameOf(Shape::Kind kind) {
-  const char* names[] = {"point", "segment", "box", "cylinder", "cone", "ellipsoid", "hull"};
+  const char* names[] = {"point", "segment", "box", "cylinder", "cone", "ellipsoid", "hull", "sweep"};
   return names[static_cast<std::size_t>(kind)];
 }
 

@@ -87,7 +87,7 @@ struct MinimumOptions {
   double begin = 0.0;
   double end = 1.0;
   double stop_above = std::numeric_limits<double>::infinity();  ///< [m] of a larger minimum a proof is enough
-  int max_queries = 10000;
+  int max_queries = 512;                                        ///< of the distance, at one time; at most so many
 };
 
 /// The smallest signed distance of two moving shapes.
