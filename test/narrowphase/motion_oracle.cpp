@@ -7,7 +7,7 @@
 namespace proximity_server {
 namespace {
 
-/// Far more than any case of the tests needs; a clearance that is met but for rounding would take for ever.
+/// Far more than any case of the tests needs.
 constexpr int kMostSteps = 2000000;
 
 Matrix3l crossMatrix(const Vector3l& v) {
@@ -16,7 +16,7 @@ Matrix3l crossMatrix(const Vector3l& v) {
   return m;
 }
 
-/// Where the moving frame stands at a time, seen from where it started.
+/// How a frame has turned, and how far its origin has come, since time 0.
 LongPose travelled(const Vector3l& linear, const Vector3l& angular, long double time) {
   const long double speed = angular.stableNorm();
   if (speed == 0) return {Matrix3l::Identity(), linear * time};
@@ -101,8 +101,9 @@ Eigen::Isometry3d LongPose::rounded() const {
 }
 
 LongPose exactPoseAt(const ScrewMotion& screw, long double time) {
-  const LongPose start{screw.start.linear().cast<long double>(), screw.start.translation().cast<long double>()};
-  return start * travelled(screw.linear.cast<long double>(), screw.angular.cast<long double>(), time);
+  const LongPose way = travelled(screw.linear.cast<long double>(), screw.angular.cast<long double>(), time);
+  return {way.rotation * screw.start.linear().cast<long double>(),
+          screw.start.translation().cast<long double>() + way.translation};
 }
 
 LongPose exactPoseAt(const MotionChain& chain, long double time) {
@@ -131,10 +132,10 @@ DistanceBounds exactDistanceAt(const MovingPair& pair, long double time, int max
   return {truth.distance - rounding, truth.distance + truth.error_bound + rounding};
 }
 
-DistanceBounds fastDistanceAt(const MovingPair& pair, long double time) {
+DistanceBounds fastDistanceAt(const MovingPair& pair, long double time, double tolerance) {
   const Eigen::Isometry3d a_T_b = pair.relativePose(time).rounded();
   Options options;
-  options.distance_tolerance = 1e-13;
+  options.distance_tolerance = tolerance;
   const SignedDistance result = signedDistance(pair.a, pair.b, a_T_b, options);
   // roundingOf of certificate.h, and that of the pose.
   const long double rounding =
@@ -143,9 +144,9 @@ DistanceBounds fastDistanceAt(const MovingPair& pair, long double time) {
 }
 
 FirstContact firstContact(const DistanceOverTime& distance, long double clearance, const TimeInterval& interval,
-                          long double resolution) {
+                          long double resolution, int max_steps) {
   FirstContact found{interval.begin, {}};
-  for (int step = 0; step < kMostSteps && found.free_until < interval.end; ++step) {
+  for (int step = 0; step < max_steps && found.free_until < interval.end; ++step) {
     const DistanceBounds now = distance.at(found.free_until);
     if (now.high <= clearance) found.contact_by = found.free_until;
     if (now.low - clearance <= resolution) break;

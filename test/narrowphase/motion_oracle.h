@@ -23,8 +23,9 @@ struct LongPose {
   Eigen::Isometry3d rounded() const;
 };
 
-/// start * (turn about the axis, slide along it). Method: Rodrigues' rotation, and the way of the origin split along
-/// the axis and across it: v_along t + v_across sin(w t) / w + (u x v) (1 - cos(w t)) / w, which cancels nothing.
+/// The start, turned and moved in the frame that it is given in. Method: Rodrigues' rotation, and the way of the origin
+/// split along the axis and across it: v_along t + v_across sin(w t) / w + (u x v) (1 - cos(w t)) / w, which cancels
+/// nothing.
 LongPose exactPoseAt(const ScrewMotion& screw, long double time);
 LongPose exactPoseAt(const MotionChain& chain, long double time);
 
@@ -62,7 +63,7 @@ DistanceBounds exactDistanceAt(const MovingPair& pair, long double time, int max
 
 /// The same by signedDistance of the library and its bounds, widened by their rounding; microseconds. Not independent
 /// of the narrowphase at one time, which has a stress run of its own, but of all that moves.
-DistanceBounds fastDistanceAt(const MovingPair& pair, long double time);
+DistanceBounds fastDistanceAt(const MovingPair& pair, long double time, double tolerance = 1e-13);
 
 /// A signed distance as a function of time, and how fast it may change.
 struct DistanceOverTime {
@@ -87,9 +88,9 @@ struct FirstContact {
 ///
 /// Error:   contact_by - free_until is what the clearance less `resolution` [m] leaves open. Grazing closer than that
 ///          has neither proof: never() is false and there is no contact_by.
-/// Cost:    speed_limit / gap steps for each unit of time.
+/// Cost:    speed_limit / gap steps for each unit of time; the search gives up after max_steps, with what is proven.
 FirstContact firstContact(const DistanceOverTime& distance, long double clearance, const TimeInterval& interval = {},
-                          long double resolution = 1e-12L);
+                          long double resolution = 1e-12L, int max_steps = 2000000);
 
 /// Encloses the smallest distance: branch and bound with the Lipschitz bound, until the bounds are `gap` apart.
 /// Source: Piyavskii, An algorithm for finding the absolute extremum of a function, 1972.

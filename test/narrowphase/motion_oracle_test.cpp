@@ -23,18 +23,19 @@ ScrewMotion randomScrew(std::mt19937& random, double turn) {
   return {randomPose(random, 1.0), randomDirection(random), turn * randomDirection(random)};
 }
 
-/// exp(time * twist) by its power series; the start in front.
+/// exp(time * twist) * start by the power series; the twist's velocity is that of the point that is at the origin.
 Matrix4l poseBySeries(const ScrewMotion& screw, long double time) {
   Matrix4l twist = Matrix4l::Zero();
   const Vector3l w = screw.angular.cast<long double>() * time;
+  const Vector3l v = screw.linear.cast<long double>() * time - w.cross(screw.start.translation().cast<long double>());
   twist.topLeftCorner<3, 3>() << 0, -w.z(), w.y(), w.z(), 0, -w.x(), -w.y(), w.x(), 0;
-  twist.topRightCorner<3, 1>() = screw.linear.cast<long double>() * time;
+  twist.topRightCorner<3, 1>() = v;
   Matrix4l sum = Matrix4l::Identity(), term = Matrix4l::Identity();
   for (int i = 1; i < 80; ++i) {
     term = term * twist / i;
     sum += term;
   }
-  return screw.start.matrix().cast<long double>() * sum;
+  return sum * screw.start.matrix().cast<long double>();
 }
 
 Matrix4l matrixOf(const LongPose& pose) {

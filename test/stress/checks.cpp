@@ -159,9 +159,7 @@ std::optional<Failure> failureOfRelatives(const StressPair& p, const SignedDista
   return std::nullopt;
 }
 
-double errorLimit(const Shape& shape) {
-  return shape.isPolytope() ? kPolytopeErrorLimit : kCurvedErrorLimit;
-}
+double errorLimit(const Shape& shape) { return shape.isPolytope() ? kPolytopeErrorLimit : kCurvedErrorLimit; }
 
 /// Asked as exactly as the limits, the answer encloses the truth and lies within them where it says Converged.
 AssertionResult isAsExactAsItsLimit(const StressPair& p, const Truth& truth) {

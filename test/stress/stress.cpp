@@ -1,6 +1,4 @@
 // ./dev stress: as many pairs as asked for, each checked against every promise of the narrowphase.
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
@@ -8,40 +6,12 @@
 #include <thread>
 
 #include "benchmark/machine.h"
+#include "stress/progress_bar.h"
 #include "stress/recorded_pairs.h"
 #include "stress/run.h"
 
 namespace proximity_server {
 namespace {
-
-/// On a terminal: how much of the work is done. Elsewhere nothing.
-class ProgressBar {
- public:
-  ProgressBar(const std::atomic<std::int64_t>& done, std::int64_t total) : done_(done), total_(total) {
-    if (isatty(STDERR_FILENO)) thread_ = std::thread([this] { draw(); });
-  }
-  ~ProgressBar() {
-    ended_ = true;
-    if (thread_.joinable()) thread_.join();
-  }
-
- private:
-  void draw() const {
-    constexpr int kWidth = 50;
-    while (!ended_) {
-      const double part = std::min(1.0, static_cast<double>(done_) / static_cast<double>(total_));
-      std::fprintf(stderr, "\r[%-*.*s] %5.1f %%", kWidth, static_cast<int>(kWidth * part),
-                   "##################################################", 100.0 * part);
-      std::this_thread::sleep_for(std::chrono::milliseconds(200));
-    }
-    std::fprintf(stderr, "\r%*s\r", kWidth + 12, "");
-  }
-
-  const std::atomic<std::int64_t>& done_;
-  std::int64_t total_;
-  std::atomic<bool> ended_{false};
-  std::thread thread_;
-};
 
 void print(const std::vector<FamilySummary>& summaries) {
   std::printf("%-34s %11s %9s %9s %9s %6s %9s %11s %9s\n", "family", "pairs", "oracle", "error", "gap", "iter", "us",
