@@ -10,7 +10,9 @@ using Eigen::Vector3d;
 
 constexpr int kMostSamples = 512;
 
-/// Branch and bound over time. The bound of an interval is the larger of two, as the normals at its ends are two axes.
+/// Branch and bound over time. The normals at the ends of an interval are two axes that stand; a third one turns from
+/// the first to the second. Where one normal follows smoothly on the other that is the best, where it jumps the two
+/// are.
 class TimeSubdivision {
  public:
   TimeSubdivision(MovingPair& pair, const MinimumOptions& options) : pair_(pair), options_(options) {
@@ -83,21 +85,27 @@ class TimeSubdivision {
     const Sample &first = at(begin), &last = at(end);
     const double duration = last.time - first.time;
     if (duration == 0.0) return {first.lower_bound, first.time, begin, end};
-    const double acceleration = pair_.acceleration(first.time, last.time);
-    const AxisBound by_first{first.lower_bound, pair_.gapAlong(first.normal, last.poses), acceleration, duration};
-    const AxisBound by_last{pair_.gapAlong(last.normal, first.poses), last.lower_bound, acceleration, duration};
-    const double lowest = lowestTime(by_first, by_last);
-    const double bound = std::max(by_first.at(lowest), by_last.at(lowest));
+    const MotionBound motion = pair_.motion(first.time, last.time);
+    const AxisBound::End at_first{first.normal, first.lower_bound}, at_last{last.normal, last.lower_bound};
+    const AxisBound by_first(at_first, {first.normal, pair_.gapAlong(first.normal, last.poses)}, motion, duration);
+    const AxisBound by_last({last.normal, pair_.gapAlong(last.normal, first.poses)}, at_last, motion, duration);
+    const AxisBound turning(at_first, at_last, motion, duration);
+    double lowest = lowestTime(by_first, by_last), bound = std::max(by_first.at(lowest), by_last.at(lowest));
+    if (const double other = turning.lowestTime(); turning.at(other) > bound) {
+      lowest = other;
+      bound = turning.at(other);
+    }
     return {bound, first.time + std::clamp(lowest, duration / 16.0, duration * (15.0 / 16.0)), begin, end};
   }
 
   /// Where the larger of two bounds, whose parabolas are the same, is smallest: at the lowest point of one, if the
   /// other is lower there, or where they cross.
   static double lowestTime(const AxisBound& p, const AxisBound& q) {
-    for (const auto& [upper, lower] : {std::make_pair(p, q), std::make_pair(q, p)})
-      if (const double time = upper.lowestTime(); lower.at(time) <= upper.at(time)) return time;
-    const double at_begin = p.begin - q.begin, at_end = p.end - q.end;
-    return p.duration * std::clamp(at_begin / (at_begin - at_end), 0.0, 1.0);
+    const double of_p = p.lowestTime(), of_q = q.lowestTime();
+    if (q.at(of_p) <= p.at(of_p)) return of_p;
+    if (p.at(of_q) <= q.at(of_q)) return of_q;
+    const double at_begin = p.begin() - q.begin(), at_end = p.end() - q.end();
+    return p.duration() * std::clamp(at_begin / (at_begin - at_end), 0.0, 1.0);
   }
 
   MinimumOverMotion finished(Status status) {

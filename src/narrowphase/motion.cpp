@@ -70,19 +70,23 @@ MotionBound motionBound(const MotionChain& chain, const Vector3d& ball_centre, d
                         double end) {
   const double middle = 0.5 * (begin + end), half = 0.5 * (end - begin);
   Vector3d centre = ball_centre;
-  double radius = ball_radius;
-  MotionBound bound{0.0, 0.0};
+  double radius = ball_radius, all_turning = 0.0, speed = 0.0;
+  MotionBound bound{Vector3d::Zero(), 0.0, 0.0};
   for (std::size_t i = chain.size(); i-- > 0;) {
     const ScrewMotion& screw = chain[i];
-    centre = screw.at(middle) * centre;
+    const Isometry3d pose = screw.at(middle);
+    centre = pose * centre;
     const double turning = screw.angular.norm();
     // A twist has one field of velocities at all times.
     const Vector3d velocity = screw.linear + screw.angular.cross(centre - screw.start.translation());
-    const double turned = screw.angular.cross(velocity).norm();  // the acceleration of the centre
-    bound.acceleration += turned + turning * (turning * radius + 2.0 * bound.speed);
-    bound.speed += velocity.norm() + turning * radius;
+    const double centripetal = screw.angular.cross(velocity).norm();
+    bound.acceleration += centripetal + turning * (turning * radius + 2.0 * speed);
+    bound.velocity = pose.linear() * bound.velocity + velocity;
+    all_turning += turning;
+    speed += velocity.norm() + turning * radius;
     radius += half * velocity.norm();
   }
+  bound.deviation = all_turning * ball_radius + half * bound.acceleration;
   return bound;
 }
 

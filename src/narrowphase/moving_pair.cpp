@@ -35,6 +35,34 @@ double roundedLengths(const MotionChain& chain, const Vector3d& origin, double r
 
 }  // namespace
 
+AxisBound::AxisBound(const End& begin, const End& end, const MotionBound& motion, double duration)
+    : begin_(begin.gap), end_(end.gap), duration_(duration) {
+  const Vector3d turn = end.normal - begin.normal;
+  const double fastest = turn.dot(motion.velocity) + turn.norm() * motion.deviation;
+  curvature_ = std::max(0.0, motion.acceleration + 2.0 * fastest / duration);
+  shortest_ = std::sqrt(std::max(0.0, 1.0 - 0.25 * turn.squaredNorm()));
+}
+
+/// With d = begin - level, the slope m at time 0 and the curvature k: d + m t + 1/2 k t^2 = 0, solved so that nothing
+/// cancels.
+double AxisBound::firstTimeAt(double level) const {
+  const double above = begin_ - (level < 0.0 ? level * shortest_ : level);
+  const double discriminant = slope() * slope() - 2.0 * curvature_ * above;
+  if (!(above > 0.0)) return 0.0;
+  if (!(slope() < 0.0) || discriminant < 0.0) return duration_;
+  return std::min(duration_, 2.0 * above / (std::sqrt(discriminant) - slope()));
+}
+
+double AxisBound::lowestTime() const {
+  if (slope() >= 0.0) return 0.0;
+  return slope() + curvature_ * duration_ <= 0.0 ? duration_ : -slope() / curvature_;
+}
+
+double AxisBound::at(double time) const {
+  const double gap = begin_ + slope() * time + 0.5 * curvature_ * time * time;
+  return gap < 0.0 ? gap / shortest_ : gap;
+}
+
 MovingPair::MovingPair(const Shape& a, const MotionChain& a_motion, const Shape& b, const MotionChain& b_motion)
     : a_(a), b_(b), a_motion_(a_motion), b_motion_(b_motion), origin_(originOf(a_motion)) {
   // To first order in eps, a support point and its pose are off by less than 32 eps of each length.
@@ -75,31 +103,16 @@ double MovingPair::gapAlong(const Vector3d& normal, const Poses& poses) {
   return normal.dot(poses.b * on_b - poses.a * on_a) - a_.margin() - b_.margin() - rounding_;
 }
 
-double MovingPair::acceleration(double begin, double end) const {
-  return motionBound(a_motion_, a_.centre(), a_.coreRadius(), begin, end).acceleration +
-         motionBound(b_motion_, b_.centre(), b_.coreRadius(), begin, end).acceleration;
+MotionBound MovingPair::motion(double begin, double end) const {
+  const MotionBound of_a = motionBound(a_motion_, a_.centre(), a_.coreRadius(), begin, end);
+  const MotionBound of_b = motionBound(b_motion_, b_.centre(), b_.coreRadius(), begin, end);
+  return {of_b.velocity - of_a.velocity, of_a.deviation + of_b.deviation, of_a.acceleration + of_b.acceleration};
 }
 
 SignedDistance MovingPair::inChainsFrame(SignedDistance result) const {
   result.point_a += origin_;
   result.point_b = result.point_a + result.distance * result.normal;
   return result;
-}
-
-/// With c = begin - level, the slope m at time 0 and the acceleration k: c + m t + 1/2 k t^2 = 0, solved so that
-/// nothing cancels.
-double AxisBound::firstTimeAt(double level) const {
-  const double above = begin - level;
-  const double slope = (end - begin) / duration - 0.5 * acceleration * duration;
-  const double discriminant = slope * slope - 2.0 * acceleration * above;
-  if (!(slope < 0.0) || discriminant < 0.0) return duration;
-  return std::min(duration, 2.0 * above / (std::sqrt(discriminant) - slope));
-}
-
-double AxisBound::lowestTime() const {
-  const double slope = (end - begin) / duration - 0.5 * acceleration * duration;
-  if (slope >= 0.0) return 0.0;
-  return slope + acceleration * duration <= 0.0 ? duration : -slope / acceleration;
 }
 
 }  // namespace proximity_server

@@ -4,6 +4,41 @@
 
 namespace proximity_server {
 
+/// What the signed distance is at least in between two times: the chord between the gaps along an axis at both, less a
+/// parabola. The axis may turn, straight from one unit normal to the other.
+///
+/// A point of the CSO at height f = m . p over the axis m has f'' = m . p'' + 2 m' . p'. Where f'' <= c, f lies above
+/// its chord less c / 2 t (duration - t); the gap is the least f of all points, so it does too. The axis is shorter
+/// than 1 in between, which makes a gap above 0 a larger distance and one below 0 a deeper overlap.
+class AxisBound {
+ public:
+  struct End {
+    const Eigen::Vector3d& normal;
+    double gap;  ///< [m]
+  };
+  /// What bounds the motion of all points of b as seen from those of a, see MotionBound.
+  AxisBound(const End& begin, const End& end, const MotionBound& motion, double duration);
+
+  /// The first time, counted from the beginning, at which the bound is down to `level`, which is below it at first;
+  /// the duration where it never is.
+  double firstTimeAt(double level) const;
+
+  /// When the bound is smallest, and how small.
+  double lowestTime() const;
+  double at(double time) const;
+
+  double duration() const { return duration_; }
+  double begin() const { return begin_; }
+  double end() const { return end_; }
+
+ private:
+  double slope() const { return (end_ - begin_) / duration_ - 0.5 * curvature_ * duration_; }
+
+  double begin_, end_, duration_;
+  double curvature_;  ///< [m] per unit of time squared
+  double shortest_;   ///< the axis
+};
+
 /// Two shapes that move along chains, at any time.
 ///
 /// Frame: that of the chains, moved to where a's chain begins, so that its numbers are small.
@@ -27,8 +62,8 @@ class MovingPair {
   /// [m] No point of b is nearer to a than this along the unit `normal`: a lower bound of the signed distance.
   double gapAlong(const Eigen::Vector3d& normal, const Poses& poses);
 
-  /// [m] per unit of time squared: at most that of any point of b as seen from any of a, during an interval.
-  double acceleration(double begin, double end) const;
+  /// Of all points of b as seen from those of a, during an interval.
+  MotionBound motion(double begin, double end) const;
 
   /// A result as the caller sees it.
   SignedDistance inChainsFrame(SignedDistance result) const;
@@ -41,28 +76,6 @@ class MovingPair {
   Eigen::Vector3d origin_;
   double rounding_;  ///< [m] of a distance, by the poses
   WarmStart warm_start_;
-};
-
-/// What the gap along one axis is at least in between two times, as the sum of the chord between its values at both and
-/// of a parabola for the acceleration.
-///
-/// No point of b moves towards a along the axis faster than its chord by more than that: the second derivative of its
-/// position along the axis is at most the acceleration. The gap is the least over all points, so it keeps the bound.
-struct AxisBound {
-  double begin, end;    ///< [m] gap at both times
-  double acceleration;  ///< [m] per unit of time squared
-  double duration;
-
-  double at(double time) const {
-    return begin + (end - begin) * (time / duration) - 0.5 * acceleration * time * (duration - time);
-  }
-
-  /// The first time, counted from the beginning, at which the bound is down to `level`, which is below `begin`;
-  /// `duration` where it never is.
-  double firstTimeAt(double level) const;
-
-  /// When the bound is smallest.
-  double lowestTime() const;
 };
 
 }  // namespace proximity_server
