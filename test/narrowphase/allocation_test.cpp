@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "narrowphase/shape_pairs.h"
+#include "proximity_server/narrowphase/motion.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 
 namespace {
@@ -55,6 +56,22 @@ TEST(Allocation, QueryTakesNoMemory) {
     const double warm = signedDistance(c.a, c.b, c.a_T_b, Options::above(0.1), warm_start).lower_bound;
     const long taken = allocations - before;
     EXPECT_EQ(taken, 0) << cold << warm << describe(c);
+  }
+}
+
+TEST(Allocation, MotionTakesNoMemory) {
+  const std::vector<PairCase> cases = pairsInEveryState(allShapes(), 1, /*seed=*/32);
+  std::mt19937 random(33);
+  for (const PairCase& c : cases) {
+    const MotionChain a_motion = {{randomPose(random, 0.5), randomDirection(random), 2.0 * randomDirection(random)}};
+    const MotionChain b_motion = {a_motion.front(), {c.a_T_b, randomDirection(random), randomDirection(random)}};
+    MinimumOptions options;
+    options.max_queries = 50;
+    const long before = allocations;
+    const double free = timeOfContact(c.a, a_motion, c.b, b_motion).t_free;
+    const double smallest = minimumDistance(c.a, a_motion, c.b, b_motion, options).lower_bound;
+    const long taken = allocations - before;
+    EXPECT_EQ(taken, 0) << free << smallest << describe(c);
   }
 }
 

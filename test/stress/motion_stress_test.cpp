@@ -1,0 +1,60 @@
+// The run of ./dev stress motions that every test run makes; and that its checks can fail at all.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <thread>
+
+#include "stress/motion_run.h"
+#include "stress/recorded_motions.h"
+
+namespace proximity_server {
+namespace {
+
+std::vector<MotionFamilySummary> summariesOf(std::int64_t motions, unsigned threads) {
+  MotionRun run;
+  run.motions = motions;
+  run.threads = threads;
+  std::atomic<std::int64_t> done{0};
+  return runMotions(run, done);
+}
+
+TEST(MotionStress, TwentyThousandMotionsKeepEveryPromise) {
+  for (const MotionFamilySummary& family : summariesOf(20000, std::max(1u, std::thread::hardware_concurrency()))) {
+    EXPECT_GT(family.with_oracle, 0) << family.name;
+    EXPECT_GT(family.contacts, 0) << family.name;
+    EXPECT_LT(family.contacts, family.motions) << family.name;
+    EXPECT_EQ(family.failed, 0) << family.name << ", motion " << family.failures.front().number << ": "
+                                << family.failures.front().sentence << "\n./dev stress motions records it";
+  }
+}
+
+TEST(MotionStress, MotionsDoNotDependOnTheThreads) {
+  const std::vector<MotionFamilySummary> one = summariesOf(300, 1), three = summariesOf(300, 3);
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    EXPECT_EQ(one[i].motions, three[i].motions);
+    EXPECT_EQ(one[i].contacts, three[i].contacts);
+    EXPECT_EQ(one[i].contact_queries, three[i].contact_queries);
+    EXPECT_EQ(one[i].minimum_queries, three[i].minimum_queries);
+  }
+}
+
+TEST(MotionStress, MotionIsTheSameAfterItWasWrittenAndRead) {
+  for (std::size_t family = 0; family < motionFamilies().size(); ++family) {
+    const StressMotion motion = stressMotion(family, /*seed=*/3, /*number=*/4);
+    const StressMotion read = motionFromJsonLine(toJsonLine({"", motion})).motion;
+    EXPECT_EQ(toJsonLine({"", read}), toJsonLine({"", motion}));
+    EXPECT_EQ(observeMotion(read).contact.t_free, observeMotion(motion).contact.t_free);
+  }
+}
+
+TEST(MotionStress, RecordedMotionsKeepEveryPromise) {
+  const std::string path = std::string(PROXIMITY_SOURCE_DIR) + "/test/data/recorded_motions.jsonl";
+  if (!std::ifstream(path)) GTEST_SKIP() << "no motion was ever wrong: there is no " << path;
+  for (const RecordedMotion& recorded : readRecordedMotions(path)) {
+    const MotionObservation seen = observeMotionWithOracle(recorded.motion);
+    EXPECT_FALSE(seen.failure) << recorded.name << ": " << *seen.failure;
+  }
+}
+
+}  // namespace
+}  // namespace proximity_server
