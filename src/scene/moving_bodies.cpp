@@ -97,21 +97,13 @@ MovingBodies::Interval::Interval(int number) {
 }
 
 const MovingBodies::During& MovingBodies::during(int number) {
-  const auto index = static_cast<std::size_t>(number);
-  if (during_.size() <= index) during_.resize(index + 1);
-  During& during = during_[index];
-  if (during.is_known) return during;
-  const Interval interval(number);
-  const double duration = interval.end - interval.begin;
-  const double acceleration = motionBound(chain_a_, a_.centre, a_.radius, interval.begin, interval.end).acceleration +
-                              motionBound(chain_b_, b_.centre, b_.radius, interval.begin, interval.end).acceleration;
-  during = {true,
-            poseAt(chain_a_, interval.begin),
-            poseAt(chain_b_, interval.begin),
-            poseAt(chain_a_, interval.end),
-            poseAt(chain_b_, interval.end),
-            acceleration * duration * duration / 8.0};
-  return during;
+  if (const auto known = during_.find(number); known != during_.end()) return known->second;
+  const auto [begin, end] = Interval(number);
+  const double acceleration = motionBound(chain_a_, a_.centre, a_.radius, begin, end).acceleration +
+                              motionBound(chain_b_, b_.centre, b_.radius, begin, end).acceleration;
+  const During during{poseAt(chain_a_, begin), poseAt(chain_b_, begin), poseAt(chain_a_, end), poseAt(chain_b_, end),
+                      acceleration * (end - begin) * (end - begin) / 8.0};
+  return during_.emplace(number, during).first->second;
 }
 
 MovingBodies::SphereGap MovingBodies::sphereGap(const Bounds& a, const Bounds& b, int interval) {

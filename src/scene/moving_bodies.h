@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <vector>
 
 #include "bounds.h"
@@ -40,7 +41,6 @@ class MovingBodies {
  private:
   /// What all parts of the bodies have in common during an interval.
   struct During {
-    bool is_known = false;
     Eigen::Isometry3d a_begin, b_begin, a_end, b_end;
     double bulge;  ///< [m] by which a point of b, seen from one of a, leaves its chord
   };
@@ -52,8 +52,8 @@ class MovingBodies {
   int middle_ = -1;
   MotionChain chain_a_, chain_b_;  ///< without those that rest; never empty
   Bounds a_, b_;
-  double rounding_ = 0.0;       ///< [m] of a distance
-  std::vector<During> during_;  ///< by the number of the interval
+  double rounding_ = 0.0;         ///< [m] of a distance
+  std::map<int, During> during_;  ///< by the number of the interval
 };
 
 }  // namespace proximity_server
