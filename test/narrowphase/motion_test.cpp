@@ -160,6 +160,31 @@ TEST(ScrewMotion, OriginSlidesAlongTheAxisAtConstantSpeed) {
   }
 }
 
+TEST(ScrewMotion, InverseIsTheInverseAtEveryTime) {
+  std::mt19937 random(83);
+  for (int i = 0; i < 100; ++i) {
+    const ScrewMotion motion = randomScrew(random, 0.1 * i), inverse = motion.inverse();
+    const double time = 0.01 * i;
+    EXPECT_LT(difference(inverse.at(time), exactPoseAt(motion, time).inverse()), 3e-14);
+  }
+}
+
+TEST(ScrewMotion, ProductWithAPoseIsThatOfThePoses) {
+  std::mt19937 random(84);
+  for (int i = 0; i < 100; ++i) {
+    const ScrewMotion motion = randomScrew(random, 0.1 * i), fixed{randomPose(random, 2.0), {0, 0, 0}, {0, 0, 0}};
+    const double time = 0.01 * i;
+    EXPECT_LT(difference((fixed.start * motion).at(time), exactPoseAt(MotionChain{fixed, motion}, time)), 3e-14);
+    EXPECT_LT(difference((motion * fixed.start).at(time), exactPoseAt(MotionChain{motion, fixed}, time)), 3e-14);
+  }
+}
+
+TEST(ScrewMotion, IsRestWithoutAnyVelocity) {
+  EXPECT_TRUE((ScrewMotion{at(1, 2, 3), {0, 0, 0}, {0, 0, 0}}).isRest());
+  EXPECT_FALSE((ScrewMotion{at(0, 0, 0), {1e-300, 0, 0}, {0, 0, 0}}).isRest());
+  EXPECT_FALSE((ScrewMotion{at(0, 0, 0), {0, 0, 0}, {0, -1e-300, 0}}).isRest());
+}
+
 TEST(MotionChain, PoseIsThatOfTheOracle) {
   std::mt19937 random(67);
   for (int i = 0; i < 100; ++i) {

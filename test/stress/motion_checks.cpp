@@ -112,7 +112,6 @@ class Search {
   }
 
   const std::vector<Sample>& samples() const { return samples_; }
-  double speed() const { return static_cast<double>(speed_); }
 
  private:
   long double high(std::size_t i) const { return samples_[i].distance.high; }
@@ -260,26 +259,36 @@ Answers timed(const StressMotion& m, MotionObservation& seen) {
   return {"", m, seen.contact, seen.minimum};
 }
 
-/// The observation, and the distances that it rests on.
+/// The first promise that any of the answers breaks.
+std::optional<std::string> brokenPromise(const std::vector<Answers>& all, Search& search) {
+  const ContactOptions& options = all.front().motion.options;
+  for (const Answers& answers : all) search.lookAround(answers);
+  search.lookBetween(std::max(options.clearance, all.front().minimum.upper_bound));
+  search.lookAtEntry();
+  for (const Answers& answers : all)
+    if (const AssertionResult check = keepAllPromises(answers, search.samples()); !check)
+      return std::string(answers.name) + check.message();
+  return std::nullopt;
+}
+
 MotionObservation observed(const StressMotion& motion, Search& search) {
   MotionObservation seen;
-  std::vector<Answers> all = {timed(motion, seen), answered("swapped: ", swapped(motion)),
-                              answered("from elsewhere: ", seenFromElsewhere(motion))};
-  for (const Answers& answers : all) search.lookAround(answers);
-  search.lookBetween(std::max(motion.options.clearance, seen.minimum.upper_bound));
-  search.lookAtEntry();
-  seen.speed = search.speed();
+  const std::vector<Answers> all = {timed(motion, seen), answered("swapped: ", swapped(motion)),
+                                    answered("from elsewhere: ", seenFromElsewhere(motion))};
+  seen.failure = brokenPromise(all, search);
   for (const Sample& sample : search.samples())
     if (seen.contact.contact && sample.time == seen.contact.t_free)
       seen.gap = static_cast<double>(sample.distance.low) - motion.options.clearance;
-  for (const Answers& answers : all) {
-    const AssertionResult check = keepAllPromises(answers, search.samples());
-    if (!check && !seen.failure) seen.failure = std::string(answers.name) + check.message();
-  }
   return seen;
 }
 
 }  // namespace
+
+std::optional<std::string> brokenPromise(const StressMotion& motion, const TimeOfContact& contact,
+                                         const MinimumOverMotion& minimum) {
+  Search search(motion);
+  return brokenPromise({{"", motion, contact, minimum}}, search);
+}
 
 MotionObservation observeMotion(const StressMotion& motion) {
   Search search(motion);

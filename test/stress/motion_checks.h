@@ -11,8 +11,7 @@ namespace proximity_server {
 struct MotionObservation {
   TimeOfContact contact;
   MinimumOverMotion minimum;
-  double speed = 0.0;  ///< [m] per unit of time: what no point exceeds
-  double gap = 0.0;    ///< [m] of the distance at t_free above the clearance, where there is contact
+  double gap = 0.0;  ///< [m] of the distance at t_free above the clearance, where there is contact
   double contact_microseconds = 0.0;
   double minimum_microseconds = 0.0;
   std::optional<std::string> failure;  ///< a promise that was not kept
@@ -20,15 +19,18 @@ struct MotionObservation {
 
 /// Asks for the first contact and for the smallest distance, then looks for a time that proves one of them wrong.
 ///
-/// Method: signed distances at times of its own, with poses in long double and the bounds of signedDistance: spread
-/// over
-///         the motion, at all times that an answer names and just before t_free, at local minima between them (golden
-///         sections) and where the first of them enters the clearance (bisection). The same question with the shapes
-///         swapped, and seen from another frame, is held against the same distances.
+/// Method: signed distances with poses in long double and the bounds of signedDistance, at times of its own: spread
+///         over the motion, at all times that an answer names and just before t_free, at local minima between them
+///         (golden sections) and where the first of them enters the clearance (bisection). The same question with the
+///         shapes swapped, and seen from another frame, is held against the same distances.
 MotionObservation observeMotion(const StressMotion& motion);
 
-/// The same, with the first contact of the Lipschitz search (motion_oracle.h), and the distances at the times of the
-/// answers by branch and bound in long double.
+/// The first promise that these answers break, looked for in the same way.
+std::optional<std::string> brokenPromise(const StressMotion& motion, const TimeOfContact& contact,
+                                         const MinimumOverMotion& minimum);
+
+/// As observeMotion, with the first contact of the Lipschitz search (motion_oracle.h), and the distances at the times
+/// of the answers by branch and bound in long double.
 MotionObservation observeMotionWithOracle(const StressMotion& motion);
 
 }  // namespace proximity_server

@@ -56,5 +56,53 @@ TEST(MotionStress, RecordedMotionsKeepEveryPromise) {
   }
 }
 
+/// A ball that falls through a plate of 1e-6 m at 0.45.
+StressMotion fallingBall() {
+  ScrewMotion fall;
+  fall.start.translation().z() = 1.0 + 0.1 + 0.5e-6;
+  fall.linear.z() = -1.0 / 0.45;
+  return {Box{{1, 1, 1e-6}}, {}, Sphere{0.1}, {fall}, {}, {}};
+}
+
+TEST(MotionStress, ForgedContactsAreFound) {
+  const StressMotion m = fallingBall();
+  const TimeOfContact honest = timeOfContact(m.a, m.a_motion, m.b, m.b_motion, m.options);
+  const MinimumOverMotion minimum = minimumDistance(m.a, m.a_motion, m.b, m.b_motion);
+  ASSERT_TRUE(honest.contact);
+  ASSERT_FALSE(brokenPromise(m, honest, minimum)) << *brokenPromise(m, honest, minimum);
+
+  TimeOfContact late = honest;
+  late.t_free = late.t_contact = honest.t_contact + 1e-9;
+  EXPECT_TRUE(brokenPromise(m, late, minimum));
+  TimeOfContact missed;
+  missed.status = Status::Converged;
+  missed.t_free = 1.0;
+  EXPECT_TRUE(brokenPromise(m, missed, minimum));
+  TimeOfContact early = honest;
+  early.t_free = early.t_contact = honest.t_contact - 1e-8;
+  EXPECT_TRUE(brokenPromise(m, early, minimum));
+  TimeOfContact elsewhere = honest;
+  elsewhere.at_contact.point_a.x() += 1e-6;
+  EXPECT_TRUE(brokenPromise(m, elsewhere, minimum));
+}
+
+TEST(MotionStress, ForgedMinimaAreFound) {
+  const StressMotion m = fallingBall();
+  const TimeOfContact contact = timeOfContact(m.a, m.a_motion, m.b, m.b_motion, m.options);
+  const MinimumOverMotion honest = minimumDistance(m.a, m.a_motion, m.b, m.b_motion);
+  ASSERT_FALSE(brokenPromise(m, contact, honest));
+
+  MinimumOverMotion forged = honest;
+  forged.lower_bound += 1e-8;
+  forged.upper_bound += 1e-8;
+  EXPECT_TRUE(brokenPromise(m, contact, forged));
+  forged = honest;
+  forged.upper_bound -= 1e-8;
+  EXPECT_TRUE(brokenPromise(m, contact, forged));
+  forged = honest;
+  forged.time += 1e-6;
+  EXPECT_TRUE(brokenPromise(m, contact, forged));
+}
+
 }  // namespace
 }  // namespace proximity_server
