@@ -47,15 +47,15 @@ long double speedLimitOf(const MotionChain& chain, long double reach) {
   return speed;
 }
 
-/// Of the pose of a point in the first frame [m].
-double roundingOf(const MotionChain& chain, double reach) {
-  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-  double rounding = 0.0;
+/// Of the pose of a point in the first frame, moved to `origin` [m].
+double roundingOf(const MotionChain& chain, const Eigen::Vector3d& origin, double reach) {
+  constexpr double kFewEpsilon = 16.0 * std::numeric_limits<double>::epsilon();
+  double rounding = kFewEpsilon * reach;
   for (auto screw = chain.rbegin(); screw != chain.rend(); ++screw) {
-    reach += screw->linear.norm();
-    rounding += 16.0 * kEpsilon * (1.0 + screw->angular.norm()) * reach;
-    reach += screw->start.translation().norm();
-    rounding += 16.0 * kEpsilon * reach;
+    const bool is_first = screw + 1 == chain.rend();
+    const Eigen::Vector3d start = screw->start.translation() - (is_first ? origin : Eigen::Vector3d::Zero());
+    reach += start.norm() + screw->linear.norm();
+    rounding += kFewEpsilon * (1.0 + screw->angular.norm()) * reach;
   }
   return rounding;
 }
@@ -121,7 +121,9 @@ long double MovingPair::speedLimit() const {
 }
 
 double MovingPair::rounding() const {
-  return roundingOf(a_motion, static_cast<double>(reachOf(a))) + roundingOf(b_motion, static_cast<double>(reachOf(b)));
+  const Eigen::Vector3d origin = a_motion.empty() ? Eigen::Vector3d(0, 0, 0) : a_motion.front().start.translation();
+  return roundingOf(a_motion, origin, static_cast<double>(reachOf(a))) +
+         roundingOf(b_motion, origin, static_cast<double>(reachOf(b)));
 }
 
 DistanceBounds exactDistanceAt(const MovingPair& pair, long double time, int max_cells) {

@@ -43,8 +43,8 @@ struct MovingPair {
   /// |linear| + |angular| * reach, the reach from that screw's frame to the far end of the shape.
   long double speedLimit() const;
 
-  /// [m] What rounding may cost an answer in double: the entries of all poses, and angles of many turns, by a few
-  /// epsilon each.
+  /// [m] What rounding may cost an answer in double, in a frame that is moved to where a begins: the entries of all
+  /// poses, and angles of many turns, by a few epsilon each.
   double rounding() const;
 };
 

@@ -173,6 +173,8 @@ AssertionResult carriesItsProofAt(const StressMotion& m, double time, const Sign
   const long double short_of = result.lower_bound - ShapePair{m.a, m.b, a_T_b}.gapAlong(normal.normalized());
   if (!(short_of <= rounding)) return fail("the normal does not prove the lower bound, short", short_of, time);
   if (!result.has_points) return AssertionSuccess();
+  // Coordinates far from the origin of the chains are rounded by themselves.
+  rounding += 8.0 * std::numeric_limits<double>::epsilon() * result.point_a.norm();
   const double off = (result.point_a + result.distance * result.normal - result.point_b).norm();
   if (!(off <= rounding)) return fail("point_b is not point_a + distance * normal, off", off, time);
   const Vector3d in_a = (frame_T_a.inverse() * Vector3l(result.point_a.cast<long double>())).cast<double>();
@@ -184,30 +186,32 @@ AssertionResult carriesItsProofAt(const StressMotion& m, double time, const Sign
   return AssertionSuccess();
 }
 
-AssertionResult enclosedBy(const SignedDistance& result, const DistanceBounds& distance, double rounding, double time) {
-  if (!(result.lower_bound - distance.high <= rounding))
+AssertionResult enclosedBy(const SignedDistance& result, const Sample& sample) {
+  const auto& [time, distance] = sample;
+  if (!(result.lower_bound - distance.high <= 0))
     return fail("the lower bound is above the distance", result.lower_bound - distance.high, time);
-  if (!(distance.low - result.upper_bound <= rounding))
+  if (!(distance.low - result.upper_bound <= 0))
     return fail("the upper bound is below the distance", distance.low - result.upper_bound, time);
   return AssertionSuccess();
 }
 
-AssertionResult keepsPromise(const TimeOfContact& contact, const ContactOptions& options, const Sample& sample,
-                             double rounding) {
+// What an answer says is proven, rounding and all, and so are the bounds of a sample: nothing is allowed for.
+
+AssertionResult keepsPromise(const TimeOfContact& contact, const ContactOptions& options, const Sample& sample) {
   const long double inside = options.clearance - sample.distance.high;
-  if (sample.time < contact.t_free && inside > rounding)
+  if (sample.time < contact.t_free && inside > 0)
     return fail(contact.contact ? "t_free is late: contact" : "contact was missed,", inside, sample.time);
   const long double outside = sample.distance.low - (options.clearance + options.tolerance);
-  if (contact.contact && sample.time == contact.t_contact && outside > rounding)
+  if (contact.contact && sample.time == contact.t_contact && outside > 0)
     return fail("there is no contact at t_contact, apart", outside, sample.time);
   return AssertionSuccess();
 }
 
-AssertionResult keepsPromise(const MinimumOverMotion& minimum, const Sample& sample, double rounding) {
+AssertionResult keepsPromise(const MinimumOverMotion& minimum, const Sample& sample) {
   const long double below = minimum.lower_bound - sample.distance.high;
-  if (below > rounding) return fail("the distance is below the minimum", below, sample.time);
+  if (below > 0) return fail("the distance is below the minimum", below, sample.time);
   const long double above = sample.distance.low - minimum.upper_bound;
-  if (sample.time == minimum.time && above > rounding)
+  if (sample.time == minimum.time && above > 0)
     return fail("the minimum is not reached at its time, off", above, sample.time);
   return AssertionSuccess();
 }
@@ -231,12 +235,11 @@ AssertionResult keepAllPromises(const Answers& answers, const std::vector<Sample
   AssertionResult check = timesAreInOrder(answers.contact, m.options);
   if (check) check = boundsAreInOrder(answers.minimum, minimumOptions(m.options));
   for (const Sample& sample : samples) {
-    if (check) check = keepsPromise(answers.contact, m.options, sample, rounding);
-    if (check) check = keepsPromise(answers.minimum, sample, rounding);
+    if (check) check = keepsPromise(answers.contact, m.options, sample);
+    if (check) check = keepsPromise(answers.minimum, sample);
     if (check && answers.contact.contact && sample.time == answers.contact.t_contact)
-      check = enclosedBy(answers.contact.at_contact, sample.distance, rounding, sample.time);
-    if (check && sample.time == answers.minimum.time)
-      check = enclosedBy(answers.minimum.at_minimum, sample.distance, rounding, sample.time);
+      check = enclosedBy(answers.contact.at_contact, sample);
+    if (check && sample.time == answers.minimum.time) check = enclosedBy(answers.minimum.at_minimum, sample);
   }
   if (check && answers.contact.contact)
     check = carriesItsProofAt(m, answers.contact.t_contact, answers.contact.at_contact, rounding);
