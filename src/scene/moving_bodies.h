@@ -38,11 +38,15 @@ class MovingBodies {
   };
   SphereGap sphereGap(const Bounds& a, const Bounds& b, int interval);
 
+  /// The same bound for their boxes: the gap in the middle of the interval, less how far any point moves from there.
+  double boxGap(const Bounds& a, const Bounds& b, int interval);
+
  private:
   /// What all parts of the bodies have in common during an interval.
   struct During {
-    Eigen::Isometry3d a_begin, b_begin, a_end, b_end;
+    Eigen::Isometry3d a_begin, b_begin, a_middle, b_middle, a_end, b_end;
     double bulge;  ///< [m] by which a point of b, seen from one of a, leaves its chord
+    double drift;  ///< [m] by which it leaves its place in the middle
   };
 
   static MotionChain fixedTo(MotionChain chain, const Eigen::Isometry3d& pose);
