@@ -210,15 +210,20 @@ bool seesAllFromInside(const ConvexHull& hull, const Vector3l& p) {
          });
 }
 
-/// The oracle knows, but it is slow; a point on a triangle of the hull or well inside needs no more proof.
+/// By the oracle, which is slow. On a flat face whole arcs of directions are equally good, and the search gives up with
+/// the best that it knows: no more than the truth.
+long double outsideByDirections(const Shape& shape, const Eigen::Vector3d& point, int max_cells) {
+  const Shape just_the_point = ConvexHull({point});
+  const Truth truth = signedDistanceOracle({shape, just_the_point, Eigen::Isometry3d::Identity()}, max_cells);
+  return std::max(truth.distance + shape.margin(), 0.0L);
+}
+
+/// A point on a triangle of the hull or well inside needs no more proof.
 long double outsideHull(const Shape& shape, const Eigen::Vector3d& point) {
   const long double to_triangles = distanceToTriangles(shape.hull(), point.cast<long double>());
   if (to_triangles <= std::numeric_limits<double>::epsilon() * shape.coreRadius()) return to_triangles;
   if (seesAllFromInside(shape.hull(), point.cast<long double>())) return 0;
-  const Shape just_the_point = ConvexHull({point});
-  // On a flat face whole arcs of directions are equally good, and the search gives up with the best that it knows.
-  const Truth truth = signedDistanceOracle({shape, just_the_point, Eigen::Isometry3d::Identity()}, 10000);
-  return std::max(truth.distance + shape.margin(), 0.0L);
+  return outsideByDirections(shape, point, 10000);
 }
 
 }  // namespace
@@ -300,7 +305,7 @@ long double outsideBy(const Shape& shape, const Eigen::Vector3d& point) {
       case Shape::Kind::Hull:
         return outsideHull(shape, point);
       case Shape::Kind::Sweep:
-        break;
+        return outsideByDirections(shape, point, 500);
     }
     return std::numeric_limits<long double>::quiet_NaN();
   };

@@ -189,8 +189,12 @@ Shape scaled(const Shape& shape, double factor) {
       return Shape(Cone{half.x(), 2.0 * half.z()}).padded(margin);
     case Shape::Kind::Ellipsoid:
       return Shape(Ellipsoid{half}).padded(margin);
+    case Shape::Kind::Sweep: {
+      Isometry3d end = shape.sweep().end;
+      end.translation() *= factor;
+      return scaled(shape.sweep().shape.padded(shape.margin()), factor).sweptTo(end);
+    }
     case Shape::Kind::Hull:
-    case Shape::Kind::Sweep:
       break;
   }
   std::vector<Vector3d> vertices;

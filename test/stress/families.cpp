@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "narrowphase/shape_pairs.h"
+#include "proximity_server/narrowphase/motion.h"
 #include "stress/random_geometry.h"
 
 namespace proximity_server {
@@ -108,6 +109,14 @@ TwoShapes farFromTheirOrigin(Random& random) {
   for (const Vector3d& corner : boxCorners(randomSizes(random, 1.0))) a.push_back(world_T_a * corner);
   for (const Vector3d& corner : boxCorners(randomSizes(random, 1.0))) b.push_back(world_T_a * (a_T_b * corner));
   return {hullOf(a), hullOf(b)};
+}
+/// Of a translation, or of a screw with its margin; see sweptShape.
+TwoShapes sweptShapes(Random& random) {
+  const double turn = below(random, 2) == 0 ? 0.0 : uniform(random, 0.0, 0.5);
+  const ScrewMotion motion{Isometry3d::Identity(), decades(random, -3, 0) * randomDirection(random),
+                           turn * randomDirection(random)};
+  const Shape swept = sweptShape(anyShape(random, 1.0), motion);
+  return below(random, 2) == 0 ? TwoShapes{swept, solid(random, 1.0)} : TwoShapes{solid(random, 1.0), swept};
 }
 TwoShapes anyShapes(Random& random) {
   const double size = decades(random, -2, 3);
@@ -293,6 +302,7 @@ const std::vector<Family>& stressFamilies() {
       {"warm start from elsewhere", solids, afterAJump},
       {"warm start from garbage", solids, afterGarbage},
       {"random mix", anyShapes, anyQuery, 8},
+      {"swept shapes", sweptShapes, nearbyOrTouching, 32},
   };
   return families;
 }

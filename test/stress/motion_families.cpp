@@ -251,6 +251,45 @@ StressMotion hardlyMoving(Random& random) {
   return touching(random, asked(random, anyShapes(random), a_motion, b_motion));
 }
 
+/// Where they start and how far they go measured in the size of the shapes, 1 mm to 100 m.
+StressMotion ofEverySize(Random& random) {
+  const double size = decades(random, -3, 2);
+  const Shape a = solid(random, size), b = solid(random, size * (below(random, 2) == 0 ? 1.0 : decades(random, -2, 0)));
+  const auto motion = [&]() -> MotionChain {
+    return {screw(random, size, size * uniform(random, 0.0, 2.0), uniform(random, 0.0, 2.0 * M_PI))};
+  };
+  const MotionChain a_motion = motion(), b_motion = motion();
+  StressMotion result = meeting(random, asked(random, {a, b}, a_motion, b_motion), 1.3);
+  result.options.clearance *= size;
+  result.options.tolerance *= std::max(1.0, size);
+  return result;
+}
+
+Shape offCentre(Random& random, double offset) {
+  const Isometry3d pose = randomPose(random, 0.0);
+  const Vector3d shift = offset * randomDirection(random);
+  std::vector<Vector3d> points = boxCorners(randomSizes(random, 1.0));
+  for (Vector3d& point : points) point = shift + pose * point;
+  return hullOf(points);
+}
+
+/// Hulls whose vertices are far from the origin of the frame that moves: a turn carries them about.
+StressMotion offCentreHulls(Random& random) {
+  const Shape a = offCentre(random, decades(random, -1, 2)), b = offCentre(random, decades(random, -1, 2));
+  const MotionChain a_motion = {screw(random, 1.0, uniform(random, 0.0, 2.0), decades(random, -3, 0.5))};
+  const MotionChain b_motion = {screw(random, 1.0, uniform(random, 0.0, 2.0), decades(random, -3, 0.5))};
+  return meeting(random, asked(random, {a, b}, a_motion, b_motion), 1.3);
+}
+
+StressMotion sweptShapes(Random& random) {
+  StressMotion motion = screws(random);
+  const ScrewMotion first = screw(random, 0.0, uniform(random, 0.0, 1.0), 0.0);
+  const ScrewMotion second = screw(random, 0.0, uniform(random, 0.0, 0.5), uniform(random, 0.0, 0.5));
+  motion.a = sweptShape(motion.a, first);
+  if (below(random, 2) == 0) motion.b = sweptShape(motion.b, second);
+  return motion;
+}
+
 StressMotion anything(Random& random) {
   StressMotion (*const kinds[])(Random&) = {translations, screws, fastRotations, chains, thinAndFast, touchingOnTheWay};
   StressMotion motion = kinds[below(random, 6)](random);
@@ -279,6 +318,9 @@ const std::vector<MotionFamily>& motionFamilies() {
       {"far from the origin", farAway},
       {"carried by one frame", carried},
       {"hardly moving", hardlyMoving},
+      {"every size", ofEverySize},
+      {"off-centre hulls", offCentreHulls},
+      {"swept shapes", sweptShapes},
       {"anything, few queries", anything},
   };
   return families;

@@ -32,6 +32,11 @@ json toJson(const Vector3d& v) { return {toJson(v.x()), toJson(v.y()), toJson(v.
 
 json toJson(const Shape& shape) {
   json j = {{"kind", nameOf(shape.kind())}, {"margin", shape.margin()}};
+  if (shape.kind() == Shape::Kind::Sweep) {
+    j["swept"] = toJson(shape.sweep().shape.padded(shape.margin()));
+    j["end"] = toJson(shape.sweep().end);
+    return j;
+  }
   if (shape.kind() != Shape::Kind::Hull) {
     j["half_extents"] = toJson(shape.halfExtents());
     return j;
@@ -50,6 +55,7 @@ Shape shapeFrom(const json& j) {
     for (const json& vertex : j["vertices"]) points.push_back(vectorFrom(vertex));
     return Shape(ConvexHull(points)).padded(margin);
   }
+  if (kind == "sweep") return shapeFrom(j["swept"]).sweptTo(poseFrom(j["end"]));
   const Vector3d half = vectorFrom(j["half_extents"]);
   if (kind == "segment") return Capsule{margin, 2.0 * half.z()};
   if (kind == "box") return Shape(Box{2.0 * half}).padded(margin);
