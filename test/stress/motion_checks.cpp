@@ -222,7 +222,9 @@ AssertionResult boundsAreInOrder(const MinimumOverMotion& minimum, const Minimum
     return AssertionFailure() << "the minimum's bounds are not in order";
   if (!(options.begin <= minimum.time && minimum.time <= options.end))
     return AssertionFailure() << "the minimum is outside of the motion: " << minimum.time;
-  if (minimum.queries > std::max(options.max_queries, 2)) return AssertionFailure() << minimum.queries << " queries";
+  const int both_ends = 2;
+  if (minimum.queries > std::max(options.max_queries, both_ends))
+    return AssertionFailure() << minimum.queries << " queries";
   const double gap = minimum.upper_bound - minimum.lower_bound;
   if (minimum.status == Status::Converged && !(gap <= options.tolerance))
     return AssertionFailure() << "the minimum converged, but its bounds are " << gap << " m apart";

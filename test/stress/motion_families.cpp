@@ -316,11 +316,11 @@ const std::vector<MotionFamily>& motionFamilies() {
       {"touching at first", touchingAtFirst},
       {"overlapping", overlapping},
       {"far from the origin", farAway},
-      {"carried by one frame", carried},
+      {"carried by one frame", carried, 4},
       {"hardly moving", hardlyMoving},
       {"every size", ofEverySize},
       {"off-centre hulls", offCentreHulls},
-      {"swept shapes", sweptShapes},
+      {"swept shapes", sweptShapes, 16},
       {"anything, few queries", anything},
   };
   return families;

@@ -25,6 +25,7 @@ struct StressMotion {
 struct MotionFamily {
   const char* name;
   StressMotion (*motion)(std::mt19937&);
+  int rarity = 1;  ///< a slow family takes part in every so many rounds of a run only
 };
 
 const std::vector<MotionFamily>& motionFamilies();

@@ -18,9 +18,11 @@ std::vector<std::size_t> familiesOf(const MotionRun& run) {
   return chosen;
 }
 
+/// A round is one motion of each family that is not too rare for it.
 std::int64_t roundsOf(const MotionRun& run, const std::vector<std::size_t>& families) {
-  const double count = static_cast<double>(families.size());
-  return static_cast<std::int64_t>(std::ceil(static_cast<double>(run.motions) / count));
+  double motions_of_a_round = 0.0;
+  for (const std::size_t family : families) motions_of_a_round += 1.0 / motionFamilies()[family].rarity;
+  return static_cast<std::int64_t>(std::ceil(static_cast<double>(run.motions) / motions_of_a_round));
 }
 
 void add(MotionFamilySummary& summary, const MotionObservation& seen) {
@@ -62,8 +64,13 @@ class Worker {
   void work(std::atomic<std::int64_t>& next, std::atomic<std::int64_t>& done) {
     const std::int64_t families = static_cast<std::int64_t>(families_.size());
     const std::int64_t end = families * roundsOf(run_, families_);
-    for (std::int64_t i = next++; i < end; i = next++, ++done)
-      observe(static_cast<std::size_t>(i % families), i / families);
+    for (std::int64_t i = next++; i < end; i = next++) {
+      const std::size_t chosen = static_cast<std::size_t>(i % families);
+      const std::int64_t round = i / families, rarity = motionFamilies()[families_[chosen]].rarity;
+      if (round % rarity != 0) continue;
+      observe(chosen, round / rarity);
+      ++done;
+    }
   }
 
   const std::vector<MotionFamilySummary>& summaries() const { return summaries_; }
