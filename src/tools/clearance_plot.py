@@ -77,23 +77,27 @@ def column(rows, name):
     return numpy.array([float(row[name]) for row in rows])
 
 
+def mark_spans(axes, rows, begin_name, color, label):
+    """From a time in each of these rows to the end of its segment."""
+    begins = column(rows, begin_name)
+    axes.broken_barh(list(zip(begins, column(rows, "t_end") - begins)), (0, 1), color=color, alpha=0.15, label=label,
+                     transform=axes.get_xaxis_transform())
+    axes.vlines(begins, 0, 1, color=color, linewidth=0.8, transform=axes.get_xaxis_transform())
+
+
 def draw_clearance(rows, axes):
-    """The bounds of each segment as a band, the place of its minimum, and from its first contact on a red bar."""
-    begin, end, lower, upper = (column(rows, name) for name in ("t_begin", "t_end", "lower", "upper"))
-    known = numpy.isfinite(lower) & numpy.isfinite(upper)
-    axes.bar(begin[known], (upper - lower)[known], (end - begin)[known], lower[known], align="edge", alpha=0.4,
-             edgecolor="C0", linewidth=1, label="bounds of the minimum")
-    axes.plot(column(rows, "t_minimum"), column(rows, "distance"), linewidth=0.5, color="C0",
-              marker="." if len(rows) < FEW else "", label="minimum")
-    unknown = [row for row in rows if row["contact"] == "unknown"]
-    for shown, begins, color, label in (
-            ([row for row in rows if row["contact"] == "true"], "t_contact", "red", "from first contact"),
-            (unknown, "t_free", "grey", "contact not known")):
-        spans = [(float(row[begins]), float(row["t_end"]) - float(row[begins])) for row in shown]
-        if spans:
-            axes.broken_barh(spans, (0, 1), transform=axes.get_xaxis_transform(), color=color, alpha=0.15, label=label)
-            axes.vlines([begin for begin, _ in spans], 0, 1, transform=axes.get_xaxis_transform(), color=color,
-                        linewidth=0.8)
+    """The bounds of each segment's minimum as two lines, its place, and what comes after a first contact in red."""
+    begin, end = column(rows, "t_begin"), column(rows, "t_end")
+    axes.hlines(column(rows, "lower"), begin, end, linewidth=1, label="minimum of the segment, both bounds")
+    axes.hlines(column(rows, "upper"), begin, end, linewidth=1)
+    axes.plot(column(rows, "t_minimum"), column(rows, "distance"), linestyle="", color="C1",
+              marker="." if len(rows) < FEW else ",", label="where it is")
+    axes.set_ylim(axes.get_ylim())  # the marks reach from 0 to 1 of the height, and say nothing about lengths
+    for contact, begins, color, label in (("true", "t_contact", "red", "from the first contact of the segment"),
+                                          ("unknown", "t_free", "grey", "contact not known")):
+        marked = [row for row in rows if row["contact"] == contact]
+        if marked:
+            mark_spans(axes, marked, begins, color, label)
     axes.legend(fontsize=7)
 
 
