@@ -159,7 +159,7 @@ void check(const MotionQuestion& question) {
 
 /// Every answer in their order, to `take`.
 template <typename Take>
-void answer(const Arguments& arguments, const ClearanceQuestion& question, JointStates& states, const Take& take) {
+void answerAll(const Arguments& arguments, const ClearanceQuestion& question, JointStates& states, const Take& take) {
   if (arguments.rows == RowKind::Segment) {
     answerSegments(question, arguments.motion, states, take);
   } else {
@@ -193,7 +193,7 @@ void run(const Arguments& arguments) {
   if (plot) plot_writer.emplace(plot->data(), robot, arguments.rows, RowFormat::Csv);
   try {
     AnswerCounter counter(arguments.rows);
-    answer(arguments, question, states, [&](const auto& found) {
+    answerAll(arguments, question, states, [&](const auto& found) {
       writer.write(found);
       if (plot_writer) plot_writer->write(found);
       counter.count();
