@@ -98,7 +98,7 @@ def draw_clearance(rows, axes):
         marked = [row for row in rows if row["contact"] == contact]
         if marked:
             mark_spans(axes, marked, begins, color, label)
-    axes.legend(fontsize=7, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    axes.legend(fontsize=7, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncol=4)
 
 
 def draw_segments(rows, limit):
