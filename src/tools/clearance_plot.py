@@ -90,8 +90,8 @@ def draw_clearance(rows, axes):
     begin, end = column(rows, "t_begin"), column(rows, "t_end")
     axes.hlines(column(rows, "lower"), begin, end, linewidth=1, label="minimum of the segment, both bounds")
     axes.hlines(column(rows, "upper"), begin, end, linewidth=1)
-    axes.plot(column(rows, "t_minimum"), column(rows, "distance"), linestyle="", color="C1",
-              marker="." if len(rows) < FEW else ",", label="where it is")
+    axes.plot(column(rows, "t_minimum"), column(rows, "distance"), linestyle="", color="C1", marker=".",
+              markersize=6 if len(rows) < FEW else 2, label="where it is")
     axes.set_ylim(axes.get_ylim())  # the marks reach from 0 to 1 of the height, and say nothing about lengths
     for contact, begins, color, label in (("true", "t_contact", "red", "from the first contact of the segment"),
                                           ("unknown", "t_free", "grey", "contact not known")):

@@ -29,6 +29,7 @@ class JointStates {
   bool hasTimes() const;
   std::optional<double> time() const { return time_; }
 
+  const RobotModel& robot() const { return robot_; }
   const std::string& source() const { return source_; }
   std::string place() const;  ///< of the last state, for messages: source and line
   const std::vector<std::string>& warnings() const { return warnings_; }

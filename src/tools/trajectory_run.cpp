@@ -1,6 +1,6 @@
 #include "trajectory_run.h"
 
-#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -26,7 +26,7 @@ SegmentClearance answerSegment(const std::vector<SubjectPair>& pairs, const Moti
   const RobotMotion motion = RobotMotion::ofJoints(scene.model().robot, segment.from, segment.to);
   const RobotMinimum minimum = scene.minimum(pairs, motion, question);
   // What the minimum has proven need not be asked again, and the two cannot contradict each other.
-  const bool is_free = minimum.lower_bound > question.clearance;
+  const bool is_free = minimum.status != Status::Unknown && minimum.lower_bound > question.clearance;
   return {segment, minimum, is_free ? provenFree() : scene.timeOfContact(pairs, motion, question)};
 }
 
@@ -61,11 +61,21 @@ std::optional<TrajectorySegments::WayPoint> TrajectorySegments::readWayPoint() {
   WayPoint way_point;
   if (!states_.next(way_point.positions)) return std::nullopt;
   way_point.time = states_.time().value_or(last_ ? last_->time + 1.0 : 0.0);
-  if (last_ && way_point.time <= last_->time) {
-    throw std::invalid_argument(states_.place() + ": column \"time\": " + numberText(way_point.time) +
-                                " is not later than " + numberText(last_->time));
-  }
+  if (last_) check(*last_, way_point);
   return way_point;
+}
+
+void TrajectorySegments::check(const WayPoint& from, const WayPoint& to) const {
+  const auto fail = [&](const std::string& column, double of_to, const std::string& what, double of_from) {
+    throw std::invalid_argument(states_.place() + ": column \"" + column + "\": " + numberText(of_to) + what +
+                                numberText(of_from));
+  };
+  if (to.time <= from.time) fail("time", to.time, " is not later than ", from.time);
+  if (!std::isfinite(to.time - from.time)) fail("time", to.time, " is too far from ", from.time);
+  for (std::size_t i = 0; i < to.positions.size(); ++i) {
+    if (std::isfinite(to.positions[i] - from.positions[i])) continue;
+    fail(states_.robot().joints[i].name, to.positions[i], " is too far from ", from.positions[i]);
+  }
 }
 
 void answerSegments(const ClearanceQuestion& question, const MotionQuestion& motion_question, JointStates& states,

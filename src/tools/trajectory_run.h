@@ -26,8 +26,8 @@ struct Segment {
 /// Reads the way points of a trajectory, two by two: each row of the states is one. The times are those of the column
 /// "time"; without it, way point n is at n seconds.
 ///
-/// Failure: throws std::invalid_argument naming the source (and line) for less than two way points, and for a time that
-///          is not later than the one before; otherwise as JointStates.
+/// Failure: throws std::invalid_argument naming the source (and line) for less than two way points, for a time that is
+///          not later than the one before, and for a difference that is no finite number; otherwise as JointStates.
 class TrajectorySegments {
  public:
   /// The states must outlive this.
@@ -42,6 +42,7 @@ class TrajectorySegments {
     Positions positions;
   };
   std::optional<WayPoint> readWayPoint();
+  void check(const WayPoint& from, const WayPoint& to) const;
 
   JointStates& states_;
   std::optional<WayPoint> last_;

@@ -124,6 +124,24 @@ TEST_F(ClearanceTrajectory, FindsAContactBetweenTheWayPoints) {
   EXPECT_NEAR(number(rows[0], "t_contact"), time, 1e-4);  // the corner comes closer by 0.023 m a second
 }
 
+// The ball, at twice the position, is nowhere: neither free nor in contact.
+TEST_F(ClearanceTrajectory, SaysWhereNothingIsKnown) {
+  const std::vector<Row> rows = segments("slide\n1e308\n1e308\n", "");
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows[0].at("status"), "unknown");
+  EXPECT_EQ(rows[0].at("contact"), "unknown");
+}
+
+TEST_F(ClearanceTrajectory, SaysWhatItCouldNotDecide) {
+  const std::vector<Row> rows =
+      segments("spin,approach\n0,1.9\n1e5,2\n", crossingSliders() + " --clearance 0.65");  // 16,000 turns
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows[0].at("status"), "iteration_limit");
+  EXPECT_EQ(rows[0].at("contact"), "unknown");
+  EXPECT_LT(number(rows[0], "lower"), 0.75 - kCorner);
+  EXPECT_GT(number(rows[0], "upper"), 0.75 - kCorner);
+}
+
 TEST_F(ClearanceTrajectory, ToleranceSaysHowCloseTheBoundsAre) {
   const std::vector<Row> rows = segments(kEdgePasses, crossingSliders() + " --tolerance 0.01");
   ASSERT_EQ(rows.size(), 1U);

@@ -57,6 +57,9 @@ TEST(TrajectorySegments, NameWhatIsNoTrajectory) {
   EXPECT_EQ(errorIn("slide\n1\n"), "s.csv: a trajectory has at least two way points, this one has 1");
   EXPECT_EQ(errorIn("slide,time\n1,2\n\n1,2\n"), "s.csv, line 4: column \"time\": 2 is not later than 2");
   EXPECT_EQ(errorIn("slide,time\n1,2\n1,3\n1,0.5\n"), "s.csv, line 4: column \"time\": 0.5 is not later than 3");
+  EXPECT_EQ(errorIn("slide,time\n1,-1e308\n1,1e308\n"),
+            "s.csv, line 3: column \"time\": 1e+308 is too far from -1e+308");
+  EXPECT_EQ(errorIn("slide\n-1e308\n1e308\n"), "s.csv, line 3: column \"slide\": 1e+308 is too far from -1e+308");
 }
 
 // In doubles 0.2 + (0.9 - 0.2) is not 0.9.
