@@ -97,21 +97,21 @@ MovingBodies::Interval::Interval(int number) {
 }
 
 const MovingBodies::During& MovingBodies::during(int number) {
-  const auto index = static_cast<std::size_t>(number);
-  if (during_.size() <= index) during_.resize(index + 1);
-  During& during = during_[index];
-  if (during.is_known) return during;
-  const Interval interval(number);
-  const double duration = interval.end - interval.begin;
-  const double acceleration = motionBound(chain_a_, a_.centre, a_.radius, interval.begin, interval.end).acceleration +
-                              motionBound(chain_b_, b_.centre, b_.radius, interval.begin, interval.end).acceleration;
-  during = {true,
-            poseAt(chain_a_, interval.begin),
-            poseAt(chain_b_, interval.begin),
-            poseAt(chain_a_, interval.end),
-            poseAt(chain_b_, interval.end),
-            acceleration * duration * duration / 8.0};
-  return during;
+  if (const auto known = during_.find(number); known != during_.end()) return known->second;
+  const auto [begin, end] = Interval(number);
+  const double middle = 0.5 * (begin + end), duration = end - begin;
+  const MotionBound of_a = motionBound(chain_a_, a_.centre, a_.radius, begin, end);
+  const MotionBound of_b = motionBound(chain_b_, b_.centre, b_.radius, begin, end);
+  const double speed = (of_b.velocity - of_a.velocity).norm() + of_a.deviation + of_b.deviation;
+  const During during{poseAt(chain_a_, begin),
+                      poseAt(chain_b_, begin),
+                      poseAt(chain_a_, middle),
+                      poseAt(chain_b_, middle),
+                      poseAt(chain_a_, end),
+                      poseAt(chain_b_, end),
+                      (of_a.acceleration + of_b.acceleration) * duration * duration / 8.0,
+                      0.5 * duration * speed};
+  return during_.emplace(number, during).first->second;
 }
 
 MovingBodies::SphereGap MovingBodies::sphereGap(const Bounds& a, const Bounds& b, int interval) {
@@ -120,6 +120,13 @@ MovingBodies::SphereGap MovingBodies::sphereGap(const Bounds& a, const Bounds& b
   const Vector3d end = poses.b_end * b.centre - poses.a_end * a.centre;
   return {distanceToSegment(begin, end) - poses.bulge - a.radius - b.radius - rounding_,
           (end - begin).norm() + poses.bulge};
+}
+
+double MovingBodies::boxGap(const Bounds& a, const Bounds& b, int interval) {
+  const During& poses = during(interval);
+  const Vector3d between = poses.b_middle * b.centre - poses.a_middle * a.centre;
+  return proximity_server::boxGap(between, a, poses.a_middle.linear() * a.axes, b, poses.b_middle.linear() * b.axes) -
+         poses.drift - rounding_;
 }
 
 }  // namespace proximity_server

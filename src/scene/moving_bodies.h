@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <vector>
 
 #include "bounds.h"
@@ -37,12 +38,15 @@ class MovingBodies {
   };
   SphereGap sphereGap(const Bounds& a, const Bounds& b, int interval);
 
+  /// The same bound for their boxes: the gap in the middle of the interval, less how far any point moves from there.
+  double boxGap(const Bounds& a, const Bounds& b, int interval);
+
  private:
   /// What all parts of the bodies have in common during an interval.
   struct During {
-    bool is_known = false;
-    Eigen::Isometry3d a_begin, b_begin, a_end, b_end;
+    Eigen::Isometry3d a_begin, b_begin, a_middle, b_middle, a_end, b_end;
     double bulge;  ///< [m] by which a point of b, seen from one of a, leaves its chord
+    double drift;  ///< [m] by which it leaves its place in the middle
   };
 
   static MotionChain fixedTo(MotionChain chain, const Eigen::Isometry3d& pose);
@@ -52,8 +56,8 @@ class MovingBodies {
   int middle_ = -1;
   MotionChain chain_a_, chain_b_;  ///< without those that rest; never empty
   Bounds a_, b_;
-  double rounding_ = 0.0;       ///< [m] of a distance
-  std::vector<During> during_;  ///< by the number of the interval
+  double rounding_ = 0.0;         ///< [m] of a distance
+  std::map<int, During> during_;  ///< by the number of the interval
 };
 
 }  // namespace proximity_server

@@ -50,7 +50,8 @@ Status worse(Status p, Status q) { return std::max(p, q); }
 /// One question: the pairs, how they move, and what of them is still open.
 class MovingScene::Search {
  public:
-  explicit Search(std::shared_ptr<const SceneModel> model) : model_(std::move(model)), volumes_(model_->robot) {}
+  explicit Search(std::shared_ptr<const SceneModel> model)
+      : model_(std::move(model)), volumes_(model_->robot), scene_(model_) {}
 
   const SceneModel& model() const { return *model_; }
 
@@ -66,7 +67,8 @@ class MovingScene::Search {
                        const MotionQuestion& question) {
     RobotMinimum answer;
     Queue<NearestFirst> queue;
-    enter(pairs, motion, answer.counts, kInfinity, queue);
+    considerStates(pairs, motion, answer);
+    enter(pairs, motion, answer.counts, answer.upper_bound, queue);
     return smallest(answer, queue, motion, question);
   }
 
@@ -102,6 +104,18 @@ class MovingScene::Search {
     }
   }
 
+  /// A few states on the way: what they are at most far apart leaves little to be looked at in between.
+  void considerStates(const std::vector<SubjectPair>& pairs, const RobotMotion& motion, RobotMinimum& answer) {
+    for (const double time : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+      scene_.update(motion.at(time));
+      const PairProximity* closest = scene_.minimum(pairs);
+      if (!closest || !(closest->result.upper_bound < answer.upper_bound)) continue;
+      answer.upper_bound = closest->result.upper_bound;
+      answer.time = time;
+      answer.pair = *closest;
+    }
+  }
+
   MovingPairOfLinks& pairOf(const Visit& visit) { return pairs_[static_cast<std::size_t>(visit.pair)]; }
 
   Visit bounded(Visit visit) {
@@ -113,6 +127,13 @@ class MovingScene::Search {
     return visit;
   }
 
+  Visit withBoxes(Visit visit) {
+    MovingPairOfLinks& pair = pairOf(visit);
+    const double gap = pair.bodies.boxGap(volumes_[visit.a].bounds, volumes_[visit.b].bounds, visit.interval);
+    visit.lower_bound = std::max(visit.lower_bound, gap - pair.padding);
+    return visit;
+  }
+
   bool isLeaf(const Visit& visit) const { return volumes_[visit.a].isLeaf() && volumes_[visit.b].isLeaf(); }
 
   /// In time where they move farther than they are large, else the larger of the two volumes.
@@ -121,6 +142,7 @@ class MovingScene::Search {
     const Volume &a = volumes_[visit.a], &b = volumes_[visit.b];
     const auto enter = [&](Visit part) {
       part = bounded(part);
+      if (!(part.lower_bound > limit)) part = withBoxes(part);
       if (!(part.lower_bound > limit)) queue.push(part);
     };
     const bool divide_a = !a.isLeaf() && (b.isLeaf() || a.bounds.radius >= b.bounds.radius);
@@ -251,6 +273,7 @@ class MovingScene::Search {
 
   std::shared_ptr<const SceneModel> model_;
   Volumes volumes_;
+  Scene scene_;  ///< at one time
   std::vector<MovingPairOfLinks> pairs_;
 };
 
