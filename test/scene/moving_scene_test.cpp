@@ -197,7 +197,7 @@ TEST_F(SlideAndSwing, DeadlineThatHasPassedLeavesBoundsThatHold) {
   const RobotMinimum minimum = scene_.minimum(sled_, towards, question);
   EXPECT_EQ(minimum.status, Status::IterationLimit);
   EXPECT_LE(minimum.lower_bound, -0.5);
-  EXPECT_EQ(minimum.upper_bound, kInfinity);
+  EXPECT_GE(minimum.upper_bound, -0.5);
 }
 
 TEST_F(SlideAndSwing, BodiesMoveAtTheirOwnTwists) {
