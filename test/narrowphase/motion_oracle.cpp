@@ -29,6 +29,25 @@ LongPose travelled(const Vector3l& linear, const Vector3l& angular, long double 
               axis.cross(linear) * (2 * half_sine * half_sine / speed)};
 }
 
+// The origin is taken away first: 1e6 m from it, long double has but 1e-13 m.
+
+LongPose poseSeenFrom(const Vector3l& origin, const ScrewMotion& screw, long double time) {
+  const LongPose way = travelled(screw.linear.cast<long double>(), screw.angular.cast<long double>(), time);
+  return {way.rotation * screw.start.linear().cast<long double>(),
+          screw.start.translation().cast<long double>() - origin + way.translation};
+}
+
+LongPose poseSeenFrom(const Vector3l& origin, const MotionChain& chain, long double time) {
+  if (chain.empty()) return {Matrix3l::Identity(), -origin};
+  LongPose pose = poseSeenFrom(origin, chain.front(), time);
+  for (std::size_t i = 1; i < chain.size(); ++i) pose = pose * exactPoseAt(chain[i], time);
+  return pose;
+}
+
+Eigen::Vector3d originOf(const MotionChain& chain) {
+  return chain.empty() ? Eigen::Vector3d(0, 0, 0) : Eigen::Vector3d(chain.front().start.translation());
+}
+
 /// How far a frame's origin is from that of the frame before it, at most.
 long double stepOf(const ScrewMotion& screw) {
   return static_cast<long double>(screw.start.translation().norm()) + screw.linear.norm();
@@ -100,20 +119,13 @@ Eigen::Isometry3d LongPose::rounded() const {
   return pose;
 }
 
-LongPose exactPoseAt(const ScrewMotion& screw, long double time) {
-  const LongPose way = travelled(screw.linear.cast<long double>(), screw.angular.cast<long double>(), time);
-  return {way.rotation * screw.start.linear().cast<long double>(),
-          screw.start.translation().cast<long double>() + way.translation};
-}
+LongPose exactPoseAt(const ScrewMotion& screw, long double time) { return poseSeenFrom(Vector3l::Zero(), screw, time); }
 
-LongPose exactPoseAt(const MotionChain& chain, long double time) {
-  LongPose pose;
-  for (const ScrewMotion& screw : chain) pose = pose * exactPoseAt(screw, time);
-  return pose;
-}
+LongPose exactPoseAt(const MotionChain& chain, long double time) { return poseSeenFrom(Vector3l::Zero(), chain, time); }
 
 LongPose MovingPair::relativePose(long double time) const {
-  return exactPoseAt(a_motion, time).inverse() * exactPoseAt(b_motion, time);
+  const Vector3l origin = originOf(a_motion).cast<long double>();
+  return poseSeenFrom(origin, a_motion, time).inverse() * poseSeenFrom(origin, b_motion, time);
 }
 
 long double MovingPair::speedLimit() const {
@@ -121,7 +133,7 @@ long double MovingPair::speedLimit() const {
 }
 
 double MovingPair::rounding() const {
-  const Eigen::Vector3d origin = a_motion.empty() ? Eigen::Vector3d(0, 0, 0) : a_motion.front().start.translation();
+  const Eigen::Vector3d origin = originOf(a_motion);
   return roundingOf(a_motion, origin, static_cast<double>(reachOf(a))) +
          roundingOf(b_motion, origin, static_cast<double>(reachOf(b)));
 }
