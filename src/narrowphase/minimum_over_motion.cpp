@@ -28,7 +28,7 @@ class TimeSubdivision {
       const Interval worst = intervals_.front();
       const bool is_too_short = !(at(worst.begin).time < worst.middle && worst.middle < at(worst.end).time);
       if (is_too_short) return finished(Status::Degenerate);
-      if (answer_.queries == std::min(options_.max_queries, kMostSamples)) return finished(Status::IterationLimit);
+      if (answer_.queries >= std::min(options_.max_queries, kMostSamples)) return finished(Status::IterationLimit);
       pop();
       const int middle = sample(worst.middle);
       enter(worst.begin, middle, worst.lower_bound);
@@ -67,7 +67,7 @@ class TimeSubdivision {
 
   void enter(int begin, int end, double known_bound) {
     Interval interval = bounded(begin, end);
-    interval.lower_bound = std::max(interval.lower_bound, known_bound);
+    interval.lower_bound = std::max(known_bound, interval.lower_bound);  // in this order NaN proves nothing
     if (interval.lower_bound > options_.stop_above) {
       settled_ = std::min(settled_, interval.lower_bound);
       return;
