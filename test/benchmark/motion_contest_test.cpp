@@ -195,7 +195,8 @@ TEST(FclScrewMotion, WithoutATurnGoesTooFar) {
 }
 
 TEST(RandomJointMotions, StayWithinLimitsAndAreNoFasterThanTheJoint) {
-  const RobotModel& robot = demoRobot().model->robot;
+  const NamedRobot demo = demoRobot();
+  const RobotModel& robot = demo.model->robot;
   double moved = 0.0;
   for (const JointMotion& motion : randomJointMotions(robot, 100))
     for (std::size_t i = 0; i < robot.joints.size(); ++i) {

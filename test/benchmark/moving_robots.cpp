@@ -272,14 +272,16 @@ void measure(json& rows, Contest& contest, const json& head, const std::vector<J
 json measureMovingRobots(const std::vector<NamedRobot>& robots, int motions, const std::regex& wanted) {
   json rows = json::array();
   for (const NamedRobot& robot : robots) {
+    const auto nameOf = [&](const char* question) { return robot.name + ", " + question; };
+    const auto isWanted = [&](const auto& asked) { return std::regex_search(nameOf(asked.first), wanted); };
+    if (std::none_of(std::begin(kAsked), std::end(kAsked), isWanted)) continue;
     Contest contest(robot);
     const std::vector<JointMotion> drawn = contest.motions(motions);
-    for (const auto& [asked_name, asked] : kAsked) {
-      const std::string name = robot.name + ", " + asked_name;
-      if (drawn.empty() || !std::regex_search(name, wanted)) continue;
-      const json head = {{"row", name},
+    for (const auto& [question, asked] : kAsked) {
+      if (drawn.empty() || !std::regex_search(nameOf(question), wanted)) continue;
+      const json head = {{"row", nameOf(question)},
                          {"robot", robot.name},
-                         {"question", asked_name},
+                         {"question", question},
                          {"pairs", robot.model->pairs.checked.size()},
                          {"motions", drawn.size()}};
       measure(rows, contest, head, drawn, asked);

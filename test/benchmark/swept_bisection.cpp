@@ -33,12 +33,12 @@ struct SweptVolume {
 SweptVolume sweptVolume(const Shape& shape, const MotionChain& motion, const Interval& interval) {
   const MotionBound bound =
       motionBound(motion, shape.centre(), shape.coreRadius() + shape.margin(), interval.begin, interval.end);
-  // A chain of several screws is none itself. But the hull of its two ends holds the chords of all paths, whatever
-  // leads from one end to the other, and the arcs leave them by no more than the padding.
+  // The hull of the two ends holds the chords of all paths, whatever leads from one end to the other; the arcs leave
+  // them by no more than the padding.
   const double arcs = bound.acceleration * interval.duration() * interval.duration() / 8.0;
-  const ScrewMotion ends = ScrewMotion::between(poseAt(motion, interval.begin), poseAt(motion, interval.end));
-  const Shape swept = sweptShape(shape, ends).padded(arcs);
-  return {swept, bound.speed * interval.duration() + swept.margin() - shape.margin()};
+  const Isometry3d end = poseAt(motion, interval.begin).inverse(Eigen::Isometry) * poseAt(motion, interval.end);
+  const Shape swept = shape.sweptTo(end).padded(arcs);
+  return {swept, bound.speed() * interval.duration() + arcs};
 }
 
 class Bisection {
