@@ -29,7 +29,9 @@ ContactLibrary sweptBisectionWithin(double tolerance);
 
 /// FCL's continuousCollide by conservative advancement. For shapes it takes no setting: both fields of the request go
 /// unread (conservative_advancement_func_matrix-inl.h, ShapeConservativeAdvancement), and the error of the time is the
-/// 1e-4 that its node begins with.
+/// 1e-4 that its node begins with. It misses contacts at which it arrives within rounding: the line between the nearest
+/// points, 1e-16 m long, then has any direction, and where the bound of the motion along it is negative the step is the
+/// whole motion (shape_conservative_advancement_traversal_node-inl.h, leafTesting).
 ContactLibrary fclAdvancement();
 
 /// The same with another error of the time: FCL's node in a loop like FCL's own. Only where both solids are of one kind

@@ -18,10 +18,10 @@ using nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
 constexpr int kRounds = 3;
-constexpr int kSamples = 1001;           // 1 kHz
-constexpr int kFineStates = 200;         // states in steps of our guarantee, whose time is extrapolated
-constexpr std::size_t kFineStride = 20;  // so many motions have one for which that is done
-constexpr double kSpeedStep = 1e-3;      // of the time, between the poses that tell how fast bodies are
+constexpr int kSamples = 1001;            // 1 kHz
+constexpr int kFineStates = 200;          // first states in steps of our guarantee, whose time is extrapolated
+constexpr std::size_t kFineMotions = 20;  // of so many motions
+constexpr double kSpeedStep = 1e-3;       // of the time, between the poses that tell how fast bodies are
 
 enum class Asked { Contact, ContactWithin2Cm, Minimum };
 
@@ -33,7 +33,7 @@ double clearanceOf(Asked asked) { return asked == Asked::ContactWithin2Cm ? 0.02
 /// What one way to ask says of one motion.
 struct Answer {
   bool contact = false;
-  double t_free = 1.0, t_contact = 1.0;
+  double t_free = 1.0, t_contact = 1.0;      ///< t_contact of the minimum: its time
   double lower_bound = 0.0, distance = 0.0;  ///< [m] of the minimum
   MotionCounts counts;
   double microseconds = 0.0;
@@ -84,7 +84,7 @@ class Contest {
   }
 
   /// [us] of samples until `until` in such steps that nothing comes closer between two of them than by our tolerance:
-  /// so many of them times the mean of some.
+  /// so many of them times the median of the first.
   struct Extrapolated {
     double samples, microseconds;
   };
@@ -93,13 +93,24 @@ class Contest {
     const double step = MotionQuestion{}.tolerance / closingSpeed(moved);
     scene_.update(moved.at(0.0));
     ask(asked);
-    const auto start = Clock::now();
+    std::vector<double> times;
     for (int i = 1; i <= kFineStates; ++i) {
+      const auto start = Clock::now();
       scene_.update(moved.at(i * step));
       ask(asked);
+      times.push_back(microsecondsSince(start));
     }
     const double samples = until / step;
-    return {samples, samples * microsecondsSince(start) / kFineStates};
+    return {samples, samples * quantile(times, 0.5)};
+  }
+
+  /// Whether the robot is as close to itself where ours says so: within the clearance, or at the minimum.
+  bool isConfirmed(const JointMotion& motion, Asked asked, const Answer& ours) {
+    const RobotMotion moved = RobotMotion::ofJoints(model_->robot, motion.from, motion.to);
+    scene_.update(moved.at(ours.t_contact));
+    const PairProximity* closest = scene_.minimum(scene_.candidates());
+    const double distance = asked == Asked::Minimum ? ours.distance : clearanceOf(asked);
+    return closest != nullptr && closest->result.distance <= distance + MotionQuestion{}.tolerance;
   }
 
  private:
@@ -112,7 +123,7 @@ class Contest {
 
   Answer oursMinimum(const RobotMotion& motion) {
     const RobotMinimum result = moving_.minimum(scene_.candidates(), motion);
-    return {false, 0.0, 1.0, result.lower_bound, result.upper_bound, result.counts, 0.0};
+    return {false, 0.0, result.time, result.lower_bound, result.upper_bound, result.counts, 0.0};
   }
 
   const PairProximity* ask(Asked asked) {
@@ -242,9 +253,19 @@ json beside(const Answers& answers, Asked asked) {
   return {{"contacts", contacts}, {"missed", missed}, {"max_late", latest}, {"contradicted", contradicted}};
 }
 
+/// How many of our contacts and minima the robot's clearance at their time does not confirm.
+int unconfirmed(Contest& contest, const std::vector<JointMotion>& motions, const std::vector<Answer>& ours,
+                Asked asked) {
+  int count = 0;
+  for (std::size_t i = 0; i < motions.size(); ++i)
+    if ((asked == Asked::Minimum || ours[i].contact) && !contest.isConfirmed(motions[i], asked, ours[i])) ++count;
+  return count;
+}
+
 json extrapolate(Contest& contest, const std::vector<JointMotion>& motions, const Answers& answers, Asked asked) {
   std::vector<double> samples, times;
-  for (std::size_t i = 0; i < motions.size(); i += kFineStride) {
+  const std::size_t stride = std::max<std::size_t>(1, motions.size() / kFineMotions);
+  for (std::size_t i = 0; i < motions.size(); i += stride) {
     const double until = asked == Asked::Minimum ? 1.0 : answers.ours[i].t_contact;
     const Contest::Extrapolated fine = contest.sampledAtOurGuarantee(motions[i], asked, until);
     samples.push_back(fine.samples);
@@ -257,7 +278,9 @@ void measure(json& rows, Contest& contest, const json& head, const std::vector<J
   const Answers answers = askAll(contest, motions, asked);
   json ours = head, sampled = head, fine = head;
   ours.update(timesOf(answers.ours));
-  ours.update({{"library", "ours"}, {"counts", meanCounts(answers.ours)}});
+  ours.update({{"library", "ours"},
+               {"counts", meanCounts(answers.ours)},
+               {"unconfirmed", unconfirmed(contest, motions, answers.ours, asked)}});
   sampled.update(timesOf(answers.sampled));
   sampled.update({{"library", "sampling, 1 kHz"}, {"samples", kSamples}});
   sampled.update(beside(answers, asked));
