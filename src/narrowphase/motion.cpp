@@ -21,10 +21,11 @@ Matrix3d crossProduct(const Vector3d& v) {
 /// Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation, 1994, 2.4 (exponential of a twist).
 class Turn {
  public:
-  explicit Turn(const Vector3d& angle) : cross_(crossProduct(angle)), square_(cross_ * cross_) {
-    const double x = angle.norm(), half_sine = std::sin(0.5 * x), half_cosine = std::cos(0.5 * x);
+  explicit Turn(const Vector3d& angle)
+      : cross_(crossProduct(angle)), square_(angle * angle.transpose()), x2_(angle.squaredNorm()) {
+    const double x = std::sqrt(x2_), half_sine = std::sin(0.5 * x), half_cosine = std::cos(0.5 * x);
     const double per_half = x > 0.0 ? 2.0 * half_sine / x : 1.0;
-    x2_ = x * x;
+    square_.diagonal().array() -= x2_;
     sine_ = per_half * half_cosine;
     versine_ = 0.5 * per_half * per_half;
   }
@@ -40,7 +41,7 @@ class Turn {
   }
 
  private:
-  Matrix3d cross_, square_;
+  Matrix3d cross_, square_;     ///< of the angle: its cross product, once and twice
   double x2_, sine_, versine_;  ///< x^2, sin x / x, (1 - cos x) / x^2 of the angle x
 };
 

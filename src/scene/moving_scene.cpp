@@ -1,6 +1,7 @@
 #include "proximity_server/scene/moving_scene.h"
 
 #include <algorithm>
+#include <optional>
 #include <queue>
 #include <stdexcept>
 #include <string>
@@ -50,7 +51,8 @@ Status worse(Status p, Status q) { return std::max(p, q); }
 /// One question: the pairs, how they move, and what of them is still open.
 class MovingScene::Search {
  public:
-  explicit Search(std::shared_ptr<const SceneModel> model) : model_(std::move(model)), volumes_(model_->robot) {}
+  explicit Search(std::shared_ptr<const SceneModel> model)
+      : model_(std::move(model)), volumes_(model_->robot), scene_(model_) {}
 
   const SceneModel& model() const { return *model_; }
 
@@ -58,16 +60,19 @@ class MovingScene::Search {
                              const MotionQuestion& question) {
     RobotContact answer;
     Queue<EarliestFirst> queue;
+    poses_.emplace(motion);
     enter(pairs, motion, answer.counts, question.clearance, queue);
-    return firstContact(answer, queue, motion, question);
+    return firstContact(answer, queue, question);
   }
 
   RobotMinimum minimum(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
                        const MotionQuestion& question) {
     RobotMinimum answer;
     Queue<NearestFirst> queue;
-    enter(pairs, motion, answer.counts, kInfinity, queue);
-    return smallest(answer, queue, motion, question);
+    poses_.emplace(motion);
+    considerStates(pairs, answer);
+    enter(pairs, motion, answer.counts, answer.upper_bound, queue);
+    return smallest(answer, queue, question);
   }
 
  private:
@@ -102,14 +107,33 @@ class MovingScene::Search {
     }
   }
 
+  /// A few states on the way: what they are at most far apart leaves little to be looked at in between.
+  void considerStates(const std::vector<SubjectPair>& pairs, RobotMinimum& answer) {
+    for (const double time : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+      scene_.update(poses_->at(time));
+      const PairProximity* closest = scene_.minimum(pairs);
+      if (!closest || !(closest->result.upper_bound < answer.upper_bound)) continue;
+      answer.upper_bound = closest->result.upper_bound;
+      answer.time = time;
+      answer.pair = *closest;
+    }
+  }
+
   MovingPairOfLinks& pairOf(const Visit& visit) { return pairs_[static_cast<std::size_t>(visit.pair)]; }
 
   Visit bounded(Visit visit) {
     MovingPairOfLinks& pair = pairOf(visit);
     const MovingBodies::SphereGap sphere =
-        pair.bodies.sphereGap(volumes_[visit.a].bounds, volumes_[visit.b].bounds, visit.interval);
+        pair.bodies.sphereGap(volumes_[visit.a].bounds, volumes_[visit.b].bounds, visit.interval, *poses_);
     visit.lower_bound = std::max(visit.lower_bound, sphere.gap - pair.padding);
     visit.travel = sphere.travel;
+    return visit;
+  }
+
+  Visit withBoxes(Visit visit) {
+    MovingPairOfLinks& pair = pairOf(visit);
+    const double gap = pair.bodies.boxGap(volumes_[visit.a].bounds, volumes_[visit.b].bounds, visit.interval, *poses_);
+    visit.lower_bound = std::max(visit.lower_bound, gap - pair.padding);
     return visit;
   }
 
@@ -121,6 +145,7 @@ class MovingScene::Search {
     const Volume &a = volumes_[visit.a], &b = volumes_[visit.b];
     const auto enter = [&](Visit part) {
       part = bounded(part);
+      if (!(part.lower_bound > limit)) part = withBoxes(part);
       if (!(part.lower_bound > limit)) queue.push(part);
     };
     const bool divide_a = !a.isLeaf() && (b.isLeaf() || a.bounds.radius >= b.bounds.radius);
@@ -137,8 +162,7 @@ class MovingScene::Search {
 
   const Piece& pieceOf(int leaf) const { return model_->robot.pieces[static_cast<std::size_t>(volumes_[leaf].piece)]; }
 
-  RobotContact firstContact(RobotContact answer, Queue<EarliestFirst>& queue, const RobotMotion& motion,
-                            const MotionQuestion& question) {
+  RobotContact firstContact(RobotContact answer, Queue<EarliestFirst>& queue, const MotionQuestion& question) {
     double undecided = kInfinity, latest = 1.0;
     answer.status = Status::Converged;
     while (!queue.empty()) {
@@ -165,7 +189,7 @@ class MovingScene::Search {
       if (contact.contact && !(answer.contact && contact.t_contact >= answer.t_contact)) {
         answer.contact = true;
         answer.t_contact = latest = contact.t_contact;
-        answer.pair = found(visit, contact.at_contact, motion, contact.t_contact);
+        answer.pair = found(visit, contact.at_contact, contact.t_contact);
       } else if (contact.status != Status::Converged) {
         answer.status = worse(answer.status, contact.status);
         undecided = std::min(undecided, contact.t_free);
@@ -177,8 +201,7 @@ class MovingScene::Search {
     return answer;
   }
 
-  RobotMinimum smallest(RobotMinimum answer, Queue<NearestFirst>& queue, const RobotMotion& motion,
-                        const MotionQuestion& question) {
+  RobotMinimum smallest(RobotMinimum answer, Queue<NearestFirst>& queue, const MotionQuestion& question) {
     double proven = kInfinity;  // [m] the smallest bound of all pieces that were measured
     answer.status = Status::Converged;
     while (!queue.empty() && queue.top().lower_bound < answer.upper_bound - question.tolerance) {
@@ -208,7 +231,7 @@ class MovingScene::Search {
       if (!(minimum.upper_bound - pair.padding < answer.upper_bound)) continue;
       answer.upper_bound = minimum.upper_bound - pair.padding;
       answer.time = minimum.time;
-      answer.pair = found(visit, minimum.at_minimum, motion, minimum.time);
+      answer.pair = found(visit, minimum.at_minimum, minimum.time);
     }
     const double open = queue.empty() ? kInfinity : queue.top().lower_bound;
     answer.lower_bound = std::min({proven, open, answer.upper_bound});
@@ -223,12 +246,12 @@ class MovingScene::Search {
   }
 
   /// A result of the narrowphase as an answer about links, in the frame of the poses.
-  PairProximity found(const Visit& visit, SignedDistance result, const RobotMotion& motion, double time) {
+  PairProximity found(const Visit& visit, SignedDistance result, double time) {
     const MovingPairOfLinks& pair = pairOf(visit);
     const Volume &a = volumes_[visit.a], &b = volumes_[visit.b];
     const int middle = pair.bodies.middle();
     if (middle >= 0) {
-      const Eigen::Isometry3d pose = *motion.at(time)[static_cast<std::size_t>(middle)];
+      const Eigen::Isometry3d pose = *poses_->at(time)[static_cast<std::size_t>(middle)];
       result.normal = (pose.linear() * result.normal).normalized();
       result.point_a = pose * result.point_a;
     }
@@ -251,7 +274,9 @@ class MovingScene::Search {
 
   std::shared_ptr<const SceneModel> model_;
   Volumes volumes_;
+  Scene scene_;  ///< at one time
   std::vector<MovingPairOfLinks> pairs_;
+  std::optional<PosesInTime> poses_;
 };
 
 MovingScene::MovingScene(std::shared_ptr<const SceneModel> model)
