@@ -186,14 +186,30 @@ class ContactErrors {
  public:
   void compare(const MovingPair& pair, const FirstContact& truth, const ContactAnswer& answer) {
     queries_.add(answer.queries);
+    if (!answer.decided) ++undecided_;
     if (answer.contact && !truth.contact) ++false_;
     if (!truth.contact) return;
     ++contacts_;
-    if (!answer.contact) {
-      ++missed_;
-      return;
-    }
-    if (answer.t_free > truth.to + kRounding) ++late_;
+    if (!answer.contact && answer.decided) ++missed_;
+    if ((answer.contact || !answer.decided) && answer.t_free > truth.to + kRounding) ++late_;
+    if (answer.contact) addErrors(pair, truth, answer);
+  }
+
+  json summary() const {
+    return {{"contacts", contacts_},
+            {"missed", missed_},
+            {"late", late_},
+            {"false", false_},
+            {"undecided", undecided_},
+            {"max_time_error", time_.largest()},
+            {"mean_time_error", time_.mean()},
+            {"max_error", distance_.largest()},
+            {"mean_error", distance_.mean()},
+            {"queries", queries_.mean()}};
+  }
+
+ private:
+  void addErrors(const MovingPair& pair, const FirstContact& truth, const ContactAnswer& answer) {
     double time_error = 0.0, distance = 0.0;
     for (const double time : {answer.t_free, answer.t_contact}) {
       time_error = std::max({time_error, truth.from - time, time - truth.to});
@@ -203,20 +219,7 @@ class ContactErrors {
     distance_.add(distance);
   }
 
-  json summary() const {
-    return {{"contacts", contacts_},
-            {"missed", missed_},
-            {"late", late_},
-            {"false", false_},
-            {"max_time_error", time_.largest()},
-            {"mean_time_error", time_.mean()},
-            {"max_error", distance_.largest()},
-            {"mean_error", distance_.mean()},
-            {"queries", queries_.mean()}};
-  }
-
- private:
-  int contacts_ = 0, missed_ = 0, late_ = 0, false_ = 0;
+  int contacts_ = 0, missed_ = 0, late_ = 0, false_ = 0, undecided_ = 0;
   Errors time_, distance_, queries_;
 };
 

@@ -179,7 +179,8 @@ TEST(FclAdvancement, IsTheSameInOurLoopWithItsOwnErrorOfTheTime) {
   for (const MotionKind kind : {MotionKind::Translation, MotionKind::Linear, MotionKind::Screw})
     for (int i = 0; i < kMotions; ++i) {
       const MovingPair pair = randomMotion(a, b, kind, Outcome::Hit, random);
-      const ContactAnswer theirs = fclAdvancement().ask(pair), ours = fclAdvancementWithin(1e-4).ask(pair);
+      const ContactAnswer theirs = fclAdvancement(fcl::GST_LIBCCD).ask(pair),
+                          ours = fclAdvancementWithin(1e-4).ask(pair);
       EXPECT_EQ(theirs.contact, ours.contact);
       EXPECT_EQ(theirs.t_contact, ours.t_contact);
     }

@@ -19,7 +19,8 @@ namespace {
 constexpr int kMostSteps = 1000000;  // of FCL's advancement with a small error of the time
 
 ContactAnswer answerFrom(const TimeOfContact& result) {
-  return {result.contact, result.t_free, result.t_contact, result.queries};
+  const bool decided = result.contact || result.status == Status::Converged;
+  return {result.contact, decided, result.t_free, result.t_contact, result.queries};
 }
 
 /// Its motions remember the time of the last question, where continuousCollide would begin.
@@ -34,7 +35,7 @@ ContactAnswer collideFcl(const MovingPair& pair, const fcl::ContinuousCollisionR
   fcl::continuousCollide(pair.a.solid->fcl.get(), pair.a.fcl.get(), pair.b.solid->fcl.get(), pair.b.fcl.get(), request,
                          result);
   if (!result.is_collide) return {};
-  return {true, std::max(0.0, result.time_of_contact - sample_step), result.time_of_contact, 0};
+  return {true, true, std::max(0.0, result.time_of_contact - sample_step), result.time_of_contact, 0};
 }
 
 template <typename FclShape>
@@ -56,13 +57,13 @@ class FclAdvancement {
     fcl::detail::initialize(node_, *a_, node_.tf1, *b_, node_.tf2, &solver_);
     fcl::CollisionRequestd request;
     fcl::CollisionResultd result;
-    if (fcl::collide(a_, node_.tf1, b_, node_.tf2, request, result) > 0) return {true, 0.0, 0.0, 1};
+    if (fcl::collide(a_, node_.tf1, b_, node_.tf2, request, result) > 0) return {true, true, 0.0, 0.0, 1};
     for (int step = 1; step <= kMostSteps; ++step) {
       node_.delta_t = 1.0;
       node_.leafTesting(0, 0);
-      if (node_.delta_t <= time_error) return {true, node_.toc, node_.toc, step};
+      if (node_.delta_t <= time_error) return {true, true, node_.toc, node_.toc, step};
       node_.toc += node_.delta_t;
-      if (node_.toc > 1.0) return {false, 1.0, std::numeric_limits<double>::quiet_NaN(), step};
+      if (node_.toc > 1.0) return {false, true, 1.0, std::numeric_limits<double>::quiet_NaN(), step};
       node_.motion1->integrate(node_.toc);
       node_.motion2->integrate(node_.toc);
       takePoses();
@@ -106,9 +107,9 @@ ContactAnswer sampleContact(const MovingPair& pair, int samples) {
     const double time = i * step;
     const SignedDistance result =
         signedDistance(pair.a.solid->ours, pair.b.solid->ours, pair.poseOfBInA(time), Options::above(0.0), warm);
-    if (result.lower_bound <= 0.0) return {true, std::max(0.0, time - step), time, i + 1};
+    if (result.lower_bound <= 0.0) return {true, true, std::max(0.0, time - step), time, i + 1};
   }
-  return {false, 1.0, std::numeric_limits<double>::quiet_NaN(), samples};
+  return {false, true, 1.0, std::numeric_limits<double>::quiet_NaN(), samples};
 }
 
 MinimumAnswer sampleMinimum(const MovingPair& pair, int samples) {
@@ -152,10 +153,12 @@ ContactLibrary sweptBisectionWithin(double tolerance) {
           }};
 }
 
-ContactLibrary fclAdvancement() {
+ContactLibrary fclAdvancement(fcl::GJKSolverType solver) {
   fcl::ContinuousCollisionRequestd request;
+  request.gjk_solver_type = solver;
   request.ccd_solver_type = fcl::CCDC_CONSERVATIVE_ADVANCEMENT;
-  return {"FCL advancement", 1e-4, [request](const MovingPair& pair) { return collideFcl(pair, request, 0.0); }};
+  const char* name = solver == fcl::GST_LIBCCD ? "FCL advancement" : "FCL advancement, INDEP";
+  return {name, 1e-4, [request](const MovingPair& pair) { return collideFcl(pair, request, 0.0); }};
 }
 
 ContactLibrary fclAdvancementWithin(double time_error) {
@@ -178,7 +181,12 @@ ContactLibrary samplingBy(int samples) {
 }
 
 std::vector<ContactLibrary> contactLibraries() {
-  return {oursWithin(1e-9), sweptBisectionWithin(1e-9), fclAdvancement(), fclNaive(10), fclNaive(1000),
+  return {oursWithin(1e-9),
+          sweptBisectionWithin(1e-9),
+          fclAdvancement(fcl::GST_LIBCCD),
+          fclAdvancement(fcl::GST_INDEP),
+          fclNaive(10),
+          fclNaive(1000),
           samplingBy(1000)};
 }
 

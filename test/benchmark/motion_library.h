@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fcl/narrowphase/gjk_solver_type.h>
+
 #include <functional>
 #include <limits>
 #include <string>
@@ -12,6 +14,7 @@ namespace proximity_server {
 /// What a library says of a moving pair.
 struct ContactAnswer {
   bool contact = false;
+  bool decided = true;  ///< false: there may be a contact after t_free
   double t_free = 1.0;  ///< no contact before this time; of what samples, the last sample without
   double t_contact = std::numeric_limits<double>::quiet_NaN();
   int queries = 0;  ///< of a distance, where the library tells
@@ -29,13 +32,14 @@ ContactLibrary sweptBisectionWithin(double tolerance);
 
 /// FCL's continuousCollide by conservative advancement. For shapes it takes no setting: both fields of the request go
 /// unread (conservative_advancement_func_matrix-inl.h, ShapeConservativeAdvancement), and the error of the time is the
-/// 1e-4 that its node begins with. It misses contacts at which it arrives within rounding: the line between the nearest
-/// points, 1e-16 m long, then has any direction, and where the bound of the motion along it is negative the step is the
-/// whole motion (shape_conservative_advancement_traversal_node-inl.h, leafTesting).
-ContactLibrary fclAdvancement();
+/// 1e-4 that its node begins with; only the solver of the distance is chosen. It misses contacts at which it arrives
+/// within rounding: the line between the nearest points, 1e-16 m long, then has any direction, and where the bound of
+/// the motion along it is negative the step is the whole motion (shape_conservative_advancement_traversal_node-inl.h,
+/// leafTesting).
+ContactLibrary fclAdvancement(fcl::GJKSolverType solver);
 
-/// The same with another error of the time: FCL's node in a loop like FCL's own. Only where both solids are of one kind
-/// (box, capsule, cylinder or hull).
+/// The same with libccd and another error of the time: FCL's node in a loop like FCL's own. Only where both solids are
+/// of one kind (box, capsule, cylinder or hull).
 ContactLibrary fclAdvancementWithin(double time_error);
 
 /// FCL's continuousCollide by sampling.

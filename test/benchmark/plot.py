@@ -36,8 +36,8 @@ def style(library):
     return {"color": COLOURS.get(library, "#009E73"), "linewidth": 2.5 if library == "ours" else 1.2}
 
 
-def label_last(axes, xs, ys, library):
-    axes.annotate(library, (xs[-1], ys[-1]), xytext=(4, 0), textcoords="offset points", fontsize=8,
+def label_last(axes, xs, ys, library, above=0):
+    axes.annotate(library, (xs[-1], ys[-1]), xytext=(4, above), textcoords="offset points", fontsize=8,
                   color=style(library)["color"], va="center")
 
 
@@ -196,13 +196,13 @@ def motion_time_against_error(results, file):
         panel.set_title(workload, fontsize=10)
         entries = [e for e in results["tolerances"] if e["row"] == workload and "ns" in e]
         for library in dict.fromkeys(e["library"] for e in entries):
-            line = sorted((e for e in entries if e["library"] == library), key=lambda e: e["ns"])
+            line = [e for e in entries if e["library"] == library]
             xs, ys = [e["ns"] for e in line], [max(e["max_error"], SMALLEST) for e in line]
             panel.plot(xs, ys, ".-", **style(library))
             wrong = [(x, y) for x, y, e in zip(xs, ys, line) if e["missed"] or e["late"]]
             panel.plot(*zip(*wrong) if wrong else ((), ()), "x", color=style(library)["color"], markersize=9)
-            label_last(panel, xs, ys, library)
-        panel.set(xscale="log", yscale="log", xlim=(1e2, 3e8), ylim=(1e-14, 30))
+            label_last(panel, xs, ys, library, {"FCL naive": 6, "sampling": -6}.get(library, 0))
+        panel.set(xscale="log", yscale="log", xlim=(1e2, 3e8), ylim=(SMALLEST / 10, 30))
         panel.grid(alpha=0.3)
     figure.supxlabel("time per motion [ns]")
     figure.supylabel("largest error [m] at the time of contact, solids of size 1; x: contacts missed or late")

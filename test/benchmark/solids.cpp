@@ -73,7 +73,7 @@ class Slide {
 }  // namespace
 
 Solid randomBox(Random& random) {
-  return boxOf({uniform(random, 0.25, 0.5), uniform(random, 0.25, 0.5), uniform(random, 0.25, 0.5)});
+  return boxOf(Eigen::Vector3d(uniform(random, 0.25, 0.5), uniform(random, 0.25, 0.5), uniform(random, 0.25, 0.5)));
 }
 
 Solid randomPlate(Random& random) { return boxOf({uniform(random, 0.25, 0.5), uniform(random, 0.25, 0.5), 0.001}); }
