@@ -33,7 +33,7 @@ constexpr int kRounds = 5;
 constexpr std::size_t kSolids = 20;
 constexpr double kRoundSeconds = 0.5;    // of one library in one round, at most; fewer motions where that takes longer
 constexpr std::size_t kFewest = 20;      // motions in a round
-constexpr double kRounding = 1e-12;      // of the time: the reference's own
+constexpr double kLateDepth = 1e-12;     // [m] of solids of size 1; what is less may be rounding
 constexpr std::size_t kJudged = 3;       // motions of a row whose reference the oracle checks
 constexpr double kOracleDoubt = 1e-11;   // [m] how far the reference's distance may lie from the oracle's
 constexpr int kReferenceSamples = 2000;  // for the smallest distance
@@ -180,8 +180,16 @@ class Errors {
   int count_ = 0;
 };
 
+/// By more than rounding, at one of some times from one to the other.
+bool overlapsBetween(const MovingPair& pair, double begin, double end) {
+  for (int i = 1; i <= 8 && end > begin; ++i)
+    if (signedDistanceAt(pair, begin + (end - begin) * i / 8.0).distance < -kLateDepth) return true;
+  return false;
+}
+
 /// How well a library knows the time of contact. Its error is that of the worse end of what it says, [t_free,
-/// t_contact]; as a distance it is how far from contact the solids are at that time.
+/// t_contact]; as a distance it is how far from contact the solids are at that time. Late: it says that there is no
+/// contact for a time in which the solids overlap.
 class ContactErrors {
  public:
   void compare(const MovingPair& pair, const FirstContact& truth, const ContactAnswer& answer) {
@@ -191,7 +199,7 @@ class ContactErrors {
     if (!truth.contact) return;
     ++contacts_;
     if (!answer.contact && answer.decided) ++missed_;
-    if ((answer.contact || !answer.decided) && answer.t_free > truth.to + kRounding) ++late_;
+    if ((answer.contact || !answer.decided) && overlapsBetween(pair, truth.to, answer.t_free)) ++late_;
     if (answer.contact) addErrors(pair, truth, answer);
   }
 
