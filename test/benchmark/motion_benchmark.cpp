@@ -59,7 +59,7 @@ const std::pair<const char*, Outcome> kOutcomes[] = {
 struct Row {
   std::string name, pair, motion, outcome;
   std::deque<Solid> solids;
-  std::vector<MovingPair> motions;
+  std::vector<MovingSolidPair> motions;
   std::vector<FirstContact> truth;
 
   json head() const {
@@ -68,7 +68,7 @@ struct Row {
 };
 
 /// What the reference says of one motion, checked by the oracle of the tests: apart before the contact and not after.
-void judge(const MovingPair& pair, const FirstContact& truth) {
+void judge(const MovingSolidPair& pair, const FirstContact& truth) {
   const auto oracleAt = [&](double time) {
     const Eigen::Isometry3d a_T_b = pair.poseOfBInA(time);
     return static_cast<double>(signedDistanceOracle({pair.a.solid->ours, pair.b.solid->ours, a_T_b}).distance);
@@ -98,10 +98,10 @@ Row makeRow(const Pairing& pairing, const std::pair<const char*, MotionKind>& ki
 template <typename Library>
 class Run {
  public:
-  using Answer = decltype(std::declval<Library>().ask(std::declval<const MovingPair&>()));
+  using Answer = decltype(std::declval<Library>().ask(std::declval<const MovingSolidPair&>()));
 
   Run(const Library& library, const Row& row) : library_(library), row_(row) {
-    for (const MovingPair& pair : row.motions) answers_.push_back(answerOf([&] { return library.ask(pair); }));
+    for (const MovingSolidPair& pair : row.motions) answers_.push_back(answerOf([&] { return library.ask(pair); }));
     for (std::size_t i = 0; i < answers_.size(); ++i)
       if (answers_[i]) timed_.push_back(i);
     if (timed_.empty()) return;
@@ -181,7 +181,7 @@ class Errors {
 };
 
 /// By more than rounding, at one of some times from one to the other.
-bool overlapsBetween(const MovingPair& pair, double begin, double end) {
+bool overlapsBetween(const MovingSolidPair& pair, double begin, double end) {
   for (int i = 1; i <= 8 && end > begin; ++i)
     if (signedDistanceAt(pair, begin + (end - begin) * i / 8.0).distance < -kLateDepth) return true;
   return false;
@@ -192,7 +192,7 @@ bool overlapsBetween(const MovingPair& pair, double begin, double end) {
 /// contact for a time in which the solids overlap.
 class ContactErrors {
  public:
-  void compare(const MovingPair& pair, const FirstContact& truth, const ContactAnswer& answer) {
+  void compare(const MovingSolidPair& pair, const FirstContact& truth, const ContactAnswer& answer) {
     queries_.add(answer.queries);
     if (!answer.decided) ++undecided_;
     if (answer.contact && !truth.contact) ++false_;
@@ -217,7 +217,7 @@ class ContactErrors {
   }
 
  private:
-  void addErrors(const MovingPair& pair, const FirstContact& truth, const ContactAnswer& answer) {
+  void addErrors(const MovingSolidPair& pair, const FirstContact& truth, const ContactAnswer& answer) {
     double time_error = 0.0, distance = 0.0;
     for (const double time : {answer.t_free, answer.t_contact}) {
       time_error = std::max({time_error, truth.from - time, time - truth.to});
@@ -263,7 +263,7 @@ json measureContacts(const Row& row, const std::vector<ContactLibrary>& librarie
 /// much lower an answer was, which the reference did not find; "unproven": lower bounds above the reference.
 json measureMinimum(const Row& row, const std::vector<MinimumLibrary>& libraries) {
   std::vector<double> truth;
-  for (const MovingPair& pair : row.motions) truth.push_back(lowestOf(pair, kReferenceSamples).distance);
+  for (const MovingSolidPair& pair : row.motions) truth.push_back(lowestOf(pair, kReferenceSamples).distance);
   json entries = json::array();
   for (const Run<MinimumLibrary>& run : timedRuns(row, libraries)) {
     Errors above, below, queries;

@@ -43,7 +43,7 @@ Solid made(Solid (*make)(Random&), unsigned seed) {
 }
 Solid randomHullOf32(Random& random) { return randomHull(random, 32); }
 
-MovingPair randomPair(MotionKind kind, Outcome outcome, Random& random) {
+MovingSolidPair randomPair(MotionKind kind, Outcome outcome, Random& random) {
   static const Solid a = made(randomBox, 1), b = made(randomHullOf32, 2);
   return randomMotion(a, b, kind, outcome, random);
 }
@@ -53,7 +53,7 @@ class MotionKinds : public testing::TestWithParam<MotionKind> {};
 TEST_P(MotionKinds, HaveThePosesOfFclsMotion) {
   Random random(1);
   for (int i = 0; i < kMotions; ++i) {
-    const MovingPair pair = randomPair(GetParam(), Outcome::Hit, random);
+    const MovingSolidPair pair = randomPair(GetParam(), Outcome::Hit, random);
     for (const MovingSolid* moving : {&pair.a, &pair.b})
       for (const double time : {0.0, 0.25, 0.5, 1.0}) {
         fcl::Transform3d pose;
@@ -67,7 +67,7 @@ TEST_P(MotionKinds, HaveThePosesOfFclsMotion) {
 TEST_P(MotionKinds, AreNoFasterThanTheBoundOfTheReference) {
   Random random(2);
   for (int i = 0; i < kMotions; ++i) {
-    const MovingPair pair = randomPair(GetParam(), Outcome::Miss, random);
+    const MovingSolidPair pair = randomPair(GetParam(), Outcome::Miss, random);
     for (double time = 0.0; time < 1.0; time += 0.05) {
       const double change = signedDistanceAt(pair, time + 0.05).distance - signedDistanceAt(pair, time).distance;
       EXPECT_LE(std::abs(change), 0.05 * pair.speedBound() + 1e-9);
@@ -78,7 +78,7 @@ TEST_P(MotionKinds, AreNoFasterThanTheBoundOfTheReference) {
 TEST_P(MotionKinds, SeenFromOneSolidLeadToTheSamePoses) {
   Random random(3);
   for (int i = 0; i < kMotions; ++i) {
-    const MovingPair pair = randomPair(GetParam(), Outcome::Hit, random);
+    const MovingSolidPair pair = randomPair(GetParam(), Outcome::Hit, random);
     const MotionChain relative = relativeMotion(pair.a.ours, pair.b.ours);
     for (const double time : {0.0, 0.3, 1.0})
       EXPECT_LT((poseAt(relative, time).matrix() - pair.poseOfBInA(time).matrix()).norm(), 1e-12);
@@ -89,10 +89,10 @@ TEST_P(MotionKinds, EndAsTheOutcomeSays) {
   Random random(4);
   for (int i = 0; i < kMotions; ++i) {
     EXPECT_TRUE(firstContactOf(randomPair(GetParam(), Outcome::Hit, random)).contact);
-    const MovingPair miss = randomPair(GetParam(), Outcome::Miss, random);
+    const MovingSolidPair miss = randomPair(GetParam(), Outcome::Miss, random);
     EXPECT_FALSE(firstContactOf(miss).contact);
     EXPECT_GT(lowestOf(miss, 200).distance, 0.01);
-    const MovingPair grazing = randomPair(GetParam(), Outcome::Grazing, random);
+    const MovingSolidPair grazing = randomPair(GetParam(), Outcome::Grazing, random);
     const double lowest = lowestOf(grazing, 200).distance;
     EXPECT_LT(std::abs(lowest), 1.1e-3);
     EXPECT_EQ(firstContactOf(grazing).contact, lowest <= 0.0);
@@ -102,7 +102,7 @@ TEST_P(MotionKinds, EndAsTheOutcomeSays) {
 TEST_P(MotionKinds, HaveTheContactThatTheReferenceSays) {
   Random random(5);
   for (int i = 0; i < kMotions; ++i) {
-    const MovingPair pair = randomPair(GetParam(), i % 2 == 0 ? Outcome::Hit : Outcome::Grazing, random);
+    const MovingSolidPair pair = randomPair(GetParam(), i % 2 == 0 ? Outcome::Hit : Outcome::Grazing, random);
     const FirstContact truth = firstContactOf(pair);
     for (const ContactLibrary& library : {oursWithin(1e-9), sweptBisectionWithin(1e-9)}) {
       const ContactAnswer answer = library.ask(pair);
@@ -120,7 +120,7 @@ INSTANTIATE_TEST_SUITE_P(All, MotionKinds,
 
 TEST(FirstContact, OfSpheresHeadOnIsTheGapOverTheSpeed) {
   const Solid a = sphereOf(0.5), b = sphereOf(0.25);
-  const MovingPair pair{MovingSolid(a, atRest()), MovingSolid(b, straight({3.0, 0.0, 0.0}, {-4.0, 0.0, 0.0}))};
+  const MovingSolidPair pair{MovingSolid(a, atRest()), MovingSolid(b, straight({3.0, 0.0, 0.0}, {-4.0, 0.0, 0.0}))};
   const FirstContact contact = firstContactOf(pair);
   ASSERT_TRUE(contact.contact);
   EXPECT_NEAR(contact.from, 2.25 / 4.0, 1e-12);
@@ -131,8 +131,8 @@ TEST(FirstContact, OfASphereOnACircleIsWhereTheChordIsTheSumOfTheRadii) {
   const Solid a = sphereOf(0.5), b = sphereOf(0.25);
   // Both 2 m from the z axis, b a quarter of a turn ahead and coming back by 2 rad: at the angle phi between them the
   // centres are 2 * 2 sin(phi / 2) apart.
-  const MovingPair pair{MovingSolid(a, straight({2.0, 0.0, 0.0}, Vector3d::Zero())),
-                        MovingSolid(b, circling({0.0, 2.0, 0.0}, -2.0))};
+  const MovingSolidPair pair{MovingSolid(a, straight({2.0, 0.0, 0.0}, Vector3d::Zero())),
+                             MovingSolid(b, circling({0.0, 2.0, 0.0}, -2.0))};
   const double angle = 2.0 * std::asin(0.75 / 4.0);
   const FirstContact contact = firstContactOf(pair);
   ASSERT_TRUE(contact.contact);
@@ -141,7 +141,7 @@ TEST(FirstContact, OfASphereOnACircleIsWhereTheChordIsTheSumOfTheRadii) {
 
 TEST(FirstContact, OfAPlateThatPassesThroughAPlateIsFound) {
   const Solid a = boxOf({1.0, 1.0, 1e-6}), b = boxOf({1.0, 1.0, 1e-6});
-  const MovingPair pair{MovingSolid(a, atRest()), MovingSolid(b, straight({0.0, 0.0, 0.3}, {0.0, 0.0, -3.0}))};
+  const MovingSolidPair pair{MovingSolid(a, atRest()), MovingSolid(b, straight({0.0, 0.0, 0.3}, {0.0, 0.0, -3.0}))};
   const FirstContact contact = firstContactOf(pair);
   ASSERT_TRUE(contact.contact);
   EXPECT_NEAR(contact.from, (0.3 - 1e-6) / 3.0, 1e-12);
@@ -149,7 +149,7 @@ TEST(FirstContact, OfAPlateThatPassesThroughAPlateIsFound) {
 
 TEST(FirstContact, OfSpheresThatPassEachOtherIsNone) {
   const Solid a = sphereOf(0.5), b = sphereOf(0.25);
-  const MovingPair pair{MovingSolid(a, atRest()), MovingSolid(b, straight({3.0, 0.751, 0.0}, {-6.0, 0.0, 0.0}))};
+  const MovingSolidPair pair{MovingSolid(a, atRest()), MovingSolid(b, straight({3.0, 0.751, 0.0}, {-6.0, 0.0, 0.0}))};
   EXPECT_FALSE(firstContactOf(pair).contact);
   EXPECT_NEAR(lowestOf(pair, 50).distance, 0.001, 1e-12);
 }
@@ -161,7 +161,7 @@ TEST(FclAdvancement, TakesNoNoticeOfTheErrorThatTheRequestAsksFor) {
   coarse.toc_err = 0.1, fine.toc_err = 1e-9;
   coarse.num_max_iterations = 1, fine.num_max_iterations = 10000;
   for (int i = 0; i < kMotions; ++i) {
-    const MovingPair pair = randomPair(MotionKind::Translation, Outcome::Hit, random);
+    const MovingSolidPair pair = randomPair(MotionKind::Translation, Outcome::Hit, random);
     double times[2];
     for (const auto& [request, time] : {std::pair(&coarse, &times[0]), std::pair(&fine, &times[1])}) {
       pair.a.fcl->integrate(0.0), pair.b.fcl->integrate(0.0);
@@ -178,7 +178,7 @@ TEST(FclAdvancement, IsTheSameInOurLoopWithItsOwnErrorOfTheTime) {
   const Solid a = randomCylinder(random), b = randomCylinder(random);
   for (const MotionKind kind : {MotionKind::Translation, MotionKind::Linear, MotionKind::Screw})
     for (int i = 0; i < kMotions; ++i) {
-      const MovingPair pair = randomMotion(a, b, kind, Outcome::Hit, random);
+      const MovingSolidPair pair = randomMotion(a, b, kind, Outcome::Hit, random);
       const ContactAnswer theirs = fclAdvancement(fcl::GST_LIBCCD).ask(pair),
                           ours = fclAdvancementWithin(1e-4).ask(pair);
       EXPECT_EQ(theirs.contact, ours.contact);

@@ -24,12 +24,13 @@ ContactAnswer answerFrom(const TimeOfContact& result) {
 }
 
 /// Its motions remember the time of the last question, where continuousCollide would begin.
-void rewind(const MovingPair& pair) {
+void rewind(const MovingSolidPair& pair) {
   pair.a.fcl->integrate(0.0);
   pair.b.fcl->integrate(0.0);
 }
 
-ContactAnswer collideFcl(const MovingPair& pair, const fcl::ContinuousCollisionRequestd& request, double sample_step) {
+ContactAnswer collideFcl(const MovingSolidPair& pair, const fcl::ContinuousCollisionRequestd& request,
+                         double sample_step) {
   rewind(pair);
   fcl::ContinuousCollisionResultd result;
   fcl::continuousCollide(pair.a.solid->fcl.get(), pair.a.fcl.get(), pair.b.solid->fcl.get(), pair.b.fcl.get(), request,
@@ -44,7 +45,7 @@ class FclAdvancement {
   using Solver = fcl::detail::GJKSolver_libccd<double>;
   using Node = fcl::detail::ShapeConservativeAdvancementTraversalNode<FclShape, FclShape, Solver>;
 
-  explicit FclAdvancement(const MovingPair& pair)
+  explicit FclAdvancement(const MovingSolidPair& pair)
       : a_(static_cast<const FclShape*>(pair.a.solid->fcl.get())),
         b_(static_cast<const FclShape*>(pair.b.solid->fcl.get())) {
     node_.motion1 = pair.a.fcl.get();
@@ -83,7 +84,7 @@ class FclAdvancement {
   Node node_;
 };
 
-ContactAnswer advanceFcl(const MovingPair& pair, double time_error) {
+ContactAnswer advanceFcl(const MovingSolidPair& pair, double time_error) {
   const fcl::NODE_TYPE type = pair.a.solid->fcl->getNodeType();
   if (pair.b.solid->fcl->getNodeType() != type) throw std::invalid_argument("both solids must be of one kind");
   switch (type) {
@@ -100,7 +101,7 @@ ContactAnswer advanceFcl(const MovingPair& pair, double time_error) {
   }
 }
 
-ContactAnswer sampleContact(const MovingPair& pair, int samples) {
+ContactAnswer sampleContact(const MovingSolidPair& pair, int samples) {
   const double step = 1.0 / (samples - 1);
   WarmStart warm;
   for (int i = 0; i < samples; ++i) {
@@ -112,7 +113,7 @@ ContactAnswer sampleContact(const MovingPair& pair, int samples) {
   return {false, true, 1.0, std::numeric_limits<double>::quiet_NaN(), samples};
 }
 
-MinimumAnswer sampleMinimum(const MovingPair& pair, int samples) {
+MinimumAnswer sampleMinimum(const MovingSolidPair& pair, int samples) {
   const double step = 1.0 / (samples - 1);
   WarmStart warm;
   MinimumAnswer answer;
@@ -126,7 +127,7 @@ MinimumAnswer sampleMinimum(const MovingPair& pair, int samples) {
   return answer;
 }
 
-MinimumAnswer minimumWithin(const MovingPair& pair, double tolerance) {
+MinimumAnswer minimumWithin(const MovingSolidPair& pair, double tolerance) {
   MinimumOptions options;
   options.tolerance = tolerance;
   const MinimumOverMotion result =
@@ -139,7 +140,7 @@ MinimumAnswer minimumWithin(const MovingPair& pair, double tolerance) {
 ContactLibrary oursWithin(double tolerance) {
   ContactOptions options;
   options.tolerance = tolerance;
-  return {"ours", tolerance, [options](const MovingPair& pair) {
+  return {"ours", tolerance, [options](const MovingSolidPair& pair) {
             return answerFrom(timeOfContact(pair.a.solid->ours, pair.a.ours, pair.b.solid->ours, pair.b.ours, options));
           }};
 }
@@ -147,7 +148,7 @@ ContactLibrary oursWithin(double tolerance) {
 ContactLibrary sweptBisectionWithin(double tolerance) {
   ContactOptions options;
   options.tolerance = tolerance;
-  return {"swept bisection", tolerance, [options](const MovingPair& pair) {
+  return {"swept bisection", tolerance, [options](const MovingSolidPair& pair) {
             return answerFrom(
                 timeOfContactBySweeping(pair.a.solid->ours, pair.a.ours, pair.b.solid->ours, pair.b.ours, options));
           }};
@@ -158,11 +159,12 @@ ContactLibrary fclAdvancement(fcl::GJKSolverType solver) {
   request.gjk_solver_type = solver;
   request.ccd_solver_type = fcl::CCDC_CONSERVATIVE_ADVANCEMENT;
   const char* name = solver == fcl::GST_LIBCCD ? "FCL advancement" : "FCL advancement, INDEP";
-  return {name, 1e-4, [request](const MovingPair& pair) { return collideFcl(pair, request, 0.0); }};
+  return {name, 1e-4, [request](const MovingSolidPair& pair) { return collideFcl(pair, request, 0.0); }};
 }
 
 ContactLibrary fclAdvancementWithin(double time_error) {
-  return {"FCL advancement", time_error, [time_error](const MovingPair& pair) { return advanceFcl(pair, time_error); }};
+  return {"FCL advancement", time_error,
+          [time_error](const MovingSolidPair& pair) { return advanceFcl(pair, time_error); }};
 }
 
 ContactLibrary fclNaive(int samples) {
@@ -172,12 +174,12 @@ ContactLibrary fclNaive(int samples) {
   request.toc_err = 0.5 / samples;  // of the two the one that asks for fewer samples counts
   const double step = 1.0 / (samples - 1);
   return {"FCL naive", static_cast<double>(samples),
-          [request, step](const MovingPair& pair) { return collideFcl(pair, request, step); }};
+          [request, step](const MovingSolidPair& pair) { return collideFcl(pair, request, step); }};
 }
 
 ContactLibrary samplingBy(int samples) {
   return {"sampling", static_cast<double>(samples),
-          [samples](const MovingPair& pair) { return sampleContact(pair, samples); }};
+          [samples](const MovingSolidPair& pair) { return sampleContact(pair, samples); }};
 }
 
 std::vector<ContactLibrary> contactLibraries() {
@@ -209,10 +211,10 @@ std::vector<MinimumLibrary> minimumLibraries() {
   std::vector<MinimumLibrary> libraries;
   for (const double tolerance : {1e-9, 1e-6, 1e-3})
     libraries.push_back(
-        {"ours", tolerance, [tolerance](const MovingPair& pair) { return minimumWithin(pair, tolerance); }});
+        {"ours", tolerance, [tolerance](const MovingSolidPair& pair) { return minimumWithin(pair, tolerance); }});
   for (const int samples : {30, 100, 1000, 10000})
     libraries.push_back({"sampling", static_cast<double>(samples),
-                         [samples](const MovingPair& pair) { return sampleMinimum(pair, samples); }});
+                         [samples](const MovingSolidPair& pair) { return sampleMinimum(pair, samples); }});
   return libraries;
 }
 

@@ -24,7 +24,7 @@ struct ContactAnswer {
 struct ContactLibrary {
   std::string name;
   double setting;  ///< the tolerance [m], FCL's error of the time, or the number of samples
-  std::function<ContactAnswer(const MovingPair& pair)> ask;
+  std::function<ContactAnswer(const MovingSolidPair& pair)> ask;
 };
 
 ContactLibrary oursWithin(double tolerance);
@@ -64,7 +64,7 @@ struct MinimumAnswer {
 struct MinimumLibrary {
   std::string name;
   double setting;  ///< the tolerance [m], or the number of samples
-  std::function<MinimumAnswer(const MovingPair& pair)> ask;
+  std::function<MinimumAnswer(const MovingSolidPair& pair)> ask;
 };
 
 /// minimumDistance() with several tolerances, and samples of the distance with warm starts.

@@ -50,7 +50,7 @@ Vector3d innerPoint(const Solid& solid, Random& random) {
 }
 
 /// b moved so that at one time a point of it is where a point of a is.
-MovingPair meeting(const Solid& a, const Solid& b, MotionKind kind, Random& random) {
+MovingSolidPair meeting(const Solid& a, const Solid& b, MotionKind kind, Random& random) {
   const RigidMotion a_motion = motionOf(kind, 0.0, 0.5, 1.0, random);
   RigidMotion b_motion = motionOf(kind, 2.0, 4.0, 2.5, random);
   const double time = uniform(random, 0.4, 0.9);
@@ -61,7 +61,7 @@ MovingPair meeting(const Solid& a, const Solid& b, MotionKind kind, Random& rand
 }
 
 /// The whole motion of b moved aside until the smallest signed distance is `wanted`, or nothing where that fails.
-std::optional<MovingPair> pushedTo(MovingPair pair, double wanted, double accuracy) {
+std::optional<MovingSolidPair> pushedTo(MovingSolidPair pair, double wanted, double accuracy) {
   for (int i = 0; i < 30; ++i) {
     const Lowest lowest = lowestOf(pair, 64);
     const double step = wanted - lowest.distance;
@@ -75,14 +75,14 @@ std::optional<MovingPair> pushedTo(MovingPair pair, double wanted, double accura
   return std::nullopt;
 }
 
-std::optional<MovingPair> withOutcome(const MovingPair& pair, Outcome outcome, Random& random) {
+std::optional<MovingSolidPair> withOutcome(const MovingSolidPair& pair, Outcome outcome, Random& random) {
   if (outcome == Outcome::Miss) return pushedTo(pair, uniform(random, 0.02, 0.3), 1e-3);
   if (outcome == Outcome::Grazing) return pushedTo(pair, uniform(random, -kGraze, kGraze), 1e-6);
   return pair;
 }
 
 /// Of the depth nobody asks here: 0 or less is an overlap.
-double certifiedDistance(const MovingPair& pair, double time) {
+double certifiedDistance(const MovingSolidPair& pair, double time) {
   Options options = Options::apart();
   options.distance_tolerance = 1e-13;
   return signedDistanceAt(pair, time, options).lower_bound;
@@ -90,7 +90,7 @@ double certifiedDistance(const MovingPair& pair, double time) {
 
 class FirstContactSearch {
  public:
-  explicit FirstContactSearch(const MovingPair& pair) : pair_(pair), speed_(pair.speedBound()) {}
+  explicit FirstContactSearch(const MovingSolidPair& pair) : pair_(pair), speed_(pair.speedBound()) {}
 
   struct Sample {
     double time, distance;
@@ -108,11 +108,11 @@ class FirstContactSearch {
   }
 
  private:
-  const MovingPair& pair_;
+  const MovingSolidPair& pair_;
   double speed_;
 };
 
-Lowest goldenSection(const MovingPair& pair, double begin, double end) {
+Lowest goldenSection(const MovingSolidPair& pair, double begin, double end) {
   const double ratio = 0.5 * (std::sqrt(5.0) - 1.0);
   const auto at = [&](double time) { return signedDistanceAt(pair, time).distance; };
   double left = end - ratio * (end - begin), right = begin + ratio * (end - begin);
@@ -160,27 +160,27 @@ double MovingSolid::speedBound() const {
   return motion.linear.norm() + motion.angular.norm() * (solid->ours.coreReach() + solid->ours.margin());
 }
 
-Isometry3d MovingPair::poseOfBInA(double time) const {
+Isometry3d MovingSolidPair::poseOfBInA(double time) const {
   return poseAt(a.ours, time).inverse(Eigen::Isometry) * poseAt(b.ours, time);
 }
 
-SignedDistance signedDistanceAt(const MovingPair& pair, double time, const Options& options) {
+SignedDistance signedDistanceAt(const MovingSolidPair& pair, double time, const Options& options) {
   return signedDistance(pair.a.solid->ours, pair.b.solid->ours, pair.poseOfBInA(time), options);
 }
 
-MovingPair randomMotion(const Solid& a, const Solid& b, MotionKind kind, Outcome outcome, Random& random) {
+MovingSolidPair randomMotion(const Solid& a, const Solid& b, MotionKind kind, Outcome outcome, Random& random) {
   for (;;) {
-    const std::optional<MovingPair> pair = withOutcome(meeting(a, b, kind, random), outcome, random);
+    const std::optional<MovingSolidPair> pair = withOutcome(meeting(a, b, kind, random), outcome, random);
     if (pair && signedDistanceAt(*pair, 0.0).distance >= kApartAtStart) return *pair;
   }
 }
 
-FirstContact firstContactOf(const MovingPair& pair) {
+FirstContact firstContactOf(const MovingSolidPair& pair) {
   const FirstContactSearch search(pair);
   return search.between(search.at(0.0), search.at(1.0));
 }
 
-Lowest lowestOf(const MovingPair& pair, int samples) {
+Lowest lowestOf(const MovingSolidPair& pair, int samples) {
   const double step = 1.0 / samples;
   std::vector<Lowest> sampled;
   for (int i = 0; i <= samples; ++i) sampled.push_back({signedDistanceAt(pair, i * step).distance, i * step});

@@ -43,7 +43,7 @@ struct MovingSolid {
   double speedBound() const;
 };
 
-struct MovingPair {
+struct MovingSolidPair {
   MovingSolid a, b;
 
   /// No change of the signed distance is faster [m].
@@ -52,11 +52,11 @@ struct MovingPair {
   Eigen::Isometry3d poseOfBInA(double time) const;
 };
 
-SignedDistance signedDistanceAt(const MovingPair& pair, double time, const Options& options = {});
+SignedDistance signedDistanceAt(const MovingSolidPair& pair, double time, const Options& options = {});
 
 /// Solids in random orientations, b at 2 to 4 m and a at up to 0.5 m per unit of time, turning by up to 2.5 and 1 rad;
 /// at least 5 cm apart at the beginning.
-MovingPair randomMotion(const Solid& a, const Solid& b, MotionKind kind, Outcome outcome, Random& random);
+MovingSolidPair randomMotion(const Solid& a, const Solid& b, MotionKind kind, Outcome outcome, Random& random);
 
 /// What the answers are compared with.
 struct FirstContact {
@@ -66,12 +66,12 @@ struct FirstContact {
 
 /// By bisection of the time down to 1e-13, the earlier half first. An interval is left out where the distances at its
 /// ends (certified, to 1e-13) add up to more than any motion within it can use up.
-FirstContact firstContactOf(const MovingPair& pair);
+FirstContact firstContactOf(const MovingSolidPair& pair);
 
 /// The lowest of some samples, improved by golden-section search in the valleys about the three lowest.
 struct Lowest {
   double distance, time;
 };
-Lowest lowestOf(const MovingPair& pair, int samples);
+Lowest lowestOf(const MovingSolidPair& pair, int samples);
 
 }  // namespace proximity_server
