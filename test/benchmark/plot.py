@@ -202,7 +202,7 @@ def motion_time_against_error(results, file):
             wrong = [(x, y) for x, y, e in zip(xs, ys, line) if e["missed"] or e["late"]]
             panel.plot(*zip(*wrong) if wrong else ((), ()), "x", color=style(library)["color"], markersize=9)
             label_last(panel, xs, ys, library, {"FCL naive": 6, "sampling": -6}.get(library, 0))
-        panel.set(xscale="log", yscale="log", xlim=(1e2, 3e8), ylim=(SMALLEST / 10, 30))
+        panel.set(xscale="log", yscale="log", xlim=(3e2, 3e8), ylim=(SMALLEST / 10, 30))
         panel.grid(alpha=0.3)
     figure.supxlabel("time per motion [ns]")
     figure.supylabel("largest error [m] at the time of contact, solids of size 1; x: contacts missed or late")
