@@ -71,4 +71,21 @@ std::vector<BodyPoses> coherentMotion(const RobotModel& robot, int states) {
   return poses;
 }
 
+std::vector<JointMotion> randomJointMotions(const RobotModel& robot, int motions) {
+  std::mt19937 random(13);
+  std::vector<JointMotion> result;
+  for (int i = 0; i < motions; ++i) {
+    JointMotion motion;
+    for (const Joint& joint : robot.joints) {
+      const Range range = rangeOf(joint);
+      const double fastest = std::isfinite(joint.max_velocity) ? joint.max_velocity : 1.0;
+      motion.from.push_back(uniform(random, range.lower, range.upper));
+      const double end = motion.from.back() + uniform(random, -fastest, fastest);
+      motion.to.push_back(std::clamp(end, joint.lower, joint.upper));
+    }
+    result.push_back(motion);
+  }
+  return result;
+}
+
 }  // namespace proximity_server

@@ -15,4 +15,14 @@ std::vector<BodyPoses> randomStates(const RobotModel& robot, int states);
 /// that is lower.
 std::vector<BodyPoses> coherentMotion(const RobotModel& robot, int states);
 
+/// Every joint at constant velocity for one second.
+struct JointMotion {
+  std::vector<double> from, to;  ///< [rad] or [m]
+};
+
+/// Such motions that have nothing to do with each other: starts as randomStates has them, velocities uniform within
+/// those that the joint may have (1 rad/s or m/s where none is stated), and an end that is kept within the limits.
+/// The same on every run.
+std::vector<JointMotion> randomJointMotions(const RobotModel& robot, int motions);
+
 }  // namespace proximity_server

@@ -1,7 +1,7 @@
 """Draws the pictures of README.md from the results of the benchmarks.
 
-usage: plot.py FOLDER   with narrowphase.json, subalgorithms.json, stress.json and, if there is one, scene.json; the
-                        pictures go there too
+usage: plot.py FOLDER   with narrowphase.json, subalgorithms.json, stress.json and, if there are any, scene.json and
+                        motion.json; the pictures go there too
 """
 
 import json
@@ -22,6 +22,10 @@ COLOURS = {
     "FCL hulls": "#D55E00",
     "FCL hulls, INDEP": "#E69F00",
     "FCL triangles": "#CC79A7",
+    "swept bisection": "#0072B2",
+    "FCL advancement": "#D55E00",
+    "FCL naive": "#E69F00",
+    "sampling": "#999999",
 }
 # How the pairs of a scene are settled, cheapest first.
 RUNGS = {"unknown": "#999999", "at_rest": "#009E73", "by_motion": "#56B4E9", "by_bounds": "#0072B2", "computed": "#D55E00"}
@@ -32,8 +36,8 @@ def style(library):
     return {"color": COLOURS.get(library, "#009E73"), "linewidth": 2.5 if library == "ours" else 1.2}
 
 
-def label_last(axes, xs, ys, library):
-    axes.annotate(library, (xs[-1], ys[-1]), xytext=(4, 0), textcoords="offset points", fontsize=8,
+def label_last(axes, xs, ys, library, above=0):
+    axes.annotate(library, (xs[-1], ys[-1]), xytext=(4, above), textcoords="offset points", fontsize=8,
                   color=style(library)["color"], va="center")
 
 
@@ -183,6 +187,28 @@ def scene_rungs(results, file):
     save(figure, file)
 
 
+def motion_time_against_error(results, file):
+    """Time of contact: what a tighter setting costs and brings, one line a library; down and left is better. A cross
+    marks settings with which contacts were missed or found late."""
+    solids, motions = ("box", "cylinder", "hull 200", "plate"), ("translation", "linear", "screw")
+    figure, panels = plt.subplots(3, 4, figsize=(14, 10), sharex=True, sharey=True)
+    for panel, workload in zip(panels.flat, [f"{solid}, {motion}, hit" for motion in motions for solid in solids]):
+        panel.set_title(workload, fontsize=10)
+        entries = [e for e in results["tolerances"] if e["row"] == workload and "ns" in e]
+        for library in dict.fromkeys(e["library"] for e in entries):
+            line = [e for e in entries if e["library"] == library]
+            xs, ys = [e["ns"] for e in line], [max(e["max_error"], SMALLEST) for e in line]
+            panel.plot(xs, ys, ".-", **style(library))
+            wrong = [(x, y) for x, y, e in zip(xs, ys, line) if e["missed"] or e["late"]]
+            panel.plot(*zip(*wrong) if wrong else ((), ()), "x", color=style(library)["color"], markersize=9)
+            label_last(panel, xs, ys, library, {"FCL naive": 6, "sampling": -6}.get(library, 0))
+        panel.set(xscale="log", yscale="log", xlim=(3e2, 3e8), ylim=(SMALLEST / 10, 30))
+        panel.grid(alpha=0.3)
+    figure.supxlabel("time per motion [ns]")
+    figure.supylabel("largest error [m] at the time of contact, solids of size 1; x: contacts missed or late")
+    save(figure, file)
+
+
 def save(figure, file):
     figure.tight_layout()
     figure.savefig(file, dpi=80)
@@ -204,6 +230,8 @@ def main(folder):
         scene = read("scene.json")
         scene_scaling(scene, os.path.join(folder, "scene_scaling.png"))
         scene_rungs(scene, os.path.join(folder, "scene_rungs.png"))
+    if os.path.exists(os.path.join(folder, "motion.json")):
+        motion_time_against_error(read("motion.json"), os.path.join(folder, "motion_time_against_error.png"))
 
 
 if __name__ == "__main__":

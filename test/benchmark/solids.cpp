@@ -38,6 +38,11 @@ std::shared_ptr<btConvexShape> bulletHull(const ConvexHull& hull) {
   return withoutMargin(shape);
 }
 
+Solid boxOf(const Eigen::Vector3d& half) {
+  const Box box{2.0 * half};
+  return {box, fclShape(box), withoutMargin(std::make_shared<btBoxShape>(toBullet(half)))};
+}
+
 /// The signed distance as a function of how far b's centre is along `axis`.
 class Slide {
  public:
@@ -68,10 +73,10 @@ class Slide {
 }  // namespace
 
 Solid randomBox(Random& random) {
-  const Eigen::Vector3d half(uniform(random, 0.25, 0.5), uniform(random, 0.25, 0.5), uniform(random, 0.25, 0.5));
-  const Box box{2.0 * half};
-  return {box, fclShape(box), withoutMargin(std::make_shared<btBoxShape>(toBullet(half)))};
+  return boxOf(Eigen::Vector3d(uniform(random, 0.25, 0.5), uniform(random, 0.25, 0.5), uniform(random, 0.25, 0.5)));
 }
+
+Solid randomPlate(Random& random) { return boxOf({uniform(random, 0.25, 0.5), uniform(random, 0.25, 0.5), 0.001}); }
 
 Solid randomSphere(Random& random) {
   const double radius = uniform(random, 0.25, 0.5);

@@ -26,6 +26,7 @@ Solid randomBox(Random& random);       ///< half extents 0.25 to 0.5
 Solid randomSphere(Random& random);    ///< radius 0.25 to 0.5
 Solid randomCapsule(Random& random);   ///< radius 0.1 to 0.25, segment 0.5 to 1
 Solid randomCylinder(Random& random);  ///< radius 0.2 to 0.4, length 0.5 to 1
+Solid randomPlate(Random& random);     ///< a box of half extents 0.25 to 0.5 that is 2 mm thick
 /// `vertices` points on an ellipsoid with half axes 0.3 to 0.5.
 Solid randomHull(Random& random, int vertices);
 

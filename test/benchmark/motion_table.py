@@ -1,0 +1,152 @@
+"""Shows a result file of motion_benchmark as tables: time of contact of two solids beside FCL and sampling, what a tighter
+setting costs, the smallest distance of a motion, and robots along joint motions.
+
+usage: motion_table.py RESULT.json            for a terminal
+       motion_table.py RESULT.json --markdown for README.md
+"""
+
+import json
+import sys
+
+from table import show
+
+OURS = "ours"
+
+
+def by_row(entries):
+    """The entries of each row by library and setting."""
+    rows = {}
+    for entry in entries:
+        rows.setdefault(entry["row"], {})[label(entry)] = entry
+    return rows
+
+
+def label(entry):
+    """Of what samples with how many."""
+    name = entry["library"]
+    return f"{name} {entry['setting']:.0f}" if entry["setting"] >= 1 else name
+
+
+def time(ns):
+    """Of a few digits, with its unit."""
+    for unit, size in (("s", 1e9), ("ms", 1e6), ("us", 1e3)):
+        if ns >= size:
+            return f"{ns / size:.3g} {unit}"
+    return f"{ns:.3g} ns"
+
+
+def wrong(entry):
+    """What a library says that is not so, and how often it says nothing."""
+    names = (("missed", "missed"), ("late", "late"), ("false", "false"), ("undecided", "undecided"), ("unanswered", "no answer"))
+    return ", ".join(f"{entry[key]} {name}" for key, name in names if entry.get(key))
+
+
+def cell(entry):
+    """Median time / largest error as a distance, and what is wrong."""
+    if entry is None or "ns" not in entry:
+        return "-"
+    error = f" / {entry['max_error']:.0e}" if entry["contacts"] else ""
+    faults = wrong(entry)
+    return f"{time(entry['ns'])}{error}" + (f" !{faults}" if faults else "")
+
+
+def ratio(entries):
+    """FCL's conservative advancement, by the solver that is faster, over ours: time, and error where there are contacts."""
+    others = [e for name, e in entries.items() if name.startswith("FCL advancement") and "ns" in e]
+    if not others:
+        return "-"
+    ours, fcl = entries[OURS], min(others, key=lambda e: e["ns"])
+    errors = f" / {fcl['max_error'] / ours['max_error']:.0e}" if ours["contacts"] and ours["max_error"] else ""
+    return f"{fcl['ns'] / ours['ns']:.1f}{errors}"
+
+
+def contacts(rows, names):
+    for row, entries in rows.items():
+        dense = next((e for e in entries.values() if "ns_for_tolerance" in e), None)
+        extrapolated = f"{dense['samples_for_tolerance']:.0e}: {time(dense['ns_for_tolerance'])}" if dense else "-"
+        yield [row, *(cell(entries.get(name)) for name in names), extrapolated, ratio(entries),
+               f"{entries[OURS]['queries']:.1f}"]
+
+
+def details(entries):
+    """Every entry in full."""
+    for entry in entries:
+        if "ns" not in entry:
+            continue
+        yield [entry["row"], label(entry), time(entry["ns"]), time(entry["p99_ns"]), f"{entry['max_time_error']:.0e}",
+               f"{entry['mean_time_error']:.0e}", f"{entry['max_error']:.0e}", f"{entry['mean_error']:.0e}",
+               f"{entry['missed']} / {entry['late']} / {entry['false']}", f"{entry['contacts']} of {entry['motions']}"]
+
+
+def tuned(entries):
+    """One line a library and setting of each row."""
+    for entry in entries:
+        if "ns" in entry:
+            yield [entry["row"], entry["library"], f"{entry['setting']:g}", time(entry["ns"]),
+                   f"{entry['max_error']:.0e}", f"{entry['mean_error']:.0e}", wrong(entry) or "-"]
+
+
+def smallest(rows):
+    """Ours at its default tolerance, and the fewest samples that are as exact as ours at each of its tolerances."""
+    for row, entries in rows.items():
+        ours = [e for e in entries if e["library"] == OURS and "ns" in e]
+        sampling = sorted((e for e in entries if e["library"] == "sampling" and "ns" in e), key=lambda e: e["setting"])
+        for entry in ours:
+            enough = next((e for e in sampling if e["max_error"] <= max(entry["max_error"], entry["setting"])), None)
+            beside = f"{enough['setting']:.0f}: {time(enough['ns'])}" if enough else (
+                f"more than {sampling[-1]['setting']:.0f}: {time(sampling[-1]['ns'])}, {sampling[-1]['max_error']:.0e}"
+                if sampling else "-")
+            yield [row, f"{entry['setting']:g}", f"{time(entry['ns'])} / {time(entry['p99_ns'])}",
+                   f"{entry['max_error']:.0e}", f"{entry['queries']:.1f}", beside,
+                   str(entry["unproven"])]
+
+
+def robot_time(entry):
+    return f"{time(1e3 * entry['median_us'])} / {time(1e3 * entry['p99_us'])}" if "p99_us" in entry else (
+        f"{entry['samples']:.0e}: {time(1e3 * entry['median_us'])}")
+
+
+def robots(entries):
+    rows = {}
+    for entry in entries:
+        rows.setdefault(entry["row"], {})[entry["library"]] = entry
+    for row, libraries in rows.items():
+        ours, sampled, fine = (libraries[name] for name in
+                               (OURS, "sampling, 1 kHz", "sampling, our guarantee"))
+        counts = ours["counts"]
+        seen = (f"{sampled['missed']} of {sampled['contacts']}, {1e3 * sampled['max_late']:.2f} ms"
+                if "missed" in sampled else f"{1e3 * sampled['max_error']:.1e} mm")
+        yield [row, robot_time(ours), robot_time(sampled), robot_time(fine), seen, f"{sampled['contradicted']} / {ours['unconfirmed']}",
+               *(f"{counts[key]:.1f}" for key in ("pairs", "by_one_bound", "intervals", "queries"))]
+
+
+def main(path, markdown):
+    with open(path) as file:
+        result = json.load(file)
+    rows = by_row(result["rows"])
+    if rows:
+        names = list(dict.fromkeys(label(entry) for entry in result["rows"]))
+        show(["time / largest error [m]", *names, "samples for 1e-9 m", "FCL advancement / ours", "our queries"],
+             contacts(rows, names), markdown)
+    if rows and not markdown:
+        show(["time of contact", "library", "median", "99 %", "largest error", "mean", "largest [m]", "mean [m]",
+              "missed / late / false", "contacts"], details(result["rows"]), markdown)
+        show(["setting", "library", "", "median", "largest error [m]", "mean [m]", "wrong"],
+             tuned(result["tolerances"]), markdown)
+    if result["minimum"]:
+        groups = {}
+        for entry in result["minimum"]:
+            groups.setdefault(entry["row"], []).append(entry)
+        show(["smallest distance", "tolerance [m]", "ours, median / 99 %", "largest error [m]", "queries",
+              "samples with that error", "unproven"], smallest(groups), markdown)
+    if result["robots"]:
+        show(["joint motion of 1 s, median / 99 %", "ours", "1 kHz", "samples at our guarantee", "1 kHz misses",
+              "contradicted / unconfirmed", "pairs", "by one bound", "intervals", "queries"], robots(result["robots"]), markdown)
+    if not markdown:
+        print("!: contacts missed, found after the true one, or claimed where there is none. Samples for 1e-9 m, and at our\n"
+              "guarantee: in such steps that nothing comes closer in between than by our tolerance; their time is extrapolated. 1 kHz\n"
+              "misses: contacts, and its largest delay or error. Contradicted: by a sample; unconfirmed: by the state at our time.")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], "--markdown" in sys.argv[2:])
