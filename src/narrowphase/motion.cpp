@@ -10,59 +10,51 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-Matrix3d crossProduct(const Vector3d& v) {
-  Matrix3d matrix;
-  matrix << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return matrix;
-}
-
-/// A turn by the vector `angle` [rad], and the mean of all turns on the way there.
+/// A turn about a unit axis, by an angle x: sin x and 1 - cos x without cancellation.
 ///
-/// Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation, 1994, 2.4 (exponential of a twist).
-class Turn {
- public:
-  explicit Turn(const Vector3d& angle)
-      : cross_(crossProduct(angle)), square_(angle * angle.transpose()), x2_(angle.squaredNorm()) {
-    const double x = std::sqrt(x2_), half_sine = std::sin(0.5 * x), half_cosine = std::cos(0.5 * x);
-    const double per_half = x > 0.0 ? 2.0 * half_sine / x : 1.0;
-    square_.diagonal().array() -= x2_;
-    sine_ = per_half * half_cosine;
-    versine_ = 0.5 * per_half * per_half;
+/// Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation, 1994, 2.2 (Rodrigues' formula) and
+///         2.4 (exponential of a twist).
+struct Turn {
+  Turn(const Vector3d& unit_axis, double angle) : axis(unit_axis) {
+    const double half_sine = std::sin(0.5 * angle), half_cosine = std::cos(0.5 * angle);
+    sine = 2.0 * half_sine * half_cosine;
+    versine = 2.0 * half_sine * half_sine;
   }
 
-  Matrix3d rotation() const { return Matrix3d::Identity() + sine_ * cross_ + versine_ * square_; }
-
-  Matrix3d mean() const {
-    // (x - sin x) / x^3 loses its digits to the difference where x is small; the next term of the series is 2e-17.
-    const bool is_small = x2_ < 0.01;
-    const double rest =
-        is_small ? 1.0 / 6.0 - x2_ * (1.0 / 120.0 - x2_ * (1.0 / 5040.0 - x2_ / 362880.0)) : (1.0 - sine_) / x2_;
-    return Matrix3d::Identity() + versine_ * cross_ + rest * square_;
+  Vector3d operator*(const Vector3d& v) const {
+    const Vector3d across = axis.cross(v);
+    return v + sine * across + versine * axis.cross(across);
   }
 
- private:
-  Matrix3d cross_, square_;     ///< of the angle: its cross product, once and twice
-  double x2_, sine_, versine_;  ///< x^2, sin x / x, (1 - cos x) / x^2 of the angle x
+  Vector3d axis;
+  double sine, versine;
 };
 
 }  // namespace
 
+/// Of the way between the poses, the part along the axis is gone straight. Across it, what a velocity v comes to is
+/// 1/x (sin x v + (1 - cos x) axis x v), see at(); solved for v.
 ScrewMotion ScrewMotion::between(const Isometry3d& start, const Isometry3d& end) {
   const Eigen::AngleAxisd turn(Matrix3d(end.linear() * start.linear().transpose()));
-  ScrewMotion motion{start, end.translation() - start.translation(), turn.angle() * turn.axis()};
-  motion.linear = Turn(motion.angular).mean().inverse() * motion.linear;
-  return motion;
+  const Vector3d axis = turn.axis(), way = end.translation() - start.translation();
+  const double half = 0.5 * turn.angle();
+  const double half_cotangent = half > 0.0 ? half / std::tan(half) : 1.0;
+  const Vector3d along = axis.dot(way) * axis;
+  return {start, along + half_cotangent * (way - along) - half * axis.cross(way), turn.angle() * axis};
 }
 
 Isometry3d ScrewMotion::at(double time) const {
   Isometry3d pose = start;
-  if (angular.isZero(0.0)) {
+  const double speed = angular.norm();
+  if (speed == 0.0) {
     pose.translation() += time * linear;
     return pose;
   }
-  const Turn turn(time * angular);
-  pose.linear() = turn.rotation() * start.linear();
-  if (!linear.isZero(0.0)) pose.translation() += time * (turn.mean() * linear);
+  const Turn turn(angular / speed, speed * time);
+  for (int column = 0; column < 3; ++column) pose.linear().col(column) = turn * start.linear().col(column);
+  if (linear.isZero(0.0)) return pose;
+  const Vector3d along = turn.axis.dot(linear) * turn.axis;
+  pose.translation() += time * along + (turn.sine * (linear - along) + turn.versine * turn.axis.cross(linear)) / speed;
   return pose;
 }
 

@@ -103,7 +103,9 @@ class Advancement {
       const double gap = pair_.gapAlong(normal, poses);
       return AxisBound({distance.normal, distance.lower_bound}, {normal, gap}, motion_, end - begin);
     };
-    const AxisBound standing = boundTo(distance.normal), turning = boundTo(turned.normalized());
+    const AxisBound standing = boundTo(distance.normal);
+    if (turned == distance.normal) return standing;
+    const AxisBound turning = boundTo(turned.normalized());
     return turning.firstTimeAt(level()) > standing.firstTimeAt(level()) ? turning : standing;
   }
 
