@@ -63,12 +63,12 @@ class Advancement {
   /// where the chord of the last one met the level.
   double advance(double time, const SignedDistance& distance) {
     constexpr int kMostTrials = 3;
-    const Vector3d turning = turningSince(time, distance.normal);
-    firstTrial(time, distance.lower_bound - options_.clearance);
+    const Rates rates = ratesSince(time, distance);
+    firstTrial(time, distance.lower_bound - options_.clearance, rates.approach);
     double free = 0.0;
     for (int trial = 0; trial < kMostTrials; ++trial) {
       const double end = std::min(options_.end, time + duration_);
-      const AxisBound bound = bestBound(distance, distance.normal + (end - time) * turning, time, end);
+      const AxisBound bound = bestBound(distance, distance.normal + (end - time) * rates.turning, time, end);
       free = std::max(free, bound.firstTimeAt(level()));
       if (!(free < bound.duration())) return end;
       const double chord = bound.duration() * (bound.begin() - level()) / (bound.begin() - bound.end());
@@ -78,21 +78,30 @@ class Advancement {
     return time + free;
   }
 
-  /// The rate at which the normal turned since the last time; none at first.
-  Vector3d turningSince(double time, const Vector3d& normal) {
-    Vector3d turning = Vector3d::Zero();
-    if (time > last_time_) turning = (normal - last_normal_) / (time - last_time_);
+  /// What changed since the last time, per unit of time; nothing at first.
+  struct Rates {
+    Vector3d turning = Vector3d::Zero();  ///< of the normal
+    double approach = 0.0;                ///< [m]
+  };
+  Rates ratesSince(double time, const SignedDistance& distance) {
+    Rates rates;
+    if (time > last_time_) {
+      rates.turning = (distance.normal - last_.normal) / (time - last_time_);
+      rates.approach = (last_.lower_bound - distance.lower_bound) / (time - last_time_);
+    }
     last_time_ = time;
-    last_normal_ = normal;
-    return turning;
+    last_ = distance;
+    return rates;
   }
 
-  /// Sets the duration to that over which the parabola of the acceleration takes half of the gap away.
-  void firstTrial(double time, double gap) {
-    const double window = std::min(options_.end - time, 2.0 * duration_);
+  /// Sets the duration to that over which the parabola of the acceleration takes half of the gap away, or to a bit more
+  /// than it takes to contact where the shapes approach as before: the longer it is, the lower the bound in between.
+  void firstTrial(double time, double gap, double approach) {
+    constexpr double kBeyondContact = 1.25, kMostGrowth = 16.0;
+    double window = std::min(options_.end - time, kMostGrowth * duration_);
+    if (approach > 0.0) window = std::min(window, kBeyondContact * gap / approach);
     motion_ = pair_.motion(time, time + window);
-    const double half_gap = 2.0 * std::sqrt(gap / motion_.acceleration);  // infinite where nothing accelerates
-    duration_ = std::min(window, half_gap);
+    duration_ = std::min(window, 2.0 * std::sqrt(gap / motion_.acceleration));  // infinite where nothing accelerates
     if (duration_ < 0.5 * window) motion_ = pair_.motion(time, time + duration_);
   }
 
@@ -115,7 +124,7 @@ class Advancement {
   MotionBound motion_;  ///< during the step that is tried
   double duration_;     ///< of that step
   double last_time_ = std::numeric_limits<double>::infinity();
-  Vector3d last_normal_;
+  SignedDistance last_;  ///< at that time
 };
 
 }  // namespace
