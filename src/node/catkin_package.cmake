@@ -22,14 +22,16 @@ add_message_files(FILES
   QueryStatus.msg
   ShapeInfo.msg
   ShapeRef.msg
+  StateProximity.msg
 )
 add_service_files(FILES
   MinimumDistance.srv
   PenetrationDepth.srv
+  QueryConfiguration.srv
   QueryPairs.srv
   SeparationAxis.srv
 )
-generate_messages(DEPENDENCIES geometry_msgs std_msgs)
+generate_messages(DEPENDENCIES geometry_msgs sensor_msgs std_msgs)
 generate_dynamic_reconfigure_options(config/Proximity.cfg)
 
 catkin_package(

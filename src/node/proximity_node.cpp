@@ -35,6 +35,8 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
           "penetration_depth", &ProximityNode::onQuery<PenetrationDepthRequest, PenetrationDepthResponse>, this)),
       query_pairs_srv_(private_nh_.advertiseService(
           "query_pairs", &ProximityNode::onQuery<QueryPairsRequest, QueryPairsResponse>, this)),
+      query_configuration_srv_(private_nh_.advertiseService(
+          "query_configuration", &ProximityNode::onQuery<QueryConfigurationRequest, QueryConfigurationResponse>, this)),
       reload_srv_(private_nh_.advertiseService("reload", &ProximityNode::onReload, this)),
       enable_monitor_srv_(private_nh_.advertiseService("enable_monitor", &ProximityNode::onEnableMonitor, this)) {
   settings_server_.setCallback([this](const ProximityConfig& settings, std::uint32_t) { onSettings(settings); });

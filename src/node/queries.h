@@ -2,6 +2,7 @@
 
 #include "proximity_server/MinimumDistance.h"
 #include "proximity_server/PenetrationDepth.h"
+#include "proximity_server/QueryConfiguration.h"
 #include "proximity_server/QueryPairs.h"
 #include "proximity_server/SeparationAxis.h"
 #include "robot.h"
@@ -16,5 +17,6 @@ MinimumDistanceResponse answer(const Robot& robot, TfPoses& tf, const MinimumDis
 SeparationAxisResponse answer(const Robot& robot, TfPoses& tf, const SeparationAxisRequest& request);
 PenetrationDepthResponse answer(const Robot& robot, TfPoses& tf, const PenetrationDepthRequest& request);
 QueryPairsResponse answer(const Robot& robot, TfPoses& tf, const QueryPairsRequest& request);
+QueryConfigurationResponse answer(const Robot& robot, TfPoses& tf, const QueryConfigurationRequest& request);
 
 }  // namespace proximity_server

@@ -149,6 +149,21 @@ QueryStatus RequestError::status() const {
   return status;
 }
 
+double finite(double value, const std::string& name) {
+  if (!std::isfinite(value)) throw RequestError(QueryStatus::INVALID_ARGUMENT, name + " is not finite");
+  return value;
+}
+
+double notNegative(double value, const std::string& name) {
+  if (finite(value, name) >= 0.0) return value;
+  throw RequestError(QueryStatus::INVALID_ARGUMENT, name + " must not be negative");
+}
+
+double positive(double value, const std::string& name) {
+  if (finite(value, name) > 0.0) return value;
+  throw RequestError(QueryStatus::INVALID_ARGUMENT, name + " must be positive");
+}
+
 std::vector<SubjectPair> pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter) {
   if (!isEmpty(a) && !isEmpty(b)) return {onePair(robot, a, b, filter)};
   if (!isEmpty(b)) throw RequestError(QueryStatus::INVALID_ARGUMENT, "b without a: name a, or neither of them");
@@ -157,12 +172,13 @@ std::vector<SubjectPair> pairsOf(const Robot& robot, const ShapeRef& a, const Sh
   return pairs;
 }
 
-std::vector<SubjectPair> pairsOf(const Robot& robot, const QueryPairsRequest& request) {
+std::vector<SubjectPair> pairsOf(const Robot& robot, const QueryPairsRequest& request, std::size_t states) {
   std::vector<SubjectPair> pairs = pairsOfBatch(robot, request, filterOf(request.ignore_filter));
   requirePairs(pairs);
-  if (pairs.size() > static_cast<std::size_t>(robot.config().max_batch)) {
-    throw RequestError(QueryStatus::OVER_BUDGET, "these are " + std::to_string(pairs.size()) + " pairs, max_batch is " +
-                                                     std::to_string(robot.config().max_batch));
+  if (pairs.size() * states > static_cast<std::size_t>(robot.config().max_batch)) {
+    const std::string times = states == 1 ? "" : " in " + std::to_string(states) + " states";
+    throw RequestError(QueryStatus::OVER_BUDGET, "these are " + std::to_string(pairs.size()) + " pairs" + times +
+                                                     ", max_batch is " + std::to_string(robot.config().max_batch));
   }
   return pairs;
 }
