@@ -343,6 +343,9 @@ std::optional<Stationary> onFlatEnd(Cso& cso, const Vector3d& normal) {
 }  // namespace
 
 std::optional<Stationary> refine(Cso& cso, const Simplex& simplex, const Vector3d& normal) {
+  // The curve of a sweep has pieces at both of its ends, which are not told apart here.
+  for (const Shape* shape : {&cso.a(), &cso.b()})
+    if (shape->kind() == Kind::Sweep && !shape->isPolytope()) return std::nullopt;
   if (const auto flat = onFlatEnd(cso, normal)) return flat;
   constexpr int kMostSteps = 6;
   constexpr double kLastTurn = 1e-7;  // [rad] its square, what is left after it, is rounding

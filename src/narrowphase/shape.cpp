@@ -66,6 +66,23 @@ Shape::Shape(ConvexHull hull) : Shape(Kind::Hull, 0.0, Eigen::Vector3d::Zero(), 
   hull_ = std::make_shared<const ConvexHull>(std::move(hull));
 }
 
+Shape Shape::sweptTo(const Eigen::Isometry3d& end) const {
+  Shape core = *this;
+  core.margin_ = 0.0;
+  const Eigen::Vector3d half_way = 0.5 * (end * centre_ - centre_);
+  Shape shape(Kind::Sweep, margin_, Eigen::Vector3d::Zero(), core_radius_ + half_way.norm());
+  shape.centre_ = centre_ + half_way;
+  // Twice, as the points of a sweep are rounded once more than others on their way into a CSO.
+  shape.core_reach_ = 2.0 * (shape.centre_.norm() + shape.core_radius_);
+  shape.sweep_ = std::make_shared<const Sweep>(Sweep{core, end});
+  return shape;
+}
+
+bool Shape::isPolytope() const {
+  if (kind_ == Kind::Sweep) return sweep_->shape.isPolytope();
+  return kind_ != Kind::Cylinder && kind_ != Kind::Cone && kind_ != Kind::Ellipsoid;
+}
+
 Shape Shape::padded(double padding) const {
   Shape shape = *this;
   shape.margin_ = notNegative(margin_ + padding, "margin with padding");

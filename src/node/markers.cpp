@@ -88,6 +88,7 @@ class PieceDrawing {
       case Shape::Kind::Hull:
         return addTriangles();
       case Shape::Kind::Cone:
+      case Shape::Kind::Sweep:
         return;  // neither in URDF nor in RViz
     }
   }

@@ -36,6 +36,8 @@ Geometry geometry(const Shape& shape) {
       return std::make_shared<fcl::Ellipsoidd>(half);
     case Shape::Kind::Hull:
       return convex(shape.hull());
+    case Shape::Kind::Sweep:
+      break;
   }
   return nullptr;
 }

@@ -245,6 +245,12 @@ Vector3l coreSupport(const Shape& shape, const Vector3l& n) {
     }
     case Shape::Kind::Hull:
       return hullSupport(shape.hull(), n);
+    case Shape::Kind::Sweep: {
+      const Eigen::Transform<long double, 3, Eigen::Isometry> end = shape.sweep().end.cast<long double>();
+      const Vector3l first = coreSupport(shape.sweep().shape, n);
+      const Vector3l last = end * coreSupport(shape.sweep().shape, end.linear().transpose() * n);
+      return first.dot(n) > last.dot(n) ? first : last;
+    }
   }
   return Vector3l::Zero();
 }
@@ -293,6 +299,8 @@ long double outsideBy(const Shape& shape, const Eigen::Vector3d& point) {
         return outsideEllipsoid(half, p);
       case Shape::Kind::Hull:
         return outsideHull(shape, point);
+      case Shape::Kind::Sweep:
+        break;
     }
     return std::numeric_limits<long double>::quiet_NaN();
   };

@@ -27,6 +27,8 @@ const char* nameOf(Shape::Kind kind) {
       return "ellipsoid";
     case Shape::Kind::Hull:
       return "hull";
+    case Shape::Kind::Sweep:
+      return "sweep";
   }
   return "?";
 }

@@ -176,6 +176,7 @@ Shape scaled(const Shape& shape, double factor) {
       case Shape::Kind::Ellipsoid:
         return Shape(Ellipsoid{half}).padded(factor * shape.margin());
       case Shape::Kind::Hull:
+      case Shape::Kind::Sweep:
         break;
     }
     std::vector<Vector3d> points;

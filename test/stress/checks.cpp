@@ -160,9 +160,7 @@ std::optional<Failure> failureOfRelatives(const StressPair& p, const SignedDista
 }
 
 double errorLimit(const Shape& shape) {
-  const bool curved = shape.kind() == Shape::Kind::Cylinder || shape.kind() == Shape::Kind::Cone ||
-                      shape.kind() == Shape::Kind::Ellipsoid;
-  return curved ? kCurvedErrorLimit : kPolytopeErrorLimit;
+  return shape.isPolytope() ? kPolytopeErrorLimit : kCurvedErrorLimit;
 }
 
 /// Asked as exactly as the limits, the answer encloses the truth and lies within them where it says Converged.
@@ -194,6 +192,7 @@ Shape scaled(const Shape& shape, double factor) {
     case Shape::Kind::Ellipsoid:
       return Shape(Ellipsoid{half}).padded(margin);
     case Shape::Kind::Hull:
+    case Shape::Kind::Sweep:
       break;
   }
   std::vector<Vector3d> vertices;

@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 using nlohmann::json;
 
 const char* nameOf(Shape::Kind kind) {
-  const char* names[] = {"point", "segment", "box", "cylinder", "cone", "ellipsoid", "hull"};
+  const char* names[] = {"point", "segment", "box", "cylinder", "cone", "ellipsoid", "hull", "sweep"};
   return names[static_cast<std::size_t>(kind)];
 }
 

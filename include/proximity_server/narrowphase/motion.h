@@ -32,8 +32,11 @@ Eigen::Isometry3d poseAt(const MotionChain& chain, double time);
 /// What bounds the motion of all points of a ball, which is fixed in the last frame of a chain, as seen from the frame
 /// of the first, during an interval of time.
 struct MotionBound {
-  double speed;         ///< [m] per unit of time
-  double acceleration;  ///< [m] per unit of time squared: a point leaves its chord by acceleration duration^2 / 8
+  Eigen::Vector3d velocity;  ///< [m] per unit of time, of the centre in the middle of the interval
+  double deviation;          ///< [m] per unit of time, by which all velocities of all points differ from it at most
+  double acceleration;       ///< [m] per unit of time squared: a point leaves its chord by acceleration duration^2 / 8
+
+  double speed() const { return velocity.norm() + deviation; }
 };
 MotionBound motionBound(const MotionChain& chain, const Eigen::Vector3d& centre, double radius, double begin,
                         double end);
@@ -68,10 +71,10 @@ struct TimeOfContact {
 
 /// Time of first contact by conservative advancement.
 ///
-/// From a time at which the shapes are apart, the normal of their distance is kept as axis: the gap along it is known
-/// at the beginning and at the end of a step, and in between lies above its chord less acceleration / 2 (t - begin)
-/// (end - t). The step ends where that meets the clearance, so no contact is passed, however thin the shapes; near
-/// contact the steps shrink faster than geometrically.
+/// From a time at which the shapes are apart, the normal of their distance is the axis of a step, turned as fast as the
+/// normals of the last step did: the gap along it is known at the beginning and at the end of the step, and in between
+/// lies above its chord less a parabola for the acceleration. The step ends where that meets the clearance, so no
+/// contact is passed, however thin the shapes; near contact the steps shrink faster than geometrically.
 ///
 /// Frame:   the chains lead from one common frame to a and to b. A frame in which both move little gives large steps.
 /// Error:   see TimeOfContact. Where contact is not certain within the tolerance (grazing) the answer is contact.
@@ -87,7 +90,7 @@ struct MinimumOptions {
   double begin = 0.0;
   double end = 1.0;
   double stop_above = std::numeric_limits<double>::infinity();  ///< [m] of a larger minimum a proof is enough
-  int max_queries = 10000;
+  int max_queries = 512;                                        ///< of the distance, at one time; at most so many
 };
 
 /// The smallest signed distance of two moving shapes.
@@ -101,7 +104,8 @@ struct MinimumOverMotion {
 };
 
 /// Smallest signed distance during a motion: branch and bound over time, the interval with the smallest lower bound
-/// first. An interval's bound is what the normals at both of its ends prove together.
+/// first. An interval's bound is what the normals at both of its ends prove, and an axis that turns from one to the
+/// other.
 ///
 /// Frame, failure: as timeOfContact.
 /// Source: Piyavskii, An algorithm for finding the absolute extremum of a function, 1972, with bounds of second order.

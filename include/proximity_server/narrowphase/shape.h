@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <memory>
 
 #include "proximity_server/narrowphase/convex_hull.h"
@@ -40,7 +40,7 @@ struct Ellipsoid {
 ///          positive (a capsule's length may be 0); nothing is checked later.
 class Shape {
  public:
-  enum class Kind : unsigned char { Point, Segment, Box, Cylinder, Cone, Ellipsoid, Hull };
+  enum class Kind : unsigned char { Point, Segment, Box, Cylinder, Cone, Ellipsoid, Hull, Sweep };
 
   // Implicit on purpose: signedDistance(Sphere{0.2}, Box{{1, 1, 1}}, a_T_b).
   Shape(const Sphere& sphere);        // NOLINT(google-explicit-constructor)
@@ -55,15 +55,26 @@ class Shape {
   /// Throws std::invalid_argument where the margin would become negative or not finite.
   Shape padded(double padding) const;
 
+  /// The convex hull of the shape where it is and moved by `end`; its support mapping is the better of the two. After a
+  /// translation that is the swept volume; see sweptShape for other motions.
+  Shape sweptTo(const Eigen::Isometry3d& end) const;
+
   Kind kind() const { return kind_; }
   double margin() const { return margin_; }
 
   /// Half sizes of the core along x, y, z: (0, 0, length/2) of a segment, (r, r, length/2) of a cylinder or
-  /// cone, the radii of an ellipsoid. Zero for a point, unused for a hull.
+  /// cone, the radii of an ellipsoid. Zero for a point, unused for a hull and a sweep.
   const Eigen::Vector3d& halfExtents() const { return half_extents_; }
 
   /// Vertices and adjacency; only for Kind::Hull.
   const ConvexHull& hull() const { return *hull_; }
+
+  /// What is swept, and the pose that it ends at; only for Kind::Sweep.
+  struct Sweep;
+  const Sweep& sweep() const { return *sweep_; }
+
+  /// Whether the core is the hull of finitely many points.
+  bool isPolytope() const;
 
   /// A point inside the core, and the radius of a ball about it that holds the core (without margin).
   const Eigen::Vector3d& centre() const { return centre_; }
@@ -82,6 +93,12 @@ class Shape {
   Eigen::Vector3d half_extents_;
   Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
   std::shared_ptr<const ConvexHull> hull_;
+  std::shared_ptr<const Sweep> sweep_;
+};
+
+struct Shape::Sweep {
+  Shape shape;  ///< without margin
+  Eigen::Isometry3d end;
 };
 
 }  // namespace proximity_server

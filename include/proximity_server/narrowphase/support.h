@@ -37,6 +37,10 @@ inline Eigen::Vector3d rimPoint(double radius, double z, const Eigen::Vector3d& 
   return {scale * direction.x(), scale * direction.y(), z};
 }
 
+/// Of a sweep, whose vertices are numbered alternately: 2 n that of the start, 2 n + 1 that of the end.
+Eigen::Vector3d sweptPoint(const Shape::Sweep& sweep, const Eigen::Vector3d& direction, int& vertex);
+Eigen::Vector3d sweptVertex(const Shape::Sweep& sweep, int number);
+
 }  // namespace support
 
 /// Point of the core that lies farthest along `direction` (not zero), in the shape's frame.
@@ -67,6 +71,8 @@ inline Eigen::Vector3d supportPoint(const Shape& shape, const Eigen::Vector3d& d
       const Eigen::Vector3d stretched = half.cwiseProduct(direction);
       return half.cwiseProduct(stretched) / stretched.norm();
     }
+    case Shape::Kind::Sweep:
+      return support::sweptPoint(shape.sweep(), direction, vertex);
     case Shape::Kind::Hull:
       break;
   }
@@ -76,6 +82,7 @@ inline Eigen::Vector3d supportPoint(const Shape& shape, const Eigen::Vector3d& d
 
 /// Vertex of a polytope by its number; any other number gives one of its vertices too.
 inline Eigen::Vector3d vertexOf(const Shape& polytope, int number) {
+  if (polytope.kind() == Shape::Kind::Sweep) return support::sweptVertex(polytope.sweep(), number);
   if (polytope.kind() != Shape::Kind::Hull) return support::corner(polytope.halfExtents(), number);
   const ConvexHull& hull = polytope.hull();
   return hull.vertices()[number >= 0 && number < hull.size() ? static_cast<std::size_t>(number) : 0];

@@ -1,0 +1,118 @@
+#include "moving_pair.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "proximity_server/narrowphase/support.h"
+
+namespace proximity_server {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+bool isFiniteChain(const MotionChain& chain) {
+  return std::all_of(chain.begin(), chain.end(), [](const ScrewMotion& screw) {
+    return (0.0 * screw.start.matrix()).sum() + (0.0 * (screw.linear + screw.angular)).sum() == 0.0;
+  });
+}
+
+Vector3d originOf(const MotionChain& chain) {
+  return chain.empty() ? Vector3d(Vector3d::Zero()) : Vector3d(chain.front().start.translation());
+}
+
+/// [m] what is rounded along a chain: each screw turns what is behind it by an angle that is itself rounded.
+double roundedLengths(const MotionChain& chain, const Vector3d& origin, double reach) {
+  double sum = reach;
+  for (std::size_t i = chain.size(); i-- > 0;) {
+    const ScrewMotion& screw = chain[i];
+    const Vector3d start = screw.start.translation();
+    reach += (i == 0 ? Vector3d(start - origin) : start).norm() + screw.linear.norm();
+    sum += (1.0 + screw.angular.norm()) * reach;
+  }
+  return sum;
+}
+
+}  // namespace
+
+AxisBound::AxisBound(const End& begin, const End& end, const MotionBound& motion, double duration)
+    : begin_(begin.gap), end_(end.gap), duration_(duration) {
+  const Vector3d turn = end.normal - begin.normal;
+  const double fastest = turn.dot(motion.velocity) + turn.norm() * motion.deviation;
+  curvature_ = std::max(0.0, motion.acceleration + 2.0 * fastest / duration);
+  shortest_ = std::sqrt(std::max(0.0, 1.0 - 0.25 * turn.squaredNorm()));
+}
+
+/// With d = begin - level, the slope m at time 0 and the curvature k: d + m t + 1/2 k t^2 = 0, solved so that nothing
+/// cancels.
+double AxisBound::firstTimeAt(double level) const {
+  const double above = begin_ - (level < 0.0 ? level * shortest_ : level);
+  const double discriminant = slope() * slope() - 2.0 * curvature_ * above;
+  if (!(above > 0.0)) return 0.0;
+  if (!(slope() < 0.0) || discriminant < 0.0) return duration_;
+  return std::min(duration_, 2.0 * above / (std::sqrt(discriminant) - slope()));
+}
+
+double AxisBound::lowestTime() const {
+  if (slope() >= 0.0) return 0.0;
+  return slope() + curvature_ * duration_ <= 0.0 ? duration_ : -slope() / curvature_;
+}
+
+double AxisBound::at(double time) const {
+  const double gap = begin_ + slope() * time + 0.5 * curvature_ * time * time;
+  return gap < 0.0 ? gap / shortest_ : gap;
+}
+
+MovingPair::MovingPair(const Shape& a, const MotionChain& a_motion, const Shape& b, const MotionChain& b_motion)
+    : a_(a), b_(b), a_motion_(a_motion), b_motion_(b_motion), origin_(originOf(a_motion)) {
+  // To first order in eps, a support point and its pose are off by less than 32 eps of each length.
+  rounding_ = 32.0 * std::numeric_limits<double>::epsilon() *
+              (roundedLengths(a_motion, origin_, a.coreReach() + a.margin()) +
+               roundedLengths(b_motion, origin_, b.coreReach() + b.margin()));
+}
+
+bool MovingPair::isFinite() const { return isFiniteChain(a_motion_) && isFiniteChain(b_motion_); }
+
+/// The origin leaves before anything is added to what it is taken from.
+Isometry3d MovingPair::poseAt(const MotionChain& chain, double time) const {
+  if (chain.empty()) return Isometry3d(Eigen::Translation3d(-origin_));
+  ScrewMotion first = chain.front();
+  first.start.translation() -= origin_;
+  Isometry3d pose = first.at(time);
+  for (std::size_t i = 1; i < chain.size(); ++i) pose = pose * chain[i].at(time);
+  return pose;
+}
+
+MovingPair::Poses MovingPair::at(double time) const { return {poseAt(a_motion_, time), poseAt(b_motion_, time)}; }
+
+SignedDistance MovingPair::distance(const Poses& poses, const Options& options) {
+  Options inner = options;
+  inner.distance_tolerance = std::max(0.0, options.distance_tolerance - 2.0 * rounding_);
+  SignedDistance result = signedDistance(a_, b_, poses.a.inverse() * poses.b, inner, warm_start_);
+  result.lower_bound -= rounding_;
+  result.upper_bound += rounding_;
+  result.normal = (poses.a.linear() * result.normal).normalized();
+  result.point_a = poses.a * result.point_a;
+  result.point_b = result.point_a + result.distance * result.normal;
+  return result;
+}
+
+double MovingPair::gapAlong(const Vector3d& normal, const Poses& poses) {
+  const Vector3d on_a = supportPoint(a_, poses.a.linear().transpose() * normal, warm_start_.vertex_a);
+  const Vector3d on_b = supportPoint(b_, -(poses.b.linear().transpose() * normal), warm_start_.vertex_b);
+  return normal.dot(poses.b * on_b - poses.a * on_a) - a_.margin() - b_.margin() - rounding_;
+}
+
+MotionBound MovingPair::motion(double begin, double end) const {
+  const MotionBound of_a = motionBound(a_motion_, a_.centre(), a_.coreRadius(), begin, end);
+  const MotionBound of_b = motionBound(b_motion_, b_.centre(), b_.coreRadius(), begin, end);
+  return {of_b.velocity - of_a.velocity, of_a.deviation + of_b.deviation, of_a.acceleration + of_b.acceleration};
+}
+
+SignedDistance MovingPair::inChainsFrame(SignedDistance result) const {
+  result.point_a += origin_;
+  result.point_b = result.point_a + result.distance * result.normal;
+  return result;
+}
+
+}  // namespace proximity_server
