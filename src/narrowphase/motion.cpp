@@ -57,6 +57,20 @@ Isometry3d ScrewMotion::at(double time) const {
   return pose;
 }
 
+ScrewMotion ScrewMotion::inverse() const {
+  const Isometry3d back = start.inverse();
+  return {back, back.linear() * (angular.cross(start.translation()) - linear), -(back.linear() * angular)};
+}
+
+ScrewMotion operator*(const Isometry3d& pose, const ScrewMotion& screw) {
+  return {pose * screw.start, pose.linear() * screw.linear, pose.linear() * screw.angular};
+}
+
+ScrewMotion operator*(const ScrewMotion& screw, const Isometry3d& pose) {
+  const Vector3d offset = screw.start.linear() * pose.translation();
+  return {screw.start * pose, screw.linear + screw.angular.cross(offset), screw.angular};
+}
+
 Isometry3d poseAt(const MotionChain& chain, double time) {
   Isometry3d pose = Isometry3d::Identity();
   for (const ScrewMotion& screw : chain) pose = pose * screw.at(time);

@@ -6,38 +6,13 @@
 #include <string>
 #include <utility>
 
+#include "usable_pose.h"
+
 namespace proximity_server {
-namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-/// What a rotation matrix made of single precision numbers may be off: few float eps in each product of columns.
-constexpr double kRotationTolerance = 16.0 * std::numeric_limits<float>::epsilon();
-
-/// The largest entry of R^T R - 1.
-double errorOf(const Matrix3d& rotation) {
-  return (rotation.transpose() * rotation - Matrix3d::Identity()).cwiseAbs().maxCoeff();
-}
-
-/// Written so that NaN is refused too.
-bool isPose(const Isometry3d& pose, double error) {
-  return error <= kRotationTolerance && pose.linear().determinant() > 0.0 &&
-         std::isfinite(pose.translation().squaredNorm());
-}
-
-/// The rotation nearest to a matrix that is one within `error`, which is at most kRotationTolerance.
-///
-/// Source: Higham, Computing the Polar Decomposition, SIAM J. Sci. Stat. Comput. 1986: the Newton-Schulz step squares
-/// the error.
-Matrix3d nearestRotation(Matrix3d matrix, double error) {
-  for (; error > 4.0 * std::numeric_limits<double>::epsilon(); error *= error)
-    matrix = 0.5 * matrix * (3.0 * Matrix3d::Identity() - matrix.transpose() * matrix);
-  return matrix;
-}
-
-}  // namespace
 
 PlacedRobot::PlacedRobot(const RobotModel& model, std::shared_ptr<const Volumes> volumes)
     : model_(model),
@@ -53,11 +28,11 @@ void PlacedRobot::update(const BodyPoses& poses) {
   for (std::size_t i = 0; i < poses.size(); ++i) {
     if (model_.bodies[i].pieces.empty()) continue;
     BodyPlace& body = bodies_[i];
-    const double error = poses[i] ? errorOf(poses[i]->linear()) : 0.0;
-    body.known = poses[i] && isPose(*poses[i], error);
-    if (!body.known) continue;
-    body.rotation = nearestRotation(poses[i]->linear(), error);
-    body.origin = poses[i]->translation();
+    const std::optional<Isometry3d> pose = usablePose(poses[i]);
+    body.known = pose.has_value();
+    if (!pose) continue;
+    body.rotation = pose->linear();
+    body.origin = pose->translation();
   }
   placeSpheres();
 }

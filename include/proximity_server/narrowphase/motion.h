@@ -22,7 +22,17 @@ struct ScrewMotion {
   static ScrewMotion between(const Eigen::Isometry3d& start, const Eigen::Isometry3d& end);
 
   Eigen::Isometry3d at(double time) const;
+
+  /// The same motion seen from the frame that moves: inverse().at(t) = at(t).inverse().
+  ScrewMotion inverse() const;
+
+  bool isRest() const { return linear.isZero(0.0) && angular.isZero(0.0); }
 };
+
+/// The same motion seen from a frame that stands still to the first, and that of a frame fixed to the one that moves:
+/// (pose * screw).at(t) = pose * screw.at(t), (screw * pose).at(t) = screw.at(t) * pose.
+ScrewMotion operator*(const Eigen::Isometry3d& pose, const ScrewMotion& screw);
+ScrewMotion operator*(const ScrewMotion& screw, const Eigen::Isometry3d& pose);
 
 /// The motion of a frame as a product of screws, each in the frame of the one before: bodies joined by moving joints.
 using MotionChain = std::vector<ScrewMotion>;

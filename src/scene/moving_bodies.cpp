@@ -1,0 +1,125 @@
+#include "moving_bodies.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace proximity_server {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using Segments = std::vector<RobotMotion::Segment>;
+
+const RobotMotion::Segment& at(const Segments& segments, int body) { return segments[static_cast<std::size_t>(body)]; }
+
+/// The bodies from one up to the root of the motion, which is -1.
+std::vector<int> ancestry(const Segments& segments, int body) {
+  std::vector<int> bodies{body};
+  while (bodies.back() >= 0) bodies.push_back(at(segments, bodies.back()).parent);
+  return bodies;
+}
+
+/// The joints on the way from body a to body b, each as the motion of the frame behind it in the one before it.
+struct Step {
+  int body;  ///< behind it
+  ScrewMotion motion;
+};
+std::vector<Step> wayBetween(const Segments& segments, int body_a, int body_b) {
+  std::vector<int> up = ancestry(segments, body_a), down = ancestry(segments, body_b);
+  while (up.size() > 1 && down.size() > 1 && up[up.size() - 2] == down[down.size() - 2]) {
+    up.pop_back();
+    down.pop_back();
+  }
+  std::vector<Step> way;
+  for (std::size_t i = 0; i + 1 < up.size(); ++i) way.push_back({up[i + 1], at(segments, up[i]).motion.inverse()});
+  for (std::size_t i = down.size() - 1; i-- > 0;) way.push_back({down[i], at(segments, down[i]).motion});
+  return way;
+}
+
+/// The product of a chain and one more screw; what rests becomes a part of its neighbour.
+void append(const ScrewMotion& screw, MotionChain& chain) {
+  if (chain.empty() || !(screw.isRest() || chain.back().isRest()))
+    chain.push_back(screw);
+  else
+    chain.back() = screw.isRest() ? chain.back() * screw.start : chain.back().start * screw;
+}
+
+/// [m] what is rounded, see csoRounding: everything along a chain, turned by an angle that is itself rounded.
+double lengthOf(const MotionChain& chain, double reach) {
+  double sum = 0.0;
+  for (std::size_t i = chain.size(); i-- > 0;) {
+    reach += chain[i].start.translation().norm() + chain[i].linear.norm();
+    sum += (1.0 + chain[i].angular.norm()) * reach;
+  }
+  return sum;
+}
+
+/// The smallest distance of the origin from the points between two.
+double distanceToSegment(const Vector3d& begin, const Vector3d& end) {
+  const Vector3d along = end - begin;
+  const double length2 = along.squaredNorm();
+  const double part = length2 > 0.0 ? std::clamp(-begin.dot(along) / length2, 0.0, 1.0) : 0.0;
+  return (begin + part * along).norm();
+}
+
+}  // namespace
+
+MovingBodies::MovingBodies(const RobotMotion& motion, int body_a, const Bounds& a, int body_b, const Bounds& b)
+    : a_(a), b_(b) {
+  const Segments& segments = motion.segments();
+  for (const int end : {body_a, body_b})
+    for (int body = end; body >= 0; body = at(segments, body).parent) is_known_ &= at(segments, body).is_known;
+  if (!is_known_) return;
+
+  const std::vector<Step> way = wayBetween(segments, body_a, body_b);
+  const auto moving = std::count_if(way.begin(), way.end(), [](const Step& step) { return !step.motion.isRest(); });
+  std::size_t half = 0;
+  for (std::ptrdiff_t seen = 0; half < way.size() && seen < moving / 2; ++half) seen += !way[half].motion.isRest();
+
+  middle_ = half == 0 ? body_a : way[half - 1].body;
+  for (std::size_t i = half; i-- > 0;) append(way[i].motion.inverse(), chain_a_);
+  for (std::size_t i = half; i < way.size(); ++i) append(way[i].motion, chain_b_);
+  for (MotionChain* chain : {&chain_a_, &chain_b_})
+    if (chain->empty()) chain->push_back({});
+  rounding_ = kPoseRounding * (lengthOf(chain_a_, a_.reach) + lengthOf(chain_b_, b_.reach));
+}
+
+MotionChain MovingBodies::fixedTo(MotionChain chain, const Isometry3d& pose) {
+  chain.back() = chain.back() * pose;
+  return chain;
+}
+
+MovingBodies::Interval::Interval(int number) {
+  const int level = std::ilogb(number);
+  const double length = std::ldexp(1.0, -level);
+  begin = (number - (1 << level)) * length;
+  end = begin + length;
+}
+
+const MovingBodies::During& MovingBodies::during(int number) {
+  const auto index = static_cast<std::size_t>(number);
+  if (during_.size() <= index) during_.resize(index + 1);
+  During& during = during_[index];
+  if (during.is_known) return during;
+  const Interval interval(number);
+  const double duration = interval.end - interval.begin;
+  const double acceleration = motionBound(chain_a_, a_.centre, a_.radius, interval.begin, interval.end).acceleration +
+                              motionBound(chain_b_, b_.centre, b_.radius, interval.begin, interval.end).acceleration;
+  during = {true,
+            poseAt(chain_a_, interval.begin),
+            poseAt(chain_b_, interval.begin),
+            poseAt(chain_a_, interval.end),
+            poseAt(chain_b_, interval.end),
+            acceleration * duration * duration / 8.0};
+  return during;
+}
+
+MovingBodies::SphereGap MovingBodies::sphereGap(const Bounds& a, const Bounds& b, int interval) {
+  const During& poses = during(interval);
+  const Vector3d begin = poses.b_begin * b.centre - poses.a_begin * a.centre;
+  const Vector3d end = poses.b_end * b.centre - poses.a_end * a.centre;
+  return {distanceToSegment(begin, end) - poses.bulge - a.radius - b.radius - rounding_,
+          (end - begin).norm() + poses.bulge};
+}
+
+}  // namespace proximity_server
