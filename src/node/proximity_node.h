@@ -49,6 +49,8 @@ class ProximityNode {
   ros::ServiceServer penetration_depth_srv_;
   ros::ServiceServer query_pairs_srv_;
   ros::ServiceServer query_configuration_srv_;
+  ros::ServiceServer time_of_contact_srv_;
+  ros::ServiceServer query_trajectory_srv_;
   ros::ServiceServer reload_srv_;
   ros::ServiceServer enable_monitor_srv_;
 };

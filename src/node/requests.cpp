@@ -20,12 +20,8 @@ bool hasGeometry(const RobotModel& robot, int collision) {
   return !robot.collisions[static_cast<std::size_t>(collision)].pieces.empty();
 }
 
-int linkNamed(const RobotModel& robot, const std::string& name) {
-  const int index = robot.findLink(name);
-  if (index < 0) {
-    throw RequestError(QueryStatus::UNKNOWN_LINK, "there is no link '" + name + "': did you mean '" +
-                                                      nearestName(name, namesOf(robot.links)) + "'?");
-  }
+int linkWithGeometry(const RobotModel& robot, const std::string& name) {
+  const int index = linkNamed(robot, name);
   const std::vector<int>& collisions = linkAt(robot, index).collisions;
   if (std::none_of(collisions.begin(), collisions.end(), [&](int shape) { return hasGeometry(robot, shape); })) {
     throw RequestError(QueryStatus::NO_COLLISION_GEOMETRY, "link '" + name + "' has no collision geometry");
@@ -57,7 +53,7 @@ int shapeNumbered(const Link& link, std::uint32_t number) {
 }
 
 Subject subjectOf(const RobotModel& robot, const ShapeRef& ref) {
-  const int index = linkNamed(robot, ref.link);
+  const int index = linkWithGeometry(robot, ref.link);
   const Link& link = linkAt(robot, index);
   if (ref.index == 0 && ref.name.empty()) return {index, 0};
   const int number = ref.index > 0 ? shapeNumbered(link, ref.index) : shapeNamed(robot, link, ref.name);
@@ -147,6 +143,13 @@ QueryStatus RequestError::status() const {
   status.code = code_;
   status.message = what();
   return status;
+}
+
+int linkNamed(const RobotModel& robot, const std::string& name) {
+  const int index = robot.findLink(name);
+  if (index >= 0) return index;
+  throw RequestError(QueryStatus::UNKNOWN_LINK, "there is no link '" + name + "': did you mean '" +
+                                                    nearestName(name, namesOf(robot.links)) + "'?");
 }
 
 double finite(double value, const std::string& name) {
