@@ -19,21 +19,30 @@ Matrix3d crossProduct(const Vector3d& v) {
 /// A turn by the vector `angle` [rad], and the mean of all turns on the way there.
 ///
 /// Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation, 1994, 2.4 (exponential of a twist).
-struct Turn {
-  explicit Turn(const Vector3d& angle) {
-    const double x2 = angle.squaredNorm(), x = std::sqrt(x2);
-    const double sine = x > 0.0 ? std::sin(x) / x : 1.0;
-    const double half_sine = x > 0.0 ? std::sin(0.5 * x) / (0.5 * x) : 1.0;
-    const double versine = 0.5 * half_sine * half_sine;  // (1 - cos x) / x^2
-    // (x - sin x) / x^3 loses its digits to the difference where x is small; the next term of the series is 2e-17.
-    const bool is_small = x2 < 0.01;
-    const double rest =
-        is_small ? 1.0 / 6.0 - x2 * (1.0 / 120.0 - x2 * (1.0 / 5040.0 - x2 / 362880.0)) : (1.0 - sine) / x2;
-    const Matrix3d cross = crossProduct(angle), square = cross * cross;
-    rotation = Matrix3d::Identity() + sine * cross + versine * square;
-    mean = Matrix3d::Identity() + versine * cross + rest * square;
+class Turn {
+ public:
+  explicit Turn(const Vector3d& angle)
+      : cross_(crossProduct(angle)), square_(angle * angle.transpose()), x2_(angle.squaredNorm()) {
+    const double x = std::sqrt(x2_), half_sine = std::sin(0.5 * x), half_cosine = std::cos(0.5 * x);
+    const double per_half = x > 0.0 ? 2.0 * half_sine / x : 1.0;
+    square_.diagonal().array() -= x2_;
+    sine_ = per_half * half_cosine;
+    versine_ = 0.5 * per_half * per_half;
   }
-  Matrix3d rotation, mean;
+
+  Matrix3d rotation() const { return Matrix3d::Identity() + sine_ * cross_ + versine_ * square_; }
+
+  Matrix3d mean() const {
+    // (x - sin x) / x^3 loses its digits to the difference where x is small; the next term of the series is 2e-17.
+    const bool is_small = x2_ < 0.01;
+    const double rest =
+        is_small ? 1.0 / 6.0 - x2_ * (1.0 / 120.0 - x2_ * (1.0 / 5040.0 - x2_ / 362880.0)) : (1.0 - sine_) / x2_;
+    return Matrix3d::Identity() + versine_ * cross_ + rest * square_;
+  }
+
+ private:
+  Matrix3d cross_, square_;     ///< of the angle: its cross product, once and twice
+  double x2_, sine_, versine_;  ///< x^2, sin x / x, (1 - cos x) / x^2 of the angle x
 };
 
 }  // namespace
@@ -41,7 +50,7 @@ struct Turn {
 ScrewMotion ScrewMotion::between(const Isometry3d& start, const Isometry3d& end) {
   const Eigen::AngleAxisd turn(Matrix3d(end.linear() * start.linear().transpose()));
   ScrewMotion motion{start, end.translation() - start.translation(), turn.angle() * turn.axis()};
-  motion.linear = Turn(motion.angular).mean.inverse() * motion.linear;
+  motion.linear = Turn(motion.angular).mean().inverse() * motion.linear;
   return motion;
 }
 
@@ -52,8 +61,8 @@ Isometry3d ScrewMotion::at(double time) const {
     return pose;
   }
   const Turn turn(time * angular);
-  pose.linear() = turn.rotation * start.linear();
-  pose.translation() += time * (turn.mean * linear);
+  pose.linear() = turn.rotation() * start.linear();
+  if (!linear.isZero(0.0)) pose.translation() += time * (turn.mean() * linear);
   return pose;
 }
 

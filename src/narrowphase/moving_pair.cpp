@@ -33,6 +33,24 @@ double roundedLengths(const MotionChain& chain, const Vector3d& origin, double r
   return sum;
 }
 
+/// The origin leaves before anything is added to what it is taken from.
+ScrewMotion firstOf(const MotionChain& chain, const Vector3d& origin) {
+  ScrewMotion first = chain.empty() ? ScrewMotion() : chain.front();
+  first.start.translation() -= origin;
+  return first;
+}
+
+MovingPair::Pose poseAt(const ScrewMotion& first, const MotionChain& chain, double time) {
+  const Isometry3d start = first.at(time);
+  MovingPair::Pose pose{start.linear(), start.translation()};
+  for (std::size_t i = 1; i < chain.size(); ++i) {
+    const Isometry3d next = chain[i].at(time);
+    pose.origin += pose.rotation * next.translation();
+    pose.rotation = (pose.rotation * next.linear()).eval();
+  }
+  return pose;
+}
+
 }  // namespace
 
 AxisBound::AxisBound(const End& begin, const End& end, const MotionBound& motion, double duration)
@@ -64,7 +82,13 @@ double AxisBound::at(double time) const {
 }
 
 MovingPair::MovingPair(const Shape& a, const MotionChain& a_motion, const Shape& b, const MotionChain& b_motion)
-    : a_(a), b_(b), a_motion_(a_motion), b_motion_(b_motion), origin_(originOf(a_motion)) {
+    : a_(a),
+      b_(b),
+      a_motion_(a_motion),
+      b_motion_(b_motion),
+      origin_(originOf(a_motion)),
+      a_first_(firstOf(a_motion, origin_)),
+      b_first_(firstOf(b_motion, origin_)) {
   // To first order in eps, a support point and its pose are off by less than 32 eps of each length.
   rounding_ = 32.0 * std::numeric_limits<double>::epsilon() *
               (roundedLengths(a_motion, origin_, a.coreReach() + a.margin()) +
@@ -73,34 +97,30 @@ MovingPair::MovingPair(const Shape& a, const MotionChain& a_motion, const Shape&
 
 bool MovingPair::isFinite() const { return isFiniteChain(a_motion_) && isFiniteChain(b_motion_); }
 
-/// The origin leaves before anything is added to what it is taken from.
-Isometry3d MovingPair::poseAt(const MotionChain& chain, double time) const {
-  if (chain.empty()) return Isometry3d(Eigen::Translation3d(-origin_));
-  ScrewMotion first = chain.front();
-  first.start.translation() -= origin_;
-  Isometry3d pose = first.at(time);
-  for (std::size_t i = 1; i < chain.size(); ++i) pose = pose * chain[i].at(time);
-  return pose;
+MovingPair::Poses MovingPair::at(double time) const {
+  return {poseAt(a_first_, a_motion_, time), poseAt(b_first_, b_motion_, time)};
 }
-
-MovingPair::Poses MovingPair::at(double time) const { return {poseAt(a_motion_, time), poseAt(b_motion_, time)}; }
 
 SignedDistance MovingPair::distance(const Poses& poses, const Options& options) {
   Options inner = options;
   inner.distance_tolerance = std::max(0.0, options.distance_tolerance - 2.0 * rounding_);
-  SignedDistance result = signedDistance(a_, b_, poses.a.inverse() * poses.b, inner, warm_start_);
+  Isometry3d a_T_b = Isometry3d::Identity();
+  a_T_b.linear() = poses.a.rotation.transpose() * poses.b.rotation;
+  a_T_b.translation() = poses.a.rotation.transpose() * (poses.b.origin - poses.a.origin);
+  SignedDistance result = signedDistance(a_, b_, a_T_b, inner, warm_start_);
   result.lower_bound -= rounding_;
   result.upper_bound += rounding_;
-  result.normal = (poses.a.linear() * result.normal).normalized();
-  result.point_a = poses.a * result.point_a;
+  result.normal = (poses.a.rotation * result.normal).normalized();
+  result.point_a = poses.a.origin + poses.a.rotation * result.point_a;
   result.point_b = result.point_a + result.distance * result.normal;
   return result;
 }
 
 double MovingPair::gapAlong(const Vector3d& normal, const Poses& poses) {
-  const Vector3d on_a = supportPoint(a_, poses.a.linear().transpose() * normal, warm_start_.vertex_a);
-  const Vector3d on_b = supportPoint(b_, -(poses.b.linear().transpose() * normal), warm_start_.vertex_b);
-  return normal.dot(poses.b * on_b - poses.a * on_a) - a_.margin() - b_.margin() - rounding_;
+  const Vector3d on_a = supportPoint(a_, poses.a.rotation.transpose() * normal, warm_start_.vertex_a);
+  const Vector3d on_b = supportPoint(b_, -(poses.b.rotation.transpose() * normal), warm_start_.vertex_b);
+  const Vector3d between = poses.b.origin - poses.a.origin + (poses.b.rotation * on_b - poses.a.rotation * on_a);
+  return normal.dot(between) - a_.margin() - b_.margin() - rounding_;
 }
 
 MotionBound MovingPair::motion(double begin, double end) const {

@@ -44,8 +44,12 @@ class AxisBound {
 /// Frame: that of the chains, moved to where a's chain begins, so that its numbers are small.
 class MovingPair {
  public:
+  struct Pose {
+    Eigen::Matrix3d rotation;
+    Eigen::Vector3d origin;
+  };
   struct Poses {
-    Eigen::Isometry3d a, b;
+    Pose a, b;
   };
 
   /// All arguments outlive it.
@@ -69,12 +73,11 @@ class MovingPair {
   SignedDistance inChainsFrame(SignedDistance result) const;
 
  private:
-  Eigen::Isometry3d poseAt(const MotionChain& chain, double time) const;
-
   const Shape &a_, &b_;
   const MotionChain &a_motion_, &b_motion_;
   Eigen::Vector3d origin_;
-  double rounding_;  ///< [m] of a distance, by the poses
+  ScrewMotion a_first_, b_first_;  ///< of the chains, less the origin
+  double rounding_;                ///< [m] of a distance, by the poses
   WarmStart warm_start_;
 };
 

@@ -89,10 +89,11 @@ class Advancement {
 
   /// Sets the duration to that over which the parabola of the acceleration takes half of the gap away.
   void firstTrial(double time, double gap) {
-    const double rest = options_.end - time;
-    motion_ = pair_.motion(time, time + std::min(rest, 2.0 * duration_));
-    duration_ = motion_.acceleration > 0.0 ? std::min(rest, 2.0 * std::sqrt(gap / motion_.acceleration)) : rest;
-    motion_ = pair_.motion(time, time + duration_);
+    const double window = std::min(options_.end - time, 2.0 * duration_);
+    motion_ = pair_.motion(time, time + window);
+    const double half_gap = 2.0 * std::sqrt(gap / motion_.acceleration);  // infinite where nothing accelerates
+    duration_ = std::min(window, half_gap);
+    if (duration_ < 0.5 * window) motion_ = pair_.motion(time, time + duration_);
   }
 
   /// With the normal of the distance as axis all the time, or turning to another one.

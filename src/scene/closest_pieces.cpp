@@ -15,7 +15,11 @@ Options optionsFor(const Question& question, double limit, double padding) {
   return options;
 }
 
-/// Both surfaces moved outwards by half of the padding.
+/// Pairs of pieces that are remembered: all of a robot of up to 256 pieces.
+std::size_t rememberedPairs(std::size_t pieces) { return std::min<std::size_t>(pieces * pieces / 2, 1u << 15); }
+
+}  // namespace
+
 SignedDistance padded(SignedDistance result, double padding) {
   result.distance -= padding;
   result.lower_bound -= padding;
@@ -24,11 +28,6 @@ SignedDistance padded(SignedDistance result, double padding) {
   result.point_b = result.point_a + result.distance * result.normal;
   return result;
 }
-
-/// Pairs of pieces that are remembered: all of a robot of up to 256 pieces.
-std::size_t rememberedPairs(std::size_t pieces) { return std::min<std::size_t>(pieces * pieces / 2, 1u << 15); }
-
-}  // namespace
 
 bool isFinal(const SignedDistance& result, const Question& question) {
   return question.depth == Question::Depth::NotWanted && (result.distance <= 0.0 || result.status == Status::Threshold);

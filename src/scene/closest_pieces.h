@@ -13,6 +13,9 @@ inline bool isBeyond(const SignedDistance& result, double limit) { return result
 /// An overlap, which is as close as it gets where nobody asked for its depth.
 bool isFinal(const SignedDistance& result, const Question& question);
 
+/// The distance less a padding [m]: both surfaces moved outwards by half of it.
+SignedDistance padded(SignedDistance result, double padding);
+
 /// Two leaves, see Volumes.
 struct LeafPair {
   int a = -1, b = -1;

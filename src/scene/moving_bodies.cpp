@@ -65,7 +65,7 @@ double distanceToSegment(const Vector3d& begin, const Vector3d& end) {
 }  // namespace
 
 MovingBodies::MovingBodies(const RobotMotion& motion, int body_a, const Bounds& a, int body_b, const Bounds& b)
-    : a_(a), b_(b) {
+    : body_a_(body_a), body_b_(body_b), a_(a), b_(b) {
   const Segments& segments = motion.segments();
   for (const int end : {body_a, body_b})
     for (int body = end; body >= 0; body = at(segments, body).parent) is_known_ &= at(segments, body).is_known;
@@ -81,7 +81,7 @@ MovingBodies::MovingBodies(const RobotMotion& motion, int body_a, const Bounds& 
   for (std::size_t i = half; i < way.size(); ++i) append(way[i].motion, chain_b_);
   for (MotionChain* chain : {&chain_a_, &chain_b_})
     if (chain->empty()) chain->push_back({});
-  rounding_ = kPoseRounding * (lengthOf(chain_a_, a_.reach) + lengthOf(chain_b_, b_.reach));
+  length_ = lengthOf(chain_a_, a_.reach) + lengthOf(chain_b_, b_.reach);
 }
 
 MotionChain MovingBodies::fixedTo(MotionChain chain, const Isometry3d& pose) {
@@ -96,30 +96,51 @@ MovingBodies::Interval::Interval(int number) {
   end = begin + length;
 }
 
-const MovingBodies::During& MovingBodies::during(int number) {
-  const auto index = static_cast<std::size_t>(number);
-  if (during_.size() <= index) during_.resize(index + 1);
-  During& during = during_[index];
-  if (during.is_known) return during;
-  const Interval interval(number);
-  const double duration = interval.end - interval.begin;
-  const double acceleration = motionBound(chain_a_, a_.centre, a_.radius, interval.begin, interval.end).acceleration +
-                              motionBound(chain_b_, b_.centre, b_.radius, interval.begin, interval.end).acceleration;
-  during = {true,
-            poseAt(chain_a_, interval.begin),
-            poseAt(chain_b_, interval.begin),
-            poseAt(chain_a_, interval.end),
-            poseAt(chain_b_, interval.end),
-            acceleration * duration * duration / 8.0};
-  return during;
+const BodyPoses& PosesInTime::at(double time) {
+  const auto known = known_.find(time);
+  return known != known_.end() ? known->second : known_.emplace(time, motion_.at(time)).first->second;
 }
 
-MovingBodies::SphereGap MovingBodies::sphereGap(const Bounds& a, const Bounds& b, int interval) {
-  const During& poses = during(interval);
-  const Vector3d begin = poses.b_begin * b.centre - poses.a_begin * a.centre;
-  const Vector3d end = poses.b_end * b.centre - poses.a_end * a.centre;
-  return {distanceToSegment(begin, end) - poses.bulge - a.radius - b.radius - rounding_,
-          (end - begin).norm() + poses.bulge};
+const MovingBodies::During& MovingBodies::during(int number, PosesInTime& poses) {
+  if (const auto known = during_.find(number); known != during_.end()) return known->second;
+  const auto [begin, end] = Interval(number);
+  const double middle = 0.5 * (begin + end), duration = end - begin;
+  double far = 0.0;
+  const auto seen = [&](int body, double time) -> Isometry3d {
+    const BodyPoses& all = poses.at(time);
+    const Isometry3d& pose = *all[static_cast<std::size_t>(body)];
+    far = std::max(far, pose.translation().norm());
+    return middle_ < 0 ? pose : all[static_cast<std::size_t>(middle_)]->inverse() * pose;
+  };
+  const MotionBound of_a = motionBound(chain_a_, a_.centre, a_.radius, begin, end);
+  const MotionBound of_b = motionBound(chain_b_, b_.centre, b_.radius, begin, end);
+  const double speed = (of_b.velocity - of_a.velocity).norm() + of_a.deviation + of_b.deviation;
+  During during{seen(body_a_, begin),
+                seen(body_b_, begin),
+                seen(body_a_, middle),
+                seen(body_b_, middle),
+                seen(body_a_, end),
+                seen(body_b_, end),
+                (of_a.acceleration + of_b.acceleration) * duration * duration / 8.0,
+                0.5 * duration * speed,
+                0.0};
+  during.rounding = kPoseRounding * (length_ + 4.0 * far);
+  return during_.emplace(number, during).first->second;
+}
+
+MovingBodies::SphereGap MovingBodies::sphereGap(const Bounds& a, const Bounds& b, int interval, PosesInTime& poses) {
+  const During& here = during(interval, poses);
+  const Vector3d begin = here.b_begin * b.centre - here.a_begin * a.centre;
+  const Vector3d end = here.b_end * b.centre - here.a_end * a.centre;
+  return {distanceToSegment(begin, end) - here.bulge - a.radius - b.radius - here.rounding,
+          (end - begin).norm() + here.bulge};
+}
+
+double MovingBodies::boxGap(const Bounds& a, const Bounds& b, int interval, PosesInTime& poses) {
+  const During& here = during(interval, poses);
+  const Vector3d between = here.b_middle * b.centre - here.a_middle * a.centre;
+  return proximity_server::boxGap(between, a, here.a_middle.linear() * a.axes, b, here.b_middle.linear() * b.axes) -
+         here.drift - here.rounding;
 }
 
 }  // namespace proximity_server

@@ -1,11 +1,24 @@
 #pragma once
 
+#include <map>
 #include <vector>
 
 #include "bounds.h"
 #include "proximity_server/scene/robot_motion.h"
 
 namespace proximity_server {
+
+/// The poses of a robot in motion, each time computed once.
+class PosesInTime {
+ public:
+  explicit PosesInTime(const RobotMotion& motion) : motion_(motion) {}
+
+  const BodyPoses& at(double time);
+
+ private:
+  const RobotMotion& motion_;
+  std::map<double, BodyPoses> known_;
+};
 
 /// Two bodies in motion, seen from a body between them: the one in the middle of the joints that move, so that each of
 /// the two moves little.
@@ -35,25 +48,30 @@ class MovingBodies {
   struct SphereGap {
     double gap, travel;
   };
-  SphereGap sphereGap(const Bounds& a, const Bounds& b, int interval);
+  SphereGap sphereGap(const Bounds& a, const Bounds& b, int interval, PosesInTime& poses);
+
+  /// The same bound for their boxes: the gap in the middle of the interval, less how far any point moves from there.
+  double boxGap(const Bounds& a, const Bounds& b, int interval, PosesInTime& poses);
 
  private:
   /// What all parts of the bodies have in common during an interval.
   struct During {
-    bool is_known = false;
-    Eigen::Isometry3d a_begin, b_begin, a_end, b_end;
-    double bulge;  ///< [m] by which a point of b, seen from one of a, leaves its chord
+    Eigen::Isometry3d a_begin, b_begin, a_middle, b_middle, a_end, b_end;
+    double bulge;     ///< [m] by which a point of b, seen from one of a, leaves its chord
+    double drift;     ///< [m] by which it leaves its place in the middle
+    double rounding;  ///< [m] of a distance
   };
 
   static MotionChain fixedTo(MotionChain chain, const Eigen::Isometry3d& pose);
-  const During& during(int interval);
+  const During& during(int interval, PosesInTime& poses);
 
+  const int body_a_, body_b_;
   bool is_known_ = true;
   int middle_ = -1;
   MotionChain chain_a_, chain_b_;  ///< without those that rest; never empty
   Bounds a_, b_;
-  double rounding_ = 0.0;       ///< [m] of a distance
-  std::vector<During> during_;  ///< by the number of the interval
+  double length_ = 0.0;           ///< [m] of the chains, in which each pose is rounded
+  std::map<int, During> during_;  ///< by the number of the interval
 };
 
 }  // namespace proximity_server

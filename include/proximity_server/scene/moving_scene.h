@@ -44,6 +44,8 @@ struct RobotMinimum {
   MotionCounts counts;
 };
 
+class MotionSearch;
+
 /// One robot in motion: the scratch of one caller. Not thread-safe.
 ///
 /// Pairs of volumes (links, then parts of them, then convex pieces) and intervals of time are looked at best-first: the
@@ -66,8 +68,7 @@ class MovingScene {
                        const MotionQuestion& question = {});
 
  private:
-  class Search;
-  std::unique_ptr<Search> search_;
+  std::unique_ptr<MotionSearch> search_;
 };
 
 }  // namespace proximity_server

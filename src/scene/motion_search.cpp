@@ -1,0 +1,263 @@
+#include "motion_search.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "closest_pieces.h"
+
+namespace proximity_server {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr int kMostLevels = 6;  // of intervals; the narrowphase divides shorter ones itself
+
+/// The clock is read now and then only.
+bool isOver(const MotionQuestion& question, int visits) {
+  using Clock = std::chrono::steady_clock;
+  return question.deadline != Clock::time_point::max() && visits % 8 == 1 && Clock::now() > question.deadline;
+}
+
+/// Of two answers, of which each left something open: the later one in the enumeration left more.
+Status lessComplete(Status p, Status q) { return std::max(p, q); }
+
+/// Nothing is said where nothing is known.
+Status statusOf(Status status, const MotionCounts& counts) {
+  return counts.unknown == counts.pairs ? Status::Unknown : status;
+}
+
+}  // namespace
+
+MotionSearch::MotionSearch(std::shared_ptr<const SceneModel> model)
+    : model_(std::move(model)), volumes_(model_->robot), scene_(model_) {}
+
+double MotionSearch::paddingOf(const SubjectPair& pair) const {
+  const int index = model_->pairs.find(pair.a.link, pair.b.link);
+  return index < 0 ? 0.0 : model_->pairs.pairs[static_cast<std::size_t>(index)].padding;
+}
+
+const Piece& MotionSearch::pieceOf(int leaf) const {
+  return model_->robot.pieces[static_cast<std::size_t>(volumes_[leaf].piece)];
+}
+
+void MotionSearch::begin(const std::vector<SubjectPair>& pairs, const RobotMotion& motion, Order order,
+                         MotionCounts& counts) {
+  if (motion.segments().size() != model_->robot.bodies.size())
+    throw std::invalid_argument("the robot has " + std::to_string(model_->robot.bodies.size()) +
+                                " bodies, but the motion is of " + std::to_string(motion.segments().size()));
+  order_ = order;
+  queue_.clear();
+  subjects_.clear();
+  poses_.emplace(motion);
+  for (const SubjectPair& pair : pairs) {
+    const int a = volumes_.of(pair.a), b = volumes_.of(pair.b);
+    MovingBodies bodies(motion, volumes_[a].body, volumes_[a].bounds, volumes_[b].body, volumes_[b].bounds);
+    if (volumes_[a].isEmpty() || volumes_[b].isEmpty() || !bodies.isKnown()) continue;
+    subjects_.push_back({pair, paddingOf(pair), a, b, std::move(bodies)});
+  }
+  counts.pairs = static_cast<int>(pairs.size());
+  counts.unknown = counts.pairs - static_cast<int>(subjects_.size());
+}
+
+/// Queues what one bound for the whole motion does not settle, and returns how many pairs it does.
+int MotionSearch::enterAll(double limit) {
+  for (int i = 0; i < static_cast<int>(subjects_.size()); ++i) {
+    const MovingSubjects& subjects = subjects_[static_cast<std::size_t>(i)];
+    const Visit visit = withSpheres({-kInfinity, i, subjects.a, subjects.b, 1, 0.0});
+    if (!(visit.lower_bound > limit)) push(visit);
+  }
+  return static_cast<int>(subjects_.size() - queue_.size());
+}
+
+bool MotionSearch::goesLater(const Visit& p, const Visit& q) const {
+  if (order_ == Order::Earliest) {
+    const double of_p = MovingBodies::Interval(p.interval).begin, of_q = MovingBodies::Interval(q.interval).begin;
+    if (of_p != of_q) return of_p > of_q;
+  }
+  return p.lower_bound > q.lower_bound;
+}
+
+void MotionSearch::push(const Visit& visit) {
+  queue_.push_back(visit);
+  std::push_heap(queue_.begin(), queue_.end(), [this](const Visit& p, const Visit& q) { return goesLater(p, q); });
+}
+
+MotionSearch::Visit MotionSearch::pop() {
+  std::pop_heap(queue_.begin(), queue_.end(), [this](const Visit& p, const Visit& q) { return goesLater(p, q); });
+  const Visit first = queue_.back();
+  queue_.pop_back();
+  return first;
+}
+
+MotionSearch::Visit MotionSearch::withSpheres(Visit visit) {
+  MovingSubjects& subjects = subjectsOf(visit);
+  const MovingBodies::SphereGap spheres =
+      subjects.bodies.sphereGap(volumes_[visit.a].bounds, volumes_[visit.b].bounds, visit.interval, *poses_);
+  visit.lower_bound = std::max(visit.lower_bound, spheres.gap - subjects.padding);
+  visit.travel = spheres.travel;
+  return visit;
+}
+
+MotionSearch::Visit MotionSearch::withBoxes(Visit visit) {
+  MovingSubjects& subjects = subjectsOf(visit);
+  const double gap =
+      subjects.bodies.boxGap(volumes_[visit.a].bounds, volumes_[visit.b].bounds, visit.interval, *poses_);
+  visit.lower_bound = std::max(visit.lower_bound, gap - subjects.padding);
+  return visit;
+}
+
+/// In time where they move farther than they are large, else the larger of the two volumes.
+void MotionSearch::divide(const Visit& visit, double limit) {
+  const Volume &a = volumes_[visit.a], &b = volumes_[visit.b];
+  const auto enter = [&](Visit part) {
+    part = withSpheres(part);
+    if (!(part.lower_bound > limit)) part = withBoxes(part);
+    if (!(part.lower_bound > limit)) push(part);
+  };
+  const bool divide_a = !a.isLeaf() && (b.isLeaf() || a.bounds.radius >= b.bounds.radius);
+  Visit part = visit;
+  if (visit.travel > (divide_a ? a : b).bounds.radius && visit.interval < 1 << kMostLevels) {
+    for (const int half : {2 * visit.interval, 2 * visit.interval + 1}) {
+      part.interval = half;
+      enter(part);
+    }
+  } else {
+    for (const int volume : divide_a ? a.parts : b.parts) {
+      (divide_a ? part.a : part.b) = volume;
+      enter(part);
+    }
+  }
+}
+
+TimeOfContact MotionSearch::contactOf(const Visit& visit, const MotionQuestion& question, double latest) {
+  const MovingSubjects& subjects = subjectsOf(visit);
+  const MovingBodies::Interval interval(visit.interval);
+  const Piece &a = pieceOf(visit.a), &b = pieceOf(visit.b);
+  ContactOptions options;
+  options.clearance = question.clearance + subjects.padding;
+  options.tolerance = question.tolerance;
+  options.begin = interval.begin;
+  options.end = std::min(interval.end, latest);
+  return timeOfContact(a.shape, subjects.bodies.chainOfA(a.body_T_piece), b.shape,
+                       subjects.bodies.chainOfB(b.body_T_piece), options);
+}
+
+MinimumOverMotion MotionSearch::minimumOf(const Visit& visit, const MotionQuestion& question, double upper_bound) {
+  const MovingSubjects& subjects = subjectsOf(visit);
+  const MovingBodies::Interval interval(visit.interval);
+  const Piece &a = pieceOf(visit.a), &b = pieceOf(visit.b);
+  MinimumOptions options;
+  options.tolerance = question.tolerance;
+  options.begin = interval.begin;
+  options.end = interval.end;
+  options.stop_above = upper_bound - question.tolerance + subjects.padding;
+  MinimumOverMotion minimum = minimumDistance(a.shape, subjects.bodies.chainOfA(a.body_T_piece), b.shape,
+                                              subjects.bodies.chainOfB(b.body_T_piece), options);
+  minimum.lower_bound -= subjects.padding;
+  minimum.upper_bound -= subjects.padding;
+  return minimum;
+}
+
+RobotContact MotionSearch::firstContact(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
+                                        const MotionQuestion& question) {
+  RobotContact answer;
+  begin(pairs, motion, Order::Earliest, answer.counts);
+  answer.counts.by_one_bound = enterAll(question.clearance);
+  Status open = Status::Converged;
+  double undecided = kInfinity, latest = 1.0;  // after the one some pair may be in contact, at the other one is
+  while (!queue_.empty()) {
+    const Visit visit = pop();
+    const double time = MovingBodies::Interval(visit.interval).begin;
+    if (time > latest || (answer.contact && time == latest)) break;
+    if (isOver(question, ++answer.counts.intervals)) {
+      undecided = std::min(undecided, time);
+      open = lessComplete(open, Status::IterationLimit);
+      break;
+    }
+    if (!isLeaf(visit)) {
+      divide(visit, question.clearance);
+      continue;
+    }
+    const TimeOfContact contact = contactOf(visit, question, latest);
+    answer.counts.queries += contact.queries;
+    if (contact.status != Status::Converged) {
+      open = lessComplete(open, contact.status);
+      undecided = std::min(undecided, contact.t_free);
+    } else if (contact.contact && (!answer.contact || contact.t_contact < latest)) {
+      answer.contact = true;
+      answer.t_contact = latest = contact.t_contact;
+      answer.pair = found(visit, contact.at_contact, contact.t_contact);
+    }
+  }
+  answer.t_free = std::min(undecided, latest);
+  answer.status = statusOf(undecided < latest ? open : Status::Converged, answer.counts);
+  return answer;
+}
+
+/// A few states on the way: what is at most as far apart there leaves little to be looked at in between.
+void MotionSearch::considerStates(const std::vector<SubjectPair>& pairs, RobotMinimum& answer) {
+  for (const double time : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+    scene_.update(poses_->at(time));
+    const PairProximity* closest = scene_.minimum(pairs);
+    if (!closest || !(closest->result.upper_bound < answer.upper_bound)) continue;
+    answer.upper_bound = closest->result.upper_bound;
+    answer.time = time;
+    answer.pair = *closest;
+  }
+}
+
+RobotMinimum MotionSearch::minimum(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
+                                   const MotionQuestion& question) {
+  RobotMinimum answer;
+  begin(pairs, motion, Order::Nearest, answer.counts);
+  considerStates(pairs, answer);
+  answer.counts.by_one_bound = enterAll(answer.upper_bound);
+  answer.status = Status::Converged;
+  double proven = kInfinity;  // [m] the smallest bound of all pieces that were measured
+  while (!queue_.empty() && queue_.front().lower_bound < answer.upper_bound - question.tolerance) {
+    if (isOver(question, ++answer.counts.intervals)) {
+      answer.status = Status::IterationLimit;
+      break;
+    }
+    const Visit visit = pop();
+    if (!isLeaf(visit)) {
+      divide(visit, answer.upper_bound);
+      continue;
+    }
+    const MinimumOverMotion pieces = minimumOf(visit, question, answer.upper_bound);
+    answer.counts.queries += pieces.queries;
+    proven = std::min(proven, pieces.lower_bound);
+    if (pieces.status != Status::Threshold) answer.status = lessComplete(answer.status, pieces.status);
+    if (!(pieces.upper_bound < answer.upper_bound)) continue;
+    answer.upper_bound = pieces.upper_bound;
+    answer.time = pieces.time;
+    answer.pair = found(visit, pieces.at_minimum, pieces.time);
+  }
+  const double open = queue_.empty() ? kInfinity : queue_.front().lower_bound;
+  answer.lower_bound = std::min({proven, open, answer.upper_bound});
+  answer.status = statusOf(answer.status, answer.counts);
+  return answer;
+}
+
+/// A result of the narrowphase as an answer about links, in the frame of the poses.
+PairProximity MotionSearch::found(const Visit& visit, SignedDistance result, double time) {
+  const MovingSubjects& subjects = subjectsOf(visit);
+  const Volume &a = volumes_[visit.a], &b = volumes_[visit.b];
+  if (const int middle = subjects.bodies.middle(); middle >= 0) {
+    const Eigen::Isometry3d& pose = *poses_->at(time)[static_cast<std::size_t>(middle)];
+    result.normal = (pose.linear() * result.normal).normalized();
+    result.point_a = pose * result.point_a;
+  }
+  PairProximity proximity;
+  proximity.asked = subjects.asked;
+  proximity.collision_a = collisionOf(model_->robot, a.piece).number;
+  proximity.collision_b = collisionOf(model_->robot, b.piece).number;
+  proximity.result = padded(result, subjects.padding);
+  proximity.representation = std::max(a.representation, b.representation);
+  const bool is_compound = !volumes_[subjects.a].isLeaf() || !volumes_[subjects.b].isLeaf();
+  proximity.depth_is_lower_bound = proximity.result.distance < 0.0 && is_compound;
+  return proximity;
+}
+
+}  // namespace proximity_server
