@@ -3,17 +3,6 @@
 #include <cmath>
 
 namespace proximity_server {
-namespace {
-
-QueryStatus withoutVelocity(const Joint& joint, const std::string& why) {
-  QueryStatus status;
-  status.code = QueryStatus::NO_VELOCITY;
-  status.message = "joint '" + joint.name + "': " + why;
-  return status;
-}
-
-}  // namespace
-
 void JointVelocities::listen() {
   if (subscriber_) return;
   subscriber_ = nh_.subscribe<sensor_msgs::JointState>(
@@ -40,21 +29,28 @@ VelocitySnapshot JointVelocities::lookUp(const Robot& robot, const std::vector<i
   for (const int index : joints) {
     const Joint& joint = robot.links().joints[static_cast<std::size_t>(index)];
     const auto entry = latest_.find(joint.name);
-    if (entry == latest_.end() || !std::isfinite(entry->second.velocity)) {
-      snapshot.status = withoutVelocity(joint, "joint_states has no velocity of it");
-      return snapshot;
+    const std::string problem =
+        problemOf(joint, entry == latest_.end() ? nullptr : &entry->second, now, robot.config().max_tf_age);
+    if (problem.empty()) {
+      snapshot.velocities[static_cast<std::size_t>(index)] = entry->second.velocity;
+      continue;
     }
-    // As numbers: ros::Duration throws for stamps that are decades apart.
-    const double age = now.toSec() - entry->second.stamp.toSec();
-    if (!(std::abs(age) <= robot.config().max_tf_age)) {
-      snapshot.status =
-          withoutVelocity(joint, "its latest velocity is " + std::to_string(age) + " s old, max_tf_age is " +
-                                     std::to_string(robot.config().max_tf_age) + " s");
-      return snapshot;
-    }
-    snapshot.velocities[static_cast<std::size_t>(index)] = entry->second.velocity;
+    snapshot.status.code = QueryStatus::NO_VELOCITY;
+    snapshot.status.message = "joint '" + joint.name + "': " + problem;
+    return snapshot;
   }
   return snapshot;
+}
+
+std::string JointVelocities::problemOf(const Joint& joint, const Entry* entry, const ros::Time& now, double max_age) {
+  if (joint.type == Joint::Type::Floating || joint.type == Joint::Type::Planar) {
+    return "it is floating or planar, it has not one velocity";
+  }
+  if (!entry || !std::isfinite(entry->velocity)) return "joint_states has no velocity of it";
+  // As numbers: ros::Duration throws for stamps that are decades apart.
+  const double age = now.toSec() - entry->stamp.toSec();
+  if (std::abs(age) <= max_age) return {};
+  return "its latest velocity is " + std::to_string(age) + " s old, max_tf_age is " + std::to_string(max_age) + " s";
 }
 
 }  // namespace proximity_server

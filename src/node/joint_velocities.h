@@ -38,6 +38,9 @@ class JointVelocities {
 
   void onJointState(const sensor_msgs::JointState& state);
 
+  /// Why a joint has no usable velocity; "" where it has one.
+  static std::string problemOf(const Joint& joint, const Entry* entry, const ros::Time& now, double max_age);
+
   ros::NodeHandle nh_;
   mutable std::mutex mutex_;
   std::map<std::string, Entry> latest_;

@@ -19,8 +19,9 @@ namespace {
 /// Publishes joint_states a hundred times a second, with the current time.
 class JointStates {
  public:
-  JointStates()
-      : publisher_(nh_.advertise<sensor_msgs::JointState>("joint_states", 10)),
+  explicit JointStates(const std::string& ns = "/")
+      : nh_(ns),
+        publisher_(nh_.advertise<sensor_msgs::JointState>("joint_states", 10)),
         timer_(nh_.createWallTimer(
             ros::WallDuration(0.01), [this](const ros::WallTimerEvent&) { publish(ros::Time::now()); }, false, false)) {
   }
@@ -177,6 +178,40 @@ TEST_F(LookaheadOfTheMonitor, IsOffUntilItIsAskedFor) {
   const auto on = inbox.next([](const Clearance& message) { return message.lookahead.state == Lookahead::CONTACT; });
   ASSERT_TRUE(on);
   EXPECT_NEAR(on->lookahead.time_to_contact, 1.36, 1e-5);  // the stop distance is 0.02
+}
+
+// followers.urdf: with "lead" at x the ball is at (x, 0, 0) and the shadow at (0, 2 x + 0.5, 0); its joint follows.
+TEST(LookaheadOfFollowers, TakesTheVelocityOfTheirLeader) {
+  Gantry tf(ros::NodeHandle(), "/followers/tf");
+  ASSERT_TRUE(tf.awaitListeners(2));
+  const auto place = [&](const std::string& link, double y, double z) {
+    geometry_msgs::TransformStamped transform = Gantry::slide({0.0, 0.0, 0.0});
+    transform.child_frame_id = link;
+    transform.transform.translation.y = y;
+    transform.transform.translation.z = z;
+    tf.publish(transform, ros::Time::now());
+  };
+  JointStates joint_states("/followers");
+  joint_states.hold({{"lead", -0.2}});
+  Inbox<Clearance> one_pair(ros::NodeHandle(), "/followers/one_pair/clearance");
+  const auto known = one_pair.next([&](const Clearance& message) {
+    place("ball", 0.0, 0.0);
+    place("shadow", 0.5, 0.0);
+    place("drone", 0.0, 3.0);
+    return message.lookahead.state == Lookahead::CONTACT;
+  });
+  ASSERT_TRUE(known);
+  // The centres are 0.3 apart, the two 0.1, when x^2 + (2 x + 0.5)^2 = 0.09.
+  const double x = (std::sqrt(0.8) - 2.0) / 10.0;
+  EXPECT_NEAR(known->lookahead.time_to_contact, x / -0.2, 1e-5);
+
+  Inbox<Clearance> all_pairs(ros::NodeHandle(), "/followers/all_pairs/clearance");
+  const auto unknown = all_pairs.next([&](const Clearance& message) { return message.level != Clearance::INVALID; });
+  ASSERT_TRUE(unknown);
+  EXPECT_EQ(unknown->lookahead.state, Lookahead::UNKNOWN);
+  EXPECT_EQ(unknown->lookahead.status.code, QueryStatus::NO_VELOCITY);
+  EXPECT_NE(unknown->lookahead.status.message.find("joint 'flight': it is floating"), std::string::npos)
+      << unknown->lookahead.status.message;
 }
 
 }  // namespace
