@@ -22,11 +22,6 @@ bool isOver(const MotionQuestion& question, int visits) {
 /// Of two answers, of which each left something open: the later one in the enumeration left more.
 Status lessComplete(Status p, Status q) { return std::max(p, q); }
 
-/// Nothing is said where nothing is known.
-Status statusOf(Status status, const MotionCounts& counts) {
-  return counts.unknown == counts.pairs ? Status::Unknown : status;
-}
-
 }  // namespace
 
 MotionSearch::MotionSearch(std::shared_ptr<const SceneModel> model)
@@ -163,6 +158,7 @@ RobotContact MotionSearch::firstContact(const std::vector<SubjectPair>& pairs, c
                                         const MotionQuestion& question) {
   RobotContact answer;
   begin(pairs, motion, Order::Earliest, answer.counts);
+  if (subjects_.empty()) return answer;
   answer.counts.by_one_bound = enterAll(question.clearance);
   Status open = Status::Converged;
   double undecided = kInfinity, latest = 1.0;  // after the one some pair may be in contact, at the other one is
@@ -191,7 +187,7 @@ RobotContact MotionSearch::firstContact(const std::vector<SubjectPair>& pairs, c
     }
   }
   answer.t_free = std::min(undecided, latest);
-  answer.status = statusOf(undecided < latest ? open : Status::Converged, answer.counts);
+  answer.status = undecided < latest ? open : Status::Converged;
   return answer;
 }
 
@@ -211,6 +207,7 @@ RobotMinimum MotionSearch::minimum(const std::vector<SubjectPair>& pairs, const 
                                    const MotionQuestion& question) {
   RobotMinimum answer;
   begin(pairs, motion, Order::Nearest, answer.counts);
+  if (subjects_.empty()) return answer;
   considerStates(pairs, answer);
   answer.counts.by_one_bound = enterAll(answer.upper_bound);
   answer.status = Status::Converged;
@@ -236,7 +233,6 @@ RobotMinimum MotionSearch::minimum(const std::vector<SubjectPair>& pairs, const 
   }
   const double open = queue_.empty() ? kInfinity : queue_.front().lower_bound;
   answer.lower_bound = std::min({proven, open, answer.upper_bound});
-  answer.status = statusOf(answer.status, answer.counts);
   return answer;
 }
 

@@ -1,6 +1,8 @@
 #include "proximity_server/scene/robot_motion.h"
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <stdexcept>
 #include <string>
 
@@ -57,11 +59,12 @@ RobotMotion RobotMotion::ofJoints(const RobotModel& model, const BodyPoses& star
     const std::optional<Isometry3d> parent =
         body.parent < 0 ? Isometry3d::Identity() : usablePose(start[static_cast<std::size_t>(body.parent)]);
     segment.is_known = pose && parent;
+    const double own_travel = body.joint < 0 ? 0.0 : travelOf(model, body.joint, travel);
     if (segment.is_known) {
       segment.motion.start = parent->inverse() * *pose;
       if (body.joint >= 0)
-        segment.motion = jointScrew(model.joints[static_cast<std::size_t>(body.joint)],
-                                    travelOf(model, body.joint, travel), segment.motion.start);
+        segment.motion =
+            jointScrew(model.joints[static_cast<std::size_t>(body.joint)], own_travel, segment.motion.start);
     }
     motion.segments_.push_back(segment);
   }
@@ -73,7 +76,7 @@ RobotMotion RobotMotion::ofJoints(const RobotModel& model, const std::vector<dou
   const BodyPoses start = forwardKinematics(model, from);
   require(to.size(), from.size(), "positions to go to", "movable joints");
   std::vector<double> travel(to.size());
-  for (std::size_t i = 0; i < to.size(); ++i) travel[i] = to[i] - from[i];
+  std::transform(to.begin(), to.end(), from.begin(), travel.begin(), std::minus<>());
   return ofJoints(model, start, travel);
 }
 

@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "csv.h"
+
 namespace proximity_server {
 namespace {
 
@@ -50,9 +52,10 @@ ClearancePlot::~ClearancePlot() {
   std::filesystem::remove(data_path_, ignored);
 }
 
-void ClearancePlot::draw() {
+void ClearancePlot::draw(double limit) {
   data_.close();
-  if (!runPython({script_, data_path_, png_})) throw std::invalid_argument("--plot: " + png_ + " could not be drawn");
+  if (!runPython({script_, data_path_, png_, numberText(limit)}))
+    throw std::invalid_argument("--plot: " + png_ + " could not be drawn");
 }
 
 }  // namespace proximity_server

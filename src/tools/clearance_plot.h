@@ -18,8 +18,9 @@ class ClearancePlot {
   /// Takes the rows as CSV.
   std::ostream& data() { return data_; }
 
-  /// Throws std::invalid_argument naming the picture where drawing fails.
-  void draw();
+  /// `limit` [m] is the clearance that a line marks. Throws std::invalid_argument naming the picture where drawing
+  /// fails.
+  void draw(double limit);
 
  private:
   std::string png_, script_, data_path_;

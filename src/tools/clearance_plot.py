@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""clearance_plot.py DATA.csv PICTURE.png: the rows of `clearance` as a picture; without arguments: whether it can."""
+"""clearance_plot.py DATA.csv PICTURE.png LIMIT: the rows of `clearance` as a picture, and a line at the clearance LIMIT
+[m]; without arguments: whether it can."""
 import csv
 import sys
 
@@ -11,15 +12,34 @@ import numpy  # noqa: E402
 
 SHOWN_PAIRS = 20  # more rows of a heat map cannot be read
 COLUMNS = 1000  # wider than the picture has pixels
+FEW = 50  # states or segments, of which each can be seen
 
 
 def read_rows(path):
+    with open(path, newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def pair_name(row):
+    return row["link_a"] + " - " + row["link_b"]
+
+
+def two_panels(pairs, limit):
+    """The clearance above, a line for each pair below."""
+    figure, (above, below) = plt.subplots(
+        2, 1, figsize=(10, 4 + 0.25 * len(pairs)), sharex=True, constrained_layout=True)
+    above.axhline(limit, color="red", linewidth=0.8)
+    above.set_ylabel("clearance [m]")
+    below.set_yticks(range(len(pairs)))
+    below.set_yticklabels(pairs, fontsize=7)
+    return figure, above, below
+
+
+def distances_of(rows):
     """Distance by pair and state, [m]."""
     pairs = {}
-    with open(path, newline="") as stream:
-        for row in csv.DictReader(stream):
-            name = row["link_a"] + " - " + row["link_b"]
-            pairs.setdefault(name, {})[int(row["state"])] = float(row["distance"])
+    for row in rows:
+        pairs.setdefault(pair_name(row), {})[int(row["state"])] = float(row["distance"])
     return pairs
 
 
@@ -34,7 +54,8 @@ def heat_map(pairs, states):
     return picture
 
 
-def draw(pairs, path):
+def draw_states(rows, limit):
+    pairs = distances_of(rows)
     states = 1 + max(state for distances in pairs.values() for state in distances)
     clearance = numpy.full(states, numpy.nan)
     for distances in pairs.values():
@@ -42,23 +63,71 @@ def draw(pairs, path):
             clearance[state] = numpy.fmin(clearance[state], distance)
     closest = sorted(pairs, key=lambda name: min(pairs[name].values()))[:SHOWN_PAIRS]
 
-    figure, (above, below) = plt.subplots(
-        2, 1, figsize=(10, 4 + 0.25 * len(closest)), sharex=True, constrained_layout=True)
-    above.plot(clearance, linewidth=1, marker="." if states < 50 else "")
-    above.axhline(0.0, color="red", linewidth=0.8)
-    above.set_ylabel("clearance [m]")
+    figure, above, below = two_panels(closest, limit)
+    above.plot(clearance, linewidth=1, marker="." if states < FEW else "")
     image = below.imshow(heat_map([pairs[name] for name in closest], states), aspect="auto", cmap="viridis",
                          interpolation="nearest", extent=(-0.5, states - 0.5, len(closest) - 0.5, -0.5))
     below.set_yticks(range(len(closest)))
-    below.set_yticklabels(closest, fontsize=7)
     below.set_xlabel("state")
     figure.colorbar(image, ax=below, label="distance [m]")
-    figure.savefig(path, dpi=100, format="png")
+    return figure
+
+
+def column(rows, name):
+    return numpy.array([float(row[name]) for row in rows])
+
+
+def mark_spans(axes, rows, begin_name, color, label):
+    """From a time in each of these rows to the end of its segment."""
+    begins = column(rows, begin_name)
+    axes.broken_barh(list(zip(begins, column(rows, "t_end") - begins)), (0, 1), color=color, alpha=0.15, label=label,
+                     transform=axes.get_xaxis_transform())
+    axes.vlines(begins, 0, 1, color=color, linewidth=0.8, transform=axes.get_xaxis_transform())
+
+
+def draw_clearance(rows, axes):
+    """The bounds of each segment's minimum as two lines, its place, and what comes after a first contact in red."""
+    begin, end = column(rows, "t_begin"), column(rows, "t_end")
+    axes.hlines(column(rows, "lower"), begin, end, linewidth=1, label="minimum of the segment, both bounds")
+    axes.hlines(column(rows, "upper"), begin, end, linewidth=1)
+    axes.plot(column(rows, "t_minimum"), column(rows, "distance"), linestyle="", color="C1", marker=".",
+              markersize=6 if len(rows) < FEW else 2, label="where it is")
+    axes.set_ylim(axes.get_ylim())  # the marks reach from 0 to 1 of the height, and say nothing about lengths
+    for contact, begins, color, label in (("true", "t_contact", "red", "from the first contact of the segment"),
+                                          ("unknown", "t_free", "grey", "contact not known")):
+        marked = [row for row in rows if row["contact"] == contact]
+        if marked:
+            mark_spans(axes, marked, begins, color, label)
+    axes.legend(fontsize=7, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncol=4)
+
+
+def draw_segments(rows, limit):
+    known = [row for row in rows if row["link_a"]]
+    smallest = {}
+    for row in known:
+        smallest[pair_name(row)] = min(float(row["lower"]), smallest.get(pair_name(row), numpy.inf))
+    closest = sorted(smallest, key=smallest.get)[:SHOWN_PAIRS]
+
+    figure, above, below = two_panels(closest, limit)
+    draw_clearance(rows, above)
+    shown = [row for row in known if pair_name(row) in closest]
+    lines = below.hlines([closest.index(pair_name(row)) for row in shown], column(shown, "t_begin"),
+                         column(shown, "t_end"), linewidth=8, cmap="viridis")
+    lines.set_capstyle("butt")
+    lines.set_array(column(shown, "distance"))
+    below.set_ylim(len(closest) - 0.5, -0.5)
+    below.set_xlabel("time [s]")
+    figure.colorbar(lines, ax=below, label="distance [m]")
+    return figure
+
+
+def draw(rows, limit):
+    return draw_segments(rows, limit) if "segment" in rows[0] else draw_states(rows, limit)
 
 
 if __name__ == "__main__":
-    if len(sys.argv) == 3:
+    if len(sys.argv) == 4:
         found = read_rows(sys.argv[1])
         if not found:
             sys.exit("no pair was listed in any state: nothing to draw")
-        draw(found, sys.argv[2])
+        draw(found, float(sys.argv[3])).savefig(sys.argv[2], dpi=100, format="png")

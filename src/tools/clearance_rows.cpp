@@ -31,12 +31,17 @@ void addVector(const std::string& name, const Eigen::Vector3d& vector, Row& row)
   row[name + "_z"] = vector.z();
 }
 
-/// The columns in their order; the header is made of it, too, so that the two cannot differ.
-Row columns(long state, const std::string& link_a, const std::string& link_b, const PairProximity& pair) {
-  Row row;
-  row["state"] = state;
-  row["link_a"] = link_a;
-  row["link_b"] = link_b;
+std::string linkName(const RobotModel& robot, const Subject& subject) {
+  return subject.link < 0 ? "" : robot.links[subject.link].name;
+}
+
+void addLinks(const std::string& prefix, const SubjectPair& pair, const RobotModel& robot, Row& row) {
+  row[prefix + "link_a"] = linkName(robot, pair.a);
+  row[prefix + "link_b"] = linkName(robot, pair.b);
+}
+
+void addPair(const PairProximity& pair, const RobotModel& robot, Row& row) {
+  addLinks("", pair.asked, robot, row);
   row["distance"] = pair.result.distance;
   row["lower"] = pair.result.lower_bound;
   row["upper"] = pair.result.upper_bound;
@@ -45,10 +50,53 @@ Row columns(long state, const std::string& link_a, const std::string& link_b, co
   addVector("normal", pair.result.normal, row);
   row["status"] = nameOf(pair.result.status);
   row["representation"] = toString(pair.representation);
+}
+
+/// Null where it is not known.
+Row contactOf(const RobotContact& contact) {
+  if (contact.contact) return true;
+  return contact.status == Status::Converged ? Row(false) : Row();
+}
+
+void addContact(const SegmentClearance& answer, const RobotModel& robot, Row& row) {
+  row["contact"] = contactOf(answer.contact);
+  row["t_free"] = answer.segment.timeAt(answer.contact.t_free);
+  row["t_contact"] = answer.segment.timeAt(answer.contact.t_contact);
+  addLinks("contact_", answer.contact.pair.asked, robot, row);
+}
+
+// The columns in their order. The headers are made of these, too, so that the two cannot differ.
+
+Row stateColumns(long state, const PairProximity& pair, const RobotModel& robot) {
+  Row row;
+  row["state"] = state;
+  addPair(pair, robot, row);
   return row;
 }
 
+Row segmentColumns(const SegmentClearance& answer, const RobotModel& robot) {
+  PairProximity closest = answer.minimum.pair;
+  closest.result.lower_bound = answer.minimum.lower_bound;
+  closest.result.upper_bound = answer.minimum.upper_bound;
+  closest.result.status = answer.minimum.status;
+  Row row;
+  row["segment"] = answer.segment.number;
+  row["t_begin"] = answer.segment.begin;
+  row["t_end"] = answer.segment.end;
+  row["t_minimum"] = answer.segment.timeAt(answer.minimum.time);
+  addPair(closest, robot, row);
+  addContact(answer, robot, row);
+  return row;
+}
+
+Row namedPositions(const RobotModel& robot, const Positions& positions) {
+  Row named = Row::object();
+  for (const JointRange& range : jointRanges(robot)) named[robot.joints[range.joint].name] = positions[range.joint];
+  return named;
+}
+
 std::string fieldOf(const Row& value) {
+  if (value.is_null()) return "unknown";
   if (value.is_string()) return csvField(value.get<std::string>());
   return value.is_number_float() ? numberText(value.get<double>()) : value.dump();
 }
@@ -59,20 +107,30 @@ std::string csvLine(const Row& row) {
   return line;
 }
 
+// A URDF may hold any bytes; what is no UTF-8 is replaced rather than ending the run.
+std::string jsonObject(const Row& row) { return row.dump(-1, ' ', false, Row::error_handler_t::replace); }
+
 }  // namespace
 
-std::string rowsBegin(RowFormat format) {
+std::string rowsBegin(RowKind kind, RowFormat format) {
   if (format == RowFormat::Json) return "[";
-  const Row row = columns(0, "", "", {});
+  const Row row = kind == RowKind::State ? stateColumns(0, {}, {}) : segmentColumns({}, {});
   std::string header;
   for (const auto& [name, value] : row.items()) header += (header.empty() ? "" : ",") + name;
   return header;
 }
 
 std::string rowText(long state, const PairProximity& pair, const RobotModel& robot, RowFormat format) {
-  const Row row = columns(state, robot.links[pair.asked.a.link].name, robot.links[pair.asked.b.link].name, pair);
-  // A URDF may hold any bytes; what is no UTF-8 is replaced rather than ending the run.
-  return format == RowFormat::Csv ? csvLine(row) : row.dump(-1, ' ', false, Row::error_handler_t::replace);
+  const Row row = stateColumns(state, pair, robot);
+  return format == RowFormat::Csv ? csvLine(row) : jsonObject(row);
+}
+
+std::string rowText(const SegmentClearance& answer, const RobotModel& robot, RowFormat format) {
+  Row row = segmentColumns(answer, robot);
+  if (format == RowFormat::Csv) return csvLine(row);
+  row["contact_state"] =
+      answer.contact.contact ? namedPositions(robot, answer.segment.positionsAt(answer.contact.t_contact)) : Row();
+  return jsonObject(row);
 }
 
 std::string rowsSeparator(RowFormat format) { return format == RowFormat::Json ? ",\n" : "\n"; }

@@ -2,78 +2,38 @@
 
 #include <charconv>
 #include <cmath>
-#include <exception>
 #include <stdexcept>
-#include <utility>
 
-#include "answers_in_order.h"
+#include "answers_in_blocks.h"
+#include "joint_ranges.h"
 
 namespace proximity_server {
 namespace {
 
 constexpr std::size_t kBlockSize = 256;  // states: a cold start is then a small part of the work
 
-using Positions = std::vector<double>;
-struct Block {
-  long first_state = 0;
-  std::vector<Positions> states;
+struct NumberedState {
+  long number = 0;
+  Positions positions;
 };
-using BlockAnswer = std::vector<StateClearance>;
 
-std::vector<PairProximity> answerState(const ClearanceQuestion& question, Scene& scene) {
+std::vector<PairProximity> answerState(const std::vector<SubjectPair>& pairs, const PairSelection& selection,
+                                       Scene& scene) {
   Question near_only;
-  switch (question.selection.kind) {
+  switch (selection.kind) {
     case PairSelection::Kind::All:
-      return scene.all(question.pairs);
+      return scene.all(pairs);
     case PairSelection::Kind::Closest:
-      return scene.closest(question.pairs, question.selection.count);
+      return scene.closest(pairs, selection.count);
     case PairSelection::Kind::Below:
-      near_only.threshold = question.selection.threshold;
-      return scene.below(question.pairs, near_only);
+      near_only.threshold = selection.threshold;
+      return scene.below(pairs, near_only);
     case PairSelection::Kind::Minimum:
       break;
   }
-  const PairProximity* minimum = scene.minimum(question.pairs);
+  const PairProximity* minimum = scene.minimum(pairs);
   return minimum ? std::vector<PairProximity>{*minimum} : std::vector<PairProximity>{};
 }
-
-BlockAnswer answerBlock(const ClearanceQuestion& question, const Block& block, Scene scene) {
-  BlockAnswer answer;
-  for (const Positions& positions : block.states) {
-    scene.update(forwardKinematics(question.model->robot, positions));
-    answer.push_back({block.first_state + static_cast<long>(answer.size()), answerState(question, scene)});
-  }
-  return answer;
-}
-
-/// Reads blocks; an error of reading ends the states, and is kept for later.
-class BlockReader {
- public:
-  explicit BlockReader(JointStates& states) : states_(states) {}
-
-  Block next() {
-    Block block;
-    block.first_state = state_;
-    try {
-      for (Positions positions; block.states.size() < kBlockSize && !error_ && states_.next(positions);) {
-        block.states.push_back(positions);
-      }
-    } catch (const std::invalid_argument&) {
-      error_ = std::current_exception();
-    }
-    state_ += static_cast<long>(block.states.size());
-    return block;
-  }
-
-  void rethrow() const {
-    if (error_) std::rethrow_exception(error_);
-  }
-
- private:
-  JointStates& states_;
-  long state_ = 0;
-  std::exception_ptr error_;
-};
 
 std::vector<SubjectPair> pairsWhere(const SceneModel& model, const std::function<bool(PairReason)>& isWanted) {
   std::vector<SubjectPair> pairs;
@@ -121,19 +81,24 @@ std::vector<SubjectPair> unfilteredPairs(const SceneModel& model) {
   return pairsWhere(model, [](PairReason reason) { return reason != PairReason::SameBody; });
 }
 
-void answerStates(const ClearanceQuestion& question, JointStates& states,
+void answerStates(const ClearanceQuestion& question, const StateQuestion& state_question, JointStates& states,
                   const std::function<void(const StateClearance&)>& take) {
-  // Each block starts with a scene that remembers nothing, so that the answers are the same for any number of threads.
-  const Scene fresh(question.model, question.skipping);
-  BlockReader reader(states);
-  AnswersInOrder<BlockAnswer> answers(question.threads, [&](const BlockAnswer& answer) {
-    for (const StateClearance& state : answer) take(state);
-  });
-  for (Block block = reader.next(); !block.states.empty(); block = reader.next()) {
-    answers.start([&question, &fresh, work = std::move(block)] { return answerBlock(question, work, fresh.twin()); });
-  }
-  answers.finish();
-  reader.rethrow();
+  const Scene fresh(question.model, state_question.skipping);
+  long count = 0;
+  const auto next = [&](NumberedState& state) {
+    state.number = count++;
+    return states.next(state.positions);
+  };
+  const auto answerBlock = [&](const std::vector<NumberedState>& block) {
+    Scene scene = fresh.twin();
+    std::vector<StateClearance> answers;
+    for (const NumberedState& state : block) {
+      scene.update(forwardKinematics(question.model->robot, state.positions));
+      answers.push_back({state.number, answerState(question.pairs, state_question.selection, scene)});
+    }
+    return answers;
+  };
+  answerInBlocks<NumberedState, StateClearance>({kBlockSize, next, answerBlock, take}, question.threads);
 }
 
 }  // namespace proximity_server

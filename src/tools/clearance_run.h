@@ -26,12 +26,16 @@ PairSelection readPairSelection(const std::string& text);
 std::vector<SubjectPair> filteredPairs(const SceneModel& model);
 std::vector<SubjectPair> unfilteredPairs(const SceneModel& model);
 
+/// What is asked about, for states and trajectories alike.
 struct ClearanceQuestion {
   std::shared_ptr<const SceneModel> model;
   std::vector<SubjectPair> pairs;
+  int threads = 1;
+};
+
+struct StateQuestion {
   PairSelection selection;
   Skipping skipping = Skipping::On;
-  int threads = 1;
 };
 
 /// What was found in one state.
@@ -40,13 +44,10 @@ struct StateClearance {
   std::vector<PairProximity> pairs;
 };
 
-/// Answers the question for every state, in their order, and hands each answer to `take` in the calling thread.
-///
-/// The states go to the threads in blocks of one size, and every block begins with a Scene that knows nothing of the
-/// one before: so the answers are the same, bit by bit, for any number of threads, which warm starts kept across blocks
-/// would change in the last digits. At most threads + 1 blocks are in memory.
+/// Answers the question for every state, in their order, and hands each answer to `take` in the calling thread. The
+/// answers are the same, bit by bit, for any number of threads.
 /// Failure: what reading threw, after the answers to all states before it were taken.
-void answerStates(const ClearanceQuestion& question, JointStates& states,
+void answerStates(const ClearanceQuestion& question, const StateQuestion& state_question, JointStates& states,
                   const std::function<void(const StateClearance&)>& take);
 
 }  // namespace proximity_server

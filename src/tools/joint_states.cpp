@@ -44,8 +44,18 @@ bool JointStates::next(std::vector<double>& positions) {
     fail(std::to_string(fields_.size()) + " numbers for " + std::to_string(columns_.size()) + " columns");
   }
   positions.assign(robot_.joints.size(), 0.0);
-  for (std::size_t i = 0; i < columns_.size(); ++i) positions[columns_[i].joint] = position(i);
+  for (std::size_t i = 0; i < columns_.size(); ++i) {
+    if (columns_[i].joint == kTime) {
+      time_ = number(i);
+    } else {
+      positions[columns_[i].joint] = number(i);
+    }
+  }
   return true;
+}
+
+bool JointStates::hasTimes() const {
+  return std::any_of(columns_.begin(), columns_.end(), [](const Column& column) { return column.joint == kTime; });
 }
 
 /// Takes the next line that is not empty apart; false at the end.
@@ -69,21 +79,29 @@ bool JointStates::nextFields() {
 void JointStates::addColumn(const std::string& name) {
   const auto hasName = [&](const Column& column) { return column.name == name; };
   if (std::any_of(columns_.begin(), columns_.end(), hasName)) fail("two columns are named " + inQuotes(name));
-  const int joint = findJoint(robot_, name);
-  if (joint < 0 && isFixed(robot_, name)) fail("column " + inQuotes(name) + ": a fixed joint has no position");
-  if (joint < 0) fail("column " + inQuotes(name) + ": no such joint" + suggestion(robot_, name));
-  const Joint& found = robot_.joints[joint];
-  if (found.type == Joint::Type::Floating || found.type == Joint::Type::Planar) {
-    fail("column " + inQuotes(name) + ": a floating or planar joint has more than one position");
-  }
-  if (found.mimic) {
+  columns_.push_back({name, jointOf(name)});
+  if (columns_.back().joint == kTime) return;
+  const Joint& joint = robot_.joints[columns_.back().joint];
+  if (joint.mimic) {
     warnings_.push_back(source_ + ": column " + inQuotes(name) + " is not used: the joint follows " +
-                        inQuotes(robot_.joints[found.mimic->joint].name) + ".");
+                        inQuotes(robot_.joints[joint.mimic->joint].name) + ".");
   }
-  columns_.push_back({name, joint});
 }
 
-double JointStates::position(std::size_t column) const {
+/// The joint that a column is about, or kTime.
+int JointStates::jointOf(const std::string& name) const {
+  const int joint = findJoint(robot_, name);
+  if (joint < 0 && isFixed(robot_, name)) fail("column " + inQuotes(name) + ": a fixed joint has no position");
+  if (joint < 0 && name == "time") return kTime;
+  if (joint < 0) fail("column " + inQuotes(name) + ": no such joint" + suggestion(robot_, name));
+  const Joint::Type type = robot_.joints[joint].type;
+  if (type == Joint::Type::Floating || type == Joint::Type::Planar) {
+    fail("column " + inQuotes(name) + ": a floating or planar joint has more than one position");
+  }
+  return joint;
+}
+
+double JointStates::number(std::size_t column) const {
   std::string text = fields_[column];
   if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.erase(0, 1);  // legal in CSV, not for from_chars
   double value = 0.0;
@@ -94,8 +112,8 @@ double JointStates::position(std::size_t column) const {
   return value;
 }
 
-void JointStates::fail(const std::string& what) const {
-  throw std::invalid_argument(source_ + ", line " + std::to_string(line_) + ": " + what);
-}
+std::string JointStates::place() const { return source_ + ", line " + std::to_string(line_); }
+
+void JointStates::fail(const std::string& what) const { throw std::invalid_argument(place() + ": " + what); }
 
 }  // namespace proximity_server

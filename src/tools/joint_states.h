@@ -1,6 +1,7 @@
 #pragma once
 
 #include <istream>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,9 +11,10 @@ namespace proximity_server {
 
 /// Reads the states of a robot from comma-separated values, one at a time: a header of joint names, then a row for
 /// each state. Joints without a column are at 0; mimic joints follow their leader, and a column of theirs is read but
-/// not used (recorded joint states have them), which is a warning.
+/// not used (recorded joint states have them), which is a warning. A column "time" is the time of the state, unless a
+/// joint has that name.
 ///
-/// Unit:    [rad] or [m]. Empty lines are skipped.
+/// Unit:    [rad] or [m], [s]. Empty lines are skipped.
 /// Failure: throws std::invalid_argument naming source, line and column: no header, an unknown, repeated, fixed or
 ///          many-dimensional joint, too few or many numbers, a text that is no finite number.
 class JointStates {
@@ -23,17 +25,26 @@ class JointStates {
   /// The next state, one position for each of RobotModel::joints; false at the end.
   bool next(std::vector<double>& positions);
 
+  /// Whether there is a column "time", and the time [s] of the last state.
+  bool hasTimes() const;
+  std::optional<double> time() const { return time_; }
+
+  const RobotModel& robot() const { return robot_; }
+  const std::string& source() const { return source_; }
+  std::string place() const;  ///< of the last state, for messages: source and line
   const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
+  static constexpr int kTime = -1;
   struct Column {
     std::string name;
-    int joint;  ///< index into RobotModel::joints
+    int joint;  ///< index into RobotModel::joints, or kTime
   };
 
   bool nextFields();
   void addColumn(const std::string& name);
-  double position(std::size_t column) const;
+  int jointOf(const std::string& name) const;
+  double number(std::size_t column) const;
   [[noreturn]] void fail(const std::string& what) const;
 
   std::istream& stream_;
@@ -42,6 +53,7 @@ class JointStates {
   std::vector<Column> columns_;
   std::vector<std::string> fields_;  ///< of the current line
   std::vector<std::string> warnings_;
+  std::optional<double> time_;
   long line_ = 0;
 };
 

@@ -183,7 +183,10 @@ TEST_F(SlideAndSwing, MissingPoseMakesThePairUnknownAndCounted) {
   EXPECT_EQ(contact.status, Status::Unknown);
   EXPECT_EQ(contact.counts.unknown, 1);
   EXPECT_FALSE(contact.contact);
-  EXPECT_EQ(scene_.minimum(sled_, motion).status, Status::Unknown);
+  EXPECT_EQ(contact.t_free, 0.0);
+  const RobotMinimum minimum = scene_.minimum(sled_, motion);
+  EXPECT_EQ(minimum.status, Status::Unknown);
+  EXPECT_EQ(minimum.lower_bound, -kInfinity);
 }
 
 TEST_F(SlideAndSwing, DeadlineThatHasPassedLeavesBoundsThatHold) {

@@ -5,32 +5,10 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "csv.h"
-#include "run_command.h"
-#include "scene/files.h"
-#include "two_sliders.h"
+#include "clearance_command.h"
 
 namespace proximity_server {
 namespace {
-
-class Clearance : public ::testing::Test {
- protected:
-  /// With the two sliders and the given states; `arguments` stand behind them.
-  CommandResult run(const std::string& states, const std::string& arguments) {
-    files_.write("s.csv", states);
-    return runCommand(CLEARANCE " " + urdf_ + " --states " + files_.path("s.csv") + " " + arguments + " 2>&1");
-  }
-
-  TemporaryFiles files_;
-  std::string urdf_ = files_.write("robot.urdf", kTwoSliders);
-};
-
-std::vector<std::vector<std::string>> rowsOf(const std::string& csv) {
-  std::vector<std::vector<std::string>> rows;
-  std::istringstream stream(csv);
-  for (std::string line; std::getline(stream, line);) rows.push_back(csvFields(line));
-  return rows;
-}
 
 /// The slider at random places, in several blocks.
 std::string manyStates(int count) {

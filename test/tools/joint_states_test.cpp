@@ -49,6 +49,33 @@ TEST(JointStates, WarnsOfAColumnThatAFollowerDoesNotUse) {
             std::vector<std::string>{"s.csv: column \"follow\" is not used: the joint follows \"slide\"."});
 }
 
+TEST(JointStates, ReadsTheTimeBesideThePositions) {
+  std::istringstream stream("time,slide\n1.5,0.25\n");
+  JointStates states(stream, "s.csv", robot());
+  EXPECT_TRUE(states.hasTimes());
+  EXPECT_EQ(states.time(), std::nullopt);
+  std::vector<double> positions;
+  ASSERT_TRUE(states.next(positions));
+  EXPECT_EQ(states.time(), 1.5);
+  EXPECT_EQ(positions, statesOf("slide\n0.25\n")[0]);
+  EXPECT_EQ(errorIn("time,slide\nnan,0\n"), "s.csv, line 2: column \"time\": \"nan\" is no finite number");
+  EXPECT_EQ(errorIn("time,time\n0,0\n"), "s.csv, line 1: two columns are named \"time\"");
+}
+
+TEST(JointStates, AJointOfThatNameIsNoTime) {
+  std::string urdf = kTwoSliders;
+  const std::string slide = "joint name=\"slide\"", mimic = "mimic joint=\"slide\"";
+  urdf.replace(urdf.find(slide), slide.size(), "joint name=\"time\"");
+  urdf.replace(urdf.find(mimic), mimic.size(), "mimic joint=\"time\"");
+  const RobotModel model = loadRobotModel(urdf, packageResolver({}));
+  std::istringstream stream("time\n0.5\n");
+  JointStates states(stream, "s.csv", model);
+  std::vector<double> positions;
+  ASSERT_TRUE(states.next(positions));
+  EXPECT_FALSE(states.hasTimes());
+  EXPECT_EQ(positions[model.leaderOf(0).joint], 0.5);
+}
+
 TEST(JointStates, NamesLineAndColumnOfWhatIsWrong) {
   EXPECT_EQ(errorIn(""), "s.csv: empty; expected a header of joint names");
   EXPECT_EQ(errorIn("slid\n1\n"), "s.csv, line 1: column \"slid\": no such joint (did you mean \"slide\"?)");

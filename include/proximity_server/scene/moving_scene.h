@@ -26,7 +26,9 @@ struct MotionCounts {
 
 /// When a robot comes too close to itself for the first time.
 struct RobotContact {
-  Status status = Status::Unknown;  ///< Converged: complete. IterationLimit: the deadline passed; t_free still holds
+  /// Converged: complete. IterationLimit (by the deadline, or after thousands of turns), Degenerate: t_free still
+  /// holds. Unknown: nothing is known of any pair.
+  Status status = Status::Unknown;
   bool contact = false;
   double t_free = 0.0;  ///< up to here every pair is proven to be above the clearance
   double t_contact = std::numeric_limits<double>::quiet_NaN();  ///< see TimeOfContact
@@ -36,7 +38,7 @@ struct RobotContact {
 
 /// How close a robot comes to itself.
 struct RobotMinimum {
-  Status status = Status::Unknown;  ///< IterationLimit: the deadline passed; the bounds still hold
+  Status status = Status::Unknown;                                ///< as that of RobotContact: the bounds still hold
   double lower_bound = -std::numeric_limits<double>::infinity();  ///< [m] of the smallest signed distance of all
   double upper_bound = std::numeric_limits<double>::infinity();
   double time = std::numeric_limits<double>::quiet_NaN();
