@@ -10,26 +10,33 @@ find_package(catkin REQUIRED COMPONENTS
   std_msgs
   std_srvs
   tf2_ros
+  trajectory_msgs
   visualization_msgs
 )
 
 add_message_files(FILES
   Clearance.msg
   LinkInfo.msg
+  Lookahead.msg
   ModelInfo.msg
+  MotionMinimum.msg
   PairInfo.msg
   Proximity.msg
   QueryStatus.msg
   ShapeInfo.msg
   ShapeRef.msg
+  StateProximity.msg
 )
 add_service_files(FILES
+  FirstContact.srv
   MinimumDistance.srv
   PenetrationDepth.srv
+  QueryConfiguration.srv
   QueryPairs.srv
+  QueryTrajectory.srv
   SeparationAxis.srv
 )
-generate_messages(DEPENDENCIES geometry_msgs std_msgs)
+generate_messages(DEPENDENCIES geometry_msgs sensor_msgs std_msgs trajectory_msgs)
 generate_dynamic_reconfigure_options(config/Proximity.cfg)
 
 catkin_package(
@@ -37,6 +44,6 @@ catkin_package(
   LIBRARIES proximity_narrowphase proximity_scene
   CATKIN_DEPENDS
     diagnostic_updater dynamic_reconfigure geometry_msgs message_runtime roscpp sensor_msgs std_msgs std_srvs tf2_ros
-    visualization_msgs
+    trajectory_msgs visualization_msgs
   DEPENDS EIGEN3
 )

@@ -139,6 +139,7 @@ void readMonitorSettings(Parameters& parameters, MonitorSettings& settings) {
   parameters.read("hysteresis", settings.hysteresis, {0.0, 1.0});
   parameters.read("max_reported_pairs", settings.max_reported_pairs, {0, 10000});
   parameters.read("markers", settings.markers);
+  parameters.read("lookahead", settings.lookahead, {0.0, 60.0});
 }
 
 }  // namespace
@@ -167,6 +168,7 @@ Config loadConfig(const ros::NodeHandle& private_nh) {
   parameters.read("max_tf_skew", config.max_tf_skew, {0.0, 1e6});
   parameters.read("tf_timeout", config.tf_timeout, {0.0, 10.0});
   parameters.read("max_batch", config.max_batch, {1, 1e9});
+  parameters.read("motion_time_budget", config.motion_time_budget, {1e-4, 3600.0});
   readMonitorSettings(parameters, config.monitor);
   parameters.tolerate("diagnostic_period");  // of diagnostic_updater
   parameters.warnAboutUnknown();

@@ -19,6 +19,7 @@ struct MonitorSettings {
   double hysteresis = 0.002;    ///< [m]
   int max_reported_pairs = 10;
   bool markers = true;
+  double lookahead = 0.0;  ///< [s]; 0: off
 };
 
 struct Config {
@@ -28,11 +29,12 @@ struct Config {
   std::vector<std::string> mesh_roots;                              ///< searched for packages before ROS_PACKAGE_PATH
   ModelOptions model;
   PairFilterOptions filter;
-  double tolerance = 1e-9;    ///< [m] of every answer
-  double max_tf_age = 0.2;    ///< [s]
-  double max_tf_skew = 0.05;  ///< [s]
-  double tf_timeout = 0.1;    ///< [s] of wall time
-  int max_batch = 10000;      ///< pairs in one request
+  double tolerance = 1e-9;          ///< [m] of every answer
+  double max_tf_age = 0.2;          ///< [s]
+  double max_tf_skew = 0.05;        ///< [s]
+  double tf_timeout = 0.1;          ///< [s] of wall time
+  int max_batch = 10000;            ///< pairs in one request
+  double motion_time_budget = 1.0;  ///< [s] of wall time, of one search along a motion
   MonitorSettings monitor;
 };
 

@@ -5,6 +5,7 @@
 
 #include "clearance_level.h"
 #include "conversions.h"
+#include "lookahead.h"
 #include "requests.h"
 
 namespace proximity_server {
@@ -24,13 +25,17 @@ QueryStatus nothingToCheck() {
 
 void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
   scene_.reset();
+  moving_scene_.reset();
   robot_ = robot;
   scene_ = robot_->takeScene();
+  moving_scene_ = robot_->takeMovingScene();
   bodies_ = bodiesOf(robot_->links(), scene_->candidates());
+  joints_ = jointsThatMatter(robot_->links(), scene_->candidates());
   level_ = Clearance::INVALID;
 }
 
-Clearance Monitor::cycle(const PoseSnapshot& snapshot, const MonitorSettings& settings) {
+Clearance Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
+                         const MonitorSettings& settings) {
   const Clock::time_point start = Clock::now();
   Clearance clearance;
   clearance.header.stamp = snapshot.stamp;
@@ -41,6 +46,7 @@ Clearance Monitor::cycle(const PoseSnapshot& snapshot, const MonitorSettings& se
   clearance.tf_skew = snapshot.skew;
   clearance.cycle = ++cycles_;
   measure(snapshot, settings, clearance);
+  lookAhead(snapshot, velocities, settings, clearance);
 
   const std::chrono::duration<double> elapsed = Clock::now() - start;
   clearance.computation_time = ros::Duration(elapsed.count());
@@ -76,6 +82,18 @@ void Monitor::measure(const PoseSnapshot& snapshot, const MonitorSettings& setti
   if (!known) return;
   clearance.minimum = toMessage(robot_->links(), snapshot.poses, *minimum, question);
   clearance.status.code = statusCode(minimum->result);
+}
+
+void Monitor::lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
+                        const MonitorSettings& settings, Clearance& clearance) {
+  clearance.lookahead = noLookahead(settings);
+  if (settings.lookahead == 0.0) return;
+  if (clearance.level == Clearance::INVALID) {
+    clearance.lookahead.status = clearance.status;
+    return;
+  }
+  const std::vector<SubjectPair>& pairs = scene_->candidates();
+  clearance.lookahead = contactAhead(*robot_, *moving_scene_, pairs, snapshot.poses, velocities, settings);
 }
 
 void Monitor::countPairs(Clearance& clearance) const {

@@ -39,8 +39,9 @@ ros::WallDuration keepAlivePeriod(const MonitorSettings& settings, const Config&
 
 }  // namespace
 
-MonitorLoop::MonitorLoop(const ros::NodeHandle& private_nh, TfPoses& tf, const std::shared_ptr<const Robot>& robot)
-    : tf_(tf), nh_(withQueue(private_nh, queue_)), spinner_(1, &queue_) {
+MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, TfPoses& tf,
+                         const std::shared_ptr<const Robot>& robot)
+    : tf_(tf), velocities_(nh), nh_(withQueue(private_nh, queue_)), spinner_(1, &queue_) {
   health_.enabled = true;
   health_.settings = robot->config().monitor;
   monitor_.follow(robot);
@@ -73,6 +74,7 @@ void MonitorLoop::configure(const MonitorSettings& settings) {
   const bool redraw = settings.markers != health_.settings.markers;
   health_.settings = settings;
   on_tf_ = settings.rate == 0.0;
+  settings.lookahead > 0.0 ? velocities_.listen() : velocities_.ignore();
   timer_.stop();
   if (!on_tf_) {
     timer_.setPeriod(ros::Duration(1.0 / settings.rate));
@@ -128,10 +130,15 @@ void MonitorLoop::cycle() {
 
 void MonitorLoop::publish(const PoseSnapshot& snapshot) {
   alive_ = true;
-  health_.last = monitor_.cycle(snapshot, health_.settings);
+  health_.last = monitor_.cycle(snapshot, lookUpVelocities(), health_.settings);
   health_.slowest_cycle = std::max(health_.slowest_cycle, health_.last.computation_time);
   clearance_pub_.publish(health_.last);
   if (health_.settings.markers && markers_pub_.getNumSubscribers() > 0) publishMarkers(health_.last);
+}
+
+VelocitySnapshot MonitorLoop::lookUpVelocities() {
+  if (health_.settings.lookahead == 0.0) return {};
+  return velocities_.lookUp(*monitor_.robot(), monitor_.joints(), ros::Time::now());
 }
 
 void MonitorLoop::publishMarkers(const Clearance& clearance) {

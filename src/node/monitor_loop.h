@@ -29,7 +29,9 @@ struct MonitorHealth {
 /// Thread-safe.
 class MonitorLoop {
  public:
-  MonitorLoop(const ros::NodeHandle& private_nh, TfPoses& tf, const std::shared_ptr<const Robot>& robot);
+  /// Joint velocities come from the namespace of `nh`, what is published goes to that of `private_nh`.
+  MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, TfPoses& tf,
+              const std::shared_ptr<const Robot>& robot);
   ~MonitorLoop();
 
   void follow(const std::shared_ptr<const Robot>& robot);
@@ -49,7 +51,10 @@ class MonitorLoop {
   void sendPieces(const ros::SingleSubscriberPublisher& subscriber);
   PoseSnapshot lookUp() { return tf_.lookUp(*monitor_.robot(), monitor_.bodies()); }
 
+  VelocitySnapshot lookUpVelocities();
+
   TfPoses& tf_;
+  JointVelocities velocities_;
   ros::CallbackQueue queue_;
   ros::NodeHandle nh_;
   std::atomic<bool> on_tf_{false};

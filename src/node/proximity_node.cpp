@@ -22,7 +22,7 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
     : nh_(nh),
       private_nh_(private_nh),
       robot_(std::make_shared<const Robot>(nh_, loadConfig(private_nh_))),
-      monitor_(private_nh_, tf_, robot_),
+      monitor_(nh_, private_nh_, tf_, robot_),
       diagnostics_(
           nh_, [this] { return monitor_.health(); }, [this] { return robot(); }),
       settings_server_(private_nh_),
@@ -35,6 +35,12 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
           "penetration_depth", &ProximityNode::onQuery<PenetrationDepthRequest, PenetrationDepthResponse>, this)),
       query_pairs_srv_(private_nh_.advertiseService(
           "query_pairs", &ProximityNode::onQuery<QueryPairsRequest, QueryPairsResponse>, this)),
+      query_configuration_srv_(private_nh_.advertiseService(
+          "query_configuration", &ProximityNode::onQuery<QueryConfigurationRequest, QueryConfigurationResponse>, this)),
+      time_of_contact_srv_(private_nh_.advertiseService(
+          "time_of_contact", &ProximityNode::onQuery<FirstContactRequest, FirstContactResponse>, this)),
+      query_trajectory_srv_(private_nh_.advertiseService(
+          "query_trajectory", &ProximityNode::onQuery<QueryTrajectoryRequest, QueryTrajectoryResponse>, this)),
       reload_srv_(private_nh_.advertiseService("reload", &ProximityNode::onReload, this)),
       enable_monitor_srv_(private_nh_.advertiseService("enable_monitor", &ProximityNode::onEnableMonitor, this)) {
   settings_server_.setCallback([this](const ProximityConfig& settings, std::uint32_t) { onSettings(settings); });
@@ -72,6 +78,7 @@ void ProximityNode::onSettings(const ProximityConfig& settings) {
   monitor.hysteresis = settings.hysteresis;
   monitor.max_reported_pairs = settings.max_reported_pairs;
   monitor.markers = settings.markers;
+  monitor.lookahead = settings.lookahead;
   monitor_.configure(monitor);
 }
 

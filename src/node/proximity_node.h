@@ -48,6 +48,9 @@ class ProximityNode {
   ros::ServiceServer separation_axis_srv_;
   ros::ServiceServer penetration_depth_srv_;
   ros::ServiceServer query_pairs_srv_;
+  ros::ServiceServer query_configuration_srv_;
+  ros::ServiceServer time_of_contact_srv_;
+  ros::ServiceServer query_trajectory_srv_;
   ros::ServiceServer reload_srv_;
   ros::ServiceServer enable_monitor_srv_;
 };

@@ -1,29 +1,17 @@
 #include "queries.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
+#include "answered.h"
 #include "conversions.h"
+#include "pair_questions.h"
 #include "requests.h"
 
 namespace proximity_server {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-double finite(double value, const char* name) {
-  if (!std::isfinite(value)) throw RequestError(QueryStatus::INVALID_ARGUMENT, std::string(name) + " is not finite");
-  return value;
-}
-
-double notNegative(double value, const char* name) {
-  if (finite(value, name) >= 0.0) return value;
-  throw RequestError(QueryStatus::INVALID_ARGUMENT, std::string(name) + " must not be negative");
-}
-
-double thresholdOrNone(double threshold) { return finite(threshold, "threshold") > 0.0 ? threshold : kInfinity; }
 
 /// A scene in the poses that a request needs.
 struct PosedScene {
@@ -66,28 +54,6 @@ Proximity closestPair(const PosedScene& posed, const std::vector<SubjectPair>& p
   return posed.message(*closest, question);
 }
 
-Question questionOf(const Robot& robot) {
-  Question question;
-  question.tolerance = robot.config().tolerance;
-  return question;
-}
-
-/// Runs `ask`, which fills the response; what it throws becomes the status of a response without numbers.
-template <class Response, class Ask>
-Response answered(const Response& empty, Ask ask) {
-  Response response = empty;
-  try {
-    ask(response);
-  } catch (const RequestError& error) {
-    const std_msgs::Header header = response.header;
-    response = empty;
-    response.header = header;
-    response.status = error.status();
-  }
-  response.success = response.status.code == QueryStatus::OK;
-  return response;
-}
-
 geometry_msgs::Vector3 nowhere() {
   geometry_msgs::Vector3 vector;
   vector.x = vector.y = vector.z = kNaN;
@@ -124,52 +90,6 @@ QueryPairsResponse emptyQueryPairs() {
 
 double along(const geometry_msgs::Vector3& axis, const geometry_msgs::Point& point) {
   return axis.x * point.x + axis.y * point.y + axis.z * point.z;
-}
-
-/// The pairs that the request's mode asks for.
-std::vector<PairProximity> askByMode(Scene& scene, const std::vector<SubjectPair>& pairs,
-                                     const QueryPairsRequest& request, const Question& question) {
-  const auto list = [](const PairProximity* pair) {
-    return pair ? std::vector<PairProximity>{*pair} : std::vector<PairProximity>{};
-  };
-  switch (request.mode) {
-    case QueryPairsRequest::MINIMUM:
-      return list(scene.minimum(pairs, question));
-    case QueryPairsRequest::FIRST:
-      return list(scene.first(pairs, question));
-    case QueryPairsRequest::K_CLOSEST: {
-      const std::size_t k = std::min<std::size_t>(std::max<std::size_t>(request.k, 1), pairs.size());
-      return scene.closest(pairs, static_cast<int>(k), question);
-    }
-    case QueryPairsRequest::PER_PAIR:
-      return scene.all(pairs, question);
-    case QueryPairsRequest::BELOW_THRESHOLD:
-      return scene.below(pairs, question);
-    default:
-      throw RequestError(QueryStatus::INVALID_ARGUMENT, "mode " + std::to_string(request.mode) + " does not exist");
-  }
-}
-
-Question questionOf(const Robot& robot, const QueryPairsRequest& request) {
-  Question question = questionOf(robot);
-  const bool literal = request.mode == QueryPairsRequest::FIRST || request.mode == QueryPairsRequest::BELOW_THRESHOLD;
-  question.threshold = literal ? finite(request.threshold, "threshold") : thresholdOrNone(request.threshold);
-  if (request.skip_penetration) question.depth = Question::Depth::NotWanted;
-  return question;
-}
-
-bool isCloser(const Proximity& a, const Proximity& b) {
-  if (a.state == Proximity::UNKNOWN || b.state == Proximity::UNKNOWN) return b.state == Proximity::UNKNOWN;
-  return a.lower_bound < b.lower_bound;
-}
-
-void countPairs(QueryPairsResponse& response, const PairCounts& counts) {
-  response.pairs_total = static_cast<std::uint32_t>(counts.total);
-  response.pairs_unknown = static_cast<std::uint32_t>(counts.unknown);
-  response.pairs_at_rest = static_cast<std::uint32_t>(counts.at_rest);
-  response.pairs_by_motion = static_cast<std::uint32_t>(counts.by_motion);
-  response.pairs_by_bounds = static_cast<std::uint32_t>(counts.by_bounds);
-  response.pairs_computed = static_cast<std::uint32_t>(counts.computed);
 }
 
 }  // namespace
@@ -230,21 +150,17 @@ QueryPairsResponse answer(const Robot& robot, TfPoses& tf, const QueryPairsReque
     const auto pairs = pairsOf(robot, request);
     const PosedScene posed(robot, tf, pairs, request.stamp);
     response.header = posed.header;
-    const std::vector<PairProximity> found = askByMode(*posed.scene, pairs, request, question);
-    countPairs(response, posed.scene->counts());
-
-    for (const PairProximity& pair : found) {
-      response.pairs.push_back(posed.message(pair, question));
-      if (pair.result.status != Status::Unknown)
-        response.status.code = std::min(response.status.code, statusCode(pair.result));
-    }
-    const bool decided = request.mode == QueryPairsRequest::FIRST && !found.empty();
-    if (response.pairs_unknown > 0 && !decided) {
-      response.status = posed.snapshot.status;
-      return;
-    }
-    const auto closest = std::min_element(response.pairs.begin(), response.pairs.end(), isCloser);
-    if (closest != response.pairs.end()) response.minimum = *closest;
+    const StateProximity found =
+        askPairs(*posed.scene, {posed.snapshot.poses, posed.snapshot.status}, pairs, request, question);
+    response.status = found.status;
+    response.pairs = found.pairs;
+    response.minimum = found.minimum;
+    response.pairs_total = found.pairs_total;
+    response.pairs_unknown = found.pairs_unknown;
+    response.pairs_at_rest = found.pairs_at_rest;
+    response.pairs_by_motion = found.pairs_by_motion;
+    response.pairs_by_bounds = found.pairs_by_bounds;
+    response.pairs_computed = found.pairs_computed;
   });
 }
 

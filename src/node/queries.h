@@ -1,14 +1,18 @@
 #pragma once
 
+#include "proximity_server/FirstContact.h"
 #include "proximity_server/MinimumDistance.h"
 #include "proximity_server/PenetrationDepth.h"
+#include "proximity_server/QueryConfiguration.h"
 #include "proximity_server/QueryPairs.h"
+#include "proximity_server/QueryTrajectory.h"
 #include "proximity_server/SeparationAxis.h"
 #include "robot.h"
 #include "tf_poses.h"
 
 // The services, one function each. They never throw: what went wrong is in the response's status, and then every
-// number of it is NaN. They wait at most Config::tf_timeout. Any number of threads may call them at once.
+// number of it that is not proven is NaN. They wait at most Config::tf_timeout. Any number of threads may call them at
+// once.
 
 namespace proximity_server {
 
@@ -16,5 +20,8 @@ MinimumDistanceResponse answer(const Robot& robot, TfPoses& tf, const MinimumDis
 SeparationAxisResponse answer(const Robot& robot, TfPoses& tf, const SeparationAxisRequest& request);
 PenetrationDepthResponse answer(const Robot& robot, TfPoses& tf, const PenetrationDepthRequest& request);
 QueryPairsResponse answer(const Robot& robot, TfPoses& tf, const QueryPairsRequest& request);
+QueryConfigurationResponse answer(const Robot& robot, TfPoses& tf, const QueryConfigurationRequest& request);
+FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactRequest& request);
+QueryTrajectoryResponse answer(const Robot& robot, TfPoses& tf, const QueryTrajectoryRequest& request);
 
 }  // namespace proximity_server

@@ -20,12 +20,8 @@ bool hasGeometry(const RobotModel& robot, int collision) {
   return !robot.collisions[static_cast<std::size_t>(collision)].pieces.empty();
 }
 
-int linkNamed(const RobotModel& robot, const std::string& name) {
-  const int index = robot.findLink(name);
-  if (index < 0) {
-    throw RequestError(QueryStatus::UNKNOWN_LINK, "there is no link '" + name + "': did you mean '" +
-                                                      nearestName(name, namesOf(robot.links)) + "'?");
-  }
+int linkWithGeometry(const RobotModel& robot, const std::string& name) {
+  const int index = linkNamed(robot, name);
   const std::vector<int>& collisions = linkAt(robot, index).collisions;
   if (std::none_of(collisions.begin(), collisions.end(), [&](int shape) { return hasGeometry(robot, shape); })) {
     throw RequestError(QueryStatus::NO_COLLISION_GEOMETRY, "link '" + name + "' has no collision geometry");
@@ -57,7 +53,7 @@ int shapeNumbered(const Link& link, std::uint32_t number) {
 }
 
 Subject subjectOf(const RobotModel& robot, const ShapeRef& ref) {
-  const int index = linkNamed(robot, ref.link);
+  const int index = linkWithGeometry(robot, ref.link);
   const Link& link = linkAt(robot, index);
   if (ref.index == 0 && ref.name.empty()) return {index, 0};
   const int number = ref.index > 0 ? shapeNumbered(link, ref.index) : shapeNamed(robot, link, ref.name);
@@ -149,6 +145,28 @@ QueryStatus RequestError::status() const {
   return status;
 }
 
+int linkNamed(const RobotModel& robot, const std::string& name) {
+  const int index = robot.findLink(name);
+  if (index >= 0) return index;
+  throw RequestError(QueryStatus::UNKNOWN_LINK, "there is no link '" + name + "': did you mean '" +
+                                                    nearestName(name, namesOf(robot.links)) + "'?");
+}
+
+double finite(double value, const std::string& name) {
+  if (!std::isfinite(value)) throw RequestError(QueryStatus::INVALID_ARGUMENT, name + " is not finite");
+  return value;
+}
+
+double notNegative(double value, const std::string& name) {
+  if (finite(value, name) >= 0.0) return value;
+  throw RequestError(QueryStatus::INVALID_ARGUMENT, name + " must not be negative");
+}
+
+double positive(double value, const std::string& name) {
+  if (finite(value, name) > 0.0) return value;
+  throw RequestError(QueryStatus::INVALID_ARGUMENT, name + " must be positive");
+}
+
 std::vector<SubjectPair> pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter) {
   if (!isEmpty(a) && !isEmpty(b)) return {onePair(robot, a, b, filter)};
   if (!isEmpty(b)) throw RequestError(QueryStatus::INVALID_ARGUMENT, "b without a: name a, or neither of them");
@@ -157,12 +175,13 @@ std::vector<SubjectPair> pairsOf(const Robot& robot, const ShapeRef& a, const Sh
   return pairs;
 }
 
-std::vector<SubjectPair> pairsOf(const Robot& robot, const QueryPairsRequest& request) {
+std::vector<SubjectPair> pairsOf(const Robot& robot, const QueryPairsRequest& request, std::size_t states) {
   std::vector<SubjectPair> pairs = pairsOfBatch(robot, request, filterOf(request.ignore_filter));
   requirePairs(pairs);
-  if (pairs.size() > static_cast<std::size_t>(robot.config().max_batch)) {
-    throw RequestError(QueryStatus::OVER_BUDGET, "these are " + std::to_string(pairs.size()) + " pairs, max_batch is " +
-                                                     std::to_string(robot.config().max_batch));
+  if (pairs.size() * states > static_cast<std::size_t>(robot.config().max_batch)) {
+    const std::string times = states == 1 ? "" : " in " + std::to_string(states) + " states";
+    throw RequestError(QueryStatus::OVER_BUDGET, "these are " + std::to_string(pairs.size()) + " pairs" + times +
+                                                     ", max_batch is " + std::to_string(robot.config().max_batch));
   }
   return pairs;
 }

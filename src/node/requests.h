@@ -26,6 +26,14 @@ class RequestError : public std::runtime_error {
 enum class Filter { Applies, Ignored };
 inline Filter filterOf(bool ignore_filter) { return ignore_filter ? Filter::Ignored : Filter::Applies; }
 
+// Numbers of a request. Failure: throw RequestError INVALID_ARGUMENT naming the number.
+double finite(double value, const std::string& name);
+double notNegative(double value, const std::string& name);
+double positive(double value, const std::string& name);
+
+/// Index of a link, with or without geometry. Throws RequestError UNKNOWN_LINK naming the nearest one.
+int linkNamed(const RobotModel& robot, const std::string& name);
+
 // What a request means by its names. The pairs keep the request's order of a and b.
 // Failure: throw RequestError for a link or shape that does not exist or has no geometry, for a pair that the filter
 //          excludes, and where no pair is left.
@@ -33,8 +41,9 @@ inline Filter filterOf(bool ignore_filter) { return ignore_filter ? Filter::Igno
 /// Both empty: every pair; b empty: a against all others; else that one pair.
 std::vector<SubjectPair> pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter);
 
-/// The same for the lists of a batch. Throws also where there are more than Config::max_batch pairs.
-std::vector<SubjectPair> pairsOf(const Robot& robot, const QueryPairsRequest& request);
+/// The same for the lists of a batch, which is asked in so many states of the robot. Throws also where that is more
+/// than Config::max_batch pairs.
+std::vector<SubjectPair> pairsOf(const Robot& robot, const QueryPairsRequest& request, std::size_t states = 1);
 
 /// The bodies of all links in `pairs`, each once.
 std::vector<int> bodiesOf(const RobotModel& robot, const std::vector<SubjectPair>& pairs);

@@ -47,7 +47,8 @@ Robot::Robot(const ros::NodeHandle& nh, const Config& config)
       model_(sceneModel(urdfOf(nh, config.robot_description), srdf_, config)),
       reference_frame_(config.reference_frame.empty() ? rootLink(model_->robot).name : config.reference_frame),
       reference_link_(model_->robot.findLink(reference_frame_)),
-      scenes_(std::make_unique<ScenePool>(model_)) {}
+      scenes_(std::make_unique<ScenePool>([first = std::make_shared<const Scene>(model_)] { return first->twin(); })),
+      moving_scenes_(std::make_unique<MovingScenePool>([model = model_] { return MovingScene(model); })) {}
 
 std::vector<SubjectPair> Robot::pairsOfGroup(const std::string& group) const {
   PairFilterOptions filter = config_.filter;

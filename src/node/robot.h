@@ -33,6 +33,7 @@ class Robot {
   std::vector<SubjectPair> pairsOfGroup(const std::string& group) const;
 
   ScenePool::Lease takeScene() const { return scenes_->take(); }
+  MovingScenePool::Lease takeMovingScene() const { return moving_scenes_->take(); }
 
  private:
   Config config_;
@@ -41,6 +42,7 @@ class Robot {
   std::string reference_frame_;
   int reference_link_;
   std::unique_ptr<ScenePool> scenes_;
+  std::unique_ptr<MovingScenePool> moving_scenes_;
 };
 
 /// The pairs of a table that are checked, as whole links.

@@ -6,40 +6,45 @@
 #include <utility>
 #include <vector>
 
+#include "proximity_server/scene/moving_scene.h"
 #include "proximity_server/scene/scene.h"
 
 namespace proximity_server {
 
-/// Scenes of one model for requests that run in parallel: each takes one, and its destructor gives it back.
-class ScenePool {
+/// Scratch for requests that run in parallel: each takes one, and its destructor gives it back.
+template <class Scratch>
+class Pool {
  public:
-  explicit ScenePool(std::shared_ptr<const SceneModel> model) : first_(std::move(model)) {}
+  explicit Pool(std::function<Scratch()> make) : make_(std::move(make)) {}
 
-  using Lease = std::unique_ptr<Scene, std::function<void(Scene*)>>;
+  using Lease = std::unique_ptr<Scratch, std::function<void(Scratch*)>>;
 
   Lease take() {
-    return Lease(takeIdle().release(), [this](Scene* scene) {
+    return Lease(takeIdle().release(), [this](Scratch* scratch) {
       const std::lock_guard<std::mutex> lock(mutex_);
-      idle_.emplace_back(scene);
+      idle_.emplace_back(scratch);
     });
   }
 
  private:
-  std::unique_ptr<Scene> takeIdle() {
+  std::unique_ptr<Scratch> takeIdle() {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       if (!idle_.empty()) {
-        std::unique_ptr<Scene> scene = std::move(idle_.back());
+        std::unique_ptr<Scratch> scratch = std::move(idle_.back());
         idle_.pop_back();
-        return scene;
+        return scratch;
       }
     }
-    return std::make_unique<Scene>(first_.twin());
+    return std::make_unique<Scratch>(make_());
   }
 
-  const Scene first_;
+  const std::function<Scratch()> make_;
   std::mutex mutex_;
-  std::vector<std::unique_ptr<Scene>> idle_;
+  std::vector<std::unique_ptr<Scratch>> idle_;
 };
+
+using ScenePool = Pool<Scene>;
+using MovingScenePool = Pool<MovingScene>;
 
 }  // namespace proximity_server

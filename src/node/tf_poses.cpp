@@ -62,75 +62,33 @@ void lookUpAt(const tf2::BufferCore& buffer, const ros::Time& stamp, Edge& edge)
 
 bool available(const Edge& edge) { return edge.status.code == QueryStatus::OK; }
 
-/// One edge per movable joint between the root and the asked bodies, and one to a reference frame that is foreign.
-class EdgesToLookUp {
- public:
-  EdgesToLookUp(const Robot& robot, const std::vector<int>& bodies)
-      : robot_(robot), edge_of_body_(robot.links().bodies.size(), kNotNeeded) {
-    for (const int body : bodies) addChain(body);
-    if (robot.referenceLink() >= 0) {
-      addChain(link(robot.referenceLink()).body);
-    } else {
-      const std::string& root = link(robot.links().bodies.front().link).name;
-      edges_.push_back({robot.referenceFrame(), root, "reference_frame '" + robot.referenceFrame() + "'", {}, {}, {}});
-    }
+/// One edge for each of `joints`, then one to a reference frame that is foreign.
+std::vector<Edge> edgesToLookUp(const Robot& robot, const std::vector<int>& joints) {
+  const RobotModel& model = robot.links();
+  const auto name = [&](int link) { return model.links[static_cast<std::size_t>(link)].name; };
+  std::vector<Edge> edges;
+  for (const int index : joints) {
+    const Joint& joint = model.joints[static_cast<std::size_t>(index)];
+    edges.push_back({name(joint.parent_link), name(joint.child_link), "joint '" + joint.name + "'", {}, {}, {}});
   }
-
-  std::vector<Edge>& edges() { return edges_; }
-
-  /// Poses of the asked bodies in the reference frame.
-  BodyPoses compose() const {
-    const std::optional<Eigen::Isometry3d> reference_T_root = referenceToRoot();
-    BodyPoses poses(edge_of_body_.size());
-    if (!reference_T_root) return poses;
-    for (std::size_t body = 0; body < poses.size(); ++body) {
-      const std::optional<Eigen::Isometry3d> root_T_body = rootToBody(static_cast<int>(body));
-      if (root_T_body) poses[body] = *reference_T_root * *root_T_body;
-    }
-    return poses;
+  if (robot.referenceLink() < 0) {
+    const std::string& frame = robot.referenceFrame();
+    edges.push_back({frame, name(model.bodies.front().link), "reference_frame '" + frame + "'", {}, {}, {}});
   }
+  return edges;
+}
 
- private:
-  static constexpr int kNotNeeded = -1;
-
-  const Link& link(int index) const { return robot_.links().links[static_cast<std::size_t>(index)]; }
-  const Body& body(int index) const { return robot_.links().bodies[static_cast<std::size_t>(index)]; }
-  const Joint& joint(int index) const { return robot_.links().joints[static_cast<std::size_t>(index)]; }
-
-  void addChain(int index) {
-    for (; body(index).joint >= 0; index = body(index).parent) {
-      int& edge = edge_of_body_[static_cast<std::size_t>(index)];
-      if (edge != kNotNeeded) return;
-      edge = static_cast<int>(edges_.size());
-      const Joint& carrier = joint(body(index).joint);
-      edges_.push_back(
-          {link(carrier.parent_link).name, link(carrier.child_link).name, "joint '" + carrier.name + "'", {}, {}, {}});
-    }
+void take(const std::vector<Edge>& edges, const std::vector<int>& joints, JointSnapshot& snapshot) {
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    snapshot.joints[static_cast<std::size_t>(joints[i])] = edges[i].pose;
   }
+  if (edges.size() > joints.size()) snapshot.reference_T_root = edges.back().pose;
+}
 
-  std::optional<Eigen::Isometry3d> rootToBody(int index) const {
-    Eigen::Isometry3d root_T_body = Eigen::Isometry3d::Identity();
-    for (; body(index).joint >= 0; index = body(index).parent) {
-      const int edge = edge_of_body_[static_cast<std::size_t>(index)];
-      if (edge == kNotNeeded || !edges_[static_cast<std::size_t>(edge)].pose) return std::nullopt;
-      const Link& parent = link(joint(body(index).joint).parent_link);
-      root_T_body = parent.body_T_link * *edges_[static_cast<std::size_t>(edge)].pose * root_T_body;
-    }
-    return root_T_body;
-  }
-
-  std::optional<Eigen::Isometry3d> referenceToRoot() const {
-    if (robot_.referenceLink() < 0) return edges_.back().pose;
-    const Link& reference = link(robot_.referenceLink());
-    const std::optional<Eigen::Isometry3d> root_T_body = rootToBody(reference.body);
-    if (!root_T_body) return std::nullopt;
-    return (*root_T_body * reference.body_T_link).inverse();
-  }
-
-  const Robot& robot_;
-  std::vector<int> edge_of_body_;
-  std::vector<Edge> edges_;
-};
+PoseSnapshot placed(const Robot& robot, const JointSnapshot& joints) {
+  return {inReference(robot, posesInRoot(robot.links(), joints.joints), joints.reference_T_root), joints.stamp,
+          joints.age, joints.skew, joints.status};
+}
 
 /// Stamps come from outside; ros::Duration itself throws where they are more than 68 years apart.
 ros::Duration elapsed(const ros::Time& from, const ros::Time& to) {
@@ -216,19 +174,27 @@ ros::Time TfPoses::readClock() {
 }
 
 PoseSnapshot TfPoses::lookUp(const Robot& robot, const std::vector<int>& bodies, const ros::Time& stamp) {
-  PoseSnapshot snapshot;
+  return placed(robot, lookUpJoints(robot, jointsTo(robot, bodies), stamp));
+}
+
+PoseSnapshot TfPoses::await(const Robot& robot, const std::vector<int>& bodies, const ros::Time& stamp) {
+  return placed(robot, awaitJoints(robot, jointsTo(robot, bodies), stamp));
+}
+
+JointSnapshot TfPoses::lookUpJoints(const Robot& robot, const std::vector<int>& joints, const ros::Time& stamp) {
+  JointSnapshot snapshot;
   snapshot.stamp = stamp;
-  snapshot.poses.resize(robot.links().bodies.size());
+  snapshot.joints.resize(robot.links().joints.size());
   const ros::Time now = readClock();
   if (now.isZero()) {
     snapshot.status = status(QueryStatus::TF_UNAVAILABLE, "waiting for the clock: use_sim_time is set, /clock is not");
     return snapshot;
   }
 
-  EdgesToLookUp needed(robot, bodies);
-  for (Edge& edge : needed.edges()) lookUpAt(buffer_, ros::Time(), edge);
-  const CommonTime common = commonTime(needed.edges());
-  snapshot.status = summary(needed.edges());
+  std::vector<Edge> edges = edgesToLookUp(robot, joints);
+  for (Edge& edge : edges) lookUpAt(buffer_, ros::Time(), edge);
+  const CommonTime common = commonTime(edges);
+  snapshot.status = summary(edges);
   if (!common.oldest && snapshot.status.code != QueryStatus::OK) return snapshot;
   if (common.oldest) snapshot.skew = elapsed(common.oldest->latest, common.newest->latest);
 
@@ -242,22 +208,22 @@ PoseSnapshot TfPoses::lookUp(const Robot& robot, const std::vector<int>& bodies,
     if (elapsed(now, common.newest->latest) > max_age) buffer_.clear();
     if (snapshot.status.code != QueryStatus::OK) return snapshot;
   }
-  for (Edge& edge : needed.edges()) {
+  for (Edge& edge : edges) {
     if (available(edge)) lookUpAt(buffer_, snapshot.stamp, edge);
   }
-  snapshot.status = summary(needed.edges());
-  snapshot.poses = needed.compose();
+  snapshot.status = summary(edges);
+  take(edges, joints, snapshot);
   return snapshot;
 }
 
-PoseSnapshot TfPoses::await(const Robot& robot, const std::vector<int>& bodies, const ros::Time& stamp) {
+JointSnapshot TfPoses::awaitJoints(const Robot& robot, const std::vector<int>& joints, const ros::Time& stamp) {
   // Wall time: a simulated clock may stand still.
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(robot.config().tf_timeout);
   while (true) {
     std::unique_lock<std::mutex> lock(mutex_);
     const std::uint64_t seen = changes_;
     lock.unlock();
-    PoseSnapshot snapshot = lookUp(robot, bodies, stamp);
+    JointSnapshot snapshot = lookUpJoints(robot, joints, stamp);
     if (snapshot.status.code == QueryStatus::OK) return snapshot;
     lock.lock();
     if (!changed_.wait_until(lock, deadline, [&] { return changes_ != seen; })) return snapshot;

@@ -10,13 +10,24 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
-#include <string>
+#include <optional>
 #include <vector>
 
+#include "joint_frames.h"
 #include "proximity_server/QueryStatus.h"
 #include "robot.h"
 
 namespace proximity_server {
+
+/// What tf knows of a robot's joints at one time, or why it does not.
+struct JointSnapshot {
+  JointFrames joints;                                 ///< nothing where unknown or not asked for
+  std::optional<Eigen::Isometry3d> reference_T_root;  ///< of a reference frame that is no link of the robot
+  ros::Time stamp;                                    ///< the common time; 0 where there is none
+  ros::Duration age;                                  ///< now - stamp
+  ros::Duration skew;                                 ///< newest - oldest of the latest transforms
+  QueryStatus status;                                 ///< OK, or what is missing, stale or out of reach
+};
 
 /// Poses of a robot's bodies at one time, or why there are none.
 struct PoseSnapshot {
@@ -49,6 +60,11 @@ class TfPoses {
 
   /// The same, but waits for what is still missing, at most Config::tf_timeout of wall time.
   PoseSnapshot await(const Robot& robot, const std::vector<int>& bodies, const ros::Time& stamp);
+
+  // The same for chosen joints only, and the reference frame where that is no link of the robot.
+
+  JointSnapshot lookUpJoints(const Robot& robot, const std::vector<int>& joints, const ros::Time& stamp = {});
+  JointSnapshot awaitJoints(const Robot& robot, const std::vector<int>& joints, const ros::Time& stamp);
 
  private:
   void transformsChanged();

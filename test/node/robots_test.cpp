@@ -1,4 +1,6 @@
 #include <proximity_server/Clearance.h>
+#include <proximity_server/QueryConfiguration.h>
+#include <proximity_server/QueryTrajectory.h>
 #include <sensor_msgs/JointState.h>
 
 #include <cmath>
@@ -12,6 +14,23 @@
 namespace proximity_server {
 namespace {
 
+/// Whether a joint takes one position of its own.
+bool isSettable(const Joint& joint) {
+  return !joint.mimic && joint.type != Joint::Type::Floating && joint.type != Joint::Type::Planar;
+}
+
+/// All settable joints `swing` of their ranges from the middle, or that many radians where there is no range.
+sensor_msgs::JointState swungBy(double swing, const RobotModel& robot) {
+  sensor_msgs::JointState state;
+  for (const Joint& joint : robot.joints) {
+    if (!isSettable(joint)) continue;
+    const bool limited = std::isfinite(joint.lower) && std::isfinite(joint.upper);
+    state.name.push_back(joint.name);
+    state.position.push_back(limited ? joint.lower + (0.5 + swing) * (joint.upper - joint.lower) : swing);
+  }
+  return state;
+}
+
 /// Swings all joints of a robot about the middle of their ranges, a hundred times a second.
 class Swing {
  public:
@@ -23,15 +42,9 @@ class Swing {
 
  private:
   void publish() {
-    sensor_msgs::JointState state;
-    state.header.stamp = ros::Time::now();
-    const double swing = 0.1 * std::sin(state.header.stamp.toSec());
-    for (const Joint& joint : robot_.joints) {
-      if (joint.mimic || joint.type == Joint::Type::Floating || joint.type == Joint::Type::Planar) continue;
-      const bool limited = std::isfinite(joint.lower) && std::isfinite(joint.upper);
-      state.name.push_back(joint.name);
-      state.position.push_back(limited ? joint.lower + (0.5 + swing) * (joint.upper - joint.lower) : swing);
-    }
+    const ros::Time now = ros::Time::now();
+    sensor_msgs::JointState state = swungBy(0.1 * std::sin(now.toSec()), robot_);
+    state.header.stamp = now;
     publisher_.publish(state);
   }
 
@@ -40,18 +53,26 @@ class Swing {
   ros::WallTimer timer_;
 };
 
-class Robot : public testing::TestWithParam<const char*> {};
+class Robot : public testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(ros::param::get(ns_ + "/robot_description", urdf_));
+    if (urdf_.empty()) GTEST_SKIP() << "the robots are not at hand";
+  }
+
+  RobotModel jointsOnly() const {
+    ModelOptions without_meshes;
+    without_meshes.allow_missing_meshes = true;
+    return loadRobotModel(urdf_, packageResolver({}), without_meshes);
+  }
+
+  const std::string ns_ = std::string("/") + GetParam();
+  std::string urdf_;
+};
 
 TEST_P(Robot, HasAValidClearanceWhileItMoves) {
-  const std::string ns = std::string("/") + GetParam();
-  std::string urdf;
-  ASSERT_TRUE(ros::param::get(ns + "/robot_description", urdf));
-  if (urdf.empty()) GTEST_SKIP() << "the robots are not at hand";
-
-  ModelOptions without_meshes;  // only the joints are of interest here
-  without_meshes.allow_missing_meshes = true;
-  const Swing swing(ns, loadRobotModel(urdf, packageResolver({}), without_meshes));
-  Inbox<Clearance> inbox(ros::NodeHandle(), ns + "/proximity_server/clearance");
+  const Swing swing(ns_, jointsOnly());
+  Inbox<Clearance> inbox(ros::NodeHandle(), ns_ + "/proximity_server/clearance");
   ASSERT_TRUE(inbox.next([](const Clearance& message) { return message.level != Clearance::INVALID; }));
   for (int n = 0; n < 100; ++n) {
     const auto message = inbox.next();
@@ -60,6 +81,51 @@ TEST_P(Robot, HasAValidClearanceWhileItMoves) {
     EXPECT_EQ(message->status.code, QueryStatus::OK) << message->status.message;
     EXPECT_LE(message->minimum.lower_bound, message->minimum.upper_bound);
     EXPECT_EQ(message->pairs_unknown, 0u);
+  }
+}
+
+TEST_P(Robot, IsAsCloseInEveryStateOfATrajectoryAsTheTrajectorySays) {
+  constexpr double kTolerance = 1e-6;  // [m]
+  constexpr double kClearance = 0.01;  // [m]
+  constexpr int kStates = 100;
+  const RobotModel robot = jointsOnly();
+  QueryTrajectoryRequest moving;
+  moving.missing_joints = QueryTrajectoryRequest::ZERO;
+  moving.clearance = kClearance;
+  moving.tolerance = kTolerance;
+  moving.time_budget = ros::Duration(30.0);
+  moving.trajectory.joint_names = swungBy(0.0, robot).name;
+  for (const double time : {0.0, 1.0}) {
+    trajectory_msgs::JointTrajectoryPoint point;
+    point.positions = swungBy(0.4 * time - 0.2, robot).position;
+    point.time_from_start = ros::Duration(time);
+    moving.trajectory.points.push_back(point);
+  }
+  QueryConfigurationRequest standing;
+  standing.missing_joints = QueryConfigurationRequest::ZERO;
+  for (int i = 0; i <= kStates; ++i) standing.states.push_back(swungBy(0.4 * i / kStates - 0.2, robot));
+
+  const auto path = call<QueryTrajectoryResponse>(ns_ + "/proximity_server/query_trajectory", moving);
+  const auto states = call<QueryConfigurationResponse>(ns_ + "/proximity_server/query_configuration", standing);
+  ASSERT_TRUE(path.success) << path.status.message;
+  ASSERT_TRUE(states.success) << states.status.message;
+  ASSERT_EQ(path.segments.size(), 1u);
+  EXPECT_LE(path.segments[0].lower_bound, path.segments[0].upper_bound);
+  for (int i = 0; i <= kStates; ++i) {
+    const Proximity& minimum = states.states[static_cast<std::size_t>(i)].minimum;
+    EXPECT_LE(path.segments[0].lower_bound, minimum.upper_bound) << i;
+    EXPECT_LE(path.segments[0].upper_bound - kTolerance, minimum.upper_bound) << i;
+    if (1.0 * i / kStates < path.t_free) {
+      EXPECT_GT(minimum.upper_bound, kClearance) << i;
+    }
+  }
+  if (path.contact) {
+    QueryConfigurationRequest then;
+    then.missing_joints = QueryConfigurationRequest::ZERO;
+    then.states = {path.state};
+    const auto contact = call<QueryConfigurationResponse>(ns_ + "/proximity_server/query_configuration", then);
+    ASSERT_EQ(contact.states.size(), 1u);
+    EXPECT_LE(contact.states[0].minimum.lower_bound, kClearance + 2.0 * kTolerance);
   }
 }
 

@@ -8,9 +8,9 @@
 
 #include <array>
 #include <limits>
-#include <set>
 #include <thread>
 
+#include "answers.h"
 #include "gantry.h"
 
 // Every expected number is read off gantry.urdf.
@@ -18,7 +18,6 @@
 namespace proximity_server {
 namespace {
 
-constexpr double kTolerance = 1e-9;  // of the answers: the node's default
 const std::string kNode = "/proximity_server/";
 
 Gantry& gantry() {
@@ -26,14 +25,6 @@ Gantry& gantry() {
   static const bool connected = gantry.awaitListeners(1);
   EXPECT_TRUE(connected);
   return gantry;
-}
-
-ShapeRef shape(const std::string& link, std::uint32_t index = 0, const std::string& name = "") {
-  ShapeRef ref;
-  ref.link = link;
-  ref.index = index;
-  ref.name = name;
-  return ref;
 }
 
 template <class Request>
@@ -58,31 +49,8 @@ QueryPairsResponse ask(const QueryPairsRequest& request) {
   return call<QueryPairsResponse>(kNode + "query_pairs", request);
 }
 
-template <class Vector>
-void expectNear(const Vector& vector, double x, double y, double z) {
-  EXPECT_NEAR(vector.x, x, kTolerance);
-  EXPECT_NEAR(vector.y, y, kTolerance);
-  EXPECT_NEAR(vector.z, z, kTolerance);
-}
-
-template <class Vector>
-bool isNaN(const Vector& vector) {
-  return std::isnan(vector.x) && std::isnan(vector.y) && std::isnan(vector.z);
-}
-
-/// For pairs whose order the request leaves open.
-std::set<std::string> links(const Proximity& pair) { return {pair.a.link, pair.b.link}; }
-
-bool saysNothing(const Proximity& pair) {
-  return pair.state == Proximity::UNKNOWN && !pair.points_valid && std::isnan(pair.distance) &&
-         std::isnan(pair.lower_bound) && std::isnan(pair.upper_bound) && isNaN(pair.point_a) && isNaN(pair.point_b) &&
-         isNaN(pair.normal) && isNaN(pair.point_a_link) && isNaN(pair.point_b_link);
-}
-
 void expectFailure(const MinimumDistanceResponse& response, int code, const std::string& named) {
-  EXPECT_FALSE(response.success);
-  EXPECT_EQ(response.status.code, code) << response.status.message;
-  EXPECT_NE(response.status.message.find(named), std::string::npos) << response.status.message;
+  expectRefusal(response, code, named);
   EXPECT_TRUE(saysNothing(response.pair));
 }
 

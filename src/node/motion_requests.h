@@ -1,0 +1,40 @@
+#pragma once
+
+#include <chrono>
+#include <vector>
+
+#include "joint_frames.h"
+#include "proximity_server/FirstContactRequest.h"
+#include "proximity_server/QueryTrajectoryRequest.h"
+#include "requests.h"
+#include "timed_motion.h"
+
+// What a request means by its motion.
+// Failure: throw RequestError INVALID_ARGUMENT naming the number, point, joint or link.
+
+namespace proximity_server {
+
+/// The numbers of both requests, without a deadline.
+MotionQuestion motionQuestion(double clearance, double tolerance);
+
+/// [s]
+std::chrono::duration<double> timeBudget(const Robot& robot, const ros::Duration& asked);
+
+/// The time budget runs from now on.
+void startBudget(MotionQuestion& question, const std::chrono::duration<double>& budget);
+
+/// From poses in the reference frame on.
+TimedMotion motionOf(const Robot& robot, const BodyPoses& poses, const FirstContactRequest& request);
+
+/// The points of a trajectory.
+struct WayPoints {
+  std::vector<int> joints;             ///< those that are named, indices into RobotModel::joints
+  std::vector<JointValues> positions;  ///< [rad] or [m] of each point
+  std::vector<double> times;           ///< [s]
+};
+WayPoints wayPointsOf(const RobotModel& robot, const QueryTrajectoryRequest& request);
+
+/// What every joint travels [rad] or [m] from one state to another; 0 where nothing is given.
+std::vector<double> travelBetween(const JointValues& from, const JointValues& to);
+
+}  // namespace proximity_server

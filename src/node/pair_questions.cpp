@@ -1,0 +1,91 @@
+#include "pair_questions.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "conversions.h"
+#include "requests.h"
+
+namespace proximity_server {
+namespace {
+
+std::vector<PairProximity> askByMode(Scene& scene, const std::vector<SubjectPair>& pairs,
+                                     const QueryPairsRequest& request, const Question& question) {
+  const auto list = [](const PairProximity* pair) {
+    return pair ? std::vector<PairProximity>{*pair} : std::vector<PairProximity>{};
+  };
+  switch (request.mode) {
+    case QueryPairsRequest::MINIMUM:
+      return list(scene.minimum(pairs, question));
+    case QueryPairsRequest::FIRST:
+      return list(scene.first(pairs, question));
+    case QueryPairsRequest::K_CLOSEST: {
+      const std::size_t k = std::min<std::size_t>(std::max<std::size_t>(request.k, 1), pairs.size());
+      return scene.closest(pairs, static_cast<int>(k), question);
+    }
+    case QueryPairsRequest::PER_PAIR:
+      return scene.all(pairs, question);
+    case QueryPairsRequest::BELOW_THRESHOLD:
+      return scene.below(pairs, question);
+    default:
+      throw RequestError(QueryStatus::INVALID_ARGUMENT, "mode " + std::to_string(request.mode) + " does not exist");
+  }
+}
+
+bool isCloser(const Proximity& a, const Proximity& b) {
+  if (a.state == Proximity::UNKNOWN || b.state == Proximity::UNKNOWN) return b.state == Proximity::UNKNOWN;
+  return a.lower_bound < b.lower_bound;
+}
+
+void countPairs(StateProximity& answer, const PairCounts& counts) {
+  answer.pairs_total = static_cast<std::uint32_t>(counts.total);
+  answer.pairs_unknown = static_cast<std::uint32_t>(counts.unknown);
+  answer.pairs_at_rest = static_cast<std::uint32_t>(counts.at_rest);
+  answer.pairs_by_motion = static_cast<std::uint32_t>(counts.by_motion);
+  answer.pairs_by_bounds = static_cast<std::uint32_t>(counts.by_bounds);
+  answer.pairs_computed = static_cast<std::uint32_t>(counts.computed);
+}
+
+}  // namespace
+
+double thresholdOrNone(double threshold) {
+  return finite(threshold, "threshold") > 0.0 ? threshold : std::numeric_limits<double>::infinity();
+}
+
+Question questionOf(const Robot& robot) {
+  Question question;
+  question.tolerance = robot.config().tolerance;
+  return question;
+}
+
+Question questionOf(const Robot& robot, const QueryPairsRequest& request) {
+  Question question = questionOf(robot);
+  const bool literal = request.mode == QueryPairsRequest::FIRST || request.mode == QueryPairsRequest::BELOW_THRESHOLD;
+  question.threshold = literal ? finite(request.threshold, "threshold") : thresholdOrNone(request.threshold);
+  if (request.skip_penetration) question.depth = Question::Depth::NotWanted;
+  return question;
+}
+
+StateProximity askPairs(Scene& scene, const PosedState& state, const std::vector<SubjectPair>& pairs,
+                        const QueryPairsRequest& request, const Question& question) {
+  StateProximity answer;
+  answer.minimum = unknownProximity();
+  const std::vector<PairProximity> found = askByMode(scene, pairs, request, question);
+  countPairs(answer, scene.counts());
+
+  for (const PairProximity& pair : found) {
+    answer.pairs.push_back(toMessage(scene.model().robot, state.poses, pair, question));
+    if (pair.result.status != Status::Unknown)
+      answer.status.code = std::min(answer.status.code, statusCode(pair.result));
+  }
+  const bool decided = request.mode == QueryPairsRequest::FIRST && !found.empty();
+  if (answer.pairs_unknown > 0 && !decided) {
+    answer.status = state.status;
+    return answer;
+  }
+  const auto closest = std::min_element(answer.pairs.begin(), answer.pairs.end(), isCloser);
+  if (closest != answer.pairs.end()) answer.minimum = *closest;
+  return answer;
+}
+
+}  // namespace proximity_server

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <vector>
+
+#include "proximity_server/QueryPairsRequest.h"
+#include "proximity_server/StateProximity.h"
+#include "robot.h"
+
+namespace proximity_server {
+
+/// At the tolerance of the parameters, nothing else.
+Question questionOf(const Robot& robot);
+
+/// How exactly the options of a batch ask. Throws RequestError for a number that is not finite.
+Question questionOf(const Robot& robot, const QueryPairsRequest& request);
+
+/// The threshold [m] of a request in which <= 0 means none. Throws RequestError where it is not finite.
+double thresholdOrNone(double threshold);
+
+/// One set of poses, which a scene is in, and what is wrong with it.
+struct PosedState {
+  const BodyPoses& poses;
+  const QueryStatus& status;
+};
+
+/// Asks a scene for what the mode of a batch wants to know of `pairs`. A pair without poses makes the state's status
+/// that of the answer. Throws RequestError for a mode that does not exist.
+StateProximity askPairs(Scene& scene, const PosedState& state, const std::vector<SubjectPair>& pairs,
+                        const QueryPairsRequest& request, const Question& question);
+
+}  // namespace proximity_server

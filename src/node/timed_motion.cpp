@@ -1,0 +1,86 @@
+#include "timed_motion.h"
+
+#include <limits>
+#include <string>
+
+#include "conversions.h"
+#include "joint_frames.h"
+
+namespace proximity_server {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+BodyPoses inFrame(const Eigen::Isometry3d& frame_T_poses, BodyPoses poses) {
+  for (std::optional<Eigen::Isometry3d>& pose : poses) {
+    if (pose) pose = frame_T_poses * *pose;
+  }
+  return poses;
+}
+
+PairProximity inFrame(const Eigen::Isometry3d& frame_T_poses, PairProximity pair) {
+  pair.result.point_a = frame_T_poses * pair.result.point_a;
+  pair.result.point_b = frame_T_poses * pair.result.point_b;
+  pair.result.normal = frame_T_poses.linear() * pair.result.normal;
+  return pair;
+}
+
+}  // namespace
+
+TimedMotion motionOfJoints(const Robot& robot, const BodyPoses& poses, const std::vector<double>& travel, double begin,
+                           double duration) {
+  const Eigen::Isometry3d reference_T_root = poses.front().value();
+  const BodyPoses in_root = inFrame(reference_T_root.inverse(), poses);
+  return {RobotMotion::ofJoints(robot.links(), in_root, travel), begin, duration,
+          [&robot, reference_T_root](const BodyPoses& poses_in_root) {
+            return referenceToRoot(robot, poses_in_root, reference_T_root).value();
+          }};
+}
+
+TimedMotion motionOfTwists(const BodyPoses& poses, const std::vector<RobotMotion::Twist>& twists, double duration) {
+  return {RobotMotion::ofTwists(poses, twists), 0.0, duration,
+          [](const BodyPoses&) { return Eigen::Isometry3d::Identity(); }};
+}
+
+Proximity toMessage(const Robot& robot, const TimedMotion& motion, double time, const PairProximity& pair) {
+  const BodyPoses poses = motion.motion.at(time);
+  const Eigen::Isometry3d reference_T_poses = motion.reference_T_poses(poses);
+  return toMessage(robot.links(), inFrame(reference_T_poses, poses), inFrame(reference_T_poses, pair), Question());
+}
+
+MotionMinimum toMessage(const Robot& robot, const TimedMotion& motion, const RobotMinimum& minimum) {
+  MotionMinimum message = unknownMinimum();
+  message.lower_bound = minimum.lower_bound;
+  message.upper_bound = minimum.upper_bound;
+  if (!(minimum.time >= 0.0)) return message;
+  message.time = motion.onClock(minimum.time);
+  message.pair = toMessage(robot, motion, minimum.time, minimum.pair);
+  return message;
+}
+
+MotionMinimum unknownMinimum() {
+  MotionMinimum message;
+  message.lower_bound = message.upper_bound = message.time = kNaN;
+  message.pair = unknownProximity();
+  return message;
+}
+
+QueryStatus completeness(const MotionCounts& counts) {
+  QueryStatus result;
+  if (counts.unknown == 0) return result;
+  result.code = QueryStatus::TF_UNAVAILABLE;
+  result.message = std::to_string(counts.unknown) + " of " + std::to_string(counts.pairs) +
+                   " pairs have no usable pose, or no geometry";
+  return result;
+}
+
+QueryStatus statusOf(Status status, const MotionQuestion& question) {
+  QueryStatus result;
+  if (status == Status::Converged || status == Status::Threshold) return result;
+  const bool is_late = std::chrono::steady_clock::now() >= question.deadline;
+  result.code = is_late ? QueryStatus::OVER_BUDGET : QueryStatus::NOT_CONVERGED;
+  result.message = is_late ? "the time budget ended; what is said is proven" : "undecided within the tolerance";
+  return result;
+}
+
+}  // namespace proximity_server

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "proximity_server/MotionMinimum.h"
+#include "proximity_server/Proximity.h"
+#include "proximity_server/QueryStatus.h"
+#include "proximity_server/scene/moving_scene.h"
+#include "robot.h"
+
+// A robot in motion, and what is known of it, as messages.
+
+namespace proximity_server {
+
+/// A motion over the time [0, 1] that stands for a span of the answer's clock.
+struct TimedMotion {
+  RobotMotion motion;
+  double begin;     ///< [s]
+  double duration;  ///< [s]
+  /// The reference frame at a time, given the poses of that time in the frame of the motion.
+  std::function<Eigen::Isometry3d(const BodyPoses&)> reference_T_poses;
+
+  double onClock(double time) const { return begin + time * duration; }
+};
+
+/// Every joint at constant velocity, from poses in the reference frame on: `travel` [rad] or [m] is for the whole time,
+/// see RobotMotion::ofJoints.
+TimedMotion motionOfJoints(const Robot& robot, const BodyPoses& poses, const std::vector<double>& travel, double begin,
+                           double duration);
+
+/// Each body on its own, relative to the reference frame, from poses in it on: twists are for the whole time.
+TimedMotion motionOfTwists(const BodyPoses& poses, const std::vector<RobotMotion::Twist>& twists, double duration);
+
+/// A pair as found at a time of the motion, in the reference frame of that time.
+Proximity toMessage(const Robot& robot, const TimedMotion& motion, double time, const PairProximity& pair);
+
+/// Bounds, time and pair; the pair is UNKNOWN where none was found.
+MotionMinimum toMessage(const Robot& robot, const TimedMotion& motion, const RobotMinimum& minimum);
+
+/// Nothing is known.
+MotionMinimum unknownMinimum();
+
+/// OK, or TF_UNAVAILABLE where something was said of some pairs only.
+QueryStatus completeness(const MotionCounts& counts);
+
+/// OK, or OVER_BUDGET where the deadline has passed, else NOT_CONVERGED.
+QueryStatus statusOf(Status status, const MotionQuestion& question);
+
+}  // namespace proximity_server
