@@ -235,6 +235,16 @@ TEST(MotionBound, HoldsForTheSpeedAndAccelerationOfEveryPoint) {
   }
 }
 
+TEST(MotionBound, HoldsWhereAnArmIsStretchedAtTheEndsOfTheIntervalOnly) {
+  // Two arms of 1 m. In the middle of the interval they are at right angles, the tip 1.41 m from the axis of the first;
+  // at time 0 they lie on one line, and there every term of the acceleration has one direction.
+  const MotionChain arms = {{at(0, 0, 0), {0, 0, 0}, {0, 0, 1}}, {at(1, 0, 0), {0, 0, 0}, {0, 0, M_PI}}};
+  const Vector3d tip(1, 0, 0);
+  const MotionBound bound = motionBound(arms, tip, 0.0, 0.0, 1.0);
+  EXPECT_GE(bound.acceleration, 1.0 * 2.0 + 2.0 * M_PI + M_PI * M_PI);
+  EXPECT_GE(bound.speed(), 2.0 + M_PI);
+}
+
 TEST(MotionBound, OfATranslationIsItsSpeed) {
   const MotionBound bound = motionBound(moving(at(1, 2, 3), {3, 4, 0}), {5, 5, 5}, 2.0, 0.0, 1.0);
   EXPECT_DOUBLE_EQ(bound.speed(), 5.0);

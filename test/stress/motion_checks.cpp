@@ -222,8 +222,8 @@ AssertionResult boundsAreInOrder(const MinimumOverMotion& minimum, const Minimum
     return AssertionFailure() << "the minimum's bounds are not in order";
   if (!(options.begin <= minimum.time && minimum.time <= options.end))
     return AssertionFailure() << "the minimum is outside of the motion: " << minimum.time;
-  const int both_ends = 2;
-  if (minimum.queries > std::max(options.max_queries, both_ends))
+  constexpr int kBothEnds = 2;
+  if (minimum.queries > std::max(options.max_queries, kBothEnds))
     return AssertionFailure() << minimum.queries << " queries";
   const double gap = minimum.upper_bound - minimum.lower_bound;
   if (minimum.status == Status::Converged && !(gap <= options.tolerance))
