@@ -13,10 +13,10 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kMostLevels = 6;  // of intervals; the narrowphase divides shorter ones itself
 
-/// The clock is read now and then only.
-bool isOver(const MotionQuestion& question, int visits) {
-  using Clock = std::chrono::steady_clock;
-  return question.deadline != Clock::time_point::max() && visits % 8 == 1 && Clock::now() > question.deadline;
+using Clock = std::chrono::steady_clock;
+
+bool isOver(const MotionQuestion& question) {
+  return question.deadline != Clock::time_point::max() && Clock::now() > question.deadline;
 }
 
 /// Of two answers, of which each left something open: the later one in the enumeration left more.
@@ -134,6 +134,9 @@ TimeOfContact MotionSearch::contactOf(const Visit& visit, const MotionQuestion& 
   options.tolerance = question.tolerance;
   options.begin = interval.begin;
   options.end = std::min(interval.end, latest);
+  // About a millisecond: longer than that no two pieces hold up a question that has a deadline.
+  constexpr int kQueriesBetweenLooksAtTheClock = 256;
+  if (question.deadline != Clock::time_point::max()) options.max_queries = kQueriesBetweenLooksAtTheClock;
   return timeOfContact(a.shape, subjects.bodies.chainOfA(a.body_T_piece), b.shape,
                        subjects.bodies.chainOfB(b.body_T_piece), options);
 }
@@ -166,7 +169,8 @@ RobotContact MotionSearch::firstContact(const std::vector<SubjectPair>& pairs, c
     const Visit visit = pop();
     const double time = MovingBodies::Interval(visit.interval).begin;
     if (time > latest || (answer.contact && time == latest)) break;
-    if (isOver(question, ++answer.counts.intervals)) {
+    ++answer.counts.intervals;
+    if (isOver(question)) {
       undecided = std::min(undecided, time);
       open = lessComplete(open, Status::IterationLimit);
       break;
@@ -213,7 +217,8 @@ RobotMinimum MotionSearch::minimum(const std::vector<SubjectPair>& pairs, const 
   answer.status = Status::Converged;
   double proven = kInfinity;  // [m] the smallest bound of all pieces that were measured
   while (!queue_.empty() && queue_.front().lower_bound < answer.upper_bound - question.tolerance) {
-    if (isOver(question, ++answer.counts.intervals)) {
+    ++answer.counts.intervals;
+    if (isOver(question)) {
       answer.status = Status::IterationLimit;
       break;
     }
