@@ -131,7 +131,8 @@ class TimeSubdivision {
 MinimumOverMotion minimumDistance(const Shape& a, const MotionChain& a_motion, const Shape& b,
                                   const MotionChain& b_motion, const MinimumOptions& options) {
   MovingPair pair(a, a_motion, b, b_motion);
-  return pair.isFinite() ? TimeSubdivision(pair, options).run() : MinimumOverMotion();
+  const bool is_answerable = pair.isFinite() && isInterval(options.begin, options.end);
+  return is_answerable ? TimeSubdivision(pair, options).run() : MinimumOverMotion();
 }
 
 }  // namespace proximity_server

@@ -66,7 +66,7 @@ AxisBound::AxisBound(const End& begin, const End& end, const MotionBound& motion
 double AxisBound::firstTimeAt(double level) const {
   const double above = begin_ - (level < 0.0 ? level * shortest_ : level);
   const double discriminant = slope() * slope() - 2.0 * curvature_ * above;
-  if (!(above > 0.0)) return 0.0;
+  if (!(above > 0.0) || !std::isfinite(end_ + curvature_)) return 0.0;  // what overflows proves nothing
   if (!(slope() < 0.0) || discriminant < 0.0) return duration_;
   return std::min(duration_, 2.0 * above / (std::sqrt(discriminant) - slope()));
 }

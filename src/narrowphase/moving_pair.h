@@ -39,6 +39,9 @@ class AxisBound {
   double shortest_;   ///< the axis
 };
 
+/// Whether an interval of time lies within [0, 1].
+inline bool isInterval(double begin, double end) { return 0.0 <= begin && begin <= end && end <= 1.0; }
+
 /// Two shapes that move along chains, at any time.
 ///
 /// Frame: that of the chains, moved to where a's chain begins, so that its numbers are small.

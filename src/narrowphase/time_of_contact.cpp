@@ -113,7 +113,8 @@ class Advancement {
       return AxisBound({distance.normal, distance.lower_bound}, {normal, gap}, motion_, end - begin);
     };
     const AxisBound standing = boundTo(distance.normal);
-    if (turned == distance.normal) return standing;
+    constexpr double kLeastNorm = 0.5;  // less is no direction to turn to
+    if (turned == distance.normal || !(turned.norm() > kLeastNorm)) return standing;
     const AxisBound turning = boundTo(turned.normalized());
     return turning.firstTimeAt(level()) > standing.firstTimeAt(level()) ? turning : standing;
   }
@@ -132,7 +133,8 @@ class Advancement {
 TimeOfContact timeOfContact(const Shape& a, const MotionChain& a_motion, const Shape& b, const MotionChain& b_motion,
                             const ContactOptions& options) {
   MovingPair pair(a, a_motion, b, b_motion);
-  return pair.isFinite() ? Advancement(pair, options).run() : TimeOfContact();
+  const bool is_answerable = pair.isFinite() && isInterval(options.begin, options.end);
+  return is_answerable ? Advancement(pair, options).run() : TimeOfContact();
 }
 
 }  // namespace proximity_server

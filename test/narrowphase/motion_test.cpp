@@ -612,6 +612,18 @@ TEST(TimeOfContact, OfAMotionThatIsNotFiniteIsUnknown) {
     }
 }
 
+TEST(TimeOfContact, OutsideOfTheMotionIsUnknown) {
+  const ScrewMotion rest;
+  for (const auto& [begin, end] : {std::make_pair(-0.1, 1.0), {0.0, 1.1}, {0.6, 0.4}, {std::nan(""), 1.0}}) {
+    ContactOptions contact;
+    MinimumOptions minimum;
+    contact.begin = minimum.begin = begin;
+    contact.end = minimum.end = end;
+    EXPECT_EQ(timeOfContact(Sphere{1.0}, {rest}, Sphere{1.0}, {rest}, contact).status, Status::Unknown);
+    EXPECT_EQ(minimumDistance(Sphere{1.0}, {rest}, Sphere{1.0}, {rest}, minimum).status, Status::Unknown);
+  }
+}
+
 TEST(TimeOfContact, OfAMotionThatOverflowsIsNeverSaidToBeFree) {
   for (const double huge : {1e100, 1e155, 1e200, 1e308})
     for (int what = 0; what < 3; ++what) {

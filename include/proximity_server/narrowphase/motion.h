@@ -11,7 +11,7 @@ namespace proximity_server {
 
 /// A rigid motion with constant linear and angular velocity: a screw, over the time [0, 1].
 ///
-/// Frame: the one that `start` leads to. The axis of the turn stands still in it, and the frame that moves keeps its
+/// Frame: the one that `start` is given in. The axis of the turn stands still in it, and the frame that moves keeps its
 ///        distance from the axis while it turns and slides along it. Metres and radians per unit of time.
 struct ScrewMotion {
   Eigen::Isometry3d start = Eigen::Isometry3d::Identity();
@@ -61,7 +61,7 @@ Shape sweptShape(const Shape& shape, const ScrewMotion& motion, double begin = 0
 struct ContactOptions {
   double clearance = 0.0;   ///< [m] contact is a signed distance at or below it
   double tolerance = 1e-9;  ///< [m] of that distance
-  double begin = 0.0;       ///< the time in which contact is looked for
+  double begin = 0.0;       ///< the time in which contact is looked for, within [0, 1]
   double end = 1.0;
   int max_queries = 10000;  ///< of the distance, at one time
 };
@@ -88,7 +88,7 @@ struct TimeOfContact {
 ///
 /// Frame:   the chains lead from one common frame to a and to b. A frame in which both move little gives large steps.
 /// Error:   see TimeOfContact. Where contact is not certain within the tolerance (grazing) the answer is contact.
-/// Failure: none; no allocation. A motion that is not finite gives Status::Unknown.
+/// Failure: none; no allocation. A motion that is not finite, or no interval of time, gives Status::Unknown.
 /// Source:  Mirtich, Impulse-based Dynamic Simulation of Rigid Body Systems, 1996 (conservative advancement); Zhang,
 ///          Redon, Lee, Kim, Continuous Collision Detection for Articulated Models using Taylor Models and Temporal
 ///          Culling, 2007. Here the bound of the motion along the axis is of second order, by the support mapping.
@@ -100,7 +100,7 @@ struct MinimumOptions {
   double begin = 0.0;
   double end = 1.0;
   double stop_above = std::numeric_limits<double>::infinity();  ///< [m] of a larger minimum a proof is enough
-  int max_queries = 512;                                        ///< of the distance, at one time; at most so many
+  int max_queries = 512;                                        ///< of the distance, at one time; 2 to 512
 };
 
 /// The smallest signed distance of two moving shapes.
