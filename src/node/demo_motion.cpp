@@ -64,6 +64,10 @@ void move(ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
     }
   }
   state.position.resize(joints.size());
+  state.velocity.resize(joints.size());
+  const auto position = [&](std::size_t i, double time) {
+    return times.empty() ? sweep(joints[i], i, time) : follow(times, script[i], time);
+  };
 
   ros::Publisher publisher = nh.advertise<sensor_msgs::JointState>("joint_states", 1);
   const ros::Time start = ros::Time::now();
@@ -71,7 +75,9 @@ void move(ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
     state.header.stamp = ros::Time::now();
     const double time = (state.header.stamp - start).toSec();
     for (std::size_t i = 0; i < joints.size(); ++i) {
-      state.position[i] = times.empty() ? sweep(joints[i], i, time) : follow(times, script[i], time);
+      constexpr double kMoment = 1e-3;  // [s]
+      state.position[i] = position(i, time);
+      state.velocity[i] = (position(i, time + kMoment) - state.position[i]) / kMoment;
     }
     publisher.publish(state);
   }
