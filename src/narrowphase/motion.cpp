@@ -36,7 +36,8 @@ struct Turn {
 /// 1/x (sin x v + (1 - cos x) axis x v), see at(); solved for v.
 ScrewMotion ScrewMotion::between(const Isometry3d& start, const Isometry3d& end) {
   const Eigen::AngleAxisd turn(Matrix3d(end.linear() * start.linear().transpose()));
-  const Vector3d axis = turn.axis(), way = end.translation() - start.translation();
+  const Vector3d& axis = turn.axis();
+  const Vector3d way = end.translation() - start.translation();
   const double half = 0.5 * turn.angle();
   const double half_cotangent = half > 0.0 ? half / std::tan(half) : 1.0;
   const Vector3d along = axis.dot(way) * axis;
