@@ -24,7 +24,7 @@ class TimeSubdivision {
     const int last = options_.end > options_.begin ? sample(options_.end) : first;
     if (answer_.status == Status::Unknown) return answer_;
     enter(first, last, -std::numeric_limits<double>::infinity());
-    while (count_ > 0 && intervals_.front().lower_bound < answer_.upper_bound - options_.tolerance) {
+    while (count_ > 0 && answer_.upper_bound - intervals_.front().lower_bound > options_.tolerance) {
       const Interval worst = intervals_.front();
       const bool is_too_short = !(at(worst.begin).time < worst.middle && worst.middle < at(worst.end).time);
       if (is_too_short) return finished(Status::Degenerate);

@@ -216,7 +216,7 @@ RobotMinimum MotionSearch::minimum(const std::vector<SubjectPair>& pairs, const 
   answer.counts.by_one_bound = enterAll(answer.upper_bound);
   answer.status = Status::Converged;
   double proven = kInfinity;  // [m] the smallest bound of all pieces that were measured
-  while (!queue_.empty() && queue_.front().lower_bound < answer.upper_bound - question.tolerance) {
+  while (!queue_.empty() && answer.upper_bound - queue_.front().lower_bound > question.tolerance) {
     ++answer.counts.intervals;
     if (isOver(question)) {
       answer.status = Status::IterationLimit;
