@@ -48,7 +48,8 @@ Robot::Robot(const ros::NodeHandle& nh, const Config& config)
       reference_frame_(config.reference_frame.empty() ? rootLink(model_->robot).name : config.reference_frame),
       reference_link_(model_->robot.findLink(reference_frame_)),
       scenes_(std::make_unique<ScenePool>([first = std::make_shared<const Scene>(model_)] { return first->twin(); })),
-      moving_scenes_(std::make_unique<MovingScenePool>([model = model_] { return MovingScene(model); })) {}
+      moving_scenes_(std::make_unique<MovingScenePool>(
+          [first = std::make_shared<const MovingScene>(model_)] { return first->twin(); })) {}
 
 std::vector<SubjectPair> Robot::pairsOfGroup(const std::string& group) const {
   PairFilterOptions filter = config_.filter;

@@ -24,8 +24,13 @@ Status lessComplete(Status p, Status q) { return std::max(p, q); }
 
 }  // namespace
 
-MotionSearch::MotionSearch(std::shared_ptr<const SceneModel> model)
-    : model_(std::move(model)), volumes_(model_->robot), scene_(model_) {}
+void MotionSearch::Horizon::leaveOpen(double time, Status why) {
+  undecided = std::min(undecided, time);
+  status = lessComplete(status, why);
+}
+
+MotionSearch::MotionSearch(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes)
+    : model_(std::move(model)), volumes_(std::move(volumes)), states_(*model_, volumes_, Skipping::On) {}
 
 double MotionSearch::paddingOf(const SubjectPair& pair) const {
   const int index = model_->pairs.find(pair.a.link, pair.b.link);
@@ -33,7 +38,7 @@ double MotionSearch::paddingOf(const SubjectPair& pair) const {
 }
 
 const Piece& MotionSearch::pieceOf(int leaf) const {
-  return model_->robot.pieces[static_cast<std::size_t>(volumes_[leaf].piece)];
+  return model_->robot.pieces[static_cast<std::size_t>(at(leaf).piece)];
 }
 
 void MotionSearch::begin(const std::vector<SubjectPair>& pairs, const RobotMotion& motion, Order order,
@@ -46,9 +51,9 @@ void MotionSearch::begin(const std::vector<SubjectPair>& pairs, const RobotMotio
   subjects_.clear();
   poses_.emplace(motion);
   for (const SubjectPair& pair : pairs) {
-    const int a = volumes_.of(pair.a), b = volumes_.of(pair.b);
-    MovingBodies bodies(motion, volumes_[a].body, volumes_[a].bounds, volumes_[b].body, volumes_[b].bounds);
-    if (volumes_[a].isEmpty() || volumes_[b].isEmpty() || !bodies.isKnown()) continue;
+    const int a = volumes_->of(pair.a), b = volumes_->of(pair.b);
+    MovingBodies bodies(motion, at(a).body, at(a).bounds, at(b).body, at(b).bounds);
+    if (at(a).isEmpty() || at(b).isEmpty() || !bodies.isKnown()) continue;
     subjects_.push_back({pair, paddingOf(pair), a, b, std::move(bodies)});
   }
   counts.pairs = static_cast<int>(pairs.size());
@@ -88,7 +93,7 @@ MotionSearch::Visit MotionSearch::pop() {
 MotionSearch::Visit MotionSearch::withSpheres(Visit visit) {
   MovingSubjects& subjects = subjectsOf(visit);
   const MovingBodies::SphereGap spheres =
-      subjects.bodies.sphereGap(volumes_[visit.a].bounds, volumes_[visit.b].bounds, visit.interval, *poses_);
+      subjects.bodies.sphereGap(at(visit.a).bounds, at(visit.b).bounds, visit.interval, *poses_);
   visit.lower_bound = std::max(visit.lower_bound, spheres.gap - subjects.padding);
   visit.travel = spheres.travel;
   return visit;
@@ -96,15 +101,14 @@ MotionSearch::Visit MotionSearch::withSpheres(Visit visit) {
 
 MotionSearch::Visit MotionSearch::withBoxes(Visit visit) {
   MovingSubjects& subjects = subjectsOf(visit);
-  const double gap =
-      subjects.bodies.boxGap(volumes_[visit.a].bounds, volumes_[visit.b].bounds, visit.interval, *poses_);
+  const double gap = subjects.bodies.boxGap(at(visit.a).bounds, at(visit.b).bounds, visit.interval, *poses_);
   visit.lower_bound = std::max(visit.lower_bound, gap - subjects.padding);
   return visit;
 }
 
 /// In time where they move farther than they are large, else the larger of the two volumes.
 void MotionSearch::divide(const Visit& visit, double limit) {
-  const Volume &a = volumes_[visit.a], &b = volumes_[visit.b];
+  const Volume &a = at(visit.a), &b = at(visit.b);
   const auto enter = [&](Visit part) {
     part = withSpheres(part);
     if (!(part.lower_bound > limit)) part = withBoxes(part);
@@ -163,47 +167,46 @@ RobotContact MotionSearch::firstContact(const std::vector<SubjectPair>& pairs, c
   begin(pairs, motion, Order::Earliest, answer.counts);
   if (subjects_.empty()) return answer;
   answer.counts.by_one_bound = enterAll(question.clearance);
-  Status open = Status::Converged;
-  double undecided = kInfinity, latest = 1.0;  // after the one some pair may be in contact, at the other one is
+  Horizon horizon;
   while (!queue_.empty()) {
     const Visit visit = pop();
     const double time = MovingBodies::Interval(visit.interval).begin;
-    if (time > latest || (answer.contact && time == latest)) break;
+    if (answer.contact && !(time < horizon.latest)) break;
     ++answer.counts.intervals;
     if (isOver(question)) {
-      undecided = std::min(undecided, time);
-      open = lessComplete(open, Status::IterationLimit);
+      horizon.leaveOpen(time, Status::IterationLimit);
       break;
     }
-    if (!isLeaf(visit)) {
+    if (isLeaf(visit))
+      measure(visit, question, horizon, answer);
+    else
       divide(visit, question.clearance);
-      continue;
-    }
-    const TimeOfContact contact = contactOf(visit, question, latest);
-    answer.counts.queries += contact.queries;
-    if (contact.status != Status::Converged) {
-      open = lessComplete(open, contact.status);
-      undecided = std::min(undecided, contact.t_free);
-    } else if (contact.contact && (!answer.contact || contact.t_contact < latest)) {
-      answer.contact = true;
-      answer.t_contact = latest = contact.t_contact;
-      answer.pair = found(visit, contact.at_contact, contact.t_contact);
-    }
   }
-  answer.t_free = std::min(undecided, latest);
-  answer.status = undecided < latest ? open : Status::Converged;
+  answer.t_free = std::min(horizon.undecided, horizon.latest);
+  answer.status = horizon.undecided < horizon.latest ? horizon.status : Status::Converged;
   return answer;
+}
+
+/// Two pieces may bring the contact forward, or leave one open.
+void MotionSearch::measure(const Visit& visit, const MotionQuestion& question, Horizon& horizon, RobotContact& answer) {
+  const TimeOfContact contact = contactOf(visit, question, horizon.latest);
+  answer.counts.queries += contact.queries;
+  if (contact.status != Status::Converged) return horizon.leaveOpen(contact.t_free, contact.status);
+  if (!contact.contact || (answer.contact && !(contact.t_contact < horizon.latest))) return;
+  answer.contact = true;
+  answer.t_contact = horizon.latest = contact.t_contact;
+  answer.pair = found(visit, contact.at_contact, contact.t_contact);
 }
 
 /// A few states on the way: what is at most as far apart there leaves little to be looked at in between.
 void MotionSearch::considerStates(const std::vector<SubjectPair>& pairs, RobotMinimum& answer) {
   for (const double time : {0.0, 0.25, 0.5, 0.75, 1.0}) {
-    scene_.update(poses_->at(time));
-    const PairProximity* closest = scene_.minimum(pairs);
-    if (!closest || !(closest->result.upper_bound < answer.upper_bound)) continue;
-    answer.upper_bound = closest->result.upper_bound;
+    states_.update(poses_->at(time));
+    const std::vector<PairProximity>& closest = states_.closest(pairs, 1, PairSearch::Goal::Nearest, {});
+    if (closest.empty() || !(closest.front().result.upper_bound < answer.upper_bound)) continue;
+    answer.upper_bound = closest.front().result.upper_bound;
     answer.time = time;
-    answer.pair = *closest;
+    answer.pair = closest.front();
   }
 }
 
@@ -244,7 +247,7 @@ RobotMinimum MotionSearch::minimum(const std::vector<SubjectPair>& pairs, const 
 /// A result of the narrowphase as an answer about links, in the frame of the poses.
 PairProximity MotionSearch::found(const Visit& visit, SignedDistance result, double time) {
   const MovingSubjects& subjects = subjectsOf(visit);
-  const Volume &a = volumes_[visit.a], &b = volumes_[visit.b];
+  const Volume &a = at(visit.a), &b = at(visit.b);
   if (const int middle = subjects.bodies.middle(); middle >= 0) {
     const Eigen::Isometry3d& pose = *poses_->at(time)[static_cast<std::size_t>(middle)];
     result.normal = (pose.linear() * result.normal).normalized();
@@ -256,7 +259,7 @@ PairProximity MotionSearch::found(const Visit& visit, SignedDistance result, dou
   proximity.collision_b = collisionOf(model_->robot, b.piece).number;
   proximity.result = padded(result, subjects.padding);
   proximity.representation = std::max(a.representation, b.representation);
-  const bool is_compound = !volumes_[subjects.a].isLeaf() || !volumes_[subjects.b].isLeaf();
+  const bool is_compound = !at(subjects.a).isLeaf() || !at(subjects.b).isLeaf();
   proximity.depth_is_lower_bound = proximity.result.distance < 0.0 && is_compound;
   return proximity;
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "moving_bodies.h"
+#include "pair_search.h"
 #include "proximity_server/scene/moving_scene.h"
 #include "volumes.h"
 
@@ -14,9 +15,10 @@ namespace proximity_server {
 /// pieces and intervals to the narrowphase that neither spheres nor boxes settle.
 class MotionSearch {
  public:
-  explicit MotionSearch(std::shared_ptr<const SceneModel> model);
+  MotionSearch(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes);
 
-  const SceneModel& model() const { return *model_; }
+  const std::shared_ptr<const SceneModel>& model() const { return model_; }
+  const std::shared_ptr<const Volumes>& volumes() const { return volumes_; }
 
   RobotContact firstContact(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
                             const MotionQuestion& question);
@@ -38,6 +40,13 @@ class MotionSearch {
     int a, b, interval;
     double travel;  ///< [m] of b as seen from a
   };
+  /// Up to where a first contact is still looked for, and what could not be decided before.
+  struct Horizon {
+    double latest = 1.0;                                         ///< some pair is in contact here, or it is the end
+    double undecided = std::numeric_limits<double>::infinity();  ///< after this, some pair may be in contact
+    Status status = Status::Converged;                           ///< why it is undecided
+    void leaveOpen(double time, Status why);
+  };
   enum class Order : unsigned char { Nearest, Earliest };
 
   void begin(const std::vector<SubjectPair>& pairs, const RobotMotion& motion, Order order, MotionCounts& counts);
@@ -52,17 +61,19 @@ class MotionSearch {
 
   Visit withSpheres(Visit visit);
   Visit withBoxes(Visit visit);
-  bool isLeaf(const Visit& visit) const { return volumes_[visit.a].isLeaf() && volumes_[visit.b].isLeaf(); }
+  const Volume& at(int volume) const { return (*volumes_)[volume]; }
+  bool isLeaf(const Visit& visit) const { return at(visit.a).isLeaf() && at(visit.b).isLeaf(); }
   void divide(const Visit& visit, double limit);
 
   void considerStates(const std::vector<SubjectPair>& pairs, RobotMinimum& answer);
   TimeOfContact contactOf(const Visit& visit, const MotionQuestion& question, double latest);
+  void measure(const Visit& visit, const MotionQuestion& question, Horizon& horizon, RobotContact& answer);
   MinimumOverMotion minimumOf(const Visit& visit, const MotionQuestion& question, double upper_bound);
   PairProximity found(const Visit& visit, SignedDistance result, double time);
 
   const std::shared_ptr<const SceneModel> model_;
-  const Volumes volumes_;
-  Scene scene_;  ///< at one time
+  const std::shared_ptr<const Volumes> volumes_;
+  PairSearch states_;  ///< at one time
   std::vector<MovingSubjects> subjects_;
   std::optional<PosesInTime> poses_;
   Order order_ = Order::Nearest;

@@ -7,12 +7,17 @@
 namespace proximity_server {
 
 MovingScene::MovingScene(std::shared_ptr<const SceneModel> model)
-    : search_(std::make_unique<MotionSearch>(std::move(model))) {}
+    : search_(std::make_unique<MotionSearch>(model, std::make_shared<const Volumes>(model->robot))) {}
+MovingScene::MovingScene(std::unique_ptr<MotionSearch> search) : search_(std::move(search)) {}
 MovingScene::~MovingScene() = default;
 MovingScene::MovingScene(MovingScene&&) noexcept = default;
 MovingScene& MovingScene::operator=(MovingScene&&) noexcept = default;
 
-const SceneModel& MovingScene::model() const { return search_->model(); }
+MovingScene MovingScene::twin() const {
+  return MovingScene(std::make_unique<MotionSearch>(search_->model(), search_->volumes()));
+}
+
+const SceneModel& MovingScene::model() const { return *search_->model(); }
 
 RobotContact MovingScene::timeOfContact(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
                                         const MotionQuestion& question) {

@@ -81,8 +81,9 @@ void TrajectorySegments::check(const WayPoint& from, const WayPoint& to) const {
 void answerSegments(const ClearanceQuestion& question, const MotionQuestion& motion_question, JointStates& states,
                     const std::function<void(const SegmentClearance&)>& take) {
   TrajectorySegments segments(states);
+  const MovingScene fresh(question.model);
   const auto answerBlock = [&](const std::vector<Segment>& block) {
-    MovingScene scene(question.model);
+    MovingScene scene = fresh.twin();
     std::vector<SegmentClearance> answers;
     for (const Segment& segment : block) {
       answers.push_back(answerSegment(question.pairs, motion_question, segment, scene));

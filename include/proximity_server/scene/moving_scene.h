@@ -52,15 +52,18 @@ class MotionSearch;
 ///
 /// Pairs of volumes (links, then parts of them, then convex pieces) and intervals of time are looked at best-first: the
 /// earliest for a contact, the closest for the minimum. What one bound settles for the whole motion is never divided,
-/// and pieces go to the narrowphase for the intervals that are left.
-/// Every question throws std::invalid_argument for a link or <collision> that does not exist, and for a motion of
-/// another number of bodies.
+/// and pieces go to the narrowphase for the intervals that are left. A question allocates: poses and chains are those
+/// of its motion. Every question throws std::invalid_argument for a link or <collision> that does not exist, and for a
+/// motion of another number of bodies.
 class MovingScene {
  public:
   explicit MovingScene(std::shared_ptr<const SceneModel> model);
   ~MovingScene();
   MovingScene(MovingScene&&) noexcept;
   MovingScene& operator=(MovingScene&&) noexcept;
+
+  /// Another one of the same model that remembers nothing: what never changes is shared.
+  MovingScene twin() const;
 
   const SceneModel& model() const;
 
@@ -70,6 +73,8 @@ class MovingScene {
                        const MotionQuestion& question = {});
 
  private:
+  explicit MovingScene(std::unique_ptr<MotionSearch> search);
+
   std::unique_ptr<MotionSearch> search_;
 };
 
