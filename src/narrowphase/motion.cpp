@@ -79,6 +79,16 @@ Isometry3d poseAt(const MotionChain& chain, double time) {
   return pose;
 }
 
+double roundedLengths(const MotionChain& chain, double reach, const Vector3d& origin) {
+  double sum = reach;
+  for (std::size_t i = chain.size(); i-- > 0;) {
+    const Vector3d start = chain[i].start.translation();
+    reach += (i == 0 ? Vector3d(start - origin) : start).norm() + chain[i].linear.norm();
+    sum += (1.0 + chain[i].angular.norm()) * reach;
+  }
+  return sum;
+}
+
 /// From the last frame to the first, the ball is seen to move in each; `centre` and `radius` become those of a ball
 /// that holds it all the time. A point that moves at a speed s in a frame that turns at w gains an acceleration of 2 w
 /// s.

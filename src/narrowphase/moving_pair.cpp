@@ -21,18 +21,6 @@ Vector3d originOf(const MotionChain& chain) {
   return chain.empty() ? Vector3d(Vector3d::Zero()) : Vector3d(chain.front().start.translation());
 }
 
-/// [m] what is rounded along a chain: each screw turns what is behind it by an angle that is itself rounded.
-double roundedLengths(const MotionChain& chain, const Vector3d& origin, double reach) {
-  double sum = reach;
-  for (std::size_t i = chain.size(); i-- > 0;) {
-    const ScrewMotion& screw = chain[i];
-    const Vector3d start = screw.start.translation();
-    reach += (i == 0 ? Vector3d(start - origin) : start).norm() + screw.linear.norm();
-    sum += (1.0 + screw.angular.norm()) * reach;
-  }
-  return sum;
-}
-
 /// The origin leaves before anything is added to what it is taken from.
 ScrewMotion firstOf(const MotionChain& chain, const Vector3d& origin) {
   ScrewMotion first = chain.empty() ? ScrewMotion() : chain.front();
@@ -91,8 +79,8 @@ MovingPair::MovingPair(const Shape& a, const MotionChain& a_motion, const Shape&
       b_first_(firstOf(b_motion, origin_)) {
   // To first order in eps, a support point and its pose are off by less than 32 eps of each length.
   rounding_ = 32.0 * std::numeric_limits<double>::epsilon() *
-              (roundedLengths(a_motion, origin_, a.coreReach() + a.margin()) +
-               roundedLengths(b_motion, origin_, b.coreReach() + b.margin()));
+              (roundedLengths(a_motion, a.coreReach() + a.margin(), origin_) +
+               roundedLengths(b_motion, b.coreReach() + b.margin(), origin_));
 }
 
 bool MovingPair::isFinite() const { return isFiniteChain(a_motion_) && isFiniteChain(b_motion_); }

@@ -44,16 +44,6 @@ void append(const ScrewMotion& screw, MotionChain& chain) {
     chain.back() = screw.isRest() ? chain.back() * screw.start : chain.back().start * screw;
 }
 
-/// [m] what is rounded, see csoRounding: everything along a chain, turned by an angle that is itself rounded.
-double lengthOf(const MotionChain& chain, double reach) {
-  double sum = 0.0;
-  for (std::size_t i = chain.size(); i-- > 0;) {
-    reach += chain[i].start.translation().norm() + chain[i].linear.norm();
-    sum += (1.0 + chain[i].angular.norm()) * reach;
-  }
-  return sum;
-}
-
 /// The smallest distance of the origin from the points between two.
 double distanceToSegment(const Vector3d& begin, const Vector3d& end) {
   const Vector3d along = end - begin;
@@ -81,7 +71,7 @@ MovingBodies::MovingBodies(const RobotMotion& motion, int body_a, const Bounds& 
   for (std::size_t i = half; i < way.size(); ++i) append(way[i].motion, chain_b_);
   for (MotionChain* chain : {&chain_a_, &chain_b_})
     if (chain->empty()) chain->push_back({});
-  length_ = lengthOf(chain_a_, a_.reach) + lengthOf(chain_b_, b_.reach);
+  length_ = roundedLengths(chain_a_, a_.reach) + roundedLengths(chain_b_, b_.reach);
 }
 
 MotionChain MovingBodies::fixedTo(MotionChain chain, const Isometry3d& pose) {

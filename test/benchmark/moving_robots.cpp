@@ -68,19 +68,15 @@ class Contest {
   }
 
   Answer ours(const JointMotion& motion, Asked asked) {
-    const auto start = Clock::now();
-    const RobotMotion moved = RobotMotion::ofJoints(model_->robot, motion.from, motion.to);
-    Answer answer = asked == Asked::Minimum ? oursMinimum(moved) : oursContact(moved, clearanceOf(asked));
-    answer.microseconds = microsecondsSince(start);
-    return answer;
+    return timed(motion, [&](const RobotMotion& moved) {
+      return asked == Asked::Minimum ? oursMinimum(moved) : oursContact(moved, clearanceOf(asked));
+    });
   }
 
   Answer sampled(const JointMotion& motion, Asked asked) {
-    const auto start = Clock::now();
-    const RobotMotion moved = RobotMotion::ofJoints(model_->robot, motion.from, motion.to);
-    Answer answer = asked == Asked::Minimum ? sampledMinimum(moved) : sampledContact(moved, clearanceOf(asked));
-    answer.microseconds = microsecondsSince(start);
-    return answer;
+    return timed(motion, [&](const RobotMotion& moved) {
+      return asked == Asked::Minimum ? sampledMinimum(moved) : sampledContact(moved, clearanceOf(asked));
+    });
   }
 
   /// [us] of samples until `until` in such steps that nothing comes closer between two of them than by our tolerance:
@@ -114,6 +110,15 @@ class Contest {
   }
 
  private:
+  /// What an answer about a motion costs, with making the motion.
+  template <typename Give>
+  Answer timed(const JointMotion& motion, const Give& give) {
+    const auto start = Clock::now();
+    Answer answer = give(RobotMotion::ofJoints(model_->robot, motion.from, motion.to));
+    answer.microseconds = microsecondsSince(start);
+    return answer;
+  }
+
   Answer oursContact(const RobotMotion& motion, double clearance) {
     MotionQuestion question;
     question.clearance = clearance;

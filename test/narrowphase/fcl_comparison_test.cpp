@@ -3,44 +3,12 @@
 #include <fcl/narrowphase/distance.h>
 #include <gtest/gtest.h>
 
+#include "benchmark/fcl_shape.h"
 #include "narrowphase/certificate.h"
 #include "narrowphase/shape_pairs.h"
 
 namespace proximity_server {
 namespace {
-
-using Geometry = std::shared_ptr<fcl::CollisionGeometryd>;
-
-Geometry convex(const ConvexHull& hull) {
-  const auto vertices = std::make_shared<std::vector<Eigen::Vector3d>>(hull.vertices());
-  const auto faces = std::make_shared<std::vector<int>>();
-  for (const std::array<int, 3>& triangle : hull.triangles())
-    faces->insert(faces->end(), {3, triangle[0], triangle[1], triangle[2]});
-  return std::make_shared<fcl::Convexd>(vertices, static_cast<int>(hull.triangles().size()), faces);
-}
-
-Geometry geometry(const Shape& shape) {
-  const Eigen::Vector3d& half = shape.halfExtents();
-  switch (shape.kind()) {
-    case Shape::Kind::Point:
-      return std::make_shared<fcl::Sphered>(shape.margin());
-    case Shape::Kind::Segment:
-      return std::make_shared<fcl::Capsuled>(shape.margin(), 2.0 * half.z());
-    case Shape::Kind::Box:
-      return std::make_shared<fcl::Boxd>(2.0 * half);
-    case Shape::Kind::Cylinder:
-      return std::make_shared<fcl::Cylinderd>(half.x(), 2.0 * half.z());
-    case Shape::Kind::Cone:
-      return std::make_shared<fcl::Coned>(half.x(), 2.0 * half.z());
-    case Shape::Kind::Ellipsoid:
-      return std::make_shared<fcl::Ellipsoidd>(half);
-    case Shape::Kind::Hull:
-      return convex(shape.hull());
-    case Shape::Kind::Sweep:
-      break;
-  }
-  return nullptr;
-}
 
 struct Opinion {
   PairCase pair_case;
@@ -59,7 +27,7 @@ const std::vector<Opinion>& opinions() {
           const double reach =
               1.5 * (a.shape.coreRadius() + a.shape.margin() + b.shape.coreRadius() + b.shape.margin());
           const PairCase c{a.name + "-" + b.name, a.shape, b.shape, randomPose(random, reach)};
-          const fcl::CollisionObjectd on_a(geometry(c.a)), on_b(geometry(c.b), fcl::Transform3d(c.a_T_b));
+          const fcl::CollisionObjectd on_a(fclShape(c.a)), on_b(fclShape(c.b), fcl::Transform3d(c.a_T_b));
           Opinion opinion{c, signedDistance(c.a, c.b, c.a_T_b), false, {}};
           fcl::CollisionResultd collision;
           opinion.fcl_collides = fcl::collide(&on_a, &on_b, fcl::CollisionRequestd(), collision) > 0;

@@ -30,6 +30,8 @@ struct MotionFamilySummary {
   double minimum_microseconds = 0.0;
   std::int64_t failed = 0;
   std::vector<MotionFailure> failures;  ///< the first ones only: a broken family would fill the memory
+
+  void merge(const MotionFamilySummary& other);
 };
 
 struct MotionRun {

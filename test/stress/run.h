@@ -25,6 +25,8 @@ struct FamilySummary {
   std::int64_t not_converged = 0;
   std::int64_t failed = 0;
   std::vector<StressFailure> failures;  ///< the first ones only: a broken family would fill the memory
+
+  void merge(const FamilySummary& other);
 };
 
 struct StressRun {

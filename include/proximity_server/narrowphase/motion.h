@@ -39,6 +39,10 @@ using MotionChain = std::vector<ScrewMotion>;
 
 Eigen::Isometry3d poseAt(const MotionChain& chain, double time);
 
+/// [m] The lengths along a chain that are rounded, each turned by an angle that is itself rounded: at all times the
+/// pose of a point within `reach` of the last frame is off by less than 32 eps of them. Positions count from `origin`.
+double roundedLengths(const MotionChain& chain, double reach, const Eigen::Vector3d& origin = Eigen::Vector3d::Zero());
+
 /// What bounds the motion of all points of a ball, which is fixed in the last frame of a chain, as seen from the frame
 /// of the first, during an interval of time.
 struct MotionBound {
