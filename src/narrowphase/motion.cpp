@@ -3,32 +3,22 @@
 #include <algorithm>
 #include <cmath>
 
+#include "motion_path.h"
+
 namespace proximity_server {
-namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// A turn about a unit axis, by an angle x: sin x and 1 - cos x without cancellation.
-///
-/// Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation, 1994, 2.2 (Rodrigues' formula) and
-///         2.4 (exponential of a twist).
-struct Turn {
-  Turn(const Vector3d& unit_axis, double angle) : axis(unit_axis) {
-    const double half_sine = std::sin(0.5 * angle), half_cosine = std::cos(0.5 * angle);
-    sine = 2.0 * half_sine * half_cosine;
-    versine = 2.0 * half_sine * half_sine;
-  }
+namespace {
 
-  Vector3d operator*(const Vector3d& v) const {
-    const Vector3d across = axis.cross(v);
-    return v + sine * across + versine * axis.cross(across);
-  }
-
-  Vector3d axis;
-  double sine, versine;
-};
+Isometry3d isometry(const ScrewPath::Pose& pose) {
+  Isometry3d result = Isometry3d::Identity();
+  result.linear() = pose.rotation;
+  result.translation() = pose.origin;
+  return result;
+}
 
 }  // namespace
 
@@ -44,20 +34,7 @@ ScrewMotion ScrewMotion::between(const Isometry3d& start, const Isometry3d& end)
   return {start, along + half_cotangent * (way - along) - half * axis.cross(way), turn.angle() * axis};
 }
 
-Isometry3d ScrewMotion::at(double time) const {
-  Isometry3d pose = start;
-  const double speed = angular.norm();
-  if (speed == 0.0) {
-    pose.translation() += time * linear;
-    return pose;
-  }
-  const Turn turn(angular / speed, speed * time);
-  for (int column = 0; column < 3; ++column) pose.linear().col(column) = turn * start.linear().col(column);
-  if (linear.isZero(0.0)) return pose;
-  const Vector3d along = turn.axis.dot(linear) * turn.axis;
-  pose.translation() += time * along + (turn.sine * (linear - along) + turn.versine * turn.axis.cross(linear)) / speed;
-  return pose;
-}
+Isometry3d ScrewMotion::at(double time) const { return isometry(ScrewPath(*this).at(time)); }
 
 ScrewMotion ScrewMotion::inverse() const {
   const Isometry3d back = start.inverse();
@@ -73,11 +50,7 @@ ScrewMotion operator*(const ScrewMotion& screw, const Isometry3d& pose) {
   return {screw.start * pose, screw.linear + screw.angular.cross(offset), screw.angular};
 }
 
-Isometry3d poseAt(const MotionChain& chain, double time) {
-  Isometry3d pose = Isometry3d::Identity();
-  for (const ScrewMotion& screw : chain) pose = pose * screw.at(time);
-  return pose;
-}
+Isometry3d poseAt(const MotionChain& chain, double time) { return isometry(MotionPath(chain).at(time)); }
 
 double roundedLengths(const MotionChain& chain, double reach, const Vector3d& origin) {
   double sum = reach;
@@ -89,31 +62,8 @@ double roundedLengths(const MotionChain& chain, double reach, const Vector3d& or
   return sum;
 }
 
-/// From the last frame to the first, the ball is seen to move in each; `centre` and `radius` become those of a ball
-/// that holds it all the time. A point that moves at a speed s in a frame that turns at w gains an acceleration of 2 w
-/// s.
-MotionBound motionBound(const MotionChain& chain, const Vector3d& ball_centre, double ball_radius, double begin,
-                        double end) {
-  const double middle = 0.5 * (begin + end), half = 0.5 * (end - begin);
-  Vector3d centre = ball_centre;
-  double radius = ball_radius, all_turning = 0.0, speed = 0.0;
-  MotionBound bound{Vector3d::Zero(), 0.0, 0.0};
-  for (std::size_t i = chain.size(); i-- > 0;) {
-    const ScrewMotion& screw = chain[i];
-    const Isometry3d pose = screw.at(middle);
-    centre = pose * centre;
-    const double turning = screw.angular.norm();
-    // A twist has one field of velocities at all times.
-    const Vector3d velocity = screw.linear + screw.angular.cross(centre - screw.start.translation());
-    const double centripetal = screw.angular.cross(velocity).norm();
-    bound.acceleration += centripetal + turning * (turning * radius + 2.0 * speed);
-    bound.velocity = pose.linear() * bound.velocity + velocity;
-    all_turning += turning;
-    speed += velocity.norm() + turning * radius;
-    radius += half * velocity.norm();
-  }
-  bound.deviation = all_turning * ball_radius + half * bound.acceleration;
-  return bound;
+MotionBound motionBound(const MotionChain& chain, const Vector3d& centre, double radius, double begin, double end) {
+  return MotionPath(chain).bound(centre, radius, begin, end);
 }
 
 Shape sweptShape(const Shape& shape, const ScrewMotion& motion, double begin, double end) {

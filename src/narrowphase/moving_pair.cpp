@@ -21,24 +21,6 @@ Vector3d originOf(const MotionChain& chain) {
   return chain.empty() ? Vector3d(Vector3d::Zero()) : Vector3d(chain.front().start.translation());
 }
 
-/// The origin leaves before anything is added to what it is taken from.
-ScrewMotion firstOf(const MotionChain& chain, const Vector3d& origin) {
-  ScrewMotion first = chain.empty() ? ScrewMotion() : chain.front();
-  first.start.translation() -= origin;
-  return first;
-}
-
-MovingPair::Pose poseAt(const ScrewMotion& first, const MotionChain& chain, double time) {
-  const Isometry3d start = first.at(time);
-  MovingPair::Pose pose{start.linear(), start.translation()};
-  for (std::size_t i = 1; i < chain.size(); ++i) {
-    const Isometry3d next = chain[i].at(time);
-    pose.origin += pose.rotation * next.translation();
-    pose.rotation = (pose.rotation * next.linear()).eval();
-  }
-  return pose;
-}
-
 }  // namespace
 
 AxisBound::AxisBound(const End& begin, const End& end, const MotionBound& motion, double duration)
@@ -75,8 +57,8 @@ MovingPair::MovingPair(const Shape& a, const MotionChain& a_motion, const Shape&
       a_motion_(a_motion),
       b_motion_(b_motion),
       origin_(originOf(a_motion)),
-      a_first_(firstOf(a_motion, origin_)),
-      b_first_(firstOf(b_motion, origin_)) {
+      a_path_(a_motion, origin_),
+      b_path_(b_motion, origin_) {
   // To first order in eps, a support point and its pose are off by less than 32 eps of each length.
   rounding_ = 32.0 * std::numeric_limits<double>::epsilon() *
               (roundedLengths(a_motion, a.coreReach() + a.margin(), origin_) +
@@ -84,10 +66,6 @@ MovingPair::MovingPair(const Shape& a, const MotionChain& a_motion, const Shape&
 }
 
 bool MovingPair::isFinite() const { return isFiniteChain(a_motion_) && isFiniteChain(b_motion_); }
-
-MovingPair::Poses MovingPair::at(double time) const {
-  return {poseAt(a_first_, a_motion_, time), poseAt(b_first_, b_motion_, time)};
-}
 
 SignedDistance MovingPair::distance(const Poses& poses, const Options& options) {
   Options inner = options;
@@ -105,15 +83,15 @@ SignedDistance MovingPair::distance(const Poses& poses, const Options& options) 
 }
 
 double MovingPair::gapAlong(const Vector3d& normal, const Poses& poses) {
-  const Vector3d on_a = supportPoint(a_, poses.a.rotation.transpose() * normal, warm_start_.vertex_a);
-  const Vector3d on_b = supportPoint(b_, -(poses.b.rotation.transpose() * normal), warm_start_.vertex_b);
+  const Vector3d on_a = supportPoint(a_, poses.a.rotation.transpose() * normal, vertex_a_);
+  const Vector3d on_b = supportPoint(b_, -(poses.b.rotation.transpose() * normal), vertex_b_);
   const Vector3d between = poses.b.origin - poses.a.origin + (poses.b.rotation * on_b - poses.a.rotation * on_a);
   return normal.dot(between) - a_.margin() - b_.margin() - rounding_;
 }
 
 MotionBound MovingPair::motion(double begin, double end) const {
-  const MotionBound of_a = motionBound(a_motion_, a_.centre(), a_.coreRadius(), begin, end);
-  const MotionBound of_b = motionBound(b_motion_, b_.centre(), b_.coreRadius(), begin, end);
+  const MotionBound of_a = a_path_.bound(a_.centre(), a_.coreRadius(), begin, end);
+  const MotionBound of_b = b_path_.bound(b_.centre(), b_.coreRadius(), begin, end);
   return {of_b.velocity - of_a.velocity, of_a.deviation + of_b.deviation, of_a.acceleration + of_b.acceleration};
 }
 

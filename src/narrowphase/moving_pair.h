@@ -1,6 +1,6 @@
 #pragma once
 
-#include "proximity_server/narrowphase/motion.h"
+#include "motion_path.h"
 
 namespace proximity_server {
 
@@ -47,12 +47,8 @@ inline bool isInterval(double begin, double end) { return 0.0 <= begin && begin 
 /// Frame: that of the chains, moved to where a's chain begins, so that its numbers are small.
 class MovingPair {
  public:
-  struct Pose {
-    Eigen::Matrix3d rotation;
-    Eigen::Vector3d origin;
-  };
   struct Poses {
-    Pose a, b;
+    ScrewPath::Pose a, b;
   };
 
   /// All arguments outlive it.
@@ -61,7 +57,7 @@ class MovingPair {
   /// Whether all of the motion is.
   bool isFinite() const;
 
-  Poses at(double time) const;
+  Poses at(double time) const { return {a_path_.at(time), b_path_.at(time)}; }
 
   /// The signed distance, with bounds that allow for the rounding of the poses.
   SignedDistance distance(const Poses& poses, const Options& options);
@@ -79,9 +75,10 @@ class MovingPair {
   const Shape &a_, &b_;
   const MotionChain &a_motion_, &b_motion_;
   Eigen::Vector3d origin_;
-  ScrewMotion a_first_, b_first_;  ///< of the chains, less the origin
-  double rounding_;                ///< [m] of a distance, by the poses
+  MotionPath a_path_, b_path_;
+  double rounding_;  ///< [m] of a distance, by the poses
   WarmStart warm_start_;
+  int vertex_a_ = 0, vertex_b_ = 0;  ///< of the last gap along a normal, mostly at another time than the distance
 };
 
 }  // namespace proximity_server

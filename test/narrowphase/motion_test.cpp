@@ -549,8 +549,11 @@ TEST(TimeOfContact, OfChainsIsThatOfTheOracle) {
     for (std::size_t k = 0; k < i % 3; ++k) c.a_motion.push_back(randomScrew(random, 1.0));
     for (std::size_t k = 0; k <= i % 4; ++k) c.b_motion.push_back(randomScrew(random, 2.0));
     contacts += c.contact().contact ? 1 : 0;
-    for (const double clearance : {0.0, 0.1, -0.02})
+    const Case swapped{c.b, c.b_motion, c.a, c.a_motion};
+    for (const double clearance : {0.0, 0.1, -0.02}) {
       EXPECT_TRUE(agreesWithTheOracle(c, withClearance(clearance))) << i << " " << clearance;
+      EXPECT_TRUE(agreesWithTheOracle(swapped, withClearance(clearance))) << i << " " << clearance << " swapped";
+    }
   }
   EXPECT_GT(contacts, 40);
   EXPECT_LT(contacts, 160);

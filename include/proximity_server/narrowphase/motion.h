@@ -92,7 +92,8 @@ struct TimeOfContact {
 ///
 /// Frame:   the chains lead from one common frame to a and to b. A frame in which both move little gives large steps.
 /// Error:   see TimeOfContact. Where contact is not certain within the tolerance (grazing) the answer is contact.
-/// Failure: none; no allocation. A motion that is not finite, or no interval of time, gives Status::Unknown.
+/// Failure: none; no allocation, but for chains of more than 8 screws. A motion that is not finite, or no interval of
+///          time, gives Status::Unknown.
 /// Source:  Mirtich, Impulse-based Dynamic Simulation of Rigid Body Systems, 1996 (conservative advancement); Zhang,
 ///          Redon, Lee, Kim, Continuous Collision Detection for Articulated Models using Taylor Models and Temporal
 ///          Culling, 2007. Here the bound of the motion along the axis is of second order, by the support mapping.
