@@ -18,8 +18,8 @@ struct Range {
 /// The parameters of one namespace, read once. Every name that is asked for becomes a known one.
 class Parameters {
  public:
-  explicit Parameters(const ros::NodeHandle& nh) : namespace_(nh.getNamespace()) {
-    if (!nh.getParam(namespace_, values_) || values_.getType() != XmlRpcValue::TypeStruct) values_ = XmlRpcValue();
+  Parameters(const XmlRpcValue& values, std::string name_space) : namespace_(std::move(name_space)) {
+    if (values.getType() == XmlRpcValue::TypeStruct) values_ = values;
   }
 
   void read(const std::string& name, std::string& target) {
@@ -144,13 +144,14 @@ void readMonitorSettings(Parameters& parameters, MonitorSettings& settings) {
 
 }  // namespace
 
-Config loadConfig(const ros::NodeHandle& private_nh) {
-  Parameters parameters(private_nh);
+Config configFrom(const XmlRpcValue& values, const std::string& name_space) {
+  Parameters parameters(values, name_space);
   Config config;
   parameters.read("robot_description", config.robot_description);
   parameters.read("semantic_description", config.semantic_description);
   parameters.read("reference_frame", config.reference_frame);
   parameters.read("mesh_roots", config.mesh_roots);
+  parameters.read("allowed_mesh_roots", config.allowed_mesh_roots);
   parameters.read("allow_missing_meshes", config.model.allow_missing_meshes);
   parameters.read("default_padding", config.model.default_padding, {0.0, 10.0});
   parameters.read("link_padding", config.model.link_padding, {0.0, 10.0});
@@ -173,6 +174,12 @@ Config loadConfig(const ros::NodeHandle& private_nh) {
   parameters.tolerate("diagnostic_period");  // of diagnostic_updater
   parameters.warnAboutUnknown();
   return config;
+}
+
+Config loadConfig(const ros::NodeHandle& private_nh) {
+  XmlRpcValue values;
+  private_nh.getParam(private_nh.getNamespace(), values);
+  return configFrom(values, private_nh.getNamespace());
 }
 
 }  // namespace proximity_server

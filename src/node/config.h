@@ -26,6 +26,7 @@ struct Config {
   std::string robot_description = "robot_description";              ///< name of a parameter, searched upwards
   std::string semantic_description = "robot_description_semantic";  ///< the same; it may be missing
   std::string reference_frame;                                      ///< "": the robot's root link
+  std::vector<std::string> allowed_mesh_roots;                      ///< empty: meshes may lie anywhere
   std::vector<std::string> mesh_roots;                              ///< searched for packages before ROS_PACKAGE_PATH
   ModelOptions model;
   PairFilterOptions filter;
@@ -43,5 +44,8 @@ struct Config {
 /// Failure: throws std::invalid_argument naming the parameter that has the wrong type or lies outside its range. A name
 ///          that is no parameter of ours is logged as a warning, with the nearest one that is.
 Config loadConfig(const ros::NodeHandle& private_nh);
+
+/// The same of what is in that namespace: a struct, or anything else where nothing is set.
+Config configFrom(const XmlRpc::XmlRpcValue& values, const std::string& name_space);
 
 }  // namespace proximity_server

@@ -30,7 +30,7 @@ std::shared_ptr<const SceneModel> sceneModel(const std::string& urdf, const std:
   for (std::string& root : rosPackagePath()) roots.push_back(std::move(root));
   ModelOptions options = config.model;
   options.progress = [](const std::string& what) { ROS_INFO_STREAM("Loading: " << what); };
-  RobotModel robot = loadRobotModel(urdf, packageResolver(roots), options);
+  RobotModel robot = loadRobotModel(urdf, withinRoots(packageResolver(roots), config.allowed_mesh_roots), options);
   PairTable pairs = filterPairs(robot, srdf, config.filter);
   return std::make_shared<const SceneModel>(SceneModel{std::move(robot), std::move(pairs)});
 }
@@ -42,9 +42,12 @@ const Link& rootLink(const RobotModel& robot) {
 }  // namespace
 
 Robot::Robot(const ros::NodeHandle& nh, const Config& config)
+    : Robot(urdfOf(nh, config.robot_description), descriptionOf(nh, config.semantic_description), config) {}
+
+Robot::Robot(const std::string& urdf, const std::string& srdf, const Config& config)
     : config_(config),
-      srdf_(descriptionOf(nh, config.semantic_description)),
-      model_(sceneModel(urdfOf(nh, config.robot_description), srdf_, config)),
+      srdf_(srdf),
+      model_(sceneModel(urdf, srdf, config)),
       reference_frame_(config.reference_frame.empty() ? rootLink(model_->robot).name : config.reference_frame),
       reference_link_(model_->robot.findLink(reference_frame_)),
       scenes_(std::make_unique<ScenePool>([first = std::make_shared<const Scene>(model_)] { return first->twin(); })),

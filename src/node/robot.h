@@ -21,6 +21,9 @@ class Robot {
   /// Failure: throws std::invalid_argument naming the parameter, file, link or element that is missing or broken.
   Robot(const ros::NodeHandle& nh, const Config& config);
 
+  /// The same from their texts; an empty `srdf` is none.
+  Robot(const std::string& urdf, const std::string& srdf, const Config& config);
+
   const Config& config() const { return config_; }
   const SceneModel& model() const { return *model_; }
   const RobotModel& links() const { return model_->robot; }

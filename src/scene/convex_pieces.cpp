@@ -38,13 +38,15 @@ bool contains(const ConvexHull& outer, const ConvexHull& inner) {
 }
 
 /// The components that no other one's hull hides, largest first: the union of the hulls stays the same.
-std::vector<Component> outermost(std::vector<Component> components) {
+std::vector<Component> outermost(std::vector<Component> components, Effort& effort) {
   std::stable_sort(components.begin(), components.end(),
                    [](const Component& a, const Component& b) { return a.hull.volume() > b.hull.volume(); });
   std::vector<Component> kept;
   for (Component& component : components) {
-    const bool hidden = std::any_of(kept.begin(), kept.end(),
-                                    [&](const Component& other) { return contains(other.hull, component.hull); });
+    const bool hidden = std::any_of(kept.begin(), kept.end(), [&](const Component& other) {
+      effort.spend(1 + other.hull.triangles().size() * component.hull.vertices().size());
+      return contains(other.hull, component.hull);
+    });
     if (!hidden) kept.push_back(std::move(component));
   }
   return kept;
@@ -151,17 +153,34 @@ MeshPieces trianglesThemselves(const TriangleMesh& mesh) {
 }
 
 /// The first representation that is near enough, fewest pieces first.
-MeshPieces nearestEnough(const TriangleMesh& mesh, const std::vector<Component>& all, const MeshOptions& options) {
+MeshPieces nearestEnough(const TriangleMesh& mesh, const std::vector<Component>& all, const MeshOptions& options,
+                         Effort& effort) {
   const double tolerance = std::max(options.tolerance, kMeshRounding);
-  const MeshSolid solid(trianglesOf(mesh.vertices, mesh.triangles), closedTriangles(all));
+  const MeshSolid solid(trianglesOf(mesh.vertices, mesh.triangles), closedTriangles(all), effort);
   MeshPieces pieces = hullOfAll(mesh, solid);
   if (pieces.deviation <= tolerance) return pieces;
-  pieces = hullsOfComponents(outermost(all), solid);
+  pieces = hullsOfComponents(outermost(all, effort), solid);
   if (pieces.deviation <= tolerance) return pieces;
   // Not the outermost only: what lies in a hollow is hidden by a hull, not by its clusters.
   if (options.tolerance > kMeshRounding) pieces = decomposed(all, solid, options);
   if (pieces.deviation <= tolerance) return pieces;
   return trianglesThemselves(mesh);
+}
+
+/// With what they leave uncovered; the triangles where all of that would take too long.
+MeshPieces measuredPieces(const TriangleMesh& mesh, const std::vector<Component>& components,
+                          const MeshOptions& options) try {
+  Effort effort;
+  MeshPieces pieces = nearestEnough(mesh, components, options, effort);
+  if (pieces.representation == Representation::Triangles) return pieces;
+  pieces.uncovered = uncovered(trianglesOf(mesh.vertices, mesh.triangles), pieces.hulls, effort);
+  if (pieces.deviation <= kMeshRounding) pieces.representation = Representation::Exact;
+  return pieces;
+} catch (const Effort::Exceeded&) {
+  MeshPieces pieces = trianglesThemselves(mesh);
+  pieces.warnings.push_back("a mesh of " + std::to_string(mesh.triangles.size()) +
+                            " triangles would take too long to become fewer convex pieces; its triangles stand for it");
+  return pieces;
 }
 
 }  // namespace
@@ -172,11 +191,8 @@ MeshPieces convexPieces(const TriangleMesh& mesh, const MeshOptions& options) {
   }
   if (mesh.triangles.empty()) return {};
   const std::vector<Component> components = componentsOf(mesh);
-  MeshPieces pieces = nearestEnough(mesh, components, options);
+  MeshPieces pieces = measuredPieces(mesh, components, options);
   pieces.volume_ratio = volumeRatio(components);
-  if (pieces.representation == Representation::Triangles) return pieces;
-  pieces.uncovered = uncovered(trianglesOf(mesh.vertices, mesh.triangles), pieces.hulls);
-  if (pieces.deviation <= kMeshRounding) pieces.representation = Representation::Exact;
   return pieces;
 }
 

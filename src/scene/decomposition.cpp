@@ -11,9 +11,11 @@ namespace {
 using Eigen::Vector3d;
 using Cluster = std::vector<int>;  // indices of triangles
 
-// Its cost grows with the square of the triangles; above this, halving alone has to do.
-constexpr std::size_t kMostTriangles = 20000;
-constexpr double kHacdSize = 1000.0;  // HACD's normalised diagonal, its own default
+// Its cost grows with the square of the triangles, 80 ns each (5000 that share one corner take 2 s); above this,
+// halving alone has to do.
+constexpr std::size_t kMostTriangles = 10000;
+constexpr std::size_t kHacdSteps = 20;  // of Effort, by square of a triangle
+constexpr double kHacdSize = 1000.0;    // HACD's normalised diagonal, its own default
 
 bool hasArea(const TriangleMesh& mesh, const std::array<int, 3>& t) {
   const Vector3d &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
@@ -156,6 +158,7 @@ class Fusion {
 
   /// With the first of its neighbours, those that make the smallest box with it first; the result is appended.
   void fuse(std::size_t i) {
+    mesh_.effort().spend(parts_.size());
     std::vector<std::pair<double, std::size_t>> neighbours;
     for (std::size_t j = 0; j < parts_.size(); ++j) {
       if (j != i && !parts_[j].cluster.empty() && touch(parts_[i], parts_[j]))
@@ -191,6 +194,7 @@ Partition decompose(const TriangleMesh& component, const MeshSolid& mesh, double
       flat.push_back({t});
   }
   const bool too_many = solid.size() > kMostTriangles;
+  if (!too_many) mesh.effort().spend(kHacdSteps * solid.size() * solid.size());
   std::vector<Cluster> clusters = too_many ? std::vector<Cluster>{solid} : propose(component, solid, tolerance);
   clusters.insert(clusters.end(), flat.begin(), flat.end());
   clusters = halved(std::move(clusters), component, mesh, tolerance);

@@ -15,7 +15,7 @@ using Partition = std::vector<int>;
 /// Hierarchical approximate convex decomposition proposes; a cluster whose hull deviates too much is halved until it
 /// does not, at the latest as a single triangle. So it always ends, the hulls cover every triangle, and what the
 /// library gets wrong (meshes that are open or not manifold) costs pieces, not correctness.
-/// Failure: never throws.
+/// Failure: throws Effort::Exceeded, of `mesh`.
 /// Source:  Mamou, Ghorbel: A Simple and Efficient Approach for 3D Mesh Approximate Convex Decomposition, ICIP 2009
 ///          (HACD). Unlike there, only the clusters are taken: the hulls are ours, of all their vertices in double.
 ///          Not ConvexDecomposition: single precision, settings in global variables, a tolerance as part of the volume.

@@ -1,75 +1,116 @@
 #include "proximity_server/scene/mesh.h"
 
-#include <assimp/config.h>
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
-
-#include <Eigen/Geometry>
-#include <assimp/Importer.hpp>
+#include <algorithm>
+#include <cctype>
+#include <cstdint>
+#include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <sstream>
 #include <stdexcept>
+
+#include "child_process.h"
+#include "input_limits.h"
+#include "mesh_import.h"
 
 namespace proximity_server {
 namespace {
 
-using Eigen::Affine3d;
 using Eigen::Vector3d;
 
-[[noreturn]] void fail(const std::string& path, const std::string& why) {
-  throw std::invalid_argument("mesh " + path + ": " + why);
+// --- before a file is read
+
+/// Its size [byte].
+std::size_t checkFile(const std::string& path) {
+  // Not a pipe, which could keep one waiting for ever.
+  std::error_code failed;
+  if (!std::filesystem::is_regular_file(path, failed)) throw std::invalid_argument("no such file");
+  const std::uintmax_t size = std::filesystem::file_size(path, failed);
+  if (failed) throw std::invalid_argument(failed.message());
+  if (size > kMostBytes) throw std::invalid_argument("it has " + std::to_string(size) + " bytes, more than 256 MiB");
+  return size;
 }
 
-Affine3d toEigen(const aiMatrix4x4& m) {
-  Affine3d transform;
-  transform.matrix() << m.a1, m.a2, m.a3, m.a4, m.b1, m.b2, m.b3, m.b4, m.c1, m.c2, m.c3, m.c4, 0, 0, 0, 1;
-  return transform;
+/// Of the name behind its last dot, in small letters.
+std::string extensionOf(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  for (char& letter : extension) letter = static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
+  return extension;
 }
 
-void appendMesh(const aiMesh& part, const Affine3d& placement, TriangleMesh& mesh) {
-  const int first = static_cast<int>(mesh.vertices.size());
-  for (unsigned i = 0; i < part.mNumVertices; ++i) {
-    const aiVector3D& v = part.mVertices[i];
-    mesh.vertices.push_back(placement * Vector3d(v.x, v.y, v.z));
+/// At most `count` bytes.
+std::string bytesOf(const std::string& path, std::size_t begin, std::size_t count) {
+  std::string bytes(count, '\0');
+  std::ifstream stream(path, std::ios::binary);
+  stream.seekg(static_cast<std::streamoff>(begin));
+  stream.read(bytes.data(), static_cast<std::streamsize>(count));
+  bytes.resize(static_cast<std::size_t>(stream.gcount()));
+  return bytes;
+}
+
+constexpr std::size_t kStlCount = 80, kStlFacets = 84, kStlFacet = 50;  // where they stand in a binary file [byte]
+
+/// No file below kMostBytes can declare so many triangles that the count has no zero byte.
+bool isText(const std::string& stl_header) {
+  const std::size_t first = std::min(stl_header.find_first_not_of(" \t\r\n"), stl_header.size());
+  return stl_header.compare(first, 5, "solid") == 0 && stl_header.find('\0') == std::string::npos;
+}
+
+/// What assimp would take without a word, or with one that helps nobody.
+void checkStl(const std::string& path, std::size_t size) {
+  const std::string header = bytesOf(path, 0, kStlFacets);
+  if (isText(header)) {
+    constexpr std::size_t kLastLine = 4096;
+    const std::string end = bytesOf(path, size - std::min(size, kLastLine), kLastLine);
+    if (end.find("endsolid") == std::string::npos)
+      throw std::invalid_argument("it is cut off: \"endsolid\" is missing");
+    return;
   }
-  const bool mirrored = placement.linear().determinant() < 0;
-  for (unsigned i = 0; i < part.mNumFaces; ++i) {
-    const aiFace& face = part.mFaces[i];
-    if (face.mNumIndices != 3) continue;  // points and lines enclose nothing
-    std::array<int, 3> corners;
-    for (unsigned k = 0; k < 3; ++k) corners[k] = first + static_cast<int>(face.mIndices[k]);
-    if (mirrored) std::swap(corners[1], corners[2]);
-    mesh.triangles.push_back(corners);
+  if (header.size() < kStlFacets) throw std::invalid_argument("it is shorter than the header of a binary STL file");
+  std::uint32_t declared = 0;  // little endian, as the machines that this runs on
+  std::memcpy(&declared, header.data() + kStlCount, sizeof declared);
+  const std::size_t present = (size - kStlFacets) / kStlFacet;
+  if (declared > present) {
+    throw std::invalid_argument("its header declares " + std::to_string(declared) + " triangles, but only " +
+                                std::to_string(present) + " are there");
   }
 }
 
-void appendNode(const aiScene& scene, const aiNode& node, const Affine3d& parent, TriangleMesh& mesh) {
-  const Affine3d placement = parent * toEigen(node.mTransformation);
-  for (unsigned i = 0; i < node.mNumMeshes; ++i) appendMesh(*scene.mMeshes[node.mMeshes[i]], placement, mesh);
-  for (unsigned i = 0; i < node.mNumChildren; ++i) appendNode(scene, *node.mChildren[i], placement, mesh);
+void checkFormat(const std::string& path, std::size_t size) {
+  const std::string extension = extensionOf(path);
+  if (extension == ".stl") {
+    checkStl(path, size);
+  } else if (extension != ".dae" && extension != ".obj") {
+    throw std::invalid_argument("only .stl, .dae and .obj files are read");
+  }
+}
+
+// --- after it
+
+void checkMesh(const TriangleMesh& mesh) {
+  if (mesh.triangles.empty()) throw std::invalid_argument("it has no triangle");
+  for (const Vector3d& vertex : mesh.vertices) {
+    if (!vertex.allFinite()) throw std::invalid_argument("a coordinate is not finite");
+    if (vertex.cwiseAbs().maxCoeff() <= kFarthest) continue;
+    std::ostringstream text;
+    text << "a vertex at (" << vertex.transpose() << ") m, farther than 1e6 m from its origin";
+    throw std::invalid_argument(text.str());
+  }
 }
 
 }  // namespace
 
-TriangleMesh loadMesh(const std::string& path, const Vector3d& scale) {
-  if (!scale.allFinite() || (scale.array() == 0.0).any()) fail(path, "its scale must be finite and not zero");
-  // Assimp would wait for ever on a pipe.
-  if (std::error_code failed; !std::filesystem::is_regular_file(path, failed)) fail(path, "no such file");
-
-  Assimp::Importer importer;
-  // Else the root node turns Z_UP and X_UP to Y_UP; it always carries the unit.
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
-  // Else a scene without geometry gets triangles that stand for its nodes.
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
-  const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate);
-  if (!scene || !scene->mRootNode) fail(path, importer.GetErrorString());
-
-  TriangleMesh mesh;
-  appendNode(*scene, *scene->mRootNode, Affine3d(Eigen::Scaling(scale)), mesh);
-  if (mesh.triangles.empty()) fail(path, "it has no triangle");
-  for (const Vector3d& vertex : mesh.vertices) {
-    if (!vertex.allFinite()) fail(path, "a coordinate is not finite");
+TriangleMesh loadMesh(const std::string& path, const Vector3d& scale) try {
+  if (!scale.allFinite() || (scale.array() == 0.0).any()) {
+    throw std::invalid_argument("its scale must be finite and not zero");
   }
+  checkFormat(path, checkFile(path));
+  const ProcessLimits limits{kMostReadingMemory, kMostReadingProcessorTime, kMostReadingTime, mostBytesOfMesh()};
+  TriangleMesh mesh = meshFromBytes(answerOfChild([&] { return toBytes(importMesh(path, scale)); }, limits));
+  checkMesh(mesh);
   return mesh;
+} catch (const std::exception& error) {
+  throw std::invalid_argument("mesh " + path + ": " + error.what());
 }
 
 }  // namespace proximity_server

@@ -12,6 +12,9 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+// To build a hull and its tree.
+constexpr std::size_t kStepsPerCorner = 1000;
+
 double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 /// The largest value over the triangles of a distance that changes by no more than one walks, or `at_least`.
@@ -114,11 +117,12 @@ int EnclosedSpace::winding(std::size_t ray, const Vector3d& p) const {
   return crossings;
 }
 
-MeshSolid::MeshSolid(std::vector<Triangle> surface, const std::vector<Triangle>& closed)
-    : surface_(std::move(surface)), inside_(closed) {}
+MeshSolid::MeshSolid(std::vector<Triangle> surface, const std::vector<Triangle>& closed, Effort& effort)
+    : surface_(std::move(surface)), inside_(closed), effort_(effort) {}
 
 double MeshSolid::distance(const Vector3d& p) const {
-  const double to_surface = surface_.distance(p);
+  effort_.spend(inside_.size());
+  const double to_surface = surface_.distance(p, effort_);
   return to_surface > 0.0 && inside_.holds(p) ? -to_surface : to_surface;
 }
 
@@ -135,8 +139,9 @@ double MeshSolid::deviationOf(const ConvexHull& hull, const std::vector<Vector3d
   const std::vector<Triangle> triangles = surfaceOf(hull);
   const TriangleTree hull_surface(triangles);
   double farthest = 0.0;
+  effort_.spend(kStepsPerCorner * (triangles.size() + vertices.size()));
   for (const Vector3d& vertex : vertices) {
-    const Vector3d above = hull_surface.nearest(vertex);
+    const Vector3d above = hull_surface.nearest(vertex, effort_);
     if ((above - vertex).norm() > farthest) farthest = std::max(farthest, distance(above));
     if (farthest > enough.above) return farthest;
   }
@@ -144,7 +149,7 @@ double MeshSolid::deviationOf(const ConvexHull& hull, const std::vector<Vector3d
       triangles, farthest, [this](const Vector3d& p) { return distance(p); }, enough);
 }
 
-double uncovered(const std::vector<Triangle>& triangles, const std::vector<ConvexHull>& hulls) {
+double uncovered(const std::vector<Triangle>& triangles, const std::vector<ConvexHull>& hulls, Effort& effort) {
   std::vector<Triangle> surfaces;
   std::vector<HullInterior> interiors;
   for (const ConvexHull& hull : hulls) {
@@ -153,7 +158,8 @@ double uncovered(const std::vector<Triangle>& triangles, const std::vector<Conve
   }
   const TriangleTree surface(std::move(surfaces));
   return farthestOver(triangles, 0.0, [&](const Vector3d& p) {
-    const double outside = surface.distance(p);
+    effort.spend(hulls.size());
+    const double outside = surface.distance(p, effort);
     const bool held = std::any_of(interiors.begin(), interiors.end(), [&](const auto& hull) { return hull.holds(p); });
     return held ? 0.0 : outside;
   });

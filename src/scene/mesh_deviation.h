@@ -22,6 +22,7 @@ class EnclosedSpace {
  public:
   explicit EnclosedSpace(const std::vector<Triangle>& closed);
   bool holds(const Eigen::Vector3d& p) const;
+  std::size_t size() const { return seen_[0].size(); }
 
  private:
   static constexpr int kRays = 2;
@@ -41,11 +42,14 @@ struct Enough {
   double below = -std::numeric_limits<double>::infinity(), above = std::numeric_limits<double>::infinity();
 };
 
-/// A mesh as something to lie far from: its surface, and the space that its closed parts enclose.
+/// A mesh as something to lie far from: its surface, and the space that its closed parts enclose. Every call may throw
+/// Effort::Exceeded.
 class MeshSolid {
  public:
-  /// `surface`: all triangles, at least one; `closed`: those of the closed parts.
-  MeshSolid(std::vector<Triangle> surface, const std::vector<Triangle>& closed);
+  /// `surface`: all triangles, at least one; `closed`: those of the closed parts. `effort` must outlive this.
+  MeshSolid(std::vector<Triangle> surface, const std::vector<Triangle>& closed, Effort& effort);
+
+  Effort& effort() const { return effort_; }
 
   /// [m] from p to the surface, negative inside.
   double distance(const Eigen::Vector3d& p) const;
@@ -65,9 +69,10 @@ class MeshSolid {
 
   TriangleTree surface_;
   EnclosedSpace inside_;
+  Effort& effort_;
 };
 
 /// The farthest that a point of the triangles was found to lie outside of every hull [m]; the same search.
-double uncovered(const std::vector<Triangle>& triangles, const std::vector<ConvexHull>& hulls);
+double uncovered(const std::vector<Triangle>& triangles, const std::vector<ConvexHull>& hulls, Effort& effort);
 
 }  // namespace proximity_server

@@ -1,5 +1,6 @@
 #include <tinyxml2.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <deque>
 #include <filesystem>
@@ -26,6 +27,9 @@ bool startsWith(const std::string& text, const std::string& prefix) {
 
 /// The name that a package.xml gives; "" where it cannot be read.
 std::string packageName(const fs::path& package_xml) {
+  // 1 MiB is far more than any manifest has.
+  std::error_code failed;
+  if (!fs::is_regular_file(package_xml, failed) || fs::file_size(package_xml, failed) > (1U << 20)) return "";
   tinyxml2::XMLDocument document(true, tinyxml2::COLLAPSE_WHITESPACE);
   document.LoadFile(package_xml.c_str());
   const tinyxml2::XMLElement* name =
@@ -91,8 +95,10 @@ fs::path packageFile(const std::string& uri, std::vector<PackageSearch>& searche
     throw std::invalid_argument(uri + ": expected package://<package>/<path>");
   }
   const std::string name = uri.substr(name_begin, name_end - name_begin);
+  const fs::path within = fs::path(uri.substr(name_end)).relative_path();
+  if (*within.lexically_normal().begin() == "..") throw std::invalid_argument(uri + ": leaves the package " + name);
   for (PackageSearch& search : searches) {
-    if (const std::optional<fs::path> folder = search.find(name)) return *folder / uri.substr(name_end + 1);
+    if (const std::optional<fs::path> folder = search.find(name)) return *folder / within;
   }
   throw std::invalid_argument(uri + ": no package named " + name + " below the search roots");
 }
@@ -108,6 +114,7 @@ MeshResolver packageResolver(const std::vector<std::string>& roots, const std::s
       path = packageFile(uri, *searches);
     } else if (startsWith(uri, kFile)) {
       path = uri.substr(kFile.size());
+      if (!path.is_absolute()) throw std::invalid_argument(uri + ": expected file:///<absolute path>");
     } else if (uri.find("://") == std::string::npos) {
       path = base / uri;
     } else {
@@ -117,6 +124,25 @@ MeshResolver packageResolver(const std::vector<std::string>& roots, const std::s
       throw std::invalid_argument(uri + ": no such file: " + path.string());
     }
     return path.string();
+  };
+}
+
+MeshResolver withinRoots(MeshResolver resolve, const std::vector<std::string>& roots) {
+  if (roots.empty()) return resolve;
+  std::vector<fs::path> allowed;
+  for (const std::string& root : roots) {
+    std::error_code failed;
+    allowed.push_back(fs::canonical(root, failed));
+    if (failed) throw std::invalid_argument("allowed mesh root " + root + ": " + failed.message());
+  }
+  return [resolve = std::move(resolve), allowed](const std::string& uri) {
+    const std::string path = resolve(uri);
+    const fs::path real = fs::canonical(path);
+    const bool is_allowed = std::any_of(allowed.begin(), allowed.end(), [&](const fs::path& root) {
+      return std::mismatch(root.begin(), root.end(), real.begin(), real.end()).first == root.end();
+    });
+    if (!is_allowed) throw std::invalid_argument(uri + ": " + real.string() + " lies below no allowed mesh root");
+    return real.string();
   };
 }
 

@@ -31,7 +31,6 @@ std::string nearestName(const std::string& name, const std::vector<std::string>&
 std::string quoted(const std::string& name) { return "\"" + name + "\""; }
 
 std::string listed(const std::vector<std::string>& items) {
-  constexpr std::size_t kMostListed = 5;
   std::string text;
   for (std::size_t i = 0; i < std::min(items.size(), kMostListed); ++i) text += (i > 0 ? ", " : "") + items[i];
   if (items.size() > kMostListed) text += " and " + std::to_string(items.size() - kMostListed) + " more";

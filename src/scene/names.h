@@ -16,6 +16,9 @@ std::string quoted(const std::string& name);
 /// "name" (did you mean "nearest"?)
 std::string unknownName(const std::string& name, const std::vector<std::string>& known);
 
+/// What listed() lists.
+constexpr std::size_t kMostListed = 5;
+
 /// a, b, c, d, e and 12 more
 std::string listed(const std::vector<std::string>& items);
 

@@ -1,12 +1,15 @@
 #include "proximity_server/scene/robot_model.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 
 #include "bounds.h"
 #include "collision_geometry.h"
+#include "input_limits.h"
 #include "names.h"
 #include "urdf_document.h"
 
@@ -64,8 +67,19 @@ Vector3d axisOf(const urdf::Joint& joint) {
   return axis;
 }
 
+/// Of the joint in its parent link.
+Isometry3d originOf(const urdf::Joint& joint) {
+  const Isometry3d origin = toEigen(joint.parent_to_joint_origin_transform);
+  // Written as !(norm <= farthest) so that NaN is refused too.
+  if (!origin.matrix().allFinite() || !(origin.translation().norm() <= kFarthest)) {
+    throw std::invalid_argument("URDF: joint " + quoted(joint.name) +
+                                " has an <origin> that is not finite, or farther than 1e6 m from its parent");
+  }
+  return origin;
+}
+
 Joint readJoint(const urdf::Joint& joint, int parent_link, int child_link, std::vector<std::string>& warnings) {
-  Joint result{joint.name,    typeOf(joint), parent_link, child_link, toEigen(joint.parent_to_joint_origin_transform),
+  Joint result{joint.name,    typeOf(joint), parent_link, child_link, originOf(joint),
                axisOf(joint), -kInfinity,    kInfinity,   kInfinity,  std::nullopt};
   if (!joint.limits) return result;
   // Many URDFs write 0 for "unknown"; a joint that may not move would be a fixed one.
@@ -75,8 +89,11 @@ Joint readJoint(const urdf::Joint& joint, int parent_link, int child_link, std::
     warnings.push_back("joint " + quoted(joint.name) + ": its lower limit is above the upper one; taken as unlimited.");
     return result;
   }
-  result.lower = joint.limits->lower;
-  result.upper = joint.limits->upper;
+  if (joint.limits->lower >= -kFarthest) result.lower = joint.limits->lower;
+  if (joint.limits->upper <= kFarthest) result.upper = joint.limits->upper;
+  if (std::isinf(result.lower) || std::isinf(result.upper)) {
+    warnings.push_back("joint " + quoted(joint.name) + ": a limit beyond 1e6; taken as none.");
+  }
   return result;
 }
 
@@ -89,7 +106,7 @@ int addLink(const urdf::Link& link, int parent_link, RobotModel& model) {
   } else if (const urdf::Joint& joint = *link.parent_joint; joint.type == urdf::Joint::FIXED) {
     const Link& parent = model.links[parent_link];
     added.body = parent.body;
-    added.body_T_link = parent.body_T_link * toEigen(joint.parent_to_joint_origin_transform);
+    added.body_T_link = parent.body_T_link * originOf(joint);
     model.fixed_joints.push_back(joint.name);
   } else {
     const int carrier = append(model.joints, readJoint(joint, parent_link, index, model.warnings));
@@ -109,16 +126,9 @@ void addTree(const urdf::ModelInterface& urdf, RobotModel& model) {
   while (!pending.empty()) {
     const Pending next = pending.back();
     pending.pop_back();
-    if (model.findLink(next.link->name) >= 0) {
-      throw std::invalid_argument("URDF: link " + quoted(next.link->name) + " is the child of two joints");
-    }
     const int index = addLink(*next.link, next.parent, model);
     const auto& children = next.link->child_links;
     for (auto child = children.rbegin(); child != children.rend(); ++child) pending.push_back({*child, index});
-  }
-  for (const auto& [name, link] : urdf.links_) {
-    if (model.findLink(name) >= 0) continue;
-    throw std::invalid_argument("URDF: link " + quoted(name) + " hangs in a loop of joints, not on the root");
   }
 }
 
@@ -130,6 +140,14 @@ void checkMimicEnds(const RobotModel& model, int joint) {
     }
     follower = model.joints[follower].mimic->joint;
   }
+}
+
+/// Multipliers and offsets multiply along a chain.
+void checkMimicSize(const RobotModel& model, int joint) {
+  const Joint::Mimic leader = model.leaderOf(joint);
+  if (std::abs(leader.multiplier) <= kFarthest && std::abs(leader.offset) <= kFarthest) return;
+  throw std::invalid_argument("URDF: joint " + quoted(model.joints[joint].name) +
+                              " mimics with a multiplier or an offset beyond 1e6");
 }
 
 bool hasOnePosition(const Joint& joint) {
@@ -152,7 +170,10 @@ void addMimics(const urdf::ModelInterface& urdf, RobotModel& model) {
     }
     joint.mimic = Joint::Mimic{leader, mimic->multiplier, mimic->offset};
   }
-  for (int i = 0; i < static_cast<int>(model.joints.size()); ++i) checkMimicEnds(model, i);
+  for (int i = 0; i < static_cast<int>(model.joints.size()); ++i) {
+    checkMimicEnds(model, i);
+    checkMimicSize(model, i);
+  }
 }
 
 /// What holds for a link: its own value, or the default.
@@ -195,6 +216,14 @@ CollisionGeometry readGeometry(const urdf::Geometry& geometry, const std::string
   }
 }
 
+void checkReach(const Piece& piece) {
+  const double reach = reachFrom(Vector3d::Zero(), piece);
+  if (reach <= kFarthest) return;
+  std::ostringstream text;
+  text << "it reaches " << reach << " m from the frame of its body, farther than 1e6 m";
+  throw std::invalid_argument(text.str());
+}
+
 /// Adds one <collision> and the pieces that stand for it alone.
 void addCollision(int link, const urdf::Collision& urdf, const ModelOptions& options, GeometryReader& reader,
                   RobotModel& model) {
@@ -205,6 +234,9 @@ void addCollision(int link, const urdf::Collision& urdf, const ModelOptions& opt
     CollisionGeometry geometry = readGeometry(*urdf.geometry, where, owner.name, options, reader, model.warnings);
     const Isometry3d body_T_collision = owner.body_T_link * toEigen(urdf.origin);
     if (!body_T_collision.matrix().allFinite()) throw std::invalid_argument("its pose is not finite");
+    if (model.collisions.size() == kMostCollisions || model.pieces.size() + geometry.shapes.size() > kMostPieces) {
+      throw std::invalid_argument("the robot has more than 20000 <collision> elements, or a million convex pieces");
+    }
 
     Collision collision{urdf.name, geometry.description,    link,
                         number,    geometry.representation, geometry.deviation,
@@ -213,6 +245,7 @@ void addCollision(int link, const urdf::Collision& urdf, const ModelOptions& opt
     for (const Shape& shape : geometry.shapes) {
       const Shape padded = shape.padded(paddingOf(owner.name, options));
       collision.pieces.push_back(append(model.pieces, Piece{padded, body_T_collision, index}));
+      checkReach(model.pieces.back());
     }
     owner.collisions.push_back(append(model.collisions, std::move(collision)));
   } catch (const std::invalid_argument& error) {

@@ -1,8 +1,9 @@
 #include "srdf.h"
 
-#include <tinyxml2.h>
-
 #include <stdexcept>
+
+#include "input_limits.h"
+#include "xml_text.h"
 
 namespace proximity_server {
 namespace {
@@ -60,8 +61,10 @@ Srdf readSrdf(const std::string& srdf_xml) {
   Srdf srdf;
   if (srdf_xml.empty()) return srdf;
   tinyxml2::XMLDocument document;
-  if (document.Parse(srdf_xml.c_str(), srdf_xml.size()) != tinyxml2::XML_SUCCESS) {
-    throw std::invalid_argument(std::string("SRDF: ") + document.ErrorStr());
+  try {
+    parseXml(srdf_xml, document);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(std::string("SRDF: ") + error.what());
   }
   const XMLElement* robot = document.FirstChildElement("robot");
   if (!robot) throw std::invalid_argument("SRDF: no <robot> element");
@@ -71,6 +74,10 @@ Srdf readSrdf(const std::string& srdf_xml) {
   srdf.disable_default_collisions = readAll(*robot, "disable_default_collisions", readLink);
   srdf.virtual_joints = readAll(*robot, "virtual_joint", readName);
   srdf.groups = readAll(*robot, "group", readGroup);
+  if (srdf.groups.size() > kMostGroups) {
+    throw std::invalid_argument("SRDF: it has " + std::to_string(srdf.groups.size()) + " groups, more than " +
+                                std::to_string(kMostGroups));
+  }
   return srdf;
 }
 

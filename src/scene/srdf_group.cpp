@@ -18,6 +18,7 @@ class GroupJoints {
     if (std::find(within.begin(), within.end(), name) != within.end()) {
       throw std::invalid_argument("SRDF: the group " + quoted(name) + " contains itself");
     }
+    if (!added_.insert(name).second) return;  // else groups of groups of groups would double with each level
     within.push_back(name);
     const Srdf::Group& group = find(name);
     for (const std::string& link : group.links) addLink(link);
@@ -87,6 +88,7 @@ class GroupJoints {
   const RobotModel& model_;
   const LinkTable& links_;
   const Srdf& srdf_;
+  std::set<std::string> added_;
   std::set<int> joints_;
   std::vector<std::string> unknown_;
 };

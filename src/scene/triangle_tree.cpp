@@ -59,13 +59,16 @@ void TriangleTree::split(int index) {
   nodes_.push_back({{}, middle, end});
 }
 
-Vector3d TriangleTree::nearest(const Vector3d& p) const {
+Vector3d TriangleTree::nearest(const Vector3d& p, Effort& effort) const {
+  constexpr std::size_t kStepsPerNode = 4, kStepsPerTriangle = 20;
+  std::size_t steps = 0;
   Vector3d best = triangles_.front()[0];
   double best_squared = (best - p).squaredNorm();
   // Halving leaves at most 31 levels below an int's worth of triangles; each holds one sibling back.
   std::array<int, 64> pending{0};
   for (int count = 1; count > 0;) {
     const Node& node = nodes_[pending[--count]];
+    steps += kStepsPerNode;
     if (node.box.squaredExteriorDistance(p) >= best_squared) continue;
     if (node.left >= 0) {
       const bool left_first =
@@ -74,6 +77,7 @@ Vector3d TriangleTree::nearest(const Vector3d& p) const {
       pending[count++] = left_first ? node.left : node.left + 1;
       continue;
     }
+    steps += kStepsPerTriangle * static_cast<std::size_t>(node.end - node.begin);
     for (int i = node.begin; i < node.end; ++i) {
       const Vector3d candidate = nearestPoint(triangles_[i], p);
       const double squared = (candidate - p).squaredNorm();
@@ -82,6 +86,7 @@ Vector3d TriangleTree::nearest(const Vector3d& p) const {
       best = candidate;
     }
   }
+  effort.spend(steps);
   return best;
 }
 

@@ -4,6 +4,8 @@
 #include <array>
 #include <vector>
 
+#include "effort.h"
+
 namespace proximity_server {
 
 using Triangle = std::array<Eigen::Vector3d, 3>;
@@ -17,8 +19,9 @@ class TriangleTree {
   /// At least one triangle.
   explicit TriangleTree(std::vector<Triangle> triangles);
 
-  Eigen::Vector3d nearest(const Eigen::Vector3d& p) const;
-  double distance(const Eigen::Vector3d& p) const { return (nearest(p) - p).norm(); }
+  /// Both may throw Effort::Exceeded.
+  Eigen::Vector3d nearest(const Eigen::Vector3d& p, Effort& effort) const;
+  double distance(const Eigen::Vector3d& p, Effort& effort) const { return (nearest(p, effort) - p).norm(); }
 
  private:
   struct Node {

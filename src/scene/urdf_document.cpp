@@ -5,11 +5,14 @@
 #include <urdf_parser/urdf_parser.h>
 
 #include <algorithm>
+#include <map>
 #include <mutex>
 #include <stdexcept>
 #include <vector>
 
+#include "input_limits.h"
 #include "names.h"
+#include "xml_text.h"
 
 namespace proximity_server {
 namespace {
@@ -44,11 +47,13 @@ class UrdfdomErrors : console_bridge::OutputHandler {
 };
 std::mutex UrdfdomErrors::mutex_;
 
+/// Removes all other elements, and what is no element: texts, comments.
 void keepOnly(XMLElement& parent, const std::vector<std::string>& names) {
-  XMLElement* next = nullptr;
-  for (XMLElement* child = parent.FirstChildElement(); child; child = next) {
-    next = child->NextSiblingElement();
-    if (std::find(names.begin(), names.end(), child->Name()) == names.end()) parent.DeleteChild(child);
+  tinyxml2::XMLNode* next = nullptr;
+  for (tinyxml2::XMLNode* child = parent.FirstChild(); child; child = next) {
+    next = child->NextSibling();
+    const bool is_kept = child->ToElement() && std::find(names.begin(), names.end(), child->Value()) != names.end();
+    if (!is_kept) parent.DeleteChild(child);
   }
 }
 
@@ -59,6 +64,12 @@ int count(const XMLElement* parent, const char* name = nullptr) {
     ++n;
   }
   return n;
+}
+
+void checkNumber(const XMLElement& robot, const char* name) {
+  const int number = count(&robot, name);
+  if (number <= kMostLinks) return;
+  fail("the robot has " + std::to_string(number) + " " + name + "s, more than " + std::to_string(kMostLinks));
 }
 
 /// urdfdom takes the first of several shapes or origins.
@@ -83,13 +94,43 @@ void checkLink(const XMLElement& link) {
   }
 }
 
+std::string linkOf(const XMLElement& joint, const char* end) {
+  const XMLElement* element = joint.FirstChildElement(end);
+  return element ? attribute(*element, "link") : "";
+}
+
+/// urdfdom never frees links that hang in a loop.
+void checkTree(const XMLElement& robot) {
+  std::map<std::string, std::string> parent_of;
+  for (auto* joint = robot.FirstChildElement("joint"); joint; joint = joint->NextSiblingElement("joint")) {
+    const std::string child = linkOf(*joint, "child");
+    if (child.empty()) continue;  // urdfdom will say so
+    if (!parent_of.emplace(child, linkOf(*joint, "parent")).second) {
+      fail("link " + quoted(child) + " is the child of two joints, one of them " + quoted(attribute(*joint, "name")));
+    }
+  }
+  for (const auto& [link, parent] : parent_of) {
+    auto above = parent_of.find(parent);
+    for (std::size_t steps = 0; above != parent_of.end(); ++steps) {
+      if (steps == parent_of.size()) fail("link " + quoted(link) + " hangs in a loop of joints, not on the root");
+      above = parent_of.find(above->second);
+    }
+  }
+}
+
 }  // namespace
 
 urdf::ModelInterfaceSharedPtr readUrdf(const std::string& urdf_xml) {
   tinyxml2::XMLDocument document;
-  if (document.Parse(urdf_xml.c_str(), urdf_xml.size()) != tinyxml2::XML_SUCCESS) fail(document.ErrorStr());
+  try {
+    parseXml(urdf_xml, document);
+  } catch (const std::invalid_argument& error) {
+    fail(error.what());
+  }
   XMLElement* robot = document.FirstChildElement("robot");
   if (!robot) fail("no <robot> element");
+  checkNumber(*robot, "link");
+  checkNumber(*robot, "joint");
   if (count(robot, "link") == 0) fail("the robot has no links");
   for (auto* link = robot->FirstChildElement("link"); link; link = link->NextSiblingElement("link")) {
     checkLink(*link);
@@ -99,9 +140,11 @@ urdf::ModelInterfaceSharedPtr readUrdf(const std::string& urdf_xml) {
   for (auto* joint = robot->FirstChildElement("joint"); joint; joint = joint->NextSiblingElement("joint")) {
     keepOnly(*joint, {"origin", "parent", "child", "axis", "limit", "mimic"});
   }
+  checkTree(*robot);
 
+  // The robot alone: the declarations and comments before it are what urdfdom's own parser (TinyXML 1) fails on.
   tinyxml2::XMLPrinter printer(nullptr, true);
-  document.Print(&printer);
+  robot->Accept(&printer);
   const UrdfdomErrors errors;
   urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(printer.CStr());
   if (!errors.text().empty()) fail(errors.text());

@@ -522,6 +522,24 @@ TEST(ConcaveMeshes, BadMeshesAreStillCovered) {
   EXPECT_LE(pieces.uncovered, 1e-9);
 }
 
+// All in one component, and no two of them in one plane: without a limit this would take many minutes.
+TEST(ConcaveMeshes, WhatTakesTooLongToDecomposeIsItsTrianglesWithAWarning) {
+  TriangleMesh star;
+  star.vertices.emplace_back(0.0, 0.0, 0.0);
+  std::srand(7);
+  for (int i = 0; i < 1500; ++i) {
+    const int first = static_cast<int>(star.vertices.size());
+    star.vertices.push_back(Vector3d::Random());
+    star.vertices.push_back(Vector3d::Random());
+    star.triangles.push_back({0, first, first + 1});
+  }
+  const MeshPieces pieces = convexPieces(star);
+  EXPECT_EQ(pieces.representation, Representation::Triangles);
+  EXPECT_EQ(pieces.hulls.size(), 1500U);
+  ASSERT_EQ(pieces.warnings.size(), 1U);
+  EXPECT_NE(pieces.warnings.front().find("too long"), std::string::npos);
+}
+
 TEST(ConcaveMeshes, NegativeOrNanToleranceThrows) {
   EXPECT_NE(errorOf([] { convexPieces(kBox, {-1e-3, "", {}}); }), "");
   EXPECT_NE(errorOf([] { convexPieces(kBox, {std::nan(""), "", {}}); }), "");

@@ -22,17 +22,27 @@ using MeshResolver = std::function<std::string(const std::string& uri)>;
 
 /// The resolver for everybody without ROS: file:// and plain paths as they are (relative ones against `base_dir`),
 /// package://name/path (two or three slashes) searched for below `roots` as ROS_PACKAGE_PATH does it: a folder with a
-/// package.xml that names the package.
+/// package.xml that names the package; no path of it leaves the package through "..". Any other scheme is refused.
 MeshResolver packageResolver(const std::vector<std::string>& roots, const std::string& base_dir = {});
+
+/// The same files, but only those that lie below one of `roots` once all links are followed; all where there are none.
+/// Throws std::invalid_argument for a root that does not exist; the resolver does so for a file below none.
+MeshResolver withinRoots(MeshResolver resolve, const std::vector<std::string>& roots);
 
 /// The folders of the environment variable ROS_PACKAGE_PATH.
 std::vector<std::string> rosPackagePath();
 
-/// All triangles of a mesh file (STL binary or ASCII, DAE, OBJ), instances and node transforms applied, then scaled.
+/// All triangles of a mesh file (.stl, binary or ASCII, .dae, .obj), instances and node transforms applied, then
+/// scaled.
 ///
 /// Units are taken as metres and axes as they stand, as ROS tools do (a Collada up axis is ignored, its unit counts).
 /// A mirrored scale (one or three negative factors) turns the triangles so that they still face outwards.
-/// Failure: throws std::invalid_argument naming the file: missing, unreadable, no triangle, a number not finite.
+/// A child process reads the file, so that none of what may be in it harms this one.
+/// Limit:   at most 256 MiB, 200,000 triangles, and 1e6 m from the origin; 1 GiB of memory, 10 s of processor time and
+///          60 s to read it.
+/// Failure: throws std::invalid_argument naming the file: missing, unreadable, malformed, cut off where the format
+/// shows
+///          it, no triangle, a number not finite, beyond a limit.
 TriangleMesh loadMesh(const std::string& path, const Eigen::Vector3d& scale);
 
 /// What stands for a mesh in the queries.
@@ -62,7 +72,7 @@ struct MeshPieces {
   double uncovered = 0.0;  ///< [m] farthest that a point of the mesh's triangles was found to lie outside of the pieces
   double volume_ratio = std::numeric_limits<double>::quiet_NaN();  ///< hulls of the components over what they enclose;
                                                                    ///< NaN where one is open or encloses nothing
-  std::vector<std::string> warnings;                               ///< that the cache cannot be written
+  std::vector<std::string> warnings;                               ///< the cache cannot be written; too much effort
 };
 
 /// The fewest pieces within tolerance of the mesh, tried in this order: the hull of all; the hulls of the connected
@@ -72,6 +82,7 @@ struct MeshPieces {
 /// Limit:   clusters and triangles stand for the surface. What lies wholly inside a closed mesh, away from its surface,
 ///          may be in none of the pieces, and then counts as apart from it; in overlap the depth of the deepest two
 ///          pieces is a lower bound of that of the solids.
+///          A mesh for which that would take more than about a minute is its triangles, with a warning.
 /// Failure: throws std::invalid_argument for a tolerance that is negative or not finite.
 MeshPieces convexPieces(const TriangleMesh& mesh, const MeshOptions& options = {});
 

@@ -1,0 +1,15 @@
+// The seeds of the fuzzers, and whatever they have found, in the builds that are not fuzzed.
+#include "fuzz/corpus.h"
+#include "fuzz/targets.h"
+
+namespace proximity_server {
+namespace {
+
+TEST(Corpus, MeshesAreTakenOrRefused) { EXPECT_GT(tryAll("mesh", tryMesh), 5); }
+
+TEST(Corpus, RobotsAreTakenOrRefused) { EXPECT_GT(tryAll("robot", tryRobot), 3); }
+
+TEST(Corpus, StatesAreTakenOrRefused) { EXPECT_GT(tryAll("states", tryStates), 2); }
+
+}  // namespace
+}  // namespace proximity_server

@@ -1,0 +1,13 @@
+// As corpus_test.cpp, for what a node reads.
+#include "fuzz/corpus.h"
+#include "fuzz/targets.h"
+
+namespace proximity_server {
+namespace {
+
+TEST(NodeCorpus, RequestsAreAnsweredOrRefused) { EXPECT_GT(tryAll("requests", tryRequest), 4); }
+
+TEST(NodeCorpus, ParametersAreTakenOrRefused) { EXPECT_GT(tryAll("parameters", tryParameters), 2); }
+
+}  // namespace
+}  // namespace proximity_server

@@ -1,0 +1,174 @@
+#include <xmlrpcpp/XmlRpcValue.h>
+
+#include <chrono>
+#include <stdexcept>
+
+#include "config.h"
+#include "fuzz/request_bytes.h"
+#include "fuzz/require.h"
+#include "fuzz/targets.h"
+#include "joint_requests.h"
+#include "motion_requests.h"
+#include "pair_questions.h"
+#include "proximity_server/MinimumDistanceRequest.h"
+#include "proximity_server/QueryConfigurationRequest.h"
+#include "requests.h"
+#include "timed_motion.h"
+
+namespace proximity_server {
+namespace {
+
+const char* const kArm =
+    "<robot name='arm'><link name='base'><collision name='slab'><geometry><box size='1 1 0.2'/></geometry></collision>"
+    "</link><link name='arm'><collision><origin xyz='0 0 0.5'/><geometry><cylinder radius='0.1' length='1'/></geometry>"
+    "</collision><collision name='knob'><geometry><sphere radius='0.2'/></geometry></collision></link>"
+    "<link name='hand'><collision><geometry><box size='0.2 0.2 0.2'/></geometry></collision></link><link name='tool'/>"
+    "<link name='finger'><collision><geometry><sphere radius='0.05'/></geometry></collision></link><link name='ball'>"
+    "<collision><geometry><sphere radius='0.1'/></geometry></collision></link>"
+    "<joint name='shoulder' type='continuous'><origin xyz='0 0 0.5'/><parent link='base'/><child link='arm'/>"
+    "<axis xyz='0 1 0'/></joint><joint name='wrist' type='continuous'><origin xyz='0 0 1.2'/><parent link='arm'/>"
+    "<child link='hand'/><axis xyz='1 0 0'/></joint><joint name='mount' type='fixed'><parent link='hand'/>"
+    "<child link='tool'/></joint><joint name='grip' type='prismatic'><origin xyz='0.2 0 0'/><parent link='hand'/>"
+    "<child link='finger'/><axis xyz='1 0 0'/><limit lower='0' upper='0.1' effort='1' velocity='1'/>"
+    "<mimic joint='wrist' multiplier='0.1'/></joint><joint name='free' type='floating'><parent link='base'/>"
+    "<child link='ball'/></joint></robot>";
+const char* const kGroups =
+    "<robot name='arm'><group name='upper'><link name='hand'/><link name='finger'/></group>"
+    "<disable_collisions link1='hand' link2='finger' reason='Adjacent'/></robot>";
+const std::vector<std::string> kNames{"",     "base",     "arm",   "hand",  "tool", "finger", "ball", "slab",
+                                      "knob", "shoulder", "wrist", "mount", "grip", "free",   "upper"};
+
+const Robot& arm() {
+  static const Robot robot(kArm, kGroups, Config());
+  return robot;
+}
+
+/// Joints that a request leaves open are not known, as without tf.
+JointSnapshot nothingFromTf() {
+  JointSnapshot nothing;
+  nothing.joints.resize(arm().links().joints.size());
+  return nothing;
+}
+
+BodyPoses posesAt(const JointValues& positions) { return posesInRoot(arm(), positions, nothingFromTf()); }
+
+BodyPoses posesAtZero() { return posesAt(completed(JointValues(arm().links().joints.size()), MissingJoints::AtZero)); }
+
+void checkBounds(const Proximity& pair) {
+  require(!(pair.lower_bound > pair.upper_bound), "the lower bound is below the upper one");
+}
+
+void checkAnswer(const StateProximity& answer) {
+  checkBounds(answer.minimum);
+  for (const Proximity& pair : answer.pairs) checkBounds(pair);
+}
+
+void askAt(const BodyPoses& poses, const QueryPairsRequest& request, std::size_t states) {
+  const Question question = questionOf(arm(), request);
+  const std::vector<SubjectPair> pairs = pairsOf(arm(), request, states);
+  bodiesOf(arm().links(), pairs);
+  const ScenePool::Lease scene = arm().takeScene();
+  scene->update(poses);
+  const QueryStatus status;
+  checkAnswer(askPairs(*scene, {poses, status}, pairs, request, question));
+}
+
+void ask(const QueryPairsRequest& request) { askAt(posesAtZero(), request, 1); }
+
+void ask(const MinimumDistanceRequest& request) {
+  pairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
+  thresholdOrNone(request.threshold);
+}
+
+void ask(const QueryConfigurationRequest& request) {
+  QueryPairsRequest in_each;
+  in_each.a = request.a;
+  in_each.b = request.b;
+  in_each.group = request.group;
+  in_each.mode = request.mode;
+  in_each.k = request.k;
+  in_each.threshold = request.threshold;
+  in_each.ignore_filter = request.ignore_filter;
+  const MissingJoints missing = missingJoints(request.missing_joints);
+  for (const sensor_msgs::JointState& state : request.states) {
+    const std::vector<int> joints = jointsNamed(arm().links(), state.name, "state");
+    const JointValues values = valuesOf(arm().links(), joints, state.position, "position", "state");
+    askAt(posesAt(completed(values, missing)), in_each, request.states.size());
+  }
+}
+
+/// A search that ends after a millisecond, whatever was asked.
+void search(const std::vector<SubjectPair>& pairs, const TimedMotion& motion, MotionQuestion question) {
+  startBudget(question, std::chrono::milliseconds(1));
+  const MovingScenePool::Lease scene = arm().takeMovingScene();
+  const RobotContact contact = scene->timeOfContact(pairs, motion.motion, question);
+  require(contact.t_free >= 0.0 && contact.t_free <= 1.0, "what is proven free lies within the motion");
+  const RobotMinimum minimum = scene->minimum(pairs, motion.motion, question);
+  require(minimum.lower_bound <= minimum.upper_bound, "the lower bound is below the upper one");
+}
+
+void ask(const FirstContactRequest& request) {
+  const MotionQuestion question = motionQuestion(request.clearance, request.tolerance);
+  timeBudget(arm(), request.time_budget);
+  positive(request.horizon, "horizon");
+  const std::vector<SubjectPair> pairs = pairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
+  search(pairs, motionOf(arm(), posesAtZero(), request), question);
+}
+
+void ask(const QueryTrajectoryRequest& request) {
+  const MotionQuestion question = motionQuestion(request.clearance, request.tolerance);
+  timeBudget(arm(), request.time_budget);
+  const std::vector<SubjectPair> pairs = pairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
+  const WayPoints points = wayPointsOf(arm().links(), request);
+  for (std::size_t i = 0; i + 1 < points.times.size(); ++i) {
+    const std::vector<double> travel = travelBetween(points.positions[i], points.positions[i + 1]);
+    search(pairs,
+           motionOfJoints(arm(), posesAt(points.positions[i]), travel, points.times[i],
+                          points.times[i + 1] - points.times[i]),
+           question);
+  }
+}
+
+template <class Request>
+void askOf(std::string_view bytes) {
+  Request request;
+  RequestBytes(bytes, kNames).next(request);
+  try {
+    ask(request);
+  } catch (const RequestError& error) {
+    require(error.status().code != QueryStatus::OK && !error.status().message.empty(), "a refusal says why");
+  }
+}
+
+}  // namespace
+
+void tryRequest(const std::string& bytes) {
+  if (bytes.empty()) return;
+  const std::string_view body = std::string_view(bytes).substr(1);
+  switch (bytes[0]) {
+    case 'm':
+      return askOf<MinimumDistanceRequest>(body);
+    case 'p':
+      return askOf<QueryPairsRequest>(body);
+    case 'c':
+      return askOf<QueryConfigurationRequest>(body);
+    case 't':
+      return askOf<QueryTrajectoryRequest>(body);
+    default:
+      return askOf<FirstContactRequest>(body);
+  }
+}
+
+void tryParameters(const std::string& bytes) {
+  XmlRpc::XmlRpcValue values;
+  int offset = 0;
+  if (!values.fromXml(bytes, &offset)) return;
+  try {
+    const Config config = configFrom(values, "/node");
+    require(config.tolerance > 0.0 && config.max_batch >= 1, "a parameter is within its range");
+  } catch (const std::invalid_argument& error) {
+    require(std::string(error.what()).rfind("parameter /node/", 0) == 0, "an error names the parameter");
+  }
+}
+
+}  // namespace proximity_server

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace proximity_server {
+
+// What a stranger's bytes may do: be taken, with a result that keeps its promises, or be refused with
+// std::invalid_argument. Anything else ends the program.
+
+/// First byte: the format ('s'TL, 'o'BJ, else DAE); the rest: the file.
+void tryMesh(const std::string& bytes);
+
+/// A URDF and, behind a line "=== SRDF ===", an SRDF.
+void tryRobot(const std::string& bytes);
+
+/// A CSV file of joint states.
+void tryStates(const std::string& bytes);
+
+// Of the node.
+
+/// First byte: the service ('m'inimum_distance, query_'p'airs, query_'c'onfiguration, query_'t'rajectory, else
+/// time_of_contact); the rest: its request, see RequestBytes.
+void tryRequest(const std::string& bytes);
+
+/// Parameters of the node, as XML-RPC.
+void tryParameters(const std::string& bytes);
+
+}  // namespace proximity_server
