@@ -9,7 +9,8 @@ find_package(catkin REQUIRED COMPONENTS
   sensor_msgs
   std_msgs
   std_srvs
-  tf2_ros
+  tf2
+  tf2_msgs
   trajectory_msgs
   visualization_msgs
 )
@@ -43,7 +44,7 @@ catkin_package(
   INCLUDE_DIRS include
   LIBRARIES proximity_narrowphase proximity_scene
   CATKIN_DEPENDS
-    diagnostic_updater dynamic_reconfigure geometry_msgs message_runtime roscpp sensor_msgs std_msgs std_srvs tf2_ros
+    diagnostic_updater dynamic_reconfigure geometry_msgs message_runtime roscpp sensor_msgs std_msgs std_srvs tf2 tf2_msgs
     trajectory_msgs visualization_msgs
   DEPENDS EIGEN3
 )

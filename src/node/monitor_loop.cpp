@@ -1,10 +1,12 @@
 #include "monitor_loop.h"
 
 #include <ros/callback_queue_interface.h>
+#include <ros/single_subscriber_publisher.h>
 
 #include <algorithm>
 #include <boost/make_shared.hpp>
 #include <functional>
+#include <optional>
 #include <utility>
 
 #include "markers.h"
@@ -111,8 +113,19 @@ void MonitorLoop::onTransform() {
 
 void MonitorLoop::onKeepAlive() {
   const Lock lock(mutex_);
-  if (!alive_ && health_.enabled) publish(lookUp());
+  if (!alive_ && health_.enabled) publish(lookUpSinceLastKeepAlive());
   alive_ = false;
+  kept_alive_at_ = ros::Time::now();
+}
+
+/// Nothing where the clock has not moved in all that time: what is called fresh then may be of any age.
+PoseSnapshot MonitorLoop::lookUpSinceLastKeepAlive() {
+  PoseSnapshot snapshot = lookUp();
+  if (ros::Time::now() != kept_alive_at_ || snapshot.status.code != QueryStatus::OK) return snapshot;
+  std::fill(snapshot.poses.begin(), snapshot.poses.end(), std::nullopt);
+  snapshot.status.code = QueryStatus::TF_STALE;
+  snapshot.status.message = "the clock stands still: nothing tells how old the transforms are";
+  return snapshot;
 }
 
 void MonitorLoop::cycleIfNew() {

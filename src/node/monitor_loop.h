@@ -25,8 +25,8 @@ struct MonitorHealth {
 /// Runs a Monitor in a thread of its own and publishes what it says on ~clearance and ~markers.
 ///
 /// A cycle runs at the rate of the settings, in ROS time, or on every new set of transforms when the rate is 0. A wall
-/// timer keeps the topic alive where neither the clock nor the transforms move.
-/// Thread-safe.
+/// timer keeps the topic alive where neither the clock nor the transforms move; then poses have no age any more, and
+/// the level is INVALID. Thread-safe.
 class MonitorLoop {
  public:
   /// Joint velocities come from the namespace of `nh`, what is published goes to that of `private_nh`.
@@ -49,6 +49,7 @@ class MonitorLoop {
   void publishMarkers(const Clearance& clearance);
   void redrawPieces();
   void sendPieces(const ros::SingleSubscriberPublisher& subscriber);
+  PoseSnapshot lookUpSinceLastKeepAlive();
   PoseSnapshot lookUp() { return tf_.lookUp(*monitor_.robot(), monitor_.bodies()); }
 
   VelocitySnapshot lookUpVelocities();
@@ -63,7 +64,8 @@ class MonitorLoop {
   std::mutex mutex_;  // guards all that follows down to the publishers
   Monitor monitor_;
   MonitorHealth health_{};
-  bool alive_ = false;  // a cycle ran since the last keep-alive
+  bool alive_ = false;       // a cycle ran since the last keep-alive
+  ros::Time kept_alive_at_;  // by the clock, at the last keep-alive
   std::size_t labels_ = 0;
 
   ros::Publisher clearance_pub_;

@@ -11,6 +11,7 @@
 #include "monitor_loop.h"
 #include "proximity_server/ProximityConfig.h"
 #include "queries.h"
+#include "registration.h"
 #include "robot.h"
 #include "tf_poses.h"
 
@@ -53,6 +54,7 @@ class ProximityNode {
   ros::ServiceServer query_trajectory_srv_;
   ros::ServiceServer reload_srv_;
   ros::ServiceServer enable_monitor_srv_;
+  Registration registration_;  // last: of all of the above
 };
 
 }  // namespace proximity_server

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -37,7 +38,9 @@ std::optional<Eigen::Isometry3d> rigidMotion(const geometry_msgs::Transform& tra
   const Eigen::Vector3d translation(transform.translation.x, transform.translation.y, transform.translation.z);
   const Eigen::Quaterniond rotation(transform.rotation.w, transform.rotation.x, transform.rotation.y,
                                     transform.rotation.z);
-  if (!translation.allFinite() || !(std::abs(rotation.squaredNorm() - 1.0) <= kUnitNormTolerance)) return std::nullopt;
+  // Squared: a length whose square overflows leads to nothing but NaN.
+  const bool is_finite = std::isfinite(translation.squaredNorm());
+  if (!is_finite || !(std::abs(rotation.squaredNorm() - 1.0) <= kUnitNormTolerance)) return std::nullopt;
   return Eigen::Translation3d(translation) * rotation.normalized();
 }
 
@@ -144,11 +147,6 @@ QueryStatus freshness(const CommonTime& common, const ros::Time& now, const ros:
 
 }  // namespace
 
-TfPoses::TfPoses()
-    : connection_(buffer_._addTransformsChangedListener([this] { transformsChanged(); })), tf_listener_(buffer_) {}
-
-TfPoses::~TfPoses() { buffer_._removeTransformsChangedListener(connection_); }
-
 void TfPoses::onChange(std::function<void()> listener) {
   const std::lock_guard<std::mutex> lock(mutex_);
   listener_ = std::move(listener);
@@ -167,7 +165,7 @@ ros::Time TfPoses::readClock() {
   const ros::Time now = ros::Time::now();
   if (now < last_now_) {
     ROS_WARN_STREAM("the clock jumped back by " << seconds(elapsed(now, last_now_)) << ": forgetting all transforms");
-    buffer_.clear();
+    tree_.clear();
   }
   last_now_ = now;
   return now;
@@ -192,7 +190,8 @@ JointSnapshot TfPoses::lookUpJoints(const Robot& robot, const std::vector<int>& 
   }
 
   std::vector<Edge> edges = edgesToLookUp(robot, joints);
-  for (Edge& edge : edges) lookUpAt(buffer_, ros::Time(), edge);
+  const std::shared_ptr<const tf2::BufferCore> buffer = tree_.buffer();
+  for (Edge& edge : edges) lookUpAt(*buffer, ros::Time(), edge);
   const CommonTime common = commonTime(edges);
   snapshot.status = summary(edges);
   if (!common.oldest && snapshot.status.code != QueryStatus::OK) return snapshot;
@@ -205,11 +204,11 @@ JointSnapshot TfPoses::lookUpJoints(const Robot& robot, const std::vector<int>& 
     const ros::Duration max_age(robot.config().max_tf_age);
     snapshot.status = freshness(common, now, max_age);
     // Left over from before a jump of the clock: tf would refuse everything that is older.
-    if (elapsed(now, common.newest->latest) > max_age) buffer_.clear();
+    if (elapsed(now, common.newest->latest) > max_age) tree_.clear();
     if (snapshot.status.code != QueryStatus::OK) return snapshot;
   }
   for (Edge& edge : edges) {
-    if (available(edge)) lookUpAt(buffer_, snapshot.stamp, edge);
+    if (available(edge)) lookUpAt(*buffer, snapshot.stamp, edge);
   }
   snapshot.status = summary(edges);
   take(edges, joints, snapshot);

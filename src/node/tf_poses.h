@@ -2,10 +2,7 @@
 
 #include <ros/duration.h>
 #include <ros/time.h>
-#include <tf2/buffer_core.h>
-#include <tf2_ros/transform_listener.h>
 
-#include <boost/signals2/connection.hpp>
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
@@ -16,6 +13,7 @@
 #include "joint_frames.h"
 #include "proximity_server/QueryStatus.h"
 #include "robot.h"
+#include "tf_tree.h"
 
 namespace proximity_server {
 
@@ -47,12 +45,11 @@ struct PoseSnapshot {
 /// Thread-safe: a thread of its own listens.
 class TfPoses {
  public:
-  TfPoses();
-  ~TfPoses();
+  TfPoses() : tree_([this] { transformsChanged(); }) {}
   TfPoses(const TfPoses&) = delete;
   TfPoses& operator=(const TfPoses&) = delete;
 
-  /// Called after every new transform, from the listening thread. Set it once, before transforms matter.
+  /// Called after every message of tf, from the listening thread. Set it once, before transforms matter.
   void onChange(std::function<void()> listener);
 
   /// Poses of `bodies` and of what carries them at `stamp`, or at the latest common time if that is 0. Never waits.
@@ -70,14 +67,12 @@ class TfPoses {
   void transformsChanged();
   ros::Time readClock();  ///< forgets everything where the clock jumped back
 
-  tf2::BufferCore buffer_;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::uint64_t changes_ = 0;
   std::function<void()> listener_;
   ros::Time last_now_;
-  boost::signals2::connection connection_;
-  tf2_ros::TransformListener tf_listener_;  // last: it writes into all of the above
+  TfTree tree_;  // last: it calls transformsChanged()
 };
 
 }  // namespace proximity_server

@@ -11,6 +11,16 @@ namespace {
 
 constexpr double kTolerance = 1e-9;  // of the answers: the node's default
 
+// What is promised: two periods of the keep-alive, and as much for a busy machine.
+constexpr std::chrono::seconds kFrozenAfter{4};
+
+MinimumDistanceResponse askBaseAndBall() {
+  MinimumDistanceRequest request;
+  request.a.link = "base";
+  request.b.link = "ball";
+  return call<MinimumDistanceResponse>("/proximity_server/minimum_distance", request);
+}
+
 /// A simulation: time, and the robot of gantry.urdf in it.
 class Simulation : public testing::Test {
  protected:
@@ -49,10 +59,7 @@ TEST_F(Simulation, WithoutAClockTheNodeSaysThatItWaits) {
   EXPECT_EQ(message->level, Clearance::INVALID);
   EXPECT_NE(message->status.message.find("clock"), std::string::npos) << message->status.message;
 
-  MinimumDistanceRequest request;
-  request.a.link = "base";
-  request.b.link = "ball";
-  const auto response = call<MinimumDistanceResponse>("/proximity_server/minimum_distance", request);
+  const auto response = askBaseAndBall();
   EXPECT_EQ(response.status.code, QueryStatus::TF_UNAVAILABLE);
   EXPECT_NE(response.status.message.find("clock"), std::string::npos) << response.status.message;
 }
@@ -84,11 +91,28 @@ TEST_F(Simulation, ForgetsTransformsThatComeFromBeforeTheJump) {
   EXPECT_NEAR(message->minimum.distance, 0.3, kTolerance);
 }
 
-TEST_F(Simulation, StaysAliveWhileTheClockStandsStill) {
-  const auto first = inbox_.next();
+TEST_F(Simulation, AClockThatStandsStillMeansInvalidUntilItRunsOn) {
+  const auto running =
+      runUntil(30.0, 0.5, [](const Clearance& candidate) { return candidate.level == Clearance::CLEAR; });
+  ASSERT_TRUE(running);
+  const auto stopped = std::chrono::steady_clock::now();
+  const auto first = inbox_.next([](const Clearance& message) { return message.level == Clearance::INVALID; });
+  ASSERT_TRUE(first);
+  EXPECT_LE(std::chrono::steady_clock::now() - stopped, kFrozenAfter);
+  EXPECT_NE(first->status.message.find("clock"), std::string::npos) << first->status.message;
   const auto second = inbox_.next();
-  ASSERT_TRUE(first && second);
+  ASSERT_TRUE(second) << "the topic must stay alive";
+  EXPECT_EQ(second->level, Clearance::INVALID);
   EXPECT_GT(second->cycle, first->cycle);
+
+  EXPECT_TRUE(runUntil(running->header.stamp.toSec() + 1.0, 0.5,
+                       [](const Clearance& candidate) { return candidate.level == Clearance::CLEAR; }));
+}
+
+TEST_F(Simulation, AnswersAboutTheLastPosesWhileTheClockStandsStill) {
+  ASSERT_TRUE(runUntil(50.0, 0.5, [](const Clearance& candidate) { return candidate.level == Clearance::CLEAR; }));
+  ASSERT_TRUE(inbox_.next([](const Clearance& message) { return message.level == Clearance::INVALID; }));
+  EXPECT_NEAR(askBaseAndBall().pair.distance, 0.3, kTolerance);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <std_srvs/Trigger.h>
 
 #include <array>
+#include <atomic>
 #include <limits>
 #include <thread>
 
@@ -525,10 +526,10 @@ class OtherRobot {
   std::string before_;
 };
 
-std::string gantryWith(const std::string& radius) {
+std::string gantryWith(const std::string& radius, const std::string& old_radius = "0.1") {
   std::string urdf;
   ros::param::get("/robot_description", urdf);
-  const std::string old = "radius=\"0.1\"";
+  const std::string old = "radius=\"" + old_radius + "\"";
   urdf.replace(urdf.find(old), old.size(), "radius=\"" + radius + "\"");
   return urdf;
 }
@@ -548,6 +549,46 @@ TEST(Reload, OfABrokenModelKeepsTheOldOneAndSaysWhy) {
   EXPECT_NE(reloaded.message.find("ball"), std::string::npos) << reloaded.message;
   const auto response = ask(between<MinimumDistanceRequest>("base", "ball", gantry().moveTo({0.5, 0.0, 0.0})));
   EXPECT_NEAR(response.pair.distance, 0.3, kTolerance);
+}
+
+TEST(Reload, DuringQueriesEachAnswerIsThatOfOneModel) {
+  const ros::Time stamp = gantry().moveTo({0.5, 0.0, 0.0});
+  std::atomic<bool> ends{false};
+  std::atomic<int> old_answers{0}, new_answers{0};
+  const auto client = [&] {
+    while (!ends) {
+      const auto response = ask(between<MinimumDistanceRequest>("base", "ball", stamp));
+      const bool is_old = std::abs(response.pair.distance - 0.3) <= kTolerance;
+      const bool is_new = std::abs(response.pair.distance - 0.25) <= kTolerance;
+      EXPECT_TRUE(is_old || is_new) << response.pair.distance << ", " << response.status.message;
+      ++(is_old ? old_answers : new_answers);
+    }
+  };
+  std::thread first(client), second(client);
+  Inbox<Clearance> inbox(ros::NodeHandle(), kNode + "clearance");
+  const auto expectMonitorAt = [&](double distance) {
+    inbox.clear();
+    ASSERT_TRUE(inbox.next() && inbox.next());  // the promise is two cycles
+    const auto message = inbox.next();
+    ASSERT_TRUE(message);
+    EXPECT_NEAR(message->minimum.distance, distance, kTolerance);
+  };
+  for (int round = 0; round < 10; ++round) {
+    {
+      const OtherRobot robot(gantryWith("0.15"));
+      EXPECT_TRUE(OtherRobot::reload().success);
+      expectMonitorAt(0.25);
+      const OtherRobot broken(gantryWith("-1", "0.15"));
+      EXPECT_FALSE(OtherRobot::reload().success);
+      expectMonitorAt(0.25);
+    }
+    expectMonitorAt(0.3);
+  }
+  ends = true;
+  first.join();
+  second.join();
+  EXPECT_GT(old_answers, 0);
+  EXPECT_GT(new_answers, 0);
 }
 
 TEST(Reload, AnnouncesTheModelToThoseWhoComeLater) {

@@ -1,8 +1,13 @@
+#include <proximity_server/ModelInfo.h>
+#include <proximity_server/QueryConfiguration.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <array>
 #include <cstdio>
+#include <filesystem>
 
+#include "faults/child_process.h"
 #include "gantry.h"
 
 // A node that cannot do its job must not start, and say why.
@@ -100,6 +105,53 @@ TEST_F(Startup, RefusesAMeshThatCannotBeFound) {
                   "<robot name='r'><link name='shell'><collision><geometry><mesh filename='package://nowhere/a.stl'/>"
                   "</geometry></collision></link></robot>");
   expectRefusal("package://nowhere/a.stl");
+}
+
+// ---- a place that cannot be written
+
+/// What a node with the demo's robot says about itself, and how close the robot is to itself at rest.
+struct Loaded {
+  ModelInfo info;
+  QueryConfigurationResponse at_rest;
+};
+Loaded load(const std::string& name) {
+  Loaded loaded;
+  Inbox<ModelInfo> inbox(ros::NodeHandle(), name + "/model_info");
+  loaded.info = inbox.next().value_or(ModelInfo());
+  QueryConfigurationRequest request;
+  request.states.resize(1);
+  request.missing_joints = QueryConfigurationRequest::ZERO;
+  loaded.at_rest = call<QueryConfigurationResponse>(name + "/query_configuration", request);
+  return loaded;
+}
+
+std::string all(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  return text;
+}
+
+TEST_F(Startup, WithAFullDiskCostsAWarningAndNoAnswer) {
+  std::string urdf;
+  ASSERT_TRUE(ros::param::get("/demo", urdf));
+  ros::param::set("/robot_description", urdf);
+  const std::filesystem::path cache = std::filesystem::temp_directory_path() / ("cache." + std::to_string(getpid()));
+  ros::param::set("/roomy/mesh_cache", (cache / "roomy").string());
+  ros::param::set("/full/mesh_cache", (cache / "full").string());
+  const ChildProcess roomy({NODE_EXECUTABLE, "__name:=roomy"});
+  // No file can grow, that of the log neither; the signal that would say so is ignored, as the kernel's ENOSPC has
+  // none.
+  const ChildProcess full({"sh", "-c", "trap '' XFSZ; ulimit -f 0; exec " NODE_EXECUTABLE " __name:=full"});
+  const Loaded expected = load("/roomy"), loaded = load("/full");
+
+  EXPECT_EQ(all(expected.info.warnings).find("mesh cache"), std::string::npos) << all(expected.info.warnings);
+  EXPECT_NE(all(loaded.info.warnings).find("cannot be written"), std::string::npos) << all(loaded.info.warnings);
+  ASSERT_EQ(loaded.at_rest.states.size(), 1u);
+  EXPECT_EQ(loaded.at_rest.states[0].minimum.distance, expected.at_rest.states[0].minimum.distance);
+  EXPECT_TRUE(std::filesystem::is_empty(cache / "full")) << "drafts are left behind";
+  std::filesystem::remove_all(cache);
+  ros::param::del("/roomy");
+  ros::param::del("/full");
 }
 
 TEST_F(Startup, RefusesAnSrdfThatIsNoXml) {

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <ros/callback_queue.h>
+#include <ros/node_handle.h>
+#include <ros/spinner.h>
+#include <tf2/buffer_core.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+
+namespace proximity_server {
+
+/// What /tf and /tf_static say, kept up to date by a thread of its own. Thread-safe.
+///
+/// Unlike with a tf2_ros::TransformListener what was once on /tf is never static: tf2 asks the first transform of a
+/// frame whether it is, for ever, and a joint that came as static once would look fresh when nobody publishes it any
+/// more. For the same reason what comes on /tf without a stamp is ignored.
+class TfTree {
+ public:
+  /// `on_change` is called after every message, from the listening thread.
+  explicit TfTree(std::function<void()> on_change);
+  ~TfTree();
+  TfTree(const TfTree&) = delete;
+  TfTree& operator=(const TfTree&) = delete;
+
+  std::shared_ptr<const tf2::BufferCore> buffer() const { return std::atomic_load(&buffer_); }
+
+  /// Forgets everything but what is static.
+  void clear();
+
+ private:
+  using Message = tf2_msgs::TFMessage;
+  enum class Kind { Moving, Static };
+  void onMoving(const Message& message);
+  void onStatic(const Message& message);
+  void keepMoving(const geometry_msgs::TransformStamped& transform);
+  void keepStatic(const geometry_msgs::TransformStamped& transform);
+  void keep(const geometry_msgs::TransformStamped& transform, Kind kind);
+  void forgetAllThatMoves();
+
+  const std::function<void()> on_change_;
+  std::mutex mutex_;                                               // guards all that follows down to the queue
+  std::map<std::string, geometry_msgs::TransformStamped> static_;  // by child frame
+  std::set<std::string> moving_;                                   // child frames
+  std::shared_ptr<tf2::BufferCore> buffer_;  // replaced by clear(): only through atomic_load and atomic_store
+  ros::CallbackQueue queue_;
+  ros::NodeHandle nh_;
+  ros::Subscriber moving_sub_;
+  ros::Subscriber static_sub_;
+  ros::AsyncSpinner spinner_;
+};
+
+}  // namespace proximity_server
