@@ -34,7 +34,8 @@ struct Config {
   double max_tf_age = 0.2;          ///< [s]
   double max_tf_skew = 0.05;        ///< [s]
   double tf_timeout = 0.1;          ///< [s] of wall time
-  int max_batch = 10000;            ///< pairs in one request
+  int max_batch = 10000;            ///< pairs, or points, in one request
+  double max_request_time = 30.0;   ///< [s] of wall time, of one request
   double motion_time_budget = 1.0;  ///< [s] of wall time, of one search along a motion
   MonitorSettings monitor;
 };

@@ -61,7 +61,7 @@ QueryConfigurationResponse answer(const Robot& robot, TfPoses& tf, const QueryCo
     for (const JointValues& state : states) {
       const BodyPoses poses = inReference(robot, posesInRoot(robot, state, from_tf), from_tf.reference_T_root);
       scene->update(poses);
-      response.states.push_back(askPairs(*scene, {poses, from_tf.status}, pairs, in_each, question));
+      response.states.push_back(askPairs(robot, *scene, {poses, from_tf.status}, pairs, in_each, question));
     }
     response.status = summary(response.states);
   });

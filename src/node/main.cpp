@@ -1,15 +1,16 @@
 #include <ros/ros.h>
 
+#include "process.h"
 #include "proximity_node.h"
 
 int main(int argc, char** argv) {
+  proximity_server::askForShortTurns();
+  proximity_server::giveBackLargeMemory();
   ros::init(argc, argv, "proximity_server");
   ros::NodeHandle nh, private_nh("~");  // outlive the node: without one the last words are not logged
   try {
     proximity_server::ProximityNode node(nh, private_nh);
-    ros::AsyncSpinner spinner(4);  // threads: a request may wait for tf
-    spinner.start();
-    ros::waitForShutdown();
+    ros::spin();  // what is quick; requests and the monitor have threads of their own
   } catch (const std::exception& error) {
     ROS_FATAL_STREAM(error.what());
     return 1;

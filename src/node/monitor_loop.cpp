@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "markers.h"
+#include "request_queue.h"
 
 namespace proximity_server {
 namespace {
@@ -29,11 +30,6 @@ class Call : public ros::CallbackInterface {
   std::function<void()> function_;
 };
 
-ros::NodeHandle withQueue(ros::NodeHandle nh, ros::CallbackQueue& queue) {
-  nh.setCallbackQueue(&queue);
-  return nh;
-}
-
 /// Longest silence [s] of wall time: two periods, or, on TF, the age at which the transforms become stale.
 ros::WallDuration keepAlivePeriod(const MonitorSettings& settings, const Config& config) {
   return ros::WallDuration(settings.rate > 0.0 ? std::max(1.0, 2.0 / settings.rate) : std::min(1.0, config.max_tf_age));
@@ -43,7 +39,9 @@ ros::WallDuration keepAlivePeriod(const MonitorSettings& settings, const Config&
 
 MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, TfPoses& tf,
                          const std::shared_ptr<const Robot>& robot)
-    : tf_(tf), velocities_(nh), nh_(withQueue(private_nh, queue_)), spinner_(1, &queue_) {
+    : tf_(tf), velocities_(nh), nh_(withQueue(private_nh, queue_)), spinner_(1, &queue_), pacemaker_([this] {
+        cycle();
+      }) {
   health_.enabled = true;
   health_.settings = robot->config().monitor;
   monitor_.follow(robot);
@@ -60,6 +58,7 @@ MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& priva
 
 MonitorLoop::~MonitorLoop() {
   tf_.onChange(nullptr);
+  pacemaker_.stop();
   queue_.disable();
   spinner_.stop();
 }
@@ -77,13 +76,18 @@ void MonitorLoop::configure(const MonitorSettings& settings) {
   health_.settings = settings;
   on_tf_ = settings.rate == 0.0;
   settings.lookahead > 0.0 ? velocities_.listen() : velocities_.ignore();
-  timer_.stop();
-  if (!on_tf_) {
-    timer_.setPeriod(ros::Duration(1.0 / settings.rate));
-    timer_.start();
-  }
+  setRate(settings.rate);
   keep_alive_.setPeriod(keepAlivePeriod(settings, monitor_.robot()->config()));
   if (redraw) redrawPieces();
+}
+
+void MonitorLoop::setRate(double rate) {
+  timer_.stop();
+  pacemaker_.stop();
+  if (rate == 0.0) return;
+  if (!ros::Time::isSimTime()) return pacemaker_.start(1.0 / rate);
+  timer_.setPeriod(ros::Duration(1.0 / rate));
+  timer_.start();
 }
 
 void MonitorLoop::enable() {

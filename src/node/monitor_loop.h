@@ -10,6 +10,7 @@
 #include <mutex>
 
 #include "monitor.h"
+#include "pacemaker.h"
 #include "tf_poses.h"
 
 namespace proximity_server {
@@ -22,7 +23,7 @@ struct MonitorHealth {
   ros::Duration slowest_cycle;  ///< computation time, since the previous call of MonitorLoop::health()
 };
 
-/// Runs a Monitor in a thread of its own and publishes what it says on ~clearance and ~markers.
+/// Runs a Monitor in threads of its own and publishes what it says on ~clearance and ~markers.
 ///
 /// A cycle runs at the rate of the settings, in ROS time, or on every new set of transforms when the rate is 0. A wall
 /// timer keeps the topic alive where neither the clock nor the transforms move; then poses have no age any more, and
@@ -41,6 +42,7 @@ class MonitorLoop {
   MonitorHealth health();
 
  private:
+  void setRate(double rate);
   void onTransform();
   void onKeepAlive();
   void cycleIfNew();
@@ -70,9 +72,10 @@ class MonitorLoop {
 
   ros::Publisher clearance_pub_;
   ros::Publisher markers_pub_;
-  ros::Timer timer_;
+  ros::Timer timer_;  // of a simulated clock
   ros::WallTimer keep_alive_;
   ros::AsyncSpinner spinner_;
+  Pacemaker pacemaker_;  // last: it calls cycle()
 };
 
 }  // namespace proximity_server

@@ -113,7 +113,7 @@ void findMinima(const TrajectorySearch& search, QueryTrajectoryResponse& respons
 FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactRequest& request) {
   return answered(emptyFirstContact(), [&](FirstContactResponse& response) {
     MotionQuestion question = motionQuestion(request.clearance, request.tolerance);
-    const std::chrono::duration<double> budget = timeBudget(robot, request.time_budget);
+    const double budget = timeBudget(robot, request.time_budget);
     positive(request.horizon, "horizon");
     const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
     const PoseSnapshot start = tf.await(robot, bodiesOf(robot.links(), pairs), request.stamp);
@@ -123,7 +123,7 @@ FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactR
     const TimedMotion motion = motionOf(robot, start.poses, request);
 
     const MovingScenePool::Lease scene = robot.takeMovingScene();
-    startBudget(question, budget);
+    question.deadline = deadlineIn(budget);
     const RobotContact found = scene->timeOfContact(pairs, motion.motion, question);
     require(completeness(found.counts));
     response.status = statusOf(found.status, question);
@@ -138,9 +138,9 @@ FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactR
 QueryTrajectoryResponse answer(const Robot& robot, TfPoses& tf, const QueryTrajectoryRequest& request) {
   return answered(emptyQueryTrajectory(), [&](QueryTrajectoryResponse& response) {
     MotionQuestion question = motionQuestion(request.clearance, request.tolerance);
-    const std::chrono::duration<double> budget = timeBudget(robot, request.time_budget);
+    const double budget = timeBudget(robot, request.time_budget);
     const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
-    const WayPoints points = wayPointsOf(robot.links(), request);
+    const WayPoints points = wayPointsOf(robot, request);
     const JointSnapshot from_tf =
         missingFromTf(robot, tf, bodiesOf(robot.links(), pairs), points.positions, request.stamp);
     response.header.stamp = from_tf.stamp;
@@ -148,7 +148,7 @@ QueryTrajectoryResponse answer(const Robot& robot, TfPoses& tf, const QueryTraje
     require(from_tf.status);
     const std::vector<TimedMotion> segments = segmentsOf(robot, points, from_tf);
     const MovingScenePool::Lease scene = robot.takeMovingScene();
-    startBudget(question, budget);
+    question.deadline = deadlineIn(budget);
     const TrajectorySearch search{robot, pairs, points, segments, question, *scene};
     findContact(search, response);
     if (!request.skip_minimum) findMinima(search, response);

@@ -1,5 +1,6 @@
 #include "motion_requests.h"
 
+#include <algorithm>
 #include <optional>
 #include <string>
 
@@ -98,14 +99,14 @@ MotionQuestion motionQuestion(double clearance, double tolerance) {
   return question;
 }
 
-std::chrono::duration<double> timeBudget(const Robot& robot, const ros::Duration& asked) {
-  const double seconds = notNegative(asked.toSec(), "time_budget");
-  return std::chrono::duration<double>(seconds > 0.0 ? seconds : robot.config().motion_time_budget);
-}
-
-void startBudget(MotionQuestion& question, const std::chrono::duration<double>& budget) {
-  using Clock = std::chrono::steady_clock;
-  question.deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(budget);
+double timeBudget(const Robot& robot, const ros::Duration& asked) {
+  const double budget = notNegative(asked.toSec(), "time_budget");
+  const double longest = robot.config().max_request_time;
+  if (budget > longest) {
+    throw RequestError(QueryStatus::OVER_BUDGET,
+                       "time_budget is " + seconds(budget) + ", max_request_time is " + seconds(longest));
+  }
+  return budget > 0.0 ? budget : std::min(robot.config().motion_time_budget, longest);
 }
 
 TimedMotion motionOf(const Robot& robot, const BodyPoses& poses, const FirstContactRequest& request) {
@@ -116,11 +117,13 @@ TimedMotion motionOf(const Robot& robot, const BodyPoses& poses, const FirstCont
   return motionOfTwists(robot, poses, request);
 }
 
-WayPoints wayPointsOf(const RobotModel& robot, const QueryTrajectoryRequest& request) {
+WayPoints wayPointsOf(const Robot& asked_robot, const QueryTrajectoryRequest& request) {
+  const RobotModel& robot = asked_robot.links();
   const trajectory_msgs::JointTrajectory& trajectory = request.trajectory;
   const MissingJoints missing = missingJoints(request.missing_joints);
   if (trajectory.joint_names.empty()) refuse("the trajectory names no joints");
   if (trajectory.points.size() < 2) refuse("the trajectory has fewer than two points");
+  requirePointsWithinBatch(asked_robot, trajectory.points.size());
   WayPoints points;
   points.joints = jointsNamed(robot, trajectory.joint_names, "trajectory");
   for (const trajectory_msgs::JointTrajectoryPoint& point : trajectory.points) {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <chrono>
 #include <vector>
 
 #include "joint_frames.h"
@@ -17,11 +16,8 @@ namespace proximity_server {
 /// The numbers of both requests, without a deadline.
 MotionQuestion motionQuestion(double clearance, double tolerance);
 
-/// [s]
-std::chrono::duration<double> timeBudget(const Robot& robot, const ros::Duration& asked);
-
-/// The time budget runs from now on.
-void startBudget(MotionQuestion& question, const std::chrono::duration<double>& budget);
+/// [s] Throws RequestError OVER_BUDGET where that is more than Config::max_request_time.
+double timeBudget(const Robot& robot, const ros::Duration& asked);
 
 /// From poses in the reference frame on.
 TimedMotion motionOf(const Robot& robot, const BodyPoses& poses, const FirstContactRequest& request);
@@ -32,7 +28,7 @@ struct WayPoints {
   std::vector<JointValues> positions;  ///< [rad] or [m] of each point
   std::vector<double> times;           ///< [s]
 };
-WayPoints wayPointsOf(const RobotModel& robot, const QueryTrajectoryRequest& request);
+WayPoints wayPointsOf(const Robot& robot, const QueryTrajectoryRequest& request);
 
 /// What every joint travels [rad] or [m] from one state to another; 0 where nothing is given.
 std::vector<double> travelBetween(const JointValues& from, const JointValues& to);

@@ -1,6 +1,7 @@
 #include "pair_questions.h"
 
 #include <algorithm>
+#include <chrono>
 #include <limits>
 
 #include "conversions.h"
@@ -55,6 +56,7 @@ double thresholdOrNone(double threshold) {
 Question questionOf(const Robot& robot) {
   Question question;
   question.tolerance = robot.config().tolerance;
+  question.deadline = deadlineIn(robot.config().max_request_time);
   return question;
 }
 
@@ -66,8 +68,9 @@ Question questionOf(const Robot& robot, const QueryPairsRequest& request) {
   return question;
 }
 
-StateProximity askPairs(Scene& scene, const PosedState& state, const std::vector<SubjectPair>& pairs,
-                        const QueryPairsRequest& request, const Question& question) {
+StateProximity askPairs(const Robot& robot, Scene& scene, const PosedState& state,
+                        const std::vector<SubjectPair>& pairs, const QueryPairsRequest& request,
+                        const Question& question) {
   StateProximity answer;
   answer.minimum = unknownProximity();
   const std::vector<PairProximity> found = askByMode(scene, pairs, request, question);
@@ -80,12 +83,24 @@ StateProximity askPairs(Scene& scene, const PosedState& state, const std::vector
   }
   const bool decided = request.mode == QueryPairsRequest::FIRST && !found.empty();
   if (answer.pairs_unknown > 0 && !decided) {
-    answer.status = state.status;
+    const bool posed = state.status.code == QueryStatus::OK;
+    answer.status = posed ? incompleteness(robot, scene.counts(), question) : state.status;
     return answer;
   }
   const auto closest = std::min_element(answer.pairs.begin(), answer.pairs.end(), isCloser);
   if (closest != answer.pairs.end()) answer.minimum = *closest;
   return answer;
+}
+
+QueryStatus incompleteness(const Robot& robot, const PairCounts& counts, const Question& question) {
+  const bool is_late = std::chrono::steady_clock::now() > question.deadline;
+  const std::string pairs = std::to_string(counts.unknown) + " of " + std::to_string(counts.total) + " pairs have no ";
+  QueryStatus status;
+  status.code = is_late ? QueryStatus::OVER_BUDGET : QueryStatus::TF_UNAVAILABLE;
+  status.message = is_late ? "the time was over: " + pairs + "answer, max_request_time is " +
+                                 seconds(robot.config().max_request_time)
+                           : pairs + "usable pose";
+  return status;
 }
 
 }  // namespace proximity_server

@@ -8,7 +8,7 @@
 
 namespace proximity_server {
 
-/// At the tolerance of the parameters, nothing else.
+/// At the tolerance of the parameters, until Config::max_request_time from now.
 Question questionOf(const Robot& robot);
 
 /// How exactly the options of a batch ask. Throws RequestError for a number that is not finite.
@@ -24,8 +24,14 @@ struct PosedState {
 };
 
 /// Asks a scene for what the mode of a batch wants to know of `pairs`. A pair without poses makes the state's status
-/// that of the answer. Throws RequestError for a mode that does not exist.
-StateProximity askPairs(Scene& scene, const PosedState& state, const std::vector<SubjectPair>& pairs,
-                        const QueryPairsRequest& request, const Question& question);
+/// that of the answer, one that the time did not suffice for makes it OVER_BUDGET. Throws RequestError for a mode that
+/// does not exist.
+StateProximity askPairs(const Robot& robot, Scene& scene, const PosedState& state,
+                        const std::vector<SubjectPair>& pairs, const QueryPairsRequest& request,
+                        const Question& question);
+
+/// Why pairs have no answer although tf knows all poses: the time of the request was over, or a pose is beyond what can
+/// be computed with.
+QueryStatus incompleteness(const Robot& robot, const PairCounts& counts, const Question& question);
 
 }  // namespace proximity_server

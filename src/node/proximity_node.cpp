@@ -27,22 +27,36 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
           nh_, [this] { return monitor_.health(); }, [this] { return robot(); }),
       settings_server_(private_nh_),
       model_info_pub_(private_nh_.advertise<ModelInfo>("model_info", 1, /*latch=*/true)),
-      minimum_distance_srv_(private_nh_.advertiseService(
-          "minimum_distance", &ProximityNode::onQuery<MinimumDistanceRequest, MinimumDistanceResponse>, this)),
-      separation_axis_srv_(private_nh_.advertiseService(
-          "separation_axis", &ProximityNode::onQuery<SeparationAxisRequest, SeparationAxisResponse>, this)),
-      penetration_depth_srv_(private_nh_.advertiseService(
-          "penetration_depth", &ProximityNode::onQuery<PenetrationDepthRequest, PenetrationDepthResponse>, this)),
-      query_pairs_srv_(private_nh_.advertiseService(
-          "query_pairs", &ProximityNode::onQuery<QueryPairsRequest, QueryPairsResponse>, this)),
-      query_configuration_srv_(private_nh_.advertiseService(
-          "query_configuration", &ProximityNode::onQuery<QueryConfigurationRequest, QueryConfigurationResponse>, this)),
-      time_of_contact_srv_(private_nh_.advertiseService(
-          "time_of_contact", &ProximityNode::onQuery<FirstContactRequest, FirstContactResponse>, this)),
-      query_trajectory_srv_(private_nh_.advertiseService(
-          "query_trajectory", &ProximityNode::onQuery<QueryTrajectoryRequest, QueryTrajectoryResponse>, this)),
-      reload_srv_(private_nh_.advertiseService("reload", &ProximityNode::onReload, this)),
-      enable_monitor_srv_(private_nh_.advertiseService("enable_monitor", &ProximityNode::onEnableMonitor, this)) {
+      minimum_distance_srv_(
+          withQueue(private_nh_, requests_)
+              .advertiseService("minimum_distance",
+                                &ProximityNode::onQuery<MinimumDistanceRequest, MinimumDistanceResponse>, this)),
+      separation_axis_srv_(withQueue(private_nh_, requests_)
+                               .advertiseService("separation_axis",
+                                                 &ProximityNode::onQuery<SeparationAxisRequest, SeparationAxisResponse>,
+                                                 this)),
+      penetration_depth_srv_(
+          withQueue(private_nh_, requests_)
+              .advertiseService("penetration_depth",
+                                &ProximityNode::onQuery<PenetrationDepthRequest, PenetrationDepthResponse>, this)),
+      query_pairs_srv_(
+          withQueue(private_nh_, long_requests_)
+              .advertiseService("query_pairs", &ProximityNode::onQuery<QueryPairsRequest, QueryPairsResponse>, this)),
+      query_configuration_srv_(
+          withQueue(private_nh_, long_requests_)
+              .advertiseService("query_configuration",
+                                &ProximityNode::onQuery<QueryConfigurationRequest, QueryConfigurationResponse>, this)),
+      time_of_contact_srv_(withQueue(private_nh_, long_requests_)
+                               .advertiseService("time_of_contact",
+                                                 &ProximityNode::onQuery<FirstContactRequest, FirstContactResponse>,
+                                                 this)),
+      query_trajectory_srv_(
+          withQueue(private_nh_, long_requests_)
+              .advertiseService("query_trajectory",
+                                &ProximityNode::onQuery<QueryTrajectoryRequest, QueryTrajectoryResponse>, this)),
+      reload_srv_(withQueue(private_nh_, long_requests_).advertiseService("reload", &ProximityNode::onReload, this)),
+      enable_monitor_srv_(
+          withQueue(private_nh_, requests_).advertiseService("enable_monitor", &ProximityNode::onEnableMonitor, this)) {
   settings_server_.setCallback([this](const ProximityConfig& settings, std::uint32_t) { onSettings(settings); });
   announce(*robot_);
 }

@@ -12,6 +12,7 @@
 #include "proximity_server/ProximityConfig.h"
 #include "queries.h"
 #include "registration.h"
+#include "request_queue.h"
 #include "robot.h"
 #include "tf_poses.h"
 
@@ -34,6 +35,9 @@ class ProximityNode {
   bool onEnableMonitor(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
   void onSettings(const ProximityConfig& settings);
 
+  /// The monitor, tf and requests of single pairs go first where the processor is scarce.
+  static constexpr int kNicenessOfLongRequests = 5;
+
   std::shared_ptr<const Robot> robot() const { return std::atomic_load(&robot_); }
   void announce(const Robot& robot);
 
@@ -45,6 +49,8 @@ class ProximityNode {
   Diagnostics diagnostics_;
   dynamic_reconfigure::Server<ProximityConfig> settings_server_;
   ros::Publisher model_info_pub_;
+  RequestQueue requests_{0};
+  RequestQueue long_requests_{kNicenessOfLongRequests};
   ros::ServiceServer minimum_distance_srv_;
   ros::ServiceServer separation_axis_srv_;
   ros::ServiceServer penetration_depth_srv_;

@@ -39,8 +39,8 @@ void requireAllPoses(const PosedScene& posed) {
 }
 
 /// The closest of `pairs`, all of whose poses are known.
-Proximity closestPair(const PosedScene& posed, const std::vector<SubjectPair>& pairs, const Question& question,
-                      QueryStatus& status) {
+Proximity closestPair(const Robot& robot, const PosedScene& posed, const std::vector<SubjectPair>& pairs,
+                      const Question& question, QueryStatus& status) {
   PairProximity only;
   const PairProximity* closest = nullptr;
   if (pairs.size() == 1) {
@@ -49,6 +49,7 @@ Proximity closestPair(const PosedScene& posed, const std::vector<SubjectPair>& p
   } else {
     closest = posed.scene->minimum(pairs, question);
   }
+  if (posed.scene->counts().unknown > 0) throw RequestError(incompleteness(robot, posed.scene->counts(), question));
   if (!closest) return beyondThreshold(question.threshold);
   status.code = statusCode(closest->result);
   return posed.message(*closest, question);
@@ -102,7 +103,7 @@ MinimumDistanceResponse answer(const Robot& robot, TfPoses& tf, const MinimumDis
     const PosedScene posed(robot, tf, pairs, request.stamp);
     response.header = posed.header;
     requireAllPoses(posed);
-    response.pair = closestPair(posed, pairs, question, response.status);
+    response.pair = closestPair(robot, posed, pairs, question, response.status);
   });
 }
 
@@ -115,7 +116,7 @@ SeparationAxisResponse answer(const Robot& robot, TfPoses& tf, const SeparationA
     const PosedScene posed(robot, tf, pairs, request.stamp);
     response.header = posed.header;
     requireAllPoses(posed);
-    response.pair = closestPair(posed, pairs, question, response.status);
+    response.pair = closestPair(robot, posed, pairs, question, response.status);
     response.separated = response.pair.lower_bound > margin;
     if (response.pair.state != Proximity::SEPARATED) return;
     response.gap = response.pair.lower_bound;
@@ -133,7 +134,7 @@ PenetrationDepthResponse answer(const Robot& robot, TfPoses& tf, const Penetrati
     const PosedScene posed(robot, tf, pairs, request.stamp);
     response.header = posed.header;
     requireAllPoses(posed);
-    response.pair = closestPair(posed, pairs, question, response.status);
+    response.pair = closestPair(robot, posed, pairs, question, response.status);
     response.penetrating = response.pair.state == Proximity::PENETRATING;
     response.depth_lower_bound = std::max(0.0, -response.pair.upper_bound);
     response.depth_upper_bound = response.pair.depth_is_lower_bound ? std::numeric_limits<double>::infinity()
@@ -151,7 +152,7 @@ QueryPairsResponse answer(const Robot& robot, TfPoses& tf, const QueryPairsReque
     const PosedScene posed(robot, tf, pairs, request.stamp);
     response.header = posed.header;
     const StateProximity found =
-        askPairs(*posed.scene, {posed.snapshot.poses, posed.snapshot.status}, pairs, request, question);
+        askPairs(robot, *posed.scene, {posed.snapshot.poses, posed.snapshot.status}, pairs, request, question);
     response.status = found.status;
     response.pairs = found.pairs;
     response.minimum = found.minimum;

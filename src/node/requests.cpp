@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 namespace proximity_server {
 namespace {
@@ -72,8 +73,8 @@ bool isSame(const Subject& a, const Subject& b) {
 
 SubjectPair onePair(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter) {
   const SubjectPair pair{subjectOf(robot.links(), a), subjectOf(robot.links(), b)};
-  const std::string names = "'" + a.link + "' and '" + b.link + "'";
-  if (isSame(pair.a, pair.b)) throw RequestError(QueryStatus::INVALID_ARGUMENT, names + " are the same");
+  const auto names = [&] { return "'" + a.link + "' and '" + b.link + "'"; };
+  if (isSame(pair.a, pair.b)) throw RequestError(QueryStatus::INVALID_ARGUMENT, names() + " are the same");
   if (filter == Filter::Ignored) return pair;
 
   const PairTable& table = robot.model().pairs;
@@ -81,7 +82,7 @@ SubjectPair onePair(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Fi
   const PairReason reason = row < 0 ? PairReason::SameBody : table.pairs[static_cast<std::size_t>(row)].reason;
   if (reason != PairReason::Checked) {
     throw RequestError(QueryStatus::PAIR_EXCLUDED,
-                       names + " are not checked: " + toString(reason) + "; ignore_filter asks anyway");
+                       names() + " are not checked: " + toString(reason) + "; ignore_filter asks anyway");
   }
   return pair;
 }
@@ -117,17 +118,32 @@ std::vector<SubjectPair> groupOrEveryPair(const Robot& robot, const std::string&
   }
 }
 
-std::vector<SubjectPair> pairsOfBatch(const Robot& robot, const QueryPairsRequest& request, Filter filter) {
-  if (request.a.empty() && request.b.empty()) return groupOrEveryPair(robot, request.group, filter);
+bool isWithinBatch(const Robot& robot, std::size_t count) {
+  return count <= static_cast<std::size_t>(robot.config().max_batch);
+}
+
+/// `what` is how many of what.
+[[noreturn]] void refuseBatch(const Robot& robot, const std::string& field, const std::string& what) {
+  throw RequestError(QueryStatus::OVER_BUDGET,
+                     field + ": " + what + ", max_batch is " + std::to_string(robot.config().max_batch));
+}
+
+/// The pairs of the lists a and b. A single name may stand for many pairs, so the limit is looked at after each.
+std::vector<SubjectPair> listedPairs(const Robot& robot, const QueryPairsRequest& request) {
   if (!request.group.empty()) throw RequestError(QueryStatus::INVALID_ARGUMENT, "group goes with empty a and b only");
   if (!request.b.empty() && request.b.size() != request.a.size()) {
     throw RequestError(QueryStatus::INVALID_ARGUMENT, "a and b must have the same length, or b none");
   }
+  const std::size_t entries = request.a.size();
+  if (!isWithinBatch(robot, entries)) refuseBatch(robot, "a", std::to_string(entries) + " entries");
+  const ShapeRef any;
   std::vector<SubjectPair> pairs;
-  for (std::size_t i = 0; i < request.a.size(); ++i) {
-    const ShapeRef b = request.b.empty() ? ShapeRef() : request.b[i];
-    const std::vector<SubjectPair> more = pairsOf(robot, request.a[i], b, filter);
+  for (std::size_t i = 0; i < entries; ++i) {
+    const ShapeRef& b = request.b.empty() ? any : request.b[i];
+    const std::vector<SubjectPair> more = pairsOf(robot, request.a[i], b, filterOf(request.ignore_filter));
     pairs.insert(pairs.end(), more.begin(), more.end());
+    if (isWithinBatch(robot, pairs.size())) continue;
+    refuseBatch(robot, "a", std::to_string(pairs.size()) + " pairs in its first " + std::to_string(i + 1) + " entries");
   }
   return pairs;
 }
@@ -167,6 +183,17 @@ double positive(double value, const std::string& name) {
   throw RequestError(QueryStatus::INVALID_ARGUMENT, name + " must be positive");
 }
 
+std::string seconds(double seconds) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g s", seconds);
+  return text;
+}
+
+std::chrono::steady_clock::time_point deadlineIn(double seconds) {
+  using Clock = std::chrono::steady_clock;
+  return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+}
+
 std::vector<SubjectPair> pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter) {
   if (!isEmpty(a) && !isEmpty(b)) return {onePair(robot, a, b, filter)};
   if (!isEmpty(b)) throw RequestError(QueryStatus::INVALID_ARGUMENT, "b without a: name a, or neither of them");
@@ -176,14 +203,20 @@ std::vector<SubjectPair> pairsOf(const Robot& robot, const ShapeRef& a, const Sh
 }
 
 std::vector<SubjectPair> pairsOf(const Robot& robot, const QueryPairsRequest& request, std::size_t states) {
-  std::vector<SubjectPair> pairs = pairsOfBatch(robot, request, filterOf(request.ignore_filter));
+  const bool lists = !request.a.empty() || !request.b.empty();
+  std::vector<SubjectPair> pairs =
+      lists ? listedPairs(robot, request) : groupOrEveryPair(robot, request.group, filterOf(request.ignore_filter));
   requirePairs(pairs);
-  if (pairs.size() * states > static_cast<std::size_t>(robot.config().max_batch)) {
-    const std::string times = states == 1 ? "" : " in " + std::to_string(states) + " states";
-    throw RequestError(QueryStatus::OVER_BUDGET, "these are " + std::to_string(pairs.size()) + " pairs" + times +
-                                                     ", max_batch is " + std::to_string(robot.config().max_batch));
-  }
-  return pairs;
+  const std::size_t all = pairs.size() * states;
+  if (isWithinBatch(robot, all)) return pairs;
+  if (states == 1) refuseBatch(robot, "a and b", std::to_string(all) + " pairs");
+  refuseBatch(robot, "states",
+              std::to_string(all) + " pairs (" + std::to_string(pairs.size()) + " pairs in " + std::to_string(states) +
+                  " states)");
+}
+
+void requirePointsWithinBatch(const Robot& robot, std::size_t points) {
+  if (!isWithinBatch(robot, points)) refuseBatch(robot, "trajectory", std::to_string(points) + " points");
 }
 
 std::vector<int> bodiesOf(const RobotModel& robot, const std::vector<SubjectPair>& pairs) {

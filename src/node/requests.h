@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -31,6 +32,12 @@ double finite(double value, const std::string& name);
 double notNegative(double value, const std::string& name);
 double positive(double value, const std::string& name);
 
+/// For messages: "0.5 s".
+std::string seconds(double seconds);
+
+/// So many seconds from now.
+std::chrono::steady_clock::time_point deadlineIn(double seconds);
+
 /// Index of a link, with or without geometry. Throws RequestError UNKNOWN_LINK naming the nearest one.
 int linkNamed(const RobotModel& robot, const std::string& name);
 
@@ -42,8 +49,11 @@ int linkNamed(const RobotModel& robot, const std::string& name);
 std::vector<SubjectPair> pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter);
 
 /// The same for the lists of a batch, which is asked in so many states of the robot. Throws also where that is more
-/// than Config::max_batch pairs.
+/// than Config::max_batch pairs, before they take any memory.
 std::vector<SubjectPair> pairsOf(const Robot& robot, const QueryPairsRequest& request, std::size_t states = 1);
+
+/// Throws RequestError OVER_BUDGET where a trajectory has more points than Config::max_batch.
+void requirePointsWithinBatch(const Robot& robot, std::size_t points);
 
 /// The bodies of all links in `pairs`, each once.
 std::vector<int> bodiesOf(const RobotModel& robot, const std::vector<SubjectPair>& pairs);

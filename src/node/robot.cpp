@@ -39,6 +39,18 @@ const Link& rootLink(const RobotModel& robot) {
   return robot.links[static_cast<std::size_t>(robot.bodies.front().link)];
 }
 
+std::shared_ptr<const std::vector<TfEdge>> edgesOf(const RobotModel& robot, const std::string& reference_frame) {
+  const auto name = [&](int link) { return robot.links[static_cast<std::size_t>(link)].name; };
+  auto edges = std::make_shared<std::vector<TfEdge>>();
+  for (const Joint& joint : robot.joints) {
+    edges->push_back({name(joint.parent_link), name(joint.child_link), "joint '" + joint.name + "'"});
+  }
+  if (robot.findLink(reference_frame) < 0) {
+    edges->push_back({reference_frame, rootLink(robot).name, "reference_frame '" + reference_frame + "'"});
+  }
+  return edges;
+}
+
 }  // namespace
 
 Robot::Robot(const ros::NodeHandle& nh, const Config& config)
@@ -50,6 +62,7 @@ Robot::Robot(const std::string& urdf, const std::string& srdf, const Config& con
       model_(sceneModel(urdf, srdf, config)),
       reference_frame_(config.reference_frame.empty() ? rootLink(model_->robot).name : config.reference_frame),
       reference_link_(model_->robot.findLink(reference_frame_)),
+      tf_edges_(edgesOf(model_->robot, reference_frame_)),
       scenes_(std::make_unique<ScenePool>([first = std::make_shared<const Scene>(model_)] { return first->twin(); })),
       moving_scenes_(std::make_unique<MovingScenePool>(
           [first = std::make_shared<const MovingScene>(model_)] { return first->twin(); })) {}

@@ -12,6 +12,12 @@
 
 namespace proximity_server {
 
+/// What tf knows of a robot: the pose of one frame in another.
+struct TfEdge {
+  std::string parent, child;  ///< frames
+  std::string name;           ///< for people
+};
+
 /// A robot as the parameter server described it. Never changed after loading: a reload makes a new one, and requests
 /// that are under way keep theirs.
 class Robot {
@@ -32,6 +38,9 @@ class Robot {
   const std::string& referenceFrame() const { return reference_frame_; }
   int referenceLink() const { return reference_link_; }
 
+  /// One for each of RobotModel::joints, and one to the root link from a reference frame that is no link.
+  const std::shared_ptr<const std::vector<TfEdge>>& tfEdges() const { return tf_edges_; }
+
   /// Candidate pairs in which a link of this SRDF group moves. Throws std::invalid_argument for an unknown group.
   std::vector<SubjectPair> pairsOfGroup(const std::string& group) const;
 
@@ -44,6 +53,7 @@ class Robot {
   std::shared_ptr<const SceneModel> model_;
   std::string reference_frame_;
   int reference_link_;
+  std::shared_ptr<const std::vector<TfEdge>> tf_edges_;
   std::unique_ptr<ScenePool> scenes_;
   std::unique_ptr<MovingScenePool> moving_scenes_;
 };

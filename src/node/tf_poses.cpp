@@ -1,11 +1,9 @@
 #include "tf_poses.h"
 
 #include <ros/console.h>
-#include <tf2/exceptions.h>
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -22,70 +20,36 @@ QueryStatus status(std::int8_t code, std::string message = {}) {
   return result;
 }
 
-/// What tf knows about one edge of the robot's tree.
+/// An edge that a request needs.
 struct Edge {
-  std::string parent, child;
-  std::string name;                       ///< for people
-  ros::Time latest;                       ///< of its newest transform; 0 for a static one
-  std::optional<Eigen::Isometry3d> pose;  ///< parent_T_child
-  QueryStatus status;
+  const TfEdge* frames;
+  EdgeTransform transform;
 };
 
-/// tf itself refuses quaternions whose squared norm is further than this from 1.
-constexpr double kUnitNormTolerance = 0.01;
+bool available(const Edge& edge) { return edge.transform.status.code == QueryStatus::OK; }
 
-std::optional<Eigen::Isometry3d> rigidMotion(const geometry_msgs::Transform& transform) {
-  const Eigen::Vector3d translation(transform.translation.x, transform.translation.y, transform.translation.z);
-  const Eigen::Quaterniond rotation(transform.rotation.w, transform.rotation.x, transform.rotation.y,
-                                    transform.rotation.z);
-  // Squared: a length whose square overflows leads to nothing but NaN.
-  const bool is_finite = std::isfinite(translation.squaredNorm());
-  if (!is_finite || !(std::abs(rotation.squaredNorm() - 1.0) <= kUnitNormTolerance)) return std::nullopt;
-  return Eigen::Translation3d(translation) * rotation.normalized();
+/// One edge for each of `joints`, then one to a reference frame that is foreign: numbers in Robot::tfEdges().
+std::vector<int> edgesToLookUp(const Robot& robot, const std::vector<int>& joints) {
+  std::vector<int> numbers = joints;
+  if (robot.referenceLink() < 0) numbers.push_back(static_cast<int>(robot.links().joints.size()));
+  return numbers;
 }
 
-/// Looks the edge up at `stamp` (0: latest) and keeps what came of it.
-void lookUpAt(const tf2::BufferCore& buffer, const ros::Time& stamp, Edge& edge) {
-  edge.pose.reset();
-  try {
-    const geometry_msgs::TransformStamped found = buffer.lookupTransform(edge.parent, edge.child, stamp);
-    if (stamp.isZero()) edge.latest = found.header.stamp;
-    edge.pose = rigidMotion(found.transform);
-    edge.status = edge.pose ? status(QueryStatus::OK)
-                            : status(QueryStatus::TF_UNAVAILABLE,
-                                     edge.name + ": its transform is not finite, or its quaternion has not length 1");
-  } catch (const tf2::ExtrapolationException& error) {
-    edge.status = status(QueryStatus::TF_EXTRAPOLATION, edge.name + ": " + error.what());
-  } catch (const tf2::TransformException& error) {
-    edge.status = status(QueryStatus::TF_UNAVAILABLE, edge.name + ": " + error.what());
-  } catch (const std::runtime_error&) {  // of the arithmetic of ros::Time, which tf does not expect
-    edge.status = status(QueryStatus::TF_EXTRAPOLATION, edge.name + ": its transforms are decades away from the stamp");
-  }
-}
-
-bool available(const Edge& edge) { return edge.status.code == QueryStatus::OK; }
-
-/// One edge for each of `joints`, then one to a reference frame that is foreign.
-std::vector<Edge> edgesToLookUp(const Robot& robot, const std::vector<int>& joints) {
-  const RobotModel& model = robot.links();
-  const auto name = [&](int link) { return model.links[static_cast<std::size_t>(link)].name; };
+std::vector<Edge> edgesWith(const Robot& robot, const std::vector<int>& numbers,
+                            const std::vector<EdgeTransform>& transforms) {
   std::vector<Edge> edges;
-  for (const int index : joints) {
-    const Joint& joint = model.joints[static_cast<std::size_t>(index)];
-    edges.push_back({name(joint.parent_link), name(joint.child_link), "joint '" + joint.name + "'", {}, {}, {}});
-  }
-  if (robot.referenceLink() < 0) {
-    const std::string& frame = robot.referenceFrame();
-    edges.push_back({frame, name(model.bodies.front().link), "reference_frame '" + frame + "'", {}, {}, {}});
+  edges.reserve(numbers.size());
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    edges.push_back({&(*robot.tfEdges())[static_cast<std::size_t>(numbers[i])], transforms[i]});
   }
   return edges;
 }
 
 void take(const std::vector<Edge>& edges, const std::vector<int>& joints, JointSnapshot& snapshot) {
   for (std::size_t i = 0; i < joints.size(); ++i) {
-    snapshot.joints[static_cast<std::size_t>(joints[i])] = edges[i].pose;
+    snapshot.joints[static_cast<std::size_t>(joints[i])] = edges[i].transform.pose;
   }
-  if (edges.size() > joints.size()) snapshot.reference_T_root = edges.back().pose;
+  if (edges.size() > joints.size()) snapshot.reference_T_root = edges.back().transform.pose;
 }
 
 PoseSnapshot placed(const Robot& robot, const JointSnapshot& joints) {
@@ -111,7 +75,7 @@ QueryStatus summary(const std::vector<Edge>& edges) {
   const auto broken = [](const Edge& edge) { return !available(edge); };
   const auto first = std::find_if(edges.begin(), edges.end(), broken);
   if (first == edges.end()) return {};
-  QueryStatus result = first->status;
+  QueryStatus result = first->transform.status;
   const auto count = std::count_if(edges.begin(), edges.end(), broken);
   if (count > 1) result.message += " (and " + std::to_string(count - 1) + " more)";
   return result;
@@ -123,24 +87,26 @@ struct CommonTime {
   const Edge* newest = nullptr;
 };
 CommonTime commonTime(const std::vector<Edge>& edges) {
+  const auto stamp = [](const Edge* edge) { return edge->transform.stamp; };
   CommonTime common;
   for (const Edge& edge : edges) {
-    if (!available(edge) || edge.latest.isZero()) continue;
-    if (!common.oldest || edge.latest < common.oldest->latest) common.oldest = &edge;
-    if (!common.newest || edge.latest > common.newest->latest) common.newest = &edge;
+    if (!available(edge) || stamp(&edge).isZero()) continue;
+    if (!common.oldest || stamp(&edge) < stamp(common.oldest)) common.oldest = &edge;
+    if (!common.newest || stamp(&edge) > stamp(common.newest)) common.newest = &edge;
   }
   return common;
 }
 
 QueryStatus freshness(const CommonTime& common, const ros::Time& now, const ros::Duration& max_age) {
-  if (elapsed(common.oldest->latest, now) > max_age) {
-    return status(QueryStatus::TF_STALE, common.oldest->name + ": its latest transform is " +
-                                             seconds(elapsed(common.oldest->latest, now)) + " old, max_tf_age is " +
-                                             seconds(max_age));
+  const ros::Duration age = elapsed(common.oldest->transform.stamp, now);
+  if (age > max_age) {
+    return status(QueryStatus::TF_STALE, common.oldest->frames->name + ": its latest transform is " + seconds(age) +
+                                             " old, max_tf_age is " + seconds(max_age));
   }
-  if (elapsed(now, common.newest->latest) > max_age) {
-    return status(QueryStatus::TF_STALE, common.newest->name + ": its latest transform is " +
-                                             seconds(elapsed(now, common.newest->latest)) + " ahead of the clock");
+  const ros::Duration ahead = elapsed(now, common.newest->transform.stamp);
+  if (ahead > max_age) {
+    return status(QueryStatus::TF_STALE,
+                  common.newest->frames->name + ": its latest transform is " + seconds(ahead) + " ahead of the clock");
   }
   return {};
 }
@@ -189,26 +155,31 @@ JointSnapshot TfPoses::lookUpJoints(const Robot& robot, const std::vector<int>& 
     return snapshot;
   }
 
-  std::vector<Edge> edges = edgesToLookUp(robot, joints);
+  const std::vector<int> numbers = edgesToLookUp(robot, joints);
+  const std::uint64_t changes = changes_;
   const std::shared_ptr<const tf2::BufferCore> buffer = tree_.buffer();
-  for (Edge& edge : edges) lookUpAt(*buffer, ros::Time(), edge);
+  std::vector<Edge> edges = edgesWith(robot, numbers, latest_.of(buffer, robot.tfEdges(), numbers, changes));
   const CommonTime common = commonTime(edges);
   snapshot.status = summary(edges);
   if (!common.oldest && snapshot.status.code != QueryStatus::OK) return snapshot;
-  if (common.oldest) snapshot.skew = elapsed(common.oldest->latest, common.newest->latest);
+  const ros::Time oldest =
+      common.oldest ? common.oldest->transform.stamp : now;  // any time will do where nothing moves
+  const ros::Time newest = common.newest ? common.newest->transform.stamp : now;
+  if (common.oldest) snapshot.skew = elapsed(oldest, newest);
 
-  const ros::Time latest = common.oldest ? common.oldest->latest : now;  // any time will do where nothing moves
-  snapshot.stamp = stamp.isZero() ? latest : stamp;
+  snapshot.stamp = stamp.isZero() ? oldest : stamp;
   snapshot.age = elapsed(snapshot.stamp, now);
   if (stamp.isZero() && common.oldest) {
     const ros::Duration max_age(robot.config().max_tf_age);
     snapshot.status = freshness(common, now, max_age);
     // Left over from before a jump of the clock: tf would refuse everything that is older.
-    if (elapsed(now, common.newest->latest) > max_age) tree_.clear();
+    if (elapsed(now, newest) > max_age) tree_.clear();
     if (snapshot.status.code != QueryStatus::OK) return snapshot;
   }
   for (Edge& edge : edges) {
-    if (available(edge)) lookUpAt(*buffer, snapshot.stamp, edge);
+    if (available(edge) && edge.transform.stamp != snapshot.stamp) {
+      edge.transform = lookUpEdge(*buffer, *edge.frames, snapshot.stamp);
+    }
   }
   snapshot.status = summary(edges);
   take(edges, joints, snapshot);
@@ -219,13 +190,13 @@ JointSnapshot TfPoses::awaitJoints(const Robot& robot, const std::vector<int>& j
   // Wall time: a simulated clock may stand still.
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(robot.config().tf_timeout);
   while (true) {
-    std::unique_lock<std::mutex> lock(mutex_);
     const std::uint64_t seen = changes_;
-    lock.unlock();
     JointSnapshot snapshot = lookUpJoints(robot, joints, stamp);
     if (snapshot.status.code == QueryStatus::OK) return snapshot;
-    lock.lock();
-    if (!changed_.wait_until(lock, deadline, [&] { return changes_ != seen; })) return snapshot;
+    std::unique_lock<std::mutex> lock(mutex_);
+    // Where changes never cease the wait ends nevertheless.
+    const bool changed = changed_.wait_until(lock, deadline, [&] { return changes_ != seen; });
+    if (!changed || std::chrono::steady_clock::now() >= deadline) return snapshot;
   }
 }
 

@@ -3,6 +3,7 @@
 #include <ros/duration.h>
 #include <ros/time.h>
 
+#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
@@ -10,6 +11,7 @@
 #include <optional>
 #include <vector>
 
+#include "edge_transforms.h"
 #include "joint_frames.h"
 #include "proximity_server/QueryStatus.h"
 #include "robot.h"
@@ -69,9 +71,10 @@ class TfPoses {
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::uint64_t changes_ = 0;
+  std::atomic<std::uint64_t> changes_{0};  // of the buffer
   std::function<void()> listener_;
   ros::Time last_now_;
+  LatestTransforms latest_;
   TfTree tree_;  // last: it calls transformsChanged()
 };
 

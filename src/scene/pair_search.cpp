@@ -8,6 +8,17 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+bool isLate(const Question& question) {
+  using Clock = std::chrono::steady_clock;
+  return question.deadline != Clock::time_point::max() && Clock::now() > question.deadline;
+}
+
+PairProximity unknown(const SubjectPair& pair) {
+  PairProximity proximity;
+  proximity.asked = pair;
+  return proximity;
+}
+
 /// [m] the place of a result that is not beyond the threshold among the others.
 double rankOf(const SignedDistance& result, const Question& question) {
   if (isFinal(result, question)) return -kInfinity;
@@ -160,6 +171,10 @@ PairProximity PairSearch::measure(const SubjectPair& pair, const Visit& visit, d
     ++counts_.at_rest;
     return asAsked(pair, visit, *kept);
   }
+  if (isLate(question)) {
+    ++counts_.unknown;
+    return unknown(pair);
+  }
   const PairProximity proximity = compute(visit, a_T_b, limit, question);
   ++(proximity.collision_a > 0 ? counts_.computed : counts_.by_bounds);
   return asAsked(pair, visit, proximity);
@@ -170,9 +185,7 @@ PairProximity PairSearch::settle(const SubjectPair& pair, const Question& questi
   std::optional<Visit> visit = visitOf(pair, 0);
   if (!visit) {
     ++counts_.unknown;
-    PairProximity unknown;
-    unknown.asked = pair;
-    return unknown;
+    return unknown(pair);
   }
   if (question.threshold < kInfinity && !(visit->lower_bound > question.threshold))
     visit = refined(*visit, question.threshold);
@@ -218,7 +231,7 @@ double PairSearch::limit(const Search& search) const {
 void PairSearch::consider(const Visit& visit, const Search& search) {
   const SubjectPair& pair = search.pairs[static_cast<std::size_t>(visit.number)];
   const PairProximity proximity = measure(pair, visit, limit(search), search.question);
-  if (isBeyond(proximity.result, limit(search))) return;
+  if (proximity.result.status == Status::Unknown || isBeyond(proximity.result, limit(search))) return;
   nearest_.push_back({rankOf(proximity.result, search.question), visit.number, proximity});
   std::push_heap(nearest_.begin(), nearest_.end());
   if (nearest_.size() <= search.k) return;

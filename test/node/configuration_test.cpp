@@ -291,7 +291,7 @@ TEST(BadConfiguration, WithoutStatesOrOfNoKnownKindIsRefused) {
 TEST(BadConfiguration, MayNotAskForMorePairsInAllStatesThanMaxBatch) {
   const std::vector<sensor_msgs::JointState> states(6, gantryAt({0.5, 0.0, 0.0}));  // with 2 pairs each
   const auto response = ask(asking(states));
-  expectRefusal(response, QueryStatus::OVER_BUDGET, "2 pairs in 6 states");
+  expectRefusal(response, QueryStatus::OVER_BUDGET, "states: 12 pairs (2 pairs in 6 states), max_batch is 10");
   EXPECT_TRUE(response.states.empty());
   EXPECT_TRUE(ask(asking({states.begin(), states.begin() + 5})).success);
 }

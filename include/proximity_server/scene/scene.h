@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <limits>
 #include <memory>
 #include <vector>
@@ -40,7 +41,7 @@ struct PairProximity {
 /// How the pairs of a question were settled: total is the sum of the others, in the order in which they are tried.
 struct PairCounts {
   int total = 0;
-  int unknown = 0;    ///< a pose or all geometry is missing
+  int unknown = 0;    ///< a pose or all geometry is missing, or the deadline came first
   int at_rest = 0;    ///< the two bodies stand to each other as they did when their answer was computed
   int by_motion = 0;  ///< a bound of before, less the motion since, was enough
   int by_bounds = 0;  ///< bounds about bodies and pieces were enough, or `first` had its answer before
@@ -56,6 +57,8 @@ struct Question {
   enum class Depth : unsigned char { Wanted, NotWanted };
   Depth depth = Depth::Wanted;  ///< NotWanted: an overlap is reported (Status::Threshold) without its depth, any of
                                 ///< them is the minimum, and points and normal may be missing
+  /// A pair that would have to be computed after it is Unknown.
+  std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
 };
 
 /// Off is for tests and measurements: every pair of pieces is computed anew, with the same answers.
@@ -94,8 +97,9 @@ class Scene {
   const std::vector<SubjectPair>& candidates() const;
 
   // Each of the following visits `pairs` and returns a reference that is valid until the next question.
-  // A pair with a missing pose is Unknown: it is counted, `all` returns it, the others leave it out. Where a distance
-  // did not converge its lower bound takes its place among the others, as it may be the smallest.
+  // A pair with a missing pose, or left over at the deadline, is Unknown: it is counted, `all` returns it, the others
+  // leave it out. Where a distance did not converge its lower bound takes its place among the others, as it may be the
+  // smallest.
 
   /// The pair with the smallest signed distance; nullptr where there is none (or none nearer than the threshold).
   const PairProximity* minimum(const std::vector<SubjectPair>& pairs, const Question& question = {});

@@ -1,0 +1,74 @@
+#include "edge_transforms.h"
+
+#include <tf2/exceptions.h>
+
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace proximity_server {
+namespace {
+
+/// tf itself refuses quaternions whose squared norm is further than this from 1.
+constexpr double kUnitNormTolerance = 0.01;
+
+std::optional<Eigen::Isometry3d> rigidMotion(const geometry_msgs::Transform& transform) {
+  const Eigen::Vector3d translation(transform.translation.x, transform.translation.y, transform.translation.z);
+  const Eigen::Quaterniond rotation(transform.rotation.w, transform.rotation.x, transform.rotation.y,
+                                    transform.rotation.z);
+  // Squared: a length whose square overflows leads to nothing but NaN.
+  const bool is_finite = std::isfinite(translation.squaredNorm());
+  if (!is_finite || !(std::abs(rotation.squaredNorm() - 1.0) <= kUnitNormTolerance)) return std::nullopt;
+  return Eigen::Translation3d(translation) * rotation.normalized();
+}
+
+QueryStatus status(std::int8_t code, const TfEdge& edge, const std::string& why) {
+  QueryStatus result;
+  result.code = code;
+  result.message = edge.name + ": " + why;
+  return result;
+}
+
+}  // namespace
+
+EdgeTransform lookUpEdge(const tf2::BufferCore& buffer, const TfEdge& edge, const ros::Time& stamp) {
+  EdgeTransform result;
+  try {
+    const geometry_msgs::TransformStamped found = buffer.lookupTransform(edge.parent, edge.child, stamp);
+    result.stamp = found.header.stamp;
+    result.pose = rigidMotion(found.transform);
+    if (!result.pose) {
+      result.status =
+          status(QueryStatus::TF_UNAVAILABLE, edge, "its transform is not finite, or its quaternion has not length 1");
+    }
+  } catch (const tf2::ExtrapolationException& error) {
+    result.status = status(QueryStatus::TF_EXTRAPOLATION, edge, error.what());
+  } catch (const tf2::TransformException& error) {
+    result.status = status(QueryStatus::TF_UNAVAILABLE, edge, error.what());
+  } catch (const std::runtime_error&) {  // of the arithmetic of ros::Time, which tf does not expect
+    result.status = status(QueryStatus::TF_EXTRAPOLATION, edge, "its transforms are decades away from the stamp");
+  }
+  return result;
+}
+
+std::vector<EdgeTransform> LatestTransforms::of(const std::shared_ptr<const tf2::BufferCore>& buffer,
+                                                const std::shared_ptr<const std::vector<TfEdge>>& edges,
+                                                const std::vector<int>& numbers, std::uint64_t changes) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (edges_ != edges || buffer_ != buffer) {
+    edges_ = edges;
+    buffer_ = buffer;
+    entries_.assign(edges->size(), {});
+  }
+  std::vector<EdgeTransform> transforms;
+  transforms.reserve(numbers.size());
+  for (const int number : numbers) {
+    const auto index = static_cast<std::size_t>(number);
+    Entry& entry = entries_[index];
+    if (entry.changes != changes) entry = {changes, lookUpEdge(*buffer, (*edges)[index], ros::Time())};
+    transforms.push_back(entry.transform);
+  }
+  return transforms;
+}
+
+}  // namespace proximity_server

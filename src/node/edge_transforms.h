@@ -1,0 +1,50 @@
+#pragma once
+
+#include <ros/time.h>
+#include <tf2/buffer_core.h>
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "proximity_server/QueryStatus.h"
+#include "robot.h"
+
+namespace proximity_server {
+
+/// What tf says of an edge of a robot's tree.
+struct EdgeTransform {
+  ros::Time stamp;                        ///< of the transform; 0 for a static one
+  std::optional<Eigen::Isometry3d> pose;  ///< parent_T_child
+  QueryStatus status;                     ///< OK, or why there is no pose: names the joint
+};
+
+/// At `stamp`, or the latest where that is 0.
+EdgeTransform lookUpEdge(const tf2::BufferCore& buffer, const TfEdge& edge, const ros::Time& stamp);
+
+/// The latest transforms of a robot's edges. Many requests come between two messages of tf, so each edge is looked up
+/// once for all of them. Thread-safe.
+class LatestTransforms {
+ public:
+  /// Of the edges with these numbers, `changes` of tf after its start.
+  std::vector<EdgeTransform> of(const std::shared_ptr<const tf2::BufferCore>& buffer,
+                                const std::shared_ptr<const std::vector<TfEdge>>& edges,
+                                const std::vector<int>& numbers, std::uint64_t changes);
+
+ private:
+  struct Entry {
+    std::optional<std::uint64_t> changes;  ///< when it was looked up
+    EdgeTransform transform;
+  };
+
+  std::mutex mutex_;
+  // What the entries are about.
+  std::shared_ptr<const tf2::BufferCore> buffer_;
+  std::shared_ptr<const std::vector<TfEdge>> edges_;
+  std::vector<Entry> entries_;
+};
+
+}  // namespace proximity_server

@@ -1,0 +1,453 @@
+// The node under load: clients in processes of their own call each service while tf streams at 1 kHz and the monitor
+// runs, beside a service that does nothing but send as many bytes; a batch of 1000 pairs beside its own computation;
+// and how regularly the monitor runs on larger robots. Has its own ROS master. ./dev bench node runs it.
+#include <proximity_server/FirstContact.h>
+#include <proximity_server/MinimumDistance.h>
+#include <proximity_server/PenetrationDepth.h>
+#include <proximity_server/QueryConfiguration.h>
+#include <proximity_server/QueryPairs.h>
+#include <proximity_server/QueryTrajectory.h>
+#include <proximity_server/SeparationAxis.h>
+#include <ros/ros.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <thread>
+
+#include "benchmark/machine.h"
+#include "node/faults/tf_faults.h"
+#include "node/load/client_process.h"
+#include "node/load/moving_robot.h"
+#include "node/load/node_under_load.h"
+#include "node/load/programs.h"
+
+namespace proximity_server {
+namespace {
+
+using nlohmann::json;
+using Clock = std::chrono::steady_clock;
+
+constexpr double kTfRate = 1000.0;      // [Hz]
+constexpr double kMonitorRate = 250.0;  // [Hz] while services are measured
+constexpr std::size_t kBatch = 1000;    // pairs
+constexpr std::size_t kClientsBesideTheMonitor = 16;
+constexpr double kPatience = 120.0;  // [s] for a node that reads its meshes
+const std::string kPadding = "/padding";
+
+struct BenchmarkOptions {
+  std::string json_file;
+  double seconds = 0.4;           // of one measurement of one server, twice
+  double monitor_seconds = 10.0;  // of one rate of the monitor
+  std::regex rows;
+};
+
+// ---- what is asked
+
+struct NamedRequest {
+  std::string service;
+  RawRequest request;
+};
+
+std::string nameOf(const RobotModel& robot, int link) { return robot.links[static_cast<std::size_t>(link)].name; }
+
+ShapeRef shape(const RobotModel& robot, int link) {
+  ShapeRef ref;
+  ref.link = nameOf(robot, link);
+  return ref;
+}
+
+/// A request about one pair, the middle one of those that are checked.
+template <class Request>
+Request onePair(const SceneModel& model) {
+  const std::size_t middle = model.pairs.checked.size() / 2;
+  const LinkPair& pair = model.pairs.pairs[static_cast<std::size_t>(model.pairs.checked[middle])];
+  Request request;
+  request.a = shape(model.robot, pair.link_a);
+  request.b = shape(model.robot, pair.link_b);
+  return request;
+}
+
+QueryTrajectoryRequest trajectory(const MovingRobot& robot) {
+  QueryTrajectoryRequest request;
+  for (const double time : {0.0, 1.0}) {
+    const sensor_msgs::JointState state = robot.jointStateAt(ros::Time(1.0 + time));
+    trajectory_msgs::JointTrajectoryPoint point;
+    point.positions = state.position;
+    point.time_from_start = ros::Duration(time);
+    request.trajectory.joint_names = state.name;
+    request.trajectory.points.push_back(point);
+  }
+  return request;
+}
+
+FirstContactRequest contact(const MovingRobot& robot) {
+  FirstContactRequest request;
+  request.joints = robot.jointStateAt(ros::Time(1.0));
+  request.joints.velocity.assign(request.joints.name.size(), 0.2);
+  request.horizon = 1.0;
+  return request;
+}
+
+QueryConfigurationRequest configurations(const MovingRobot& robot, std::size_t states) {
+  QueryConfigurationRequest request;
+  for (std::size_t i = 0; i < states; ++i) {
+    request.states.push_back(robot.jointStateAt(ros::Time(1.0 + 0.1 * static_cast<double>(i))));
+  }
+  request.missing_joints = QueryConfigurationRequest::ZERO;
+  return request;
+}
+
+std::vector<NamedRequest> everyService(const SceneModel& model) {
+  const MovingRobot robot(model.robot);
+  return {{"minimum_distance", rawRequest(onePair<MinimumDistanceRequest>(model))},
+          {"separation_axis", rawRequest(onePair<SeparationAxisRequest>(model))},
+          {"penetration_depth", rawRequest(onePair<PenetrationDepthRequest>(model))},
+          {"query_pairs", rawRequest(QueryPairsRequest())},
+          {"query_configuration", rawRequest(configurations(robot, 1))},
+          {"time_of_contact", rawRequest(contact(robot))},
+          {"query_trajectory", rawRequest(trajectory(robot))}};
+}
+
+/// So many pairs: the checked ones, over and over.
+std::vector<SubjectPair> batchOfPairs(const SceneModel& model) {
+  std::vector<SubjectPair> pairs;
+  for (std::size_t i = 0; i < kBatch; ++i) {
+    const int row = model.pairs.checked[i % model.pairs.checked.size()];
+    const LinkPair& pair = model.pairs.pairs[static_cast<std::size_t>(row)];
+    pairs.push_back({{pair.link_a}, {pair.link_b}});
+  }
+  return pairs;
+}
+
+// ---- figures
+
+double quantile(std::vector<double> values, double q) {
+  if (values.empty()) return 0.0;
+  std::sort(values.begin(), values.end());
+  return values[std::min(values.size() - 1, static_cast<std::size_t>(q * static_cast<double>(values.size())))];
+}
+
+json figures(const Calls& calls, double seconds) {
+  const std::vector<double> times(calls.seconds.begin(), calls.seconds.end());
+  return {{"calls", times.size()},
+          {"failed", calls.failed},
+          {"per_second", static_cast<double>(times.size()) / seconds},
+          {"median_us", 1e6 * quantile(times, 0.5)},
+          {"p99_us", 1e6 * quantile(times, 0.99)},
+          {"p999_us", 1e6 * quantile(times, 0.999)}};
+}
+
+json figures(const MonitorTiming& timing) {
+  return {{"rate", timing.rate},
+          {"cycles", timing.cycles},
+          {"missed", timing.missed},
+          {"jitter_median_us", 1e6 * quantile(timing.jitter, 0.5)},
+          {"jitter_p99_us", 1e6 * quantile(timing.jitter, 0.99)},
+          {"jitter_p999_us", 1e6 * quantile(timing.jitter, 0.999)},
+          {"computation_median_us", 1e6 * quantile(timing.computation, 0.5)},
+          {"computation_p999_us", 1e6 * quantile(timing.computation, 0.999)}};
+}
+
+void add(Calls& all, const Calls& more) {
+  all.seconds.insert(all.seconds.end(), more.seconds.begin(), more.seconds.end());
+  all.failed += more.failed;
+}
+
+// ---- the processes
+
+/// The node with one robot, and what moves it.
+class Stage {
+ public:
+  Stage(const TestRobot& robot, double rate) : robot_(robot) {
+    describe(robot_);
+    stream_ = startOurselves({"--stream"});
+    // The poses may be as old as a busy machine makes them; what is measured here is time.
+    node_ = startNode({{"rate", rate}, {"max_tf_age", 5.0}});
+    if (!awaitNode(kPatience)) throw std::runtime_error("the node does not start with " + robot.name);
+    QueryPairsRequest request;
+    const RawRequest every_pair = rawRequest(request);
+    RawClient client(kNodeName + "/query_pairs", Connection::Persistent);
+    for (int n = 0; n < 100; ++n) {
+      const auto response = client.call(every_pair);
+      if (response && isSuccess(*response)) return;
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    throw std::runtime_error("the node has no answers for " + robot.name);
+  }
+  ~Stage() {
+    stopProgram(*node_);
+    stopProgram(*stream_);
+  }
+  Stage(const Stage&) = delete;
+  Stage& operator=(const Stage&) = delete;
+
+  const TestRobot& robot() const { return robot_; }
+  double megabytes() const { return 1e-6 * static_cast<double>(node_->residentMemory()); }
+
+ private:
+  const TestRobot& robot_;
+  std::unique_ptr<ChildProcess> stream_, node_;
+};
+
+/// All that is measured.
+class NodeBenchmark {
+ public:
+  explicit NodeBenchmark(BenchmarkOptions options) : options_(std::move(options)), watch_(ros::NodeHandle()) {
+    padding_ = startOurselves({"--padding"});
+    if (!awaitService(kPadding, kPatience)) {
+      throw std::runtime_error("the empty service does not start");
+    }
+  }
+
+  void run() {
+    const TestRobot demo = demoRobotForNode();
+    {
+      const Stage stage(demo, kMonitorRate);
+      measureServices(stage);
+      measureBatches(stage);
+    }
+    for (const TestRobot& robot : exampleRobotsForNode()) {
+      const double rate = robot.name == "Panda" ? 1000.0 : 500.0;
+      measureMonitor(robot, rate);
+    }
+  }
+
+  json result() const {
+    return {{"machine", machine()}, {"cores", std::thread::hardware_concurrency()},
+            {"tf_rate", kTfRate},   {"services", services_},
+            {"batches", batches_},  {"monitors", monitors_}};
+  }
+
+ private:
+  bool isWanted(const std::string& row) const {
+    if (!std::regex_search(row, options_.rows)) return false;
+    std::cout << row << std::endl;
+    return true;
+  }
+
+  ClientProcesses& clients(std::size_t count) {
+    if (!clients_ || clients_->size() < count) {
+      clients_.reset();
+      clients_ = std::make_unique<ClientProcesses>(count);
+    }
+    return *clients_;
+  }
+
+  void measureServices(const Stage& stage) {
+    for (const NamedRequest& request : everyService(*stage.robot().model)) {
+      for (const Connection connection : {Connection::Persistent, Connection::OnePerCall}) {
+        for (const std::size_t count : {std::size_t{1}, std::size_t{4}, std::size_t{16}, std::size_t{64}}) {
+          measureService(stage, request, connection, count);
+        }
+      }
+    }
+  }
+
+  void measureService(const Stage& stage, const NamedRequest& asked, Connection connection, std::size_t count) {
+    const std::string kept = connection == Connection::Persistent ? "persistent" : "one per call";
+    if (!isWanted(asked.service + ", " + std::to_string(count) + " clients, " + kept)) return;
+    const std::string service = kNodeName + "/" + asked.service;
+    const auto response = RawClient(service, Connection::OnePerCall).call(asked.request);
+    if (!response || !isSuccess(*response)) throw std::runtime_error(service + " has no answer");
+    const RawRequest empty = paddingRequest(asked.request, response->num_bytes);
+
+    Calls ours, padding;
+    watch_.start(kMonitorRate);
+    for (int round = 0; round < 2; ++round) {
+      add(ours,
+          clients(count).call(std::vector<Calling>(count, {service, connection, asked.request}), options_.seconds));
+      add(padding, clients(count).call(std::vector<Calling>(count, {kPadding, connection, empty}), options_.seconds));
+    }
+    services_.push_back({{"service", asked.service},
+                         {"clients", count},
+                         {"connection", kept},
+                         {"request_bytes", asked.request.size()},
+                         {"response_bytes", response->num_bytes},
+                         {"ours", figures(ours, 2.0 * options_.seconds)},
+                         {"empty", figures(padding, 2.0 * options_.seconds)},
+                         {"monitor", figures(watch_.timing())},
+                         {"memory_mb", stage.megabytes()}});
+  }
+
+  void measureBatches(const Stage& stage) {
+    const SceneModel& model = *stage.robot().model;
+    const std::vector<SubjectPair> pairs = batchOfPairs(model);
+    QueryPairsRequest listed;
+    for (const SubjectPair& pair : pairs) {
+      listed.a.push_back(shape(model.robot, pair.a.link));
+      listed.b.push_back(shape(model.robot, pair.b.link));
+    }
+    listed.mode = QueryPairsRequest::PER_PAIR;
+    measureBatch("query_pairs, 1000 pairs", "query_pairs", rawRequest(listed), [&](const ros::SerializedMessage& raw) {
+      const auto response = fromRaw<QueryPairsResponse>(raw);
+      return computation(model, {MovingRobot(model.robot).positionsAt(response.header.stamp)}, pairs);
+    });
+
+    const std::size_t states = (kBatch + model.pairs.checked.size() - 1) / model.pairs.checked.size();
+    QueryConfigurationRequest configuration = configurations(MovingRobot(model.robot), states);
+    configuration.mode = QueryConfigurationRequest::PER_PAIR;
+    const std::vector<SubjectPair> candidates = Scene(stage.robot().model).candidates();
+    std::vector<std::vector<double>> positions;
+    for (const sensor_msgs::JointState& state : configuration.states) {
+      positions.push_back(MovingRobot(model.robot).positionsAt(state.header.stamp));
+    }
+    measureBatch("query_configuration, all pairs in " + std::to_string(states) + " states", "query_configuration",
+                 rawRequest(configuration),
+                 [&](const ros::SerializedMessage&) { return computation(model, positions, candidates); });
+  }
+
+  /// [s] that the library takes for what was asked.
+  double computation(const SceneModel& model, const std::vector<std::vector<double>>& states,
+                     const std::vector<SubjectPair>& pairs) {
+    if (!scene_) scene_ = std::make_unique<Scene>(std::make_shared<const SceneModel>(model));
+    std::vector<BodyPoses> poses;
+    for (const std::vector<double>& state : states) poses.push_back(forwardKinematics(model.robot, state));
+    const Clock::time_point start = Clock::now();
+    for (const BodyPoses& each : poses) {
+      scene_->update(each);
+      scene_->all(pairs);
+    }
+    return std::chrono::duration<double>(Clock::now() - start).count();
+  }
+
+  template <class Compute>
+  void measureBatch(const std::string& row, const std::string& service, const RawRequest& request, Compute compute) {
+    if (!isWanted("batch: " + row)) return;
+    RawClient ours(kNodeName + "/" + service, Connection::Persistent), padding(kPadding, Connection::Persistent);
+    std::vector<double> round_trips, computations, empties;
+    std::size_t response_bytes = 0;
+    const Clock::time_point end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                                     std::chrono::duration<double>(10.0 * options_.seconds));
+    while (Clock::now() < end) {
+      Clock::time_point start = Clock::now();
+      const auto response = ours.call(request);
+      round_trips.push_back(std::chrono::duration<double>(Clock::now() - start).count());
+      if (!response || !isSuccess(*response)) throw std::runtime_error(service + " has no answer to a batch");
+      response_bytes = response->num_bytes;
+      computations.push_back(compute(*response));
+      const RawRequest empty = paddingRequest(request, response_bytes);
+      start = Clock::now();
+      padding.call(empty);
+      empties.push_back(std::chrono::duration<double>(Clock::now() - start).count());
+    }
+    batches_.push_back({{"batch", row},
+                        {"calls", round_trips.size()},
+                        {"request_bytes", request.size()},
+                        {"response_bytes", response_bytes},
+                        {"round_trip_us", 1e6 * quantile(round_trips, 0.5)},
+                        {"round_trip_p99_us", 1e6 * quantile(round_trips, 0.99)},
+                        {"computation_us", 1e6 * quantile(computations, 0.5)},
+                        {"empty_us", 1e6 * quantile(empties, 0.5)}});
+  }
+
+  /// The services by turns from many clients, as fast as they can.
+  void measureMonitor(const TestRobot& robot, double rate) {
+    const std::string row = robot.name + " at " + std::to_string(static_cast<int>(rate)) + " Hz";
+    if (!isWanted(row)) return;
+    const Stage stage(robot, rate);
+    const std::vector<NamedRequest> requests = everyService(*robot.model);
+    for (const std::size_t count : {std::size_t{0}, kClientsBesideTheMonitor}) {
+      std::vector<Calling> tasks;
+      for (std::size_t i = 0; i < count; ++i) {
+        const NamedRequest& asked = requests[i % requests.size()];
+        tasks.push_back({kNodeName + "/" + asked.service, Connection::Persistent, asked.request});
+      }
+      ClientProcesses& callers = clients(kClientsBesideTheMonitor);
+      watch_.start(rate);
+      if (tasks.empty()) std::this_thread::sleep_for(std::chrono::duration<double>(options_.monitor_seconds));
+      const Calls calls = callers.call(tasks, options_.monitor_seconds);
+      monitors_.push_back({{"robot", robot.name},
+                           {"clients", count},
+                           {"calls", figures(calls, options_.monitor_seconds)},
+                           {"monitor", figures(watch_.timing())},
+                           {"memory_mb", stage.megabytes()}});
+    }
+  }
+
+  BenchmarkOptions options_;
+  MonitorWatch watch_;
+  std::unique_ptr<ChildProcess> padding_;
+  std::unique_ptr<ClientProcesses> clients_;
+  std::unique_ptr<Scene> scene_;
+  json services_ = json::array(), batches_ = json::array(), monitors_ = json::array();
+};
+
+// ---- the parts of this program
+
+void servePadding() {
+  ros::NodeHandle nh;
+  const ros::ServiceServer server = advertisePadding(nh, kPadding);
+  ros::AsyncSpinner spinner(4);
+  spinner.start();
+  ros::waitForShutdown();
+}
+
+void stream() {
+  ros::NodeHandle nh;
+  std::string urdf;
+  ros::param::get("/robot_description", urdf);
+  ModelOptions without_meshes;
+  without_meshes.allow_missing_meshes = true;
+  const RobotModel model = loadRobotModel(urdf, packageResolver({}), without_meshes);
+  const MovingRobot robot(model);
+  const TfStream tf(nh, kTfRate, [&](const ros::Time& now) { return robot.transformsAt(now); });
+  ros::spin();
+}
+
+int playPart(int argc, char** argv) {
+  const std::string part = argv[1];
+  ros::init(argc, argv, "part_of_benchmark", ros::init_options::AnonymousName);
+  if (part == "--client") {
+    const ros::NodeHandle keeps_ros_running;
+    runClient(std::stoi(argv[2]), std::stoi(argv[3]));
+  }
+  if (part == "--padding") servePadding();
+  if (part == "--stream") stream();
+  return 0;
+}
+
+void benchmark(int argc, char** argv, const BenchmarkOptions& options) {
+  const int port = freePort();
+  useMasterAt(port);
+  const std::unique_ptr<ChildProcess> master = startMasterAt(port);
+  ros::init(argc, argv, "node_benchmark", ros::init_options::NoSigintHandler);
+  const ros::NodeHandle keeps_ros_running;
+  ros::AsyncSpinner spinner(1);
+  spinner.start();
+  NodeBenchmark benchmark(options);
+  benchmark.run();
+  std::ofstream(options.json_file) << benchmark.result().dump(1) << "\n";
+  spinner.stop();
+  ros::shutdown();
+}
+
+}  // namespace
+}  // namespace proximity_server
+
+int main(int argc, char** argv) {
+  using namespace proximity_server;
+  const std::string first = argc > 1 ? argv[1] : "";
+  if (first == "--client" || first == "--padding" || first == "--stream") return playPart(argc, argv);
+  BenchmarkOptions options;
+  std::string rows = ".";
+  CLI::App app("The node under load. Writes a JSON file.");
+  app.add_option("--json", options.json_file, "file for the results")->required();
+  app.add_option("--seconds", options.seconds, "of one measurement")->check(CLI::PositiveNumber);
+  app.add_option("--monitor-seconds", options.monitor_seconds, "of one rate of the monitor")
+      ->check(CLI::PositiveNumber);
+  app.add_option("rows", rows, "regular expression: only such rows");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    options.rows = rows;
+    benchmark(argc, argv, options);
+  } catch (const std::exception& error) {
+    std::cerr << "node_benchmark: " << error.what() << "\n";
+    return 1;
+  }
+  return 0;
+}

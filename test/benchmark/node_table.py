@@ -1,0 +1,78 @@
+"""Shows a result file of node_benchmark as tables: round trips of each service beside an empty one, batches beside their
+computation, and how regularly the monitor runs.
+
+usage: node_table.py RESULT.json            for a terminal
+       node_table.py RESULT.json --markdown for README.md
+"""
+
+import json
+import sys
+
+from table import show
+
+
+def number(value):
+    return f"{value:.1f}" if value < 100 else f"{value:,.0f}"
+
+
+def time(microseconds):
+    return f"{number(microseconds)} us" if microseconds < 1000 else f"{microseconds / 1000:.3g} ms"
+
+
+def times(entry):
+    return " / ".join(time(entry[key]) for key in ("median_us", "p99_us", "p999_us"))
+
+
+def more(value, base):
+    return f"{value / base - 1:+.0%}" if base else "-"
+
+
+def missed(monitor):
+    return f"{monitor['missed']} of {monitor['cycles']} ({monitor['missed'] / max(1, monitor['cycles']):.2%})"
+
+
+def services(rows):
+    for row in rows:
+        ours, empty = row["ours"], row["empty"]
+        yield [row["service"], str(row["clients"]), row["connection"], f"{row['request_bytes']} / {row['response_bytes']}",
+               number(ours["per_second"]), times(ours), number(empty["per_second"]), times(empty),
+               more(ours["median_us"], empty["median_us"]), str(ours["failed"]), str(empty["failed"]),
+               time(row["monitor"]["jitter_p99_us"]), missed(row["monitor"]), f"{row['memory_mb']:.0f}"]
+
+
+def batches(rows):
+    for row in rows:
+        yield [row["batch"], f"{row['request_bytes'] / 1000:.0f} / {row['response_bytes'] / 1000:.0f}", time(row["round_trip_us"]),
+               time(row["round_trip_p99_us"]), time(row["computation_us"]), time(row["empty_us"]),
+               more(row["round_trip_us"], row["computation_us"]),
+               more(row["round_trip_us"], row["computation_us"] + row["empty_us"])]
+
+
+def monitors(rows):
+    for row in rows:
+        monitor = row["monitor"]
+        yield [row["robot"], f"{monitor['rate']:.0f} Hz", str(row["clients"]), number(row["calls"]["per_second"]), missed(monitor),
+               " / ".join(time(monitor[f"jitter_{key}_us"]) for key in ("median", "p99", "p999")),
+               " / ".join(time(monitor[f"computation_{key}_us"]) for key in ("median", "p999")), f"{row['memory_mb']:.0f}"]
+
+
+def main(path, markdown):
+    with open(path) as file:
+        result = json.load(file)
+    if result["services"]:
+        show(["service", "clients", "connections", "bytes", "calls/s", "median / 99 % / 99.9 %", "empty: calls/s",
+              "median / 99 % / 99.9 %", "over empty", "lost", "empty: lost", "monitor's jitter 99 %", "cycles missed", "MB"],
+             services(result["services"]), markdown)
+    if result["batches"]:
+        show(["batch", "kB", "median", "99 %", "computation", "empty service", "over computation", "over both"],
+             batches(result["batches"]), markdown)
+    if result["monitors"]:
+        show(["monitor", "rate", "clients", "calls/s", "cycles missed", "jitter: median / 99 % / 99.9 %",
+              "cycle: median / 99.9 %", "MB"], monitors(result["monitors"]), markdown)
+    if not markdown:
+        print(f"TF at {result['tf_rate']:.0f} Hz, {result['cores']} cores. empty: a service of as many bytes that does nothing, on\n"
+              "the same machine at the same time; jitter: of the time between two cycles; missed: a period without a cycle.")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], "--markdown" in sys.argv[2:])

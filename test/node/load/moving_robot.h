@@ -1,0 +1,38 @@
+#pragma once
+
+#include <geometry_msgs/TransformStamped.h>
+#include <ros/time.h>
+#include <sensor_msgs/JointState.h>
+
+#include <vector>
+
+#include "proximity_server/scene/robot_model.h"
+
+namespace proximity_server {
+
+/// A robot whose joints swing about the middle of their ranges, each with a period of its own. Where it stands is a
+/// function of the time alone, so that everybody can tell what an answer with a stamp must be.
+class MovingRobot {
+ public:
+  /// `robot` must outlive this.
+  explicit MovingRobot(const RobotModel& robot) : robot_(robot) {}
+
+  const RobotModel& robot() const { return robot_; }
+
+  /// [rad] or [m] of each of RobotModel::joints.
+  std::vector<double> positionsAt(const ros::Time& time) const;
+
+  /// What robot_state_publisher would say of the movable joints.
+  std::vector<geometry_msgs::TransformStamped> transformsAt(const ros::Time& time) const;
+
+  /// Those joints that have a position of their own.
+  sensor_msgs::JointState jointStateAt(const ros::Time& time) const;
+
+ private:
+  const RobotModel& robot_;
+};
+
+/// Whether a joint takes one position of its own.
+bool isSettable(const Joint& joint);
+
+}  // namespace proximity_server

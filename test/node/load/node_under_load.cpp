@@ -1,0 +1,107 @@
+#include "node_under_load.h"
+
+#include <ros/param.h>
+#include <ros/service.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <thread>
+
+#include "programs.h"
+#include "scene/example_robots.h"
+
+namespace proximity_server {
+namespace {
+
+const std::string kDemo = PROXIMITY_SOURCE_DIR "/config/demo/robot";
+
+TestRobot robotFrom(const std::string& name, const std::string& urdf_file, const std::string& srdf_file,
+                    const MeshResolver& resolve) {
+  TestRobot robot{name, readFile(urdf_file), readFile(srdf_file), nullptr};
+  ModelOptions options;
+  options.mesh_cache = userMeshCache();
+  auto model = std::make_shared<SceneModel>();
+  model->robot = loadRobotModel(robot.urdf, resolve, options);
+  model->pairs = filterPairs(model->robot, robot.srdf);
+  robot.model = model;
+  return robot;
+}
+
+}  // namespace
+
+TestRobot demoRobotForNode() {
+  return robotFrom("demo", kDemo + ".urdf", kDemo + ".srdf", packageResolver(rosPackagePath()));
+}
+
+std::vector<TestRobot> exampleRobotsForNode() {
+  const MeshResolver resolve = exampleRobotsResolver();
+  std::vector<TestRobot> robots;
+  if (!findsExampleRobots(resolve)) return robots;
+  for (const ExampleRobot& robot : kExampleRobots) {
+    if (robot.name == std::string("Ur5")) continue;
+    robots.push_back(
+        robotFrom(robot.name, exampleRobotFile(resolve, robot.urdf), exampleRobotFile(resolve, robot.srdf), resolve));
+  }
+  return robots;
+}
+
+void describe(const TestRobot& robot) {
+  ros::param::set("/robot_description", robot.urdf);
+  ros::param::set("/robot_description_semantic", robot.srdf);
+}
+
+std::unique_ptr<ChildProcess> startNode(const std::map<std::string, XmlRpc::XmlRpcValue>& parameters) {
+  ros::param::del(kNodeName);
+  for (const auto& [name, value] : parameters) ros::param::set(kNodeName + "/" + name, value);
+  return startProgram({NODE_EXECUTABLE, "__name:=proximity_server"});
+}
+
+bool awaitService(const std::string& service, double seconds) {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  while (!ros::service::exists(service, /*print_failure_reason=*/false)) {
+    if (std::chrono::steady_clock::now() > deadline) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  return true;
+}
+
+bool awaitNode(double seconds) {
+  // The last one that it advertises.
+  return awaitService(kNodeName + "/enable_monitor", seconds);
+}
+
+MonitorWatch::MonitorWatch(ros::NodeHandle nh)
+    : subscriber_(nh.subscribe(kNodeName + "/clearance", 10000, &MonitorWatch::onClearance, this,
+                               ros::TransportHints().tcpNoDelay())) {}
+
+void MonitorWatch::start(double rate) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  timing_ = {};
+  timing_.rate = rate;
+  last_cycle_ = 0;
+}
+
+MonitorTiming MonitorWatch::timing() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return timing_;
+}
+
+void MonitorWatch::onClearance(const Clearance& message) {
+  if (message.header.stamp.isZero()) return;  // tf has nothing: the message does not tell when it was made
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const ros::Time begin = message.header.stamp + message.tf_age;
+  if (timing_.rate > 0.0 && last_cycle_ > 0 && message.cycle > last_cycle_) {
+    const double elapsed = (begin - last_begin_).toSec();
+    const std::uint64_t cycles = message.cycle - last_cycle_;  // more than 1 where messages were lost on their way
+    timing_.cycles += cycles;
+    timing_.missed +=
+        static_cast<std::uint64_t>(std::max(0.0, std::round(elapsed * timing_.rate) - static_cast<double>(cycles)));
+    if (cycles == 1) timing_.jitter.push_back(std::abs(elapsed - 1.0 / timing_.rate));
+    timing_.computation.push_back(message.computation_time.toSec());
+  }
+  last_cycle_ = message.cycle;
+  last_begin_ = begin;
+}
+
+}  // namespace proximity_server

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <proximity_server/Clearance.h>
+#include <ros/node_handle.h>
+#include <xmlrpcpp/XmlRpcValue.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "faults/child_process.h"
+#include "proximity_server/scene/scene.h"
+
+namespace proximity_server {
+
+/// The name of the node under load.
+inline const std::string kNodeName = "/proximity_server";
+
+/// A robot as the node gets it, and as the library by itself loads it with the node's defaults.
+struct TestRobot {
+  std::string name;
+  std::string urdf, srdf;  ///< the texts
+  std::shared_ptr<const SceneModel> model;
+};
+
+TestRobot demoRobotForNode();
+/// Panda and PR2; none where the package example-robot-data is not found.
+std::vector<TestRobot> exampleRobotsForNode();
+
+/// Puts the descriptions on the parameter server.
+void describe(const TestRobot& robot);
+
+/// The node, with these of its parameters. It needs a described robot.
+std::unique_ptr<ChildProcess> startNode(const std::map<std::string, XmlRpc::XmlRpcValue>& parameters);
+
+/// Whether there is such a service within so many seconds. Unlike roscpp's own wait it says nothing about it.
+bool awaitService(const std::string& service, double seconds);
+
+/// The same of the node.
+bool awaitNode(double seconds);
+
+/// How regularly a monitor ran.
+struct MonitorTiming {
+  double rate = 0.0;  ///< [Hz]
+  std::uint64_t cycles = 0;
+  std::uint64_t missed = 0;         ///< periods in which none began
+  std::vector<double> jitter;       ///< [s] by which the time from one cycle to the next differs from the period
+  std::vector<double> computation;  ///< [s]
+};
+
+/// Listens to ~clearance. When a cycle began is read from its own message, so that the way to us does not matter.
+/// Thread-safe.
+class MonitorWatch {
+ public:
+  explicit MonitorWatch(ros::NodeHandle nh);
+
+  /// Forgets what was until now.
+  void start(double rate);
+  MonitorTiming timing() const;
+
+ private:
+  void onClearance(const Clearance& message);
+
+  mutable std::mutex mutex_;
+  MonitorTiming timing_;
+  std::uint64_t last_cycle_ = 0;  // 0: none yet
+  ros::Time last_begin_;
+  ros::Subscriber subscriber_;
+};
+
+}  // namespace proximity_server

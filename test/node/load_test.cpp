@@ -1,0 +1,219 @@
+#include <proximity_server/Clearance.h>
+#include <proximity_server/FirstContact.h>
+#include <proximity_server/MinimumDistance.h>
+#include <proximity_server/QueryConfiguration.h>
+#include <proximity_server/QueryPairs.h>
+#include <proximity_server/QueryTrajectory.h>
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+#include <vector>
+
+#include "answers.h"
+#include "gantry.h"
+
+// Many requests at once, long ones among them, and what is too much.
+
+namespace proximity_server {
+namespace {
+
+const std::string kNode = "/proximity_server/";
+const std::string kHasty = "/hasty/";
+constexpr std::size_t kMaxBatch = 20000;
+constexpr double kRate = 50.0;  // [Hz] of the monitor
+
+Gantry& gantry() {
+  static Gantry gantry{ros::NodeHandle()};
+  static const bool connected = gantry.awaitListeners(2);
+  EXPECT_TRUE(connected);
+  return gantry;
+}
+
+MinimumDistanceRequest baseAndBall(const ros::Time& stamp = {}) {
+  MinimumDistanceRequest request;
+  request.a = shape("base");
+  request.b = shape("ball");
+  request.stamp = stamp;
+  return request;
+}
+
+/// The same pair over and over.
+QueryPairsRequest batchOf(std::size_t pairs) {
+  QueryPairsRequest request;
+  request.a.assign(pairs, shape("base"));
+  request.b.assign(pairs, shape("ball"));
+  request.mode = QueryPairsRequest::PER_PAIR;
+  return request;
+}
+
+/// Threads that call until they are told to stop, or once.
+class Callers {
+ public:
+  template <class Call>
+  Callers(int count, Call call) {
+    for (int i = 0; i < count; ++i) {
+      threads_.emplace_back([this, call] {
+        do {
+          call();
+          ++answers_;
+        } while (!stop_);
+      });
+    }
+  }
+  ~Callers() {
+    stop_ = true;
+    for (std::thread& thread : threads_) thread.join();
+  }
+
+  void onlyOnce() { stop_ = true; }
+  int answers() const { return answers_; }
+
+ private:
+  std::atomic<bool> stop_{false};
+  std::atomic<int> answers_{0};
+  std::vector<std::thread> threads_;
+};
+
+class Load : public testing::Test {
+ protected:
+  void SetUp() override {
+    gantry().hold({0.5, 0.0, 0.0});
+    ASSERT_TRUE(inbox_.next([](const Clearance& message) { return message.level != Clearance::INVALID; }));
+  }
+  void TearDown() override { gantry().release(); }
+
+  static void expectAnswers(int calls) {
+    for (int n = 0; n < calls; ++n) {
+      const auto response = call<MinimumDistanceResponse>(kNode + "minimum_distance", baseAndBall());
+      ASSERT_TRUE(response.success) << response.status.message;
+      EXPECT_NEAR(response.pair.distance, 0.3, kTolerance);
+    }
+  }
+
+  /// For two seconds the monitor publishes valid messages, at least half as many as it should on an idle machine.
+  void expectMonitorRuns() {
+    constexpr double kWatched = 2.0;  // [s]
+    inbox_.clear();
+    const ros::Time end = ros::Time::now() + ros::Duration(kWatched);
+    int cycles = 0;
+    for (; ros::Time::now() < end; ++cycles) {
+      const auto message = inbox_.next();
+      ASSERT_TRUE(message);
+      EXPECT_NE(message->level, Clearance::INVALID) << message->status.message;
+    }
+    EXPECT_GE(cycles, 0.5 * kWatched * kRate);
+  }
+
+  Inbox<Clearance> inbox_{ros::NodeHandle(), kNode + "clearance"};
+};
+
+// Regression: four threads answered all requests, so that four that waited for tf held up everybody else.
+TEST_F(Load, RequestsThatWaitForTfDelayNoOther) {
+  constexpr int kWaiting = 20;
+  const ros::Time not_yet = ros::Time::now() + ros::Duration(1000.0);
+  Callers waiting(kWaiting, [&] {
+    const auto response = call<MinimumDistanceResponse>(kNode + "minimum_distance", baseAndBall(not_yet));
+    EXPECT_EQ(response.status.code, QueryStatus::TF_EXTRAPOLATION) << response.status.message;
+  });
+  waiting.onlyOnce();
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));  // until all of them wait
+  expectAnswers(100);
+  EXPECT_EQ(waiting.answers(), 0);  // tf_timeout is 3 s
+  expectMonitorRuns();
+}
+
+TEST_F(Load, HugeRequestsDelayNeitherOthersNorTheMonitor) {
+  const QueryPairsRequest huge = batchOf(kMaxBatch);
+  std::atomic<int> under_way{0};
+  Callers callers(8, [&] {
+    ++under_way;
+    const auto response = call<QueryPairsResponse>(kNode + "query_pairs", huge);
+    EXPECT_TRUE(response.success) << response.status.message;
+    EXPECT_EQ(response.pairs.size(), kMaxBatch);
+  });
+  expectMonitorRuns();
+  expectAnswers(100);
+  EXPECT_GE(under_way, 8);
+}
+
+TEST_F(Load, TooManyPairsAreRefusedByTheirField) {
+  const auto response = call<QueryPairsResponse>(kNode + "query_pairs", batchOf(kMaxBatch + 1));
+  expectRefusal(response, QueryStatus::OVER_BUDGET, "a: 20001 entries, max_batch is 20000");
+}
+
+// Regression: each of the empty names stands for every pair, and all of them were listed before they were counted.
+TEST_F(Load, NamesThatStandForManyPairsAreCountedAsSuch) {
+  QueryPairsRequest request;
+  request.a.resize(kMaxBatch);
+  const auto response = call<QueryPairsResponse>(kNode + "query_pairs", request);
+  expectRefusal(response, QueryStatus::OVER_BUDGET, "a: 20002 pairs in its first 10001 entries");
+}
+
+TEST_F(Load, TooManyStatesAreRefusedByTheirField) {
+  QueryConfigurationRequest request;
+  request.states.resize(kMaxBatch);
+  const auto response = call<QueryConfigurationResponse>(kNode + "query_configuration", request);
+  expectRefusal(response, QueryStatus::OVER_BUDGET,
+                "states: 40000 pairs (2 pairs in 20000 states), max_batch is 20000");
+}
+
+TEST_F(Load, TooManyPointsOfATrajectoryAreRefusedByTheirField) {
+  QueryTrajectoryRequest request;
+  request.trajectory.joint_names = {"x_axis"};
+  request.trajectory.points.resize(kMaxBatch + 1);
+  const auto response = call<QueryTrajectoryResponse>(kNode + "query_trajectory", request);
+  expectRefusal(response, QueryStatus::OVER_BUDGET, "trajectory: 20001 points, max_batch is 20000");
+}
+
+TEST_F(Load, ATimeBudgetBeyondTheLimitIsRefused) {
+  FirstContactRequest request;
+  request.horizon = 1.0;
+  request.joints.name = {"x_axis"};
+  request.joints.velocity = {-1.0};
+  request.time_budget = ros::Duration(21.0);
+  const auto response = call<FirstContactResponse>(kNode + "time_of_contact", request);
+  expectRefusal(response, QueryStatus::OVER_BUDGET, "time_budget is 21 s, max_request_time is 20 s");
+}
+
+// ---- the time of a request
+
+TEST(HastyNode, LeavesPairsWithoutAnAnswerUnknown) {
+  const ros::Time stamp = gantry().moveTo({0.5, 0.0, 0.0});
+  QueryPairsRequest request = batchOf(3);
+  request.stamp = stamp;
+  const auto response = call<QueryPairsResponse>(kHasty + "query_pairs", request);
+  expectRefusal(response, QueryStatus::OVER_BUDGET, "3 of 3 pairs have no answer, max_request_time is 1e-06 s");
+  EXPECT_EQ(response.pairs_unknown, 3u);
+  ASSERT_EQ(response.pairs.size(), 3u);
+  for (const Proximity& pair : response.pairs) EXPECT_TRUE(saysNothing(pair));
+  EXPECT_TRUE(saysNothing(response.minimum));
+}
+
+TEST(HastyNode, HasNoMinimumOfPairsThatItDidNotLookAt) {
+  const ros::Time stamp = gantry().moveTo({0.5, 0.0, 0.0});
+  for (const std::uint8_t mode : {QueryPairsRequest::MINIMUM, QueryPairsRequest::FIRST, QueryPairsRequest::K_CLOSEST,
+                                  QueryPairsRequest::BELOW_THRESHOLD}) {
+    QueryPairsRequest request;
+    request.stamp = stamp;
+    request.mode = mode;
+    request.threshold = 10.0;
+    const auto response = call<QueryPairsResponse>(kHasty + "query_pairs", request);
+    expectRefusal(response, QueryStatus::OVER_BUDGET, "max_request_time");
+    EXPECT_TRUE(response.pairs.empty());
+    EXPECT_TRUE(saysNothing(response.minimum));
+    EXPECT_EQ(response.pairs_unknown, response.pairs_total);
+  }
+}
+
+TEST(HastyNode, HasNoDistance) {
+  const ros::Time stamp = gantry().moveTo({0.5, 0.0, 0.0});
+  const auto response = call<MinimumDistanceResponse>(kHasty + "minimum_distance", baseAndBall(stamp));
+  expectRefusal(response, QueryStatus::OVER_BUDGET, "1 of 1 pairs have no answer");
+  EXPECT_TRUE(saysNothing(response.pair));
+}
+
+}  // namespace
+}  // namespace proximity_server
+
+PROXIMITY_SERVER_ROSTEST_MAIN("load_test")

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <proximity_server/Clearance.h>
+#include <proximity_server/FirstContact.h>
+#include <proximity_server/MinimumDistance.h>
+#include <proximity_server/PenetrationDepth.h>
+#include <proximity_server/QueryConfiguration.h>
+#include <proximity_server/QueryPairs.h>
+#include <proximity_server/QueryTrajectory.h>
+#include <proximity_server/SeparationAxis.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "load/moving_robot.h"
+#include "proximity_server/scene/scene.h"
+
+namespace proximity_server {
+
+struct SaidContact;
+struct SaidMinimum;
+
+/// What is wrong with an answer; "" where nothing is.
+using Verdict = std::string;
+
+/// Checks what the node says about a MovingRobot against the library by itself: the stamp of an answer, or the states
+/// in the request, tell where every joint stands. Both sides enclose the true distance, so their bounds must meet. Not
+/// thread-safe.
+class AnswerChecks {
+ public:
+  explicit AnswerChecks(const std::shared_ptr<const SceneModel>& model);
+
+  // Of answers with success.
+
+  Verdict check(const MinimumDistanceRequest& request, const MinimumDistanceResponse& response);
+  Verdict check(const SeparationAxisRequest& request, const SeparationAxisResponse& response);
+  Verdict check(const PenetrationDepthRequest& request, const PenetrationDepthResponse& response);
+  Verdict check(const QueryPairsRequest& request, const QueryPairsResponse& response);
+  /// Every state names every joint.
+  Verdict check(const QueryConfigurationRequest& request, const QueryConfigurationResponse& response);
+  /// Moves joints, not links. Also without success, where the time budget ended.
+  Verdict check(const FirstContactRequest& request, const FirstContactResponse& response);
+  /// Names every joint. Also without success, where the time budget ended.
+  Verdict check(const QueryTrajectoryRequest& request, const QueryTrajectoryResponse& response);
+
+  /// A cycle that is not INVALID, with the thresholds [m] of its levels.
+  struct Levels {
+    double warn, stop;
+  };
+  Verdict check(const Clearance& clearance, const Levels& levels);
+
+ private:
+  using StateAt = std::function<std::vector<double>(double time)>;
+
+  void place(const ros::Time& stamp);
+  std::vector<double> positionsOf(const sensor_msgs::JointState& state) const;
+  std::vector<SubjectPair> pairsOf(const ShapeRef& a, const ShapeRef& b) const;
+  SubjectPair pairOf(const ShapeRef& a, const ShapeRef& b) const;
+  PairProximity closest(const std::vector<SubjectPair>& pairs);
+  PairProximity closestIn(const std::vector<double>& positions, const std::vector<SubjectPair>& pairs);
+  Verdict checkPosed(const QueryPairsRequest& request, const std::vector<Proximity>& said);
+  Verdict checkContact(const StateAt& state_at, const std::vector<SubjectPair>& pairs, double clearance,
+                       const SaidContact& said);
+  Verdict checkMinimum(const StateAt& state_at, const std::vector<SubjectPair>& pairs, const SaidMinimum& said);
+
+  MovingRobot robot_;
+  Scene scene_;
+};
+
+}  // namespace proximity_server

@@ -1,0 +1,412 @@
+// A long run: the demo's robot in motion, the node, clients that ask all services, and faults at random. Every answer
+// is checked against the library by itself. Ends with a summary; the exit code is 1 where anything was wrong. Has its
+// own ROS master, uses only this machine, and leaves nothing running. ./dev soak runs it.
+#include <ros/ros.h>
+#include <std_srvs/Trigger.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <deque>
+#include <iostream>
+#include <thread>
+
+#include "faults/tf_faults.h"
+#include "load/moving_robot.h"
+#include "load/node_under_load.h"
+#include "load/programs.h"
+#include "load/raw_calls.h"
+#include "soak_client.h"
+#include "soak_monitor.h"
+#include "soak_record.h"
+
+namespace proximity_server {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double kTfRate = 100.0, kMonitorRate = 100.0;  // [Hz]
+constexpr double kMaxTfAge = 0.2;                        // [s]
+constexpr AnswerChecks::Levels kLevels{0.05, 0.02};      // [m], the node's defaults
+constexpr int kClients = 6;
+constexpr double kTfRecovery = 2.0;       // [s] promised, from the end of a fault of tf to the right answer
+constexpr double kRestart = 20.0;         // [s] promised, from the start of the node to the right answer
+constexpr double kRegisteredAgain = 5.0;  // [s] promised, from the return of the master on
+constexpr double kLongestAnswer = 30.0;   // [s] a call that takes longer hangs
+// The node is killed in the first third of the time only: from then on it is one process. Its memory may grow until
+// each of its threads has seen the largest requests, and is compared from the middle of the time on.
+constexpr double kShareWithRestarts = 1.0 / 3.0;
+constexpr double kMostGrowth = 32e6;  // [byte]
+
+volatile std::sig_atomic_t interrupted = 0;
+
+double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+void sleepFor(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
+
+struct SoakOptions {
+  double minutes = 60.0;
+  std::uint64_t seed = 1;
+};
+
+/// Where it is, and its process.
+struct Master {
+  int port;
+  std::unique_ptr<ChildProcess>& process;
+};
+
+/// The run.
+class Soak {
+ public:
+  Soak(const SoakOptions& options, const Master& master)
+      : options_(options),
+        master_(master),
+        robot_(demoRobotForNode()),
+        motion_(robot_.model->robot),
+        monitor_(ros::NodeHandle(), robot_.model, record_, {kMaxTfAge, kLevels}),
+        timing_(ros::NodeHandle()),
+        generator_(options.seed) {
+    describe(robot_);
+    tf_ = std::make_unique<TfStream>(ros::NodeHandle(), kTfRate,
+                                     [this](const ros::Time& now) { return motion_.transformsAt(now); });
+    startTheNode("user");
+    if (!monitor_.awaitRightAnswer(ros::Time::now(), kRestart)) throw std::runtime_error("the node does not start");
+    for (int i = 0; i < kClients; ++i) {
+      clients_.emplace_back(robot_.model, record_, options.seed + 1000 * static_cast<std::uint64_t>(i + 1));
+    }
+    timing_.start(kMonitorRate);
+  }
+
+  ~Soak() {
+    record_.stop();
+    clients_.clear();
+    stopProgram(*node_);
+  }
+
+  /// Whether all was well.
+  bool run() {
+    const double duration = 60.0 * options_.minutes;
+    sleepFor(std::min(5.0, 0.1 * duration));  // until every client has asked about everything
+    memory_at_start_ = memory_settled_ = node_->residentMemory();
+    while (since(start_) < duration && !isOver()) {
+      may_restart_ = since(start_) < kShareWithRestarts * duration;
+      if (since(start_) < 0.5 * duration) memory_settled_ = node_->residentMemory();
+      oneFault();
+      rest(random(0.2, 1.5));
+    }
+    rest(1.0);
+    return summary();
+  }
+
+ private:
+  struct Fault {
+    const char* name;
+    void (Soak::*happen)();
+    enum class Phase : unsigned char { Always, WithRestarts, Later } phase = Phase::Always;
+  };
+
+  bool isOver() const { return interrupted != 0 || hangs_ || died_; }
+  double random(double from, double to) { return std::uniform_real_distribution<double>(from, to)(generator_); }
+  std::size_t randomIndex(std::size_t size) {
+    return std::uniform_int_distribution<std::size_t>(0, size - 1)(generator_);
+  }
+
+  void startTheNode(const std::string& mesh_cache) {
+    node_.reset();
+    node_ = startNode({{"rate", kMonitorRate}, {"max_tf_age", kMaxTfAge}, {"mesh_cache", mesh_cache}});
+  }
+
+  /// Waits, and looks meanwhile whether the node still lives and answers.
+  void rest(double seconds) {
+    for (const Clock::time_point start = Clock::now(); since(start) < seconds && !isOver();) {
+      sleepFor(0.05);
+      look();
+    }
+  }
+
+  void look() {
+    if (!node_->isRunning()) {
+      died_ = true;
+      record_.countWrong("node", "it ended by itself, exit code " + std::to_string(node_->exitCode()));
+    }
+    for (const SoakClient& client : clients_) {
+      if (client.waiting() < kLongestAnswer) continue;
+      hangs_ = true;
+      record_.countWrong(client.service(), "no answer within " + std::to_string(kLongestAnswer) + " s");
+    }
+    if (since(shown_) < (isatty(STDOUT_FILENO) ? 1.0 : 60.0)) return;
+    shown_ = Clock::now();
+    showProgress();
+  }
+
+  void showProgress() const {
+    std::uint64_t right = 0, wrong = 0, faults = 0;
+    for (const auto& [name, tally] : record_.services()) {
+      right += tally.right;
+      wrong += tally.wrong;
+    }
+    for (const auto& [name, tally] : record_.faults()) faults += tally.count;
+    const MonitorTiming timing = timing_.timing();
+    const int seconds = static_cast<int>(since(start_));
+    std::printf(
+        "%s%3d:%02d of %g min  %llu cycles, %llu missed  %llu right answers, %llu wrong  %llu faults  %.1f MB  %-16s%s",
+        isatty(STDOUT_FILENO) ? "\r" : "", seconds / 60, seconds % 60, options_.minutes,
+        static_cast<unsigned long long>(timing.cycles), static_cast<unsigned long long>(timing.missed),
+        static_cast<unsigned long long>(right), static_cast<unsigned long long>(wrong),
+        static_cast<unsigned long long>(faults), 1e-6 * static_cast<double>(node_->residentMemory()),
+        fault_name_.c_str(), isatty(STDOUT_FILENO) ? "" : "\n");
+    std::fflush(stdout);
+  }
+
+  // ---- faults
+
+  /// Faults of other things than tf, of this phase.
+  std::vector<Fault> others() const {
+    const Fault::Phase left_out = may_restart_ ? Fault::Phase::Later : Fault::Phase::WithRestarts;
+    std::vector<Fault> faults = {{"BadModel", &Soak::badModel},
+                                 {"Reload", &Soak::reload},
+                                 {"DeafSubscriber", &Soak::deafSubscriber},
+                                 {"DyingClient", &Soak::dyingClient},
+                                 {"KilledNode", &Soak::killedNode, Fault::Phase::WithRestarts},
+                                 {"UnwritableCache", &Soak::unwritableCache, Fault::Phase::WithRestarts},
+                                 // A node that starts after that would not find us: we are not registered any more.
+                                 {"DyingMaster", &Soak::dyingMaster, Fault::Phase::Later}};
+    faults.erase(
+        std::remove_if(faults.begin(), faults.end(), [&](const Fault& fault) { return fault.phase == left_out; }),
+        faults.end());
+    return faults;
+  }
+
+  void oneFault() {
+    const std::vector<TfFaultKind>& of_tf = tfFaults();
+    const std::vector<Fault> of_others = others();
+    const std::size_t chosen = randomIndex(of_tf.size() + of_others.size());
+    if (chosen < of_tf.size()) return tfFault(of_tf[chosen]);
+    const Fault& fault = of_others[chosen - of_tf.size()];
+    fault_name_ = fault.name;
+    (this->*fault.happen)();
+    fault_name_.clear();
+  }
+
+  /// Waits until the right answers are back.
+  void recover(double patience) {
+    const ros::Time moment = ros::Time::now();
+    const Clock::time_point start = Clock::now();
+    bool right = false;
+    while (!right && since(start) < patience && !isOver()) right = monitor_.awaitRightAnswer(moment, 0.1);
+    if (isOver()) return;
+    record_.countFault(fault_name_, right, since(start));
+    if (!right) record_.countWrong(fault_name_, "no right answer within " + std::to_string(patience) + " s");
+  }
+
+  void tfFault(const TfFaultKind& kind) {
+    const std::vector<Joint>& joints = robot_.model->robot.joints;
+    const int child = joints[randomIndex(joints.size())].child_link;
+    const bool everywhere = random(0.0, 1.0) < 0.3;
+    fault_name_ = kind.name;
+    const bool misleads = kind.effect == TfEffect::Misleads;
+    if (misleads) record_.startMisleading();
+    tf_->apply(kind.fault, everywhere ? "" : robot_.model->robot.links[static_cast<std::size_t>(child)].name);
+    rest(random(0.05, 3.0 * kMaxTfAge));
+    tf_->apply(TfFault::None);
+    if (misleads) record_.stopMisleading();
+    // What tf was told wrongly must be out of the way first.
+    if (misleads) rest(0.5);
+    recover(kTfRecovery);
+    fault_name_.clear();
+  }
+
+  /// `success` is what is expected of it.
+  void callReload(bool success) {
+    std_srvs::Trigger trigger;
+    const bool answered = ros::service::call(kNodeName + "/reload", trigger);
+    if (!answered || (trigger.response.success != 0) != success) {
+      record_.countWrong("reload", answered ? trigger.response.message : "the call was lost");
+    } else {
+      record_.count("reload", SoakRecord::Outcome::Right);
+    }
+  }
+
+  void badModel() {
+    const std::string broken[] = {"", "<robot name=", "<robot name='r'><link name='a'/><link name='b'/></robot>",
+                                  robot_.urdf.substr(0, robot_.urdf.size() / 2)};
+    ros::param::set("/robot_description", broken[randomIndex(std::size(broken))]);
+    callReload(false);
+    describe(robot_);
+    recover(kTfRecovery);
+  }
+
+  void reload() {
+    callReload(true);
+    recover(kTfRecovery);
+  }
+
+  /// It subscribes to everything and then never reads again.
+  void deafSubscriber() {
+    const std::unique_ptr<ChildProcess> subscriber = startOurselves({"--subscribe"});
+    rest(1.5);
+    subscriber->signal(SIGSTOP);
+    rest(3.0);
+    recover(kTfRecovery);
+  }
+
+  /// It dies in the middle of a call.
+  void dyingClient() {
+    const std::unique_ptr<ChildProcess> client = startOurselves({"--ask"});
+    rest(random(0.5, 2.0));
+    client->signal(SIGKILL);
+    recover(kTfRecovery);
+  }
+
+  void killedNode() { restart("user"); }
+  void unwritableCache() { restart("/proc/proximity_server"); }
+
+  /// It comes back with an empty memory; newcomers must find the node again.
+  void dyingMaster() {
+    master_.process->signal(SIGKILL);
+    master_.process->hasEndedWithin(std::chrono::seconds(5));
+    rest(random(0.2, 2.0));
+    master_.process = startMasterAt(master_.port);
+    describe(robot_);
+    if (!awaitNode(kRegisteredAgain)) record_.countWrong(fault_name_, "newcomers do not find the node any more");
+    recover(kTfRecovery);
+  }
+
+  void restart(const std::string& mesh_cache) {
+    record_.nodeGoesDown();
+    node_->signal(SIGKILL);
+    node_->hasEndedWithin(std::chrono::seconds(5));
+    sleepFor(0.2);
+    startTheNode(mesh_cache);
+    recover(kRestart);
+    awaitNode(kRestart);
+    record_.nodeIsBack();
+  }
+
+  // ---- the end
+
+  /// Prints the tables; whether all was well.
+  bool summary() {
+    record_.stop();
+    const MonitorTiming timing = timing_.timing();
+    const double end = static_cast<double>(node_->residentMemory());
+    const double growth = end - static_cast<double>(memory_settled_);
+    std::uint64_t wrong = 0, right = 0, faults = 0, survived = 0;
+    std::printf("\n\n%-20s %10s %10s %10s %8s %8s\n", "answers", "right", "no tf", "misled tf", "lost", "wrong");
+    for (const auto& [name, tally] : record_.services()) {
+      std::printf("%-20s %10llu %10llu %10llu %8llu %8llu\n", name.c_str(),
+                  static_cast<unsigned long long>(tally.right), static_cast<unsigned long long>(tally.refused),
+                  static_cast<unsigned long long>(tally.misled), static_cast<unsigned long long>(tally.lost),
+                  static_cast<unsigned long long>(tally.wrong));
+      wrong += tally.wrong;
+      right += tally.right;
+    }
+    std::printf("\n%-20s %10s %10s %22s\n", "faults", "happened", "survived", "slowest recovery [s]");
+    for (const auto& [name, tally] : record_.faults()) {
+      std::printf("%-20s %10llu %10llu %22.2f\n", name.c_str(), static_cast<unsigned long long>(tally.count),
+                  static_cast<unsigned long long>(tally.survived), tally.slowest_recovery);
+      faults += tally.count;
+      survived += tally.survived;
+    }
+    const bool grown = growth > kMostGrowth;
+    std::printf(
+        "\n%.1f min, seed %llu: %llu cycles at %g Hz, %llu missed (%.3f %%); %llu of %llu faults survived\n",
+        since(start_) / 60.0, static_cast<unsigned long long>(options_.seed),
+        static_cast<unsigned long long>(timing.cycles), kMonitorRate, static_cast<unsigned long long>(timing.missed),
+        100.0 * static_cast<double>(timing.missed) / static_cast<double>(std::max<std::uint64_t>(1, timing.cycles)),
+        static_cast<unsigned long long>(survived), static_cast<unsigned long long>(faults));
+    std::printf(
+        "%llu right answers, %llu wrong; memory of the node %.1f MB at the start, %.1f MB in the middle, "
+        "%.1f MB at the end%s\n",
+        static_cast<unsigned long long>(right), static_cast<unsigned long long>(wrong),
+        1e-6 * static_cast<double>(memory_at_start_), 1e-6 * static_cast<double>(memory_settled_), 1e-6 * end,
+        grown ? ": it grows" : "");
+    std::fflush(stdout);
+    if (hangs_) std::_Exit(1);  // a client that hangs cannot be joined
+    return wrong == 0 && !grown && !died_ && survived == faults;
+  }
+
+  const SoakOptions options_;
+  const Master master_;
+  SoakRecord record_;
+  TestRobot robot_;
+  MovingRobot motion_;
+  SoakMonitor monitor_;
+  MonitorWatch timing_;
+  std::mt19937_64 generator_;
+  std::unique_ptr<TfStream> tf_;
+  std::unique_ptr<ChildProcess> node_;
+  std::deque<SoakClient> clients_;
+  std::string fault_name_;
+  bool may_restart_ = false, hangs_ = false, died_ = false;
+  std::size_t memory_at_start_ = 0, memory_settled_ = 0;  // [byte]
+  const Clock::time_point start_ = Clock::now();
+  Clock::time_point shown_{};
+};
+
+// ---- the parts of this program that faults need
+
+void subscribe() {
+  ros::NodeHandle nh;
+  const boost::function<void(const boost::shared_ptr<const Clearance>&)> ignore = [](const auto&) {};
+  const ros::Subscriber clearance = nh.subscribe(kNodeName + "/clearance", 1, ignore);
+  ros::spin();
+}
+
+/// As much as is allowed, again and again.
+void ask() {
+  const ros::NodeHandle keeps_ros_running;
+  QueryPairsRequest request;
+  request.a.resize(90);
+  request.mode = QueryPairsRequest::PER_PAIR;
+  const RawRequest bytes = rawRequest(request);
+  RawClient client(kNodeName + "/query_pairs", Connection::Persistent);
+  while (ros::ok()) client.call(bytes);
+}
+
+int soak(int argc, char** argv, const SoakOptions& options) {
+  const int port = freePort();
+  useMasterAt(port);
+  std::unique_ptr<ChildProcess> master = startMasterAt(port);
+  ros::init(argc, argv, "soak", ros::init_options::NoSigintHandler);
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { interrupted = 1; });
+  const ros::NodeHandle keeps_ros_running;
+  ros::AsyncSpinner spinner(3);
+  spinner.start();
+  bool well = false;
+  {
+    Soak run(options, Master{port, master});
+    well = run.run();
+  }
+  spinner.stop();
+  ros::shutdown();
+  stopProgram(*master);
+  if (interrupted) return 130;
+  return well ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace proximity_server
+
+int main(int argc, char** argv) {
+  using namespace proximity_server;
+  const std::string part = argc > 1 ? argv[1] : "";
+  if (part == "--subscribe" || part == "--ask") {
+    ros::init(argc, argv, "part_of_soak", ros::init_options::AnonymousName);
+    part == "--ask" ? ask() : subscribe();
+    return 0;
+  }
+  SoakOptions options;
+  CLI::App app("The node under faults for a long time, every answer checked.");
+  app.add_option("--minutes", options.minutes, "how long")->check(CLI::PositiveNumber);
+  app.add_option("--seed", options.seed, "of the faults and questions");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    return soak(argc, argv, options);
+  } catch (const std::exception& error) {
+    std::cerr << "soak: " << error.what() << "\n";
+    return 1;
+  }
+}

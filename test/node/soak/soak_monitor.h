@@ -1,0 +1,41 @@
+#pragma once
+
+#include <proximity_server/Clearance.h>
+#include <ros/node_handle.h>
+
+#include <condition_variable>
+#include <mutex>
+
+#include "answer_checks.h"
+#include "soak_record.h"
+
+namespace proximity_server {
+
+/// Listens to ~clearance and checks every message: INVALID, or right and not stale.
+class SoakMonitor {
+ public:
+  struct Settings {
+    double max_tf_age;  ///< [s] of the node
+    AnswerChecks::Levels levels;
+  };
+  /// Everything must outlive this.
+  SoakMonitor(ros::NodeHandle nh, const std::shared_ptr<const SceneModel>& model, SoakRecord& record,
+              const Settings& settings);
+
+  /// Waits for a cycle that is right about poses of after `moment`; false where there is none within `patience` [s].
+  bool awaitRightAnswer(const ros::Time& moment, double patience);
+
+ private:
+  void onClearance(const Clearance& message);
+  Verdict verdict(const Clearance& message);
+
+  SoakRecord& record_;
+  const Settings settings_;
+  AnswerChecks checks_;
+  mutable std::mutex mutex_;  // guards all that follows
+  std::condition_variable arrived_;
+  ros::Time last_right_;  ///< stamp of the last right answer
+  ros::Subscriber subscriber_;
+};
+
+}  // namespace proximity_server
