@@ -3,7 +3,8 @@
 usage: count_results.py BUILD_DIR REGEX     (the suites that REGEX selects were to run)
 
 A case counts once, from the file of its own suite. A suite that did not run, crashed, timed out or left no readable
-result file is one failure. Exit code 0 only if something passed and nothing failed.
+result file is one failure, and so is what a sanitizer found in one program: it is printed in full. Exit code 0 only if
+something passed and nothing failed.
 """
 
 import json
@@ -55,6 +56,12 @@ def outcomes(name, command, verdict):
     return found
 
 
+def findings(build):
+    """(program, text) of all that sanitizers found, from the files into which ./dev lets them write."""
+    for path in sorted(pathlib.Path(build, "findings").glob("*")):
+        yield path.name, path.read_text(errors="replace")
+
+
 def main(build, regex):
     verdicts = {}
     for path in pathlib.Path(build, "test_results").glob("ctest*.xml"):
@@ -67,6 +74,9 @@ def main(build, regex):
             counts[outcome] += 1
             if outcome != "passed":
                 print(f"{outcome}: {case}")
+    for program, text in findings(build):
+        counts["failed"] += 1
+        print(f"{text}failed: {program}, see above")
     print(", ".join(f"{count} {outcome}" for outcome, count in counts.items()))
     return 0 if counts["passed"] and not counts["failed"] else 1
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <optional>
+#include <utility>
 
 namespace proximity_server {
 namespace {
@@ -68,6 +69,13 @@ ShapeInfo shapeInfo(const RobotModel& robot, const Collision& collision) {
   return info;
 }
 
+ShapeRef emptied(ShapeRef room) {
+  room.link.clear();
+  room.index = 0;
+  room.name.clear();
+  return room;
+}
+
 double paddingOf(const Link& link, const ModelOptions& options) {
   const auto own = options.link_padding.find(link.name);
   return own == options.link_padding.end() ? options.default_padding : own->second;
@@ -98,25 +106,25 @@ PairInfo pairInfo(const RobotModel& robot, const LinkPair& pair) {
 
 }  // namespace
 
-ShapeRef toMessage(const RobotModel& robot, const Subject& subject) {
-  ShapeRef message;
+ShapeRef toMessage(const RobotModel& robot, const Subject& subject, ShapeRef room) {
   const Link& link = linkOf(robot, subject);
-  message.link = link.name;
-  message.index = static_cast<std::uint32_t>(subject.collision);
+  room.link = link.name;
+  room.index = static_cast<std::uint32_t>(subject.collision);
+  room.name.clear();
   if (subject.collision > 0) {
     const int collision = link.collisions[static_cast<std::size_t>(subject.collision - 1)];
-    message.name = robot.collisions[static_cast<std::size_t>(collision)].name;
+    room.name = robot.collisions[static_cast<std::size_t>(collision)].name;
   }
-  return message;
+  return room;
 }
 
 Proximity toMessage(const RobotModel& robot, const BodyPoses& poses, const PairProximity& pair,
-                    const Question& question) {
+                    const Question& question, Proximity room) {
   const Subject a{pair.asked.a.link, pair.collision_a ? pair.collision_a : pair.asked.a.collision};
   const Subject b{pair.asked.b.link, pair.collision_b ? pair.collision_b : pair.asked.b.collision};
-  Proximity message = unknownProximity();
-  message.a = toMessage(robot, a);
-  message.b = toMessage(robot, b);
+  Proximity message = unknownProximity(std::move(room));
+  message.a = toMessage(robot, a, std::move(message.a));
+  message.b = toMessage(robot, b, std::move(message.b));
   message.representation = static_cast<std::uint8_t>(pair.representation);
   message.depth_is_lower_bound = pair.depth_is_lower_bound;
   if (pair.result.status == Status::Unknown) return message;
@@ -126,8 +134,10 @@ Proximity toMessage(const RobotModel& robot, const BodyPoses& poses, const PairP
   return message;
 }
 
-Proximity unknownProximity() {
+Proximity unknownProximity(Proximity room) {
   Proximity message;
+  message.a = emptied(std::move(room.a));
+  message.b = emptied(std::move(room.b));
   message.state = Proximity::UNKNOWN;
   message.distance = message.lower_bound = message.upper_bound = kNaN;
   assign(message.point_a, kNowhere);

@@ -15,14 +15,15 @@
 
 namespace proximity_server {
 
-ShapeRef toMessage(const RobotModel& robot, const Subject& subject);
+ShapeRef toMessage(const RobotModel& robot, const Subject& subject, ShapeRef room = {});
 
-/// `poses` are those that the scene was asked with; they carry the points into the frames of the links.
+/// `poses` are those that the scene was asked with; they carry the points into the frames of the links. `room` is a
+/// message that is not needed any more: its names give their memory to the new ones.
 Proximity toMessage(const RobotModel& robot, const BodyPoses& poses, const PairProximity& pair,
-                    const Question& question);
+                    const Question& question, Proximity room = {});
 
 /// A pair of which nothing is known.
-Proximity unknownProximity();
+Proximity unknownProximity(Proximity room = {});
 
 /// Some pair, proven farther than `threshold`.
 Proximity beyondThreshold(double threshold);

@@ -51,24 +51,19 @@ EdgeTransform lookUpEdge(const tf2::BufferCore& buffer, const TfEdge& edge, cons
   return result;
 }
 
-std::vector<EdgeTransform> LatestTransforms::of(const std::shared_ptr<const tf2::BufferCore>& buffer,
-                                                const std::shared_ptr<const std::vector<TfEdge>>& edges,
-                                                const std::vector<int>& numbers, std::uint64_t changes) {
+void LatestTransforms::find(const std::shared_ptr<const tf2::BufferCore>& buffer, const Robot& robot,
+                            std::uint64_t changes, std::vector<Edge>& edges) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (edges_ != edges || buffer_ != buffer) {
-    edges_ = edges;
+  if (edges_ != robot.tfEdges() || buffer_ != buffer) {
+    edges_ = robot.tfEdges();
     buffer_ = buffer;
-    entries_.assign(edges->size(), {});
+    entries_.assign(edges_->size(), {});
   }
-  std::vector<EdgeTransform> transforms;
-  transforms.reserve(numbers.size());
-  for (const int number : numbers) {
-    const auto index = static_cast<std::size_t>(number);
-    Entry& entry = entries_[index];
-    if (entry.changes != changes) entry = {changes, lookUpEdge(*buffer, (*edges)[index], ros::Time())};
-    transforms.push_back(entry.transform);
+  for (Edge& edge : edges) {
+    Entry& entry = entries_[static_cast<std::size_t>(edge.number)];
+    if (entry.changes != changes) entry = {changes, lookUpEdge(*buffer, *edge.frames, ros::Time())};
+    edge.transform = entry.transform;
   }
-  return transforms;
 }
 
 }  // namespace proximity_server

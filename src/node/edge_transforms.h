@@ -29,10 +29,15 @@ EdgeTransform lookUpEdge(const tf2::BufferCore& buffer, const TfEdge& edge, cons
 /// once for all of them. Thread-safe.
 class LatestTransforms {
  public:
-  /// Of the edges with these numbers, `changes` of tf after its start.
-  std::vector<EdgeTransform> of(const std::shared_ptr<const tf2::BufferCore>& buffer,
-                                const std::shared_ptr<const std::vector<TfEdge>>& edges,
-                                const std::vector<int>& numbers, std::uint64_t changes);
+  struct Edge {
+    int number;            ///< in Robot::tfEdges()
+    const TfEdge* frames;  ///< that one
+    EdgeTransform transform;
+  };
+
+  /// Gives the edges their latest transforms, `changes` of tf after its start.
+  void find(const std::shared_ptr<const tf2::BufferCore>& buffer, const Robot& robot, std::uint64_t changes,
+            std::vector<Edge>& edges);
 
  private:
   struct Entry {

@@ -1,5 +1,7 @@
 #include "joint_frames.h"
 
+#include <utility>
+
 namespace proximity_server {
 namespace {
 
@@ -44,8 +46,9 @@ JointFrames framesAt(const RobotModel& robot, const JointValues& positions, cons
   return frames;
 }
 
-BodyPoses posesInRoot(const RobotModel& robot, const JointFrames& joints) {
-  BodyPoses poses(robot.bodies.size());
+BodyPoses posesInRoot(const RobotModel& robot, const JointFrames& joints, BodyPoses room) {
+  BodyPoses poses = std::move(room);
+  poses.assign(robot.bodies.size(), std::nullopt);
   for (std::size_t i = 0; i < poses.size(); ++i) {  // parents come first
     const Body& body = robot.bodies[i];
     if (body.joint < 0) {

@@ -23,8 +23,9 @@ bool isGiven(const RobotModel& robot, int joint, const JointValues& positions);
 /// Joints at the given positions [rad] or [m], followers with their leaders; all others as in `others`.
 JointFrames framesAt(const RobotModel& robot, const JointValues& positions, const JointFrames& others);
 
-/// The bodies in the root link's frame; nothing for what a joint carries that is not known.
-BodyPoses posesInRoot(const RobotModel& robot, const JointFrames& joints);
+/// The bodies in the root link's frame; nothing for what a joint carries that is not known. `room` are poses that are
+/// not needed any more: their memory is used again.
+BodyPoses posesInRoot(const RobotModel& robot, const JointFrames& joints, BodyPoses room = {});
 
 /// The root link in the reference frame. A link of the robot stands where `poses_in_root` have it, any other frame as
 /// given in `foreign`.

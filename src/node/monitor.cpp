@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <string>
+#include <utility>
 
 #include "clearance_level.h"
 #include "conversions.h"
@@ -12,6 +14,19 @@ namespace proximity_server {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+std::size_t longestName(const RobotModel& robot) {
+  std::size_t longest = 0;
+  for (const Link& link : robot.links) longest = std::max(longest, link.name.size());
+  for (const Collision& collision : robot.collisions) longest = std::max(longest, collision.name.size());
+  return longest;
+}
+
+/// A message that is not needed any more, or none yet, into which names of so many characters fit.
+Proximity roomFor(std::size_t characters, Proximity room = {}) {
+  for (std::string* name : {&room.a.link, &room.a.name, &room.b.link, &room.b.name}) name->reserve(characters);
+  return room;
+}
 
 /// No pair at all: the robot cannot get close to itself.
 QueryStatus nothingToCheck() {
@@ -32,28 +47,28 @@ void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
   bodies_ = bodiesOf(robot_->links(), scene_->candidates());
   joints_ = jointsThatMatter(robot_->links(), scene_->candidates());
   level_ = Clearance::INVALID;
+  longest_name_ = longestName(robot_->links());
 }
 
-Clearance Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
-                         const MonitorSettings& settings) {
+const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
+                                const MonitorSettings& settings) {
   const Clock::time_point start = Clock::now();
-  Clearance clearance;
-  clearance.header.stamp = snapshot.stamp;
-  clearance.header.frame_id = robot_->referenceFrame();
-  clearance.status = snapshot.status;
-  clearance.minimum = unknownProximity();
-  clearance.tf_age = snapshot.age;
-  clearance.tf_skew = snapshot.skew;
-  clearance.cycle = ++cycles_;
-  measure(snapshot, settings, clearance);
-  lookAhead(snapshot, velocities, settings, clearance);
+  clearance_.header.stamp = snapshot.stamp;
+  clearance_.header.frame_id = robot_->referenceFrame();
+  clearance_.status = snapshot.status;
+  clearance_.minimum = unknownProximity(std::move(clearance_.minimum));
+  clearance_.tf_age = snapshot.age;
+  clearance_.tf_skew = snapshot.skew;
+  ++clearance_.cycle;
+  measure(snapshot, settings);
+  lookAhead(snapshot, velocities, settings);
 
   const std::chrono::duration<double> elapsed = Clock::now() - start;
-  clearance.computation_time = ros::Duration(elapsed.count());
-  return clearance;
+  clearance_.computation_time = ros::Duration(elapsed.count());
+  return clearance_;
 }
 
-void Monitor::measure(const PoseSnapshot& snapshot, const MonitorSettings& settings, Clearance& clearance) {
+void Monitor::measure(const PoseSnapshot& snapshot, const MonitorSettings& settings) {
   Question question;
   question.tolerance = robot_->config().tolerance;
   question.threshold = settings.threshold;
@@ -61,51 +76,64 @@ void Monitor::measure(const PoseSnapshot& snapshot, const MonitorSettings& setti
   scene_->update(snapshot.poses);
 
   const std::vector<PairProximity>& below = scene_->below(pairs, question);
-  clearance.pairs_below_threshold = static_cast<std::uint32_t>(below.size());
-  const std::size_t reported = std::min(below.size(), static_cast<std::size_t>(settings.max_reported_pairs));
-  for (std::size_t i = 0; i < reported; ++i) {
-    clearance.below_threshold.push_back(toMessage(robot_->links(), snapshot.poses, below[i], question));
-  }
-
+  report(snapshot, below, question, static_cast<std::size_t>(settings.max_reported_pairs));
   const PairProximity* minimum = below.empty() ? nullptr : &below.front();
   if (!minimum) {
     question.threshold = Question().threshold;
     minimum = scene_->minimum(pairs, question);
   }
-  countPairs(clearance);
+  countPairs();
 
-  const bool known = minimum && clearance.pairs_unknown == 0;
-  if (!known && clearance.status.code == QueryStatus::OK) clearance.status = nothingToCheck();
+  const bool known = minimum && clearance_.pairs_unknown == 0;
+  if (!known && clearance_.status.code == QueryStatus::OK) clearance_.status = nothingToCheck();
   level_ = known ? clearanceLevel(minimum->result.lower_bound, level_, settings)
                  : static_cast<std::uint8_t>(Clearance::INVALID);
-  clearance.level = level_;
+  clearance_.level = level_;
   if (!known) return;
-  clearance.minimum = toMessage(robot_->links(), snapshot.poses, *minimum, question);
-  clearance.status.code = statusCode(minimum->result);
+  clearance_.minimum = toMessage(robot_->links(), snapshot.poses, *minimum, question,
+                                 roomFor(longest_name_, std::move(clearance_.minimum)));
+  clearance_.status.code = statusCode(minimum->result);
+}
+
+void Monitor::report(const PoseSnapshot& snapshot, const std::vector<PairProximity>& below, const Question& question,
+                     std::size_t most) {
+  std::vector<Proximity>& listed = clearance_.below_threshold;
+  clearance_.pairs_below_threshold = static_cast<std::uint32_t>(below.size());
+  listed.reserve(most);
+  unlisted_.reserve(most);
+  for (std::size_t room = listed.size() + unlisted_.size(); room < most; ++room) {
+    unlisted_.push_back(roomFor(longest_name_));
+  }
+  for (; !listed.empty(); listed.pop_back()) unlisted_.push_back(std::move(listed.back()));
+  for (std::size_t i = 0; i < std::min(below.size(), most); ++i) {
+    listed.push_back(toMessage(robot_->links(), snapshot.poses, below[i], question,
+                               roomFor(longest_name_, std::move(unlisted_.back()))));
+    unlisted_.pop_back();
+  }
 }
 
 void Monitor::lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
-                        const MonitorSettings& settings, Clearance& clearance) {
-  clearance.lookahead = noLookahead(settings);
+                        const MonitorSettings& settings) {
+  clearance_.lookahead = noLookahead(settings);
   if (settings.lookahead == 0.0) return;
-  if (clearance.level == Clearance::INVALID) {
-    clearance.lookahead.status = clearance.status;
+  if (clearance_.level == Clearance::INVALID) {
+    clearance_.lookahead.status = clearance_.status;
     return;
   }
   const std::vector<SubjectPair>& pairs = scene_->candidates();
-  clearance.lookahead = contactAhead(*robot_, *moving_scene_, pairs, snapshot.poses, velocities, settings);
+  clearance_.lookahead = contactAhead(*robot_, *moving_scene_, pairs, snapshot.poses, velocities, settings);
 }
 
-void Monitor::countPairs(Clearance& clearance) const {
+void Monitor::countPairs() {
   const PairTable& table = robot_->model().pairs;
   const PairCounts& counts = scene_->counts();
-  clearance.pairs_total = static_cast<std::uint32_t>(table.pairs.size());
-  clearance.pairs_filtered = static_cast<std::uint32_t>(table.pairs.size() - table.checked.size());
-  clearance.pairs_unknown = static_cast<std::uint32_t>(counts.unknown);
-  clearance.pairs_at_rest = static_cast<std::uint32_t>(counts.at_rest);
-  clearance.pairs_by_motion = static_cast<std::uint32_t>(counts.by_motion);
-  clearance.pairs_by_bounds = static_cast<std::uint32_t>(counts.by_bounds);
-  clearance.pairs_computed = static_cast<std::uint32_t>(counts.computed);
+  clearance_.pairs_total = static_cast<std::uint32_t>(table.pairs.size());
+  clearance_.pairs_filtered = static_cast<std::uint32_t>(table.pairs.size() - table.checked.size());
+  clearance_.pairs_unknown = static_cast<std::uint32_t>(counts.unknown);
+  clearance_.pairs_at_rest = static_cast<std::uint32_t>(counts.at_rest);
+  clearance_.pairs_by_motion = static_cast<std::uint32_t>(counts.by_motion);
+  clearance_.pairs_by_bounds = static_cast<std::uint32_t>(counts.by_bounds);
+  clearance_.pairs_computed = static_cast<std::uint32_t>(counts.computed);
 }
 
 }  // namespace proximity_server

@@ -23,14 +23,20 @@ class Monitor {
   const std::vector<int>& bodies() const { return bodies_; }
   const std::vector<int>& joints() const { return joints_; }
 
-  /// The clearance in these poses, and with a lookahead what the velocities lead to. Never waits.
-  Clearance cycle(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities, const MonitorSettings& settings);
+  /// The clearance in these poses, and with a lookahead what the velocities lead to. Never waits. Valid until the next
+  /// cycle. Without a lookahead only the first few cycles of a robot, or of a larger max_reported_pairs, take memory.
+  const Clearance& cycle(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
+                         const MonitorSettings& settings);
+
+  /// What the latest cycle said; cycle 0: there was none yet.
+  const Clearance& latest() const { return clearance_; }
 
  private:
-  void measure(const PoseSnapshot& snapshot, const MonitorSettings& settings, Clearance& clearance);
-  void lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities, const MonitorSettings& settings,
-                 Clearance& clearance);
-  void countPairs(Clearance& clearance) const;
+  void measure(const PoseSnapshot& snapshot, const MonitorSettings& settings);
+  void report(const PoseSnapshot& snapshot, const std::vector<PairProximity>& below, const Question& question,
+              std::size_t most);
+  void lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities, const MonitorSettings& settings);
+  void countPairs();
 
   std::shared_ptr<const Robot> robot_;
   ScenePool::Lease scene_;  // after robot_, whose pools take it and the next back
@@ -38,7 +44,9 @@ class Monitor {
   std::vector<int> bodies_;
   std::vector<int> joints_;
   std::uint8_t level_ = Clearance::INVALID;
-  std::uint64_t cycles_ = 0;
+  Clearance clearance_;
+  std::vector<Proximity> unlisted_;  ///< room for further entries of Clearance::below_threshold
+  std::size_t longest_name_ = 0;     ///< of links and <collision> elements
 };
 
 }  // namespace proximity_server

@@ -1,6 +1,5 @@
 #include "monitor_loop.h"
 
-#include <ros/callback_queue_interface.h>
 #include <ros/single_subscriber_publisher.h>
 
 #include <algorithm>
@@ -45,12 +44,17 @@ MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   health_.enabled = true;
   health_.settings = robot->config().monitor;
   monitor_.follow(robot);
+  lookup_.emplace(*robot, jointsTo(*robot, monitor_.bodies()));
   clearance_pub_ = nh_.advertise<Clearance>("clearance", 1);
   markers_pub_ = nh_.advertise<visualization_msgs::MarkerArray>(
       "markers", 10, [this](const ros::SingleSubscriberPublisher& subscriber) { sendPieces(subscriber); });
   timer_ = nh_.createTimer(
       ros::Duration(1.0), [this](const ros::TimerEvent&) { cycle(); }, false, false);
   keep_alive_ = nh_.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { onKeepAlive(); });
+  wake_ = boost::make_shared<Call>([this] {
+    wake_pending_ = false;
+    cycleIfNew();
+  });
   configure(health_.settings);
   tf_.onChange([this] { onTransform(); });
   spinner_.start();
@@ -65,7 +69,9 @@ MonitorLoop::~MonitorLoop() {
 
 void MonitorLoop::follow(const std::shared_ptr<const Robot>& robot) {
   const Lock lock(mutex_);
+  lookup_.reset();  // before its robot
   monitor_.follow(robot);
+  lookup_.emplace(*robot, jointsTo(*robot, monitor_.bodies()));
   keep_alive_.setPeriod(keepAlivePeriod(health_.settings, robot->config()));
   redrawPieces();
 }
@@ -103,16 +109,13 @@ void MonitorLoop::disable() {
 MonitorHealth MonitorLoop::health() {
   const Lock lock(mutex_);
   MonitorHealth health = health_;
+  health.last = monitor_.latest();
   health_.slowest_cycle = ros::Duration(0.0);
   return health;
 }
 
 void MonitorLoop::onTransform() {
-  if (!on_tf_ || wake_pending_.exchange(true)) return;
-  queue_.addCallback(boost::make_shared<Call>([this] {
-    wake_pending_ = false;
-    cycleIfNew();
-  }));
+  if (on_tf_ && !wake_pending_.exchange(true)) queue_.addCallback(wake_);
 }
 
 void MonitorLoop::onKeepAlive() {
@@ -135,9 +138,9 @@ PoseSnapshot MonitorLoop::lookUpSinceLastKeepAlive() {
 void MonitorLoop::cycleIfNew() {
   const Lock lock(mutex_);
   if (!health_.enabled) return;
-  const PoseSnapshot snapshot = lookUp();
-  const bool moved = snapshot.stamp != health_.last.header.stamp;
-  if (moved || snapshot.status.code != health_.last.status.code) publish(snapshot);
+  const PoseSnapshot& snapshot = lookUp();
+  const bool moved = snapshot.stamp != monitor_.latest().header.stamp;
+  if (moved || snapshot.status.code != monitor_.latest().status.code) publish(snapshot);
 }
 
 void MonitorLoop::cycle() {
@@ -147,10 +150,10 @@ void MonitorLoop::cycle() {
 
 void MonitorLoop::publish(const PoseSnapshot& snapshot) {
   alive_ = true;
-  health_.last = monitor_.cycle(snapshot, lookUpVelocities(), health_.settings);
-  health_.slowest_cycle = std::max(health_.slowest_cycle, health_.last.computation_time);
-  clearance_pub_.publish(health_.last);
-  if (health_.settings.markers && markers_pub_.getNumSubscribers() > 0) publishMarkers(health_.last);
+  const Clearance& clearance = monitor_.cycle(snapshot, lookUpVelocities(), health_.settings);
+  health_.slowest_cycle = std::max(health_.slowest_cycle, clearance.computation_time);
+  clearance_pub_.publish(clearance);
+  if (health_.settings.markers && markers_pub_.getNumSubscribers() > 0) publishMarkers(clearance);
 }
 
 VelocitySnapshot MonitorLoop::lookUpVelocities() {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <ros/callback_queue.h>
+#include <ros/callback_queue_interface.h>
 #include <ros/node_handle.h>
 #include <ros/spinner.h>
 
@@ -8,6 +9,7 @@
 #include <cstddef>
 #include <memory>
 #include <mutex>
+#include <optional>
 
 #include "monitor.h"
 #include "pacemaker.h"
@@ -52,8 +54,7 @@ class MonitorLoop {
   void redrawPieces();
   void sendPieces(const ros::SingleSubscriberPublisher& subscriber);
   PoseSnapshot lookUpSinceLastKeepAlive();
-  PoseSnapshot lookUp() { return tf_.lookUp(*monitor_.robot(), monitor_.bodies()); }
-
+  const PoseSnapshot& lookUp() { return tf_.lookUp(*lookup_); }
   VelocitySnapshot lookUpVelocities();
 
   TfPoses& tf_;
@@ -62,12 +63,14 @@ class MonitorLoop {
   ros::NodeHandle nh_;
   std::atomic<bool> on_tf_{false};
   std::atomic<bool> wake_pending_{false};
+  ros::CallbackInterfacePtr wake_;
 
   std::mutex mutex_;  // guards all that follows down to the publishers
   Monitor monitor_;
-  MonitorHealth health_{};
-  bool alive_ = false;       // a cycle ran since the last keep-alive
-  ros::Time kept_alive_at_;  // by the clock, at the last keep-alive
+  std::optional<TfLookup> lookup_;  // of the monitor's robot
+  MonitorHealth health_{};          // `last` is the monitor's
+  bool alive_ = false;              // a cycle ran since the last keep-alive
+  ros::Time kept_alive_at_;         // by the clock, at the last keep-alive
   std::size_t labels_ = 0;
 
   ros::Publisher clearance_pub_;

@@ -62,6 +62,8 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
 }
 
 bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
+  const std::lock_guard<std::mutex> one_at_a_time(
+      reload_mutex_);  // else monitor and services may end with different ones
   try {
     const auto loaded = std::make_shared<const Robot>(nh_, loadConfig(private_nh_));
     std::atomic_store(&robot_, loaded);

@@ -6,6 +6,7 @@
 #include <std_srvs/Trigger.h>
 
 #include <memory>
+#include <mutex>
 
 #include "diagnostics.h"
 #include "monitor_loop.h"
@@ -44,6 +45,7 @@ class ProximityNode {
   ros::NodeHandle nh_;
   ros::NodeHandle private_nh_;
   std::shared_ptr<const Robot> robot_;  // replaced by a reload: only through atomic_load and atomic_store
+  std::mutex reload_mutex_;
   TfPoses tf_;
   MonitorLoop monitor_;
   Diagnostics diagnostics_;

@@ -20,41 +20,28 @@ QueryStatus status(std::int8_t code, std::string message = {}) {
   return result;
 }
 
-/// An edge that a request needs.
-struct Edge {
-  const TfEdge* frames;
-  EdgeTransform transform;
-};
+bool available(const TfLookup::Edge& edge) { return edge.transform.status.code == QueryStatus::OK; }
 
-bool available(const Edge& edge) { return edge.transform.status.code == QueryStatus::OK; }
-
-/// One edge for each of `joints`, then one to a reference frame that is foreign: numbers in Robot::tfEdges().
-std::vector<int> edgesToLookUp(const Robot& robot, const std::vector<int>& joints) {
-  std::vector<int> numbers = joints;
-  if (robot.referenceLink() < 0) numbers.push_back(static_cast<int>(robot.links().joints.size()));
-  return numbers;
+/// Nothing is known yet.
+void startAt(const ros::Time& stamp, JointSnapshot& snapshot) {
+  std::fill(snapshot.joints.begin(), snapshot.joints.end(), std::nullopt);
+  snapshot.reference_T_root.reset();
+  snapshot.stamp = stamp;
+  snapshot.age = snapshot.skew = ros::Duration();
+  snapshot.status = {};
 }
 
-std::vector<Edge> edgesWith(const Robot& robot, const std::vector<int>& numbers,
-                            const std::vector<EdgeTransform>& transforms) {
-  std::vector<Edge> edges;
-  edges.reserve(numbers.size());
-  for (std::size_t i = 0; i < numbers.size(); ++i) {
-    edges.push_back({&(*robot.tfEdges())[static_cast<std::size_t>(numbers[i])], transforms[i]});
+void take(TfLookup& lookup) {
+  const std::vector<TfLookup::Edge>& edges = lookup.edges;
+  for (std::size_t i = 0; i < lookup.joints.size(); ++i) {
+    lookup.found.joints[static_cast<std::size_t>(lookup.joints[i])] = edges[i].transform.pose;
   }
-  return edges;
+  if (edges.size() > lookup.joints.size()) lookup.found.reference_T_root = edges.back().transform.pose;
 }
 
-void take(const std::vector<Edge>& edges, const std::vector<int>& joints, JointSnapshot& snapshot) {
-  for (std::size_t i = 0; i < joints.size(); ++i) {
-    snapshot.joints[static_cast<std::size_t>(joints[i])] = edges[i].transform.pose;
-  }
-  if (edges.size() > joints.size()) snapshot.reference_T_root = edges.back().transform.pose;
-}
-
-PoseSnapshot placed(const Robot& robot, const JointSnapshot& joints) {
-  return {inReference(robot, posesInRoot(robot.links(), joints.joints), joints.reference_T_root), joints.stamp,
-          joints.age, joints.skew, joints.status};
+PoseSnapshot placed(const Robot& robot, const JointSnapshot& joints, BodyPoses room) {
+  return {inReference(robot, posesInRoot(robot.links(), joints.joints, std::move(room)), joints.reference_T_root),
+          joints.stamp, joints.age, joints.skew, joints.status};
 }
 
 /// Stamps come from outside; ros::Duration itself throws where they are more than 68 years apart.
@@ -71,8 +58,8 @@ std::string seconds(const ros::Duration& duration) {
 }
 
 /// The first edge that is not available speaks for all of them; OK where there is none.
-QueryStatus summary(const std::vector<Edge>& edges) {
-  const auto broken = [](const Edge& edge) { return !available(edge); };
+QueryStatus summary(const std::vector<TfLookup::Edge>& edges) {
+  const auto broken = [](const TfLookup::Edge& edge) { return !available(edge); };
   const auto first = std::find_if(edges.begin(), edges.end(), broken);
   if (first == edges.end()) return {};
   QueryStatus result = first->transform.status;
@@ -83,13 +70,13 @@ QueryStatus summary(const std::vector<Edge>& edges) {
 
 /// Earliest and newest of the latest transforms that move at all.
 struct CommonTime {
-  const Edge* oldest = nullptr;
-  const Edge* newest = nullptr;
+  const TfLookup::Edge* oldest = nullptr;
+  const TfLookup::Edge* newest = nullptr;
 };
-CommonTime commonTime(const std::vector<Edge>& edges) {
-  const auto stamp = [](const Edge* edge) { return edge->transform.stamp; };
+CommonTime commonTime(const std::vector<TfLookup::Edge>& edges) {
+  const auto stamp = [](const TfLookup::Edge* edge) { return edge->transform.stamp; };
   CommonTime common;
-  for (const Edge& edge : edges) {
+  for (const TfLookup::Edge& edge : edges) {
     if (!available(edge) || stamp(&edge).isZero()) continue;
     if (!common.oldest || stamp(&edge) < stamp(common.oldest)) common.oldest = &edge;
     if (!common.newest || stamp(&edge) > stamp(common.newest)) common.newest = &edge;
@@ -112,6 +99,13 @@ QueryStatus freshness(const CommonTime& common, const ros::Time& now, const ros:
 }
 
 }  // namespace
+
+TfLookup::TfLookup(const Robot& asked, std::vector<int> wanted) : robot(&asked), joints(std::move(wanted)) {
+  const std::vector<TfEdge>& all = *asked.tfEdges();
+  for (const int joint : joints) edges.push_back({joint, &all[static_cast<std::size_t>(joint)], {}});
+  if (asked.referenceLink() < 0) edges.push_back({static_cast<int>(all.size()) - 1, &all.back(), {}});
+  found.joints.resize(asked.links().joints.size());
+}
 
 void TfPoses::onChange(std::function<void()> listener) {
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -137,28 +131,28 @@ ros::Time TfPoses::readClock() {
   return now;
 }
 
-PoseSnapshot TfPoses::lookUp(const Robot& robot, const std::vector<int>& bodies, const ros::Time& stamp) {
-  return placed(robot, lookUpJoints(robot, jointsTo(robot, bodies), stamp));
+const PoseSnapshot& TfPoses::lookUp(TfLookup& lookup, const ros::Time& stamp) {
+  lookup.placed = placed(*lookup.robot, lookUpJoints(lookup, stamp), std::move(lookup.placed.poses));
+  return lookup.placed;
 }
 
 PoseSnapshot TfPoses::await(const Robot& robot, const std::vector<int>& bodies, const ros::Time& stamp) {
-  return placed(robot, awaitJoints(robot, jointsTo(robot, bodies), stamp));
+  return placed(robot, awaitJoints(robot, jointsTo(robot, bodies), stamp), {});
 }
 
-JointSnapshot TfPoses::lookUpJoints(const Robot& robot, const std::vector<int>& joints, const ros::Time& stamp) {
-  JointSnapshot snapshot;
-  snapshot.stamp = stamp;
-  snapshot.joints.resize(robot.links().joints.size());
+const JointSnapshot& TfPoses::lookUpJoints(TfLookup& lookup, const ros::Time& stamp) {
+  JointSnapshot& snapshot = lookup.found;
+  std::vector<TfLookup::Edge>& edges = lookup.edges;
+  startAt(stamp, snapshot);
   const ros::Time now = readClock();
   if (now.isZero()) {
     snapshot.status = status(QueryStatus::TF_UNAVAILABLE, "waiting for the clock: use_sim_time is set, /clock is not");
     return snapshot;
   }
 
-  const std::vector<int> numbers = edgesToLookUp(robot, joints);
   const std::uint64_t changes = changes_;
   const std::shared_ptr<const tf2::BufferCore> buffer = tree_.buffer();
-  std::vector<Edge> edges = edgesWith(robot, numbers, latest_.of(buffer, robot.tfEdges(), numbers, changes));
+  latest_.find(buffer, *lookup.robot, changes, edges);
   const CommonTime common = commonTime(edges);
   snapshot.status = summary(edges);
   if (!common.oldest && snapshot.status.code != QueryStatus::OK) return snapshot;
@@ -170,28 +164,29 @@ JointSnapshot TfPoses::lookUpJoints(const Robot& robot, const std::vector<int>& 
   snapshot.stamp = stamp.isZero() ? oldest : stamp;
   snapshot.age = elapsed(snapshot.stamp, now);
   if (stamp.isZero() && common.oldest) {
-    const ros::Duration max_age(robot.config().max_tf_age);
+    const ros::Duration max_age(lookup.robot->config().max_tf_age);
     snapshot.status = freshness(common, now, max_age);
     // Left over from before a jump of the clock: tf would refuse everything that is older.
     if (elapsed(now, newest) > max_age) tree_.clear();
     if (snapshot.status.code != QueryStatus::OK) return snapshot;
   }
-  for (Edge& edge : edges) {
+  for (TfLookup::Edge& edge : edges) {
     if (available(edge) && edge.transform.stamp != snapshot.stamp) {
       edge.transform = lookUpEdge(*buffer, *edge.frames, snapshot.stamp);
     }
   }
   snapshot.status = summary(edges);
-  take(edges, joints, snapshot);
+  take(lookup);
   return snapshot;
 }
 
 JointSnapshot TfPoses::awaitJoints(const Robot& robot, const std::vector<int>& joints, const ros::Time& stamp) {
+  TfLookup lookup(robot, joints);
   // Wall time: a simulated clock may stand still.
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(robot.config().tf_timeout);
   while (true) {
     const std::uint64_t seen = changes_;
-    JointSnapshot snapshot = lookUpJoints(robot, joints, stamp);
+    const JointSnapshot& snapshot = lookUpJoints(lookup, stamp);
     if (snapshot.status.code == QueryStatus::OK) return snapshot;
     std::unique_lock<std::mutex> lock(mutex_);
     // Where changes never cease the wait ends nevertheless.

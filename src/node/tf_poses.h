@@ -9,6 +9,7 @@
 #include <functional>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "edge_transforms.h"
@@ -38,6 +39,20 @@ struct PoseSnapshot {
   QueryStatus status;  ///< OK, or what is missing, stale or out of reach: names the joint
 };
 
+/// A question to tf about some joints of a robot, with room for the answers: the same one asked again takes no memory
+/// beyond what tf2 takes while it looks. The robot must outlive it.
+struct TfLookup {
+  TfLookup(const Robot& robot, std::vector<int> joints);
+
+  using Edge = LatestTransforms::Edge;
+
+  const Robot* robot;
+  std::vector<int> joints;
+  std::vector<Edge> edges;  ///< one for each of `joints`, then one to a reference frame that is foreign
+  JointSnapshot found;
+  PoseSnapshot placed;
+};
+
 /// Follows the bodies of a robot through tf.
 ///
 /// For every movable joint the transform between its two links is looked up, all at one common time: the earliest of
@@ -54,15 +69,17 @@ class TfPoses {
   /// Called after every message of tf, from the listening thread. Set it once, before transforms matter.
   void onChange(std::function<void()> listener);
 
-  /// Poses of `bodies` and of what carries them at `stamp`, or at the latest common time if that is 0. Never waits.
-  PoseSnapshot lookUp(const Robot& robot, const std::vector<int>& bodies, const ros::Time& stamp = {});
+  /// Poses of the bodies that the joints of `lookup` carry at `stamp`, or at the latest common time if that is 0. Never
+  /// waits. Valid until the next question to `lookup`.
+  const PoseSnapshot& lookUp(TfLookup& lookup, const ros::Time& stamp = {});
 
-  /// The same, but waits for what is still missing, at most Config::tf_timeout of wall time.
+  /// Poses of `bodies` and of what carries them, but waits for what is still missing, at most Config::tf_timeout of
+  /// wall time.
   PoseSnapshot await(const Robot& robot, const std::vector<int>& bodies, const ros::Time& stamp);
 
   // The same for chosen joints only, and the reference frame where that is no link of the robot.
 
-  JointSnapshot lookUpJoints(const Robot& robot, const std::vector<int>& joints, const ros::Time& stamp = {});
+  const JointSnapshot& lookUpJoints(TfLookup& lookup, const ros::Time& stamp = {});
   JointSnapshot awaitJoints(const Robot& robot, const std::vector<int>& joints, const ros::Time& stamp);
 
  private:

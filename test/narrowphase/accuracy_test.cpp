@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <fstream>
 #include <iomanip>
 #include <iostream>
@@ -10,6 +9,7 @@
 #include <regex>
 #include <sstream>
 
+#include "from_environment.h"
 #include "narrowphase/certificate.h"
 #include "narrowphase/refined_truth.h"
 #include "narrowphase/shape_pairs.h"
@@ -34,10 +34,7 @@ constexpr int kFullPoses = 100000;
 constexpr int kProvenPoses = 100;
 
 /// `./dev accuracy` asks for kFullPoses, which the table in README.md states; other runs take the first few of them.
-int poses() {
-  const char* wanted = std::getenv("PROXIMITY_ACCURACY_POSES");
-  return wanted == nullptr ? 40000 : std::stoi(wanted);
-}
+int poses() { return static_cast<int>(fromEnvironment("PROXIMITY_ACCURACY_POSES", 40000)); }
 
 long double errorByBranchAndBound(const PairCase& c, const SignedDistance& result) {
   const Truth truth = signedDistanceOracle(c.pair());

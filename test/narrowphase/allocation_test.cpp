@@ -1,60 +1,28 @@
-// A query takes no memory from the heap. The counters replace those of the C library in this program.
+// A query takes no memory from the heap.
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstdlib>
-
+#include "allocations.h"
 #include "narrowphase/shape_pairs.h"
 #include "proximity_server/narrowphase/motion.h"
 #include "proximity_server/narrowphase/signed_distance.h"
-
-namespace {
-
-std::atomic<long> allocations{0};
-
-}  // namespace
-
-extern "C" {
-void* __libc_malloc(std::size_t size);                           // NOLINT(bugprone-reserved-identifier)
-void* __libc_calloc(std::size_t count, std::size_t size);        // NOLINT(bugprone-reserved-identifier)
-void* __libc_realloc(void* pointer, std::size_t size);           // NOLINT(bugprone-reserved-identifier)
-void* __libc_memalign(std::size_t alignment, std::size_t size);  // NOLINT(bugprone-reserved-identifier)
-
-void* malloc(std::size_t size) {
-  ++allocations;
-  return __libc_malloc(size);
-}
-void* calloc(std::size_t count, std::size_t size) {
-  ++allocations;
-  return __libc_calloc(count, size);
-}
-void* realloc(void* pointer, std::size_t size) {
-  ++allocations;
-  return __libc_realloc(pointer, size);
-}
-void* aligned_alloc(std::size_t alignment, std::size_t size) {
-  ++allocations;
-  return __libc_memalign(alignment, size);
-}
-}
 
 namespace proximity_server {
 namespace {
 
 TEST(Allocation, CounterSeesOperatorNew) {
-  const long before = allocations;
+  const long before = allocations();
   const std::vector<double> on_the_heap(100, 1.0);
-  EXPECT_GT(allocations, before) << on_the_heap.size();
+  EXPECT_GT(allocations(), before) << on_the_heap.size();
 }
 
 TEST(Allocation, QueryTakesNoMemory) {
   const std::vector<PairCase> cases = pairsInEveryState(allShapes(), 1, /*seed=*/31);
   for (const PairCase& c : cases) {
     WarmStart warm_start;
-    const long before = allocations;
+    const long before = allocations();
     const double cold = signedDistance(c.a, c.b, c.a_T_b).distance;
     const double warm = signedDistance(c.a, c.b, c.a_T_b, Options::above(0.1), warm_start).lower_bound;
-    const long taken = allocations - before;
+    const long taken = allocations() - before;
     EXPECT_EQ(taken, 0) << cold << warm << describe(c);
   }
 }
@@ -67,10 +35,10 @@ TEST(Allocation, MotionTakesNoMemory) {
     const MotionChain b_motion = {a_motion.front(), {c.a_T_b, randomDirection(random), randomDirection(random)}};
     MinimumOptions options;
     options.max_queries = 50;
-    const long before = allocations;
+    const long before = allocations();
     const double free = timeOfContact(c.a, a_motion, c.b, b_motion).t_free;
     const double smallest = minimumDistance(c.a, a_motion, c.b, b_motion, options).lower_bound;
-    const long taken = allocations - before;
+    const long taken = allocations() - before;
     EXPECT_EQ(taken, 0) << free << smallest << describe(c);
   }
 }

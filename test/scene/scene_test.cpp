@@ -4,7 +4,6 @@
 
 #include <Eigen/SVD>
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -12,22 +11,10 @@
 #include <string>
 #include <thread>
 
+#include "allocations.h"
 #include "narrowphase/certificate.h"
 #include "narrowphase/oracle.h"
 #include "narrowphase/shape_pairs.h"
-
-namespace {
-std::atomic<long> allocations{0};
-}  // namespace
-
-// operator new ends in malloc; here it is the C library's, counted.
-extern "C" {
-void* __libc_malloc(std::size_t size);  // NOLINT(bugprone-reserved-identifier)
-void* malloc(std::size_t size) {
-  ++allocations;
-  return __libc_malloc(size);
-}
-}
 
 namespace proximity_server {
 namespace {
@@ -929,13 +916,13 @@ void askEverything(Scene& scene, const std::vector<SubjectPair>& pairs, const Bo
 TEST_P(RandomScene, NothingAllocatesAfterTheFirstQuestionOfAKind) {
   std::vector<BodyPoses> states;
   for (int state = 0; state < 50; ++state) states.push_back(nextPoses());
-  const long before_first = allocations;
+  const long before_first = allocations();
   Scene scene(model_);
   askEverything(scene, pairs_, states.front());
-  EXPECT_GT(allocations, before_first);
-  const long after_first = allocations;
+  EXPECT_GT(allocations(), before_first);
+  const long after_first = allocations();
   for (const BodyPoses& poses : states) askEverything(scene, pairs_, poses);
-  EXPECT_EQ(allocations, after_first);
+  EXPECT_EQ(allocations(), after_first);
 }
 
 INSTANTIATE_TEST_SUITE_P(Scene, RandomScene, testing::Range(1u, 7u));

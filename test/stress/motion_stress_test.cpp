@@ -3,6 +3,7 @@
 
 #include <thread>
 
+#include "from_environment.h"
 #include "stress/motion_run.h"
 #include "stress/recorded_motions.h"
 
@@ -17,8 +18,9 @@ std::vector<MotionFamilySummary> summariesOf(std::int64_t motions, unsigned thre
   return runMotions(run, done);
 }
 
-TEST(MotionStress, TwentyThousandMotionsKeepEveryPromise) {
-  for (const MotionFamilySummary& family : summariesOf(20000, std::max(1u, std::thread::hardware_concurrency()))) {
+TEST(MotionStress, MotionsOfEveryFamilyKeepEveryPromise) {
+  const std::int64_t motions = fromEnvironment("PROXIMITY_STRESS_MOTIONS", 20000);
+  for (const MotionFamilySummary& family : summariesOf(motions, std::max(1u, std::thread::hardware_concurrency()))) {
     EXPECT_GT(family.with_oracle, 0) << family.name;
     EXPECT_GT(family.contacts, 0) << family.name;
     EXPECT_LT(family.contacts, family.motions) << family.name;
