@@ -1,6 +1,5 @@
 #include <xmlrpcpp/XmlRpcValue.h>
 
-#include <chrono>
 #include <stdexcept>
 
 #include "config.h"
@@ -70,7 +69,7 @@ void askAt(const BodyPoses& poses, const QueryPairsRequest& request, std::size_t
   const ScenePool::Lease scene = arm().takeScene();
   scene->update(poses);
   const QueryStatus status;
-  checkAnswer(askPairs(*scene, {poses, status}, pairs, request, question));
+  checkAnswer(askPairs(arm(), *scene, {poses, status}, pairs, request, question));
 }
 
 void ask(const QueryPairsRequest& request) { askAt(posesAtZero(), request, 1); }
@@ -99,7 +98,7 @@ void ask(const QueryConfigurationRequest& request) {
 
 /// A search that ends after a millisecond, whatever was asked.
 void search(const std::vector<SubjectPair>& pairs, const TimedMotion& motion, MotionQuestion question) {
-  startBudget(question, std::chrono::milliseconds(1));
+  question.deadline = deadlineIn(1e-3);
   const MovingScenePool::Lease scene = arm().takeMovingScene();
   const RobotContact contact = scene->timeOfContact(pairs, motion.motion, question);
   require(contact.t_free >= 0.0 && contact.t_free <= 1.0, "what is proven free lies within the motion");
@@ -119,7 +118,7 @@ void ask(const QueryTrajectoryRequest& request) {
   const MotionQuestion question = motionQuestion(request.clearance, request.tolerance);
   timeBudget(arm(), request.time_budget);
   const std::vector<SubjectPair> pairs = pairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
-  const WayPoints points = wayPointsOf(arm().links(), request);
+  const WayPoints points = wayPointsOf(arm(), request);
   for (std::size_t i = 0; i + 1 < points.times.size(); ++i) {
     const std::vector<double> travel = travelBetween(points.positions[i], points.positions[i + 1]);
     search(pairs,
