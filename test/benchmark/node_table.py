@@ -28,7 +28,8 @@ def more(value, base):
 
 
 def missed(monitor):
-    return f"{monitor['missed']} of {monitor['cycles']} ({monitor['missed'] / max(1, monitor['cycles']):.2%})"
+    due = monitor["cycles"] + monitor["missed"]
+    return f"{monitor['missed']} of {due} ({monitor['missed'] / max(1, due):.2%})"
 
 
 def services(rows):
