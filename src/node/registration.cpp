@@ -40,10 +40,12 @@ std::string ownServiceApi() {
 /// The services of this node, as the master lists them.
 std::vector<std::string> registeredServices() {
   std::vector<std::string> services;
-  std::optional<XmlRpcValue> state = askMaster("getSystemState");
-  if (!state) return services;
+  XmlRpcValue request, response, state;
+  request[0] = ros::this_node::getName();
+  // Waits, as advertising does: a node starts with a master.
+  if (!ros::master::execute("getSystemState", request, response, state, /*wait_for_master=*/true)) return services;
   constexpr int kServices = 2;  // after the publishers and the subscribers
-  XmlRpcValue& all = (*state)[kServices];
+  XmlRpcValue& all = state[kServices];
   for (int i = 0; i < all.size(); ++i) {
     XmlRpcValue& providers = all[i][1];
     for (int j = 0; j < providers.size(); ++j) {
@@ -100,7 +102,7 @@ Registration::~Registration() {
 }
 
 void Registration::look() {
-  if (services_.empty()) return;  // there was no master to ask
+  if (services_.empty()) return;  // ROS ended before it began
   // The last to be registered: one that is known stands for all.
   if (askMaster("lookupService", services_.back()) || !ros::master::check()) return;
   if (ros::isShuttingDown()) return;  // that is why
