@@ -12,7 +12,8 @@ namespace proximity_server {
 /// Keeps the node known to the ROS master. roscpp registers once, so a master that died and came back knows nothing of
 /// the nodes that are left: no newcomer finds them, and they find no newcomer.
 ///
-/// Asks every second, in a thread of its own. Connections that stand notice nothing of it.
+/// Asks every second, in a thread of its own. Connections that stand notice nothing of it. A master that dies while the
+/// node starts is not seen: what came before is registered with the old one only.
 class Registration {
  public:
   /// Of all that the node offers when this is made, and of the topics that come later.

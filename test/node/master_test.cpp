@@ -1,6 +1,7 @@
 #include <netinet/in.h>
 #include <proximity_server/Clearance.h>
 #include <proximity_server/MinimumDistance.h>
+#include <proximity_server/ModelInfo.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -121,6 +122,8 @@ class MasterThatDies : public testing::Test {
   }
 
   void SetUp() override {
+    // The last that a node does when it starts: levels come earlier, when it is not yet registered as a whole.
+    ASSERT_TRUE(Inbox<ModelInfo>(ros::NodeHandle(), kNode + "/model_info").next());
     ASSERT_TRUE(neighbours_->inbox.next(isClear));
     before_ = registrations();
     ASSERT_GT(before_.size(), 10u);
