@@ -51,17 +51,15 @@ EdgeTransform lookUpEdge(const tf2::BufferCore& buffer, const TfEdge& edge, cons
   return result;
 }
 
-void LatestTransforms::find(const std::shared_ptr<const tf2::BufferCore>& buffer, const Robot& robot,
-                            std::uint64_t changes, std::vector<Edge>& edges) {
+void LatestTransforms::find(const TfTree::View& tf, const Robot& robot, std::vector<Edge>& edges) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (edges_ != robot.tfEdges() || buffer_ != buffer) {
+  if (edges_ != robot.tfEdges()) {
     edges_ = robot.tfEdges();
-    buffer_ = buffer;
     entries_.assign(edges_->size(), {});
   }
   for (Edge& edge : edges) {
     Entry& entry = entries_[static_cast<std::size_t>(edge.number)];
-    if (entry.changes != changes) entry = {changes, lookUpEdge(*buffer, *edge.frames, ros::Time())};
+    if (entry.changes != tf.changes) entry = {tf.changes, lookUpEdge(*tf.buffer, *edge.frames, ros::Time())};
     edge.transform = entry.transform;
   }
 }

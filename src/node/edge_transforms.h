@@ -12,6 +12,7 @@
 
 #include "proximity_server/QueryStatus.h"
 #include "robot.h"
+#include "tf_tree.h"
 
 namespace proximity_server {
 
@@ -35,9 +36,8 @@ class LatestTransforms {
     EdgeTransform transform;
   };
 
-  /// Gives the edges their latest transforms, `changes` of tf after its start.
-  void find(const std::shared_ptr<const tf2::BufferCore>& buffer, const Robot& robot, std::uint64_t changes,
-            std::vector<Edge>& edges);
+  /// Gives the edges their latest transforms.
+  void find(const TfTree::View& tf, const Robot& robot, std::vector<Edge>& edges);
 
  private:
   struct Entry {
@@ -46,9 +46,7 @@ class LatestTransforms {
   };
 
   std::mutex mutex_;
-  // What the entries are about.
-  std::shared_ptr<const tf2::BufferCore> buffer_;
-  std::shared_ptr<const std::vector<TfEdge>> edges_;
+  std::shared_ptr<const std::vector<TfEdge>> edges_;  // what the entries are about
   std::vector<Entry> entries_;
 };
 

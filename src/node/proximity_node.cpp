@@ -27,33 +27,13 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
           nh_, [this] { return monitor_.health(); }, [this] { return robot(); }),
       settings_server_(private_nh_),
       model_info_pub_(private_nh_.advertise<ModelInfo>("model_info", 1, /*latch=*/true)),
-      minimum_distance_srv_(
-          withQueue(private_nh_, requests_)
-              .advertiseService("minimum_distance",
-                                &ProximityNode::onQuery<MinimumDistanceRequest, MinimumDistanceResponse>, this)),
-      separation_axis_srv_(withQueue(private_nh_, requests_)
-                               .advertiseService("separation_axis",
-                                                 &ProximityNode::onQuery<SeparationAxisRequest, SeparationAxisResponse>,
-                                                 this)),
-      penetration_depth_srv_(
-          withQueue(private_nh_, requests_)
-              .advertiseService("penetration_depth",
-                                &ProximityNode::onQuery<PenetrationDepthRequest, PenetrationDepthResponse>, this)),
-      query_pairs_srv_(
-          withQueue(private_nh_, long_requests_)
-              .advertiseService("query_pairs", &ProximityNode::onQuery<QueryPairsRequest, QueryPairsResponse>, this)),
-      query_configuration_srv_(
-          withQueue(private_nh_, long_requests_)
-              .advertiseService("query_configuration",
-                                &ProximityNode::onQuery<QueryConfigurationRequest, QueryConfigurationResponse>, this)),
-      time_of_contact_srv_(withQueue(private_nh_, long_requests_)
-                               .advertiseService("time_of_contact",
-                                                 &ProximityNode::onQuery<FirstContactRequest, FirstContactResponse>,
-                                                 this)),
-      query_trajectory_srv_(
-          withQueue(private_nh_, long_requests_)
-              .advertiseService("query_trajectory",
-                                &ProximityNode::onQuery<QueryTrajectoryRequest, QueryTrajectoryResponse>, this)),
+      minimum_distance_srv_(advertise<MinimumDistance>("minimum_distance", requests_)),
+      separation_axis_srv_(advertise<SeparationAxis>("separation_axis", requests_)),
+      penetration_depth_srv_(advertise<PenetrationDepth>("penetration_depth", requests_)),
+      query_pairs_srv_(advertise<QueryPairs>("query_pairs", long_requests_)),
+      query_configuration_srv_(advertise<QueryConfiguration>("query_configuration", long_requests_)),
+      time_of_contact_srv_(advertise<FirstContact>("time_of_contact", long_requests_)),
+      query_trajectory_srv_(advertise<QueryTrajectory>("query_trajectory", long_requests_)),
       reload_srv_(withQueue(private_nh_, long_requests_).advertiseService("reload", &ProximityNode::onReload, this)),
       enable_monitor_srv_(
           withQueue(private_nh_, requests_).advertiseService("enable_monitor", &ProximityNode::onEnableMonitor, this)) {
@@ -62,8 +42,8 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
 }
 
 bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
-  const std::lock_guard<std::mutex> one_at_a_time(
-      reload_mutex_);  // else monitor and services may end with different ones
+  // One at a time: else monitor and services may end with different ones.
+  const std::lock_guard<std::mutex> lock(reload_mutex_);
   try {
     const auto loaded = std::make_shared<const Robot>(nh_, loadConfig(private_nh_));
     std::atomic_store(&robot_, loaded);

@@ -7,6 +7,7 @@
 
 #include <memory>
 #include <mutex>
+#include <string>
 
 #include "diagnostics.h"
 #include "monitor_loop.h"
@@ -31,6 +32,13 @@ class ProximityNode {
   bool onQuery(Request& request, Response& response) {
     response = answer(*robot(), tf_, request);
     return true;
+  }
+  /// A service of queries.h, with its requests in `queue`.
+  template <class Service>
+  ros::ServiceServer advertise(const std::string& name, RequestQueue& queue) {
+    using Node = ProximityNode;
+    return withQueue(private_nh_, queue)
+        .advertiseService(name, &Node::onQuery<typename Service::Request, typename Service::Response>, this);
   }
   bool onReload(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool onEnableMonitor(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);

@@ -140,6 +140,12 @@ PoseSnapshot TfPoses::await(const Robot& robot, const std::vector<int>& bodies, 
   return placed(robot, awaitJoints(robot, jointsTo(robot, bodies), stamp), {});
 }
 
+std::shared_ptr<const tf2::BufferCore> TfPoses::latestOf(const Robot& robot, std::vector<TfLookup::Edge>& edges) {
+  const TfTree::View tf = tree_.view();
+  latest_.find(tf, robot, edges);
+  return tf.buffer;
+}
+
 const JointSnapshot& TfPoses::lookUpJoints(TfLookup& lookup, const ros::Time& stamp) {
   JointSnapshot& snapshot = lookup.found;
   std::vector<TfLookup::Edge>& edges = lookup.edges;
@@ -150,9 +156,7 @@ const JointSnapshot& TfPoses::lookUpJoints(TfLookup& lookup, const ros::Time& st
     return snapshot;
   }
 
-  const std::uint64_t changes = changes_;
-  const std::shared_ptr<const tf2::BufferCore> buffer = tree_.buffer();
-  latest_.find(buffer, *lookup.robot, changes, edges);
+  const std::shared_ptr<const tf2::BufferCore> buffer = latestOf(*lookup.robot, edges);
   const CommonTime common = commonTime(edges);
   snapshot.status = summary(edges);
   if (!common.oldest && snapshot.status.code != QueryStatus::OK) return snapshot;

@@ -7,6 +7,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -85,6 +86,9 @@ class TfPoses {
  private:
   void transformsChanged();
   ros::Time readClock();  ///< forgets everything where the clock jumped back
+
+  /// The latest transforms, and the buffer that has them.
+  std::shared_ptr<const tf2::BufferCore> latestOf(const Robot& robot, std::vector<TfLookup::Edge>& edges);
 
   std::mutex mutex_;
   std::condition_variable changed_;

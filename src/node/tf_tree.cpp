@@ -36,13 +36,19 @@ TfTree::~TfTree() {
   spinner_.stop();
 }
 
+TfTree::View TfTree::view() const {
+  std::unique_lock<std::mutex> lock(mutex_);
+  return {std::move(lock), buffer_, changes_};
+}
+
 void TfTree::clear() {
   const std::lock_guard<std::mutex> lock(mutex_);
   forgetAllThatMoves();
 }
 
 void TfTree::forgetAllThatMoves() {
-  std::atomic_store(&buffer_, std::make_shared<tf2::BufferCore>());
+  buffer_ = std::make_shared<tf2::BufferCore>();
+  ++changes_;
   for (const auto& [child, transform] : static_) keep(transform, Kind::Static);
 }
 
@@ -50,6 +56,7 @@ void TfTree::onMoving(const Message& message) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     for (const geometry_msgs::TransformStamped& transform : message.transforms) keepMoving(transform);
+    ++changes_;
   }
   on_change_();
 }
@@ -58,6 +65,7 @@ void TfTree::onStatic(const Message& message) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     for (const geometry_msgs::TransformStamped& transform : message.transforms) keepStatic(transform);
+    ++changes_;
   }
   on_change_();
 }

@@ -6,6 +6,7 @@
 #include <tf2/buffer_core.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
@@ -28,7 +29,13 @@ class TfTree {
   TfTree(const TfTree&) = delete;
   TfTree& operator=(const TfTree&) = delete;
 
-  std::shared_ptr<const tf2::BufferCore> buffer() const { return std::atomic_load(&buffer_); }
+  /// What is known between two messages: as long as it is held, none comes in between, so no message is half in it.
+  struct View {
+    std::unique_lock<std::mutex> lock;
+    std::shared_ptr<const tf2::BufferCore> buffer;
+    std::uint64_t changes;  ///< of the buffer, since the start
+  };
+  View view() const;
 
   /// Forgets everything but what is static.
   void clear();
@@ -44,10 +51,11 @@ class TfTree {
   void forgetAllThatMoves();
 
   const std::function<void()> on_change_;
-  std::mutex mutex_;                                               // guards all that follows down to the queue
+  mutable std::mutex mutex_;                                       // guards all that follows down to the queue
   std::map<std::string, geometry_msgs::TransformStamped> static_;  // by child frame
   std::set<std::string> moving_;                                   // child frames
-  std::shared_ptr<tf2::BufferCore> buffer_;  // replaced by clear(): only through atomic_load and atomic_store
+  std::shared_ptr<tf2::BufferCore> buffer_;                        // replaced by clear()
+  std::uint64_t changes_ = 0;
   ros::CallbackQueue queue_;
   ros::NodeHandle nh_;
   ros::Subscriber moving_sub_;

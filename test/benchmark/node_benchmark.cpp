@@ -150,7 +150,10 @@ json figures(const MonitorTiming& timing) {
           {"jitter_p99_us", 1e6 * quantile(timing.jitter, 0.99)},
           {"jitter_p999_us", 1e6 * quantile(timing.jitter, 0.999)},
           {"computation_median_us", 1e6 * quantile(timing.computation, 0.5)},
-          {"computation_p999_us", 1e6 * quantile(timing.computation, 0.999)}};
+          {"computation_p999_us", 1e6 * quantile(timing.computation, 0.999)},
+          {"reaction_median_us", 1e6 * quantile(timing.reaction, 0.5)},
+          {"reaction_p999_us", 1e6 * quantile(timing.reaction, 0.999)},
+          {"reaction_worst_us", 1e6 * quantile(timing.reaction, 1.0)}};
 }
 
 void add(Calls& all, const Calls& more) {

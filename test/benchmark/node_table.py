@@ -54,7 +54,8 @@ def monitors(rows):
         monitor = row["monitor"]
         yield [row["robot"], f"{monitor['rate']:.0f} Hz", str(row["clients"]), number(row["calls"]["per_second"]), missed(monitor),
                " / ".join(time(monitor[f"jitter_{key}_us"]) for key in ("median", "p99", "p999")),
-               " / ".join(time(monitor[f"computation_{key}_us"]) for key in ("median", "p999")), f"{row['memory_mb']:.0f}"]
+               " / ".join(time(monitor[f"computation_{key}_us"]) for key in ("median", "p999")),
+               " / ".join(time(monitor[f"reaction_{key}_us"]) for key in ("median", "p999", "worst")), f"{row['memory_mb']:.0f}"]
 
 
 def main(path, markdown):
@@ -69,10 +70,11 @@ def main(path, markdown):
              batches(result["batches"]), markdown)
     if result["monitors"]:
         show(["monitor", "rate", "clients", "calls/s", "cycles missed", "jitter: median / 99 % / 99.9 %",
-              "cycle: median / 99.9 %", "MB"], monitors(result["monitors"]), markdown)
+              "cycle: median / 99.9 %", "reaction: median / 99.9 % / worst", "MB"], monitors(result["monitors"]), markdown)
     if not markdown:
         print(f"TF at {result['tf_rate']:.0f} Hz, {result['cores']} cores. empty: a service of as many bytes that does nothing, on\n"
-              "the same machine at the same time; jitter: of the time between two cycles; missed: a period without a cycle.")
+              "the same machine at the same time; jitter: of the time between two cycles; missed: a period without a cycle;\n"
+              "reaction: from a transform that just missed a cycle to the level of the next one, in another process.")
 
 
 if __name__ == "__main__":

@@ -99,9 +99,11 @@ void MonitorWatch::onClearance(const Clearance& message) {
         static_cast<std::uint64_t>(std::max(0.0, std::round(elapsed * timing_.rate) - static_cast<double>(cycles)));
     if (cycles == 1) timing_.jitter.push_back(std::abs(elapsed - 1.0 / timing_.rate));
     timing_.computation.push_back(message.computation_time.toSec());
+    timing_.reaction.push_back((ros::Time::now() - last_stamp_).toSec());
   }
   last_cycle_ = message.cycle;
   last_begin_ = begin;
+  last_stamp_ = message.header.stamp;
 }
 
 }  // namespace proximity_server

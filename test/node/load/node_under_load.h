@@ -50,10 +50,13 @@ struct MonitorTiming {
   std::uint64_t missed = 0;         ///< periods in which none began
   std::vector<double> jitter;       ///< [s] by which the time from one cycle to the next differs from the period
   std::vector<double> computation;  ///< [s]
+  /// [s] from the stamp of one cycle's poses to when the next cycle's message is here: what a transform that just
+  /// missed the first waits for its level.
+  std::vector<double> reaction;
 };
 
-/// Listens to ~clearance. When a cycle began is read from its own message, so that the way to us does not matter.
-/// Thread-safe.
+/// Listens to ~clearance. When a cycle began is read from its own message, so that the way to us matters to the
+/// reaction only. Thread-safe.
 class MonitorWatch {
  public:
   explicit MonitorWatch(ros::NodeHandle nh);
@@ -69,6 +72,7 @@ class MonitorWatch {
   MonitorTiming timing_;
   std::uint64_t last_cycle_ = 0;  // 0: none yet
   ros::Time last_begin_;
+  ros::Time last_stamp_;
   ros::Subscriber subscriber_;
 };
 
