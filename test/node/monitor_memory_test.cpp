@@ -75,20 +75,22 @@ class MonitoredGantry {
     publisher_ = nh_.advertise<tf2_msgs::TFMessage>("/tf", 100);
     tf_.onChange([this] {
       const std::lock_guard<std::mutex> lock(mutex_);
-      if (--under_way_ == 0) arrived_.notify_all();
+      is_under_way_ = false;
+      arrived_.notify_all();
     });
     monitor_.follow(robot_);
     settings_.threshold = 0.5;
   }
 
   const Clearance& cycle() {
-    if (cycles_ % kBatch == 0) publishBatch();
+    const bool is_new = cycles_ % kBatch == 0;  // then the latest transforms are looked up, once for the batch
+    if (is_new) publishBatch();
     ++cycles_;
     const bool is_latest = cycles_ % kBatch == 0;
     const long before = allocations();
     const Clearance& clearance =
         monitor_.cycle(tf_.lookUp(lookup_, is_latest ? ros::Time() : stampOf(cycles_)), {}, settings_);
-    allocations_ += allocations() - before - of_the_latest_ - (is_latest ? 0 : at_a_stamp_);
+    allocations_ += allocations() - before - (is_new ? of_the_latest_ : 0) - (is_latest ? 0 : at_a_stamp_);
     return clearance;
   }
 
@@ -104,11 +106,11 @@ class MonitoredGantry {
     }
     ros::Time::setNow(stampOf(cycles_ + kBatch));
     std::unique_lock<std::mutex> lock(mutex_);
-    under_way_ = message.transforms.size();
+    is_under_way_ = true;
     lock.unlock();
     publisher_.publish(message);
     lock.lock();
-    if (!arrived_.wait_for(lock, kPatience, [this] { return under_way_ == 0; })) {
+    if (!arrived_.wait_for(lock, kPatience, [this] { return !is_under_way_; })) {
       throw std::runtime_error("the transforms got lost on their way to tf");
     }
   }
@@ -117,7 +119,7 @@ class MonitoredGantry {
   ros::Publisher publisher_;
   std::mutex mutex_;
   std::condition_variable arrived_;
-  std::size_t under_way_ = 0;
+  bool is_under_way_ = false;
   std::int64_t cycles_ = 0;
   long allocations_ = 0;
   const long of_the_latest_ = allocationsOfTf2(ros::Time()), at_a_stamp_ = allocationsOfTf2(stampOf(1));
