@@ -6,7 +6,8 @@ namespace proximity_server {
 void JointVelocities::listen() {
   if (subscriber_) return;
   subscriber_ = nh_.subscribe<sensor_msgs::JointState>(
-      "joint_states", 10, [this](const sensor_msgs::JointState::ConstPtr& state) { onJointState(*state); });
+      "joint_states", 10, [this](const sensor_msgs::JointState::ConstPtr& state) { onJointState(*state); },
+      ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());  // as tf, see TfTree
 }
 
 void JointVelocities::ignore() {

@@ -26,8 +26,10 @@ void warnAboutBoth(const std::string& child) {
 TfTree::TfTree(std::function<void()> on_change)
     : on_change_(std::move(on_change)), buffer_(std::make_shared<tf2::BufferCore>()), spinner_(1, &queue_) {
   nh_.setCallbackQueue(&queue_);
-  moving_sub_ = nh_.subscribe("/tf", kQueue, &TfTree::onMoving, this);
-  static_sub_ = nh_.subscribe("/tf_static", kQueue, &TfTree::onStatic, this);
+  // Else the publisher's kernel holds small messages back until the last one is acknowledged: tens of milliseconds.
+  const ros::TransportHints at_once = ros::TransportHints().tcpNoDelay();
+  moving_sub_ = nh_.subscribe("/tf", kQueue, &TfTree::onMoving, this, at_once);
+  static_sub_ = nh_.subscribe("/tf_static", kQueue, &TfTree::onStatic, this, at_once);
   spinner_.start();
 }
 
