@@ -40,9 +40,8 @@ std::vector<std::string> rosPackagePath();
 /// A child process reads the file, so that none of what may be in it harms this one.
 /// Limit:   at most 256 MiB, 200,000 triangles, and 1e6 m from the origin; 1 GiB of memory, 10 s of processor time and
 ///          60 s to read it.
-/// Failure: throws std::invalid_argument naming the file: missing, unreadable, malformed, cut off where the format
-/// shows
-///          it, no triangle, a number not finite, beyond a limit.
+/// Failure: throws std::invalid_argument naming the file: missing, unreadable, malformed, cut off (where its format
+///          tells), no triangle, a number not finite, beyond a limit.
 TriangleMesh loadMesh(const std::string& path, const Eigen::Vector3d& scale);
 
 /// What stands for a mesh in the queries.
