@@ -120,17 +120,16 @@ Vector2d cornerNormal(const Boundary& boundary, std::size_t corner, const Vector
 Nearest2d nearestOutside(const Boundary& boundary, const Vector2d& p) {
   Nearest2d nearest{std::numeric_limits<double>::infinity(), {}, {}, true};
   for (std::size_t edge = 0; edge < boundary.size(); ++edge) {
-    if (!(boundary.height(edge, p) > 0.0)) continue;  // p does not see this edge
+    const double height = boundary.height(edge, p);
+    if (!(height > 0.0)) continue;  // p does not see this edge
     const double place = boundary.place(edge, p);
-    const Vector2d from = boundary.corner(edge);
-    const Vector2d difference = p - (from + place * (boundary.corner(edge + 1) - from));
+    const Vector2d of_a = boundary.cornerOfA(edge) + place * (boundary.cornerOfA(edge + 1) - boundary.cornerOfA(edge));
+    // No other point is nearer than one within an edge; a corner beside it may look so by a rounding.
+    if (place > 0.0 && place < 1.0) return {height, boundary.normal(edge), of_a, true};
+    const std::size_t corner = edge + (place > 0.0 ? 1 : 0);
+    const Vector2d difference = p - boundary.corner(corner);
     const double distance = difference.norm();
-    if (!(distance < nearest.distance)) continue;
-    const bool inside_edge = place > 0.0 && place < 1.0;
-    nearest.distance = inside_edge ? boundary.height(edge, p) : distance;
-    nearest.normal =
-        inside_edge ? boundary.normal(edge) : cornerNormal(boundary, edge + (place > 0.0 ? 1 : 0), difference);
-    nearest.of_a = boundary.cornerOfA(edge) + place * (boundary.cornerOfA(edge + 1) - boundary.cornerOfA(edge));
+    if (distance < nearest.distance) nearest = {distance, cornerNormal(boundary, corner, difference), of_a, true};
   }
   return nearest;
 }
