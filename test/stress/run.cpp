@@ -45,10 +45,10 @@ std::vector<FamilySummary> runStress(const StressRun& run, std::atomic<std::int6
   return rounds.observe<FamilySummary>(
       run.threads, [&](std::size_t family, std::int64_t block, FamilySummary& summary) {
         const std::vector<StressPair> pairs = stressBlock(family, run.seed, block);
-        const bool with_oracle = block % run.blocks_per_oracle == 0;
         for (std::size_t i = 0; i < pairs.size(); ++i) {
-          const Observation seen = with_oracle && i == 0 ? observeWithOracle(pairs[i]) : observe(pairs[i]);
-          add(summary, seen, kPairsPerBlock * block + static_cast<std::int64_t>(i));
+          const std::int64_t number = kPairsPerBlock * block + static_cast<std::int64_t>(i);
+          const bool with_oracle = number % run.pairs_per_oracle == 0;
+          add(summary, with_oracle ? observeWithOracle(pairs[i]) : observe(pairs[i]), number);
         }
         done += kPairsPerBlock;
       });

@@ -34,7 +34,7 @@ struct StressRun {
   unsigned seed = 1;
   std::string family;  ///< one only; empty: all
   unsigned threads = 1;
-  int blocks_per_oracle = 6;  ///< the first pair of every so many blocks is compared with the oracle
+  int pairs_per_oracle = 192;  ///< one in so many pairs of each family is compared with the slow oracle
 };
 
 /// Every pair depends on seed, family and number only, not on the threads. `done` counts the pairs while it runs.

@@ -94,8 +94,8 @@ int main(int argc, char** argv) {
   app.add_option("--seed", asked.seed, "the same seed gives the same pairs")->capture_default_str();
   app.add_option("--family", asked.family, "one family only, by its name in the table");
   app.add_option("--threads", asked.threads, "default: one for each core")->check(CLI::PositiveNumber);
-  app.add_option("--blocks-per-oracle", asked.blocks_per_oracle,
-                 "in every so many blocks of 32 pairs one is compared with the slow oracle")
+  app.add_option("--pairs-per-oracle", asked.pairs_per_oracle,
+                 "one in so many pairs of each family is compared with the slow oracle")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
   app.add_option("--json", json_path, "where the table goes for ./dev plot");
