@@ -2,13 +2,15 @@
 
 #include <malloc.h>
 
+#include "sanitized.h"
+
 namespace {
 
 thread_local long allocations_of_thread = 0;
 
 }  // namespace
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef PROXIMITY_SANITIZED
 
 extern "C" {
 int __sanitizer_install_malloc_and_free_hooks(void (*on_malloc)(const volatile void*, std::size_t),

@@ -76,6 +76,7 @@ StateProximity askPairs(const Robot& robot, Scene& scene, const PosedState& stat
   const std::vector<PairProximity> found = askByMode(scene, pairs, request, question);
   countPairs(answer, scene.counts());
 
+  answer.pairs.reserve(found.size());
   for (const PairProximity& pair : found) {
     answer.pairs.push_back(toMessage(scene.model().robot, state.poses, pair, question));
     if (pair.result.status != Status::Unknown)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "answered.h"
 #include "conversions.h"
@@ -151,11 +152,11 @@ QueryPairsResponse answer(const Robot& robot, TfPoses& tf, const QueryPairsReque
     const auto pairs = pairsOf(robot, request);
     const PosedScene posed(robot, tf, pairs, request.stamp);
     response.header = posed.header;
-    const StateProximity found =
+    StateProximity found =
         askPairs(robot, *posed.scene, {posed.snapshot.poses, posed.snapshot.status}, pairs, request, question);
-    response.status = found.status;
-    response.pairs = found.pairs;
-    response.minimum = found.minimum;
+    response.status = std::move(found.status);
+    response.pairs = std::move(found.pairs);
+    response.minimum = std::move(found.minimum);
     response.pairs_total = found.pairs_total;
     response.pairs_unknown = found.pairs_unknown;
     response.pairs_at_rest = found.pairs_at_rest;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "narrowphase/shape_pairs.h"
+#include "sanitized.h"
 
 namespace proximity_server {
 namespace {
@@ -112,7 +113,7 @@ TEST(Oracle, IsNeverBeatenByARandomDirection) {
   std::mt19937 random(5);
   for (const PairCase& c : pairsInEveryState(allShapes(), 1, /*seed=*/6)) {
     const Truth truth = signedDistanceOracle(c.pair(), /*max_cells=*/20000);
-    for (int i = 0; i < 100; ++i)
+    for (int i = 0; i < repeats(100); ++i)
       EXPECT_LE(c.pair().gapAlong(randomDirection(random).cast<long double>().normalized()),
                 truth.distance + truth.error_bound)
           << describe(c);

@@ -8,6 +8,7 @@
 
 #include "narrowphase/certificate.h"
 #include "narrowphase/shape_pairs.h"
+#include "sanitized.h"
 
 namespace proximity_server {
 namespace {
@@ -26,7 +27,7 @@ struct KnownCase : PairCase {
 const std::vector<KnownCase>& cases() {
   static const std::vector<KnownCase> known = [] {
     std::vector<KnownCase> result;
-    for (const PairCase& c : pairsInEveryState(allShapes(), 2, /*seed=*/21))
+    for (const PairCase& c : pairsInEveryState(allShapes(), repeats(2), /*seed=*/21))
       result.push_back({c, signedDistanceOracle(c.pair(), kOracleCells)});
     return result;
   }();
@@ -49,7 +50,7 @@ TEST(SignedDistance, DepthIsTheLeastOverARandomPose) {
   const std::vector<NamedShape> shapes = allShapes();
   for (const NamedShape& a : shapes)
     for (const NamedShape& b : shapes)
-      for (int i = 0; i < 5; ++i) {
+      for (int i = 0; i < repeats(5); ++i) {
         const double reach = 0.7 * (a.shape.coreRadius() + b.shape.coreRadius());
         const PairCase c{a.name + "-" + b.name + " random", a.shape, b.shape, randomPose(random, reach)};
         const Truth truth = signedDistanceOracle(c.pair(), kOracleCells);

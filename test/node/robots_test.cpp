@@ -8,6 +8,7 @@
 
 #include "gantry.h"
 #include "proximity_server/scene/robot_model.h"
+#include "sanitized.h"
 
 // Robots as they are, with robot_state_publisher between the joints and tf.
 
@@ -58,6 +59,9 @@ class Robot : public testing::TestWithParam<const char*> {
   void SetUp() override {
     ASSERT_TRUE(ros::param::get(ns_ + "/robot_description", urdf_));
     if (urdf_.empty()) GTEST_SKIP() << "the robots are not at hand";
+#ifdef PROXIMITY_SANITIZED
+    if (ns_ != "/panda") GTEST_SKIP() << "its meshes take minutes under a sanitizer";
+#endif
   }
 
   RobotModel jointsOnly() const {

@@ -9,6 +9,7 @@
 
 #include "proximity_server/scene/pair_filter.h"
 #include "proximity_server/scene/robot_model.h"
+#include "sanitized.h"
 #include "scene/files.h"
 
 namespace proximity_server {
@@ -52,7 +53,7 @@ long mostMemory(decltype(RUSAGE_SELF) who) {
 }
 
 // Where memory runs out in the child a sanitizer ends it, with an exit code of its own.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef PROXIMITY_SANITIZED
 const std::string kTooMuch = "it ";
 #else
 const std::string kTooMuch = "it takes ";  // memory, or time where the machine is busy

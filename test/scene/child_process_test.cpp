@@ -14,13 +14,15 @@
 #include <thread>
 #include <vector>
 
+#include "sanitized.h"
+
 namespace proximity_server {
 namespace {
 
 using std::chrono::seconds;
 
 // A sanitizer ends the child itself, with an exit code of its own.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef PROXIMITY_SANITIZED
 const char* const kOutOfMemory = "";
 #else
 const char* const kOutOfMemory = "it takes more than 64 MiB of memory";
@@ -151,6 +153,9 @@ TEST_F(ChildProcess, SignalsDoNotDisturbThePipe) {
 
 // Other threads hold the locks of malloc, stdio and the unwinder at the moment of many of these forks.
 TEST_F(ChildProcess, AnswersInAProcessOfManyBusyThreads) {
+#ifdef PROXIMITY_ADDRESS_SANITIZED
+  GTEST_SKIP() << "AddressSanitizer's malloc is lost in a child where another thread was in it at fork()";
+#endif
   std::atomic<bool> done{false};
   std::vector<std::thread> busy, asking;
   for (int i = 0; i < 2; ++i) {

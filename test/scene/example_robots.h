@@ -3,8 +3,10 @@
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <vector>
 
 #include "proximity_server/scene/mesh.h"
+#include "sanitized.h"
 
 namespace proximity_server {
 
@@ -19,6 +21,15 @@ inline constexpr ExampleRobot kExampleRobots[] = {
     {"Panda", "panda_description/urdf/panda.urdf", "panda_description/srdf/panda.srdf"},
     {"Ur5", "ur_description/urdf/ur5_robot.urdf", "ur_description/srdf/ur5.srdf"},
     {"Pr2", "pr2_description/urdf/pr2.urdf", "pr2_description/srdf/pr2.srdf"}};
+
+/// Those that a test goes through: the meshes of the others take minutes under a sanitizer.
+inline std::vector<ExampleRobot> robotsToTest() {
+#ifdef PROXIMITY_SANITIZED
+  return {kExampleRobots[0]};
+#else
+  return {std::begin(kExampleRobots), std::end(kExampleRobots)};
+#endif
+}
 
 constexpr char kExampleRobotsMissing[] =
     "The package example-robot-data is neither on ROS_PACKAGE_PATH nor beside this one.";

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "sanitized.h"
 #include "scene/example_robots.h"
 
 namespace proximity_server {
@@ -315,7 +316,7 @@ TEST(MovingScene, DemoRobotComesNoCloserOnTheWayThanTheBoundsSay) {
                                   packageResolver({PROXIMITY_SOURCE_DIR "/.."})),
                    {}};
   model.pairs = filterPairs(model.robot, readFile(PROXIMITY_SOURCE_DIR "/config/demo/robot.srdf"));
-  expectHoldsOnTheWay(std::make_shared<const SceneModel>(model), 60, 100, 0.02);
+  expectHoldsOnTheWay(std::make_shared<const SceneModel>(model), 60, repeats(100), 0.02);
 }
 
 class SharedRobotInMotion : public testing::TestWithParam<ExampleRobot> {};
@@ -326,10 +327,10 @@ TEST_P(SharedRobotInMotion, ComesNoCloserOnTheWayThanTheBoundsSay) {
   SceneModel model{loadRobotModel(readFile(exampleRobotFile(resolve, GetParam().urdf)), resolve), {}};
   model.pairs = filterPairs(model.robot, readFile(exampleRobotFile(resolve, GetParam().srdf)));
   const bool is_large = model.robot.bodies.size() > 20;
-  expectHoldsOnTheWay(std::make_shared<const SceneModel>(model), is_large ? 10 : 100, 100, 0.01);
+  expectHoldsOnTheWay(std::make_shared<const SceneModel>(model), is_large ? 10 : 100, repeats(100), 0.01);
 }
 
-INSTANTIATE_TEST_SUITE_P(MovingScene, SharedRobotInMotion, testing::ValuesIn(kExampleRobots),
+INSTANTIATE_TEST_SUITE_P(MovingScene, SharedRobotInMotion, testing::ValuesIn(robotsToTest()),
                          [](const auto& robot) { return std::string(robot.param.name); });
 
 }  // namespace

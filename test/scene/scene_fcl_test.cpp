@@ -15,6 +15,7 @@
 #include <string>
 
 #include "proximity_server/scene/scene.h"
+#include "sanitized.h"
 #include "scene/example_robots.h"
 
 namespace proximity_server {
@@ -24,7 +25,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using FclMesh = fcl::BVHModel<fcl::OBBRSSd>;
 
-constexpr int kStates = 200;
+constexpr int kStates = repeats(200);
 constexpr double kAgreement = 1e-6;  // [m]
 constexpr double kHulls = 1.0;       // [m] a mesh tolerance in which every mesh is its hull
 
@@ -219,7 +220,7 @@ TEST_P(SceneAndFcl, DecompositionsAgreeWithTheMeshesWithinTwiceTheirTolerance) {
   expectAgreement(load(kTolerance), truth, 10, 2.0 * kTolerance);
 }
 
-INSTANTIATE_TEST_SUITE_P(Robots, SceneAndFcl, testing::ValuesIn(kExampleRobots),
+INSTANTIATE_TEST_SUITE_P(Robots, SceneAndFcl, testing::ValuesIn(robotsToTest()),
                          [](const auto& robot) { return std::string(robot.param.name); });
 
 }  // namespace

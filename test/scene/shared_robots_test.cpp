@@ -127,7 +127,7 @@ void printRepresentations(const RobotModel& model) {
 bool isMesh(const Collision& collision) { return collision.description.rfind("mesh", 0) == 0; }
 
 TEST_F(SharedRobots, PiecesLieWithinTheToleranceOfTheMeshes) {
-  for (const ExampleRobot& files : kExampleRobots) {
+  for (const ExampleRobot& files : robotsToTest()) {
     const RobotModel model = load(files, ModelOptions{}.mesh_tolerance);
     printRepresentations(model);
     for (const Collision& collision : model.collisions) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "proximity_server/scene/scene.h"
+#include "sanitized.h"
 
 namespace proximity_server {
 namespace {
@@ -17,9 +18,9 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr int kStates = 25000;        // of each way to move
-constexpr double kAgreement = 1e-12;  // [m]
-constexpr double kTolerance = 1e-12;  // [m] asked of every distance
+constexpr int kStates = repeats(25000);  // of each way to move
+constexpr double kAgreement = 1e-12;     // [m]
+constexpr double kTolerance = 1e-12;     // [m] asked of every distance
 constexpr std::size_t kClosest = 5;
 
 // --- a robot with two arms of every kind of shape

@@ -19,6 +19,12 @@ std::shared_ptr<const SceneModel> modelOf(const std::string& urdf, const std::st
   return model;
 }
 
+/// Once for all tests.
+const PairStudy& studied(const std::shared_ptr<const SceneModel>& model) {
+  static const PairStudy study = studyPairs(model, {});
+  return study;
+}
+
 class CrossingSliders : public ::testing::Test {
  protected:
   const PairEvidence& evidence(const PairStudy& study, const std::string& a, const std::string& b) const {
@@ -36,7 +42,7 @@ class CrossingSliders : public ::testing::Test {
   }
 
   std::shared_ptr<const SceneModel> model_ = modelOf(kCrossingSliders);
-  PairStudy study_ = studyPairs(model_, {});
+  const PairStudy& study_ = studied(model_);
 };
 
 TEST_F(CrossingSliders, EveryPairIsInItsClass) {

@@ -8,21 +8,29 @@
 namespace proximity_server {
 namespace {
 
+std::shared_ptr<const SceneModel> crossingSliders() {
+  auto model = std::make_shared<SceneModel>();
+  model->robot = loadRobotModel(kCrossingSliders, packageResolver({}));
+  model->pairs = filterPairs(model->robot, "");
+  return model;
+}
+
+/// Once for all tests.
+const PairStudy& studied(const std::shared_ptr<const SceneModel>& model) {
+  static const PairStudy study = studyPairs(model, {});
+  return study;
+}
+
 class SrdfWriter : public ::testing::Test {
  protected:
-  void SetUp() override {
-    model_->robot = loadRobotModel(kCrossingSliders, packageResolver({}));
-    model_->pairs = filterPairs(model_->robot, "");
-    study_ = studyPairs(model_, {});
-  }
   std::string written(const std::string& srdf) const { return writeSrdf(srdf, model_->robot, study_); }
   LinkPair pair(const std::string& srdf, const std::string& a, const std::string& b) const {
     const PairTable table = filterPairs(model_->robot, srdf);
     return table.pairs.at(table.find(model_->robot.findLink(a), model_->robot.findLink(b)));
   }
 
-  std::shared_ptr<SceneModel> model_ = std::make_shared<SceneModel>();
-  PairStudy study_;
+  const std::shared_ptr<const SceneModel> model_ = crossingSliders();
+  const PairStudy& study_ = studied(model_);
 };
 
 bool says(const std::string& text, const std::string& what) { return text.find(what) != std::string::npos; }
