@@ -144,20 +144,17 @@ SignedDistance boxPoint(const Vector3d& half, const Vector3d& point) {
   return result;
 }
 
-SignedDistance swapped(const SignedDistance& result) {
-  SignedDistance other = result;
-  other.normal = -result.normal;
-  other.point_a = result.point_b;
-  other.point_b = result.point_a;
-  return other;
-}
-
-SignedDistance transformed(const SignedDistance& result, const Eigen::Isometry3d& pose) {
-  SignedDistance other = result;
-  other.normal = (pose.linear() * result.normal).normalized();
-  other.point_a = pose * result.point_a;
-  other.point_b = pose * result.point_b;
-  return other;
+/// Signed distance of a point (a, the origin) and a box. A rotation is off by some ulps, and its inverse by as many
+/// from its transpose: the place on the box is found in its frame, and the distance to that place in a's.
+SignedDistance pointBox(const Vector3d& half, const Eigen::Isometry3d& a_T_b) {
+  const SignedDistance in_b = boxPoint(half, a_T_b.linear().transpose() * -a_T_b.translation());
+  const Vector3d point_b = a_T_b * in_b.point_a;
+  if (in_b.distance > half.sum()) return between(Vector3d::Zero(), point_b, Vector3d::UnitX());
+  // Near by, rounding would tilt the difference of the points.
+  const Vector3d normal = (a_T_b.linear() * -in_b.normal).normalized();
+  SignedDistance result = along(normal.dot(point_b), normal, Vector3d::Zero(), point_b);
+  result.unique = in_b.unique;
+  return result;
 }
 
 }  // namespace
@@ -166,10 +163,7 @@ SignedDistance closedForm(const Shape& a, const Shape& b, const Eigen::Isometry3
   if (a.kind() == Kind::Point && b.kind() == Kind::Point)
     return between(Vector3d::Zero(), a_T_b.translation(), Vector3d::UnitX());
   if (a.kind() == Kind::Box) return boxPoint(a.halfExtents(), a_T_b.translation());
-  if (b.kind() == Kind::Box) {
-    const Vector3d a_in_b = a_T_b.linear().transpose() * -a_T_b.translation();
-    return transformed(swapped(boxPoint(b.halfExtents(), a_in_b)), a_T_b);
-  }
+  if (b.kind() == Kind::Box) return pointBox(b.halfExtents(), a_T_b);
   return segmentSegment({Vector3d::Zero(), a.halfExtents()}, {a_T_b.translation(), a_T_b.linear() * b.halfExtents()});
 }
 

@@ -241,6 +241,22 @@ TEST(Families, ParallelConesAndCylindersBetweenSlantAndRim) {
     }
 }
 
+// Regression: a sphere far from a box. The inverse of a rotation that is off by some ulps is not its transpose.
+TEST(Families, FarApartByRotationsOffBySomeUlps) {
+  std::mt19937 random(53);
+  std::uniform_real_distribution<double> exponent(0.0, 6.0);
+  for (const NamedShape& a : allShapes())
+    for (const NamedShape& b : allShapes())
+      for (int i = 0; i < repeats(100); ++i) {
+        Isometry3d pose = randomPose(random, 0.0);
+        const Isometry3d world_T_a = randomPose(random, 0.0);
+        for (int n = 0; n < 8; ++n) pose = world_T_a.inverse() * (world_T_a * pose);
+        pose.translation() = std::pow(10.0, exponent(random)) * randomDirection(random);
+        const PairCase c{a.name + "-" + b.name, a.shape, b.shape, pose};
+        EXPECT_TRUE(carriesItsProof(c.pair(), resultOf(c), toleranceFor(c))) << describe(c);
+      }
+}
+
 TEST(Families, NearlyCoaxialRoundShapes) {
   for (const PairCase& c : nearlyCoaxial(roundShapes(), roundShapes())) expectExact(c);
 }
