@@ -202,10 +202,17 @@ Shape scaled(const Shape& shape, double factor) {
   return Shape(ConvexHull(vertices)).padded(margin);
 }
 
+/// Whether it is of the same shape: a hull of a hull's own vertices may leave out some, see ConvexHull.
+bool hasTheVerticesOf(const Shape& scaled, const Shape& shape) {
+  if (shape.kind() == Shape::Kind::Sweep) return hasTheVerticesOf(scaled.sweep().shape, shape.sweep().shape);
+  return shape.kind() != Shape::Kind::Hull || scaled.hull().size() == shape.hull().size();
+}
+
 /// A power of two loses no bit: everything, tolerance and all, scales with the shapes.
 AssertionResult scalesWithItsShapes(const StressPair& p, const SignedDistance& first) {
   const double factor = 0.25;
   StressPair small{scaled(p.a, factor), scaled(p.b, factor), p.a_T_b, p.options, {}};
+  if (!hasTheVerticesOf(small.a, p.a) || !hasTheVerticesOf(small.b, p.b)) return AssertionSuccess();
   small.a_T_b.translation() *= factor;
   small.options.distance_tolerance *= factor;
   SignedDistance result = ask(small);

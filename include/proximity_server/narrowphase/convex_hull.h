@@ -11,6 +11,8 @@ namespace proximity_server {
 /// Degenerate clouds are legal: one point, a segment, a flat polygon (dimension() tells). Vertices are a subset of
 /// the input, bit for bit.
 /// Frame:   that of the points. Metres.
+/// Error:   a point that lies beyond the hull of the others by no more than qhull's rounding may be left out: as seen
+///          among near-duplicates, up to 2e-14 of the size of the cloud.
 /// Failure: throws std::invalid_argument for an empty cloud or a coordinate that is not finite.
 /// Source:  Barber, Dobkin, Huhdanpaa, The Quickhull Algorithm for Convex Hulls, ACM TOMS 1996 (qhull).
 class ConvexHull {
