@@ -136,7 +136,7 @@ def stability(results, file):
         axes.set(xscale="log", title=title)
         axes.grid(alpha=0.3)
     for axes in (error, gap):
-        axes.set_xlim(SMALLEST / 2, 1e-1)
+        axes.set_xlim(SMALLEST / 2, 10.0)
     error.set_yticks(places, [f"{family['family']} ({family['pairs']:,})" for family in families], fontsize=8)
     failures = sum(family["failures"] for family in families)
     figure.suptitle(f"{results['pairs']:,} pairs, {failures} failures", fontsize=10)
