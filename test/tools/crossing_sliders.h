@@ -1,5 +1,7 @@
 #pragma once
 
+#include "pair_study.h"
+
 namespace proximity_server {
 
 // A robot whose pairs are in the class that paper says. s is the position of "slide", and so on.
@@ -46,5 +48,20 @@ inline const char* const kFaultySrdf = R"(<robot name="crossing sliders">
   <disable_collisions link1="base" link2="raod" reason="Never"/>
   <group_state name="home" group="all"><joint name="slide" value="0"/></group_state>
 </robot>)";
+
+/// The study of every pair, made once for all tests.
+struct CrossingSlidersStudy {
+  std::shared_ptr<const SceneModel> model = [] {
+    auto made = std::make_shared<SceneModel>();
+    made->robot = loadRobotModel(kCrossingSliders, packageResolver({}));
+    made->pairs = filterPairs(made->robot, "");
+    return made;
+  }();
+  PairStudy study = studyPairs(model, {});
+};
+inline const CrossingSlidersStudy& crossingSlidersStudy() {
+  static const CrossingSlidersStudy once;
+  return once;
+}
 
 }  // namespace proximity_server

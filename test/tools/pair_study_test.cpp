@@ -19,12 +19,6 @@ std::shared_ptr<const SceneModel> modelOf(const std::string& urdf, const std::st
   return model;
 }
 
-/// Once for all tests.
-const PairStudy& studied(const std::shared_ptr<const SceneModel>& model) {
-  static const PairStudy study = studyPairs(model, {});
-  return study;
-}
-
 class CrossingSliders : public ::testing::Test {
  protected:
   const PairEvidence& evidence(const PairStudy& study, const std::string& a, const std::string& b) const {
@@ -41,8 +35,8 @@ class CrossingSliders : public ::testing::Test {
     return scene.proximity(pair.pair).result.distance;
   }
 
-  std::shared_ptr<const SceneModel> model_ = modelOf(kCrossingSliders);
-  const PairStudy& study_ = studied(model_);
+  const std::shared_ptr<const SceneModel>& model_ = crossingSlidersStudy().model;
+  const PairStudy& study_ = crossingSlidersStudy().study;
 };
 
 TEST_F(CrossingSliders, EveryPairIsInItsClass) {

@@ -8,19 +8,6 @@
 namespace proximity_server {
 namespace {
 
-std::shared_ptr<const SceneModel> crossingSliders() {
-  auto model = std::make_shared<SceneModel>();
-  model->robot = loadRobotModel(kCrossingSliders, packageResolver({}));
-  model->pairs = filterPairs(model->robot, "");
-  return model;
-}
-
-/// Once for all tests.
-const PairStudy& studied(const std::shared_ptr<const SceneModel>& model) {
-  static const PairStudy study = studyPairs(model, {});
-  return study;
-}
-
 class SrdfWriter : public ::testing::Test {
  protected:
   std::string written(const std::string& srdf) const { return writeSrdf(srdf, model_->robot, study_); }
@@ -29,8 +16,8 @@ class SrdfWriter : public ::testing::Test {
     return table.pairs.at(table.find(model_->robot.findLink(a), model_->robot.findLink(b)));
   }
 
-  const std::shared_ptr<const SceneModel> model_ = crossingSliders();
-  const PairStudy& study_ = studied(model_);
+  const std::shared_ptr<const SceneModel>& model_ = crossingSlidersStudy().model;
+  const PairStudy& study_ = crossingSlidersStudy().study;
 };
 
 bool says(const std::string& text, const std::string& what) { return text.find(what) != std::string::npos; }
