@@ -3,7 +3,7 @@
 #include <algorithm>
 
 // PROXIMITY_SANITIZED: a sanitizer counts and limits memory itself, and makes everything many times slower.
-// PROXIMITY_ADDRESS_SANITIZED: in a child process its malloc waits for ever where another thread was in it at fork().
+// PROXIMITY_ADDRESS_SANITIZED: kNoForkBesideThreads.
 #ifdef __has_feature  // clang
 #if __has_feature(address_sanitizer)
 #define PROXIMITY_ADDRESS_SANITIZED
@@ -20,6 +20,9 @@
 #endif
 
 namespace proximity_server {
+
+inline constexpr char kNoForkBesideThreads[] =
+    "AddressSanitizer's malloc waits for ever in a child process where another thread was in it at fork()";
 
 /// How often a test repeats itself where it usually does `usual` times: a thirtieth for a sanitizer, which finds in the
 /// first ones what it finds.

@@ -154,7 +154,7 @@ TEST_F(ChildProcess, SignalsDoNotDisturbThePipe) {
 // Other threads hold the locks of malloc, stdio and the unwinder at the moment of many of these forks.
 TEST_F(ChildProcess, AnswersInAProcessOfManyBusyThreads) {
 #ifdef PROXIMITY_ADDRESS_SANITIZED
-  GTEST_SKIP() << "AddressSanitizer's malloc is lost in a child where another thread was in it at fork()";
+  GTEST_SKIP() << kNoForkBesideThreads;
 #endif
   std::atomic<bool> done{false};
   std::vector<std::thread> busy, asking;

@@ -15,6 +15,7 @@
 #include "narrowphase/certificate.h"
 #include "narrowphase/oracle.h"
 #include "narrowphase/shape_pairs.h"
+#include "sanitized.h"
 
 namespace proximity_server {
 namespace {
@@ -925,7 +926,7 @@ TEST_P(RandomScene, NothingAllocatesAfterTheFirstQuestionOfAKind) {
   EXPECT_EQ(allocations(), after_first);
 }
 
-INSTANTIATE_TEST_SUITE_P(Scene, RandomScene, testing::Range(1u, 7u));
+INSTANTIATE_TEST_SUITE_P(Scene, RandomScene, testing::Range(1u, 1u + unsigned{repeats(6)}));
 
 }  // namespace
 }  // namespace proximity_server

@@ -90,7 +90,7 @@ TEST(SharedScene, EightThreadsAtOnceGetTheBitsThatEachWouldGetAlone) {
 
 TEST(SharedScene, ModelsAreLoadedByEightThreadsAtOnce) {
 #ifdef PROXIMITY_ADDRESS_SANITIZED
-  GTEST_SKIP() << "AddressSanitizer's malloc is lost in a child where another thread was in it at fork()";
+  GTEST_SKIP() << kNoForkBesideThreads;
 #endif
   const SharedRobot one(demoRobot());
   const std::vector<double> expected = answers(one, 1);
