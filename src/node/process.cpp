@@ -24,4 +24,6 @@ void giveBackLargeMemory() {
   mallopt(M_TRIM_THRESHOLD, kLarge);
 }
 
+void giveBackFreeMemory() { malloc_trim(0); }
+
 }  // namespace proximity_server

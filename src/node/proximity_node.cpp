@@ -6,6 +6,7 @@
 #include <string>
 
 #include "conversions.h"
+#include "process.h"
 
 namespace proximity_server {
 namespace {
@@ -55,6 +56,7 @@ bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Res
     response.message = std::string("the model stays as it was: ") + error.what();
     ROS_ERROR_STREAM("reload: " << response.message);
   }
+  giveBackFreeMemory();  // loading takes many times what the model does
   return true;
 }
 
