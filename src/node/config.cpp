@@ -171,6 +171,7 @@ Config configFrom(const XmlRpcValue& values, const std::string& name_space) {
   parameters.read("max_batch", config.max_batch, {1, 1e9});
   parameters.read("max_request_time", config.max_request_time, {1e-6, 3600.0});
   parameters.read("motion_time_budget", config.motion_time_budget, {1e-4, 3600.0});
+  parameters.read("realtime_priority", config.realtime_priority, {0, 99});
   readMonitorSettings(parameters, config.monitor);
   parameters.tolerate("diagnostic_period");  // of diagnostic_updater
   parameters.warnAboutUnknown();

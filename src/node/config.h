@@ -37,6 +37,7 @@ struct Config {
   int max_batch = 10000;            ///< pairs, or points, in one request
   double max_request_time = 30.0;   ///< [s] of wall time, of one request
   double motion_time_budget = 1.0;  ///< [s] of wall time, of one search along a motion
+  int realtime_priority = 0;        ///< of the monitor and of what listens to tf, SCHED_FIFO; 0: none
   MonitorSettings monitor;
 };
 

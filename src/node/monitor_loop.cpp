@@ -3,31 +3,18 @@
 #include <ros/single_subscriber_publisher.h>
 
 #include <algorithm>
-#include <boost/make_shared.hpp>
 #include <functional>
 #include <optional>
 #include <utility>
 
 #include "markers.h"
+#include "real_time.h"
 #include "request_queue.h"
 
 namespace proximity_server {
 namespace {
 
 using Lock = std::lock_guard<std::mutex>;
-
-/// A function for a callback queue.
-class Call : public ros::CallbackInterface {
- public:
-  explicit Call(std::function<void()> function) : function_(std::move(function)) {}
-  CallResult call() override {
-    function_();
-    return Success;
-  }
-
- private:
-  std::function<void()> function_;
-};
 
 /// Longest silence [s] of wall time: two periods, or, on TF, the age at which the transforms become stale.
 ros::WallDuration keepAlivePeriod(const MonitorSettings& settings, const Config& config) {
@@ -38,9 +25,11 @@ ros::WallDuration keepAlivePeriod(const MonitorSettings& settings, const Config&
 
 MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, TfPoses& tf,
                          const std::shared_ptr<const Robot>& robot)
-    : tf_(tf), velocities_(nh), nh_(withQueue(private_nh, queue_)), spinner_(1, &queue_), pacemaker_([this] {
-        cycle();
-      }) {
+    : tf_(tf),
+      velocities_(nh),
+      nh_(withQueue(private_nh, queue_)),
+      spinner_(1, &queue_),
+      pacemaker_(robot->config().realtime_priority, [this] { cycle(); }) {
   health_.enabled = true;
   health_.settings = robot->config().monitor;
   monitor_.follow(robot);
@@ -51,12 +40,13 @@ MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   timer_ = nh_.createTimer(
       ros::Duration(1.0), [this](const ros::TimerEvent&) { cycle(); }, false, false);
   keep_alive_ = nh_.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { onKeepAlive(); });
-  wake_ = boost::make_shared<Call>([this] {
+  wake_ = callbackOf([this] {
     wake_pending_ = false;
     cycleIfNew();
   });
   configure(health_.settings);
   tf_.onChange([this] { onTransform(); });
+  queue_.addCallback(callbackOf([priority = robot->config().realtime_priority] { runInRealTime(priority); }));
   spinner_.start();
 }
 

@@ -2,9 +2,15 @@
 
 #include <utility>
 
+#include "real_time.h"
+
 namespace proximity_server {
 
-Pacemaker::Pacemaker(std::function<void()> beat) : beat_(std::move(beat)), thread_([this] { run(); }) {}
+Pacemaker::Pacemaker(int realtime_priority, std::function<void()> beat)
+    : beat_(std::move(beat)), thread_([this, realtime_priority] {
+        runInRealTime(realtime_priority);
+        run();
+      }) {}
 
 Pacemaker::~Pacemaker() {
   {

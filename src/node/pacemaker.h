@@ -14,7 +14,8 @@ namespace proximity_server {
 /// for a kilohertz. Thread-safe.
 class Pacemaker {
  public:
-  explicit Pacemaker(std::function<void()> beat);
+  /// See runInRealTime.
+  Pacemaker(int realtime_priority, std::function<void()> beat);
   ~Pacemaker();
   Pacemaker(const Pacemaker&) = delete;
   Pacemaker& operator=(const Pacemaker&) = delete;

@@ -23,6 +23,7 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
     : nh_(nh),
       private_nh_(private_nh),
       robot_(std::make_shared<const Robot>(nh_, loadConfig(private_nh_))),
+      tf_(robot_->config().realtime_priority),
       monitor_(nh_, private_nh_, tf_, robot_),
       diagnostics_(
           nh_, [this] { return monitor_.health(); }, [this] { return robot(); }),

@@ -2,7 +2,25 @@
 
 #include <sys/resource.h>
 
+#include <boost/make_shared.hpp>
+#include <utility>
+
 namespace proximity_server {
+namespace {
+
+class Call : public ros::CallbackInterface {
+ public:
+  explicit Call(std::function<void()> function) : function_(std::move(function)) {}
+  CallResult call() override {
+    function_();
+    return Success;
+  }
+
+ private:
+  std::function<void()> function_;
+};
+
+}  // namespace
 
 RequestQueue::RequestQueue(int niceness) : niceness_(niceness) {}
 
@@ -40,6 +58,10 @@ void RequestQueue::work() {
     lock.lock();
     --open_;
   }
+}
+
+ros::CallbackInterfacePtr callbackOf(std::function<void()> function) {
+  return boost::make_shared<Call>(std::move(function));
 }
 
 ros::NodeHandle withQueue(ros::NodeHandle nh, ros::CallbackQueueInterface& queue) {

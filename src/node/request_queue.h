@@ -6,6 +6,7 @@
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <mutex>
 #include <thread>
 #include <vector>
@@ -39,6 +40,9 @@ class RequestQueue : public ros::CallbackQueueInterface {
   bool ends_ = false;
   std::vector<std::thread> threads_;
 };
+
+/// A function for a callback queue.
+ros::CallbackInterfacePtr callbackOf(std::function<void()> function);
 
 /// The same node handle, with its callbacks in `queue`.
 ros::NodeHandle withQueue(ros::NodeHandle nh, ros::CallbackQueueInterface& queue);

@@ -63,7 +63,8 @@ struct TfLookup {
 /// Thread-safe: a thread of its own listens.
 class TfPoses {
  public:
-  TfPoses() : tree_([this] { transformsChanged(); }) {}
+  /// See runInRealTime.
+  explicit TfPoses(int realtime_priority = 0) : tree_(realtime_priority, [this] { transformsChanged(); }) {}
   TfPoses(const TfPoses&) = delete;
   TfPoses& operator=(const TfPoses&) = delete;
 

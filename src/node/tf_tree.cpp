@@ -5,6 +5,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "real_time.h"
+#include "request_queue.h"
+
 namespace proximity_server {
 namespace {
 
@@ -23,13 +26,14 @@ void warnAboutBoth(const std::string& child) {
 
 }  // namespace
 
-TfTree::TfTree(std::function<void()> on_change)
+TfTree::TfTree(int realtime_priority, std::function<void()> on_change)
     : on_change_(std::move(on_change)), buffer_(std::make_shared<tf2::BufferCore>()), spinner_(1, &queue_) {
   nh_.setCallbackQueue(&queue_);
   // Else the publisher's kernel holds small messages back until the last one is acknowledged: tens of milliseconds.
   const ros::TransportHints at_once = ros::TransportHints().tcpNoDelay();
   moving_sub_ = nh_.subscribe("/tf", kQueue, &TfTree::onMoving, this, at_once);
   static_sub_ = nh_.subscribe("/tf_static", kQueue, &TfTree::onStatic, this, at_once);
+  queue_.addCallback(callbackOf([realtime_priority] { runInRealTime(realtime_priority); }));
   spinner_.start();
 }
 

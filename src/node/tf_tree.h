@@ -23,8 +23,8 @@ namespace proximity_server {
 /// more. For the same reason what comes on /tf without a stamp is ignored.
 class TfTree {
  public:
-  /// `on_change` is called after every message, from the listening thread.
-  explicit TfTree(std::function<void()> on_change);
+  /// `on_change` is called after every message, from the listening thread. For its priority see runInRealTime.
+  TfTree(int realtime_priority, std::function<void()> on_change);
   ~TfTree();
   TfTree(const TfTree&) = delete;
   TfTree& operator=(const TfTree&) = delete;

@@ -21,6 +21,7 @@
 
 #include "benchmark/machine.h"
 #include "node/faults/tf_faults.h"
+#include "node/grants_real_time.h"
 #include "node/load/client_process.h"
 #include "node/load/moving_robot.h"
 #include "node/load/node_under_load.h"
@@ -36,6 +37,7 @@ constexpr double kTfRate = 1000.0;      // [Hz]
 constexpr double kMonitorRate = 250.0;  // [Hz] while services are measured
 constexpr std::size_t kBatch = 1000;    // pairs
 constexpr std::size_t kClientsBesideTheMonitor = 16;
+constexpr int kRealtimePriority = 50;
 constexpr double kPatience = 120.0;  // [s] for a node that reads its meshes
 const std::string kPadding = "/padding";
 
@@ -166,11 +168,11 @@ void add(Calls& all, const Calls& more) {
 /// The node with one robot, and what moves it.
 class Stage {
  public:
-  Stage(const TestRobot& robot, double rate) : robot_(robot) {
+  Stage(const TestRobot& robot, double rate, int realtime_priority = 0) : robot_(robot) {
     describe(robot_);
     stream_ = startOurselves({"--stream"});
     // The poses may be as old as a busy machine makes them; what is measured here is time.
-    node_ = startNode({{"rate", rate}, {"max_tf_age", 5.0}});
+    node_ = startNode({{"rate", rate}, {"max_tf_age", 5.0}, {"realtime_priority", realtime_priority}});
     if (!awaitNode(kPatience)) throw std::runtime_error("the node does not start with " + robot.name);
     QueryPairsRequest request;
     const RawRequest every_pair = rawRequest(request);
@@ -216,7 +218,8 @@ class NodeBenchmark {
     }
     for (const TestRobot& robot : exampleRobotsForNode()) {
       const double rate = robot.name == "Panda" ? 1000.0 : 500.0;
-      measureMonitor(robot, rate);
+      measureMonitor(robot, rate, 0);
+      if (grantsRealTime()) measureMonitor(robot, rate, kRealtimePriority);
     }
   }
 
@@ -349,10 +352,11 @@ class NodeBenchmark {
   }
 
   /// The services by turns from many clients, as fast as they can.
-  void measureMonitor(const TestRobot& robot, double rate) {
-    const std::string row = robot.name + " at " + std::to_string(static_cast<int>(rate)) + " Hz";
+  void measureMonitor(const TestRobot& robot, double rate, int realtime_priority) {
+    const std::string row = robot.name + " at " + std::to_string(static_cast<int>(rate)) + " Hz" +
+                            (realtime_priority > 0 ? ", real-time" : "");
     if (!isWanted(row)) return;
-    const Stage stage(robot, rate);
+    const Stage stage(robot, rate, realtime_priority);
     const std::vector<NamedRequest> requests = everyService(*robot.model);
     for (const std::size_t count : {std::size_t{0}, kClientsBesideTheMonitor}) {
       std::vector<Calling> tasks;
@@ -361,10 +365,13 @@ class NodeBenchmark {
         tasks.push_back({kNodeName + "/" + asked.service, Connection::Persistent, asked.request});
       }
       ClientProcesses& callers = clients(kClientsBesideTheMonitor);
+      const BareBeat bare(rate, realtime_priority);
       watch_.start(rate);
       if (tasks.empty()) std::this_thread::sleep_for(std::chrono::duration<double>(options_.monitor_seconds));
       const Calls calls = callers.call(tasks, options_.monitor_seconds);
       monitors_.push_back({{"robot", robot.name},
+                           {"realtime_priority", realtime_priority},
+                           {"bare_missed", bare.missed()},
                            {"clients", count},
                            {"calls", figures(calls, options_.monitor_seconds)},
                            {"monitor", figures(watch_.timing())},

@@ -52,7 +52,8 @@ def batches(rows):
 def monitors(rows):
     for row in rows:
         monitor = row["monitor"]
-        yield [row["robot"], f"{monitor['rate']:.0f} Hz", str(row["clients"]), number(row["calls"]["per_second"]), missed(monitor),
+        yield [row["robot"], f"{monitor['rate']:.0f} Hz", "yes" if row["realtime_priority"] else "no", str(row["clients"]),
+               number(row["calls"]["per_second"]), missed(monitor), f"{row['bare_missed']:.2%}",
                " / ".join(time(monitor[f"jitter_{key}_us"]) for key in ("median", "p99", "p999")),
                " / ".join(time(monitor[f"computation_{key}_us"]) for key in ("median", "p999")),
                " / ".join(time(monitor[f"reaction_{key}_us"]) for key in ("median", "p999", "worst")), f"{row['memory_mb']:.0f}"]
@@ -69,11 +70,12 @@ def main(path, markdown):
         show(["batch", "kB", "median", "99 %", "computation", "empty service", "over computation", "over both"],
              batches(result["batches"]), markdown)
     if result["monitors"]:
-        show(["monitor", "rate", "clients", "calls/s", "cycles missed", "jitter: median / 99 % / 99.9 %",
+        show(["monitor", "rate", "real-time", "clients", "calls/s", "cycles missed", "bare thread", "jitter: median / 99 % / 99.9 %",
               "cycle: median / 99.9 %", "reaction: median / 99.9 % / worst", "MB"], monitors(result["monitors"]), markdown)
     if not markdown:
         print(f"TF at {result['tf_rate']:.0f} Hz, {result['cores']} cores. empty: a service of as many bytes that does nothing, on\n"
               "the same machine at the same time; jitter: of the time between two cycles; missed: a period without a cycle;\n"
+              "bare thread: what one that does nothing misses at that rate and priority, at the same time;\n"
               "reaction: from a transform that just missed a cycle to the level of the next one, in another process.")
 
 

@@ -1,5 +1,6 @@
 #include <proximity_server/ModelInfo.h>
 #include <proximity_server/QueryConfiguration.h>
+#include <sched.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -8,7 +9,9 @@
 #include <filesystem>
 
 #include "faults/child_process.h"
+#include "faults/running_node.h"
 #include "gantry.h"
+#include "grants_real_time.h"
 
 // A node that cannot do its job must not start, and say why.
 
@@ -152,6 +155,27 @@ TEST_F(Startup, WithAFullDiskCostsAWarningAndNoAnswer) {
   std::filesystem::remove_all(cache);
   ros::param::del("/roomy");
   ros::param::del("/full");
+}
+
+/// How many threads of a process go before all that is not real-time.
+int realtimeThreads(pid_t process) {
+  int count = 0;
+  for (const auto& thread : std::filesystem::directory_iterator("/proc/" + std::to_string(process) + "/task"))
+    count += (sched_getscheduler(std::stoi(thread.path().filename())) & ~SCHED_RESET_ON_FORK) == SCHED_FIFO;
+  return count;
+}
+
+TEST_F(Startup, RunsMonitorAndTfInRealTimeWhereAsked) {
+  if (!grantsRealTime()) GTEST_SKIP() << "the system does not grant real-time priorities";
+  for (const int priority : {0, 10}) {
+    ros::param::set("/ready/realtime_priority", priority);
+    Inbox<ModelInfo> inbox(ros::NodeHandle(), "/ready/model_info");
+    const ChildProcess node({NODE_EXECUTABLE, "__name:=ready"});
+    ASSERT_TRUE(inbox.next());
+    // Two of the monitor, for its rate and for what wakes it up; one of tf.
+    EXPECT_EQ(realtimeThreads(processOf("/ready")), priority > 0 ? 3 : 0);
+  }
+  ros::param::del("/ready");
 }
 
 TEST_F(Startup, RefusesAnSrdfThatIsNoXml) {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <thread>
 
+#include "grants_real_time.h"
 #include "programs.h"
 #include "scene/example_robots.h"
 
@@ -104,6 +105,34 @@ void MonitorWatch::onClearance(const Clearance& message) {
   last_cycle_ = message.cycle;
   last_begin_ = begin;
   last_stamp_ = message.header.stamp;
+}
+
+BareBeat::BareBeat(double rate, int realtime_priority)
+    : thread_([this, rate, realtime_priority] { run(rate, realtime_priority); }) {}
+
+BareBeat::~BareBeat() {
+  ends_ = true;
+  thread_.join();
+}
+
+double BareBeat::missed() const {
+  return static_cast<double>(missed_) / static_cast<double>(std::max<std::uint64_t>(1, beats_ + missed_));
+}
+
+void BareBeat::run(double rate, int realtime_priority) {
+  using Clock = std::chrono::steady_clock;
+  if (realtime_priority > 0) takeRealTimePriority(realtime_priority);
+  const auto period = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1.0 / rate));
+  Clock::time_point next = Clock::now() + period, last = Clock::now();
+  while (!ends_) {
+    std::this_thread::sleep_until(next);
+    const Clock::time_point now = Clock::now();
+    next += period * (1 + (now - next) / period);
+    ++beats_;
+    const double elapsed = std::chrono::duration<double>(now - last).count();
+    missed_ += static_cast<std::uint64_t>(std::max(0.0, std::round(elapsed * rate) - 1.0));
+    last = now;
+  }
 }
 
 }  // namespace proximity_server

@@ -4,12 +4,14 @@
 #include <ros/node_handle.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "faults/child_process.h"
@@ -74,6 +76,24 @@ class MonitorWatch {
   ros::Time last_begin_;
   ros::Time last_stamp_;
   ros::Subscriber subscriber_;
+};
+
+/// A thread that wakes up at the rate of a monitor and does nothing: what it misses is the machine's.
+class BareBeat {
+ public:
+  /// A `realtime_priority` above 0 is SCHED_FIFO, where the system grants it.
+  BareBeat(double rate, int realtime_priority);
+  ~BareBeat();
+
+  /// Part of the periods until now in which it did not wake up, counted as MonitorTiming::missed is.
+  double missed() const;
+
+ private:
+  void run(double rate, int realtime_priority);
+
+  std::atomic<bool> ends_{false};
+  std::atomic<std::uint64_t> beats_{0}, missed_{0};
+  std::thread thread_;  // last: it uses all of the above
 };
 
 }  // namespace proximity_server
