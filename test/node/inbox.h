@@ -10,10 +10,9 @@
 #include <optional>
 #include <string>
 
-namespace proximity_server {
+#include "patience.h"
 
-/// Nothing that a test waits for takes this long unless it is broken.
-constexpr std::chrono::seconds kPatience{20};
+namespace proximity_server {
 
 /// The messages of a topic, for tests that wait for one. Needs a spinning thread.
 template <class Message>

@@ -10,7 +10,6 @@
 #include <fstream>
 #include <set>
 #include <sstream>
-#include <thread>
 
 #include "answers.h"
 #include "faults/child_process.h"
@@ -26,17 +25,6 @@ constexpr std::chrono::seconds kRegisteredAgain{3};  // after the master is back
 
 const std::string kNode = "/proximity_server";
 constexpr double kDistance = 0.2;  // [m] between base and ball
-
-/// Tries until `holds` does.
-template <class Condition>
-bool holdsWithin(std::chrono::milliseconds patience, Condition holds) {
-  const auto deadline = std::chrono::steady_clock::now() + patience;
-  while (!holds()) {
-    if (std::chrono::steady_clock::now() >= deadline) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  }
-  return true;
-}
 
 std::string gantryUrdf() {
   std::ifstream file(PROXIMITY_SOURCE_DIR "/test/node/gantry.urdf");

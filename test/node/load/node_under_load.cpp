@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "grants_real_time.h"
+#include "patience.h"
 #include "programs.h"
 #include "scene/example_robots.h"
 
@@ -59,12 +60,8 @@ std::unique_ptr<ChildProcess> startNode(const std::map<std::string, XmlRpc::XmlR
 }
 
 bool awaitService(const std::string& service, double seconds) {
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
-  while (!ros::service::exists(service, /*print_failure_reason=*/false)) {
-    if (std::chrono::steady_clock::now() > deadline) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  }
-  return true;
+  return holdsWithin(std::chrono::duration<double>(seconds),
+                     [&] { return ros::service::exists(service, /*print_failure_reason=*/false); });
 }
 
 bool awaitNode(double seconds) {

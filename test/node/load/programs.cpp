@@ -11,7 +11,8 @@
 #include <csignal>
 #include <cstdlib>
 #include <stdexcept>
-#include <thread>
+
+#include "patience.h"
 
 namespace proximity_server {
 namespace {
@@ -74,12 +75,7 @@ int freePort() {
 }
 
 bool awaitListener(int port) {
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
-  while (!isListening(port)) {
-    if (std::chrono::steady_clock::now() > deadline) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  }
-  return true;
+  return holdsWithin(std::chrono::seconds(10), [port] { return isListening(port); });
 }
 
 void useMasterAt(int port) {
