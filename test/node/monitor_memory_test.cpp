@@ -2,6 +2,7 @@
 #include <proximity_server/Clearance.h>
 #include <tf2/buffer_core.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <iostream>
@@ -130,6 +131,16 @@ class MonitoredGantry {
   TfLookup lookup_{*robot_, {0, 1, 2}};
 };
 
+/// The least over as many cycles as tf remembers: a message on its way to tf is no part of what the monitor keeps.
+std::size_t heapThatStaysInUse(MonitoredGantry& gantry) {
+  std::size_t least = heapInUse();
+  for (int i = 0; i < kTfRemembers; ++i) {
+    gantry.cycle();
+    least = std::min(least, heapInUse());
+  }
+  return least;
+}
+
 TEST(MonitorMemory, CyclesOfAMovingRobotTakeNothingAndTheHeapStaysFlat) {
   const std::int64_t cycles = fromEnvironment("PROXIMITY_MONITOR_CYCLES", 20000);
   ASSERT_GT(allocationsOfTf2(ros::Time()), 0) << "the counter does not count";
@@ -137,7 +148,7 @@ TEST(MonitorMemory, CyclesOfAMovingRobotTakeNothingAndTheHeapStaysFlat) {
   for (int i = 0; i < 3 * kTfRemembers; ++i) ASSERT_NE(gantry.cycle().level, Clearance::INVALID) << i;
 
   const long allocations_before = gantry.allocationsOfCycles();
-  const std::size_t heap_before = heapInUse();
+  const std::size_t heap_before = heapThatStaysInUse(gantry);
   std::array<std::int64_t, 3> cycles_with_so_many_pairs{};
   std::array<std::int64_t, 4> cycles_of_level{};
   for (std::int64_t i = 0; i < cycles; ++i) {
@@ -147,7 +158,7 @@ TEST(MonitorMemory, CyclesOfAMovingRobotTakeNothingAndTheHeapStaysFlat) {
     ++cycles_with_so_many_pairs[clearance.below_threshold.size()];
     ++cycles_of_level[clearance.level];
   }
-  const std::size_t heap_after = heapInUse();
+  const std::size_t heap_after = heapThatStaysInUse(gantry);
   std::cout << cycles << " cycles: the heap went from " << heap_before << " to " << heap_after << " bytes" << std::endl;
 
   EXPECT_EQ(gantry.allocationsOfCycles(), allocations_before);
