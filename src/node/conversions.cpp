@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <limits>
 #include <optional>
-#include <utility>
 
 namespace proximity_server {
 namespace {
@@ -22,12 +21,17 @@ const Link& linkOf(const RobotModel& robot, const Subject& subject) {
   return robot.links[static_cast<std::size_t>(subject.link)];
 }
 
+/// `point`, in the frame that has this pose.
+Eigen::Vector3d seenFrom(const Eigen::Isometry3d& pose, const Eigen::Vector3d& point) {
+  return pose.linear().transpose() * (point - pose.translation());
+}
+
 /// `point` of the common frame, in the frame of the subject's link.
 Eigen::Vector3d inLink(const RobotModel& robot, const BodyPoses& poses, const Subject& subject,
                        const Eigen::Vector3d& point) {
   const Link& link = linkOf(robot, subject);
   const std::optional<Eigen::Isometry3d>& pose = poses[static_cast<std::size_t>(link.body)];
-  return pose ? Eigen::Vector3d((*pose * link.body_T_link).inverse() * point) : kNowhere;
+  return pose ? seenFrom(link.body_T_link, seenFrom(*pose, point)) : kNowhere;
 }
 
 /// Only what the bounds prove.
@@ -53,9 +57,20 @@ void assignResult(Proximity& message, const SignedDistance& result, double thres
   message.iterations = static_cast<std::uint16_t>(std::min<int>(result.iterations, UINT16_MAX));
 }
 
+void assign(ShapeRef& message, const RobotModel& robot, const Subject& subject) {
+  const Link& link = linkOf(robot, subject);
+  message.link = link.name;
+  message.index = static_cast<std::uint32_t>(subject.collision);
+  message.name.clear();
+  if (subject.collision > 0) {
+    const int collision = link.collisions[static_cast<std::size_t>(subject.collision - 1)];
+    message.name = robot.collisions[static_cast<std::size_t>(collision)].name;
+  }
+}
+
 ShapeInfo shapeInfo(const RobotModel& robot, const Collision& collision) {
   ShapeInfo info;
-  info.shape = toMessage(robot, Subject{collision.link, collision.number});
+  assign(info.shape, robot, Subject{collision.link, collision.number});
   info.description = collision.description;
   info.representation = static_cast<std::uint8_t>(collision.representation);
   info.deviation = collision.deviation;
@@ -69,11 +84,22 @@ ShapeInfo shapeInfo(const RobotModel& robot, const Collision& collision) {
   return info;
 }
 
-ShapeRef emptied(ShapeRef room) {
-  room.link.clear();
-  room.index = 0;
-  room.name.clear();
-  return room;
+void clear(ShapeRef& message) {
+  message.link.clear();
+  message.index = 0;
+  message.name.clear();
+}
+
+void assignUnknownResult(Proximity& message) {
+  message.state = Proximity::UNKNOWN;
+  message.distance = message.lower_bound = message.upper_bound = kNaN;
+  message.points_valid = message.unique = false;
+  assign(message.point_a, kNowhere);
+  assign(message.point_b, kNowhere);
+  assign(message.normal, kNowhere);
+  assign(message.point_a_link, kNowhere);
+  assign(message.point_b_link, kNowhere);
+  message.iterations = 0;
 }
 
 double paddingOf(const Link& link, const ModelOptions& options) {
@@ -106,45 +132,41 @@ PairInfo pairInfo(const RobotModel& robot, const LinkPair& pair) {
 
 }  // namespace
 
-ShapeRef toMessage(const RobotModel& robot, const Subject& subject, ShapeRef room) {
-  const Link& link = linkOf(robot, subject);
-  room.link = link.name;
-  room.index = static_cast<std::uint32_t>(subject.collision);
-  room.name.clear();
-  if (subject.collision > 0) {
-    const int collision = link.collisions[static_cast<std::size_t>(subject.collision - 1)];
-    room.name = robot.collisions[static_cast<std::size_t>(collision)].name;
+void assign(Proximity& message, const RobotModel& robot, const BodyPoses& poses, const PairProximity& pair,
+            const Question& question) {
+  const Subject a{pair.asked.a.link, pair.collision_a ? pair.collision_a : pair.asked.a.collision};
+  const Subject b{pair.asked.b.link, pair.collision_b ? pair.collision_b : pair.asked.b.collision};
+  assign(message.a, robot, a);
+  assign(message.b, robot, b);
+  message.representation = static_cast<std::uint8_t>(pair.representation);
+  message.depth_is_lower_bound = pair.depth_is_lower_bound;
+  if (pair.result.status == Status::Unknown) {
+    assignUnknownResult(message);
+  } else {
+    assignResult(message, pair.result, question.threshold);
+    assign(message.point_a_link, inLink(robot, poses, a, pair.result.point_a));
+    assign(message.point_b_link, inLink(robot, poses, b, pair.result.point_b));
   }
-  return room;
 }
 
 Proximity toMessage(const RobotModel& robot, const BodyPoses& poses, const PairProximity& pair,
-                    const Question& question, Proximity room) {
-  const Subject a{pair.asked.a.link, pair.collision_a ? pair.collision_a : pair.asked.a.collision};
-  const Subject b{pair.asked.b.link, pair.collision_b ? pair.collision_b : pair.asked.b.collision};
-  Proximity message = unknownProximity(std::move(room));
-  message.a = toMessage(robot, a, std::move(message.a));
-  message.b = toMessage(robot, b, std::move(message.b));
-  message.representation = static_cast<std::uint8_t>(pair.representation);
-  message.depth_is_lower_bound = pair.depth_is_lower_bound;
-  if (pair.result.status == Status::Unknown) return message;
-  assignResult(message, pair.result, question.threshold);
-  assign(message.point_a_link, inLink(robot, poses, a, pair.result.point_a));
-  assign(message.point_b_link, inLink(robot, poses, b, pair.result.point_b));
+                    const Question& question) {
+  Proximity message;
+  assign(message, robot, poses, pair, question);
   return message;
 }
 
-Proximity unknownProximity(Proximity room) {
+void assignUnknown(Proximity& message) {
+  clear(message.a);
+  clear(message.b);
+  message.representation = Proximity::EXACT;
+  message.depth_is_lower_bound = false;
+  assignUnknownResult(message);
+}
+
+Proximity unknownProximity() {
   Proximity message;
-  message.a = emptied(std::move(room.a));
-  message.b = emptied(std::move(room.b));
-  message.state = Proximity::UNKNOWN;
-  message.distance = message.lower_bound = message.upper_bound = kNaN;
-  assign(message.point_a, kNowhere);
-  assign(message.point_b, kNowhere);
-  assign(message.normal, kNowhere);
-  assign(message.point_a_link, kNowhere);
-  assign(message.point_b_link, kNowhere);
+  assignUnknown(message);
   return message;
 }
 

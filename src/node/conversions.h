@@ -15,15 +15,17 @@
 
 namespace proximity_server {
 
-ShapeRef toMessage(const RobotModel& robot, const Subject& subject, ShapeRef room = {});
-
-/// `poses` are those that the scene was asked with; they carry the points into the frames of the links. `room` is a
-/// message that is not needed any more: its names give their memory to the new ones.
+/// `poses` are those that the scene was asked with; they carry the points into the frames of the links.
 Proximity toMessage(const RobotModel& robot, const BodyPoses& poses, const PairProximity& pair,
-                    const Question& question, Proximity room = {});
+                    const Question& question);
+
+/// The same in place: no memory is taken where the names have room.
+void assign(Proximity& message, const RobotModel& robot, const BodyPoses& poses, const PairProximity& pair,
+            const Question& question);
 
 /// A pair of which nothing is known.
-Proximity unknownProximity(Proximity room = {});
+Proximity unknownProximity();
+void assignUnknown(Proximity& message);
 
 /// Some pair, proven farther than `threshold`.
 Proximity beyondThreshold(double threshold);

@@ -22,10 +22,10 @@ std::size_t longestName(const RobotModel& robot) {
   return longest;
 }
 
-/// A message that is not needed any more, or none yet, into which names of so many characters fit.
-Proximity roomFor(std::size_t characters, Proximity room = {}) {
-  for (std::string* name : {&room.a.link, &room.a.name, &room.b.link, &room.b.name}) name->reserve(characters);
-  return room;
+/// From now on names of so many characters fit in.
+void makeRoom(Proximity& message, std::size_t characters) {
+  for (std::string* name : {&message.a.link, &message.a.name, &message.b.link, &message.b.name})
+    name->reserve(characters);
 }
 
 /// No pair at all: the robot cannot get close to itself.
@@ -56,7 +56,7 @@ const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnap
   clearance_.header.stamp = snapshot.stamp;
   clearance_.header.frame_id = robot_->referenceFrame();
   clearance_.status = snapshot.status;
-  clearance_.minimum = unknownProximity(std::move(clearance_.minimum));
+  assignUnknown(clearance_.minimum);
   clearance_.tf_age = snapshot.age;
   clearance_.tf_skew = snapshot.skew;
   ++clearance_.cycle;
@@ -90,8 +90,8 @@ void Monitor::measure(const PoseSnapshot& snapshot, const MonitorSettings& setti
                  : static_cast<std::uint8_t>(Clearance::INVALID);
   clearance_.level = level_;
   if (!known) return;
-  clearance_.minimum = toMessage(robot_->links(), snapshot.poses, *minimum, question,
-                                 roomFor(longest_name_, std::move(clearance_.minimum)));
+  makeRoom(clearance_.minimum, longest_name_);
+  assign(clearance_.minimum, robot_->links(), snapshot.poses, *minimum, question);
   clearance_.status.code = statusCode(minimum->result);
 }
 
@@ -101,14 +101,13 @@ void Monitor::report(const PoseSnapshot& snapshot, const std::vector<PairProximi
   clearance_.pairs_below_threshold = static_cast<std::uint32_t>(below.size());
   listed.reserve(most);
   unlisted_.reserve(most);
-  for (std::size_t room = listed.size() + unlisted_.size(); room < most; ++room) {
-    unlisted_.push_back(roomFor(longest_name_));
-  }
-  for (; !listed.empty(); listed.pop_back()) unlisted_.push_back(std::move(listed.back()));
-  for (std::size_t i = 0; i < std::min(below.size(), most); ++i) {
-    listed.push_back(toMessage(robot_->links(), snapshot.poses, below[i], question,
-                               roomFor(longest_name_, std::move(unlisted_.back()))));
-    unlisted_.pop_back();
+  while (listed.size() + unlisted_.size() < most) makeRoom(unlisted_.emplace_back(), longest_name_);
+  const std::size_t count = std::min(below.size(), most);
+  for (; listed.size() > count; listed.pop_back()) unlisted_.push_back(std::move(listed.back()));
+  for (; listed.size() < count; unlisted_.pop_back()) listed.push_back(std::move(unlisted_.back()));
+  for (std::size_t i = 0; i < count; ++i) {
+    makeRoom(listed[i], longest_name_);
+    assign(listed[i], robot_->links(), snapshot.poses, below[i], question);
   }
 }
 

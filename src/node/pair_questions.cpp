@@ -1,6 +1,7 @@
 #include "pair_questions.h"
 
 #include <algorithm>
+#include <boost/range/iterator_range.hpp>
 #include <chrono>
 #include <limits>
 
@@ -10,24 +11,26 @@
 namespace proximity_server {
 namespace {
 
-std::vector<PairProximity> askByMode(Scene& scene, const std::vector<SubjectPair>& pairs,
-                                     const QueryPairsRequest& request, const Question& question) {
-  const auto list = [](const PairProximity* pair) {
-    return pair ? std::vector<PairProximity>{*pair} : std::vector<PairProximity>{};
-  };
+/// Valid until the scene is asked again.
+using Answers = boost::iterator_range<const PairProximity*>;
+
+Answers askByMode(Scene& scene, const std::vector<SubjectPair>& pairs, const QueryPairsRequest& request,
+                  const Question& question) {
+  const auto one = [](const PairProximity* pair) { return Answers(pair, pair ? pair + 1 : pair); };
+  const auto list = [](const std::vector<PairProximity>& all) { return Answers(all.data(), all.data() + all.size()); };
   switch (request.mode) {
     case QueryPairsRequest::MINIMUM:
-      return list(scene.minimum(pairs, question));
+      return one(scene.minimum(pairs, question));
     case QueryPairsRequest::FIRST:
-      return list(scene.first(pairs, question));
+      return one(scene.first(pairs, question));
     case QueryPairsRequest::K_CLOSEST: {
       const std::size_t k = std::min<std::size_t>(std::max<std::size_t>(request.k, 1), pairs.size());
-      return scene.closest(pairs, static_cast<int>(k), question);
+      return list(scene.closest(pairs, static_cast<int>(k), question));
     }
     case QueryPairsRequest::PER_PAIR:
-      return scene.all(pairs, question);
+      return list(scene.all(pairs, question));
     case QueryPairsRequest::BELOW_THRESHOLD:
-      return scene.below(pairs, question);
+      return list(scene.below(pairs, question));
     default:
       throw RequestError(QueryStatus::INVALID_ARGUMENT, "mode " + std::to_string(request.mode) + " does not exist");
   }
@@ -73,12 +76,12 @@ StateProximity askPairs(const Robot& robot, Scene& scene, const PosedState& stat
                         const Question& question) {
   StateProximity answer;
   answer.minimum = unknownProximity();
-  const std::vector<PairProximity> found = askByMode(scene, pairs, request, question);
+  const Answers found = askByMode(scene, pairs, request, question);
   countPairs(answer, scene.counts());
 
   answer.pairs.reserve(found.size());
   for (const PairProximity& pair : found) {
-    answer.pairs.push_back(toMessage(scene.model().robot, state.poses, pair, question));
+    assign(answer.pairs.emplace_back(), scene.model().robot, state.poses, pair, question);
     if (pair.result.status != Status::Unknown)
       answer.status.code = std::min(answer.status.code, statusCode(pair.result));
   }
