@@ -75,9 +75,9 @@ void Monitor::measure(const PoseSnapshot& snapshot, const MonitorSettings& setti
   const std::vector<SubjectPair>& pairs = scene_->candidates();
   scene_->update(snapshot.poses);
 
-  const std::vector<PairProximity>& below = scene_->below(pairs, question);
+  const PairsBelow below = scene_->closestBelow(pairs, std::max(1, settings.max_reported_pairs), question);
   report(snapshot, below, question, static_cast<std::size_t>(settings.max_reported_pairs));
-  const PairProximity* minimum = below.empty() ? nullptr : &below.front();
+  const PairProximity* minimum = below.closest.empty() ? nullptr : &below.closest.front();
   if (!minimum) {
     question.threshold = Question().threshold;
     minimum = scene_->minimum(pairs, question);
@@ -95,19 +95,19 @@ void Monitor::measure(const PoseSnapshot& snapshot, const MonitorSettings& setti
   clearance_.status.code = statusCode(minimum->result);
 }
 
-void Monitor::report(const PoseSnapshot& snapshot, const std::vector<PairProximity>& below, const Question& question,
+void Monitor::report(const PoseSnapshot& snapshot, const PairsBelow& below, const Question& question,
                      std::size_t most) {
   std::vector<Proximity>& listed = clearance_.below_threshold;
-  clearance_.pairs_below_threshold = static_cast<std::uint32_t>(below.size());
+  clearance_.pairs_below_threshold = static_cast<std::uint32_t>(below.count);
   listed.reserve(most);
   unlisted_.reserve(most);
   while (listed.size() + unlisted_.size() < most) makeRoom(unlisted_.emplace_back(), longest_name_);
-  const std::size_t count = std::min(below.size(), most);
+  const std::size_t count = std::min(below.closest.size(), most);
   for (; listed.size() > count; listed.pop_back()) unlisted_.push_back(std::move(listed.back()));
   for (; listed.size() < count; unlisted_.pop_back()) listed.push_back(std::move(unlisted_.back()));
   for (std::size_t i = 0; i < count; ++i) {
     makeRoom(listed[i], longest_name_);
-    assign(listed[i], robot_->links(), snapshot.poses, below[i], question);
+    assign(listed[i], robot_->links(), snapshot.poses, below.closest[i], question);
   }
 }
 

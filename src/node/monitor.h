@@ -33,8 +33,7 @@ class Monitor {
 
  private:
   void measure(const PoseSnapshot& snapshot, const MonitorSettings& settings);
-  void report(const PoseSnapshot& snapshot, const std::vector<PairProximity>& below, const Question& question,
-              std::size_t most);
+  void report(const PoseSnapshot& snapshot, const PairsBelow& below, const Question& question, std::size_t most);
   void lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities, const MonitorSettings& settings);
   void countPairs();
 

@@ -1,6 +1,7 @@
 #include "pair_search.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace proximity_server {
@@ -222,7 +223,8 @@ int& PairSearch::countOf(Visit::Bound bound) {
 
 /// [m] a pair farther than that changes nothing.
 double PairSearch::limit(const Search& search) const {
-  if (skipping_ == Skipping::Off || nearest_.size() < search.k) return search.question.threshold;
+  if (skipping_ == Skipping::Off || search.goal == Goal::NearestOfAll || nearest_.size() < search.k)
+    return search.question.threshold;
   const bool is_done = search.goal == Goal::Any || nearest_.empty();
   return is_done ? -kInfinity : std::min(search.question.threshold, nearest_.front().rank);
 }
@@ -232,6 +234,7 @@ void PairSearch::consider(const Visit& visit, const Search& search) {
   const SubjectPair& pair = search.pairs[static_cast<std::size_t>(visit.number)];
   const PairProximity proximity = measure(pair, visit, limit(search), search.question);
   if (proximity.result.status == Status::Unknown || isBeyond(proximity.result, limit(search))) return;
+  ++below_;
   nearest_.push_back({rankOf(proximity.result, search.question), visit.number, proximity});
   std::push_heap(nearest_.begin(), nearest_.end());
   if (nearest_.size() <= search.k) return;
@@ -292,14 +295,31 @@ void PairSearch::enterBetween(int group_a, int group_b, const Search& search) {
   }
 }
 
+/// Whether a pair is farther than all that are wanted, and by its answer of before, plus the motion since, not beyond
+/// the threshold.
+bool PairSearch::needsOnlyCounting(const Visit& visit, const Search& search) const {
+  if (search.goal != Goal::NearestOfAll || nearest_.size() < search.k) return false;
+  // Overlaps whose depth nobody wants to know are all as near.
+  if (!nearest_.empty() && !(std::isfinite(nearest_.front().rank) && visit.lower_bound > nearest_.front().rank))
+    return false;
+  const KeptAnswer* kept = kept_.find(visit.a, visit.b);
+  if (!kept) return false;
+  const Motion motion = robot_.motion(visit.a, visit.b, kept->a_T_b, robot_.relative(visit.a, visit.b));
+  return kept->proximity.result.upper_bound + motion.bound <= search.question.threshold;
+}
+
 void PairSearch::visitBestFirst(const Search& search) {
   while (!queue_.empty() && !(queue_.lowestBound() > limit(search))) {
     Visit visit = queue_.pop();
     if (visit.bound == Visit::Bound::Sphere) visit = refined(visit, limit(search));
-    if (visit.lower_bound > std::min(queue_.lowestBound(), limit(search)))
+    if (visit.lower_bound > std::min(queue_.lowestBound(), limit(search))) {
       queue_.push(visit);
-    else
+    } else if (needsOnlyCounting(visit, search)) {
+      ++countOf(visit.bound);
+      ++below_;
+    } else {
       consider(visit, search);
+    }
   }
   for (const Visit& visit : queue_.remaining()) {
     counts_.at_rest += visit.bound == Visit::Bound::Rest;
@@ -312,6 +332,7 @@ const std::vector<PairProximity>& PairSearch::closest(const std::vector<SubjectP
                                                       const Question& question) {
   const Search search{pairs, std::min(k, pairs.size()), goal, question};
   counts_ = {};
+  below_ = 0;
   nearest_.clear();
   queue_.reserve(pairs.size());
   nearest_.reserve(search.k + 1);

@@ -24,7 +24,11 @@ struct KeptAnswer {
 /// spheres; the answer of before, less the motion since; boxes; the narrowphase. The pairs are visited best first.
 class PairSearch {
  public:
-  enum class Goal : unsigned char { Nearest, Any };
+  enum class Goal : unsigned char {
+    Nearest,
+    NearestOfAll,  ///< and how many there are at or below the threshold, see countBelow
+    Any
+  };
 
   PairSearch(const SceneModel& model, std::shared_ptr<const Volumes> volumes, Skipping skipping);
 
@@ -38,6 +42,8 @@ class PairSearch {
   const std::vector<PairProximity>& all(const std::vector<SubjectPair>& pairs, const Question& question);
   const std::vector<PairProximity>& closest(const std::vector<SubjectPair>& pairs, std::size_t k, Goal goal,
                                             const Question& question);
+  /// Of the last question, for Goal::NearestOfAll.
+  int countBelow() const { return below_; }
 
  private:
   struct PairPadding {
@@ -75,6 +81,7 @@ class PairSearch {
   void enterOthers(const Search& search);
   void enter(int number, const Search& search);
   void enterBetween(int group_a, int group_b, const Search& search);
+  bool needsOnlyCounting(const Visit& visit, const Search& search) const;
   void visitBestFirst(const Search& search);
 
   const SceneModel& model_;
@@ -92,6 +99,7 @@ class PairSearch {
   std::vector<int> likely_;      // numbers of the pairs that were nearest the last time, ascending
   std::vector<PairProximity> results_;
   PairCounts counts_;
+  int below_ = 0;
 };
 
 }  // namespace proximity_server

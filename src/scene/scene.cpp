@@ -46,6 +46,12 @@ const std::vector<PairProximity>& Scene::below(const std::vector<SubjectPair>& p
   return search_->closest(pairs, pairs.size(), PairSearch::Goal::Nearest, question);
 }
 
+PairsBelow Scene::closestBelow(const std::vector<SubjectPair>& pairs, int most, const Question& question) {
+  const auto wanted = static_cast<std::size_t>(std::max(most, 0));
+  const auto& closest = search_->closest(pairs, wanted, PairSearch::Goal::NearestOfAll, question);
+  return {closest, search_->countBelow()};
+}
+
 const PairProximity* Scene::first(const std::vector<SubjectPair>& pairs, const Question& question) {
   const auto& found = search_->closest(pairs, 1, PairSearch::Goal::Any, question);
   return found.empty() ? nullptr : &found.front();

@@ -654,6 +654,13 @@ TEST_P(RandomScene, ThresholdsDivideThePairsAsBruteForceDoes) {
     expectClosest(below, brute_force);
     expectCountsAddUp(scene.counts(), pairs_.size());
 
+    const PairsBelow some = scene.closestBelow(pairs_, 3, question);
+    EXPECT_GE(some.count, static_cast<int>(surely));
+    EXPECT_LE(some.count, static_cast<int>(perhaps));
+    EXPECT_EQ(some.closest.size(), std::min<std::size_t>(3, some.count));
+    expectClosest(some.closest, brute_force);
+    expectCountsAddUp(scene.counts(), pairs_.size());
+
     const PairProximity* first = scene.first(pairs_, question);
     EXPECT_TRUE(first ? perhaps > 0 : surely == 0);
     if (first) {

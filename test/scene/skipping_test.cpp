@@ -212,7 +212,7 @@ TEST_P(MovingRobot, SkippingNeverChangesAnAnswer) {
     ASSERT_TRUE(level == levelOf(truth.smallest(0) - kAgreement) || level == levelOf(truth.smallest(0) + kAgreement));
 
     overlaps += truth.smallest(0) < 0.0;
-    near += !found.empty() && truth.smallest(0) > 0.0;
+    near += truth.smallest(0) > 0.0 && truth.smallest(0) <= below.threshold;
   }
   EXPECT_EQ(counts.total, counts.at_rest + counts.by_motion + counts.by_bounds + counts.computed);
   EXPECT_GT(overlaps, GetParam().states / 50);
@@ -220,6 +220,37 @@ TEST_P(MovingRobot, SkippingNeverChangesAnAnswer) {
   RecordProperty("settled", std::to_string(counts.at_rest) + " at rest, " + std::to_string(counts.by_motion) +
                                 " by motion, " + std::to_string(counts.by_bounds) + " by bounds, " +
                                 std::to_string(counts.computed) + " computed");
+}
+
+TEST_P(MovingRobot, PairsBeyondTheListAreCountedAsIfTheyWereComputed) {
+  constexpr int kListed = 2;
+  const auto model = modelOf(GetParam().links());
+  Scene scene(model), everything(model, Skipping::Off);
+  Mover mover(model->robot, GetParam().motion);
+  Question question, below;
+  question.tolerance = below.tolerance = kTolerance;
+  below.threshold = 0.3;
+  long counted = 0, computed = 0;
+  for (int state = 0; state < GetParam().states && !HasFatalFailure(); ++state) {
+    SCOPED_TRACE("state " + std::to_string(state));
+    const BodyPoses poses = mover.next();
+    scene.update(poses);
+    everything.update(poses);
+    const Truth truth(everything.all(everything.candidates(), question));
+    const PairsBelow found = scene.closestBelow(scene.candidates(), kListed, below);
+    ASSERT_GE(found.count, static_cast<int>(truth.countBelow(below.threshold - kAgreement)));
+    ASSERT_LE(found.count, static_cast<int>(truth.countBelow(below.threshold + kAgreement)));
+    ASSERT_EQ(static_cast<int>(found.closest.size()), std::min(kListed, found.count));
+    expectClosest(found.closest, truth);
+    const PairCounts& counts = scene.counts();
+    ASSERT_EQ(counts.total, counts.at_rest + counts.by_motion + counts.by_bounds + counts.computed);
+    counted += found.count;
+    computed += counts.computed;
+  }
+  EXPECT_GT(counted, kListed * GetParam().states);
+  if (GetParam().motion == Motion::Coherent || GetParam().motion == Motion::Resting) {
+    EXPECT_LT(computed, counted);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Motions, MovingRobot,
@@ -299,6 +330,20 @@ TEST_F(Rungs, BoundsOfBeforeLessTheMotionAreEnoughForWhatIsFar) {
   EXPECT_TRUE(scene_.below(scene_.candidates(), below).empty());
   EXPECT_GT(scene_.counts().by_motion, 0);
   EXPECT_EQ(scene_.counts().computed, 0);
+}
+
+TEST_F(Rungs, BoundsOfBeforePlusTheMotionAreEnoughToCountWhatIsNearButNotListed) {
+  Question near;
+  near.threshold = 1.0;
+  scene_.update(posesAt(0.3));
+  const int count = scene_.closestBelow(scene_.candidates(), 1, near).count;
+  const int all = scene_.counts().computed;
+  ASSERT_GT(count, 2);
+  EXPECT_GE(all, count);
+  scene_.update(posesAt(0.3 + 1e-4));
+  EXPECT_EQ(scene_.closestBelow(scene_.candidates(), 1, near).count, count);
+  EXPECT_LT(scene_.counts().computed, all / 2);
+  EXPECT_EQ(scene_.closestBelow(scene_.candidates(), 0, near).count, count);
 }
 
 TEST_F(Rungs, WithoutSkippingAllIsComputed) {

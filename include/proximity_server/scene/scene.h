@@ -48,6 +48,12 @@ struct PairCounts {
   int computed = 0;   ///< at least one pair of pieces went to the narrowphase
 };
 
+/// Pairs at or below a threshold.
+struct PairsBelow {
+  const std::vector<PairProximity>& closest;  ///< sorted by distance
+  int count;                                  ///< of all, listed or not
+};
+
 /// How exactly to answer.
 struct Question {
   double tolerance = 1e-9;  ///< [m] accepted gap between upper and lower bound
@@ -110,6 +116,9 @@ class Scene {
 
   /// All pairs with a signed distance of at most question.threshold, sorted by distance.
   const std::vector<PairProximity>& below(const std::vector<SubjectPair>& pairs, const Question& question);
+
+  /// Of these only the `most` closest, and how many there are: cheaper where few of many are wanted.
+  PairsBelow closestBelow(const std::vector<SubjectPair>& pairs, int most, const Question& question);
 
   /// The first pair found at or below question.threshold ("is anything too close?"); nullptr where there is none.
   const PairProximity* first(const std::vector<SubjectPair>& pairs, const Question& question);
