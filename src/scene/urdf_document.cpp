@@ -94,6 +94,21 @@ void checkLink(const XMLElement& link) {
   }
 }
 
+/// urdfdom hands what it cannot read as a number to printf, as the format.
+void checkNumbers(const XMLElement& element, const std::string& where) {
+  static const std::vector<std::string> kNames = {"name", "type", "link", "joint", "filename"};
+  for (auto* attribute = element.FirstAttribute(); attribute; attribute = attribute->Next()) {
+    const bool is_name = std::find(kNames.begin(), kNames.end(), attribute->Name()) != kNames.end();
+    const std::string value = attribute->Value();
+    if (!is_name && value.find('%') != std::string::npos) {
+      fail(where + ": " + attribute->Name() + " " + quoted(value) + " is not numeric");
+    }
+  }
+  for (auto* child = element.FirstChildElement(); child; child = child->NextSiblingElement()) {
+    checkNumbers(*child, where);
+  }
+}
+
 std::string linkOf(const XMLElement& joint, const char* end) {
   const XMLElement* element = joint.FirstChildElement(end);
   return element ? attribute(*element, "link") : "";
@@ -135,10 +150,12 @@ urdf::ModelInterfaceSharedPtr readUrdf(const std::string& urdf_xml) {
   for (auto* link = robot->FirstChildElement("link"); link; link = link->NextSiblingElement("link")) {
     checkLink(*link);
     keepOnly(*link, {"collision"});
+    checkNumbers(*link, "link " + quoted(attribute(*link, "name")));
   }
   keepOnly(*robot, {"link", "joint"});
   for (auto* joint = robot->FirstChildElement("joint"); joint; joint = joint->NextSiblingElement("joint")) {
     keepOnly(*joint, {"origin", "parent", "child", "axis", "limit", "mimic"});
+    checkNumbers(*joint, "joint " + quoted(attribute(*joint, "name")));
   }
   checkTree(*robot);
 

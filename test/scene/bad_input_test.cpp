@@ -345,6 +345,30 @@ TEST_F(Robot, NumbersBeyondAllMeasureNameTheThing) {
              "elbow");
 }
 
+// Regression: urdfdom takes what it says of these as a format of printf, which ended the process.
+TEST_F(Robot, NumbersThatAreFormatsNameTheThing) {
+  const std::string box = "<box size='1 1 1'/>";
+  for (const auto& [shape, origin] : {std::pair<std::string, std::string>{box, "xyz='0%n 0 0'"},
+                                      {box, "rpy='0 %n 0'"},
+                                      {"<box size='1 1 %n'/>", ""},
+                                      {"<sphere radius='%n'/>", ""},
+                                      {"<cylinder radius='%n' length='1'/>", ""},
+                                      {"<cylinder radius='1' length='%s%n'/>", ""},
+                                      {"<mesh filename='a.obj' scale='1 1 %n'/>", ""}}) {
+    const std::string said = errorOfUrdf(robot("<link name='arm'><collision><origin " + origin + "/><geometry>" +
+                                               shape + "</geometry></collision></link>"));
+    expectSays(said, "link \"arm\"");
+    expectSays(said, "%n");
+  }
+  const std::string two = "<link name='a'/><link name='b'/>";
+  for (const std::string body :
+       {"<origin xyz='%n 0 0'/>", "<axis xyz='0 0 %n'/>", "<limit lower='%n' upper='1' effort='1' velocity='1'/>"}) {
+    expectSays(errorOfUrdf(robot(two + joint("elbow", "a", "b", body))), "joint \"elbow\"");
+  }
+  const RobotModel model = loadRobotModel(robot("<link name='50%n'/>"), packageResolver({}));
+  EXPECT_EQ(model.links.at(0).name, "50%n");
+}
+
 TEST_F(Robot, LimitsBeyondAllMeasureAreNone) {
   const RobotModel model = loadRobotModel(
       robot("<link name='a'/><link name='b'/>" +
