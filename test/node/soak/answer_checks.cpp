@@ -161,14 +161,18 @@ Verdict AnswerChecks::checkPosed(const QueryPairsRequest& request, const std::ve
   if (request.mode == QueryPairsRequest::PER_PAIR && said.size() != pairs.size()) {
     return because(said.size(), " pairs of ", pairs.size());
   }
-  if (request.mode == QueryPairsRequest::BELOW_THRESHOLD) {
-    Question surely;
-    surely.threshold = request.threshold - 2.0 * kTolerance;
-    const std::size_t least = scene_.below(pairs, surely).size();
-    surely.threshold = request.threshold + 2.0 * kTolerance;
-    const std::size_t most = scene_.below(pairs, surely).size();
-    if (said.size() < least || said.size() > most) return because(said.size(), " pairs below, true ", least);
-  }
+  if (request.mode == QueryPairsRequest::BELOW_THRESHOLD) return checkNumberBelow(request.threshold, said.size());
+  return {};
+}
+
+/// In the poses in which the scene is.
+Verdict AnswerChecks::checkNumberBelow(double threshold, std::size_t said) {
+  Question question;
+  question.threshold = threshold - 2.0 * kTolerance;
+  const std::size_t least = scene_.below(scene_.candidates(), question).size();
+  question.threshold = threshold + 2.0 * kTolerance;
+  const std::size_t most = scene_.below(scene_.candidates(), question).size();
+  if (said < least || said > most) return because(said, " pairs below ", threshold, ", true ", least);
   return {};
 }
 
@@ -277,7 +281,15 @@ Verdict AnswerChecks::check(const Clearance& clearance, const Levels& levels) {
                              : distance < levels.warn - kTolerance ? Clearance::WARN
                                                                    : Clearance::CLEAR;
   if (clearance.level < least) return because("level ", int{clearance.level}, " at ", distance);
-  return {};
+
+  const std::size_t listed = clearance.below_threshold.size();
+  if (listed != std::min<std::size_t>(clearance.pairs_below_threshold, levels.most_listed))
+    return because(listed, " listed of ", clearance.pairs_below_threshold);
+  QueryPairsRequest request;
+  request.mode = QueryPairsRequest::K_CLOSEST;
+  request.k = static_cast<std::uint32_t>(listed);
+  const Verdict list = listed > 0 ? checkPosed(request, clearance.below_threshold) : Verdict();
+  return list.empty() ? checkNumberBelow(levels.listed, clearance.pairs_below_threshold) : list;
 }
 
 }  // namespace proximity_server

@@ -45,9 +45,10 @@ class AnswerChecks {
   /// Names every joint. Also without success, where the time budget ended.
   Verdict check(const QueryTrajectoryRequest& request, const QueryTrajectoryResponse& response);
 
-  /// A cycle that is not INVALID, with the thresholds [m] of its levels.
+  /// A cycle that is not INVALID, with the thresholds [m] of its levels and of its list.
   struct Levels {
-    double warn, stop;
+    double warn, stop, listed;
+    int most_listed;
   };
   Verdict check(const Clearance& clearance, const Levels& levels);
 
@@ -60,6 +61,7 @@ class AnswerChecks {
   SubjectPair pairOf(const ShapeRef& a, const ShapeRef& b) const;
   PairProximity closest(const std::vector<SubjectPair>& pairs);
   PairProximity closestIn(const std::vector<double>& positions, const std::vector<SubjectPair>& pairs);
+  Verdict checkNumberBelow(double threshold, std::size_t said);
   Verdict checkPosed(const QueryPairsRequest& request, const std::vector<Proximity>& said);
   Verdict checkContact(const StateAt& state_at, const std::vector<SubjectPair>& pairs, double clearance,
                        const SaidContact& said);

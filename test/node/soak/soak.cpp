@@ -28,9 +28,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kTfRate = 100.0, kMonitorRate = 100.0;  // [Hz]
-constexpr double kMaxTfAge = 0.2;                        // [s]
-constexpr AnswerChecks::Levels kLevels{0.05, 0.02};      // [m], the node's defaults
+constexpr double kTfRate = 100.0, kMonitorRate = 100.0;       // [Hz]
+constexpr double kMaxTfAge = 0.2;                             // [s]
+constexpr AnswerChecks::Levels kLevels{0.05, 0.02, 0.3, 10};  // [m], the node's defaults
 constexpr int kClients = 6;
 constexpr double kTfRecovery = 2.0;       // [s] promised, from the end of a fault of tf to the right answer
 constexpr double kRestart = 20.0;         // [s] promised, from the start of the node to the right answer
