@@ -31,8 +31,7 @@ std::shared_ptr<const SceneModel> sceneModel(const std::string& urdf, const std:
   ModelOptions options = config.model;
   options.progress = [](const std::string& what) { ROS_INFO_STREAM("Loading: " << what); };
   RobotModel robot = loadRobotModel(urdf, withinRoots(packageResolver(roots), config.allowed_mesh_roots), options);
-  PairTable pairs = filterPairs(robot, srdf, config.filter);
-  return std::make_shared<const SceneModel>(SceneModel{std::move(robot), std::move(pairs)});
+  return std::make_shared<const SceneModel>(makeSceneModel(std::move(robot), srdf, config.filter));
 }
 
 const Link& rootLink(const RobotModel& robot) {

@@ -8,8 +8,7 @@ LinkTable::LinkTable(const RobotModel& model) : model_(model) {
   for (const Link& link : model.links) {
     index_.emplace(link.name, static_cast<int>(names_.size()));
     names_.push_back(link.name);
-    has_geometry_.push_back(std::any_of(link.collisions.begin(), link.collisions.end(),
-                                        [&](int i) { return !model.collisions[i].pieces.empty(); }));
+    has_geometry_.push_back(model.hasGeometry(static_cast<int>(has_geometry_.size())));
   }
 }
 
@@ -24,15 +23,16 @@ int LinkTable::require(const std::string& name, const std::string& list) const {
   return link;
 }
 
-bool LinkTable::adjacentButForEmptyBodies(const OrderedPair& pair) const {
-  const auto solidParent = [&](int body) {
-    do {
-      body = model_.bodies[body].parent;
-    } while (body >= 0 && model_.bodies[body].pieces.empty());
-    return body;
-  };
-  const int a = body(pair.link_a), b = body(pair.link_b);
-  return !adjacent(pair) && (solidParent(a) == b || solidParent(b) == a);
+bool LinkTable::adjacentButForEmptyLinks(const OrderedPair& pair) const {
+  const RobotModel::Connection way = model_.connection(pair.link_a, pair.link_b);
+  return way.movable_joints > 1 && !way.passes_geometry;
+}
+
+void addPairsWarning(const std::string& what, const std::vector<std::string>& pairs, PairTable& table) {
+  if (pairs.empty()) return;
+  std::string names;
+  for (const std::string& pair : pairs) names += (names.empty() ? "" : ", ") + pair;
+  table.warnings.push_back(what + " (" + std::to_string(pairs.size()) + "): " + names + ".");
 }
 
 OrderedPair PairListReader::require(const std::pair<std::string, std::string>& names) {

@@ -40,8 +40,8 @@ class LinkTable {
   bool hasGeometry(int link) const { return has_geometry_[link]; }
   bool sameBody(const OrderedPair& pair) const { return body(pair.link_a) == body(pair.link_b); }
   bool adjacent(const OrderedPair& pair) const { return model_.areNeighbours(pair.link_a, pair.link_b); }
-  /// Joined by several movable joints, with nothing but bodies without geometry between them.
-  bool adjacentButForEmptyBodies(const OrderedPair& pair) const;
+  /// Joined by several movable joints, with nothing but links without geometry between them.
+  bool adjacentButForEmptyLinks(const OrderedPair& pair) const;
 
  private:
   const RobotModel& model_;
@@ -49,6 +49,9 @@ class LinkTable {
   std::map<std::string, int> index_;
   std::vector<bool> has_geometry_;
 };
+
+/// "what (2): a - b, c - d.", with every pair by name; nothing where there is none.
+void addPairsWarning(const std::string& what, const std::vector<std::string>& pairs, PairTable& table);
 
 /// Looks up the pairs of one list of names and keeps those that have no effect.
 class PairListReader {

@@ -118,20 +118,17 @@ void addPadding(const PairFilterOptions& options, const LinkTable& links, PairTa
 
 /// What a person would want to know about the outcome.
 void audit(const LinkTable& links, PairTable& table) {
-  std::vector<std::string> silent, nearly_adjacent;
+  std::vector<std::string> silent, nearly_adjacent;  // named one by one: nobody should have to guess
   for (const LinkPair& entry : table.pairs) {
     const OrderedPair pair(entry.link_a, entry.link_b);
     if (entry.reason == PairReason::Adjacent) silent.push_back(links.names(pair));
-    if (entry.reason == PairReason::Checked && links.adjacentButForEmptyBodies(pair)) {
+    if (entry.reason == PairReason::Checked && links.adjacentButForEmptyLinks(pair)) {
       nearly_adjacent.push_back(links.names(pair));
     }
   }
-  const auto tell = [&](const std::vector<std::string>& pairs, const std::string& what) {
-    if (!pairs.empty())
-      table.warnings.push_back(what + " (" + std::to_string(pairs.size()) + "): " + listed(pairs) + ".");
-  };
-  tell(silent, "Not checked, as neighbours, although no disable_collisions names them");
-  tell(nearly_adjacent, "Checked, but only links without geometry are between them, so they may always touch");
+  addPairsWarning("Not checked, as neighbours, although no disable_collisions names them", silent, table);
+  addPairsWarning("Checked, but only links without geometry are between them, so they may always touch",
+                  nearly_adjacent, table);
   if (table.checked.empty()) table.warnings.push_back("No pair of links is checked.");
 }
 

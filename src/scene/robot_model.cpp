@@ -99,7 +99,7 @@ Joint readJoint(const urdf::Joint& joint, int parent_link, int child_link, std::
 
 /// Adds a link, in the body of its parent or, below a movable joint, in one of its own. Returns its index.
 int addLink(const urdf::Link& link, int parent_link, RobotModel& model) {
-  const int index = append(model.links, Link{link.name, -1, Isometry3d::Identity(), {}});
+  const int index = append(model.links, Link{link.name, -1, Isometry3d::Identity(), {}, parent_link});
   Link& added = model.links[index];
   if (parent_link < 0) {
     added.body = append(model.bodies, Body{index, -1, -1, {}, {}});
@@ -304,9 +304,26 @@ double jointPosition(const RobotModel& model, int joint, const std::vector<doubl
 
 int RobotModel::findLink(const std::string& link_name) const { return findNamed(links, link_name); }
 
+bool RobotModel::hasGeometry(int link) const {
+  const std::vector<int>& own = links[link].collisions;
+  return std::any_of(own.begin(), own.end(), [&](int i) { return !collisions[i].pieces.empty(); });
+}
+
+RobotModel::Connection RobotModel::connection(int link_a, int link_b) const {
+  Connection way;
+  for (int a = link_a, b = link_b; a != b;) {
+    int& lower = a > b ? a : b;  // links come parents first, so the later one hangs below the way
+    if (bodies[links[lower].body].link == lower) ++way.movable_joints;
+    lower = links[lower].parent;
+    const bool is_end = lower == link_a || lower == link_b;
+    way.passes_geometry = way.passes_geometry || (!is_end && hasGeometry(lower));
+  }
+  return way;
+}
+
 bool RobotModel::areNeighbours(int link_a, int link_b) const {
-  const int a = links[link_a].body, b = links[link_b].body;
-  return bodies[a].parent == b || bodies[b].parent == a;
+  const Connection way = connection(link_a, link_b);
+  return way.movable_joints == 1 && !way.passes_geometry;
 }
 
 Joint::Mimic RobotModel::leaderOf(int joint) const {

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "answers_in_blocks.h"
-#include "joint_ranges.h"
+#include "proximity_server/scene/joint_ranges.h"
 
 namespace proximity_server {
 namespace {

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "joint_ranges.h"
+#include "proximity_server/scene/joint_ranges.h"
 #include "separation_proof.h"
 
 namespace proximity_server {
@@ -22,7 +22,7 @@ enum class ContactClass : unsigned char {
 /// What is known about the contact of two links that are not one body.
 struct PairEvidence {
   SubjectPair pair;
-  bool are_neighbours = false;   ///< joined by one movable joint
+  bool are_neighbours = false;   ///< see RobotModel::areNeighbours
   bool has_known_ranges = true;  ///< those of all joints between the two, see hasKnownRange()
   long samples = 0;              ///< random states, until both kinds had been seen
   double smallest = std::numeric_limits<double>::infinity();  ///< [m] distance seen; 0: contact

@@ -22,10 +22,8 @@ std::shared_ptr<const SceneModel> loadSceneModel(const RobotFiles& files) {
   const std::string folder = std::filesystem::absolute(files.urdf).parent_path();
   const std::string srdf = files.srdf.empty() ? "" : readTextFile(files.srdf);
   try {
-    auto model = std::make_shared<SceneModel>();
-    model->robot = loadRobotModel(readTextFile(files.urdf), packageResolver(rosPackagePath(), folder), options);
-    model->pairs = filterPairs(model->robot, srdf);
-    return model;
+    RobotModel robot = loadRobotModel(readTextFile(files.urdf), packageResolver(rosPackagePath(), folder), options);
+    return std::make_shared<const SceneModel>(makeSceneModel(std::move(robot), srdf));
   } catch (const std::invalid_argument& error) {
     const std::string what = error.what();
     if (what.compare(0, files.urdf.size(), files.urdf) == 0) throw;

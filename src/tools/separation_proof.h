@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "joint_ranges.h"
+#include "proximity_server/scene/joint_ranges.h"
 #include "proximity_server/scene/scene.h"
 
 namespace proximity_server {

@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "clearance_run.h"
-#include "joint_ranges.h"
 #include "joint_states.h"
+#include "proximity_server/scene/joint_ranges.h"
 #include "proximity_server/scene/moving_scene.h"
 
 namespace proximity_server {

@@ -5,6 +5,7 @@
 #include <limits>
 #include <set>
 
+#include "proximity_server/scene/scene.h"
 #include "scene/files.h"
 
 namespace proximity_server {
@@ -79,15 +80,16 @@ bool says(const std::string& text, const std::string& what) { return text.find(w
 
 // --- the table
 
-// Seven links have geometry: 21 pairs. One is in the same body. Adjacent are torso to l_upper and r_upper, l_upper to
-// both links of the next body, r_upper - r_fore: five. The head is two joints away from the torso.
+// Seven links have geometry: 21 pairs. One is in the same body. Adjacent are torso to l_upper and r_upper, l_upper -
+// l_fore, r_upper - r_fore: four. The hand is fixed to the forearm, which has geometry, so it is no neighbour of the
+// upper arm; the head is two joints away from the torso.
 TEST_F(PairFilter, WithoutAnSrdfBodiesAndNeighboursAreLeftOut) {
   for (const PairTable& table : {filterPairs(robot_, ""), filter()}) {
     EXPECT_EQ(table.pairs.size(), 21U);
-    EXPECT_EQ(table.checked.size(), 15U);
+    EXPECT_EQ(table.checked.size(), 16U);
     EXPECT_EQ(reason(table, "l_fore", "l_hand"), PairReason::SameBody);
     EXPECT_EQ(reason(table, "torso", "l_upper"), PairReason::Adjacent);
-    EXPECT_EQ(reason(table, "l_hand", "l_upper"), PairReason::Adjacent);
+    EXPECT_EQ(reason(table, "l_hand", "l_upper"), PairReason::Checked);
     EXPECT_EQ(reason(table, "torso", "head"), PairReason::Checked);
     EXPECT_EQ(reason(table, "torso", "l_fore"), PairReason::Checked);
   }
@@ -133,7 +135,7 @@ TEST_F(PairFilter, DisabledPairsKeepTheReasonOfTheSrdf) {
 
 TEST_F(PairFilter, DisableDefaultTakesAllPairsOfALink) {
   const PairTable table = filter("<disable_default_collisions link='head'/>");
-  EXPECT_EQ(table.checked.size(), 15U - 6U);
+  EXPECT_EQ(table.checked.size(), 16U - 6U);
   EXPECT_EQ(reason(table, "l_hand", "head"), PairReason::SrdfDisabled);
 }
 
@@ -157,7 +159,7 @@ TEST_F(PairFilter, EnableOfAPairThatIsCheckedAnywayIsReported) {
 
 TEST_F(PairFilter, UnknownLinksOfTheSrdfAreReportedWithTheNearestName) {
   const PairTable table = filter(disable("l_hamd", "head") + "<disable_default_collisions link='haed'/>");
-  EXPECT_EQ(table.checked.size(), 15U);
+  EXPECT_EQ(table.checked.size(), 16U);
   EXPECT_TRUE(says(warning(table, "\"l_hamd\""), "\"l_hand\""));
   EXPECT_TRUE(says(warning(table, "\"haed\""), "\"head\""));
 }
@@ -177,8 +179,8 @@ TEST_F(PairFilter, UselessEntriesAreCountedInOneSentence) {
 }
 
 TEST_F(PairFilter, NeighboursThatTheSrdfDoesNotListAreReported) {
-  const PairTable table = filter(disable("torso", "l_upper") + disable("l_upper", "l_fore") +
-                                 disable("l_upper", "l_hand") + disable("torso", "r_upper"));
+  const PairTable table =
+      filter(disable("torso", "l_upper") + disable("l_upper", "l_fore") + disable("torso", "r_upper"));
   EXPECT_TRUE(says(warning(table, "neighbours"), "(1): r_upper - r_fore."));
 }
 
@@ -192,9 +194,8 @@ TEST_F(PairFilter, SrdfOfAnotherRobotIsReported) {
 }
 
 TEST_F(PairFilter, CompleteSrdfGivesNoWarning) {
-  const PairTable table =
-      filter(disable("torso", "l_upper") + disable("l_upper", "l_fore") + disable("l_upper", "l_hand") +
-             disable("torso", "r_upper") + disable("r_upper", "r_fore") + disable("torso", "head"));
+  const PairTable table = filter(disable("torso", "l_upper") + disable("l_upper", "l_fore") +
+                                 disable("torso", "r_upper") + disable("r_upper", "r_fore") + disable("torso", "head"));
   EXPECT_EQ(joined(table.warnings), "");
 }
 
@@ -206,6 +207,100 @@ TEST_F(PairFilter, MalformedSrdfThrows) {
   EXPECT_TRUE(says(error("<disable_collisions link1='torso'/>"), "link2"));
 }
 
+// --- neighbours
+
+std::string link(const std::string& name, const std::string& shape = "") {
+  const std::string collision = "<collision><geometry>" + shape + "</geometry></collision>";
+  return "<link name='" + name + "'>" + (shape.empty() ? "" : collision) + "</link>";
+}
+std::string joint(const std::string& type, const std::string& parent, const std::string& child,
+                  const std::string& xyz = "0 0 0") {
+  return "<joint name='" + parent + "_" + child + "' type='" + type + "'><parent link='" + parent + "'/><child link='" +
+         child + "'/><origin xyz='" + xyz + "'/><axis xyz='0 0 1'/></joint>";
+}
+RobotModel robotOf(const std::string& body) {
+  return loadRobotModel("<robot name='r'>" + body + "</robot>", packageResolver({}));
+}
+bool areNeighbours(const RobotModel& robot, const std::string& a, const std::string& b) {
+  const bool answer = robot.areNeighbours(robot.findLink(a), robot.findLink(b));
+  EXPECT_EQ(robot.areNeighbours(robot.findLink(b), robot.findLink(a)), answer);
+  return answer;
+}
+
+const std::string kBox = "<box size='0.2 0.2 0.2'/>";
+
+TEST(Neighbours, AreJoinedByOneJointSeenThroughFixedLinksWithoutGeometry) {
+  const RobotModel robot =
+      robotOf(link("base", kBox) + link("flange") + link("axle") + link("arm", kBox) +
+              joint("fixed", "base", "flange") + joint("continuous", "flange", "axle") + joint("fixed", "axle", "arm"));
+  EXPECT_TRUE(areNeighbours(robot, "base", "arm"));
+}
+
+TEST(Neighbours, AreSeenThroughACommonParentWithoutGeometry) {
+  const RobotModel robot = robotOf(link("root") + link("base", kBox) + link("arm", kBox) +
+                                   joint("fixed", "root", "base") + joint("continuous", "root", "arm"));
+  EXPECT_TRUE(areNeighbours(robot, "base", "arm"));
+}
+
+TEST(Neighbours, AreNotSeenThroughLinksWithGeometry) {
+  const RobotModel robot =
+      robotOf(link("base", kBox) + link("mast", kBox) + link("arm", kBox) + link("lamp", kBox) +
+              joint("fixed", "base", "mast") + joint("continuous", "base", "arm") + joint("fixed", "arm", "lamp"));
+  EXPECT_TRUE(areNeighbours(robot, "base", "arm"));
+  EXPECT_FALSE(areNeighbours(robot, "mast", "arm"));
+  EXPECT_FALSE(areNeighbours(robot, "base", "lamp"));
+  EXPECT_FALSE(areNeighbours(robot, "mast", "lamp"));
+}
+
+TEST(Neighbours, AreNeitherOfOneBodyNorTwoJointsApart) {
+  const RobotModel robot = robotOf(link("base", kBox) + link("mast", kBox) + link("cross") + link("arm", kBox) +
+                                   joint("fixed", "base", "mast") + joint("continuous", "base", "cross") +
+                                   joint("continuous", "cross", "arm"));
+  EXPECT_FALSE(areNeighbours(robot, "base", "mast"));
+  EXPECT_FALSE(areNeighbours(robot, "base", "arm"));
+  EXPECT_FALSE(areNeighbours(robot, "base", "base"));
+}
+
+TEST_F(PairFilter, EveryNeighbourThatTheSrdfDoesNotListIsNamed) {
+  std::string body = link("hub", kBox);
+  for (int i = 0; i < 20; ++i) {
+    body += link("spoke" + std::to_string(i), kBox) + joint("continuous", "hub", "spoke" + std::to_string(i));
+  }
+  const std::string text = warning(filterPairs(robotOf(body), ""), "neighbours");
+  for (int i = 0; i < 20; ++i) EXPECT_TRUE(says(text, "hub - spoke" + std::to_string(i))) << text;
+}
+
+// The arm turns about z above its base. The rod stands in its axis, so they overlap in every state; the mast is in its
+// way only where the joint is near 0 and pi. Rod and mast are fixed to the base.
+const std::string kMast = link("base", "<box size='0.4 0.4 0.1'/>") + link("mast", "<box size='0.1 0.1 1'/>") +
+                          link("rod", "<cylinder radius='0.05' length='1'/>") +
+                          link("arm", "<box size='0.8 0.1 0.1'/>") + joint("fixed", "base", "mast", "-0.3 0 0.5") +
+                          joint("fixed", "base", "rod", "0 0 0.5") + joint("continuous", "base", "arm", "0 0 0.5");
+
+TEST(SceneModelPairs, WhatIsFixedToANeighbourIsChecked) {
+  const SceneModel model = makeSceneModel(robotOf(kMast), "");
+  const auto reason = [&](const char* a, const char* b) {
+    return model.pairs.pairs.at(model.pairs.find(model.robot.findLink(a), model.robot.findLink(b))).reason;
+  };
+  EXPECT_EQ(reason("mast", "arm"), PairReason::Checked);
+  EXPECT_EQ(reason("rod", "arm"), PairReason::Checked);
+  EXPECT_EQ(reason("base", "arm"), PairReason::Adjacent);
+}
+
+TEST(SceneModelPairs, OnlyWhatTouchesInAllStatesOfItsJointIsReported) {
+  const std::string what = "in contact in each of 300 states";
+  const std::string text = warning(makeSceneModel(robotOf(kMast), "").pairs, what);
+  EXPECT_TRUE(says(text, "(1): arm - rod.")) << text;
+  const std::string disabled = "<robot name='r'>" + disable("rod", "arm") + "</robot>";
+  EXPECT_EQ(warning(makeSceneModel(robotOf(kMast), disabled).pairs, what), "");
+}
+
+TEST(SceneModelPairs, ThatAJointWithoutAPositionNeverMovesIsNotReported) {
+  const std::string loose = link("base", kBox) + link("mast", kBox) + link("cart", kBox) +
+                            joint("fixed", "base", "mast") + joint("floating", "base", "cart");
+  EXPECT_EQ(warning(makeSceneModel(robotOf(loose), "").pairs, "in contact"), "");
+}
+
 // --- configuration
 
 TEST_F(PairFilter, ExcludedPairsAreNotChecked) {
@@ -213,7 +308,7 @@ TEST_F(PairFilter, ExcludedPairsAreNotChecked) {
   options.exclude_pairs = {{"head", "torso"}};
   const PairTable table = filter("", options);
   EXPECT_EQ(reason(table, "torso", "head"), PairReason::ConfigExcluded);
-  EXPECT_EQ(table.checked.size(), 14U);
+  EXPECT_EQ(table.checked.size(), 15U);
 }
 
 TEST_F(PairFilter, OnlyPairsLeaveNothingElseAndBringBackNeighbours) {

@@ -20,7 +20,8 @@ std::string manyStates(int count) {
 }
 
 TEST_F(Clearance, WritesTheClosestPairOfEachState) {
-  // Left out are neighbours (base - sled, base - ball, mast likewise): sled - ball is left, 2.25 + slide apart.
+  // Left out are the neighbours base - sled and base - ball. Of the others sled and ball are the closest, 2.25 + slide
+  // apart.
   const CommandResult result = run("slide\n0\n0.5\n", "");
   const auto rows = rowsOf(result.output);
   ASSERT_EQ(result.exit_code, 0) << result.output;
@@ -33,6 +34,22 @@ TEST_F(Clearance, WritesTheClosestPairOfEachState) {
   EXPECT_EQ(rows[2][16], "exact");
   EXPECT_NEAR(std::stod(rows[1][3]), 2.25, 1e-9);
   EXPECT_NEAR(std::stod(rows[2][3]), 2.75, 1e-9);
+}
+
+// Regression: mast and arm are on bodies that a joint joins, so they were taken for neighbours and never checked. At pi the
+// arm, 0.1 wide, lies in the mast, 0.1 wide: the way out is 0.1 to either side.
+TEST_F(Clearance, AMastFixedToTheBaseIsCheckedAgainstTheArm) {
+  urdf_ = files_.write("mast.urdf", R"(<robot name="mast">
+    <link name="base"><collision><geometry><box size="0.2 0.2 0.1"/></geometry></collision></link>
+    <link name="mast"><collision><geometry><box size="0.1 0.1 1"/></geometry></collision></link>
+    <link name="arm"><collision><origin xyz="0.4 0 0"/><geometry><box size="0.8 0.1 0.1"/></geometry></collision></link>
+    <joint name="weld" type="fixed"><parent link="base"/><child link="mast"/><origin xyz="-0.4 0 0.5"/></joint>
+    <joint name="joint1" type="continuous"><parent link="base"/><child link="arm"/><origin xyz="0 0 0.5"/>
+      <axis xyz="0 0 1"/></joint></robot>)");
+  const auto rows = rowsOf(run("joint1\n3.141592653589793\n", "").output);
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[1][1] + "|" + rows[1][2], "mast|arm");
+  EXPECT_NEAR(std::stod(rows[1][3]), -0.1, 1e-9);
 }
 
 TEST_F(Clearance, WithoutFilterNeighboursComeToo) {

@@ -8,14 +8,15 @@ namespace proximity_server {
 //           in contact at -1 only
 //   "ball"  a sphere of radius 0.25 about 5 + 2 * slide, carried by "follow", which mimics "slide": to the sled
 //           5 + 2 s - 0.25 - (2.5 + s) = 2.25 + s
-// and "mast" is fixed to the base, a sphere of radius 0.5 about (0, 3, 0).
+// and "mast" is fixed to the base, a sphere of radius 0.5 about (0, 4, 0): farther from the others than they
+// are from each other.
 inline const char* const kTwoSliders = R"(<robot name="two sliders">
   <link name="base"><collision><geometry><box size="1 1 1"/></geometry></collision></link>
   <link name="mast"><collision><geometry><sphere radius="0.5"/></geometry></collision></link>
   <link name="sled, left"><collision><geometry><box size="1 1 1"/></geometry></collision></link>
   <link name="ball"><collision><geometry><sphere radius="0.25"/></geometry></collision></link>
   <joint name="weld" type="fixed">
-    <parent link="base"/><child link="mast"/><origin xyz="0 3 0"/></joint>
+    <parent link="base"/><child link="mast"/><origin xyz="0 4 0"/></joint>
   <joint name="slide" type="prismatic">
     <parent link="base"/><child link="sled, left"/><origin xyz="2 0 0"/><axis xyz="1 0 0"/>
     <limit lower="-1" upper="2" effort="1" velocity="1"/></joint>

@@ -15,7 +15,7 @@ enum class PairReason : unsigned char {
   NotInOnlyPairs,  ///< the configuration lists only_pairs, and this is none of them
   ConfigExcluded,  ///< named by exclude_pairs
   SrdfDisabled,    ///< disable_collisions, or disable_default_collisions of one of the two
-  Adjacent,  ///< their bodies are joined by one movable joint, and neither only_pairs nor enable_collisions asks for it
+  Adjacent,    ///< neighbours, see RobotModel::areNeighbours, that neither only_pairs nor enable_collisions asks for
   NotInGroup,  ///< neither link is moved by the chosen group
 };
 const char* toString(PairReason reason);
@@ -55,7 +55,7 @@ struct PairFilterOptions {
   std::vector<std::pair<Names, double>> pair_padding;
 };
 
-/// Decides which pairs of links are checked.
+/// Decides which pairs of links are checked: all but those of one body, neighbours, and what SRDF or options leave out.
 ///
 /// `srdf_xml` may be empty. disable_collisions, enable_collisions, disable_default_collisions and groups (links,
 /// joints, chains, subgroups) count. An enable_collisions brings back what disable_default_collisions or adjacency

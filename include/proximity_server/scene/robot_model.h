@@ -38,6 +38,7 @@ struct Link {
   int body;  ///< index into RobotModel::bodies
   Eigen::Isometry3d body_T_link;
   std::vector<int> collisions;  ///< indices into RobotModel::collisions, in the URDF's order
+  int parent = -1;              ///< the link that a joint, fixed or movable, hangs it on; -1 for the root
 };
 
 /// A movable joint; fixed joints are folded into bodies.
@@ -81,7 +82,18 @@ struct RobotModel {
   /// Index of a link, or -1.
   int findLink(const std::string& name) const;
 
-  /// Whether one movable joint joins the bodies of two links.
+  /// Whether the link has collision geometry.
+  bool hasGeometry(int link) const;
+
+  /// What lies between two links: the movable joints on the way from one to the other, and whether a third link on it
+  /// has geometry.
+  struct Connection {
+    int movable_joints = 0;
+    bool passes_geometry = false;
+  };
+  Connection connection(int link_a, int link_b) const;
+
+  /// Whether two links are joined by one movable joint, seen through fixed links that have no geometry of their own.
   bool areNeighbours(int link_a, int link_b) const;
 
   /// The joint that sets a joint's position: position = offset + multiplier * that of the leader. A joint that follows

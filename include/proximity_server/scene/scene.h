@@ -17,6 +17,12 @@ struct SceneModel {
   PairTable pairs;
 };
 
+/// The robot with its pairs, see filterPairs(), and one more warning: the checked pairs that one joint moves against
+/// each other, but that are in contact all over its range. That is nearly always an overlap of the model itself.
+///
+/// Failure: throws as filterPairs() does.
+SceneModel makeSceneModel(RobotModel robot, const std::string& srdf_xml, const PairFilterOptions& options = {});
+
 /// A link, or one of its <collision> elements.
 struct Subject {
   int link = -1;

@@ -1,4 +1,4 @@
-#include "joint_ranges.h"
+#include "proximity_server/scene/joint_ranges.h"
 
 #include <algorithm>
 #include <cmath>
