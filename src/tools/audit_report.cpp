@@ -77,6 +77,16 @@ class Report {
     addList(toString(contact), lines);
   }
 
+  /// Nobody checks neighbours, so these come first.
+  void addNeighboursThatCollide() {
+    std::vector<std::string> lines;
+    for (const PairEvidence& evidence : study_.pairs) {
+      if (!evidence.are_neighbours || evidence.contactClass() != ContactClass::Sometimes) continue;
+      lines.push_back(names(evidence) + ": " + reasonText(evidence) + contactText(evidence));
+    }
+    addList("adjacent, but apart in some states and in contact in others", lines);
+  }
+
   void addNeighbours() {
     std::vector<std::string> lines;
     for (const PairEvidence& evidence : study_.pairs) {
@@ -185,7 +195,7 @@ SrdfFaults findSrdfFaults(const SceneModel& model, const PairStudy& study) {
     const PairEvidence& evidence = study.pairs[i];
     const PairReason reason = model.pairs.pairs[model.pairs.find(evidence.pair.a.link, evidence.pair.b.link)].reason;
     const ContactClass contact = evidence.contactClass();
-    const bool is_disabled = reason == PairReason::SrdfDisabled && !evidence.are_neighbours;
+    const bool is_disabled = reason == PairReason::SrdfDisabled && !evidence.are_neighbours;  // those come first
     if (is_disabled && contact == ContactClass::Sometimes) faults.disabled_but_touch.push_back(i);
     if (reason != PairReason::Checked) continue;
     if (contact == ContactClass::Never) faults.checked_but_never.push_back(i);
@@ -205,6 +215,7 @@ std::string stateText(const RobotModel& robot, const SubjectPair& pair, const Po
 std::string auditReport(const SceneModel& model, const PairStudy& study, SrdfGiven srdf) {
   Report report(model, study);
   report.addSummary();
+  report.addNeighboursThatCollide();
   for (const ContactClass contact :
        {ContactClass::Always, ContactClass::Never, ContactClass::Sometimes, ContactClass::Undecided}) {
     report.addClass(contact);

@@ -19,15 +19,15 @@ Names ordered(const std::string& a, const std::string& b) { return {std::min(a, 
 
 /// Why a pair need not be checked; nullptr where it must be.
 const char* reasonOf(const PairEvidence& evidence) {
-  if (evidence.are_neighbours) return "Adjacent";
   switch (evidence.contactClass()) {
-    case ContactClass::Always:
-      return "Always";
-    case ContactClass::Never:
-      return "Never";
     case ContactClass::Sometimes:
+      return nullptr;
+    case ContactClass::Always:
+      return evidence.are_neighbours ? "Adjacent" : "Always";
+    case ContactClass::Never:
+      return evidence.are_neighbours ? "Adjacent" : "Never";
     case ContactClass::Undecided:
-      break;
+      return evidence.are_neighbours ? "Adjacent" : nullptr;
   }
   return nullptr;
 }

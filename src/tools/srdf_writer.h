@@ -6,8 +6,9 @@
 
 namespace proximity_server {
 
-/// An SRDF whose disable_collisions name the neighbours (reason "Adjacent"), the pairs that are always in contact
-/// ("Always") and those that never are ("Never").
+/// An SRDF whose disable_collisions name the pairs that are always in contact ("Always"), those that never are
+/// ("Never"), and the neighbours ("Adjacent") but for those that were seen both apart and in contact: such a pair is
+/// never written.
 ///
 /// Everything else of the given SRDF stays, comments too; "" stands for an SRDF that says nothing. A pair that its
 /// enable_collisions name is not disabled.

@@ -43,12 +43,42 @@ TEST_F(PairAudit, ListsEveryPairUnderItsClass) {
   EXPECT_TRUE(says(result.output, "Robot \"crossing sliders\": 15 pairs of links, ")) << result.output;
   EXPECT_TRUE(says(result.output, "Joint \"drift\" is floating or planar; it stood still.")) << result.output;
   EXPECT_EQ(linesUnder("in contact in some states (1)", result.output), Lines{"base - tip"});
-  EXPECT_EQ(linesUnder("adjacent", result.output).size(), 5U);
+  EXPECT_EQ(linesUnder("adjacent (joined by one joint)", result.output).size(), 5U);
   EXPECT_EQ(linesUnder("not decided (4)", result.output).size(), 4U);
   EXPECT_EQ(linesUnder("never in contact (4)", result.output).size(), 4U);
   EXPECT_TRUE(says(linesUnder("never in contact", result.output).at(0), "base - far: closest seen 3.25 m; proven: "));
   EXPECT_TRUE(says(linesUnder("always in contact (1)", result.output).at(0), "base - rod: not seen apart in "));
   EXPECT_FALSE(says(result.output, "SRDF"));
+}
+
+// The forearm hangs below the upper arm and folds back onto it. Its cover is fixed to it, and has the joint between
+// them.
+const char* const kFoldingArm = R"(<robot name="folding arm">
+  <link name="upper"><collision><geometry><box size="0.1 0.1 1"/></geometry></collision></link>
+  <link name="fore"><collision><origin xyz="0 0 0.6"/><geometry><box size="0.1 0.1 0.9"/></geometry></collision></link>
+  <link name="cover"><collision><origin xyz="0 0 0.1"/><geometry><box size="0.2 0.2 0.1"/></geometry></collision></link>
+  <joint name="elbow" type="revolute">
+    <parent link="upper"/><child link="fore"/><origin xyz="0 0 0.6"/><axis xyz="0 1 0"/>
+    <limit lower="0" upper="3.14" effort="1" velocity="1"/></joint>
+  <joint name="screws" type="fixed"><parent link="fore"/><child link="cover"/></joint>
+</robot>)";
+
+TEST_F(PairAudit, NeighboursThatCollideComeFirstAndAreNotDisabled) {
+  const std::string urdf = files_.write("arm.urdf", kFoldingArm), out = files_.path("arm.srdf");
+  const CommandResult result = runCommand(PAIR_AUDIT " " + urdf + " --write " + out + " 2>/dev/null");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  const std::string title = "adjacent, but apart in some states and in contact in others (1)";
+  ASSERT_EQ(linesUnder(title, result.output).size(), 1U) << result.output;
+  EXPECT_TRUE(says(linesUnder(title, result.output)[0], "upper - fore: in contact, ")) << result.output;
+  EXPECT_TRUE(says(linesUnder(title, result.output)[0], ", at elbow=")) << result.output;
+  EXPECT_LT(result.output.find(title), result.output.find("always in contact"));
+  EXPECT_FALSE(says(readFile(out), "disable_collisions")) << readFile(out);
+}
+
+TEST_F(PairAudit, WhatIsFixedToANeighbourIsNoNeighbour) {
+  const std::string report = runCommand(PAIR_AUDIT " " + files_.write("arm.urdf", kFoldingArm) + " 2>&1").output;
+  EXPECT_EQ(linesUnder("in contact in some states (1)", report), Lines{"upper - cover"}) << report;
+  EXPECT_EQ(linesUnder("adjacent (joined by one joint) (1)", report).size(), 1U) << report;
 }
 
 TEST_F(PairAudit, NamesWhatTheSrdfGetsWrong) {
