@@ -48,7 +48,7 @@ TEST_F(Clearance, AMastFixedToTheBaseIsCheckedAgainstTheArm) {
       <axis xyz="0 0 1"/></joint></robot>)");
   const auto rows = rowsOf(run("joint1\n3.141592653589793\n", "").output);
   ASSERT_EQ(rows.size(), 2U);
-  EXPECT_EQ(rows[1][1] + "|" + rows[1][2], "mast|arm");
+  EXPECT_EQ(rows[1][1] + "|" + rows[1][2], "arm|mast");
   EXPECT_NEAR(std::stod(rows[1][3]), -0.1, 1e-9);
 }
 
