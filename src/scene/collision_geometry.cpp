@@ -1,8 +1,14 @@
 #include "collision_geometry.h"
 
 #include <limits>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
+#include <type_traits>
+
+namespace urdf {
+class Capsule;  // not in every urdfdom
+}
 
 namespace proximity_server {
 namespace {
@@ -17,6 +23,21 @@ std::string text(const Parts&... parts) {
   (stream << ... << parts);
   return stream.str();
 }
+
+/// A <capsule>, where this urdfdom has a class for it.
+template <typename UrdfCapsule, typename = void>
+struct CapsuleReader {
+  static std::optional<CollisionGeometry> read(const urdf::Geometry& /*geometry*/) { return std::nullopt; }
+};
+template <typename UrdfCapsule>
+struct CapsuleReader<UrdfCapsule, std::void_t<decltype(sizeof(UrdfCapsule))>> {
+  static std::optional<CollisionGeometry> read(const urdf::Geometry& geometry) {
+    const auto* capsule = dynamic_cast<const UrdfCapsule*>(&geometry);
+    if (!capsule) return std::nullopt;
+    return CollisionGeometry{text("capsule, radius ", capsule->radius, ", length ", capsule->length),
+                             {Capsule{capsule->radius, capsule->length}}};
+  }
+};
 
 /// The collision that is a sphere of this radius centred here, or -1.
 int findSphere(const std::vector<urdf::CollisionSharedPtr>& collisions, double radius, const Vector3d& centre,
@@ -48,7 +69,8 @@ CollisionGeometry GeometryReader::read(const urdf::Geometry& geometry, const Mes
     return {text("cylinder, radius ", cylinder->radius, ", length ", cylinder->length),
             {Cylinder{cylinder->radius, cylinder->length}}};
   }
-  throw std::invalid_argument("a shape that is no sphere, box, cylinder or mesh");
+  if (auto capsule = CapsuleReader<urdf::Capsule>::read(geometry)) return *capsule;
+  throw std::invalid_argument("a shape that is no sphere, box, cylinder, capsule or mesh");
 }
 
 CollisionGeometry GeometryReader::readMesh(const urdf::Mesh& mesh, const MeshOptions& options) {

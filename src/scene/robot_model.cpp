@@ -132,49 +132,79 @@ void addTree(const urdf::ModelInterface& urdf, RobotModel& model) {
   }
 }
 
-void checkMimicEnds(const RobotModel& model, int joint) {
-  int follower = joint;
-  for (std::size_t steps = 0; model.joints[follower].mimic; ++steps) {
-    if (steps == model.joints.size()) {
-      throw std::invalid_argument("URDF: joint " + quoted(model.joints[joint].name) + " mimics itself in a circle");
-    }
-    follower = model.joints[follower].mimic->joint;
-  }
-}
-
-/// Multipliers and offsets multiply along a chain.
-void checkMimicSize(const RobotModel& model, int joint) {
-  const Joint::Mimic leader = model.leaderOf(joint);
-  if (std::abs(leader.multiplier) <= kFarthest && std::abs(leader.offset) <= kFarthest) return;
-  throw std::invalid_argument("URDF: joint " + quoted(model.joints[joint].name) +
-                              " mimics with a multiplier or an offset beyond 1e6");
-}
-
 bool hasOnePosition(const Joint& joint) {
   return joint.type != Joint::Type::Floating && joint.type != Joint::Type::Planar;
 }
 
-void addMimics(const urdf::ModelInterface& urdf, RobotModel& model) {
-  for (Joint& joint : model.joints) {
-    const auto& mimic = urdf.getJoint(joint.name)->mimic;
-    if (!mimic) continue;
-    const std::string who = "joint " + quoted(joint.name) + " mimics joint " + quoted(mimic->joint_name);
-    if (!urdf.getJoint(mimic->joint_name)) {
-      throw std::invalid_argument("URDF: joint " + quoted(joint.name) + " mimics the unknown joint " +
-                                  unknownName(mimic->joint_name, namesOf(model.joints)));
+/// What is wrong with the chain of joints that a joint mimics, or "".
+std::string faultOfMimic(const RobotModel& model, int joint) {
+  int follower = joint;
+  for (std::size_t steps = 0; model.joints[follower].mimic; ++steps) {
+    if (steps == model.joints.size()) return "mimics itself in a circle";
+    follower = model.joints[follower].mimic->joint;
+  }
+  // Multipliers and offsets multiply along the chain. Written as !(x <= farthest) so that NaN is refused too.
+  const Joint::Mimic leader = model.leaderOf(joint);
+  const bool is_small = std::abs(leader.multiplier) <= kFarthest && std::abs(leader.offset) <= kFarthest;
+  return is_small ? "" : "mimics with a multiplier or an offset beyond 1e6";
+}
+
+/// For each link, whether it or a link that hangs on it has a <collision>.
+std::vector<bool> linksThatCarryGeometry(const urdf::ModelInterface& urdf, const RobotModel& model) {
+  std::vector<bool> carries;
+  for (const Link& link : model.links) carries.push_back(!urdf.getLink(link.name)->collision_array.empty());
+  for (std::size_t i = model.links.size(); i-- > 1;) {  // parents come first
+    if (carries[i]) carries[model.links[i].parent] = true;
+  }
+  return carries;
+}
+
+/// The joints that mimic another one. A mimic that makes no sense is an error where the joint moves geometry; else it
+/// is a warning, and the joint has a position of its own.
+class MimicReader {
+ public:
+  MimicReader(const urdf::ModelInterface& urdf, RobotModel& model)
+      : urdf_(urdf), model_(model), carries_geometry_(linksThatCarryGeometry(urdf, model)) {}
+
+  void readAll() {
+    for (Joint& joint : model_.joints) read(joint);
+    std::vector<std::pair<int, std::string>> faults;  // all of them first: without one, another would look right
+    for (int i = 0; i < static_cast<int>(model_.joints.size()); ++i) {
+      if (const std::string fault = faultOfMimic(model_, i); !fault.empty()) faults.emplace_back(i, fault);
     }
-    const int leader = findNamed(model.joints, mimic->joint_name);
-    if (leader < 0 || !hasOnePosition(model.joints[leader]) || !hasOnePosition(joint)) {
-      model.warnings.push_back(who + ": not both of them have a position; taken as a joint of its own.");
-      continue;
+    for (const auto& [joint, fault] : faults) refuse(model_.joints[joint], fault);
+  }
+
+ private:
+  void read(Joint& joint) {
+    const auto& mimic = urdf_.getJoint(joint.name)->mimic;
+    if (!mimic) return;
+    if (!urdf_.getJoint(mimic->joint_name)) {
+      return refuse(joint, "mimics the unknown joint " + unknownName(mimic->joint_name, namesOf(model_.joints)));
+    }
+    const int leader = findNamed(model_.joints, mimic->joint_name);
+    if (leader < 0 || !hasOnePosition(model_.joints[leader]) || !hasOnePosition(joint)) {
+      return warn(joint, "mimics joint " + quoted(mimic->joint_name) + ": not both of them have a position");
     }
     joint.mimic = Joint::Mimic{leader, mimic->multiplier, mimic->offset};
   }
-  for (int i = 0; i < static_cast<int>(model.joints.size()); ++i) {
-    checkMimicEnds(model, i);
-    checkMimicSize(model, i);
+
+  void refuse(Joint& joint, const std::string& fault) {
+    if (carries_geometry_[joint.child_link]) {
+      throw std::invalid_argument("URDF: joint " + quoted(joint.name) + " " + fault);
+    }
+    joint.mimic.reset();
+    warn(joint, fault + ", but moves no geometry");
   }
-}
+
+  void warn(const Joint& joint, const std::string& fault) {
+    model_.warnings.push_back("joint " + quoted(joint.name) + " " + fault + "; taken as a joint of its own.");
+  }
+
+  const urdf::ModelInterface& urdf_;
+  RobotModel& model_;
+  const std::vector<bool> carries_geometry_;
+};
 
 /// What holds for a link: its own value, or the default.
 double valueOf(const std::string& link, const std::map<std::string, double>& own_values, double default_value) {
@@ -224,6 +254,24 @@ void checkReach(const Piece& piece) {
   throw std::invalid_argument(text.str());
 }
 
+/// Across the box around a mesh [m]: no link of a robot is that large, but one of 2 cm in millimetres is.
+constexpr double kOddlyLarge = 20.0;
+
+void warnOfMillimetres(const urdf::Geometry& urdf, const CollisionGeometry& geometry, const std::string& where,
+                       std::vector<std::string>& warnings) {
+  if (!dynamic_cast<const urdf::Mesh*>(&urdf)) return;
+  Eigen::AlignedBox3d box;
+  for (const Shape& shape : geometry.shapes) {
+    for (const Vector3d& vertex : shape.hull().vertices()) box.extend(vertex);
+  }
+  const double size = geometry.shapes.empty() ? 0.0 : box.diagonal().norm();
+  if (size < kOddlyLarge) return;
+  std::ostringstream text;
+  text << where << ": " << geometry.description << " is " << size << " m across. If it is in millimetres, it needs "
+       << "scale=\"0.001 0.001 0.001\".";
+  warnings.push_back(text.str());
+}
+
 /// Adds one <collision> and the pieces that stand for it alone.
 void addCollision(int link, const urdf::Collision& urdf, const ModelOptions& options, GeometryReader& reader,
                   RobotModel& model) {
@@ -232,6 +280,7 @@ void addCollision(int link, const urdf::Collision& urdf, const ModelOptions& opt
   const std::string where = "link " + quoted(owner.name) + ", <collision> " + std::to_string(number);
   try {
     CollisionGeometry geometry = readGeometry(*urdf.geometry, where, owner.name, options, reader, model.warnings);
+    warnOfMillimetres(*urdf.geometry, geometry, where, model.warnings);
     const Isometry3d body_T_collision = owner.body_T_link * toEigen(urdf.origin);
     if (!body_T_collision.matrix().allFinite()) throw std::invalid_argument("its pose is not finite");
     if (model.collisions.size() == kMostCollisions || model.pieces.size() + geometry.shapes.size() > kMostPieces) {
@@ -345,11 +394,11 @@ double RobotModel::reachOf(int link, const Vector3d& point) const {
 }
 
 RobotModel loadRobotModel(const std::string& urdf_xml, const MeshResolver& resolve, const ModelOptions& options) {
-  const urdf::ModelInterfaceSharedPtr urdf = readUrdf(urdf_xml);
   RobotModel model;
+  const urdf::ModelInterfaceSharedPtr urdf = readUrdf(urdf_xml, model.warnings);
   model.name = urdf->getName();
   addTree(*urdf, model);
-  addMimics(*urdf, model);
+  MimicReader(*urdf, model).readAll();
   requireLinks("padding", options.link_padding, model);
   requireLinks("mesh tolerance", options.link_mesh_tolerance, model);
   addGeometry(*urdf, resolve, options, model);

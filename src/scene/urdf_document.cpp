@@ -47,13 +47,45 @@ class UrdfdomErrors : console_bridge::OutputHandler {
 };
 std::mutex UrdfdomErrors::mutex_;
 
+bool isOneOf(const std::string& name, const std::vector<std::string>& names) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
 /// Removes all other elements, and what is no element: texts, comments.
 void keepOnly(XMLElement& parent, const std::vector<std::string>& names) {
   tinyxml2::XMLNode* next = nullptr;
   for (tinyxml2::XMLNode* child = parent.FirstChild(); child; child = next) {
     next = child->NextSibling();
-    const bool is_kept = child->ToElement() && std::find(names.begin(), names.end(), child->Value()) != names.end();
+    const bool is_kept = child->ToElement() && isOneOf(child->Value(), names);
     if (!is_kept) parent.DeleteChild(child);
+  }
+}
+
+/// Whether one of these elements is this one, or somewhere in it.
+bool holds(const XMLElement& element, const std::vector<std::string>& names) {
+  if (isOneOf(element.Name(), names)) return true;
+  for (auto* child = element.FirstChildElement(); child; child = child->NextSiblingElement()) {
+    if (holds(*child, names)) return true;
+  }
+  return false;
+}
+
+/// Names the elements of `parent` that urdfdom drops without a word although they hold geometry, links or joints.
+void warnOfDropped(const XMLElement& parent, const std::string& where, const std::vector<std::string>& known,
+                   std::vector<std::string>& warnings) {
+  for (auto* child = parent.FirstChildElement(); child; child = child->NextSiblingElement()) {
+    if (isOneOf(child->Name(), known) || !holds(*child, {"link", "joint", "collision", "geometry"})) continue;
+    warnings.push_back(where + "the element <" + child->Name() + ">, line " + std::to_string(child->GetLineNum()) +
+                       ", is no part of a URDF and is ignored with all that is in it.");
+  }
+}
+
+void refuseXacro(const XMLElement& robot) {
+  for (auto* child = robot.FirstChildElement(); child; child = child->NextSiblingElement()) {
+    const std::string name = child->Name();
+    if (name.compare(0, 6, "xacro:") != 0) continue;
+    fail("line " + std::to_string(child->GetLineNum()) + ": <" + name +
+         ">: this is a xacro file; run xacro on it and take the URDF that it prints");
   }
 }
 
@@ -98,9 +130,8 @@ void checkLink(const XMLElement& link) {
 void checkNumbers(const XMLElement& element, const std::string& where) {
   static const std::vector<std::string> kNames = {"name", "type", "link", "joint", "filename"};
   for (auto* attribute = element.FirstAttribute(); attribute; attribute = attribute->Next()) {
-    const bool is_name = std::find(kNames.begin(), kNames.end(), attribute->Name()) != kNames.end();
     const std::string value = attribute->Value();
-    if (!is_name && value.find('%') != std::string::npos) {
+    if (!isOneOf(attribute->Name(), kNames) && value.find('%') != std::string::npos) {
       fail(where + ": " + attribute->Name() + " " + quoted(value) + " is not numeric");
     }
   }
@@ -135,7 +166,7 @@ void checkTree(const XMLElement& robot) {
 
 }  // namespace
 
-urdf::ModelInterfaceSharedPtr readUrdf(const std::string& urdf_xml) {
+urdf::ModelInterfaceSharedPtr readUrdf(const std::string& urdf_xml, std::vector<std::string>& warnings) {
   tinyxml2::XMLDocument document;
   try {
     parseXml(urdf_xml, document);
@@ -144,11 +175,15 @@ urdf::ModelInterfaceSharedPtr readUrdf(const std::string& urdf_xml) {
   }
   XMLElement* robot = document.FirstChildElement("robot");
   if (!robot) fail("no <robot> element");
+  refuseXacro(*robot);
+  warnOfDropped(*robot, "", {"link", "joint", "material", "transmission", "gazebo"}, warnings);
   checkNumber(*robot, "link");
   checkNumber(*robot, "joint");
   if (count(robot, "link") == 0) fail("the robot has no links");
   for (auto* link = robot->FirstChildElement("link"); link; link = link->NextSiblingElement("link")) {
     checkLink(*link);
+    warnOfDropped(*link, "link " + quoted(attribute(*link, "name")) + ": ", {"collision", "visual", "inertial"},
+                  warnings);
     keepOnly(*link, {"collision"});
     checkNumbers(*link, "link " + quoted(attribute(*link, "name")));
   }

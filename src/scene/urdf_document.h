@@ -4,6 +4,7 @@
 #include <urdf_world/types.h>
 
 #include <string>
+#include <vector>
 
 namespace proximity_server {
 
@@ -11,6 +12,7 @@ namespace proximity_server {
 /// without the element, or use the first of two shapes, this throws std::invalid_argument naming link or joint.
 ///
 /// What is of no concern here (visual, inertial, material, ...) is removed first, so that errors in it do not matter.
-urdf::ModelInterfaceSharedPtr readUrdf(const std::string& urdf_xml);
+/// An element that is not known, but holds geometry or joints, becomes a warning that names it.
+urdf::ModelInterfaceSharedPtr readUrdf(const std::string& urdf_xml, std::vector<std::string>& warnings);
 
 }  // namespace proximity_server

@@ -176,7 +176,7 @@ TEST_F(Mesh, MoreThan200000TrianglesAreRefused) {
 }
 
 TEST_F(Mesh, OtherFormatsAreNotGuessed) {
-  expectSays(errorOfMesh("scene.blend", "BLENDER"), "only .stl, .dae and .obj");
+  expectSays(errorOfMesh("scene.blend", "BLENDER"), "only .stl, .dae, .obj and .ply");
 }
 
 /// A Collada file of the triangle (0, 0, 0), (1, 0, 0), (0, 1, 0) in pieces that may be wrong.
@@ -331,7 +331,8 @@ TEST_F(Robot, NumbersBeyondAllMeasureNameTheThing) {
                                   link(box, "xyz='nan 0 0'"), link(box, "xyz='inf 0 0'"), link(box, "rpy='nan 0 0'")}) {
     expectSays(errorOfUrdf(urdf), "arm");
   }
-  const std::string two = "<link name='a'/><link name='b'/>";
+  const std::string geometry = "<collision><geometry><sphere radius='1'/></geometry></collision>";
+  const std::string two = "<link name='a'/><link name='b'>" + geometry + "</link>";
   for (const std::string body : {"<origin xyz='1e300 0 0'/>", "<origin xyz='nan 0 0'/>", "<origin rpy='inf 0 0'/>",
                                  "<axis xyz='nan 0 0'/>", "<limit lower='nan' upper='1' effort='1' velocity='1'/>",
                                  "<limit lower='0' upper='inf' effort='1' velocity='1'/>", "<mimic joint='elbow'/>",
@@ -340,7 +341,7 @@ TEST_F(Robot, NumbersBeyondAllMeasureNameTheThing) {
     if (body.find("origin") != std::string::npos)
       expectSays(errorOfUrdf(robot(two + joint("elbow", "a", "b", body, "fixed"))), "elbow");
   }
-  expectSays(errorOfUrdf(robot(two + "<link name='c'/>" + joint("j", "a", "b") +
+  expectSays(errorOfUrdf(robot(two + "<link name='c'>" + geometry + "</link>" + joint("j", "a", "b") +
                                joint("elbow", "b", "c", "<mimic joint='j' multiplier='1e300'/>"))),
              "elbow");
 }

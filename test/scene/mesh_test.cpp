@@ -167,6 +167,46 @@ TEST_F(MeshFile, ObjIndicesMayCountFromTheEnd) {
   EXPECT_EQ(load("triangle.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\n").triangles.size(), 1U);
 }
 
+/// An ASCII or binary (little endian) PLY file with quadrangles and an attribute that nobody asked for.
+std::string plyOfUnitBox(const std::string& format) {
+  std::string ply = "ply\nformat " + format +
+                    " 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\nproperty float "
+                    "confidence\nelement face 6\nproperty list uchar int vertex_indices\nend_header\n";
+  const bool is_text = format == "ascii";
+  const auto put = [&](auto value) {
+    is_text ? ply.append(std::to_string(value) + " ") : ply.append(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  for (int i = 0; i < 8; ++i) {
+    for (const int bit : {1, 2, 4}) put(i & bit ? 1.0F : 0.0F);
+    put(0.5F);
+    if (is_text) ply += "\n";
+  }
+  for (const auto& face :
+       {std::array<int, 4>{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}) {
+    put(std::uint8_t{4});
+    for (const int corner : face) put(corner);
+    if (is_text) ply += "\n";
+  }
+  return ply;
+}
+
+TEST_F(MeshFile, PlyIsReadAsTextAndAsBytes) {
+  for (const std::string format : {"ascii", "binary_little_endian"}) {
+    const TriangleMesh mesh = load("box.ply", plyOfUnitBox(format));
+    EXPECT_EQ(mesh.triangles.size(), 12U) << format;
+    EXPECT_DOUBLE_EQ(enclosedVolume(mesh), 1.0) << format;
+  }
+}
+
+TEST_F(MeshFile, PlyThatIsCutOffInItsLastFacesThrows) {
+  for (const std::string format : {"ascii", "binary_little_endian"}) {
+    const std::string whole = plyOfUnitBox(format);
+    for (std::size_t missing = 4; missing < 40; missing += 3) {
+      EXPECT_NE(error("broken.ply", whole.substr(0, whole.size() - missing)), "") << format << ", " << missing;
+    }
+  }
+}
+
 TEST_F(MeshFile, ScaleStretchesEachAxis) {
   expectBounds(load("box.stl", binaryStl(kBox), {2, 10, 0.001}), {0, 0, 0}, {2, 20, 0.003});
 }
@@ -248,6 +288,11 @@ TEST_F(MeshFile, BrokenFilesThrowNamingTheFile) {
       {"no XML", "broken.dae", "<COLLADA"},
       {"no scene", "broken.dae", "<COLLADA/>"},
       {"nothing in the scene", "broken.dae", collada("", "<node/>")},
+      {"PLY, cut off", "broken.ply", plyOfUnitBox("ascii").substr(0, 300)},
+      {"PLY in bytes, cut off", "broken.ply", plyOfUnitBox("binary_little_endian").substr(0, 360)},
+      {"PLY with a billion faces declared", "broken.ply",
+       "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nelement face "
+       "1000000000\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n"},
       {"unknown format", "broken.xyz", "0 0 0"},
   };
   for (const auto& broken : cases) {

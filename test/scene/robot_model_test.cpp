@@ -366,6 +366,30 @@ TEST(RobotModel, MimicOfAnUnknownJointThrowsWithTheNearestName) {
   expectSays(errorOfLoading(twoLinks("continuous", "<mimic joint='elbov'/>")), "did you mean \"elbow\"");
 }
 
+// Regression: each of these refused the whole robot.
+TEST(RobotModel, ABadMimicOfAJointThatMovesNoGeometryIsAWarning) {
+  const auto lamp = [](const std::string& mimic) {
+    return link("a", kUnitBox) + link("b") + link("bulb") + joint("cable", "continuous", "a", "b", mimic) +
+           joint("screw", "fixed", "b", "bulb");
+  };
+  for (const std::string mimic : {"<mimic joint='cabel'/>", "<mimic joint='cable'/>"}) {
+    const RobotModel model = load(lamp(mimic));
+    EXPECT_FALSE(model.joints.at(0).mimic) << mimic;
+    expectWarns(model, "joint \"cable\" mimics ");
+    expectWarns(model, "moves no geometry; taken as a joint of its own");
+  }
+  const std::string with_geometry = link("a", kUnitBox) + link("b") + link("bulb", kUnitBox) +
+                                    joint("cable", "continuous", "a", "b", "<mimic joint='cable'/>") +
+                                    joint("screw", "fixed", "b", "bulb");
+  expectSays(errorOfLoading(with_geometry), "joint \"cable\" mimics itself in a circle");
+}
+
+TEST(RobotModel, ACircleOfMimicsWithGeometryThrowsAlsoIfPartOfItMovesNone) {
+  const std::string circle = link("a", kUnitBox) + link("b") + link("c", kUnitBox) +
+                             slider("jb", "b", "<mimic joint='jc'/>") + slider("jc", "c", "<mimic joint='jb'/>");
+  expectSays(errorOfLoading(circle), "joint \"jc\" mimics itself in a circle");
+}
+
 TEST(RobotModel, MimicOfAFixedJointIsAWarning) {
   const RobotModel model =
       load(link("a", kUnitBox) + link("b", kUnitBox) + link("c", kUnitBox) + joint("weld", "fixed", "a", "b") +
@@ -416,6 +440,30 @@ TEST(RobotModel, BrokenGeometryThrowsNamingTheLink) {
                                             joint("j", "fixed", "good", "upper_arm"));
     EXPECT_NE(said.find("upper_arm"), std::string::npos) << element << " says \"" << said << "\"";
   }
+}
+
+TEST(RobotModel, XacroFilesAreRefusedWithTheCure) {
+  const std::string said = errorOfLoading("\n<xacro:property name='l' value='1'/>" + link("a", kUnitBox));
+  expectSays(said, "line 2");
+  expectSays(said, "run xacro");
+}
+
+// Regression: all of these disappeared without a word.
+TEST(RobotModel, DroppedElementsWithGeometryAreWarnings) {
+  const RobotModel model =
+      load(link("a", kUnitBox + "<geometry/>") + link("b", "<group>" + kUnitBox + "</group><gripper/>") +
+           "<lnik name='c'>" + kUnitBox + "</lnik>" + joint("j", "fixed", "a", "b"));
+  expectWarns(model, "link \"a\": the element <geometry>, line 1, is no part of a URDF");
+  expectWarns(model, "link \"b\": the element <group>, line 1, ");
+  expectWarns(model, "the element <lnik>, line 1, ");
+  EXPECT_EQ(model.warnings.size(), 3U);
+}
+
+TEST(RobotModel, ElementsForOthersAreNoWarnings) {
+  const RobotModel model =
+      load(link("a", kUnitBox + "<visual><geometry><sphere radius='1'/></geometry></visual><inertial/>") +
+           "<gazebo><collision/></gazebo><transmission><joint/></transmission><material/>");
+  EXPECT_TRUE(model.warnings.empty()) << model.warnings.front();
 }
 
 TEST(RobotModel, ErrorTellsWhichCollision) {
@@ -487,6 +535,14 @@ TEST_F(MeshRobot, EachComponentOfAMeshIsAPiece) {
   EXPECT_EQ(model.pieces[0].shape.hull().size(), 8);
   EXPECT_EQ(model.collisions[0].representation, Representation::Exact);
   EXPECT_EQ(model.collisions[0].description, "mesh package://boxes/two.obj");
+}
+
+// The two boxes are 1 x 3 x 1, in metres or in millimetres.
+TEST_F(MeshRobot, AMeshInMillimetresIsAWarningThatNamesTheLink) {
+  EXPECT_TRUE(load(link("a", mesh("package://boxes/two.obj"))).warnings.empty());
+  const RobotModel model = load(link("a", mesh("package://boxes/two.obj", "1000 1000 1000")));
+  expectWarns(model, "link \"a\", <collision> 1: mesh package://boxes/two.obj is 3316.62 m across");
+  expectWarns(model, "scale=\"0.001 0.001 0.001\"");
 }
 
 /// Corners of an L, swept by one; open at both ends.

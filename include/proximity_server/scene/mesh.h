@@ -32,8 +32,8 @@ MeshResolver withinRoots(MeshResolver resolve, const std::vector<std::string>& r
 /// The folders of the environment variable ROS_PACKAGE_PATH.
 std::vector<std::string> rosPackagePath();
 
-/// All triangles of a mesh file (.stl, binary or ASCII, .dae, .obj), instances and node transforms applied, then
-/// scaled.
+/// All triangles of a mesh file (.stl and .ply, binary or ASCII, .dae, .obj), instances and node transforms applied,
+/// then scaled.
 ///
 /// Units are taken as metres and axes as they stand, as ROS tools do (a Collada up axis is ignored, its unit counts).
 /// A mirrored scale (one or three negative factors) turns the triangles so that they still face outwards.
