@@ -6,8 +6,7 @@
 
 #include "fuzz/require.h"
 #include "joint_states.h"
-#include "proximity_server/scene/pair_filter.h"
-#include "proximity_server/scene/robot_model.h"
+#include "proximity_server/scene/scene.h"
 #include "scene/files.h"
 
 namespace proximity_server {
@@ -15,6 +14,7 @@ namespace {
 
 std::string extensionFor(char letter) {
   if (letter == 's') return ".stl";
+  if (letter == 'p') return ".ply";
   return letter == 'o' ? ".obj" : ".dae";
 }
 
@@ -42,7 +42,7 @@ void checkRobot(const RobotModel& model, const std::string& srdf) {
   const BodyPoses poses = forwardKinematics(model, std::vector<double>(model.joints.size(), 0.0));
   for (const auto& pose : poses) require(pose && pose->matrix().allFinite(), "a pose is finite");
   for (const Piece& piece : model.pieces) require(piece.body_T_piece.matrix().allFinite(), "a piece has a place");
-  filterPairs(model, srdf);
+  makeSceneModel(model, srdf);
 }
 
 const char* const kSlider =
