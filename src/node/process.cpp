@@ -1,5 +1,6 @@
 #include "process.h"
 
+#include <linux/sched.h>
 #include <linux/sched/types.h>
 #include <malloc.h>
 #include <sys/resource.h>
@@ -9,6 +10,7 @@
 namespace proximity_server {
 
 void askForShortTurns() {
+  if (syscall(SYS_sched_getscheduler, 0) != SCHED_NORMAL) return;  // somebody chose another policy, as chrt does
   constexpr __u64 kTurn = 100'000;  // [ns] the shortest that there are
   sched_attr attributes{};
   attributes.size = sizeof attributes;

@@ -6,7 +6,7 @@ namespace proximity_server {
 
 /// Before there are other threads: asks the system to let this one, and all that it starts later, run in many short
 /// turns: when one of them has something to do it need not wait for the end of the long turn of another program. Linux
-/// grants that to everybody from 6.12 on; before, nothing changes.
+/// grants that to everybody from 6.12 on; before, nothing changes, and nothing does under a policy that somebody chose.
 void askForShortTurns();
 
 /// Before there are other threads: memory of a huge request goes back to the system with its answer. By itself glibc

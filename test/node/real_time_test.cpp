@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "grants_real_time.h"
+#include "process.h"
 
 namespace proximity_server {
 namespace {
@@ -60,6 +61,16 @@ TEST(RunInRealTime, WarnsWhereItIsNotGranted) {
   const std::string said = testing::internal::GetCapturedStderr();
   setrlimit(RLIMIT_RTPRIO, &before);
   EXPECT_NE(said.find("realtime_priority 7 is not granted"), std::string::npos) << said;
+}
+
+// Regression: a node that was started with `chrt --fifo 20` lost its policy. SCHED_BATCH is granted to everybody.
+TEST(AskForShortTurns, KeepsAPolicyThatSomebodyChose) {
+  inAThread([] {
+    const sched_param parameter{};
+    ASSERT_EQ(sched_setscheduler(0, SCHED_BATCH, &parameter), 0);
+    askForShortTurns();
+    EXPECT_EQ(policy(), SCHED_BATCH);
+  });
 }
 
 }  // namespace
