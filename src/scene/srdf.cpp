@@ -1,5 +1,7 @@
 #include "srdf.h"
 
+#include <algorithm>
+#include <initializer_list>
 #include <stdexcept>
 
 #include "input_limits.h"
@@ -55,6 +57,35 @@ Srdf::Group readGroup(const XMLElement& element) {
   return group;
 }
 
+/// The first element that makes the text a URDF, or nullptr: a joint with a parent and a child, or a link that has a
+/// body. Neither stands directly below the <robot> of an SRDF, which knows <joint> and <link> in its groups only.
+const XMLElement* findUrdfElement(const XMLElement& robot) {
+  const auto hasAny = [](const XMLElement& element, std::initializer_list<const char*> names) {
+    return std::any_of(names.begin(), names.end(), [&](const char* name) { return element.FirstChildElement(name); });
+  };
+  for (auto* child = robot.FirstChildElement(); child; child = child->NextSiblingElement()) {
+    const std::string name = child->Name();
+    if (name == "link" && hasAny(*child, {"collision", "visual", "inertial"})) return child;
+    if (name == "joint" && hasAny(*child, {"parent"}) && hasAny(*child, {"child"})) return child;
+  }
+  return nullptr;
+}
+
+/// Whether there is anything that this package reads of an SRDF.
+bool saysAnything(const Srdf& srdf) {
+  return !srdf.disable_collisions.empty() || !srdf.enable_collisions.empty() ||
+         !srdf.disable_default_collisions.empty() || !srdf.virtual_joints.empty() || !srdf.groups.empty();
+}
+
+void refuseUrdf(const XMLElement& robot, const Srdf& srdf) {
+  // One file that is both is odd, but says which pairs it means.
+  const XMLElement* element = saysAnything(srdf) ? nullptr : findUrdfElement(robot);
+  if (!element) return;
+  throw std::invalid_argument(
+      "SRDF, line " + std::to_string(element->GetLineNum()) + ": this is a URDF: it describes the " + element->Name() +
+      " \"" + optional(*element, "name") + "\", and has nothing that an SRDF has (disable_collisions, groups)");
+}
+
 }  // namespace
 
 Srdf readSrdf(const std::string& srdf_xml) {
@@ -78,6 +109,7 @@ Srdf readSrdf(const std::string& srdf_xml) {
     throw std::invalid_argument("SRDF: it has " + std::to_string(srdf.groups.size()) + " groups, more than " +
                                 std::to_string(kMostGroups));
   }
+  refuseUrdf(*robot, srdf);
   return srdf;
 }
 

@@ -27,7 +27,7 @@ struct Srdf {
 };
 
 /// Reads an SRDF; an empty text is an empty SRDF. Throws std::invalid_argument with the line: unreadable XML, no
-/// <robot>, a missing attribute.
+/// <robot>, a missing attribute, a URDF in place of the SRDF.
 Srdf readSrdf(const std::string& srdf_xml);
 
 }  // namespace proximity_server

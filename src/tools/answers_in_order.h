@@ -3,12 +3,16 @@
 #include <deque>
 #include <functional>
 #include <future>
+#include <stdexcept>
+#include <string>
+#include <system_error>
 #include <utility>
 
 namespace proximity_server {
 
 /// Runs work in several threads and hands on the answers in the order in which the work came, in the calling thread.
 /// At most `threads` answers wait. What the work throws comes out of start() or finish().
+/// Failure: start() throws std::runtime_error where the system has no further thread.
 template <typename Answer>
 class AnswersInOrder {
  public:
@@ -17,7 +21,13 @@ class AnswersInOrder {
 
   void start(std::function<Answer()> work) {
     if (running_.size() == threads_) takeOldest();
-    running_.push_back(std::async(std::launch::async, std::move(work)));
+    try {
+      running_.push_back(std::async(std::launch::async, std::move(work)));
+    } catch (const std::system_error& error) {
+      throw std::runtime_error("only " + std::to_string(running_.size()) + " of " + std::to_string(threads_) +
+                               " threads could be started (" + error.code().message() +
+                               "); ask for fewer with --threads");
+    }
   }
 
   void finish() {

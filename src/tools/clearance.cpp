@@ -2,21 +2,19 @@
 #include <unistd.h>
 #include <CLI/CLI.hpp>
 
-#include <algorithm>
-#include <cmath>
 #include <fstream>
 #include <iostream>
-#include <map>
 #include <optional>
 #include <stdexcept>
 #include <string>
-#include <thread>
 
+#include "clearance_assertion.h"
 #include "clearance_plot.h"
 #include "clearance_rows.h"
 #include "clearance_run.h"
-#include "csv.h"
+#include "number_options.h"
 #include "robot_files.h"
+#include "tool_main.h"
 #include "trajectory_run.h"
 
 namespace proximity_server {
@@ -28,10 +26,14 @@ struct Arguments {
   RowFormat format = RowFormat::Csv;
   RowKind rows = RowKind::State;
   MotionQuestion motion;
+  std::optional<double> assert_above;  // [m]
   Skipping skipping = Skipping::On;
-  int threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  int threads = 1;
   enum class Filter : unsigned char { On, Off } filter = Filter::On;
 };
+
+/// Narrowphase answers are within 1e-9 m, so no closer bounds of a motion can be asked for.
+constexpr double kSmallestTolerance = 1e-8;
 
 std::string whyNoSelection(const std::string& text) {
   try {
@@ -48,34 +50,50 @@ void declareTrajectory(CLI::App& app, Arguments& arguments) {
       "the states are way points, joints linear in between, at the times of a column \"time\" [s] or 1 s apart: a row "
       "for each segment, with its closest pair and first contact");
   trajectory->excludes("--pairs")->excludes("--no-skip");
-  app.add_option("--clearance", arguments.motion.clearance, "[m] what counts as contact (default: 0)")
+  addLength(app, "--clearance", arguments.motion.clearance, 0.0, "what counts as contact (default: 0)")
       ->needs(trajectory);
-  app.add_option("--tolerance", arguments.motion.tolerance, "[m] of the minimum and of contact (default: 1e-6)")
+  addLength(app, "--tolerance", arguments.motion.tolerance, kSmallestTolerance,
+            "of the minimum and of contact (default: 1e-6)")
       ->needs(trajectory);
 }
 
+void declareOutput(CLI::App& app, Arguments& arguments) {
+  const auto readFormat = [&](const std::string& name) {
+    if (name != "csv" && name != "json") {
+      throw CLI::ValidationError("--format", "'" + name + "' is neither csv nor json");
+    }
+    arguments.format = name == "csv" ? RowFormat::Csv : RowFormat::Json;
+  };
+  app.add_option_function<std::string>("--format", readFormat, "csv or json (default: csv)")->type_name("NAME");
+  app.add_option("--out", arguments.out, "where to write (default: standard output)")->type_name("FILE");
+  app.add_option(
+         "--plot", arguments.plot,
+         "a picture (.png, .pdf or .svg) of the clearance over the states or the time, and of the closest pairs")
+      ->type_name("FILE");
+  addLength(app, "--assert-above", arguments.assert_above, 0.0,
+            "end with exit code 2 unless every state, or all that lies between way points, is proven to be above this "
+            "distance, and name the first and the worst on standard error");
+  app.footer(
+      "Exit codes: 0: done, and what --assert-above asks for is proven; 1: bad input, or memory, threads or disk did "
+      "not suffice; 2: --assert-above does not hold, or is not proven.");
+}
+
 void declare(CLI::App& app, Arguments& arguments) {
-  app.add_option("robot", arguments.robot.urdf, "the URDF")->required();
-  app.add_option("--srdf", arguments.robot.srdf, "which pairs not to check");
-  app.add_option("--states", arguments.states, "CSV: a header of joint names, a row for each state; -: standard input");
+  app.add_option("robot", arguments.robot.urdf, "the URDF")->required()->type_name("FILE");
+  app.add_option("--srdf", arguments.robot.srdf, "which pairs not to check")->type_name("FILE");
+  app.add_option("--states", arguments.states, "CSV: a header of joint names, a row for each state; -: standard input")
+      ->type_name("FILE");
   app.add_option("--pairs", arguments.pairs, "all, minimum, below:METRES or k:COUNT (default: minimum)")
       ->check(whyNoSelection);
-  app.add_option("--mesh-tolerance", arguments.robot.mesh_tolerance, "[m] how far pieces may lie from their mesh")
-      ->check(CLI::NonNegativeNumber);
+  addMeshTolerance(app, arguments.robot.mesh_tolerance);
   app.add_flag_callback(
       "--no-filter", [&] { arguments.filter = Arguments::Filter::Off; },
       "every pair of links with geometry that are not one body, neighbours too");
   app.add_flag_callback(
       "--no-skip", [&] { arguments.skipping = Skipping::Off; }, "compute every pair anew");
-  app.add_option("--format", arguments.format, "csv or json (default: csv)")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, RowFormat>{{"csv", RowFormat::Csv}, {"json", RowFormat::Json}}));
-  app.add_option("--out", arguments.out, "where to write (default: standard output)");
-  app.add_option("--plot", arguments.plot,
-                 "a PNG of the clearance over the states or the time, and of the closest pairs");
-  app.add_option("--threads", arguments.threads, "default: all cores; the output is the same for any number")
-      ->check(CLI::Range(1, 1024));
+  addThreads(app, arguments.threads);
   declareTrajectory(app, arguments);
+  declareOutput(app, arguments);
 }
 
 /// Writes rows as they come, and what stands before, between and behind them.
@@ -115,8 +133,9 @@ class AnswerCounter {
   void count() {
     if (is_terminal_ && ++count_ % 1000 == 0) std::cerr << '\r' << count_ << what_ << std::flush;
   }
-  ~AnswerCounter() {
-    if (is_terminal_) std::cerr << "\r\033[K";
+  /// Takes the line away.
+  void clear() const {
+    if (is_terminal_) std::cerr << "\r\033[K" << std::flush;
   }
 
  private:
@@ -138,23 +157,12 @@ Stream& openStream(const std::string& path, const std::string& no_name, std::opt
 ClearanceQuestion questionOf(const Arguments& arguments) {
   ClearanceQuestion question;
   question.model = loadSceneModel(arguments.robot);
+  printWarnings(*question.model);
   question.pairs =
       arguments.filter == Arguments::Filter::On ? filteredPairs(*question.model) : unfilteredPairs(*question.model);
   if (question.pairs.empty()) throw std::invalid_argument(arguments.robot.urdf + ": no pair of links is checked");
   question.threads = arguments.threads;
   return question;
-}
-
-/// Narrowphase answers are within 1e-9 m, so no closer bounds of a motion can be asked for.
-constexpr double kSmallestTolerance = 1e-8;
-
-/// Throws std::invalid_argument naming the argument.
-void check(const MotionQuestion& question) {
-  if (!std::isfinite(question.clearance)) throw std::invalid_argument("--clearance: not a finite length");
-  if (!std::isfinite(question.tolerance) || question.tolerance < kSmallestTolerance) {
-    throw std::invalid_argument("--tolerance: not a finite length of at least " + numberText(kSmallestTolerance) +
-                                " m");
-  }
 }
 
 /// Every answer in their order, to `take`.
@@ -163,10 +171,12 @@ void answerAll(const Arguments& arguments, const ClearanceQuestion& question, Jo
   if (arguments.rows == RowKind::Segment) {
     answerSegments(question, arguments.motion, states, take);
   } else {
-    answerStates(question, {readPairSelection(arguments.pairs), arguments.skipping}, states, take);
+    const Smallest smallest = arguments.assert_above ? Smallest::Always : Smallest::IfListed;
+    answerStates(question, {readPairSelection(arguments.pairs), arguments.skipping, smallest}, states, take);
   }
 }
 
+/// What is known before the first state.
 void warn(const JointStates& states, RowKind rows) {
   for (const std::string& warning : states.warnings()) std::cerr << "warning: " << warning << '\n';
   if (rows == RowKind::State && states.hasTimes()) {
@@ -174,56 +184,95 @@ void warn(const JointStates& states, RowKind rows) {
   }
 }
 
-void run(const Arguments& arguments) {
-  check(arguments.motion);
-  const ClearanceQuestion question = questionOf(arguments);
-  const RobotModel& robot = question.model->robot;
-  std::optional<std::ifstream> in_file;
-  std::optional<std::ofstream> out_file;
-  std::optional<ClearancePlot> plot;
-  std::istream& in = openStream(arguments.states, "-", in_file, std::cin);
-  JointStates states(in, in_file ? arguments.states : "standard input", robot);
-  warn(states, arguments.rows);
-  std::ostream& out = openStream(arguments.out, "", out_file, std::cout);
-  const std::string out_name = out_file ? arguments.out : "standard output";
+/// What is known after the last state.
+void warnOfLimits(const JointStates& states) {
+  if (const std::string warning = states.limitWarning(); !warning.empty()) std::cerr << "warning: " << warning << '\n';
+}
 
-  if (!arguments.plot.empty()) plot.emplace(arguments.plot);
-  RowWriter writer(out, robot, arguments.rows, arguments.format);
-  std::optional<RowWriter> plot_writer;
-  if (plot) plot_writer.emplace(plot->data(), robot, arguments.rows, RowFormat::Csv);
+/// Where the answers go.
+class Answers {
+ public:
+  Answers(const Arguments& arguments, const ClearanceQuestion& question, std::ostream& out, ClearancePlot* plot)
+      : writer_(out, question.model->robot, arguments.rows, arguments.format), counter_(arguments.rows) {
+    const RobotModel& robot = question.model->robot;
+    if (plot) plot_writer_.emplace(plot->data(), robot, arguments.rows, RowFormat::Csv);
+    if (!arguments.assert_above) return;
+    assertion_.emplace(*arguments.assert_above, arguments.rows, robot, question.pairs.size());
+  }
+
+  template <typename Answer>
+  void take(const Answer& answer) {
+    writer_.write(answer);
+    if (plot_writer_) plot_writer_->write(answer);
+    if (assertion_) assertion_->take(answer);
+    counter_.count();
+  }
+
+  /// After this, what was written is a whole document.
+  void end(const std::string& out_name) {
+    counter_.clear();
+    writer_.end(out_name);
+    if (plot_writer_) plot_writer_->end("the data of the plot");
+  }
+
+  const std::optional<ClearanceAssertion>& assertion() const { return assertion_; }
+
+ private:
+  RowWriter writer_;
+  std::optional<RowWriter> plot_writer_;
+  std::optional<ClearanceAssertion> assertion_;
+  AnswerCounter counter_;
+};
+
+void answerInto(Answers& answers, const std::string& out_name, const Arguments& arguments,
+                const ClearanceQuestion& question, JointStates& states) {
+  const auto end = [&] {
+    answers.end(out_name);
+    warnOfLimits(states);
+  };
   try {
-    AnswerCounter counter(arguments.rows);
-    answerAll(arguments, question, states, [&](const auto& found) {
-      writer.write(found);
-      if (plot_writer) plot_writer->write(found);
-      counter.count();
-    });
-  } catch (const std::invalid_argument&) {
-    writer.end(out_name);  // what was answered before the error is a whole document
+    answerAll(arguments, question, states, [&](const auto& found) { answers.take(found); });
+  } catch (const std::exception&) {
+    end();
     throw;
   }
-  writer.end(out_name);
-  if (plot_writer) plot_writer->end("the data of the plot");
+  end();
+}
+
+ExitCode judge(const ClearanceAssertion& assertion, const JointStates& states) {
+  if (!assertion.hasRows()) {
+    throw std::invalid_argument(states.source() + ": no state, so --assert-above proves nothing");
+  }
+  std::cerr << "clearance: " << assertion.report() << '\n';
+  return assertion.holds() ? ExitCode::Done : ExitCode::AssertionFails;
+}
+
+ExitCode run(const Arguments& arguments) {
+  std::optional<ClearancePlot> plot;
+  if (!arguments.plot.empty()) plot.emplace(arguments.plot);
+  std::optional<std::ifstream> in_file;
+  std::optional<std::ofstream> out_file;
+  std::istream& in = openStream(arguments.states, "-", in_file, std::cin);
+  const ClearanceQuestion question = questionOf(arguments);
+  JointStates states(in, in_file ? arguments.states : "standard input", question.model->robot);
+  warn(states, arguments.rows);
+  std::ostream& out = openStream(arguments.out, "", out_file, std::cout);
+
+  Answers answers(arguments, question, out, plot ? &*plot : nullptr);
+  answerInto(answers, out_file ? arguments.out : "standard output", arguments, question, states);
   if (plot) plot->draw(arguments.motion.clearance);
+  return answers.assertion() ? judge(*answers.assertion(), states) : ExitCode::Done;
 }
 
 }  // namespace
 }  // namespace proximity_server
 
 int main(int argc, char** argv) {
-  std::ios::sync_with_stdio(false);
   CLI::App app(
       "How close a robot is to itself in recorded or planned states, and between them; lengths in metres, in the root "
-      "link's frame");
+      "link's frame",
+      "clearance");
   proximity_server::Arguments arguments;
   proximity_server::declare(app, arguments);
-  CLI11_PARSE(app, argc, argv);
-  try {
-    proximity_server::run(arguments);
-  } catch (const std::invalid_argument& error) {
-    std::cout << std::flush;
-    std::cerr << "clearance: " << error.what() << '\n';
-    return 1;
-  }
-  return 0;
+  return proximity_server::runTool(app, argc, argv, [&] { return proximity_server::run(arguments); });
 }

@@ -5,12 +5,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cctype>
 #include <filesystem>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "csv.h"
+#include "output_file.h"
 
 namespace proximity_server {
 namespace {
@@ -28,13 +30,29 @@ bool runPython(std::vector<std::string> arguments) {
   return waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
+/// Of the suffix. Throws std::invalid_argument for one that is no picture's.
+std::string formatOf(const std::string& picture) {
+  std::string format = std::filesystem::path(picture).extension();
+  for (char& letter : format) letter = static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
+  if (format != ".png" && format != ".pdf" && format != ".svg") {
+    throw std::invalid_argument("--plot: " + picture + ": the name ends in none of .png, .pdf and .svg");
+  }
+  return format.substr(1);
+}
+
 std::string scriptBesideExecutable() {
   return std::filesystem::read_symlink("/proc/self/exe").parent_path() / "clearance_plot.py";
 }
 
 }  // namespace
 
-ClearancePlot::ClearancePlot(std::string png) : png_(std::move(png)), script_(scriptBesideExecutable()) {
+ClearancePlot::ClearancePlot(std::string picture)
+    : picture_(std::move(picture)), format_(formatOf(picture_)), script_(scriptBesideExecutable()) {
+  try {
+    requireWritable(picture_);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(std::string("--plot: ") + error.what());
+  }
   if (!std::filesystem::exists(script_)) throw std::invalid_argument("--plot: there is no " + script_);
   if (!runPython({script_})) {
     throw std::invalid_argument("--plot: /usr/bin/python3 cannot use matplotlib (Debian package python3-matplotlib)");
@@ -54,8 +72,9 @@ ClearancePlot::~ClearancePlot() {
 
 void ClearancePlot::draw(double limit) {
   data_.close();
-  if (!runPython({script_, data_path_, png_, numberText(limit)}))
-    throw std::invalid_argument("--plot: " + png_ + " could not be drawn");
+  if (!runPython({script_, data_path_, picture_, format_, numberText(limit)})) {
+    throw std::invalid_argument("--plot: " + picture_ + " could not be drawn");
+  }
 }
 
 }  // namespace proximity_server

@@ -8,9 +8,10 @@ namespace proximity_server {
 /// A picture of the rows of `clearance`, drawn by clearance_plot.py, which stands beside the executable.
 class ClearancePlot {
  public:
-  /// Failure: throws std::invalid_argument where the script is missing or matplotlib is not installed, so that nobody
-  /// waits for a picture that cannot be drawn.
-  explicit ClearancePlot(std::string png);
+  /// The suffix of the name says the format: .png, .pdf or .svg.
+  /// Failure: throws std::invalid_argument for another one, where the file cannot be written, the script is missing or
+  /// matplotlib is not installed, so that nobody waits for a picture that cannot be drawn.
+  explicit ClearancePlot(std::string picture);
   ~ClearancePlot();
   ClearancePlot(const ClearancePlot&) = delete;
   ClearancePlot& operator=(const ClearancePlot&) = delete;
@@ -23,7 +24,7 @@ class ClearancePlot {
   void draw(double limit);
 
  private:
-  std::string png_, script_, data_path_;
+  std::string picture_, format_, script_, data_path_;
   std::ofstream data_;
 };
 

@@ -1,17 +1,20 @@
 #!/usr/bin/python3
-"""clearance_plot.py DATA.csv PICTURE.png LIMIT: the rows of `clearance` as a picture, and a line at the clearance LIMIT
-[m]; without arguments: whether it can."""
+"""clearance_plot.py DATA.csv PICTURE FORMAT LIMIT: the rows of `clearance` as a picture (png, pdf or svg), and a line at
+the clearance LIMIT [m]; without arguments: whether it can."""
 import csv
 import sys
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402  (after the choice of the backend)
-import numpy  # noqa: E402
+try:
+    import matplotlib
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+    import numpy
+except ImportError as error:
+    sys.exit(str(error))
 
 SHOWN_PAIRS = 20  # more rows of a heat map cannot be read
 COLUMNS = 1000  # wider than the picture has pixels
+BAND = 0.05  # height of what marks contacts, as a share of the panel
 FEW = 50  # states or segments, of which each can be seen
 
 
@@ -78,11 +81,10 @@ def column(rows, name):
 
 
 def mark_spans(axes, rows, begin_name, color, label):
-    """From a time in each of these rows to the end of its segment."""
+    """From a time in each of these rows to the end of its segment, in a band below the curve rather than over it."""
     begins = column(rows, begin_name)
-    axes.broken_barh(list(zip(begins, column(rows, "t_end") - begins)), (0, 1), color=color, alpha=0.15, label=label,
+    axes.broken_barh(list(zip(begins, column(rows, "t_end") - begins)), (0, BAND), facecolor=color, label=label,
                      transform=axes.get_xaxis_transform())
-    axes.vlines(begins, 0, 1, color=color, linewidth=0.8, transform=axes.get_xaxis_transform())
 
 
 def draw_clearance(rows, axes):
@@ -92,7 +94,8 @@ def draw_clearance(rows, axes):
     axes.hlines(column(rows, "upper"), begin, end, linewidth=1)
     axes.plot(column(rows, "t_minimum"), column(rows, "distance"), linestyle="", color="C1", marker=".",
               markersize=6 if len(rows) < FEW else 2, label="where it is")
-    axes.set_ylim(axes.get_ylim())  # the marks reach from 0 to 1 of the height, and say nothing about lengths
+    bottom, top = axes.get_ylim()
+    axes.set_ylim(bottom - 2.0 * BAND * (top - bottom), top)  # room for the band, which says nothing about lengths
     for contact, begins, color, label in (("true", "t_contact", "red", "from the first contact of the segment"),
                                           ("unknown", "t_free", "grey", "contact not known")):
         marked = [row for row in rows if row["contact"] == contact]
@@ -126,8 +129,12 @@ def draw(rows, limit):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) == 4:
-        found = read_rows(sys.argv[1])
+    if len(sys.argv) == 5:
+        data, picture, picture_format, clearance = sys.argv[1:]
+        found = read_rows(data)
         if not found:
             sys.exit("no pair was listed in any state: nothing to draw")
-        draw(found, float(sys.argv[3])).savefig(sys.argv[2], dpi=100, format="png")
+        try:
+            draw(found, float(clearance)).savefig(picture, dpi=100, format=picture_format)
+        except OSError as error:
+            sys.exit(str(error))

@@ -1,11 +1,11 @@
 #include "clearance_run.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <stdexcept>
 
 #include "answers_in_blocks.h"
-#include "proximity_server/scene/joint_ranges.h"
 
 namespace proximity_server {
 namespace {
@@ -33,6 +33,39 @@ std::vector<PairProximity> answerState(const std::vector<SubjectPair>& pairs, co
   }
   const PairProximity* minimum = scene.minimum(pairs);
   return minimum ? std::vector<PairProximity>{*minimum} : std::vector<PairProximity>{};
+}
+
+/// [m] the place of a pair in the order of Scene.
+double placeOf(const SignedDistance& result) {
+  return result.status == Status::Converged ? result.distance : result.lower_bound;
+}
+
+/// Of the pairs of an answer that lists the smallest. One that it does not list is no nearer in the order of Scene: its
+/// lower bound, which is closer to its distance than the tolerance, may still be below that of the smallest by as much.
+SmallestDistance smallestOf(const std::vector<PairProximity>& pairs, const Scene& scene) {
+  SmallestDistance smallest;
+  smallest.unknown_pairs = scene.counts().unknown;
+  double place = std::numeric_limits<double>::infinity();
+  for (const PairProximity& pair : pairs) {
+    if (pair.result.status == Status::Unknown || !(placeOf(pair.result) < place)) continue;
+    place = placeOf(pair.result);
+    smallest.pair = pair;
+    smallest.lower_bound = std::min(pair.result.lower_bound, place - Question{}.tolerance);
+  }
+  return smallest;
+}
+
+StateClearance answerNumberedState(const NumberedState& state, const std::vector<SubjectPair>& pairs,
+                                   const StateQuestion& question, Scene& scene) {
+  scene.update(forwardKinematics(scene.model().robot, state.positions));
+  StateClearance answer{state.number, answerState(pairs, question.selection, scene), {}, state.positions};
+  const bool is_listed = question.selection.kind != PairSelection::Kind::Below;
+  if (is_listed) {
+    answer.smallest = smallestOf(answer.pairs, scene);
+  } else if (question.smallest == Smallest::Always) {
+    answer.smallest = smallestOf(answerState(pairs, {}, scene), scene);
+  }
+  return answer;
 }
 
 std::vector<SubjectPair> pairsWhere(const SceneModel& model, const std::function<bool(PairReason)>& isWanted) {
@@ -93,8 +126,7 @@ void answerStates(const ClearanceQuestion& question, const StateQuestion& state_
     Scene scene = fresh.twin();
     std::vector<StateClearance> answers;
     for (const NumberedState& state : block) {
-      scene.update(forwardKinematics(question.model->robot, state.positions));
-      answers.push_back({state.number, answerState(question.pairs, state_question.selection, scene)});
+      answers.push_back(answerNumberedState(state, question.pairs, state_question, scene));
     }
     return answers;
   };

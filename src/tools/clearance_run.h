@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "joint_states.h"
+#include "proximity_server/scene/joint_ranges.h"
 #include "proximity_server/scene/scene.h"
 
 namespace proximity_server {
@@ -33,15 +34,28 @@ struct ClearanceQuestion {
   int threads = 1;
 };
 
+/// Whether StateClearance::smallest is found also where the selection may not list it.
+enum class Smallest : unsigned char { IfListed, Always };
+
 struct StateQuestion {
   PairSelection selection;
   Skipping skipping = Skipping::On;
+  Smallest smallest = Smallest::IfListed;
+};
+
+/// The smallest signed distance of a state.
+struct SmallestDistance {
+  PairProximity pair;                                             ///< the closest; no links where nothing is known
+  double lower_bound = -std::numeric_limits<double>::infinity();  ///< [m] of all pairs of which something is known
+  int unknown_pairs = 0;                                          ///< of which nothing is, as a pose is not finite
 };
 
 /// What was found in one state.
 struct StateClearance {
   long state;  ///< counted from 0
   std::vector<PairProximity> pairs;
+  SmallestDistance smallest;
+  Positions positions;
 };
 
 /// Answers the question for every state, in their order, and hands each answer to `take` in the calling thread. The

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <ios>
 #include <stdexcept>
+#include <streambuf>
 #include <utility>
 
 #include "csv.h"
@@ -33,7 +35,7 @@ bool isFixed(const RobotModel& robot, const std::string& name) {
 }  // namespace
 
 JointStates::JointStates(std::istream& stream, std::string source, const RobotModel& robot)
-    : stream_(stream), source_(std::move(source)), robot_(robot) {
+    : stream_(stream), source_(std::move(source)), robot_(robot), limits_(robot) {
   if (!nextFields()) throw std::invalid_argument(source_ + ": empty; expected a header of joint names");
   for (const std::string& name : fields_) addColumn(name);
 }
@@ -44,11 +46,13 @@ bool JointStates::next(std::vector<double>& positions) {
     fail(std::to_string(fields_.size()) + " numbers for " + std::to_string(columns_.size()) + " columns");
   }
   positions.assign(robot_.joints.size(), 0.0);
+  limits_.beginState(line_);
   for (std::size_t i = 0; i < columns_.size(); ++i) {
     if (columns_[i].joint == kTime) {
       time_ = number(i);
     } else {
       positions[columns_[i].joint] = number(i);
+      limits_.add(columns_[i].joint, positions[columns_[i].joint]);
     }
   }
   return true;
@@ -58,11 +62,32 @@ bool JointStates::hasTimes() const {
   return std::any_of(columns_.begin(), columns_.end(), [](const Column& column) { return column.joint == kTime; });
 }
 
+/// False at the end. std::getline would take all memory for a file without line ends.
+bool JointStates::nextLine(std::string& text) {
+  using Letters = std::istream::traits_type;
+  text.clear();
+  if (!stream_.good()) return false;
+  ++line_;
+  try {
+    std::streambuf& letters = *stream_.rdbuf();
+    for (auto next = letters.sbumpc(); next != '\n'; next = letters.sbumpc()) {
+      if (Letters::eq_int_type(next, Letters::eof())) {
+        stream_.setstate(std::ios::eofbit);
+        return !text.empty();
+      }
+      if (text.size() == kLongestLine) fail("longer than " + std::to_string(kLongestLine) + " characters");
+      text += Letters::to_char_type(next);
+    }
+  } catch (const std::ios_base::failure&) {
+    fail("reading failed");
+  }
+  return true;
+}
+
 /// Takes the next line that is not empty apart; false at the end.
 bool JointStates::nextFields() {
   std::string text;
-  while (std::getline(stream_, text)) {
-    ++line_;
+  while (nextLine(text)) {
     if (line_ == 1 && text.compare(0, 3, "\xEF\xBB\xBF") == 0) text.erase(0, 3);  // byte order mark of spreadsheets
     if (text.find_first_not_of(" \t\r") == std::string::npos) continue;
     try {
@@ -72,7 +97,6 @@ bool JointStates::nextFields() {
     }
     return true;
   }
-  if (stream_.bad()) fail("reading failed");
   return false;
 }
 

@@ -5,9 +5,13 @@
 #include <string>
 #include <vector>
 
+#include "limit_check.h"
 #include "proximity_server/scene/robot_model.h"
 
 namespace proximity_server {
+
+/// Characters of one line of states: enough for the names, quoted, of as many joints as a robot may have.
+constexpr std::size_t kLongestLine = std::size_t{8} << 20;
 
 /// Reads the states of a robot from comma-separated values, one at a time: a header of joint names, then a row for
 /// each state. Joints without a column are at 0; mimic joints follow their leader, and a column of theirs is read but
@@ -16,7 +20,8 @@ namespace proximity_server {
 ///
 /// Unit:    [rad] or [m], [s]. Empty lines are skipped.
 /// Failure: throws std::invalid_argument naming source, line and column: no header, an unknown, repeated, fixed or
-///          many-dimensional joint, too few or many numbers, a text that is no finite number.
+///          many-dimensional joint, too few or many numbers, a text that is no finite number, a line longer than
+///          kLongestLine.
 class JointStates {
  public:
   /// `source` is the name of the file in messages. Reads the header. The stream and the robot must outlive this.
@@ -34,6 +39,9 @@ class JointStates {
   std::string place() const;  ///< of the last state, for messages: source and line
   const std::vector<std::string>& warnings() const { return warnings_; }
 
+  /// Of the states read so far, which of them lie beyond the limits of a joint that they set; "": none.
+  std::string limitWarning() const { return limits_.warning(source_); }
+
  private:
   static constexpr int kTime = -1;
   struct Column {
@@ -41,6 +49,7 @@ class JointStates {
     int joint;  ///< index into RobotModel::joints, or kTime
   };
 
+  bool nextLine(std::string& text);
   bool nextFields();
   void addColumn(const std::string& name);
   int jointOf(const std::string& name) const;
@@ -53,6 +62,7 @@ class JointStates {
   std::vector<Column> columns_;
   std::vector<std::string> fields_;  ///< of the current line
   std::vector<std::string> warnings_;
+  LimitCheck limits_;
   std::optional<double> time_;
   long line_ = 0;
 };

@@ -1,18 +1,20 @@
 // Which pairs of a robot's links can collide at all, and what its SRDF gets wrong about them.
 #include <CLI/CLI.hpp>
 
-#include <algorithm>
 #include <fstream>
 #include <iostream>
+#include <limits>
 #include <stdexcept>
 #include <string>
-#include <thread>
 
 #include "audit_report.h"
+#include "number_options.h"
+#include "output_file.h"
 #include "pair_study.h"
 #include "progress_bar.h"
 #include "robot_files.h"
 #include "srdf_writer.h"
+#include "tool_main.h"
 
 namespace proximity_server {
 namespace {
@@ -25,18 +27,17 @@ struct Arguments {
 
 void declare(CLI::App& app, Arguments& arguments) {
   StudyOptions& study = arguments.study;
-  study.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  app.add_option("robot", arguments.robot.urdf, "the URDF")->required();
-  app.add_option("--srdf", arguments.robot.srdf, "what to compare with, and what --write keeps the rest of");
-  app.add_option("--mesh-tolerance", arguments.robot.mesh_tolerance, "[m] how far pieces may lie from their mesh")
-      ->check(CLI::NonNegativeNumber);
-  app.add_option("--samples", study.most_samples,
-                 "most random states (default: 100000); fewer where the classes of the pairs settle before")
-      ->check(CLI::Range(1L, 1000000000L));
-  app.add_option("--seed", study.seed, "of the random states (default: 1)")->check(CLI::NonNegativeNumber);
-  app.add_option("--write", arguments.write, "an SRDF that disables what is adjacent, always or never in contact");
-  app.add_option("--threads", study.threads, "default: all cores; the output is the same for any number")
-      ->check(CLI::Range(1, 1024));
+  const auto addFile = [&](const std::string& name, std::string& path, const std::string& description) {
+    return app.add_option(name, path, description)->type_name("FILE");
+  };
+  addFile("robot", arguments.robot.urdf, "the URDF")->required();
+  addFile("--srdf", arguments.robot.srdf, "what to compare with, and what --write keeps the rest of");
+  addMeshTolerance(app, arguments.robot.mesh_tolerance);
+  addCount(app, "--samples", study.most_samples, 1, 1000000000,
+           "most random states (default: 100000); fewer where the classes of the pairs settle before");
+  addCount(app, "--seed", study.seed, 0, std::numeric_limits<long>::max(), "of the random states (default: 1)");
+  addFile("--write", arguments.write, "an SRDF that disables what is adjacent, always or never in contact");
+  addThreads(app, study.threads);
 }
 
 PairStudy studyWithProgress(const std::shared_ptr<const SceneModel>& model, const StudyOptions& options) {
@@ -53,31 +54,27 @@ void writeFile(const std::string& path, const std::string& text) {
   if (!stream) throw std::invalid_argument(path + ": cannot be written");
 }
 
-void run(const Arguments& arguments) {
+ExitCode run(const Arguments& arguments) {
+  if (!arguments.write.empty()) requireWritable(arguments.write);
   const std::shared_ptr<const SceneModel> model = loadSceneModel(arguments.robot);
-  for (const std::string& warning : model->robot.warnings) std::cerr << "warning: " << warning << '\n';
+  printWarnings(*model);
   const PairStudy study = studyWithProgress(model, arguments.study);
   const bool has_srdf = !arguments.robot.srdf.empty();
   std::cout << auditReport(*model, study, has_srdf ? SrdfGiven::Yes : SrdfGiven::No) << std::flush;
   if (!std::cout) throw std::invalid_argument("standard output: writing failed");
-  if (arguments.write.empty()) return;
+  if (arguments.write.empty()) return ExitCode::Done;
   const std::string srdf = has_srdf ? readTextFile(arguments.robot.srdf) : "";
   writeFile(arguments.write, writeSrdf(srdf, model->robot, study));
+  return ExitCode::Done;
 }
 
 }  // namespace
 }  // namespace proximity_server
 
 int main(int argc, char** argv) {
-  CLI::App app("Which pairs of a robot's links can collide at all, and what its SRDF gets wrong about them");
+  CLI::App app("Which pairs of a robot's links can collide at all, and what its SRDF gets wrong about them",
+               "pair_audit");
   proximity_server::Arguments arguments;
   proximity_server::declare(app, arguments);
-  CLI11_PARSE(app, argc, argv);
-  try {
-    proximity_server::run(arguments);
-  } catch (const std::invalid_argument& error) {
-    std::cerr << "pair_audit: " << error.what() << '\n';
-    return 1;
-  }
-  return 0;
+  return proximity_server::runTool(app, argc, argv, [&] { return proximity_server::run(arguments); });
 }

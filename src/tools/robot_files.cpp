@@ -32,4 +32,10 @@ std::shared_ptr<const SceneModel> loadSceneModel(const RobotFiles& files) {
   }
 }
 
+void printWarnings(const SceneModel& model) {
+  for (const auto* warnings : {&model.robot.warnings, &model.pairs.warnings}) {
+    for (const std::string& warning : *warnings) std::cerr << "warning: " << warning << '\n';
+  }
+}
+
 }  // namespace proximity_server

@@ -22,4 +22,7 @@ std::string readTextFile(const std::string& path);
 /// URDF. Throws std::invalid_argument naming file and link.
 std::shared_ptr<const SceneModel> loadSceneModel(const RobotFiles& files);
 
+/// Every warning of robot and SRDF on standard error, one a line, as the node logs them.
+void printWarnings(const SceneModel& model);
+
 }  // namespace proximity_server

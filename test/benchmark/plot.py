@@ -9,6 +9,8 @@ import os
 import sys
 
 import matplotlib.pyplot as plt
+from matplotlib.lines import Line2D
+from matplotlib.text import Text
 
 # Colours that colour-blind readers tell apart (Okabe, Ito, 2008); ours is the dark one.
 COLOURS = {
@@ -27,13 +29,46 @@ COLOURS = {
     "FCL naive": "#E69F00",
     "sampling": "#999999",
 }
+# Hollow marks stay visible where they lie on each other.
+MARKS = {
+    "ours": "o",
+    "FCL libccd": "s",
+    "FCL INDEP": "^",
+    "libccd": "D",
+    "Bullet GJK": "v",
+    "Bullet EPA2": "P",
+    "swept bisection": "s",
+    "FCL advancement": "^",
+    "FCL naive": "D",
+    "sampling": "v",
+}
 # How the pairs of a scene are settled, cheapest first.
 RUNGS = {"unknown": "#999999", "at_rest": "#009E73", "by_motion": "#56B4E9", "by_bounds": "#0072B2", "computed": "#D55E00"}
+LEGEND_ROOM = 0.965  # of the height is left to the panels below a legend
 SMALLEST = 1e-17  # [m] an error of 0 has no logarithm
 
 
 def style(library):
     return {"color": COLOURS.get(library, "#009E73"), "linewidth": 2.5 if library == "ours" else 1.2}
+
+
+def mark(library, size=6):
+    """Of a library in a panel that has no room for names: legend_of() says which is whose."""
+    is_ours = library == "ours"
+    return {"marker": MARKS.get(library, "X"), "markersize": size + 1 if is_ours else size, "markeredgewidth": 1.3,
+            "markerfacecolor": style(library)["color"] if is_ours else "none"}
+
+
+def legend_of(figure, libraries, size=6, linestyle="-"):
+    """One legend above all panels."""
+    handles = [Line2D([], [], linestyle=linestyle, **style(library), **mark(library, size)) for library in libraries]
+    figure.legend(handles, libraries, loc="upper center", ncols=len(libraries), fontsize=9, frameon=False)
+
+
+def known_first(entries):
+    """Their libraries, in the order of COLOURS."""
+    found = {entry["library"] for entry in entries}
+    return [library for library in COLOURS if library in found] + sorted(found - set(COLOURS))
 
 
 def label_last(axes, xs, ys, library, above=0):
@@ -51,15 +86,13 @@ def time_against_error(results, file):
         for entry in (e for e in results["rows"] if e["row"] == workload):
             library = entry["library"]
             x, y = entry["ns"], max(entry["max_error"], SMALLEST)
-            panel.plot(x, y, "o", color=style(library)["color"], markersize=9 if library == "ours" else 6)
-            below = library in ("Bullet EPA2", "FCL INDEP")  # which often lie beside their sisters
-            panel.annotate(library, (x, y), xytext=(5, -11 if below else 5), textcoords="offset points", fontsize=8,
-                           color=style(library)["color"])
+            panel.plot(x, y, linestyle="", color=style(library)["color"], **mark(library, 8))
         panel.set(xscale="log", yscale="log", xlim=(1e2, 1e6), ylim=(1e-18, 30))
         panel.grid(alpha=0.3)
+    legend_of(figure, known_first(e for e in results["rows"] if e["row"] in workloads), 8, "")
     figure.supxlabel("time per query [ns]")
     figure.supylabel("largest error [m], solids of size 1")
-    save(figure, file)
+    save(figure, file, LEGEND_ROOM)
 
 
 def time_against_tolerance(results, file):
@@ -72,13 +105,13 @@ def time_against_tolerance(results, file):
         for library in dict.fromkeys(e["library"] for e in entries):
             line = sorted((e for e in entries if e["library"] == library), key=lambda e: -e["tolerance"])
             xs, ys = [e["ns"] for e in line], [max(e["max_error"], SMALLEST) for e in line]
-            panel.plot(xs, ys, ".-", **style(library))
-            label_last(panel, xs, ys, library)
+            panel.plot(xs, ys, **style(library), **mark(library))
         panel.set(xscale="log", yscale="log", xlim=(1e2, 3e6), ylim=(1e-18, 30))
         panel.grid(alpha=0.3)
+    legend_of(figure, known_first(results["tolerances"]))
     figure.supxlabel("time per query [ns], tolerances from 1e-2 to 1e-14 m")
     figure.supylabel("largest error [m]")
-    save(figure, file)
+    save(figure, file, LEGEND_ROOM)
 
 
 def time_against_vertices(results, file):
@@ -198,19 +231,43 @@ def motion_time_against_error(results, file):
         for library in dict.fromkeys(e["library"] for e in entries):
             line = [e for e in entries if e["library"] == library]
             xs, ys = [e["ns"] for e in line], [max(e["max_error"], SMALLEST) for e in line]
-            panel.plot(xs, ys, ".-", **style(library))
+            panel.plot(xs, ys, **style(library), **mark(library, 5))
             wrong = [(x, y) for x, y, e in zip(xs, ys, line) if e["missed"] or e["late"]]
-            panel.plot(*zip(*wrong) if wrong else ((), ()), "x", color=style(library)["color"], markersize=9)
-            label_last(panel, xs, ys, library, {"FCL naive": 6, "sampling": -6}.get(library, 0))
+            panel.plot(*zip(*wrong) if wrong else ((), ()), "x", color=style(library)["color"], markersize=10)
         panel.set(xscale="log", yscale="log", xlim=(3e2, 3e8), ylim=(SMALLEST / 10, 30))
         panel.grid(alpha=0.3)
-    figure.supxlabel("time per motion [ns]")
-    figure.supylabel("largest error [m] at the time of contact, solids of size 1; x: contacts missed or late")
-    save(figure, file)
+    legend_of(figure, known_first(results["tolerances"]))
+    figure.supxlabel("time per motion [ns]; x: contacts missed or late")
+    figure.supylabel("largest error [m] at the time of contact, solids of size 1")
+    save(figure, file, LEGEND_ROOM)
 
 
-def save(figure, file):
-    figure.tight_layout()
+def ticks_out_of_view(figure):
+    """Their labels, which are there but not drawn."""
+    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
+        first, last = sorted(axis.get_view_interval())
+        for tick in axis.get_major_ticks() + axis.get_minor_ticks():
+            if not first <= tick.get_loc() <= last:
+                yield from (tick.label1, tick.label2)
+
+
+def overlapping_labels(figure):
+    """Pairs of texts of the drawn figure that cover each other; a common edge does not count."""
+    renderer = figure.canvas.get_renderer()
+    hidden = set(ticks_out_of_view(figure))
+    labels = [text for text in figure.findobj(Text)
+              if text.get_visible() and text.get_text().strip() and text not in hidden]
+    boxes = [text.get_window_extent(renderer).padded(-0.5) for text in labels]
+    return [(labels[i].get_text(), labels[j].get_text()) for i in range(len(labels)) for j in range(i)
+            if boxes[i].overlaps(boxes[j])]
+
+
+def save(figure, file, top=1.0):
+    """`top`: how much of the height the panels take. Ends the program where labels cannot be read."""
+    figure.tight_layout(rect=(0.0, 0.0, 1.0, top))
+    figure.canvas.draw()
+    if overlap := overlapping_labels(figure):
+        sys.exit(f"{file}: labels overlap: {overlap}")
     figure.savefig(file, dpi=80)
     print(file)
 

@@ -303,6 +303,28 @@ TEST(SceneModelPairs, ThatAJointWithoutAPositionNeverMovesIsNotReported) {
 
 // --- configuration
 
+TEST_F(PairFilter, RefusesAUrdfInPlaceOfTheSrdf) {
+  EXPECT_EQ(errorOf([&] { filterPairs(robot_, kUrdf); }),
+            "SRDF, line 2: this is a URDF: it describes the link \"torso\", and has nothing that an SRDF has "
+            "(disable_collisions, groups)");
+  EXPECT_TRUE(says(error("<link name='a'/><link name='b'/>"
+                         "<joint name='j' type='fixed'><parent link='a'/><child link='b'/></joint>"),
+                   "this is a URDF: it describes the joint \"j\""));
+}
+
+// Elements of an SRDF that have the name of one of a URDF, and those of other programs.
+TEST_F(PairFilter, TakesWhateverMayStandInAnSrdf) {
+  EXPECT_EQ(error("<group name='g'><link name='torso'/><joint name='l1'/></group>"
+                  "<group_state name='home' group='g'><joint name='l1' value='0'/></group_state>"),
+            "");
+  EXPECT_EQ(error("<group_state name='home' group='g'><joint name='l1' value='0'/></group_state>"
+                  "<passive_joint name='l1'/><link name='torso'/><joint name='l1' mass='1'/>"
+                  "<gripper name='g'><link name='l_hand'/><position>0 0 0</position></gripper>"
+                  "<rotor_params><joint name='l1' mass='1' gear_ratio='2'/></rotor_params>"),
+            "");
+  EXPECT_EQ(error("<link name='torso'><collision/></link>" + disable("torso", "l_fore")), "") << "both in one file";
+}
+
 TEST_F(PairFilter, ExcludedPairsAreNotChecked) {
   PairFilterOptions options;
   options.exclude_pairs = {{"head", "torso"}};

@@ -18,12 +18,14 @@ class Clearance : public ::testing::Test {
   /// With the two sliders and the given states; `arguments` stand behind them.
   CommandResult run(const std::string& states, const std::string& arguments) {
     files_.write("s.csv", states);
-    return runCommand(CLEARANCE " " + urdf_ + " --states " + files_.path("s.csv") + " " + arguments + " 2>&1");
+    return runCommandApart(CLEARANCE " " + urdf_ + " --states " + files_.path("s.csv") + " " + arguments);
   }
 
   TemporaryFiles files_;
   std::string urdf_ = files_.write("robot.urdf", kTwoSliders);
 };
+
+inline bool says(const std::string& text, const std::string& what) { return text.find(what) != std::string::npos; }
 
 inline std::vector<std::vector<std::string>> rowsOf(const std::string& csv) {
   std::vector<std::vector<std::string>> rows;

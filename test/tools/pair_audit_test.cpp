@@ -127,11 +127,36 @@ TEST_F(PairAudit, NamesWhatIsWrongWithTheInput) {
   expect(run("--srdf /nowhere.srdf"), 1, "pair_audit: /nowhere.srdf: cannot be read");
   expect(run("--srdf " + files_.write("broken.srdf", "<robot")), 1, "broken.srdf: SRDF");
   expect(run("--samples 100 --write /nowhere/out.srdf"), 1, "pair_audit: /nowhere/out.srdf: cannot be written");
-  expect(run("--samples 0"), 105, "--samples");
-  expect(run("--samples many"), 105, "--samples");
-  expect(run("--threads 0"), 105, "--threads");
-  expect(run("--quickly"), 109, "--quickly");
-  expect(runCommand(PAIR_AUDIT " 2>&1"), 106, "robot");
+  expect(run("--samples 0"), 1, "pair_audit: --samples: '0' is not a whole number from 1 to 1000000000");
+  expect(run("--samples many"), 1, "--samples: 'many' is not a whole number");
+  expect(run("--seed -1"), 1, "--seed: '-1' is not a whole number");
+  expect(run("--mesh-tolerance nan"), 1, "--mesh-tolerance: 'nan' is not a finite length of at least 0 m");
+  expect(run("--threads 0"), 1, "--threads: '0' is not a whole number from 1 to 1024");
+  expect(run("--quickly"), 1, "--quickly");
+  expect(run("--srdf " + urdf_), 1, urdf_ + ": SRDF, line 2: this is a URDF");
+  expect(runCommand(PAIR_AUDIT " 2>&1"), 1, "robot is required");
+}
+
+TEST_F(PairAudit, FindsOutBeforeTheStudyThatTheSrdfCannotBeWritten) {
+  const CommandResult result = run("--write /nowhere/out.srdf");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_FALSE(says(result.output, "pairs of links")) << result.output;
+}
+
+TEST_F(PairAudit, PrintsTheWarningsOfModelAndSrdf) {
+  const CommandResult result = runCommandApart(PAIR_AUDIT " " + urdf_ + " --samples 100 --srdf " + srdf_);
+  const SceneModel& model = *crossingSlidersStudy().model;
+  ASSERT_FALSE(filterPairs(model.robot, kFaultySrdf).warnings.empty());
+  for (const std::string& warning : filterPairs(model.robot, kFaultySrdf).warnings) {
+    EXPECT_TRUE(says(result.errors, "warning: " + warning + "\n")) << result.errors;
+  }
+}
+
+TEST_F(PairAudit, HelpIsText) {
+  const CommandResult result = runCommand(PAIR_AUDIT " --help");
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_TRUE(std::all_of(result.output.begin(), result.output.end(),
+                          [](char letter) { return letter == '\n' || (letter >= ' ' && letter <= '~'); }));
 }
 
 TEST_F(PairAudit, FindsThatLinks5And7OfThePandaCollide) {
