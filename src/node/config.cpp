@@ -185,3 +185,8 @@ Config loadConfig(const ros::NodeHandle& private_nh) {
 }
 
 }  // namespace proximity_server
+  parameters.read("tf_prefix", config.tf_prefix);
+  std::string found;
+  const bool may_have_members = !values.valid() || values.getType() == XmlRpcValue::TypeStruct;
+  const bool is_found = private_nh.searchParam("tf_prefix", found) && found != private_nh.resolveName("tf_prefix");
+  if (may_have_members && is_found) private_nh.getParam(found, values["tf_prefix"]);

@@ -30,6 +30,7 @@ struct Config {
   std::vector<std::string> mesh_roots;                              ///< searched for packages before ROS_PACKAGE_PATH
   ModelOptions model;
   PairFilterOptions filter;
+  std::string tf_prefix;                                            ///< of the robot's frames, see tfFrame()
   double tolerance = 1e-9;          ///< [m] of every answer
   double max_tf_age = 0.2;          ///< [s]
   double max_tf_skew = 0.05;        ///< [s]
@@ -41,7 +42,8 @@ struct Config {
   MonitorSettings monitor;
 };
 
-/// Reads the parameters in the namespace of `private_nh`; what is not set keeps its default.
+/// Reads the parameters in the namespace of `private_nh`; what is not set keeps its default. tf_prefix is searched
+/// upwards from there, as robot_state_publisher does.
 ///
 /// Failure: throws std::invalid_argument naming the parameter that has the wrong type or lies outside its range. A name
 ///          that is no parameter of ours is logged as a warning, with the nearest one that is.
