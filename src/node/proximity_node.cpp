@@ -26,7 +26,7 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       tf_(robot_->config().realtime_priority),
       monitor_(nh_, private_nh_, tf_, robot_),
       diagnostics_(
-          nh_, [this] { return monitor_.health(); }, [this] { return robot(); }),
+          nh_, [this] { return monitor_.health(); }, [this] { return robot(); }, [this] { return tf_.jumps(); }),
       settings_server_(private_nh_),
       model_info_pub_(private_nh_.advertise<ModelInfo>("model_info", 1, /*latch=*/true)),
       minimum_distance_srv_(advertise<MinimumDistance>("minimum_distance", requests_)),
@@ -39,7 +39,8 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       reload_srv_(withQueue(private_nh_, long_requests_).advertiseService("reload", &ProximityNode::onReload, this)),
       enable_monitor_srv_(
           withQueue(private_nh_, requests_).advertiseService("enable_monitor", &ProximityNode::onEnableMonitor, this)) {
-  settings_server_.setCallback([this](const ProximityConfig& settings, std::uint32_t) { onSettings(settings); });
+  tf_.watch(*robot_);
+  settings_server_.setCallback([this](ProximityConfig& settings, std::uint32_t) { onSettings(settings); });
   announce(*robot_);
 }
 
@@ -63,6 +64,7 @@ bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Res
 
 bool ProximityNode::onEnableMonitor(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
   request.data ? monitor_.enable() : monitor_.disable();
+    tf_.watch(*loaded);
   response.success = true;
   response.message = request.data ? "the monitor runs" : "the monitor is silent";
   return true;

@@ -141,6 +141,7 @@ ros::Time TfPoses::readClock() {
   if (now < last_now_) {
     ROS_WARN_STREAM("the clock jumped back by " << seconds(elapsed(now, last_now_)) << ": forgetting all transforms");
     tree_.clear();
+    jumps_.forget();
   }
   last_now_ = now;
   return now;
