@@ -22,15 +22,19 @@ struct MonitorSettings {
   double lookahead = 0.0;  ///< [s]; 0: off
 };
 
+/// What is wrong with these settings together: "stop_distance is ..."; "" where nothing is. Beside what the range of
+/// each of them refuses.
+std::string problemOf(const MonitorSettings& settings);
+
 struct Config {
   std::string robot_description = "robot_description";              ///< name of a parameter, searched upwards
   std::string semantic_description = "robot_description_semantic";  ///< the same; it may be missing
   std::string reference_frame;                                      ///< "": the robot's root link
+  std::string tf_prefix;                                            ///< of the robot's frames, see tfFrame()
   std::vector<std::string> allowed_mesh_roots;                      ///< empty: meshes may lie anywhere
   std::vector<std::string> mesh_roots;                              ///< searched for packages before ROS_PACKAGE_PATH
   ModelOptions model;
   PairFilterOptions filter;
-  std::string tf_prefix;                                            ///< of the robot's frames, see tfFrame()
   double tolerance = 1e-9;          ///< [m] of every answer
   double max_tf_age = 0.2;          ///< [s]
   double max_tf_skew = 0.05;        ///< [s]

@@ -17,6 +17,19 @@ std::string description(const Robot& robot) {
          std::to_string(robot.model().pairs.pairs.size()) + " pairs are checked";
 }
 
+MonitorSettings monitorSettings(const ProximityConfig& settings) {
+  MonitorSettings monitor;
+  monitor.rate = settings.rate;
+  monitor.threshold = settings.threshold;
+  monitor.warn_distance = settings.warn_distance;
+  monitor.stop_distance = settings.stop_distance;
+  monitor.hysteresis = settings.hysteresis;
+  monitor.max_reported_pairs = settings.max_reported_pairs;
+  monitor.markers = settings.markers;
+  monitor.lookahead = settings.lookahead;
+  return monitor;
+}
+
 }  // namespace
 
 ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
@@ -51,6 +64,7 @@ bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Res
     const auto loaded = std::make_shared<const Robot>(nh_, loadConfig(private_nh_));
     std::atomic_store(&robot_, loaded);
     monitor_.follow(loaded);
+    tf_.watch(*loaded);
     announce(*loaded);
     response.success = true;
     response.message = description(*loaded);
@@ -64,23 +78,21 @@ bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Res
 
 bool ProximityNode::onEnableMonitor(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
   request.data ? monitor_.enable() : monitor_.disable();
-    tf_.watch(*loaded);
   response.success = true;
   response.message = request.data ? "the monitor runs" : "the monitor is silent";
   return true;
 }
 
-void ProximityNode::onSettings(const ProximityConfig& settings) {
-  MonitorSettings monitor;
-  monitor.rate = settings.rate;
-  monitor.threshold = settings.threshold;
-  monitor.warn_distance = settings.warn_distance;
-  monitor.stop_distance = settings.stop_distance;
-  monitor.hysteresis = settings.hysteresis;
-  monitor.max_reported_pairs = settings.max_reported_pairs;
-  monitor.markers = settings.markers;
-  monitor.lookahead = settings.lookahead;
-  monitor_.configure(monitor);
+void ProximityNode::onSettings(ProximityConfig& asked) {
+  const MonitorSettings settings = monitorSettings(asked);
+  const std::string problem = problemOf(settings);
+  if (!problem.empty()) {
+    ROS_ERROR_STREAM("the settings stay as they were: " << problem);
+    asked = settings_;
+    return;
+  }
+  settings_ = asked;
+  monitor_.configure(settings);
 }
 
 void ProximityNode::announce(const Robot& robot) {

@@ -28,6 +28,17 @@ std::string urdfOf(const ros::NodeHandle& nh, const std::string& name) {
   return urdf;
 }
 
+/// "" where the parameter is not set, which is an error only if a user named it.
+std::string srdfOf(const ros::NodeHandle& nh, const std::string& name) {
+  if (name.empty()) return {};
+  std::string found;
+  if (name != Config().semantic_description && !nh.searchParam(name, found)) {
+    throw std::invalid_argument("no SRDF: parameter '" + name + "', which semantic_description names, is not set, " +
+                                "searched upwards from " + nh.getNamespace());
+  }
+  return descriptionOf(nh, name);
+}
+
 std::shared_ptr<const SceneModel> sceneModel(const std::string& urdf, const std::string& srdf, const Config& config) {
   std::vector<std::string> roots = config.mesh_roots;
   for (std::string& root : rosPackagePath()) roots.push_back(std::move(root));
@@ -66,7 +77,7 @@ std::shared_ptr<const std::vector<TfEdge>> edgesOf(const RobotModel& robot, cons
 }  // namespace
 
 Robot::Robot(const ros::NodeHandle& nh, const Config& config)
-    : Robot(urdfOf(nh, config.robot_description), descriptionOf(nh, config.semantic_description), config) {}
+    : Robot(urdfOf(nh, config.robot_description), srdfOf(nh, config.semantic_description), config) {}
 
 Robot::Robot(const std::string& urdf, const std::string& srdf, const Config& config)
     : config_(config),
@@ -79,6 +90,10 @@ Robot::Robot(const std::string& urdf, const std::string& srdf, const Config& con
       moving_scenes_(std::make_unique<MovingScenePool>(
           [first = std::make_shared<const MovingScene>(model_)] { return first->twin(); })) {}
 
+std::string Robot::frameOf(int link) const {
+  return tfFrame(config_.tf_prefix, links().links[static_cast<std::size_t>(link)].name);
+}
+
 std::vector<SubjectPair> Robot::pairsOfGroup(const std::string& group) const {
   PairFilterOptions filter = config_.filter;
   filter.group = group;
@@ -90,10 +105,6 @@ std::vector<SubjectPair> checkedPairs(const PairTable& table) {
   for (const int index : table.checked) {
     const LinkPair& pair = table.pairs[static_cast<std::size_t>(index)];
     pairs.push_back({{pair.link_a}, {pair.link_b}});
-std::string Robot::frameOf(int link) const {
-  return tfFrame(config_.tf_prefix, links().links[static_cast<std::size_t>(link)].name);
-}
-
   }
   return pairs;
 }
