@@ -6,6 +6,7 @@ find_package(catkin REQUIRED COMPONENTS
   geometry_msgs
   message_generation
   roscpp
+  rosgraph_msgs
   sensor_msgs
   std_msgs
   std_srvs
@@ -44,7 +45,7 @@ catkin_package(
   INCLUDE_DIRS include
   LIBRARIES proximity_narrowphase proximity_scene
   CATKIN_DEPENDS
-    diagnostic_updater dynamic_reconfigure geometry_msgs message_runtime roscpp sensor_msgs std_msgs std_srvs tf2 tf2_msgs
-    trajectory_msgs visualization_msgs
+    diagnostic_updater dynamic_reconfigure geometry_msgs message_runtime roscpp rosgraph_msgs sensor_msgs std_msgs std_srvs
+    tf2 tf2_msgs trajectory_msgs visualization_msgs
   DEPENDS EIGEN3
 )

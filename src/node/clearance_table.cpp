@@ -2,6 +2,7 @@
 // is no terminal.
 #include <proximity_server/Clearance.h>
 #include <ros/ros.h>
+#include <rosgraph_msgs/Log.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -83,10 +84,26 @@ std::string table(const Clearance& clearance) {
   return text;
 }
 
+/// The node whose private topic this is.
+std::string nodeOf(const std::string& topic) { return topic.substr(0, topic.find_last_of('/')); }
+
+/// Short enough for one line of the screen: the table is redrawn by the number of its lines.
+std::string firstLine(const std::string& text) {
+  constexpr std::size_t kLongest = 60;
+  std::size_t end = std::min(text.find('\n'), text.size());
+  if (end <= kLongest) return text.substr(0, end);
+  const auto continues = [&](std::size_t i) {
+    return (static_cast<unsigned char>(text[i]) & 0xC0u) == 0x80u;
+  };  // UTF-8
+  for (end = kLongest; continues(end);) --end;
+  return text.substr(0, end) + "...";
+}
+
 class Display {
  public:
   explicit Display(ros::NodeHandle& nh)
       : subscriber_(nh.subscribe("clearance", 1, &Display::onClearance, this)),
+        log_subscriber_(nh.subscribe("/rosout", 100, &Display::onLog, this)),
         timer_(nh.createWallTimer(ros::WallDuration(is_terminal_ ? 0.1 : 1.0), &Display::onTimer, this)) {}
 
  private:
@@ -95,12 +112,19 @@ class Display {
     arrival_ = ros::WallTime::now();
   }
 
+  /// While the node loads, this is the only sign of life.
+  void onLog(const rosgraph_msgs::Log::ConstPtr& log) {
+    if (log->name == nodeOf(subscriber_.getTopic())) last_words_ = firstLine(log->msg);
+  }
+
   void onTimer(const ros::WallTimerEvent&) { show(text()); }
 
   std::string text() const {
     const double silence = (ros::WallTime::now() - arrival_).toSec();
     if (!clearance_ || silence > 1.0) {
-      return format("  nothing has arrived on %s for %.0f s\n", subscriber_.getTopic().c_str(), silence);
+      const std::string words =
+          last_words_.empty() ? "" : (is_terminal_ ? "\n  the node says: " : "; the node says: ") + last_words_;
+      return format("  nothing has arrived on %s for %.0f s", subscriber_.getTopic().c_str(), silence) + words + "\n";
     }
     return is_terminal_ ? table(*clearance_) : line(*clearance_);
   }
@@ -109,15 +133,17 @@ class Display {
     // Up to the first line of the last table, and clear from there.
     if (lines_ > 0) std::printf("\033[%ldA\033[J", lines_);
     std::fputs(text.c_str(), stdout);
-    std::fflush(stdout);
+    if (std::fflush(stdout) != 0) ros::shutdown();  // nobody reads it any more
     if (is_terminal_) lines_ = std::count(text.begin(), text.end(), '\n');
   }
 
   const bool is_terminal_ = isatty(STDOUT_FILENO) != 0;
-  long lines_ = 0;  // of the table on the screen
+  long lines_ = 0;          // of the table on the screen
+  std::string last_words_;  // of the node, in its log
   Clearance::ConstPtr clearance_;
   ros::WallTime arrival_ = ros::WallTime::now();
   ros::Subscriber subscriber_;
+  ros::Subscriber log_subscriber_;
   ros::WallTimer timer_;
 };
 

@@ -3,6 +3,8 @@
 #include <ros/console.h>
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -14,6 +16,19 @@ using XmlRpc::XmlRpcValue;
 struct Range {
   double lowest, highest;
 };
+
+/// The shortest text that means this number: "0.1", "1e-14".
+std::string shortest(double value) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, value).ptr};
+}
+
+/// How a list of pairs is written, with the names of a flat list of links where it begins with two.
+std::string rightForm(XmlRpcValue& flat) {
+  const auto isText = [&](int i) { return i < flat.size() && flat[i].getType() == XmlRpcValue::TypeString; };
+  if (!isText(0) || !isText(1)) return "[[a, b]]";
+  return "[[" + static_cast<std::string>(flat[0]) + ", " + static_cast<std::string>(flat[1]) + "]]";
+}
 
 /// The parameters of one namespace, read once. Every name that is asked for becomes a known one.
 class Parameters {
@@ -50,7 +65,11 @@ class Parameters {
     for (auto& [key, entry] : *value) target[key] = number(entry, std::string(name).append("/").append(key), range);
   }
   void read(const std::string& name, std::vector<PairFilterOptions::Names>& target) {
-    for (XmlRpcValue* entry : entries(name)) target.push_back(pairOfNames(*entry, name));
+    for (XmlRpcValue* entry : entries(name)) {
+      require(entry->getType() == XmlRpcValue::TypeArray, name,
+              "must be a list of pairs, with brackets around each of them: " + rightForm(values_[name]));
+      target.push_back(pairOfNames(*entry, name));
+    }
   }
   void read(const std::string& name, std::vector<std::pair<PairFilterOptions::Names, double>>& target,
             const Range& range) {
@@ -100,9 +119,9 @@ class Parameters {
     require(is_int || value.getType() == XmlRpcValue::TypeDouble, name, "must be a number");
     const double result = is_int ? static_cast<int>(value) : static_cast<double>(value);
     // Written so that NaN is outside of every range.
-    require(result >= range.lowest && result <= range.highest, name,
-            "is " + std::to_string(result) + ", outside of [" + std::to_string(range.lowest) + ", " +
-                std::to_string(range.highest) + "]");
+    require(
+        result >= range.lowest && result <= range.highest, name,
+        "is " + shortest(result) + ", outside of [" + shortest(range.lowest) + ", " + shortest(range.highest) + "]");
     return result;
   }
 
@@ -144,12 +163,30 @@ void readMonitorSettings(Parameters& parameters, MonitorSettings& settings) {
 
 }  // namespace
 
+std::string problemOf(const MonitorSettings& settings) {
+  const std::pair<const char*, double> numbers[] = {
+      {"rate", settings.rate},
+      {"threshold", settings.threshold},
+      {"warn_distance", settings.warn_distance},
+      {"stop_distance", settings.stop_distance},
+      {"hysteresis", settings.hysteresis},
+      {"lookahead", settings.lookahead},
+  };
+  for (const auto& [name, value] : numbers) {
+    if (!std::isfinite(value)) return std::string(name) + " is " + shortest(value) + ", not a finite number";
+  }
+  if (settings.stop_distance <= settings.warn_distance) return {};
+  return "stop_distance is " + shortest(settings.stop_distance) + ", above warn_distance, which is " +
+         shortest(settings.warn_distance) + ": the level WARN comes before STOP";
+}
+
 Config configFrom(const XmlRpcValue& values, const std::string& name_space) {
   Parameters parameters(values, name_space);
   Config config;
   parameters.read("robot_description", config.robot_description);
   parameters.read("semantic_description", config.semantic_description);
   parameters.read("reference_frame", config.reference_frame);
+  parameters.read("tf_prefix", config.tf_prefix);
   parameters.read("mesh_roots", config.mesh_roots);
   parameters.read("allowed_mesh_roots", config.allowed_mesh_roots);
   parameters.read("allow_missing_meshes", config.model.allow_missing_meshes);
@@ -175,12 +212,18 @@ Config configFrom(const XmlRpcValue& values, const std::string& name_space) {
   readMonitorSettings(parameters, config.monitor);
   parameters.tolerate("diagnostic_period");  // of diagnostic_updater
   parameters.warnAboutUnknown();
+  const std::string problem = problemOf(config.monitor);
+  if (!problem.empty()) throw std::invalid_argument("parameter " + name_space + "/" + problem);
   return config;
 }
 
 Config loadConfig(const ros::NodeHandle& private_nh) {
   XmlRpcValue values;
   private_nh.getParam(private_nh.getNamespace(), values);
+  std::string found;
+  const bool may_have_members = !values.valid() || values.getType() == XmlRpcValue::TypeStruct;
+  const bool is_found = private_nh.searchParam("tf_prefix", found) && found != private_nh.resolveName("tf_prefix");
+  if (may_have_members && is_found) private_nh.getParam(found, values["tf_prefix"]);
   return configFrom(values, private_nh.getNamespace());
 }
 

@@ -22,10 +22,15 @@ struct MonitorSettings {
   double lookahead = 0.0;  ///< [s]; 0: off
 };
 
+/// What is wrong with these settings together: "stop_distance is ..."; "" where nothing is. Beside what the range of
+/// each of them refuses.
+std::string problemOf(const MonitorSettings& settings);
+
 struct Config {
   std::string robot_description = "robot_description";              ///< name of a parameter, searched upwards
   std::string semantic_description = "robot_description_semantic";  ///< the same; it may be missing
   std::string reference_frame;                                      ///< "": the robot's root link
+  std::string tf_prefix;                                            ///< of the robot's frames, see tfFrame()
   std::vector<std::string> allowed_mesh_roots;                      ///< empty: meshes may lie anywhere
   std::vector<std::string> mesh_roots;                              ///< searched for packages before ROS_PACKAGE_PATH
   ModelOptions model;
@@ -41,7 +46,8 @@ struct Config {
   MonitorSettings monitor;
 };
 
-/// Reads the parameters in the namespace of `private_nh`; what is not set keeps its default.
+/// Reads the parameters in the namespace of `private_nh`; what is not set keeps its default. tf_prefix is searched
+/// upwards from there, as robot_state_publisher does.
 ///
 /// Failure: throws std::invalid_argument naming the parameter that has the wrong type or lies outside its range. A name
 ///          that is no parameter of ours is logged as a warning, with the nearest one that is.

@@ -50,7 +50,8 @@ QueryConfigurationResponse answer(const Robot& robot, TfPoses& tf, const QueryCo
   return answered(QueryConfigurationResponse(), [&](QueryConfigurationResponse& response) {
     const QueryPairsRequest in_each = questionInEachState(request);
     const Question question = questionOf(robot, in_each);
-    const auto pairs = pairsOf(robot, in_each, request.states.size());
+    const auto pairs = pairsOf(robot, in_each);
+    requireAnswersWithinBatch(robot, in_each, pairs.size(), request.states.size());
     if (request.states.empty()) throw RequestError(QueryStatus::INVALID_ARGUMENT, "states is empty");
     const std::vector<JointValues> states = statesOf(robot.links(), request);
 

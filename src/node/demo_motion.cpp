@@ -2,6 +2,7 @@
 // is none a slow sweep of every joint between its limits.
 #include <ros/ros.h>
 #include <sensor_msgs/JointState.h>
+#include <xmlrpcpp/XmlRpcException.h>
 
 #include <algorithm>
 #include <cmath>
@@ -51,17 +52,33 @@ std::vector<Joint> drivenJoints(const ros::NodeHandle& nh) {
   return joints;
 }
 
+/// The keyframes of a joint in ~positions, as many as there are `times`: 0 where it has none. All of them come as one
+/// map, as a joint's name need not be one that a parameter may have.
+std::vector<double> keyframes(XmlRpc::XmlRpcValue& positions, const std::string& joint,
+                              const std::vector<double>& times) {
+  std::vector<double> result(times.size(), 0.0);
+  if (positions.getType() != XmlRpc::XmlRpcValue::TypeStruct || !positions.hasMember(joint)) return result;
+  XmlRpc::XmlRpcValue& values = positions[joint];
+  if (values.getType() != XmlRpc::XmlRpcValue::TypeArray || values.size() != static_cast<int>(times.size())) {
+    throw std::invalid_argument("~positions/" + joint + " has not as many entries as ~times");
+  }
+  for (int i = 0; i < values.size(); ++i) {
+    const bool is_int = values[i].getType() == XmlRpc::XmlRpcValue::TypeInt;
+    result[static_cast<std::size_t>(i)] = is_int ? static_cast<int>(values[i]) : static_cast<double>(values[i]);
+  }
+  return result;
+}
+
 void move(ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
   const std::vector<Joint> joints = drivenJoints(nh);
   const auto times = private_nh.param("times", std::vector<double>());
+  XmlRpc::XmlRpcValue positions;
+  private_nh.getParam("positions", positions);
   std::vector<std::vector<double>> script(joints.size());
   sensor_msgs::JointState state;
   for (std::size_t i = 0; i < joints.size(); ++i) {
     state.name.push_back(joints[i].name);
-    script[i] = private_nh.param("positions/" + joints[i].name, std::vector<double>(times.size(), 0.0));
-    if (script[i].size() != times.size()) {
-      throw std::invalid_argument("~positions/" + joints[i].name + " has not as many entries as ~times");
-    }
+    script[i] = keyframes(positions, joints[i].name, times);
   }
   state.position.resize(joints.size());
   state.velocity.resize(joints.size());
@@ -90,7 +107,10 @@ int main(int argc, char** argv) {
   ros::NodeHandle nh, private_nh("~");
   try {
     move(nh, private_nh);
-  } catch (const std::invalid_argument& error) {
+  } catch (const XmlRpc::XmlRpcException& error) {  // is no std::exception
+    ROS_FATAL("~positions: %s", error.getMessage().c_str());
+    return 1;
+  } catch (const std::exception& error) {
     ROS_FATAL("%s", error.what());
     return 1;
   }

@@ -34,8 +34,9 @@ bool isAboutTf(const QueryStatus& status) {
 }  // namespace
 
 Diagnostics::Diagnostics(const ros::NodeHandle& nh, std::function<MonitorHealth()> health,
-                         std::function<std::shared_ptr<const Robot>()> robot)
-    : current_health_(std::move(health)), current_robot_(std::move(robot)) {
+                         std::function<std::shared_ptr<const Robot>()> robot,
+                         std::function<std::vector<std::string>()> jumps)
+    : current_health_(std::move(health)), current_robot_(std::move(robot)), current_jumps_(std::move(jumps)) {
   updater_.setHardwareID(current_robot_()->links().name);
   updater_.add("tf", this, &Diagnostics::reportTf);
   updater_.add("model", this, &Diagnostics::reportModel);
@@ -63,8 +64,17 @@ void Diagnostics::reportTf(Status& status) {
   } else {
     status.summary(Level::OK, "complete and fresh");
   }
+  reportJumps(status);
   status.add("age [s]", last.tf_age.toSec());
   status.add("skew [s]", last.tf_skew.toSec());
+}
+
+void Diagnostics::reportJumps(Status& status) {
+  const std::vector<std::string> jumps = current_jumps_();
+  if (jumps.empty()) return;
+  const std::string more = jumps.size() > 1 ? " (and " + std::to_string(jumps.size() - 1) + " more)" : "";
+  status.mergeSummary(Level::WARN, jumps.front() + more);
+  for (const std::string& jump : jumps) status.add("jumps", jump);
 }
 
 void Diagnostics::reportModel(Status& status) {

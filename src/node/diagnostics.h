@@ -5,6 +5,8 @@
 
 #include <functional>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "monitor_loop.h"
 #include "robot.h"
@@ -15,19 +17,21 @@ namespace proximity_server {
 class Diagnostics {
  public:
   Diagnostics(const ros::NodeHandle& nh, std::function<MonitorHealth()> health,
-              std::function<std::shared_ptr<const Robot>()> robot);
+              std::function<std::shared_ptr<const Robot>()> robot, std::function<std::vector<std::string>()> jumps);
 
  private:
   using Status = diagnostic_updater::DiagnosticStatusWrapper;
 
   void update();
   void reportTf(Status& status);
+  void reportJumps(Status& status);
   void reportModel(Status& status);
   void reportClearance(Status& status);
   void reportTiming(Status& status);
 
   std::function<MonitorHealth()> current_health_;
   std::function<std::shared_ptr<const Robot>()> current_robot_;
+  std::function<std::vector<std::string>()> current_jumps_;  // see JointJumps::recent()
   std::shared_ptr<const Robot> robot_;
   MonitorHealth health_{};
   std::uint64_t cycles_before_ = 0;

@@ -12,6 +12,15 @@ namespace {
 /// tf itself refuses quaternions whose squared norm is further than this from 1.
 constexpr double kUnitNormTolerance = 0.01;
 
+QueryStatus status(std::int8_t code, const TfEdge& edge, const std::string& why) {
+  QueryStatus result;
+  result.code = code;
+  result.message = edge.name + ": " + why;
+  return result;
+}
+
+}  // namespace
+
 std::optional<Eigen::Isometry3d> rigidMotion(const geometry_msgs::Transform& transform) {
   const Eigen::Vector3d translation(transform.translation.x, transform.translation.y, transform.translation.z);
   const Eigen::Quaterniond rotation(transform.rotation.w, transform.rotation.x, transform.rotation.y,
@@ -21,15 +30,6 @@ std::optional<Eigen::Isometry3d> rigidMotion(const geometry_msgs::Transform& tra
   if (!is_finite || !(std::abs(rotation.squaredNorm() - 1.0) <= kUnitNormTolerance)) return std::nullopt;
   return Eigen::Translation3d(translation) * rotation.normalized();
 }
-
-QueryStatus status(std::int8_t code, const TfEdge& edge, const std::string& why) {
-  QueryStatus result;
-  result.code = code;
-  result.message = edge.name + ": " + why;
-  return result;
-}
-
-}  // namespace
 
 EdgeTransform lookUpEdge(const tf2::BufferCore& buffer, const TfEdge& edge, const ros::Time& stamp) {
   EdgeTransform result;

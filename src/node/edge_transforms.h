@@ -1,5 +1,6 @@
 #pragma once
 
+#include <geometry_msgs/Transform.h>
 #include <ros/time.h>
 #include <tf2/buffer_core.h>
 
@@ -22,6 +23,9 @@ struct EdgeTransform {
   std::optional<Eigen::Isometry3d> pose;  ///< parent_T_child
   QueryStatus status;                     ///< OK, or why there is no pose: names the joint
 };
+
+/// Nothing where a number is not finite or the quaternion has not length 1.
+std::optional<Eigen::Isometry3d> rigidMotion(const geometry_msgs::Transform& transform);
 
 /// At `stamp`, or the latest where that is 0.
 EdgeTransform lookUpEdge(const tf2::BufferCore& buffer, const TfEdge& edge, const ros::Time& stamp);

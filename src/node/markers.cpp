@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "clearance_level.h"
+#include "tf_frames.h"
 
 namespace proximity_server {
 namespace {
@@ -59,11 +60,12 @@ void setSize(Marker& marker, const Eigen::Vector3d& size) {
 /// Draws the parts of one piece into an array.
 class PieceDrawing {
  public:
-  PieceDrawing(const RobotModel& robot, const Piece& piece, MarkerArray& array) : shape_(piece.shape), array_(array) {
+  PieceDrawing(const RobotModel& robot, const std::string& tf_prefix, const Piece& piece, MarkerArray& array)
+      : shape_(piece.shape), array_(array) {
     const Collision& collision = robot.collisions[static_cast<std::size_t>(piece.collision)];
     const Link& link = robot.links[static_cast<std::size_t>(collision.link)];
     link_T_piece_ = link.body_T_link.inverse() * piece.body_T_piece;
-    base_.header.frame_id = link.name;
+    base_.header.frame_id = tfFrame(tf_prefix, link.name);
     base_.ns = "pieces";
     base_.frame_locked = true;
     base_.color = colour(0.3f, 0.5f, 0.9f, 0.35f);
@@ -149,11 +151,11 @@ Marker taken(const std_msgs::Header& header, const char* ns, int id) {
 
 }  // namespace
 
-MarkerArray pieceMarkers(const RobotModel& robot) {
+MarkerArray pieceMarkers(const RobotModel& robot, const std::string& tf_prefix) {
   MarkerArray array;
   for (const Body& body : robot.bodies) {
     for (const int piece : body.pieces)
-      PieceDrawing(robot, robot.pieces[static_cast<std::size_t>(piece)], array).draw();
+      PieceDrawing(robot, tf_prefix, robot.pieces[static_cast<std::size_t>(piece)], array).draw();
   }
   return array;
 }

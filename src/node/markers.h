@@ -11,8 +11,8 @@
 
 namespace proximity_server {
 
-/// The pieces that stand for the robot, each fixed in the frame of its link. Paddings are not drawn.
-visualization_msgs::MarkerArray pieceMarkers(const RobotModel& robot);
+/// The pieces that stand for the robot, each fixed in the frame of its link, see tfFrame(). Paddings are not drawn.
+visualization_msgs::MarkerArray pieceMarkers(const RobotModel& robot, const std::string& tf_prefix);
 
 /// A line between the closest points of every listed pair and a label with its distance, coloured by the level that
 /// this distance alone would mean. Labels beyond those of this clearance are taken away, as many as `labels_before`.

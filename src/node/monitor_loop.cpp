@@ -157,15 +157,20 @@ void MonitorLoop::publishMarkers(const Clearance& clearance) {
   markers_pub_.publish(markers);
 }
 
+visualization_msgs::MarkerArray MonitorLoop::pieces() const {
+  const Robot& robot = *monitor_.robot();
+  return pieceMarkers(robot.links(), robot.config().tf_prefix);
+}
+
 void MonitorLoop::redrawPieces() {
   if (markers_pub_.getNumSubscribers() == 0) return;
   markers_pub_.publish(noMarkers());
-  if (health_.settings.markers) markers_pub_.publish(pieceMarkers(monitor_.robot()->links()));
+  if (health_.settings.markers) markers_pub_.publish(pieces());
 }
 
 void MonitorLoop::sendPieces(const ros::SingleSubscriberPublisher& subscriber) {
   const Lock lock(mutex_);
-  if (health_.settings.markers) subscriber.publish(pieceMarkers(monitor_.robot()->links()));
+  if (health_.settings.markers) subscriber.publish(pieces());
 }
 
 }  // namespace proximity_server

@@ -4,6 +4,7 @@
 #include <ros/callback_queue_interface.h>
 #include <ros/node_handle.h>
 #include <ros/spinner.h>
+#include <visualization_msgs/MarkerArray.h>
 
 #include <atomic>
 #include <cstddef>
@@ -51,6 +52,7 @@ class MonitorLoop {
   void cycle();
   void publish(const PoseSnapshot& snapshot);
   void publishMarkers(const Clearance& clearance);
+  visualization_msgs::MarkerArray pieces() const;
   void redrawPieces();
   void sendPieces(const ros::SingleSubscriberPublisher& subscriber);
   PoseSnapshot lookUpSinceLastKeepAlive();

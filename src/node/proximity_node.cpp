@@ -17,6 +17,19 @@ std::string description(const Robot& robot) {
          std::to_string(robot.model().pairs.pairs.size()) + " pairs are checked";
 }
 
+MonitorSettings monitorSettings(const ProximityConfig& settings) {
+  MonitorSettings monitor;
+  monitor.rate = settings.rate;
+  monitor.threshold = settings.threshold;
+  monitor.warn_distance = settings.warn_distance;
+  monitor.stop_distance = settings.stop_distance;
+  monitor.hysteresis = settings.hysteresis;
+  monitor.max_reported_pairs = settings.max_reported_pairs;
+  monitor.markers = settings.markers;
+  monitor.lookahead = settings.lookahead;
+  return monitor;
+}
+
 }  // namespace
 
 ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
@@ -26,7 +39,7 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       tf_(robot_->config().realtime_priority),
       monitor_(nh_, private_nh_, tf_, robot_),
       diagnostics_(
-          nh_, [this] { return monitor_.health(); }, [this] { return robot(); }),
+          nh_, [this] { return monitor_.health(); }, [this] { return robot(); }, [this] { return tf_.jumps(); }),
       settings_server_(private_nh_),
       model_info_pub_(private_nh_.advertise<ModelInfo>("model_info", 1, /*latch=*/true)),
       minimum_distance_srv_(advertise<MinimumDistance>("minimum_distance", requests_)),
@@ -39,7 +52,8 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       reload_srv_(withQueue(private_nh_, long_requests_).advertiseService("reload", &ProximityNode::onReload, this)),
       enable_monitor_srv_(
           withQueue(private_nh_, requests_).advertiseService("enable_monitor", &ProximityNode::onEnableMonitor, this)) {
-  settings_server_.setCallback([this](const ProximityConfig& settings, std::uint32_t) { onSettings(settings); });
+  tf_.watch(*robot_);
+  settings_server_.setCallback([this](ProximityConfig& settings, std::uint32_t) { onSettings(settings); });
   announce(*robot_);
 }
 
@@ -50,6 +64,7 @@ bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Res
     const auto loaded = std::make_shared<const Robot>(nh_, loadConfig(private_nh_));
     std::atomic_store(&robot_, loaded);
     monitor_.follow(loaded);
+    tf_.watch(*loaded);
     announce(*loaded);
     response.success = true;
     response.message = description(*loaded);
@@ -68,17 +83,16 @@ bool ProximityNode::onEnableMonitor(std_srvs::SetBool::Request& request, std_srv
   return true;
 }
 
-void ProximityNode::onSettings(const ProximityConfig& settings) {
-  MonitorSettings monitor;
-  monitor.rate = settings.rate;
-  monitor.threshold = settings.threshold;
-  monitor.warn_distance = settings.warn_distance;
-  monitor.stop_distance = settings.stop_distance;
-  monitor.hysteresis = settings.hysteresis;
-  monitor.max_reported_pairs = settings.max_reported_pairs;
-  monitor.markers = settings.markers;
-  monitor.lookahead = settings.lookahead;
-  monitor_.configure(monitor);
+void ProximityNode::onSettings(ProximityConfig& asked) {
+  const MonitorSettings settings = monitorSettings(asked);
+  const std::string problem = problemOf(settings);
+  if (!problem.empty()) {
+    ROS_ERROR_STREAM("the settings stay as they were: " << problem);
+    asked = settings_;
+    return;
+  }
+  settings_ = asked;
+  monitor_.configure(settings);
 }
 
 void ProximityNode::announce(const Robot& robot) {

@@ -42,7 +42,9 @@ class ProximityNode {
   }
   bool onReload(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool onEnableMonitor(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
-  void onSettings(const ProximityConfig& settings);
+
+  /// Settings that contradict each other become those before, which the client then sees.
+  void onSettings(ProximityConfig& asked);
 
   /// The monitor, tf and requests of single pairs go first where the processor is scarce.
   static constexpr int kNicenessOfLongRequests = 5;
@@ -57,6 +59,7 @@ class ProximityNode {
   TfPoses tf_;
   MonitorLoop monitor_;
   Diagnostics diagnostics_;
+  ProximityConfig settings_ = ProximityConfig::__getDefault__();  // in force; of the settings server's callback only
   dynamic_reconfigure::Server<ProximityConfig> settings_server_;
   ros::Publisher model_info_pub_;
   RequestQueue requests_{0};

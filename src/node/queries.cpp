@@ -150,6 +150,7 @@ QueryPairsResponse answer(const Robot& robot, TfPoses& tf, const QueryPairsReque
   return answered(emptyQueryPairs(), [&](QueryPairsResponse& response) {
     const Question question = questionOf(robot, request);
     const auto pairs = pairsOf(robot, request);
+    requireAnswersWithinBatch(robot, request, pairs.size());
     const PosedScene posed(robot, tf, pairs, request.stamp);
     response.header = posed.header;
     StateProximity found =

@@ -148,6 +148,19 @@ std::vector<SubjectPair> listedPairs(const Robot& robot, const QueryPairsRequest
   return pairs;
 }
 
+/// Of `asked` pairs in one state.
+std::size_t mostReturned(const QueryPairsRequest& request, std::size_t asked) {
+  switch (request.mode) {
+    case QueryPairsRequest::MINIMUM:
+    case QueryPairsRequest::FIRST:
+      return 1;
+    case QueryPairsRequest::K_CLOSEST:
+      return std::min<std::size_t>(std::max<std::size_t>(request.k, 1), asked);
+    default:
+      return asked;
+  }
+}
+
 void requirePairs(const std::vector<SubjectPair>& pairs) {
   if (pairs.empty()) throw RequestError(QueryStatus::INVALID_ARGUMENT, "the filter leaves no pair to check");
 }
@@ -202,17 +215,22 @@ std::vector<SubjectPair> pairsOf(const Robot& robot, const ShapeRef& a, const Sh
   return pairs;
 }
 
-std::vector<SubjectPair> pairsOf(const Robot& robot, const QueryPairsRequest& request, std::size_t states) {
+std::vector<SubjectPair> pairsOf(const Robot& robot, const QueryPairsRequest& request) {
   const bool lists = !request.a.empty() || !request.b.empty();
   std::vector<SubjectPair> pairs =
       lists ? listedPairs(robot, request) : groupOrEveryPair(robot, request.group, filterOf(request.ignore_filter));
   requirePairs(pairs);
-  const std::size_t all = pairs.size() * states;
-  if (isWithinBatch(robot, all)) return pairs;
-  if (states == 1) refuseBatch(robot, "a and b", std::to_string(all) + " pairs");
+  return pairs;
+}
+
+void requireAnswersWithinBatch(const Robot& robot, const QueryPairsRequest& request, std::size_t asked,
+                               std::size_t states) {
+  const std::size_t each = mostReturned(request, asked);
+  if (isWithinBatch(robot, each * states)) return;
+  if (states == 1) refuseBatch(robot, "a and b", std::to_string(each) + " returned pairs");
   refuseBatch(robot, "states",
-              std::to_string(all) + " pairs (" + std::to_string(pairs.size()) + " pairs in " + std::to_string(states) +
-                  " states)");
+              std::to_string(each * states) + " returned pairs (up to " + std::to_string(each) + " in each of " +
+                  std::to_string(states) + " states)");
 }
 
 void requirePointsWithinBatch(const Robot& robot, std::size_t points) {

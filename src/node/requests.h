@@ -48,9 +48,15 @@ int linkNamed(const RobotModel& robot, const std::string& name);
 /// Both empty: every pair; b empty: a against all others; else that one pair.
 std::vector<SubjectPair> pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter);
 
-/// The same for the lists of a batch, which is asked in so many states of the robot. Throws also where that is more
-/// than Config::max_batch pairs, before they take any memory.
-std::vector<SubjectPair> pairsOf(const Robot& robot, const QueryPairsRequest& request, std::size_t states = 1);
+/// The same for the lists of a batch. Throws also where these are more than Config::max_batch pairs, before they take
+/// any memory.
+std::vector<SubjectPair> pairsOf(const Robot& robot, const QueryPairsRequest& request);
+
+/// Throws RequestError OVER_BUDGET where the answers about so many states could return more than Config::max_batch
+/// pairs: `asked` is how many are asked about in each of them, and the mode of the request says how many of these come
+/// back.
+void requireAnswersWithinBatch(const Robot& robot, const QueryPairsRequest& request, std::size_t asked,
+                               std::size_t states = 1);
 
 /// Throws RequestError OVER_BUDGET where a trajectory has more points than Config::max_batch.
 void requirePointsWithinBatch(const Robot& robot, std::size_t points);

@@ -2,8 +2,11 @@
 
 #include <ros/console.h>
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
+
+#include "tf_frames.h"
 
 namespace proximity_server {
 namespace {
@@ -25,6 +28,17 @@ std::string urdfOf(const ros::NodeHandle& nh, const std::string& name) {
   return urdf;
 }
 
+/// "" where the parameter is not set, which is an error only if a user named it.
+std::string srdfOf(const ros::NodeHandle& nh, const std::string& name) {
+  if (name.empty()) return {};
+  std::string found;
+  if (name != Config().semantic_description && !nh.searchParam(name, found)) {
+    throw std::invalid_argument("no SRDF: parameter '" + name + "', which semantic_description names, is not set, " +
+                                "searched upwards from " + nh.getNamespace());
+  }
+  return descriptionOf(nh, name);
+}
+
 std::shared_ptr<const SceneModel> sceneModel(const std::string& urdf, const std::string& srdf, const Config& config) {
   std::vector<std::string> roots = config.mesh_roots;
   for (std::string& root : rosPackagePath()) roots.push_back(std::move(root));
@@ -34,18 +48,27 @@ std::shared_ptr<const SceneModel> sceneModel(const std::string& urdf, const std:
   return std::make_shared<const SceneModel>(makeSceneModel(std::move(robot), srdf, config.filter));
 }
 
-const Link& rootLink(const RobotModel& robot) {
-  return robot.links[static_cast<std::size_t>(robot.bodies.front().link)];
+/// A link may be named with the prefix of its frame or without.
+int referenceLinkOf(const RobotModel& robot, const Config& config) {
+  if (config.reference_frame.empty()) return robot.bodies.front().link;
+  const int link = robot.findLink(config.reference_frame);
+  if (link >= 0) return link;
+  const auto hasFrame = [&](const Link& l) { return tfFrame(config.tf_prefix, l.name) == config.reference_frame; };
+  const auto hit = std::find_if(robot.links.begin(), robot.links.end(), hasFrame);
+  return hit == robot.links.end() ? -1 : static_cast<int>(hit - robot.links.begin());
 }
 
-std::shared_ptr<const std::vector<TfEdge>> edgesOf(const RobotModel& robot, const std::string& reference_frame) {
-  const auto name = [&](int link) { return robot.links[static_cast<std::size_t>(link)].name; };
+std::shared_ptr<const std::vector<TfEdge>> edgesOf(const RobotModel& robot, const Config& config) {
+  const auto frame = [&](int link) {
+    return tfFrame(config.tf_prefix, robot.links[static_cast<std::size_t>(link)].name);
+  };
   auto edges = std::make_shared<std::vector<TfEdge>>();
   for (const Joint& joint : robot.joints) {
-    edges->push_back({name(joint.parent_link), name(joint.child_link), "joint '" + joint.name + "'"});
+    edges->push_back({frame(joint.parent_link), frame(joint.child_link), "joint '" + joint.name + "'"});
   }
-  if (robot.findLink(reference_frame) < 0) {
-    edges->push_back({reference_frame, rootLink(robot).name, "reference_frame '" + reference_frame + "'"});
+  if (referenceLinkOf(robot, config) < 0) {
+    edges->push_back(
+        {config.reference_frame, frame(robot.bodies.front().link), "reference_frame '" + config.reference_frame + "'"});
   }
   return edges;
 }
@@ -53,18 +76,22 @@ std::shared_ptr<const std::vector<TfEdge>> edgesOf(const RobotModel& robot, cons
 }  // namespace
 
 Robot::Robot(const ros::NodeHandle& nh, const Config& config)
-    : Robot(urdfOf(nh, config.robot_description), descriptionOf(nh, config.semantic_description), config) {}
+    : Robot(urdfOf(nh, config.robot_description), srdfOf(nh, config.semantic_description), config) {}
 
 Robot::Robot(const std::string& urdf, const std::string& srdf, const Config& config)
     : config_(config),
       srdf_(srdf),
       model_(sceneModel(urdf, srdf, config)),
-      reference_frame_(config.reference_frame.empty() ? rootLink(model_->robot).name : config.reference_frame),
-      reference_link_(model_->robot.findLink(reference_frame_)),
-      tf_edges_(edgesOf(model_->robot, reference_frame_)),
+      reference_link_(referenceLinkOf(model_->robot, config)),
+      reference_frame_(reference_link_ < 0 ? config.reference_frame : frameOf(reference_link_)),
+      tf_edges_(edgesOf(model_->robot, config)),
       scenes_(std::make_unique<ScenePool>([first = std::make_shared<const Scene>(model_)] { return first->twin(); })),
       moving_scenes_(std::make_unique<MovingScenePool>(
           [first = std::make_shared<const MovingScene>(model_)] { return first->twin(); })) {}
+
+std::string Robot::frameOf(int link) const {
+  return tfFrame(config_.tf_prefix, links().links[static_cast<std::size_t>(link)].name);
+}
 
 std::vector<SubjectPair> Robot::pairsOfGroup(const std::string& group) const {
   PairFilterOptions filter = config_.filter;

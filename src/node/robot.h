@@ -34,6 +34,9 @@ class Robot {
   const SceneModel& model() const { return *model_; }
   const RobotModel& links() const { return model_->robot; }
 
+  /// The frame of a link in tf, with the prefix of Config::tf_prefix.
+  std::string frameOf(int link) const;
+
   /// The frame of all answers, and the link that it is; -1 where it does not belong to the robot.
   const std::string& referenceFrame() const { return reference_frame_; }
   int referenceLink() const { return reference_link_; }
@@ -51,8 +54,8 @@ class Robot {
   Config config_;
   std::string srdf_;
   std::shared_ptr<const SceneModel> model_;
-  std::string reference_frame_;
   int reference_link_;
+  std::string reference_frame_;
   std::shared_ptr<const std::vector<TfEdge>> tf_edges_;
   std::unique_ptr<ScenePool> scenes_;
   std::unique_ptr<MovingScenePool> moving_scenes_;

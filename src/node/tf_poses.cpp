@@ -10,6 +10,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "tf_frames.h"
+
 namespace proximity_server {
 namespace {
 
@@ -57,14 +59,27 @@ std::string seconds(const ros::Duration& duration) {
   return text;
 }
 
+/// The links at the ends of an edge that tf should know.
+std::vector<std::string> linksOf(const RobotModel& robot, int edge) {
+  const auto name = [&](int link) { return robot.links[static_cast<std::size_t>(link)].name; };
+  if (edge >= static_cast<int>(robot.joints.size())) return {name(robot.bodies.front().link)};
+  const Joint& joint = robot.joints[static_cast<std::size_t>(edge)];
+  return {name(joint.parent_link), name(joint.child_link)};
+}
+
 /// The first edge that is not available speaks for all of them; OK where there is none.
-QueryStatus summary(const std::vector<TfLookup::Edge>& edges) {
+QueryStatus summary(const TfLookup& lookup, const tf2::BufferCore& buffer) {
+  const std::vector<TfLookup::Edge>& edges = lookup.edges;
   const auto broken = [](const TfLookup::Edge& edge) { return !available(edge); };
   const auto first = std::find_if(edges.begin(), edges.end(), broken);
   if (first == edges.end()) return {};
   QueryStatus result = first->transform.status;
   const auto count = std::count_if(edges.begin(), edges.end(), broken);
   if (count > 1) result.message += " (and " + std::to_string(count - 1) + " more)";
+  if (result.code != QueryStatus::TF_UNAVAILABLE) return result;
+  const RobotModel& robot = lookup.robot->links();
+  const std::string hint = prefixHint(buffer, lookup.robot->config().tf_prefix, linksOf(robot, first->number));
+  if (!hint.empty()) result.message += "; " + hint;
   return result;
 }
 
@@ -126,6 +141,7 @@ ros::Time TfPoses::readClock() {
   if (now < last_now_) {
     ROS_WARN_STREAM("the clock jumped back by " << seconds(elapsed(now, last_now_)) << ": forgetting all transforms");
     tree_.clear();
+    jumps_.forget();
   }
   last_now_ = now;
   return now;
@@ -158,7 +174,7 @@ const JointSnapshot& TfPoses::lookUpJoints(TfLookup& lookup, const ros::Time& st
 
   const std::shared_ptr<const tf2::BufferCore> buffer = latestOf(*lookup.robot, edges);
   const CommonTime common = commonTime(edges);
-  snapshot.status = summary(edges);
+  snapshot.status = summary(lookup, *buffer);
   if (!common.oldest && snapshot.status.code != QueryStatus::OK) return snapshot;
   const ros::Time oldest =
       common.oldest ? common.oldest->transform.stamp : now;  // any time will do where nothing moves
@@ -179,7 +195,7 @@ const JointSnapshot& TfPoses::lookUpJoints(TfLookup& lookup, const ros::Time& st
       edge.transform = lookUpEdge(*buffer, *edge.frames, snapshot.stamp);
     }
   }
-  snapshot.status = summary(edges);
+  snapshot.status = summary(lookup, *buffer);
   take(lookup);
   return snapshot;
 }

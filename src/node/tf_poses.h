@@ -15,6 +15,7 @@
 
 #include "edge_transforms.h"
 #include "joint_frames.h"
+#include "joint_jumps.h"
 #include "proximity_server/QueryStatus.h"
 #include "robot.h"
 #include "tf_tree.h"
@@ -64,12 +65,21 @@ struct TfLookup {
 class TfPoses {
  public:
   /// See runInRealTime.
-  explicit TfPoses(int realtime_priority = 0) : tree_(realtime_priority, [this] { transformsChanged(); }) {}
+  explicit TfPoses(int realtime_priority = 0)
+      : tree_(
+            realtime_priority, [this](const auto& transform) { jumps_.look(transform); },
+            [this] { transformsChanged(); }) {}
   TfPoses(const TfPoses&) = delete;
   TfPoses& operator=(const TfPoses&) = delete;
 
   /// Called after every message of tf, from the listening thread. Set it once, before transforms matter.
   void onChange(std::function<void()> listener);
+
+  /// Whose joints `jumps` is about.
+  void watch(const Robot& robot) { jumps_.watch(robot); }
+
+  /// See JointJumps::recent().
+  std::vector<std::string> jumps() const { return jumps_.recent(); }
 
   /// Poses of the bodies that the joints of `lookup` carry at `stamp`, or at the latest common time if that is 0. Never
   /// waits. Valid until the next question to `lookup`.
@@ -97,6 +107,7 @@ class TfPoses {
   std::function<void()> listener_;
   ros::Time last_now_;
   LatestTransforms latest_;
+  JointJumps jumps_;
   TfTree tree_;  // last: it calls transformsChanged()
 };
 

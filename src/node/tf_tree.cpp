@@ -26,8 +26,11 @@ void warnAboutBoth(const std::string& child) {
 
 }  // namespace
 
-TfTree::TfTree(int realtime_priority, std::function<void()> on_change)
-    : on_change_(std::move(on_change)), buffer_(std::make_shared<tf2::BufferCore>()), spinner_(1, &queue_) {
+TfTree::TfTree(int realtime_priority, OnMoving on_moving, std::function<void()> on_change)
+    : on_moving_(std::move(on_moving)),
+      on_change_(std::move(on_change)),
+      buffer_(std::make_shared<tf2::BufferCore>()),
+      spinner_(1, &queue_) {
   nh_.setCallbackQueue(&queue_);
   // Else the publisher's kernel holds small messages back until the last one is acknowledged: tens of milliseconds.
   const ros::TransportHints at_once = ros::TransportHints().tcpNoDelay();
@@ -83,6 +86,7 @@ void TfTree::keepMoving(const geometry_msgs::TransformStamped& transform) {
     ROS_WARN_STREAM_THROTTLE(kQuiet, "frame '" << child << "' comes on /tf without a stamp: ignored");
     return;
   }
+  on_moving_(transform);
   if (moving_.insert(child).second && static_.erase(child) > 0) {
     warnAboutBoth(child);
     forgetAllThatMoves();

@@ -23,8 +23,11 @@ namespace proximity_server {
 /// more. For the same reason what comes on /tf without a stamp is ignored.
 class TfTree {
  public:
-  /// `on_change` is called after every message, from the listening thread. For its priority see runInRealTime.
-  TfTree(int realtime_priority, std::function<void()> on_change);
+  using OnMoving = std::function<void(const geometry_msgs::TransformStamped&)>;
+
+  /// From the listening thread `on_moving` is called with each transform of /tf that has a stamp, and `on_change` after
+  /// every message. For its priority see runInRealTime.
+  TfTree(int realtime_priority, OnMoving on_moving, std::function<void()> on_change);
   ~TfTree();
   TfTree(const TfTree&) = delete;
   TfTree& operator=(const TfTree&) = delete;
@@ -50,6 +53,7 @@ class TfTree {
   void keep(const geometry_msgs::TransformStamped& transform, Kind kind);
   void forgetAllThatMoves();
 
+  const OnMoving on_moving_;
   const std::function<void()> on_change_;
   mutable std::mutex mutex_;                                       // guards all that follows down to the queue
   std::map<std::string, geometry_msgs::TransformStamped> static_;  // by child frame

@@ -72,10 +72,12 @@ void PairListReader::report(PairTable& table) const {
   for (const Cause cause : {Cause::UnknownLink, Cause::NoGeometry, Cause::SameBody, Cause::Repeated}) {
     const auto count =
         std::count_if(idle_.begin(), idle_.end(), [&](const IdleEntry& entry) { return entry.cause == cause; });
-    if (count > 0) counts.push_back(std::to_string(count) + " " + toString(cause));
+    const bool is_only = count == static_cast<std::ptrdiff_t>(idle_.size());
+    if (count > 0) counts.push_back(std::string(toString(cause)) + (is_only ? "" : " (" + std::to_string(count) + ")"));
   }
   if (!counts.empty()) {
-    table.warnings.push_back(list_ + ": without effect are, of " + std::to_string(entries_) + ", " + listed(counts) +
+    table.warnings.push_back(list_ + ": " + std::to_string(idle_.size()) + " of " + std::to_string(entries_) +
+                             " entries " + (idle_.size() == 1 ? "has" : "have") + " no effect: " + listed(counts) +
                              ".");
   }
   std::vector<std::string> names;

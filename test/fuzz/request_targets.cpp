@@ -64,7 +64,8 @@ void checkAnswer(const StateProximity& answer) {
 
 void askAt(const BodyPoses& poses, const QueryPairsRequest& request, std::size_t states) {
   const Question question = questionOf(arm(), request);
-  const std::vector<SubjectPair> pairs = pairsOf(arm(), request, states);
+  const std::vector<SubjectPair> pairs = pairsOf(arm(), request);
+  requireAnswersWithinBatch(arm(), request, pairs.size(), states);
   bodiesOf(arm().links(), pairs);
   const ScenePool::Lease scene = arm().takeScene();
   scene->update(poses);

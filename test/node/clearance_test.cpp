@@ -180,6 +180,32 @@ TEST_F(ClearanceTopic, TakesNewSettingsWhileItRuns) {
   EXPECT_TRUE(withLevel(Clearance::CLEAR));
 }
 
+/// What the node then works with.
+double settingAfter(const std::string& name, double value) {
+  dynamic_reconfigure::ReconfigureRequest request;
+  request.config.doubles.resize(1);
+  request.config.doubles[0].name = name;
+  request.config.doubles[0].value = value;
+  const auto response = call<dynamic_reconfigure::ReconfigureResponse>("/proximity_server/set_parameters", request);
+  for (const auto& number : response.config.doubles) {
+    if (number.name == name) return number.value;
+  }
+  return -1.0;
+}
+
+TEST_F(ClearanceTopic, KeepsItsSettingsWhereNewOnesContradictEachOtherOrAreNoNumbers) {
+  EXPECT_EQ(settingAfter("stop_distance", 0.2), 0.02);  // warn_distance is 0.05
+  EXPECT_EQ(settingAfter("warn_distance", 0.01), 0.05);
+  for (const std::string name : {"threshold", "rate", "lookahead", "stop_distance"}) {
+    EXPECT_FALSE(std::isnan(settingAfter(name, std::nan("")))) << name;
+  }
+  EXPECT_EQ(settingAfter("stop_distance", 0.03), 0.03);
+  EXPECT_EQ(settingAfter("stop_distance", 0.02), 0.02);
+  double stored = 0.0;
+  ASSERT_TRUE(ros::param::get("/proximity_server/warn_distance", stored));
+  EXPECT_EQ(stored, 0.05);
+}
+
 TEST_F(ClearanceTopic, IsSilentWhileTheMonitorIsDisabled) {
   hold(0.4);
   Inbox<diagnostic_msgs::DiagnosticArray> diagnostics(ros::NodeHandle(), "/diagnostics");

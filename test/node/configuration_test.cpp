@@ -288,12 +288,45 @@ TEST(BadConfiguration, WithoutStatesOrOfNoKnownKindIsRefused) {
   EXPECT_TRUE(response.states.empty());
 }
 
-TEST(BadConfiguration, MayNotAskForMorePairsInAllStatesThanMaxBatch) {
-  const std::vector<sensor_msgs::JointState> states(6, gantryAt({0.5, 0.0, 0.0}));  // with 2 pairs each
-  const auto response = ask(asking(states));
-  expectRefusal(response, QueryStatus::OVER_BUDGET, "states: 12 pairs (2 pairs in 6 states), max_batch is 10");
-  EXPECT_TRUE(response.states.empty());
-  EXPECT_TRUE(ask(asking({states.begin(), states.begin() + 5})).success);
+// ---- max_batch, which is 10; 2 pairs are checked
+
+void expectMostStates(QueryConfigurationRequest request, std::size_t most, const std::string& refusal) {
+  request.states.assign(most, gantryAt({0.5, 0.0, 0.0}));
+  const auto within = ask(request);
+  EXPECT_TRUE(within.success) << within.status.message;
+  EXPECT_EQ(within.states.size(), most);
+  request.states.push_back(request.states.front());
+  const auto beyond = ask(request);
+  expectRefusal(beyond, QueryStatus::OVER_BUDGET, refusal);
+  EXPECT_TRUE(beyond.states.empty());
+}
+
+QueryConfigurationRequest inMode(std::uint8_t mode, std::uint32_t k = 0) {
+  QueryConfigurationRequest request;
+  request.mode = mode;
+  request.k = k;
+  return request;
+}
+
+TEST(MaxBatch, BoundsTheStatesWhereEachReturnsOnePair) {
+  const std::string refusal = "states: 11 returned pairs (up to 1 in each of 11 states), max_batch is 10";
+  expectMostStates(inMode(QueryConfigurationRequest::MINIMUM), 10, refusal);
+  expectMostStates(inMode(QueryConfigurationRequest::FIRST), 10, refusal);
+  expectMostStates(inMode(QueryConfigurationRequest::K_CLOSEST, 1), 10, refusal);
+}
+
+TEST(MaxBatch, BoundsAllPairsOfAllStatesWhereEachMayBeReturned) {
+  const std::string refusal = "states: 12 returned pairs (up to 2 in each of 6 states), max_batch is 10";
+  expectMostStates(inMode(QueryConfigurationRequest::PER_PAIR), 5, refusal);
+  expectMostStates(inMode(QueryConfigurationRequest::BELOW_THRESHOLD), 5, refusal);
+  expectMostStates(inMode(QueryConfigurationRequest::K_CLOSEST, 4'000'000'000), 5, refusal);
+}
+
+TEST(MaxBatch, BoundsThePairsOfEachStateInEveryMode) {
+  QueryConfigurationRequest request = asking({gantryAt({0.5, 0.0, 0.0})});
+  request.a.assign(11, shape("base"));
+  request.b.assign(11, shape("ball"));
+  expectRefusal(ask(request), QueryStatus::OVER_BUDGET, "a: 11 entries, max_batch is 10");
 }
 
 }  // namespace

@@ -152,10 +152,10 @@ TEST_F(Load, NamesThatStandForManyPairsAreCountedAsSuch) {
 
 TEST_F(Load, TooManyStatesAreRefusedByTheirField) {
   QueryConfigurationRequest request;
-  request.states.resize(kMaxBatch);
+  request.states.resize(kMaxBatch + 1);
   const auto response = call<QueryConfigurationResponse>(kNode + "query_configuration", request);
   expectRefusal(response, QueryStatus::OVER_BUDGET,
-                "states: 40000 pairs (2 pairs in 20000 states), max_batch is 20000");
+                "states: 20001 returned pairs (up to 1 in each of 20001 states), max_batch is 20000");
 }
 
 TEST_F(Load, TooManyPointsOfATrajectoryAreRefusedByTheirField) {

@@ -7,7 +7,9 @@
 #include <array>
 #include <cstdio>
 #include <filesystem>
+#include <sstream>
 
+#include "config.h"
 #include "faults/child_process.h"
 #include "faults/running_node.h"
 #include "gantry.h"
@@ -63,14 +65,20 @@ TEST_F(Startup, RefusesAParameterOfTheWrongType) {
 }
 
 TEST_F(Startup, RefusesAParameterOutsideItsRange) {
-  ros::param::set(kName + "/stop_distance", -0.1);
-  expectRefusal("/broken/stop_distance");
+  ros::param::set(kName + "/tolerance", 0.0);
+  expectRefusal("parameter /broken/tolerance is 0, outside of [1e-14, 0.1]");
 }
 
-TEST_F(Startup, RefusesAListThatIsNoListOfPairs) {
+TEST_F(Startup, RefusesAListOfLinksWhereAListOfPairsIsWantedAndShowsItsForm) {
   const std::vector<std::string> names = {"base", "ball"};
   ros::param::set(kName + "/exclude_pairs", names);
-  expectRefusal("/broken/exclude_pairs");
+  expectRefusal(
+      "parameter /broken/exclude_pairs must be a list of pairs, with brackets around each of them: [[base, ball]]");
+}
+
+TEST_F(Startup, RefusesAStopDistanceAboveTheWarnDistance) {
+  ros::param::set(kName + "/stop_distance", 0.1);
+  expectRefusal("parameter /broken/stop_distance is 0.1, above warn_distance, which is 0.05");
 }
 
 TEST_F(Startup, WarnsAboutAnUnknownParameterWithTheNearestName) {
@@ -84,6 +92,29 @@ TEST_F(Startup, KnowsEveryParameterOfItsDocumentation) {
   const Outcome outcome = runNode("documented");
   EXPECT_NE(outcome.output.find("'robot_description'"), std::string::npos) << outcome.output;
   EXPECT_EQ(outcome.output.find("unknown"), std::string::npos) << outcome.output;
+}
+
+/// What a config says that a file may set, in words.
+std::string valuesOf(const Config& config) {
+  std::ostringstream text;
+  text << config.robot_description << ' ' << config.semantic_description << ' ' << config.reference_frame << ' '
+       << config.tf_prefix << ' ' << config.mesh_roots.size() << ' ' << config.allowed_mesh_roots.size() << ' '
+       << config.model.allow_missing_meshes << ' ' << config.model.mesh_tolerance << ' '
+       << config.model.link_mesh_tolerance.size() << ' ' << config.model.mesh_cache << ' '
+       << config.model.default_padding << ' ' << config.model.link_padding.size() << ' '
+       << config.filter.pair_padding.size() << ' ' << config.filter.exclude_pairs.size() << ' '
+       << config.filter.only_pairs.size() << ' ' << config.filter.group << ' ' << config.tolerance << ' '
+       << config.max_tf_age << ' ' << config.max_tf_skew << ' ' << config.tf_timeout << ' ' << config.max_batch << ' '
+       << config.max_request_time << ' ' << config.motion_time_budget << ' ' << config.realtime_priority << ' '
+       << config.monitor.rate << ' ' << config.monitor.threshold << ' ' << config.monitor.warn_distance << ' '
+       << config.monitor.stop_distance << ' ' << config.monitor.hysteresis << ' ' << config.monitor.max_reported_pairs
+       << ' ' << config.monitor.markers << ' ' << config.monitor.lookahead;
+  return text.str();
+}
+
+// The launch files leave them to the node, so the documentation is loaded by nobody else.
+TEST_F(Startup, HasTheDefaultsOfItsDocumentation) {
+  EXPECT_EQ(valuesOf(loadConfig(ros::NodeHandle("/documented"))), valuesOf(loadConfig(ros::NodeHandle("/nothing"))));
 }
 
 TEST_F(Startup, RefusesAMissingRobot) {
@@ -178,6 +209,20 @@ TEST_F(Startup, RunsMonitorAndTfInRealTimeWhereAsked) {
     EXPECT_TRUE(holdsWithin(kPatience, [&] { return realtimeThreads(process) == expected; }))
         << realtimeThreads(process);
   }
+  ros::param::del("/ready");
+}
+
+TEST_F(Startup, RefusesAnSrdfThatIsNamedAndNotThere) {
+  ros::param::set(kName + "/semantic_description", "elsewhere");
+  expectRefusal("no SRDF: parameter 'elsewhere', which semantic_description names, is not set");
+}
+
+TEST_F(Startup, ReadsNoSrdfWhereItsNameIsEmpty) {
+  ros::param::set("/robot_description_semantic", "<robot name=");  // refused if it were read
+  ros::param::set("/ready/semantic_description", "");
+  Inbox<ModelInfo> inbox(ros::NodeHandle(), "/ready/model_info");
+  const ChildProcess node({NODE_EXECUTABLE, "__name:=ready"});
+  EXPECT_TRUE(inbox.next());
   ros::param::del("/ready");
 }
 

@@ -4,6 +4,7 @@
 #include <proximity_server/MinimumDistance.h>
 
 #include "answers.h"
+#include "diagnosis.h"
 #include "gantry.h"
 
 // The robot of gantry.urdf stands still with its ball 0.2 m from the base, and the way from it to tf is spoiled in
@@ -196,6 +197,36 @@ TEST_F(OfTf, TwoPublishersThatDisagreeGiveNoDistanceThatNeitherOfThemLeadsTo) {
     ASSERT_TRUE(isValid(message)) << message.status.message;
     EXPECT_GE(message.minimum.distance, kDistance - kTolerance);
   });
+}
+
+// ---- two publishers of one joint
+
+using Status = diagnostic_msgs::DiagnosticStatus;
+
+bool namesTwoPublishers(const Status& status) { return status.message.find("two publishers?") != std::string::npos; }
+
+TEST_F(OfTf, TwoPublishersThatDisagreeAboutAJointAreAWarningThatNamesItUntilOneIsGone) {
+  Diagnosis diagnosis("proximity_server: tf");
+  apply(TfFault::TwoPublishers, "slide");
+  const auto warning = diagnosis.next([](const Status& status) {
+    const bool is_alone = status.message.find("more)") == std::string::npos;  // the test before let all joints jump
+    return is_alone && status.message.rfind("joint 'x_axis': transforms jump by 0.5 m within ", 0) == 0;
+  });
+  ASSERT_TRUE(warning);
+  EXPECT_EQ(warning->level, Status::WARN);
+  apply(TfFault::None, "");
+  EXPECT_TRUE(diagnosis.next([](const Status& status) { return status.level == Status::OK; }));
+}
+
+TEST_F(OfTf, OneJumpIsNoSecondPublisher) {
+  Diagnosis diagnosis("proximity_server: tf");
+  apply(TfFault::Jump, "slide");
+  ASSERT_TRUE(next([](const Clearance& message) { return isAt(message, kDistance + kDisplacement); }));
+  for (int n = 0; n < 4; ++n) {  // one a second, so that the jump back is another matter
+    const auto status = diagnosis.next();
+    ASSERT_TRUE(status);
+    EXPECT_FALSE(namesTwoPublishers(*status)) << status->message;
+  }
 }
 
 }  // namespace

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <diagnostic_msgs/DiagnosticArray.h>
+
+#include <optional>
+#include <string>
+
+#include "inbox.h"
+
+namespace proximity_server {
+
+/// What a part of a node says about itself on /diagnostics: "proximity_server: tf".
+class Diagnosis {
+ public:
+  using Status = diagnostic_msgs::DiagnosticStatus;
+
+  explicit Diagnosis(std::string part) : part_(std::move(part)) {}
+
+  /// The next one that `accept` likes, or nothing in time.
+  template <class Accept>
+  std::optional<Status> next(Accept accept) {
+    std::optional<Status> found;
+    inbox_.next([&](const diagnostic_msgs::DiagnosticArray& message) {
+      for (const Status& status : message.status) {
+        if (status.name == part_ && accept(status)) found = status;
+      }
+      return found.has_value();
+    });
+    return found;
+  }
+  std::optional<Status> next() {
+    return next([](const Status&) { return true; });
+  }
+
+ private:
+  std::string part_;
+  Inbox<diagnostic_msgs::DiagnosticArray> inbox_{ros::NodeHandle(), "/diagnostics"};
+};
+
+}  // namespace proximity_server
