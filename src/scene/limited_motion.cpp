@@ -24,9 +24,9 @@ struct PosedPosition {
   double spacing;  ///< 0: there is only this one
 
   PosedPosition mirrored() const { return {-value, spacing}; }
-  double nearestTo(double position) const {
-    return spacing > 0.0 ? value + std::round((position - value) / spacing) * spacing : value;
-  }
+  double atOrAbove(double position) const { return value + std::ceil((position - value) / spacing) * spacing; }
+  double atOrBelow(double position) const { return value + std::floor((position - value) / spacing) * spacing; }
+  double nearestTo(double position) const { return value + std::round((position - value) / spacing) * spacing; }
 };
 
 struct Limits {
@@ -36,20 +36,14 @@ struct Limits {
   double excess(double position) const { return std::max(lower - position, position - upper); }
 };
 
-/// Of the positions that the limits allow the one farthest from the upper limit; of none the nearest to the limits.
-double farthestFromUpper(const PosedPosition& position, const Limits& limits) {
+/// Of the positions that the limits allow the one nearest to the stated one, or else the one farthest from the upper
+/// limit; of none the nearest to the limits.
+double positionWithin(const Limits& limits, const PosedPosition& position, const std::optional<double>& stated) {
   if (!(position.spacing > 0.0)) return position.value;
-  if (std::isinf(limits.lower)) return -kInfinity;
-  const double first = limits.lower - kBeyondLimit;
-  const double above = position.value + std::ceil((first - position.value) / position.spacing) * position.spacing;
-  if (above <= limits.upper + kBeyondLimit) return above;
-  const double below = above - position.spacing;
-  return limits.excess(below) < limits.excess(above) ? below : above;
-}
-
-/// The way [rad] or [m] from where a joint stands to its upper limit; below 0 beyond it.
-double wayToUpper(const PosedPosition& position, const Limits& limits, const std::optional<double>& stated) {
-  return limits.upper - (stated ? position.nearestTo(*stated) : farthestFromUpper(position, limits));
+  const double lowest = std::isinf(limits.lower) ? limits.lower : position.atOrAbove(limits.lower - kBeyondLimit);
+  const double highest = position.atOrBelow(limits.upper + kBeyondLimit);
+  if (lowest > highest) return limits.excess(highest) < limits.excess(lowest) ? highest : lowest;
+  return stated ? std::clamp(position.nearestTo(*stated), lowest, highest) : lowest;
 }
 
 /// The time of [0, 1] at which a joint reaches a limit; infinity where there is none on its way.
@@ -61,7 +55,7 @@ double stopTime(PosedPosition position, Limits limits, std::optional<double> sta
     if (stated) stated = -*stated;
   }
   if (std::isinf(limits.upper)) return kInfinity;
-  return std::max(0.0, wayToUpper(position, limits, stated)) / std::abs(travel);
+  return std::max(0.0, limits.upper - positionWithin(limits, position, stated)) / std::abs(travel);
 }
 
 bool turns(const Joint& joint) { return joint.type == Joint::Type::Revolute || joint.type == Joint::Type::Continuous; }

@@ -153,6 +153,8 @@ TEST(MotionWithinLimits, TakesTheTurnFromAStatedPosition) {
   EXPECT_NEAR(stopOf(joint, 6.0, 10.0, {6.01}), 0.025, kRounding);
   EXPECT_NEAR(stopOf(joint, -6.0, -10.0, {-5.99}), 0.025, kRounding);
   EXPECT_NEAR(stopOf(joint, 6.0, 10.0, {-0.3}), 0.025 + 0.2 * kPi, kRounding);
+  EXPECT_NEAR(stopOf(joint, 6.0, 10.0, {1e9}), 0.025, kRounding) << "a position beyond the limits is none";
+  EXPECT_NEAR(stopOf(oneJoint("revolute", limits(-1, 1)), 0.5, 10.0, {7.0}), 0.05, kRounding);
 }
 
 // An encoder may tell a position beyond a limit, which is the pose of one at the other end.
