@@ -233,9 +233,10 @@ void ClearanceMarkers::addSummary(const Clearance& clearance, Drawing& drawing) 
   marker.color = levelColour(clearance.level);
   marker.scale.z = text_height_;
   const Vector3d centre = latest_box_.center();
-  // Centred: half of its lines, which are about 1.2 heights apart, and the label of a pair lie below.
+  // Centred: half of its lines, which are about 1.2 heights apart, lie below, and then the labels. Those at the back
+  // appear higher to somebody who looks down a little.
   const auto lines = static_cast<double>(1 + std::count(marker.text.begin(), marker.text.end(), '\n'));
-  const double above = (1.5 + 0.6 * lines) * text_height_;
+  const double above = (2.75 + 0.6 * lines) * text_height_;
   marker.pose.position = point({centre.x(), centre.y(), latest_box_.max().z() + above});
   drawing.array.markers.push_back(std::move(marker));
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -15,7 +16,7 @@ class PhasedMotion {
     RobotMotion motion;  ///< over this phase
 
     /// The whole's time at a time [0, 1] of this phase.
-    double onWhole(double time) const { return time < 1.0 ? begin + time * (end - begin) : end; }
+    double onWhole(double time) const { return time < 1.0 ? std::min(end, begin + time * (end - begin)) : end; }
   };
 
   /// In one phase.
