@@ -33,8 +33,10 @@ std_msgs::ColorRGBA levelColour(std::uint8_t level) {
       return colour(1.0f, 0.8f, 0.0f, 1.0f);
     case Clearance::STOP:
       return colour(1.0f, 0.4f, 0.0f, 1.0f);
+    case Clearance::COLLISION:
+      return colour(1.0f, 0.2f, 0.2f, 1.0f);
     default:
-      return colour(1.0f, 0.0f, 0.0f, 1.0f);
+      return colour(1.0f, 0.3f, 1.0f, 1.0f);
   }
 }
 

@@ -11,9 +11,8 @@ namespace proximity_server {
 
 /// Calls a function at a rate [Hz] of wall time, between start() and stop().
 ///
-/// After stop() it neither runs nor begins to: roscpp alone does not promise that. A thread of a spinner that has taken
-/// the callback from its queue may begin with it after ros::WallTimer::stop() has returned, and then it publishes on
-/// what is gone.
+/// After stop() it neither runs nor begins to. roscpp alone does not promise that: the callback of a ros::WallTimer may
+/// run in a thread of a spinner after stop() has returned, and then it publishes on what is gone.
 class Ticker {
  public:
   Ticker(ros::NodeHandle nh, double rate, std::function<void()> function) : state_(std::make_shared<State>()) {
