@@ -15,7 +15,7 @@ namespace proximity_server {
 /// run in a thread of a spinner after stop() has returned, and then it publishes on what is gone.
 class Ticker {
  public:
-  Ticker(ros::NodeHandle nh, double rate, std::function<void()> function) : state_(std::make_shared<State>()) {
+  Ticker(const ros::NodeHandle& nh, double rate, std::function<void()> function) : state_(std::make_shared<State>()) {
     state_->function = std::move(function);
     const auto tick = [state = state_](const ros::WallTimerEvent&) {
       const std::lock_guard<std::mutex> lock(state->mutex);
