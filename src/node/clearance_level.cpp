@@ -21,4 +21,19 @@ std::uint8_t clearanceLevel(double distance, std::uint8_t previous, const Monito
   return Clearance::CLEAR;
 }
 
+std::string levelName(std::uint8_t level) {
+  switch (level) {
+    case Clearance::CLEAR:
+      return "CLEAR";
+    case Clearance::WARN:
+      return "WARN";
+    case Clearance::STOP:
+      return "STOP";
+    case Clearance::COLLISION:
+      return "COLLISION";
+    default:
+      return "INVALID";
+  }
+}
+
 }  // namespace proximity_server

@@ -2,25 +2,12 @@
 
 #include <utility>
 
+#include "clearance_level.h"
+
 namespace proximity_server {
 namespace {
 
 using Level = diagnostic_msgs::DiagnosticStatus;
-
-std::string levelName(std::uint8_t level) {
-  switch (level) {
-    case Clearance::CLEAR:
-      return "CLEAR";
-    case Clearance::WARN:
-      return "WARN";
-    case Clearance::STOP:
-      return "STOP";
-    case Clearance::COLLISION:
-      return "COLLISION";
-    default:
-      return "INVALID";
-  }
-}
 
 std::uint8_t severity(std::uint8_t level) {
   if (level == Clearance::CLEAR) return Level::OK;

@@ -18,14 +18,20 @@ void JointVelocities::ignore() {
 
 void JointVelocities::onJointState(const sensor_msgs::JointState& state) {
   if (state.velocity.size() != state.name.size()) return;  // many publishers leave it empty
+  const bool has_positions = state.position.size() == state.name.size();
   const std::lock_guard<std::mutex> lock(mutex_);
-  for (std::size_t i = 0; i < state.name.size(); ++i) latest_[state.name[i]] = {state.velocity[i], state.header.stamp};
+  for (std::size_t i = 0; i < state.name.size(); ++i) {
+    const bool is_known = has_positions && std::isfinite(state.position[i]);
+    latest_[state.name[i]] = {state.velocity[i], is_known ? std::optional<double>(state.position[i]) : std::nullopt,
+                              state.header.stamp};
+  }
 }
 
 VelocitySnapshot JointVelocities::lookUp(const Robot& robot, const std::vector<int>& joints,
                                          const ros::Time& now) const {
   VelocitySnapshot snapshot;
   snapshot.velocities.assign(robot.links().joints.size(), 0.0);
+  snapshot.positions.assign(robot.links().joints.size(), std::nullopt);
   const std::lock_guard<std::mutex> lock(mutex_);
   for (const int index : joints) {
     const Joint& joint = robot.links().joints[static_cast<std::size_t>(index)];
@@ -34,6 +40,7 @@ VelocitySnapshot JointVelocities::lookUp(const Robot& robot, const std::vector<i
         problemOf(joint, entry == latest_.end() ? nullptr : &entry->second, now, robot.config().max_tf_age);
     if (problem.empty()) {
       snapshot.velocities[static_cast<std::size_t>(index)] = entry->second.velocity;
+      snapshot.positions[static_cast<std::size_t>(index)] = entry->second.position;
       continue;
     }
     snapshot.status.code = QueryStatus::NO_VELOCITY;

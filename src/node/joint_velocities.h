@@ -5,6 +5,7 @@
 
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,9 @@ namespace proximity_server {
 /// What joint_states says of the joints' velocities, or why that is not known.
 struct VelocitySnapshot {
   std::vector<double> velocities;  ///< [rad/s] or [m/s] of each of RobotModel::joints; 0 where not asked for
-  QueryStatus status;              ///< OK, or NO_VELOCITY and which joint has none, or an old one
+  /// [rad] or [m] of each, in the messages of the velocities; nothing where that is not known.
+  std::vector<std::optional<double>> positions;
+  QueryStatus status;  ///< OK, or NO_VELOCITY and which joint has none, or an old one
 };
 
 /// Listens to joint_states, several publishers of which may each tell of a few joints. Thread-safe.
@@ -33,6 +36,7 @@ class JointVelocities {
  private:
   struct Entry {
     double velocity;
+    std::optional<double> position;
     ros::Time stamp;
   };
 

@@ -75,11 +75,12 @@ Lookahead contactAhead(const Robot& robot, MovingScene& scene, const std::vector
     result.status.message = "a velocity times the lookahead is not finite";
     return result;
   }
-  const TimedMotion motion = motionOfJoints(robot, poses, travel, 0.0, settings.lookahead);
+  const TimedMotion motion = motionWithinLimits(robot, poses, travel, velocities.positions, settings.lookahead);
   const MotionQuestion question = questionOf(settings);
   const RobotContact found = scene.timeOfContact(pairs, motion.motion, question);
   result.status = completeness(found.counts);
   if (result.status.code != QueryStatus::OK) return result;
+  assignStops(result, robot, motion);
   result.status = statusOf(found.status, question);
   result.time_free = motion.onClock(found.t_free);
   if (found.contact) {

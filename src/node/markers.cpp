@@ -1,6 +1,9 @@
 #include "markers.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <limits>
 #include <utility>
 
 #include "clearance_level.h"
@@ -9,6 +12,8 @@
 namespace proximity_server {
 namespace {
 
+using Eigen::AlignedBox3d;
+using Eigen::Vector3d;
 using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
 
@@ -29,8 +34,10 @@ std_msgs::ColorRGBA levelColour(std::uint8_t level) {
       return colour(1.0f, 0.8f, 0.0f, 1.0f);
     case Clearance::STOP:
       return colour(1.0f, 0.4f, 0.0f, 1.0f);
+    case Clearance::COLLISION:
+      return colour(1.0f, 0.2f, 0.2f, 1.0f);
     default:
-      return colour(1.0f, 0.0f, 0.0f, 1.0f);
+      return colour(1.0f, 0.3f, 1.0f, 1.0f);
   }
 }
 
@@ -123,30 +130,63 @@ class PieceDrawing {
   Marker base_;
 };
 
-Marker label(const Proximity& pair, const std_msgs::Header& header, int id) {
-  Marker marker;
-  marker.header = header;
-  marker.ns = "distances";
-  marker.id = id;
-  marker.type = Marker::TEXT_VIEW_FACING;
-  marker.pose.orientation.w = 1.0;
-  marker.pose.position.x = 0.5 * (pair.point_a.x + pair.point_b.x);
-  marker.pose.position.y = 0.5 * (pair.point_a.y + pair.point_b.y);
-  marker.pose.position.z = 0.5 * (pair.point_a.z + pair.point_b.z);
-  marker.scale.z = 0.03;
+std::string millimetres(double distance) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.1f mm", 1000.0 * pair.distance);
-  marker.text = text;
-  return marker;
+  std::snprintf(text, sizeof text, "%.1f mm", 1000.0 * distance);
+  return text;
 }
 
-Marker taken(const std_msgs::Header& header, const char* ns, int id) {
-  Marker marker;
-  marker.header = header;
-  marker.ns = ns;
-  marker.id = id;
-  marker.action = Marker::DELETE;
-  return marker;
+/// The text in lines of about so many characters, divided between words.
+std::string inLines(const std::string& text, std::size_t characters) {
+  std::string result = text;
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    if (result[i] != ' ' || i - begin < characters) continue;
+    result[i] = '\n';
+    begin = i + 1;
+  }
+  return result;
+}
+
+std::string summary(const Clearance& clearance) {
+  const std::string level = levelName(clearance.level);
+  if (clearance.level == Clearance::INVALID) return level + "\n" + inLines(clearance.status.message, 40);
+  const Proximity& pair = clearance.minimum;
+  return level + "\n" + pair.a.link + " - " + pair.b.link + " " + millimetres(pair.distance);
+}
+
+/// Those that are drawn, the closest first.
+std::vector<const Proximity*> pairsOf(const Clearance& clearance) {
+  std::vector<const Proximity*> pairs;
+  if (clearance.level == Clearance::INVALID) return pairs;
+  for (const Proximity& pair : clearance.below_threshold) pairs.push_back(&pair);
+  if (pairs.empty()) pairs.push_back(&clearance.minimum);
+  const auto is_nowhere = [](const Proximity* pair) { return !pair->points_valid; };
+  pairs.erase(std::remove_if(pairs.begin(), pairs.end(), is_nowhere), pairs.end());
+  return pairs;
+}
+
+Vector3d middleOf(const Proximity& pair) {
+  return 0.5 *
+         Vector3d(pair.point_a.x + pair.point_b.x, pair.point_a.y + pair.point_b.y, pair.point_a.z + pair.point_b.z);
+}
+
+/// From a point in a box the way out of it: mostly towards the nearest side, and a little upwards. It changes little
+/// with the point and the box.
+Vector3d wayOut(const Vector3d& from, const AlignedBox3d& box) {
+  constexpr double kUpwards = 0.15;  // beside 1 for a point in a side of the box
+  const Vector3d half = 0.5 * box.sizes();
+  const Vector3d outwards = (from - box.center()).cwiseQuotient(half);
+  const Vector3d direction = Vector3d(std::pow(outwards.x(), 3), std::pow(outwards.y(), 3),
+                                      kUpwards + std::max(0.0, std::pow(outwards.z(), 3)))
+                                 .cwiseProduct(half);
+  double shortest = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    if (direction[axis] == 0.0) continue;
+    const double side = direction[axis] > 0.0 ? box.max()[axis] : box.min()[axis];
+    shortest = std::min(shortest, std::max(0.0, (side - from[axis]) / direction[axis]));
+  }
+  return shortest * direction;
 }
 
 }  // namespace
@@ -160,28 +200,109 @@ MarkerArray pieceMarkers(const RobotModel& robot, const std::string& tf_prefix) 
   return array;
 }
 
-MarkerArray witnessMarkers(const Clearance& clearance, const MonitorSettings& settings, std::size_t labels_before) {
-  MarkerArray array;
-  Marker lines;
-  lines.header = clearance.header;
+ClearanceMarkers::ClearanceMarkers(const RobotModel& robot) : box_(robot) {
+  const AlignedBox3d at_zero = box_.at(forwardKinematics(robot, std::vector<double>(robot.joints.size(), 0.0)));
+  latest_box_ = at_zero.isEmpty() ? AlignedBox3d(Vector3d::Zero()) : at_zero;
+  constexpr double kPartOfRobot = 0.035;  // readable where the robot fills the view, and no larger than that asks for
+  text_height_ = std::max(0.01, kPartOfRobot * latest_box_.sizes().norm());
+}
+
+MarkerArray ClearanceMarkers::draw(const Clearance& clearance, const BodyPoses& poses,
+                                   const MonitorSettings& settings) {
+  if (const AlignedBox3d box = box_.at(poses); !box.isEmpty()) latest_box_ = box;
+  Drawing drawing{settings, base(clearance, settings), {}};
+  addSummary(clearance, drawing);
+  addLines(pairsOf(clearance), drawing);
+  addLabels(pairsOf(clearance), drawing);
+  return drawing.array;
+}
+
+/// What all markers of a cycle have in common.
+Marker ClearanceMarkers::base(const Clearance& clearance, const MonitorSettings& settings) const {
+  constexpr double kShortestLife = 3.0;  // [s]; the longest silence of a monitor that runs is one
+  Marker marker;
+  marker.header = clearance.header;
+  // Without poses of now the text stands where the robot is, as far as the viewer knows.
+  if (clearance.level == Clearance::INVALID) marker.header.stamp = ros::Time();
+  marker.pose.orientation.w = 1.0;
+  marker.lifetime = ros::Duration(settings.rate > 0.0 ? std::max(kShortestLife, 3.0 / settings.rate) : kShortestLife);
+  return marker;
+}
+
+void ClearanceMarkers::addSummary(const Clearance& clearance, Drawing& drawing) const {
+  Marker marker = drawing.base;
+  marker.ns = "level";
+  marker.type = Marker::TEXT_VIEW_FACING;
+  marker.text = summary(clearance);
+  marker.color = levelColour(clearance.level);
+  marker.scale.z = text_height_;
+  const Vector3d centre = latest_box_.center();
+  // Centred: half of its lines, which are about 1.2 heights apart, lie below, and then the labels. Those at the back
+  // appear higher to somebody who looks down a little.
+  const auto lines = static_cast<double>(1 + std::count(marker.text.begin(), marker.text.end(), '\n'));
+  const double above = (2.75 + 0.6 * lines) * text_height_;
+  marker.pose.position = point({centre.x(), centre.y(), latest_box_.max().z() + above});
+  drawing.array.markers.push_back(std::move(marker));
+}
+
+void ClearanceMarkers::addLines(const std::vector<const Proximity*>& pairs, Drawing& drawing) const {
+  Marker lines = drawing.base;
   lines.ns = "witnesses";
   lines.type = Marker::LINE_LIST;
-  lines.pose.orientation.w = 1.0;
-  lines.scale.x = 0.004;
-  for (const Proximity& pair : clearance.below_threshold) {
-    if (!pair.points_valid) continue;
-    const std_msgs::ColorRGBA pair_colour = levelColour(clearanceLevel(pair.distance, Clearance::INVALID, settings));
-    lines.points.insert(lines.points.end(), {pair.point_a, pair.point_b});
-    lines.colors.insert(lines.colors.end(), 2, pair_colour);
-    array.markers.push_back(label(pair, clearance.header, static_cast<int>(array.markers.size())));
-    array.markers.back().color = pair_colour;
-  }
-  for (std::size_t i = array.markers.size(); i < labels_before; ++i) {
-    array.markers.push_back(taken(clearance.header, "distances", static_cast<int>(i)));
+  lines.scale.x = 0.06 * text_height_;
+  for (const Proximity* pair : pairs) {
+    lines.points.insert(lines.points.end(), {pair->point_a, pair->point_b});
+    lines.colors.insert(lines.colors.end(), 2, drawing.colourOf(*pair));
   }
   if (lines.points.empty()) lines.action = Marker::DELETE;
-  array.markers.push_back(std::move(lines));
-  return array;
+  drawing.array.markers.push_back(std::move(lines));
+}
+
+void ClearanceMarkers::addLabels(const std::vector<const Proximity*>& pairs, Drawing& drawing) const {
+  Marker leaders = drawing.base;
+  leaders.ns = "leaders";
+  leaders.type = Marker::LINE_LIST;
+  leaders.scale.x = 0.03 * text_height_;
+  std::vector<Vector3d> places;
+  for (std::size_t i = 0; i < kLabels; ++i) {
+    Marker label = drawing.base;
+    label.ns = "distances";
+    label.id = static_cast<int>(i);
+    label.type = Marker::TEXT_VIEW_FACING;
+    const bool is_drawn = i < pairs.size() && isFree(placeOf(*pairs[i]), places);
+    label.action = is_drawn ? Marker::ADD : Marker::DELETE;
+    if (is_drawn) {
+      places.push_back(placeOf(*pairs[i]));
+      label.text = millimetres(pairs[i]->distance);
+      label.color = drawing.colourOf(*pairs[i]);
+      label.scale.z = i == 0 ? text_height_ : 0.6 * text_height_;
+      label.pose.position = point(placeOf(*pairs[i]));
+      leaders.points.insert(leaders.points.end(), {point(middleOf(*pairs[i])), label.pose.position});
+      leaders.colors.insert(leaders.colors.end(), 2, label.color);
+    }
+    drawing.array.markers.push_back(std::move(label));
+  }
+  if (leaders.points.empty()) leaders.action = Marker::DELETE;
+  drawing.array.markers.push_back(std::move(leaders));
+}
+
+/// Outside of the robot's box, so that from there on no shape is in front of the label.
+Vector3d ClearanceMarkers::placeOf(const Proximity& pair) const {
+  const Vector3d room = Vector3d::Constant(0.75 * text_height_);
+  const Vector3d middle = middleOf(pair);
+  return middle + wayOut(middle, AlignedBox3d(latest_box_.min() - room, latest_box_.max() + room));
+}
+
+/// Whether no text at one of the `taken` places can be in the way of one here, seen from the side.
+bool ClearanceMarkers::isFree(const Vector3d& place, const std::vector<Vector3d>& taken) const {
+  const double width = 5.0 * text_height_;  // of "123.4 mm"
+  return std::none_of(taken.begin(), taken.end(), [&](const Vector3d& other) {
+    return (place - other).norm() < width && std::abs(place.z() - other.z()) < 1.2 * text_height_;
+  });
+}
+
+std_msgs::ColorRGBA ClearanceMarkers::Drawing::colourOf(const Proximity& pair) const {
+  return levelColour(clearanceLevel(pair.distance, Clearance::INVALID, settings));
 }
 
 MarkerArray noMarkers() {

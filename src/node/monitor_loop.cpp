@@ -7,7 +7,6 @@
 #include <optional>
 #include <utility>
 
-#include "markers.h"
 #include "real_time.h"
 #include "request_queue.h"
 
@@ -62,6 +61,7 @@ void MonitorLoop::follow(const std::shared_ptr<const Robot>& robot) {
   lookup_.reset();  // before its robot
   monitor_.follow(robot);
   lookup_.emplace(*robot, jointsTo(*robot, monitor_.bodies()));
+  markers_.reset();
   keep_alive_.setPeriod(keepAlivePeriod(health_.settings, robot->config()));
   redrawPieces();
 }
@@ -143,7 +143,7 @@ void MonitorLoop::publish(const PoseSnapshot& snapshot) {
   const Clearance& clearance = monitor_.cycle(snapshot, lookUpVelocities(), health_.settings);
   health_.slowest_cycle = std::max(health_.slowest_cycle, clearance.computation_time);
   clearance_pub_.publish(clearance);
-  if (health_.settings.markers && markers_pub_.getNumSubscribers() > 0) publishMarkers(clearance);
+  if (health_.settings.markers && markers_pub_.getNumSubscribers() > 0) publishMarkers(clearance, snapshot.poses);
 }
 
 VelocitySnapshot MonitorLoop::lookUpVelocities() {
@@ -151,10 +151,9 @@ VelocitySnapshot MonitorLoop::lookUpVelocities() {
   return velocities_.lookUp(*monitor_.robot(), monitor_.joints(), ros::Time::now());
 }
 
-void MonitorLoop::publishMarkers(const Clearance& clearance) {
-  const visualization_msgs::MarkerArray markers = witnessMarkers(clearance, health_.settings, labels_);
-  labels_ = clearance.below_threshold.size();
-  markers_pub_.publish(markers);
+void MonitorLoop::publishMarkers(const Clearance& clearance, const BodyPoses& poses) {
+  if (!markers_) markers_.emplace(monitor_.robot()->links());
+  markers_pub_.publish(markers_->draw(clearance, poses, health_.settings));
 }
 
 visualization_msgs::MarkerArray MonitorLoop::pieces() const {

@@ -12,6 +12,7 @@
 #include <mutex>
 #include <optional>
 
+#include "markers.h"
 #include "monitor.h"
 #include "pacemaker.h"
 #include "tf_poses.h"
@@ -51,7 +52,7 @@ class MonitorLoop {
   void cycleIfNew();
   void cycle();
   void publish(const PoseSnapshot& snapshot);
-  void publishMarkers(const Clearance& clearance);
+  void publishMarkers(const Clearance& clearance, const BodyPoses& poses);
   visualization_msgs::MarkerArray pieces() const;
   void redrawPieces();
   void sendPieces(const ros::SingleSubscriberPublisher& subscriber);
@@ -69,11 +70,11 @@ class MonitorLoop {
 
   std::mutex mutex_;  // guards all that follows down to the publishers
   Monitor monitor_;
-  std::optional<TfLookup> lookup_;  // of the monitor's robot
-  MonitorHealth health_{};          // `last` is the monitor's
-  bool alive_ = false;              // a cycle ran since the last keep-alive
-  ros::Time kept_alive_at_;         // by the clock, at the last keep-alive
-  std::size_t labels_ = 0;
+  std::optional<TfLookup> lookup_;           // of the monitor's robot
+  MonitorHealth health_{};                   // `last` is the monitor's
+  bool alive_ = false;                       // a cycle ran since the last keep-alive
+  ros::Time kept_alive_at_;                  // by the clock, at the last keep-alive
+  std::optional<ClearanceMarkers> markers_;  // of the monitor's robot, once somebody has looked
 
   ros::Publisher clearance_pub_;
   ros::Publisher markers_pub_;

@@ -1,4 +1,6 @@
 #include <limits>
+#include <sstream>
+#include <string>
 
 #include "answered.h"
 #include "conversions.h"
@@ -77,6 +79,24 @@ struct TrajectorySearch {
   MovingScene& scene;
 };
 
+/// What is to be said of joints that the trajectory takes beyond their limits; "" where it does not.
+std::string beyondLimits(const RobotModel& robot, const WayPoints& points) {
+  constexpr double kRounding = 1e-6;  // [rad] or [m] of numbers that were printed
+  std::ostringstream text;
+  for (std::size_t i = 0; i < points.positions.size(); ++i) {
+    for (const int index : points.joints) {
+      const Joint& joint = robot.joints[static_cast<std::size_t>(index)];
+      const double position = *points.positions[i][static_cast<std::size_t>(index)];
+      const bool is_below = position < joint.lower - kRounding;
+      if (joint.mimic || (!is_below && !(position > joint.upper + kRounding))) continue;
+      text << "point " << i << " is the first beyond a limit: joint '" << joint.name << "' is at " << position
+           << ", its " << (is_below ? "lower" : "upper") << " limit is " << (is_below ? joint.lower : joint.upper);
+      return text.str();
+    }
+  }
+  return {};
+}
+
 /// Segment by segment, until there is contact or something is left undecided.
 void findContact(const TrajectorySearch& search, QueryTrajectoryResponse& response) {
   for (std::size_t i = 0; i < search.segments.size(); ++i) {
@@ -121,6 +141,7 @@ FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactR
     response.header.frame_id = robot.referenceFrame();
     require(start.status);
     const TimedMotion motion = motionOf(robot, start.poses, request);
+    assignStops(response, robot, motion);
 
     const MovingScenePool::Lease scene = robot.takeMovingScene();
     question.deadline = deadlineIn(budget);
@@ -152,6 +173,7 @@ QueryTrajectoryResponse answer(const Robot& robot, TfPoses& tf, const QueryTraje
     const TrajectorySearch search{robot, pairs, points, segments, question, *scene};
     findContact(search, response);
     if (!request.skip_minimum) findMinima(search, response);
+    if (response.status.code == QueryStatus::OK) response.status.message = beyondLimits(robot.links(), points);
   });
 }
 

@@ -1,6 +1,7 @@
 #include "motion_requests.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <string>
 
@@ -80,14 +81,30 @@ TimedMotion motionOfTwists(const Robot& robot, const BodyPoses& poses, const Fir
   return motionOfTwists(poses, twists, request.horizon);
 }
 
+/// What the request tells of the joints' positions [rad] or [m]; NaN stands for one that it does not know.
+JointValues statedPositions(const RobotModel& robot, const std::vector<int>& joints,
+                            const std::vector<double>& positions) {
+  JointValues stated(robot.joints.size());
+  if (positions.empty()) return stated;
+  if (positions.size() != joints.size()) {
+    refuse("joints: " + std::to_string(positions.size()) + " positions for " + std::to_string(joints.size()) +
+           " names; there may be none");
+  }
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    if (std::isfinite(positions[i])) stated[static_cast<std::size_t>(joints[i])] = positions[i];
+  }
+  return stated;
+}
+
 TimedMotion motionOfJoints(const Robot& robot, const BodyPoses& poses, const FirstContactRequest& request) {
   const std::vector<int> joints = jointsNamed(robot.links(), request.joints.name, "joints");
+  const JointValues stated = statedPositions(robot.links(), joints, request.joints.position);
   const JointValues velocities = valuesOf(robot.links(), joints, request.joints.velocity, "velocity", "joints");
   std::vector<double> travel;
   for (const std::optional<double>& velocity : velocities) {
     travel.push_back(finite(velocity.value_or(0.0) * request.horizon, "joints: a velocity times the horizon"));
   }
-  return motionOfJoints(robot, poses, travel, 0.0, request.horizon);
+  return motionWithinLimits(robot, poses, travel, stated, request.horizon);
 }
 
 }  // namespace

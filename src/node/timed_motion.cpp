@@ -2,9 +2,9 @@
 
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "conversions.h"
-#include "joint_frames.h"
 
 namespace proximity_server {
 namespace {
@@ -25,16 +25,27 @@ PairProximity inFrame(const Eigen::Isometry3d& frame_T_poses, PairProximity pair
   return pair;
 }
 
+/// The poses in the frame of the root link, which joints do not move.
+BodyPoses inRoot(const BodyPoses& poses) { return inFrame(poses.front().value().inverse(), poses); }
+
+/// How TimedMotion finds the reference frame in a motion of joints that starts from these poses.
+std::function<Eigen::Isometry3d(const BodyPoses&)> referenceFrom(const Robot& robot, const BodyPoses& poses) {
+  return [&robot, reference_T_root = poses.front().value()](const BodyPoses& poses_in_root) {
+    return referenceToRoot(robot, poses_in_root, reference_T_root).value();
+  };
+}
+
 }  // namespace
 
 TimedMotion motionOfJoints(const Robot& robot, const BodyPoses& poses, const std::vector<double>& travel, double begin,
                            double duration) {
-  const Eigen::Isometry3d reference_T_root = poses.front().value();
-  const BodyPoses in_root = inFrame(reference_T_root.inverse(), poses);
-  return {RobotMotion::ofJoints(robot.links(), in_root, travel), begin, duration,
-          [&robot, reference_T_root](const BodyPoses& poses_in_root) {
-            return referenceToRoot(robot, poses_in_root, reference_T_root).value();
-          }};
+  return {RobotMotion::ofJoints(robot.links(), inRoot(poses), travel), begin, duration, referenceFrom(robot, poses)};
+}
+
+TimedMotion motionWithinLimits(const Robot& robot, const BodyPoses& poses, const std::vector<double>& travel,
+                               const JointValues& stated, double duration) {
+  LimitedMotion limited = motionWithinLimits(robot.links(), inRoot(poses), travel, stated);
+  return {std::move(limited.motion), 0.0, duration, referenceFrom(robot, poses), std::move(limited.stops)};
 }
 
 TimedMotion motionOfTwists(const BodyPoses& poses, const std::vector<RobotMotion::Twist>& twists, double duration) {

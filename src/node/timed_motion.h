@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "joint_frames.h"
 #include "proximity_server/MotionMinimum.h"
 #include "proximity_server/Proximity.h"
 #include "proximity_server/QueryStatus.h"
@@ -17,22 +18,40 @@ namespace proximity_server {
 
 /// A motion over the time [0, 1] that stands for a span of the answer's clock.
 struct TimedMotion {
-  RobotMotion motion;
+  PhasedMotion motion;
   double begin;     ///< [s]
   double duration;  ///< [s]
   /// The reference frame at a time, given the poses of that time in the frame of the motion.
   std::function<Eigen::Isometry3d(const BodyPoses&)> reference_T_poses;
 
+  std::vector<JointStop> stops = {};  ///< of joints at their limits, at times of [0, 1]
+
   double onClock(double time) const { return begin + time * duration; }
 };
 
 /// Every joint at constant velocity, from poses in the reference frame on: `travel` [rad] or [m] is for the whole time,
-/// see RobotMotion::ofJoints.
+/// see RobotMotion::ofJoints. Beyond limits too.
 TimedMotion motionOfJoints(const Robot& robot, const BodyPoses& poses, const std::vector<double>& travel, double begin,
                            double duration);
 
+/// The same until each joint reaches a limit, where it stops. `stated` positions tell turns, see
+/// scene/limited_motion.h; the clock starts at 0.
+TimedMotion motionWithinLimits(const Robot& robot, const BodyPoses& poses, const std::vector<double>& travel,
+                               const JointValues& stated, double duration);
+
 /// Each body on its own, relative to the reference frame, from poses in it on: twists are for the whole time.
 TimedMotion motionOfTwists(const BodyPoses& poses, const std::vector<RobotMotion::Twist>& twists, double duration);
+
+/// Tells in a message which joints stop at a limit, and when.
+template <class Message>
+void assignStops(Message& message, const Robot& robot, const TimedMotion& motion) {
+  message.joints_at_limit.clear();
+  message.limit_times.clear();
+  for (const JointStop& stop : motion.stops) {
+    message.joints_at_limit.push_back(robot.links().joints[static_cast<std::size_t>(stop.joint)].name);
+    message.limit_times.push_back(motion.onClock(stop.time));
+  }
+}
 
 /// A pair as found at a time of the motion, in the reference frame of that time.
 Proximity toMessage(const Robot& robot, const TimedMotion& motion, double time, const PairProximity& pair);

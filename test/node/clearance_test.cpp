@@ -292,6 +292,30 @@ TEST_F(ClearanceTopic, MarkersJoinTheClosestPointsAndTellTheDistance) {
   EXPECT_NEAR(std::min(lines->points[0].x, lines->points[1].x), 0.1, kTolerance);
   EXPECT_NEAR(std::max(lines->points[0].x, lines->points[1].x), 0.14, kTolerance);
   EXPECT_EQ(lines->header.frame_id, "base");
+  const auto level = find(*array, "level");
+  ASSERT_NE(level, array->markers.end());
+  EXPECT_EQ(level->text, "WARN\nbase - ball 40.0 mm");
+  EXPECT_GT(level->pose.position.z, 0.6);  // the top of the block
+}
+
+TEST_F(ClearanceTopic, MarkersSayWhyNothingIsKnownAndLeaveNoLine) {
+  hold(0.24);
+  Inbox<MarkerArray> markers(ros::NodeHandle(), "/proximity_server/markers");
+  const auto tells = [&](const std::string& begin) {
+    return markers.next([&](const MarkerArray& array) {
+      return std::any_of(array.markers.begin(), array.markers.end(), [&](const Marker& marker) {
+        return marker.ns == "level" && marker.text.compare(0, begin.size(), begin) == 0;
+      });
+    });
+  };
+  ASSERT_TRUE(tells("WARN"));
+  gantry().release();
+  const auto invalid = tells("INVALID\n");
+  ASSERT_TRUE(invalid);
+  for (const Marker& marker : invalid->markers) {
+    EXPECT_EQ(marker.action, marker.ns == "level" ? Marker::ADD : Marker::DELETE) << marker.ns;
+    EXPECT_EQ(marker.text.find("joint '") != std::string::npos, marker.ns == "level") << marker.text;
+  }
 }
 
 // ---- other nodes

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "inbox.h"
+#include "ticker.h"
 
 namespace proximity_server {
 
@@ -23,15 +24,13 @@ struct GantryPosition {
 /// transform.
 class Gantry {
  public:
-  explicit Gantry(ros::NodeHandle nh, const std::string& tf_topic = "/tf") {
+  explicit Gantry(ros::NodeHandle nh, const std::string& tf_topic = "/tf")
+      : ticker_(nh, 100.0, [this] { publish(held_, ros::Time::now()); }) {
     publisher_ = nh.advertise<tf2_msgs::TFMessage>(tf_topic, 100, [this](const ros::SingleSubscriberPublisher&) {
       const std::lock_guard<std::mutex> lock(mutex_);
       ++subscribers_;
       connected_.notify_all();
     });
-    timer_ = nh.createWallTimer(
-        ros::WallDuration(0.01), [this](const ros::WallTimerEvent&) { publish(held_, ros::Time::now()); }, false,
-        false);
   }
 
   /// Waits until `nodes` others listen; false if they do not.
@@ -77,11 +76,11 @@ class Gantry {
 
   /// Publishes a hundred times a second with the current time, until release().
   void hold(const GantryPosition& position) {
-    timer_.stop();
+    ticker_.stop();
     held_ = position;
-    timer_.start();
+    ticker_.start();
   }
-  void release() { timer_.stop(); }
+  void release() { ticker_.stop(); }
 
  private:
   static geometry_msgs::TransformStamped transform(const std::string& parent, const std::string& child, double x,
@@ -102,7 +101,7 @@ class Gantry {
   ros::Publisher publisher_;
   GantryPosition held_{};
   ros::Time last_stamp_;
-  ros::WallTimer timer_;
+  Ticker ticker_;  // last: it publishes what is above
 };
 
 /// Calls a service that exists; a call that fails fails the test.

@@ -9,6 +9,7 @@
 
 #include "answers.h"
 #include "gantry.h"
+#include "limited_robot.h"
 
 // The robot of gantry.urdf stands at (0.9, 0, 0), 0.7 m from the base, and says that it moves. The stop distance is 0.1
 // m.
@@ -22,16 +23,16 @@ class JointStates {
   explicit JointStates(const std::string& ns = "/")
       : nh_(ns),
         publisher_(nh_.advertise<sensor_msgs::JointState>("joint_states", 10)),
-        timer_(nh_.createWallTimer(
-            ros::WallDuration(0.01), [this](const ros::WallTimerEvent&) { publish(ros::Time::now()); }, false, false)) {
-  }
+        ticker_(nh_, 100.0, [this] { publish(ros::Time::now()); }) {}
 
-  void hold(const std::map<std::string, double>& velocities) {
-    timer_.stop();
+  /// `positions` may name fewer joints; then none has one.
+  void hold(const std::map<std::string, double>& velocities, const std::map<std::string, double>& positions = {}) {
+    ticker_.stop();
     velocities_ = velocities;
-    timer_.start();
+    positions_ = positions;
+    ticker_.start();
   }
-  void release() { timer_.stop(); }
+  void release() { ticker_.stop(); }
 
   void publish(const ros::Time& stamp) {
     sensor_msgs::JointState state;
@@ -39,15 +40,17 @@ class JointStates {
     for (const auto& [name, velocity] : velocities_) {
       state.name.push_back(name);
       state.velocity.push_back(velocity);
+      if (const auto position = positions_.find(name); position != positions_.end())
+        state.position.push_back(position->second);
     }
     publisher_.publish(state);
   }
 
  private:
   ros::NodeHandle nh_;
-  std::map<std::string, double> velocities_;
+  std::map<std::string, double> velocities_, positions_;
   ros::Publisher publisher_;
-  ros::WallTimer timer_;
+  Ticker ticker_;  // last: it publishes what is above
 };
 
 std::map<std::string, double> slidingAt(double velocity) {
@@ -212,6 +215,51 @@ TEST(LookaheadOfFollowers, TakesTheVelocityOfTheirLeader) {
   EXPECT_EQ(unknown->lookahead.status.code, QueryStatus::NO_VELOCITY);
   EXPECT_NE(unknown->lookahead.status.message.find("joint 'flight': it is floating"), std::string::npos)
       << unknown->lookahead.status.message;
+}
+
+/// The robot of limits.urdf: the stop distance is 0.1 m, it looks 2 s ahead.
+class LookaheadWithinLimits : public testing::Test {
+ protected:
+  static LimitedRobot& robot() {
+    static LimitedRobot robot;
+    static const bool connected = robot.awaitListeners(1);
+    EXPECT_TRUE(connected);
+    return robot;
+  }
+
+  void TearDown() override { robot().release(); }
+
+  std::optional<Lookahead> withState(std::uint8_t state) {
+    const auto message = inbox_.next([&](const Clearance& candidate) { return candidate.lookahead.state == state; });
+    return message ? std::optional<Lookahead>(message->lookahead) : std::nullopt;
+  }
+
+  Inbox<Clearance> inbox_{ros::NodeHandle(), "/limits/proximity_server/clearance"};
+  JointStates joint_states_{"/limits"};
+};
+
+TEST_F(LookaheadWithinLimits, StopsJointsWithTheirFollowers) {
+  robot().hold(1.0, 0.0);
+  joint_states_.hold({{"run", -0.5}, {"turn", 0.0}});
+  const auto lookahead = withState(Lookahead::FREE);  // without a limit there would be contact after 1.4 s
+  ASSERT_TRUE(lookahead);
+  EXPECT_EQ(lookahead->time_free, 2.0);
+  EXPECT_EQ(lookahead->joints_at_limit, std::vector<std::string>{"run"});
+  ASSERT_EQ(lookahead->limit_times.size(), 1u);
+  EXPECT_NEAR(lookahead->limit_times[0], 1.0, 1e-9);
+}
+
+// At 6 rad, 0.25 before the limit, the hand stands as it does at 6 - 2 pi, from where it would reach the pin.
+TEST_F(LookaheadWithinLimits, TakesTheTurnFromThePositionsOfJointStates) {
+  robot().hold(1.0, 6.0);
+  joint_states_.hold({{"run", 0.0}, {"turn", 0.5}});
+  const auto contact = withState(Lookahead::CONTACT);
+  ASSERT_TRUE(contact);
+  EXPECT_TRUE(contact->joints_at_limit.empty());
+  joint_states_.hold({{"run", 0.0}, {"turn", 0.5}}, {{"run", 1.0}, {"turn", 6.0}});
+  const auto free = withState(Lookahead::FREE);
+  ASSERT_TRUE(free);
+  EXPECT_EQ(free->joints_at_limit, std::vector<std::string>{"turn"});
 }
 
 }  // namespace

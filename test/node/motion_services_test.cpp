@@ -8,6 +8,7 @@
 
 #include "answers.h"
 #include "gantry.h"
+#include "limited_robot.h"
 
 // Every expected number is read off gantry.urdf. With the ball at (x, 0, 0) it is x - 0.2 from the base.
 
@@ -333,6 +334,108 @@ TEST(TimeBudget, ThatEndsLeavesWhatIsProven) {
   EXPECT_TRUE(saysNothing(response.pair));
 }
 
+// ---- joints at their limits, see limits.urdf
+
+LimitedRobot& limitedRobot() {
+  static LimitedRobot robot;
+  static const bool connected = robot.awaitListeners(1);
+  EXPECT_TRUE(connected);
+  return robot;
+}
+
+/// Of two links of limits.urdf, one of whose joints moves.
+FirstContactRequest moving(const std::string& a, const std::string& b, const std::string& joint, double velocity,
+                           const ros::Time& stamp) {
+  FirstContactRequest request = between(a, b, stamp);
+  request.ignore_filter = true;
+  request.joints.name = {joint};
+  request.joints.velocity = {velocity};
+  return request;
+}
+
+FirstContactResponse askLimits(const FirstContactRequest& request) { return ask(request, "/limits/proximity_server/"); }
+
+void expectStops(const FirstContactResponse& response, const std::vector<std::string>& joints,
+                 const std::vector<double>& times) {
+  EXPECT_EQ(response.joints_at_limit, joints);
+  ASSERT_EQ(response.limit_times.size(), times.size());
+  for (std::size_t i = 0; i < times.size(); ++i) EXPECT_NEAR(response.limit_times[i], times[i], 1e-9);
+}
+
+void expectNoContact(const FirstContactResponse& response, double minimum) {
+  ASSERT_TRUE(response.success) << response.status.message;
+  EXPECT_FALSE(response.contact);
+  EXPECT_EQ(response.t_free, 3.0);
+  expectMinimum(response.minimum, minimum);
+}
+
+TEST(JointLimits, StopAJointBeforeAContactThatLiesBeyond) {
+  const auto response = askLimits(moving("wall", "ball", "run", -0.5, limitedRobot().moveTo(1.0, 0.0)));
+  expectNoContact(response, 0.3);  // without a limit there would be contact at 1.6 s
+  expectStops(response, {"run"}, {1.0});
+  EXPECT_GE(response.minimum.time, 1.0 - 1e-5);
+}
+
+TEST(JointLimits, StopEachJointAtItsOwnTime) {
+  FirstContactRequest request = between("base", "ball", gantry().moveTo({1.0, 0.0, 0.0}));
+  request.joints.name = {"x_axis", "y_axis"};
+  request.joints.velocity = {1.0, 0.8};
+  expectStops(ask(request), {"x_axis", "y_axis"}, {1.0, 2.5});
+  request.joints.velocity = {0.4, -1.0};
+  expectStops(ask(request), {"y_axis", "x_axis"}, {2.0, 2.5});
+  request.horizon = 2.0;
+  expectStops(ask(request), {}, {});
+}
+
+TEST(JointLimits, StopAFollowerWithItsLeader) {
+  const auto response = askLimits(moving("wall", "echo", "run", -0.5, limitedRobot().moveTo(1.0, 0.0)));
+  expectNoContact(response, 0.8);  // without a limit there would be contact at 1.8 s
+  expectStops(response, {"run"}, {1.0});
+}
+
+TEST(JointLimits, KeepAJointThatIsBeyondThemUnlessItMovesBackIn) {
+  const ros::Time stamp = limitedRobot().moveTo(0.49, 0.0);
+  const auto outwards = askLimits(moving("wall", "ball", "run", -0.5, stamp));
+  expectNoContact(outwards, 0.29);
+  expectStops(outwards, {"run"}, {0.0});
+  const auto inwards = askLimits(moving("wall", "ball", "run", 0.5, stamp));
+  expectNoContact(inwards, 0.29);
+  EXPECT_TRUE(inwards.joints_at_limit.empty());
+}
+
+TEST(JointLimits, AreToldBesideAContactThatComesBefore) {
+  auto request = sliding(-0.5, {1.0, 0.0, 0.0});
+  request.horizon = 10.0;
+  const auto response = ask(request);
+  expectContact(response, 1.6, 0.5);
+  expectStops(response, {"x_axis"}, {6.0});
+}
+
+TEST(JointLimits, DoNotStopTwists) {
+  FirstContactRequest request = between("wall", "ball", limitedRobot().moveTo(1.0, 0.0));
+  request.ignore_filter = true;
+  request.links = {"ball"};
+  request.twists = {twist({-0.5, 0.0, 0.0})};
+  const auto response = askLimits(request);
+  expectContact(response, 1.6, 0.5);
+  expectStops(response, {}, {});
+}
+
+// At 6 rad, 0.25 before the limit, the hand stands as it does at 6 - 2 pi, from where it would reach the pin.
+TEST(JointLimits, CountInTheTurnThatTheRequestTells) {
+  auto request = moving("pin", "hand", "turn", 0.5, limitedRobot().moveTo(1.0, 6.0));
+  const double way = 0.5 - 2.0 * std::asin(0.1) - (6.0 - 2.0 * M_PI);
+  expectContact(askLimits(request), way / 0.5, 0.5);
+  request.joints.position = {kNaN};
+  expectContact(askLimits(request), way / 0.5, 0.5);
+  request.joints.position = {6.0};
+  const auto response = askLimits(request);
+  expectNoContact(response, 2.0 * std::sin((0.5 - (6.25 - 2.0 * M_PI)) / 2.0) - 0.2);
+  expectStops(response, {"turn"}, {0.5});
+  request.joints.position = {6.0, 6.0};
+  expectFailure(askLimits(request), QueryStatus::INVALID_ARGUMENT, "2 positions for 1 names");
+}
+
 // ---- query_trajectory
 
 QueryTrajectoryResponse ask(const QueryTrajectoryRequest& request, const std::string& node = kNode) {
@@ -418,6 +521,16 @@ TEST(QueryTrajectory, WithoutContactIsProvenToItsEnd) {
 
   request.skip_minimum = true;
   EXPECT_TRUE(ask(request).segments.empty());
+}
+
+TEST(QueryTrajectory, IsFollowedBeyondLimitsAndSaysSo) {
+  const auto beyond = ask(along({"x_axis", "y_axis"}, {{0.0, {1.0, 0.0}}, {1.0, {2.5, -3.0}}, {2.0, {0.8, 0.0}}}));
+  ASSERT_TRUE(beyond.success) << beyond.status.message;
+  EXPECT_EQ(beyond.status.message,
+            "point 1 is the first beyond a limit: joint 'x_axis' is at 2.5, its upper limit is 2");
+  EXPECT_EQ(beyond.t_free, 2.0);
+  const auto within = ask(along({"x_axis", "y_axis"}, {{0.0, {1.0, 0.0}}, {1.0, {2.0, -2.0}}}));
+  EXPECT_EQ(within.status.message, "");
 }
 
 TEST(QueryTrajectory, LeavesJointsThatItDoesNotNameAsInTf) {

@@ -144,20 +144,22 @@ class JointStates {
  public:
   JointStates() {
     publisher_ = nh_.advertise<sensor_msgs::JointState>("/joint_states", 10);
-    timer_ = nh_.createWallTimer(ros::WallDuration(0.01), [this](const ros::WallTimerEvent&) {
-      sensor_msgs::JointState state;
-      state.header.stamp = ros::Time::now();
-      state.name = {"x_axis", "y_axis", "lift"};
-      state.position = {0.5, 0.0, 0.0};
-      state.velocity = {0.0, 0.0, 0.0};
-      publisher_.publish(state);
-    });
+    ticker_.start();
   }
 
  private:
+  void publish() {
+    sensor_msgs::JointState state;
+    state.header.stamp = ros::Time::now();
+    state.name = {"x_axis", "y_axis", "lift"};
+    state.position = {0.5, 0.0, 0.0};
+    state.velocity = {0.0, 0.0, 0.0};
+    publisher_.publish(state);
+  }
+
   ros::NodeHandle nh_;
   ros::Publisher publisher_;
-  ros::WallTimer timer_;
+  Ticker ticker_{nh_, 100.0, [this] { publish(); }};  // last: it publishes what is above
 };
 
 /// Everything that a monitor publishes with a level must be right.

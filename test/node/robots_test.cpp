@@ -35,10 +35,11 @@ sensor_msgs::JointState swungBy(double swing, const RobotModel& robot) {
 /// Swings all joints of a robot about the middle of their ranges, a hundred times a second.
 class Swing {
  public:
-  Swing(const std::string& ns, const RobotModel& robot) : robot_(robot) {
-    ros::NodeHandle nh(ns);
-    publisher_ = nh.advertise<sensor_msgs::JointState>("joint_states", 10);
-    timer_ = nh.createWallTimer(ros::WallDuration(0.01), [this](const ros::WallTimerEvent&) { publish(); });
+  Swing(const std::string& ns, const RobotModel& robot)
+      : robot_(robot),
+        publisher_(ros::NodeHandle(ns).advertise<sensor_msgs::JointState>("joint_states", 10)),
+        ticker_(ros::NodeHandle(ns), 100.0, [this] { publish(); }) {
+    ticker_.start();
   }
 
  private:
@@ -51,7 +52,7 @@ class Swing {
 
   RobotModel robot_;
   ros::Publisher publisher_;
-  ros::WallTimer timer_;
+  Ticker ticker_;  // last: it publishes what is above
 };
 
 class Robot : public testing::TestWithParam<const char*> {

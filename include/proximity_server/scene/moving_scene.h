@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "proximity_server/scene/robot_motion.h"
+#include "proximity_server/scene/limited_motion.h"
 #include "proximity_server/scene/scene.h"
 
 namespace proximity_server {
@@ -70,6 +70,13 @@ class MovingScene {
   RobotContact timeOfContact(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
                              const MotionQuestion& question = {});
   RobotMinimum minimum(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
+                       const MotionQuestion& question = {});
+
+  /// The same of a motion in phases, on the clock of the whole and with one deadline for all of them. A count of pairs
+  /// is the largest, and by_one_bound the smallest, of any phase that was looked at; all other counts are sums.
+  RobotContact timeOfContact(const std::vector<SubjectPair>& pairs, const PhasedMotion& motion,
+                             const MotionQuestion& question = {});
+  RobotMinimum minimum(const std::vector<SubjectPair>& pairs, const PhasedMotion& motion,
                        const MotionQuestion& question = {});
 
  private:

@@ -166,9 +166,10 @@ FaultyTf::Transforms FaultyTf::swapped(const TransformStamped& healthy) {
 }
 
 TfStream::TfStream(const ros::NodeHandle& nh, double rate, Source transforms, const std::string& topic)
-    : tf_(nh, topic), transforms_(std::move(transforms)) {
-  timer_ = nh.createWallTimer(ros::WallDuration(1.0 / rate),
-                              [this](const ros::WallTimerEvent&) { tf_.send(transforms_(ros::Time::now())); });
+    : tf_(nh, topic),
+      transforms_(std::move(transforms)),
+      ticker_(nh, rate, [this] { tf_.send(transforms_(ros::Time::now())); }) {
+  ticker_.start();
 }
 
 }  // namespace proximity_server

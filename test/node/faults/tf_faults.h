@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "ticker.h"
+
 namespace proximity_server {
 
 /// What can go wrong between a robot and tf.
@@ -90,7 +92,7 @@ class TfStream {
  private:
   FaultyTf tf_;
   Source transforms_;
-  ros::WallTimer timer_;
+  Ticker ticker_;  // last: it sends what is above
 };
 
 }  // namespace proximity_server

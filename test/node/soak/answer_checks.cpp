@@ -233,11 +233,23 @@ Verdict AnswerChecks::check(const FirstContactRequest& request, const FirstConta
   sensor_msgs::JointState velocity = request.joints;
   velocity.position = velocity.velocity;
   const std::vector<double> velocities = positionsOf(velocity);
+  const std::vector<Joint>& joints = robot_.robot().joints;
   const StateAt state_at = [&](double time) {
     std::vector<double> positions = start;
-    for (std::size_t i = 0; i < positions.size(); ++i) positions[i] += time * velocities[i];
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      const double lower = std::min(joints[i].lower, start[i]), upper = std::max(joints[i].upper, start[i]);
+      positions[i] = std::clamp(start[i] + time * velocities[i], lower, upper);
+    }
     return positions;
   };
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const auto& said = response.joints_at_limit;
+    const auto place = static_cast<std::size_t>(std::find(said.begin(), said.end(), joints[i].name) - said.begin());
+    if (place == said.size()) continue;
+    const double time = response.limit_times[place], end = state_at(request.horizon)[i];
+    if (std::abs(start[i] + time * velocities[i] - end) > kTolerance)
+      return because(joints[i].name, " stops at ", time, ", and that is not at ", end);
+  }
   const std::vector<SubjectPair> pairs = pairsOf(request.a, request.b);
   const SaidContact said{0.0, response.contact != 0, response.t_free, response.t_contact};
   const Verdict verdict = checkContact(state_at, pairs, request.clearance, said);
