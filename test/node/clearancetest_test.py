@@ -252,6 +252,11 @@ class InSimulatedTime(unittest.TestCase):
         self.assertEqual(list(cases), ["test_clock"])
         self.assertIn("/clock stood still for 2 s of wall time", cases["test_clock"])
 
+    def test_one_invalid_message_is_too_many_even_if_the_clock_does_not_move_meanwhile(self):
+        cases = self.run_with_clock(lambda n: 0.02 * (n - n % 5), lambda n: invalid() if n == 52 else clearance(0.5),
+                                    duration=2.0)
+        self.assertIn("nothing was known for 0 s, allowed are 0 s: INVALID since 53.000000 s", cases["test_invalid"])
+
     def test_silence_counts_by_the_clock(self):
         cases = self.run_with_clock(lambda n: 0.02 * n, lambda n: clearance(0.5) if n < 60 or n > 160 else None,
                                     duration=4.0, max_silence=1.5)
