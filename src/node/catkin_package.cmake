@@ -48,4 +48,5 @@ catkin_package(
     diagnostic_updater dynamic_reconfigure geometry_msgs message_runtime roscpp rosgraph_msgs sensor_msgs std_msgs std_srvs
     tf2 tf2_msgs trajectory_msgs visualization_msgs
   DEPENDS EIGEN3
+  CFG_EXTRAS ${PROJECT_SOURCE_DIR}/src/${PROJECT_NAME}-targets.cmake
 )

@@ -1,0 +1,37 @@
+"""Runs clearancetest as rostest does, and reads what it reports. Not a test by itself."""
+
+import os
+import subprocess
+import tempfile
+import time
+import xml.etree.ElementTree as ElementTree
+
+import roslib.packages
+import rospy
+
+PATIENCE = 60.0  # [s] nothing takes this long unless it is broken
+
+
+class Child:
+    """clearancetest with these private parameters, started at once."""
+
+    def __init__(self, **parameters):
+        self.name = f"child_{time.monotonic_ns()}"
+        for name, value in parameters.items():
+            rospy.set_param(f"/{self.name}/{name}", value)
+        self.folder = tempfile.TemporaryDirectory()
+        self.file = os.path.join(self.folder.name, "result.xml")
+        program = roslib.packages.find_node("proximity_server", "clearancetest")[0]
+        self.process = subprocess.Popen([program, f"--gtest_output=xml:{self.file}", f"__name:={self.name}"],
+                                        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+    def cases(self):
+        """{test case: words of its failure, or ""}; waits for the end, which has code 0 only if nothing failed."""
+        output = self.process.communicate(timeout=PATIENCE)[0]
+        suite = ElementTree.parse(self.file).getroot()
+        found = {case.get("name"): "".join(part.text for part in case) for case in suite.iter("testcase")}
+        failed = sum(1 for words in found.values() if words)
+        assert found, output
+        assert int(suite.get("failures")) == failed and int(suite.get("errors")) == 0, output
+        assert (self.process.returncode == 0) == (failed == 0), output
+        return found

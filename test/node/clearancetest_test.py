@@ -1,0 +1,332 @@
+#!/usr/bin/env python3
+"""Holds clearancetest to passing and to each way of failing, in its own words."""
+
+import math
+import threading
+import unittest
+
+import geometry_msgs.msg
+import rosgraph_msgs.msg
+import rospy
+import rostest
+import sensor_msgs.msg
+import tf2_msgs.msg
+from clearancetest_child import Child
+from proximity_server.msg import Clearance, Proximity, QueryStatus
+from proximity_server.srv import QueryPairs, QueryPairsResponse
+
+PERIOD = 0.02  # [s] of the fake
+TOPIC = "/fake/clearance"
+
+
+def proximity(lower, a="hand", b="head"):
+    """A pair whose bounds are 1 mm apart."""
+    result = Proximity(state=Proximity.SEPARATED, distance=lower + 0.0005, lower_bound=lower, upper_bound=lower + 0.001)
+    result.a.link, result.b.link = a, b
+    return result
+
+
+def clearance(lower, level=Clearance.CLEAR):
+    return Clearance(level=level, minimum=proximity(lower))
+
+
+def invalid():
+    unknown = Proximity(distance=math.nan, lower_bound=math.nan, upper_bound=math.nan)
+    return Clearance(level=Clearance.INVALID, minimum=unknown,
+                     status=QueryStatus(QueryStatus.TF_STALE, "joint elbow is 3 s old"))
+
+
+class Fake:
+    """Publishes what `messages` says of the n-th message (None: nothing), from the moment on when somebody listens."""
+
+    def __init__(self, messages, answer=None):
+        self.messages, self.count = messages, 0
+        self.publisher = rospy.Publisher(TOPIC, Clearance, queue_size=100)
+        self.joints = rospy.Publisher("/joint_states", sensor_msgs.msg.JointState, queue_size=100)
+        self.service = rospy.Service("/fake/query_pairs", QueryPairs, answer) if answer else None
+        self.over = threading.Event()
+        self.thread = threading.Thread(target=self.run)
+        self.thread.start()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.over.set()
+        self.thread.join()
+        self.publisher.unregister()
+        self.joints.unregister()
+        if self.service:
+            self.service.shutdown()
+
+    def run(self):
+        while not self.over.wait(PERIOD):
+            if not self.publisher.get_num_connections() or not self.joints.get_num_connections():
+                continue
+            message = self.messages(self.count)
+            self.count += 1
+            if message is None:
+                continue
+            # Stamps that are easily recognised: the n-th message is of the n-th second.
+            message.header.stamp = rospy.Time(self.count)
+            state = sensor_msgs.msg.JointState(name=["elbow", "wrist"], position=[0.25 * self.count, -1.0])
+            state.header.stamp = message.header.stamp
+            self.joints.publish(state)
+            self.publisher.publish(message)
+
+
+def run_beside(messages, answer=None, **parameters):
+    """{case: failure} of clearancetest beside a fake."""
+    with Fake(messages, answer):
+        return Child(**{"topic": TOPIC, "duration": 0.4, "max_silence": 5.0, **parameters}).cases()
+
+
+class BesideAFake(unittest.TestCase):
+    def test_passes_where_all_is_clear(self):
+        cases = run_beside(lambda _: clearance(0.05), minimum=0.049, worst_level="CLEAR", min_rate=1.0)
+        self.assertEqual(cases, dict.fromkeys(
+            ["test_minimum", "test_worst_level", "test_invalid", "test_silence", "test_rate"], ""))
+
+    def test_cases_that_are_not_asked_are_not_reported(self):
+        self.assertEqual(sorted(run_beside(lambda _: clearance(0.05), worst_level="STOP")),
+                         ["test_invalid", "test_silence", "test_worst_level"])
+
+    def test_names_the_worst_moment_with_its_joints(self):
+        distances = {3: 0.03, 5: 0.01, 7: 0.02}
+        cases = run_beside(lambda n: clearance(distances.get(n, 0.5), Clearance.WARN), minimum=0.04)
+        for words in ("not proven to stay above the minimum of 0.04 m", "at 6.000000 s hand - head",
+                      "distance 0.0105 m", "bounds [0.01, 0.011]", "level WARN", "elbow=1.5, wrist=-1",
+                      "3 of", "the first of 4.000000 s"):
+            self.assertIn(words, cases["test_minimum"])
+
+    def test_the_lower_bound_decides(self):
+        # The distance is 0.0405, proven is 0.04: not above it.
+        self.assertIn("not proven", run_beside(lambda _: clearance(0.04), minimum=0.04)["test_minimum"])
+
+    def test_a_bound_that_is_no_number_is_too_close(self):
+        self.assertIn("not proven", run_beside(lambda _: clearance(math.nan), minimum=-1.0)["test_minimum"])
+
+    def test_a_depth_that_may_be_deeper_proves_nothing(self):
+        def deep(_):
+            message = clearance(-0.01, Clearance.COLLISION)
+            message.minimum.depth_is_lower_bound = True
+            return message
+
+        self.assertIn("not proven", run_beside(deep, minimum=-0.5)["test_minimum"])
+
+    def test_a_level_that_is_worse(self):
+        levels = {4: Clearance.STOP, 6: Clearance.COLLISION}
+        cases = run_beside(lambda n: clearance(0.5 - 0.05 * (n == 6), levels.get(n, Clearance.WARN)), worst_level="WARN")
+        for words in ("level COLLISION is worse than WARN", "at 7.000000 s hand - head", "2 of", "the first of 5.000000 s",
+                      "elbow=1.75"):
+            self.assertIn(words, cases["test_worst_level"])
+
+    def test_silence_from_the_start(self):
+        cases = run_beside(lambda _: None, minimum=0.0, wait_time=1.0)
+        self.assertEqual(list(cases), ["test_first_message"])
+        self.assertIn("no message on /fake/clearance within the wait_time of 1 s", cases["test_first_message"])
+
+    def test_silence_later(self):
+        cases = run_beside(lambda n: clearance(0.5) if n < 5 else None, minimum=0.0, duration=1.0, max_silence=0.5)
+        self.assertRegex(cases["test_silence"], r"silence on /fake/clearance for 0\.\d+ s, allowed are 0\.5 s: until the "
+                         r"end, after the message of 5\.000000 s")
+        self.assertEqual(cases["test_minimum"], "")
+
+    def test_invalid_all_the_time(self):
+        cases = run_beside(lambda _: invalid(), minimum=0.0, wait_time=1.0)
+        self.assertEqual(list(cases), ["test_first_message"])
+        self.assertIn("was INVALID within the wait_time of 1 s: TF_STALE: joint elbow is 3 s old", cases["test_first_message"])
+
+    def test_invalid_at_the_start_is_waited_for(self):
+        self.assertEqual(set(run_beside(lambda n: invalid() if n < 5 else clearance(0.5), minimum=0.0).values()), {""})
+
+    def test_one_invalid_message_is_too_many_by_default(self):
+        cases = run_beside(lambda n: invalid() if n == 5 else clearance(0.5), minimum=0.0)
+        for words in ("nothing was known for", "allowed are 0 s", "INVALID since 6.000000 s: TF_STALE: joint elbow is 3 s old"):
+            self.assertIn(words, cases["test_invalid"])
+
+    def test_invalid_for_no_longer_than_allowed(self):
+        cases = run_beside(lambda n: invalid() if n % 10 == 9 else clearance(0.5), minimum=0.0, max_invalid=2.0)
+        self.assertEqual(set(cases.values()), {""})
+
+    def test_invalid_for_longer_than_allowed(self):
+        cases = run_beside(lambda n: invalid() if n > 4 else clearance(0.5), minimum=0.0, duration=1.0, max_invalid=0.3)
+        self.assertRegex(cases["test_invalid"], r"nothing was known for 0\.\d+ s, allowed are 0\.3 s: INVALID since 6\.0")
+
+    def test_a_rate_that_is_too_low(self):
+        cases = run_beside(lambda n: clearance(0.5) if n % 10 == 0 else None, minimum=0.0, duration=1.0, min_rate=20.0)
+        self.assertRegex(cases["test_rate"], r"the rate is too low: \d+ messages in 1 s: \d+ Hz, at least 20 Hz are wanted")
+
+    def test_wrong_parameters(self):
+        for parameters, words in (
+                ({}, "parameter minimum or worst_level is missing"),
+                ({"minimum": "far"}, "parameter minimum: 'far' is no number"),
+                ({"minimum": 0.0, "duration": 0.0}, "parameter duration is missing, or 0"),
+                ({"minimum": 0.0, "max_invalid": -1.0}, "parameter max_invalid: -1.0 is no number of at least 0"),
+                ({"worst_level": "COLLISION"}, "parameter worst_level: 'COLLISION' is none of CLEAR, WARN, STOP"),
+                ({"worst_level": "WARN", "pairs": [["a", "b"]]}, "parameter pairs wants minimum"),
+                ({"minimum": 0.0, "pairs": ["a", "b"]}, "parameter pairs: ['a', 'b'] is no list of pairs"),
+                ({"minimum": 0.0, "minumum": 0.1}, "parameter minumum is unknown; there are: ")):
+            cases = Child(**{"duration": 0.4, **parameters}).cases()
+            self.assertEqual(list(cases), ["test_parameters"])
+            self.assertIn(words, cases["test_parameters"])
+
+
+class NamedPairsBesideAFake(unittest.TestCase):
+    PAIRS = [["left", "right"], ["left", "head"]]
+
+    def answer_with(self, distances):
+        """A service that knows these distances by second; all else is 0.5 m."""
+
+        def answer(request):
+            self.assertEqual([[a.link, b.link] for a, b in zip(request.a, request.b)], self.PAIRS)
+            response = QueryPairsResponse(success=True)
+            response.header.stamp = request.stamp
+            lower = distances.get(request.stamp.secs, 0.5)
+            response.pairs = [proximity(0.5, *self.PAIRS[0]), proximity(lower, *self.PAIRS[1])]
+            return response
+
+        return answer
+
+    def test_only_the_named_pairs_count(self):
+        # The closest pair of the messages is another one.
+        cases = run_beside(lambda _: clearance(-0.1), self.answer_with({}), minimum=0.4, pairs=self.PAIRS)
+        self.assertEqual(set(cases.values()), {""})
+
+    def test_a_named_pair_that_no_message_lists(self):
+        cases = run_beside(lambda _: clearance(0.6), self.answer_with({6: 0.1}), minimum=0.4, pairs=self.PAIRS)
+        self.assertIn("at 6.000000 s left - head: distance 0.1005 m", cases["test_minimum"])
+        self.assertIn("of the named pairs", cases["test_minimum"])
+
+    def test_nobody_offers_the_service(self):
+        cases = run_beside(lambda _: clearance(0.6), minimum=0.4, pairs=self.PAIRS, wait_time=1.0)
+        self.assertEqual(list(cases), ["test_pairs"])
+        self.assertIn("/fake/query_pairs, and nobody offers it", cases["test_pairs"])
+
+    def test_a_moment_without_an_answer_is_not_clear(self):
+        known = self.answer_with({})
+
+        def answer(request):
+            response = known(request)
+            if request.stamp.secs == 6:
+                response.status = QueryStatus(QueryStatus.TF_EXTRAPOLATION, "tf has forgotten")
+                response.pairs[1].lower_bound = math.nan
+            return response
+
+        cases = run_beside(lambda _: clearance(0.6), answer, minimum=0.4, pairs=self.PAIRS)
+        self.assertIn("INVALID since 6.000000 s: /fake/query_pairs: TF_EXTRAPOLATION: tf has forgotten", cases["test_invalid"])
+
+
+class InSimulatedTime(unittest.TestCase):
+    """Beside a fake whose messages come with the clock."""
+
+    def run_with_clock(self, clock, message=lambda _: clearance(0.5), **parameters):
+        """`clock`: [s] of the n-th message."""
+        publisher = rospy.Publisher("/clock", rosgraph_msgs.msg.Clock, queue_size=100)
+        rospy.set_param("/use_sim_time", True)
+
+        def publish(n):
+            publisher.publish(rospy.Time(clock(n)))
+            return message(n)
+
+        try:
+            with Fake(publish):
+                child = Child(**{"topic": TOPIC, "minimum": 0.0, **parameters})
+                return child.cases()
+        finally:
+            rospy.delete_param("/use_sim_time")
+            publisher.unregister()
+
+    def test_the_duration_is_one_of_the_clock(self):
+        # 2 s of the clock are 100 messages, whatever the wall says.
+        cases = self.run_with_clock(lambda n: 0.02 * n, duration=2.0, min_rate=45.0)
+        self.assertEqual(set(cases.values()), {""})
+
+    def test_jumps_are_neither_time_nor_silence(self):
+        # From 0 to the time of a bag, and back to its start.
+        cases = self.run_with_clock(lambda n: 0.0 if n < 10 else 1.6e9 + 0.02 * (n % 40), duration=2.0, min_rate=40.0)
+        self.assertEqual(set(cases.values()), {""})
+
+    def test_a_clock_that_stands_still(self):
+        cases = self.run_with_clock(lambda n: min(0.02 * n, 1.0), duration=3.0, wait_time=2.0)
+        self.assertEqual(list(cases), ["test_clock"])
+        self.assertIn("/clock stood still for 2 s of wall time", cases["test_clock"])
+
+    def test_one_invalid_message_is_too_many_even_if_the_clock_does_not_move_meanwhile(self):
+        cases = self.run_with_clock(lambda n: 0.02 * (n - n % 5), lambda n: invalid() if n == 52 else clearance(0.5),
+                                    duration=2.0)
+        self.assertIn("nothing was known for 0 s, allowed are 0 s: INVALID since 53.000000 s", cases["test_invalid"])
+
+    def test_silence_counts_by_the_clock(self):
+        cases = self.run_with_clock(lambda n: 0.02 * n, lambda n: clearance(0.5) if n < 60 or n > 160 else None,
+                                    duration=4.0, max_silence=1.5)
+        self.assertIn("silence on /fake/clearance for", cases["test_silence"])
+
+
+def transform(parent, child, x):
+    result = geometry_msgs.msg.TransformStamped()
+    result.header.stamp = rospy.Time.now()
+    result.header.frame_id, result.child_frame_id = parent, child
+    result.transform.translation.x, result.transform.rotation.w = x, 1.0
+    return result
+
+
+class BesideTheNode(unittest.TestCase):
+    """Base and ball of gantry.urdf are 0.2 m apart; ball and block sqrt(0.3^2 + 0.9^2) - 0.1 = 0.8487 m."""
+
+    @classmethod
+    def setUpClass(cls):
+        tf = rospy.Publisher("/tf", tf2_msgs.msg.TFMessage, queue_size=10)
+
+        def publish(_):
+            tf.publish([transform("base", "slide", 0.4), transform("slide", "ball", 0.0), transform("base", "post", 0.0)])
+
+        cls.robot = rospy.Timer(rospy.Duration(0.02), publish)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.robot.shutdown()
+        cls.robot.join()
+
+    def run_on(self, node, **parameters):
+        # What a busy machine does to tf is not the subject.
+        return Child(**{"topic": f"/{node}/clearance", "duration": 1.0, "max_invalid": 1.0, "max_silence": 5.0,
+                        **parameters}).cases()
+
+    def test_the_default_topic_is_that_of_the_launch_file(self):
+        cases = Child(duration=1.0, minimum=0.19, max_invalid=1.0, max_silence=5.0).cases()
+        self.assertEqual(set(cases.values()), {""})
+
+    def test_a_robot_that_keeps_clear(self):
+        cases = self.run_on("all_pairs", minimum=0.1999999, worst_level="CLEAR", min_rate=5.0)
+        self.assertEqual(set(cases.values()), {""})
+
+    def test_a_robot_that_is_too_close(self):
+        words = self.run_on("all_pairs", minimum=0.21)["test_minimum"]
+        self.assertRegex(words, r"base - ball: distance (0\.2|0\.1999999\d*|0\.2000000\d*) m")
+        self.assertIn("level CLEAR", words)
+
+    def test_a_pair_that_is_farther_than_the_list_reaches(self):
+        cases = self.run_on("all_pairs", minimum=0.84, pairs=[["ball", "block"]])
+        self.assertEqual(set(cases.values()), {""})
+        self.assertIn("ball - block: distance 0.8486", self.run_on("all_pairs", minimum=0.85,
+                                                                  pairs=[["ball", "block"]])["test_minimum"])
+
+    def test_a_link_that_does_not_exist(self):
+        cases = self.run_on("all_pairs", minimum=0.1, pairs=[["base", "ball"], ["bal", "base"]])
+        self.assertEqual(list(cases), ["test_pairs"])
+        self.assertIn("UNKNOWN_LINK: there is no link 'bal': did you mean 'ball'", cases["test_pairs"])
+
+    def test_a_link_without_geometry(self):
+        cases = self.run_on("all_pairs", minimum=0.1, pairs=[["base", "slide"]])
+        self.assertIn("NO_COLLISION_GEOMETRY", cases["test_pairs"])
+
+    def test_a_pair_that_is_not_checked(self):
+        cases = self.run_on("proximity_server", minimum=0.1, pairs=[["ball", "block"]])
+        self.assertEqual(list(cases), ["test_pairs"])
+        self.assertIn("PAIR_EXCLUDED", cases["test_pairs"])
+
+
+if __name__ == "__main__":
+    rospy.init_node("clearancetest_test")
+    rostest.rosrun("proximity_server", "clearancetest", "__main__")

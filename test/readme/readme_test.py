@@ -1,0 +1,310 @@
+#!/usr/bin/env python3
+"""Runs every block of every README.md, literally, and compares what it prints with what the README shows.
+
+usage: readme_test.py SOURCE_DIR BUILD_DIR [--gtest_output=xml:FILE]
+
+A block is indented by four spaces, or fenced. What is done with each is told by its first words, in BLOCKS; a block that is
+not listed there fails. Commands run one after the other in one shell, in a folder that looks like a clone of the repository
+with a build in it, beside a ROS master of its own and the moving robot of the demo. They are changed in nothing but what
+CHEAPER lists. A line "..." of a README stands for any lines.
+"""
+
+import os
+import pathlib
+import re
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+import rosunit
+
+SOURCE, BUILD = (pathlib.Path(path).resolve() for path in sys.argv[1:3])
+PATIENCE = 120.0  # [s] nothing takes this long unless it is broken
+
+# What a whole build takes too long for, and what is done instead.
+CHEAPER = {
+    # The build that this test runs from.
+    "cmake -S . -B build -DCMAKE_BUILD_TYPE=Release && cmake --build build": "test -e build/devel/setup.bash",
+    # Without ROS: all is configured, the libraries are compiled, without optimisation, and they are installed.
+    "cmake -S . -B build -DBUILD_TESTING=ON && cmake --build build && ctest --test-dir build && cmake --install build":
+        "cmake -S . -B without_ros -DBUILD_TESTING=ON -DCMAKE_DISABLE_FIND_PACKAGE_catkin=ON -DCMAKE_BUILD_TYPE=None "
+        "-DCMAKE_INSTALL_PREFIX=$PWD/installed_without_ros && "
+        f"cmake --build without_ros --parallel {os.cpu_count()} --target proximity_narrowphase proximity_scene && "
+        "ctest --test-dir without_ros -N | grep signed_distance_test && "
+        "cmake --install without_ros --component library",
+}
+
+# Options with which a command ends with an exit code of its own; then the README shows standard error too.
+EXIT_CODES = {"--assert-above": 2}
+
+# Commands that run until somebody ends them.
+ENDLESS = ("roslaunch ", "rostopic echo ")
+
+
+def blocks(path):
+    """(line number, kind, text) of every block: kind is the word of the fence, or "indented"."""
+    lines = path.read_text().splitlines()
+    number = 0
+    while number < len(lines):
+        start = number
+        fence = re.match(r"```(\w*)", lines[number])
+        if fence:
+            number = lines.index("```", start + 1)
+            yield start + 1, fence[1], "\n".join(lines[start + 1:number])
+        elif lines[number].startswith("    ") and (number == 0 or not lines[number - 1].strip()):
+            while number + 1 < len(lines) and (lines[number + 1].startswith("    ") or not lines[number + 1].strip()):
+                number += 1
+            yield start + 1, "indented", "\n".join(line[4:] for line in lines[start:number + 1]).rstrip()
+        number += 1
+
+
+class Shell:
+    """Runs scripts in bash one after the other; each begins in the environment in which the one before it ended."""
+
+    def __init__(self, folder, environment):
+        self.folder, self.environment = folder, environment
+
+    def run(self, script):
+        """What it printed to standard output; raises AssertionError with all of its output where it fails."""
+        dump = self.folder / "environment"
+        result = subprocess.run(["bash", "-c", f"set -e -o pipefail\n{script}\nenv -0 >{dump}"], cwd=self.folder, text=True,
+                                env=self.environment, stdin=subprocess.DEVNULL, capture_output=True, timeout=5 * PATIENCE)
+        if result.returncode != 0:
+            output = re.sub(r"\x1b\[[0-9;]*m", "", result.stdout + result.stderr)  # no colours in the result file
+            raise AssertionError(f"exit code {result.returncode}: {script}\n{output}")
+        entries = dump.read_text().split("\0")
+        self.environment = dict(entry.split("=", 1) for entry in entries if "=" in entry)
+        return result.stdout
+
+    def start(self, command, output):
+        """A process group that runs the command until stop()."""
+        return subprocess.Popen(["bash", "-c", f"exec {command}"], cwd=self.folder, env=self.environment,
+                                start_new_session=True, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT)
+
+
+def stop(process):
+    if process.poll() is None:
+        os.killpg(process.pid, signal.SIGINT)
+    process.wait(timeout=PATIENCE)
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("localhost", 0))
+        return probe.getsockname()[1]
+
+
+def answers(port):
+    with socket.socket() as probe:
+        return probe.connect_ex(("localhost", port)) == 0
+
+
+def wait_until(holds, what):
+    deadline = time.monotonic() + PATIENCE
+    while not holds():
+        if time.monotonic() > deadline:
+            raise AssertionError(f"in vain: {what}")
+        time.sleep(0.1)
+
+
+def like_a_clone(folder):
+    """A folder with all that the repository holds, by links, and with the build."""
+    folder.mkdir()
+    for path in SOURCE.iterdir():
+        if path.name not in ("build", ".git"):
+            (folder / path.name).symlink_to(path)
+    (folder / "build").symlink_to(BUILD)
+    return folder
+
+
+class Readme(unittest.TestCase):
+    """The blocks, in their order, become its test cases."""
+
+    @classmethod
+    def setUpClass(cls):
+        temporary = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(temporary.cleanup)
+        cls.folder = like_a_clone(pathlib.Path(temporary.name, "proximity_server").resolve())
+        cls.processes = []
+        cls.addClassCleanup(lambda: [stop(process) for process in reversed(cls.processes)])
+        kept = {name: os.environ[name] for name in ("PATH", "LANG", "CMAKE_CXX_COMPILER_LAUNCHER") if name in os.environ}
+        # What a user has set of his own: it must outlive the commands.
+        (cls.folder.parent / "robots").mkdir()
+        cls.own_packages = str(cls.folder.parent / "robots")
+        port = free_port()
+        cls.shell = Shell(cls.folder, {
+            **kept, "HOME": str(cls.folder.parent), "ROS_PACKAGE_PATH": cls.own_packages, "ROS_HOSTNAME": "localhost",
+            "ROS_HOME": str(cls.folder.parent / "ros"), "ROS_MASTER_URI": f"http://localhost:{port}"})
+        robot = Shell(cls.folder, dict(cls.shell.environment))
+        robot.run("source build/devel/setup.bash")
+        cls.start(robot, f"roslaunch -p {port} {SOURCE}/test/readme/robot.launch")
+        wait_until(lambda: answers(port), "the ROS master")  # else the next roslaunch would start another one
+
+    @classmethod
+    def start(cls, shell, command):
+        """Starts it, for the rest of the test; returns the file of its output."""
+        output = cls.folder.parent / f"output_{len(cls.processes)}"
+        with open(output, "w") as file:
+            cls.processes.append(shell.start(command, file))
+        return output
+
+    # --- What is done with a block.
+
+    def picture(self, text):
+        """Nothing: it is no command."""
+
+    def commands(self, text):
+        for line in text.splitlines():
+            command = CHEAPER.get(line, line)
+            if command.startswith(ENDLESS):
+                self.endless(command)
+            else:
+                self.shell.run(command)
+
+    def endless(self, command):
+        """It is right when it prints, and goes on."""
+        output = self.start(self.shell, command)
+        process = self.processes[-1]
+        wait_until(lambda: output.stat().st_size or process.poll() is not None, command)
+        self.assertIsNone(process.poll(), output.read_text())
+        if command.startswith("rostopic"):
+            wait_until(lambda: "\n---" in output.read_text() or process.poll() is not None, f"a message: {command}")
+            self.assertNotIn("ERROR", output.read_text())
+            stop(self.processes.pop())
+
+    def workspace(self, text):
+        self.assertNotRegex((BUILD / "CMakeFiles" / "Makefile2").read_text(), "(?m)^all: test/", "the build builds the tests")
+        self.commands(text)
+        self.assertIn(self.own_packages, self.shell.environment["ROS_PACKAGE_PATH"].split(":"))
+        self.shell.run(f"timeout {PATIENCE:g} rostopic echo -n 1 /proximity_server/clearance/cycle")
+
+    def service_calls(self, text):
+        for line in text.splitlines():
+            if line.startswith("rosservice "):
+                self.assertIn("success: True", self.shell.run(line))
+            else:
+                self.commands(line)
+
+    def shown_output(self, text):
+        command, *shown = text.removeprefix("$ ").splitlines()
+        for option, code in EXIT_CODES.items():
+            if option in command:
+                command = f"{{ {command}; }} 2>&1 || test $? = {code}"
+        printed = self.shell.run(command).splitlines()
+        position, gap = 0, False
+        for line in shown:
+            if line == "...":
+                gap = True
+                continue
+            found = [i for i in range(position, len(printed)) if printed[i] == line and (gap or i == position)]
+            self.assertTrue(found, f"is not printed: {line}\nprinted from there on:\n" + "\n".join(printed[position:]))
+            position, gap = found[0] + 1, False
+        self.assertTrue(gap or position == len(printed), f"not shown: {printed[position:]}")
+
+    def dev(self, text):
+        """Not run, each is minutes: ./dev help knows each command and option. CI runs ./dev test; ./dev demo is for people."""
+        known = self.shell.run("./dev help")
+        for line in text.splitlines():
+            words = line.partition("#")[0].split()
+            self.assertRegex(known, rf"(?m)^  {words[1]}\b")
+            for option in (word for word in words if word.startswith("--")):
+                self.assertIn(option, known)
+
+    def file_of_test(self, text):
+        """Becomes a file of a package, which passes; with another minimum it fails with the worst moment."""
+        package = pathlib.Path(self.own_packages, "my_robot")
+        (package / "test").mkdir(parents=True)
+        (package / "package.xml").write_text(
+            '<package format="2"><name>my_robot</name><version>0.0.0</version><description>A robot</description>'
+            '<maintainer email="me@example.org">Me</maintainer><license>BSD</license></package>')
+        (package / "test" / "keeps_clear.test").write_text(text)
+        (package / "test" / "too_close.test").write_text(text.replace('name="minimum" value="0.05"', 'name="minimum" value="0.06"'))
+
+    def rostest(self, text):
+        printed = self.shell.run(text)
+        self.assertIn("[my_robot.rosunit-robot_keeps_clear/test_minimum][passed]", printed)
+        self.assertIn("[my_robot.rosunit-hands_keep_off_the_head/test_minimum][passed]", printed)
+        with self.assertRaises(AssertionError) as failure:
+            self.shell.run(text.replace("keeps_clear", "too_close"))
+        self.assertRegex(str(failure.exception), r"not proven to stay above the minimum of 0\.06 m of all pairs\. Worst: at "
+                         r"\d+\.\d+ s torso - \w+_upper_arm: distance 0\.0564\d+ m, bounds \[0\.0564\d+, 0\.0564\d+\], "
+                         r"level CLEAR; joints: .*left_elbow_flex=")
+
+    def find_package(self, text):
+        """Kept for the source beside it."""
+        type(self).cmake_snippet = text
+
+    def source(self, text):
+        """A program of both snippets, with each package that there is; and it answers what the comment says."""
+        # Of the build of this test, as after catkin's install; the folder that it wants is not ours to write to.
+        self.shell.run(f"DESTDIR=$PWD/installed cmake --install {BUILD}")
+        prefix, = (path.parents[3] for path in (self.folder / "installed").rglob("cmake/proximity_serverConfig.cmake"))
+        project = self.folder / "project"
+        project.mkdir()
+        head, rest = text.split("using namespace proximity_server;\n")
+        (project / "mine.cpp").write_text(
+            f"{head}#include <cmath>\nusing namespace proximity_server;\n\nint main() {{\n{rest}\n"
+            "return std::abs(answer.distance - 0.6) < 1e-9 && std::abs(answer.point_a.x() - 0.2) < 1e-9 && "
+            "std::abs(answer.point_b.x() - 0.8) < 1e-9 ? 0 : 1;\n}\n")
+        (project / "CMakeLists.txt").write_text(
+            "cmake_minimum_required(VERSION 3.16)\nproject(mine CXX)\nset(CMAKE_CXX_STANDARD 17)\nadd_executable(mine mine.cpp)\n"
+            f"{self.cmake_snippet}\n"
+            "add_executable(of_scene mine.cpp)\ntarget_link_libraries(of_scene PRIVATE proximity_server::proximity_scene)\n")
+        for name, path in (("catkin", prefix), ("devel", BUILD / "devel"), ("without_ros", self.folder / "installed_without_ros")):
+            self.shell.run(f"cmake -S project -B project/{name} -DCMAKE_PREFIX_PATH={path} && cmake --build project/{name} && "
+                           f"project/{name}/mine && project/{name}/of_scene")
+            cache = (project / name / "CMakeCache.txt").read_text()
+            self.assertIn(f"proximity_server_DIR:PATH={path}", cache)
+        # What is installed is found by rosrun and rostest too.
+        self.shell.run(f"test -x {prefix}/lib/proximity_server/clearancetest")
+        self.shell.run(f"CMAKE_PREFIX_PATH={prefix} ROS_PACKAGE_PATH={prefix}/share rosrun proximity_server clearance --help")
+
+
+# What is done with the blocks that begin like this.
+BLOCKS = (
+    ("URDF, SRDF ──load once", Readme.picture),
+    ("./dev ", Readme.dev),
+    ("cmake -S . -B build -DCMAKE_BUILD_TYPE=Release", Readme.workspace),
+    ("rosservice call ", Readme.service_calls),
+    ("export PATH=", Readme.commands),
+    ("$ ", Readme.shown_output),
+    ("<launch>", Readme.file_of_test),
+    ("rostest ", Readme.rostest),
+    ("cmake -S . -B build -DBUILD_TESTING=ON", Readme.commands),
+    ("find_package(proximity_server", Readme.find_package),
+    ("#include <proximity_server/", Readme.source),
+)
+
+
+def unknown(text):
+    """A test case that fails."""
+
+    def check(self):
+        self.fail(f"readme_test.py does not know what to do with this block:\n{text}")
+
+    return check
+
+
+def known(function, text):
+    return lambda self: function(self, text)
+
+
+def add_blocks():
+    """Each block of each README.md becomes a test case; unittest runs them in the order of their names."""
+    files = sorted(SOURCE.glob("README.md")) + sorted(
+        path for path in SOURCE.glob("*/**/README.md") if path.relative_to(SOURCE).parts[0] != "build")
+    for file, path in enumerate(files):
+        for line, _, text in blocks(path):
+            functions = [function for beginning, function in BLOCKS if text.startswith(beginning)]
+            name = path.relative_to(SOURCE).as_posix().replace("/", "_").removesuffix(".md")
+            case = known(functions[0], text) if functions else unknown(text)
+            setattr(Readme, f"test_{file:02}_{name}_line_{line:04}", case)
+
+
+if __name__ == "__main__":
+    add_blocks()
+    rosunit.unitrun("proximity_server", "readme_test", Readme)
