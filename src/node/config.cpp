@@ -194,6 +194,7 @@ Config configFrom(const XmlRpcValue& values, const std::string& name_space) {
   parameters.read("link_padding", config.model.link_padding, {0.0, 10.0});
   parameters.read("mesh_tolerance", config.model.mesh_tolerance, {0.0, 1.0});
   parameters.read("link_mesh_tolerance", config.model.link_mesh_tolerance, {0.0, 1.0});
+  parameters.read("mesh_time_budget", config.model.mesh_time_budget, {1e-3, 3600.0});
   config.model.mesh_cache = "user";
   parameters.read("mesh_cache", config.model.mesh_cache);
   if (config.model.mesh_cache == "user") config.model.mesh_cache = userMeshCache();

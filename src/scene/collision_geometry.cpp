@@ -1,10 +1,14 @@
 #include "collision_geometry.h"
 
+#include <atomic>
 #include <limits>
 #include <optional>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <type_traits>
+
+#include "parallel_work.h"
 
 namespace urdf {
 class Capsule;  // not in every urdfdom
@@ -58,7 +62,13 @@ Eigen::Isometry3d toEigen(const urdf::Pose& pose) {
 }
 
 CollisionGeometry GeometryReader::read(const urdf::Geometry& geometry, const MeshOptions& options) {
-  if (const auto* mesh = dynamic_cast<const urdf::Mesh*>(&geometry)) return readMesh(*mesh, options);
+  if (const auto* mesh = dynamic_cast<const urdf::Mesh*>(&geometry)) {
+    const MeshKey key = keyOf(*mesh, options);
+    auto known = meshes_.find(key);
+    if (known == meshes_.end()) known = meshes_.emplace(key, outcomeOf(key, mesh->filename, options)).first;
+    if (known->second.error) std::rethrow_exception(known->second.error);
+    return known->second.geometry;
+  }
   if (const auto* sphere = dynamic_cast<const urdf::Sphere*>(&geometry)) {
     return {text("sphere, radius ", sphere->radius), {Sphere{sphere->radius}}};
   }
@@ -73,16 +83,59 @@ CollisionGeometry GeometryReader::read(const urdf::Geometry& geometry, const Mes
   throw std::invalid_argument("a shape that is no sphere, box, cylinder, capsule or mesh");
 }
 
-CollisionGeometry GeometryReader::readMesh(const urdf::Mesh& mesh, const MeshOptions& options) {
-  const MeshKey key{resolve_(mesh.filename), {mesh.scale.x, mesh.scale.y, mesh.scale.z}, options.tolerance};
-  if (const auto known = meshes_.find(key); known != meshes_.end()) return known->second;
+GeometryReader::MeshKey GeometryReader::keyOf(const urdf::Mesh& mesh, const MeshOptions& options) const {
+  return {resolve_(mesh.filename), {mesh.scale.x, mesh.scale.y, mesh.scale.z}, options.tolerance};
+}
 
-  MeshPieces pieces = convexPieces(loadMesh(key.file, toEigen(mesh.scale)), options);
+GeometryReader::Outcome GeometryReader::outcomeOf(const MeshKey& key, const std::string& uri,
+                                                  const MeshOptions& options) try {
+  MeshOptions telling = options;
+  if (options.progress)
+    telling.progress = [&](const std::string& what) { options.progress("mesh " + uri + ": " + what); };
+  MeshPieces pieces = convexPieces(loadMesh(key.file, {key.scale[0], key.scale[1], key.scale[2]}), telling);
   CollisionGeometry geometry{
-      "mesh " + mesh.filename, {}, pieces.representation, pieces.deviation, pieces.uncovered, pieces.volume_ratio,
+      "mesh " + uri,  {}, pieces.representation, pieces.deviation, pieces.uncovered, pieces.volume_ratio,
       pieces.warnings};
+  if (!pieces.shortfall.empty()) geometry.shortfall = "mesh " + uri + ": " + pieces.shortfall;
   for (ConvexHull& hull : pieces.hulls) geometry.shapes.emplace_back(std::move(hull));
-  return meshes_.emplace(key, std::move(geometry)).first->second;
+  return {std::move(geometry), nullptr};
+} catch (const std::exception&) {
+  return {{}, std::current_exception()};
+}
+
+void GeometryReader::readAhead(const std::vector<MeshRequest>& requests, int threads, Failure failure) {
+  struct Entry {
+    MeshKey key;
+    const MeshRequest* request;
+    Outcome outcome;
+    bool is_done = false;
+  };
+  std::vector<Entry> entries;
+  std::set<MeshKey> seen;
+  for (const MeshRequest& request : requests) {
+    try {
+      const MeshKey key = keyOf(*request.mesh, request.options);
+      if (meshes_.count(key) == 0 && seen.insert(key).second) entries.push_back({key, &request, {}});
+    } catch (const std::invalid_argument&) {
+      if (failure == Failure::EndsIt) return;
+    }
+  }
+  std::atomic<bool> ended{false};
+  const auto work = [&](int i, const std::function<void(const std::string&)>& tell) {
+    Entry& entry = entries[static_cast<std::size_t>(i)];
+    if (ended) return;
+    MeshOptions options = entry.request->options;
+    if (options.progress) options.progress = tell;
+    entry.outcome = outcomeOf(entry.key, entry.request->mesh->filename, options);
+    entry.is_done = true;
+    if (entry.outcome.error && failure == Failure::EndsIt) ended = true;
+  };
+  workInParallel(static_cast<int>(entries.size()), threads, work, [&](int i, const std::string& text) {
+    entries[static_cast<std::size_t>(i)].request->options.progress(text);
+  });
+  for (Entry& entry : entries) {
+    if (entry.is_done) meshes_.emplace(std::move(entry.key), std::move(entry.outcome));
+  }
 }
 
 std::vector<CapsuleParts> findCapsules(const std::vector<urdf::CollisionSharedPtr>& collisions) {

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <exception>
 #include <limits>
 #include <map>
 #include <string>
@@ -25,13 +26,27 @@ struct CollisionGeometry {
   double deviation = 0.0;  ///< [m] see MeshPieces, as the next two
   double uncovered = 0.0;
   double volume_ratio = std::numeric_limits<double>::quiet_NaN();
-  std::vector<std::string> warnings = {};
+  std::vector<std::string> warnings = {};  ///< of MeshPieces
+  std::string shortfall = {};              ///< of MeshPieces, with the mesh's name
+};
+
+/// A mesh that a link is made of.
+struct MeshRequest {
+  const urdf::Mesh* mesh;
+  MeshOptions options;
 };
 
 /// Turns <geometry> elements into shapes; a mesh that is used again, with the same tolerance, is read once.
 class GeometryReader {
  public:
   explicit GeometryReader(MeshResolver resolve) : resolve_(std::move(resolve)) {}
+
+  /// What to do about a mesh that cannot be read.
+  enum class Failure : unsigned char { EndsIt, IsPassedOver };
+
+  /// Reads meshes in up to `threads` threads (0: one for each core), so that read() has them. What cannot be read is
+  /// found again by read(). Progress is told by the calling thread.
+  void readAhead(const std::vector<MeshRequest>& requests, int threads, Failure failure);
 
   /// Throws std::invalid_argument: a size that is zero or not finite, a mesh that cannot be read.
   CollisionGeometry read(const urdf::Geometry& geometry, const MeshOptions& options);
@@ -45,11 +60,16 @@ class GeometryReader {
       return std::tie(file, scale, tolerance) < std::tie(other.file, other.scale, other.tolerance);
     }
   };
+  struct Outcome {
+    CollisionGeometry geometry;
+    std::exception_ptr error;  // instead of the geometry
+  };
 
-  CollisionGeometry readMesh(const urdf::Mesh& mesh, const MeshOptions& options);
+  MeshKey keyOf(const urdf::Mesh& mesh, const MeshOptions& options) const;
+  static Outcome outcomeOf(const MeshKey& key, const std::string& uri, const MeshOptions& options);
 
   MeshResolver resolve_;
-  std::map<MeshKey, CollisionGeometry> meshes_;
+  std::map<MeshKey, Outcome> meshes_;
 };
 
 /// Three <collision> elements of a link that together are one capsule; it lies in the cylinder's frame.

@@ -2,6 +2,9 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <numeric>
+#include <optional>
+#include <sstream>
 #include <stdexcept>
 
 #include "decomposition.h"
@@ -17,9 +20,13 @@ using Eigen::Vector3d;
 
 /// A connected component of the mesh and its hull.
 struct Component {
-  explicit Component(TriangleMesh part) : mesh(std::move(part)), hull(mesh.vertices) {}
+  Component(int component, TriangleMesh part, Effort& effort) : number(component), mesh(std::move(part)) {
+    effort.spend(stepsOfHull(mesh.vertices.size()));
+    hull.emplace(mesh.vertices);
+  }
+  int number;
   TriangleMesh mesh;
-  ConvexHull hull;
+  std::optional<ConvexHull> hull;
 };
 
 /// Whether all of `inner` lies in `outer`, within the rounding of the test.
@@ -37,150 +44,165 @@ bool contains(const ConvexHull& outer, const ConvexHull& inner) {
   return true;
 }
 
-/// The components that no other one's hull hides, largest first: the union of the hulls stays the same.
-std::vector<Component> outermost(std::vector<Component> components, Effort& effort) {
-  std::stable_sort(components.begin(), components.end(),
-                   [](const Component& a, const Component& b) { return a.hull.volume() > b.hull.volume(); });
-  std::vector<Component> kept;
-  for (Component& component : components) {
-    const bool hidden = std::any_of(kept.begin(), kept.end(), [&](const Component& other) {
-      effort.spend(1 + other.hull.triangles().size() * component.hull.vertices().size());
-      return contains(other.hull, component.hull);
-    });
-    if (!hidden) kept.push_back(std::move(component));
-  }
-  return kept;
-}
+/// A mesh on its way to become pieces.
+struct Job {
+  TriangleMesh mesh;     // welded
+  Partition components;  // of its triangles
+  const MeshOptions& options;
+  Effort& effort;
+  double tolerance() const { return std::max(options.tolerance, kMeshRounding); }
+};
 
-std::vector<Component> componentsOf(const TriangleMesh& mesh) {
+std::vector<Component> componentsOf(const Job& job) {
   std::vector<Component> components;
-  for (TriangleMesh& part : connectedComponents(mesh)) components.emplace_back(std::move(part));
+  for (TriangleMesh& part : partsOf(job.mesh, job.components))
+    components.emplace_back(static_cast<int>(components.size()), std::move(part), job.effort);
   return components;
 }
 
-std::vector<Triangle> closedTriangles(const std::vector<Component>& components) {
+std::vector<Triangle> closedTriangles(const std::vector<TriangleMesh>& components) {
   std::vector<Triangle> closed;
-  for (const Component& component : components) {
-    if (!isClosed(component.mesh)) continue;
-    for (const Triangle& triangle : trianglesOf(component.mesh.vertices, component.mesh.triangles)) {
-      closed.push_back(triangle);
-    }
+  for (const TriangleMesh& component : components) {
+    if (!isClosed(component)) continue;
+    for (const Triangle& triangle : trianglesOf(component.vertices, component.triangles)) closed.push_back(triangle);
   }
   return closed;
 }
 
 /// Hull over mesh, of the components together; NaN where one of them is open.
-double volumeRatio(const std::vector<Component>& components) {
+double volumeRatio(const std::vector<TriangleMesh>& components) {
   double hulls = 0.0, meshes = 0.0;
-  for (const Component& component : components) {
-    if (!isClosed(component.mesh)) return std::numeric_limits<double>::quiet_NaN();
-    hulls += component.hull.volume();
-    meshes += std::abs(enclosedVolume(component.mesh));
+  if (!std::all_of(components.begin(), components.end(), isClosed)) return std::numeric_limits<double>::quiet_NaN();
+  for (const TriangleMesh& component : components) {
+    hulls += ConvexHull(component.vertices).volume();
+    meshes += std::abs(enclosedVolume(component));
   }
   return meshes > 0.0 ? hulls / meshes : std::numeric_limits<double>::quiet_NaN();
 }
 
-MeshPieces hullOfAll(const TriangleMesh& mesh, const MeshSolid& solid) {
-  MeshPieces pieces;
-  std::vector<Vector3d> corners;
-  for (const auto& triangle : mesh.triangles) {
-    for (const int corner : triangle) corners.push_back(mesh.vertices[corner]);
-  }
-  pieces.hulls.emplace_back(corners);
-  pieces.deviation = solid.deviationOf(pieces.hulls.front(), corners);
-  pieces.representation = Representation::ConvexHull;
-  return pieces;
+bool isWithin(const ConvexHull& hull, const std::vector<Vector3d>& points, const MeshSolid& solid, double tolerance) {
+  return solid.isWithin(tolerance, surfaceOf(hull), pointsBelow(hull, points));
 }
 
-MeshPieces hullsOfComponents(const std::vector<Component>& components, const MeshSolid& solid) {
-  MeshPieces pieces;
+/// Whether one hull of all is near enough.
+bool isHullOfAll(const Job& job, const MeshSolid& solid) {
+  const std::vector<Vector3d> points = clusterPoints(job.mesh, Partition(job.mesh.triangles.size(), 0)).front();
+  job.effort.spend(stepsOfHull(points.size()));
+  return isWithin(ConvexHull(points), points, solid, job.tolerance());
+}
+
+/// Each component to itself, or to the cluster of one whose hull hides it: the union of the hulls stays the same.
+/// Nothing where one of the hulls is not near enough.
+std::optional<Partition> hullsOfComponents(const Job& job, const MeshSolid& solid) {
+  std::vector<Component> components = componentsOf(job);
+  std::stable_sort(components.begin(), components.end(),
+                   [](const Component& a, const Component& b) { return a.hull->volume() > b.hull->volume(); });
+  std::vector<const Component*> outermost;
+  std::vector<int> hider(components.size());
   for (const Component& component : components) {
-    pieces.deviation = std::max(pieces.deviation, solid.deviationOf(component.hull, component.mesh.vertices));
-    pieces.hulls.push_back(component.hull);
+    const auto hides = [&](const Component* other) {
+      job.effort.spend(1 + other->hull->triangles().size() * component.hull->vertices().size());
+      return contains(*other->hull, *component.hull);
+    };
+    const auto found = std::find_if(outermost.begin(), outermost.end(), hides);
+    const bool is_hidden = found != outermost.end();
+    hider[component.number] = is_hidden ? (*found)->number : component.number;
+    if (!is_hidden) outermost.push_back(&component);
   }
-  pieces.representation = Representation::Decomposed;
-  return pieces;
-}
-
-/// From the cache, or computed and stored there.
-Partition partitionOf(const TriangleMesh& component, const MeshSolid& solid, const MeshOptions& options,
-                      MeshPieces& pieces) {
-  const MeshCache cache(options.cache);
-  if (const auto known = cache.find(component, options.tolerance)) return *known;
-  if (options.progress) {
-    options.progress("decomposing a part of " + std::to_string(component.triangles.size()) + " triangles");
-  }
-  Partition partition = decompose(component, solid, options.tolerance);
-  const std::string trouble = cache.store(component, options.tolerance, partition);
-  if (!trouble.empty() && (pieces.warnings.empty() || pieces.warnings.back() != trouble)) {
-    pieces.warnings.push_back(trouble);
-  }
+  const bool near = std::all_of(outermost.begin(), outermost.end(), [&](const Component* component) {
+    return isWithin(*component->hull, component->mesh.vertices, solid, job.tolerance());
+  });
+  if (!near) return std::nullopt;
+  Partition partition;
+  for (const int component : job.components) partition.push_back(hider[component]);
   return partition;
 }
 
-/// Each component within tolerance of its hull as that hull, the others as the hulls of clusters of their triangles.
-MeshPieces decomposed(const std::vector<Component>& components, const MeshSolid& solid, const MeshOptions& options) {
-  MeshPieces pieces;
-  pieces.representation = Representation::Decomposed;
-  const auto add = [&](ConvexHull hull, double deviation) {
-    pieces.hulls.push_back(std::move(hull));
-    pieces.deviation = std::max(pieces.deviation, deviation);
-  };
-  for (const Component& component : components) {
-    const double deviation = solid.deviationOf(component.hull, component.mesh.vertices);
-    if (deviation <= options.tolerance) {
-      add(component.hull, deviation);
-      continue;
+Clustering trianglesThemselves(std::size_t count) {
+  Clustering clustering;
+  clustering.partition.resize(count);
+  std::iota(clustering.partition.begin(), clustering.partition.end(), 0);
+  clustering.representation = Representation::Triangles;
+  return clustering;
+}
+
+bool isOneByOne(const Partition& partition) {
+  return *std::max_element(partition.begin(), partition.end()) == static_cast<int>(partition.size()) - 1;
+}
+
+/// Clusters that are near enough, in the first representation that is, fewest pieces first.
+Clustering nearestEnough(const Job& job, const MeshSolid& solid) {
+  Clustering clustering;
+  try {
+    if (isHullOfAll(job, solid)) {
+      clustering.partition.assign(job.mesh.triangles.size(), 0);
+      clustering.representation = Representation::ConvexHull;
+      return clustering;
     }
-    const Partition partition = partitionOf(component.mesh, solid, options, pieces);
-    for (const std::vector<Vector3d>& vertices : clusterVertices(component.mesh, partition)) {
-      ConvexHull hull(vertices);
-      // Measured anew, also where the partition is an old one.
-      const double measured = solid.deviationOf(hull, vertices);
-      add(std::move(hull), measured);
+    if (auto components = hullsOfComponents(job, solid)) {
+      clustering.partition = std::move(*components);
+      clustering.representation = Representation::Decomposed;
+      return clustering;
     }
+  } catch (const Effort::Exceeded&) {
+    clustering = trianglesThemselves(job.mesh.triangles.size());
+    clustering.is_complete = false;
+    return clustering;
   }
-  return pieces;
-}
-
-MeshPieces trianglesThemselves(const TriangleMesh& mesh) {
-  MeshPieces pieces;
-  pieces.representation = Representation::Triangles;
-  for (const Triangle& t : trianglesOf(mesh.vertices, mesh.triangles)) {
-    pieces.hulls.emplace_back(std::vector<Vector3d>{t[0], t[1], t[2]});
+  if (job.options.tolerance <= kMeshRounding) return trianglesThemselves(job.mesh.triangles.size());
+  if (job.options.progress) {
+    job.options.progress("decomposing " + std::to_string(job.mesh.triangles.size()) + " triangles");
   }
-  return pieces;
+  // Not the outermost components only: what lies in a hollow is hidden by a hull, not by its clusters.
+  Decomposition found = decompose(job.mesh, job.components, solid, job.options.tolerance);
+  clustering.partition = std::move(found.partition);
+  clustering.is_complete = found.is_complete;
+  clustering.representation = isOneByOne(clustering.partition) ? Representation::Triangles : Representation::Decomposed;
+  return clustering;
 }
 
-/// The first representation that is near enough, fewest pieces first.
-MeshPieces nearestEnough(const TriangleMesh& mesh, const std::vector<Component>& all, const MeshOptions& options,
-                         Effort& effort) {
-  const double tolerance = std::max(options.tolerance, kMeshRounding);
-  const MeshSolid solid(trianglesOf(mesh.vertices, mesh.triangles), closedTriangles(all), effort);
-  MeshPieces pieces = hullOfAll(mesh, solid);
-  if (pieces.deviation <= tolerance) return pieces;
-  pieces = hullsOfComponents(outermost(all, effort), solid);
-  if (pieces.deviation <= tolerance) return pieces;
-  // Not the outermost only: what lies in a hollow is hidden by a hull, not by its clusters.
-  if (options.tolerance > kMeshRounding) pieces = decomposed(all, solid, options);
-  if (pieces.deviation <= tolerance) return pieces;
-  return trianglesThemselves(mesh);
+std::vector<ConvexHull> hullsOf(const TriangleMesh& mesh, const Partition& partition) {
+  std::vector<ConvexHull> hulls;
+  for (const std::vector<Vector3d>& points : clusterPoints(mesh, partition)) hulls.emplace_back(points);
+  return hulls;
 }
 
-/// With what they leave uncovered; the triangles where all of that would take too long.
-MeshPieces measuredPieces(const TriangleMesh& mesh, const std::vector<Component>& components,
-                          const MeshOptions& options) try {
-  Effort effort;
-  MeshPieces pieces = nearestEnough(mesh, components, options, effort);
-  if (pieces.representation == Representation::Triangles) return pieces;
-  pieces.uncovered = uncovered(trianglesOf(mesh.vertices, mesh.triangles), pieces.hulls, effort);
-  if (pieces.deviation <= kMeshRounding) pieces.representation = Representation::Exact;
-  return pieces;
-} catch (const Effort::Exceeded&) {
-  MeshPieces pieces = trianglesThemselves(mesh);
-  pieces.warnings.push_back("a mesh of " + std::to_string(mesh.triangles.size()) +
-                            " triangles would take too long to become fewer convex pieces; its triangles stand for it");
-  return pieces;
+/// How far the hulls lie from the mesh.
+void measure(const TriangleMesh& mesh, const MeshSolid& solid, Clustering& clustering) {
+  std::vector<Cover> covers;
+  for (std::vector<Vector3d>& points : clusterPoints(mesh, clustering.partition)) {
+    ConvexHull hull(points);
+    covers.push_back({std::move(hull), std::move(points)});
+  }
+  clustering.deviation = solid.deviationOf(covers);
+  for (const Cover& cover : covers)
+    clustering.uncovered = std::max(clustering.uncovered, farthestOutside(cover, solid.effort()));
+  if (clustering.deviation <= kMeshRounding) clustering.representation = Representation::Exact;
+}
+
+Clustering compute(const TriangleMesh& mesh, const MeshOptions& options, const MeshCache& cache,
+                   std::vector<std::string>& warnings) {
+  Effort effort(options.time_budget);
+  Job job{welded(mesh), {}, options, effort};
+  job.components = componentNumbers(job.mesh);
+  const std::vector<TriangleMesh> components = partsOf(job.mesh, job.components);
+  const MeshSolid solid(trianglesOf(mesh.vertices, mesh.triangles), closedTriangles(components), effort);
+  Clustering clustering = nearestEnough(job, solid);
+  clustering.volume_ratio = volumeRatio(components);
+  // What is left to do takes time in proportion to the mesh, so nothing has to end it.
+  effort = Effort(std::numeric_limits<double>::infinity());
+  if (clustering.representation != Representation::Triangles) measure(mesh, solid, clustering);
+  const std::string trouble = cache.store(clustering);
+  if (!trouble.empty()) warnings.push_back(trouble);
+  return clustering;
+}
+
+std::string shortfallOf(const TriangleMesh& mesh, const MeshOptions& options, std::size_t pieces) {
+  std::ostringstream text;
+  text << "its " << mesh.triangles.size() << " triangles would take more than the time budget of "
+       << options.time_budget << " s to become as few convex pieces as possible; " << pieces
+       << " stand for it, within the tolerance";
+  return text.str();
 }
 
 }  // namespace
@@ -189,10 +211,18 @@ MeshPieces convexPieces(const TriangleMesh& mesh, const MeshOptions& options) {
   if (!(options.tolerance >= 0.0) || std::isinf(options.tolerance)) {
     throw std::invalid_argument("a mesh tolerance must be a finite length, at least 0");
   }
+  if (!(options.time_budget > 0.0)) throw std::invalid_argument("a mesh's time budget must be above 0");
   if (mesh.triangles.empty()) return {};
-  const std::vector<Component> components = componentsOf(mesh);
-  MeshPieces pieces = measuredPieces(mesh, components, options);
-  pieces.volume_ratio = volumeRatio(components);
+  const MeshCache cache(options.cache, mesh, options.tolerance, options.time_budget);
+  MeshPieces pieces;
+  std::optional<Clustering> clustering = cache.find();
+  if (!clustering) clustering = compute(mesh, options, cache, pieces.warnings);
+  pieces.hulls = hullsOf(mesh, clustering->partition);
+  pieces.representation = clustering->representation;
+  pieces.deviation = clustering->deviation;
+  pieces.uncovered = clustering->uncovered;
+  pieces.volume_ratio = clustering->volume_ratio;
+  if (!clustering->is_complete) pieces.shortfall = shortfallOf(mesh, options, pieces.hulls.size());
   return pieces;
 }
 

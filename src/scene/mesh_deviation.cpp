@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <queue>
 
 #include "mesh_parts.h"
@@ -9,160 +10,173 @@
 namespace proximity_server {
 namespace {
 
-using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// To build a hull and its tree.
-constexpr std::size_t kStepsPerCorner = 1000;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
+// To build a tree.
+constexpr std::size_t kStepsPerTreeTriangle = 20;
 
-/// The largest value over the triangles of a distance that changes by no more than one walks, or `at_least`.
-/// Ends when nothing larger is left, when enough is known, or after kSamples parts.
-template <typename Distance>
-double farthestOver(const std::vector<Triangle>& triangles, double at_least, const Distance& distance,
-                    const Enough& enough = {}) {
-  constexpr int kSamples = 4000;
-  struct Patch {
-    Triangle corners;
-    double bound;  // no point of it lies farther
-    bool operator<(const Patch& other) const { return bound < other.bound; }
-  };
-  double farthest = at_least;
-  std::priority_queue<Patch> patches;
-  const auto look = [&](const Triangle& t) {
-    const Vector3d centre = (t[0] + t[1] + t[2]) / 3.0;
-    const double here = distance(centre);
-    farthest = std::max(farthest, here);
-    const auto reach = [&](int i) { return (t[i] - centre).norm(); };
-    patches.push({t, here + std::max({reach(0), reach(1), reach(2)})});
-  };
-  for (const Triangle& triangle : triangles) look(triangle);
-  for (int samples = 0; samples < kSamples && !patches.empty(); samples += 2) {
-    if (patches.top().bound <= std::max(farthest + kMeshRounding, enough.below) || farthest > enough.above) break;
-    const Triangle t = patches.top().corners;
-    patches.pop();
-    const auto edge = [&](int i) { return (t[(i + 1) % 3] - t[i]).squaredNorm(); };
-    const int longest = edge(0) >= edge(1) ? (edge(0) >= edge(2) ? 0 : 2) : (edge(1) >= edge(2) ? 1 : 2);
-    const Vector3d &a = t[longest], &b = t[(longest + 1) % 3], &c = t[(longest + 2) % 3];
-    const Vector3d middle = 0.5 * (a + b);
-    look({a, middle, c});
-    look({middle, b, c});
-  }
-  return farthest;
+/// The surface of a hull, in a tree.
+TriangleTree treeOf(const std::vector<Triangle>& surface, Effort& effort) {
+  effort.spend(kStepsPerTreeTriangle * surface.size());
+  return TriangleTree(surface);
 }
 
-/// A hull's surface; a segment or a point as a triangle without area.
+/// [m] a deviation that is surely below, or found to be above, need not be known closer.
+struct Enough {
+  double below = -kInfinity, above = kInfinity;
+};
+
+bool isInHull(const ConvexHull& hull, const Vector3d& p) {
+  for (const auto& [a, b, c] : surfaceOf(hull)) {
+    if ((b - a).cross(c - a).dot(p - a) > 0.0) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
 std::vector<Triangle> surfaceOf(const ConvexHull& hull) {
   if (hull.triangles().empty()) return {{hull.vertices().front(), hull.vertices().back(), hull.vertices().back()}};
   return trianglesOf(hull.vertices(), hull.triangles());
 }
 
-/// A hull as the planes of its faces, so that most points are settled by few of them.
-class HullInterior {
+std::vector<Vector3d> pointsBelow(const ConvexHull& hull, const std::vector<Vector3d>& points) {
+  const auto before = [](const Vector3d& a, const Vector3d& b) {
+    return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+  };
+  std::vector<Vector3d> corners = hull.vertices(), below;
+  std::sort(corners.begin(), corners.end(), before);
+  for (const Vector3d& point : points) {
+    if (!std::binary_search(corners.begin(), corners.end(), point, before)) below.push_back(point);
+  }
+  return below;
+}
+
+/// Looks for the point of some triangles that lies farthest outside of a mesh.
+class DeviationSearch {
  public:
-  explicit HullInterior(const ConvexHull& hull) {
-    for (const Vector3d& vertex : hull.vertices()) box_.extend(vertex);
-    if (hull.dimension() < 3) return;
-    for (const auto& [a, b, c] : surfaceOf(hull)) {
-      const Vector3d normal = (b - a).cross(c - a).stableNormalized();
-      planes_.push_back({normal, normal.dot(a)});
+  DeviationSearch(const MeshSolid& mesh, const Enough& enough) : mesh_(mesh), enough_(enough) {}
+
+  double farthest() const { return farthest_; }
+
+  bool isEnough() const { return farthest_ > enough_.above; }
+
+  /// Whether no part is left that may lie farther than what was found, or than what is surely below enough.
+  bool isProven() const { return !isEnough() && (patches_.empty() || patches_.top().bound <= floor()); }
+
+  void look(const std::vector<Triangle>& triangles) {
+    for (const Triangle& triangle : triangles) {
+      if (isEnough()) return;
+      look(triangle);
     }
   }
-  bool holds(const Vector3d& p) const {
-    if (planes_.empty() || !box_.contains(p)) return false;
-    return std::all_of(planes_.begin(), planes_.end(), [&](const Plane& q) { return q.normal.dot(p) <= q.offset; });
+
+  /// At the points of the hull's surface that are nearest to the points below it.
+  void lookAbove(const std::vector<Vector3d>& below, const std::vector<Triangle>& surface) {
+    if (below.empty() || surface.empty() || isEnough()) return;
+    const TriangleTree tree = treeOf(surface, mesh_.effort());
+    for (const Vector3d& point : below) {
+      if (isEnough()) return;
+      // The point is one of the mesh, so what is above it lies no farther from the mesh.
+      const TriangleTree::Nearest above = tree.nearest(point, mesh_.effort());
+      if (above.distance > floor()) farthest_ = std::max(farthest_, mesh_.distance(above.point));
+    }
+  }
+
+  /// At ever smaller parts, until nothing larger is left, enough is known, or so many were looked at.
+  void refine(int looks) {
+    for (; looks > 0 && !patches_.empty() && !isEnough(); looks -= 2) {
+      if (patches_.top().bound <= floor()) break;
+      const Triangle t = patches_.top().corners;
+      patches_.pop();
+      const auto edge = [&](int i) { return (t[(i + 1) % 3] - t[i]).squaredNorm(); };
+      const int longest = edge(0) >= edge(1) ? (edge(0) >= edge(2) ? 0 : 2) : (edge(1) >= edge(2) ? 1 : 2);
+      const Vector3d &a = t[longest], &b = t[(longest + 1) % 3], &c = t[(longest + 2) % 3];
+      const Vector3d middle = 0.5 * (a + b);
+      look({a, middle, c});
+      look({middle, b, c});
+    }
   }
 
  private:
-  struct Plane {
-    Vector3d normal;
-    double offset;
+  struct Patch {
+    Triangle corners;
+    double bound;  // no point of it lies farther
+    bool operator<(const Patch& other) const { return bound < other.bound; }
   };
-  Eigen::AlignedBox3d box_;
-  std::vector<Plane> planes_;
-};
 
-}  // namespace
+  /// What lies no farther changes nothing.
+  double floor() const { return std::max(farthest_ + kMeshRounding, enough_.below); }
 
-EnclosedSpace::EnclosedSpace(const std::vector<Triangle>& closed) {
-  turns_ = {Eigen::AngleAxisd(0.7391, Vector3d(0.317, 0.911, -0.263).normalized()).toRotationMatrix(),
-            Eigen::AngleAxisd(2.1731, Vector3d(-0.571, 0.337, 0.749).normalized()).toRotationMatrix()};
-  for (std::size_t ray = 0; ray < kRays; ++ray) {
-    for (const Triangle& t : closed) {
-      Seen seen{{turns_[ray] * t[0], turns_[ray] * t[1], turns_[ray] * t[2]}, {}};
-      for (const Vector3d& corner : seen.corners) seen.box.extend(corner);
-      seen_[ray].push_back(seen);
+  void look(const Triangle& t) {
+    const Vector3d centre = (t[0] + t[1] + t[2]) / 3.0;
+    const TriangleTree::Nearest nearest = mesh_.surface_.nearest(centre, mesh_.effort());
+    double reach = 0.0, at_corners = 0.0;
+    for (const Vector3d& corner : t) {
+      reach = std::max(reach, (corner - centre).norm());
+      at_corners = std::max(at_corners, (nearestPoint(*nearest.triangle, corner) - corner).norm());
     }
+    const double bound = std::min(nearest.distance + reach, at_corners);
+    if (nearest.distance <= farthest_ && bound <= floor()) return;
+    const bool inside = nearest.distance > 0.0 && mesh_.inside_.holds(centre, mesh_.effort());
+    if (!inside) farthest_ = std::max(farthest_, nearest.distance);
+    const double signed_bound = inside ? std::min(bound, reach - nearest.distance) : bound;
+    if (signed_bound > floor()) patches_.push({t, signed_bound});
   }
-}
 
-bool EnclosedSpace::holds(const Vector3d& p) const {
-  return winding(0, turns_[0] * p) != 0 && winding(1, turns_[1] * p) != 0;
-}
-
-int EnclosedSpace::winding(std::size_t ray, const Vector3d& p) const {
-  int crossings = 0;
-  for (const Seen& seen : seen_[ray]) {
-    const Vector3d &low = seen.box.min(), &high = seen.box.max();
-    if (high.x() < p.x() || low.x() > p.x() || high.y() < p.y() || low.y() > p.y() || high.z() < p.z()) continue;
-    const auto flat = [&](std::size_t i) { return Vector2d((seen.corners[i] - p).head<2>()); };
-    const Vector2d a = flat(0), b = flat(1), c = flat(2);
-    const double u = cross(b, c), v = cross(c, a), w = cross(a, b);
-    const bool counter_clockwise = u > 0 && v > 0 && w > 0;
-    if (!counter_clockwise && !(u < 0 && v < 0 && w < 0)) continue;
-    const double z = (u * seen.corners[0].z() + v * seen.corners[1].z() + w * seen.corners[2].z()) / (u + v + w);
-    if (z > p.z()) crossings += counter_clockwise ? 1 : -1;
-  }
-  return crossings;
-}
+  const MeshSolid& mesh_;
+  const Enough enough_;
+  double farthest_ = 0.0;
+  std::priority_queue<Patch> patches_;
+};
 
 MeshSolid::MeshSolid(std::vector<Triangle> surface, const std::vector<Triangle>& closed, Effort& effort)
     : surface_(std::move(surface)), inside_(closed), effort_(effort) {}
 
 double MeshSolid::distance(const Vector3d& p) const {
-  effort_.spend(inside_.size());
-  const double to_surface = surface_.distance(p, effort_);
-  return to_surface > 0.0 && inside_.holds(p) ? -to_surface : to_surface;
+  const double to_surface = surface_.nearest(p, effort_).distance;
+  return to_surface > 0.0 && inside_.holds(p, effort_) ? -to_surface : to_surface;
 }
 
-double MeshSolid::deviationOf(const ConvexHull& hull, const std::vector<Vector3d>& vertices) const {
-  return deviationOf(hull, vertices, Enough());
+double MeshSolid::deviationOf(const std::vector<Cover>& covers) const {
+  constexpr int kLooks = 20000;
+  DeviationSearch search(*this, Enough());
+  for (const Cover& cover : covers) search.lookAbove(pointsBelow(cover.hull, cover.points), surfaceOf(cover.hull));
+  for (const Cover& cover : covers) search.look(surfaceOf(cover.hull));
+  search.refine(kLooks);
+  return search.farthest();
 }
 
-bool MeshSolid::isWithin(double tolerance, const ConvexHull& hull, const std::vector<Vector3d>& vertices) const {
-  return deviationOf(hull, vertices, {tolerance, tolerance}) <= tolerance;
+bool MeshSolid::isWithin(double tolerance, const std::vector<Triangle>& surface,
+                         const std::vector<Vector3d>& below) const {
+  constexpr int kLooks = 100000;
+  // Without a gap between yes and no a hull that lies just so far would never be decided.
+  constexpr double kTooClose = 0.98;
+  DeviationSearch search(*this, {tolerance, kTooClose * tolerance});
+  search.look(surface);
+  search.lookAbove(below, surface);
+  search.refine(kLooks);
+  return search.isProven();
 }
 
-double MeshSolid::deviationOf(const ConvexHull& hull, const std::vector<Vector3d>& vertices,
-                              const Enough& enough) const {
-  const std::vector<Triangle> triangles = surfaceOf(hull);
-  const TriangleTree hull_surface(triangles);
+double farthestOutside(const Cover& cover, Effort& effort) {
+  const std::vector<Vector3d> below = pointsBelow(cover.hull, cover.points);
+  if (below.empty()) return 0.0;
+  const std::vector<Triangle> surface = surfaceOf(cover.hull);
+  const TriangleTree tree = treeOf(surface, effort);
+  std::optional<EnclosedSpace> inside;
+  if (cover.hull.dimension() == 3) inside.emplace(surface);
   double farthest = 0.0;
-  effort_.spend(kStepsPerCorner * (triangles.size() + vertices.size()));
-  for (const Vector3d& vertex : vertices) {
-    const Vector3d above = hull_surface.nearest(vertex, effort_);
-    if ((above - vertex).norm() > farthest) farthest = std::max(farthest, distance(above));
-    if (farthest > enough.above) return farthest;
+  for (const Vector3d& point : below) {
+    const double distance = tree.nearest(point, effort).distance;
+    if (distance <= farthest || (inside && inside->holds(point, effort))) continue;
+    // A ray that grazes an edge counts too few crossings.
+    if (inside && isInHull(cover.hull, point)) continue;
+    farthest = distance;
   }
-  return farthestOver(
-      triangles, farthest, [this](const Vector3d& p) { return distance(p); }, enough);
-}
-
-double uncovered(const std::vector<Triangle>& triangles, const std::vector<ConvexHull>& hulls, Effort& effort) {
-  std::vector<Triangle> surfaces;
-  std::vector<HullInterior> interiors;
-  for (const ConvexHull& hull : hulls) {
-    for (const Triangle& triangle : surfaceOf(hull)) surfaces.push_back(triangle);
-    interiors.emplace_back(hull);
-  }
-  const TriangleTree surface(std::move(surfaces));
-  return farthestOver(triangles, 0.0, [&](const Vector3d& p) {
-    effort.spend(hulls.size());
-    const double outside = surface.distance(p, effort);
-    const bool held = std::any_of(interiors.begin(), interiors.end(), [&](const auto& hull) { return hull.holds(p); });
-    return held ? 0.0 : outside;
-  });
+  return farthest;
 }
 
 }  // namespace proximity_server

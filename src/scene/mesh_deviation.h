@@ -1,10 +1,9 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <array>
-#include <limits>
 #include <vector>
 
+#include "enclosed_space.h"
 #include "proximity_server/narrowphase/convex_hull.h"
 #include "triangle_tree.h"
 
@@ -13,37 +12,20 @@ namespace proximity_server {
 // Mesh files hold floats or six-digit texts: a coordinate of one metre is rounded by up to 1e-6 m.
 constexpr double kMeshRounding = 1e-6;
 
-/// The solid inside closed triangles, whichever way they overlap.
-///
-/// Source: crossings of a ray, counted with the sign of the triangle's side (the winding number). Two rays in
-/// directions
-///         that no file prefers must agree, so that one which grazes an edge turns no outside into an inside.
-class EnclosedSpace {
- public:
-  explicit EnclosedSpace(const std::vector<Triangle>& closed);
-  bool holds(const Eigen::Vector3d& p) const;
-  std::size_t size() const { return seen_[0].size(); }
-
- private:
-  static constexpr int kRays = 2;
-  /// A triangle in a frame whose z axis is the ray, with its bounds.
-  struct Seen {
-    Triangle corners;
-    Eigen::AlignedBox3d box;
-  };
-  int winding(std::size_t ray, const Eigen::Vector3d& p) const;
-
-  std::array<Eigen::Matrix3d, kRays> turns_;
-  std::array<std::vector<Seen>, kRays> seen_;
-};
-
-/// [m] a deviation that is surely below, or found to be above, need not be known closer.
-struct Enough {
-  double below = -std::numeric_limits<double>::infinity(), above = std::numeric_limits<double>::infinity();
+/// A convex piece with the points of the mesh that it stands for.
+struct Cover {
+  ConvexHull hull;
+  std::vector<Eigen::Vector3d> points;  ///< hull is theirs, or that of more
 };
 
 /// A mesh as something to lie far from: its surface, and the space that its closed parts enclose. Every call may throw
 /// Effort::Exceeded.
+///
+/// How far a hull lies outside is searched for over its surface, first at its triangles, then where a point of the mesh
+/// lies under it, then at ever smaller triangles, first where the distance may still be largest. Two facts bound the
+/// distance over a triangle: it grows by no more than one walks; and the distance from one triangle of the mesh is a
+/// convex function, which is nowhere larger than at the corners. So most parts that lie along the mesh are settled by
+/// one look.
 class MeshSolid {
  public:
   /// `surface`: all triangles, at least one; `closed`: those of the closed parts. `effort` must outlive this.
@@ -54,25 +36,32 @@ class MeshSolid {
   /// [m] from p to the surface, negative inside.
   double distance(const Eigen::Vector3d& p) const;
 
-  /// The farthest that the surface of a hull of `vertices` was found to lie outside of the mesh [m], at least 0.
-  ///
-  /// Looks at the points of the hull's surface nearest to the vertices, so that no hollow with a vertex in it is too
-  /// small, then over the surface: at ever smaller triangles, first where the distance may still be largest. It grows
-  /// by no more than one walks, so what ends early has been proven within kMeshRounding.
-  double deviationOf(const ConvexHull& hull, const std::vector<Eigen::Vector3d>& vertices) const;
+  /// The farthest that the surface of one of the hulls was found to lie outside of the mesh [m], at least 0; at once
+  /// for all of them. No hollow with a point of the mesh in it is too small. What ends early has been proven within
+  /// kMeshRounding.
+  double deviationOf(const std::vector<Cover>& covers) const;
 
-  /// Whether that is at most `tolerance` [m], which takes less.
-  bool isWithin(double tolerance, const ConvexHull& hull, const std::vector<Eigen::Vector3d>& vertices) const;
+  /// Whether it was proven that these triangles lie outside by no more than `tolerance` [m]; false for nearly as much.
+  /// `below`: points of the mesh under them.
+  bool isWithin(double tolerance, const std::vector<Triangle>& surface,
+                const std::vector<Eigen::Vector3d>& below) const;
 
  private:
-  double deviationOf(const ConvexHull& hull, const std::vector<Eigen::Vector3d>& vertices, const Enough& enough) const;
+  friend class DeviationSearch;
 
   TriangleTree surface_;
   EnclosedSpace inside_;
   Effort& effort_;
 };
 
-/// The farthest that a point of the triangles was found to lie outside of every hull [m]; the same search.
-double uncovered(const std::vector<Triangle>& triangles, const std::vector<ConvexHull>& hulls, Effort& effort);
+/// A hull's surface; a segment or a point as a triangle without area.
+std::vector<Triangle> surfaceOf(const ConvexHull& hull);
+
+/// Those of the points that are no vertices of the hull.
+std::vector<Eigen::Vector3d> pointsBelow(const ConvexHull& hull, const std::vector<Eigen::Vector3d>& points);
+
+/// The farthest that one of the points lies outside of the hull [m]. Distance from a convex set is a convex function,
+/// so no point of a triangle lies farther than its corners.
+double farthestOutside(const Cover& cover, Effort& effort);
 
 }  // namespace proximity_server

@@ -44,32 +44,57 @@ class DisjointSets {
 
 }  // namespace
 
-std::vector<TriangleMesh> connectedComponents(const TriangleMesh& mesh) {
-  const std::vector<int> welded = weld(mesh.vertices);
-  DisjointSets connected(mesh.vertices.size());
-  for (const auto& [a, b, c] : mesh.triangles) {
-    connected.unite(welded[a], welded[b]);
-    connected.unite(welded[b], welded[c]);
-  }
-
-  std::vector<TriangleMesh> result;
-  std::map<int, std::size_t> component_of_set;
-  std::vector<int> index_in_component(mesh.vertices.size(), -1);
-  for (const auto& triangle : mesh.triangles) {
-    const auto [entry, is_new] = component_of_set.emplace(connected.find(welded[triangle[0]]), result.size());
-    if (is_new) result.emplace_back();
-    TriangleMesh& component = result[entry->second];
-    std::array<int, 3>& corners = component.triangles.emplace_back();
-    for (std::size_t i = 0; i < 3; ++i) {
-      int& index = index_in_component[welded[triangle[i]]];
-      if (index < 0) {
-        index = static_cast<int>(component.vertices.size());
-        component.vertices.push_back(mesh.vertices[triangle[i]]);
-      }
-      corners[i] = index;
-    }
+TriangleMesh welded(const TriangleMesh& mesh) {
+  const std::vector<int> place = weld(mesh.vertices);
+  TriangleMesh result = mesh;
+  for (std::array<int, 3>& triangle : result.triangles) {
+    for (int& corner : triangle) corner = place[corner];
   }
   return result;
+}
+
+std::vector<int> componentNumbers(const TriangleMesh& welded_mesh) {
+  DisjointSets connected(welded_mesh.vertices.size());
+  for (const auto& [a, b, c] : welded_mesh.triangles) {
+    connected.unite(a, b);
+    connected.unite(b, c);
+  }
+  std::vector<int> numbers, number_of_set(welded_mesh.vertices.size(), -1);
+  int count = 0;
+  for (const auto& triangle : welded_mesh.triangles) {
+    int& number = number_of_set[connected.find(triangle[0])];
+    if (number < 0) number = count++;
+    numbers.push_back(number);
+  }
+  return numbers;
+}
+
+std::vector<TriangleMesh> partsOf(const TriangleMesh& mesh, const std::vector<int>& numbers) {
+  std::vector<std::vector<int>> triangles;
+  for (std::size_t t = 0; t < numbers.size(); ++t) {
+    const auto number = static_cast<std::size_t>(numbers[t]);
+    if (number >= triangles.size()) triangles.resize(number + 1);
+    triangles[number].push_back(static_cast<int>(t));
+  }
+  std::vector<TriangleMesh> parts(triangles.size());
+  std::vector<int> index_in_part(mesh.vertices.size());
+  for (std::size_t number = 0; number < parts.size(); ++number) {
+    for (const int t : triangles[number]) {
+      for (const int corner : mesh.triangles[t]) index_in_part[corner] = -1;
+    }
+    for (const int t : triangles[number]) {
+      std::array<int, 3>& corners = parts[number].triangles.emplace_back();
+      for (std::size_t i = 0; i < 3; ++i) {
+        const int corner = mesh.triangles[t][i];
+        if (index_in_part[corner] < 0) {
+          index_in_part[corner] = static_cast<int>(parts[number].vertices.size());
+          parts[number].vertices.push_back(mesh.vertices[corner]);
+        }
+        corners[i] = index_in_part[corner];
+      }
+    }
+  }
+  return parts;
 }
 
 bool isClosed(const TriangleMesh& component) {

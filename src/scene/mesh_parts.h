@@ -7,9 +7,14 @@
 
 namespace proximity_server {
 
-/// The connected components of a mesh, in the order of their first triangles. Vertices at the same place become one,
-/// and each component has only those that it needs.
-std::vector<TriangleMesh> connectedComponents(const TriangleMesh& mesh);
+/// The same triangles, but vertices at the same place are one; what they leave out is still there.
+TriangleMesh welded(const TriangleMesh& mesh);
+
+/// For each triangle of a welded mesh the number of its connected component, in the order of their first triangles.
+std::vector<int> componentNumbers(const TriangleMesh& welded_mesh);
+
+/// The triangles of each number, with only the vertices that they need.
+std::vector<TriangleMesh> partsOf(const TriangleMesh& mesh, const std::vector<int>& numbers);
 
 /// Whether each edge of a component is passed as often in either direction: it encloses a volume and says where outside
 /// is. Triangles with a corner twice do not count.

@@ -217,7 +217,10 @@ double paddingOf(const std::string& link, const ModelOptions& options) {
 }
 
 MeshOptions meshOptionsOf(const std::string& link, const ModelOptions& options) {
-  MeshOptions meshes{valueOf(link, options.link_mesh_tolerance, options.mesh_tolerance), options.mesh_cache, {}};
+  MeshOptions meshes;
+  meshes.tolerance = valueOf(link, options.link_mesh_tolerance, options.mesh_tolerance);
+  meshes.cache = options.mesh_cache;
+  meshes.time_budget = options.mesh_time_budget;
   if (options.progress) {
     meshes.progress = [link, tell = options.progress](const std::string& what) {
       tell("link " + quoted(link) + ": " + what);
@@ -237,6 +240,7 @@ CollisionGeometry readGeometry(const urdf::Geometry& geometry, const std::string
   try {
     CollisionGeometry result = reader.read(geometry, meshOptionsOf(link, options));
     for (const std::string& warning : result.warnings) addOnce(warning + ".", warnings);
+    if (!result.shortfall.empty()) warnings.push_back(where + ", " + result.shortfall + ".");
     return result;
   } catch (const std::invalid_argument& error) {
     const auto* mesh = dynamic_cast<const urdf::Mesh*>(&geometry);
@@ -325,9 +329,23 @@ void addPiecesToBody(int link, const std::vector<CapsuleParts>& capsules, const 
   }
 }
 
+void readMeshesAhead(const urdf::ModelInterface& urdf, const ModelOptions& options, const RobotModel& model,
+                     GeometryReader& reader) {
+  std::vector<MeshRequest> requests;
+  for (const Link& link : model.links) {
+    for (const auto& collision : urdf.getLink(link.name)->collision_array) {
+      if (const auto* mesh = dynamic_cast<const urdf::Mesh*>(collision->geometry.get()))
+        requests.push_back({mesh, meshOptionsOf(link.name, options)});
+    }
+  }
+  using Failure = GeometryReader::Failure;
+  reader.readAhead(requests, options.threads, options.allow_missing_meshes ? Failure::IsPassedOver : Failure::EndsIt);
+}
+
 void addGeometry(const urdf::ModelInterface& urdf, const MeshResolver& resolve, const ModelOptions& options,
                  RobotModel& model) {
   GeometryReader reader(resolve);
+  readMeshesAhead(urdf, options, model, reader);
   for (int link = 0; link < static_cast<int>(model.links.size()); ++link) {
     const auto& collisions = urdf.getLink(model.links[link].name)->collision_array;
     for (const auto& collision : collisions) addCollision(link, *collision, options, reader, model);

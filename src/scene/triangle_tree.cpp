@@ -1,7 +1,7 @@
 #include "triangle_tree.h"
 
 #include <algorithm>
-#include <limits>
+#include <cmath>
 
 namespace proximity_server {
 namespace {
@@ -59,10 +59,11 @@ void TriangleTree::split(int index) {
   nodes_.push_back({{}, middle, end});
 }
 
-Vector3d TriangleTree::nearest(const Vector3d& p, Effort& effort) const {
+TriangleTree::Nearest TriangleTree::nearest(const Vector3d& p, Effort& effort) const {
   constexpr std::size_t kStepsPerNode = 4, kStepsPerTriangle = 20;
   std::size_t steps = 0;
   Vector3d best = triangles_.front()[0];
+  const Triangle* best_triangle = &triangles_.front();
   double best_squared = (best - p).squaredNorm();
   // Halving leaves at most 31 levels below an int's worth of triangles; each holds one sibling back.
   std::array<int, 64> pending{0};
@@ -84,10 +85,11 @@ Vector3d TriangleTree::nearest(const Vector3d& p, Effort& effort) const {
       if (squared >= best_squared) continue;
       best_squared = squared;
       best = candidate;
+      best_triangle = &triangles_[i];
     }
   }
   effort.spend(steps);
-  return best;
+  return {best, best_triangle, std::sqrt(best_squared)};
 }
 
 }  // namespace proximity_server

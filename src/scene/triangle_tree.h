@@ -19,9 +19,14 @@ class TriangleTree {
   /// At least one triangle.
   explicit TriangleTree(std::vector<Triangle> triangles);
 
-  /// Both may throw Effort::Exceeded.
-  Eigen::Vector3d nearest(const Eigen::Vector3d& p, Effort& effort) const;
-  double distance(const Eigen::Vector3d& p, Effort& effort) const { return (nearest(p, effort) - p).norm(); }
+  /// What is nearest to a point.
+  struct Nearest {
+    Eigen::Vector3d point;
+    const Triangle* triangle;  ///< it is a point of that one
+    double distance;           ///< [m]
+  };
+  /// May throw Effort::Exceeded.
+  Nearest nearest(const Eigen::Vector3d& p, Effort& effort) const;
 
  private:
   struct Node {

@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <limits>
 
 #include "sanitized.h"
@@ -313,7 +316,12 @@ TEST_F(MeshFile, ScaleOfZeroOrNanThrows) {
 // --- convex pieces
 
 /// A tolerance in which the coarsest representation is near enough.
-const MeshOptions kCoarse{2.0, "", {}};
+MeshOptions within(double tolerance) {
+  MeshOptions options;
+  options.tolerance = tolerance;
+  return options;
+}
+const MeshOptions kCoarse = within(2.0);
 
 TEST(ConvexPieces, BoxIsExactlyItsHull) {
   const MeshPieces pieces = convexPieces(soup(box({-1, -1, -1}, {1, 1, 1})));
@@ -503,7 +511,7 @@ TEST(ConcaveMeshes, PiecesLieWithinTheToleranceOfTheMeshByIndependentSampling) {
       sample(concave.mesh.vertices[a], concave.mesh.vertices[b], concave.mesh.vertices[c], kStep, surface);
     }
     for (const double tolerance : {0.02, 0.005}) {
-      const MeshPieces pieces = convexPieces(soup(concave.mesh), {tolerance, "", {}});
+      const MeshPieces pieces = convexPieces(soup(concave.mesh), within(tolerance));
       EXPECT_EQ(pieces.representation == Representation::Exact, pieces.deviation <= 1e-6) << concave.name;
       EXPECT_LT(pieces.hulls.size(), concave.mesh.triangles.size()) << concave.name;
       EXPECT_LE(pieces.deviation, tolerance) << concave.name;
@@ -530,7 +538,7 @@ TEST(ConcaveMeshes, AnLIsNearlyTwoBoxes) {
 
 TEST(ConcaveMeshes, WithToleranceZeroAreTheirTriangles) {
   for (const ConcaveMesh& concave : kConcave) {
-    const MeshPieces pieces = convexPieces(concave.mesh, {0.0, "", {}});
+    const MeshPieces pieces = convexPieces(concave.mesh, within(0.0));
     EXPECT_EQ(pieces.representation, Representation::Triangles) << concave.name;
     EXPECT_EQ(pieces.hulls.size(), concave.mesh.triangles.size()) << concave.name;
     EXPECT_EQ(pieces.deviation, 0.0);
@@ -540,7 +548,7 @@ TEST(ConcaveMeshes, WithToleranceZeroAreTheirTriangles) {
 TEST(ConcaveMeshes, HullsThatAreExactNeedNoTrianglesWithToleranceZero) {
   TriangleMesh mesh = box({0, 0, 0}, {1, 1, 1});
   add(mesh, box({2, 0, 0}, {3, 1, 1}));
-  const MeshPieces pieces = convexPieces(mesh, {0.0, "", {}});
+  const MeshPieces pieces = convexPieces(mesh, within(0.0));
   EXPECT_EQ(pieces.hulls.size(), 2U);
   EXPECT_EQ(pieces.representation, Representation::Exact);
 }
@@ -568,39 +576,100 @@ TEST(ConcaveMeshes, BadMeshesAreStillCovered) {
   EXPECT_LE(pieces.uncovered, 1e-9);
 }
 
-// All in one component, and no two of them in one plane: without a limit this would take many minutes.
-TEST(ConcaveMeshes, WhatTakesTooLongToDecomposeIsItsTrianglesWithAWarning) {
-#ifdef PROXIMITY_SANITIZED
-  GTEST_SKIP() << "takes a minute without a sanitizer";
-#endif
-  TriangleMesh star;
-  star.vertices.emplace_back(0.0, 0.0, 0.0);
+/// Triangles in one component of which no two fit into one piece.
+TriangleMesh star(int triangles) {
+  TriangleMesh mesh;
+  mesh.vertices.emplace_back(0.0, 0.0, 0.0);
   std::srand(7);
-  for (int i = 0; i < 1500; ++i) {
-    const int first = static_cast<int>(star.vertices.size());
-    star.vertices.push_back(Vector3d::Random());
-    star.vertices.push_back(Vector3d::Random());
-    star.triangles.push_back({0, first, first + 1});
+  for (int i = 0; i < triangles; ++i) {
+    const int first = static_cast<int>(mesh.vertices.size());
+    mesh.vertices.push_back(Vector3d::Random());
+    mesh.vertices.push_back(Vector3d::Random());
+    mesh.triangles.push_back({0, first, first + 1});
   }
-  const MeshPieces pieces = convexPieces(star);
-  EXPECT_EQ(pieces.representation, Representation::Triangles);
+  return mesh;
+}
+
+TEST(ConcaveMeshes, WhereTheTimeBudgetEndsThePiecesSoFarStandForTheMesh) {
+  MeshOptions options;
+  options.time_budget = 0.1;
+  const MeshPieces pieces = convexPieces(star(1500), options);
   EXPECT_EQ(pieces.hulls.size(), 1500U);
-  ASSERT_EQ(pieces.warnings.size(), 1U);
-  EXPECT_NE(pieces.warnings.front().find("too long"), std::string::npos);
+  EXPECT_EQ(pieces.representation, Representation::Triangles);
+  EXPECT_NE(pieces.shortfall.find("1500 triangles"), std::string::npos) << pieces.shortfall;
+  EXPECT_NE(pieces.shortfall.find("time budget of 0.1 s"), std::string::npos) << pieces.shortfall;
+}
+
+// Ever smaller budgets: as many steps are counted each time, so the pieces are the same, and each is within tolerance.
+TEST(ConcaveMeshes, AnyTimeBudgetGivesTheSamePiecesEachTimeAndAllOfThemWithinTheTolerance) {
+  int cut_short = 0;
+  for (double budget = 1.0; budget > 1e-6; budget *= 0.3) {
+    MeshOptions options;
+    options.time_budget = budget;
+    const MeshPieces pieces = convexPieces(kConcave[2].mesh, options), again = convexPieces(kConcave[2].mesh, options);
+    cut_short += !pieces.shortfall.empty();
+    EXPECT_LE(pieces.deviation, options.tolerance) << budget;
+    EXPECT_LE(pieces.uncovered, 1e-9) << budget;
+    ASSERT_EQ(pieces.hulls.size(), again.hulls.size()) << budget;
+    for (std::size_t i = 0; i < pieces.hulls.size(); ++i)
+      EXPECT_EQ(pieces.hulls[i].vertices(), again.hulls[i].vertices()) << budget;
+  }
+  EXPECT_GT(cut_short, 2);
+}
+
+TEST(ConcaveMeshes, TimeBudgetThatIsNotAboveZeroThrows) {
+  MeshOptions options;
+  for (const double budget : {0.0, -1.0, std::nan("")}) {
+    options.time_budget = budget;
+    EXPECT_NE(errorOf([&] { convexPieces(kBox, options); }), "");
+  }
+}
+
+/// A rectangle of squares of side 0.01, each two triangles, in the plane z = 0.
+TriangleMesh grid(int columns, int rows) {
+  TriangleMesh mesh;
+  for (int y = 0; y <= rows; ++y) {
+    for (int x = 0; x <= columns; ++x) mesh.vertices.emplace_back(0.01 * x, 0.01 * y, 0.0);
+  }
+  for (int y = 0; y < rows; ++y) {
+    for (int x = 0; x < columns; ++x) {
+      const int a = y * (columns + 1) + x, b = a + columns + 1;
+      mesh.triangles.push_back({a, a + 1, b});
+      mesh.triangles.push_back({a + 1, b + 1, b});
+    }
+  }
+  return mesh;
+}
+
+// Two walls of a corner, 20,000 triangles in all: halving and fusing is fast where a try for each pair would not be.
+TEST(ConcaveMeshes, FineTrianglesOfTwoWallsBecomeTwoPieces) {
+#ifdef PROXIMITY_SANITIZED
+  GTEST_SKIP() << "a second without a sanitizer";
+#endif
+  TriangleMesh mesh = grid(100, 50), wall = grid(100, 50);
+  for (Vector3d& vertex : wall.vertices) vertex = Vector3d(vertex.x(), 0.0, vertex.y());
+  add(mesh, wall);
+  const MeshPieces pieces = convexPieces(mesh);
+  EXPECT_EQ(pieces.hulls.size(), 2U);
+  EXPECT_EQ(pieces.shortfall, "");
 }
 
 TEST(ConcaveMeshes, NegativeOrNanToleranceThrows) {
-  EXPECT_NE(errorOf([] { convexPieces(kBox, {-1e-3, "", {}}); }), "");
-  EXPECT_NE(errorOf([] { convexPieces(kBox, {std::nan(""), "", {}}); }), "");
+  EXPECT_NE(errorOf([] { convexPieces(kBox, within(-1e-3)); }), "");
+  EXPECT_NE(errorOf([] { convexPieces(kBox, within(std::nan(""))); }), "");
 }
 
 // --- cache
 
 class Cache : public ::testing::Test {
  protected:
-  /// The pieces of the ring, from the cache or not.
+  /// The pieces of the mesh, from the cache or not.
   MeshPieces pieces(double tolerance = 0.005) {
-    return convexPieces(kConcave[1].mesh, {tolerance, folder_, [this](const std::string&) { ++decomposed_; }});
+    MeshOptions options = within(tolerance);
+    options.cache = folder_;
+    options.progress = [this](const std::string&) { ++decomposed_; };
+    options.time_budget = time_budget_;
+    return convexPieces(mesh_, options);
   }
   std::vector<std::filesystem::path> stored() const {
     std::vector<std::filesystem::path> found;
@@ -615,6 +684,8 @@ class Cache : public ::testing::Test {
 
   TemporaryFiles files_;
   std::string folder_ = files_.path("cache/of/meshes");
+  TriangleMesh mesh_ = kConcave[1].mesh;
+  double time_budget_ = 10.0;
   int decomposed_ = 0;
 };
 
@@ -638,6 +709,84 @@ TEST_F(Cache, AnotherToleranceIsAnotherEntry) {
   pieces(0.002);
   EXPECT_EQ(decomposed_, 2);
   EXPECT_EQ(stored().size(), 2U);
+}
+
+TEST_F(Cache, AnotherTimeBudgetIsAnotherEntry) {
+  pieces();
+  time_budget_ = 20.0;
+  pieces();
+  EXPECT_EQ(decomposed_, 2);
+  EXPECT_EQ(stored().size(), 2U);
+}
+
+// Romeo, 15 s at each start: deviations were measured again.
+TEST_F(Cache, WhatWasMeasuredIsKeptToo) {
+  const MeshPieces first = pieces();
+  EXPECT_GT(first.deviation, 1e-4);
+  EXPECT_GT(first.volume_ratio, 1.0);
+  const MeshPieces again = pieces();
+  EXPECT_EQ(again.deviation, first.deviation);
+  EXPECT_EQ(again.uncovered, first.uncovered);
+  EXPECT_EQ(again.volume_ratio, first.volume_ratio);
+}
+
+// HyQ, 5 s at each start: that its trunk takes too long was found out again.
+TEST_F(Cache, ThatTheTimeBudgetEndedIsKeptWithItsReason) {
+  mesh_ = star(1500);
+  time_budget_ = 0.1;
+  const MeshPieces first = pieces();
+  EXPECT_EQ(decomposed_, 1);
+  const MeshPieces again = pieces();
+  EXPECT_EQ(decomposed_, 1);
+  EXPECT_EQ(again.hulls.size(), 1500U);
+  EXPECT_NE(first.shortfall, "");
+  EXPECT_EQ(again.shortfall, first.shortfall);
+}
+
+/// The checksum of a file of the cache: FNV-1a, 64 bits.
+std::string checksum(const std::string& content) {
+  std::uint64_t value = 0xcbf29ce484222325ULL;
+  for (const char byte : content) value = (value ^ static_cast<unsigned char>(byte)) * 0x100000001b3ULL;
+  std::array<char, 17> digits{};
+  std::snprintf(digits.data(), digits.size(), "%016llx", static_cast<unsigned long long>(value));
+  return digits.data();
+}
+
+// Even a file with the right checksum is not believed in what convexPieces would not have accepted.
+TEST_F(Cache, ImpossibleNumbersAreNotBelieved) {
+  const MeshPieces first = pieces();
+  const std::string whole = content();
+  std::vector<std::string> lines;
+  std::istringstream stream(whole.substr(0, whole.size() - 16));
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  const auto bits = [](double number) {
+    std::uint64_t pattern = 0;
+    std::memcpy(&pattern, &number, sizeof pattern);
+    return std::to_string(pattern);
+  };
+  ASSERT_EQ(lines.at(4), bits(first.deviation));
+  const auto with = [&](std::size_t line, const std::string& text) {
+    std::vector<std::string> changed = lines;
+    changed.at(line) = text;
+    std::string content;
+    for (const std::string& each : changed) content += each + "\n";
+    return content + checksum(content);
+  };
+  overwrite(with(4, bits(first.deviation)));
+  decomposed_ = 0;
+  pieces();
+  EXPECT_EQ(decomposed_, 0);  // so it was written as the cache writes it
+  overwrite(with(4, bits(0.001)));
+  EXPECT_EQ(pieces().deviation, 0.001);  // so it is not measured again
+  for (const std::string& broken :
+       {with(4, bits(0.006)), with(4, bits(-1.0)), with(4, bits(std::nan(""))), with(5, bits(std::nan(""))),
+        with(2, "0"), with(2, "9"), with(8, "-1"), with(8, "100000"), with(7, "1")}) {
+    overwrite(broken);
+    decomposed_ = 0;
+    expectSame(first, pieces());
+    EXPECT_EQ(decomposed_, 1);
+    EXPECT_EQ(content(), whole);
+  }
 }
 
 TEST_F(Cache, BrokenFilesAreRebuilt) {

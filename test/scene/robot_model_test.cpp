@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <sstream>
+#include <thread>
 
 #include "scene/files.h"
 
@@ -626,6 +629,104 @@ TEST_F(MeshRobot, MissingOrBrokenMeshThrowsNamingLinkAndFile) {
 
 TEST_F(MeshRobot, MeshOfScaleZeroThrowsNamingTheLink) {
   expectSays(errorOf([&] { load(link("upper_arm", mesh("package://boxes/two.obj", "1 0 1"))); }), "upper_arm");
+}
+
+/// An open tent of 2 * n triangles that is no hull and no two hulls: a strip that zigzags along x.
+std::string zigzag(int n) {
+  std::ostringstream text;
+  for (int i = 0; i <= n; ++i) {
+    for (const int y : {0, 1}) text << "v " << 0.1 * i << " " << y << " " << 0.1 * (i % 2) << "\n";
+  }
+  for (int i = 0; i < n; ++i) {
+    text << "f " << 2 * i + 1 << " " << 2 * i + 2 << " " << 2 * i + 3 << "\n";
+    text << "f " << 2 * i + 2 << " " << 2 * i + 4 << " " << 2 * i + 3 << "\n";
+  }
+  return text.str();
+}
+
+/// Links a0, a1, ... of such meshes, each with one more tooth.
+std::string zigzagLinks(TemporaryFiles& files, int count) {
+  std::string body;
+  for (int i = 0; i < count; ++i) {
+    const std::string file = "boxes/zigzag" + std::to_string(i) + ".obj", name = "a" + std::to_string(i);
+    files.write(file, zigzag(4 + i));
+    body += link(name, collision("<mesh filename='package://" + file + "'/>"));
+    if (i > 0) body += joint("j" + std::to_string(i), "fixed", "a0", name);
+  }
+  return body;
+}
+
+TEST_F(MeshRobot, NumberOfThreadsChangesNothing) {
+  const std::string body = zigzagLinks(files_, 8);
+  ModelOptions options;
+  options.threads = 1;
+  const RobotModel one = load(body, options);
+  EXPECT_EQ(one.collisions.size(), 8U);
+  EXPECT_GT(one.pieces.size(), 30U);
+  for (const int threads : {0, 2, 5, 100}) {
+    options.threads = threads;
+    const RobotModel model = load(body, options);
+    ASSERT_EQ(model.pieces.size(), one.pieces.size());
+    for (std::size_t i = 0; i < one.pieces.size(); ++i) {
+      EXPECT_EQ(model.pieces[i].collision, one.pieces[i].collision);
+      EXPECT_EQ(model.pieces[i].shape.hull().vertices(), one.pieces[i].shape.hull().vertices());
+    }
+    for (std::size_t i = 0; i < one.collisions.size(); ++i) {
+      EXPECT_EQ(model.collisions[i].deviation, one.collisions[i].deviation);
+      EXPECT_EQ(model.collisions[i].representation, one.collisions[i].representation);
+    }
+  }
+}
+
+TEST_F(MeshRobot, ProgressIsToldByTheCallingThreadOnceForEachMeshWithItsLinkAndFile) {
+  const std::string body = zigzagLinks(files_, 8);
+  ModelOptions options;
+  options.threads = 4;
+  std::vector<std::string> told;
+  const std::thread::id caller = std::this_thread::get_id();
+  options.progress = [&](const std::string& what) {
+    EXPECT_EQ(std::this_thread::get_id(), caller);
+    told.push_back(what);
+  };
+  load(body, options);
+  ASSERT_EQ(told.size(), 8U);
+  for (int i = 0; i < 8; ++i) {
+    const auto isOf = [i](const std::string& what) {
+      return what.find("\"a" + std::to_string(i) + "\"") != std::string::npos &&
+             what.find("zigzag" + std::to_string(i)) != std::string::npos;
+    };
+    EXPECT_EQ(std::count_if(told.begin(), told.end(), isOf), 1) << i;
+  }
+}
+
+TEST_F(MeshRobot, ProgressThatThrowsEndsTheLoading) {
+  const std::string body = zigzagLinks(files_, 8);
+  ModelOptions options;
+  options.progress = [](const std::string&) { throw std::runtime_error("enough"); };
+  EXPECT_THROW(load(body, options), std::runtime_error);
+}
+
+TEST_F(MeshRobot, MeshThatTakesLongerThanItsTimeBudgetIsAWarningWithLinkFileAndReason) {
+  files_.write("boxes/zigzag.obj", zigzag(200));
+  ModelOptions options;
+  options.mesh_time_budget = 0.01;
+  const RobotModel model = load(link("tent", mesh("package://boxes/zigzag.obj")), options);
+  ASSERT_EQ(model.warnings.size(), 1U);
+  for (const std::string what : {"link \"tent\"", "package://boxes/zigzag.obj", "400 triangles", "0.01 s"})
+    expectSays(model.warnings[0], what);
+  EXPECT_GT(model.pieces.size(), 100U);
+}
+
+TEST_F(MeshRobot, FirstOfSeveralBrokenMeshesIsTheError) {
+  for (const std::string file : {"b1", "b2", "b3"}) files_.write("boxes/" + file + ".stl", "no mesh");
+  std::string body = link("a0", mesh("package://boxes/two.obj"));
+  for (const std::string name : {"b1", "b2", "b3"})
+    body += link(name, mesh("package://boxes/" + name + ".stl")) + joint("to_" + name, "fixed", "a0", name);
+  ModelOptions options;
+  for (const int threads : {1, 3}) {
+    options.threads = threads;
+    expectSays(errorOf([&] { load(body, options); }), "b1.stl");
+  }
 }
 
 TEST_F(MeshRobot, MissingMeshIsAWarningWhereAllowed) {

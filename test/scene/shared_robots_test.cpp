@@ -158,6 +158,26 @@ TEST_F(SharedRobots, PiecesLieWithinTheToleranceOfTheMeshes) {
   }
 }
 
+// Meshes of 5,864 and of 66,456 triangles, which stood for themselves: their decomposition took too long.
+TEST_F(SharedRobots, LargeMeshesBecomeFewPiecesWithinTheTimeBudget) {
+#ifdef PROXIMITY_SANITIZED
+  GTEST_SKIP() << "takes ten seconds without a sanitizer";
+#endif
+  const struct {
+    const char* urdf;
+    std::size_t most_pieces;  // a tenth of what there was
+  } cases[] = {{"hyq_description/robots/hyq_no_sensors.urdf", 600}, {"b1_description/urdf/b1-z1.urdf", 6600}};
+  for (const auto& robot : cases) {
+    const RobotModel model = load({"", robot.urdf, ""}, ModelOptions{}.mesh_tolerance);
+    EXPECT_LT(model.pieces.size(), robot.most_pieces) << robot.urdf;
+    for (const Collision& collision : model.collisions) {
+      EXPECT_LE(collision.deviation, ModelOptions{}.mesh_tolerance) << collision.description;
+      EXPECT_LE(collision.uncovered, 1e-9) << collision.description;
+    }
+    for (const std::string& text : model.warnings) EXPECT_EQ(text.find("time budget"), std::string::npos) << text;
+  }
+}
+
 // Panda's meshes look convex, but their edges dent by up to half a millimetre.
 TEST_F(SharedRobots, PandaMeshesAreTheirHulls) {
   for (const Collision& collision : load(kPanda).collisions) {

@@ -56,8 +56,11 @@ const char* toString(Representation representation);
 /// How a mesh becomes convex pieces.
 struct MeshOptions {
   double tolerance = 0.005;  ///< [m] how far the pieces may lie from the mesh; 0: the triangles, unless hulls are exact
-  std::string cache;         ///< folder of decompositions that were computed before; "": none is read or written
+  std::string cache;         ///< folder of what meshes have become before; "": none is read or written
   std::function<void(const std::string&)> progress;  ///< told what is about to take time; may be empty
+  /// [s] of one core, roughly: steps are counted instead of time, so that every machine and every run comes to the same
+  /// pieces. Where it ends those found so far stand for the mesh, all of them within tolerance.
+  double time_budget = 10.0;
 };
 
 /// Convex pieces that stand for a mesh.
@@ -71,7 +74,8 @@ struct MeshPieces {
   double uncovered = 0.0;  ///< [m] farthest that a point of the mesh's triangles was found to lie outside of the pieces
   double volume_ratio = std::numeric_limits<double>::quiet_NaN();  ///< hulls of the components over what they enclose;
                                                                    ///< NaN where one is open or encloses nothing
-  std::vector<std::string> warnings;                               ///< the cache cannot be written; too much effort
+  std::vector<std::string> warnings;                               ///< the cache cannot be written
+  std::string shortfall;  ///< why these may be more pieces than need be, where the time budget ended; else ""
 };
 
 /// The fewest pieces within tolerance of the mesh, tried in this order: the hull of all; the hulls of the connected
@@ -81,8 +85,8 @@ struct MeshPieces {
 /// Limit:   clusters and triangles stand for the surface. What lies wholly inside a closed mesh, away from its surface,
 ///          may be in none of the pieces, and then counts as apart from it; in overlap the depth of the deepest two
 ///          pieces is a lower bound of that of the solids.
-///          A mesh for which that would take more than about a minute is its triangles, with a warning.
-/// Failure: throws std::invalid_argument for a tolerance that is negative or not finite.
+/// Failure: throws std::invalid_argument for a tolerance that is negative or not finite, or a time budget that is not
+///          above 0.
 MeshPieces convexPieces(const TriangleMesh& mesh, const MeshOptions& options = {});
 
 /// Where a user's decompositions are kept: $XDG_CACHE_HOME/proximity_server, else ~/.cache/proximity_server; "" where

@@ -113,7 +113,9 @@ struct ModelOptions {
   double mesh_tolerance = 0.005;                      ///< [m] see MeshOptions::tolerance
   std::map<std::string, double> link_mesh_tolerance;  ///< [m] instead of that one, by link name
   std::string mesh_cache;                             ///< see MeshOptions::cache
-  std::function<void(const std::string&)> progress;   ///< told what is about to take time, with the link's name
+  double mesh_time_budget = 10.0;                     ///< [s] for each mesh, see MeshOptions::time_budget
+  int threads = 0;                                    ///< that read meshes; 0: one for each core. The model is the same
+  std::function<void(const std::string&)> progress;   ///< told what is about to take time, with link and mesh
   bool allow_missing_meshes = false;  ///< a mesh that cannot be read becomes a warning and no geometry, not an error
 };
 
