@@ -710,7 +710,7 @@ TEST_F(MeshRobot, MeshThatTakesLongerThanItsTimeBudgetIsAWarningWithLinkFileAndR
   files_.write("boxes/zigzag.obj", zigzag(200));
   ModelOptions options;
   options.mesh_time_budget = 0.01;
-  const RobotModel model = load(link("tent", mesh("package://boxes/zigzag.obj")), options);
+  const RobotModel model = load(link("tent", mesh("package://boxes/zigzag.obj", "0.5 0.5 0.5")), options);
   ASSERT_EQ(model.warnings.size(), 1U);
   for (const std::string what : {"link \"tent\"", "package://boxes/zigzag.obj", "400 triangles", "0.01 s"})
     expectSays(model.warnings[0], what);
