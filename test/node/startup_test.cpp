@@ -67,6 +67,11 @@ TEST_F(Startup, RefusesAParameterOutsideItsRange) {
   expectRefusal("/broken/stop_distance");
 }
 
+TEST_F(Startup, RefusesATimeBudgetOfNothing) {
+  ros::param::set(kName + "/mesh_time_budget", 0);
+  expectRefusal("/broken/mesh_time_budget");
+}
+
 TEST_F(Startup, RefusesAListThatIsNoListOfPairs) {
   const std::vector<std::string> names = {"base", "ball"};
   ros::param::set(kName + "/exclude_pairs", names);
