@@ -133,6 +133,7 @@ bool isOneByOne(const Partition& partition) {
 /// Clusters that are near enough, in the first representation that is, fewest pieces first.
 Clustering nearestEnough(const Job& job, const MeshSolid& solid) {
   Clustering clustering;
+  const Effort for_decomposition = job.effort.half();
   try {
     if (isHullOfAll(job, solid)) {
       clustering.partition.assign(job.mesh.triangles.size(), 0);
@@ -145,18 +146,21 @@ Clustering nearestEnough(const Job& job, const MeshSolid& solid) {
       return clustering;
     }
   } catch (const Effort::Exceeded&) {
-    clustering = trianglesThemselves(job.mesh.triangles.size());
     clustering.is_complete = false;
-    return clustering;
   }
-  if (job.options.tolerance <= kMeshRounding) return trianglesThemselves(job.mesh.triangles.size());
+  job.effort.add(for_decomposition);
+  if (job.options.tolerance <= kMeshRounding) {
+    Clustering triangles = trianglesThemselves(job.mesh.triangles.size());
+    triangles.is_complete = clustering.is_complete;
+    return triangles;
+  }
   if (job.options.progress) {
     job.options.progress("decomposing " + std::to_string(job.mesh.triangles.size()) + " triangles");
   }
   // Not the outermost components only: what lies in a hollow is hidden by a hull, not by its clusters.
   Decomposition found = decompose(job.mesh, job.components, solid, job.options.tolerance);
   clustering.partition = std::move(found.partition);
-  clustering.is_complete = found.is_complete;
+  clustering.is_complete = clustering.is_complete && found.is_complete;
   clustering.representation = isOneByOne(clustering.partition) ? Representation::Triangles : Representation::Decomposed;
   return clustering;
 }

@@ -194,17 +194,17 @@ class Fusion {
     std::vector<int> alive;
     for (int i = 0; i < static_cast<int>(nodes_.size()); ++i)
       if (nodes_[i].whole < 0) alive.push_back(i);
-    std::sort(alive.begin(), alive.end(),
-              [&](int a, int b) { return nodes_[a].box.min().x() < nodes_[b].box.min().x(); });
+    std::stable_sort(alive.begin(), alive.end(),
+                     [&](int a, int b) { return nodes_[a].box.min().x() < nodes_[b].box.min().x(); });
     std::vector<NodePair> pairs;
-    for (std::size_t i = 0; i < alive.size(); ++i) {
+    for (std::size_t i = 0; i < alive.size() && pairs.size() < kMostPairs; ++i) {
       const Eigen::AlignedBox3d& box = nodes_[alive[i]].box;
       for (std::size_t j = i + 1; j < alive.size(); ++j) {
         const Eigen::AlignedBox3d& other = nodes_[alive[j]].box;
         solid_.effort().spend(2);
         if (other.min().x() > box.max().x() + tolerance_) break;
         if (box.squaredExteriorDistance(other) > tolerance_ * tolerance_) continue;
-        solid_.effort().spend(100);  // which bounds the memory too
+        solid_.effort().spend(100);
         pairs.emplace_back(std::minmax(alive[i], alive[j]));
       }
     }
@@ -242,7 +242,8 @@ class Fusion {
   }
 
  private:
-  using NodePair = std::pair<int, int>;  // the smaller number first
+  using NodePair = std::pair<int, int>;               // the smaller number first
+  static constexpr std::size_t kMostPairs = 2000000;  // 100 MB
   enum class Relation : unsigned char { Untried, Apart };
   struct Neighbour {
     int node;  // or a part of it
@@ -291,9 +292,8 @@ class Fusion {
     return node;
   }
 
-  /// Makes neighbours of those that are not yet, at most so many that memory is no matter.
+  /// Makes neighbours of those that are not yet.
   void join(std::vector<NodePair> pairs) {
-    constexpr std::size_t kMostPairs = 2000000;
     std::sort(pairs.begin(), pairs.end());
     pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
     if (pairs.size() > kMostPairs) pairs.resize(kMostPairs);

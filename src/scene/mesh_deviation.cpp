@@ -141,7 +141,7 @@ double MeshSolid::distance(const Vector3d& p) const {
 }
 
 double MeshSolid::deviationOf(const std::vector<Cover>& covers) const {
-  constexpr int kLooks = 20000;
+  constexpr int kLooks = 1000000;
   DeviationSearch search(*this, Enough());
   for (const Cover& cover : covers) search.lookAbove(pointsBelow(cover.hull, cover.points), surfaceOf(cover.hull));
   for (const Cover& cover : covers) search.look(surfaceOf(cover.hull));

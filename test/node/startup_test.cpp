@@ -69,6 +69,11 @@ TEST_F(Startup, RefusesAParameterOutsideItsRange) {
   expectRefusal("parameter /broken/tolerance is 0, outside of [1e-14, 0.1]");
 }
 
+TEST_F(Startup, RefusesATimeBudgetOfNothing) {
+  ros::param::set(kName + "/mesh_time_budget", 0);
+  expectRefusal("/broken/mesh_time_budget");
+}
+
 TEST_F(Startup, RefusesAListOfLinksWhereAListOfPairsIsWantedAndShowsItsForm) {
   const std::vector<std::string> names = {"base", "ball"};
   ros::param::set(kName + "/exclude_pairs", names);
@@ -100,7 +105,8 @@ std::string valuesOf(const Config& config) {
   text << config.robot_description << ' ' << config.semantic_description << ' ' << config.reference_frame << ' '
        << config.tf_prefix << ' ' << config.mesh_roots.size() << ' ' << config.allowed_mesh_roots.size() << ' '
        << config.model.allow_missing_meshes << ' ' << config.model.mesh_tolerance << ' '
-       << config.model.link_mesh_tolerance.size() << ' ' << config.model.mesh_cache << ' '
+       << config.model.link_mesh_tolerance.size() << ' ' << config.model.mesh_time_budget << ' '
+       << config.model.mesh_cache << ' '
        << config.model.default_padding << ' ' << config.model.link_padding.size() << ' '
        << config.filter.pair_padding.size() << ' ' << config.filter.exclude_pairs.size() << ' '
        << config.filter.only_pairs.size() << ' ' << config.filter.group << ' ' << config.tolerance << ' '
