@@ -106,9 +106,8 @@ std::string valuesOf(const Config& config) {
        << config.tf_prefix << ' ' << config.mesh_roots.size() << ' ' << config.allowed_mesh_roots.size() << ' '
        << config.model.allow_missing_meshes << ' ' << config.model.mesh_tolerance << ' '
        << config.model.link_mesh_tolerance.size() << ' ' << config.model.mesh_time_budget << ' '
-       << config.model.mesh_cache << ' '
-       << config.model.default_padding << ' ' << config.model.link_padding.size() << ' '
-       << config.filter.pair_padding.size() << ' ' << config.filter.exclude_pairs.size() << ' '
+       << config.model.mesh_cache << ' ' << config.model.default_padding << ' ' << config.model.link_padding.size()
+       << ' ' << config.filter.pair_padding.size() << ' ' << config.filter.exclude_pairs.size() << ' '
        << config.filter.only_pairs.size() << ' ' << config.filter.group << ' ' << config.tolerance << ' '
        << config.max_tf_age << ' ' << config.max_tf_skew << ' ' << config.tf_timeout << ' ' << config.max_batch << ' '
        << config.max_request_time << ' ' << config.motion_time_budget << ' ' << config.realtime_priority << ' '

@@ -36,8 +36,8 @@ TEST_F(Clearance, WritesTheClosestPairOfEachState) {
   EXPECT_NEAR(std::stod(rows[2][3]), 2.75, 1e-9);
 }
 
-// Regression: mast and arm are on bodies that a joint joins, so they were taken for neighbours and never checked. At pi the
-// arm, 0.1 wide, lies in the mast, 0.1 wide: the way out is 0.1 to either side.
+// Regression: mast and arm are on bodies that a joint joins, so they were taken for neighbours and never checked. At pi
+// the arm, 0.1 wide, lies in the mast, 0.1 wide: the way out is 0.1 to either side.
 TEST_F(Clearance, AMastFixedToTheBaseIsCheckedAgainstTheArm) {
   urdf_ = files_.write("mast.urdf", R"(<robot name="mast">
     <link name="base"><collision><geometry><box size="0.2 0.2 0.1"/></geometry></collision></link>
