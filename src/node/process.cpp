@@ -10,8 +10,10 @@
 namespace proximity_server {
 
 void askForShortTurns() {
-  if (syscall(SYS_sched_getscheduler, 0) != SCHED_NORMAL) return;  // somebody chose another policy, as chrt does
-  constexpr __u64 kTurn = 100'000;                                 // [ns] the shortest that there are
+  const bool is_ordinary = syscall(SYS_sched_getscheduler, 0) == SCHED_NORMAL;
+  if (!is_ordinary) return;  // somebody chose another policy, as chrt does
+
+  constexpr __u64 kTurn = 100'000;  // [ns] the shortest that there are
   sched_attr attributes{};
   attributes.size = sizeof attributes;
   attributes.sched_nice = getpriority(PRIO_PROCESS, 0);
