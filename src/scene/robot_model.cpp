@@ -378,7 +378,8 @@ bool RobotModel::hasGeometry(int link) const {
 
 RobotModel::Connection RobotModel::connection(int link_a, int link_b) const {
   Connection way;
-  for (int a = link_a, b = link_b; a != b;) {
+  const auto is_decided = [&] { return way.passes_geometry && way.movable_joints > 1; };
+  for (int a = link_a, b = link_b; a != b && !is_decided();) {
     int& lower = a > b ? a : b;  // links come parents first, so the later one hangs below the way
     if (bodies[links[lower].body].link == lower) ++way.movable_joints;
     lower = links[lower].parent;

@@ -14,9 +14,9 @@ std::vector<SubjectPair> pairsOfOneJoint(const SceneModel& model, const std::vec
   std::vector<SubjectPair> pairs;
   for (const int i : model.pairs.checked) {
     const LinkPair& pair = model.pairs.pairs[i];
-    const bool is_of_one_joint = model.robot.connection(pair.link_a, pair.link_b).movable_joints == 1;
-    const bool is_tried = !rangesBetween(model.robot, ranges, pair.link_a, pair.link_b).empty();
-    if (is_of_one_joint && is_tried) pairs.push_back({{pair.link_a, 0}, {pair.link_b, 0}});
+    if (model.robot.connection(pair.link_a, pair.link_b).movable_joints != 1) continue;
+    if (rangesBetween(model.robot, ranges, pair.link_a, pair.link_b).empty()) continue;  // floating or planar
+    pairs.push_back({{pair.link_a, 0}, {pair.link_b, 0}});
   }
   return pairs;
 }

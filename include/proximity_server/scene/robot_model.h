@@ -86,7 +86,7 @@ struct RobotModel {
   bool hasGeometry(int link) const;
 
   /// What lies between two links: the movable joints on the way from one to the other, and whether a third link on it
-  /// has geometry.
+  /// has geometry. Where there are several joints and such a link, no more of them are counted.
   struct Connection {
     int movable_joints = 0;
     bool passes_geometry = false;
