@@ -155,6 +155,7 @@ struct Loaded {
 };
 Loaded load(const std::string& name) {
   Loaded loaded;
+  ros::service::waitForService(name + "/query_configuration", ros::Duration(150.0));  // a minute under sanitizers
   Inbox<ModelInfo> inbox(ros::NodeHandle(), name + "/model_info");
   loaded.info = inbox.next().value_or(ModelInfo());
   QueryConfigurationRequest request;
@@ -183,6 +184,7 @@ TEST_F(Startup, WithAFullDiskCostsAWarningAndNoAnswer) {
   const ChildProcess full({"sh", "-c", "trap '' XFSZ; ulimit -f 0; exec " NODE_EXECUTABLE " __name:=full"});
   const Loaded expected = load("/roomy"), loaded = load("/full");
 
+  EXPECT_FALSE(expected.info.links.empty());
   EXPECT_EQ(all(expected.info.warnings).find("mesh cache"), std::string::npos) << all(expected.info.warnings);
   EXPECT_NE(all(loaded.info.warnings).find("cannot be written"), std::string::npos) << all(loaded.info.warnings);
   ASSERT_EQ(loaded.at_rest.states.size(), 1u);
