@@ -23,8 +23,7 @@ bool hasGeometry(const RobotModel& robot, int collision) {
 
 int linkWithGeometry(const RobotModel& robot, const std::string& name) {
   const int index = linkNamed(robot, name);
-  const std::vector<int>& collisions = linkAt(robot, index).collisions;
-  if (std::none_of(collisions.begin(), collisions.end(), [&](int shape) { return hasGeometry(robot, shape); })) {
+  if (!robot.hasGeometry(index)) {
     throw RequestError(QueryStatus::NO_COLLISION_GEOMETRY, "link '" + name + "' has no collision geometry");
   }
   return index;

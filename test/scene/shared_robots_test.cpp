@@ -1,4 +1,4 @@
-// Three real robots: Panda, UR5 and PR2 of example-robot-data, where they can be found.
+// Real robots of example-robot-data, where they can be found.
 
 #include <gtest/gtest.h>
 
