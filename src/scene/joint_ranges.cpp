@@ -10,10 +10,6 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kGuess = 1.0;  // [m] either way, for a prismatic joint without limits
 
-bool hasOnePosition(const Joint& joint) {
-  return joint.type != Joint::Type::Floating && joint.type != Joint::Type::Planar;
-}
-
 bool hasLimits(const Joint& joint) { return std::isfinite(joint.lower) && std::isfinite(joint.upper); }
 
 bool hasFollowers(const RobotModel& robot, int joint) {

@@ -132,10 +132,6 @@ void addTree(const urdf::ModelInterface& urdf, RobotModel& model) {
   }
 }
 
-bool hasOnePosition(const Joint& joint) {
-  return joint.type != Joint::Type::Floating && joint.type != Joint::Type::Planar;
-}
-
 /// What is wrong with the chain of joints that a joint mimics, or "".
 std::string faultOfMimic(const RobotModel& model, int joint) {
   int follower = joint;
@@ -422,6 +418,10 @@ RobotModel loadRobotModel(const std::string& urdf_xml, const MeshResolver& resol
   requireLinks("mesh tolerance", options.link_mesh_tolerance, model);
   addGeometry(*urdf, resolve, options, model);
   return model;
+}
+
+bool hasOnePosition(const Joint& joint) {
+  return joint.type != Joint::Type::Floating && joint.type != Joint::Type::Planar;
 }
 
 Isometry3d jointMotion(const Joint& joint, double position) {

@@ -131,6 +131,9 @@ RobotModel loadRobotModel(const std::string& urdf_xml, const MeshResolver& resol
 /// Poses of the bodies in one common frame, indexed as RobotModel::bodies; nothing where a pose is not known.
 using BodyPoses = std::vector<std::optional<Eigen::Isometry3d>>;
 
+/// Whether one number says where the joint stands: not so for floating and planar joints.
+bool hasOnePosition(const Joint& joint);
+
 /// Motion of a one-dof joint at `position` [rad] or [m]; the identity for floating and planar joints.
 Eigen::Isometry3d jointMotion(const Joint& joint, double position);
 
