@@ -8,6 +8,8 @@
 #include <map>
 #include <sstream>
 
+#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/query/make_scene_model.h"
 #include "proximity_server/scene/query/scene.h"
 #include "scene/example_robots.h"
 

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <utility>
 
-#include "proximity_server/narrowphase/shape/support.h"
+#include "proximity_server/narrowphase/gjk_epa/cso.h"
 
 namespace proximity_server::narrowphase {
 
