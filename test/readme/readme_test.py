@@ -72,7 +72,9 @@ class Shell:
     def run(self, script):
         """What it printed to standard output; raises AssertionError with all of its output where it fails."""
         dump = self.folder / "environment"
-        result = subprocess.run(["bash", "-c", f"set -e -o pipefail\n{script}\nenv -0 >{dump}"], cwd=self.folder, text=True,
+        # The shell does not end where a command before the last && fails: its status is looked at behind the script.
+        checked = f"set -e -o pipefail\n{script}\n[ $? = 0 ]\nenv -0 >{dump}"
+        result = subprocess.run(["bash", "-c", checked], cwd=self.folder, text=True,
                                 env=self.environment, stdin=subprocess.DEVNULL, capture_output=True, timeout=5 * PATIENCE)
         if result.returncode != 0:
             output = re.sub(r"\x1b\[[0-9;]*m", "", result.stdout + result.stderr)  # no colours in the result file
