@@ -15,6 +15,7 @@ import pathlib
 import re
 import sys
 
+import meshes_table
 import motion_table
 import node_table
 import scene_table
@@ -27,6 +28,7 @@ MODULES = {  # what makes the tables of a result file
     "narrowphase": table,
     "subalgorithms": subalgorithms_table,
     "scene": scene_table,
+    "meshes": meshes_table,
     "motion": motion_table,
     "node": node_table,
     "stress": stress_table,
