@@ -15,6 +15,7 @@ import pathlib
 import re
 import sys
 
+import load_table
 import meshes_table
 import motion_table
 import node_table
@@ -29,6 +30,7 @@ MODULES = {  # what makes the tables of a result file
     "subalgorithms": subalgorithms_table,
     "scene": scene_table,
     "meshes": meshes_table,
+    "load": load_table,
     "motion": motion_table,
     "node": node_table,
     "stress": stress_table,
