@@ -11,10 +11,12 @@
 #include <sstream>
 #include <utility>
 
-#include "proximity_server/scene/scene.h"
+#include "proximity_server/scene/query/scene.h"
 #include "scene/example_robots.h"
 
-namespace proximity_server {
+namespace proximity_server::scene {
+
+using namespace narrowphase;
 namespace {
 
 constexpr ExampleRobot kPanda = kExampleRobots[0], kUr5 = kExampleRobots[1], kPr2 = kExampleRobots[2];
@@ -208,4 +210,4 @@ TEST_F(SharedRobots, Ur5IsMadeOfTrianglesWhereTheToleranceIsZero) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::scene
