@@ -172,6 +172,9 @@ class Readme(unittest.TestCase):
     def test_links_of_every_readme_lead_to_a_file_and_a_heading(self):
         self.assertEqual({}, {str(path): found for path in readmes() if (found := list(broken_links(path)))})
 
+    def test_the_top_readme_takes_ten_kilobytes_at_most(self):
+        self.assertLessEqual((SOURCE / "README.md").stat().st_size, 10_000)
+
     def test_paths_that_a_readme_names_exist(self):
         self.assertEqual({}, {str(path): found for path in readmes() if (found := list(missing_paths(path)))})
 
