@@ -34,7 +34,8 @@ TEST(UsablePose, OfAnExactRotationIsThatPoseBitForBit) {
   EXPECT_EQ(usable->matrix(), pose.matrix());
 }
 
-// In single precision each entry is rounded by up to 2^-25, so the nearest rotation lies within 3 * 2^-25 of the matrix.
+// In single precision each entry is rounded by up to 2^-25, so a rotation lies within 3 * 2^-25 of the matrix, and the
+// nearest is no farther.
 TEST(UsablePose, OfASinglePrecisionMatrixIsTheNearestRotation) {
   Chance chance(3);
   for (int i = 0; i < 200; ++i) {

@@ -200,7 +200,8 @@ TEST(MotionBoundOfPlacedRobot, IsNeverBelowTheChangeOfTheDistance) {
 
 // --- distances
 
-// In the frame of a: a face of the cube at x = 1, the ball at (5, 0.5, 0.25) with radius 1, whose near point is at x = 4.
+// In the frame of a: a face of the cube at x = 1, the ball at (5, 0.5, 0.25) with radius 1, whose near point is at
+// x = 4.
 TEST(DistanceOfPlacedRobot, IsThatOnPaperInTheFrameOfA) {
   Placed placed({box("2 2 2"), ball("1", "0 0 0.25")});
   placed.update({turned(M_PI / 2, Vector3d::UnitZ(), {0, 0, 7}), turned(2.0, Vector3d::UnitZ(), {-0.5, 5, 7})});
