@@ -245,7 +245,7 @@ TEST(DistanceOfPlacedRobot, HasBoundsThatAllowForTheRoundingOfThePoses) {
   EXPECT_LE(result.upper_bound, 2.0 + 2.0 * rounding);
 }
 
-TEST(DistanceOfPlacedRobot, HasNotConvergedWithinATolerenceBelowTheRoundingOfThePoses) {
+TEST(DistanceOfPlacedRobot, HasNotConvergedWithinAToleranceBelowTheRoundingOfThePoses) {
   const Placed placed({ball("1"), ball("2")});
   WarmStarts memory(1);
   Options options;
@@ -257,17 +257,22 @@ TEST(DistanceOfPlacedRobot, HasNotConvergedWithinATolerenceBelowTheRoundingOfThe
             Status::Converged);
 }
 
-// A slanted cube before a ball, so that GJK bounds the distance step by step.
-TEST(DistanceOfPlacedRobot, DecidesAThresholdByBoundsThatAllowForTheRounding) {
+// A face before a cylinder, 3 away. Its bounds are off by the rounding: a threshold between them and the distance is not
+// decided.
+TEST(DistanceOfPlacedRobot, DecidesNoThresholdWithinTheRoundingOfThePoses) {
   const Placed placed({box("2 2 2"), cylinder("1", "2")});
-  const RelativePose pose = relativePose(turned(0.4, {1, 2, 3}, {5, 1, 1}));
-  Options options;
-  for (const double threshold : {0.1, 0.5, 1.0, 1.5}) {
+  const double rounding = kPoseRounding * (5.0 + std::sqrt(3.0) + std::sqrt(2.0));
+  int decided = 0;
+  for (int i = -400; i <= 400; ++i) {
+    const double threshold = 3.0 + 0.05 * i * rounding;
     WarmStarts memory(1);
-    options.stop_above = threshold;
-    const SignedDistance result = placed.robot.distance(placed.a, placed.b, pose, options, memory);
-    EXPECT_GT(result.lower_bound, threshold);
+    const SignedDistance result =
+        placed.robot.distance(placed.a, placed.b, relativePose(at(5, 0, 0)), Options::above(threshold), memory);
+    if (result.status != Status::Threshold) continue;
+    EXPECT_TRUE(result.lower_bound > threshold || result.upper_bound <= threshold) << i;
+    ++decided;
   }
+  EXPECT_GT(decided, 100);
 }
 
 TEST(LowerBoundsOfPlacedRobot, AreNeverAboveTheDistance) {
