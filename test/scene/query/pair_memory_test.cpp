@@ -35,6 +35,20 @@ TEST(PairMemory, DoesNotTakeAPairForItsReverse) {
   EXPECT_EQ(*memory.find(7, 3), 73);
 }
 
+// A table of 8 places, all of which are taken, so that some pairs are not where they would be alone.
+TEST(PairMemory, TellsPairsApartThatHaveANumberInCommon) {
+  PairMemory<int> memory(4);
+  for (int a = 0; a < 2; ++a)
+    for (int b = 0; b < 4; ++b) memory.of(a, b) = 10 * a + b;
+  for (int a = 0; a < 2; ++a) {
+    for (int b = 0; b < 4; ++b) {
+      ASSERT_NE(memory.find(a, b), nullptr);
+      EXPECT_EQ(*memory.find(a, b), 10 * a + b);
+      EXPECT_EQ(memory.of(a, b), 10 * a + b);
+    }
+  }
+}
+
 // A table of 8 places, all of which a pair may take.
 TEST(PairMemory, InAFullTableANewPairTakesThePlaceOfOneOldOne) {
   PairMemory<int> memory(4);
