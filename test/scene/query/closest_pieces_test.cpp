@@ -312,6 +312,25 @@ TEST(PieceSearch, TakesThePaddingOffDistanceAndBounds) {
   EXPECT_LE(compounds.closest(pose, 1.7, {}, {}, 0.25).lower_bound, 1.75);
 }
 
+// The limit lies between the padded distance and the one without padding.
+TEST(PieceSearch, ComparesTheLimitWithThePaddedDistance) {
+  const TwoCompounds compounds(mixture(7, 0.3), mixture(6, 1.1));
+  const double padding = 0.25;
+  Chance chance(53);
+  for (int i = 0; i < 200; ++i) {
+    const Isometry3d pose = chance.pose(2.0);
+    const RelativePose a_T_b{pose.linear(), pose.translation()};
+    const double truth = compounds.smallestDistance(a_T_b) - padding;
+    const ClosestPieces closest = compounds.closest(a_T_b, truth + 0.1, {}, {}, padding);
+    EXPECT_EQ(closest.result.status, Status::Converged);
+    EXPECT_NEAR(closest.result.distance, truth, 2.0 * kTolerance);
+    const ClosestPieces none = compounds.closest(a_T_b, truth - 0.1, {}, {}, padding);
+    EXPECT_TRUE(none.is_beyond);
+    EXPECT_GT(none.lower_bound, truth - 0.1);
+    EXPECT_LE(none.lower_bound, truth + kTolerance);
+  }
+}
+
 TEST(PieceSearch, WithoutDepthEndsAtAnyOverlap) {
   const TwoCompounds compounds(mixture(7, 0.3), mixture(7, 0.3));
   const ClosestPieces closest = compounds.closest(shifted(0.05, 0, 0), kInfinity, withoutDepth());
