@@ -7,11 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "proximity_server/scene/pair_filter.h"
-#include "proximity_server/scene/robot_model.h"
-#include "proximity_server/scene/scene.h"
+#include "proximity_server/scene/model/robot_model.h"
 
-namespace proximity_server {
+namespace proximity_server::scene {
 
 inline Eigen::Isometry3d at(double x, double y, double z) { return Eigen::Isometry3d(Eigen::Translation3d(x, y, z)); }
 
@@ -90,4 +88,4 @@ class Chance {
   std::mt19937 generator_;
 };
 
-}  // namespace proximity_server
+}  // namespace proximity_server::scene

@@ -1,4 +1,4 @@
-#include "bounds.h"
+#include "scene/model/bounds.h"
 
 #include <gtest/gtest.h>
 
@@ -6,10 +6,12 @@
 #include <memory>
 
 #include "proximity_server/narrowphase/signed_distance.h"
-#include "proximity_server/narrowphase/support.h"
+#include "proximity_server/narrowphase/shape/support.h"
 #include "scene/small_robots.h"
 
-namespace proximity_server {
+namespace proximity_server::scene {
+
+using namespace narrowphase;
 namespace {
 
 using Eigen::Isometry3d;
@@ -270,4 +272,4 @@ TEST(BoundsOfPieces, HoldEveryPointOfThem) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::scene

@@ -1,4 +1,4 @@
-#include "usable_pose.h"
+#include "scene/model/usable_pose.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "scene/small_robots.h"
 
-namespace proximity_server {
+namespace proximity_server::scene {
 namespace {
 
 using Eigen::Isometry3d;
@@ -89,4 +89,4 @@ TEST(UsablePose, OfNumbersThatAreNotFiniteIsNone) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::scene

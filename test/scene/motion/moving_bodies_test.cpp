@@ -1,4 +1,4 @@
-#include "moving_bodies.h"
+#include "scene/motion/moving_bodies.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,9 @@
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "scene/small_robots.h"
 
-namespace proximity_server {
+namespace proximity_server::scene {
+
+using namespace narrowphase;
 namespace {
 
 using Eigen::Isometry3d;
@@ -251,4 +253,4 @@ TEST(BoundsOfMovingBodies, HoldForPartsOfTheBodies) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::scene

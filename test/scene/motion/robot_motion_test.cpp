@@ -1,4 +1,4 @@
-#include "proximity_server/scene/robot_motion.h"
+#include "proximity_server/scene/motion/robot_motion.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include "scene/files.h"
 #include "scene/small_robots.h"
 
-namespace proximity_server {
+namespace proximity_server::scene {
 namespace {
 
 using Eigen::Isometry3d;
@@ -149,4 +149,4 @@ TEST(TwistMotion, RefusesTwistsThatAreNotFiniteOrTooFew) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::scene

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "proximity_server/scene/mesh.h"
+#include "proximity_server/scene/mesh/mesh.h"
 
-namespace proximity_server {
+namespace proximity_server::scene {
 
 /// Twelve triangles that face outwards; inwards where one of the edges is negative. Every triangle has vertices of its
 /// own, as in an STL file.
@@ -32,4 +32,4 @@ inline TriangleMesh together(const std::vector<TriangleMesh>& meshes) {
   return all;
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::scene

@@ -1,4 +1,4 @@
-#include "decomposition.h"
+#include "scene/pieces/decomposition.h"
 
 #include <gtest/gtest.h>
 
@@ -7,11 +7,13 @@
 #include <limits>
 #include <set>
 
-#include "mesh_deviation.h"
-#include "mesh_parts.h"
+#include "scene/pieces/mesh_deviation.h"
+#include "scene/pieces/mesh_parts.h"
 #include "scene/pieces/boxes.h"
 
-namespace proximity_server {
+namespace proximity_server::scene {
+
+using namespace narrowphase;
 namespace {
 
 using Eigen::Vector3d;
@@ -180,4 +182,4 @@ TEST(Decompose, CoversEveryTriangleWhereTheEffortIsSpent) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::scene

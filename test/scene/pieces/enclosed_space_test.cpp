@@ -1,14 +1,14 @@
-#include "enclosed_space.h"
+#include "scene/pieces/enclosed_space.h"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "mesh_parts.h"
+#include "scene/pieces/mesh_parts.h"
 #include "scene/pieces/boxes.h"
 #include "scene/small_robots.h"
 
-namespace proximity_server {
+namespace proximity_server::scene {
 namespace {
 
 using Eigen::Vector3d;
@@ -98,4 +98,4 @@ TEST(EnclosedSpace, FindsEachOfManySolids) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::scene

@@ -1,4 +1,4 @@
-#include "mesh_parts.h"
+#include "scene/pieces/mesh_parts.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "scene/pieces/boxes.h"
 
-namespace proximity_server {
+namespace proximity_server::scene {
 namespace {
 
 using Eigen::Vector3d;
@@ -139,4 +139,4 @@ TEST(TrianglesOf, HaveTheCornersOfTheirVertices) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::scene

@@ -1,4 +1,4 @@
-#include "triangle_tree.h"
+#include "scene/pieces/triangle_tree.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "scene/small_robots.h"
 
-namespace proximity_server {
+namespace proximity_server::scene {
 namespace {
 
 using Eigen::Vector3d;
@@ -108,4 +108,4 @@ TEST(TriangleTree, SpendsLessEffortThanLookingAtAllTriangles) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::scene

@@ -1,4 +1,4 @@
-#include "closest_pieces.h"
+#include "scene/query/closest_pieces.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,9 @@
 
 #include "scene/small_robots.h"
 
-namespace proximity_server {
+namespace proximity_server::scene {
+
+using namespace narrowphase;
 namespace {
 
 using Eigen::Isometry3d;
@@ -340,4 +342,4 @@ TEST(PieceSearch, WithoutDepthEndsAtAnyOverlap) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::scene

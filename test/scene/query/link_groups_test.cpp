@@ -1,4 +1,4 @@
-#include "link_groups.h"
+#include "scene/query/link_groups.h"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,12 @@
 #include <limits>
 #include <set>
 
+#include "proximity_server/scene/filter/pair_filter.h"
 #include "scene/small_robots.h"
 
-namespace proximity_server {
+namespace proximity_server::scene {
+
+using namespace narrowphase;
 namespace {
 
 using Eigen::Isometry3d;
@@ -250,4 +253,4 @@ TEST(CandidateOfLinkGroups, IsNoneForPairsThatAreNotChecked) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::scene

@@ -1,8 +1,8 @@
-#include "pair_memory.h"
+#include "scene/query/pair_memory.h"
 
 #include <gtest/gtest.h>
 
-namespace proximity_server {
+namespace proximity_server::scene {
 namespace {
 
 TEST(PairMemory, KnowsNoPairAtTheBeginning) {
@@ -77,4 +77,4 @@ TEST(PairMemory, HasRoomForTheNumberOfPairsThatItIsMadeFor) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::scene

@@ -1,4 +1,4 @@
-#include "placed_robot.h"
+#include "scene/query/placed_robot.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,9 @@
 #include "scene/files.h"
 #include "scene/small_robots.h"
 
-namespace proximity_server {
+namespace proximity_server::scene {
+
+using namespace narrowphase;
 namespace {
 
 using Eigen::AngleAxisd;
@@ -301,4 +303,4 @@ TEST(LowerBoundsOfPlacedRobot, AreNeverAboveTheDistance) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::scene

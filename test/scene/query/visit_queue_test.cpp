@@ -1,8 +1,8 @@
-#include "visit_queue.h"
+#include "scene/query/visit_queue.h"
 
 #include <gtest/gtest.h>
 
-namespace proximity_server {
+namespace proximity_server::scene {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -69,4 +69,4 @@ TEST(VisitQueue, RemainingAreThoseThatWereNotGiven) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::scene

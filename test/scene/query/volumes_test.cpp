@@ -1,4 +1,4 @@
-#include "volumes.h"
+#include "scene/query/volumes.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,9 @@
 #include "scene/files.h"
 #include "scene/small_robots.h"
 
-namespace proximity_server {
+namespace proximity_server::scene {
+
+using namespace narrowphase;
 namespace {
 
 using Eigen::Vector3d;
@@ -217,4 +219,4 @@ TEST(VolumesOf, WhatDoesNotExistThrowNamingIt) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::scene
