@@ -104,6 +104,15 @@ TEST(BoxGapOfMovingBodies, IsTheGapInTheMiddleLessTheWayFromThere) {
   EXPECT_NEAR(boxes.bodies.boxGap(boxes.a, boxes.b, 2, boxes.poses), 4.0, 1e-11);
 }
 
+// Towards each other they come within 9 - 2 - 2; in one direction they stay 9 - 2 apart.
+TEST(BoxGapOfMovingBodies, IsAboutTheirMotionAgainstEachOther) {
+  const Twist ahead{{1, 0, 0}, {0, 0, 0}}, back{{-1, 0, 0}, {0, 0, 0}};
+  TwoMoving towards(at(0, 0, 0), ahead, at(9, 0, 0), back, Box{{2, 2, 2}}, Box{{2, 2, 2}});
+  EXPECT_NEAR(towards.bodies.boxGap(towards.a, towards.b, 1, towards.poses), 5.0, 1e-11);
+  TwoMoving together(at(0, 0, 0), ahead, at(9, 0, 0), ahead, Box{{2, 2, 2}}, Box{{2, 2, 2}});
+  EXPECT_NEAR(together.bodies.boxGap(together.a, together.b, 1, together.poses), 7.0, 1e-11);
+}
+
 // The same cubes, of which b turns at rest: an edge of it looks at a in the middle. All of its points are within
 // sqrt(3) of the axis, move at most so fast times the turning, and their velocities turn with it.
 TEST(BoxGapOfMovingBodies, TurnsTheBoxes) {
