@@ -5,8 +5,8 @@
 #include <cmath>
 #include <memory>
 
-#include "proximity_server/narrowphase/signed_distance.h"
 #include "proximity_server/narrowphase/shape/support.h"
+#include "proximity_server/narrowphase/signed_distance.h"
 #include "scene/small_robots.h"
 
 namespace proximity_server::scene {

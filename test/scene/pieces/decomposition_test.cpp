@@ -7,9 +7,9 @@
 #include <limits>
 #include <set>
 
+#include "scene/pieces/boxes.h"
 #include "scene/pieces/mesh_deviation.h"
 #include "scene/pieces/mesh_parts.h"
-#include "scene/pieces/boxes.h"
 
 namespace proximity_server::scene {
 

@@ -4,8 +4,8 @@
 
 #include <limits>
 
-#include "scene/pieces/mesh_parts.h"
 #include "scene/pieces/boxes.h"
+#include "scene/pieces/mesh_parts.h"
 #include "scene/small_robots.h"
 
 namespace proximity_server::scene {
