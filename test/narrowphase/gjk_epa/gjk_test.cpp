@@ -192,6 +192,16 @@ TEST(Gjk, EndsInTwoStepsFromTheRightNormal) {
   EXPECT_EQ(search(cores, Vector3d(3, 4, 6)).iterations, 2);
 }
 
+// Regression: the number of b's corner was read before the corner was looked for, where a compiler evaluates arguments
+// from the right. The corner of a that looks to b has no negative coordinate, that of b three: the numbers 0 and 7.
+TEST(Gjk, RemembersTheCornersThatItEndedWith) {
+  TwoCores cores(cube(), cube(), Vector3d(5, 6, 8));
+  search(cores, Vector3d::UnitX());
+  ASSERT_EQ(cores.warm_start.simplex_size, 1);
+  EXPECT_EQ(cores.warm_start.simplex[0].a, 0);
+  EXPECT_EQ(cores.warm_start.simplex[0].b, 7);
+}
+
 TEST(Gjk, IsFasterWithTheCornersOfTheLastQuery) {
   const Shape octahedron = hullOf({{2, 0, 0}, {-2, 0, 0}, {0, 2, 0}, {0, -2, 0}, {0, 0, 2}, {0, 0, -2}});
   // The nearest point of the face x + y + z = 2 to a point above its corner's side: three vertices of the CSO.
