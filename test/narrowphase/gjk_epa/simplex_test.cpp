@@ -39,6 +39,8 @@ const Region kRegions[] = {
     {"triangle, corner 0", kTriangle, {-1, -1, 1}, {0, 0, 0}, {0}},
     {"triangle, corner 1", kTriangle, {8, 1, 1}, {6, 0, 0}, {1}},
     {"triangle, corner 2", kTriangle, {1, 8, -1}, {0, 6, 0}, {2}},
+    {"triangle, corner 1, beyond one edge only", kTriangle, {7, -2, 1}, {6, 0, 0}, {1}},
+    {"triangle, corner 2, beyond one edge only", kTriangle, {-2, 7, 1}, {0, 6, 0}, {2}},
     {"triangle, edge 01", kTriangle, {2, -1, 3}, {2, 0, 0}, {0, 1}},
     {"triangle, edge 12", kTriangle, {3, 5, 2}, {2, 4, 0}, {1, 2}},
     {"triangle, edge 20", kTriangle, {-2, 3, 1}, {0, 3, 0}, {0, 2}},
@@ -105,6 +107,19 @@ TEST(NearestToOrigin, FindsTheVoronoiRegionForAllOrdersOfTheVertices) {
         ASSERT_NEAR(nearest.distance, distance, 1e-15 * 8.0);
         ASSERT_TRUE(isNear(nearest.normal(), (region.query - region.nearest) / distance, 1e-15));
       }
+}
+
+// It has an edge with the newest vertex, so it is among the parts that are tried.
+TEST(NearestToOrigin, KeepsAnOldCornerThatStaysTheNearest) {
+  for (const Region& region : kRegions) {
+    if (region.members.size() != 1 || region.vertices.size() > 3) continue;
+    for (const std::vector<int>& placing : placings(region.vertices.size()))
+      for (const int newest : placing) {
+        const Nearest nearest = nearestToOrigin(placed(region.vertices, region.query, placing, newest), newest);
+        ASSERT_EQ(nearest.members, bitsOf(region.members, placing)) << region.name;
+        ASSERT_NEAR(nearest.distance, (region.query - region.nearest).norm(), 1e-14) << region.name;
+      }
+  }
 }
 
 TEST(NearestToOrigin, EnclosesAnOriginInsideOfATetrahedronForAllOrders) {
