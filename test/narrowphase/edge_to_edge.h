@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 
 /// Pose of a box of 2 m beside another (at the identity) whose edge x = y = 1 it faces with an edge across: the normal
 /// is n = (1, 1, 0) / sqrt(2), and the edges are nearest in (1, 1, 0.3) and in (1, 1, 0.3) + gap n. A negative gap is
@@ -20,4 +20,4 @@ inline Eigen::Isometry3d edgeToEdge(double gap) {
   return a_T_b;
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

@@ -4,7 +4,7 @@
 
 #include <Eigen/Geometry>
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 
 /// Whether two vectors are closer than `tolerance` to each other; false for NaN.
 inline testing::AssertionResult isNear(const Eigen::Vector3d& actual, const Eigen::Vector3d& expected,
@@ -15,4 +15,4 @@ inline testing::AssertionResult isNear(const Eigen::Vector3d& actual, const Eige
                                      << off;
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

@@ -1,4 +1,4 @@
-#include "narrowphase/box_box.h"
+#include "narrowphase/closed_form/boxes.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include "narrowphase/edge_to_edge.h"
 #include "narrowphase/near.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 using Eigen::Isometry3d;
@@ -169,4 +169,4 @@ TEST(BoxPair, SaysThatTwoFacesAreAsNear) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

@@ -1,4 +1,4 @@
-#include "narrowphase/revolved.h"
+#include "narrowphase/closed_form/parallel_axes.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 
 #include "narrowphase/near.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 using Eigen::Isometry3d;
@@ -137,4 +137,4 @@ TEST(ParallelAxes, KnowTheAngleBetweenTheAxes) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

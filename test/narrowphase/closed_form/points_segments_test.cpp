@@ -1,4 +1,4 @@
-#include "narrowphase/closed_form.h"
+#include "narrowphase/closed_form/points_segments.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 
 #include "narrowphase/near.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 using Eigen::Isometry3d;
@@ -151,4 +151,4 @@ TEST(PointsAndSegments, MeasureATurnedBoxFromAPoint) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

@@ -1,4 +1,4 @@
-#include "narrowphase/epa_start.h"
+#include "narrowphase/gjk_epa/epa_start.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include "narrowphase/gjk_epa/two_cores.h"
 #include "narrowphase/near.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 using Eigen::Vector3d;
@@ -123,4 +123,4 @@ TEST(EpaStart, AnswersWithAnyPlaneThroughACsoThatIsAPoint) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

@@ -1,4 +1,4 @@
-#include "proximity_server/narrowphase/epa.h"
+#include "proximity_server/narrowphase/gjk_epa/epa.h"
 
 #include <gtest/gtest.h>
 
@@ -8,9 +8,9 @@
 #include "narrowphase/edge_to_edge.h"
 #include "narrowphase/gjk_epa/two_cores.h"
 #include "narrowphase/near.h"
-#include "proximity_server/narrowphase/gjk.h"
+#include "proximity_server/narrowphase/gjk_epa/gjk.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 using Eigen::Vector3d;
@@ -150,6 +150,7 @@ TEST(Epa, StopsWhereTheSimplexProvesTheDepthThatWasAsked) {
   EXPECT_FALSE(result.has_normal);
   EXPECT_EQ(result.iterations, 0);
   EXPECT_NEAR(result.lower_bound, std::sqrt(3.0), 1e-13);
+  EXPECT_LT(result.lower_bound, enclosedRadius(simplex));  // the vertices are rounded too
 }
 
 TEST(Epa, StopsWhereTheFacesProveTheDepthThatWasAsked) {
@@ -224,4 +225,4 @@ TEST(Epa, EndsOnTheSlantOfACone) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

@@ -1,4 +1,4 @@
-#include "narrowphase/polytope.h"
+#include "narrowphase/gjk_epa/polytope.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 #include "narrowphase/gjk_epa/two_cores.h"
 #include "narrowphase/near.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 using Eigen::Vector3d;
@@ -286,4 +286,4 @@ TEST(Polytope, KnowsTheNeighbourBeyondEachEdge) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

@@ -1,4 +1,4 @@
-#include "narrowphase/refinement.h"
+#include "narrowphase/gjk_epa/refinement.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include "narrowphase/gjk_epa/two_cores.h"
 #include "narrowphase/near.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 using Eigen::Isometry3d;
@@ -201,4 +201,4 @@ TEST(Refinement, ProvesOnlyCapsInWhichNoDirectionIsShallower) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

@@ -1,4 +1,4 @@
-#include "proximity_server/narrowphase/simplex.h"
+#include "proximity_server/narrowphase/gjk_epa/simplex.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include "narrowphase/gjk_epa/two_cores.h"
 #include "narrowphase/near.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 using Eigen::Vector3d;
@@ -262,4 +262,4 @@ TEST(Simplex, NamesTheFirstFreePlace) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

@@ -3,9 +3,9 @@
 #include <Eigen/Geometry>
 #include <vector>
 
-#include "proximity_server/narrowphase/simplex.h"
+#include "proximity_server/narrowphase/gjk_epa/simplex.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 
 /// Two shapes with the CSO of their cores, which refers to all of them.
 struct TwoCores {
@@ -41,4 +41,4 @@ inline Simplex simplexOf(const std::vector<CsoVertex>& vertices) {
   return simplex;
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

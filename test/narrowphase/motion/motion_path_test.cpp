@@ -1,4 +1,4 @@
-#include "narrowphase/motion_path.h"
+#include "narrowphase/motion/motion_path.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 
 #include "narrowphase/near.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 using Eigen::Isometry3d;
@@ -106,4 +106,4 @@ TEST(MotionPath, AddsTheCoriolisAccelerationOfAChain) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

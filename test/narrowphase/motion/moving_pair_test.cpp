@@ -1,4 +1,4 @@
-#include "narrowphase/moving_pair.h"
+#include "narrowphase/motion/moving_pair.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "narrowphase/near.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 using Eigen::Isometry3d;
@@ -159,4 +159,4 @@ TEST(MovingPair, SeesAMotionThatIsNotFinite) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

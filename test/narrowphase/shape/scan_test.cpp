@@ -1,4 +1,4 @@
-#include "narrowphase/scan.h"
+#include "narrowphase/shape/scan.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 using Eigen::Vector3d;
@@ -122,4 +122,4 @@ TEST(Scan, RoundsEveryProductBeforeItIsAdded) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

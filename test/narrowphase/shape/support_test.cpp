@@ -1,4 +1,4 @@
-#include "proximity_server/narrowphase/support.h"
+#include "proximity_server/narrowphase/shape/support.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 
 #include "narrowphase/near.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 using Eigen::Isometry3d;
@@ -257,4 +257,4 @@ TEST(Cso, EndsASearchAtSomeRoundingsButNeverBelowThree) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

@@ -1,10 +1,10 @@
-#include "narrowphase/triangle.h"
+#include "narrowphase/shape/triangle.h"
 
 #include <gtest/gtest.h>
 
 #include "narrowphase/near.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 using Eigen::Vector3d;
@@ -32,4 +32,4 @@ TEST(AreaVector, OfANeedleIsPerpendicularToItsLongestEdge) {
 TEST(AreaVector, OfAnEdgeIsZero) { EXPECT_EQ(areaOf({1, 2, 3}, {2, 4, 6}, {3, 6, 9}), Vector3d(0, 0, 0)); }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase
