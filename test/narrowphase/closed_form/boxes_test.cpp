@@ -15,7 +15,7 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-const Vector3d kHalf(1, 1, 1);
+const Vector3d kHalf(1, 1, 1), kSmall(0.1, 0.1, 0.1);
 constexpr double kTolerance = 1e-9, kRounding = 1e-14;
 
 Isometry3d poseOf(const Vector3d& offset, const Matrix3d& rotation = Matrix3d::Identity()) {
@@ -50,10 +50,26 @@ TEST(BoxPair, SeparatesFacesAlongEachAxis) {
       Vector3d offset(0.5, 0.25, -0.5);
       offset[axis] = 4.0 * side;
       const Isometry3d pose = poseOf(offset);
-      const BoxPair boxes(kHalf, {0.5, 0.5, 0.5}, pose);
-      EXPECT_EQ(boxes.separation(), 2.5);
+      const BoxPair boxes(kHalf, kHalf, pose);
+      EXPECT_EQ(boxes.separation(), 2.0);
       EXPECT_EQ(boxes.normal(), side * Vector3d::Unit(axis));
     }
+}
+
+// The axes of b are the y, z and x axis of a, which is 1, 2 and 3 m to its faces.
+TEST(BoxPair, SeparatesUnequalBoxesWhoseAxesAreExchanged) {
+  Matrix3d cycle;
+  cycle << 0, 0, 1, 1, 0, 0, 0, 1, 0;
+  const Vector3d half_a(1, 2, 3), half_b(0.25, 0.5, 0.75);  // b is 0.75, 0.25 and 0.5 m along x, y and z
+  const Vector3d touching(1.75, 2.25, 3.5);
+  for (int axis = 0; axis < 3; ++axis) {
+    Vector3d offset = touching - Vector3d(0.5, 0.5, 0.5);
+    offset[axis] = touching[axis] + 0.125;
+    const Isometry3d pose = poseOf(offset, cycle), back = pose.inverse();
+    EXPECT_EQ(BoxPair(half_a, half_b, pose).separation(), 0.125);
+    EXPECT_EQ(BoxPair(half_b, half_a, back).separation(), 0.125);
+    EXPECT_EQ(BoxPair(half_a, half_b, pose).normal(), Vector3d(Vector3d::Unit(axis)));
+  }
 }
 
 // The gaps along x, y and z are 3, 4 and 6; the corners are sqrt(61) apart.
@@ -150,7 +166,8 @@ TEST(BoxPair, HasNoPointsWhereTheBoxesAreApart) {
 
 TEST(BoxPair, SaysThatConcentricBoxesHaveSeveralWaysOut) {
   const Isometry3d pose = poseOf({0, 0, 0}, diagonalAlong({0.3, 0.5, 0.9}));
-  const BoxPair boxes(Vector3d(1, 2, 3), {0.1, 0.1, 0.1}, pose);
+  const Vector3d half_a(1, 2, 3);
+  const BoxPair boxes(half_a, kSmall, pose);
   const std::optional<SignedDistance> result = boxes.overlap(kTolerance, kRounding);
   ASSERT_TRUE(result.has_value());
   EXPECT_FALSE(result->unique);  // along -x it is as deep
@@ -161,7 +178,7 @@ TEST(BoxPair, SaysThatTwoFacesAreAsNear) {
   const Matrix3d rotation = Eigen::AngleAxisd(0.7, Vector3d(1, 1, 0).normalized()).toRotationMatrix();
   for (const double y : {0.5, 0.375}) {
     const Isometry3d pose = poseOf({0.5, y, 0}, rotation);
-    const BoxPair boxes(kHalf, {0.1, 0.1, 0.1}, pose);
+    const BoxPair boxes(kHalf, kSmall, pose);
     const std::optional<SignedDistance> result = boxes.overlap(kTolerance, kRounding);
     ASSERT_TRUE(result.has_value());
     EXPECT_EQ(result->unique, y != 0.5);
