@@ -43,8 +43,8 @@ class Cso {
   CsoVertex vertex(const Eigen::Vector3d& direction) {
     const Eigen::Vector3d on_a = supportPoint(a_, direction, warm_start_.vertex_a);
     const Eigen::Vector3d towards_a = -(bAxes().transpose() * direction);
-    return vertexFrom(on_a, supportPoint(b_, towards_a, warm_start_.vertex_b),
-                      {warm_start_.vertex_a, warm_start_.vertex_b});
+    const Eigen::Vector3d on_b = supportPoint(b_, towards_a, warm_start_.vertex_b);  // before its number is read
+    return vertexFrom(on_a, on_b, {warm_start_.vertex_a, warm_start_.vertex_b});
   }
 
   /// A vertex of the simplex that the last query ended with; only where the cores are polytopes.
