@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "scene/small_robots.h"
+#include "proximity_server/narrowphase/signed_distance.h"
 
 namespace proximity_server::scene {
 
