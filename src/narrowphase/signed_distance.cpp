@@ -4,13 +4,13 @@
 #include <cmath>
 #include <limits>
 
-#include "box_box.h"
-#include "closed_form.h"
-#include "proximity_server/narrowphase/epa.h"
-#include "proximity_server/narrowphase/gjk.h"
-#include "revolved.h"
+#include "narrowphase/closed_form/boxes.h"
+#include "narrowphase/closed_form/parallel_axes.h"
+#include "narrowphase/closed_form/points_segments.h"
+#include "proximity_server/narrowphase/gjk_epa/epa.h"
+#include "proximity_server/narrowphase/gjk_epa/gjk.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 using Eigen::Isometry3d;
@@ -180,4 +180,4 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& 
   return signedDistance(a, b, a_T_b, options, cold);
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

@@ -1,15 +1,15 @@
 #include <ros/ros.h>
 
-#include "process.h"
-#include "proximity_node.h"
+#include "node/proximity_node.h"
+#include "node/system/process.h"
 
 int main(int argc, char** argv) {
-  proximity_server::askForShortTurns();
-  proximity_server::giveBackLargeMemory();
+  proximity_server::node::askForShortTurns();
+  proximity_server::node::giveBackLargeMemory();
   ros::init(argc, argv, "proximity_server");
   ros::NodeHandle nh, private_nh("~");  // outlive the node: without one the last words are not logged
   try {
-    proximity_server::ProximityNode node(nh, private_nh);
+    proximity_server::node::ProximityNode node(nh, private_nh);
     ros::spin();  // what is quick; requests and the monitor have threads of their own
   } catch (const std::exception& error) {
     ROS_FATAL_STREAM(error.what());

@@ -1,14 +1,14 @@
-#include "proximity_node.h"
+#include "node/proximity_node.h"
 
 #include <ros/console.h>
 
 #include <exception>
 #include <string>
 
-#include "conversions.h"
-#include "process.h"
+#include "node/robot/conversions.h"
+#include "node/system/process.h"
 
-namespace proximity_server {
+namespace proximity_server::node {
 namespace {
 
 std::string description(const Robot& robot) {
@@ -102,4 +102,4 @@ void ProximityNode::announce(const Robot& robot) {
   model_info_pub_.publish(info);
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

@@ -9,16 +9,16 @@
 #include <mutex>
 #include <string>
 
-#include "diagnostics.h"
-#include "monitor_loop.h"
+#include "node/monitor/diagnostics.h"
+#include "node/monitor/monitor_loop.h"
+#include "node/robot/robot.h"
+#include "node/services/queries.h"
+#include "node/system/registration.h"
+#include "node/system/request_queue.h"
+#include "node/tf/tf_poses.h"
 #include "proximity_server/ProximityConfig.h"
-#include "queries.h"
-#include "registration.h"
-#include "request_queue.h"
-#include "robot.h"
-#include "tf_poses.h"
 
-namespace proximity_server {
+namespace proximity_server::node {
 
 /// The ROS interface: services, topics and parameters in the private namespace. Callbacks translate; several threads
 /// may run them.
@@ -76,4 +76,4 @@ class ProximityNode {
   Registration registration_;  // last: of all of the above
 };
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

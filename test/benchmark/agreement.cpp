@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "benchmark/robots.h"
-#include "narrowphase/oracle.h"
+#include "oracle/oracle.h"
+#include "peers/robots.h"
 
-namespace proximity_server {
+namespace proximity_server::benchmark {
+
+using namespace narrowphase;
+using namespace scene;
+using namespace peers;
 namespace {
 
 using Eigen::Isometry3d;
@@ -121,4 +125,4 @@ nlohmann::json Agreement::summary() const {
   return summary;
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::benchmark

@@ -3,9 +3,12 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "benchmark/scene_library.h"
+#include "peers/scene_library.h"
 
-namespace proximity_server {
+namespace proximity_server::benchmark {
+
+using namespace scene;
+using namespace peers;
 
 /// How far the answers of another library lie from ours, and which of the two is right where they differ.
 ///
@@ -38,4 +41,4 @@ class Agreement {
 /// The value that `share` (0 to 1) of the values do not exceed; they must not be empty.
 double quantile(std::vector<double> values, double share);
 
-}  // namespace proximity_server
+}  // namespace proximity_server::benchmark

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-namespace proximity_server {
+namespace proximity_server::benchmark {
 
 /// What a result needs to be read later: processor, date (UTC) and compiler.
 inline nlohmann::json machine() {
@@ -19,4 +19,4 @@ inline nlohmann::json machine() {
   return {{"processor", processor}, {"date", date}, {"compiler", "g++ " __VERSION__}};
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::benchmark

@@ -14,16 +14,20 @@
 #include <optional>
 #include <regex>
 
-#include "benchmark/aborts.h"
 #include "benchmark/agreement.h"
 #include "benchmark/machine.h"
-#include "benchmark/motion_library.h"
 #include "benchmark/moving_robots.h"
-#include "benchmark/robots.h"
-#include "narrowphase/oracle.h"
+#include "oracle/oracle.h"
+#include "peers/aborts.h"
+#include "peers/motion_library.h"
+#include "peers/robots.h"
 #include "scene/example_robots.h"
 
-namespace proximity_server {
+namespace proximity_server::benchmark {
+
+using namespace narrowphase;
+using namespace scene;
+using namespace peers;
 namespace {
 
 using nlohmann::json;
@@ -311,10 +315,10 @@ json measurePairs(int motions, const std::regex& wanted) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::benchmark
 
 int main(int argc, char** argv) {
-  using namespace proximity_server;
+  using namespace proximity_server::benchmark;
   CLI::App app{"Time of contact of moving solids and robots, beside FCL and sampling"};
   std::string file, regex = ".";
   int motions = 400;

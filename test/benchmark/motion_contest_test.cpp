@@ -6,14 +6,18 @@
 
 #include <cmath>
 
-#include "benchmark/fcl_shape.h"
-#include "benchmark/motion_library.h"
 #include "benchmark/motions.h"
-#include "benchmark/moving_solids.h"
-#include "benchmark/robots.h"
-#include "benchmark/swept_bisection.h"
+#include "peers/fcl_shape.h"
+#include "peers/motion_library.h"
+#include "peers/moving_solids.h"
+#include "peers/robots.h"
+#include "peers/swept_bisection.h"
 
-namespace proximity_server {
+namespace proximity_server::benchmark {
+
+using namespace narrowphase;
+using namespace scene;
+using namespace peers;
 namespace {
 
 using Eigen::Isometry3d;
@@ -211,4 +215,4 @@ TEST(RandomJointMotions, StayWithinLimitsAndAreNoFasterThanTheJoint) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::benchmark

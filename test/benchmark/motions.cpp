@@ -4,7 +4,10 @@
 #include <cmath>
 #include <random>
 
-namespace proximity_server {
+namespace proximity_server::benchmark {
+
+using namespace narrowphase;
+using namespace scene;
 namespace {
 
 constexpr double kStep = 1e-3;  // [s]
@@ -88,4 +91,4 @@ std::vector<JointMotion> randomJointMotions(const RobotModel& robot, int motions
   return result;
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::benchmark

@@ -2,9 +2,11 @@
 
 #include <vector>
 
-#include "proximity_server/scene/robot_model.h"
+#include "proximity_server/scene/model/robot_model.h"
 
-namespace proximity_server {
+namespace proximity_server::benchmark {
+
+using namespace scene;
 
 /// States of a robot that have nothing to do with each other: every joint uniform within its limits, a full turn either
 /// way where it has none. The same on every run.
@@ -25,4 +27,4 @@ struct JointMotion {
 /// The same on every run.
 std::vector<JointMotion> randomJointMotions(const RobotModel& robot, int motions);
 
-}  // namespace proximity_server
+}  // namespace proximity_server::benchmark

@@ -9,9 +9,13 @@
 
 #include "benchmark/agreement.h"
 #include "benchmark/motions.h"
-#include "proximity_server/scene/moving_scene.h"
+#include "proximity_server/scene/motion/moving_scene.h"
 
-namespace proximity_server {
+namespace proximity_server::benchmark {
+
+using namespace narrowphase;
+using namespace scene;
+using namespace peers;
 namespace {
 
 using nlohmann::json;
@@ -318,4 +322,4 @@ json measureMovingRobots(const std::vector<NamedRobot>& robots, int motions, con
   return rows;
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::benchmark

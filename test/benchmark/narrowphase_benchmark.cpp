@@ -12,13 +12,16 @@
 #include <optional>
 #include <regex>
 
-#include "benchmark/aborts.h"
-#include "benchmark/libraries.h"
 #include "benchmark/machine.h"
-#include "benchmark/solids.h"
-#include "narrowphase/oracle.h"
+#include "oracle/oracle.h"
+#include "peers/aborts.h"
+#include "peers/libraries.h"
+#include "peers/solids.h"
 
-namespace proximity_server {
+namespace proximity_server::benchmark {
+
+using namespace narrowphase;
+using namespace peers;
 namespace {
 
 using nlohmann::json;
@@ -339,10 +342,10 @@ class Suite {
 };
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::benchmark
 
 int main(int argc, char** argv) {
-  using namespace proximity_server;
+  using namespace proximity_server::benchmark;
   CLI::App app{"Time per query and error beside FCL, libccd and Bullet"};
   std::string file, regex = ".";
   app.add_option("--json", file, "where the results go")->required();

@@ -21,13 +21,17 @@
 
 #include "benchmark/machine.h"
 #include "node/faults/tf_faults.h"
-#include "node/grants_real_time.h"
 #include "node/load/client_process.h"
 #include "node/load/moving_robot.h"
 #include "node/load/node_under_load.h"
 #include "node/load/programs.h"
+#include "node/system/grants_real_time.h"
 
-namespace proximity_server {
+namespace proximity_server::benchmark {
+
+using namespace narrowphase;
+using namespace scene;
+using namespace node;
 namespace {
 
 using nlohmann::json;
@@ -437,10 +441,10 @@ void benchmark(int argc, char** argv, const BenchmarkOptions& options) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::benchmark
 
 int main(int argc, char** argv) {
-  using namespace proximity_server;
+  using namespace proximity_server::benchmark;
   const std::string first = argc > 1 ? argv[1] : "";
   if (first == "--client" || first == "--padding" || first == "--stream") return playPart(argc, argv);
   BenchmarkOptions options;

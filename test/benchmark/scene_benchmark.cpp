@@ -12,16 +12,19 @@
 #include <nlohmann/json.hpp>
 #include <regex>
 
-#include "benchmark/aborts.h"
 #include "benchmark/agreement.h"
-#include "benchmark/fcl_scene.h"
 #include "benchmark/machine.h"
 #include "benchmark/motions.h"
-#include "benchmark/robots.h"
-#include "benchmark/scene_library.h"
+#include "peers/aborts.h"
+#include "peers/fcl_scene.h"
+#include "peers/robots.h"
+#include "peers/scene_library.h"
 #include "scene/example_robots.h"
 
-namespace proximity_server {
+namespace proximity_server::benchmark {
+
+using namespace scene;
+using namespace peers;
 namespace {
 
 using nlohmann::json;
@@ -274,10 +277,10 @@ json measureScaling(int states, const std::regex& wanted) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::benchmark
 
 int main(int argc, char** argv) {
-  using namespace proximity_server;
+  using namespace proximity_server::benchmark;
   CLI::App app{"Time per state of a robot's clearance, beside FCL"};
   std::string file, regex = ".";
   int states = 2000;

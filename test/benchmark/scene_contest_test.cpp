@@ -4,12 +4,16 @@
 #include <cmath>
 
 #include "benchmark/agreement.h"
-#include "benchmark/fcl_scene.h"
-#include "benchmark/fcl_shape.h"
 #include "benchmark/motions.h"
-#include "benchmark/robots.h"
+#include "peers/fcl_scene.h"
+#include "peers/fcl_shape.h"
+#include "peers/robots.h"
 
-namespace proximity_server {
+namespace proximity_server::benchmark {
+
+using namespace narrowphase;
+using namespace scene;
+using namespace peers;
 namespace {
 
 using Eigen::Isometry3d;
@@ -134,4 +138,4 @@ TEST(Quantile, IsTheValueThatSoManyDoNotExceed) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::benchmark

@@ -4,9 +4,11 @@
 #include <cmath>
 #include <limits>
 
-#include "proximity_server/narrowphase/simplex.h"
+#include "proximity_server/narrowphase/gjk_epa/simplex.h"
 
-namespace proximity_server {
+namespace proximity_server::benchmark {
+
+using namespace narrowphase;
 namespace {
 
 using Eigen::Vector3d;
@@ -214,4 +216,4 @@ NearestInSet nearestBySignedVolumes(const PointSet& set) {
   }
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::benchmark

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 
-namespace proximity_server {
+namespace proximity_server::benchmark {
 
 /// Up to four affinely independent points; `size` says how many. The last is the newest: the point of the convex hull
 /// nearest to the origin lies on a part that has it, as it does in GJK.
@@ -37,4 +37,4 @@ NearestInSet nearestByVoronoiRegions(const PointSet& set);
 ///         sign.
 NearestInSet nearestBySignedVolumes(const PointSet& set);
 
-}  // namespace proximity_server
+}  // namespace proximity_server::benchmark

@@ -11,11 +11,13 @@
 #include <vector>
 
 #include "benchmark/subalgorithms.h"
-#include "narrowphase/exact_oracle.h"
-#include "narrowphase/shape_pairs.h"
+#include "oracle/exact_oracle.h"
+#include "oracle/shape_pairs.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 
-namespace proximity_server {
+namespace proximity_server::benchmark {
+
+using namespace narrowphase;
 namespace {
 
 using Eigen::Vector3d;
@@ -244,11 +246,11 @@ void writeJson(const std::vector<Row>& rows, const std::string& file) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::benchmark
 
 /// subalgorithm_benchmark [FILE]: a table, and the same as JSON.
 int main(int argc, char** argv) {
-  using namespace proximity_server;
+  using namespace proximity_server::benchmark;
   std::vector<Row> rows;
   for (const Family& family : makeFamilies())
     for (const Row& row : rowsOf(family)) rows.push_back(row);

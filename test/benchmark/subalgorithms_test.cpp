@@ -6,9 +6,11 @@
 #include <random>
 #include <utility>
 
-#include "narrowphase/exact_oracle.h"
+#include "oracle/exact_oracle.h"
 
-namespace proximity_server {
+namespace proximity_server::benchmark {
+
+using namespace narrowphase;
 namespace {
 
 using Eigen::Vector3d;
@@ -61,4 +63,4 @@ TEST(Subalgorithms, AgreeOnThePartThatHasTheNearestPoint) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::benchmark

@@ -7,7 +7,7 @@
 #include <iterator>
 #include <string>
 
-namespace proximity_server {
+namespace proximity_server::fuzz {
 
 /// Every file of a folder of the corpus; returns how many there were.
 inline int tryAll(const std::string& folder, void (*target)(const std::string&)) {
@@ -21,4 +21,4 @@ inline int tryAll(const std::string& folder, void (*target)(const std::string&))
   return files;
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::fuzz

@@ -2,7 +2,7 @@
 #include "fuzz/corpus.h"
 #include "fuzz/targets.h"
 
-namespace proximity_server {
+namespace proximity_server::fuzz {
 namespace {
 
 TEST(Corpus, MeshesAreTakenOrRefused) { EXPECT_GT(tryAll("mesh", tryMesh), 5); }
@@ -12,4 +12,4 @@ TEST(Corpus, RobotsAreTakenOrRefused) { EXPECT_GT(tryAll("robot", tryRobot), 3);
 TEST(Corpus, StatesAreTakenOrRefused) { EXPECT_GT(tryAll("states", tryStates), 2); }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::fuzz

@@ -2,6 +2,6 @@
 #include "fuzz/targets.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  proximity_server::PROXIMITY_FUZZ_TARGET({reinterpret_cast<const char*>(data), size});
+  proximity_server::fuzz::PROXIMITY_FUZZ_TARGET({reinterpret_cast<const char*>(data), size});
   return 0;
 }

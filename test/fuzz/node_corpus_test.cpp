@@ -2,7 +2,7 @@
 #include "fuzz/corpus.h"
 #include "fuzz/targets.h"
 
-namespace proximity_server {
+namespace proximity_server::fuzz {
 namespace {
 
 TEST(NodeCorpus, RequestsAreAnsweredOrRefused) { EXPECT_GT(tryAll("requests", tryRequest), 4); }
@@ -10,4 +10,4 @@ TEST(NodeCorpus, RequestsAreAnsweredOrRefused) { EXPECT_GT(tryAll("requests", tr
 TEST(NodeCorpus, ParametersAreTakenOrRefused) { EXPECT_GT(tryAll("parameters", tryParameters), 2); }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::fuzz

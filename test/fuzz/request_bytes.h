@@ -12,7 +12,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace proximity_server {
+namespace proximity_server::fuzz {
 
 /// A stream for ros::serialization in which any bytes are a message, so that a fuzzer comes past the lengths that
 /// roscpp reads: a list has at most seven elements, a text is one of `names` or at most 31 letters, and behind the end
@@ -65,4 +65,4 @@ class RequestBytes {
   const std::vector<std::string>& names_;
 };
 
-}  // namespace proximity_server
+}  // namespace proximity_server::fuzz

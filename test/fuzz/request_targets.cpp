@@ -2,19 +2,23 @@
 
 #include <stdexcept>
 
-#include "config.h"
 #include "fuzz/request_bytes.h"
 #include "fuzz/require.h"
 #include "fuzz/targets.h"
-#include "joint_requests.h"
-#include "motion_requests.h"
-#include "pair_questions.h"
+#include "node/robot/config.h"
+#include "node/services/joint_requests.h"
+#include "node/services/motion_requests.h"
+#include "node/services/pair_questions.h"
+#include "node/services/requests.h"
+#include "node/services/timed_motion.h"
 #include "proximity_server/MinimumDistanceRequest.h"
 #include "proximity_server/QueryConfigurationRequest.h"
-#include "requests.h"
-#include "timed_motion.h"
 
-namespace proximity_server {
+namespace proximity_server::fuzz {
+
+using namespace narrowphase;
+using namespace scene;
+using namespace node;
 namespace {
 
 const char* const kArm =
@@ -171,4 +175,4 @@ void tryParameters(const std::string& bytes) {
   }
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::fuzz

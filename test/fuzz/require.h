@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-namespace proximity_server {
+namespace proximity_server::fuzz {
 
 /// Ends the program where a promise is broken, which is what a fuzzer looks for.
 inline void require(bool holds, const char* promise) {
@@ -12,4 +12,4 @@ inline void require(bool holds, const char* promise) {
   std::abort();
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::fuzz

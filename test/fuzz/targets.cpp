@@ -5,11 +5,15 @@
 #include <stdexcept>
 
 #include "fuzz/require.h"
-#include "joint_states.h"
-#include "proximity_server/scene/scene.h"
+#include "proximity_server/scene/query/scene.h"
 #include "scene/files.h"
+#include "tools/command_line/joint_states.h"
 
-namespace proximity_server {
+namespace proximity_server::fuzz {
+
+using namespace narrowphase;
+using namespace scene;
+using namespace tools;
 namespace {
 
 std::string extensionFor(char letter) {
@@ -91,4 +95,4 @@ void tryStates(const std::string& bytes) {
   }
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::fuzz

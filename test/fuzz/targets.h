@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 
-namespace proximity_server {
+namespace proximity_server::fuzz {
 
 // What a stranger's bytes may do: be taken, with a result that keeps its promises, or be refused with
 // std::invalid_argument. Anything else ends the program.
@@ -26,4 +26,4 @@ void tryRequest(const std::string& bytes);
 /// Parameters of the node, as XML-RPC.
 void tryParameters(const std::string& bytes);
 
-}  // namespace proximity_server
+}  // namespace proximity_server::fuzz

@@ -11,11 +11,11 @@
 
 #include "from_environment.h"
 #include "narrowphase/certificate.h"
-#include "narrowphase/refined_truth.h"
-#include "narrowphase/shape_pairs.h"
+#include "oracle/refined_truth.h"
+#include "oracle/shape_pairs.h"
 #include "sanitized.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 /// Worst errors [m] over random poses of shapes of size about 1, at the default tolerance of 1e-9 m.
@@ -135,4 +135,4 @@ TEST(Accuracy, IsAsStatedInTheReadme) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

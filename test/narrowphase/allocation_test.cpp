@@ -2,11 +2,11 @@
 #include <gtest/gtest.h>
 
 #include "allocations.h"
-#include "narrowphase/shape_pairs.h"
-#include "proximity_server/narrowphase/motion.h"
+#include "oracle/shape_pairs.h"
+#include "proximity_server/narrowphase/motion/motion.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 TEST(Allocation, CounterSeesOperatorNew) {
@@ -44,4 +44,4 @@ TEST(Allocation, MotionTakesNoMemory) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

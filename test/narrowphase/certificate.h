@@ -6,10 +6,10 @@
 #include <cmath>
 #include <limits>
 
-#include "narrowphase/oracle.h"
+#include "oracle/oracle.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 
 /// What rounding alone may cost a bound that is evaluated in double [m].
 ///
@@ -113,4 +113,4 @@ inline double errorOf(const SignedDistance& result, const Truth& truth) {
   return static_cast<double>(std::max({low, high, 0.0L}));
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

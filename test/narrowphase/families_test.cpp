@@ -3,10 +3,10 @@
 #include <gtest/gtest.h>
 
 #include "narrowphase/certificate.h"
-#include "narrowphase/shape_pairs.h"
+#include "oracle/shape_pairs.h"
 #include "sanitized.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 using Eigen::Isometry3d;
@@ -405,4 +405,4 @@ TEST(Families, PrimitiveAndItsHullAgree) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 
 /// What JSON has no word for stands in quotes: "inf", "-inf", "nan".
 inline double numberFrom(const nlohmann::json& j) {
@@ -23,4 +23,4 @@ inline Eigen::Isometry3d poseFrom(const nlohmann::json& rows) {
   return result;
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

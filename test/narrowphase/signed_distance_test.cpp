@@ -7,10 +7,10 @@
 #include <functional>
 
 #include "narrowphase/certificate.h"
-#include "narrowphase/shape_pairs.h"
+#include "oracle/shape_pairs.h"
 #include "sanitized.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 using Eigen::Isometry3d;
@@ -359,4 +359,4 @@ TEST(SignedDistance, IsNotUniqueForCoaxialCylinders) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

@@ -6,9 +6,9 @@
 
 #include "narrowphase/certificate.h"
 #include "narrowphase/from_json.h"
-#include "narrowphase/shape_pairs.h"
+#include "oracle/shape_pairs.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 using Eigen::Isometry3d;
@@ -159,4 +159,4 @@ TEST(StressCases, RigidMotionKeepsTheDistance) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

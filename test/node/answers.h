@@ -12,7 +12,7 @@
 
 // What the tests of the services say about questions and answers.
 
-namespace proximity_server {
+namespace proximity_server::node {
 
 constexpr double kTolerance = 1e-9;  // of the answers: the node's default
 
@@ -53,4 +53,4 @@ void expectRefusal(const Response& response, int code, const std::string& named)
   EXPECT_NE(response.status.message.find(named), std::string::npos) << response.status.message;
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

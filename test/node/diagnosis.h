@@ -5,9 +5,9 @@
 #include <optional>
 #include <string>
 
-#include "inbox.h"
+#include "node/inbox.h"
 
-namespace proximity_server {
+namespace proximity_server::node {
 
 /// What a part of a node says about itself on /diagnostics: "proximity_server: tf".
 class Diagnosis {
@@ -37,4 +37,4 @@ class Diagnosis {
   Inbox<diagnostic_msgs::DiagnosticArray> inbox_{ros::NodeHandle(), "/diagnostics"};
 };
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

@@ -10,10 +10,10 @@
 #include <mutex>
 #include <string>
 
-#include "inbox.h"
-#include "ticker.h"
+#include "node/inbox.h"
+#include "node/ticker.h"
 
-namespace proximity_server {
+namespace proximity_server::node {
 
 /// Joint positions of gantry.urdf [m].
 struct GantryPosition {
@@ -122,7 +122,7 @@ Response call(const std::string& service, const Request& request) {
   return response;
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node
 
 /// Every test program: messages arrive in threads of their own.
 #define PROXIMITY_SERVER_ROSTEST_MAIN(name) \

@@ -10,9 +10,9 @@
 #include <optional>
 #include <string>
 
-#include "patience.h"
+#include "node/patience.h"
 
-namespace proximity_server {
+namespace proximity_server::node {
 
 /// The messages of a topic, for tests that wait for one. Needs a spinning thread.
 template <class Message>
@@ -56,4 +56,4 @@ class Inbox {
   ros::Subscriber subscriber_;
 };
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

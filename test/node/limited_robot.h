@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "gantry.h"
+#include "node/gantry.h"
 
-namespace proximity_server {
+namespace proximity_server::node {
 
 /// Plays the robot of limits.urdf on /limits/tf: publishes what robot_state_publisher would.
 class LimitedRobot {
@@ -56,4 +56,4 @@ class LimitedRobot {
   Ticker ticker_{ros::NodeHandle(), 100.0, [this] { publish(run_, turn_, ros::Time::now()); }};  // last: it uses tf_
 };
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

@@ -10,12 +10,12 @@
 #include <thread>
 #include <vector>
 
-#include "answers.h"
-#include "gantry.h"
+#include "node/answers.h"
+#include "node/gantry.h"
 
 // Many requests at once, long ones among them, and what is too much.
 
-namespace proximity_server {
+namespace proximity_server::node {
 namespace {
 
 const std::string kNode = "/proximity_server/";
@@ -214,6 +214,6 @@ TEST(HastyNode, HasNoDistance) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::node
 
 PROXIMITY_SERVER_ROSTEST_MAIN("load_test")

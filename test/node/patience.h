@@ -3,7 +3,7 @@
 #include <chrono>
 #include <thread>
 
-namespace proximity_server {
+namespace proximity_server::node {
 
 /// Nothing that a test waits for takes this long unless it is broken.
 constexpr std::chrono::seconds kPatience{20};
@@ -19,4 +19,4 @@ bool holdsWithin(std::chrono::duration<double> patience, Condition condition) {
   return true;
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

@@ -7,7 +7,7 @@
 #include <mutex>
 #include <utility>
 
-namespace proximity_server {
+namespace proximity_server::node {
 
 /// Calls a function at a rate [Hz] of wall time, between start() and stop().
 ///
@@ -52,4 +52,4 @@ class Ticker {
   ros::WallTimer timer_;
 };
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

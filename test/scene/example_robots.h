@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "proximity_server/scene/mesh.h"
+#include "proximity_server/scene/mesh/mesh.h"
 #include "sanitized.h"
 
-namespace proximity_server {
+namespace proximity_server::scene {
 
 /// A robot of the package example-robot-data; the files are relative to its folder `robots`.
 struct ExampleRobot {
@@ -60,4 +60,4 @@ inline std::string readFile(const std::string& path) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::scene

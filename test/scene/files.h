@@ -8,7 +8,9 @@
 
 #include <stdlib.h>
 
-namespace proximity_server {
+namespace proximity_server::scene {
+
+using namespace narrowphase;
 
 /// A folder of its own for the files of one test.
 class TemporaryFiles {
@@ -50,4 +52,4 @@ std::string errorOf(const Call& call) {
   return "";
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::scene

@@ -8,10 +8,12 @@
 #include <map>
 #include <sstream>
 
-#include "proximity_server/scene/scene.h"
+#include "proximity_server/scene/query/scene.h"
 #include "scene/example_robots.h"
 
-namespace proximity_server {
+namespace proximity_server::scene {
+
+using namespace narrowphase;
 namespace {
 
 constexpr ExampleRobot kPanda = kExampleRobots[0], kUr5 = kExampleRobots[1], kPr2 = kExampleRobots[2];
@@ -198,4 +200,4 @@ TEST_F(SharedRobots, Ur5IsMadeOfTrianglesWhereTheToleranceIsZero) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::scene

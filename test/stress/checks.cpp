@@ -6,9 +6,9 @@
 #include <functional>
 
 #include "narrowphase/certificate.h"
-#include "narrowphase/shape_pairs.h"
+#include "oracle/shape_pairs.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 using Eigen::Isometry3d;
@@ -260,4 +260,4 @@ Observation observeWithOracle(const StressPair& p) {
   return seen;
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

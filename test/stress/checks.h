@@ -5,7 +5,7 @@
 
 #include "stress/families.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 
 /// Allowed error of an answer that converged to this part of the size, against the oracle.
 constexpr double kPolytopeErrorLimit = 1e-10;
@@ -35,4 +35,4 @@ Observation observe(const StressPair& stress_pair);
 /// have a quarter of the distance.
 Observation observeWithOracle(const StressPair& stress_pair);
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

@@ -3,11 +3,11 @@
 #include <cmath>
 #include <limits>
 
-#include "narrowphase/shape_pairs.h"
-#include "proximity_server/narrowphase/motion.h"
+#include "oracle/shape_pairs.h"
+#include "proximity_server/narrowphase/motion/motion.h"
 #include "stress/random_geometry.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 using Eigen::Isometry3d;
@@ -320,4 +320,4 @@ std::vector<StressPair> stressBlock(std::size_t family, unsigned seed, std::int6
   return pairs;
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

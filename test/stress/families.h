@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "narrowphase/oracle.h"
+#include "oracle/oracle.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "stress/random_geometry.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 
 /// One question to the narrowphase, complete: what is asked, and what an earlier query left behind.
 struct StressPair {
@@ -45,4 +45,4 @@ constexpr std::int64_t kPairsPerBlock = 32;
 /// Pairs [kPairsPerBlock * block, kPairsPerBlock * (block + 1)) of a family; they depend on nothing but the arguments.
 std::vector<StressPair> stressBlock(std::size_t family, unsigned seed, std::int64_t block);
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

@@ -8,7 +8,7 @@
 #include "stress/checks.h"
 #include "stress/recorded_pairs.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 using Eigen::Isometry3d;
@@ -129,7 +129,7 @@ StressPair decode(Bytes bytes) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace proximity_server;

@@ -6,9 +6,9 @@
 #include <sstream>
 
 #include "narrowphase/certificate.h"
-#include "narrowphase/shape_pairs.h"
+#include "oracle/shape_pairs.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 using Eigen::Isometry3d;
@@ -317,4 +317,4 @@ MotionObservation observeMotionWithOracle(const StressMotion& motion) {
   return seen;
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

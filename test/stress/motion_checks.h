@@ -5,7 +5,7 @@
 
 #include "stress/motion_families.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 
 /// What one motion showed.
 struct MotionObservation {
@@ -33,4 +33,4 @@ std::optional<std::string> brokenPromise(const StressMotion& motion, const TimeO
 /// of the answers by branch and bound in long double.
 MotionObservation observeMotionWithOracle(const StressMotion& motion);
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

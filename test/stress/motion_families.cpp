@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "narrowphase/shape_pairs.h"
+#include "oracle/shape_pairs.h"
 #include "stress/random_geometry.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 using Eigen::Isometry3d;
@@ -332,4 +332,4 @@ StressMotion stressMotion(std::size_t family, unsigned seed, std::int64_t number
   return motionFamilies().at(family).motion(random);
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

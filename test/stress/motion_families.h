@@ -4,10 +4,10 @@
 #include <random>
 #include <vector>
 
-#include "narrowphase/motion_oracle.h"
-#include "proximity_server/narrowphase/motion.h"
+#include "oracle/motion_oracle.h"
+#include "proximity_server/narrowphase/motion/motion.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 
 /// One question about two moving shapes, complete.
 struct StressMotion {
@@ -33,4 +33,4 @@ const std::vector<MotionFamily>& motionFamilies();
 /// Depends on nothing but the arguments.
 StressMotion stressMotion(std::size_t family, unsigned seed, std::int64_t number);
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

@@ -4,7 +4,7 @@
 
 #include "stress/rounds.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 void add(MotionFamilySummary& summary, const MotionObservation& seen) {
@@ -54,4 +54,4 @@ std::vector<MotionFamilySummary> runMotions(const MotionRun& run, std::atomic<st
       });
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

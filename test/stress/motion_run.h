@@ -6,7 +6,7 @@
 
 #include "stress/motion_checks.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 
 struct MotionFailure {
   std::int64_t number;  ///< of the motion in its family
@@ -46,4 +46,4 @@ struct MotionRun {
 /// Throws std::invalid_argument for an unknown family.
 std::vector<MotionFamilySummary> runMotions(const MotionRun& run, std::atomic<std::int64_t>& done);
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

@@ -9,7 +9,7 @@
 #include "stress/progress_bar.h"
 #include "stress/recorded_motions.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 double mean(double sum, std::int64_t count) { return sum / static_cast<double>(std::max<std::int64_t>(count, 1)); }
@@ -73,7 +73,7 @@ int run(const MotionRun& asked, const std::string& record_path, const std::strin
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   print(summaries);
   std::int64_t failed = 0;
-  nlohmann::json result = machine();
+  nlohmann::json result = benchmark::machine();
   result.update(
       {{"motions", done.load()}, {"seed", asked.seed}, {"threads", asked.threads}, {"seconds", seconds.count()}});
   for (const MotionFamilySummary& summary : summaries) {
@@ -88,10 +88,10 @@ int run(const MotionRun& asked, const std::string& record_path, const std::strin
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase
 
 int main(int argc, char** argv) {
-  using namespace proximity_server;
+  using namespace proximity_server::narrowphase;
   MotionRun asked;
   asked.motions = 100000;
   asked.threads = std::max(1u, std::thread::hardware_concurrency());

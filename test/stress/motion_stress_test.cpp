@@ -8,7 +8,7 @@
 #include "stress/motion_run.h"
 #include "stress/recorded_motions.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 std::vector<MotionFamilySummary> summariesOf(std::int64_t motions, unsigned threads) {
@@ -106,4 +106,4 @@ TEST(MotionStress, ForgedMinimaAreFound) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <thread>
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 
 /// On a terminal: how much of the work is done. Elsewhere nothing.
 class ProgressBar {
@@ -42,4 +42,4 @@ class ProgressBar {
   std::thread thread_;
 };
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

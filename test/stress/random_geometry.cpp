@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "narrowphase/oracle.h"
-#include "narrowphase/shape_pairs.h"
+#include "oracle/oracle.h"
+#include "oracle/shape_pairs.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 
 using Eigen::Isometry3d;
 using Eigen::Matrix3d;
@@ -139,4 +139,4 @@ Isometry3d parallelFaces(const TwoShapes& shapes, Random& random) {
   return movedToGap(shapes, withCentres(shapes, rotation, offset), touchingGap(shapes, random));
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

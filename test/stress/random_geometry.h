@@ -4,9 +4,9 @@
 #include <random>
 #include <vector>
 
-#include "proximity_server/narrowphase/shape.h"
+#include "proximity_server/narrowphase/shape/shape.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 
 // What the families of random pairs and of random motions are made of.
 
@@ -68,4 +68,4 @@ Eigen::Matrix3d quarterTurns(std::mt19937& random);
 /// Faces parallel but for a tilt, in some; touchingGap apart.
 Eigen::Isometry3d parallelFaces(const TwoShapes& shapes, std::mt19937& random);
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

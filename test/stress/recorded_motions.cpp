@@ -6,7 +6,7 @@
 #include "narrowphase/from_json.h"
 #include "stress/shape_json.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 using nlohmann::json;
@@ -67,4 +67,4 @@ std::vector<RecordedMotion> readRecordedMotions(const std::string& path) {
   return motions;
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

@@ -5,7 +5,7 @@
 
 #include "stress/motion_families.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 
 /// One line of test/data/recorded_motions.jsonl: a motion that an answer was once wrong for; shapes and poses as in
 /// recorded_pairs.h.
@@ -20,4 +20,4 @@ RecordedMotion motionFromJsonLine(const std::string& line);
 /// Every line of the file. Throws std::runtime_error where it cannot be read.
 std::vector<RecordedMotion> readRecordedMotions(const std::string& path);
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

@@ -6,7 +6,7 @@
 #include "narrowphase/from_json.h"
 #include "stress/shape_json.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 using nlohmann::json;
@@ -71,4 +71,4 @@ std::vector<RecordedPair> readRecordedPairs(const std::string& path) {
   return pairs;
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

@@ -8,7 +8,7 @@
 #include "narrowphase/certificate.h"
 #include "stress/checks.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 using Eigen::Isometry3d;
@@ -86,4 +86,4 @@ TEST(RecordedPairs, LinesKeepEveryDigit) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

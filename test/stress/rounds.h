@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 
 constexpr std::size_t kFailuresKept = 20;  // of a family
 
@@ -69,4 +69,4 @@ class Rounds {
   std::int64_t rounds_;
 };
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

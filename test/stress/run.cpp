@@ -4,7 +4,7 @@
 
 #include "stress/rounds.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 void add(FamilySummary& summary, const Observation& seen, std::int64_t number) {
@@ -54,4 +54,4 @@ std::vector<FamilySummary> runStress(const StressRun& run, std::atomic<std::int6
       });
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

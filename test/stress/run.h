@@ -6,7 +6,7 @@
 
 #include "stress/checks.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 
 struct StressFailure {
   std::int64_t number;  ///< of the pair in its family
@@ -41,4 +41,4 @@ struct StressRun {
 /// Throws std::invalid_argument for an unknown family.
 std::vector<FamilySummary> runStress(const StressRun& run, std::atomic<std::int64_t>& done);
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

@@ -7,7 +7,7 @@
 
 #include "narrowphase/from_json.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -71,4 +71,4 @@ json toJson(const Isometry3d& pose) {
   return rows;
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

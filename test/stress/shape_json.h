@@ -3,9 +3,9 @@
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
-#include "proximity_server/narrowphase/shape.h"
+#include "proximity_server/narrowphase/shape/shape.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 
 // Shapes and poses as the recorded cases write them, every double with all of its digits; see recorded_pairs.h.
 
@@ -18,4 +18,4 @@ nlohmann::json toJson(const Shape& shape);
 /// Throws std::runtime_error for a kind that it does not know.
 Shape shapeFrom(const nlohmann::json& j);
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

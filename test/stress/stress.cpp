@@ -10,7 +10,7 @@
 #include "stress/recorded_pairs.h"
 #include "stress/run.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 void print(const std::vector<FamilySummary>& summaries) {
@@ -63,7 +63,7 @@ int run(const StressRun& asked, const std::string& record_path, const std::strin
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   print(summaries);
   std::int64_t failed = 0;
-  nlohmann::json result = machine();
+  nlohmann::json result = benchmark::machine();
   result.update(
       {{"pairs", done.load()}, {"seed", asked.seed}, {"threads", asked.threads}, {"seconds", seconds.count()}});
   for (const FamilySummary& summary : summaries) {
@@ -78,10 +78,10 @@ int run(const StressRun& asked, const std::string& record_path, const std::strin
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase
 
 int main(int argc, char** argv) {
-  using namespace proximity_server;
+  using namespace proximity_server::narrowphase;
   StressRun asked;
   asked.pairs = 1000000;
   asked.threads = std::max(1u, std::thread::hardware_concurrency());

@@ -8,7 +8,7 @@
 #include "sanitized.h"
 #include "stress/run.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 namespace {
 
 StressRun aRun(std::int64_t pairs, unsigned threads) {
@@ -70,4 +70,4 @@ TEST(Stress, ForgedResultsAreFound) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

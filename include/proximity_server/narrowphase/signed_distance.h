@@ -4,9 +4,9 @@
 #include <array>
 #include <limits>
 
-#include "proximity_server/narrowphase/shape.h"
+#include "proximity_server/narrowphase/shape/shape.h"
 
-namespace proximity_server {
+namespace proximity_server::narrowphase {
 
 enum class Status : unsigned char {
   Unknown = 0,     ///< not evaluated: no number of the result is valid
@@ -90,4 +90,4 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Eigen::Isome
 SignedDistance signedDistance(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, const Options& options,
                               WarmStart& warm_start);
 
-}  // namespace proximity_server
+}  // namespace proximity_server::narrowphase

@@ -1,4 +1,4 @@
-#include "child_process.h"
+#include "node/faults/child_process.h"
 
 #include <sys/wait.h>
 #include <unistd.h>
@@ -9,7 +9,7 @@
 #include <system_error>
 #include <thread>
 
-namespace proximity_server {
+namespace proximity_server::node {
 namespace {
 
 /// Between two looks at a process that runs.
@@ -64,4 +64,4 @@ std::size_t ChildProcess::residentMemory() const {
   return resident * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace proximity_server {
+namespace proximity_server::node {
 
 /// A program that a test starts, hurts and starts again. It does not outlive this object.
 class ChildProcess {
@@ -40,4 +40,4 @@ class ChildProcess {
   int exit_code_ = 0;
 };
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

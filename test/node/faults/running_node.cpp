@@ -1,11 +1,11 @@
-#include "running_node.h"
+#include "node/faults/running_node.h"
 
 #include <ros/master.h>
 #include <ros/network.h>
 #include <ros/this_node.h>
 #include <xmlrpcpp/XmlRpc.h>
 
-namespace proximity_server {
+namespace proximity_server::node {
 
 pid_t processOf(const std::string& node) {
   XmlRpc::XmlRpcValue request, response, api;
@@ -23,4 +23,4 @@ pid_t processOf(const std::string& node) {
   return static_cast<int>(answer[2]);
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

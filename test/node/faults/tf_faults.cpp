@@ -1,11 +1,11 @@
-#include "tf_faults.h"
+#include "node/faults/tf_faults.h"
 
 #include <tf2_msgs/TFMessage.h>
 
 #include <limits>
 #include <utility>
 
-namespace proximity_server {
+namespace proximity_server::node {
 namespace {
 
 using geometry_msgs::TransformStamped;
@@ -172,4 +172,4 @@ TfStream::TfStream(const ros::NodeHandle& nh, double rate, Source transforms, co
   ticker_.start();
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "ticker.h"
+#include "node/ticker.h"
 
-namespace proximity_server {
+namespace proximity_server::node {
 
 /// What can go wrong between a robot and tf.
 enum class TfFault {
@@ -95,4 +95,4 @@ class TfStream {
   Ticker ticker_;  // last: it sends what is above
 };
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

@@ -1,4 +1,4 @@
-#include "client_process.h"
+#include "node/load/client_process.h"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -8,9 +8,9 @@
 #include <stdexcept>
 #include <thread>
 
-#include "programs.h"
+#include "node/load/programs.h"
 
-namespace proximity_server {
+namespace proximity_server::node {
 namespace {
 
 using Clock = std::chrono::steady_clock;  // that of the system: the same in all processes
@@ -130,4 +130,4 @@ Calls ClientProcesses::call(const std::vector<Calling>& tasks, double seconds) {
   return all;
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

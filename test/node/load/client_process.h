@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "faults/child_process.h"
-#include "raw_calls.h"
+#include "node/faults/child_process.h"
+#include "node/load/raw_calls.h"
 
 // Clients as they are: each a process of its own, with a connection of its own.
 
-namespace proximity_server {
+namespace proximity_server::node {
 
 /// What one client does: calls a service again and again.
 struct Calling {
@@ -49,4 +49,4 @@ class ClientProcesses {
   std::vector<Client> clients_;
 };
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

@@ -1,8 +1,10 @@
-#include "moving_robot.h"
+#include "node/load/moving_robot.h"
 
 #include <cmath>
 
-namespace proximity_server {
+namespace proximity_server::node {
+
+using namespace scene;
 namespace {
 
 /// [rad] or [m] on either side of the middle: so much of the range, or so much where there is none.
@@ -73,4 +75,4 @@ sensor_msgs::JointState MovingRobot::jointStateAt(const ros::Time& time) const {
   return state;
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

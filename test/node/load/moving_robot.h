@@ -6,9 +6,11 @@
 
 #include <vector>
 
-#include "proximity_server/scene/robot_model.h"
+#include "proximity_server/scene/model/robot_model.h"
 
-namespace proximity_server {
+namespace proximity_server::node {
+
+using namespace scene;
 
 /// A robot whose joints swing about the middle of their ranges, each with a period of its own. Where it stands is a
 /// function of the time alone, so that everybody can tell what an answer with a stamp must be.
@@ -35,4 +37,4 @@ class MovingRobot {
 /// Whether a joint takes one position of its own.
 bool isSettable(const Joint& joint);
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

@@ -1,4 +1,4 @@
-#include "node_under_load.h"
+#include "node/load/node_under_load.h"
 
 #include <ros/param.h>
 #include <ros/service.h>
@@ -8,12 +8,15 @@
 #include <cmath>
 #include <thread>
 
-#include "grants_real_time.h"
-#include "patience.h"
-#include "programs.h"
+#include "node/load/programs.h"
+#include "node/patience.h"
+#include "node/system/grants_real_time.h"
 #include "scene/example_robots.h"
 
-namespace proximity_server {
+namespace proximity_server::node {
+
+using namespace narrowphase;
+using namespace scene;
 namespace {
 
 const std::string kDemo = PROXIMITY_SOURCE_DIR "/config/demo/robot";
@@ -132,4 +135,4 @@ void BareBeat::run(double rate, int realtime_priority) {
   }
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

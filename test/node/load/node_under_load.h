@@ -14,10 +14,13 @@
 #include <thread>
 #include <vector>
 
-#include "faults/child_process.h"
-#include "proximity_server/scene/scene.h"
+#include "node/faults/child_process.h"
+#include "proximity_server/scene/query/scene.h"
 
-namespace proximity_server {
+namespace proximity_server::node {
+
+using namespace narrowphase;
+using namespace scene;
 
 /// The name of the node under load.
 inline const std::string kNodeName = "/proximity_server";
@@ -96,4 +99,4 @@ class BareBeat {
   std::thread thread_;  // last: it uses all of the above
 };
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

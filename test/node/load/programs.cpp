@@ -1,4 +1,4 @@
-#include "programs.h"
+#include "node/load/programs.h"
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -12,9 +12,9 @@
 #include <cstdlib>
 #include <stdexcept>
 
-#include "patience.h"
+#include "node/patience.h"
 
-namespace proximity_server {
+namespace proximity_server::node {
 namespace {
 
 sockaddr_in onThisMachine(int port) {
@@ -89,4 +89,4 @@ std::unique_ptr<ChildProcess> startMasterAt(int port) {
   return master;
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

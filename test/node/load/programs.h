@@ -4,12 +4,12 @@
 #include <string>
 #include <vector>
 
-#include "faults/child_process.h"
+#include "node/faults/child_process.h"
 
 // The programs that a benchmark or a long run needs besides itself. Each ends with us, however we end, and Ctrl-C is
 // ours alone: we end them in order. What they say goes to our standard error.
 
-namespace proximity_server {
+namespace proximity_server::node {
 
 std::unique_ptr<ChildProcess> startProgram(const std::vector<std::string>& command);
 
@@ -33,4 +33,4 @@ void useMasterAt(int port);
 /// Failure: throws std::runtime_error where it does not start.
 std::unique_ptr<ChildProcess> startMasterAt(int port);
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

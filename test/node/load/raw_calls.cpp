@@ -1,4 +1,4 @@
-#include "raw_calls.h"
+#include "node/load/raw_calls.h"
 
 #include <ros/service_client_options.h>
 
@@ -7,7 +7,7 @@
 #include <cstring>
 #include <utility>
 
-namespace proximity_server {
+namespace proximity_server::node {
 namespace {
 
 constexpr char kAnyType[] = "*";
@@ -64,4 +64,4 @@ RawRequest paddingRequest(const RawRequest& like, std::size_t response_size) {
   return request;
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

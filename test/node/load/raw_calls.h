@@ -11,7 +11,7 @@
 
 // Calls of services of any type, as bytes: nothing but ROS itself stands between a client and a server.
 
-namespace proximity_server {
+namespace proximity_server::node {
 
 enum class Connection : unsigned char { Persistent, OnePerCall };
 
@@ -54,4 +54,4 @@ ros::ServiceServer advertisePadding(ros::NodeHandle nh, const std::string& servi
 /// A request of that service of as many bytes as `like` has, for an answer of so many. Both take at least four.
 RawRequest paddingRequest(const RawRequest& like, std::size_t response_size);
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

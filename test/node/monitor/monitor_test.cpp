@@ -1,12 +1,12 @@
 // Cycles of the monitor in poses that no tf would send.
-#include "monitor.h"
+#include "node/monitor/monitor.h"
 
 #include <gtest/gtest.h>
 
 #include <optional>
 #include <string>
 
-namespace proximity_server {
+namespace proximity_server::node {
 namespace {
 
 /// Three spheres on sliders along x, with a radius of 0.1 m. No two of them are neighbours.
@@ -26,7 +26,7 @@ const char* const kSliders = R"(<robot name="sliders">
 PoseSnapshot withTheRightSphereAt(const Robot& robot, double x) {
   PoseSnapshot snapshot;
   snapshot.stamp = ros::Time(1000.0);
-  snapshot.poses = forwardKinematics(robot.links(), std::vector<double>{-1.0, 0.0, x});
+  snapshot.poses = scene::forwardKinematics(robot.links(), std::vector<double>{-1.0, 0.0, x});
   return snapshot;
 }
 
@@ -85,4 +85,4 @@ TEST_F(MonitorOfSliders, SaysThatTheFilterLeavesNoPairOnlyWhereItDoes) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::node

@@ -1,5 +1,5 @@
 // What becomes of the exceptions that an answer meets.
-#include "answered.h"
+#include "node/services/answered.h"
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@
 #include "proximity_server/QueryTrajectory.h"
 #include "proximity_server/SeparationAxis.h"
 
-namespace proximity_server {
+namespace proximity_server::node {
 namespace {
 
 MinimumDistanceResponse withoutNumbers() {
@@ -86,4 +86,4 @@ TYPED_TEST(AnsweredByEveryService, AnExceptionBecomesAFailedAnswerWithItsText) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::node

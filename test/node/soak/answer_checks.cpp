@@ -1,11 +1,14 @@
-#include "answer_checks.h"
+#include "node/soak/answer_checks.h"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <sstream>
 
-namespace proximity_server {
+namespace proximity_server::node {
+
+using namespace narrowphase;
+using namespace scene;
 
 /// What was said about the first contact on the clock of a motion.
 struct SaidContact {
@@ -304,4 +307,4 @@ Verdict AnswerChecks::check(const Clearance& clearance, const Levels& levels) {
   return list.empty() ? checkNumberBelow(levels.listed, clearance.pairs_below_threshold) : list;
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

@@ -14,10 +14,12 @@
 #include <string>
 #include <vector>
 
-#include "load/moving_robot.h"
-#include "proximity_server/scene/scene.h"
+#include "node/load/moving_robot.h"
+#include "proximity_server/scene/query/scene.h"
 
-namespace proximity_server {
+namespace proximity_server::node {
+
+using namespace scene;
 
 struct SaidContact;
 struct SaidMinimum;
@@ -71,4 +73,4 @@ class AnswerChecks {
   Scene scene_;
 };
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

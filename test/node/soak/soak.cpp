@@ -14,16 +14,19 @@
 #include <iostream>
 #include <thread>
 
-#include "faults/tf_faults.h"
-#include "load/moving_robot.h"
-#include "load/node_under_load.h"
-#include "load/programs.h"
-#include "load/raw_calls.h"
-#include "soak_client.h"
-#include "soak_monitor.h"
-#include "soak_record.h"
+#include "node/faults/tf_faults.h"
+#include "node/load/moving_robot.h"
+#include "node/load/node_under_load.h"
+#include "node/load/programs.h"
+#include "node/load/raw_calls.h"
+#include "node/soak/soak_client.h"
+#include "node/soak/soak_monitor.h"
+#include "node/soak/soak_record.h"
 
-namespace proximity_server {
+namespace proximity_server::node {
+
+using namespace narrowphase;
+using namespace scene;
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -388,10 +391,10 @@ int soak(int argc, char** argv, const SoakOptions& options) {
 }
 
 }  // namespace
-}  // namespace proximity_server
+}  // namespace proximity_server::node
 
 int main(int argc, char** argv) {
-  using namespace proximity_server;
+  using namespace proximity_server::node;
   const std::string part = argc > 1 ? argv[1] : "";
   if (part == "--subscribe" || part == "--ask") {
     ros::init(argc, argv, "part_of_soak", ros::init_options::AnonymousName);

@@ -1,4 +1,4 @@
-#include "soak_client.h"
+#include "node/soak/soak_client.h"
 
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
@@ -7,9 +7,11 @@
 #include <cmath>
 #include <set>
 
-#include "load/node_under_load.h"
+#include "node/load/node_under_load.h"
 
-namespace proximity_server {
+namespace proximity_server::node {
+
+using namespace scene;
 namespace {
 
 using Outcome = SoakRecord::Outcome;
@@ -231,4 +233,4 @@ QueryTrajectoryRequest SoakClient::trajectory() {
   return request;
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

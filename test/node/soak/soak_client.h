@@ -9,10 +9,12 @@
 #include <string>
 #include <thread>
 
-#include "answer_checks.h"
-#include "soak_record.h"
+#include "node/soak/answer_checks.h"
+#include "node/soak/soak_record.h"
 
-namespace proximity_server {
+namespace proximity_server::node {
+
+using namespace scene;
 
 /// A client that asks all services at random, one question after the other, and checks every answer.
 class SoakClient {
@@ -62,4 +64,4 @@ class SoakClient {
   std::thread thread_;  // last: it uses all of the above
 };
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

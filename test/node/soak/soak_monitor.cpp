@@ -1,10 +1,12 @@
-#include "soak_monitor.h"
+#include "node/soak/soak_monitor.h"
 
 #include <chrono>
 
-#include "load/node_under_load.h"
+#include "node/load/node_under_load.h"
 
-namespace proximity_server {
+namespace proximity_server::node {
+
+using namespace scene;
 namespace {
 
 const std::string kTopic = "clearance";
@@ -46,4 +48,4 @@ void SoakMonitor::onClearance(const Clearance& message) {
   arrived_.notify_all();
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

@@ -6,10 +6,12 @@
 #include <condition_variable>
 #include <mutex>
 
-#include "answer_checks.h"
-#include "soak_record.h"
+#include "node/soak/answer_checks.h"
+#include "node/soak/soak_record.h"
 
-namespace proximity_server {
+namespace proximity_server::node {
+
+using namespace scene;
 
 /// Listens to ~clearance and checks every message: INVALID, or right and not stale.
 class SoakMonitor {
@@ -38,4 +40,4 @@ class SoakMonitor {
   ros::Subscriber subscriber_;
 };
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

@@ -1,9 +1,9 @@
-#include "soak_record.h"
+#include "node/soak/soak_record.h"
 
 #include <algorithm>
 #include <iostream>
 
-namespace proximity_server {
+namespace proximity_server::node {
 namespace {
 
 using Lock = std::lock_guard<std::mutex>;
@@ -74,4 +74,4 @@ bool SoakRecord::isMisled(const ros::Time& stamp) const {
                      [&](const Interval& interval) { return interval.begin <= stamp && stamp <= interval.end; });
 }
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace proximity_server {
+namespace proximity_server::node {
 
 /// What happened to one kind of question, or of fault.
 struct ServiceTally {
@@ -68,4 +68,4 @@ class SoakRecord {
   std::atomic<bool> stop_{false};
 };
 
-}  // namespace proximity_server
+}  // namespace proximity_server::node

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <memory>
+
+#include "proximity_server/narrowphase/shape/convex_hull.h"
+
+namespace proximity_server::narrowphase {
+
+// The primitives, as URDF describes them: centred at the origin of their own frame, axis along z,
+// full sizes, metres.
+struct Sphere {
+  double radius;
+};
+struct Capsule {
+  double radius;
+  double length;  ///< between the centres of the caps; 0 is a sphere
+};
+struct Box {
+  Eigen::Vector3d size;  ///< full edge lengths
+};
+struct Cylinder {
+  double radius;
+  double length;
+};
+struct Cone {
+  double radius;
+  double length;  ///< base at z = -length/2, apex at z = +length/2
+};
+struct Ellipsoid {
+  Eigen::Vector3d radii;
+};
+
+/// A convex shape: a core, swept by a ball of radius `margin`.
+///
+/// The core is what GJK and EPA see; the margin is added in closed form. So a sphere is a point, a capsule
+/// a segment, and padding is an exact offset of the surface.
+/// Frame:   the shape's own. Metres.
+/// Failure: the constructors throw std::invalid_argument naming the dimension that is not finite or not
+///          positive (a capsule's length may be 0); nothing is checked later.
+class Shape {
+ public:
+  enum class Kind : unsigned char { Point, Segment, Box, Cylinder, Cone, Ellipsoid, Hull, Sweep };
+
+  // Implicit on purpose: signedDistance(Sphere{0.2}, Box{{1, 1, 1}}, a_T_b).
+  Shape(const Sphere& sphere);        // NOLINT(google-explicit-constructor)
+  Shape(const Capsule& capsule);      // NOLINT(google-explicit-constructor)
+  Shape(const Box& box);              // NOLINT(google-explicit-constructor)
+  Shape(const Cylinder& cylinder);    // NOLINT(google-explicit-constructor)
+  Shape(const Cone& cone);            // NOLINT(google-explicit-constructor)
+  Shape(const Ellipsoid& ellipsoid);  // NOLINT(google-explicit-constructor)
+  Shape(ConvexHull hull);             // NOLINT(google-explicit-constructor)
+
+  /// The same core with the margin enlarged by `padding` [m]: an exact offset of the surface.
+  /// Throws std::invalid_argument where the margin would become negative or not finite.
+  Shape padded(double padding) const;
+
+  /// The convex hull of the shape where it is and moved by `end`; its support mapping is the better of the two. After a
+  /// translation that is the swept volume; see sweptShape for other motions.
+  Shape sweptTo(const Eigen::Isometry3d& end) const;
+
+  Kind kind() const { return kind_; }
+  double margin() const { return margin_; }
+
+  /// Half sizes of the core along x, y, z: (0, 0, length/2) of a segment, (r, r, length/2) of a cylinder or
+  /// cone, the radii of an ellipsoid. Zero for a point, unused for a hull and a sweep.
+  const Eigen::Vector3d& halfExtents() const { return half_extents_; }
+
+  /// Vertices and adjacency; only for Kind::Hull.
+  const ConvexHull& hull() const { return *hull_; }
+
+  /// What is swept, and the pose that it ends at; only for Kind::Sweep.
+  struct Sweep;
+  const Sweep& sweep() const { return *sweep_; }
+
+  /// Whether the core is the hull of finitely many points.
+  bool isPolytope() const;
+
+  /// A point inside the core, and the radius of a ball about it that holds the core (without margin).
+  const Eigen::Vector3d& centre() const { return centre_; }
+  double coreRadius() const { return core_radius_; }
+
+  /// How far the core reaches from the origin of its frame, at most [m].
+  double coreReach() const { return core_reach_; }
+
+ private:
+  Shape(Kind kind, double margin, const Eigen::Vector3d& half_extents, double core_radius);
+
+  Kind kind_;
+  double margin_;
+  double core_radius_;
+  double core_reach_;
+  Eigen::Vector3d half_extents_;
+  Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
+  std::shared_ptr<const ConvexHull> hull_;
+  std::shared_ptr<const Sweep> sweep_;
+};
+
+struct Shape::Sweep {
+  Shape shape;  ///< without margin
+  Eigen::Isometry3d end;
+};
+
+}  // namespace proximity_server::narrowphase

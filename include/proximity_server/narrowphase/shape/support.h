@@ -1,0 +1,169 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "proximity_server/narrowphase/shape/shape.h"
+#include "proximity_server/narrowphase/signed_distance.h"
+
+namespace proximity_server::narrowphase {
+
+namespace support {
+
+inline double radialPart(const Eigen::Vector3d& direction) {
+  return std::sqrt(direction.x() * direction.x() + direction.y() * direction.y());
+}
+
+/// The corner of a box by its number: bit k is set where coordinate k is negative.
+inline Eigen::Vector3d corner(const Eigen::Vector3d& half_extents, int number) {
+  return {(number & 1) != 0 ? -half_extents.x() : half_extents.x(),
+          (number & 2) != 0 ? -half_extents.y() : half_extents.y(),
+          (number & 4) != 0 ? -half_extents.z() : half_extents.z()};
+}
+
+inline int cornerTowards(const Eigen::Vector3d& direction) {
+  return static_cast<int>(std::signbit(direction.x())) | static_cast<int>(std::signbit(direction.y())) << 1 |
+         static_cast<int>(std::signbit(direction.z())) << 2;
+}
+
+/// Point of the circle |(x, y)| = radius at height z that lies farthest along the direction; its centre where that is
+/// as far.
+inline Eigen::Vector3d rimPoint(double radius, double z, const Eigen::Vector3d& direction, double radial) {
+  constexpr double kNone = 1e-150;  // the square of less has lost digits, and would give a point beside the circle
+  if (radial < kNone) return {0.0, 0.0, z};
+  const double scale = radius / radial;
+  return {scale * direction.x(), scale * direction.y(), z};
+}
+
+/// Of a sweep, whose vertices are numbered alternately: 2 n that of the start, 2 n + 1 that of the end.
+Eigen::Vector3d sweptPoint(const Shape::Sweep& sweep, const Eigen::Vector3d& direction, int& vertex);
+Eigen::Vector3d sweptVertex(const Shape::Sweep& sweep, int number);
+
+}  // namespace support
+
+/// Point of the core that lies farthest along `direction` (not zero), in the shape's frame.
+///
+/// `vertex` is where the search on a large hull begins; any value is legal, the last answer is the best. Of a polytope
+/// it then is the number of the point, for vertexOf(). Error:  the point's coordinate along the direction is within 4
+/// eps coreRadius() of the true maximum. Source: van den Bergen, A Fast and Robust GJK Implementation for Collision
+/// Detection of Convex Objects, J. Graphics
+///         Tools 1999 (closed forms); Cameron, Enhancing GJK, ICRA 1997 (hill climbing over the adjacency).
+inline Eigen::Vector3d supportPoint(const Shape& shape, const Eigen::Vector3d& direction, int& vertex) {
+  const Eigen::Vector3d& half = shape.halfExtents();
+  switch (shape.kind()) {
+    case Shape::Kind::Point:
+    case Shape::Kind::Segment:
+    case Shape::Kind::Box:  // the others are boxes without width
+      vertex = support::cornerTowards(direction);
+      return {std::copysign(half.x(), direction.x()), std::copysign(half.y(), direction.y()),
+              std::copysign(half.z(), direction.z())};
+    case Shape::Kind::Cylinder:
+      return support::rimPoint(half.x(), std::copysign(half.z(), direction.z()), direction,
+                               support::radialPart(direction));
+    case Shape::Kind::Cone: {
+      const double radial = support::radialPart(direction);
+      if (2.0 * half.z() * direction.z() >= half.x() * radial) return {0.0, 0.0, half.z()};
+      return support::rimPoint(half.x(), -half.z(), direction, radial);
+    }
+    case Shape::Kind::Ellipsoid: {
+      const Eigen::Vector3d stretched = half.cwiseProduct(direction);
+      return half.cwiseProduct(stretched) / stretched.norm();
+    }
+    case Shape::Kind::Sweep:
+      return support::sweptPoint(shape.sweep(), direction, vertex);
+    case Shape::Kind::Hull:
+      break;
+  }
+  vertex = shape.hull().farthestVertex(direction, vertex);
+  return shape.hull().vertices()[static_cast<std::size_t>(vertex)];
+}
+
+/// Vertex of a polytope by its number; any other number gives one of its vertices too.
+inline Eigen::Vector3d vertexOf(const Shape& polytope, int number) {
+  if (polytope.kind() == Shape::Kind::Sweep) return support::sweptVertex(polytope.sweep(), number);
+  if (polytope.kind() != Shape::Kind::Hull) return support::corner(polytope.halfExtents(), number);
+  const ConvexHull& hull = polytope.hull();
+  return hull.vertices()[number >= 0 && number < hull.size() ? static_cast<std::size_t>(number) : 0];
+}
+
+/// The flat part of the core that lies within `tolerance` [m] of the support plane of the unit `direction`.
+struct SupportFeature {
+  int dimension;          ///< 0 vertex or curved, 1 edge, 2 face
+  Eigen::Vector3d along;  ///< of an edge: one end to the other, in the shape's frame
+};
+SupportFeature supportFeature(const Shape& shape, const Eigen::Vector3d& direction, double tolerance, int& vertex);
+
+/// Vertex of the configuration space obstacle (Minkowski difference) A - B of two cores, with the points that made it.
+struct CsoVertex {
+  Eigen::Vector3d point;  ///< the point on a minus that on b
+  Eigen::Vector3d on_a;
+  WarmStart::Pair numbers;  ///< of the points, where the cores are polytopes
+  Eigen::Vector3d onB() const { return on_a - point; }
+};
+
+/// [m] what rounding may add to or take from the coordinate of a CSO vertex along a unit vector, or from its norm.
+///
+/// To first order in eps, with r how far a shape reaches from its origin and t the offset: a support point is off by
+/// 2 eps r, its rotation by 3 eps r, the sums by 2 eps and the dot product or norm by 2 eps of what they add up: less
+/// than 8 eps of it all. |t|_1 is never less than |t|, and margins join the sums last.
+inline double csoRounding(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b) {
+  const double reach = a.coreReach() + b.coreReach() + a.margin() + b.margin();
+  return 8.0 * std::numeric_limits<double>::epsilon() * (reach + a_T_b.translation().lpNorm<1>());
+}
+
+/// The CSO of two cores by its support mapping. Frame: that of a.
+class Cso {
+ public:
+  /// `warm_start` gives the first vertices of large hulls, and takes the last. All arguments outlive the CSO.
+  Cso(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, double rounding, WarmStart& warm_start);
+
+  /// Vertex farthest along `direction`: the one that A shows towards B when direction is the normal a to b.
+  CsoVertex vertex(const Eigen::Vector3d& direction) {
+    const Eigen::Vector3d on_a = supportPoint(a_, direction, warm_start_.vertex_a);
+    const Eigen::Vector3d towards_a = -(bAxes().transpose() * direction);
+    return vertexFrom(on_a, supportPoint(b_, towards_a, warm_start_.vertex_b),
+                      {warm_start_.vertex_a, warm_start_.vertex_b});
+  }
+
+  /// A vertex of the simplex that the last query ended with; only where the cores are polytopes.
+  CsoVertex recalled(const WarmStart::Pair& numbers) const {
+    return vertexFrom(vertexOf(a_, numbers.a), vertexOf(b_, numbers.b), numbers);
+  }
+
+  WarmStart& warmStart() { return warm_start_; }
+
+  /// From the centre of a's core to that of b's.
+  Eigen::Vector3d centreDifference() const { return bAxes() * b_.centre() + bOrigin() - a_.centre(); }
+
+  /// [m] the gap between the bounds at which a search may end, if it gets there: better than the tolerance, as a search
+  /// on a polytope ends on a true face, edge or vertex, and Newton's method on a curve doubles the digits. Below three
+  /// roundings, two of which are the bounds' own, a vertex may lie behind the simplex that it should lie beyond.
+  double finalGap(double tolerance) const {
+    return std::max(3.0 * rounding_, std::min(tolerance, (is_polytope_ ? 4.0 : 1024.0) * rounding_));
+  }
+
+  /// [m] see csoRounding.
+  double rounding() const { return rounding_; }
+
+  bool isPolytope() const { return is_polytope_; }
+  const Shape& a() const { return a_; }
+  const Shape& b() const { return b_; }
+  Eigen::Isometry3d::ConstLinearPart bAxes() const { return a_T_b_.linear(); }
+  Eigen::Isometry3d::ConstTranslationPart bOrigin() const { return a_T_b_.translation(); }
+
+ private:
+  CsoVertex vertexFrom(const Eigen::Vector3d& on_a, const Eigen::Vector3d& on_b, const WarmStart::Pair& numbers) const {
+    return {on_a - (bAxes() * on_b + bOrigin()), on_a, numbers};
+  }
+
+  const Shape& a_;
+  const Shape& b_;
+  const Eigen::Isometry3d& a_T_b_;
+  WarmStart& warm_start_;
+  double rounding_;
+  bool is_polytope_;
+};
+
+}  // namespace proximity_server::narrowphase

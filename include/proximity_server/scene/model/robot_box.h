@@ -1,0 +1,23 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "proximity_server/scene/model/robot_model.h"
+
+namespace proximity_server::scene {
+
+/// Where a robot is: a box that holds its collision geometry.
+class RobotBox {
+ public:
+  explicit RobotBox(const RobotModel& robot);
+
+  /// The box along the axes of the frame of the poses [m] that holds the boxes of all bodies, each along the axes of
+  /// its own frame. A body without a pose or without geometry does not count; isEmpty() where there is no other.
+  Eigen::AlignedBox3d at(const BodyPoses& poses) const;
+
+ private:
+  std::vector<Eigen::AlignedBox3d> bodies_;  ///< in their own frames
+};
+
+}  // namespace proximity_server::scene

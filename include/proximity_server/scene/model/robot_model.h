@@ -1,0 +1,149 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <functional>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "proximity_server/narrowphase/shape/shape.h"
+#include "proximity_server/scene/mesh/mesh.h"
+
+namespace proximity_server::scene {
+
+/// A convex part of a body's collision geometry.
+struct Piece {
+  narrowphase::Shape shape;  ///< padding included, as margin
+  Eigen::Isometry3d body_T_piece;
+  int collision;  ///< index into RobotModel::collisions
+};
+
+/// One <collision> element.
+struct Collision {
+  std::string name;         ///< its name attribute, or ""
+  std::string description;  ///< "box 0.1 x 0.2 x 0.3", "mesh package://...", for people
+  int link;                 ///< index into RobotModel::links
+  int number;               ///< n-th <collision> of its link, counted from 1
+  Representation representation;
+  double deviation;         ///< [m] of the pieces outside of the mesh, see MeshPieces
+  std::vector<int> pieces;  ///< what stands for this element alone, indices into RobotModel::pieces
+  double uncovered = 0.0;   ///< [m] of the mesh outside of the pieces, see MeshPieces
+  double volume_ratio = std::numeric_limits<double>::quiet_NaN();  ///< see MeshPieces; NaN for a primitive
+};
+
+struct Link {
+  std::string name;
+  int body;  ///< index into RobotModel::bodies
+  Eigen::Isometry3d body_T_link;
+  std::vector<int> collisions;  ///< indices into RobotModel::collisions, in the URDF's order
+  int parent = -1;              ///< the link that a joint, fixed or movable, hangs it on; -1 for the root
+};
+
+/// A movable joint; fixed joints are folded into bodies.
+struct Joint {
+  enum class Type : unsigned char { Revolute, Continuous, Prismatic, Floating, Planar };
+  std::string name;
+  Type type;
+  int parent_link;
+  int child_link;
+  Eigen::Isometry3d parent_T_joint;  ///< in the parent link's frame, at position 0
+  Eigen::Vector3d axis;              ///< unit, joint frame; the normal of a planar joint
+  double lower, upper;               ///< [rad] or [m]; +-infinity where the joint has no limit
+  double max_velocity;               ///< [rad/s] or [m/s]; infinity where unstated
+  struct Mimic {
+    int joint;  ///< index into RobotModel::joints
+    double multiplier, offset;
+  };
+  std::optional<Mimic> mimic;
+};
+
+/// Links joined by fixed joints: they move as one. The frame of a body is that of its first link.
+struct Body {
+  int link;    ///< the link that gives the frame: root, or child of `joint`
+  int joint;   ///< movable joint that carries it, index into RobotModel::joints; -1 for the root body
+  int parent;  ///< body at the other end of that joint; -1 for the root body
+  std::vector<int> links;
+  std::vector<int> pieces;  ///< what stands for the whole: a capsule instead of the cylinder and spheres it is made of
+};
+
+/// A robot as the queries see it; never changed after loading. bodies are ordered parents first, bodies[0] is the root.
+struct RobotModel {
+  std::string name;
+  std::vector<Link> links;
+  std::vector<Joint> joints;
+  std::vector<std::string> fixed_joints;  ///< names of the joints that were folded into bodies
+  std::vector<Body> bodies;
+  std::vector<Collision> collisions;
+  std::vector<Piece> pieces;
+  std::vector<std::string> warnings;  ///< what was odd but not wrong, one sentence each
+
+  /// Index of a link, or -1.
+  int findLink(const std::string& name) const;
+
+  /// Whether the link has collision geometry.
+  bool hasGeometry(int link) const;
+
+  /// What lies between two links: the movable joints on the way from one to the other, and whether a third link on it
+  /// has geometry. Where there are several joints and such a link, no more of them are counted.
+  struct Connection {
+    int movable_joints = 0;
+    bool passes_geometry = false;
+  };
+  Connection connection(int link_a, int link_b) const;
+
+  /// Whether two links are joined by one movable joint, seen through fixed links that have no geometry of their own.
+  bool areNeighbours(int link_a, int link_b) const;
+
+  /// The joint that sets a joint's position: position = offset + multiplier * that of the leader. A joint that follows
+  /// none leads itself.
+  Joint::Mimic leaderOf(int joint) const;
+
+  /// [m] At most how far the geometry of a link reaches from a point, which is given in the frame of the link's body.
+  double reachOf(int link, const Eigen::Vector3d& point) const;
+};
+
+/// The known name nearest to `name` in edit distance ("did you mean ..."); "" where there is none at all.
+std::string nearestName(const std::string& name, const std::vector<std::string>& known);
+
+struct ModelOptions {
+  double default_padding = 0.0;                       ///< [m] added to every piece as margin
+  std::map<std::string, double> link_padding;         ///< [m] instead of the default, by link name
+  double mesh_tolerance = 0.005;                      ///< [m] see MeshOptions::tolerance
+  std::map<std::string, double> link_mesh_tolerance;  ///< [m] instead of that one, by link name
+  std::string mesh_cache;                             ///< see MeshOptions::cache
+  double mesh_time_budget = 10.0;                     ///< [s] for each mesh, see MeshOptions::time_budget
+  int threads = 0;                                    ///< that read meshes; 0: one for each core. The model is the same
+  std::function<void(const std::string&)> progress;   ///< told what is about to take time, with link and mesh
+  bool allow_missing_meshes = false;  ///< a mesh that cannot be read becomes a warning and no geometry, not an error
+};
+
+/// Reads a URDF.
+///
+/// Every <collision> of every link counts. A cylinder with a sphere of the same radius at both of its ends, in the same
+/// link, becomes the capsule that they are.
+/// Failure: throws std::invalid_argument naming link and file, joint, or element: unreadable XML, an unresolved mesh
+///          (unless allowed), zero-size or non-finite geometry, a padding or mesh tolerance for a link that does not
+///          exist.
+RobotModel loadRobotModel(const std::string& urdf_xml, const MeshResolver& resolve, const ModelOptions& options = {});
+
+/// Poses of the bodies in one common frame, indexed as RobotModel::bodies; nothing where a pose is not known.
+using BodyPoses = std::vector<std::optional<Eigen::Isometry3d>>;
+
+/// Whether one number says where the joint stands: not so for floating and planar joints.
+bool hasOnePosition(const Joint& joint);
+
+/// Motion of a one-dof joint at `position` [rad] or [m]; the identity for floating and planar joints.
+Eigen::Isometry3d jointMotion(const Joint& joint, double position);
+
+/// Poses of all bodies in the root link's frame. `positions` [rad] or [m] has one entry for each of RobotModel::joints;
+/// that of a mimic joint is ignored, it follows its leader. Floating and planar joints stay at the identity.
+/// Throws std::invalid_argument where the number of positions is not that of the joints.
+BodyPoses forwardKinematics(const RobotModel& model, const std::vector<double>& positions);
+
+/// The same by name: joints that are not named are at 0. Throws std::invalid_argument for a name that is no movable
+/// joint of the robot.
+BodyPoses forwardKinematics(const RobotModel& model, const std::map<std::string, double>& positions);
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "proximity_server/scene/motion/robot_motion.h"
+
+namespace proximity_server::scene {
+
+/// A motion over the time [0, 1] in phases, each a RobotMotion that begins where the one before ended.
+class PhasedMotion {
+ public:
+  struct Phase {
+    double begin, end;   ///< of the whole's time; the first begins at 0, the last ends at 1
+    RobotMotion motion;  ///< over this phase
+
+    /// The whole's time at a time [0, 1] of this phase.
+    double onWhole(double time) const { return time < 1.0 ? std::min(end, begin + time * (end - begin)) : end; }
+  };
+
+  /// In one phase.
+  PhasedMotion(RobotMotion motion);  // NOLINT(google-explicit-constructor): the same motion
+
+  /// Throws std::invalid_argument where there is none, or where their times leave a gap.
+  explicit PhasedMotion(std::vector<Phase> phases);
+
+  const std::vector<Phase>& phases() const { return phases_; }
+  BodyPoses at(double time) const;
+
+ private:
+  std::vector<Phase> phases_;
+};
+
+/// A joint that reaches a limit, where it stays.
+struct JointStop {
+  int joint;    ///< index into RobotModel::joints; never a mimic joint
+  double time;  ///< of [0, 1)
+};
+
+struct LimitedMotion {
+  PhasedMotion motion;
+  std::vector<JointStop> stops;  ///< in the order of their times
+};
+
+/// Every joint at constant velocity until it reaches a limit, where it rests from then on.
+///
+/// 1. Where a joint stands is read off the poses; a joint that follows another (mimic) counts for its leader where the
+///    pose of that one is missing. The limits are those of the leader, with which all its followers stop.
+/// 2. The way to the limit and the velocity give the time of the stop. A joint beyond a limit stays where it is when it
+///    moves further out, and moves when it moves back in.
+/// 3. The times of the stops divide the motion: there is at most one phase more than joints.
+///
+/// `travel` as in RobotMotion::ofJoints, for the whole time without limits. `stated` [rad] are positions that somebody
+/// tells, for each of RobotModel::joints, or empty: a pose is the same after a full turn, and where the limits leave
+/// several positions the one nearest to the stated one counts. Without it a joint stops as late as the limits allow, so
+/// that no contact is missed.
+/// Error:   the position at which a joint stops is within rounding of its limit.
+/// Failure: throws as RobotMotion::ofJoints does, and for a wrong number of stated positions.
+LimitedMotion motionWithinLimits(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel,
+                                 const std::vector<std::optional<double>>& stated = {});
+
+/// A one-dof joint's position [rad] in (-pi, pi] or [m], given the pose of its child body in its parent body.
+double jointPosition(const RobotModel& model, const Joint& joint, const Eigen::Isometry3d& parent_T_child);
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <vector>
+
+#include "proximity_server/scene/motion/limited_motion.h"
+#include "proximity_server/scene/query/scene.h"
+
+namespace proximity_server::scene {
+
+struct MotionQuestion {
+  double clearance = 0.0;   ///< [m] contact is a signed distance, less the pair's padding, at or below it
+  double tolerance = 1e-6;  ///< [m] of that distance, and of the minimum
+  std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
+};
+
+/// How the work of a question was saved.
+struct MotionCounts {
+  int pairs = 0;         ///< of links
+  int unknown = 0;       ///< of these, a pose or all geometry is missing: nothing is said of them
+  int by_one_bound = 0;  ///< of these, settled by one bound for the whole motion
+  int intervals = 0;     ///< pairs of volumes and intervals of time that were looked at
+  int queries = 0;       ///< of the narrowphase, at one time
+};
+
+/// When a robot comes too close to itself for the first time.
+struct RobotContact {
+  /// Converged: complete. IterationLimit (by the deadline, or after thousands of turns), Degenerate: t_free still
+  /// holds. Unknown: nothing is known of any pair.
+  narrowphase::Status status = narrowphase::Status::Unknown;
+  bool contact = false;
+  double t_free = 0.0;  ///< up to here every pair is proven to be above the clearance
+  double t_contact = std::numeric_limits<double>::quiet_NaN();  ///< see TimeOfContact
+  PairProximity pair;                                           ///< that one, at t_contact, in the frame of the poses
+  MotionCounts counts;
+};
+
+/// How close a robot comes to itself.
+struct RobotMinimum {
+  narrowphase::Status status = narrowphase::Status::Unknown;      ///< as that of RobotContact: the bounds still hold
+  double lower_bound = -std::numeric_limits<double>::infinity();  ///< [m] of the smallest signed distance of all
+  double upper_bound = std::numeric_limits<double>::infinity();
+  double time = std::numeric_limits<double>::quiet_NaN();
+  PairProximity pair;  ///< the closest, at that time, in the frame of the poses
+  MotionCounts counts;
+};
+
+class MotionSearch;
+
+/// One robot in motion: the scratch of one caller. Not thread-safe.
+///
+/// Pairs of volumes (links, then parts of them, then convex pieces) and intervals of time are looked at best-first: the
+/// earliest for a contact, the closest for the minimum. What one bound settles for the whole motion is never divided,
+/// and pieces go to the narrowphase for the intervals that are left. A question allocates: poses and chains are those
+/// of its motion. Every question throws std::invalid_argument for a link or <collision> that does not exist, and for a
+/// motion of another number of bodies.
+class MovingScene {
+ public:
+  explicit MovingScene(std::shared_ptr<const SceneModel> model);
+  ~MovingScene();
+  MovingScene(MovingScene&&) noexcept;
+  MovingScene& operator=(MovingScene&&) noexcept;
+
+  /// Another one of the same model that remembers nothing: what never changes is shared.
+  MovingScene twin() const;
+
+  const SceneModel& model() const;
+
+  RobotContact timeOfContact(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
+                             const MotionQuestion& question = {});
+  RobotMinimum minimum(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
+                       const MotionQuestion& question = {});
+
+  /// The same of a motion in phases, on the clock of the whole and with one deadline for all of them. A count of pairs
+  /// is the largest, and by_one_bound the smallest, of any phase that was looked at; all other counts are sums.
+  RobotContact timeOfContact(const std::vector<SubjectPair>& pairs, const PhasedMotion& motion,
+                             const MotionQuestion& question = {});
+  RobotMinimum minimum(const std::vector<SubjectPair>& pairs, const PhasedMotion& motion,
+                       const MotionQuestion& question = {});
+
+ private:
+  explicit MovingScene(std::unique_ptr<MotionSearch> search);
+
+  std::unique_ptr<MotionSearch> search_;
+};
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,134 @@
+#include "narrowphase/closed_form/boxes.h"
+
+#include <cmath>
+#include <limits>
+
+namespace proximity_server::narrowphase {
+namespace {
+
+using Eigen::Vector3d;
+
+/// The corner of a box farthest along `direction`; nothing where that is an edge or a face within the tolerance.
+std::optional<Vector3d> onlyCorner(const Vector3d& half, const Vector3d& direction, double tolerance) {
+  if ((2.0 * half.cwiseProduct(direction).cwiseAbs()).minCoeff() <= tolerance) return std::nullopt;
+  return half.cwiseProduct(direction.cwiseSign());
+}
+
+/// The middle of the edge along `axis` that lies farthest along `direction` (perpendicular to it); nothing as above.
+std::optional<Vector3d> onlyEdge(Vector3d half, Vector3d direction, Eigen::Index axis, double tolerance) {
+  direction[axis] = std::numeric_limits<double>::infinity();
+  const double thinnest = (2.0 * half.cwiseProduct(direction).cwiseAbs()).minCoeff();
+  if (thinnest <= tolerance) return std::nullopt;
+  half[axis] = 0.0;
+  direction[axis] = 1.0;
+  return half.cwiseProduct(direction.cwiseSign());
+}
+
+bool isInside(const Vector3d& point, const Vector3d& half, double rounding) {
+  return ((point.cwiseAbs() - half).array() <= rounding).all();
+}
+
+}  // namespace
+
+BoxPair::BoxPair(const Vector3d& half_a, const Vector3d& half_b, const Eigen::Isometry3d& a_T_b)
+    : half_a_(half_a), half_b_(half_b), a_T_b_(a_T_b) {
+  const auto axes_b = a_T_b.linear();
+  const Vector3d t = a_T_b.translation();
+  const Eigen::Matrix3d overlap = axes_b.cwiseAbs();
+  const Vector3d reach_on_a = half_a + overlap * half_b;
+  const Vector3d reach_on_b = half_b + overlap.transpose() * half_a;
+  const Vector3d t_on_b = axes_b.transpose() * t;
+  for (int i = 0; i < 3; ++i) measure(i, std::abs(t[i]) - reach_on_a[i]);
+  for (int j = 0; j < 3; ++j) measure(3 + j, std::abs(t_on_b[j]) - reach_on_b[j]);
+  for (int i = 0; i < 3; ++i) {
+    const int k = (i + 1) % 3, l = (i + 2) % 3;
+    for (int j = 0; j < 3; ++j) {
+      const double nk = -axes_b(l, j), nl = axes_b(k, j);  // the product has no part along edge i
+      const double length2 = nk * nk + nl * nl;
+      double reach = half_a[k] * std::abs(nk) + half_a[l] * std::abs(nl);
+      for (int m = 1; m < 3; ++m) {
+        const int other = (j + m) % 3;
+        reach += half_b[other] * std::abs(axes_b(k, other) * nk + axes_b(l, other) * nl);
+      }
+      const double separation = (std::abs(t[k] * nk + t[l] * nl) - reach) / std::sqrt(length2);
+      // Edges without an angle between them have no product; a face normal is as good to within that angle.
+      constexpr double kParallel = std::numeric_limits<double>::epsilon() * std::numeric_limits<double>::epsilon();
+      measure(6 + 3 * i + j, length2 > kParallel ? separation : -std::numeric_limits<double>::infinity());
+    }
+  }
+}
+
+void BoxPair::measure(int axis, double separation) {
+  separations_[static_cast<std::size_t>(axis)] = separation;
+  if (separation > separations_[static_cast<std::size_t>(best_)]) best_ = axis;
+}
+
+Vector3d BoxPair::axisOf(int axis) const {
+  if (axis < 3) return Vector3d::Unit(axis);
+  if (axis < 6) return a_T_b_.linear().col(axis - 3).normalized();
+  const Vector3d edge_a = Vector3d::Unit((axis - 6) / 3), edge_b = a_T_b_.linear().col((axis - 6) % 3);
+  return edge_a.cross(edge_b).normalized();
+}
+
+Vector3d BoxPair::normalOf(int axis) const {
+  const Vector3d direction = axisOf(axis);
+  return direction.dot(a_T_b_.translation()) >= 0.0 ? direction : Vector3d(-direction);
+}
+
+/// Whether all axes as good as the best, within the tolerance, are its neighbours: see isUnique of EPA.
+bool BoxPair::isUnique(double tolerance) const {
+  constexpr double kSameDirection = 1e-2;
+  const Vector3d best = normalOf(best_);
+  for (int axis = 0; axis < kAxes; ++axis) {
+    if (separations_[static_cast<std::size_t>(axis)] < separation() - tolerance) continue;
+    const Vector3d other = axisOf(axis);
+    if (other.cross(best).norm() > kSameDirection) return false;
+    if (std::abs(other.dot(a_T_b_.translation())) <= tolerance) return false;  // the opposite way out is as short
+  }
+  return true;
+}
+
+std::optional<Vector3d> BoxPair::vertexInFaceOfA(const Vector3d& normal, double tolerance) const {
+  const std::optional<Vector3d> corner = onlyCorner(half_b_, -(a_T_b_.linear().transpose() * normal), tolerance);
+  if (!corner) return std::nullopt;
+  return Vector3d(a_T_b_ * *corner - separation() * normal);
+}
+
+std::optional<Vector3d> BoxPair::vertexInFaceOfB(const Vector3d& normal, double tolerance) const {
+  return onlyCorner(half_a_, normal, tolerance);
+}
+
+std::optional<Vector3d> BoxPair::onCrossingEdges(const Vector3d& normal, double tolerance) const {
+  const int i = (best_ - 6) / 3, j = (best_ - 6) % 3;
+  const std::optional<Vector3d> on_a = onlyEdge(half_a_, normal, i, tolerance);
+  const std::optional<Vector3d> on_b = onlyEdge(half_b_, -(a_T_b_.linear().transpose() * normal), j, tolerance);
+  if (!on_a || !on_b) return std::nullopt;
+  // Where the plane of b's edge and the normal cuts a's edge.
+  const Vector3d across = a_T_b_.linear().col(j).cross(normal);
+  Vector3d point = *on_a;
+  point[i] = across.dot(a_T_b_ * *on_b - *on_a) / across[i];
+  return point;
+}
+
+std::optional<Vector3d> BoxPair::deepestOnA(const Vector3d& normal, double tolerance) const {
+  if (best_ < 3) return vertexInFaceOfA(normal, tolerance);
+  if (best_ < 6) return vertexInFaceOfB(normal, tolerance);
+  return onCrossingEdges(normal, tolerance);
+}
+
+std::optional<SignedDistance> BoxPair::overlap(double tolerance, double rounding) const {
+  SignedDistance result;
+  result.normal = normal();
+  const std::optional<Vector3d> on_a = deepestOnA(result.normal, tolerance);
+  if (!on_a) return std::nullopt;
+  result.distance = separation();
+  result.point_a = on_a->cwiseMin(half_a_).cwiseMax(-half_a_);
+  result.point_b = result.point_a + result.distance * result.normal;
+  const Vector3d in_b = a_T_b_.linear().transpose() * (result.point_b - a_T_b_.translation());
+  // Where the boxes just touch, the points have to prove the upper bound, with the rounding that it has.
+  if (!isInside(*on_a, half_a_, 2.0 * rounding) || !isInside(in_b, half_b_, 0.5 * rounding)) return std::nullopt;
+  result.unique = isUnique(tolerance);
+  return result;
+}
+
+}  // namespace proximity_server::narrowphase

@@ -1,0 +1,195 @@
+#include "narrowphase/closed_form/parallel_axes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace proximity_server::narrowphase {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Kind = Shape::Kind;
+
+// Vectors of the half plane: x is the radius, y the height.
+
+/// Half the section of a core through its axis. Of a segment or a point only the axis is left.
+struct Profile {
+  double radius, half;
+  double apex;  ///< +1 or -1: where a cone has its apex; 0: a cylinder
+
+  Profile(const Shape& shape, double up)
+      : radius(shape.halfExtents().x()), half(shape.halfExtents().z()), apex(shape.kind() == Kind::Cone ? up : 0.0) {}
+
+  Vector2d support(const Vector2d& n) const {
+    if (apex == 0.0) return {radius, std::copysign(half, n.y())};
+    const bool at_apex = 2.0 * half * apex * n.y() >= radius * n.x();
+    return at_apex ? Vector2d(0.0, apex * half) : Vector2d(radius, -apex * half);
+  }
+  Vector2d slantNormal() const { return Vector2d(2.0 * half, apex * radius).normalized(); }
+};
+
+/// The boundary of the sum of two profiles, from the lower end of the axis to the upper: edge i has normals[i], and
+/// runs from corner i to corner i + 1, each kept as what a and b put in.
+class Boundary {
+ public:
+  Boundary(const Profile& a, const Profile& b) {
+    normals_[0] = {0.0, -1.0};
+    normals_[1] = {1.0, 0.0};
+    if (a.apex != 0.0) normals_[static_cast<std::size_t>(++edges_)] = a.slantNormal();
+    if (b.apex != 0.0) normals_[static_cast<std::size_t>(++edges_)] = b.slantNormal();
+    normals_[static_cast<std::size_t>(++edges_)] = {0.0, 1.0};
+    ++edges_;
+    std::sort(normals_.begin(), normals_.begin() + edges_,
+              [](const Vector2d& m, const Vector2d& n) { return m.y() < n.y(); });
+    addCorner({0.0, a.support(normals_.front()).y()}, {0.0, b.support(normals_.front()).y()});
+    for (std::size_t i = 0; i + 1 < size(); ++i) {
+      const Vector2d between = normals_[i] + normals_[i + 1];
+      addCorner(a.support(between), b.support(between));
+    }
+    const Vector2d up = normals_[size() - 1];
+    addCorner({0.0, a.support(up).y()}, {0.0, b.support(up).y()});
+  }
+
+  std::size_t size() const { return static_cast<std::size_t>(edges_); }
+  const Vector2d& normal(std::size_t edge) const { return normals_[edge]; }
+  Vector2d corner(std::size_t i) const { return of_a_[i] + of_b_[i]; }
+  Vector2d cornerOfA(std::size_t i) const { return of_a_[i]; }
+  double height(std::size_t edge, const Vector2d& p) const { return normals_[edge].dot(p - corner(edge)); }
+
+  /// How far p stands beside an edge [m].
+  double beside(std::size_t edge, const Vector2d& p) const {
+    const Vector2d along = corner(edge + 1) - corner(edge);
+    const Vector2d nearest = corner(edge) + place(edge, p) * along;
+    return std::abs(normals_[edge].x() * (p - nearest).y() - normals_[edge].y() * (p - nearest).x());
+  }
+
+  /// Where on an edge, from 0 to 1, lies the point nearest to p.
+  double place(std::size_t edge, const Vector2d& p) const {
+    const Vector2d along = corner(edge + 1) - corner(edge);
+    const double length2 = along.squaredNorm();
+    return length2 > 0.0 ? std::clamp(along.dot(p - corner(edge)) / length2, 0.0, 1.0) : 0.0;
+  }
+
+ private:
+  void addCorner(const Vector2d& of_a, const Vector2d& of_b) {
+    of_a_[static_cast<std::size_t>(corners_)] = of_a;
+    of_b_[static_cast<std::size_t>(corners_++)] = of_b;
+  }
+
+  static constexpr std::size_t kMost = 5;  // up, down, outwards, and the slants of two cones
+  int edges_ = 1;
+  int corners_ = 0;
+  std::array<Vector2d, kMost> normals_;
+  std::array<Vector2d, kMost + 1> of_a_, of_b_;
+};
+
+/// The nearest point of the boundary: distance * normal away from p.
+struct Nearest2d {
+  double distance;
+  Vector2d normal;
+  Vector2d of_a;
+  bool unique;
+};
+
+Nearest2d onEdge(const Boundary& boundary, std::size_t edge, const Vector2d& p, double tolerance) {
+  const double distance = boundary.height(edge, p);
+  const double place = boundary.place(edge, p);
+  bool unique = true;
+  for (std::size_t other = 0; other < boundary.size(); ++other)
+    unique =
+        unique && (boundary.normal(other) == boundary.normal(edge) || boundary.height(other, p) < distance - tolerance);
+  return {distance, boundary.normal(edge),
+          boundary.cornerOfA(edge) + place * (boundary.cornerOfA(edge + 1) - boundary.cornerOfA(edge)), unique};
+}
+
+double cross(const Vector2d& u, const Vector2d& v) { return u.x() * v.y() - u.y() * v.x(); }
+
+/// The direction of `difference`, no further than to the normals of the edges (of any length) that meet in the corner:
+/// near the corner it is but rounding.
+Vector2d cornerNormal(const Boundary& boundary, std::size_t corner, const Vector2d& difference) {
+  std::size_t before = corner, after = corner;
+  while (before > 0 && boundary.corner(before - 1) == boundary.corner(corner)) --before;
+  while (after < boundary.size() && boundary.corner(after + 1) == boundary.corner(corner)) ++after;
+  const Vector2d n = difference.normalized();
+  if (before > 0 && !(cross(boundary.normal(before - 1), n) > 0.0)) return boundary.normal(before - 1);
+  if (after < boundary.size() && !(cross(n, boundary.normal(after)) > 0.0)) return boundary.normal(after);
+  return n;
+}
+
+Nearest2d nearestOutside(const Boundary& boundary, const Vector2d& p) {
+  Nearest2d nearest{std::numeric_limits<double>::infinity(), {}, {}, true};
+  for (std::size_t edge = 0; edge < boundary.size(); ++edge) {
+    const double height = boundary.height(edge, p);
+    if (!(height > 0.0)) continue;  // p does not see this edge
+    const double place = boundary.place(edge, p);
+    const Vector2d of_a = boundary.cornerOfA(edge) + place * (boundary.cornerOfA(edge + 1) - boundary.cornerOfA(edge));
+    // No other point is nearer than one within an edge; a corner beside it may look so by a rounding.
+    if (place > 0.0 && place < 1.0) return {height, boundary.normal(edge), of_a, true};
+    const std::size_t corner = edge + (place > 0.0 ? 1 : 0);
+    const Vector2d difference = p - boundary.corner(corner);
+    const double distance = difference.norm();
+    if (distance < nearest.distance) nearest = {distance, cornerNormal(boundary, corner, difference), of_a, true};
+  }
+  return nearest;
+}
+
+/// Of the edges that are as high as the highest within rounding, the one that p stands above.
+std::size_t edgeUnder(const Boundary& boundary, const Vector2d& p) {
+  double highest = -std::numeric_limits<double>::infinity(), reach = p.lpNorm<1>();
+  for (std::size_t edge = 0; edge < boundary.size(); ++edge) {
+    highest = std::max(highest, boundary.height(edge, p));
+    reach = std::max(reach, boundary.corner(edge).lpNorm<1>());
+  }
+  const double rounding = 8.0 * std::numeric_limits<double>::epsilon() * reach;
+  std::size_t best = 0;
+  double least_beside = std::numeric_limits<double>::infinity();
+  for (std::size_t edge = 0; edge < boundary.size(); ++edge) {
+    if (boundary.height(edge, p) < highest - rounding) continue;
+    const double beside = boundary.beside(edge, p);
+    if (!(beside < least_beside)) continue;
+    least_beside = beside;
+    best = edge;
+  }
+  return best;
+}
+
+Nearest2d nearestOnBoundary(const Boundary& boundary, const Vector2d& p, double tolerance) {
+  const std::size_t edge = edgeUnder(boundary, p);
+  if (boundary.height(edge, p) <= 0.0) return onEdge(boundary, edge, p, tolerance);
+  return nearestOutside(boundary, p);
+}
+
+}  // namespace
+
+double axesTilt(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b) {
+  if (a.kind() == Kind::Point || b.kind() == Kind::Point) return 0.0;
+  return a_T_b.linear().col(2).head<2>().norm();
+}
+
+SignedDistance revolvedDistance(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, double tolerance) {
+  const Vector3d axis_b = a_T_b.linear().col(2), t = a_T_b.translation();
+  const Vector3d axis = a.kind() == Kind::Point ? Vector3d(axis_b.normalized()) : Vector3d(Vector3d::UnitZ());
+  const auto acrossAxis = [&](const Vector3d& v) { return Vector3d(v - v.dot(axis) * axis); };
+  const Vector3d across = acrossAxis(t);
+  const double radius = across.norm();
+  // Twice, as the first time leaves the rounding of a long vector in a short one, of which little may be left.
+  const Vector3d kept = radius > 0.0 ? acrossAxis(across / radius) : Vector3d(Vector3d::Zero());
+  const Vector3d outwards = kept.norm() > 0.5 ? Vector3d(kept.normalized()) : Vector3d(axis.unitOrthogonal());
+  const auto inSpace = [&](const Vector2d& p) { return Vector3d(p.x() * outwards + p.y() * axis); };
+
+  // The CSO is a + (-b) about a's centre; seen from there the origin of the query lies at b's.
+  const Boundary boundary(Profile(a, 1.0), Profile(b, -std::copysign(1.0, axis_b.dot(axis))));
+  const Nearest2d nearest = nearestOnBoundary(boundary, {radius, t.dot(axis)}, tolerance);
+
+  SignedDistance result;
+  result.distance = nearest.distance;
+  result.normal = inSpace(nearest.normal).normalized();
+  result.point_a = inSpace(nearest.of_a);
+  result.point_b = result.point_a + result.distance * result.normal;
+  const bool ring = nearest.normal.x() * radius <= 0.5 * tolerance && nearest.normal.x() > 0.0;
+  result.unique = nearest.unique && !(ring && nearest.distance <= tolerance);
+  return result;
+}
+
+}  // namespace proximity_server::narrowphase

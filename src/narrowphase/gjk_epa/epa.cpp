@@ -1,0 +1,255 @@
+#include "proximity_server/narrowphase/gjk_epa/epa.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "narrowphase/gjk_epa/epa_start.h"
+#include "narrowphase/gjk_epa/polytope.h"
+#include "narrowphase/gjk_epa/refinement.h"
+
+namespace proximity_server::narrowphase {
+namespace {
+
+using Eigen::Vector3d;
+
+/// What Newton's method makes of a direction, with the depth along it; nothing where it misses a piece.
+struct Refined {
+  Stationary stationary;
+  double depth;
+};
+std::optional<Refined> refined(Cso& cso, const Simplex& simplex, const Vector3d& normal) {
+  const std::optional<Stationary> stationary = refine(cso, simplex, normal);
+  if (!stationary) return std::nullopt;
+  const double depth = stationary->normal.dot(cso.vertex(stationary->normal).point);
+  if (depth - stationary->height > cso.rounding()) return std::nullopt;
+  return Refined{*stationary, depth};
+}
+
+void setDirection(const Refined& direction, EpaResult& result) {
+  result.depth = direction.depth;
+  result.normal = direction.stationary.normal;
+  result.has_normal = result.has_points = true;
+  result.point_a = direction.stationary.points.on_a;
+  result.point_b = direction.stationary.points.on_b;
+}
+
+EpaResult onSurface(Cso& cso, const Simplex& simplex, const SurfacePlane& plane, const Options& options) {
+  const WitnessPoints witnesses = witnessPoints(simplex);
+  EpaResult result;
+  result.depth = plane.depth;
+  result.normal = plane.normal;
+  result.has_normal = result.has_points = true;
+  result.point_a = witnesses.on_a;
+  result.point_b = witnesses.on_b;
+  if (!cso.isPolytope()) {
+    const std::optional<Refined> direction = refined(cso, simplex, plane.normal);
+    if (direction && direction->depth <= plane.depth + cso.rounding()) setDirection(*direction, result);
+  }
+  result.lower_bound = std::min(result.depth, 0.0) - cso.rounding();
+  const bool converged = result.depth + cso.rounding() - result.lower_bound <= options.distance_tolerance;
+  result.status = converged ? Status::Converged : Status::Degenerate;
+  result.unique = !plane.two_sided;
+  result.iterations = 0;
+  return result;
+}
+
+/// A point of a face with what made it, and how far it lies from where the normal says it should.
+struct FacePoint {
+  Vector3d on_a, on_b;
+  double beside;  ///< [m]
+};
+
+/// The point in which the ray along the normal passes a face, or what lies near it on the face where it passes beside.
+FacePoint passage(const Polytope& polytope, const Polytope::Face& face, const EpaResult& result) {
+  std::array<double, 3> weights = polytope.rayWeights(face, result.normal);
+  double sum = 0.0;
+  for (double& weight : weights) sum += weight = std::max(weight, 0.0);
+  FacePoint point{Vector3d::Zero(), Vector3d::Zero(), 0.0};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const CsoVertex& vertex = polytope.vertex(face.vertices[i]);
+    point.on_a += weights[i] / sum * vertex.on_a;
+    point.on_b += weights[i] / sum * vertex.onB();
+  }
+  point.beside = (point.on_a - point.on_b - result.depth * result.normal).norm();
+  return point;
+}
+
+/// Witnesses where the ray from the origin along the normal leaves the polytope: through `guess`, or through the face
+/// that fits best. There are none where that is farther from the depth than the bounds and the tolerance explain.
+void setWitnesses(const Polytope& polytope, const Polytope::Face* guess, const Options& options, EpaResult& result) {
+  const double accepted = result.depth - result.lower_bound + options.distance_tolerance;
+  FacePoint best{Vector3d::Zero(), Vector3d::Zero(), std::numeric_limits<double>::infinity()};
+  if (guess != nullptr) best = passage(polytope, *guess, result);
+  // Beyond an edge of the guess lies another face in the same plane. Written as !(<=) for NaN.
+  if (!(best.beside <= result.depth - result.lower_bound)) {
+    best.beside = std::numeric_limits<double>::infinity();
+    polytope.forEachFace([&](const Polytope::Face& face) {
+      if (!(face.area.dot(result.normal) > 0.0)) return;
+      const FacePoint candidate = passage(polytope, face, result);
+      if (candidate.beside < best.beside) best = candidate;
+    });
+  }
+  result.has_points = best.beside <= accepted;
+  result.point_a = best.on_a;
+  result.point_b = best.on_b;
+}
+
+/// Whether no direction but those near the normal is as short. Within 1e-2 rad it counts as the same direction: a face
+/// of a curved CSO differs in depth by half the squared angle times its radius, and 1e-9 m should not tell faces apart.
+bool isUnique(const Polytope& polytope, const EpaResult& result, const Options& options) {
+  constexpr double kSameDirection = 1e-2;
+  bool unique = true;
+  polytope.forEachFace([&](const Polytope::Face& face) {
+    const bool is_as_close = face.isCloserThan(result.depth + options.distance_tolerance) &&
+                             !face.isCloserThan(result.depth - options.distance_tolerance);
+    if (is_as_close && (face.normal() - result.normal).squaredNorm() > kSameDirection * kSameDirection) unique = false;
+  });
+  return unique;
+}
+
+/// The shallowest direction known so far, and the caps of directions that are proven to be no shallower than some depth
+/// that was known when they were found.
+class Shallowest {
+ public:
+  explicit Shallowest(EpaResult& result) : result_(result) {}
+
+  /// Newton's method from a face of a curved CSO that reaches no deeper than what is known.
+  void refineFrom(Cso& cso, const Polytope& polytope, const Polytope::Face& face) {
+    Simplex simplex;
+    for (int i = 0; i < 3; ++i) simplex[i] = polytope.vertex(face.vertices[static_cast<std::size_t>(i)]);
+    simplex.members = 0b111;
+    const std::optional<Refined> direction = refined(cso, simplex, face.normal());
+    if (!direction) return;
+    const Stationary& stationary = direction->stationary;
+    if (stationary.cos_proven < 1.0 && caps_ < kMostCaps)
+      proven_[static_cast<std::size_t>(caps_++)] = {stationary.normal, stationary.cos_proven};
+    // Of two directions as good as each other, the one that has points.
+    const double limit = result_.depth + (result_.has_points ? 0.0 : cso.rounding());
+    if (direction->depth < limit) setDirection(*direction, result_);
+  }
+
+  /// Whether what the polytope leaves open about a face lies in one proven cap.
+  ///
+  /// Open are the directions in which no vertex of the polytope reaches as far as the depth. They surround the normals
+  /// of the faces closer than that, and end on the way to the normal of any neighbour that is not. All of that in one
+  /// cap, which is convex, leaves nothing open.
+  bool isProven(const Polytope& polytope, const Polytope::Face& face) const {
+    return std::any_of(proven_.begin(), proven_.begin() + caps_,
+                       [&](const Cap& cap) { return holds(cap, polytope, face); });
+  }
+
+ private:
+  static constexpr int kMostCaps = 8;
+  struct Cap {
+    Vector3d normal;
+    double cosine;
+  };
+
+  bool holds(const Cap& cap, const Polytope& polytope, const Polytope::Face& face) const {
+    constexpr std::size_t kMostFaces = 16;
+    std::array<const Polytope::Face*, kMostFaces> closer{&face};
+    std::size_t count = 1;
+    for (std::size_t i = 0; i < count; ++i) {
+      const double distance = closer[i]->distance(), inside = closer[i]->normal().dot(cap.normal);
+      if (!(inside > cap.cosine)) return false;
+      for (std::size_t edge = 0; edge < 3; ++edge) {
+        const Polytope::Face& next = polytope.neighbour(*closer[i], edge);
+        if (next.isCloserThan(result_.depth)) {
+          if (std::find(closer.begin(), closer.begin() + count, &next) != closer.begin() + count) continue;
+          if (count == kMostFaces) return false;
+          closer[count++] = &next;
+          continue;
+        }
+        // The edge reaches as far as the depth before the direction that divides the normals like the distances.
+        const double part = (result_.depth - distance) / (next.distance() - distance);
+        if (!next.hasNormal() || !((1.0 - part) * inside + part * next.normal().dot(cap.normal) > cap.cosine))
+          return false;
+      }
+    }
+    return true;
+  }
+
+  EpaResult& result_;
+  int caps_ = 0;
+  std::array<Cap, kMostCaps> proven_;
+};
+
+/// Of the depth: a face that does not reach as far knows too little of the smooth pieces.
+constexpr double kWorthRefining = 0.6;
+
+EpaResult expandPolytope(Cso& cso, const std::array<CsoVertex, 4>& tetrahedron, const Options& options) {
+  Polytope polytope(tetrahedron, cso.rounding());
+  EpaResult result;
+  result.has_normal = result.has_points = false;
+  result.depth = std::numeric_limits<double>::infinity();
+  Shallowest shallowest(result);
+  // The polytope, the support plane and a proven cap are each within rounding of what they stand for.
+  const auto gap = [&] { return result.depth + cso.rounding() - result.lower_bound; };
+  // The depth that Newton's method found is better than what is left to prove of it.
+  const auto isFinal = [&, final_gap = cso.finalGap(options.distance_tolerance)] {
+    return gap() <= (result.has_points ? options.distance_tolerance : final_gap);
+  };
+  const auto end = [&](Status status, const Polytope::Face* face) {
+    const bool converged = status != Status::Threshold && gap() <= options.distance_tolerance;
+    result.status = converged ? Status::Converged : status;
+    if (!result.has_normal) return result;
+    if (!result.has_points) setWitnesses(polytope, face, options, result);
+    result.unique = isUnique(polytope, result, options);
+    return result;
+  };
+
+  for (result.iterations = 1;; ++result.iterations) {
+    const Polytope::Face* face = polytope.closest();
+    while (face != nullptr && shallowest.isProven(polytope, *face)) {
+      polytope.setClosestAside();
+      face = polytope.closest();
+    }
+    const double reach = face != nullptr ? face->distance() : result.depth;
+    result.lower_bound = std::min(reach, result.depth) - cso.rounding();
+    if (-result.lower_bound <= options.stop_below) return end(Status::Threshold, nullptr);
+    if (isFinal()) return end(Status::Converged, nullptr);
+    if (face == nullptr) return end(Status::Degenerate, nullptr);
+
+    const Vector3d normal = face->normal();
+    const CsoVertex w = cso.vertex(normal);
+    const double depth = normal.dot(w.point);
+    // What Newton's method found, with its points, is not given up for less than rounding.
+    if (depth < result.depth - (result.has_points ? cso.rounding() : 0.0)) {
+      result.depth = depth;
+      result.normal = normal;
+      result.has_normal = true;
+      result.has_points = false;
+      if (isFinal()) return end(Status::Converged, face);
+    }
+    if (-(result.depth + cso.rounding()) > options.stop_above) return end(Status::Threshold, nullptr);
+    if (result.iterations >= options.max_iterations || polytope.full()) return end(Status::IterationLimit, nullptr);
+    const bool is_near = reach > kWorthRefining * depth;
+    if (!cso.isPolytope() && is_near && !(depth > result.depth)) shallowest.refineFrom(cso, polytope, *face);
+    if (polytope.hasCorner(*face, w)) return end(Status::Degenerate, nullptr);
+    if (!polytope.expand(*face, w, result.depth)) return end(Status::Degenerate, nullptr);
+  }
+}
+
+/// The depth is at least `lower_bound`, and nobody asks for more.
+EpaResult decidedBy(double lower_bound) {
+  EpaResult result;
+  result.status = Status::Threshold;
+  result.lower_bound = lower_bound;
+  result.has_normal = result.has_points = false;
+  result.iterations = 0;
+  return result;
+}
+
+}  // namespace
+
+EpaResult epa(Cso& cso, const Simplex& simplex, const Options& options) {
+  if (simplex.members == 0b1111 && std::isfinite(options.stop_below)) {
+    const double enclosed = enclosedRadius(simplex) - cso.rounding();
+    if (-enclosed <= options.stop_below) return decidedBy(enclosed);
+  }
+  const EpaStart start = epaStart(cso, simplex);
+  return start.plane ? onSurface(cso, simplex, *start.plane, options) : expandPolytope(cso, start.vertices, options);
+}
+
+}  // namespace proximity_server::narrowphase

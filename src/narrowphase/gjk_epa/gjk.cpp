@@ -1,0 +1,157 @@
+#include "proximity_server/narrowphase/gjk_epa/gjk.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "narrowphase/gjk_epa/refinement.h"
+#include "narrowphase/shape/triangle.h"
+
+namespace proximity_server::narrowphase {
+namespace {
+
+using Eigen::Vector3d;
+using Outcome = GjkResult::Outcome;
+
+// Before, the simplex seldom knows the pieces that the nearest point lies on.
+constexpr int kFirstRefinement = 3;
+
+// Enough to get from an edge to a face on either side, too few to circle.
+constexpr int kMostSideways = 4;
+
+/// The support plane of `normal` leaves at least this much between the origin and the CSO.
+double lowerBound(const Cso& cso, const Vector3d& normal, const CsoVertex& w) {
+  return -normal.dot(w.point) - cso.rounding();
+}
+
+/// Whether Newton's method ends the search: if so, the result is complete.
+bool refineDistance(Cso& cso, const Vector3d& normal, const Options& options, GjkResult& result) {
+  const std::optional<Stationary> stationary = refine(cso, result.simplex, normal);
+  if (!stationary || !(stationary->height < 0.0)) return false;
+  const double lower_bound = lowerBound(cso, stationary->normal, cso.vertex(stationary->normal));
+  const double distance = (stationary->points.on_b - stationary->points.on_a).norm();
+  if (!(distance + cso.rounding() - lower_bound <= options.distance_tolerance)) return false;
+  result.outcome = Outcome::Apart;
+  result.status = Status::Converged;
+  result.distance = distance;
+  result.lower_bound = lower_bound;
+  result.normal = stationary->normal;
+  result.points = stationary->points;
+  return true;
+}
+
+/// What a search comes to that ends with open bounds, as its next vertex brings nothing.
+Outcome outcomeWithoutProgress(const Cso& cso, double upper_bound, const Options& options) {
+  // On a curve the vertices lie in one plane within rounding, where only EPA can tell.
+  if (!cso.isPolytope()) return Outcome::Overlap;
+  // Nearer than can be told from touching, with the rounding of both bounds: the depth is small in any direction.
+  return upper_bound + 3.0 * cso.rounding() <= options.distance_tolerance ? Outcome::Overlap : Outcome::Apart;
+}
+
+/// Whether a step adds to the simplex without coming nearer or farther than rounding: a face beside the edge under the
+/// origin is no nearer, but knows the direction better.
+bool isSideways(const Nearest& nearest, const Nearest& next, double rounding) {
+  const bool has_all = (next.members & nearest.members) == nearest.members && next.members != nearest.members;
+  return has_all && next.distance <= nearest.distance + rounding;
+}
+
+/// The best lower bound that the normals of the triangles about the newest vertex prove. Near a face that is parallel
+/// to another, the nearest point lies on an edge across it and is so near that its direction drowns in rounding.
+void improveLowerBound(Cso& cso, const Simplex& simplex, int newest, GjkResult& result) {
+  for (int a = 0; a < 4; ++a)
+    for (int b = a + 1; b < 4; ++b) {
+      if (!simplex.has(a) || !simplex.has(b) || a == newest || b == newest) continue;
+      const Vector3d &p = simplex[newest].point, &pa = simplex[a].point, &pb = simplex[b].point;
+      const Vector3d area = areaVector(pa - p, pb - pa, p - pb).normalized();
+      const Vector3d normal = area.dot(result.normal) < 0.0 ? Vector3d(-area) : area;
+      const double bound = lowerBound(cso, normal, cso.vertex(normal));
+      if (!(bound > result.lower_bound)) continue;
+      result.lower_bound = bound;
+      result.normal = normal;
+    }
+}
+
+/// Adds the vertices that the last query ended with, where they bring the simplex nearer to the origin.
+Nearest recall(Cso& cso, Simplex& simplex, Nearest nearest) {
+  const WarmStart& warm_start = cso.warmStart();
+  const auto count = static_cast<std::size_t>(std::clamp(warm_start.simplex_size, 0, 3));
+  for (std::size_t i = 0; i < count && !nearest.encloses_origin; ++i) {
+    const int place = simplex.freePlace();
+    const CsoVertex& w = simplex[place] = cso.recalled(warm_start.simplex[i]);
+    // Not beyond the plane of the simplex, as every support point is: it brings nothing, and the subalgorithm relies on
+    // it.
+    if (!(nearest.normal().dot(w.point) > cso.rounding() - nearest.distance)) continue;
+    const Nearest next = nearestToOrigin(simplex, place);
+    if (!next.encloses_origin && !(next.distance < nearest.distance)) continue;
+    nearest = next;
+    simplex.members = nearest.members;
+  }
+  return nearest;
+}
+
+/// Leaves the simplex for the next query.
+void remember(Cso& cso, const Simplex& simplex) {
+  WarmStart& warm_start = cso.warmStart();
+  warm_start.simplex_size = 0;
+  for (int place = 0; place < 4 && warm_start.simplex_size < 3; ++place)
+    if (simplex.has(place))
+      warm_start.simplex[static_cast<std::size_t>(warm_start.simplex_size++)] = simplex[place].numbers;
+}
+
+/// The result of a search that ends with this nearest point.
+GjkResult& finish(Cso& cso, const Nearest& nearest, const Options& options, Outcome outcome, Status status,
+                  GjkResult& result) {
+  const bool converged = nearest.distance + cso.rounding() - result.lower_bound <= options.distance_tolerance;
+  result.outcome = outcome;
+  result.status = converged && outcome == Outcome::Apart ? Status::Converged : status;
+  result.distance = nearest.distance;
+  if (outcome == Outcome::Apart) result.points = witnessPoints(result.simplex);
+  if (cso.isPolytope() && outcome != Outcome::Threshold) remember(cso, result.simplex);
+  return result;
+}
+
+}  // namespace
+
+GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, const Options& options) {
+  GjkResult result;
+  Simplex& simplex = result.simplex;
+  Nearest nearest{std::numeric_limits<double>::infinity(), normal_guess, 1.0, 0, false};
+  const double rounding = cso.rounding(), final_gap = cso.finalGap(options.distance_tolerance);
+  const auto end = [&](Outcome outcome, Status status) {
+    return finish(cso, nearest, options, outcome, status, result);
+  };
+
+  int newest = 0, sideways = 0;
+  simplex[newest] = first;
+  for (result.iterations = 1;; ++result.iterations) {
+    const CsoVertex& w = simplex[newest];
+    result.normal = nearest.normal();
+    result.lower_bound = lowerBound(cso, result.normal, w);
+    if (result.lower_bound > options.stop_above) return end(Outcome::Threshold, Status::Threshold);
+    const double upper_bound = nearest.distance + rounding;
+    const double gap = upper_bound - result.lower_bound;
+    if (gap <= final_gap) return end(Outcome::Apart, Status::Converged);
+    if (upper_bound <= options.stop_below) return end(Outcome::Apart, Status::Threshold);
+
+    const Nearest next = nearestToOrigin(simplex, newest);
+    const bool is_nearer = next.encloses_origin || next.distance < nearest.distance;  // false for NaN
+    if (!is_nearer && !(isSideways(nearest, next, rounding) && sideways++ < kMostSideways)) {
+      const auto isOpen = [&] { return upper_bound - result.lower_bound > options.distance_tolerance; };
+      if (isOpen() && cso.isPolytope()) improveLowerBound(cso, simplex, newest, result);
+      if (isOpen() && !cso.isPolytope() && refineDistance(cso, nearest.normal(), options, result)) return result;
+      return end(isOpen() ? outcomeWithoutProgress(cso, upper_bound, options) : Outcome::Apart, Status::Degenerate);
+    }
+    nearest = next;
+    simplex.members = nearest.members;
+    if (result.iterations == 1 && cso.isPolytope()) nearest = recall(cso, simplex, nearest);
+    // Enclosed, or no longer to be told from the origin.
+    if (nearest.encloses_origin || nearest.distance <= rounding) return end(Outcome::Overlap, Status::Converged);
+    if (result.iterations >= options.max_iterations) return end(Outcome::Apart, Status::IterationLimit);
+    if (!cso.isPolytope() && result.lower_bound > 0.0 && result.iterations >= kFirstRefinement &&
+        refineDistance(cso, nearest.normal(), options, result))
+      return result;
+    newest = simplex.freePlace();
+    simplex[newest] = cso.vertex(nearest.direction);
+  }
+}
+
+}  // namespace proximity_server::narrowphase

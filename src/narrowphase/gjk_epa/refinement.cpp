@@ -1,0 +1,365 @@
+#include "narrowphase/gjk_epa/refinement.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace proximity_server::narrowphase {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Kind = Shape::Kind;
+using Tangents = Eigen::Matrix<double, 3, 2>;
+
+constexpr double kNothingProven = 1.0;
+
+/// Cosine of the widest of a few caps for which `holds(cosine)`, all of less than 90 degrees.
+template <typename Holds>
+double widestCap(Holds holds) {
+  for (const double cosine : {0.05, 0.5, 0.8, 0.94, 0.985, 0.996})
+    if (holds(cosine)) return cosine;
+  return kNothingProven;
+}
+
+Tangents tangentsOf(const Vector3d& normal) {
+  Tangents tangents;
+  tangents.col(0) = normal.unitOrthogonal();
+  tangents.col(1) = normal.cross(tangents.col(0));
+  return tangents;
+}
+
+/// Whether a support function that climbs from `height` at least like climb sin(s) stays above it in a cap: climb
+/// sin(s) >= height (1 - cos s).
+bool climbHolds(double height, double climb, double cosine) {
+  return climb * (1.0 + cosine) >= height * std::sqrt(1.0 - cosine * cosine);
+}
+
+double capOfClimb(double height, double climb) {
+  return widestCap([&](double cosine) { return climbHolds(height, climb, cosine); });
+}
+
+/// The curve of one core, seen along a normal: its support point about the centre, and the second derivative of its
+/// support function in the tangent plane.
+struct CurveAt {
+  Vector3d point = Vector3d::Zero();
+  Matrix2d curvature = Matrix2d::Zero();
+  double length = 1.0, largest = 1.0;  ///< of |S^T n|, see Curve: here, and along any direction
+
+  /// The part of the curvature that holds throughout a cap.
+  double kept(double cosine) const {
+    constexpr double kHalfRightAngle = 0.71;  // up to there |S^T n| is largest on the edge of the cap
+    if (cosine < kHalfRightAngle) return length / largest;
+    return length / std::min(largest, length * cosine + largest * std::sqrt(1.0 - cosine * cosine));
+  }
+};
+
+/// The curved part of a core: the circle of a rim, or an ellipsoid. Both are a ball stretched by a matrix S, with the
+/// support function |S^T n|. At an angle s from n it exceeds its tangent at n by at least 1/2 sin^2(s) times its
+/// curvature times |S^T n| / |S^T m|, with m the direction there, as 1 - cos x >= 1/2 sin^2 x.
+class Curve {
+ public:
+  Curve(const Shape& shape, const Matrix3d& axes) : radii_(Vector3d::Zero()), axes_(axes) {
+    if (shape.kind() == Kind::Ellipsoid) radii_ = shape.halfExtents();
+    if (shape.kind() == Kind::Cylinder || shape.kind() == Kind::Cone)
+      radii_.head<2>().setConstant(shape.halfExtents().x());
+  }
+
+  CurveAt along(const Vector3d& normal, const Tangents& tangents) const {
+    const double largest = radii_.maxCoeff();
+    if (largest == 0.0) return {};
+    const Vector3d stretched = radii_.cwiseProduct(axes_.transpose() * normal);
+    const double length = stretched.norm();
+    const Vector3d unit = stretched / length;
+    const Tangents across = radii_.asDiagonal() * (axes_.transpose() * tangents);
+    const Vector2d slope = across.transpose() * unit;
+    return {axes_ * radii_.cwiseProduct(unit), (across.transpose() * across - slope * slope.transpose()) / length,
+            length, largest};
+  }
+
+ private:
+  Vector3d radii_;
+  Matrix3d axes_;
+};
+
+/// Centre of the smooth piece of a core that `point` lies on, in the core's frame; the point itself where that is
+/// sharp.
+struct Centre {
+  Vector3d point;
+  bool curved;
+};
+
+Centre centreOf(const Shape& shape, const Vector3d& point) {
+  const Vector3d end(0.0, 0.0, std::copysign(shape.halfExtents().z(), point.z()));
+  switch (shape.kind()) {
+    case Kind::Cylinder:
+      return {end, true};
+    case Kind::Cone:
+      return {end, point.z() < 0.0};
+    case Kind::Ellipsoid:
+      return {Vector3d::Zero(), true};
+    default:
+      return {point, false};
+  }
+}
+
+/// A smooth piece of the CSO, made of one of each core, in the frame of a.
+struct Piece {
+  Centre of_a, of_b;
+  double weight;
+  Vector2d slope;  ///< of its support function at the normal, along the tangents
+  double height;   ///< of its support plane
+};
+
+/// The smooth pieces that meet in the direction looked for, and Newton's step towards it.
+///
+/// With w_i(n) the support point of piece i, weights l_i of sum 1 and the height h of all: sum l_i w_i(n) = h n. The
+/// unknowns are n, l and h; the derivative of w_i is its curvature. In the tangent plane of n this is, for a turn t,
+/// (sum l_i C_i - h) t + sum l_i slope_i = 0, and slope_i . t + height_i the same for all i.
+class Pieces {
+ public:
+  Pieces(const Cso& cso, const Simplex& simplex)
+      : cso_(cso), curve_a_(cso.a(), Matrix3d::Identity()), curve_b_(cso.b(), cso.bAxes()) {
+    for (int place = 0; place < 4; ++place)
+      if (simplex.has(place)) add(simplex[place]);
+    for (int i = 0; i < count_; ++i) piece(i).weight = 1.0 / count_;
+  }
+
+  void lookAlong(const Vector3d& normal) {
+    normal_ = normal;
+    tangents_ = tangentsOf(normal);
+    a_ = curve_a_.along(normal, tangents_);
+    b_ = curve_b_.along(normal, tangents_);
+    height_ = 0.0;
+    for (int i = 0; i < count_; ++i) {
+      Piece& p = piece(i);
+      const Vector3d w = onA(p) - onB(p);
+      p.slope = tangents_.transpose() * w;
+      p.height = normal.dot(w);
+      height_ += p.weight * p.height;
+    }
+  }
+
+  /// The turn of the normal in the tangent plane; sets the weights. NaN where the direction is no minimum of a depth.
+  Vector2d step() {
+    const Matrix2d hessian = curvature(1.0, 1.0) - height_ * Matrix2d::Identity();
+    return count_ == 1 ? stepOfOne(hessian) : count_ == 2 ? stepOfTwo(hessian) : stepOfThree(hessian);
+  }
+
+  Vector3d turned(const Vector2d& turn) const { return (normal_ + tangents_ * turn).normalized(); }
+
+  std::optional<Stationary> result() {
+    double sum = 0.0;
+    for (int i = 0; i < count_; ++i) {
+      double& weight = piece(i).weight;
+      if (!(weight > -kSmallWeight)) return std::nullopt;
+      sum += weight = std::max(weight, 0.0);
+    }
+    WitnessPoints points{Vector3d::Zero(), Vector3d::Zero()};
+    for (int i = 0; i < count_; ++i) {
+      points.on_a += piece(i).weight / sum * onA(piece(i));
+      points.on_b += piece(i).weight / sum * onB(piece(i));
+    }
+    const Vector3d w = points.on_a - points.on_b;
+    const double height = normal_.dot(w);
+    // Pieces that hardly differ leave their weights open.
+    if (!((w - height * normal_).norm() <= kMostBeside * cso_.rounding())) return std::nullopt;
+    return Stationary{normal_, height, points, height > 0.0 ? provenCap(height) : kNothingProven};
+  }
+
+ private:
+  static constexpr double kSmallWeight = 1e-9;  // rounding of a weight that is zero
+  static constexpr double kMostBeside = 32.0;   // roundings: the search ends at a gap of twice as many
+  static constexpr double kFlat = 1e-6;         // a smaller curvature than this part of the greatest is none
+
+  Piece& piece(int i) { return pieces_[static_cast<std::size_t>(i)]; }
+  const Piece& piece(int i) const { return pieces_[static_cast<std::size_t>(i)]; }
+  Vector3d onA(const Piece& p) const { return p.of_a.curved ? Vector3d(p.of_a.point + a_.point) : p.of_a.point; }
+  Vector3d onB(const Piece& p) const { return p.of_b.curved ? Vector3d(p.of_b.point - b_.point) : p.of_b.point; }
+
+  void add(const CsoVertex& vertex) {
+    Piece next{centreOf(cso_.a(), vertex.on_a),
+               centreOf(cso_.b(), cso_.bAxes().transpose() * (vertex.onB() - cso_.bOrigin())), 0.0, Vector2d::Zero(),
+               0.0};
+    next.of_b.point = next.of_b.curved ? Vector3d(cso_.bAxes() * next.of_b.point + cso_.bOrigin()) : vertex.onB();
+    const auto same = [&](const Vector3d& p, const Vector3d& q) {
+      return (p - q).squaredNorm() <= cso_.rounding() * cso_.rounding();
+    };
+    for (int i = 0; i < count_; ++i)
+      if (same(piece(i).of_a.point, next.of_a.point) && same(piece(i).of_b.point, next.of_b.point)) return;
+    if (count_ < static_cast<int>(pieces_.size())) piece(count_++) = next;
+  }
+
+  /// The curvature of the weighted pieces, a part of each core's.
+  Matrix2d curvature(double part_a, double part_b) const {
+    double of_a = 0.0, of_b = 0.0;
+    for (int i = 0; i < count_; ++i) {
+      if (piece(i).of_a.curved) of_a += piece(i).weight;
+      if (piece(i).of_b.curved) of_b += piece(i).weight;
+    }
+    return part_a * of_a * a_.curvature + part_b * of_b * b_.curvature;
+  }
+
+  static bool sameCurves(const Piece& p, const Piece& q) {
+    return p.of_a.curved == q.of_a.curved && p.of_b.curved == q.of_b.curved;
+  }
+
+  static Vector2d none() { return Vector2d::Constant(std::numeric_limits<double>::quiet_NaN()); }
+
+  Vector2d stepOfOne(const Matrix2d& hessian) const {
+    const double mean = 0.5 * hessian.trace();
+    const double spread = std::hypot(0.5 * (hessian(0, 0) - hessian(1, 1)), hessian(0, 1));
+    const double least = mean - spread, most = mean + spread;
+    if (!(most > 0.0) || least < -kFlat * most) return none();
+    const Vector2d& slope = pieces_[0].slope;
+    if (least > kFlat * most) return -(hessian.inverse() * slope);
+    // A ring of directions as good as each other: only the step across it is known.
+    const Matrix2d across = (hessian - least * Matrix2d::Identity()) / (2.0 * spread);
+    return -(across * slope) / most;
+  }
+
+  /// Across the kink the heights decide, along it the curvature.
+  struct Kink {
+    Vector2d across, along;
+    double width;  ///< [m] between the support points of the two pieces
+  };
+  Kink kink() const {
+    const Vector2d between = pieces_[1].slope - pieces_[0].slope;
+    const double width = between.norm();
+    const Vector2d across = between / width;
+    return {across, {-across.y(), across.x()}, width};
+  }
+
+  Vector2d stepOfTwo(const Matrix2d& hessian) {
+    const Kink k = kink();
+    const Vector2d from_across = hessian * k.across;
+    const double along2 = k.along.dot(hessian * k.along);
+    if (!(along2 > 0.0)) return none();
+    const double across = (pieces_[0].height - pieces_[1].height) / k.width;
+    const double along = -k.along.dot(pieces_[0].slope + across * from_across) / along2;
+    const Vector2d turn = across * k.across + along * k.along;
+    pieces_[1].weight = -k.across.dot(pieces_[0].slope + hessian * turn) / k.width;
+    pieces_[0].weight = 1.0 - pieces_[1].weight;
+    return turn;
+  }
+
+  Vector2d stepOfThree(const Matrix2d& hessian) {
+    Matrix2d between;
+    between << pieces_[1].slope - pieces_[0].slope, pieces_[2].slope - pieces_[0].slope;
+    const Matrix2d inverse = between.inverse();
+    const Vector2d turn =
+        inverse.transpose() * Vector2d(pieces_[0].height - pieces_[1].height, pieces_[0].height - pieces_[2].height);
+    const Vector2d weights = -(inverse * (pieces_[0].slope + hessian * turn));
+    pieces_[0].weight = 1.0 - weights.sum();
+    pieces_[1].weight = weights.x();
+    pieces_[2].weight = weights.y();
+    return turn;
+  }
+
+  /// Cosine of a cap in which the CSO reaches at least as far as `height`. At an angle s from the normal in the tangent
+  /// direction v it reaches at least height cos(s) + max_i slope_i . v sin(s), and at least height cos(s) + 1/2 q(v)
+  /// sin^2(s), with q the part of the weighted curvature that is kept; pieces of equal curvature at least both.
+  double provenCap(double height) const {
+    if (count_ == 3) return capOfClimb(height, climbOfThree());
+    return widestCap([&](double cosine) {
+      const Matrix2d kept = curvature(a_.kept(cosine), b_.kept(cosine));
+      return count_ == 1 ? holdsOfOne(height, kept, cosine) : holdsOfTwo(height, kept, cosine);
+    });
+  }
+
+  /// height (1 - cos s) <= 1/2 q sin^2 s.
+  static bool holdsOfOne(double height, const Matrix2d& kept, double cosine) {
+    const double least = 0.5 * kept.trace() - std::hypot(0.5 * (kept(0, 0) - kept(1, 1)), kept(0, 1));
+    return least * (1.0 + cosine) >= 2.0 * height;
+  }
+
+  /// With x the part of v across the kink: |x| climb + 1/2 sin(s) ((1 - x^2) q_along - 2 |x| q_mixed) exceeds height
+  /// sin(s) / (1 + cos(s)). That is concave in |x|, so it holds if it does for 0 and 1.
+  bool holdsOfTwo(double height, const Matrix2d& kept, double cosine) const {
+    const Kink k = kink();
+    double climb = std::min(-k.across.dot(pieces_[0].slope), k.across.dot(pieces_[1].slope));
+    double along = k.along.dot(kept * k.along), mixed = std::abs(k.across.dot(kept * k.along));
+    const double needed = 2.0 * height / (1.0 + cosine);
+    if (!sameCurves(pieces_[0], pieces_[1])) {  // only one or the other, so a mean of both
+      const double of_climb = 0.5 * (1.0 - needed / along);
+      climb *= of_climb;
+      along *= 1.0 - of_climb;
+      mixed *= 1.0 - of_climb;
+    }
+    return along >= needed && climb >= std::sqrt(1.0 - cosine * cosine) * (mixed + 0.5 * needed);
+  }
+
+  /// How steeply three pieces rise in the direction in which they do least.
+  double climbOfThree() const {
+    double climb = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vector2d &from = pieces_[i].slope, edge = pieces_[(i + 1) % 3].slope - from;
+      climb = std::min(climb, std::abs(edge.x() * from.y() - edge.y() * from.x()) / edge.norm());
+    }
+    return climb;
+  }
+
+  const Cso& cso_;
+  const Curve curve_a_, curve_b_;
+  int count_ = 0;
+  std::array<Piece, 3> pieces_;
+  Vector3d normal_;
+  Tangents tangents_;
+  CurveAt a_, b_;
+  double height_ = 0.0;
+};
+
+/// The flat end of a core of revolution that `normal` (outwards, in its frame) nearly points along; 0 where none does.
+double flatEnd(const Shape& shape, const Vector3d& normal) {
+  constexpr double kNear = 0.2;  // the sine of the angle; farther away the trial is seldom worth it
+  const bool has_end = shape.kind() == Kind::Cylinder || (shape.kind() == Kind::Cone && normal.z() < 0.0);
+  return has_end && normal.head<2>().norm() < kNear ? std::copysign(1.0, normal.z()) : 0.0;
+}
+
+/// Where the other core stands on the flat end of one, the axis is the answer.
+std::optional<Stationary> onFlatEnd(Cso& cso, const Vector3d& normal) {
+  if (const double end = flatEnd(cso.a(), normal); end != 0.0) {
+    const Vector3d axis = end * Vector3d::UnitZ();
+    const Vector3d on_b = cso.vertex(axis).onB();
+    const double climb = cso.a().halfExtents().x() - on_b.head<2>().norm();
+    const Vector3d on_a(on_b.x(), on_b.y(), end * cso.a().halfExtents().z());
+    const double height = end * (on_a.z() - on_b.z());
+    if (climb > 0.0) return Stationary{axis, height, {on_a, on_b}, capOfClimb(height, climb)};
+  }
+  if (const double end = flatEnd(cso.b(), cso.bAxes().transpose() * -normal); end != 0.0) {
+    const Vector3d axis = -end * cso.bAxes().col(0).cross(cso.bAxes().col(1)).normalized();
+    const Vector3d on_a = cso.vertex(axis).on_a;
+    const Vector3d from_end = on_a - (cso.bOrigin() + end * cso.b().halfExtents().z() * cso.bAxes().col(2));
+    const double height = from_end.dot(axis);
+    const double climb = cso.b().halfExtents().x() - (from_end - height * axis).norm();
+    if (climb > 0.0) return Stationary{axis, height, {on_a, on_a - height * axis}, capOfClimb(height, climb)};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Stationary> refine(Cso& cso, const Simplex& simplex, const Vector3d& normal) {
+  // The curve of a sweep has pieces at both of its ends, which are not told apart here.
+  for (const Shape* shape : {&cso.a(), &cso.b()})
+    if (shape->kind() == Kind::Sweep && !shape->isPolytope()) return std::nullopt;
+  if (const auto flat = onFlatEnd(cso, normal)) return flat;
+  constexpr int kMostSteps = 6;
+  constexpr double kLastTurn = 1e-7;  // [rad] its square, what is left after it, is rounding
+  constexpr double kMostTurn = 0.5;
+  Pieces pieces(cso, simplex);
+  pieces.lookAlong(normal);
+  for (int i = 0; i < kMostSteps; ++i) {
+    const Vector2d turn = pieces.step();
+    const double angle = turn.norm();
+    if (!(angle < kMostTurn)) return std::nullopt;
+    pieces.lookAlong(pieces.turned(turn));
+    if (angle < kLastTurn) return pieces.result();
+  }
+  return std::nullopt;
+}
+
+}  // namespace proximity_server::narrowphase

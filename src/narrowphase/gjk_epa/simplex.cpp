@@ -1,0 +1,183 @@
+#include "proximity_server/narrowphase/gjk_epa/simplex.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "narrowphase/shape/triangle.h"
+
+namespace proximity_server::narrowphase {
+namespace {
+
+using Eigen::Vector3d;
+
+/// A part of the simplex before any square root: the normal is perpendicular to it, but of any length.
+struct Candidate {
+  Vector3d normal;  ///< towards the origin
+  double normal2;   ///< its squared norm
+  double height;    ///< [m] of the origin over the part, times the length of the normal
+  unsigned members;
+};
+
+double distance2(const Candidate& c) { return c.height * c.height / c.normal2; }
+const Candidate& nearer(const Candidate& a, const Candidate& b) { return distance2(a) <= distance2(b) ? a : b; }
+
+unsigned bit(int place) { return 1u << place; }
+
+Candidate nearestOfVertex(const Simplex& simplex, int w) {
+  const Vector3d& p = simplex[w].point;
+  const double norm2 = p.squaredNorm();
+  return {-p, norm2, norm2, bit(w)};
+}
+
+Candidate nearestOfEdge(const Simplex& simplex, int w, int a) {
+  const Vector3d& pw = simplex[w].point;
+  const Vector3d edge = simplex[a].point - pw;
+  const double of_a = -pw.dot(edge);
+  const double length2 = edge.squaredNorm();
+  if (!(of_a > 0.0)) return nearestOfVertex(simplex, w);
+  if (!(of_a < length2)) return nearestOfVertex(simplex, a);
+  // Twice across the edge, as the first time leaves the rounding of a long vector in a short one.
+  const double scale = 1.0 / length2;
+  const Vector3d near = pw + (of_a * scale) * edge;
+  const Vector3d p = near - (near.dot(edge) * scale) * edge;
+  const double norm2 = p.squaredNorm();
+  return {-p, norm2, norm2, bit(w) | bit(a)};
+}
+
+/// A triangle by its area vector and, times the area, the weights of the point of its plane nearest to the origin: the
+/// areas which that point spans with the edges.
+struct Areas {
+  Vector3d area;
+  double of_w, of_a, of_b;
+
+  Areas(const Vector3d& w, const Vector3d& a, const Vector3d& b) {
+    const Vector3d wa = a - w, ab = b - a, bw = w - b;
+    area = areaVector(wa, ab, bw);
+    of_w = area.dot(a.cross(ab));
+    of_a = area.dot(b.cross(bw));
+    of_b = area.dot(w.cross(wa));
+  }
+};
+
+Candidate nearestOfTriangle(const Simplex& simplex, int w, int a, int b) {
+  const Areas areas(simplex[w].point, simplex[a].point, simplex[b].point);
+  if (areas.of_w > 0.0 && areas.of_a > 0.0 && areas.of_b > 0.0) {
+    const double height = -areas.area.dot(simplex[w].point);
+    return {height < 0.0 ? Vector3d(-areas.area) : areas.area, areas.area.squaredNorm(), std::abs(height),
+            bit(w) | bit(a) | bit(b)};
+  }
+  if (areas.of_a > 0.0 && areas.of_w > 0.0) return nearestOfEdge(simplex, w, a);
+  if (areas.of_b > 0.0 && areas.of_w > 0.0) return nearestOfEdge(simplex, w, b);
+  return nearer(nearestOfEdge(simplex, w, a), nearestOfEdge(simplex, w, b));
+}
+
+/// A triple product of x, y, z is off by at most this times |x| |y| |z|, to first order in eps; |x|_1 is never less
+/// than |x|.
+constexpr double kTripleProduct = 6.0 * std::numeric_limits<double>::epsilon();
+
+/// Which of the faces w a b, w b c, w c a do not surely have the origin on their inner side.
+struct FacesTowardsOrigin {
+  bool wab, wbc, wca;
+};
+
+FacesTowardsOrigin facesTowardsOrigin(const Simplex& simplex, int w, int pa, int pb, int pc) {
+  const Vector3d& pw = simplex[w].point;
+  const Vector3d a = simplex[pa].point - pw, b = simplex[pb].point - pw, c = simplex[pc].point - pw;
+  const Vector3d ab = a.cross(b), bc = b.cross(c), ca = c.cross(a);
+  constexpr double k = kTripleProduct;
+  const double na = a.lpNorm<1>(), nb = b.lpNorm<1>(), nc = c.lpNorm<1>(), nw = pw.lpNorm<1>();
+  const double volume = ab.dot(c);
+  if (std::abs(volume) <= k * na * nb * nc) return {true, true, true};
+  const double side = volume > 0.0 ? 1.0 : -1.0;
+  return {!(side * ab.dot(pw) < -k * na * nb * nw), !(side * bc.dot(pw) < -k * nb * nc * nw),
+          !(side * ca.dot(pw) < -k * nc * na * nw)};
+}
+
+/// The nearest of those faces; no members where there are none.
+Candidate nearestOfTetrahedron(const Simplex& simplex, int w, int a, int b, int c) {
+  const FacesTowardsOrigin faces = facesTowardsOrigin(simplex, w, a, b, c);
+  Candidate best{Vector3d::Zero(), 1.0, std::numeric_limits<double>::infinity(), 0};
+  if (faces.wab) best = nearestOfTriangle(simplex, w, a, b);
+  if (faces.wbc) best = nearer(best, nearestOfTriangle(simplex, w, b, c));
+  if (faces.wca) best = nearer(best, nearestOfTriangle(simplex, w, c, a));
+  return best;
+}
+
+/// The places of the members, lowest first, by their bits.
+struct Members {
+  int count;
+  std::array<int, 4> places;
+};
+constexpr std::array<Members, 16> kMembers{{{0, {}},
+                                            {1, {0}},
+                                            {1, {1}},
+                                            {2, {0, 1}},
+                                            {1, {2}},
+                                            {2, {0, 2}},
+                                            {2, {1, 2}},
+                                            {3, {0, 1, 2}},
+                                            {1, {3}},
+                                            {2, {0, 3}},
+                                            {2, {1, 3}},
+                                            {3, {0, 1, 3}},
+                                            {2, {2, 3}},
+                                            {3, {0, 2, 3}},
+                                            {3, {1, 2, 3}},
+                                            {4, {0, 1, 2, 3}}}};
+
+Candidate nearestOf(const Simplex& simplex, int newest) {
+  const auto& [count, others] = kMembers[simplex.members];
+  switch (count) {
+    case 0:
+      return nearestOfVertex(simplex, newest);
+    case 1:
+      return nearestOfEdge(simplex, newest, others[0]);
+    case 2:
+      return nearestOfTriangle(simplex, newest, others[0], others[1]);
+    default:
+      return nearestOfTetrahedron(simplex, newest, others[0], others[1], others[2]);
+  }
+}
+
+}  // namespace
+
+Nearest nearestToOrigin(const Simplex& simplex, int newest) {
+  const Candidate nearest = nearestOf(simplex, newest);
+  if (nearest.members == 0) return {0.0, Vector3d::Zero(), 0.0, simplex.members | bit(newest), true};
+  // A point at the origin has no direction of its own; the caller sees the distance and does not use it.
+  if (!(nearest.normal2 > 0.0)) return {0.0, Vector3d::UnitX(), 1.0, nearest.members, false};
+  const double scale = 1.0 / std::sqrt(nearest.normal2);
+  return {nearest.height * scale, nearest.normal, scale, nearest.members, false};
+}
+
+double enclosedRadius(const Simplex& tetrahedron) {
+  const Vector3d &o = tetrahedron[3].point, &p = tetrahedron[0].point;
+  const Vector3d a = p - o, b = tetrahedron[1].point - o, c = tetrahedron[2].point - o;
+  const double na = a.norm(), nb = b.norm(), nc = c.norm();
+  const double outwards = std::copysign(1.0, a.dot(b.cross(c)));
+  const auto distance = [outwards](const Vector3d& area, const Vector3d& point, double sizes) {
+    return (outwards * area.dot(point) - kTripleProduct * sizes * point.norm()) / area.norm();
+  };
+  return std::min({distance(b.cross(a), o, na * nb), distance(c.cross(b), o, nb * nc), distance(a.cross(c), o, nc * na),
+                   distance((b - a).cross(c - a), p, (na + nb) * (na + nc))});
+}
+
+WitnessPoints witnessPoints(const Simplex& simplex) {
+  const auto& [count, places] = kMembers[simplex.members];
+  const CsoVertex &w = simplex[places[0]], &a = simplex[places[1]], &b = simplex[places[2]];
+  if (count == 1) return {w.on_a, w.onB()};
+  if (count == 2) {
+    const Vector3d edge = a.point - w.point;
+    const double of_a = std::clamp(-w.point.dot(edge) / edge.squaredNorm(), 0.0, 1.0);
+    return {w.on_a + of_a * (a.on_a - w.on_a), w.onB() + of_a * (a.onB() - w.onB())};
+  }
+  // The corners come in another order than when the triangle was chosen, so rounding may turn a sign.
+  const Areas areas(w.point, a.point, b.point);
+  const Vector3d weights = Vector3d(areas.of_w, areas.of_a, areas.of_b).cwiseMax(0.0);
+  const Vector3d parts = weights / weights.sum();
+  const double of_w = parts.x(), of_a = parts.y(), of_b = parts.z();
+  return {of_w * w.on_a + of_a * a.on_a + of_b * b.on_a, of_w * w.onB() + of_a * a.onB() + of_b * b.onB()};
+}
+
+}  // namespace proximity_server::narrowphase

@@ -1,0 +1,76 @@
+#include "proximity_server/narrowphase/motion/motion.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "narrowphase/motion/motion_path.h"
+
+namespace proximity_server::narrowphase {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+namespace {
+
+Isometry3d isometry(const ScrewPath::Pose& pose) {
+  Isometry3d result = Isometry3d::Identity();
+  result.linear() = pose.rotation;
+  result.translation() = pose.origin;
+  return result;
+}
+
+}  // namespace
+
+/// Of the way between the poses, the part along the axis is gone straight. Across it, what a velocity v comes to is
+/// 1/x (sin x v + (1 - cos x) axis x v), see at(); solved for v.
+ScrewMotion ScrewMotion::between(const Isometry3d& start, const Isometry3d& end) {
+  const Eigen::AngleAxisd turn(Matrix3d(end.linear() * start.linear().transpose()));
+  const Vector3d& axis = turn.axis();
+  const Vector3d way = end.translation() - start.translation();
+  const double half = 0.5 * turn.angle();
+  const double half_cotangent = half > 0.0 ? half / std::tan(half) : 1.0;
+  const Vector3d along = axis.dot(way) * axis;
+  return {start, along + half_cotangent * (way - along) - half * axis.cross(way), turn.angle() * axis};
+}
+
+Isometry3d ScrewMotion::at(double time) const { return isometry(ScrewPath(*this).at(time)); }
+
+ScrewMotion ScrewMotion::inverse() const {
+  const Isometry3d back = start.inverse();
+  return {back, back.linear() * (angular.cross(start.translation()) - linear), -(back.linear() * angular)};
+}
+
+ScrewMotion operator*(const Isometry3d& pose, const ScrewMotion& screw) {
+  return {pose * screw.start, pose.linear() * screw.linear, pose.linear() * screw.angular};
+}
+
+ScrewMotion operator*(const ScrewMotion& screw, const Isometry3d& pose) {
+  const Vector3d offset = screw.start.linear() * pose.translation();
+  return {screw.start * pose, screw.linear + screw.angular.cross(offset), screw.angular};
+}
+
+Isometry3d poseAt(const MotionChain& chain, double time) { return isometry(MotionPath(chain).at(time)); }
+
+double roundedLengths(const MotionChain& chain, double reach, const Vector3d& origin) {
+  double sum = reach;
+  for (std::size_t i = chain.size(); i-- > 0;) {
+    const Vector3d start = chain[i].start.translation();
+    reach += (i == 0 ? Vector3d(start - origin) : start).norm() + chain[i].linear.norm();
+    sum += (1.0 + chain[i].angular.norm()) * reach;
+  }
+  return sum;
+}
+
+MotionBound motionBound(const MotionChain& chain, const Vector3d& centre, double radius, double begin, double end) {
+  return MotionPath(chain).bound(centre, radius, begin, end);
+}
+
+Shape sweptShape(const Shape& shape, const ScrewMotion& motion, double begin, double end) {
+  const double duration = end - begin;
+  const Isometry3d begin_T_end = motion.at(begin).inverse() * motion.at(end);
+  const double acceleration = motionBound({motion}, shape.centre(), shape.coreRadius(), begin, end).acceleration;
+  return shape.sweptTo(begin_T_end).padded(acceleration * duration * duration / 8.0);
+}
+
+}  // namespace proximity_server::narrowphase

@@ -1,0 +1,83 @@
+#include "narrowphase/motion/motion_path.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace proximity_server::narrowphase {
+
+using Eigen::Vector3d;
+
+ScrewPath::ScrewPath(const ScrewMotion& motion, const Vector3d& from)
+    : start_{motion.start.linear(), motion.start.translation() - from},
+      linear_(motion.linear),
+      angular_(motion.angular),
+      turning_(motion.angular.norm()),
+      straight_(motion.linear) {
+  if (turning_ == 0.0) return;
+  const Vector3d axis = angular_ / turning_;
+  for (int column = 0; column < 3; ++column) {
+    rotation_by_sine_.col(column) = axis.cross(start_.rotation.col(column));
+    rotation_by_versine_.col(column) = axis.cross(rotation_by_sine_.col(column));
+  }
+  straight_ = axis.dot(linear_) * axis;
+  origin_by_sine_ = (linear_ - straight_) / turning_;
+  origin_by_versine_ = axis.cross(linear_) / turning_;
+}
+
+ScrewPath::Pose ScrewPath::at(double time) const {
+  Pose pose{start_.rotation, start_.origin + time * straight_};
+  if (turning_ == 0.0) return pose;
+  // By the half of the angle, 1 - cosine does not cancel.
+  const double half = 0.5 * turning_ * time, half_sine = std::sin(half), half_cosine = std::cos(half);
+  const double sine = 2.0 * half_sine * half_cosine, versine = 2.0 * half_sine * half_sine;
+  pose.rotation += sine * rotation_by_sine_ + versine * rotation_by_versine_;
+  pose.origin += sine * origin_by_sine_ + versine * origin_by_versine_;
+  return pose;
+}
+
+MotionPath::MotionPath(const MotionChain& chain, const Vector3d& from)
+    : screws_(few_.data()), size_(std::max<std::size_t>(1, chain.size())) {
+  if (size_ > few_.size()) {
+    many_.resize(size_);
+    screws_ = many_.data();
+  }
+  screws_[0] = ScrewPath(chain.empty() ? ScrewMotion() : chain.front(), from);
+  for (std::size_t i = 1; i < size_; ++i) screws_[i] = ScrewPath(chain[i]);
+}
+
+ScrewPath::Pose MotionPath::at(double time) const {
+  ScrewPath::Pose pose = screws_[0].at(time);
+  for (std::size_t i = 1; i < size_; ++i) {
+    const ScrewPath::Pose next = screws_[i].at(time);
+    pose.origin += pose.rotation * next.origin;
+    pose.rotation = (pose.rotation * next.rotation).eval();
+  }
+  return pose;
+}
+
+/// From the last frame to the first, the ball is seen to move in each; `centre` and `radius` become those of a ball
+/// that holds it all the time. A point that moves at a speed s in a frame that turns at w gains an acceleration of 2 w
+/// s.
+MotionBound MotionPath::bound(const Vector3d& ball_centre, double ball_radius, double begin, double end) const {
+  const double middle = 0.5 * (begin + end), half = 0.5 * (end - begin);
+  Vector3d centre = ball_centre;
+  double radius = ball_radius, all_turning = 0.0, speed = 0.0;
+  MotionBound bound{Vector3d::Zero(), 0.0, 0.0};
+  for (std::size_t i = size_; i-- > 0;) {
+    const ScrewPath& screw = screws_[i];
+    const ScrewPath::Pose pose = screw.at(middle);
+    centre = pose * centre;
+    // A twist has one field of velocities at all times.
+    const Vector3d velocity = screw.velocity(centre);
+    const double centripetal = screw.angular().cross(velocity).norm();
+    bound.acceleration += centripetal + screw.turning() * (screw.turning() * radius + 2.0 * speed);
+    bound.velocity = pose.rotation * bound.velocity + velocity;
+    all_turning += screw.turning();
+    speed += velocity.norm() + screw.turning() * radius;
+    radius += half * velocity.norm();
+  }
+  bound.deviation = all_turning * ball_radius + half * bound.acceleration;
+  return bound;
+}
+
+}  // namespace proximity_server::narrowphase

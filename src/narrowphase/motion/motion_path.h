@@ -1,0 +1,67 @@
+#pragma once
+
+#include <array>
+
+#include "proximity_server/narrowphase/motion/motion.h"
+
+namespace proximity_server::narrowphase {
+
+/// A screw with all that does not depend on the time worked out, so that a pose takes one sine and some sums.
+///
+/// With a unit axis e and what the screw turns by, x: a turned vector is v + sin x e x v + (1 - cos x) e x (e x v).
+///
+/// Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation, 1994, 2.2 (Rodrigues' formula) and
+///         2.4 (exponential of a twist).
+class ScrewPath {
+ public:
+  struct Pose {
+    Eigen::Matrix3d rotation;
+    Eigen::Vector3d origin;
+    Eigen::Vector3d operator*(const Eigen::Vector3d& point) const { return rotation * point + origin; }
+  };
+
+  ScrewPath() = default;
+  /// Positions count from `from`.
+  explicit ScrewPath(const ScrewMotion& motion, const Eigen::Vector3d& from = Eigen::Vector3d::Zero());
+
+  Pose at(double time) const;
+
+  /// [rad] per unit of time.
+  double turning() const { return turning_; }
+
+  /// [m] per unit of time, of what is at a point.
+  Eigen::Vector3d velocity(const Eigen::Vector3d& point) const {
+    return linear_ + angular_.cross(point - start_.origin);
+  }
+  const Eigen::Vector3d& angular() const { return angular_; }
+
+ private:
+  Pose start_;
+  Eigen::Vector3d linear_, angular_;
+  double turning_;
+  // Per sine and per 1 - cosine; nothing of them where nothing turns. The origin also goes straight along the axis.
+  Eigen::Matrix3d rotation_by_sine_, rotation_by_versine_;
+  Eigen::Vector3d straight_, origin_by_sine_, origin_by_versine_;
+};
+
+/// A chain of such screws; an empty one is a frame at rest.
+class MotionPath {
+ public:
+  /// Allocates for more than 8 screws only.
+  explicit MotionPath(const MotionChain& chain, const Eigen::Vector3d& from = Eigen::Vector3d::Zero());
+  MotionPath(const MotionPath&) = delete;
+  MotionPath& operator=(const MotionPath&) = delete;
+
+  ScrewPath::Pose at(double time) const;
+
+  /// See motionBound().
+  MotionBound bound(const Eigen::Vector3d& centre, double radius, double begin, double end) const;
+
+ private:
+  std::array<ScrewPath, 8> few_;
+  std::vector<ScrewPath> many_;
+  ScrewPath* screws_;
+  std::size_t size_;
+};
+
+}  // namespace proximity_server::narrowphase

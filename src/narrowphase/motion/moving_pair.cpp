@@ -1,0 +1,104 @@
+#include "narrowphase/motion/moving_pair.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "proximity_server/narrowphase/shape/support.h"
+
+namespace proximity_server::narrowphase {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+bool isFiniteChain(const MotionChain& chain) {
+  return std::all_of(chain.begin(), chain.end(), [](const ScrewMotion& screw) {
+    return (0.0 * screw.start.matrix()).sum() + (0.0 * (screw.linear + screw.angular)).sum() == 0.0;
+  });
+}
+
+Vector3d originOf(const MotionChain& chain) {
+  return chain.empty() ? Vector3d(Vector3d::Zero()) : Vector3d(chain.front().start.translation());
+}
+
+}  // namespace
+
+AxisBound::AxisBound(const End& begin, const End& end, const MotionBound& motion, double duration)
+    : begin_(begin.gap), end_(end.gap), duration_(duration) {
+  const Vector3d turn = end.normal - begin.normal;
+  const double fastest = turn.dot(motion.velocity) + turn.norm() * motion.deviation;
+  curvature_ = std::max(0.0, motion.acceleration + 2.0 * fastest / duration);
+  shortest_ = std::sqrt(std::max(0.0, 1.0 - 0.25 * turn.squaredNorm()));
+}
+
+/// With d = begin - level, the slope m at time 0 and the curvature k: d + m t + 1/2 k t^2 = 0, solved so that nothing
+/// cancels.
+double AxisBound::firstTimeAt(double level) const {
+  const double above = begin_ - (level < 0.0 ? level * shortest_ : level);
+  const double discriminant = slope() * slope() - 2.0 * curvature_ * above;
+  if (!(above > 0.0) || !std::isfinite(end_ + curvature_)) return 0.0;  // what overflows proves nothing
+  if (!(slope() < 0.0) || discriminant < 0.0) return duration_;
+  return std::min(duration_, 2.0 * above / (std::sqrt(discriminant) - slope()));
+}
+
+double AxisBound::lowestTime() const {
+  if (slope() >= 0.0) return 0.0;
+  return slope() + curvature_ * duration_ <= 0.0 ? duration_ : -slope() / curvature_;
+}
+
+double AxisBound::at(double time) const {
+  const double gap = begin_ + slope() * time + 0.5 * curvature_ * time * time;
+  return gap < 0.0 ? gap / shortest_ : gap;
+}
+
+MovingPair::MovingPair(const Shape& a, const MotionChain& a_motion, const Shape& b, const MotionChain& b_motion)
+    : a_(a),
+      b_(b),
+      a_motion_(a_motion),
+      b_motion_(b_motion),
+      origin_(originOf(a_motion)),
+      a_path_(a_motion, origin_),
+      b_path_(b_motion, origin_) {
+  // To first order in eps, a support point and its pose are off by less than 32 eps of each length.
+  rounding_ = 32.0 * std::numeric_limits<double>::epsilon() *
+              (roundedLengths(a_motion, a.coreReach() + a.margin(), origin_) +
+               roundedLengths(b_motion, b.coreReach() + b.margin(), origin_));
+}
+
+bool MovingPair::isFinite() const { return isFiniteChain(a_motion_) && isFiniteChain(b_motion_); }
+
+SignedDistance MovingPair::distance(const Poses& poses, const Options& options) {
+  Options inner = options;
+  inner.distance_tolerance = std::max(0.0, options.distance_tolerance - 2.0 * rounding_);
+  Isometry3d a_T_b = Isometry3d::Identity();
+  a_T_b.linear() = poses.a.rotation.transpose() * poses.b.rotation;
+  a_T_b.translation() = poses.a.rotation.transpose() * (poses.b.origin - poses.a.origin);
+  SignedDistance result = signedDistance(a_, b_, a_T_b, inner, warm_start_);
+  result.lower_bound -= rounding_;
+  result.upper_bound += rounding_;
+  result.normal = (poses.a.rotation * result.normal).normalized();
+  result.point_a = poses.a.origin + poses.a.rotation * result.point_a;
+  result.point_b = result.point_a + result.distance * result.normal;
+  return result;
+}
+
+double MovingPair::gapAlong(const Vector3d& normal, const Poses& poses) {
+  const Vector3d on_a = supportPoint(a_, poses.a.rotation.transpose() * normal, vertex_a_);
+  const Vector3d on_b = supportPoint(b_, -(poses.b.rotation.transpose() * normal), vertex_b_);
+  const Vector3d between = poses.b.origin - poses.a.origin + (poses.b.rotation * on_b - poses.a.rotation * on_a);
+  return normal.dot(between) - a_.margin() - b_.margin() - rounding_;
+}
+
+MotionBound MovingPair::motion(double begin, double end) const {
+  const MotionBound of_a = a_path_.bound(a_.centre(), a_.coreRadius(), begin, end);
+  const MotionBound of_b = b_path_.bound(b_.centre(), b_.coreRadius(), begin, end);
+  return {of_b.velocity - of_a.velocity, of_a.deviation + of_b.deviation, of_a.acceleration + of_b.acceleration};
+}
+
+SignedDistance MovingPair::inChainsFrame(SignedDistance result) const {
+  result.point_a += origin_;
+  result.point_b = result.point_a + result.distance * result.normal;
+  return result;
+}
+
+}  // namespace proximity_server::narrowphase

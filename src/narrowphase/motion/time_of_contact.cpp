@@ -1,0 +1,140 @@
+#include <algorithm>
+#include <cmath>
+
+#include "narrowphase/motion/moving_pair.h"
+
+namespace proximity_server::narrowphase {
+namespace {
+
+using Eigen::Vector3d;
+
+/// The way to the first contact, in steps that pass none.
+class Advancement {
+ public:
+  Advancement(MovingPair& pair, const ContactOptions& options)
+      : pair_(pair), options_(options), duration_(options.end - options.begin) {
+    distance_options_.distance_tolerance = 0.25 * options.tolerance;
+  }
+
+  TimeOfContact run() {
+    TimeOfContact answer;
+    for (double time = options_.begin;;) {
+      const SignedDistance distance = pair_.distance(pair_.at(time), distance_options_);
+      ++answer.queries;
+      answer.t_free = time;
+      if (distance.status == Status::Unknown) return answer;
+      if (distance.upper_bound <= options_.clearance + options_.tolerance) return inContact(answer, distance);
+      if (!(distance.lower_bound > level())) return undecided(answer, Status::Degenerate);
+      if (answer.queries >= options_.max_queries) return undecided(answer, Status::IterationLimit);
+
+      const double next = advance(time, distance);
+      if (next == options_.end) return decided(answer);
+      if (!(next > time)) return undecided(answer, Status::Degenerate);
+      time = next;
+    }
+  }
+
+ private:
+  /// [m] a gap at which a step may end: above the clearance, so that it proves what is behind it.
+  double level() const { return options_.clearance + 0.25 * options_.tolerance; }
+
+  TimeOfContact inContact(TimeOfContact answer, const SignedDistance& distance) const {
+    answer.status = Status::Converged;
+    answer.contact = true;
+    answer.t_contact = answer.t_free;
+    answer.at_contact = pair_.inChainsFrame(distance);
+    return answer;
+  }
+
+  TimeOfContact decided(TimeOfContact answer) const {
+    answer.status = Status::Converged;
+    answer.t_free = options_.end;
+    return answer;
+  }
+
+  static TimeOfContact undecided(TimeOfContact answer, Status status) {
+    answer.status = status;
+    return answer;
+  }
+
+  /// The latest time that the normal of the distance proves to be free.
+  ///
+  /// The longer the step that is tried, the lower the bound lies in between; so it is tried again with a step that ends
+  /// where the chord of the last one met the level.
+  double advance(double time, const SignedDistance& distance) {
+    constexpr int kMostTrials = 3;
+    const Rates rates = ratesSince(time, distance);
+    firstTrial(time, distance.lower_bound - options_.clearance, rates.approach);
+    double free = 0.0;
+    for (int trial = 0; trial < kMostTrials; ++trial) {
+      const double end = std::min(options_.end, time + duration_);
+      const AxisBound bound = bestBound(distance, distance.normal + (end - time) * rates.turning, time, end);
+      free = std::max(free, bound.firstTimeAt(level()));
+      if (!(free < bound.duration())) return end;
+      const double chord = bound.duration() * (bound.begin() - level()) / (bound.begin() - bound.end());
+      if (!(chord < 0.9 * bound.duration()) || free > 0.9 * chord) break;
+      duration_ = chord;
+    }
+    return time + free;
+  }
+
+  /// What changed since the last time, per unit of time; nothing at first.
+  struct Rates {
+    Vector3d turning = Vector3d::Zero();  ///< of the normal
+    double approach = 0.0;                ///< [m]
+  };
+  Rates ratesSince(double time, const SignedDistance& distance) {
+    Rates rates;
+    if (time > last_time_) {
+      rates.turning = (distance.normal - last_.normal) / (time - last_time_);
+      rates.approach = (last_.lower_bound - distance.lower_bound) / (time - last_time_);
+    }
+    last_time_ = time;
+    last_ = distance;
+    return rates;
+  }
+
+  /// Sets the duration to that over which the parabola of the acceleration takes half of the gap away, or to a bit more
+  /// than it takes to contact where the shapes approach as before: the longer it is, the lower the bound in between.
+  void firstTrial(double time, double gap, double approach) {
+    constexpr double kBeyondContact = 1.25, kMostGrowth = 16.0;
+    double window = std::min(options_.end - time, kMostGrowth * duration_);
+    if (approach > 0.0) window = std::min(window, kBeyondContact * gap / approach);
+    motion_ = pair_.motion(time, time + window);
+    duration_ = std::min(window, 2.0 * std::sqrt(gap / motion_.acceleration));  // infinite where nothing accelerates
+    if (duration_ < 0.5 * window) motion_ = pair_.motion(time, time + duration_);
+  }
+
+  /// With the normal of the distance as axis all the time, or turning to another one.
+  AxisBound bestBound(const SignedDistance& distance, const Vector3d& turned, double begin, double end) {
+    const MovingPair::Poses poses = pair_.at(end);
+    const auto boundTo = [&](const Vector3d& normal) {
+      const double gap = pair_.gapAlong(normal, poses);
+      return AxisBound({distance.normal, distance.lower_bound}, {normal, gap}, motion_, end - begin);
+    };
+    const AxisBound standing = boundTo(distance.normal);
+    constexpr double kLeastNorm = 0.5;  // less is no direction to turn to
+    if (turned == distance.normal || !(turned.norm() > kLeastNorm)) return standing;
+    const AxisBound turning = boundTo(turned.normalized());
+    return turning.firstTimeAt(level()) > standing.firstTimeAt(level()) ? turning : standing;
+  }
+
+  MovingPair& pair_;
+  const ContactOptions options_;
+  Options distance_options_;
+  MotionBound motion_;  ///< during the step that is tried
+  double duration_;     ///< of that step
+  double last_time_ = std::numeric_limits<double>::infinity();
+  SignedDistance last_;  ///< at that time
+};
+
+}  // namespace
+
+TimeOfContact timeOfContact(const Shape& a, const MotionChain& a_motion, const Shape& b, const MotionChain& b_motion,
+                            const ContactOptions& options) {
+  MovingPair pair(a, a_motion, b, b_motion);
+  const bool is_answerable = pair.isFinite() && isInterval(options.begin, options.end);
+  return is_answerable ? Advancement(pair, options).run() : TimeOfContact();
+}
+
+}  // namespace proximity_server::narrowphase

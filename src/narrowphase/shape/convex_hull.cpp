@@ -1,0 +1,294 @@
+#include "proximity_server/narrowphase/shape/convex_hull.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <memory>
+#include <numeric>
+#include <stdexcept>
+#include <utility>
+
+#include "narrowphase/shape/scan.h"
+
+extern "C" {
+#include <libqhull_r/qhull_ra.h>
+}
+
+namespace proximity_server::narrowphase {
+namespace {
+
+using Eigen::Vector3d;
+using Points = std::vector<Vector3d>;
+using Triangles = std::vector<std::array<int, 3>>;
+
+// Up to this many vertices a scan of all beats climbing over the adjacency.
+constexpr int kScanLimit = 96;
+
+Points withoutDuplicates(Points points) {
+  const auto lexicographic = [](const Vector3d& a, const Vector3d& b) {
+    return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+  };
+  std::sort(points.begin(), points.end(), lexicographic);
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+  return points;
+}
+
+/// Affine frame of a cloud: orthonormal axes, and how far the cloud reaches along each.
+struct AffineFrame {
+  Vector3d origin;
+  std::array<Vector3d, 3> axes;
+  std::array<double, 3> reach{};
+  int dimension = 0;
+
+  double coordinate(const Vector3d& point, std::size_t axis) const {
+    return axes[axis].dot(point - origin) / reach[axis];
+  }
+};
+
+/// Greedy frame: each axis points to what lies farthest from the span of those before it. The cloud ends where that
+/// is within the rounding of the coordinates: a few eps of the largest one (4 covers the projections onto two axes).
+AffineFrame affineFrame(const Points& points) {
+  AffineFrame frame;
+  frame.origin = points.front();
+  double largest = 0.0;
+  for (const Vector3d& p : points) largest = std::max(largest, p.cwiseAbs().maxCoeff());
+  const double rounding = 4.0 * std::numeric_limits<double>::epsilon() * largest;
+
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    Vector3d farthest = Vector3d::Zero();
+    for (const Vector3d& p : points) {
+      Vector3d rest = p - frame.origin;
+      for (std::size_t k = 0; k < axis; ++k) rest -= frame.axes[k] * frame.axes[k].dot(rest);
+      if (rest.squaredNorm() > farthest.squaredNorm()) farthest = rest;
+    }
+    const double reach = farthest.norm();
+    if (reach <= rounding) return frame;
+    frame.axes[axis] = axis == 2 ? frame.axes[0].cross(frame.axes[1]) : Vector3d(farthest / reach);
+    frame.reach[axis] = reach;
+    frame.dimension = static_cast<int>(axis) + 1;
+  }
+  return frame;
+}
+
+/// Indices of the two ends of a collinear cloud.
+std::vector<int> segmentEnds(const Points& points, const AffineFrame& frame) {
+  const auto along = [&](const Vector3d& a, const Vector3d& b) {
+    return frame.coordinate(a, 0) < frame.coordinate(b, 0);
+  };
+  const auto ends = std::minmax_element(points.begin(), points.end(), along);
+  return {static_cast<int>(ends.first - points.begin()), static_cast<int>(ends.second - points.begin())};
+}
+
+/// Indices of the corners of a flat cloud, counter-clockwise about the frame's third axis.
+/// Source: Andrew, Another Efficient Algorithm for Convex Hulls in Two Dimensions, 1979.
+std::vector<int> polygonCorners(const Points& points, const AffineFrame& frame) {
+  struct Flat {
+    double x, y;
+    int index;
+  };
+  std::vector<Flat> flat;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    flat.push_back({frame.coordinate(points[i], 0), frame.coordinate(points[i], 1), static_cast<int>(i)});
+  std::sort(flat.begin(), flat.end(),
+            [](const Flat& a, const Flat& b) { return std::make_pair(a.x, a.y) < std::make_pair(b.x, b.y); });
+  const auto turnsLeft = [](const Flat& o, const Flat& a, const Flat& b) {
+    return (a.x - o.x) * (b.y - o.y) - (a.y - o.y) * (b.x - o.x) > 0.0;
+  };
+  const auto chain = [&](auto first, auto last) {
+    std::vector<Flat> corners;
+    for (auto p = first; p != last; ++p) {
+      while (corners.size() > 1 && !turnsLeft(corners[corners.size() - 2], corners.back(), *p)) corners.pop_back();
+      corners.push_back(*p);
+    }
+    corners.pop_back();  // it is the first of the other chain
+    return corners;
+  };
+  std::vector<int> corners;
+  for (const Flat& p : chain(flat.begin(), flat.end())) corners.push_back(p.index);
+  for (const Flat& p : chain(flat.rbegin(), flat.rend())) corners.push_back(p.index);
+  return corners;
+}
+
+Triangles fan(int corners) {
+  Triangles triangles;
+  for (int i = 2; i < corners; ++i) triangles.push_back({0, i - 1, i});
+  return triangles;
+}
+
+/// Outward triangles of a solid cloud. qhull sees the cloud stretched to unit size along its own axes: a hull survives
+/// an affine map, and so a plate of any thinness is as well conditioned as a cube.
+Triangles solidTriangles(const Points& points, const AffineFrame& frame) {
+  std::vector<coordT> coordinates;
+  for (const Vector3d& p : points)
+    for (std::size_t axis = 0; axis < 3; ++axis) coordinates.push_back(frame.coordinate(p, axis));
+
+  const std::unique_ptr<FILE, int (*)(FILE*)> silent(std::fopen("/dev/null", "w"), &std::fclose);
+  qhT state;
+  qh_zero(&state, silent.get());
+  qhT* qh = &state;
+  char command[] = "qhull Qt Pp";
+  const int failed =
+      qh_new_qhull(qh, 3, static_cast<int>(points.size()), coordinates.data(), False, command, nullptr, silent.get());
+  Triangles triangles;
+  if (!failed) {
+    facetT* facet;
+    FORALLfacets {
+      setT* corners = qh_facet3vertex(qh, facet);
+      const auto corner = [&](int i) { return qh_pointid(qh, static_cast<vertexT*>(corners->e[i].p)->point); };
+      triangles.push_back({corner(2), corner(1), corner(0)});  // qhull turns clockwise from outside
+      qh_settempfree(qh, &corners);
+    }
+  }
+  qh_freeqhull(qh, !qh_ALL);
+  int long_blocks = 0, long_bytes = 0;
+  qh_memfreeshort(qh, &long_blocks, &long_bytes);
+  return triangles;
+}
+
+}  // namespace
+
+ConvexHull::ConvexHull(const std::vector<Vector3d>& input) {
+  if (input.empty()) throw std::invalid_argument("a convex hull needs at least one point");
+  for (const Vector3d& p : input)
+    if (!p.allFinite()) throw std::invalid_argument("a convex hull needs finite points");
+
+  const Points points = withoutDuplicates(input);
+  const AffineFrame frame = affineFrame(points);
+  dimension_ = frame.dimension;
+  std::vector<int> corners;
+  switch (dimension_) {
+    case 0:
+      corners = {0};
+      break;
+    case 1:
+      corners = segmentEnds(points, frame);
+      break;
+    case 2:
+      corners = polygonCorners(points, frame);
+      break;
+    default:
+      triangles_ = solidTriangles(points, frame);
+  }
+  if (dimension_ == 3) {
+    for (const auto& triangle : triangles_) corners.insert(corners.end(), triangle.begin(), triangle.end());
+    std::sort(corners.begin(), corners.end());
+    corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  }
+  // Where qhull gave up every point stays: a support mapping needs no more than that.
+  if (corners.empty()) {
+    corners.resize(points.size());
+    std::iota(corners.begin(), corners.end(), 0);
+  }
+  for (const int corner : corners) vertices_.push_back(points[static_cast<std::size_t>(corner)]);
+  for (auto& triangle : triangles_)
+    for (int& v : triangle) v = static_cast<int>(std::lower_bound(corners.begin(), corners.end(), v) - corners.begin());
+  if (dimension_ == 2) triangles_ = fan(size());
+  connectNeighbours();
+  if (size() <= kScanLimit)
+    storeForScan();
+  else
+    findStarts();
+}
+
+void ConvexHull::connectNeighbours() {
+  std::vector<std::pair<int, int>> edges;
+  const auto connect = [&](int a, int b) {
+    edges.emplace_back(a, b);
+    edges.emplace_back(b, a);
+  };
+  for (const auto& t : triangles_) {
+    connect(t[0], t[1]);
+    connect(t[1], t[2]);
+    connect(t[2], t[0]);
+  }
+  if (triangles_.empty())
+    for (int a = 0; a < size(); ++a)
+      for (int b = 0; b < a; ++b) connect(a, b);
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+
+  offsets_.assign(vertices_.size() + 1, 0);
+  for (const auto& edge : edges) ++offsets_[static_cast<std::size_t>(edge.first) + 1];
+  std::partial_sum(offsets_.begin(), offsets_.end(), offsets_.begin());
+  for (const auto& edge : edges) neighbours_.push_back(edge.second);
+}
+
+void ConvexHull::storeForScan() {
+  const std::size_t stride = kScanStride;
+  const std::size_t padded = (vertices_.size() + stride - 1) / stride * stride;
+  scan_count_ = static_cast<int>(padded);
+  scan_coordinates_.resize(3 * padded);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (std::size_t i = 0; i < padded; ++i)
+      scan_coordinates_[axis * padded + i] = vertices_[i < vertices_.size() ? i : 0][static_cast<Eigen::Index>(axis)];
+}
+
+void ConvexHull::findStarts() {
+  constexpr int kMostCells = 64;  // six sides of 64 x 64 cells fit into a cache of the second level
+  cells_ = std::min(static_cast<int>(std::ceil(std::sqrt(size() / 1.5))), kMostCells);
+  const auto cells = static_cast<std::size_t>(cells_);
+  starts_.reserve(6 * cells * cells);
+  int start = 0;
+  for (int side = 0; side < 6; ++side)
+    for (int i = 0; i < cells_; ++i)
+      for (int j = 0; j < cells_; ++j) {
+        const int axis = side / 2;
+        Vector3d centre;
+        centre[axis] = side % 2 == 0 ? 1.0 : -1.0;
+        centre[(axis + 1) % 3] = (2 * i + 1.0) / cells_ - 1.0;
+        centre[(axis + 2) % 3] = (2 * j + 1.0) / cells_ - 1.0;
+        starts_.push_back(start = climb(centre, start));
+      }
+}
+
+int ConvexHull::startTowards(const Vector3d& direction) const {
+  const double x = std::abs(direction.x()), y = std::abs(direction.y()), z = std::abs(direction.z());
+  const int axis = x >= y && x >= z ? 0 : y >= z ? 1 : 2;
+  const int next = axis == 2 ? 0 : axis + 1, last = axis == 0 ? 2 : axis - 1;
+  const double scale = 0.5 * cells_ / std::abs(direction[axis]);
+  const auto cell = [&](int along) {
+    return std::min(static_cast<int>(direction[along] * scale + 0.5 * cells_), cells_ - 1);
+  };
+  const int side = 2 * axis + (direction[axis] > 0.0 ? 0 : 1);
+  const int index = (side * cells_ + cell(next)) * cells_ + cell(last);
+  return starts_[static_cast<std::size_t>(index)];
+}
+
+int ConvexHull::farthestVertex(const Vector3d& direction, int start) const {
+  if (cells_ > 0) {
+    const int known = startTowards(direction);
+    if (start < 0 || start >= size()) return climb(direction, known);
+    const auto height = [&](int v) { return vertices_[static_cast<std::size_t>(v)].dot(direction); };
+    return climb(direction, height(start) > height(known) ? start : known);
+  }
+  const double* x = scan_coordinates_.data();
+  return scan(x, x + scan_count_, x + 2 * scan_count_, scan_count_, direction);
+}
+
+int ConvexHull::climb(const Vector3d& direction, int start) const {
+  const auto height = [&](int v) { return vertices_[static_cast<std::size_t>(v)].dot(direction); };
+  int best = start;
+  double farthest = height(start);
+  for (int from = -1; from != best;) {
+    from = best;
+    for (const int v : neighbours(from)) {
+      const double h = height(v);
+      if (h > farthest) {
+        farthest = h;
+        best = v;
+      }
+    }
+  }
+  return best;
+}
+
+double ConvexHull::volume() const {
+  if (dimension_ < 3) return 0.0;
+  double six_volumes = 0.0;
+  const auto corner = [&](int v) { return Vector3d(vertices_[static_cast<std::size_t>(v)] - vertices_.front()); };
+  for (const auto& t : triangles_) six_volumes += corner(t[0]).dot(corner(t[1]).cross(corner(t[2])));
+  return six_volumes / 6.0;
+}
+
+}  // namespace proximity_server::narrowphase

@@ -1,0 +1,112 @@
+#include "proximity_server/narrowphase/shape/support.h"
+
+#include <cmath>
+#include <limits>
+
+namespace proximity_server::narrowphase {
+namespace {
+
+using Eigen::Vector3d;
+
+SupportFeature hullFeature(const ConvexHull& hull, const Vector3d& direction, double tolerance, int vertex) {
+  const Vector3d& top = hull.vertices()[static_cast<std::size_t>(vertex)];
+  SupportFeature feature{0, Vector3d::Zero()};
+  for (const int v : hull.neighbours(vertex)) {
+    const Vector3d edge = hull.vertices()[static_cast<std::size_t>(v)] - top;
+    if (-edge.dot(direction) > tolerance) continue;
+    if (feature.dimension == 1 && edge.cross(feature.along).norm() > tolerance * feature.along.norm())
+      return {2, Vector3d::Zero()};
+    if (edge.squaredNorm() > feature.along.squaredNorm()) feature = {1, edge};
+  }
+  return feature;
+}
+
+/// Of the end that lies farther along the direction; of both, where they are as far, what the edge between them adds.
+SupportFeature sweptFeature(const Shape::Sweep& sweep, const Vector3d& direction, double tolerance, int vertex) {
+  const Eigen::Matrix3d turn = sweep.end.linear();
+  const Vector3d at_end = turn.transpose() * direction;
+  int at = vertex >> 1;
+  const Vector3d start = supportPoint(sweep.shape, direction, at);
+  const Vector3d along = sweep.end * supportPoint(sweep.shape, at_end, at) - start;
+  const double ahead = along.dot(direction);
+  SupportFeature of_end = supportFeature(sweep.shape, at_end, tolerance, at);
+  of_end.along = turn * of_end.along;
+  if (ahead > tolerance) return of_end;
+  const SupportFeature of_start = supportFeature(sweep.shape, direction, tolerance, at);
+  if (ahead < -tolerance || along.norm() <= tolerance) return of_start;
+  for (const SupportFeature& feature : {of_start, of_end})
+    if (feature.dimension == 2 ||
+        (feature.dimension == 1 && feature.along.cross(along).norm() > tolerance * along.norm()))
+      return {2, Vector3d::Zero()};
+  return {1, along};
+}
+
+}  // namespace
+
+namespace support {
+
+Vector3d sweptPoint(const Shape::Sweep& sweep, const Vector3d& direction, int& vertex) {
+  int at_start = vertex >> 1, at_end = at_start;
+  const Vector3d start = supportPoint(sweep.shape, direction, at_start);
+  const Vector3d end = sweep.end * supportPoint(sweep.shape, sweep.end.linear().transpose() * direction, at_end);
+  const bool is_end = (end - start).dot(direction) > 0.0;
+  vertex = is_end ? 2 * at_end + 1 : 2 * at_start;
+  return is_end ? end : start;
+}
+
+Vector3d sweptVertex(const Shape::Sweep& sweep, int number) {
+  const Vector3d vertex = vertexOf(sweep.shape, number >> 1);
+  return (number & 1) != 0 ? Vector3d(sweep.end * vertex) : vertex;
+}
+
+}  // namespace support
+
+SupportFeature supportFeature(const Shape& shape, const Vector3d& direction, double tolerance, int& vertex) {
+  const Vector3d& half = shape.halfExtents();
+  const Vector3d full = 2.0 * half;
+  const Vector3d fall = full.cwiseProduct(direction).cwiseAbs();  // from one end to the other, along each axis
+  switch (shape.kind()) {
+    case Shape::Kind::Point:
+    case Shape::Kind::Ellipsoid:
+      return {0, Vector3d::Zero()};
+    case Shape::Kind::Segment:
+      if (full.z() > tolerance && fall.z() <= tolerance) return {1, {0.0, 0.0, full.z()}};
+      return {0, Vector3d::Zero()};
+    case Shape::Kind::Box: {
+      SupportFeature feature{0, Vector3d::Zero()};
+      for (int axis = 0; axis < 3; ++axis) {
+        if (fall[axis] > tolerance) continue;
+        ++feature.dimension;
+        feature.along = full[axis] * Vector3d::Unit(axis);
+      }
+      return feature;
+    }
+    case Shape::Kind::Cylinder:
+      if (full.x() * support::radialPart(direction) <= tolerance) return {2, Vector3d::Zero()};
+      if (fall.z() <= tolerance) return {1, {0.0, 0.0, full.z()}};
+      return {0, Vector3d::Zero()};
+    case Shape::Kind::Cone: {
+      const double radial = support::radialPart(direction);
+      if (direction.z() < 0.0 && full.x() * radial <= tolerance) return {2, Vector3d::Zero()};
+      if (std::abs(full.z() * direction.z() - half.x() * radial) <= tolerance)
+        return {1, Vector3d(0.0, 0.0, full.z()) - support::rimPoint(half.x(), 0.0, direction, radial)};
+      return {0, Vector3d::Zero()};
+    }
+    case Shape::Kind::Sweep:
+      return sweptFeature(shape.sweep(), direction, tolerance, vertex);
+    case Shape::Kind::Hull:
+      break;
+  }
+  vertex = shape.hull().farthestVertex(direction, vertex);
+  return hullFeature(shape.hull(), direction, tolerance, vertex);
+}
+
+Cso::Cso(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, double rounding, WarmStart& warm_start)
+    : a_(a),
+      b_(b),
+      a_T_b_(a_T_b),
+      warm_start_(warm_start),
+      rounding_(rounding),
+      is_polytope_(a.isPolytope() && b.isPolytope()) {}
+
+}  // namespace proximity_server::narrowphase

@@ -1,0 +1,110 @@
+#include "node/monitor/diagnostics.h"
+
+#include <utility>
+
+#include "node/monitor/clearance_level.h"
+
+namespace proximity_server::node {
+namespace {
+
+using Level = diagnostic_msgs::DiagnosticStatus;
+
+std::uint8_t severity(std::uint8_t level) {
+  if (level == Clearance::CLEAR) return Level::OK;
+  return level == Clearance::WARN ? Level::WARN : Level::ERROR;
+}
+
+bool isAboutTf(const QueryStatus& status) {
+  return status.code <= QueryStatus::TF_UNAVAILABLE && status.code >= QueryStatus::TF_EXTRAPOLATION;
+}
+
+}  // namespace
+
+Diagnostics::Diagnostics(const ros::NodeHandle& nh, std::function<MonitorHealth()> health,
+                         std::function<std::shared_ptr<const Robot>()> robot,
+                         std::function<std::vector<std::string>()> jumps)
+    : current_health_(std::move(health)), current_robot_(std::move(robot)), current_jumps_(std::move(jumps)) {
+  updater_.setHardwareID(current_robot_()->links().name);
+  updater_.add("tf", this, &Diagnostics::reportTf);
+  updater_.add("model", this, &Diagnostics::reportModel);
+  updater_.add("clearance", this, &Diagnostics::reportClearance);
+  updater_.add("timing", this, &Diagnostics::reportTiming);
+  timer_ = nh.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { update(); });
+}
+
+void Diagnostics::update() {
+  cycles_before_ = health_.last.cycle;
+  health_ = current_health_();
+  robot_ = current_robot_();
+  updater_.force_update();
+}
+
+void Diagnostics::reportTf(Status& status) {
+  const Clearance& last = health_.last;
+  const double max_skew = robot_->config().max_tf_skew;
+  if (last.cycle == 0) {
+    status.summary(Level::WARN, "not looked at yet");
+  } else if (isAboutTf(last.status)) {
+    status.summary(Level::ERROR, last.status.message);
+  } else if (last.tf_skew.toSec() > max_skew) {
+    status.summary(Level::WARN, "the transforms are further apart in time than max_tf_skew");
+  } else {
+    status.summary(Level::OK, "complete and fresh");
+  }
+  reportJumps(status);
+  status.add("age [s]", last.tf_age.toSec());
+  status.add("skew [s]", last.tf_skew.toSec());
+}
+
+void Diagnostics::reportJumps(Status& status) {
+  const std::vector<std::string> jumps = current_jumps_();
+  if (jumps.empty()) return;
+  const std::string more = jumps.size() > 1 ? " (and " + std::to_string(jumps.size() - 1) + " more)" : "";
+  status.mergeSummary(Level::WARN, jumps.front() + more);
+  for (const std::string& jump : jumps) status.add("jumps", jump);
+}
+
+void Diagnostics::reportModel(Status& status) {
+  const scene::SceneModel& model = robot_->model();
+  const std::size_t warnings = model.robot.warnings.size() + model.pairs.warnings.size();
+  if (warnings > 0) {
+    status.summaryf(Level::OK, "loaded with %zu warnings: see model_info", warnings);
+  } else {
+    status.summary(Level::OK, "loaded");
+  }
+  status.add("robot", model.robot.name);
+  status.add("convex pieces", model.robot.pieces.size());
+  status.add("pairs", model.pairs.pairs.size());
+  status.add("pairs checked", model.pairs.checked.size());
+}
+
+void Diagnostics::reportClearance(Status& status) {
+  const Clearance& last = health_.last;
+  if (!health_.enabled) {
+    status.summary(Level::WARN, "the monitor is disabled");
+    return;
+  }
+  const std::string reason = last.status.message.empty() ? "" : ": " + last.status.message;
+  status.summary(severity(last.level), levelName(last.level) + reason);
+  status.add("distance [m]", last.minimum.distance);
+  status.add("between", last.minimum.a.link + " and " + last.minimum.b.link);
+  status.add("pairs below threshold", last.pairs_below_threshold);
+}
+
+void Diagnostics::reportTiming(Status& status) {
+  const double period = health_.settings.rate > 0.0 ? 1.0 / health_.settings.rate : 0.0;
+  const std::uint64_t cycles = health_.last.cycle - cycles_before_;
+  if (!health_.enabled) {
+    status.summary(Level::OK, "the monitor is disabled");
+  } else if (cycles == 0) {
+    status.summary(Level::ERROR, "no cycle since the last report");
+  } else if (period > 0.0 && health_.slowest_cycle.toSec() > period) {
+    status.summary(Level::WARN, "a cycle took longer than the period of the rate");
+  } else {
+    status.summary(Level::OK, "in time");
+  }
+  status.add("cycles since the last report", cycles);
+  status.add("slowest of them [s]", health_.slowest_cycle.toSec());
+}
+
+}  // namespace proximity_server::node

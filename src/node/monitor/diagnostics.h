@@ -1,0 +1,42 @@
+#pragma once
+
+#include <diagnostic_updater/diagnostic_updater.h>
+#include <ros/node_handle.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "node/monitor/monitor_loop.h"
+#include "node/robot/robot.h"
+
+namespace proximity_server::node {
+
+/// Publishes on /diagnostics once per second of wall time, so that a clock that stands still shows.
+class Diagnostics {
+ public:
+  Diagnostics(const ros::NodeHandle& nh, std::function<MonitorHealth()> health,
+              std::function<std::shared_ptr<const Robot>()> robot, std::function<std::vector<std::string>()> jumps);
+
+ private:
+  using Status = diagnostic_updater::DiagnosticStatusWrapper;
+
+  void update();
+  void reportTf(Status& status);
+  void reportJumps(Status& status);
+  void reportModel(Status& status);
+  void reportClearance(Status& status);
+  void reportTiming(Status& status);
+
+  std::function<MonitorHealth()> current_health_;
+  std::function<std::shared_ptr<const Robot>()> current_robot_;
+  std::function<std::vector<std::string>()> current_jumps_;  // see JointJumps::recent()
+  std::shared_ptr<const Robot> robot_;
+  MonitorHealth health_{};
+  std::uint64_t cycles_before_ = 0;
+  diagnostic_updater::Updater updater_;
+  ros::WallTimer timer_;
+};
+
+}  // namespace proximity_server::node

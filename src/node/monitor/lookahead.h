@@ -1,0 +1,26 @@
+#pragma once
+
+#include <vector>
+
+#include "node/monitor/joint_velocities.h"
+#include "node/robot/robot.h"
+#include "node/tf/tf_poses.h"
+#include "proximity_server/Lookahead.h"
+#include "proximity_server/scene/motion/moving_scene.h"
+
+namespace proximity_server::node {
+
+/// The joints, as indices into RobotModel::joints, whose velocities move the two links of some pair against each other;
+/// for one that follows, its leader.
+std::vector<int> jointsThatMatter(const scene::RobotModel& robot, const std::vector<scene::SubjectPair>& pairs);
+
+/// Nothing is known, or nothing was asked: Lookahead::UNKNOWN or OFF, as the settings say.
+Lookahead noLookahead(const MonitorSettings& settings);
+
+/// What the velocities lead to, from poses on of which all that `pairs` need are known. Takes no longer than a part of
+/// the monitor's period.
+Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const std::vector<scene::SubjectPair>& pairs,
+                       const scene::BodyPoses& poses, const VelocitySnapshot& velocities,
+                       const MonitorSettings& settings);
+
+}  // namespace proximity_server::node

@@ -1,0 +1,316 @@
+#include "node/monitor/markers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <utility>
+
+#include "node/monitor/clearance_level.h"
+#include "node/robot/tf_frames.h"
+
+namespace proximity_server::node {
+namespace {
+
+using Eigen::AlignedBox3d;
+using Eigen::Vector3d;
+using visualization_msgs::Marker;
+using visualization_msgs::MarkerArray;
+
+std_msgs::ColorRGBA colour(float r, float g, float b, float a) {
+  std_msgs::ColorRGBA result;
+  result.r = r;
+  result.g = g;
+  result.b = b;
+  result.a = a;
+  return result;
+}
+
+std_msgs::ColorRGBA levelColour(std::uint8_t level) {
+  switch (level) {
+    case Clearance::CLEAR:
+      return colour(0.2f, 0.8f, 0.2f, 1.0f);
+    case Clearance::WARN:
+      return colour(1.0f, 0.8f, 0.0f, 1.0f);
+    case Clearance::STOP:
+      return colour(1.0f, 0.4f, 0.0f, 1.0f);
+    case Clearance::COLLISION:
+      return colour(1.0f, 0.2f, 0.2f, 1.0f);
+    default:
+      return colour(1.0f, 0.3f, 1.0f, 1.0f);
+  }
+}
+
+geometry_msgs::Point point(const Eigen::Vector3d& vector) {
+  geometry_msgs::Point result;
+  result.x = vector.x();
+  result.y = vector.y();
+  result.z = vector.z();
+  return result;
+}
+
+void setPose(Marker& marker, const Eigen::Isometry3d& pose) {
+  const Eigen::Quaterniond rotation(pose.linear());
+  marker.pose.position = point(pose.translation());
+  marker.pose.orientation.w = rotation.w();
+  marker.pose.orientation.x = rotation.x();
+  marker.pose.orientation.y = rotation.y();
+  marker.pose.orientation.z = rotation.z();
+}
+
+void setSize(Marker& marker, const Eigen::Vector3d& size) {
+  marker.scale.x = size.x();
+  marker.scale.y = size.y();
+  marker.scale.z = size.z();
+}
+
+/// Draws the parts of one piece into an array.
+class PieceDrawing {
+ public:
+  PieceDrawing(const scene::RobotModel& robot, const std::string& tf_prefix, const scene::Piece& piece,
+               MarkerArray& array)
+      : shape_(piece.shape), array_(array) {
+    const scene::Collision& collision = robot.collisions[static_cast<std::size_t>(piece.collision)];
+    const scene::Link& link = robot.links[static_cast<std::size_t>(collision.link)];
+    link_T_piece_ = link.body_T_link.inverse() * piece.body_T_piece;
+    base_.header.frame_id = tfFrame(tf_prefix, link.name);
+    base_.ns = "pieces";
+    base_.frame_locked = true;
+    base_.color = colour(0.3f, 0.5f, 0.9f, 0.35f);
+  }
+
+  void draw() {
+    const Eigen::Vector3d size = 2.0 * shape_.halfExtents();
+    const Eigen::Vector3d ball = Eigen::Vector3d::Constant(2.0 * shape_.margin());
+    switch (shape_.kind()) {
+      case narrowphase::Shape::Kind::Point:
+        return add(Marker::SPHERE, ball);
+      case narrowphase::Shape::Kind::Segment:
+        add(Marker::CYLINDER, {ball.x(), ball.y(), size.z()});
+        add(Marker::SPHERE, ball, 0.5 * size.z());
+        return add(Marker::SPHERE, ball, -0.5 * size.z());
+      case narrowphase::Shape::Kind::Box:
+        return add(Marker::CUBE, size);
+      case narrowphase::Shape::Kind::Cylinder:
+        return add(Marker::CYLINDER, size);
+      case narrowphase::Shape::Kind::Ellipsoid:
+        return add(Marker::SPHERE, size);
+      case narrowphase::Shape::Kind::Hull:
+        return addTriangles();
+      case narrowphase::Shape::Kind::Cone:
+      case narrowphase::Shape::Kind::Sweep:
+        return;  // neither in URDF nor in RViz
+    }
+  }
+
+ private:
+  /// `height` [m] along the piece's z axis.
+  void add(int type, const Eigen::Vector3d& size, double height = 0.0) {
+    Marker marker = base_;
+    marker.type = type;
+    marker.id = static_cast<int>(array_.markers.size());
+    setPose(marker, link_T_piece_ * Eigen::Translation3d(0.0, 0.0, height));
+    setSize(marker, size);
+    array_.markers.push_back(std::move(marker));
+  }
+
+  void addTriangles() {
+    add(Marker::TRIANGLE_LIST, Eigen::Vector3d::Ones());
+    Marker& marker = array_.markers.back();
+    for (const auto& triangle : shape_.hull().triangles()) {
+      for (const int vertex : triangle) {
+        marker.points.push_back(point(shape_.hull().vertices()[static_cast<std::size_t>(vertex)]));
+      }
+    }
+    if (marker.points.empty()) array_.markers.pop_back();
+  }
+
+  const narrowphase::Shape& shape_;
+  MarkerArray& array_;
+  Eigen::Isometry3d link_T_piece_;
+  Marker base_;
+};
+
+std::string millimetres(double distance) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f mm", 1000.0 * distance);
+  return text;
+}
+
+/// The text in lines of about so many characters, divided between words.
+std::string inLines(const std::string& text, std::size_t characters) {
+  std::string result = text;
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    if (result[i] != ' ' || i - begin < characters) continue;
+    result[i] = '\n';
+    begin = i + 1;
+  }
+  return result;
+}
+
+std::string summary(const Clearance& clearance) {
+  const std::string level = levelName(clearance.level);
+  if (clearance.level == Clearance::INVALID) return level + "\n" + inLines(clearance.status.message, 40);
+  const Proximity& pair = clearance.minimum;
+  return level + "\n" + pair.a.link + " - " + pair.b.link + " " + millimetres(pair.distance);
+}
+
+/// Those that are drawn, the closest first.
+std::vector<const Proximity*> pairsOf(const Clearance& clearance) {
+  std::vector<const Proximity*> pairs;
+  if (clearance.level == Clearance::INVALID) return pairs;
+  for (const Proximity& pair : clearance.below_threshold) pairs.push_back(&pair);
+  if (pairs.empty()) pairs.push_back(&clearance.minimum);
+  const auto is_nowhere = [](const Proximity* pair) { return !pair->points_valid; };
+  pairs.erase(std::remove_if(pairs.begin(), pairs.end(), is_nowhere), pairs.end());
+  return pairs;
+}
+
+Vector3d middleOf(const Proximity& pair) {
+  return 0.5 *
+         Vector3d(pair.point_a.x + pair.point_b.x, pair.point_a.y + pair.point_b.y, pair.point_a.z + pair.point_b.z);
+}
+
+/// From a point in a box the way out of it: mostly towards the nearest side, and a little upwards. It changes little
+/// with the point and the box.
+Vector3d wayOut(const Vector3d& from, const AlignedBox3d& box) {
+  constexpr double kUpwards = 0.15;  // beside 1 for a point in a side of the box
+  const Vector3d half = 0.5 * box.sizes();
+  const Vector3d outwards = (from - box.center()).cwiseQuotient(half);
+  const Vector3d direction = Vector3d(std::pow(outwards.x(), 3), std::pow(outwards.y(), 3),
+                                      kUpwards + std::max(0.0, std::pow(outwards.z(), 3)))
+                                 .cwiseProduct(half);
+  double shortest = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    if (direction[axis] == 0.0) continue;
+    const double side = direction[axis] > 0.0 ? box.max()[axis] : box.min()[axis];
+    shortest = std::min(shortest, std::max(0.0, (side - from[axis]) / direction[axis]));
+  }
+  return shortest * direction;
+}
+
+}  // namespace
+
+MarkerArray pieceMarkers(const scene::RobotModel& robot, const std::string& tf_prefix) {
+  MarkerArray array;
+  for (const scene::Body& body : robot.bodies) {
+    for (const int piece : body.pieces)
+      PieceDrawing(robot, tf_prefix, robot.pieces[static_cast<std::size_t>(piece)], array).draw();
+  }
+  return array;
+}
+
+ClearanceMarkers::ClearanceMarkers(const scene::RobotModel& robot) : box_(robot) {
+  const AlignedBox3d at_zero = box_.at(scene::forwardKinematics(robot, std::vector<double>(robot.joints.size(), 0.0)));
+  latest_box_ = at_zero.isEmpty() ? AlignedBox3d(Vector3d::Zero()) : at_zero;
+  constexpr double kPartOfRobot = 0.035;  // readable where the robot fills the view, and no larger than that asks for
+  text_height_ = std::max(0.01, kPartOfRobot * latest_box_.sizes().norm());
+}
+
+MarkerArray ClearanceMarkers::draw(const Clearance& clearance, const scene::BodyPoses& poses,
+                                   const MonitorSettings& settings) {
+  if (const AlignedBox3d box = box_.at(poses); !box.isEmpty()) latest_box_ = box;
+  Drawing drawing{settings, base(clearance, settings), {}};
+  addSummary(clearance, drawing);
+  addLines(pairsOf(clearance), drawing);
+  addLabels(pairsOf(clearance), drawing);
+  return drawing.array;
+}
+
+/// What all markers of a cycle have in common.
+Marker ClearanceMarkers::base(const Clearance& clearance, const MonitorSettings& settings) const {
+  constexpr double kShortestLife = 3.0;  // [s]; the longest silence of a monitor that runs is one
+  Marker marker;
+  marker.header = clearance.header;
+  // Without poses of now the text stands where the robot is, as far as the viewer knows.
+  if (clearance.level == Clearance::INVALID) marker.header.stamp = ros::Time();
+  marker.pose.orientation.w = 1.0;
+  marker.lifetime = ros::Duration(settings.rate > 0.0 ? std::max(kShortestLife, 3.0 / settings.rate) : kShortestLife);
+  return marker;
+}
+
+void ClearanceMarkers::addSummary(const Clearance& clearance, Drawing& drawing) const {
+  Marker marker = drawing.base;
+  marker.ns = "level";
+  marker.type = Marker::TEXT_VIEW_FACING;
+  marker.text = summary(clearance);
+  marker.color = levelColour(clearance.level);
+  marker.scale.z = text_height_;
+  const Vector3d centre = latest_box_.center();
+  // Centred: half of its lines, which are about 1.2 heights apart, lie below, and then the labels. Those at the back
+  // appear higher to somebody who looks down a little.
+  const auto lines = static_cast<double>(1 + std::count(marker.text.begin(), marker.text.end(), '\n'));
+  const double above = (2.75 + 0.6 * lines) * text_height_;
+  marker.pose.position = point({centre.x(), centre.y(), latest_box_.max().z() + above});
+  drawing.array.markers.push_back(std::move(marker));
+}
+
+void ClearanceMarkers::addLines(const std::vector<const Proximity*>& pairs, Drawing& drawing) const {
+  Marker lines = drawing.base;
+  lines.ns = "witnesses";
+  lines.type = Marker::LINE_LIST;
+  lines.scale.x = 0.06 * text_height_;
+  for (const Proximity* pair : pairs) {
+    lines.points.insert(lines.points.end(), {pair->point_a, pair->point_b});
+    lines.colors.insert(lines.colors.end(), 2, drawing.colourOf(*pair));
+  }
+  if (lines.points.empty()) lines.action = Marker::DELETE;
+  drawing.array.markers.push_back(std::move(lines));
+}
+
+void ClearanceMarkers::addLabels(const std::vector<const Proximity*>& pairs, Drawing& drawing) const {
+  Marker leaders = drawing.base;
+  leaders.ns = "leaders";
+  leaders.type = Marker::LINE_LIST;
+  leaders.scale.x = 0.03 * text_height_;
+  std::vector<Vector3d> places;
+  for (std::size_t i = 0; i < kLabels; ++i) {
+    Marker label = drawing.base;
+    label.ns = "distances";
+    label.id = static_cast<int>(i);
+    label.type = Marker::TEXT_VIEW_FACING;
+    const bool is_drawn = i < pairs.size() && isFree(placeOf(*pairs[i]), places);
+    label.action = is_drawn ? Marker::ADD : Marker::DELETE;
+    if (is_drawn) {
+      places.push_back(placeOf(*pairs[i]));
+      label.text = millimetres(pairs[i]->distance);
+      label.color = drawing.colourOf(*pairs[i]);
+      label.scale.z = i == 0 ? text_height_ : 0.6 * text_height_;
+      label.pose.position = point(placeOf(*pairs[i]));
+      leaders.points.insert(leaders.points.end(), {point(middleOf(*pairs[i])), label.pose.position});
+      leaders.colors.insert(leaders.colors.end(), 2, label.color);
+    }
+    drawing.array.markers.push_back(std::move(label));
+  }
+  if (leaders.points.empty()) leaders.action = Marker::DELETE;
+  drawing.array.markers.push_back(std::move(leaders));
+}
+
+/// Outside of the robot's box, so that from there on no shape is in front of the label.
+Vector3d ClearanceMarkers::placeOf(const Proximity& pair) const {
+  const Vector3d room = Vector3d::Constant(0.75 * text_height_);
+  const Vector3d middle = middleOf(pair);
+  return middle + wayOut(middle, AlignedBox3d(latest_box_.min() - room, latest_box_.max() + room));
+}
+
+/// Whether no text at one of the `taken` places can be in the way of one here, seen from the side.
+bool ClearanceMarkers::isFree(const Vector3d& place, const std::vector<Vector3d>& taken) const {
+  const double width = 5.0 * text_height_;  // of "123.4 mm"
+  return std::none_of(taken.begin(), taken.end(), [&](const Vector3d& other) {
+    return (place - other).norm() < width && std::abs(place.z() - other.z()) < 1.2 * text_height_;
+  });
+}
+
+std_msgs::ColorRGBA ClearanceMarkers::Drawing::colourOf(const Proximity& pair) const {
+  return levelColour(clearanceLevel(pair.distance, Clearance::INVALID, settings));
+}
+
+MarkerArray noMarkers() {
+  MarkerArray array;
+  array.markers.resize(1);
+  array.markers.front().action = Marker::DELETEALL;
+  return array;
+}
+
+}  // namespace proximity_server::node

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <visualization_msgs/MarkerArray.h>
+
+#include <string>
+#include <vector>
+
+#include "node/robot/config.h"
+#include "node/robot/robot.h"
+#include "proximity_server/Clearance.h"
+#include "proximity_server/scene/model/robot_box.h"
+
+namespace proximity_server::node {
+
+/// The pieces that stand for the robot, each fixed in the frame of its link, see tfFrame(). Paddings are not drawn.
+visualization_msgs::MarkerArray pieceMarkers(const scene::RobotModel& robot, const std::string& tf_prefix);
+
+/// What a viewer shows of the clearances of one robot, cycle by cycle:
+///
+/// "level"      a text above the robot in the colour of the level: the level, the closest pair and its distance. Where
+///              it is INVALID the reason, and then there is nothing else.
+/// "witnesses"  a line between the closest points of every listed pair, and of the closest pair in any case, coloured
+/// by
+///              the level that this distance alone would mean.
+/// "distances"  labels of the few closest pairs, that of the closest larger, and "leaders", thin lines from there to
+///              the middle of the pair's line. RViz draws a text behind what stands in front of it, so the labels stand
+///              outside of the box around the robot.
+///
+/// Every cycle has the same markers, with the same names and numbers; those that are not needed are taken away. All of
+/// them vanish by themselves when no cycle follows.
+class ClearanceMarkers {
+ public:
+  explicit ClearanceMarkers(const scene::RobotModel& robot);
+
+  /// `poses` are those of the clearance, in its frame; where none is known the text stays where it was.
+  visualization_msgs::MarkerArray draw(const Clearance& clearance, const scene::BodyPoses& poses,
+                                       const MonitorSettings& settings);
+
+ private:
+  static constexpr std::size_t kLabels = 3;
+
+  struct Drawing {
+    const MonitorSettings& settings;
+    visualization_msgs::Marker base;
+    visualization_msgs::MarkerArray array;
+
+    std_msgs::ColorRGBA colourOf(const Proximity& pair) const;
+  };
+
+  visualization_msgs::Marker base(const Clearance& clearance, const MonitorSettings& settings) const;
+  void addSummary(const Clearance& clearance, Drawing& drawing) const;
+  void addLines(const std::vector<const Proximity*>& pairs, Drawing& drawing) const;
+  void addLabels(const std::vector<const Proximity*>& pairs, Drawing& drawing) const;
+  Eigen::Vector3d placeOf(const Proximity& pair) const;
+  bool isFree(const Eigen::Vector3d& place, const std::vector<Eigen::Vector3d>& taken) const;
+
+  scene::RobotBox box_;
+  Eigen::AlignedBox3d latest_box_;  ///< in the frame of the clearances; with all joints at 0 before there was a pose
+  double text_height_;              ///< [m]
+};
+
+/// Takes away all that was drawn.
+visualization_msgs::MarkerArray noMarkers();
+
+}  // namespace proximity_server::node

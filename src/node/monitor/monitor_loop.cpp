@@ -1,0 +1,175 @@
+#include "node/monitor/monitor_loop.h"
+
+#include <ros/single_subscriber_publisher.h>
+
+#include <algorithm>
+#include <functional>
+#include <optional>
+#include <utility>
+
+#include "node/system/real_time.h"
+#include "node/system/request_queue.h"
+
+namespace proximity_server::node {
+namespace {
+
+using Lock = std::lock_guard<std::mutex>;
+
+/// Longest silence [s] of wall time: two periods, or, on TF, the age at which the transforms become stale.
+ros::WallDuration keepAlivePeriod(const MonitorSettings& settings, const Config& config) {
+  return ros::WallDuration(settings.rate > 0.0 ? std::max(1.0, 2.0 / settings.rate) : std::min(1.0, config.max_tf_age));
+}
+
+}  // namespace
+
+MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, TfPoses& tf,
+                         const std::shared_ptr<const Robot>& robot)
+    : tf_(tf),
+      velocities_(nh),
+      nh_(withQueue(private_nh, queue_)),
+      spinner_(1, &queue_),
+      pacemaker_(robot->config().realtime_priority, [this] { cycle(); }) {
+  health_.enabled = true;
+  health_.settings = robot->config().monitor;
+  monitor_.follow(robot);
+  lookup_.emplace(*robot, jointsTo(*robot, monitor_.bodies()));
+  clearance_pub_ = nh_.advertise<Clearance>("clearance", 1);
+  markers_pub_ = nh_.advertise<visualization_msgs::MarkerArray>(
+      "markers", 10, [this](const ros::SingleSubscriberPublisher& subscriber) { sendPieces(subscriber); });
+  timer_ = nh_.createTimer(
+      ros::Duration(1.0), [this](const ros::TimerEvent&) { cycle(); }, false, false);
+  keep_alive_ = nh_.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { onKeepAlive(); });
+  wake_ = callbackOf([this] {
+    wake_pending_ = false;
+    cycleIfNew();
+  });
+  configure(health_.settings);
+  tf_.onChange([this] { onTransform(); });
+  queue_.addCallback(callbackOf([priority = robot->config().realtime_priority] { runInRealTime(priority); }));
+  spinner_.start();
+}
+
+MonitorLoop::~MonitorLoop() {
+  tf_.onChange(nullptr);
+  pacemaker_.stop();
+  queue_.disable();
+  spinner_.stop();
+}
+
+void MonitorLoop::follow(const std::shared_ptr<const Robot>& robot) {
+  const Lock lock(mutex_);
+  lookup_.reset();  // before its robot
+  monitor_.follow(robot);
+  lookup_.emplace(*robot, jointsTo(*robot, monitor_.bodies()));
+  markers_.reset();
+  keep_alive_.setPeriod(keepAlivePeriod(health_.settings, robot->config()));
+  redrawPieces();
+}
+
+void MonitorLoop::configure(const MonitorSettings& settings) {
+  const Lock lock(mutex_);
+  const bool redraw = settings.markers != health_.settings.markers;
+  health_.settings = settings;
+  on_tf_ = settings.rate == 0.0;
+  settings.lookahead > 0.0 ? velocities_.listen() : velocities_.ignore();
+  setRate(settings.rate);
+  keep_alive_.setPeriod(keepAlivePeriod(settings, monitor_.robot()->config()));
+  if (redraw) redrawPieces();
+}
+
+void MonitorLoop::setRate(double rate) {
+  timer_.stop();
+  pacemaker_.stop();
+  if (rate == 0.0) return;
+  if (!ros::Time::isSimTime()) return pacemaker_.start(1.0 / rate);
+  timer_.setPeriod(ros::Duration(1.0 / rate));
+  timer_.start();
+}
+
+void MonitorLoop::enable() {
+  const Lock lock(mutex_);
+  health_.enabled = true;
+}
+
+void MonitorLoop::disable() {
+  const Lock lock(mutex_);
+  health_.enabled = false;
+}
+
+MonitorHealth MonitorLoop::health() {
+  const Lock lock(mutex_);
+  MonitorHealth health = health_;
+  health.last = monitor_.latest();
+  health_.slowest_cycle = ros::Duration(0.0);
+  return health;
+}
+
+void MonitorLoop::onTransform() {
+  if (on_tf_ && !wake_pending_.exchange(true)) queue_.addCallback(wake_);
+}
+
+void MonitorLoop::onKeepAlive() {
+  const Lock lock(mutex_);
+  if (!alive_ && health_.enabled) publish(lookUpSinceLastKeepAlive());
+  alive_ = false;
+  kept_alive_at_ = ros::Time::now();
+}
+
+/// Nothing where the clock has not moved in all that time: what is called fresh then may be of any age.
+PoseSnapshot MonitorLoop::lookUpSinceLastKeepAlive() {
+  PoseSnapshot snapshot = lookUp();
+  if (ros::Time::now() != kept_alive_at_ || snapshot.status.code != QueryStatus::OK) return snapshot;
+  std::fill(snapshot.poses.begin(), snapshot.poses.end(), std::nullopt);
+  snapshot.status.code = QueryStatus::TF_STALE;
+  snapshot.status.message = "the clock stands still: nothing tells how old the transforms are";
+  return snapshot;
+}
+
+void MonitorLoop::cycleIfNew() {
+  const Lock lock(mutex_);
+  if (!health_.enabled) return;
+  const PoseSnapshot& snapshot = lookUp();
+  const bool moved = snapshot.stamp != monitor_.latest().header.stamp;
+  if (moved || snapshot.status.code != monitor_.latest().status.code) publish(snapshot);
+}
+
+void MonitorLoop::cycle() {
+  const Lock lock(mutex_);
+  if (health_.enabled) publish(lookUp());
+}
+
+void MonitorLoop::publish(const PoseSnapshot& snapshot) {
+  alive_ = true;
+  const Clearance& clearance = monitor_.cycle(snapshot, lookUpVelocities(), health_.settings);
+  health_.slowest_cycle = std::max(health_.slowest_cycle, clearance.computation_time);
+  clearance_pub_.publish(clearance);
+  if (health_.settings.markers && markers_pub_.getNumSubscribers() > 0) publishMarkers(clearance, snapshot.poses);
+}
+
+VelocitySnapshot MonitorLoop::lookUpVelocities() {
+  if (health_.settings.lookahead == 0.0) return {};
+  return velocities_.lookUp(*monitor_.robot(), monitor_.joints(), ros::Time::now());
+}
+
+void MonitorLoop::publishMarkers(const Clearance& clearance, const scene::BodyPoses& poses) {
+  if (!markers_) markers_.emplace(monitor_.robot()->links());
+  markers_pub_.publish(markers_->draw(clearance, poses, health_.settings));
+}
+
+visualization_msgs::MarkerArray MonitorLoop::pieces() const {
+  const Robot& robot = *monitor_.robot();
+  return pieceMarkers(robot.links(), robot.config().tf_prefix);
+}
+
+void MonitorLoop::redrawPieces() {
+  if (markers_pub_.getNumSubscribers() == 0) return;
+  markers_pub_.publish(noMarkers());
+  if (health_.settings.markers) markers_pub_.publish(pieces());
+}
+
+void MonitorLoop::sendPieces(const ros::SingleSubscriberPublisher& subscriber) {
+  const Lock lock(mutex_);
+  if (health_.settings.markers) subscriber.publish(pieces());
+}
+
+}  // namespace proximity_server::node

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <ros/callback_queue.h>
+#include <ros/callback_queue_interface.h>
+#include <ros/node_handle.h>
+#include <ros/spinner.h>
+#include <visualization_msgs/MarkerArray.h>
+
+#include <atomic>
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "node/monitor/markers.h"
+#include "node/monitor/monitor.h"
+#include "node/system/steady_timer.h"
+#include "node/tf/tf_poses.h"
+
+namespace proximity_server::node {
+
+/// How the monitor is doing, for the diagnostics.
+struct MonitorHealth {
+  Clearance last;  ///< cycle 0: none yet
+  MonitorSettings settings;
+  bool enabled;
+  ros::Duration slowest_cycle;  ///< computation time, since the previous call of MonitorLoop::health()
+};
+
+/// Runs a Monitor in threads of its own and publishes what it says on ~clearance and ~markers.
+///
+/// A cycle runs at the rate of the settings, in ROS time, or on every new set of transforms when the rate is 0. A wall
+/// timer keeps the topic alive where neither the clock nor the transforms move; then poses have no age any more, and
+/// the level is INVALID. Thread-safe.
+class MonitorLoop {
+ public:
+  /// Joint velocities come from the namespace of `nh`, what is published goes to that of `private_nh`.
+  MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, TfPoses& tf,
+              const std::shared_ptr<const Robot>& robot);
+  ~MonitorLoop();
+
+  void follow(const std::shared_ptr<const Robot>& robot);
+  void configure(const MonitorSettings& settings);
+  void enable();
+  void disable();
+  MonitorHealth health();
+
+ private:
+  void setRate(double rate);
+  void onTransform();
+  void onKeepAlive();
+  void cycleIfNew();
+  void cycle();
+  void publish(const PoseSnapshot& snapshot);
+  void publishMarkers(const Clearance& clearance, const scene::BodyPoses& poses);
+  visualization_msgs::MarkerArray pieces() const;
+  void redrawPieces();
+  void sendPieces(const ros::SingleSubscriberPublisher& subscriber);
+  PoseSnapshot lookUpSinceLastKeepAlive();
+  const PoseSnapshot& lookUp() { return tf_.lookUp(*lookup_); }
+  VelocitySnapshot lookUpVelocities();
+
+  TfPoses& tf_;
+  JointVelocities velocities_;
+  ros::CallbackQueue queue_;
+  ros::NodeHandle nh_;
+  std::atomic<bool> on_tf_{false};
+  std::atomic<bool> wake_pending_{false};
+  ros::CallbackInterfacePtr wake_;
+
+  std::mutex mutex_;  // guards all that follows down to the publishers
+  Monitor monitor_;
+  std::optional<TfLookup> lookup_;           // of the monitor's robot
+  MonitorHealth health_{};                   // `last` is the monitor's
+  bool alive_ = false;                       // a cycle ran since the last keep-alive
+  ros::Time kept_alive_at_;                  // by the clock, at the last keep-alive
+  std::optional<ClearanceMarkers> markers_;  // of the monitor's robot, once somebody has looked
+
+  ros::Publisher clearance_pub_;
+  ros::Publisher markers_pub_;
+  ros::Timer timer_;  // of a simulated clock
+  ros::WallTimer keep_alive_;
+  ros::AsyncSpinner spinner_;
+  Pacemaker pacemaker_;  // last: it calls cycle()
+};
+
+}  // namespace proximity_server::node

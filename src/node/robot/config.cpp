@@ -1,0 +1,231 @@
+#include "node/robot/config.h"
+
+#include <ros/console.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace proximity_server::node {
+namespace {
+
+using XmlRpc::XmlRpcValue;
+
+struct Range {
+  double lowest, highest;
+};
+
+/// The shortest text that means this number: "0.1", "1e-14".
+std::string shortest(double value) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, value).ptr};
+}
+
+/// How a list of pairs is written, with the names of a flat list of links where it begins with two.
+std::string rightForm(XmlRpcValue& flat) {
+  const auto isText = [&](int i) { return i < flat.size() && flat[i].getType() == XmlRpcValue::TypeString; };
+  if (!isText(0) || !isText(1)) return "[[a, b]]";
+  return "[[" + static_cast<std::string>(flat[0]) + ", " + static_cast<std::string>(flat[1]) + "]]";
+}
+
+/// The parameters of one namespace, read once. Every name that is asked for becomes a known one.
+class Parameters {
+ public:
+  Parameters(const XmlRpcValue& values, std::string name_space) : namespace_(std::move(name_space)) {
+    if (values.getType() == XmlRpcValue::TypeStruct) values_ = values;
+  }
+
+  void read(const std::string& name, std::string& target) {
+    if (XmlRpcValue* value = find(name)) target = text(*value, name);
+  }
+  void read(const std::string& name, bool& target) {
+    XmlRpcValue* value = find(name);
+    if (!value) return;
+    require(value->getType() == XmlRpcValue::TypeBoolean, name, "must be true or false");
+    target = static_cast<bool>(*value);
+  }
+  void read(const std::string& name, double& target, const Range& range) {
+    if (XmlRpcValue* value = find(name)) target = number(*value, name, range);
+  }
+  void read(const std::string& name, int& target, const Range& range) {
+    XmlRpcValue* value = find(name);
+    if (!value) return;
+    require(value->getType() == XmlRpcValue::TypeInt, name, "must be a whole number");
+    target = static_cast<int>(number(*value, name, range));
+  }
+  void read(const std::string& name, std::vector<std::string>& target) {
+    if (XmlRpcValue* value = find(name)) target = texts(*value, name);
+  }
+  void read(const std::string& name, std::map<std::string, double>& target, const Range& range) {
+    XmlRpcValue* value = find(name);
+    if (!value) return;
+    require(value->getType() == XmlRpcValue::TypeStruct, name, "must map names to numbers");
+    for (auto& [key, entry] : *value) target[key] = number(entry, std::string(name).append("/").append(key), range);
+  }
+  void read(const std::string& name, std::vector<scene::PairFilterOptions::Names>& target) {
+    for (XmlRpcValue* entry : entries(name)) {
+      require(entry->getType() == XmlRpcValue::TypeArray, name,
+              "must be a list of pairs, with brackets around each of them: " + rightForm(values_[name]));
+      target.push_back(pairOfNames(*entry, name));
+    }
+  }
+  void read(const std::string& name, std::vector<std::pair<scene::PairFilterOptions::Names, double>>& target,
+            const Range& range) {
+    for (XmlRpcValue* entry : entries(name)) {
+      require(entry->getType() == XmlRpcValue::TypeStruct && entry->hasMember("links") && entry->hasMember("padding"),
+              name, "must list entries of the form {links: [a, b], padding: 0.01}");
+      target.emplace_back(pairOfNames((*entry)["links"], name), number((*entry)["padding"], name, range));
+    }
+  }
+
+  /// Names that belong to somebody else in this namespace.
+  void tolerate(const std::string& name) { known_.push_back(name); }
+
+  void warnAboutUnknown() {
+    if (!values_.valid()) return;
+    for (const auto& [name, value] : values_) {
+      if (std::find(known_.begin(), known_.end(), name) != known_.end()) continue;
+      ROS_WARN_STREAM("parameter " << fullName(name) << " is unknown and has no effect: did you mean '"
+                                   << scene::nearestName(name, known_) << "'?");
+    }
+  }
+
+ private:
+  std::string fullName(const std::string& name) const { return namespace_ + "/" + name; }
+
+  void require(bool condition, const std::string& name, const std::string& demand) const {
+    if (!condition) throw std::invalid_argument("parameter " + fullName(name) + " " + demand);
+  }
+
+  XmlRpcValue* find(const std::string& name) {
+    known_.push_back(name);
+    return values_.valid() && values_.hasMember(name) ? &values_[name] : nullptr;
+  }
+
+  std::vector<XmlRpcValue*> entries(const std::string& name) {
+    std::vector<XmlRpcValue*> result;
+    XmlRpcValue* value = find(name);
+    if (!value) return result;
+    require(value->getType() == XmlRpcValue::TypeArray, name, "must be a list");
+    result.reserve(static_cast<std::size_t>(value->size()));
+    for (int i = 0; i < value->size(); ++i) result.push_back(&(*value)[i]);
+    return result;
+  }
+
+  double number(XmlRpcValue& value, const std::string& name, const Range& range) const {
+    const bool is_int = value.getType() == XmlRpcValue::TypeInt;
+    require(is_int || value.getType() == XmlRpcValue::TypeDouble, name, "must be a number");
+    const double result = is_int ? static_cast<int>(value) : static_cast<double>(value);
+    // Written so that NaN is outside of every range.
+    require(
+        result >= range.lowest && result <= range.highest, name,
+        "is " + shortest(result) + ", outside of [" + shortest(range.lowest) + ", " + shortest(range.highest) + "]");
+    return result;
+  }
+
+  std::string text(XmlRpcValue& value, const std::string& name) const {
+    require(value.getType() == XmlRpcValue::TypeString, name, "must be a text");
+    return static_cast<std::string>(value);
+  }
+
+  std::vector<std::string> texts(XmlRpcValue& value, const std::string& name) const {
+    require(value.getType() == XmlRpcValue::TypeArray, name, "must be a list of texts");
+    std::vector<std::string> result;
+    result.reserve(static_cast<std::size_t>(value.size()));
+    for (int i = 0; i < value.size(); ++i) result.push_back(text(value[i], name));
+    return result;
+  }
+
+  scene::PairFilterOptions::Names pairOfNames(XmlRpcValue& value, const std::string& name) const {
+    const std::vector<std::string> names = texts(value, name);
+    require(names.size() == 2, name, "must name two links per pair");
+    return {names[0], names[1]};
+  }
+
+  std::string namespace_;
+  XmlRpcValue values_;
+  std::vector<std::string> known_;
+};
+
+void readMonitorSettings(Parameters& parameters, MonitorSettings& settings) {
+  // The same ranges as in config/Proximity.cfg.
+  parameters.read("rate", settings.rate, {0.0, 1000.0});
+  parameters.read("threshold", settings.threshold, {0.0, 100.0});
+  parameters.read("warn_distance", settings.warn_distance, {0.0, 100.0});
+  parameters.read("stop_distance", settings.stop_distance, {0.0, 100.0});
+  parameters.read("hysteresis", settings.hysteresis, {0.0, 1.0});
+  parameters.read("max_reported_pairs", settings.max_reported_pairs, {0, 10000});
+  parameters.read("markers", settings.markers);
+  parameters.read("lookahead", settings.lookahead, {0.0, 60.0});
+}
+
+}  // namespace
+
+std::string problemOf(const MonitorSettings& settings) {
+  const std::pair<const char*, double> numbers[] = {
+      {"rate", settings.rate},
+      {"threshold", settings.threshold},
+      {"warn_distance", settings.warn_distance},
+      {"stop_distance", settings.stop_distance},
+      {"hysteresis", settings.hysteresis},
+      {"lookahead", settings.lookahead},
+  };
+  for (const auto& [name, value] : numbers) {
+    if (!std::isfinite(value)) return std::string(name) + " is " + shortest(value) + ", not a finite number";
+  }
+  if (settings.stop_distance <= settings.warn_distance) return {};
+  return "stop_distance is " + shortest(settings.stop_distance) + ", above warn_distance, which is " +
+         shortest(settings.warn_distance) + ": the level WARN comes before STOP";
+}
+
+Config configFrom(const XmlRpcValue& values, const std::string& name_space) {
+  Parameters parameters(values, name_space);
+  Config config;
+  parameters.read("robot_description", config.robot_description);
+  parameters.read("semantic_description", config.semantic_description);
+  parameters.read("reference_frame", config.reference_frame);
+  parameters.read("tf_prefix", config.tf_prefix);
+  parameters.read("mesh_roots", config.mesh_roots);
+  parameters.read("allowed_mesh_roots", config.allowed_mesh_roots);
+  parameters.read("allow_missing_meshes", config.model.allow_missing_meshes);
+  parameters.read("default_padding", config.model.default_padding, {0.0, 10.0});
+  parameters.read("link_padding", config.model.link_padding, {0.0, 10.0});
+  parameters.read("mesh_tolerance", config.model.mesh_tolerance, {0.0, 1.0});
+  parameters.read("link_mesh_tolerance", config.model.link_mesh_tolerance, {0.0, 1.0});
+  parameters.read("mesh_time_budget", config.model.mesh_time_budget, {1e-3, 3600.0});
+  config.model.mesh_cache = "user";
+  parameters.read("mesh_cache", config.model.mesh_cache);
+  if (config.model.mesh_cache == "user") config.model.mesh_cache = scene::userMeshCache();
+  parameters.read("pair_padding", config.filter.pair_padding, {0.0, 10.0});
+  parameters.read("exclude_pairs", config.filter.exclude_pairs);
+  parameters.read("only_pairs", config.filter.only_pairs);
+  parameters.read("group", config.filter.group);
+  parameters.read("tolerance", config.tolerance, {1e-14, 0.1});
+  parameters.read("max_tf_age", config.max_tf_age, {1e-3, 1e6});
+  parameters.read("max_tf_skew", config.max_tf_skew, {0.0, 1e6});
+  parameters.read("tf_timeout", config.tf_timeout, {0.0, 10.0});
+  parameters.read("max_batch", config.max_batch, {1, 1e9});
+  parameters.read("max_request_time", config.max_request_time, {1e-6, 3600.0});
+  parameters.read("motion_time_budget", config.motion_time_budget, {1e-4, 3600.0});
+  parameters.read("realtime_priority", config.realtime_priority, {0, 99});
+  readMonitorSettings(parameters, config.monitor);
+  parameters.tolerate("diagnostic_period");  // of diagnostic_updater
+  parameters.warnAboutUnknown();
+  const std::string problem = problemOf(config.monitor);
+  if (!problem.empty()) throw std::invalid_argument("parameter " + name_space + "/" + problem);
+  return config;
+}
+
+Config loadConfig(const ros::NodeHandle& private_nh) {
+  XmlRpcValue values;
+  private_nh.getParam(private_nh.getNamespace(), values);
+  std::string found;
+  const bool may_have_members = !values.valid() || values.getType() == XmlRpcValue::TypeStruct;
+  const bool is_found = private_nh.searchParam("tf_prefix", found) && found != private_nh.resolveName("tf_prefix");
+  if (may_have_members && is_found) private_nh.getParam(found, values["tf_prefix"]);
+  return configFrom(values, private_nh.getNamespace());
+}
+
+}  // namespace proximity_server::node

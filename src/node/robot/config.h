@@ -1,0 +1,59 @@
+#pragma once
+
+#include <ros/node_handle.h>
+
+#include <string>
+#include <vector>
+
+#include "proximity_server/scene/filter/pair_filter.h"
+#include "proximity_server/scene/model/robot_model.h"
+
+namespace proximity_server::node {
+
+/// What may change while the node runs (dynamic_reconfigure). config/proximity.yaml documents each parameter.
+struct MonitorSettings {
+  double rate = 50.0;           ///< [Hz]; 0: on every new set of transforms
+  double threshold = 0.3;       ///< [m] pairs at or below it are listed
+  double warn_distance = 0.05;  ///< [m]
+  double stop_distance = 0.02;  ///< [m]
+  double hysteresis = 0.002;    ///< [m]
+  int max_reported_pairs = 10;
+  bool markers = true;
+  double lookahead = 0.0;  ///< [s]; 0: off
+};
+
+/// What is wrong with these settings together: "stop_distance is ..."; "" where nothing is. Beside what the range of
+/// each of them refuses.
+std::string problemOf(const MonitorSettings& settings);
+
+struct Config {
+  std::string robot_description = "robot_description";              ///< name of a parameter, searched upwards
+  std::string semantic_description = "robot_description_semantic";  ///< the same; it may be missing
+  std::string reference_frame;                                      ///< "": the robot's root link
+  std::string tf_prefix;                                            ///< of the robot's frames, see tfFrame()
+  std::vector<std::string> allowed_mesh_roots;                      ///< empty: meshes may lie anywhere
+  std::vector<std::string> mesh_roots;                              ///< searched for packages before ROS_PACKAGE_PATH
+  scene::ModelOptions model;
+  scene::PairFilterOptions filter;
+  double tolerance = 1e-9;          ///< [m] of every answer
+  double max_tf_age = 0.2;          ///< [s]
+  double max_tf_skew = 0.05;        ///< [s]
+  double tf_timeout = 0.1;          ///< [s] of wall time
+  int max_batch = 10000;            ///< pairs, or points, in one request
+  double max_request_time = 30.0;   ///< [s] of wall time, of one request
+  double motion_time_budget = 1.0;  ///< [s] of wall time, of one search along a motion
+  int realtime_priority = 0;        ///< of the monitor and of what listens to tf, SCHED_FIFO; 0: none
+  MonitorSettings monitor;
+};
+
+/// Reads the parameters in the namespace of `private_nh`; what is not set keeps its default. tf_prefix is searched
+/// upwards from there, as robot_state_publisher does.
+///
+/// Failure: throws std::invalid_argument naming the parameter that has the wrong type or lies outside its range. A name
+///          that is no parameter of ours is logged as a warning, with the nearest one that is.
+Config loadConfig(const ros::NodeHandle& private_nh);
+
+/// The same of what is in that namespace: a struct, or anything else where nothing is set.
+Config configFrom(const XmlRpc::XmlRpcValue& values, const std::string& name_space);
+
+}  // namespace proximity_server::node

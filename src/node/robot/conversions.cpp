@@ -1,0 +1,203 @@
+#include "node/robot/conversions.h"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+
+namespace proximity_server::node {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+const Eigen::Vector3d kNowhere = Eigen::Vector3d::Constant(kNaN);
+
+template <class Message>
+void assign(Message& message, const Eigen::Vector3d& vector) {
+  message.x = vector.x();
+  message.y = vector.y();
+  message.z = vector.z();
+}
+
+const scene::Link& linkOf(const scene::RobotModel& robot, const scene::Subject& subject) {
+  return robot.links[static_cast<std::size_t>(subject.link)];
+}
+
+/// `point`, in the frame that has this pose.
+Eigen::Vector3d seenFrom(const Eigen::Isometry3d& pose, const Eigen::Vector3d& point) {
+  return pose.linear().transpose() * (point - pose.translation());
+}
+
+/// `point` of the common frame, in the frame of the subject's link.
+Eigen::Vector3d inLink(const scene::RobotModel& robot, const scene::BodyPoses& poses, const scene::Subject& subject,
+                       const Eigen::Vector3d& point) {
+  const scene::Link& link = linkOf(robot, subject);
+  const std::optional<Eigen::Isometry3d>& pose = poses[static_cast<std::size_t>(link.body)];
+  return pose ? seenFrom(link.body_T_link, seenFrom(*pose, point)) : kNowhere;
+}
+
+/// Only what the bounds prove.
+std::uint8_t stateOf(const narrowphase::SignedDistance& result, double threshold) {
+  if (result.status == narrowphase::Status::Unknown) return Proximity::UNKNOWN;
+  if (result.lower_bound > threshold) return Proximity::BEYOND_THRESHOLD;
+  if (result.lower_bound > 0.0) return Proximity::SEPARATED;
+  if (result.upper_bound < 0.0 || result.status == narrowphase::Status::Threshold) return Proximity::PENETRATING;
+  return result.status == narrowphase::Status::Converged ? Proximity::TOUCHING : Proximity::UNKNOWN;
+}
+
+void assignResult(Proximity& message, const narrowphase::SignedDistance& result, double threshold) {
+  message.state = stateOf(result, threshold);
+  const bool beyond = message.state == Proximity::BEYOND_THRESHOLD;
+  message.distance = beyond ? result.lower_bound : result.distance;
+  message.lower_bound = result.lower_bound;
+  message.upper_bound = result.upper_bound;
+  message.points_valid = result.has_points;
+  assign(message.point_a, result.point_a);
+  assign(message.point_b, result.point_b);
+  assign(message.normal, result.normal);
+  message.unique = result.unique;
+  message.iterations = static_cast<std::uint16_t>(std::min<int>(result.iterations, UINT16_MAX));
+}
+
+void assign(ShapeRef& message, const scene::RobotModel& robot, const scene::Subject& subject) {
+  const scene::Link& link = linkOf(robot, subject);
+  message.link = link.name;
+  message.index = static_cast<std::uint32_t>(subject.collision);
+  message.name.clear();
+  if (subject.collision > 0) {
+    const int collision = link.collisions[static_cast<std::size_t>(subject.collision - 1)];
+    message.name = robot.collisions[static_cast<std::size_t>(collision)].name;
+  }
+}
+
+ShapeInfo shapeInfo(const scene::RobotModel& robot, const scene::Collision& collision) {
+  ShapeInfo info;
+  assign(info.shape, robot, scene::Subject{collision.link, collision.number});
+  info.description = collision.description;
+  info.representation = static_cast<std::uint8_t>(collision.representation);
+  info.deviation = collision.deviation;
+  info.uncovered = collision.uncovered;
+  info.volume_ratio = collision.volume_ratio;
+  info.pieces = static_cast<std::uint32_t>(collision.pieces.size());
+  for (const int index : collision.pieces) {
+    const narrowphase::Shape& shape = robot.pieces[static_cast<std::size_t>(index)].shape;
+    if (shape.kind() == narrowphase::Shape::Kind::Hull)
+      info.vertices += static_cast<std::uint32_t>(shape.hull().size());
+  }
+  return info;
+}
+
+void clear(ShapeRef& message) {
+  message.link.clear();
+  message.index = 0;
+  message.name.clear();
+}
+
+void assignUnknownResult(Proximity& message) {
+  message.state = Proximity::UNKNOWN;
+  message.distance = message.lower_bound = message.upper_bound = kNaN;
+  message.points_valid = message.unique = false;
+  assign(message.point_a, kNowhere);
+  assign(message.point_b, kNowhere);
+  assign(message.normal, kNowhere);
+  assign(message.point_a_link, kNowhere);
+  assign(message.point_b_link, kNowhere);
+  message.iterations = 0;
+}
+
+double paddingOf(const scene::Link& link, const scene::ModelOptions& options) {
+  const auto own = options.link_padding.find(link.name);
+  return own == options.link_padding.end() ? options.default_padding : own->second;
+}
+
+LinkInfo linkInfo(const scene::RobotModel& robot, const scene::Link& link, const scene::ModelOptions& options) {
+  LinkInfo info;
+  info.name = link.name;
+  info.padding = paddingOf(link, options);
+  const scene::Body& body = robot.bodies[static_cast<std::size_t>(link.body)];
+  info.body = robot.links[static_cast<std::size_t>(body.link)].name;
+  for (const int index : link.collisions) {
+    info.shapes.push_back(shapeInfo(robot, robot.collisions[static_cast<std::size_t>(index)]));
+  }
+  return info;
+}
+
+PairInfo pairInfo(const scene::RobotModel& robot, const scene::LinkPair& pair) {
+  PairInfo info;
+  info.link_a = robot.links[static_cast<std::size_t>(pair.link_a)].name;
+  info.link_b = robot.links[static_cast<std::size_t>(pair.link_b)].name;
+  info.checked = pair.reason == scene::PairReason::Checked;
+  info.reason = toString(pair.reason);
+  info.detail = pair.detail;
+  info.padding = pair.padding;
+  return info;
+}
+
+}  // namespace
+
+void assign(Proximity& message, const scene::RobotModel& robot, const scene::BodyPoses& poses,
+            const scene::PairProximity& pair, const scene::Question& question) {
+  const scene::Subject a{pair.asked.a.link, pair.collision_a ? pair.collision_a : pair.asked.a.collision};
+  const scene::Subject b{pair.asked.b.link, pair.collision_b ? pair.collision_b : pair.asked.b.collision};
+  assign(message.a, robot, a);
+  assign(message.b, robot, b);
+  message.representation = static_cast<std::uint8_t>(pair.representation);
+  message.depth_is_lower_bound = pair.depth_is_lower_bound;
+  if (pair.result.status == narrowphase::Status::Unknown) {
+    assignUnknownResult(message);
+  } else {
+    assignResult(message, pair.result, question.threshold);
+    assign(message.point_a_link, inLink(robot, poses, a, pair.result.point_a));
+    assign(message.point_b_link, inLink(robot, poses, b, pair.result.point_b));
+  }
+}
+
+Proximity toMessage(const scene::RobotModel& robot, const scene::BodyPoses& poses, const scene::PairProximity& pair,
+                    const scene::Question& question) {
+  Proximity message;
+  assign(message, robot, poses, pair, question);
+  return message;
+}
+
+void assignUnknown(Proximity& message) {
+  clear(message.a);
+  clear(message.b);
+  message.representation = Proximity::EXACT;
+  message.depth_is_lower_bound = false;
+  assignUnknownResult(message);
+}
+
+Proximity unknownProximity() {
+  Proximity message;
+  assignUnknown(message);
+  return message;
+}
+
+Proximity beyondThreshold(double threshold) {
+  Proximity message = unknownProximity();
+  message.state = Proximity::BEYOND_THRESHOLD;
+  message.distance = message.lower_bound = threshold;
+  message.upper_bound = std::numeric_limits<double>::infinity();
+  return message;
+}
+
+std::int8_t statusCode(const narrowphase::SignedDistance& result) {
+  const bool decided =
+      result.status == narrowphase::Status::Converged || result.status == narrowphase::Status::Threshold;
+  return decided ? QueryStatus::OK : QueryStatus::NOT_CONVERGED;
+}
+
+ModelInfo toMessage(const Robot& robot, const ros::Time& loaded) {
+  const scene::RobotModel& links = robot.links();
+  const scene::PairTable& pairs = robot.model().pairs;
+  ModelInfo message;
+  message.header.stamp = loaded;
+  message.header.frame_id = robot.referenceFrame();
+  message.robot = links.name;
+  for (const scene::Link& link : links.links) message.links.push_back(linkInfo(links, link, robot.config().model));
+  for (const scene::LinkPair& pair : pairs.pairs) message.pairs.push_back(pairInfo(links, pair));
+  message.pairs_checked = static_cast<std::uint32_t>(pairs.checked.size());
+  message.warnings = links.warnings;
+  message.warnings.insert(message.warnings.end(), pairs.warnings.begin(), pairs.warnings.end());
+  return message;
+}
+
+}  // namespace proximity_server::node

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <ros/time.h>
+
+#include <cstdint>
+#include <string>
+
+#include "node/robot/robot.h"
+#include "proximity_server/ModelInfo.h"
+#include "proximity_server/Proximity.h"
+#include "proximity_server/QueryStatus.h"
+#include "proximity_server/scene/query/scene.h"
+
+// What the scene knows, as messages. Nothing here computes; NaN stands for what is not known.
+
+namespace proximity_server::node {
+
+/// `poses` are those that the scene was asked with; they carry the points into the frames of the links.
+Proximity toMessage(const scene::RobotModel& robot, const scene::BodyPoses& poses, const scene::PairProximity& pair,
+                    const scene::Question& question);
+
+/// The same in place: no memory is taken where the names have room.
+void assign(Proximity& message, const scene::RobotModel& robot, const scene::BodyPoses& poses,
+            const scene::PairProximity& pair, const scene::Question& question);
+
+/// A pair of which nothing is known.
+Proximity unknownProximity();
+void assignUnknown(Proximity& message);
+
+/// Some pair, proven farther than `threshold`.
+Proximity beyondThreshold(double threshold);
+
+/// NOT_CONVERGED where the bounds are wider than the tolerance, else OK. The result is not Status::Unknown.
+std::int8_t statusCode(const narrowphase::SignedDistance& result);
+
+ModelInfo toMessage(const Robot& robot, const ros::Time& loaded);
+
+}  // namespace proximity_server::node

@@ -1,0 +1,116 @@
+#include "node/robot/robot.h"
+
+#include <ros/console.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "node/robot/tf_frames.h"
+
+namespace proximity_server::node {
+namespace {
+
+/// The text of a parameter, searched upwards; "" where there is none.
+std::string descriptionOf(const ros::NodeHandle& nh, const std::string& name) {
+  std::string found, text;
+  if (!nh.searchParam(name, found)) return {};
+  if (!nh.getParam(found, text)) throw std::invalid_argument("parameter " + found + " must be a text");
+  return text;
+}
+
+std::string urdfOf(const ros::NodeHandle& nh, const std::string& name) {
+  std::string urdf = descriptionOf(nh, name);
+  if (urdf.empty()) {
+    throw std::invalid_argument("no robot: parameter '" + name + "' is not set or empty, searched upwards from " +
+                                nh.getNamespace());
+  }
+  return urdf;
+}
+
+/// "" where the parameter is not set, which is an error only if a user named it.
+std::string srdfOf(const ros::NodeHandle& nh, const std::string& name) {
+  if (name.empty()) return {};
+  std::string found;
+  if (name != Config().semantic_description && !nh.searchParam(name, found)) {
+    throw std::invalid_argument("no SRDF: parameter '" + name + "', which semantic_description names, is not set, " +
+                                "searched upwards from " + nh.getNamespace());
+  }
+  return descriptionOf(nh, name);
+}
+
+std::shared_ptr<const scene::SceneModel> sceneModel(const std::string& urdf, const std::string& srdf,
+                                                    const Config& config) {
+  std::vector<std::string> roots = config.mesh_roots;
+  for (std::string& root : scene::rosPackagePath()) roots.push_back(std::move(root));
+  scene::ModelOptions options = config.model;
+  options.progress = [](const std::string& what) { ROS_INFO_STREAM("Loading: " << what); };
+  scene::RobotModel robot = scene::loadRobotModel(
+      urdf, scene::withinRoots(scene::packageResolver(roots), config.allowed_mesh_roots), options);
+  return std::make_shared<const scene::SceneModel>(scene::makeSceneModel(std::move(robot), srdf, config.filter));
+}
+
+/// A link may be named with the prefix of its frame or without.
+int referenceLinkOf(const scene::RobotModel& robot, const Config& config) {
+  if (config.reference_frame.empty()) return robot.bodies.front().link;
+  const int link = robot.findLink(config.reference_frame);
+  if (link >= 0) return link;
+  const auto hasFrame = [&](const scene::Link& l) {
+    return tfFrame(config.tf_prefix, l.name) == config.reference_frame;
+  };
+  const auto hit = std::find_if(robot.links.begin(), robot.links.end(), hasFrame);
+  return hit == robot.links.end() ? -1 : static_cast<int>(hit - robot.links.begin());
+}
+
+std::shared_ptr<const std::vector<TfEdge>> edgesOf(const scene::RobotModel& robot, const Config& config) {
+  const auto frame = [&](int link) {
+    return tfFrame(config.tf_prefix, robot.links[static_cast<std::size_t>(link)].name);
+  };
+  auto edges = std::make_shared<std::vector<TfEdge>>();
+  for (const scene::Joint& joint : robot.joints) {
+    edges->push_back({frame(joint.parent_link), frame(joint.child_link), "joint '" + joint.name + "'"});
+  }
+  if (referenceLinkOf(robot, config) < 0) {
+    edges->push_back(
+        {config.reference_frame, frame(robot.bodies.front().link), "reference_frame '" + config.reference_frame + "'"});
+  }
+  return edges;
+}
+
+}  // namespace
+
+Robot::Robot(const ros::NodeHandle& nh, const Config& config)
+    : Robot(urdfOf(nh, config.robot_description), srdfOf(nh, config.semantic_description), config) {}
+
+Robot::Robot(const std::string& urdf, const std::string& srdf, const Config& config)
+    : config_(config),
+      srdf_(srdf),
+      model_(sceneModel(urdf, srdf, config)),
+      reference_link_(referenceLinkOf(model_->robot, config)),
+      reference_frame_(reference_link_ < 0 ? config.reference_frame : frameOf(reference_link_)),
+      tf_edges_(edgesOf(model_->robot, config)),
+      scenes_(std::make_unique<ScenePool>(
+          [first = std::make_shared<const scene::Scene>(model_)] { return first->twin(); })),
+      moving_scenes_(std::make_unique<MovingScenePool>(
+          [first = std::make_shared<const scene::MovingScene>(model_)] { return first->twin(); })) {}
+
+std::string Robot::frameOf(int link) const {
+  return tfFrame(config_.tf_prefix, links().links[static_cast<std::size_t>(link)].name);
+}
+
+std::vector<scene::SubjectPair> Robot::pairsOfGroup(const std::string& group) const {
+  scene::PairFilterOptions filter = config_.filter;
+  filter.group = group;
+  return checkedPairs(scene::filterPairs(links(), srdf_, filter));
+}
+
+std::vector<scene::SubjectPair> checkedPairs(const scene::PairTable& table) {
+  std::vector<scene::SubjectPair> pairs;
+  for (const int index : table.checked) {
+    const scene::LinkPair& pair = table.pairs[static_cast<std::size_t>(index)];
+    pairs.push_back({{pair.link_a}, {pair.link_b}});
+  }
+  return pairs;
+}
+
+}  // namespace proximity_server::node

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <ros/node_handle.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "node/robot/config.h"
+#include "node/robot/scene_pool.h"
+#include "proximity_server/scene/query/scene.h"
+
+namespace proximity_server::node {
+
+/// What tf knows of a robot: the pose of one frame in another.
+struct TfEdge {
+  std::string parent, child;  ///< frames
+  std::string name;           ///< for people
+};
+
+/// A robot as the parameter server described it. Never changed after loading: a reload makes a new one, and requests
+/// that are under way keep theirs.
+class Robot {
+ public:
+  /// Reads URDF and SRDF from the parameters that `config` names, searched upwards from the namespace of `nh`.
+  ///
+  /// Failure: throws std::invalid_argument naming the parameter, file, link or element that is missing or broken.
+  Robot(const ros::NodeHandle& nh, const Config& config);
+
+  /// The same from their texts; an empty `srdf` is none.
+  Robot(const std::string& urdf, const std::string& srdf, const Config& config);
+
+  const Config& config() const { return config_; }
+  const scene::SceneModel& model() const { return *model_; }
+  const scene::RobotModel& links() const { return model_->robot; }
+
+  /// The frame of a link in tf, with the prefix of Config::tf_prefix.
+  std::string frameOf(int link) const;
+
+  /// The frame of all answers, and the link that it is; -1 where it does not belong to the robot.
+  const std::string& referenceFrame() const { return reference_frame_; }
+  int referenceLink() const { return reference_link_; }
+
+  /// One for each of RobotModel::joints, and one to the root link from a reference frame that is no link.
+  const std::shared_ptr<const std::vector<TfEdge>>& tfEdges() const { return tf_edges_; }
+
+  /// Candidate pairs in which a link of this SRDF group moves. Throws std::invalid_argument for an unknown group.
+  std::vector<scene::SubjectPair> pairsOfGroup(const std::string& group) const;
+
+  ScenePool::Lease takeScene() const { return scenes_->take(); }
+  MovingScenePool::Lease takeMovingScene() const { return moving_scenes_->take(); }
+
+ private:
+  Config config_;
+  std::string srdf_;
+  std::shared_ptr<const scene::SceneModel> model_;
+  int reference_link_;
+  std::string reference_frame_;
+  std::shared_ptr<const std::vector<TfEdge>> tf_edges_;
+  std::unique_ptr<ScenePool> scenes_;
+  std::unique_ptr<MovingScenePool> moving_scenes_;
+};
+
+/// The pairs of a table that are checked, as whole links.
+std::vector<scene::SubjectPair> checkedPairs(const scene::PairTable& table);
+
+}  // namespace proximity_server::node

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "proximity_server/scene/motion/moving_scene.h"
+#include "proximity_server/scene/query/scene.h"
+
+namespace proximity_server::node {
+
+/// Scratch for requests that run in parallel: each takes one, and its destructor gives it back.
+template <class Scratch>
+class Pool {
+ public:
+  explicit Pool(std::function<Scratch()> make) : make_(std::move(make)) {}
+
+  using Lease = std::unique_ptr<Scratch, std::function<void(Scratch*)>>;
+
+  Lease take() {
+    return Lease(takeIdle().release(), [this](Scratch* scratch) {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      idle_.emplace_back(scratch);
+    });
+  }
+
+ private:
+  std::unique_ptr<Scratch> takeIdle() {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (!idle_.empty()) {
+        std::unique_ptr<Scratch> scratch = std::move(idle_.back());
+        idle_.pop_back();
+        return scratch;
+      }
+    }
+    return std::make_unique<Scratch>(make_());
+  }
+
+  const std::function<Scratch()> make_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<Scratch>> idle_;
+};
+
+using ScenePool = Pool<scene::Scene>;
+using MovingScenePool = Pool<scene::MovingScene>;
+
+}  // namespace proximity_server::node

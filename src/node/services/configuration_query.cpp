@@ -1,0 +1,71 @@
+#include <string>
+
+#include "node/services/answered.h"
+#include "node/services/joint_requests.h"
+#include "node/services/pair_questions.h"
+#include "node/services/queries.h"
+
+namespace proximity_server::node {
+namespace {
+
+/// What is asked in every state.
+QueryPairsRequest questionInEachState(const QueryConfigurationRequest& request) {
+  QueryPairsRequest question;
+  question.a = request.a;
+  question.b = request.b;
+  question.group = request.group;
+  question.mode = request.mode;
+  question.k = request.k;
+  question.threshold = request.threshold;
+  question.skip_penetration = request.skip_penetration;
+  question.ignore_filter = request.ignore_filter;
+  return question;
+}
+
+std::vector<JointValues> statesOf(const scene::RobotModel& robot, const QueryConfigurationRequest& request) {
+  const MissingJoints missing = missingJoints(request.missing_joints);
+  std::vector<JointValues> states;
+  for (const sensor_msgs::JointState& state : request.states) {
+    const std::string where = "state " + std::to_string(states.size());
+    const std::vector<int> joints = jointsNamed(robot, state.name, where);
+    states.push_back(completed(valuesOf(robot, joints, state.position, "position", where), missing));
+  }
+  return states;
+}
+
+/// The first of the states that has no answer speaks for all of them.
+QueryStatus summary(const std::vector<StateProximity>& states) {
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    if (states[i].status.code == QueryStatus::OK) continue;
+    QueryStatus status = states[i].status;
+    status.message = "state " + std::to_string(i) + ": " + status.message;
+    return status;
+  }
+  return {};
+}
+
+}  // namespace
+
+QueryConfigurationResponse answer(const Robot& robot, TfPoses& tf, const QueryConfigurationRequest& request) {
+  return answered(QueryConfigurationResponse(), [&](QueryConfigurationResponse& response) {
+    const QueryPairsRequest in_each = questionInEachState(request);
+    const scene::Question question = questionOf(robot, in_each);
+    const auto pairs = pairsOf(robot, in_each);
+    requireAnswersWithinBatch(robot, in_each, pairs.size(), request.states.size());
+    if (request.states.empty()) throw RequestError(QueryStatus::INVALID_ARGUMENT, "states is empty");
+    const std::vector<JointValues> states = statesOf(robot.links(), request);
+
+    const JointSnapshot from_tf = missingFromTf(robot, tf, bodiesOf(robot.links(), pairs), states, request.stamp);
+    response.header.stamp = from_tf.stamp;
+    response.header.frame_id = robot.referenceFrame();
+    const ScenePool::Lease scene = robot.takeScene();
+    for (const JointValues& state : states) {
+      const scene::BodyPoses poses = inReference(robot, posesInRoot(robot, state, from_tf), from_tf.reference_T_root);
+      scene->update(poses);
+      response.states.push_back(askPairs(robot, *scene, {poses, from_tf.status}, pairs, in_each, question));
+    }
+    response.status = summary(response.states);
+  });
+}
+
+}  // namespace proximity_server::node

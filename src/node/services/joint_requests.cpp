@@ -1,0 +1,102 @@
+#include "node/services/joint_requests.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "proximity_server/QueryConfigurationRequest.h"
+
+namespace proximity_server::node {
+namespace {
+
+[[noreturn]] void refuse(const std::string& where, const std::string& what) {
+  throw RequestError(QueryStatus::INVALID_ARGUMENT, where + ": " + what);
+}
+
+std::vector<std::string> namesOf(const std::vector<scene::Joint>& joints) {
+  std::vector<std::string> names;
+  names.reserve(joints.size());
+  for (const scene::Joint& joint : joints) names.push_back(joint.name);
+  return names;
+}
+
+int jointNamed(const scene::RobotModel& robot, const std::string& name, const std::string& where) {
+  const std::vector<scene::Joint>& joints = robot.joints;
+  const auto hit =
+      std::find_if(joints.begin(), joints.end(), [&](const scene::Joint& joint) { return joint.name == name; });
+  if (hit == joints.end()) {
+    if (std::count(robot.fixed_joints.begin(), robot.fixed_joints.end(), name) > 0) {
+      refuse(where, "joint '" + name + "' is fixed");
+    }
+    const std::string nearest = scene::nearestName(name, namesOf(joints));
+    refuse(where, "there is no joint '" + name + "'" + (nearest.empty() ? "" : ": did you mean '" + nearest + "'?"));
+  }
+  if (hit->type == scene::Joint::Type::Floating || hit->type == scene::Joint::Type::Planar) {
+    refuse(where, "joint '" + name + "' is floating or planar, it has not one position");
+  }
+  return static_cast<int>(hit - joints.begin());
+}
+
+}  // namespace
+
+std::vector<int> jointsNamed(const scene::RobotModel& robot, const std::vector<std::string>& names,
+                             const std::string& where) {
+  std::vector<int> joints;
+  for (const std::string& name : names) {
+    const int joint = jointNamed(robot, name, where);
+    if (std::count(joints.begin(), joints.end(), joint) > 0) refuse(where, "joint '" + name + "' is named twice");
+    joints.push_back(joint);
+  }
+  return joints;
+}
+
+JointValues valuesOf(const scene::RobotModel& robot, const std::vector<int>& joints, const std::vector<double>& values,
+                     const std::string& what, const std::string& where) {
+  const auto nameOf = [&](std::size_t i) { return robot.joints[static_cast<std::size_t>(joints[i])].name; };
+  if (values.size() < joints.size()) refuse(where, "joint '" + nameOf(values.size()) + "' has no " + what);
+  if (values.size() > joints.size()) {
+    refuse(where, "one " + what + " too many for " + std::to_string(joints.size()) + " joints" +
+                      (joints.empty() ? "" : ", after that of joint '" + nameOf(joints.size() - 1) + "'"));
+  }
+  JointValues result(robot.joints.size());
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    if (!std::isfinite(values[i])) refuse(where, "the " + what + " of joint '" + nameOf(i) + "' is not finite");
+    result[static_cast<std::size_t>(joints[i])] = values[i];
+  }
+  return result;
+}
+
+MissingJoints missingJoints(std::uint8_t code) {
+  switch (code) {
+    case QueryConfigurationRequest::FROM_TF:
+      return MissingJoints::FromTf;
+    case QueryConfigurationRequest::ZERO:
+      return MissingJoints::AtZero;
+    default:
+      throw RequestError(QueryStatus::INVALID_ARGUMENT, "missing_joints " + std::to_string(code) + " does not exist");
+  }
+}
+
+JointValues completed(JointValues positions, MissingJoints missing) {
+  if (missing == MissingJoints::FromTf) return positions;
+  for (std::optional<double>& position : positions) position = position.value_or(0.0);
+  return positions;
+}
+
+JointSnapshot missingFromTf(const Robot& robot, TfPoses& tf, const std::vector<int>& bodies,
+                            const std::vector<JointValues>& states, const ros::Time& stamp) {
+  std::vector<int> missing;
+  for (const int joint : jointsTo(robot, bodies)) {
+    const auto leavesOpen = [&](const JointValues& state) { return !isGiven(robot.links(), joint, state); };
+    if (std::any_of(states.begin(), states.end(), leavesOpen)) missing.push_back(joint);
+  }
+  if (!missing.empty() || robot.referenceLink() < 0) return tf.awaitJoints(robot, missing, stamp);
+  JointSnapshot nothing;
+  nothing.joints.resize(robot.links().joints.size());
+  return nothing;
+}
+
+scene::BodyPoses posesInRoot(const Robot& robot, const JointValues& positions, const JointSnapshot& from_tf) {
+  return posesInRoot(robot.links(), framesAt(robot.links(), positions, from_tf.joints));
+}
+
+}  // namespace proximity_server::node

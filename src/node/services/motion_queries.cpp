@@ -1,0 +1,180 @@
+#include <limits>
+#include <sstream>
+#include <string>
+
+#include "node/robot/conversions.h"
+#include "node/services/answered.h"
+#include "node/services/joint_requests.h"
+#include "node/services/motion_requests.h"
+#include "node/services/queries.h"
+
+namespace proximity_server::node {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+void require(const QueryStatus& status) {
+  if (status.code != QueryStatus::OK) throw RequestError(status);
+}
+
+FirstContactResponse emptyFirstContact() {
+  FirstContactResponse response;
+  response.t_free = response.t_contact = kNaN;
+  response.pair = unknownProximity();
+  response.minimum = unknownMinimum();
+  return response;
+}
+
+QueryTrajectoryResponse emptyQueryTrajectory() {
+  QueryTrajectoryResponse response;
+  response.t_free = response.t_contact = kNaN;
+  response.segment = -1;
+  response.pair = unknownProximity();
+  return response;
+}
+
+/// What a search for the first contact found, on the clock of the answer.
+template <class Response>
+void fillContact(Response& response, const Robot& robot, const TimedMotion& motion, const scene::RobotContact& found) {
+  response.t_free = motion.onClock(found.t_free);
+  response.contact = found.contact;
+  if (!found.contact) return;
+  response.t_contact = motion.onClock(found.t_contact);
+  response.pair = toMessage(robot, motion, found.t_contact, found.pair);
+}
+
+/// The segments between way points, each a motion of its own.
+std::vector<TimedMotion> segmentsOf(const Robot& robot, const WayPoints& points, const JointSnapshot& from_tf) {
+  std::vector<TimedMotion> segments;
+  for (std::size_t i = 0; i + 1 < points.times.size(); ++i) {
+    const scene::BodyPoses start =
+        inReference(robot, posesInRoot(robot, points.positions[i], from_tf), from_tf.reference_T_root);
+    segments.push_back(motionOfJoints(robot, start, travelBetween(points.positions[i], points.positions[i + 1]),
+                                      points.times[i], points.times[i + 1] - points.times[i]));
+  }
+  return segments;
+}
+
+/// The named joints between two way points, at a time of [0, 1].
+sensor_msgs::JointState stateBetween(const scene::RobotModel& robot, const WayPoints& points, std::size_t segment,
+                                     double time) {
+  const JointValues& from = points.positions[segment];
+  const JointValues& to = points.positions[segment + 1];
+  sensor_msgs::JointState state;
+  for (const int index : points.joints) {
+    const auto joint = static_cast<std::size_t>(index);
+    state.name.push_back(robot.joints[joint].name);
+    state.position.push_back(*from[joint] + time * (*to[joint] - *from[joint]));
+  }
+  return state;
+}
+
+/// A trajectory and what is asked about it.
+struct TrajectorySearch {
+  const Robot& robot;
+  const std::vector<scene::SubjectPair>& pairs;
+  const WayPoints& points;
+  const std::vector<TimedMotion>& segments;
+  const scene::MotionQuestion& question;
+  scene::MovingScene& scene;
+};
+
+/// What is to be said of joints that the trajectory takes beyond their limits; "" where it does not.
+std::string beyondLimits(const scene::RobotModel& robot, const WayPoints& points) {
+  constexpr double kRounding = 1e-6;  // [rad] or [m] of numbers that were printed
+  std::ostringstream text;
+  for (std::size_t i = 0; i < points.positions.size(); ++i) {
+    for (const int index : points.joints) {
+      const scene::Joint& joint = robot.joints[static_cast<std::size_t>(index)];
+      const double position = *points.positions[i][static_cast<std::size_t>(index)];
+      const bool is_below = position < joint.lower - kRounding;
+      if (joint.mimic || (!is_below && !(position > joint.upper + kRounding))) continue;
+      text << "point " << i << " is the first beyond a limit: joint '" << joint.name << "' is at " << position
+           << ", its " << (is_below ? "lower" : "upper") << " limit is " << (is_below ? joint.lower : joint.upper);
+      return text.str();
+    }
+  }
+  return {};
+}
+
+/// Segment by segment, until there is contact or something is left undecided.
+void findContact(const TrajectorySearch& search, QueryTrajectoryResponse& response) {
+  for (std::size_t i = 0; i < search.segments.size(); ++i) {
+    const TimedMotion& motion = search.segments[i];
+    const scene::RobotContact found = search.scene.timeOfContact(search.pairs, motion.motion, search.question);
+    require(completeness(found.counts));
+    response.status = statusOf(found.status, search.question);
+    fillContact(response, search.robot, motion, found);
+    if (found.contact) {
+      response.segment = static_cast<std::int32_t>(i);
+      response.state = stateBetween(search.robot.links(), search.points, i, found.t_contact);
+    }
+    if (found.contact || response.status.code != QueryStatus::OK) return;
+  }
+}
+
+void findMinima(const TrajectorySearch& search, QueryTrajectoryResponse& response) {
+  response.segments.assign(search.segments.size(), unknownMinimum());
+  for (std::size_t i = 0; i < search.segments.size(); ++i) {
+    const TimedMotion& motion = search.segments[i];
+    const scene::RobotMinimum found = search.scene.minimum(search.pairs, motion.motion, search.question);
+    response.segments[i] = toMessage(search.robot, motion, found);
+    const QueryStatus status = statusOf(found.status, search.question);
+    if (status.code != QueryStatus::OK) {
+      response.status = status;
+      return;
+    }
+    response.segments_finished = static_cast<std::uint32_t>(i + 1);
+  }
+}
+
+}  // namespace
+
+FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactRequest& request) {
+  return answered(emptyFirstContact(), [&](FirstContactResponse& response) {
+    scene::MotionQuestion question = motionQuestion(request.clearance, request.tolerance);
+    const double budget = timeBudget(robot, request.time_budget);
+    positive(request.horizon, "horizon");
+    const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
+    const PoseSnapshot start = tf.await(robot, bodiesOf(robot.links(), pairs), request.stamp);
+    response.header.stamp = start.stamp;
+    response.header.frame_id = robot.referenceFrame();
+    require(start.status);
+    const TimedMotion motion = motionOf(robot, start.poses, request);
+    assignStops(response, robot, motion);
+
+    const MovingScenePool::Lease scene = robot.takeMovingScene();
+    question.deadline = deadlineIn(budget);
+    const scene::RobotContact found = scene->timeOfContact(pairs, motion.motion, question);
+    require(completeness(found.counts));
+    response.status = statusOf(found.status, question);
+    fillContact(response, robot, motion, found);
+    if (found.contact || request.skip_minimum || response.status.code != QueryStatus::OK) return;
+    const scene::RobotMinimum minimum = scene->minimum(pairs, motion.motion, question);
+    response.minimum = toMessage(robot, motion, minimum);
+    response.status = statusOf(minimum.status, question);
+  });
+}
+
+QueryTrajectoryResponse answer(const Robot& robot, TfPoses& tf, const QueryTrajectoryRequest& request) {
+  return answered(emptyQueryTrajectory(), [&](QueryTrajectoryResponse& response) {
+    scene::MotionQuestion question = motionQuestion(request.clearance, request.tolerance);
+    const double budget = timeBudget(robot, request.time_budget);
+    const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
+    const WayPoints points = wayPointsOf(robot, request);
+    const JointSnapshot from_tf =
+        missingFromTf(robot, tf, bodiesOf(robot.links(), pairs), points.positions, request.stamp);
+    response.header.stamp = from_tf.stamp;
+    response.header.frame_id = robot.referenceFrame();
+    require(from_tf.status);
+    const std::vector<TimedMotion> segments = segmentsOf(robot, points, from_tf);
+    const MovingScenePool::Lease scene = robot.takeMovingScene();
+    question.deadline = deadlineIn(budget);
+    const TrajectorySearch search{robot, pairs, points, segments, question, *scene};
+    findContact(search, response);
+    if (!request.skip_minimum) findMinima(search, response);
+    if (response.status.code == QueryStatus::OK) response.status.message = beyondLimits(robot.links(), points);
+  });
+}
+
+}  // namespace proximity_server::node

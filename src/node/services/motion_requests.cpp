@@ -1,0 +1,166 @@
+#include "node/services/motion_requests.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include "node/services/joint_requests.h"
+
+namespace proximity_server::node {
+namespace {
+
+using Twist = scene::RobotMotion::Twist;
+
+[[noreturn]] void refuse(const std::string& what) { throw RequestError(QueryStatus::INVALID_ARGUMENT, what); }
+
+Eigen::Vector3d toEigen(const geometry_msgs::Vector3& vector) { return {vector.x, vector.y, vector.z}; }
+
+/// The twist of a body, given that of one of its links: the velocity of another point of the same screw.
+Twist twistOfBody(const scene::Link& link, const Eigen::Isometry3d& body_pose, const geometry_msgs::Twist& twist) {
+  const Eigen::Vector3d angular = toEigen(twist.angular);
+  const Eigen::Vector3d link_to_body = -(body_pose.linear() * link.body_T_link.translation());
+  return {toEigen(twist.linear) + angular.cross(link_to_body), angular};
+}
+
+bool isRest(const Twist& twist) { return twist.linear.isZero(0.0) && twist.angular.isZero(0.0); }
+
+/// Whether two twists [1/s] of a body carry points within a metre of its origin apart by more than the tolerance [m].
+bool disagree(const Twist& a, const Twist& b, double horizon, double tolerance) {
+  return ((a.linear - b.linear).norm() + (a.angular - b.angular).norm()) * horizon > tolerance;
+}
+
+int bodyOfReference(const Robot& robot) {
+  return robot.referenceLink() < 0 ? -1 : robot.links().links[static_cast<std::size_t>(robot.referenceLink())].body;
+}
+
+/// The twists [1/s] of all bodies.
+class BodyTwists {
+ public:
+  BodyTwists(const Robot& robot, const scene::BodyPoses& poses, const FirstContactRequest& request)
+      : robot_(robot), poses_(poses), request_(request), named_by_(poses.size()), twists_(poses.size()) {
+    for (std::size_t i = 0; i < request.links.size(); ++i) add(request.links[i], request.twists[i]);
+  }
+
+  const std::vector<Twist>& all() const { return twists_; }
+
+ private:
+  void add(const std::string& name, const geometry_msgs::Twist& message) {
+    const scene::Link& link = robot_.links().links[static_cast<std::size_t>(linkNamed(robot_.links(), name))];
+    if (!toEigen(message.linear).allFinite() || !toEigen(message.angular).allFinite()) {
+      refuse("the twist of link '" + name + "' is not finite");
+    }
+    const auto body = static_cast<std::size_t>(link.body);
+    if (!poses_[body]) return;  // none of the asked pairs needs it
+    const Twist twist = twistOfBody(link, *poses_[body], message);
+    if (link.body == bodyOfReference(robot_) && !isRest(twist)) {
+      refuse("link '" + name + "' carries the frame '" + robot_.referenceFrame() +
+             "' to which twists are relative: it rests");
+    }
+    const double tolerance = request_.tolerance > 0.0 ? request_.tolerance : scene::MotionQuestion().tolerance;
+    if (!named_by_[body].empty() && disagree(twists_[body], twist, request_.horizon, tolerance)) {
+      refuse("the twists of '" + named_by_[body] + "' and '" + name + "' disagree: fixed joints join the two");
+    }
+    named_by_[body] = name;
+    twists_[body] = twist;
+  }
+
+  const Robot& robot_;
+  const scene::BodyPoses& poses_;
+  const FirstContactRequest& request_;
+  std::vector<std::string> named_by_;
+  std::vector<Twist> twists_;
+};
+
+TimedMotion motionOfTwists(const Robot& robot, const scene::BodyPoses& poses, const FirstContactRequest& request) {
+  std::vector<Twist> twists = BodyTwists(robot, poses, request).all();
+  for (Twist& twist : twists) {
+    twist = {twist.linear * request.horizon, twist.angular * request.horizon};
+    if (!(twist.linear + twist.angular).allFinite()) refuse("twists: a velocity times the horizon is not finite");
+  }
+  return node::motionOfTwists(poses, twists, request.horizon);
+}
+
+/// What the request tells of the joints' positions [rad] or [m]; NaN stands for one that it does not know.
+JointValues statedPositions(const scene::RobotModel& robot, const std::vector<int>& joints,
+                            const std::vector<double>& positions) {
+  JointValues stated(robot.joints.size());
+  if (positions.empty()) return stated;
+  if (positions.size() != joints.size()) {
+    refuse("joints: " + std::to_string(positions.size()) + " positions for " + std::to_string(joints.size()) +
+           " names; there may be none");
+  }
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    if (std::isfinite(positions[i])) stated[static_cast<std::size_t>(joints[i])] = positions[i];
+  }
+  return stated;
+}
+
+TimedMotion motionOfJoints(const Robot& robot, const scene::BodyPoses& poses, const FirstContactRequest& request) {
+  const std::vector<int> joints = jointsNamed(robot.links(), request.joints.name, "joints");
+  const JointValues stated = statedPositions(robot.links(), joints, request.joints.position);
+  const JointValues velocities = valuesOf(robot.links(), joints, request.joints.velocity, "velocity", "joints");
+  std::vector<double> travel;
+  for (const std::optional<double>& velocity : velocities) {
+    travel.push_back(finite(velocity.value_or(0.0) * request.horizon, "joints: a velocity times the horizon"));
+  }
+  return motionWithinLimits(robot, poses, travel, stated, request.horizon);
+}
+
+}  // namespace
+
+scene::MotionQuestion motionQuestion(double clearance, double tolerance) {
+  scene::MotionQuestion question;
+  question.clearance = notNegative(clearance, "clearance");
+  if (notNegative(tolerance, "tolerance") > 0.0) question.tolerance = tolerance;
+  return question;
+}
+
+double timeBudget(const Robot& robot, const ros::Duration& asked) {
+  const double budget = notNegative(asked.toSec(), "time_budget");
+  const double longest = robot.config().max_request_time;
+  if (budget > longest) {
+    throw RequestError(QueryStatus::OVER_BUDGET,
+                       "time_budget is " + seconds(budget) + ", max_request_time is " + seconds(longest));
+  }
+  return budget > 0.0 ? budget : std::min(robot.config().motion_time_budget, longest);
+}
+
+TimedMotion motionOf(const Robot& robot, const scene::BodyPoses& poses, const FirstContactRequest& request) {
+  if (request.links.size() != request.twists.size()) refuse("links and twists must have the same length");
+  if (request.links.empty() && request.joints.name.empty()) refuse("nothing moves: name links with twists, or joints");
+  if (request.links.empty()) return motionOfJoints(robot, poses, request);
+  if (!request.joints.name.empty()) refuse("name links with twists, or joints, not both");
+  return motionOfTwists(robot, poses, request);
+}
+
+WayPoints wayPointsOf(const Robot& asked_robot, const QueryTrajectoryRequest& request) {
+  const scene::RobotModel& robot = asked_robot.links();
+  const trajectory_msgs::JointTrajectory& trajectory = request.trajectory;
+  const MissingJoints missing = missingJoints(request.missing_joints);
+  if (trajectory.joint_names.empty()) refuse("the trajectory names no joints");
+  if (trajectory.points.size() < 2) refuse("the trajectory has fewer than two points");
+  requirePointsWithinBatch(asked_robot, trajectory.points.size());
+  WayPoints points;
+  points.joints = jointsNamed(robot, trajectory.joint_names, "trajectory");
+  for (const trajectory_msgs::JointTrajectoryPoint& point : trajectory.points) {
+    const std::string where = "point " + std::to_string(points.times.size());
+    const double time = point.time_from_start.toSec();
+    if (!points.times.empty() && !(time > points.times.back())) {
+      refuse(where + ": its time_from_start is not later than that of the point before");
+    }
+    points.positions.push_back(completed(valuesOf(robot, points.joints, point.positions, "position", where), missing));
+    points.times.push_back(time);
+  }
+  return points;
+}
+
+std::vector<double> travelBetween(const JointValues& from, const JointValues& to) {
+  std::vector<double> travel(from.size(), 0.0);
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    if (from[i] && to[i]) travel[i] = finite(*to[i] - *from[i], "the way between two points");
+  }
+  return travel;
+}
+
+}  // namespace proximity_server::node

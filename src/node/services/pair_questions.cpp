@@ -1,0 +1,112 @@
+#include "node/services/pair_questions.h"
+
+#include <algorithm>
+#include <boost/range/iterator_range.hpp>
+#include <chrono>
+#include <limits>
+
+#include "node/robot/conversions.h"
+#include "node/services/requests.h"
+
+namespace proximity_server::node {
+namespace {
+
+/// Valid until the scene is asked again.
+using Answers = boost::iterator_range<const scene::PairProximity*>;
+
+Answers askByMode(scene::Scene& scene, const std::vector<scene::SubjectPair>& pairs, const QueryPairsRequest& request,
+                  const scene::Question& question) {
+  const auto one = [](const scene::PairProximity* pair) { return Answers(pair, pair ? pair + 1 : pair); };
+  const auto list = [](const std::vector<scene::PairProximity>& all) {
+    return Answers(all.data(), all.data() + all.size());
+  };
+  switch (request.mode) {
+    case QueryPairsRequest::MINIMUM:
+      return one(scene.minimum(pairs, question));
+    case QueryPairsRequest::FIRST:
+      return one(scene.first(pairs, question));
+    case QueryPairsRequest::K_CLOSEST: {
+      const std::size_t k = std::min<std::size_t>(std::max<std::size_t>(request.k, 1), pairs.size());
+      return list(scene.closest(pairs, static_cast<int>(k), question));
+    }
+    case QueryPairsRequest::PER_PAIR:
+      return list(scene.all(pairs, question));
+    case QueryPairsRequest::BELOW_THRESHOLD:
+      return list(scene.below(pairs, question));
+    default:
+      throw RequestError(QueryStatus::INVALID_ARGUMENT, "mode " + std::to_string(request.mode) + " does not exist");
+  }
+}
+
+bool isCloser(const Proximity& a, const Proximity& b) {
+  if (a.state == Proximity::UNKNOWN || b.state == Proximity::UNKNOWN) return b.state == Proximity::UNKNOWN;
+  return a.lower_bound < b.lower_bound;
+}
+
+void countPairs(StateProximity& answer, const scene::PairCounts& counts) {
+  answer.pairs_total = static_cast<std::uint32_t>(counts.total);
+  answer.pairs_unknown = static_cast<std::uint32_t>(counts.unknown);
+  answer.pairs_at_rest = static_cast<std::uint32_t>(counts.at_rest);
+  answer.pairs_by_motion = static_cast<std::uint32_t>(counts.by_motion);
+  answer.pairs_by_bounds = static_cast<std::uint32_t>(counts.by_bounds);
+  answer.pairs_computed = static_cast<std::uint32_t>(counts.computed);
+}
+
+}  // namespace
+
+double thresholdOrNone(double threshold) {
+  return finite(threshold, "threshold") > 0.0 ? threshold : std::numeric_limits<double>::infinity();
+}
+
+scene::Question questionOf(const Robot& robot) {
+  scene::Question question;
+  question.tolerance = robot.config().tolerance;
+  question.deadline = deadlineIn(robot.config().max_request_time);
+  return question;
+}
+
+scene::Question questionOf(const Robot& robot, const QueryPairsRequest& request) {
+  scene::Question question = questionOf(robot);
+  const bool literal = request.mode == QueryPairsRequest::FIRST || request.mode == QueryPairsRequest::BELOW_THRESHOLD;
+  question.threshold = literal ? finite(request.threshold, "threshold") : thresholdOrNone(request.threshold);
+  if (request.skip_penetration) question.depth = scene::Question::Depth::NotWanted;
+  return question;
+}
+
+StateProximity askPairs(const Robot& robot, scene::Scene& scene, const PosedState& state,
+                        const std::vector<scene::SubjectPair>& pairs, const QueryPairsRequest& request,
+                        const scene::Question& question) {
+  StateProximity answer;
+  answer.minimum = unknownProximity();
+  const Answers found = askByMode(scene, pairs, request, question);
+  countPairs(answer, scene.counts());
+
+  answer.pairs.reserve(found.size());
+  for (const scene::PairProximity& pair : found) {
+    assign(answer.pairs.emplace_back(), scene.model().robot, state.poses, pair, question);
+    if (pair.result.status != narrowphase::Status::Unknown)
+      answer.status.code = std::min(answer.status.code, statusCode(pair.result));
+  }
+  const bool decided = request.mode == QueryPairsRequest::FIRST && !found.empty();
+  if (answer.pairs_unknown > 0 && !decided) {
+    const bool posed = state.status.code == QueryStatus::OK;
+    answer.status = posed ? incompleteness(robot, scene.counts(), question) : state.status;
+    return answer;
+  }
+  const auto closest = std::min_element(answer.pairs.begin(), answer.pairs.end(), isCloser);
+  if (closest != answer.pairs.end()) answer.minimum = *closest;
+  return answer;
+}
+
+QueryStatus incompleteness(const Robot& robot, const scene::PairCounts& counts, const scene::Question& question) {
+  const bool is_late = std::chrono::steady_clock::now() > question.deadline;
+  const std::string pairs = std::to_string(counts.unknown) + " of " + std::to_string(counts.total) + " pairs have no ";
+  QueryStatus status;
+  status.code = is_late ? QueryStatus::OVER_BUDGET : QueryStatus::TF_UNAVAILABLE;
+  status.message = is_late ? "the time was over: " + pairs + "answer, max_request_time is " +
+                                 seconds(robot.config().max_request_time)
+                           : pairs + "usable pose";
+  return status;
+}
+
+}  // namespace proximity_server::node

@@ -1,0 +1,171 @@
+#include "node/services/queries.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "node/robot/conversions.h"
+#include "node/services/answered.h"
+#include "node/services/pair_questions.h"
+#include "node/services/requests.h"
+
+namespace proximity_server::node {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// A scene in the poses that a request needs.
+struct PosedScene {
+  PosedScene(const Robot& asked_robot, TfPoses& tf, const std::vector<scene::SubjectPair>& pairs,
+             const ros::Time& stamp)
+      : robot(asked_robot.links()),
+        snapshot(tf.await(asked_robot, bodiesOf(robot, pairs), stamp)),
+        scene(asked_robot.takeScene()) {
+    scene->update(snapshot.poses);
+    header.stamp = snapshot.stamp;
+    header.frame_id = asked_robot.referenceFrame();
+  }
+
+  Proximity message(const scene::PairProximity& pair, const scene::Question& question) const {
+    return toMessage(robot, snapshot.poses, pair, question);
+  }
+
+  const scene::RobotModel& robot;
+  PoseSnapshot snapshot;
+  ScenePool::Lease scene;
+  std_msgs::Header header;
+};
+
+void requireAllPoses(const PosedScene& posed) {
+  if (posed.snapshot.status.code != QueryStatus::OK) throw RequestError(posed.snapshot.status);
+}
+
+/// The closest of `pairs`, all of whose poses are known.
+Proximity closestPair(const Robot& robot, const PosedScene& posed, const std::vector<scene::SubjectPair>& pairs,
+                      const scene::Question& question, QueryStatus& status) {
+  scene::PairProximity only;
+  const scene::PairProximity* closest = nullptr;
+  if (pairs.size() == 1) {
+    only = posed.scene->proximity(pairs.front(), question);
+    closest = &only;
+  } else {
+    closest = posed.scene->minimum(pairs, question);
+  }
+  if (posed.scene->counts().unknown > 0) throw RequestError(incompleteness(robot, posed.scene->counts(), question));
+  if (!closest) return beyondThreshold(question.threshold);
+  status.code = statusCode(closest->result);
+  return posed.message(*closest, question);
+}
+
+geometry_msgs::Vector3 nowhere() {
+  geometry_msgs::Vector3 vector;
+  vector.x = vector.y = vector.z = kNaN;
+  return vector;
+}
+
+MinimumDistanceResponse emptyMinimumDistance() {
+  MinimumDistanceResponse response;
+  response.pair = unknownProximity();
+  return response;
+}
+
+SeparationAxisResponse emptySeparationAxis() {
+  SeparationAxisResponse response;
+  response.pair = unknownProximity();
+  response.axis = nowhere();
+  response.gap = response.plane_offset = kNaN;
+  return response;
+}
+
+PenetrationDepthResponse emptyPenetrationDepth() {
+  PenetrationDepthResponse response;
+  response.pair = unknownProximity();
+  response.direction = nowhere();
+  response.depth = response.depth_lower_bound = response.depth_upper_bound = kNaN;
+  return response;
+}
+
+QueryPairsResponse emptyQueryPairs() {
+  QueryPairsResponse response;
+  response.minimum = unknownProximity();
+  return response;
+}
+
+double along(const geometry_msgs::Vector3& axis, const geometry_msgs::Point& point) {
+  return axis.x * point.x + axis.y * point.y + axis.z * point.z;
+}
+
+}  // namespace
+
+MinimumDistanceResponse answer(const Robot& robot, TfPoses& tf, const MinimumDistanceRequest& request) {
+  return answered(emptyMinimumDistance(), [&](MinimumDistanceResponse& response) {
+    scene::Question question = questionOf(robot);
+    question.threshold = thresholdOrNone(request.threshold);
+    const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
+    const PosedScene posed(robot, tf, pairs, request.stamp);
+    response.header = posed.header;
+    requireAllPoses(posed);
+    response.pair = closestPair(robot, posed, pairs, question, response.status);
+  });
+}
+
+SeparationAxisResponse answer(const Robot& robot, TfPoses& tf, const SeparationAxisRequest& request) {
+  return answered(emptySeparationAxis(), [&](SeparationAxisResponse& response) {
+    const double margin = notNegative(request.margin, "margin");
+    scene::Question question = questionOf(robot);
+    question.depth = scene::Question::Depth::NotWanted;
+    const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
+    const PosedScene posed(robot, tf, pairs, request.stamp);
+    response.header = posed.header;
+    requireAllPoses(posed);
+    response.pair = closestPair(robot, posed, pairs, question, response.status);
+    response.separated = response.pair.lower_bound > margin;
+    if (response.pair.state != Proximity::SEPARATED) return;
+    response.gap = response.pair.lower_bound;
+    response.axis = response.pair.normal;
+    response.plane_offset =
+        0.5 * (along(response.axis, response.pair.point_a) + along(response.axis, response.pair.point_b));
+  });
+}
+
+PenetrationDepthResponse answer(const Robot& robot, TfPoses& tf, const PenetrationDepthRequest& request) {
+  return answered(emptyPenetrationDepth(), [&](PenetrationDepthResponse& response) {
+    scene::Question question = questionOf(robot);
+    question.threshold = -notNegative(request.threshold, "threshold");
+    const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
+    const PosedScene posed(robot, tf, pairs, request.stamp);
+    response.header = posed.header;
+    requireAllPoses(posed);
+    response.pair = closestPair(robot, posed, pairs, question, response.status);
+    response.penetrating = response.pair.state == Proximity::PENETRATING;
+    response.depth_lower_bound = std::max(0.0, -response.pair.upper_bound);
+    response.depth_upper_bound = response.pair.depth_is_lower_bound ? std::numeric_limits<double>::infinity()
+                                                                    : std::max(0.0, -response.pair.lower_bound);
+    const bool settled = response.penetrating || response.depth_upper_bound == 0.0;
+    response.depth = settled ? std::max(0.0, -response.pair.distance) : kNaN;
+    if (response.penetrating) response.direction = response.pair.normal;
+  });
+}
+
+QueryPairsResponse answer(const Robot& robot, TfPoses& tf, const QueryPairsRequest& request) {
+  return answered(emptyQueryPairs(), [&](QueryPairsResponse& response) {
+    const scene::Question question = questionOf(robot, request);
+    const auto pairs = pairsOf(robot, request);
+    requireAnswersWithinBatch(robot, request, pairs.size());
+    const PosedScene posed(robot, tf, pairs, request.stamp);
+    response.header = posed.header;
+    StateProximity found =
+        askPairs(robot, *posed.scene, {posed.snapshot.poses, posed.snapshot.status}, pairs, request, question);
+    response.status = std::move(found.status);
+    response.pairs = std::move(found.pairs);
+    response.minimum = std::move(found.minimum);
+    response.pairs_total = found.pairs_total;
+    response.pairs_unknown = found.pairs_unknown;
+    response.pairs_at_rest = found.pairs_at_rest;
+    response.pairs_by_motion = found.pairs_by_motion;
+    response.pairs_by_bounds = found.pairs_by_bounds;
+    response.pairs_computed = found.pairs_computed;
+  });
+}
+
+}  // namespace proximity_server::node

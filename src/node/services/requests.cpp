@@ -1,0 +1,253 @@
+#include "node/services/requests.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace proximity_server::node {
+namespace {
+
+const scene::Link& linkAt(const scene::RobotModel& robot, int index) {
+  return robot.links[static_cast<std::size_t>(index)];
+}
+
+template <class Items>
+std::vector<std::string> namesOf(const Items& items) {
+  std::vector<std::string> names;
+  names.reserve(items.size());
+  for (const auto& item : items) names.push_back(item.name);
+  return names;
+}
+
+bool hasGeometry(const scene::RobotModel& robot, int collision) {
+  return !robot.collisions[static_cast<std::size_t>(collision)].pieces.empty();
+}
+
+int linkWithGeometry(const scene::RobotModel& robot, const std::string& name) {
+  const int index = linkNamed(robot, name);
+  if (!robot.hasGeometry(index)) {
+    throw RequestError(QueryStatus::NO_COLLISION_GEOMETRY, "link '" + name + "' has no collision geometry");
+  }
+  return index;
+}
+
+std::vector<scene::Collision> collisionsOf(const scene::RobotModel& robot, const scene::Link& link) {
+  std::vector<scene::Collision> collisions;
+  for (const int index : link.collisions) collisions.push_back(robot.collisions[static_cast<std::size_t>(index)]);
+  return collisions;
+}
+
+int shapeNamed(const scene::RobotModel& robot, const scene::Link& link, const std::string& name) {
+  const std::vector<scene::Collision> collisions = collisionsOf(robot, link);
+  for (const scene::Collision& collision : collisions) {
+    if (collision.name == name) return collision.number;
+  }
+  throw RequestError(QueryStatus::INVALID_ARGUMENT, "link '" + link.name + "' has no <collision> '" + name +
+                                                        "': did you mean '" +
+                                                        scene::nearestName(name, namesOf(collisions)) + "'?");
+}
+
+int shapeNumbered(const scene::Link& link, std::uint32_t number) {
+  if (number <= link.collisions.size()) return static_cast<int>(number);
+  throw RequestError(QueryStatus::INVALID_ARGUMENT,
+                     "link '" + link.name + "' has " + std::to_string(link.collisions.size()) +
+                         " <collision> elements, asked was number " + std::to_string(number));
+}
+
+scene::Subject subjectOf(const scene::RobotModel& robot, const ShapeRef& ref) {
+  const int index = linkWithGeometry(robot, ref.link);
+  const scene::Link& link = linkAt(robot, index);
+  if (ref.index == 0 && ref.name.empty()) return {index, 0};
+  const int number = ref.index > 0 ? shapeNumbered(link, ref.index) : shapeNamed(robot, link, ref.name);
+  if (!hasGeometry(robot, link.collisions[static_cast<std::size_t>(number - 1)])) {
+    throw RequestError(QueryStatus::NO_COLLISION_GEOMETRY,
+                       "<collision> " + std::to_string(number) + " of link '" + ref.link + "' has no geometry");
+  }
+  return {index, number};
+}
+
+bool isEmpty(const ShapeRef& ref) { return ref.link.empty() && ref.index == 0 && ref.name.empty(); }
+
+bool isSame(const scene::Subject& a, const scene::Subject& b) {
+  return a.link == b.link && (a.collision == b.collision || a.collision == 0 || b.collision == 0);
+}
+
+scene::SubjectPair onePair(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter) {
+  const scene::SubjectPair pair{subjectOf(robot.links(), a), subjectOf(robot.links(), b)};
+  const auto names = [&] { return "'" + a.link + "' and '" + b.link + "'"; };
+  if (isSame(pair.a, pair.b)) throw RequestError(QueryStatus::INVALID_ARGUMENT, names() + " are the same");
+  if (filter == Filter::Ignored) return pair;
+
+  const scene::PairTable& table = robot.model().pairs;
+  const int row = table.find(pair.a.link, pair.b.link);
+  const scene::PairReason reason =
+      row < 0 ? scene::PairReason::SameBody : table.pairs[static_cast<std::size_t>(row)].reason;
+  if (reason != scene::PairReason::Checked) {
+    throw RequestError(QueryStatus::PAIR_EXCLUDED,
+                       names() + " are not checked: " + toString(reason) + "; ignore_filter asks anyway");
+  }
+  return pair;
+}
+
+std::vector<scene::SubjectPair> everyPair(const Robot& robot, Filter filter) {
+  const scene::PairTable& table = robot.model().pairs;
+  if (filter == Filter::Applies) return checkedPairs(table);
+  std::vector<scene::SubjectPair> pairs;
+  for (const scene::LinkPair& pair : table.pairs) pairs.push_back({{pair.link_a}, {pair.link_b}});
+  return pairs;
+}
+
+/// The pairs with `a`, which comes first.
+std::vector<scene::SubjectPair> pairsWith(const Robot& robot, const ShapeRef& a, Filter filter) {
+  const scene::Subject subject = subjectOf(robot.links(), a);
+  std::vector<scene::SubjectPair> pairs;
+  for (const scene::SubjectPair& pair : everyPair(robot, filter)) {
+    if (pair.a.link == subject.link) pairs.push_back({subject, pair.b});
+    if (pair.b.link == subject.link) pairs.push_back({subject, pair.a});
+  }
+  return pairs;
+}
+
+std::vector<scene::SubjectPair> groupOrEveryPair(const Robot& robot, const std::string& group, Filter filter) {
+  if (group.empty()) return everyPair(robot, filter);
+  if (filter == Filter::Ignored) {
+    throw RequestError(QueryStatus::INVALID_ARGUMENT, "group and ignore_filter exclude each other");
+  }
+  try {
+    return robot.pairsOfGroup(group);
+  } catch (const std::invalid_argument& error) {
+    throw RequestError(QueryStatus::INVALID_ARGUMENT, error.what());
+  }
+}
+
+bool isWithinBatch(const Robot& robot, std::size_t count) {
+  return count <= static_cast<std::size_t>(robot.config().max_batch);
+}
+
+/// `what` is how many of what.
+[[noreturn]] void refuseBatch(const Robot& robot, const std::string& field, const std::string& what) {
+  throw RequestError(QueryStatus::OVER_BUDGET,
+                     field + ": " + what + ", max_batch is " + std::to_string(robot.config().max_batch));
+}
+
+/// The pairs of the lists a and b. A single name may stand for many pairs, so the limit is looked at after each.
+std::vector<scene::SubjectPair> listedPairs(const Robot& robot, const QueryPairsRequest& request) {
+  if (!request.group.empty()) throw RequestError(QueryStatus::INVALID_ARGUMENT, "group goes with empty a and b only");
+  if (!request.b.empty() && request.b.size() != request.a.size()) {
+    throw RequestError(QueryStatus::INVALID_ARGUMENT, "a and b must have the same length, or b none");
+  }
+  const std::size_t entries = request.a.size();
+  if (!isWithinBatch(robot, entries)) refuseBatch(robot, "a", std::to_string(entries) + " entries");
+  const ShapeRef any;
+  std::vector<scene::SubjectPair> pairs;
+  for (std::size_t i = 0; i < entries; ++i) {
+    const ShapeRef& b = request.b.empty() ? any : request.b[i];
+    const std::vector<scene::SubjectPair> more = pairsOf(robot, request.a[i], b, filterOf(request.ignore_filter));
+    pairs.insert(pairs.end(), more.begin(), more.end());
+    if (isWithinBatch(robot, pairs.size())) continue;
+    refuseBatch(robot, "a", std::to_string(pairs.size()) + " pairs in its first " + std::to_string(i + 1) + " entries");
+  }
+  return pairs;
+}
+
+/// Of `asked` pairs in one state.
+std::size_t mostReturned(const QueryPairsRequest& request, std::size_t asked) {
+  switch (request.mode) {
+    case QueryPairsRequest::MINIMUM:
+    case QueryPairsRequest::FIRST:
+      return 1;
+    case QueryPairsRequest::K_CLOSEST:
+      return std::min<std::size_t>(std::max<std::size_t>(request.k, 1), asked);
+    default:
+      return asked;
+  }
+}
+
+void requirePairs(const std::vector<scene::SubjectPair>& pairs) {
+  if (pairs.empty()) throw RequestError(QueryStatus::INVALID_ARGUMENT, "the filter leaves no pair to check");
+}
+
+}  // namespace
+
+QueryStatus RequestError::status() const {
+  QueryStatus status;
+  status.code = code_;
+  status.message = what();
+  return status;
+}
+
+int linkNamed(const scene::RobotModel& robot, const std::string& name) {
+  const int index = robot.findLink(name);
+  if (index >= 0) return index;
+  throw RequestError(QueryStatus::UNKNOWN_LINK, "there is no link '" + name + "': did you mean '" +
+                                                    scene::nearestName(name, namesOf(robot.links)) + "'?");
+}
+
+double finite(double value, const std::string& name) {
+  if (!std::isfinite(value)) throw RequestError(QueryStatus::INVALID_ARGUMENT, name + " is not finite");
+  return value;
+}
+
+double notNegative(double value, const std::string& name) {
+  if (finite(value, name) >= 0.0) return value;
+  throw RequestError(QueryStatus::INVALID_ARGUMENT, name + " must not be negative");
+}
+
+double positive(double value, const std::string& name) {
+  if (finite(value, name) > 0.0) return value;
+  throw RequestError(QueryStatus::INVALID_ARGUMENT, name + " must be positive");
+}
+
+std::string seconds(double seconds) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g s", seconds);
+  return text;
+}
+
+std::chrono::steady_clock::time_point deadlineIn(double seconds) {
+  using Clock = std::chrono::steady_clock;
+  return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+}
+
+std::vector<scene::SubjectPair> pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter) {
+  if (!isEmpty(a) && !isEmpty(b)) return {onePair(robot, a, b, filter)};
+  if (!isEmpty(b)) throw RequestError(QueryStatus::INVALID_ARGUMENT, "b without a: name a, or neither of them");
+  std::vector<scene::SubjectPair> pairs = isEmpty(a) ? everyPair(robot, filter) : pairsWith(robot, a, filter);
+  requirePairs(pairs);
+  return pairs;
+}
+
+std::vector<scene::SubjectPair> pairsOf(const Robot& robot, const QueryPairsRequest& request) {
+  const bool lists = !request.a.empty() || !request.b.empty();
+  std::vector<scene::SubjectPair> pairs =
+      lists ? listedPairs(robot, request) : groupOrEveryPair(robot, request.group, filterOf(request.ignore_filter));
+  requirePairs(pairs);
+  return pairs;
+}
+
+void requireAnswersWithinBatch(const Robot& robot, const QueryPairsRequest& request, std::size_t asked,
+                               std::size_t states) {
+  const std::size_t each = mostReturned(request, asked);
+  if (isWithinBatch(robot, each * states)) return;
+  if (states == 1) refuseBatch(robot, "a and b", std::to_string(each) + " returned pairs");
+  refuseBatch(robot, "states",
+              std::to_string(each * states) + " returned pairs (up to " + std::to_string(each) + " in each of " +
+                  std::to_string(states) + " states)");
+}
+
+void requirePointsWithinBatch(const Robot& robot, std::size_t points) {
+  if (!isWithinBatch(robot, points)) refuseBatch(robot, "trajectory", std::to_string(points) + " points");
+}
+
+std::vector<int> bodiesOf(const scene::RobotModel& robot, const std::vector<scene::SubjectPair>& pairs) {
+  std::vector<int> bodies;
+  for (const scene::SubjectPair& pair : pairs) {
+    bodies.push_back(linkAt(robot, pair.a.link).body);
+    bodies.push_back(linkAt(robot, pair.b.link).body);
+  }
+  std::sort(bodies.begin(), bodies.end());
+  bodies.erase(std::unique(bodies.begin(), bodies.end()), bodies.end());
+  return bodies;
+}
+
+}  // namespace proximity_server::node

@@ -1,0 +1,101 @@
+#include "node/services/timed_motion.h"
+
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "node/robot/conversions.h"
+
+namespace proximity_server::node {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+scene::BodyPoses inFrame(const Eigen::Isometry3d& frame_T_poses, scene::BodyPoses poses) {
+  for (std::optional<Eigen::Isometry3d>& pose : poses) {
+    if (pose) pose = frame_T_poses * *pose;
+  }
+  return poses;
+}
+
+scene::PairProximity inFrame(const Eigen::Isometry3d& frame_T_poses, scene::PairProximity pair) {
+  pair.result.point_a = frame_T_poses * pair.result.point_a;
+  pair.result.point_b = frame_T_poses * pair.result.point_b;
+  pair.result.normal = frame_T_poses.linear() * pair.result.normal;
+  return pair;
+}
+
+/// The poses in the frame of the root link, which joints do not move.
+scene::BodyPoses inRoot(const scene::BodyPoses& poses) { return inFrame(poses.front().value().inverse(), poses); }
+
+/// How TimedMotion finds the reference frame in a motion of joints that starts from these poses.
+std::function<Eigen::Isometry3d(const scene::BodyPoses&)> referenceFrom(const Robot& robot,
+                                                                        const scene::BodyPoses& poses) {
+  return [&robot, reference_T_root = poses.front().value()](const scene::BodyPoses& poses_in_root) {
+    return referenceToRoot(robot, poses_in_root, reference_T_root).value();
+  };
+}
+
+}  // namespace
+
+TimedMotion motionOfJoints(const Robot& robot, const scene::BodyPoses& poses, const std::vector<double>& travel,
+                           double begin, double duration) {
+  return {scene::RobotMotion::ofJoints(robot.links(), inRoot(poses), travel), begin, duration,
+          referenceFrom(robot, poses)};
+}
+
+TimedMotion motionWithinLimits(const Robot& robot, const scene::BodyPoses& poses, const std::vector<double>& travel,
+                               const JointValues& stated, double duration) {
+  scene::LimitedMotion limited = motionWithinLimits(robot.links(), inRoot(poses), travel, stated);
+  return {std::move(limited.motion), 0.0, duration, referenceFrom(robot, poses), std::move(limited.stops)};
+}
+
+TimedMotion motionOfTwists(const scene::BodyPoses& poses, const std::vector<scene::RobotMotion::Twist>& twists,
+                           double duration) {
+  return {scene::RobotMotion::ofTwists(poses, twists), 0.0, duration,
+          [](const scene::BodyPoses&) { return Eigen::Isometry3d::Identity(); }};
+}
+
+Proximity toMessage(const Robot& robot, const TimedMotion& motion, double time, const scene::PairProximity& pair) {
+  const scene::BodyPoses poses = motion.motion.at(time);
+  const Eigen::Isometry3d reference_T_poses = motion.reference_T_poses(poses);
+  return toMessage(robot.links(), inFrame(reference_T_poses, poses), inFrame(reference_T_poses, pair),
+                   scene::Question());
+}
+
+MotionMinimum toMessage(const Robot& robot, const TimedMotion& motion, const scene::RobotMinimum& minimum) {
+  MotionMinimum message = unknownMinimum();
+  message.lower_bound = minimum.lower_bound;
+  message.upper_bound = minimum.upper_bound;
+  if (!(minimum.time >= 0.0)) return message;
+  message.time = motion.onClock(minimum.time);
+  message.pair = toMessage(robot, motion, minimum.time, minimum.pair);
+  return message;
+}
+
+MotionMinimum unknownMinimum() {
+  MotionMinimum message;
+  message.lower_bound = message.upper_bound = message.time = kNaN;
+  message.pair = unknownProximity();
+  return message;
+}
+
+QueryStatus completeness(const scene::MotionCounts& counts) {
+  QueryStatus result;
+  if (counts.unknown == 0) return result;
+  result.code = QueryStatus::TF_UNAVAILABLE;
+  result.message = std::to_string(counts.unknown) + " of " + std::to_string(counts.pairs) +
+                   " pairs have no usable pose, or no geometry";
+  return result;
+}
+
+QueryStatus statusOf(narrowphase::Status status, const scene::MotionQuestion& question) {
+  QueryStatus result;
+  if (status == narrowphase::Status::Converged || status == narrowphase::Status::Threshold) return result;
+  const bool is_late = std::chrono::steady_clock::now() >= question.deadline;
+  result.code = is_late ? QueryStatus::OVER_BUDGET : QueryStatus::NOT_CONVERGED;
+  result.message = is_late ? "the time budget ended; what is said is proven" : "undecided within the tolerance";
+  return result;
+}
+
+}  // namespace proximity_server::node

@@ -1,0 +1,33 @@
+#include "node/system/process.h"
+
+#include <linux/sched.h>
+#include <linux/sched/types.h>
+#include <malloc.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+namespace proximity_server::node {
+
+void askForShortTurns() {
+  const bool is_ordinary = syscall(SYS_sched_getscheduler, 0) == SCHED_NORMAL;
+  if (!is_ordinary) return;  // somebody chose another policy, as chrt does
+
+  constexpr __u64 kTurn = 100'000;  // [ns] the shortest that there are
+  sched_attr attributes{};
+  attributes.size = sizeof attributes;
+  attributes.sched_nice = getpriority(PRIO_PROCESS, 0);
+  attributes.sched_runtime = kTurn;
+  // A system that does not know it refuses, and then all is as without.
+  syscall(SYS_sched_setattr, 0, &attributes, 0);
+}
+
+void giveBackLargeMemory() {
+  constexpr int kLarge = 1 << 20;  // [byte] more than the answers that come all the time
+  mallopt(M_MMAP_THRESHOLD, kLarge);
+  mallopt(M_TRIM_THRESHOLD, kLarge);
+}
+
+void giveBackFreeMemory() { malloc_trim(0); }
+
+}  // namespace proximity_server::node

@@ -1,0 +1,119 @@
+#include "node/system/registration.h"
+
+#include <ros/connection_manager.h>
+#include <ros/console.h>
+#include <ros/init.h>
+#include <ros/master.h>
+#include <ros/network.h>
+#include <ros/publication.h>
+#include <ros/this_node.h>
+#include <ros/topic_manager.h>
+#include <ros/xmlrpc_manager.h>
+
+#include <algorithm>
+#include <optional>
+
+namespace proximity_server::node {
+namespace {
+
+using XmlRpc::XmlRpcValue;
+
+constexpr double kPeriod = 1.0;  // [s] of wall time between two looks
+
+/// What the master answers to `method`; nothing where it refuses or is not there. Never waits for one that is gone.
+template <class... Arguments>
+std::optional<XmlRpcValue> askMaster(const std::string& method, const Arguments&... arguments) {
+  XmlRpcValue request, response, payload;
+  int count = 0;
+  request[count++] = ros::this_node::getName();
+  ((request[count++] = arguments), ...);
+  if (!ros::master::execute(method, request, response, payload, /*wait_for_master=*/false)) return std::nullopt;
+  return payload;
+}
+
+std::string ownApi() { return ros::XMLRPCManager::instance()->getServerURI(); }
+
+std::string ownServiceApi() {
+  return "rosrpc://" + ros::network::getHost() + ":" + std::to_string(ros::ConnectionManager::instance()->getTCPPort());
+}
+
+/// The services of this node, as the master lists them.
+std::vector<std::string> registeredServices() {
+  std::vector<std::string> services;
+  XmlRpcValue request, response, state;
+  request[0] = ros::this_node::getName();
+  // Waits, as advertising does: a node starts with a master.
+  if (!ros::master::execute("getSystemState", request, response, state, /*wait_for_master=*/true)) return services;
+  constexpr int kServices = 2;  // after the publishers and the subscribers
+  XmlRpcValue& all = state[kServices];
+  for (int i = 0; i < all.size(); ++i) {
+    XmlRpcValue& providers = all[i][1];
+    for (int j = 0; j < providers.size(); ++j) {
+      if (std::string(providers[j]) == ros::this_node::getName()) services.push_back(all[i][0]);
+    }
+  }
+  return services;
+}
+
+/// Tells this node, as the master does, who publishes a topic.
+void announcePublishers(const std::string& topic, const XmlRpcValue& publishers) {
+  const auto& xmlrpc = ros::XMLRPCManager::instance();
+  XmlRpcValue request, response;
+  request[0] = "/master";
+  request[1] = topic;
+  request[2] = publishers;
+  XmlRpc::XmlRpcClient* self =
+      xmlrpc->getXMLRPCClient(ros::network::getHost(), static_cast<int>(xmlrpc->getServerPort()), "/");
+  self->execute("publisherUpdate", request, response);
+  xmlrpc->releaseXMLRPCClient(self);
+}
+
+void registerPublishers(const std::string& api) {
+  std::vector<std::string> topics;
+  ros::this_node::getAdvertisedTopics(topics);
+  for (const std::string& topic : topics) {
+    const ros::PublicationPtr publication = ros::TopicManager::instance()->lookupPublication(topic);
+    if (publication) askMaster("registerPublisher", topic, publication->getDataType(), api);
+  }
+}
+
+void registerSubscribers(const std::string& api) {
+  std::vector<std::string> topics;
+  ros::this_node::getSubscribedTopics(topics);
+  for (const std::string& topic : topics) {
+    const std::optional<XmlRpcValue> publishers = askMaster("registerSubscriber", topic, "*", api);
+    // Where the new master knows of none, those of before are better than none.
+    if (publishers && publishers->size() > 0) announcePublishers(topic, *publishers);
+  }
+}
+
+}  // namespace
+
+Registration::Registration()
+    : api_(ownApi()), service_api_(ownServiceApi()), services_(registeredServices()), spinner_(1, &queue_) {
+  nh_.setCallbackQueue(&queue_);
+  timer_ = nh_.createWallTimer(ros::WallDuration(kPeriod), [this](const ros::WallTimerEvent&) { look(); });
+  spinner_.start();
+}
+
+Registration::~Registration() {
+  queue_.disable();
+  spinner_.stop();
+}
+
+void Registration::look() {
+  if (services_.empty()) return;  // ROS ended before it began
+  // The last to be registered: one that is known stands for all.
+  if (askMaster("lookupService", services_.back()) || !ros::master::check()) return;
+  if (ros::isShuttingDown()) return;  // that is why
+  ROS_WARN_STREAM("the master at " << ros::master::getURI() << " has forgotten this node: registering again");
+  renew();
+}
+
+void Registration::renew() const {
+  registerPublishers(api_);
+  registerSubscribers(api_);
+  for (const std::string& service : services_) askMaster("registerService", service, service_api_, api_);
+}
+
+}  // namespace proximity_server::node

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <ros/callback_queue.h>
+#include <ros/node_handle.h>
+
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace proximity_server::node {
+
+/// Runs the callbacks of services in threads of its own, as many as there ever were requests at once. So a request that
+/// takes long, or waits for tf, delays no other.
+class RequestQueue : public ros::CallbackQueueInterface {
+ public:
+  /// Of more requests than that at once some wait for their turn.
+  static constexpr std::size_t kMostThreads = 64;
+
+  /// `niceness` of the threads, see nice(2): added to that of the process.
+  explicit RequestQueue(int niceness);
+  /// All services that use it must be gone.
+  ~RequestQueue() override;
+
+  void addCallback(const ros::CallbackInterfacePtr& callback, std::uint64_t owner_id) override;
+  void removeByID(std::uint64_t owner_id) override { waiting_.removeByID(owner_id); }
+
+ private:
+  void work();
+
+  const int niceness_;
+  ros::CallbackQueue waiting_;
+  std::mutex mutex_;  // guards all that follows
+  std::condition_variable changed_;
+  std::size_t open_ = 0;  // callbacks that wait or run
+  std::size_t untaken_ = 0;
+  bool ends_ = false;
+  std::vector<std::thread> threads_;
+};
+
+/// A function for a callback queue.
+ros::CallbackInterfacePtr callbackOf(std::function<void()> function);
+
+/// The same node handle, with its callbacks in `queue`.
+ros::NodeHandle withQueue(ros::NodeHandle nh, ros::CallbackQueueInterface& queue);
+
+}  // namespace proximity_server::node

@@ -1,0 +1,56 @@
+#include "node/system/steady_timer.h"
+
+#include <utility>
+
+#include "node/system/real_time.h"
+
+namespace proximity_server::node {
+
+Pacemaker::Pacemaker(int realtime_priority, std::function<void()> beat)
+    : beat_(std::move(beat)), thread_([this, realtime_priority] {
+        runInRealTime(realtime_priority);
+        run();
+      }) {}
+
+Pacemaker::~Pacemaker() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ends_ = true;
+  }
+  changed_.notify_one();
+  thread_.join();
+}
+
+void Pacemaker::start(double period) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    period_ = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(period));
+    next_ = Clock::now() + period_;
+  }
+  changed_.notify_one();
+}
+
+void Pacemaker::stop() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  period_ = {};
+}
+
+void Pacemaker::run() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  while (!ends_) {
+    if (period_ == Clock::duration()) {
+      changed_.wait(lock);
+      continue;
+    }
+    if (Clock::now() < next_) {
+      changed_.wait_until(lock, next_);
+      continue;  // whatever it was that woke us up
+    }
+    next_ += period_ * (1 + (Clock::now() - next_) / period_);
+    lock.unlock();
+    beat_();
+    lock.lock();
+  }
+}
+
+}  // namespace proximity_server::node

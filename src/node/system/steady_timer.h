@@ -1,0 +1,41 @@
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <thread>
+
+namespace proximity_server::node {
+
+/// Calls a function at a steady rate of wall time, in a thread of its own. Beats that come a period late are left out.
+///
+/// A ros::WallTimer would do, but roscpp sleeps whole milliseconds and hands each beat to another thread: too coarse
+/// for a kilohertz. Thread-safe.
+class Pacemaker {
+ public:
+  /// See runInRealTime.
+  Pacemaker(int realtime_priority, std::function<void()> beat);
+  ~Pacemaker();
+  Pacemaker(const Pacemaker&) = delete;
+  Pacemaker& operator=(const Pacemaker&) = delete;
+
+  /// From now on, every `period` [s].
+  void start(double period);
+  /// A beat that is under way is not waited for.
+  void stop();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  void run();
+
+  const std::function<void()> beat_;
+  std::mutex mutex_;  // guards all that follows
+  std::condition_variable changed_;
+  Clock::duration period_{};  // 0: none
+  Clock::time_point next_;
+  bool ends_ = false;
+  std::thread thread_;  // last: it uses all of the above
+};
+
+}  // namespace proximity_server::node

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <geometry_msgs/Transform.h>
+#include <ros/time.h>
+#include <tf2/buffer_core.h>
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "node/robot/robot.h"
+#include "node/tf/tf_tree.h"
+#include "proximity_server/QueryStatus.h"
+
+namespace proximity_server::node {
+
+/// What tf says of an edge of a robot's tree.
+struct EdgeTransform {
+  ros::Time stamp;                        ///< of the transform; 0 for a static one
+  std::optional<Eigen::Isometry3d> pose;  ///< parent_T_child
+  QueryStatus status;                     ///< OK, or why there is no pose: names the joint
+};
+
+/// Nothing where a number is not finite or the quaternion has not length 1.
+std::optional<Eigen::Isometry3d> rigidMotion(const geometry_msgs::Transform& transform);
+
+/// At `stamp`, or the latest where that is 0.
+EdgeTransform lookUpEdge(const tf2::BufferCore& buffer, const TfEdge& edge, const ros::Time& stamp);
+
+/// The latest transforms of a robot's edges. Many requests come between two messages of tf, so each edge is looked up
+/// once for all of them. Thread-safe.
+class LatestTransforms {
+ public:
+  struct Edge {
+    int number;            ///< in Robot::tfEdges()
+    const TfEdge* frames;  ///< that one
+    EdgeTransform transform;
+  };
+
+  /// Gives the edges their latest transforms.
+  void find(const TfTree::View& tf, const Robot& robot, std::vector<Edge>& edges);
+
+ private:
+  struct Entry {
+    std::optional<std::uint64_t> changes;  ///< when it was looked up
+    EdgeTransform transform;
+  };
+
+  std::mutex mutex_;
+  std::shared_ptr<const std::vector<TfEdge>> edges_;  // what the entries are about
+  std::vector<Entry> entries_;
+};
+
+}  // namespace proximity_server::node

@@ -1,0 +1,94 @@
+#include "node/tf/joint_frames.h"
+
+#include <utility>
+
+namespace proximity_server::node {
+namespace {
+
+const scene::Joint& jointAt(const scene::RobotModel& robot, int index) {
+  return robot.joints[static_cast<std::size_t>(index)];
+}
+const scene::Link& linkAt(const scene::RobotModel& robot, int index) {
+  return robot.links[static_cast<std::size_t>(index)];
+}
+const scene::Body& bodyAt(const scene::RobotModel& robot, int index) {
+  return robot.bodies[static_cast<std::size_t>(index)];
+}
+
+void addChain(const scene::RobotModel& robot, int body, std::vector<bool>& is_needed, std::vector<int>& joints) {
+  for (; bodyAt(robot, body).joint >= 0; body = bodyAt(robot, body).parent) {
+    const int joint = bodyAt(robot, body).joint;
+    if (is_needed[static_cast<std::size_t>(joint)]) return;
+    is_needed[static_cast<std::size_t>(joint)] = true;
+    joints.push_back(joint);
+  }
+}
+
+}  // namespace
+
+std::vector<int> jointsTo(const Robot& robot, const std::vector<int>& bodies) {
+  std::vector<bool> is_needed(robot.links().joints.size(), false);
+  std::vector<int> joints;
+  for (const int body : bodies) addChain(robot.links(), body, is_needed, joints);
+  if (robot.referenceLink() >= 0) {
+    addChain(robot.links(), linkAt(robot.links(), robot.referenceLink()).body, is_needed, joints);
+  }
+  return joints;
+}
+
+bool isGiven(const scene::RobotModel& robot, int joint, const JointValues& positions) {
+  return positions[static_cast<std::size_t>(robot.leaderOf(joint).joint)].has_value();
+}
+
+JointFrames framesAt(const scene::RobotModel& robot, const JointValues& positions, const JointFrames& others) {
+  JointFrames frames = others;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const scene::Joint::Mimic leader = robot.leaderOf(static_cast<int>(i));
+    const std::optional<double>& position = positions[static_cast<std::size_t>(leader.joint)];
+    if (!position) continue;
+    const scene::Joint& joint = robot.joints[i];
+    frames[i] = joint.parent_T_joint * jointMotion(joint, leader.offset + leader.multiplier * *position);
+  }
+  return frames;
+}
+
+scene::BodyPoses posesInRoot(const scene::RobotModel& robot, const JointFrames& joints, scene::BodyPoses room) {
+  scene::BodyPoses poses = std::move(room);
+  poses.assign(robot.bodies.size(), std::nullopt);
+  for (std::size_t i = 0; i < poses.size(); ++i) {  // parents come first
+    const scene::Body& body = robot.bodies[i];
+    if (body.joint < 0) {
+      poses[i] = Eigen::Isometry3d::Identity();
+      continue;
+    }
+    const auto& parent = poses[static_cast<std::size_t>(body.parent)];
+    const auto& frame = joints[static_cast<std::size_t>(body.joint)];
+    if (!parent || !frame) continue;
+    poses[i] = *parent * linkAt(robot, jointAt(robot, body.joint).parent_link).body_T_link * *frame;
+  }
+  return poses;
+}
+
+std::optional<Eigen::Isometry3d> referenceToRoot(const Robot& robot, const scene::BodyPoses& poses_in_root,
+                                                 const std::optional<Eigen::Isometry3d>& foreign) {
+  if (robot.referenceLink() < 0) return foreign;
+  const scene::Link& reference = linkAt(robot.links(), robot.referenceLink());
+  const auto& root_T_body = poses_in_root[static_cast<std::size_t>(reference.body)];
+  if (!root_T_body) return std::nullopt;
+  return (*root_T_body * reference.body_T_link).inverse();
+}
+
+scene::BodyPoses inReference(const Robot& robot, scene::BodyPoses poses_in_root,
+                             const std::optional<Eigen::Isometry3d>& foreign) {
+  const std::optional<Eigen::Isometry3d> reference_T_root = referenceToRoot(robot, poses_in_root, foreign);
+  for (std::optional<Eigen::Isometry3d>& pose : poses_in_root) {
+    if (pose && reference_T_root) {
+      pose = *reference_T_root * *pose;
+    } else {
+      pose.reset();
+    }
+  }
+  return poses_in_root;
+}
+
+}  // namespace proximity_server::node

@@ -1,0 +1,218 @@
+#include "node/tf/tf_poses.h"
+
+#include <ros/console.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "node/robot/tf_frames.h"
+
+namespace proximity_server::node {
+namespace {
+
+QueryStatus status(std::int8_t code, std::string message = {}) {
+  QueryStatus result;
+  result.code = code;
+  result.message = std::move(message);
+  return result;
+}
+
+bool available(const TfLookup::Edge& edge) { return edge.transform.status.code == QueryStatus::OK; }
+
+/// Nothing is known yet.
+void startAt(const ros::Time& stamp, JointSnapshot& snapshot) {
+  std::fill(snapshot.joints.begin(), snapshot.joints.end(), std::nullopt);
+  snapshot.reference_T_root.reset();
+  snapshot.stamp = stamp;
+  snapshot.age = snapshot.skew = ros::Duration();
+  snapshot.status = {};
+}
+
+void take(TfLookup& lookup) {
+  const std::vector<TfLookup::Edge>& edges = lookup.edges;
+  for (std::size_t i = 0; i < lookup.joints.size(); ++i) {
+    lookup.found.joints[static_cast<std::size_t>(lookup.joints[i])] = edges[i].transform.pose;
+  }
+  if (edges.size() > lookup.joints.size()) lookup.found.reference_T_root = edges.back().transform.pose;
+}
+
+PoseSnapshot placed(const Robot& robot, const JointSnapshot& joints, scene::BodyPoses room) {
+  return {inReference(robot, posesInRoot(robot.links(), joints.joints, std::move(room)), joints.reference_T_root),
+          joints.stamp, joints.age, joints.skew, joints.status};
+}
+
+/// Stamps come from outside; ros::Duration itself throws where they are more than 68 years apart.
+ros::Duration elapsed(const ros::Time& from, const ros::Time& to) {
+  constexpr std::int64_t kLongest = 2'000'000'000'000'000'000;  // [ns]
+  const std::int64_t difference = static_cast<std::int64_t>(to.toNSec()) - static_cast<std::int64_t>(from.toNSec());
+  return ros::Duration().fromNSec(std::clamp(difference, -kLongest, kLongest));
+}
+
+std::string seconds(const ros::Duration& duration) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3f s", duration.toSec());
+  return text;
+}
+
+/// The links at the ends of an edge that tf should know.
+std::vector<std::string> linksOf(const scene::RobotModel& robot, int edge) {
+  const auto name = [&](int link) { return robot.links[static_cast<std::size_t>(link)].name; };
+  if (edge >= static_cast<int>(robot.joints.size())) return {name(robot.bodies.front().link)};
+  const scene::Joint& joint = robot.joints[static_cast<std::size_t>(edge)];
+  return {name(joint.parent_link), name(joint.child_link)};
+}
+
+/// The first edge that is not available speaks for all of them; OK where there is none.
+QueryStatus summary(const TfLookup& lookup, const tf2::BufferCore& buffer) {
+  const std::vector<TfLookup::Edge>& edges = lookup.edges;
+  const auto broken = [](const TfLookup::Edge& edge) { return !available(edge); };
+  const auto first = std::find_if(edges.begin(), edges.end(), broken);
+  if (first == edges.end()) return {};
+  QueryStatus result = first->transform.status;
+  const auto count = std::count_if(edges.begin(), edges.end(), broken);
+  if (count > 1) result.message += " (and " + std::to_string(count - 1) + " more)";
+  if (result.code != QueryStatus::TF_UNAVAILABLE) return result;
+  const scene::RobotModel& robot = lookup.robot->links();
+  const std::string hint = prefixHint(buffer, lookup.robot->config().tf_prefix, linksOf(robot, first->number));
+  if (!hint.empty()) result.message += "; " + hint;
+  return result;
+}
+
+/// Earliest and newest of the latest transforms that move at all.
+struct CommonTime {
+  const TfLookup::Edge* oldest = nullptr;
+  const TfLookup::Edge* newest = nullptr;
+};
+CommonTime commonTime(const std::vector<TfLookup::Edge>& edges) {
+  const auto stamp = [](const TfLookup::Edge* edge) { return edge->transform.stamp; };
+  CommonTime common;
+  for (const TfLookup::Edge& edge : edges) {
+    if (!available(edge) || stamp(&edge).isZero()) continue;
+    if (!common.oldest || stamp(&edge) < stamp(common.oldest)) common.oldest = &edge;
+    if (!common.newest || stamp(&edge) > stamp(common.newest)) common.newest = &edge;
+  }
+  return common;
+}
+
+QueryStatus freshness(const CommonTime& common, const ros::Time& now, const ros::Duration& max_age) {
+  const ros::Duration age = elapsed(common.oldest->transform.stamp, now);
+  if (age > max_age) {
+    return status(QueryStatus::TF_STALE, common.oldest->frames->name + ": its latest transform is " + seconds(age) +
+                                             " old, max_tf_age is " + seconds(max_age));
+  }
+  const ros::Duration ahead = elapsed(now, common.newest->transform.stamp);
+  if (ahead > max_age) {
+    return status(QueryStatus::TF_STALE,
+                  common.newest->frames->name + ": its latest transform is " + seconds(ahead) + " ahead of the clock");
+  }
+  return {};
+}
+
+}  // namespace
+
+TfLookup::TfLookup(const Robot& asked, std::vector<int> wanted) : robot(&asked), joints(std::move(wanted)) {
+  const std::vector<TfEdge>& all = *asked.tfEdges();
+  for (const int joint : joints) edges.push_back({joint, &all[static_cast<std::size_t>(joint)], {}});
+  if (asked.referenceLink() < 0) edges.push_back({static_cast<int>(all.size()) - 1, &all.back(), {}});
+  found.joints.resize(asked.links().joints.size());
+}
+
+void TfPoses::onChange(std::function<void()> listener) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  listener_ = std::move(listener);
+}
+
+void TfPoses::transformsChanged() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++changes_;
+  changed_.notify_all();
+  if (listener_) listener_();
+}
+
+ros::Time TfPoses::readClock() {
+  // Read under the lock: else a thread that is overtaken by another sees a jump that never was.
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const ros::Time now = ros::Time::now();
+  if (now < last_now_) {
+    ROS_WARN_STREAM("the clock jumped back by " << seconds(elapsed(now, last_now_)) << ": forgetting all transforms");
+    tree_.clear();
+    jumps_.forget();
+  }
+  last_now_ = now;
+  return now;
+}
+
+const PoseSnapshot& TfPoses::lookUp(TfLookup& lookup, const ros::Time& stamp) {
+  lookup.placed = placed(*lookup.robot, lookUpJoints(lookup, stamp), std::move(lookup.placed.poses));
+  return lookup.placed;
+}
+
+PoseSnapshot TfPoses::await(const Robot& robot, const std::vector<int>& bodies, const ros::Time& stamp) {
+  return placed(robot, awaitJoints(robot, jointsTo(robot, bodies), stamp), {});
+}
+
+std::shared_ptr<const tf2::BufferCore> TfPoses::latestOf(const Robot& robot, std::vector<TfLookup::Edge>& edges) {
+  const TfTree::View tf = tree_.view();
+  latest_.find(tf, robot, edges);
+  return tf.buffer;
+}
+
+const JointSnapshot& TfPoses::lookUpJoints(TfLookup& lookup, const ros::Time& stamp) {
+  JointSnapshot& snapshot = lookup.found;
+  std::vector<TfLookup::Edge>& edges = lookup.edges;
+  startAt(stamp, snapshot);
+  const ros::Time now = readClock();
+  if (now.isZero()) {
+    snapshot.status = status(QueryStatus::TF_UNAVAILABLE, "waiting for the clock: use_sim_time is set, /clock is not");
+    return snapshot;
+  }
+
+  const std::shared_ptr<const tf2::BufferCore> buffer = latestOf(*lookup.robot, edges);
+  const CommonTime common = commonTime(edges);
+  snapshot.status = summary(lookup, *buffer);
+  if (!common.oldest && snapshot.status.code != QueryStatus::OK) return snapshot;
+  const ros::Time oldest =
+      common.oldest ? common.oldest->transform.stamp : now;  // any time will do where nothing moves
+  const ros::Time newest = common.newest ? common.newest->transform.stamp : now;
+  if (common.oldest) snapshot.skew = elapsed(oldest, newest);
+
+  snapshot.stamp = stamp.isZero() ? oldest : stamp;
+  snapshot.age = elapsed(snapshot.stamp, now);
+  if (stamp.isZero() && common.oldest) {
+    const ros::Duration max_age(lookup.robot->config().max_tf_age);
+    snapshot.status = freshness(common, now, max_age);
+    // Left over from before a jump of the clock: tf would refuse everything that is older.
+    if (elapsed(now, newest) > max_age) tree_.clear();
+    if (snapshot.status.code != QueryStatus::OK) return snapshot;
+  }
+  for (TfLookup::Edge& edge : edges) {
+    if (available(edge) && edge.transform.stamp != snapshot.stamp) {
+      edge.transform = lookUpEdge(*buffer, *edge.frames, snapshot.stamp);
+    }
+  }
+  snapshot.status = summary(lookup, *buffer);
+  take(lookup);
+  return snapshot;
+}
+
+JointSnapshot TfPoses::awaitJoints(const Robot& robot, const std::vector<int>& joints, const ros::Time& stamp) {
+  TfLookup lookup(robot, joints);
+  // Wall time: a simulated clock may stand still.
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(robot.config().tf_timeout);
+  while (true) {
+    const std::uint64_t seen = changes_;
+    const JointSnapshot& snapshot = lookUpJoints(lookup, stamp);
+    if (snapshot.status.code == QueryStatus::OK) return snapshot;
+    std::unique_lock<std::mutex> lock(mutex_);
+    // Where changes never cease the wait ends nevertheless.
+    const bool changed = changed_.wait_until(lock, deadline, [&] { return changes_ != seen; });
+    if (!changed || std::chrono::steady_clock::now() >= deadline) return snapshot;
+  }
+}
+
+}  // namespace proximity_server::node

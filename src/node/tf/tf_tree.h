@@ -1,0 +1,70 @@
+#pragma once
+
+#include <ros/callback_queue.h>
+#include <ros/node_handle.h>
+#include <ros/spinner.h>
+#include <tf2/buffer_core.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+
+namespace proximity_server::node {
+
+/// What /tf and /tf_static say, kept up to date by a thread of its own. Thread-safe.
+///
+/// Unlike with a tf2_ros::TransformListener what was once on /tf is never static: tf2 asks the first transform of a
+/// frame whether it is, for ever, and a joint that came as static once would look fresh when nobody publishes it any
+/// more. For the same reason what comes on /tf without a stamp is ignored.
+class TfTree {
+ public:
+  using OnMoving = std::function<void(const geometry_msgs::TransformStamped&)>;
+
+  /// From the listening thread `on_moving` is called with each transform of /tf that has a stamp, and `on_change` after
+  /// every message. For its priority see runInRealTime.
+  TfTree(int realtime_priority, OnMoving on_moving, std::function<void()> on_change);
+  ~TfTree();
+  TfTree(const TfTree&) = delete;
+  TfTree& operator=(const TfTree&) = delete;
+
+  /// What is known between two messages: as long as it is held, none comes in between, so no message is half in it.
+  struct View {
+    std::unique_lock<std::mutex> lock;
+    std::shared_ptr<const tf2::BufferCore> buffer;
+    std::uint64_t changes;  ///< of the buffer, since the start
+  };
+  View view() const;
+
+  /// Forgets everything but what is static.
+  void clear();
+
+ private:
+  using Message = tf2_msgs::TFMessage;
+  enum class Kind { Moving, Static };
+  void onMoving(const Message& message);
+  void onStatic(const Message& message);
+  void keepMoving(const geometry_msgs::TransformStamped& transform);
+  void keepStatic(const geometry_msgs::TransformStamped& transform);
+  void keep(const geometry_msgs::TransformStamped& transform, Kind kind);
+  void forgetAllThatMoves();
+
+  const OnMoving on_moving_;
+  const std::function<void()> on_change_;
+  mutable std::mutex mutex_;                                       // guards all that follows down to the queue
+  std::map<std::string, geometry_msgs::TransformStamped> static_;  // by child frame
+  std::set<std::string> moving_;                                   // child frames
+  std::shared_ptr<tf2::BufferCore> buffer_;                        // replaced by clear()
+  std::uint64_t changes_ = 0;
+  ros::CallbackQueue queue_;
+  ros::NodeHandle nh_;
+  ros::Subscriber moving_sub_;
+  ros::Subscriber static_sub_;
+  ros::AsyncSpinner spinner_;
+};
+
+}  // namespace proximity_server::node

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "proximity_server/scene/filter/pair_filter.h"
+#include "scene/model/names.h"
+
+namespace proximity_server::scene {
+
+/// A pair of links in the order of their indices, so that a list of names may have them in either.
+struct OrderedPair {
+  OrderedPair(int a, int b) : link_a(std::min(a, b)), link_b(std::max(a, b)) {}
+  bool operator<(const OrderedPair& other) const {
+    return link_a != other.link_a ? link_a < other.link_a : link_b < other.link_b;
+  }
+  int link_a, link_b;
+};
+
+/// The links of a robot as a pair filter asks about them.
+class LinkTable {
+ public:
+  explicit LinkTable(const RobotModel& model);
+
+  int size() const { return static_cast<int>(names_.size()); }
+  std::string names(const OrderedPair& pair) const { return names_[pair.link_a] + " - " + names_[pair.link_b]; }
+  std::string unknown(const std::string& name) const { return unknownName(name, names_); }
+
+  /// Index of a link, or -1.
+  int find(const std::string& name) const;
+  /// Throws std::invalid_argument naming the list where there is no such link.
+  int require(const std::string& name, const std::string& list) const;
+
+  int body(int link) const { return model_.links[link].body; }
+  bool hasGeometry(int link) const { return has_geometry_[link]; }
+  bool sameBody(const OrderedPair& pair) const { return body(pair.link_a) == body(pair.link_b); }
+  bool adjacent(const OrderedPair& pair) const { return model_.areNeighbours(pair.link_a, pair.link_b); }
+  /// Joined by several movable joints, with nothing but links without geometry between them.
+  bool adjacentButForEmptyLinks(const OrderedPair& pair) const;
+
+ private:
+  const RobotModel& model_;
+  std::vector<std::string> names_;
+  std::map<std::string, int> index_;
+  std::vector<bool> has_geometry_;
+};
+
+/// "what (2): a - b, c - d.", with every pair by name; nothing where there is none.
+void addPairsWarning(const std::string& what, const std::vector<std::string>& pairs, PairTable& table);
+
+/// Looks up the pairs of one list of names and keeps those that have no effect.
+class PairListReader {
+ public:
+  PairListReader(std::string list, const LinkTable& links) : list_(std::move(list)), links_(links) {}
+
+  /// For lists in which an unknown link is an error: throws std::invalid_argument.
+  OrderedPair require(const std::pair<std::string, std::string>& names);
+
+  /// For lists in which an unknown link is a warning: nothing then.
+  std::optional<OrderedPair> find(const std::pair<std::string, std::string>& names);
+
+  /// The entries without effect, one sentence for all of them, and one for all unknown names.
+  void report(PairTable& table) const;
+
+ private:
+  OrderedPair judged(const OrderedPair& pair, const std::pair<std::string, std::string>& names);
+  void addIdle(const std::pair<std::string, std::string>& names, IdleEntry::Cause cause);
+
+  std::string list_;
+  const LinkTable& links_;
+  std::set<OrderedPair> seen_;
+  std::set<std::string> unknown_;
+  std::vector<IdleEntry> idle_;
+  int entries_ = 0;
+};
+
+}  // namespace proximity_server::scene

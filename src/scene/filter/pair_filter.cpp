@@ -1,0 +1,203 @@
+#include "proximity_server/scene/filter/pair_filter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <stdexcept>
+#include <tuple>
+
+#include "scene/filter/link_table.h"
+#include "scene/filter/srdf.h"
+#include "scene/filter/srdf_group.h"
+
+namespace proximity_server::scene {
+namespace {
+
+/// What SRDF and configuration ask for, by index.
+struct Rules {
+  bool only_listed = false;
+  std::set<OrderedPair> only, excluded, enabled;
+  std::map<OrderedPair, std::string> disabled;  // with the SRDF's reason
+  std::set<int> disabled_by_default;            // links
+  std::vector<bool> moved;                      // by body; empty: no group was chosen
+};
+
+std::set<OrderedPair> readConfigPairs(const std::string& list, const std::vector<PairFilterOptions::Names>& entries,
+                                      const LinkTable& links, PairTable& table) {
+  std::set<OrderedPair> pairs;
+  PairListReader reader(list, links);
+  for (const auto& names : entries) pairs.insert(reader.require(names));
+  reader.report(table);
+  return pairs;
+}
+
+void readDisabled(const Srdf& srdf, const LinkTable& links, Rules& rules, PairTable& table) {
+  PairListReader reader("disable_collisions", links);
+  for (const Srdf::DisabledPair& entry : srdf.disable_collisions) {
+    if (const auto pair = reader.find(entry.links)) rules.disabled.emplace(*pair, entry.reason);
+  }
+  reader.report(table);
+
+  std::vector<std::string> unknown;
+  for (const std::string& name : srdf.disable_default_collisions) {
+    const int link = links.find(name);
+    if (link < 0) unknown.push_back(unknown.size() < kMostListed ? links.unknown(name) : name);
+    rules.disabled_by_default.insert(link);
+  }
+  if (!unknown.empty()) table.warnings.push_back("disable_default_collisions: no link " + listed(unknown) + ".");
+}
+
+bool disabledByDefault(const OrderedPair& pair, const Rules& rules) {
+  return rules.disabled_by_default.count(pair.link_a) || rules.disabled_by_default.count(pair.link_b);
+}
+
+void readEnabled(const Srdf& srdf, const LinkTable& links, Rules& rules, PairTable& table) {
+  std::vector<std::string> contradictory, needless;
+  PairListReader reader("enable_collisions", links);
+  for (const Srdf::Names& names : srdf.enable_collisions) {
+    const auto pair = reader.find(names);
+    if (!pair || !rules.enabled.insert(*pair).second) continue;
+    if (rules.disabled.count(*pair)) {
+      contradictory.push_back(links.names(*pair));
+    } else if (!disabledByDefault(*pair, rules) && !links.adjacent(*pair) && !links.sameBody(*pair)) {
+      needless.push_back(links.names(*pair));
+    }
+  }
+  reader.report(table);
+  if (!contradictory.empty()) {
+    table.warnings.push_back("enable_collisions yields to disable_collisions for " + listed(contradictory) + ".");
+  }
+  if (!needless.empty()) {
+    table.warnings.push_back("enable_collisions names pairs that are checked anyway: " + listed(needless) + ".");
+  }
+}
+
+Rules readRules(const RobotModel& model, const LinkTable& links, const Srdf& srdf, const PairFilterOptions& options,
+                PairTable& table) {
+  Rules rules;
+  rules.only_listed = !options.only_pairs.empty();
+  rules.only = readConfigPairs("only_pairs", options.only_pairs, links, table);
+  rules.excluded = readConfigPairs("exclude_pairs", options.exclude_pairs, links, table);
+  readDisabled(srdf, links, rules, table);
+  readEnabled(srdf, links, rules, table);
+  if (!options.group.empty()) rules.moved = bodiesMovedByGroup(model, links, srdf, options.group, table.warnings);
+  return rules;
+}
+
+PairReason reasonFor(const OrderedPair& pair, const LinkTable& links, const Rules& rules) {
+  const bool enabled = rules.enabled.count(pair) > 0;
+  if (links.sameBody(pair)) return PairReason::SameBody;
+  if (rules.only_listed && !rules.only.count(pair)) return PairReason::NotInOnlyPairs;
+  if (rules.excluded.count(pair)) return PairReason::ConfigExcluded;
+  if (rules.disabled.count(pair)) return PairReason::SrdfDisabled;
+  if (disabledByDefault(pair, rules) && !enabled) return PairReason::SrdfDisabled;
+  if (links.adjacent(pair) && !rules.only.count(pair) && !enabled) return PairReason::Adjacent;
+  if (!rules.moved.empty() && !rules.moved[links.body(pair.link_a)] && !rules.moved[links.body(pair.link_b)]) {
+    return PairReason::NotInGroup;
+  }
+  return PairReason::Checked;
+}
+
+std::string detailFor(const OrderedPair& pair, const Rules& rules) {
+  const auto disabled = rules.disabled.find(pair);
+  return disabled == rules.disabled.end() ? "" : disabled->second;
+}
+
+void addPadding(const PairFilterOptions& options, const LinkTable& links, PairTable& table) {
+  PairListReader reader("pair_padding", links);
+  for (const auto& [names, padding] : options.pair_padding) {
+    const OrderedPair pair = reader.require(names);
+    if (!std::isfinite(padding)) {
+      throw std::invalid_argument("pair_padding: the padding of " + links.names(pair) + " is not finite");
+    }
+    if (const int index = table.find(pair.link_a, pair.link_b); index >= 0) table.pairs[index].padding = padding;
+  }
+  reader.report(table);
+}
+
+/// What a person would want to know about the outcome.
+void audit(const LinkTable& links, PairTable& table) {
+  std::vector<std::string> silent, nearly_adjacent;  // named one by one: nobody should have to guess
+  for (const LinkPair& entry : table.pairs) {
+    const OrderedPair pair(entry.link_a, entry.link_b);
+    if (entry.reason == PairReason::Adjacent) silent.push_back(links.names(pair));
+    if (entry.reason == PairReason::Checked && links.adjacentButForEmptyLinks(pair)) {
+      nearly_adjacent.push_back(links.names(pair));
+    }
+  }
+  addPairsWarning("Not checked, as neighbours, although no disable_collisions names them", silent, table);
+  addPairsWarning("Checked, but only links without geometry are between them, so they may always touch",
+                  nearly_adjacent, table);
+  if (table.checked.empty()) table.warnings.push_back("No pair of links is checked.");
+}
+
+}  // namespace
+
+const char* toString(PairReason reason) {
+  switch (reason) {
+    case PairReason::Checked:
+      return "checked";
+    case PairReason::SameBody:
+      return "same body";
+    case PairReason::NotInOnlyPairs:
+      return "not in only_pairs";
+    case PairReason::ConfigExcluded:
+      return "in exclude_pairs";
+    case PairReason::SrdfDisabled:
+      return "disabled in the SRDF";
+    case PairReason::Adjacent:
+      return "adjacent";
+    case PairReason::NotInGroup:
+      return "not in the group";
+  }
+  return "unknown";
+}
+
+const char* toString(IdleEntry::Cause cause) {
+  switch (cause) {
+    case IdleEntry::Cause::UnknownLink:
+      return "name a link that does not exist";
+    case IdleEntry::Cause::NoGeometry:
+      return "a link without collision geometry";
+    case IdleEntry::Cause::SameBody:
+      return "two links of one rigid body";
+    case IdleEntry::Cause::Repeated:
+      return "a pair for the second time";
+  }
+  return "unknown";
+}
+
+int PairTable::find(int link_a, int link_b) const {
+  const OrderedPair wanted(link_a, link_b);
+  const auto hit = std::lower_bound(
+      pairs.begin(), pairs.end(), wanted,
+      [](const LinkPair& pair, const OrderedPair& key) { return OrderedPair(pair.link_a, pair.link_b) < key; });
+  const bool found = hit != pairs.end() && hit->link_a == wanted.link_a && hit->link_b == wanted.link_b;
+  return found ? static_cast<int>(hit - pairs.begin()) : -1;
+}
+
+PairTable filterPairs(const RobotModel& model, const std::string& srdf_xml, const PairFilterOptions& options) {
+  const Srdf srdf = readSrdf(srdf_xml);
+  const LinkTable links(model);
+  PairTable table;
+  if (!srdf.robot.empty() && srdf.robot != model.name) {
+    table.warnings.push_back("The SRDF is for the robot " + quoted(srdf.robot) + ", the URDF is of " +
+                             quoted(model.name) + ".");
+  }
+  const Rules rules = readRules(model, links, srdf, options, table);
+  for (int a = 0; a < links.size(); ++a) {
+    for (int b = a + 1; b < links.size(); ++b) {
+      if (!links.hasGeometry(a) || !links.hasGeometry(b)) continue;
+      const OrderedPair pair(a, b);
+      const PairReason reason = reasonFor(pair, links, rules);
+      if (reason == PairReason::Checked) table.checked.push_back(static_cast<int>(table.pairs.size()));
+      table.pairs.push_back({a, b, reason, detailFor(pair, rules)});
+    }
+  }
+  addPadding(options, links, table);
+  audit(links, table);
+  return table;
+}
+
+}  // namespace proximity_server::scene

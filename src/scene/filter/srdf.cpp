@@ -1,0 +1,116 @@
+#include "scene/filter/srdf.h"
+
+#include <algorithm>
+#include <initializer_list>
+#include <stdexcept>
+
+#include "scene/mesh/input_limits.h"
+#include "scene/model/xml_text.h"
+
+namespace proximity_server::scene {
+namespace {
+
+using tinyxml2::XMLElement;
+
+std::string required(const XMLElement& element, const char* name) {
+  if (const char* value = element.Attribute(name)) return value;
+  throw std::invalid_argument("SRDF, line " + std::to_string(element.GetLineNum()) + ": <" + element.Name() +
+                              "> has no attribute " + name);
+}
+
+std::string optional(const XMLElement& element, const char* name) {
+  const char* value = element.Attribute(name);
+  return value ? value : "";
+}
+
+/// read(child) for each child of that name, in order.
+template <typename Read>
+auto readAll(const XMLElement& parent, const char* name, const Read& read) {
+  std::vector<decltype(read(parent))> result;
+  for (auto* child = parent.FirstChildElement(name); child; child = child->NextSiblingElement(name)) {
+    result.push_back(read(*child));
+  }
+  return result;
+}
+
+std::string readName(const XMLElement& element) { return required(element, "name"); }
+
+std::string readLink(const XMLElement& element) { return required(element, "link"); }
+
+Srdf::Names readLinks(const XMLElement& element) { return {required(element, "link1"), required(element, "link2")}; }
+
+Srdf::Names readChain(const XMLElement& element) {
+  return {required(element, "base_link"), required(element, "tip_link")};
+}
+
+Srdf::DisabledPair readDisabledPair(const XMLElement& element) {
+  return {readLinks(element), optional(element, "reason")};
+}
+
+Srdf::Group readGroup(const XMLElement& element) {
+  Srdf::Group group;
+  group.name = readName(element);
+  group.links = readAll(element, "link", readName);
+  group.joints = readAll(element, "joint", readName);
+  group.subgroups = readAll(element, "group", readName);
+  group.chains = readAll(element, "chain", readChain);
+  return group;
+}
+
+/// The first element that makes the text a URDF, or nullptr: a joint with a parent and a child, or a link that has a
+/// body. Neither stands directly below the <robot> of an SRDF, which knows <joint> and <link> in its groups only.
+const XMLElement* findUrdfElement(const XMLElement& robot) {
+  const auto hasAny = [](const XMLElement& element, std::initializer_list<const char*> names) {
+    return std::any_of(names.begin(), names.end(), [&](const char* name) { return element.FirstChildElement(name); });
+  };
+  for (auto* child = robot.FirstChildElement(); child; child = child->NextSiblingElement()) {
+    const std::string name = child->Name();
+    if (name == "link" && hasAny(*child, {"collision", "visual", "inertial"})) return child;
+    if (name == "joint" && hasAny(*child, {"parent"}) && hasAny(*child, {"child"})) return child;
+  }
+  return nullptr;
+}
+
+/// Whether there is anything that this package reads of an SRDF.
+bool saysAnything(const Srdf& srdf) {
+  return !srdf.disable_collisions.empty() || !srdf.enable_collisions.empty() ||
+         !srdf.disable_default_collisions.empty() || !srdf.virtual_joints.empty() || !srdf.groups.empty();
+}
+
+void refuseUrdf(const XMLElement& robot, const Srdf& srdf) {
+  // One file that is both is odd, but says which pairs it means.
+  const XMLElement* element = saysAnything(srdf) ? nullptr : findUrdfElement(robot);
+  if (!element) return;
+  throw std::invalid_argument(
+      "SRDF, line " + std::to_string(element->GetLineNum()) + ": this is a URDF: it describes the " + element->Name() +
+      " \"" + optional(*element, "name") + "\", and has nothing that an SRDF has (disable_collisions, groups)");
+}
+
+}  // namespace
+
+Srdf readSrdf(const std::string& srdf_xml) {
+  Srdf srdf;
+  if (srdf_xml.empty()) return srdf;
+  tinyxml2::XMLDocument document;
+  try {
+    parseXml(srdf_xml, document);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(std::string("SRDF: ") + error.what());
+  }
+  const XMLElement* robot = document.FirstChildElement("robot");
+  if (!robot) throw std::invalid_argument("SRDF: no <robot> element");
+  srdf.robot = optional(*robot, "name");
+  srdf.disable_collisions = readAll(*robot, "disable_collisions", readDisabledPair);
+  srdf.enable_collisions = readAll(*robot, "enable_collisions", readLinks);
+  srdf.disable_default_collisions = readAll(*robot, "disable_default_collisions", readLink);
+  srdf.virtual_joints = readAll(*robot, "virtual_joint", readName);
+  srdf.groups = readAll(*robot, "group", readGroup);
+  if (srdf.groups.size() > kMostGroups) {
+    throw std::invalid_argument("SRDF: it has " + std::to_string(srdf.groups.size()) + " groups, more than " +
+                                std::to_string(kMostGroups));
+  }
+  refuseUrdf(*robot, srdf);
+  return srdf;
+}
+
+}  // namespace proximity_server::scene

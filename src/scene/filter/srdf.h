@@ -1,0 +1,33 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace proximity_server::scene {
+
+/// What an SRDF says about collisions and groups, by name and unchecked.
+struct Srdf {
+  using Names = std::pair<std::string, std::string>;
+  struct DisabledPair {
+    Names links;
+    std::string reason;
+  };
+  struct Group {
+    std::string name;
+    std::vector<std::string> links, joints, subgroups;
+    std::vector<Names> chains;  ///< base and tip link
+  };
+  std::string robot;
+  std::vector<DisabledPair> disable_collisions;
+  std::vector<Names> enable_collisions;
+  std::vector<std::string> disable_default_collisions;
+  std::vector<std::string> virtual_joints;
+  std::vector<Group> groups;
+};
+
+/// Reads an SRDF; an empty text is an empty SRDF. Throws std::invalid_argument with the line: unreadable XML, no
+/// <robot>, a missing attribute, a URDF in place of the SRDF.
+Srdf readSrdf(const std::string& srdf_xml);
+
+}  // namespace proximity_server::scene

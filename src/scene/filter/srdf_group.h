@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "scene/filter/link_table.h"
+#include "scene/filter/srdf.h"
+
+namespace proximity_server::scene {
+
+/// Whether each body moves when the joints of a group do, and those that mimic them. Names in the group that do not
+/// exist become warnings. Throws std::invalid_argument for a group that does not exist or that contains itself.
+std::vector<bool> bodiesMovedByGroup(const RobotModel& model, const LinkTable& links, const Srdf& srdf,
+                                     const std::string& group, std::vector<std::string>& warnings);
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,263 @@
+#include "scene/mesh/child_process.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <string.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <fstream>
+#include <new>
+#include <stdexcept>
+#include <system_error>
+
+namespace proximity_server::scene {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+[[noreturn]] void failWithErrno(const char* what) { throw std::system_error(errno, std::generic_category(), what); }
+
+/// In front of an answer: what it is and how long.
+struct Head {
+  enum Kind : std::size_t { Answer, Refusal };
+  Kind kind;
+  std::size_t size;  ///< [byte]
+};
+
+// --- in the child
+
+constexpr int kOutOfMemory = 3;  // how it exits
+constexpr int kOutput = 3;       // its only descriptor, behind the standard ones
+
+void keepOnly(int output) {
+  dup2(output, kOutput);
+  // Where the kernel does not know it (before Linux 5.9) they stay open until the child ends.
+  close_range(kOutput + 1, ~0U, 0);
+  close(STDIN_FILENO);
+  open("/dev/null", O_RDWR);
+  dup2(STDIN_FILENO, STDOUT_FILENO);
+  dup2(STDIN_FILENO, STDERR_FILENO);
+}
+
+void forgetSignalHandlers() {
+  for (int number = 1; number < NSIG; ++number) signal(number, SIG_DFL);
+  sigset_t none;
+  sigemptyset(&none);
+  sigprocmask(SIG_SETMASK, &none, nullptr);
+}
+
+void lowerLimit(decltype(RLIMIT_CPU) resource, rlim_t soft, rlim_t hard) {
+  rlimit limit{};
+  getrlimit(resource, &limit);
+  limit = {std::min(soft, limit.rlim_cur), std::min(hard, limit.rlim_max)};
+  if (setrlimit(resource, &limit) != 0) failWithErrno("setrlimit");
+}
+
+/// [byte] what RLIMIT_DATA counts.
+rlim_t dataInUse() {
+  std::ifstream statm("/proc/self/statm");
+  rlim_t size, resident, shared, text, library, data;  // in pages
+  if (!(statm >> size >> resident >> shared >> text >> library >> data)) {
+    throw std::runtime_error("its memory cannot be limited: /proc/self/statm cannot be read");
+  }
+  return data * static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
+}
+
+void setLimits(const ProcessLimits& limits) {
+  const rlim_t data = dataInUse() + limits.memory;
+  lowerLimit(RLIMIT_DATA, data, data);
+  // The first ends it by SIGXCPU, by which it is told from one that was killed.
+  const auto seconds = static_cast<rlim_t>(limits.processor_time.count());
+  lowerLimit(RLIMIT_CPU, seconds, seconds + 1);
+  // Ends an endless recursion, also where the stack has no limit.
+  constexpr rlim_t kStack = rlim_t{64} << 20;
+  lowerLimit(RLIMIT_STACK, kStack, kStack);
+  lowerLimit(RLIMIT_CORE, 0, 0);
+}
+
+void send(const char* bytes, std::size_t size) {
+  while (size > 0) {
+    const ssize_t sent = write(kOutput, bytes, size);
+    if (sent < 0 && errno == EINTR) continue;
+    if (sent < 0) _exit(EXIT_FAILURE);
+    bytes += sent;
+    size -= static_cast<std::size_t>(sent);
+  }
+}
+
+void send(Head::Kind kind, const std::string& text) {
+  const Head head{kind, text.size()};
+  send(reinterpret_cast<const char*>(&head), sizeof head);
+  send(text.data(), text.size());
+}
+
+/// Leaves by _exit(): what is registered with atexit() belongs to the parent.
+[[noreturn]] void beChild(int output, const std::function<std::string()>& work, const ProcessLimits& limits) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // it does not outlive the thread that waits for it
+  keepOnly(output);
+  forgetSignalHandlers();
+  std::set_new_handler([] { _exit(kOutOfMemory); });
+  try {
+    setLimits(limits);
+    send(Head::Answer, work());
+  } catch (const std::bad_alloc&) {
+    _exit(kOutOfMemory);
+  } catch (const std::exception& error) {
+    send(Head::Refusal, error.what());
+  }
+  _exit(EXIT_SUCCESS);
+}
+
+// --- in the parent
+
+struct Pipe {
+  Pipe() {
+    std::array<int, 2> ends{};
+    if (pipe2(ends.data(), O_CLOEXEC) != 0) failWithErrno("no pipe");
+    input = ends[0];
+    output = ends[1];
+  }
+  ~Pipe() {
+    close(input);
+    closeOutput();
+  }
+  Pipe(const Pipe&) = delete;
+  Pipe& operator=(const Pipe&) = delete;
+  void closeOutput() {
+    if (output >= 0) close(output);
+    output = -1;
+  }
+  int input, output;
+};
+
+/// Without signals in between: our handlers must not run in the child.
+pid_t forkSilently() {
+  sigset_t all, before;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
+  const pid_t child = fork();
+  const int error = errno;
+  if (child != 0) pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  errno = error;
+  return child;
+}
+
+/// A child process, until it has ended and left nothing behind.
+class Child {
+ public:
+  explicit Child(pid_t id) : id_(id) {}
+  ~Child() { end(); }
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+
+  /// Its status as of waitpid(); nothing is killed that ended by itself. -1 where somebody else has collected it.
+  int end() {
+    if (id_ < 0) return status_;
+    kill(id_, SIGKILL);
+    while (waitpid(id_, &status_, 0) < 0) {
+      if (errno == EINTR) continue;
+      status_ = -1;
+      break;
+    }
+    id_ = -1;
+    return status_;
+  }
+
+ private:
+  pid_t id_;
+  int status_ = -1;
+};
+
+std::string describeEnding(int status, const ProcessLimits& limits) {
+  if (status == -1) return "it ends without an answer";
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) {
+    return "it takes more than " + std::to_string(limits.processor_time.count()) + " s of processor time";
+  }
+  if (WIFSIGNALED(status)) {
+    const char* name = sigdescr_np(WTERMSIG(status));
+    return std::string("it crashes: ") + (name ? name : "unknown signal");
+  }
+  if (WEXITSTATUS(status) == kOutOfMemory) {
+    return "it takes more than " + std::to_string(limits.memory >> 20) + " MiB of memory";
+  }
+  return "it ends without an answer, with exit code " + std::to_string(WEXITSTATUS(status));
+}
+
+class Reader {
+ public:
+  Reader(int input, Clock::time_point deadline) : input_(input), deadline_(deadline) {}
+
+  enum class End { Complete, TooEarly, TooLate };
+  End read(char* bytes, std::size_t size) const {
+    while (size > 0) {
+      if (!awaitBytes()) return End::TooLate;
+      const ssize_t got = ::read(input_, bytes, size);
+      if (got < 0 && errno == EINTR) continue;
+      if (got <= 0) return End::TooEarly;
+      bytes += got;
+      size -= static_cast<std::size_t>(got);
+    }
+    return End::Complete;
+  }
+
+ private:
+  /// Until there is something to read, or the end; false beyond the deadline.
+  bool awaitBytes() const {
+    while (true) {
+      const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline_ - Clock::now());
+      if (left.count() <= 0) return false;
+      pollfd one{input_, POLLIN, 0};
+      const int ready = poll(&one, 1, static_cast<int>(left.count()));
+      if (ready > 0) return true;
+      if (ready < 0 && errno != EINTR) failWithErrno("poll");
+    }
+  }
+
+  int input_;
+  Clock::time_point deadline_;
+};
+
+/// `what`, read in full. Else throws saying how the child ended.
+void receive(char* bytes, std::size_t size, const Reader& reader, Child& child, const ProcessLimits& limits) {
+  switch (reader.read(bytes, size)) {
+    case Reader::End::Complete:
+      return;
+    case Reader::End::TooLate:
+      throw std::runtime_error("it takes longer than " + std::to_string(limits.time.count()) + " s");
+    case Reader::End::TooEarly:
+      throw std::runtime_error(describeEnding(child.end(), limits));
+  }
+}
+
+}  // namespace
+
+std::string answerOfChild(const std::function<std::string()>& work, const ProcessLimits& limits) {
+  Pipe pipe;
+  const pid_t id = forkSilently();
+  if (id < 0) failWithErrno("no child process");
+  if (id == 0) beChild(pipe.output, work, limits);
+  Child child(id);
+  pipe.closeOutput();
+
+  // Read to its stated length, not to the end of the pipe: a child that another thread makes may hold that open.
+  const Reader reader(pipe.input, Clock::now() + limits.time);
+  Head head{};
+  receive(reinterpret_cast<char*>(&head), sizeof head, reader, child, limits);
+  if (head.size > limits.answer) {
+    throw std::runtime_error("its answer has " + std::to_string(head.size) + " bytes, more than " +
+                             std::to_string(limits.answer));
+  }
+  std::string text(head.size, '\0');
+  receive(text.data(), text.size(), reader, child, limits);
+  if (head.kind != Head::Answer) throw std::runtime_error(text);
+  return text;
+}
+
+}  // namespace proximity_server::scene

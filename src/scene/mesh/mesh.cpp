@@ -1,0 +1,153 @@
+#include "proximity_server/scene/mesh/mesh.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+#include "scene/mesh/child_process.h"
+#include "scene/mesh/input_limits.h"
+#include "scene/mesh/mesh_import.h"
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Vector3d;
+
+// --- before a file is read
+
+/// Its size [byte].
+std::size_t checkFile(const std::string& path) {
+  // Not a pipe, which could keep one waiting for ever.
+  std::error_code failed;
+  if (!std::filesystem::is_regular_file(path, failed)) throw std::invalid_argument("no such file");
+  const std::uintmax_t size = std::filesystem::file_size(path, failed);
+  if (failed) throw std::invalid_argument(failed.message());
+  if (size > kMostBytes) throw std::invalid_argument("it has " + std::to_string(size) + " bytes, more than 256 MiB");
+  return size;
+}
+
+/// Of the name behind its last dot, in small letters.
+std::string extensionOf(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  for (char& letter : extension) letter = static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
+  return extension;
+}
+
+/// At most `count` bytes.
+std::string bytesOf(const std::string& path, std::size_t begin, std::size_t count) {
+  std::string bytes(count, '\0');
+  std::ifstream stream(path, std::ios::binary);
+  stream.seekg(static_cast<std::streamoff>(begin));
+  stream.read(bytes.data(), static_cast<std::streamsize>(count));
+  bytes.resize(static_cast<std::size_t>(stream.gcount()));
+  return bytes;
+}
+
+constexpr std::size_t kStlCount = 80, kStlFacets = 84, kStlFacet = 50;  // where they stand in a binary file [byte]
+
+/// No file below kMostBytes can declare so many triangles that the count has no zero byte.
+bool isText(const std::string& stl_header) {
+  const std::size_t first = std::min(stl_header.find_first_not_of(" \t\r\n"), stl_header.size());
+  return stl_header.compare(first, 5, "solid") == 0 && stl_header.find('\0') == std::string::npos;
+}
+
+/// What assimp would take without a word, or with one that helps nobody.
+void checkStl(const std::string& path, std::size_t size) {
+  const std::string header = bytesOf(path, 0, kStlFacets);
+  if (isText(header)) {
+    constexpr std::size_t kLastLine = 4096;
+    const std::string end = bytesOf(path, size - std::min(size, kLastLine), kLastLine);
+    if (end.find("endsolid") == std::string::npos)
+      throw std::invalid_argument("it is cut off: \"endsolid\" is missing");
+    return;
+  }
+  if (header.size() < kStlFacets) throw std::invalid_argument("it is shorter than the header of a binary STL file");
+  std::uint32_t declared = 0;  // little endian, as the machines that this runs on
+  std::memcpy(&declared, header.data() + kStlCount, sizeof declared);
+  const std::size_t present = (size - kStlFacets) / kStlFacet;
+  if (declared > present) {
+    throw std::invalid_argument("its header declares " + std::to_string(declared) + " triangles, but only " +
+                                std::to_string(present) + " are there");
+  }
+}
+
+struct PlyElement {
+  long count = 0;
+  std::vector<bool> properties;  // true: a list, which begins with its length
+};
+
+/// What a PLY file in text declares; nothing for one in bytes. Leaves the stream behind the header.
+std::vector<PlyElement> plyTextElements(std::istream& stream) {
+  std::vector<PlyElement> elements;
+  for (std::string line; std::getline(stream, line) && line.compare(0, 10, "end_header") != 0;) {
+    std::istringstream words(line);
+    std::string keyword, second;
+    words >> keyword >> second;
+    if (keyword == "format" && second != "ascii") return {};
+    if (keyword == "element" && !(words >> elements.emplace_back().count)) elements.pop_back();
+    if (keyword == "property" && !elements.empty()) elements.back().properties.push_back(second == "list");
+  }
+  return elements;
+}
+
+/// assimp takes the faces that are left of a text; of bytes it notices that some are missing.
+void checkPly(const std::string& path) {
+  std::ifstream stream(path, std::ios::binary);
+  std::string word;
+  for (const PlyElement& element : plyTextElements(stream)) {
+    for (long i = 0; i < element.count && !element.properties.empty(); ++i) {
+      for (const bool is_list : element.properties) {
+        long words = 1;
+        if (is_list) stream >> words;
+        for (long k = 0; k < words && stream; ++k) stream >> word;
+        if (!stream) throw std::invalid_argument("it is cut off: it has fewer vertices or faces than it declares");
+      }
+    }
+  }
+}
+
+void checkFormat(const std::string& path, std::size_t size) {
+  const std::string extension = extensionOf(path);
+  if (extension == ".stl") {
+    checkStl(path, size);
+  } else if (extension == ".ply") {
+    checkPly(path);
+  } else if (extension != ".dae" && extension != ".obj") {
+    throw std::invalid_argument("only .stl, .dae, .obj and .ply files are read");
+  }
+}
+
+// --- after it
+
+void checkMesh(const TriangleMesh& mesh) {
+  if (mesh.triangles.empty()) throw std::invalid_argument("it has no triangle");
+  for (const Vector3d& vertex : mesh.vertices) {
+    if (!vertex.allFinite()) throw std::invalid_argument("a coordinate is not finite");
+    if (vertex.cwiseAbs().maxCoeff() <= kFarthest) continue;
+    std::ostringstream text;
+    text << "a vertex at (" << vertex.transpose() << ") m, farther than 1e6 m from its origin";
+    throw std::invalid_argument(text.str());
+  }
+}
+
+}  // namespace
+
+TriangleMesh loadMesh(const std::string& path, const Vector3d& scale) try {
+  if (!scale.allFinite() || (scale.array() == 0.0).any()) {
+    throw std::invalid_argument("its scale must be finite and not zero");
+  }
+  checkFormat(path, checkFile(path));
+  const ProcessLimits limits{kMostReadingMemory, kMostReadingProcessorTime, kMostReadingTime, mostBytesOfMesh()};
+  TriangleMesh mesh = meshFromBytes(answerOfChild([&] { return toBytes(importMesh(path, scale)); }, limits));
+  checkMesh(mesh);
+  return mesh;
+} catch (const std::exception& error) {
+  throw std::invalid_argument("mesh " + path + ": " + error.what());
+}
+
+}  // namespace proximity_server::scene

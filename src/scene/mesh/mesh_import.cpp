@@ -1,0 +1,134 @@
+#include "scene/mesh/mesh_import.h"
+
+#include <assimp/DefaultIOSystem.h>
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+
+#include <Eigen/Geometry>
+#include <assimp/Importer.hpp>
+#include <cstring>
+#include <stdexcept>
+
+#include "scene/mesh/input_limits.h"
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Affine3d;
+using Eigen::Vector3d;
+
+/// The file system as if it had one file.
+class OneFile : public Assimp::DefaultIOSystem {
+ public:
+  explicit OneFile(std::string path) : path_(std::move(path)) {}
+  // Opens it too.
+  bool Exists(const char* path) const override { return path_ == path && DefaultIOSystem::Exists(path); }
+  Assimp::IOStream* Open(const char* path, const char* mode) override {
+    return path_ == path ? DefaultIOSystem::Open(path, mode) : nullptr;
+  }
+
+ private:
+  std::string path_;
+};
+
+Affine3d toEigen(const aiMatrix4x4& m) {
+  Affine3d transform;
+  transform.matrix() << m.a1, m.a2, m.a3, m.a4, m.b1, m.b2, m.b3, m.b4, m.c1, m.c2, m.c3, m.c4, 0, 0, 0, 1;
+  return transform;
+}
+
+/// Nodes may be instances of other nodes, so that few lines can stand for any number.
+void requireRoom(const aiMesh& part, const TriangleMesh& mesh) {
+  if (mesh.triangles.size() + part.mNumFaces > kMostTriangles ||
+      mesh.vertices.size() + part.mNumVertices > 3 * kMostTriangles) {
+    throw std::runtime_error("it has more than " + std::to_string(kMostTriangles) + " triangles");
+  }
+}
+
+void appendMesh(const aiMesh& part, const Affine3d& placement, TriangleMesh& mesh) {
+  requireRoom(part, mesh);
+  const int first = static_cast<int>(mesh.vertices.size());
+  for (unsigned i = 0; i < part.mNumVertices; ++i) {
+    const aiVector3D& v = part.mVertices[i];
+    mesh.vertices.push_back(placement * Vector3d(v.x, v.y, v.z));
+  }
+  const bool mirrored = placement.linear().determinant() < 0;
+  for (unsigned i = 0; i < part.mNumFaces; ++i) {
+    const aiFace& face = part.mFaces[i];
+    if (face.mNumIndices != 3) continue;  // points and lines enclose nothing
+    std::array<int, 3> corners;
+    for (unsigned k = 0; k < 3; ++k) corners[k] = first + static_cast<int>(face.mIndices[k]);
+    if (mirrored) std::swap(corners[1], corners[2]);
+    mesh.triangles.push_back(corners);
+  }
+}
+
+void appendNode(const aiScene& scene, const aiNode& node, const Affine3d& parent, TriangleMesh& mesh) {
+  const Affine3d placement = parent * toEigen(node.mTransformation);
+  for (unsigned i = 0; i < node.mNumMeshes; ++i) appendMesh(*scene.mMeshes[node.mMeshes[i]], placement, mesh);
+  for (unsigned i = 0; i < node.mNumChildren; ++i) appendNode(scene, *node.mChildren[i], placement, mesh);
+}
+
+struct Counts {
+  std::size_t vertices, triangles;
+};
+constexpr std::size_t kVertex = 3 * sizeof(double), kTriangle = 3 * sizeof(int);  // in bytes
+
+std::size_t sizeOf(const Counts& counts) {
+  return sizeof counts + counts.vertices * kVertex + counts.triangles * kTriangle;
+}
+
+}  // namespace
+
+TriangleMesh importMesh(const std::string& path, const Vector3d& scale) {
+  Assimp::Importer importer;
+  importer.SetIOHandler(new OneFile(path));  // which the importer deletes
+  // Else the root node turns Z_UP and X_UP to Y_UP; it always carries the unit.
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+  // Else a scene without geometry gets triangles that stand for its nodes.
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
+  const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate);
+  if (!scene || !scene->mRootNode) throw std::runtime_error(importer.GetErrorString());
+  TriangleMesh mesh;
+  appendNode(*scene, *scene->mRootNode, Affine3d(Eigen::Scaling(scale)), mesh);
+  return mesh;
+}
+
+std::string toBytes(const TriangleMesh& mesh) {
+  const Counts counts{mesh.vertices.size(), mesh.triangles.size()};
+  std::string bytes(reinterpret_cast<const char*>(&counts), sizeof counts);
+  bytes.reserve(sizeOf(counts));
+  for (const Vector3d& vertex : mesh.vertices) bytes.append(reinterpret_cast<const char*>(vertex.data()), kVertex);
+  for (const auto& triangle : mesh.triangles) bytes.append(reinterpret_cast<const char*>(triangle.data()), kTriangle);
+  return bytes;
+}
+
+TriangleMesh meshFromBytes(const std::string& bytes) {
+  Counts counts{};
+  if (bytes.size() >= sizeof counts) std::memcpy(&counts, bytes.data(), sizeof counts);
+  // The counts first, so that no product of them overflows.
+  if (counts.triangles > kMostTriangles || counts.vertices > 3 * kMostTriangles || bytes.size() != sizeOf(counts)) {
+    throw std::runtime_error("what was read of it is no mesh");
+  }
+  TriangleMesh mesh{std::vector<Vector3d>(counts.vertices), std::vector<std::array<int, 3>>(counts.triangles)};
+  const char* next = bytes.data() + sizeof counts;
+  for (Vector3d& vertex : mesh.vertices) {
+    std::memcpy(vertex.data(), next, kVertex);
+    next += kVertex;
+  }
+  for (std::array<int, 3>& triangle : mesh.triangles) {
+    std::memcpy(triangle.data(), next, kTriangle);
+    next += kTriangle;
+    for (const int corner : triangle) {
+      if (corner < 0 || static_cast<std::size_t>(corner) >= counts.vertices) {
+        throw std::runtime_error("a triangle has a corner that is no vertex");
+      }
+    }
+  }
+  return mesh;
+}
+
+std::size_t mostBytesOfMesh() { return sizeOf({3 * kMostTriangles, kMostTriangles}); }
+
+}  // namespace proximity_server::scene

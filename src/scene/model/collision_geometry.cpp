@@ -1,0 +1,160 @@
+#include "scene/model/collision_geometry.h"
+
+#include <atomic>
+#include <limits>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+#include <type_traits>
+
+#include "scene/model/parallel_work.h"
+
+namespace urdf {
+class Capsule;  // not in every urdfdom
+}
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Vector3d;
+
+Vector3d toEigen(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
+
+template <typename... Parts>
+std::string text(const Parts&... parts) {
+  std::ostringstream stream;
+  (stream << ... << parts);
+  return stream.str();
+}
+
+/// A <capsule>, where this urdfdom has a class for it.
+template <typename UrdfCapsule, typename = void>
+struct CapsuleReader {
+  static std::optional<CollisionGeometry> read(const urdf::Geometry& /*geometry*/) { return std::nullopt; }
+};
+template <typename UrdfCapsule>
+struct CapsuleReader<UrdfCapsule, std::void_t<decltype(sizeof(UrdfCapsule))>> {
+  static std::optional<CollisionGeometry> read(const urdf::Geometry& geometry) {
+    const auto* capsule = dynamic_cast<const UrdfCapsule*>(&geometry);
+    if (!capsule) return std::nullopt;
+    return CollisionGeometry{text("capsule, radius ", capsule->radius, ", length ", capsule->length),
+                             {narrowphase::Capsule{capsule->radius, capsule->length}}};
+  }
+};
+
+/// The collision that is a sphere of this radius centred here, or -1.
+int findSphere(const std::vector<urdf::CollisionSharedPtr>& collisions, double radius, const Vector3d& centre,
+               double rounding) {
+  for (std::size_t i = 0; i < collisions.size(); ++i) {
+    const auto* sphere = dynamic_cast<const urdf::Sphere*>(collisions[i]->geometry.get());
+    if (!sphere || sphere->radius != radius) continue;
+    if ((toEigen(collisions[i]->origin.position) - centre).norm() <= rounding) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+}  // namespace
+
+Eigen::Isometry3d toEigen(const urdf::Pose& pose) {
+  const urdf::Rotation& q = pose.rotation;
+  return Eigen::Translation3d(toEigen(pose.position)) * Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized();
+}
+
+CollisionGeometry GeometryReader::read(const urdf::Geometry& geometry, const MeshOptions& options) {
+  if (const auto* mesh = dynamic_cast<const urdf::Mesh*>(&geometry)) {
+    const MeshKey key = keyOf(*mesh, options);
+    auto known = meshes_.find(key);
+    if (known == meshes_.end()) known = meshes_.emplace(key, outcomeOf(key, mesh->filename, options)).first;
+    if (known->second.error) std::rethrow_exception(known->second.error);
+    return known->second.geometry;
+  }
+  if (const auto* sphere = dynamic_cast<const urdf::Sphere*>(&geometry)) {
+    return {text("sphere, radius ", sphere->radius), {narrowphase::Sphere{sphere->radius}}};
+  }
+  if (const auto* box = dynamic_cast<const urdf::Box*>(&geometry)) {
+    return {text("box ", box->dim.x, " x ", box->dim.y, " x ", box->dim.z), {narrowphase::Box{toEigen(box->dim)}}};
+  }
+  if (const auto* cylinder = dynamic_cast<const urdf::Cylinder*>(&geometry)) {
+    return {text("cylinder, radius ", cylinder->radius, ", length ", cylinder->length),
+            {narrowphase::Cylinder{cylinder->radius, cylinder->length}}};
+  }
+  if (auto capsule = CapsuleReader<urdf::Capsule>::read(geometry)) return *capsule;
+  throw std::invalid_argument("a shape that is no sphere, box, cylinder, capsule or mesh");
+}
+
+GeometryReader::MeshKey GeometryReader::keyOf(const urdf::Mesh& mesh, const MeshOptions& options) const {
+  return {resolve_(mesh.filename), {mesh.scale.x, mesh.scale.y, mesh.scale.z}, options.tolerance};
+}
+
+GeometryReader::Outcome GeometryReader::outcomeOf(const MeshKey& key, const std::string& uri,
+                                                  const MeshOptions& options) try {
+  MeshOptions telling = options;
+  if (options.progress)
+    telling.progress = [&](const std::string& what) { options.progress("mesh " + uri + ": " + what); };
+  MeshPieces pieces = convexPieces(loadMesh(key.file, {key.scale[0], key.scale[1], key.scale[2]}), telling);
+  CollisionGeometry geometry{
+      "mesh " + uri,  {}, pieces.representation, pieces.deviation, pieces.uncovered, pieces.volume_ratio,
+      pieces.warnings};
+  if (!pieces.shortfall.empty()) geometry.shortfall = "mesh " + uri + ": " + pieces.shortfall;
+  for (narrowphase::ConvexHull& hull : pieces.hulls) geometry.shapes.emplace_back(std::move(hull));
+  return {std::move(geometry), nullptr};
+} catch (const std::exception&) {
+  return {{}, std::current_exception()};
+}
+
+void GeometryReader::readAhead(const std::vector<MeshRequest>& requests, int threads, Failure failure) {
+  struct Entry {
+    MeshKey key;
+    const MeshRequest* request;
+    Outcome outcome;
+    bool is_done = false;
+  };
+  std::vector<Entry> entries;
+  std::set<MeshKey> seen;
+  for (const MeshRequest& request : requests) {
+    try {
+      const MeshKey key = keyOf(*request.mesh, request.options);
+      if (meshes_.count(key) == 0 && seen.insert(key).second) entries.push_back({key, &request, {}});
+    } catch (const std::invalid_argument&) {
+      if (failure == Failure::EndsIt) return;
+    }
+  }
+  std::atomic<bool> ended{false};
+  const auto work = [&](int i, const std::function<void(const std::string&)>& tell) {
+    Entry& entry = entries[static_cast<std::size_t>(i)];
+    if (ended) return;
+    MeshOptions options = entry.request->options;
+    if (options.progress) options.progress = tell;
+    entry.outcome = outcomeOf(entry.key, entry.request->mesh->filename, options);
+    entry.is_done = true;
+    if (entry.outcome.error && failure == Failure::EndsIt) ended = true;
+  };
+  workInParallel(static_cast<int>(entries.size()), threads, work, [&](int i, const std::string& text) {
+    entries[static_cast<std::size_t>(i)].request->options.progress(text);
+  });
+  for (Entry& entry : entries) {
+    if (entry.is_done) meshes_.emplace(std::move(entry.key), std::move(entry.outcome));
+  }
+}
+
+std::vector<CapsuleParts> findCapsules(const std::vector<urdf::CollisionSharedPtr>& collisions) {
+  std::vector<CapsuleParts> capsules;
+  for (std::size_t i = 0; i < collisions.size(); ++i) {
+    const auto* cylinder = dynamic_cast<const urdf::Cylinder*>(collisions[i]->geometry.get());
+    if (!cylinder) continue;
+    const Eigen::Isometry3d pose = toEigen(collisions[i]->origin);
+    // Sines of rpy, the quaternion's products and the sums of a rotated end: each adds an eps or two of the lengths.
+    const double rounding =
+        16.0 * std::numeric_limits<double>::epsilon() * (pose.translation().norm() + cylinder->length);
+    const auto sphereAt = [&](double z) {
+      return findSphere(collisions, cylinder->radius, pose * Vector3d(0, 0, z), rounding);
+    };
+    const std::array<int, 2> spheres{sphereAt(-0.5 * cylinder->length), sphereAt(0.5 * cylinder->length)};
+    if (spheres[0] < 0 || spheres[1] < 0) continue;
+    capsules.push_back({static_cast<int>(i), spheres, {cylinder->radius, cylinder->length}});
+  }
+  return capsules;
+}
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <urdf_model/link.h>
+
+#include <Eigen/Geometry>
+#include <array>
+#include <exception>
+#include <limits>
+#include <map>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "proximity_server/narrowphase/shape/shape.h"
+#include "proximity_server/scene/mesh/mesh.h"
+
+namespace proximity_server::scene {
+
+Eigen::Isometry3d toEigen(const urdf::Pose& pose);
+
+/// What stands for a <geometry>.
+struct CollisionGeometry {
+  std::string description;
+  std::vector<narrowphase::Shape> shapes;
+  Representation representation = Representation::Exact;
+  double deviation = 0.0;  ///< [m] see MeshPieces, as the next two
+  double uncovered = 0.0;
+  double volume_ratio = std::numeric_limits<double>::quiet_NaN();
+  std::vector<std::string> warnings = {};  ///< of MeshPieces
+  std::string shortfall = {};              ///< of MeshPieces, with the mesh's name
+};
+
+/// A mesh that a link is made of.
+struct MeshRequest {
+  const urdf::Mesh* mesh;
+  MeshOptions options;
+};
+
+/// Turns <geometry> elements into shapes; a mesh that is used again, with the same tolerance, is read once.
+class GeometryReader {
+ public:
+  explicit GeometryReader(MeshResolver resolve) : resolve_(std::move(resolve)) {}
+
+  /// What to do about a mesh that cannot be read.
+  enum class Failure : unsigned char { EndsIt, IsPassedOver };
+
+  /// Reads meshes in up to `threads` threads (0: one for each core), so that read() has them. What cannot be read is
+  /// found again by read(). Progress is told by the calling thread.
+  void readAhead(const std::vector<MeshRequest>& requests, int threads, Failure failure);
+
+  /// Throws std::invalid_argument: a size that is zero or not finite, a mesh that cannot be read.
+  CollisionGeometry read(const urdf::Geometry& geometry, const MeshOptions& options);
+
+ private:
+  struct MeshKey {
+    std::string file;
+    std::array<double, 3> scale;
+    double tolerance;
+    bool operator<(const MeshKey& other) const {
+      return std::tie(file, scale, tolerance) < std::tie(other.file, other.scale, other.tolerance);
+    }
+  };
+  struct Outcome {
+    CollisionGeometry geometry;
+    std::exception_ptr error;  // instead of the geometry
+  };
+
+  MeshKey keyOf(const urdf::Mesh& mesh, const MeshOptions& options) const;
+  static Outcome outcomeOf(const MeshKey& key, const std::string& uri, const MeshOptions& options);
+
+  MeshResolver resolve_;
+  std::map<MeshKey, Outcome> meshes_;
+};
+
+/// Three <collision> elements of a link that together are one capsule; it lies in the cylinder's frame.
+struct CapsuleParts {
+  int cylinder;                ///< index into the link's collisions
+  std::array<int, 2> spheres;  ///< the same, at its lower and upper end
+  narrowphase::Capsule capsule;
+};
+
+/// All cylinders of a link that have a sphere of their radius at both ends. A sphere may end several of them.
+std::vector<CapsuleParts> findCapsules(const std::vector<urdf::CollisionSharedPtr>& collisions);
+
+}  // namespace proximity_server::scene

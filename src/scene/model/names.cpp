@@ -1,0 +1,44 @@
+#include "scene/model/names.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "proximity_server/scene/model/robot_model.h"
+
+namespace proximity_server::scene {
+
+int editDistance(const std::string& from, const std::string& to) {
+  std::vector<int> row(to.size() + 1);  // row[j]: distance from the part of `from` so far to the first j of `to`
+  std::iota(row.begin(), row.end(), 0);
+  for (const char character : from) {
+    int diagonal = row[0]++;
+    for (std::size_t j = 0; j < to.size(); ++j) {
+      const int replaced = diagonal + (character == to[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
+    }
+  }
+  return row.back();
+}
+
+std::string nearestName(const std::string& name, const std::vector<std::string>& known) {
+  const auto nearest = std::min_element(known.begin(), known.end(), [&](const std::string& a, const std::string& b) {
+    return editDistance(name, a) < editDistance(name, b);
+  });
+  return nearest == known.end() ? "" : *nearest;
+}
+
+std::string quoted(const std::string& name) { return "\"" + name + "\""; }
+
+std::string listed(const std::vector<std::string>& items) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(items.size(), kMostListed); ++i) text += (i > 0 ? ", " : "") + items[i];
+  if (items.size() > kMostListed) text += " and " + std::to_string(items.size() - kMostListed) + " more";
+  return text;
+}
+
+std::string unknownName(const std::string& name, const std::vector<std::string>& known) {
+  return quoted(name) + (known.empty() ? "" : " (did you mean " + quoted(nearestName(name, known)) + "?)");
+}
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,167 @@
+#include "proximity_server/scene/motion/limited_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kTurn = 2.0 * 3.14159265358979323846;
+
+// [rad] An encoder may tell as much beyond a limit; a position that is further out is taken for one a turn away.
+constexpr double kBeyondLimit = 0.05;
+
+/// A position as a pose tells it: one of value + n * spacing.
+struct PosedPosition {
+  double value;
+  double spacing;  ///< 0: there is only this one
+
+  PosedPosition mirrored() const { return {-value, spacing}; }
+  double atOrAbove(double position) const { return value + std::ceil((position - value) / spacing) * spacing; }
+  double atOrBelow(double position) const { return value + std::floor((position - value) / spacing) * spacing; }
+  double nearestTo(double position) const { return value + std::round((position - value) / spacing) * spacing; }
+};
+
+struct Limits {
+  double lower, upper;
+
+  Limits mirrored() const { return {-upper, -lower}; }
+  double excess(double position) const { return std::max(lower - position, position - upper); }
+};
+
+/// Of the positions that the limits allow the one nearest to the stated one, or else the one farthest from the upper
+/// limit; of none the nearest to the limits.
+double positionWithin(const Limits& limits, const PosedPosition& position, const std::optional<double>& stated) {
+  if (!(position.spacing > 0.0)) return position.value;
+  const double lowest = std::isinf(limits.lower) ? limits.lower : position.atOrAbove(limits.lower - kBeyondLimit);
+  const double highest = position.atOrBelow(limits.upper + kBeyondLimit);
+  if (lowest > highest) return limits.excess(highest) < limits.excess(lowest) ? highest : lowest;
+  return stated ? std::clamp(position.nearestTo(*stated), lowest, highest) : lowest;
+}
+
+/// The time of [0, 1] at which a joint reaches a limit; infinity where there is none on its way.
+double stopTime(PosedPosition position, Limits limits, std::optional<double> stated, double travel) {
+  if (travel == 0.0) return kInfinity;
+  if (travel < 0.0) {
+    position = position.mirrored();
+    limits = limits.mirrored();
+    if (stated) stated = -*stated;
+  }
+  if (std::isinf(limits.upper)) return kInfinity;
+  return std::max(0.0, limits.upper - positionWithin(limits, position, stated)) / std::abs(travel);
+}
+
+bool turns(const Joint& joint) { return joint.type == Joint::Type::Revolute || joint.type == Joint::Type::Continuous; }
+bool slides(const Joint& joint) { return joint.type == Joint::Type::Prismatic; }
+
+/// For each of RobotModel::joints that leads, the position that its pose or else that of a follower tells.
+std::vector<std::optional<PosedPosition>> positionsOf(const RobotModel& model, const RobotMotion& motion) {
+  std::vector<std::optional<PosedPosition>> positions(model.joints.size());
+  for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+    const int index = model.bodies[i].joint;
+    if (index < 0 || !motion.segments()[i].is_known) continue;
+    const Joint& joint = model.joints[static_cast<std::size_t>(index)];
+    if (!turns(joint) && !slides(joint)) continue;
+    const Joint::Mimic leader = model.leaderOf(index);
+    auto& position = positions[static_cast<std::size_t>(leader.joint)];
+    if (leader.multiplier == 0.0 || (position && leader.joint != index)) continue;
+    const double own = jointPosition(model, joint, motion.segments()[i].motion.start);
+    const double spacing = turns(joint) ? kTurn / std::abs(leader.multiplier) : 0.0;
+    const PosedPosition told{(own - leader.offset) / leader.multiplier, spacing};
+    if (std::isfinite(told.value) && std::isfinite(told.spacing)) position = told;
+  }
+  return positions;
+}
+
+std::vector<JointStop> stopsOf(const RobotModel& model, const RobotMotion& unlimited, const std::vector<double>& travel,
+                               const std::vector<std::optional<double>>& stated) {
+  const std::vector<std::optional<PosedPosition>> positions = positionsOf(model, unlimited);
+  std::vector<JointStop> stops;
+  for (std::size_t i = 0; i < model.joints.size(); ++i) {
+    if (!positions[i]) continue;
+    const Joint& joint = model.joints[i];
+    const std::optional<double> own = stated.empty() ? std::nullopt : stated[i];
+    const double time = stopTime(*positions[i], {joint.lower, joint.upper}, own, travel[i]);
+    if (time < 1.0) stops.push_back({static_cast<int>(i), time});
+  }
+  std::stable_sort(stops.begin(), stops.end(), [](const JointStop& p, const JointStop& q) { return p.time < q.time; });
+  return stops;
+}
+
+/// 0, the different times of the stops, 1.
+std::vector<double> borders(const std::vector<JointStop>& stops) {
+  std::vector<double> times{0.0};
+  for (const JointStop& stop : stops) {
+    if (stop.time > times.back()) times.push_back(stop.time);
+  }
+  times.push_back(1.0);
+  return times;
+}
+
+std::vector<double> travelDuring(double begin, double end, const std::vector<JointStop>& stops,
+                                 std::vector<double> travel) {
+  for (double& joint : travel) joint *= end - begin;
+  for (const JointStop& stop : stops) {
+    if (stop.time <= begin) travel[static_cast<std::size_t>(stop.joint)] = 0.0;
+  }
+  return travel;
+}
+
+}  // namespace
+
+PhasedMotion::PhasedMotion(RobotMotion motion) : phases_{{0.0, 1.0, std::move(motion)}} {}
+
+PhasedMotion::PhasedMotion(std::vector<Phase> phases) : phases_(std::move(phases)) {
+  double time = 0.0;
+  for (const Phase& phase : phases_) {
+    if (phase.begin != time || !(phase.end > phase.begin))
+      throw std::invalid_argument("the phases of a motion do not follow each other");
+    time = phase.end;
+  }
+  if (time != 1.0) throw std::invalid_argument("the phases of a motion do not end at 1");
+}
+
+BodyPoses PhasedMotion::at(double time) const {
+  const auto is_later = [](double t, const Phase& phase) { return t < phase.begin; };
+  const auto next = std::upper_bound(phases_.begin() + 1, phases_.end(), time, is_later);
+  const Phase& phase = *std::prev(next);
+  return phase.motion.at((time - phase.begin) / (phase.end - phase.begin));
+}
+
+LimitedMotion motionWithinLimits(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel,
+                                 const std::vector<std::optional<double>>& stated) {
+  const RobotMotion unlimited = RobotMotion::ofJoints(model, start, travel);
+  if (!stated.empty() && stated.size() != model.joints.size())
+    throw std::invalid_argument("there are " + std::to_string(stated.size()) + " stated positions for " +
+                                std::to_string(model.joints.size()) + " joints");
+  std::vector<JointStop> stops = stopsOf(model, unlimited, travel, stated);
+  if (stops.empty()) return {unlimited, {}};
+  const std::vector<double> times = borders(stops);
+  std::vector<PhasedMotion::Phase> phases;
+  BodyPoses poses = start;
+  for (std::size_t i = 0; i + 1 < times.size(); ++i) {
+    const std::vector<double> during = travelDuring(times[i], times[i + 1], stops, travel);
+    phases.push_back({times[i], times[i + 1], RobotMotion::ofJoints(model, poses, during)});
+    poses = phases.back().motion.at(1.0);
+  }
+  return {PhasedMotion(std::move(phases)), std::move(stops)};
+}
+
+double jointPosition(const RobotModel& model, const Joint& joint, const Isometry3d& parent_T_child) {
+  const Link& parent = model.links[static_cast<std::size_t>(joint.parent_link)];
+  const Isometry3d moved = (parent.body_T_link * joint.parent_T_joint).inverse() * parent_T_child;
+  if (slides(joint)) return joint.axis.dot(moved.translation());
+  const Quaterniond turned(moved.linear());
+  // Between -2 pi and 2 pi; the same rotation has two quaternions.
+  const double angle = 2.0 * std::atan2(joint.axis.dot(turned.vec()), turned.w());
+  return std::remainder(angle, kTurn);
+}
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "proximity_server/scene/motion/moving_scene.h"
+#include "scene/motion/moving_bodies.h"
+#include "scene/query/pair_search.h"
+#include "scene/query/volumes.h"
+
+namespace proximity_server::scene {
+
+/// Answers questions about pairs of subjects in motion: walks through volumes and time at once, and gives only the
+/// pieces and intervals to the narrowphase that neither spheres nor boxes settle.
+class MotionSearch {
+ public:
+  MotionSearch(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes);
+
+  const std::shared_ptr<const SceneModel>& model() const { return model_; }
+  const std::shared_ptr<const Volumes>& volumes() const { return volumes_; }
+
+  RobotContact firstContact(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
+                            const MotionQuestion& question);
+  RobotMinimum minimum(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
+                       const MotionQuestion& question);
+
+ private:
+  struct MovingSubjects {
+    SubjectPair asked;
+    double padding;  ///< [m]
+    int a, b;        ///< volumes
+    MovingBodies bodies;
+  };
+
+  /// Two volumes during an interval of time, see MovingBodies::Interval.
+  struct Visit {
+    double lower_bound;  ///< [m] of their signed distance less the padding
+    int subjects;        ///< index into subjects_
+    int a, b, interval;
+    double travel;  ///< [m] of b as seen from a
+  };
+  /// Up to where a first contact is still looked for, and what could not be decided before.
+  struct Horizon {
+    double latest = 1.0;                                          ///< some pair is in contact here, or it is the end
+    double undecided = std::numeric_limits<double>::infinity();   ///< after this, some pair may be in contact
+    narrowphase::Status status = narrowphase::Status::Converged;  ///< why it is undecided
+    void leaveOpen(double time, narrowphase::Status why);
+  };
+  enum class Order : unsigned char { Nearest, Earliest };
+
+  void begin(const std::vector<SubjectPair>& pairs, const RobotMotion& motion, Order order, MotionCounts& counts);
+  int enterAll(double limit);
+  double paddingOf(const SubjectPair& pair) const;
+  MovingSubjects& subjectsOf(const Visit& visit) { return subjects_[static_cast<std::size_t>(visit.subjects)]; }
+  const Piece& pieceOf(int leaf) const;
+
+  bool goesLater(const Visit& p, const Visit& q) const;
+  void push(const Visit& visit);
+  Visit pop();
+
+  Visit withSpheres(Visit visit);
+  Visit withBoxes(Visit visit);
+  const Volume& at(int volume) const { return (*volumes_)[volume]; }
+  bool isLeaf(const Visit& visit) const { return at(visit.a).isLeaf() && at(visit.b).isLeaf(); }
+  void divide(const Visit& visit, double limit);
+
+  void considerStates(const std::vector<SubjectPair>& pairs, RobotMinimum& answer);
+  narrowphase::TimeOfContact contactOf(const Visit& visit, const MotionQuestion& question, double latest);
+  void measure(const Visit& visit, const MotionQuestion& question, Horizon& horizon, RobotContact& answer);
+  narrowphase::MinimumOverMotion minimumOf(const Visit& visit, const MotionQuestion& question, double upper_bound);
+  PairProximity found(const Visit& visit, narrowphase::SignedDistance result, double time);
+
+  const std::shared_ptr<const SceneModel> model_;
+  const std::shared_ptr<const Volumes> volumes_;
+  PairSearch states_;  ///< at one time
+  std::vector<MovingSubjects> subjects_;
+  std::optional<PosesInTime> poses_;
+  Order order_ = Order::Nearest;
+  std::vector<Visit> queue_;  ///< a heap
+};
+
+}  // namespace proximity_server::scene

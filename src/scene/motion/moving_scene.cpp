@@ -1,0 +1,99 @@
+#include "proximity_server/scene/motion/moving_scene.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "scene/motion/motion_search.h"
+
+namespace proximity_server::scene {
+namespace {
+
+using Phase = PhasedMotion::Phase;
+
+/// Of two answers, of which each left something open: the later one in the enumeration left more.
+narrowphase::Status lessComplete(narrowphase::Status p, narrowphase::Status q) { return std::max(p, q); }
+
+MotionCounts together(const MotionCounts& p, const MotionCounts& q) {
+  MotionCounts counts;
+  counts.pairs = std::max(p.pairs, q.pairs);
+  counts.unknown = std::max(p.unknown, q.unknown);
+  counts.by_one_bound = std::min(p.by_one_bound, q.by_one_bound);
+  counts.intervals = p.intervals + q.intervals;
+  counts.queries = p.queries + q.queries;
+  return counts;
+}
+
+RobotContact onWhole(const Phase& phase, RobotContact found) {
+  found.t_free = phase.onWhole(found.t_free);
+  if (found.contact) found.t_contact = phase.onWhole(found.t_contact);
+  return found;
+}
+
+/// `before` found no contact. What it left open stays open.
+RobotContact followedBy(const RobotContact& before, RobotContact next) {
+  next.counts = together(before.counts, next.counts);
+  if (before.status == narrowphase::Status::Converged) return next;
+  next.t_free = before.t_free;
+  next.status = lessComplete(before.status, next.status);
+  return next;
+}
+
+RobotMinimum onWhole(const Phase& phase, RobotMinimum found) {
+  if (found.time >= 0.0) found.time = phase.onWhole(found.time);
+  return found;
+}
+
+RobotMinimum followedBy(const RobotMinimum& before, const RobotMinimum& next) {
+  RobotMinimum closer = next.upper_bound < before.upper_bound ? next : before;
+  closer.lower_bound = std::min(before.lower_bound, next.lower_bound);
+  closer.status = lessComplete(before.status, next.status);
+  closer.counts = together(before.counts, next.counts);
+  return closer;
+}
+
+}  // namespace
+
+MovingScene::MovingScene(std::shared_ptr<const SceneModel> model)
+    : search_(std::make_unique<MotionSearch>(model, std::make_shared<const Volumes>(model->robot))) {}
+MovingScene::MovingScene(std::unique_ptr<MotionSearch> search) : search_(std::move(search)) {}
+MovingScene::~MovingScene() = default;
+MovingScene::MovingScene(MovingScene&&) noexcept = default;
+MovingScene& MovingScene::operator=(MovingScene&&) noexcept = default;
+
+MovingScene MovingScene::twin() const {
+  return MovingScene(std::make_unique<MotionSearch>(search_->model(), search_->volumes()));
+}
+
+const SceneModel& MovingScene::model() const { return *search_->model(); }
+
+RobotContact MovingScene::timeOfContact(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
+                                        const MotionQuestion& question) {
+  return search_->firstContact(pairs, motion, question);
+}
+
+RobotMinimum MovingScene::minimum(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
+                                  const MotionQuestion& question) {
+  return search_->minimum(pairs, motion, question);
+}
+
+RobotContact MovingScene::timeOfContact(const std::vector<SubjectPair>& pairs, const PhasedMotion& motion,
+                                        const MotionQuestion& question) {
+  const std::vector<Phase>& phases = motion.phases();
+  RobotContact answer = onWhole(phases.front(), timeOfContact(pairs, phases.front().motion, question));
+  for (std::size_t i = 1; i < phases.size() && !answer.contact; ++i) {
+    answer = followedBy(answer, onWhole(phases[i], timeOfContact(pairs, phases[i].motion, question)));
+  }
+  return answer;
+}
+
+RobotMinimum MovingScene::minimum(const std::vector<SubjectPair>& pairs, const PhasedMotion& motion,
+                                  const MotionQuestion& question) {
+  const std::vector<Phase>& phases = motion.phases();
+  RobotMinimum answer = onWhole(phases.front(), minimum(pairs, phases.front().motion, question));
+  for (std::size_t i = 1; i < phases.size(); ++i) {
+    answer = followedBy(answer, onWhole(phases[i], minimum(pairs, phases[i].motion, question)));
+  }
+  return answer;
+}
+
+}  // namespace proximity_server::scene

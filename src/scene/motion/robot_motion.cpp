@@ -1,0 +1,111 @@
+#include "proximity_server/scene/motion/robot_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <stdexcept>
+#include <string>
+
+#include "scene/model/usable_pose.h"
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+void require(std::size_t number, std::size_t expected, const std::string& what, const std::string& of) {
+  if (number == expected) return;
+  throw std::invalid_argument("the robot has " + std::to_string(expected) + " " + of + ", but there are " +
+                              std::to_string(number) + " " + what);
+}
+
+/// [rad] or [m] by which a joint moves, given what the leaders do.
+double travelOf(const RobotModel& model, int joint, const std::vector<double>& travel) {
+  const Joint::Mimic leader = model.leaderOf(joint);
+  const double own = leader.multiplier * travel[static_cast<std::size_t>(leader.joint)];
+  if (std::isfinite(own)) return own;
+  throw std::invalid_argument("the travel of joint " + model.joints[static_cast<std::size_t>(joint)].name +
+                              " is not finite");
+}
+
+/// From where the child of a joint stands in the frame of its parent.
+narrowphase::ScrewMotion jointScrew(const Joint& joint, double travel, const Isometry3d& parent_T_child) {
+  const Vector3d axis = travel * (parent_T_child.linear() * joint.axis);
+  switch (joint.type) {
+    case Joint::Type::Revolute:
+    case Joint::Type::Continuous:
+      return {parent_T_child, Vector3d::Zero(), axis};
+    case Joint::Type::Prismatic:
+      return {parent_T_child, axis, Vector3d::Zero()};
+    case Joint::Type::Floating:
+    case Joint::Type::Planar:
+      break;
+  }
+  return {parent_T_child, Vector3d::Zero(), Vector3d::Zero()};
+}
+
+}  // namespace
+
+RobotMotion RobotMotion::ofJoints(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel) {
+  require(start.size(), model.bodies.size(), "poses", "bodies");
+  require(travel.size(), model.joints.size(), "travels", "movable joints");
+  RobotMotion motion;
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    const Body& body = model.bodies[i];
+    Segment segment;
+    segment.parent = body.parent;
+    const std::optional<Isometry3d> pose = usablePose(start[i]);
+    const std::optional<Isometry3d> parent =
+        body.parent < 0 ? Isometry3d::Identity() : usablePose(start[static_cast<std::size_t>(body.parent)]);
+    segment.is_known = pose && parent;
+    const double own_travel = body.joint < 0 ? 0.0 : travelOf(model, body.joint, travel);
+    if (segment.is_known) {
+      segment.motion.start = parent->inverse() * *pose;
+      if (body.joint >= 0)
+        segment.motion =
+            jointScrew(model.joints[static_cast<std::size_t>(body.joint)], own_travel, segment.motion.start);
+    }
+    motion.segments_.push_back(segment);
+  }
+  return motion;
+}
+
+RobotMotion RobotMotion::ofJoints(const RobotModel& model, const std::vector<double>& from,
+                                  const std::vector<double>& to) {
+  const BodyPoses start = forwardKinematics(model, from);
+  require(to.size(), from.size(), "positions to go to", "movable joints");
+  std::vector<double> travel(to.size());
+  std::transform(to.begin(), to.end(), from.begin(), travel.begin(), std::minus<>());
+  return ofJoints(model, start, travel);
+}
+
+RobotMotion RobotMotion::ofTwists(const BodyPoses& start, const std::vector<Twist>& twists) {
+  require(twists.size(), start.size(), "twists", "poses");
+  RobotMotion motion;
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    const std::optional<Isometry3d> pose = usablePose(start[i]);
+    if (!(twists[i].linear + twists[i].angular).allFinite())
+      throw std::invalid_argument("twist " + std::to_string(i) + " is not finite");
+    Segment segment;
+    segment.is_known = pose.has_value();
+    if (pose) segment.motion = {*pose, twists[i].linear, twists[i].angular};
+    motion.segments_.push_back(segment);
+  }
+  return motion;
+}
+
+BodyPoses RobotMotion::at(double time) const {
+  BodyPoses poses(segments_.size());
+  for (std::size_t i = 0; i < segments_.size(); ++i) {
+    const Segment& segment = segments_[i];
+    if (!segment.is_known) continue;
+    if (segment.parent < 0)
+      poses[i] = segment.motion.at(time);
+    else if (const auto& parent = poses[static_cast<std::size_t>(segment.parent)])
+      poses[i] = *parent * segment.motion.at(time);
+  }
+  return poses;
+}
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,261 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+
+#include "proximity_server/scene/mesh/mesh.h"
+#include "scene/pieces/decomposition.h"
+#include "scene/pieces/mesh_cache.h"
+#include "scene/pieces/mesh_deviation.h"
+#include "scene/pieces/mesh_parts.h"
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Vector3d;
+
+/// A connected component of the mesh and its hull.
+struct Component {
+  Component(int component, TriangleMesh part, Effort& effort) : number(component), mesh(std::move(part)) {
+    effort.spend(stepsOfHull(mesh.vertices.size()));
+    hull.emplace(mesh.vertices);
+  }
+  int number;
+  TriangleMesh mesh;
+  std::optional<narrowphase::ConvexHull> hull;
+};
+
+/// Whether all of `inner` lies in `outer`, within the rounding of the test.
+bool contains(const narrowphase::ConvexHull& outer, const narrowphase::ConvexHull& inner) {
+  if (outer.dimension() < 3) return false;
+  double scale = 0.0;
+  for (const Vector3d& vertex : outer.vertices()) scale = std::max(scale, vertex.norm());
+  const double rounding = 8.0 * std::numeric_limits<double>::epsilon() * scale;
+  for (const auto& [a, b, c] : trianglesOf(outer.vertices(), outer.triangles())) {
+    const Vector3d normal = (b - a).cross(c - a).stableNormalized();
+    for (const Vector3d& vertex : inner.vertices()) {
+      if (normal.dot(vertex - a) > rounding) return false;
+    }
+  }
+  return true;
+}
+
+/// A mesh on its way to become pieces.
+struct Job {
+  TriangleMesh mesh;     // welded
+  Partition components;  // of its triangles
+  const MeshOptions& options;
+  Effort& effort;
+  double tolerance() const { return std::max(options.tolerance, kMeshRounding); }
+};
+
+std::vector<Component> componentsOf(const Job& job) {
+  std::vector<Component> components;
+  for (TriangleMesh& part : partsOf(job.mesh, job.components))
+    components.emplace_back(static_cast<int>(components.size()), std::move(part), job.effort);
+  return components;
+}
+
+std::vector<Triangle> closedTriangles(const std::vector<TriangleMesh>& components) {
+  std::vector<Triangle> closed;
+  for (const TriangleMesh& component : components) {
+    if (!isClosed(component)) continue;
+    for (const Triangle& triangle : trianglesOf(component.vertices, component.triangles)) closed.push_back(triangle);
+  }
+  return closed;
+}
+
+/// Hull over mesh, of the components together; NaN where one of them is open.
+double volumeRatio(const std::vector<TriangleMesh>& components) {
+  double hulls = 0.0, meshes = 0.0;
+  if (!std::all_of(components.begin(), components.end(), isClosed)) return std::numeric_limits<double>::quiet_NaN();
+  for (const TriangleMesh& component : components) {
+    hulls += narrowphase::ConvexHull(component.vertices).volume();
+    meshes += std::abs(enclosedVolume(component));
+  }
+  return meshes > 0.0 ? hulls / meshes : std::numeric_limits<double>::quiet_NaN();
+}
+
+bool isWithin(const narrowphase::ConvexHull& hull, const std::vector<Vector3d>& points, const MeshSolid& solid,
+              double tolerance) {
+  return solid.isWithin(tolerance, surfaceOf(hull), pointsBelow(hull, points));
+}
+
+/// Whether one hull of all is near enough.
+bool isHullOfAll(const Job& job, const MeshSolid& solid) {
+  const std::vector<Vector3d> points = clusterPoints(job.mesh, Partition(job.mesh.triangles.size(), 0)).front();
+  job.effort.spend(stepsOfHull(points.size()));
+  return isWithin(narrowphase::ConvexHull(points), points, solid, job.tolerance());
+}
+
+/// Each component to itself, or to the cluster of one whose hull hides it: the union of the hulls stays the same.
+/// Nothing where one of the hulls is not near enough.
+std::optional<Partition> hullsOfComponents(const Job& job, const MeshSolid& solid) {
+  std::vector<Component> components = componentsOf(job);
+  std::stable_sort(components.begin(), components.end(),
+                   [](const Component& a, const Component& b) { return a.hull->volume() > b.hull->volume(); });
+  std::vector<const Component*> outermost;
+  std::vector<int> hider(components.size());
+  for (const Component& component : components) {
+    const auto hides = [&](const Component* other) {
+      job.effort.spend(1 + other->hull->triangles().size() * component.hull->vertices().size());
+      return contains(*other->hull, *component.hull);
+    };
+    const auto found = std::find_if(outermost.begin(), outermost.end(), hides);
+    const bool is_hidden = found != outermost.end();
+    hider[component.number] = is_hidden ? (*found)->number : component.number;
+    if (!is_hidden) outermost.push_back(&component);
+  }
+  const bool near = std::all_of(outermost.begin(), outermost.end(), [&](const Component* component) {
+    return isWithin(*component->hull, component->mesh.vertices, solid, job.tolerance());
+  });
+  if (!near) return std::nullopt;
+  Partition partition;
+  for (const int component : job.components) partition.push_back(hider[component]);
+  return partition;
+}
+
+Clustering trianglesThemselves(std::size_t count) {
+  Clustering clustering;
+  clustering.partition.resize(count);
+  std::iota(clustering.partition.begin(), clustering.partition.end(), 0);
+  clustering.representation = Representation::Triangles;
+  return clustering;
+}
+
+bool isOneByOne(const Partition& partition) {
+  return *std::max_element(partition.begin(), partition.end()) == static_cast<int>(partition.size()) - 1;
+}
+
+/// Clusters that are near enough, in the first representation that is, fewest pieces first.
+Clustering nearestEnough(const Job& job, const MeshSolid& solid) {
+  Clustering clustering;
+  const Effort for_decomposition = job.effort.half();
+  try {
+    if (isHullOfAll(job, solid)) {
+      clustering.partition.assign(job.mesh.triangles.size(), 0);
+      clustering.representation = Representation::ConvexHull;
+      return clustering;
+    }
+    if (auto components = hullsOfComponents(job, solid)) {
+      clustering.partition = std::move(*components);
+      clustering.representation = Representation::Decomposed;
+      return clustering;
+    }
+  } catch (const Effort::Exceeded&) {
+    clustering.is_complete = false;
+  }
+  job.effort.add(for_decomposition);
+  if (job.options.tolerance <= kMeshRounding) {
+    Clustering triangles = trianglesThemselves(job.mesh.triangles.size());
+    triangles.is_complete = clustering.is_complete;
+    return triangles;
+  }
+  if (job.options.progress) {
+    job.options.progress("decomposing " + std::to_string(job.mesh.triangles.size()) + " triangles");
+  }
+  // Not the outermost components only: what lies in a hollow is hidden by a hull, not by its clusters.
+  Decomposition found = decompose(job.mesh, job.components, solid, job.options.tolerance);
+  clustering.partition = std::move(found.partition);
+  clustering.is_complete = clustering.is_complete && found.is_complete;
+  clustering.representation = isOneByOne(clustering.partition) ? Representation::Triangles : Representation::Decomposed;
+  return clustering;
+}
+
+std::vector<narrowphase::ConvexHull> hullsOf(const TriangleMesh& mesh, const Partition& partition) {
+  std::vector<narrowphase::ConvexHull> hulls;
+  for (const std::vector<Vector3d>& points : clusterPoints(mesh, partition)) hulls.emplace_back(points);
+  return hulls;
+}
+
+/// How far the hulls lie from the mesh.
+void measure(const TriangleMesh& mesh, const MeshSolid& solid, Clustering& clustering) {
+  std::vector<Cover> covers;
+  for (std::vector<Vector3d>& points : clusterPoints(mesh, clustering.partition)) {
+    narrowphase::ConvexHull hull(points);
+    covers.push_back({std::move(hull), std::move(points)});
+  }
+  clustering.deviation = solid.deviationOf(covers);
+  for (const Cover& cover : covers)
+    clustering.uncovered = std::max(clustering.uncovered, farthestOutside(cover, solid.effort()));
+  if (clustering.deviation <= kMeshRounding) clustering.representation = Representation::Exact;
+}
+
+Clustering compute(const TriangleMesh& mesh, const MeshOptions& options, const MeshCache& cache,
+                   std::vector<std::string>& warnings) {
+  Effort effort(options.time_budget);
+  Job job{welded(mesh), {}, options, effort};
+  job.components = componentNumbers(job.mesh);
+  const std::vector<TriangleMesh> components = partsOf(job.mesh, job.components);
+  const MeshSolid solid(trianglesOf(mesh.vertices, mesh.triangles), closedTriangles(components), effort);
+  Clustering clustering = nearestEnough(job, solid);
+  clustering.volume_ratio = volumeRatio(components);
+  // What is left to do takes time in proportion to the mesh, so nothing has to end it.
+  effort = Effort(std::numeric_limits<double>::infinity());
+  if (clustering.representation != Representation::Triangles) measure(mesh, solid, clustering);
+  const std::string trouble = cache.store(clustering);
+  if (!trouble.empty()) warnings.push_back(trouble);
+  return clustering;
+}
+
+std::string shortfallOf(const TriangleMesh& mesh, const MeshOptions& options, std::size_t pieces) {
+  std::ostringstream text;
+  text << "its " << mesh.triangles.size() << " triangles would take more than the time budget of "
+       << options.time_budget << " s to become as few convex pieces as possible; " << pieces
+       << " stand for it, within the tolerance";
+  return text.str();
+}
+
+}  // namespace
+
+MeshPieces convexPieces(const TriangleMesh& mesh, const MeshOptions& options) {
+  if (!(options.tolerance >= 0.0) || std::isinf(options.tolerance)) {
+    throw std::invalid_argument("a mesh tolerance must be a finite length, at least 0");
+  }
+  if (!(options.time_budget > 0.0)) throw std::invalid_argument("a mesh's time budget must be above 0");
+  if (mesh.triangles.empty()) return {};
+  const MeshCache cache(options.cache, mesh, options.tolerance, options.time_budget);
+  MeshPieces pieces;
+  std::optional<Clustering> clustering = cache.find();
+  if (!clustering) clustering = compute(mesh, options, cache, pieces.warnings);
+  pieces.hulls = hullsOf(mesh, clustering->partition);
+  pieces.representation = clustering->representation;
+  pieces.deviation = clustering->deviation;
+  pieces.uncovered = clustering->uncovered;
+  pieces.volume_ratio = clustering->volume_ratio;
+  if (!clustering->is_complete) pieces.shortfall = shortfallOf(mesh, options, pieces.hulls.size());
+  return pieces;
+}
+
+const char* toString(Representation representation) {
+  switch (representation) {
+    case Representation::Exact:
+      return "exact";
+    case Representation::ConvexHull:
+      return "convex_hull";
+    case Representation::Decomposed:
+      return "decomposed";
+    case Representation::Triangles:
+      return "triangles";
+  }
+  return "unknown";
+}
+
+std::string userMeshCache() {
+  const auto folder = [](const char* variable) {
+    const char* value = std::getenv(variable);
+    return std::string(value ? value : "");
+  };
+  // The XDG specification: a relative path is to be ignored.
+  if (const std::string cache = folder("XDG_CACHE_HOME"); !cache.empty() && cache.front() == '/') {
+    return cache + "/proximity_server";
+  }
+  const std::string home = folder("HOME");
+  return home.empty() ? "" : home + "/.cache/proximity_server";
+}
+
+}  // namespace proximity_server::scene

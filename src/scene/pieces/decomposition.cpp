@@ -1,0 +1,420 @@
+#include "scene/pieces/decomposition.h"
+
+#include <algorithm>
+#include <numeric>
+#include <queue>
+#include <tuple>
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Vector3d;
+using Cluster = std::vector<int>;  // indices of triangles
+
+std::vector<Vector3d> pointsOf(const TriangleMesh& mesh, const Cluster& cluster) {
+  std::vector<int> indices;
+  for (const int t : cluster) indices.insert(indices.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+  std::sort(indices.begin(), indices.end());
+  indices.erase(std::unique(indices.begin(), indices.end()), indices.end());
+  std::vector<Vector3d> points;
+  points.reserve(indices.size());
+  for (const int i : indices) points.push_back(mesh.vertices[i]);
+  return points;
+}
+
+/// Splits a cluster in the middle of its longest side; returns the upper half.
+Cluster takeHalf(const TriangleMesh& mesh, Cluster& cluster) {
+  const auto centre = [&](int t) {
+    const auto& [a, b, c] = mesh.triangles[t];
+    return Vector3d(mesh.vertices[a] + mesh.vertices[b] + mesh.vertices[c]);
+  };
+  Eigen::AlignedBox3d box;
+  for (const int t : cluster) box.extend(centre(t));
+  Eigen::Index axis;
+  box.sizes().maxCoeff(&axis);
+  const auto middle = cluster.begin() + static_cast<std::ptrdiff_t>(cluster.size() / 2);
+  std::nth_element(cluster.begin(), middle, cluster.end(),
+                   [&](int s, int t) { return centre(s)[axis] < centre(t)[axis]; });
+  Cluster upper(middle, cluster.end());
+  cluster.erase(middle, cluster.end());
+  return upper;
+}
+
+bool before(const Vector3d& a, const Vector3d& b) {
+  return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+}
+
+std::vector<Vector3d> sorted(std::vector<Vector3d> points) {
+  std::sort(points.begin(), points.end(), before);
+  return points;
+}
+
+bool isOneOf(const std::vector<Vector3d>& sorted_points, const Vector3d& point) {
+  return std::binary_search(sorted_points.begin(), sorted_points.end(), point, before);
+}
+
+/// The sorted vertices of the hull of all points where it lies within tolerance, else nothing.
+std::vector<Vector3d> hullWithin(double tolerance, const MeshSolid& solid, const std::vector<Vector3d>& points) {
+  solid.effort().spend(stepsOfHull(points.size()));
+  const narrowphase::ConvexHull hull(points);
+  if (!solid.isWithin(tolerance, surfaceOf(hull), pointsBelow(hull, points))) return {};
+  return sorted(hull.vertices());
+}
+
+/// The same of two hulls that lie within tolerance. A triangle of their common hull that has its corners in one of them
+/// lies in that one, and so within tolerance.
+std::vector<Vector3d> commonHullWithin(double tolerance, const MeshSolid& solid, const std::vector<Vector3d>& a,
+                                       const std::vector<Vector3d>& b) {
+  std::vector<Vector3d> points = a;
+  points.insert(points.end(), b.begin(), b.end());
+  solid.effort().spend(stepsOfHull(points.size()));
+  const narrowphase::ConvexHull hull(points);
+  const std::vector<Triangle> surface = surfaceOf(hull);
+  std::vector<Triangle> bridges;
+  std::copy_if(surface.begin(), surface.end(), std::back_inserter(bridges), [&](const Triangle& triangle) {
+    const auto isOf = [&](const std::vector<Vector3d>& corners) {
+      return std::all_of(triangle.begin(), triangle.end(), [&](const Vector3d& p) { return isOneOf(corners, p); });
+    };
+    return !isOf(a) && !isOf(b);
+  });
+  if (!solid.isWithin(tolerance, bridges, pointsBelow(hull, points))) return {};
+  return sorted(hull.vertices());
+}
+
+struct Part {
+  Cluster triangles;
+  std::vector<Vector3d> corners;  // of its hull, sorted
+};
+
+/// Cuts clusters into parts that are within tolerance.
+class Halving {
+ public:
+  Halving(const TriangleMesh& mesh, const MeshSolid& solid, double tolerance)
+      : mesh_(mesh), solid_(solid), tolerance_(tolerance) {}
+
+  /// The component as it is where that is within tolerance. Else in parts, each cut twice more than it need be, so that
+  /// its triangles may join what lies beside it.
+  std::vector<Part> partsOf(Cluster component) {
+    std::vector<Part> parts = halved({std::move(component)});
+    if (parts.size() <= 1) return parts;
+    for (int level = 0; level < 2; ++level) parts = cutOnce(std::move(parts));
+    return parts;
+  }
+
+  /// Whether the effort was enough for all so far.
+  bool isComplete() const { return is_complete_; }
+
+ private:
+  /// Halves until all are within tolerance, at the latest as single triangles.
+  std::vector<Part> halved(std::vector<Cluster> pending) {
+    std::vector<Part> parts;
+    while (!pending.empty()) {
+      Cluster cluster = std::move(pending.back());
+      pending.pop_back();
+      std::vector<Vector3d> corners = cornersOf(cluster);
+      if (corners.empty()) {
+        pending.push_back(takeHalf(mesh_, cluster));
+        pending.push_back(std::move(cluster));
+      } else {
+        parts.push_back({std::move(cluster), std::move(corners)});
+      }
+    }
+    return parts;
+  }
+
+  std::vector<Part> cutOnce(std::vector<Part> parts) {
+    std::vector<Part> result;
+    for (Part& part : parts) {
+      std::vector<Part> halves;
+      if (part.triangles.size() > 1 && is_complete_) {
+        Cluster lower = part.triangles, upper = takeHalf(mesh_, lower);
+        halves = halved({std::move(upper), std::move(lower)});
+      }
+      if (halves.empty() || !is_complete_) {
+        result.push_back(std::move(part));
+      } else {
+        std::move(halves.begin(), halves.end(), std::back_inserter(result));
+      }
+    }
+    return result;
+  }
+
+  /// Nothing where the hull is not within tolerance, or the effort is spent.
+  std::vector<Vector3d> cornersOf(const Cluster& cluster) try {
+    if (cluster.size() == 1) return sorted(narrowphase::ConvexHull(pointsOf(mesh_, cluster)).vertices());
+    if (!is_complete_) return {};
+    return hullWithin(tolerance_, solid_, pointsOf(mesh_, cluster));
+  } catch (const Effort::Exceeded&) {
+    is_complete_ = false;
+    return {};
+  }
+
+  const TriangleMesh& mesh_;
+  const MeshSolid& solid_;
+  const double tolerance_;
+  bool is_complete_ = true;
+};
+
+/// Clusters that become one, two at a time.
+class Fusion {
+ public:
+  Fusion(const TriangleMesh& mesh, const MeshSolid& solid, double tolerance)
+      : mesh_(mesh), solid_(solid), tolerance_(tolerance) {}
+
+  void add(Part part) {
+    Node node;
+    node.corners = std::move(part.corners);
+    for (const Vector3d& corner : node.corners) node.box.extend(corner);
+    nodes_.push_back(std::move(node));
+    triangles_.push_back(std::move(part.triangles));
+  }
+
+  /// Those that share a vertex of the mesh become neighbours; an edge, where very many share the vertex.
+  void joinAtVertices() {
+    constexpr std::size_t kMany = 16;
+    std::vector<std::vector<int>> at_vertex(mesh_.vertices.size());
+    for (int i = 0; i < static_cast<int>(triangles_.size()); ++i) {
+      for (const int t : triangles_[i]) {
+        for (const int v : mesh_.triangles[t]) {
+          if (at_vertex[v].empty() || at_vertex[v].back() != i) at_vertex[v].push_back(i);
+        }
+      }
+    }
+    std::vector<NodePair> pairs = pairsAtEdges();
+    for (const std::vector<int>& around : at_vertex) {
+      if (around.size() > kMany) continue;
+      for (std::size_t i = 1; i < around.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j) pairs.emplace_back(around[j], around[i]);
+    }
+    join(std::move(pairs));
+  }
+
+  /// Those whose boxes are no farther apart than the tolerance become neighbours.
+  void joinNearBoxes() {
+    std::vector<int> alive;
+    for (int i = 0; i < static_cast<int>(nodes_.size()); ++i)
+      if (nodes_[i].whole < 0) alive.push_back(i);
+    std::stable_sort(alive.begin(), alive.end(),
+                     [&](int a, int b) { return nodes_[a].box.min().x() < nodes_[b].box.min().x(); });
+    std::vector<NodePair> pairs;
+    for (std::size_t i = 0; i < alive.size() && pairs.size() < kMostPairs; ++i) {
+      const Eigen::AlignedBox3d& box = nodes_[alive[i]].box;
+      for (std::size_t j = i + 1; j < alive.size(); ++j) {
+        const Eigen::AlignedBox3d& other = nodes_[alive[j]].box;
+        solid_.effort().spend(2);
+        if (other.min().x() > box.max().x() + tolerance_) break;
+        if (box.squaredExteriorDistance(other) > tolerance_ * tolerance_) continue;
+        solid_.effort().spend(100);
+        pairs.emplace_back(std::minmax(alive[i], alive[j]));
+      }
+    }
+    join(std::move(pairs));
+  }
+
+  /// Until no two neighbours may become one.
+  void fuse() {
+    while (!pairs_.empty()) {
+      const Pair pair = pairs_.top();
+      pairs_.pop();
+      solid_.effort().spend(20);
+      if (nodes_[pair.a].whole >= 0 || nodes_[pair.b].whole >= 0) continue;
+      std::vector<Vector3d> corners =
+          commonHullWithin(tolerance_, solid_, nodes_[pair.a].corners, nodes_[pair.b].corners);
+      if (corners.empty()) {
+        nodes_[pair.a].neighbours.push_back({pair.b, Relation::Apart});
+        nodes_[pair.b].neighbours.push_back({pair.a, Relation::Apart});
+      } else {
+        unite(pair.a, pair.b, std::move(corners));
+      }
+    }
+  }
+
+  Partition partition() const {
+    Partition result(mesh_.triangles.size(), -1);
+    std::vector<int> number(nodes_.size(), -1);
+    int count = 0;
+    for (int i = 0; i < static_cast<int>(triangles_.size()); ++i) {
+      const int whole = wholeOf(i);
+      if (number[whole] < 0) number[whole] = count++;
+      for (const int t : triangles_[i]) result[t] = number[whole];
+    }
+    return result;
+  }
+
+ private:
+  using NodePair = std::pair<int, int>;               // the smaller number first
+  static constexpr std::size_t kMostPairs = 2000000;  // 100 MB
+  enum class Relation : unsigned char { Untried, Apart };
+  struct Neighbour {
+    int node;  // or a part of it
+    Relation relation;
+    bool operator<(const Neighbour& other) const {
+      return std::tie(node, relation) < std::tie(other.node, other.relation);
+    }
+  };
+  struct Node {
+    std::vector<Vector3d> corners;  // sorted
+    Eigen::AlignedBox3d box;
+    std::vector<Neighbour> neighbours;  // may hold one several times
+    int whole = -1;                     // what it has become part of
+  };
+  struct Pair {
+    double growth;  // [m^2]
+    int a, b;
+    bool operator<(const Pair& other) const {  // the smallest is on top
+      return std::tie(growth, a, b) > std::tie(other.growth, other.a, other.b);
+    }
+  };
+
+  std::vector<NodePair> pairsAtEdges() const {
+    std::vector<std::tuple<int, int, int>> edges;
+    for (int i = 0; i < static_cast<int>(triangles_.size()); ++i) {
+      for (const int t : triangles_[i]) {
+        const auto& corners = mesh_.triangles[t];
+        for (std::size_t k = 0; k < 3; ++k) {
+          const auto [low, high] = std::minmax(corners[k], corners[(k + 1) % 3]);
+          edges.emplace_back(low, high, i);
+        }
+      }
+    }
+    std::sort(edges.begin(), edges.end());
+    std::vector<NodePair> pairs;
+    for (std::size_t i = 1; i < edges.size(); ++i) {
+      const auto& [low, high, one] = edges[i - 1];
+      const auto& [next_low, next_high, other] = edges[i];
+      if (next_low == low && next_high == high && one != other) pairs.emplace_back(std::minmax(one, other));
+    }
+    return pairs;
+  }
+
+  int wholeOf(int node) const {
+    while (nodes_[node].whole >= 0) node = nodes_[node].whole;
+    return node;
+  }
+
+  /// Makes neighbours of those that are not yet.
+  void join(std::vector<NodePair> pairs) {
+    std::sort(pairs.begin(), pairs.end());
+    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+    if (pairs.size() > kMostPairs) pairs.resize(kMostPairs);
+    for (Node& node : nodes_) node.neighbours = resolved(std::move(node.neighbours));
+    const auto isKnown = [&](const NodePair& pair) {
+      const auto& known = nodes_[pair.first].neighbours;
+      const Neighbour neighbour{pair.second, Relation::Untried};
+      const auto place = std::lower_bound(known.begin(), known.end(), neighbour);
+      return place != known.end() && place->node == pair.second;
+    };
+    pairs.erase(std::remove_if(pairs.begin(), pairs.end(), isKnown), pairs.end());
+    for (const auto& [a, b] : pairs) {
+      nodes_[a].neighbours.push_back({b, Relation::Untried});
+      nodes_[b].neighbours.push_back({a, Relation::Untried});
+      push(a, b);
+    }
+  }
+
+  /// Those that add least to the surface of their boxes come first.
+  void push(int a, int b) {
+    const auto surface = [](const Eigen::AlignedBox3d& box) {
+      const Vector3d size = box.sizes();
+      return size.x() * size.y() + size.y() * size.z() + size.z() * size.x();
+    };
+    const Eigen::AlignedBox3d &box_a = nodes_[a].box, &box_b = nodes_[b].box;
+    pairs_.push({surface(box_a.merged(box_b)) - surface(box_a) - surface(box_b), std::min(a, b), std::max(a, b)});
+  }
+
+  /// The same, each once as the node that it is part of now, and Apart where it was ever found so.
+  std::vector<Neighbour> resolved(std::vector<Neighbour> neighbours) const {
+    for (Neighbour& neighbour : neighbours) neighbour.node = wholeOf(neighbour.node);
+    std::sort(neighbours.begin(), neighbours.end());
+    std::vector<Neighbour> result;
+    for (const Neighbour& neighbour : neighbours) {
+      if (result.empty() || result.back().node != neighbour.node)
+        result.push_back(neighbour);
+      else
+        result.back() = neighbour;
+    }
+    return result;
+  }
+
+  /// The neighbours of the two are those of the whole; what may not become one with a part may not with the whole.
+  void unite(int a, int b, std::vector<Vector3d> corners) {
+    const int whole = static_cast<int>(nodes_.size());
+    Node node;
+    node.corners = std::move(corners);
+    node.box = nodes_[a].box.merged(nodes_[b].box);
+    for (const int part : {a, b}) {
+      std::vector<Neighbour>& neighbours = nodes_[part].neighbours;
+      solid_.effort().spend(10 * neighbours.size());
+      node.neighbours.insert(node.neighbours.end(), neighbours.begin(), neighbours.end());
+      neighbours = {};
+      nodes_[part].corners = {};
+    }
+    nodes_[a].whole = nodes_[b].whole = whole;
+    nodes_.push_back(std::move(node));
+    std::vector<Neighbour> neighbours = resolved(std::move(nodes_[whole].neighbours));
+    neighbours.erase(std::remove_if(neighbours.begin(), neighbours.end(),
+                                    [&](const Neighbour& neighbour) { return neighbour.node == whole; }),
+                     neighbours.end());
+    for (const auto& [other, relation] : neighbours) {
+      nodes_[other].neighbours.push_back({whole, relation});
+      if (relation == Relation::Untried) push(other, whole);
+    }
+    nodes_[whole].neighbours = std::move(neighbours);
+  }
+
+  const TriangleMesh& mesh_;
+  const MeshSolid& solid_;
+  const double tolerance_;
+  std::vector<Cluster> triangles_;  // of the first nodes
+  std::vector<Node> nodes_;
+  std::priority_queue<Pair> pairs_;
+};
+
+}  // namespace
+
+std::size_t stepsOfHull(std::size_t points) { return 5000 + 1000 * points; }
+
+Decomposition decompose(const TriangleMesh& mesh, const Partition& components, const MeshSolid& solid,
+                        double tolerance) {
+  std::vector<Cluster> wholes;
+  for (int t = 0; t < static_cast<int>(mesh.triangles.size()); ++t) {
+    const auto number = static_cast<std::size_t>(components[t]);
+    if (number >= wholes.size()) wholes.resize(number + 1);
+    wholes[number].push_back(t);
+  }
+  // Halving alone leaves many parts, so it may take half of the effort.
+  Effort& effort = solid.effort();
+  const Effort for_fusion = effort.half();
+  Halving halving(mesh, solid, tolerance);
+  Fusion fusion(mesh, solid, tolerance);
+  for (Cluster& whole : wholes) {
+    for (Part& part : halving.partsOf(std::move(whole))) fusion.add(std::move(part));
+  }
+  effort.add(for_fusion);
+  bool is_complete = halving.isComplete();
+  try {
+    fusion.joinAtVertices();
+    fusion.fuse();
+    fusion.joinNearBoxes();
+    fusion.fuse();
+  } catch (const Effort::Exceeded&) {
+    is_complete = false;
+  }
+  return {fusion.partition(), is_complete};
+}
+
+std::vector<std::vector<Vector3d>> clusterPoints(const TriangleMesh& mesh, const Partition& partition) {
+  std::vector<Cluster> clusters;
+  for (std::size_t t = 0; t < partition.size(); ++t) {
+    const auto number = static_cast<std::size_t>(partition[t]);
+    if (number >= clusters.size()) clusters.resize(number + 1);
+    clusters[number].push_back(static_cast<int>(t));
+  }
+  std::vector<std::vector<Vector3d>> points;
+  for (const Cluster& cluster : clusters) {
+    if (!cluster.empty()) points.push_back(pointsOf(mesh, cluster));
+  }
+  return points;
+}
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+
+namespace proximity_server::scene {
+
+/// What a mesh may still cost, counted and not timed, so that every machine comes to the same end. Meshes come from
+/// strangers, and some need hours to become convex pieces.
+class Effort {
+ public:
+  struct Exceeded {};
+
+  /// `seconds`: of one core of 2020, roughly; infinity is legal.
+  explicit Effort(double seconds) : left_(seconds * kStepsPerSecond) {}
+
+  /// Throws Exceeded when nothing is left. `steps`: of about 3 ns each.
+  void spend(std::size_t steps) {
+    left_ -= static_cast<double>(steps);
+    if (left_ < 0.0) throw Exceeded();
+  }
+
+  /// Takes away half of what is left, for later.
+  Effort half() {
+    left_ = std::max(0.0, 0.5 * left_);
+    return *this;
+  }
+  void add(const Effort& other) { left_ = std::max(0.0, left_) + other.left_; }
+
+  double secondsLeft() const { return left_ / kStepsPerSecond; }
+
+ private:
+  static constexpr double kStepsPerSecond = 3e8;
+  double left_;
+};
+
+}  // namespace proximity_server::scene

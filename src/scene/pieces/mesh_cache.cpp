@@ -1,0 +1,159 @@
+#include "scene/pieces/mesh_cache.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+namespace proximity_server::scene {
+namespace {
+
+constexpr const char* kVersion = "proximity_server-pieces-2";
+
+/// Source: Fowler, Noll, Vo: FNV-1a, 64 bits.
+class Hash {
+ public:
+  void add(const void* data, std::size_t size) {
+    const auto* bytes = static_cast<const unsigned char*>(data);
+    for (std::size_t i = 0; i < size; ++i) value_ = (value_ ^ bytes[i]) * 0x100000001b3ULL;
+  }
+  void add(const std::string& text) { add(text.data(), text.size()); }
+  std::string text() const {
+    std::array<char, 17> digits{};
+    std::snprintf(digits.data(), digits.size(), "%016llx", static_cast<unsigned long long>(value_));
+    return digits.data();
+  }
+
+ private:
+  std::uint64_t value_ = 0xcbf29ce484222325ULL;
+};
+
+std::string keyOf(const TriangleMesh& mesh, double tolerance, double time_budget) {
+  Hash hash;
+  hash.add(kVersion);
+  hash.add(&tolerance, sizeof tolerance);
+  hash.add(&time_budget, sizeof time_budget);
+  for (const Eigen::Vector3d& vertex : mesh.vertices) hash.add(vertex.data(), 3 * sizeof(double));
+  for (const auto& triangle : mesh.triangles) hash.add(triangle.data(), 3 * sizeof(int));
+  return hash.text();
+}
+
+std::string checksumOf(const std::string& content) {
+  Hash hash;
+  hash.add(content);
+  return hash.text();
+}
+
+std::uint64_t bitsOf(double number) {
+  std::uint64_t bits = 0;
+  std::memcpy(&bits, &number, sizeof bits);
+  return bits;
+}
+
+/// Reads what bitsOf() made; false where there is nothing like it.
+bool readBits(std::istream& stream, double& number) {
+  std::uint64_t bits = 0;
+  if (!(stream >> bits)) return false;
+  std::memcpy(&number, &bits, sizeof number);
+  return true;
+}
+
+std::string write(const std::string& key, const Clustering& clustering) {
+  std::ostringstream text;
+  text << kVersion << '\n' << key << '\n' << static_cast<int>(clustering.representation) << '\n';
+  text << (clustering.is_complete ? "complete" : "stopped") << '\n';
+  text << bitsOf(clustering.deviation) << '\n' << bitsOf(clustering.uncovered) << '\n';
+  text << bitsOf(clustering.volume_ratio) << '\n' << clustering.partition.size() << '\n';
+  for (const int cluster : clustering.partition) text << cluster << '\n';
+  return text.str();
+}
+
+/// Nothing unless the text is exactly what write() makes of a clustering of `triangles` triangles for this key.
+std::optional<Clustering> read(const std::string& text, const std::string& key, std::size_t triangles) {
+  std::istringstream stream(text);
+  std::string version, found_key, completeness;
+  int representation = 0;
+  std::size_t count = 0;
+  Clustering result;
+  if (!(stream >> version >> found_key >> representation >> completeness)) return std::nullopt;
+  if (!readBits(stream, result.deviation) || !readBits(stream, result.uncovered) ||
+      !readBits(stream, result.volume_ratio) || !(stream >> count) || count != triangles) {
+    return std::nullopt;
+  }
+  if (representation < 0 || representation > static_cast<int>(Representation::Triangles)) return std::nullopt;
+  result.representation = static_cast<Representation>(representation);
+  result.is_complete = completeness == "complete";
+  result.partition.resize(triangles);
+  for (int& cluster : result.partition) {
+    if (!(stream >> cluster) || cluster < 0 || cluster >= static_cast<int>(triangles)) return std::nullopt;
+  }
+  if (write(key, result) != text) return std::nullopt;
+  return result;
+}
+
+/// Whether convexPieces may have come to these numbers. Written so that NaN is refused.
+bool isPlausible(const Clustering& clustering, double tolerance) {
+  const bool is_exact = clustering.representation == Representation::Exact;
+  const double largest = is_exact ? kMeshRounding : std::max(tolerance, kMeshRounding);
+  const double ratio = clustering.volume_ratio;
+  return clustering.deviation >= 0.0 && clustering.deviation <= largest && clustering.uncovered >= 0.0 &&
+         std::isfinite(clustering.uncovered) && (std::isnan(ratio) || (ratio >= 0.0 && std::isfinite(ratio)));
+}
+
+std::filesystem::path fileOf(const std::string& folder, const std::string& key) {
+  return std::filesystem::path(folder) / (key + ".pieces");
+}
+
+/// A name that neither another process nor another thread takes.
+std::filesystem::path unfinished(const std::filesystem::path& file) {
+  static std::atomic<unsigned> count{0};
+  return file.string() + "." + std::to_string(getpid()) + "." + std::to_string(count++);
+}
+
+}  // namespace
+
+MeshCache::MeshCache(std::string folder, const TriangleMesh& mesh, double tolerance, double time_budget)
+    : folder_(std::move(folder)),
+      key_(folder_.empty() ? "" : keyOf(mesh, tolerance, time_budget)),
+      triangles_(mesh.triangles.size()),
+      tolerance_(tolerance) {}
+
+std::optional<Clustering> MeshCache::find() const {
+  if (folder_.empty()) return std::nullopt;
+  std::ifstream stream(fileOf(folder_, key_), std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  constexpr std::size_t kChecksum = 16;
+  if (text.size() < kChecksum) return std::nullopt;
+  const std::string content = text.substr(0, text.size() - kChecksum);
+  if (text.substr(content.size()) != checksumOf(content)) return std::nullopt;
+  const std::optional<Clustering> found = read(content, key_, triangles_);
+  return found && isPlausible(*found, tolerance_) ? found : std::nullopt;
+}
+
+std::string MeshCache::store(const Clustering& clustering) const {
+  if (folder_.empty()) return {};
+  const std::filesystem::path file = fileOf(folder_, key_), draft = unfinished(file);
+  std::error_code failed;
+  std::filesystem::create_directories(folder_, failed);
+  if (!failed) {
+    std::ofstream stream(draft, std::ios::binary);
+    const std::string content = write(key_, clustering);
+    stream << content << checksumOf(content);
+    stream.close();
+    if (stream) std::filesystem::rename(draft, file, failed);
+    if (stream && !failed) return {};
+  }
+  std::error_code ignored;
+  std::filesystem::remove(draft, ignored);
+  return "mesh cache " + folder_ + " cannot be written" + (failed ? ": " + failed.message() : "") +
+         "; decompositions are computed again at each start";
+}
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,182 @@
+#include "scene/pieces/mesh_deviation.h"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <queue>
+
+#include "scene/pieces/mesh_parts.h"
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// To build a tree.
+constexpr std::size_t kStepsPerTreeTriangle = 20;
+
+/// The surface of a hull, in a tree.
+TriangleTree treeOf(const std::vector<Triangle>& surface, Effort& effort) {
+  effort.spend(kStepsPerTreeTriangle * surface.size());
+  return TriangleTree(surface);
+}
+
+/// [m] a deviation that is surely below, or found to be above, need not be known closer.
+struct Enough {
+  double below = -kInfinity, above = kInfinity;
+};
+
+bool isInHull(const narrowphase::ConvexHull& hull, const Vector3d& p) {
+  for (const auto& [a, b, c] : surfaceOf(hull)) {
+    if ((b - a).cross(c - a).dot(p - a) > 0.0) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::vector<Triangle> surfaceOf(const narrowphase::ConvexHull& hull) {
+  if (hull.triangles().empty()) return {{hull.vertices().front(), hull.vertices().back(), hull.vertices().back()}};
+  return trianglesOf(hull.vertices(), hull.triangles());
+}
+
+std::vector<Vector3d> pointsBelow(const narrowphase::ConvexHull& hull, const std::vector<Vector3d>& points) {
+  const auto before = [](const Vector3d& a, const Vector3d& b) {
+    return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+  };
+  std::vector<Vector3d> corners = hull.vertices(), below;
+  std::sort(corners.begin(), corners.end(), before);
+  for (const Vector3d& point : points) {
+    if (!std::binary_search(corners.begin(), corners.end(), point, before)) below.push_back(point);
+  }
+  return below;
+}
+
+/// Looks for the point of some triangles that lies farthest outside of a mesh.
+class DeviationSearch {
+ public:
+  DeviationSearch(const MeshSolid& mesh, const Enough& enough) : mesh_(mesh), enough_(enough) {}
+
+  double farthest() const { return farthest_; }
+
+  bool isEnough() const { return farthest_ > enough_.above; }
+
+  /// Whether no part is left that may lie farther than what was found, or than what is surely below enough.
+  bool isProven() const { return !isEnough() && (patches_.empty() || patches_.top().bound <= floor()); }
+
+  void look(const std::vector<Triangle>& triangles) {
+    for (const Triangle& triangle : triangles) {
+      if (isEnough()) return;
+      look(triangle);
+    }
+  }
+
+  /// At the points of the hull's surface that are nearest to the points below it.
+  void lookAbove(const std::vector<Vector3d>& below, const std::vector<Triangle>& surface) {
+    if (below.empty() || surface.empty() || isEnough()) return;
+    const TriangleTree tree = treeOf(surface, mesh_.effort());
+    for (const Vector3d& point : below) {
+      if (isEnough()) return;
+      // The point is one of the mesh, so what is above it lies no farther from the mesh.
+      const TriangleTree::Nearest above = tree.nearest(point, mesh_.effort());
+      if (above.distance > floor()) farthest_ = std::max(farthest_, mesh_.distance(above.point));
+    }
+  }
+
+  /// At ever smaller parts, until nothing larger is left, enough is known, or so many were looked at.
+  void refine(int looks) {
+    for (; looks > 0 && !patches_.empty() && !isEnough(); looks -= 2) {
+      if (patches_.top().bound <= floor()) break;
+      const Triangle t = patches_.top().corners;
+      patches_.pop();
+      const auto edge = [&](int i) { return (t[(i + 1) % 3] - t[i]).squaredNorm(); };
+      const int longest = edge(0) >= edge(1) ? (edge(0) >= edge(2) ? 0 : 2) : (edge(1) >= edge(2) ? 1 : 2);
+      const Vector3d &a = t[longest], &b = t[(longest + 1) % 3], &c = t[(longest + 2) % 3];
+      const Vector3d middle = 0.5 * (a + b);
+      look({a, middle, c});
+      look({middle, b, c});
+    }
+  }
+
+ private:
+  struct Patch {
+    Triangle corners;
+    double bound;  // no point of it lies farther
+    bool operator<(const Patch& other) const { return bound < other.bound; }
+  };
+
+  /// What lies no farther changes nothing.
+  double floor() const { return std::max(farthest_ + kMeshRounding, enough_.below); }
+
+  void look(const Triangle& t) {
+    const Vector3d centre = (t[0] + t[1] + t[2]) / 3.0;
+    const TriangleTree::Nearest nearest = mesh_.surface_.nearest(centre, mesh_.effort());
+    double reach = 0.0, at_corners = 0.0;
+    for (const Vector3d& corner : t) {
+      reach = std::max(reach, (corner - centre).norm());
+      at_corners = std::max(at_corners, (nearestPoint(*nearest.triangle, corner) - corner).norm());
+    }
+    const double bound = std::min(nearest.distance + reach, at_corners);
+    if (nearest.distance <= farthest_ && bound <= floor()) return;
+    const bool inside = nearest.distance > 0.0 && mesh_.inside_.holds(centre, mesh_.effort());
+    if (!inside) farthest_ = std::max(farthest_, nearest.distance);
+    const double signed_bound = inside ? std::min(bound, reach - nearest.distance) : bound;
+    if (signed_bound > floor()) patches_.push({t, signed_bound});
+  }
+
+  const MeshSolid& mesh_;
+  const Enough enough_;
+  double farthest_ = 0.0;
+  std::priority_queue<Patch> patches_;
+};
+
+MeshSolid::MeshSolid(std::vector<Triangle> surface, const std::vector<Triangle>& closed, Effort& effort)
+    : surface_(std::move(surface)), inside_(closed), effort_(effort) {}
+
+double MeshSolid::distance(const Vector3d& p) const {
+  const double to_surface = surface_.nearest(p, effort_).distance;
+  return to_surface > 0.0 && inside_.holds(p, effort_) ? -to_surface : to_surface;
+}
+
+double MeshSolid::deviationOf(const std::vector<Cover>& covers) const {
+  constexpr int kLooks = 1000000;
+  DeviationSearch search(*this, Enough());
+  for (const Cover& cover : covers) search.lookAbove(pointsBelow(cover.hull, cover.points), surfaceOf(cover.hull));
+  for (const Cover& cover : covers) search.look(surfaceOf(cover.hull));
+  search.refine(kLooks);
+  return search.farthest();
+}
+
+bool MeshSolid::isWithin(double tolerance, const std::vector<Triangle>& surface,
+                         const std::vector<Vector3d>& below) const {
+  constexpr int kLooks = 100000;
+  // Without a gap between yes and no a hull that lies just so far would never be decided.
+  constexpr double kTooClose = 0.98;
+  DeviationSearch search(*this, {tolerance, kTooClose * tolerance});
+  search.look(surface);
+  search.lookAbove(below, surface);
+  search.refine(kLooks);
+  return search.isProven();
+}
+
+double farthestOutside(const Cover& cover, Effort& effort) {
+  const std::vector<Vector3d> below = pointsBelow(cover.hull, cover.points);
+  if (below.empty()) return 0.0;
+  const std::vector<Triangle> surface = surfaceOf(cover.hull);
+  const TriangleTree tree = treeOf(surface, effort);
+  std::optional<EnclosedSpace> inside;
+  if (cover.hull.dimension() == 3) inside.emplace(surface);
+  double farthest = 0.0;
+  for (const Vector3d& point : below) {
+    const double distance = tree.nearest(point, effort).distance;
+    if (distance <= farthest || (inside && inside->holds(point, effort))) continue;
+    // A ray that grazes an edge counts too few crossings.
+    if (inside && isInHull(cover.hull, point)) continue;
+    farthest = distance;
+  }
+  return farthest;
+}
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,130 @@
+#include "scene/pieces/mesh_parts.h"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <utility>
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Vector3d;
+
+/// For each vertex the representative of all vertices at the same place.
+std::vector<int> weld(const std::vector<Vector3d>& vertices) {
+  const auto before = [&](int a, int b) {
+    const Vector3d &p = vertices[a], &q = vertices[b];
+    return std::lexicographical_compare(p.data(), p.data() + 3, q.data(), q.data() + 3);
+  };
+  std::vector<int> order(vertices.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), before);
+
+  std::vector<int> representative(vertices.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool same_place = i > 0 && !before(order[i - 1], order[i]);
+    representative[order[i]] = same_place ? representative[order[i - 1]] : order[i];
+  }
+  return representative;
+}
+
+/// Sets that grow together.
+class DisjointSets {
+ public:
+  explicit DisjointSets(std::size_t size) : parent_(size) { std::iota(parent_.begin(), parent_.end(), 0); }
+  int find(int i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void unite(int i, int j) { parent_[find(i)] = find(j); }
+
+ private:
+  std::vector<int> parent_;
+};
+
+}  // namespace
+
+TriangleMesh welded(const TriangleMesh& mesh) {
+  const std::vector<int> place = weld(mesh.vertices);
+  TriangleMesh result = mesh;
+  for (std::array<int, 3>& triangle : result.triangles) {
+    for (int& corner : triangle) corner = place[corner];
+  }
+  return result;
+}
+
+std::vector<int> componentNumbers(const TriangleMesh& welded_mesh) {
+  DisjointSets connected(welded_mesh.vertices.size());
+  for (const auto& [a, b, c] : welded_mesh.triangles) {
+    connected.unite(a, b);
+    connected.unite(b, c);
+  }
+  std::vector<int> numbers, number_of_set(welded_mesh.vertices.size(), -1);
+  int count = 0;
+  for (const auto& triangle : welded_mesh.triangles) {
+    int& number = number_of_set[connected.find(triangle[0])];
+    if (number < 0) number = count++;
+    numbers.push_back(number);
+  }
+  return numbers;
+}
+
+std::vector<TriangleMesh> partsOf(const TriangleMesh& mesh, const std::vector<int>& numbers) {
+  std::vector<std::vector<int>> triangles;
+  for (std::size_t t = 0; t < numbers.size(); ++t) {
+    const auto number = static_cast<std::size_t>(numbers[t]);
+    if (number >= triangles.size()) triangles.resize(number + 1);
+    triangles[number].push_back(static_cast<int>(t));
+  }
+  std::vector<TriangleMesh> parts(triangles.size());
+  std::vector<int> index_in_part(mesh.vertices.size());
+  for (std::size_t number = 0; number < parts.size(); ++number) {
+    for (const int t : triangles[number]) {
+      for (const int corner : mesh.triangles[t]) index_in_part[corner] = -1;
+    }
+    for (const int t : triangles[number]) {
+      std::array<int, 3>& corners = parts[number].triangles.emplace_back();
+      for (std::size_t i = 0; i < 3; ++i) {
+        const int corner = mesh.triangles[t][i];
+        if (index_in_part[corner] < 0) {
+          index_in_part[corner] = static_cast<int>(parts[number].vertices.size());
+          parts[number].vertices.push_back(mesh.vertices[corner]);
+        }
+        corners[i] = index_in_part[corner];
+      }
+    }
+  }
+  return parts;
+}
+
+bool isClosed(const TriangleMesh& component) {
+  std::map<std::pair<int, int>, int> balance;  // of each edge: how often upwards less how often downwards
+  for (const auto& t : component.triangles) {
+    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto [low, high] = std::minmax(t[i], t[(i + 1) % 3]);
+      balance[{low, high}] += t[i] == low ? 1 : -1;
+    }
+  }
+  return !balance.empty() && std::all_of(balance.begin(), balance.end(), [](const auto& e) { return e.second == 0; });
+}
+
+double enclosedVolume(const TriangleMesh& component) {
+  // About a corner of its own, so that a mesh far from the origin loses nothing.
+  const Vector3d origin = component.vertices.front();
+  double six_volumes = 0.0;
+  for (const auto& [a, b, c] : trianglesOf(component.vertices, component.triangles)) {
+    six_volumes += (a - origin).dot((b - origin).cross(c - origin));
+  }
+  return six_volumes / 6.0;
+}
+
+std::vector<Triangle> trianglesOf(const std::vector<Vector3d>& vertices,
+                                  const std::vector<std::array<int, 3>>& triangles) {
+  std::vector<Triangle> result;
+  result.reserve(triangles.size());
+  for (const auto& [a, b, c] : triangles) result.push_back({vertices[a], vertices[b], vertices[c]});
+  return result;
+}
+
+}  // namespace proximity_server::scene

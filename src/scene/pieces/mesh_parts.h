@@ -1,0 +1,29 @@
+#pragma once
+
+#include <vector>
+
+#include "proximity_server/scene/mesh/mesh.h"
+#include "scene/pieces/triangle_tree.h"
+
+namespace proximity_server::scene {
+
+/// The same triangles, but vertices at the same place are one; what they leave out is still there.
+TriangleMesh welded(const TriangleMesh& mesh);
+
+/// For each triangle of a welded mesh the number of its connected component, in the order of their first triangles.
+std::vector<int> componentNumbers(const TriangleMesh& welded_mesh);
+
+/// The triangles of each number, with only the vertices that they need.
+std::vector<TriangleMesh> partsOf(const TriangleMesh& mesh, const std::vector<int>& numbers);
+
+/// Whether each edge of a component is passed as often in either direction: it encloses a volume and says where outside
+/// is. Triangles with a corner twice do not count.
+bool isClosed(const TriangleMesh& component);
+
+/// [m^3] positive where the triangles face outwards.
+double enclosedVolume(const TriangleMesh& component);
+
+std::vector<Triangle> trianglesOf(const std::vector<Eigen::Vector3d>& vertices,
+                                  const std::vector<std::array<int, 3>>& triangles);
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,118 @@
+#include "scene/query/closest_pieces.h"
+
+#include <algorithm>
+
+namespace proximity_server::scene {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+narrowphase::Options optionsFor(const Question& question, double limit, double padding) {
+  narrowphase::Options options;
+  options.distance_tolerance = question.tolerance;
+  options.stop_above = limit + padding;
+  if (question.depth == Question::Depth::NotWanted) options.stop_below = std::min(0.0, question.threshold) + padding;
+  return options;
+}
+
+/// Pairs of pieces that are remembered: all of a robot of up to 256 pieces.
+std::size_t rememberedPairs(std::size_t pieces) { return std::min<std::size_t>(pieces * pieces / 2, 1u << 15); }
+
+}  // namespace
+
+narrowphase::SignedDistance padded(narrowphase::SignedDistance result, double padding) {
+  result.distance -= padding;
+  result.lower_bound -= padding;
+  result.upper_bound -= padding;
+  result.point_a += 0.5 * padding * result.normal;
+  result.point_b = result.point_a + result.distance * result.normal;
+  return result;
+}
+
+bool isFinal(const narrowphase::SignedDistance& result, const Question& question) {
+  return question.depth == Question::Depth::NotWanted &&
+         (result.distance <= 0.0 || result.status == narrowphase::Status::Threshold);
+}
+
+void ClosestPieces::offer(const LeafPair& pair, const narrowphase::SignedDistance& other, double limit) {
+  if (other.lower_bound < lower_bound) {
+    lower_bound = other.lower_bound;
+    lower_bound_status = other.status;
+  }
+  upper_bound = std::min(upper_bound, other.upper_bound);
+  const bool other_is_beyond = isBeyond(other, limit);
+  const bool closer = is_beyond == other_is_beyond ? other.distance < result.distance : is_beyond;
+  if (!empty() && !closer) return;
+  leaves = pair;
+  result = other;
+  is_beyond = other_is_beyond;
+}
+
+double ClosestPieces::limit(double outer_limit, const Question& question) const {
+  if (is_beyond) return outer_limit;
+  return isFinal(result, question) ? -kInfinity : std::min(outer_limit, result.distance);
+}
+
+PieceSearch::PieceSearch(const PlacedRobot& robot, std::size_t pieces, Skipping skipping)
+    : robot_(robot), skipping_(skipping), warm_starts_(rememberedPairs(pieces)) {
+  queue_.reserve(rememberedPairs(pieces));
+}
+
+ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b, const LeafPair& likely, double limit,
+                                   const Question& question) {
+  ClosestPieces closest;
+  const auto current_limit = [&] {
+    return skipping_ == Skipping::On ? closest.limit(limit, question) : question.threshold;
+  };
+  const auto compute = [&](const LeafPair& leaves) {
+    const narrowphase::Options options = optionsFor(question, current_limit(), pair.padding);
+    const narrowphase::SignedDistance result = robot_.distance(leaves.a, leaves.b, a_T_b, options, warm_starts_);
+    closest.offer(leaves, padded(result, pair.padding), limit);
+  };
+  if (isLeaf(pair)) {
+    compute({pair.a, pair.b});
+    return closest;
+  }
+  if (likely.a >= 0) compute(likely);
+  queue_.clear();
+  visits_ = 0;
+  for (divide(pair, a_T_b); !queue_.empty() && !(queue_.lowestBound() > current_limit());) {
+    Visit visit = queue_.pop();
+    if (visit.bound == Visit::Bound::Sphere) visit = withBoxes(visit, a_T_b);
+    if (visit.lower_bound > std::min(queue_.lowestBound(), current_limit())) {
+      queue_.push(visit);
+    } else if (!isLeaf(visit)) {
+      divide(visit, a_T_b);
+    } else if (const LeafPair leaves{visit.a, visit.b}; !(leaves == likely)) {
+      compute(leaves);
+    }
+  }
+  closest.lower_bound = std::min(closest.lower_bound, queue_.lowestBound());
+  return closest;
+}
+
+bool PieceSearch::isLeaf(const Visit& visit) const {
+  return robot_.volumes()[visit.a].isLeaf() && robot_.volumes()[visit.b].isLeaf();
+}
+
+Visit PieceSearch::withBoxes(Visit visit, const RelativePose& a_T_b) const {
+  if (skipping_ == Skipping::On && robot_.boxesPay(visit.a, visit.b))
+    visit.lower_bound = std::max(visit.lower_bound, robot_.boxGap(visit.a, visit.b, a_T_b) - visit.padding);
+  visit.bound = Visit::Bound::Box;
+  return visit;
+}
+
+/// The larger of the two volumes is divided.
+void PieceSearch::divide(const Visit& visit, const RelativePose& a_T_b) {
+  const Volume &a = robot_.volumes()[visit.a], &b = robot_.volumes()[visit.b];
+  const bool divide_a = !a.isLeaf() && (b.isLeaf() || a.bounds.radius >= b.bounds.radius);
+  for (const int part : divide_a ? a.parts : b.parts) {
+    Visit next{-kInfinity, visits_++, divide_a ? part : visit.a, divide_a ? visit.b : part, visit.padding};
+    // What holds for a whole holds for its parts.
+    if (skipping_ == Skipping::On)
+      next.lower_bound = std::max(visit.lower_bound, robot_.sphereGap(next.a, next.b, a_T_b) - visit.padding);
+    queue_.push(next);
+  }
+}
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <limits>
+
+#include "proximity_server/scene/query/scene.h"
+#include "scene/query/placed_robot.h"
+#include "scene/query/visit_queue.h"
+
+namespace proximity_server::scene {
+
+inline bool isBeyond(const narrowphase::SignedDistance& result, double limit) { return result.lower_bound > limit; }
+
+/// An overlap, which is as close as it gets where nobody asked for its depth.
+bool isFinal(const narrowphase::SignedDistance& result, const Question& question);
+
+/// The distance less a padding [m]: both surfaces moved outwards by half of it.
+narrowphase::SignedDistance padded(narrowphase::SignedDistance result, double padding);
+
+/// Two leaves, see Volumes.
+struct LeafPair {
+  int a = -1, b = -1;
+  bool operator==(const LeafPair& other) const { return a == other.a && b == other.b; }
+};
+
+/// The closest of the pairs of pieces that were computed, and what all of them prove together.
+struct ClosestPieces {
+  LeafPair leaves;  ///< none where bounds were enough
+  narrowphase::SignedDistance result;
+  bool is_beyond = true;                                         ///< the limit
+  double lower_bound = std::numeric_limits<double>::infinity();  ///< of the closest, whichever it is
+  double upper_bound = std::numeric_limits<double>::infinity();
+  narrowphase::Status lower_bound_status = narrowphase::Status::Threshold;
+
+  bool empty() const { return leaves.a < 0; }
+  void offer(const LeafPair& pair, const narrowphase::SignedDistance& other, double limit);
+
+  /// [m] a pair of pieces farther than that changes nothing.
+  double limit(double outer_limit, const Question& question) const;
+};
+
+/// Finds the closest pieces of two compounds: walks their hierarchies at once, the closest parts first. The one query
+/// of components, convex parts and triangles, in any mixture.
+///
+/// Source: Larsen, Gottschalk, Lin, Manocha, Fast Proximity Queries with Swept Sphere Volumes, 1999 (two hierarchies,
+///         the closest parts first); here with spheres, then boxes, and GJK at the leaves.
+class PieceSearch {
+ public:
+  PieceSearch(const PlacedRobot& robot, std::size_t pieces, Skipping skipping);
+
+  /// What is closer than `limit` [m]. `likely` are computed first, as a guess.
+  ClosestPieces between(const Visit& pair, const RelativePose& a_T_b, const LeafPair& likely, double limit,
+                        const Question& question);
+
+ private:
+  bool isLeaf(const Visit& visit) const;
+  Visit withBoxes(Visit visit, const RelativePose& a_T_b) const;
+  void divide(const Visit& visit, const RelativePose& a_T_b);
+
+  const PlacedRobot& robot_;
+  const Skipping skipping_;
+  WarmStarts warm_starts_;
+  VisitQueue queue_;
+  int visits_ = 0;
+};
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+namespace proximity_server::scene {
+
+/// What was found out about pairs of things that are numbered from 0, for the next time. A table of fixed size: where
+/// it is full a new pair takes the place of an old one.
+template <typename Value>
+class PairMemory {
+ public:
+  /// Room for at least so many pairs.
+  explicit PairMemory(std::size_t pairs) {
+    std::size_t places = kWindow;
+    while (places < 2 * pairs) places *= 2;
+    entries_.resize(places);
+  }
+
+  /// nullptr for a pair that is not known.
+  const Value* find(int a, int b) const {
+    for (std::size_t i = 0; i < kWindow; ++i) {
+      const Entry& entry = entries_[place(a, b, i)];
+      if (entry.a == a && entry.b == b) return &entry.value;
+    }
+    return nullptr;
+  }
+
+  /// A new Value for a pair that is not known.
+  Value& of(int a, int b) {
+    Entry* free = nullptr;
+    for (std::size_t i = 0; i < kWindow; ++i) {
+      Entry& entry = entries_[place(a, b, i)];
+      if (entry.a == a && entry.b == b) return entry.value;
+      if (!free && entry.a < 0) free = &entry;
+    }
+    if (!free) free = &entries_[place(a, b, 0)];
+    *free = {a, b, Value()};
+    return free->value;
+  }
+
+ private:
+  static constexpr std::size_t kWindow = 8;
+
+  struct Entry {
+    int a = -1, b = -1;
+    Value value;
+  };
+
+  /// The i-th place where a pair may be.
+  std::size_t place(int a, int b, std::size_t i) const {
+    // Golden ratio and prime multipliers spread neighbours (Knuth, TAOCP 3, 6.4); the high bits are the best mixed.
+    const std::size_t key =
+        static_cast<std::size_t>(a) * 0x9E3779B97F4A7C15u + static_cast<std::size_t>(b) * 0xC2B2AE3D27D4EB4Fu;
+    return ((key >> 32) + i) & (entries_.size() - 1);
+  }
+
+  std::vector<Entry> entries_;
+};
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <memory>
+#include <vector>
+
+#include "proximity_server/narrowphase/signed_distance.h"
+#include "scene/query/pair_memory.h"
+#include "scene/query/volumes.h"
+
+namespace proximity_server::scene {
+
+using WarmStarts = PairMemory<narrowphase::WarmStart>;  ///< of pairs of pieces
+
+/// Where the body of one volume stands in the frame of the body of another.
+struct RelativePose {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+};
+
+/// How two volumes moved against each other.
+struct Motion {
+  double bound;  ///< [m] by which their signed distance may have changed, rounding included; 0 for equal poses
+  bool is_rest;  ///< no more than rounding
+};
+
+/// A robot in one set of poses: what bounds and narrowphase say about its volumes.
+///
+/// Frame: of all results that of the body of volume a. Only the difference of two bodies' origins enters a distance, so
+///        that the same robot far from the poses' frame gives the same answer.
+class PlacedRobot {
+ public:
+  PlacedRobot(const RobotModel& model, std::shared_ptr<const Volumes> volumes);
+
+  /// A pose that is not finite, or whose matrix is no rotation within single precision, counts as missing. Throws
+  /// std::invalid_argument where there is not one pose for each body.
+  void update(const BodyPoses& poses);
+
+  const Volumes& volumes() const { return *volumes_; }
+
+  /// Whether what Volumes::of returned has geometry, at a known pose.
+  bool isPlaced(int subject) const { return sphereOf(subject).is_placed; }
+
+  /// b in the frame of a.
+  RelativePose relative(int a, int b) const;
+
+  /// Lower bounds [m] of the signed distance of two volumes; the first is for those that Volumes::of returns.
+  double sphereGap(int a, int b) const;
+  double sphereGap(int a, int b, const RelativePose& a_T_b) const;
+  double boxGap(int a, int b, const RelativePose& a_T_b) const;
+
+  /// The box of a subject's sphere, in the frame of the poses moved to one of the bodies.
+  Eigen::AlignedBox3d boxAround(int subject) const;
+
+  /// Whether boxGap costs less than the query that it may save.
+  bool boxesPay(int a, int b) const { return !at(a).has_closed_form || !at(b).has_closed_form; }
+
+  Motion motion(int a, int b, const RelativePose& before, const RelativePose& now) const;
+
+  /// The certified distance of two leaves; the bounds allow for the rounding of the poses, also where they decide
+  /// a threshold.
+  narrowphase::SignedDistance distance(int a, int b, const RelativePose& a_T_b, const narrowphase::Options& options,
+                                       WarmStarts& warm_starts) const;
+
+  /// A result in the frame of volume a, as seen in the frame of the poses.
+  narrowphase::SignedDistance inPosesFrame(int a, narrowphase::SignedDistance result) const;
+
+ private:
+  struct BodyPlace {
+    bool known = false;
+    Eigen::Matrix3d rotation;
+    Eigen::Vector3d origin;
+  };
+
+  /// In the frame of the poses, moved to one of the bodies, so that its numbers are small. Holds its own rounding.
+  struct Sphere {
+    bool is_placed = false;
+    double radius;
+    Eigen::Vector3d centre;
+  };
+
+  const Volume& at(int volume) const { return (*volumes_)[volume]; }
+  const BodyPlace& bodyOf(int volume) const { return bodies_[static_cast<std::size_t>(at(volume).body)]; }
+  void placeSpheres();
+  double rounding(int a, int b, const RelativePose& a_T_b) const;
+
+  const Sphere& sphereOf(int subject) const { return spheres_[static_cast<std::size_t>(subject)]; }
+
+  const RobotModel& model_;
+  const std::shared_ptr<const Volumes> volumes_;
+  std::vector<BodyPlace> bodies_;
+  std::vector<Sphere> spheres_;  ///< of the subjects
+};
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+namespace proximity_server::scene {
+
+/// Two volumes that may have to be looked at, see Volumes.
+struct Visit {
+  /// Where the lower bound comes from. All but Sphere: no better one is to be had without computing.
+  enum class Bound : unsigned char { Sphere, Box, Motion, Rest };
+  double lower_bound;  ///< [m] of their signed distance less the padding
+  int number;          ///< decides between equal bounds
+  int a, b;
+  double padding;  ///< [m]
+  Bound bound = Bound::Sphere;
+};
+
+/// Visits by their lower bounds, the smallest first.
+class VisitQueue {
+ public:
+  void reserve(std::size_t size) { heap_.reserve(size); }
+  void clear() { heap_.clear(); }
+  bool empty() const { return heap_.empty(); }
+
+  void push(const Visit& visit) {
+    heap_.push_back(visit);
+    std::push_heap(heap_.begin(), heap_.end(), isLater);
+  }
+
+  Visit pop() {
+    std::pop_heap(heap_.begin(), heap_.end(), isLater);
+    const Visit first = heap_.back();
+    heap_.pop_back();
+    return first;
+  }
+
+  const std::vector<Visit>& remaining() const { return heap_; }
+
+  /// Infinity where the queue is empty.
+  double lowestBound() const {
+    return heap_.empty() ? std::numeric_limits<double>::infinity() : heap_.front().lower_bound;
+  }
+
+ private:
+  static bool isLater(const Visit& a, const Visit& b) {
+    return a.lower_bound != b.lower_bound ? a.lower_bound > b.lower_bound : a.number > b.number;
+  }
+
+  std::vector<Visit> heap_;
+};
+
+}  // namespace proximity_server::scene

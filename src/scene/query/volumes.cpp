@@ -1,0 +1,101 @@
+#include "scene/query/volumes.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+namespace proximity_server::scene {
+namespace {
+
+bool hasClosedForm(const narrowphase::Shape& shape) {
+  return shape.kind() == narrowphase::Shape::Kind::Point || shape.kind() == narrowphase::Shape::Kind::Segment;
+}
+
+/// What stands for a whole link among the pieces of its body.
+std::vector<int> piecesOfLink(const RobotModel& model, int link) {
+  const int body = model.links[static_cast<std::size_t>(link)].body;
+  std::vector<int> pieces;
+  for (const int piece : model.bodies[static_cast<std::size_t>(body)].pieces)
+    if (collisionOf(model, piece).link == link) pieces.push_back(piece);
+  return pieces;
+}
+
+}  // namespace
+
+const Collision& collisionOf(const RobotModel& model, int piece) {
+  return model.collisions[static_cast<std::size_t>(model.pieces[static_cast<std::size_t>(piece)].collision)];
+}
+
+Volumes::Volumes(const RobotModel& model)
+    : model_(model), subjects_(static_cast<int>(model.links.size() + model.collisions.size())) {
+  for (const Piece& piece : model.pieces) bounds_of_pieces_.push_back(boundsOf(piece));
+  volumes_.resize(static_cast<std::size_t>(subjects_));
+  const auto fill = [&](int subject, int link, std::vector<int> pieces) {
+    const int body = model.links[static_cast<std::size_t>(link)].body;
+    const Volume volume = volumeOf(body, pieces.begin(), pieces.end());
+    volumes_[static_cast<std::size_t>(subject)] = volume;
+  };
+  int subject = 0;
+  for (int link = 0; link < static_cast<int>(model.links.size()); ++link)
+    fill(subject++, link, piecesOfLink(model, link));
+  for (const Collision& collision : model.collisions) fill(subject++, collision.link, collision.pieces);
+}
+
+int Volumes::add(const Volume& volume) {
+  volumes_.push_back(volume);
+  return static_cast<int>(volumes_.size()) - 1;
+}
+
+Volume Volumes::leafOf(int piece) const {
+  const Collision& collision = collisionOf(model_, piece);
+  Volume leaf;
+  leaf.body = model_.links[static_cast<std::size_t>(collision.link)].body;
+  leaf.piece = piece;
+  leaf.representation = collision.representation;
+  leaf.has_closed_form = hasClosedForm(model_.pieces[static_cast<std::size_t>(piece)].shape);
+  leaf.bounds = bounds_of_pieces_[static_cast<std::size_t>(piece)];
+  return leaf;
+}
+
+/// Halves the pieces along the longest edge of their box, by their centres, down to single ones.
+Volume Volumes::volumeOf(int body, std::vector<int>::iterator begin, std::vector<int>::iterator end) {
+  if (end - begin == 1) return leafOf(*begin);
+  Volume volume;
+  volume.body = body;
+  if (begin == end) return volume;
+
+  std::vector<const Piece*> pieces;
+  std::vector<const Bounds*> bounds;
+  for (auto piece = begin; piece != end; ++piece) {
+    pieces.push_back(&model_.pieces[static_cast<std::size_t>(*piece)]);
+    bounds.push_back(&bounds_of_pieces_[static_cast<std::size_t>(*piece)]);
+    volume.representation = std::max(volume.representation, collisionOf(model_, *piece).representation);
+  }
+  volume.bounds = boundsOf(pieces, bounds);
+
+  Eigen::Index longest = 0;
+  volume.bounds.half.maxCoeff(&longest);
+  const Eigen::Vector3d axis = volume.bounds.axes.col(longest);
+  const auto middle = begin + (end - begin) / 2;
+  std::nth_element(begin, middle, end, [&](int a, int b) {
+    const auto along = [&](int piece) { return axis.dot(bounds_of_pieces_[static_cast<std::size_t>(piece)].centre); };
+    return along(a) != along(b) ? along(a) < along(b) : a < b;
+  });
+  const Volume first = volumeOf(body, begin, middle), second = volumeOf(body, middle, end);
+  volume.parts = {add(first), add(second)};
+  return volume;
+}
+
+int Volumes::of(const Subject& subject) const {
+  const int links = static_cast<int>(model_.links.size());
+  if (subject.link < 0 || subject.link >= links)
+    throw std::invalid_argument("there is no link " + std::to_string(subject.link));
+  if (subject.collision == 0) return subject.link;
+
+  const Link& link = model_.links[static_cast<std::size_t>(subject.link)];
+  if (subject.collision < 0 || subject.collision > static_cast<int>(link.collisions.size()))
+    throw std::invalid_argument("link \"" + link.name + "\" has no <collision> " + std::to_string(subject.collision));
+  return links + link.collisions[static_cast<std::size_t>(subject.collision - 1)];
+}
+
+}  // namespace proximity_server::scene

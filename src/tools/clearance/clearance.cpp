@@ -1,0 +1,278 @@
+// How close a robot is to itself in recorded or planned states, without a ROS master.
+#include <unistd.h>
+#include <CLI/CLI.hpp>
+
+#include <fstream>
+#include <iostream>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "tools/clearance/clearance_assertion.h"
+#include "tools/clearance/clearance_plot.h"
+#include "tools/clearance/clearance_rows.h"
+#include "tools/clearance/clearance_run.h"
+#include "tools/clearance/trajectory_run.h"
+#include "tools/command_line/number_options.h"
+#include "tools/command_line/robot_files.h"
+#include "tools/command_line/tool_main.h"
+
+namespace proximity_server::tools {
+namespace {
+
+struct Arguments {
+  RobotFiles robot;
+  std::string states = "-", pairs = "minimum", out, plot;
+  RowFormat format = RowFormat::Csv;
+  RowKind rows = RowKind::State;
+  scene::MotionQuestion motion;
+  std::optional<double> assert_above;  // [m]
+  scene::Skipping skipping = scene::Skipping::On;
+  int threads = 1;
+  enum class Filter : unsigned char { On, Off } filter = Filter::On;
+};
+
+/// Narrowphase answers are within 1e-9 m, so no closer bounds of a motion can be asked for.
+constexpr double kSmallestTolerance = 1e-8;
+
+std::string whyNoSelection(const std::string& text) {
+  try {
+    readPairSelection(text);
+    return "";
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+}
+
+void declareTrajectory(CLI::App& app, Arguments& arguments) {
+  CLI::Option* trajectory = app.add_flag_callback(
+      "--trajectory", [&] { arguments.rows = RowKind::Segment; },
+      "the states are way points, joints linear in between, at the times of a column \"time\" [s] or 1 s apart: a row "
+      "for each segment, with its closest pair and first contact");
+  trajectory->excludes("--pairs")->excludes("--no-skip");
+  addLength(app, "--clearance", arguments.motion.clearance, 0.0, "what counts as contact (default: 0)")
+      ->needs(trajectory);
+  addLength(app, "--tolerance", arguments.motion.tolerance, kSmallestTolerance,
+            "of the minimum and of contact (default: 1e-6)")
+      ->needs(trajectory);
+}
+
+void declareOutput(CLI::App& app, Arguments& arguments) {
+  const auto readFormat = [&](const std::string& name) {
+    if (name != "csv" && name != "json") {
+      throw CLI::ValidationError("--format", "'" + name + "' is neither csv nor json");
+    }
+    arguments.format = name == "csv" ? RowFormat::Csv : RowFormat::Json;
+  };
+  app.add_option_function<std::string>("--format", readFormat, "csv or json (default: csv)")->type_name("NAME");
+  app.add_option("--out", arguments.out, "where to write (default: standard output)")->type_name("FILE");
+  app.add_option(
+         "--plot", arguments.plot,
+         "a picture (.png, .pdf or .svg) of the clearance over the states or the time, and of the closest pairs")
+      ->type_name("FILE");
+  addLength(app, "--assert-above", arguments.assert_above, 0.0,
+            "end with exit code 2 unless every state, or all that lies between way points, is proven to be above this "
+            "distance, and name the first and the worst on standard error");
+  app.footer(
+      "Exit codes: 0: done, and what --assert-above asks for is proven; 1: bad input, or memory, threads or disk did "
+      "not suffice; 2: --assert-above does not hold, or is not proven.");
+}
+
+void declare(CLI::App& app, Arguments& arguments) {
+  app.add_option("robot", arguments.robot.urdf, "the URDF")->required()->type_name("FILE");
+  app.add_option("--srdf", arguments.robot.srdf, "which pairs not to check")->type_name("FILE");
+  app.add_option("--states", arguments.states, "CSV: a header of joint names, a row for each state; -: standard input")
+      ->type_name("FILE");
+  app.add_option("--pairs", arguments.pairs, "all, minimum, below:METRES or k:COUNT (default: minimum)")
+      ->check(whyNoSelection);
+  addMeshTolerance(app, arguments.robot.mesh_tolerance);
+  app.add_flag_callback(
+      "--no-filter", [&] { arguments.filter = Arguments::Filter::Off; },
+      "every pair of links with geometry that are not one body, neighbours too");
+  app.add_flag_callback(
+      "--no-skip", [&] { arguments.skipping = scene::Skipping::Off; }, "compute every pair anew");
+  addThreads(app, arguments.threads);
+  declareTrajectory(app, arguments);
+  declareOutput(app, arguments);
+}
+
+/// Writes rows as they come, and what stands before, between and behind them.
+class RowWriter {
+ public:
+  RowWriter(std::ostream& stream, const scene::RobotModel& robot, RowKind kind, RowFormat format)
+      : stream_(stream), robot_(robot), format_(format) {
+    stream_ << rowsBegin(kind, format_);
+  }
+
+  void write(const StateClearance& answer) {
+    for (const scene::PairProximity& pair : answer.pairs) writeRow(rowText(answer.state, pair, robot_, format_));
+  }
+  void write(const SegmentClearance& answer) { writeRow(rowText(answer, robot_, format_)); }
+
+  void end(const std::string& name) {
+    stream_ << rowsEnd(format_) << std::flush;
+    if (!stream_) throw std::invalid_argument(name + ": writing failed");
+  }
+
+ private:
+  void writeRow(const std::string& row) {
+    stream_ << (has_row_ || format_ == RowFormat::Csv ? rowsSeparator(format_) : "\n") << row;
+    has_row_ = true;
+  }
+
+  std::ostream& stream_;
+  const scene::RobotModel& robot_;
+  RowFormat format_;
+  bool has_row_ = false;
+};
+
+/// How much is done, on a terminal only.
+class AnswerCounter {
+ public:
+  explicit AnswerCounter(RowKind kind) : what_(kind == RowKind::State ? " states" : " segments") {}
+  void count() {
+    if (is_terminal_ && ++count_ % 1000 == 0) std::cerr << '\r' << count_ << what_ << std::flush;
+  }
+  /// Takes the line away.
+  void clear() const {
+    if (is_terminal_) std::cerr << "\r\033[K" << std::flush;
+  }
+
+ private:
+  const char* what_;
+  long count_ = 0;
+  bool is_terminal_ = isatty(STDERR_FILENO) != 0;
+};
+
+/// The named file, or the standard stream where there is no name.
+template <typename FileStream, typename Stream>
+Stream& openStream(const std::string& path, const std::string& no_name, std::optional<FileStream>& file,
+                   Stream& standard) {
+  if (path == no_name) return standard;
+  file.emplace(path, FileStream::binary);
+  if (!*file) throw std::invalid_argument(path + ": cannot be opened");
+  return *file;
+}
+
+ClearanceQuestion questionOf(const Arguments& arguments) {
+  ClearanceQuestion question;
+  question.model = loadSceneModel(arguments.robot);
+  printWarnings(*question.model);
+  question.pairs =
+      arguments.filter == Arguments::Filter::On ? filteredPairs(*question.model) : unfilteredPairs(*question.model);
+  if (question.pairs.empty()) throw std::invalid_argument(arguments.robot.urdf + ": no pair of links is checked");
+  question.threads = arguments.threads;
+  return question;
+}
+
+/// Every answer in their order, to `take`.
+template <typename Take>
+void answerAll(const Arguments& arguments, const ClearanceQuestion& question, JointStates& states, const Take& take) {
+  if (arguments.rows == RowKind::Segment) {
+    answerSegments(question, arguments.motion, states, take);
+  } else {
+    const Smallest smallest = arguments.assert_above ? Smallest::Always : Smallest::IfListed;
+    answerStates(question, {readPairSelection(arguments.pairs), arguments.skipping, smallest}, states, take);
+  }
+}
+
+/// What is known before the first state.
+void warn(const JointStates& states, RowKind rows) {
+  for (const std::string& warning : states.warnings()) std::cerr << "warning: " << warning << '\n';
+  if (rows == RowKind::State && states.hasTimes()) {
+    std::cerr << "warning: " << states.source() << ": column \"time\" is not used without --trajectory.\n";
+  }
+}
+
+/// What is known after the last state.
+void warnOfLimits(const JointStates& states) {
+  if (const std::string warning = states.limitWarning(); !warning.empty()) std::cerr << "warning: " << warning << '\n';
+}
+
+/// Where the answers go.
+class Answers {
+ public:
+  Answers(const Arguments& arguments, const ClearanceQuestion& question, std::ostream& out, ClearancePlot* plot)
+      : writer_(out, question.model->robot, arguments.rows, arguments.format), counter_(arguments.rows) {
+    const scene::RobotModel& robot = question.model->robot;
+    if (plot) plot_writer_.emplace(plot->data(), robot, arguments.rows, RowFormat::Csv);
+    if (!arguments.assert_above) return;
+    assertion_.emplace(*arguments.assert_above, arguments.rows, robot, question.pairs.size());
+  }
+
+  template <typename Answer>
+  void take(const Answer& answer) {
+    writer_.write(answer);
+    if (plot_writer_) plot_writer_->write(answer);
+    if (assertion_) assertion_->take(answer);
+    counter_.count();
+  }
+
+  /// After this, what was written is a whole document.
+  void end(const std::string& out_name) {
+    counter_.clear();
+    writer_.end(out_name);
+    if (plot_writer_) plot_writer_->end("the data of the plot");
+  }
+
+  const std::optional<ClearanceAssertion>& assertion() const { return assertion_; }
+
+ private:
+  RowWriter writer_;
+  std::optional<RowWriter> plot_writer_;
+  std::optional<ClearanceAssertion> assertion_;
+  AnswerCounter counter_;
+};
+
+void answerInto(Answers& answers, const std::string& out_name, const Arguments& arguments,
+                const ClearanceQuestion& question, JointStates& states) {
+  const auto end = [&] {
+    answers.end(out_name);
+    warnOfLimits(states);
+  };
+  try {
+    answerAll(arguments, question, states, [&](const auto& found) { answers.take(found); });
+  } catch (const std::exception&) {
+    end();
+    throw;
+  }
+  end();
+}
+
+ExitCode judge(const ClearanceAssertion& assertion, const JointStates& states) {
+  if (!assertion.hasRows()) {
+    throw std::invalid_argument(states.source() + ": no state, so --assert-above proves nothing");
+  }
+  std::cerr << "clearance: " << assertion.report() << '\n';
+  return assertion.holds() ? ExitCode::Done : ExitCode::AssertionFails;
+}
+
+ExitCode run(const Arguments& arguments) {
+  std::optional<ClearancePlot> plot;
+  if (!arguments.plot.empty()) plot.emplace(arguments.plot);
+  std::optional<std::ifstream> in_file;
+  std::optional<std::ofstream> out_file;
+  std::istream& in = openStream(arguments.states, "-", in_file, std::cin);
+  const ClearanceQuestion question = questionOf(arguments);
+  JointStates states(in, in_file ? arguments.states : "standard input", question.model->robot);
+  warn(states, arguments.rows);
+  std::ostream& out = openStream(arguments.out, "", out_file, std::cout);
+
+  Answers answers(arguments, question, out, plot ? &*plot : nullptr);
+  answerInto(answers, out_file ? arguments.out : "standard output", arguments, question, states);
+  if (plot) plot->draw(arguments.motion.clearance);
+  return answers.assertion() ? judge(*answers.assertion(), states) : ExitCode::Done;
+}
+
+}  // namespace
+}  // namespace proximity_server::tools
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "How close a robot is to itself in recorded or planned states, and between them; lengths in metres, in the root "
+      "link's frame",
+      "clearance");
+  proximity_server::tools::Arguments arguments;
+  proximity_server::tools::declare(app, arguments);
+  return proximity_server::tools::runTool(app, argc, argv, [&] { return proximity_server::tools::run(arguments); });
+}

@@ -1,0 +1,130 @@
+#include "tools/clearance/clearance_assertion.h"
+
+#include <cmath>
+#include <vector>
+
+#include "tools/command_line/csv.h"
+#include "tools/pair_audit/audit_report.h"
+
+namespace proximity_server::tools {
+namespace {
+
+/// Letters of the joint values in a message: about ten joints.
+constexpr std::size_t kLongestJoints = 300;
+
+std::string metres(double length) { return numberText(length) + " m"; }
+
+std::string placeIn(const Segment& segment, double fraction) {
+  return " (" + numberText(segment.begin) + " to " + numberText(segment.end) + " s)" +
+         (std::isfinite(fraction) ? ", at " + numberText(segment.timeAt(fraction)) + " s" : "");
+}
+
+/// "a", "a and b", "a, b and c"
+std::string enumeration(const std::vector<std::string>& items) {
+  std::string text;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    text += (i == 0 ? "" : i + 1 < items.size() ? ", " : " and ") + items[i];
+  }
+  return text;
+}
+
+}  // namespace
+
+void ClearanceAssertion::take(const StateClearance& answer) {
+  const SmallestDistance& smallest = answer.smallest;
+  Row row;
+  row.number = answer.state;
+  row.pair = smallest.pair.asked;
+  row.unknown_pairs = smallest.unknown_pairs;
+  if (row.pair.a.link >= 0) {
+    row.distance = smallest.pair.result.distance;
+    row.lower_bound = smallest.lower_bound;
+    row.upper_bound = smallest.pair.result.upper_bound;
+    row.status = smallest.pair.result.status;
+  }
+  add(row, answer.positions);
+}
+
+void ClearanceAssertion::take(const SegmentClearance& answer) {
+  const scene::RobotMinimum& minimum = answer.minimum;
+  Row row;
+  row.number = answer.segment.number;
+  row.place = placeIn(answer.segment, minimum.time);
+  row.pair = minimum.pair.asked;
+  row.distance = minimum.pair.result.distance;
+  row.lower_bound = minimum.lower_bound;
+  row.upper_bound = minimum.upper_bound;
+  row.status = minimum.status;
+  row.unknown_pairs = minimum.counts.unknown;
+  add(row, answer.segment.positionsAt(minimum.time));
+}
+
+void ClearanceAssertion::add(Row row, const scene::Positions& positions) {
+  ++rows_;
+  row.verdict = verdictOf(row);
+  ++counts_.at(static_cast<std::size_t>(row.verdict));
+  const bool is_proven = row.verdict == Verdict::Proven;
+  const bool is_closest = !closest_ || row.lower_bound < closest_->lower_bound;
+  const bool is_first = !is_proven && !first_;
+  const bool is_worst = !is_proven && (!worst_ || row.upper_bound < worst_->upper_bound);
+  if (is_closest || is_first || is_worst) row.joints = joints(row.pair, positions);
+  if (is_closest) closest_ = row;
+  if (is_first) first_ = row;
+  if (is_worst) worst_ = row;
+}
+
+ClearanceAssertion::Verdict ClearanceAssertion::verdictOf(const Row& row) const {
+  if (row.upper_bound <= distance_) return Verdict::TooClose;
+  if (row.unknown_pairs > 0 || row.status == narrowphase::Status::Unknown) return Verdict::Unknown;
+  if (row.lower_bound > distance_) return Verdict::Proven;
+  return row.status == narrowphase::Status::Converged ? Verdict::Enclosed : Verdict::Undecided;
+}
+
+/// Those that move the pair against each other.
+std::string ClearanceAssertion::joints(const scene::SubjectPair& pair, const scene::Positions& positions) const {
+  if (pair.a.link < 0 || pair.b.link < 0) return "";
+  const std::string text = stateText(robot_, pair, positions);
+  return text.size() > kLongestJoints ? "" : text;
+}
+
+std::string ClearanceAssertion::describe(const Row& row) const {
+  std::string text = (kind_ == RowKind::State ? "state " : "segment ") + std::to_string(row.number) + row.place + ": ";
+  if (row.pair.a.link >= 0 && row.pair.b.link >= 0) {
+    text += robot_.links[row.pair.a.link].name + " - " + robot_.links[row.pair.b.link].name + " at " +
+            metres(row.distance) + ", bounds " + metres(row.lower_bound) + " and " + metres(row.upper_bound);
+    if (!row.joints.empty()) text += ", with " + row.joints;
+    if (row.verdict == Verdict::Undecided) text += "; the budget of the search ended there";
+    if (row.verdict == Verdict::Unknown) text += "; ";
+  }
+  if (row.verdict == Verdict::Unknown) text += "nothing is known of " + std::to_string(row.unknown_pairs) + " pairs";
+  return text;
+}
+
+std::string ClearanceAssertion::countText(long count) const {
+  return std::to_string(count) + (kind_ == RowKind::State ? " state" : " segment") + (count == 1 ? "" : "s");
+}
+
+std::string ClearanceAssertion::causes() const {
+  const std::array<std::string, kVerdicts> names{
+      "", "at that distance or below", "so close to it that the bounds lie on either side",
+      "not decided within the budget of the search", "with pairs of which nothing is known"};
+  std::vector<std::string> causes;
+  for (std::size_t i = 0; i < kVerdicts; ++i) {
+    if (counts_[i] > 0 && !names[i].empty()) causes.push_back(std::to_string(counts_[i]) + " " + names[i]);
+  }
+  return enumeration(causes);
+}
+
+std::string ClearanceAssertion::report() const {
+  const std::string above = "above " + metres(distance_);
+  if (!first_) {
+    return "proven: in " + countText(rows_) + " all " + std::to_string(pairs_) + " pairs are " + above +
+           "; the closest is " + describe(*closest_);
+  }
+  const long proven = counts_[static_cast<std::size_t>(Verdict::Proven)];
+  return "not proven to be " + above + ": " + std::to_string(rows_ - proven) + " of " + countText(rows_) + " (" +
+         causes() + ")\n  first: " + describe(*first_) +
+         "\n  worst: " + (worst_->number == first_->number ? "the same" : describe(*worst_));
+}
+
+}  // namespace proximity_server::tools

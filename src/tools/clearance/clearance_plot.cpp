@@ -1,0 +1,80 @@
+#include "tools/clearance/clearance_plot.h"
+
+#include <spawn.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cctype>
+#include <filesystem>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "tools/command_line/csv.h"
+#include "tools/command_line/output_file.h"
+
+namespace proximity_server::tools {
+namespace {
+
+/// Whether Debian's Python, which has Debian's matplotlib, ran with these arguments and was content. No shell: file
+/// names may hold anything.
+bool runPython(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), "/usr/bin/python3");
+  std::vector<char*> pointers;
+  for (std::string& argument : arguments) pointers.push_back(argument.data());
+  pointers.push_back(nullptr);
+  pid_t child = 0;
+  if (posix_spawn(&child, pointers[0], nullptr, nullptr, pointers.data(), environ) != 0) return false;
+  int status = 0;
+  return waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+/// Of the suffix. Throws std::invalid_argument for one that is no picture's.
+std::string formatOf(const std::string& picture) {
+  std::string format = std::filesystem::path(picture).extension();
+  for (char& letter : format) letter = static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
+  if (format != ".png" && format != ".pdf" && format != ".svg") {
+    throw std::invalid_argument("--plot: " + picture + ": the name ends in none of .png, .pdf and .svg");
+  }
+  return format.substr(1);
+}
+
+std::string scriptBesideExecutable() {
+  return std::filesystem::read_symlink("/proc/self/exe").parent_path() / "clearance_plot.py";
+}
+
+}  // namespace
+
+ClearancePlot::ClearancePlot(std::string picture)
+    : picture_(std::move(picture)), format_(formatOf(picture_)), script_(scriptBesideExecutable()) {
+  try {
+    requireWritable(picture_);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(std::string("--plot: ") + error.what());
+  }
+  if (!std::filesystem::exists(script_)) throw std::invalid_argument("--plot: there is no " + script_);
+  if (!runPython({script_})) {
+    throw std::invalid_argument("--plot: /usr/bin/python3 cannot use matplotlib (Debian package python3-matplotlib)");
+  }
+  std::string path = std::filesystem::temp_directory_path() / "clearance_XXXXXX";
+  const int file = mkstemp(path.data());
+  if (file < 0) throw std::invalid_argument("--plot: no temporary file in " + path);
+  close(file);
+  data_path_ = path;
+  data_.open(data_path_, std::ios::binary);
+}
+
+ClearancePlot::~ClearancePlot() {
+  std::error_code ignored;
+  std::filesystem::remove(data_path_, ignored);
+}
+
+void ClearancePlot::draw(double limit) {
+  data_.close();
+  if (!runPython({script_, data_path_, picture_, format_, numberText(limit)})) {
+    throw std::invalid_argument("--plot: " + picture_ + " could not be drawn");
+  }
+}
+
+}  // namespace proximity_server::tools

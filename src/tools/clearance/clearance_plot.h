@@ -1,0 +1,31 @@
+#pragma once
+
+#include <fstream>
+#include <string>
+
+namespace proximity_server::tools {
+
+/// A picture of the rows of `clearance`, drawn by clearance_plot.py, which stands beside the executable.
+class ClearancePlot {
+ public:
+  /// The suffix of the name says the format: .png, .pdf or .svg.
+  /// Failure: throws std::invalid_argument for another one, where the file cannot be written, the script is missing or
+  /// matplotlib is not installed, so that nobody waits for a picture that cannot be drawn.
+  explicit ClearancePlot(std::string picture);
+  ~ClearancePlot();
+  ClearancePlot(const ClearancePlot&) = delete;
+  ClearancePlot& operator=(const ClearancePlot&) = delete;
+
+  /// Takes the rows as CSV.
+  std::ostream& data() { return data_; }
+
+  /// `limit` [m] is the clearance that a line marks. Throws std::invalid_argument naming the picture where drawing
+  /// fails.
+  void draw(double limit);
+
+ private:
+  std::string picture_, format_, script_, data_path_;
+  std::ofstream data_;
+};
+
+}  // namespace proximity_server::tools

@@ -1,0 +1,140 @@
+#include "tools/clearance/clearance_rows.h"
+
+#include <nlohmann/json.hpp>
+
+#include "tools/command_line/csv.h"
+
+namespace proximity_server::tools {
+namespace {
+
+using Row = nlohmann::ordered_json;
+
+const char* nameOf(narrowphase::Status status) {
+  switch (status) {
+    case narrowphase::Status::Unknown:
+      return "unknown";
+    case narrowphase::Status::Converged:
+      return "converged";
+    case narrowphase::Status::Threshold:
+      return "threshold";
+    case narrowphase::Status::IterationLimit:
+      return "iteration_limit";
+    case narrowphase::Status::Degenerate:
+      return "degenerate";
+  }
+  return "unknown";
+}
+
+void addVector(const std::string& name, const Eigen::Vector3d& vector, Row& row) {
+  row[name + "_x"] = vector.x();
+  row[name + "_y"] = vector.y();
+  row[name + "_z"] = vector.z();
+}
+
+std::string linkName(const scene::RobotModel& robot, const scene::Subject& subject) {
+  return subject.link < 0 ? "" : robot.links[subject.link].name;
+}
+
+void addLinks(const std::string& prefix, const scene::SubjectPair& pair, const scene::RobotModel& robot, Row& row) {
+  row[prefix + "link_a"] = linkName(robot, pair.a);
+  row[prefix + "link_b"] = linkName(robot, pair.b);
+}
+
+void addPair(const scene::PairProximity& pair, const scene::RobotModel& robot, Row& row) {
+  addLinks("", pair.asked, robot, row);
+  row["distance"] = pair.result.distance;
+  row["lower"] = pair.result.lower_bound;
+  row["upper"] = pair.result.upper_bound;
+  addVector("point_a", pair.result.point_a, row);
+  addVector("point_b", pair.result.point_b, row);
+  addVector("normal", pair.result.normal, row);
+  row["status"] = nameOf(pair.result.status);
+  row["representation"] = toString(pair.representation);
+}
+
+/// Null where it is not known.
+Row contactOf(const scene::RobotContact& contact) {
+  if (contact.contact) return true;
+  return contact.status == narrowphase::Status::Converged ? Row(false) : Row();
+}
+
+void addContact(const SegmentClearance& answer, const scene::RobotModel& robot, Row& row) {
+  row["contact"] = contactOf(answer.contact);
+  row["t_free"] = answer.segment.timeAt(answer.contact.t_free);
+  row["t_contact"] = answer.segment.timeAt(answer.contact.t_contact);
+  addLinks("contact_", answer.contact.pair.asked, robot, row);
+}
+
+// The columns in their order. The headers are made of these, too, so that the two cannot differ.
+
+Row stateColumns(long state, const scene::PairProximity& pair, const scene::RobotModel& robot) {
+  Row row;
+  row["state"] = state;
+  addPair(pair, robot, row);
+  return row;
+}
+
+Row segmentColumns(const SegmentClearance& answer, const scene::RobotModel& robot) {
+  scene::PairProximity closest = answer.minimum.pair;
+  closest.result.lower_bound = answer.minimum.lower_bound;
+  closest.result.upper_bound = answer.minimum.upper_bound;
+  closest.result.status = answer.minimum.status;
+  Row row;
+  row["segment"] = answer.segment.number;
+  row["t_begin"] = answer.segment.begin;
+  row["t_end"] = answer.segment.end;
+  row["t_minimum"] = answer.segment.timeAt(answer.minimum.time);
+  addPair(closest, robot, row);
+  addContact(answer, robot, row);
+  return row;
+}
+
+Row namedPositions(const scene::RobotModel& robot, const scene::Positions& positions) {
+  Row named = Row::object();
+  for (const scene::JointRange& range : scene::jointRanges(robot))
+    named[robot.joints[range.joint].name] = positions[range.joint];
+  return named;
+}
+
+std::string fieldOf(const Row& value) {
+  if (value.is_null()) return "unknown";
+  if (value.is_string()) return csvField(value.get<std::string>());
+  return value.is_number_float() ? numberText(value.get<double>()) : value.dump();
+}
+
+std::string csvLine(const Row& row) {
+  std::string line;
+  for (const Row& value : row) line += (line.empty() ? "" : ",") + fieldOf(value);
+  return line;
+}
+
+// A URDF may hold any bytes; what is no UTF-8 is replaced rather than ending the run.
+std::string jsonObject(const Row& row) { return row.dump(-1, ' ', false, Row::error_handler_t::replace); }
+
+}  // namespace
+
+std::string rowsBegin(RowKind kind, RowFormat format) {
+  if (format == RowFormat::Json) return "[";
+  const Row row = kind == RowKind::State ? stateColumns(0, {}, {}) : segmentColumns({}, {});
+  std::string header;
+  for (const auto& [name, value] : row.items()) header += (header.empty() ? "" : ",") + name;
+  return header;
+}
+
+std::string rowText(long state, const scene::PairProximity& pair, const scene::RobotModel& robot, RowFormat format) {
+  const Row row = stateColumns(state, pair, robot);
+  return format == RowFormat::Csv ? csvLine(row) : jsonObject(row);
+}
+
+std::string rowText(const SegmentClearance& answer, const scene::RobotModel& robot, RowFormat format) {
+  Row row = segmentColumns(answer, robot);
+  if (format == RowFormat::Csv) return csvLine(row);
+  row["contact_state"] =
+      answer.contact.contact ? namedPositions(robot, answer.segment.positionsAt(answer.contact.t_contact)) : Row();
+  return jsonObject(row);
+}
+
+std::string rowsSeparator(RowFormat format) { return format == RowFormat::Json ? ",\n" : "\n"; }
+std::string rowsEnd(RowFormat format) { return format == RowFormat::Json ? "\n]\n" : "\n"; }
+
+}  // namespace proximity_server::tools

@@ -1,0 +1,137 @@
+#include "tools/clearance/clearance_run.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <stdexcept>
+
+#include "tools/command_line/answers_in_blocks.h"
+
+namespace proximity_server::tools {
+namespace {
+
+constexpr std::size_t kBlockSize = 256;  // states: a cold start is then a small part of the work
+
+struct NumberedState {
+  long number = 0;
+  scene::Positions positions;
+};
+
+std::vector<scene::PairProximity> answerState(const std::vector<scene::SubjectPair>& pairs,
+                                              const PairSelection& selection, scene::Scene& scene) {
+  scene::Question near_only;
+  switch (selection.kind) {
+    case PairSelection::Kind::All:
+      return scene.all(pairs);
+    case PairSelection::Kind::Closest:
+      return scene.closest(pairs, selection.count);
+    case PairSelection::Kind::Below:
+      near_only.threshold = selection.threshold;
+      return scene.below(pairs, near_only);
+    case PairSelection::Kind::Minimum:
+      break;
+  }
+  const scene::PairProximity* minimum = scene.minimum(pairs);
+  return minimum ? std::vector<scene::PairProximity>{*minimum} : std::vector<scene::PairProximity>{};
+}
+
+/// [m] the place of a pair in the order of Scene.
+double placeOf(const narrowphase::SignedDistance& result) {
+  return result.status == narrowphase::Status::Converged ? result.distance : result.lower_bound;
+}
+
+/// Of the pairs of an answer that lists the smallest. One that it does not list is no nearer in the order of Scene: its
+/// lower bound, which is closer to its distance than the tolerance, may still be below that of the smallest by as much.
+SmallestDistance smallestOf(const std::vector<scene::PairProximity>& pairs, const scene::Scene& scene) {
+  SmallestDistance smallest;
+  smallest.unknown_pairs = scene.counts().unknown;
+  double place = std::numeric_limits<double>::infinity();
+  for (const scene::PairProximity& pair : pairs) {
+    if (pair.result.status == narrowphase::Status::Unknown || !(placeOf(pair.result) < place)) continue;
+    place = placeOf(pair.result);
+    smallest.pair = pair;
+    smallest.lower_bound = std::min(pair.result.lower_bound, place - scene::Question{}.tolerance);
+  }
+  return smallest;
+}
+
+StateClearance answerNumberedState(const NumberedState& state, const std::vector<scene::SubjectPair>& pairs,
+                                   const StateQuestion& question, scene::Scene& scene) {
+  scene.update(scene::forwardKinematics(scene.model().robot, state.positions));
+  StateClearance answer{state.number, answerState(pairs, question.selection, scene), {}, state.positions};
+  const bool is_listed = question.selection.kind != PairSelection::Kind::Below;
+  if (is_listed) {
+    answer.smallest = smallestOf(answer.pairs, scene);
+  } else if (question.smallest == Smallest::Always) {
+    answer.smallest = smallestOf(answerState(pairs, {}, scene), scene);
+  }
+  return answer;
+}
+
+std::vector<scene::SubjectPair> pairsWhere(const scene::SceneModel& model,
+                                           const std::function<bool(scene::PairReason)>& isWanted) {
+  std::vector<scene::SubjectPair> pairs;
+  for (const scene::LinkPair& pair : model.pairs.pairs) {
+    if (isWanted(pair.reason)) pairs.push_back({{pair.link_a, 0}, {pair.link_b, 0}});
+  }
+  return pairs;
+}
+
+/// The number behind the colon. Throws std::invalid_argument where there is none, or something behind it.
+template <typename Number>
+Number numberAfter(const std::string& prefix, const std::string& text) {
+  Number value{};
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data() + prefix.size(), end, value);
+  if (error != std::errc() || stop != end) throw std::invalid_argument(text + ": no number behind " + prefix);
+  return value;
+}
+
+}  // namespace
+
+PairSelection readPairSelection(const std::string& text) {
+  PairSelection selection;
+  if (text == "all") {
+    selection.kind = PairSelection::Kind::All;
+  } else if (text.compare(0, 6, "below:") == 0) {
+    selection.kind = PairSelection::Kind::Below;
+    selection.threshold = numberAfter<double>("below:", text);
+    if (std::isnan(selection.threshold)) throw std::invalid_argument(text + ": not a number");
+  } else if (text.compare(0, 2, "k:") == 0) {
+    selection.kind = PairSelection::Kind::Closest;
+    selection.count = numberAfter<int>("k:", text);
+    if (selection.count < 1) throw std::invalid_argument(text + ": at least one pair");
+  } else if (text != "minimum") {
+    throw std::invalid_argument(text + ": none of all, minimum, below:METRES, k:COUNT");
+  }
+  return selection;
+}
+
+std::vector<scene::SubjectPair> filteredPairs(const scene::SceneModel& model) {
+  return pairsWhere(model, [](scene::PairReason reason) { return reason == scene::PairReason::Checked; });
+}
+
+std::vector<scene::SubjectPair> unfilteredPairs(const scene::SceneModel& model) {
+  return pairsWhere(model, [](scene::PairReason reason) { return reason != scene::PairReason::SameBody; });
+}
+
+void answerStates(const ClearanceQuestion& question, const StateQuestion& state_question, JointStates& states,
+                  const std::function<void(const StateClearance&)>& take) {
+  const scene::Scene fresh(question.model, state_question.skipping);
+  long count = 0;
+  const auto next = [&](NumberedState& state) {
+    state.number = count++;
+    return states.next(state.positions);
+  };
+  const auto answerBlock = [&](const std::vector<NumberedState>& block) {
+    scene::Scene scene = fresh.twin();
+    std::vector<StateClearance> answers;
+    for (const NumberedState& state : block) {
+      answers.push_back(answerNumberedState(state, question.pairs, state_question, scene));
+    }
+    return answers;
+  };
+  answerInBlocks<NumberedState, StateClearance>({kBlockSize, next, answerBlock, take}, question.threads);
+}
+
+}  // namespace proximity_server::tools

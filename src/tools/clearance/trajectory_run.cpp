@@ -1,0 +1,97 @@
+#include "tools/clearance/trajectory_run.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tools/command_line/answers_in_blocks.h"
+#include "tools/command_line/csv.h"
+
+namespace proximity_server::tools {
+namespace {
+
+constexpr std::size_t kBlockSize = 16;  // segments: a planned trajectory, of some hundred, goes to all threads
+
+scene::RobotContact provenFree() {
+  scene::RobotContact free;
+  free.status = narrowphase::Status::Converged;
+  free.t_free = 1.0;
+  return free;
+}
+
+SegmentClearance answerSegment(const std::vector<scene::SubjectPair>& pairs, const scene::MotionQuestion& question,
+                               const Segment& segment, scene::MovingScene& scene) {
+  const scene::RobotMotion motion = scene::RobotMotion::ofJoints(scene.model().robot, segment.from, segment.to);
+  const scene::RobotMinimum minimum = scene.minimum(pairs, motion, question);
+  // What the minimum has proven need not be asked again, and the two cannot contradict each other.
+  const bool is_free = minimum.status != narrowphase::Status::Unknown && minimum.lower_bound > question.clearance;
+  return {segment, minimum, is_free ? provenFree() : scene.timeOfContact(pairs, motion, question)};
+}
+
+}  // namespace
+
+double Segment::timeAt(double fraction) const {
+  if (fraction >= 1.0) return end;
+  const double time = begin + fraction * (end - begin);
+  return time > end ? end : time;  // so that NaN stays
+}
+
+scene::Positions Segment::positionsAt(double fraction) const {
+  scene::Positions positions = from;
+  for (std::size_t i = 0; i < positions.size(); ++i) positions[i] += fraction * (to[i] - from[i]);
+  return positions;
+}
+
+bool TrajectorySegments::next(Segment& segment) {
+  if (!last_) last_ = readWayPoint();
+  std::optional<WayPoint> way_point = last_ ? readWayPoint() : std::nullopt;
+  if (!way_point && segments_ == 0) {
+    throw std::invalid_argument(states_.source() + ": a trajectory has at least two way points, this one has " +
+                                (last_ ? "1" : "none"));
+  }
+  if (!way_point) return false;
+  segment = {segments_++, last_->time, way_point->time, last_->positions, way_point->positions};
+  last_ = std::move(way_point);
+  return true;
+}
+
+std::optional<TrajectorySegments::WayPoint> TrajectorySegments::readWayPoint() {
+  WayPoint way_point;
+  if (!states_.next(way_point.positions)) return std::nullopt;
+  way_point.time = states_.time().value_or(last_ ? last_->time + 1.0 : 0.0);
+  if (last_) check(*last_, way_point);
+  return way_point;
+}
+
+void TrajectorySegments::check(const WayPoint& from, const WayPoint& to) const {
+  const auto fail = [&](const std::string& column, double of_to, const std::string& what, double of_from) {
+    throw std::invalid_argument(states_.place() + ": column \"" + column + "\": " + numberText(of_to) + what +
+                                numberText(of_from));
+  };
+  if (to.time <= from.time) fail("time", to.time, " is not later than ", from.time);
+  if (!std::isfinite(to.time - from.time)) fail("time", to.time, " is too far from ", from.time);
+  for (std::size_t i = 0; i < to.positions.size(); ++i) {
+    if (std::isfinite(to.positions[i] - from.positions[i])) continue;
+    fail(states_.robot().joints[i].name, to.positions[i], " is too far from ", from.positions[i]);
+  }
+}
+
+void answerSegments(const ClearanceQuestion& question, const scene::MotionQuestion& motion_question,
+                    JointStates& states, const std::function<void(const SegmentClearance&)>& take) {
+  TrajectorySegments segments(states);
+  const scene::MovingScene fresh(question.model);
+  const auto answerBlock = [&](const std::vector<Segment>& block) {
+    scene::MovingScene scene = fresh.twin();
+    std::vector<SegmentClearance> answers;
+    for (const Segment& segment : block) {
+      answers.push_back(answerSegment(question.pairs, motion_question, segment, scene));
+    }
+    return answers;
+  };
+  answerInBlocks<Segment, SegmentClearance>(
+      {kBlockSize, [&](Segment& segment) { return segments.next(segment); }, answerBlock, take}, question.threads);
+}
+
+}  // namespace proximity_server::tools

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "proximity_server/scene/model/robot_model.h"
+
+namespace proximity_server::tools {
+
+/// Counts the states that lie beyond the limits of a joint, and keeps the first.
+///
+/// Joints without limits, and those that follow another one, have no limit here. Beyond means by more than
+/// kLimitRounding.
+class LimitCheck {
+ public:
+  /// The robot must outlive this.
+  explicit LimitCheck(const scene::RobotModel& robot) : robot_(robot) {}
+
+  void beginState(long line);
+  /// `joint` is an index into RobotModel::joints; `position` [rad] or [m] is what the state sets.
+  void add(int joint, double position);
+
+  /// What was found in the states of `source`, in one or two sentences; "" where all were within the limits. Says where
+  /// degrees instead of radians explain it.
+  std::string warning(const std::string& source) const;
+
+ private:
+  struct Violation {
+    long state, line;
+    int joint;
+    double position;
+  };
+  bool looksLikeDegrees() const;
+
+  const scene::RobotModel& robot_;
+  long states_ = 0, states_beyond_ = 0, line_ = 0;
+  bool is_beyond_ = false;  ///< the current state
+  std::optional<Violation> first_;
+  // Of all positions of revolute joints beyond their limits:
+  double largest_angle_ = 0.0;  ///< [rad] absolute value
+  bool would_be_within_as_degrees_ = true;
+};
+
+/// [rad] or [m] what six decimals, as most programs write them, may put a position beyond its limit.
+constexpr double kLimitRounding = 1e-6;
+
+}  // namespace proximity_server::tools

@@ -1,0 +1,26 @@
+#include "tools/command_line/output_file.h"
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+
+namespace proximity_server::tools {
+
+void requireWritable(const std::string& path) {
+  std::error_code ignored;
+  const std::filesystem::file_status status = std::filesystem::status(path, ignored);
+  const bool existed = std::filesystem::exists(status);
+  // To open and close a pipe would end it for its reader.
+  if (existed && !std::filesystem::is_regular_file(status) && !std::filesystem::is_directory(status)) return;
+  errno = 0;
+  if (!std::ofstream(path, std::ios::binary | std::ios::app)) {
+    const int cause = errno;
+    throw std::invalid_argument(path + ": cannot be written" +
+                                (cause != 0 ? std::string(" (") + std::strerror(cause) + ")" : ""));
+  }
+  if (!existed) std::filesystem::remove(path, ignored);
+}
+
+}  // namespace proximity_server::tools

@@ -1,0 +1,231 @@
+#include "tools/pair_audit/audit_report.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <sstream>
+
+#include "tools/command_line/csv.h"
+
+namespace proximity_server::tools {
+namespace {
+
+/// A length as people read it: three digits.
+std::string metres(double length) {
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), "%.3g m", length);
+  return text.data();
+}
+
+const char* toString(ContactClass contact) {
+  switch (contact) {
+    case ContactClass::Always:
+      return "always in contact";
+    case ContactClass::Never:
+      return "never in contact";
+    case ContactClass::Sometimes:
+      return "in contact in some states";
+    case ContactClass::Undecided:
+      return "not decided";
+  }
+  return "unknown";
+}
+
+/// How sure it is that a pair keeps to its class.
+std::string evidenceText(const PairEvidence& evidence) {
+  const std::string not_seen = " in " + std::to_string(evidence.samples) + " samples and a search";
+  switch (evidence.contactClass()) {
+    case ContactClass::Always:
+      return "not seen apart" + not_seen;
+    case ContactClass::Never:
+      return "closest seen " + metres(evidence.smallest) + "; " +
+             (evidence.proven ? "proven: at least " + metres(*evidence.proven) : "contact not seen" + not_seen);
+    case ContactClass::Undecided:
+      return std::string(evidence.contact ? "always" : "never") +
+             " in contact so far, but a joint between them can do more than was tried";
+    case ContactClass::Sometimes:
+      break;
+  }
+  return "";
+}
+
+class Report {
+ public:
+  Report(const scene::SceneModel& model, const PairStudy& study) : model_(model), study_(study) {}
+
+  void addSummary() {
+    text_ << "Robot \"" << model_.robot.name << "\": " << study_.pairs.size() << " pairs of links, " << study_.samples
+          << " random states, " << endText() << ".\n";
+    for (const scene::JointRange& range : scene::jointRanges(model_.robot)) {
+      if (scene::hasKnownRange(model_.robot, range.joint)) continue;
+      text_ << "Joint \"" << model_.robot.joints[range.joint].name << "\" has no limits; tried from "
+            << metres(range.lower) << " to " << metres(range.upper) << ".\n";
+    }
+    for (const scene::Joint& joint : model_.robot.joints) {
+      if (joint.type != scene::Joint::Type::Floating && joint.type != scene::Joint::Type::Planar) continue;
+      text_ << "Joint \"" << joint.name << "\" is floating or planar; it stood still.\n";
+    }
+  }
+
+  void addClass(ContactClass contact) {
+    std::vector<std::string> lines;
+    for (const PairEvidence& evidence : study_.pairs) {
+      if (evidence.are_neighbours || evidence.contactClass() != contact) continue;
+      const std::string proof = evidenceText(evidence);
+      lines.push_back(names(evidence) + (proof.empty() ? "" : ": " + proof));
+    }
+    addList(toString(contact), lines);
+  }
+
+  /// Nobody checks neighbours, so these come first.
+  void addNeighboursThatCollide() {
+    std::vector<std::string> lines;
+    for (const PairEvidence& evidence : study_.pairs) {
+      if (!evidence.are_neighbours || evidence.contactClass() != ContactClass::Sometimes) continue;
+      lines.push_back(names(evidence) + ": " + reasonText(evidence) + contactText(evidence));
+    }
+    addList("adjacent, but apart in some states and in contact in others", lines);
+  }
+
+  void addNeighbours() {
+    std::vector<std::string> lines;
+    for (const PairEvidence& evidence : study_.pairs) {
+      if (evidence.are_neighbours) lines.push_back(names(evidence) + ": " + toString(evidence.contactClass()));
+    }
+    addList("adjacent (joined by one joint)", lines);
+  }
+
+  void addSrdfFaults() {
+    text_ << "\nWhat the SRDF gets wrong:\n";
+    const SrdfFaults faults = findSrdfFaults(model_, study_);
+    addList("disabled, but they can collide", linesOf(faults.disabled_but_touch, [&](const PairEvidence& evidence) {
+              return reasonText(evidence) + contactText(evidence);
+            }));
+    addList("checked, but never in contact", linesOf(faults.checked_but_never, evidenceText));
+    addList("checked, but always in contact", linesOf(faults.checked_but_always, evidenceText));
+    std::vector<std::string> idle;
+    for (const scene::IdleEntry& entry : model_.pairs.idle) {
+      idle.push_back(entry.list + " " + entry.link_a + " - " + entry.link_b + ": " + causeText(entry));
+    }
+    addList("remarks", model_.pairs.warnings);
+    addList("entries without effect", idle);  // last, as there may be hundreds
+  }
+
+  std::string text() const { return text_.str(); }
+
+ private:
+  /// [m] How far what is checked of a link lies from its meshes.
+  double deviationOf(int link) const {
+    double largest = 0.0;
+    for (const int i : model_.robot.links[link].collisions) {
+      largest = std::max(largest, model_.robot.collisions[i].deviation);
+    }
+    return largest;
+  }
+
+  /// Contact of what stands for the meshes need not be contact of the meshes.
+  std::string contactText(const PairEvidence& evidence) const {
+    const double deviation = deviationOf(evidence.pair.a.link) + deviationOf(evidence.pair.b.link);
+    const std::string doubt = evidence.contact_depth > deviation || deviation <= kContactDistance
+                                  ? ""
+                                  : " (in doubt: what is checked lies up to " + metres(deviation) + " from the meshes)";
+    return "in contact, " + metres(evidence.contact_depth) + " deep" + doubt + ", at " +
+           stateText(model_.robot, evidence.pair, *evidence.contact);
+  }
+
+  std::string endText() const {
+    switch (study_.end) {
+      case SamplingEnd::MostSamples:
+        return "after which pairs may still change their class (more: --samples)";
+      case SamplingEnd::Quiet:
+        return "of which the last " + std::to_string(kQuietSamples) + " changed the class of no pair";
+      case SamplingEnd::AllKnown:
+        return "after which every pair had been seen in contact and apart";
+    }
+    return "";
+  }
+
+  std::string names(const PairEvidence& evidence) const {
+    return model_.robot.links[evidence.pair.a.link].name + " - " + model_.robot.links[evidence.pair.b.link].name;
+  }
+
+  void addList(const std::string& title, const std::vector<std::string>& lines) {
+    text_ << '\n' << title << " (" << lines.size() << ")\n";
+    for (const std::string& line : lines) text_ << "  " << line << '\n';
+  }
+
+  template <typename Describe>
+  std::vector<std::string> linesOf(const std::vector<int>& indices, const Describe& describe) const {
+    std::vector<std::string> lines;
+    for (const int i : indices) lines.push_back(names(study_.pairs[i]) + ": " + describe(study_.pairs[i]));
+    return lines;
+  }
+
+  /// What the SRDF gives as its reason.
+  std::string reasonText(const PairEvidence& evidence) const {
+    const scene::PairTable& table = model_.pairs;
+    const scene::LinkPair& pair = table.pairs[table.find(evidence.pair.a.link, evidence.pair.b.link)];
+    return pair.detail.empty() ? "" : "said to be \"" + pair.detail + "\", ";
+  }
+
+  static std::string causeText(const scene::IdleEntry& entry) {
+    switch (entry.cause) {
+      case scene::IdleEntry::Cause::UnknownLink:
+        return "there is no such link";
+      case scene::IdleEntry::Cause::NoGeometry:
+        return "no collision geometry";
+      case scene::IdleEntry::Cause::SameBody:
+        return "one rigid body";
+      case scene::IdleEntry::Cause::Repeated:
+        return "said before";
+    }
+    return "unknown";
+  }
+
+  const scene::SceneModel& model_;
+  const PairStudy& study_;
+  std::ostringstream text_;
+};
+
+}  // namespace
+
+SrdfFaults findSrdfFaults(const scene::SceneModel& model, const PairStudy& study) {
+  SrdfFaults faults;
+  for (int i = 0; i < static_cast<int>(study.pairs.size()); ++i) {
+    const PairEvidence& evidence = study.pairs[i];
+    const scene::PairReason reason =
+        model.pairs.pairs[model.pairs.find(evidence.pair.a.link, evidence.pair.b.link)].reason;
+    const ContactClass contact = evidence.contactClass();
+    const bool is_disabled = reason == scene::PairReason::SrdfDisabled && !evidence.are_neighbours;  // those come first
+    if (is_disabled && contact == ContactClass::Sometimes) faults.disabled_but_touch.push_back(i);
+    if (reason != scene::PairReason::Checked) continue;
+    if (contact == ContactClass::Never) faults.checked_but_never.push_back(i);
+    if (contact == ContactClass::Always) faults.checked_but_always.push_back(i);
+  }
+  return faults;
+}
+
+std::string stateText(const scene::RobotModel& robot, const scene::SubjectPair& pair,
+                      const scene::Positions& positions) {
+  std::string text;
+  for (const scene::JointRange& range :
+       scene::rangesBetween(robot, scene::jointRanges(robot), pair.a.link, pair.b.link)) {
+    text += (text.empty() ? "" : " ") + robot.joints[range.joint].name + "=" + numberText(positions[range.joint]);
+  }
+  return text;
+}
+
+std::string auditReport(const scene::SceneModel& model, const PairStudy& study, SrdfGiven srdf) {
+  Report report(model, study);
+  report.addSummary();
+  report.addNeighboursThatCollide();
+  for (const ContactClass contact :
+       {ContactClass::Always, ContactClass::Never, ContactClass::Sometimes, ContactClass::Undecided}) {
+    report.addClass(contact);
+  }
+  report.addNeighbours();
+  if (srdf == SrdfGiven::Yes) report.addSrdfFaults();
+  return report.text();
+}
+
+}  // namespace proximity_server::tools

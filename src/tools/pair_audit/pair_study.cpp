@@ -1,0 +1,248 @@
+#include "tools/pair_audit/pair_study.h"
+
+#include <algorithm>
+#include <random>
+
+#include "tools/command_line/answers_in_order.h"
+
+namespace proximity_server::tools {
+namespace {
+
+constexpr long kBlockSize = 64;     // states
+constexpr int kBlocksInRound = 64;  // 4096 states: few against kQuietSamples
+constexpr int kMostSearchQueries = 2000;
+
+/// What one block says about each pair that it was asked about.
+using BlockEvidence = std::vector<PairEvidence>;
+
+/// Takes in the distance of a pair in one state.
+void add(const narrowphase::SignedDistance& distance, const scene::Positions& positions, PairEvidence& evidence) {
+  const bool is_contact = !(distance.lower_bound > kContactDistance);  // apart is only what is proven to be
+  std::optional<scene::Positions>& first = is_contact ? evidence.contact : evidence.apart;
+  if (!first) first = positions;
+  const double seen = is_contact ? 0.0 : distance.distance;
+  if (seen >= evidence.smallest) return;
+  evidence.smallest = seen;
+  evidence.closest = positions;
+}
+
+/// Takes in what a later block says.
+void add(const PairEvidence& later, PairEvidence& evidence) {
+  evidence.samples += later.samples;
+  if (!evidence.contact) evidence.contact = later.contact;
+  if (!evidence.apart) evidence.apart = later.apart;
+  if (later.smallest >= evidence.smallest) return;
+  evidence.smallest = later.smallest;
+  evidence.closest = later.closest;
+}
+
+bool isOpen(const PairEvidence& evidence) { return !evidence.contact || !evidence.apart; }
+
+BlockEvidence sampleBlock(scene::Scene scene, const std::vector<scene::JointRange>& ranges,
+                          const std::vector<scene::SubjectPair>& pairs, std::mt19937_64 random, long states) {
+  scene::Question question;
+  question.depth = scene::Question::Depth::NotWanted;
+  BlockEvidence evidence(pairs.size());
+  for (long state = 0; state < states; ++state) {
+    const scene::Positions positions = scene::randomPositions(scene.model().robot, ranges, random);
+    scene.update(scene::forwardKinematics(scene.model().robot, positions));
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      // Of what is farther than the closest so far a proof is enough.
+      question.threshold = std::max(evidence[i].smallest, kContactDistance);
+      add(scene.proximity(pairs[i], question).result, positions, evidence[i]);
+      ++evidence[i].samples;
+    }
+  }
+  return evidence;
+}
+
+/// A search for a state of the kind that a pair has not shown: contact, or apart.
+class ContactSearch {
+ public:
+  ContactSearch(scene::Scene& scene, const std::vector<scene::JointRange>& ranges, PairEvidence& evidence)
+      : scene_(scene),
+        ranges_(ranges),
+        evidence_(evidence),
+        sign_(evidence.contact ? -1.0 : 1.0),
+        positions_(evidence.contact ? *evidence.contact : evidence.closest),
+        best_(valueAt(positions_)) {}
+
+  /// Coordinate descent: steps of one joint at a time, halved when none of them helps.
+  void run() {
+    constexpr double kSmallestStep = 1e-3;  // of a range
+    for (double step = 0.25; step > kSmallestStep && goesOn();) {
+      bool helped = false;
+      for (const scene::JointRange& range : ranges_) {
+        for (const double side : {-1.0, 1.0}) helped = improves(range, side * step * range.width()) || helped;
+      }
+      if (!helped) step *= 0.5;
+    }
+  }
+
+ private:
+  bool goesOn() const { return isOpen(evidence_) && queries_ < kMostSearchQueries; }
+
+  bool improves(const scene::JointRange& range, double step) {
+    if (!goesOn()) return false;
+    const double before = positions_[range.joint];
+    positions_[range.joint] = range.typeable(before + step);
+    if (positions_[range.joint] == before) return false;
+    const double value = valueAt(positions_);
+    if (value < best_) {
+      best_ = value;
+      return true;
+    }
+    positions_[range.joint] = before;
+    return false;
+  }
+
+  /// What is to become small: the signed distance for contact, minus that for apart.
+  double valueAt(const scene::Positions& positions) {
+    scene_.update(scene::forwardKinematics(scene_.model().robot, positions));
+    const narrowphase::SignedDistance answer = scene_.proximity(evidence_.pair).result;
+    ++queries_;
+    add(answer, positions, evidence_);
+    return sign_ * answer.distance;
+  }
+
+  scene::Scene& scene_;
+  const std::vector<scene::JointRange>& ranges_;
+  PairEvidence& evidence_;
+  const double sign_;
+  int queries_ = 0;
+  scene::Positions positions_;
+  double best_;
+};
+
+/// A search for the other kind of state, and a proof where it finds no contact.
+void refine(scene::Scene& scene, const std::vector<scene::JointRange>& all_ranges, PairEvidence& evidence) {
+  const std::vector<scene::JointRange> ranges =
+      scene::rangesBetween(scene.model().robot, all_ranges, evidence.pair.a.link, evidence.pair.b.link);
+  ContactSearch(scene, ranges, evidence).run();
+  if (evidence.contact || !evidence.has_known_ranges) return;
+  const SeparationProof proof = proveSeparation(scene, ranges, evidence.pair);
+  if (proof.contact) {
+    evidence.contact = evidence.closest = *proof.contact;
+    evidence.smallest = 0.0;
+  }
+  if (proof.lower_bound > kContactDistance) evidence.proven = proof.lower_bound;
+}
+
+double depthAt(scene::Scene& scene, const scene::Positions& positions, const scene::SubjectPair& pair) {
+  scene.update(scene::forwardKinematics(scene.model().robot, positions));
+  return std::max(0.0, -scene.proximity(pair).result.distance);
+}
+
+PairEvidence refined(scene::Scene scene, const std::vector<scene::JointRange>& ranges, PairEvidence evidence) {
+  if (isOpen(evidence)) refine(scene, ranges, evidence);
+  if (evidence.contact) evidence.contact_depth = depthAt(scene, *evidence.contact, evidence.pair);
+  return evidence;
+}
+
+PairEvidence noEvidence(const scene::RobotModel& robot, const scene::LinkPair& pair) {
+  PairEvidence evidence;
+  evidence.pair = {{pair.link_a, 0}, {pair.link_b, 0}};
+  evidence.are_neighbours = robot.areNeighbours(pair.link_a, pair.link_b);
+  const std::vector<int> joints =
+      scene::jointsBetween(robot, robot.links[pair.link_a].body, robot.links[pair.link_b].body);
+  evidence.has_known_ranges =
+      std::all_of(joints.begin(), joints.end(), [&](int joint) { return scene::hasKnownRange(robot, joint); });
+  return evidence;
+}
+
+/// The study while it grows.
+class Studying {
+ public:
+  Studying(const std::shared_ptr<const scene::SceneModel>& model, const StudyOptions& options,
+           const StudyProgress& progress)
+      : options_(options), progress_(progress), scene_(model), ranges_(scene::jointRanges(model->robot)) {
+    for (const scene::LinkPair& pair : model->pairs.pairs) {
+      if (pair.reason != scene::PairReason::SameBody) study_.pairs.push_back(noEvidence(model->robot, pair));
+    }
+  }
+
+  void sample() {
+    for (long quiet = 0; study_.end == SamplingEnd::MostSamples && study_.samples < options_.most_samples;) {
+      const long before = study_.samples;
+      const bool changed = sampleRound();
+      quiet = changed ? 0 : quiet + study_.samples - before;
+      if (quiet >= kQuietSamples) study_.end = SamplingEnd::Quiet;
+      if (openPairs().empty()) study_.end = SamplingEnd::AllKnown;
+      tell(StudyStage::Sampling, study_.samples, options_.most_samples);
+    }
+  }
+
+  void refine() {
+    std::vector<PairEvidence> refined_pairs;
+    AnswersInOrder<PairEvidence> answers(options_.threads, [&](PairEvidence evidence) {
+      refined_pairs.push_back(std::move(evidence));
+      tell(StudyStage::Searching, static_cast<long>(refined_pairs.size()), static_cast<long>(study_.pairs.size()));
+    });
+    for (const PairEvidence& evidence : study_.pairs) {
+      answers.start([this, &evidence] { return refined(scene_.twin(), ranges_, evidence); });
+    }
+    answers.finish();
+    study_.pairs = std::move(refined_pairs);
+  }
+
+  const PairStudy& study() const { return study_; }
+
+ private:
+  std::vector<std::size_t> openPairs() const {
+    std::vector<std::size_t> open;
+    for (std::size_t i = 0; i < study_.pairs.size(); ++i) {
+      if (isOpen(study_.pairs[i])) open.push_back(i);
+    }
+    return open;
+  }
+
+  /// Whether the class of a pair changed.
+  bool sampleRound() {
+    const std::vector<std::size_t> open = openPairs();
+    std::vector<scene::SubjectPair> pairs;
+    for (const std::size_t i : open) pairs.push_back(study_.pairs[i].pair);
+    const bool is_first = study_.samples == 0;
+
+    AnswersInOrder<BlockEvidence> answers(options_.threads, [&](const BlockEvidence& block) {
+      for (std::size_t i = 0; i < open.size(); ++i) add(block[i], study_.pairs[open[i]]);
+    });
+    for (int block = 0; block < kBlocksInRound && study_.samples < options_.most_samples; ++block) {
+      const long states = std::min(kBlockSize, options_.most_samples - study_.samples);
+      std::seed_seq seed{options_.seed, static_cast<unsigned long>(study_.samples / kBlockSize)};
+      answers.start([this, &pairs, states, random = std::mt19937_64(seed)] {
+        return sampleBlock(scene_.twin(), ranges_, pairs, random, states);
+      });
+      study_.samples += states;
+    }
+    answers.finish();
+    return is_first || openPairs().size() < open.size();
+  }
+
+  void tell(StudyStage stage, long done, long all) const {
+    if (progress_) progress_(stage, static_cast<double>(done) / static_cast<double>(all));
+  }
+
+  const StudyOptions options_;
+  const StudyProgress& progress_;
+  const scene::Scene scene_;  ///< the one that the threads make twins of
+  const std::vector<scene::JointRange> ranges_;
+  PairStudy study_;
+};
+
+}  // namespace
+
+ContactClass PairEvidence::contactClass() const {
+  if (contact && apart) return ContactClass::Sometimes;
+  if (!has_known_ranges) return ContactClass::Undecided;
+  return contact ? ContactClass::Always : ContactClass::Never;
+}
+
+PairStudy studyPairs(const std::shared_ptr<const scene::SceneModel>& model, const StudyOptions& options,
+                     const StudyProgress& progress) {
+  Studying studying(model, options, progress);
+  studying.sample();
+  studying.refine();
+  return studying.study();
+}
+
+}  // namespace proximity_server::tools

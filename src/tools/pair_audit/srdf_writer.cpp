@@ -1,0 +1,94 @@
+#include "tools/pair_audit/srdf_writer.h"
+
+#include <tinyxml2.h>
+
+#include <algorithm>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+namespace proximity_server::tools {
+namespace {
+
+using tinyxml2::XMLElement;
+using Names = std::pair<std::string, std::string>;
+
+constexpr const char* kDisable = "disable_collisions";
+
+Names ordered(const std::string& a, const std::string& b) { return {std::min(a, b), std::max(a, b)}; }
+
+/// Why a pair need not be checked; nullptr where it must be.
+const char* reasonOf(const PairEvidence& evidence) {
+  switch (evidence.contactClass()) {
+    case ContactClass::Sometimes:
+      return nullptr;
+    case ContactClass::Always:
+      return evidence.are_neighbours ? "Adjacent" : "Always";
+    case ContactClass::Never:
+      return evidence.are_neighbours ? "Adjacent" : "Never";
+    case ContactClass::Undecided:
+      return evidence.are_neighbours ? "Adjacent" : nullptr;
+  }
+  return nullptr;
+}
+
+XMLElement& parse(const std::string& srdf_xml, const std::string& robot, tinyxml2::XMLDocument& document) {
+  if (srdf_xml.empty()) {
+    document.InsertEndChild(document.NewDeclaration());
+    XMLElement* root = document.NewElement("robot");
+    root->SetAttribute("name", robot.c_str());
+    document.InsertEndChild(root);
+  } else if (document.Parse(srdf_xml.c_str(), srdf_xml.size()) != tinyxml2::XML_SUCCESS) {
+    throw std::invalid_argument(std::string("SRDF: ") + document.ErrorStr());
+  }
+  XMLElement* root = document.FirstChildElement("robot");
+  if (!root) throw std::invalid_argument("SRDF: no <robot> element");
+  return *root;
+}
+
+std::set<Names> enabledPairs(const XMLElement& root) {
+  std::set<Names> pairs;
+  const char* const name = "enable_collisions";
+  for (auto* entry = root.FirstChildElement(name); entry; entry = entry->NextSiblingElement(name)) {
+    const char *a = entry->Attribute("link1"), *b = entry->Attribute("link2");
+    if (a && b) pairs.insert(ordered(a, b));
+  }
+  return pairs;
+}
+
+/// Takes out all disable_collisions. Returns what stood before the first of them; the last child where there was none.
+tinyxml2::XMLNode* removeDisabled(XMLElement& root) {
+  XMLElement* entry = root.FirstChildElement(kDisable);
+  if (!entry) return root.LastChild();
+  tinyxml2::XMLNode* before = entry->PreviousSibling();
+  while (entry) {
+    XMLElement* next = entry->NextSiblingElement(kDisable);
+    root.DeleteChild(entry);
+    entry = next;
+  }
+  return before;
+}
+
+}  // namespace
+
+std::string writeSrdf(const std::string& srdf_xml, const scene::RobotModel& robot, const PairStudy& study) {
+  tinyxml2::XMLDocument document;
+  XMLElement& root = parse(srdf_xml, robot.name, document);
+  const std::set<Names> enabled = enabledPairs(root);
+  tinyxml2::XMLNode* before = removeDisabled(root);
+  for (const PairEvidence& evidence : study.pairs) {
+    const char* reason = reasonOf(evidence);
+    const std::string &a = robot.links[evidence.pair.a.link].name, &b = robot.links[evidence.pair.b.link].name;
+    if (!reason || enabled.count(ordered(a, b))) continue;
+    XMLElement* entry = document.NewElement(kDisable);
+    entry->SetAttribute("link1", a.c_str());
+    entry->SetAttribute("link2", b.c_str());
+    entry->SetAttribute("reason", reason);
+    before = before ? root.InsertAfterChild(before, entry) : root.InsertFirstChild(entry);
+  }
+  tinyxml2::XMLPrinter printer;
+  document.Print(&printer);
+  return printer.CStr();
+}
+
+}  // namespace proximity_server::tools

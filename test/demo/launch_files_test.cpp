@@ -1,0 +1,58 @@
+#include <dynamic_reconfigure/Config.h>
+#include <proximity_server/ModelInfo.h>
+
+#include <map>
+
+#include "node/gantry.h"
+
+// The launch files change no parameter of a user's. The numbers are those of launch_files.test and launch_files.yaml.
+
+namespace proximity_server::node {
+namespace {
+
+/// The settings that a node works with; none if it does not tell.
+std::map<std::string, double> settingsOf(const std::string& node) {
+  Inbox<dynamic_reconfigure::Config> inbox(ros::NodeHandle(), node + "/parameter_updates");
+  std::map<std::string, double> settings;
+  const auto message = inbox.next();
+  EXPECT_TRUE(message) << node;
+  if (!message) return settings;
+  for (const auto& number : message->doubles) settings[number.name] = number.value;
+  return settings;
+}
+
+TEST(ProximityLaunch, KeepsWhatWasSetBefore) {
+  auto settings = settingsOf("/set_before/proximity_server");
+  EXPECT_EQ(settings["rate"], 20.0);
+  EXPECT_EQ(settings["threshold"], 0.7);
+  EXPECT_EQ(settings["stop_distance"], 0.04);
+  EXPECT_EQ(settings["warn_distance"], 0.05);  // the node's default
+  Inbox<ModelInfo> inbox(ros::NodeHandle(), "/set_before/proximity_server/model_info");
+  const auto info = inbox.next();
+  ASSERT_TRUE(info);
+  EXPECT_EQ(info->robot, "followers");
+}
+
+TEST(ProximityLaunch, TakesAFileOfTheUsersAndItsArgumentsGoBeforeIt) {
+  auto settings = settingsOf("/from_file/proximity_server");
+  EXPECT_EQ(settings["rate"], 25.0);
+  EXPECT_EQ(settings["threshold"], 0.4);
+  EXPECT_EQ(settings["hysteresis"], 0.003);
+}
+
+TEST(ProximityLaunch, LeavesTheDefaultsToTheNode) {
+  auto settings = settingsOf("/untouched/proximity_server");
+  EXPECT_EQ(settings["rate"], 50.0);
+  EXPECT_EQ(settings["threshold"], 0.3);
+}
+
+TEST(DemoLaunch, TakesAFileOfTheUsersAndKeepsWhatWasSetBefore) {
+  auto settings = settingsOf("/demo/proximity_server");
+  EXPECT_EQ(settings["threshold"], 0.6);
+  EXPECT_EQ(settings["stop_distance"], 0.04);
+}
+
+}  // namespace
+}  // namespace proximity_server::node
+
+PROXIMITY_SERVER_ROSTEST_MAIN("launch_files_test")

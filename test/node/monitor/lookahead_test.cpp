@@ -1,0 +1,268 @@
+#include <dynamic_reconfigure/Reconfigure.h>
+#include <proximity_server/Clearance.h>
+#include <sensor_msgs/JointState.h>
+
+#include <functional>
+#include <limits>
+#include <map>
+#include <optional>
+
+#include "node/answers.h"
+#include "node/gantry.h"
+#include "node/limited_robot.h"
+
+// The robot of gantry.urdf stands at (0.9, 0, 0), 0.7 m from the base, and says that it moves. The stop distance is 0.1
+// m.
+
+namespace proximity_server::node {
+namespace {
+
+/// Publishes joint_states a hundred times a second, with the current time.
+class JointStates {
+ public:
+  explicit JointStates(const std::string& ns = "/")
+      : nh_(ns),
+        publisher_(nh_.advertise<sensor_msgs::JointState>("joint_states", 10)),
+        ticker_(nh_, 100.0, [this] { publish(ros::Time::now()); }) {}
+
+  /// `positions` may name fewer joints; then none has one.
+  void hold(const std::map<std::string, double>& velocities, const std::map<std::string, double>& positions = {}) {
+    ticker_.stop();
+    velocities_ = velocities;
+    positions_ = positions;
+    ticker_.start();
+  }
+  void release() { ticker_.stop(); }
+
+  void publish(const ros::Time& stamp) {
+    sensor_msgs::JointState state;
+    state.header.stamp = stamp;
+    for (const auto& [name, velocity] : velocities_) {
+      state.name.push_back(name);
+      state.velocity.push_back(velocity);
+      if (const auto position = positions_.find(name); position != positions_.end())
+        state.position.push_back(position->second);
+    }
+    publisher_.publish(state);
+  }
+
+ private:
+  ros::NodeHandle nh_;
+  std::map<std::string, double> velocities_, positions_;
+  ros::Publisher publisher_;
+  Ticker ticker_;  // last: it publishes what is above
+};
+
+std::map<std::string, double> slidingAt(double velocity) {
+  return {{"x_axis", velocity}, {"y_axis", 0.0}, {"lift", 0.0}};
+}
+
+class LookaheadOfTheMonitor : public testing::Test {
+ protected:
+  static Gantry& gantry() {
+    static Gantry gantry{ros::NodeHandle()};
+    static const bool connected = gantry.awaitListeners(2);
+    EXPECT_TRUE(connected);
+    return gantry;
+  }
+
+  void SetUp() override { gantry().hold({0.9, 0.0, 0.0}); }
+  void TearDown() override { gantry().release(); }
+
+  /// The next lookahead that is accepted.
+  std::optional<Lookahead> next(const std::function<bool(const Lookahead&)>& accept) {
+    const auto message = inbox_.next([&](const Clearance& candidate) { return accept(candidate.lookahead); });
+    return message ? std::optional<Lookahead>(message->lookahead) : std::nullopt;
+  }
+  std::optional<Lookahead> withState(std::uint8_t state) {
+    return next([&](const Lookahead& lookahead) { return lookahead.state == state; });
+  }
+
+  static void expectUnknown(const std::optional<Lookahead>& lookahead, int code, const std::string& named) {
+    ASSERT_TRUE(lookahead);
+    EXPECT_EQ(lookahead->state, Lookahead::UNKNOWN);
+    EXPECT_EQ(lookahead->status.code, code);
+    EXPECT_NE(lookahead->status.message.find(named), std::string::npos) << lookahead->status.message;
+    EXPECT_TRUE(std::isnan(lookahead->time_free) && std::isnan(lookahead->time_to_contact));
+    EXPECT_TRUE(saysNothing(lookahead->pair));
+  }
+
+  Inbox<Clearance> inbox_{ros::NodeHandle(), "/proximity_server/clearance"};
+  JointStates joint_states_;
+};
+
+TEST_F(LookaheadOfTheMonitor, IsUnknownBeforeAnybodyTellsTheVelocities) {
+  const auto lookahead =
+      next([](const Lookahead& candidate) { return candidate.status.code == QueryStatus::NO_VELOCITY; });
+  expectUnknown(lookahead, QueryStatus::NO_VELOCITY, "joint_states has no velocity");
+}
+
+TEST_F(LookaheadOfTheMonitor, TellsTheTimeToTheStopDistanceAndThePair) {
+  joint_states_.hold(slidingAt(-0.5));
+  const auto lookahead = withState(Lookahead::CONTACT);
+  ASSERT_TRUE(lookahead);
+  EXPECT_EQ(lookahead->status.code, QueryStatus::OK) << lookahead->status.message;
+  EXPECT_EQ(lookahead->lookahead, 2.0);
+  EXPECT_EQ(lookahead->clearance, 0.1);
+  EXPECT_NEAR(lookahead->time_to_contact, 1.2, 1e-5);  // 0.6 m at 0.5 m/s
+  EXPECT_LE(lookahead->time_free, 1.2 + 1e-12);
+  EXPECT_GE(lookahead->time_free, 1.2 - 1e-4);
+  EXPECT_EQ(links(lookahead->pair), (std::set<std::string>{"base", "ball"}));
+  EXPECT_NEAR(lookahead->pair.distance, 0.1, 1.01e-6);
+}
+
+TEST_F(LookaheadOfTheMonitor, ProvesThatThereIsNoContactWithinItsTime) {
+  joint_states_.hold(slidingAt(-0.25));  // 0.6 m in 2.4 s
+  const auto lookahead = withState(Lookahead::FREE);
+  ASSERT_TRUE(lookahead);
+  EXPECT_EQ(lookahead->time_free, 2.0);
+  EXPECT_TRUE(std::isnan(lookahead->time_to_contact));
+  EXPECT_TRUE(saysNothing(lookahead->pair));
+}
+
+TEST_F(LookaheadOfTheMonitor, IsAContactNowBelowTheStopDistance) {
+  gantry().hold({0.25, 0.0, 0.0});
+  joint_states_.hold(slidingAt(0.5));
+  const auto lookahead = withState(Lookahead::CONTACT);
+  ASSERT_TRUE(lookahead);
+  EXPECT_EQ(lookahead->time_to_contact, 0.0);
+  EXPECT_EQ(lookahead->time_free, 0.0);
+}
+
+TEST_F(LookaheadOfTheMonitor, IsUnknownWhenTheVelocitiesAreOld) {
+  joint_states_.hold(slidingAt(-0.25));
+  ASSERT_TRUE(withState(Lookahead::FREE));
+  joint_states_.release();
+  expectUnknown(withState(Lookahead::UNKNOWN), QueryStatus::NO_VELOCITY, "old");
+  joint_states_.hold(slidingAt(-0.25));
+  EXPECT_TRUE(withState(Lookahead::FREE));
+}
+
+TEST_F(LookaheadOfTheMonitor, IsUnknownWithoutAStampOrANumber) {
+  joint_states_.hold(slidingAt(-0.25));
+  ASSERT_TRUE(withState(Lookahead::FREE));
+  joint_states_.release();
+  joint_states_.publish(ros::Time());
+  expectUnknown(withState(Lookahead::UNKNOWN), QueryStatus::NO_VELOCITY, "old");
+  joint_states_.hold(slidingAt(std::numeric_limits<double>::quiet_NaN()));
+  expectUnknown(next([](const Lookahead& lookahead) {
+                  return lookahead.status.message.find("no velocity") != std::string::npos;
+                }),
+                QueryStatus::NO_VELOCITY, "'x_axis'");
+}
+
+TEST_F(LookaheadOfTheMonitor, IsUnknownWhileOneJointIsMissing) {
+  joint_states_.hold(slidingAt(-0.25));
+  ASSERT_TRUE(withState(Lookahead::FREE));
+  joint_states_.hold({{"x_axis", -0.25}, {"y_axis", 0.0}});
+  expectUnknown(withState(Lookahead::UNKNOWN), QueryStatus::NO_VELOCITY, "'lift'");
+}
+
+TEST_F(LookaheadOfTheMonitor, IsUnknownWithoutPoses) {
+  joint_states_.hold(slidingAt(-0.25));
+  ASSERT_TRUE(withState(Lookahead::FREE));
+  gantry().release();
+  expectUnknown(withState(Lookahead::UNKNOWN), QueryStatus::TF_STALE, "joint '");
+}
+
+TEST_F(LookaheadOfTheMonitor, IsOffUntilItIsAskedFor) {
+  joint_states_.hold(slidingAt(-0.5));
+  Inbox<Clearance> inbox(ros::NodeHandle(), "/off/clearance");
+  const auto off = inbox.next([](const Clearance& message) { return message.level != Clearance::INVALID; });
+  ASSERT_TRUE(off);
+  EXPECT_EQ(off->lookahead.state, Lookahead::OFF);
+  EXPECT_TRUE(std::isnan(off->lookahead.time_to_contact));
+
+  dynamic_reconfigure::ReconfigureRequest request;
+  request.config.doubles.resize(1);
+  request.config.doubles[0].name = "lookahead";
+  request.config.doubles[0].value = 2.0;
+  call<dynamic_reconfigure::ReconfigureResponse>("/off/set_parameters", request);
+  const auto on = inbox.next([](const Clearance& message) { return message.lookahead.state == Lookahead::CONTACT; });
+  ASSERT_TRUE(on);
+  EXPECT_NEAR(on->lookahead.time_to_contact, 1.36, 1e-5);  // the stop distance is 0.02
+}
+
+// followers.urdf: with "lead" at x the ball is at (x, 0, 0) and the shadow at (0, 2 x + 0.5, 0); its joint follows.
+TEST(LookaheadOfFollowers, TakesTheVelocityOfTheirLeader) {
+  Gantry tf(ros::NodeHandle(), "/followers/tf");
+  ASSERT_TRUE(tf.awaitListeners(2));
+  const auto place = [&](const std::string& link, double y, double z) {
+    geometry_msgs::TransformStamped transform = Gantry::slide({0.0, 0.0, 0.0});
+    transform.child_frame_id = link;
+    transform.transform.translation.y = y;
+    transform.transform.translation.z = z;
+    tf.publish(transform, ros::Time::now());
+  };
+  JointStates joint_states("/followers");
+  joint_states.hold({{"lead", -0.2}});
+  Inbox<Clearance> one_pair(ros::NodeHandle(), "/followers/one_pair/clearance");
+  const auto known = one_pair.next([&](const Clearance& message) {
+    place("ball", 0.0, 0.0);
+    place("shadow", 0.5, 0.0);
+    place("drone", 0.0, 3.0);
+    return message.lookahead.state == Lookahead::CONTACT;
+  });
+  ASSERT_TRUE(known);
+  // The centres are 0.3 apart, the two 0.1, when x^2 + (2 x + 0.5)^2 = 0.09.
+  const double x = (std::sqrt(0.8) - 2.0) / 10.0;
+  EXPECT_NEAR(known->lookahead.time_to_contact, x / -0.2, 1e-5);
+
+  Inbox<Clearance> all_pairs(ros::NodeHandle(), "/followers/all_pairs/clearance");
+  const auto unknown = all_pairs.next([&](const Clearance& message) { return message.level != Clearance::INVALID; });
+  ASSERT_TRUE(unknown);
+  EXPECT_EQ(unknown->lookahead.state, Lookahead::UNKNOWN);
+  EXPECT_EQ(unknown->lookahead.status.code, QueryStatus::NO_VELOCITY);
+  EXPECT_NE(unknown->lookahead.status.message.find("joint 'flight': it is floating"), std::string::npos)
+      << unknown->lookahead.status.message;
+}
+
+/// The robot of limits.urdf: the stop distance is 0.1 m, it looks 2 s ahead.
+class LookaheadWithinLimits : public testing::Test {
+ protected:
+  static LimitedRobot& robot() {
+    static LimitedRobot robot;
+    static const bool connected = robot.awaitListeners(1);
+    EXPECT_TRUE(connected);
+    return robot;
+  }
+
+  void TearDown() override { robot().release(); }
+
+  std::optional<Lookahead> withState(std::uint8_t state) {
+    const auto message = inbox_.next([&](const Clearance& candidate) { return candidate.lookahead.state == state; });
+    return message ? std::optional<Lookahead>(message->lookahead) : std::nullopt;
+  }
+
+  Inbox<Clearance> inbox_{ros::NodeHandle(), "/limits/proximity_server/clearance"};
+  JointStates joint_states_{"/limits"};
+};
+
+TEST_F(LookaheadWithinLimits, StopsJointsWithTheirFollowers) {
+  robot().hold(1.0, 0.0);
+  joint_states_.hold({{"run", -0.5}, {"turn", 0.0}});
+  const auto lookahead = withState(Lookahead::FREE);  // without a limit there would be contact after 1.4 s
+  ASSERT_TRUE(lookahead);
+  EXPECT_EQ(lookahead->time_free, 2.0);
+  EXPECT_EQ(lookahead->joints_at_limit, std::vector<std::string>{"run"});
+  ASSERT_EQ(lookahead->limit_times.size(), 1u);
+  EXPECT_NEAR(lookahead->limit_times[0], 1.0, 1e-9);
+}
+
+// At 6 rad, 0.25 before the limit, the hand stands as it does at 6 - 2 pi, from where it would reach the pin.
+TEST_F(LookaheadWithinLimits, TakesTheTurnFromThePositionsOfJointStates) {
+  robot().hold(1.0, 6.0);
+  joint_states_.hold({{"run", 0.0}, {"turn", 0.5}});
+  const auto contact = withState(Lookahead::CONTACT);
+  ASSERT_TRUE(contact);
+  EXPECT_TRUE(contact->joints_at_limit.empty());
+  joint_states_.hold({{"run", 0.0}, {"turn", 0.5}}, {{"run", 1.0}, {"turn", 6.0}});
+  const auto free = withState(Lookahead::FREE);
+  ASSERT_TRUE(free);
+  EXPECT_EQ(free->joints_at_limit, std::vector<std::string>{"turn"});
+}
+
+}  // namespace
+}  // namespace proximity_server::node
+
+PROXIMITY_SERVER_ROSTEST_MAIN("lookahead_test")

@@ -1,0 +1,254 @@
+#include "node/monitor/markers.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "node/monitor/clearance_level.h"
+
+namespace proximity_server::node {
+
+using namespace narrowphase;
+using namespace scene;
+namespace {
+
+using visualization_msgs::Marker;
+using visualization_msgs::MarkerArray;
+
+/// A robot of one link with this geometry.
+RobotModel robotOf(const std::string& geometry) {
+  return loadRobotModel("<robot name='r'><link name='l'>" + geometry + "</link></robot>", packageResolver({}));
+}
+
+std::map<int, int> typesOf(const MarkerArray& array) {
+  std::map<int, int> count;
+  for (const Marker& marker : array.markers) ++count[marker.type];
+  return count;
+}
+
+TEST(PieceMarkers, OfPrimitivesHaveTheirSizeAndPlace) {
+  const MarkerArray array = pieceMarkers(
+      robotOf("<collision><origin xyz='1 2 3'/><geometry><box size='0.1 0.2 0.3'/></geometry></collision>"), "");
+  ASSERT_EQ(array.markers.size(), 1u);
+  const Marker& box = array.markers[0];
+  EXPECT_EQ(box.type, Marker::CUBE);
+  EXPECT_EQ(box.header.frame_id, "l");
+  EXPECT_NEAR(box.scale.y, 0.2, 1e-15);
+  EXPECT_NEAR(box.pose.position.z, 3.0, 1e-15);
+}
+
+TEST(PieceMarkers, OfACapsuleAreACylinderAndTwoBalls) {
+  const std::string ball = "<collision><origin xyz='0 0 %'/><geometry><sphere radius='0.1'/></geometry></collision>";
+  const auto at = [&](const std::string& z) { return std::string(ball).replace(ball.find('%'), 1, z); };
+  const MarkerArray array =
+      pieceMarkers(robotOf("<collision><geometry><cylinder radius='0.1' length='0.4'/></geometry></collision>" +
+                           at("0.2") + at("-0.2")),
+                   "");
+  EXPECT_EQ(typesOf(array), (std::map<int, int>{{Marker::CYLINDER, 1}, {Marker::SPHERE, 2}}));
+}
+
+/// A table from (-1, -1, 0) to (1, 1, 0.5), and a mast on it to z = 2, along which "lift" carries a sphere of radius
+/// 0.1.
+const char* const kMast = R"(<robot name="mast">
+  <link name="base"><collision><origin xyz="0 0 0.25"/><geometry><box size="2 2 0.5"/></geometry></collision>
+    <collision><origin xyz="0 0 1"/><geometry><box size="0.1 0.1 2"/></geometry></collision></link>
+  <link name="ball"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+  <joint name="lift" type="prismatic"><parent link="base"/><child link="ball"/><origin xyz="0.5 0 0"/>
+    <axis xyz="0 0 1"/><limit lower="0" upper="5" effort="1" velocity="1"/></joint></robot>)";
+
+RobotModel mast() { return loadRobotModel(kMast, packageResolver({})); }
+BodyPoses liftedTo(double height) { return forwardKinematics(mast(), std::vector<double>{height}); }
+
+/// The marker of this name and number.
+const Marker& find(const MarkerArray& array, const std::string& ns, int id = 0) {
+  const auto is_it = [&](const Marker& marker) { return marker.ns == ns && marker.id == id; };
+  const auto hit = std::find_if(array.markers.begin(), array.markers.end(), is_it);
+  if (hit == array.markers.end()) throw std::out_of_range(ns);
+  return *hit;
+}
+
+/// The closest pair first, each between the surfaces of base and ball at y = distance; the level is that of the
+/// settings.
+Clearance clearanceWith(const std::vector<double>& distances) {
+  Clearance clearance;
+  clearance.header.frame_id = "base";
+  clearance.header.stamp = ros::Time(7.0);
+  for (const double distance : distances) {
+    Proximity pair;
+    pair.a.link = "base";
+    pair.b.link = "ball";
+    pair.distance = distance;
+    pair.points_valid = true;
+    pair.point_a.x = pair.point_b.x = 0.5;
+    pair.point_b.y = distance;
+    pair.point_a.z = pair.point_b.z = 1.0;
+    clearance.below_threshold.push_back(pair);
+  }
+  clearance.minimum = clearance.below_threshold.at(0);
+  clearance.level = clearanceLevel(distances[0], Clearance::INVALID, MonitorSettings());
+  return clearance;
+}
+
+Clearance invalidBecause(const std::string& reason) {
+  Clearance clearance = clearanceWith({0.01, 0.2});
+  clearance.level = Clearance::INVALID;
+  clearance.status.code = QueryStatus::TF_STALE;
+  clearance.status.message = reason;
+  return clearance;
+}
+
+MarkerArray draw(const Clearance& clearance, double height = 1.0, const MonitorSettings& settings = {}) {
+  return ClearanceMarkers(mast()).draw(clearance, liftedTo(height), settings);
+}
+
+bool isRed(const std_msgs::ColorRGBA& colour) { return colour.r > colour.g; }
+bool isGreen(const std_msgs::ColorRGBA& colour) { return colour.g > colour.r; }
+
+TEST(LevelText, TellsTheLevelAndTheClosestPairInTheColourOfTheLevel) {
+  const Marker stop = find(draw(clearanceWith({0.0123, 0.2})), "level");
+  EXPECT_EQ(stop.type, Marker::TEXT_VIEW_FACING);
+  EXPECT_EQ(stop.text, "STOP\nbase - ball 12.3 mm");
+  EXPECT_TRUE(isRed(stop.color));
+  const Marker collision = find(draw(clearanceWith({-0.0042})), "level");
+  EXPECT_EQ(collision.text, "COLLISION\nbase - ball -4.2 mm");
+  const Marker clear = find(draw(clearanceWith({0.25})), "level");
+  EXPECT_EQ(clear.text, "CLEAR\nbase - ball 250.0 mm");
+  EXPECT_TRUE(isGreen(clear.color));
+}
+
+TEST(LevelText, StandsAboveTheRobotWhereverItsJointsAre) {
+  const auto lowest = [](double height) {
+    const Marker text = find(draw(clearanceWith({0.0123}), height), "level");
+    EXPECT_NEAR(text.pose.position.x, 0.0, 1e-12);
+    EXPECT_NEAR(text.pose.position.y, 0.0, 1e-12);
+    EXPECT_EQ(text.header.frame_id, "base");
+    return text.pose.position.z - 1.2 * text.scale.z;  // of two lines
+  };
+  EXPECT_GT(lowest(1.0), 2.0);
+  EXPECT_LT(lowest(1.0), 2.5);
+  EXPECT_NEAR(lowest(4.0) - lowest(1.0), 2.1, 1e-12);  // the top is the ball's, at 4.1
+}
+
+TEST(LevelText, HasASizeThatIsThatOfTheRobotAndKeepsIt) {
+  const double size = find(draw(clearanceWith({0.0123}), 1.0), "level").scale.z;
+  EXPECT_GT(size, 0.05);  // of a robot of 3 m from corner to corner
+  EXPECT_LT(size, 0.2);
+  EXPECT_EQ(find(draw(clearanceWith({0.0123}), 4.0), "level").scale.z, size);
+}
+
+TEST(LevelText, TellsWhyThereIsNoLevelAndLeavesNothingElse) {
+  const MarkerArray array = draw(invalidBecause("joint 'lift': its transform is 5 s old"));
+  const Marker text = find(array, "level");
+  EXPECT_EQ(text.action, Marker::ADD);
+  EXPECT_EQ(text.text, "INVALID\njoint 'lift': its transform is 5 s old");
+  EXPECT_TRUE(isRed(text.color));
+  EXPECT_TRUE(text.header.stamp.isZero()) << "the viewer has no transform of now either";
+  for (const Marker& marker : array.markers) {
+    if (marker.ns == "level") continue;
+    EXPECT_EQ(marker.action, Marker::DELETE) << marker.ns;
+  }
+}
+
+TEST(LevelText, DividesALongReasonBetweenWords) {
+  const Marker text = find(
+      draw(invalidBecause("there is no transform from 'base' to 'ball', which joint 'lift' should carry")), "level");
+  EXPECT_EQ(text.text, "INVALID\nthere is no transform from 'base' to 'ball',\nwhich joint 'lift' should carry");
+}
+
+TEST(LevelText, StaysWhereTheRobotWasWhenItsPosesAreLost) {
+  ClearanceMarkers markers(mast());
+  const MarkerArray known = markers.draw(clearanceWith({0.0123}), liftedTo(4.0), {});
+  const MarkerArray lost = markers.draw(invalidBecause("no transform"), BodyPoses(2), {});
+  EXPECT_EQ(find(lost, "level").pose.position.z, find(known, "level").pose.position.z);
+}
+
+TEST(LevelText, StandsAboveTheRobotBeforeItsPosesAreKnown) {
+  const MarkerArray array = ClearanceMarkers(mast()).draw(invalidBecause("no transform"), BodyPoses(2), {});
+  EXPECT_GT(find(array, "level").pose.position.z, 2.0);
+}
+
+TEST(WitnessMarkers, AreColouredByTheLevelOfEachPair) {
+  const Marker lines = find(draw(clearanceWith({0.01, 0.2})), "witnesses");
+  ASSERT_EQ(lines.type, Marker::LINE_LIST);
+  ASSERT_EQ(lines.points.size(), 4u);
+  ASSERT_EQ(lines.colors.size(), 4u);
+  EXPECT_TRUE(isRed(lines.colors[0]));
+  EXPECT_TRUE(isGreen(lines.colors[2]));
+}
+
+TEST(WitnessMarkers, ShowTheClosestPairAlsoWhereNoneIsListed) {
+  Clearance clearance = clearanceWith({1.2});
+  clearance.below_threshold.clear();
+  const MarkerArray array = draw(clearance);
+  EXPECT_EQ(find(array, "witnesses").points.size(), 2u);
+  EXPECT_EQ(find(array, "distances").text, "1200.0 mm");
+}
+
+TEST(WitnessMarkers, LeaveOutPairsWithoutPoints) {
+  Clearance clearance = clearanceWith({0.01, 0.2});
+  clearance.below_threshold[0].points_valid = false;
+  EXPECT_EQ(find(draw(clearance), "witnesses").points.size(), 2u);
+}
+
+TEST(Labels, StandOutsideOfTheBoxAroundTheRobotWithALineToTheirPair) {
+  const MarkerArray array = draw(clearanceWith({0.01}));
+  const Marker label = find(array, "distances");
+  EXPECT_EQ(label.text, "10.0 mm");
+  EXPECT_TRUE(isRed(label.color));
+  const geometry_msgs::Point& place = label.pose.position;
+  const double outside = std::max({std::abs(place.x) - 1.0, std::abs(place.y) - 1.0, place.z - 2.0});
+  EXPECT_GT(outside, 0.5 * label.scale.z);
+  EXPECT_LT(outside, 2.0 * label.scale.z);
+  EXPECT_GT(place.x, 0.5) << "away from the middle of the robot";
+  EXPECT_GT(place.z, 1.0) << "and upwards";
+  const Marker leader = find(array, "leaders");
+  ASSERT_EQ(leader.points.size(), 2u);
+  EXPECT_EQ(leader.points[0].x, 0.5);
+  EXPECT_EQ(leader.points[0].y, 0.005);
+  EXPECT_EQ(leader.points[1].z, place.z);
+}
+
+TEST(Labels, AreThoseOfTheFewClosestPairsAndNotOneOverTheOther) {
+  Clearance clearance = clearanceWith({0.01, 0.02, 0.03, 0.04, 0.05});
+  const MarkerArray together = draw(clearance);
+  EXPECT_EQ(find(together, "witnesses").points.size(), 10u);
+  EXPECT_EQ(find(together, "distances", 0).action, Marker::ADD);
+  EXPECT_EQ(find(together, "distances", 1).action, Marker::DELETE);
+  EXPECT_EQ(find(together, "leaders").points.size(), 2u);
+  // Now the second on the other side.
+  clearance.below_threshold[1].point_a.x = clearance.below_threshold[1].point_b.x = -0.5;
+  const MarkerArray apart = draw(clearance);
+  EXPECT_EQ(find(apart, "distances", 1).text, "20.0 mm");
+  EXPECT_LT(find(apart, "distances", 1).scale.z, find(apart, "distances", 0).scale.z);
+  EXPECT_LE(typesOf(apart)[Marker::TEXT_VIEW_FACING], 4);
+}
+
+// Markers that come and go by other names make RViz flicker, and one whose removal was lost stays for ever.
+TEST(ClearanceMarkersOfEveryCycle, HaveTheSameNamesAndNumbersAndEndByThemselves) {
+  const auto names = [](const MarkerArray& array) {
+    std::vector<std::pair<std::string, int>> result;
+    for (const Marker& marker : array.markers) {
+      result.emplace_back(marker.ns, marker.id);
+      EXPECT_GE(marker.lifetime.toSec(), 3.0);
+      EXPECT_LE(marker.lifetime.toSec(), 30.0);
+    }
+    return result;
+  };
+  const auto many = names(draw(clearanceWith({0.01, 0.02, 0.03, 0.04})));
+  EXPECT_EQ(names(draw(clearanceWith({0.5}))), many);
+  EXPECT_EQ(names(draw(invalidBecause("no transform"))), many);
+  EXPECT_EQ(std::set(many.begin(), many.end()).size(), many.size());
+  MonitorSettings slow;
+  slow.rate = 0.1;
+  EXPECT_GE(draw(clearanceWith({0.5}), 1.0, slow).markers[0].lifetime.toSec(), 20.0);
+}
+
+}  // namespace
+}  // namespace proximity_server::node

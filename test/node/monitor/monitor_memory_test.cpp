@@ -1,0 +1,177 @@
+// What a cycle of the monitor takes from the heap: nothing, besides what tf2 takes within its own functions.
+#include <proximity_server/Clearance.h>
+#include <tf2/buffer_core.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iostream>
+#include <stdexcept>
+
+#include "allocations.h"
+#include "from_environment.h"
+#include "node/gantry.h"
+#include "node/monitor/monitor.h"
+#include "node/robot/robot.h"
+#include "node/tf/tf_poses.h"
+
+namespace proximity_server::node {
+
+using namespace narrowphase;
+using namespace scene;
+namespace {
+
+const std::string kLongName = "_with_a_name_that_no_string_holds_in_itself";
+constexpr int kTfRemembers = 1000;  // cycles: 10 s
+constexpr int kBatch = 20;          // cycles whose transforms are published at once: the slowest part of the test
+using Transforms = std::array<geometry_msgs::TransformStamped, 3>;
+
+ros::Time stampOf(std::int64_t cycle) { return ros::Time(1000.0 + 0.01 * static_cast<double>(cycle)); }
+
+/// Of the gantry with long names. The ball overlaps with the base at times, and is beyond the threshold at others.
+Transforms transformsOf(std::int64_t cycle) {
+  const double phase = 0.05 * static_cast<double>(cycle);
+  const GantryPosition position{0.6 + 0.6 * std::cos(phase), 0.5 * std::sin(0.3 * phase), 0.2 * std::cos(0.7 * phase)};
+  Transforms transforms = {Gantry::slide(position), Gantry::ball(position), Gantry::post(position)};
+  for (geometry_msgs::TransformStamped& transform : transforms) {
+    transform.header.stamp = stampOf(cycle);
+    transform.header.frame_id += kLongName;
+    transform.child_frame_id += kLongName;
+  }
+  return transforms;
+}
+
+/// By tf2, to look up the joints once at a stamp, or at their latest if it is 0.
+long allocationsOfTf2(const ros::Time& stamp) {
+  tf2::BufferCore buffer;
+  for (const std::int64_t cycle : {1, 2}) {
+    for (const geometry_msgs::TransformStamped& transform : transformsOf(cycle)) buffer.setTransform(transform, "test");
+  }
+  const Transforms wanted = transformsOf(1);
+  const long before = allocations();
+  for (const geometry_msgs::TransformStamped& transform : wanted) {
+    buffer.lookupTransform(transform.header.frame_id, transform.child_frame_id, stamp);
+  }
+  return allocations() - before;
+}
+
+std::shared_ptr<const Robot> gantryWithLongNames() {
+  std::string urdf;
+  ros::param::get("/robot_description", urdf);
+  for (const std::string link : {"base", "slide", "ball", "post", "block"}) {
+    const std::string quoted = '"' + link + '"';
+    for (std::size_t at = urdf.find(quoted); at != std::string::npos; at = urdf.find(quoted, at + 1)) {
+      urdf.insert(at + 1 + link.size(), kLongName);
+    }
+  }
+  ros::param::set("/gantry_with_long_names", urdf);
+  Config config;
+  config.robot_description = "/gantry_with_long_names";
+  config.max_tf_age = 1.0;
+  return std::make_shared<const Robot>(ros::NodeHandle(), config);
+}
+
+/// What the node does in each cycle, in this process. Every cycle has poses of its own: the last one of a batch those
+/// of the latest transforms, as in the node, the others those of their stamp.
+class MonitoredGantry {
+ public:
+  MonitoredGantry() {
+    publisher_ = nh_.advertise<tf2_msgs::TFMessage>("/tf", 100);
+    tf_.onChange([this] {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      is_under_way_ = false;
+      arrived_.notify_all();
+    });
+    monitor_.follow(robot_);
+    settings_.threshold = 0.5;
+  }
+
+  const Clearance& cycle() {
+    const bool is_new = cycles_ % kBatch == 0;  // then the latest transforms are looked up, once for the batch
+    if (is_new) publishBatch();
+    ++cycles_;
+    const bool is_latest = cycles_ % kBatch == 0;
+    const long before = allocations();
+    const Clearance& clearance =
+        monitor_.cycle(tf_.lookUp(lookup_, is_latest ? ros::Time() : stampOf(cycles_)), {}, settings_);
+    allocations_ += allocations() - before - (is_new ? of_the_latest_ : 0) - (is_latest ? 0 : at_a_stamp_);
+    return clearance;
+  }
+
+  /// Of all cycles so far, without those of tf2.
+  long allocationsOfCycles() const { return allocations_; }
+
+ private:
+  void publishBatch() {
+    tf2_msgs::TFMessage message;
+    for (std::int64_t cycle = cycles_ + 1; cycle <= cycles_ + kBatch; ++cycle) {
+      const Transforms transforms = transformsOf(cycle);
+      message.transforms.insert(message.transforms.end(), transforms.begin(), transforms.end());
+    }
+    ros::Time::setNow(stampOf(cycles_ + kBatch));
+    std::unique_lock<std::mutex> lock(mutex_);
+    is_under_way_ = true;
+    lock.unlock();
+    publisher_.publish(message);
+    lock.lock();
+    if (!arrived_.wait_for(lock, kPatience, [this] { return !is_under_way_; })) {
+      throw std::runtime_error("the transforms got lost on their way to tf");
+    }
+  }
+
+  ros::NodeHandle nh_;
+  ros::Publisher publisher_;
+  std::mutex mutex_;
+  std::condition_variable arrived_;
+  bool is_under_way_ = false;
+  std::int64_t cycles_ = 0;
+  long allocations_ = 0;
+  const long of_the_latest_ = allocationsOfTf2(ros::Time()), at_a_stamp_ = allocationsOfTf2(stampOf(1));
+  std::shared_ptr<const Robot> robot_ = gantryWithLongNames();
+  TfPoses tf_;
+  Monitor monitor_;
+  MonitorSettings settings_;
+  TfLookup lookup_{*robot_, {0, 1, 2}};
+};
+
+/// The least over as many cycles as tf remembers: a message on its way to tf is no part of what the monitor keeps.
+std::size_t heapThatStaysInUse(MonitoredGantry& gantry) {
+  std::size_t least = heapInUse();
+  for (int i = 0; i < kTfRemembers; ++i) {
+    gantry.cycle();
+    least = std::min(least, heapInUse());
+  }
+  return least;
+}
+
+TEST(MonitorMemory, CyclesOfAMovingRobotTakeNothingAndTheHeapStaysFlat) {
+  const std::int64_t cycles = fromEnvironment("PROXIMITY_MONITOR_CYCLES", 20000);
+  ASSERT_GT(allocationsOfTf2(ros::Time()), 0) << "the counter does not count";
+  MonitoredGantry gantry;
+  for (int i = 0; i < 3 * kTfRemembers; ++i) ASSERT_NE(gantry.cycle().level, Clearance::INVALID) << i;
+
+  const long allocations_before = gantry.allocationsOfCycles();
+  const std::size_t heap_before = heapThatStaysInUse(gantry);
+  std::array<std::int64_t, 3> cycles_with_so_many_pairs{};
+  std::array<std::int64_t, 4> cycles_of_level{};
+  for (std::int64_t i = 0; i < cycles; ++i) {
+    const Clearance& clearance = gantry.cycle();
+    ASSERT_LT(clearance.level, Clearance::INVALID) << clearance.status.message;
+    ASSERT_LE(clearance.below_threshold.size(), 2u);
+    ++cycles_with_so_many_pairs[clearance.below_threshold.size()];
+    ++cycles_of_level[clearance.level];
+  }
+  const std::size_t heap_after = heapThatStaysInUse(gantry);
+  std::cout << cycles << " cycles: the heap went from " << heap_before << " to " << heap_after << " bytes" << std::endl;
+
+  EXPECT_EQ(gantry.allocationsOfCycles(), allocations_before);
+  // tf's history and roscpp's queues come in blocks of some hundred bytes; a byte in each cycle would be more.
+  EXPECT_NEAR(static_cast<double>(heap_after), static_cast<double>(heap_before), 16384.0);
+  for (const std::int64_t seen : cycles_with_so_many_pairs) EXPECT_GT(seen, cycles / 100);
+  for (const std::int64_t seen : cycles_of_level) EXPECT_GT(seen, 0);
+}
+
+}  // namespace
+}  // namespace proximity_server::node
+
+PROXIMITY_SERVER_ROSTEST_MAIN("monitor_memory_test")

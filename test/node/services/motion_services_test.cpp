@@ -1,0 +1,593 @@
+#include <proximity_server/FirstContact.h>
+#include <proximity_server/QueryTrajectory.h>
+
+#include <Eigen/Core>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "node/answers.h"
+#include "node/gantry.h"
+#include "node/limited_robot.h"
+
+// Every expected number is read off gantry.urdf. With the ball at (x, 0, 0) it is x - 0.2 from the base.
+
+namespace proximity_server::node {
+
+namespace {
+
+constexpr double kMotionTolerance = 1e-6;  // [m] of the searches: the default of the requests
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+const std::string kNode = "/proximity_server/";
+
+Gantry& gantry() {
+  static Gantry gantry{ros::NodeHandle()};
+  static const bool connected = gantry.awaitListeners(2);
+  EXPECT_TRUE(connected);
+  return gantry;
+}
+
+using node::saysNothing;
+
+bool saysNothing(const MotionMinimum& minimum) {
+  return std::isnan(minimum.lower_bound) && std::isnan(minimum.upper_bound) && std::isnan(minimum.time) &&
+         saysNothing(minimum.pair);
+}
+
+/// The first contact happens at `paper` [s], and the distance then falls by `speed` [m/s].
+template <class Response>
+void expectContact(const Response& response, double paper, double speed) {
+  ASSERT_TRUE(response.success) << response.status.message;
+  ASSERT_TRUE(response.contact);
+  EXPECT_LE(response.t_free, paper + 1e-12);
+  EXPECT_GE(response.t_free, paper - 3.0 * kMotionTolerance / speed);
+  EXPECT_GE(response.t_contact, response.t_free);
+  EXPECT_NEAR(response.t_contact, paper, 1.01 * kMotionTolerance / speed);
+}
+
+void expectMinimum(const MotionMinimum& minimum, double paper) {
+  EXPECT_LE(minimum.lower_bound, paper + 1e-12);
+  EXPECT_GE(minimum.upper_bound, paper - 1e-12);
+  EXPECT_LE(minimum.upper_bound - minimum.lower_bound, 1.01 * kMotionTolerance);
+  EXPECT_NEAR(minimum.pair.distance, paper, 1.01 * kMotionTolerance);
+}
+
+// ---- time_of_contact
+
+FirstContactResponse ask(const FirstContactRequest& request, const std::string& node = kNode) {
+  return call<FirstContactResponse>(node + "time_of_contact", request);
+}
+
+FirstContactRequest between(const std::string& a, const std::string& b, const ros::Time& stamp) {
+  FirstContactRequest request;
+  request.a = shape(a);
+  request.b = shape(b);
+  request.stamp = stamp;
+  request.horizon = 3.0;
+  return request;
+}
+
+/// Base and ball, whose joint moves.
+FirstContactRequest sliding(double velocity, const GantryPosition& start) {
+  FirstContactRequest request = between("base", "ball", gantry().moveTo(start));
+  request.joints.name = {"x_axis"};
+  request.joints.velocity = {velocity};
+  return request;
+}
+
+geometry_msgs::Twist twist(const Eigen::Vector3d& linear, const Eigen::Vector3d& angular = Eigen::Vector3d::Zero()) {
+  geometry_msgs::Twist result;
+  result.linear.x = linear.x();
+  result.linear.y = linear.y();
+  result.linear.z = linear.z();
+  result.angular.x = angular.x();
+  result.angular.y = angular.y();
+  result.angular.z = angular.z();
+  return result;
+}
+
+void expectFailure(const FirstContactResponse& response, int code, const std::string& named) {
+  expectRefusal(response, code, named);
+  EXPECT_FALSE(response.contact);
+  EXPECT_TRUE(std::isnan(response.t_free) && std::isnan(response.t_contact));
+  EXPECT_TRUE(saysNothing(response.pair));
+  EXPECT_TRUE(saysNothing(response.minimum));
+}
+
+TEST(TimeOfContact, OfBallAndBaseIsThatOfThePaper) {
+  const auto request = sliding(-0.5, {1.0, 0.0, 0.0});
+  const auto response = ask(request);
+  expectContact(response, 1.6, 0.5);
+  EXPECT_EQ(response.header.stamp, request.stamp);
+  EXPECT_EQ(response.header.frame_id, "base");
+  EXPECT_TRUE(saysNothing(response.minimum)) << "a contact needs no minimum";
+}
+
+TEST(TimeOfContact, GivesThePointsAsTheyAreThen) {
+  const auto response = ask(sliding(-0.5, {1.0, 0.0, 0.0}));
+  const Proximity& pair = response.pair;
+  EXPECT_EQ(pair.a.link, "base");
+  EXPECT_EQ(pair.b.link, "ball");
+  EXPECT_NEAR(pair.distance, 0.0, 1.01 * kMotionTolerance);
+  expectNear(pair.point_a, 0.1, 0.0, 0.0, 1e-5);
+  expectNear(pair.point_b, 0.1, 0.0, 0.0, 1e-5);
+  expectNear(pair.normal, 1.0, 0.0, 0.0, 1e-5);
+  expectNear(pair.point_b_link, 0.0, 0.1, 0.0, 1e-5);  // the ball's frame is turned by a quarter about z
+}
+
+TEST(TimeOfContact, ComesEarlierWithAClearance) {
+  auto request = sliding(-0.5, {1.0, 0.0, 0.0});
+  request.clearance = 0.3;
+  const auto response = ask(request);
+  expectContact(response, 1.0, 0.5);
+  EXPECT_NEAR(response.pair.distance, 0.3, 1.01 * kMotionTolerance);
+}
+
+TEST(TimeOfContact, ReachesTheToleranceThatIsAsked) {
+  auto request = sliding(-0.5, {1.0, 0.0, 0.0});
+  request.tolerance = 1e-3;
+  EXPECT_LE(ask(request).pair.distance, 1.01e-3);
+  request.tolerance = 1e-9;
+  EXPECT_LE(ask(request).pair.distance, 1.01e-9);
+}
+
+TEST(TimeOfContact, OfTwoInContactIsTheStart) {
+  const auto response = ask(sliding(0.5, {0.15, 0.0, 0.0}));
+  ASSERT_TRUE(response.success) << response.status.message;
+  EXPECT_TRUE(response.contact);
+  EXPECT_EQ(response.t_free, 0.0);
+  EXPECT_EQ(response.t_contact, 0.0);
+  EXPECT_NEAR(response.pair.distance, -0.05, kTolerance);
+}
+
+TEST(TimeOfContact, WithoutNamesIsThatOfTheFirstPair) {
+  FirstContactRequest request;
+  request.stamp = gantry().moveTo({0.0, 0.5, 0.0});
+  request.horizon = 2.0;
+  request.joints.name = {"y_axis"};
+  request.joints.velocity = {0.5};
+  const auto response = ask(request);  // 0.3 to the block
+  expectContact(response, 0.6, 0.5);
+  EXPECT_EQ(links(response.pair), (std::set<std::string>{"ball", "block"}));
+}
+
+TEST(TimeOfContact, ThatNeverComesIsProvenAndTheMinimumIsTold) {
+  // Past the base at x = 0.5, along y: 0.3 away while the ball is beside the face, from 0.9 s to 1.1 s.
+  auto request = between("base", "ball", gantry().moveTo({0.5, -1.0, -1.0}));
+  request.joints.name = {"y_axis"};
+  request.joints.velocity = {1.0};
+  const auto response = ask(request);
+  ASSERT_TRUE(response.success) << response.status.message;
+  EXPECT_FALSE(response.contact);
+  EXPECT_EQ(response.t_free, 3.0);
+  EXPECT_TRUE(std::isnan(response.t_contact));
+  EXPECT_TRUE(saysNothing(response.pair));
+  expectMinimum(response.minimum, 0.3);
+  // Off the face by s the ball is s^2 / 0.8 farther: within the tolerance for s < 1e-3.
+  EXPECT_GT(response.minimum.time, 0.898);
+  EXPECT_LT(response.minimum.time, 1.102);
+  EXPECT_NEAR(response.minimum.pair.point_b.x, 0.4, 1e-3);
+
+  request.skip_minimum = true;
+  EXPECT_TRUE(saysNothing(ask(request).minimum));
+}
+
+TEST(TimeOfContact, OfTwoThatRestIsNever) {
+  const auto response = ask(sliding(0.0, {0.5, 0.0, 0.0}));
+  ASSERT_TRUE(response.success) << response.status.message;
+  EXPECT_FALSE(response.contact);
+  EXPECT_EQ(response.t_free, 3.0);
+  expectMinimum(response.minimum, 0.3);
+}
+
+TEST(TimeOfContact, StartsFromThePosesOfTheStamp) {
+  const auto then = sliding(-0.5, {1.0, 0.0, 0.0});
+  auto latest = sliding(-0.5, {0.7, 0.0, 0.0});
+  expectContact(ask(latest), 1.0, 0.5);  // waits until it is there
+  expectContact(ask(then), 1.6, 0.5);
+  latest.stamp = ros::Time();
+  expectContact(ask(latest), 1.0, 0.5);
+}
+
+// ---- twists
+
+TEST(Twist, IsTakenAlongTheAxesOfTheHeader) {
+  auto request = between("base", "ball", gantry().moveTo({1.0, 0.0, 0.0}));
+  request.links = {"ball"};
+  request.twists = {twist({-0.5, 0.0, 0.0})};
+  expectContact(ask(request), 1.6, 0.5);
+}
+
+TEST(Twist, TurnsALinkAboutItsOwnOriginWhateverCarriesIt) {
+  // The low cube turns about z, its edge of 0.2 at a distance of 0.22 from the ball's centre: they touch when
+  // 0.22 cos(t) = 0.1 + 0.1, with the foot still on the face. Its body has its frame a metre away, in the post.
+  auto request = between("ball", "block", gantry().moveTo({0.0, 0.78, 0.0}));
+  request.links = {"block"};
+  request.twists = {twist({0.0, 0.0, 0.0}, {0.0, 0.0, 1.0})};
+  const double paper = std::acos(0.2 / 0.22);
+  expectContact(ask(request), paper, 0.22 * std::sin(paper));
+}
+
+TEST(Twist, OfLinksThatAreOneBodyMustAgree) {
+  auto request = between("ball", "block", gantry().moveTo({0.0, 0.78, 0.0}));
+  request.links = {"block", "post"};
+  // Turning about the block's origin at (0, 1, 0), the post at (0, 0, 0) moves along +x.
+  request.twists = {twist({0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}), twist({1.0, 0.0, 0.0}, {0.0, 0.0, 1.0})};
+  EXPECT_TRUE(ask(request).contact);
+  request.twists[1].linear.x = 0.9;
+  expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "'block' and 'post' disagree");
+}
+
+TEST(Twist, DoesNotMoveWhatHangsOnTheLink) {
+  auto request = between("base", "ball", gantry().moveTo({1.0, 0.0, 0.0}));
+  request.links = {"slide"};
+  request.twists = {twist({-0.5, 0.0, 0.0})};
+  const auto response = ask(request);
+  ASSERT_TRUE(response.success) << response.status.message;
+  EXPECT_FALSE(response.contact);
+}
+
+TEST(Twist, OfTheReferenceFrameItselfIsRefused) {
+  auto request = between("base", "ball", gantry().moveTo({1.0, 0.0, 0.0}));
+  request.links = {"base", "ball"};
+  request.twists = {twist({0.0, 0.0, 0.0}), twist({-0.5, 0.0, 0.0})};
+  EXPECT_TRUE(ask(request).contact);
+  request.twists[0].linear.x = 0.1;
+  expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "'base'");
+}
+
+// ---- the frame of a link that moves
+
+TEST(ReferenceFrame, OfALinkIsThatOfTheTimeOfContact) {
+  const auto response = ask(sliding(-0.5, {1.0, 0.0, 0.0}), "/in_ball/");
+  expectContact(response, 1.6, 0.5);
+  EXPECT_EQ(response.header.frame_id, "ball");
+  expectNear(response.pair.point_a, 0.0, 0.1, 0.0, 1e-5);  // towards the base is +y in the turned frame
+  expectNear(response.pair.point_a_link, 0.1, 0.0, 0.0, 1e-5);
+  expectNear(response.pair.normal, 0.0, -1.0, 0.0, 1e-5);
+}
+
+TEST(ReferenceFrame, OfALinkIsWhatTwistsAreRelativeTo) {
+  auto request = between("base", "ball", gantry().moveTo({1.0, 0.0, 0.0}));
+  request.links = {"base"};
+  request.twists = {twist({0.0, -0.5, 0.0})};
+  const auto response = ask(request, "/in_ball/");
+  expectContact(response, 1.6, 0.5);
+  expectNear(response.pair.point_a, 0.0, 0.1, 0.0, 1e-5);
+}
+
+// ---- what cannot be answered
+
+TEST(BadContactRequest, NumbersAreNamed) {
+  const auto good = sliding(-0.5, {1.0, 0.0, 0.0});
+  for (const double bad : {0.0, -1.0, kNaN, std::numeric_limits<double>::infinity()}) {
+    auto request = good;
+    request.horizon = bad;
+    expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "horizon");
+  }
+  for (const double bad : {-1.0, kNaN}) {
+    auto request = good;
+    request.clearance = bad;
+    expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "clearance");
+    request = good;
+    request.tolerance = bad;
+    expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "tolerance");
+  }
+  auto request = good;
+  request.time_budget = ros::Duration(-1.0);
+  expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "time_budget");
+}
+
+TEST(BadContactRequest, MustMoveEitherLinksOrJoints) {
+  auto request = sliding(-0.5, {1.0, 0.0, 0.0});
+  request.links = {"ball"};
+  expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "same length");
+  request.twists = {twist({-0.5, 0.0, 0.0})};
+  expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "not both");
+  expectFailure(ask(between("base", "ball", request.stamp)), QueryStatus::INVALID_ARGUMENT, "nothing moves");
+}
+
+TEST(BadContactRequest, LinksAndJointsAreNamed) {
+  auto request = between("base", "ball", gantry().moveTo({1.0, 0.0, 0.0}));
+  request.links = {"bal"};
+  request.twists = {twist({-0.5, 0.0, 0.0})};
+  expectFailure(ask(request), QueryStatus::UNKNOWN_LINK, "did you mean 'ball'?");
+  request.links = {"ball"};
+  request.twists = {twist({-0.5, kNaN, 0.0})};
+  expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "the twist of link 'ball' is not finite");
+
+  request = sliding(-0.5, {1.0, 0.0, 0.0});
+  request.joints.velocity.clear();
+  expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "joint 'x_axis' has no velocity");
+  request.joints.velocity = {kNaN};
+  expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "the velocity of joint 'x_axis' is not finite");
+  request.joints.velocity = {1e308};
+  expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "horizon");
+  request.joints.velocity = {-0.5};
+  request.joints.name = {"x_axes"};
+  expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "did you mean 'x_axis'?");
+}
+
+TEST(BadContactRequest, PairsThatTheFilterExcludesNeedIgnoreFilter) {
+  auto request = between("base", "block", gantry().moveTo({1.0, 0.0, 0.0}));
+  request.joints.name = {"lift"};
+  request.joints.velocity = {0.1};
+  expectFailure(ask(request), QueryStatus::PAIR_EXCLUDED, "adjacent");
+  request.ignore_filter = true;
+  const auto response = ask(request);
+  EXPECT_TRUE(response.success) << response.status.message;
+  expectMinimum(response.minimum, 0.8);
+}
+
+TEST(BadContactRequest, WithoutTfNothingIsSaid) {
+  auto request = sliding(-0.5, {1.0, 0.0, 0.0});
+  request.stamp = ros::Time();
+  expectFailure(ask(request, "/blind/"), QueryStatus::TF_UNAVAILABLE, "_axis'");
+}
+
+TEST(TimeBudget, ThatEndsLeavesWhatIsProven) {
+  auto request = sliding(-0.5, {1.0, 0.0, 0.0});
+  request.time_budget = ros::Duration(0, 1);
+  const auto response = ask(request);
+  expectRefusal(response, QueryStatus::OVER_BUDGET, "time budget");
+  EXPECT_FALSE(response.contact);
+  EXPECT_GE(response.t_free, 0.0);
+  EXPECT_LE(response.t_free, 1.6);
+  EXPECT_TRUE(std::isnan(response.t_contact));
+  EXPECT_TRUE(saysNothing(response.pair));
+}
+
+// ---- joints at their limits, see limits.urdf
+
+LimitedRobot& limitedRobot() {
+  static LimitedRobot robot;
+  static const bool connected = robot.awaitListeners(1);
+  EXPECT_TRUE(connected);
+  return robot;
+}
+
+/// Of two links of limits.urdf, one of whose joints moves.
+FirstContactRequest moving(const std::string& a, const std::string& b, const std::string& joint, double velocity,
+                           const ros::Time& stamp) {
+  FirstContactRequest request = between(a, b, stamp);
+  request.ignore_filter = true;
+  request.joints.name = {joint};
+  request.joints.velocity = {velocity};
+  return request;
+}
+
+FirstContactResponse askLimits(const FirstContactRequest& request) { return ask(request, "/limits/proximity_server/"); }
+
+void expectStops(const FirstContactResponse& response, const std::vector<std::string>& joints,
+                 const std::vector<double>& times) {
+  EXPECT_EQ(response.joints_at_limit, joints);
+  ASSERT_EQ(response.limit_times.size(), times.size());
+  for (std::size_t i = 0; i < times.size(); ++i) EXPECT_NEAR(response.limit_times[i], times[i], 1e-9);
+}
+
+void expectNoContact(const FirstContactResponse& response, double minimum) {
+  ASSERT_TRUE(response.success) << response.status.message;
+  EXPECT_FALSE(response.contact);
+  EXPECT_EQ(response.t_free, 3.0);
+  expectMinimum(response.minimum, minimum);
+}
+
+TEST(JointLimits, StopAJointBeforeAContactThatLiesBeyond) {
+  const auto response = askLimits(moving("wall", "ball", "run", -0.5, limitedRobot().moveTo(1.0, 0.0)));
+  expectNoContact(response, 0.3);  // without a limit there would be contact at 1.6 s
+  expectStops(response, {"run"}, {1.0});
+  EXPECT_GE(response.minimum.time, 1.0 - 1e-5);
+}
+
+TEST(JointLimits, StopEachJointAtItsOwnTime) {
+  FirstContactRequest request = between("base", "ball", gantry().moveTo({1.0, 0.0, 0.0}));
+  request.joints.name = {"x_axis", "y_axis"};
+  request.joints.velocity = {1.0, 0.8};
+  expectStops(ask(request), {"x_axis", "y_axis"}, {1.0, 2.5});
+  request.joints.velocity = {0.4, -1.0};
+  expectStops(ask(request), {"y_axis", "x_axis"}, {2.0, 2.5});
+  request.horizon = 2.0;
+  expectStops(ask(request), {}, {});
+}
+
+TEST(JointLimits, StopAFollowerWithItsLeader) {
+  const auto response = askLimits(moving("wall", "echo", "run", -0.5, limitedRobot().moveTo(1.0, 0.0)));
+  expectNoContact(response, 0.8);  // without a limit there would be contact at 1.8 s
+  expectStops(response, {"run"}, {1.0});
+}
+
+TEST(JointLimits, KeepAJointThatIsBeyondThemUnlessItMovesBackIn) {
+  const ros::Time stamp = limitedRobot().moveTo(0.49, 0.0);
+  const auto outwards = askLimits(moving("wall", "ball", "run", -0.5, stamp));
+  expectNoContact(outwards, 0.29);
+  expectStops(outwards, {"run"}, {0.0});
+  const auto inwards = askLimits(moving("wall", "ball", "run", 0.5, stamp));
+  expectNoContact(inwards, 0.29);
+  EXPECT_TRUE(inwards.joints_at_limit.empty());
+}
+
+TEST(JointLimits, AreToldBesideAContactThatComesBefore) {
+  auto request = sliding(-0.5, {1.0, 0.0, 0.0});
+  request.horizon = 10.0;
+  const auto response = ask(request);
+  expectContact(response, 1.6, 0.5);
+  expectStops(response, {"x_axis"}, {6.0});
+}
+
+TEST(JointLimits, DoNotStopTwists) {
+  FirstContactRequest request = between("wall", "ball", limitedRobot().moveTo(1.0, 0.0));
+  request.ignore_filter = true;
+  request.links = {"ball"};
+  request.twists = {twist({-0.5, 0.0, 0.0})};
+  const auto response = askLimits(request);
+  expectContact(response, 1.6, 0.5);
+  expectStops(response, {}, {});
+}
+
+// At 6 rad, 0.25 before the limit, the hand stands as it does at 6 - 2 pi, from where it would reach the pin.
+TEST(JointLimits, CountInTheTurnThatTheRequestTells) {
+  auto request = moving("pin", "hand", "turn", 0.5, limitedRobot().moveTo(1.0, 6.0));
+  const double way = 0.5 - 2.0 * std::asin(0.1) - (6.0 - 2.0 * M_PI);
+  expectContact(askLimits(request), way / 0.5, 0.5);
+  request.joints.position = {kNaN};
+  expectContact(askLimits(request), way / 0.5, 0.5);
+  request.joints.position = {6.0};
+  const auto response = askLimits(request);
+  expectNoContact(response, 2.0 * std::sin((0.5 - (6.25 - 2.0 * M_PI)) / 2.0) - 0.2);
+  expectStops(response, {"turn"}, {0.5});
+  request.joints.position = {6.0, 6.0};
+  expectFailure(askLimits(request), QueryStatus::INVALID_ARGUMENT, "2 positions for 1 names");
+}
+
+// ---- query_trajectory
+
+QueryTrajectoryResponse ask(const QueryTrajectoryRequest& request, const std::string& node = kNode) {
+  return call<QueryTrajectoryResponse>(node + "query_trajectory", request);
+}
+
+struct WayPoint {
+  double time;
+  std::vector<double> positions;
+};
+
+/// Of base and ball.
+QueryTrajectoryRequest along(const std::vector<std::string>& joints, const std::vector<WayPoint>& points) {
+  QueryTrajectoryRequest request;
+  request.a = shape("base");
+  request.b = shape("ball");
+  request.trajectory.joint_names = joints;
+  for (const WayPoint& point : points) {
+    trajectory_msgs::JointTrajectoryPoint message;
+    message.positions = point.positions;
+    message.time_from_start = ros::Duration(point.time);
+    request.trajectory.points.push_back(message);
+  }
+  return request;
+}
+
+/// Towards the base, which it touches in the second segment: at x = 0.2, after 1 + 4 / 3 s.
+QueryTrajectoryRequest towardsTheBase() {
+  return along({"y_axis", "x_axis"}, {{0.0, {0.0, 1.0}}, {1.0, {0.0, 0.6}}, {3.0, {0.0, 0.0}}});
+}
+
+void expectFailure(const QueryTrajectoryResponse& response, int code, const std::string& named) {
+  expectRefusal(response, code, named);
+  EXPECT_FALSE(response.contact);
+  EXPECT_TRUE(std::isnan(response.t_free) && std::isnan(response.t_contact));
+  EXPECT_EQ(response.segment, -1);
+  EXPECT_TRUE(response.state.name.empty() && response.segments.empty());
+  EXPECT_TRUE(saysNothing(response.pair));
+}
+
+TEST(QueryTrajectory, FindsTheFirstContactItsSegmentAndState) {
+  const auto response = ask(towardsTheBase(), "/blind/");  // every joint is named: no tf is needed
+  expectContact(response, 1.0 + 4.0 / 3.0, 0.3);
+  EXPECT_TRUE(response.header.stamp.isZero());
+  EXPECT_EQ(response.segment, 1);
+  EXPECT_EQ(response.state.name, (std::vector<std::string>{"y_axis", "x_axis"}));
+  ASSERT_EQ(response.state.position.size(), 2u);
+  EXPECT_EQ(response.state.position[0], 0.0);
+  EXPECT_NEAR(response.state.position[1], 0.2, 1.01 * kMotionTolerance);
+  EXPECT_EQ(response.pair.b.link, "ball");
+  expectNear(response.pair.point_b, 0.1, 0.0, 0.0, 1e-5);
+}
+
+TEST(QueryTrajectory, TellsTheMinimumOfEverySegment) {
+  const auto response = ask(towardsTheBase());
+  ASSERT_EQ(response.segments.size(), 2u);
+  EXPECT_EQ(response.segments_finished, 2u);
+  expectMinimum(response.segments[0], 0.4);
+  EXPECT_NEAR(response.segments[0].time, 1.0, 1e-5);
+  expectMinimum(response.segments[1], -0.2);  // with the ball's centre in that of the cube
+  EXPECT_NEAR(response.segments[1].time, 3.0, 1e-5);
+  EXPECT_EQ(response.segments[1].pair.state, Proximity::PENETRATING);
+}
+
+TEST(QueryTrajectory, KeepsTheClockOfTheTrajectory) {
+  auto request = along({"x_axis", "y_axis"}, {{5.0, {1.0, 0.0}}, {9.0, {0.0, 0.0}}});
+  request.clearance = 0.3;
+  expectContact(ask(request), 7.0, 0.25);  // at x = 0.5
+}
+
+TEST(QueryTrajectory, WithoutContactIsProvenToItsEnd) {
+  auto request = along({"x_axis", "y_axis"}, {{0.0, {1.0, 0.0}}, {1.0, {0.6, 0.0}}, {2.5, {0.8, 0.0}}});
+  const auto response = ask(request);
+  ASSERT_TRUE(response.success) << response.status.message;
+  EXPECT_FALSE(response.contact);
+  EXPECT_EQ(response.t_free, 2.5);
+  EXPECT_TRUE(std::isnan(response.t_contact));
+  EXPECT_EQ(response.segment, -1);
+  EXPECT_TRUE(response.state.name.empty());
+  EXPECT_TRUE(saysNothing(response.pair));
+  ASSERT_EQ(response.segments.size(), 2u);
+  expectMinimum(response.segments[1], 0.4);
+
+  request.skip_minimum = true;
+  EXPECT_TRUE(ask(request).segments.empty());
+}
+
+TEST(QueryTrajectory, IsFollowedBeyondLimitsAndSaysSo) {
+  const auto beyond = ask(along({"x_axis", "y_axis"}, {{0.0, {1.0, 0.0}}, {1.0, {2.5, -3.0}}, {2.0, {0.8, 0.0}}}));
+  ASSERT_TRUE(beyond.success) << beyond.status.message;
+  EXPECT_EQ(beyond.status.message,
+            "point 1 is the first beyond a limit: joint 'x_axis' is at 2.5, its upper limit is 2");
+  EXPECT_EQ(beyond.t_free, 2.0);
+  const auto within = ask(along({"x_axis", "y_axis"}, {{0.0, {1.0, 0.0}}, {1.0, {2.0, -2.0}}}));
+  EXPECT_EQ(within.status.message, "");
+}
+
+TEST(QueryTrajectory, LeavesJointsThatItDoesNotNameAsInTf) {
+  auto request = along({"y_axis"}, {{0.0, {-1.0}}, {2.0, {1.0}}});
+  request.stamp = gantry().moveTo({0.5, 0.0, 0.0});
+  const auto beside = ask(request);
+  ASSERT_TRUE(beside.success) << beside.status.message;
+  EXPECT_EQ(beside.header.stamp, request.stamp);
+  EXPECT_FALSE(beside.contact);
+  expectMinimum(beside.segments.at(0), 0.3);
+
+  request.missing_joints = QueryTrajectoryRequest::ZERO;
+  expectContact(ask(request), 0.8, 1.0);  // at y = -0.2
+}
+
+TEST(QueryTrajectory, AnswersInTheFrameOfALinkAsItStandsThen) {
+  const auto response = ask(towardsTheBase(), "/in_ball/");
+  expectContact(response, 1.0 + 4.0 / 3.0, 0.3);
+  expectNear(response.pair.point_a, 0.0, 0.1, 0.0, 1e-5);
+}
+
+TEST(BadTrajectory, PointsAndJointsAreNamed) {
+  const auto with = [](const std::vector<WayPoint>& points) { return along({"x_axis", "lift"}, points); };
+  const int invalid = QueryStatus::INVALID_ARGUMENT;
+  expectFailure(ask(with({})), invalid, "two points");
+  expectFailure(ask(with({{0.0, {1.0, 0.0}}})), invalid, "two points");
+  expectFailure(ask(along({}, {{0.0, {}}, {1.0, {}}})), invalid, "no joints");
+  expectFailure(ask(with({{0.0, {1.0, 0.0}}, {1.0, {1.0}}})), invalid, "point 1: joint 'lift' has no position");
+  expectFailure(ask(with({{0.0, {1.0, 0.0, 0.0}}, {1.0, {1.0, 0.0}}})), invalid, "point 0: one position too many");
+  expectFailure(ask(with({{0.0, {1.0, 0.0}}, {1.0, {1.0, kNaN}}})), invalid, "point 1: the position of joint 'lift'");
+  expectFailure(ask(with({{0.0, {1.0, 0.0}}, {1.0, {1.0, 0.0}}, {1.0, {0.5, 0.0}}})), invalid, "point 2");
+  expectFailure(ask(along({"x_axis", "x_axis"}, {{0.0, {1.0, 0.0}}, {1.0, {1.0, 0.0}}})), invalid, "named twice");
+  expectFailure(ask(along({"x_axes"}, {{0.0, {1.0}}, {1.0, {1.0}}})), invalid, "did you mean 'x_axis'?");
+}
+
+TEST(BadTrajectory, WithoutTheTfItNeedsNothingIsSaid) {
+  expectFailure(ask(along({"x_axis"}, {{0.0, {1.0}}, {1.0, {0.0}}}), "/blind/"), QueryStatus::TF_UNAVAILABLE,
+                "'y_axis'");
+}
+
+TEST(TimeBudget, ThatEndsLeavesTheOtherSegmentsUnknown) {
+  auto request = towardsTheBase();
+  request.time_budget = ros::Duration(0, 1);
+  const auto response = ask(request);
+  expectRefusal(response, QueryStatus::OVER_BUDGET, "time budget");
+  EXPECT_FALSE(response.contact);
+  EXPECT_GE(response.t_free, 0.0);
+  EXPECT_LE(response.t_free, 1.0 + 4.0 / 3.0);
+  EXPECT_EQ(response.segments_finished, 0u);
+  ASSERT_EQ(response.segments.size(), 2u);
+  EXPECT_TRUE(saysNothing(response.segments[1]));
+}
+
+}  // namespace
+}  // namespace proximity_server::node
+
+PROXIMITY_SERVER_ROSTEST_MAIN("motion_test")

@@ -1,0 +1,238 @@
+#include "peers/fcl_scene.h"
+
+#include <fcl/narrowphase/distance.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "peers/aborts.h"
+#include "peers/fcl_shape.h"
+#include "peers/robots.h"
+
+namespace proximity_server::peers {
+
+using namespace narrowphase;
+using namespace scene;
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+const Vector3d kFirstGuess(1.0, 0.0, 0.0);  // FCL's own
+
+/// The hull of a box's corners.
+ConvexHull hullOfBox(const Shape& box) {
+  std::vector<Vector3d> corners;
+  for (const double x : {-1.0, 1.0})
+    for (const double y : {-1.0, 1.0})
+      for (const double z : {-1.0, 1.0}) corners.push_back(box.halfExtents().cwiseProduct(Vector3d(x, y, z)));
+  return ConvexHull(corners);
+}
+
+template <typename Mesh>
+void addTriangles(Mesh& mesh, const Piece& piece) {
+  const ConvexHull hull = piece.shape.kind() == Shape::Kind::Box ? hullOfBox(piece.shape) : piece.shape.hull();
+  if (hull.triangles().empty()) throw std::invalid_argument("FCL has no points and no segments");
+  std::vector<Vector3d> points;
+  for (const Vector3d& vertex : hull.vertices()) points.push_back(piece.body_T_piece * vertex);
+  std::vector<fcl::Triangle> triangles;
+  for (const auto& [i, j, k] : hull.triangles())
+    triangles.emplace_back(static_cast<std::size_t>(i), static_cast<std::size_t>(j), static_cast<std::size_t>(k));
+  mesh.addSubModel(points, triangles);
+}
+
+std::vector<std::pair<int, int>> checkedPairs(const PairTable& table) {
+  std::vector<std::pair<int, int>> checked;
+  for (const int index : table.checked) {
+    const LinkPair& pair = table.pairs[static_cast<std::size_t>(index)];
+    checked.emplace_back(pair.link_a, pair.link_b);
+  }
+  return checked;
+}
+
+}  // namespace
+
+FclScene::FclScene(const SceneModel& model, Method method)
+    : method_(method),
+      links_(model.robot.links.size()),
+      parts_of_link_(links_),
+      candidates_(checkedPairs(model.pairs)),
+      candidate_of_(links_ * links_, -1) {
+  std::vector<bool> is_needed(links_, false);
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    const auto a = static_cast<std::size_t>(candidates_[i].first), b = static_cast<std::size_t>(candidates_[i].second);
+    candidate_of_[a * links_ + b] = candidate_of_[b * links_ + a] = static_cast<int>(i);
+    is_needed[a] = is_needed[b] = true;
+  }
+  for (std::size_t link = 0; link < links_; ++link)
+    if (is_needed[link]) addLink(model.robot, static_cast<int>(link));
+  guesses_.assign(parts_.size() * parts_.size(), kFirstGuess);
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    parts_[i].object->setUserData(&parts_[i]);
+    manager_.registerObject(parts_[i].object.get());
+  }
+  manager_.setup();
+}
+
+bool FclScene::goesAsTriangles(const Shape& shape) const {
+  if (shape.margin() != 0.0) return false;
+  if (shape.kind() == Shape::Kind::Hull && shape.hull().dimension() < 3) return true;
+  return method_ == Method::Triangles && (shape.kind() == Shape::Kind::Hull || shape.kind() == Shape::Kind::Box);
+}
+
+void FclScene::addLink(const RobotModel& robot, int link) {
+  const auto mesh = std::make_shared<Mesh>();
+  mesh->beginModel();
+  bool has_triangles = false;
+  try {
+    for (const Piece* piece : piecesOfLink(robot, link)) {
+      if (goesAsTriangles(piece->shape)) {
+        addTriangles(*mesh, *piece);
+        has_triangles = true;
+      } else {
+        addPart(robot, link, piece->body_T_piece, fclShape(piece->shape));
+      }
+    }
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument("link " + robot.links[static_cast<std::size_t>(link)].name + ": " + error.what());
+  }
+  if (!has_triangles) return;
+  mesh->endModel();
+  addPart(robot, link, Isometry3d::Identity(), mesh);
+}
+
+void FclScene::addPart(const RobotModel& robot, int link, const Isometry3d& body_T_part,
+                       const std::shared_ptr<fcl::CollisionGeometryd>& geometry) {
+  parts_of_link_[static_cast<std::size_t>(link)].push_back(parts_.size());
+  parts_.push_back({link, robot.links[static_cast<std::size_t>(link)].body, body_T_part,
+                    std::make_unique<fcl::CollisionObjectd>(geometry)});
+}
+
+void FclScene::update(const BodyPoses& poses) {
+  for (Part& part : parts_) {
+    part.object->setTransform(*poses[static_cast<std::size_t>(part.body)] * part.body_T_part);
+    part.object->computeAABB();
+  }
+  manager_.update();
+}
+
+void FclScene::ask(const BodyPoses& poses, SceneQuestion question) {
+  update(poses);
+  answer_.clear();
+  switch (question) {
+    case SceneQuestion::Minimum:
+      manager_.distance(this, onMinimum);
+      return;
+    case SceneQuestion::Below:
+      within_.assign(candidates_.size(), kInfinity);
+      manager_.distance(this, onBelow);
+      for (std::size_t i = 0; i < within_.size(); ++i)
+        if (within_[i] < kInfinity) answer_.push_back({static_cast<int>(i), within_[i]});
+      return;
+    case SceneQuestion::All:
+      askEach();
+  }
+}
+
+/// The best so far is answer_; the search ends at an overlap, as FCL's users let it.
+bool FclScene::onMinimum(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self, double& reach) {
+  auto& scene = *static_cast<FclScene*>(self);
+  const int candidate = scene.candidateOf(scene.partOf(*a).link, scene.partOf(*b).link);
+  if (candidate < 0) return false;
+  const double best = scene.answer_.empty() ? kInfinity : scene.answer_.front().distance;
+  const double distance = scene.measure(scene.indexOf(*a), scene.indexOf(*b), best);
+  if (!(distance < best)) return false;
+  scene.answer_.assign(1, {candidate, distance});
+  reach = distance;
+  return distance <= 0.0;
+}
+
+bool FclScene::onBelow(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self, double& reach) {
+  auto& scene = *static_cast<FclScene*>(self);
+  reach = kBelow;
+  const int candidate = scene.candidateOf(scene.partOf(*a).link, scene.partOf(*b).link);
+  if (candidate < 0) return false;
+  double& within = scene.within_[static_cast<std::size_t>(candidate)];
+  const double bound = std::min(within, kBelow);
+  const double distance = scene.measure(scene.indexOf(*a), scene.indexOf(*b), bound);
+  if (distance < bound) within = distance;
+  return false;
+}
+
+void FclScene::askEach() {
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    const double distance = distanceOf(static_cast<int>(i));
+    if (distance < kInfinity) answer_.push_back({static_cast<int>(i), distance});
+  }
+}
+
+const FclScene::Part& FclScene::partOf(const fcl::CollisionObjectd& object) const {
+  return *static_cast<const Part*>(object.getUserData());
+}
+
+std::size_t FclScene::indexOf(const fcl::CollisionObjectd& object) const {
+  return static_cast<std::size_t>(&partOf(object) - parts_.data());
+}
+
+int FclScene::candidateOf(int link_a, int link_b) const {
+  return candidate_of_[static_cast<std::size_t>(link_a) * links_ + static_cast<std::size_t>(link_b)];
+}
+
+/// No more than `bound`; of two overlapping parts zero or negative. Always with the parts in the same order, as the
+/// guesses are made for it.
+double FclScene::measure(std::size_t a, std::size_t b, double bound) {
+  if (a > b) std::swap(a, b);
+  const std::optional<double> distance = answerOf([&] { return solve(a, b, bound); });
+  if (distance) return *distance;
+  ++failures_;
+  return bound;
+}
+
+double FclScene::solve(std::size_t a, std::size_t b, double bound) {
+  const fcl::CollisionObjectd &object_a = *parts_[a].object, &object_b = *parts_[b].object;
+  fcl::DistanceResultd result;
+  result.min_distance = bound;
+  if (method_ != Method::HullsIndep) {
+    fcl::distance(&object_a, &object_b, fcl::DistanceRequestd(), result);
+    return result.min_distance;
+  }
+  Vector3d& guess = guesses_[a * parts_.size() + b];
+  fcl::detail::GJKSolver_indep<double> solver;
+  solver.gjk_tolerance = fcl::DistanceRequestd().distance_tolerance;
+  solver.enable_cached_guess = true;
+  solver.cached_guess = guess;
+  fcl::distance(&object_a, &object_b, &solver, fcl::DistanceRequestd(), result);
+  // The simplex of an overlap holds the origin: its nearest point is no direction.
+  guess = result.min_distance > 0.0 ? solver.cached_guess : kFirstGuess;
+  return result.min_distance;
+}
+
+/// Of a pair of links, in the poses of now.
+double FclScene::distanceOf(int candidate) {
+  const auto [link_a, link_b] = candidates_[static_cast<std::size_t>(candidate)];
+  double closest = kInfinity;
+  for (const std::size_t a : parts_of_link_[static_cast<std::size_t>(link_a)])
+    for (const std::size_t b : parts_of_link_[static_cast<std::size_t>(link_b)])
+      if (parts_[a].object->getAABB().distance(parts_[b].object->getAABB()) < closest) closest = measure(a, b, closest);
+  return closest;
+}
+
+/// The smallest distance of boxes of the parts of two links.
+double FclScene::boxGap(int candidate) const {
+  const auto [link_a, link_b] = candidates_[static_cast<std::size_t>(candidate)];
+  double closest = kInfinity;
+  for (const std::size_t a : parts_of_link_[static_cast<std::size_t>(link_a)])
+    for (const std::size_t b : parts_of_link_[static_cast<std::size_t>(link_b)])
+      closest = std::min(closest, parts_[a].object->getAABB().distance(parts_[b].object->getAABB()));
+  return closest;
+}
+
+int FclScene::pairsWithBoxesWithin(double distance) const {
+  int within = 0;
+  for (std::size_t i = 0; i < candidates_.size(); ++i) within += boxGap(static_cast<int>(i)) <= distance ? 1 : 0;
+  return within;
+}
+
+}  // namespace proximity_server::peers

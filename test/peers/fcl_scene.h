@@ -1,0 +1,82 @@
+#pragma once
+
+#include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
+#include <fcl/geometry/bvh/BVH_model.h>
+#include <fcl/math/bv/OBBRSS.h>
+
+#include <memory>
+#include <vector>
+
+#include "peers/scene_library.h"
+
+namespace proximity_server::peers {
+
+using namespace narrowphase;
+using namespace scene;
+
+/// FCL 0.7 as its best users do it: a dynamic AABB tree over the parts of the links, a distance callback that leaves
+/// out what the filter leaves out, and in each query of two parts the best distance so far as the bound.
+///
+/// The parts are the very pieces of the robot. Spheres, capsules, cylinders, cones and ellipsoids are FCL's primitives.
+/// Where a query throws or aborts, the pair counts as far, and failures() as one more.
+/// Failure: throws std::invalid_argument naming the link of a piece that FCL cannot describe (a padding).
+/// Source:  how Drake bounds a search (its distance callback sets the reach of the broadphase) and MoveIt a query (it
+///          begins with the bound in the result).
+class FclScene : public SceneLibrary {
+ public:
+  enum class Method {
+    Triangles,    ///< boxes and hulls of a link are one tree of triangles (OBBRSS); else libccd
+    HullsLibccd,  ///< boxes and solid hulls are convex shapes, for the solver that FCL uses by default
+    HullsIndep    ///< the same for FCL's own solver, which begins with the last simplex of the same two parts
+  };
+  FclScene(const SceneModel& model, Method method);
+
+  void ask(const BodyPoses& poses, SceneQuestion question) override;
+  std::vector<PairDistance> answer() const override { return answer_; }
+  int failures() const override { return failures_; }
+
+  /// How many candidate pairs have parts whose boxes, along the axes of the world, are no farther apart than `distance`
+  /// [m] in the poses of the last question.
+  int pairsWithBoxesWithin(double distance) const;
+
+ private:
+  using Mesh = fcl::BVHModel<fcl::OBBRSSd>;
+  struct Part {
+    int link;
+    int body;
+    Eigen::Isometry3d body_T_part;
+    std::unique_ptr<fcl::CollisionObjectd> object;
+  };
+
+  void addLink(const RobotModel& robot, int link);
+  void addPart(const RobotModel& robot, int link, const Eigen::Isometry3d& body_T_part,
+               const std::shared_ptr<fcl::CollisionGeometryd>& geometry);
+  bool goesAsTriangles(const Shape& shape) const;
+  void update(const BodyPoses& poses);
+
+  static bool onMinimum(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self, double& reach);
+  static bool onBelow(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self, double& reach);
+  void askEach();
+
+  const Part& partOf(const fcl::CollisionObjectd& object) const;
+  std::size_t indexOf(const fcl::CollisionObjectd& object) const;
+  int candidateOf(int link_a, int link_b) const;
+  double distanceOf(int candidate);
+  double boxGap(int candidate) const;
+  double measure(std::size_t a, std::size_t b, double bound);
+  double solve(std::size_t a, std::size_t b, double bound);
+
+  Method method_;
+  std::size_t links_;
+  std::vector<Part> parts_;
+  std::vector<std::vector<std::size_t>> parts_of_link_;
+  std::vector<std::pair<int, int>> candidates_;  // links
+  std::vector<int> candidate_of_;                // by both links; -1: not checked
+  std::vector<Eigen::Vector3d> guesses_;         // by both parts
+  fcl::DynamicAABBTreeCollisionManagerd manager_;
+  std::vector<double> within_;  // by candidate: the distances found by onBelow
+  std::vector<PairDistance> answer_;
+  int failures_ = 0;
+};
+
+}  // namespace proximity_server::peers

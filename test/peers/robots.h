@@ -1,0 +1,32 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "proximity_server/scene/query/scene.h"
+
+namespace proximity_server::peers {
+
+using namespace scene;
+
+/// What stands for a link: pieces of its body.
+std::vector<const Piece*> piecesOfLink(const RobotModel& robot, int link);
+
+struct NamedRobot {
+  std::string name;
+  std::shared_ptr<const SceneModel> model;
+};
+
+/// The robot of ./dev demo with the filter of its SRDF.
+NamedRobot demoRobot();
+
+/// Panda, UR5 and PR2 with the filters of their SRDFs; none where the package example-robot-data is not found.
+std::vector<NamedRobot> exampleRobots();
+
+/// Arms of five bodies side by side on a square grid, 0.8 m apart, until there are so many `bodies`; the last arm may
+/// be shorter. A cylinder, a capsule, a box, a concave and a convex mesh on top of each other, 1 m in all. Every pair
+/// is a candidate but neighbours.
+NamedRobot rowsOfArms(int bodies);
+
+}  // namespace proximity_server::peers

@@ -1,0 +1,51 @@
+#include "peers/scene_library.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace proximity_server::peers {
+
+using namespace narrowphase;
+using namespace scene;
+namespace {
+
+bool isBefore(const SubjectPair& a, const SubjectPair& b) {
+  return std::tie(a.a.link, a.b.link) < std::tie(b.a.link, b.b.link);
+}
+
+Question within(double threshold) {
+  Question question;
+  question.threshold = threshold;
+  return question;
+}
+
+}  // namespace
+
+void OurScene::ask(const BodyPoses& poses, SceneQuestion question) {
+  scene_.update(poses);
+  if (question == SceneQuestion::Minimum) {
+    first_ = scene_.minimum(scene_.candidates());
+    size_ = first_ != nullptr ? 1 : 0;
+    return;
+  }
+  const std::vector<PairProximity>& found = question == SceneQuestion::Below
+                                                ? scene_.below(scene_.candidates(), within(kBelow))
+                                                : scene_.all(scene_.candidates());
+  first_ = found.data();
+  size_ = found.size();
+}
+
+/// The candidates are sorted as the pairs of the filter are.
+int OurScene::candidateOf(const PairProximity& proximity) const {
+  const std::vector<SubjectPair>& candidates = scene_.candidates();
+  return static_cast<int>(std::lower_bound(candidates.begin(), candidates.end(), proximity.asked, isBefore) -
+                          candidates.begin());
+}
+
+std::vector<PairDistance> OurScene::answer() const {
+  std::vector<PairDistance> answer;
+  for (std::size_t i = 0; i < size_; ++i) answer.push_back({candidateOf(first_[i]), first_[i].result.distance});
+  return answer;
+}
+
+}  // namespace proximity_server::peers

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "proximity_server/scene/query/scene.h"
+
+namespace proximity_server::peers {
+
+using namespace scene;
+
+/// What the benchmark asks of the candidate pairs of a robot in each state.
+enum class SceneQuestion {
+  Minimum,  ///< the smallest distance
+  Below,    ///< all pairs within kBelow
+  All       ///< every pair
+};
+constexpr double kBelow = 0.05;  ///< [m]
+
+/// The distance of one candidate pair.
+struct PairDistance {
+  int pair;         ///< index into Scene::candidates()
+  double distance;  ///< [m]; in overlap zero or negative, and only ours is the depth
+};
+
+/// A library that answers questions about a robot, state by state. It keeps from one state to the next what helps it.
+class SceneLibrary {
+ public:
+  virtual ~SceneLibrary() = default;
+
+  /// Takes the poses and answers: this is what is timed.
+  virtual void ask(const BodyPoses& poses, SceneQuestion question) = 0;
+
+  /// The last answer: of Minimum one pair, of Below those within, of All every pair that could be answered.
+  virtual std::vector<PairDistance> answer() const = 0;
+
+  /// How the pairs of the last question were settled, where the library tells.
+  virtual PairCounts counts() const { return {}; }
+
+  /// Queries of two parts that ended with an exception or an abort, so far.
+  virtual int failures() const { return 0; }
+};
+
+/// Our Scene. The depth of an overlap is part of its answers.
+class OurScene : public SceneLibrary {
+ public:
+  OurScene(std::shared_ptr<const SceneModel> model, Skipping skipping) : scene_(std::move(model), skipping) {}
+
+  void ask(const BodyPoses& poses, SceneQuestion question) override;
+  std::vector<PairDistance> answer() const override;
+  PairCounts counts() const override { return scene_.counts(); }
+
+ private:
+  int candidateOf(const PairProximity& proximity) const;
+
+  Scene scene_;
+  const PairProximity* first_ = nullptr;  // of the last answer
+  std::size_t size_ = 0;
+};
+
+}  // namespace proximity_server::peers

@@ -1,0 +1,375 @@
+#include "proximity_server/scene/motion/limited_motion.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <stdexcept>
+#include <string>
+
+#include "proximity_server/scene/motion/moving_scene.h"
+
+namespace proximity_server::scene {
+
+using namespace narrowphase;
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kTolerance = 1e-6;  // [m] of the searches
+constexpr double kRounding = 1e-12;
+using Stated = std::vector<std::optional<double>>;
+
+std::string limits(double lower, double upper) {
+  return "<limit lower='" + std::to_string(lower) + "' upper='" + std::to_string(upper) + "' effort='1' velocity='1'/>";
+}
+
+/// Two cubes of edge 1 on the x axis, about (left, 0, 0) and (4 + right, 0, 0): the gap is 3 + right - left.
+std::string carts(const std::string& left_limits, const std::string& right_limits) {
+  const std::string cube = "<collision><geometry><box size='1 1 1'/></geometry></collision>";
+  const std::string axis = "<axis xyz='1 0 0'/>";
+  return "<robot name='carts'><link name='rail'/><link name='l'>" + cube + "</link><link name='r'>" + cube + "</link>" +
+         "<joint name='left' type='prismatic'><parent link='rail'/><child link='l'/>" + axis + left_limits +
+         "</joint><joint name='right' type='prismatic'><parent link='rail'/><child link='r'/><origin xyz='4 0 0'/>" +
+         axis + right_limits + "</joint></robot>";
+}
+
+/// One joint about or along z, with a link at the tip of an arm of 1 m.
+std::string oneJoint(const std::string& type, const std::string& limit) {
+  return "<robot name='one'><link name='a'/><link name='b'/><joint name='j' type='" + type +
+         "'><parent link='a'/><child link='b'/><origin xyz='1 0 0'/><axis xyz='0 0 1'/>" + limit + "</joint></robot>";
+}
+
+RobotModel load(const std::string& urdf) { return loadRobotModel(urdf, packageResolver({})); }
+
+std::size_t jointOf(const RobotModel& robot, const std::string& name) {
+  const auto named = [&](const Joint& joint) { return joint.name == name; };
+  return static_cast<std::size_t>(std::find_if(robot.joints.begin(), robot.joints.end(), named) - robot.joints.begin());
+}
+
+std::vector<double> values(const RobotModel& robot, const std::map<std::string, double>& by_name) {
+  std::vector<double> result(robot.joints.size(), 0.0);
+  for (const auto& [name, value] : by_name) result[jointOf(robot, name)] = value;
+  return result;
+}
+
+/// Where a joint stands at a time of a motion that starts from these positions.
+struct Positions {
+  const RobotModel& robot;
+  const LimitedMotion& limited;
+
+  double of(const std::string& name, double time) const {
+    const std::size_t joint = jointOf(robot, name);
+    const BodyPoses poses = limited.motion.at(time);
+    const auto carried = [&](const Body& body) { return body.joint == static_cast<int>(joint); };
+    const auto body = std::find_if(robot.bodies.begin(), robot.bodies.end(), carried);
+    const auto& pose = poses[static_cast<std::size_t>(body - robot.bodies.begin())];
+    return jointPosition(robot, robot.joints[joint], poses[static_cast<std::size_t>(body->parent)]->inverse() * *pose);
+  }
+};
+
+/// The stop time of the joint of oneJoint() from a position on; infinity: it does not stop.
+double stopOf(const std::string& urdf, double position, double travel, const Stated& stated = {}) {
+  const RobotModel robot = load(urdf);
+  const LimitedMotion limited =
+      motionWithinLimits(robot, forwardKinematics(robot, std::vector<double>{position}), {travel}, stated);
+  EXPECT_LE(limited.motion.phases().size(), 2u);
+  return limited.stops.empty() ? std::numeric_limits<double>::infinity() : limited.stops.front().time;
+}
+
+TEST(MotionWithinLimits, StopsAJointAtItsLimit) {
+  const RobotModel robot = load(carts(limits(-1, 1), limits(-5, 5)));
+  const BodyPoses start = forwardKinematics(robot, values(robot, {{"left", 0.5}}));
+  const LimitedMotion limited = motionWithinLimits(robot, start, values(robot, {{"left", 2.0}}));
+  ASSERT_EQ(limited.stops.size(), 1u);
+  EXPECT_EQ(limited.stops[0].joint, static_cast<int>(jointOf(robot, "left")));
+  EXPECT_NEAR(limited.stops[0].time, 0.25, kRounding);  // 0.5 m of 2
+  const Positions position{robot, limited};
+  EXPECT_NEAR(position.of("left", 0.1), 0.7, kRounding);
+  EXPECT_NEAR(position.of("left", 0.25), 1.0, kRounding);
+  EXPECT_NEAR(position.of("left", 1.0), 1.0, kRounding);
+}
+
+TEST(MotionWithinLimits, IsOneMotionWhereNoJointReachesItsLimit) {
+  const RobotModel robot = load(carts(limits(-1, 1), limits(-5, 5)));
+  const BodyPoses start = forwardKinematics(robot, values(robot, {}));
+  const LimitedMotion limited = motionWithinLimits(robot, start, values(robot, {{"left", 0.9}, {"right", -4.9}}));
+  EXPECT_TRUE(limited.stops.empty());
+  EXPECT_EQ(limited.motion.phases().size(), 1u);
+}
+
+TEST(MotionWithinLimits, GoesOnWithTheOthersWhenOneStops) {
+  const RobotModel robot = load(carts(limits(-1, 1), limits(-1.5, 5)));
+  const BodyPoses start = forwardKinematics(robot, values(robot, {}));
+  const LimitedMotion limited = motionWithinLimits(robot, start, values(robot, {{"left", 4.0}, {"right", -4.0}}));
+  ASSERT_EQ(limited.stops.size(), 2u);
+  EXPECT_EQ(limited.stops[0].joint, static_cast<int>(jointOf(robot, "left")));
+  EXPECT_NEAR(limited.stops[0].time, 0.25, kRounding);
+  EXPECT_EQ(limited.stops[1].joint, static_cast<int>(jointOf(robot, "right")));
+  EXPECT_NEAR(limited.stops[1].time, 0.375, kRounding);
+  EXPECT_EQ(limited.motion.phases().size(), 3u);
+  const Positions position{robot, limited};
+  EXPECT_NEAR(position.of("left", 0.3), 1.0, kRounding);
+  EXPECT_NEAR(position.of("right", 0.3), -1.2, kRounding);
+  EXPECT_NEAR(position.of("right", 1.0), -1.5, kRounding);
+}
+
+TEST(MotionWithinLimits, LeavesAJointBeyondItsLimitThereUnlessItMovesBackIn) {
+  const RobotModel robot = load(carts(limits(-1, 1), limits(-5, 5)));
+  const BodyPoses start = forwardKinematics(robot, values(robot, {{"left", 1.001}}));
+  const LimitedMotion outwards = motionWithinLimits(robot, start, values(robot, {{"left", 2.0}}));
+  ASSERT_EQ(outwards.stops.size(), 1u);
+  EXPECT_EQ(outwards.stops[0].time, 0.0);
+  EXPECT_EQ(outwards.motion.phases().size(), 1u);
+  EXPECT_NEAR((Positions{robot, outwards}.of("left", 1.0)), 1.001, kRounding);
+  const LimitedMotion inwards = motionWithinLimits(robot, start, values(robot, {{"left", -1.0}}));
+  EXPECT_TRUE(inwards.stops.empty());
+  EXPECT_NEAR((Positions{robot, inwards}.of("left", 1.0)), 0.001, kRounding);
+}
+
+TEST(MotionWithinLimits, NeverStopsAJointWithoutLimits) {
+  EXPECT_TRUE(std::isinf(stopOf(oneJoint("continuous", ""), 0.0, 100.0)));
+  EXPECT_TRUE(std::isinf(stopOf(oneJoint("prismatic", limits(1, -1)), 0.0, 100.0)));  // reversed: taken as none
+  EXPECT_TRUE(std::isinf(stopOf(oneJoint("prismatic", limits(-1, 1)), 0.5, 0.0)));    // at rest
+}
+
+TEST(MotionWithinLimits, StopsARevoluteJointOnEitherSide) {
+  EXPECT_NEAR(stopOf(oneJoint("revolute", limits(-1, 2)), 0.5, 3.0), 0.5, kRounding);
+  EXPECT_NEAR(stopOf(oneJoint("revolute", limits(-1, 2)), 0.5, -3.0), 0.5, kRounding);
+  EXPECT_EQ(stopOf(oneJoint("revolute", limits(-1, 1)), 1.3, 3.0), 0.0);
+  EXPECT_EQ(stopOf(oneJoint("revolute", limits(-1, 1)), -1.3, -3.0), 0.0);
+  EXPECT_NEAR(stopOf(oneJoint("revolute", limits(2, 4)), 3.5, 1.0), 0.5, kRounding);  // beyond half a turn
+}
+
+// A joint with limits more than a turn apart: the pose of 6 is that of 6 - 2 pi.
+TEST(MotionWithinLimits, StopsAsLateAsTheLimitsAllowWhereAPoseLeavesTheTurnOpen) {
+  const std::string joint = oneJoint("revolute", limits(-6.25, 6.25));
+  EXPECT_NEAR(stopOf(joint, 6.0, 10.0), (0.25 + 2.0 * kPi) / 10.0, kRounding);
+  EXPECT_NEAR(stopOf(joint, -6.0, -10.0), (0.25 + 2.0 * kPi) / 10.0, kRounding);
+}
+
+TEST(MotionWithinLimits, TakesTheTurnFromAStatedPosition) {
+  const std::string joint = oneJoint("revolute", limits(-6.25, 6.25));
+  EXPECT_NEAR(stopOf(joint, 6.0, 10.0, {6.01}), 0.025, kRounding);
+  EXPECT_NEAR(stopOf(joint, -6.0, -10.0, {-5.99}), 0.025, kRounding);
+  EXPECT_NEAR(stopOf(joint, 6.0, 10.0, {-0.3}), 0.025 + 0.2 * kPi, kRounding);
+  EXPECT_NEAR(stopOf(joint, 6.0, 10.0, {1e9}), 0.025, kRounding) << "a position beyond the limits is none";
+  EXPECT_NEAR(stopOf(oneJoint("revolute", limits(-1, 1)), 0.5, 10.0, {7.0}), 0.05, kRounding);
+}
+
+// An encoder may tell a position beyond a limit, which is the pose of one at the other end.
+TEST(MotionWithinLimits, DoesNotTakeALittleBeyondOneLimitForTheOtherOne) {
+  const std::string joint = oneJoint("revolute", limits(-3.14, 3.14));
+  EXPECT_GT(stopOf(joint, -3.15, 4.0), 1.0);
+  EXPECT_GT(stopOf(joint, 3.15, -4.0), 1.0);
+}
+
+constexpr char kFollowers[] = R"(<robot name="followers"><link name="rail"/>
+  <link name="l"/><link name="f"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+  <joint name="lead" type="prismatic"><parent link="rail"/><child link="l"/><axis xyz="1 0 0"/>
+    <limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+  <joint name="follow" type="prismatic"><parent link="rail"/><child link="f"/><axis xyz="0 1 0"/>
+    <limit lower="-9" upper="9" effort="1" velocity="1"/><mimic joint="lead" multiplier="-2" offset="0.5"/></joint>
+</robot>)";
+
+TEST(MotionWithinLimits, StopsAFollowerWithItsLeader) {
+  const RobotModel robot = load(kFollowers);
+  const BodyPoses start = forwardKinematics(robot, values(robot, {{"lead", 0.5}}));
+  const LimitedMotion limited = motionWithinLimits(robot, start, values(robot, {{"lead", 2.0}}));
+  ASSERT_EQ(limited.stops.size(), 1u);
+  EXPECT_EQ(limited.stops[0].joint, static_cast<int>(jointOf(robot, "lead")));
+  EXPECT_NEAR(limited.stops[0].time, 0.25, kRounding);
+  EXPECT_NEAR((Positions{robot, limited}.of("follow", 1.0)), -1.5, kRounding);  // 0.5 - 2 * 1
+}
+
+TEST(MotionWithinLimits, ReadsALeaderOffItsFollowerWhereItsOwnPoseIsMissing) {
+  const RobotModel robot = load(kFollowers);
+  BodyPoses start = forwardKinematics(robot, values(robot, {{"lead", 0.5}}));
+  start[static_cast<std::size_t>(robot.links[static_cast<std::size_t>(robot.findLink("l"))].body)].reset();
+  const LimitedMotion limited = motionWithinLimits(robot, start, values(robot, {{"lead", 2.0}}));
+  ASSERT_EQ(limited.stops.size(), 1u);
+  EXPECT_NEAR(limited.stops[0].time, 0.25, kRounding);
+  EXPECT_NEAR((Positions{robot, limited}.of("follow", 1.0)), -1.5, kRounding);
+}
+
+/// A chain of joints, revolute about skew axes and prismatic by turns, with random limits; one in five follows the
+/// first, and every link is fixed beside its joint.
+std::string chain(int joints, std::mt19937& random) {
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  const auto triple = [&] {
+    return std::to_string(unit(random)) + " " + std::to_string(unit(random)) + " " + std::to_string(unit(random));
+  };
+  std::string urdf = "<robot name='chain'><link name='m0'/>";
+  for (int i = 0; i < joints; ++i) {
+    const std::string number = std::to_string(i), next = std::to_string(i + 1);
+    urdf += "<link name='l" + next + "'/><link name='m" + next + "'/><joint name='j" + number + "' type='" +
+            (i % 3 == 2 ? "prismatic" : "revolute") + "'><parent link='m" + number + "'/><child link='l" + next +
+            "'/><origin xyz='" + triple() + "' rpy='" + triple() + "'/><axis xyz='" + triple() + "'/>" +
+            limits(-1.0 - unit(random), 1.0 + unit(random));
+    if (i % 5 == 4) urdf += "<mimic joint='j0' multiplier='0.5' offset='0.1'/>";
+    urdf += "</joint><joint name='f" + number + "' type='fixed'><parent link='l" + next + "'/><child link='m" + next +
+            "'/><origin xyz='" + triple() + "' rpy='" + triple() + "'/></joint>";
+  }
+  return urdf + "</robot>";
+}
+
+TEST(MotionWithinLimits, IsForwardKinematicsOfClampedPositionsAtAnyTime) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  int stops = 0;
+  for (int i = 0; i < 50; ++i) {
+    const RobotModel robot = load(chain(12, random));
+    std::vector<double> from, travel;
+    for (const Joint& joint : robot.joints) {
+      from.push_back(joint.lower + unit(random) * (joint.upper - joint.lower));
+      travel.push_back(4.0 * (unit(random) - 0.5));
+    }
+    const LimitedMotion limited = motionWithinLimits(robot, forwardKinematics(robot, from), travel);
+    stops += static_cast<int>(limited.stops.size());
+    EXPECT_LE(limited.motion.phases().size(), robot.joints.size() + 1);
+    for (const double time : {0.0, unit(random), unit(random), unit(random), 1.0}) {
+      std::vector<double> at;
+      for (std::size_t j = 0; j < from.size(); ++j) {
+        at.push_back(std::clamp(from[j] + time * travel[j], robot.joints[j].lower, robot.joints[j].upper));
+      }
+      const BodyPoses expected = forwardKinematics(robot, at), poses = limited.motion.at(time);
+      for (std::size_t body = 0; body < poses.size(); ++body) {
+        EXPECT_TRUE(poses[body]->isApprox(*expected[body], 1e-11)) << "body " << body << " at " << time;
+      }
+    }
+  }
+  EXPECT_GT(stops, 100);
+  EXPECT_LT(stops, 400);
+}
+
+TEST(MotionWithinLimits, EndsWhereEveryJointIsWithinRoundingOfItsLimit) {
+  std::mt19937 random(6);
+  const RobotModel robot = load(chain(40, random));
+  std::vector<double> from, travel;
+  for (const Joint& joint : robot.joints) {
+    from.push_back(std::nextafter(joint.upper, joint.lower));
+    travel.push_back(1e300);
+  }
+  const LimitedMotion limited = motionWithinLimits(robot, forwardKinematics(robot, from), travel);
+  EXPECT_LE(limited.motion.phases().size(), robot.joints.size() + 1);
+  const BodyPoses expected = forwardKinematics(robot, from), poses = limited.motion.at(1.0);
+  EXPECT_TRUE(poses.back()->isApprox(*expected.back(), 1e-9));
+}
+
+TEST(MotionWithinLimits, RefusesTheWrongNumberOfStatedPositions) {
+  const RobotModel robot = load(oneJoint("revolute", limits(-1, 1)));
+  EXPECT_THROW(motionWithinLimits(robot, forwardKinematics(robot, std::vector<double>{0.0}), {1.0}, {0.0, 0.0}),
+               std::invalid_argument);
+}
+
+TEST(PhasedMotion, RefusesPhasesThatLeaveAGap) {
+  const RobotModel robot = load(oneJoint("revolute", limits(-1, 1)));
+  const RobotMotion rest = RobotMotion::ofJoints(robot, std::vector<double>{0.0}, std::vector<double>{0.0});
+  using Phases = std::vector<PhasedMotion::Phase>;
+  EXPECT_THROW(PhasedMotion{Phases{}}, std::invalid_argument);
+  EXPECT_THROW((PhasedMotion{Phases{{0.0, 0.4, rest}, {0.5, 1.0, rest}}}), std::invalid_argument);
+  EXPECT_THROW((PhasedMotion{Phases{{0.0, 0.5, rest}}}), std::invalid_argument);
+  EXPECT_NO_THROW((PhasedMotion{Phases{{0.0, 0.5, rest}, {0.5, 1.0, rest}}}));
+}
+
+// ---- what a scene says of such a motion
+
+struct Carts {
+  std::shared_ptr<const SceneModel> model;
+  MovingScene scene;
+  LimitedMotion limited;
+
+  Carts(const std::string& left_limits, const std::string& right_limits, double left_travel, double right_travel)
+      : model(modelOf(carts(left_limits, right_limits))),
+        scene(model),
+        limited(motionWithinLimits(model->robot, forwardKinematics(model->robot, values(model->robot, {})),
+                                   values(model->robot, {{"left", left_travel}, {"right", right_travel}}))) {}
+
+  static std::shared_ptr<const SceneModel> modelOf(const std::string& urdf) {
+    SceneModel model{load(urdf), {}};
+    model.pairs = filterPairs(model.robot, "");
+    return std::make_shared<const SceneModel>(model);
+  }
+  std::vector<SubjectPair> pairs() const { return {{{model->robot.findLink("l")}, {model->robot.findLink("r")}}}; }
+  RobotContact contact(const MotionQuestion& question = {}) {
+    return scene.timeOfContact(pairs(), limited.motion, question);
+  }
+  RobotMinimum minimum(const MotionQuestion& question = {}) { return scene.minimum(pairs(), limited.motion, question); }
+};
+
+TEST(ContactWithinLimits, ThatLiesBeyondALimitIsNone) {
+  Carts carts(limits(-2, 2), limits(-5, 5), 6.0, 0.0);  // without the limit at 0.5, but it stops at 1/3
+  const RobotContact contact = carts.contact();
+  EXPECT_EQ(contact.status, Status::Converged);
+  EXPECT_FALSE(contact.contact);
+  EXPECT_EQ(contact.t_free, 1.0);
+  const RobotMinimum minimum = carts.minimum();
+  EXPECT_EQ(minimum.status, Status::Converged);
+  EXPECT_LE(minimum.lower_bound, 1.0 + kRounding);
+  EXPECT_GE(minimum.upper_bound, 1.0 - kRounding);
+  EXPECT_LE(minimum.upper_bound - minimum.lower_bound, 1.01 * kTolerance);
+  EXPECT_GE(minimum.time, 1.0 / 3.0 - kTolerance);
+}
+
+TEST(ContactWithinLimits, ThatComesBeforeALimitIsThatOfTheWholeMotion) {
+  Carts carts(limits(-4, 4), limits(-5, 5), 6.0, 0.0);
+  const RobotContact contact = carts.contact();
+  ASSERT_TRUE(contact.contact);
+  EXPECT_NEAR(contact.t_contact, 0.5, kTolerance);
+  EXPECT_LE(contact.t_free, 0.5 + kRounding);
+  EXPECT_EQ(carts.limited.stops.size(), 1u);
+}
+
+// The gap is 3 - 8 t until the left one stops at 1/4, and then 1 - 4 (t - 1/4).
+TEST(ContactWithinLimits, IsThatOfTheJointThatStillMoves) {
+  Carts carts(limits(-1, 1), limits(-5, 5), 4.0, -4.0);
+  const RobotContact contact = carts.contact();
+  EXPECT_EQ(contact.status, Status::Converged);
+  ASSERT_TRUE(contact.contact);
+  EXPECT_NEAR(contact.t_contact, 0.5, kTolerance);
+  EXPECT_LE(contact.t_free, 0.5 + kRounding);
+  EXPECT_GE(contact.t_free, 0.5 - 3.0 * kTolerance);
+  EXPECT_NEAR(contact.pair.result.point_a.x(), 1.5, 2.0 * kTolerance);
+}
+
+TEST(ContactWithinLimits, IsNoneWhereBothJointsStopBefore) {
+  Carts carts(limits(-1, 1), limits(-1.5, 5), 4.0, -4.0);
+  EXPECT_FALSE(carts.contact().contact);
+  const RobotMinimum minimum = carts.minimum();
+  EXPECT_NEAR(minimum.upper_bound, 0.5, kTolerance);
+  EXPECT_NEAR(minimum.lower_bound, 0.5, kTolerance);
+}
+
+// They part after the stop: left runs away from right at 1 of 3, and right, which is slower, follows until the end.
+TEST(MinimumWithinLimits, IsThatOfThePhaseInWhichItLies) {
+  Carts carts(limits(-1, 1), limits(-5, 5), 2.0, 1.0);  // the gap is 3 - t until 1/2, then 2.5 + (t - 1/2)
+  const RobotMinimum minimum = carts.minimum();
+  EXPECT_NEAR(minimum.time, 0.5, 1e-5);
+  EXPECT_NEAR(minimum.upper_bound, 2.5, kTolerance);
+  EXPECT_NEAR(minimum.lower_bound, 2.5, kTolerance);
+  EXPECT_NEAR(minimum.pair.result.point_a.x(), 1.5, 1e-5);
+}
+
+TEST(DeadlineOfPhases, IsOneForAllOfThem) {
+  Carts carts(limits(-1, 1), limits(-5, 5), 4.0, -4.0);
+  MotionQuestion question;
+  question.deadline = std::chrono::steady_clock::now();
+  const RobotContact contact = carts.contact(question);
+  EXPECT_EQ(contact.status, Status::IterationLimit);
+  EXPECT_FALSE(contact.contact);
+  EXPECT_LE(contact.t_free, 0.5 + kRounding);
+  const RobotMinimum minimum = carts.minimum(question);
+  EXPECT_LE(minimum.lower_bound, -1.0);  // as deep as that while they pass through each other
+  EXPECT_GE(minimum.upper_bound, minimum.lower_bound);
+}
+
+TEST(CountsOfPhases, TellThePairsOnce) {
+  Carts carts(limits(-1, 1), limits(-1.5, 5), 4.0, -4.0);
+  ASSERT_EQ(carts.limited.motion.phases().size(), 3u);
+  EXPECT_EQ(carts.contact().counts.pairs, 1);
+}
+
+}  // namespace
+}  // namespace proximity_server::scene

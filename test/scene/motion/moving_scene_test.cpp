@@ -1,0 +1,339 @@
+#include "proximity_server/scene/motion/moving_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <stdexcept>
+#include <string>
+
+#include "sanitized.h"
+#include "scene/example_robots.h"
+
+namespace proximity_server::scene {
+
+using namespace narrowphase;
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kPi = 3.14159265358979323846;
+
+// On the x axis a wall whose face stands at x = 0.5, and a box of edge 1 that "slide" carries from x = 3 on: the gap is
+// 2 + slide. "swing" turns an arm about the z axis through (0, 5, 0): a ball of radius 0.25, at (2, 5, 0) when it
+// stands at 0. "stand" moves a post of radius 0.5, a ball about (0, 7.25 + stand, 0), so that the arm at a quarter turn
+// points at it and the gap is stand - 0.5.
+const char* const kSlideAndSwing = R"(<robot name="slide and swing">
+  <link name="wall"><collision><geometry><box size="1 4 4"/></geometry></collision></link>
+  <link name="sled"><collision><geometry><box size="1 1 1"/></geometry></collision></link>
+  <link name="arm"><collision><origin xyz="2 0 0"/><geometry><sphere radius="0.25"/></geometry></collision></link>
+  <link name="post"><collision><geometry><sphere radius="0.5"/></geometry></collision></link>
+  <link name="frame"/>
+  <joint name="weld" type="fixed"><parent link="frame"/><child link="wall"/></joint>
+  <joint name="slide" type="prismatic"><parent link="frame"/><child link="sled"/><origin xyz="3 0 0"/>
+    <axis xyz="1 0 0"/><limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
+  <joint name="swing" type="continuous"><parent link="frame"/><child link="arm"/><origin xyz="0 5 0"/>
+    <axis xyz="0 0 1"/></joint>
+  <joint name="stand" type="prismatic"><parent link="frame"/><child link="post"/><origin xyz="0 7.25 0"/>
+    <axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
+</robot>)";
+
+std::shared_ptr<const SceneModel> modelOf(const std::string& urdf, double padding = 0.0) {
+  SceneModel model{loadRobotModel(urdf, packageResolver({PROXIMITY_SOURCE_DIR "/.."})), {}};
+  model.pairs = filterPairs(model.robot, "");
+  for (LinkPair& pair : model.pairs.pairs) pair.padding = padding;
+  return std::make_shared<const SceneModel>(model);
+}
+
+int linkOf(const SceneModel& model, const char* name) { return model.robot.findLink(name); }
+
+SubjectPair pairOf(const SceneModel& model, const char* a, const char* b) {
+  return {{linkOf(model, a)}, {linkOf(model, b)}};
+}
+
+/// Positions in the order of the model's joints, by name.
+std::vector<double> positions(const SceneModel& model, const std::map<std::string, double>& by_name) {
+  std::vector<double> result;
+  for (const Joint& joint : model.robot.joints) {
+    const auto found = by_name.find(joint.name);
+    result.push_back(found == by_name.end() ? 0.0 : found->second);
+  }
+  return result;
+}
+
+/// The robot above, on the way from one state to another.
+class SlideAndSwing : public testing::Test {
+ protected:
+  using State = std::map<std::string, double>;
+  RobotMotion motion(const State& from, const State& to) const {
+    return RobotMotion::ofJoints(model_->robot, positions(*model_, from), positions(*model_, to));
+  }
+
+  const std::shared_ptr<const SceneModel> model_ = modelOf(kSlideAndSwing);
+  const std::vector<SubjectPair> sled_ = {pairOf(*model_, "wall", "sled")};
+  const std::vector<SubjectPair> arm_ = {pairOf(*model_, "post", "arm")};
+  MovingScene scene_{model_};
+};
+
+TEST_F(SlideAndSwing, SledReachesTheWallWhenItHasCoveredTheGap) {
+  const RobotContact contact = scene_.timeOfContact(sled_, motion({}, {{"slide", -2.5}}));
+  EXPECT_EQ(contact.status, Status::Converged);
+  ASSERT_TRUE(contact.contact);
+  EXPECT_NEAR(contact.t_contact, 2.0 / 2.5, 1e-6 / 2.5 + 1e-12);
+  EXPECT_LE(contact.t_free, 0.8);
+  EXPECT_LE(contact.t_free, contact.t_contact);
+  EXPECT_LE(contact.pair.result.distance, 1e-6);
+  EXPECT_NEAR(contact.pair.result.point_a.x(), 0.5, 1e-12);
+  EXPECT_NEAR(contact.pair.result.normal.x(), 1.0, 1e-12);
+}
+
+TEST_F(SlideAndSwing, ClearanceIsReachedBefore) {
+  MotionQuestion question;
+  question.clearance = 0.5;
+  const RobotContact contact = scene_.timeOfContact(sled_, motion({}, {{"slide", -2.5}}), question);
+  ASSERT_TRUE(contact.contact);
+  EXPECT_NEAR(contact.t_contact, 1.5 / 2.5, 1e-6);
+}
+
+TEST_F(SlideAndSwing, PairPaddingIsTakenOffTheDistance) {
+  MovingScene padded(modelOf(kSlideAndSwing, 0.5));
+  const RobotContact contact = padded.timeOfContact(sled_, motion({}, {{"slide", -2.5}}));
+  ASSERT_TRUE(contact.contact);
+  EXPECT_NEAR(contact.t_contact, 1.5 / 2.5, 1e-6);
+  EXPECT_NEAR(contact.pair.result.point_a.x(), 0.75, 1e-6);  // half of the padding on either side
+  const RobotMinimum minimum = padded.minimum(sled_, motion({}, {{"slide", -1.0}}));
+  EXPECT_NEAR(minimum.upper_bound, 0.5, 1e-6);
+}
+
+TEST_F(SlideAndSwing, NoContactIsAProofForTheWholeMotion) {
+  const RobotContact contact = scene_.timeOfContact(sled_, motion({}, {{"slide", -1.9}}));
+  EXPECT_EQ(contact.status, Status::Converged);
+  EXPECT_FALSE(contact.contact);
+  EXPECT_EQ(contact.t_free, 1.0);
+  EXPECT_TRUE(std::isnan(contact.t_contact));
+}
+
+TEST_F(SlideAndSwing, ContactFromTheBeginningIsAtTimeZero) {
+  const RobotContact contact = scene_.timeOfContact(sled_, motion({{"slide", -2.25}}, {{"slide", 1.0}}));
+  ASSERT_TRUE(contact.contact);
+  EXPECT_EQ(contact.t_contact, 0.0);
+  EXPECT_EQ(contact.t_free, 0.0);
+  EXPECT_NEAR(contact.pair.result.distance, -0.25, 1e-9);
+}
+
+TEST_F(SlideAndSwing, RestingRobotKeepsItsDistance) {
+  const RobotMotion rest = motion({{"slide", -1.0}}, {{"slide", -1.0}});
+  EXPECT_FALSE(scene_.timeOfContact(sled_, rest).contact);
+  const RobotMinimum minimum = scene_.minimum(sled_, rest);
+  EXPECT_EQ(minimum.status, Status::Converged);
+  EXPECT_NEAR(minimum.lower_bound, 1.0, 1e-6);
+  EXPECT_NEAR(minimum.upper_bound, 1.0, 1e-6);
+}
+
+TEST_F(SlideAndSwing, SmallestDistanceOnAnArcIsWhereTheArmPointsAtThePost) {
+  const RobotMinimum minimum = scene_.minimum(arm_, motion({{"stand", 2.0}}, {{"stand", 2.0}, {"swing", 2.0}}));
+  EXPECT_EQ(minimum.status, Status::Converged);
+  EXPECT_LE(minimum.lower_bound, 1.5);
+  EXPECT_GE(minimum.upper_bound, 1.5);
+  EXPECT_LE(minimum.upper_bound - minimum.lower_bound, 1e-6);
+  EXPECT_NEAR(minimum.time, 0.5 * kPi / 2.0, 1e-3);  // a distance that is 1e-6 larger may be this much apart in time
+  EXPECT_NEAR(minimum.pair.result.point_b.y(), 7.25, 1e-3);
+}
+
+TEST_F(SlideAndSwing, ArmThatTurnsSeveralTimesMeetsThePostInTheFirst) {
+  // The centres are 0.75 apart where 4 + 2.25^2 - 9 sin(swing) = 0.75^2.
+  const double swing = std::asin((4.0 + 2.25 * 2.25 - 0.75 * 0.75) / 9.0), all = 6.0 * kPi;
+  const RobotContact contact = scene_.timeOfContact(arm_, motion({}, {{"swing", all}}));
+  ASSERT_TRUE(contact.contact);
+  EXPECT_LE(contact.t_free, swing / all);
+  EXPECT_NEAR(contact.t_contact, swing / all, 1e-6);
+}
+
+TEST_F(SlideAndSwing, FirstOfSeveralContactsWins) {
+  const RobotMotion both = motion({}, {{"slide", -2.5}, {"swing", kPi}});
+  const double swing = std::asin((4.0 + 2.25 * 2.25 - 0.75 * 0.75) / 9.0);
+  const RobotContact contact = scene_.timeOfContact({sled_[0], arm_[0]}, both);
+  ASSERT_TRUE(contact.contact);
+  EXPECT_NEAR(contact.t_contact, swing / kPi, 1e-6);
+  EXPECT_EQ(contact.pair.asked.a.link, linkOf(*model_, "post"));
+  const RobotMinimum minimum = scene_.minimum({sled_[0], arm_[0]}, both);
+  EXPECT_NEAR(minimum.upper_bound, -0.5, 1e-6);  // both overlap by a half: the ball in the post, the sled in the wall
+}
+
+TEST_F(SlideAndSwing, SwappingTheSubjectsFlipsTheNormal) {
+  const RobotMotion towards = motion({}, {{"slide", -2.5}});
+  const RobotContact one = scene_.timeOfContact(sled_, towards);
+  const RobotContact other = scene_.timeOfContact({{sled_[0].b, sled_[0].a}}, towards);
+  EXPECT_NEAR(one.t_contact, other.t_contact, 1e-6);
+  EXPECT_LE((one.pair.result.normal + other.pair.result.normal).norm(), 1e-12);
+}
+
+TEST_F(SlideAndSwing, PairsFarApartAreSettledByOneBound) {
+  const RobotContact contact = scene_.timeOfContact({pairOf(*model_, "sled", "arm")}, motion({}, {{"slide", 0.1}}));
+  EXPECT_EQ(contact.counts.pairs, 1);
+  EXPECT_EQ(contact.counts.by_one_bound, 1);
+  EXPECT_EQ(contact.counts.queries, 0);
+  EXPECT_FALSE(contact.contact);
+}
+
+TEST_F(SlideAndSwing, MissingPoseMakesThePairUnknownAndCounted) {
+  BodyPoses start = forwardKinematics(model_->robot, positions(*model_, {}));
+  start[static_cast<std::size_t>(model_->robot.links[static_cast<std::size_t>(linkOf(*model_, "sled"))].body)].reset();
+  const RobotMotion motion = RobotMotion::ofJoints(model_->robot, start, positions(*model_, {{"slide", -2.5}}));
+  const RobotContact contact = scene_.timeOfContact(sled_, motion);
+  EXPECT_EQ(contact.status, Status::Unknown);
+  EXPECT_EQ(contact.counts.unknown, 1);
+  EXPECT_FALSE(contact.contact);
+  EXPECT_EQ(contact.t_free, 0.0);
+  const RobotMinimum minimum = scene_.minimum(sled_, motion);
+  EXPECT_EQ(minimum.status, Status::Unknown);
+  EXPECT_EQ(minimum.lower_bound, -kInfinity);
+}
+
+TEST_F(SlideAndSwing, DeadlineThatHasPassedLeavesBoundsThatHold) {
+  MotionQuestion question;
+  question.deadline = std::chrono::steady_clock::now() - std::chrono::seconds(1);
+  const RobotMotion towards = motion({}, {{"slide", -2.5}});
+  const RobotContact contact = scene_.timeOfContact(sled_, towards, question);
+  EXPECT_EQ(contact.status, Status::IterationLimit);
+  EXPECT_FALSE(contact.contact);
+  EXPECT_LE(contact.t_free, 0.8);
+  const RobotMinimum minimum = scene_.minimum(sled_, towards, question);
+  EXPECT_EQ(minimum.status, Status::IterationLimit);
+  EXPECT_LE(minimum.lower_bound, -0.5);
+  EXPECT_GE(minimum.upper_bound, -0.5);
+}
+
+TEST_F(SlideAndSwing, BodiesMoveAtTheirOwnTwists) {
+  const BodyPoses start = forwardKinematics(model_->robot, positions(*model_, {}));
+  std::vector<RobotMotion::Twist> twists(start.size());
+  const auto body =
+      static_cast<std::size_t>(model_->robot.links[static_cast<std::size_t>(linkOf(*model_, "sled"))].body);
+  twists[body].linear = {-4.0, 0.5, 0.0};
+  twists[body].angular = {7.0, 0.0, 0.0};  // about the way it goes, so that its face stays parallel to the wall
+  const RobotContact contact = scene_.timeOfContact(sled_, RobotMotion::ofTwists(start, twists));
+  ASSERT_TRUE(contact.contact);
+  EXPECT_NEAR(contact.t_contact, 0.5, 1e-6);
+}
+
+TEST_F(SlideAndSwing, BadMotionsAreRefused) {
+  const BodyPoses start = forwardKinematics(model_->robot, positions(*model_, {}));
+  const std::vector<double> still(model_->robot.joints.size(), 0.0);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(RobotMotion::ofJoints(model_->robot, BodyPoses(1), still), std::invalid_argument);
+  EXPECT_THROW(RobotMotion::ofJoints(model_->robot, start, std::vector<double>(1)), std::invalid_argument);
+  EXPECT_THROW(RobotMotion::ofTwists(start, {}), std::invalid_argument);
+  EXPECT_THROW(scene_.minimum(sled_, RobotMotion::ofTwists({start[0]}, {{}})), std::invalid_argument);
+  EXPECT_THROW(scene_.minimum({{{99}, {0}}}, motion({}, {})), std::invalid_argument);
+  try {
+    RobotMotion::ofJoints(model_->robot, start, positions(*model_, {{"swing", nan}}));
+    FAIL() << "not finite, but taken";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("swing"), std::string::npos) << error.what();
+  }
+}
+
+// --- whole robots, against states in between
+
+/// Random motions of about a second within the limits.
+class JointMotions {
+ public:
+  explicit JointMotions(const RobotModel& robot, unsigned seed) : robot_(robot), random_(seed) {}
+
+  struct Ends {
+    std::vector<double> from, to;
+    std::vector<double> at(double time) const {
+      std::vector<double> state(from);
+      for (std::size_t i = 0; i < state.size(); ++i) state[i] += time * (to[i] - from[i]);
+      return state;
+    }
+  };
+  Ends next() {
+    Ends ends;
+    for (const Joint& joint : robot_.joints) {
+      const double lower = std::max(joint.lower, -kPi), upper = std::min(joint.upper, kPi);
+      const double from = std::uniform_real_distribution<>(lower, upper)(random_);
+      const double travel = std::min(joint.max_velocity, 2.0) * std::uniform_real_distribution<>(-1.0, 1.0)(random_);
+      ends.from.push_back(from);
+      ends.to.push_back(std::clamp(from + travel, lower, upper));
+    }
+    return ends;
+  }
+
+ private:
+  const RobotModel& robot_;
+  std::mt19937 random_;
+};
+
+void expectSamePoses(const BodyPoses& poses, const BodyPoses& expected) {
+  ASSERT_EQ(poses.size(), expected.size());
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    EXPECT_LE((poses[i]->matrix() - expected[i]->matrix()).norm(), 1e-13) << "body " << i;
+}
+
+/// No state on the way is closer than the bounds say, nor in contact before t_free.
+void expectHoldsOnTheWay(const std::shared_ptr<const SceneModel>& model, int motions, int states, double clearance) {
+  MovingScene moving(model);
+  Scene scene(model);
+  const std::vector<SubjectPair> pairs = scene.candidates();
+  JointMotions random(model->robot, 3);
+  int contacts = 0;
+  MotionQuestion question;
+  question.clearance = clearance;
+  for (int i = 0; i < motions; ++i) {
+    const JointMotions::Ends ends = random.next();
+    const RobotMotion motion = RobotMotion::ofJoints(model->robot, ends.from, ends.to);
+    expectSamePoses(motion.at(0.37), forwardKinematics(model->robot, ends.at(0.37)));
+    const RobotContact contact = moving.timeOfContact(pairs, motion, question);
+    const RobotMinimum minimum = moving.minimum(pairs, motion, question);
+    ASSERT_EQ(contact.status, Status::Converged);
+    ASSERT_EQ(minimum.status, Status::Converged);
+    double closest = kInfinity;
+    for (int k = 0; k <= states; ++k) {
+      const double time = static_cast<double>(k) / states;
+      scene.update(forwardKinematics(model->robot, ends.at(time)));
+      const SignedDistance found = scene.minimum(pairs)->result;
+      closest = std::min(closest, found.upper_bound);
+      if (time < contact.t_free) {
+        EXPECT_GT(found.upper_bound, clearance - 1e-9) << "motion " << i << " at " << time;
+      }
+    }
+    EXPECT_GE(closest, minimum.lower_bound - 1e-9) << "motion " << i;
+    EXPECT_LE(minimum.upper_bound - minimum.lower_bound, question.tolerance);
+    EXPECT_LE(minimum.upper_bound, closest + question.tolerance) << "motion " << i;
+    EXPECT_EQ(contact.contact, minimum.lower_bound <= clearance) << "motion " << i;
+    contacts += contact.contact;
+    if (!contact.contact) continue;
+    scene.update(motion.at(contact.t_contact));
+    EXPECT_LE(scene.minimum(pairs)->result.lower_bound, clearance + question.tolerance) << "motion " << i;
+  }
+  EXPECT_GT(contacts, motions / 50);
+  EXPECT_LT(contacts, motions - motions / 50);
+}
+
+TEST(MovingScene, DemoRobotComesNoCloserOnTheWayThanTheBoundsSay) {
+  SceneModel model{loadRobotModel(readFile(PROXIMITY_SOURCE_DIR "/config/demo/robot.urdf"),
+                                  packageResolver({PROXIMITY_SOURCE_DIR "/.."})),
+                   {}};
+  model.pairs = filterPairs(model.robot, readFile(PROXIMITY_SOURCE_DIR "/config/demo/robot.srdf"));
+  expectHoldsOnTheWay(std::make_shared<const SceneModel>(model), 60, repeats(100), 0.02);
+}
+
+class SharedRobotInMotion : public testing::TestWithParam<ExampleRobot> {};
+
+TEST_P(SharedRobotInMotion, ComesNoCloserOnTheWayThanTheBoundsSay) {
+  const MeshResolver resolve = exampleRobotsResolver();
+  if (!findsExampleRobots(resolve)) GTEST_SKIP() << kExampleRobotsMissing;
+  SceneModel model{loadRobotModel(readFile(exampleRobotFile(resolve, GetParam().urdf)), resolve), {}};
+  model.pairs = filterPairs(model.robot, readFile(exampleRobotFile(resolve, GetParam().srdf)));
+  const bool is_large = model.robot.bodies.size() > 20;
+  expectHoldsOnTheWay(std::make_shared<const SceneModel>(model), is_large ? 10 : 100, repeats(100), 0.01);
+}
+
+INSTANTIATE_TEST_SUITE_P(MovingScene, SharedRobotInMotion, testing::ValuesIn(robotsToTest()),
+                         [](const auto& robot) { return std::string(robot.param.name); });
+
+}  // namespace
+}  // namespace proximity_server::scene

@@ -1,0 +1,273 @@
+// The executable with --trajectory from end to end, on robots whose motions are worked out on paper.
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "tools/command_line/clearance_command.h"
+#include "tools/command_line/crossing_sliders.h"
+
+namespace proximity_server::tools {
+
+using namespace narrowphase;
+namespace {
+
+constexpr double kTolerance = 1e-6;  // [m] the default
+using Row = std::map<std::string, std::string>;
+
+class ClearanceTrajectory : public Clearance {
+ protected:
+  /// The rows by the names of their columns.
+  std::vector<Row> segments(const std::string& states, const std::string& arguments) {
+    const CommandResult result = run(states, "--trajectory " + arguments);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    const auto rows = rowsOf(result.output);
+    std::vector<Row> named;
+    for (std::size_t i = 1; i < rows.size(); ++i) {
+      EXPECT_EQ(rows[i].size(), rows[0].size());
+      for (std::size_t k = 0; k < rows[i].size(); ++k) {
+        if (k == 0) named.emplace_back();
+        named.back()[rows[0].at(k)] = rows[i][k];
+      }
+    }
+    return named;
+  }
+
+  /// Changes the robot to the crossing sliders, without the pairs that always touch or do not matter here; what is left
+  /// can be told on paper. Returns the arguments for that.
+  std::string crossingSliders() {
+    urdf_ = files_.write("crossing.urdf", kCrossingSliders);
+    return "--srdf " + files_.write("crossing.srdf",
+                                    "<robot name='crossing sliders'>"
+                                    "<disable_collisions link1='base' link2='rod'/>"
+                                    "<disable_collisions link1='base' link2='tip'/></robot>");
+  }
+};
+
+double number(const Row& row, const std::string& column) { return std::stod(row.at(column)); }
+
+std::string wander(int count) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> position(-1.5, 2.0);
+  std::string states = "slide\n";
+  for (int i = 0; i < count; ++i) states += numberText(position(random)) + "\n";
+  return states;
+}
+
+// The rod turns its edge to the tip: a square of 0.2 whose corner passes below a sphere of radius 0.25, 1 above its
+// axis. After a turn by phi from there the corner is sqrt(1 + r^2 - 2 r cos(phi)) from the centre, r = sqrt(0.02).
+constexpr const char* kEdgePasses = "time,spin,approach\n10,0,2\n14,1.5707963267948966,2\n";
+const double kCorner = std::sqrt(0.02);
+
+TEST_F(ClearanceTrajectory, WritesTheClosestPairOfEachSegment) {
+  // sled - ball, as neighbours are left out: 2.25 + slide apart.
+  const std::string states = "slide\n0\n0.5\n-0.5\n";
+  EXPECT_EQ(rowsOf(run(states, "--trajectory").output)[0],
+            (std::vector<std::string>{"segment",   "t_begin",   "t_end",     "t_minimum",      "link_a",
+                                      "link_b",    "distance",  "lower",     "upper",          "point_a_x",
+                                      "point_a_y", "point_a_z", "point_b_x", "point_b_y",      "point_b_z",
+                                      "normal_x",  "normal_y",  "normal_z",  "status",         "representation",
+                                      "contact",   "t_free",    "t_contact", "contact_link_a", "contact_link_b"}));
+  const std::vector<Row> rows = segments(states, "");
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[0].at("segment") + rows[1].at("segment"), "01");
+  EXPECT_NEAR(number(rows[0], "distance"), 2.25, kTolerance);
+  EXPECT_NEAR(number(rows[1], "distance"), 1.75, kTolerance);
+  EXPECT_NEAR(number(rows[0], "t_minimum"), 0.0, kTolerance);
+  EXPECT_NEAR(number(rows[1], "t_minimum"), 2.0, kTolerance);
+  EXPECT_EQ(rows[1].at("status") + " " + rows[1].at("representation"), "converged exact");
+}
+
+TEST_F(ClearanceTrajectory, SaysThatThereIsNoContact) {
+  const std::vector<Row> rows = segments("slide\n0\n0.5\n-0.5\n", "");
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[1].at("contact"), "false");
+  EXPECT_EQ(rows[1].at("t_free"), "2");
+  EXPECT_EQ(rows[1].at("t_contact"), "nan");
+  EXPECT_EQ(rows[1].at("contact_link_a"), "");
+}
+
+// base - sled are 1 + slide apart: 0 at half of the way from 0 to -2, 0.25 at 3/8 of it.
+TEST_F(ClearanceTrajectory, FindsTheFirstContactOnTheTrajectorysClock) {
+  const std::string states = "time,slide\n10,0\n14,-2\n";
+  const auto expectContact = [&](const std::string& arguments, double time) {
+    const std::vector<Row> rows = segments(states, "--no-filter " + arguments);
+    ASSERT_EQ(rows.size(), 1U);
+    EXPECT_EQ(rows[0].at("contact"), "true");
+    EXPECT_EQ(rows[0].at("contact_link_a") + "|" + rows[0].at("contact_link_b"), "base|sled, left");
+    EXPECT_LE(number(rows[0], "t_free"), time);
+    EXPECT_NEAR(number(rows[0], "t_free"), time, 1e-4);
+    EXPECT_NEAR(number(rows[0], "t_contact"), time, 4.0 * kTolerance);
+  };
+  expectContact("", 12.0);
+  expectContact("--clearance 0.25", 11.5);
+  expectContact("--clearance 1.5", 10.0);
+}
+
+TEST_F(ClearanceTrajectory, FindsWhatLiesBetweenTheWayPoints) {
+  const std::vector<Row> rows = segments(kEdgePasses, crossingSliders());
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows[0].at("link_a") + " " + rows[0].at("link_b"), "tip rod");
+  EXPECT_LE(number(rows[0], "lower"), 0.75 - kCorner);
+  EXPECT_GE(number(rows[0], "upper"), 0.75 - kCorner - 1e-9);
+  EXPECT_LE(number(rows[0], "upper") - number(rows[0], "lower"), kTolerance);
+  EXPECT_NEAR(number(rows[0], "t_minimum"), 12.0, 0.02);  // 1e-6 m above the minimum is 3 mrad away
+  EXPECT_EQ(rows[0].at("contact"), "false");
+}
+
+TEST_F(ClearanceTrajectory, FindsAContactBetweenTheWayPoints) {
+  const double clearance = 0.62;  // at the way points it is 0.65
+  const double phi = std::acos((1.0 + 0.02 - std::pow(clearance + 0.25, 2)) / (2.0 * kCorner));
+  const double time = 10.0 + 4.0 * (0.5 - phi / (M_PI / 2.0));
+  const std::vector<Row> rows = segments(kEdgePasses, crossingSliders() + " --clearance 0.62");
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows[0].at("contact"), "true");
+  EXPECT_LE(number(rows[0], "t_free"), time);
+  EXPECT_NEAR(number(rows[0], "t_contact"), time, 1e-4);  // the corner comes closer by 0.023 m a second
+}
+
+// The ball, at twice the position, is nowhere: neither free nor in contact.
+TEST_F(ClearanceTrajectory, SaysWhereNothingIsKnown) {
+  const std::vector<Row> rows = segments("slide\n1e308\n1e308\n", "");
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows[0].at("status"), "unknown");
+  EXPECT_EQ(rows[0].at("contact"), "unknown");
+}
+
+TEST_F(ClearanceTrajectory, SaysWhatItCouldNotDecide) {
+  const std::vector<Row> rows =
+      segments("spin,approach\n0,1.9\n1e5,2\n", crossingSliders() + " --clearance 0.65");  // 16,000 turns
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows[0].at("status"), "iteration_limit");
+  EXPECT_EQ(rows[0].at("contact"), "unknown");
+  EXPECT_LT(number(rows[0], "lower"), 0.75 - kCorner);
+  EXPECT_GT(number(rows[0], "upper"), 0.75 - kCorner);
+}
+
+TEST_F(ClearanceTrajectory, ToleranceSaysHowCloseTheBoundsAre) {
+  const std::vector<Row> rows = segments(kEdgePasses, crossingSliders() + " --tolerance 0.01");
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_LE(number(rows[0], "lower"), 0.75 - kCorner);
+  EXPECT_GE(number(rows[0], "upper"), 0.75 - kCorner - 1e-9);
+  EXPECT_LE(number(rows[0], "upper") - number(rows[0], "lower"), 0.01);
+}
+
+TEST_F(ClearanceTrajectory, NoStateIsCloserThanTheBoundOfItsSegment) {
+  constexpr int kSegments = 25, kStates = 40;
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> slide(-1.0, 2.0), spin(-6.0, 6.0), approach(2.0, 2.2);
+  std::string way_points = "slide,spin,approach\n", states = way_points;
+  std::vector<std::array<double, 3>> path;
+  for (int i = 0; i <= kSegments; ++i) path.push_back({slide(random), spin(random), approach(random)});
+  const auto line = [&](int segment, double t) {
+    std::string text;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double from = path[segment][k], to = path[std::min(segment + 1, kSegments)][k];
+      text += (k == 0 ? "" : ",") + numberText(from + t * (to - from));
+    }
+    return text + "\n";
+  };
+  for (int i = 0; i <= kSegments; ++i) way_points += line(i, 0.0);
+  for (int i = 0; i < kSegments * kStates; ++i) states += line(i / kStates, (i % kStates) / (kStates - 1.0));
+
+  const std::string arguments = crossingSliders();
+  const std::vector<Row> rows = segments(way_points, arguments);
+  const auto sampled = rowsOf(run(states, arguments).output);
+  ASSERT_EQ(rows.size(), std::size_t{kSegments});
+  ASSERT_EQ(sampled.size(), 1U + kSegments * kStates);
+  int missed = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    double smallest = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < kStates; ++k) {
+      smallest = std::min(smallest, std::stod(sampled[1 + i * kStates + k][3]));
+    }
+    EXPECT_GE(smallest, number(rows[i], "lower") - 1e-9);
+    EXPECT_LE(number(rows[i], "upper"), smallest + kTolerance);
+    missed += smallest - number(rows[i], "upper") > 1e-5 ? 1 : 0;
+  }
+  EXPECT_GT(missed, 10) << "segments in which sampling misses the minimum";
+}
+
+TEST_F(ClearanceTrajectory, JsonSaysTheSameAsCsv) {
+  const std::string states = "time,slide\n10,0\n14,-2\n15,2\n16,1\n";
+  const auto json = nlohmann::json::parse(run(states, "--trajectory --no-filter --format json").output);
+  const std::vector<Row> rows = segments(states, "--no-filter");
+  ASSERT_EQ(json.size(), 3U);
+  ASSERT_EQ(rows.size(), 3U);
+  for (std::size_t i = 0; i < json.size(); ++i) {
+    EXPECT_EQ(json[i].size(), rows[i].size() + 1) << "contact_state";
+    for (const auto& [name, text] : rows[i]) {
+      const nlohmann::json& value = json[i].at(name);
+      const std::string shown = value.is_string() ? value.get<std::string>() : value.is_null() ? "nan" : value.dump();
+      if (value.is_number_float()) {
+        EXPECT_EQ(value.get<double>(), std::stod(text)) << name;
+      } else {
+        EXPECT_EQ(shown, text) << name;
+      }
+    }
+  }
+  EXPECT_EQ(json[0]["contact"], true);
+  EXPECT_EQ(json[2]["contact"], false);
+  EXPECT_TRUE(json[2]["contact_state"].is_null());
+}
+
+TEST_F(ClearanceTrajectory, TheStateAtContactIsOne) {
+  const std::string arguments = crossingSliders();
+  const auto json =
+      nlohmann::json::parse(run(kEdgePasses, arguments + " --trajectory --clearance 0.62 --format json").output);
+  std::string names, positions;
+  for (const auto& [name, position] : json.at(0).at("contact_state").items()) {
+    names += (names.empty() ? "" : ",") + name;
+    positions += (positions.empty() ? "" : ",") + numberText(position.get<double>());
+  }
+  EXPECT_EQ(names, "approach,reach,slide,spin");
+  const auto rows = rowsOf(run(names + "\n" + positions + "\n", arguments).output);
+  EXPECT_NEAR(std::stod(rows.at(1).at(3)), 0.62, 2.0 * kTolerance);
+}
+
+TEST_F(ClearanceTrajectory, SaysTheSameForAnyNumberOfThreads) {
+  const std::string states = wander(200);
+  const CommandResult alone = run(states, "--trajectory --no-filter --threads 1");
+  EXPECT_EQ(rowsOf(alone.output).size(), 200U);
+  EXPECT_EQ(run(states, "--trajectory --no-filter --threads 3").output, alone.output);
+}
+
+TEST_F(ClearanceTrajectory, WritesTheSegmentsBeforeAnError) {
+  const CommandResult result = run("slide\n0\n1\nnan\n", "--trajectory");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_EQ(rowsOf(result.output).size(), 2U);
+  EXPECT_TRUE(says(result.errors, "s.csv, line 4: column \"slide\": \"nan\" is no finite number")) << result.errors;
+}
+
+TEST_F(ClearanceTrajectory, NamesWhatIsWrong) {
+  const auto expect = [&](const std::string& states, const std::string& arguments, const std::string& part) {
+    const CommandResult result = run(states, arguments);
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_TRUE(says(result.errors, part)) << result.errors;
+  };
+  const std::string states = "slide\n0\n1\n";
+  expect("slide\n1\n", "--trajectory", "s.csv: a trajectory has at least two way points, this one has 1");
+  expect("time,slide\n1,0\n1,0\n", "--trajectory", "s.csv, line 3: column \"time\": 1 is not later than 1");
+  expect(states, "--trajectory --pairs all", "--pairs excludes --trajectory");
+  expect(states, "--trajectory --no-skip", "--no-skip excludes --trajectory");
+  expect(states, "--clearance 0.1", "--clearance requires --trajectory");
+  expect(states, "--tolerance 0.1", "--tolerance requires --trajectory");
+  expect(states, "--trajectory --clearance nan", "--clearance: 'nan' is not a finite length of at least 0 m");
+  expect(states, "--trajectory --clearance -1", "--clearance: '-1' is not a finite length of at least 0 m");
+  expect(states, "--trajectory --clearance 1m", "--clearance: '1m' is not a finite length of at least 0 m");
+  expect(states, "--trajectory --tolerance 0", "--tolerance: '0' is not a finite length of at least 1e-08 m");
+  expect(states, "--trajectory --tolerance inf", "--tolerance: 'inf' is not a finite length of at least 1e-08 m");
+}
+
+TEST_F(Clearance, WarnsOfTimesThatAreNotUsed) {
+  const std::string warning = "column \"time\" is not used without --trajectory.\n";
+  const CommandResult result = run("time,slide\n3,0\n1,1\n", "");
+  EXPECT_TRUE(says(result.errors, warning)) << result.errors;
+  EXPECT_EQ(result.output, run("slide\n0\n1\n", "").output);
+  const CommandResult trajectory = run("time,slide\n0,0\n1,1\n", "--trajectory");
+  EXPECT_FALSE(says(trajectory.errors, "\"time\"")) << trajectory.errors;
+  EXPECT_EQ(trajectory.output, run("slide\n0\n1\n", "--trajectory").output);
+}
+
+}  // namespace
+}  // namespace proximity_server::tools

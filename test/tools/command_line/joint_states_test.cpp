@@ -1,0 +1,113 @@
+#include "tools/command_line/joint_states.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <sstream>
+
+#include "scene/files.h"
+#include "tools/command_line/csv.h"
+#include "tools/command_line/two_sliders.h"
+
+namespace proximity_server::tools {
+
+using namespace narrowphase;
+using namespace scene;
+namespace {
+
+const RobotModel& robot() {
+  static const RobotModel model = loadRobotModel(kTwoSliders, packageResolver({}));
+  return model;
+}
+
+std::vector<std::vector<double>> statesOf(const std::string& text) {
+  std::istringstream stream(text);
+  JointStates states(stream, "s.csv", robot());
+  std::vector<std::vector<double>> all;
+  for (std::vector<double> positions; states.next(positions);) all.push_back(positions);
+  return all;
+}
+
+std::string errorIn(const std::string& text) {
+  return errorOf([&] { statesOf(text); });
+}
+
+TEST(JointStates, ReadsARowForEachState) {
+  const auto states = statesOf("slide\n0.5\n-1e-1\n");
+  ASSERT_EQ(states.size(), 2U);
+  const BodyPoses poses = forwardKinematics(robot(), states[1]);
+  const int sled = robot().links[robot().findLink("sled, left")].body;
+  const int ball = robot().links[robot().findLink("ball")].body;
+  EXPECT_EQ(poses[sled]->translation().x(), 2.0 - 0.1);
+  EXPECT_EQ(poses[ball]->translation().x(), 5.0 - 0.2);
+}
+
+TEST(JointStates, TakesSpreadsheetsAsTheyAre) {
+  EXPECT_EQ(statesOf("\xEF\xBB\xBF\"slide\"\r\n\r\n +0.5 \r\n"), statesOf("slide\n0.5"));
+}
+
+TEST(JointStates, WarnsOfAColumnThatAFollowerDoesNotUse) {
+  std::istringstream stream("slide,follow\n1,7\n");
+  EXPECT_EQ(JointStates(stream, "s.csv", robot()).warnings(),
+            std::vector<std::string>{"s.csv: column \"follow\" is not used: the joint follows \"slide\"."});
+}
+
+TEST(JointStates, ReadsTheTimeBesideThePositions) {
+  std::istringstream stream("time,slide\n1.5,0.25\n");
+  JointStates states(stream, "s.csv", robot());
+  EXPECT_TRUE(states.hasTimes());
+  EXPECT_EQ(states.time(), std::nullopt);
+  std::vector<double> positions;
+  ASSERT_TRUE(states.next(positions));
+  EXPECT_EQ(states.time(), 1.5);
+  EXPECT_EQ(positions, statesOf("slide\n0.25\n")[0]);
+  EXPECT_EQ(errorIn("time,slide\nnan,0\n"), "s.csv, line 2: column \"time\": \"nan\" is no finite number");
+  EXPECT_EQ(errorIn("time,time\n0,0\n"), "s.csv, line 1: two columns are named \"time\"");
+}
+
+TEST(JointStates, AJointOfThatNameIsNoTime) {
+  std::string urdf = kTwoSliders;
+  const std::string slide = "joint name=\"slide\"", mimic = "mimic joint=\"slide\"";
+  urdf.replace(urdf.find(slide), slide.size(), "joint name=\"time\"");
+  urdf.replace(urdf.find(mimic), mimic.size(), "mimic joint=\"time\"");
+  const RobotModel model = loadRobotModel(urdf, packageResolver({}));
+  std::istringstream stream("time\n0.5\n");
+  JointStates states(stream, "s.csv", model);
+  std::vector<double> positions;
+  ASSERT_TRUE(states.next(positions));
+  EXPECT_FALSE(states.hasTimes());
+  EXPECT_EQ(positions[model.leaderOf(0).joint], 0.5);
+}
+
+TEST(JointStates, NamesLineAndColumnOfWhatIsWrong) {
+  EXPECT_EQ(errorIn(""), "s.csv: empty; expected a header of joint names");
+  EXPECT_EQ(errorIn("slid\n1\n"), "s.csv, line 1: column \"slid\": no such joint (did you mean \"slide\"?)");
+  EXPECT_EQ(errorIn("weld\n1\n"), "s.csv, line 1: column \"weld\": a fixed joint has no position");
+  EXPECT_EQ(errorIn("slide,slide\n1,1\n"), "s.csv, line 1: two columns are named \"slide\"");
+  EXPECT_EQ(errorIn("slide\n1\n1,2\n"), "s.csv, line 3: 2 numbers for 1 columns");
+  EXPECT_EQ(errorIn("slide,follow\n1\n"), "s.csv, line 2: 1 numbers for 2 columns");
+  EXPECT_EQ(errorIn("slide\n\"1\n"), "s.csv, line 2: a quote does not end");
+  for (const std::string number : {"nan", "inf", "1e999", "0x1", "1 2", "one", "+-1", "\"\""}) {
+    const std::string shown = number == "\"\"" ? "" : number;
+    EXPECT_EQ(errorIn("slide\n" + number + "\n"),
+              "s.csv, line 2: column \"slide\": \"" + shown + "\" is no finite number");
+  }
+}
+
+TEST(Csv, WhatIsWrittenIsReadBack) {
+  const std::vector<std::string> fields{"plain", "a, b", "say \"no\"", "", " blanks ", "\"\""};
+  std::string record;
+  for (const std::string& field : fields) record += (record.empty() ? "" : ",") + csvField(field);
+  EXPECT_EQ(csvFields(record), fields);
+}
+
+TEST(Csv, NumbersAreReadBackBitByBit) {
+  for (const double value : {0.1, -1.0 / 3.0, 5e-324, 1.7976931348623157e308}) {
+    EXPECT_EQ(std::strtod(numberText(value).c_str(), nullptr), value);
+  }
+  EXPECT_EQ(numberText(0.1), "0.1");
+  EXPECT_EQ(numberText(std::numeric_limits<double>::quiet_NaN()), "nan");
+}
+
+}  // namespace
+}  // namespace proximity_server::tools

@@ -1,0 +1,73 @@
+#include "tools/command_line/limit_check.h"
+
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "scene/files.h"
+#include "tools/command_line/joint_states.h"
+#include "tools/command_line/two_sliders.h"
+
+namespace proximity_server::tools {
+
+using namespace scene;
+namespace {
+
+// Limits: "elbow" from -2 to 3 rad, "lift" from 0 to 0.5 m, "wheel" none.
+const char* const kArm = R"(<robot name="arm">
+  <link name="a"/><link name="b"/><link name="c"/><link name="d"/>
+  <joint name="elbow" type="revolute"><parent link="a"/><child link="b"/>
+    <limit lower="-2" upper="3" effort="1" velocity="1"/></joint>
+  <joint name="lift" type="prismatic"><parent link="b"/><child link="c"/>
+    <limit lower="0" upper="0.5" effort="1" velocity="1"/></joint>
+  <joint name="wheel" type="continuous"><parent link="c"/><child link="d"/></joint>
+</robot>)";
+
+std::string warningFor(const char* urdf, const std::string& text) {
+  const RobotModel robot = loadRobotModel(urdf, packageResolver({}));
+  std::istringstream stream(text);
+  JointStates states(stream, "s.csv", robot);
+  for (std::vector<double> positions; states.next(positions);) {
+  }
+  return states.limitWarning();
+}
+
+TEST(LimitCheck, CountsTheStatesBeyondAndNamesTheFirst) {
+  EXPECT_EQ(warningFor(kArm, "lift,elbow\n0,0\n\n0.5,3.5\n0.75,-4\n0,1\n"),
+            "s.csv: 2 of 4 states are beyond the limits of a joint. The first is state 1, line 4: \"elbow\" is at 3.5 "
+            "rad, its limits are -2 and 3 rad.");
+  EXPECT_EQ(warningFor(kArm, "lift\n-0.25\n"),
+            "s.csv: 1 of 1 states are beyond the limits of a joint. The first is state 0, line 2: \"lift\" is at -0.25 "
+            "m, its limits are 0 and 0.5 m.");
+}
+
+TEST(LimitCheck, IsSilentWithinTheLimits) {
+  EXPECT_EQ(warningFor(kArm, "lift,elbow\n0,-2\n0.5,3\n"), "");
+  EXPECT_EQ(warningFor(kArm, "lift,elbow\n-0.0000005,3.0000005\n"), "") << "rounded to six decimals";
+  EXPECT_EQ(warningFor(kArm, "wheel\n1000\n"), "") << "it has none";
+}
+
+TEST(LimitCheck, SaysWhereDegreesExplainIt) {
+  const auto looksLikeDegrees = [](const std::string& states) {
+    return warningFor(kArm, states).find("look like degrees") != std::string::npos;
+  };
+  EXPECT_TRUE(looksLikeDegrees("elbow\n90\n-30\n"));
+  EXPECT_FALSE(looksLikeDegrees("elbow\n3.1\n")) << "hardly beyond the limit";
+  EXPECT_FALSE(looksLikeDegrees("elbow\n90\n270\n")) << "beyond the limit as degrees, too";
+  EXPECT_FALSE(looksLikeDegrees("lift\n90\n")) << "no angle";
+}
+
+// What moves the ball is "slide", within its limits; what a column says of "follow" is not used.
+TEST(LimitCheck, LeavesFollowersOut) { EXPECT_EQ(warningFor(kTwoSliders, "slide,follow\n0,100\n"), ""); }
+
+// "only" is at 0, which is not within its limits, but no state says so.
+TEST(LimitCheck, LeavesOutWhatNoStateSets) {
+  const std::string urdf = R"(<robot name="r"><link name="a"/><link name="b"/><link name="c"/>
+    <joint name="other" type="continuous"><parent link="a"/><child link="c"/></joint>
+    <joint name="only" type="revolute"><parent link="a"/><child link="b"/>
+      <limit lower="1" upper="2" effort="1" velocity="1"/></joint></robot>)";
+  EXPECT_EQ(warningFor(urdf.c_str(), "other\n1\n"), "");
+}
+
+}  // namespace
+}  // namespace proximity_server::tools

@@ -1,0 +1,182 @@
+// The executable from end to end, on a robot whose pairs are in the class that paper says, and on the Panda.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "scene/example_robots.h"
+#include "scene/files.h"
+#include "tools/command_line/crossing_sliders.h"
+#include "tools/command_line/run_command.h"
+
+namespace proximity_server::tools {
+
+using namespace narrowphase;
+using namespace scene;
+namespace {
+
+bool says(const std::string& text, const std::string& what) { return text.find(what) != std::string::npos; }
+
+/// The indented lines under the title that begins with `title`.
+std::vector<std::string> linesUnder(const std::string& title, const std::string& report) {
+  std::istringstream stream(report);
+  std::vector<std::string> lines;
+  std::string line;
+  while (std::getline(stream, line) && line.compare(0, title.size(), title) != 0) {
+  }
+  while (std::getline(stream, line) && line.compare(0, 2, "  ") == 0) lines.push_back(line.substr(2));
+  return lines;
+}
+
+class PairAudit : public ::testing::Test {
+ protected:
+  CommandResult run(const std::string& arguments) const {
+    return runCommand(PAIR_AUDIT " " + urdf_ + " " + arguments + " 2>&1");
+  }
+
+  TemporaryFiles files_;
+  std::string urdf_ = files_.write("robot.urdf", kCrossingSliders);
+  std::string srdf_ = files_.write("robot.srdf", kFaultySrdf);
+};
+
+using Lines = std::vector<std::string>;
+
+TEST_F(PairAudit, ListsEveryPairUnderItsClass) {
+  const CommandResult result = run("");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_TRUE(says(result.output, "Robot \"crossing sliders\": 15 pairs of links, ")) << result.output;
+  EXPECT_TRUE(says(result.output, "Joint \"drift\" is floating or planar; it stood still.")) << result.output;
+  EXPECT_EQ(linesUnder("in contact in some states (1)", result.output), Lines{"base - tip"});
+  EXPECT_EQ(linesUnder("adjacent (joined by one joint)", result.output).size(), 5U);
+  EXPECT_EQ(linesUnder("not decided (4)", result.output).size(), 4U);
+  EXPECT_EQ(linesUnder("never in contact (4)", result.output).size(), 4U);
+  EXPECT_TRUE(says(linesUnder("never in contact", result.output).at(0), "base - far: closest seen 3.25 m; proven: "));
+  EXPECT_TRUE(says(linesUnder("always in contact (1)", result.output).at(0), "base - rod: not seen apart in "));
+  EXPECT_FALSE(says(result.output, "SRDF"));
+}
+
+// The forearm hangs below the upper arm and folds back onto it. Its cover is fixed to it, and has the joint between
+// them.
+const char* const kFoldingArm = R"(<robot name="folding arm">
+  <link name="upper"><collision><geometry><box size="0.1 0.1 1"/></geometry></collision></link>
+  <link name="fore"><collision><origin xyz="0 0 0.6"/><geometry><box size="0.1 0.1 0.9"/></geometry></collision></link>
+  <link name="cover"><collision><origin xyz="0 0 0.1"/><geometry><box size="0.2 0.2 0.1"/></geometry></collision></link>
+  <joint name="elbow" type="revolute">
+    <parent link="upper"/><child link="fore"/><origin xyz="0 0 0.6"/><axis xyz="0 1 0"/>
+    <limit lower="0" upper="3.14" effort="1" velocity="1"/></joint>
+  <joint name="screws" type="fixed"><parent link="fore"/><child link="cover"/></joint>
+</robot>)";
+
+TEST_F(PairAudit, NeighboursThatCollideComeFirstAndAreNotDisabled) {
+  const std::string urdf = files_.write("arm.urdf", kFoldingArm), out = files_.path("arm.srdf");
+  const CommandResult result = runCommand(PAIR_AUDIT " " + urdf + " --write " + out + " 2>/dev/null");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  const std::string title = "adjacent, but apart in some states and in contact in others (1)";
+  ASSERT_EQ(linesUnder(title, result.output).size(), 1U) << result.output;
+  EXPECT_TRUE(says(linesUnder(title, result.output)[0], "upper - fore: in contact, ")) << result.output;
+  EXPECT_TRUE(says(linesUnder(title, result.output)[0], ", at elbow=")) << result.output;
+  EXPECT_LT(result.output.find(title), result.output.find("always in contact"));
+  EXPECT_FALSE(says(readFile(out), "disable_collisions")) << readFile(out);
+}
+
+TEST_F(PairAudit, WhatIsFixedToANeighbourIsNoNeighbour) {
+  const std::string report = runCommand(PAIR_AUDIT " " + files_.write("arm.urdf", kFoldingArm) + " 2>&1").output;
+  EXPECT_EQ(linesUnder("in contact in some states (1)", report), Lines{"upper - cover"}) << report;
+  EXPECT_EQ(linesUnder("adjacent (joined by one joint) (1)", report).size(), 1U) << report;
+}
+
+TEST_F(PairAudit, NamesWhatTheSrdfGetsWrong) {
+  const std::string report = run("--srdf " + srdf_).output;
+  const Lines dangerous = linesUnder("disabled, but they can collide (1)", report);
+  ASSERT_EQ(dangerous.size(), 1U) << report;
+  EXPECT_TRUE(says(dangerous[0], "base - tip: said to be \"User\", in contact, ")) << dangerous[0];
+  EXPECT_TRUE(says(dangerous[0], "approach=2.25")) << dangerous[0];
+  EXPECT_EQ(linesUnder("checked, but never in contact (2)", report).size(), 2U);
+  EXPECT_EQ(linesUnder("checked, but always in contact (1)", report).size(), 1U);
+  EXPECT_EQ(
+      linesUnder("entries without effect (3)", report),
+      (Lines{"disable_collisions tip - rod: said before", "disable_collisions base - camera: no collision geometry",
+             "disable_collisions base - raod: there is no such link"}));
+  EXPECT_TRUE(says(report, "no link \"raod\" (did you mean \"rod\"?)")) << report;
+}
+
+TEST_F(PairAudit, WritesAnSrdfInWhichItFindsNoFault) {
+  const std::string out = files_.path("out.srdf");
+  ASSERT_EQ(run("--srdf " + srdf_ + " --write " + out).exit_code, 0);
+  const std::string report = run("--srdf " + out).output;
+  for (const std::string fault : {"disabled, but they can collide (0)", "checked, but never in contact (0)",
+                                  "checked, but always in contact (0)", "entries without effect (0)", "remarks (0)"}) {
+    EXPECT_TRUE(says(report, fault)) << fault << " is not in\n" << report;
+  }
+  EXPECT_TRUE(says(readFile(out), "<group_state name=\"home\""));
+}
+
+TEST_F(PairAudit, SaysTheSameForAnyNumberOfThreads) {
+  const std::string one = files_.path("1.srdf"), three = files_.path("3.srdf");
+  const std::string alone = run("--samples 5000 --threads 1 --srdf " + srdf_ + " --write " + one).output;
+  EXPECT_EQ(run("--samples 5000 --threads 3 --srdf " + srdf_ + " --write " + three).output, alone);
+  EXPECT_EQ(readFile(one), readFile(three));
+}
+
+TEST_F(PairAudit, SaysWhereTooFewSamplesWereAllowed) {
+  EXPECT_TRUE(says(run("--samples 100").output, "100 random states, after which pairs may still change their class"));
+}
+
+TEST_F(PairAudit, NamesWhatIsWrongWithTheInput) {
+  const auto expect = [&](const CommandResult& result, int exit_code, const std::string& part) {
+    EXPECT_EQ(result.exit_code, exit_code) << result.output;
+    EXPECT_TRUE(says(result.output, part)) << result.output;
+  };
+  expect(runCommand(PAIR_AUDIT " /nowhere.urdf 2>&1"), 1, "pair_audit: /nowhere.urdf: cannot be read");
+  expect(run("--srdf /nowhere.srdf"), 1, "pair_audit: /nowhere.srdf: cannot be read");
+  expect(run("--srdf " + files_.write("broken.srdf", "<robot")), 1, "broken.srdf: SRDF");
+  expect(run("--samples 100 --write /nowhere/out.srdf"), 1, "pair_audit: /nowhere/out.srdf: cannot be written");
+  expect(run("--samples 0"), 1, "pair_audit: --samples: '0' is not a whole number from 1 to 1000000000");
+  expect(run("--samples many"), 1, "--samples: 'many' is not a whole number");
+  expect(run("--seed -1"), 1, "--seed: '-1' is not a whole number");
+  expect(run("--mesh-tolerance nan"), 1, "--mesh-tolerance: 'nan' is not a finite length of at least 0 m");
+  expect(run("--threads 0"), 1, "--threads: '0' is not a whole number from 1 to 1024");
+  expect(run("--quickly"), 1, "--quickly");
+  expect(run("--srdf " + urdf_), 1, urdf_ + ": SRDF, line 2: this is a URDF");
+  expect(runCommand(PAIR_AUDIT " 2>&1"), 1, "robot is required");
+}
+
+TEST_F(PairAudit, FindsOutBeforeTheStudyThatTheSrdfCannotBeWritten) {
+  const CommandResult result = run("--write /nowhere/out.srdf");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_FALSE(says(result.output, "pairs of links")) << result.output;
+}
+
+TEST_F(PairAudit, PrintsTheWarningsOfModelAndSrdf) {
+  const CommandResult result = runCommandApart(PAIR_AUDIT " " + urdf_ + " --samples 100 --srdf " + srdf_);
+  const SceneModel& model = *crossingSlidersStudy().model;
+  ASSERT_FALSE(filterPairs(model.robot, kFaultySrdf).warnings.empty());
+  for (const std::string& warning : filterPairs(model.robot, kFaultySrdf).warnings) {
+    EXPECT_TRUE(says(result.errors, "warning: " + warning + "\n")) << result.errors;
+  }
+}
+
+TEST_F(PairAudit, HelpIsText) {
+  const CommandResult result = runCommand(PAIR_AUDIT " --help");
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_TRUE(std::all_of(result.output.begin(), result.output.end(),
+                          [](char letter) { return letter == '\n' || (letter >= ' ' && letter <= '~'); }));
+}
+
+TEST_F(PairAudit, FindsThatLinks5And7OfThePandaCollide) {
+  const MeshResolver resolve = exampleRobotsResolver();
+  if (!findsExampleRobots(resolve)) GTEST_SKIP() << kExampleRobotsMissing;
+  const std::string package = std::filesystem::path(resolve("package://example-robot-data/package.xml")).parent_path();
+  const std::string roots = std::filesystem::path(package).parent_path();
+  const ExampleRobot& panda = kExampleRobots[0];
+  const std::string report =
+      runCommand("ROS_PACKAGE_PATH=" + roots + " " PAIR_AUDIT " " + exampleRobotFile(resolve, panda.urdf) + " --srdf " +
+                 exampleRobotFile(resolve, panda.srdf) + " --samples 5000 2>&1")
+          .output;
+  const Lines dangerous = linesUnder("disabled, but they can collide", report);
+  EXPECT_TRUE(std::any_of(dangerous.begin(), dangerous.end(), [](const std::string& line) {
+    return line.compare(0, 25, "panda_link5 - panda_link7") == 0 && says(line, " deep, at panda_joint6=");
+  })) << report;
+}
+
+}  // namespace
+}  // namespace proximity_server::tools

@@ -1,0 +1,192 @@
+#include "tools/pair_audit/pair_study.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "tools/command_line/crossing_sliders.h"
+#include "tools/command_line/two_sliders.h"
+#include "tools/pair_audit/audit_report.h"
+
+namespace proximity_server::tools {
+
+using namespace narrowphase;
+using namespace scene;
+namespace {
+
+std::shared_ptr<const SceneModel> modelOf(const std::string& urdf, const std::string& srdf = "") {
+  auto model = std::make_shared<SceneModel>();
+  model->robot = loadRobotModel(urdf, packageResolver({}));
+  model->pairs = filterPairs(model->robot, srdf);
+  return model;
+}
+
+class CrossingSliders : public ::testing::Test {
+ protected:
+  const PairEvidence& evidence(const PairStudy& study, const std::string& a, const std::string& b) const {
+    const int link_a = model_->robot.findLink(a), link_b = model_->robot.findLink(b);
+    for (const PairEvidence& each : study.pairs) {
+      if (each.pair.a.link == std::min(link_a, link_b) && each.pair.b.link == std::max(link_a, link_b)) return each;
+    }
+    throw std::invalid_argument("no pair " + a + " - " + b);
+  }
+  /// The distance of a pair at given positions, asked of a scene of its own.
+  double distanceAt(const PairEvidence& pair, const Positions& positions) const {
+    Scene scene(model_);
+    scene.update(forwardKinematics(model_->robot, positions));
+    return scene.proximity(pair.pair).result.distance;
+  }
+
+  const std::shared_ptr<const SceneModel>& model_ = crossingSlidersStudy().model;
+  const PairStudy& study_ = crossingSlidersStudy().study;
+};
+
+TEST_F(CrossingSliders, EveryPairIsInItsClass) {
+  EXPECT_EQ(evidence(study_, "base", "far").contactClass(), ContactClass::Never);
+  EXPECT_EQ(evidence(study_, "base", "rod").contactClass(), ContactClass::Always);
+  EXPECT_EQ(evidence(study_, "base", "tip").contactClass(), ContactClass::Sometimes);
+  EXPECT_EQ(evidence(study_, "base", "loose").contactClass(), ContactClass::Undecided);
+  EXPECT_EQ(study_.pairs.size(), 15U);
+}
+
+TEST_F(CrossingSliders, NeighboursAreThoseOfOneJoint) {
+  EXPECT_TRUE(evidence(study_, "base", "cart").are_neighbours);
+  EXPECT_FALSE(evidence(study_, "base", "rod").are_neighbours);
+}
+
+// From 3.25 m to 7.25 m lie between the base and the ball, and the search goes to the end of both ranges.
+TEST_F(CrossingSliders, SmallestDistanceIsThatAtTheLimits) {
+  const PairEvidence& far = evidence(study_, "base", "far");
+  EXPECT_NEAR(far.smallest, 3.25, 1e-3);
+  EXPECT_NEAR(distanceAt(far, far.closest), far.smallest, 1e-9);
+}
+
+TEST_F(CrossingSliders, ProvenBoundIsAtMostTheSmallestDistanceAndAtLeastHalfOfIt) {
+  const PairEvidence& far = evidence(study_, "base", "far");
+  ASSERT_TRUE(far.proven);
+  EXPECT_LE(*far.proven, 3.25);
+  EXPECT_GE(*far.proven, 0.5 * 3.25);
+}
+
+TEST_F(CrossingSliders, StatesShowWhatTheyAreSaidToShow) {
+  int both = 0;
+  for (const PairEvidence& pair : study_.pairs) {
+    const double in_contact = pair.contact ? distanceAt(pair, *pair.contact) : -1.0;
+    const double apart = pair.apart ? distanceAt(pair, *pair.apart) : 1.0;
+    EXPECT_LE(in_contact, kContactDistance);
+    EXPECT_GT(apart, kContactDistance);
+    if (pair.contact && pair.apart) ++both;
+  }
+  EXPECT_GT(both, 0);
+}
+
+// The rod, 0.2 thin, leaves the base, which reaches 0.5 from its axis, at 0.6 to the side: not at an angle of 45
+// degrees.
+TEST_F(CrossingSliders, DepthIsThatOfTheStateShown) {
+  const PairEvidence& rod = evidence(study_, "base", "rod");
+  EXPECT_NEAR(rod.contact_depth, -distanceAt(rod, *rod.contact), 1e-9);
+  EXPECT_GE(rod.contact_depth, 0.6 - 1e-9);
+  EXPECT_LE(rod.contact_depth, 0.5 + 0.1 * std::sqrt(2.0) + 1e-9);
+  EXPECT_NEAR(evidence(study_, "base", "tip").contact_depth, 0.0, 1e-9);
+}
+
+// The two touch at the very end of a range of 2.25 m only.
+TEST_F(CrossingSliders, SearchFindsContactThatSamplesMiss) {
+  StudyOptions few;
+  few.most_samples = 10;
+  const PairStudy study = studyPairs(model_, few);
+  EXPECT_EQ(study.samples, 10);
+  EXPECT_EQ(study.end, SamplingEnd::MostSamples);
+  EXPECT_EQ(evidence(study, "base", "tip").contactClass(), ContactClass::Sometimes);
+}
+
+TEST_F(CrossingSliders, SamplingEndsWhenNothingChanges) {
+  EXPECT_EQ(study_.end, SamplingEnd::Quiet);
+  EXPECT_GE(study_.samples, kQuietSamples);
+  EXPECT_LT(study_.samples, StudyOptions().most_samples);
+}
+
+TEST(PairStudy, SamplingEndsWhenAllIsKnown) {
+  const auto model = modelOf(R"(<robot name="pendulum">
+    <link name="a"><collision><geometry><box size="1 1 1"/></geometry></collision></link>
+    <link name="b"><collision><origin xyz="0.6 0 0"/><geometry><sphere radius="0.2"/></geometry></collision></link>
+    <joint name="turn" type="continuous"><parent link="a"/><child link="b"/><origin xyz="0.4 0 0"/><axis xyz="0 0 1"/>
+    </joint></robot>)");
+  const PairStudy study = studyPairs(model, {});
+  EXPECT_EQ(study.end, SamplingEnd::AllKnown);
+  EXPECT_LT(study.samples, 5000);
+}
+
+TEST_F(CrossingSliders, AnotherSeedDrawsOtherStates) {
+  StudyOptions options;
+  options.seed = 2;
+  const PairStudy other = studyPairs(model_, options);
+  EXPECT_NE(*evidence(other, "base", "far").apart, *evidence(study_, "base", "far").apart);
+  EXPECT_EQ(evidence(other, "base", "far").contactClass(), ContactClass::Never);
+}
+
+TEST_F(CrossingSliders, FaultsOfAnSrdfAreFound) {
+  const auto model = modelOf(kCrossingSliders, kFaultySrdf);
+  const SrdfFaults faults = findSrdfFaults(*model, study_);
+  const auto namesOf = [&](const std::vector<int>& indices) {
+    std::set<std::set<std::string>> names;
+    for (const int i : indices) {
+      const SubjectPair& pair = study_.pairs[i].pair;
+      names.insert({model->robot.links[pair.a.link].name, model->robot.links[pair.b.link].name});
+    }
+    return names;
+  };
+  using Pairs = std::set<std::set<std::string>>;
+  EXPECT_EQ(namesOf(faults.disabled_but_touch), (Pairs{{"base", "tip"}}));
+  EXPECT_EQ(namesOf(faults.checked_but_always), (Pairs{{"base", "rod"}}));
+  EXPECT_EQ(namesOf(faults.checked_but_never), (Pairs{{"rod", "far"}, {"tip", "far"}}));
+}
+
+TEST(JointRanges, AFollowerHasNoRangeOfItsOwn) {
+  const RobotModel robot = modelOf(kTwoSliders)->robot;
+  const std::vector<JointRange> ranges = jointRanges(robot);
+  ASSERT_EQ(ranges.size(), 1U);
+  EXPECT_EQ(robot.joints[ranges[0].joint].name, "slide");
+  EXPECT_EQ(ranges[0].lower, -1.0);
+  EXPECT_EQ(ranges[0].upper, 2.0);
+}
+
+TEST(JointRanges, PositionsCanBeTypedIn) {
+  const JointRange turn{0, -2.8973, 2.8973}, finger{0, 0.0, 0.04}, welded{0, 0.5, 0.5};
+  EXPECT_EQ(turn.typeable(1.23456789), 1.2346);
+  EXPECT_EQ(turn.typeable(2.89728), 2.8973);
+  EXPECT_EQ(turn.typeable(3.5), 2.8973);
+  EXPECT_EQ(finger.typeable(0.0123456789), 0.012346);
+  EXPECT_EQ(welded.typeable(0.7), 0.5);
+}
+
+/// A robot with one joint, given the rest of its element.
+RobotModel withJoint(const std::string& joint) {
+  return loadRobotModel(R"(<robot name="r"><link name="a"/><link name="b"/><joint name="j" )" + joint +
+                            R"(<parent link="a"/><child link="b"/></joint></robot>)",
+                        packageResolver({}));
+}
+
+const char* const kTwoTurns = R"(type="revolute"><limit lower="-6.5" upper="6.5" effort="1" velocity="1"/>)";
+const char* const kEndless = R"(type="prismatic"><limit lower="1" upper="-1" effort="1" velocity="1"/>)";
+
+TEST(JointRanges, MoreThanAFullTurnIsAFullTurn) {
+  constexpr double kPi = 3.14159265358979323846;
+  const JointRange two_turns = jointRanges(withJoint(kTwoTurns)).at(0);
+  EXPECT_DOUBLE_EQ(two_turns.lower, -kPi);
+  EXPECT_DOUBLE_EQ(two_turns.upper, kPi);
+  EXPECT_DOUBLE_EQ(jointRanges(withJoint("type=\"continuous\">")).at(0).upper, kPi);
+}
+
+TEST(JointRanges, WhatHasNoLimitsIsNotKnown) {
+  EXPECT_TRUE(hasKnownRange(withJoint(kTwoTurns), 0));
+  EXPECT_TRUE(hasKnownRange(withJoint("type=\"continuous\">"), 0));
+  EXPECT_FALSE(hasKnownRange(withJoint(kEndless), 0));
+  EXPECT_FALSE(hasKnownRange(withJoint("type=\"floating\">"), 0));
+  EXPECT_EQ(jointRanges(withJoint(kEndless)).at(0).upper, 1.0);
+  EXPECT_TRUE(jointRanges(withJoint("type=\"floating\">")).empty());
+}
+
+}  // namespace
+}  // namespace proximity_server::tools

@@ -1,0 +1,66 @@
+#include "tools/pair_audit/srdf_writer.h"
+
+#include <gtest/gtest.h>
+
+#include "scene/files.h"
+#include "tools/command_line/crossing_sliders.h"
+
+namespace proximity_server::tools {
+
+using namespace narrowphase;
+using namespace scene;
+namespace {
+
+class SrdfWriter : public ::testing::Test {
+ protected:
+  std::string written(const std::string& srdf) const { return writeSrdf(srdf, model_->robot, study_); }
+  LinkPair pair(const std::string& srdf, const std::string& a, const std::string& b) const {
+    const PairTable table = filterPairs(model_->robot, srdf);
+    return table.pairs.at(table.find(model_->robot.findLink(a), model_->robot.findLink(b)));
+  }
+
+  const std::shared_ptr<const SceneModel>& model_ = crossingSlidersStudy().model;
+  const PairStudy& study_ = crossingSlidersStudy().study;
+};
+
+bool says(const std::string& text, const std::string& what) { return text.find(what) != std::string::npos; }
+
+TEST_F(SrdfWriter, ThePairFilterTakesWhatIsWritten) {
+  for (const std::string& srdf : {written(""), written(kFaultySrdf)}) {
+    EXPECT_EQ(pair(srdf, "base", "rod").detail, "Always");
+    EXPECT_EQ(pair(srdf, "base", "far").detail, "Never");
+    EXPECT_EQ(pair(srdf, "base", "cart").detail, "Adjacent");
+    EXPECT_EQ(pair(srdf, "base", "tip").reason, PairReason::Checked);
+    EXPECT_EQ(pair(srdf, "cart", "loose").reason, PairReason::Checked);
+    EXPECT_TRUE(filterPairs(model_->robot, srdf).warnings.empty());
+  }
+}
+
+TEST_F(SrdfWriter, KeepsAllElseInItsPlace) {
+  const std::string srdf = written(kFaultySrdf);
+  const auto comment = srdf.find("<!-- what moves -->"), group = srdf.find("<group name=\"all\">");
+  const auto first = srdf.find("<disable_collisions"), state = srdf.find("<group_state name=\"home\"");
+  ASSERT_TRUE(says(srdf, "<!-- what moves -->") && says(srdf, "<group_state name=\"home\""));
+  EXPECT_LT(comment, group);
+  EXPECT_LT(group, first);
+  EXPECT_LT(first, state);
+  EXPECT_FALSE(says(srdf, "User"));
+}
+
+TEST_F(SrdfWriter, WritingTwiceChangesNothing) {
+  for (const std::string& srdf : {written(""), written(kFaultySrdf)}) EXPECT_EQ(written(srdf), srdf);
+}
+
+TEST_F(SrdfWriter, DoesNotDisableWhatIsEnabledByName) {
+  const std::string srdf =
+      written(R"(<robot name="crossing sliders"><enable_collisions link1="far" link2="base"/></robot>)");
+  EXPECT_EQ(pair(srdf, "base", "far").reason, PairReason::Checked);
+}
+
+TEST_F(SrdfWriter, RefusesWhatIsNoSrdf) {
+  EXPECT_TRUE(says(errorOf([&] { written("<robot"); }), "SRDF: "));
+  EXPECT_EQ(errorOf([&] { written("<group/>"); }), "SRDF: no <robot> element");
+}
+
+}  // namespace
+}  // namespace proximity_server::tools
