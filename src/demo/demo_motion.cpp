@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/model/robot_model.h"
 
 namespace {

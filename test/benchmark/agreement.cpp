@@ -5,6 +5,7 @@
 
 #include "oracle/oracle.h"
 #include "peers/robots.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::benchmark {
 

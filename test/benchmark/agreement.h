@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "peers/scene_library.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::benchmark {
 

@@ -1,8 +1,7 @@
 """Shows a result file of motion_benchmark as tables: time of contact of two solids beside FCL and sampling, what a tighter
 setting costs, the smallest distance of a motion, and robots along joint motions.
 
-usage: motion_table.py RESULT.json            for a terminal
-       motion_table.py RESULT.json --markdown for README.md
+usage: motion_table.py RESULT.json
 """
 
 import json
@@ -120,33 +119,40 @@ def robots(entries):
                *(f"{counts[key]:.1f}" for key in ("pairs", "by_one_bound", "intervals", "queries"))]
 
 
-def main(path, markdown):
-    with open(path) as file:
-        result = json.load(file)
+def tables(result):
+    """By name the head and the lines of each table that README.md shows."""
     rows = by_row(result["rows"])
+    found = {}
     if rows:
         names = list(dict.fromkeys(label(entry) for entry in result["rows"]))
-        show(["time / largest error [m]", *names, "samples for 1e-9 m", "FCL advancement / ours", "our queries"],
-             contacts(rows, names), markdown)
-    if rows and not markdown:
-        show(["time of contact", "library", "median", "99 %", "largest error", "mean", "largest [m]", "mean [m]",
-              "missed / late / false", "contacts"], details(result["rows"]), markdown)
-        show(["setting", "library", "", "median", "largest error [m]", "mean [m]", "wrong"],
-             tuned(result["tolerances"]), markdown)
+        found["contact"] = (["time / largest error [m]", *names, "samples for 1e-9 m", "FCL advancement / ours",
+                             "our queries"], contacts(rows, names))
     if result["minimum"]:
         groups = {}
         for entry in result["minimum"]:
             groups.setdefault(entry["row"], []).append(entry)
-        show(["smallest distance", "tolerance [m]", "ours, median / 99 %", "largest error [m]", "queries",
-              "samples with that error", "unproven"], smallest(groups), markdown)
+        found["minimum"] = (["smallest distance", "tolerance [m]", "ours, median / 99 %", "largest error [m]", "queries",
+                             "samples with that error", "unproven"], smallest(groups))
     if result["robots"]:
-        show(["joint motion of 1 s, median / 99 %", "ours", "1 kHz", "samples at our guarantee", "1 kHz misses",
-              "contradicted / unconfirmed", "pairs", "by one bound", "intervals", "queries"], robots(result["robots"]), markdown)
-    if not markdown:
-        print("!: contacts missed, found after the true one, or claimed where there is none. Samples for 1e-9 m, and at our\n"
-              "guarantee: in such steps that nothing comes closer in between than by our tolerance; their time is extrapolated. 1 kHz\n"
-              "misses: contacts, and its largest delay or error. Contradicted: by a sample; unconfirmed: by the state at our time.")
+        found["robots"] = (["joint motion of 1 s, median / 99 %", "ours", "1 kHz", "samples at our guarantee",
+                            "1 kHz misses", "contradicted / unconfirmed", "pairs", "by one bound", "intervals", "queries"],
+                           robots(result["robots"]))
+    return found
+
+
+def main(path):
+    with open(path) as file:
+        result = json.load(file)
+    for head, lines in tables(result).values():
+        show(head, lines)
+    if result["rows"]:
+        show(["time of contact", "library", "median", "99 %", "largest error", "mean", "largest [m]", "mean [m]",
+              "missed / late / false", "contacts"], details(result["rows"]))
+        show(["setting", "library", "", "median", "largest error [m]", "mean [m]", "wrong"], tuned(result["tolerances"]))
+    print("!: contacts missed, found after the true one, or claimed where there is none. Samples for 1e-9 m, and at our\n"
+          "guarantee: in such steps that nothing comes closer in between than by our tolerance; their time is extrapolated. 1 kHz\n"
+          "misses: contacts, and its largest delay or error. Contradicted: by a sample; unconfirmed: by the state at our time.")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], "--markdown" in sys.argv[2:])
+    main(sys.argv[1])

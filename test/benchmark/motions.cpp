@@ -1,4 +1,5 @@
 #include "benchmark/motions.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 #include <algorithm>
 #include <cmath>

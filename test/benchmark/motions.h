@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/robot_model.h"
 
 namespace proximity_server::benchmark {

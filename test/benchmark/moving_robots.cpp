@@ -9,6 +9,7 @@
 
 #include "benchmark/agreement.h"
 #include "benchmark/motions.h"
+#include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/moving_scene.h"
 
 namespace proximity_server::benchmark {

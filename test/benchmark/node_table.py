@@ -1,8 +1,7 @@
 """Shows a result file of node_benchmark as tables: round trips of each service beside an empty one, batches beside their
 computation, and how regularly the monitor runs.
 
-usage: node_table.py RESULT.json            for a terminal
-       node_table.py RESULT.json --markdown for README.md
+usage: node_table.py RESULT.json
 """
 
 import json
@@ -59,25 +58,36 @@ def monitors(rows):
                " / ".join(time(monitor[f"reaction_{key}_us"]) for key in ("median", "p999", "worst")), f"{row['memory_mb']:.0f}"]
 
 
-def main(path, markdown):
+def tables(result):
+    """By name the head and the lines of each table that README.md shows."""
+    found = {}
+    if result["services"]:
+        found["services"] = (
+            ["service", "clients", "connections", "bytes", "calls/s", "median / 99 % / 99.9 %", "empty: calls/s",
+             "median / 99 % / 99.9 %", "over empty", "lost", "empty: lost", "monitor's jitter 99 %", "cycles missed", "MB"],
+            services(result["services"]))
+    if result["batches"]:
+        found["batches"] = (
+            ["batch", "kB", "median", "99 %", "computation", "empty service", "over computation", "over both"],
+            batches(result["batches"]))
+    if result["monitors"]:
+        found["monitors"] = (
+            ["monitor", "rate", "real-time", "clients", "calls/s", "cycles missed", "bare thread",
+             "jitter: median / 99 % / 99.9 %", "cycle: median / 99.9 %", "reaction: median / 99.9 % / worst", "MB"],
+            monitors(result["monitors"]))
+    return found
+
+
+def main(path):
     with open(path) as file:
         result = json.load(file)
-    if result["services"]:
-        show(["service", "clients", "connections", "bytes", "calls/s", "median / 99 % / 99.9 %", "empty: calls/s",
-              "median / 99 % / 99.9 %", "over empty", "lost", "empty: lost", "monitor's jitter 99 %", "cycles missed", "MB"],
-             services(result["services"]), markdown)
-    if result["batches"]:
-        show(["batch", "kB", "median", "99 %", "computation", "empty service", "over computation", "over both"],
-             batches(result["batches"]), markdown)
-    if result["monitors"]:
-        show(["monitor", "rate", "real-time", "clients", "calls/s", "cycles missed", "bare thread", "jitter: median / 99 % / 99.9 %",
-              "cycle: median / 99.9 %", "reaction: median / 99.9 % / worst", "MB"], monitors(result["monitors"]), markdown)
-    if not markdown:
-        print(f"TF at {result['tf_rate']:.0f} Hz, {result['cores']} cores. empty: a service of as many bytes that does nothing, on\n"
-              "the same machine at the same time; jitter: of the time between two cycles; missed: a period without a cycle;\n"
-              "bare thread: what one that does nothing misses at that rate and priority, at the same time;\n"
-              "reaction: from a transform that just missed a cycle to the level of the next one, in another process.")
+    for head, lines in tables(result).values():
+        show(head, lines)
+    print(f"TF at {result['tf_rate']:.0f} Hz, {result['cores']} cores. empty: a service of as many bytes that does nothing, on\n"
+          "the same machine at the same time; jitter: of the time between two cycles; missed: a period without a cycle;\n"
+          "bare thread: what one that does nothing misses at that rate and priority, at the same time;\n"
+          "reaction: from a transform that just missed a cycle to the level of the next one, in another process.")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], "--markdown" in sys.argv[2:])
+    main(sys.argv[1])

@@ -1,4 +1,4 @@
-"""Draws the pictures of README.md from the results of the benchmarks.
+"""Draws the pictures of the README.md files from the results of the benchmarks.
 
 usage: plot.py FOLDER   with narrowphase.json, subalgorithms.json, stress.json and, if there are any, scene.json and
                         motion.json; the pictures go there too

@@ -19,6 +19,7 @@
 #include "peers/fcl_scene.h"
 #include "peers/robots.h"
 #include "peers/scene_library.h"
+#include "proximity_server/scene/model/kinematics.h"
 #include "scene/example_robots.h"
 
 namespace proximity_server::benchmark {

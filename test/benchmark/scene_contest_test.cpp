@@ -8,6 +8,7 @@
 #include "peers/fcl_scene.h"
 #include "peers/fcl_shape.h"
 #include "peers/robots.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::benchmark {
 

@@ -1,8 +1,7 @@
 """Shows a result file of scene_benchmark as tables: microseconds a state, how the pairs were settled, how far FCL's
 distances lie from ours, and time against the number of bodies.
 
-usage: scene_table.py RESULT.json            for a terminal
-       scene_table.py RESULT.json --markdown for README.md
+usage: scene_table.py RESULT.json
 """
 
 import json
@@ -74,24 +73,31 @@ def scaling(rows, names):
                *(time(libraries.get(name)) for name in names)]
 
 
-def main(path, markdown):
-    with open(path) as file:
-        result = json.load(file)
+def tables(result):
+    """By name the head and the lines of each table that README.md shows."""
     rows, arms = by_row(result["rows"]), by_row(result["scaling"])
+    found = {}
     if rows:
         names = list(dict.fromkeys(entry["library"] for entry in result["rows"]))
-        show(["us a state, median / 99 %", *names, "best FCL / ours", "states in overlap"], times(rows, names), markdown)
-        show(["pairs of ours, mean", "pairs", *(rung.replace("_", " ") for rung in RUNGS), "skipped"], rungs(rows),
-             markdown)
-        show(["distance apart [m]", "beside ours", "compared", "99 %", "largest", "differing", "right: ours / other",
-              "overlaps missed / claimed", "no answer"], errors(result["rows"]), markdown)
+        found["times"] = (["us a state, median / 99 %", *names, "best FCL / ours", "states in overlap"], times(rows, names))
+        found["rungs"] = (["pairs of ours, mean", "pairs", *(rung.replace("_", " ") for rung in RUNGS), "skipped"], rungs(rows))
+        found["errors"] = (["distance apart [m]", "beside ours", "compared", "99 %", "largest", "differing",
+                            "right: ours / other", "overlaps missed / claimed", "no answer"], errors(result["rows"]))
     if arms:
         names = list(dict.fromkeys(entry["library"] for entry in result["scaling"]))
-        show(["arms side by side", "pairs", "boxes in reach", "computed", *names], scaling(arms, names), markdown)
-    if rows and not markdown:
+        found["scaling"] = (["arms side by side", "pairs", "boxes in reach", "computed", *names], scaling(arms, names))
+    return found
+
+
+def main(path):
+    with open(path) as file:
+        result = json.load(file)
+    for head, lines in tables(result).values():
+        show(head, lines)
+    if result["rows"]:
         print("99 %, largest: of the differences, the worst row; differing: by more than 1e-6; right: the first 20 of them\n"
               "in each row, by the oracle of the tests; claimed: overlaps of pairs that are apart. FCL gives no depths.")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], "--markdown" in sys.argv[2:])
+    main(sys.argv[1])

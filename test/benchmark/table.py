@@ -1,8 +1,7 @@
 """Shows a result file of narrowphase_benchmark as tables: median nanoseconds a query / largest error, a column a library;
 and median nanoseconds of ours, a column a question.
 
-usage: table.py RESULT.json            for a terminal
-       table.py RESULT.json --markdown for README.md
+usage: table.py RESULT.json
 """
 
 import json
@@ -29,13 +28,26 @@ def cell(entry):
     return f"{entry['ns']:.0f} / {entry['max_error']:.0e}{wrong}"
 
 
-def table(rows):
+def compared(rows):
+    """Of each row its name, the entry of each column (None where a library has none), and the ratio of the fastest other
+    library without a wrong answer to ours (None where there is none)."""
     for name in dict.fromkeys(row["row"] for row in rows):
         entries = [row for row in rows if row["row"] == name]
         cells = [better([e for e in entries if e["library"] in libraries]) for _, libraries in COLUMNS]
         others = [e["ns"] for e in cells[1:] if e is not None and e["failures"] == 0]
-        ratio = f"{min(others) / cells[0]['ns']:.1f}" if others else "-"
-        yield [name, *map(cell, cells), ratio, f"{cells[0]['iterations']:.1f}"]
+        yield name, cells, min(others) / cells[0]["ns"] if others else None
+
+
+def times(rows):
+    for name, cells, ratio in compared(rows):
+        yield [name, *map(cell, cells), f"{ratio:.1f}" if ratio else "-", f"{cells[0]['iterations']:.1f}"]
+
+
+def facts(result):
+    """By name what README.md says in its text: the rows in which another library is faster than ours, or slower by less
+    than a quarter, with its ratio."""
+    ties = [f"{name} ({ratio:.2f})" for name, _, ratio in compared(result["rows"]) if ratio and ratio < 1.25]
+    return {"ties": ", ".join(ties) or "none"}
 
 
 def questions(entries):
@@ -43,26 +55,30 @@ def questions(entries):
         yield [name, *(f"{entry['ns']:.0f}" for entry in entries if entry["row"] == name)]
 
 
-def show(head, lines, markdown):
+def tables(result):
+    """By name the head and the lines of each table that README.md shows."""
+    asked = list(dict.fromkeys(entry["question"] for entry in result["questions"]))
+    return {
+        "times": (["ns / largest error [m]", *(name for name, _ in COLUMNS), "best other / ours", "our iterations"],
+                  times(result["rows"])),
+        "questions": (["ns of ours", *asked], questions(result["questions"])),
+    }
+
+
+def show(head, lines):
+    """Prints a table for a terminal."""
     lines = [head, *lines]
-    if markdown:
-        lines.insert(1, ["---"] * len(head))
-        print("\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n")
-        return
     widths = [max(len(line[i]) for line in lines) for i in range(len(head))]
     print("\n".join("  ".join(text.ljust(width) for text, width in zip(line, widths)).rstrip() for line in lines) + "\n")
 
 
-def main(path, markdown):
+def main(path):
     with open(path) as file:
         result = json.load(file)
-    show(["ns / largest error [m]", *(name for name, _ in COLUMNS), "best other / ours", "our iterations"],
-         table(result["rows"]), markdown)
-    asked = list(dict.fromkeys(entry["question"] for entry in result["questions"]))
-    show(["ns of ours", *asked], questions(result["questions"]), markdown)
-    if not markdown:
-        print("!n/m: n of m checked answers are wrong by more than 1e-3 or missing; such a library is not the best other")
+    for head, lines in tables(result).values():
+        show(head, lines)
+    print("!n/m: n of m checked answers are wrong by more than 1e-3 or missing; such a library is not the best other")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], "--markdown" in sys.argv[2:])
+    main(sys.argv[1])

@@ -13,6 +13,7 @@
 #include "node/services/timed_motion.h"
 #include "proximity_server/MinimumDistanceRequest.h"
 #include "proximity_server/QueryConfigurationRequest.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::fuzz {
 

@@ -5,6 +5,11 @@
 #include <stdexcept>
 
 #include "fuzz/require.h"
+#include "proximity_server/scene/mesh/mesh.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/pieces/convex_pieces.h"
+#include "proximity_server/scene/query/make_scene_model.h"
 #include "proximity_server/scene/query/scene.h"
 #include "scene/files.h"
 #include "tools/command_line/joint_states.h"

@@ -8,6 +8,7 @@
 #include "peers/aborts.h"
 #include "peers/fcl_shape.h"
 #include "peers/robots.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::peers {
 

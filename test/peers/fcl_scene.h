@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "peers/scene_library.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::peers {
 

@@ -9,6 +9,7 @@
 #include <fcl/narrowphase/distance.h>
 
 #include "proximity_server/narrowphase/shape/support.h"
+#include "proximity_server/narrowphase/signed_distance.h"
 
 namespace proximity_server::peers {
 

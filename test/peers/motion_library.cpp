@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "peers/swept_bisection.h"
+#include "proximity_server/narrowphase/signed_distance.h"
 
 namespace proximity_server::peers {
 

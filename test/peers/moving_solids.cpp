@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "proximity_server/narrowphase/shape/support.h"
+#include "proximity_server/narrowphase/signed_distance.h"
 
 namespace proximity_server::peers {
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "proximity_server/scene/model/load_robot_model.h"
 #include "scene/example_robots.h"
 
 namespace proximity_server::peers {

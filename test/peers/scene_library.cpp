@@ -1,4 +1,5 @@
 #include "peers/scene_library.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 #include <algorithm>
 #include <tuple>

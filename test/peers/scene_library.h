@@ -3,6 +3,7 @@
 #include <limits>
 #include <vector>
 
+#include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/query/scene.h"
 
 namespace proximity_server::peers {

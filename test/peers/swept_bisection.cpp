@@ -1,4 +1,5 @@
 #include "peers/swept_bisection.h"
+#include "proximity_server/narrowphase/signed_distance.h"
 
 #include <vector>
 

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Runs every block of every README.md, literally, and compares what it prints with what the README shows.
+"""Runs every block of every README.md, literally, and compares what it prints with what the README shows. Also looks
+whether the files and headings that a README links to, and the paths that it names, exist.
 
 usage: readme_test.py SOURCE_DIR BUILD_DIR [--gtest_output=xml:FILE]
 
@@ -71,7 +72,9 @@ class Shell:
     def run(self, script):
         """What it printed to standard output; raises AssertionError with all of its output where it fails."""
         dump = self.folder / "environment"
-        result = subprocess.run(["bash", "-c", f"set -e -o pipefail\n{script}\nenv -0 >{dump}"], cwd=self.folder, text=True,
+        # The shell does not end where a command before the last && fails: its status is looked at behind the script.
+        checked = f"set -e -o pipefail\n{script}\n[ $? = 0 ]\nenv -0 >{dump}"
+        result = subprocess.run(["bash", "-c", checked], cwd=self.folder, text=True,
                                 env=self.environment, stdin=subprocess.DEVNULL, capture_output=True, timeout=5 * PATIENCE)
         if result.returncode != 0:
             output = re.sub(r"\x1b\[[0-9;]*m", "", result.stdout + result.stderr)  # no colours in the result file
@@ -166,6 +169,15 @@ class Readme(unittest.TestCase):
 
     # --- What is done with a block.
 
+    def test_links_of_every_readme_lead_to_a_file_and_a_heading(self):
+        self.assertEqual({}, {str(path): found for path in readmes() if (found := list(broken_links(path)))})
+
+    def test_the_top_readme_takes_ten_kilobytes_at_most(self):
+        self.assertLessEqual((SOURCE / "README.md").stat().st_size, 10_000)
+
+    def test_paths_that_a_readme_names_exist(self):
+        self.assertEqual({}, {str(path): found for path in readmes() if (found := list(missing_paths(path)))})
+
     def picture(self, text):
         """Nothing: it is no command."""
 
@@ -257,9 +269,9 @@ class Readme(unittest.TestCase):
         prefix, = (path.parents[3] for path in (self.folder / "installed").rglob("cmake/proximity_serverConfig.cmake"))
         project = self.folder / "project"
         project.mkdir()
-        head, rest = text.split("using namespace proximity_server;\n")
+        head, using, rest = re.split(r"(using namespace [\w:]+;\n)", text)
         (project / "mine.cpp").write_text(
-            f"{head}#include <cmath>\nusing namespace proximity_server;\n\nint main() {{\n{rest}\n"
+            f"{head}#include <cmath>\n{using}\nint main() {{\n{rest}\n"
             "return std::abs(answer.distance - 0.6) < 1e-9 && std::abs(answer.point_a.x() - 0.2) < 1e-9 && "
             "std::abs(answer.point_b.x() - 0.8) < 1e-9 ? 0 : 1;\n}\n")
         (project / "CMakeLists.txt").write_text(
@@ -276,12 +288,44 @@ class Readme(unittest.TestCase):
         self.shell.run(f"CMAKE_PREFIX_PATH={prefix} ROS_PACKAGE_PATH={prefix}/share rosrun proximity_server clearance --help")
 
 
+def readmes():
+    """Every README.md of the repository, the top one first; the blocks run in this order."""
+    return sorted(SOURCE.glob("README.md")) + sorted(
+        path for path in SOURCE.glob("*/**/README.md") if path.relative_to(SOURCE).parts[0] != "build")
+
+
+def anchors(path):
+    """The anchors of the headings of a README, as a browser of the repository makes them."""
+    headings = re.findall(r"(?m)^#+ (.*)$", path.read_text())
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def broken_links(path):
+    """The relative links of a README that lead to no file, or to no heading of a README."""
+    for link in re.findall(r"\]\(([^)\s]+)\)", path.read_text()):
+        file, _, anchor = link.partition("#")
+        target = (path.parent / file).resolve() if file else path
+        if re.match(r"\w+:", link):
+            continue
+        if not target.exists() or (anchor and anchor not in anchors(target)):
+            yield link
+
+
+def missing_paths(path):
+    """What a README names as `src/...`, from the top of the repository, and what is not there."""
+    for name in re.findall(r"`((?:src|include|test|msg|srv|config|launch)/[\w./-]+)`", path.read_text()):
+        if not (SOURCE / name).exists():
+            yield name
+
+
 # What is done with the blocks that begin like this.
 BLOCKS = (
-    ("URDF, SRDF ──load once", Readme.picture),
+    ("narrowphase/shape", Readme.picture),  # the order of the rooms, which rooms_test reads
     ("./dev ", Readme.dev),
     ("cmake -S . -B build -DCMAKE_BUILD_TYPE=Release", Readme.workspace),
     ("rosservice call ", Readme.service_calls),
+    ("rostopic echo ", Readme.commands),
+    ("rosrun dynamic_reconfigure ", Readme.commands),
     ("export PATH=", Readme.commands),
     ("$ ", Readme.shown_output),
     ("<launch>", Readme.file_of_test),
@@ -307,9 +351,7 @@ def known(function, text):
 
 def add_blocks():
     """Each block of each README.md becomes a test case; unittest runs them in the order of their names."""
-    files = sorted(SOURCE.glob("README.md")) + sorted(
-        path for path in SOURCE.glob("*/**/README.md") if path.relative_to(SOURCE).parts[0] != "build")
-    for file, path in enumerate(files):
+    for file, path in enumerate(readmes()):
         for line, _, text in blocks(path):
             functions = [function for beginning, function in BLOCKS if text.startswith(beginning)]
             name = path.relative_to(SOURCE).as_posix().replace("/", "_").removesuffix(".md")

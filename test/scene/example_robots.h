@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "proximity_server/scene/mesh/mesh.h"
+#include "proximity_server/scene/mesh/mesh_resolver.h"
 #include "sanitized.h"
 
 namespace proximity_server::scene {

@@ -10,8 +10,6 @@
 
 namespace proximity_server::scene {
 
-using namespace narrowphase;
-
 /// A folder of its own for the files of one test.
 class TemporaryFiles {
  public:

@@ -4,10 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <cstdlib>
+#include <fstream>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <sstream>
+#include <utility>
 
+#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/query/make_scene_model.h"
 #include "proximity_server/scene/query/scene.h"
 #include "scene/example_robots.h"
 
@@ -132,27 +137,30 @@ int countVertices(const RobotModel& model, const Collision& collision) {
   return vertices;
 }
 
-/// A row for each mesh, as the README has it.
-void printRepresentations(const RobotModel& model) {
-  std::printf("| %s | representation | pieces | vertices | outside of the mesh | not covered | hull / mesh volume |\n",
-              model.name.c_str());
-  std::printf("|---|---|---|---|---|---|---|\n");
-  for (const Collision& collision : model.collisions) {
-    if (collision.description.rfind("mesh", 0) != 0) continue;
-    std::printf(
-        "| %s | %s | %zu | %d | %.2f mm | %.2f mm | %s |\n", model.links[collision.link].name.c_str(),
-        toString(collision.representation), collision.pieces.size(), countVertices(model, collision),
-        1e3 * collision.deviation, 1e3 * collision.uncovered,
-        std::isnan(collision.volume_ratio) ? "open" : std::to_string(collision.volume_ratio).substr(0, 5).c_str());
-  }
-}
-
 bool isMesh(const Collision& collision) { return collision.description.rfind("mesh", 0) == 0; }
 
+/// What stands for each mesh, for the table of test/benchmark/README.md. A volume ratio that is NaN becomes null.
+nlohmann::json meshesOf(const RobotModel& model) {
+  nlohmann::json meshes = nlohmann::json::array();
+  for (const Collision& collision : model.collisions) {
+    if (!isMesh(collision)) continue;
+    meshes.push_back({{"robot", model.name},
+                      {"link", model.links[collision.link].name},
+                      {"representation", toString(collision.representation)},
+                      {"pieces", collision.pieces.size()},
+                      {"vertices", countVertices(model, collision)},
+                      {"deviation", collision.deviation},
+                      {"uncovered", collision.uncovered},
+                      {"volume_ratio", collision.volume_ratio}});
+  }
+  return meshes;
+}
+
 TEST_F(SharedRobots, PiecesLieWithinTheToleranceOfTheMeshes) {
+  nlohmann::json meshes = nlohmann::json::array();
   for (const ExampleRobot& files : robotsToTest()) {
     const RobotModel model = load(files, ModelOptions{}.mesh_tolerance);
-    printRepresentations(model);
+    for (nlohmann::json& mesh : meshesOf(model)) meshes.push_back(std::move(mesh));
     for (const Collision& collision : model.collisions) {
       EXPECT_LE(collision.deviation, ModelOptions{}.mesh_tolerance) << collision.description;
       EXPECT_LE(collision.uncovered, 1e-9) << collision.description;
@@ -160,6 +168,10 @@ TEST_F(SharedRobots, PiecesLieWithinTheToleranceOfTheMeshes) {
       EXPECT_TRUE(isMesh(collision) || collision.representation == Representation::Exact) << collision.description;
     }
   }
+  const char* path = std::getenv("PROXIMITY_MESHES_JSON");
+  if (path)
+    std::ofstream(path) << nlohmann::json{{"tolerance", ModelOptions{}.mesh_tolerance}, {"meshes", meshes}}.dump(1)
+                        << '\n';
 }
 
 // Meshes of 5,864 and of 66,456 triangles, which stood for themselves: their decomposition took too long.

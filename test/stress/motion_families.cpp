@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "oracle/shape_pairs.h"
+#include "proximity_server/narrowphase/signed_distance.h"
 #include "stress/random_geometry.h"
 
 namespace proximity_server::narrowphase {

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "narrowphase/certificate.h"
+#include "proximity_server/narrowphase/signed_distance.h"
 #include "stress/checks.h"
 
 namespace proximity_server::narrowphase {

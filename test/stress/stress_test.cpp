@@ -5,6 +5,7 @@
 
 #include "from_environment.h"
 #include "narrowphase/certificate.h"
+#include "proximity_server/narrowphase/signed_distance.h"
 #include "sanitized.h"
 #include "stress/run.h"
 

@@ -4,7 +4,8 @@
 #include <array>
 #include <optional>
 
-#include "proximity_server/narrowphase/signed_distance.h"
+#include "proximity_server/narrowphase/query_types.h"
+#include "proximity_server/narrowphase/shape/shape.h"
 
 namespace proximity_server::narrowphase {
 

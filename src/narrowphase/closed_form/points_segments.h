@@ -1,6 +1,7 @@
 #pragma once
 
-#include "proximity_server/narrowphase/signed_distance.h"
+#include "proximity_server/narrowphase/query_types.h"
+#include "proximity_server/narrowphase/shape/shape.h"
 
 namespace proximity_server::narrowphase {
 

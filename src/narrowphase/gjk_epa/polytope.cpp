@@ -163,4 +163,67 @@ std::array<double, 3> Polytope::rayWeights(const Face& f, const Vector3d& direct
   return {of_a / sum, of_b / sum, of_c / sum};
 }
 
+std::string Polytope::checkTwins(int index) const {
+  const Face& f = face(index);
+  for (int edge = 0; edge < 3; ++edge) {
+    const std::string name = "edge " + std::to_string(edge) + " of face " + std::to_string(index);
+    const int twin = f.twins[static_cast<std::size_t>(edge)], there = twin % kStride;
+    if (twin < 0 || twin / kStride >= face_end_ || there > 2) return name + " has a twin that is no half-edge";
+    const Face& next = face(twin / kStride);
+    if (next.serial == 0) return name + " borders on a removed face";
+    if (next.twins[static_cast<std::size_t>(there)] != kStride * index + edge)
+      return name + " is not the twin of its twin";
+    const int from = f.vertices[static_cast<std::size_t>(edge)],
+              to = f.vertices[static_cast<std::size_t>((edge + 1) % 3)];
+    const int from_there = next.vertices[static_cast<std::size_t>(there)];
+    const int to_there = next.vertices[static_cast<std::size_t>((there + 1) % 3)];
+    if (from == to) return name + " begins and ends in one vertex";
+    if (from != to_there || to != from_there) return name + " and its twin do not run along the same edge";
+  }
+  return "";
+}
+
+std::string Polytope::checkEuler() const {
+  std::array<bool, kMaxVertices> is_used{};
+  int vertices = 0, half_edges = 0, faces = 0;
+  forEachFace([&](const Face& f) {
+    ++faces;
+    half_edges += 3;
+    for (const int v : f.vertices) {
+      vertices += is_used[static_cast<std::size_t>(v)] ? 0 : 1;
+      is_used[static_cast<std::size_t>(v)] = true;
+    }
+  });
+  const int characteristic = vertices - half_edges / 2 + faces;
+  if (half_edges % 2 == 0 && characteristic == 2) return "";
+  return "V - E + F is " + std::to_string(characteristic) + " and not 2";
+}
+
+std::string Polytope::checkConvexity() const {
+  constexpr double kRoundings = 4.0;  // expand() merges what lies within one, and each of both planes has its own
+  std::string wrong;
+  forEachFace([&](const Face& f) {
+    if (!f.hasNormal()) return;
+    const Vector3d normal = f.normal(), &on_face = vertex(f.vertices[0]).point;
+    forEachFace([&](const Face& other) {
+      for (const int v : other.vertices) {
+        const double above = normal.dot(vertex(v).point - on_face);
+        if (wrong.empty() && above > kRoundings * rounding_)
+          wrong = "vertex " + std::to_string(v) + " lies " + std::to_string(above) + " m above a face";
+      }
+    });
+  });
+  return wrong;
+}
+
+std::string Polytope::checkTopology() const {
+  for (int f = 0; f < face_end_; ++f) {
+    if (face(f).serial == 0) continue;
+    const std::string wrong = checkTwins(f);
+    if (!wrong.empty()) return wrong;
+  }
+  const std::string wrong = checkEuler();
+  return wrong.empty() ? checkConvexity() : wrong;
+}
+
 }  // namespace proximity_server::narrowphase

@@ -4,9 +4,10 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <string>
 #include <utility>
 
-#include "proximity_server/narrowphase/shape/support.h"
+#include "proximity_server/narrowphase/gjk_epa/cso.h"
 
 namespace proximity_server::narrowphase {
 
@@ -63,6 +64,11 @@ class Polytope {
   /// says that it passes beyond that edge.
   std::array<double, 3> rayWeights(const Face& face, const Eigen::Vector3d& direction) const;
 
+  /// For tests: describes the first violation of what expand() promises to keep; "" where there is none. That is: each
+  /// half-edge and its twin run along one edge in opposite directions, the living faces form one surface with
+  /// V - E + F = 2, and no vertex of it lies above a face by more than a few roundings. Allocates.
+  std::string checkTopology() const;
+
   template <typename Visit>
   void forEachFace(Visit visit) const {
     for (int f = 0; f < face_end_; ++f)
@@ -89,6 +95,9 @@ class Polytope {
   bool sees(const Eigen::Vector3d& w, const Face& candidate) const;
   void findHorizon(int half_edge, const Eigen::Vector3d& w);
   bool isLoop() const;
+  std::string checkTwins(int index) const;
+  std::string checkEuler() const;
+  std::string checkConvexity() const;
   void heapPush(const HeapEntry& entry);
   void heapPop();
   void dropStale();

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "proximity_server/narrowphase/shape/support.h"
+#include "proximity_server/narrowphase/signed_distance.h"
 
 namespace proximity_server::narrowphase {
 namespace {

@@ -99,12 +99,17 @@ int scanBaseline(const double* x, const double* y, const double* z, int count, c
   return Lanes<Values64, Indices64>::scan(x, y, z, count, d);
 }
 
-ScanFunction widest() {
+bool hasAvx2() {
   __builtin_cpu_init();
-  if (__builtin_cpu_supports("avx512f")) return scanAvx512;
-  if (__builtin_cpu_supports("avx2")) return scanAvx2;
-  return scanBaseline;
+  return __builtin_cpu_supports("avx2");
 }
+
+bool hasAvx512() {
+  __builtin_cpu_init();
+  return __builtin_cpu_supports("avx512f");
+}
+
+ScanFunction widest() { return hasAvx512() ? scanAvx512 : hasAvx2() ? scanAvx2 : scanBaseline; }
 #else
 ScanFunction widest() { return scanBaseline; }
 #endif
@@ -123,6 +128,15 @@ int scanFirst(const double* x, const double* y, const double* z, int count, cons
 
 int scan(const double* x, const double* y, const double* z, int count, const Eigen::Vector3d& direction) {
   return chosen.load(std::memory_order_relaxed)(x, y, z, count, direction.data());
+}
+
+std::vector<ScanOfWidth> availableScans() {
+  std::vector<ScanOfWidth> scans{{Lanes<Values16, Indices16>::kWidth, scanBaseline}};
+#if defined(__x86_64__)
+  if (hasAvx2()) scans.push_back({Lanes<Values32, Indices32>::kWidth, scanAvx2});
+  if (hasAvx512()) scans.push_back({Lanes<Values64, Indices64>::kWidth, scanAvx512});
+#endif
+  return scans;
 }
 
 }  // namespace proximity_server::narrowphase

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 namespace proximity_server::narrowphase {
 
@@ -11,5 +12,14 @@ namespace proximity_server::narrowphase {
 int scan(const double* x, const double* y, const double* z, int count, const Eigen::Vector3d& direction);
 
 constexpr int kScanStride = 16;
+
+/// The scan on vectors of one width.
+struct ScanOfWidth {
+  int lanes;  ///< doubles in a vector
+  int (*scan)(const double* x, const double* y, const double* z, int count, const double* direction);
+};
+
+/// The widths that the processor has, narrowest first; scan() takes the last. Allocates.
+std::vector<ScanOfWidth> availableScans();
 
 }  // namespace proximity_server::narrowphase

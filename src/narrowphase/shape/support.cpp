@@ -101,12 +101,4 @@ SupportFeature supportFeature(const Shape& shape, const Vector3d& direction, dou
   return hullFeature(shape.hull(), direction, tolerance, vertex);
 }
 
-Cso::Cso(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, double rounding, WarmStart& warm_start)
-    : a_(a),
-      b_(b),
-      a_T_b_(a_T_b),
-      warm_start_(warm_start),
-      rounding_(rounding),
-      is_polytope_(a.isPolytope() && b.isPolytope()) {}
-
 }  // namespace proximity_server::narrowphase

@@ -8,6 +8,7 @@
 
 #include "node/robot/conversions.h"
 #include "node/services/timed_motion.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
 namespace {

@@ -6,6 +6,7 @@
 
 #include "node/monitor/clearance_level.h"
 #include "node/robot/tf_frames.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
 namespace {

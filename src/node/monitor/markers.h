@@ -8,6 +8,7 @@
 #include "node/robot/config.h"
 #include "node/robot/robot.h"
 #include "proximity_server/Clearance.h"
+#include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/robot_box.h"
 
 namespace proximity_server::node {

@@ -9,6 +9,7 @@
 
 #include "node/system/real_time.h"
 #include "node/system/request_queue.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
 namespace {

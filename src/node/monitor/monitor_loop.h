@@ -16,6 +16,7 @@
 #include "node/monitor/monitor.h"
 #include "node/system/steady_timer.h"
 #include "node/tf/tf_poses.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
 

@@ -1,4 +1,6 @@
 #include "node/robot/config.h"
+#include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/pieces/convex_pieces.h"
 
 #include <ros/console.h>
 

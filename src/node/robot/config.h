@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "proximity_server/scene/filter/pair_filter.h"
+#include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/model/robot_model.h"
 
 namespace proximity_server::node {

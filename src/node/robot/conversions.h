@@ -9,7 +9,8 @@
 #include "proximity_server/ModelInfo.h"
 #include "proximity_server/Proximity.h"
 #include "proximity_server/QueryStatus.h"
-#include "proximity_server/scene/query/scene.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/query/question.h"
 
 // What the scene knows, as messages. Nothing here computes; NaN stands for what is not known.
 

@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "node/robot/tf_frames.h"
+#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/query/make_scene_model.h"
 
 namespace proximity_server::node {
 namespace {

@@ -8,7 +8,8 @@
 
 #include "node/robot/config.h"
 #include "node/robot/scene_pool.h"
-#include "proximity_server/scene/query/scene.h"
+#include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/query/question.h"
 
 namespace proximity_server::node {
 

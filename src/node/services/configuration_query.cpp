@@ -4,6 +4,7 @@
 #include "node/services/joint_requests.h"
 #include "node/services/pair_questions.h"
 #include "node/services/queries.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
 namespace {

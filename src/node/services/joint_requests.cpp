@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "proximity_server/QueryConfigurationRequest.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/model/names.h"
 
 namespace proximity_server::node {
 namespace {
@@ -12,28 +14,19 @@ namespace {
   throw RequestError(QueryStatus::INVALID_ARGUMENT, where + ": " + what);
 }
 
-std::vector<std::string> namesOf(const std::vector<scene::Joint>& joints) {
-  std::vector<std::string> names;
-  names.reserve(joints.size());
-  for (const scene::Joint& joint : joints) names.push_back(joint.name);
-  return names;
-}
-
 int jointNamed(const scene::RobotModel& robot, const std::string& name, const std::string& where) {
-  const std::vector<scene::Joint>& joints = robot.joints;
-  const auto hit =
-      std::find_if(joints.begin(), joints.end(), [&](const scene::Joint& joint) { return joint.name == name; });
-  if (hit == joints.end()) {
+  const int index = scene::findNamed(robot.joints, name);
+  if (index < 0) {
     if (std::count(robot.fixed_joints.begin(), robot.fixed_joints.end(), name) > 0) {
       refuse(where, "joint '" + name + "' is fixed");
     }
-    const std::string nearest = scene::nearestName(name, namesOf(joints));
+    const std::string nearest = scene::nearestName(name, scene::namesOf(robot.joints));
     refuse(where, "there is no joint '" + name + "'" + (nearest.empty() ? "" : ": did you mean '" + nearest + "'?"));
   }
-  if (hit->type == scene::Joint::Type::Floating || hit->type == scene::Joint::Type::Planar) {
+  if (!scene::hasOnePosition(robot.joints[index])) {
     refuse(where, "joint '" + name + "' is floating or planar, it has not one position");
   }
-  return static_cast<int>(hit - joints.begin());
+  return index;
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "node/services/requests.h"
 #include "node/tf/joint_frames.h"
 #include "node/tf/tf_poses.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 // What a request means by its joints. `where` begins the messages: "state 2".
 // Failure: throw RequestError INVALID_ARGUMENT naming `where` and the joint: one that is unknown (with the nearest one

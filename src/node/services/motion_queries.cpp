@@ -7,6 +7,7 @@
 #include "node/services/joint_requests.h"
 #include "node/services/motion_requests.h"
 #include "node/services/queries.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
 namespace {

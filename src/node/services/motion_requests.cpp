@@ -6,6 +6,7 @@
 #include <string>
 
 #include "node/services/joint_requests.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
 namespace {

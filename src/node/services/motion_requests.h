@@ -7,6 +7,7 @@
 #include "node/tf/joint_frames.h"
 #include "proximity_server/FirstContactRequest.h"
 #include "proximity_server/QueryTrajectoryRequest.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 // What a request means by its motion.
 // Failure: throw RequestError INVALID_ARGUMENT naming the number, point, joint or link.

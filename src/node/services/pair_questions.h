@@ -5,6 +5,7 @@
 #include "node/robot/robot.h"
 #include "proximity_server/QueryPairsRequest.h"
 #include "proximity_server/StateProximity.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
 

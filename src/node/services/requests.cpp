@@ -1,4 +1,5 @@
 #include "node/services/requests.h"
+#include "proximity_server/scene/model/names.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,14 +10,6 @@ namespace {
 
 const scene::Link& linkAt(const scene::RobotModel& robot, int index) {
   return robot.links[static_cast<std::size_t>(index)];
-}
-
-template <class Items>
-std::vector<std::string> namesOf(const Items& items) {
-  std::vector<std::string> names;
-  names.reserve(items.size());
-  for (const auto& item : items) names.push_back(item.name);
-  return names;
 }
 
 bool hasGeometry(const scene::RobotModel& robot, int collision) {
@@ -44,7 +37,7 @@ int shapeNamed(const scene::RobotModel& robot, const scene::Link& link, const st
   }
   throw RequestError(QueryStatus::INVALID_ARGUMENT, "link '" + link.name + "' has no <collision> '" + name +
                                                         "': did you mean '" +
-                                                        scene::nearestName(name, namesOf(collisions)) + "'?");
+                                                        scene::nearestName(name, scene::namesOf(collisions)) + "'?");
 }
 
 int shapeNumbered(const scene::Link& link, std::uint32_t number) {
@@ -180,7 +173,7 @@ int linkNamed(const scene::RobotModel& robot, const std::string& name) {
   const int index = robot.findLink(name);
   if (index >= 0) return index;
   throw RequestError(QueryStatus::UNKNOWN_LINK, "there is no link '" + name + "': did you mean '" +
-                                                    scene::nearestName(name, namesOf(robot.links)) + "'?");
+                                                    scene::nearestName(name, scene::namesOf(robot.links)) + "'?");
 }
 
 double finite(double value, const std::string& name) {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "node/robot/conversions.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
 namespace {

@@ -10,6 +10,7 @@
 #include "proximity_server/MotionMinimum.h"
 #include "proximity_server/Proximity.h"
 #include "proximity_server/QueryStatus.h"
+#include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/moving_scene.h"
 
 // A robot in motion, and what is known of it, as messages.

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "node/robot/robot.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
 

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "node/robot/tf_frames.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
 namespace {

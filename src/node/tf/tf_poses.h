@@ -19,6 +19,7 @@
 #include "node/tf/joint_jumps.h"
 #include "node/tf/tf_tree.h"
 #include "proximity_server/QueryStatus.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
 

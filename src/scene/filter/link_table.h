@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "proximity_server/scene/filter/pair_filter.h"
-#include "scene/model/names.h"
+#include "proximity_server/scene/model/names.h"
 
 namespace proximity_server::scene {
 

@@ -11,7 +11,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "proximity_server/scene/mesh/mesh.h"
+#include "proximity_server/scene/mesh/mesh_resolver.h"
 
 namespace proximity_server::scene {
 namespace {

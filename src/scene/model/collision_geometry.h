@@ -12,7 +12,8 @@
 #include <vector>
 
 #include "proximity_server/narrowphase/shape/shape.h"
-#include "proximity_server/scene/mesh/mesh.h"
+#include "proximity_server/scene/mesh/mesh_resolver.h"
+#include "proximity_server/scene/pieces/convex_pieces.h"
 
 namespace proximity_server::scene {
 

@@ -1,9 +1,7 @@
-#include "scene/model/names.h"
+#include "proximity_server/scene/model/names.h"
 
 #include <algorithm>
 #include <numeric>
-
-#include "proximity_server/scene/model/robot_model.h"
 
 namespace proximity_server::scene {
 

@@ -1,6 +1,7 @@
 #include "proximity_server/scene/model/robot_box.h"
 
 #include "proximity_server/narrowphase/shape/support.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::scene {
 namespace {

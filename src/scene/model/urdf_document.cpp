@@ -10,8 +10,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "proximity_server/scene/model/names.h"
 #include "scene/mesh/input_limits.h"
-#include "scene/model/names.h"
 #include "scene/model/xml_text.h"
 
 namespace proximity_server::scene {

@@ -3,6 +3,7 @@
 #include <map>
 #include <vector>
 
+#include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/robot_motion.h"
 #include "scene/model/bounds.h"
 

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "proximity_server/scene/model/kinematics.h"
 #include "scene/model/usable_pose.h"
 
 namespace proximity_server::scene {

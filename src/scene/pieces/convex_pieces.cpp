@@ -7,7 +7,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "proximity_server/scene/mesh/mesh.h"
+#include "proximity_server/scene/pieces/convex_pieces.h"
 #include "scene/pieces/decomposition.h"
 #include "scene/pieces/mesh_cache.h"
 #include "scene/pieces/mesh_deviation.h"

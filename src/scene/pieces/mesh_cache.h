@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "proximity_server/scene/pieces/representation.h"
 #include "scene/pieces/decomposition.h"
 
 namespace proximity_server::scene {

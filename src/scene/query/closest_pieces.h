@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "proximity_server/scene/query/scene.h"
+#include "proximity_server/scene/query/question.h"
 #include "scene/query/placed_robot.h"
 #include "scene/query/visit_queue.h"
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "proximity_server/scene/query/scene.h"
+#include "proximity_server/scene/filter/scene_model.h"
 #include "scene/query/placed_robot.h"
 
 namespace proximity_server::scene {

@@ -1,4 +1,5 @@
 #include "scene/query/pair_search.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 #include <algorithm>
 #include <cmath>

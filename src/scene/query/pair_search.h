@@ -4,7 +4,9 @@
 #include <optional>
 #include <vector>
 
-#include "proximity_server/scene/query/scene.h"
+#include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/query/question.h"
 #include "scene/query/closest_pieces.h"
 #include "scene/query/link_groups.h"
 #include "scene/query/pair_memory.h"

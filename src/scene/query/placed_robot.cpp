@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "proximity_server/narrowphase/signed_distance.h"
+#include "proximity_server/scene/model/kinematics.h"
 #include "scene/model/usable_pose.h"
 
 namespace proximity_server::scene {

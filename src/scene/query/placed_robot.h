@@ -4,7 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include "proximity_server/narrowphase/signed_distance.h"
+#include "proximity_server/narrowphase/query_types.h"
+#include "proximity_server/scene/model/kinematics.h"
 #include "scene/query/pair_memory.h"
 #include "scene/query/volumes.h"
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "proximity_server/scene/model/kinematics.h"
 #include "scene/query/pair_search.h"
 
 namespace proximity_server::scene {

@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "proximity_server/scene/query/scene.h"
+#include "proximity_server/scene/query/question.h"
 #include "scene/model/bounds.h"
 
 namespace proximity_server::scene {

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "proximity_server/scene/query/scene.h"
+#include "proximity_server/scene/query/question.h"
 #include "tools/clearance/trajectory_run.h"
 
 namespace proximity_server::tools {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/query/scene.h"
 #include "tools/command_line/answers_in_blocks.h"
 
 namespace proximity_server::tools {

@@ -6,8 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/joint_ranges.h"
-#include "proximity_server/scene/query/scene.h"
+#include "proximity_server/scene/query/question.h"
 #include "tools/command_line/joint_states.h"
 
 namespace proximity_server::tools {

@@ -8,6 +8,7 @@
 #include <streambuf>
 #include <utility>
 
+#include "proximity_server/scene/model/names.h"
 #include "tools/command_line/csv.h"
 
 namespace proximity_server::tools {

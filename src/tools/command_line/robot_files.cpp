@@ -1,4 +1,7 @@
 #include "tools/command_line/robot_files.h"
+#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/pieces/convex_pieces.h"
+#include "proximity_server/scene/query/make_scene_model.h"
 
 #include <filesystem>
 #include <fstream>

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "proximity_server/scene/query/scene.h"
+#include "proximity_server/scene/filter/scene_model.h"
 
 namespace proximity_server::tools {
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <random>
 
+#include "proximity_server/scene/model/kinematics.h"
 #include "tools/command_line/answers_in_order.h"
 
 namespace proximity_server::tools {

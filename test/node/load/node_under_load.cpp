@@ -11,6 +11,8 @@
 #include "node/load/programs.h"
 #include "node/patience.h"
 #include "node/system/grants_real_time.h"
+#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/pieces/convex_pieces.h"
 #include "scene/example_robots.h"
 
 namespace proximity_server::node {

@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "node/monitor/clearance_level.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/model/load_robot_model.h"
 
 namespace proximity_server::node {
 

@@ -1,4 +1,5 @@
-#include "proximity_server/scene/mesh/mesh.h"
+#include "proximity_server/scene/mesh/mesh_resolver.h"
+#include "proximity_server/scene/pieces/convex_pieces.h"
 
 #include <gtest/gtest.h>
 

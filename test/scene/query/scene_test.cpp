@@ -15,6 +15,7 @@
 #include "narrowphase/certificate.h"
 #include "oracle/oracle.h"
 #include "oracle/shape_pairs.h"
+#include "proximity_server/scene/model/kinematics.h"
 #include "sanitized.h"
 
 namespace proximity_server::scene {

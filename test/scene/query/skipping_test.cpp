@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/query/scene.h"
 #include "sanitized.h"
 

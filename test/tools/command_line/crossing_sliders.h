@@ -1,5 +1,6 @@
 #pragma once
 
+#include "proximity_server/scene/model/load_robot_model.h"
 #include "tools/pair_audit/pair_study.h"
 
 namespace proximity_server::tools {

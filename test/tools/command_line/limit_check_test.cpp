@@ -4,6 +4,7 @@
 
 #include <sstream>
 
+#include "proximity_server/scene/model/load_robot_model.h"
 #include "scene/files.h"
 #include "tools/command_line/joint_states.h"
 #include "tools/command_line/two_sliders.h"

@@ -4,8 +4,8 @@
 #include <limits>
 #include <vector>
 
+#include "proximity_server/narrowphase/query_types.h"
 #include "proximity_server/narrowphase/shape/shape.h"
-#include "proximity_server/narrowphase/signed_distance.h"
 
 namespace proximity_server::narrowphase {
 

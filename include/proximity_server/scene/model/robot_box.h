@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <vector>
 
+#include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/robot_model.h"
 
 namespace proximity_server::scene {

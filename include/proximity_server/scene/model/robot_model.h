@@ -1,15 +1,13 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <functional>
 #include <limits>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "proximity_server/narrowphase/shape/shape.h"
-#include "proximity_server/scene/mesh/mesh.h"
+#include "proximity_server/scene/pieces/representation.h"
 
 namespace proximity_server::scene {
 
@@ -104,46 +102,7 @@ struct RobotModel {
   double reachOf(int link, const Eigen::Vector3d& point) const;
 };
 
-/// The known name nearest to `name` in edit distance ("did you mean ..."); "" where there is none at all.
-std::string nearestName(const std::string& name, const std::vector<std::string>& known);
-
-struct ModelOptions {
-  double default_padding = 0.0;                       ///< [m] added to every piece as margin
-  std::map<std::string, double> link_padding;         ///< [m] instead of the default, by link name
-  double mesh_tolerance = 0.005;                      ///< [m] see MeshOptions::tolerance
-  std::map<std::string, double> link_mesh_tolerance;  ///< [m] instead of that one, by link name
-  std::string mesh_cache;                             ///< see MeshOptions::cache
-  double mesh_time_budget = 10.0;                     ///< [s] for each mesh, see MeshOptions::time_budget
-  int threads = 0;                                    ///< that read meshes; 0: one for each core. The model is the same
-  std::function<void(const std::string&)> progress;   ///< told what is about to take time, with link and mesh
-  bool allow_missing_meshes = false;  ///< a mesh that cannot be read becomes a warning and no geometry, not an error
-};
-
-/// Reads a URDF.
-///
-/// Every <collision> of every link counts. A cylinder with a sphere of the same radius at both of its ends, in the same
-/// link, becomes the capsule that they are.
-/// Failure: throws std::invalid_argument naming link and file, joint, or element: unreadable XML, an unresolved mesh
-///          (unless allowed), zero-size or non-finite geometry, a padding or mesh tolerance for a link that does not
-///          exist.
-RobotModel loadRobotModel(const std::string& urdf_xml, const MeshResolver& resolve, const ModelOptions& options = {});
-
-/// Poses of the bodies in one common frame, indexed as RobotModel::bodies; nothing where a pose is not known.
-using BodyPoses = std::vector<std::optional<Eigen::Isometry3d>>;
-
 /// Whether one number says where the joint stands: not so for floating and planar joints.
 bool hasOnePosition(const Joint& joint);
-
-/// Motion of a one-dof joint at `position` [rad] or [m]; the identity for floating and planar joints.
-Eigen::Isometry3d jointMotion(const Joint& joint, double position);
-
-/// Poses of all bodies in the root link's frame. `positions` [rad] or [m] has one entry for each of RobotModel::joints;
-/// that of a mimic joint is ignored, it follows its leader. Floating and planar joints stay at the identity.
-/// Throws std::invalid_argument where the number of positions is not that of the joints.
-BodyPoses forwardKinematics(const RobotModel& model, const std::vector<double>& positions);
-
-/// The same by name: joints that are not named are at 0. Throws std::invalid_argument for a name that is no movable
-/// joint of the robot.
-BodyPoses forwardKinematics(const RobotModel& model, const std::map<std::string, double>& positions);
 
 }  // namespace proximity_server::scene

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/robot_motion.h"
 
 namespace proximity_server::scene {

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "proximity_server/narrowphase/motion/motion.h"
+#include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/robot_model.h"
 
 namespace proximity_server::scene {

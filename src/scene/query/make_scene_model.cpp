@@ -1,6 +1,9 @@
+#include "proximity_server/scene/query/make_scene_model.h"
+
 #include <algorithm>
 
 #include "proximity_server/scene/model/joint_ranges.h"
+#include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/query/scene.h"
 #include "scene/filter/link_table.h"
 

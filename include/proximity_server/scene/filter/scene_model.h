@@ -1,0 +1,14 @@
+#pragma once
+
+#include "proximity_server/scene/filter/pair_filter.h"
+#include "proximity_server/scene/model/robot_model.h"
+
+namespace proximity_server::scene {
+
+/// A robot with its pairs: what never changes, shared by every Scene, so that requests run in parallel.
+struct SceneModel {
+  RobotModel robot;
+  PairTable pairs;
+};
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace proximity_server::scene {
+
+/// Turns a mesh URI of a URDF (package://, file://, a plain path) into a path that can be opened.
+/// Throws std::invalid_argument naming the URI where it cannot.
+using MeshResolver = std::function<std::string(const std::string& uri)>;
+
+/// The resolver for everybody without ROS: file:// and plain paths as they are (relative ones against `base_dir`),
+/// package://name/path (two or three slashes) searched for below `roots` as ROS_PACKAGE_PATH does it: a folder with a
+/// package.xml that names the package; no path of it leaves the package through "..". Any other scheme is refused.
+MeshResolver packageResolver(const std::vector<std::string>& roots, const std::string& base_dir = {});
+
+/// The same files, but only those that lie below one of `roots` once all links are followed; all where there are none.
+/// Throws std::invalid_argument for a root that does not exist; the resolver does so for a file below none.
+MeshResolver withinRoots(MeshResolver resolve, const std::vector<std::string>& roots);
+
+/// The folders of the environment variable ROS_PACKAGE_PATH.
+std::vector<std::string> rosPackagePath();
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "proximity_server/scene/model/robot_model.h"
+
+namespace proximity_server::scene {
+
+/// Poses of the bodies in one common frame, indexed as RobotModel::bodies; nothing where a pose is not known.
+using BodyPoses = std::vector<std::optional<Eigen::Isometry3d>>;
+
+/// Motion of a one-dof joint at `position` [rad] or [m]; the identity for floating and planar joints.
+Eigen::Isometry3d jointMotion(const Joint& joint, double position);
+
+/// Poses of all bodies in the root link's frame. `positions` [rad] or [m] has one entry for each of RobotModel::joints;
+/// that of a mimic joint is ignored, it follows its leader. Floating and planar joints stay at the identity.
+/// Throws std::invalid_argument where the number of positions is not that of the joints.
+BodyPoses forwardKinematics(const RobotModel& model, const std::vector<double>& positions);
+
+/// The same by name: joints that are not named are at 0. Throws std::invalid_argument for a name that is no movable
+/// joint of the robot.
+BodyPoses forwardKinematics(const RobotModel& model, const std::map<std::string, double>& positions);
+
+}  // namespace proximity_server::scene

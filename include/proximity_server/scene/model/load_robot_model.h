@@ -1,0 +1,33 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <string>
+
+#include "proximity_server/scene/mesh/mesh_resolver.h"
+#include "proximity_server/scene/model/robot_model.h"
+
+namespace proximity_server::scene {
+
+struct ModelOptions {
+  double default_padding = 0.0;                       ///< [m] added to every piece as margin
+  std::map<std::string, double> link_padding;         ///< [m] instead of the default, by link name
+  double mesh_tolerance = 0.005;                      ///< [m] see MeshOptions::tolerance
+  std::map<std::string, double> link_mesh_tolerance;  ///< [m] instead of that one, by link name
+  std::string mesh_cache;                             ///< see MeshOptions::cache
+  double mesh_time_budget = 10.0;                     ///< [s] for each mesh, see MeshOptions::time_budget
+  int threads = 0;                                    ///< that read meshes; 0: one for each core. The model is the same
+  std::function<void(const std::string&)> progress;   ///< told what is about to take time, with link and mesh
+  bool allow_missing_meshes = false;  ///< a mesh that cannot be read becomes a warning and no geometry, not an error
+};
+
+/// Reads a URDF.
+///
+/// Every <collision> of every link counts. A cylinder with a sphere of the same radius at both of its ends, in the same
+/// link, becomes the capsule that they are.
+/// Failure: throws std::invalid_argument naming link and file, joint, or element: unreadable XML, an unresolved mesh
+///          (unless allowed), zero-size or non-finite geometry, a padding or mesh tolerance for a link that does not
+///          exist.
+RobotModel loadRobotModel(const std::string& urdf_xml, const MeshResolver& resolve, const ModelOptions& options = {});
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+namespace proximity_server::scene {
+
+// How messages speak of the names of links, joints and groups.
+
+/// The names of things that have one, in their order.
+template <typename Named>
+std::vector<std::string> namesOf(const std::vector<Named>& things) {
+  std::vector<std::string> names;
+  names.reserve(things.size());
+  for (const Named& thing : things) names.push_back(thing.name);
+  return names;
+}
+
+/// Index of the first thing of that name, or -1.
+template <typename Named>
+int findNamed(const std::vector<Named>& things, const std::string& name) {
+  const auto hit = std::find_if(things.begin(), things.end(), [&](const Named& thing) { return thing.name == name; });
+  return hit == things.end() ? -1 : static_cast<int>(hit - things.begin());
+}
+
+/// The known name nearest to `name` in edit distance ("did you mean ..."); "" where there is none at all.
+std::string nearestName(const std::string& name, const std::vector<std::string>& known);
+
+/// Fewest insertions, deletions and replacements of a character that turn one text into the other (Levenshtein).
+int editDistance(const std::string& from, const std::string& to);
+
+/// "name"
+std::string quoted(const std::string& name);
+
+/// "name" (did you mean "nearest"?)
+std::string unknownName(const std::string& name, const std::vector<std::string>& known);
+
+/// What listed() lists.
+constexpr std::size_t kMostListed = 5;
+
+/// a, b, c, d, e and 12 more
+std::string listed(const std::vector<std::string>& items);
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string>
+
+#include "proximity_server/scene/filter/scene_model.h"
+
+namespace proximity_server::scene {
+
+/// The robot with its pairs, see filterPairs(), and one more warning: the checked pairs that one joint moves against
+/// each other, but that are in contact all over its range. That is nearly always an overlap of the model itself.
+///
+/// Failure: throws as filterPairs() does.
+SceneModel makeSceneModel(RobotModel robot, const std::string& srdf_xml, const PairFilterOptions& options = {});
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <utility>
+#include <vector>
+
+namespace proximity_server::scene {
+
+/// Adds a thing and returns its index.
+template <typename Thing>
+int append(std::vector<Thing>& things, Thing thing) {
+  things.push_back(std::move(thing));
+  return static_cast<int>(things.size()) - 1;
+}
+
+}  // namespace proximity_server::scene

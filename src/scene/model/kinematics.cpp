@@ -1,0 +1,63 @@
+#include "proximity_server/scene/model/kinematics.h"
+
+#include <stdexcept>
+
+#include "proximity_server/scene/model/names.h"
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Isometry3d;
+
+/// Where a joint stands: mimic joints follow their leader.
+double jointPosition(const RobotModel& model, int joint, const std::vector<double>& positions) {
+  const Joint::Mimic leader = model.leaderOf(joint);
+  return leader.offset + leader.multiplier * positions[leader.joint];
+}
+
+}  // namespace
+
+Isometry3d jointMotion(const Joint& joint, double position) {
+  switch (joint.type) {
+    case Joint::Type::Revolute:
+    case Joint::Type::Continuous:
+      return Isometry3d(Eigen::AngleAxisd(position, joint.axis));
+    case Joint::Type::Prismatic:
+      return Isometry3d(Eigen::Translation3d(position * joint.axis));
+    case Joint::Type::Floating:
+    case Joint::Type::Planar:
+      break;
+  }
+  return Isometry3d::Identity();
+}
+
+BodyPoses forwardKinematics(const RobotModel& model, const std::vector<double>& positions) {
+  if (positions.size() != model.joints.size()) {
+    throw std::invalid_argument("the robot has " + std::to_string(model.joints.size()) +
+                                " movable joints, but there are " + std::to_string(positions.size()) + " positions");
+  }
+  BodyPoses poses(model.bodies.size());
+  for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+    const Body& body = model.bodies[i];
+    if (body.joint < 0) {
+      poses[i] = Isometry3d::Identity();
+      continue;
+    }
+    const Joint& joint = model.joints[body.joint];
+    poses[i] = *poses[body.parent] * model.links[joint.parent_link].body_T_link * joint.parent_T_joint *
+               jointMotion(joint, jointPosition(model, body.joint, positions));
+  }
+  return poses;
+}
+
+BodyPoses forwardKinematics(const RobotModel& model, const std::map<std::string, double>& positions) {
+  std::vector<double> by_joint(model.joints.size(), 0.0);
+  for (const auto& [name, position] : positions) {
+    const int joint = findNamed(model.joints, name);
+    if (joint < 0) throw std::invalid_argument("no movable joint " + unknownName(name, namesOf(model.joints)));
+    by_joint[joint] = position;
+  }
+  return forwardKinematics(model, by_joint);
+}
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,170 @@
+#include "scene/model/link_geometry.h"
+
+#include <algorithm>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+
+#include "proximity_server/scene/model/names.h"
+#include "scene/mesh/input_limits.h"
+#include "scene/model/append.h"
+#include "scene/model/bounds.h"
+#include "scene/model/collision_geometry.h"
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+/// What holds for a link: its own value, or the default.
+double valueOf(const std::string& link, const std::map<std::string, double>& own_values, double default_value) {
+  const auto own = own_values.find(link);
+  return own == own_values.end() ? default_value : own->second;
+}
+
+double paddingOf(const std::string& link, const ModelOptions& options) {
+  return valueOf(link, options.link_padding, options.default_padding);
+}
+
+MeshOptions meshOptionsOf(const std::string& link, const ModelOptions& options) {
+  MeshOptions meshes;
+  meshes.tolerance = valueOf(link, options.link_mesh_tolerance, options.mesh_tolerance);
+  meshes.cache = options.mesh_cache;
+  meshes.time_budget = options.mesh_time_budget;
+  if (options.progress) {
+    meshes.progress = [link, tell = options.progress](const std::string& what) {
+      tell("link " + quoted(link) + ": " + what);
+    };
+  }
+  return meshes;
+}
+
+void addOnce(const std::string& warning, std::vector<std::string>& warnings) {
+  if (std::find(warnings.begin(), warnings.end(), warning) == warnings.end()) warnings.push_back(warning);
+}
+
+/// The geometry of one <collision>; none, with a warning, for a mesh that cannot be read where that is allowed.
+CollisionGeometry readGeometry(const urdf::Geometry& geometry, const std::string& where, const std::string& link,
+                               const ModelOptions& options, GeometryReader& reader,
+                               std::vector<std::string>& warnings) {
+  try {
+    CollisionGeometry result = reader.read(geometry, meshOptionsOf(link, options));
+    for (const std::string& warning : result.warnings) addOnce(warning + ".", warnings);
+    if (!result.shortfall.empty()) warnings.push_back(where + ", " + result.shortfall + ".");
+    return result;
+  } catch (const std::invalid_argument& error) {
+    const auto* mesh = dynamic_cast<const urdf::Mesh*>(&geometry);
+    if (!mesh || !options.allow_missing_meshes) throw;
+    warnings.push_back(where + " has no geometry: " + error.what() + ".");
+    return {"mesh " + mesh->filename + ", missing", {}};
+  }
+}
+
+void checkReach(const Piece& piece) {
+  const double reach = reachFrom(Vector3d::Zero(), piece);
+  if (reach <= kFarthest) return;
+  std::ostringstream text;
+  text << "it reaches " << reach << " m from the frame of its body, farther than 1e6 m";
+  throw std::invalid_argument(text.str());
+}
+
+/// Across the box around a mesh [m]: no link of a robot is that large, but one of 2 cm in millimetres is.
+constexpr double kOddlyLarge = 20.0;
+
+void warnOfMillimetres(const urdf::Geometry& urdf, const CollisionGeometry& geometry, const std::string& where,
+                       std::vector<std::string>& warnings) {
+  if (!dynamic_cast<const urdf::Mesh*>(&urdf)) return;
+  Eigen::AlignedBox3d box;
+  for (const narrowphase::Shape& shape : geometry.shapes) {
+    for (const Vector3d& vertex : shape.hull().vertices()) box.extend(vertex);
+  }
+  const double size = geometry.shapes.empty() ? 0.0 : box.diagonal().norm();
+  if (size < kOddlyLarge) return;
+  std::ostringstream text;
+  text << where << ": " << geometry.description << " is " << size << " m across. If it is in millimetres, it needs "
+       << "scale=\"0.001 0.001 0.001\".";
+  warnings.push_back(text.str());
+}
+
+/// Adds one <collision> and the pieces that stand for it alone.
+void addCollision(int link, const urdf::Collision& urdf, const ModelOptions& options, GeometryReader& reader,
+                  RobotModel& model) {
+  Link& owner = model.links[link];
+  const int number = static_cast<int>(owner.collisions.size()) + 1;
+  const std::string where = "link " + quoted(owner.name) + ", <collision> " + std::to_string(number);
+  try {
+    CollisionGeometry geometry = readGeometry(*urdf.geometry, where, owner.name, options, reader, model.warnings);
+    warnOfMillimetres(*urdf.geometry, geometry, where, model.warnings);
+    const Isometry3d body_T_collision = owner.body_T_link * toEigen(urdf.origin);
+    if (!body_T_collision.matrix().allFinite()) throw std::invalid_argument("its pose is not finite");
+    if (model.collisions.size() == kMostCollisions || model.pieces.size() + geometry.shapes.size() > kMostPieces) {
+      throw std::invalid_argument("the robot has more than 20000 <collision> elements, or a million convex pieces");
+    }
+
+    Collision collision{urdf.name, geometry.description,    link,
+                        number,    geometry.representation, geometry.deviation,
+                        {},        geometry.uncovered,      geometry.volume_ratio};
+    const int index = static_cast<int>(model.collisions.size());
+    for (const narrowphase::Shape& shape : geometry.shapes) {
+      const narrowphase::Shape padded = shape.padded(paddingOf(owner.name, options));
+      collision.pieces.push_back(append(model.pieces, Piece{padded, body_T_collision, index}));
+      checkReach(model.pieces.back());
+    }
+    owner.collisions.push_back(append(model.collisions, std::move(collision)));
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument("URDF: " + where + ": " + error.what());
+  }
+}
+
+/// Gives the body the pieces of a link: those of its collisions, but a capsule instead of its three parts.
+void addPiecesToBody(int link, const std::vector<CapsuleParts>& capsules, const ModelOptions& options,
+                     RobotModel& model) {
+  const Link& owner = model.links[link];
+  std::vector<int>& body_pieces = model.bodies[owner.body].pieces;
+  std::set<int> replaced;
+  for (const CapsuleParts& parts : capsules) {
+    const int index = owner.collisions[parts.cylinder];
+    Collision& cylinder = model.collisions[index];
+    const Isometry3d body_T_capsule = model.pieces[cylinder.pieces.front()].body_T_piece;
+    const narrowphase::Shape padded = narrowphase::Shape(parts.capsule).padded(paddingOf(owner.name, options));
+    body_pieces.push_back(append(model.pieces, Piece{padded, body_T_capsule, index}));
+    cylinder.description += ", a capsule with <collision> " + std::to_string(parts.spheres[0] + 1) + " and " +
+                            std::to_string(parts.spheres[1] + 1);
+    replaced.insert({parts.cylinder, parts.spheres[0], parts.spheres[1]});
+  }
+  for (int i = 0; i < static_cast<int>(owner.collisions.size()); ++i) {
+    if (replaced.count(i)) continue;
+    const std::vector<int>& pieces = model.collisions[owner.collisions[i]].pieces;
+    body_pieces.insert(body_pieces.end(), pieces.begin(), pieces.end());
+  }
+}
+
+void readMeshesAhead(const urdf::ModelInterface& urdf, const ModelOptions& options, const RobotModel& model,
+                     GeometryReader& reader) {
+  std::vector<MeshRequest> requests;
+  for (const Link& link : model.links) {
+    for (const auto& collision : urdf.getLink(link.name)->collision_array) {
+      if (const auto* mesh = dynamic_cast<const urdf::Mesh*>(collision->geometry.get()))
+        requests.push_back({mesh, meshOptionsOf(link.name, options)});
+    }
+  }
+  using Failure = GeometryReader::Failure;
+  reader.readAhead(requests, options.threads, options.allow_missing_meshes ? Failure::IsPassedOver : Failure::EndsIt);
+}
+
+}  // namespace
+
+void addGeometry(const urdf::ModelInterface& urdf, const MeshResolver& resolve, const ModelOptions& options,
+                 RobotModel& model) {
+  GeometryReader reader(resolve);
+  readMeshesAhead(urdf, options, model, reader);
+  for (int link = 0; link < static_cast<int>(model.links.size()); ++link) {
+    const auto& collisions = urdf.getLink(model.links[link].name)->collision_array;
+    for (const auto& collision : collisions) addCollision(link, *collision, options, reader, model);
+    addPiecesToBody(link, findCapsules(collisions), options, model);
+  }
+  if (model.pieces.empty()) model.warnings.push_back("No link of the robot has collision geometry.");
+}
+
+}  // namespace proximity_server::scene

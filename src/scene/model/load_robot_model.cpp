@@ -1,0 +1,33 @@
+#include "proximity_server/scene/model/load_robot_model.h"
+
+#include <stdexcept>
+
+#include "proximity_server/scene/model/names.h"
+#include "scene/model/kinematic_tree.h"
+#include "scene/model/link_geometry.h"
+#include "scene/model/urdf_document.h"
+
+namespace proximity_server::scene {
+namespace {
+
+void requireLinks(const std::string& what, const std::map<std::string, double>& by_link, const RobotModel& model) {
+  for (const auto& [link, value] : by_link) {
+    if (model.findLink(link) >= 0) continue;
+    throw std::invalid_argument(what + ": no link " + unknownName(link, namesOf(model.links)));
+  }
+}
+
+}  // namespace
+
+RobotModel loadRobotModel(const std::string& urdf_xml, const MeshResolver& resolve, const ModelOptions& options) {
+  RobotModel model;
+  const urdf::ModelInterfaceSharedPtr urdf = readUrdf(urdf_xml, model.warnings);
+  model.name = urdf->getName();
+  addKinematicTree(*urdf, model);
+  requireLinks("padding", options.link_padding, model);
+  requireLinks("mesh tolerance", options.link_mesh_tolerance, model);
+  addGeometry(*urdf, resolve, options, model);
+  return model;
+}
+
+}  // namespace proximity_server::scene

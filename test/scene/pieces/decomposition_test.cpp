@@ -1,0 +1,185 @@
+#include "scene/pieces/decomposition.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "scene/pieces/boxes.h"
+#include "scene/pieces/mesh_deviation.h"
+#include "scene/pieces/mesh_parts.h"
+
+namespace proximity_server::scene {
+
+using namespace narrowphase;
+namespace {
+
+using Eigen::Vector3d;
+using Points = std::vector<Vector3d>;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+const Vector3d kOnes = Vector3d::Ones();
+
+// --- effort
+
+TEST(Effort, EndsWhenMoreIsSpentThanThereIs) {
+  Effort effort(1e-6);  // 300 steps
+  effort.spend(299);
+  EXPECT_THROW(effort.spend(2), Effort::Exceeded);
+}
+
+TEST(Effort, KeepsAHalfForLater) {
+  Effort effort(8.0);
+  Effort later = effort.half();
+  EXPECT_EQ(effort.secondsLeft(), 4.0);
+  EXPECT_EQ(later.secondsLeft(), 4.0);
+  effort.add(later);
+  EXPECT_EQ(effort.secondsLeft(), 8.0);
+}
+
+TEST(Effort, ThatWasOverspentTakesNothingFromWhatIsAdded) {
+  Effort effort(1e-6);
+  EXPECT_THROW(effort.spend(3000), Effort::Exceeded);
+  effort.add(Effort(2.0));
+  EXPECT_EQ(effort.secondsLeft(), 2.0);
+}
+
+// --- distance from a mesh
+
+/// Two unit cubes, 1 apart, in one mesh.
+struct TwoCubes {
+  const TriangleMesh mesh = welded(together({boxMesh({0, 0, 0}, kOnes), boxMesh({2, 0, 0}, kOnes)}));
+  const std::vector<Triangle> triangles = trianglesOf(mesh.vertices, mesh.triangles);
+  Effort effort{kInfinity};
+  const MeshSolid solid{triangles, triangles, effort};
+};
+
+TEST(MeshSolid, HasAPositiveDistanceOutsideAndANegativeOneInside) {
+  const TwoCubes cubes;
+  EXPECT_NEAR(cubes.solid.distance({1.25, 0.5, 0.5}), 0.25, 1e-14);
+  EXPECT_NEAR(cubes.solid.distance({0.5, 4, 5}), 5.0, 1e-14);  // 3 and 4 from the edge
+  EXPECT_NEAR(cubes.solid.distance({2.5, 0.5, 0.375}), -0.375, 1e-14);
+  EXPECT_NEAR(cubes.solid.distance({1, 0.5, 0.5}), 0.0, 1e-14);
+}
+
+// The hull of both fills the gap, in the middle of which a point is 0.5 from either cube. What is nearly as much as the
+// tolerance, by 2 %, may be refused.
+TEST(MeshSolid, HullOverAGapDeviatesByHalfOfIt) {
+  const TwoCubes cubes;
+  const ConvexHull hull(cubes.mesh.vertices);
+  EXPECT_NEAR(cubes.solid.deviationOf({{hull, cubes.mesh.vertices}}), 0.5, 1e-3);
+  EXPECT_FALSE(cubes.solid.isWithin(0.49, surfaceOf(hull), {}));
+  EXPECT_TRUE(cubes.solid.isWithin(0.52, surfaceOf(hull), {}));
+}
+
+TEST(MeshSolid, HullOfACubeDoesNotDeviate) {
+  const TwoCubes cubes;
+  const ConvexHull hull(boxMesh({2, 0, 0}, kOnes).vertices);
+  EXPECT_LE(cubes.solid.deviationOf({{hull, hull.vertices()}}), kMeshRounding);
+  EXPECT_TRUE(cubes.solid.isWithin(kMeshRounding, surfaceOf(hull), {}));
+}
+
+// --- hulls
+
+TEST(SurfaceOf, AHullHasItsTriangles) {
+  EXPECT_EQ(surfaceOf(ConvexHull({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}})).size(), 4u);
+}
+
+TEST(SurfaceOf, ASegmentOrAPointIsATriangleWithoutArea) {
+  const std::vector<Triangle> segment = surfaceOf(ConvexHull({{0, 0, 0}, {1, 0, 0}}));
+  ASSERT_EQ(segment.size(), 1u);
+  EXPECT_LE((nearestPoint(segment[0], {0.5, 2, 0}) - Vector3d(0.5, 0, 0)).norm(), 1e-15);
+  const std::vector<Triangle> point = surfaceOf(ConvexHull({{1, 2, 3}}));
+  ASSERT_EQ(point.size(), 1u);
+  EXPECT_EQ(nearestPoint(point[0], {9, 9, 9}), Vector3d(1, 2, 3));
+}
+
+TEST(PointsBelow, AHullAreThoseThatAreNotItsVertices) {
+  Points points = boxMesh({0, 0, 0}, kOnes).vertices;
+  const ConvexHull hull(points);
+  EXPECT_TRUE(pointsBelow(hull, points).empty());
+  points.insert(points.begin() + 3, Vector3d(0.5, 0.5, 0.5));
+  EXPECT_EQ(pointsBelow(hull, points), (Points{{0.5, 0.5, 0.5}}));
+}
+
+// 3 and 4 from an edge of the cube; the others are in it.
+TEST(FarthestOutside, IsTheLargestDistanceOfAPointFromTheHull) {
+  Effort effort(kInfinity);
+  const ConvexHull hull(boxMesh({0, 0, 0}, kOnes).vertices);
+  EXPECT_NEAR(farthestOutside({hull, {{0.5, 0.5, 0.5}, {0.5, 4, 5}, {1.5, 0.5, 0.5}}}, effort), 5.0, 1e-8);
+  EXPECT_NEAR(farthestOutside({hull, {{0.5, 0.5, 0.5}, {0, 1, 1}}}, effort), 0.0, 1e-8);
+}
+
+// --- clusters
+
+TEST(ClusterPoints, AreThoseOfTheirTrianglesOnce) {
+  const TriangleMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {5, 5, 5}},
+                          {{{0, 1, 2}}, {{1, 3, 2}}, {{4, 3, 1}}}};
+  const std::vector<Points> clusters = clusterPoints(mesh, {1, 1, 0});
+  ASSERT_EQ(clusters.size(), 2u);
+  EXPECT_EQ(clusters[0], (Points{{1, 0, 0}, {1, 1, 0}, {5, 5, 5}}));
+  EXPECT_EQ(clusters[1], (Points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}));
+}
+
+TEST(ClusterPoints, LeaveOutNumbersWithoutTriangles) {
+  const TriangleMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{{0, 1, 2}}}};
+  EXPECT_EQ(clusterPoints(mesh, {3}).size(), 1u);
+}
+
+/// Sets of triangles, whatever their numbers.
+std::set<std::set<int>> clustersOf(const Partition& partition) {
+  std::map<int, std::set<int>> by_number;
+  for (std::size_t t = 0; t < partition.size(); ++t) by_number[partition[t]].insert(static_cast<int>(t));
+  std::set<std::set<int>> clusters;
+  for (const auto& [number, triangles] : by_number) clusters.insert(triangles);
+  return clusters;
+}
+
+std::set<int> numbers(int begin, int end) {
+  std::set<int> result;
+  for (int i = begin; i < end; ++i) result.insert(i);
+  return result;
+}
+
+TEST(Decompose, LeavesConvexComponentsAsTheyAre) {
+  const TwoCubes cubes;
+  const Decomposition result = decompose(cubes.mesh, componentNumbers(cubes.mesh), cubes.solid, 0.1);
+  EXPECT_TRUE(result.is_complete);
+  EXPECT_EQ(clustersOf(result.partition), (std::set<std::set<int>>{numbers(0, 12), numbers(12, 24)}));
+}
+
+// The gap is 1: within a tolerance of 1 the boxes of the two are neighbours, and their common hull deviates by 0.5.
+TEST(Decompose, JoinsComponentsWhoseCommonHullIsWithinTolerance) {
+  const TwoCubes cubes;
+  const Decomposition result = decompose(cubes.mesh, componentNumbers(cubes.mesh), cubes.solid, 1.01);
+  EXPECT_EQ(clustersOf(result.partition), (std::set<std::set<int>>{numbers(0, 24)}));
+}
+
+// Two walls of two triangles each that meet in an edge at a right angle. The middle of the hull's third side is 0.5
+// from either of them.
+TEST(Decompose, CutsAnAngleIntoItsWalls) {
+  const TriangleMesh angle{{{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {1, 0, 1}, {0, 1, 0}, {0, 1, 1}},
+                           {{{0, 2, 1}}, {{2, 3, 1}}, {{0, 1, 4}}, {{4, 1, 5}}}};
+  const std::vector<Triangle> triangles = trianglesOf(angle.vertices, angle.triangles);
+  Effort effort(kInfinity);
+  const MeshSolid solid(triangles, {}, effort);
+  const Partition whole(4, 0);
+  EXPECT_EQ(clustersOf(decompose(angle, whole, solid, 0.01).partition), (std::set<std::set<int>>{{0, 1}, {2, 3}}));
+  EXPECT_EQ(clustersOf(decompose(angle, whole, solid, 0.52).partition), (std::set<std::set<int>>{{0, 1, 2, 3}}));
+}
+
+TEST(Decompose, CoversEveryTriangleWhereTheEffortIsSpent) {
+  const TriangleMesh mesh = welded(together({boxMesh({0, 0, 0}, kOnes), boxMesh({2, 0, 0}, kOnes)}));
+  const std::vector<Triangle> triangles = trianglesOf(mesh.vertices, mesh.triangles);
+  Effort little(1e-5);
+  const MeshSolid solid(triangles, triangles, little);
+  const Decomposition result = decompose(mesh, componentNumbers(mesh), solid, 0.1);
+  EXPECT_FALSE(result.is_complete);
+  ASSERT_EQ(result.partition.size(), 24u);
+  EXPECT_GE(*std::min_element(result.partition.begin(), result.partition.end()), 0);
+}
+
+}  // namespace
+}  // namespace proximity_server::scene

@@ -1,0 +1,101 @@
+#include "scene/pieces/enclosed_space.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "scene/pieces/boxes.h"
+#include "scene/pieces/mesh_parts.h"
+#include "scene/small_robots.h"
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Vector3d;
+
+const Vector3d kOnes = Vector3d::Ones();
+
+EnclosedSpace spaceOf(const std::vector<TriangleMesh>& meshes) {
+  const TriangleMesh all = together(meshes);
+  return EnclosedSpace(trianglesOf(all.vertices, all.triangles));
+}
+
+bool holds(const EnclosedSpace& space, const Vector3d& p) {
+  Effort endless(std::numeric_limits<double>::infinity());
+  return space.holds(p, endless);
+}
+
+TEST(EnclosedSpace, OfABoxHoldsThePointsWithinItsSides) {
+  const EnclosedSpace space = spaceOf({boxMesh({1, 2, 3}, {4, 2, 1})});
+  Chance chance(61);
+  int inside = 0, outside = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Vector3d place(chance.between(-0.5, 1.5), chance.between(-0.5, 1.5), chance.between(-0.5, 1.5));
+    const bool expected = place.minCoeff() > 0.0 && place.maxCoeff() < 1.0;
+    EXPECT_EQ(holds(space, Vector3d(1, 2, 3) + place.cwiseProduct(Vector3d(4, 2, 1))), expected) << place.transpose();
+    (expected ? inside : outside) += 1;
+  }
+  EXPECT_GT(inside, 100);
+  EXPECT_GT(outside, 1000);
+}
+
+TEST(EnclosedSpace, EndsWithinRoundingOfItsSides) {
+  const EnclosedSpace space = spaceOf({boxMesh({0, 0, 0}, kOnes)});
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double side : {0.0, 1.0}) {
+      const double outwards = side == 0.0 ? -1e-9 : 1e-9;
+      Vector3d p(0.3, 0.4, 0.6);
+      p[axis] = side + outwards;
+      EXPECT_FALSE(holds(space, p)) << p.transpose();
+      p[axis] = side - outwards;
+      EXPECT_TRUE(holds(space, p)) << p.transpose();
+    }
+  }
+}
+
+TEST(EnclosedSpace, DoesNotHoldAHollowWhoseSidesFaceIntoIt) {
+  const EnclosedSpace space = spaceOf({boxMesh({0, 0, 0}, 3.0 * kOnes), boxMesh({2, 1, 1}, {-1, 1, 1})});
+  EXPECT_FALSE(holds(space, {1.5, 1.5, 1.5}));
+  EXPECT_TRUE(holds(space, {0.5, 1.5, 1.5}));
+  EXPECT_TRUE(holds(space, {1.5, 1.5, 2.5}));
+}
+
+TEST(EnclosedSpace, HoldsTheOverlapOfTwoSolids) {
+  const EnclosedSpace space = spaceOf({boxMesh({0, 0, 0}, 2.0 * kOnes), boxMesh({1, 0.1, 0.1}, 2.0 * kOnes)});
+  EXPECT_TRUE(holds(space, {1.5, 1.0, 1.0}));
+  EXPECT_TRUE(holds(space, {0.5, 1.0, 1.0}));
+  EXPECT_TRUE(holds(space, {2.5, 1.0, 1.0}));
+  EXPECT_FALSE(holds(space, {3.5, 1.0, 1.0}));
+}
+
+TEST(EnclosedSpace, HoldsASolidThatIsInsideOut) {
+  const EnclosedSpace space = spaceOf({boxMesh({1, 0, 0}, {-1, 1, 1})});
+  EXPECT_TRUE(holds(space, {0.5, 0.4, 0.3}));
+  EXPECT_FALSE(holds(space, {1.5, 0.4, 0.3}));
+}
+
+TEST(EnclosedSpace, OfNoTrianglesHoldsNothing) { EXPECT_FALSE(holds(EnclosedSpace({}), {0, 0, 0})); }
+
+TEST(EnclosedSpace, EndsWhenTheEffortIsSpent) {
+  const EnclosedSpace space = spaceOf({boxMesh({0, 0, 0}, kOnes)});
+  Effort none(0.0);
+  EXPECT_THROW(space.holds({0.5, 0.5, 0.5}, none), Effort::Exceeded);
+}
+
+// Points below many thin pillars: the box of a tree's node is left out only where no ray can meet it.
+TEST(EnclosedSpace, FindsEachOfManySolids) {
+  std::vector<TriangleMesh> pillars;
+  for (int i = 0; i < 8; ++i)
+    for (int j = 0; j < 8; ++j) pillars.push_back(boxMesh({2.0 * i, 2.0 * j, 0.0}, {1, 1, 5}));
+  const EnclosedSpace space = spaceOf(pillars);
+  for (int i = 0; i < 8; ++i) {
+    for (int j = 0; j < 8; ++j) {
+      EXPECT_TRUE(holds(space, {2.0 * i + 0.4, 2.0 * j + 0.7, 2.5}));
+      EXPECT_FALSE(holds(space, {2.0 * i + 1.4, 2.0 * j + 0.7, 2.5}));
+      EXPECT_FALSE(holds(space, {2.0 * i + 0.4, 2.0 * j + 1.7, 2.5}));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace proximity_server::scene

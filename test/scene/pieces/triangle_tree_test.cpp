@@ -1,0 +1,111 @@
+#include "scene/pieces/triangle_tree.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "scene/small_robots.h"
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Vector3d;
+
+Effort endless() { return Effort(std::numeric_limits<double>::infinity()); }
+
+/// The nearest point by all permutations of the corners, which must agree.
+Vector3d nearestOfAnyOrder(const Triangle& triangle, const Vector3d& p) {
+  const Vector3d nearest = nearestPoint(triangle, p);
+  std::array<int, 3> order{0, 1, 2};
+  do {
+    const Vector3d other = nearestPoint({triangle[order[0]], triangle[order[1]], triangle[order[2]]}, p);
+    EXPECT_LE((other - nearest).norm(), 1e-14);
+  } while (std::next_permutation(order.begin(), order.end()));
+  return nearest;
+}
+
+void expectNearest(const Triangle& triangle, const Vector3d& p, const Vector3d& expected) {
+  const Vector3d nearest = nearestOfAnyOrder(triangle, p);
+  EXPECT_LE((nearest - expected).norm(), 1e-14) << nearest.transpose() << " and not " << expected.transpose();
+}
+
+// --- one triangle: the right angle is at the origin, the legs are 4 and 2 long
+
+const Triangle kRight{Vector3d(0, 0, 0), Vector3d(4, 0, 0), Vector3d(0, 2, 0)};
+
+TEST(NearestPointOfATriangle, AboveItsFaceIsTheFootOfThePerpendicular) {
+  expectNearest(kRight, {1, 0.5, 3}, {1, 0.5, 0});
+  expectNearest(kRight, {1, 0.5, -3}, {1, 0.5, 0});
+  expectNearest(kRight, {1, 0.5, 0}, {1, 0.5, 0});
+}
+
+// The long edge is x + 2 y = 4; its outward direction is (1, 2).
+TEST(NearestPointOfATriangle, BesideAnEdgeIsOnTheEdge) {
+  expectNearest(kRight, {3, -1, 2}, {3, 0, 0});
+  expectNearest(kRight, {-5, 1.5, -1}, {0, 1.5, 0});
+  expectNearest(kRight, {2 + 1, 1 + 2, 7}, {2, 1, 0});
+}
+
+TEST(NearestPointOfATriangle, BeyondACornerIsTheCorner) {
+  expectNearest(kRight, {-1, -2, 1}, {0, 0, 0});
+  expectNearest(kRight, {6, -1, 1}, {4, 0, 0});
+  expectNearest(kRight, {-1, 5, 1}, {0, 2, 0});
+}
+
+TEST(NearestPointOfATriangle, WithoutAreaIsThatOfTheSegment) {
+  const Triangle segment{Vector3d(0, 0, 0), Vector3d(1, 1, 0), Vector3d(3, 3, 0)};
+  expectNearest(segment, {2, 0, 5}, {1, 1, 0});
+  expectNearest(segment, {5, 3, 5}, {3, 3, 0});
+  expectNearest(segment, {-5, 3, 5}, {0, 0, 0});
+  expectNearest({Vector3d(1, 2, 3), Vector3d(1, 2, 3), Vector3d(1, 2, 3)}, {7, 8, 9}, {1, 2, 3});
+}
+
+// --- the tree
+
+std::vector<Triangle> triangles(int count) {
+  Chance chance(7);
+  std::vector<Triangle> result;
+  for (int i = 0; i < count; ++i) {
+    const Vector3d centre = chance.between(0, 5) * chance.direction();
+    result.push_back({centre + 0.4 * chance.direction(), centre + 0.4 * chance.direction(), centre});
+  }
+  return result;
+}
+
+TEST(TriangleTree, FindsTheNearestPointOfAllTriangles) {
+  for (const int count : {1, 4, 5, 9, 300}) {
+    const std::vector<Triangle> all = triangles(count);
+    const TriangleTree tree(all);
+    Effort effort = endless();
+    Chance chance(9);
+    for (int i = 0; i < 200; ++i) {
+      const Vector3d p = chance.between(0, 8) * chance.direction();
+      double smallest = std::numeric_limits<double>::infinity();
+      for (const Triangle& triangle : all) smallest = std::min(smallest, (nearestPoint(triangle, p) - p).norm());
+      const TriangleTree::Nearest nearest = tree.nearest(p, effort);
+      EXPECT_NEAR(nearest.distance, smallest, 1e-14);
+      EXPECT_NEAR((nearest.point - p).norm(), smallest, 1e-14);
+      EXPECT_LE((nearestPoint(*nearest.triangle, p) - nearest.point).norm(), 1e-14) << "it belongs to another triangle";
+    }
+  }
+}
+
+TEST(TriangleTree, EndsWhenTheEffortIsSpent) {
+  const TriangleTree tree(triangles(300));
+  Effort none(0.0);
+  EXPECT_THROW(tree.nearest({0, 0, 0}, none), Effort::Exceeded);
+}
+
+TEST(TriangleTree, SpendsLessEffortThanLookingAtAllTriangles) {
+  const TriangleTree tree(triangles(3000));
+  const double whole = 1.0;
+  Effort effort(whole);
+  tree.nearest({1, 1, 1}, effort);
+  const double spent = whole - effort.secondsLeft(), all = 3000 * 20 / 3e8;  // 20 steps a triangle
+  EXPECT_GT(spent, 0.0);
+  EXPECT_LT(spent, 0.2 * all);
+}
+
+}  // namespace
+}  // namespace proximity_server::scene
