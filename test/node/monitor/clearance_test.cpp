@@ -296,7 +296,7 @@ TEST_F(ClearanceTopic, MarkersJoinTheClosestPointsAndTellTheDistance) {
   const auto closest = find(*array, "closest");
   ASSERT_NE(closest, array->markers.end());
   EXPECT_EQ(closest->points, lines->points);
-  EXPECT_GT(level->pose.position.z, 0.6);  // the top of the block
+  EXPECT_GT(find(*array, "level")->pose.position.z, 0.6);  // the top of the block
 }
 
 TEST_F(ClearanceTopic, MarkersSayWhyNothingIsKnownAndLeaveNoLine) {

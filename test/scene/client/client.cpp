@@ -8,8 +8,9 @@
 
 #include "proximity_server/narrowphase/motion/motion.h"
 #include "proximity_server/narrowphase/shape/support.h"
-#include "proximity_server/scene/motion/moving_scene.h"
-#include "proximity_server/scene/query/scene.h"
+#include "proximity_server/narrowphase/signed_distance.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/model/load_robot_model.h"
 
 namespace {
 
