@@ -7,6 +7,7 @@
 #include <cmath>
 #include <condition_variable>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <string>
 
@@ -26,17 +27,18 @@ class Gantry {
  public:
   explicit Gantry(ros::NodeHandle nh, const std::string& tf_topic = "/tf")
       : ticker_(nh, 100.0, [this] { publish(held_, ros::Time::now()); }) {
-    publisher_ = nh.advertise<tf2_msgs::TFMessage>(tf_topic, 100, [this](const ros::SingleSubscriberPublisher&) {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      ++subscribers_;
-      connected_.notify_all();
-    });
+    const auto count = [listeners = listeners_](const ros::SingleSubscriberPublisher&) {
+      const std::lock_guard<std::mutex> lock(listeners->mutex);
+      ++listeners->count;
+      listeners->connected.notify_all();
+    };
+    publisher_ = nh.advertise<tf2_msgs::TFMessage>(tf_topic, 100, count);
   }
 
   /// Waits until `nodes` others listen; false if they do not.
   bool awaitListeners(int nodes) {
-    std::unique_lock<std::mutex> lock(mutex_);
-    return connected_.wait_for(lock, kPatience, [&] { return subscribers_ >= nodes; });
+    std::unique_lock<std::mutex> lock(listeners_->mutex);
+    return listeners_->connected.wait_for(lock, kPatience, [&] { return listeners_->count >= nodes; });
   }
 
   static geometry_msgs::TransformStamped slide(const GantryPosition& position) {
@@ -95,9 +97,14 @@ class Gantry {
     return result;
   }
 
-  std::mutex mutex_;
-  std::condition_variable connected_;
-  int subscribers_ = 0;
+  struct Listeners {
+    std::mutex mutex;
+    std::condition_variable connected;
+    int count = 0;
+  };
+
+  /// Shared with the callback: roscpp may still call it in a thread of a spinner when the publisher is gone.
+  const std::shared_ptr<Listeners> listeners_ = std::make_shared<Listeners>();
   ros::Publisher publisher_;
   GantryPosition held_{};
   ros::Time last_stamp_;

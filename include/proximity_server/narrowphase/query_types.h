@@ -4,6 +4,8 @@
 #include <array>
 #include <limits>
 
+#include "proximity_server/narrowphase/shape/eigen_alignment.h"
+
 // What is asked of a pair of convex shapes, and what is answered.
 
 namespace proximity_server::narrowphase {

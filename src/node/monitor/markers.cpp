@@ -1,9 +1,7 @@
 #include "node/monitor/markers.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
-#include <limits>
 #include <utility>
 
 #include "node/monitor/clearance_level.h"
@@ -173,24 +171,6 @@ Vector3d middleOf(const Proximity& pair) {
          Vector3d(pair.point_a.x + pair.point_b.x, pair.point_a.y + pair.point_b.y, pair.point_a.z + pair.point_b.z);
 }
 
-/// From a point in a box the way out of it: mostly towards the nearest side, and a little upwards. It changes little
-/// with the point and the box.
-Vector3d wayOut(const Vector3d& from, const AlignedBox3d& box) {
-  constexpr double kUpwards = 0.15;  // beside 1 for a point in a side of the box
-  const Vector3d half = 0.5 * box.sizes();
-  const Vector3d outwards = (from - box.center()).cwiseQuotient(half);
-  const Vector3d direction = Vector3d(std::pow(outwards.x(), 3), std::pow(outwards.y(), 3),
-                                      kUpwards + std::max(0.0, std::pow(outwards.z(), 3)))
-                                 .cwiseProduct(half);
-  double shortest = std::numeric_limits<double>::infinity();
-  for (int axis = 0; axis < 3; ++axis) {
-    if (direction[axis] == 0.0) continue;
-    const double side = direction[axis] > 0.0 ? box.max()[axis] : box.min()[axis];
-    shortest = std::min(shortest, std::max(0.0, (side - from[axis]) / direction[axis]));
-  }
-  return shortest * direction;
-}
-
 }  // namespace
 
 MarkerArray pieceMarkers(const scene::RobotModel& robot, const std::string& tf_prefix) {
@@ -212,9 +192,10 @@ ClearanceMarkers::ClearanceMarkers(const scene::RobotModel& robot) : box_(robot)
 MarkerArray ClearanceMarkers::draw(const Clearance& clearance, const scene::BodyPoses& poses,
                                    const MonitorSettings& settings) {
   if (const AlignedBox3d box = box_.at(poses); !box.isEmpty()) latest_box_ = box;
-  Drawing drawing{settings, base(clearance, settings), {}};
+  Drawing drawing{settings, levelColour(clearance.level), base(clearance, settings), {}};
   addSummary(clearance, drawing);
   addLines(pairsOf(clearance), drawing);
+  addClosest(pairsOf(clearance), drawing);
   addLabels(pairsOf(clearance), drawing);
   return drawing.array;
 }
@@ -236,14 +217,12 @@ void ClearanceMarkers::addSummary(const Clearance& clearance, Drawing& drawing) 
   marker.ns = "level";
   marker.type = Marker::TEXT_VIEW_FACING;
   marker.text = summary(clearance);
-  marker.color = levelColour(clearance.level);
+  marker.color = drawing.level_colour;
   marker.scale.z = text_height_;
-  const Vector3d centre = latest_box_.center();
-  // Centred: half of its lines, which are about 1.2 heights apart, lie below, and then the labels. Those at the back
-  // appear higher to somebody who looks down a little.
+  // A text is centred, and its lines are about 1.2 heights apart.
   const auto lines = static_cast<double>(1 + std::count(marker.text.begin(), marker.text.end(), '\n'));
-  const double above = (2.75 + 0.6 * lines) * text_height_;
-  marker.pose.position = point({centre.x(), centre.y(), latest_box_.max().z() + above});
+  const Vector3d half_of_it(0.0, 0.0, (0.6 * lines + 0.25) * text_height_);
+  marker.pose.position = point(belowSummary() + half_of_it);
   drawing.array.markers.push_back(std::move(marker));
 }
 
@@ -260,27 +239,44 @@ void ClearanceMarkers::addLines(const std::vector<const Proximity*>& pairs, Draw
   drawing.array.markers.push_back(std::move(lines));
 }
 
+void ClearanceMarkers::addClosest(const std::vector<const Proximity*>& pairs, Drawing& drawing) const {
+  Marker line = drawing.base;
+  line.ns = "closest";
+  line.type = Marker::LINE_LIST;
+  line.scale.x = 0.15 * text_height_;
+  line.color = drawing.level_colour;
+  if (pairs.empty()) {
+    line.action = Marker::DELETE;
+  } else {
+    line.points = {pairs.front()->point_a, pairs.front()->point_b};
+  }
+  drawing.array.markers.push_back(std::move(line));
+}
+
 void ClearanceMarkers::addLabels(const std::vector<const Proximity*>& pairs, Drawing& drawing) const {
   Marker leaders = drawing.base;
   leaders.ns = "leaders";
   leaders.type = Marker::LINE_LIST;
   leaders.scale.x = 0.03 * text_height_;
-  std::vector<Vector3d> places;
+  const auto lead = [&](const Proximity& pair, const Vector3d& place, const std_msgs::ColorRGBA& pair_colour) {
+    leaders.points.insert(leaders.points.end(), {point(middleOf(pair)), point(place)});
+    leaders.colors.insert(leaders.colors.end(), 2, pair_colour);
+  };
+  if (!pairs.empty()) lead(*pairs.front(), belowSummary(), drawing.level_colour);
+  const std::vector<const Proximity*> labelled = pairsWithLabel(pairs);
   for (std::size_t i = 0; i < kLabels; ++i) {
     Marker label = drawing.base;
     label.ns = "distances";
     label.id = static_cast<int>(i);
     label.type = Marker::TEXT_VIEW_FACING;
-    const bool is_drawn = i < pairs.size() && isFree(placeOf(*pairs[i]), places);
-    label.action = is_drawn ? Marker::ADD : Marker::DELETE;
-    if (is_drawn) {
-      places.push_back(placeOf(*pairs[i]));
-      label.text = millimetres(pairs[i]->distance);
-      label.color = drawing.colourOf(*pairs[i]);
-      label.scale.z = i == 0 ? text_height_ : 0.6 * text_height_;
-      label.pose.position = point(placeOf(*pairs[i]));
-      leaders.points.insert(leaders.points.end(), {point(middleOf(*pairs[i])), label.pose.position});
-      leaders.colors.insert(leaders.colors.end(), 2, label.color);
+    if (i < labelled.size()) {
+      label.text = millimetres(labelled[i]->distance);
+      label.color = drawing.colourOf(*labelled[i]);
+      label.scale.z = kLabelHeight * text_height_;
+      label.pose.position = point(placeOfLabel(*labelled[i]));
+      lead(*labelled[i], placeOfLabel(*labelled[i]) - Vector3d(0.0, 0.0, 0.6 * label.scale.z), label.color);
+    } else {
+      label.action = Marker::DELETE;
     }
     drawing.array.markers.push_back(std::move(label));
   }
@@ -288,19 +284,33 @@ void ClearanceMarkers::addLabels(const std::vector<const Proximity*>& pairs, Dra
   drawing.array.markers.push_back(std::move(leaders));
 }
 
-/// Outside of the robot's box, so that from there on no shape is in front of the label.
-Vector3d ClearanceMarkers::placeOf(const Proximity& pair) const {
-  const Vector3d room = Vector3d::Constant(0.75 * text_height_);
-  const Vector3d middle = middleOf(pair);
-  return middle + wayOut(middle, AlignedBox3d(latest_box_.min() - room, latest_box_.max() + room));
+/// Where the line to the closest pair begins: above the labels.
+Vector3d ClearanceMarkers::belowSummary() const {
+  const Vector3d centre = latest_box_.center();
+  return {centre.x(), centre.y(), latest_box_.max().z() + 3.0 * text_height_};
 }
 
-/// Whether no text at one of the `taken` places can be in the way of one here, seen from the side.
-bool ClearanceMarkers::isFree(const Vector3d& place, const std::vector<Vector3d>& taken) const {
-  const double width = 5.0 * text_height_;  // of "123.4 mm"
-  return std::none_of(taken.begin(), taken.end(), [&](const Vector3d& other) {
-    return (place - other).norm() < width && std::abs(place.z() - other.z()) < 1.2 * text_height_;
-  });
+/// The place of a label: above the robot, so that seen from the side no shape is in front of it or behind it. Somewhat
+/// nearer to the middle than its pair, because what is nearer to the viewer appears lower to one who looks down.
+Vector3d ClearanceMarkers::placeOfLabel(const Proximity& pair) const {
+  const Vector3d place = 0.7 * middleOf(pair) + 0.3 * latest_box_.center();
+  return {place.x(), place.y(), latest_box_.max().z() + 1.6 * text_height_};
+}
+
+/// The closest of the pairs after the first for whose labels there is room: beside each other, beside the line from the
+/// first pair to its text, and with lines that do not run beside that one.
+std::vector<const Proximity*> ClearanceMarkers::pairsWithLabel(const std::vector<const Proximity*>& pairs) const {
+  const double width = 5.0 * kLabelHeight * text_height_;  // of "123.4 mm"
+  std::vector<const Proximity*> labelled;
+  for (std::size_t i = 1; i < pairs.size() && labelled.size() < kLabels; ++i) {
+    const Vector3d place = placeOfLabel(*pairs[i]), first = middleOf(*pairs.front()), top = belowSummary();
+    const Vector3d line = top + (place.z() - top.z()) / (first.z() - top.z()) * (first - top);
+    const auto is_near = [&](const Proximity* other) { return (place - placeOfLabel(*other)).norm() < width; };
+    if ((place - line).norm() > 0.6 * width && (middleOf(*pairs[i]) - first).norm() > width &&
+        std::none_of(labelled.begin(), labelled.end(), is_near))
+      labelled.push_back(pairs[i]);
+  }
+  return labelled;
 }
 
 std_msgs::ColorRGBA ClearanceMarkers::Drawing::colourOf(const Proximity& pair) const {

@@ -20,12 +20,12 @@ visualization_msgs::MarkerArray pieceMarkers(const scene::RobotModel& robot, con
 ///
 /// "level"      a text above the robot in the colour of the level: the level, the closest pair and its distance. Where
 ///              it is INVALID the reason, and then there is nothing else.
-/// "witnesses"  a line between the closest points of every listed pair, and of the closest pair in any case, coloured
-/// by
-///              the level that this distance alone would mean.
-/// "distances"  labels of the few closest pairs, that of the closest larger, and "leaders", thin lines from there to
-///              the middle of the pair's line. RViz draws a text behind what stands in front of it, so the labels stand
-///              outside of the box around the robot.
+/// "closest"    a thick line between the closest points of the closest pair, in the colour of the level.
+/// "witnesses"  a line between those of every listed pair, coloured by the level that its distance alone would mean.
+/// "distances"  labels of the next few pairs for which there is room.
+/// "leaders"    thin lines from the text of the level to the closest pair, and from each label to its pair.
+///
+/// RViz draws a text behind what stands in front of it, so all texts stand above the box around the robot.
 ///
 /// Every cycle has the same markers, with the same names and numbers; those that are not needed are taken away. All of
 /// them vanish by themselves when no cycle follows.
@@ -38,10 +38,12 @@ class ClearanceMarkers {
                                        const MonitorSettings& settings);
 
  private:
-  static constexpr std::size_t kLabels = 3;
+  static constexpr std::size_t kLabels = 2;    // besides that of the closest pair, which the level's text tells
+  static constexpr double kLabelHeight = 0.6;  // in heights of that text
 
   struct Drawing {
     const MonitorSettings& settings;
+    std_msgs::ColorRGBA level_colour;
     visualization_msgs::Marker base;
     visualization_msgs::MarkerArray array;
 
@@ -51,9 +53,11 @@ class ClearanceMarkers {
   visualization_msgs::Marker base(const Clearance& clearance, const MonitorSettings& settings) const;
   void addSummary(const Clearance& clearance, Drawing& drawing) const;
   void addLines(const std::vector<const Proximity*>& pairs, Drawing& drawing) const;
+  void addClosest(const std::vector<const Proximity*>& pairs, Drawing& drawing) const;
   void addLabels(const std::vector<const Proximity*>& pairs, Drawing& drawing) const;
-  Eigen::Vector3d placeOf(const Proximity& pair) const;
-  bool isFree(const Eigen::Vector3d& place, const std::vector<Eigen::Vector3d>& taken) const;
+  Eigen::Vector3d belowSummary() const;
+  Eigen::Vector3d placeOfLabel(const Proximity& pair) const;
+  std::vector<const Proximity*> pairsWithLabel(const std::vector<const Proximity*>& pairs) const;
 
   scene::RobotBox box_;
   Eigen::AlignedBox3d latest_box_;  ///< in the frame of the clearances; with all joints at 0 before there was a pose

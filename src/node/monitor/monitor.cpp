@@ -8,6 +8,7 @@
 #include "node/monitor/clearance_level.h"
 #include "node/monitor/lookahead.h"
 #include "node/robot/conversions.h"
+#include "node/services/pair_questions.h"
 #include "node/services/requests.h"
 
 namespace proximity_server::node {
@@ -85,7 +86,9 @@ void Monitor::measure(const PoseSnapshot& snapshot, const MonitorSettings& setti
   countPairs();
 
   const bool known = minimum && clearance_.pairs_unknown == 0;
-  if (!known && clearance_.status.code == QueryStatus::OK) clearance_.status = nothingToCheck();
+  if (!known && clearance_.status.code == QueryStatus::OK) {
+    clearance_.status = pairs.empty() ? nothingToCheck() : incompleteness(*robot_, scene_->counts(), question);
+  }
   level_ = known ? clearanceLevel(minimum->result.lower_bound, level_, settings)
                  : static_cast<std::uint8_t>(Clearance::INVALID);
   clearance_.level = level_;

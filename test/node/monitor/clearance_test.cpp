@@ -283,8 +283,8 @@ TEST_F(ClearanceTopic, MarkersJoinTheClosestPointsAndTellTheDistance) {
                         [&](const Marker& marker) { return marker.ns == ns && marker.action == Marker::ADD; });
   };
   const auto array = markers.next([&](const MarkerArray& candidate) {
-    const auto label = find(candidate, "distances");
-    return label != candidate.markers.end() && label->text == "40.0 mm";
+    const auto level = find(candidate, "level");
+    return level != candidate.markers.end() && level->text == "WARN\nbase - ball 40.0 mm";
   });
   ASSERT_TRUE(array);
   const auto lines = find(*array, "witnesses");
@@ -293,10 +293,10 @@ TEST_F(ClearanceTopic, MarkersJoinTheClosestPointsAndTellTheDistance) {
   EXPECT_NEAR(std::min(lines->points[0].x, lines->points[1].x), 0.1, kTolerance);
   EXPECT_NEAR(std::max(lines->points[0].x, lines->points[1].x), 0.14, kTolerance);
   EXPECT_EQ(lines->header.frame_id, "base");
-  const auto level = find(*array, "level");
-  ASSERT_NE(level, array->markers.end());
-  EXPECT_EQ(level->text, "WARN\nbase - ball 40.0 mm");
-  EXPECT_GT(level->pose.position.z, 0.6);  // the top of the block
+  const auto closest = find(*array, "closest");
+  ASSERT_NE(closest, array->markers.end());
+  EXPECT_EQ(closest->points, lines->points);
+  EXPECT_GT(find(*array, "level")->pose.position.z, 0.6);  // the top of the block
 }
 
 TEST_F(ClearanceTopic, MarkersSayWhyNothingIsKnownAndLeaveNoLine) {

@@ -190,7 +190,7 @@ TEST(WitnessMarkers, ShowTheClosestPairAlsoWhereNoneIsListed) {
   clearance.below_threshold.clear();
   const MarkerArray array = draw(clearance);
   EXPECT_EQ(find(array, "witnesses").points.size(), 2u);
-  EXPECT_EQ(find(array, "distances").text, "1200.0 mm");
+  EXPECT_EQ(find(array, "closest").points.size(), 2u);
 }
 
 TEST(WitnessMarkers, LeaveOutPairsWithoutPoints) {
@@ -199,37 +199,72 @@ TEST(WitnessMarkers, LeaveOutPairsWithoutPoints) {
   EXPECT_EQ(find(draw(clearance), "witnesses").points.size(), 2u);
 }
 
-TEST(Labels, StandOutsideOfTheBoxAroundTheRobotWithALineToTheirPair) {
-  const MarkerArray array = draw(clearanceWith({0.01}));
-  const Marker label = find(array, "distances");
-  EXPECT_EQ(label.text, "10.0 mm");
-  EXPECT_TRUE(isRed(label.color));
-  const geometry_msgs::Point& place = label.pose.position;
-  const double outside = std::max({std::abs(place.x) - 1.0, std::abs(place.y) - 1.0, place.z - 2.0});
-  EXPECT_GT(outside, 0.5 * label.scale.z);
-  EXPECT_LT(outside, 2.0 * label.scale.z);
-  EXPECT_GT(place.x, 0.5) << "away from the middle of the robot";
-  EXPECT_GT(place.z, 1.0) << "and upwards";
-  const Marker leader = find(array, "leaders");
+TEST(ClosestPair, HasAThickLineInTheColourOfTheLevelAndOneToItsText) {
+  Clearance clearance = clearanceWith({0.0201});
+  clearance.level = Clearance::STOP;  // by the hysteresis: alone the distance would mean WARN
+  const MarkerArray array = draw(clearance);
+  const Marker line = find(array, "closest"), leader = find(array, "leaders"), text = find(array, "level");
+  ASSERT_EQ(line.points.size(), 2u);
+  EXPECT_EQ(line.points[1].y, 0.0201);
+  EXPECT_GT(line.scale.x, find(array, "witnesses").scale.x);
+  EXPECT_EQ(line.color, text.color);
   ASSERT_EQ(leader.points.size(), 2u);
   EXPECT_EQ(leader.points[0].x, 0.5);
-  EXPECT_EQ(leader.points[0].y, 0.005);
-  EXPECT_EQ(leader.points[1].z, place.z);
+  EXPECT_EQ(leader.points[0].y, 0.01005);
+  EXPECT_EQ(leader.colors[1], text.color);
+  const double bottom = text.pose.position.z - 1.2 * text.scale.z;
+  EXPECT_LT(leader.points[1].z, bottom);
+  EXPECT_GT(leader.points[1].z, bottom - text.scale.z);
+}
+
+// Regression: labels stood beside the robot, and seen from there in front of it.
+TEST(Labels, StandAboveTheRobotAndBelowTheLevelWithALineToTheirPair) {
+  Clearance clearance = clearanceWith({0.01, 0.015});
+  for (geometry_msgs::Point* end : {&clearance.below_threshold[1].point_a, &clearance.below_threshold[1].point_b})
+    end->x = -0.9;
+  const MarkerArray array = draw(clearance);
+  const Marker label = find(array, "distances"), text = find(array, "level");
+  EXPECT_EQ(label.text, "15.0 mm");
+  EXPECT_TRUE(isRed(label.color));
+  EXPECT_GT(label.pose.position.z - 0.6 * label.scale.z, 2.0);
+  EXPECT_LT(label.pose.position.z + 0.6 * label.scale.z, text.pose.position.z - 1.2 * text.scale.z);
+  const Marker leaders = find(array, "leaders");
+  ASSERT_EQ(leaders.points.size(), 4u);
+  EXPECT_EQ(leaders.points[2].x, -0.9);
+  EXPECT_EQ(leaders.points[3].x, label.pose.position.x);
+  EXPECT_LT(leaders.points[3].z, label.pose.position.z - 0.5 * label.scale.z) << "it strikes the text through";
 }
 
 TEST(Labels, AreThoseOfTheFewClosestPairsAndNotOneOverTheOther) {
   Clearance clearance = clearanceWith({0.01, 0.02, 0.03, 0.04, 0.05});
+  for (std::size_t i = 1; i < 5; ++i) {
+    Proximity& pair = clearance.below_threshold[i];
+    pair.point_a.x = pair.point_b.x = -0.9;
+  }
   const MarkerArray together = draw(clearance);
   EXPECT_EQ(find(together, "witnesses").points.size(), 10u);
-  EXPECT_EQ(find(together, "distances", 0).action, Marker::ADD);
+  EXPECT_EQ(find(together, "distances", 0).text, "20.0 mm");
   EXPECT_EQ(find(together, "distances", 1).action, Marker::DELETE);
-  EXPECT_EQ(find(together, "leaders").points.size(), 2u);
-  // Now the second on the other side.
-  clearance.below_threshold[1].point_a.x = clearance.below_threshold[1].point_b.x = -0.5;
+  EXPECT_EQ(find(together, "leaders").points.size(), 4u);
+  // Now the third on the other side.
+  clearance.below_threshold[2].point_a.x = clearance.below_threshold[2].point_b.x = 0.9;
   const MarkerArray apart = draw(clearance);
-  EXPECT_EQ(find(apart, "distances", 1).text, "20.0 mm");
-  EXPECT_LT(find(apart, "distances", 1).scale.z, find(apart, "distances", 0).scale.z);
-  EXPECT_LE(typesOf(apart)[Marker::TEXT_VIEW_FACING], 4);
+  EXPECT_EQ(find(apart, "distances", 1).text, "30.0 mm");
+  EXPECT_LT(find(apart, "distances", 1).scale.z, find(apart, "level").scale.z);
+  EXPECT_LE(typesOf(apart)[Marker::TEXT_VIEW_FACING], 3);
+}
+
+TEST(Labels, LeaveRoomForTheLineToTheTextOfTheLevel) {
+  Clearance clearance = clearanceWith({0.01, 0.015});
+  for (geometry_msgs::Point* end : {&clearance.below_threshold[1].point_a, &clearance.below_threshold[1].point_b})
+    end->x = end->y = 0.0;
+  EXPECT_EQ(find(draw(clearance), "distances").action, Marker::DELETE);
+}
+
+TEST(Labels, AreNotOfPairsBesideTheClosestButOfTheNextThatAreElsewhere) {
+  Clearance clearance = clearanceWith({0.01, 0.015, 0.03});
+  clearance.below_threshold[2].point_a.x = clearance.below_threshold[2].point_b.x = -0.9;
+  EXPECT_EQ(find(draw(clearance), "distances").text, "30.0 mm");
 }
 
 // Markers that come and go by other names make RViz flicker, and one whose removal was lost stays for ever.

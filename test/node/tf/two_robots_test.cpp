@@ -20,21 +20,23 @@ constexpr double kLeft = 0.4, kRight = 0.7;  // [m] x of the balls
 /// Publishes the joint states of a robot a hundred times a second.
 class Joints {
  public:
-  Joints(const std::string& ns, double x) {
-    ros::NodeHandle nh(ns);
+  Joints(const std::string& ns, double x)
+      : publisher_(ros::NodeHandle(ns).advertise<sensor_msgs::JointState>("joint_states", 1)),
+        ticker_(ros::NodeHandle(ns), 100.0, [this] { publish(); }) {
     state_.name = {"x_axis", "y_axis", "lift"};
     state_.position = {x, 0.0, 0.0};
-    publisher_ = nh.advertise<sensor_msgs::JointState>("joint_states", 1);
-    timer_ = nh.createWallTimer(ros::WallDuration(0.01), [this](const ros::WallTimerEvent&) {
-      state_.header.stamp = ros::Time::now();
-      publisher_.publish(state_);
-    });
+    ticker_.start();
   }
 
  private:
+  void publish() {
+    state_.header.stamp = ros::Time::now();
+    publisher_.publish(state_);
+  }
+
   sensor_msgs::JointState state_;
   ros::Publisher publisher_;
-  ros::WallTimer timer_;
+  Ticker ticker_;  // last: it publishes what is above
 };
 
 class TwoRobots : public testing::Test {

@@ -4,6 +4,8 @@
 #include <array>
 #include <vector>
 
+#include "proximity_server/narrowphase/shape/eigen_alignment.h"
+
 namespace proximity_server::narrowphase {
 
 /// Convex hull of a point cloud, with the adjacency of its vertices.

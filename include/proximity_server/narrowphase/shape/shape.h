@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "proximity_server/narrowphase/shape/convex_hull.h"
+#include "proximity_server/narrowphase/shape/eigen_alignment.h"
 
 namespace proximity_server::narrowphase {
 

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "proximity_server/narrowphase/shape/eigen_alignment.h"
+
 namespace proximity_server::scene {
 
 struct TriangleMesh {

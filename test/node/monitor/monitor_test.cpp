@@ -1,0 +1,88 @@
+// Cycles of the monitor in poses that no tf would send.
+#include "node/monitor/monitor.h"
+
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <string>
+
+namespace proximity_server::node {
+namespace {
+
+/// Three spheres on sliders along x, with a radius of 0.1 m. No two of them are neighbours.
+const char* const kSliders = R"(<robot name="sliders">
+  <link name="rail"/>
+  <link name="left"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+  <link name="middle"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+  <link name="right"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+  <joint name="to_left" type="prismatic"><parent link="rail"/><child link="left"/><axis xyz="1 0 0"/>
+    <limit lower="-9" upper="9" effort="1" velocity="1"/></joint>
+  <joint name="to_middle" type="prismatic"><parent link="rail"/><child link="middle"/><axis xyz="1 0 0"/>
+    <limit lower="-9" upper="9" effort="1" velocity="1"/></joint>
+  <joint name="to_right" type="prismatic"><parent link="rail"/><child link="right"/><axis xyz="1 0 0"/>
+    <limit lower="-9" upper="9" effort="1" velocity="1"/></joint></robot>)";
+
+/// A snapshot with the status OK: left at x = -1, middle at 0, right at `x` [m].
+PoseSnapshot withTheRightSphereAt(const Robot& robot, double x) {
+  PoseSnapshot snapshot;
+  snapshot.stamp = ros::Time(1000.0);
+  snapshot.poses = scene::forwardKinematics(robot.links(), std::vector<double>{-1.0, 0.0, x});
+  return snapshot;
+}
+
+class MonitorOfSliders : public testing::Test {
+ protected:
+  void follow(const std::string& srdf) {
+    robot_ = std::make_shared<const Robot>(kSliders, srdf, Config());
+    monitor_.follow(robot_);
+  }
+  const Clearance& cycleWithTheRightSphereAt(double x) {
+    return monitor_.cycle(withTheRightSphereAt(*robot_, x), {}, MonitorSettings());
+  }
+
+  std::shared_ptr<const Robot> robot_;
+  Monitor monitor_;
+};
+
+TEST_F(MonitorOfSliders, ReportsTheClosestPair) {
+  follow("");
+  const Clearance& clearance = cycleWithTheRightSphereAt(0.5);
+  EXPECT_EQ(clearance.status.code, QueryStatus::OK) << clearance.status.message;
+  EXPECT_EQ(clearance.level, Clearance::CLEAR);
+  EXPECT_NEAR(clearance.minimum.distance, 0.3, 1e-9);
+}
+
+// Regression: such a cycle reported NO_COLLISION_GEOMETRY, "the filter leaves no pair to check".
+TEST_F(MonitorOfSliders, ReportsPairsWithoutUsablePoseAlthoughTfKnowsAllPoses) {
+  follow("");
+  const Clearance& clearance = cycleWithTheRightSphereAt(1e300);  // its square is not finite
+  EXPECT_EQ(clearance.pairs_unknown, 2u);
+  EXPECT_EQ(clearance.status.code, QueryStatus::TF_UNAVAILABLE);
+  EXPECT_EQ(clearance.status.message, "2 of 3 pairs have no usable pose");
+  EXPECT_EQ(clearance.level, Clearance::INVALID);
+  EXPECT_TRUE(std::isnan(clearance.minimum.distance));
+}
+
+TEST_F(MonitorOfSliders, KeepsTheStatusOfTfWherePairsAreUnknown) {
+  follow("");
+  PoseSnapshot snapshot = withTheRightSphereAt(*robot_, 0.5);
+  for (std::optional<Eigen::Isometry3d>& pose : snapshot.poses) pose.reset();
+  snapshot.status.code = QueryStatus::TF_STALE;
+  snapshot.status.message = "joint 'to_right' is 5 s old";
+  const Clearance& clearance = monitor_.cycle(snapshot, {}, MonitorSettings());
+  EXPECT_EQ(clearance.status.code, QueryStatus::TF_STALE);
+  EXPECT_EQ(clearance.status.message, "joint 'to_right' is 5 s old");
+}
+
+TEST_F(MonitorOfSliders, SaysThatTheFilterLeavesNoPairOnlyWhereItDoes) {
+  follow(R"(<robot name="sliders"><disable_collisions link1="left" link2="middle" reason="Never"/>
+            <disable_collisions link1="left" link2="right" reason="Never"/>
+            <disable_collisions link1="middle" link2="right" reason="Never"/></robot>)");
+  const Clearance& clearance = cycleWithTheRightSphereAt(1e300);
+  EXPECT_EQ(clearance.status.code, QueryStatus::NO_COLLISION_GEOMETRY);
+  EXPECT_EQ(clearance.status.message, "the filter leaves no pair to check");
+  EXPECT_EQ(clearance.level, Clearance::INVALID);
+}
+
+}  // namespace
+}  // namespace proximity_server::node
