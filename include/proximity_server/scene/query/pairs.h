@@ -14,6 +14,7 @@ class Candidates {
   explicit Candidates(const PairTable& table);
 
   const std::vector<SubjectPair>& list() const { return list_; }
+  bool empty() const { return list_.empty(); }
   std::size_t size() const { return list_.size(); }
   const SubjectPair& operator[](std::size_t index) const { return list_[index]; }
   std::vector<SubjectPair>::const_iterator begin() const { return list_.begin(); }
