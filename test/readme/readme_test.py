@@ -26,17 +26,39 @@ import rosunit
 SOURCE, BUILD = (pathlib.Path(path).resolve() for path in sys.argv[1:3])
 PATIENCE = 120.0  # [s] nothing takes this long unless it is broken
 
+# As if these packages were not there: narrowphase needs none of them.
+WITHOUT = " ".join(f"-DCMAKE_DISABLE_FIND_PACKAGE_{package}=ON" for package in (
+    "catkin", "assimp", "urdfdom", "console_bridge", "tinyxml2", "CLI11", "nlohmann_json", "fcl", "Bullet", "ccd"))
+
+# A client of scene that links all of it, as it reads a URDF.
+CLIENT_OF_SCENE = """
+#include <proximity_server/scene/model/load_robot_model.h>
+using namespace proximity_server::scene;
+int main() {
+  const char* urdf = "<robot name='r'><link name='a'/></robot>";
+  return loadRobotModel(urdf, packageResolver({})).links.size() == 1 ? 0 : 1;
+}
+"""
+
 # What a whole build takes too long for, and what is done instead.
 CHEAPER = {
     # The build that this test runs from.
     "cmake -S . -B build -DCMAKE_BUILD_TYPE=Release && cmake --build build": "test -e build/devel/setup.bash",
-    # Without ROS: all is configured, the libraries are compiled, without optimisation, and they are installed.
+    # Without ROS: all is configured, the libraries are compiled, without optimisation, and they are installed; static, as
+    # the build of this test has the shared ones.
     "cmake -S . -B build -DBUILD_TESTING=ON && cmake --build build && ctest --test-dir build && cmake --install build":
         "cmake -S . -B without_ros -DBUILD_TESTING=ON -DCMAKE_DISABLE_FIND_PACKAGE_catkin=ON -DCMAKE_BUILD_TYPE=None "
-        "-DCMAKE_INSTALL_PREFIX=$PWD/installed_without_ros && "
+        "-DBUILD_SHARED_LIBS=OFF -DCMAKE_INSTALL_PREFIX=$PWD/installed_without_ros && "
         f"cmake --build without_ros --parallel {os.cpu_count()} --target proximity_narrowphase proximity_scene && "
         "ctest --test-dir without_ros -N | grep signed_distance_test && "
         "cmake --install without_ros --component library",
+    # Narrowphase as where there is nothing but what it needs; one of its tests.
+    "cmake -S . -B build -DPROXIMITY_NARROWPHASE_ONLY=ON -DBUILD_TESTING=ON && cmake --build build && "
+    "ctest --test-dir build && cmake --install build":
+        "cmake -S . -B narrowphase -DPROXIMITY_NARROWPHASE_ONLY=ON -DBUILD_TESTING=ON -DCMAKE_BUILD_TYPE=None "
+        f"-DBUILD_SHARED_LIBS=OFF -DCMAKE_INSTALL_PREFIX=$PWD/installed_narrowphase {WITHOUT} && "
+        f"cmake --build narrowphase --parallel {os.cpu_count()} --target proximity_narrowphase narrowphase_closed_form_test && "
+        "ctest --test-dir narrowphase -R narrowphase_closed_form_test --output-on-failure && cmake --install narrowphase",
 }
 
 # Options with which a command ends with an exit code of its own; then the README shows standard error too.
@@ -277,10 +299,17 @@ class Readme(unittest.TestCase):
         (project / "CMakeLists.txt").write_text(
             "cmake_minimum_required(VERSION 3.16)\nproject(mine CXX)\nset(CMAKE_CXX_STANDARD 17)\nadd_executable(mine mine.cpp)\n"
             f"{self.cmake_snippet}\n"
-            "add_executable(of_scene mine.cpp)\ntarget_link_libraries(of_scene PRIVATE proximity_server::proximity_scene)\n")
-        for name, path in (("catkin", prefix), ("devel", BUILD / "devel"), ("without_ros", self.folder / "installed_without_ros")):
-            self.shell.run(f"cmake -S project -B project/{name} -DCMAKE_PREFIX_PATH={path} && cmake --build project/{name} && "
-                           f"project/{name}/mine && project/{name}/of_scene")
+            "if(TARGET proximity_server::proximity_scene)\n  add_executable(of_scene of_scene.cpp)\n"
+            "  target_link_libraries(of_scene PRIVATE proximity_server::proximity_scene)\nendif()\n")
+        (project / "of_scene.cpp").write_text(CLIENT_OF_SCENE)
+        for name, path, options, clients in (
+                ("catkin", prefix, "", ("mine", "of_scene")),
+                ("devel", BUILD / "devel", "", ("mine", "of_scene")),
+                ("static", self.folder / "installed_without_ros", "", ("mine", "of_scene")),
+                ("narrowphase", self.folder / "installed_narrowphase", WITHOUT, ("mine",))):
+            self.shell.run(f"cmake -S project -B project/{name} -DCMAKE_PREFIX_PATH={path} {options} && "
+                           f"cmake --build project/{name} && " + " && ".join(f"project/{name}/{client}" for client in clients))
+            self.assertEqual("of_scene" in clients, (project / name / "of_scene").exists(), name)
             cache = (project / name / "CMakeCache.txt").read_text()
             self.assertIn(f"proximity_server_DIR:PATH={path}", cache)
         # What is installed is found by rosrun and rostest too.
@@ -320,7 +349,7 @@ def missing_paths(path):
 
 # What is done with the blocks that begin like this.
 BLOCKS = (
-    ("narrowphase/shape", Readme.picture),  # the order of the rooms, which rooms_test reads
+    ("narrowphase/layer_guard", Readme.picture),  # the order of the rooms, which rooms_test reads
     ("./dev ", Readme.dev),
     ("cmake -S . -B build -DCMAKE_BUILD_TYPE=Release", Readme.workspace),
     ("rosservice call ", Readme.service_calls),
@@ -331,6 +360,7 @@ BLOCKS = (
     ("<launch>", Readme.file_of_test),
     ("rostest ", Readme.rostest),
     ("cmake -S . -B build -DBUILD_TESTING=ON", Readme.commands),
+    ("cmake -S . -B build -DPROXIMITY_NARROWPHASE_ONLY=ON", Readme.commands),
     ("find_package(proximity_server", Readme.find_package),
     ("#include <proximity_server/", Readme.source),
 )

@@ -82,6 +82,9 @@ class Parameters {
     }
   }
 
+  /// Every name that was asked for.
+  const std::vector<std::string>& names() const { return known_; }
+
   /// Names that belong to somebody else in this namespace.
   void tolerate(const std::string& name) { known_.push_back(name); }
 
@@ -163,27 +166,8 @@ void readMonitorSettings(Parameters& parameters, MonitorSettings& settings) {
   parameters.read("lookahead", settings.lookahead, {0.0, 60.0});
 }
 
-}  // namespace
-
-std::string problemOf(const MonitorSettings& settings) {
-  const std::pair<const char*, double> numbers[] = {
-      {"rate", settings.rate},
-      {"threshold", settings.threshold},
-      {"warn_distance", settings.warn_distance},
-      {"stop_distance", settings.stop_distance},
-      {"hysteresis", settings.hysteresis},
-      {"lookahead", settings.lookahead},
-  };
-  for (const auto& [name, value] : numbers) {
-    if (!std::isfinite(value)) return std::string(name) + " is " + shortest(value) + ", not a finite number";
-  }
-  if (settings.stop_distance <= settings.warn_distance) return {};
-  return "stop_distance is " + shortest(settings.stop_distance) + ", above warn_distance, which is " +
-         shortest(settings.warn_distance) + ": the level WARN comes before STOP";
-}
-
-Config configFrom(const XmlRpcValue& values, const std::string& name_space) {
-  Parameters parameters(values, name_space);
+/// Every parameter, each within its range.
+Config readConfig(Parameters& parameters) {
   Config config;
   parameters.read("robot_description", config.robot_description);
   parameters.read("semantic_description", config.semantic_description);
@@ -213,11 +197,42 @@ Config configFrom(const XmlRpcValue& values, const std::string& name_space) {
   parameters.read("motion_time_budget", config.motion_time_budget, {1e-4, 3600.0});
   parameters.read("realtime_priority", config.realtime_priority, {0, 99});
   readMonitorSettings(parameters, config.monitor);
+  return config;
+}
+
+}  // namespace
+
+std::string problemOf(const MonitorSettings& settings) {
+  const std::pair<const char*, double> numbers[] = {
+      {"rate", settings.rate},
+      {"threshold", settings.threshold},
+      {"warn_distance", settings.warn_distance},
+      {"stop_distance", settings.stop_distance},
+      {"hysteresis", settings.hysteresis},
+      {"lookahead", settings.lookahead},
+  };
+  for (const auto& [name, value] : numbers) {
+    if (!std::isfinite(value)) return std::string(name) + " is " + shortest(value) + ", not a finite number";
+  }
+  if (settings.stop_distance <= settings.warn_distance) return {};
+  return "stop_distance is " + shortest(settings.stop_distance) + ", above warn_distance, which is " +
+         shortest(settings.warn_distance) + ": the level WARN comes before STOP";
+}
+
+Config configFrom(const XmlRpcValue& values, const std::string& name_space) {
+  Parameters parameters(values, name_space);
+  Config config = readConfig(parameters);
   parameters.tolerate("diagnostic_period");  // of diagnostic_updater
   parameters.warnAboutUnknown();
   const std::string problem = problemOf(config.monitor);
   if (!problem.empty()) throw std::invalid_argument("parameter " + name_space + "/" + problem);
   return config;
+}
+
+std::vector<std::string> parameterNames() {
+  Parameters parameters({}, "");
+  readConfig(parameters);
+  return parameters.names();
 }
 
 Config loadConfig(const ros::NodeHandle& private_nh) {

@@ -57,4 +57,7 @@ Config loadConfig(const ros::NodeHandle& private_nh);
 /// The same of what is in that namespace: a struct, or anything else where nothing is set.
 Config configFrom(const XmlRpc::XmlRpcValue& values, const std::string& name_space);
 
+/// The name of every parameter that configFrom() reads.
+std::vector<std::string> parameterNames();
+
 }  // namespace proximity_server::node

@@ -16,8 +16,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// A scene in the poses that a request needs.
 struct PosedScene {
-  PosedScene(const Robot& asked_robot, TfPoses& tf, const RequestedPairs& pairs,
-             const ros::Time& stamp)
+  PosedScene(const Robot& asked_robot, TfPoses& tf, const RequestedPairs& pairs, const ros::Time& stamp)
       : robot(asked_robot.links()),
         snapshot(tf.await(asked_robot, pairs.bodies(), stamp)),
         scene(asked_robot.takeScene()) {

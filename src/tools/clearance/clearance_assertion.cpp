@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "tools/command_line/csv.h"
-#include "tools/pair_audit/audit_report.h"
+#include "tools/command_line/state_text.h"
 
 namespace proximity_server::tools {
 namespace {

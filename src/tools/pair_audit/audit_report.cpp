@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <sstream>
 
-#include "tools/command_line/csv.h"
+#include "tools/command_line/state_text.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -203,16 +203,6 @@ SrdfFaults findSrdfFaults(const scene::SceneModel& model, const PairStudy& study
     if (contact == ContactClass::Always) faults.checked_but_always.push_back(i);
   }
   return faults;
-}
-
-std::string stateText(const scene::RobotModel& robot, const scene::SubjectPair& pair,
-                      const scene::Positions& positions) {
-  std::string text;
-  for (const scene::JointRange& range :
-       scene::rangesBetween(robot, scene::jointRanges(robot), pair.a.link, pair.b.link)) {
-    text += (text.empty() ? "" : " ") + robot.joints[range.joint].name + "=" + numberText(positions[range.joint]);
-  }
-  return text;
 }
 
 std::string auditReport(const scene::SceneModel& model, const PairStudy& study, SrdfGiven srdf) {

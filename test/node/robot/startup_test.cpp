@@ -7,12 +7,10 @@
 #include <array>
 #include <cstdio>
 #include <filesystem>
-#include <sstream>
 
 #include "node/faults/child_process.h"
 #include "node/faults/running_node.h"
 #include "node/gantry.h"
-#include "node/robot/config.h"
 #include "node/system/grants_real_time.h"
 
 // A node that cannot do its job must not start, and say why.
@@ -97,29 +95,6 @@ TEST_F(Startup, KnowsEveryParameterOfItsDocumentation) {
   const Outcome outcome = runNode("documented");
   EXPECT_NE(outcome.output.find("'robot_description'"), std::string::npos) << outcome.output;
   EXPECT_EQ(outcome.output.find("unknown"), std::string::npos) << outcome.output;
-}
-
-/// What a config says that a file may set, in words.
-std::string valuesOf(const Config& config) {
-  std::ostringstream text;
-  text << config.robot_description << ' ' << config.semantic_description << ' ' << config.reference_frame << ' '
-       << config.tf_prefix << ' ' << config.mesh_roots.size() << ' ' << config.allowed_mesh_roots.size() << ' '
-       << config.model.allow_missing_meshes << ' ' << config.model.mesh_tolerance << ' '
-       << config.model.link_mesh_tolerance.size() << ' ' << config.model.mesh_time_budget << ' '
-       << config.model.mesh_cache << ' ' << config.model.default_padding << ' ' << config.model.link_padding.size()
-       << ' ' << config.filter.pair_padding.size() << ' ' << config.filter.exclude_pairs.size() << ' '
-       << config.filter.only_pairs.size() << ' ' << config.filter.group << ' ' << config.tolerance << ' '
-       << config.max_tf_age << ' ' << config.max_tf_skew << ' ' << config.tf_timeout << ' ' << config.max_batch << ' '
-       << config.max_request_time << ' ' << config.motion_time_budget << ' ' << config.realtime_priority << ' '
-       << config.monitor.rate << ' ' << config.monitor.threshold << ' ' << config.monitor.warn_distance << ' '
-       << config.monitor.stop_distance << ' ' << config.monitor.hysteresis << ' ' << config.monitor.max_reported_pairs
-       << ' ' << config.monitor.markers << ' ' << config.monitor.lookahead;
-  return text.str();
-}
-
-// The launch files leave them to the node, so the documentation is loaded by nobody else.
-TEST_F(Startup, HasTheDefaultsOfItsDocumentation) {
-  EXPECT_EQ(valuesOf(loadConfig(ros::NodeHandle("/documented"))), valuesOf(loadConfig(ros::NodeHandle("/nothing"))));
 }
 
 TEST_F(Startup, RefusesAMissingRobot) {

@@ -1,0 +1,180 @@
+#!/usr/bin/env python3
+"""Checks that no include of src/ or include/ runs back up: the order of the rooms is the block ```rooms of src/README.md.
+
+usage: rooms_test.py SOURCE_DIR
+
+A room is a folder below src/ and include/proximity_server/, or a file with its header where no such folder exists. The rules:
+* each file belongs to a room of the list, and each room of the list has a file;
+* a file includes only files of its own room and of rooms that stand before it, and these exist;
+* what UNRELATED lists does not include each other;
+* a header below src/ is private to its layer, the first folder of its path.
+Includes with angle brackets are checked where they name a public header. Tests are not checked.
+"""
+
+import pathlib
+import re
+import sys
+import tempfile
+import unittest
+
+SOURCE = pathlib.Path(sys.argv[1]).resolve()
+PUBLIC = "include/proximity_server"
+SUFFIXES = (".h", ".cpp")
+UNRELATED = (("tools", "node"), ("tools", "demo"), ("node", "demo"))  # layers
+# Every other name below "proximity_server/" is a public header; these are generated from msg/, srv/ and config/.
+GENERATED = re.compile(r"proximity_server/[A-Z]\w*\.h")
+
+
+def rooms_of(map_text):
+    """The rooms in their order, lowest first."""
+    return re.search(r"(?ms)^```rooms\n(.*?)^```", map_text)[1].split()
+
+
+def name_of(path):
+    """The path of a file below its tree, without suffix: what an include of it and its room have in common."""
+    for tree in (PUBLIC, "src"):
+        if path.startswith(tree + "/"):
+            return path.removeprefix(tree + "/").rpartition(".")[0]
+    raise ValueError(path)
+
+
+def room_of(path, rooms):
+    """The room of a file, or None."""
+    name = name_of(path)
+    return next((room for room in rooms if name == room or name.startswith(room + "/")), None)
+
+
+def includes(text):
+    """What a source includes of this project, or by a relative path."""
+    for bracket, name in re.findall(r'(?m)^\s*#\s*include\s*(["<])([^">]+)[">]', text):
+        if (bracket == '"' or name.startswith("proximity_server/")) and not GENERATED.fullmatch(name):
+            yield name
+
+
+def file_of(include):
+    """The path below the source folder that an include means."""
+    return ("include/" if include.startswith("proximity_server/") else "src/") + include
+
+
+def layer_of(room):
+    return room.split("/")[0]
+
+
+def problem_of(path, room, include, rooms, files):
+    """What is wrong with an include of a file in a room; None if nothing is."""
+    target = file_of(include)
+    if target not in files:
+        return f"{target} does not exist"
+    included = room_of(target, rooms)
+    if included is None:
+        return f"{target} belongs to no room"
+    if rooms.index(included) > rooms.index(room):
+        return f"runs back up from {room} to {included}"
+    if any({layer_of(room), layer_of(included)} == set(pair) for pair in UNRELATED):
+        return f"{layer_of(room)} ({room}) and {layer_of(included)} ({included}) do not include each other"
+    if target.startswith("src/") and layer_of(included) != layer_of(room):
+        return f"is private to {layer_of(included)} ({included}), and {room} is not of it"
+    return None
+
+
+def problems(source):
+    """Every break of the rules below a source folder, as one line each."""
+    rooms = rooms_of((source / "src/README.md").read_text())
+    files = sorted(path.relative_to(source).as_posix() for tree in (PUBLIC, "src")
+                   for path in (source / tree).rglob("*") if path.suffix in SUFFIXES)
+    for room in rooms:
+        if not any(room_of(path, rooms) == room for path in files):
+            yield f"the room {room} has no file"
+    for path in files:
+        room = room_of(path, rooms)
+        if room is None:
+            yield f"{path} belongs to no room"
+            continue
+        for include in includes((source / path).read_text()):
+            problem = problem_of(path, room, include, rooms, files)
+            if problem:
+                yield f'{path}: #include "{include}" {problem}'
+
+
+class Rooms(unittest.TestCase):
+    def test_no_include_of_a_layer_runs_back_up(self):
+        self.assertEqual([], list(problems(SOURCE)))
+
+    def test_the_order_of_the_rooms_names_none_of_them_twice(self):
+        rooms = rooms_of((SOURCE / "src/README.md").read_text())
+        self.assertEqual(sorted(set(rooms)), sorted(rooms))
+
+
+MAP = """```rooms
+narrowphase/shape
+scene/mesh
+scene/query
+tools/clearance
+node/system
+node/main
+demo
+```"""
+# A source folder of one file per room, without any include.
+FILES = {
+    "src/README.md": MAP,
+    "include/proximity_server/narrowphase/shape/shape.h": "",
+    "src/narrowphase/shape/scan.h": "",
+    "src/scene/mesh/mesh.cpp": "",
+    "src/scene/query/scene.cpp": "",
+    "src/scene/query/pair_search.h": "",
+    "src/tools/clearance/clearance.h": "",
+    "src/node/system/process.h": "",
+    "src/node/main.cpp": "",
+    "src/demo/demo_motion.cpp": "",
+}
+
+
+class BrokenRules(unittest.TestCase):
+    """What the check says of a small source folder in which one thing is wrong."""
+
+    def found(self, files):
+        with tempfile.TemporaryDirectory() as folder:
+            for path, text in (FILES | files).items():
+                file = pathlib.Path(folder, path)
+                file.parent.mkdir(parents=True, exist_ok=True)
+                file.write_text(text)
+            return list(problems(pathlib.Path(folder)))
+
+    def test_includes_of_the_same_and_of_lower_rooms_are_right(self):
+        self.assertEqual([], self.found({
+            "src/scene/query/scene.cpp": '#include "scene/query/pair_search.h"\n'
+                                         '#include "proximity_server/narrowphase/shape/shape.h"\n'
+                                         "#include <vector>\n",
+            "src/node/main.cpp": '#include "node/system/process.h"\n#include <proximity_server/ShapeRef.h>\n'}))
+
+    def test_an_include_of_a_higher_room_is_named_with_both_rooms(self):
+        self.assertEqual(
+            ['src/scene/mesh/mesh.cpp: #include "scene/query/pair_search.h" runs back up from scene/mesh to scene/query'],
+            self.found({"src/scene/mesh/mesh.cpp": '#include "scene/query/pair_search.h"'}))
+
+    def test_the_node_includes_no_tool(self):
+        found, = self.found({"src/node/main.cpp": '#include "tools/clearance/clearance.h"'})
+        self.assertIn("node (node/main) and tools (tools/clearance) do not include each other", found)
+
+    def test_the_demo_includes_no_node(self):
+        found, = self.found({"src/demo/demo_motion.cpp": '#include "node/system/process.h"'})
+        self.assertIn("demo (demo) and node (node/system) do not include each other", found)
+
+    def test_a_private_header_is_of_its_layer_only(self):
+        found, = self.found({"src/scene/mesh/mesh.cpp": '# include "narrowphase/shape/scan.h"'})
+        self.assertIn("is private to narrowphase (narrowphase/shape), and scene/mesh is not of it", found)
+
+    def test_a_header_in_angle_brackets_is_checked_too(self):
+        found, = self.found({"src/scene/mesh/mesh.cpp": "#include <proximity_server/scene/gone.h>"})
+        self.assertIn("include/proximity_server/scene/gone.h does not exist", found)
+
+    def test_a_file_that_belongs_to_no_room_is_named(self):
+        self.assertEqual(["src/scene/helpers.h belongs to no room"], self.found({"src/scene/helpers.h": ""}))
+
+    def test_a_room_without_a_file_is_named(self):
+        self.assertEqual(["the room scene/motion has no file"],
+                         self.found({"src/README.md": MAP.replace("scene/query\n", "scene/query\nscene/motion\n")}))
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
