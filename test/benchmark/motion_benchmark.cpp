@@ -1,7 +1,6 @@
 // Time of contact of two moving solids, and of moving robots, beside FCL and beside sampling: the same motions for
 // every library, interleaved round by round. The results go into a JSON file, with the errors against a bisection that
 // leaves out no interval without proof. ./dev bench motion runs it pinned.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -15,10 +14,9 @@
 #include <regex>
 
 #include "benchmark/agreement.h"
-#include "benchmark/machine.h"
+#include "benchmark/benchmark_main.h"
 #include "benchmark/moving_robots.h"
 #include "oracle/oracle.h"
-#include "peers/aborts.h"
 #include "peers/motion_library.h"
 #include "peers/robots.h"
 #include "scene/example_robots.h"
@@ -320,28 +318,15 @@ json measurePairs(int motions, const std::regex& wanted) {
 int main(int argc, char** argv) {
   using namespace proximity_server::benchmark;
   CLI::App app{"Time of contact of moving solids and robots, beside FCL and sampling"};
-  std::string file, regex = ".";
   int motions = 400;
-  app.add_option("--json", file, "where the results go")->required();
   app.add_option("--motions", motions, "of each row")->check(CLI::PositiveNumber)->capture_default_str();
-  app.add_option("regex", regex, "only rows whose name matches");
-  CLI11_PARSE(app, argc, argv);
-
-  try {
-    surviveAborts();
-    const std::regex wanted(regex);
-    nlohmann::json result = machine();
-    result.update(measurePairs(motions, wanted));
+  return benchmarkMain(app, argc, argv, [&](const std::regex& wanted) {
+    nlohmann::json result = measurePairs(motions, wanted);
     std::vector<NamedRobot> robots = exampleRobots();
     if (robots.empty()) std::cout << kExampleRobotsMissing << " Panda, UR5 and PR2 are left out.\n";
     robots.insert(robots.begin(), demoRobot());
     result["robots"] = measureMovingRobots(robots, motions, wanted);
     std::cerr << "\n";
-    std::ofstream out(file);
-    out << result.dump(1) << "\n";
-    if (!out) throw std::runtime_error("cannot write " + file);
-  } catch (const std::exception& error) {
-    std::cerr << error.what() << "\n";
-    return 1;
-  }
+    return result;
+  });
 }

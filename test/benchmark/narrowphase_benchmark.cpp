@@ -1,7 +1,6 @@
 // Run time against error: the same pairs for ours, FCL, libccd and Bullet, interleaved round by round; the median of
 // the rounds goes into a JSON file, with the error against the oracle of the tests. ./dev bench narrowphase runs it
 // pinned.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <deque>
@@ -12,9 +11,8 @@
 #include <optional>
 #include <regex>
 
-#include "benchmark/machine.h"
+#include "benchmark/benchmark_main.h"
 #include "oracle/oracle.h"
-#include "peers/aborts.h"
 #include "peers/libraries.h"
 #include "peers/solids.h"
 
@@ -347,19 +345,11 @@ class Suite {
 int main(int argc, char** argv) {
   using namespace proximity_server::benchmark;
   CLI::App app{"Time per query and error beside FCL, libccd and Bullet"};
-  std::string file, regex = ".";
-  app.add_option("--json", file, "where the results go")->required();
-  app.add_option("regex", regex, "only rows whose name matches");
-  CLI11_PARSE(app, argc, argv);
-
-  surviveAborts();
-  const Suite suite(std::regex(regex), allLibraries());
-  json result = machine();
-  result.update({{"rows", suite.rows()},
-                 {"tolerances", suite.tolerances()},
-                 {"vertices", suite.vertices()},
-                 {"questions", suite.questions()}});
-  std::ofstream out(file);
-  out << result.dump(1) << "\n";
-  return out ? 0 : 1;
+  return benchmarkMain(app, argc, argv, [](const std::regex& wanted) {
+    const Suite suite(wanted, allLibraries());
+    return json{{"rows", suite.rows()},
+                {"tolerances", suite.tolerances()},
+                {"vertices", suite.vertices()},
+                {"questions", suite.questions()}};
+  });
 }

@@ -2,7 +2,6 @@
 // round. What is timed is the update with the poses and one question; forward kinematics is not. The results go into a
 // JSON file, with how the pairs were settled, and how far FCL's answers lie from ours. ./dev bench scene runs it
 // pinned.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <fstream>
@@ -13,9 +12,8 @@
 #include <regex>
 
 #include "benchmark/agreement.h"
-#include "benchmark/machine.h"
+#include "benchmark/benchmark_main.h"
 #include "benchmark/motions.h"
-#include "peers/aborts.h"
 #include "peers/fcl_scene.h"
 #include "peers/robots.h"
 #include "peers/scene_library.h"
@@ -283,27 +281,16 @@ json measureScaling(int states, const std::regex& wanted) {
 int main(int argc, char** argv) {
   using namespace proximity_server::benchmark;
   CLI::App app{"Time per state of a robot's clearance, beside FCL"};
-  std::string file, regex = ".";
   int states = 2000;
-  app.add_option("--json", file, "where the results go")->required();
   app.add_option("--states", states, "states of each motion")->check(CLI::PositiveNumber)->capture_default_str();
-  app.add_option("regex", regex, "only rows whose name matches");
-  CLI11_PARSE(app, argc, argv);
-
-  try {
-    surviveAborts();
+  return benchmarkMain(app, argc, argv, [&](const std::regex& wanted) {
     std::vector<NamedRobot> robots = exampleRobots();
     if (robots.empty()) std::cout << kExampleRobotsMissing << " Panda, UR5 and PR2 are left out.\n";
     robots.push_back(demoRobot());
-    nlohmann::json result = machine();
-    result["rows"] = measureRobots(robots, states, std::regex(regex));
-    result["scaling"] = measureScaling(states, std::regex(regex));
+    nlohmann::json result;
+    result["rows"] = measureRobots(robots, states, wanted);
+    result["scaling"] = measureScaling(states, wanted);
     std::cerr << "\n";
-    std::ofstream out(file);
-    out << result.dump(1) << "\n";
-    if (!out) throw std::runtime_error("cannot write " + file);
-  } catch (const std::exception& error) {
-    std::cerr << error.what() << "\n";
-    return 1;
-  }
+    return result;
+  });
 }
