@@ -123,11 +123,11 @@ std::optional<SignedDistance> boxOverlap(const Cso& cso, const Isometry3d& a_T_b
 SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
                             double rounding, WarmStart& warm_start) {
   if (hasClosedForm(a.kind(), b.kind())) return certified(closedForm(a, b, a_T_b), rounding);
-  if (isRevolved(a.kind()) && isRevolved(b.kind())) {
+  if (isSolidOfRevolution(a.kind()) && isSolidOfRevolution(b.kind())) {
     // Axes that are parallel but for a small part of the tolerance: b turned by the tilt moves by no more than this.
     const double turned = axesTilt(a, b, a_T_b) * b.coreReach();
     if (turned <= options.distance_tolerance / 16.0)
-      return certified(revolvedDistance(a, b, a_T_b, options.distance_tolerance), rounding + turned);
+      return certified(parallelAxesDistance(a, b, a_T_b, options.distance_tolerance), rounding + turned);
   }
   Cso cso(a, b, a_T_b, rounding, warm_start);
   const Vector3d direction = firstDirection(cso, warm_start);

@@ -167,7 +167,7 @@ double axesTilt(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b) 
   return a_T_b.linear().col(2).head<2>().norm();
 }
 
-SignedDistance revolvedDistance(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, double tolerance) {
+SignedDistance parallelAxesDistance(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, double tolerance) {
   const Vector3d axis_b = a_T_b.linear().col(2), t = a_T_b.translation();
   const Vector3d axis = a.kind() == Kind::Point ? Vector3d(axis_b.normalized()) : Vector3d(Vector3d::UnitZ());
   const auto acrossAxis = [&](const Vector3d& v) { return Vector3d(v - v.dot(axis) * axis); };

@@ -6,7 +6,7 @@
 namespace proximity_server::narrowphase {
 
 /// Points, segments, cylinders and cones.
-inline bool isRevolved(Shape::Kind kind) {
+inline bool isSolidOfRevolution(Shape::Kind kind) {
   return kind == Shape::Kind::Point || kind == Shape::Kind::Segment || kind == Shape::Kind::Cylinder ||
          kind == Shape::Kind::Cone;
 }
@@ -20,6 +20,6 @@ double axesTilt(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b);
 /// point from a convex polygon in the half plane (radius, height). Here EPA would see a ring of equal directions.
 /// Frame, sign and invariant as signedDistance.
 /// Error: a few eps of the sizes and the offset, and the tilt times the reach of b.
-SignedDistance revolvedDistance(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, double tolerance);
+SignedDistance parallelAxesDistance(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, double tolerance);
 
 }  // namespace proximity_server::narrowphase

@@ -15,11 +15,11 @@ using Eigen::Vector3d;
 
 /// What Newton's method makes of a direction, with the depth along it; nothing where it misses a piece.
 struct Refined {
-  Stationary stationary;
+  StationaryDirection stationary;
   double depth;
 };
 std::optional<Refined> refined(Cso& cso, const Simplex& simplex, const Vector3d& normal) {
-  const std::optional<Stationary> stationary = refine(cso, simplex, normal);
+  const std::optional<StationaryDirection> stationary = refine(cso, simplex, normal);
   if (!stationary) return std::nullopt;
   const double depth = stationary->normal.dot(cso.vertex(stationary->normal).point);
   if (depth - stationary->height > cso.rounding()) return std::nullopt;
@@ -121,8 +121,8 @@ class Shallowest {
     simplex.members = 0b111;
     const std::optional<Refined> direction = refined(cso, simplex, face.normal());
     if (!direction) return;
-    const Stationary& stationary = direction->stationary;
-    if (stationary.cos_proven < 1.0 && caps_ < kMostCaps)
+    const StationaryDirection& stationary = direction->stationary;
+    if (stationary.cos_proven < 1.0 && caps_ < kMaxCaps)
       proven_[static_cast<std::size_t>(caps_++)] = {stationary.normal, stationary.cos_proven};
     // Of two directions as good as each other, the one that has points.
     const double limit = result_.depth + (result_.has_points ? 0.0 : cso.rounding());
@@ -140,15 +140,15 @@ class Shallowest {
   }
 
  private:
-  static constexpr int kMostCaps = 8;
+  static constexpr int kMaxCaps = 8;
   struct Cap {
     Vector3d normal;
     double cosine;
   };
 
   bool holds(const Cap& cap, const Polytope& polytope, const Polytope::Face& face) const {
-    constexpr std::size_t kMostFaces = 16;
-    std::array<const Polytope::Face*, kMostFaces> closer{&face};
+    constexpr std::size_t kMaxFaces = 16;
+    std::array<const Polytope::Face*, kMaxFaces> closer{&face};
     std::size_t count = 1;
     for (std::size_t i = 0; i < count; ++i) {
       const double distance = closer[i]->distance(), inside = closer[i]->normal().dot(cap.normal);
@@ -157,7 +157,7 @@ class Shallowest {
         const Polytope::Face& next = polytope.neighbour(*closer[i], edge);
         if (next.isCloserThan(result_.depth)) {
           if (std::find(closer.begin(), closer.begin() + count, &next) != closer.begin() + count) continue;
-          if (count == kMostFaces) return false;
+          if (count == kMaxFaces) return false;
           closer[count++] = &next;
           continue;
         }
@@ -172,7 +172,7 @@ class Shallowest {
 
   EpaResult& result_;
   int caps_ = 0;
-  std::array<Cap, kMostCaps> proven_;
+  std::array<Cap, kMaxCaps> proven_;
 };
 
 /// Of the depth: a face that does not reach as far knows too little of the smooth pieces.

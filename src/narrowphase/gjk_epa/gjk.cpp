@@ -16,7 +16,7 @@ using Outcome = GjkResult::Outcome;
 constexpr int kFirstRefinement = 3;
 
 // Enough to get from an edge to a face on either side, too few to circle.
-constexpr int kMostSideways = 4;
+constexpr int kMaxSideways = 4;
 
 /// The support plane of `normal` leaves at least this much between the origin and the CSO.
 double lowerBound(const Cso& cso, const Vector3d& normal, const CsoVertex& w) {
@@ -25,7 +25,7 @@ double lowerBound(const Cso& cso, const Vector3d& normal, const CsoVertex& w) {
 
 /// Whether Newton's method ends the search: if so, the result is complete.
 bool refineDistance(Cso& cso, const Vector3d& normal, const Options& options, GjkResult& result) {
-  const std::optional<Stationary> stationary = refine(cso, result.simplex, normal);
+  const std::optional<StationaryDirection> stationary = refine(cso, result.simplex, normal);
   if (!stationary || !(stationary->height < 0.0)) return false;
   const double lower_bound = lowerBound(cso, stationary->normal, cso.vertex(stationary->normal));
   const double distance = (stationary->points.on_b - stationary->points.on_a).norm();
@@ -134,7 +134,7 @@ GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, co
 
     const Nearest next = nearestToOrigin(simplex, newest);
     const bool is_nearer = next.encloses_origin || next.distance < nearest.distance;  // false for NaN
-    if (!is_nearer && !(isSideways(nearest, next, rounding) && sideways++ < kMostSideways)) {
+    if (!is_nearer && !(isSideways(nearest, next, rounding) && sideways++ < kMaxSideways)) {
       const auto isOpen = [&] { return upper_bound - result.lower_bound > options.distance_tolerance; };
       if (isOpen() && cso.isPolytope()) improveLowerBound(cso, simplex, newest, result);
       if (isOpen() && !cso.isPolytope() && refineDistance(cso, nearest.normal(), options, result)) return result;

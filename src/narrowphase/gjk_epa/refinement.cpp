@@ -151,7 +151,7 @@ class Pieces {
 
   Vector3d turned(const Vector2d& turn) const { return (normal_ + tangents_ * turn).normalized(); }
 
-  std::optional<Stationary> result() {
+  std::optional<StationaryDirection> result() {
     double sum = 0.0;
     for (int i = 0; i < count_; ++i) {
       double& weight = piece(i).weight;
@@ -166,13 +166,13 @@ class Pieces {
     const Vector3d w = points.on_a - points.on_b;
     const double height = normal_.dot(w);
     // Pieces that hardly differ leave their weights open.
-    if (!((w - height * normal_).norm() <= kMostBeside * cso_.rounding())) return std::nullopt;
-    return Stationary{normal_, height, points, height > 0.0 ? provenCap(height) : kNothingProven};
+    if (!((w - height * normal_).norm() <= kMaxBeside * cso_.rounding())) return std::nullopt;
+    return StationaryDirection{normal_, height, points, height > 0.0 ? provenCap(height) : kNothingProven};
   }
 
  private:
   static constexpr double kSmallWeight = 1e-9;  // rounding of a weight that is zero
-  static constexpr double kMostBeside = 32.0;   // roundings: the search ends at a gap of twice as many
+  static constexpr double kMaxBeside = 32.0;    // roundings: the search ends at a gap of twice as many
   static constexpr double kFlat = 1e-6;         // a smaller curvature than this part of the greatest is none
 
   Piece& piece(int i) { return pieces_[static_cast<std::size_t>(i)]; }
@@ -320,14 +320,14 @@ double flatEnd(const Shape& shape, const Vector3d& normal) {
 }
 
 /// Where the other core stands on the flat end of one, the axis is the answer.
-std::optional<Stationary> onFlatEnd(Cso& cso, const Vector3d& normal) {
+std::optional<StationaryDirection> onFlatEnd(Cso& cso, const Vector3d& normal) {
   if (const double end = flatEnd(cso.a(), normal); end != 0.0) {
     const Vector3d axis = end * Vector3d::UnitZ();
     const Vector3d on_b = cso.vertex(axis).onB();
     const double climb = cso.a().halfExtents().x() - on_b.head<2>().norm();
     const Vector3d on_a(on_b.x(), on_b.y(), end * cso.a().halfExtents().z());
     const double height = end * (on_a.z() - on_b.z());
-    if (climb > 0.0) return Stationary{axis, height, {on_a, on_b}, capOfClimb(height, climb)};
+    if (climb > 0.0) return StationaryDirection{axis, height, {on_a, on_b}, capOfClimb(height, climb)};
   }
   if (const double end = flatEnd(cso.b(), cso.bAxes().transpose() * -normal); end != 0.0) {
     const Vector3d axis = -end * cso.bAxes().col(0).cross(cso.bAxes().col(1)).normalized();
@@ -335,27 +335,27 @@ std::optional<Stationary> onFlatEnd(Cso& cso, const Vector3d& normal) {
     const Vector3d from_end = on_a - (cso.bOrigin() + end * cso.b().halfExtents().z() * cso.bAxes().col(2));
     const double height = from_end.dot(axis);
     const double climb = cso.b().halfExtents().x() - (from_end - height * axis).norm();
-    if (climb > 0.0) return Stationary{axis, height, {on_a, on_a - height * axis}, capOfClimb(height, climb)};
+    if (climb > 0.0) return StationaryDirection{axis, height, {on_a, on_a - height * axis}, capOfClimb(height, climb)};
   }
   return std::nullopt;
 }
 
 }  // namespace
 
-std::optional<Stationary> refine(Cso& cso, const Simplex& simplex, const Vector3d& normal) {
+std::optional<StationaryDirection> refine(Cso& cso, const Simplex& simplex, const Vector3d& normal) {
   // The curve of a sweep has pieces at both of its ends, which are not told apart here.
   for (const Shape* shape : {&cso.a(), &cso.b()})
     if (shape->kind() == Kind::Sweep && !shape->isPolytope()) return std::nullopt;
   if (const auto flat = onFlatEnd(cso, normal)) return flat;
-  constexpr int kMostSteps = 6;
+  constexpr int kMaxSteps = 6;
   constexpr double kLastTurn = 1e-7;  // [rad] its square, what is left after it, is rounding
-  constexpr double kMostTurn = 0.5;
+  constexpr double kMaxTurn = 0.5;
   Pieces pieces(cso, simplex);
   pieces.lookAlong(normal);
-  for (int i = 0; i < kMostSteps; ++i) {
+  for (int i = 0; i < kMaxSteps; ++i) {
     const Vector2d turn = pieces.step();
     const double angle = turn.norm();
-    if (!(angle < kMostTurn)) return std::nullopt;
+    if (!(angle < kMaxTurn)) return std::nullopt;
     pieces.lookAlong(pieces.turned(turn));
     if (angle < kLastTurn) return pieces.result();
   }

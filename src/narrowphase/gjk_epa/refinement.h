@@ -8,7 +8,7 @@ namespace proximity_server::narrowphase {
 
 /// A direction in which the support plane of a curved CSO touches it perpendicular to the line from the origin: where
 /// the distance has its maximum over all directions, and the depth a minimum.
-struct Stationary {
+struct StationaryDirection {
   Eigen::Vector3d normal;  ///< unit, a towards b
   double height;           ///< [m] of the support plane over the origin: the depth, or minus the distance
   WitnessPoints points;    ///< on_a - on_b is height * normal, but for rounding
@@ -25,6 +25,6 @@ struct Stationary {
 /// Source:  sequential quadratic programming for a maximum of smooth functions (Nocedal, Wright, Numerical
 /// Optimization,
 ///          2006), on the unit sphere; the support functions and their derivatives are those of circle and ellipsoid.
-std::optional<Stationary> refine(Cso& cso, const Simplex& simplex, const Eigen::Vector3d& normal);
+std::optional<StationaryDirection> refine(Cso& cso, const Simplex& simplex, const Eigen::Vector3d& normal);
 
 }  // namespace proximity_server::narrowphase

@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kMostSamples = 512;
+constexpr int kMaxSamples = 512;
 
 /// Branch and bound over time. The normals at the ends of an interval are two axes that stand; a third one turns from
 /// the first to the second. Where one normal follows smoothly on the other that is the best, where it jumps the two
@@ -28,7 +28,7 @@ class TimeSubdivision {
       const Interval worst = intervals_.front();
       const bool is_too_short = !(at(worst.begin).time < worst.middle && worst.middle < at(worst.end).time);
       if (is_too_short) return finished(Status::Degenerate);
-      if (answer_.queries >= std::min(options_.max_queries, kMostSamples)) return finished(Status::IterationLimit);
+      if (answer_.queries >= std::min(options_.max_queries, kMaxSamples)) return finished(Status::IterationLimit);
       pop();
       const int middle = sample(worst.middle);
       enter(worst.begin, middle, worst.lower_bound);
@@ -120,8 +120,8 @@ class TimeSubdivision {
   const MinimumOptions options_;
   Options distance_options_;
   MinimumOverMotion answer_;
-  std::array<Sample, kMostSamples> samples_;
-  std::array<Interval, kMostSamples> intervals_;  // a heap
+  std::array<Sample, kMaxSamples> samples_;
+  std::array<Interval, kMaxSamples> intervals_;  // a heap
   int count_ = 0;
   double settled_ = std::numeric_limits<double>::infinity();  // [m] the smallest bound that is beyond stop_above
 };

@@ -23,7 +23,7 @@ class Advancement {
       ++answer.queries;
       answer.t_free = time;
       if (distance.status == Status::Unknown) return answer;
-      if (distance.upper_bound <= options_.clearance + options_.tolerance) return inContact(answer, distance);
+      if (distance.upper_bound <= options_.contact_distance + options_.tolerance) return inContact(answer, distance);
       if (!(distance.lower_bound > level())) return undecided(answer, Status::Degenerate);
       if (answer.queries >= options_.max_queries) return undecided(answer, Status::IterationLimit);
 
@@ -35,8 +35,8 @@ class Advancement {
   }
 
  private:
-  /// [m] a gap at which a step may end: above the clearance, so that it proves what is behind it.
-  double level() const { return options_.clearance + 0.25 * options_.tolerance; }
+  /// [m] a gap at which a step may end: above the contact distance, so that it proves what is behind it.
+  double level() const { return options_.contact_distance + 0.25 * options_.tolerance; }
 
   TimeOfContact inContact(TimeOfContact answer, const SignedDistance& distance) const {
     answer.status = Status::Converged;
@@ -62,11 +62,11 @@ class Advancement {
   /// The longer the step that is tried, the lower the bound lies in between; so it is tried again with a step that ends
   /// where the chord of the last one met the level.
   double advance(double time, const SignedDistance& distance) {
-    constexpr int kMostTrials = 3;
+    constexpr int kMaxTrials = 3;
     const Rates rates = ratesSince(time, distance);
-    firstTrial(time, distance.lower_bound - options_.clearance, rates.approach);
+    firstTrial(time, distance.lower_bound - options_.contact_distance, rates.approach);
     double free = 0.0;
-    for (int trial = 0; trial < kMostTrials; ++trial) {
+    for (int trial = 0; trial < kMaxTrials; ++trial) {
       const double end = std::min(options_.end, time + duration_);
       const AxisBound bound = bestBound(distance, distance.normal + (end - time) * rates.turning, time, end);
       free = std::max(free, bound.firstTimeAt(level()));
@@ -97,8 +97,8 @@ class Advancement {
   /// Sets the duration to that over which the parabola of the acceleration takes half of the gap away, or to a bit more
   /// than it takes to contact where the shapes approach as before: the longer it is, the lower the bound in between.
   void firstTrial(double time, double gap, double approach) {
-    constexpr double kBeyondContact = 1.25, kMostGrowth = 16.0;
-    double window = std::min(options_.end - time, kMostGrowth * duration_);
+    constexpr double kBeyondContact = 1.25, kMaxGrowth = 16.0;
+    double window = std::min(options_.end - time, kMaxGrowth * duration_);
     if (approach > 0.0) window = std::min(window, kBeyondContact * gap / approach);
     motion_ = pair_.motion(time, time + window);
     duration_ = std::min(window, 2.0 * std::sqrt(gap / motion_.acceleration));  // infinite where nothing accelerates

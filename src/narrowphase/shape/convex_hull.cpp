@@ -225,8 +225,8 @@ void ConvexHull::storeForScan() {
 }
 
 void ConvexHull::findStarts() {
-  constexpr int kMostCells = 64;  // six sides of 64 x 64 cells fit into a cache of the second level
-  cells_ = std::min(static_cast<int>(std::ceil(std::sqrt(size() / 1.5))), kMostCells);
+  constexpr int kMaxCells = 64;  // six sides of 64 x 64 cells fit into a cache of the second level
+  cells_ = std::min(static_cast<int>(std::ceil(std::sqrt(size() / 1.5))), kMaxCells);
   const auto cells = static_cast<std::size_t>(cells_);
   starts_.reserve(6 * cells * cells);
   int start = 0;

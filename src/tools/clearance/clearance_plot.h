@@ -19,7 +19,7 @@ class ClearancePlot {
   /// Takes the rows as CSV.
   std::ostream& data() { return data_; }
 
-  /// `limit` [m] is the clearance that a line marks. Throws std::invalid_argument naming the picture where drawing
+  /// `limit` [m] is the distance that a line marks. Throws std::invalid_argument naming the picture where drawing
   /// fails.
   void draw(double limit);
 

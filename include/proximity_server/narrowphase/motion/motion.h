@@ -63,9 +63,9 @@ MotionBound motionBound(const MotionChain& chain, const Eigen::Vector3d& centre,
 Shape sweptShape(const Shape& shape, const ScrewMotion& motion, double begin = 0.0, double end = 1.0);
 
 struct ContactOptions {
-  double clearance = 0.0;   ///< [m] contact is a signed distance at or below it
-  double tolerance = 1e-9;  ///< [m] of that distance
-  double begin = 0.0;       ///< the time in which contact is looked for, within [0, 1]
+  double contact_distance = 0.0;  ///< [m] contact is a signed distance at or below it
+  double tolerance = 1e-9;        ///< [m] of that distance
+  double begin = 0.0;             ///< the time in which contact is looked for, within [0, 1]
   double end = 1.0;
   int max_queries = 10000;  ///< of the distance, at one time
 };
@@ -75,8 +75,8 @@ struct TimeOfContact {
   /// Converged: the answer is complete. IterationLimit, Degenerate: contact is undecided after t_free.
   Status status = Status::Unknown;
   bool contact = false;
-  double t_free = 0.0;  ///< from `begin` to here the signed distance is proven to be above the clearance
-  /// The signed distance is at most clearance + tolerance here. NaN without contact. t_free <= t_contact, and the first
+  double t_free = 0.0;  ///< from `begin` to here the signed distance is proven to be above the contact distance
+  /// The signed distance is at most contact_distance + tolerance here. NaN without contact. t_free <= t_contact, and the first
   /// true contact is not before t_free; both are `begin` where the shapes are in contact from the beginning.
   double t_contact = std::numeric_limits<double>::quiet_NaN();
   SignedDistance at_contact;  ///< at t_contact, in the frame of the chains
@@ -87,7 +87,7 @@ struct TimeOfContact {
 ///
 /// From a time at which the shapes are apart, the normal of their distance is the axis of a step, turned as fast as the
 /// normals of the last step did: the gap along it is known at the beginning and at the end of the step, and in between
-/// lies above its chord less a parabola for the acceleration. The step ends where that meets the clearance, so no
+/// lies above its chord less a parabola for the acceleration. The step ends where that meets the contact distance, so no
 /// contact is passed, however thin the shapes; near contact the steps shrink faster than geometrically.
 ///
 /// Frame:   the chains lead from one common frame to a and to b. A frame in which both move little gives large steps.
