@@ -86,8 +86,8 @@ struct FirstContact {
 
 /// First contact by the Lipschitz bound alone: from a time with a gap g nothing can happen for g / speed_limit.
 ///
-/// Error:   contact_by - free_until is what the contact distance less `resolution` [m] leaves open. Grazing closer than it
-///          has neither proof: never() is false and there is no contact_by.
+/// Error:   contact_by - free_until is what the contact distance less `resolution` [m] leaves open. Grazing closer than
+///          it has neither proof: never() is false and there is no contact_by.
 /// Cost:    speed_limit / gap steps for each unit of time; the search gives up after max_steps, with what is proven.
 FirstContact firstContact(const DistanceOverTime& distance, long double contact_distance,
                           const TimeInterval& interval = {}, long double resolution = 1e-12L, int max_steps = 2000000);

@@ -21,8 +21,8 @@ struct MotionObservation {
 ///
 /// Method: signed distances with poses in long double and the bounds of signedDistance, at times of its own: spread
 ///         over the motion, at all times that an answer names and just before t_free, at local minima between them
-///         (golden sections) and where the first of them enters the contact distance (bisection). The same question with the
-///         shapes swapped, and seen from another frame, is held against the same distances.
+///         (golden sections) and where the first of them enters the contact distance (bisection). The same question
+///         with the shapes swapped, and seen from another frame, is held against the same distances.
 MotionObservation observeMotion(const StressMotion& motion);
 
 /// The first promise that these answers break, looked for in the same way.

@@ -21,8 +21,7 @@ visualization_msgs::MarkerArray pieceMarkers(const scene::RobotModel& robot, con
 /// "level"      a text above the robot in the colour of the level: the level, the closest pair and its distance. Where
 ///              it is INVALID the reason, and then there is nothing else.
 /// "witnesses"  a line between the closest points of every listed pair, and of the closest pair in any case, coloured
-/// by
-///              the level that this distance alone would mean.
+///              by the level that this distance alone would mean.
 /// "distances"  labels of the few closest pairs, that of the closest larger, and "leaders", thin lines from there to
 ///              the middle of the pair's line. RViz draws a text behind what stands in front of it, so the labels stand
 ///              outside of the box around the robot.
