@@ -182,7 +182,11 @@ class Shallowest {
   std::array<Cap, kMaxCaps> proven_;
 };
 
-/// Of the depth: a face that does not reach as far knows too little of the smooth pieces.
+/// Newton's method starts only from a face whose distance is more than this fraction of the depth along its normal: the
+/// corners of a face farther inside seldom lie on the right smooth pieces. Evidence: 400 random pairs each of
+/// cylinders, cones and ellipsoids, least processor time of 60 rounds. Against 0 (every face), 0.6 saves 3 to 12 % in
+/// deep overlaps and costs 4 to 27 % in shallow ones; 0.99 costs more in shallow ones than 0.6. The rows "cylinder,
+/// shallow" and "cylinder, deep" of ./dev bench narrowphase repeat it for cylinders.
 constexpr double kWorthRefining = 0.6;
 
 EpaResult expandPolytope(Cso& cso, const std::array<CsoVertex, 4>& tetrahedron, const Options& options) {

@@ -22,7 +22,10 @@ using Eigen::Vector3d;
 using Points = std::vector<Vector3d>;
 using Triangles = std::vector<std::array<int, 3>>;
 
-// Up to this many vertices a scan of all beats climbing over the adjacency.
+// Up to this many vertices farthestVertex() scans all of them; larger hulls climb over the adjacency from a table of
+// starts. The limit is no optimum on every machine. Queries of 3000 pairs of hulls, apart and shallow, least processor
+// time of 10 rounds on a loaded x86-64 machine: the scan took 6 to 9 % longer than climbing with 16 vertices, 19 to 22
+// % with 96 and 30 to 38 % with 200. The rows "support by vertices" and "hull 32" of ./dev bench narrowphase repeat it.
 constexpr int kScanLimit = 96;
 
 Points withoutDuplicates(Points points) {
