@@ -303,7 +303,7 @@ class NodeBenchmark {
     const std::size_t states = (kBatch + model.pairs.checked.size() - 1) / model.pairs.checked.size();
     QueryConfigurationRequest configuration = configurations(MovingRobot(model.robot), states);
     configuration.mode = QueryConfigurationRequest::PER_PAIR;
-    const std::vector<SubjectPair> candidates = Scene(stage.robot().model).candidates();
+    const std::vector<SubjectPair> candidates = Scene(stage.robot().model).candidates().list();
     std::vector<std::vector<double>> positions;
     for (const sensor_msgs::JointState& state : configuration.states) {
       positions.push_back(MovingRobot(model.robot).positionsAt(state.header.stamp));

@@ -69,9 +69,9 @@ void checkAnswer(const StateProximity& answer) {
 
 void askAt(const BodyPoses& poses, const QueryPairsRequest& request, std::size_t states) {
   const Question question = questionOf(arm(), request);
-  const std::vector<SubjectPair> pairs = pairsOf(arm(), request);
+  const RequestedPairs pairs = pairsOf(arm(), request);
   requireAnswersWithinBatch(arm(), request, pairs.size(), states);
-  bodiesOf(arm().links(), pairs);
+  pairs.bodies();
   const ScenePool::Lease scene = arm().takeScene();
   scene->update(poses);
   const QueryStatus status;
@@ -103,7 +103,7 @@ void ask(const QueryConfigurationRequest& request) {
 }
 
 /// A search that ends after a millisecond, whatever was asked.
-void search(const std::vector<SubjectPair>& pairs, const TimedMotion& motion, MotionQuestion question) {
+void search(const Pairs& pairs, const TimedMotion& motion, MotionQuestion question) {
   question.deadline = deadlineIn(1e-3);
   const MovingScenePool::Lease scene = arm().takeMovingScene();
   const RobotContact contact = scene->timeOfContact(pairs, motion.motion, question);
@@ -116,18 +116,18 @@ void ask(const FirstContactRequest& request) {
   const MotionQuestion question = motionQuestion(request.contact_distance, request.tolerance);
   timeBudget(arm(), request.time_budget);
   positive(request.horizon, "horizon");
-  const std::vector<SubjectPair> pairs = pairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
-  search(pairs, motionOf(arm(), posesAtZero(), request), question);
+  const RequestedPairs pairs = pairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
+  search(pairs.asked(), motionOf(arm(), posesAtZero(), request), question);
 }
 
 void ask(const QueryTrajectoryRequest& request) {
   const MotionQuestion question = motionQuestion(request.contact_distance, request.tolerance);
   timeBudget(arm(), request.time_budget);
-  const std::vector<SubjectPair> pairs = pairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
+  const RequestedPairs pairs = pairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
   const WayPoints points = wayPointsOf(arm(), request);
   for (std::size_t i = 0; i + 1 < points.times.size(); ++i) {
     const std::vector<double> travel = travelBetween(points.positions[i], points.positions[i + 1]);
-    search(pairs,
+    search(pairs.asked(),
            motionOfJoints(arm(), posesAt(points.positions[i]), travel, points.times[i],
                           points.times[i + 1] - points.times[i]),
            question);

@@ -38,7 +38,7 @@ void OurScene::ask(const BodyPoses& poses, SceneQuestion question) {
 
 /// The candidates are sorted as the pairs of the filter are.
 int OurScene::candidateOf(const PairProximity& proximity) const {
-  const std::vector<SubjectPair>& candidates = scene_.candidates();
+  const Candidates& candidates = scene_.candidates();
   return static_cast<int>(std::lower_bound(candidates.begin(), candidates.end(), proximity.asked, isBefore) -
                           candidates.begin());
 }

@@ -63,7 +63,7 @@ Lookahead noLookahead(const MonitorSettings& settings) {
   return result;
 }
 
-Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const std::vector<scene::SubjectPair>& pairs,
+Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const scene::Pairs& pairs,
                        const scene::BodyPoses& poses, const VelocitySnapshot& velocities,
                        const MonitorSettings& settings) {
   Lookahead result = noLookahead(settings);

@@ -20,7 +20,7 @@ Lookahead noLookahead(const MonitorSettings& settings);
 
 /// What the velocities lead to, from poses on of which all that `pairs` need are known. Takes no longer than a part of
 /// the monitor's period.
-Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const std::vector<scene::SubjectPair>& pairs,
+Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const scene::Pairs& pairs,
                        const scene::BodyPoses& poses, const VelocitySnapshot& velocities,
                        const MonitorSettings& settings);
 

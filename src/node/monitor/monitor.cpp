@@ -44,8 +44,8 @@ void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
   robot_ = robot;
   scene_ = robot_->takeScene();
   moving_scene_ = robot_->takeMovingScene();
-  bodies_ = bodiesOf(robot_->links(), scene_->candidates());
-  joints_ = jointsThatMatter(robot_->links(), scene_->candidates());
+  bodies_ = robot_->candidateBodies();
+  joints_ = jointsThatMatter(robot_->links(), robot_->candidates().list());
   level_ = Clearance::INVALID;
   longest_name_ = longestName(robot_->links());
 }
@@ -72,7 +72,7 @@ void Monitor::measure(const PoseSnapshot& snapshot, const MonitorSettings& setti
   scene::Question question;
   question.tolerance = robot_->config().tolerance;
   question.threshold = settings.threshold;
-  const std::vector<scene::SubjectPair>& pairs = scene_->candidates();
+  const scene::Candidates& pairs = robot_->candidates();
   scene_->update(snapshot.poses);
 
   const scene::PairsBelow below = scene_->closestBelow(pairs, std::max(1, settings.max_reported_pairs), question);
@@ -119,20 +119,15 @@ void Monitor::lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& ve
     clearance_.lookahead.status = clearance_.status;
     return;
   }
-  const std::vector<scene::SubjectPair>& pairs = scene_->candidates();
+  const scene::Candidates& pairs = robot_->candidates();
   clearance_.lookahead = contactAhead(*robot_, *moving_scene_, pairs, snapshot.poses, velocities, settings);
 }
 
 void Monitor::countPairs() {
   const scene::PairTable& table = robot_->model().pairs;
-  const scene::PairCounts& counts = scene_->counts();
+  assignCounts(clearance_, scene_->counts());
   clearance_.pairs_total = static_cast<std::uint32_t>(table.pairs.size());
   clearance_.pairs_filtered = static_cast<std::uint32_t>(table.pairs.size() - table.checked.size());
-  clearance_.pairs_unknown = static_cast<std::uint32_t>(counts.unknown);
-  clearance_.pairs_at_rest = static_cast<std::uint32_t>(counts.at_rest);
-  clearance_.pairs_by_motion = static_cast<std::uint32_t>(counts.by_motion);
-  clearance_.pairs_by_bounds = static_cast<std::uint32_t>(counts.by_bounds);
-  clearance_.pairs_computed = static_cast<std::uint32_t>(counts.computed);
 }
 
 }  // namespace proximity_server::node

@@ -36,4 +36,15 @@ std::int8_t statusCode(const narrowphase::SignedDistance& result);
 
 ModelInfo toMessage(const Robot& robot, const ros::Time& loaded);
 
+/// How the pairs of a question were settled, in the fields of any message that tells it.
+template <class Message>
+void assignCounts(Message& message, const scene::PairCounts& counts) {
+  message.pairs_total = static_cast<std::uint32_t>(counts.total);
+  message.pairs_unknown = static_cast<std::uint32_t>(counts.unknown);
+  message.pairs_at_rest = static_cast<std::uint32_t>(counts.at_rest);
+  message.pairs_by_motion = static_cast<std::uint32_t>(counts.by_motion);
+  message.pairs_by_bounds = static_cast<std::uint32_t>(counts.by_bounds);
+  message.pairs_computed = static_cast<std::uint32_t>(counts.computed);
+}
+
 }  // namespace proximity_server::node

@@ -88,6 +88,8 @@ Robot::Robot(const std::string& urdf, const std::string& srdf, const Config& con
     : config_(config),
       srdf_(srdf),
       model_(sceneModel(urdf, srdf, config)),
+      candidates_(model_->pairs),
+      candidate_bodies_(bodiesOf(model_->robot, candidates_.list())),
       reference_link_(referenceLinkOf(model_->robot, config)),
       reference_frame_(reference_link_ < 0 ? config.reference_frame : frameOf(reference_link_)),
       tf_edges_(edgesOf(model_->robot, config)),
@@ -103,16 +105,17 @@ std::string Robot::frameOf(int link) const {
 std::vector<scene::SubjectPair> Robot::pairsOfGroup(const std::string& group) const {
   scene::PairFilterOptions filter = config_.filter;
   filter.group = group;
-  return checkedPairs(scene::filterPairs(links(), srdf_, filter));
+  return scene::Candidates(scene::filterPairs(links(), srdf_, filter)).list();
 }
 
-std::vector<scene::SubjectPair> checkedPairs(const scene::PairTable& table) {
-  std::vector<scene::SubjectPair> pairs;
-  for (const int index : table.checked) {
-    const scene::LinkPair& pair = table.pairs[static_cast<std::size_t>(index)];
-    pairs.push_back({{pair.link_a}, {pair.link_b}});
-  }
-  return pairs;
+std::vector<int> bodiesOf(const scene::RobotModel& robot, const std::vector<scene::SubjectPair>& pairs) {
+  std::vector<bool> is_asked(robot.bodies.size(), false);
+  for (const scene::SubjectPair& pair : pairs)
+    is_asked[robot.links[pair.a.link].body] = is_asked[robot.links[pair.b.link].body] = true;
+  std::vector<int> bodies;
+  for (std::size_t body = 0; body < is_asked.size(); ++body)
+    if (is_asked[body]) bodies.push_back(static_cast<int>(body));
+  return bodies;
 }
 
 }  // namespace proximity_server::node

@@ -9,7 +9,7 @@
 #include "node/robot/config.h"
 #include "node/robot/scene_pool.h"
 #include "proximity_server/scene/filter/scene_model.h"
-#include "proximity_server/scene/query/question.h"
+#include "proximity_server/scene/query/pairs.h"
 
 namespace proximity_server::node {
 
@@ -45,6 +45,10 @@ class Robot {
   /// One for each of RobotModel::joints, and one to the root link from a reference frame that is no link.
   const std::shared_ptr<const std::vector<TfEdge>>& tfEdges() const { return tf_edges_; }
 
+  /// The pairs that are checked, and the bodies of their links, each once.
+  const scene::Candidates& candidates() const { return candidates_; }
+  const std::vector<int>& candidateBodies() const { return candidate_bodies_; }
+
   /// Candidate pairs in which a link of this SRDF group moves. Throws std::invalid_argument for an unknown group.
   std::vector<scene::SubjectPair> pairsOfGroup(const std::string& group) const;
 
@@ -55,6 +59,8 @@ class Robot {
   Config config_;
   std::string srdf_;
   std::shared_ptr<const scene::SceneModel> model_;
+  scene::Candidates candidates_;
+  std::vector<int> candidate_bodies_;
   int reference_link_;
   std::string reference_frame_;
   std::shared_ptr<const std::vector<TfEdge>> tf_edges_;
@@ -62,7 +68,7 @@ class Robot {
   std::unique_ptr<MovingScenePool> moving_scenes_;
 };
 
-/// The pairs of a table that are checked, as whole links.
-std::vector<scene::SubjectPair> checkedPairs(const scene::PairTable& table);
+/// The bodies of all links in `pairs`, each once, in their order.
+std::vector<int> bodiesOf(const scene::RobotModel& robot, const std::vector<scene::SubjectPair>& pairs);
 
 }  // namespace proximity_server::node

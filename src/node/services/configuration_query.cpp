@@ -56,7 +56,7 @@ QueryConfigurationResponse answer(const Robot& robot, TfPoses& tf, const QueryCo
     if (request.states.empty()) throw RequestError(QueryStatus::INVALID_ARGUMENT, "states is empty");
     const std::vector<JointValues> states = statesOf(robot.links(), request);
 
-    const JointSnapshot from_tf = missingFromTf(robot, tf, bodiesOf(robot.links(), pairs), states, request.stamp);
+    const JointSnapshot from_tf = missingFromTf(robot, tf, pairs.bodies(), states, request.stamp);
     response.header.stamp = from_tf.stamp;
     response.header.frame_id = robot.referenceFrame();
     const ScenePool::Lease scene = robot.takeScene();

@@ -73,7 +73,7 @@ sensor_msgs::JointState stateBetween(const scene::RobotModel& robot, const WayPo
 /// A trajectory and what is asked about it.
 struct TrajectorySearch {
   const Robot& robot;
-  const std::vector<scene::SubjectPair>& pairs;
+  const scene::Pairs pairs;
   const WayPoints& points;
   const std::vector<TimedMotion>& segments;
   const scene::MotionQuestion& question;
@@ -137,7 +137,7 @@ FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactR
     const double budget = timeBudget(robot, request.time_budget);
     positive(request.horizon, "horizon");
     const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
-    const PoseSnapshot start = tf.await(robot, bodiesOf(robot.links(), pairs), request.stamp);
+    const PoseSnapshot start = tf.await(robot, pairs.bodies(), request.stamp);
     response.header.stamp = start.stamp;
     response.header.frame_id = robot.referenceFrame();
     require(start.status);
@@ -146,12 +146,12 @@ FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactR
 
     const MovingScenePool::Lease scene = robot.takeMovingScene();
     question.deadline = deadlineIn(budget);
-    const scene::RobotContact found = scene->timeOfContact(pairs, motion.motion, question);
+    const scene::RobotContact found = scene->timeOfContact(pairs.asked(), motion.motion, question);
     require(completeness(found.counts));
     response.status = statusOf(found.status, question);
     fillContact(response, robot, motion, found);
     if (found.contact || request.skip_minimum || response.status.code != QueryStatus::OK) return;
-    const scene::RobotMinimum minimum = scene->minimum(pairs, motion.motion, question);
+    const scene::RobotMinimum minimum = scene->minimum(pairs.asked(), motion.motion, question);
     response.minimum = toMessage(robot, motion, minimum);
     response.status = statusOf(minimum.status, question);
   });
@@ -163,15 +163,14 @@ QueryTrajectoryResponse answer(const Robot& robot, TfPoses& tf, const QueryTraje
     const double budget = timeBudget(robot, request.time_budget);
     const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
     const WayPoints points = wayPointsOf(robot, request);
-    const JointSnapshot from_tf =
-        missingFromTf(robot, tf, bodiesOf(robot.links(), pairs), points.positions, request.stamp);
+    const JointSnapshot from_tf = missingFromTf(robot, tf, pairs.bodies(), points.positions, request.stamp);
     response.header.stamp = from_tf.stamp;
     response.header.frame_id = robot.referenceFrame();
     require(from_tf.status);
     const std::vector<TimedMotion> segments = segmentsOf(robot, points, from_tf);
     const MovingScenePool::Lease scene = robot.takeMovingScene();
     question.deadline = deadlineIn(budget);
-    const TrajectorySearch search{robot, pairs, points, segments, question, *scene};
+    const TrajectorySearch search{robot, pairs.asked(), points, segments, question, *scene};
     findContact(search, response);
     if (!request.skip_minimum) findMinima(search, response);
     if (response.status.code == QueryStatus::OK) response.status.message = beyondLimits(robot.links(), points);

@@ -14,7 +14,7 @@ namespace {
 /// Valid until the scene is asked again.
 using Answers = boost::iterator_range<const scene::PairProximity*>;
 
-Answers askByMode(scene::Scene& scene, const std::vector<scene::SubjectPair>& pairs, const QueryPairsRequest& request,
+Answers askByMode(scene::Scene& scene, const scene::Pairs& pairs, const QueryPairsRequest& request,
                   const scene::Question& question) {
   const auto one = [](const scene::PairProximity* pair) { return Answers(pair, pair ? pair + 1 : pair); };
   const auto list = [](const std::vector<scene::PairProximity>& all) {
@@ -43,15 +43,6 @@ bool isCloser(const Proximity& a, const Proximity& b) {
   return a.lower_bound < b.lower_bound;
 }
 
-void countPairs(StateProximity& answer, const scene::PairCounts& counts) {
-  answer.pairs_total = static_cast<std::uint32_t>(counts.total);
-  answer.pairs_unknown = static_cast<std::uint32_t>(counts.unknown);
-  answer.pairs_at_rest = static_cast<std::uint32_t>(counts.at_rest);
-  answer.pairs_by_motion = static_cast<std::uint32_t>(counts.by_motion);
-  answer.pairs_by_bounds = static_cast<std::uint32_t>(counts.by_bounds);
-  answer.pairs_computed = static_cast<std::uint32_t>(counts.computed);
-}
-
 }  // namespace
 
 double thresholdOrNone(double threshold) {
@@ -73,13 +64,12 @@ scene::Question questionOf(const Robot& robot, const QueryPairsRequest& request)
   return question;
 }
 
-StateProximity askPairs(const Robot& robot, scene::Scene& scene, const PosedState& state,
-                        const std::vector<scene::SubjectPair>& pairs, const QueryPairsRequest& request,
-                        const scene::Question& question) {
+StateProximity askPairs(const Robot& robot, scene::Scene& scene, const PosedState& state, const RequestedPairs& pairs,
+                        const QueryPairsRequest& request, const scene::Question& question) {
   StateProximity answer;
   answer.minimum = unknownProximity();
-  const Answers found = askByMode(scene, pairs, request, question);
-  countPairs(answer, scene.counts());
+  const Answers found = askByMode(scene, pairs.asked(), request, question);
+  assignCounts(answer, scene.counts());
 
   answer.pairs.reserve(found.size());
   for (const scene::PairProximity& pair : found) {

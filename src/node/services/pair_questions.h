@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "node/robot/robot.h"
+#include "node/services/requests.h"
 #include "proximity_server/QueryPairsRequest.h"
 #include "proximity_server/StateProximity.h"
 #include "proximity_server/scene/model/kinematics.h"
@@ -27,9 +28,8 @@ struct PosedState {
 /// Asks a scene for what the mode of a batch wants to know of `pairs`. A pair without poses makes the state's status
 /// that of the answer, one that the time did not suffice for makes it OVER_BUDGET. Throws RequestError for a mode that
 /// does not exist.
-StateProximity askPairs(const Robot& robot, scene::Scene& scene, const PosedState& state,
-                        const std::vector<scene::SubjectPair>& pairs, const QueryPairsRequest& request,
-                        const scene::Question& question);
+StateProximity askPairs(const Robot& robot, scene::Scene& scene, const PosedState& state, const RequestedPairs& pairs,
+                        const QueryPairsRequest& request, const scene::Question& question);
 
 /// Why pairs have no answer although tf knows all poses: the time of the request was over, or a pose is beyond what can
 /// be computed with.

@@ -16,10 +16,10 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// A scene in the poses that a request needs.
 struct PosedScene {
-  PosedScene(const Robot& asked_robot, TfPoses& tf, const std::vector<scene::SubjectPair>& pairs,
+  PosedScene(const Robot& asked_robot, TfPoses& tf, const RequestedPairs& pairs,
              const ros::Time& stamp)
       : robot(asked_robot.links()),
-        snapshot(tf.await(asked_robot, bodiesOf(robot, pairs), stamp)),
+        snapshot(tf.await(asked_robot, pairs.bodies(), stamp)),
         scene(asked_robot.takeScene()) {
     scene->update(snapshot.poses);
     header.stamp = snapshot.stamp;
@@ -41,15 +41,15 @@ void requireAllPoses(const PosedScene& posed) {
 }
 
 /// The closest of `pairs`, all of whose poses are known.
-Proximity closestPair(const Robot& robot, const PosedScene& posed, const std::vector<scene::SubjectPair>& pairs,
+Proximity closestPair(const Robot& robot, const PosedScene& posed, const RequestedPairs& pairs,
                       const scene::Question& question, QueryStatus& status) {
   scene::PairProximity only;
   const scene::PairProximity* closest = nullptr;
   if (pairs.size() == 1) {
-    only = posed.scene->proximity(pairs.front(), question);
+    only = posed.scene->proximity(pairs.list().front(), question);
     closest = &only;
   } else {
-    closest = posed.scene->minimum(pairs, question);
+    closest = posed.scene->minimum(pairs.asked(), question);
   }
   if (posed.scene->counts().unknown > 0) throw RequestError(incompleteness(robot, posed.scene->counts(), question));
   if (!closest) return beyondThreshold(question.threshold);
@@ -159,12 +159,7 @@ QueryPairsResponse answer(const Robot& robot, TfPoses& tf, const QueryPairsReque
     response.status = std::move(found.status);
     response.pairs = std::move(found.pairs);
     response.minimum = std::move(found.minimum);
-    response.pairs_total = found.pairs_total;
-    response.pairs_unknown = found.pairs_unknown;
-    response.pairs_at_rest = found.pairs_at_rest;
-    response.pairs_by_motion = found.pairs_by_motion;
-    response.pairs_by_bounds = found.pairs_by_bounds;
-    response.pairs_computed = found.pairs_computed;
+    assignCounts(response, posed.scene->counts());
   });
 }
 

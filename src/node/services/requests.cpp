@@ -82,32 +82,32 @@ scene::SubjectPair onePair(const Robot& robot, const ShapeRef& a, const ShapeRef
   return pair;
 }
 
-std::vector<scene::SubjectPair> everyPair(const Robot& robot, Filter filter) {
-  const scene::PairTable& table = robot.model().pairs;
-  if (filter == Filter::Applies) return checkedPairs(table);
+RequestedPairs everyPair(const Robot& robot, Filter filter) {
+  if (filter == Filter::Applies) return RequestedPairs::candidatesOf(robot);
   std::vector<scene::SubjectPair> pairs;
-  for (const scene::LinkPair& pair : table.pairs) pairs.push_back({{pair.link_a}, {pair.link_b}});
-  return pairs;
+  for (const scene::LinkPair& pair : robot.model().pairs.pairs) pairs.push_back({{pair.link_a}, {pair.link_b}});
+  return {robot, std::move(pairs)};
 }
 
 /// The pairs with `a`, which comes first.
-std::vector<scene::SubjectPair> pairsWith(const Robot& robot, const ShapeRef& a, Filter filter) {
+RequestedPairs pairsWith(const Robot& robot, const ShapeRef& a, Filter filter) {
   const scene::Subject subject = subjectOf(robot.links(), a);
   std::vector<scene::SubjectPair> pairs;
-  for (const scene::SubjectPair& pair : everyPair(robot, filter)) {
+  const RequestedPairs every = everyPair(robot, filter);
+  for (const scene::SubjectPair& pair : every.list()) {
     if (pair.a.link == subject.link) pairs.push_back({subject, pair.b});
     if (pair.b.link == subject.link) pairs.push_back({subject, pair.a});
   }
-  return pairs;
+  return {robot, std::move(pairs)};
 }
 
-std::vector<scene::SubjectPair> groupOrEveryPair(const Robot& robot, const std::string& group, Filter filter) {
+RequestedPairs groupOrEveryPair(const Robot& robot, const std::string& group, Filter filter) {
   if (group.empty()) return everyPair(robot, filter);
   if (filter == Filter::Ignored) {
     throw RequestError(QueryStatus::INVALID_ARGUMENT, "group and ignore_filter exclude each other");
   }
   try {
-    return robot.pairsOfGroup(group);
+    return {robot, robot.pairsOfGroup(group)};
   } catch (const std::invalid_argument& error) {
     throw RequestError(QueryStatus::INVALID_ARGUMENT, error.what());
   }
@@ -124,7 +124,7 @@ bool isWithinBatch(const Robot& robot, std::size_t count) {
 }
 
 /// The pairs of the lists a and b. A single name may stand for many pairs, so the limit is looked at after each.
-std::vector<scene::SubjectPair> listedPairs(const Robot& robot, const QueryPairsRequest& request) {
+RequestedPairs listedPairs(const Robot& robot, const QueryPairsRequest& request) {
   if (!request.group.empty()) throw RequestError(QueryStatus::INVALID_ARGUMENT, "group goes with empty a and b only");
   if (!request.b.empty() && request.b.size() != request.a.size()) {
     throw RequestError(QueryStatus::INVALID_ARGUMENT, "a and b must have the same length, or b none");
@@ -135,12 +135,12 @@ std::vector<scene::SubjectPair> listedPairs(const Robot& robot, const QueryPairs
   std::vector<scene::SubjectPair> pairs;
   for (std::size_t i = 0; i < entries; ++i) {
     const ShapeRef& b = request.b.empty() ? any : request.b[i];
-    const std::vector<scene::SubjectPair> more = pairsOf(robot, request.a[i], b, filterOf(request.ignore_filter));
-    pairs.insert(pairs.end(), more.begin(), more.end());
+    const RequestedPairs more = pairsOf(robot, request.a[i], b, filterOf(request.ignore_filter));
+    pairs.insert(pairs.end(), more.list().begin(), more.list().end());
     if (isWithinBatch(robot, pairs.size())) continue;
     refuseBatch(robot, "a", std::to_string(pairs.size()) + " pairs in its first " + std::to_string(i + 1) + " entries");
   }
-  return pairs;
+  return {robot, std::move(pairs)};
 }
 
 /// Of `asked` pairs in one state.
@@ -156,8 +156,8 @@ std::size_t maxReturned(const QueryPairsRequest& request, std::size_t asked) {
   }
 }
 
-void requirePairs(const std::vector<scene::SubjectPair>& pairs) {
-  if (pairs.empty()) throw RequestError(QueryStatus::INVALID_ARGUMENT, "the filter leaves no pair to check");
+void requirePairs(const RequestedPairs& pairs) {
+  if (pairs.size() == 0) throw RequestError(QueryStatus::INVALID_ARGUMENT, "the filter leaves no pair to check");
 }
 
 }  // namespace
@@ -202,17 +202,17 @@ std::chrono::steady_clock::time_point deadlineIn(double seconds) {
   return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
-std::vector<scene::SubjectPair> pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter) {
-  if (!isEmpty(a) && !isEmpty(b)) return {onePair(robot, a, b, filter)};
+RequestedPairs pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter) {
+  if (!isEmpty(a) && !isEmpty(b)) return {robot, {onePair(robot, a, b, filter)}};
   if (!isEmpty(b)) throw RequestError(QueryStatus::INVALID_ARGUMENT, "b without a: name a, or neither of them");
-  std::vector<scene::SubjectPair> pairs = isEmpty(a) ? everyPair(robot, filter) : pairsWith(robot, a, filter);
+  RequestedPairs pairs = isEmpty(a) ? everyPair(robot, filter) : pairsWith(robot, a, filter);
   requirePairs(pairs);
   return pairs;
 }
 
-std::vector<scene::SubjectPair> pairsOf(const Robot& robot, const QueryPairsRequest& request) {
+RequestedPairs pairsOf(const Robot& robot, const QueryPairsRequest& request) {
   const bool lists = !request.a.empty() || !request.b.empty();
-  std::vector<scene::SubjectPair> pairs =
+  RequestedPairs pairs =
       lists ? listedPairs(robot, request) : groupOrEveryPair(robot, request.group, filterOf(request.ignore_filter));
   requirePairs(pairs);
   return pairs;
@@ -230,17 +230,6 @@ void requireAnswersWithinBatch(const Robot& robot, const QueryPairsRequest& requ
 
 void requirePointsWithinBatch(const Robot& robot, std::size_t points) {
   if (!isWithinBatch(robot, points)) refuseBatch(robot, "trajectory", std::to_string(points) + " points");
-}
-
-std::vector<int> bodiesOf(const scene::RobotModel& robot, const std::vector<scene::SubjectPair>& pairs) {
-  std::vector<int> bodies;
-  for (const scene::SubjectPair& pair : pairs) {
-    bodies.push_back(linkAt(robot, pair.a.link).body);
-    bodies.push_back(linkAt(robot, pair.b.link).body);
-  }
-  std::sort(bodies.begin(), bodies.end());
-  bodies.erase(std::unique(bodies.begin(), bodies.end()), bodies.end());
-  return bodies;
 }
 
 }  // namespace proximity_server::node

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "node/robot/robot.h"
@@ -42,16 +44,38 @@ std::chrono::steady_clock::time_point deadlineIn(double seconds);
 /// Index of a link, with or without geometry. Throws RequestError UNKNOWN_LINK naming the nearest one.
 int linkNamed(const scene::RobotModel& robot, const std::string& name);
 
+/// The pairs that a request asks about: a list of its own, or all candidates of the robot, which must outlive it.
+class RequestedPairs {
+ public:
+  RequestedPairs(const Robot& robot, std::vector<scene::SubjectPair> pairs) : robot_(&robot), own_(std::move(pairs)) {}
+  static RequestedPairs candidatesOf(const Robot& robot) { return RequestedPairs(robot); }
+
+  const std::vector<scene::SubjectPair>& list() const { return own_ ? *own_ : robot_->candidates().list(); }
+  std::size_t size() const { return list().size(); }
+
+  /// As a scene is asked about them; refers to this.
+  scene::Pairs asked() const { return own_ ? scene::Pairs(*own_) : scene::Pairs(robot_->candidates()); }
+
+  /// The bodies of their links, each once.
+  std::vector<int> bodies() const { return own_ ? bodiesOf(robot_->links(), *own_) : robot_->candidateBodies(); }
+
+ private:
+  explicit RequestedPairs(const Robot& robot) : robot_(&robot) {}
+
+  const Robot* robot_;
+  std::optional<std::vector<scene::SubjectPair>> own_;
+};
+
 // What a request means by its names. The pairs keep the request's order of a and b.
 // Failure: throw RequestError for a link or shape that does not exist or has no geometry, for a pair that the filter
 //          excludes, and where no pair is left.
 
 /// Both empty: every pair; b empty: a against all others; else that one pair.
-std::vector<scene::SubjectPair> pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter);
+RequestedPairs pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter);
 
 /// The same for the lists of a batch. Throws also where these are more than Config::max_batch pairs, before they take
 /// any memory.
-std::vector<scene::SubjectPair> pairsOf(const Robot& robot, const QueryPairsRequest& request);
+RequestedPairs pairsOf(const Robot& robot, const QueryPairsRequest& request);
 
 /// Throws RequestError OVER_BUDGET where the answers about so many states could return more than Config::max_batch
 /// pairs: `asked` is how many are asked about in each of them, and the mode of the request says how many of these come
@@ -61,8 +85,5 @@ void requireAnswersWithinBatch(const Robot& robot, const QueryPairsRequest& requ
 
 /// Throws RequestError OVER_BUDGET where a trajectory has more points than Config::max_batch.
 void requirePointsWithinBatch(const Robot& robot, std::size_t points);
-
-/// The bodies of all links in `pairs`, each once.
-std::vector<int> bodiesOf(const scene::RobotModel& robot, const std::vector<scene::SubjectPair>& pairs);
 
 }  // namespace proximity_server::node

@@ -30,19 +30,16 @@ void MotionSearch::Horizon::leaveOpen(double time, narrowphase::Status why) {
 }
 
 MotionSearch::MotionSearch(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes)
-    : model_(std::move(model)), volumes_(std::move(volumes)), states_(*model_, volumes_, Skipping::On) {}
-
-double MotionSearch::paddingOf(const SubjectPair& pair) const {
-  const int index = model_->pairs.find(pair.a.link, pair.b.link);
-  return index < 0 ? 0.0 : model_->pairs.pairs[static_cast<std::size_t>(index)].padding;
-}
+    : model_(std::move(model)),
+      volumes_(std::move(volumes)),
+      paddings_(model_->pairs),
+      states_(*model_, volumes_, Skipping::On) {}
 
 const Piece& MotionSearch::pieceOf(int leaf) const {
   return model_->robot.pieces[static_cast<std::size_t>(at(leaf).piece)];
 }
 
-void MotionSearch::begin(const std::vector<SubjectPair>& pairs, const RobotMotion& motion, Order order,
-                         MotionCounts& counts) {
+void MotionSearch::begin(const Pairs& pairs, const RobotMotion& motion, Order order, MotionCounts& counts) {
   if (motion.segments().size() != model_->robot.bodies.size())
     throw std::invalid_argument("the robot has " + std::to_string(model_->robot.bodies.size()) +
                                 " bodies, but the motion is of " + std::to_string(motion.segments().size()));
@@ -50,11 +47,11 @@ void MotionSearch::begin(const std::vector<SubjectPair>& pairs, const RobotMotio
   queue_.clear();
   subjects_.clear();
   poses_.emplace(motion);
-  for (const SubjectPair& pair : pairs) {
+  for (const SubjectPair& pair : pairs.list()) {
     const int a = volumes_->of(pair.a), b = volumes_->of(pair.b);
     MovingBodies bodies(motion, at(a).body, at(a).bounds, at(b).body, at(b).bounds);
     if (at(a).isEmpty() || at(b).isEmpty() || !bodies.isKnown()) continue;
-    subjects_.push_back({pair, paddingOf(pair), a, b, std::move(bodies)});
+    subjects_.push_back({pair, paddings_.of(pair), a, b, std::move(bodies)});
   }
   counts.pairs = static_cast<int>(pairs.size());
   counts.unknown = counts.pairs - static_cast<int>(subjects_.size());
@@ -162,8 +159,7 @@ narrowphase::MinimumOverMotion MotionSearch::minimumOf(const Visit& visit, const
   return minimum;
 }
 
-RobotContact MotionSearch::firstContact(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
-                                        const MotionQuestion& question) {
+RobotContact MotionSearch::firstContact(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question) {
   RobotContact answer;
   begin(pairs, motion, Order::Earliest, answer.counts);
   if (subjects_.empty()) return answer;
@@ -200,10 +196,10 @@ void MotionSearch::measure(const Visit& visit, const MotionQuestion& question, H
 }
 
 /// A few states on the way: what is at most as far apart there leaves little to be looked at in between.
-void MotionSearch::considerStates(const std::vector<SubjectPair>& pairs, RobotMinimum& answer) {
+void MotionSearch::considerStates(const Pairs& pairs, RobotMinimum& answer) {
   for (const double time : {0.0, 0.25, 0.5, 0.75, 1.0}) {
     states_.update(poses_->at(time));
-    const std::vector<PairProximity>& closest = states_.closest(pairs, 1, PairSearch::Goal::Nearest, {});
+    const std::vector<PairProximity>& closest = states_.closest(pairs, 1, PairRanking::Goal::Closest, {});
     if (closest.empty() || !(closest.front().result.upper_bound < answer.upper_bound)) continue;
     answer.upper_bound = closest.front().result.upper_bound;
     answer.time = time;
@@ -211,8 +207,7 @@ void MotionSearch::considerStates(const std::vector<SubjectPair>& pairs, RobotMi
   }
 }
 
-RobotMinimum MotionSearch::minimum(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
-                                   const MotionQuestion& question) {
+RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question) {
   RobotMinimum answer;
   begin(pairs, motion, Order::Nearest, answer.counts);
   if (subjects_.empty()) return answer;

@@ -6,7 +6,7 @@
 
 #include "proximity_server/scene/motion/moving_scene.h"
 #include "scene/motion/moving_bodies.h"
-#include "scene/query/pair_search.h"
+#include "scene/query/pair_ranking.h"
 #include "scene/query/volumes.h"
 
 namespace proximity_server::scene {
@@ -20,10 +20,8 @@ class MotionSearch {
   const std::shared_ptr<const SceneModel>& model() const { return model_; }
   const std::shared_ptr<const Volumes>& volumes() const { return volumes_; }
 
-  RobotContact firstContact(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
-                            const MotionQuestion& question);
-  RobotMinimum minimum(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
-                       const MotionQuestion& question);
+  RobotContact firstContact(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question);
+  RobotMinimum minimum(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question);
 
  private:
   struct MovingSubjects {
@@ -49,9 +47,8 @@ class MotionSearch {
   };
   enum class Order : unsigned char { Nearest, Earliest };
 
-  void begin(const std::vector<SubjectPair>& pairs, const RobotMotion& motion, Order order, MotionCounts& counts);
+  void begin(const Pairs& pairs, const RobotMotion& motion, Order order, MotionCounts& counts);
   int enterAll(double limit);
-  double paddingOf(const SubjectPair& pair) const;
   MovingSubjects& subjectsOf(const Visit& visit) { return subjects_[static_cast<std::size_t>(visit.subjects)]; }
   const Piece& pieceOf(int leaf) const;
 
@@ -65,7 +62,7 @@ class MotionSearch {
   bool isLeaf(const Visit& visit) const { return at(visit.a).isLeaf() && at(visit.b).isLeaf(); }
   void divide(const Visit& visit, double limit);
 
-  void considerStates(const std::vector<SubjectPair>& pairs, RobotMinimum& answer);
+  void considerStates(const Pairs& pairs, RobotMinimum& answer);
   narrowphase::TimeOfContact contactOf(const Visit& visit, const MotionQuestion& question, double latest);
   void measure(const Visit& visit, const MotionQuestion& question, Horizon& horizon, RobotContact& answer);
   narrowphase::MinimumOverMotion minimumOf(const Visit& visit, const MotionQuestion& question, double upper_bound);
@@ -73,7 +70,8 @@ class MotionSearch {
 
   const std::shared_ptr<const SceneModel> model_;
   const std::shared_ptr<const Volumes> volumes_;
-  PairSearch states_;  ///< at one time
+  PairPaddings paddings_;
+  PairRanking states_;  ///< at one time
   std::vector<MovingSubjects> subjects_;
   std::optional<PosesInTime> poses_;
   Order order_ = Order::Nearest;

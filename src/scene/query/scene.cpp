@@ -4,62 +4,64 @@
 #include <utility>
 
 #include "proximity_server/scene/model/kinematics.h"
-#include "scene/query/pair_search.h"
+#include "scene/query/pair_ranking.h"
 
 namespace proximity_server::scene {
 
 Scene::Scene(std::shared_ptr<const SceneModel> model, Skipping skipping)
-    : Scene(model, std::make_shared<const Volumes>(model->robot), skipping) {}
+    : Scene(model, std::make_shared<const Candidates>(model->pairs), std::make_shared<const Volumes>(model->robot),
+            skipping) {}
 
-Scene::Scene(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes, Skipping skipping)
+Scene::Scene(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Candidates> candidates,
+             std::shared_ptr<const Volumes> volumes, Skipping skipping)
     : model_(std::move(model)),
+      candidates_(std::move(candidates)),
       volumes_(std::move(volumes)),
       skipping_(skipping),
-      search_(std::make_unique<PairSearch>(*model_, volumes_, skipping_)) {}
+      ranking_(std::make_unique<PairRanking>(*model_, volumes_, skipping_)) {}
 
-Scene Scene::twin() const { return Scene(model_, volumes_, skipping_); }
+Scene Scene::twin() const { return Scene(model_, candidates_, volumes_, skipping_); }
 
 Scene::~Scene() = default;
 Scene::Scene(Scene&&) noexcept = default;
 Scene& Scene::operator=(Scene&&) noexcept = default;
 
-const std::vector<SubjectPair>& Scene::candidates() const { return search_->candidates(); }
+const Candidates& Scene::candidates() const { return *candidates_; }
 
-void Scene::update(const BodyPoses& poses) { search_->update(poses); }
+void Scene::update(const BodyPoses& poses) { ranking_->update(poses); }
 
-const PairCounts& Scene::counts() const { return search_->counts(); }
+const PairCounts& Scene::counts() const { return ranking_->counts(); }
 
 PairProximity Scene::proximity(const SubjectPair& pair, const Question& question) {
-  return search_->one(pair, question);
+  return ranking_->one(pair, question);
 }
 
-const PairProximity* Scene::minimum(const std::vector<SubjectPair>& pairs, const Question& question) {
-  const auto& found = search_->closest(pairs, 1, PairSearch::Goal::Nearest, question);
+const PairProximity* Scene::minimum(const Pairs& pairs, const Question& question) {
+  const auto& found = ranking_->closest(pairs, 1, PairRanking::Goal::Closest, question);
   return found.empty() ? nullptr : &found.front();
 }
 
-const std::vector<PairProximity>& Scene::closest(const std::vector<SubjectPair>& pairs, int k,
-                                                 const Question& question) {
-  return search_->closest(pairs, static_cast<std::size_t>(std::max(k, 0)), PairSearch::Goal::Nearest, question);
+const std::vector<PairProximity>& Scene::closest(const Pairs& pairs, int k, const Question& question) {
+  return ranking_->closest(pairs, static_cast<std::size_t>(std::max(k, 0)), PairRanking::Goal::Closest, question);
 }
 
-const std::vector<PairProximity>& Scene::below(const std::vector<SubjectPair>& pairs, const Question& question) {
-  return search_->closest(pairs, pairs.size(), PairSearch::Goal::Nearest, question);
+const std::vector<PairProximity>& Scene::below(const Pairs& pairs, const Question& question) {
+  return ranking_->closest(pairs, pairs.size(), PairRanking::Goal::Closest, question);
 }
 
-PairsBelow Scene::closestBelow(const std::vector<SubjectPair>& pairs, int most, const Question& question) {
+PairsBelow Scene::closestBelow(const Pairs& pairs, int most, const Question& question) {
   const auto wanted = static_cast<std::size_t>(std::max(most, 0));
-  const auto& closest = search_->closest(pairs, wanted, PairSearch::Goal::NearestOfAll, question);
-  return {closest, search_->countBelow()};
+  const auto& closest = ranking_->closest(pairs, wanted, PairRanking::Goal::ClosestAndCount, question);
+  return {closest, ranking_->countBelow()};
 }
 
-const PairProximity* Scene::first(const std::vector<SubjectPair>& pairs, const Question& question) {
-  const auto& found = search_->closest(pairs, 1, PairSearch::Goal::Any, question);
+const PairProximity* Scene::first(const Pairs& pairs, const Question& question) {
+  const auto& found = ranking_->closest(pairs, 1, PairRanking::Goal::Any, question);
   return found.empty() ? nullptr : &found.front();
 }
 
-const std::vector<PairProximity>& Scene::all(const std::vector<SubjectPair>& pairs, const Question& question) {
-  return search_->all(pairs, question);
+const std::vector<PairProximity>& Scene::all(const Pairs& pairs, const Question& question) {
+  return ranking_->all(pairs, question);
 }
 
 }  // namespace proximity_server::scene

@@ -94,7 +94,7 @@ SubjectPair AnswerChecks::pairOf(const ShapeRef& a, const ShapeRef& b) const {
 }
 
 std::vector<SubjectPair> AnswerChecks::pairsOf(const ShapeRef& a, const ShapeRef& b) const {
-  if (isEmpty(a)) return scene_.candidates();
+  if (isEmpty(a)) return scene_.candidates().list();
   return {pairOf(a, b)};
 }
 
@@ -150,7 +150,7 @@ Verdict AnswerChecks::checkPosed(const QueryPairsRequest& request, const std::ve
     const Verdict verdict = agreement(pair, scene_.proximity(pairOf(pair.a, pair.b)));
     if (!verdict.empty()) return verdict;
   }
-  const std::vector<SubjectPair>& pairs = scene_.candidates();
+  const Candidates& pairs = scene_.candidates();
   if (request.mode == QueryPairsRequest::MINIMUM || request.mode == QueryPairsRequest::K_CLOSEST) {
     const std::size_t asked = std::max<std::size_t>(1, request.k);
     const std::vector<PairProximity> truth = scene_.closest(pairs, static_cast<int>(asked));

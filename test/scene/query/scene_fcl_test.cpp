@@ -200,7 +200,7 @@ void expectAgreement(std::shared_ptr<const SceneModel> model, const Meshes& trut
   for (int state = 0; state < states; ++state) {
     const BodyPoses poses = randomState(model->robot, random);
     scene.update(poses);
-    const std::vector<SubjectPair>& pairs = scene.candidates();
+    const Candidates& pairs = scene.candidates();
     for (std::size_t i = 0; i < pairs.size(); i += 5) {
       const double reference = truth.distance(pairs[i], poses);
       if (!(reference > agreement)) continue;

@@ -337,7 +337,7 @@ TEST(Scene, RefusesSubjectsThatDoNotExist) {
   scene.update({at(0, 0, 0), at(5, 0, 0)});
   EXPECT_THROW(scene.proximity({{0, 0}, {2, 0}}), std::invalid_argument);
   EXPECT_THROW(scene.proximity({{-1, 0}, {1, 0}}), std::invalid_argument);
-  EXPECT_THROW(scene.minimum({{{0, 2}, {1, 0}}}), std::invalid_argument);
+  EXPECT_THROW(scene.minimum(std::vector<SubjectPair>{{{0, 2}, {1, 0}}}), std::invalid_argument);
   EXPECT_NEAR(scene.proximity(kFirstTwo).result.distance, 3.0, kTolerance);
 }
 
@@ -503,7 +503,7 @@ TEST(Scene, EqualDistancesComeInTheOrderOfThePairs) {
 TEST(Scene, NoPairsHaveNoMinimum) {
   Scene scene = sceneOf(Sphere{1.0}, Sphere{1.0});
   scene.update({at(0, 0, 0), at(5, 0, 0)});
-  EXPECT_EQ(scene.minimum({}), nullptr);
+  EXPECT_EQ(scene.minimum(std::vector<SubjectPair>{}), nullptr);
   EXPECT_EQ(scene.counts().total, 0);
 }
 

@@ -185,7 +185,7 @@ TEST_P(MovingRobot, SkippingNeverChangesAnAnswer) {
   const auto model = modelOf(GetParam().links());
   Scene scene(model), everything(model, Skipping::Off);
   Mover mover(model->robot, GetParam().motion);
-  const std::vector<SubjectPair>& pairs = scene.candidates();
+  const Candidates& pairs = scene.candidates();
   Question question, below;
   question.tolerance = below.tolerance = kTolerance;
   below.threshold = 0.05;

@@ -67,17 +67,13 @@ class MovingScene {
 
   const SceneModel& model() const;
 
-  RobotContact timeOfContact(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
-                             const MotionQuestion& question = {});
-  RobotMinimum minimum(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
-                       const MotionQuestion& question = {});
+  RobotContact timeOfContact(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question = {});
+  RobotMinimum minimum(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question = {});
 
   /// The same of a motion in phases, on the clock of the whole and with one deadline for all of them. A count of pairs
   /// is the largest, and by_one_bound the smallest, of any phase that was looked at; all other counts are sums.
-  RobotContact timeOfContact(const std::vector<SubjectPair>& pairs, const PhasedMotion& motion,
-                             const MotionQuestion& question = {});
-  RobotMinimum minimum(const std::vector<SubjectPair>& pairs, const PhasedMotion& motion,
-                       const MotionQuestion& question = {});
+  RobotContact timeOfContact(const Pairs& pairs, const PhasedMotion& motion, const MotionQuestion& question = {});
+  RobotMinimum minimum(const Pairs& pairs, const PhasedMotion& motion, const MotionQuestion& question = {});
 
  private:
   explicit MovingScene(std::unique_ptr<MotionSearch> search);

@@ -5,11 +5,12 @@
 
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/question.h"
 
 namespace proximity_server::scene {
 
-class PairSearch;
+class PairRanking;
 class Volumes;
 
 /// One robot in one set of poses: the scratch of one caller. Not thread-safe; make a twin for each thread.
@@ -38,8 +39,8 @@ class Scene {
   /// One pair, filtered or not. Subjects of one body are legal: their distance never changes.
   PairProximity proximity(const SubjectPair& pair, const Question& question = {});
 
-  /// The candidate pairs of the filter, ready to be asked about: by this very reference many are settled at once.
-  const std::vector<SubjectPair>& candidates() const;
+  /// The candidate pairs of the filter: of many of them most are settled by groups, see Pairs.
+  const Candidates& candidates() const;
 
   // Each of the following visits `pairs` and returns a reference that is valid until the next question.
   // A pair with a missing pose, or left over at the deadline, is Unknown: it is counted, `all` returns it, the others
@@ -47,34 +48,35 @@ class Scene {
   // smallest.
 
   /// The pair with the smallest signed distance; nullptr where there is none (or none nearer than the threshold).
-  const PairProximity* minimum(const std::vector<SubjectPair>& pairs, const Question& question = {});
+  const PairProximity* minimum(const Pairs& pairs, const Question& question = {});
 
   /// Up to k pairs with the smallest signed distances, sorted.
-  const std::vector<PairProximity>& closest(const std::vector<SubjectPair>& pairs, int k,
-                                            const Question& question = {});
+  const std::vector<PairProximity>& closest(const Pairs& pairs, int k, const Question& question = {});
 
   /// All pairs with a signed distance of at most question.threshold, sorted by distance.
-  const std::vector<PairProximity>& below(const std::vector<SubjectPair>& pairs, const Question& question);
+  const std::vector<PairProximity>& below(const Pairs& pairs, const Question& question);
 
   /// Of these only the `most` closest, and how many there are: cheaper where few of many are wanted.
-  PairsBelow closestBelow(const std::vector<SubjectPair>& pairs, int most, const Question& question);
+  PairsBelow closestBelow(const Pairs& pairs, int most, const Question& question);
 
   /// The first pair found at or below question.threshold ("is anything too close?"); nullptr where there is none.
-  const PairProximity* first(const std::vector<SubjectPair>& pairs, const Question& question);
+  const PairProximity* first(const Pairs& pairs, const Question& question);
 
   /// Every pair, in the order given.
-  const std::vector<PairProximity>& all(const std::vector<SubjectPair>& pairs, const Question& question = {});
+  const std::vector<PairProximity>& all(const Pairs& pairs, const Question& question = {});
 
   /// How the pairs of the last question were settled.
   const PairCounts& counts() const;
 
  private:
-  Scene(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes, Skipping skipping);
+  Scene(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Candidates> candidates,
+        std::shared_ptr<const Volumes> volumes, Skipping skipping);
 
   std::shared_ptr<const SceneModel> model_;
+  std::shared_ptr<const Candidates> candidates_;
   std::shared_ptr<const Volumes> volumes_;
   Skipping skipping_;
-  std::unique_ptr<PairSearch> search_;
+  std::unique_ptr<PairRanking> ranking_;
 };
 
 }  // namespace proximity_server::scene

@@ -1,0 +1,188 @@
+#include "scene/query/pair_measurement.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace proximity_server::scene {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+bool isLate(const Question& question) {
+  using Clock = std::chrono::steady_clock;
+  return question.deadline != Clock::time_point::max() && Clock::now() > question.deadline;
+}
+
+PairProximity unknown(const SubjectPair& pair) {
+  PairProximity proximity;
+  proximity.asked = pair;
+  return proximity;
+}
+
+/// What is left of a result that proves to be beyond the threshold: the proof.
+narrowphase::SignedDistance onlyProof(narrowphase::SignedDistance result) {
+  const narrowphase::SignedDistance nothing;
+  result.status = narrowphase::Status::Threshold;
+  result.distance = result.lower_bound;
+  result.point_a = result.point_b = nothing.point_a;
+  result.has_points = false;
+  return result;
+}
+
+/// Pairs of subjects that are remembered: the candidates, and some that are asked for besides.
+std::size_t rememberedPairs(const PairTable& table) {
+  return std::clamp<std::size_t>(2 * table.checked.size(), 1u << 8, 1u << 14);
+}
+
+}  // namespace
+
+int& countOf(Visit::Bound bound, PairCounts& counts) {
+  switch (bound) {
+    case Visit::Bound::Rest:
+      return counts.at_rest;
+    case Visit::Bound::Motion:
+      return counts.by_motion;
+    case Visit::Bound::Sphere:
+    case Visit::Bound::Box:
+      break;
+  }
+  return counts.by_bounds;
+}
+
+PairMeasurement::PairMeasurement(const SceneModel& model, std::shared_ptr<const Volumes> volumes, Skipping skipping)
+    : model_(model),
+      skipping_(skipping),
+      robot_(model.robot, std::move(volumes)),
+      pieces_(robot_, model.robot.pieces.size(), skipping),
+      kept_(rememberedPairs(model.pairs)),
+      paddings_(model.pairs) {}
+
+/// Nothing where a pose or all geometry is missing. The same numbers come out for a pair asked in the other order.
+std::optional<Visit> PairMeasurement::visitOf(const SubjectPair& pair, int number) const {
+  const auto [a, b] = std::minmax({robot_.volumes().of(pair.a), robot_.volumes().of(pair.b)});
+  if (!robot_.isPlaced(a) || !robot_.isPlaced(b)) return std::nullopt;
+  Visit visit{-kInfinity, number, a, b, paddings_.of(pair)};
+  if (skipping_ == Skipping::On) visit.lower_bound = robot_.sphereGap(a, b) - visit.padding;
+  return visit;
+}
+
+/// The best bound that costs less than computing, or any that is above the limit.
+Visit PairMeasurement::refined(Visit visit, double limit) const {
+  visit.bound = Visit::Bound::Box;
+  if (skipping_ == Skipping::Off) return visit;
+  const RelativePose a_T_b = robot_.relative(visit.a, visit.b);
+  if (const KeptAnswer* kept = kept_.find(visit.a, visit.b)) {
+    const Motion motion = robot_.motion(visit.a, visit.b, kept->a_T_b, a_T_b);
+    const double bound = kept->proximity.result.lower_bound - motion.bound;
+    if (bound > visit.lower_bound) {
+      visit.lower_bound = bound;
+      visit.bound = motion.is_rest ? Visit::Bound::Rest : Visit::Bound::Motion;
+    }
+  }
+  if (!(visit.lower_bound > limit) && robot_.boxesPay(visit.a, visit.b)) {
+    const double bound = robot_.boxGap(visit.a, visit.b, a_T_b) - visit.padding;
+    if (bound > visit.lower_bound) {
+      visit.lower_bound = bound;
+      visit.bound = Visit::Bound::Box;
+    }
+  }
+  return visit;
+}
+
+/// The answer before anything is computed, where the bound is enough.
+PairProximity PairMeasurement::proof(const Visit& visit) const {
+  PairProximity proximity;
+  proximity.representation =
+      std::max(robot_.volumes()[visit.a].representation, robot_.volumes()[visit.b].representation);
+  proximity.result.lower_bound = visit.lower_bound;
+  proximity.result = onlyProof(proximity.result);
+  return proximity;
+}
+
+/// The kept answer, with bounds that allow for the rounding of the poses since.
+std::optional<PairProximity> PairMeasurement::answerAtRest(const Visit& visit, const RelativePose& a_T_b,
+                                                           const Question& question) const {
+  const KeptAnswer* kept = skipping_ == Skipping::On ? kept_.find(visit.a, visit.b) : nullptr;
+  if (!kept || kept->proximity.result.status != narrowphase::Status::Converged) return std::nullopt;
+  const Motion motion = robot_.motion(visit.a, visit.b, kept->a_T_b, a_T_b);
+  if (!motion.is_rest) return std::nullopt;
+  PairProximity proximity = kept->proximity;
+  proximity.result.lower_bound -= motion.bound;
+  proximity.result.upper_bound += motion.bound;
+  if (proximity.result.upper_bound - proximity.result.lower_bound > question.tolerance) return std::nullopt;
+  return proximity;
+}
+
+/// Only the proof where all is beyond the limit.
+PairProximity PairMeasurement::compute(const Visit& visit, const RelativePose& a_T_b, double limit,
+                                       const Question& question) {
+  const KeptAnswer* kept = skipping_ == Skipping::On ? kept_.find(visit.a, visit.b) : nullptr;
+  const ClosestPieces closest = pieces_.between(visit, a_T_b, kept ? kept->leaves : LeafPair(), limit, question);
+  PairProximity proximity = proof(visit);
+  proximity.result = closest.result;
+  proximity.result.lower_bound = closest.lower_bound;
+  proximity.result.upper_bound = closest.upper_bound;
+  if (!closest.empty()) {
+    const Volume &a = robot_.volumes()[closest.leaves.a], &b = robot_.volumes()[closest.leaves.b];
+    proximity.collision_a = collisionOf(model_.robot, a.piece).number;
+    proximity.collision_b = collisionOf(model_.robot, b.piece).number;
+    proximity.representation = std::max(a.representation, b.representation);
+    const bool too_wide = closest.upper_bound - closest.lower_bound > question.tolerance;
+    if (closest.result.status == narrowphase::Status::Converged && too_wide)
+      proximity.result.status = closest.lower_bound_status;
+  }
+  proximity.depth_is_lower_bound =
+      closest.result.distance < 0.0 && !(robot_.volumes()[visit.a].isLeaf() && robot_.volumes()[visit.b].isLeaf());
+  if (isBeyond(proximity.result, limit)) proximity.result = onlyProof(proximity.result);
+  if (skipping_ == Skipping::On) kept_.of(visit.a, visit.b) = {a_T_b, proximity, closest.leaves};
+  return proximity;
+}
+
+PairProximity PairMeasurement::asAsked(const SubjectPair& pair, const Visit& visit, PairProximity proximity) const {
+  proximity.asked = pair;
+  proximity.result = robot_.inPosesFrame(visit.a, proximity.result);
+  if (robot_.volumes().of(pair.a) == visit.a) return proximity;
+  std::swap(proximity.collision_a, proximity.collision_b);
+  std::swap(proximity.result.point_a, proximity.result.point_b);
+  proximity.result.normal = -proximity.result.normal;
+  return proximity;
+}
+
+PairProximity PairMeasurement::measure(const SubjectPair& pair, const Visit& visit, double limit,
+                                       const Question& question) {
+  const RelativePose a_T_b = robot_.relative(visit.a, visit.b);
+  if (const auto kept = answerAtRest(visit, a_T_b, question)) {
+    ++counts_.at_rest;
+    return asAsked(pair, visit, *kept);
+  }
+  if (isLate(question)) {
+    ++counts_.unknown;
+    return unknown(pair);
+  }
+  const PairProximity proximity = compute(visit, a_T_b, limit, question);
+  ++(proximity.collision_a > 0 ? counts_.computed : counts_.by_bounds);
+  return asAsked(pair, visit, proximity);
+}
+
+PairProximity PairMeasurement::settle(const SubjectPair& pair, const Question& question) {
+  ++counts_.total;
+  std::optional<Visit> visit = visitOf(pair, 0);
+  if (!visit) {
+    ++counts_.unknown;
+    return unknown(pair);
+  }
+  if (question.threshold < kInfinity && !(visit->lower_bound > question.threshold))
+    visit = refined(*visit, question.threshold);
+  if (!(visit->lower_bound > question.threshold)) return measure(pair, *visit, question.threshold, question);
+  ++countOf(visit->bound, counts_);
+  return asAsked(pair, *visit, proof(*visit));
+}
+
+bool PairMeasurement::isStillWithin(const Visit& visit, double threshold) const {
+  const KeptAnswer* kept = kept_.find(visit.a, visit.b);
+  if (!kept) return false;
+  const Motion motion = robot_.motion(visit.a, visit.b, kept->a_T_b, robot_.relative(visit.a, visit.b));
+  return kept->proximity.result.upper_bound + motion.bound <= threshold;
+}
+
+}  // namespace proximity_server::scene
