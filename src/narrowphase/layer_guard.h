@@ -1,3 +1,3 @@
-// Included before every source of this layer by the build: here only Eigen, std and qhull are known, so that these
-// names do not compile.
+// The build includes this file before every source of this layer. The layer knows Eigen, the standard library and qhull
+// only; the names of other libraries do not compile.
 #pragma GCC poison ros tf2 tf2_ros urdf aiScene fcl RobotModel

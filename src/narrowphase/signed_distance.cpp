@@ -16,11 +16,11 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// Zero times what is not finite is NaN.
+/// Whether all entries are finite: zero times infinity or NaN is NaN.
 bool isFinite(const Isometry3d& pose) { return (0.0 * pose.matrix()).sum() == 0.0; }
 
-/// Whether the cores meet in one pair of points only, as far as the tolerance can tell: no edge or face of one has a
-/// direction in common with one of the other.
+/// Whether, within the tolerance, only one pair of points of the cores has this distance: the features of the cores
+/// along the normal (vertex, edge or face) have no direction in common.
 bool meetInOnePoint(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Vector3d& normal, double tolerance,
                     WarmStart& warm_start) {
   const SupportFeature on_a = supportFeature(a, normal, tolerance, warm_start.vertex_a);
@@ -34,8 +34,9 @@ bool meetInOnePoint(const Shape& a, const Shape& b, const Isometry3d& a_T_b, con
   return on_a.along.cross(along_b).norm() > tolerance * longer;
 }
 
-/// Gives the result its points. b's will follow from a's along the normal; what they miss that way widens the bounds,
-/// as apart the points are the proof of the upper one, and in overlap lie on the shapes within the gap.
+/// Sets the points of the result. withMargins() will derive b's point from a's along the normal; the distance between
+/// this point and `point_b` widens the upper bound: for shapes apart the points prove it, and in overlap the points lie
+/// on the shapes within the gap of the bounds.
 void setPoints(SignedDistance& result, const Vector3d& point_a, const Vector3d& point_b, double rounding) {
   result.has_points = true;
   result.point_a = point_a;
@@ -65,19 +66,19 @@ SignedDistance fromEpa(const Cso& cso, const GjkResult& gjk, const EpaResult& ep
   SignedDistance result;
   result.status = epa.status;
   result.upper_bound = -epa.lower_bound;
-  // A polytope that does not hold the origin says nothing of how far it is; points on both cores do.
+  // If the polytope does not contain the origin, only points on both cores bound the distance from above.
   if (result.upper_bound > 0.0) {
     const double by_epa = epa.has_normal && epa.has_points ? (epa.point_b - epa.point_a).norm() : gjk.distance;
     result.upper_bound = std::max(result.upper_bound, std::min(by_epa, gjk.distance) + cso.rounding());
   }
   result.iterations = gjk.iterations + epa.iterations;
-  if (!epa.has_normal) {  // the overlap was proven before EPA looked along any direction
+  if (!epa.has_normal) {  // EPA stopped before it had a direction
     result.lower_bound = gjk.lower_bound;
     result.normal = gjk.normal;
     result.distance = result.upper_bound;
     return result;
   }
-  result.distance = 0.0 - epa.depth;  // never minus zero
+  result.distance = 0.0 - epa.depth;  // written so that a depth of 0 does not give minus zero
   result.lower_bound = -epa.depth - cso.rounding();
   result.normal = epa.normal;
   result.unique = epa.unique;
@@ -85,7 +86,8 @@ SignedDistance fromEpa(const Cso& cso, const GjkResult& gjk, const EpaResult& ep
   return result;
 }
 
-/// An exact answer with the bounds that rounding leaves; a lower bound that its normal does not quite prove stays.
+/// Completes the answer of a closed form: its bounds differ by rounding only. If the closed form has set a lower bound,
+/// because rounding has tilted its normal, that bound is kept.
 SignedDistance certified(SignedDistance exact, double rounding) {
   const bool has_bound = std::isfinite(exact.lower_bound);
   exact.lower_bound = (has_bound ? std::min(exact.lower_bound, exact.distance) : exact.distance) - rounding;
@@ -101,9 +103,10 @@ SignedDistance iterative(Cso& cso, const Vector3d& normal_guess, const CsoVertex
   return fromEpa(cso, gjk_result, epa(cso, gjk_result.simplex, options));
 }
 
-/// Roughly from a to b, not normalised: the first vertex need not wait for a root and a division.
+/// First direction of the search, roughly from a to b. It is not normalised, so that the first support point need not
+/// wait for a root and a division.
 Vector3d firstDirection(const Cso& cso, const WarmStart& warm_start) {
-  // Divided by its largest entry first: the square of a tiny one has no digits left.
+  // Divided by its largest entry, as the squares of tiny entries would underflow.
   const double largest = warm_start.axis.lpNorm<Eigen::Infinity>();
   const Vector3d warm = warm_start.axis / largest;
   if (largest > 0.0 && warm.allFinite()) return warm;
@@ -113,7 +116,8 @@ Vector3d firstDirection(const Cso& cso, const WarmStart& warm_start) {
 
 bool areBoxes(const Shape& a, const Shape& b) { return a.kind() == Shape::Kind::Box && b.kind() == Shape::Kind::Box; }
 
-/// Boxes that overlap have their depth along one of a few axes.
+/// The signed distance of boxes that overlap, along one of their fifteen axes. Returns nullopt if the boxes are apart,
+/// or if the points are not unique.
 std::optional<SignedDistance> boxOverlap(const Cso& cso, const Isometry3d& a_T_b, const Options& options) {
   const BoxPair boxes(cso.a().halfExtents(), cso.b().halfExtents(), a_T_b);
   if (boxes.separation() > cso.rounding()) return std::nullopt;
@@ -123,11 +127,12 @@ std::optional<SignedDistance> boxOverlap(const Cso& cso, const Isometry3d& a_T_b
 SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
                             double rounding, WarmStart& warm_start) {
   if (hasClosedForm(a.kind(), b.kind())) return certified(closedForm(a, b, a_T_b), rounding);
-  if (isRevolved(a.kind()) && isRevolved(b.kind())) {
-    // Axes that are parallel but for a small part of the tolerance: b turned by the tilt moves by no more than this.
+  if (isSolidOfRevolution(a.kind()) && isSolidOfRevolution(b.kind())) {
+    // The axes may be tilted by a small part of the tolerance: turning b by the tilt moves no point of it by more than
+    // this.
     const double turned = axesTilt(a, b, a_T_b) * b.coreReach();
     if (turned <= options.distance_tolerance / 16.0)
-      return certified(revolvedDistance(a, b, a_T_b, options.distance_tolerance), rounding + turned);
+      return certified(parallelAxesDistance(a, b, a_T_b, options.distance_tolerance), rounding + turned);
   }
   Cso cso(a, b, a_T_b, rounding, warm_start);
   const Vector3d direction = firstDirection(cso, warm_start);
@@ -138,13 +143,14 @@ SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_
   return iterative(cso, direction.normalized(), first, options);
 }
 
-/// The distance of the shapes from that of their cores: both surfaces move outwards along the normal.
+/// The signed distance of the shapes from that of their cores: the margins move both surfaces outwards along the
+/// normal.
 SignedDistance withMargins(SignedDistance result, double margin_a, double margin_b) {
   result.distance -= margin_a + margin_b;
   result.lower_bound -= margin_a + margin_b;
   result.upper_bound -= margin_a + margin_b;
   result.point_a += margin_a * result.normal;
-  // The invariant rules the last bit: b's point follows from a's.
+  // b's point is computed from a's, so that the invariant of SignedDistance holds to the last bit.
   result.point_b = result.point_a + result.distance * result.normal;
   return result;
 }
@@ -156,7 +162,7 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& 
   if (!isFinite(a_T_b)) return {};
   const double margins = a.margin() + b.margin();
   const double rounding = csoRounding(a, b, a_T_b);
-  // Some roundings beyond what is asked, so that the bounds still decide it when they are the result's.
+  // The thresholds are moved by some roundings, so that the final bounds, with margins, still decide them.
   const double beyond = 4.0 * rounding;
   Options core_options = options;
   core_options.stop_above += margins + beyond;
@@ -164,7 +170,7 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& 
   SignedDistance result =
       withMargins(coreDistance(a, b, a_T_b, core_options, rounding, warm_start), a.margin(), b.margin());
   warm_start.axis = result.normal;
-  // The one place where convergence and a decision are claimed: by the bounds as they came out.
+  // Only here is the status set to Converged or Threshold for good, by the final bounds.
   const bool converged = result.upper_bound - result.lower_bound <= options.distance_tolerance;
   const bool decided = result.lower_bound > options.stop_above || result.upper_bound <= options.stop_below;
   if (result.status == Status::Converged && !converged) result.status = Status::Degenerate;

@@ -18,7 +18,7 @@ using Eigen::Isometry3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kAgreement = 1e-6;  // [m]
-constexpr int kMostJudged = 20;      // the time of the oracle grows with the vertices of the hulls
+constexpr int kMaxJudged = 20;       // the time of the oracle grows with the vertices of the hulls
 
 /// By candidate pair; infinity where there is no answer.
 std::vector<double> byPair(const std::vector<PairDistance>& answer, std::size_t pairs) {
@@ -97,7 +97,7 @@ void Agreement::compareDistances(const BodyPoses& poses, const std::vector<int>&
   differences_.push_back(std::abs(ours - other));
   if (!(differences_.back() > kAgreement)) return;
   ++differing_;
-  if (judged_ < kMostJudged) judge(poses, pairs, ours, other);
+  if (judged_ < kMaxJudged) judge(poses, pairs, ours, other);
 }
 
 void Agreement::judge(const BodyPoses& poses, const std::vector<int>& pairs, double ours, double other) {

@@ -33,7 +33,7 @@ enum class Asked { Contact, ContactWithin2Cm, Minimum };
 const std::pair<const char*, Asked> kAsked[] = {
     {"contact", Asked::Contact}, {"below 2 cm", Asked::ContactWithin2Cm}, {"minimum", Asked::Minimum}};
 
-double clearanceOf(Asked asked) { return asked == Asked::ContactWithin2Cm ? 0.02 : 0.0; }
+double contactDistanceOf(Asked asked) { return asked == Asked::ContactWithin2Cm ? 0.02 : 0.0; }
 
 /// What one way to ask says of one motion.
 struct Answer {
@@ -48,9 +48,9 @@ double microsecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::micro>(Clock::now() - start).count();
 }
 
-Question isAnyWithin(double clearance) {
+Question isAnyWithin(double contact_distance) {
   Question question;
-  question.threshold = clearance;
+  question.threshold = contact_distance;
   question.depth = Question::Depth::NotWanted;
   return question;
 }
@@ -66,7 +66,7 @@ class Contest {
     for (const JointMotion& motion : drawn) {
       if (free.size() == static_cast<std::size_t>(count)) break;
       scene_.update(forwardKinematics(model_->robot, motion.from));
-      if (scene_.first(scene_.candidates(), isAnyWithin(clearanceOf(Asked::ContactWithin2Cm))) == nullptr)
+      if (scene_.first(scene_.candidates(), isAnyWithin(contactDistanceOf(Asked::ContactWithin2Cm))) == nullptr)
         free.push_back(motion);
     }
     return free;
@@ -74,13 +74,13 @@ class Contest {
 
   Answer ours(const JointMotion& motion, Asked asked) {
     return timed(motion, [&](const RobotMotion& moved) {
-      return asked == Asked::Minimum ? oursMinimum(moved) : oursContact(moved, clearanceOf(asked));
+      return asked == Asked::Minimum ? oursMinimum(moved) : oursContact(moved, contactDistanceOf(asked));
     });
   }
 
   Answer sampled(const JointMotion& motion, Asked asked) {
     return timed(motion, [&](const RobotMotion& moved) {
-      return asked == Asked::Minimum ? sampledMinimum(moved) : sampledContact(moved, clearanceOf(asked));
+      return asked == Asked::Minimum ? sampledMinimum(moved) : sampledContact(moved, contactDistanceOf(asked));
     });
   }
 
@@ -105,12 +105,12 @@ class Contest {
     return {samples, samples * quantile(times, 0.5)};
   }
 
-  /// Whether the robot is as close to itself where ours says so: within the clearance, or at the minimum.
+  /// Whether the robot is as close to itself where ours says so: within the contact distance, or at the minimum.
   bool isConfirmed(const JointMotion& motion, Asked asked, const Answer& ours) {
     const RobotMotion moved = RobotMotion::ofJoints(model_->robot, motion.from, motion.to);
     scene_.update(moved.at(ours.t_contact));
     const PairProximity* closest = scene_.minimum(scene_.candidates());
-    const double distance = asked == Asked::Minimum ? ours.distance : clearanceOf(asked);
+    const double distance = asked == Asked::Minimum ? ours.distance : contactDistanceOf(asked);
     return closest != nullptr && closest->result.distance <= distance + MotionQuestion{}.tolerance;
   }
 
@@ -124,9 +124,9 @@ class Contest {
     return answer;
   }
 
-  Answer oursContact(const RobotMotion& motion, double clearance) {
+  Answer oursContact(const RobotMotion& motion, double contact_distance) {
     MotionQuestion question;
-    question.clearance = clearance;
+    question.contact_distance = contact_distance;
     const RobotContact result = moving_.timeOfContact(scene_.candidates(), motion, question);
     return {result.contact, result.t_free, result.contact ? result.t_contact : 1.0, 0.0, 0.0, result.counts, 0.0};
   }
@@ -138,17 +138,17 @@ class Contest {
 
   const PairProximity* ask(Asked asked) {
     if (asked == Asked::Minimum) return scene_.minimum(scene_.candidates());
-    return scene_.first(scene_.candidates(), isAnyWithin(clearanceOf(asked)));
+    return scene_.first(scene_.candidates(), isAnyWithin(contactDistanceOf(asked)));
   }
 
-  Answer sampledContact(const RobotMotion& motion, double clearance) {
+  Answer sampledContact(const RobotMotion& motion, double contact_distance) {
     Answer answer;
     answer.t_free = 0.0;
     for (int i = 0; i < kSamples; ++i) {
       const double time = static_cast<double>(i) / (kSamples - 1);
       scene_.update(motion.at(time));
       answer.t_contact = time;
-      answer.contact = scene_.first(scene_.candidates(), isAnyWithin(clearance)) != nullptr;
+      answer.contact = scene_.first(scene_.candidates(), isAnyWithin(contact_distance)) != nullptr;
       if (answer.contact) return answer;
       answer.t_free = time;
     }

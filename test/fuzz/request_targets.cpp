@@ -113,7 +113,7 @@ void search(const Pairs& pairs, const TimedMotion& motion, MotionQuestion questi
 }
 
 void ask(const FirstContactRequest& request) {
-  const MotionQuestion question = motionQuestion(request.clearance, request.tolerance);
+  const MotionQuestion question = motionQuestion(request.contact_distance, request.tolerance);
   timeBudget(arm(), request.time_budget);
   positive(request.horizon, "horizon");
   const RequestedPairs pairs = pairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
@@ -121,7 +121,7 @@ void ask(const FirstContactRequest& request) {
 }
 
 void ask(const QueryTrajectoryRequest& request) {
-  const MotionQuestion question = motionQuestion(request.clearance, request.tolerance);
+  const MotionQuestion question = motionQuestion(request.contact_distance, request.tolerance);
   timeBudget(arm(), request.time_budget);
   const RequestedPairs pairs = pairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
   const WayPoints points = wayPointsOf(arm(), request);

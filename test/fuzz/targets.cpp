@@ -64,13 +64,13 @@ const char* const kSlider =
 
 void tryMesh(const std::string& bytes) {
   // Decomposing more takes too long for one of millions of inputs.
-  constexpr std::size_t kMostDecomposed = 24;
+  constexpr std::size_t kMaxDecomposed = 24;
   if (bytes.empty()) return;
   static const TemporaryFiles files;
   try {
     const TriangleMesh mesh = loadMesh(files.write("mesh" + extensionFor(bytes[0]), bytes.substr(1)), {1.0, 1.0, -1.0});
     checkMesh(mesh);
-    if (mesh.triangles.size() <= kMostDecomposed) checkPieces(mesh);
+    if (mesh.triangles.size() <= kMaxDecomposed) checkPieces(mesh);
   } catch (const std::invalid_argument&) {
   }
 }

@@ -9,7 +9,7 @@ namespace proximity_server::narrowphase {
 namespace {
 
 /// Far more than any case of the tests needs.
-constexpr int kMostSteps = 2000000;
+constexpr int kMaxSteps = 2000000;
 
 Matrix3l crossMatrix(const Vector3l& v) {
   Matrix3l m;
@@ -95,12 +95,12 @@ Interval makeInterval(const TimeInterval& time, const DistanceBounds& at_begin, 
   return {time, at_begin, at_end, std::min({lowest, at_begin.low, at_end.low})};
 }
 
-/// From `from` on by steps that double: a time at or below the clearance, if they meet one.
-std::optional<long double> contactAfter(const DistanceOverTime& distance, long double clearance, long double from,
-                                        long double first_step, long double end) {
+/// From `from` on by steps that double: a time at or below the contact distance, if they meet one.
+std::optional<long double> contactAfter(const DistanceOverTime& distance, long double contact_distance,
+                                        long double from, long double first_step, long double end) {
   for (long double step = first_step;; step *= 2) {
     const long double time = std::min(from + step, end);
-    if (distance.at(time).high <= clearance) return time;
+    if (distance.at(time).high <= contact_distance) return time;
     if (time >= end) return std::nullopt;
   }
 }
@@ -158,17 +158,17 @@ DistanceBounds fastDistanceAt(const MovingPair& pair, long double time, double t
   return {result.lower_bound - rounding, result.upper_bound + rounding};
 }
 
-FirstContact firstContact(const DistanceOverTime& distance, long double clearance, const TimeInterval& interval,
+FirstContact firstContact(const DistanceOverTime& distance, long double contact_distance, const TimeInterval& interval,
                           long double resolution, int max_steps) {
   FirstContact found{interval.begin, {}};
   for (int step = 0; step < max_steps && found.free_until < interval.end; ++step) {
     const DistanceBounds now = distance.at(found.free_until);
-    if (now.high <= clearance) found.contact_by = found.free_until;
-    if (now.low - clearance <= resolution) break;
-    found.free_until += (now.low - clearance) / distance.speed_limit;
+    if (now.high <= contact_distance) found.contact_by = found.free_until;
+    if (now.low - contact_distance <= resolution) break;
+    found.free_until += (now.low - contact_distance) / distance.speed_limit;
   }
   if (found.free_until >= interval.end || found.contact_by) return found;
-  found.contact_by = contactAfter(distance, clearance, found.free_until,
+  found.contact_by = contactAfter(distance, contact_distance, found.free_until,
                                   resolution / std::max(distance.speed_limit, 1e-300L), interval.end);
   return found;
 }
@@ -178,7 +178,7 @@ DistanceBounds smallestDistance(const DistanceOverTime& distance, long double ga
   std::priority_queue<Interval> open;
   open.push(makeInterval(interval, at_begin, at_end, distance.speed_limit));
   long double smallest = std::min(at_begin.high, at_end.high);
-  for (int step = 0; step < kMostSteps && open.top().lower_bound < smallest - gap; ++step) {
+  for (int step = 0; step < kMaxSteps && open.top().lower_bound < smallest - gap; ++step) {
     const Interval widest = open.top();
     open.pop();
     const long double middle = (widest.time.begin + widest.time.end) / 2;

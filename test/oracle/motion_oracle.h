@@ -76,21 +76,21 @@ struct TimeInterval {
   long double end = 1;
 };
 
-/// The first time at which the distance is no more than the clearance.
+/// The first time at which the distance is no more than the contact distance.
 struct FirstContact {
-  long double free_until;                 ///< proven: above the clearance from the begin to here
-  std::optional<long double> contact_by;  ///< at or below the clearance here, so the first time is in between
+  long double free_until;                 ///< proven: above the contact distance from the begin to here
+  std::optional<long double> contact_by;  ///< at or below the contact distance here, so the first time is in between
 
   bool never(const TimeInterval& interval) const { return free_until >= interval.end; }
 };
 
 /// First contact by the Lipschitz bound alone: from a time with a gap g nothing can happen for g / speed_limit.
 ///
-/// Error:   contact_by - free_until is what the clearance less `resolution` [m] leaves open. Grazing closer than that
-///          has neither proof: never() is false and there is no contact_by.
+/// Error:   contact_by - free_until is what the contact distance less `resolution` [m] leaves open. Grazing closer than
+///          it has neither proof: never() is false and there is no contact_by.
 /// Cost:    speed_limit / gap steps for each unit of time; the search gives up after max_steps, with what is proven.
-FirstContact firstContact(const DistanceOverTime& distance, long double clearance, const TimeInterval& interval = {},
-                          long double resolution = 1e-12L, int max_steps = 2000000);
+FirstContact firstContact(const DistanceOverTime& distance, long double contact_distance,
+                          const TimeInterval& interval = {}, long double resolution = 1e-12L, int max_steps = 2000000);
 
 /// Encloses the smallest distance: branch and bound with the Lipschitz bound, until the bounds are `gap` apart.
 /// Source: Piyavskii, An algorithm for finding the absolute extremum of a function, 1972.

@@ -15,8 +15,7 @@ struct RefinedTruth {
 /// Cores apart: proven. GJK on coreSupport: the distance is what the support plane of a direction leaves, the error
 ///              bound ends at the norm of a convex combination of CSO points.
 /// Overlapping: a local optimum. gapAlong(n) of any n is a lower bound of the signed distance, so `distance` is one,
-/// and
-///              it is the largest near `normal`; nothing says that no other direction is better.
+///              and it is the largest near `normal`; nothing says that no other direction is better.
 /// Method:      in overlap b is moved along n_k until the cores are apart by the shift; the axis of their distance is
 ///              n_(k+1). As it maximises gapAlong(n) + shift n . n_k, no step makes the gap smaller.
 RefinedTruth refinedTruth(const ShapePair& pair, const Eigen::Vector3d& normal, double distance);

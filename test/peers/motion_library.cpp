@@ -19,7 +19,7 @@ namespace proximity_server::peers {
 using namespace narrowphase;
 namespace {
 
-constexpr int kMostSteps = 1000000;  // of FCL's advancement with a small error of the time
+constexpr int kMaxSteps = 1000000;  // of FCL's advancement with a small error of the time
 
 ContactAnswer answerFrom(const TimeOfContact& result) {
   const bool decided = result.contact || result.status == Status::Converged;
@@ -62,7 +62,7 @@ class FclAdvancement {
     fcl::CollisionRequestd request;
     fcl::CollisionResultd result;
     if (fcl::collide(a_, node_.tf1, b_, node_.tf2, request, result) > 0) return {true, true, 0.0, 0.0, 1};
-    for (int step = 1; step <= kMostSteps; ++step) {
+    for (int step = 1; step <= kMaxSteps; ++step) {
       node_.delta_t = 1.0;
       node_.leafTesting(0, 0);
       if (node_.delta_t <= time_error) return {true, true, node_.toc, node_.toc, step};

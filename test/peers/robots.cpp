@@ -12,7 +12,7 @@ namespace proximity_server::peers {
 using namespace scene;
 namespace {
 
-constexpr int kMostBodiesOfArm = 5;
+constexpr int kMaxBodiesOfArm = 5;
 constexpr double kSpacing = 1.0;  // [m] of the arms, which lean out by 0.7 at most
 constexpr double kLength = 0.2;   // [m] from joint to joint
 
@@ -70,7 +70,7 @@ std::string nextJoint(int body, int place) {
 }
 
 std::string urdfOfArms(int bodies) {
-  const int bodies_of_arm = std::min(kMostBodiesOfArm, bodies - 1);
+  const int bodies_of_arm = std::min(kMaxBodiesOfArm, bodies - 1);
   const int arms = (bodies + bodies_of_arm - 1) / bodies_of_arm;
   const int arms_in_row = static_cast<int>(std::ceil(std::sqrt(arms)));
   std::ostringstream urdf;

@@ -67,11 +67,11 @@ class Bisection {
 };
 
 bool Bisection::isFree(const Interval& interval, const SweptVolume& volume) {
-  Options question = Options::above(options_.clearance);
+  Options question = Options::above(options_.contact_distance);
   question.distance_tolerance = 0.25 * options_.tolerance;
   ++result_.queries;
   const Isometry3d a_T_b = poseAt(motion_, interval.begin);
-  return signedDistance(a_, volume.shape, a_T_b, question).lower_bound > options_.clearance;
+  return signedDistance(a_, volume.shape, a_T_b, question).lower_bound > options_.contact_distance;
 }
 
 void Bisection::touchAt(double time) {

@@ -12,8 +12,8 @@ MotionChain relativeMotion(const MotionChain& a_motion, const MotionChain& b_mot
 /// Time of first contact by bisection of swept volumes: what timeOfContact() is compared with.
 ///
 /// What b sweeps in the frame of a during an interval of time is one convex shape. Where that stays farther from a than
-/// the clearance the interval is free; else its halves are looked at, the earlier one first, until the motion within
-/// one is below the tolerance.
+/// the contact distance the interval is free; else its halves are looked at, the earlier one first, until the motion
+/// within one is below the tolerance.
 /// Frame, error, failure: as timeOfContact(), with the same certificates.
 /// Source: van den Bergen, Ray Casting against General Convex Objects with Application to Continuous Collision
 ///         Detection, 2004 (the swept volume by its support mapping).

@@ -85,7 +85,7 @@ class Search {
 
   /// Whatever may be lower than `level` between two samples; the lowest first.
   void lookBetween(double level) {
-    constexpr std::size_t kMostMinima = 5;
+    constexpr std::size_t kMaxMinima = 5;
     std::sort(samples_.begin(), samples_.end());
     std::vector<std::size_t> low;
     for (std::size_t i = 0; i < samples_.size(); ++i)
@@ -93,20 +93,20 @@ class Search {
     const auto lower = [&](std::size_t i, std::size_t j) { return high(i) < high(j); };
     std::sort(low.begin(), low.end(), lower);
     std::vector<TimeInterval> intervals;
-    for (std::size_t n = 0; n < std::min(low.size(), kMostMinima); ++n) intervals.push_back(around(low[n]));
+    for (std::size_t n = 0; n < std::min(low.size(), kMaxMinima); ++n) intervals.push_back(around(low[n]));
     for (const TimeInterval& interval : intervals) look(localMinimum(interval), kExact);
   }
 
-  /// Where the distance first falls to the clearance, as far as the samples show it.
+  /// Where the distance first falls to the contact distance, as far as the samples show it.
   void lookAtEntry() {
     std::sort(samples_.begin(), samples_.end());
-    const auto inside = [&](const Sample& sample) { return sample.distance.high < options_.clearance; };
+    const auto inside = [&](const Sample& sample) { return sample.distance.high < options_.contact_distance; };
     const auto first = std::find_if(samples_.begin(), samples_.end(), inside);
     if (first == samples_.begin() || first == samples_.end()) return;
     double before = (first - 1)->time, after = first->time;
     for (int i = 0; i < 45; ++i) {
       const double middle = 0.5 * (before + after);
-      (fastDistanceAt(pair_, middle, kExact).high < options_.clearance ? after : before) = middle;
+      (fastDistanceAt(pair_, middle, kExact).high < options_.contact_distance ? after : before) = middle;
     }
     look(after, kExact);
   }
@@ -198,10 +198,10 @@ AssertionResult enclosedBy(const SignedDistance& result, const Sample& sample) {
 // What an answer says is proven, rounding and all, and so are the bounds of a sample: nothing is allowed for.
 
 AssertionResult keepsPromise(const TimeOfContact& contact, const ContactOptions& options, const Sample& sample) {
-  const long double inside = options.clearance - sample.distance.high;
+  const long double inside = options.contact_distance - sample.distance.high;
   if (sample.time < contact.t_free && inside > 0)
     return fail(contact.contact ? "t_free is late: contact" : "contact was missed,", inside, sample.time);
-  const long double outside = sample.distance.low - (options.clearance + options.tolerance);
+  const long double outside = sample.distance.low - (options.contact_distance + options.tolerance);
   if (contact.contact && sample.time == contact.t_contact && outside > 0)
     return fail("there is no contact at t_contact, apart", outside, sample.time);
   return AssertionSuccess();
@@ -268,7 +268,7 @@ Answers timed(const StressMotion& m, MotionObservation& seen) {
 std::optional<std::string> brokenPromise(const std::vector<Answers>& all, Search& search) {
   const ContactOptions& options = all.front().motion.options;
   for (const Answers& answers : all) search.lookAround(answers);
-  search.lookBetween(std::max(options.clearance, all.front().minimum.upper_bound));
+  search.lookBetween(std::max(options.contact_distance, all.front().minimum.upper_bound));
   search.lookAtEntry();
   for (const Answers& answers : all)
     if (const AssertionResult check = keepAllPromises(answers, search.samples()); !check)
@@ -283,7 +283,7 @@ MotionObservation observed(const StressMotion& motion, Search& search) {
   seen.failure = brokenPromise(all, search);
   for (const Sample& sample : search.samples())
     if (seen.contact.contact && sample.time == seen.contact.t_free)
-      seen.gap = static_cast<double>(sample.distance.low) - motion.options.clearance;
+      seen.gap = static_cast<double>(sample.distance.low) - motion.options.contact_distance;
   return seen;
 }
 
@@ -306,7 +306,8 @@ MotionObservation observeMotionWithOracle(const StressMotion& motion) {
   const ContactOptions& options = motion.options;
   const DistanceOverTime distance{[&](long double time) { return fastDistanceAt(pair, time, kRough); },
                                   pair.speedLimit()};
-  const FirstContact first = firstContact(distance, options.clearance, {options.begin, options.end}, 1e-9L, 20000);
+  const FirstContact first =
+      firstContact(distance, options.contact_distance, {options.begin, options.end}, 1e-9L, 20000);
   if (first.contact_by) search.look(static_cast<double>(*first.contact_by), kExact);
   MotionObservation seen = observed(motion, search);
   std::vector<Sample> exact;

@@ -11,7 +11,7 @@ namespace proximity_server::narrowphase {
 struct MotionObservation {
   TimeOfContact contact;
   MinimumOverMotion minimum;
-  double gap = 0.0;  ///< [m] of the distance at t_free above the clearance, where there is contact
+  double gap = 0.0;  ///< [m] of the distance at t_free above the contact distance, where there is contact
   double contact_microseconds = 0.0;
   double minimum_microseconds = 0.0;
   std::optional<std::string> failure;  ///< a promise that was not kept
@@ -21,8 +21,8 @@ struct MotionObservation {
 ///
 /// Method: signed distances with poses in long double and the bounds of signedDistance, at times of its own: spread
 ///         over the motion, at all times that an answer names and just before t_free, at local minima between them
-///         (golden sections) and where the first of them enters the clearance (bisection). The same question with the
-///         shapes swapped, and seen from another frame, is held against the same distances.
+///         (golden sections) and where the first of them enters the contact distance (bisection). The same question
+///         with the shapes swapped, and seen from another frame, is held against the same distances.
 MotionObservation observeMotion(const StressMotion& motion);
 
 /// The first promise that these answers break, looked for in the same way.

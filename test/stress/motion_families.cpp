@@ -71,7 +71,7 @@ void meet(StressMotion& motion, double time, const Isometry3d& a_T_b) {
 
 // Questions.
 
-double someClearance(Random& random) {
+double someContactDistance(Random& random) {
   switch (below(random, 4)) {
     case 0:
       return decades(random, -4, -0.5);
@@ -84,7 +84,7 @@ double someClearance(Random& random) {
 
 ContactOptions someOptions(Random& random) {
   ContactOptions options;
-  options.clearance = someClearance(random);
+  options.contact_distance = someContactDistance(random);
   if (below(random, 4) == 0) options.tolerance = decades(random, -12, -2);
   if (below(random, 4) != 0) return options;
   options.begin = uniform(random, 0.0, 0.5);
@@ -108,11 +108,11 @@ StressMotion meeting(Random& random, StressMotion motion, double part) {
   return motion;
 }
 
-/// At the clearance, within touchingGap, at some time.
+/// At the contact distance, within touchingGap, at some time.
 StressMotion touching(Random& random, StressMotion motion) {
   const TwoShapes shapes{motion.a, motion.b};
   const Isometry3d near = anywhereWithin(shapes, random, 1.2);
-  const double gap = motion.options.clearance + touchingGap(shapes, random);
+  const double gap = motion.options.contact_distance + touchingGap(shapes, random);
   meet(motion, timeWithin(motion.options, random), movedToGap(shapes, near, gap));
   return motion;
 }
@@ -178,7 +178,8 @@ StressMotion grazing(Random& random) {
   StressMotion motion = below(random, 2) == 0 ? screws(random) : chains(random);
   const double time = closestTime(motion);
   motion.suspects.push_back(time);
-  motion.options.clearance = static_cast<double>(fastDistanceAt(motion.pair(), time).high) + grazingOffset(random);
+  motion.options.contact_distance =
+      static_cast<double>(fastDistanceAt(motion.pair(), time).high) + grazingOffset(random);
   return motion;
 }
 
@@ -192,12 +193,12 @@ StressMotion grazingSpheres(Random& random) {
   const double offset = grazingOffset(random);
   past.start.translation() = closest * across - time * speed * way;
   motion.b_motion = {past};
-  motion.options.clearance = offset;
+  motion.options.contact_distance = offset;
   motion.suspects = {time};
   return motion;
 }
 
-/// Faces at the clearance, within touchingGap, while one slides along the other and turns about the normal.
+/// Faces at the contact distance, within touchingGap, while one slides along the other and turns about the normal.
 StressMotion sliding(Random& random) {
   const TwoShapes shapes = shapesWithFaces(random);
   const Isometry3d a_T_b = parallelFaces(shapes, random);
@@ -205,15 +206,15 @@ StressMotion sliding(Random& random) {
   const Vector3d along = normal.unitOrthogonal();
   StressMotion motion = asked(random, shapes, {}, {{a_T_b, uniform(random, 0.0, 0.5) * along, Vector3d::Zero()}});
   if (below(random, 2) == 0) motion.b_motion.front().angular = uniform(random, -1.0, 1.0) * normal;
-  if (below(random, 2) == 0) motion.options.clearance = 0.0;
-  motion.b_motion.front().start.pretranslate(motion.options.clearance * normal);
+  if (below(random, 2) == 0) motion.options.contact_distance = 0.0;
+  motion.b_motion.front().start.pretranslate(motion.options.contact_distance * normal);
   return motion;
 }
 
 StressMotion touchingAtFirst(Random& random) {
   StressMotion motion = screws(random);
   const TwoShapes shapes{motion.a, motion.b};
-  const double gap = motion.options.clearance + touchingGap(shapes, random);
+  const double gap = motion.options.contact_distance + touchingGap(shapes, random);
   meet(motion, motion.options.begin, movedToGap(shapes, anywhereWithin(shapes, random, 1.2), gap));
   return motion;
 }
@@ -221,7 +222,7 @@ StressMotion touchingAtFirst(Random& random) {
 StressMotion overlapping(Random& random) {
   StressMotion motion = screws(random);
   meet(motion, timeWithin(motion.options, random), anywhereWithin({motion.a, motion.b}, random, 0.3));
-  motion.options.clearance = -decades(random, -3, 0);
+  motion.options.contact_distance = -decades(random, -3, 0);
   return motion;
 }
 
@@ -261,7 +262,7 @@ StressMotion ofEverySize(Random& random) {
   };
   const MotionChain a_motion = motion(), b_motion = motion();
   StressMotion result = meeting(random, asked(random, {a, b}, a_motion, b_motion), 1.3);
-  result.options.clearance *= size;
+  result.options.contact_distance *= size;
   result.options.tolerance *= std::max(1.0, size);
   return result;
 }

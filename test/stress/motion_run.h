@@ -25,7 +25,7 @@ struct MotionFamilySummary {
   std::int64_t contact_queries = 0;  ///< of all together
   std::int64_t minimum_queries = 0;
   int most_contact_queries = 0;
-  double worst_gap = 0.0;             ///< [m] of the distance at t_free above the clearance, where there is contact
+  double worst_gap = 0.0;  ///< [m] of the distance at t_free above the contact distance, where there is contact
   double contact_microseconds = 0.0;  ///< of all together
   double minimum_microseconds = 0.0;
   std::int64_t failed = 0;

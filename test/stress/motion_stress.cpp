@@ -43,7 +43,7 @@ struct MotionStress {
                   static_cast<long long>(s.failed));
     std::printf(
         "toc: first contact, min: smallest distance; q: queries of the distance, us: time, both in the mean.\n"
-        "undecided, open min: not converged. gap: the largest distance at t_free above the clearance, where in "
+        "undecided, open min: not converged. gap: the largest distance at t_free above the contact distance, where in "
         "contact.\n");
   }
 

@@ -27,7 +27,7 @@ MotionChain chainFrom(const json& screws) {
 }
 
 json questionJson(const ContactOptions& options) {
-  return {{"clearance", toJson(options.clearance)},
+  return {{"contact_distance", toJson(options.contact_distance)},
           {"tolerance", options.tolerance},
           {"begin", options.begin},
           {"end", options.end},
@@ -35,7 +35,7 @@ json questionJson(const ContactOptions& options) {
 }
 
 ContactOptions questionFrom(const json& j) {
-  return {numberFrom(j["clearance"]), j["tolerance"], j["begin"], j["end"], j["max_queries"]};
+  return {numberFrom(j["contact_distance"]), j["tolerance"], j["begin"], j["end"], j["max_queries"]};
 }
 
 }  // namespace

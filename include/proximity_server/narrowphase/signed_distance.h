@@ -9,7 +9,18 @@ namespace proximity_server::narrowphase {
 
 /// Signed distance between two convex shapes, with a witness point on each.
 ///
+/// 1. Separate each shape into a core and a margin, and add the margins to the thresholds of the options.
+/// 2. If the distance of the cores has a formula, evaluate it: points and segments, a point and a box
+///    (points_segments.h), solids of revolution about parallel axes (parallel_axes.h).
+/// 3. Otherwise take the first vertex of the CSO (cso.h), along the axis of the warm start or from centre to centre. If
+///    it does not separate two boxes, test their fifteen axes: the depth of boxes that overlap has a formula (boxes.h).
+/// 4. Otherwise find the distance by GJK (gjk.h), and if the cores overlap, the depth by EPA (epa.h).
+/// 5. Move both points outwards along the normal by the margins.
+/// 6. Set the status by the final bounds: here only is it decided whether they meet the tolerance or a threshold.
+/// 7. Look whether the shapes meet along an edge or a face: the points are then one choice of many.
+///
 /// Frame:     that of `a`; `a_T_b` maps coordinates of b into a. Metres.
+/// Sign:      see SignedDistance.
 /// Error:     status Converged: within options.distance_tolerance. Otherwise the truth still lies in
 ///            [lower_bound, upper_bound].
 /// Failure:   never throws, allocates or logs; shapes were validated when they were made. A pose that is not finite
@@ -17,8 +28,13 @@ namespace proximity_server::narrowphase {
 /// Source:    Gilbert, Johnson, Keerthi, A Fast Procedure for Computing the Distance Between Complex Objects in
 ///            Three-Dimensional Space, IEEE J. Robotics and Automation 1988; van den Bergen, Proximity Queries and
 ///            Penetration Depth Computation on 3D Game Objects, GDC 2001.
+/// Differs:   GJK and EPA see cores only, margins are exact; each answer has proven bounds; curved cores are finished
+///            by Newton's method. See gjk.h, epa.h and refinement.h.
 SignedDistance signedDistance(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b,
                               const Options& options = {});
+
+/// The same for a series of queries of the same two shapes: begins with what the last query left in `warm_start`, and
+/// updates it.
 SignedDistance signedDistance(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, const Options& options,
                               WarmStart& warm_start);
 

@@ -8,13 +8,15 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// The corner of a box farthest along `direction`; nothing where that is an edge or a face within the tolerance.
+/// The corner of a box farthest along `direction`. Returns nullopt if an edge or a face is as far, within the
+/// tolerance.
 std::optional<Vector3d> onlyCorner(const Vector3d& half, const Vector3d& direction, double tolerance) {
   if ((2.0 * half.cwiseProduct(direction).cwiseAbs()).minCoeff() <= tolerance) return std::nullopt;
   return half.cwiseProduct(direction.cwiseSign());
 }
 
-/// The middle of the edge along `axis` that lies farthest along `direction` (perpendicular to it); nothing as above.
+/// The middle of the edge parallel to `axis` that lies farthest along `direction`, which is perpendicular to it.
+/// Returns nullopt if a face is as far, within the tolerance.
 std::optional<Vector3d> onlyEdge(Vector3d half, Vector3d direction, Eigen::Index axis, double tolerance) {
   direction[axis] = std::numeric_limits<double>::infinity();
   const double thinnest = (2.0 * half.cwiseProduct(direction).cwiseAbs()).minCoeff();
@@ -43,7 +45,7 @@ BoxPair::BoxPair(const Vector3d& half_a, const Vector3d& half_b, const Eigen::Is
   for (int i = 0; i < 3; ++i) {
     const int k = (i + 1) % 3, l = (i + 2) % 3;
     for (int j = 0; j < 3; ++j) {
-      const double nk = -axes_b(l, j), nl = axes_b(k, j);  // the product has no part along edge i
+      const double nk = -axes_b(l, j), nl = axes_b(k, j);  // the product has no component along edge i
       const double length2 = nk * nk + nl * nl;
       double reach = half_a[k] * std::abs(nk) + half_a[l] * std::abs(nl);
       for (int m = 1; m < 3; ++m) {
@@ -51,7 +53,7 @@ BoxPair::BoxPair(const Vector3d& half_a, const Vector3d& half_b, const Eigen::Is
         reach += half_b[other] * std::abs(axes_b(k, other) * nk + axes_b(l, other) * nl);
       }
       const double separation = (std::abs(t[k] * nk + t[l] * nl) - reach) / std::sqrt(length2);
-      // Edges without an angle between them have no product; a face normal is as good to within that angle.
+      // The product of parallel edges has no direction; a face normal then has the same separation.
       constexpr double kParallel = std::numeric_limits<double>::epsilon() * std::numeric_limits<double>::epsilon();
       measure(6 + 3 * i + j, length2 > kParallel ? separation : -std::numeric_limits<double>::infinity());
     }
@@ -75,7 +77,8 @@ Vector3d BoxPair::normalOf(int axis) const {
   return direction.dot(a_T_b_.translation()) >= 0.0 ? direction : Vector3d(-direction);
 }
 
-/// Whether all axes as good as the best, within the tolerance, are its neighbours: see isUnique of EPA.
+/// Whether all axes with the greatest separation, within the tolerance, are near the best one; see isUnique() of
+/// epa.cpp.
 bool BoxPair::isUnique(double tolerance) const {
   constexpr double kSameDirection = 1e-2;
   const Vector3d best = normalOf(best_);
@@ -83,7 +86,7 @@ bool BoxPair::isUnique(double tolerance) const {
     if (separations_[static_cast<std::size_t>(axis)] < separation() - tolerance) continue;
     const Vector3d other = axisOf(axis);
     if (other.cross(best).norm() > kSameDirection) return false;
-    if (std::abs(other.dot(a_T_b_.translation())) <= tolerance) return false;  // the opposite way out is as short
+    if (std::abs(other.dot(a_T_b_.translation())) <= tolerance) return false;  // the opposite direction is as short
   }
   return true;
 }
@@ -103,7 +106,7 @@ std::optional<Vector3d> BoxPair::onCrossingEdges(const Vector3d& normal, double 
   const std::optional<Vector3d> on_a = onlyEdge(half_a_, normal, i, tolerance);
   const std::optional<Vector3d> on_b = onlyEdge(half_b_, -(a_T_b_.linear().transpose() * normal), j, tolerance);
   if (!on_a || !on_b) return std::nullopt;
-  // Where the plane of b's edge and the normal cuts a's edge.
+  // The plane through b's edge along the normal intersects a's edge in this point.
   const Vector3d across = a_T_b_.linear().col(j).cross(normal);
   Vector3d point = *on_a;
   point[i] = across.dot(a_T_b_ * *on_b - *on_a) / across[i];
@@ -125,7 +128,7 @@ std::optional<SignedDistance> BoxPair::overlap(double tolerance, double rounding
   result.point_a = on_a->cwiseMin(half_a_).cwiseMax(-half_a_);
   result.point_b = result.point_a + result.distance * result.normal;
   const Vector3d in_b = a_T_b_.linear().transpose() * (result.point_b - a_T_b_.translation());
-  // Where the boxes just touch, the points have to prove the upper bound, with the rounding that it has.
+  // If the boxes just touch, the points prove the upper bound, so they must lie in the boxes within its rounding.
   if (!isInside(*on_a, half_a_, 2.0 * rounding) || !isInside(in_b, half_b_, 0.5 * rounding)) return std::nullopt;
   result.unique = isUnique(tolerance);
   return result;

@@ -9,29 +9,33 @@
 
 namespace proximity_server::narrowphase {
 
-/// Two boxes by their fifteen separating axes: the face normals of each, and the products of an edge of each.
+/// Two boxes and their fifteen separating axes: the face normals of each box, and the cross products of an edge of a
+/// and an edge of b.
 ///
-/// Frame: that of a. Overlapping boxes leave each other along one of these axes, so the greatest separation is their
-/// signed distance; boxes that are apart may be farther than that.
-/// Error: a few eps of the sizes and the offset: the axes are exact, as every product has one edge along a coordinate.
-/// Source: Gottschalk, Lin, Manocha, OBBTree, SIGGRAPH 1996, Theorem 1; here with the depth, points and no tolerance
-/// for
-///         parallel edges but the one that their product has no direction.
+/// The penetration depth of overlapping boxes is along one of these axes, so the greatest separation is their signed
+/// distance. Boxes that are apart may be farther from each other than the greatest separation.
+///
+/// Frame:   that of a.
+/// Error:   a few eps of the sizes and the offset. Every edge of a lies along a coordinate axis, so the axes are exact.
+/// Source:  Gottschalk, Lin, Manocha, OBBTree, SIGGRAPH 1996, Theorem 1.
+/// Differs: depth and points are computed, too. Edges count as parallel only if their product has no direction.
 class BoxPair {
  public:
   BoxPair(const Eigen::Vector3d& half_a, const Eigen::Vector3d& half_b, const Eigen::Isometry3d& a_T_b);
 
-  /// [m] along normal(): a lower bound of the signed distance of any two boxes, and that of two that overlap.
+  /// [m] Greatest separation, along normal(). It is the signed distance of boxes that overlap, and a lower bound of it
+  /// for boxes that are apart.
   double separation() const { return separations_[static_cast<std::size_t>(best_)]; }
   Eigen::Vector3d normal() const { return normalOf(best_); }
 
-  /// The answer for boxes that overlap, bounds left out. Nothing where an edge or a face, and no single vertex or pair
-  /// of edges, lies deepest within `tolerance` [m], or where the points miss the boxes by more than `rounding` [m],
-  /// what the bounds are widened by.
+  /// The signed distance of boxes that overlap, without bounds. Returns nullopt if, within `tolerance` [m], the deepest
+  /// feature is not a single vertex or a single pair of edges, or if the points lie outside of the boxes by more than
+  /// about `rounding` [m], by which the caller widens the bounds.
   std::optional<SignedDistance> overlap(double tolerance, double rounding) const;
 
  private:
-  // Axes 0-2 are the normals of a, 3-5 those of b, 6 + 3 i + j the product of edge i of a and edge j of b.
+  // Axes 0 to 2 are the face normals of a, 3 to 5 those of b; axis 6 + 3 i + j is the product of edges i of a and j of
+  // b.
   static constexpr int kAxes = 15;
 
   Eigen::Vector3d axisOf(int axis) const;

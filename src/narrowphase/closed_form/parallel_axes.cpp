@@ -11,12 +11,12 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Kind = Shape::Kind;
 
-// Vectors of the half plane: x is the radius, y the height.
+// In vectors of the half plane, x is the radius and y the height.
 
-/// Half the section of a core through its axis. Of a segment or a point only the axis is left.
+/// Half of the section of a core through its axis. The radius of a segment or a point is 0.
 struct Profile {
   double radius, half;
-  double apex;  ///< +1 or -1: where a cone has its apex; 0: a cylinder
+  double apex;  ///< +1 or -1: the apex of a cone points up or down; 0: not a cone
 
   Profile(const Shape& shape, double up)
       : radius(shape.halfExtents().x()), half(shape.halfExtents().z()), apex(shape.kind() == Kind::Cone ? up : 0.0) {}
@@ -29,8 +29,8 @@ struct Profile {
   Vector2d slantNormal() const { return Vector2d(2.0 * half, apex * radius).normalized(); }
 };
 
-/// The boundary of the sum of two profiles, from the lower end of the axis to the upper: edge i has normals[i], and
-/// runs from corner i to corner i + 1, each kept as what a and b put in.
+/// The boundary of the sum of two profiles, from the lower end of the axis to the upper one. Edge i has the normal i,
+/// and runs from corner i to corner i + 1. Each corner is stored as the sum of a corner of a and one of b.
 class Boundary {
  public:
   Boundary(const Profile& a, const Profile& b) {
@@ -57,14 +57,14 @@ class Boundary {
   Vector2d cornerOfA(std::size_t i) const { return of_a_[i]; }
   double height(std::size_t edge, const Vector2d& p) const { return normals_[edge].dot(p - corner(edge)); }
 
-  /// How far p stands beside an edge [m].
+  /// [m] Distance, along an edge, of p from the nearest point of the edge.
   double beside(std::size_t edge, const Vector2d& p) const {
     const Vector2d along = corner(edge + 1) - corner(edge);
     const Vector2d nearest = corner(edge) + place(edge, p) * along;
     return std::abs(normals_[edge].x() * (p - nearest).y() - normals_[edge].y() * (p - nearest).x());
   }
 
-  /// Where on an edge, from 0 to 1, lies the point nearest to p.
+  /// The place on an edge, from 0 to 1, of the point nearest to p.
   double place(std::size_t edge, const Vector2d& p) const {
     const Vector2d along = corner(edge + 1) - corner(edge);
     const double length2 = along.squaredNorm();
@@ -77,14 +77,14 @@ class Boundary {
     of_b_[static_cast<std::size_t>(corners_++)] = of_b;
   }
 
-  static constexpr std::size_t kMost = 5;  // up, down, outwards, and the slants of two cones
+  static constexpr std::size_t kMaxEdges = 5;  // two ends, the lateral surface, and the slants of two cones
   int edges_ = 1;
   int corners_ = 0;
-  std::array<Vector2d, kMost> normals_;
-  std::array<Vector2d, kMost + 1> of_a_, of_b_;
+  std::array<Vector2d, kMaxEdges> normals_;
+  std::array<Vector2d, kMaxEdges + 1> of_a_, of_b_;
 };
 
-/// The nearest point of the boundary: distance * normal away from p.
+/// The point of the boundary nearest to p; p lies at this point plus distance * normal.
 struct Nearest2d {
   double distance;
   Vector2d normal;
@@ -105,8 +105,8 @@ Nearest2d onEdge(const Boundary& boundary, std::size_t edge, const Vector2d& p, 
 
 double cross(const Vector2d& u, const Vector2d& v) { return u.x() * v.y() - u.y() * v.x(); }
 
-/// The direction of `difference`, no further than to the normals of the edges (of any length) that meet in the corner:
-/// near the corner it is but rounding.
+/// The direction of `difference`, limited to the range between the normals of the edges that meet in the corner: if p
+/// is near the corner, rounding may turn the difference out of this range. Edges of length 0 are skipped.
 Vector2d cornerNormal(const Boundary& boundary, std::size_t corner, const Vector2d& difference) {
   std::size_t before = corner, after = corner;
   while (before > 0 && boundary.corner(before - 1) == boundary.corner(corner)) --before;
@@ -121,10 +121,10 @@ Nearest2d nearestOutside(const Boundary& boundary, const Vector2d& p) {
   Nearest2d nearest{std::numeric_limits<double>::infinity(), {}, {}, true};
   for (std::size_t edge = 0; edge < boundary.size(); ++edge) {
     const double height = boundary.height(edge, p);
-    if (!(height > 0.0)) continue;  // p does not see this edge
+    if (!(height > 0.0)) continue;  // p lies on the inner side of this edge
     const double place = boundary.place(edge, p);
     const Vector2d of_a = boundary.cornerOfA(edge) + place * (boundary.cornerOfA(edge + 1) - boundary.cornerOfA(edge));
-    // No other point is nearer than one within an edge; a corner beside it may look so by a rounding.
+    // A nearest point inside of an edge is the nearest of all; rounding may make a corner seem nearer.
     if (place > 0.0 && place < 1.0) return {height, boundary.normal(edge), of_a, true};
     const std::size_t corner = edge + (place > 0.0 ? 1 : 0);
     const Vector2d difference = p - boundary.corner(corner);
@@ -134,7 +134,8 @@ Nearest2d nearestOutside(const Boundary& boundary, const Vector2d& p) {
   return nearest;
 }
 
-/// Of the edges that are as high as the highest within rounding, the one that p stands above.
+/// The edge with the greatest height of p over it. Of edges with the same height within rounding, it is the one whose
+/// nearest point is closest to the foot of p.
 std::size_t edgeUnder(const Boundary& boundary, const Vector2d& p) {
   double highest = -std::numeric_limits<double>::infinity(), reach = p.lpNorm<1>();
   for (std::size_t edge = 0; edge < boundary.size(); ++edge) {
@@ -167,18 +168,18 @@ double axesTilt(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b) 
   return a_T_b.linear().col(2).head<2>().norm();
 }
 
-SignedDistance revolvedDistance(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, double tolerance) {
+SignedDistance parallelAxesDistance(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, double tolerance) {
   const Vector3d axis_b = a_T_b.linear().col(2), t = a_T_b.translation();
   const Vector3d axis = a.kind() == Kind::Point ? Vector3d(axis_b.normalized()) : Vector3d(Vector3d::UnitZ());
   const auto acrossAxis = [&](const Vector3d& v) { return Vector3d(v - v.dot(axis) * axis); };
   const Vector3d across = acrossAxis(t);
   const double radius = across.norm();
-  // Twice, as the first time leaves the rounding of a long vector in a short one, of which little may be left.
+  // Projected twice: the first projection leaves the rounding error of a long vector in a short one.
   const Vector3d kept = radius > 0.0 ? acrossAxis(across / radius) : Vector3d(Vector3d::Zero());
   const Vector3d outwards = kept.norm() > 0.5 ? Vector3d(kept.normalized()) : Vector3d(axis.unitOrthogonal());
   const auto inSpace = [&](const Vector2d& p) { return Vector3d(p.x() * outwards + p.y() * axis); };
 
-  // The CSO is a + (-b) about a's centre; seen from there the origin of the query lies at b's.
+  // The sum of the profiles is that of a + (-b) about the centre of a. In it, the origin of the CSO lies at b's centre.
   const Boundary boundary(Profile(a, 1.0), Profile(b, -std::copysign(1.0, axis_b.dot(axis))));
   const Nearest2d nearest = nearestOnBoundary(boundary, {radius, t.dot(axis)}, tolerance);
 

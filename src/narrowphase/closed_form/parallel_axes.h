@@ -5,21 +5,23 @@
 
 namespace proximity_server::narrowphase {
 
-/// Points, segments, cylinders and cones.
-inline bool isRevolved(Shape::Kind kind) {
+/// Whether a core is a solid of revolution about z: points, segments, cylinders and cones.
+inline bool isSolidOfRevolution(Shape::Kind kind) {
   return kind == Shape::Kind::Point || kind == Shape::Kind::Segment || kind == Shape::Kind::Cylinder ||
          kind == Shape::Kind::Cone;
 }
 
-/// The angle [rad] between the axes of two cores of revolution; 0 where one is a point.
+/// [rad] Angle between the axes of two solids of revolution, to first order. It is 0 if one of them is a point.
 double axesTilt(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b);
 
-/// Signed distance of two cores of revolution about parallel axes, margins and bounds left out.
+/// Signed distance of the cores of two solids of revolution about parallel axes, without margins and bounds.
 ///
-/// Their CSO is a solid of revolution too, whose profile is the sum of theirs, so what is left is the distance of a
-/// point from a convex polygon in the half plane (radius, height). Here EPA would see a ring of equal directions.
-/// Frame, sign and invariant as signedDistance.
-/// Error: a few eps of the sizes and the offset, and the tilt times the reach of b.
-SignedDistance revolvedDistance(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, double tolerance);
+/// The CSO is a solid of revolution, too. Its profile is the sum of both profiles, a convex polygon in the half plane
+/// (radius, height), so the problem is the signed distance of a point from this polygon. EPA would be slow here, as a
+/// ring of directions has the same depth.
+///
+/// Frame, sign, invariant: as signedDistance().
+/// Error:   a few eps of the sizes and the offset, and the tilt of the axes times the reach of b.
+SignedDistance parallelAxesDistance(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, double tolerance);
 
 }  // namespace proximity_server::narrowphase

@@ -21,7 +21,7 @@ SignedDistance along(double distance, const Vector3d& normal, const Vector3d& po
   return result;
 }
 
-/// Where the points coincide every direction across `free_axis` is right, and one is chosen.
+/// Signed distance between two points. If they coincide, every normal is right, and `free_axis` is taken.
 SignedDistance between(const Vector3d& point_a, const Vector3d& point_b, const Vector3d& free_axis) {
   const Vector3d difference = point_b - point_a;
   const double distance = difference.norm();
@@ -33,14 +33,16 @@ SignedDistance between(const Vector3d& point_a, const Vector3d& point_b, const V
 
 Vector3d without(const Vector3d& unit, const Vector3d& v) { return v - unit.dot(v) * unit; }
 
-/// The unit vector across `unit` in its plane with the unit v, exact for nearly parallel ones too; 0 for parallel ones.
+/// The unit vector perpendicular to `unit` in the plane of `unit` and the unit vector v. It is accurate for nearly
+/// parallel vectors, too, and zero for parallel ones.
 Vector3d acrossInPlane(const Vector3d& unit, const Vector3d& v) {
   const Vector3d once = without(unit, v);
   const double sine = once.norm();
   return sine > kRounding ? Vector3d(without(unit, once / sine).normalized()) : Vector3d(Vector3d::Zero());
 }
 
-/// Any unit vector perpendicular to both segments; to one where the other is a point or parallel.
+/// A unit vector perpendicular to both segments, or perpendicular to the longer one if the other is a point or
+/// parallel.
 Vector3d across(const Vector3d& u, const Vector3d& v) {
   const bool u_is_longer = u.squaredNorm() >= v.squaredNorm();
   const Vector3d along = (u_is_longer ? u : v).normalized(), other = (u_is_longer ? v : u).normalized();
@@ -49,11 +51,11 @@ Vector3d across(const Vector3d& u, const Vector3d& v) {
   return in_plane.isZero() ? Vector3d(along.unitOrthogonal()) : Vector3d(along.cross(in_plane).normalized());
 }
 
-/// A segment by its centre and half its length along each axis.
+/// A segment, stored by its centre and the vector from there to one end.
 struct Segment {
   Vector3d centre, half;
 
-  /// In units of half, within [-1, 1]: the place nearest to a point.
+  /// The place nearest to a point, from -1 (one end) to 1 (the other end).
   double nearest(const Vector3d& point) const {
     const double length2 = half.squaredNorm();
     return length2 > 0.0 ? std::clamp(half.dot(point - centre) / length2, -1.0, 1.0) : 0.0;
@@ -65,8 +67,8 @@ struct Places {
   double on_a, on_b;
 };
 
-/// The nearest places of two segments: the common perpendicular where it meets both, else an end of one of them. All
-/// four ends are tried, which is as good for parallel segments as for any other.
+/// The nearest places of two segments. They lie on the common perpendicular if it meets both segments; otherwise one of
+/// them is an end. All four ends are tried, which is correct for parallel segments, too.
 Places nearestPlaces(const Segment& a, const Segment& b) {
   Places best{};
   double best_distance2 = std::numeric_limits<double>::infinity();
@@ -91,14 +93,14 @@ Places nearestPlaces(const Segment& a, const Segment& b) {
   return best;
 }
 
-/// [m] between the support planes of two segments across a unit normal.
+/// [m] Gap between the support planes of two segments along a unit normal.
 double gapAlong(const Segment& a, const Segment& b, const Vector3d& normal) {
   return normal.dot(b.centre - a.centre) - std::abs(normal.dot(a.half)) - std::abs(normal.dot(b.half));
 }
 
-/// The normal of segments that nearly touch: the difference of the points is then rounding, along the segments too,
-/// which would tilt it. Of what is left of it across one or both, and of what is across both, the widest gap is the
-/// best.
+/// Corrects the normal of segments that nearly touch. The difference of their points is then mostly rounding, which
+/// tilts the normal along the segments. The candidates are the normal made perpendicular to one or both segments, and
+/// the common perpendicular; the one with the widest gap is taken, and its gap is the lower bound.
 SignedDistance nearlyTouching(const Segment& a, const Segment& b, SignedDistance result) {
   const Vector3d along_a = a.half.normalized(), along_b = b.half.normalized(), free = across(a.half, b.half);
   const Vector3d across_a = without(along_a, result.normal), across_b = without(along_b, result.normal);
@@ -120,7 +122,7 @@ SignedDistance nearlyTouching(const Segment& a, const Segment& b, SignedDistance
 SignedDistance segmentSegment(const Segment& a, const Segment& b) {
   const Places places = nearestPlaces(a, b);
   SignedDistance result = between(a.at(places.on_a), b.at(places.on_b), Vector3d::UnitX());
-  // At a tenth of the sizes rounding tilts the normal by little, but by more the less the segments are askew.
+  // Beyond a tenth of the sizes the rounding of the points does not tilt the normal noticeably.
   const bool near = result.distance < 0.1 * (a.half.lpNorm<1>() + b.half.lpNorm<1>());
   if (near) return nearlyTouching(a, b, result);
   result.lower_bound = gapAlong(a, b, result.normal);
@@ -144,13 +146,14 @@ SignedDistance boxPoint(const Vector3d& half, const Vector3d& point) {
   return result;
 }
 
-/// Signed distance of a point (a, the origin) and a box. A rotation is off by some ulps, and its inverse by as many
-/// from its transpose: the place on the box is found in its frame, and the distance to that place in a's.
+/// Signed distance of a point (a, at the origin) and a box. The transpose of a rotation matrix is its inverse only up
+/// to rounding: the nearest point of the box is found in the frame of the box, and the distance to it in the frame of
+/// a.
 SignedDistance pointBox(const Vector3d& half, const Eigen::Isometry3d& a_T_b) {
   const SignedDistance in_b = boxPoint(half, a_T_b.linear().transpose() * -a_T_b.translation());
   const Vector3d point_b = a_T_b * in_b.point_a;
   if (in_b.distance > half.sum()) return between(Vector3d::Zero(), point_b, Vector3d::UnitX());
-  // Near by, rounding would tilt the difference of the points.
+  // If the point is near the box, rounding would tilt the difference of the points; the normal of the box is taken.
   const Vector3d normal = (a_T_b.linear() * -in_b.normal).normalized();
   SignedDistance result = along(normal.dot(point_b), normal, Vector3d::Zero(), point_b);
   result.unique = in_b.unique;

@@ -5,17 +5,18 @@
 
 namespace proximity_server::narrowphase {
 
-/// Points and segments among themselves, a point and a box.
+/// Whether closedForm() answers this pair: points and segments in any combination, and a point with a box.
 inline bool hasClosedForm(Shape::Kind a, Shape::Kind b) {
   const auto is_line = [](Shape::Kind kind) { return kind == Shape::Kind::Point || kind == Shape::Kind::Segment; };
   return (is_line(a) && is_line(b)) || (a == Shape::Kind::Box && b == Shape::Kind::Point) ||
          (a == Shape::Kind::Point && b == Shape::Kind::Box);
 }
 
-/// Signed distance of two cores that have a closed form.
+/// Signed distance of two cores that have a closed form, without margins.
 ///
-/// Frame, sign and invariant as signedDistance, margins left out. Error: a few eps of the sizes and the offset.
-/// Source: Ericson, Real-Time Collision Detection, 2005, 5.1.
+/// Frame, sign, invariant: as signedDistance().
+/// Error:   a few eps of the sizes and the offset.
+/// Source:  Ericson, Real-Time Collision Detection, 2005, 5.1.
 SignedDistance closedForm(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b);
 
 }  // namespace proximity_server::narrowphase

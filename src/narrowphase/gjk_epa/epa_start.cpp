@@ -9,7 +9,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// The vertices so far.
+/// The vertices found so far.
 struct Start {
   std::array<CsoVertex, 4> vertices;
   int size = 0;
@@ -21,7 +21,8 @@ struct Start {
   void add(const CsoVertex& w) { vertices[static_cast<std::size_t>(size++)] = w; }
 };
 
-/// Adds the first vertex that the CSO has more than rounding away from the span of the simplex, if there is one.
+/// Adds the first of the support vertices along `directions` that lies more than rounding outside of the span of the
+/// simplex. Returns false if none does.
 template <typename Directions, typename Height>
 bool growBy(Cso& cso, Start& start, const Directions& directions, Height height) {
   for (const Vector3d& direction : directions) {
@@ -53,7 +54,7 @@ Vector3d areaOf(const Start& triangle) {
   return areaVector(b - a, c - b, a - c);
 }
 
-/// A triangle without area within rounding becomes the longest of its edges.
+/// Replaces a triangle whose area is rounding by the longest of its edges.
 void dropFromSliver(const Cso& cso, Start& triangle) {
   auto& v = triangle.vertices;
   const auto length = [&](std::size_t i, std::size_t j) { return (v[i].point - v[j].point).norm(); };
@@ -65,26 +66,27 @@ void dropFromSliver(const Cso& cso, Start& triangle) {
   triangle.size = 2;
 }
 
-/// The plane across a CSO that is no more than the segment or point of the simplex: away from the origin, if that can
-/// be told from lying on it.
+/// Support plane of a CSO that is a segment or a point. Its normal points from the CSO to the origin; if the origin
+/// lies on the CSO within rounding, any normal perpendicular to the segment is taken.
 SurfacePlane planeAcross(const Cso& cso, const Start& start) {
   const Vector3d first = start.vertices[0].point, last = start.vertices[start.size == 2 ? 1 : 0].point;
   const Vector3d along = (last - first).normalized();
   const auto across = [&](const Vector3d& v) { return Vector3d(v - along.dot(v) * along); };
   const Vector3d towards_origin = across(-first);
   const bool apart = towards_origin.norm() > cso.rounding();
-  // Twice, as the first time leaves the rounding of a long vector in a short one.
+  // Projected twice: the first projection leaves the rounding error of a long vector in a short one.
   const Vector3d any = start.size == 2 ? along.unitOrthogonal() : Vector3d::UnitX();
   const Vector3d normal = apart ? Vector3d(across(towards_origin.normalized()).normalized()) : any;
   return {normal, std::max(normal.dot(first), normal.dot(last)), !apart};
 }
 
-/// Adds the vertex farther from the plane of the triangle; nothing but that plane where the origin lies on the surface.
+/// Adds the vertex of the CSO farthest from the plane of the triangle. If the origin lies on the surface of the CSO,
+/// returns its support plane instead.
 std::optional<SurfacePlane> growTriangle(Cso& cso, Start& start) {
   const Vector3d normal = areaOf(start).normalized();
   const Vector3d o = start.vertices[0].point;
   const CsoVertex above = cso.vertex(normal), below = cso.vertex(-normal);
-  const double up = normal.dot(above.point), down = -normal.dot(below.point);  // depths in both directions
+  const double up = normal.dot(above.point), down = -normal.dot(below.point);  // depths along both directions
   const double rounding = cso.rounding();
   if (std::min(up, down) <= rounding) {
     const bool upwards = up <= down;

@@ -13,7 +13,7 @@ Polytope::Polytope(const std::array<CsoVertex, 4>& corners, double rounding) : r
   const Vector3d& o = corners[3].point;
   const double volume = (corners[0].point - o).dot((corners[1].point - o).cross(corners[2].point - o));
   const int a = 0, b = volume > 0.0 ? 1 : 2, c = volume > 0.0 ? 2 : 1;
-  // Faces a b c, b a d, c b d, a c d, each counter-clockwise from outside.
+  // The faces are a b c, b a d, c b d, a c d (d is vertex 3), each counter-clockwise from outside.
   constexpr double kNoCeiling = std::numeric_limits<double>::infinity();
   const int abc = kStride * addFace(a, b, c, kNoCeiling), bad = kStride * addFace(b, a, 3, kNoCeiling),
             cbd = kStride * addFace(c, b, 3, kNoCeiling), acd = kStride * addFace(a, c, 3, kNoCeiling);
@@ -36,7 +36,7 @@ int Polytope::addFace(int a, int b, int c, double ceiling) {
   f.area = areaVector(ab, bc, ca);
   f.area2 = f.area.squaredNorm();
   f.height = std::min({f.area.dot(pa), f.area.dot(pb), f.area.dot(pc)});
-  // A height below the rounding of the vertices gives no normal. Written as !(>) so that NaN is a sliver too.
+  // A triangle that is less wide than the rounding of its vertices has no normal. Written as !(>) so that NaN has none.
   if (!(f.area2 > rounding_ * rounding_ * longest2)) {
     f.area.setZero();
     f.area2 = f.height = 0.0;
@@ -74,7 +74,8 @@ void Polytope::heapPush(const HeapEntry& entry) {
   heap_[static_cast<std::size_t>(hole)] = entry;
 }
 
-/// The hole sinks to a leaf, past the closer child each time, which needs no branch; the last entry rises from there.
+/// The hole at the top sinks to a leaf, and the closer child moves up each time: this needs no branch. Then the last
+/// entry is put into the hole, and rises from there.
 void Polytope::heapPop() {
   const HeapEntry last = heap_[static_cast<std::size_t>(--heap_size_)];
   int hole = 0;
@@ -100,14 +101,15 @@ const Polytope::Face* Polytope::closest() {
   return nullptr;
 }
 
-/// Heights within rounding count as visible: a face coplanar with w merges into the cone, one without a normal goes.
+/// Heights within rounding count as visible: a face in one plane with w is replaced by the cone, and so is a face
+/// without a normal.
 bool Polytope::sees(const Vector3d& w, const Face& candidate) const {
   const double height = candidate.area.dot(w - vertex(candidate.vertices[0]).point);
   return !(height < 0.0 && height * height > rounding_ * rounding_ * candidate.area2);
 }
 
-/// Walks over the faces that w sees, depth first, entered through a half-edge each; the edges where it stops come out
-/// in order, counter-clockwise from w.
+/// Visits the faces visible from w, depth first, each entered through `half_edge`, and removes them. The half-edges of
+/// the faces that stay are found in the order of the horizon, counter-clockwise as seen from w.
 void Polytope::findHorizon(int half_edge, const Vector3d& w) {
   const Face& f = face(half_edge / kStride);
   if (f.serial == 0) return;
@@ -200,7 +202,8 @@ std::string Polytope::checkEuler() const {
 }
 
 std::string Polytope::checkConvexity() const {
-  constexpr double kRoundings = 4.0;  // expand() merges what lies within one, and each of both planes has its own
+  // expand() removes faces within one rounding of w, and the planes of both faces are rounded, too.
+  constexpr double kRoundings = 4.0;
   std::string wrong;
   forEachFace([&](const Face& f) {
     if (!f.hasNormal()) return;

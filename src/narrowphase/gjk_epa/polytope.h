@@ -11,24 +11,38 @@
 
 namespace proximity_server::narrowphase {
 
-/// A closed convex polytope of CSO vertices in fixed storage: EPA's topology. It knows faces, neighbours and the
-/// horizon, and which face is closest to the origin; when to stop is EPA's to decide.
+/// The polytope of EPA: a closed convex surface of triangles between CSO vertices, in fixed storage.
+///
+/// It keeps the topology and a heap of the faces by their distance from the origin; EPA decides when to stop. A vertex
+/// w is added by expand():
+///
+/// 1. Remove the face that w was found from.
+/// 2. Visit its neighbours depth first: a face that w sees, or whose plane contains w within rounding, is removed too.
+///    The half-edges across which the visit meets a face that stays are the horizon.
+/// 3. If the horizon is not one closed loop, rounding has spoilt the topology, and the polytope cannot grow further.
+/// 4. Add a triangle from each edge of the horizon to w, and connect its three half-edges with their twins.
+/// 5. Put the new faces that are closer than the best known depth into the heap. Entries of removed faces stay in the
+///    heap, and are skipped when they come to its top.
+///
+/// Source:  van den Bergen, Proximity Queries and Penetration Depth Computation on 3D Game Objects, GDC 2001; Barber,
+///          Dobkin, Huhdanpaa, The Quickhull Algorithm for Convex Hulls, ACM TOMS 1996 (visible faces and horizon).
+/// Differs: faces without area are kept, without a normal; the next visible vertex removes them.
 class Polytope {
  public:
   static constexpr int kMaxVertices = 512;
   static constexpr int kMaxFaces = 2 * kMaxVertices;
 
-  /// A triangle by its area vector and what follows from it without root or division: most faces are never asked for
-  /// their normal or distance.
+  /// A triangle, stored by its area vector. Normal and distance need a root and a division, and are computed on demand
+  /// only: most faces are removed before they are needed.
   struct Face {
     std::array<int, 3> vertices;  ///< counter-clockwise from outside
-    std::array<int, 3> twins;     ///< of the edge from vertices[i] to the next: the half-edge of the neighbour
-    Eigen::Vector3d area;         ///< outward, of twice the area; zero for a sliver without a normal: it is never the
-                                  ///< closest, and every new vertex sees it
+    std::array<int, 3> twins;     ///< twins[i]: half-edge of the neighbour across the edge from vertices[i] to the next
+    Eigen::Vector3d area;         ///< outward, twice the area long. Zero for a sliver without a normal: such a face is
+                                  ///< never the closest, and is visible from every new vertex
     double area2;                 ///< squared norm of the area vector
-    double height;                ///< of its lowest corner over the origin along the area vector, times its length:
-                                  ///< less than that of its plane, by the rounding of the area vector
-    int serial;                   ///< tells a face from its successors in the same place; 0 where there is none
+    double height;                ///< smallest dot product of the area vector with a corner: the distance of the face
+                                  ///< from the origin times |area|. The smallest is safe against rounding of the area
+    int serial;                   ///< tells a face from later ones in the same place; 0: there is no face in this place
 
     bool hasNormal() const { return area2 > 0.0; }
     Eigen::Vector3d normal() const { return area / std::sqrt(area2); }  ///< unit
@@ -37,7 +51,7 @@ class Polytope {
     bool isCloserThan(double limit) const { return height * std::abs(height) < limit * std::abs(limit) * area2; }
   };
 
-  /// The tetrahedron of the first four vertices. `rounding` [m]: heights below it count as none.
+  /// Begins with a tetrahedron. `rounding` [m]: a vertex that lies less than this above a face counts as in its plane.
   Polytope(const std::array<CsoVertex, 4>& corners, double rounding);
 
   const CsoVertex& vertex(int index) const { return vertices_[static_cast<std::size_t>(index)]; }
@@ -46,27 +60,27 @@ class Polytope {
   }
   bool full() const { return vertex_count_ == kMaxVertices; }
 
-  /// The living face with the smallest distance, of those below every ceiling since they were made; nullptr where there
-  /// is none.
+  /// The face with the smallest distance from the origin, of those closer than the ceiling they were made with and not
+  /// set aside. Returns nullptr if there is none.
   const Face* closest();
 
-  /// What closest() named last will not be named again.
+  /// Removes the face that closest() returned last from the search; it stays in the polytope.
   void setClosestAside() { heapPop(); }
 
   const Face& neighbour(const Face& of, std::size_t edge) const { return face(of.twins[edge] / kStride); }
 
-  /// Replaces all faces that `w` sees by the cone from w to their horizon; new faces as far as `ceiling` [m] will never
-  /// be asked for as the closest. False where that is no single loop, or w sees nothing: rounding has the last word
-  /// there and the polytope can no longer be used for more than looking.
+  /// Replaces all faces visible from `w`, of which `seen` is one, by the cone from w to their horizon. New faces at or
+  /// beyond the distance `ceiling` [m] will not be returned by closest(). Returns false if the horizon is not a single
+  /// loop, because of rounding; the polytope must not be expanded again then.
   bool expand(const Face& seen, const CsoVertex& w, double ceiling);
 
-  /// Weights of the point where the ray from the origin along `direction` meets the plane of a face; a negative one
-  /// says that it passes beyond that edge.
+  /// Barycentric weights of the point where the ray from the origin along `direction` meets the plane of a face. A
+  /// negative weight says that the ray passes beyond the edge opposite to this vertex.
   std::array<double, 3> rayWeights(const Face& face, const Eigen::Vector3d& direction) const;
 
-  /// For tests: describes the first violation of what expand() promises to keep; "" where there is none. That is: each
-  /// half-edge and its twin run along one edge in opposite directions, the living faces form one surface with
-  /// V - E + F = 2, and no vertex of it lies above a face by more than a few roundings. Allocates.
+  /// For tests: describes the first violation of the invariants that expand() keeps, or returns "". The invariants are:
+  /// each half-edge and its twin run along one edge in opposite directions; the faces form one surface with
+  /// V - E + F = 2; no vertex lies above a face by more than a few roundings. Allocates.
   std::string checkTopology() const;
 
   template <typename Visit>
@@ -76,14 +90,14 @@ class Polytope {
   }
 
  private:
-  static constexpr int kStride = 4;  // half-edge of a face: kStride * face + edge
+  static constexpr int kStride = 4;  // a half-edge has the number kStride * face + edge
 
   struct HorizonEdge {
     int half_edge;  // of the face that stays
-    int from, to;   // its ends, counter-clockwise from the new vertex
+    int from, to;   // vertices at its ends, counter-clockwise as seen from the new vertex
   };
   struct HeapEntry {
-    double distance2;  // squared, with the sign of the distance
+    double distance2;  // square of the distance, with the sign of the distance
     int face, serial;
   };
 

@@ -17,7 +17,8 @@ using Tangents = Eigen::Matrix<double, 3, 2>;
 
 constexpr double kNothingProven = 1.0;
 
-/// Cosine of the widest of a few caps for which `holds(cosine)`, all of less than 90 degrees.
+/// Cosine of the widest of six caps, all below 90 degrees, for which holds(cosine) is true; kNothingProven if there is
+/// none.
 template <typename Holds>
 double widestCap(Holds holds) {
   for (const double cosine : {0.05, 0.5, 0.8, 0.94, 0.985, 0.996})
@@ -32,8 +33,8 @@ Tangents tangentsOf(const Vector3d& normal) {
   return tangents;
 }
 
-/// Whether a support function that climbs from `height` at least like climb sin(s) stays above it in a cap: climb
-/// sin(s) >= height (1 - cos s).
+/// Whether a support function stays above `height` in a cap, if at the angle s from its middle it is at least
+/// height cos(s) + climb sin(s). The condition is climb sin(s) >= height (1 - cos(s)).
 bool climbHolds(double height, double climb, double cosine) {
   return climb * (1.0 + cosine) >= height * std::sqrt(1.0 - cosine * cosine);
 }
@@ -42,24 +43,25 @@ double capOfClimb(double height, double climb) {
   return widestCap([&](double cosine) { return climbHolds(height, climb, cosine); });
 }
 
-/// The curve of one core, seen along a normal: its support point about the centre, and the second derivative of its
+/// The curve of one core along a normal: its support point relative to the centre, and the second derivative of its
 /// support function in the tangent plane.
 struct CurveAt {
   Vector3d point = Vector3d::Zero();
   Matrix2d curvature = Matrix2d::Zero();
-  double length = 1.0, largest = 1.0;  ///< of |S^T n|, see Curve: here, and along any direction
+  double length = 1.0;   ///< |S^T n| along this normal, see Curve
+  double largest = 1.0;  ///< the largest |S^T n| along any normal
 
-  /// The part of the curvature that holds throughout a cap.
+  /// The factor by which the curvature has to be multiplied to be a lower bound in all of a cap.
   double kept(double cosine) const {
-    constexpr double kHalfRightAngle = 0.71;  // up to there |S^T n| is largest on the edge of the cap
+    constexpr double kHalfRightAngle = 0.71;  // up to 45 degrees, |S^T n| is bounded by its bound on the cap's edge
     if (cosine < kHalfRightAngle) return length / largest;
     return length / std::min(largest, length * cosine + largest * std::sqrt(1.0 - cosine * cosine));
   }
 };
 
-/// The curved part of a core: the circle of a rim, or an ellipsoid. Both are a ball stretched by a matrix S, with the
-/// support function |S^T n|. At an angle s from n it exceeds its tangent at n by at least 1/2 sin^2(s) times its
-/// curvature times |S^T n| / |S^T m|, with m the direction there, as 1 - cos x >= 1/2 sin^2 x.
+/// The curved part of a core: the circle of a rim, or an ellipsoid. Both are the image of a ball under a matrix S, with
+/// the support function |S^T n|. In the direction m at an angle s from n, the support function exceeds its tangent at n
+/// by at least 1/2 sin^2(s) times its curvature times |S^T n| / |S^T m|, as 1 - cos(x) >= 1/2 sin^2(x).
 class Curve {
  public:
   Curve(const Shape& shape, const Matrix3d& axes) : radii_(Vector3d::Zero()), axes_(axes) {
@@ -85,8 +87,8 @@ class Curve {
   Matrix3d axes_;
 };
 
-/// Centre of the smooth piece of a core that `point` lies on, in the core's frame; the point itself where that is
-/// sharp.
+/// Centre of the smooth piece of a core on which `point` lies, in the core's frame. For an apex or a corner it is the
+/// point itself.
 struct Centre {
   Vector3d point;
   bool curved;
@@ -106,19 +108,19 @@ Centre centreOf(const Shape& shape, const Vector3d& point) {
   }
 }
 
-/// A smooth piece of the CSO, made of one of each core, in the frame of a.
+/// A smooth piece of the CSO: the sum of a smooth piece of a and one of -b, in the frame of a.
 struct Piece {
   Centre of_a, of_b;
   double weight;
-  Vector2d slope;  ///< of its support function at the normal, along the tangents
-  double height;   ///< of its support plane
+  Vector2d slope;  ///< gradient of its support function at the normal, along the tangents
+  double height;   ///< [m] of its support plane over the origin
 };
 
-/// The smooth pieces that meet in the direction looked for, and Newton's step towards it.
+/// The smooth pieces of the CSO near the stationary direction, and the steps of Newton's method.
 ///
-/// With w_i(n) the support point of piece i, weights l_i of sum 1 and the height h of all: sum l_i w_i(n) = h n. The
-/// unknowns are n, l and h; the derivative of w_i is its curvature. In the tangent plane of n this is, for a turn t,
-/// (sum l_i C_i - h) t + sum l_i slope_i = 0, and slope_i . t + height_i the same for all i.
+/// Let w_i(n) be the support point of piece i, l_i weights of sum 1, and h the common height. The equation is
+/// sum l_i w_i(n) = h n, with the unknowns n, l and h; the derivative of w_i is the curvature C_i. In the tangent plane
+/// of n a step turns n by t, with (sum l_i C_i - h) t + sum l_i slope_i = 0 and slope_i . t + height_i equal for all i.
 class Pieces {
  public:
   Pieces(const Cso& cso, const Simplex& simplex)
@@ -143,7 +145,8 @@ class Pieces {
     }
   }
 
-  /// The turn of the normal in the tangent plane; sets the weights. NaN where the direction is no minimum of a depth.
+  /// Solves for the turn of the normal in the tangent plane, and sets the weights. The turn is NaN if the curvature
+  /// shows that there is no minimum of the depth near this direction.
   Vector2d step() {
     const Matrix2d hessian = curvature(1.0, 1.0) - height_ * Matrix2d::Identity();
     return count_ == 1 ? stepOfOne(hessian) : count_ == 2 ? stepOfTwo(hessian) : stepOfThree(hessian);
@@ -151,7 +154,9 @@ class Pieces {
 
   Vector3d turned(const Vector2d& turn) const { return (normal_ + tangents_ * turn).normalized(); }
 
-  std::optional<Stationary> result() {
+  /// The stationary direction after the last step. Returns nullopt if a weight is negative, or if the weighted point
+  /// does not lie on the normal.
+  std::optional<StationaryDirection> result() {
     double sum = 0.0;
     for (int i = 0; i < count_; ++i) {
       double& weight = piece(i).weight;
@@ -165,15 +170,15 @@ class Pieces {
     }
     const Vector3d w = points.on_a - points.on_b;
     const double height = normal_.dot(w);
-    // Pieces that hardly differ leave their weights open.
-    if (!((w - height * normal_).norm() <= kMostBeside * cso_.rounding())) return std::nullopt;
-    return Stationary{normal_, height, points, height > 0.0 ? provenCap(height) : kNothingProven};
+    // The weights of nearly equal pieces are ill-conditioned, and the point may miss the normal.
+    if (!((w - height * normal_).norm() <= kMaxBeside * cso_.rounding())) return std::nullopt;
+    return StationaryDirection{normal_, height, points, height > 0.0 ? provenCap(height) : kNothingProven};
   }
 
  private:
-  static constexpr double kSmallWeight = 1e-9;  // rounding of a weight that is zero
-  static constexpr double kMostBeside = 32.0;   // roundings: the search ends at a gap of twice as many
-  static constexpr double kFlat = 1e-6;         // a smaller curvature than this part of the greatest is none
+  static constexpr double kSmallWeight = 1e-9;  // a weight this small may be zero, up to rounding
+  static constexpr double kMaxBeside = 32.0;    // accepted distance of the point from the normal, in roundings
+  static constexpr double kFlat = 1e-6;         // a curvature below this fraction of the greatest counts as zero
 
   Piece& piece(int i) { return pieces_[static_cast<std::size_t>(i)]; }
   const Piece& piece(int i) const { return pieces_[static_cast<std::size_t>(i)]; }
@@ -193,7 +198,7 @@ class Pieces {
     if (count_ < static_cast<int>(pieces_.size())) piece(count_++) = next;
   }
 
-  /// The curvature of the weighted pieces, a part of each core's.
+  /// Curvature of the weighted pieces; the curvatures of a and b are multiplied by the given factors.
   Matrix2d curvature(double part_a, double part_b) const {
     double of_a = 0.0, of_b = 0.0;
     for (int i = 0; i < count_; ++i) {
@@ -216,15 +221,16 @@ class Pieces {
     if (!(most > 0.0) || least < -kFlat * most) return none();
     const Vector2d& slope = pieces_[0].slope;
     if (least > kFlat * most) return -(hessian.inverse() * slope);
-    // A ring of directions as good as each other: only the step across it is known.
+    // All directions of a ring are stationary, so only the step across the ring is determined.
     const Matrix2d across = (hessian - least * Matrix2d::Identity()) / (2.0 * spread);
     return -(across * slope) / most;
   }
 
-  /// Across the kink the heights decide, along it the curvature.
+  /// The kink between two pieces: the tangent directions across it, where the heights determine the step, and along it,
+  /// where the curvature does.
   struct Kink {
     Vector2d across, along;
-    double width;  ///< [m] between the support points of the two pieces
+    double width;  ///< [m] distance of the support points of the two pieces
   };
   Kink kink() const {
     const Vector2d between = pieces_[1].slope - pieces_[0].slope;
@@ -259,9 +265,10 @@ class Pieces {
     return turn;
   }
 
-  /// Cosine of a cap in which the CSO reaches at least as far as `height`. At an angle s from the normal in the tangent
-  /// direction v it reaches at least height cos(s) + max_i slope_i . v sin(s), and at least height cos(s) + 1/2 q(v)
-  /// sin^2(s), with q the part of the weighted curvature that is kept; pieces of equal curvature at least both.
+  /// Cosine of a cap in which the CSO reaches at least as far as `height`. At an angle s from the normal, in the
+  /// tangent direction v, the CSO reaches at least height cos(s) + max_i slope_i . v sin(s), and at least
+  /// height cos(s) + 1/2 q(v) sin^2(s), where q is the weighted curvature times CurveAt::kept(). If all pieces have the
+  /// same curvature, both terms may be added.
   double provenCap(double height) const {
     if (count_ == 3) return capOfClimb(height, climbOfThree());
     return widestCap([&](double cosine) {
@@ -270,20 +277,20 @@ class Pieces {
     });
   }
 
-  /// height (1 - cos s) <= 1/2 q sin^2 s.
+  /// The condition is height (1 - cos(s)) <= 1/2 q sin^2(s).
   static bool holdsOfOne(double height, const Matrix2d& kept, double cosine) {
     const double least = 0.5 * kept.trace() - std::hypot(0.5 * (kept(0, 0) - kept(1, 1)), kept(0, 1));
     return least * (1.0 + cosine) >= 2.0 * height;
   }
 
-  /// With x the part of v across the kink: |x| climb + 1/2 sin(s) ((1 - x^2) q_along - 2 |x| q_mixed) exceeds height
-  /// sin(s) / (1 + cos(s)). That is concave in |x|, so it holds if it does for 0 and 1.
+  /// Let x be the component of v across the kink. The condition is that |x| climb + 1/2 sin(s) ((1 - x^2) q_along -
+  /// 2 |x| q_mixed) exceeds height sin(s) / (1 + cos(s)). The left side is concave in |x|, so 0 and 1 suffice.
   bool holdsOfTwo(double height, const Matrix2d& kept, double cosine) const {
     const Kink k = kink();
     double climb = std::min(-k.across.dot(pieces_[0].slope), k.across.dot(pieces_[1].slope));
     double along = k.along.dot(kept * k.along), mixed = std::abs(k.across.dot(kept * k.along));
     const double needed = 2.0 * height / (1.0 + cosine);
-    if (!sameCurves(pieces_[0], pieces_[1])) {  // only one or the other, so a mean of both
+    if (!sameCurves(pieces_[0], pieces_[1])) {  // the terms may not be added, but a weighted mean of both holds
       const double of_climb = 0.5 * (1.0 - needed / along);
       climb *= of_climb;
       along *= 1.0 - of_climb;
@@ -292,7 +299,7 @@ class Pieces {
     return along >= needed && climb >= std::sqrt(1.0 - cosine * cosine) * (mixed + 0.5 * needed);
   }
 
-  /// How steeply three pieces rise in the direction in which they do least.
+  /// The smallest over all tangent directions of the steepest slope of the three pieces.
   double climbOfThree() const {
     double climb = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < 3; ++i) {
@@ -312,22 +319,24 @@ class Pieces {
   double height_ = 0.0;
 };
 
-/// The flat end of a core of revolution that `normal` (outwards, in its frame) nearly points along; 0 where none does.
+/// The flat end of a cylinder or cone to which `normal` (outwards, in its frame) points: 1 for the upper, -1 for the
+/// lower end. Returns 0 if the normal is not near the axis, or if this end is an apex.
 double flatEnd(const Shape& shape, const Vector3d& normal) {
-  constexpr double kNear = 0.2;  // the sine of the angle; farther away the trial is seldom worth it
+  constexpr double kNear = 0.2;  // sine of the angle; a more inclined normal rarely ends at the axis
   const bool has_end = shape.kind() == Kind::Cylinder || (shape.kind() == Kind::Cone && normal.z() < 0.0);
   return has_end && normal.head<2>().norm() < kNear ? std::copysign(1.0, normal.z()) : 0.0;
 }
 
-/// Where the other core stands on the flat end of one, the axis is the answer.
-std::optional<Stationary> onFlatEnd(Cso& cso, const Vector3d& normal) {
+/// The axis of a cylinder or cone, if the support point of the other core lies over its flat end. Returns nullopt if
+/// this holds for neither core.
+std::optional<StationaryDirection> onFlatEnd(Cso& cso, const Vector3d& normal) {
   if (const double end = flatEnd(cso.a(), normal); end != 0.0) {
     const Vector3d axis = end * Vector3d::UnitZ();
     const Vector3d on_b = cso.vertex(axis).onB();
     const double climb = cso.a().halfExtents().x() - on_b.head<2>().norm();
     const Vector3d on_a(on_b.x(), on_b.y(), end * cso.a().halfExtents().z());
     const double height = end * (on_a.z() - on_b.z());
-    if (climb > 0.0) return Stationary{axis, height, {on_a, on_b}, capOfClimb(height, climb)};
+    if (climb > 0.0) return StationaryDirection{axis, height, {on_a, on_b}, capOfClimb(height, climb)};
   }
   if (const double end = flatEnd(cso.b(), cso.bAxes().transpose() * -normal); end != 0.0) {
     const Vector3d axis = -end * cso.bAxes().col(0).cross(cso.bAxes().col(1)).normalized();
@@ -335,27 +344,27 @@ std::optional<Stationary> onFlatEnd(Cso& cso, const Vector3d& normal) {
     const Vector3d from_end = on_a - (cso.bOrigin() + end * cso.b().halfExtents().z() * cso.bAxes().col(2));
     const double height = from_end.dot(axis);
     const double climb = cso.b().halfExtents().x() - (from_end - height * axis).norm();
-    if (climb > 0.0) return Stationary{axis, height, {on_a, on_a - height * axis}, capOfClimb(height, climb)};
+    if (climb > 0.0) return StationaryDirection{axis, height, {on_a, on_a - height * axis}, capOfClimb(height, climb)};
   }
   return std::nullopt;
 }
 
 }  // namespace
 
-std::optional<Stationary> refine(Cso& cso, const Simplex& simplex, const Vector3d& normal) {
-  // The curve of a sweep has pieces at both of its ends, which are not told apart here.
+std::optional<StationaryDirection> refine(Cso& cso, const Simplex& simplex, const Vector3d& normal) {
+  // A curved sweep has smooth pieces at both of its ends, which CsoVertex does not distinguish.
   for (const Shape* shape : {&cso.a(), &cso.b()})
     if (shape->kind() == Kind::Sweep && !shape->isPolytope()) return std::nullopt;
   if (const auto flat = onFlatEnd(cso, normal)) return flat;
-  constexpr int kMostSteps = 6;
-  constexpr double kLastTurn = 1e-7;  // [rad] its square, what is left after it, is rounding
-  constexpr double kMostTurn = 0.5;
+  constexpr int kMaxSteps = 6;
+  constexpr double kLastTurn = 1e-7;  // [rad] the error after such a step, about its square, is below rounding
+  constexpr double kMaxTurn = 0.5;
   Pieces pieces(cso, simplex);
   pieces.lookAlong(normal);
-  for (int i = 0; i < kMostSteps; ++i) {
+  for (int i = 0; i < kMaxSteps; ++i) {
     const Vector2d turn = pieces.step();
     const double angle = turn.norm();
-    if (!(angle < kMostTurn)) return std::nullopt;
+    if (!(angle < kMaxTurn)) return std::nullopt;
     pieces.lookAlong(pieces.turned(turn));
     if (angle < kLastTurn) return pieces.result();
   }

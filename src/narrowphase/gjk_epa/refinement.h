@@ -6,25 +6,38 @@
 
 namespace proximity_server::narrowphase {
 
-/// A direction in which the support plane of a curved CSO touches it perpendicular to the line from the origin: where
-/// the distance has its maximum over all directions, and the depth a minimum.
-struct Stationary {
+/// A direction n in which the support point of a curved CSO lies on the line through the origin along n. There the
+/// distance has its maximum over all directions, or the depth a local minimum.
+struct StationaryDirection {
   Eigen::Vector3d normal;  ///< unit, a towards b
   double height;           ///< [m] of the support plane over the origin: the depth, or minus the distance
-  WitnessPoints points;    ///< on_a - on_b is height * normal, but for rounding
-  double cos_proven;       ///< of a cap about the normal, of less than 90 degrees, in all directions of which the CSO
-                           ///< reaches at least as far as `height`; 1: nothing is proven
+  WitnessPoints points;    ///< on_a - on_b is height * normal, up to rounding
+  double cos_proven;       ///< cosine of the angle of a cap (below 90 degrees) about the normal: in all directions of
+                           ///< the cap the CSO reaches at least as far as `height`. 1: no cap is proven
 };
 
-/// Newton's method from a normal near such a direction, and the CSO vertices that GJK or EPA found there: they tell
-/// which smooth pieces (rims, apexes, corners, ellipsoids) meet in it, of which its point is a convex combination.
+/// Refines a direction of GJK or EPA on a curved CSO by Newton's method.
 ///
-/// Error:   quadratic convergence; the last step is below 1e-7 rad, so what is left is rounding.
-/// Failure: nothing where the steps do not converge, or the origin does not lie over the pieces. Whether a piece is
-///          missing the caller sees from the support point along the normal, which proves everything anyway.
-/// Source:  sequential quadratic programming for a maximum of smooth functions (Nocedal, Wright, Numerical
-/// Optimization,
-///          2006), on the unit sphere; the support functions and their derivatives are those of circle and ellipsoid.
-std::optional<Stationary> refine(Cso& cso, const Simplex& simplex, const Eigen::Vector3d& normal);
+/// The support function of the CSO is the maximum of the support functions of its smooth pieces (the circle of a rim,
+/// an apex, a corner, an ellipsoid). In the stationary direction up to three of them are equal, and a convex
+/// combination of their support points lies on the line through the origin.
+///
+/// 1. If the support point of the other core lies over the flat end of a cylinder or cone, the axis is the answer.
+/// 2. Assign each vertex of the simplex to its smooth piece; at most three different pieces count.
+/// 3. Evaluate height, slope and curvature of the support function of each piece along the normal.
+/// 4. Solve the linear system for the turn of the normal and the weights of the pieces: after the turn the pieces have
+///    the same height, and the weighted sum of their slopes vanishes.
+/// 5. Turn the normal, and repeat from step 3 until the turn is below 1e-7 rad, six times at most.
+/// 6. Accept the direction if no weight is negative and the weighted point lies on the normal.
+/// 7. If it is a depth, find the widest cap about the normal in which no direction can be shallower.
+///
+/// Error:   the convergence is quadratic and the last step below 1e-7 rad, so only rounding is left.
+/// Failure: returns nullopt if the steps do not converge, if a weight is negative, or if a core is a sweep of a curved
+///          shape. A piece that the simplex does not know is not noticed here: the caller evaluates the support point
+///          along the normal, which gives the proven bound.
+/// Source:  Nocedal, Wright, Numerical Optimization, 2006, chapter 18 (sequential quadratic programming), for a maximum
+///          of smooth functions on the unit sphere.
+/// Differs: there is no line search, as GJK and EPA continue if the steps fail; the caps (step 7) are our own.
+std::optional<StationaryDirection> refine(Cso& cso, const Simplex& simplex, const Eigen::Vector3d& normal);
 
 }  // namespace proximity_server::narrowphase

@@ -11,12 +11,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// A part of the simplex before any square root: the normal is perpendicular to it, but of any length.
+/// The nearest point of one face of the simplex (a vertex, an edge or a triangle), before any square root is taken.
 struct Candidate {
-  Vector3d normal;  ///< towards the origin
-  double normal2;   ///< its squared norm
-  double height;    ///< [m] of the origin over the part, times the length of the normal
-  unsigned members;
+  Vector3d normal;   ///< from the face to the origin, of any length
+  double normal2;    ///< its squared norm
+  double height;     ///< [m] of the origin over the face, times the length of the normal
+  unsigned members;  ///< vertices of the face, one bit each
 };
 
 double distance2(const Candidate& c) { return c.height * c.height / c.normal2; }
@@ -37,7 +37,7 @@ Candidate nearestOfEdge(const Simplex& simplex, int w, int a) {
   const double length2 = edge.squaredNorm();
   if (!(of_a > 0.0)) return nearestOfVertex(simplex, w);
   if (!(of_a < length2)) return nearestOfVertex(simplex, a);
-  // Twice across the edge, as the first time leaves the rounding of a long vector in a short one.
+  // Projected twice: the first projection leaves the rounding error of a long vector in a short one.
   const double scale = 1.0 / length2;
   const Vector3d near = pw + (of_a * scale) * edge;
   const Vector3d p = near - (near.dot(edge) * scale) * edge;
@@ -45,8 +45,8 @@ Candidate nearestOfEdge(const Simplex& simplex, int w, int a) {
   return {-p, norm2, norm2, bit(w) | bit(a)};
 }
 
-/// A triangle by its area vector and, times the area, the weights of the point of its plane nearest to the origin: the
-/// areas which that point spans with the edges.
+/// Area vector of a triangle, and the barycentric weights (times the squared area) of the point of its plane nearest to
+/// the origin: the signed areas which that point spans with the edges.
 struct Areas {
   Vector3d area;
   double of_w, of_a, of_b;
@@ -72,11 +72,11 @@ Candidate nearestOfTriangle(const Simplex& simplex, int w, int a, int b) {
   return nearer(nearestOfEdge(simplex, w, a), nearestOfEdge(simplex, w, b));
 }
 
-/// A triple product of x, y, z is off by at most this times |x| |y| |z|, to first order in eps; |x|_1 is never less
-/// than |x|.
+/// The rounding error of a triple product of x, y, z is at most this times |x| |y| |z|, to first order in eps. |x|_1
+/// may be used for |x|, as it is never less.
 constexpr double kTripleProduct = 6.0 * std::numeric_limits<double>::epsilon();
 
-/// Which of the faces w a b, w b c, w c a do not surely have the origin on their inner side.
+/// For each of the faces w a b, w b c, w c a: false only if the origin surely lies on the inner side of the face.
 struct FacesTowardsOrigin {
   bool wab, wbc, wca;
 };
@@ -94,7 +94,7 @@ FacesTowardsOrigin facesTowardsOrigin(const Simplex& simplex, int w, int pa, int
           !(side * ca.dot(pw) < -k * nc * na * nw)};
 }
 
-/// The nearest of those faces; no members where there are none.
+/// The nearest point of the faces that may have the origin on their outer side. It has no members if there are none.
 Candidate nearestOfTetrahedron(const Simplex& simplex, int w, int a, int b, int c) {
   const FacesTowardsOrigin faces = facesTowardsOrigin(simplex, w, a, b, c);
   Candidate best{Vector3d::Zero(), 1.0, std::numeric_limits<double>::infinity(), 0};
@@ -104,7 +104,7 @@ Candidate nearestOfTetrahedron(const Simplex& simplex, int w, int a, int b, int 
   return best;
 }
 
-/// The places of the members, lowest first, by their bits.
+/// The places of the members of a simplex, lowest first. The table is indexed by the bits of Simplex::members.
 struct Members {
   int count;
   std::array<int, 4> places;
@@ -145,7 +145,7 @@ Candidate nearestOf(const Simplex& simplex, int newest) {
 Nearest nearestToOrigin(const Simplex& simplex, int newest) {
   const Candidate nearest = nearestOf(simplex, newest);
   if (nearest.members == 0) return {0.0, Vector3d::Zero(), 0.0, simplex.members | bit(newest), true};
-  // A point at the origin has no direction of its own; the caller sees the distance and does not use it.
+  // A nearest point at the origin has no direction; the caller sees the distance 0 and does not use the direction.
   if (!(nearest.normal2 > 0.0)) return {0.0, Vector3d::UnitX(), 1.0, nearest.members, false};
   const double scale = 1.0 / std::sqrt(nearest.normal2);
   return {nearest.height * scale, nearest.normal, scale, nearest.members, false};
@@ -172,7 +172,7 @@ WitnessPoints witnessPoints(const Simplex& simplex) {
     const double of_a = std::clamp(-w.point.dot(edge) / edge.squaredNorm(), 0.0, 1.0);
     return {w.on_a + of_a * (a.on_a - w.on_a), w.onB() + of_a * (a.onB() - w.onB())};
   }
-  // The corners come in another order than when the triangle was chosen, so rounding may turn a sign.
+  // The corners are in another order than in nearestToOrigin(), so that rounding may change the sign of a weight.
   const Areas areas(w.point, a.point, b.point);
   const Vector3d weights = Vector3d(areas.of_w, areas.of_a, areas.of_b).cwiseMax(0.0);
   const Vector3d parts = weights / weights.sum();

@@ -8,11 +8,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kMostSamples = 512;
+constexpr int kMaxSamples = 512;
 
-/// Branch and bound over time. The normals at the ends of an interval are two axes that stand; a third one turns from
-/// the first to the second. Where one normal follows smoothly on the other that is the best, where it jumps the two
-/// are.
+/// Branch and bound over time. The normals at both ends of an interval are two fixed axes; a third axis turns from the
+/// first to the second. The third gives the best bound if the normal changes smoothly, the fixed ones if it jumps.
 class TimeSubdivision {
  public:
   TimeSubdivision(MovingPair& pair, const MinimumOptions& options) : pair_(pair), options_(options) {
@@ -28,7 +27,7 @@ class TimeSubdivision {
       const Interval worst = intervals_.front();
       const bool is_too_short = !(at(worst.begin).time < worst.middle && worst.middle < at(worst.end).time);
       if (is_too_short) return finished(Status::Degenerate);
-      if (answer_.queries >= std::min(options_.max_queries, kMostSamples)) return finished(Status::IterationLimit);
+      if (answer_.queries >= std::min(options_.max_queries, kMaxSamples)) return finished(Status::IterationLimit);
       pop();
       const int middle = sample(worst.middle);
       enter(worst.begin, middle, worst.lower_bound);
@@ -45,8 +44,9 @@ class TimeSubdivision {
     double lower_bound;  ///< [m] of the distance, proven by the normal
   };
   struct Interval {
-    double lower_bound, middle;  ///< where it is to be divided
-    int begin, end;              ///< samples
+    double lower_bound;  ///< [m]
+    double middle;       ///< time at which the interval is to be divided
+    int begin, end;      ///< samples
     bool operator<(const Interval& other) const { return lower_bound > other.lower_bound; }  // the smallest in front
   };
 
@@ -67,7 +67,7 @@ class TimeSubdivision {
 
   void enter(int begin, int end, double known_bound) {
     Interval interval = bounded(begin, end);
-    interval.lower_bound = std::max(known_bound, interval.lower_bound);  // in this order NaN proves nothing
+    interval.lower_bound = std::max(known_bound, interval.lower_bound);  // in this order NaN is ignored
     if (interval.lower_bound > options_.stop_above) {
       settled_ = std::min(settled_, interval.lower_bound);
       return;
@@ -98,8 +98,8 @@ class TimeSubdivision {
     return {bound, first.time + std::clamp(lowest, duration / 16.0, duration * (15.0 / 16.0)), begin, end};
   }
 
-  /// Where the larger of two bounds, whose parabolas are the same, is smallest: at the lowest point of one, if the
-  /// other is lower there, or where they cross.
+  /// The time at which the larger of two bounds with the same parabola is smallest: at the lowest point of one bound if
+  /// the other is lower there, otherwise where they cross.
   static double lowestTime(const AxisBound& p, const AxisBound& q) {
     const double of_p = p.lowestTime(), of_q = q.lowestTime();
     if (q.at(of_p) <= p.at(of_p)) return of_p;
@@ -120,10 +120,10 @@ class TimeSubdivision {
   const MinimumOptions options_;
   Options distance_options_;
   MinimumOverMotion answer_;
-  std::array<Sample, kMostSamples> samples_;
-  std::array<Interval, kMostSamples> intervals_;  // a heap
+  std::array<Sample, kMaxSamples> samples_;
+  std::array<Interval, kMaxSamples> intervals_;  // a heap
   int count_ = 0;
-  double settled_ = std::numeric_limits<double>::infinity();  // [m] the smallest bound that is beyond stop_above
+  double settled_ = std::numeric_limits<double>::infinity();  // [m] smallest bound of the intervals above stop_above
 };
 
 }  // namespace

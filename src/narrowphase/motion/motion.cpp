@@ -22,8 +22,8 @@ Isometry3d isometry(const ScrewPath::Pose& pose) {
 
 }  // namespace
 
-/// Of the way between the poses, the part along the axis is gone straight. Across it, what a velocity v comes to is
-/// 1/x (sin x v + (1 - cos x) axis x v), see at(); solved for v.
+/// The translation along the axis is uniform. Across the axis, a velocity v leads to the displacement
+/// 1/x (sin(x) v + (1 - cos(x)) axis x v), see at(); this equation is solved for v.
 ScrewMotion ScrewMotion::between(const Isometry3d& start, const Isometry3d& end) {
   const Eigen::AngleAxisd turn(Matrix3d(end.linear() * start.linear().transpose()));
   const Vector3d& axis = turn.axis();

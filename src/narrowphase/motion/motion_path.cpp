@@ -27,7 +27,7 @@ ScrewPath::ScrewPath(const ScrewMotion& motion, const Vector3d& from)
 ScrewPath::Pose ScrewPath::at(double time) const {
   Pose pose{start_.rotation, start_.origin + time * straight_};
   if (turning_ == 0.0) return pose;
-  // By the half of the angle, 1 - cosine does not cancel.
+  // 1 - cosine is computed from half of the angle, which avoids cancellation.
   const double half = 0.5 * turning_ * time, half_sine = std::sin(half), half_cosine = std::cos(half);
   const double sine = 2.0 * half_sine * half_cosine, versine = 2.0 * half_sine * half_sine;
   pose.rotation += sine * rotation_by_sine_ + versine * rotation_by_versine_;
@@ -55,9 +55,9 @@ ScrewPath::Pose MotionPath::at(double time) const {
   return pose;
 }
 
-/// From the last frame to the first, the ball is seen to move in each; `centre` and `radius` become those of a ball
-/// that holds it all the time. A point that moves at a speed s in a frame that turns at w gains an acceleration of 2 w
-/// s.
+/// The loop runs from the last frame to the first. In each frame `centre` and `radius` are those of a ball that
+/// contains the given ball at all times. A point with speed s in a frame that rotates at w has a Coriolis acceleration
+/// of 2 w s.
 MotionBound MotionPath::bound(const Vector3d& ball_centre, double ball_radius, double begin, double end) const {
   const double middle = 0.5 * (begin + end), half = 0.5 * (end - begin);
   Vector3d centre = ball_centre;
@@ -67,7 +67,7 @@ MotionBound MotionPath::bound(const Vector3d& ball_centre, double ball_radius, d
     const ScrewPath& screw = screws_[i];
     const ScrewPath::Pose pose = screw.at(middle);
     centre = pose * centre;
-    // A twist has one field of velocities at all times.
+    // The field of velocities of a screw does not change with time.
     const Vector3d velocity = screw.velocity(centre);
     const double centripetal = screw.angular().cross(velocity).norm();
     bound.acceleration += centripetal + screw.turning() * (screw.turning() * radius + 2.0 * speed);

@@ -6,9 +6,10 @@
 
 namespace proximity_server::narrowphase {
 
-/// A screw with all that does not depend on the time worked out, so that a pose takes one sine and some sums.
+/// A screw motion with everything precomputed that does not depend on the time, so that a pose costs one sine, one
+/// cosine and some sums.
 ///
-/// With a unit axis e and what the screw turns by, x: a turned vector is v + sin x e x v + (1 - cos x) e x (e x v).
+/// With the unit axis e and the angle x, a rotated vector is v + sin(x) e x v + (1 - cos(x)) e x (e x v).
 ///
 /// Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation, 1994, 2.2 (Rodrigues' formula) and
 ///         2.4 (exponential of a twist).
@@ -21,15 +22,15 @@ class ScrewPath {
   };
 
   ScrewPath() = default;
-  /// Positions count from `from`.
+  /// Positions are relative to `from`.
   explicit ScrewPath(const ScrewMotion& motion, const Eigen::Vector3d& from = Eigen::Vector3d::Zero());
 
   Pose at(double time) const;
 
-  /// [rad] per unit of time.
+  /// [rad] per unit of time: the angular speed.
   double turning() const { return turning_; }
 
-  /// [m] per unit of time, of what is at a point.
+  /// [m] per unit of time: the velocity of the moving body at a point.
   Eigen::Vector3d velocity(const Eigen::Vector3d& point) const {
     return linear_ + angular_.cross(point - start_.origin);
   }
@@ -39,15 +40,16 @@ class ScrewPath {
   Pose start_;
   Eigen::Vector3d linear_, angular_;
   double turning_;
-  // Per sine and per 1 - cosine; nothing of them where nothing turns. The origin also goes straight along the axis.
+  // The factors of the sine and of 1 - cosine; they are not set if there is no rotation. straight_ is the velocity of
+  // the origin along the axis.
   Eigen::Matrix3d rotation_by_sine_, rotation_by_versine_;
   Eigen::Vector3d straight_, origin_by_sine_, origin_by_versine_;
 };
 
-/// A chain of such screws; an empty one is a frame at rest.
+/// A chain of such screws. An empty chain is a frame at rest.
 class MotionPath {
  public:
-  /// Allocates for more than 8 screws only.
+  /// Allocates only for more than 8 screws.
   explicit MotionPath(const MotionChain& chain, const Eigen::Vector3d& from = Eigen::Vector3d::Zero());
   MotionPath(const MotionPath&) = delete;
   MotionPath& operator=(const MotionPath&) = delete;

@@ -32,12 +32,12 @@ AxisBound::AxisBound(const End& begin, const End& end, const MotionBound& motion
   shortest_ = std::sqrt(std::max(0.0, 1.0 - 0.25 * turn.squaredNorm()));
 }
 
-/// With d = begin - level, the slope m at time 0 and the curvature k: d + m t + 1/2 k t^2 = 0, solved so that nothing
-/// cancels.
+/// Solves d + m t + 1/2 k t^2 = 0 without cancellation, with d = begin - level, the slope m at time 0 and the curvature
+/// k.
 double AxisBound::firstTimeAt(double level) const {
   const double above = begin_ - (level < 0.0 ? level * shortest_ : level);
   const double discriminant = slope() * slope() - 2.0 * curvature_ * above;
-  if (!(above > 0.0) || !std::isfinite(end_ + curvature_)) return 0.0;  // what overflows proves nothing
+  if (!(above > 0.0) || !std::isfinite(end_ + curvature_)) return 0.0;  // a bound that overflows proves nothing
   if (!(slope() < 0.0) || discriminant < 0.0) return duration_;
   return std::min(duration_, 2.0 * above / (std::sqrt(discriminant) - slope()));
 }
@@ -60,7 +60,7 @@ MovingPair::MovingPair(const Shape& a, const MotionChain& a_motion, const Shape&
       origin_(originOf(a_motion)),
       a_path_(a_motion, origin_),
       b_path_(b_motion, origin_) {
-  // To first order in eps, a support point and its pose are off by less than 32 eps of each length.
+  // To first order in eps, the error of a support point with its pose is less than 32 eps of each length.
   rounding_ = 32.0 * std::numeric_limits<double>::epsilon() *
               (roundedLengths(a_motion, a.coreReach() + a.margin(), origin_) +
                roundedLengths(b_motion, b.coreReach() + b.margin(), origin_));

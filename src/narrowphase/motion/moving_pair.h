@@ -4,27 +4,31 @@
 
 namespace proximity_server::narrowphase {
 
-/// What the signed distance is at least in between two times: the chord between the gaps along an axis at both, less a
-/// parabola. The axis may turn, straight from one unit normal to the other.
+/// Lower bound of the signed distance between two times: the chord between the gaps along an axis at both times, less a
+/// parabola. The axis may change linearly from one unit normal to another.
 ///
-/// A point of the CSO at height f = m . p over the axis m has f'' = m . p'' + 2 m' . p'. Where f'' <= c, f lies above
-/// its chord less c / 2 t (duration - t); the gap is the least f of all points, so it does too. The axis is shorter
-/// than 1 in between, which makes a gap above 0 a larger distance and one below 0 a deeper overlap.
+/// 1. A point p of the CSO has the height f = m . p along the axis m, with f'' = m . p'' + 2 m' . p'.
+/// 2. If f'' <= c, then f lies above its chord less c / 2 t (duration - t).
+/// 3. The gap is the least f of all points, so it lies above its own chord less the same parabola.
+/// 4. Between the times the axis is shorter than 1, so the bound is divided by its length: if the gap is negative this
+///    makes the bound lower; if it is positive the gap itself is a bound.
 class AxisBound {
  public:
   struct End {
     const Eigen::Vector3d& normal;
     double gap;  ///< [m]
   };
-  /// What bounds the motion of all points of b as seen from those of a, see MotionBound.
+  /// `motion` bounds the motion of all points of b relative to all points of a.
   AxisBound(const End& begin, const End& end, const MotionBound& motion, double duration);
 
-  /// The first time, counted from the beginning, at which the bound is down to `level`, which is below it at first;
-  /// the duration where it never is.
+  /// The first time, counted from the beginning, at which the bound falls to `level`. Returns the duration if it never
+  /// does, and 0 if the bound is not above the level at the beginning.
   double firstTimeAt(double level) const;
 
-  /// When the bound is smallest, and how small.
+  /// The time, counted from the beginning, at which the bound is smallest.
   double lowestTime() const;
+
+  /// [m] The bound at a time counted from the beginning.
   double at(double time) const;
 
   double duration() const { return duration_; }
@@ -35,26 +39,27 @@ class AxisBound {
   double slope() const { return (end_ - begin_) / duration_ - 0.5 * curvature_ * duration_; }
 
   double begin_, end_, duration_;
-  double curvature_;  ///< [m] per unit of time squared
-  double shortest_;   ///< the axis
+  double curvature_;  ///< [m] per unit of time squared: c of the parabola
+  double shortest_;   ///< smallest length of the axis
 };
 
 /// Whether an interval of time lies within [0, 1].
 inline bool isInterval(double begin, double end) { return 0.0 <= begin && begin <= end && end <= 1.0; }
 
-/// Two shapes that move along chains, at any time.
+/// Two shapes that move along chains: poses, distances and bounds at any time.
 ///
-/// Frame: that of the chains, moved to where a's chain begins, so that its numbers are small.
+/// Frame: the axes are those of the common frame of the chains; the origin is at the start of a's chain, so that the
+///        numbers are small.
 class MovingPair {
  public:
   struct Poses {
     ScrewPath::Pose a, b;
   };
 
-  /// All arguments outlive it.
+  /// All arguments must outlive the pair.
   MovingPair(const Shape& a, const MotionChain& a_motion, const Shape& b, const MotionChain& b_motion);
 
-  /// Whether all of the motion is.
+  /// Whether all numbers of both motions are finite.
   bool isFinite() const;
 
   Poses at(double time) const { return {a_path_.at(time), b_path_.at(time)}; }
@@ -62,13 +67,13 @@ class MovingPair {
   /// The signed distance, with bounds that allow for the rounding of the poses.
   SignedDistance distance(const Poses& poses, const Options& options);
 
-  /// [m] No point of b is nearer to a than this along the unit `normal`: a lower bound of the signed distance.
+  /// [m] Gap between the support planes of a and b along the unit `normal`, a lower bound of the signed distance.
   double gapAlong(const Eigen::Vector3d& normal, const Poses& poses);
 
-  /// Of all points of b as seen from those of a, during an interval.
+  /// Bounds of the motion of all points of b relative to all points of a, during an interval.
   MotionBound motion(double begin, double end) const;
 
-  /// A result as the caller sees it.
+  /// Moves the points of a result into the common frame of the chains.
   SignedDistance inChainsFrame(SignedDistance result) const;
 
  private:
@@ -76,9 +81,9 @@ class MovingPair {
   const MotionChain &a_motion_, &b_motion_;
   Eigen::Vector3d origin_;
   MotionPath a_path_, b_path_;
-  double rounding_;  ///< [m] of a distance, by the poses
+  double rounding_;  ///< [m] rounding error of a distance that comes from the poses
   WarmStart warm_start_;
-  int vertex_a_ = 0, vertex_b_ = 0;  ///< of the last gap along a normal, mostly at another time than the distance
+  int vertex_a_ = 0, vertex_b_ = 0;  ///< support vertices of the last gapAlong()
 };
 
 }  // namespace proximity_server::narrowphase

@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// The way to the first contact, in steps that pass none.
+/// Advances in time to the first contact, in steps that are proven to be free of contact.
 class Advancement {
  public:
   Advancement(MovingPair& pair, const ContactOptions& options)
@@ -23,7 +23,7 @@ class Advancement {
       ++answer.queries;
       answer.t_free = time;
       if (distance.status == Status::Unknown) return answer;
-      if (distance.upper_bound <= options_.clearance + options_.tolerance) return inContact(answer, distance);
+      if (distance.upper_bound <= options_.contact_distance + options_.tolerance) return inContact(answer, distance);
       if (!(distance.lower_bound > level())) return undecided(answer, Status::Degenerate);
       if (answer.queries >= options_.max_queries) return undecided(answer, Status::IterationLimit);
 
@@ -35,8 +35,8 @@ class Advancement {
   }
 
  private:
-  /// [m] a gap at which a step may end: above the clearance, so that it proves what is behind it.
-  double level() const { return options_.clearance + 0.25 * options_.tolerance; }
+  /// [m] Gap at which a step ends. It is above the contact distance, so that the time before it is proven to be free.
+  double level() const { return options_.contact_distance + 0.25 * options_.tolerance; }
 
   TimeOfContact inContact(TimeOfContact answer, const SignedDistance& distance) const {
     answer.status = Status::Converged;
@@ -57,16 +57,16 @@ class Advancement {
     return answer;
   }
 
-  /// The latest time that the normal of the distance proves to be free.
+  /// The latest time up to which the normal of the distance proves that there is no contact.
   ///
-  /// The longer the step that is tried, the lower the bound lies in between; so it is tried again with a step that ends
-  /// where the chord of the last one met the level.
+  /// The longer the trial step, the lower the bound between its ends. The next trial therefore ends where the chord of
+  /// the last one met the level.
   double advance(double time, const SignedDistance& distance) {
-    constexpr int kMostTrials = 3;
+    constexpr int kMaxTrials = 3;
     const Rates rates = ratesSince(time, distance);
-    firstTrial(time, distance.lower_bound - options_.clearance, rates.approach);
+    firstTrial(time, distance.lower_bound - options_.contact_distance, rates.approach);
     double free = 0.0;
-    for (int trial = 0; trial < kMostTrials; ++trial) {
+    for (int trial = 0; trial < kMaxTrials; ++trial) {
       const double end = std::min(options_.end, time + duration_);
       const AxisBound bound = bestBound(distance, distance.normal + (end - time) * rates.turning, time, end);
       free = std::max(free, bound.firstTimeAt(level()));
@@ -78,10 +78,10 @@ class Advancement {
     return time + free;
   }
 
-  /// What changed since the last time, per unit of time; nothing at first.
+  /// Rates of change since the last step, per unit of time; zero in the first step.
   struct Rates {
     Vector3d turning = Vector3d::Zero();  ///< of the normal
-    double approach = 0.0;                ///< [m]
+    double approach = 0.0;                ///< [m] by which the distance decreases
   };
   Rates ratesSince(double time, const SignedDistance& distance) {
     Rates rates;
@@ -94,18 +94,18 @@ class Advancement {
     return rates;
   }
 
-  /// Sets the duration to that over which the parabola of the acceleration takes half of the gap away, or to a bit more
-  /// than it takes to contact where the shapes approach as before: the longer it is, the lower the bound in between.
+  /// Sets the duration of the first trial: during it the parabola of the acceleration takes half of the gap, and if the
+  /// shapes approach as before, it ends a little after contact. A longer step would lower the bound between its ends.
   void firstTrial(double time, double gap, double approach) {
-    constexpr double kBeyondContact = 1.25, kMostGrowth = 16.0;
-    double window = std::min(options_.end - time, kMostGrowth * duration_);
+    constexpr double kBeyondContact = 1.25, kMaxGrowth = 16.0;
+    double window = std::min(options_.end - time, kMaxGrowth * duration_);
     if (approach > 0.0) window = std::min(window, kBeyondContact * gap / approach);
     motion_ = pair_.motion(time, time + window);
-    duration_ = std::min(window, 2.0 * std::sqrt(gap / motion_.acceleration));  // infinite where nothing accelerates
+    duration_ = std::min(window, 2.0 * std::sqrt(gap / motion_.acceleration));  // infinite without acceleration
     if (duration_ < 0.5 * window) motion_ = pair_.motion(time, time + duration_);
   }
 
-  /// With the normal of the distance as axis all the time, or turning to another one.
+  /// The better of two bounds: along the normal of the distance, and along an axis that turns from it to `turned`.
   AxisBound bestBound(const SignedDistance& distance, const Vector3d& turned, double begin, double end) {
     const MovingPair::Poses poses = pair_.at(end);
     const auto boundTo = [&](const Vector3d& normal) {
@@ -113,7 +113,7 @@ class Advancement {
       return AxisBound({distance.normal, distance.lower_bound}, {normal, gap}, motion_, end - begin);
     };
     const AxisBound standing = boundTo(distance.normal);
-    constexpr double kLeastNorm = 0.5;  // less is no direction to turn to
+    constexpr double kLeastNorm = 0.5;  // a shorter vector comes from a jump of the normal, not from a turn
     if (turned == distance.normal || !(turned.norm() > kLeastNorm)) return standing;
     const AxisBound turning = boundTo(turned.normalized());
     return turning.firstTimeAt(level()) > standing.firstTimeAt(level()) ? turning : standing;
@@ -122,8 +122,8 @@ class Advancement {
   MovingPair& pair_;
   const ContactOptions options_;
   Options distance_options_;
-  MotionBound motion_;  ///< during the step that is tried
-  double duration_;     ///< of that step
+  MotionBound motion_;  ///< during the trial step
+  double duration_;     ///< of the trial step
   double last_time_ = std::numeric_limits<double>::infinity();
   SignedDistance last_;  ///< at that time
 };

@@ -16,7 +16,7 @@ typedef std::int64_t Indices16 __attribute__((vector_size(16)));
 typedef std::int64_t Indices32 __attribute__((vector_size(32)));
 typedef std::int64_t Indices64 __attribute__((vector_size(64)));
 
-/// The scan on one width of vectors: every lane keeps its own maximum, and two vectors at a time hide the latency.
+/// The scan with vectors of one width. Every lane keeps its own maximum; two vectors at a time hide the latency.
 template <typename Values, typename Indices>
 struct Lanes {
   static constexpr int kWidth = sizeof(Values) / sizeof(double);
@@ -65,7 +65,7 @@ struct Lanes {
     return first(even, odd);
   }
 
-  /// The smallest of the indices that share the greatest height; without branches, as none could be guessed.
+  /// The smallest of the indices with the greatest height. There are no branches, as they could not be predicted.
   [[gnu::always_inline]] static inline int first(const Best& even, const Best& odd) {
     const Indices is_odd = (odd.height > even.height) | ((odd.height == even.height) & (odd.index < even.index));
     const Values heights = is_odd ? odd.height : even.height;
@@ -116,7 +116,7 @@ ScanFunction widest() { return scanBaseline; }
 
 int scanFirst(const double* x, const double* y, const double* z, int count, const double* d);
 
-/// Known from the first call on, with no lock to look at in the others.
+/// The scan for this processor. The first call sets it; later calls need no lock.
 std::atomic<ScanFunction> chosen{scanFirst};
 
 int scanFirst(const double* x, const double* y, const double* z, int count, const double* d) {

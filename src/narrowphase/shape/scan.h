@@ -5,21 +5,21 @@
 
 namespace proximity_server::narrowphase {
 
-/// Index of the first of the greatest dot products of `direction` with `count` points given coordinate by coordinate.
+/// Index of the point with the greatest dot product with `direction`; of equal ones the first.
 ///
-/// `count` is a multiple of kScanStride. The widest vector unit of the processor is chosen at run time; all give the
-/// same bits, as no product is fused with a sum.
+/// The `count` points are given as arrays of coordinates; `count` is a multiple of kScanStride. The widest vector unit
+/// of the processor is chosen at run time. All widths give the same bits, as no product is fused with a sum.
 int scan(const double* x, const double* y, const double* z, int count, const Eigen::Vector3d& direction);
 
 constexpr int kScanStride = 16;
 
-/// The scan on vectors of one width.
+/// The scan with vectors of one width.
 struct ScanOfWidth {
   int lanes;  ///< doubles in a vector
   int (*scan)(const double* x, const double* y, const double* z, int count, const double* direction);
 };
 
-/// The widths that the processor has, narrowest first; scan() takes the last. Allocates.
+/// The scans that the processor supports, narrowest first; scan() uses the last. Allocates.
 std::vector<ScanOfWidth> availableScans();
 
 }  // namespace proximity_server::narrowphase

@@ -9,7 +9,7 @@
 namespace proximity_server::narrowphase {
 namespace {
 
-// Written as !(value > 0) so that NaN is refused too.
+// Written as !(value > 0) so that NaN is refused, too.
 double positive(double value, const char* what) {
   if (!(value > 0.0) || !std::isfinite(value))
     throw std::invalid_argument(std::string(what) + " must be positive and finite, not " + std::to_string(value));
@@ -72,7 +72,7 @@ Shape Shape::sweptTo(const Eigen::Isometry3d& end) const {
   const Eigen::Vector3d half_way = 0.5 * (end * centre_ - centre_);
   Shape shape(Kind::Sweep, margin_, Eigen::Vector3d::Zero(), core_radius_ + half_way.norm());
   shape.centre_ = centre_ + half_way;
-  // Twice, as the points of a sweep are rounded once more than others on their way into a CSO.
+  // Twice the reach, as the points of a sweep are rounded once more than others before they enter a CSO.
   shape.core_reach_ = 2.0 * (shape.centre_.norm() + shape.core_radius_);
   shape.sweep_ = std::make_shared<const Sweep>(Sweep{core, end});
   return shape;

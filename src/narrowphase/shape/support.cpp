@@ -21,7 +21,8 @@ SupportFeature hullFeature(const ConvexHull& hull, const Vector3d& direction, do
   return feature;
 }
 
-/// Of the end that lies farther along the direction; of both, where they are as far, what the edge between them adds.
+/// The feature of the end that lies farther along the direction. If both ends are as far, within the tolerance, it is
+/// spanned by the feature of one end and the edge between the ends.
 SupportFeature sweptFeature(const Shape::Sweep& sweep, const Vector3d& direction, double tolerance, int vertex) {
   const Eigen::Matrix3d turn = sweep.end.linear();
   const Vector3d at_end = turn.transpose() * direction;
@@ -64,7 +65,8 @@ Vector3d sweptVertex(const Shape::Sweep& sweep, int number) {
 SupportFeature supportFeature(const Shape& shape, const Vector3d& direction, double tolerance, int& vertex) {
   const Vector3d& half = shape.halfExtents();
   const Vector3d full = 2.0 * half;
-  const Vector3d fall = full.cwiseProduct(direction).cwiseAbs();  // from one end to the other, along each axis
+  // Difference of the heights along the direction between both ends, for each axis of the core.
+  const Vector3d fall = full.cwiseProduct(direction).cwiseAbs();
   switch (shape.kind()) {
     case Shape::Kind::Point:
     case Shape::Kind::Ellipsoid:

@@ -33,7 +33,7 @@ double budget(const MonitorSettings& settings) { return settings.rate > 0.0 ? 0.
 scene::MotionQuestion questionOf(const MonitorSettings& settings) {
   using Clock = std::chrono::steady_clock;
   scene::MotionQuestion question;
-  question.clearance = settings.stop_distance;
+  question.contact_distance = settings.stop_distance;
   question.deadline =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(budget(settings)));
   return question;
@@ -57,7 +57,7 @@ Lookahead noLookahead(const MonitorSettings& settings) {
   Lookahead result;
   result.state = settings.lookahead > 0.0 ? Lookahead::UNKNOWN : Lookahead::OFF;
   result.lookahead = settings.lookahead;
-  result.clearance = settings.stop_distance;
+  result.contact_distance = settings.stop_distance;
   result.time_free = result.time_to_contact = kNaN;
   result.pair = unknownProximity();
   return result;

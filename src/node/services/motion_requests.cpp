@@ -110,9 +110,9 @@ TimedMotion motionOfJoints(const Robot& robot, const scene::BodyPoses& poses, co
 
 }  // namespace
 
-scene::MotionQuestion motionQuestion(double clearance, double tolerance) {
+scene::MotionQuestion motionQuestion(double contact_distance, double tolerance) {
   scene::MotionQuestion question;
-  question.clearance = notNegative(clearance, "clearance");
+  question.contact_distance = notNegative(contact_distance, "contact_distance");
   if (notNegative(tolerance, "tolerance") > 0.0) question.tolerance = tolerance;
   return question;
 }

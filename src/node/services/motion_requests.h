@@ -15,7 +15,7 @@
 namespace proximity_server::node {
 
 /// The numbers of both requests, without a deadline.
-scene::MotionQuestion motionQuestion(double clearance, double tolerance);
+scene::MotionQuestion motionQuestion(double contact_distance, double tolerance);
 
 /// [s] Throws RequestError OVER_BUDGET where that is more than Config::max_request_time.
 double timeBudget(const Robot& robot, const ros::Duration& asked);

@@ -144,7 +144,7 @@ RequestedPairs listedPairs(const Robot& robot, const QueryPairsRequest& request)
 }
 
 /// Of `asked` pairs in one state.
-std::size_t mostReturned(const QueryPairsRequest& request, std::size_t asked) {
+std::size_t maxReturned(const QueryPairsRequest& request, std::size_t asked) {
   switch (request.mode) {
     case QueryPairsRequest::MINIMUM:
     case QueryPairsRequest::FIRST:
@@ -220,7 +220,7 @@ RequestedPairs pairsOf(const Robot& robot, const QueryPairsRequest& request) {
 
 void requireAnswersWithinBatch(const Robot& robot, const QueryPairsRequest& request, std::size_t asked,
                                std::size_t states) {
-  const std::size_t each = mostReturned(request, asked);
+  const std::size_t each = maxReturned(request, asked);
   if (isWithinBatch(robot, each * states)) return;
   if (states == 1) refuseBatch(robot, "a and b", std::to_string(each) + " returned pairs");
   refuseBatch(robot, "states",

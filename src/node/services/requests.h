@@ -29,7 +29,8 @@ class RequestError : public std::runtime_error {
 enum class Filter { Applies, Ignored };
 inline Filter filterOf(bool ignore_filter) { return ignore_filter ? Filter::Ignored : Filter::Applies; }
 
-// Numbers of a request. Failure: throw RequestError INVALID_ARGUMENT naming the number.
+// Checks of the numbers of a request.
+// Failure: throw RequestError INVALID_ARGUMENT naming the number.
 double finite(double value, const std::string& name);
 double notNegative(double value, const std::string& name);
 double positive(double value, const std::string& name);

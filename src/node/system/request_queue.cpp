@@ -40,7 +40,7 @@ void RequestQueue::addCallback(const ros::CallbackInterfacePtr& callback, std::u
     const std::lock_guard<std::mutex> lock(mutex_);
     if (ends_) return;
     ++untaken_;
-    if (++open_ > threads_.size() && threads_.size() < kMostThreads) threads_.emplace_back([this] { work(); });
+    if (++open_ > threads_.size() && threads_.size() < kMaxThreads) threads_.emplace_back([this] { work(); });
   }
   changed_.notify_one();
 }

@@ -18,7 +18,7 @@ namespace proximity_server::node {
 class RequestQueue : public ros::CallbackQueueInterface {
  public:
   /// Of more requests than that at once some wait for their turn.
-  static constexpr std::size_t kMostThreads = 64;
+  static constexpr std::size_t kMaxThreads = 64;
 
   /// `niceness` of the threads, see nice(2): added to that of the process.
   explicit RequestQueue(int niceness);

@@ -81,7 +81,7 @@ void PairListReader::report(PairTable& table) const {
                              ".");
   }
   std::vector<std::string> names;
-  for (const std::string& name : unknown_) names.push_back(names.size() < kMostListed ? links_.unknown(name) : name);
+  for (const std::string& name : unknown_) names.push_back(names.size() < kMaxListed ? links_.unknown(name) : name);
   if (!names.empty()) table.warnings.push_back(list_ + ": no link " + listed(names) + ".");
   table.idle.insert(table.idle.end(), idle_.begin(), idle_.end());
 }

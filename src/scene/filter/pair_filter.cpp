@@ -42,7 +42,7 @@ void readDisabled(const Srdf& srdf, const LinkTable& links, Rules& rules, PairTa
   std::vector<std::string> unknown;
   for (const std::string& name : srdf.disable_default_collisions) {
     const int link = links.find(name);
-    if (link < 0) unknown.push_back(unknown.size() < kMostListed ? links.unknown(name) : name);
+    if (link < 0) unknown.push_back(unknown.size() < kMaxListed ? links.unknown(name) : name);
     rules.disabled_by_default.insert(link);
   }
   if (!unknown.empty()) table.warnings.push_back("disable_default_collisions: no link " + listed(unknown) + ".");

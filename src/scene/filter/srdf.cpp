@@ -105,9 +105,9 @@ Srdf readSrdf(const std::string& srdf_xml) {
   srdf.disable_default_collisions = readAll(*robot, "disable_default_collisions", readLink);
   srdf.virtual_joints = readAll(*robot, "virtual_joint", readName);
   srdf.groups = readAll(*robot, "group", readGroup);
-  if (srdf.groups.size() > kMostGroups) {
+  if (srdf.groups.size() > kMaxGroups) {
     throw std::invalid_argument("SRDF: it has " + std::to_string(srdf.groups.size()) + " groups, more than " +
-                                std::to_string(kMostGroups));
+                                std::to_string(kMaxGroups));
   }
   refuseUrdf(*robot, srdf);
   return srdf;

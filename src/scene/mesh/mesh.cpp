@@ -27,7 +27,7 @@ std::size_t checkFile(const std::string& path) {
   if (!std::filesystem::is_regular_file(path, failed)) throw std::invalid_argument("no such file");
   const std::uintmax_t size = std::filesystem::file_size(path, failed);
   if (failed) throw std::invalid_argument(failed.message());
-  if (size > kMostBytes) throw std::invalid_argument("it has " + std::to_string(size) + " bytes, more than 256 MiB");
+  if (size > kMaxBytes) throw std::invalid_argument("it has " + std::to_string(size) + " bytes, more than 256 MiB");
   return size;
 }
 
@@ -50,7 +50,7 @@ std::string bytesOf(const std::string& path, std::size_t begin, std::size_t coun
 
 constexpr std::size_t kStlCount = 80, kStlFacets = 84, kStlFacet = 50;  // where they stand in a binary file [byte]
 
-/// No file below kMostBytes can declare so many triangles that the count has no zero byte.
+/// No file below kMaxBytes can declare so many triangles that the count has no zero byte.
 bool isText(const std::string& stl_header) {
   const std::size_t first = std::min(stl_header.find_first_not_of(" \t\r\n"), stl_header.size());
   return stl_header.compare(first, 5, "solid") == 0 && stl_header.find('\0') == std::string::npos;
@@ -142,7 +142,7 @@ TriangleMesh loadMesh(const std::string& path, const Vector3d& scale) try {
     throw std::invalid_argument("its scale must be finite and not zero");
   }
   checkFormat(path, checkFile(path));
-  const ProcessLimits limits{kMostReadingMemory, kMostReadingProcessorTime, kMostReadingTime, mostBytesOfMesh()};
+  const ProcessLimits limits{kMaxReadingMemory, kMaxReadingProcessorTime, kMaxReadingTime, maxBytesOfMesh()};
   TriangleMesh mesh = meshFromBytes(answerOfChild([&] { return toBytes(importMesh(path, scale)); }, limits));
   checkMesh(mesh);
   return mesh;

@@ -40,9 +40,9 @@ Affine3d toEigen(const aiMatrix4x4& m) {
 
 /// Nodes may be instances of other nodes, so that few lines can stand for any number.
 void requireRoom(const aiMesh& part, const TriangleMesh& mesh) {
-  if (mesh.triangles.size() + part.mNumFaces > kMostTriangles ||
-      mesh.vertices.size() + part.mNumVertices > 3 * kMostTriangles) {
-    throw std::runtime_error("it has more than " + std::to_string(kMostTriangles) + " triangles");
+  if (mesh.triangles.size() + part.mNumFaces > kMaxTriangles ||
+      mesh.vertices.size() + part.mNumVertices > 3 * kMaxTriangles) {
+    throw std::runtime_error("it has more than " + std::to_string(kMaxTriangles) + " triangles");
   }
 }
 
@@ -108,7 +108,7 @@ TriangleMesh meshFromBytes(const std::string& bytes) {
   Counts counts{};
   if (bytes.size() >= sizeof counts) std::memcpy(&counts, bytes.data(), sizeof counts);
   // The counts first, so that no product of them overflows.
-  if (counts.triangles > kMostTriangles || counts.vertices > 3 * kMostTriangles || bytes.size() != sizeOf(counts)) {
+  if (counts.triangles > kMaxTriangles || counts.vertices > 3 * kMaxTriangles || bytes.size() != sizeOf(counts)) {
     throw std::runtime_error("what was read of it is no mesh");
   }
   TriangleMesh mesh{std::vector<Vector3d>(counts.vertices), std::vector<std::array<int, 3>>(counts.triangles)};
@@ -129,6 +129,6 @@ TriangleMesh meshFromBytes(const std::string& bytes) {
   return mesh;
 }
 
-std::size_t mostBytesOfMesh() { return sizeOf({3 * kMostTriangles, kMostTriangles}); }
+std::size_t maxBytesOfMesh() { return sizeOf({3 * kMaxTriangles, kMaxTriangles}); }
 
 }  // namespace proximity_server::scene

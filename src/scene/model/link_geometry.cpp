@@ -98,7 +98,7 @@ void addCollision(int link, const urdf::Collision& urdf, const ModelOptions& opt
     warnOfMillimetres(*urdf.geometry, geometry, where, model.warnings);
     const Isometry3d body_T_collision = owner.body_T_link * toEigen(urdf.origin);
     if (!body_T_collision.matrix().allFinite()) throw std::invalid_argument("its pose is not finite");
-    if (model.collisions.size() == kMostCollisions || model.pieces.size() + geometry.shapes.size() > kMostPieces) {
+    if (model.collisions.size() == kMaxCollisions || model.pieces.size() + geometry.shapes.size() > kMaxPieces) {
       throw std::invalid_argument("the robot has more than 20000 <collision> elements, or a million convex pieces");
     }
 

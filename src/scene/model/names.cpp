@@ -30,8 +30,8 @@ std::string quoted(const std::string& name) { return "\"" + name + "\""; }
 
 std::string listed(const std::vector<std::string>& items) {
   std::string text;
-  for (std::size_t i = 0; i < std::min(items.size(), kMostListed); ++i) text += (i > 0 ? ", " : "") + items[i];
-  if (items.size() > kMostListed) text += " and " + std::to_string(items.size() - kMostListed) + " more";
+  for (std::size_t i = 0; i < std::min(items.size(), kMaxListed); ++i) text += (i > 0 ? ", " : "") + items[i];
+  if (items.size() > kMaxListed) text += " and " + std::to_string(items.size() - kMaxListed) + " more";
   return text;
 }
 

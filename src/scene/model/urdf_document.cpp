@@ -100,8 +100,8 @@ int count(const XMLElement* parent, const char* name = nullptr) {
 
 void checkNumber(const XMLElement& robot, const char* name) {
   const int number = count(&robot, name);
-  if (number <= kMostLinks) return;
-  fail("the robot has " + std::to_string(number) + " " + name + "s, more than " + std::to_string(kMostLinks));
+  if (number <= kMaxLinks) return;
+  fail("the robot has " + std::to_string(number) + " " + name + "s, more than " + std::to_string(kMaxLinks));
 }
 
 /// urdfdom takes the first of several shapes or origins.

@@ -26,7 +26,7 @@ bool isPose(const Isometry3d& pose, double error) {
 /// The rotation nearest to a matrix that is one within `error`, which is at most kRotationTolerance.
 ///
 /// Source: Higham, Computing the Polar Decomposition, SIAM J. Sci. Stat. Comput. 1986: the Newton-Schulz step squares
-/// the error.
+///         the error.
 Matrix3d nearestRotation(Matrix3d matrix, double error) {
   for (; error > 4.0 * std::numeric_limits<double>::epsilon(); error *= error)
     matrix = 0.5 * matrix * (3.0 * Matrix3d::Identity() - matrix.transpose() * matrix);

@@ -29,9 +29,9 @@ void checkLengths(const XMLElement& element) {
 }  // namespace
 
 void parseXml(const std::string& text, tinyxml2::XMLDocument& document) {
-  if (text.size() > kMostBytes) throw std::invalid_argument("it is larger than 256 MiB");
+  if (text.size() > kMaxBytes) throw std::invalid_argument("it is larger than 256 MiB");
   const auto begins = [](char c) { return c == '<' || c == '='; };
-  if (std::count_if(text.begin(), text.end(), begins) > kMostElementsAndAttributes) {
+  if (std::count_if(text.begin(), text.end(), begins) > kMaxElementsAndAttributes) {
     throw std::invalid_argument("it has more than a million elements and attributes");
   }
   if (document.Parse(text.c_str(), text.size()) != tinyxml2::XML_SUCCESS) {

@@ -10,8 +10,7 @@ namespace proximity_server::scene {
 /// text is read, and elements may not be nested deeper than tinyxml2 allows (500).
 ///
 /// Failure: throws std::invalid_argument saying why, with the line: not well-formed, nested too deep, or beyond the
-/// limits
-///          for XML in input_limits.h.
+///          limits for XML in input_limits.h.
 void parseXml(const std::string& text, tinyxml2::XMLDocument& document);
 
 }  // namespace proximity_server::scene

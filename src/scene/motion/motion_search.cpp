@@ -11,7 +11,7 @@ namespace proximity_server::scene {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kMostLevels = 6;  // of intervals; the narrowphase divides shorter ones itself
+constexpr int kMaxLevels = 6;  // of intervals; the narrowphase divides shorter ones itself
 
 using Clock = std::chrono::steady_clock;
 
@@ -113,7 +113,7 @@ void MotionSearch::divide(const Visit& visit, double limit) {
   };
   const bool divide_a = !a.isLeaf() && (b.isLeaf() || a.bounds.radius >= b.bounds.radius);
   Visit part = visit;
-  if (visit.travel > (divide_a ? a : b).bounds.radius && visit.interval < 1 << kMostLevels) {
+  if (visit.travel > (divide_a ? a : b).bounds.radius && visit.interval < 1 << kMaxLevels) {
     for (const int half : {2 * visit.interval, 2 * visit.interval + 1}) {
       part.interval = half;
       enter(part);
@@ -131,7 +131,7 @@ narrowphase::TimeOfContact MotionSearch::contactOf(const Visit& visit, const Mot
   const MovingBodies::Interval interval(visit.interval);
   const Piece &a = pieceOf(visit.a), &b = pieceOf(visit.b);
   narrowphase::ContactOptions options;
-  options.clearance = question.clearance + subjects.padding;
+  options.contact_distance = question.contact_distance + subjects.padding;
   options.tolerance = question.tolerance;
   options.begin = interval.begin;
   options.end = std::min(interval.end, latest);
@@ -163,7 +163,7 @@ RobotContact MotionSearch::firstContact(const Pairs& pairs, const RobotMotion& m
   RobotContact answer;
   begin(pairs, motion, Order::Earliest, answer.counts);
   if (subjects_.empty()) return answer;
-  answer.counts.by_one_bound = enterAll(question.clearance);
+  answer.counts.by_one_bound = enterAll(question.contact_distance);
   Horizon horizon;
   while (!queue_.empty()) {
     const Visit visit = pop();
@@ -177,7 +177,7 @@ RobotContact MotionSearch::firstContact(const Pairs& pairs, const RobotMotion& m
     if (isLeaf(visit))
       measure(visit, question, horizon, answer);
     else
-      divide(visit, question.clearance);
+      divide(visit, question.contact_distance);
   }
   answer.t_free = std::min(horizon.undecided, horizon.latest);
   answer.status = horizon.undecided < horizon.latest ? horizon.status : narrowphase::Status::Converged;

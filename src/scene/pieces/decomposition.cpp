@@ -197,7 +197,7 @@ class Fusion {
     std::stable_sort(alive.begin(), alive.end(),
                      [&](int a, int b) { return nodes_[a].box.min().x() < nodes_[b].box.min().x(); });
     std::vector<NodePair> pairs;
-    for (std::size_t i = 0; i < alive.size() && pairs.size() < kMostPairs; ++i) {
+    for (std::size_t i = 0; i < alive.size() && pairs.size() < kMaxPairs; ++i) {
       const Eigen::AlignedBox3d& box = nodes_[alive[i]].box;
       for (std::size_t j = i + 1; j < alive.size(); ++j) {
         const Eigen::AlignedBox3d& other = nodes_[alive[j]].box;
@@ -242,8 +242,8 @@ class Fusion {
   }
 
  private:
-  using NodePair = std::pair<int, int>;               // the smaller number first
-  static constexpr std::size_t kMostPairs = 2000000;  // 100 MB
+  using NodePair = std::pair<int, int>;              // the smaller number first
+  static constexpr std::size_t kMaxPairs = 2000000;  // 100 MB
   enum class Relation : unsigned char { Untried, Apart };
   struct Neighbour {
     int node;  // or a part of it
@@ -296,7 +296,7 @@ class Fusion {
   void join(std::vector<NodePair> pairs) {
     std::sort(pairs.begin(), pairs.end());
     pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-    if (pairs.size() > kMostPairs) pairs.resize(kMostPairs);
+    if (pairs.size() > kMaxPairs) pairs.resize(kMaxPairs);
     for (Node& node : nodes_) node.neighbours = resolved(std::move(node.neighbours));
     const auto isKnown = [&](const NodePair& pair) {
       const auto& known = nodes_[pair.first].neighbours;

@@ -10,10 +10,9 @@ namespace proximity_server::scene {
 
 /// The solid inside closed triangles, whichever way they overlap.
 ///
-/// Source: crossings of a ray, counted with the sign of the triangle's side (the winding number). Two rays in
-/// directions
-///         that no file prefers must agree, so that one which grazes an edge turns no outside into an inside. A tree
-///         of boxes for each direction finds the triangles that a ray may cross.
+/// Method: a ray from the point counts the triangles that it crosses, with the sign of their side (the winding number).
+///         Two rays in directions that are unusual in files must agree, so that a ray which grazes an edge does not
+///         turn outside into inside. A tree of boxes for each direction finds the triangles that the ray may cross.
 class EnclosedSpace {
  public:
   explicit EnclosedSpace(const std::vector<Triangle>& closed);

@@ -50,7 +50,7 @@ void declareTrajectory(CLI::App& app, Arguments& arguments) {
       "the states are way points, joints linear in between, at the times of a column \"time\" [s] or 1 s apart: a row "
       "for each segment, with its closest pair and first contact");
   trajectory->excludes("--pairs")->excludes("--no-skip");
-  addLength(app, "--clearance", arguments.motion.clearance, 0.0, "what counts as contact (default: 0)")
+  addLength(app, "--contact-distance", arguments.motion.contact_distance, 0.0, "what counts as contact (default: 0)")
       ->needs(trajectory);
   addLength(app, "--tolerance", arguments.motion.tolerance, kSmallestTolerance,
             "of the minimum and of contact (default: 1e-6)")
@@ -260,7 +260,7 @@ ExitCode run(const Arguments& arguments) {
 
   Answers answers(arguments, question, out, plot ? &*plot : nullptr);
   answerInto(answers, out_file ? arguments.out : "standard output", arguments, question, states);
-  if (plot) plot->draw(arguments.motion.clearance);
+  if (plot) plot->draw(arguments.motion.contact_distance);
   return answers.assertion() ? judge(*answers.assertion(), states) : ExitCode::Done;
 }
 

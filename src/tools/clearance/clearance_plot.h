@@ -8,9 +8,10 @@ namespace proximity_server::tools {
 /// A picture of the rows of `clearance`, drawn by clearance_plot.py, which stands beside the executable.
 class ClearancePlot {
  public:
-  /// The suffix of the name says the format: .png, .pdf or .svg.
-  /// Failure: throws std::invalid_argument for another one, where the file cannot be written, the script is missing or
-  /// matplotlib is not installed, so that nobody waits for a picture that cannot be drawn.
+  /// The suffix of the name determines the format: .png, .pdf or .svg.
+  ///
+  /// Failure: throws std::invalid_argument for another suffix, if the file cannot be written, if the script is missing,
+  ///          and if matplotlib is not installed, so that nobody waits for a picture that cannot be drawn.
   explicit ClearancePlot(std::string picture);
   ~ClearancePlot();
   ClearancePlot(const ClearancePlot&) = delete;
@@ -19,7 +20,7 @@ class ClearancePlot {
   /// Takes the rows as CSV.
   std::ostream& data() { return data_; }
 
-  /// `limit` [m] is the clearance that a line marks. Throws std::invalid_argument naming the picture where drawing
+  /// `limit` [m] is the distance that a line marks. Throws std::invalid_argument naming the picture where drawing
   /// fails.
   void draw(double limit);
 

@@ -26,7 +26,8 @@ SegmentClearance answerSegment(const std::vector<scene::SubjectPair>& pairs, con
   const scene::RobotMotion motion = scene::RobotMotion::ofJoints(scene.model().robot, segment.from, segment.to);
   const scene::RobotMinimum minimum = scene.minimum(pairs, motion, question);
   // What the minimum has proven need not be asked again, and the two cannot contradict each other.
-  const bool is_free = minimum.status != narrowphase::Status::Unknown && minimum.lower_bound > question.clearance;
+  const bool is_free =
+      minimum.status != narrowphase::Status::Unknown && minimum.lower_bound > question.contact_distance;
   return {segment, minimum, is_free ? provenFree() : scene.timeOfContact(pairs, motion, question)};
 }
 

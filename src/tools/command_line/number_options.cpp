@@ -11,7 +11,7 @@
 namespace proximity_server::tools {
 namespace {
 
-constexpr int kMostThreads = 1024;
+constexpr int kMaxThreads = 1024;
 
 /// Nothing where the text is anything but one number.
 template <typename Number>
@@ -50,8 +50,7 @@ CLI::Option* addMeshTolerance(CLI::App& app, std::optional<double>& value) {
 
 CLI::Option* addThreads(CLI::App& app, int& value) {
   value = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  return addCount(app, "--threads", value, 1, kMostThreads,
-                  "default: all cores; the output is the same for any number");
+  return addCount(app, "--threads", value, 1, kMaxThreads, "default: all cores; the output is the same for any number");
 }
 
 }  // namespace proximity_server::tools

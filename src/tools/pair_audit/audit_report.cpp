@@ -135,7 +135,7 @@ class Report {
 
   std::string endText() const {
     switch (study_.end) {
-      case SamplingEnd::MostSamples:
+      case SamplingEnd::MaxSamples:
         return "after which pairs may still change their class (more: --samples)";
       case SamplingEnd::Quiet:
         return "of which the last " + std::to_string(kQuietSamples) + " changed the class of no pair";

@@ -11,7 +11,7 @@ namespace {
 
 constexpr long kBlockSize = 64;     // states
 constexpr int kBlocksInRound = 64;  // 4096 states: few against kQuietSamples
-constexpr int kMostSearchQueries = 2000;
+constexpr int kMaxSearchQueries = 2000;
 
 /// What one block says about each pair that it was asked about.
 using BlockEvidence = std::vector<PairEvidence>;
@@ -81,7 +81,7 @@ class ContactSearch {
   }
 
  private:
-  bool goesOn() const { return isOpen(evidence_) && queries_ < kMostSearchQueries; }
+  bool goesOn() const { return isOpen(evidence_) && queries_ < kMaxSearchQueries; }
 
   bool improves(const scene::JointRange& range, double step) {
     if (!goesOn()) return false;
@@ -163,7 +163,7 @@ class Studying {
   }
 
   void sample() {
-    for (long quiet = 0; study_.end == SamplingEnd::MostSamples && study_.samples < options_.most_samples;) {
+    for (long quiet = 0; study_.end == SamplingEnd::MaxSamples && study_.samples < options_.most_samples;) {
       const long before = study_.samples;
       const bool changed = sampleRound();
       quiet = changed ? 0 : quiet + study_.samples - before;

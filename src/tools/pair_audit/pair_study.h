@@ -46,15 +46,15 @@ constexpr long kQuietSamples = 30000;  ///< 3 / kUnseenShare
 
 /// Why no more random states were drawn.
 enum class SamplingEnd : unsigned char {
-  MostSamples,  ///< the number asked for was reached
-  Quiet,        ///< no pair changed its class in the last kQuietSamples
-  AllKnown      ///< every pair was seen both in contact and apart
+  MaxSamples,  ///< the number asked for was reached
+  Quiet,       ///< no pair changed its class in the last kQuietSamples
+  AllKnown     ///< every pair was seen both in contact and apart
 };
 
 struct PairStudy {
   std::vector<PairEvidence> pairs;  ///< all pairs of links with geometry that are not one body
   long samples = 0;                 ///< states that were drawn
-  SamplingEnd end = SamplingEnd::MostSamples;
+  SamplingEnd end = SamplingEnd::MaxSamples;
 };
 
 /// How far the study is, for a progress bar; called in the thread of the caller.

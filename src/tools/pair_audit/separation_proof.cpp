@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kMostQueries = 10000;  // of one pair
+constexpr int kMaxQueries = 10000;  // of one pair
 
 /// One joint on the way from link a to link b. In the body on either side of it stands a point that the joint does not
 /// move: its origin, in the frame of that body. Of a prismatic joint the two part by its position.
@@ -88,8 +88,8 @@ class Subdivision {
       box.half.push_back(0.5 * range.width());
     }
     add(box);
-    if (cellsNeeded() > kMostQueries) return result();
-    while (!contact_ && queries_ < kMostQueries && cells_.top().lower_bound < 0.5 * smallest_) halveWorst();
+    if (cellsNeeded() > kMaxQueries) return result();
+    while (!contact_ && queries_ < kMaxQueries && cells_.top().lower_bound < 0.5 * smallest_) halveWorst();
     return result();
   }
 

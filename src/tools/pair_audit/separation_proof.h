@@ -33,9 +33,10 @@ std::vector<double> sensitivities(const scene::RobotModel& robot, const std::vec
 /// A cell of the box is settled by the distance at its centre less what the joints can change within the cell, which is
 /// the sum of sensitivity times half width. The cell with the smallest bound is halved along the joint that contributes
 /// most to this sum, until the bound is half of the smallest distance met or the budget of queries is spent. The number
-/// of cells grows with the power of the number of joints: two or three can be settled, long chains cannot, and where
-/// the volume of the box shows that beforehand nothing is tried. Source: Piyavskii, An algorithm for finding the
-/// absolute extremum of a function, 1972, in several dimensions.
+/// of cells grows exponentially with the number of joints: two or three joints can be settled, long chains cannot. If
+/// the volume of the box shows beforehand that the budget cannot suffice, nothing is tried.
+///
+/// Source: Piyavskii, An Algorithm for Finding the Absolute Extremum of a Function, 1972, in several dimensions.
 SeparationProof proveSeparation(scene::Scene& scene, const std::vector<scene::JointRange>& ranges,
                                 const scene::SubjectPair& pair);
 

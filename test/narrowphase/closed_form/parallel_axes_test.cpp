@@ -24,7 +24,7 @@ Isometry3d upsideDownAt(const Vector3d& offset) { return at(offset) * Eigen::Ang
 
 SignedDistance expectDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, double distance,
                               const Vector3d& normal) {
-  const SignedDistance result = revolvedDistance(a, b, a_T_b, kTolerance);
+  const SignedDistance result = parallelAxesDistance(a, b, a_T_b, kTolerance);
   EXPECT_NEAR(result.distance, distance, 1e-14);
   EXPECT_TRUE(isNear(result.normal, normal, 1e-14));
   EXPECT_TRUE(isNear(result.point_b, result.point_a + distance * normal, 1e-14));
@@ -63,7 +63,7 @@ TEST(ParallelAxes, LeadACylinderOutOfTheEndOfAnother) {
 }
 
 TEST(ParallelAxes, SayThatAllSidesOfACoaxialCylinderAreAsNear) {
-  const SignedDistance result = revolvedDistance(Cylinder{1.0, 6.0}, kNarrow, at({0, 0, 0.25}), kTolerance);
+  const SignedDistance result = parallelAxesDistance(Cylinder{1.0, 6.0}, kNarrow, at({0, 0, 0.25}), kTolerance);
   EXPECT_NEAR(result.distance, -1.5, 1e-15);
   EXPECT_NEAR(result.normal.z(), 0.0, 1e-15);
   EXPECT_FALSE(result.unique);
@@ -71,9 +71,9 @@ TEST(ParallelAxes, SayThatAllSidesOfACoaxialCylinderAreAsNear) {
 
 TEST(ParallelAxes, SayThatTwoWaysOutAreAsShort) {
   // 0.25 m to the side and 0.25 m to the end.
-  EXPECT_FALSE(revolvedDistance(kWide, kNarrow, at({1.25, 0, 1.25}), kTolerance).unique);
+  EXPECT_FALSE(parallelAxesDistance(kWide, kNarrow, at({1.25, 0, 1.25}), kTolerance).unique);
   // 1.5 m to either end, and 1.5 m to a side.
-  EXPECT_FALSE(revolvedDistance(kWide, kNarrow, at({0, 0, 0}), kTolerance).unique);
+  EXPECT_FALSE(parallelAxesDistance(kWide, kNarrow, at({0, 0, 0}), kTolerance).unique);
 }
 
 TEST(ParallelAxes, MeasureAConeThatStandsOverACylinder) {

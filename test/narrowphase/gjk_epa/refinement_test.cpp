@@ -21,14 +21,15 @@ const Shape kCone = Cone{1.0, 2.0};          // apex at z = 1, slant normal (2, 
 const Shape kEllipsoid = Ellipsoid{{1, 2, 3}};
 
 /// Refines `guess` with the CSO vertices that lie farthest along it and along the directions of `seen`.
-std::optional<Stationary> refined(TwoCores& cores, const Vector3d& guess, const std::vector<Vector3d>& seen = {}) {
+std::optional<StationaryDirection> refined(TwoCores& cores, const Vector3d& guess,
+                                           const std::vector<Vector3d>& seen = {}) {
   std::vector<CsoVertex> vertices{cores.cso.vertex(guess.normalized())};
   for (const Vector3d& direction : seen) vertices.push_back(cores.cso.vertex(direction));
   return refine(cores.cso, simplexOf(vertices), guess.normalized());
 }
 
 /// The height is the depth, and minus the distance of shapes that are apart.
-void expectStationary(const std::optional<Stationary>& found, double height, const Vector3d& normal,
+void expectStationary(const std::optional<StationaryDirection>& found, double height, const Vector3d& normal,
                       const Vector3d& on_a) {
   ASSERT_TRUE(found.has_value());
   EXPECT_NEAR(found->height, height, 1e-13);
@@ -161,7 +162,7 @@ TEST(Refinement, ProvesTheCapThatTheClimbOverAFlatEndAllows) {
   } cases[] = {{0.7, 0.05, 0.05}, {0.05, 0.5, 0.985}, {0.05, 0.1, 0.8}, {0.001, 0.5, 1.0}};
   for (const auto& [beside, height, cosine] : cases) {
     TwoCores cores(kCylinder, pointAt({1.0 - beside, 0, 1.0 - height}), Vector3d::Zero());
-    const std::optional<Stationary> found = refined(cores, {0, 0.01, 1});
+    const std::optional<StationaryDirection> found = refined(cores, {0, 0.01, 1});
     ASSERT_TRUE(found.has_value());
     EXPECT_EQ(found->cos_proven, cosine) << beside;
   }
@@ -171,12 +172,12 @@ TEST(Refinement, ProvesTheCapThatTheClimbOverAFlatEndAllows) {
 TEST(Refinement, DoesNotProveACapWhereTheCurvatureIsLessThanTheDepth) {
   // At its long end an ellipsoid has the radii of curvature 1/3 and 4/3 m, so 1 m inside there is a shorter way out.
   TwoCores cores(kEllipsoid, pointAt({0, 0, 2}), Vector3d::Zero());
-  const std::optional<Stationary> found = refined(cores, {0, 0, 1});
+  const std::optional<StationaryDirection> found = refined(cores, {0, 0, 1});
   EXPECT_TRUE(!found || found->cos_proven == 1.0);
 }
 
 /// In `count` directions of the cap the CSO reaches at least as far as the stationary point.
-void expectProvenCap(TwoCores& cores, const Stationary& found, int count) {
+void expectProvenCap(TwoCores& cores, const StationaryDirection& found, int count) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> part(0.0, 1.0), angle(0.0, 2.0 * M_PI);
   const Vector3d u = found.normal.unitOrthogonal(), v = found.normal.cross(u);
@@ -205,7 +206,7 @@ TEST(Refinement, ProvesOnlyCapsInWhichNoDirectionIsShallower) {
     };
     for (const auto& [shape, point, guess, seen] : cases) {
       TwoCores cores(shape, pointAt(point), Vector3d::Zero());
-      const std::optional<Stationary> found = refined(cores, guess, seen);
+      const std::optional<StationaryDirection> found = refined(cores, guess, seen);
       if (!found || found->cos_proven == 1.0) continue;
       ++proven;
       expectProvenCap(cores, *found, 2000);

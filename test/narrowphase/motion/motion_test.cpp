@@ -56,9 +56,9 @@ struct Case {
   }
 };
 
-ContactOptions withClearance(double clearance, double tolerance = 1e-9) {
+ContactOptions withContactDistance(double contact_distance, double tolerance = 1e-9) {
   ContactOptions options;
-  options.clearance = clearance;
+  options.contact_distance = contact_distance;
   options.tolerance = tolerance;
   return options;
 }
@@ -88,12 +88,12 @@ testing::AssertionResult agreesWithTheOracle(const Case& c, const ContactOptions
   const TimeOfContact answer = c.contact(options);
   if (answer.status == Status::Unknown) return testing::AssertionFailure() << "Unknown";
   const TimeInterval interval{options.begin, options.end};
-  const FirstContact first = firstContact(c.distance(), options.clearance, interval, 1e-9L, 100000);
+  const FirstContact first = firstContact(c.distance(), options.contact_distance, interval, 1e-9L, 100000);
   if (first.contact_by && answer.t_free > *first.contact_by)
     return testing::AssertionFailure() << "late by " << answer.t_free - static_cast<double>(*first.contact_by);
   if (!answer.contact) return testing::AssertionSuccess();
   const double apart = static_cast<double>(exactDistanceAt(c.pair(), answer.t_contact, 4000).low);
-  if (apart <= options.clearance + options.tolerance + c.pair().rounding()) return testing::AssertionSuccess();
+  if (apart <= options.contact_distance + options.tolerance + c.pair().rounding()) return testing::AssertionSuccess();
   return testing::AssertionFailure() << "no contact at t_contact but a distance of " << apart;
 }
 
@@ -359,9 +359,10 @@ TEST(TimeOfContact, OfSpheresIsTheRootOfTheirQuadratic) {
 TEST(TimeOfContact, OfSpheresBesideTheirWayIsTheRootOfTheirQuadratic) {
   Case c = approachingSpheres();
   c.b_motion = moving(at(2, 0.45, 0.6), {-2, 0, 0});  // 0.75 beside: they only just touch, at 2 / 3
-  for (const double clearance : {0.25, 0.1, 0.01, 1e-4}) {
-    const double half_chord = std::sqrt(std::pow(0.75 + clearance, 2) - 0.75 * 0.75);
-    EXPECT_TRUE(isContactAt(c.contact(withClearance(clearance)), (2.0 - half_chord) / 3.0, 1e-6)) << clearance;
+  for (const double contact_distance : {0.25, 0.1, 0.01, 1e-4}) {
+    const double half_chord = std::sqrt(std::pow(0.75 + contact_distance, 2) - 0.75 * 0.75);
+    EXPECT_TRUE(isContactAt(c.contact(withContactDistance(contact_distance)), (2.0 - half_chord) / 3.0, 1e-6))
+        << contact_distance;
   }
 }
 
@@ -444,17 +445,17 @@ std::vector<Grazing> grazingCases() {
   };
 }
 
-TEST(TimeOfContact, IsNoneWhereTheClearanceIsALittleBelowTheClosestApproach) {
+TEST(TimeOfContact, IsNoneWhereTheContactDistanceIsALittleBelowTheClosestApproach) {
   for (const Grazing& grazing : grazingCases())
     for (double beside = 1e-3; beside > 0.9e-12; beside /= 10.0)
-      EXPECT_TRUE(isFree(grazing.c.contact(withClearance(grazing.closest - beside, 0.25 * beside))))
+      EXPECT_TRUE(isFree(grazing.c.contact(withContactDistance(grazing.closest - beside, 0.25 * beside))))
           << grazing.name << " " << beside;
 }
 
-TEST(TimeOfContact, IsFoundWhereTheClearanceIsALittleAboveTheClosestApproach) {
+TEST(TimeOfContact, IsFoundWhereTheContactDistanceIsALittleAboveTheClosestApproach) {
   for (const Grazing& grazing : grazingCases())
     for (double beside = 1e-3; beside > 0.9e-12; beside /= 10.0) {
-      const TimeOfContact answer = grazing.c.contact(withClearance(grazing.closest + beside, 0.25 * beside));
+      const TimeOfContact answer = grazing.c.contact(withContactDistance(grazing.closest + beside, 0.25 * beside));
       EXPECT_LE(answer.t_free, grazing.time + 1e-15) << grazing.name << " " << beside;
       // Below the rounding of the poses it may be left undecided.
       EXPECT_TRUE(answer.contact || (beside < 1e-11 && answer.status == Status::Degenerate))
@@ -468,7 +469,7 @@ TEST(TimeOfContact, IsFoundWhereTheClearanceIsALittleAboveTheClosestApproach) {
 TEST(TimeOfContact, IsNeverMissedAtTheClosestApproachItself) {
   for (const Grazing& grazing : grazingCases())
     for (const double tolerance : {1e-3, 1e-6, 1e-9}) {
-      const TimeOfContact answer = grazing.c.contact(withClearance(grazing.closest, tolerance));
+      const TimeOfContact answer = grazing.c.contact(withContactDistance(grazing.closest, tolerance));
       EXPECT_TRUE(answer.contact) << grazing.name << " " << tolerance;
       EXPECT_LE(answer.t_free, grazing.time + 1e-15) << grazing.name << " " << tolerance;
     }
@@ -517,7 +518,7 @@ TEST(TimeOfContact, OfThinShapesIsNotPassedAtAnySpeed) {
     for (const double speed : {1.5, 1e3, 1e6}) {
       const double tolerance = 1e-12 * std::max(1e3, speed);  // poses so far along are rounded
       const Case c{crossing.a, still(), crossing.b, moving(at(0, 0, 1), {0, 0, -speed})};
-      EXPECT_TRUE(isContactAt(c.contact(withClearance(0.0, tolerance)), (1.0 - crossing.height) / speed,
+      EXPECT_TRUE(isContactAt(c.contact(withContactDistance(0.0, tolerance)), (1.0 - crossing.height) / speed,
                               2.0 * tolerance / speed + 1e-15))
           << crossing.name << " " << speed;
     }
@@ -536,7 +537,7 @@ TEST(TimeOfContact, OfOneMotionForBothIsNone) {
     const ScrewMotion carrier = randomScrew(random, 3.0);
     const Case c{Box{{1, 1, 1}}, {carrier, {}}, Cylinder{0.5, 1}, {carrier, {at(0, 0, 1.01), {0, 0, 0}, {0, 0, 0}}}};
     EXPECT_TRUE(isFree(c.contact()));
-    EXPECT_TRUE(isContactAt(c.contact(withClearance(0.011)), 0.0, 0.0));
+    EXPECT_TRUE(isContactAt(c.contact(withContactDistance(0.011)), 0.0, 0.0));
   }
 }
 
@@ -550,9 +551,10 @@ TEST(TimeOfContact, OfChainsIsThatOfTheOracle) {
     for (std::size_t k = 0; k <= i % 4; ++k) c.b_motion.push_back(randomScrew(random, 2.0));
     contacts += c.contact().contact ? 1 : 0;
     const Case swapped{c.b, c.b_motion, c.a, c.a_motion};
-    for (const double clearance : {0.0, 0.1, -0.02}) {
-      EXPECT_TRUE(agreesWithTheOracle(c, withClearance(clearance))) << i << " " << clearance;
-      EXPECT_TRUE(agreesWithTheOracle(swapped, withClearance(clearance))) << i << " " << clearance << " swapped";
+    for (const double contact_distance : {0.0, 0.1, -0.02}) {
+      EXPECT_TRUE(agreesWithTheOracle(c, withContactDistance(contact_distance))) << i << " " << contact_distance;
+      EXPECT_TRUE(agreesWithTheOracle(swapped, withContactDistance(contact_distance)))
+          << i << " " << contact_distance << " swapped";
     }
   }
   EXPECT_GT(contacts, 40);
@@ -571,17 +573,18 @@ TEST(TimeOfContact, FarFromTheOriginIsTheSame) {
   }
 }
 
-TEST(TimeOfContact, OfAClearanceIsWhenThatIsReached) {
-  for (const double clearance : {1e-6, 0.01, 0.5})
-    EXPECT_TRUE(isContactAt(approachingSpheres().contact(withClearance(clearance)), (1.25 - clearance) / 3.0, 1e-9));
+TEST(TimeOfContact, OfAContactDistanceIsWhenThatIsReached) {
+  for (const double contact_distance : {1e-6, 0.01, 0.5})
+    EXPECT_TRUE(isContactAt(approachingSpheres().contact(withContactDistance(contact_distance)),
+                            (1.25 - contact_distance) / 3.0, 1e-9));
 }
 
 TEST(TimeOfContact, OfADepthIsWhenThatIsReached) {
   // A sphere of 0.2 from above into a box whose top is at 0.5: the depth is that of its lowest point.
   const Case c{Box{{4, 4, 1}}, still(), Sphere{0.2}, moving(at(0, 0, 1), {0, 0, -0.5})};
   for (const double depth : {1e-6, 0.01, 0.1})
-    EXPECT_TRUE(isContactAt(c.contact(withClearance(-depth)), (0.3 + depth) / 0.5, 1e-8)) << depth;
-  EXPECT_TRUE(isFree(c.contact(withClearance(-0.21))));  // 0.2 at the end of the motion
+    EXPECT_TRUE(isContactAt(c.contact(withContactDistance(-depth)), (0.3 + depth) / 0.5, 1e-8)) << depth;
+  EXPECT_TRUE(isFree(c.contact(withContactDistance(-0.21))));  // 0.2 at the end of the motion
 }
 
 TEST(TimeOfContact, KeepsToItsInterval) {

@@ -103,7 +103,7 @@ TEST_F(LookaheadOfTheMonitor, TellsTheTimeToTheStopDistanceAndThePair) {
   ASSERT_TRUE(lookahead);
   EXPECT_EQ(lookahead->status.code, QueryStatus::OK) << lookahead->status.message;
   EXPECT_EQ(lookahead->lookahead, 2.0);
-  EXPECT_EQ(lookahead->clearance, 0.1);
+  EXPECT_EQ(lookahead->contact_distance, 0.1);
   EXPECT_NEAR(lookahead->time_to_contact, 1.2, 1e-5);  // 0.6 m at 0.5 m/s
   EXPECT_LE(lookahead->time_free, 1.2 + 1e-12);
   EXPECT_GE(lookahead->time_free, 1.2 - 1e-4);

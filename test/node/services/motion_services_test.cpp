@@ -115,9 +115,9 @@ TEST(TimeOfContact, GivesThePointsAsTheyAreThen) {
   expectNear(pair.point_b_link, 0.0, 0.1, 0.0, 1e-5);  // the ball's frame is turned by a quarter about z
 }
 
-TEST(TimeOfContact, ComesEarlierWithAClearance) {
+TEST(TimeOfContact, ComesEarlierWithAContactDistance) {
   auto request = sliding(-0.5, {1.0, 0.0, 0.0});
-  request.clearance = 0.3;
+  request.contact_distance = 0.3;
   const auto response = ask(request);
   expectContact(response, 1.0, 0.5);
   EXPECT_NEAR(response.pair.distance, 0.3, 1.01 * kMotionTolerance);
@@ -267,8 +267,8 @@ TEST(BadContactRequest, NumbersAreNamed) {
   }
   for (const double bad : {-1.0, kNaN}) {
     auto request = good;
-    request.clearance = bad;
-    expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "clearance");
+    request.contact_distance = bad;
+    expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "contact_distance");
     request = good;
     request.tolerance = bad;
     expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "tolerance");
@@ -505,7 +505,7 @@ TEST(QueryTrajectory, TellsTheMinimumOfEverySegment) {
 
 TEST(QueryTrajectory, KeepsTheClockOfTheTrajectory) {
   auto request = along({"x_axis", "y_axis"}, {{5.0, {1.0, 0.0}}, {9.0, {0.0, 0.0}}});
-  request.clearance = 0.3;
+  request.contact_distance = 0.3;
   expectContact(ask(request), 7.0, 0.25);  // at x = 0.5
 }
 

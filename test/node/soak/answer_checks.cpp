@@ -195,18 +195,18 @@ Verdict AnswerChecks::check(const QueryConfigurationRequest& request, const Quer
 }
 
 /// No sample before t_free is in contact, and the one at t_contact is.
-Verdict AnswerChecks::checkContact(const StateAt& state_at, const std::vector<SubjectPair>& pairs, double clearance,
-                                   const SaidContact& said) {
+Verdict AnswerChecks::checkContact(const StateAt& state_at, const std::vector<SubjectPair>& pairs,
+                                   double contact_distance, const SaidContact& said) {
   for (int i = 0; i < kSamples && said.t_free > said.begin; ++i) {
     const double time = said.begin + (said.t_free - said.begin) * i / kSamples;
     const SignedDistance truth = closestIn(state_at(time), pairs).result;
-    if (truth.upper_bound < clearance - kTolerance) {
+    if (truth.upper_bound < contact_distance - kTolerance) {
       return because("free until ", said.t_free, ", but ", truth.distance, " away at ", time);
     }
   }
   if (!said.contact) return {};
   const SignedDistance truth = closestIn(state_at(said.t_contact), pairs).result;
-  if (truth.lower_bound > clearance + kMotionTolerance + kTolerance) {
+  if (truth.lower_bound > contact_distance + kMotionTolerance + kTolerance) {
     return because("contact at ", said.t_contact, ", but ", truth.distance, " away");
   }
   return {};
@@ -256,7 +256,7 @@ Verdict AnswerChecks::check(const FirstContactRequest& request, const FirstConta
   }
   const std::vector<SubjectPair> pairs = pairsOf(request.a, request.b);
   const SaidContact said{0.0, response.contact != 0, response.t_free, response.t_contact};
-  const Verdict verdict = checkContact(state_at, pairs, request.clearance, said);
+  const Verdict verdict = checkContact(state_at, pairs, request.contact_distance, said);
   return verdict.empty() ? checkMinimum(state_at, pairs, {0.0, request.horizon, response.minimum}) : verdict;
 }
 
@@ -277,7 +277,7 @@ Verdict AnswerChecks::check(const QueryTrajectoryRequest& request, const QueryTr
   };
   const std::vector<SubjectPair> pairs = pairsOf(request.a, request.b);
   const SaidContact said{time_of(0), response.contact != 0, response.t_free, response.t_contact};
-  const Verdict verdict = checkContact(state_at, pairs, request.clearance, said);
+  const Verdict verdict = checkContact(state_at, pairs, request.contact_distance, said);
   if (!verdict.empty()) return verdict;
   for (std::size_t i = 0; i < response.segments.size(); ++i) {
     const Verdict of_segment = checkMinimum(state_at, pairs, {time_of(i), time_of(i + 1), response.segments[i]});

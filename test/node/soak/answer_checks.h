@@ -65,7 +65,7 @@ class AnswerChecks {
   PairProximity closestIn(const std::vector<double>& positions, const std::vector<SubjectPair>& pairs);
   Verdict checkNumberBelow(double threshold, std::size_t said);
   Verdict checkPosed(const QueryPairsRequest& request, const std::vector<Proximity>& said);
-  Verdict checkContact(const StateAt& state_at, const std::vector<SubjectPair>& pairs, double clearance,
+  Verdict checkContact(const StateAt& state_at, const std::vector<SubjectPair>& pairs, double contact_distance,
                        const SaidContact& said);
   Verdict checkMinimum(const StateAt& state_at, const std::vector<SubjectPair>& pairs, const SaidMinimum& said);
 

@@ -42,7 +42,7 @@ constexpr double kLongestAnswer = 30.0;   // [s] a call that takes longer hangs
 // The node is killed in the first third of the time only: from then on it is one process. Its memory may grow until
 // each of its threads has seen the largest requests, and is compared from the middle of the time on.
 constexpr double kShareWithRestarts = 1.0 / 3.0;
-constexpr double kMostGrowth = 32e6;  // [byte]
+constexpr double kMaxGrowth = 32e6;  // [byte]
 
 volatile std::sig_atomic_t interrupted = 0;
 
@@ -313,7 +313,7 @@ class Soak {
       faults += tally.count;
       survived += tally.survived;
     }
-    const bool grown = growth > kMostGrowth;
+    const bool grown = growth > kMaxGrowth;
     std::printf(
         "\n%.1f min, seed %llu: %llu cycles at %g Hz, %llu missed (%.3f %%); %llu of %llu faults survived\n",
         since(start_) / 60.0, static_cast<unsigned long long>(options_.seed),

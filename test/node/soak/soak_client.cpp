@@ -214,14 +214,14 @@ FirstContactRequest SoakClient::contact() {
     request.joints.velocity.push_back(random(-0.5, 0.5));
   }
   request.horizon = random(0.1, 2.0);
-  request.clearance = random(0.0, 0.05);
+  request.contact_distance = random(0.0, 0.05);
   return request;
 }
 
 QueryTrajectoryRequest SoakClient::trajectory() {
   QueryTrajectoryRequest request;
   choosePair(request.a, request.b);
-  request.clearance = random(0.0, 0.05);
+  request.contact_distance = random(0.0, 0.05);
   for (int i = 0; i < 3; ++i) {
     const sensor_msgs::JointState state = randomState();
     trajectory_msgs::JointTrajectoryPoint point;

@@ -11,7 +11,7 @@ using Lock = std::lock_guard<std::mutex>;
 /// [s] around a misleading fault: messages are under way, and tf interpolates.
 const ros::Duration kAround(0.3);
 
-constexpr std::uint64_t kMostDescribed = 20;  // wrong answers of a service
+constexpr std::uint64_t kMaxDescribed = 20;  // wrong answers of a service
 
 }  // namespace
 
@@ -37,7 +37,7 @@ void SoakRecord::count(const std::string& service, Outcome outcome) {
 void SoakRecord::countWrong(const std::string& service, const std::string& why) {
   const Lock lock(mutex_);
   ServiceTally& tally = services_[service];
-  if (++tally.wrong <= kMostDescribed) std::cerr << "soak: " << service << ": " << why << std::endl;
+  if (++tally.wrong <= kMaxDescribed) std::cerr << "soak: " << service << ": " << why << std::endl;
 }
 
 void SoakRecord::countFault(const std::string& kind, bool survived, double recovery) {

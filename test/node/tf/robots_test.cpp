@@ -93,13 +93,13 @@ TEST_P(Robot, HasAValidClearanceWhileItMoves) {
 }
 
 TEST_P(Robot, IsAsCloseInEveryStateOfATrajectoryAsTheTrajectorySays) {
-  constexpr double kTolerance = 1e-6;  // [m]
-  constexpr double kClearance = 0.01;  // [m]
+  constexpr double kTolerance = 1e-6;        // [m]
+  constexpr double kContactDistance = 0.01;  // [m]
   constexpr int kStates = 100;
   const RobotModel robot = jointsOnly();
   QueryTrajectoryRequest moving;
   moving.missing_joints = QueryTrajectoryRequest::ZERO;
-  moving.clearance = kClearance;
+  moving.contact_distance = kContactDistance;
   moving.tolerance = kTolerance;
   moving.time_budget = ros::Duration(30.0);
   moving.trajectory.joint_names = swungBy(0.0, robot).name;
@@ -124,7 +124,7 @@ TEST_P(Robot, IsAsCloseInEveryStateOfATrajectoryAsTheTrajectorySays) {
     EXPECT_LE(path.segments[0].lower_bound, minimum.upper_bound) << i;
     EXPECT_LE(path.segments[0].upper_bound - kTolerance, minimum.upper_bound) << i;
     if (1.0 * i / kStates < path.t_free) {
-      EXPECT_GT(minimum.upper_bound, kClearance) << i;
+      EXPECT_GT(minimum.upper_bound, kContactDistance) << i;
     }
   }
   if (path.contact) {
@@ -133,7 +133,7 @@ TEST_P(Robot, IsAsCloseInEveryStateOfATrajectoryAsTheTrajectorySays) {
     then.states = {path.state};
     const auto contact = call<QueryConfigurationResponse>(ns_ + "/proximity_server/query_configuration", then);
     ASSERT_EQ(contact.states.size(), 1u);
-    EXPECT_LE(contact.states[0].minimum.lower_bound, kClearance + 2.0 * kTolerance);
+    EXPECT_LE(contact.states[0].minimum.lower_bound, kContactDistance + 2.0 * kTolerance);
   }
 }
 

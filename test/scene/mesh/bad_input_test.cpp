@@ -50,7 +50,7 @@ std::string errorWithinAMinute(const Call& call) {
 }
 
 /// [kB] the most memory that this process, or its largest child, ever had.
-long mostMemory(decltype(RUSAGE_SELF) who) {
+long maxMemory(decltype(RUSAGE_SELF) who) {
   rusage usage{};
   getrusage(who, &usage);
   return usage.ru_maxrss;
@@ -67,8 +67,8 @@ const std::string kTooMuch = "it takes ";  // memory, or time where the machine 
 class BadInput : public ::testing::Test {
  protected:
   ~BadInput() override {
-    EXPECT_LT(mostMemory(RUSAGE_SELF), 1L << 20);
-    EXPECT_LT(mostMemory(RUSAGE_CHILDREN), mostMemory(RUSAGE_SELF) + (5L << 18));
+    EXPECT_LT(maxMemory(RUSAGE_SELF), 1L << 20);
+    EXPECT_LT(maxMemory(RUSAGE_CHILDREN), maxMemory(RUSAGE_SELF) + (5L << 18));
   }
 
   std::string errorOfMesh(const std::string& name, const std::string& content) {

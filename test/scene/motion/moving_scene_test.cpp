@@ -91,9 +91,9 @@ TEST_F(SlideAndSwing, SledReachesTheWallWhenItHasCoveredTheGap) {
   EXPECT_NEAR(contact.pair.result.normal.x(), 1.0, 1e-12);
 }
 
-TEST_F(SlideAndSwing, ClearanceIsReachedBefore) {
+TEST_F(SlideAndSwing, ContactDistanceIsReachedBefore) {
   MotionQuestion question;
-  question.clearance = 0.5;
+  question.contact_distance = 0.5;
   const RobotContact contact = scene_.timeOfContact(sled_, motion({}, {{"slide", -2.5}}), question);
   ASSERT_TRUE(contact.contact);
   EXPECT_NEAR(contact.t_contact, 1.5 / 2.5, 1e-6);
@@ -277,14 +277,15 @@ void expectSamePoses(const BodyPoses& poses, const BodyPoses& expected) {
 }
 
 /// No state on the way is closer than the bounds say, nor in contact before t_free.
-void expectHoldsOnTheWay(const std::shared_ptr<const SceneModel>& model, int motions, int states, double clearance) {
+void expectHoldsOnTheWay(const std::shared_ptr<const SceneModel>& model, int motions, int states,
+                         double contact_distance) {
   MovingScene moving(model);
   Scene scene(model);
   const Candidates pairs = scene.candidates();
   JointMotions random(model->robot, 3);
   int contacts = 0;
   MotionQuestion question;
-  question.clearance = clearance;
+  question.contact_distance = contact_distance;
   for (int i = 0; i < motions; ++i) {
     const JointMotions::Ends ends = random.next();
     const RobotMotion motion = RobotMotion::ofJoints(model->robot, ends.from, ends.to);
@@ -300,17 +301,17 @@ void expectHoldsOnTheWay(const std::shared_ptr<const SceneModel>& model, int mot
       const SignedDistance found = scene.minimum(pairs)->result;
       closest = std::min(closest, found.upper_bound);
       if (time < contact.t_free) {
-        EXPECT_GT(found.upper_bound, clearance - 1e-9) << "motion " << i << " at " << time;
+        EXPECT_GT(found.upper_bound, contact_distance - 1e-9) << "motion " << i << " at " << time;
       }
     }
     EXPECT_GE(closest, minimum.lower_bound - 1e-9) << "motion " << i;
     EXPECT_LE(minimum.upper_bound - minimum.lower_bound, question.tolerance);
     EXPECT_LE(minimum.upper_bound, closest + question.tolerance) << "motion " << i;
-    EXPECT_EQ(contact.contact, minimum.lower_bound <= clearance) << "motion " << i;
+    EXPECT_EQ(contact.contact, minimum.lower_bound <= contact_distance) << "motion " << i;
     contacts += contact.contact;
     if (!contact.contact) continue;
     scene.update(motion.at(contact.t_contact));
-    EXPECT_LE(scene.minimum(pairs)->result.lower_bound, clearance + question.tolerance) << "motion " << i;
+    EXPECT_LE(scene.minimum(pairs)->result.lower_bound, contact_distance + question.tolerance) << "motion " << i;
   }
   EXPECT_GT(contacts, motions / 50);
   EXPECT_LT(contacts, motions - motions / 50);

@@ -100,8 +100,8 @@ TEST_F(ClearanceTrajectory, FindsTheFirstContactOnTheTrajectorysClock) {
     EXPECT_NEAR(number(rows[0], "t_contact"), time, 4.0 * kTolerance);
   };
   expectContact("", 12.0);
-  expectContact("--clearance 0.25", 11.5);
-  expectContact("--clearance 1.5", 10.0);
+  expectContact("--contact-distance 0.25", 11.5);
+  expectContact("--contact-distance 1.5", 10.0);
 }
 
 TEST_F(ClearanceTrajectory, FindsWhatLiesBetweenTheWayPoints) {
@@ -119,7 +119,7 @@ TEST_F(ClearanceTrajectory, FindsAContactBetweenTheWayPoints) {
   const double clearance = 0.62;  // at the way points it is 0.65
   const double phi = std::acos((1.0 + 0.02 - std::pow(clearance + 0.25, 2)) / (2.0 * kCorner));
   const double time = 10.0 + 4.0 * (0.5 - phi / (M_PI / 2.0));
-  const std::vector<Row> rows = segments(kEdgePasses, crossingSliders() + " --clearance 0.62");
+  const std::vector<Row> rows = segments(kEdgePasses, crossingSliders() + " --contact-distance 0.62");
   ASSERT_EQ(rows.size(), 1U);
   EXPECT_EQ(rows[0].at("contact"), "true");
   EXPECT_LE(number(rows[0], "t_free"), time);
@@ -136,7 +136,7 @@ TEST_F(ClearanceTrajectory, SaysWhereNothingIsKnown) {
 
 TEST_F(ClearanceTrajectory, SaysWhatItCouldNotDecide) {
   const std::vector<Row> rows =
-      segments("spin,approach\n0,1.9\n1e5,2\n", crossingSliders() + " --clearance 0.65");  // 16,000 turns
+      segments("spin,approach\n0,1.9\n1e5,2\n", crossingSliders() + " --contact-distance 0.65");  // 16,000 turns
   ASSERT_EQ(rows.size(), 1U);
   EXPECT_EQ(rows[0].at("status"), "iteration_limit");
   EXPECT_EQ(rows[0].at("contact"), "unknown");
@@ -214,7 +214,7 @@ TEST_F(ClearanceTrajectory, JsonSaysTheSameAsCsv) {
 TEST_F(ClearanceTrajectory, TheStateAtContactIsOne) {
   const std::string arguments = crossingSliders();
   const auto json =
-      nlohmann::json::parse(run(kEdgePasses, arguments + " --trajectory --clearance 0.62 --format json").output);
+      nlohmann::json::parse(run(kEdgePasses, arguments + " --trajectory --contact-distance 0.62 --format json").output);
   std::string names, positions;
   for (const auto& [name, position] : json.at(0).at("contact_state").items()) {
     names += (names.empty() ? "" : ",") + name;
@@ -250,11 +250,14 @@ TEST_F(ClearanceTrajectory, NamesWhatIsWrong) {
   expect("time,slide\n1,0\n1,0\n", "--trajectory", "s.csv, line 3: column \"time\": 1 is not later than 1");
   expect(states, "--trajectory --pairs all", "--pairs excludes --trajectory");
   expect(states, "--trajectory --no-skip", "--no-skip excludes --trajectory");
-  expect(states, "--clearance 0.1", "--clearance requires --trajectory");
+  expect(states, "--contact-distance 0.1", "--contact-distance requires --trajectory");
   expect(states, "--tolerance 0.1", "--tolerance requires --trajectory");
-  expect(states, "--trajectory --clearance nan", "--clearance: 'nan' is not a finite length of at least 0 m");
-  expect(states, "--trajectory --clearance -1", "--clearance: '-1' is not a finite length of at least 0 m");
-  expect(states, "--trajectory --clearance 1m", "--clearance: '1m' is not a finite length of at least 0 m");
+  expect(states, "--trajectory --contact-distance nan",
+         "--contact-distance: 'nan' is not a finite length of at least 0 m");
+  expect(states, "--trajectory --contact-distance -1",
+         "--contact-distance: '-1' is not a finite length of at least 0 m");
+  expect(states, "--trajectory --contact-distance 1m",
+         "--contact-distance: '1m' is not a finite length of at least 0 m");
   expect(states, "--trajectory --tolerance 0", "--tolerance: '0' is not a finite length of at least 1e-08 m");
   expect(states, "--trajectory --tolerance inf", "--tolerance: 'inf' is not a finite length of at least 1e-08 m");
 }

@@ -10,11 +10,10 @@ using namespace scene;
 // A robot whose pairs are in the class that paper says. s is the position of "slide", and so on.
 //   base   a box from -0.5 to 0.5
 //   cart   a sphere of radius 0.1 about (s, 5, 0), s in 0 .. 2: the joint that carries all of the following but "loose"
-//   far    a sphere of radius 0.25 about (4 + s + reach, 0, 0), reach in 0 .. 2: 3.25 + s + reach from the base, never
-//   0 rod    a box 6 x 0.2 x 0.2 about (s, 0, 0) that spins about x: always through the base; at least 0.75 from far
-//   tip    a sphere of radius 0.25 about (s, 3 - approach, 0), approach in 0 .. 2.25: touches the base at the very end
-//   of
-//          "approach" only, where s <= 0.5; apart from the rod, which reaches to sqrt(0.02) from its axis
+//   far    a sphere of radius 0.25 about (4 + s + reach, 0, 0), reach in 0 .. 2: 3.25 + s + reach from the base
+//   rod    a box 6 x 0.2 x 0.2 about (s, 0, 0) that spins about x: always through the base; at least 0.75 from far
+//   tip    a sphere of radius 0.25 about (s, 3 - approach, 0), approach in 0 .. 2.25: touches the base only at the very
+//          end of "approach", where s <= 0.5; apart from the rod, which reaches to sqrt(0.02) from its axis
 //   loose  a sphere of radius 1 about (0, 0, 20), on a floating joint: nobody knows
 // Neighbours are base - cart, base - loose, and cart with far, rod and tip.
 inline const char* const kCrossingSliders = R"(<robot name="crossing sliders">

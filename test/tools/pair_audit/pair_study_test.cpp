@@ -99,7 +99,7 @@ TEST_F(CrossingSliders, SearchFindsContactThatSamplesMiss) {
   few.most_samples = 10;
   const PairStudy study = studyPairs(model_, few);
   EXPECT_EQ(study.samples, 10);
-  EXPECT_EQ(study.end, SamplingEnd::MostSamples);
+  EXPECT_EQ(study.end, SamplingEnd::MaxSamples);
   EXPECT_EQ(evidence(study, "base", "tip").contactClass(), ContactClass::Sometimes);
 }
 

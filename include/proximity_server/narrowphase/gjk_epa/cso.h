@@ -9,28 +9,32 @@
 
 namespace proximity_server::narrowphase {
 
-/// Vertex of the configuration space obstacle (Minkowski difference) A - B of two cores, with the points that made it.
+/// Vertex of the configuration space obstacle (CSO, Minkowski difference) A - B of two cores, with its point on a.
 struct CsoVertex {
   Eigen::Vector3d point;  ///< the point on a minus that on b
   Eigen::Vector3d on_a;
-  WarmStart::Pair numbers;  ///< of the points, where the cores are polytopes
+  WarmStart::Pair numbers;  ///< vertex numbers of the two points, if the cores are polytopes
   Eigen::Vector3d onB() const { return on_a - point; }
 };
 
-/// [m] what rounding may add to or take from the coordinate of a CSO vertex along a unit vector, or from its norm.
+/// [m] Bound of the rounding error of a CSO vertex: of its coordinate along a unit vector, and of its norm.
 ///
-/// To first order in eps, with r how far a shape reaches from its origin and t the offset: a support point is off by
-/// 2 eps r, its rotation by 3 eps r, the sums by 2 eps and the dot product or norm by 2 eps of what they add up: less
-/// than 8 eps of it all. |t|_1 is never less than |t|, and margins join the sums last.
+/// To first order in eps, with r the reach of a shape from its origin and t the offset: a support point has an error of
+/// 2 eps r, its rotation adds 3 eps r, the sums add 2 eps and the dot product or norm 2 eps of their terms. Together
+/// this is less than 8 eps (r_a + r_b + |t|). |t|_1 is used for |t|, as it is never less; margins are added to the sums
+/// last.
 inline double csoRounding(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b) {
   const double reach = a.coreReach() + b.coreReach() + a.margin() + b.margin();
   return 8.0 * std::numeric_limits<double>::epsilon() * (reach + a_T_b.translation().lpNorm<1>());
 }
 
-/// The CSO of two cores by its support mapping. Frame: that of a.
+/// The CSO of two cores, by its support mapping.
+///
+/// Frame: that of a.
 class Cso {
  public:
-  /// `warm_start` gives the first vertices of large hulls, and takes the last. All arguments outlive the CSO.
+  /// `warm_start` holds the vertices where the search on large hulls begins, and receives those where it ended. All
+  /// arguments must outlive the CSO.
   Cso(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, double rounding, WarmStart& warm_start)
       : a_(a),
         b_(b),
@@ -39,7 +43,8 @@ class Cso {
         rounding_(rounding),
         is_polytope_(a.isPolytope() && b.isPolytope()) {}
 
-  /// Vertex farthest along `direction`: the one that A shows towards B when direction is the normal a to b.
+  /// Vertex of the CSO farthest along `direction`. If the direction points from a to b, it is the difference of the
+  /// point of a nearest to b and the point of b nearest to a, along this direction.
   CsoVertex vertex(const Eigen::Vector3d& direction) {
     const Eigen::Vector3d on_a = supportPoint(a_, direction, warm_start_.vertex_a);
     const Eigen::Vector3d towards_a = -(bAxes().transpose() * direction);
@@ -47,7 +52,7 @@ class Cso {
     return vertexFrom(on_a, on_b, {warm_start_.vertex_a, warm_start_.vertex_b});
   }
 
-  /// A vertex of the simplex that the last query ended with; only where the cores are polytopes.
+  /// A vertex of the simplex with which the last query ended; only if the cores are polytopes.
   CsoVertex recalled(const WarmStart::Pair& numbers) const {
     return vertexFrom(vertexOf(a_, numbers.a), vertexOf(b_, numbers.b), numbers);
   }
@@ -57,14 +62,15 @@ class Cso {
   /// From the centre of a's core to that of b's.
   Eigen::Vector3d centreDifference() const { return bAxes() * b_.centre() + bOrigin() - a_.centre(); }
 
-  /// [m] the gap between the bounds at which a search may end, if it gets there: better than the tolerance, as a search
-  /// on a polytope ends on a true face, edge or vertex, and Newton's method on a curve doubles the digits. Below three
-  /// roundings, two of which are the bounds' own, a vertex may lie behind the simplex that it should lie beyond.
+  /// [m] Gap between the bounds at which a search ends. It is smaller than the tolerance, as the search on a polytope
+  /// ends on a true face, edge or vertex of the CSO, and Newton's method on a curve doubles the digits with each step;
+  /// so the extra accuracy costs little. It is never below three roundings, two of which are part of the bounds: a new
+  /// vertex could then seem to lie behind the simplex.
   double finalGap(double tolerance) const {
     return std::max(3.0 * rounding_, std::min(tolerance, (is_polytope_ ? 4.0 : 1024.0) * rounding_));
   }
 
-  /// [m] see csoRounding.
+  /// [m] See csoRounding().
   double rounding() const { return rounding_; }
 
   bool isPolytope() const { return is_polytope_; }

@@ -4,27 +4,41 @@
 
 namespace proximity_server::narrowphase {
 
-/// How deep two cores overlap. Depths are >= 0 but for rounding: cores that only touch may come out apart by that much.
+/// How deep two cores overlap. A depth may be negative by rounding if the cores only touch.
 struct EpaResult {
   Status status;
-  double depth;             ///< [m] moving b by depth * normal makes the cores touch: an upper bound but for rounding
+  double depth;             ///< [m] moving b by depth * normal makes the cores touch: an upper bound, up to rounding
   double lower_bound;       ///< [m] of the depth: the polytope inside the CSO reaches this far in every direction
-  bool has_normal;          ///< false: lower_bound alone decided options.stop_below, and depth and normal are not set
+  bool has_normal;          ///< false: lower_bound alone decided options.stop_below; depth and normal are not set
   Eigen::Vector3d normal;   ///< unit, a towards b: the direction in which b leaves
-  bool has_points;          ///< false: nothing is known of the surface along the normal
+  bool has_points;          ///< false: no point of the CSO's surface along the normal is known
   Eigen::Vector3d point_a;  ///< point_a - point_b is the depth along the normal, within the gap of the bounds
   Eigen::Vector3d point_b;
-  bool unique;  ///< false: another direction is as short
+  bool unique;  ///< false: another direction has the same depth
   int iterations;
 };
 
-/// Penetration depth by the expanding polytope algorithm, from a simplex of any dimension that holds the origin within
-/// rounding (or the tolerance).
+/// Penetration depth by the expanding polytope algorithm, from a simplex of any dimension that contains the origin
+/// within rounding (or the tolerance).
 ///
-/// Error:   Converged: depth - lower_bound <= options.distance_tolerance. On polytopes the end is exact.
-/// Failure: none; no allocation. A CSO without volume has depth 0 across it.
-/// Source:  van den Bergen, Proximity Queries and Penetration Depth Computation on 3D Game Objects, GDC 2001. Unlike
-///          there, every visible face is deleted, which leaves fewer slivers and needs no repair.
+/// 1. If the simplex is a tetrahedron and the ball that it surely contains decides options.stop_below, stop.
+/// 2. Extend the simplex to a tetrahedron (epa_start.h). If the CSO has no volume, or if the origin lies on its
+///    surface, the answer is a support plane through the origin, and the search ends.
+/// 3. Take the face of the polytope closest to the origin: its distance is a lower bound of the depth. Skip the faces
+///    whose directions step 5 has proven to be no shallower than the best one.
+/// 4. Find the vertex w of the CSO farthest along the normal of the face: the depth along this normal is an upper
+///    bound. Keep the shallowest direction. Stop if the bounds are close enough, or if they decide a threshold.
+/// 5. If a core is curved and the face is near its support plane, refine the normal by Newton's method (refinement.h).
+/// 6. Replace all faces that w sees by triangles from w to their horizon (polytope.h), and repeat from step 3.
+/// 7. At the end, the witness points are those of the face that the ray from the origin along the normal leaves
+///    through.
+///
+/// Error:   Converged: depth - lower_bound <= options.distance_tolerance, up to rounding. On polytopes the last face is
+///          a face of the CSO itself, so only rounding is left.
+/// Failure: none; no allocation. A CSO without volume has depth 0 in the direction across it.
+/// Source:  van den Bergen, Proximity Queries and Penetration Depth Computation on 3D Game Objects, GDC 2001.
+/// Differs: every visible face is deleted instead of splitting edges, which leaves fewer slivers and needs no repair;
+///          Newton's method and its proven caps finish curved pairs.
 EpaResult epa(Cso& cso, const Simplex& simplex, const Options& options);
 
 }  // namespace proximity_server::narrowphase

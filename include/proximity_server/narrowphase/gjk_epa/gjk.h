@@ -6,28 +6,40 @@ namespace proximity_server::narrowphase {
 
 struct GjkResult {
   enum class Outcome : unsigned char {
-    Apart,     ///< the simplex holds the witness points; status tells how good they are
-    Overlap,   ///< the simplex holds the origin, within rounding or the tolerance: the depth is EPA's to find
-    Threshold  ///< options.stop_above was decided by `normal` alone
+    Apart,     ///< `points` are the witness points; `status` tells how good they are
+    Overlap,   ///< the simplex contains the origin, within rounding or the tolerance; EPA finds the depth
+    Threshold  ///< `normal` alone proves that the distance is above options.stop_above
   };
   Outcome outcome;
-  Status status;           ///< of the distance, where the outcome is Apart
+  Status status;           ///< of the distance, if the outcome is Apart
   double distance;         ///< [m] of the nearest point of the simplex
   double lower_bound;      ///< [m] of the signed distance; proven by `normal`
   Eigen::Vector3d normal;  ///< unit, a towards b
   Simplex simplex;
-  WitnessPoints points;  ///< of the distance, where the outcome is Apart
+  WitnessPoints points;  ///< of the distance, if the outcome is Apart
   int iterations;
 };
 
-/// Distance of two cores: the point of their CSO nearest to the origin.
+/// Distance of two cores: finds the point of their CSO nearest to the origin.
 ///
-/// Begins with a unit normal and the vertex farthest along it. Ends by the duality gap: the nearest point of the
-/// simplex bounds the distance from above, the support plane perpendicular to it from below. On curved cores Newton's
-/// method ends it, see refinement.h. Error:   outcome Apart with Status::Converged: distance - lower_bound <=
-/// options.distance_tolerance. Failure: none; a simplex that brings no progress ends the search, and the bounds say how
-/// good the answer is. Source:  Gilbert, Johnson, Keerthi 1988; the stop is van den Bergen's (1999) without his
-/// relative tolerance.
+/// 1. Start with `first`, the vertex of the CSO farthest along the unit vector `normal_guess`.
+/// 2. The support plane at the newest vertex bounds the distance from below, the nearest point of the simplex from
+///    above. Stop if the bounds are close enough, or if they decide options.stop_above or stop_below.
+/// 3. Find the point of the simplex nearest to the origin, and remove the vertices that it does not need (simplex.h).
+///    If the cores are polytopes, the first iteration also adds the vertices with which the last query ended.
+/// 4. If the new nearest point is not nearer than the old one, the search ends: rounding prevents further progress.
+///    Polytopes then take their lower bound from the best face at the newest vertex.
+/// 5. Stop with an overlap if the simplex encloses the origin, or comes as near to it as rounding can tell.
+/// 6. If a core is curved, let Newton's method finish from the third iteration on, if it can (refinement.h).
+/// 7. Add the vertex of the CSO farthest towards the origin, and repeat from step 2.
+///
+/// Error:   outcome Apart with Status::Converged: distance - lower_bound <= options.distance_tolerance, up to rounding.
+/// Failure: none. A search without progress ends, and the bounds say how good the answer is.
+/// Source:  Gilbert, Johnson, Keerthi, A Fast Procedure for Computing the Distance Between Complex Objects in
+///          Three-Dimensional Space, IEEE J. Robotics and Automation 1988. The stop by the gap of the bounds is from
+///          van den Bergen, A Fast and Robust GJK Implementation for Collision Detection of Convex Objects, 1999.
+/// Differs: the tolerance is absolute, not relative; the subalgorithm tests Voronoi regions instead of Johnson's
+///          determinants; Newton's method finishes curved pairs.
 GjkResult gjk(Cso& cso, const Eigen::Vector3d& normal_guess, const CsoVertex& first, const Options& options);
 
 }  // namespace proximity_server::narrowphase

@@ -6,11 +6,11 @@
 
 namespace proximity_server::narrowphase {
 
-/// Up to four vertices of the CSO, each in a place of its own: reducing a simplex only takes the names of the places
-/// that leave from `members`.
+/// Up to four vertices of the CSO, each stored in one of four places. A vertex is removed by clearing its bit in
+/// `members`; no vertex is ever moved.
 struct Simplex {
   std::array<CsoVertex, 4> places;
-  unsigned members = 0;  ///< bit i: places[i] belongs to it
+  unsigned members = 0;  ///< bit i: places[i] is a vertex of the simplex
 
   bool has(int place) const { return (members >> place & 1u) != 0; }
   int freePlace() const {
@@ -24,31 +24,41 @@ struct Simplex {
 /// The point of a simplex nearest to the origin: -distance * normal().
 struct Nearest {
   double distance;            ///< [m] not negative
-  Eigen::Vector3d direction;  ///< of any length, from the point to the origin: a towards b. Of a triangle it is the
-                              ///< face normal, so that it stays good when the distance is lost in rounding.
-  double scale;          ///< 1 / |direction|; apart from it, as the next support point does not need to wait for it
-  unsigned members;      ///< of the smallest part of the simplex that has the point
-  bool encloses_origin;  ///< a tetrahedron that surely holds the origin; the direction is then not set
+  Eigen::Vector3d direction;  ///< from the point to the origin (a towards b), of any length. For a triangle it is the
+                              ///< face normal, which stays accurate if the distance is lost in rounding.
+  double scale;          ///< 1 / |direction|; separate, so that the next support point need not wait for the division
+  unsigned members;      ///< vertices of the smallest face (vertex, edge, triangle) that contains the point
+  bool encloses_origin;  ///< true: the tetrahedron surely contains the origin, and `direction` is not set
 
   Eigen::Vector3d normal() const { return scale * direction; }
 };
 
-/// Distance subalgorithm: the nearest point, and the smallest part of the simplex that has it.
+/// Distance subalgorithm: finds the point of the simplex nearest to the origin, and the smallest face that contains it.
 ///
-/// `newest` is the place of the vertex that came since the members were reduced; only parts with it are tried, as only
-/// they can be nearer than before.
-/// Error:  the point is within a few eps of the largest vertex norm. A sign that rounding leaves open counts as
-///         outside, so that "encloses" is certain and the rest is projected.
-/// Source: the parts are those of Johnson (Gilbert, Johnson, Keerthi 1988), the tests are the signed areas and volumes
-///         of Voronoi regions (Ericson, Real-Time Collision Detection, 2005), with all products of edges, not of
-///         vertices, so that they do not cancel far from the origin.
+/// 1. One vertex: it is the nearest point.
+/// 2. An edge: project the origin onto its line; outside of the edge an end is nearest.
+/// 3. A triangle: the signed areas that the projection of the origin spans with the edges tell the Voronoi region; the
+///    nearest point lies inside of the triangle, or on an edge at the newest vertex.
+/// 4. A tetrahedron: the signed volumes tell which faces at the newest vertex have the origin on their outer side. If
+///    none has, the tetrahedron encloses the origin; otherwise the nearest of the points of these faces is taken.
+///
+/// `newest` is the place of the vertex added since the last call. Only faces that contain it are tested, as no other
+/// can be nearer than before.
+///
+/// Error:   the point is within a few eps of the largest vertex norm. A sign that rounding leaves open counts as
+///          outside, so that encloses_origin is certain.
+/// Failure: none. If the point is the origin itself, the distance is 0 and the direction arbitrary.
+/// Source:  Gilbert, Johnson, Keerthi 1988 (Johnson's subalgorithm); Ericson, Real-Time Collision Detection, 2005, 5.1
+///          (Voronoi regions).
+/// Differs: all products are of edges, not of vertices, so that they do not cancel far from the origin.
 Nearest nearestToOrigin(const Simplex& simplex, int newest);
 
-/// [m] radius of a ball about the origin that a tetrahedron which encloses it surely holds; less than its true one by
-/// rounding, or negative where rounding leaves everything open.
+/// [m] Radius of a ball about the origin that surely lies inside of a tetrahedron which encloses the origin. It is less
+/// than the true radius by rounding, and negative if rounding leaves open whether there is such a ball.
 double enclosedRadius(const Simplex& tetrahedron);
 
-/// The points on a and b that make the point of a reduced simplex (up to three members) nearest to the origin.
+/// The points on a and b whose difference is the point of the simplex nearest to the origin. The simplex has been
+/// reduced by nearestToOrigin() to at most three members.
 struct WitnessPoints {
   Eigen::Vector3d on_a, on_b;
 };

@@ -10,11 +10,12 @@ namespace proximity_server::narrowphase {
 
 /// Convex hull of a point cloud, with the adjacency of its vertices.
 ///
-/// Degenerate clouds are legal: one point, a segment, a flat polygon (dimension() tells). Vertices are a subset of
-/// the input, bit for bit.
+/// Degenerate clouds are legal: one point, a segment, a flat polygon; see dimension(). The vertices are a subset of the
+/// input, bit for bit.
+///
 /// Frame:   that of the points. Metres.
-/// Error:   a point that lies beyond the hull of the others by no more than qhull's rounding may be left out: as seen
-///          among near-duplicates, up to 2e-14 of the size of the cloud.
+/// Error:   a point that lies outside of the hull of the others by no more than qhull's rounding may be left out. Among
+///          near-duplicates, up to 2e-14 of the size of the cloud has been observed.
 /// Failure: throws std::invalid_argument for an empty cloud or a coordinate that is not finite.
 /// Source:  Barber, Dobkin, Huhdanpaa, The Quickhull Algorithm for Convex Hulls, ACM TOMS 1996 (qhull).
 class ConvexHull {
@@ -24,13 +25,14 @@ class ConvexHull {
   int size() const { return static_cast<int>(vertices_.size()); }
   const std::vector<Eigen::Vector3d>& vertices() const { return vertices_; }
 
-  /// Affine dimension of the cloud within rounding: 0 point, 1 segment, 2 polygon, 3 solid.
+  /// Affine dimension of the cloud, within rounding: 0 point, 1 segment, 2 polygon, 3 solid.
   int dimension() const { return dimension_; }
 
-  /// Outward triangles of a solid hull, counter-clockwise from outside; of a polygon one side; else empty.
+  /// Triangles of a solid hull, counter-clockwise from outside. A polygon has the triangles of one side; a segment or a
+  /// point has none.
   const std::vector<std::array<int, 3>>& triangles() const { return triangles_; }
 
-  /// Vertices that share an edge with `vertex`: neighbours()[i] for i in [begin, end).
+  /// Range of the numbers of the vertices that share an edge with a vertex.
   struct Range {
     const int* first;
     const int* last;
@@ -42,12 +44,12 @@ class ConvexHull {
     return {neighbours_.data() + offsets_[v], neighbours_.data() + offsets_[v + 1]};
   }
 
-  /// Index of the vertex farthest along `direction`. A small hull is scanned whole; on a large one the search climbs
-  /// from neighbour to neighbour, beginning at `start` (any value is legal, the last answer is the best) or at the
-  /// vertex that was found at load time for directions like this one, whichever lies farther.
+  /// Index of the vertex farthest along `direction`. All vertices of a small hull are compared. On a large hull the
+  /// search climbs from neighbour to neighbour. It begins at `start` (every value is legal; the last answer is the best
+  /// one) or at the vertex that was found at load time for a similar direction, whichever lies farther.
   int farthestVertex(const Eigen::Vector3d& direction, int start) const;
 
-  /// Enclosed volume [m^3]; 0 for a degenerate hull.
+  /// Enclosed volume [m^3]. It is 0 for a degenerate hull.
   double volume() const;
 
  private:
@@ -60,12 +62,12 @@ class ConvexHull {
   int dimension_ = 0;
   std::vector<Eigen::Vector3d> vertices_;
   std::vector<std::array<int, 3>> triangles_;
-  std::vector<int> offsets_;              // of each vertex into neighbours_
+  std::vector<int> offsets_;              // where the neighbours of each vertex begin in neighbours_
   std::vector<int> neighbours_;           // grouped by vertex
-  std::vector<double> scan_coordinates_;  // all x, all y, all z, each filled up to the scan's stride with the first
+  std::vector<double> scan_coordinates_;  // all x, all y, all z, each filled up to the stride with vertex 0
   int scan_count_ = 0;
-  int cells_ = 0;            // along an edge of the cube of directions; 0: small enough for the scan
-  std::vector<int> starts_;  // for each cell of its six sides a vertex that lies far along it
+  int cells_ = 0;            // number along an edge of the cube of directions; 0: the hull is small and is scanned
+  std::vector<int> starts_;  // for each cell of the six sides of the cube, the vertex farthest along its centre
 };
 
 }  // namespace proximity_server::narrowphase

@@ -8,14 +8,13 @@
 
 namespace proximity_server::narrowphase {
 
-// The primitives, as URDF describes them: centred at the origin of their own frame, axis along z,
-// full sizes, metres.
+// The primitives, as URDF describes them: centred at the origin of their own frame, axis along z, full sizes, metres.
 struct Sphere {
   double radius;
 };
 struct Capsule {
   double radius;
-  double length;  ///< between the centres of the caps; 0 is a sphere
+  double length;  ///< between the centres of the caps; a capsule of length 0 is a sphere
 };
 struct Box {
   Eigen::Vector3d size;  ///< full edge lengths
@@ -32,13 +31,14 @@ struct Ellipsoid {
   Eigen::Vector3d radii;
 };
 
-/// A convex shape: a core, swept by a ball of radius `margin`.
+/// A convex shape: a core, enlarged by a ball of radius `margin` about each of its points.
 ///
-/// The core is what GJK and EPA see; the margin is added in closed form. So a sphere is a point, a capsule
-/// a segment, and padding is an exact offset of the surface.
+/// GJK and EPA work on the core only; the margin is added in closed form. A sphere has a point as its core, a capsule a
+/// segment, and padding is an exact offset of the surface.
+///
 /// Frame:   the shape's own. Metres.
-/// Failure: the constructors throw std::invalid_argument naming the dimension that is not finite or not
-///          positive (a capsule's length may be 0); nothing is checked later.
+/// Failure: the constructors throw std::invalid_argument naming the dimension that is not finite or not positive (a
+///          capsule's length may be 0). Nothing is checked later.
 class Shape {
  public:
   enum class Kind : unsigned char { Point, Segment, Box, Cylinder, Cone, Ellipsoid, Hull, Sweep };
@@ -53,35 +53,35 @@ class Shape {
   Shape(ConvexHull hull);             // NOLINT(google-explicit-constructor)
 
   /// The same core with the margin enlarged by `padding` [m]: an exact offset of the surface.
-  /// Throws std::invalid_argument where the margin would become negative or not finite.
+  /// Throws std::invalid_argument if the margin would become negative or not finite.
   Shape padded(double padding) const;
 
-  /// The convex hull of the shape where it is and moved by `end`; its support mapping is the better of the two. After a
-  /// translation that is the swept volume; see sweptShape for other motions.
+  /// The convex hull of the shape at its own place and the shape moved by `end`. Its support point is the farther of
+  /// the two support points. If `end` is a translation, this is the swept volume; see sweptShape() for other motions.
   Shape sweptTo(const Eigen::Isometry3d& end) const;
 
   Kind kind() const { return kind_; }
   double margin() const { return margin_; }
 
-  /// Half sizes of the core along x, y, z: (0, 0, length/2) of a segment, (r, r, length/2) of a cylinder or
-  /// cone, the radii of an ellipsoid. Zero for a point, unused for a hull and a sweep.
+  /// Half sizes of the core along x, y, z: (0, 0, length/2) for a segment, (r, r, length/2) for a cylinder or cone, the
+  /// radii for an ellipsoid. They are zero for a point, and not used for a hull and a sweep.
   const Eigen::Vector3d& halfExtents() const { return half_extents_; }
 
   /// Vertices and adjacency; only for Kind::Hull.
   const ConvexHull& hull() const { return *hull_; }
 
-  /// What is swept, and the pose that it ends at; only for Kind::Sweep.
+  /// The shape that is swept, and the pose at which the sweep ends; only for Kind::Sweep.
   struct Sweep;
   const Sweep& sweep() const { return *sweep_; }
 
   /// Whether the core is the hull of finitely many points.
   bool isPolytope() const;
 
-  /// A point inside the core, and the radius of a ball about it that holds the core (without margin).
+  /// A point inside of the core, and the radius [m] of a ball about it that contains the core (without the margin).
   const Eigen::Vector3d& centre() const { return centre_; }
   double coreRadius() const { return core_radius_; }
 
-  /// How far the core reaches from the origin of its frame, at most [m].
+  /// [m] Upper bound of the distance of any point of the core from the origin of its frame.
   double coreReach() const { return core_reach_; }
 
  private:

@@ -15,7 +15,7 @@ inline double radialPart(const Eigen::Vector3d& direction) {
   return std::sqrt(direction.x() * direction.x() + direction.y() * direction.y());
 }
 
-/// The corner of a box by its number: bit k is set where coordinate k is negative.
+/// The corner of a box by its number: bit k is set if coordinate k is negative.
 inline Eigen::Vector3d corner(const Eigen::Vector3d& half_extents, int number) {
   return {(number & 1) != 0 ? -half_extents.x() : half_extents.x(),
           (number & 2) != 0 ? -half_extents.y() : half_extents.y(),
@@ -27,16 +27,18 @@ inline int cornerTowards(const Eigen::Vector3d& direction) {
          static_cast<int>(std::signbit(direction.z())) << 2;
 }
 
-/// Point of the circle |(x, y)| = radius at height z that lies farthest along the direction; its centre where that is
-/// as far.
+/// Point of the circle |(x, y)| = radius at height z that lies farthest along the direction, or the centre of the
+/// circle if it lies as far.
 inline Eigen::Vector3d rimPoint(double radius, double z, const Eigen::Vector3d& direction, double radial) {
-  constexpr double kNone = 1e-150;  // the square of less has lost digits, and would give a point beside the circle
+  // The square of a smaller length has lost digits, and the point would not lie on the circle.
+  constexpr double kNone = 1e-150;
   if (radial < kNone) return {0.0, 0.0, z};
   const double scale = radius / radial;
   return {scale * direction.x(), scale * direction.y(), z};
 }
 
-/// Of a sweep, whose vertices are numbered alternately: 2 n that of the start, 2 n + 1 that of the end.
+/// Support point and vertex of a sweep. Vertex n of the shape has the number 2 n at the start of the sweep, and 2 n + 1
+/// at its end.
 Eigen::Vector3d sweptPoint(const Shape::Sweep& sweep, const Eigen::Vector3d& direction, int& vertex);
 Eigen::Vector3d sweptVertex(const Shape::Sweep& sweep, int number);
 
@@ -44,17 +46,18 @@ Eigen::Vector3d sweptVertex(const Shape::Sweep& sweep, int number);
 
 /// Point of the core that lies farthest along `direction` (not zero), in the shape's frame.
 ///
-/// `vertex` is where the search on a large hull begins; any value is legal, the last answer is the best. Of a polytope
-/// it then is the number of the point, for vertexOf(). Error:  the point's coordinate along the direction is within 4
-/// eps coreRadius() of the true maximum. Source: van den Bergen, A Fast and Robust GJK Implementation for Collision
-/// Detection of Convex Objects, J. Graphics
+/// The search on a large hull begins at `vertex`; every value is legal, and the last answer is the best one. If the
+/// core is a polytope, `vertex` becomes the number of the point, for vertexOf().
+///
+/// Error:  the coordinate of the point along the direction is within 4 eps coreRadius() of the true maximum.
+/// Source: van den Bergen, A Fast and Robust GJK Implementation for Collision Detection of Convex Objects, J. Graphics
 ///         Tools 1999 (closed forms); Cameron, Enhancing GJK, ICRA 1997 (hill climbing over the adjacency).
 inline Eigen::Vector3d supportPoint(const Shape& shape, const Eigen::Vector3d& direction, int& vertex) {
   const Eigen::Vector3d& half = shape.halfExtents();
   switch (shape.kind()) {
     case Shape::Kind::Point:
     case Shape::Kind::Segment:
-    case Shape::Kind::Box:  // the others are boxes without width
+    case Shape::Kind::Box:  // points and segments are boxes without width
       vertex = support::cornerTowards(direction);
       return {std::copysign(half.x(), direction.x()), std::copysign(half.y(), direction.y()),
               std::copysign(half.z(), direction.z())};
@@ -79,7 +82,7 @@ inline Eigen::Vector3d supportPoint(const Shape& shape, const Eigen::Vector3d& d
   return shape.hull().vertices()[static_cast<std::size_t>(vertex)];
 }
 
-/// Vertex of a polytope by its number; any other number gives one of its vertices too.
+/// Vertex of a polytope by its number. A number out of range gives one of its vertices, too.
 inline Eigen::Vector3d vertexOf(const Shape& polytope, int number) {
   if (polytope.kind() == Shape::Kind::Sweep) return support::sweptVertex(polytope.sweep(), number);
   if (polytope.kind() != Shape::Kind::Hull) return support::corner(polytope.halfExtents(), number);
@@ -87,10 +90,10 @@ inline Eigen::Vector3d vertexOf(const Shape& polytope, int number) {
   return hull.vertices()[number >= 0 && number < hull.size() ? static_cast<std::size_t>(number) : 0];
 }
 
-/// The flat part of the core that lies within `tolerance` [m] of the support plane of the unit `direction`.
+/// The vertex, edge or face of the core that lies within `tolerance` [m] of the support plane of the unit `direction`.
 struct SupportFeature {
-  int dimension;          ///< 0 vertex or curved, 1 edge, 2 face
-  Eigen::Vector3d along;  ///< of an edge: one end to the other, in the shape's frame
+  int dimension;          ///< 0 vertex or curved surface, 1 edge, 2 face
+  Eigen::Vector3d along;  ///< from one end of an edge to the other, in the shape's frame; only if dimension is 1
 };
 SupportFeature supportFeature(const Shape& shape, const Eigen::Vector3d& direction, double tolerance, int& vertex);
 

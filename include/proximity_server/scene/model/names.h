@@ -37,7 +37,7 @@ std::string quoted(const std::string& name);
 std::string unknownName(const std::string& name, const std::vector<std::string>& known);
 
 /// What listed() lists.
-constexpr std::size_t kMostListed = 5;
+constexpr std::size_t kMaxListed = 5;
 
 /// a, b, c, d, e and 12 more
 std::string listed(const std::vector<std::string>& items);

@@ -10,8 +10,8 @@
 namespace proximity_server::scene {
 
 struct MotionQuestion {
-  double clearance = 0.0;   ///< [m] contact is a signed distance, less the pair's padding, at or below it
-  double tolerance = 1e-6;  ///< [m] of that distance, and of the minimum
+  double contact_distance = 0.0;  ///< [m] contact is a signed distance, less the pair's padding, at or below it
+  double tolerance = 1e-6;        ///< [m] of that distance, and of the minimum
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
 };
 
@@ -30,7 +30,7 @@ struct RobotContact {
   /// holds. Unknown: nothing is known of any pair.
   narrowphase::Status status = narrowphase::Status::Unknown;
   bool contact = false;
-  double t_free = 0.0;  ///< up to here every pair is proven to be above the clearance
+  double t_free = 0.0;  ///< up to here every pair is proven to be above the contact distance
   double t_contact = std::numeric_limits<double>::quiet_NaN();  ///< see TimeOfContact
   PairProximity pair;                                           ///< that one, at t_contact, in the frame of the poses
   MotionCounts counts;
