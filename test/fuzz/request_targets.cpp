@@ -50,13 +50,13 @@ const Robot& arm() {
 /// Joints that a request leaves open are not known, as without tf.
 JointSnapshot nothingFromTf() {
   JointSnapshot nothing;
-  nothing.joints.resize(arm().links().joints.size());
+  nothing.joints.resize(arm().robotModel().joints.size());
   return nothing;
 }
 
 BodyPoses posesAt(const JointValues& positions) { return posesInRoot(arm(), positions, nothingFromTf()); }
 
-BodyPoses posesAtZero() { return posesAt(completed(JointValues(arm().links().joints.size()), MissingJoints::AtZero)); }
+BodyPoses posesAtZero() { return posesAt(completed(JointValues(arm().robotModel().joints.size()), MissingJoints::AtZero)); }
 
 void checkBounds(const Proximity& pair) {
   require(!(pair.lower_bound > pair.upper_bound), "the lower bound is below the upper one");
@@ -72,7 +72,7 @@ void askAt(const BodyPoses& poses, const QueryPairsRequest& request, std::size_t
   const RequestedPairs pairs = pairsOf(arm(), request);
   requireAnswersWithinBatch(arm(), request, pairs.size(), states);
   pairs.bodies();
-  const ScenePool::Lease scene = arm().takeScene();
+  const ScenePool::Lease scene = arm().borrowScene();
   scene->update(poses);
   const QueryStatus status;
   checkAnswer(askPairs(arm(), *scene, {poses, status}, pairs, request, question));
@@ -96,8 +96,8 @@ void ask(const QueryConfigurationRequest& request) {
   in_each.ignore_filter = request.ignore_filter;
   const MissingJoints missing = missingJoints(request.missing_joints);
   for (const sensor_msgs::JointState& state : request.states) {
-    const std::vector<int> joints = jointsNamed(arm().links(), state.name, "state");
-    const JointValues values = valuesOf(arm().links(), joints, state.position, "position", "state");
+    const std::vector<int> joints = jointsNamed(arm().robotModel(), state.name, "state");
+    const JointValues values = valuesOf(arm().robotModel(), joints, state.position, "position", "state");
     askAt(posesAt(completed(values, missing)), in_each, request.states.size());
   }
 }
@@ -105,7 +105,7 @@ void ask(const QueryConfigurationRequest& request) {
 /// A search that ends after a millisecond, whatever was asked.
 void search(const Pairs& pairs, const TimedMotion& motion, MotionQuestion question) {
   question.deadline = deadlineIn(1e-3);
-  const MovingScenePool::Lease scene = arm().takeMovingScene();
+  const MovingScenePool::Lease scene = arm().borrowMovingScene();
   const RobotContact contact = scene->timeOfContact(pairs, motion.motion, question);
   require(contact.t_free >= 0.0 && contact.t_free <= 1.0, "what is proven free lies within the motion");
   const RobotMinimum minimum = scene->minimum(pairs, motion.motion, question);

@@ -10,7 +10,7 @@ using namespace narrowphase;
 using namespace scene;
 namespace {
 
-bool isBefore(const SubjectPair& a, const SubjectPair& b) {
+bool isBefore(const ShapeRefPair& a, const ShapeRefPair& b) {
   return std::tie(a.a.link, a.b.link) < std::tie(b.a.link, b.b.link);
 }
 

@@ -24,7 +24,7 @@ Diagnostics::Diagnostics(const ros::NodeHandle& nh, std::function<MonitorHealth(
                          std::function<std::shared_ptr<const Robot>()> robot,
                          std::function<std::vector<std::string>()> jumps)
     : current_health_(std::move(health)), current_robot_(std::move(robot)), current_jumps_(std::move(jumps)) {
-  updater_.setHardwareID(current_robot_()->links().name);
+  updater_.setHardwareID(current_robot_()->robotModel().name);
   updater_.add("tf", this, &Diagnostics::reportTf);
   updater_.add("model", this, &Diagnostics::reportModel);
   updater_.add("clearance", this, &Diagnostics::reportClearance);
@@ -65,7 +65,7 @@ void Diagnostics::reportJumps(Status& status) {
 }
 
 void Diagnostics::reportModel(Status& status) {
-  const scene::SceneModel& model = robot_->model();
+  const scene::SceneModel& model = robot_->sceneModel();
   const std::size_t warnings = model.robot.warnings.size() + model.pairs.warnings.size();
   if (warnings > 0) {
     status.summaryf(Level::OK, "loaded with %zu warnings: see model_info", warnings);

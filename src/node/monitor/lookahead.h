@@ -13,7 +13,7 @@ namespace proximity_server::node {
 
 /// The joints, as indices into RobotModel::joints, whose velocities move the two links of some pair against each other;
 /// for one that follows, its leader.
-std::vector<int> jointsThatMatter(const scene::RobotModel& robot, const std::vector<scene::SubjectPair>& pairs);
+std::vector<int> jointsThatMatter(const scene::RobotModel& robot, const std::vector<scene::ShapeRefPair>& pairs);
 
 /// Nothing is known, or nothing was asked: Lookahead::UNKNOWN or OFF, as the settings say.
 Lookahead noLookahead(const MonitorSettings& settings);

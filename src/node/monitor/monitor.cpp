@@ -43,12 +43,12 @@ void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
   scene_.reset();
   moving_scene_.reset();
   robot_ = robot;
-  scene_ = robot_->takeScene();
-  moving_scene_ = robot_->takeMovingScene();
+  scene_ = robot_->borrowScene();
+  moving_scene_ = robot_->borrowMovingScene();
   bodies_ = robot_->candidateBodies();
-  joints_ = jointsThatMatter(robot_->links(), robot_->candidates().list());
+  joints_ = jointsThatMatter(robot_->robotModel(), robot_->candidates().list());
   level_ = Clearance::INVALID;
-  longest_name_ = longestName(robot_->links());
+  longest_name_ = longestName(robot_->robotModel());
 }
 
 const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
@@ -94,7 +94,7 @@ void Monitor::measure(const PoseSnapshot& snapshot, const MonitorSettings& setti
   clearance_.level = level_;
   if (!known) return;
   makeRoom(clearance_.minimum, longest_name_);
-  assign(clearance_.minimum, robot_->links(), snapshot.poses, *minimum, question);
+  assign(clearance_.minimum, robot_->robotModel(), snapshot.poses, *minimum, question);
   clearance_.status.code = statusCode(minimum->result);
 }
 
@@ -110,7 +110,7 @@ void Monitor::report(const PoseSnapshot& snapshot, const scene::PairsBelow& belo
   for (; listed.size() < count; unlisted_.pop_back()) listed.push_back(std::move(unlisted_.back()));
   for (std::size_t i = 0; i < count; ++i) {
     makeRoom(listed[i], longest_name_);
-    assign(listed[i], robot_->links(), snapshot.poses, below.closest[i], question);
+    assign(listed[i], robot_->robotModel(), snapshot.poses, below.closest[i], question);
   }
 }
 
@@ -127,7 +127,7 @@ void Monitor::lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& ve
 }
 
 void Monitor::countPairs() {
-  const scene::PairTable& table = robot_->model().pairs;
+  const scene::PairTable& table = robot_->sceneModel().pairs;
   assignCounts(clearance_, scene_->counts());
   clearance_.pairs_total = static_cast<std::uint32_t>(table.pairs.size());
   clearance_.pairs_filtered = static_cast<std::uint32_t>(table.pairs.size() - table.checked.size());

@@ -82,7 +82,7 @@ class MonitorLoop {
   ros::Timer timer_;  // of a simulated clock
   ros::WallTimer keep_alive_;
   ros::AsyncSpinner spinner_;
-  Pacemaker pacemaker_;  // last: it calls cycle()
+  SteadyTimer steady_timer_;  // last: it calls cycle()
 };
 
 }  // namespace proximity_server::node

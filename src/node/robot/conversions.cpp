@@ -19,7 +19,7 @@ void assign(Message& message, const Eigen::Vector3d& vector) {
   message.z = vector.z();
 }
 
-const scene::Link& linkOf(const scene::RobotModel& robot, const scene::Subject& subject) {
+const scene::Link& linkOf(const scene::RobotModel& robot, const scene::ShapeRef& subject) {
   return robot.links[static_cast<std::size_t>(subject.link)];
 }
 
@@ -29,7 +29,7 @@ Eigen::Vector3d seenFrom(const Eigen::Isometry3d& pose, const Eigen::Vector3d& p
 }
 
 /// `point` of the common frame, in the frame of the subject's link.
-Eigen::Vector3d inLink(const scene::RobotModel& robot, const scene::BodyPoses& poses, const scene::Subject& subject,
+Eigen::Vector3d inLink(const scene::RobotModel& robot, const scene::BodyPoses& poses, const scene::ShapeRef& subject,
                        const Eigen::Vector3d& point) {
   const scene::Link& link = linkOf(robot, subject);
   const std::optional<Eigen::Isometry3d>& pose = poses[static_cast<std::size_t>(link.body)];
@@ -59,7 +59,7 @@ void assignResult(Proximity& message, const narrowphase::SignedDistance& result,
   message.iterations = static_cast<std::uint16_t>(std::min<int>(result.iterations, UINT16_MAX));
 }
 
-void assign(ShapeRef& message, const scene::RobotModel& robot, const scene::Subject& subject) {
+void assign(ShapeRef& message, const scene::RobotModel& robot, const scene::ShapeRef& subject) {
   const scene::Link& link = linkOf(robot, subject);
   message.link = link.name;
   message.index = static_cast<std::uint32_t>(subject.collision);
@@ -72,7 +72,7 @@ void assign(ShapeRef& message, const scene::RobotModel& robot, const scene::Subj
 
 ShapeInfo shapeInfo(const scene::RobotModel& robot, const scene::Collision& collision) {
   ShapeInfo info;
-  assign(info.shape, robot, scene::Subject{collision.link, collision.number});
+  assign(info.shape, robot, scene::ShapeRef{collision.link, collision.number});
   info.description = collision.description;
   info.representation = static_cast<std::uint8_t>(collision.representation);
   info.deviation = collision.deviation;
@@ -137,8 +137,8 @@ PairInfo pairInfo(const scene::RobotModel& robot, const scene::LinkPair& pair) {
 
 void assign(Proximity& message, const scene::RobotModel& robot, const scene::BodyPoses& poses,
             const scene::PairProximity& pair, const scene::Question& question) {
-  const scene::Subject a{pair.asked.a.link, pair.collision_a ? pair.collision_a : pair.asked.a.collision};
-  const scene::Subject b{pair.asked.b.link, pair.collision_b ? pair.collision_b : pair.asked.b.collision};
+  const scene::ShapeRef a{pair.asked.a.link, pair.collision_a ? pair.collision_a : pair.asked.a.collision};
+  const scene::ShapeRef b{pair.asked.b.link, pair.collision_b ? pair.collision_b : pair.asked.b.collision};
   assign(message.a, robot, a);
   assign(message.b, robot, b);
   message.representation = static_cast<std::uint8_t>(pair.representation);
@@ -188,8 +188,8 @@ std::int8_t statusCode(const narrowphase::SignedDistance& result) {
 }
 
 ModelInfo toMessage(const Robot& robot, const ros::Time& loaded) {
-  const scene::RobotModel& links = robot.links();
-  const scene::PairTable& pairs = robot.model().pairs;
+  const scene::RobotModel& links = robot.robotModel();
+  const scene::PairTable& pairs = robot.sceneModel().pairs;
   ModelInfo message;
   message.header.stamp = loaded;
   message.header.frame_id = robot.referenceFrame();

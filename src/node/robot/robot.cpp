@@ -99,18 +99,18 @@ Robot::Robot(const std::string& urdf, const std::string& srdf, const Config& con
           [first = std::make_shared<const scene::MovingScene>(model_)] { return first->twin(); })) {}
 
 std::string Robot::frameOf(int link) const {
-  return tfFrame(config_.tf_prefix, links().links[static_cast<std::size_t>(link)].name);
+  return tfFrame(config_.tf_prefix, robotModel().links[static_cast<std::size_t>(link)].name);
 }
 
-std::vector<scene::SubjectPair> Robot::pairsOfGroup(const std::string& group) const {
+std::vector<scene::ShapeRefPair> Robot::pairsOfGroup(const std::string& group) const {
   scene::PairFilterOptions filter = config_.filter;
   filter.group = group;
-  return scene::Candidates(scene::filterPairs(links(), srdf_, filter)).list();
+  return scene::Candidates(scene::filterPairs(robotModel(), srdf_, filter)).list();
 }
 
-std::vector<int> bodiesOf(const scene::RobotModel& robot, const std::vector<scene::SubjectPair>& pairs) {
+std::vector<int> bodiesOf(const scene::RobotModel& robot, const std::vector<scene::ShapeRefPair>& pairs) {
   std::vector<bool> is_asked(robot.bodies.size(), false);
-  for (const scene::SubjectPair& pair : pairs)
+  for (const scene::ShapeRefPair& pair : pairs)
     is_asked[robot.links[pair.a.link].body] = is_asked[robot.links[pair.b.link].body] = true;
   std::vector<int> bodies;
   for (std::size_t body = 0; body < is_asked.size(); ++body)

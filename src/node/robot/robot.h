@@ -33,7 +33,7 @@ class Robot {
 
   const Config& config() const { return config_; }
   const scene::SceneModel& model() const { return *model_; }
-  const scene::RobotModel& links() const { return model_->robot; }
+  const scene::RobotModel& robotModel() const { return model_->robot; }
 
   /// The frame of a link in tf, with the prefix of Config::tf_prefix.
   std::string frameOf(int link) const;
@@ -50,10 +50,10 @@ class Robot {
   const std::vector<int>& candidateBodies() const { return candidate_bodies_; }
 
   /// Candidate pairs in which a link of this SRDF group moves. Throws std::invalid_argument for an unknown group.
-  std::vector<scene::SubjectPair> pairsOfGroup(const std::string& group) const;
+  std::vector<scene::ShapeRefPair> pairsOfGroup(const std::string& group) const;
 
-  ScenePool::Lease takeScene() const { return scenes_->take(); }
-  MovingScenePool::Lease takeMovingScene() const { return moving_scenes_->take(); }
+  ScenePool::Lease borrowScene() const { return scenes_->take(); }
+  MovingScenePool::Lease borrowMovingScene() const { return moving_scenes_->take(); }
 
  private:
   Config config_;
@@ -69,6 +69,6 @@ class Robot {
 };
 
 /// The bodies of all links in `pairs`, each once, in their order.
-std::vector<int> bodiesOf(const scene::RobotModel& robot, const std::vector<scene::SubjectPair>& pairs);
+std::vector<int> bodiesOf(const scene::RobotModel& robot, const std::vector<scene::ShapeRefPair>& pairs);
 
 }  // namespace proximity_server::node

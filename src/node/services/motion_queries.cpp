@@ -108,7 +108,7 @@ void findContact(const TrajectorySearch& search, QueryTrajectoryResponse& respon
     fillContact(response, search.robot, motion, found);
     if (found.contact) {
       response.segment = static_cast<std::int32_t>(i);
-      response.state = stateBetween(search.robot.links(), search.points, i, found.t_contact);
+      response.state = stateBetween(search.robot.robotModel(), search.points, i, found.t_contact);
     }
     if (found.contact || response.status.code != QueryStatus::OK) return;
   }
@@ -144,7 +144,7 @@ FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactR
     const TimedMotion motion = motionOf(robot, start.poses, request);
     assignStops(response, robot, motion);
 
-    const MovingScenePool::Lease scene = robot.takeMovingScene();
+    const MovingScenePool::Lease scene = robot.borrowMovingScene();
     question.deadline = deadlineIn(budget);
     const scene::RobotContact found = scene->timeOfContact(pairs.asked(), motion.motion, question);
     require(completeness(found.counts));
@@ -168,12 +168,12 @@ QueryTrajectoryResponse answer(const Robot& robot, TfPoses& tf, const QueryTraje
     response.header.frame_id = robot.referenceFrame();
     require(from_tf.status);
     const std::vector<TimedMotion> segments = segmentsOf(robot, points, from_tf);
-    const MovingScenePool::Lease scene = robot.takeMovingScene();
+    const MovingScenePool::Lease scene = robot.borrowMovingScene();
     question.deadline = deadlineIn(budget);
     const TrajectorySearch search{robot, pairs.asked(), points, segments, question, *scene};
     findContact(search, response);
     if (!request.skip_minimum) findMinima(search, response);
-    if (response.status.code == QueryStatus::OK) response.status.message = beyondLimits(robot.links(), points);
+    if (response.status.code == QueryStatus::OK) response.status.message = beyondLimits(robot.robotModel(), points);
   });
 }
 

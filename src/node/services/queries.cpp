@@ -17,9 +17,9 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 /// A scene in the poses that a request needs.
 struct PosedScene {
   PosedScene(const Robot& asked_robot, TfPoses& tf, const RequestedPairs& pairs, const ros::Time& stamp)
-      : robot(asked_robot.links()),
+      : robot(asked_robot.robotModel()),
         snapshot(tf.await(asked_robot, pairs.bodies(), stamp)),
-        scene(asked_robot.takeScene()) {
+        scene(asked_robot.borrowScene()) {
     scene->update(snapshot.poses);
     header.stamp = snapshot.stamp;
     header.frame_id = asked_robot.referenceFrame();

@@ -47,7 +47,7 @@ int shapeNumbered(const scene::Link& link, std::uint32_t number) {
                          " <collision> elements, asked was number " + std::to_string(number));
 }
 
-scene::Subject subjectOf(const scene::RobotModel& robot, const ShapeRef& ref) {
+scene::ShapeRef shapeRefOf(const scene::RobotModel& robot, const ShapeRef& ref) {
   const int index = linkWithGeometry(robot, ref.link);
   const scene::Link& link = linkAt(robot, index);
   if (ref.index == 0 && ref.name.empty()) return {index, 0};
@@ -61,17 +61,17 @@ scene::Subject subjectOf(const scene::RobotModel& robot, const ShapeRef& ref) {
 
 bool isEmpty(const ShapeRef& ref) { return ref.link.empty() && ref.index == 0 && ref.name.empty(); }
 
-bool isSame(const scene::Subject& a, const scene::Subject& b) {
+bool isSame(const scene::ShapeRef& a, const scene::ShapeRef& b) {
   return a.link == b.link && (a.collision == b.collision || a.collision == 0 || b.collision == 0);
 }
 
-scene::SubjectPair onePair(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter) {
-  const scene::SubjectPair pair{subjectOf(robot.links(), a), subjectOf(robot.links(), b)};
+scene::ShapeRefPair onePair(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter) {
+  const scene::ShapeRefPair pair{shapeRefOf(robot.robotModel(), a), shapeRefOf(robot.robotModel(), b)};
   const auto names = [&] { return "'" + a.link + "' and '" + b.link + "'"; };
   if (isSame(pair.a, pair.b)) throw RequestError(QueryStatus::INVALID_ARGUMENT, names() + " are the same");
   if (filter == Filter::Ignored) return pair;
 
-  const scene::PairTable& table = robot.model().pairs;
+  const scene::PairTable& table = robot.sceneModel().pairs;
   const int row = table.find(pair.a.link, pair.b.link);
   const scene::PairReason reason =
       row < 0 ? scene::PairReason::SameBody : table.pairs[static_cast<std::size_t>(row)].reason;
@@ -84,17 +84,17 @@ scene::SubjectPair onePair(const Robot& robot, const ShapeRef& a, const ShapeRef
 
 RequestedPairs everyPair(const Robot& robot, Filter filter) {
   if (filter == Filter::Applies) return RequestedPairs::candidatesOf(robot);
-  std::vector<scene::SubjectPair> pairs;
-  for (const scene::LinkPair& pair : robot.model().pairs.pairs) pairs.push_back({{pair.link_a}, {pair.link_b}});
+  std::vector<scene::ShapeRefPair> pairs;
+  for (const scene::LinkPair& pair : robot.sceneModel().pairs.pairs) pairs.push_back({{pair.link_a}, {pair.link_b}});
   return {robot, std::move(pairs)};
 }
 
 /// The pairs with `a`, which comes first.
 RequestedPairs pairsWith(const Robot& robot, const ShapeRef& a, Filter filter) {
-  const scene::Subject subject = subjectOf(robot.links(), a);
-  std::vector<scene::SubjectPair> pairs;
+  const scene::ShapeRef subject = shapeRefOf(robot.robotModel(), a);
+  std::vector<scene::ShapeRefPair> pairs;
   const RequestedPairs every = everyPair(robot, filter);
-  for (const scene::SubjectPair& pair : every.list()) {
+  for (const scene::ShapeRefPair& pair : every.list()) {
     if (pair.a.link == subject.link) pairs.push_back({subject, pair.b});
     if (pair.b.link == subject.link) pairs.push_back({subject, pair.a});
   }
@@ -132,7 +132,7 @@ RequestedPairs listedPairs(const Robot& robot, const QueryPairsRequest& request)
   const std::size_t entries = request.a.size();
   if (!isWithinBatch(robot, entries)) refuseBatch(robot, "a", std::to_string(entries) + " entries");
   const ShapeRef any;
-  std::vector<scene::SubjectPair> pairs;
+  std::vector<scene::ShapeRefPair> pairs;
   for (std::size_t i = 0; i < entries; ++i) {
     const ShapeRef& b = request.b.empty() ? any : request.b[i];
     const RequestedPairs more = pairsOf(robot, request.a[i], b, filterOf(request.ignore_filter));

@@ -47,23 +47,23 @@ int linkNamed(const scene::RobotModel& robot, const std::string& name);
 /// The pairs that a request asks about: a list of its own, or all candidates of the robot, which must outlive it.
 class RequestedPairs {
  public:
-  RequestedPairs(const Robot& robot, std::vector<scene::SubjectPair> pairs) : robot_(&robot), own_(std::move(pairs)) {}
+  RequestedPairs(const Robot& robot, std::vector<scene::ShapeRefPair> pairs) : robot_(&robot), own_(std::move(pairs)) {}
   static RequestedPairs candidatesOf(const Robot& robot) { return RequestedPairs(robot); }
 
-  const std::vector<scene::SubjectPair>& list() const { return own_ ? *own_ : robot_->candidates().list(); }
+  const std::vector<scene::ShapeRefPair>& list() const { return own_ ? *own_ : robot_->candidates().list(); }
   std::size_t size() const { return list().size(); }
 
   /// As a scene is asked about them; refers to this.
   scene::Pairs asked() const { return own_ ? scene::Pairs(*own_) : scene::Pairs(robot_->candidates()); }
 
   /// The bodies of their links, each once.
-  std::vector<int> bodies() const { return own_ ? bodiesOf(robot_->links(), *own_) : robot_->candidateBodies(); }
+  std::vector<int> bodies() const { return own_ ? bodiesOf(robot_->robotModel(), *own_) : robot_->candidateBodies(); }
 
  private:
   explicit RequestedPairs(const Robot& robot) : robot_(&robot) {}
 
   const Robot* robot_;
-  std::optional<std::vector<scene::SubjectPair>> own_;
+  std::optional<std::vector<scene::ShapeRefPair>> own_;
 };
 
 // What a request means by its names. The pairs keep the request's order of a and b.

@@ -12,13 +12,13 @@ namespace proximity_server::node {
 ///
 /// A ros::WallTimer would do, but roscpp sleeps whole milliseconds and hands each beat to another thread: too coarse
 /// for a kilohertz. Thread-safe.
-class Pacemaker {
+class SteadyTimer {
  public:
   /// See runInRealTime.
-  Pacemaker(int realtime_priority, std::function<void()> beat);
-  ~Pacemaker();
-  Pacemaker(const Pacemaker&) = delete;
-  Pacemaker& operator=(const Pacemaker&) = delete;
+  SteadyTimer(int realtime_priority, std::function<void()> beat);
+  ~SteadyTimer();
+  SteadyTimer(const SteadyTimer&) = delete;
+  SteadyTimer& operator=(const SteadyTimer&) = delete;
 
   /// From now on, every `period` [s].
   void start(double period);

@@ -28,11 +28,11 @@ void addChain(const scene::RobotModel& robot, int body, std::vector<bool>& is_ne
 }  // namespace
 
 std::vector<int> jointsTo(const Robot& robot, const std::vector<int>& bodies) {
-  std::vector<bool> is_needed(robot.links().joints.size(), false);
+  std::vector<bool> is_needed(robot.robotModel().joints.size(), false);
   std::vector<int> joints;
-  for (const int body : bodies) addChain(robot.links(), body, is_needed, joints);
+  for (const int body : bodies) addChain(robot.robotModel(), body, is_needed, joints);
   if (robot.referenceLink() >= 0) {
-    addChain(robot.links(), linkAt(robot.links(), robot.referenceLink()).body, is_needed, joints);
+    addChain(robot.robotModel(), linkAt(robot.robotModel(), robot.referenceLink()).body, is_needed, joints);
   }
   return joints;
 }
@@ -73,7 +73,7 @@ scene::BodyPoses posesInRoot(const scene::RobotModel& robot, const JointFrames& 
 std::optional<Eigen::Isometry3d> referenceToRoot(const Robot& robot, const scene::BodyPoses& poses_in_root,
                                                  const std::optional<Eigen::Isometry3d>& foreign) {
   if (robot.referenceLink() < 0) return foreign;
-  const scene::Link& reference = linkAt(robot.links(), robot.referenceLink());
+  const scene::Link& reference = linkAt(robot.robotModel(), robot.referenceLink());
   const auto& root_T_body = poses_in_root[static_cast<std::size_t>(reference.body)];
   if (!root_T_body) return std::nullopt;
   return (*root_T_body * reference.body_T_link).inverse();

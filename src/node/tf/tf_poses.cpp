@@ -43,7 +43,7 @@ void take(TfLookup& lookup) {
 }
 
 PoseSnapshot placed(const Robot& robot, const JointSnapshot& joints, scene::BodyPoses room) {
-  return {inReference(robot, posesInRoot(robot.links(), joints.joints, std::move(room)), joints.reference_T_root),
+  return {inReference(robot, posesInRoot(robot.robotModel(), joints.joints, std::move(room)), joints.reference_T_root),
           joints.stamp, joints.age, joints.skew, joints.status};
 }
 
@@ -78,7 +78,7 @@ QueryStatus summary(const TfLookup& lookup, const tf2::BufferCore& buffer) {
   const auto count = std::count_if(edges.begin(), edges.end(), broken);
   if (count > 1) result.message += " (and " + std::to_string(count - 1) + " more)";
   if (result.code != QueryStatus::TF_UNAVAILABLE) return result;
-  const scene::RobotModel& robot = lookup.robot->links();
+  const scene::RobotModel& robot = lookup.robot->robotModel();
   const std::string hint = prefixHint(buffer, lookup.robot->config().tf_prefix, linksOf(robot, first->number));
   if (!hint.empty()) result.message += "; " + hint;
   return result;
@@ -120,7 +120,7 @@ TfLookup::TfLookup(const Robot& asked, std::vector<int> wanted) : robot(&asked),
   const std::vector<TfEdge>& all = *asked.tfEdges();
   for (const int joint : joints) edges.push_back({joint, &all[static_cast<std::size_t>(joint)], {}});
   if (asked.referenceLink() < 0) edges.push_back({static_cast<int>(all.size()) - 1, &all.back(), {}});
-  found.joints.resize(asked.links().joints.size());
+  found.joints.resize(asked.robotModel().joints.size());
 }
 
 void TfPoses::onChange(std::function<void()> listener) {

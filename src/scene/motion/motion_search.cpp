@@ -47,7 +47,7 @@ void MotionSearch::begin(const Pairs& pairs, const RobotMotion& motion, Order or
   queue_.clear();
   subjects_.clear();
   poses_.emplace(motion);
-  for (const SubjectPair& pair : pairs.list()) {
+  for (const ShapeRefPair& pair : pairs.list()) {
     const int a = volumes_->of(pair.a), b = volumes_->of(pair.b);
     MovingBodies bodies(motion, at(a).body, at(a).bounds, at(b).body, at(b).bounds);
     if (at(a).isEmpty() || at(b).isEmpty() || !bodies.isKnown()) continue;
@@ -60,7 +60,7 @@ void MotionSearch::begin(const Pairs& pairs, const RobotMotion& motion, Order or
 /// Queues what one bound for the whole motion does not settle, and returns how many pairs it does.
 int MotionSearch::enterAll(double limit) {
   for (int i = 0; i < static_cast<int>(subjects_.size()); ++i) {
-    const MovingSubjects& subjects = subjects_[static_cast<std::size_t>(i)];
+    const MovingPair& subjects = subjects_[static_cast<std::size_t>(i)];
     const Visit visit = withSpheres({-kInfinity, i, subjects.a, subjects.b, 1, 0.0});
     if (!(visit.lower_bound > limit)) push(visit);
   }
@@ -88,7 +88,7 @@ MotionSearch::Visit MotionSearch::pop() {
 }
 
 MotionSearch::Visit MotionSearch::withSpheres(Visit visit) {
-  MovingSubjects& subjects = subjectsOf(visit);
+  MovingPair& subjects = subjectsOf(visit);
   const MovingBodies::SphereGap spheres =
       subjects.bodies.sphereGap(at(visit.a).bounds, at(visit.b).bounds, visit.interval, *poses_);
   visit.lower_bound = std::max(visit.lower_bound, spheres.gap - subjects.padding);
@@ -97,7 +97,7 @@ MotionSearch::Visit MotionSearch::withSpheres(Visit visit) {
 }
 
 MotionSearch::Visit MotionSearch::withBoxes(Visit visit) {
-  MovingSubjects& subjects = subjectsOf(visit);
+  MovingPair& subjects = subjectsOf(visit);
   const double gap = subjects.bodies.boxGap(at(visit.a).bounds, at(visit.b).bounds, visit.interval, *poses_);
   visit.lower_bound = std::max(visit.lower_bound, gap - subjects.padding);
   return visit;
@@ -127,7 +127,7 @@ void MotionSearch::divide(const Visit& visit, double limit) {
 }
 
 narrowphase::TimeOfContact MotionSearch::contactOf(const Visit& visit, const MotionQuestion& question, double latest) {
-  const MovingSubjects& subjects = subjectsOf(visit);
+  const MovingPair& subjects = subjectsOf(visit);
   const MovingBodies::Interval interval(visit.interval);
   const Piece &a = pieceOf(visit.a), &b = pieceOf(visit.b);
   narrowphase::ContactOptions options;
@@ -144,7 +144,7 @@ narrowphase::TimeOfContact MotionSearch::contactOf(const Visit& visit, const Mot
 
 narrowphase::MinimumOverMotion MotionSearch::minimumOf(const Visit& visit, const MotionQuestion& question,
                                                        double upper_bound) {
-  const MovingSubjects& subjects = subjectsOf(visit);
+  const MovingPair& subjects = subjectsOf(visit);
   const MovingBodies::Interval interval(visit.interval);
   const Piece &a = pieceOf(visit.a), &b = pieceOf(visit.b);
   narrowphase::MinimumOptions options;
@@ -242,7 +242,7 @@ RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion
 
 /// A result of the narrowphase as an answer about links, in the frame of the poses.
 PairProximity MotionSearch::found(const Visit& visit, narrowphase::SignedDistance result, double time) {
-  const MovingSubjects& subjects = subjectsOf(visit);
+  const MovingPair& subjects = subjectsOf(visit);
   const Volume &a = at(visit.a), &b = at(visit.b);
   if (const int middle = subjects.bodies.middle(); middle >= 0) {
     const Eigen::Isometry3d& pose = *poses_->at(time)[static_cast<std::size_t>(middle)];

@@ -24,8 +24,8 @@ class MotionSearch {
   RobotMinimum minimum(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question);
 
  private:
-  struct MovingSubjects {
-    SubjectPair asked;
+  struct MovingPair {
+    ShapeRefPair asked;
     double padding;  ///< [m]
     int a, b;        ///< volumes
     MovingBodies bodies;
@@ -49,7 +49,7 @@ class MotionSearch {
 
   void begin(const Pairs& pairs, const RobotMotion& motion, Order order, MotionCounts& counts);
   int enterAll(double limit);
-  MovingSubjects& subjectsOf(const Visit& visit) { return subjects_[static_cast<std::size_t>(visit.subjects)]; }
+  MovingPair& subjectsOf(const Visit& visit) { return subjects_[static_cast<std::size_t>(visit.subjects)]; }
   const Piece& pieceOf(int leaf) const;
 
   bool goesLater(const Visit& p, const Visit& q) const;
@@ -72,7 +72,7 @@ class MotionSearch {
   const std::shared_ptr<const Volumes> volumes_;
   PairPaddings paddings_;
   PairRanking states_;  ///< at one time
-  std::vector<MovingSubjects> subjects_;
+  std::vector<MovingPair> subjects_;
   std::optional<PosesInTime> poses_;
   Order order_ = Order::Nearest;
   std::vector<Visit> queue_;  ///< a heap

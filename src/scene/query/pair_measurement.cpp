@@ -13,7 +13,7 @@ bool isLate(const Question& question) {
   return question.deadline != Clock::time_point::max() && Clock::now() > question.deadline;
 }
 
-PairProximity unknown(const SubjectPair& pair) {
+PairProximity unknown(const ShapeRefPair& pair) {
   PairProximity proximity;
   proximity.asked = pair;
   return proximity;
@@ -58,7 +58,7 @@ PairMeasurement::PairMeasurement(const SceneModel& model, std::shared_ptr<const 
       paddings_(model.pairs) {}
 
 /// Nothing where a pose or all geometry is missing. The same numbers come out for a pair asked in the other order.
-std::optional<Visit> PairMeasurement::visitOf(const SubjectPair& pair, int number) const {
+std::optional<Visit> PairMeasurement::visitOf(const ShapeRefPair& pair, int number) const {
   const auto [a, b] = std::minmax({robot_.volumes().of(pair.a), robot_.volumes().of(pair.b)});
   if (!robot_.isPlaced(a) || !robot_.isPlaced(b)) return std::nullopt;
   Visit visit{-kInfinity, number, a, b, paddings_.of(pair)};
@@ -72,8 +72,8 @@ Visit PairMeasurement::refined(Visit visit, double limit) const {
   if (skipping_ == Skipping::Off) return visit;
   const RelativePose a_T_b = robot_.relative(visit.a, visit.b);
   if (const KeptAnswer* kept = kept_.find(visit.a, visit.b)) {
-    const Motion motion = robot_.motion(visit.a, visit.b, kept->a_T_b, a_T_b);
-    const double bound = kept->proximity.result.lower_bound - motion.bound;
+    const RelativeMotionBound motion = robot_.relativeMotion(visit.a, visit.b, kept->a_T_b, a_T_b);
+    const double bound = kept->proximity.result.lower_bound - motion.distance_change;
     if (bound > visit.lower_bound) {
       visit.lower_bound = bound;
       visit.bound = motion.is_rest ? Visit::Bound::Rest : Visit::Bound::Motion;
@@ -104,11 +104,11 @@ std::optional<PairProximity> PairMeasurement::answerAtRest(const Visit& visit, c
                                                            const Question& question) const {
   const KeptAnswer* kept = skipping_ == Skipping::On ? kept_.find(visit.a, visit.b) : nullptr;
   if (!kept || kept->proximity.result.status != narrowphase::Status::Converged) return std::nullopt;
-  const Motion motion = robot_.motion(visit.a, visit.b, kept->a_T_b, a_T_b);
+  const RelativeMotionBound motion = robot_.relativeMotion(visit.a, visit.b, kept->a_T_b, a_T_b);
   if (!motion.is_rest) return std::nullopt;
   PairProximity proximity = kept->proximity;
-  proximity.result.lower_bound -= motion.bound;
-  proximity.result.upper_bound += motion.bound;
+  proximity.result.lower_bound -= motion.distance_change;
+  proximity.result.upper_bound += motion.distance_change;
   if (proximity.result.upper_bound - proximity.result.lower_bound > question.tolerance) return std::nullopt;
   return proximity;
 }
@@ -138,7 +138,7 @@ PairProximity PairMeasurement::compute(const Visit& visit, const RelativePose& a
   return proximity;
 }
 
-PairProximity PairMeasurement::asAsked(const SubjectPair& pair, const Visit& visit, PairProximity proximity) const {
+PairProximity PairMeasurement::asAsked(const ShapeRefPair& pair, const Visit& visit, PairProximity proximity) const {
   proximity.asked = pair;
   proximity.result = robot_.inPosesFrame(visit.a, proximity.result);
   if (robot_.volumes().of(pair.a) == visit.a) return proximity;
@@ -148,7 +148,7 @@ PairProximity PairMeasurement::asAsked(const SubjectPair& pair, const Visit& vis
   return proximity;
 }
 
-PairProximity PairMeasurement::measure(const SubjectPair& pair, const Visit& visit, double limit,
+PairProximity PairMeasurement::measure(const ShapeRefPair& pair, const Visit& visit, double limit,
                                        const Question& question) {
   const RelativePose a_T_b = robot_.relative(visit.a, visit.b);
   if (const auto kept = answerAtRest(visit, a_T_b, question)) {
@@ -164,7 +164,7 @@ PairProximity PairMeasurement::measure(const SubjectPair& pair, const Visit& vis
   return asAsked(pair, visit, proximity);
 }
 
-PairProximity PairMeasurement::settle(const SubjectPair& pair, const Question& question) {
+PairProximity PairMeasurement::settle(const ShapeRefPair& pair, const Question& question) {
   ++counts_.total;
   std::optional<Visit> visit = visitOf(pair, 0);
   if (!visit) {
@@ -181,8 +181,8 @@ PairProximity PairMeasurement::settle(const SubjectPair& pair, const Question& q
 bool PairMeasurement::isStillWithin(const Visit& visit, double threshold) const {
   const KeptAnswer* kept = kept_.find(visit.a, visit.b);
   if (!kept) return false;
-  const Motion motion = robot_.motion(visit.a, visit.b, kept->a_T_b, robot_.relative(visit.a, visit.b));
-  return kept->proximity.result.upper_bound + motion.bound <= threshold;
+  const RelativeMotionBound motion = robot_.relativeMotion(visit.a, visit.b, kept->a_T_b, robot_.relative(visit.a, visit.b));
+  return kept->proximity.result.upper_bound + motion.distance_change <= threshold;
 }
 
 }  // namespace proximity_server::scene

@@ -34,17 +34,17 @@ class PairMeasurement {
 
   /// The pair with the bound of its spheres; returns nullopt where a pose or all geometry is missing. `number` decides
   /// between equal bounds. The same numbers come out for a pair that is asked in the other order.
-  std::optional<Visit> visitOf(const SubjectPair& pair, int number) const;
+  std::optional<Visit> visitOf(const ShapeRefPair& pair, int number) const;
 
   /// The best bound that costs less than computing, or any that is above the limit [m].
   Visit refined(Visit visit, double limit) const;
 
   /// Computes a pair, unless its answer of before holds. Beyond the limit [m] only the proof is wanted. Unknown after
   /// the deadline.
-  PairProximity measure(const SubjectPair& pair, const Visit& visit, double limit, const Question& question);
+  PairProximity measure(const ShapeRefPair& pair, const Visit& visit, double limit, const Question& question);
 
   /// All of that for one pair: by bounds where they decide the question's threshold, else computed.
-  PairProximity settle(const SubjectPair& pair, const Question& question);
+  PairProximity settle(const ShapeRefPair& pair, const Question& question);
 
   /// Whether the answer of before, plus the motion since, proves the signed distance to be at most `threshold` [m].
   bool isStillWithin(const Visit& visit, double threshold) const;
@@ -65,7 +65,7 @@ class PairMeasurement {
   std::optional<PairProximity> answerAtRest(const Visit& visit, const RelativePose& a_T_b,
                                             const Question& question) const;
   PairProximity compute(const Visit& visit, const RelativePose& a_T_b, double limit, const Question& question);
-  PairProximity asAsked(const SubjectPair& pair, const Visit& visit, PairProximity proximity) const;
+  PairProximity asAsked(const ShapeRefPair& pair, const Visit& visit, PairProximity proximity) const;
 
   const SceneModel& model_;
   const Skipping skipping_;

@@ -10,7 +10,7 @@ PairPaddings::PairPaddings(const PairTable& table) {
     if (pair.padding != 0.0) paddings_.push_back({pair.link_a, pair.link_b, pair.padding});
 }
 
-double PairPaddings::of(const SubjectPair& pair) const {
+double PairPaddings::of(const ShapeRefPair& pair) const {
   if (paddings_.empty()) return 0.0;
   const auto [a, b] = std::minmax(pair.a.link, pair.b.link);
   const auto found = std::lower_bound(paddings_.begin(), paddings_.end(), std::make_pair(a, b),

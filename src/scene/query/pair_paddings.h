@@ -13,7 +13,7 @@ class PairPaddings {
   explicit PairPaddings(const PairTable& table);
 
   /// [m] Taken off the distance of a pair, in either order.
-  double of(const SubjectPair& pair) const;
+  double of(const ShapeRefPair& pair) const;
 
  private:
   struct Padding {

@@ -30,7 +30,7 @@ void PairRanking::update(const BodyPoses& poses) {
   groups_fit_ = groups_ && groups_->refit(measurement_.robot());
 }
 
-PairProximity PairRanking::one(const SubjectPair& pair, const Question& question) {
+PairProximity PairRanking::one(const ShapeRefPair& pair, const Question& question) {
   measurement_.counts() = {};
   return measurement_.settle(pair, question);
 }
@@ -39,7 +39,7 @@ const std::vector<PairProximity>& PairRanking::all(const Pairs& pairs, const Que
   measurement_.counts() = {};
   results_.clear();
   results_.reserve(pairs.size());
-  for (const SubjectPair& pair : pairs.list()) results_.push_back(measurement_.settle(pair, question));
+  for (const ShapeRefPair& pair : pairs.list()) results_.push_back(measurement_.settle(pair, question));
   return results_;
 }
 
@@ -53,7 +53,7 @@ double PairRanking::limit(const Search& search) const {
 
 /// Measures a pair, and ranks it if it is among the nearest so far.
 void PairRanking::consider(const Visit& visit, const Search& search) {
-  const SubjectPair& pair = search.pairs.list()[visit.number];
+  const ShapeRefPair& pair = search.pairs.list()[visit.number];
   const PairProximity proximity = measurement_.measure(pair, visit, limit(search), search.question);
   if (proximity.result.status == narrowphase::Status::Unknown || isBeyond(proximity.result, limit(search))) return;
   ++below_;

@@ -30,7 +30,7 @@ class PairRanking {
   void update(const BodyPoses& poses);
   const PairCounts& counts() const { return measurement_.counts(); }
 
-  PairProximity one(const SubjectPair& pair, const Question& question);
+  PairProximity one(const ShapeRefPair& pair, const Question& question);
   const std::vector<PairProximity>& all(const Pairs& pairs, const Question& question);
   const std::vector<PairProximity>& closest(const Pairs& pairs, std::size_t k, Goal goal, const Question& question);
   /// Of the last question, for Goal::ClosestAndCount.

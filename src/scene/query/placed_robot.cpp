@@ -20,7 +20,7 @@ PlacedRobot::PlacedRobot(const RobotModel& model, std::shared_ptr<const Volumes>
     : model_(model),
       volumes_(std::move(volumes)),
       bodies_(model.bodies.size()),
-      spheres_(static_cast<std::size_t>(volumes_->subjects())) {}
+      spheres_(static_cast<std::size_t>(volumes_->rootCount())) {}
 
 void PlacedRobot::update(const BodyPoses& poses) {
   if (poses.size() != bodies_.size()) {
@@ -42,7 +42,7 @@ void PlacedRobot::update(const BodyPoses& poses) {
 void PlacedRobot::placeSpheres() {
   const auto known = [](const BodyPlace& body) { return body.known; };
   const auto first = std::find_if(bodies_.begin(), bodies_.end(), known);
-  for (int subject = 0; subject < volumes_->subjects(); ++subject) {
+  for (int subject = 0; subject < volumes_->rootCount(); ++subject) {
     const Volume& volume = at(subject);
     const BodyPlace& body = bodyOf(subject);
     Sphere& sphere = spheres_[static_cast<std::size_t>(subject)];

@@ -32,7 +32,7 @@ void Scene::update(const BodyPoses& poses) { ranking_->update(poses); }
 
 const PairCounts& Scene::counts() const { return ranking_->counts(); }
 
-PairProximity Scene::proximity(const SubjectPair& pair, const Question& question) {
+PairProximity Scene::proximity(const ShapeRefPair& pair, const Question& question) {
   return ranking_->one(pair, question);
 }
 

@@ -86,7 +86,7 @@ Volume Volumes::volumeOf(int body, std::vector<int>::iterator begin, std::vector
   return volume;
 }
 
-int Volumes::of(const Subject& subject) const {
+int Volumes::of(const ShapeRef& subject) const {
   const int links = static_cast<int>(model_.links.size());
   if (subject.link < 0 || subject.link >= links)
     throw std::invalid_argument("there is no link " + std::to_string(subject.link));

@@ -31,7 +31,7 @@ class Volumes {
   const Volume& operator[](int volume) const { return volumes_[static_cast<std::size_t>(volume)]; }
 
   /// Throws std::invalid_argument for a link or <collision> that does not exist.
-  int of(const Subject& subject) const;
+  int of(const ShapeRef& subject) const;
 
   /// The volumes that `of` may return are 0 to subjects() - 1, the links first.
   int subjects() const { return subjects_; }

@@ -81,7 +81,7 @@ ClearanceAssertion::Verdict ClearanceAssertion::verdictOf(const Row& row) const 
 }
 
 /// Those that move the pair against each other.
-std::string ClearanceAssertion::joints(const scene::SubjectPair& pair, const scene::Positions& positions) const {
+std::string ClearanceAssertion::joints(const scene::ShapeRefPair& pair, const scene::Positions& positions) const {
   if (pair.a.link < 0 || pair.b.link < 0) return "";
   const std::string text = stateText(robot_, pair, positions);
   return text.size() > kLongestJoints ? "" : text;

@@ -21,7 +21,7 @@ scene::RobotContact provenFree() {
   return free;
 }
 
-SegmentClearance answerSegment(const std::vector<scene::SubjectPair>& pairs, const scene::MotionQuestion& question,
+SegmentClearance answerSegment(const std::vector<scene::ShapeRefPair>& pairs, const scene::MotionQuestion& question,
                                const Segment& segment, scene::MovingScene& scene) {
   const scene::RobotMotion motion = scene::RobotMotion::ofJoints(scene.model().robot, segment.from, segment.to);
   const scene::RobotMinimum minimum = scene.minimum(pairs, motion, question);

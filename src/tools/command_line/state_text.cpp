@@ -4,7 +4,7 @@
 
 namespace proximity_server::tools {
 
-std::string stateText(const scene::RobotModel& robot, const scene::SubjectPair& pair,
+std::string stateText(const scene::RobotModel& robot, const scene::ShapeRefPair& pair,
                       const scene::Positions& positions) {
   std::string text;
   for (const scene::JointRange& range :

@@ -9,7 +9,7 @@
 namespace proximity_server::tools {
 
 /// The state as `joint=position` for the joints that move the pair; the others do not matter.
-std::string stateText(const scene::RobotModel& robot, const scene::SubjectPair& pair,
+std::string stateText(const scene::RobotModel& robot, const scene::ShapeRefPair& pair,
                       const scene::Positions& positions);
 
 }  // namespace proximity_server::tools

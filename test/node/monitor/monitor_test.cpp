@@ -26,7 +26,7 @@ const char* const kSliders = R"(<robot name="sliders">
 PoseSnapshot withTheRightSphereAt(const Robot& robot, double x) {
   PoseSnapshot snapshot;
   snapshot.stamp = ros::Time(1000.0);
-  snapshot.poses = scene::forwardKinematics(robot.links(), std::vector<double>{-1.0, 0.0, x});
+  snapshot.poses = scene::forwardKinematics(robot.robotModel(), std::vector<double>{-1.0, 0.0, x});
   return snapshot;
 }
 

@@ -51,7 +51,7 @@ std::shared_ptr<const SceneModel> modelOf(const std::string& urdf, double paddin
 
 int linkOf(const SceneModel& model, const char* name) { return model.robot.findLink(name); }
 
-SubjectPair pairOf(const SceneModel& model, const char* a, const char* b) {
+ShapeRefPair pairOf(const SceneModel& model, const char* a, const char* b) {
   return {{linkOf(model, a)}, {linkOf(model, b)}};
 }
 
@@ -74,8 +74,8 @@ class SlideAndSwing : public testing::Test {
   }
 
   const std::shared_ptr<const SceneModel> model_ = modelOf(kSlideAndSwing);
-  const std::vector<SubjectPair> sled_ = {pairOf(*model_, "wall", "sled")};
-  const std::vector<SubjectPair> arm_ = {pairOf(*model_, "post", "arm")};
+  const std::vector<ShapeRefPair> sled_ = {pairOf(*model_, "wall", "sled")};
+  const std::vector<ShapeRefPair> arm_ = {pairOf(*model_, "post", "arm")};
   MovingScene scene_{model_};
 };
 
@@ -156,25 +156,25 @@ TEST_F(SlideAndSwing, ArmThatTurnsSeveralTimesMeetsThePostInTheFirst) {
 TEST_F(SlideAndSwing, FirstOfSeveralContactsWins) {
   const RobotMotion both = motion({}, {{"slide", -2.5}, {"swing", kPi}});
   const double swing = std::asin((4.0 + 2.25 * 2.25 - 0.75 * 0.75) / 9.0);
-  const RobotContact contact = scene_.timeOfContact(std::vector<SubjectPair>{sled_[0], arm_[0]}, both);
+  const RobotContact contact = scene_.timeOfContact(std::vector<ShapeRefPair>{sled_[0], arm_[0]}, both);
   ASSERT_TRUE(contact.contact);
   EXPECT_NEAR(contact.t_contact, swing / kPi, 1e-6);
   EXPECT_EQ(contact.pair.asked.a.link, linkOf(*model_, "post"));
-  const RobotMinimum minimum = scene_.minimum(std::vector<SubjectPair>{sled_[0], arm_[0]}, both);
+  const RobotMinimum minimum = scene_.minimum(std::vector<ShapeRefPair>{sled_[0], arm_[0]}, both);
   EXPECT_NEAR(minimum.upper_bound, -0.5, 1e-6);  // both overlap by a half: the ball in the post, the sled in the wall
 }
 
 TEST_F(SlideAndSwing, SwappingTheSubjectsFlipsTheNormal) {
   const RobotMotion towards = motion({}, {{"slide", -2.5}});
   const RobotContact one = scene_.timeOfContact(sled_, towards);
-  const RobotContact other = scene_.timeOfContact(std::vector<SubjectPair>{{sled_[0].b, sled_[0].a}}, towards);
+  const RobotContact other = scene_.timeOfContact(std::vector<ShapeRefPair>{{sled_[0].b, sled_[0].a}}, towards);
   EXPECT_NEAR(one.t_contact, other.t_contact, 1e-6);
   EXPECT_LE((one.pair.result.normal + other.pair.result.normal).norm(), 1e-12);
 }
 
 TEST_F(SlideAndSwing, PairsFarApartAreSettledByOneBound) {
   const RobotContact contact =
-      scene_.timeOfContact(std::vector<SubjectPair>{pairOf(*model_, "sled", "arm")}, motion({}, {{"slide", 0.1}}));
+      scene_.timeOfContact(std::vector<ShapeRefPair>{pairOf(*model_, "sled", "arm")}, motion({}, {{"slide", 0.1}}));
   EXPECT_EQ(contact.counts.pairs, 1);
   EXPECT_EQ(contact.counts.by_one_bound, 1);
   EXPECT_EQ(contact.counts.queries, 0);
@@ -229,7 +229,7 @@ TEST_F(SlideAndSwing, BadMotionsAreRefused) {
   EXPECT_THROW(RobotMotion::ofJoints(model_->robot, start, std::vector<double>(1)), std::invalid_argument);
   EXPECT_THROW(RobotMotion::ofTwists(start, {}), std::invalid_argument);
   EXPECT_THROW(scene_.minimum(sled_, RobotMotion::ofTwists({start[0]}, {{}})), std::invalid_argument);
-  EXPECT_THROW(scene_.minimum(std::vector<SubjectPair>{{{99}, {0}}}, motion({}, {})), std::invalid_argument);
+  EXPECT_THROW(scene_.minimum(std::vector<ShapeRefPair>{{{99}, {0}}}, motion({}, {})), std::invalid_argument);
   try {
     RobotMotion::ofJoints(model_->robot, start, positions(*model_, {{"swing", nan}}));
     FAIL() << "not finite, but taken";

@@ -145,7 +145,7 @@ class SceneAndFcl : public testing::TestWithParam<ExampleRobot> {
     return model;
   }
 
-  const LinkMesh& meshOf(const Subject& subject) const { return *meshes_[static_cast<std::size_t>(subject.link)]; }
+  const LinkMesh& meshOf(const ShapeRef& subject) const { return *meshes_[static_cast<std::size_t>(subject.link)]; }
 
   const MeshResolver resolve_ = exampleRobotsResolver();
   std::shared_ptr<const SceneModel> model_;
@@ -186,8 +186,8 @@ struct Meshes {
     for (std::size_t link = 0; link < model->robot.links.size(); ++link)
       links.push_back(std::make_unique<LinkMesh>(model->robot, static_cast<int>(link)));
   }
-  double distance(const SubjectPair& pair, const BodyPoses& poses) const {
-    const auto mesh = [this](const Subject& s) -> const LinkMesh& { return *links[static_cast<std::size_t>(s.link)]; };
+  double distance(const ShapeRefPair& pair, const BodyPoses& poses) const {
+    const auto mesh = [this](const ShapeRef& s) -> const LinkMesh& { return *links[static_cast<std::size_t>(s.link)]; };
     return fclDistance(mesh(pair.a), mesh(pair.b), poses);
   }
 };

@@ -145,7 +145,7 @@ class Truth {
 
   double smallest(std::size_t i) const { return sorted_[i]; }
 
-  double of(const SubjectPair& asked) const {
+  double of(const ShapeRefPair& asked) const {
     const auto found = std::find_if(all_.begin(), all_.end(), [&](const PairProximity& pair) {
       return pair.asked.a.link == asked.a.link && pair.asked.b.link == asked.b.link;
     });

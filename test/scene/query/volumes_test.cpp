@@ -203,7 +203,7 @@ TEST(VolumesOf, AllSubjectsAreTheFirst) {
   for (int link = 0; link < 3; ++link)
     for (int number = 0; number <= static_cast<int>(robot.links[link].collisions.size()); ++number)
       found.insert(volumes.of({link, number}));
-  EXPECT_EQ(volumes.subjects(), 8);  // three links, five <collision> elements
+  EXPECT_EQ(volumes.rootCount(), 8);  // three links, five <collision> elements
   EXPECT_EQ(found, (std::set<int>{0, 1, 2, 3, 4, 5, 6, 7}));
 }
 

@@ -13,15 +13,15 @@ class Candidates {
  public:
   explicit Candidates(const PairTable& table);
 
-  const std::vector<SubjectPair>& list() const { return list_; }
+  const std::vector<ShapeRefPair>& list() const { return list_; }
   bool empty() const { return list_.empty(); }
   std::size_t size() const { return list_.size(); }
-  const SubjectPair& operator[](std::size_t index) const { return list_[index]; }
-  std::vector<SubjectPair>::const_iterator begin() const { return list_.begin(); }
-  std::vector<SubjectPair>::const_iterator end() const { return list_.end(); }
+  const ShapeRefPair& operator[](std::size_t index) const { return list_[index]; }
+  std::vector<ShapeRefPair>::const_iterator begin() const { return list_.begin(); }
+  std::vector<ShapeRefPair>::const_iterator end() const { return list_.end(); }
 
  private:
-  std::vector<SubjectPair> list_;
+  std::vector<ShapeRefPair> list_;
 };
 
 /// The pairs that a question is about: a list of any pairs, or the candidates of the scene's own robot. A scene settles
@@ -30,15 +30,15 @@ class Candidates {
 /// It refers to what it is made of, which must outlive the question.
 class Pairs {
  public:
-  Pairs(const std::vector<SubjectPair>& list) : list_(list) {}                              // NOLINT: implicit
+  Pairs(const std::vector<ShapeRefPair>& list) : list_(list) {}                              // NOLINT: implicit
   Pairs(const Candidates& candidates) : list_(candidates.list()), are_candidates_(true) {}  // NOLINT: implicit
 
-  const std::vector<SubjectPair>& list() const { return list_; }
+  const std::vector<ShapeRefPair>& list() const { return list_; }
   std::size_t size() const { return list_.size(); }
   bool areCandidates() const { return are_candidates_; }
 
  private:
-  const std::vector<SubjectPair>& list_;
+  const std::vector<ShapeRefPair>& list_;
   bool are_candidates_ = false;
 };
 

@@ -37,7 +37,7 @@ class Scene {
   // Every question throws std::invalid_argument for a link or <collision> that does not exist.
 
   /// One pair, filtered or not. Subjects of one body are legal: their distance never changes.
-  PairProximity proximity(const SubjectPair& pair, const Question& question = {});
+  PairProximity proximity(const ShapeRefPair& pair, const Question& question = {});
 
   /// The candidate pairs of the filter: of many of them most are settled by groups, see Pairs.
   const Candidates& candidates() const;
