@@ -12,9 +12,9 @@ namespace proximity_server::node {
 namespace {
 
 std::string description(const Robot& robot) {
-  return "'" + robot.links().name + "': " + std::to_string(robot.links().links.size()) + " links, " +
-         std::to_string(robot.model().pairs.checked.size()) + " of " +
-         std::to_string(robot.model().pairs.pairs.size()) + " pairs are checked";
+  return "'" + robot.robotModel().name + "': " + std::to_string(robot.robotModel().links.size()) + " links, " +
+         std::to_string(robot.sceneModel().pairs.checked.size()) + " of " +
+         std::to_string(robot.sceneModel().pairs.pairs.size()) + " pairs are checked";
 }
 
 MonitorSettings monitorSettings(const ProximityConfig& settings) {

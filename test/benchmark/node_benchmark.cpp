@@ -122,8 +122,8 @@ std::vector<NamedRequest> everyService(const SceneModel& model) {
 }
 
 /// So many pairs: the checked ones, over and over.
-std::vector<SubjectPair> batchOfPairs(const SceneModel& model) {
-  std::vector<SubjectPair> pairs;
+std::vector<ShapeRefPair> batchOfPairs(const SceneModel& model) {
+  std::vector<ShapeRefPair> pairs;
   for (std::size_t i = 0; i < kBatch; ++i) {
     const int row = model.pairs.checked[i % model.pairs.checked.size()];
     const LinkPair& pair = model.pairs.pairs[static_cast<std::size_t>(row)];
@@ -288,9 +288,9 @@ class NodeBenchmark {
 
   void measureBatches(const Stage& stage) {
     const SceneModel& model = *stage.robot().model;
-    const std::vector<SubjectPair> pairs = batchOfPairs(model);
+    const std::vector<ShapeRefPair> pairs = batchOfPairs(model);
     QueryPairsRequest listed;
-    for (const SubjectPair& pair : pairs) {
+    for (const ShapeRefPair& pair : pairs) {
       listed.a.push_back(shape(model.robot, pair.a.link));
       listed.b.push_back(shape(model.robot, pair.b.link));
     }
@@ -303,7 +303,7 @@ class NodeBenchmark {
     const std::size_t states = (kBatch + model.pairs.checked.size() - 1) / model.pairs.checked.size();
     QueryConfigurationRequest configuration = configurations(MovingRobot(model.robot), states);
     configuration.mode = QueryConfigurationRequest::PER_PAIR;
-    const std::vector<SubjectPair> candidates = Scene(stage.robot().model).candidates();
+    const std::vector<ShapeRefPair> candidates = Scene(stage.robot().model).candidates();
     std::vector<std::vector<double>> positions;
     for (const sensor_msgs::JointState& state : configuration.states) {
       positions.push_back(MovingRobot(model.robot).positionsAt(state.header.stamp));
@@ -315,7 +315,7 @@ class NodeBenchmark {
 
   /// [s] that the library takes for what was asked.
   double computation(const SceneModel& model, const std::vector<std::vector<double>>& states,
-                     const std::vector<SubjectPair>& pairs) {
+                     const std::vector<ShapeRefPair>& pairs) {
     if (!scene_) scene_ = std::make_unique<Scene>(std::make_shared<const SceneModel>(model));
     std::vector<BodyPoses> poses;
     for (const std::vector<double>& state : states) poses.push_back(forwardKinematics(model.robot, state));

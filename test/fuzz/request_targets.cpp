@@ -11,6 +11,7 @@
 #include "node/services/pair_questions.h"
 #include "node/services/requests.h"
 #include "node/services/timed_motion.h"
+#include "node/system/durations.h"
 #include "proximity_server/MinimumDistanceRequest.h"
 #include "proximity_server/QueryConfigurationRequest.h"
 #include "proximity_server/scene/model/kinematics.h"
@@ -50,13 +51,15 @@ const Robot& arm() {
 /// Joints that a request leaves open are not known, as without tf.
 JointSnapshot nothingFromTf() {
   JointSnapshot nothing;
-  nothing.joints.resize(arm().links().joints.size());
+  nothing.joints.resize(arm().robotModel().joints.size());
   return nothing;
 }
 
 BodyPoses posesAt(const JointValues& positions) { return posesInRoot(arm(), positions, nothingFromTf()); }
 
-BodyPoses posesAtZero() { return posesAt(completed(JointValues(arm().links().joints.size()), MissingJoints::AtZero)); }
+BodyPoses posesAtZero() {
+  return posesAt(completed(JointValues(arm().robotModel().joints.size()), MissingJoints::AtZero));
+}
 
 void checkBounds(const Proximity& pair) {
   require(!(pair.lower_bound > pair.upper_bound), "the lower bound is below the upper one");
@@ -69,10 +72,10 @@ void checkAnswer(const StateProximity& answer) {
 
 void askAt(const BodyPoses& poses, const QueryPairsRequest& request, std::size_t states) {
   const Question question = questionOf(arm(), request);
-  const std::vector<SubjectPair> pairs = pairsOf(arm(), request);
+  const std::vector<ShapeRefPair> pairs = pairsOf(arm(), request);
   requireAnswersWithinBatch(arm(), request, pairs.size(), states);
-  bodiesOf(arm().links(), pairs);
-  const ScenePool::Lease scene = arm().takeScene();
+  bodiesOf(arm().robotModel(), pairs);
+  const ScenePool::Lease scene = arm().borrowScene();
   scene->update(poses);
   const QueryStatus status;
   checkAnswer(askPairs(arm(), *scene, {poses, status}, pairs, request, question));
@@ -96,16 +99,16 @@ void ask(const QueryConfigurationRequest& request) {
   in_each.ignore_filter = request.ignore_filter;
   const MissingJoints missing = missingJoints(request.missing_joints);
   for (const sensor_msgs::JointState& state : request.states) {
-    const std::vector<int> joints = jointsNamed(arm().links(), state.name, "state");
-    const JointValues values = valuesOf(arm().links(), joints, state.position, "position", "state");
+    const std::vector<int> joints = jointsNamed(arm().robotModel(), state.name, "state");
+    const JointValues values = valuesOf(arm().robotModel(), joints, state.position, "position", "state");
     askAt(posesAt(completed(values, missing)), in_each, request.states.size());
   }
 }
 
 /// A search that ends after a millisecond, whatever was asked.
-void search(const std::vector<SubjectPair>& pairs, const TimedMotion& motion, MotionQuestion question) {
+void search(const std::vector<ShapeRefPair>& pairs, const TimedMotion& motion, MotionQuestion question) {
   question.deadline = deadlineIn(1e-3);
-  const MovingScenePool::Lease scene = arm().takeMovingScene();
+  const MovingScenePool::Lease scene = arm().borrowMovingScene();
   const RobotContact contact = scene->timeOfContact(pairs, motion.motion, question);
   require(contact.t_free >= 0.0 && contact.t_free <= 1.0, "what is proven free lies within the motion");
   const RobotMinimum minimum = scene->minimum(pairs, motion.motion, question);
@@ -116,14 +119,14 @@ void ask(const FirstContactRequest& request) {
   const MotionQuestion question = motionQuestion(request.clearance, request.tolerance);
   timeBudget(arm(), request.time_budget);
   positive(request.horizon, "horizon");
-  const std::vector<SubjectPair> pairs = pairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
+  const std::vector<ShapeRefPair> pairs = pairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
   search(pairs, motionOf(arm(), posesAtZero(), request), question);
 }
 
 void ask(const QueryTrajectoryRequest& request) {
   const MotionQuestion question = motionQuestion(request.clearance, request.tolerance);
   timeBudget(arm(), request.time_budget);
-  const std::vector<SubjectPair> pairs = pairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
+  const std::vector<ShapeRefPair> pairs = pairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
   const WayPoints points = wayPointsOf(arm(), request);
   for (std::size_t i = 0; i + 1 < points.times.size(); ++i) {
     const std::vector<double> travel = travelBetween(points.positions[i], points.positions[i + 1]);

@@ -10,7 +10,7 @@ using namespace narrowphase;
 using namespace scene;
 namespace {
 
-bool isBefore(const SubjectPair& a, const SubjectPair& b) {
+bool isBefore(const ShapeRefPair& a, const ShapeRefPair& b) {
   return std::tie(a.a.link, a.b.link) < std::tie(b.a.link, b.b.link);
 }
 
@@ -38,7 +38,7 @@ void OurScene::ask(const BodyPoses& poses, SceneQuestion question) {
 
 /// The candidates are sorted as the pairs of the filter are.
 int OurScene::candidateOf(const PairProximity& proximity) const {
-  const std::vector<SubjectPair>& candidates = scene_.candidates();
+  const std::vector<ShapeRefPair>& candidates = scene_.candidates();
   return static_cast<int>(std::lower_bound(candidates.begin(), candidates.end(), proximity.asked, isBefore) -
                           candidates.begin());
 }

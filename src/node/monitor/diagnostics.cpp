@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "node/monitor/clearance_level.h"
+#include "node/robot/level_name.h"
 
 namespace proximity_server::node {
 namespace {
@@ -24,7 +25,7 @@ Diagnostics::Diagnostics(const ros::NodeHandle& nh, std::function<MonitorHealth(
                          std::function<std::shared_ptr<const Robot>()> robot,
                          std::function<std::vector<std::string>()> jumps)
     : current_health_(std::move(health)), current_robot_(std::move(robot)), current_jumps_(std::move(jumps)) {
-  updater_.setHardwareID(current_robot_()->links().name);
+  updater_.setHardwareID(current_robot_()->robotModel().name);
   updater_.add("tf", this, &Diagnostics::reportTf);
   updater_.add("model", this, &Diagnostics::reportModel);
   updater_.add("clearance", this, &Diagnostics::reportClearance);
@@ -65,7 +66,7 @@ void Diagnostics::reportJumps(Status& status) {
 }
 
 void Diagnostics::reportModel(Status& status) {
-  const scene::SceneModel& model = robot_->model();
+  const scene::SceneModel& model = robot_->sceneModel();
   const std::size_t warnings = model.robot.warnings.size() + model.pairs.warnings.size();
   if (warnings > 0) {
     status.summaryf(Level::OK, "loaded with %zu warnings: see model_info", warnings);
@@ -85,7 +86,7 @@ void Diagnostics::reportClearance(Status& status) {
     return;
   }
   const std::string reason = last.status.message.empty() ? "" : ": " + last.status.message;
-  status.summary(severity(last.level), levelName(last.level) + reason);
+  status.summary(severity(last.level), std::string(levelName(last.level)) + reason);
   status.add("distance [m]", last.minimum.distance);
   status.add("between", last.minimum.a.link + " and " + last.minimum.b.link);
   status.add("pairs below threshold", last.pairs_below_threshold);

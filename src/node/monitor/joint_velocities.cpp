@@ -30,11 +30,11 @@ void JointVelocities::onJointState(const sensor_msgs::JointState& state) {
 VelocitySnapshot JointVelocities::lookUp(const Robot& robot, const std::vector<int>& joints,
                                          const ros::Time& now) const {
   VelocitySnapshot snapshot;
-  snapshot.velocities.assign(robot.links().joints.size(), 0.0);
-  snapshot.positions.assign(robot.links().joints.size(), std::nullopt);
+  snapshot.velocities.assign(robot.robotModel().joints.size(), 0.0);
+  snapshot.positions.assign(robot.robotModel().joints.size(), std::nullopt);
   const std::lock_guard<std::mutex> lock(mutex_);
   for (const int index : joints) {
-    const scene::Joint& joint = robot.links().joints[static_cast<std::size_t>(index)];
+    const scene::Joint& joint = robot.robotModel().joints[static_cast<std::size_t>(index)];
     const auto entry = latest_.find(joint.name);
     const std::string problem =
         problemOf(joint, entry == latest_.end() ? nullptr : &entry->second, now, robot.config().max_tf_age);

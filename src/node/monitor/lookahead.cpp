@@ -41,9 +41,9 @@ scene::MotionQuestion questionOf(const MonitorSettings& settings) {
 
 }  // namespace
 
-std::vector<int> jointsThatMatter(const scene::RobotModel& robot, const std::vector<scene::SubjectPair>& pairs) {
+std::vector<int> jointsThatMatter(const scene::RobotModel& robot, const std::vector<scene::ShapeRefPair>& pairs) {
   std::vector<int> joints;
-  for (const scene::SubjectPair& pair : pairs) {
+  for (const scene::ShapeRefPair& pair : pairs) {
     const std::vector<int> a = chainOf(robot, pair.a.link), b = chainOf(robot, pair.b.link);
     std::set_symmetric_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(joints));
   }
@@ -63,7 +63,7 @@ Lookahead noLookahead(const MonitorSettings& settings) {
   return result;
 }
 
-Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const std::vector<scene::SubjectPair>& pairs,
+Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const std::vector<scene::ShapeRefPair>& pairs,
                        const scene::BodyPoses& poses, const VelocitySnapshot& velocities,
                        const MonitorSettings& settings) {
   Lookahead result = noLookahead(settings);

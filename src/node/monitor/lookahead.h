@@ -13,14 +13,14 @@ namespace proximity_server::node {
 
 /// The joints, as indices into RobotModel::joints, whose velocities move the two links of some pair against each other;
 /// for one that follows, its leader.
-std::vector<int> jointsThatMatter(const scene::RobotModel& robot, const std::vector<scene::SubjectPair>& pairs);
+std::vector<int> jointsThatMatter(const scene::RobotModel& robot, const std::vector<scene::ShapeRefPair>& pairs);
 
 /// Nothing is known, or nothing was asked: Lookahead::UNKNOWN or OFF, as the settings say.
 Lookahead noLookahead(const MonitorSettings& settings);
 
 /// What the velocities lead to, from poses on of which all that `pairs` need are known. Takes no longer than a part of
 /// the monitor's period.
-Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const std::vector<scene::SubjectPair>& pairs,
+Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const std::vector<scene::ShapeRefPair>& pairs,
                        const scene::BodyPoses& poses, const VelocitySnapshot& velocities,
                        const MonitorSettings& settings);
 

@@ -42,12 +42,12 @@ void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
   scene_.reset();
   moving_scene_.reset();
   robot_ = robot;
-  scene_ = robot_->takeScene();
-  moving_scene_ = robot_->takeMovingScene();
-  bodies_ = bodiesOf(robot_->links(), scene_->candidates());
-  joints_ = jointsThatMatter(robot_->links(), scene_->candidates());
+  scene_ = robot_->borrowScene();
+  moving_scene_ = robot_->borrowMovingScene();
+  bodies_ = bodiesOf(robot_->robotModel(), scene_->candidates());
+  joints_ = jointsThatMatter(robot_->robotModel(), scene_->candidates());
   level_ = Clearance::INVALID;
-  longest_name_ = longestName(robot_->links());
+  longest_name_ = longestName(robot_->robotModel());
 }
 
 const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
@@ -72,7 +72,7 @@ void Monitor::measure(const PoseSnapshot& snapshot, const MonitorSettings& setti
   scene::Question question;
   question.tolerance = robot_->config().tolerance;
   question.threshold = settings.threshold;
-  const std::vector<scene::SubjectPair>& pairs = scene_->candidates();
+  const std::vector<scene::ShapeRefPair>& pairs = scene_->candidates();
   scene_->update(snapshot.poses);
 
   const scene::PairsBelow below = scene_->closestBelow(pairs, std::max(1, settings.max_reported_pairs), question);
@@ -91,7 +91,7 @@ void Monitor::measure(const PoseSnapshot& snapshot, const MonitorSettings& setti
   clearance_.level = level_;
   if (!known) return;
   makeRoom(clearance_.minimum, longest_name_);
-  assign(clearance_.minimum, robot_->links(), snapshot.poses, *minimum, question);
+  assign(clearance_.minimum, robot_->robotModel(), snapshot.poses, *minimum, question);
   clearance_.status.code = statusCode(minimum->result);
 }
 
@@ -107,7 +107,7 @@ void Monitor::report(const PoseSnapshot& snapshot, const scene::PairsBelow& belo
   for (; listed.size() < count; unlisted_.pop_back()) listed.push_back(std::move(unlisted_.back()));
   for (std::size_t i = 0; i < count; ++i) {
     makeRoom(listed[i], longest_name_);
-    assign(listed[i], robot_->links(), snapshot.poses, below.closest[i], question);
+    assign(listed[i], robot_->robotModel(), snapshot.poses, below.closest[i], question);
   }
 }
 
@@ -119,12 +119,12 @@ void Monitor::lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& ve
     clearance_.lookahead.status = clearance_.status;
     return;
   }
-  const std::vector<scene::SubjectPair>& pairs = scene_->candidates();
+  const std::vector<scene::ShapeRefPair>& pairs = scene_->candidates();
   clearance_.lookahead = contactAhead(*robot_, *moving_scene_, pairs, snapshot.poses, velocities, settings);
 }
 
 void Monitor::countPairs() {
-  const scene::PairTable& table = robot_->model().pairs;
+  const scene::PairTable& table = robot_->sceneModel().pairs;
   const scene::PairCounts& counts = scene_->counts();
   clearance_.pairs_total = static_cast<std::uint32_t>(table.pairs.size());
   clearance_.pairs_filtered = static_cast<std::uint32_t>(table.pairs.size() - table.checked.size());

@@ -29,7 +29,7 @@ MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       velocities_(nh),
       nh_(withQueue(private_nh, queue_)),
       spinner_(1, &queue_),
-      pacemaker_(robot->config().realtime_priority, [this] { cycle(); }) {
+      steady_timer_(robot->config().realtime_priority, [this] { cycle(); }) {
   health_.enabled = true;
   health_.settings = robot->config().monitor;
   monitor_.follow(robot);
@@ -37,7 +37,7 @@ MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   clearance_pub_ = nh_.advertise<Clearance>("clearance", 1);
   markers_pub_ = nh_.advertise<visualization_msgs::MarkerArray>(
       "markers", 10, [this](const ros::SingleSubscriberPublisher& subscriber) { sendPieces(subscriber); });
-  timer_ = nh_.createTimer(
+  simulated_timer_ = nh_.createTimer(
       ros::Duration(1.0), [this](const ros::TimerEvent&) { cycle(); }, false, false);
   keep_alive_ = nh_.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { onKeepAlive(); });
   wake_ = callbackOf([this] {
@@ -52,7 +52,7 @@ MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& priva
 
 MonitorLoop::~MonitorLoop() {
   tf_.onChange(nullptr);
-  pacemaker_.stop();
+  steady_timer_.stop();
   queue_.disable();
   spinner_.stop();
 }
@@ -79,12 +79,12 @@ void MonitorLoop::configure(const MonitorSettings& settings) {
 }
 
 void MonitorLoop::setRate(double rate) {
-  timer_.stop();
-  pacemaker_.stop();
+  simulated_timer_.stop();
+  steady_timer_.stop();
   if (rate == 0.0) return;
-  if (!ros::Time::isSimTime()) return pacemaker_.start(1.0 / rate);
-  timer_.setPeriod(ros::Duration(1.0 / rate));
-  timer_.start();
+  if (!ros::Time::isSimTime()) return steady_timer_.start(1.0 / rate);
+  simulated_timer_.setPeriod(ros::Duration(1.0 / rate));
+  simulated_timer_.start();
 }
 
 void MonitorLoop::enable() {
@@ -153,13 +153,13 @@ VelocitySnapshot MonitorLoop::lookUpVelocities() {
 }
 
 void MonitorLoop::publishMarkers(const Clearance& clearance, const scene::BodyPoses& poses) {
-  if (!markers_) markers_.emplace(monitor_.robot()->links());
+  if (!markers_) markers_.emplace(monitor_.robot()->robotModel());
   markers_pub_.publish(markers_->draw(clearance, poses, health_.settings));
 }
 
 visualization_msgs::MarkerArray MonitorLoop::pieces() const {
   const Robot& robot = *monitor_.robot();
-  return pieceMarkers(robot.links(), robot.config().tf_prefix);
+  return pieceMarkers(robot.robotModel(), robot.config().tf_prefix);
 }
 
 void MonitorLoop::redrawPieces() {

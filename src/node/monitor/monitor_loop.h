@@ -79,10 +79,10 @@ class MonitorLoop {
 
   ros::Publisher clearance_pub_;
   ros::Publisher markers_pub_;
-  ros::Timer timer_;  // of a simulated clock
+  ros::Timer simulated_timer_;  // of a simulated clock
   ros::WallTimer keep_alive_;
   ros::AsyncSpinner spinner_;
-  Pacemaker pacemaker_;  // last: it calls cycle()
+  SteadyTimer steady_timer_;  // last: it calls cycle()
 };
 
 }  // namespace proximity_server::node

@@ -19,19 +19,15 @@ void assign(Message& message, const Eigen::Vector3d& vector) {
   message.z = vector.z();
 }
 
-const scene::Link& linkOf(const scene::RobotModel& robot, const scene::Subject& subject) {
-  return robot.links[static_cast<std::size_t>(subject.link)];
-}
-
 /// `point`, in the frame that has this pose.
 Eigen::Vector3d seenFrom(const Eigen::Isometry3d& pose, const Eigen::Vector3d& point) {
   return pose.linear().transpose() * (point - pose.translation());
 }
 
-/// `point` of the common frame, in the frame of the subject's link.
-Eigen::Vector3d inLink(const scene::RobotModel& robot, const scene::BodyPoses& poses, const scene::Subject& subject,
+/// `point` of the common frame, in the frame of the shape's link.
+Eigen::Vector3d inLink(const scene::RobotModel& robot, const scene::BodyPoses& poses, const scene::ShapeRef& ref,
                        const Eigen::Vector3d& point) {
-  const scene::Link& link = linkOf(robot, subject);
+  const scene::Link& link = robot.links[ref.link];
   const std::optional<Eigen::Isometry3d>& pose = poses[static_cast<std::size_t>(link.body)];
   return pose ? seenFrom(link.body_T_link, seenFrom(*pose, point)) : kNowhere;
 }
@@ -59,20 +55,20 @@ void assignResult(Proximity& message, const narrowphase::SignedDistance& result,
   message.iterations = static_cast<std::uint16_t>(std::min<int>(result.iterations, UINT16_MAX));
 }
 
-void assign(ShapeRef& message, const scene::RobotModel& robot, const scene::Subject& subject) {
-  const scene::Link& link = linkOf(robot, subject);
+void assign(ShapeRef& message, const scene::RobotModel& robot, const scene::ShapeRef& ref) {
+  const scene::Link& link = robot.links[ref.link];
   message.link = link.name;
-  message.index = static_cast<std::uint32_t>(subject.collision);
+  message.index = static_cast<std::uint32_t>(ref.collision);
   message.name.clear();
-  if (subject.collision > 0) {
-    const int collision = link.collisions[static_cast<std::size_t>(subject.collision - 1)];
+  if (ref.collision > 0) {
+    const int collision = link.collisions[static_cast<std::size_t>(ref.collision - 1)];
     message.name = robot.collisions[static_cast<std::size_t>(collision)].name;
   }
 }
 
 ShapeInfo shapeInfo(const scene::RobotModel& robot, const scene::Collision& collision) {
   ShapeInfo info;
-  assign(info.shape, robot, scene::Subject{collision.link, collision.number});
+  assign(info.shape, robot, scene::ShapeRef{collision.link, collision.number});
   info.description = collision.description;
   info.representation = static_cast<std::uint8_t>(collision.representation);
   info.deviation = collision.deviation;
@@ -105,15 +101,10 @@ void assignUnknownResult(Proximity& message) {
   message.iterations = 0;
 }
 
-double paddingOf(const scene::Link& link, const scene::ModelOptions& options) {
-  const auto own = options.link_padding.find(link.name);
-  return own == options.link_padding.end() ? options.default_padding : own->second;
-}
-
 LinkInfo linkInfo(const scene::RobotModel& robot, const scene::Link& link, const scene::ModelOptions& options) {
   LinkInfo info;
   info.name = link.name;
-  info.padding = paddingOf(link, options);
+  info.padding = options.paddingOf(link.name);
   const scene::Body& body = robot.bodies[static_cast<std::size_t>(link.body)];
   info.body = robot.links[static_cast<std::size_t>(body.link)].name;
   for (const int index : link.collisions) {
@@ -137,8 +128,8 @@ PairInfo pairInfo(const scene::RobotModel& robot, const scene::LinkPair& pair) {
 
 void assign(Proximity& message, const scene::RobotModel& robot, const scene::BodyPoses& poses,
             const scene::PairProximity& pair, const scene::Question& question) {
-  const scene::Subject a{pair.asked.a.link, pair.collision_a ? pair.collision_a : pair.asked.a.collision};
-  const scene::Subject b{pair.asked.b.link, pair.collision_b ? pair.collision_b : pair.asked.b.collision};
+  const scene::ShapeRef a{pair.asked.a.link, pair.collision_a ? pair.collision_a : pair.asked.a.collision};
+  const scene::ShapeRef b{pair.asked.b.link, pair.collision_b ? pair.collision_b : pair.asked.b.collision};
   assign(message.a, robot, a);
   assign(message.b, robot, b);
   message.representation = static_cast<std::uint8_t>(pair.representation);
@@ -188,16 +179,16 @@ std::int8_t statusCode(const narrowphase::SignedDistance& result) {
 }
 
 ModelInfo toMessage(const Robot& robot, const ros::Time& loaded) {
-  const scene::RobotModel& links = robot.links();
-  const scene::PairTable& pairs = robot.model().pairs;
+  const scene::RobotModel& model = robot.robotModel();
+  const scene::PairTable& pairs = robot.sceneModel().pairs;
   ModelInfo message;
   message.header.stamp = loaded;
   message.header.frame_id = robot.referenceFrame();
-  message.robot = links.name;
-  for (const scene::Link& link : links.links) message.links.push_back(linkInfo(links, link, robot.config().model));
-  for (const scene::LinkPair& pair : pairs.pairs) message.pairs.push_back(pairInfo(links, pair));
+  message.robot = model.name;
+  for (const scene::Link& link : model.links) message.links.push_back(linkInfo(model, link, robot.config().model));
+  for (const scene::LinkPair& pair : pairs.pairs) message.pairs.push_back(pairInfo(model, pair));
   message.pairs_checked = static_cast<std::uint32_t>(pairs.checked.size());
-  message.warnings = links.warnings;
+  message.warnings = model.warnings;
   message.warnings.insert(message.warnings.end(), pairs.warnings.begin(), pairs.warnings.end());
   return message;
 }

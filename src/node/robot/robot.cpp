@@ -41,8 +41,8 @@ std::string srdfOf(const ros::NodeHandle& nh, const std::string& name) {
   return descriptionOf(nh, name);
 }
 
-std::shared_ptr<const scene::SceneModel> sceneModel(const std::string& urdf, const std::string& srdf,
-                                                    const Config& config) {
+std::shared_ptr<const scene::SceneModel> loadSceneModel(const std::string& urdf, const std::string& srdf,
+                                                        const Config& config) {
   std::vector<std::string> roots = config.mesh_roots;
   for (std::string& root : scene::rosPackagePath()) roots.push_back(std::move(root));
   scene::ModelOptions options = config.model;
@@ -87,7 +87,7 @@ Robot::Robot(const ros::NodeHandle& nh, const Config& config)
 Robot::Robot(const std::string& urdf, const std::string& srdf, const Config& config)
     : config_(config),
       srdf_(srdf),
-      model_(sceneModel(urdf, srdf, config)),
+      model_(loadSceneModel(urdf, srdf, config)),
       reference_link_(referenceLinkOf(model_->robot, config)),
       reference_frame_(reference_link_ < 0 ? config.reference_frame : frameOf(reference_link_)),
       tf_edges_(edgesOf(model_->robot, config)),
@@ -97,17 +97,17 @@ Robot::Robot(const std::string& urdf, const std::string& srdf, const Config& con
           [first = std::make_shared<const scene::MovingScene>(model_)] { return first->twin(); })) {}
 
 std::string Robot::frameOf(int link) const {
-  return tfFrame(config_.tf_prefix, links().links[static_cast<std::size_t>(link)].name);
+  return tfFrame(config_.tf_prefix, robotModel().links[static_cast<std::size_t>(link)].name);
 }
 
-std::vector<scene::SubjectPair> Robot::pairsOfGroup(const std::string& group) const {
+std::vector<scene::ShapeRefPair> Robot::pairsOfGroup(const std::string& group) const {
   scene::PairFilterOptions filter = config_.filter;
   filter.group = group;
-  return checkedPairs(scene::filterPairs(links(), srdf_, filter));
+  return checkedPairs(scene::filterPairs(robotModel(), srdf_, filter));
 }
 
-std::vector<scene::SubjectPair> checkedPairs(const scene::PairTable& table) {
-  std::vector<scene::SubjectPair> pairs;
+std::vector<scene::ShapeRefPair> checkedPairs(const scene::PairTable& table) {
+  std::vector<scene::ShapeRefPair> pairs;
   for (const int index : table.checked) {
     const scene::LinkPair& pair = table.pairs[static_cast<std::size_t>(index)];
     pairs.push_back({{pair.link_a}, {pair.link_b}});

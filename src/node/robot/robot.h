@@ -32,8 +32,8 @@ class Robot {
   Robot(const std::string& urdf, const std::string& srdf, const Config& config);
 
   const Config& config() const { return config_; }
-  const scene::SceneModel& model() const { return *model_; }
-  const scene::RobotModel& links() const { return model_->robot; }
+  const scene::SceneModel& sceneModel() const { return *model_; }
+  const scene::RobotModel& robotModel() const { return model_->robot; }
 
   /// The frame of a link in tf, with the prefix of Config::tf_prefix.
   std::string frameOf(int link) const;
@@ -46,10 +46,10 @@ class Robot {
   const std::shared_ptr<const std::vector<TfEdge>>& tfEdges() const { return tf_edges_; }
 
   /// Candidate pairs in which a link of this SRDF group moves. Throws std::invalid_argument for an unknown group.
-  std::vector<scene::SubjectPair> pairsOfGroup(const std::string& group) const;
+  std::vector<scene::ShapeRefPair> pairsOfGroup(const std::string& group) const;
 
-  ScenePool::Lease takeScene() const { return scenes_->take(); }
-  MovingScenePool::Lease takeMovingScene() const { return moving_scenes_->take(); }
+  ScenePool::Lease borrowScene() const { return scenes_->borrow(); }
+  MovingScenePool::Lease borrowMovingScene() const { return moving_scenes_->borrow(); }
 
  private:
   Config config_;
@@ -63,6 +63,6 @@ class Robot {
 };
 
 /// The pairs of a table that are checked, as whole links.
-std::vector<scene::SubjectPair> checkedPairs(const scene::PairTable& table);
+std::vector<scene::ShapeRefPair> checkedPairs(const scene::PairTable& table);
 
 }  // namespace proximity_server::node

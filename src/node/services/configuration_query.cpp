@@ -54,12 +54,12 @@ QueryConfigurationResponse answer(const Robot& robot, TfPoses& tf, const QueryCo
     const auto pairs = pairsOf(robot, in_each);
     requireAnswersWithinBatch(robot, in_each, pairs.size(), request.states.size());
     if (request.states.empty()) throw RequestError(QueryStatus::INVALID_ARGUMENT, "states is empty");
-    const std::vector<JointValues> states = statesOf(robot.links(), request);
+    const std::vector<JointValues> states = statesOf(robot.robotModel(), request);
 
-    const JointSnapshot from_tf = missingFromTf(robot, tf, bodiesOf(robot.links(), pairs), states, request.stamp);
+    const JointSnapshot from_tf = missingFromTf(robot, tf, bodiesOf(robot.robotModel(), pairs), states, request.stamp);
     response.header.stamp = from_tf.stamp;
     response.header.frame_id = robot.referenceFrame();
-    const ScenePool::Lease scene = robot.takeScene();
+    const ScenePool::Lease scene = robot.borrowScene();
     for (const JointValues& state : states) {
       const scene::BodyPoses poses = inReference(robot, posesInRoot(robot, state, from_tf), from_tf.reference_T_root);
       scene->update(poses);

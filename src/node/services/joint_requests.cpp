@@ -79,17 +79,17 @@ JointSnapshot missingFromTf(const Robot& robot, TfPoses& tf, const std::vector<i
                             const std::vector<JointValues>& states, const ros::Time& stamp) {
   std::vector<int> missing;
   for (const int joint : jointsTo(robot, bodies)) {
-    const auto leavesOpen = [&](const JointValues& state) { return !isGiven(robot.links(), joint, state); };
+    const auto leavesOpen = [&](const JointValues& state) { return !isGiven(robot.robotModel(), joint, state); };
     if (std::any_of(states.begin(), states.end(), leavesOpen)) missing.push_back(joint);
   }
   if (!missing.empty() || robot.referenceLink() < 0) return tf.awaitJoints(robot, missing, stamp);
   JointSnapshot nothing;
-  nothing.joints.resize(robot.links().joints.size());
+  nothing.joints.resize(robot.robotModel().joints.size());
   return nothing;
 }
 
 scene::BodyPoses posesInRoot(const Robot& robot, const JointValues& positions, const JointSnapshot& from_tf) {
-  return posesInRoot(robot.links(), framesAt(robot.links(), positions, from_tf.joints));
+  return posesInRoot(robot.robotModel(), framesAt(robot.robotModel(), positions, from_tf.joints));
 }
 
 }  // namespace proximity_server::node

@@ -7,6 +7,7 @@
 #include "node/services/joint_requests.h"
 #include "node/services/motion_requests.h"
 #include "node/services/queries.h"
+#include "node/system/durations.h"
 #include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
@@ -73,7 +74,7 @@ sensor_msgs::JointState stateBetween(const scene::RobotModel& robot, const WayPo
 /// A trajectory and what is asked about it.
 struct TrajectorySearch {
   const Robot& robot;
-  const std::vector<scene::SubjectPair>& pairs;
+  const std::vector<scene::ShapeRefPair>& pairs;
   const WayPoints& points;
   const std::vector<TimedMotion>& segments;
   const scene::MotionQuestion& question;
@@ -108,7 +109,7 @@ void findContact(const TrajectorySearch& search, QueryTrajectoryResponse& respon
     fillContact(response, search.robot, motion, found);
     if (found.contact) {
       response.segment = static_cast<std::int32_t>(i);
-      response.state = stateBetween(search.robot.links(), search.points, i, found.t_contact);
+      response.state = stateBetween(search.robot.robotModel(), search.points, i, found.t_contact);
     }
     if (found.contact || response.status.code != QueryStatus::OK) return;
   }
@@ -137,14 +138,14 @@ FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactR
     const double budget = timeBudget(robot, request.time_budget);
     positive(request.horizon, "horizon");
     const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
-    const PoseSnapshot start = tf.await(robot, bodiesOf(robot.links(), pairs), request.stamp);
+    const PoseSnapshot start = tf.await(robot, bodiesOf(robot.robotModel(), pairs), request.stamp);
     response.header.stamp = start.stamp;
     response.header.frame_id = robot.referenceFrame();
     require(start.status);
     const TimedMotion motion = motionOf(robot, start.poses, request);
     assignStops(response, robot, motion);
 
-    const MovingScenePool::Lease scene = robot.takeMovingScene();
+    const MovingScenePool::Lease scene = robot.borrowMovingScene();
     question.deadline = deadlineIn(budget);
     const scene::RobotContact found = scene->timeOfContact(pairs, motion.motion, question);
     require(completeness(found.counts));
@@ -164,17 +165,17 @@ QueryTrajectoryResponse answer(const Robot& robot, TfPoses& tf, const QueryTraje
     const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
     const WayPoints points = wayPointsOf(robot, request);
     const JointSnapshot from_tf =
-        missingFromTf(robot, tf, bodiesOf(robot.links(), pairs), points.positions, request.stamp);
+        missingFromTf(robot, tf, bodiesOf(robot.robotModel(), pairs), points.positions, request.stamp);
     response.header.stamp = from_tf.stamp;
     response.header.frame_id = robot.referenceFrame();
     require(from_tf.status);
     const std::vector<TimedMotion> segments = segmentsOf(robot, points, from_tf);
-    const MovingScenePool::Lease scene = robot.takeMovingScene();
+    const MovingScenePool::Lease scene = robot.borrowMovingScene();
     question.deadline = deadlineIn(budget);
     const TrajectorySearch search{robot, pairs, points, segments, question, *scene};
     findContact(search, response);
     if (!request.skip_minimum) findMinima(search, response);
-    if (response.status.code == QueryStatus::OK) response.status.message = beyondLimits(robot.links(), points);
+    if (response.status.code == QueryStatus::OK) response.status.message = beyondLimits(robot.robotModel(), points);
   });
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "node/services/joint_requests.h"
+#include "node/system/durations.h"
 #include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
@@ -32,7 +33,8 @@ bool disagree(const Twist& a, const Twist& b, double horizon, double tolerance) 
 }
 
 int bodyOfReference(const Robot& robot) {
-  return robot.referenceLink() < 0 ? -1 : robot.links().links[static_cast<std::size_t>(robot.referenceLink())].body;
+  return robot.referenceLink() < 0 ? -1
+                                   : robot.robotModel().links[static_cast<std::size_t>(robot.referenceLink())].body;
 }
 
 /// The twists [1/s] of all bodies.
@@ -47,7 +49,7 @@ class BodyTwists {
 
  private:
   void add(const std::string& name, const geometry_msgs::Twist& message) {
-    const scene::Link& link = robot_.links().links[static_cast<std::size_t>(linkNamed(robot_.links(), name))];
+    const scene::Link& link = robot_.robotModel().links[static_cast<std::size_t>(linkNamed(robot_.robotModel(), name))];
     if (!toEigen(message.linear).allFinite() || !toEigen(message.angular).allFinite()) {
       refuse("the twist of link '" + name + "' is not finite");
     }
@@ -98,9 +100,9 @@ JointValues statedPositions(const scene::RobotModel& robot, const std::vector<in
 }
 
 TimedMotion motionOfJoints(const Robot& robot, const scene::BodyPoses& poses, const FirstContactRequest& request) {
-  const std::vector<int> joints = jointsNamed(robot.links(), request.joints.name, "joints");
-  const JointValues stated = statedPositions(robot.links(), joints, request.joints.position);
-  const JointValues velocities = valuesOf(robot.links(), joints, request.joints.velocity, "velocity", "joints");
+  const std::vector<int> joints = jointsNamed(robot.robotModel(), request.joints.name, "joints");
+  const JointValues stated = statedPositions(robot.robotModel(), joints, request.joints.position);
+  const JointValues velocities = valuesOf(robot.robotModel(), joints, request.joints.velocity, "velocity", "joints");
   std::vector<double> travel;
   for (const std::optional<double>& velocity : velocities) {
     travel.push_back(finite(velocity.value_or(0.0) * request.horizon, "joints: a velocity times the horizon"));
@@ -122,7 +124,7 @@ double timeBudget(const Robot& robot, const ros::Duration& asked) {
   const double longest = robot.config().max_request_time;
   if (budget > longest) {
     throw RequestError(QueryStatus::OVER_BUDGET,
-                       "time_budget is " + seconds(budget) + ", max_request_time is " + seconds(longest));
+                       "time_budget is " + secondsText(budget) + ", max_request_time is " + secondsText(longest));
   }
   return budget > 0.0 ? budget : std::min(robot.config().motion_time_budget, longest);
 }
@@ -136,7 +138,7 @@ TimedMotion motionOf(const Robot& robot, const scene::BodyPoses& poses, const Fi
 }
 
 WayPoints wayPointsOf(const Robot& asked_robot, const QueryTrajectoryRequest& request) {
-  const scene::RobotModel& robot = asked_robot.links();
+  const scene::RobotModel& robot = asked_robot.robotModel();
   const trajectory_msgs::JointTrajectory& trajectory = request.trajectory;
   const MissingJoints missing = missingJoints(request.missing_joints);
   if (trajectory.joint_names.empty()) refuse("the trajectory names no joints");

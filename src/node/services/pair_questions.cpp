@@ -7,6 +7,7 @@
 
 #include "node/robot/conversions.h"
 #include "node/services/requests.h"
+#include "node/system/durations.h"
 
 namespace proximity_server::node {
 namespace {
@@ -14,7 +15,7 @@ namespace {
 /// Valid until the scene is asked again.
 using Answers = boost::iterator_range<const scene::PairProximity*>;
 
-Answers askByMode(scene::Scene& scene, const std::vector<scene::SubjectPair>& pairs, const QueryPairsRequest& request,
+Answers askByMode(scene::Scene& scene, const std::vector<scene::ShapeRefPair>& pairs, const QueryPairsRequest& request,
                   const scene::Question& question) {
   const auto one = [](const scene::PairProximity* pair) { return Answers(pair, pair ? pair + 1 : pair); };
   const auto list = [](const std::vector<scene::PairProximity>& all) {
@@ -74,7 +75,7 @@ scene::Question questionOf(const Robot& robot, const QueryPairsRequest& request)
 }
 
 StateProximity askPairs(const Robot& robot, scene::Scene& scene, const PosedState& state,
-                        const std::vector<scene::SubjectPair>& pairs, const QueryPairsRequest& request,
+                        const std::vector<scene::ShapeRefPair>& pairs, const QueryPairsRequest& request,
                         const scene::Question& question) {
   StateProximity answer;
   answer.minimum = unknownProximity();
@@ -104,7 +105,7 @@ QueryStatus incompleteness(const Robot& robot, const scene::PairCounts& counts, 
   QueryStatus status;
   status.code = is_late ? QueryStatus::OVER_BUDGET : QueryStatus::TF_UNAVAILABLE;
   status.message = is_late ? "the time was over: " + pairs + "answer, max_request_time is " +
-                                 seconds(robot.config().max_request_time)
+                                 secondsText(robot.config().max_request_time)
                            : pairs + "usable pose";
   return status;
 }

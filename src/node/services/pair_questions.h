@@ -28,7 +28,7 @@ struct PosedState {
 /// that of the answer, one that the time did not suffice for makes it OVER_BUDGET. Throws RequestError for a mode that
 /// does not exist.
 StateProximity askPairs(const Robot& robot, scene::Scene& scene, const PosedState& state,
-                        const std::vector<scene::SubjectPair>& pairs, const QueryPairsRequest& request,
+                        const std::vector<scene::ShapeRefPair>& pairs, const QueryPairsRequest& request,
                         const scene::Question& question);
 
 /// Why pairs have no answer although tf knows all poses: the time of the request was over, or a pose is beyond what can

@@ -16,11 +16,11 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// A scene in the poses that a request needs.
 struct PosedScene {
-  PosedScene(const Robot& asked_robot, TfPoses& tf, const std::vector<scene::SubjectPair>& pairs,
+  PosedScene(const Robot& asked_robot, TfPoses& tf, const std::vector<scene::ShapeRefPair>& pairs,
              const ros::Time& stamp)
-      : robot(asked_robot.links()),
+      : robot(asked_robot.robotModel()),
         snapshot(tf.await(asked_robot, bodiesOf(robot, pairs), stamp)),
-        scene(asked_robot.takeScene()) {
+        scene(asked_robot.borrowScene()) {
     scene->update(snapshot.poses);
     header.stamp = snapshot.stamp;
     header.frame_id = asked_robot.referenceFrame();
@@ -41,7 +41,7 @@ void requireAllPoses(const PosedScene& posed) {
 }
 
 /// The closest of `pairs`, all of whose poses are known.
-Proximity closestPair(const Robot& robot, const PosedScene& posed, const std::vector<scene::SubjectPair>& pairs,
+Proximity closestPair(const Robot& robot, const PosedScene& posed, const std::vector<scene::ShapeRefPair>& pairs,
                       const scene::Question& question, QueryStatus& status) {
   scene::PairProximity only;
   const scene::PairProximity* closest = nullptr;

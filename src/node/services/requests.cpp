@@ -3,14 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace proximity_server::node {
 namespace {
-
-const scene::Link& linkAt(const scene::RobotModel& robot, int index) {
-  return robot.links[static_cast<std::size_t>(index)];
-}
 
 bool hasGeometry(const scene::RobotModel& robot, int collision) {
   return !robot.collisions[static_cast<std::size_t>(collision)].pieces.empty();
@@ -47,9 +42,9 @@ int shapeNumbered(const scene::Link& link, std::uint32_t number) {
                          " <collision> elements, asked was number " + std::to_string(number));
 }
 
-scene::Subject subjectOf(const scene::RobotModel& robot, const ShapeRef& ref) {
+scene::ShapeRef shapeRefOf(const scene::RobotModel& robot, const ShapeRef& ref) {
   const int index = linkWithGeometry(robot, ref.link);
-  const scene::Link& link = linkAt(robot, index);
+  const scene::Link& link = robot.links[index];
   if (ref.index == 0 && ref.name.empty()) return {index, 0};
   const int number = ref.index > 0 ? shapeNumbered(link, ref.index) : shapeNamed(robot, link, ref.name);
   if (!hasGeometry(robot, link.collisions[static_cast<std::size_t>(number - 1)])) {
@@ -61,17 +56,17 @@ scene::Subject subjectOf(const scene::RobotModel& robot, const ShapeRef& ref) {
 
 bool isEmpty(const ShapeRef& ref) { return ref.link.empty() && ref.index == 0 && ref.name.empty(); }
 
-bool isSame(const scene::Subject& a, const scene::Subject& b) {
+bool isSame(const scene::ShapeRef& a, const scene::ShapeRef& b) {
   return a.link == b.link && (a.collision == b.collision || a.collision == 0 || b.collision == 0);
 }
 
-scene::SubjectPair onePair(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter) {
-  const scene::SubjectPair pair{subjectOf(robot.links(), a), subjectOf(robot.links(), b)};
+scene::ShapeRefPair onePair(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter) {
+  const scene::ShapeRefPair pair{shapeRefOf(robot.robotModel(), a), shapeRefOf(robot.robotModel(), b)};
   const auto names = [&] { return "'" + a.link + "' and '" + b.link + "'"; };
   if (isSame(pair.a, pair.b)) throw RequestError(QueryStatus::INVALID_ARGUMENT, names() + " are the same");
   if (filter == Filter::Ignored) return pair;
 
-  const scene::PairTable& table = robot.model().pairs;
+  const scene::PairTable& table = robot.sceneModel().pairs;
   const int row = table.find(pair.a.link, pair.b.link);
   const scene::PairReason reason =
       row < 0 ? scene::PairReason::SameBody : table.pairs[static_cast<std::size_t>(row)].reason;
@@ -82,26 +77,26 @@ scene::SubjectPair onePair(const Robot& robot, const ShapeRef& a, const ShapeRef
   return pair;
 }
 
-std::vector<scene::SubjectPair> everyPair(const Robot& robot, Filter filter) {
-  const scene::PairTable& table = robot.model().pairs;
+std::vector<scene::ShapeRefPair> everyPair(const Robot& robot, Filter filter) {
+  const scene::PairTable& table = robot.sceneModel().pairs;
   if (filter == Filter::Applies) return checkedPairs(table);
-  std::vector<scene::SubjectPair> pairs;
+  std::vector<scene::ShapeRefPair> pairs;
   for (const scene::LinkPair& pair : table.pairs) pairs.push_back({{pair.link_a}, {pair.link_b}});
   return pairs;
 }
 
 /// The pairs with `a`, which comes first.
-std::vector<scene::SubjectPair> pairsWith(const Robot& robot, const ShapeRef& a, Filter filter) {
-  const scene::Subject subject = subjectOf(robot.links(), a);
-  std::vector<scene::SubjectPair> pairs;
-  for (const scene::SubjectPair& pair : everyPair(robot, filter)) {
-    if (pair.a.link == subject.link) pairs.push_back({subject, pair.b});
-    if (pair.b.link == subject.link) pairs.push_back({subject, pair.a});
+std::vector<scene::ShapeRefPair> pairsWith(const Robot& robot, const ShapeRef& a, Filter filter) {
+  const scene::ShapeRef ref = shapeRefOf(robot.robotModel(), a);
+  std::vector<scene::ShapeRefPair> pairs;
+  for (const scene::ShapeRefPair& pair : everyPair(robot, filter)) {
+    if (pair.a.link == ref.link) pairs.push_back({ref, pair.b});
+    if (pair.b.link == ref.link) pairs.push_back({ref, pair.a});
   }
   return pairs;
 }
 
-std::vector<scene::SubjectPair> groupOrEveryPair(const Robot& robot, const std::string& group, Filter filter) {
+std::vector<scene::ShapeRefPair> groupOrEveryPair(const Robot& robot, const std::string& group, Filter filter) {
   if (group.empty()) return everyPair(robot, filter);
   if (filter == Filter::Ignored) {
     throw RequestError(QueryStatus::INVALID_ARGUMENT, "group and ignore_filter exclude each other");
@@ -124,7 +119,7 @@ bool isWithinBatch(const Robot& robot, std::size_t count) {
 }
 
 /// The pairs of the lists a and b. A single name may stand for many pairs, so the limit is looked at after each.
-std::vector<scene::SubjectPair> listedPairs(const Robot& robot, const QueryPairsRequest& request) {
+std::vector<scene::ShapeRefPair> listedPairs(const Robot& robot, const QueryPairsRequest& request) {
   if (!request.group.empty()) throw RequestError(QueryStatus::INVALID_ARGUMENT, "group goes with empty a and b only");
   if (!request.b.empty() && request.b.size() != request.a.size()) {
     throw RequestError(QueryStatus::INVALID_ARGUMENT, "a and b must have the same length, or b none");
@@ -132,10 +127,10 @@ std::vector<scene::SubjectPair> listedPairs(const Robot& robot, const QueryPairs
   const std::size_t entries = request.a.size();
   if (!isWithinBatch(robot, entries)) refuseBatch(robot, "a", std::to_string(entries) + " entries");
   const ShapeRef any;
-  std::vector<scene::SubjectPair> pairs;
+  std::vector<scene::ShapeRefPair> pairs;
   for (std::size_t i = 0; i < entries; ++i) {
     const ShapeRef& b = request.b.empty() ? any : request.b[i];
-    const std::vector<scene::SubjectPair> more = pairsOf(robot, request.a[i], b, filterOf(request.ignore_filter));
+    const std::vector<scene::ShapeRefPair> more = pairsOf(robot, request.a[i], b, filterOf(request.ignore_filter));
     pairs.insert(pairs.end(), more.begin(), more.end());
     if (isWithinBatch(robot, pairs.size())) continue;
     refuseBatch(robot, "a", std::to_string(pairs.size()) + " pairs in its first " + std::to_string(i + 1) + " entries");
@@ -156,7 +151,7 @@ std::size_t mostReturned(const QueryPairsRequest& request, std::size_t asked) {
   }
 }
 
-void requirePairs(const std::vector<scene::SubjectPair>& pairs) {
+void requirePairs(const std::vector<scene::ShapeRefPair>& pairs) {
   if (pairs.empty()) throw RequestError(QueryStatus::INVALID_ARGUMENT, "the filter leaves no pair to check");
 }
 
@@ -191,28 +186,17 @@ double positive(double value, const std::string& name) {
   throw RequestError(QueryStatus::INVALID_ARGUMENT, name + " must be positive");
 }
 
-std::string seconds(double seconds) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g s", seconds);
-  return text;
-}
-
-std::chrono::steady_clock::time_point deadlineIn(double seconds) {
-  using Clock = std::chrono::steady_clock;
-  return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
-}
-
-std::vector<scene::SubjectPair> pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter) {
+std::vector<scene::ShapeRefPair> pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter) {
   if (!isEmpty(a) && !isEmpty(b)) return {onePair(robot, a, b, filter)};
   if (!isEmpty(b)) throw RequestError(QueryStatus::INVALID_ARGUMENT, "b without a: name a, or neither of them");
-  std::vector<scene::SubjectPair> pairs = isEmpty(a) ? everyPair(robot, filter) : pairsWith(robot, a, filter);
+  std::vector<scene::ShapeRefPair> pairs = isEmpty(a) ? everyPair(robot, filter) : pairsWith(robot, a, filter);
   requirePairs(pairs);
   return pairs;
 }
 
-std::vector<scene::SubjectPair> pairsOf(const Robot& robot, const QueryPairsRequest& request) {
+std::vector<scene::ShapeRefPair> pairsOf(const Robot& robot, const QueryPairsRequest& request) {
   const bool lists = !request.a.empty() || !request.b.empty();
-  std::vector<scene::SubjectPair> pairs =
+  std::vector<scene::ShapeRefPair> pairs =
       lists ? listedPairs(robot, request) : groupOrEveryPair(robot, request.group, filterOf(request.ignore_filter));
   requirePairs(pairs);
   return pairs;
@@ -232,11 +216,11 @@ void requirePointsWithinBatch(const Robot& robot, std::size_t points) {
   if (!isWithinBatch(robot, points)) refuseBatch(robot, "trajectory", std::to_string(points) + " points");
 }
 
-std::vector<int> bodiesOf(const scene::RobotModel& robot, const std::vector<scene::SubjectPair>& pairs) {
+std::vector<int> bodiesOf(const scene::RobotModel& robot, const std::vector<scene::ShapeRefPair>& pairs) {
   std::vector<int> bodies;
-  for (const scene::SubjectPair& pair : pairs) {
-    bodies.push_back(linkAt(robot, pair.a.link).body);
-    bodies.push_back(linkAt(robot, pair.b.link).body);
+  for (const scene::ShapeRefPair& pair : pairs) {
+    bodies.push_back(robot.links[pair.a.link].body);
+    bodies.push_back(robot.links[pair.b.link].body);
   }
   std::sort(bodies.begin(), bodies.end());
   bodies.erase(std::unique(bodies.begin(), bodies.end()), bodies.end());

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <chrono>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -32,12 +31,6 @@ double finite(double value, const std::string& name);
 double notNegative(double value, const std::string& name);
 double positive(double value, const std::string& name);
 
-/// For messages: "0.5 s".
-std::string seconds(double seconds);
-
-/// So many seconds from now.
-std::chrono::steady_clock::time_point deadlineIn(double seconds);
-
 /// Index of a link, with or without geometry. Throws RequestError UNKNOWN_LINK naming the nearest one.
 int linkNamed(const scene::RobotModel& robot, const std::string& name);
 
@@ -46,11 +39,11 @@ int linkNamed(const scene::RobotModel& robot, const std::string& name);
 //          excludes, and where no pair is left.
 
 /// Both empty: every pair; b empty: a against all others; else that one pair.
-std::vector<scene::SubjectPair> pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter);
+std::vector<scene::ShapeRefPair> pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter);
 
 /// The same for the lists of a batch. Throws also where these are more than Config::max_batch pairs, before they take
 /// any memory.
-std::vector<scene::SubjectPair> pairsOf(const Robot& robot, const QueryPairsRequest& request);
+std::vector<scene::ShapeRefPair> pairsOf(const Robot& robot, const QueryPairsRequest& request);
 
 /// Throws RequestError OVER_BUDGET where the answers about so many states could return more than Config::max_batch
 /// pairs: `asked` is how many are asked about in each of them, and the mode of the request says how many of these come
@@ -62,6 +55,6 @@ void requireAnswersWithinBatch(const Robot& robot, const QueryPairsRequest& requ
 void requirePointsWithinBatch(const Robot& robot, std::size_t points);
 
 /// The bodies of all links in `pairs`, each once.
-std::vector<int> bodiesOf(const scene::RobotModel& robot, const std::vector<scene::SubjectPair>& pairs);
+std::vector<int> bodiesOf(const scene::RobotModel& robot, const std::vector<scene::ShapeRefPair>& pairs);
 
 }  // namespace proximity_server::node

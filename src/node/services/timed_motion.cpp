@@ -41,13 +41,13 @@ std::function<Eigen::Isometry3d(const scene::BodyPoses&)> referenceFrom(const Ro
 
 TimedMotion motionOfJoints(const Robot& robot, const scene::BodyPoses& poses, const std::vector<double>& travel,
                            double begin, double duration) {
-  return {scene::RobotMotion::ofJoints(robot.links(), inRoot(poses), travel), begin, duration,
+  return {scene::RobotMotion::ofJoints(robot.robotModel(), inRoot(poses), travel), begin, duration,
           referenceFrom(robot, poses)};
 }
 
 TimedMotion motionWithinLimits(const Robot& robot, const scene::BodyPoses& poses, const std::vector<double>& travel,
                                const JointValues& stated, double duration) {
-  scene::LimitedMotion limited = motionWithinLimits(robot.links(), inRoot(poses), travel, stated);
+  scene::LimitedMotion limited = motionWithinLimits(robot.robotModel(), inRoot(poses), travel, stated);
   return {std::move(limited.motion), 0.0, duration, referenceFrom(robot, poses), std::move(limited.stops)};
 }
 
@@ -60,7 +60,7 @@ TimedMotion motionOfTwists(const scene::BodyPoses& poses, const std::vector<scen
 Proximity toMessage(const Robot& robot, const TimedMotion& motion, double time, const scene::PairProximity& pair) {
   const scene::BodyPoses poses = motion.motion.at(time);
   const Eigen::Isometry3d reference_T_poses = motion.reference_T_poses(poses);
-  return toMessage(robot.links(), inFrame(reference_T_poses, poses), inFrame(reference_T_poses, pair),
+  return toMessage(robot.robotModel(), inFrame(reference_T_poses, poses), inFrame(reference_T_poses, pair),
                    scene::Question());
 }
 

@@ -6,13 +6,13 @@
 
 namespace proximity_server::node {
 
-Pacemaker::Pacemaker(int realtime_priority, std::function<void()> beat)
-    : beat_(std::move(beat)), thread_([this, realtime_priority] {
+SteadyTimer::SteadyTimer(int realtime_priority, std::function<void()> tick)
+    : tick_(std::move(tick)), thread_([this, realtime_priority] {
         runInRealTime(realtime_priority);
         run();
       }) {}
 
-Pacemaker::~Pacemaker() {
+SteadyTimer::~SteadyTimer() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     ends_ = true;
@@ -21,7 +21,7 @@ Pacemaker::~Pacemaker() {
   thread_.join();
 }
 
-void Pacemaker::start(double period) {
+void SteadyTimer::start(double period) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     period_ = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(period));
@@ -30,12 +30,12 @@ void Pacemaker::start(double period) {
   changed_.notify_one();
 }
 
-void Pacemaker::stop() {
+void SteadyTimer::stop() {
   const std::lock_guard<std::mutex> lock(mutex_);
   period_ = {};
 }
 
-void Pacemaker::run() {
+void SteadyTimer::run() {
   std::unique_lock<std::mutex> lock(mutex_);
   while (!ends_) {
     if (period_ == Clock::duration()) {
@@ -48,7 +48,7 @@ void Pacemaker::run() {
     }
     next_ += period_ * (1 + (Clock::now() - next_) / period_);
     lock.unlock();
-    beat_();
+    tick_();
     lock.lock();
   }
 }

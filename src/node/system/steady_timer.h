@@ -8,28 +8,28 @@
 
 namespace proximity_server::node {
 
-/// Calls a function at a steady rate of wall time, in a thread of its own. Beats that come a period late are left out.
+/// Calls a function at a steady rate of wall time, in a thread of its own. Ticks that come a period late are left out.
 ///
-/// A ros::WallTimer would do, but roscpp sleeps whole milliseconds and hands each beat to another thread: too coarse
+/// A ros::WallTimer would do, but roscpp sleeps whole milliseconds and hands each tick to another thread: too coarse
 /// for a kilohertz. Thread-safe.
-class Pacemaker {
+class SteadyTimer {
  public:
   /// See runInRealTime.
-  Pacemaker(int realtime_priority, std::function<void()> beat);
-  ~Pacemaker();
-  Pacemaker(const Pacemaker&) = delete;
-  Pacemaker& operator=(const Pacemaker&) = delete;
+  SteadyTimer(int realtime_priority, std::function<void()> tick);
+  ~SteadyTimer();
+  SteadyTimer(const SteadyTimer&) = delete;
+  SteadyTimer& operator=(const SteadyTimer&) = delete;
 
   /// From now on, every `period` [s].
   void start(double period);
-  /// A beat that is under way is not waited for.
+  /// A tick that is under way is not waited for.
   void stop();
 
  private:
   using Clock = std::chrono::steady_clock;
   void run();
 
-  const std::function<void()> beat_;
+  const std::function<void()> tick_;
   std::mutex mutex_;  // guards all that follows
   std::condition_variable changed_;
   Clock::duration period_{};  // 0: none

@@ -41,8 +41,8 @@ void JointJumps::watch(const Robot& robot) {
   const std::lock_guard<std::mutex> lock(mutex_);
   joints_.clear();
   by_child_.clear();
-  for (std::size_t i = 0; i < robot.links().joints.size(); ++i) {
-    const scene::Joint& joint = robot.links().joints[i];
+  for (std::size_t i = 0; i < robot.robotModel().joints.size(); ++i) {
+    const scene::Joint& joint = robot.robotModel().joints[i];
     const TfEdge& edge = (*robot.tfEdges())[i];
     if (joint.type == scene::Joint::Type::Floating || joint.type == scene::Joint::Type::Planar) continue;
     by_child_[edge.child] = joints_.size();

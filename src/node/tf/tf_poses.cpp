@@ -4,13 +4,14 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 
 #include "node/robot/tf_frames.h"
+#include "node/system/durations.h"
 #include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
@@ -43,7 +44,7 @@ void take(TfLookup& lookup) {
 }
 
 PoseSnapshot placed(const Robot& robot, const JointSnapshot& joints, scene::BodyPoses room) {
-  return {inReference(robot, posesInRoot(robot.links(), joints.joints, std::move(room)), joints.reference_T_root),
+  return {inReference(robot, posesInRoot(robot.robotModel(), joints.joints, std::move(room)), joints.reference_T_root),
           joints.stamp, joints.age, joints.skew, joints.status};
 }
 
@@ -54,10 +55,9 @@ ros::Duration elapsed(const ros::Time& from, const ros::Time& to) {
   return ros::Duration().fromNSec(std::clamp(difference, -kLongest, kLongest));
 }
 
-std::string seconds(const ros::Duration& duration) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3f s", duration.toSec());
-  return text;
+/// To whole milliseconds: "0.512 s".
+std::string secondsText(const ros::Duration& duration) {
+  return secondsText(1e-3 * std::round(1e3 * duration.toSec()));
 }
 
 /// The links at the ends of an edge that tf should know.
@@ -78,7 +78,7 @@ QueryStatus summary(const TfLookup& lookup, const tf2::BufferCore& buffer) {
   const auto count = std::count_if(edges.begin(), edges.end(), broken);
   if (count > 1) result.message += " (and " + std::to_string(count - 1) + " more)";
   if (result.code != QueryStatus::TF_UNAVAILABLE) return result;
-  const scene::RobotModel& robot = lookup.robot->links();
+  const scene::RobotModel& robot = lookup.robot->robotModel();
   const std::string hint = prefixHint(buffer, lookup.robot->config().tf_prefix, linksOf(robot, first->number));
   if (!hint.empty()) result.message += "; " + hint;
   return result;
@@ -103,13 +103,13 @@ CommonTime commonTime(const std::vector<TfLookup::Edge>& edges) {
 QueryStatus freshness(const CommonTime& common, const ros::Time& now, const ros::Duration& max_age) {
   const ros::Duration age = elapsed(common.oldest->transform.stamp, now);
   if (age > max_age) {
-    return status(QueryStatus::TF_STALE, common.oldest->frames->name + ": its latest transform is " + seconds(age) +
-                                             " old, max_tf_age is " + seconds(max_age));
+    return status(QueryStatus::TF_STALE, common.oldest->frames->name + ": its latest transform is " + secondsText(age) +
+                                             " old, max_tf_age is " + secondsText(max_age));
   }
   const ros::Duration ahead = elapsed(now, common.newest->transform.stamp);
   if (ahead > max_age) {
-    return status(QueryStatus::TF_STALE,
-                  common.newest->frames->name + ": its latest transform is " + seconds(ahead) + " ahead of the clock");
+    return status(QueryStatus::TF_STALE, common.newest->frames->name + ": its latest transform is " +
+                                             secondsText(ahead) + " ahead of the clock");
   }
   return {};
 }
@@ -120,7 +120,7 @@ TfLookup::TfLookup(const Robot& asked, std::vector<int> wanted) : robot(&asked),
   const std::vector<TfEdge>& all = *asked.tfEdges();
   for (const int joint : joints) edges.push_back({joint, &all[static_cast<std::size_t>(joint)], {}});
   if (asked.referenceLink() < 0) edges.push_back({static_cast<int>(all.size()) - 1, &all.back(), {}});
-  found.joints.resize(asked.links().joints.size());
+  found.joints.resize(asked.robotModel().joints.size());
 }
 
 void TfPoses::onChange(std::function<void()> listener) {
@@ -140,7 +140,8 @@ ros::Time TfPoses::readClock() {
   const std::lock_guard<std::mutex> lock(mutex_);
   const ros::Time now = ros::Time::now();
   if (now < last_now_) {
-    ROS_WARN_STREAM("the clock jumped back by " << seconds(elapsed(now, last_now_)) << ": forgetting all transforms");
+    ROS_WARN_STREAM("the clock jumped back by " << secondsText(elapsed(now, last_now_))
+                                                << ": forgetting all transforms");
     tree_.clear();
     jumps_.forget();
   }

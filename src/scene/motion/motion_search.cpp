@@ -32,45 +32,40 @@ void MotionSearch::Horizon::leaveOpen(double time, narrowphase::Status why) {
 MotionSearch::MotionSearch(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes)
     : model_(std::move(model)), volumes_(std::move(volumes)), states_(*model_, volumes_, Skipping::On) {}
 
-double MotionSearch::paddingOf(const SubjectPair& pair) const {
-  const int index = model_->pairs.find(pair.a.link, pair.b.link);
-  return index < 0 ? 0.0 : model_->pairs.pairs[static_cast<std::size_t>(index)].padding;
-}
-
 const Piece& MotionSearch::pieceOf(int leaf) const {
   return model_->robot.pieces[static_cast<std::size_t>(at(leaf).piece)];
 }
 
-void MotionSearch::begin(const std::vector<SubjectPair>& pairs, const RobotMotion& motion, Order order,
+void MotionSearch::begin(const std::vector<ShapeRefPair>& pairs, const RobotMotion& motion, Order order,
                          MotionCounts& counts) {
   if (motion.segments().size() != model_->robot.bodies.size())
     throw std::invalid_argument("the robot has " + std::to_string(model_->robot.bodies.size()) +
                                 " bodies, but the motion is of " + std::to_string(motion.segments().size()));
   order_ = order;
   queue_.clear();
-  subjects_.clear();
+  moving_pairs_.clear();
   poses_.emplace(motion);
-  for (const SubjectPair& pair : pairs) {
+  for (const ShapeRefPair& pair : pairs) {
     const int a = volumes_->of(pair.a), b = volumes_->of(pair.b);
     MovingBodies bodies(motion, at(a).body, at(a).bounds, at(b).body, at(b).bounds);
     if (at(a).isEmpty() || at(b).isEmpty() || !bodies.isKnown()) continue;
-    subjects_.push_back({pair, paddingOf(pair), a, b, std::move(bodies)});
+    moving_pairs_.push_back({pair, model_->pairs.paddingOf(pair.a.link, pair.b.link), a, b, std::move(bodies)});
   }
   counts.pairs = static_cast<int>(pairs.size());
-  counts.unknown = counts.pairs - static_cast<int>(subjects_.size());
+  counts.unknown = counts.pairs - static_cast<int>(moving_pairs_.size());
 }
 
 /// Queues what one bound for the whole motion does not settle, and returns how many pairs it does.
 int MotionSearch::enterAll(double limit) {
-  for (int i = 0; i < static_cast<int>(subjects_.size()); ++i) {
-    const MovingSubjects& subjects = subjects_[static_cast<std::size_t>(i)];
-    const Visit visit = withSpheres({-kInfinity, i, subjects.a, subjects.b, 1, 0.0});
+  for (int i = 0; i < static_cast<int>(moving_pairs_.size()); ++i) {
+    const MovingPair& moving = moving_pairs_[static_cast<std::size_t>(i)];
+    const IntervalVisit visit = withSpheres({-kInfinity, i, moving.a, moving.b, 1, 0.0});
     if (!(visit.lower_bound > limit)) push(visit);
   }
-  return static_cast<int>(subjects_.size() - queue_.size());
+  return static_cast<int>(moving_pairs_.size() - queue_.size());
 }
 
-bool MotionSearch::goesLater(const Visit& p, const Visit& q) const {
+bool MotionSearch::goesLater(const IntervalVisit& p, const IntervalVisit& q) const {
   if (order_ == Order::Earliest) {
     const double of_p = MovingBodies::Interval(p.interval).begin, of_q = MovingBodies::Interval(q.interval).begin;
     if (of_p != of_q) return of_p > of_q;
@@ -78,99 +73,102 @@ bool MotionSearch::goesLater(const Visit& p, const Visit& q) const {
   return p.lower_bound > q.lower_bound;
 }
 
-void MotionSearch::push(const Visit& visit) {
+void MotionSearch::push(const IntervalVisit& visit) {
   queue_.push_back(visit);
-  std::push_heap(queue_.begin(), queue_.end(), [this](const Visit& p, const Visit& q) { return goesLater(p, q); });
+  std::push_heap(queue_.begin(), queue_.end(),
+                 [this](const IntervalVisit& p, const IntervalVisit& q) { return goesLater(p, q); });
 }
 
-MotionSearch::Visit MotionSearch::pop() {
-  std::pop_heap(queue_.begin(), queue_.end(), [this](const Visit& p, const Visit& q) { return goesLater(p, q); });
-  const Visit first = queue_.back();
+MotionSearch::IntervalVisit MotionSearch::pop() {
+  std::pop_heap(queue_.begin(), queue_.end(),
+                [this](const IntervalVisit& p, const IntervalVisit& q) { return goesLater(p, q); });
+  const IntervalVisit first = queue_.back();
   queue_.pop_back();
   return first;
 }
 
-MotionSearch::Visit MotionSearch::withSpheres(Visit visit) {
-  MovingSubjects& subjects = subjectsOf(visit);
+MotionSearch::IntervalVisit MotionSearch::withSpheres(IntervalVisit visit) {
+  MovingPair& moving = movingPairOf(visit);
   const MovingBodies::SphereGap spheres =
-      subjects.bodies.sphereGap(at(visit.a).bounds, at(visit.b).bounds, visit.interval, *poses_);
-  visit.lower_bound = std::max(visit.lower_bound, spheres.gap - subjects.padding);
+      moving.bodies.sphereGap(at(visit.a).bounds, at(visit.b).bounds, visit.interval, *poses_);
+  visit.lower_bound = std::max(visit.lower_bound, spheres.gap - moving.padding);
   visit.travel = spheres.travel;
   return visit;
 }
 
-MotionSearch::Visit MotionSearch::withBoxes(Visit visit) {
-  MovingSubjects& subjects = subjectsOf(visit);
-  const double gap = subjects.bodies.boxGap(at(visit.a).bounds, at(visit.b).bounds, visit.interval, *poses_);
-  visit.lower_bound = std::max(visit.lower_bound, gap - subjects.padding);
+MotionSearch::IntervalVisit MotionSearch::withBoxes(IntervalVisit visit) {
+  MovingPair& moving = movingPairOf(visit);
+  const double gap = moving.bodies.boxGap(at(visit.a).bounds, at(visit.b).bounds, visit.interval, *poses_);
+  visit.lower_bound = std::max(visit.lower_bound, gap - moving.padding);
   return visit;
 }
 
 /// In time where they move farther than they are large, else the larger of the two volumes.
-void MotionSearch::divide(const Visit& visit, double limit) {
+void MotionSearch::split(const IntervalVisit& visit, double limit) {
   const Volume &a = at(visit.a), &b = at(visit.b);
-  const auto enter = [&](Visit part) {
+  const auto enter = [&](IntervalVisit part) {
     part = withSpheres(part);
     if (!(part.lower_bound > limit)) part = withBoxes(part);
     if (!(part.lower_bound > limit)) push(part);
   };
-  const bool divide_a = !a.isLeaf() && (b.isLeaf() || a.bounds.radius >= b.bounds.radius);
-  Visit part = visit;
-  if (visit.travel > (divide_a ? a : b).bounds.radius && visit.interval < 1 << kMostLevels) {
+  const bool split_a = splitsFirst(a, b);
+  IntervalVisit part = visit;
+  if (visit.travel > (split_a ? a : b).bounds.radius && visit.interval < 1 << kMostLevels) {
     for (const int half : {2 * visit.interval, 2 * visit.interval + 1}) {
       part.interval = half;
       enter(part);
     }
   } else {
-    for (const int volume : divide_a ? a.parts : b.parts) {
-      (divide_a ? part.a : part.b) = volume;
+    for (const int volume : split_a ? a.parts : b.parts) {
+      (split_a ? part.a : part.b) = volume;
       enter(part);
     }
   }
 }
 
-narrowphase::TimeOfContact MotionSearch::contactOf(const Visit& visit, const MotionQuestion& question, double latest) {
-  const MovingSubjects& subjects = subjectsOf(visit);
+narrowphase::TimeOfContact MotionSearch::contactOf(const IntervalVisit& visit, const MotionQuestion& question,
+                                                   double latest) {
+  const MovingPair& moving = movingPairOf(visit);
   const MovingBodies::Interval interval(visit.interval);
   const Piece &a = pieceOf(visit.a), &b = pieceOf(visit.b);
   narrowphase::ContactOptions options;
-  options.clearance = question.clearance + subjects.padding;
+  options.clearance = question.clearance + moving.padding;
   options.tolerance = question.tolerance;
   options.begin = interval.begin;
   options.end = std::min(interval.end, latest);
   // About a millisecond: longer than that no two pieces hold up a question that has a deadline.
   constexpr int kQueriesBetweenLooksAtTheClock = 256;
   if (question.deadline != Clock::time_point::max()) options.max_queries = kQueriesBetweenLooksAtTheClock;
-  return timeOfContact(a.shape, subjects.bodies.chainOfA(a.body_T_piece), b.shape,
-                       subjects.bodies.chainOfB(b.body_T_piece), options);
+  return timeOfContact(a.shape, moving.bodies.chainOfA(a.body_T_piece), b.shape, moving.bodies.chainOfB(b.body_T_piece),
+                       options);
 }
 
-narrowphase::MinimumOverMotion MotionSearch::minimumOf(const Visit& visit, const MotionQuestion& question,
+narrowphase::MinimumOverMotion MotionSearch::minimumOf(const IntervalVisit& visit, const MotionQuestion& question,
                                                        double upper_bound) {
-  const MovingSubjects& subjects = subjectsOf(visit);
+  const MovingPair& moving = movingPairOf(visit);
   const MovingBodies::Interval interval(visit.interval);
   const Piece &a = pieceOf(visit.a), &b = pieceOf(visit.b);
   narrowphase::MinimumOptions options;
   options.tolerance = question.tolerance;
   options.begin = interval.begin;
   options.end = interval.end;
-  options.stop_above = upper_bound - question.tolerance + subjects.padding;
-  narrowphase::MinimumOverMotion minimum = minimumDistance(a.shape, subjects.bodies.chainOfA(a.body_T_piece), b.shape,
-                                                           subjects.bodies.chainOfB(b.body_T_piece), options);
-  minimum.lower_bound -= subjects.padding;
-  minimum.upper_bound -= subjects.padding;
+  options.stop_above = upper_bound - question.tolerance + moving.padding;
+  narrowphase::MinimumOverMotion minimum = minimumDistance(a.shape, moving.bodies.chainOfA(a.body_T_piece), b.shape,
+                                                           moving.bodies.chainOfB(b.body_T_piece), options);
+  minimum.lower_bound -= moving.padding;
+  minimum.upper_bound -= moving.padding;
   return minimum;
 }
 
-RobotContact MotionSearch::firstContact(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
+RobotContact MotionSearch::firstContact(const std::vector<ShapeRefPair>& pairs, const RobotMotion& motion,
                                         const MotionQuestion& question) {
   RobotContact answer;
   begin(pairs, motion, Order::Earliest, answer.counts);
-  if (subjects_.empty()) return answer;
+  if (moving_pairs_.empty()) return answer;
   answer.counts.by_one_bound = enterAll(question.clearance);
   Horizon horizon;
   while (!queue_.empty()) {
-    const Visit visit = pop();
+    const IntervalVisit visit = pop();
     const double time = MovingBodies::Interval(visit.interval).begin;
     if (answer.contact && !(time < horizon.latest)) break;
     ++answer.counts.intervals;
@@ -181,7 +179,7 @@ RobotContact MotionSearch::firstContact(const std::vector<SubjectPair>& pairs, c
     if (isLeaf(visit))
       measure(visit, question, horizon, answer);
     else
-      divide(visit, question.clearance);
+      split(visit, question.clearance);
   }
   answer.t_free = std::min(horizon.undecided, horizon.latest);
   answer.status = horizon.undecided < horizon.latest ? horizon.status : narrowphase::Status::Converged;
@@ -189,7 +187,8 @@ RobotContact MotionSearch::firstContact(const std::vector<SubjectPair>& pairs, c
 }
 
 /// Two pieces may bring the contact forward, or leave one open.
-void MotionSearch::measure(const Visit& visit, const MotionQuestion& question, Horizon& horizon, RobotContact& answer) {
+void MotionSearch::measure(const IntervalVisit& visit, const MotionQuestion& question, Horizon& horizon,
+                           RobotContact& answer) {
   const narrowphase::TimeOfContact contact = contactOf(visit, question, horizon.latest);
   answer.counts.queries += contact.queries;
   if (contact.status != narrowphase::Status::Converged) return horizon.leaveOpen(contact.t_free, contact.status);
@@ -200,7 +199,7 @@ void MotionSearch::measure(const Visit& visit, const MotionQuestion& question, H
 }
 
 /// A few states on the way: what is at most as far apart there leaves little to be looked at in between.
-void MotionSearch::considerStates(const std::vector<SubjectPair>& pairs, RobotMinimum& answer) {
+void MotionSearch::considerStates(const std::vector<ShapeRefPair>& pairs, RobotMinimum& answer) {
   for (const double time : {0.0, 0.25, 0.5, 0.75, 1.0}) {
     states_.update(poses_->at(time));
     const std::vector<PairProximity>& closest = states_.closest(pairs, 1, PairSearch::Goal::Nearest, {});
@@ -211,11 +210,11 @@ void MotionSearch::considerStates(const std::vector<SubjectPair>& pairs, RobotMi
   }
 }
 
-RobotMinimum MotionSearch::minimum(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
+RobotMinimum MotionSearch::minimum(const std::vector<ShapeRefPair>& pairs, const RobotMotion& motion,
                                    const MotionQuestion& question) {
   RobotMinimum answer;
   begin(pairs, motion, Order::Nearest, answer.counts);
-  if (subjects_.empty()) return answer;
+  if (moving_pairs_.empty()) return answer;
   considerStates(pairs, answer);
   answer.counts.by_one_bound = enterAll(answer.upper_bound);
   answer.status = narrowphase::Status::Converged;
@@ -226,9 +225,9 @@ RobotMinimum MotionSearch::minimum(const std::vector<SubjectPair>& pairs, const 
       answer.status = narrowphase::Status::IterationLimit;
       break;
     }
-    const Visit visit = pop();
+    const IntervalVisit visit = pop();
     if (!isLeaf(visit)) {
-      divide(visit, answer.upper_bound);
+      split(visit, answer.upper_bound);
       continue;
     }
     const narrowphase::MinimumOverMotion pieces = minimumOf(visit, question, answer.upper_bound);
@@ -246,21 +245,21 @@ RobotMinimum MotionSearch::minimum(const std::vector<SubjectPair>& pairs, const 
 }
 
 /// A result of the narrowphase as an answer about links, in the frame of the poses.
-PairProximity MotionSearch::found(const Visit& visit, narrowphase::SignedDistance result, double time) {
-  const MovingSubjects& subjects = subjectsOf(visit);
+PairProximity MotionSearch::found(const IntervalVisit& visit, narrowphase::SignedDistance result, double time) {
+  const MovingPair& moving = movingPairOf(visit);
   const Volume &a = at(visit.a), &b = at(visit.b);
-  if (const int middle = subjects.bodies.middle(); middle >= 0) {
+  if (const int middle = moving.bodies.middle(); middle >= 0) {
     const Eigen::Isometry3d& pose = *poses_->at(time)[static_cast<std::size_t>(middle)];
     result.normal = (pose.linear() * result.normal).normalized();
     result.point_a = pose * result.point_a;
   }
   PairProximity proximity;
-  proximity.asked = subjects.asked;
+  proximity.asked = moving.asked;
   proximity.collision_a = collisionOf(model_->robot, a.piece).number;
   proximity.collision_b = collisionOf(model_->robot, b.piece).number;
-  proximity.result = padded(result, subjects.padding);
+  proximity.result = padded(result, moving.padding);
   proximity.representation = std::max(a.representation, b.representation);
-  const bool is_compound = !at(subjects.a).isLeaf() || !at(subjects.b).isLeaf();
+  const bool is_compound = !at(moving.a).isLeaf() || !at(moving.b).isLeaf();
   proximity.depth_is_lower_bound = proximity.result.distance < 0.0 && is_compound;
   return proximity;
 }

@@ -11,7 +11,7 @@
 
 namespace proximity_server::scene {
 
-/// Answers questions about pairs of subjects in motion: walks through volumes and time at once, and gives only the
+/// Answers questions about pairs of shapes in motion: walks through volumes and time at once, and gives only the
 /// pieces and intervals to the narrowphase that neither spheres nor boxes settle.
 class MotionSearch {
  public:
@@ -20,23 +20,23 @@ class MotionSearch {
   const std::shared_ptr<const SceneModel>& model() const { return model_; }
   const std::shared_ptr<const Volumes>& volumes() const { return volumes_; }
 
-  RobotContact firstContact(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
+  RobotContact firstContact(const std::vector<ShapeRefPair>& pairs, const RobotMotion& motion,
                             const MotionQuestion& question);
-  RobotMinimum minimum(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
+  RobotMinimum minimum(const std::vector<ShapeRefPair>& pairs, const RobotMotion& motion,
                        const MotionQuestion& question);
 
  private:
-  struct MovingSubjects {
-    SubjectPair asked;
+  struct MovingPair {
+    ShapeRefPair asked;
     double padding;  ///< [m]
     int a, b;        ///< volumes
     MovingBodies bodies;
   };
 
   /// Two volumes during an interval of time, see MovingBodies::Interval.
-  struct Visit {
+  struct IntervalVisit {
     double lower_bound;  ///< [m] of their signed distance less the padding
-    int subjects;        ///< index into subjects_
+    int pair;            ///< index into moving_pairs_
     int a, b, interval;
     double travel;  ///< [m] of b as seen from a
   };
@@ -49,35 +49,35 @@ class MotionSearch {
   };
   enum class Order : unsigned char { Nearest, Earliest };
 
-  void begin(const std::vector<SubjectPair>& pairs, const RobotMotion& motion, Order order, MotionCounts& counts);
+  void begin(const std::vector<ShapeRefPair>& pairs, const RobotMotion& motion, Order order, MotionCounts& counts);
   int enterAll(double limit);
-  double paddingOf(const SubjectPair& pair) const;
-  MovingSubjects& subjectsOf(const Visit& visit) { return subjects_[static_cast<std::size_t>(visit.subjects)]; }
+  MovingPair& movingPairOf(const IntervalVisit& visit) { return moving_pairs_[static_cast<std::size_t>(visit.pair)]; }
   const Piece& pieceOf(int leaf) const;
 
-  bool goesLater(const Visit& p, const Visit& q) const;
-  void push(const Visit& visit);
-  Visit pop();
+  bool goesLater(const IntervalVisit& p, const IntervalVisit& q) const;
+  void push(const IntervalVisit& visit);
+  IntervalVisit pop();
 
-  Visit withSpheres(Visit visit);
-  Visit withBoxes(Visit visit);
+  IntervalVisit withSpheres(IntervalVisit visit);
+  IntervalVisit withBoxes(IntervalVisit visit);
   const Volume& at(int volume) const { return (*volumes_)[volume]; }
-  bool isLeaf(const Visit& visit) const { return at(visit.a).isLeaf() && at(visit.b).isLeaf(); }
-  void divide(const Visit& visit, double limit);
+  bool isLeaf(const IntervalVisit& visit) const { return at(visit.a).isLeaf() && at(visit.b).isLeaf(); }
+  void split(const IntervalVisit& visit, double limit);
 
-  void considerStates(const std::vector<SubjectPair>& pairs, RobotMinimum& answer);
-  narrowphase::TimeOfContact contactOf(const Visit& visit, const MotionQuestion& question, double latest);
-  void measure(const Visit& visit, const MotionQuestion& question, Horizon& horizon, RobotContact& answer);
-  narrowphase::MinimumOverMotion minimumOf(const Visit& visit, const MotionQuestion& question, double upper_bound);
-  PairProximity found(const Visit& visit, narrowphase::SignedDistance result, double time);
+  void considerStates(const std::vector<ShapeRefPair>& pairs, RobotMinimum& answer);
+  narrowphase::TimeOfContact contactOf(const IntervalVisit& visit, const MotionQuestion& question, double latest);
+  void measure(const IntervalVisit& visit, const MotionQuestion& question, Horizon& horizon, RobotContact& answer);
+  narrowphase::MinimumOverMotion minimumOf(const IntervalVisit& visit, const MotionQuestion& question,
+                                           double upper_bound);
+  PairProximity found(const IntervalVisit& visit, narrowphase::SignedDistance result, double time);
 
   const std::shared_ptr<const SceneModel> model_;
   const std::shared_ptr<const Volumes> volumes_;
   PairSearch states_;  ///< at one time
-  std::vector<MovingSubjects> subjects_;
+  std::vector<MovingPair> moving_pairs_;
   std::optional<PosesInTime> poses_;
   Order order_ = Order::Nearest;
-  std::vector<Visit> queue_;  ///< a heap
+  std::vector<IntervalVisit> queue_;  ///< a heap
 };
 
 }  // namespace proximity_server::scene

@@ -66,17 +66,17 @@ MovingScene MovingScene::twin() const {
 
 const SceneModel& MovingScene::model() const { return *search_->model(); }
 
-RobotContact MovingScene::timeOfContact(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
+RobotContact MovingScene::timeOfContact(const std::vector<ShapeRefPair>& pairs, const RobotMotion& motion,
                                         const MotionQuestion& question) {
   return search_->firstContact(pairs, motion, question);
 }
 
-RobotMinimum MovingScene::minimum(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
+RobotMinimum MovingScene::minimum(const std::vector<ShapeRefPair>& pairs, const RobotMotion& motion,
                                   const MotionQuestion& question) {
   return search_->minimum(pairs, motion, question);
 }
 
-RobotContact MovingScene::timeOfContact(const std::vector<SubjectPair>& pairs, const PhasedMotion& motion,
+RobotContact MovingScene::timeOfContact(const std::vector<ShapeRefPair>& pairs, const PhasedMotion& motion,
                                         const MotionQuestion& question) {
   const std::vector<Phase>& phases = motion.phases();
   RobotContact answer = onWhole(phases.front(), timeOfContact(pairs, phases.front().motion, question));
@@ -86,7 +86,7 @@ RobotContact MovingScene::timeOfContact(const std::vector<SubjectPair>& pairs, c
   return answer;
 }
 
-RobotMinimum MovingScene::minimum(const std::vector<SubjectPair>& pairs, const PhasedMotion& motion,
+RobotMinimum MovingScene::minimum(const std::vector<ShapeRefPair>& pairs, const PhasedMotion& motion,
                                   const MotionQuestion& question) {
   const std::vector<Phase>& phases = motion.phases();
   RobotMinimum answer = onWhole(phases.front(), minimum(pairs, phases.front().motion, question));

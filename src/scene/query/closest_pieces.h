@@ -54,7 +54,7 @@ class PieceSearch {
  private:
   bool isLeaf(const Visit& visit) const;
   Visit withBoxes(Visit visit, const RelativePose& a_T_b) const;
-  void divide(const Visit& visit, const RelativePose& a_T_b);
+  void split(const Visit& visit, const RelativePose& a_T_b);
 
   const PlacedRobot& robot_;
   const Skipping skipping_;

@@ -13,8 +13,8 @@ namespace {
 constexpr int kStates = 300;  // of each joint, from one end of its range to the other
 
 /// The checked pairs that one joint moves against each other. Neighbours among them are checked because somebody asked.
-std::vector<SubjectPair> pairsOfOneJoint(const SceneModel& model, const std::vector<JointRange>& ranges) {
-  std::vector<SubjectPair> pairs;
+std::vector<ShapeRefPair> pairsOfOneJoint(const SceneModel& model, const std::vector<JointRange>& ranges) {
+  std::vector<ShapeRefPair> pairs;
   for (const int i : model.pairs.checked) {
     const LinkPair& pair = model.pairs.pairs[i];
     if (model.robot.connection(pair.link_a, pair.link_b).movable_joints != 1) continue;
@@ -32,9 +32,9 @@ Positions positionsAt(double fraction, const std::vector<JointRange>& ranges, co
 }
 
 /// Those of them that are proven to be apart in none of kStates states.
-std::vector<SubjectPair> alwaysInContact(const SceneModel& model) {
+std::vector<ShapeRefPair> alwaysInContact(const SceneModel& model) {
   const std::vector<JointRange> ranges = jointRanges(model.robot);
-  std::vector<SubjectPair> pairs = pairsOfOneJoint(model, ranges);
+  std::vector<ShapeRefPair> pairs = pairsOfOneJoint(model, ranges);
   if (pairs.empty()) return pairs;
   Scene scene(std::shared_ptr<const SceneModel>(std::shared_ptr<void>(), &model));  // lent: the scene ends first
   Question question;
@@ -42,7 +42,7 @@ std::vector<SubjectPair> alwaysInContact(const SceneModel& model) {
   question.depth = Question::Depth::NotWanted;
   for (int state = 0; state < kStates && !pairs.empty(); ++state) {
     scene.update(forwardKinematics(model.robot, positionsAt(state / (kStates - 1.0), ranges, model.robot)));
-    const auto is_apart = [&](const SubjectPair& pair) {
+    const auto is_apart = [&](const ShapeRefPair& pair) {
       return scene.proximity(pair, question).result.lower_bound > 0.0;
     };
     pairs.erase(std::remove_if(pairs.begin(), pairs.end(), is_apart), pairs.end());
@@ -56,7 +56,7 @@ SceneModel makeSceneModel(RobotModel robot, const std::string& srdf_xml, const P
   PairTable table = filterPairs(robot, srdf_xml, options);
   SceneModel model{std::move(robot), std::move(table)};
   std::vector<std::string> names;
-  for (const SubjectPair& pair : alwaysInContact(model)) {
+  for (const ShapeRefPair& pair : alwaysInContact(model)) {
     names.push_back(LinkTable(model.robot).names({pair.a.link, pair.b.link}));
   }
   addPairsWarning("Checked, but in contact in each of " + std::to_string(kStates) +

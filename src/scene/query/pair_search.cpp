@@ -15,7 +15,7 @@ bool isLate(const Question& question) {
   return question.deadline != Clock::time_point::max() && Clock::now() > question.deadline;
 }
 
-PairProximity unknown(const SubjectPair& pair) {
+PairProximity unknown(const ShapeRefPair& pair) {
   PairProximity proximity;
   proximity.asked = pair;
   return proximity;
@@ -67,7 +67,7 @@ void PairSearch::update(const BodyPoses& poses) {
   groups_fit_ = groups_ && groups_->refit(robot_);
 }
 
-double PairSearch::paddingOf(const SubjectPair& pair) const {
+double PairSearch::paddingOf(const ShapeRefPair& pair) const {
   if (paddings_.empty()) return 0.0;
   const auto [a, b] = std::minmax(pair.a.link, pair.b.link);
   const auto found = std::lower_bound(paddings_.begin(), paddings_.end(), std::make_pair(a, b),
@@ -78,7 +78,7 @@ double PairSearch::paddingOf(const SubjectPair& pair) const {
 }
 
 /// Nothing where a pose or all geometry is missing. The same numbers come out for a pair asked in the other order.
-std::optional<Visit> PairSearch::visitOf(const SubjectPair& pair, int number) const {
+std::optional<Visit> PairSearch::visitOf(const ShapeRefPair& pair, int number) const {
   const auto [a, b] = std::minmax({robot_.volumes().of(pair.a), robot_.volumes().of(pair.b)});
   if (!robot_.isPlaced(a) || !robot_.isPlaced(b)) return std::nullopt;
   Visit visit{-kInfinity, number, a, b, paddingOf(pair)};
@@ -92,8 +92,8 @@ Visit PairSearch::refined(Visit visit, double limit) {
   if (skipping_ == Skipping::Off) return visit;
   const RelativePose a_T_b = robot_.relative(visit.a, visit.b);
   if (const KeptAnswer* kept = kept_.find(visit.a, visit.b)) {
-    const Motion motion = robot_.motion(visit.a, visit.b, kept->a_T_b, a_T_b);
-    const double bound = kept->proximity.result.lower_bound - motion.bound;
+    const RelativeMotionBound motion = robot_.relativeMotion(visit.a, visit.b, kept->a_T_b, a_T_b);
+    const double bound = kept->proximity.result.lower_bound - motion.distance_change;
     if (bound > visit.lower_bound) {
       visit.lower_bound = bound;
       visit.bound = motion.is_rest ? Visit::Bound::Rest : Visit::Bound::Motion;
@@ -124,11 +124,11 @@ std::optional<PairProximity> PairSearch::answerAtRest(const Visit& visit, const 
                                                       const Question& question) {
   const KeptAnswer* kept = skipping_ == Skipping::On ? kept_.find(visit.a, visit.b) : nullptr;
   if (!kept || kept->proximity.result.status != narrowphase::Status::Converged) return std::nullopt;
-  const Motion motion = robot_.motion(visit.a, visit.b, kept->a_T_b, a_T_b);
+  const RelativeMotionBound motion = robot_.relativeMotion(visit.a, visit.b, kept->a_T_b, a_T_b);
   if (!motion.is_rest) return std::nullopt;
   PairProximity proximity = kept->proximity;
-  proximity.result.lower_bound -= motion.bound;
-  proximity.result.upper_bound += motion.bound;
+  proximity.result.lower_bound -= motion.distance_change;
+  proximity.result.upper_bound += motion.distance_change;
   if (proximity.result.upper_bound - proximity.result.lower_bound > question.tolerance) return std::nullopt;
   return proximity;
 }
@@ -158,7 +158,7 @@ PairProximity PairSearch::compute(const Visit& visit, const RelativePose& a_T_b,
   return proximity;
 }
 
-PairProximity PairSearch::asAsked(const SubjectPair& pair, const Visit& visit, PairProximity proximity) const {
+PairProximity PairSearch::asAsked(const ShapeRefPair& pair, const Visit& visit, PairProximity proximity) const {
   proximity.asked = pair;
   proximity.result = robot_.inPosesFrame(visit.a, proximity.result);
   if (robot_.volumes().of(pair.a) == visit.a) return proximity;
@@ -168,7 +168,8 @@ PairProximity PairSearch::asAsked(const SubjectPair& pair, const Visit& visit, P
   return proximity;
 }
 
-PairProximity PairSearch::measure(const SubjectPair& pair, const Visit& visit, double limit, const Question& question) {
+PairProximity PairSearch::measure(const ShapeRefPair& pair, const Visit& visit, double limit,
+                                  const Question& question) {
   const RelativePose a_T_b = robot_.relative(visit.a, visit.b);
   if (const auto kept = answerAtRest(visit, a_T_b, question)) {
     ++counts_.at_rest;
@@ -183,7 +184,7 @@ PairProximity PairSearch::measure(const SubjectPair& pair, const Visit& visit, d
   return asAsked(pair, visit, proximity);
 }
 
-PairProximity PairSearch::settle(const SubjectPair& pair, const Question& question) {
+PairProximity PairSearch::settle(const ShapeRefPair& pair, const Question& question) {
   ++counts_.total;
   std::optional<Visit> visit = visitOf(pair, 0);
   if (!visit) {
@@ -197,16 +198,16 @@ PairProximity PairSearch::settle(const SubjectPair& pair, const Question& questi
   return asAsked(pair, *visit, proof(*visit));
 }
 
-PairProximity PairSearch::one(const SubjectPair& pair, const Question& question) {
+PairProximity PairSearch::one(const ShapeRefPair& pair, const Question& question) {
   counts_ = {};
   return settle(pair, question);
 }
 
-const std::vector<PairProximity>& PairSearch::all(const std::vector<SubjectPair>& pairs, const Question& question) {
+const std::vector<PairProximity>& PairSearch::all(const std::vector<ShapeRefPair>& pairs, const Question& question) {
   counts_ = {};
   results_.clear();
   results_.reserve(pairs.size());
-  for (const SubjectPair& pair : pairs) results_.push_back(settle(pair, question));
+  for (const ShapeRefPair& pair : pairs) results_.push_back(settle(pair, question));
   return results_;
 }
 
@@ -233,7 +234,7 @@ double PairSearch::limit(const Search& search) const {
 
 /// Measures a pair, and ranks it if it is among the nearest so far.
 void PairSearch::consider(const Visit& visit, const Search& search) {
-  const SubjectPair& pair = search.pairs[static_cast<std::size_t>(visit.number)];
+  const ShapeRefPair& pair = search.pairs[static_cast<std::size_t>(visit.number)];
   const PairProximity proximity = measure(pair, visit, limit(search), search.question);
   if (proximity.result.status == narrowphase::Status::Unknown || isBeyond(proximity.result, limit(search))) return;
   ++below_;
@@ -306,8 +307,9 @@ bool PairSearch::needsOnlyCounting(const Visit& visit, const Search& search) con
     return false;
   const KeptAnswer* kept = kept_.find(visit.a, visit.b);
   if (!kept) return false;
-  const Motion motion = robot_.motion(visit.a, visit.b, kept->a_T_b, robot_.relative(visit.a, visit.b));
-  return kept->proximity.result.upper_bound + motion.bound <= search.question.threshold;
+  const RelativeMotionBound motion =
+      robot_.relativeMotion(visit.a, visit.b, kept->a_T_b, robot_.relative(visit.a, visit.b));
+  return kept->proximity.result.upper_bound + motion.distance_change <= search.question.threshold;
 }
 
 void PairSearch::visitBestFirst(const Search& search) {
@@ -330,7 +332,7 @@ void PairSearch::visitBestFirst(const Search& search) {
   counts_.by_bounds = counts_.total - counts_.unknown - counts_.at_rest - counts_.by_motion - counts_.computed;
 }
 
-const std::vector<PairProximity>& PairSearch::closest(const std::vector<SubjectPair>& pairs, std::size_t k, Goal goal,
+const std::vector<PairProximity>& PairSearch::closest(const std::vector<ShapeRefPair>& pairs, std::size_t k, Goal goal,
                                                       const Question& question) {
   const Search search{pairs, std::min(k, pairs.size()), goal, question};
   counts_ = {};

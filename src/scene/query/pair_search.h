@@ -35,14 +35,14 @@ class PairSearch {
   PairSearch(const SceneModel& model, std::shared_ptr<const Volumes> volumes, Skipping skipping);
 
   /// The pairs that are checked, as whole links. Where these are asked about by reference, many are settled at once.
-  const std::vector<SubjectPair>& candidates() const { return candidates_; }
+  const std::vector<ShapeRefPair>& candidates() const { return candidates_; }
 
   void update(const BodyPoses& poses);
   const PairCounts& counts() const { return counts_; }
 
-  PairProximity one(const SubjectPair& pair, const Question& question);
-  const std::vector<PairProximity>& all(const std::vector<SubjectPair>& pairs, const Question& question);
-  const std::vector<PairProximity>& closest(const std::vector<SubjectPair>& pairs, std::size_t k, Goal goal,
+  PairProximity one(const ShapeRefPair& pair, const Question& question);
+  const std::vector<PairProximity>& all(const std::vector<ShapeRefPair>& pairs, const Question& question);
+  const std::vector<PairProximity>& closest(const std::vector<ShapeRefPair>& pairs, std::size_t k, Goal goal,
                                             const Question& question);
   /// Of the last question, for Goal::NearestOfAll.
   int countBelow() const { return below_; }
@@ -54,7 +54,7 @@ class PairSearch {
   };
   /// What `closest` is about.
   struct Search {
-    const std::vector<SubjectPair>& pairs;
+    const std::vector<ShapeRefPair>& pairs;
     const std::size_t k;
     const Goal goal;
     const Question& question;
@@ -66,15 +66,15 @@ class PairSearch {
     bool operator<(const Ranked& other) const { return rank != other.rank ? rank < other.rank : number < other.number; }
   };
 
-  double paddingOf(const SubjectPair& pair) const;
-  std::optional<Visit> visitOf(const SubjectPair& pair, int number) const;
+  double paddingOf(const ShapeRefPair& pair) const;
+  std::optional<Visit> visitOf(const ShapeRefPair& pair, int number) const;
   Visit refined(Visit visit, double limit);
-  PairProximity settle(const SubjectPair& pair, const Question& question);
-  PairProximity measure(const SubjectPair& pair, const Visit& visit, double limit, const Question& question);
+  PairProximity settle(const ShapeRefPair& pair, const Question& question);
+  PairProximity measure(const ShapeRefPair& pair, const Visit& visit, double limit, const Question& question);
   std::optional<PairProximity> answerAtRest(const Visit& visit, const RelativePose& a_T_b, const Question& question);
   PairProximity compute(const Visit& visit, const RelativePose& a_T_b, double limit, const Question& question);
   PairProximity proof(const Visit& visit) const;
-  PairProximity asAsked(const SubjectPair& pair, const Visit& visit, PairProximity proximity) const;
+  PairProximity asAsked(const ShapeRefPair& pair, const Visit& visit, PairProximity proximity) const;
   int& countOf(Visit::Bound bound);
 
   double limit(const Search& search) const;
@@ -92,7 +92,7 @@ class PairSearch {
   PieceSearch pieces_;
   PairMemory<KeptAnswer> kept_;
   std::vector<PairPadding> paddings_;
-  std::vector<SubjectPair> candidates_;
+  std::vector<ShapeRefPair> candidates_;
   std::optional<LinkGroups> groups_;  // of many candidates
   bool groups_fit_ = false;           // the poses
 

@@ -20,7 +20,7 @@ PlacedRobot::PlacedRobot(const RobotModel& model, std::shared_ptr<const Volumes>
     : model_(model),
       volumes_(std::move(volumes)),
       bodies_(model.bodies.size()),
-      spheres_(static_cast<std::size_t>(volumes_->subjects())) {}
+      spheres_(static_cast<std::size_t>(volumes_->rootCount())) {}
 
 void PlacedRobot::update(const BodyPoses& poses) {
   if (poses.size() != bodies_.size()) {
@@ -42,10 +42,10 @@ void PlacedRobot::update(const BodyPoses& poses) {
 void PlacedRobot::placeSpheres() {
   const auto known = [](const BodyPlace& body) { return body.known; };
   const auto first = std::find_if(bodies_.begin(), bodies_.end(), known);
-  for (int subject = 0; subject < volumes_->subjects(); ++subject) {
-    const Volume& volume = at(subject);
-    const BodyPlace& body = bodyOf(subject);
-    Sphere& sphere = spheres_[static_cast<std::size_t>(subject)];
+  for (int root = 0; root < volumes_->rootCount(); ++root) {
+    const Volume& volume = at(root);
+    const BodyPlace& body = bodyOf(root);
+    Sphere& sphere = spheres_[static_cast<std::size_t>(root)];
     sphere.is_placed = body.known && !volume.isEmpty();
     if (!sphere.is_placed) continue;
     sphere.centre = (body.origin - first->origin) + body.rotation * volume.bounds.centre;
@@ -67,8 +67,8 @@ double PlacedRobot::sphereGap(int a, int b) const {
   return (sphere_b.centre - sphere_a.centre).norm() - (sphere_a.radius + sphere_b.radius);
 }
 
-Eigen::AlignedBox3d PlacedRobot::boxAround(int subject) const {
-  const Sphere& sphere = sphereOf(subject);
+Eigen::AlignedBox3d PlacedRobot::boxAround(int root) const {
+  const Sphere& sphere = sphereOf(root);
   return {sphere.centre.array() - sphere.radius, sphere.centre.array() + sphere.radius};
 }
 
@@ -92,7 +92,8 @@ double PlacedRobot::rounding(int a, int b, const RelativePose& a_T_b) const {
 /// No point of b moves farther in the frame of a than the centre of its sphere does, plus the turn's chord at the
 /// radius; and the same the other way round. A turn by t moves a point at distance 1 from its axis by 2 sin(t/2), which
 /// is the Frobenius norm of the difference of the two rotations over sqrt(2).
-Motion PlacedRobot::motion(int a, int b, const RelativePose& before, const RelativePose& now) const {
+RelativeMotionBound PlacedRobot::relativeMotion(int a, int b, const RelativePose& before,
+                                                const RelativePose& now) const {
   const double chord = std::sqrt(0.5) * (now.rotation - before.rotation).norm();
   const Vector3d step = now.translation - before.translation;
   if (chord == 0.0 && step.isZero(0.0)) return {0.0, true};

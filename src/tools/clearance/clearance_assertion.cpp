@@ -14,7 +14,7 @@ constexpr std::size_t kLongestJoints = 300;
 
 std::string metres(double length) { return numberText(length) + " m"; }
 
-std::string placeIn(const Segment& segment, double fraction) {
+std::string placeIn(const TrajectorySegment& segment, double fraction) {
   return " (" + numberText(segment.begin) + " to " + numberText(segment.end) + " s)" +
          (std::isfinite(fraction) ? ", at " + numberText(segment.timeAt(fraction)) + " s" : "");
 }
@@ -81,7 +81,7 @@ ClearanceAssertion::Verdict ClearanceAssertion::verdictOf(const Row& row) const 
 }
 
 /// Those that move the pair against each other.
-std::string ClearanceAssertion::joints(const scene::SubjectPair& pair, const scene::Positions& positions) const {
+std::string ClearanceAssertion::joints(const scene::ShapeRefPair& pair, const scene::Positions& positions) const {
   if (pair.a.link < 0 || pair.b.link < 0) return "";
   const std::string text = stateText(robot_, pair, positions);
   return text.size() > kLongestJoints ? "" : text;

@@ -44,8 +44,8 @@ class ClearanceAssertion {
   /// The smallest distance of a state or segment.
   struct Row {
     long number = 0;
-    std::string place;        ///< begin and end of a segment, and when it is that close
-    scene::SubjectPair pair;  ///< the closest; no links where nothing is known
+    std::string place;         ///< begin and end of a segment, and when it is that close
+    scene::ShapeRefPair pair;  ///< the closest; no links where nothing is known
     double distance = std::numeric_limits<double>::quiet_NaN();     ///< [m]
     double lower_bound = -std::numeric_limits<double>::infinity();  ///< [m] of all pairs
     double upper_bound = std::numeric_limits<double>::infinity();   ///< [m]
@@ -56,7 +56,7 @@ class ClearanceAssertion {
   };
   void add(Row row, const scene::Positions& positions);
   Verdict verdictOf(const Row& row) const;
-  std::string joints(const scene::SubjectPair& pair, const scene::Positions& positions) const;
+  std::string joints(const scene::ShapeRefPair& pair, const scene::Positions& positions) const;
   std::string describe(const Row& row) const;
   std::string countText(long count) const;
   std::string causes() const;

@@ -19,7 +19,7 @@ struct NumberedState {
   scene::Positions positions;
 };
 
-std::vector<scene::PairProximity> answerState(const std::vector<scene::SubjectPair>& pairs,
+std::vector<scene::PairProximity> answerState(const std::vector<scene::ShapeRefPair>& pairs,
                                               const PairSelection& selection, scene::Scene& scene) {
   scene::Question near_only;
   switch (selection.kind) {
@@ -57,7 +57,7 @@ SmallestDistance smallestOf(const std::vector<scene::PairProximity>& pairs, cons
   return smallest;
 }
 
-StateClearance answerNumberedState(const NumberedState& state, const std::vector<scene::SubjectPair>& pairs,
+StateClearance answerNumberedState(const NumberedState& state, const std::vector<scene::ShapeRefPair>& pairs,
                                    const StateQuestion& question, scene::Scene& scene) {
   scene.update(scene::forwardKinematics(scene.model().robot, state.positions));
   StateClearance answer{state.number, answerState(pairs, question.selection, scene), {}, state.positions};
@@ -70,9 +70,9 @@ StateClearance answerNumberedState(const NumberedState& state, const std::vector
   return answer;
 }
 
-std::vector<scene::SubjectPair> pairsWhere(const scene::SceneModel& model,
-                                           const std::function<bool(scene::PairReason)>& isWanted) {
-  std::vector<scene::SubjectPair> pairs;
+std::vector<scene::ShapeRefPair> pairsWhere(const scene::SceneModel& model,
+                                            const std::function<bool(scene::PairReason)>& isWanted) {
+  std::vector<scene::ShapeRefPair> pairs;
   for (const scene::LinkPair& pair : model.pairs.pairs) {
     if (isWanted(pair.reason)) pairs.push_back({{pair.link_a, 0}, {pair.link_b, 0}});
   }
@@ -109,11 +109,11 @@ PairSelection readPairSelection(const std::string& text) {
   return selection;
 }
 
-std::vector<scene::SubjectPair> filteredPairs(const scene::SceneModel& model) {
+std::vector<scene::ShapeRefPair> filteredPairs(const scene::SceneModel& model) {
   return pairsWhere(model, [](scene::PairReason reason) { return reason == scene::PairReason::Checked; });
 }
 
-std::vector<scene::SubjectPair> unfilteredPairs(const scene::SceneModel& model) {
+std::vector<scene::ShapeRefPair> unfilteredPairs(const scene::SceneModel& model) {
   return pairsWhere(model, [](scene::PairReason reason) { return reason != scene::PairReason::SameBody; });
 }
 

@@ -25,13 +25,13 @@ struct PairSelection {
 PairSelection readPairSelection(const std::string& text);
 
 /// The candidates of the filter, or every pair of links with geometry that is not one body.
-std::vector<scene::SubjectPair> filteredPairs(const scene::SceneModel& model);
-std::vector<scene::SubjectPair> unfilteredPairs(const scene::SceneModel& model);
+std::vector<scene::ShapeRefPair> filteredPairs(const scene::SceneModel& model);
+std::vector<scene::ShapeRefPair> unfilteredPairs(const scene::SceneModel& model);
 
 /// What is asked about, for states and trajectories alike.
 struct ClearanceQuestion {
   std::shared_ptr<const scene::SceneModel> model;
-  std::vector<scene::SubjectPair> pairs;
+  std::vector<scene::ShapeRefPair> pairs;
   int threads = 1;
 };
 

@@ -205,7 +205,7 @@ SrdfFaults findSrdfFaults(const scene::SceneModel& model, const PairStudy& study
   return faults;
 }
 
-std::string stateText(const scene::RobotModel& robot, const scene::SubjectPair& pair,
+std::string stateText(const scene::RobotModel& robot, const scene::ShapeRefPair& pair,
                       const scene::Positions& positions) {
   std::string text;
   for (const scene::JointRange& range :

@@ -15,7 +15,7 @@ struct SrdfFaults {
 SrdfFaults findSrdfFaults(const scene::SceneModel& model, const PairStudy& study);
 
 /// The state as `joint=position` for the joints that move the pair; the others do not matter.
-std::string stateText(const scene::RobotModel& robot, const scene::SubjectPair& pair,
+std::string stateText(const scene::RobotModel& robot, const scene::ShapeRefPair& pair,
                       const scene::Positions& positions);
 
 /// What was found, for people: every pair under its class, then (where there is an SRDF) what is wrong with it, entry

@@ -40,7 +40,7 @@ void add(const PairEvidence& later, PairEvidence& evidence) {
 bool isOpen(const PairEvidence& evidence) { return !evidence.contact || !evidence.apart; }
 
 BlockEvidence sampleBlock(scene::Scene scene, const std::vector<scene::JointRange>& ranges,
-                          const std::vector<scene::SubjectPair>& pairs, std::mt19937_64 random, long states) {
+                          const std::vector<scene::ShapeRefPair>& pairs, std::mt19937_64 random, long states) {
   scene::Question question;
   question.depth = scene::Question::Depth::NotWanted;
   BlockEvidence evidence(pairs.size());
@@ -129,7 +129,7 @@ void refine(scene::Scene& scene, const std::vector<scene::JointRange>& all_range
   if (proof.lower_bound > kContactDistance) evidence.proven = proof.lower_bound;
 }
 
-double depthAt(scene::Scene& scene, const scene::Positions& positions, const scene::SubjectPair& pair) {
+double depthAt(scene::Scene& scene, const scene::Positions& positions, const scene::ShapeRefPair& pair) {
   scene.update(scene::forwardKinematics(scene.model().robot, positions));
   return std::max(0.0, -scene.proximity(pair).result.distance);
 }
@@ -200,7 +200,7 @@ class Studying {
   /// Whether the class of a pair changed.
   bool sampleRound() {
     const std::vector<std::size_t> open = openPairs();
-    std::vector<scene::SubjectPair> pairs;
+    std::vector<scene::ShapeRefPair> pairs;
     for (const std::size_t i : open) pairs.push_back(study_.pairs[i].pair);
     const bool is_first = study_.samples == 0;
 

@@ -21,7 +21,7 @@ enum class ContactClass : unsigned char {
 
 /// What is known about the contact of two links that are not one body.
 struct PairEvidence {
-  scene::SubjectPair pair;
+  scene::ShapeRefPair pair;
   bool are_neighbours = false;   ///< see RobotModel::areNeighbours
   bool has_known_ranges = true;  ///< those of all joints between the two, see scene::hasKnownRange()
   long samples = 0;              ///< random states, until both kinds had been seen

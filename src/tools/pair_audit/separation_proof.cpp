@@ -31,7 +31,7 @@ double largestPosition(const scene::RobotModel& robot, int joint, const std::vec
 }
 
 std::vector<Hinge> hingesBetween(const scene::RobotModel& robot, const std::vector<scene::JointRange>& ranges,
-                                 const scene::SubjectPair& pair) {
+                                 const scene::ShapeRefPair& pair) {
   std::vector<Hinge> hinges;
   int body = robot.links[pair.a.link].body;
   for (const int index : scene::jointsBetween(robot, body, robot.links[pair.b.link].body)) {
@@ -74,7 +74,7 @@ struct Cell {
 /// The subdivision of the box of a pair's joints.
 class Subdivision {
  public:
-  Subdivision(scene::Scene& scene, const std::vector<scene::JointRange>& ranges, const scene::SubjectPair& pair)
+  Subdivision(scene::Scene& scene, const std::vector<scene::JointRange>& ranges, const scene::ShapeRefPair& pair)
       : scene_(scene),
         ranges_(ranges),
         pair_(pair),
@@ -137,7 +137,7 @@ class Subdivision {
 
   scene::Scene& scene_;
   const std::vector<scene::JointRange>& ranges_;
-  const scene::SubjectPair pair_;
+  const scene::ShapeRefPair pair_;
   const std::vector<double> sensitivities_;
   scene::Positions positions_;
   std::priority_queue<Cell> cells_;
@@ -149,7 +149,7 @@ class Subdivision {
 }  // namespace
 
 std::vector<double> sensitivities(const scene::RobotModel& robot, const std::vector<scene::JointRange>& ranges,
-                                  const scene::SubjectPair& pair) {
+                                  const scene::ShapeRefPair& pair) {
   const std::vector<Hinge> hinges = hingesBetween(robot, ranges, pair);
   const std::vector<double> to_b = reachesBehind(hinges, robot, pair.b.link);
   std::vector<double> to_a = reachesBehind(reversed(hinges), robot, pair.a.link);
@@ -168,7 +168,7 @@ std::vector<double> sensitivities(const scene::RobotModel& robot, const std::vec
 }
 
 SeparationProof proveSeparation(scene::Scene& scene, const std::vector<scene::JointRange>& ranges,
-                                const scene::SubjectPair& pair) {
+                                const scene::ShapeRefPair& pair) {
   return Subdivision(scene, ranges, pair).run();
 }
 

@@ -25,7 +25,7 @@ struct SeparationProof {
 /// sides' reaches from the joint's origin counts, whatever the joints between do. A leader adds up what its followers
 /// cause.
 std::vector<double> sensitivities(const scene::RobotModel& robot, const std::vector<scene::JointRange>& ranges,
-                                  const scene::SubjectPair& pair);
+                                  const scene::ShapeRefPair& pair);
 
 /// Looks for a lower bound of the signed distance of two links over the box of `ranges`, all that move them against
 /// each other. Other joints are at 0.
@@ -37,6 +37,6 @@ std::vector<double> sensitivities(const scene::RobotModel& robot, const std::vec
 /// the volume of the box shows that beforehand nothing is tried. Source: Piyavskii, An algorithm for finding the
 /// absolute extremum of a function, 1972, in several dimensions.
 SeparationProof proveSeparation(scene::Scene& scene, const std::vector<scene::JointRange>& ranges,
-                                const scene::SubjectPair& pair);
+                                const scene::ShapeRefPair& pair);
 
 }  // namespace proximity_server::tools

@@ -89,20 +89,20 @@ std::vector<double> AnswerChecks::positionsOf(const sensor_msgs::JointState& sta
   return positions;
 }
 
-SubjectPair AnswerChecks::pairOf(const ShapeRef& a, const ShapeRef& b) const {
+ShapeRefPair AnswerChecks::pairOf(const ShapeRef& a, const ShapeRef& b) const {
   return {{robot_.robot().findLink(a.link)}, {robot_.robot().findLink(b.link)}};
 }
 
-std::vector<SubjectPair> AnswerChecks::pairsOf(const ShapeRef& a, const ShapeRef& b) const {
+std::vector<ShapeRefPair> AnswerChecks::pairsOf(const ShapeRef& a, const ShapeRef& b) const {
   if (isEmpty(a)) return scene_.candidates();
   return {pairOf(a, b)};
 }
 
-PairProximity AnswerChecks::closest(const std::vector<SubjectPair>& pairs) {
+PairProximity AnswerChecks::closest(const std::vector<ShapeRefPair>& pairs) {
   return pairs.size() == 1 ? scene_.proximity(pairs.front()) : *scene_.minimum(pairs);
 }
 
-PairProximity AnswerChecks::closestIn(const std::vector<double>& positions, const std::vector<SubjectPair>& pairs) {
+PairProximity AnswerChecks::closestIn(const std::vector<double>& positions, const std::vector<ShapeRefPair>& pairs) {
   scene_.update(forwardKinematics(robot_.robot(), positions));
   return closest(pairs);
 }
@@ -150,7 +150,7 @@ Verdict AnswerChecks::checkPosed(const QueryPairsRequest& request, const std::ve
     const Verdict verdict = agreement(pair, scene_.proximity(pairOf(pair.a, pair.b)));
     if (!verdict.empty()) return verdict;
   }
-  const std::vector<SubjectPair>& pairs = scene_.candidates();
+  const std::vector<ShapeRefPair>& pairs = scene_.candidates();
   if (request.mode == QueryPairsRequest::MINIMUM || request.mode == QueryPairsRequest::K_CLOSEST) {
     const std::size_t asked = std::max<std::size_t>(1, request.k);
     const std::vector<PairProximity> truth = scene_.closest(pairs, static_cast<int>(asked));
@@ -195,7 +195,7 @@ Verdict AnswerChecks::check(const QueryConfigurationRequest& request, const Quer
 }
 
 /// No sample before t_free is in contact, and the one at t_contact is.
-Verdict AnswerChecks::checkContact(const StateAt& state_at, const std::vector<SubjectPair>& pairs, double clearance,
+Verdict AnswerChecks::checkContact(const StateAt& state_at, const std::vector<ShapeRefPair>& pairs, double clearance,
                                    const SaidContact& said) {
   for (int i = 0; i < kSamples && said.t_free > said.begin; ++i) {
     const double time = said.begin + (said.t_free - said.begin) * i / kSamples;
@@ -213,7 +213,7 @@ Verdict AnswerChecks::checkContact(const StateAt& state_at, const std::vector<Su
 }
 
 /// No sample is closer than the lower bound, and the upper one is reached.
-Verdict AnswerChecks::checkMinimum(const StateAt& state_at, const std::vector<SubjectPair>& pairs,
+Verdict AnswerChecks::checkMinimum(const StateAt& state_at, const std::vector<ShapeRefPair>& pairs,
                                    const SaidMinimum& said) {
   const MotionMinimum& minimum = said.minimum;
   if (std::isnan(minimum.lower_bound)) return {};
@@ -254,7 +254,7 @@ Verdict AnswerChecks::check(const FirstContactRequest& request, const FirstConta
     if (std::abs(start[i] + time * velocities[i] - end) > kTolerance)
       return because(joints[i].name, " stops at ", time, ", and that is not at ", end);
   }
-  const std::vector<SubjectPair> pairs = pairsOf(request.a, request.b);
+  const std::vector<ShapeRefPair> pairs = pairsOf(request.a, request.b);
   const SaidContact said{0.0, response.contact != 0, response.t_free, response.t_contact};
   const Verdict verdict = checkContact(state_at, pairs, request.clearance, said);
   return verdict.empty() ? checkMinimum(state_at, pairs, {0.0, request.horizon, response.minimum}) : verdict;
@@ -275,7 +275,7 @@ Verdict AnswerChecks::check(const QueryTrajectoryRequest& request, const QueryTr
     }
     return positionsOf(state);
   };
-  const std::vector<SubjectPair> pairs = pairsOf(request.a, request.b);
+  const std::vector<ShapeRefPair> pairs = pairsOf(request.a, request.b);
   const SaidContact said{time_of(0), response.contact != 0, response.t_free, response.t_contact};
   const Verdict verdict = checkContact(state_at, pairs, request.clearance, said);
   if (!verdict.empty()) return verdict;

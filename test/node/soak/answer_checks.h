@@ -59,15 +59,15 @@ class AnswerChecks {
 
   void place(const ros::Time& stamp);
   std::vector<double> positionsOf(const sensor_msgs::JointState& state) const;
-  std::vector<SubjectPair> pairsOf(const ShapeRef& a, const ShapeRef& b) const;
-  SubjectPair pairOf(const ShapeRef& a, const ShapeRef& b) const;
-  PairProximity closest(const std::vector<SubjectPair>& pairs);
-  PairProximity closestIn(const std::vector<double>& positions, const std::vector<SubjectPair>& pairs);
+  std::vector<ShapeRefPair> pairsOf(const ShapeRef& a, const ShapeRef& b) const;
+  ShapeRefPair pairOf(const ShapeRef& a, const ShapeRef& b) const;
+  PairProximity closest(const std::vector<ShapeRefPair>& pairs);
+  PairProximity closestIn(const std::vector<double>& positions, const std::vector<ShapeRefPair>& pairs);
   Verdict checkNumberBelow(double threshold, std::size_t said);
   Verdict checkPosed(const QueryPairsRequest& request, const std::vector<Proximity>& said);
-  Verdict checkContact(const StateAt& state_at, const std::vector<SubjectPair>& pairs, double clearance,
+  Verdict checkContact(const StateAt& state_at, const std::vector<ShapeRefPair>& pairs, double clearance,
                        const SaidContact& said);
-  Verdict checkMinimum(const StateAt& state_at, const std::vector<SubjectPair>& pairs, const SaidMinimum& said);
+  Verdict checkMinimum(const StateAt& state_at, const std::vector<ShapeRefPair>& pairs, const SaidMinimum& said);
 
   MovingRobot robot_;
   Scene scene_;

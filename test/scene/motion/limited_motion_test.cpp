@@ -294,7 +294,7 @@ struct Carts {
     model.pairs = filterPairs(model.robot, "");
     return std::make_shared<const SceneModel>(model);
   }
-  std::vector<SubjectPair> pairs() const { return {{{model->robot.findLink("l")}, {model->robot.findLink("r")}}}; }
+  std::vector<ShapeRefPair> pairs() const { return {{{model->robot.findLink("l")}, {model->robot.findLink("r")}}}; }
   RobotContact contact(const MotionQuestion& question = {}) {
     return scene.timeOfContact(pairs(), limited.motion, question);
   }

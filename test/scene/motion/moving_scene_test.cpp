@@ -51,7 +51,7 @@ std::shared_ptr<const SceneModel> modelOf(const std::string& urdf, double paddin
 
 int linkOf(const SceneModel& model, const char* name) { return model.robot.findLink(name); }
 
-SubjectPair pairOf(const SceneModel& model, const char* a, const char* b) {
+ShapeRefPair pairOf(const SceneModel& model, const char* a, const char* b) {
   return {{linkOf(model, a)}, {linkOf(model, b)}};
 }
 
@@ -74,8 +74,8 @@ class SlideAndSwing : public testing::Test {
   }
 
   const std::shared_ptr<const SceneModel> model_ = modelOf(kSlideAndSwing);
-  const std::vector<SubjectPair> sled_ = {pairOf(*model_, "wall", "sled")};
-  const std::vector<SubjectPair> arm_ = {pairOf(*model_, "post", "arm")};
+  const std::vector<ShapeRefPair> sled_ = {pairOf(*model_, "wall", "sled")};
+  const std::vector<ShapeRefPair> arm_ = {pairOf(*model_, "post", "arm")};
   MovingScene scene_{model_};
 };
 
@@ -164,7 +164,7 @@ TEST_F(SlideAndSwing, FirstOfSeveralContactsWins) {
   EXPECT_NEAR(minimum.upper_bound, -0.5, 1e-6);  // both overlap by a half: the ball in the post, the sled in the wall
 }
 
-TEST_F(SlideAndSwing, SwappingTheSubjectsFlipsTheNormal) {
+TEST_F(SlideAndSwing, SwappingTheShapesFlipsTheNormal) {
   const RobotMotion towards = motion({}, {{"slide", -2.5}});
   const RobotContact one = scene_.timeOfContact(sled_, towards);
   const RobotContact other = scene_.timeOfContact({{sled_[0].b, sled_[0].a}}, towards);
@@ -279,7 +279,7 @@ void expectSamePoses(const BodyPoses& poses, const BodyPoses& expected) {
 void expectHoldsOnTheWay(const std::shared_ptr<const SceneModel>& model, int motions, int states, double clearance) {
   MovingScene moving(model);
   Scene scene(model);
-  const std::vector<SubjectPair> pairs = scene.candidates();
+  const std::vector<ShapeRefPair> pairs = scene.candidates();
   JointMotions random(model->robot, 3);
   int contacts = 0;
   MotionQuestion question;

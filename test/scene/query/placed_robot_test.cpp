@@ -131,17 +131,17 @@ TEST(PlacedRobot, ComputesNoBoxesForTwoClosedForms) {
 TEST(MotionBoundOfPlacedRobot, IsZeroForEqualPoses) {
   const Placed placed({box("1 2 3"), box("3 2 1")});
   const RelativePose pose = relativePose(turned(0.3, {1, 2, 3}, {4, 5, 6}));
-  const Motion motion = placed.robot.motion(placed.a, placed.b, pose, pose);
-  EXPECT_EQ(motion.bound, 0.0);
+  const RelativeMotionBound motion = placed.robot.relativeMotion(placed.a, placed.b, pose, pose);
+  EXPECT_EQ(motion.distance_change, 0.0);
   EXPECT_TRUE(motion.is_rest);
 }
 
 TEST(MotionBoundOfPlacedRobot, IsTheLengthOfAShift) {
   const Placed placed({box("1 2 3"), box("3 2 1")});
-  const Motion motion =
-      placed.robot.motion(placed.a, placed.b, relativePose(at(9, 0, 0)), relativePose(at(9, 0.3, -0.4)));
-  EXPECT_NEAR(motion.bound, 0.5, 1e-12);
-  EXPECT_GT(motion.bound, 0.5) << "rounding";
+  const RelativeMotionBound motion =
+      placed.robot.relativeMotion(placed.a, placed.b, relativePose(at(9, 0, 0)), relativePose(at(9, 0.3, -0.4)));
+  EXPECT_NEAR(motion.distance_change, 0.5, 1e-12);
+  EXPECT_GT(motion.distance_change, 0.5) << "rounding";
   EXPECT_FALSE(motion.is_rest);
 }
 
@@ -150,31 +150,34 @@ TEST(MotionBoundOfPlacedRobot, IsTheLengthOfAShift) {
 TEST(MotionBoundOfPlacedRobot, OfATurnAboutTheCentreIsTheChordAtTheRadius) {
   const Placed placed({box("1 1 1"), box("2 4 4")});
   const Isometry3d before = at(20, 0, 0), now = before * turned(M_PI / 3, {0, 1, 2});
-  const Motion motion = placed.robot.motion(placed.a, placed.b, relativePose(before), relativePose(now));
-  EXPECT_NEAR(motion.bound, 3.0, 1e-12);
+  const RelativeMotionBound motion =
+      placed.robot.relativeMotion(placed.a, placed.b, relativePose(before), relativePose(now));
+  EXPECT_NEAR(motion.distance_change, 3.0, 1e-12);
 }
 
 // b goes round a: seen from b, a turns about its centre. Its radius is 3, too.
 TEST(MotionBoundOfPlacedRobot, OfATurnAboutTheOtherOneIsTheChordAtThatOnesRadius) {
   const Placed placed({box("2 4 4"), box("1 1 1")});
   const Isometry3d before = at(20, 0, 0), now = turned(M_PI / 3, {0, 0, 1}) * before;
-  const Motion motion = placed.robot.motion(placed.a, placed.b, relativePose(before), relativePose(now));
-  EXPECT_NEAR(motion.bound, 3.0, 1e-12);
+  const RelativeMotionBound motion =
+      placed.robot.relativeMotion(placed.a, placed.b, relativePose(before), relativePose(now));
+  EXPECT_NEAR(motion.distance_change, 3.0, 1e-12);
 }
 
 // The centre of the ball, at (2, 0, 0) of b, goes along the chord of a quarter.
 TEST(MotionBoundOfPlacedRobot, CountsFromTheCentreOfTheSphere) {
   const Placed placed({ball("10"), ball("1", "2 0 0")});
   const Isometry3d now = turned(M_PI / 2, Vector3d::UnitZ());
-  const Motion motion =
-      placed.robot.motion(placed.a, placed.b, relativePose(Isometry3d::Identity()), relativePose(now));
-  EXPECT_NEAR(motion.bound, std::sqrt(2.0) * (2.0 + 1.0), 1e-12);
+  const RelativeMotionBound motion =
+      placed.robot.relativeMotion(placed.a, placed.b, relativePose(Isometry3d::Identity()), relativePose(now));
+  EXPECT_NEAR(motion.distance_change, std::sqrt(2.0) * (2.0 + 1.0), 1e-12);
 }
 
 TEST(MotionBoundOfPlacedRobot, OfNoMoreThanRoundingIsRest) {
   const Placed placed({ball("1"), ball("1")});
   const auto shiftedBy = [&](double shift) {
-    return placed.robot.motion(placed.a, placed.b, relativePose(at(8, 0, 0)), relativePose(at(8 + shift, 0, 0)));
+    return placed.robot.relativeMotion(placed.a, placed.b, relativePose(at(8, 0, 0)),
+                                       relativePose(at(8 + shift, 0, 0)));
   };
   const double rounding = kPoseRounding * (8.0 + 1.0 + 1.0);
   EXPECT_TRUE(shiftedBy(0.9 * rounding).is_rest);
@@ -193,7 +196,7 @@ TEST(MotionBoundOfPlacedRobot, IsNeverBelowTheChangeOfTheDistance) {
     const RelativePose first = relativePose(before), second = relativePose(step * before);
     const double change = placed.robot.distance(placed.a, placed.b, second, {}, memory).distance -
                           placed.robot.distance(placed.a, placed.b, first, {}, memory).distance;
-    const double bound = placed.robot.motion(placed.a, placed.b, first, second).bound;
+    const double bound = placed.robot.relativeMotion(placed.a, placed.b, first, second).bound;
     EXPECT_LE(std::abs(change), bound + 2e-9);
     close += std::abs(change) > 0.5 * bound;
   }

@@ -145,7 +145,7 @@ class SceneAndFcl : public testing::TestWithParam<ExampleRobot> {
     return model;
   }
 
-  const LinkMesh& meshOf(const Subject& subject) const { return *meshes_[static_cast<std::size_t>(subject.link)]; }
+  const LinkMesh& meshOf(const ShapeRef& ref) const { return *meshes_[static_cast<std::size_t>(ref.link)]; }
 
   const MeshResolver resolve_ = exampleRobotsResolver();
   std::shared_ptr<const SceneModel> model_;
@@ -186,8 +186,8 @@ struct Meshes {
     for (std::size_t link = 0; link < model->robot.links.size(); ++link)
       links.push_back(std::make_unique<LinkMesh>(model->robot, static_cast<int>(link)));
   }
-  double distance(const SubjectPair& pair, const BodyPoses& poses) const {
-    const auto mesh = [this](const Subject& s) -> const LinkMesh& { return *links[static_cast<std::size_t>(s.link)]; };
+  double distance(const ShapeRefPair& pair, const BodyPoses& poses) const {
+    const auto mesh = [this](const ShapeRef& s) -> const LinkMesh& { return *links[static_cast<std::size_t>(s.link)]; };
     return fclDistance(mesh(pair.a), mesh(pair.b), poses);
   }
 };
@@ -200,7 +200,7 @@ void expectAgreement(std::shared_ptr<const SceneModel> model, const Meshes& trut
   for (int state = 0; state < states; ++state) {
     const BodyPoses poses = randomState(model->robot, random);
     scene.update(poses);
-    const std::vector<SubjectPair>& pairs = scene.candidates();
+    const std::vector<ShapeRefPair>& pairs = scene.candidates();
     for (std::size_t i = 0; i < pairs.size(); i += 5) {
       const double reference = truth.distance(pairs[i], poses);
       if (!(reference > agreement)) continue;

@@ -120,7 +120,7 @@ Scene sceneOf(const Shape& a, const Shape& b, double padding = 0.0) {
   return Scene(maker.finish());
 }
 
-const SubjectPair kFirstTwo{{0, 0}, {1, 0}};
+const ShapeRefPair kFirstTwo{{0, 0}, {1, 0}};
 
 // --- what a result looks like
 
@@ -224,7 +224,7 @@ TEST(Scene, WholeLinkIsMeasuredByThePiecesOfItsBody) {
   EXPECT_NEAR(scene.proximity({{0, 3}, {1, 0}}).result.distance, 3.0, kTolerance);
 }
 
-TEST(Scene, SubjectsOfOneBodyKeepTheirDistance) {
+TEST(Scene, ShapesOfOneBodyKeepTheirDistance) {
   RobotMaker maker;
   maker.addBody();
   maker.addLink(0);
@@ -332,7 +332,7 @@ TEST(Scene, LinkWithoutGeometryIsUnknown) {
   EXPECT_EQ(scene.counts().unknown, 1);
 }
 
-TEST(Scene, RefusesSubjectsThatDoNotExist) {
+TEST(Scene, RefusesShapesThatDoNotExist) {
   Scene scene = sceneOf(Sphere{1.0}, Sphere{1.0});
   scene.update({at(0, 0, 0), at(5, 0, 0)});
   EXPECT_THROW(scene.proximity({{0, 0}, {2, 0}}), std::invalid_argument);
@@ -488,7 +488,7 @@ TEST(Scene, EqualDistancesComeInTheOrderOfThePairs) {
   for (int i = 0; i < 7; ++i) maker.addBodyOf(Sphere{0.25});
   Scene scene(maker.finish());
   scene.update({at(0, 0, 0), at(1, 0, 0), at(-1, 0, 0), at(0, 1, 0), at(0, -1, 0), at(0, 0, 1), at(0, 0, -1)});
-  std::vector<SubjectPair> pairs;
+  std::vector<ShapeRefPair> pairs;
   for (const int other : {4, 2, 6, 1, 5, 3}) pairs.push_back({{0, 0}, {other, 0}});
   EXPECT_EQ(scene.minimum(pairs)->asked.b.link, 4);
   const std::vector<PairProximity> three = scene.closest(pairs, 3);
@@ -533,12 +533,12 @@ std::shared_ptr<const SceneModel> randomRobot(unsigned seed) {
 }
 
 /// All pairs of links, of one body too, and some single <collision>s.
-std::vector<SubjectPair> manyPairs(const RobotModel& robot) {
-  std::vector<SubjectPair> pairs;
+std::vector<ShapeRefPair> manyPairs(const RobotModel& robot) {
+  std::vector<ShapeRefPair> pairs;
   const int links = static_cast<int>(robot.links.size());
   for (int a = 0; a < links; ++a)
     for (int b = a + 1; b < links; ++b)
-      pairs.push_back((a + b) % 2 ? SubjectPair{{a, 0}, {b, 0}} : SubjectPair{{b, 0}, {a, 0}});
+      pairs.push_back((a + b) % 2 ? ShapeRefPair{{a, 0}, {b, 0}} : ShapeRefPair{{b, 0}, {a, 0}});
   for (int a = 1; a < links; ++a) pairs.push_back({{0, 1}, {a, 1}});
   return pairs;
 }
@@ -556,7 +556,7 @@ class RandomScene : public testing::TestWithParam<unsigned> {
   BodyPoses nextPoses() { return randomPoses(random_, model_->robot.bodies.size(), spread_(random_)); }
 
   const std::shared_ptr<const SceneModel> model_ = randomRobot(GetParam());
-  const std::vector<SubjectPair> pairs_ = manyPairs(model_->robot);
+  const std::vector<ShapeRefPair> pairs_ = manyPairs(model_->robot);
   std::mt19937 random_{GetParam()};
   std::uniform_real_distribution<double> spread_{1.0, 12.0};
 };
@@ -564,7 +564,7 @@ class RandomScene : public testing::TestWithParam<unsigned> {
 /// The distances of all pairs, each settled alone: what every other question has to agree with.
 class BruteForce {
  public:
-  BruteForce(const std::vector<SubjectPair>& pairs, const std::vector<PairProximity>& all) : pairs_(pairs) {
+  BruteForce(const std::vector<ShapeRefPair>& pairs, const std::vector<PairProximity>& all) : pairs_(pairs) {
     for (const PairProximity& pair : all) distances_.push_back(pair.result.distance);
     sorted_ = distances_;
     std::sort(sorted_.begin(), sorted_.end());
@@ -572,9 +572,9 @@ class BruteForce {
 
   double smallest(std::size_t i) const { return sorted_[i]; }
 
-  double of(const SubjectPair& asked) const {
+  double of(const ShapeRefPair& asked) const {
     for (std::size_t i = 0; i < pairs_.size(); ++i)
-      if (std::memcmp(&pairs_[i], &asked, sizeof(SubjectPair)) == 0) return distances_[i];
+      if (std::memcmp(&pairs_[i], &asked, sizeof(ShapeRefPair)) == 0) return distances_[i];
     ADD_FAILURE() << "nobody asked for that pair";
     return kNaN;
   }
@@ -584,7 +584,7 @@ class BruteForce {
   }
 
  private:
-  const std::vector<SubjectPair>& pairs_;
+  const std::vector<ShapeRefPair>& pairs_;
   std::vector<double> distances_, sorted_;
 };
 
@@ -600,7 +600,7 @@ void expectClosest(const std::vector<PairProximity>& found, const BruteForce& br
       EXPECT_LE(found[i - 1].result.distance, found[i].result.distance);
     }
     for (std::size_t j = 0; j < i; ++j)
-      EXPECT_NE(std::memcmp(&found[i].asked, &found[j].asked, sizeof(SubjectPair)), 0) << "the same pair twice";
+      EXPECT_NE(std::memcmp(&found[i].asked, &found[j].asked, sizeof(ShapeRefPair)), 0) << "the same pair twice";
   }
 }
 
@@ -748,13 +748,13 @@ TEST_P(RandomScene, WithoutDepthAnyOverlapIsTheMinimum) {
   EXPECT_GT(overlaps, 10);
 }
 
-TEST_P(RandomScene, SwappingTheSubjectsFlipsTheNormalAndKeepsTheDistance) {
+TEST_P(RandomScene, SwappingTheShapesFlipsTheNormalAndKeepsTheDistance) {
   Scene scene(model_), mirror(model_);
   for (int state = 0; state < 20; ++state) {
     const BodyPoses poses = nextPoses();
     scene.update(poses);
     mirror.update(poses);
-    for (const SubjectPair& pair : pairs_) {
+    for (const ShapeRefPair& pair : pairs_) {
       const SignedDistance there = scene.proximity(pair).result, back = mirror.proximity({pair.b, pair.a}).result;
       EXPECT_NEAR(there.distance, back.distance, kAgreement);
       if (there.distance == back.distance) {
@@ -777,7 +777,7 @@ Isometry3d piecePose(const RobotModel& robot, const Piece& piece, const BodyPose
   return *poses[static_cast<std::size_t>(body)] * piece.body_T_piece;
 }
 
-LinkTruth linkTruth(const RobotModel& robot, const SubjectPair& pair, const BodyPoses& poses) {
+LinkTruth linkTruth(const RobotModel& robot, const ShapeRefPair& pair, const BodyPoses& poses) {
   LinkTruth truth;
   for (const Piece& a : robot.pieces)
     for (const Piece& b : robot.pieces) {
@@ -795,10 +795,10 @@ LinkTruth linkTruth(const RobotModel& robot, const SubjectPair& pair, const Body
 }
 
 /// Whether a point lies on the surface of a piece of a <collision>, enlarged by `padding`.
-bool liesOn(const RobotModel& robot, const Subject& subject, double padding, const BodyPoses& poses,
+bool liesOn(const RobotModel& robot, const ShapeRef& ref, double padding, const BodyPoses& poses,
             const Vector3d& point) {
-  const Link& link = robot.links[static_cast<std::size_t>(subject.link)];
-  const int index = link.collisions[static_cast<std::size_t>(subject.collision - 1)];
+  const Link& link = robot.links[static_cast<std::size_t>(ref.link)];
+  const int index = link.collisions[static_cast<std::size_t>(ref.collision - 1)];
   for (const int piece_index : robot.collisions[static_cast<std::size_t>(index)].pieces) {
     const Piece& piece = robot.pieces[static_cast<std::size_t>(piece_index)];
     const Vector3d in_piece = piecePose(robot, piece, poses).inverse() * point;
@@ -815,7 +815,7 @@ TEST_P(RandomScene, BoundsEncloseTheTruthOfTheOracle) {
     const BodyPoses poses = randomPoses(random_, model_->robot.bodies.size(), 1.2);
     scene.update(poses);
     for (int b = 1; b < links; b += 2) {
-      const SubjectPair pair{{0, 0}, {b, 0}};
+      const ShapeRefPair pair{{0, 0}, {b, 0}};
       double padding = 0.0;
       if (const int index = model_->pairs.find(0, b); index >= 0)
         padding = model_->pairs.pairs[static_cast<std::size_t>(index)].padding;
@@ -887,7 +887,7 @@ TEST_P(RandomScene, AMillionMetresAwayTheDistancesAreThoseOfTheRoundedPoses) {
 // --- threads and memory
 
 std::vector<PairProximity> everyAnswer(const std::shared_ptr<const SceneModel>& model,
-                                       const std::vector<SubjectPair>& pairs, const std::vector<BodyPoses>& states) {
+                                       const std::vector<ShapeRefPair>& pairs, const std::vector<BodyPoses>& states) {
   Scene scene(model);
   std::vector<PairProximity> answers;
   for (const BodyPoses& poses : states) {
@@ -912,7 +912,7 @@ TEST_P(RandomScene, ScenesInParallelGiveTheSameBits) {
                            [](const PairProximity& a, const PairProximity& b) { return sameBits(a, b); }));
 }
 
-void askEverything(Scene& scene, const std::vector<SubjectPair>& pairs, const BodyPoses& poses) {
+void askEverything(Scene& scene, const std::vector<ShapeRefPair>& pairs, const BodyPoses& poses) {
   Question near;
   near.threshold = 0.3;
   scene.update(poses);

@@ -49,7 +49,7 @@ std::vector<double> answers(const SharedRobot& shared, unsigned seed) {
   Scene scene = shared.scene.twin();
   MovingScene moving_scene = shared.moving_scene.twin();
   const RobotModel& robot = scene.model().robot;
-  const std::vector<SubjectPair>& pairs = scene.candidates();
+  const std::vector<ShapeRefPair>& pairs = scene.candidates();
   Question near;
   near.threshold = 0.1;
   std::mt19937 random(seed);

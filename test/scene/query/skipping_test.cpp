@@ -145,7 +145,7 @@ class Truth {
 
   double smallest(std::size_t i) const { return sorted_[i]; }
 
-  double of(const SubjectPair& asked) const {
+  double of(const ShapeRefPair& asked) const {
     const auto found = std::find_if(all_.begin(), all_.end(), [&](const PairProximity& pair) {
       return pair.asked.a.link == asked.a.link && pair.asked.b.link == asked.b.link;
     });
@@ -185,7 +185,7 @@ TEST_P(MovingRobot, SkippingNeverChangesAnAnswer) {
   const auto model = modelOf(GetParam().links());
   Scene scene(model), everything(model, Skipping::Off);
   Mover mover(model->robot, GetParam().motion);
-  const std::vector<SubjectPair>& pairs = scene.candidates();
+  const std::vector<ShapeRefPair>& pairs = scene.candidates();
   Question question, below;
   question.tolerance = below.tolerance = kTolerance;
   below.threshold = 0.05;

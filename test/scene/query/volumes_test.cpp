@@ -182,9 +182,9 @@ TEST(Volumes, AreAsExactAsTheLeastExactOfTheirPieces) {
   EXPECT_EQ(of_parts, (std::set<Representation>{Representation::Decomposed, Representation::Exact}));
 }
 
-// --- subjects
+// --- roots
 
-TEST(VolumesOf, ASubjectAreTheWholeLinkOrItsNthCollision) {
+TEST(VolumesOf, AShapeRefAreTheWholeLinkOrItsNthCollision) {
   const RobotModel robot = floatingLinks({ballsAt({0, 1}), ballsAt({0, 1, 2})});
   const Volumes volumes(robot);
   const int link = robot.findLink("1");
@@ -196,14 +196,14 @@ TEST(VolumesOf, ASubjectAreTheWholeLinkOrItsNthCollision) {
   }
 }
 
-TEST(VolumesOf, AllSubjectsAreTheFirst) {
+TEST(VolumesOf, AllShapeRefsAreTheFirst) {
   const RobotModel robot = floatingLinks({ballsAt({0, 1}), ballsAt({0, 1, 2})});
   const Volumes volumes(robot);
   std::set<int> found;
   for (int link = 0; link < 3; ++link)
     for (int number = 0; number <= static_cast<int>(robot.links[link].collisions.size()); ++number)
       found.insert(volumes.of({link, number}));
-  EXPECT_EQ(volumes.subjects(), 8);  // three links, five <collision> elements
+  EXPECT_EQ(volumes.rootCount(), 8);  // three links, five <collision> elements
   EXPECT_EQ(found, (std::set<int>{0, 1, 2, 3, 4, 5, 6, 7}));
 }
 

@@ -134,7 +134,7 @@ TEST_F(CrossingSliders, FaultsOfAnSrdfAreFound) {
   const auto namesOf = [&](const std::vector<int>& indices) {
     std::set<std::set<std::string>> names;
     for (const int i : indices) {
-      const SubjectPair& pair = study_.pairs[i].pair;
+      const ShapeRefPair& pair = study_.pairs[i].pair;
       names.insert({model->robot.links[pair.a.link].name, model->robot.links[pair.b.link].name});
     }
     return names;

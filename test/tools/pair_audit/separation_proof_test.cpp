@@ -35,10 +35,10 @@ class Robot {
   }
 
   const RobotModel& model() const { return model_->robot; }
-  SubjectPair pair(const std::string& a, const std::string& b) const {
+  ShapeRefPair pair(const std::string& a, const std::string& b) const {
     return {{model().findLink(a), 0}, {model().findLink(b), 0}};
   }
-  std::vector<JointRange> ranges(const SubjectPair& pair) const {
+  std::vector<JointRange> ranges(const ShapeRefPair& pair) const {
     return rangesBetween(model(), jointRanges(model()), pair.a.link, pair.b.link);
   }
   std::vector<double> sensitivitiesOf(const std::string& a, const std::string& b) const {
@@ -48,7 +48,7 @@ class Robot {
     Scene scene(model_);
     return proveSeparation(scene, ranges(pair(a, b)), pair(a, b));
   }
-  double distance(const SubjectPair& pair, const Positions& positions) const {
+  double distance(const ShapeRefPair& pair, const Positions& positions) const {
     Scene scene(model_);
     scene.update(forwardKinematics(model(), positions));
     return scene.proximity(pair).result.distance;
@@ -94,7 +94,7 @@ TEST(Sensitivities, NoMoveChangesTheDistanceByMore) {
   double largest_share = 0.0;
   for (const auto& [a, b] : {std::pair("base", "arm"), std::pair("base", "wrist"), std::pair("base", "hand"),
                              std::pair("arm", "hand"), std::pair("hand", "base")}) {
-    const SubjectPair pair = robot.pair(a, b);
+    const ShapeRefPair pair = robot.pair(a, b);
     const std::vector<JointRange> ranges = robot.ranges(pair);
     const std::vector<double> bounds = sensitivities(robot.model(), ranges, pair);
     for (int i = 0; i < 500; ++i) {

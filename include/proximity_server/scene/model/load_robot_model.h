@@ -19,6 +19,10 @@ struct ModelOptions {
   int threads = 0;                                    ///< that read meshes; 0: one for each core. The model is the same
   std::function<void(const std::string&)> progress;   ///< told what is about to take time, with link and mesh
   bool allow_missing_meshes = false;  ///< a mesh that cannot be read becomes a warning and no geometry, not an error
+
+  /// [m] The value of a link: its own, or the default.
+  double paddingOf(const std::string& link) const;
+  double meshToleranceOf(const std::string& link) const;
 };
 
 /// Reads a URDF.

@@ -67,16 +67,16 @@ class MovingScene {
 
   const SceneModel& model() const;
 
-  RobotContact timeOfContact(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
+  RobotContact timeOfContact(const std::vector<ShapeRefPair>& pairs, const RobotMotion& motion,
                              const MotionQuestion& question = {});
-  RobotMinimum minimum(const std::vector<SubjectPair>& pairs, const RobotMotion& motion,
+  RobotMinimum minimum(const std::vector<ShapeRefPair>& pairs, const RobotMotion& motion,
                        const MotionQuestion& question = {});
 
   /// The same of a motion in phases, on the clock of the whole and with one deadline for all of them. A count of pairs
   /// is the largest, and by_one_bound the smallest, of any phase that was looked at; all other counts are sums.
-  RobotContact timeOfContact(const std::vector<SubjectPair>& pairs, const PhasedMotion& motion,
+  RobotContact timeOfContact(const std::vector<ShapeRefPair>& pairs, const PhasedMotion& motion,
                              const MotionQuestion& question = {});
-  RobotMinimum minimum(const std::vector<SubjectPair>& pairs, const PhasedMotion& motion,
+  RobotMinimum minimum(const std::vector<ShapeRefPair>& pairs, const PhasedMotion& motion,
                        const MotionQuestion& question = {});
 
  private:

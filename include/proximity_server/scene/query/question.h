@@ -12,18 +12,18 @@
 namespace proximity_server::scene {
 
 /// A link, or one of its <collision> elements.
-struct Subject {
+struct ShapeRef {
   int link = -1;
   int collision = 0;  ///< n-th <collision> of the link, counted from 1; 0 = the whole link
 };
-struct SubjectPair {
-  Subject a, b;
+struct ShapeRefPair {
+  ShapeRef a, b;
 };
 
 /// What is known about two subjects, in the order asked: the signed distance of their closest (or deepest) pieces,
 /// less the padding of the pair of links. The bounds are those of the whole subjects, the normal that of these pieces.
 struct PairProximity {
-  SubjectPair asked;
+  ShapeRefPair asked;
   int collision_a = 0;  ///< the <collision> of a that is closest, counted from 1; 0 where nothing was computed
   int collision_b = 0;
   narrowphase::SignedDistance

@@ -36,10 +36,10 @@ class Scene {
   // Every question throws std::invalid_argument for a link or <collision> that does not exist.
 
   /// One pair, filtered or not. Subjects of one body are legal: their distance never changes.
-  PairProximity proximity(const SubjectPair& pair, const Question& question = {});
+  PairProximity proximity(const ShapeRefPair& pair, const Question& question = {});
 
   /// The candidate pairs of the filter, ready to be asked about: by this very reference many are settled at once.
-  const std::vector<SubjectPair>& candidates() const;
+  const std::vector<ShapeRefPair>& candidates() const;
 
   // Each of the following visits `pairs` and returns a reference that is valid until the next question.
   // A pair with a missing pose, or left over at the deadline, is Unknown: it is counted, `all` returns it, the others
@@ -47,23 +47,23 @@ class Scene {
   // smallest.
 
   /// The pair with the smallest signed distance; nullptr where there is none (or none nearer than the threshold).
-  const PairProximity* minimum(const std::vector<SubjectPair>& pairs, const Question& question = {});
+  const PairProximity* minimum(const std::vector<ShapeRefPair>& pairs, const Question& question = {});
 
   /// Up to k pairs with the smallest signed distances, sorted.
-  const std::vector<PairProximity>& closest(const std::vector<SubjectPair>& pairs, int k,
+  const std::vector<PairProximity>& closest(const std::vector<ShapeRefPair>& pairs, int k,
                                             const Question& question = {});
 
   /// All pairs with a signed distance of at most question.threshold, sorted by distance.
-  const std::vector<PairProximity>& below(const std::vector<SubjectPair>& pairs, const Question& question);
+  const std::vector<PairProximity>& below(const std::vector<ShapeRefPair>& pairs, const Question& question);
 
   /// Of these only the `most` closest, and how many there are: cheaper where few of many are wanted.
-  PairsBelow closestBelow(const std::vector<SubjectPair>& pairs, int most, const Question& question);
+  PairsBelow closestBelow(const std::vector<ShapeRefPair>& pairs, int most, const Question& question);
 
   /// The first pair found at or below question.threshold ("is anything too close?"); nullptr where there is none.
-  const PairProximity* first(const std::vector<SubjectPair>& pairs, const Question& question);
+  const PairProximity* first(const std::vector<ShapeRefPair>& pairs, const Question& question);
 
   /// Every pair, in the order given.
-  const std::vector<PairProximity>& all(const std::vector<SubjectPair>& pairs, const Question& question = {});
+  const std::vector<PairProximity>& all(const std::vector<ShapeRefPair>& pairs, const Question& question = {});
 
   /// How the pairs of the last question were settled.
   const PairCounts& counts() const;
