@@ -15,11 +15,11 @@ namespace proximity_server::node {
 /// for one that follows, its leader.
 std::vector<int> jointsThatMatter(const scene::RobotModel& robot, const std::vector<scene::ShapeRefPair>& pairs);
 
-/// Nothing is known, or nothing was asked: Lookahead::UNKNOWN or OFF, as the settings say.
+/// A lookahead without a result: OFF if the settings switch it off, else UNKNOWN.
 Lookahead noLookahead(const MonitorSettings& settings);
 
-/// What the velocities lead to, from poses on of which all that `pairs` need are known. Takes no longer than a part of
-/// the monitor's period.
+/// The first contact if the joints keep their velocities from the given poses on, which are known for all `pairs`.
+/// Takes no longer than a part of the monitor's period.
 Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const std::vector<scene::ShapeRefPair>& pairs,
                        const scene::BodyPoses& poses, const VelocitySnapshot& velocities,
                        const MonitorSettings& settings);

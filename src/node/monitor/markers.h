@@ -16,13 +16,12 @@ namespace proximity_server::node {
 /// The pieces that stand for the robot, each fixed in the frame of its link, see tfFrame(). Paddings are not drawn.
 visualization_msgs::MarkerArray pieceMarkers(const scene::RobotModel& robot, const std::string& tf_prefix);
 
-/// What a viewer shows of the clearances of one robot, cycle by cycle:
+/// Draws the clearances of one robot, cycle by cycle:
 ///
 /// "level"      a text above the robot in the colour of the level: the level, the closest pair and its distance. Where
 ///              it is INVALID the reason, and then there is nothing else.
-/// "witnesses"  a line between the closest points of every listed pair, and of the closest pair in any case, coloured
-/// by
-///              the level that this distance alone would mean.
+/// "witnesses"  a line between the closest points of every listed pair, and of the closest pair in any case, in the
+///              colour of the level that this distance alone would mean.
 /// "distances"  labels of the few closest pairs, that of the closest larger, and "leaders", thin lines from there to
 ///              the middle of the pair's line. RViz draws a text behind what stands in front of it, so the labels stand
 ///              outside of the box around the robot.
@@ -60,7 +59,7 @@ class ClearanceMarkers {
   double text_height_;              ///< [m]
 };
 
-/// Takes away all that was drawn.
+/// Markers that delete everything that was drawn.
 visualization_msgs::MarkerArray noMarkers();
 
 }  // namespace proximity_server::node

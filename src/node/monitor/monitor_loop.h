@@ -20,7 +20,7 @@
 
 namespace proximity_server::node {
 
-/// How the monitor is doing, for the diagnostics.
+/// The state of the monitor, for the diagnostics.
 struct MonitorHealth {
   Clearance last;  ///< cycle 0: none yet
   MonitorSettings settings;

@@ -32,7 +32,7 @@ Eigen::Vector3d inLink(const scene::RobotModel& robot, const scene::BodyPoses& p
   return pose ? seenFrom(link.body_T_link, seenFrom(*pose, point)) : kNowhere;
 }
 
-/// Only what the bounds prove.
+/// The state that the bounds prove.
 std::uint8_t stateOf(const narrowphase::SignedDistance& result, double threshold) {
   if (result.status == narrowphase::Status::Unknown) return Proximity::UNKNOWN;
   if (result.lower_bound > threshold) return Proximity::BEYOND_THRESHOLD;

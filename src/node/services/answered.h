@@ -5,7 +5,7 @@
 
 namespace proximity_server::node {
 
-/// Runs `ask`, which fills the response; what it throws becomes the status of a response without numbers.
+/// Runs `ask`, which fills the response. An exception becomes the status of a response without numbers.
 template <class Response, class Ask>
 Response answered(const Response& empty, Ask ask) {
   Response response = empty;

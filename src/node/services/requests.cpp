@@ -112,7 +112,7 @@ bool isWithinBatch(const Robot& robot, std::size_t count) {
   return count <= static_cast<std::size_t>(robot.config().max_batch);
 }
 
-/// `what` is how many of what.
+/// Throws RequestError OVER_BUDGET. `what` is a count with its unit: "12 entries".
 [[noreturn]] void refuseBatch(const Robot& robot, const std::string& field, const std::string& what) {
   throw RequestError(QueryStatus::OVER_BUDGET,
                      field + ": " + what + ", max_batch is " + std::to_string(robot.config().max_batch));
@@ -138,7 +138,7 @@ std::vector<scene::ShapeRefPair> listedPairs(const Robot& robot, const QueryPair
   return pairs;
 }
 
-/// Of `asked` pairs in one state.
+/// The largest number of pairs that the mode returns for one state, of `asked` pairs.
 std::size_t mostReturned(const QueryPairsRequest& request, std::size_t asked) {
   switch (request.mode) {
     case QueryPairsRequest::MINIMUM:

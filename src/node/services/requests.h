@@ -34,7 +34,7 @@ double positive(double value, const std::string& name);
 /// Index of a link, with or without geometry. Throws RequestError UNKNOWN_LINK naming the nearest one.
 int linkNamed(const scene::RobotModel& robot, const std::string& name);
 
-// What a request means by its names. The pairs keep the request's order of a and b.
+// Finds the pairs that a request names. The pairs keep the request's order of a and b.
 // Failure: throw RequestError for a link or shape that does not exist or has no geometry, for a pair that the filter
 //          excludes, and where no pair is left.
 

@@ -17,7 +17,7 @@ namespace proximity_server::node {
 /// takes long, or waits for tf, delays no other.
 class RequestQueue : public ros::CallbackQueueInterface {
  public:
-  /// Of more requests than that at once some wait for their turn.
+  /// The largest number of threads; further requests wait.
   static constexpr std::size_t kMostThreads = 64;
 
   /// `niceness` of the threads, see nice(2): added to that of the process.

@@ -14,15 +14,15 @@ namespace proximity_server::node {
 /// for a kilohertz. Thread-safe.
 class SteadyTimer {
  public:
-  /// See runInRealTime.
+  /// Calls `tick` in a thread with this priority, see runInRealTime, once start() was called.
   SteadyTimer(int realtime_priority, std::function<void()> tick);
   ~SteadyTimer();
   SteadyTimer(const SteadyTimer&) = delete;
   SteadyTimer& operator=(const SteadyTimer&) = delete;
 
-  /// From now on, every `period` [s].
+  /// Calls the function every `period` [s] from now on.
   void start(double period);
-  /// A tick that is under way is not waited for.
+  /// Ends the calls. Does not wait for one that is running.
   void stop();
 
  private:
@@ -32,7 +32,7 @@ class SteadyTimer {
   const std::function<void()> tick_;
   std::mutex mutex_;  // guards all that follows
   std::condition_variable changed_;
-  Clock::duration period_{};  // 0: none
+  Clock::duration period_{};  // 0: stopped
   Clock::time_point next_;
   bool ends_ = false;
   std::thread thread_;  // last: it uses all of the above

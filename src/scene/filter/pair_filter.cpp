@@ -14,7 +14,7 @@
 namespace proximity_server::scene {
 namespace {
 
-/// What SRDF and configuration ask for, by index.
+/// The rules of SRDF and configuration, by index of link and body.
 struct Rules {
   bool only_listed = false;
   std::set<OrderedPair> only, excluded, enabled;
@@ -116,7 +116,7 @@ void addPadding(const PairFilterOptions& options, const LinkTable& links, PairTa
   reader.report(table);
 }
 
-/// What a person would want to know about the outcome.
+/// Warnings about the result that a user should know.
 void audit(const LinkTable& links, PairTable& table) {
   std::vector<std::string> silent, nearly_adjacent;  // named one by one: nobody should have to guess
   for (const LinkPair& entry : table.pairs) {

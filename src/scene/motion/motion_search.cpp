@@ -11,7 +11,7 @@ namespace proximity_server::scene {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kMostLevels = 6;  // of intervals; the narrowphase divides shorter ones itself
+constexpr int kMostLevels = 6;  // of halved intervals; the narrowphase divides shorter ones itself
 
 using Clock = std::chrono::steady_clock;
 
@@ -19,7 +19,7 @@ bool isOver(const MotionQuestion& question) {
   return question.deadline != Clock::time_point::max() && Clock::now() > question.deadline;
 }
 
-/// Of two answers, of which each left something open: the later one in the enumeration left more.
+/// The less complete of two statuses: the one that stands later in the enumeration.
 narrowphase::Status lessComplete(narrowphase::Status p, narrowphase::Status q) { return std::max(p, q); }
 
 }  // namespace
@@ -103,7 +103,7 @@ MotionSearch::IntervalVisit MotionSearch::withBoxes(IntervalVisit visit) {
   return visit;
 }
 
-/// In time where they move farther than they are large, else the larger of the two volumes.
+/// Splits the interval if the volumes move farther than they are large, else one of the volumes, see splitsFirst().
 void MotionSearch::split(const IntervalVisit& visit, double limit) {
   const Volume &a = at(visit.a), &b = at(visit.b);
   const auto enter = [&](IntervalVisit part) {

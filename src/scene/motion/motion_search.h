@@ -11,8 +11,8 @@
 
 namespace proximity_server::scene {
 
-/// Answers questions about pairs of shapes in motion: walks through volumes and time at once, and gives only the
-/// pieces and intervals to the narrowphase that neither spheres nor boxes settle.
+/// Answers questions about pairs of shapes in motion. It divides volumes and time together, and the narrowphase
+/// computes only the pieces and intervals that neither spheres nor boxes settle.
 class MotionSearch {
  public:
   MotionSearch(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes);

@@ -11,9 +11,8 @@ namespace proximity_server::scene {
 /// The solid inside closed triangles, whichever way they overlap.
 ///
 /// Source: crossings of a ray, counted with the sign of the triangle's side (the winding number). Two rays in
-/// directions
-///         that no file prefers must agree, so that one which grazes an edge turns no outside into an inside. A tree
-///         of boxes for each direction finds the triangles that a ray may cross.
+///         directions that no file prefers must agree, so that one which grazes an edge turns no outside into an
+///         inside. A tree of boxes for each direction finds the triangles that a ray may cross.
 class EnclosedSpace {
  public:
   explicit EnclosedSpace(const std::vector<Triangle>& closed);

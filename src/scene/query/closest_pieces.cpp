@@ -102,7 +102,7 @@ Visit PieceSearch::withBoxes(Visit visit, const RelativePose& a_T_b) const {
   return visit;
 }
 
-/// The larger of the two volumes is divided.
+/// Replaces a pair of volumes by the pairs with the parts of one of them, see splitsFirst().
 void PieceSearch::split(const Visit& visit, const RelativePose& a_T_b) {
   const Volume &a = robot_.volumes()[visit.a], &b = robot_.volumes()[visit.b];
   const bool split_a = splitsFirst(a, b);

@@ -84,7 +84,7 @@ double PlacedRobot::boxGap(int a, int b, const RelativePose& a_T_b) const {
   return scene::boxGap(between, bounds_a, bounds_a.axes, bounds_b, a_T_b.rotation * bounds_b.axes);
 }
 
-/// What the rounding of poses may do to a distance.
+/// [m] Upper bound of the effect of the rounding of poses on a distance.
 double PlacedRobot::rounding(int a, int b, const RelativePose& a_T_b) const {
   return kPoseRounding * (a_T_b.translation.norm() + at(a).bounds.reach + at(b).bounds.reach);
 }

@@ -11,7 +11,7 @@ bool hasClosedForm(const narrowphase::Shape& shape) {
   return shape.kind() == narrowphase::Shape::Kind::Point || shape.kind() == narrowphase::Shape::Kind::Segment;
 }
 
-/// What stands for a whole link among the pieces of its body.
+/// The pieces of its body that represent a whole link.
 std::vector<int> piecesOfLink(const RobotModel& model, int link) {
   const int body = model.links[static_cast<std::size_t>(link)].body;
   std::vector<int> pieces;

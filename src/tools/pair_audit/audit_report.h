@@ -6,7 +6,7 @@
 
 namespace proximity_server::tools {
 
-/// What an SRDF says against what was found, as indices into PairStudy::pairs.
+/// Entries of an SRDF that contradict the study, as indices into PairStudy::pairs.
 struct SrdfFaults {
   std::vector<int> disabled_but_touch;  ///< dangerous: collisions that nobody would report; without neighbours
   std::vector<int> checked_but_never;   ///< useless work
@@ -18,7 +18,7 @@ SrdfFaults findSrdfFaults(const scene::SceneModel& model, const PairStudy& study
 std::string stateText(const scene::RobotModel& robot, const scene::ShapeRefPair& pair,
                       const scene::Positions& positions);
 
-/// What was found, for people: every pair under its class, then (where there is an SRDF) what is wrong with it, entry
+/// The report as text: every pair under its class, then the errors of the SRDF, if there is one, entry
 /// by entry. Lengths in metres.
 enum class SrdfGiven : unsigned char { No, Yes };
 std::string auditReport(const scene::SceneModel& model, const PairStudy& study, SrdfGiven srdf);

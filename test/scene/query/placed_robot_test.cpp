@@ -182,7 +182,7 @@ TEST(MotionBoundOfPlacedRobot, OfNoMoreThanRoundingIsRest) {
   const double rounding = kPoseRounding * (8.0 + 1.0 + 1.0);
   EXPECT_TRUE(shiftedBy(0.9 * rounding).is_rest);
   EXPECT_FALSE(shiftedBy(1.1 * rounding).is_rest);
-  EXPECT_GT(shiftedBy(0.9 * rounding).bound, rounding);
+  EXPECT_GT(shiftedBy(0.9 * rounding).distance_change, rounding);
 }
 
 TEST(MotionBoundOfPlacedRobot, IsNeverBelowTheChangeOfTheDistance) {
@@ -196,7 +196,7 @@ TEST(MotionBoundOfPlacedRobot, IsNeverBelowTheChangeOfTheDistance) {
     const RelativePose first = relativePose(before), second = relativePose(step * before);
     const double change = placed.robot.distance(placed.a, placed.b, second, {}, memory).distance -
                           placed.robot.distance(placed.a, placed.b, first, {}, memory).distance;
-    const double bound = placed.robot.relativeMotion(placed.a, placed.b, first, second).bound;
+    const double bound = placed.robot.relativeMotion(placed.a, placed.b, first, second).distance_change;
     EXPECT_LE(std::abs(change), bound + 2e-9);
     close += std::abs(change) > 0.5 * bound;
   }
@@ -262,8 +262,8 @@ TEST(DistanceOfPlacedRobot, HasNotConvergedWithinAToleranceBelowTheRoundingOfThe
             Status::Converged);
 }
 
-// A face before a cylinder, 3 away. Its bounds are off by the rounding: a threshold between them and the distance is not
-// decided.
+// A face before a cylinder, 3 away. Its bounds are off by the rounding: a threshold between them and the distance is
+// not decided.
 TEST(DistanceOfPlacedRobot, DecidesNoThresholdWithinTheRoundingOfThePoses) {
   const Placed placed({box("2 2 2"), cylinder("1", "2")});
   const double rounding = kPoseRounding * (5.0 + std::sqrt(3.0) + std::sqrt(2.0));

@@ -22,7 +22,7 @@ class Scene {
   Scene(Scene&&) noexcept;
   Scene& operator=(Scene&&) noexcept;
 
-  /// Another one of the same model, without poses yet: what never changes is shared.
+  /// Returns another scene of the same model, without poses. The two share what never changes.
   Scene twin() const;
 
   const SceneModel& model() const { return *model_; }
@@ -30,12 +30,12 @@ class Scene {
   /// Takes one consistent set of poses, one for each body and all in one frame; the answers are in that frame.
   ///
   /// A pose that is not finite, or whose matrix is no rotation within single precision, counts as missing.
-  /// Failure: throws std::invalid_argument where the number of poses is not that of the bodies.
+  /// Failure: throws std::invalid_argument if there is not one pose for each body.
   void update(const BodyPoses& poses);
 
   // Every question throws std::invalid_argument for a link or <collision> that does not exist.
 
-  /// One pair, filtered or not. Subjects of one body are legal: their distance never changes.
+  /// The distance of one pair, whether the filter checks it or not. Two shapes of one body are legal.
   PairProximity proximity(const ShapeRefPair& pair, const Question& question = {});
 
   /// The candidate pairs of the filter, ready to be asked about: by this very reference many are settled at once.
@@ -46,7 +46,7 @@ class Scene {
   // leave it out. Where a distance did not converge its lower bound takes its place among the others, as it may be the
   // smallest.
 
-  /// The pair with the smallest signed distance; nullptr where there is none (or none nearer than the threshold).
+  /// The pair with the smallest signed distance; nullptr if there is none (or none nearer than the threshold).
   const PairProximity* minimum(const std::vector<ShapeRefPair>& pairs, const Question& question = {});
 
   /// Up to k pairs with the smallest signed distances, sorted.
@@ -56,10 +56,10 @@ class Scene {
   /// All pairs with a signed distance of at most question.threshold, sorted by distance.
   const std::vector<PairProximity>& below(const std::vector<ShapeRefPair>& pairs, const Question& question);
 
-  /// Of these only the `most` closest, and how many there are: cheaper where few of many are wanted.
+  /// The `most` closest of the pairs that below() finds, and the number of all: cheaper than below() for long lists.
   PairsBelow closestBelow(const std::vector<ShapeRefPair>& pairs, int most, const Question& question);
 
-  /// The first pair found at or below question.threshold ("is anything too close?"); nullptr where there is none.
+  /// The first pair found at or below question.threshold ("is anything too close?"); nullptr if there is none.
   const PairProximity* first(const std::vector<ShapeRefPair>& pairs, const Question& question);
 
   /// Every pair, in the order given.
