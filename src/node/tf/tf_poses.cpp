@@ -103,8 +103,8 @@ CommonTime commonTime(const std::vector<TfLookup::Edge>& edges) {
 QueryStatus freshness(const CommonTime& common, const ros::Time& now, const ros::Duration& max_age) {
   const ros::Duration age = elapsed(common.oldest->transform.stamp, now);
   if (age > max_age) {
-    return status(QueryStatus::TF_STALE, common.oldest->frames->name + ": its latest transform is " + durationText(age) +
-                                             " old, max_tf_age is " + durationText(max_age));
+    return status(QueryStatus::TF_STALE, common.oldest->frames->name + ": its latest transform is " +
+                                             durationText(age) + " old, max_tf_age is " + durationText(max_age));
   }
   const ros::Duration ahead = elapsed(now, common.newest->transform.stamp);
   if (ahead > max_age) {

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "scene/small_robots.h"
 #include "proximity_server/narrowphase/signed_distance.h"
+#include "scene/small_robots.h"
 
 namespace proximity_server::scene {
 
