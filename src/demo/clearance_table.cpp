@@ -9,9 +9,12 @@
 #include <cstdio>
 #include <string>
 
+#include "node/robot/level_name.h"
+
 namespace {
 
 using proximity_server::Clearance;
+using proximity_server::levelName;
 using proximity_server::Proximity;
 
 constexpr std::size_t kRows = 8;  // of the list of near pairs
@@ -23,23 +26,19 @@ std::string format(const char* pattern, Values... values) {
   return line;
 }
 
-struct Level {
-  const char* name;
-  const char* colour;  // terminal escape sequence
-};
-
-Level levelOf(const Clearance& clearance) {
-  switch (clearance.level) {
+/// The terminal escape sequence that starts the colour of a level.
+const char* colourOf(std::uint8_t level) {
+  switch (level) {
     case Clearance::CLEAR:
-      return {"CLEAR", "\033[1;32m"};
+      return "\033[1;32m";
     case Clearance::WARN:
-      return {"WARN", "\033[1;33m"};
+      return "\033[1;33m";
     case Clearance::STOP:
-      return {"STOP", "\033[1;31m"};
+      return "\033[1;31m";
     case Clearance::COLLISION:
-      return {"COLLISION", "\033[1;37;41m"};
+      return "\033[1;37;41m";
     default:
-      return {"INVALID", "\033[1;35m"};
+      return "\033[1;35m";
   }
 }
 
@@ -66,15 +65,14 @@ std::string timeLine(const Clearance& clearance) {
 }
 
 std::string line(const Clearance& clearance) {
-  return format("%-9s", levelOf(clearance).name) + " " + closestLine(clearance) + " | " + settledLine(clearance) +
+  return format("%-9s", levelName(clearance.level)) + " " + closestLine(clearance) + " | " + settledLine(clearance) +
          " | " + timeLine(clearance) + "\n";
 }
 
 std::string table(const Clearance& clearance) {
-  const Level level = levelOf(clearance);
-  std::string text = std::string("  ") + level.colour + format(" %-9s ", level.name) + "\033[0m  " +
-                     closestLine(clearance) + "\n\n  checked  " + settledLine(clearance) + "\n  timing   " +
-                     timeLine(clearance) + "\n\n";
+  std::string text = std::string("  ") + colourOf(clearance.level) + format(" %-9s ", levelName(clearance.level)) +
+                     "\033[0m  " + closestLine(clearance) + "\n\n  checked  " + settledLine(clearance) +
+                     "\n  timing   " + timeLine(clearance) + "\n\n";
   const std::size_t rows = std::min(kRows, clearance.below_threshold.size());
   for (std::size_t i = 0; i < rows; ++i) text += "  " + pairLine(clearance.below_threshold[i]) + "\n";
   if (clearance.pairs_below_threshold > rows) {

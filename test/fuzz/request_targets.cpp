@@ -11,6 +11,7 @@
 #include "node/services/pair_questions.h"
 #include "node/services/requests.h"
 #include "node/services/timed_motion.h"
+#include "node/system/durations.h"
 #include "proximity_server/MinimumDistanceRequest.h"
 #include "proximity_server/QueryConfigurationRequest.h"
 #include "proximity_server/scene/model/kinematics.h"

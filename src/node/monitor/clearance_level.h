@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 
 #include "node/robot/config.h"
 
@@ -12,8 +11,5 @@ namespace proximity_server::node {
 /// A level starts at or below its threshold (0 for COLLISION) and is left only when the distance exceeds the threshold
 /// by more than the hysteresis; `previous` is the level so far, Clearance::INVALID starts afresh.
 std::uint8_t clearanceLevel(double distance, std::uint8_t previous, const MonitorSettings& settings);
-
-/// As Clearance.msg spells it: "CLEAR".
-std::string levelName(std::uint8_t level);
 
 }  // namespace proximity_server::node

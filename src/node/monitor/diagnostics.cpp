@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "node/monitor/clearance_level.h"
+#include "node/robot/level_name.h"
 
 namespace proximity_server::node {
 namespace {
@@ -85,7 +86,7 @@ void Diagnostics::reportClearance(Status& status) {
     return;
   }
   const std::string reason = last.status.message.empty() ? "" : ": " + last.status.message;
-  status.summary(severity(last.level), levelName(last.level) + reason);
+  status.summary(severity(last.level), std::string(levelName(last.level)) + reason);
   status.add("distance [m]", last.minimum.distance);
   status.add("between", last.minimum.a.link + " and " + last.minimum.b.link);
   status.add("pairs below threshold", last.pairs_below_threshold);

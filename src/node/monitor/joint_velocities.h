@@ -14,15 +14,15 @@
 
 namespace proximity_server::node {
 
-/// What joint_states says of the joints' velocities, or why that is not known.
+/// The joint velocities of joint_states, with a status that says why one is missing.
 struct VelocitySnapshot {
-  std::vector<double> velocities;  ///< [rad/s] or [m/s] of each of RobotModel::joints; 0 where not asked for
-  /// [rad] or [m] of each, in the messages of the velocities; nothing where that is not known.
+  std::vector<double> velocities;  ///< [rad/s] or [m/s] of each of RobotModel::joints; 0 if not asked for
+  /// [rad] or [m] of each, in the messages of the velocities; nullopt if it is not known.
   std::vector<std::optional<double>> positions;
   QueryStatus status;  ///< OK, or NO_VELOCITY and which joint has none, or an old one
 };
 
-/// Listens to joint_states, several publishers of which may each tell of a few joints. Thread-safe.
+/// Listens to joint_states; each of several publishers may publish only some of the joints. Thread-safe.
 class JointVelocities {
  public:
   explicit JointVelocities(const ros::NodeHandle& nh) : nh_(nh) {}
@@ -42,7 +42,7 @@ class JointVelocities {
 
   void onJointState(const sensor_msgs::JointState& state);
 
-  /// Why a joint has no usable velocity; "" where it has one.
+  /// Returns why a joint has no usable velocity, or "" if it has one.
   static std::string problemOf(const scene::Joint& joint, const Entry* entry, const ros::Time& now, double max_age);
 
   ros::NodeHandle nh_;

@@ -15,7 +15,7 @@ namespace proximity_server::node {
 /// for one that follows, its leader.
 std::vector<int> jointsThatMatter(const scene::RobotModel& robot, const std::vector<scene::ShapeRefPair>& pairs);
 
-/// Nothing is known, or nothing was asked: Lookahead::UNKNOWN or OFF, as the settings say.
+/// A lookahead without a result: OFF if the settings switch it off, else UNKNOWN.
 Lookahead noLookahead(const MonitorSettings& settings);
 
 /// What the velocities lead to, from poses on of which all that `pairs` need are known. Takes no longer than a part of

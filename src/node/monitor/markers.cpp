@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "node/monitor/clearance_level.h"
+#include "node/robot/level_name.h"
 #include "node/robot/tf_frames.h"
 #include "proximity_server/scene/model/kinematics.h"
 

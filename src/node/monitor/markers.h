@@ -16,7 +16,7 @@ namespace proximity_server::node {
 /// The pieces that stand for the robot, each fixed in the frame of its link, see tfFrame(). Paddings are not drawn.
 visualization_msgs::MarkerArray pieceMarkers(const scene::RobotModel& robot, const std::string& tf_prefix);
 
-/// What a viewer shows of the clearances of one robot, cycle by cycle:
+/// Draws the clearances of one robot, cycle by cycle:
 ///
 /// "level"      a text above the robot in the colour of the level: the level, the closest pair and its distance. Where
 ///              it is INVALID the reason, and then there is nothing else.
@@ -64,7 +64,7 @@ class ClearanceMarkers {
   double text_height_;              ///< [m]
 };
 
-/// Takes away all that was drawn.
+/// Markers that delete everything that was drawn.
 visualization_msgs::MarkerArray noMarkers();
 
 }  // namespace proximity_server::node

@@ -28,7 +28,7 @@ class Monitor {
   const Clearance& cycle(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
                          const MonitorSettings& settings);
 
-  /// What the latest cycle said; cycle 0: there was none yet.
+  /// The message of the latest cycle; its `cycle` is 0 before the first one.
   const Clearance& latest() const { return clearance_; }
 
  private:

@@ -37,7 +37,7 @@ MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   clearance_pub_ = nh_.advertise<Clearance>("clearance", 1);
   markers_pub_ = nh_.advertise<visualization_msgs::MarkerArray>(
       "markers", 10, [this](const ros::SingleSubscriberPublisher& subscriber) { sendPieces(subscriber); });
-  timer_ = nh_.createTimer(
+  simulated_timer_ = nh_.createTimer(
       ros::Duration(1.0), [this](const ros::TimerEvent&) { cycle(); }, false, false);
   keep_alive_ = nh_.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { onKeepAlive(); });
   wake_ = callbackOf([this] {

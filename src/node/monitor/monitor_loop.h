@@ -20,7 +20,7 @@
 
 namespace proximity_server::node {
 
-/// How the monitor is doing, for the diagnostics.
+/// The state of the monitor, for the diagnostics.
 struct MonitorHealth {
   Clearance last;  ///< cycle 0: none yet
   MonitorSettings settings;
@@ -79,7 +79,7 @@ class MonitorLoop {
 
   ros::Publisher clearance_pub_;
   ros::Publisher markers_pub_;
-  ros::Timer timer_;  // of a simulated clock
+  ros::Timer simulated_timer_;  // of a simulated clock
   ros::WallTimer keep_alive_;
   ros::AsyncSpinner spinner_;
   SteadyTimer steady_timer_;  // last: it calls cycle()

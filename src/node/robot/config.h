@@ -23,8 +23,8 @@ struct MonitorSettings {
   double lookahead = 0.0;  ///< [s]; 0: off
 };
 
-/// What is wrong with these settings together: "stop_distance is ..."; "" where nothing is. Beside what the range of
-/// each of them refuses.
+/// Returns why these settings contradict each other ("stop_distance is ..."), or "" if they do not. The range of each
+/// setting is checked elsewhere.
 std::string problemOf(const MonitorSettings& settings);
 
 struct Config {

@@ -31,12 +31,12 @@ Eigen::Vector3d seenFrom(const Eigen::Isometry3d& pose, const Eigen::Vector3d& p
 /// `point` of the common frame, in the frame of the subject's link.
 Eigen::Vector3d inLink(const scene::RobotModel& robot, const scene::BodyPoses& poses, const scene::ShapeRef& subject,
                        const Eigen::Vector3d& point) {
-  const scene::Link& link = linkOf(robot, subject);
+  const scene::Link& link = robot.links[ref.link];
   const std::optional<Eigen::Isometry3d>& pose = poses[static_cast<std::size_t>(link.body)];
   return pose ? seenFrom(link.body_T_link, seenFrom(*pose, point)) : kNowhere;
 }
 
-/// Only what the bounds prove.
+/// The state that the bounds prove.
 std::uint8_t stateOf(const narrowphase::SignedDistance& result, double threshold) {
   if (result.status == narrowphase::Status::Unknown) return Proximity::UNKNOWN;
   if (result.lower_bound > threshold) return Proximity::BEYOND_THRESHOLD;
@@ -62,10 +62,10 @@ void assignResult(Proximity& message, const narrowphase::SignedDistance& result,
 void assign(ShapeRef& message, const scene::RobotModel& robot, const scene::ShapeRef& subject) {
   const scene::Link& link = linkOf(robot, subject);
   message.link = link.name;
-  message.index = static_cast<std::uint32_t>(subject.collision);
+  message.index = static_cast<std::uint32_t>(ref.collision);
   message.name.clear();
-  if (subject.collision > 0) {
-    const int collision = link.collisions[static_cast<std::size_t>(subject.collision - 1)];
+  if (ref.collision > 0) {
+    const int collision = link.collisions[static_cast<std::size_t>(ref.collision - 1)];
     message.name = robot.collisions[static_cast<std::size_t>(collision)].name;
   }
 }
@@ -105,15 +105,10 @@ void assignUnknownResult(Proximity& message) {
   message.iterations = 0;
 }
 
-double paddingOf(const scene::Link& link, const scene::ModelOptions& options) {
-  const auto own = options.link_padding.find(link.name);
-  return own == options.link_padding.end() ? options.default_padding : own->second;
-}
-
 LinkInfo linkInfo(const scene::RobotModel& robot, const scene::Link& link, const scene::ModelOptions& options) {
   LinkInfo info;
   info.name = link.name;
-  info.padding = paddingOf(link, options);
+  info.padding = options.paddingOf(link.name);
   const scene::Body& body = robot.bodies[static_cast<std::size_t>(link.body)];
   info.body = robot.links[static_cast<std::size_t>(body.link)].name;
   for (const int index : link.collisions) {
@@ -193,11 +188,11 @@ ModelInfo toMessage(const Robot& robot, const ros::Time& loaded) {
   ModelInfo message;
   message.header.stamp = loaded;
   message.header.frame_id = robot.referenceFrame();
-  message.robot = links.name;
-  for (const scene::Link& link : links.links) message.links.push_back(linkInfo(links, link, robot.config().model));
-  for (const scene::LinkPair& pair : pairs.pairs) message.pairs.push_back(pairInfo(links, pair));
+  message.robot = model.name;
+  for (const scene::Link& link : model.links) message.links.push_back(linkInfo(model, link, robot.config().model));
+  for (const scene::LinkPair& pair : pairs.pairs) message.pairs.push_back(pairInfo(model, pair));
   message.pairs_checked = static_cast<std::uint32_t>(pairs.checked.size());
-  message.warnings = links.warnings;
+  message.warnings = model.warnings;
   message.warnings.insert(message.warnings.end(), pairs.warnings.begin(), pairs.warnings.end());
   return message;
 }

@@ -12,7 +12,7 @@
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/query/question.h"
 
-// What the scene knows, as messages. Nothing here computes; NaN stands for what is not known.
+// Converts answers of the scene into messages, without any computation of distances. Unknown numbers become NaN.
 
 namespace proximity_server::node {
 
@@ -28,7 +28,7 @@ void assign(Proximity& message, const scene::RobotModel& robot, const scene::Bod
 Proximity unknownProximity();
 void assignUnknown(Proximity& message);
 
-/// Some pair, proven farther than `threshold`.
+/// A pair without names that is proven to be farther apart than `threshold` [m].
 Proximity beyondThreshold(double threshold);
 
 /// NOT_CONVERGED where the bounds are wider than the tolerance, else OK. The result is not Status::Unknown.

@@ -41,8 +41,8 @@ std::string srdfOf(const ros::NodeHandle& nh, const std::string& name) {
   return descriptionOf(nh, name);
 }
 
-std::shared_ptr<const scene::SceneModel> sceneModel(const std::string& urdf, const std::string& srdf,
-                                                    const Config& config) {
+std::shared_ptr<const scene::SceneModel> loadSceneModel(const std::string& urdf, const std::string& srdf,
+                                                        const Config& config) {
   std::vector<std::string> roots = config.mesh_roots;
   for (std::string& root : scene::rosPackagePath()) roots.push_back(std::move(root));
   scene::ModelOptions options = config.model;

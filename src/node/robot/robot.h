@@ -13,10 +13,10 @@
 
 namespace proximity_server::node {
 
-/// What tf knows of a robot: the pose of one frame in another.
+/// A transform that a robot needs from tf: the pose of one frame in another.
 struct TfEdge {
   std::string parent, child;  ///< frames
-  std::string name;           ///< for people
+  std::string name;           ///< in messages
 };
 
 /// A robot as the parameter server described it. Never changed after loading: a reload makes a new one, and requests
@@ -28,7 +28,7 @@ class Robot {
   /// Failure: throws std::invalid_argument naming the parameter, file, link or element that is missing or broken.
   Robot(const ros::NodeHandle& nh, const Config& config);
 
-  /// The same from their texts; an empty `srdf` is none.
+  /// Reads the texts of a URDF and an SRDF. An empty `srdf` means that there is none.
   Robot(const std::string& urdf, const std::string& srdf, const Config& config);
 
   const Config& config() const { return config_; }
@@ -38,7 +38,7 @@ class Robot {
   /// The frame of a link in tf, with the prefix of Config::tf_prefix.
   std::string frameOf(int link) const;
 
-  /// The frame of all answers, and the link that it is; -1 where it does not belong to the robot.
+  /// The frame of all answers, and the link whose frame it is; -1 if it is not the frame of a link.
   const std::string& referenceFrame() const { return reference_frame_; }
   int referenceLink() const { return reference_link_; }
 

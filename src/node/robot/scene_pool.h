@@ -11,7 +11,9 @@
 
 namespace proximity_server::node {
 
-/// Scratch for requests that run in parallel: each takes one, and its destructor gives it back.
+/// Lends scratch objects to requests that run in parallel. Thread-safe.
+///
+/// A lease returns its object to the pool when it is destroyed; the pool must outlive it.
 template <class Scratch>
 class Pool {
  public:
@@ -19,15 +21,15 @@ class Pool {
 
   using Lease = std::unique_ptr<Scratch, std::function<void(Scratch*)>>;
 
-  Lease take() {
-    return Lease(takeIdle().release(), [this](Scratch* scratch) {
+  Lease borrow() {
+    return Lease(idleOrNew().release(), [this](Scratch* scratch) {
       const std::lock_guard<std::mutex> lock(mutex_);
       idle_.emplace_back(scratch);
     });
   }
 
  private:
-  std::unique_ptr<Scratch> takeIdle() {
+  std::unique_ptr<Scratch> idleOrNew() {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       if (!idle_.empty()) {

@@ -9,7 +9,7 @@
 namespace proximity_server::node {
 namespace {
 
-/// What is asked in every state.
+/// The question that is asked in every state.
 QueryPairsRequest questionInEachState(const QueryConfigurationRequest& request) {
   QueryPairsRequest question;
   question.a = request.a;

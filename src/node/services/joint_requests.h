@@ -9,7 +9,7 @@
 #include "node/tf/tf_poses.h"
 #include "proximity_server/scene/model/kinematics.h"
 
-// What a request means by its joints. `where` begins the messages: "state 2".
+// Reads the joints of a request. `where` begins the error messages: "state 2".
 // Failure: throw RequestError INVALID_ARGUMENT naming `where` and the joint: one that is unknown (with the nearest one
 //          that is known), repeated, fixed, or has not one position; too few or many numbers; one that is not finite.
 
@@ -19,23 +19,24 @@ namespace proximity_server::node {
 std::vector<int> jointsNamed(const scene::RobotModel& robot, const std::vector<std::string>& names,
                              const std::string& where);
 
-/// One value for each of `joints`, which are not repeated; `what` they are, in the singular: "position".
+/// Checks the `values` of a request: one finite number for each of `joints`, of which none is repeated. `what` names
+/// one value in error messages: "position".
 JointValues valuesOf(const scene::RobotModel& robot, const std::vector<int>& joints, const std::vector<double>& values,
                      const std::string& what, const std::string& where);
 
-/// Where joints stand that a request does not name.
+/// The source of the positions of joints that a request does not name.
 enum class MissingJoints { FromTf, AtZero };
 MissingJoints missingJoints(std::uint8_t code);
 
-/// The positions of a request, with what it says about missing joints.
+/// The positions of a request, with missing joints at 0 if the request says so.
 JointValues completed(JointValues positions, MissingJoints missing);
 
-/// What tf has to add so that `bodies` have poses in all of `states`. Waits at most Config::tf_timeout; where nothing
-/// is missing tf is not asked, and the stamp is 0.
+/// Looks up in tf the joints that `bodies` need and that some of `states` does not give. Waits at most
+/// Config::tf_timeout. If no joint is missing, tf is not asked and the stamp is 0.
 JointSnapshot missingFromTf(const Robot& robot, TfPoses& tf, const std::vector<int>& bodies,
                             const std::vector<JointValues>& states, const ros::Time& stamp);
 
-/// The bodies at these positions, all else as tf has it, in the frame of the root link.
+/// The poses of the bodies in the frame of the root link, with the given positions and all other joints from tf.
 scene::BodyPoses posesInRoot(const Robot& robot, const JointValues& positions, const JointSnapshot& from_tf);
 
 }  // namespace proximity_server::node

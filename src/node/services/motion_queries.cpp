@@ -7,6 +7,7 @@
 #include "node/services/joint_requests.h"
 #include "node/services/motion_requests.h"
 #include "node/services/queries.h"
+#include "node/system/durations.h"
 #include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
@@ -34,7 +35,7 @@ QueryTrajectoryResponse emptyQueryTrajectory() {
   return response;
 }
 
-/// What a search for the first contact found, on the clock of the answer.
+/// The result of a search for the first contact, on the clock of the answer.
 template <class Response>
 void fillContact(Response& response, const Robot& robot, const TimedMotion& motion, const scene::RobotContact& found) {
   response.t_free = motion.onClock(found.t_free);
@@ -80,7 +81,7 @@ struct TrajectorySearch {
   scene::MovingScene& scene;
 };
 
-/// What is to be said of joints that the trajectory takes beyond their limits; "" where it does not.
+/// A warning that names the joints that the trajectory moves beyond their limits; "" if there are none.
 std::string beyondLimits(const scene::RobotModel& robot, const WayPoints& points) {
   constexpr double kRounding = 1e-6;  // [rad] or [m] of numbers that were printed
   std::ostringstream text;

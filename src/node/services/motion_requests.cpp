@@ -6,6 +6,7 @@
 #include <string>
 
 #include "node/services/joint_requests.h"
+#include "node/system/durations.h"
 #include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
@@ -122,7 +123,7 @@ double timeBudget(const Robot& robot, const ros::Duration& asked) {
   const double longest = robot.config().max_request_time;
   if (budget > longest) {
     throw RequestError(QueryStatus::OVER_BUDGET,
-                       "time_budget is " + seconds(budget) + ", max_request_time is " + seconds(longest));
+                       "time_budget is " + secondsText(budget) + ", max_request_time is " + secondsText(longest));
   }
   return budget > 0.0 ? budget : std::min(robot.config().motion_time_budget, longest);
 }

@@ -7,6 +7,7 @@
 
 #include "node/robot/conversions.h"
 #include "node/services/requests.h"
+#include "node/system/durations.h"
 
 namespace proximity_server::node {
 namespace {
@@ -94,7 +95,7 @@ QueryStatus incompleteness(const Robot& robot, const scene::PairCounts& counts, 
   QueryStatus status;
   status.code = is_late ? QueryStatus::OVER_BUDGET : QueryStatus::TF_UNAVAILABLE;
   status.message = is_late ? "the time was over: " + pairs + "answer, max_request_time is " +
-                                 seconds(robot.config().max_request_time)
+                                 secondsText(robot.config().max_request_time)
                            : pairs + "usable pose";
   return status;
 }

@@ -10,8 +10,8 @@
 #include "proximity_server/QueryTrajectory.h"
 #include "proximity_server/SeparationAxis.h"
 
-// The services, one function each. They never throw: what went wrong is in the response's status, and then every
-// number of it that is not proven is NaN. They wait at most Config::tf_timeout. Any number of threads may call them at
+// The services, one function each. They never throw: an error becomes the status of the response, and then every number
+// that is not proven is NaN. They wait at most Config::tf_timeout. Any number of threads may call them at
 // once.
 
 namespace proximity_server::node {

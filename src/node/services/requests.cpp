@@ -3,14 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace proximity_server::node {
 namespace {
-
-const scene::Link& linkAt(const scene::RobotModel& robot, int index) {
-  return robot.links[static_cast<std::size_t>(index)];
-}
 
 bool hasGeometry(const scene::RobotModel& robot, int collision) {
   return !robot.collisions[static_cast<std::size_t>(collision)].pieces.empty();
@@ -49,7 +44,7 @@ int shapeNumbered(const scene::Link& link, std::uint32_t number) {
 
 scene::ShapeRef shapeRefOf(const scene::RobotModel& robot, const ShapeRef& ref) {
   const int index = linkWithGeometry(robot, ref.link);
-  const scene::Link& link = linkAt(robot, index);
+  const scene::Link& link = robot.links[index];
   if (ref.index == 0 && ref.name.empty()) return {index, 0};
   const int number = ref.index > 0 ? shapeNumbered(link, ref.index) : shapeNamed(robot, link, ref.name);
   if (!hasGeometry(robot, link.collisions[static_cast<std::size_t>(number - 1)])) {
@@ -117,7 +112,7 @@ bool isWithinBatch(const Robot& robot, std::size_t count) {
   return count <= static_cast<std::size_t>(robot.config().max_batch);
 }
 
-/// `what` is how many of what.
+/// Throws RequestError OVER_BUDGET. `what` is a count with its unit: "12 entries".
 [[noreturn]] void refuseBatch(const Robot& robot, const std::string& field, const std::string& what) {
   throw RequestError(QueryStatus::OVER_BUDGET,
                      field + ": " + what + ", max_batch is " + std::to_string(robot.config().max_batch));

@@ -35,12 +35,6 @@ double finite(double value, const std::string& name);
 double notNegative(double value, const std::string& name);
 double positive(double value, const std::string& name);
 
-/// For messages: "0.5 s".
-std::string seconds(double seconds);
-
-/// So many seconds from now.
-std::chrono::steady_clock::time_point deadlineIn(double seconds);
-
 /// Index of a link, with or without geometry. Throws RequestError UNKNOWN_LINK naming the nearest one.
 int linkNamed(const scene::RobotModel& robot, const std::string& name);
 

@@ -13,7 +13,7 @@
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/moving_scene.h"
 
-// A robot in motion, and what is known of it, as messages.
+// The motion of a request on the clock of its answer, and its results as messages.
 
 namespace proximity_server::node {
 
@@ -61,7 +61,7 @@ Proximity toMessage(const Robot& robot, const TimedMotion& motion, double time, 
 /// Bounds, time and pair; the pair is UNKNOWN where none was found.
 MotionMinimum toMessage(const Robot& robot, const TimedMotion& motion, const scene::RobotMinimum& minimum);
 
-/// Nothing is known.
+/// A minimum of which nothing is known: all numbers are NaN.
 MotionMinimum unknownMinimum();
 
 /// OK, or TF_UNAVAILABLE where something was said of some pairs only.

@@ -1,6 +1,6 @@
 #pragma once
 
-// What the node asks of the system.
+// Settings of the process that the node asks the system for.
 
 namespace proximity_server::node {
 

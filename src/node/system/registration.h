@@ -16,7 +16,7 @@ namespace proximity_server::node {
 /// node starts is not seen: what came before is registered with the old one only.
 class Registration {
  public:
-  /// Of all that the node offers when this is made, and of the topics that come later.
+  /// Watches the services and topics that the node offers now, and topics that it offers later.
   Registration();
   ~Registration();
 

@@ -44,11 +44,11 @@ void SteadyTimer::run() {
     }
     if (Clock::now() < next_) {
       changed_.wait_until(lock, next_);
-      continue;  // whatever it was that woke us up
+      continue;  // checks again after any wake-up
     }
     next_ += period_ * (1 + (Clock::now() - next_) / period_);
     lock.unlock();
-    beat_();
+    tick_();
     lock.lock();
   }
 }

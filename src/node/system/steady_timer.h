@@ -8,9 +8,9 @@
 
 namespace proximity_server::node {
 
-/// Calls a function at a steady rate of wall time, in a thread of its own. Beats that come a period late are left out.
+/// Calls a function at a steady rate of wall time, in a thread of its own. Ticks that come a period late are left out.
 ///
-/// A ros::WallTimer would do, but roscpp sleeps whole milliseconds and hands each beat to another thread: too coarse
+/// A ros::WallTimer would do, but roscpp sleeps whole milliseconds and hands each tick to another thread: too coarse
 /// for a kilohertz. Thread-safe.
 class SteadyTimer {
  public:
@@ -20,19 +20,19 @@ class SteadyTimer {
   SteadyTimer(const SteadyTimer&) = delete;
   SteadyTimer& operator=(const SteadyTimer&) = delete;
 
-  /// From now on, every `period` [s].
+  /// Calls the function every `period` [s] from now on.
   void start(double period);
-  /// A beat that is under way is not waited for.
+  /// Ends the calls. Does not wait for one that is running.
   void stop();
 
  private:
   using Clock = std::chrono::steady_clock;
   void run();
 
-  const std::function<void()> beat_;
+  const std::function<void()> tick_;
   std::mutex mutex_;  // guards all that follows
   std::condition_variable changed_;
-  Clock::duration period_{};  // 0: none
+  Clock::duration period_{};  // 0: stopped
   Clock::time_point next_;
   bool ends_ = false;
   std::thread thread_;  // last: it uses all of the above

@@ -17,17 +17,17 @@
 
 namespace proximity_server::node {
 
-/// What tf says of an edge of a robot's tree.
+/// The transform of one edge of a robot's tree, as tf has it.
 struct EdgeTransform {
   ros::Time stamp;                        ///< of the transform; 0 for a static one
   std::optional<Eigen::Isometry3d> pose;  ///< parent_T_child
   QueryStatus status;                     ///< OK, or why there is no pose: names the joint
 };
 
-/// Nothing where a number is not finite or the quaternion has not length 1.
+/// Returns nullopt if a number is not finite or the quaternion does not have length 1.
 std::optional<Eigen::Isometry3d> rigidMotion(const geometry_msgs::Transform& transform);
 
-/// At `stamp`, or the latest where that is 0.
+/// Looks up the transform at `stamp`, or the latest one if `stamp` is 0.
 EdgeTransform lookUpEdge(const tf2::BufferCore& buffer, const TfEdge& edge, const ros::Time& stamp);
 
 /// The latest transforms of a robot's edges. Many requests come between two messages of tf, so each edge is looked up

@@ -6,19 +6,9 @@
 namespace proximity_server::node {
 namespace {
 
-const scene::Joint& jointAt(const scene::RobotModel& robot, int index) {
-  return robot.joints[static_cast<std::size_t>(index)];
-}
-const scene::Link& linkAt(const scene::RobotModel& robot, int index) {
-  return robot.links[static_cast<std::size_t>(index)];
-}
-const scene::Body& bodyAt(const scene::RobotModel& robot, int index) {
-  return robot.bodies[static_cast<std::size_t>(index)];
-}
-
 void addChain(const scene::RobotModel& robot, int body, std::vector<bool>& is_needed, std::vector<int>& joints) {
-  for (; bodyAt(robot, body).joint >= 0; body = bodyAt(robot, body).parent) {
-    const int joint = bodyAt(robot, body).joint;
+  for (; robot.bodies[body].joint >= 0; body = robot.bodies[body].parent) {
+    const int joint = robot.bodies[body].joint;
     if (is_needed[static_cast<std::size_t>(joint)]) return;
     is_needed[static_cast<std::size_t>(joint)] = true;
     joints.push_back(joint);
@@ -65,7 +55,7 @@ scene::BodyPoses posesInRoot(const scene::RobotModel& robot, const JointFrames& 
     const auto& parent = poses[static_cast<std::size_t>(body.parent)];
     const auto& frame = joints[static_cast<std::size_t>(body.joint)];
     if (!parent || !frame) continue;
-    poses[i] = *parent * linkAt(robot, jointAt(robot, body.joint).parent_link).body_T_link * *frame;
+    poses[i] = *parent * robot.links[robot.joints[body.joint].parent_link].body_T_link * *frame;
   }
   return poses;
 }

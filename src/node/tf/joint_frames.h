@@ -9,16 +9,17 @@
 
 namespace proximity_server::node {
 
-/// For each of RobotModel::joints the pose of its child link in its parent link; nothing where that is not known.
+/// For each of RobotModel::joints the pose of its child link in its parent link; nullopt if it is not known.
 using JointFrames = std::vector<std::optional<Eigen::Isometry3d>>;
 
-/// For each of RobotModel::joints a number, or nothing where none was given.
+/// For each of RobotModel::joints a number, or nullopt if none was given.
 using JointValues = std::vector<std::optional<double>>;
 
 /// The joints between the root and `bodies`, and those that carry the reference frame where that is a link.
 std::vector<int> jointsTo(const Robot& robot, const std::vector<int>& bodies);
 
-/// Whether the given positions [rad] or [m] settle where a joint stands: its own or, where it follows, its leader's.
+/// Whether `positions` [rad] or [m] give the position of a joint: its own, or that of its leader if it is a mimic
+/// joint.
 bool isGiven(const scene::RobotModel& robot, int joint, const JointValues& positions);
 
 /// Joints at the given positions [rad] or [m], followers with their leaders; all others as in `others`.
@@ -33,7 +34,7 @@ scene::BodyPoses posesInRoot(const scene::RobotModel& robot, const JointFrames& 
 std::optional<Eigen::Isometry3d> referenceToRoot(const Robot& robot, const scene::BodyPoses& poses_in_root,
                                                  const std::optional<Eigen::Isometry3d>& foreign);
 
-/// Poses in the reference frame; none where it is not known.
+/// Poses in the reference frame; all are nullopt if that frame is not known.
 scene::BodyPoses inReference(const Robot& robot, scene::BodyPoses poses_in_root,
                              const std::optional<Eigen::Isometry3d>& foreign);
 

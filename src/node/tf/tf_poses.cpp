@@ -4,13 +4,14 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 
 #include "node/robot/tf_frames.h"
+#include "node/system/durations.h"
 #include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
@@ -54,10 +55,9 @@ ros::Duration elapsed(const ros::Time& from, const ros::Time& to) {
   return ros::Duration().fromNSec(std::clamp(difference, -kLongest, kLongest));
 }
 
-std::string seconds(const ros::Duration& duration) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3f s", duration.toSec());
-  return text;
+/// A duration as text for a message, rounded to milliseconds: "0.512 s".
+std::string durationText(const ros::Duration& duration) {
+  return secondsText(1e-3 * std::round(1e3 * duration.toSec()));
 }
 
 /// The links at the ends of an edge that tf should know.
@@ -103,13 +103,13 @@ CommonTime commonTime(const std::vector<TfLookup::Edge>& edges) {
 QueryStatus freshness(const CommonTime& common, const ros::Time& now, const ros::Duration& max_age) {
   const ros::Duration age = elapsed(common.oldest->transform.stamp, now);
   if (age > max_age) {
-    return status(QueryStatus::TF_STALE, common.oldest->frames->name + ": its latest transform is " + seconds(age) +
-                                             " old, max_tf_age is " + seconds(max_age));
+    return status(QueryStatus::TF_STALE, common.oldest->frames->name + ": its latest transform is " +
+                                             durationText(age) + " old, max_tf_age is " + durationText(max_age));
   }
   const ros::Duration ahead = elapsed(now, common.newest->transform.stamp);
   if (ahead > max_age) {
-    return status(QueryStatus::TF_STALE,
-                  common.newest->frames->name + ": its latest transform is " + seconds(ahead) + " ahead of the clock");
+    return status(QueryStatus::TF_STALE, common.newest->frames->name + ": its latest transform is " +
+                                             durationText(ahead) + " ahead of the clock");
   }
   return {};
 }
@@ -140,7 +140,8 @@ ros::Time TfPoses::readClock() {
   const std::lock_guard<std::mutex> lock(mutex_);
   const ros::Time now = ros::Time::now();
   if (now < last_now_) {
-    ROS_WARN_STREAM("the clock jumped back by " << seconds(elapsed(now, last_now_)) << ": forgetting all transforms");
+    ROS_WARN_STREAM("the clock jumped back by " << durationText(elapsed(now, last_now_))
+                                                << ": forgetting all transforms");
     tree_.clear();
     jumps_.forget();
   }

@@ -23,9 +23,9 @@
 
 namespace proximity_server::node {
 
-/// What tf knows of a robot's joints at one time, or why it does not.
+/// The transforms of a robot's joints at one time, with a status that says which are missing and why.
 struct JointSnapshot {
-  JointFrames joints;                                 ///< nothing where unknown or not asked for
+  JointFrames joints;                                 ///< nullopt if unknown or not asked for
   std::optional<Eigen::Isometry3d> reference_T_root;  ///< of a reference frame that is no link of the robot
   ros::Time stamp;                                    ///< the common time; 0 where there is none
   ros::Duration age;                                  ///< now - stamp
@@ -35,7 +35,7 @@ struct JointSnapshot {
 
 /// Poses of a robot's bodies at one time, or why there are none.
 struct PoseSnapshot {
-  scene::BodyPoses poses;  ///< in Robot::referenceFrame(); nothing where unknown or not asked for
+  scene::BodyPoses poses;  ///< in Robot::referenceFrame(); nullopt if unknown or not asked for
   ros::Time stamp;         ///< the common time; 0 where there is none
   ros::Duration age;       ///< now - stamp
   ros::Duration skew;      ///< newest - oldest of the latest transforms
@@ -76,7 +76,7 @@ class TfPoses {
   /// Called after every message of tf, from the listening thread. Set it once, before transforms matter.
   void onChange(std::function<void()> listener);
 
-  /// Whose joints `jumps` is about.
+  /// Chooses the robot whose joints `jumps` reports.
   void watch(const Robot& robot) { jumps_.watch(robot); }
 
   /// See JointJumps::recent().

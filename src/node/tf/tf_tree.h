@@ -32,7 +32,7 @@ class TfTree {
   TfTree(const TfTree&) = delete;
   TfTree& operator=(const TfTree&) = delete;
 
-  /// What is known between two messages: as long as it is held, none comes in between, so no message is half in it.
+  /// The state between two messages. While a view exists no message is applied, so that it never holds half of one.
   struct View {
     std::unique_lock<std::mutex> lock;
     std::shared_ptr<const tf2::BufferCore> buffer;

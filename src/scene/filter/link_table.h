@@ -50,7 +50,7 @@ class LinkTable {
   std::vector<bool> has_geometry_;
 };
 
-/// "what (2): a - b, c - d.", with every pair by name; nothing where there is none.
+/// "what (2): a - b, c - d.", with every pair by name; does nothing if there is none.
 void addPairsWarning(const std::string& what, const std::vector<std::string>& pairs, PairTable& table);
 
 /// Looks up the pairs of one list of names and keeps those that have no effect.
@@ -61,7 +61,7 @@ class PairListReader {
   /// For lists in which an unknown link is an error: throws std::invalid_argument.
   OrderedPair require(const std::pair<std::string, std::string>& names);
 
-  /// For lists in which an unknown link is a warning: nothing then.
+  /// For lists in which an unknown link is a warning: returns nullopt then.
   std::optional<OrderedPair> find(const std::pair<std::string, std::string>& names);
 
   /// The entries without effect, one sentence for all of them, and one for all unknown names.

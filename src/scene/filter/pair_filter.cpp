@@ -14,7 +14,7 @@
 namespace proximity_server::scene {
 namespace {
 
-/// What SRDF and configuration ask for, by index.
+/// The rules of SRDF and configuration, by index of link and body.
 struct Rules {
   bool only_listed = false;
   std::set<OrderedPair> only, excluded, enabled;
@@ -116,7 +116,7 @@ void addPadding(const PairFilterOptions& options, const LinkTable& links, PairTa
   reader.report(table);
 }
 
-/// What a person would want to know about the outcome.
+/// Warnings about the result that a user should know.
 void audit(const LinkTable& links, PairTable& table) {
   std::vector<std::string> silent, nearly_adjacent;  // named one by one: nobody should have to guess
   for (const LinkPair& entry : table.pairs) {
@@ -175,6 +175,11 @@ int PairTable::find(int link_a, int link_b) const {
       [](const LinkPair& pair, const OrderedPair& key) { return OrderedPair(pair.link_a, pair.link_b) < key; });
   const bool found = hit != pairs.end() && hit->link_a == wanted.link_a && hit->link_b == wanted.link_b;
   return found ? static_cast<int>(hit - pairs.begin()) : -1;
+}
+
+double PairTable::paddingOf(int link_a, int link_b) const {
+  const int index = find(link_a, link_b);
+  return index < 0 ? 0.0 : pairs[static_cast<std::size_t>(index)].padding;
 }
 
 PairTable filterPairs(const RobotModel& model, const std::string& srdf_xml, const PairFilterOptions& options) {

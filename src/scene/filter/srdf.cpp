@@ -71,7 +71,7 @@ const XMLElement* findUrdfElement(const XMLElement& robot) {
   return nullptr;
 }
 
-/// Whether there is anything that this package reads of an SRDF.
+/// Whether the element has any child that this package reads from an SRDF.
 bool saysAnything(const Srdf& srdf) {
   return !srdf.disable_collisions.empty() || !srdf.enable_collisions.empty() ||
          !srdf.disable_default_collisions.empty() || !srdf.virtual_joints.empty() || !srdf.groups.empty();

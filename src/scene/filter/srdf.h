@@ -6,7 +6,7 @@
 
 namespace proximity_server::scene {
 
-/// What an SRDF says about collisions and groups, by name and unchecked.
+/// The collision entries and groups of an SRDF, by name; the names are not checked.
 struct Srdf {
   using Names = std::pair<std::string, std::string>;
   struct DisabledPair {

@@ -7,7 +7,7 @@
 
 namespace proximity_server::scene {
 
-/// What a child process may use at most.
+/// The limits on a child process.
 struct ProcessLimits {
   std::size_t memory;                   ///< [byte] on top of what this process uses
   std::chrono::seconds processor_time;  ///< that the child computes

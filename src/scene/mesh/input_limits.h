@@ -5,9 +5,9 @@
 
 namespace proximity_server::scene {
 
-// What a file may ask for. Robots come from strangers, so each limit is checked before memory or time is spent.
+// Limits on input files. The files are not trusted, so each limit is checked before memory or time is spent.
 
-/// [m] there a double is rounded by 1e-10 m, a tenth of the default tolerance of an answer.
+/// [m] Largest coordinate: there a double is rounded by 1e-10 m, a tenth of the default tolerance of an answer.
 constexpr double kFarthest = 1e6;
 
 // --- meshes

@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 
 // --- before a file is read
 
-/// Its size [byte].
+/// The size of the file [byte].
 std::size_t checkFile(const std::string& path) {
   // Not a pipe, which could keep one waiting for ever.
   std::error_code failed;
@@ -31,7 +31,7 @@ std::size_t checkFile(const std::string& path) {
   return size;
 }
 
-/// Of the name behind its last dot, in small letters.
+/// The suffix of a file name in lower case, without the dot.
 std::string extensionOf(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();
   for (char& letter : extension) letter = static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
@@ -56,7 +56,7 @@ bool isText(const std::string& stl_header) {
   return stl_header.compare(first, 5, "solid") == 0 && stl_header.find('\0') == std::string::npos;
 }
 
-/// What assimp would take without a word, or with one that helps nobody.
+/// Refuses binary STL files that assimp accepts silently or refuses with an unclear message.
 void checkStl(const std::string& path, std::size_t size) {
   const std::string header = bytesOf(path, 0, kStlFacets);
   if (isText(header)) {
@@ -81,7 +81,7 @@ struct PlyElement {
   std::vector<bool> properties;  // true: a list, which begins with its length
 };
 
-/// What a PLY file in text declares; nothing for one in bytes. Leaves the stream behind the header.
+/// The elements that an ASCII PLY file declares; nullopt for a binary one. Leaves the stream behind the header.
 std::vector<PlyElement> plyTextElements(std::istream& stream) {
   std::vector<PlyElement> elements;
   for (std::string line; std::getline(stream, line) && line.compare(0, 10, "end_header") != 0;) {

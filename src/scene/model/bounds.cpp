@@ -66,8 +66,8 @@ Matrix3d principalAxes(const std::vector<Vector3d>& points) {
   return Eigen::SelfAdjointEigenSolver<Matrix3d>(covariance).eigenvectors();
 }
 
-/// Distance from the origin of the box `half` about `offset`, along coordinate axes; in overlap the longest of its
-/// ways out, negative.
+/// Distance from the origin of the box `half` about `offset`, along coordinate axes; if the origin is
+/// inside, minus its distance to the nearest side.
 double distanceFromBox(const Vector3d& offset, const Vector3d& half) {
   const Vector3d gaps = offset.cwiseAbs() - half;
   const double largest = gaps.maxCoeff();

@@ -26,7 +26,7 @@ struct Bounds {
   double reach = 0.0;                                  ///< at least how far the pieces reach from the body's origin
 };
 
-/// [m] At most how far a piece reaches from a point of its body's frame.
+/// [m] Upper bound of the distance of any point of a piece from a point in the frame of its body.
 double reachFrom(const Eigen::Vector3d& point, const Piece& piece);
 
 Bounds boundsOf(const Piece& piece);

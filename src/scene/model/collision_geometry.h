@@ -19,7 +19,7 @@ namespace proximity_server::scene {
 
 Eigen::Isometry3d toEigen(const urdf::Pose& pose);
 
-/// What stands for a <geometry>.
+/// The convex shapes that represent a <geometry> element.
 struct CollisionGeometry {
   std::string description;
   std::vector<narrowphase::Shape> shapes;
@@ -42,7 +42,7 @@ class GeometryReader {
  public:
   explicit GeometryReader(MeshResolver resolve) : resolve_(std::move(resolve)) {}
 
-  /// What to do about a mesh that cannot be read.
+  /// The reaction to a mesh that cannot be read: an error, or a warning and no geometry.
   enum class Failure : unsigned char { EndsIt, IsPassedOver };
 
   /// Reads meshes in up to `threads` threads (0: one for each core), so that read() has them. What cannot be read is

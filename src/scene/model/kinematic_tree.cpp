@@ -108,7 +108,7 @@ void addTree(const urdf::ModelInterface& urdf, RobotModel& model) {
   }
 }
 
-/// What is wrong with the chain of joints that a joint mimics, or "".
+/// Returns why the chain of joints that a joint mimics is invalid, or "" if it is valid.
 std::string faultOfMimic(const RobotModel& model, int joint) {
   int follower = joint;
   for (std::size_t steps = 0; model.joints[follower].mimic; ++steps) {

@@ -17,19 +17,9 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// What holds for a link: its own value, or the default.
-double valueOf(const std::string& link, const std::map<std::string, double>& own_values, double default_value) {
-  const auto own = own_values.find(link);
-  return own == own_values.end() ? default_value : own->second;
-}
-
-double paddingOf(const std::string& link, const ModelOptions& options) {
-  return valueOf(link, options.link_padding, options.default_padding);
-}
-
 MeshOptions meshOptionsOf(const std::string& link, const ModelOptions& options) {
   MeshOptions meshes;
-  meshes.tolerance = valueOf(link, options.link_mesh_tolerance, options.mesh_tolerance);
+  meshes.tolerance = options.meshToleranceOf(link);
   meshes.cache = options.mesh_cache;
   meshes.time_budget = options.mesh_time_budget;
   if (options.progress) {
@@ -107,7 +97,7 @@ void addCollision(int link, const urdf::Collision& urdf, const ModelOptions& opt
                         {},        geometry.uncovered,      geometry.volume_ratio};
     const int index = static_cast<int>(model.collisions.size());
     for (const narrowphase::Shape& shape : geometry.shapes) {
-      const narrowphase::Shape padded = shape.padded(paddingOf(owner.name, options));
+      const narrowphase::Shape padded = shape.padded(options.paddingOf(owner.name));
       collision.pieces.push_back(append(model.pieces, Piece{padded, body_T_collision, index}));
       checkReach(model.pieces.back());
     }
@@ -127,7 +117,7 @@ void addPiecesToBody(int link, const std::vector<CapsuleParts>& capsules, const 
     const int index = owner.collisions[parts.cylinder];
     Collision& cylinder = model.collisions[index];
     const Isometry3d body_T_capsule = model.pieces[cylinder.pieces.front()].body_T_piece;
-    const narrowphase::Shape padded = narrowphase::Shape(parts.capsule).padded(paddingOf(owner.name, options));
+    const narrowphase::Shape padded = narrowphase::Shape(parts.capsule).padded(options.paddingOf(owner.name));
     body_pieces.push_back(append(model.pieces, Piece{padded, body_T_capsule, index}));
     cylinder.description += ", a capsule with <collision> " + std::to_string(parts.spheres[0] + 1) + " and " +
                             std::to_string(parts.spheres[1] + 1);

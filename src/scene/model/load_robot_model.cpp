@@ -17,7 +17,19 @@ void requireLinks(const std::string& what, const std::map<std::string, double>& 
   }
 }
 
+/// The link's own value, or the default.
+double valueOf(const std::string& link, const std::map<std::string, double>& own_values, double default_value) {
+  const auto own = own_values.find(link);
+  return own == own_values.end() ? default_value : own->second;
+}
+
 }  // namespace
+
+double ModelOptions::paddingOf(const std::string& link) const { return valueOf(link, link_padding, default_padding); }
+
+double ModelOptions::meshToleranceOf(const std::string& link) const {
+  return valueOf(link, link_mesh_tolerance, mesh_tolerance);
+}
 
 RobotModel loadRobotModel(const std::string& urdf_xml, const MeshResolver& resolve, const ModelOptions& options) {
   RobotModel model;

@@ -5,7 +5,7 @@
 
 namespace proximity_server::scene {
 
-/// The pose with the rotation nearest to its matrix; nothing where it is missing, not finite, or no rotation within
+/// The pose with the rotation nearest to its matrix; nullopt if it is missing, not finite, or no rotation within
 /// single precision.
 std::optional<Eigen::Isometry3d> usablePose(const std::optional<Eigen::Isometry3d>& pose);
 

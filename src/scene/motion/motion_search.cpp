@@ -19,7 +19,7 @@ bool isOver(const MotionQuestion& question) {
   return question.deadline != Clock::time_point::max() && Clock::now() > question.deadline;
 }
 
-/// Of two answers, of which each left something open: the later one in the enumeration left more.
+/// The less complete of two statuses: the one that stands later in the enumeration.
 narrowphase::Status lessComplete(narrowphase::Status p, narrowphase::Status q) { return std::max(p, q); }
 
 }  // namespace
@@ -45,7 +45,7 @@ void MotionSearch::begin(const Pairs& pairs, const RobotMotion& motion, Order or
                                 " bodies, but the motion is of " + std::to_string(motion.segments().size()));
   order_ = order;
   queue_.clear();
-  subjects_.clear();
+  moving_pairs_.clear();
   poses_.emplace(motion);
   for (const ShapeRefPair& pair : pairs.list()) {
     const int a = volumes_->of(pair.a), b = volumes_->of(pair.b);
@@ -54,7 +54,7 @@ void MotionSearch::begin(const Pairs& pairs, const RobotMotion& motion, Order or
     subjects_.push_back({pair, paddings_.of(pair), a, b, std::move(bodies)});
   }
   counts.pairs = static_cast<int>(pairs.size());
-  counts.unknown = counts.pairs - static_cast<int>(subjects_.size());
+  counts.unknown = counts.pairs - static_cast<int>(moving_pairs_.size());
 }
 
 /// Queues what one bound for the whole motion does not settle, and returns how many pairs it does.
@@ -64,10 +64,10 @@ int MotionSearch::enterAll(double limit) {
     const Visit visit = withSpheres({-kInfinity, i, subjects.a, subjects.b, 1, 0.0});
     if (!(visit.lower_bound > limit)) push(visit);
   }
-  return static_cast<int>(subjects_.size() - queue_.size());
+  return static_cast<int>(moving_pairs_.size() - queue_.size());
 }
 
-bool MotionSearch::goesLater(const Visit& p, const Visit& q) const {
+bool MotionSearch::goesLater(const IntervalVisit& p, const IntervalVisit& q) const {
   if (order_ == Order::Earliest) {
     const double of_p = MovingBodies::Interval(p.interval).begin, of_q = MovingBodies::Interval(q.interval).begin;
     if (of_p != of_q) return of_p > of_q;
@@ -75,14 +75,16 @@ bool MotionSearch::goesLater(const Visit& p, const Visit& q) const {
   return p.lower_bound > q.lower_bound;
 }
 
-void MotionSearch::push(const Visit& visit) {
+void MotionSearch::push(const IntervalVisit& visit) {
   queue_.push_back(visit);
-  std::push_heap(queue_.begin(), queue_.end(), [this](const Visit& p, const Visit& q) { return goesLater(p, q); });
+  std::push_heap(queue_.begin(), queue_.end(),
+                 [this](const IntervalVisit& p, const IntervalVisit& q) { return goesLater(p, q); });
 }
 
-MotionSearch::Visit MotionSearch::pop() {
-  std::pop_heap(queue_.begin(), queue_.end(), [this](const Visit& p, const Visit& q) { return goesLater(p, q); });
-  const Visit first = queue_.back();
+MotionSearch::IntervalVisit MotionSearch::pop() {
+  std::pop_heap(queue_.begin(), queue_.end(),
+                [this](const IntervalVisit& p, const IntervalVisit& q) { return goesLater(p, q); });
+  const IntervalVisit first = queue_.back();
   queue_.pop_back();
   return first;
 }
@@ -90,8 +92,8 @@ MotionSearch::Visit MotionSearch::pop() {
 MotionSearch::Visit MotionSearch::withSpheres(Visit visit) {
   MovingPair& subjects = subjectsOf(visit);
   const MovingBodies::SphereGap spheres =
-      subjects.bodies.sphereGap(at(visit.a).bounds, at(visit.b).bounds, visit.interval, *poses_);
-  visit.lower_bound = std::max(visit.lower_bound, spheres.gap - subjects.padding);
+      moving.bodies.sphereGap(at(visit.a).bounds, at(visit.b).bounds, visit.interval, *poses_);
+  visit.lower_bound = std::max(visit.lower_bound, spheres.gap - moving.padding);
   visit.travel = spheres.travel;
   return visit;
 }
@@ -103,10 +105,10 @@ MotionSearch::Visit MotionSearch::withBoxes(Visit visit) {
   return visit;
 }
 
-/// In time where they move farther than they are large, else the larger of the two volumes.
-void MotionSearch::divide(const Visit& visit, double limit) {
+/// Splits the interval if the volumes move farther than they are large, else one of the volumes, see splitsFirst().
+void MotionSearch::split(const IntervalVisit& visit, double limit) {
   const Volume &a = at(visit.a), &b = at(visit.b);
-  const auto enter = [&](Visit part) {
+  const auto enter = [&](IntervalVisit part) {
     part = withSpheres(part);
     if (!(part.lower_bound > limit)) part = withBoxes(part);
     if (!(part.lower_bound > limit)) push(part);
@@ -119,8 +121,8 @@ void MotionSearch::divide(const Visit& visit, double limit) {
       enter(part);
     }
   } else {
-    for (const int volume : divide_a ? a.parts : b.parts) {
-      (divide_a ? part.a : part.b) = volume;
+    for (const int volume : split_a ? a.parts : b.parts) {
+      (split_a ? part.a : part.b) = volume;
       enter(part);
     }
   }
@@ -138,11 +140,11 @@ narrowphase::TimeOfContact MotionSearch::contactOf(const Visit& visit, const Mot
   // About a millisecond: longer than that no two pieces hold up a question that has a deadline.
   constexpr int kQueriesBetweenLooksAtTheClock = 256;
   if (question.deadline != Clock::time_point::max()) options.max_queries = kQueriesBetweenLooksAtTheClock;
-  return timeOfContact(a.shape, subjects.bodies.chainOfA(a.body_T_piece), b.shape,
-                       subjects.bodies.chainOfB(b.body_T_piece), options);
+  return timeOfContact(a.shape, moving.bodies.chainOfA(a.body_T_piece), b.shape, moving.bodies.chainOfB(b.body_T_piece),
+                       options);
 }
 
-narrowphase::MinimumOverMotion MotionSearch::minimumOf(const Visit& visit, const MotionQuestion& question,
+narrowphase::MinimumOverMotion MotionSearch::minimumOf(const IntervalVisit& visit, const MotionQuestion& question,
                                                        double upper_bound) {
   const MovingPair& subjects = subjectsOf(visit);
   const MovingBodies::Interval interval(visit.interval);
@@ -151,11 +153,11 @@ narrowphase::MinimumOverMotion MotionSearch::minimumOf(const Visit& visit, const
   options.tolerance = question.tolerance;
   options.begin = interval.begin;
   options.end = interval.end;
-  options.stop_above = upper_bound - question.tolerance + subjects.padding;
-  narrowphase::MinimumOverMotion minimum = minimumDistance(a.shape, subjects.bodies.chainOfA(a.body_T_piece), b.shape,
-                                                           subjects.bodies.chainOfB(b.body_T_piece), options);
-  minimum.lower_bound -= subjects.padding;
-  minimum.upper_bound -= subjects.padding;
+  options.stop_above = upper_bound - question.tolerance + moving.padding;
+  narrowphase::MinimumOverMotion minimum = minimumDistance(a.shape, moving.bodies.chainOfA(a.body_T_piece), b.shape,
+                                                           moving.bodies.chainOfB(b.body_T_piece), options);
+  minimum.lower_bound -= moving.padding;
+  minimum.upper_bound -= moving.padding;
   return minimum;
 }
 
@@ -166,7 +168,7 @@ RobotContact MotionSearch::firstContact(const Pairs& pairs, const RobotMotion& m
   answer.counts.by_one_bound = enterAll(question.contact_distance);
   Horizon horizon;
   while (!queue_.empty()) {
-    const Visit visit = pop();
+    const IntervalVisit visit = pop();
     const double time = MovingBodies::Interval(visit.interval).begin;
     if (answer.contact && !(time < horizon.latest)) break;
     ++answer.counts.intervals;
@@ -185,7 +187,8 @@ RobotContact MotionSearch::firstContact(const Pairs& pairs, const RobotMotion& m
 }
 
 /// Two pieces may bring the contact forward, or leave one open.
-void MotionSearch::measure(const Visit& visit, const MotionQuestion& question, Horizon& horizon, RobotContact& answer) {
+void MotionSearch::measure(const IntervalVisit& visit, const MotionQuestion& question, Horizon& horizon,
+                           RobotContact& answer) {
   const narrowphase::TimeOfContact contact = contactOf(visit, question, horizon.latest);
   answer.counts.queries += contact.queries;
   if (contact.status != narrowphase::Status::Converged) return horizon.leaveOpen(contact.t_free, contact.status);
@@ -210,7 +213,7 @@ void MotionSearch::considerStates(const Pairs& pairs, RobotMinimum& answer) {
 RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question) {
   RobotMinimum answer;
   begin(pairs, motion, Order::Nearest, answer.counts);
-  if (subjects_.empty()) return answer;
+  if (moving_pairs_.empty()) return answer;
   considerStates(pairs, answer);
   answer.counts.by_one_bound = enterAll(answer.upper_bound);
   answer.status = narrowphase::Status::Converged;
@@ -221,9 +224,9 @@ RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion
       answer.status = narrowphase::Status::IterationLimit;
       break;
     }
-    const Visit visit = pop();
+    const IntervalVisit visit = pop();
     if (!isLeaf(visit)) {
-      divide(visit, answer.upper_bound);
+      split(visit, answer.upper_bound);
       continue;
     }
     const narrowphase::MinimumOverMotion pieces = minimumOf(visit, question, answer.upper_bound);
@@ -244,18 +247,18 @@ RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion
 PairProximity MotionSearch::found(const Visit& visit, narrowphase::SignedDistance result, double time) {
   const MovingPair& subjects = subjectsOf(visit);
   const Volume &a = at(visit.a), &b = at(visit.b);
-  if (const int middle = subjects.bodies.middle(); middle >= 0) {
+  if (const int middle = moving.bodies.middle(); middle >= 0) {
     const Eigen::Isometry3d& pose = *poses_->at(time)[static_cast<std::size_t>(middle)];
     result.normal = (pose.linear() * result.normal).normalized();
     result.point_a = pose * result.point_a;
   }
   PairProximity proximity;
-  proximity.asked = subjects.asked;
+  proximity.asked = moving.asked;
   proximity.collision_a = collisionOf(model_->robot, a.piece).number;
   proximity.collision_b = collisionOf(model_->robot, b.piece).number;
-  proximity.result = padded(result, subjects.padding);
+  proximity.result = padded(result, moving.padding);
   proximity.representation = std::max(a.representation, b.representation);
-  const bool is_compound = !at(subjects.a).isLeaf() || !at(subjects.b).isLeaf();
+  const bool is_compound = !at(moving.a).isLeaf() || !at(moving.b).isLeaf();
   proximity.depth_is_lower_bound = proximity.result.distance < 0.0 && is_compound;
   return proximity;
 }

@@ -11,8 +11,8 @@
 
 namespace proximity_server::scene {
 
-/// Answers questions about pairs of subjects in motion: walks through volumes and time at once, and gives only the
-/// pieces and intervals to the narrowphase that neither spheres nor boxes settle.
+/// Answers questions about pairs of shapes in motion. It divides volumes and time together, and the narrowphase
+/// computes only the pieces and intervals that neither spheres nor boxes settle.
 class MotionSearch {
  public:
   MotionSearch(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes);
@@ -32,9 +32,9 @@ class MotionSearch {
   };
 
   /// Two volumes during an interval of time, see MovingBodies::Interval.
-  struct Visit {
+  struct IntervalVisit {
     double lower_bound;  ///< [m] of their signed distance less the padding
-    int subjects;        ///< index into subjects_
+    int pair;            ///< index into moving_pairs_
     int a, b, interval;
     double travel;  ///< [m] of b as seen from a
   };
@@ -52,15 +52,15 @@ class MotionSearch {
   MovingPair& subjectsOf(const Visit& visit) { return subjects_[static_cast<std::size_t>(visit.subjects)]; }
   const Piece& pieceOf(int leaf) const;
 
-  bool goesLater(const Visit& p, const Visit& q) const;
-  void push(const Visit& visit);
-  Visit pop();
+  bool goesLater(const IntervalVisit& p, const IntervalVisit& q) const;
+  void push(const IntervalVisit& visit);
+  IntervalVisit pop();
 
-  Visit withSpheres(Visit visit);
-  Visit withBoxes(Visit visit);
+  IntervalVisit withSpheres(IntervalVisit visit);
+  IntervalVisit withBoxes(IntervalVisit visit);
   const Volume& at(int volume) const { return (*volumes_)[volume]; }
-  bool isLeaf(const Visit& visit) const { return at(visit.a).isLeaf() && at(visit.b).isLeaf(); }
-  void divide(const Visit& visit, double limit);
+  bool isLeaf(const IntervalVisit& visit) const { return at(visit.a).isLeaf() && at(visit.b).isLeaf(); }
+  void split(const IntervalVisit& visit, double limit);
 
   void considerStates(const Pairs& pairs, RobotMinimum& answer);
   narrowphase::TimeOfContact contactOf(const Visit& visit, const MotionQuestion& question, double latest);
@@ -75,7 +75,7 @@ class MotionSearch {
   std::vector<MovingPair> subjects_;
   std::optional<PosesInTime> poses_;
   Order order_ = Order::Nearest;
-  std::vector<Visit> queue_;  ///< a heap
+  std::vector<IntervalVisit> queue_;  ///< a heap
 };
 
 }  // namespace proximity_server::scene

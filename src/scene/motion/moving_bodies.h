@@ -28,7 +28,7 @@ class MovingBodies {
   /// `a` and `b` bound all of the bodies that will be asked about.
   MovingBodies(const RobotMotion& motion, int body_a, const Bounds& a, int body_b, const Bounds& b);
 
-  /// False where a pose is missing.
+  /// False if a pose is missing.
   bool isKnown() const { return is_known_; }
 
   /// The motion of a frame that is fixed to a body.
@@ -44,8 +44,8 @@ class MovingBodies {
     double begin, end;
   };
 
-  /// A lower bound [m] of the signed distance of what two spheres hold, which are fixed to the bodies, during an
-  /// interval; and how far b's moves as seen from a's.
+  /// During an interval: a lower bound [m] of the signed distance of the contents of two spheres that are fixed to the
+  /// bodies, and how far [m] the sphere of b moves as seen from that of a.
   struct SphereGap {
     double gap, travel;
   };

@@ -10,7 +10,7 @@ namespace {
 
 using Phase = PhasedMotion::Phase;
 
-/// Of two answers, of which each left something open: the later one in the enumeration left more.
+/// The less complete of two statuses: the one that stands later in the enumeration.
 narrowphase::Status lessComplete(narrowphase::Status p, narrowphase::Status q) { return std::max(p, q); }
 
 MotionCounts together(const MotionCounts& p, const MotionCounts& q) {

@@ -44,7 +44,7 @@ bool contains(const narrowphase::ConvexHull& outer, const narrowphase::ConvexHul
   return true;
 }
 
-/// A mesh on its way to become pieces.
+/// A mesh while it is divided into pieces.
 struct Job {
   TriangleMesh mesh;     // welded
   Partition components;  // of its triangles
@@ -93,7 +93,7 @@ bool isHullOfAll(const Job& job, const MeshSolid& solid) {
 }
 
 /// Each component to itself, or to the cluster of one whose hull hides it: the union of the hulls stays the same.
-/// Nothing where one of the hulls is not near enough.
+/// Returns nullopt if one of the hulls is not within tolerance.
 std::optional<Partition> hullsOfComponents(const Job& job, const MeshSolid& solid) {
   std::vector<Component> components = componentsOf(job);
   std::stable_sort(components.begin(), components.end(),

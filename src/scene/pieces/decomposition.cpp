@@ -53,7 +53,7 @@ bool isOneOf(const std::vector<Vector3d>& sorted_points, const Vector3d& point) 
   return std::binary_search(sorted_points.begin(), sorted_points.end(), point, before);
 }
 
-/// The sorted vertices of the hull of all points where it lies within tolerance, else nothing.
+/// Returns the sorted vertices of the hull of all points, or nullopt if it is not within tolerance.
 std::vector<Vector3d> hullWithin(double tolerance, const MeshSolid& solid, const std::vector<Vector3d>& points) {
   solid.effort().spend(stepsOfHull(points.size()));
   const narrowphase::ConvexHull hull(points);
@@ -139,7 +139,7 @@ class Halving {
     return result;
   }
 
-  /// Nothing where the hull is not within tolerance, or the effort is spent.
+  /// Returns nullopt if the hull is not within tolerance, or if the effort is spent.
   std::vector<Vector3d> cornersOf(const Cluster& cluster) try {
     if (cluster.size() == 1) return sorted(narrowphase::ConvexHull(pointsOf(mesh_, cluster)).vertices());
     if (!is_complete_) return {};

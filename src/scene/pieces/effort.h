@@ -5,8 +5,8 @@
 
 namespace proximity_server::scene {
 
-/// What a mesh may still cost, counted and not timed, so that every machine comes to the same end. Meshes come from
-/// strangers, and some need hours to become convex pieces.
+/// The remaining budget of steps for one mesh. Steps are counted instead of time, so that every machine computes the
+/// same result. Some meshes would need hours to become convex pieces.
 class Effort {
  public:
   struct Exceeded {};

@@ -75,7 +75,7 @@ std::string write(const std::string& key, const Clustering& clustering) {
   return text.str();
 }
 
-/// Nothing unless the text is exactly what write() makes of a clustering of `triangles` triangles for this key.
+/// Returns nullopt unless the text is exactly what write() makes of a clustering of `triangles` triangles for this key.
 std::optional<Clustering> read(const std::string& text, const std::string& key, std::size_t triangles) {
   std::istringstream stream(text);
   std::string version, found_key, completeness;

@@ -9,7 +9,7 @@
 
 namespace proximity_server::scene {
 
-/// What a mesh has become, except for the hulls, which follow from it.
+/// The decomposition of a mesh, without the hulls, which follow from it.
 struct Clustering {
   Partition partition;
   Representation representation = Representation::Exact;
@@ -19,7 +19,7 @@ struct Clustering {
   bool is_complete = true;  ///< false: the effort was spent before the end
 };
 
-/// What meshes have become, on disk, one small text file each, named by a hash of what it depends on: the vertices (so
+/// Decompositions of meshes on disk: one small text file each, named by a hash of what it depends on: the vertices (so
 /// the scale too), the triangles, the tolerance, the time budget and the version of file and algorithm.
 ///
 /// A file holds a partition of the mesh's own triangles, so nothing in it can move a piece or leave one out. It is

@@ -18,8 +18,8 @@ struct Cover {
   std::vector<Eigen::Vector3d> points;  ///< hull is theirs, or that of more
 };
 
-/// A mesh as something to lie far from: its surface, and the space that its closed parts enclose. Every call may throw
-/// Effort::Exceeded.
+/// The solid of a mesh, to measure distances from: its surface and the space that its closed parts enclose. Every call
+/// may throw Effort::Exceeded.
 ///
 /// How far a hull lies outside is searched for over its surface, first at its triangles, then where a point of the mesh
 /// lies under it, then at ever smaller triangles, first where the distance may still be largest. Two facts bound the

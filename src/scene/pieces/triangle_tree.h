@@ -19,7 +19,7 @@ class TriangleTree {
   /// At least one triangle.
   explicit TriangleTree(std::vector<Triangle> triangles);
 
-  /// What is nearest to a point.
+  /// The point of the triangles that is nearest to a given one.
   struct Nearest {
     Eigen::Vector3d point;
     const Triangle* triangle;  ///< it is a point of that one

@@ -76,13 +76,13 @@ ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b,
   if (likely.a >= 0) compute(likely);
   queue_.clear();
   visits_ = 0;
-  for (divide(pair, a_T_b); !queue_.empty() && !(queue_.lowestBound() > current_limit());) {
+  for (split(pair, a_T_b); !queue_.empty() && !(queue_.lowestBound() > current_limit());) {
     Visit visit = queue_.pop();
     if (visit.bound == Visit::Bound::Sphere) visit = withBoxes(visit, a_T_b);
     if (visit.lower_bound > std::min(queue_.lowestBound(), current_limit())) {
       queue_.push(visit);
     } else if (!isLeaf(visit)) {
-      divide(visit, a_T_b);
+      split(visit, a_T_b);
     } else if (const LeafPair leaves{visit.a, visit.b}; !(leaves == likely)) {
       compute(leaves);
     }
@@ -102,12 +102,12 @@ Visit PieceSearch::withBoxes(Visit visit, const RelativePose& a_T_b) const {
   return visit;
 }
 
-/// The larger of the two volumes is divided.
-void PieceSearch::divide(const Visit& visit, const RelativePose& a_T_b) {
+/// Replaces a pair of volumes by the pairs with the parts of one of them, see splitsFirst().
+void PieceSearch::split(const Visit& visit, const RelativePose& a_T_b) {
   const Volume &a = robot_.volumes()[visit.a], &b = robot_.volumes()[visit.b];
-  const bool divide_a = !a.isLeaf() && (b.isLeaf() || a.bounds.radius >= b.bounds.radius);
-  for (const int part : divide_a ? a.parts : b.parts) {
-    Visit next{-kInfinity, visits_++, divide_a ? part : visit.a, divide_a ? visit.b : part, visit.padding};
+  const bool split_a = splitsFirst(a, b);
+  for (const int part : split_a ? a.parts : b.parts) {
+    Visit next{-kInfinity, visits_++, split_a ? part : visit.a, split_a ? visit.b : part, visit.padding};
     // What holds for a whole holds for its parts.
     if (skipping_ == Skipping::On)
       next.lower_bound = std::max(visit.lower_bound, robot_.sphereGap(next.a, next.b, a_T_b) - visit.padding);

@@ -10,7 +10,7 @@ namespace proximity_server::scene {
 
 inline bool isBeyond(const narrowphase::SignedDistance& result, double limit) { return result.lower_bound > limit; }
 
-/// An overlap, which is as close as it gets where nobody asked for its depth.
+/// Whether no other pair of pieces can be closer: an overlap if the question does not ask for its depth.
 bool isFinal(const narrowphase::SignedDistance& result, const Question& question);
 
 /// The distance less a padding [m]: both surfaces moved outwards by half of it.
@@ -24,7 +24,7 @@ struct LeafPair {
 
 /// The closest of the pairs of pieces that were computed, and what all of them prove together.
 struct ClosestPieces {
-  LeafPair leaves;  ///< none where bounds were enough
+  LeafPair leaves;  ///< none if bounds were enough
   narrowphase::SignedDistance result;
   bool is_beyond = true;                                         ///< the limit
   double lower_bound = std::numeric_limits<double>::infinity();  ///< of the closest, whichever it is
@@ -34,7 +34,7 @@ struct ClosestPieces {
   bool empty() const { return leaves.a < 0; }
   void offer(const LeafPair& pair, const narrowphase::SignedDistance& other, double limit);
 
-  /// [m] a pair of pieces farther than that changes nothing.
+  /// [m] A pair of pieces farther apart than this cannot change the answer.
   double limit(double outer_limit, const Question& question) const;
 };
 
@@ -47,14 +47,14 @@ class PieceSearch {
  public:
   PieceSearch(const PlacedRobot& robot, std::size_t pieces, Skipping skipping);
 
-  /// What is closer than `limit` [m]. `likely` are computed first, as a guess.
+  /// Finds the closest pieces that are closer than `limit` [m]. The pair `likely` is computed first, as a guess.
   ClosestPieces between(const Visit& pair, const RelativePose& a_T_b, const LeafPair& likely, double limit,
                         const Question& question);
 
  private:
   bool isLeaf(const Visit& visit) const;
   Visit withBoxes(Visit visit, const RelativePose& a_T_b) const;
-  void divide(const Visit& visit, const RelativePose& a_T_b);
+  void split(const Visit& visit, const RelativePose& a_T_b);
 
   const PlacedRobot& robot_;
   const Skipping skipping_;

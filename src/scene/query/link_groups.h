@@ -28,7 +28,7 @@ class LinkGroups {
   const Group& operator[](int group) const { return groups_[static_cast<std::size_t>(group)]; }
   bool empty() const { return groups_.empty(); }
 
-  /// Fits the boxes to the poses; false where a link has none.
+  /// Fits the boxes to the poses. Returns false if the pose of a link is missing.
   bool refit(const PlacedRobot& robot);
 
   /// A lower bound [m] of the signed distance of any link of one from any of the other, less their padding.

@@ -5,8 +5,8 @@
 
 namespace proximity_server::scene {
 
-/// What was found out about pairs of things that are numbered from 0, for the next time. A table of fixed size: where
-/// it is full a new pair takes the place of an old one.
+/// A hash table of fixed size that keeps values about pairs of numbers >= 0 for the next question. When the places of a
+/// new pair are full, it replaces an old one.
 template <typename Value>
 class PairMemory {
  public:

@@ -67,8 +67,8 @@ double PlacedRobot::sphereGap(int a, int b) const {
   return (sphere_b.centre - sphere_a.centre).norm() - (sphere_a.radius + sphere_b.radius);
 }
 
-Eigen::AlignedBox3d PlacedRobot::boxAround(int subject) const {
-  const Sphere& sphere = sphereOf(subject);
+Eigen::AlignedBox3d PlacedRobot::boxAround(int root) const {
+  const Sphere& sphere = sphereOf(root);
   return {sphere.centre.array() - sphere.radius, sphere.centre.array() + sphere.radius};
 }
 
@@ -84,7 +84,7 @@ double PlacedRobot::boxGap(int a, int b, const RelativePose& a_T_b) const {
   return scene::boxGap(between, bounds_a, bounds_a.axes, bounds_b, a_T_b.rotation * bounds_b.axes);
 }
 
-/// What the rounding of poses may do to a distance.
+/// [m] Upper bound of the effect of the rounding of poses on a distance.
 double PlacedRobot::rounding(int a, int b, const RelativePose& a_T_b) const {
   return kPoseRounding * (a_T_b.translation.norm() + at(a).bounds.reach + at(b).bounds.reach);
 }
@@ -92,7 +92,8 @@ double PlacedRobot::rounding(int a, int b, const RelativePose& a_T_b) const {
 /// No point of b moves farther in the frame of a than the centre of its sphere does, plus the turn's chord at the
 /// radius; and the same the other way round. A turn by t moves a point at distance 1 from its axis by 2 sin(t/2), which
 /// is the Frobenius norm of the difference of the two rotations over sqrt(2).
-Motion PlacedRobot::motion(int a, int b, const RelativePose& before, const RelativePose& now) const {
+RelativeMotionBound PlacedRobot::relativeMotion(int a, int b, const RelativePose& before,
+                                                const RelativePose& now) const {
   const double chord = std::sqrt(0.5) * (now.rotation - before.rotation).norm();
   const Vector3d step = now.translation - before.translation;
   if (chord == 0.0 && step.isZero(0.0)) return {0.0, true};

@@ -19,10 +19,10 @@ struct RelativePose {
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 };
 
-/// How two volumes moved against each other.
-struct Motion {
-  double bound;  ///< [m] by which their signed distance may have changed, rounding included; 0 for equal poses
-  bool is_rest;  ///< no more than rounding
+/// Bounds how far two bodies moved relative to each other between two poses.
+struct RelativeMotionBound {
+  double distance_change;  ///< [m] upper bound of the change of the signed distance, with rounding; 0 for equal poses
+  bool is_rest;            ///< the motion is no larger than the rounding of the poses
 };
 
 /// A robot in one set of poses: what bounds and narrowphase say about its volumes.
@@ -40,7 +40,7 @@ class PlacedRobot {
   const Volumes& volumes() const { return *volumes_; }
 
   /// Whether what Volumes::of returned has geometry, at a known pose.
-  bool isPlaced(int subject) const { return sphereOf(subject).is_placed; }
+  bool isPlaced(int root) const { return sphereOf(root).is_placed; }
 
   /// b in the frame of a.
   RelativePose relative(int a, int b) const;
@@ -50,13 +50,13 @@ class PlacedRobot {
   double sphereGap(int a, int b, const RelativePose& a_T_b) const;
   double boxGap(int a, int b, const RelativePose& a_T_b) const;
 
-  /// The box of a subject's sphere, in the frame of the poses moved to one of the bodies.
-  Eigen::AlignedBox3d boxAround(int subject) const;
+  /// The box of the sphere of a root, see Volumes::rootCount, in the frame of the poses moved to one of the bodies.
+  Eigen::AlignedBox3d boxAround(int root) const;
 
   /// Whether boxGap costs less than the query that it may save.
   bool boxesPay(int a, int b) const { return !at(a).has_closed_form || !at(b).has_closed_form; }
 
-  Motion motion(int a, int b, const RelativePose& before, const RelativePose& now) const;
+  RelativeMotionBound relativeMotion(int a, int b, const RelativePose& before, const RelativePose& now) const;
 
   /// The certified distance of two leaves; the bounds allow for the rounding of the poses, also where they decide
   /// a threshold.
@@ -85,12 +85,12 @@ class PlacedRobot {
   void placeSpheres();
   double rounding(int a, int b, const RelativePose& a_T_b) const;
 
-  const Sphere& sphereOf(int subject) const { return spheres_[static_cast<std::size_t>(subject)]; }
+  const Sphere& sphereOf(int root) const { return spheres_[static_cast<std::size_t>(root)]; }
 
   const RobotModel& model_;
   const std::shared_ptr<const Volumes> volumes_;
   std::vector<BodyPlace> bodies_;
-  std::vector<Sphere> spheres_;  ///< of the subjects
+  std::vector<Sphere> spheres_;  ///< by root, see Volumes::rootCount
 };
 
 }  // namespace proximity_server::scene

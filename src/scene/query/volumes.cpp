@@ -11,7 +11,7 @@ bool hasClosedForm(const narrowphase::Shape& shape) {
   return shape.kind() == narrowphase::Shape::Kind::Point || shape.kind() == narrowphase::Shape::Kind::Segment;
 }
 
-/// What stands for a whole link among the pieces of its body.
+/// The pieces of its body that represent a whole link.
 std::vector<int> piecesOfLink(const RobotModel& model, int link) {
   const int body = model.links[static_cast<std::size_t>(link)].body;
   std::vector<int> pieces;
@@ -22,23 +22,26 @@ std::vector<int> piecesOfLink(const RobotModel& model, int link) {
 
 }  // namespace
 
+bool splitsFirst(const Volume& a, const Volume& b) {
+  return !a.isLeaf() && (b.isLeaf() || a.bounds.radius >= b.bounds.radius);
+}
+
 const Collision& collisionOf(const RobotModel& model, int piece) {
   return model.collisions[static_cast<std::size_t>(model.pieces[static_cast<std::size_t>(piece)].collision)];
 }
 
 Volumes::Volumes(const RobotModel& model)
-    : model_(model), subjects_(static_cast<int>(model.links.size() + model.collisions.size())) {
+    : model_(model), root_count_(static_cast<int>(model.links.size() + model.collisions.size())) {
   for (const Piece& piece : model.pieces) bounds_of_pieces_.push_back(boundsOf(piece));
-  volumes_.resize(static_cast<std::size_t>(subjects_));
-  const auto fill = [&](int subject, int link, std::vector<int> pieces) {
+  volumes_.resize(static_cast<std::size_t>(root_count_));
+  const auto fill = [&](int root, int link, std::vector<int> pieces) {
     const int body = model.links[static_cast<std::size_t>(link)].body;
     const Volume volume = volumeOf(body, pieces.begin(), pieces.end());
-    volumes_[static_cast<std::size_t>(subject)] = volume;
+    volumes_[static_cast<std::size_t>(root)] = volume;
   };
-  int subject = 0;
-  for (int link = 0; link < static_cast<int>(model.links.size()); ++link)
-    fill(subject++, link, piecesOfLink(model, link));
-  for (const Collision& collision : model.collisions) fill(subject++, collision.link, collision.pieces);
+  int root = 0;
+  for (int link = 0; link < static_cast<int>(model.links.size()); ++link) fill(root++, link, piecesOfLink(model, link));
+  for (const Collision& collision : model.collisions) fill(root++, collision.link, collision.pieces);
 }
 
 int Volumes::add(const Volume& volume) {
@@ -88,14 +91,13 @@ Volume Volumes::volumeOf(int body, std::vector<int>::iterator begin, std::vector
 
 int Volumes::of(const ShapeRef& subject) const {
   const int links = static_cast<int>(model_.links.size());
-  if (subject.link < 0 || subject.link >= links)
-    throw std::invalid_argument("there is no link " + std::to_string(subject.link));
-  if (subject.collision == 0) return subject.link;
+  if (ref.link < 0 || ref.link >= links) throw std::invalid_argument("there is no link " + std::to_string(ref.link));
+  if (ref.collision == 0) return ref.link;
 
-  const Link& link = model_.links[static_cast<std::size_t>(subject.link)];
-  if (subject.collision < 0 || subject.collision > static_cast<int>(link.collisions.size()))
-    throw std::invalid_argument("link \"" + link.name + "\" has no <collision> " + std::to_string(subject.collision));
-  return links + link.collisions[static_cast<std::size_t>(subject.collision - 1)];
+  const Link& link = model_.links[static_cast<std::size_t>(ref.link)];
+  if (ref.collision < 0 || ref.collision > static_cast<int>(link.collisions.size()))
+    throw std::invalid_argument("link \"" + link.name + "\" has no <collision> " + std::to_string(ref.collision));
+  return links + link.collisions[static_cast<std::size_t>(ref.collision - 1)];
 }
 
 }  // namespace proximity_server::scene

@@ -21,6 +21,10 @@ struct Volume {
   bool isEmpty() const { return piece < 0 && parts[0] < 0; }
 };
 
+/// Whether a search that refines a pair of volumes splits a rather than b: the larger of the two that has parts.
+bool splitsFirst(const Volume& a, const Volume& b);
+
+/// The <collision> element of a piece (index into RobotModel::pieces).
 const Collision& collisionOf(const RobotModel& model, int piece);
 
 /// The links and <collision> elements of a robot as hierarchies of bounding volumes over their pieces.
@@ -33,8 +37,8 @@ class Volumes {
   /// Throws std::invalid_argument for a link or <collision> that does not exist.
   int of(const ShapeRef& subject) const;
 
-  /// The volumes that `of` may return are 0 to subjects() - 1, the links first.
-  int subjects() const { return subjects_; }
+  /// The volumes that `of` may return are 0 to rootCount() - 1, the links first.
+  int rootCount() const { return root_count_; }
 
  private:
   Volume leafOf(int piece) const;
@@ -44,7 +48,7 @@ class Volumes {
   const RobotModel& model_;
   std::vector<Bounds> bounds_of_pieces_;
   std::vector<Volume> volumes_;
-  int subjects_;
+  int root_count_;
 };
 
 }  // namespace proximity_server::scene

@@ -14,7 +14,7 @@ constexpr std::size_t kLongestJoints = 300;
 
 std::string metres(double length) { return numberText(length) + " m"; }
 
-std::string placeIn(const Segment& segment, double fraction) {
+std::string placeIn(const TrajectorySegment& segment, double fraction) {
   return " (" + numberText(segment.begin) + " to " + numberText(segment.end) + " s)" +
          (std::isfinite(fraction) ? ", at " + numberText(segment.timeAt(fraction)) + " s" : "");
 }

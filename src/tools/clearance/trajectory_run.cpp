@@ -33,19 +33,19 @@ SegmentClearance answerSegment(const std::vector<scene::ShapeRefPair>& pairs, co
 
 }  // namespace
 
-double Segment::timeAt(double fraction) const {
+double TrajectorySegment::timeAt(double fraction) const {
   if (fraction >= 1.0) return end;
   const double time = begin + fraction * (end - begin);
   return time > end ? end : time;  // so that NaN stays
 }
 
-scene::Positions Segment::positionsAt(double fraction) const {
+scene::Positions TrajectorySegment::positionsAt(double fraction) const {
   scene::Positions positions = from;
   for (std::size_t i = 0; i < positions.size(); ++i) positions[i] += fraction * (to[i] - from[i]);
   return positions;
 }
 
-bool TrajectorySegments::next(Segment& segment) {
+bool TrajectorySegments::next(TrajectorySegment& segment) {
   if (!last_) last_ = readWayPoint();
   std::optional<WayPoint> way_point = last_ ? readWayPoint() : std::nullopt;
   if (!way_point && segments_ == 0) {
@@ -83,16 +83,17 @@ void answerSegments(const ClearanceQuestion& question, const scene::MotionQuesti
                     JointStates& states, const std::function<void(const SegmentClearance&)>& take) {
   TrajectorySegments segments(states);
   const scene::MovingScene fresh(question.model);
-  const auto answerBlock = [&](const std::vector<Segment>& block) {
+  const auto answerBlock = [&](const std::vector<TrajectorySegment>& block) {
     scene::MovingScene scene = fresh.twin();
     std::vector<SegmentClearance> answers;
-    for (const Segment& segment : block) {
+    for (const TrajectorySegment& segment : block) {
       answers.push_back(answerSegment(question.pairs, motion_question, segment, scene));
     }
     return answers;
   };
-  answerInBlocks<Segment, SegmentClearance>(
-      {kBlockSize, [&](Segment& segment) { return segments.next(segment); }, answerBlock, take}, question.threads);
+  answerInBlocks<TrajectorySegment, SegmentClearance>(
+      {kBlockSize, [&](TrajectorySegment& segment) { return segments.next(segment); }, answerBlock, take},
+      question.threads);
 }
 
 }  // namespace proximity_server::tools

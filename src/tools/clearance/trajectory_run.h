@@ -12,7 +12,7 @@ namespace proximity_server::tools {
 
 /// From one way point to the next: every joint at constant velocity, a continuous one by the difference of its
 /// positions, which may be several turns.
-struct Segment {
+struct TrajectorySegment {
   long number = 0;                ///< counted from 0
   double begin = 0.0, end = 1.0;  ///< [s] on the trajectory's clock
   scene::Positions from, to;
@@ -34,7 +34,7 @@ class TrajectorySegments {
   explicit TrajectorySegments(JointStates& states) : states_(states) {}
 
   /// False at the end.
-  bool next(Segment& segment);
+  bool next(TrajectorySegment& segment);
 
  private:
   struct WayPoint {
@@ -51,7 +51,7 @@ class TrajectorySegments {
 
 /// What was found in one segment; times are fractions of it.
 struct SegmentClearance {
-  Segment segment;
+  TrajectorySegment segment;
   scene::RobotMinimum minimum;
   scene::RobotContact contact;
 };

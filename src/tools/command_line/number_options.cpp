@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kMaxThreads = 1024;
 
-/// Nothing where the text is anything but one number.
+/// Returns nullopt if the text is anything but one number.
 template <typename Number>
 std::optional<Number> numberOf(const std::string& text) {
   const std::size_t plus = text.size() > 1 && text[0] == '+' && text[1] != '-' ? 1 : 0;  // not for from_chars

@@ -4,11 +4,11 @@
 
 namespace proximity_server::tools {
 
-/// A line at the bottom of a terminal that says how far something is; nothing where standard error is none.
+/// A line at the bottom of a terminal that shows progress; it writes nothing if standard error is not a terminal.
 class ProgressBar {
  public:
   ProgressBar();
-  ~ProgressBar();  ///< takes the line away
+  ~ProgressBar();  ///< removes the line
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 

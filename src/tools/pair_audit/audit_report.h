@@ -6,7 +6,7 @@
 
 namespace proximity_server::tools {
 
-/// What an SRDF says against what was found, as indices into PairStudy::pairs.
+/// Entries of an SRDF that contradict the study, as indices into PairStudy::pairs.
 struct SrdfFaults {
   std::vector<int> disabled_but_touch;  ///< dangerous: collisions that nobody would report; without neighbours
   std::vector<int> checked_but_never;   ///< useless work

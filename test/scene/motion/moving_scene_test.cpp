@@ -164,7 +164,7 @@ TEST_F(SlideAndSwing, FirstOfSeveralContactsWins) {
   EXPECT_NEAR(minimum.upper_bound, -0.5, 1e-6);  // both overlap by a half: the ball in the post, the sled in the wall
 }
 
-TEST_F(SlideAndSwing, SwappingTheSubjectsFlipsTheNormal) {
+TEST_F(SlideAndSwing, SwappingTheShapesFlipsTheNormal) {
   const RobotMotion towards = motion({}, {{"slide", -2.5}});
   const RobotContact one = scene_.timeOfContact(sled_, towards);
   const RobotContact other = scene_.timeOfContact(std::vector<ShapeRefPair>{{sled_[0].b, sled_[0].a}}, towards);

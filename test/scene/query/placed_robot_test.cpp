@@ -179,7 +179,7 @@ TEST(MotionBoundOfPlacedRobot, OfNoMoreThanRoundingIsRest) {
   const double rounding = kPoseRounding * (8.0 + 1.0 + 1.0);
   EXPECT_TRUE(shiftedBy(0.9 * rounding).is_rest);
   EXPECT_FALSE(shiftedBy(1.1 * rounding).is_rest);
-  EXPECT_GT(shiftedBy(0.9 * rounding).bound, rounding);
+  EXPECT_GT(shiftedBy(0.9 * rounding).distance_change, rounding);
 }
 
 TEST(MotionBoundOfPlacedRobot, IsNeverBelowTheChangeOfTheDistance) {
@@ -259,8 +259,8 @@ TEST(DistanceOfPlacedRobot, HasNotConvergedWithinAToleranceBelowTheRoundingOfThe
             Status::Converged);
 }
 
-// A face before a cylinder, 3 away. Its bounds are off by the rounding: a threshold between them and the distance is not
-// decided.
+// A face before a cylinder, 3 away. Its bounds are off by the rounding: a threshold between them and the distance is
+// not decided.
 TEST(DistanceOfPlacedRobot, DecidesNoThresholdWithinTheRoundingOfThePoses) {
   const Placed placed({box("2 2 2"), cylinder("1", "2")});
   const double rounding = kPoseRounding * (5.0 + std::sqrt(3.0) + std::sqrt(2.0));

@@ -224,7 +224,7 @@ TEST(Scene, WholeLinkIsMeasuredByThePiecesOfItsBody) {
   EXPECT_NEAR(scene.proximity({{0, 3}, {1, 0}}).result.distance, 3.0, kTolerance);
 }
 
-TEST(Scene, SubjectsOfOneBodyKeepTheirDistance) {
+TEST(Scene, ShapesOfOneBodyKeepTheirDistance) {
   RobotMaker maker;
   maker.addBody();
   maker.addLink(0);
@@ -332,7 +332,7 @@ TEST(Scene, LinkWithoutGeometryIsUnknown) {
   EXPECT_EQ(scene.counts().unknown, 1);
 }
 
-TEST(Scene, RefusesSubjectsThatDoNotExist) {
+TEST(Scene, RefusesShapesThatDoNotExist) {
   Scene scene = sceneOf(Sphere{1.0}, Sphere{1.0});
   scene.update({at(0, 0, 0), at(5, 0, 0)});
   EXPECT_THROW(scene.proximity({{0, 0}, {2, 0}}), std::invalid_argument);
@@ -748,7 +748,7 @@ TEST_P(RandomScene, WithoutDepthAnyOverlapIsTheMinimum) {
   EXPECT_GT(overlaps, 10);
 }
 
-TEST_P(RandomScene, SwappingTheSubjectsFlipsTheNormalAndKeepsTheDistance) {
+TEST_P(RandomScene, SwappingTheShapesFlipsTheNormalAndKeepsTheDistance) {
   Scene scene(model_), mirror(model_);
   for (int state = 0; state < 20; ++state) {
     const BodyPoses poses = nextPoses();
@@ -797,8 +797,8 @@ LinkTruth linkTruth(const RobotModel& robot, const ShapeRefPair& pair, const Bod
 /// Whether a point lies on the surface of a piece of a <collision>, enlarged by `padding`.
 bool liesOn(const RobotModel& robot, const ShapeRef& subject, double padding, const BodyPoses& poses,
             const Vector3d& point) {
-  const Link& link = robot.links[static_cast<std::size_t>(subject.link)];
-  const int index = link.collisions[static_cast<std::size_t>(subject.collision - 1)];
+  const Link& link = robot.links[static_cast<std::size_t>(ref.link)];
+  const int index = link.collisions[static_cast<std::size_t>(ref.collision - 1)];
   for (const int piece_index : robot.collisions[static_cast<std::size_t>(index)].pieces) {
     const Piece& piece = robot.pieces[static_cast<std::size_t>(piece_index)];
     const Vector3d in_piece = piecePose(robot, piece, poses).inverse() * point;

@@ -182,9 +182,9 @@ TEST(Volumes, AreAsExactAsTheLeastExactOfTheirPieces) {
   EXPECT_EQ(of_parts, (std::set<Representation>{Representation::Decomposed, Representation::Exact}));
 }
 
-// --- subjects
+// --- roots
 
-TEST(VolumesOf, ASubjectAreTheWholeLinkOrItsNthCollision) {
+TEST(VolumesOf, AShapeRefAreTheWholeLinkOrItsNthCollision) {
   const RobotModel robot = floatingLinks({ballsAt({0, 1}), ballsAt({0, 1, 2})});
   const Volumes volumes(robot);
   const int link = robot.findLink("1");
@@ -196,7 +196,7 @@ TEST(VolumesOf, ASubjectAreTheWholeLinkOrItsNthCollision) {
   }
 }
 
-TEST(VolumesOf, AllSubjectsAreTheFirst) {
+TEST(VolumesOf, AllShapeRefsAreTheFirst) {
   const RobotModel robot = floatingLinks({ballsAt({0, 1}), ballsAt({0, 1, 2})});
   const Volumes volumes(robot);
   std::set<int> found;

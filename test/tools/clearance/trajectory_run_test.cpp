@@ -22,12 +22,12 @@ const RobotModel& robot() {
   return model;
 }
 
-std::vector<Segment> segmentsOf(const std::string& text) {
+std::vector<TrajectorySegment> segmentsOf(const std::string& text) {
   std::istringstream stream(text);
   JointStates states(stream, "s.csv", robot());
   TrajectorySegments segments(states);
-  std::vector<Segment> all;
-  for (Segment segment; segments.next(segment);) all.push_back(segment);
+  std::vector<TrajectorySegment> all;
+  for (TrajectorySegment segment; segments.next(segment);) all.push_back(segment);
   EXPECT_FALSE(segments.next(all.emplace_back())) << "nothing comes after the end";
   all.pop_back();
   return all;
@@ -38,7 +38,7 @@ std::string errorIn(const std::string& text) {
 }
 
 TEST(TrajectorySegments, LeadFromWayPointToWayPoint) {
-  const std::vector<Segment> segments = segmentsOf("time,slide\n-1,0\n\n3,1\n3.5,-1\n");
+  const std::vector<TrajectorySegment> segments = segmentsOf("time,slide\n-1,0\n\n3,1\n3.5,-1\n");
   ASSERT_EQ(segments.size(), 2U);
   EXPECT_EQ(segments[0].begin, -1.0);
   EXPECT_EQ(segments[0].end, 3.0);
@@ -50,7 +50,7 @@ TEST(TrajectorySegments, LeadFromWayPointToWayPoint) {
 }
 
 TEST(TrajectorySegments, LastASecondEachWhereNoTimesAreGiven) {
-  const std::vector<Segment> segments = segmentsOf("slide\n0\n1\n2\n");
+  const std::vector<TrajectorySegment> segments = segmentsOf("slide\n0\n1\n2\n");
   ASSERT_EQ(segments.size(), 2U);
   EXPECT_EQ(segments[1].begin, 1.0);
   EXPECT_EQ(segments[1].end, 2.0);
@@ -67,8 +67,8 @@ TEST(TrajectorySegments, NameWhatIsNoTrajectory) {
 }
 
 // In doubles 0.2 + (0.9 - 0.2) is not 0.9.
-TEST(Segment, EndsWhereItEnds) {
-  Segment segment;
+TEST(TrajectorySegment, EndsWhereItEnds) {
+  TrajectorySegment segment;
   segment.begin = 0.2;
   segment.end = 0.9;
   ASSERT_NE(segment.begin + 1.0 * (segment.end - segment.begin), segment.end);

@@ -8,11 +8,11 @@
 
 namespace proximity_server::scene {
 
-/// Why a pair of links is checked, or why not. The first that applies, in this order.
+/// Why a pair of links is checked or not: the first reason that applies, in this order.
 enum class PairReason : unsigned char {
   Checked = 0,
   SameBody,        ///< joined by fixed joints only
-  NotInOnlyPairs,  ///< the configuration lists only_pairs, and this is none of them
+  NotInOnlyPairs,  ///< only_pairs is not empty and does not contain the pair
   ConfigExcluded,  ///< named by exclude_pairs
   SrdfDisabled,    ///< disable_collisions, or disable_default_collisions of one of the two
   Adjacent,    ///< neighbours, see RobotModel::areNeighbours, that neither only_pairs nor enable_collisions asks for
@@ -27,7 +27,7 @@ struct LinkPair {
   double padding = 0;  ///< [m] taken off the distance of this pair, half on each side
 };
 
-/// A pair that a list of the SRDF or of the configuration names without effect.
+/// An entry without effect in a list of the SRDF or of the configuration.
 struct IdleEntry {
   enum class Cause : unsigned char { UnknownLink, NoGeometry, SameBody, Repeated };
   std::string list;  ///< disable_collisions, exclude_pairs, ...
@@ -45,6 +45,9 @@ struct PairTable {
 
   /// Index of the pair in either order, or -1.
   int find(int link_a, int link_b) const;
+
+  /// [m] that is taken off the distance of the pair, in either order; 0 for a pair that is not in the table.
+  double paddingOf(int link_a, int link_b) const;
 };
 
 struct PairFilterOptions {

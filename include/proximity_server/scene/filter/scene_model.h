@@ -5,7 +5,7 @@
 
 namespace proximity_server::scene {
 
-/// A robot with its pairs: what never changes, shared by every Scene, so that requests run in parallel.
+/// A robot with its pairs. It never changes, and scenes share it, so that requests run in parallel.
 struct SceneModel {
   RobotModel robot;
   PairTable pairs;

@@ -17,9 +17,9 @@ struct TriangleMesh {
 /// All triangles of a mesh file (.stl and .ply, binary or ASCII, .dae, .obj), instances and node transforms applied,
 /// then scaled.
 ///
-/// Units are taken as metres and axes as they stand, as ROS tools do (a Collada up axis is ignored, its unit counts).
+/// Lengths are read as metres and axes are not turned, as ROS tools do (a Collada up axis is ignored, its unit counts).
 /// A mirrored scale (one or three negative factors) turns the triangles so that they still face outwards.
-/// A child process reads the file, so that none of what may be in it harms this one.
+/// A child process reads the file, so that a malformed file cannot harm this process.
 /// Limit:   at most 256 MiB, 200,000 triangles, and 1e6 m from the origin; 1 GiB of memory, 10 s of processor time and
 ///          60 s to read it.
 /// Failure: throws std::invalid_argument naming the file: missing, unreadable, malformed, cut off (where its format

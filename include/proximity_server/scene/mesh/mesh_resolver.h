@@ -7,7 +7,7 @@
 namespace proximity_server::scene {
 
 /// Turns a mesh URI of a URDF (package://, file://, a plain path) into a path that can be opened.
-/// Throws std::invalid_argument naming the URI where it cannot.
+/// Throws std::invalid_argument naming the URI if that fails.
 using MeshResolver = std::function<std::string(const std::string& uri)>;
 
 /// The resolver for everybody without ROS: file:// and plain paths as they are (relative ones against `base_dir`),
@@ -15,8 +15,8 @@ using MeshResolver = std::function<std::string(const std::string& uri)>;
 /// package.xml that names the package; no path of it leaves the package through "..". Any other scheme is refused.
 MeshResolver packageResolver(const std::vector<std::string>& roots, const std::string& base_dir = {});
 
-/// The same files, but only those that lie below one of `roots` once all links are followed; all where there are none.
-/// Throws std::invalid_argument for a root that does not exist; the resolver does so for a file below none.
+/// The same files, but only those that lie below one of `roots` once all links are followed; all if there are no roots.
+/// Throws std::invalid_argument for a root that does not exist; the resolver throws it for a file outside of the roots.
 MeshResolver withinRoots(MeshResolver resolve, const std::vector<std::string>& roots);
 
 /// The folders of the environment variable ROS_PACKAGE_PATH.

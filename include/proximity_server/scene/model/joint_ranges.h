@@ -10,10 +10,10 @@ namespace proximity_server::scene {
 /// One position for each of RobotModel::joints, [rad] or [m].
 using Positions = std::vector<double>;
 
-/// The positions that are tried of a joint that follows no other.
+/// The range of positions that is sampled for a joint without mimic.
 ///
 /// A continuous joint makes one full turn. A prismatic joint without limits is tried from -1 m to 1 m, which is a
-/// guess. Followers go where their leader takes them, as they do everywhere in the scene; limits of their own do not
+/// guess. Mimic joints follow their leader, and limits of their own do not
 /// count.
 struct JointRange {
   int joint;  ///< index into RobotModel::joints
@@ -26,20 +26,20 @@ struct JointRange {
   double typeable(double position) const;
 };
 
-/// The ranges of all joints that have a position and follow no other, in the order of the joints.
+/// The ranges of all joints with one degree of freedom and without mimic, in the order of the joints.
 std::vector<JointRange> jointRanges(const RobotModel& robot);
 
-/// Whether the ranges hold all that a joint can do: not so for floating and planar joints, which stay at the identity,
-/// for prismatic ones without limits, and for what follows a joint without limits.
+/// Whether the range covers all positions of a joint. False for floating and planar joints, which stay at the identity,
+/// for prismatic joints without limits, and for mimic joints of a joint without limits.
 bool hasKnownRange(const RobotModel& robot, int joint);
 
-/// Each joint uniformly within its range, independent of the others.
+/// Draws each joint uniformly from its range, independently of the others.
 Positions randomPositions(const RobotModel& robot, const std::vector<JointRange>& ranges, std::mt19937_64& random);
 
 /// The movable joints between two bodies, in the order from a to b.
 std::vector<int> jointsBetween(const RobotModel& robot, int body_a, int body_b);
 
-/// Those of `ranges` that move the links of a pair against each other.
+/// Those of `ranges` whose joints change the relative pose of two links.
 std::vector<JointRange> rangesBetween(const RobotModel& robot, const std::vector<JointRange>& ranges, int link_a,
                                       int link_b);
 

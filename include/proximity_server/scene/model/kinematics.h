@@ -10,7 +10,7 @@
 
 namespace proximity_server::scene {
 
-/// Poses of the bodies in one common frame, indexed as RobotModel::bodies; nothing where a pose is not known.
+/// Poses of the bodies in one common frame, indexed as RobotModel::bodies; nullopt if a pose is not known.
 using BodyPoses = std::vector<std::optional<Eigen::Isometry3d>>;
 
 /// Motion of a one-dof joint at `position` [rad] or [m]; the identity for floating and planar joints.
@@ -18,7 +18,7 @@ Eigen::Isometry3d jointMotion(const Joint& joint, double position);
 
 /// Poses of all bodies in the root link's frame. `positions` [rad] or [m] has one entry for each of RobotModel::joints;
 /// that of a mimic joint is ignored, it follows its leader. Floating and planar joints stay at the identity.
-/// Throws std::invalid_argument where the number of positions is not that of the joints.
+/// Throws std::invalid_argument if there is not one position for each joint.
 BodyPoses forwardKinematics(const RobotModel& model, const std::vector<double>& positions);
 
 /// The same by name: joints that are not named are at 0. Throws std::invalid_argument for a name that is no movable

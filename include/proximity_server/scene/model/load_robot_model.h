@@ -16,9 +16,13 @@ struct ModelOptions {
   std::map<std::string, double> link_mesh_tolerance;  ///< [m] instead of that one, by link name
   std::string mesh_cache;                             ///< see MeshOptions::cache
   double mesh_time_budget = 10.0;                     ///< [s] for each mesh, see MeshOptions::time_budget
-  int threads = 0;                                    ///< that read meshes; 0: one for each core. The model is the same
-  std::function<void(const std::string&)> progress;   ///< told what is about to take time, with link and mesh
+  int threads = 0;  ///< for reading meshes; 0: one for each core. Does not change the model
+  std::function<void(const std::string&)> progress;  ///< is called with link and mesh before a step that takes long
   bool allow_missing_meshes = false;  ///< a mesh that cannot be read becomes a warning and no geometry, not an error
+
+  /// [m] The value of a link: its own, or the default.
+  double paddingOf(const std::string& link) const;
+  double meshToleranceOf(const std::string& link) const;
 };
 
 /// Reads a URDF.

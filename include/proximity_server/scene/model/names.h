@@ -6,9 +6,9 @@
 
 namespace proximity_server::scene {
 
-// How messages speak of the names of links, joints and groups.
+// Names of links, joints and groups, and how messages write them.
 
-/// The names of things that have one, in their order.
+/// The names of the things, in their order.
 template <typename Named>
 std::vector<std::string> namesOf(const std::vector<Named>& things) {
   std::vector<std::string> names;
@@ -24,10 +24,11 @@ int findNamed(const std::vector<Named>& things, const std::string& name) {
   return hit == things.end() ? -1 : static_cast<int>(hit - things.begin());
 }
 
-/// The known name nearest to `name` in edit distance ("did you mean ..."); "" where there is none at all.
+/// The known name nearest to `name` in edit distance ("did you mean ..."); "" if `known` is empty.
 std::string nearestName(const std::string& name, const std::vector<std::string>& known);
 
-/// Fewest insertions, deletions and replacements of a character that turn one text into the other (Levenshtein).
+/// The smallest number of insertions, deletions and replacements of a character that turn one text into the other
+/// (Levenshtein distance).
 int editDistance(const std::string& from, const std::string& to);
 
 /// "name"

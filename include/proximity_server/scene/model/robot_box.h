@@ -8,13 +8,13 @@
 
 namespace proximity_server::scene {
 
-/// Where a robot is: a box that holds its collision geometry.
+/// A bounding box of a robot's collision geometry.
 class RobotBox {
  public:
   explicit RobotBox(const RobotModel& robot);
 
   /// The box along the axes of the frame of the poses [m] that holds the boxes of all bodies, each along the axes of
-  /// its own frame. A body without a pose or without geometry does not count; isEmpty() where there is no other.
+  /// its own frame. A body without a pose or without geometry does not count; The box isEmpty() if no body counts.
   Eigen::AlignedBox3d at(const BodyPoses& poses) const;
 
  private:

@@ -26,7 +26,7 @@ struct Collision {
   int number;               ///< n-th <collision> of its link, counted from 1
   Representation representation;
   double deviation;         ///< [m] of the pieces outside of the mesh, see MeshPieces
-  std::vector<int> pieces;  ///< what stands for this element alone, indices into RobotModel::pieces
+  std::vector<int> pieces;  ///< the pieces of this element, indices into RobotModel::pieces
   double uncovered = 0.0;   ///< [m] of the mesh outside of the pieces, see MeshPieces
   double volume_ratio = std::numeric_limits<double>::quiet_NaN();  ///< see MeshPieces; NaN for a primitive
 };
@@ -36,7 +36,7 @@ struct Link {
   int body;  ///< index into RobotModel::bodies
   Eigen::Isometry3d body_T_link;
   std::vector<int> collisions;  ///< indices into RobotModel::collisions, in the URDF's order
-  int parent = -1;              ///< the link that a joint, fixed or movable, hangs it on; -1 for the root
+  int parent = -1;              ///< link at the other end of the joint (fixed or movable) above it; -1 for the root
 };
 
 /// A movable joint; fixed joints are folded into bodies.
@@ -48,8 +48,8 @@ struct Joint {
   int child_link;
   Eigen::Isometry3d parent_T_joint;  ///< in the parent link's frame, at position 0
   Eigen::Vector3d axis;              ///< unit, joint frame; the normal of a planar joint
-  double lower, upper;               ///< [rad] or [m]; +-infinity where the joint has no limit
-  double max_velocity;               ///< [rad/s] or [m/s]; infinity where unstated
+  double lower, upper;               ///< [rad] or [m]; +-infinity if the joint has no limit
+  double max_velocity;               ///< [rad/s] or [m/s]; infinity if not stated
   struct Mimic {
     int joint;  ///< index into RobotModel::joints
     double multiplier, offset;
@@ -63,7 +63,7 @@ struct Body {
   int joint;   ///< movable joint that carries it, index into RobotModel::joints; -1 for the root body
   int parent;  ///< body at the other end of that joint; -1 for the root body
   std::vector<int> links;
-  std::vector<int> pieces;  ///< what stands for the whole: a capsule instead of the cylinder and spheres it is made of
+  std::vector<int> pieces;  ///< of the whole body; a capsule replaces the cylinder and the spheres that form it
 };
 
 /// A robot as the queries see it; never changed after loading. bodies are ordered parents first, bodies[0] is the root.
@@ -75,7 +75,7 @@ struct RobotModel {
   std::vector<Body> bodies;
   std::vector<Collision> collisions;
   std::vector<Piece> pieces;
-  std::vector<std::string> warnings;  ///< what was odd but not wrong, one sentence each
+  std::vector<std::string> warnings;  ///< one sentence each about input that is odd but legal
 
   /// Index of a link, or -1.
   int findLink(const std::string& name) const;
@@ -83,8 +83,8 @@ struct RobotModel {
   /// Whether the link has collision geometry.
   bool hasGeometry(int link) const;
 
-  /// What lies between two links: the movable joints on the way from one to the other, and whether a third link on it
-  /// has geometry. Where there are several joints and such a link, no more of them are counted.
+  /// The path between two links: how many movable joints it has, and whether a third link on it has geometry. The count
+  /// ends once there are several joints and such a link.
   struct Connection {
     int movable_joints = 0;
     bool passes_geometry = false;
@@ -94,15 +94,16 @@ struct RobotModel {
   /// Whether two links are joined by one movable joint, seen through fixed links that have no geometry of their own.
   bool areNeighbours(int link_a, int link_b) const;
 
-  /// The joint that sets a joint's position: position = offset + multiplier * that of the leader. A joint that follows
-  /// none leads itself.
+  /// The joint that sets a joint's position: position = offset + multiplier * that of the leader. A joint without
+  /// mimic is its own leader.
   Joint::Mimic leaderOf(int joint) const;
 
-  /// [m] At most how far the geometry of a link reaches from a point, which is given in the frame of the link's body.
+  /// [m] Upper bound of the distance of any point of the link's geometry from a point, which is given in the frame of
+  /// the link's body.
   double reachOf(int link, const Eigen::Vector3d& point) const;
 };
 
-/// Whether one number says where the joint stands: not so for floating and planar joints.
+/// Whether the joint has one degree of freedom; false for floating and planar joints.
 bool hasOnePosition(const Joint& joint);
 
 }  // namespace proximity_server::scene

@@ -33,7 +33,7 @@ class PhasedMotion {
   std::vector<Phase> phases_;
 };
 
-/// A joint that reaches a limit, where it stays.
+/// A joint that stops at a limit.
 struct JointStop {
   int joint;    ///< index into RobotModel::joints; never a mimic joint
   double time;  ///< of [0, 1)

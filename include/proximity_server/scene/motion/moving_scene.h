@@ -15,12 +15,12 @@ struct MotionQuestion {
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
 };
 
-/// How the work of a question was saved.
+/// How the pairs of a question were settled.
 struct MotionCounts {
   int pairs = 0;         ///< of links
-  int unknown = 0;       ///< of these, a pose or all geometry is missing: nothing is said of them
+  int unknown = 0;       ///< of these, pairs without an answer, as a pose or all geometry is missing
   int by_one_bound = 0;  ///< of these, settled by one bound for the whole motion
-  int intervals = 0;     ///< pairs of volumes and intervals of time that were looked at
+  int intervals = 0;     ///< pairs of volumes and intervals of time that were examined
   int queries = 0;       ///< of the narrowphase, at one time
 };
 
@@ -32,7 +32,7 @@ struct RobotContact {
   bool contact = false;
   double t_free = 0.0;  ///< up to here every pair is proven to be above the contact distance
   double t_contact = std::numeric_limits<double>::quiet_NaN();  ///< see TimeOfContact
-  PairProximity pair;                                           ///< that one, at t_contact, in the frame of the poses
+  PairProximity pair;  ///< the pair in contact at t_contact, in the frame of the poses
   MotionCounts counts;
 };
 
@@ -50,7 +50,7 @@ class MotionSearch;
 
 /// One robot in motion: the scratch of one caller. Not thread-safe.
 ///
-/// Pairs of volumes (links, then parts of them, then convex pieces) and intervals of time are looked at best-first: the
+/// Pairs of volumes (links, then parts of them, then convex pieces) and intervals of time are searched best-first: the
 /// earliest for a contact, the closest for the minimum. What one bound settles for the whole motion is never divided,
 /// and pieces go to the narrowphase for the intervals that are left. A question allocates: poses and chains are those
 /// of its motion. Every question throws std::invalid_argument for a link or <collision> that does not exist, and for a
@@ -62,7 +62,7 @@ class MovingScene {
   MovingScene(MovingScene&&) noexcept;
   MovingScene& operator=(MovingScene&&) noexcept;
 
-  /// Another one of the same model that remembers nothing: what never changes is shared.
+  /// Returns another moving scene of the same model. The two share what never changes.
   MovingScene twin() const;
 
   const SceneModel& model() const;

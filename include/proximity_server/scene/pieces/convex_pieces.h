@@ -15,16 +15,16 @@ namespace proximity_server::scene {
 struct MeshOptions {
   double tolerance = 0.005;  ///< [m] how far the pieces may lie from the mesh; 0: the triangles, unless hulls are exact
   std::string cache;         ///< folder of what meshes have become before; "": none is read or written
-  std::function<void(const std::string&)> progress;  ///< told what is about to take time; may be empty
+  std::function<void(const std::string&)> progress;  ///< is called before a step that takes long; may be empty
   /// [s] of one core, roughly: steps are counted instead of time, so that every machine and every run comes to the same
-  /// pieces. Where it ends those found so far stand for the mesh, all of them within tolerance.
+  /// pieces. When it is spent, the pieces found so far are the result; all of them are within tolerance.
   double time_budget = 10.0;
 };
 
 /// Convex pieces that stand for a mesh.
 ///
-/// "Of the mesh" is: of its surface, and of the space inside its closed components. Flat and open components are legal;
-/// no triangles, no pieces.
+/// The mesh is its surface together with the space inside its closed components. Flat and open components are legal. A
+/// mesh without triangles has no pieces.
 struct MeshPieces {
   std::vector<narrowphase::ConvexHull> hulls;
   Representation representation = Representation::Exact;
@@ -47,7 +47,7 @@ struct MeshPieces {
 ///          above 0.
 MeshPieces convexPieces(const TriangleMesh& mesh, const MeshOptions& options = {});
 
-/// Where a user's decompositions are kept: $XDG_CACHE_HOME/proximity_server, else ~/.cache/proximity_server; "" where
+/// The folder of a user's decompositions: $XDG_CACHE_HOME/proximity_server, else ~/.cache/proximity_server; "" if
 /// neither is known.
 std::string userMeshCache();
 

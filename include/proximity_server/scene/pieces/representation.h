@@ -2,7 +2,7 @@
 
 namespace proximity_server::scene {
 
-/// What stands for a mesh in the queries.
+/// The geometry that the queries use for a <collision> element.
 enum class Representation : unsigned char {
   Exact = 0,       ///< a primitive, or a mesh that is its hull (or hulls) within rounding
   ConvexHull = 1,  ///< the convex hull of a mesh that is not convex

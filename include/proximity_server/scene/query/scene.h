@@ -23,7 +23,7 @@ class Scene {
   Scene(Scene&&) noexcept;
   Scene& operator=(Scene&&) noexcept;
 
-  /// Another one of the same model, without poses yet: what never changes is shared.
+  /// Returns another scene of the same model, without poses. The two share what never changes.
   Scene twin() const;
 
   const SceneModel& model() const { return *model_; }
@@ -31,7 +31,7 @@ class Scene {
   /// Takes one consistent set of poses, one for each body and all in one frame; the answers are in that frame.
   ///
   /// A pose that is not finite, or whose matrix is no rotation within single precision, counts as missing.
-  /// Failure: throws std::invalid_argument where the number of poses is not that of the bodies.
+  /// Failure: throws std::invalid_argument if there is not one pose for each body.
   void update(const BodyPoses& poses);
 
   // Every question throws std::invalid_argument for a link or <collision> that does not exist.

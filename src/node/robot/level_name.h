@@ -1,0 +1,23 @@
+#pragma once
+
+#include "proximity_server/Clearance.h"
+
+namespace proximity_server {
+
+/// The name of Clearance::level as Clearance.msg spells it: "CLEAR". Every value without a name counts as INVALID.
+inline const char* levelName(Clearance::_level_type level) {
+  switch (level) {
+    case Clearance::CLEAR:
+      return "CLEAR";
+    case Clearance::WARN:
+      return "WARN";
+    case Clearance::STOP:
+      return "STOP";
+    case Clearance::COLLISION:
+      return "COLLISION";
+    default:
+      return "INVALID";
+  }
+}
+
+}  // namespace proximity_server

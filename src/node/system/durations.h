@@ -1,0 +1,14 @@
+#pragma once
+
+#include <chrono>
+#include <string>
+
+namespace proximity_server::node {
+
+/// A duration [s] as text for a message, with up to six significant digits: "0.5 s".
+std::string secondsText(double seconds);
+
+/// The point of time that is `seconds` [s] from now.
+std::chrono::steady_clock::time_point deadlineIn(double seconds);
+
+}  // namespace proximity_server::node
