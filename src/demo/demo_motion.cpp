@@ -65,7 +65,7 @@ std::vector<double> keyframes(XmlRpc::XmlRpcValue& positions, const std::string&
   }
   for (int i = 0; i < values.size(); ++i) {
     const bool is_int = values[i].getType() == XmlRpc::XmlRpcValue::TypeInt;
-    result[static_cast<std::size_t>(i)] = is_int ? static_cast<int>(values[i]) : static_cast<double>(values[i]);
+    result[i] = is_int ? static_cast<int>(values[i]) : static_cast<double>(values[i]);
   }
   return result;
 }

@@ -57,7 +57,9 @@ JointSnapshot nothingFromTf() {
 
 BodyPoses posesAt(const JointValues& positions) { return posesInRoot(arm(), positions, nothingFromTf()); }
 
-BodyPoses posesAtZero() { return posesAt(completed(JointValues(arm().robotModel().joints.size()), MissingJoints::AtZero)); }
+BodyPoses posesAtZero() {
+  return posesAt(completed(JointValues(arm().robotModel().joints.size()), MissingJoints::AtZero));
+}
 
 void checkBounds(const Proximity& pair) {
   require(!(pair.lower_bound > pair.upper_bound), "the lower bound is below the upper one");

@@ -61,8 +61,8 @@ BoxPair::BoxPair(const Vector3d& half_a, const Vector3d& half_b, const Eigen::Is
 }
 
 void BoxPair::measure(int axis, double separation) {
-  separations_[static_cast<std::size_t>(axis)] = separation;
-  if (separation > separations_[static_cast<std::size_t>(best_)]) best_ = axis;
+  separations_[axis] = separation;
+  if (separation > separations_[best_]) best_ = axis;
 }
 
 Vector3d BoxPair::axisOf(int axis) const {
@@ -83,7 +83,7 @@ bool BoxPair::isUnique(double tolerance) const {
   constexpr double kSameDirection = 1e-2;
   const Vector3d best = normalOf(best_);
   for (int axis = 0; axis < kAxes; ++axis) {
-    if (separations_[static_cast<std::size_t>(axis)] < separation() - tolerance) continue;
+    if (separations_[axis] < separation() - tolerance) continue;
     const Vector3d other = axisOf(axis);
     if (other.cross(best).norm() > kSameDirection) return false;
     if (std::abs(other.dot(a_T_b_.translation())) <= tolerance) return false;  // the opposite direction is as short

@@ -25,7 +25,7 @@ class BoxPair {
 
   /// [m] Greatest separation, along normal(). It is the signed distance of boxes that overlap, and a lower bound of it
   /// for boxes that are apart.
-  double separation() const { return separations_[static_cast<std::size_t>(best_)]; }
+  double separation() const { return separations_[best_]; }
   Eigen::Vector3d normal() const { return normalOf(best_); }
 
   /// The signed distance of boxes that overlap, without bounds. Returns nullopt if, within `tolerance` [m], the deepest

@@ -36,9 +36,9 @@ class Boundary {
   Boundary(const Profile& a, const Profile& b) {
     normals_[0] = {0.0, -1.0};
     normals_[1] = {1.0, 0.0};
-    if (a.apex != 0.0) normals_[static_cast<std::size_t>(++edges_)] = a.slantNormal();
-    if (b.apex != 0.0) normals_[static_cast<std::size_t>(++edges_)] = b.slantNormal();
-    normals_[static_cast<std::size_t>(++edges_)] = {0.0, 1.0};
+    if (a.apex != 0.0) normals_[++edges_] = a.slantNormal();
+    if (b.apex != 0.0) normals_[++edges_] = b.slantNormal();
+    normals_[++edges_] = {0.0, 1.0};
     ++edges_;
     std::sort(normals_.begin(), normals_.begin() + edges_,
               [](const Vector2d& m, const Vector2d& n) { return m.y() < n.y(); });
@@ -73,8 +73,8 @@ class Boundary {
 
  private:
   void addCorner(const Vector2d& of_a, const Vector2d& of_b) {
-    of_a_[static_cast<std::size_t>(corners_)] = of_a;
-    of_b_[static_cast<std::size_t>(corners_++)] = of_b;
+    of_a_[corners_] = of_a;
+    of_b_[corners_++] = of_b;
   }
 
   static constexpr std::size_t kMaxEdges = 5;  // two ends, the lateral surface, and the slants of two cones

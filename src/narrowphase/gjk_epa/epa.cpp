@@ -124,13 +124,12 @@ class Shallowest {
   /// Refines the normal of a face of a curved CSO, and keeps the direction if it is the shallowest.
   void refineFrom(Cso& cso, const Polytope& polytope, const Polytope::Face& face) {
     Simplex simplex;
-    for (int i = 0; i < 3; ++i) simplex[i] = polytope.vertex(face.vertices[static_cast<std::size_t>(i)]);
+    for (int i = 0; i < 3; ++i) simplex[i] = polytope.vertex(face.vertices[i]);
     simplex.members = 0b111;
     const std::optional<Refined> direction = refined(cso, simplex, face.normal());
     if (!direction) return;
     const StationaryDirection& stationary = direction->stationary;
-    if (stationary.cos_proven < 1.0 && caps_ < kMaxCaps)
-      proven_[static_cast<std::size_t>(caps_++)] = {stationary.normal, stationary.cos_proven};
+    if (stationary.cos_proven < 1.0 && caps_ < kMaxCaps) proven_[caps_++] = {stationary.normal, stationary.cos_proven};
     // A direction with points is preferred to an equally shallow one without points.
     const double limit = result_.depth + (result_.has_points ? 0.0 : cso.rounding());
     if (direction->depth < limit) setDirection(*direction, result_);

@@ -18,7 +18,7 @@ struct Start {
     for (int place = 0; place < 4; ++place)
       if (simplex.has(place)) add(simplex[place]);
   }
-  void add(const CsoVertex& w) { vertices[static_cast<std::size_t>(size++)] = w; }
+  void add(const CsoVertex& w) { vertices[size++] = w; }
 };
 
 /// Adds the first of the support vertices along `directions` that lies more than rounding outside of the span of the

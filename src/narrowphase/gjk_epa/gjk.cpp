@@ -98,8 +98,7 @@ void remember(Cso& cso, const Simplex& simplex) {
   WarmStart& warm_start = cso.warmStart();
   warm_start.simplex_size = 0;
   for (int place = 0; place < 4 && warm_start.simplex_size < 3; ++place)
-    if (simplex.has(place))
-      warm_start.simplex[static_cast<std::size_t>(warm_start.simplex_size++)] = simplex[place].numbers;
+    if (simplex.has(place)) warm_start.simplex[warm_start.simplex_size++] = simplex[place].numbers;
 }
 
 /// Completes the result of a search that ends with this nearest point.

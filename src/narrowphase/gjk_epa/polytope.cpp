@@ -9,7 +9,7 @@ namespace proximity_server::narrowphase {
 using Eigen::Vector3d;
 
 Polytope::Polytope(const std::array<CsoVertex, 4>& corners, double rounding) : rounding_(rounding) {
-  for (const CsoVertex& corner : corners) vertices_[static_cast<std::size_t>(vertex_count_++)] = corner;
+  for (const CsoVertex& corner : corners) vertices_[vertex_count_++] = corner;
   const Vector3d& o = corners[3].point;
   const double volume = (corners[0].point - o).dot((corners[1].point - o).cross(corners[2].point - o));
   const int a = 0, b = volume > 0.0 ? 1 : 2, c = volume > 0.0 ? 2 : 1;
@@ -26,7 +26,7 @@ Polytope::Polytope(const std::array<CsoVertex, 4>& corners, double rounding) : r
 }
 
 int Polytope::addFace(int a, int b, int c, double ceiling) {
-  const int index = free_count_ > 0 ? free_faces_[static_cast<std::size_t>(--free_count_)] : face_end_++;
+  const int index = free_count_ > 0 ? free_faces_[--free_count_] : face_end_++;
   Face& f = face(index);
   f.vertices = {a, b, c};
   f.serial = next_serial_++;
@@ -47,13 +47,13 @@ int Polytope::addFace(int a, int b, int c, double ceiling) {
 }
 
 void Polytope::join(int half_edge, int twin) {
-  face(half_edge / kStride).twins[static_cast<std::size_t>(half_edge % kStride)] = twin;
-  face(twin / kStride).twins[static_cast<std::size_t>(twin % kStride)] = half_edge;
+  face(half_edge / kStride).twins[half_edge % kStride] = twin;
+  face(twin / kStride).twins[twin % kStride] = half_edge;
 }
 
 void Polytope::removeFace(int index) {
   face(index).serial = 0;
-  free_faces_[static_cast<std::size_t>(free_count_++)] = index;
+  free_faces_[free_count_++] = index;
 }
 
 void Polytope::dropStale() {
@@ -67,30 +67,29 @@ void Polytope::heapPush(const HeapEntry& entry) {
   if (heap_size_ == static_cast<int>(heap_.size())) dropStale();
   int hole = heap_size_++;
   for (; hole > 0; hole = (hole - 1) / 2) {
-    const HeapEntry& parent = heap_[static_cast<std::size_t>((hole - 1) / 2)];
+    const HeapEntry& parent = heap_[(hole - 1) / 2];
     if (!(entry.distance2 < parent.distance2)) break;
-    heap_[static_cast<std::size_t>(hole)] = parent;
+    heap_[hole] = parent;
   }
-  heap_[static_cast<std::size_t>(hole)] = entry;
+  heap_[hole] = entry;
 }
 
 /// The hole at the top sinks to a leaf, and the closer child moves up each time: this needs no branch. Then the last
 /// entry is put into the hole, and rises from there.
 void Polytope::heapPop() {
-  const HeapEntry last = heap_[static_cast<std::size_t>(--heap_size_)];
+  const HeapEntry last = heap_[--heap_size_];
   int hole = 0;
   for (int child = 2; child <= heap_size_; child = 2 * hole + 2) {
-    child -= static_cast<int>(heap_[static_cast<std::size_t>(child - 1)].distance2 <
-                              heap_[static_cast<std::size_t>(child)].distance2);
-    heap_[static_cast<std::size_t>(hole)] = heap_[static_cast<std::size_t>(child)];
+    child -= static_cast<int>(heap_[child - 1].distance2 < heap_[child].distance2);
+    heap_[hole] = heap_[child];
     hole = child;
   }
   for (; hole > 0; hole = (hole - 1) / 2) {
-    const HeapEntry& parent = heap_[static_cast<std::size_t>((hole - 1) / 2)];
+    const HeapEntry& parent = heap_[(hole - 1) / 2];
     if (!(last.distance2 < parent.distance2)) break;
-    heap_[static_cast<std::size_t>(hole)] = parent;
+    heap_[hole] = parent;
   }
-  heap_[static_cast<std::size_t>(hole)] = last;
+  heap_[hole] = last;
 }
 
 const Polytope::Face* Polytope::closest() {
@@ -115,7 +114,7 @@ void Polytope::findHorizon(int half_edge, const Vector3d& w) {
   if (f.serial == 0) return;
   const auto entry = static_cast<std::size_t>(half_edge % kStride), second = (entry + 1) % 3, third = (entry + 2) % 3;
   if (!sees(w, f)) {
-    horizon_[static_cast<std::size_t>(horizon_size_++)] = {half_edge, f.vertices[second], f.vertices[entry]};
+    horizon_[horizon_size_++] = {half_edge, f.vertices[second], f.vertices[entry]};
     return;
   }
   removeFace(half_edge / kStride);
@@ -125,9 +124,9 @@ void Polytope::findHorizon(int half_edge, const Vector3d& w) {
 
 bool Polytope::isLoop() const {
   if (horizon_size_ < 3) return false;
-  int end = horizon_[static_cast<std::size_t>(horizon_size_ - 1)].to;
+  int end = horizon_[horizon_size_ - 1].to;
   for (int i = 0; i < horizon_size_; ++i) {
-    const HorizonEdge& edge = horizon_[static_cast<std::size_t>(i)];
+    const HorizonEdge& edge = horizon_[i];
     if (edge.from != end) return false;
     end = edge.to;
   }
@@ -141,10 +140,10 @@ bool Polytope::expand(const Face& seen, const CsoVertex& w, double ceiling) {
   if (!isLoop()) return false;
 
   const int apex = vertex_count_++;
-  vertices_[static_cast<std::size_t>(apex)] = w;
+  vertices_[apex] = w;
   int first = -1, previous = -1;
   for (int i = 0; i < horizon_size_; ++i) {
-    const HorizonEdge& edge = horizon_[static_cast<std::size_t>(i)];
+    const HorizonEdge& edge = horizon_[i];
     const int added = kStride * addFace(edge.from, edge.to, apex, ceiling);
     join(added, edge.half_edge);
     if (previous >= 0)
@@ -169,16 +168,14 @@ std::string Polytope::checkTwins(int index) const {
   const Face& f = face(index);
   for (int edge = 0; edge < 3; ++edge) {
     const std::string name = "edge " + std::to_string(edge) + " of face " + std::to_string(index);
-    const int twin = f.twins[static_cast<std::size_t>(edge)], there = twin % kStride;
+    const int twin = f.twins[edge], there = twin % kStride;
     if (twin < 0 || twin / kStride >= face_end_ || there > 2) return name + " has a twin that is no half-edge";
     const Face& next = face(twin / kStride);
     if (next.serial == 0) return name + " borders on a removed face";
-    if (next.twins[static_cast<std::size_t>(there)] != kStride * index + edge)
-      return name + " is not the twin of its twin";
-    const int from = f.vertices[static_cast<std::size_t>(edge)],
-              to = f.vertices[static_cast<std::size_t>((edge + 1) % 3)];
-    const int from_there = next.vertices[static_cast<std::size_t>(there)];
-    const int to_there = next.vertices[static_cast<std::size_t>((there + 1) % 3)];
+    if (next.twins[there] != kStride * index + edge) return name + " is not the twin of its twin";
+    const int from = f.vertices[edge], to = f.vertices[(edge + 1) % 3];
+    const int from_there = next.vertices[there];
+    const int to_there = next.vertices[(there + 1) % 3];
     if (from == to) return name + " begins and ends in one vertex";
     if (from != to_there || to != from_there) return name + " and its twin do not run along the same edge";
   }
@@ -192,8 +189,8 @@ std::string Polytope::checkEuler() const {
     ++faces;
     half_edges += 3;
     for (const int v : f.vertices) {
-      vertices += is_used[static_cast<std::size_t>(v)] ? 0 : 1;
-      is_used[static_cast<std::size_t>(v)] = true;
+      vertices += is_used[v] ? 0 : 1;
+      is_used[v] = true;
     }
   });
   const int characteristic = vertices - half_edges / 2 + faces;

@@ -54,7 +54,7 @@ class Polytope {
   /// Begins with a tetrahedron. `rounding` [m]: a vertex that lies less than this above a face counts as in its plane.
   Polytope(const std::array<CsoVertex, 4>& corners, double rounding);
 
-  const CsoVertex& vertex(int index) const { return vertices_[static_cast<std::size_t>(index)]; }
+  const CsoVertex& vertex(int index) const { return vertices_[index]; }
   bool hasCorner(const Face& face, const CsoVertex& w) const {
     return std::any_of(face.vertices.begin(), face.vertices.end(), [&](int v) { return vertex(v).point == w.point; });
   }
@@ -101,8 +101,8 @@ class Polytope {
     int face, serial;
   };
 
-  Face& face(int index) { return faces_[static_cast<std::size_t>(index)]; }
-  const Face& face(int index) const { return faces_[static_cast<std::size_t>(index)]; }
+  Face& face(int index) { return faces_[index]; }
+  const Face& face(int index) const { return faces_[index]; }
   int addFace(int a, int b, int c, double ceiling);
   void join(int half_edge, int twin);
   void removeFace(int index);

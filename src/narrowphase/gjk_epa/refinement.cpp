@@ -180,8 +180,8 @@ class Pieces {
   static constexpr double kMaxBeside = 32.0;    // accepted distance of the point from the normal, in roundings
   static constexpr double kFlat = 1e-6;         // a curvature below this fraction of the greatest counts as zero
 
-  Piece& piece(int i) { return pieces_[static_cast<std::size_t>(i)]; }
-  const Piece& piece(int i) const { return pieces_[static_cast<std::size_t>(i)]; }
+  Piece& piece(int i) { return pieces_[i]; }
+  const Piece& piece(int i) const { return pieces_[i]; }
   Vector3d onA(const Piece& p) const { return p.of_a.curved ? Vector3d(p.of_a.point + a_.point) : p.of_a.point; }
   Vector3d onB(const Piece& p) const { return p.of_b.curved ? Vector3d(p.of_b.point - b_.point) : p.of_b.point; }
 

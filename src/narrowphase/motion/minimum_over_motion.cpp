@@ -50,13 +50,13 @@ class TimeSubdivision {
     bool operator<(const Interval& other) const { return lower_bound > other.lower_bound; }  // the smallest in front
   };
 
-  const Sample& at(int sample) const { return samples_[static_cast<std::size_t>(sample)]; }
+  const Sample& at(int sample) const { return samples_[sample]; }
 
   int sample(double time) {
     const MovingPair::Poses poses = pair_.at(time);
     const SignedDistance distance = pair_.distance(poses, distance_options_);
     answer_.status = distance.status;
-    samples_[static_cast<std::size_t>(answer_.queries)] = {time, poses, distance.normal, distance.lower_bound};
+    samples_[answer_.queries] = {time, poses, distance.normal, distance.lower_bound};
     if (distance.upper_bound < answer_.upper_bound) {
       answer_.upper_bound = distance.upper_bound;
       answer_.time = time;
@@ -72,7 +72,7 @@ class TimeSubdivision {
       settled_ = std::min(settled_, interval.lower_bound);
       return;
     }
-    intervals_[static_cast<std::size_t>(count_++)] = interval;
+    intervals_[count_++] = interval;
     std::push_heap(intervals_.begin(), intervals_.begin() + count_);
   }
 

@@ -185,7 +185,7 @@ ConvexHull::ConvexHull(const std::vector<Vector3d>& input) {
     corners.resize(points.size());
     std::iota(corners.begin(), corners.end(), 0);
   }
-  for (const int corner : corners) vertices_.push_back(points[static_cast<std::size_t>(corner)]);
+  for (const int corner : corners) vertices_.push_back(points[corner]);
   for (auto& triangle : triangles_)
     for (int& v : triangle) v = static_cast<int>(std::lower_bound(corners.begin(), corners.end(), v) - corners.begin());
   if (dimension_ == 2) triangles_ = fan(size());
@@ -257,14 +257,14 @@ int ConvexHull::startTowards(const Vector3d& direction) const {
   };
   const int side = 2 * axis + (direction[axis] > 0.0 ? 0 : 1);
   const int index = (side * cells_ + cell(next)) * cells_ + cell(last);
-  return starts_[static_cast<std::size_t>(index)];
+  return starts_[index];
 }
 
 int ConvexHull::farthestVertex(const Vector3d& direction, int start) const {
   if (cells_ > 0) {
     const int known = startTowards(direction);
     if (start < 0 || start >= size()) return climb(direction, known);
-    const auto height = [&](int v) { return vertices_[static_cast<std::size_t>(v)].dot(direction); };
+    const auto height = [&](int v) { return vertices_[v].dot(direction); };
     return climb(direction, height(start) > height(known) ? start : known);
   }
   const double* x = scan_coordinates_.data();
@@ -272,7 +272,7 @@ int ConvexHull::farthestVertex(const Vector3d& direction, int start) const {
 }
 
 int ConvexHull::climb(const Vector3d& direction, int start) const {
-  const auto height = [&](int v) { return vertices_[static_cast<std::size_t>(v)].dot(direction); };
+  const auto height = [&](int v) { return vertices_[v].dot(direction); };
   int best = start;
   double farthest = height(start);
   for (int from = -1; from != best;) {
@@ -291,7 +291,7 @@ int ConvexHull::climb(const Vector3d& direction, int start) const {
 double ConvexHull::volume() const {
   if (dimension_ < 3) return 0.0;
   double six_volumes = 0.0;
-  const auto corner = [&](int v) { return Vector3d(vertices_[static_cast<std::size_t>(v)] - vertices_.front()); };
+  const auto corner = [&](int v) { return Vector3d(vertices_[v] - vertices_.front()); };
   for (const auto& t : triangles_) six_volumes += corner(t[0]).dot(corner(t[1]).cross(corner(t[2])));
   return six_volumes / 6.0;
 }

@@ -9,10 +9,10 @@ namespace {
 using Eigen::Vector3d;
 
 SupportFeature hullFeature(const ConvexHull& hull, const Vector3d& direction, double tolerance, int vertex) {
-  const Vector3d& top = hull.vertices()[static_cast<std::size_t>(vertex)];
+  const Vector3d& top = hull.vertices()[vertex];
   SupportFeature feature{0, Vector3d::Zero()};
   for (const int v : hull.neighbours(vertex)) {
-    const Vector3d edge = hull.vertices()[static_cast<std::size_t>(v)] - top;
+    const Vector3d edge = hull.vertices()[v] - top;
     if (-edge.dot(direction) > tolerance) continue;
     if (feature.dimension == 1 && edge.cross(feature.along).norm() > tolerance * feature.along.norm())
       return {2, Vector3d::Zero()};

@@ -34,13 +34,13 @@ VelocitySnapshot JointVelocities::lookUp(const Robot& robot, const std::vector<i
   snapshot.positions.assign(robot.robotModel().joints.size(), std::nullopt);
   const std::lock_guard<std::mutex> lock(mutex_);
   for (const int index : joints) {
-    const scene::Joint& joint = robot.robotModel().joints[static_cast<std::size_t>(index)];
+    const scene::Joint& joint = robot.robotModel().joints[index];
     const auto entry = latest_.find(joint.name);
     const std::string problem =
         problemOf(joint, entry == latest_.end() ? nullptr : &entry->second, now, robot.config().max_tf_age);
     if (problem.empty()) {
-      snapshot.velocities[static_cast<std::size_t>(index)] = entry->second.velocity;
-      snapshot.positions[static_cast<std::size_t>(index)] = entry->second.position;
+      snapshot.velocities[index] = entry->second.velocity;
+      snapshot.positions[index] = entry->second.position;
       continue;
     }
     snapshot.status.code = QueryStatus::NO_VELOCITY;

@@ -18,8 +18,8 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 /// The joints from a link to the root.
 std::vector<int> chainOf(const scene::RobotModel& robot, int link) {
   std::vector<int> joints;
-  const auto at = [&](int body) -> const scene::Body& { return robot.bodies[static_cast<std::size_t>(body)]; };
-  for (int body = robot.links[static_cast<std::size_t>(link)].body; at(body).joint >= 0; body = at(body).parent) {
+  const auto at = [&](int body) -> const scene::Body& { return robot.bodies[body]; };
+  for (int body = robot.links[link].body; at(body).joint >= 0; body = at(body).parent) {
     joints.push_back(at(body).joint);
   }
   std::sort(joints.begin(), joints.end());

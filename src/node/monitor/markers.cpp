@@ -70,8 +70,8 @@ class PieceDrawing {
   PieceDrawing(const scene::RobotModel& robot, const std::string& tf_prefix, const scene::Piece& piece,
                MarkerArray& array)
       : shape_(piece.shape), array_(array) {
-    const scene::Collision& collision = robot.collisions[static_cast<std::size_t>(piece.collision)];
-    const scene::Link& link = robot.links[static_cast<std::size_t>(collision.link)];
+    const scene::Collision& collision = robot.collisions[piece.collision];
+    const scene::Link& link = robot.links[collision.link];
     link_T_piece_ = link.body_T_link.inverse() * piece.body_T_piece;
     base_.header.frame_id = tfFrame(tf_prefix, link.name);
     base_.ns = "pieces";
@@ -119,7 +119,7 @@ class PieceDrawing {
     Marker& marker = array_.markers.back();
     for (const auto& triangle : shape_.hull().triangles()) {
       for (const int vertex : triangle) {
-        marker.points.push_back(point(shape_.hull().vertices()[static_cast<std::size_t>(vertex)]));
+        marker.points.push_back(point(shape_.hull().vertices()[vertex]));
       }
     }
     if (marker.points.empty()) array_.markers.pop_back();
@@ -177,8 +177,7 @@ Vector3d middleOf(const Proximity& pair) {
 MarkerArray pieceMarkers(const scene::RobotModel& robot, const std::string& tf_prefix) {
   MarkerArray array;
   for (const scene::Body& body : robot.bodies) {
-    for (const int piece : body.pieces)
-      PieceDrawing(robot, tf_prefix, robot.pieces[static_cast<std::size_t>(piece)], array).draw();
+    for (const int piece : body.pieces) PieceDrawing(robot, tf_prefix, robot.pieces[piece], array).draw();
   }
   return array;
 }

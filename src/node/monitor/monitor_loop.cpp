@@ -79,12 +79,12 @@ void MonitorLoop::configure(const MonitorSettings& settings) {
 }
 
 void MonitorLoop::setRate(double rate) {
-  timer_.stop();
+  simulated_timer_.stop();
   steady_timer_.stop();
   if (rate == 0.0) return;
   if (!ros::Time::isSimTime()) return steady_timer_.start(1.0 / rate);
-  timer_.setPeriod(ros::Duration(1.0 / rate));
-  timer_.start();
+  simulated_timer_.setPeriod(ros::Duration(1.0 / rate));
+  simulated_timer_.start();
 }
 
 void MonitorLoop::enable() {

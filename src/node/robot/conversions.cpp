@@ -19,20 +19,16 @@ void assign(Message& message, const Eigen::Vector3d& vector) {
   message.z = vector.z();
 }
 
-const scene::Link& linkOf(const scene::RobotModel& robot, const scene::ShapeRef& subject) {
-  return robot.links[static_cast<std::size_t>(subject.link)];
-}
-
 /// `point`, in the frame that has this pose.
 Eigen::Vector3d seenFrom(const Eigen::Isometry3d& pose, const Eigen::Vector3d& point) {
   return pose.linear().transpose() * (point - pose.translation());
 }
 
-/// `point` of the common frame, in the frame of the subject's link.
-Eigen::Vector3d inLink(const scene::RobotModel& robot, const scene::BodyPoses& poses, const scene::ShapeRef& subject,
+/// `point` of the common frame, in the frame of the shape's link.
+Eigen::Vector3d inLink(const scene::RobotModel& robot, const scene::BodyPoses& poses, const scene::ShapeRef& ref,
                        const Eigen::Vector3d& point) {
   const scene::Link& link = robot.links[ref.link];
-  const std::optional<Eigen::Isometry3d>& pose = poses[static_cast<std::size_t>(link.body)];
+  const std::optional<Eigen::Isometry3d>& pose = poses[link.body];
   return pose ? seenFrom(link.body_T_link, seenFrom(*pose, point)) : kNowhere;
 }
 
@@ -59,14 +55,14 @@ void assignResult(Proximity& message, const narrowphase::SignedDistance& result,
   message.iterations = static_cast<std::uint16_t>(std::min<int>(result.iterations, UINT16_MAX));
 }
 
-void assign(ShapeRef& message, const scene::RobotModel& robot, const scene::ShapeRef& subject) {
-  const scene::Link& link = linkOf(robot, subject);
+void assign(ShapeRef& message, const scene::RobotModel& robot, const scene::ShapeRef& ref) {
+  const scene::Link& link = robot.links[ref.link];
   message.link = link.name;
   message.index = static_cast<std::uint32_t>(ref.collision);
   message.name.clear();
   if (ref.collision > 0) {
-    const int collision = link.collisions[static_cast<std::size_t>(ref.collision - 1)];
-    message.name = robot.collisions[static_cast<std::size_t>(collision)].name;
+    const int collision = link.collisions[ref.collision - 1];
+    message.name = robot.collisions[collision].name;
   }
 }
 
@@ -80,7 +76,7 @@ ShapeInfo shapeInfo(const scene::RobotModel& robot, const scene::Collision& coll
   info.volume_ratio = collision.volume_ratio;
   info.pieces = static_cast<std::uint32_t>(collision.pieces.size());
   for (const int index : collision.pieces) {
-    const narrowphase::Shape& shape = robot.pieces[static_cast<std::size_t>(index)].shape;
+    const narrowphase::Shape& shape = robot.pieces[index].shape;
     if (shape.kind() == narrowphase::Shape::Kind::Hull)
       info.vertices += static_cast<std::uint32_t>(shape.hull().size());
   }
@@ -109,18 +105,18 @@ LinkInfo linkInfo(const scene::RobotModel& robot, const scene::Link& link, const
   LinkInfo info;
   info.name = link.name;
   info.padding = options.paddingOf(link.name);
-  const scene::Body& body = robot.bodies[static_cast<std::size_t>(link.body)];
-  info.body = robot.links[static_cast<std::size_t>(body.link)].name;
+  const scene::Body& body = robot.bodies[link.body];
+  info.body = robot.links[body.link].name;
   for (const int index : link.collisions) {
-    info.shapes.push_back(shapeInfo(robot, robot.collisions[static_cast<std::size_t>(index)]));
+    info.shapes.push_back(shapeInfo(robot, robot.collisions[index]));
   }
   return info;
 }
 
 PairInfo pairInfo(const scene::RobotModel& robot, const scene::LinkPair& pair) {
   PairInfo info;
-  info.link_a = robot.links[static_cast<std::size_t>(pair.link_a)].name;
-  info.link_b = robot.links[static_cast<std::size_t>(pair.link_b)].name;
+  info.link_a = robot.links[pair.link_a].name;
+  info.link_b = robot.links[pair.link_b].name;
   info.checked = pair.reason == scene::PairReason::Checked;
   info.reason = toString(pair.reason);
   info.detail = pair.detail;
@@ -183,7 +179,7 @@ std::int8_t statusCode(const narrowphase::SignedDistance& result) {
 }
 
 ModelInfo toMessage(const Robot& robot, const ros::Time& loaded) {
-  const scene::RobotModel& links = robot.robotModel();
+  const scene::RobotModel& model = robot.robotModel();
   const scene::PairTable& pairs = robot.sceneModel().pairs;
   ModelInfo message;
   message.header.stamp = loaded;

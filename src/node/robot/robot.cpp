@@ -65,9 +65,7 @@ int referenceLinkOf(const scene::RobotModel& robot, const Config& config) {
 }
 
 std::shared_ptr<const std::vector<TfEdge>> edgesOf(const scene::RobotModel& robot, const Config& config) {
-  const auto frame = [&](int link) {
-    return tfFrame(config.tf_prefix, robot.links[static_cast<std::size_t>(link)].name);
-  };
+  const auto frame = [&](int link) { return tfFrame(config.tf_prefix, robot.links[link].name); };
   auto edges = std::make_shared<std::vector<TfEdge>>();
   for (const scene::Joint& joint : robot.joints) {
     edges->push_back({frame(joint.parent_link), frame(joint.child_link), "joint '" + joint.name + "'"});
@@ -87,7 +85,7 @@ Robot::Robot(const ros::NodeHandle& nh, const Config& config)
 Robot::Robot(const std::string& urdf, const std::string& srdf, const Config& config)
     : config_(config),
       srdf_(srdf),
-      model_(sceneModel(urdf, srdf, config)),
+      model_(loadSceneModel(urdf, srdf, config)),
       candidates_(model_->pairs),
       candidate_bodies_(bodiesOf(model_->robot, candidates_.list())),
       reference_link_(referenceLinkOf(model_->robot, config)),
@@ -98,9 +96,7 @@ Robot::Robot(const std::string& urdf, const std::string& srdf, const Config& con
       moving_scenes_(std::make_unique<MovingScenePool>(
           [first = std::make_shared<const scene::MovingScene>(model_)] { return first->twin(); })) {}
 
-std::string Robot::frameOf(int link) const {
-  return tfFrame(config_.tf_prefix, robotModel().links[static_cast<std::size_t>(link)].name);
-}
+std::string Robot::frameOf(int link) const { return tfFrame(config_.tf_prefix, robotModel().links[link].name); }
 
 std::vector<scene::ShapeRefPair> Robot::pairsOfGroup(const std::string& group) const {
   scene::PairFilterOptions filter = config_.filter;

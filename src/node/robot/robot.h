@@ -32,7 +32,7 @@ class Robot {
   Robot(const std::string& urdf, const std::string& srdf, const Config& config);
 
   const Config& config() const { return config_; }
-  const scene::SceneModel& model() const { return *model_; }
+  const scene::SceneModel& sceneModel() const { return *model_; }
   const scene::RobotModel& robotModel() const { return model_->robot; }
 
   /// The frame of a link in tf, with the prefix of Config::tf_prefix.
@@ -52,8 +52,8 @@ class Robot {
   /// Candidate pairs in which a link of this SRDF group moves. Throws std::invalid_argument for an unknown group.
   std::vector<scene::ShapeRefPair> pairsOfGroup(const std::string& group) const;
 
-  ScenePool::Lease borrowScene() const { return scenes_->take(); }
-  MovingScenePool::Lease borrowMovingScene() const { return moving_scenes_->take(); }
+  ScenePool::Lease borrowScene() const { return scenes_->borrow(); }
+  MovingScenePool::Lease borrowMovingScene() const { return moving_scenes_->borrow(); }
 
  private:
   Config config_;

@@ -44,7 +44,7 @@ std::vector<int> jointsNamed(const scene::RobotModel& robot, const std::vector<s
 
 JointValues valuesOf(const scene::RobotModel& robot, const std::vector<int>& joints, const std::vector<double>& values,
                      const std::string& what, const std::string& where) {
-  const auto nameOf = [&](std::size_t i) { return robot.joints[static_cast<std::size_t>(joints[i])].name; };
+  const auto nameOf = [&](std::size_t i) { return robot.joints[joints[i]].name; };
   if (values.size() < joints.size()) refuse(where, "joint '" + nameOf(values.size()) + "' has no " + what);
   if (values.size() > joints.size()) {
     refuse(where, "one " + what + " too many for " + std::to_string(joints.size()) + " joints" +
@@ -53,7 +53,7 @@ JointValues valuesOf(const scene::RobotModel& robot, const std::vector<int>& joi
   JointValues result(robot.joints.size());
   for (std::size_t i = 0; i < joints.size(); ++i) {
     if (!std::isfinite(values[i])) refuse(where, "the " + what + " of joint '" + nameOf(i) + "' is not finite");
-    result[static_cast<std::size_t>(joints[i])] = values[i];
+    result[joints[i]] = values[i];
   }
   return result;
 }

@@ -87,8 +87,8 @@ std::string beyondLimits(const scene::RobotModel& robot, const WayPoints& points
   std::ostringstream text;
   for (std::size_t i = 0; i < points.positions.size(); ++i) {
     for (const int index : points.joints) {
-      const scene::Joint& joint = robot.joints[static_cast<std::size_t>(index)];
-      const double position = *points.positions[i][static_cast<std::size_t>(index)];
+      const scene::Joint& joint = robot.joints[index];
+      const double position = *points.positions[i][index];
       const bool is_below = position < joint.lower - kRounding;
       if (joint.mimic || (!is_below && !(position > joint.upper + kRounding))) continue;
       text << "point " << i << " is the first beyond a limit: joint '" << joint.name << "' is at " << position

@@ -33,7 +33,7 @@ bool disagree(const Twist& a, const Twist& b, double horizon, double tolerance) 
 }
 
 int bodyOfReference(const Robot& robot) {
-  return robot.referenceLink() < 0 ? -1 : robot.robotModel().links[static_cast<std::size_t>(robot.referenceLink())].body;
+  return robot.referenceLink() < 0 ? -1 : robot.robotModel().links[robot.referenceLink()].body;
 }
 
 /// The twists [1/s] of all bodies.
@@ -48,7 +48,7 @@ class BodyTwists {
 
  private:
   void add(const std::string& name, const geometry_msgs::Twist& message) {
-    const scene::Link& link = robot_.robotModel().links[static_cast<std::size_t>(linkNamed(robot_.robotModel(), name))];
+    const scene::Link& link = robot_.robotModel().links[linkNamed(robot_.robotModel(), name)];
     if (!toEigen(message.linear).allFinite() || !toEigen(message.angular).allFinite()) {
       refuse("the twist of link '" + name + "' is not finite");
     }
@@ -93,7 +93,7 @@ JointValues statedPositions(const scene::RobotModel& robot, const std::vector<in
            " names; there may be none");
   }
   for (std::size_t i = 0; i < joints.size(); ++i) {
-    if (std::isfinite(positions[i])) stated[static_cast<std::size_t>(joints[i])] = positions[i];
+    if (std::isfinite(positions[i])) stated[joints[i]] = positions[i];
   }
   return stated;
 }

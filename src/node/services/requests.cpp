@@ -7,9 +7,7 @@
 namespace proximity_server::node {
 namespace {
 
-bool hasGeometry(const scene::RobotModel& robot, int collision) {
-  return !robot.collisions[static_cast<std::size_t>(collision)].pieces.empty();
-}
+bool hasGeometry(const scene::RobotModel& robot, int collision) { return !robot.collisions[collision].pieces.empty(); }
 
 int linkWithGeometry(const scene::RobotModel& robot, const std::string& name) {
   const int index = linkNamed(robot, name);
@@ -21,7 +19,7 @@ int linkWithGeometry(const scene::RobotModel& robot, const std::string& name) {
 
 std::vector<scene::Collision> collisionsOf(const scene::RobotModel& robot, const scene::Link& link) {
   std::vector<scene::Collision> collisions;
-  for (const int index : link.collisions) collisions.push_back(robot.collisions[static_cast<std::size_t>(index)]);
+  for (const int index : link.collisions) collisions.push_back(robot.collisions[index]);
   return collisions;
 }
 
@@ -47,7 +45,7 @@ scene::ShapeRef shapeRefOf(const scene::RobotModel& robot, const ShapeRef& ref) 
   const scene::Link& link = robot.links[index];
   if (ref.index == 0 && ref.name.empty()) return {index, 0};
   const int number = ref.index > 0 ? shapeNumbered(link, ref.index) : shapeNamed(robot, link, ref.name);
-  if (!hasGeometry(robot, link.collisions[static_cast<std::size_t>(number - 1)])) {
+  if (!hasGeometry(robot, link.collisions[number - 1])) {
     throw RequestError(QueryStatus::NO_COLLISION_GEOMETRY,
                        "<collision> " + std::to_string(number) + " of link '" + ref.link + "' has no geometry");
   }
@@ -68,8 +66,7 @@ scene::ShapeRefPair onePair(const Robot& robot, const ShapeRef& a, const ShapeRe
 
   const scene::PairTable& table = robot.sceneModel().pairs;
   const int row = table.find(pair.a.link, pair.b.link);
-  const scene::PairReason reason =
-      row < 0 ? scene::PairReason::SameBody : table.pairs[static_cast<std::size_t>(row)].reason;
+  const scene::PairReason reason = row < 0 ? scene::PairReason::SameBody : table.pairs[row].reason;
   if (reason != scene::PairReason::Checked) {
     throw RequestError(QueryStatus::PAIR_EXCLUDED,
                        names() + " are not checked: " + toString(reason) + "; ignore_filter asks anyway");
@@ -184,17 +181,6 @@ double notNegative(double value, const std::string& name) {
 double positive(double value, const std::string& name) {
   if (finite(value, name) > 0.0) return value;
   throw RequestError(QueryStatus::INVALID_ARGUMENT, name + " must be positive");
-}
-
-std::string seconds(double seconds) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g s", seconds);
-  return text;
-}
-
-std::chrono::steady_clock::time_point deadlineIn(double seconds) {
-  using Clock = std::chrono::steady_clock;
-  return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
 RequestedPairs pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter) {

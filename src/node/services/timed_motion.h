@@ -50,7 +50,7 @@ void assignStops(Message& message, const Robot& robot, const TimedMotion& motion
   message.joints_at_limit.clear();
   message.limit_times.clear();
   for (const scene::JointStop& stop : motion.stops) {
-    message.joints_at_limit.push_back(robot.robotModel().joints[static_cast<std::size_t>(stop.joint)].name);
+    message.joints_at_limit.push_back(robot.robotModel().joints[stop.joint].name);
     message.limit_times.push_back(motion.onClock(stop.time));
   }
 }

@@ -6,8 +6,8 @@
 
 namespace proximity_server::node {
 
-SteadyTimer::SteadyTimer(int realtime_priority, std::function<void()> beat)
-    : beat_(std::move(beat)), thread_([this, realtime_priority] {
+SteadyTimer::SteadyTimer(int realtime_priority, std::function<void()> tick)
+    : tick_(std::move(tick)), thread_([this, realtime_priority] {
         runInRealTime(realtime_priority);
         run();
       }) {}

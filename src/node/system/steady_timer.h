@@ -14,8 +14,8 @@ namespace proximity_server::node {
 /// for a kilohertz. Thread-safe.
 class SteadyTimer {
  public:
-  /// See runInRealTime.
-  SteadyTimer(int realtime_priority, std::function<void()> beat);
+  /// Calls `tick` in a thread with this priority, see runInRealTime, once start() was called.
+  SteadyTimer(int realtime_priority, std::function<void()> tick);
   ~SteadyTimer();
   SteadyTimer(const SteadyTimer&) = delete;
   SteadyTimer& operator=(const SteadyTimer&) = delete;

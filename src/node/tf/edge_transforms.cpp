@@ -58,7 +58,7 @@ void LatestTransforms::find(const TfTree::View& tf, const Robot& robot, std::vec
     entries_.assign(edges_->size(), {});
   }
   for (Edge& edge : edges) {
-    Entry& entry = entries_[static_cast<std::size_t>(edge.number)];
+    Entry& entry = entries_[edge.number];
     if (entry.changes != tf.changes) entry = {tf.changes, lookUpEdge(*tf.buffer, *edge.frames, ros::Time())};
     edge.transform = entry.transform;
   }

@@ -9,8 +9,8 @@ namespace {
 void addChain(const scene::RobotModel& robot, int body, std::vector<bool>& is_needed, std::vector<int>& joints) {
   for (; robot.bodies[body].joint >= 0; body = robot.bodies[body].parent) {
     const int joint = robot.bodies[body].joint;
-    if (is_needed[static_cast<std::size_t>(joint)]) return;
-    is_needed[static_cast<std::size_t>(joint)] = true;
+    if (is_needed[joint]) return;
+    is_needed[joint] = true;
     joints.push_back(joint);
   }
 }
@@ -22,20 +22,20 @@ std::vector<int> jointsTo(const Robot& robot, const std::vector<int>& bodies) {
   std::vector<int> joints;
   for (const int body : bodies) addChain(robot.robotModel(), body, is_needed, joints);
   if (robot.referenceLink() >= 0) {
-    addChain(robot.robotModel(), linkAt(robot.robotModel(), robot.referenceLink()).body, is_needed, joints);
+    addChain(robot.robotModel(), robot.robotModel().links[robot.referenceLink()].body, is_needed, joints);
   }
   return joints;
 }
 
 bool isGiven(const scene::RobotModel& robot, int joint, const JointValues& positions) {
-  return positions[static_cast<std::size_t>(robot.leaderOf(joint).joint)].has_value();
+  return positions[robot.leaderOf(joint).joint].has_value();
 }
 
 JointFrames framesAt(const scene::RobotModel& robot, const JointValues& positions, const JointFrames& others) {
   JointFrames frames = others;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const scene::Joint::Mimic leader = robot.leaderOf(static_cast<int>(i));
-    const std::optional<double>& position = positions[static_cast<std::size_t>(leader.joint)];
+    const std::optional<double>& position = positions[leader.joint];
     if (!position) continue;
     const scene::Joint& joint = robot.joints[i];
     frames[i] = joint.parent_T_joint * jointMotion(joint, leader.offset + leader.multiplier * *position);
@@ -52,8 +52,8 @@ scene::BodyPoses posesInRoot(const scene::RobotModel& robot, const JointFrames& 
       poses[i] = Eigen::Isometry3d::Identity();
       continue;
     }
-    const auto& parent = poses[static_cast<std::size_t>(body.parent)];
-    const auto& frame = joints[static_cast<std::size_t>(body.joint)];
+    const auto& parent = poses[body.parent];
+    const auto& frame = joints[body.joint];
     if (!parent || !frame) continue;
     poses[i] = *parent * robot.links[robot.joints[body.joint].parent_link].body_T_link * *frame;
   }
@@ -63,8 +63,8 @@ scene::BodyPoses posesInRoot(const scene::RobotModel& robot, const JointFrames& 
 std::optional<Eigen::Isometry3d> referenceToRoot(const Robot& robot, const scene::BodyPoses& poses_in_root,
                                                  const std::optional<Eigen::Isometry3d>& foreign) {
   if (robot.referenceLink() < 0) return foreign;
-  const scene::Link& reference = linkAt(robot.robotModel(), robot.referenceLink());
-  const auto& root_T_body = poses_in_root[static_cast<std::size_t>(reference.body)];
+  const scene::Link& reference = robot.robotModel().links[robot.referenceLink()];
+  const auto& root_T_body = poses_in_root[reference.body];
   if (!root_T_body) return std::nullopt;
   return (*root_T_body * reference.body_T_link).inverse();
 }

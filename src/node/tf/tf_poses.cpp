@@ -38,7 +38,7 @@ void startAt(const ros::Time& stamp, JointSnapshot& snapshot) {
 void take(TfLookup& lookup) {
   const std::vector<TfLookup::Edge>& edges = lookup.edges;
   for (std::size_t i = 0; i < lookup.joints.size(); ++i) {
-    lookup.found.joints[static_cast<std::size_t>(lookup.joints[i])] = edges[i].transform.pose;
+    lookup.found.joints[lookup.joints[i]] = edges[i].transform.pose;
   }
   if (edges.size() > lookup.joints.size()) lookup.found.reference_T_root = edges.back().transform.pose;
 }
@@ -62,9 +62,9 @@ std::string durationText(const ros::Duration& duration) {
 
 /// The links at the ends of an edge that tf should know.
 std::vector<std::string> linksOf(const scene::RobotModel& robot, int edge) {
-  const auto name = [&](int link) { return robot.links[static_cast<std::size_t>(link)].name; };
+  const auto name = [&](int link) { return robot.links[link].name; };
   if (edge >= static_cast<int>(robot.joints.size())) return {name(robot.bodies.front().link)};
-  const scene::Joint& joint = robot.joints[static_cast<std::size_t>(edge)];
+  const scene::Joint& joint = robot.joints[edge];
   return {name(joint.parent_link), name(joint.child_link)};
 }
 
@@ -118,7 +118,7 @@ QueryStatus freshness(const CommonTime& common, const ros::Time& now, const ros:
 
 TfLookup::TfLookup(const Robot& asked, std::vector<int> wanted) : robot(&asked), joints(std::move(wanted)) {
   const std::vector<TfEdge>& all = *asked.tfEdges();
-  for (const int joint : joints) edges.push_back({joint, &all[static_cast<std::size_t>(joint)], {}});
+  for (const int joint : joints) edges.push_back({joint, &all[joint], {}});
   if (asked.referenceLink() < 0) edges.push_back({static_cast<int>(all.size()) - 1, &all.back(), {}});
   found.joints.resize(asked.robotModel().joints.size());
 }

@@ -177,11 +177,6 @@ int PairTable::find(int link_a, int link_b) const {
   return found ? static_cast<int>(hit - pairs.begin()) : -1;
 }
 
-double PairTable::paddingOf(int link_a, int link_b) const {
-  const int index = find(link_a, link_b);
-  return index < 0 ? 0.0 : pairs[static_cast<std::size_t>(index)].padding;
-}
-
 PairTable filterPairs(const RobotModel& model, const std::string& srdf_xml, const PairFilterOptions& options) {
   const Srdf srdf = readSrdf(srdf_xml);
   const LinkTable links(model);

@@ -122,7 +122,7 @@ void GeometryReader::readAhead(const std::vector<MeshRequest>& requests, int thr
   }
   std::atomic<bool> ended{false};
   const auto work = [&](int i, const std::function<void(const std::string&)>& tell) {
-    Entry& entry = entries[static_cast<std::size_t>(i)];
+    Entry& entry = entries[i];
     if (ended) return;
     MeshOptions options = entry.request->options;
     if (options.progress) options.progress = tell;
@@ -130,9 +130,8 @@ void GeometryReader::readAhead(const std::vector<MeshRequest>& requests, int thr
     entry.is_done = true;
     if (entry.outcome.error && failure == Failure::EndsIt) ended = true;
   };
-  workInParallel(static_cast<int>(entries.size()), threads, work, [&](int i, const std::string& text) {
-    entries[static_cast<std::size_t>(i)].request->options.progress(text);
-  });
+  workInParallel(static_cast<int>(entries.size()), threads, work,
+                 [&](int i, const std::string& text) { entries[i].request->options.progress(text); });
   for (Entry& entry : entries) {
     if (entry.is_done) meshes_.emplace(std::move(entry.key), std::move(entry.outcome));
   }

@@ -28,7 +28,7 @@ AlignedBox3d boxOf(const Piece& piece) {
 RobotBox::RobotBox(const RobotModel& robot) {
   for (const Body& body : robot.bodies) {
     AlignedBox3d box;
-    for (const int piece : body.pieces) box.extend(boxOf(robot.pieces[static_cast<std::size_t>(piece)]));
+    for (const int piece : body.pieces) box.extend(boxOf(robot.pieces[piece]));
     bodies_.push_back(box);
   }
 }

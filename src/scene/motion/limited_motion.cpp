@@ -68,10 +68,10 @@ std::vector<std::optional<PosedPosition>> positionsOf(const RobotModel& model, c
   for (std::size_t i = 0; i < model.bodies.size(); ++i) {
     const int index = model.bodies[i].joint;
     if (index < 0 || !motion.segments()[i].is_known) continue;
-    const Joint& joint = model.joints[static_cast<std::size_t>(index)];
+    const Joint& joint = model.joints[index];
     if (!turns(joint) && !slides(joint)) continue;
     const Joint::Mimic leader = model.leaderOf(index);
-    auto& position = positions[static_cast<std::size_t>(leader.joint)];
+    auto& position = positions[leader.joint];
     if (leader.multiplier == 0.0 || (position && leader.joint != index)) continue;
     const double own = jointPosition(model, joint, motion.segments()[i].motion.start);
     const double spacing = turns(joint) ? kTurn / std::abs(leader.multiplier) : 0.0;
@@ -110,7 +110,7 @@ std::vector<double> travelDuring(double begin, double end, const std::vector<Joi
                                  std::vector<double> travel) {
   for (double& joint : travel) joint *= end - begin;
   for (const JointStop& stop : stops) {
-    if (stop.time <= begin) travel[static_cast<std::size_t>(stop.joint)] = 0.0;
+    if (stop.time <= begin) travel[stop.joint] = 0.0;
   }
   return travel;
 }
@@ -156,7 +156,7 @@ LimitedMotion motionWithinLimits(const RobotModel& model, const BodyPoses& start
 }
 
 double jointPosition(const RobotModel& model, const Joint& joint, const Isometry3d& parent_T_child) {
-  const Link& parent = model.links[static_cast<std::size_t>(joint.parent_link)];
+  const Link& parent = model.links[joint.parent_link];
   const Isometry3d moved = (parent.body_T_link * joint.parent_T_joint).inverse() * parent_T_child;
   if (slides(joint)) return joint.axis.dot(moved.translation());
   const Quaterniond turned(moved.linear());

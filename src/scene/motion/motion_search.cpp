@@ -11,7 +11,7 @@ namespace proximity_server::scene {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kMaxLevels = 6;  // of intervals; the narrowphase divides shorter ones itself
+constexpr int kMaxLevels = 6;  // of halved intervals; the narrowphase divides shorter ones itself
 
 using Clock = std::chrono::steady_clock;
 
@@ -35,9 +35,7 @@ MotionSearch::MotionSearch(std::shared_ptr<const SceneModel> model, std::shared_
       paddings_(model_->pairs),
       states_(*model_, volumes_, Skipping::On) {}
 
-const Piece& MotionSearch::pieceOf(int leaf) const {
-  return model_->robot.pieces[static_cast<std::size_t>(at(leaf).piece)];
-}
+const Piece& MotionSearch::pieceOf(int leaf) const { return model_->robot.pieces[at(leaf).piece]; }
 
 void MotionSearch::begin(const Pairs& pairs, const RobotMotion& motion, Order order, MotionCounts& counts) {
   if (motion.segments().size() != model_->robot.bodies.size())
@@ -51,7 +49,7 @@ void MotionSearch::begin(const Pairs& pairs, const RobotMotion& motion, Order or
     const int a = volumes_->of(pair.a), b = volumes_->of(pair.b);
     MovingBodies bodies(motion, at(a).body, at(a).bounds, at(b).body, at(b).bounds);
     if (at(a).isEmpty() || at(b).isEmpty() || !bodies.isKnown()) continue;
-    subjects_.push_back({pair, paddings_.of(pair), a, b, std::move(bodies)});
+    moving_pairs_.push_back({pair, paddings_.of(pair), a, b, std::move(bodies)});
   }
   counts.pairs = static_cast<int>(pairs.size());
   counts.unknown = counts.pairs - static_cast<int>(moving_pairs_.size());
@@ -59,9 +57,9 @@ void MotionSearch::begin(const Pairs& pairs, const RobotMotion& motion, Order or
 
 /// Queues what one bound for the whole motion does not settle, and returns how many pairs it does.
 int MotionSearch::enterAll(double limit) {
-  for (int i = 0; i < static_cast<int>(subjects_.size()); ++i) {
-    const MovingPair& subjects = subjects_[static_cast<std::size_t>(i)];
-    const Visit visit = withSpheres({-kInfinity, i, subjects.a, subjects.b, 1, 0.0});
+  for (int i = 0; i < static_cast<int>(moving_pairs_.size()); ++i) {
+    const MovingPair& moving = moving_pairs_[i];
+    const IntervalVisit visit = withSpheres({-kInfinity, i, moving.a, moving.b, 1, 0.0});
     if (!(visit.lower_bound > limit)) push(visit);
   }
   return static_cast<int>(moving_pairs_.size() - queue_.size());
@@ -89,8 +87,8 @@ MotionSearch::IntervalVisit MotionSearch::pop() {
   return first;
 }
 
-MotionSearch::Visit MotionSearch::withSpheres(Visit visit) {
-  MovingPair& subjects = subjectsOf(visit);
+MotionSearch::IntervalVisit MotionSearch::withSpheres(IntervalVisit visit) {
+  MovingPair& moving = movingPairOf(visit);
   const MovingBodies::SphereGap spheres =
       moving.bodies.sphereGap(at(visit.a).bounds, at(visit.b).bounds, visit.interval, *poses_);
   visit.lower_bound = std::max(visit.lower_bound, spheres.gap - moving.padding);
@@ -98,10 +96,10 @@ MotionSearch::Visit MotionSearch::withSpheres(Visit visit) {
   return visit;
 }
 
-MotionSearch::Visit MotionSearch::withBoxes(Visit visit) {
-  MovingPair& subjects = subjectsOf(visit);
-  const double gap = subjects.bodies.boxGap(at(visit.a).bounds, at(visit.b).bounds, visit.interval, *poses_);
-  visit.lower_bound = std::max(visit.lower_bound, gap - subjects.padding);
+MotionSearch::IntervalVisit MotionSearch::withBoxes(IntervalVisit visit) {
+  MovingPair& moving = movingPairOf(visit);
+  const double gap = moving.bodies.boxGap(at(visit.a).bounds, at(visit.b).bounds, visit.interval, *poses_);
+  visit.lower_bound = std::max(visit.lower_bound, gap - moving.padding);
   return visit;
 }
 
@@ -113,9 +111,9 @@ void MotionSearch::split(const IntervalVisit& visit, double limit) {
     if (!(part.lower_bound > limit)) part = withBoxes(part);
     if (!(part.lower_bound > limit)) push(part);
   };
-  const bool divide_a = !a.isLeaf() && (b.isLeaf() || a.bounds.radius >= b.bounds.radius);
-  Visit part = visit;
-  if (visit.travel > (divide_a ? a : b).bounds.radius && visit.interval < 1 << kMaxLevels) {
+  const bool split_a = splitsFirst(a, b);
+  IntervalVisit part = visit;
+  if (visit.travel > (split_a ? a : b).bounds.radius && visit.interval < 1 << kMaxLevels) {
     for (const int half : {2 * visit.interval, 2 * visit.interval + 1}) {
       part.interval = half;
       enter(part);
@@ -128,12 +126,13 @@ void MotionSearch::split(const IntervalVisit& visit, double limit) {
   }
 }
 
-narrowphase::TimeOfContact MotionSearch::contactOf(const Visit& visit, const MotionQuestion& question, double latest) {
-  const MovingPair& subjects = subjectsOf(visit);
+narrowphase::TimeOfContact MotionSearch::contactOf(const IntervalVisit& visit, const MotionQuestion& question,
+                                                   double latest) {
+  const MovingPair& moving = movingPairOf(visit);
   const MovingBodies::Interval interval(visit.interval);
   const Piece &a = pieceOf(visit.a), &b = pieceOf(visit.b);
   narrowphase::ContactOptions options;
-  options.contact_distance = question.contact_distance + subjects.padding;
+  options.contact_distance = question.contact_distance + moving.padding;
   options.tolerance = question.tolerance;
   options.begin = interval.begin;
   options.end = std::min(interval.end, latest);
@@ -146,7 +145,7 @@ narrowphase::TimeOfContact MotionSearch::contactOf(const Visit& visit, const Mot
 
 narrowphase::MinimumOverMotion MotionSearch::minimumOf(const IntervalVisit& visit, const MotionQuestion& question,
                                                        double upper_bound) {
-  const MovingPair& subjects = subjectsOf(visit);
+  const MovingPair& moving = movingPairOf(visit);
   const MovingBodies::Interval interval(visit.interval);
   const Piece &a = pieceOf(visit.a), &b = pieceOf(visit.b);
   narrowphase::MinimumOptions options;
@@ -164,7 +163,7 @@ narrowphase::MinimumOverMotion MotionSearch::minimumOf(const IntervalVisit& visi
 RobotContact MotionSearch::firstContact(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question) {
   RobotContact answer;
   begin(pairs, motion, Order::Earliest, answer.counts);
-  if (subjects_.empty()) return answer;
+  if (moving_pairs_.empty()) return answer;
   answer.counts.by_one_bound = enterAll(question.contact_distance);
   Horizon horizon;
   while (!queue_.empty()) {
@@ -179,7 +178,7 @@ RobotContact MotionSearch::firstContact(const Pairs& pairs, const RobotMotion& m
     if (isLeaf(visit))
       measure(visit, question, horizon, answer);
     else
-      divide(visit, question.contact_distance);
+      split(visit, question.contact_distance);
   }
   answer.t_free = std::min(horizon.undecided, horizon.latest);
   answer.status = horizon.undecided < horizon.latest ? horizon.status : narrowphase::Status::Converged;
@@ -244,11 +243,11 @@ RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion
 }
 
 /// A result of the narrowphase as an answer about links, in the frame of the poses.
-PairProximity MotionSearch::found(const Visit& visit, narrowphase::SignedDistance result, double time) {
-  const MovingPair& subjects = subjectsOf(visit);
+PairProximity MotionSearch::found(const IntervalVisit& visit, narrowphase::SignedDistance result, double time) {
+  const MovingPair& moving = movingPairOf(visit);
   const Volume &a = at(visit.a), &b = at(visit.b);
   if (const int middle = moving.bodies.middle(); middle >= 0) {
-    const Eigen::Isometry3d& pose = *poses_->at(time)[static_cast<std::size_t>(middle)];
+    const Eigen::Isometry3d& pose = *poses_->at(time)[middle];
     result.normal = (pose.linear() * result.normal).normalized();
     result.point_a = pose * result.point_a;
   }

@@ -49,7 +49,7 @@ class MotionSearch {
 
   void begin(const Pairs& pairs, const RobotMotion& motion, Order order, MotionCounts& counts);
   int enterAll(double limit);
-  MovingPair& subjectsOf(const Visit& visit) { return subjects_[static_cast<std::size_t>(visit.subjects)]; }
+  MovingPair& movingPairOf(const IntervalVisit& visit) { return moving_pairs_[visit.pair]; }
   const Piece& pieceOf(int leaf) const;
 
   bool goesLater(const IntervalVisit& p, const IntervalVisit& q) const;
@@ -63,16 +63,17 @@ class MotionSearch {
   void split(const IntervalVisit& visit, double limit);
 
   void considerStates(const Pairs& pairs, RobotMinimum& answer);
-  narrowphase::TimeOfContact contactOf(const Visit& visit, const MotionQuestion& question, double latest);
-  void measure(const Visit& visit, const MotionQuestion& question, Horizon& horizon, RobotContact& answer);
-  narrowphase::MinimumOverMotion minimumOf(const Visit& visit, const MotionQuestion& question, double upper_bound);
-  PairProximity found(const Visit& visit, narrowphase::SignedDistance result, double time);
+  narrowphase::TimeOfContact contactOf(const IntervalVisit& visit, const MotionQuestion& question, double latest);
+  void measure(const IntervalVisit& visit, const MotionQuestion& question, Horizon& horizon, RobotContact& answer);
+  narrowphase::MinimumOverMotion minimumOf(const IntervalVisit& visit, const MotionQuestion& question,
+                                           double upper_bound);
+  PairProximity found(const IntervalVisit& visit, narrowphase::SignedDistance result, double time);
 
   const std::shared_ptr<const SceneModel> model_;
   const std::shared_ptr<const Volumes> volumes_;
   PairPaddings paddings_;
   PairRanking states_;  ///< at one time
-  std::vector<MovingPair> subjects_;
+  std::vector<MovingPair> moving_pairs_;
   std::optional<PosesInTime> poses_;
   Order order_ = Order::Nearest;
   std::vector<IntervalVisit> queue_;  ///< a heap

@@ -11,7 +11,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using Segments = std::vector<RobotMotion::Segment>;
 
-const RobotMotion::Segment& at(const Segments& segments, int body) { return segments[static_cast<std::size_t>(body)]; }
+const RobotMotion::Segment& at(const Segments& segments, int body) { return segments[body]; }
 
 /// The bodies from one up to the root of the motion, which is -1.
 std::vector<int> ancestry(const Segments& segments, int body) {
@@ -99,9 +99,9 @@ const MovingBodies::During& MovingBodies::during(int number, PosesInTime& poses)
   double far = 0.0;
   const auto seen = [&](int body, double time) -> Isometry3d {
     const BodyPoses& all = poses.at(time);
-    const Isometry3d& pose = *all[static_cast<std::size_t>(body)];
+    const Isometry3d& pose = *all[body];
     far = std::max(far, pose.translation().norm());
-    return middle_ < 0 ? pose : all[static_cast<std::size_t>(middle_)]->inverse() * pose;
+    return middle_ < 0 ? pose : all[middle_]->inverse() * pose;
   };
   const narrowphase::MotionBound of_a = motionBound(chain_a_, a_.centre, a_.radius, begin, end);
   const narrowphase::MotionBound of_b = motionBound(chain_b_, b_.centre, b_.radius, begin, end);

@@ -24,10 +24,9 @@ void require(std::size_t number, std::size_t expected, const std::string& what, 
 /// [rad] or [m] by which a joint moves, given what the leaders do.
 double travelOf(const RobotModel& model, int joint, const std::vector<double>& travel) {
   const Joint::Mimic leader = model.leaderOf(joint);
-  const double own = leader.multiplier * travel[static_cast<std::size_t>(leader.joint)];
+  const double own = leader.multiplier * travel[leader.joint];
   if (std::isfinite(own)) return own;
-  throw std::invalid_argument("the travel of joint " + model.joints[static_cast<std::size_t>(joint)].name +
-                              " is not finite");
+  throw std::invalid_argument("the travel of joint " + model.joints[joint].name + " is not finite");
 }
 
 /// From where the child of a joint stands in the frame of its parent.
@@ -57,15 +56,12 @@ RobotMotion RobotMotion::ofJoints(const RobotModel& model, const BodyPoses& star
     Segment segment;
     segment.parent = body.parent;
     const std::optional<Isometry3d> pose = usablePose(start[i]);
-    const std::optional<Isometry3d> parent =
-        body.parent < 0 ? Isometry3d::Identity() : usablePose(start[static_cast<std::size_t>(body.parent)]);
+    const std::optional<Isometry3d> parent = body.parent < 0 ? Isometry3d::Identity() : usablePose(start[body.parent]);
     segment.is_known = pose && parent;
     const double own_travel = body.joint < 0 ? 0.0 : travelOf(model, body.joint, travel);
     if (segment.is_known) {
       segment.motion.start = parent->inverse() * *pose;
-      if (body.joint >= 0)
-        segment.motion =
-            jointScrew(model.joints[static_cast<std::size_t>(body.joint)], own_travel, segment.motion.start);
+      if (body.joint >= 0) segment.motion = jointScrew(model.joints[body.joint], own_travel, segment.motion.start);
     }
     motion.segments_.push_back(segment);
   }
@@ -103,7 +99,7 @@ BodyPoses RobotMotion::at(double time) const {
     if (!segment.is_known) continue;
     if (segment.parent < 0)
       poses[i] = segment.motion.at(time);
-    else if (const auto& parent = poses[static_cast<std::size_t>(segment.parent)])
+    else if (const auto& parent = poses[segment.parent])
       poses[i] = *parent * segment.motion.at(time);
   }
   return poses;

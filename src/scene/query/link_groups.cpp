@@ -12,14 +12,13 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 std::vector<int> linksInOrder(const SceneModel& model) {
   std::vector<bool> is_candidate(model.robot.links.size(), false);
   for (const int index : model.pairs.checked) {
-    const LinkPair& pair = model.pairs.pairs[static_cast<std::size_t>(index)];
-    is_candidate[static_cast<std::size_t>(pair.link_a)] = is_candidate[static_cast<std::size_t>(pair.link_b)] = true;
+    const LinkPair& pair = model.pairs.pairs[index];
+    is_candidate[pair.link_a] = is_candidate[pair.link_b] = true;
   }
   const std::vector<Body>& bodies = model.robot.bodies;
   std::vector<std::vector<int>> children(bodies.size());
   for (std::size_t body = 1; body < bodies.size(); ++body)
-    if (bodies[body].parent >= 0)
-      children[static_cast<std::size_t>(bodies[body].parent)].push_back(static_cast<int>(body));
+    if (bodies[body].parent >= 0) children[bodies[body].parent].push_back(static_cast<int>(body));
 
   std::vector<int> links, pending;
   for (std::size_t body = bodies.size(); body-- > 0;)
@@ -28,7 +27,7 @@ std::vector<int> linksInOrder(const SceneModel& model) {
     const auto body = static_cast<std::size_t>(pending.back());
     pending.pop_back();
     for (const int link : bodies[body].links)
-      if (is_candidate[static_cast<std::size_t>(link)]) links.push_back(link);
+      if (is_candidate[link]) links.push_back(link);
     pending.insert(pending.end(), children[body].rbegin(), children[body].rend());
   }
   return links;
@@ -39,7 +38,7 @@ std::vector<int> linksInOrder(const SceneModel& model) {
 LinkGroups::LinkGroups(const SceneModel& model)
     : candidates_(model.robot.links.size() * model.robot.links.size(), -1), links_(model.robot.links.size()) {
   for (std::size_t i = 0; i < model.pairs.checked.size(); ++i) {
-    const LinkPair& pair = model.pairs.pairs[static_cast<std::size_t>(model.pairs.checked[i])];
+    const LinkPair& pair = model.pairs.pairs[model.pairs.checked[i]];
     candidates_[static_cast<std::size_t>(pair.link_a) * links_ + static_cast<std::size_t>(pair.link_b)] =
         static_cast<int>(i);
     largest_padding_ = std::max(largest_padding_, pair.padding);

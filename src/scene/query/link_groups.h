@@ -25,7 +25,7 @@ class LinkGroups {
     Eigen::AlignedBox3d box;  ///< in the frame of the poses, moved to the origin of a body
     bool isLink() const { return link >= 0; }
   };
-  const Group& operator[](int group) const { return groups_[static_cast<std::size_t>(group)]; }
+  const Group& operator[](int group) const { return groups_[group]; }
   bool empty() const { return groups_.empty(); }
 
   /// Fits the boxes to the poses. Returns false if the pose of a link is missing.

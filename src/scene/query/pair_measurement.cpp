@@ -181,7 +181,8 @@ PairProximity PairMeasurement::settle(const ShapeRefPair& pair, const Question& 
 bool PairMeasurement::isStillWithin(const Visit& visit, double threshold) const {
   const KeptAnswer* kept = kept_.find(visit.a, visit.b);
   if (!kept) return false;
-  const RelativeMotionBound motion = robot_.relativeMotion(visit.a, visit.b, kept->a_T_b, robot_.relative(visit.a, visit.b));
+  const RelativeMotionBound motion =
+      robot_.relativeMotion(visit.a, visit.b, kept->a_T_b, robot_.relative(visit.a, visit.b));
   return kept->proximity.result.upper_bound + motion.distance_change <= threshold;
 }
 

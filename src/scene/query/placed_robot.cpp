@@ -42,10 +42,10 @@ void PlacedRobot::update(const BodyPoses& poses) {
 void PlacedRobot::placeSpheres() {
   const auto known = [](const BodyPlace& body) { return body.known; };
   const auto first = std::find_if(bodies_.begin(), bodies_.end(), known);
-  for (int subject = 0; subject < volumes_->rootCount(); ++subject) {
-    const Volume& volume = at(subject);
-    const BodyPlace& body = bodyOf(subject);
-    Sphere& sphere = spheres_[static_cast<std::size_t>(subject)];
+  for (int root = 0; root < volumes_->rootCount(); ++root) {
+    const Volume& volume = at(root);
+    const BodyPlace& body = bodyOf(root);
+    Sphere& sphere = spheres_[root];
     sphere.is_placed = body.known && !volume.isEmpty();
     if (!sphere.is_placed) continue;
     sphere.centre = (body.origin - first->origin) + body.rotation * volume.bounds.centre;
@@ -111,8 +111,7 @@ RelativeMotionBound PlacedRobot::relativeMotion(int a, int b, const RelativePose
 narrowphase::SignedDistance PlacedRobot::distance(int a, int b, const RelativePose& a_T_b,
                                                   const narrowphase::Options& options, WarmStarts& warm_starts) const {
   const int index_a = at(a).piece, index_b = at(b).piece;
-  const Piece &piece_a = model_.pieces[static_cast<std::size_t>(index_a)],
-              &piece_b = model_.pieces[static_cast<std::size_t>(index_b)];
+  const Piece &piece_a = model_.pieces[index_a], &piece_b = model_.pieces[index_b];
   const Matrix3d rotation_a = piece_a.body_T_piece.linear();
   const Vector3d origin_a = piece_a.body_T_piece.translation();
   Isometry3d pose = Isometry3d::Identity();  // of piece b in the frame of piece a

@@ -81,11 +81,11 @@ class PlacedRobot {
   };
 
   const Volume& at(int volume) const { return (*volumes_)[volume]; }
-  const BodyPlace& bodyOf(int volume) const { return bodies_[static_cast<std::size_t>(at(volume).body)]; }
+  const BodyPlace& bodyOf(int volume) const { return bodies_[at(volume).body]; }
   void placeSpheres();
   double rounding(int a, int b, const RelativePose& a_T_b) const;
 
-  const Sphere& sphereOf(int root) const { return spheres_[static_cast<std::size_t>(root)]; }
+  const Sphere& sphereOf(int root) const { return spheres_[root]; }
 
   const RobotModel& model_;
   const std::shared_ptr<const Volumes> volumes_;

@@ -13,9 +13,9 @@ bool hasClosedForm(const narrowphase::Shape& shape) {
 
 /// The pieces of its body that represent a whole link.
 std::vector<int> piecesOfLink(const RobotModel& model, int link) {
-  const int body = model.links[static_cast<std::size_t>(link)].body;
+  const int body = model.links[link].body;
   std::vector<int> pieces;
-  for (const int piece : model.bodies[static_cast<std::size_t>(body)].pieces)
+  for (const int piece : model.bodies[body].pieces)
     if (collisionOf(model, piece).link == link) pieces.push_back(piece);
   return pieces;
 }
@@ -27,7 +27,7 @@ bool splitsFirst(const Volume& a, const Volume& b) {
 }
 
 const Collision& collisionOf(const RobotModel& model, int piece) {
-  return model.collisions[static_cast<std::size_t>(model.pieces[static_cast<std::size_t>(piece)].collision)];
+  return model.collisions[model.pieces[piece].collision];
 }
 
 Volumes::Volumes(const RobotModel& model)
@@ -35,9 +35,9 @@ Volumes::Volumes(const RobotModel& model)
   for (const Piece& piece : model.pieces) bounds_of_pieces_.push_back(boundsOf(piece));
   volumes_.resize(static_cast<std::size_t>(root_count_));
   const auto fill = [&](int root, int link, std::vector<int> pieces) {
-    const int body = model.links[static_cast<std::size_t>(link)].body;
+    const int body = model.links[link].body;
     const Volume volume = volumeOf(body, pieces.begin(), pieces.end());
-    volumes_[static_cast<std::size_t>(root)] = volume;
+    volumes_[root] = volume;
   };
   int root = 0;
   for (int link = 0; link < static_cast<int>(model.links.size()); ++link) fill(root++, link, piecesOfLink(model, link));
@@ -52,11 +52,11 @@ int Volumes::add(const Volume& volume) {
 Volume Volumes::leafOf(int piece) const {
   const Collision& collision = collisionOf(model_, piece);
   Volume leaf;
-  leaf.body = model_.links[static_cast<std::size_t>(collision.link)].body;
+  leaf.body = model_.links[collision.link].body;
   leaf.piece = piece;
   leaf.representation = collision.representation;
-  leaf.has_closed_form = hasClosedForm(model_.pieces[static_cast<std::size_t>(piece)].shape);
-  leaf.bounds = bounds_of_pieces_[static_cast<std::size_t>(piece)];
+  leaf.has_closed_form = hasClosedForm(model_.pieces[piece].shape);
+  leaf.bounds = bounds_of_pieces_[piece];
   return leaf;
 }
 
@@ -70,8 +70,8 @@ Volume Volumes::volumeOf(int body, std::vector<int>::iterator begin, std::vector
   std::vector<const Piece*> pieces;
   std::vector<const Bounds*> bounds;
   for (auto piece = begin; piece != end; ++piece) {
-    pieces.push_back(&model_.pieces[static_cast<std::size_t>(*piece)]);
-    bounds.push_back(&bounds_of_pieces_[static_cast<std::size_t>(*piece)]);
+    pieces.push_back(&model_.pieces[*piece]);
+    bounds.push_back(&bounds_of_pieces_[*piece]);
     volume.representation = std::max(volume.representation, collisionOf(model_, *piece).representation);
   }
   volume.bounds = boundsOf(pieces, bounds);
@@ -81,7 +81,7 @@ Volume Volumes::volumeOf(int body, std::vector<int>::iterator begin, std::vector
   const Eigen::Vector3d axis = volume.bounds.axes.col(longest);
   const auto middle = begin + (end - begin) / 2;
   std::nth_element(begin, middle, end, [&](int a, int b) {
-    const auto along = [&](int piece) { return axis.dot(bounds_of_pieces_[static_cast<std::size_t>(piece)].centre); };
+    const auto along = [&](int piece) { return axis.dot(bounds_of_pieces_[piece].centre); };
     return along(a) != along(b) ? along(a) < along(b) : a < b;
   });
   const Volume first = volumeOf(body, begin, middle), second = volumeOf(body, middle, end);
@@ -89,15 +89,15 @@ Volume Volumes::volumeOf(int body, std::vector<int>::iterator begin, std::vector
   return volume;
 }
 
-int Volumes::of(const ShapeRef& subject) const {
+int Volumes::of(const ShapeRef& ref) const {
   const int links = static_cast<int>(model_.links.size());
   if (ref.link < 0 || ref.link >= links) throw std::invalid_argument("there is no link " + std::to_string(ref.link));
   if (ref.collision == 0) return ref.link;
 
-  const Link& link = model_.links[static_cast<std::size_t>(ref.link)];
+  const Link& link = model_.links[ref.link];
   if (ref.collision < 0 || ref.collision > static_cast<int>(link.collisions.size()))
     throw std::invalid_argument("link \"" + link.name + "\" has no <collision> " + std::to_string(ref.collision));
-  return links + link.collisions[static_cast<std::size_t>(ref.collision - 1)];
+  return links + link.collisions[ref.collision - 1];
 }
 
 }  // namespace proximity_server::scene

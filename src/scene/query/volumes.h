@@ -32,10 +32,10 @@ class Volumes {
  public:
   explicit Volumes(const RobotModel& model);
 
-  const Volume& operator[](int volume) const { return volumes_[static_cast<std::size_t>(volume)]; }
+  const Volume& operator[](int volume) const { return volumes_[volume]; }
 
   /// Throws std::invalid_argument for a link or <collision> that does not exist.
-  int of(const ShapeRef& subject) const;
+  int of(const ShapeRef& ref) const;
 
   /// The volumes that `of` may return are 0 to rootCount() - 1, the links first.
   int rootCount() const { return root_count_; }

@@ -44,7 +44,7 @@ class ClearanceAssertion {
   /// The smallest distance of a state or segment.
   struct Row {
     long number = 0;
-    std::string place;        ///< begin and end of a segment, and when it is that close
+    std::string place;         ///< begin and end of a segment, and when it is that close
     scene::ShapeRefPair pair;  ///< the closest; no links where nothing is known
     double distance = std::numeric_limits<double>::quiet_NaN();     ///< [m]
     double lower_bound = -std::numeric_limits<double>::infinity();  ///< [m] of all pairs

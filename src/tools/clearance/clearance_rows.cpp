@@ -31,8 +31,8 @@ void addVector(const std::string& name, const Eigen::Vector3d& vector, Row& row)
   row[name + "_z"] = vector.z();
 }
 
-std::string linkName(const scene::RobotModel& robot, const scene::ShapeRef& subject) {
-  return subject.link < 0 ? "" : robot.links[subject.link].name;
+std::string linkName(const scene::RobotModel& robot, const scene::ShapeRef& ref) {
+  return ref.link < 0 ? "" : robot.links[ref.link].name;
 }
 
 void addLinks(const std::string& prefix, const scene::ShapeRefPair& pair, const scene::RobotModel& robot, Row& row) {

@@ -71,7 +71,7 @@ StateClearance answerNumberedState(const NumberedState& state, const std::vector
 }
 
 std::vector<scene::ShapeRefPair> pairsWhere(const scene::SceneModel& model,
-                                           const std::function<bool(scene::PairReason)>& isWanted) {
+                                            const std::function<bool(scene::PairReason)>& isWanted) {
   std::vector<scene::ShapeRefPair> pairs;
   for (const scene::LinkPair& pair : model.pairs.pairs) {
     if (isWanted(pair.reason)) pairs.push_back({{pair.link_a, 0}, {pair.link_b, 0}});

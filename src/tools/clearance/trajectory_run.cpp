@@ -22,7 +22,7 @@ scene::RobotContact provenFree() {
 }
 
 SegmentClearance answerSegment(const std::vector<scene::ShapeRefPair>& pairs, const scene::MotionQuestion& question,
-                               const Segment& segment, scene::MovingScene& scene) {
+                               const TrajectorySegment& segment, scene::MovingScene& scene) {
   const scene::RobotMotion motion = scene::RobotMotion::ofJoints(scene.model().robot, segment.from, segment.to);
   const scene::RobotMinimum minimum = scene.minimum(pairs, motion, question);
   // What the minimum has proven need not be asked again, and the two cannot contradict each other.

@@ -150,7 +150,8 @@ TEST(MotionBoundOfPlacedRobot, IsTheLengthOfAShift) {
 TEST(MotionBoundOfPlacedRobot, OfATurnAboutTheCentreIsTheChordAtTheRadius) {
   const Placed placed({box("1 1 1"), box("2 4 4")});
   const Isometry3d before = at(20, 0, 0), now = before * turned(M_PI / 3, {0, 1, 2});
-  const RelativeMotionBound motion = placed.robot.relativeMotion(placed.a, placed.b, relativePose(before), relativePose(now));
+  const RelativeMotionBound motion =
+      placed.robot.relativeMotion(placed.a, placed.b, relativePose(before), relativePose(now));
   EXPECT_NEAR(motion.distance_change, 3.0, 1e-12);
 }
 
@@ -158,7 +159,8 @@ TEST(MotionBoundOfPlacedRobot, OfATurnAboutTheCentreIsTheChordAtTheRadius) {
 TEST(MotionBoundOfPlacedRobot, OfATurnAboutTheOtherOneIsTheChordAtThatOnesRadius) {
   const Placed placed({box("2 4 4"), box("1 1 1")});
   const Isometry3d before = at(20, 0, 0), now = turned(M_PI / 3, {0, 0, 1}) * before;
-  const RelativeMotionBound motion = placed.robot.relativeMotion(placed.a, placed.b, relativePose(before), relativePose(now));
+  const RelativeMotionBound motion =
+      placed.robot.relativeMotion(placed.a, placed.b, relativePose(before), relativePose(now));
   EXPECT_NEAR(motion.distance_change, 3.0, 1e-12);
 }
 
@@ -174,7 +176,8 @@ TEST(MotionBoundOfPlacedRobot, CountsFromTheCentreOfTheSphere) {
 TEST(MotionBoundOfPlacedRobot, OfNoMoreThanRoundingIsRest) {
   const Placed placed({ball("1"), ball("1")});
   const auto shiftedBy = [&](double shift) {
-    return placed.robot.relativeMotion(placed.a, placed.b, relativePose(at(8, 0, 0)), relativePose(at(8 + shift, 0, 0)));
+    return placed.robot.relativeMotion(placed.a, placed.b, relativePose(at(8, 0, 0)),
+                                       relativePose(at(8 + shift, 0, 0)));
   };
   const double rounding = kPoseRounding * (8.0 + 1.0 + 1.0);
   EXPECT_TRUE(shiftedBy(0.9 * rounding).is_rest);
@@ -193,7 +196,7 @@ TEST(MotionBoundOfPlacedRobot, IsNeverBelowTheChangeOfTheDistance) {
     const RelativePose first = relativePose(before), second = relativePose(step * before);
     const double change = placed.robot.distance(placed.a, placed.b, second, {}, memory).distance -
                           placed.robot.distance(placed.a, placed.b, first, {}, memory).distance;
-    const double bound = placed.robot.relativeMotion(placed.a, placed.b, first, second).bound;
+    const double bound = placed.robot.relativeMotion(placed.a, placed.b, first, second).distance_change;
     EXPECT_LE(std::abs(change), bound + 2e-9);
     close += std::abs(change) > 0.5 * bound;
   }

@@ -795,7 +795,7 @@ LinkTruth linkTruth(const RobotModel& robot, const ShapeRefPair& pair, const Bod
 }
 
 /// Whether a point lies on the surface of a piece of a <collision>, enlarged by `padding`.
-bool liesOn(const RobotModel& robot, const ShapeRef& subject, double padding, const BodyPoses& poses,
+bool liesOn(const RobotModel& robot, const ShapeRef& ref, double padding, const BodyPoses& poses,
             const Vector3d& point) {
   const Link& link = robot.links[static_cast<std::size_t>(ref.link)];
   const int index = link.collisions[static_cast<std::size_t>(ref.collision - 1)];

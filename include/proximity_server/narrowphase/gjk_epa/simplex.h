@@ -17,8 +17,8 @@ struct Simplex {
     static constexpr std::array<signed char, 16> kFirstZero{0, 1, 0, 2, 0, 1, 0, 3, 0, 1, 0, 2, 0, 1, 0, 4};
     return kFirstZero[members];
   }
-  CsoVertex& operator[](int place) { return places[static_cast<std::size_t>(place)]; }
-  const CsoVertex& operator[](int place) const { return places[static_cast<std::size_t>(place)]; }
+  CsoVertex& operator[](int place) { return places[place]; }
+  const CsoVertex& operator[](int place) const { return places[place]; }
 };
 
 /// The point of a simplex nearest to the origin: -distance * normal().

@@ -79,7 +79,7 @@ inline Eigen::Vector3d supportPoint(const Shape& shape, const Eigen::Vector3d& d
       break;
   }
   vertex = shape.hull().farthestVertex(direction, vertex);
-  return shape.hull().vertices()[static_cast<std::size_t>(vertex)];
+  return shape.hull().vertices()[vertex];
 }
 
 /// Vertex of a polytope by its number. A number out of range gives one of its vertices, too.

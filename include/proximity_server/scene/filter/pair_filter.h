@@ -45,9 +45,6 @@ struct PairTable {
 
   /// Index of the pair in either order, or -1.
   int find(int link_a, int link_b) const;
-
-  /// [m] that is taken off the distance of the pair, in either order; 0 for a pair that is not in the table.
-  double paddingOf(int link_a, int link_b) const;
 };
 
 struct PairFilterOptions {

@@ -30,7 +30,7 @@ class Candidates {
 /// It refers to what it is made of, which must outlive the question.
 class Pairs {
  public:
-  Pairs(const std::vector<ShapeRefPair>& list) : list_(list) {}                              // NOLINT: implicit
+  Pairs(const std::vector<ShapeRefPair>& list) : list_(list) {}                             // NOLINT: implicit
   Pairs(const Candidates& candidates) : list_(candidates.list()), are_candidates_(true) {}  // NOLINT: implicit
 
   const std::vector<ShapeRefPair>& list() const { return list_; }

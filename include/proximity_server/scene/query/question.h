@@ -24,7 +24,7 @@ struct ShapeRefPair {
 /// padding of the pair of links. The bounds hold for the whole shapes; the normal belongs to these pieces.
 struct PairProximity {
   ShapeRefPair asked;
-  int collision_a = 0;  ///< the <collision> of a that is closest, counted from 1; 0 where nothing was computed
+  int collision_a = 0;  ///< the <collision> of a that is closest, counted from 1; 0 if only bounds were needed
   int collision_b = 0;
   narrowphase::SignedDistance
       result;  ///< in the frame of the poses; Status::Unknown where a pose or all geometry is missing
