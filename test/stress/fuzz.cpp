@@ -132,7 +132,7 @@ StressPair decode(Bytes bytes) {
 }  // namespace proximity_server::narrowphase
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace proximity_server;
+  using namespace proximity_server::narrowphase;
   const Observation seen = observe(decode({data, size}));
   if (!seen.failure) return 0;
   std::fprintf(stderr, "%s\nfor test/data/recorded_pairs.jsonl:\n%s\n", seen.failure->sentence.c_str(),
