@@ -63,8 +63,8 @@ struct NamedRequest {
 
 std::string nameOf(const RobotModel& robot, int link) { return robot.links[static_cast<std::size_t>(link)].name; }
 
-ShapeRef shape(const RobotModel& robot, int link) {
-  ShapeRef ref;
+proximity_server::ShapeRef shape(const RobotModel& robot, int link) {
+  proximity_server::ShapeRef ref;
   ref.link = nameOf(robot, link);
   return ref;
 }

@@ -233,7 +233,7 @@ std::vector<BodyPoses> statesOf(const NamedRobot& robot, Motion motion, int stat
 json measureRobots(const std::vector<NamedRobot>& robots, int states, const std::regex& wanted) {
   json rows = json::array();
   for (const NamedRobot& robot : robots)
-    for (const RelativeMotionBound motion : {Motion::Coherent, Motion::Cold}) {
+    for (const Motion motion : {Motion::Coherent, Motion::Cold}) {
       const std::vector<BodyPoses> poses = statesOf(robot, motion, states);
       for (const SceneQuestion question : {SceneQuestion::Minimum, SceneQuestion::Below, SceneQuestion::All}) {
         const Row row{robot, motion, question, poses};
@@ -261,7 +261,7 @@ json measureScaling(int states, const std::regex& wanted) {
   json rows = json::array();
   for (const int bodies : {2, 5, 10, 20, 50, 100, 200, 500}) {
     const NamedRobot robot = rowsOfArms(bodies);
-    for (const RelativeMotionBound motion : {Motion::Coherent, Motion::Cold}) {
+    for (const Motion motion : {Motion::Coherent, Motion::Cold}) {
       const std::vector<BodyPoses> poses = statesOf(robot, motion, std::min(states, kScalingStates));
       const Row row{robot, motion, SceneQuestion::Minimum, poses};
       if (!std::regex_search(row.name(), wanted)) continue;

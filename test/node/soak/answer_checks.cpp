@@ -70,7 +70,7 @@ Verdict agreement(const Proximity& said, const PairProximity& truth) {
                  truth.result.lower_bound, " to ", truth.result.upper_bound);
 }
 
-bool isEmpty(const ShapeRef& ref) { return ref.link.empty(); }
+bool isEmpty(const proximity_server::ShapeRef& ref) { return ref.link.empty(); }
 
 }  // namespace
 
@@ -89,11 +89,12 @@ std::vector<double> AnswerChecks::positionsOf(const sensor_msgs::JointState& sta
   return positions;
 }
 
-ShapeRefPair AnswerChecks::pairOf(const ShapeRef& a, const ShapeRef& b) const {
+ShapeRefPair AnswerChecks::pairOf(const proximity_server::ShapeRef& a, const proximity_server::ShapeRef& b) const {
   return {{robot_.robot().findLink(a.link)}, {robot_.robot().findLink(b.link)}};
 }
 
-std::vector<ShapeRefPair> AnswerChecks::pairsOf(const ShapeRef& a, const ShapeRef& b) const {
+std::vector<ShapeRefPair> AnswerChecks::pairsOf(const proximity_server::ShapeRef& a,
+                                                const proximity_server::ShapeRef& b) const {
   if (isEmpty(a)) return scene_.candidates().list();
   return {pairOf(a, b)};
 }
@@ -288,7 +289,7 @@ Verdict AnswerChecks::check(const QueryTrajectoryRequest& request, const QueryTr
 
 Verdict AnswerChecks::check(const Clearance& clearance, const Levels& levels) {
   place(clearance.header.stamp);
-  const PairProximity truth = closest(scene_.candidates());
+  const PairProximity truth = closest(scene_.candidates().list());
   const double distance = truth.result.distance;
   const Verdict verdict = agreement(clearance.minimum, truth);
   if (!verdict.empty()) return verdict;

@@ -59,8 +59,8 @@ class AnswerChecks {
 
   void place(const ros::Time& stamp);
   std::vector<double> positionsOf(const sensor_msgs::JointState& state) const;
-  std::vector<ShapeRefPair> pairsOf(const ShapeRef& a, const ShapeRef& b) const;
-  ShapeRefPair pairOf(const ShapeRef& a, const ShapeRef& b) const;
+  std::vector<ShapeRefPair> pairsOf(const proximity_server::ShapeRef& a, const proximity_server::ShapeRef& b) const;
+  ShapeRefPair pairOf(const proximity_server::ShapeRef& a, const proximity_server::ShapeRef& b) const;
   PairProximity closest(const std::vector<ShapeRefPair>& pairs);
   PairProximity closestIn(const std::vector<double>& positions, const std::vector<ShapeRefPair>& pairs);
   Verdict checkNumberBelow(double threshold, std::size_t said);

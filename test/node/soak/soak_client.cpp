@@ -167,7 +167,7 @@ sensor_msgs::JointState SoakClient::randomState() {
 }
 
 /// Half of the time none, which means all.
-void SoakClient::choosePair(ShapeRef& a, ShapeRef& b) {
+void SoakClient::choosePair(proximity_server::ShapeRef& a, proximity_server::ShapeRef& b) {
   if (randomly(0.5)) return;
   const std::vector<int>& checked = model_.pairs.checked;
   const auto row = static_cast<std::size_t>(random(0.0, static_cast<double>(checked.size())));

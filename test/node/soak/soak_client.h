@@ -44,7 +44,7 @@ class SoakClient {
   double random(double from, double to);
   bool randomly(double share) { return random(0.0, 1.0) < share; }
   sensor_msgs::JointState randomState();
-  void choosePair(ShapeRef& a, ShapeRef& b);
+  void choosePair(proximity_server::ShapeRef& a, proximity_server::ShapeRef& b);
   ros::Time chooseStamp();
   QueryPairsRequest pairs();
   QueryConfigurationRequest configuration();
