@@ -29,7 +29,7 @@ narrowphase::SignedDistance onlyProof(narrowphase::SignedDistance result) {
   return result;
 }
 
-/// Pairs of subjects that are remembered: the candidates, and some that are asked for besides.
+/// How many pairs are remembered: the candidates, and some that are asked for besides.
 std::size_t rememberedPairs(const PairTable& table) {
   return std::clamp<std::size_t>(2 * table.checked.size(), 1u << 8, 1u << 14);
 }
@@ -57,7 +57,6 @@ PairMeasurement::PairMeasurement(const SceneModel& model, std::shared_ptr<const 
       kept_(rememberedPairs(model.pairs)),
       paddings_(model.pairs) {}
 
-/// Nothing where a pose or all geometry is missing. The same numbers come out for a pair asked in the other order.
 std::optional<Visit> PairMeasurement::visitOf(const ShapeRefPair& pair, int number) const {
   const auto [a, b] = std::minmax({robot_.volumes().of(pair.a), robot_.volumes().of(pair.b)});
   if (!robot_.isPlaced(a) || !robot_.isPlaced(b)) return std::nullopt;
@@ -66,7 +65,6 @@ std::optional<Visit> PairMeasurement::visitOf(const ShapeRefPair& pair, int numb
   return visit;
 }
 
-/// The best bound that costs less than computing, or any that is above the limit.
 Visit PairMeasurement::refined(Visit visit, double limit) const {
   visit.bound = Visit::Bound::Box;
   if (skipping_ == Skipping::Off) return visit;

@@ -13,7 +13,7 @@
 
 namespace proximity_server::scene {
 
-/// The count of those that a bound settled.
+/// The count of the pairs that such a bound settled.
 int& countOf(Visit::Bound bound, PairCounts& counts);
 
 /// Measures pairs one by one, and computes only what it must. It tries what settles a pair from the cheapest to the
@@ -49,7 +49,7 @@ class PairMeasurement {
   /// Whether the answer of before, plus the motion since, proves the signed distance to be at most `threshold` [m].
   bool isStillWithin(const Visit& visit, double threshold) const;
 
-  /// Of all pairs since they were set back; whoever searches many counts those that he settles himself.
+  /// Of all pairs since the caller reset them. A search of many pairs adds those that it settles without measuring.
   PairCounts& counts() { return counts_; }
   const PairCounts& counts() const { return counts_; }
 

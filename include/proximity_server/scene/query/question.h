@@ -26,8 +26,8 @@ struct PairProximity {
   ShapeRefPair asked;
   int collision_a = 0;  ///< the <collision> of a that is closest, counted from 1; 0 if only bounds were needed
   int collision_b = 0;
-  narrowphase::SignedDistance
-      result;  ///< in the frame of the poses; Status::Unknown where a pose or all geometry is missing
+  /// In the frame of the poses; Status::Unknown if a pose or all geometry is missing.
+  narrowphase::SignedDistance result;
   Representation representation = Representation::Exact;  ///< the less exact of the two
   /// True if the two overlap and one of them has several pieces: the overlap of the whole may be deeper than that of
   /// any two pieces.
