@@ -283,7 +283,7 @@ class Suite {
         entry["vertices"] = count;
         result.push_back(entry);
       }
-      result.push_back(supportTimes(row.a.front().ours.hull(), count));
+      result.push_back(supportTimes(row.a.front().ours.hullSupport(), count));
       std::cerr << "." << std::flush;
     }
     std::cerr << "\n";
@@ -305,7 +305,8 @@ class Suite {
     std::cerr << "." << std::flush;
   }
 
-  static json supportTimes(const ConvexHull& hull, int vertices) {
+  static json supportTimes(const HullSupport& support, int vertices) {
+    const ConvexHull& hull = support.hull();
     constexpr int kDirections = 512;
     Random random(5);
     std::normal_distribution<double> normal;
@@ -321,7 +322,7 @@ class Suite {
       }
       return medianOf(times);
     };
-    const double ours = nsOf([&](const Eigen::Vector3d& d) { return hull.farthestVertex(d, 0); });
+    const double ours = nsOf([&](const Eigen::Vector3d& d) { return support.farthestVertex(d); });
     const double scan = nsOf([&](const Eigen::Vector3d& d) {
       int best = 0;
       double farthest = -std::numeric_limits<double>::infinity();

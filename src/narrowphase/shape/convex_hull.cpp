@@ -9,8 +9,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "narrowphase/shape/scan.h"
-
 extern "C" {
 #include <libqhull_r/qhull_ra.h>
 }
@@ -21,12 +19,6 @@ namespace {
 using Eigen::Vector3d;
 using Points = std::vector<Vector3d>;
 using Triangles = std::vector<std::array<int, 3>>;
-
-// Up to this many vertices farthestVertex() scans all of them; larger hulls climb over the adjacency from a table of
-// starts. The limit is no optimum on every machine. Queries of 3000 pairs of hulls, apart and shallow, least processor
-// time of 10 rounds on a loaded x86-64 machine: the scan took 6 to 9 % longer than climbing with 16 vertices, 19 to 22
-// % with 96 and 30 to 38 % with 200. The rows "support by vertices" and "hull 32" of ./dev bench narrowphase repeat it.
-constexpr int kScanLimit = 96;
 
 Points withoutDuplicates(Points points) {
   const auto lexicographic = [](const Vector3d& a, const Vector3d& b) {
@@ -190,10 +182,6 @@ ConvexHull::ConvexHull(const std::vector<Vector3d>& input) {
     for (int& v : triangle) v = static_cast<int>(std::lower_bound(corners.begin(), corners.end(), v) - corners.begin());
   if (dimension_ == 2) triangles_ = fan(size());
   connectNeighbours();
-  if (size() <= kScanLimit)
-    storeForScan();
-  else
-    findStarts();
 }
 
 void ConvexHull::connectNeighbours() {
@@ -217,75 +205,6 @@ void ConvexHull::connectNeighbours() {
   for (const auto& edge : edges) ++offsets_[static_cast<std::size_t>(edge.first) + 1];
   std::partial_sum(offsets_.begin(), offsets_.end(), offsets_.begin());
   for (const auto& edge : edges) neighbours_.push_back(edge.second);
-}
-
-void ConvexHull::storeForScan() {
-  const std::size_t stride = kScanStride;
-  const std::size_t padded = (vertices_.size() + stride - 1) / stride * stride;
-  scan_count_ = static_cast<int>(padded);
-  scan_coordinates_.resize(3 * padded);
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    for (std::size_t i = 0; i < padded; ++i)
-      scan_coordinates_[axis * padded + i] = vertices_[i < vertices_.size() ? i : 0][static_cast<Eigen::Index>(axis)];
-}
-
-void ConvexHull::findStarts() {
-  constexpr int kMaxCells = 64;  // six sides of 64 x 64 cells fit into a second-level cache
-  cells_ = std::min(static_cast<int>(std::ceil(std::sqrt(size() / 1.5))), kMaxCells);
-  const auto cells = static_cast<std::size_t>(cells_);
-  starts_.reserve(6 * cells * cells);
-  int start = 0;
-  for (int side = 0; side < 6; ++side)
-    for (int i = 0; i < cells_; ++i)
-      for (int j = 0; j < cells_; ++j) {
-        const int axis = side / 2;
-        Vector3d centre;
-        centre[axis] = side % 2 == 0 ? 1.0 : -1.0;
-        centre[(axis + 1) % 3] = (2 * i + 1.0) / cells_ - 1.0;
-        centre[(axis + 2) % 3] = (2 * j + 1.0) / cells_ - 1.0;
-        starts_.push_back(start = climb(centre, start));
-      }
-}
-
-int ConvexHull::startTowards(const Vector3d& direction) const {
-  const double x = std::abs(direction.x()), y = std::abs(direction.y()), z = std::abs(direction.z());
-  const int axis = x >= y && x >= z ? 0 : y >= z ? 1 : 2;
-  const int next = axis == 2 ? 0 : axis + 1, last = axis == 0 ? 2 : axis - 1;
-  const double scale = 0.5 * cells_ / std::abs(direction[axis]);
-  const auto cell = [&](int along) {
-    return std::min(static_cast<int>(direction[along] * scale + 0.5 * cells_), cells_ - 1);
-  };
-  const int side = 2 * axis + (direction[axis] > 0.0 ? 0 : 1);
-  const int index = (side * cells_ + cell(next)) * cells_ + cell(last);
-  return starts_[index];
-}
-
-int ConvexHull::farthestVertex(const Vector3d& direction, int start) const {
-  if (cells_ > 0) {
-    const int known = startTowards(direction);
-    if (start < 0 || start >= size()) return climb(direction, known);
-    const auto height = [&](int v) { return vertices_[v].dot(direction); };
-    return climb(direction, height(start) > height(known) ? start : known);
-  }
-  const double* x = scan_coordinates_.data();
-  return scan(x, x + scan_count_, x + 2 * scan_count_, scan_count_, direction);
-}
-
-int ConvexHull::climb(const Vector3d& direction, int start) const {
-  const auto height = [&](int v) { return vertices_[v].dot(direction); };
-  int best = start;
-  double farthest = height(start);
-  for (int from = -1; from != best;) {
-    from = best;
-    for (const int v : neighbours(from)) {
-      const double h = height(v);
-      if (h > farthest) {
-        farthest = h;
-        best = v;
-      }
-    }
-  }
-  return best;
 }
 
 double ConvexHull::volume() const {

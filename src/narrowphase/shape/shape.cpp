@@ -63,7 +63,7 @@ Shape::Shape(ConvexHull hull) : Shape(Kind::Hull, 0.0, Eigen::Vector3d::Zero(), 
   for (const Eigen::Vector3d& vertex : hull.vertices())
     core_radius_ = std::max(core_radius_, (vertex - centre_).norm());
   core_reach_ = centre_.norm() + core_radius_;
-  hull_ = std::make_shared<const ConvexHull>(std::move(hull));
+  hull_ = std::make_shared<const HullSupport>(std::move(hull));
 }
 
 Shape Shape::sweptTo(const Eigen::Isometry3d& end) const {

@@ -99,7 +99,7 @@ SupportFeature supportFeature(const Shape& shape, const Vector3d& direction, dou
     case Shape::Kind::Hull:
       break;
   }
-  vertex = shape.hull().farthestVertex(direction, vertex);
+  vertex = shape.hullSupport().farthestVertex(direction);
   return hullFeature(shape.hull(), direction, tolerance, vertex);
 }
 

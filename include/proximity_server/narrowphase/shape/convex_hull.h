@@ -44,30 +44,17 @@ class ConvexHull {
     return {neighbours_.data() + offsets_[v], neighbours_.data() + offsets_[v + 1]};
   }
 
-  /// Index of the vertex farthest along `direction`. All vertices of a small hull are compared. On a large hull the
-  /// search climbs from neighbour to neighbour. It begins at `start` (every value is legal; the last answer is the best
-  /// one) or at the vertex that was found at load time for a similar direction, whichever lies farther.
-  int farthestVertex(const Eigen::Vector3d& direction, int start) const;
-
   /// Enclosed volume [m^3]. It is 0 for a degenerate hull.
   double volume() const;
 
  private:
   void connectNeighbours();
-  void storeForScan();
-  void findStarts();
-  int startTowards(const Eigen::Vector3d& direction) const;
-  int climb(const Eigen::Vector3d& direction, int start) const;
 
   int dimension_ = 0;
   std::vector<Eigen::Vector3d> vertices_;
   std::vector<std::array<int, 3>> triangles_;
-  std::vector<int> offsets_;              // where the neighbours of each vertex begin in neighbours_
-  std::vector<int> neighbours_;           // grouped by vertex
-  std::vector<double> scan_coordinates_;  // all x, all y, all z, each filled up to the stride with vertex 0
-  int scan_count_ = 0;
-  int cells_ = 0;            // number along an edge of the cube of directions; 0: the hull is small and is scanned
-  std::vector<int> starts_;  // for each cell of the six sides of the cube, the vertex farthest along its centre
+  std::vector<int> offsets_;     // where the neighbours of each vertex begin in neighbours_
+  std::vector<int> neighbours_;  // grouped by vertex
 };
 
 }  // namespace proximity_server::narrowphase

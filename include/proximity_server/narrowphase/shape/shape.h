@@ -3,8 +3,8 @@
 #include <Eigen/Geometry>
 #include <memory>
 
-#include "proximity_server/narrowphase/shape/convex_hull.h"
 #include "proximity_server/narrowphase/shape/eigen_alignment.h"
+#include "proximity_server/narrowphase/shape/hull_support.h"
 
 namespace proximity_server::narrowphase {
 
@@ -67,8 +67,9 @@ class Shape {
   /// radii for an ellipsoid. They are zero for a point, and not used for a hull and a sweep.
   const Eigen::Vector3d& halfExtents() const { return half_extents_; }
 
-  /// Vertices and adjacency; only for Kind::Hull.
-  const ConvexHull& hull() const { return *hull_; }
+  /// Vertices and adjacency, and the support mapping; only for Kind::Hull.
+  const ConvexHull& hull() const { return hull_->hull(); }
+  const HullSupport& hullSupport() const { return *hull_; }
 
   /// The shape that is swept, and the pose at which the sweep ends; only for Kind::Sweep.
   struct Sweep;
@@ -93,7 +94,7 @@ class Shape {
   double core_reach_;
   Eigen::Vector3d half_extents_;
   Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
-  std::shared_ptr<const ConvexHull> hull_;
+  std::shared_ptr<const HullSupport> hull_;
   std::shared_ptr<const Sweep> sweep_;
 };
 

@@ -78,7 +78,7 @@ inline Eigen::Vector3d supportPoint(const Shape& shape, const Eigen::Vector3d& d
     case Shape::Kind::Hull:
       break;
   }
-  vertex = shape.hull().farthestVertex(direction, vertex);
+  vertex = shape.hullSupport().farthestVertex(direction);
   return shape.hull().vertices()[vertex];
 }
 

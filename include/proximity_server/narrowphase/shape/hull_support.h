@@ -1,0 +1,98 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "proximity_server/narrowphase/shape/convex_hull.h"
+
+namespace proximity_server::narrowphase {
+
+/// A convex hull with its support mapping: the vertex farthest along a direction.
+///
+/// A small hull is scanned. For a larger one a table names the few vertices that can be the farthest. Every direction
+/// meets the surface of the cube [-1, 1]^3; each side of the cube is divided into equal square cells, and each cell
+/// lists the vertices that are the farthest along some direction through it. The lists are made so:
+///
+/// 1. Begin with a whole side of the cube and all vertices.
+/// 2. Find the vertices farthest along the directions through the four corners and the centre of the square.
+/// 3. Keep the vertices that, at some corner, lie as far as each of these five. The difference of the heights of two
+///    vertices is linear over the square: who is behind another at all corners is behind it in the whole square.
+/// 4. Divide the square into four, and repeat from step 2 with the vertices that are left, until the squares are cells.
+///
+/// A cell has room for four vertices. Where more are left, the search climbs from neighbour to neighbour instead.
+///
+/// Frame:  that of the hull.
+/// Error:  the height of the vertex found is within rounding of the greatest: the lists hold every vertex that may be the
+///         farthest within rounding.
+/// Source: the division of the directions is a cube map (Greene, Environment Mapping and Other Applications of World
+///         Projections, IEEE CG&A 1986); the climb is from Cameron, Enhancing GJK, ICRA 1997; the lists are ours.
+class HullSupport {
+ public:
+  /// Allocates. The time grows with the number of vertices.
+  explicit HullSupport(ConvexHull hull);
+
+  const ConvexHull& hull() const { return hull_; }
+
+  /// Number of the vertex farthest along `direction`, whose largest entry is finite and above 1e-300.
+  int farthestVertex(const Eigen::Vector3d& direction) const {
+    if (cells_ == 0) return scan(direction);
+    const Candidates& candidates = table_[cellOf(direction)];
+    if (candidates[0] == kCrowded) return climb(direction, candidates[1] << 16 | candidates[2]);
+    Best best;
+    for (const int vertex : candidates) offer(vertex, direction, best);
+    return best.vertex;
+  }
+
+ private:
+  using Candidates = std::array<std::uint16_t, 4>;  // a number may stand there more than once
+  /// In place of the first candidate; the other two are then the upper and the lower half of the vertex where the climb
+  /// begins.
+  static constexpr std::uint16_t kCrowded = 0xffff;
+
+  struct Best {
+    int vertex = 0;
+    double height = -std::numeric_limits<double>::infinity();
+  };
+
+  // There are no branches, as the next vertex of a random direction cannot be predicted.
+  void offer(int vertex, const Eigen::Vector3d& direction, Best& best) const {
+    const double height = hull_.vertices()[vertex].dot(direction);
+    const bool is_higher = height > best.height;
+    best.vertex = is_higher ? vertex : best.vertex;
+    best.height = is_higher ? height : best.height;
+  }
+
+  int scan(const Eigen::Vector3d& direction) const {
+    Best best;
+    for (int vertex = 0; vertex < hull_.size(); ++vertex) offer(vertex, direction, best);
+    return best.vertex;
+  }
+
+  int cellOf(const Eigen::Vector3d& direction) const {
+    static constexpr std::array<int, 3> kNext{1, 2, 0}, kLast{2, 0, 1};
+    const Eigen::Vector3d size = direction.cwiseAbs();
+    const int is_z = static_cast<int>(size.z() > std::max(size.x(), size.y()));
+    const int is_y = static_cast<int>(size.y() > size.x()) & (1 - is_z);
+    const int axis = 2 * is_z + is_y;
+    const double half = 0.5 * cells_, scale = half / std::max({size.x(), size.y(), size.z()});
+    const auto place = [&](int along) {
+      return std::min(static_cast<int>(direction[along] * scale + half), cells_ - 1);
+    };
+    const int side = 2 * axis + static_cast<int>(std::signbit(direction[axis]));
+    return (side * cells_ + place(kNext[axis])) * cells_ + place(kLast[axis]);
+  }
+
+  int climb(const Eigen::Vector3d& direction, int start) const;
+  Candidates candidatesOf(const std::vector<int>& vertices) const;
+
+  ConvexHull hull_;
+  int cells_ = 0;  // along an edge of the cube; 0: the hull is scanned
+  std::vector<Candidates> table_;
+};
+
+}  // namespace proximity_server::narrowphase

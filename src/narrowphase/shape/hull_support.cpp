@@ -1,0 +1,143 @@
+#include "proximity_server/narrowphase/shape/hull_support.h"
+
+#include <numeric>
+#include <utility>
+
+namespace proximity_server::narrowphase {
+namespace {
+
+using Eigen::Vector3d;
+
+/// Up to this many vertices a hull is scanned. Evidence: distance queries of hulls apart, 1000 pairs, least of 5 rounds,
+/// AMD EPYC (Zen 5), 2026-11: with 16 vertices the scan took 0.81 of the time of the table, with 32 vertices 1.03.
+constexpr int kMaxScanned = 16;
+
+/// Number of cells along an edge of the cube: about eight cells for each vertex leave 1.6 vertices in a cell, and one
+/// cell of 150 crowded (ellipsoids of 16 to 1000 vertices). 128 x 128 cells a side take 0.8 MB.
+int cellsFor(int vertices) {
+  constexpr int kMaxCells = 128, kCellsPerVertex = 8;
+  int cells = 4;
+  while (cells < kMaxCells && 6 * cells * cells < kCellsPerVertex * vertices) cells *= 2;
+  return cells;
+}
+
+/// A square of cells on a side of the cube.
+struct Square {
+  int side, row, column, size;
+
+  /// The direction through a place on the square: 0 and 1 are its edges.
+  Vector3d direction(double down, double across, int cells) const {
+    const int axis = side / 2;
+    Vector3d d;
+    d[axis] = side % 2 == 0 ? 1.0 : -1.0;
+    d[(axis + 1) % 3] = 2.0 * (row + down * size) / cells - 1.0;
+    d[(axis + 2) % 3] = 2.0 * (column + across * size) / cells - 1.0;
+    return d;
+  }
+};
+
+/// Finds, for each cell, the vertices that are the farthest along some direction through it.
+class FarthestVertices {
+ public:
+  FarthestVertices(const std::vector<Vector3d>& vertices, int cells) : vertices_(vertices), cells_(cells) {
+    double largest = 0.0;
+    for (const Vector3d& v : vertices) largest = std::max(largest, v.cwiseAbs().maxCoeff());
+    // The height of a vertex along a direction whose largest entry is 1 has an error of at most 3 * 3 eps / 2 times
+    // `largest`; the place of a direction on its side one of 2 eps, which changes a height by at most 4 eps * largest.
+    // This is for a difference of two heights, with a reserve.
+    slack_ = 64.0 * std::numeric_limits<double>::epsilon() * largest;
+  }
+
+  template <typename Visit>
+  void forEachCell(Visit visit) {
+    std::vector<int> all(vertices_.size());
+    std::iota(all.begin(), all.end(), 0);
+    for (int side = 0; side < 6; ++side) divide({side, 0, 0, cells_}, all, visit);
+  }
+
+ private:
+  using Heights = std::array<double, 5>;  // along the directions through the corners and the centre of a square
+
+  template <typename Visit>
+  void divide(const Square& square, const std::vector<int>& among, Visit visit) {
+    const std::vector<int> vertices = among.size() == 1 ? among : farthestIn(square, among);
+    if (square.size == 1) return visit(square, vertices);
+    const int half = square.size / 2;
+    for (const int row : {square.row, square.row + half})
+      for (const int column : {square.column, square.column + half})
+        divide({square.side, row, column, half}, vertices, visit);
+  }
+
+  /// `among`: the vertices that are the farthest along some direction through a larger square.
+  std::vector<int> farthestIn(const Square& square, const std::vector<int>& among) {
+    const std::array<Vector3d, 5> directions{square.direction(0, 0, cells_), square.direction(0, 1, cells_),
+                                             square.direction(1, 0, cells_), square.direction(1, 1, cells_),
+                                             square.direction(0.5, 0.5, cells_)};
+    heights_.clear();
+    std::array<std::size_t, 5> farthest{};
+    for (std::size_t i = 0; i < among.size(); ++i) {
+      Heights& heights = heights_.emplace_back();
+      for (std::size_t d = 0; d < 5; ++d) {
+        heights[d] = vertices_[among[i]].dot(directions[d]);
+        if (heights[d] > heights_[farthest[d]][d]) farthest[d] = i;
+      }
+    }
+    std::vector<int> left;
+    for (std::size_t i = 0; i < among.size(); ++i)
+      if (std::all_of(farthest.begin(), farthest.end(),
+                      [&](std::size_t other) { return isAsFarAtACorner(heights_[i], heights_[other]); }))
+        left.push_back(among[i]);
+    return left;
+  }
+
+  bool isAsFarAtACorner(const Heights& heights, const Heights& others) const {
+    return heights[0] >= others[0] - slack_ || heights[1] >= others[1] - slack_ || heights[2] >= others[2] - slack_ ||
+           heights[3] >= others[3] - slack_;
+  }
+
+  const std::vector<Vector3d>& vertices_;
+  const int cells_;
+  double slack_;
+  std::vector<Heights> heights_;  // of the vertices that are compared
+};
+
+}  // namespace
+
+HullSupport::HullSupport(ConvexHull hull) : hull_(std::move(hull)) {
+  if (hull_.size() <= kMaxScanned) return;
+  cells_ = cellsFor(hull_.size());
+  table_.resize(6 * cells_ * cells_);
+  const auto setCell = [this](const Square& cell, const std::vector<int>& vertices) {
+    table_[(cell.side * cells_ + cell.row) * cells_ + cell.column] = candidatesOf(vertices);
+  };
+  FarthestVertices(hull_.vertices(), cells_).forEachCell(setCell);
+}
+
+HullSupport::Candidates HullSupport::candidatesOf(const std::vector<int>& vertices) const {
+  const int first = vertices.front();
+  Candidates candidates;
+  if (vertices.size() > candidates.size() || hull_.size() > kCrowded)
+    return {kCrowded, static_cast<std::uint16_t>(first >> 16), static_cast<std::uint16_t>(first)};
+  candidates.fill(static_cast<std::uint16_t>(first));
+  std::copy(vertices.begin(), vertices.end(), candidates.begin());
+  return candidates;
+}
+
+int HullSupport::climb(const Vector3d& direction, int start) const {
+  const auto height = [&](int v) { return hull_.vertices()[v].dot(direction); };
+  int best = start;
+  double farthest = height(start);
+  for (int from = -1; from != best;) {
+    from = best;
+    for (const int v : hull_.neighbours(from)) {
+      const double h = height(v);
+      if (h > farthest) {
+        farthest = h;
+        best = v;
+      }
+    }
+  }
+  return best;
+}
+
+}  // namespace proximity_server::narrowphase

@@ -1,0 +1,160 @@
+#include "proximity_server/narrowphase/shape/hull_support.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <vector>
+
+namespace proximity_server::narrowphase {
+namespace {
+
+using Eigen::Vector3d;
+using Points = std::vector<Vector3d>;
+
+Vector3d randomDirection(std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  return {normal(random), normal(random), normal(random)};
+}
+
+Points onEllipsoid(int count, const Vector3d& radii, std::mt19937& random) {
+  Points points;
+  for (int i = 0; i < count; ++i) points.push_back(radii.cwiseProduct(randomDirection(random).normalized()));
+  return points;
+}
+
+/// A dome that is as good as flat: all of its normals lie within the angle about z.
+Points dome(int count, double angle, std::mt19937& random) {
+  std::uniform_real_distribution<double> part(-1.0, 1.0);
+  Points points{{0, 0, -1}};
+  for (int i = 0; i < count; ++i) {
+    const double x = angle * part(random), y = angle * part(random);
+    points.emplace_back(x, y, std::sqrt(1.0 - x * x - y * y));
+  }
+  return points;
+}
+
+/// The greatest height of a vertex, one by one.
+double greatestHeight(const ConvexHull& hull, const Vector3d& direction) {
+  double height = -std::numeric_limits<double>::infinity();
+  for (const Vector3d& vertex : hull.vertices()) height = std::max(height, vertex.dot(direction));
+  return height;
+}
+
+double heightFound(const HullSupport& support, const Vector3d& direction) {
+  return support.hull().vertices()[support.farthestVertex(direction)].dot(direction);
+}
+
+void expectFarthestEverywhere(const HullSupport& support, int directions, std::mt19937& random) {
+  for (int i = 0; i < directions; ++i) {
+    const Vector3d direction = randomDirection(random);
+    ASSERT_EQ(heightFound(support, direction), greatestHeight(support.hull(), direction)) << direction.transpose();
+  }
+}
+
+/// Directions through the corners of all cells of a table with as many cells, through their edges, and an ulp beside.
+std::vector<Vector3d> borders(int cells) {
+  std::vector<Vector3d> directions;
+  for (int i = 0; i <= 2 * cells; ++i)
+    for (int j = 0; j <= 2 * cells; ++j)
+      for (int axis = 0; axis < 3; ++axis)
+        for (const double sign : {-1.0, 1.0}) {
+          const double u = static_cast<double>(i) / cells - 1.0, v = static_cast<double>(j) / cells - 1.0;
+          Vector3d d;
+          d[axis] = sign;
+          d[(axis + 1) % 3] = std::nextafter(u, 2.0 * v);
+          d[(axis + 2) % 3] = v;
+          directions.push_back(d);
+          d[(axis + 1) % 3] = u;
+          directions.push_back(d);
+        }
+  return directions;
+}
+
+TEST(HullSupport, FindsTheFarthestVertexOfHullsOfEverySize) {
+  std::mt19937 random(1);
+  for (int count = 1; count <= 120; ++count)
+    expectFarthestEverywhere(HullSupport(ConvexHull(onEllipsoid(count, {0.5, 0.4, 0.3}, random))), 200, random);
+  expectFarthestEverywhere(HullSupport(ConvexHull(onEllipsoid(3000, {0.5, 0.4, 0.3}, random))), 2000, random);
+}
+
+TEST(HullSupport, FindsTheFarthestVertexOfPlatesAndNeedles) {
+  std::mt19937 random(2);
+  for (const double thin : {1e-2, 1e-5, 1e-8}) {
+    expectFarthestEverywhere(HullSupport(ConvexHull(onEllipsoid(80, {1.0, 0.7, thin}, random))), 1000, random);
+    expectFarthestEverywhere(HullSupport(ConvexHull(onEllipsoid(80, {1.0, thin, thin}, random))), 1000, random);
+    expectFarthestEverywhere(HullSupport(ConvexHull(onEllipsoid(80, {thin, thin, 1.0}, random))), 1000, random);
+  }
+}
+
+TEST(HullSupport, FindsTheFarthestVertexFarFromTheOrigin) {
+  std::mt19937 random(3);
+  Points points = onEllipsoid(60, {0.5, 0.4, 0.3}, random);
+  for (Vector3d& p : points) p += Vector3d(1e3, -2e3, 5e2);
+  expectFarthestEverywhere(HullSupport(ConvexHull(points)), 2000, random);
+}
+
+TEST(HullSupport, FindsTheFarthestVertexOnTheBordersOfTheCells) {
+  std::mt19937 random(4);
+  for (const int count : {17, 32, 100, 200}) {
+    const HullSupport support(ConvexHull(onEllipsoid(count, {0.5, 0.4, 0.3}, random)));
+    for (const Vector3d& direction : borders(32))
+      ASSERT_EQ(heightFound(support, direction), greatestHeight(support.hull(), direction)) << direction.transpose();
+  }
+}
+
+// Many vertices of a finely divided cylinder are as far along its axis: the list of that cell is long.
+TEST(HullSupport, FindsTheFarthestVertexOfAPrismAlongAndAcrossItsAxis) {
+  Points points;
+  for (int i = 0; i < 100; ++i)
+    for (const double z : {-1.0, 1.0}) points.emplace_back(std::cos(0.02 * M_PI * i), std::sin(0.02 * M_PI * i), z);
+  const HullSupport support{ConvexHull(points)};
+  std::mt19937 random(5);
+  expectFarthestEverywhere(support, 2000, random);
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double sign : {-1.0, 1.0}) EXPECT_EQ(heightFound(support, sign * Vector3d::Unit(axis)), 1.0) << axis;
+}
+
+TEST(HullSupport, ClimbsWhereACellHasManyVertices) {
+  std::mt19937 random(6);
+  const HullSupport support(ConvexHull(dome(2000, 0.01, random)));
+  ASSERT_GT(support.hull().size(), 1000);
+  std::uniform_real_distribution<double> part(-0.01, 0.01);
+  for (int i = 0; i < 2000; ++i) {
+    const Vector3d direction(part(random), part(random), 1.0);
+    ASSERT_NEAR(heightFound(support, direction), greatestHeight(support.hull(), direction), 1e-15);
+  }
+}
+
+TEST(HullSupport, HasMoreVerticesThanACellCanNumber) {
+  std::mt19937 random(7);
+  const HullSupport support(ConvexHull(onEllipsoid(70000, {0.5, 0.5, 0.5}, random)));
+  ASSERT_GT(support.hull().size(), 0xffff);
+  for (int i = 0; i < 1000; ++i) {
+    const Vector3d direction = randomDirection(random);
+    ASSERT_NEAR(heightFound(support, direction), greatestHeight(support.hull(), direction), 1e-15);
+  }
+}
+
+TEST(HullSupport, DoesNotDependOnTheLengthOfTheDirection) {
+  std::mt19937 random(8);
+  const HullSupport support(ConvexHull(onEllipsoid(100, {0.5, 0.4, 0.3}, random)));
+  for (const double length : {1e-200, 1e-30, 1e30, 1e200})
+    for (int i = 0; i < 100; ++i) {
+      const Vector3d direction = randomDirection(random);
+      ASSERT_EQ(support.farthestVertex(length * direction), support.farthestVertex(direction)) << length;
+    }
+}
+
+TEST(HullSupport, NamesTheFirstOfTheVerticesThatAreAsFar) {
+  Points points;
+  for (int i = 0; i < 40; ++i) points.emplace_back(std::cos(0.05 * M_PI * i), std::sin(0.05 * M_PI * i), 0.0);
+  const HullSupport support{ConvexHull(points)};  // a polygon: along its axis all vertices are as far
+  EXPECT_EQ(heightFound(support, Vector3d::UnitZ()), 0.0);
+  const HullSupport cube(
+      ConvexHull({{-1, -1, -1}, {-1, -1, 1}, {-1, 1, -1}, {-1, 1, 1}, {1, -1, -1}, {1, -1, 1}, {1, 1, -1}, {1, 1, 1}}));
+  EXPECT_EQ(cube.farthestVertex(Vector3d::UnitX()), 4);
+  EXPECT_EQ(cube.farthestVertex(-Vector3d::UnitX()), 0);
+}
+
+}  // namespace
+}  // namespace proximity_server::narrowphase
