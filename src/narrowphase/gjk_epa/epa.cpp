@@ -212,16 +212,17 @@ EpaResult expandPolytope(Cso& cso, const std::array<CsoVertex, 4>& tetrahedron, 
   for (result.iterations = 1;; ++result.iterations) {
     const Polytope::Face* face = polytope.closest();
     while (face != nullptr && shallowest.isProven(polytope, *face)) {
-      polytope.setClosestAside();
+      polytope.setAside(*face);
       face = polytope.closest();
     }
-    const double reach = face != nullptr ? face->distance() : result.depth;
+    const double length = face != nullptr ? std::sqrt(face->area2) : 1.0;
+    const double reach = face != nullptr ? face->height / length : result.depth;
     result.lower_bound = std::min(reach, result.depth) - cso.rounding();
     if (-result.lower_bound <= options.stop_below) return end(Status::Threshold, nullptr);
     if (isFinal()) return end(Status::Converged, nullptr);
     if (face == nullptr) return end(Status::Degenerate, nullptr);
 
-    const Vector3d normal = face->normal();
+    const Vector3d normal = face->area / length;
     const CsoVertex w = cso.vertex(normal);
     const double depth = normal.dot(w.point);
     // A direction with points, found by Newton's method, is not replaced by one that is shallower by rounding only.

@@ -1,5 +1,6 @@
 #include "narrowphase/gjk_epa/polytope.h"
 
+#include <cstring>
 #include <limits>
 
 #include "narrowphase/shape/triangle.h"
@@ -7,6 +8,12 @@
 namespace proximity_server::narrowphase {
 
 using Eigen::Vector3d;
+
+namespace {
+
+constexpr int kBlock = 8;  // of the distances that closest() compares at a time
+
+}  // namespace
 
 Polytope::Polytope(const std::array<CsoVertex, 4>& corners, double rounding) : rounding_(rounding) {
   for (const CsoVertex& corner : corners) vertices_[vertex_count_++] = corner;
@@ -25,25 +32,41 @@ Polytope::Polytope(const std::array<CsoVertex, 4>& corners, double rounding) : r
   join(acd + 1, cbd + 2);
 }
 
+int Polytope::takePlace() {
+  if (free_count_ > 0) return free_faces_[--free_count_];
+  // closest() compares the distances in blocks.
+  if (face_end_ % kBlock == 0) std::fill_n(distances_.begin() + face_end_, kBlock, kNotAsked);
+  return face_end_++;
+}
+
 int Polytope::addFace(int a, int b, int c, double ceiling) {
-  const int index = free_count_ > 0 ? free_faces_[--free_count_] : face_end_++;
+  const int index = takePlace();
   Face& f = face(index);
   f.vertices = {a, b, c};
-  f.serial = next_serial_++;
-  const Vector3d &pa = vertex(a).point, &pb = vertex(b).point, &pc = vertex(c).point;
-  const Vector3d ab = pb - pa, bc = pc - pb, ca = pa - pc;
+  f.is_removed = false;
+  setPlane(f);
+  setDistance(index, ceiling);
+  return index;
+}
+
+/// Sets the area vector and the height of a face.
+void Polytope::setPlane(Face& f) const {
+  const Vector3d &a = vertex(f.vertices[0]).point, &b = vertex(f.vertices[1]).point, &c = vertex(f.vertices[2]).point;
+  const Vector3d ab = b - a, bc = c - b, ca = a - c;
   const double longest2 = std::max({ab.squaredNorm(), bc.squaredNorm(), ca.squaredNorm()});
   f.area = areaVector(ab, bc, ca);
   f.area2 = f.area.squaredNorm();
-  f.height = std::min({f.area.dot(pa), f.area.dot(pb), f.area.dot(pc)});
+  f.height = std::min({f.area.dot(a), f.area.dot(b), f.area.dot(c)});
   // A triangle that is less wide than the rounding of its vertices has no normal. Written as !(>) so that NaN has none.
   if (!(f.area2 > rounding_ * rounding_ * longest2)) {
     f.area.setZero();
     f.area2 = f.height = 0.0;
-  } else if (f.isCloserThan(ceiling)) {
-    heapPush({f.height * std::abs(f.height) / f.area2, index, f.serial});
   }
-  return index;
+}
+
+void Polytope::setDistance(int index, double ceiling) {
+  const Face& f = face(index);
+  distances_[index] = f.isCloserThan(ceiling) ? f.height * std::abs(f.height) / f.area2 : kNotAsked;
 }
 
 void Polytope::join(int half_edge, int twin) {
@@ -52,74 +75,58 @@ void Polytope::join(int half_edge, int twin) {
 }
 
 void Polytope::removeFace(int index) {
-  face(index).serial = 0;
+  face(index).is_removed = true;
+  distances_[index] = kNotAsked;
   free_faces_[free_count_++] = index;
 }
 
-void Polytope::dropStale() {
-  const auto stale = [this](const HeapEntry& e) { return face(e.face).serial != e.serial; };
-  const auto farther = [](const HeapEntry& a, const HeapEntry& b) { return a.distance2 > b.distance2; };
-  heap_size_ = static_cast<int>(std::remove_if(heap_.begin(), heap_.begin() + heap_size_, stale) - heap_.begin());
-  std::make_heap(heap_.begin(), heap_.begin() + heap_size_, farther);
-}
-
-void Polytope::heapPush(const HeapEntry& entry) {
-  if (heap_size_ == static_cast<int>(heap_.size())) dropStale();
-  int hole = heap_size_++;
-  for (; hole > 0; hole = (hole - 1) / 2) {
-    const HeapEntry& parent = heap_[(hole - 1) / 2];
-    if (!(entry.distance2 < parent.distance2)) break;
-    heap_[hole] = parent;
-  }
-  heap_[hole] = entry;
-}
-
-/// The hole at the top sinks to a leaf, and the closer child moves up each time: this needs no branch. Then the last
-/// entry is put into the hole, and rises from there.
-void Polytope::heapPop() {
-  const HeapEntry last = heap_[--heap_size_];
-  int hole = 0;
-  for (int child = 2; child <= heap_size_; child = 2 * hole + 2) {
-    child -= static_cast<int>(heap_[child - 1].distance2 < heap_[child].distance2);
-    heap_[hole] = heap_[child];
-    hole = child;
-  }
-  for (; hole > 0; hole = (hole - 1) / 2) {
-    const HeapEntry& parent = heap_[(hole - 1) / 2];
-    if (!(last.distance2 < parent.distance2)) break;
-    heap_[hole] = parent;
-  }
-  heap_[hole] = last;
-}
-
-const Polytope::Face* Polytope::closest() {
-  for (; heap_size_ > 0; heapPop()) {
-    const HeapEntry& top = heap_.front();
-    if (face(top.face).serial == top.serial) return &face(top.face);
-  }
-  return nullptr;
+const Polytope::Face* Polytope::closest() const {
+  // Two distances in a vector, and four minima that do not wait for each other.
+  typedef double Two __attribute__((vector_size(16)));
+  const auto load = [this](int from) {
+    Two two;
+    std::memcpy(&two, &distances_[from], sizeof two);
+    return two;
+  };
+  const auto lesser = [](const Two& a, const Two& b) { return a < b ? a : b; };
+  std::array<Two, 4> least{load(0), load(2), load(4), load(6)};
+  for (int from = kBlock; from < face_end_; from += kBlock)
+    for (int i = 0; i < 4; ++i) least[i] = lesser(load(from + 2 * i), least[i]);
+  const Two least_two = lesser(lesser(least[0], least[1]), lesser(least[2], least[3]));
+  const double distance = std::min(least_two[0], least_two[1]);
+  if (distance == kNotAsked) return nullptr;
+  return &faces_[std::find(distances_.begin(), distances_.begin() + face_end_, distance) - distances_.begin()];
 }
 
 /// Heights within rounding count as visible: a face in one plane with w is replaced by the cone, and so is a face
 /// without a normal.
 bool Polytope::sees(const Vector3d& w, const Face& candidate) const {
-  const double height = candidate.area.dot(w - vertex(candidate.vertices[0]).point);
+  const double height = candidate.area.dot(w) - candidate.height;
   return !(height < 0.0 && height * height > rounding_ * rounding_ * candidate.area2);
 }
 
-/// Visits the faces visible from w, depth first, each entered through `half_edge`, and removes them. The half-edges of
+/// Removes the faces visible from w, beginning with `seen`, and visits their neighbours depth first. The half-edges of
 /// the faces that stay are found in the order of the horizon, counter-clockwise as seen from w.
-void Polytope::findHorizon(int half_edge, const Vector3d& w) {
-  const Face& f = face(half_edge / kStride);
-  if (f.serial == 0) return;
-  const auto entry = static_cast<std::size_t>(half_edge % kStride), second = (entry + 1) % 3, third = (entry + 2) % 3;
-  if (!sees(w, f)) {
-    horizon_[horizon_size_++] = {half_edge, f.vertices[second], f.vertices[entry]};
-    return;
+void Polytope::findHorizon(const Face& seen, const Vector3d& w) {
+  static constexpr std::array<int, 3> kNext{1, 2, 0};
+  horizon_size_ = 0;
+  removeFace(indexOf(seen));
+  pending_[0] = seen.twins[2];
+  pending_[1] = seen.twins[1];
+  pending_[2] = seen.twins[0];
+  for (int count = 3; count > 0;) {
+    const int half_edge = pending_[--count], index = half_edge / kStride;
+    const Face& f = face(index);
+    if (f.is_removed) continue;
+    const int entry = half_edge % kStride, second = kNext[entry], third = kNext[second];
+    if (!sees(w, f)) {
+      horizon_[horizon_size_++] = {half_edge, f.vertices[second], f.vertices[entry]};
+      continue;
+    }
+    removeFace(index);
+    pending_[count++] = f.twins[third];
+    pending_[count++] = f.twins[second];
   }
-  removeFace(half_edge / kStride);
-  findHorizon(f.twins[second], w);
-  findHorizon(f.twins[third], w);
 }
 
 bool Polytope::isLoop() const {
@@ -133,26 +140,53 @@ bool Polytope::isLoop() const {
   return true;
 }
 
-bool Polytope::expand(const Face& seen, const CsoVertex& w, double ceiling) {
-  horizon_size_ = 0;
-  removeFace(static_cast<int>(&seen - faces_.data()));
-  for (const int twin : seen.twins) findHorizon(twin, w.point);
-  if (!isLoop()) return false;
-
-  const int apex = vertex_count_++;
-  vertices_[apex] = w;
+/// Adds a triangle from each edge of the horizon to the apex.
+void Polytope::addCone(int apex, double ceiling) {
+  const Vector3d w = vertex(apex).point;
+  const Vector3d* from = &vertex(horizon_[0].from).point;
+  Vector3d from_edge = *from - w;
+  double from_length2 = from_edge.squaredNorm();
   int first = -1, previous = -1;
   for (int i = 0; i < horizon_size_; ++i) {
     const HorizonEdge& edge = horizon_[i];
-    const int added = kStride * addFace(edge.from, edge.to, apex, ceiling);
+    const Vector3d* const to = &vertex(edge.to).point;
+    const Vector3d to_edge = *to - w;
+    const double to_length2 = to_edge.squaredNorm(), longer2 = std::max(from_length2, to_length2);
+    const int index = takePlace();
+    Face& f = face(index);
+    f.vertices = {edge.from, edge.to, apex};
+    f.is_removed = false;
+    f.area = from_edge.cross(to_edge);
+    f.area2 = f.area.squaredNorm();
+    // For a triangle that is not narrow at the apex this is as accurate as its shortest edges; see areaVector(). The
+    // horizon's edge is at most twice as long as the longer of the other two.
+    constexpr double kNarrow = 1e-4;
+    if (f.area2 > longer2 * std::max(kNarrow * longer2, 4.0 * rounding_ * rounding_))
+      f.height = std::min({f.area.dot(*from), f.area.dot(*to), f.area.dot(w)});
+    else
+      setPlane(f);
+    setDistance(index, ceiling);
+
+    const int added = kStride * index;
     join(added, edge.half_edge);
     if (previous >= 0)
       join(previous + 1, added + 2);
     else
       first = added;
     previous = added;
+    from = to;
+    from_edge = to_edge;
+    from_length2 = to_length2;
   }
   join(previous + 1, first + 2);
+}
+
+bool Polytope::expand(const Face& seen, const CsoVertex& w, double ceiling) {
+  findHorizon(seen, w.point);
+  if (!isLoop()) return false;
+  const int apex = vertex_count_++;
+  vertices_[apex] = w;
+  addCone(apex, ceiling);
   return true;
 }
 
@@ -171,7 +205,7 @@ std::string Polytope::checkTwins(int index) const {
     const int twin = f.twins[edge], there = twin % kStride;
     if (twin < 0 || twin / kStride >= face_end_ || there > 2) return name + " has a twin that is no half-edge";
     const Face& next = face(twin / kStride);
-    if (next.serial == 0) return name + " borders on a removed face";
+    if (next.is_removed) return name + " borders on a removed face";
     if (next.twins[there] != kStride * index + edge) return name + " is not the twin of its twin";
     const int from = f.vertices[edge], to = f.vertices[(edge + 1) % 3];
     const int from_there = next.vertices[there];
@@ -218,7 +252,7 @@ std::string Polytope::checkConvexity() const {
 
 std::string Polytope::checkTopology() const {
   for (int f = 0; f < face_end_; ++f) {
-    if (face(f).serial == 0) continue;
+    if (face(f).is_removed) continue;
     const std::string wrong = checkTwins(f);
     if (!wrong.empty()) return wrong;
   }

@@ -56,7 +56,7 @@ std::vector<double> distancesInOrder(Polytope& polytope) {
   std::vector<double> distances;
   while (const Face* face = polytope.closest()) {
     distances.push_back(face->distance());
-    polytope.setClosestAside();
+    polytope.setAside(*face);
   }
   return distances;
 }
@@ -187,12 +187,12 @@ TEST(Polytope, DoesNotNameAgainWhatWasSetAside) {
   const auto polytope = tetrahedron();
   const Face* first = polytope->closest();
   EXPECT_NEAR(first->distance(), 0.5, 1e-15);
-  polytope->setClosestAside();
+  polytope->setAside(*first);
   EXPECT_NE(polytope->closest(), first);
-  polytope->setClosestAside();
-  polytope->setClosestAside();
+  polytope->setAside(*polytope->closest());
+  polytope->setAside(*polytope->closest());
   EXPECT_NEAR(polytope->closest()->distance(), std::sqrt(0.75), 1e-15);  // the slant comes last
-  polytope->setClosestAside();
+  polytope->setAside(*polytope->closest());
   EXPECT_EQ(polytope->closest(), nullptr);
   EXPECT_EQ(polytope->checkTopology(), "");  // it is still there
 }
