@@ -107,11 +107,22 @@ SignedDistance iterative(Cso& cso, const Vector3d& normal_guess, const CsoVertex
 /// wait for a root and a division.
 Vector3d firstDirection(const Cso& cso, const WarmStart& warm_start) {
   // Divided by its largest entry, as the squares of tiny entries would underflow.
-  const double largest = warm_start.axis.lpNorm<Eigen::Infinity>();
-  const Vector3d warm = warm_start.axis / largest;
-  if (largest > 0.0 && warm.allFinite()) return warm;
+  if (!warm_start.axis.isZero(0.0)) {
+    const Vector3d warm = warm_start.axis / warm_start.axis.lpNorm<Eigen::Infinity>();
+    if (warm.allFinite()) return warm;
+  }
   const Vector3d centres = cso.centreDifference();
   return centres.squaredNorm() > 0.0 ? centres : Vector3d(Vector3d::UnitX());
+}
+
+/// The answer of shapes that the first direction separates by more than anybody asks for.
+SignedDistance separatedAlong(const Vector3d& normal, double lower_bound) {
+  SignedDistance result;
+  result.status = Status::Threshold;
+  result.lower_bound = result.distance = lower_bound;
+  result.normal = normal;
+  result.iterations = 1;
+  return result;
 }
 
 bool areBoxes(const Shape& a, const Shape& b) { return a.kind() == Shape::Kind::Box && b.kind() == Shape::Kind::Box; }
@@ -137,7 +148,12 @@ SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_
   Cso cso(a, b, a_T_b, rounding, warm_start);
   const Vector3d direction = firstDirection(cso, warm_start);
   const CsoVertex first = cso.vertex(direction);
-  const bool may_overlap = direction.dot(first.point) >= 0.0;
+  const double towards = direction.dot(first.point);
+  if (towards < 0.0) {
+    const double length = direction.norm(), lower_bound = -towards / length - rounding;
+    if (lower_bound > options.stop_above) return separatedAlong(direction / length, lower_bound);
+  }
+  const bool may_overlap = towards >= 0.0;
   if (may_overlap && areBoxes(a, b))
     if (const auto exact = boxOverlap(cso, a_T_b, options)) return certified(*exact, rounding);
   return iterative(cso, direction.normalized(), first, options);

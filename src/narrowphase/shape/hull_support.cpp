@@ -1,5 +1,8 @@
 #include "proximity_server/narrowphase/shape/hull_support.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -101,6 +104,19 @@ class FarthestVertices {
   std::vector<Heights> heights_;  // of the vertices that are compared
 };
 
+/// The vertex with the greatest height so far.
+struct Best {
+  int vertex = 0;
+  double height = -std::numeric_limits<double>::infinity();
+};
+
+// There is no branch, as the farthest vertex along a random direction cannot be predicted.
+void offer(int vertex, double height, Best& best) {
+  const bool is_higher = height > best.height;
+  best.vertex = is_higher ? vertex : best.vertex;
+  best.height = is_higher ? height : best.height;
+}
+
 }  // namespace
 
 HullSupport::HullSupport(ConvexHull hull) : hull_(std::move(hull)) {
@@ -121,6 +137,34 @@ HullSupport::Candidates HullSupport::candidatesOf(const std::vector<int>& vertic
   candidates.fill(static_cast<std::uint16_t>(first));
   std::copy(vertices.begin(), vertices.end(), candidates.begin());
   return candidates;
+}
+
+int HullSupport::farthestVertex(const Vector3d& direction) const {
+  if (cells_ == 0) return scan(direction);
+  const Candidates& candidates = table_[cellOf(direction)];
+  if (candidates[0] == kCrowded) return climb(direction, candidates[1] << 16 | candidates[2]);
+  Best best;
+  for (const int vertex : candidates) offer(vertex, hull_.vertices()[vertex].dot(direction), best);
+  return best.vertex;
+}
+
+int HullSupport::scan(const Vector3d& direction) const {
+  Best best;
+  for (int vertex = 0; vertex < hull_.size(); ++vertex) offer(vertex, hull_.vertices()[vertex].dot(direction), best);
+  return best.vertex;
+}
+
+// There are no branches on the axis, as that of a random direction cannot be predicted.
+int HullSupport::cellOf(const Vector3d& direction) const {
+  static constexpr std::array<int, 3> kNext{1, 2, 0}, kLast{2, 0, 1};
+  const Vector3d size = direction.cwiseAbs();
+  const int is_z = static_cast<int>(size.z() > std::max(size.x(), size.y()));
+  const int is_y = static_cast<int>(size.y() > size.x()) & (1 - is_z);
+  const int axis = 2 * is_z + is_y;
+  const double half = 0.5 * cells_, scale = half / std::max({size.x(), size.y(), size.z()});
+  const auto place = [&](int along) { return std::min(static_cast<int>(direction[along] * scale + half), cells_ - 1); };
+  const int side = 2 * axis + static_cast<int>(std::signbit(direction[axis]));
+  return (side * cells_ + place(kNext[axis])) * cells_ + place(kLast[axis]);
 }
 
 int HullSupport::climb(const Vector3d& direction, int start) const {

@@ -1,11 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
-#include <limits>
 #include <vector>
 
 #include "proximity_server/narrowphase/shape/convex_hull.h"
@@ -39,14 +36,7 @@ class HullSupport {
   const ConvexHull& hull() const { return hull_; }
 
   /// Number of the vertex farthest along `direction`, whose largest entry is finite and above 1e-300.
-  int farthestVertex(const Eigen::Vector3d& direction) const {
-    if (cells_ == 0) return scan(direction);
-    const Candidates& candidates = table_[cellOf(direction)];
-    if (candidates[0] == kCrowded) return climb(direction, candidates[1] << 16 | candidates[2]);
-    Best best;
-    for (const int vertex : candidates) offer(vertex, direction, best);
-    return best.vertex;
-  }
+  int farthestVertex(const Eigen::Vector3d& direction) const;
 
  private:
   using Candidates = std::array<std::uint16_t, 4>;  // a number may stand there more than once
@@ -54,39 +44,8 @@ class HullSupport {
   /// begins.
   static constexpr std::uint16_t kCrowded = 0xffff;
 
-  struct Best {
-    int vertex = 0;
-    double height = -std::numeric_limits<double>::infinity();
-  };
-
-  // There are no branches, as the next vertex of a random direction cannot be predicted.
-  void offer(int vertex, const Eigen::Vector3d& direction, Best& best) const {
-    const double height = hull_.vertices()[vertex].dot(direction);
-    const bool is_higher = height > best.height;
-    best.vertex = is_higher ? vertex : best.vertex;
-    best.height = is_higher ? height : best.height;
-  }
-
-  int scan(const Eigen::Vector3d& direction) const {
-    Best best;
-    for (int vertex = 0; vertex < hull_.size(); ++vertex) offer(vertex, direction, best);
-    return best.vertex;
-  }
-
-  int cellOf(const Eigen::Vector3d& direction) const {
-    static constexpr std::array<int, 3> kNext{1, 2, 0}, kLast{2, 0, 1};
-    const Eigen::Vector3d size = direction.cwiseAbs();
-    const int is_z = static_cast<int>(size.z() > std::max(size.x(), size.y()));
-    const int is_y = static_cast<int>(size.y() > size.x()) & (1 - is_z);
-    const int axis = 2 * is_z + is_y;
-    const double half = 0.5 * cells_, scale = half / std::max({size.x(), size.y(), size.z()});
-    const auto place = [&](int along) {
-      return std::min(static_cast<int>(direction[along] * scale + half), cells_ - 1);
-    };
-    const int side = 2 * axis + static_cast<int>(std::signbit(direction[axis]));
-    return (side * cells_ + place(kNext[axis])) * cells_ + place(kLast[axis]);
-  }
-
+  int scan(const Eigen::Vector3d& direction) const;
+  int cellOf(const Eigen::Vector3d& direction) const;
   int climb(const Eigen::Vector3d& direction, int start) const;
   Candidates candidatesOf(const std::vector<int>& vertices) const;
 
