@@ -40,7 +40,10 @@ def compared(rows):
 
 def times(rows):
     for name, cells, ratio in compared(rows):
-        yield [name, *map(cell, cells), f"{ratio:.1f}" if ratio else "-", f"{cells[0]['iterations']:.1f}"]
+        others = [e for e in cells[1:] if e is not None and e["failures"] == 0]
+        slowest = [cells[0], *([min(others, key=lambda e: e["ns"])] if others else [])]
+        yield [name, *map(cell, cells), f"{ratio:.1f}" if ratio else "-", f"{cells[0]['iterations']:.1f}",
+               " / ".join(f"{entry['p99_ns']:.0f}" for entry in slowest)]
 
 
 def facts(result):
@@ -59,7 +62,8 @@ def tables(result):
     """By name the head and the lines of each table that README.md shows."""
     asked = list(dict.fromkeys(entry["question"] for entry in result["questions"]))
     return {
-        "times": (["ns / largest error [m]", *(name for name, _ in COLUMNS), "best other / ours", "our iterations"],
+        "times": (["ns / largest error [m]", *(name for name, _ in COLUMNS), "best other / ours", "our iterations",
+                   "99th percentile, ours / best other"],
                   times(result["rows"])),
         "questions": (["ns of ours", *asked], questions(result["questions"])),
     }
