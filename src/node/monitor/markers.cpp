@@ -64,7 +64,7 @@ void setSize(Marker& marker, const Eigen::Vector3d& size) {
   marker.scale.z = size.z();
 }
 
-/// Draws the parts of one piece into an array.
+/// Appends the markers of one piece to an array.
 class PieceDrawing {
  public:
   PieceDrawing(const scene::RobotModel& robot, const std::string& tf_prefix, const scene::Piece& piece,
@@ -99,12 +99,12 @@ class PieceDrawing {
         return addTriangles();
       case narrowphase::Shape::Kind::Cone:
       case narrowphase::Shape::Kind::Sweep:
-        return;  // neither in URDF nor in RViz
+        return;  // a URDF has no such shapes, and RViz no such markers
     }
   }
 
  private:
-  /// `height` [m] along the piece's z axis.
+  /// Appends a marker whose centre lies at `height` [m] on the piece's z axis.
   void add(int type, const Eigen::Vector3d& size, double height = 0.0) {
     Marker marker = base_;
     marker.type = type;
@@ -137,7 +137,7 @@ std::string millimetres(double distance) {
   return text;
 }
 
-/// The text in lines of about so many characters, divided between words.
+/// Breaks the text into lines of about so many characters, between words.
 std::string inLines(const std::string& text, std::size_t characters) {
   std::string result = text;
   std::size_t begin = 0;
@@ -156,7 +156,7 @@ std::string summary(const Clearance& clearance) {
   return level + "\n" + pair.a.link + " - " + pair.b.link + " " + millimetres(pair.distance);
 }
 
-/// Those that are drawn, the closest first.
+/// The pairs that are drawn, the closest first.
 std::vector<const Proximity*> pairsOf(const Clearance& clearance) {
   std::vector<const Proximity*> pairs;
   if (clearance.level == Clearance::INVALID) return pairs;
@@ -185,7 +185,7 @@ MarkerArray pieceMarkers(const scene::RobotModel& robot, const std::string& tf_p
 ClearanceMarkers::ClearanceMarkers(const scene::RobotModel& robot) : box_(robot) {
   const AlignedBox3d at_zero = box_.at(scene::forwardKinematics(robot, std::vector<double>(robot.joints.size(), 0.0)));
   latest_box_ = at_zero.isEmpty() ? AlignedBox3d(Vector3d::Zero()) : at_zero;
-  constexpr double kPartOfRobot = 0.035;  // readable where the robot fills the view, and no larger than that asks for
+  constexpr double kPartOfRobot = 0.035;  // readable when the robot fills the view, and not larger than necessary
   text_height_ = std::max(0.01, kPartOfRobot * latest_box_.sizes().norm());
 }
 
@@ -200,12 +200,12 @@ MarkerArray ClearanceMarkers::draw(const Clearance& clearance, const scene::Body
   return drawing.array;
 }
 
-/// What all markers of a cycle have in common.
+/// A marker with the fields that all markers of a cycle share.
 Marker ClearanceMarkers::base(const Clearance& clearance, const MonitorSettings& settings) const {
-  constexpr double kShortestLife = 3.0;  // [s]; the longest silence of a monitor that runs is one
+  constexpr double kShortestLife = 3.0;  // [s]; a running monitor publishes at least once per second
   Marker marker;
   marker.header = clearance.header;
-  // Without poses of now the text stands where the robot is, as far as the viewer knows.
+  // Without current poses RViz places the text by the latest transforms that it has, which stamp 0 asks for.
   if (clearance.level == Clearance::INVALID) marker.header.stamp = ros::Time();
   marker.pose.orientation.w = 1.0;
   marker.lifetime = ros::Duration(settings.rate > 0.0 ? std::max(kShortestLife, 3.0 / settings.rate) : kShortestLife);
@@ -219,7 +219,7 @@ void ClearanceMarkers::addSummary(const Clearance& clearance, Drawing& drawing) 
   marker.text = summary(clearance);
   marker.color = drawing.level_colour;
   marker.scale.z = text_height_;
-  // A text is centred, and its lines are about 1.2 heights apart.
+  // RViz centres a text, and its lines are about 1.2 heights apart.
   const auto lines = static_cast<double>(1 + std::count(marker.text.begin(), marker.text.end(), '\n'));
   const Vector3d half_of_it(0.0, 0.0, (0.6 * lines + 0.25) * text_height_);
   marker.pose.position = point(belowSummary() + half_of_it);
@@ -284,21 +284,22 @@ void ClearanceMarkers::addLabels(const std::vector<const Proximity*>& pairs, Dra
   drawing.array.markers.push_back(std::move(leaders));
 }
 
-/// Where the line to the closest pair begins: above the labels.
+/// The begin of the line from the level's text to the closest pair: above the labels.
 Vector3d ClearanceMarkers::belowSummary() const {
   const Vector3d centre = latest_box_.center();
   return {centre.x(), centre.y(), latest_box_.max().z() + 3.0 * text_height_};
 }
 
-/// The place of a label: above the robot, so that seen from the side no shape is in front of it or behind it. Somewhat
-/// nearer to the middle than its pair, because what is nearer to the viewer appears lower to one who looks down.
+/// The position of a label: above the robot, so that no shape is in front of it or behind it in a view from the side.
+/// It is somewhat closer to the middle of the robot than its pair is, because to a viewer who looks down a label that
+/// is closer appears lower.
 Vector3d ClearanceMarkers::placeOfLabel(const Proximity& pair) const {
   const Vector3d place = 0.7 * middleOf(pair) + 0.3 * latest_box_.center();
   return {place.x(), place.y(), latest_box_.max().z() + 1.6 * text_height_};
 }
 
-/// The closest of the pairs after the first for whose labels there is room: beside each other, beside the line from the
-/// first pair to its text, and with lines that do not run beside that one.
+/// The closest pairs, without the first, whose labels have room: they overlap neither each other nor the line from the
+/// first pair to the level's text, and their own lines are not too close to that line.
 std::vector<const Proximity*> ClearanceMarkers::pairsWithLabel(const std::vector<const Proximity*>& pairs) const {
   const double width = 5.0 * kLabelHeight * text_height_;  // of "123.4 mm"
   std::vector<const Proximity*> labelled;

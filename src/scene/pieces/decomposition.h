@@ -34,7 +34,7 @@ struct Decomposition {
 Decomposition decompose(const TriangleMesh& mesh, const Partition& components, const MeshSolid& solid,
                         double tolerance);
 
-/// Of Effort: building the hull of some points.
+/// The steps, see Effort, that building the hull of so many points takes.
 std::size_t stepsOfHull(std::size_t points);
 
 /// The points of each cluster, in the order of their numbers.
