@@ -30,9 +30,12 @@ struct RobotContact {
   /// t_free still holds. Unknown: nothing is known of any pair.
   narrowphase::Status status = narrowphase::Status::Unknown;
   bool contact = false;
-  double t_free = 0.0;  ///< until then every pair is proven to be above the contact distance
-  double t_contact = std::numeric_limits<double>::quiet_NaN();  ///< see TimeOfContact
-  PairProximity pair;  ///< the pair in contact at t_contact, in the frame of the poses
+  /// Until this time every pair is proven to be above the contact distance.
+  double t_free = 0.0;
+  /// See TimeOfContact.
+  double t_contact = std::numeric_limits<double>::quiet_NaN();
+  /// The pair in contact at t_contact, in the frame of the poses.
+  PairProximity pair;
   MotionCounts counts;
 };
 
@@ -42,7 +45,7 @@ struct RobotMinimum {
   double lower_bound = -std::numeric_limits<double>::infinity();  ///< [m] of the smallest signed distance of all
   double upper_bound = std::numeric_limits<double>::infinity();   ///< [m] the distance of `pair` at `time`
   double time = std::numeric_limits<double>::quiet_NaN();
-  PairProximity pair;  ///< the closest pair at `time`, in the frame of the poses
+  PairProximity pair;  ///< the closest pair, at `time`, in the frame of the poses
   MotionCounts counts;
 };
 
