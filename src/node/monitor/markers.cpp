@@ -167,6 +167,27 @@ std::vector<const Proximity*> pairsOf(const Clearance& clearance) {
   return pairs;
 }
 
+/// A marker for lines of this width [m].
+Marker linesOf(const Marker& base, const std::string& name_space, double width) {
+  Marker lines = base;
+  lines.ns = name_space;
+  lines.type = Marker::LINE_LIST;
+  lines.scale.x = width;
+  return lines;
+}
+
+void addLine(Marker& lines, const geometry_msgs::Point& from, const geometry_msgs::Point& to,
+             const std_msgs::ColorRGBA& line_colour) {
+  lines.points.insert(lines.points.end(), {from, to});
+  lines.colors.insert(lines.colors.end(), 2, line_colour);
+}
+
+/// Appends the lines; if there are none, they delete those of the last cycle.
+void append(Marker lines, MarkerArray& array) {
+  if (lines.points.empty()) lines.action = Marker::DELETE;
+  array.markers.push_back(std::move(lines));
+}
+
 Vector3d middleOf(const Proximity& pair) {
   return 0.5 *
          Vector3d(pair.point_a.x + pair.point_b.x, pair.point_a.y + pair.point_b.y, pair.point_a.z + pair.point_b.z);
@@ -227,40 +248,22 @@ void ClearanceMarkers::addSummary(const Clearance& clearance, Drawing& drawing) 
 }
 
 void ClearanceMarkers::addLines(const std::vector<const Proximity*>& pairs, Drawing& drawing) const {
-  Marker lines = drawing.base;
-  lines.ns = "witnesses";
-  lines.type = Marker::LINE_LIST;
-  lines.scale.x = 0.06 * text_height_;
-  for (const Proximity* pair : pairs) {
-    lines.points.insert(lines.points.end(), {pair->point_a, pair->point_b});
-    lines.colors.insert(lines.colors.end(), 2, drawing.colourOf(*pair));
-  }
-  if (lines.points.empty()) lines.action = Marker::DELETE;
-  drawing.array.markers.push_back(std::move(lines));
+  Marker lines = linesOf(drawing.base, "witnesses", 0.06 * text_height_);
+  for (const Proximity* pair : pairs) addLine(lines, pair->point_a, pair->point_b, drawing.colourOf(*pair));
+  append(std::move(lines), drawing.array);
 }
 
 void ClearanceMarkers::addClosest(const std::vector<const Proximity*>& pairs, Drawing& drawing) const {
-  Marker line = drawing.base;
-  line.ns = "closest";
-  line.type = Marker::LINE_LIST;
-  line.scale.x = 0.15 * text_height_;
+  Marker line = linesOf(drawing.base, "closest", 0.15 * text_height_);
   line.color = drawing.level_colour;
-  if (pairs.empty()) {
-    line.action = Marker::DELETE;
-  } else {
-    line.points = {pairs.front()->point_a, pairs.front()->point_b};
-  }
-  drawing.array.markers.push_back(std::move(line));
+  if (!pairs.empty()) line.points = {pairs.front()->point_a, pairs.front()->point_b};
+  append(std::move(line), drawing.array);
 }
 
 void ClearanceMarkers::addLabels(const std::vector<const Proximity*>& pairs, Drawing& drawing) const {
-  Marker leaders = drawing.base;
-  leaders.ns = "leaders";
-  leaders.type = Marker::LINE_LIST;
-  leaders.scale.x = 0.03 * text_height_;
+  Marker leaders = linesOf(drawing.base, "leaders", 0.03 * text_height_);
   const auto lead = [&](const Proximity& pair, const Vector3d& place, const std_msgs::ColorRGBA& pair_colour) {
-    leaders.points.insert(leaders.points.end(), {point(middleOf(pair)), point(place)});
-    leaders.colors.insert(leaders.colors.end(), 2, pair_colour);
+    addLine(leaders, point(middleOf(pair)), point(place), pair_colour);
   };
   if (!pairs.empty()) lead(*pairs.front(), belowSummary(), drawing.level_colour);
   const std::vector<const Proximity*> labelled = pairsWithLabel(pairs);
@@ -280,8 +283,7 @@ void ClearanceMarkers::addLabels(const std::vector<const Proximity*>& pairs, Dra
     }
     drawing.array.markers.push_back(std::move(label));
   }
-  if (leaders.points.empty()) leaders.action = Marker::DELETE;
-  drawing.array.markers.push_back(std::move(leaders));
+  append(std::move(leaders), drawing.array);
 }
 
 /// The begin of the line from the level's text to the closest pair: above the labels.
