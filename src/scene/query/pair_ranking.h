@@ -62,6 +62,7 @@ class PairRanking {
   void countTheRest(const Search& search);
 
   const Skipping skipping_;
+  const std::size_t candidate_count_;  // number of candidates of this robot
   PairMeasurement measurement_;
   std::optional<LinkGroups> groups_;  // only if there are many candidates
   bool groups_fit_ = false;           // whether the groups have the boxes of the latest poses

@@ -28,6 +28,7 @@ class Candidates {
 /// many candidates at once by groups of links; it examines the pairs of a list one by one.
 ///
 /// It refers to the list or the candidates, which must outlive the question.
+/// Failure: a scene throws std::invalid_argument for the candidates of another robot, recognised by their number.
 class Pairs {
  public:
   Pairs(const std::vector<ShapeRefPair>& list) : list_(list) {}                             // NOLINT: implicit
