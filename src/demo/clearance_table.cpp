@@ -1,5 +1,5 @@
-// Shows the topic `clearance` in the terminal: a table that is redrawn in place, or one line a second where the output
-// is no terminal.
+// Shows the topic `clearance` in the terminal: a table that is redrawn in place, or one line per second if the output
+// is not a terminal.
 #include <proximity_server/Clearance.h>
 #include <ros/ros.h>
 #include <rosgraph_msgs/Log.h>
@@ -17,7 +17,7 @@ using proximity_server::Clearance;
 using proximity_server::levelName;
 using proximity_server::Proximity;
 
-constexpr std::size_t kRows = 8;  // of the list of near pairs
+constexpr std::size_t kRows = 8;  // of the list of pairs below the threshold
 
 template <typename... Values>
 std::string format(const char* pattern, Values... values) {
@@ -82,10 +82,10 @@ std::string table(const Clearance& clearance) {
   return text;
 }
 
-/// The node whose private topic this is.
+/// The name of the node that has this private topic.
 std::string nodeOf(const std::string& topic) { return topic.substr(0, topic.find_last_of('/')); }
 
-/// Short enough for one line of the screen: the table is redrawn by the number of its lines.
+/// The first line of a text, cut so that it fits into one line of the terminal: the table is redrawn by counting lines.
 std::string firstLine(const std::string& text) {
   constexpr std::size_t kLongest = 60;
   std::size_t end = std::min(text.find('\n'), text.size());
@@ -110,9 +110,9 @@ class Display {
     arrival_ = ros::WallTime::now();
   }
 
-  /// While the node loads, this is the only sign of life.
+  /// Keeps the node's last log message, which is shown as long as no clearance arrives, as while the node loads.
   void onLog(const rosgraph_msgs::Log::ConstPtr& log) {
-    if (log->name == nodeOf(subscriber_.getTopic())) last_words_ = firstLine(log->msg);
+    if (log->name == nodeOf(subscriber_.getTopic())) last_message_ = firstLine(log->msg);
   }
 
   void onTimer(const ros::WallTimerEvent&) { show(text()); }
@@ -120,24 +120,24 @@ class Display {
   std::string text() const {
     const double silence = (ros::WallTime::now() - arrival_).toSec();
     if (!clearance_ || silence > 1.0) {
-      const std::string words =
-          last_words_.empty() ? "" : (is_terminal_ ? "\n  the node says: " : "; the node says: ") + last_words_;
-      return format("  nothing has arrived on %s for %.0f s", subscriber_.getTopic().c_str(), silence) + words + "\n";
+      const std::string message =
+          last_message_.empty() ? "" : (is_terminal_ ? "\n  the node says: " : "; the node says: ") + last_message_;
+      return format("  nothing has arrived on %s for %.0f s", subscriber_.getTopic().c_str(), silence) + message + "\n";
     }
     return is_terminal_ ? table(*clearance_) : line(*clearance_);
   }
 
   void show(const std::string& text) {
-    // Up to the first line of the last table, and clear from there.
+    // Moves the cursor up to the first line of the last table, and erases everything from there.
     if (lines_ > 0) std::printf("\033[%ldA\033[J", lines_);
     std::fputs(text.c_str(), stdout);
-    if (std::fflush(stdout) != 0) ros::shutdown();  // nobody reads it any more
+    if (std::fflush(stdout) != 0) ros::shutdown();  // the reader of the output has ended
     if (is_terminal_) lines_ = std::count(text.begin(), text.end(), '\n');
   }
 
   const bool is_terminal_ = isatty(STDOUT_FILENO) != 0;
-  long lines_ = 0;          // of the table on the screen
-  std::string last_words_;  // of the node, in its log
+  long lines_ = 0;            // of the table in the terminal
+  std::string last_message_;  // of the node's log
   Clearance::ConstPtr clearance_;
   ros::WallTime arrival_ = ros::WallTime::now();
   ros::Subscriber subscriber_;

@@ -1,5 +1,5 @@
-// Moves a robot for ./dev demo: publishes joint_states at 100 Hz. The script in ~times and ~positions, or where there
-// is none a slow sweep of every joint between its limits.
+// Moves a robot for ./dev demo: publishes joint_states at 100 Hz. The motion is the script in ~times and ~positions,
+// or, if there is none, a slow sweep of every joint between its limits.
 #include <ros/ros.h>
 #include <sensor_msgs/JointState.h>
 #include <xmlrpcpp/XmlRpcException.h>
@@ -17,7 +17,8 @@ namespace {
 
 using proximity_server::scene::Joint;
 
-/// Keyframes of one joint; the positions are as many as the times.
+/// The position between the keyframes of one joint at a time; the motion is repeated. There are as many positions as
+/// times.
 double follow(const std::vector<double>& times, const std::vector<double>& positions, double time) {
   const double t = std::fmod(time, times.back());
   const auto next = std::upper_bound(times.begin(), times.end(), t);
@@ -26,8 +27,8 @@ double follow(const std::vector<double>& times, const std::vector<double>& posit
   return positions[i - 1] + blend * (positions[i] - positions[i - 1]);
 }
 
-/// A sine between the limits, or half a radian or metre about zero where there are none, at half of the velocity limit
-/// at most. `number` gives each joint a period of its own, so that the robot does not soon repeat itself.
+/// A sine between the limits, or half a radian or metre about zero if there are none, at most at half of the velocity
+/// limit. `number` gives each joint a period of its own, so that the motion of the robot does not repeat itself soon.
 double sweep(const Joint& joint, std::size_t number, double time) {
   const bool limited = std::isfinite(joint.lower) && std::isfinite(joint.upper);
   const double middle = limited ? 0.5 * (joint.lower + joint.upper) : 0.0;
@@ -44,7 +45,7 @@ bool isDriven(const Joint& joint) {
 std::vector<Joint> drivenJoints(const ros::NodeHandle& nh) {
   std::string urdf;
   if (!nh.getParam("robot_description", urdf)) throw std::invalid_argument("there is no parameter robot_description");
-  // Only the joints matter here, so no mesh is read.
+  // Only the joints are needed, so no mesh is read.
   const auto no_mesh = [](const std::string& uri) -> std::string { throw std::invalid_argument(uri); };
   proximity_server::scene::ModelOptions options;
   options.allow_missing_meshes = true;
@@ -53,8 +54,8 @@ std::vector<Joint> drivenJoints(const ros::NodeHandle& nh) {
   return joints;
 }
 
-/// The keyframes of a joint in ~positions, as many as there are `times`: 0 where it has none. All of them come as one
-/// map, as a joint's name need not be one that a parameter may have.
+/// The keyframes of a joint in ~positions, as many as `times`; all are 0 if the joint has none. ~positions is one map
+/// of all joints, because not every name of a joint is a legal name of a parameter.
 std::vector<double> keyframes(XmlRpc::XmlRpcValue& positions, const std::string& joint,
                               const std::vector<double>& times) {
   std::vector<double> result(times.size(), 0.0);
@@ -108,7 +109,7 @@ int main(int argc, char** argv) {
   ros::NodeHandle nh, private_nh("~");
   try {
     move(nh, private_nh);
-  } catch (const XmlRpc::XmlRpcException& error) {  // is no std::exception
+  } catch (const XmlRpc::XmlRpcException& error) {  // not derived from std::exception
     ROS_FATAL("~positions: %s", error.getMessage().c_str());
     return 1;
   } catch (const std::exception& error) {

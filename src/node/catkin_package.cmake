@@ -1,4 +1,5 @@
-# Declares the catkin package. Included by the top-level CMakeLists.txt: catkin wants to run beside package.xml.
+# Declares the catkin package. The top-level CMakeLists.txt includes it, because catkin must be called in the folder of
+# package.xml.
 find_package(Eigen3 REQUIRED NO_MODULE)
 find_package(catkin REQUIRED COMPONENTS
   diagnostic_updater

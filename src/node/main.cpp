@@ -7,10 +7,10 @@ int main(int argc, char** argv) {
   proximity_server::node::askForShortTurns();
   proximity_server::node::giveBackLargeMemory();
   ros::init(argc, argv, "proximity_server");
-  ros::NodeHandle nh, private_nh("~");  // outlive the node: without one the last words are not logged
+  ros::NodeHandle nh, private_nh("~");  // outlive the node: without a handle its last messages are not logged
   try {
     proximity_server::node::ProximityNode node(nh, private_nh);
-    ros::spin();  // what is quick; requests and the monitor have threads of their own
+    ros::spin();  // runs the short callbacks; requests and the monitor have threads of their own
   } catch (const std::exception& error) {
     ROS_FATAL_STREAM(error.what());
     return 1;

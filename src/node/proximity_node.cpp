@@ -58,7 +58,7 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
 }
 
 bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
-  // One at a time: else monitor and services may end with different ones.
+  // Only one reload at a time, so that monitor and services do not end with different robots.
   const std::lock_guard<std::mutex> lock(reload_mutex_);
   try {
     const auto loaded = std::make_shared<const Robot>(nh_, loadConfig(private_nh_));
@@ -72,7 +72,7 @@ bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Res
     response.message = std::string("the model stays as it was: ") + error.what();
     ROS_ERROR_STREAM("reload: " << response.message);
   }
-  giveBackFreeMemory();  // loading takes many times what the model does
+  giveBackFreeMemory();  // loading needs many times the memory of the model
   return true;
 }
 

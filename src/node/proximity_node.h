@@ -20,8 +20,7 @@
 
 namespace proximity_server::node {
 
-/// The ROS interface: services, topics and parameters in the private namespace. Callbacks translate; several threads
-/// may run them.
+/// The ROS interface: services, topics and parameters in the private namespace. Several threads may run its callbacks.
 class ProximityNode {
  public:
   /// Failure: throws std::invalid_argument naming the parameter, file, link or element that is missing or wrong.
@@ -33,7 +32,7 @@ class ProximityNode {
     response = answer(*robot(), tf_, request);
     return true;
   }
-  /// A service of queries.h, with its requests in `queue`.
+  /// Advertises a service of queries.h, whose requests run in the threads of `queue`.
   template <class Service>
   ros::ServiceServer advertise(const std::string& name, RequestQueue& queue) {
     using Node = ProximityNode;
@@ -43,10 +42,10 @@ class ProximityNode {
   bool onReload(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool onEnableMonitor(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
 
-  /// Settings that contradict each other become those before, which the client then sees.
+  /// Applies new settings. If they contradict each other, `asked` becomes the settings in force, which the client sees.
   void onSettings(ProximityConfig& asked);
 
-  /// The monitor, tf and requests of single pairs go first where the processor is scarce.
+  /// Long requests have a lower priority than the monitor, tf and requests about single pairs.
   static constexpr int kNicenessOfLongRequests = 5;
 
   std::shared_ptr<const Robot> robot() const { return std::atomic_load(&robot_); }
@@ -54,12 +53,12 @@ class ProximityNode {
 
   ros::NodeHandle nh_;
   ros::NodeHandle private_nh_;
-  std::shared_ptr<const Robot> robot_;  // replaced by a reload: only through atomic_load and atomic_store
+  std::shared_ptr<const Robot> robot_;  // a reload replaces it, so access needs std::atomic_load and atomic_store
   std::mutex reload_mutex_;
   TfPoses tf_;
   MonitorLoop monitor_;
   Diagnostics diagnostics_;
-  ProximityConfig settings_ = ProximityConfig::__getDefault__();  // in force; of the settings server's callback only
+  ProximityConfig settings_ = ProximityConfig::__getDefault__();  // those in force; only onSettings() uses it
   dynamic_reconfigure::Server<ProximityConfig> settings_server_;
   ros::Publisher model_info_pub_;
   RequestQueue requests_{0};
@@ -73,7 +72,7 @@ class ProximityNode {
   ros::ServiceServer query_trajectory_srv_;
   ros::ServiceServer reload_srv_;
   ros::ServiceServer enable_monitor_srv_;
-  Registration registration_;  // last: of all of the above
+  Registration registration_;  // last, as it registers all services and topics above
 };
 
 }  // namespace proximity_server::node

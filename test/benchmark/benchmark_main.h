@@ -15,9 +15,9 @@
 
 namespace proximity_server::benchmark {
 
-/// main() of a benchmark beside other libraries: reads `--json FILE [REGEX]` and the options that `app` already has,
-/// and writes the machine with what `measure` finds into the file. `measure` returns a JSON object of the rows whose
-/// name the regular expression matches. Returns 1, with the reason on standard error, if something throws.
+/// main() of a benchmark: reads `--json FILE [REGEX]` and the options that `app` already has, and writes the machine and
+/// the result of `measure` into the file. `measure` returns a JSON object with the rows whose name the regular expression
+/// matches. Returns 1, with the reason on standard error, if something throws.
 inline int benchmarkMain(CLI::App& app, int argc, char** argv,
                          const std::function<nlohmann::json(const std::regex& wanted)>& measure) {
   std::string file, regex = ".";

@@ -3,10 +3,7 @@
 usage: load_table.py RESULT.json
 """
 
-import json
-import sys
-
-from table import show
+from table import show_result
 
 
 def loads(robots):
@@ -19,12 +16,5 @@ def tables(result):
     return {"loads": (["processor time [s]", "first", "again"], loads(result["robots"]))}
 
 
-def main(path):
-    with open(path) as file:
-        result = json.load(file)
-    for head, lines in tables(result).values():
-        show(head, lines)
-
-
 if __name__ == "__main__":
-    main(sys.argv[1])
+    show_result(tables)

@@ -4,10 +4,7 @@ other.
 usage: meshes_table.py RESULT.json
 """
 
-import json
-import sys
-
-from table import show
+from table import show_result
 
 
 def meshes(entries):
@@ -29,12 +26,5 @@ def facts(result):
     return {"tolerance_mm": f"{1e3 * result['tolerance']:g}"}
 
 
-def main(path):
-    with open(path) as file:
-        result = json.load(file)
-    for head, lines in tables(result).values():
-        show(head, lines)
-
-
 if __name__ == "__main__":
-    main(sys.argv[1])
+    show_result(tables)

@@ -4,10 +4,7 @@ setting costs, the smallest distance of a motion, and robots along joint motions
 usage: motion_table.py RESULT.json
 """
 
-import json
-import sys
-
-from table import show
+from table import show, show_result
 
 OURS = "ours"
 
@@ -140,11 +137,8 @@ def tables(result):
     return found
 
 
-def main(path):
-    with open(path) as file:
-        result = json.load(file)
-    for head, lines in tables(result).values():
-        show(head, lines)
+def main():
+    result = show_result(tables)
     if result["rows"]:
         show(["time of contact", "library", "median", "99 %", "largest error", "mean", "largest [m]", "mean [m]",
               "missed / late / false", "contacts"], details(result["rows"]))
@@ -155,4 +149,4 @@ def main(path):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main()

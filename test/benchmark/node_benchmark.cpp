@@ -13,13 +13,12 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
-#include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <thread>
 
-#include "benchmark/machine.h"
+#include "benchmark/benchmark_main.h"
 #include "node/faults/tf_faults.h"
 #include "node/load/client_process.h"
 #include "node/load/moving_robot.h"
@@ -48,7 +47,6 @@ constexpr double kPatience = 120.0;  // [s] for a node that reads its meshes
 const std::string kPadding = "/padding";
 
 struct BenchmarkOptions {
-  std::string json_file;
   double seconds = 0.4;           // of one measurement of one server, twice
   double monitor_seconds = 10.0;  // of one rate of the monitor
   std::regex rows;
@@ -230,9 +228,11 @@ class NodeBenchmark {
   }
 
   json result() const {
-    return {{"machine", machine()}, {"cores", std::thread::hardware_concurrency()},
-            {"tf_rate", kTfRate},   {"services", services_},
-            {"batches", batches_},  {"monitors", monitors_}};
+    return {{"cores", std::thread::hardware_concurrency()},
+            {"tf_rate", kTfRate},
+            {"services", services_},
+            {"batches", batches_},
+            {"monitors", monitors_}};
   }
 
  private:
@@ -427,7 +427,7 @@ int playPart(int argc, char** argv) {
   return 0;
 }
 
-void benchmark(int argc, char** argv, const BenchmarkOptions& options) {
+json measure(int argc, char** argv, const BenchmarkOptions& options) {
   const int port = freePort();
   useMasterAt(port);
   const std::unique_ptr<ChildProcess> master = startMasterAt(port);
@@ -437,9 +437,9 @@ void benchmark(int argc, char** argv, const BenchmarkOptions& options) {
   spinner.start();
   NodeBenchmark benchmark(options);
   benchmark.run();
-  std::ofstream(options.json_file) << benchmark.result().dump(1) << "\n";
   spinner.stop();
   ros::shutdown();
+  return benchmark.result();
 }
 
 }  // namespace
@@ -450,20 +450,12 @@ int main(int argc, char** argv) {
   const std::string first = argc > 1 ? argv[1] : "";
   if (first == "--client" || first == "--padding" || first == "--stream") return playPart(argc, argv);
   BenchmarkOptions options;
-  std::string rows = ".";
-  CLI::App app("The node under load. Writes a JSON file.");
-  app.add_option("--json", options.json_file, "file for the results")->required();
+  CLI::App app("The node under load");
   app.add_option("--seconds", options.seconds, "of one measurement")->check(CLI::PositiveNumber);
   app.add_option("--monitor-seconds", options.monitor_seconds, "of one rate of the monitor")
       ->check(CLI::PositiveNumber);
-  app.add_option("rows", rows, "regular expression: only such rows");
-  CLI11_PARSE(app, argc, argv);
-  try {
-    options.rows = rows;
-    benchmark(argc, argv, options);
-  } catch (const std::exception& error) {
-    std::cerr << "node_benchmark: " << error.what() << "\n";
-    return 1;
-  }
-  return 0;
+  return benchmarkMain(app, argc, argv, [&](const std::regex& wanted) {
+    options.rows = wanted;
+    return measure(argc, argv, options);
+  });
 }

@@ -4,10 +4,7 @@ computation, and how regularly the monitor runs.
 usage: node_table.py RESULT.json
 """
 
-import json
-import sys
-
-from table import show
+from table import show_result
 
 
 def number(value):
@@ -78,11 +75,8 @@ def tables(result):
     return found
 
 
-def main(path):
-    with open(path) as file:
-        result = json.load(file)
-    for head, lines in tables(result).values():
-        show(head, lines)
+def main():
+    result = show_result(tables)
     print(f"TF at {result['tf_rate']:.0f} Hz, {result['cores']} cores. empty: a service of as many bytes that does nothing, on\n"
           "the same machine at the same time; jitter: of the time between two cycles; missed: a period without a cycle;\n"
           "bare thread: what one that does nothing misses at that rate and priority, at the same time;\n"
@@ -90,4 +84,4 @@ def main(path):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main()

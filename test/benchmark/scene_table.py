@@ -4,10 +4,7 @@ distances lie from ours, and time against the number of bodies.
 usage: scene_table.py RESULT.json
 """
 
-import json
-import sys
-
-from table import show
+from table import show_result
 
 OURS = "ours"
 RUNGS = ["unknown", "at_rest", "by_motion", "by_bounds", "computed"]
@@ -89,15 +86,12 @@ def tables(result):
     return found
 
 
-def main(path):
-    with open(path) as file:
-        result = json.load(file)
-    for head, lines in tables(result).values():
-        show(head, lines)
+def main():
+    result = show_result(tables)
     if result["rows"]:
         print("99 %, largest: of the differences, the worst row; differing: by more than 1e-6; right: the first 20 of them\n"
               "in each row, by the oracle of the tests; claimed: overlaps of pairs that are apart. FCL gives no depths.")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main()

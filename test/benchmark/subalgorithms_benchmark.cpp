@@ -2,14 +2,14 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
-#include <fstream>
-#include <iomanip>
-#include <iostream>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <random>
+#include <regex>
 #include <string>
 #include <vector>
 
+#include "benchmark/benchmark_main.h"
 #include "benchmark/subalgorithms.h"
 #include "oracle/exact_oracle.h"
 #include "oracle/shape_pairs.h"
@@ -92,15 +92,14 @@ Family makeFamily(const Recipe& recipe) {
   return family;
 }
 
-std::vector<Family> makeFamilies() {
+std::vector<Recipe> recipes() {
   const Vector3d round(0.5, 0.4, 0.3);
-  std::vector<Family> families;
-  for (const Recipe& recipe :
-       {Recipe{"ordinary", round, 0.0, 0.3}, Recipe{"touching", round, 0.0, 1e-10}, Recipe{"far", round, 0.0, 1e4},
-        Recipe{"flat", {0.5, 0.4, 1e-6}, 0.0, 0.01}, Recipe{"slivers", {0.5, 1e-5, 1e-5}, 0.0, 0.01},
-        Recipe{"near-duplicates", round, 1e-9, 0.01}})
-    families.push_back(makeFamily(recipe));
-  return families;
+  return {{"ordinary", round, 0.0, 0.3},
+          {"touching", round, 0.0, 1e-10},
+          {"far", round, 0.0, 1e4},
+          {"flat", {0.5, 0.4, 1e-6}, 0.0, 0.01},
+          {"slivers", {0.5, 1e-5, 1e-5}, 0.0, 0.01},
+          {"near-duplicates", round, 1e-9, 0.01}};
 }
 
 // ---- one GJK loop for all
@@ -224,37 +223,29 @@ std::vector<Row> rowsOf(const Family& family) {
   return rows;
 }
 
-void print(const std::vector<Row>& rows) {
-  std::cout << "simplices        algorithm              ns  iterations  max error  failures of 500\n";
-  for (const Row& row : rows)
-    std::cout << std::left << std::setw(17) << row.simplices << std::setw(17) << row.algorithm << std::right
-              << std::setw(8) << std::setprecision(3) << row.ns << std::setw(12) << row.mean_iterations << std::setw(11)
-              << std::setprecision(2) << row.max_error << std::setw(10) << row.failures << "\n";
+nlohmann::json toJson(const Row& row) {
+  return {{"algorithm", row.algorithm},
+          {"simplices", row.simplices},
+          {"ns", row.ns},
+          {"mean_iterations", row.mean_iterations},
+          {"max_error", row.max_error},
+          {"failures", row.failures}};
 }
 
-void writeJson(const std::vector<Row>& rows, const std::string& file) {
-  std::ofstream out(file);
-  out << std::setprecision(6) << "{\"subalgorithms\": [";
-  const char* separator = "\n";
-  for (const Row& row : rows) {
-    out << separator << R"(  {"algorithm": ")" << row.algorithm << R"(", "simplices": ")" << row.simplices
-        << R"(", "ns": )" << row.ns << R"(, "mean_iterations": )" << row.mean_iterations << R"(, "max_error": )"
-        << row.max_error << R"(, "failures": )" << row.failures << "}";
-    separator = ",\n";
+nlohmann::json measure(const std::regex& wanted) {
+  nlohmann::json rows = nlohmann::json::array();
+  for (const Recipe& recipe : recipes()) {
+    if (!std::regex_search(recipe.name, wanted)) continue;
+    for (const Row& row : rowsOf(makeFamily(recipe))) rows.push_back(toJson(row));
   }
-  out << "\n]}\n";
+  return {{"subalgorithms", rows}};
 }
 
 }  // namespace
 }  // namespace proximity_server::benchmark
 
-/// subalgorithm_benchmark [FILE]: a table, and the same as JSON.
 int main(int argc, char** argv) {
   using namespace proximity_server::benchmark;
-  std::vector<Row> rows;
-  for (const Family& family : makeFamilies())
-    for (const Row& row : rowsOf(family)) rows.push_back(row);
-  print(rows);
-  if (argc > 1) writeJson(rows, argv[1]);
-  return 0;
+  CLI::App app{"Ways to find the nearest point of a simplex"};
+  return benchmarkMain(app, argc, argv, measure);
 }

@@ -1,4 +1,10 @@
-"""The result file of subalgorithms_benchmark as a table: a line a kind of simplices, a column an algorithm."""
+"""Shows the result file of subalgorithms_benchmark as tables: a line for each kind of simplices, a column for each algorithm;
+then every entry in full.
+
+usage: subalgorithms_table.py RESULT.json
+"""
+
+from table import show, show_result
 
 
 def cell(entry):
@@ -17,3 +23,18 @@ def tables(result):
     entries = result["subalgorithms"]
     algorithms = list(dict.fromkeys(entry["algorithm"] for entry in entries))
     return {"simplices": (["ns / largest error, relative", *algorithms], simplices(entries, algorithms))}
+
+
+def details(entries):
+    for entry in entries:
+        yield [entry["simplices"], entry["algorithm"], f"{entry['ns']:.3g}", f"{entry['mean_iterations']:.3f}",
+               f"{entry['max_error']:.1e}", str(entry["failures"])]
+
+
+def main():
+    result = show_result(tables)
+    show(["simplices", "algorithm", "ns", "iterations", "largest error", "failures of 500"], details(result["subalgorithms"]))
+
+
+if __name__ == "__main__":
+    main()

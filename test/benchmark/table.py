@@ -76,13 +76,19 @@ def show(head, lines):
     print("\n".join("  ".join(text.ljust(width) for text, width in zip(line, widths)).rstrip() for line in lines) + "\n")
 
 
-def main(path):
-    with open(path) as file:
+def show_result(tables_of):
+    """Prints the tables that `tables_of` makes of the result file that the command line names, and returns the result."""
+    with open(sys.argv[1]) as file:
         result = json.load(file)
-    for head, lines in tables(result).values():
+    for head, lines in tables_of(result).values():
         show(head, lines)
+    return result
+
+
+def main():
+    show_result(tables)
     print("!n/m: n of m checked answers are wrong by more than 1e-3 or missing; such a library is not the best other")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main()

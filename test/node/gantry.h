@@ -111,6 +111,15 @@ class Gantry {
   Ticker ticker_;  // last: it publishes what is above
 };
 
+/// The gantry of a test program. The first call makes it and waits until `nodes` others listen; later calls return the
+/// same one.
+inline Gantry& connectedGantry(int nodes) {
+  static Gantry gantry{ros::NodeHandle()};
+  static const bool connected = gantry.awaitListeners(nodes);
+  EXPECT_TRUE(connected);
+  return gantry;
+}
+
 /// Calls a service that exists; a call that fails fails the test.
 ///
 /// Every thread keeps one connection per service: where two threads of a process open and close connections to one

@@ -23,12 +23,7 @@ const std::string kHasty = "/hasty/";
 constexpr std::size_t kMaxBatch = 20000;
 constexpr double kRate = 50.0;  // [Hz] of the monitor
 
-Gantry& gantry() {
-  static Gantry gantry{ros::NodeHandle()};
-  static const bool connected = gantry.awaitListeners(2);
-  EXPECT_TRUE(connected);
-  return gantry;
-}
+Gantry& gantry() { return connectedGantry(2); }
 
 MinimumDistanceRequest baseAndBall(const ros::Time& stamp = {}) {
   MinimumDistanceRequest request;

@@ -15,7 +15,7 @@ std::uint8_t clearanceLevel(double distance, std::uint8_t previous, const Monito
   for (const LevelThreshold& at : levels) {
     const bool kept = previous != Clearance::INVALID && previous >= at.level;
     const double hysteresis = kept ? settings.hysteresis : 0.0;
-    // Written so that NaN is the worst level.
+    // Written as !(distance > ...) so that NaN gives the worst level.
     if (!(distance > at.threshold + hysteresis)) return at.level;
   }
   return Clearance::CLEAR;

@@ -6,10 +6,11 @@
 
 namespace proximity_server::node {
 
-/// The level that a clearance of `distance` [m] means, one of Clearance::CLEAR, WARN, STOP, COLLISION.
+/// The level of a clearance of `distance` [m]: one of Clearance::CLEAR, WARN, STOP, COLLISION.
 ///
-/// A level starts at or below its threshold (0 for COLLISION) and is left only when the distance exceeds the threshold
-/// by more than the hysteresis; `previous` is the level so far, Clearance::INVALID starts afresh.
+/// A level starts at or below its threshold (0 for COLLISION). It is left only when the distance exceeds the threshold
+/// by more than the hysteresis. `previous` is the level of the previous cycle; after Clearance::INVALID there is no
+/// hysteresis.
 std::uint8_t clearanceLevel(double distance, std::uint8_t previous, const MonitorSettings& settings);
 
 }  // namespace proximity_server::node

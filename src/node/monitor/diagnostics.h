@@ -13,7 +13,7 @@
 
 namespace proximity_server::node {
 
-/// Publishes on /diagnostics once per second of wall time, so that a clock that stands still shows.
+/// Publishes on /diagnostics once per second of wall time, so that it also reports a simulated clock that stands still.
 class Diagnostics {
  public:
   Diagnostics(const ros::NodeHandle& nh, std::function<MonitorHealth()> health,

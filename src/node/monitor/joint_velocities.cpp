@@ -7,7 +7,7 @@ void JointVelocities::listen() {
   if (subscriber_) return;
   subscriber_ = nh_.subscribe<sensor_msgs::JointState>(
       "joint_states", 10, [this](const sensor_msgs::JointState::ConstPtr& state) { onJointState(*state); },
-      ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());  // as tf, see TfTree
+      ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());  // for the reason given in TfTree
 }
 
 void JointVelocities::ignore() {
@@ -17,7 +17,7 @@ void JointVelocities::ignore() {
 }
 
 void JointVelocities::onJointState(const sensor_msgs::JointState& state) {
-  if (state.velocity.size() != state.name.size()) return;  // many publishers leave it empty
+  if (state.velocity.size() != state.name.size()) return;  // many publishers leave the velocities empty
   const bool has_positions = state.position.size() == state.name.size();
   const std::lock_guard<std::mutex> lock(mutex_);
   for (std::size_t i = 0; i < state.name.size(); ++i) {
@@ -56,7 +56,7 @@ std::string JointVelocities::problemOf(const scene::Joint& joint, const Entry* e
     return "it is floating or planar, it has not one velocity";
   }
   if (!entry || !std::isfinite(entry->velocity)) return "joint_states has no velocity of it";
-  // As numbers: ros::Duration throws for stamps that are decades apart.
+  // Computed in double, because ros::Duration throws for stamps that are decades apart.
   const double age = now.toSec() - entry->stamp.toSec();
   if (std::abs(age) <= max_age) return {};
   return "its latest velocity is " + std::to_string(age) + " s old, max_tf_age is " + std::to_string(max_age) + " s";

@@ -19,10 +19,10 @@ struct VelocitySnapshot {
   std::vector<double> velocities;  ///< [rad/s] or [m/s] of each of RobotModel::joints; 0 if not asked for
   /// [rad] or [m] of each, in the messages of the velocities; nullopt if it is not known.
   std::vector<std::optional<double>> positions;
-  QueryStatus status;  ///< OK, or NO_VELOCITY and which joint has none, or an old one
+  QueryStatus status;  ///< OK, or NO_VELOCITY with the name of a joint whose velocity is missing or too old
 };
 
-/// Listens to joint_states; each of several publishers may publish only some of the joints. Thread-safe.
+/// Listens to joint_states. Several publishers may each publish some of the joints. Thread-safe.
 class JointVelocities {
  public:
   explicit JointVelocities(const ros::NodeHandle& nh) : nh_(nh) {}
@@ -48,7 +48,7 @@ class JointVelocities {
   ros::NodeHandle nh_;
   mutable std::mutex mutex_;
   std::map<std::string, Entry> latest_;
-  ros::Subscriber subscriber_;  // last: it writes into the above
+  ros::Subscriber subscriber_;  // destroyed first, as its callback uses the members above
 };
 
 }  // namespace proximity_server::node

@@ -26,8 +26,8 @@ std::vector<int> chainOf(const scene::RobotModel& robot, int link) {
   return joints;
 }
 
-/// Longest search [s]: a quarter of the period leaves the cycle its time. Without a period the transforms set the pace,
-/// and few robots publish more than a hundred sets in a second.
+/// The longest time of a search [s]: a quarter of the period, so that the rest of the cycle is in time. At rate 0 every
+/// new set of transforms starts a cycle; few robots publish more than a hundred sets per second.
 double budget(const MonitorSettings& settings) { return settings.rate > 0.0 ? 0.25 / settings.rate : 0.0025; }
 
 scene::MotionQuestion questionOf(const MonitorSettings& settings) {

@@ -11,15 +11,15 @@
 
 namespace proximity_server::node {
 
-/// The joints, as indices into RobotModel::joints, whose velocities move the two links of some pair against each other;
-/// for one that follows, its leader.
+/// The joints, as indices into RobotModel::joints, whose velocities move the two links of a pair relative to each
+/// other. The leader stands for each mimic joint.
 std::vector<int> jointsThatMatter(const scene::RobotModel& robot, const std::vector<scene::ShapeRefPair>& pairs);
 
 /// A lookahead without a result: OFF if the settings switch it off, else UNKNOWN.
 Lookahead noLookahead(const MonitorSettings& settings);
 
-/// What the velocities lead to, from poses on of which all that `pairs` need are known. Takes no longer than a part of
-/// the monitor's period.
+/// The first contact if the joints keep their velocities from the given poses on, which are known for all `pairs`. The
+/// search takes at most a quarter of the monitor's period.
 Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const scene::Pairs& pairs,
                        const scene::BodyPoses& poses, const VelocitySnapshot& velocities,
                        const MonitorSettings& settings);

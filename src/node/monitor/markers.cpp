@@ -64,7 +64,7 @@ void setSize(Marker& marker, const Eigen::Vector3d& size) {
   marker.scale.z = size.z();
 }
 
-/// Draws the parts of one piece into an array.
+/// Appends the markers of one piece to an array.
 class PieceDrawing {
  public:
   PieceDrawing(const scene::RobotModel& robot, const std::string& tf_prefix, const scene::Piece& piece,
@@ -99,12 +99,12 @@ class PieceDrawing {
         return addTriangles();
       case narrowphase::Shape::Kind::Cone:
       case narrowphase::Shape::Kind::Sweep:
-        return;  // neither in URDF nor in RViz
+        return;  // a URDF has no such shapes, and RViz no such markers
     }
   }
 
  private:
-  /// `height` [m] along the piece's z axis.
+  /// Appends a marker whose centre lies at `height` [m] on the piece's z axis.
   void add(int type, const Eigen::Vector3d& size, double height = 0.0) {
     Marker marker = base_;
     marker.type = type;
@@ -137,7 +137,7 @@ std::string millimetres(double distance) {
   return text;
 }
 
-/// The text in lines of about so many characters, divided between words.
+/// Breaks the text into lines of about so many characters, between words.
 std::string inLines(const std::string& text, std::size_t characters) {
   std::string result = text;
   std::size_t begin = 0;
@@ -156,7 +156,7 @@ std::string summary(const Clearance& clearance) {
   return level + "\n" + pair.a.link + " - " + pair.b.link + " " + millimetres(pair.distance);
 }
 
-/// Those that are drawn, the closest first.
+/// The pairs that are drawn, the closest first.
 std::vector<const Proximity*> pairsOf(const Clearance& clearance) {
   std::vector<const Proximity*> pairs;
   if (clearance.level == Clearance::INVALID) return pairs;
@@ -165,6 +165,27 @@ std::vector<const Proximity*> pairsOf(const Clearance& clearance) {
   const auto is_nowhere = [](const Proximity* pair) { return !pair->points_valid; };
   pairs.erase(std::remove_if(pairs.begin(), pairs.end(), is_nowhere), pairs.end());
   return pairs;
+}
+
+/// A marker for lines of this width [m].
+Marker linesOf(const Marker& base, const std::string& name_space, double width) {
+  Marker lines = base;
+  lines.ns = name_space;
+  lines.type = Marker::LINE_LIST;
+  lines.scale.x = width;
+  return lines;
+}
+
+void addLine(Marker& lines, const geometry_msgs::Point& from, const geometry_msgs::Point& to,
+             const std_msgs::ColorRGBA& line_colour) {
+  lines.points.insert(lines.points.end(), {from, to});
+  lines.colors.insert(lines.colors.end(), 2, line_colour);
+}
+
+/// Appends the lines; if there are none, they delete those of the last cycle.
+void append(Marker lines, MarkerArray& array) {
+  if (lines.points.empty()) lines.action = Marker::DELETE;
+  array.markers.push_back(std::move(lines));
 }
 
 Vector3d middleOf(const Proximity& pair) {
@@ -185,7 +206,7 @@ MarkerArray pieceMarkers(const scene::RobotModel& robot, const std::string& tf_p
 ClearanceMarkers::ClearanceMarkers(const scene::RobotModel& robot) : box_(robot) {
   const AlignedBox3d at_zero = box_.at(scene::forwardKinematics(robot, std::vector<double>(robot.joints.size(), 0.0)));
   latest_box_ = at_zero.isEmpty() ? AlignedBox3d(Vector3d::Zero()) : at_zero;
-  constexpr double kPartOfRobot = 0.035;  // readable where the robot fills the view, and no larger than that asks for
+  constexpr double kPartOfRobot = 0.035;  // readable when the robot fills the view, and not larger than necessary
   text_height_ = std::max(0.01, kPartOfRobot * latest_box_.sizes().norm());
 }
 
@@ -200,12 +221,12 @@ MarkerArray ClearanceMarkers::draw(const Clearance& clearance, const scene::Body
   return drawing.array;
 }
 
-/// What all markers of a cycle have in common.
+/// A marker with the fields that all markers of a cycle share.
 Marker ClearanceMarkers::base(const Clearance& clearance, const MonitorSettings& settings) const {
-  constexpr double kShortestLife = 3.0;  // [s]; the longest silence of a monitor that runs is one
+  constexpr double kShortestLife = 3.0;  // [s]; a running monitor publishes at least once per second
   Marker marker;
   marker.header = clearance.header;
-  // Without poses of now the text stands where the robot is, as far as the viewer knows.
+  // Without current poses RViz places the text by the latest transforms that it has, which stamp 0 asks for.
   if (clearance.level == Clearance::INVALID) marker.header.stamp = ros::Time();
   marker.pose.orientation.w = 1.0;
   marker.lifetime = ros::Duration(settings.rate > 0.0 ? std::max(kShortestLife, 3.0 / settings.rate) : kShortestLife);
@@ -219,7 +240,7 @@ void ClearanceMarkers::addSummary(const Clearance& clearance, Drawing& drawing) 
   marker.text = summary(clearance);
   marker.color = drawing.level_colour;
   marker.scale.z = text_height_;
-  // A text is centred, and its lines are about 1.2 heights apart.
+  // RViz centres a text, and its lines are about 1.2 heights apart.
   const auto lines = static_cast<double>(1 + std::count(marker.text.begin(), marker.text.end(), '\n'));
   const Vector3d half_of_it(0.0, 0.0, (0.6 * lines + 0.25) * text_height_);
   marker.pose.position = point(belowSummary() + half_of_it);
@@ -227,40 +248,22 @@ void ClearanceMarkers::addSummary(const Clearance& clearance, Drawing& drawing) 
 }
 
 void ClearanceMarkers::addLines(const std::vector<const Proximity*>& pairs, Drawing& drawing) const {
-  Marker lines = drawing.base;
-  lines.ns = "witnesses";
-  lines.type = Marker::LINE_LIST;
-  lines.scale.x = 0.06 * text_height_;
-  for (const Proximity* pair : pairs) {
-    lines.points.insert(lines.points.end(), {pair->point_a, pair->point_b});
-    lines.colors.insert(lines.colors.end(), 2, drawing.colourOf(*pair));
-  }
-  if (lines.points.empty()) lines.action = Marker::DELETE;
-  drawing.array.markers.push_back(std::move(lines));
+  Marker lines = linesOf(drawing.base, "witnesses", 0.06 * text_height_);
+  for (const Proximity* pair : pairs) addLine(lines, pair->point_a, pair->point_b, drawing.colourOf(*pair));
+  append(std::move(lines), drawing.array);
 }
 
 void ClearanceMarkers::addClosest(const std::vector<const Proximity*>& pairs, Drawing& drawing) const {
-  Marker line = drawing.base;
-  line.ns = "closest";
-  line.type = Marker::LINE_LIST;
-  line.scale.x = 0.15 * text_height_;
+  Marker line = linesOf(drawing.base, "closest", 0.15 * text_height_);
   line.color = drawing.level_colour;
-  if (pairs.empty()) {
-    line.action = Marker::DELETE;
-  } else {
-    line.points = {pairs.front()->point_a, pairs.front()->point_b};
-  }
-  drawing.array.markers.push_back(std::move(line));
+  if (!pairs.empty()) line.points = {pairs.front()->point_a, pairs.front()->point_b};
+  append(std::move(line), drawing.array);
 }
 
 void ClearanceMarkers::addLabels(const std::vector<const Proximity*>& pairs, Drawing& drawing) const {
-  Marker leaders = drawing.base;
-  leaders.ns = "leaders";
-  leaders.type = Marker::LINE_LIST;
-  leaders.scale.x = 0.03 * text_height_;
+  Marker leaders = linesOf(drawing.base, "leaders", 0.03 * text_height_);
   const auto lead = [&](const Proximity& pair, const Vector3d& place, const std_msgs::ColorRGBA& pair_colour) {
-    leaders.points.insert(leaders.points.end(), {point(middleOf(pair)), point(place)});
-    leaders.colors.insert(leaders.colors.end(), 2, pair_colour);
+    addLine(leaders, point(middleOf(pair)), point(place), pair_colour);
   };
   if (!pairs.empty()) lead(*pairs.front(), belowSummary(), drawing.level_colour);
   const std::vector<const Proximity*> labelled = pairsWithLabel(pairs);
@@ -280,25 +283,25 @@ void ClearanceMarkers::addLabels(const std::vector<const Proximity*>& pairs, Dra
     }
     drawing.array.markers.push_back(std::move(label));
   }
-  if (leaders.points.empty()) leaders.action = Marker::DELETE;
-  drawing.array.markers.push_back(std::move(leaders));
+  append(std::move(leaders), drawing.array);
 }
 
-/// Where the line to the closest pair begins: above the labels.
+/// The begin of the line from the level's text to the closest pair: above the labels.
 Vector3d ClearanceMarkers::belowSummary() const {
   const Vector3d centre = latest_box_.center();
   return {centre.x(), centre.y(), latest_box_.max().z() + 3.0 * text_height_};
 }
 
-/// The place of a label: above the robot, so that seen from the side no shape is in front of it or behind it. Somewhat
-/// nearer to the middle than its pair, because what is nearer to the viewer appears lower to one who looks down.
+/// The position of a label: above the robot, so that no shape is in front of it or behind it in a view from the side.
+/// It is somewhat closer to the middle of the robot than its pair is, because to a viewer who looks down a label that
+/// is closer appears lower.
 Vector3d ClearanceMarkers::placeOfLabel(const Proximity& pair) const {
   const Vector3d place = 0.7 * middleOf(pair) + 0.3 * latest_box_.center();
   return {place.x(), place.y(), latest_box_.max().z() + 1.6 * text_height_};
 }
 
-/// The closest of the pairs after the first for whose labels there is room: beside each other, beside the line from the
-/// first pair to its text, and with lines that do not run beside that one.
+/// The closest pairs, without the first, whose labels have room: they overlap neither each other nor the line from the
+/// first pair to the level's text, and their own lines are not too close to that line.
 std::vector<const Proximity*> ClearanceMarkers::pairsWithLabel(const std::vector<const Proximity*>& pairs) const {
   const double width = 5.0 * kLabelHeight * text_height_;  // of "123.4 mm"
   std::vector<const Proximity*> labelled;

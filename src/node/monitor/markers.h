@@ -13,33 +13,33 @@
 
 namespace proximity_server::node {
 
-/// The pieces that stand for the robot, each fixed in the frame of its link, see tfFrame(). Paddings are not drawn.
+/// The convex pieces that the queries use, each fixed in the frame of its link, see tfFrame(). Paddings are not drawn.
 visualization_msgs::MarkerArray pieceMarkers(const scene::RobotModel& robot, const std::string& tf_prefix);
 
-/// Draws the clearances of one robot, cycle by cycle:
+/// Draws the clearances of one robot. Every cycle has these markers, by namespace:
 ///
-/// "level"      a text above the robot in the colour of the level: the level, the closest pair and its distance. Where
-///              it is INVALID the reason, and then there is nothing else.
+/// "level"      a text above the robot in the colour of the level: the level, the closest pair and its distance. If the
+///              level is INVALID, the text gives the reason, and nothing else is drawn.
 /// "closest"    a thick line between the closest points of the closest pair, in the colour of the level.
-/// "witnesses"  a line between those of every listed pair, coloured by the level that its distance alone would mean.
-/// "distances"  labels of the next few pairs for which there is room.
+/// "witnesses"  a line between the closest points of every listed pair, in the colour of the level of its distance.
+/// "distances"  labels with the distances of the next few pairs for which there is room.
 /// "leaders"    thin lines from the text of the level to the closest pair, and from each label to its pair.
 ///
-/// RViz draws a text behind what stands in front of it, so all texts stand above the box around the robot.
+/// RViz hides a text behind the shapes in front of it, so all texts are placed above the bounding box of the robot.
 ///
-/// Every cycle has the same markers, with the same names and numbers; those that are not needed are taken away. All of
-/// them vanish by themselves when no cycle follows.
+/// Every cycle has the same markers, with the same namespaces and ids; those that are not needed are deleted. All of
+/// them have a lifetime, so that they disappear when no cycle follows.
 class ClearanceMarkers {
  public:
   explicit ClearanceMarkers(const scene::RobotModel& robot);
 
-  /// `poses` are those of the clearance, in its frame; where none is known the text stays where it was.
+  /// `poses` are those of the clearance, in its frame. If none is known, the text stays at its last position.
   visualization_msgs::MarkerArray draw(const Clearance& clearance, const scene::BodyPoses& poses,
                                        const MonitorSettings& settings);
 
  private:
-  static constexpr std::size_t kLabels = 2;    // besides that of the closest pair, which the level's text tells
-  static constexpr double kLabelHeight = 0.6;  // in heights of that text
+  static constexpr std::size_t kLabels = 2;    // besides the closest pair, whose distance is in the level's text
+  static constexpr double kLabelHeight = 0.6;  // relative to the height of the level's text
 
   struct Drawing {
     const MonitorSettings& settings;
@@ -60,11 +60,11 @@ class ClearanceMarkers {
   std::vector<const Proximity*> pairsWithLabel(const std::vector<const Proximity*>& pairs) const;
 
   scene::RobotBox box_;
-  Eigen::AlignedBox3d latest_box_;  ///< in the frame of the clearances; with all joints at 0 before there was a pose
+  Eigen::AlignedBox3d latest_box_;  ///< in the frame of the clearances; until a pose is known, that of all joints at 0
   double text_height_;              ///< [m]
 };
 
-/// Markers that delete everything that was drawn.
+/// A marker that deletes everything that was drawn.
 visualization_msgs::MarkerArray noMarkers();
 
 }  // namespace proximity_server::node

@@ -23,13 +23,13 @@ std::size_t longestName(const scene::RobotModel& robot) {
   return longest;
 }
 
-/// From now on names of so many characters fit in.
+/// Reserves memory for names of so many characters.
 void makeRoom(Proximity& message, std::size_t characters) {
   for (std::string* name : {&message.a.link, &message.a.name, &message.b.link, &message.b.name})
     name->reserve(characters);
 }
 
-/// No pair at all: the robot cannot get close to itself.
+/// The status for a robot of which the filter leaves no pair.
 QueryStatus nothingToCheck() {
   QueryStatus status;
   status.code = QueryStatus::NO_COLLISION_GEOMETRY;

@@ -11,20 +11,20 @@
 
 namespace proximity_server::node {
 
-/// Watches the checked pairs of a robot: one Clearance per cycle. Not thread-safe.
+/// Monitors the checked pairs of a robot: each cycle gives one Clearance. Not thread-safe.
 class Monitor {
  public:
-  /// Watches this robot from now on.
+  /// Monitors this robot from now on.
   void follow(const std::shared_ptr<const Robot>& robot);
 
-  /// The robot that is watched, the bodies whose poses a cycle needs, and the joints whose velocities the lookahead
-  /// needs.
+  /// The monitored robot, the bodies whose poses a cycle needs, and the joints whose velocities the lookahead needs.
   const std::shared_ptr<const Robot>& robot() const { return robot_; }
   const std::vector<int>& bodies() const { return bodies_; }
   const std::vector<int>& joints() const { return joints_; }
 
-  /// The clearance in these poses, and with a lookahead what the velocities lead to. Never waits. Valid until the next
-  /// cycle. Without a lookahead only the first few cycles of a robot, or of a larger max_reported_pairs, take memory.
+  /// Computes the clearance in these poses, and the lookahead with these velocities. Never waits. The result is valid
+  /// until the next cycle. Without a lookahead, memory is allocated only in the first few cycles of a robot and after
+  /// max_reported_pairs has grown.
   const Clearance& cycle(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
                          const MonitorSettings& settings);
 
@@ -39,14 +39,14 @@ class Monitor {
   void countPairs();
 
   std::shared_ptr<const Robot> robot_;
-  ScenePool::Lease scene_;  // after robot_, whose pools take it and the next back
+  ScenePool::Lease scene_;  // declared after robot_, whose pools it and the next return to
   MovingScenePool::Lease moving_scene_;
   std::vector<int> bodies_;
   std::vector<int> joints_;
   std::uint8_t level_ = Clearance::INVALID;
   Clearance clearance_;
-  std::vector<Proximity> unlisted_;  ///< room for further entries of Clearance::below_threshold
-  std::size_t longest_name_ = 0;     ///< of links and <collision> elements
+  std::vector<Proximity> unlisted_;  ///< allocated entries that Clearance::below_threshold does not need at present
+  std::size_t longest_name_ = 0;     ///< length of the longest name of a link or <collision> element
 };
 
 }  // namespace proximity_server::node

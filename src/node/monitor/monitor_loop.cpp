@@ -16,7 +16,7 @@ namespace {
 
 using Lock = std::lock_guard<std::mutex>;
 
-/// Longest silence [s] of wall time: two periods, or, on TF, the age at which the transforms become stale.
+/// The longest wall time [s] without a message: two periods, or, at rate 0, the age at which the transforms are stale.
 ros::WallDuration keepAlivePeriod(const MonitorSettings& settings, const Config& config) {
   return ros::WallDuration(settings.rate > 0.0 ? std::max(1.0, 2.0 / settings.rate) : std::min(1.0, config.max_tf_age));
 }
@@ -59,7 +59,7 @@ MonitorLoop::~MonitorLoop() {
 
 void MonitorLoop::follow(const std::shared_ptr<const Robot>& robot) {
   const Lock lock(mutex_);
-  lookup_.reset();  // before its robot
+  lookup_.reset();  // it refers to the robot that is replaced next
   monitor_.follow(robot);
   lookup_.emplace(*robot, jointsTo(*robot, monitor_.bodies()));
   markers_.reset();
@@ -116,7 +116,7 @@ void MonitorLoop::onKeepAlive() {
   kept_alive_at_ = ros::Time::now();
 }
 
-/// Nothing where the clock has not moved in all that time: what is called fresh then may be of any age.
+/// The latest poses; none if the clock has not advanced since the last keep-alive, because their age is unknown then.
 PoseSnapshot MonitorLoop::lookUpSinceLastKeepAlive() {
   PoseSnapshot snapshot = lookUp();
   if (ros::Time::now() != kept_alive_at_ || snapshot.status.code != QueryStatus::OK) return snapshot;

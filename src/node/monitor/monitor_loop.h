@@ -22,20 +22,20 @@ namespace proximity_server::node {
 
 /// The state of the monitor, for the diagnostics.
 struct MonitorHealth {
-  Clearance last;  ///< cycle 0: none yet
+  Clearance last;  ///< its `cycle` is 0 before the first cycle
   MonitorSettings settings;
   bool enabled;
   ros::Duration slowest_cycle;  ///< computation time, since the previous call of MonitorLoop::health()
 };
 
-/// Runs a Monitor in threads of its own and publishes what it says on ~clearance and ~markers.
+/// Runs a Monitor in threads of its own and publishes its results on ~clearance and ~markers.
 ///
-/// A cycle runs at the rate of the settings, in ROS time, or on every new set of transforms when the rate is 0. A wall
-/// timer keeps the topic alive where neither the clock nor the transforms move; then poses have no age any more, and
-/// the level is INVALID. Thread-safe.
+/// A cycle runs at the rate of the settings, in ROS time, or on every new set of transforms if the rate is 0. If
+/// neither the clock nor the transforms advance, a wall timer publishes nevertheless; then the age of the poses is
+/// unknown, and the level is INVALID. Thread-safe.
 class MonitorLoop {
  public:
-  /// Joint velocities come from the namespace of `nh`, what is published goes to that of `private_nh`.
+  /// Subscribes to joint_states in the namespace of `nh`, and publishes in that of `private_nh`.
   MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, TfPoses& tf,
               const std::shared_ptr<const Robot>& robot);
   ~MonitorLoop();
@@ -69,20 +69,20 @@ class MonitorLoop {
   std::atomic<bool> wake_pending_{false};
   ros::CallbackInterfacePtr wake_;
 
-  std::mutex mutex_;  // guards all that follows down to the publishers
+  std::mutex mutex_;  // guards the members from here to the publishers
   Monitor monitor_;
   std::optional<TfLookup> lookup_;           // of the monitor's robot
-  MonitorHealth health_{};                   // `last` is the monitor's
+  MonitorHealth health_{};                   // without `last`, which the monitor has
   bool alive_ = false;                       // a cycle ran since the last keep-alive
-  ros::Time kept_alive_at_;                  // by the clock, at the last keep-alive
-  std::optional<ClearanceMarkers> markers_;  // of the monitor's robot, once somebody has looked
+  ros::Time kept_alive_at_;                  // ROS time of the last keep-alive
+  std::optional<ClearanceMarkers> markers_;  // of the monitor's robot; made for the first subscriber
 
   ros::Publisher clearance_pub_;
   ros::Publisher markers_pub_;
-  ros::Timer simulated_timer_;  // of a simulated clock
+  ros::Timer simulated_timer_;  // used with a simulated clock
   ros::WallTimer keep_alive_;
   ros::AsyncSpinner spinner_;
-  SteadyTimer steady_timer_;  // last: it calls cycle()
+  SteadyTimer steady_timer_;  // destroyed first, as it calls cycle()
 };
 
 }  // namespace proximity_server::node

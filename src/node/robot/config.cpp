@@ -19,20 +19,21 @@ struct Range {
   double lowest, highest;
 };
 
-/// The shortest text that means this number: "0.1", "1e-14".
+/// The shortest text that reads back as this number: "0.1", "1e-14".
 std::string shortest(double value) {
   char text[32];
   return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
 
-/// How a list of pairs is written, with the names of a flat list of links where it begins with two.
+/// An example of a list of pairs for an error message; it has the names of the user's flat list if that begins with
+/// two.
 std::string rightForm(XmlRpcValue& flat) {
   const auto isText = [&](int i) { return i < flat.size() && flat[i].getType() == XmlRpcValue::TypeString; };
   if (!isText(0) || !isText(1)) return "[[a, b]]";
   return "[[" + static_cast<std::string>(flat[0]) + ", " + static_cast<std::string>(flat[1]) + "]]";
 }
 
-/// The parameters of one namespace, read once. Every name that is asked for becomes a known one.
+/// The parameters of one namespace. It remembers the names that were read, so that it can warn about all others.
 class Parameters {
  public:
   Parameters(const XmlRpcValue& values, std::string name_space) : namespace_(std::move(name_space)) {
@@ -82,10 +83,10 @@ class Parameters {
     }
   }
 
-  /// Every name that was asked for.
+  /// The names of all parameters that were read or tolerated.
   const std::vector<std::string>& names() const { return known_; }
 
-  /// Names that belong to somebody else in this namespace.
+  /// Accepts a parameter of another library in this namespace.
   void tolerate(const std::string& name) { known_.push_back(name); }
 
   void warnAboutUnknown() {
@@ -123,7 +124,7 @@ class Parameters {
     const bool is_int = value.getType() == XmlRpcValue::TypeInt;
     require(is_int || value.getType() == XmlRpcValue::TypeDouble, name, "must be a number");
     const double result = is_int ? static_cast<int>(value) : static_cast<double>(value);
-    // Written so that NaN is outside of every range.
+    // Written with >= and <= so that NaN is outside of every range.
     require(
         result >= range.lowest && result <= range.highest, name,
         "is " + shortest(result) + ", outside of [" + shortest(range.lowest) + ", " + shortest(range.highest) + "]");
@@ -166,7 +167,7 @@ void readMonitorSettings(Parameters& parameters, MonitorSettings& settings) {
   parameters.read("lookahead", settings.lookahead, {0.0, 60.0});
 }
 
-/// Every parameter, each within its range.
+/// Reads every parameter and checks its range.
 Config readConfig(Parameters& parameters) {
   Config config;
   parameters.read("robot_description", config.robot_description);

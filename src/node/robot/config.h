@@ -11,7 +11,7 @@
 
 namespace proximity_server::node {
 
-/// What may change while the node runs (dynamic_reconfigure). config/proximity.yaml documents each parameter.
+/// The parameters that may change while the node runs (dynamic_reconfigure). config/proximity.yaml documents each.
 struct MonitorSettings {
   double rate = 50.0;           ///< [Hz]; 0: on every new set of transforms
   double threshold = 0.3;       ///< [m] pairs at or below it are listed
@@ -36,14 +36,14 @@ struct Config {
   std::vector<std::string> mesh_roots;                              ///< searched for packages before ROS_PACKAGE_PATH
   scene::ModelOptions model;
   scene::PairFilterOptions filter;
-  double tolerance = 1e-9;          ///< [m] of every answer
+  double tolerance = 1e-9;          ///< [m] accepted gap between the bounds of a distance
   double max_tf_age = 0.2;          ///< [s]
   double max_tf_skew = 0.05;        ///< [s]
   double tf_timeout = 0.1;          ///< [s] of wall time
-  int max_batch = 10000;            ///< pairs, or points, in one request
-  double max_request_time = 30.0;   ///< [s] of wall time, of one request
-  double motion_time_budget = 1.0;  ///< [s] of wall time, of one search along a motion
-  int realtime_priority = 0;        ///< of the monitor and of what listens to tf, SCHED_FIFO; 0: none
+  int max_batch = 10000;            ///< the most pairs, or points, of one request
+  double max_request_time = 30.0;   ///< [s] of wall time, for one request
+  double motion_time_budget = 1.0;  ///< [s] of wall time, for one search along a motion
+  int realtime_priority = 0;        ///< SCHED_FIFO priority of the threads of monitor and tf; 0: none
   MonitorSettings monitor;
 };
 
@@ -54,7 +54,7 @@ struct Config {
 ///          that is no parameter of ours is logged as a warning, with the nearest one that is.
 Config loadConfig(const ros::NodeHandle& private_nh);
 
-/// The same of what is in that namespace: a struct, or anything else where nothing is set.
+/// The same for the values of a namespace: a struct, or any other value if nothing is set there.
 Config configFrom(const XmlRpc::XmlRpcValue& values, const std::string& name_space);
 
 /// The name of every parameter that configFrom() reads.

@@ -19,12 +19,12 @@ void assign(Message& message, const Eigen::Vector3d& vector) {
   message.z = vector.z();
 }
 
-/// `point`, in the frame that has this pose.
+/// Transforms `point` into the frame that has this pose.
 Eigen::Vector3d seenFrom(const Eigen::Isometry3d& pose, const Eigen::Vector3d& point) {
   return pose.linear().transpose() * (point - pose.translation());
 }
 
-/// `point` of the common frame, in the frame of the shape's link.
+/// Transforms `point` from the frame of the poses into the frame of the shape's link; NaN if its pose is not known.
 Eigen::Vector3d inLink(const scene::RobotModel& robot, const scene::BodyPoses& poses, const scene::ShapeRef& ref,
                        const Eigen::Vector3d& point) {
   const scene::Link& link = robot.links[ref.link];

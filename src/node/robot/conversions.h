@@ -16,11 +16,11 @@
 
 namespace proximity_server::node {
 
-/// `poses` are those that the scene was asked with; they carry the points into the frames of the links.
+/// `poses` are those of the scene that answered; they transform the points into the frames of the links.
 Proximity toMessage(const scene::RobotModel& robot, const scene::BodyPoses& poses, const scene::PairProximity& pair,
                     const scene::Question& question);
 
-/// The same in place: no memory is taken where the names have room.
+/// The same in place: it allocates nothing if the strings of the message have enough capacity.
 void assign(Proximity& message, const scene::RobotModel& robot, const scene::BodyPoses& poses,
             const scene::PairProximity& pair, const scene::Question& question);
 
@@ -31,12 +31,12 @@ void assignUnknown(Proximity& message);
 /// A pair without names that is proven to be farther apart than `threshold` [m].
 Proximity beyondThreshold(double threshold);
 
-/// NOT_CONVERGED where the bounds are wider than the tolerance, else OK. The result is not Status::Unknown.
+/// NOT_CONVERGED if the bounds are wider than the tolerance, else OK. The result must not be Status::Unknown.
 std::int8_t statusCode(const narrowphase::SignedDistance& result);
 
 ModelInfo toMessage(const Robot& robot, const ros::Time& loaded);
 
-/// How the pairs of a question were settled, in the fields of any message that tells it.
+/// Fills the counters of a message that says how the pairs of a question were settled.
 template <class Message>
 void assignCounts(Message& message, const scene::PairCounts& counts) {
   message.pairs_total = static_cast<std::uint32_t>(counts.total);

@@ -4,7 +4,7 @@
 
 namespace proximity_server {
 
-/// The name of Clearance::level as Clearance.msg spells it: "CLEAR". Every value without a name counts as INVALID.
+/// The name of a Clearance::level as in Clearance.msg: "CLEAR". A value without a name counts as INVALID.
 inline const char* levelName(Clearance::_level_type level) {
   switch (level) {
     case Clearance::CLEAR:

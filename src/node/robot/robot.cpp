@@ -13,7 +13,7 @@
 namespace proximity_server::node {
 namespace {
 
-/// The text of a parameter, searched upwards; "" where there is none.
+/// The text of a parameter, searched upwards; "" if there is none.
 std::string descriptionOf(const ros::NodeHandle& nh, const std::string& name) {
   std::string found, text;
   if (!nh.searchParam(name, found)) return {};
@@ -30,7 +30,7 @@ std::string urdfOf(const ros::NodeHandle& nh, const std::string& name) {
   return urdf;
 }
 
-/// "" where the parameter is not set, which is an error only if a user named it.
+/// The text of the SRDF; "" if the parameter is not set, which is an error only if a user named the parameter.
 std::string srdfOf(const ros::NodeHandle& nh, const std::string& name) {
   if (name.empty()) return {};
   std::string found;
@@ -52,7 +52,7 @@ std::shared_ptr<const scene::SceneModel> loadSceneModel(const std::string& urdf,
   return std::make_shared<const scene::SceneModel>(scene::makeSceneModel(std::move(robot), srdf, config.filter));
 }
 
-/// A link may be named with the prefix of its frame or without.
+/// The link of the reference frame, or -1. The parameter may name the link, or its frame with the prefix.
 int referenceLinkOf(const scene::RobotModel& robot, const Config& config) {
   if (config.reference_frame.empty()) return robot.bodies.front().link;
   const int link = robot.findLink(config.reference_frame);

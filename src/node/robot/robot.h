@@ -16,11 +16,11 @@ namespace proximity_server::node {
 /// A transform that a robot needs from tf: the pose of one frame in another.
 struct TfEdge {
   std::string parent, child;  ///< frames
-  std::string name;           ///< in messages
+  std::string name;           ///< in messages: "joint 'elbow'"
 };
 
-/// A robot as the parameter server described it. Never changed after loading: a reload makes a new one, and requests
-/// that are under way keep theirs.
+/// A robot as the parameter server described it. It does not change after loading: a reload makes a new Robot, and
+/// running requests keep the old one.
 class Robot {
  public:
   /// Reads URDF and SRDF from the parameters that `config` names, searched upwards from the namespace of `nh`.
@@ -42,7 +42,8 @@ class Robot {
   const std::string& referenceFrame() const { return reference_frame_; }
   int referenceLink() const { return reference_link_; }
 
-  /// One for each of RobotModel::joints, and one to the root link from a reference frame that is no link.
+  /// One edge for each of RobotModel::joints. If the reference frame is no link, the last edge leads from it to the
+  /// root.
   const std::shared_ptr<const std::vector<TfEdge>>& tfEdges() const { return tf_edges_; }
 
   /// The pairs that are checked, and the bodies of their links, each once.
@@ -52,6 +53,7 @@ class Robot {
   /// Candidate pairs in which a link of this SRDF group moves. Throws std::invalid_argument for an unknown group.
   std::vector<scene::ShapeRefPair> pairsOfGroup(const std::string& group) const;
 
+  /// A scene for one request; it may still have the poses of an earlier one. The lease must end before the robot.
   ScenePool::Lease borrowScene() const { return scenes_->borrow(); }
   MovingScenePool::Lease borrowMovingScene() const { return moving_scenes_->borrow(); }
 
@@ -68,7 +70,7 @@ class Robot {
   std::unique_ptr<MovingScenePool> moving_scenes_;
 };
 
-/// The bodies of all links in `pairs`, each once, in their order.
+/// The bodies of all links in `pairs`, each once, in ascending order.
 std::vector<int> bodiesOf(const scene::RobotModel& robot, const std::vector<scene::ShapeRefPair>& pairs);
 
 }  // namespace proximity_server::node

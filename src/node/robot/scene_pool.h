@@ -11,7 +11,7 @@
 
 namespace proximity_server::node {
 
-/// Lends scratch objects to requests that run in parallel. Thread-safe.
+/// Lends scratch objects to requests that run in parallel, and makes a new one if all are lent. Thread-safe.
 ///
 /// A lease returns its object to the pool when it is destroyed; the pool must outlive it.
 template <class Scratch>

@@ -6,13 +6,13 @@
 namespace proximity_server::node {
 namespace {
 
-constexpr std::size_t kMaxNamed = 3;  // frames in a hint
+constexpr std::size_t kMaxNamed = 3;  // the most frames that a hint names
 
 bool endsWith(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
 
-/// The frames of a link under any prefix, also none, in the order of their names.
+/// The frames of a link with any prefix or without one, sorted by name.
 std::vector<std::string> framesOf(const std::string& link, const std::vector<std::string>& frames) {
   std::vector<std::string> result;
   for (const std::string& frame : frames) {

@@ -7,12 +7,12 @@
 
 namespace proximity_server::node {
 
-/// The frame that robot_state_publisher gives a link where its parameter tf_prefix is `prefix`: "prefix/link". A slash
-/// in front of the prefix is left out, as tf2 does not know it.
+/// The frame that robot_state_publisher gives a link if its parameter tf_prefix is `prefix`: "prefix/link". A slash in
+/// front of the prefix is left out, because tf2 has no leading slashes.
 std::string tfFrame(const std::string& prefix, const std::string& link);
 
-/// Why tf does not know the frames of `links`, where the prefix seems to be the reason: what frames of these links
-/// there are, and what tf_prefix they want. "" where tf has none of other prefixes.
+/// A hint for the user if tf does not know the frames of `links` but has frames of them with another prefix: names
+/// these frames and the tf_prefix that fits. "" if there are none.
 std::string prefixHint(const tf2::BufferCore& buffer, const std::string& prefix, const std::vector<std::string>& links);
 
 }  // namespace proximity_server::node

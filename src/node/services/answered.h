@@ -10,7 +10,7 @@
 
 namespace proximity_server::node {
 
-/// The status of an answer that met a defect of this package, which is logged for those who can mend it.
+/// The status of an answer that failed because of a defect of this package. Logs the defect, so that it can be mended.
 inline QueryStatus internalError(const std::string& what) {
   QueryStatus status;
   status.code = QueryStatus::INTERNAL_ERROR;
@@ -19,8 +19,8 @@ inline QueryStatus internalError(const std::string& what) {
   return status;
 }
 
-/// Runs `ask`, which fills the response; what it throws becomes the status of a response without numbers: that of a
-/// RequestError, and INTERNAL_ERROR for any other exception. Never throws.
+/// Runs `ask`, which fills the response. An exception becomes the status of a response without numbers: a RequestError
+/// has its own status, any other exception becomes INTERNAL_ERROR. Never throws.
 template <class Response, class Ask>
 Response answered(const Response& empty, Ask ask) {
   Response response = empty;

@@ -9,7 +9,7 @@
 namespace proximity_server::node {
 namespace {
 
-/// The question that is asked in every state.
+/// The same question as a batch, which is asked in every state.
 QueryPairsRequest questionInEachState(const QueryConfigurationRequest& request) {
   QueryPairsRequest question;
   question.a = request.a;
@@ -34,7 +34,7 @@ std::vector<JointValues> statesOf(const scene::RobotModel& robot, const QueryCon
   return states;
 }
 
-/// The first of the states that has no answer speaks for all of them.
+/// The status of the first state that has no answer; OK if all have one.
 QueryStatus summary(const std::vector<StateProximity>& states) {
   for (std::size_t i = 0; i < states.size(); ++i) {
     if (states[i].status.code == QueryStatus::OK) continue;

@@ -10,8 +10,9 @@
 #include "proximity_server/scene/model/kinematics.h"
 
 // Reads the joints of a request. `where` begins the error messages: "state 2".
-// Failure: throw RequestError INVALID_ARGUMENT naming `where` and the joint: one that is unknown (with the nearest one
-//          that is known), repeated, fixed, or has not one position; too few or many numbers; one that is not finite.
+// Failure: throw RequestError INVALID_ARGUMENT naming `where` and the joint: an unknown joint (with the nearest known
+//          name), a repeated or fixed one, a floating or planar one; too few or too many numbers; a number that is not
+//          finite.
 
 namespace proximity_server::node {
 
@@ -28,7 +29,7 @@ JointValues valuesOf(const scene::RobotModel& robot, const std::vector<int>& joi
 enum class MissingJoints { FromTf, AtZero };
 MissingJoints missingJoints(std::uint8_t code);
 
-/// The positions of a request, with missing joints at 0 if the request says so.
+/// The positions of a request; missing joints are at 0 if `missing` is AtZero.
 JointValues completed(JointValues positions, MissingJoints missing);
 
 /// Looks up in tf the joints that `bodies` need and that some of `states` does not give. Waits at most

@@ -35,7 +35,7 @@ QueryTrajectoryResponse emptyQueryTrajectory() {
   return response;
 }
 
-/// The result of a search for the first contact, on the clock of the answer.
+/// Writes the result of a search for the first contact into a response, in the time of the answer.
 template <class Response>
 void fillContact(Response& response, const Robot& robot, const TimedMotion& motion, const scene::RobotContact& found) {
   response.t_free = motion.onClock(found.t_free);
@@ -45,7 +45,7 @@ void fillContact(Response& response, const Robot& robot, const TimedMotion& moti
   response.pair = toMessage(robot, motion, found.t_contact, found.pair);
 }
 
-/// The segments between way points, each a motion of its own.
+/// The motions between successive way points.
 std::vector<TimedMotion> segmentsOf(const Robot& robot, const WayPoints& points, const JointSnapshot& from_tf) {
   std::vector<TimedMotion> segments;
   for (std::size_t i = 0; i + 1 < points.times.size(); ++i) {
@@ -57,7 +57,7 @@ std::vector<TimedMotion> segmentsOf(const Robot& robot, const WayPoints& points,
   return segments;
 }
 
-/// The named joints between two way points, at a time of [0, 1].
+/// The positions of the named joints at a time in [0, 1] between two way points.
 sensor_msgs::JointState stateBetween(const scene::RobotModel& robot, const WayPoints& points, std::size_t segment,
                                      double time) {
   const JointValues& from = points.positions[segment];
@@ -71,7 +71,7 @@ sensor_msgs::JointState stateBetween(const scene::RobotModel& robot, const WayPo
   return state;
 }
 
-/// A trajectory and what is asked about it.
+/// A trajectory and the question about it.
 struct TrajectorySearch {
   const Robot& robot;
   const scene::Pairs pairs;
@@ -81,9 +81,9 @@ struct TrajectorySearch {
   scene::MovingScene& scene;
 };
 
-/// A warning that names the joints that the trajectory moves beyond their limits; "" if there are none.
+/// A warning about the first point of the trajectory at which a joint is beyond its limit; "" if there is none.
 std::string beyondLimits(const scene::RobotModel& robot, const WayPoints& points) {
-  constexpr double kRounding = 1e-6;  // [rad] or [m] of numbers that were printed
+  constexpr double kRounding = 1e-6;  // [rad] or [m] of positions that were written with six decimals
   std::ostringstream text;
   for (std::size_t i = 0; i < points.positions.size(); ++i) {
     for (const int index : points.joints) {
@@ -99,7 +99,7 @@ std::string beyondLimits(const scene::RobotModel& robot, const WayPoints& points
   return {};
 }
 
-/// Segment by segment, until there is contact or something is left undecided.
+/// Searches segment by segment, until a contact is found or a segment is left undecided.
 void findContact(const TrajectorySearch& search, QueryTrajectoryResponse& response) {
   for (std::size_t i = 0; i < search.segments.size(); ++i) {
     const TimedMotion& motion = search.segments[i];

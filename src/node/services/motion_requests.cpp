@@ -18,7 +18,7 @@ using Twist = scene::RobotMotion::Twist;
 
 Eigen::Vector3d toEigen(const geometry_msgs::Vector3& vector) { return {vector.x, vector.y, vector.z}; }
 
-/// The twist of a body, given that of one of its links: the velocity of another point of the same screw.
+/// Converts the twist of a link into that of its body: the linear velocity is that of another point of the same screw.
 Twist twistOfBody(const scene::Link& link, const Eigen::Isometry3d& body_pose, const geometry_msgs::Twist& twist) {
   const Eigen::Vector3d angular = toEigen(twist.angular);
   const Eigen::Vector3d link_to_body = -(body_pose.linear() * link.body_T_link.translation());
@@ -27,7 +27,8 @@ Twist twistOfBody(const scene::Link& link, const Eigen::Isometry3d& body_pose, c
 
 bool isRest(const Twist& twist) { return twist.linear.isZero(0.0) && twist.angular.isZero(0.0); }
 
-/// Whether two twists [1/s] of a body carry points within a metre of its origin apart by more than the tolerance [m].
+/// Whether two twists of one body, over `horizon` [s], move a point within one metre of the body's origin to places
+/// that may be more than `tolerance` [m] apart.
 bool disagree(const Twist& a, const Twist& b, double horizon, double tolerance) {
   return ((a.linear - b.linear).norm() + (a.angular - b.angular).norm()) * horizon > tolerance;
 }
@@ -36,7 +37,7 @@ int bodyOfReference(const Robot& robot) {
   return robot.referenceLink() < 0 ? -1 : robot.robotModel().links[robot.referenceLink()].body;
 }
 
-/// The twists [1/s] of all bodies.
+/// The twists [m/s, rad/s] of all bodies that a request describes.
 class BodyTwists {
  public:
   BodyTwists(const Robot& robot, const scene::BodyPoses& poses, const FirstContactRequest& request)
@@ -53,7 +54,7 @@ class BodyTwists {
       refuse("the twist of link '" + name + "' is not finite");
     }
     const auto body = static_cast<std::size_t>(link.body);
-    if (!poses_[body]) return;  // none of the asked pairs needs it
+    if (!poses_[body]) return;  // none of the requested pairs needs it
     const Twist twist = twistOfBody(link, *poses_[body], message);
     if (link.body == bodyOfReference(robot_) && !isRest(twist)) {
       refuse("link '" + name + "' carries the frame '" + robot_.referenceFrame() +
@@ -83,7 +84,7 @@ TimedMotion motionOfTwists(const Robot& robot, const scene::BodyPoses& poses, co
   return node::motionOfTwists(poses, twists, request.horizon);
 }
 
-/// What the request tells of the joints' positions [rad] or [m]; NaN stands for one that it does not know.
+/// The positions [rad] or [m] that the request states; a NaN there means that the position is not known.
 JointValues statedPositions(const scene::RobotModel& robot, const std::vector<int>& joints,
                             const std::vector<double>& positions) {
   JointValues stated(robot.joints.size());

@@ -14,7 +14,7 @@
 
 namespace proximity_server::node {
 
-/// The numbers of both requests, without a deadline.
+/// The question that the numbers of either request describe, without a deadline. A tolerance of 0 means the default.
 scene::MotionQuestion motionQuestion(double contact_distance, double tolerance);
 
 /// The time budget [s] of a search. Throws RequestError OVER_BUDGET if it exceeds Config::max_request_time.

@@ -12,7 +12,7 @@
 namespace proximity_server::node {
 namespace {
 
-/// Valid until the scene is asked again.
+/// Answers in the memory of the scene, valid until its next question.
 using Answers = boost::iterator_range<const scene::PairProximity*>;
 
 Answers askByMode(scene::Scene& scene, const scene::Pairs& pairs, const QueryPairsRequest& request,

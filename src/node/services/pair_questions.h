@@ -16,7 +16,7 @@ scene::Question questionOf(const Robot& robot);
 /// The question that the options of a batch describe. Throws RequestError for a number that is not finite.
 scene::Question questionOf(const Robot& robot, const QueryPairsRequest& request);
 
-/// The threshold [m] of a request in which <= 0 means none. Throws RequestError where it is not finite.
+/// The threshold [m] of a request in which <= 0 means none. Throws RequestError if it is not finite.
 double thresholdOrNone(double threshold);
 
 /// The poses of a scene, and the status that says which of them are missing.
@@ -25,14 +25,14 @@ struct PosedState {
   const QueryStatus& status;
 };
 
-/// Asks a scene the question of a batch's mode about `pairs`. A pair without poses makes the state's status
-/// that of the answer, one that the time did not suffice for makes it OVER_BUDGET. Throws RequestError for a mode that
-/// does not exist.
+/// Asks a scene about `pairs`, as the mode of a batch says. If a pose of some pair is missing, the answer has the
+/// status of `state`; if the deadline passed before some pair was computed, OVER_BUDGET. Throws RequestError for a mode
+/// that does not exist.
 StateProximity askPairs(const Robot& robot, scene::Scene& scene, const PosedState& state, const RequestedPairs& pairs,
                         const QueryPairsRequest& request, const scene::Question& question);
 
-/// The status for pairs that have no answer although tf knows all poses: the deadline has passed, or a pose is too far
-/// away to compute with.
+/// The status for pairs that have no answer although tf knows all poses: the deadline has passed, or a pose is so far
+/// away that the numbers overflow.
 QueryStatus incompleteness(const Robot& robot, const scene::PairCounts& counts, const scene::Question& question);
 
 }  // namespace proximity_server::node

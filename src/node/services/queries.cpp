@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// A scene in the poses that a request needs.
+/// A scene with the poses that a request needs, and the header of the answer.
 struct PosedScene {
   PosedScene(const Robot& asked_robot, TfPoses& tf, const RequestedPairs& pairs, const ros::Time& stamp)
       : robot(asked_robot.robotModel()),
@@ -39,7 +39,7 @@ void requireAllPoses(const PosedScene& posed) {
   if (posed.snapshot.status.code != QueryStatus::OK) throw RequestError(posed.snapshot.status);
 }
 
-/// The closest of `pairs`, all of whose poses are known.
+/// The closest of `pairs`; the poses of all are known. Sets `status` to that of the distance.
 Proximity closestPair(const Robot& robot, const PosedScene& posed, const RequestedPairs& pairs,
                       const scene::Question& question, QueryStatus& status) {
   scene::PairProximity only;

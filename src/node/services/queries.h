@@ -11,8 +11,7 @@
 #include "proximity_server/SeparationAxis.h"
 
 // The services, one function each. They never throw: an error becomes the status of the response, and then every number
-// that is not proven is NaN. They wait at most Config::tf_timeout. Any number of threads may call them at
-// once.
+// that is not proven is NaN. They wait at most Config::tf_timeout. Any number of threads may call them concurrently.
 
 namespace proximity_server::node {
 

@@ -81,7 +81,7 @@ RequestedPairs everyPair(const Robot& robot, Filter filter) {
   return {robot, std::move(pairs)};
 }
 
-/// The pairs with `a`, which comes first.
+/// All pairs with `a`, in which `a` comes first.
 RequestedPairs pairsWith(const Robot& robot, const ShapeRef& a, Filter filter) {
   const scene::ShapeRef subject = shapeRefOf(robot.robotModel(), a);
   std::vector<scene::ShapeRefPair> pairs;
@@ -109,13 +109,13 @@ bool isWithinBatch(const Robot& robot, std::size_t count) {
   return count <= static_cast<std::size_t>(robot.config().max_batch);
 }
 
-/// Throws RequestError OVER_BUDGET. `what` is a count with its unit: "12 entries".
+/// Throws RequestError OVER_BUDGET. `what` is a count with its noun: "12 entries".
 [[noreturn]] void refuseBatch(const Robot& robot, const std::string& field, const std::string& what) {
   throw RequestError(QueryStatus::OVER_BUDGET,
                      field + ": " + what + ", max_batch is " + std::to_string(robot.config().max_batch));
 }
 
-/// The pairs of the lists a and b. A single name may stand for many pairs, so the limit is looked at after each.
+/// The pairs of the lists a and b. A single entry may stand for many pairs, so the limit is checked after each entry.
 RequestedPairs listedPairs(const Robot& robot, const QueryPairsRequest& request) {
   if (!request.group.empty()) throw RequestError(QueryStatus::INVALID_ARGUMENT, "group goes with empty a and b only");
   if (!request.b.empty() && request.b.size() != request.a.size()) {
@@ -135,7 +135,7 @@ RequestedPairs listedPairs(const Robot& robot, const QueryPairsRequest& request)
   return {robot, std::move(pairs)};
 }
 
-/// Of `asked` pairs in one state.
+/// The largest number of pairs that the mode returns for one state, of `asked` pairs.
 std::size_t maxReturned(const QueryPairsRequest& request, std::size_t asked) {
   switch (request.mode) {
     case QueryPairsRequest::MINIMUM:

@@ -13,7 +13,7 @@
 
 namespace proximity_server::node {
 
-/// A request that cannot be answered: code and message of its QueryStatus.
+/// The error of a request that cannot be answered, with the code and message of its QueryStatus.
 class RequestError : public std::runtime_error {
  public:
   RequestError(std::int8_t code, const std::string& message) : std::runtime_error(message), code_(code) {}
@@ -46,10 +46,10 @@ class RequestedPairs {
   const std::vector<scene::ShapeRefPair>& list() const { return own_ ? *own_ : robot_->candidates().list(); }
   std::size_t size() const { return list().size(); }
 
-  /// As a scene is asked about them; refers to this.
+  /// The pairs as a question to a scene takes them; it refers to this object.
   scene::Pairs asked() const { return own_ ? scene::Pairs(*own_) : scene::Pairs(robot_->candidates()); }
 
-  /// The bodies of their links, each once.
+  /// The bodies of the links of all pairs, each once.
   std::vector<int> bodies() const { return own_ ? bodiesOf(robot_->robotModel(), *own_) : robot_->candidateBodies(); }
 
  private:
@@ -59,24 +59,24 @@ class RequestedPairs {
   std::optional<std::vector<scene::ShapeRefPair>> own_;
 };
 
-// What a request means by its names. The pairs keep the request's order of a and b.
+// Find the pairs that a request names. The pairs keep the request's order of a and b.
 // Failure: throw RequestError for a link or shape that does not exist or has no geometry, for a pair that the filter
-//          excludes, and where no pair is left.
+//          excludes, and if no pair is left.
 
-/// Both empty: every pair; b empty: a against all others; else that one pair.
+/// If both are empty, every pair; if b is empty, all pairs with a; otherwise the pair of a and b.
 RequestedPairs pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter);
 
-/// The same for the lists of a batch. Throws also where these are more than Config::max_batch pairs, before they take
-/// any memory.
+/// The same for the lists of a batch. Also throws RequestError OVER_BUDGET if the lists name more than
+/// Config::max_batch pairs, before it allocates memory for them.
 RequestedPairs pairsOf(const Robot& robot, const QueryPairsRequest& request);
 
-/// Throws RequestError OVER_BUDGET where the answers about so many states could return more than Config::max_batch
-/// pairs: `asked` is how many are asked about in each of them, and the mode of the request says how many of these come
-/// back.
+/// Throws RequestError OVER_BUDGET if the answers about so many states could return more than Config::max_batch pairs.
+/// `asked` is the number of pairs in the question about each state; the mode of the request says how many of them an
+/// answer returns.
 void requireAnswersWithinBatch(const Robot& robot, const QueryPairsRequest& request, std::size_t asked,
                                std::size_t states = 1);
 
-/// Throws RequestError OVER_BUDGET where a trajectory has more points than Config::max_batch.
+/// Throws RequestError OVER_BUDGET if a trajectory has more points than Config::max_batch.
 void requirePointsWithinBatch(const Robot& robot, std::size_t points);
 
 }  // namespace proximity_server::node

@@ -26,10 +26,10 @@ scene::PairProximity inFrame(const Eigen::Isometry3d& frame_T_poses, scene::Pair
   return pair;
 }
 
-/// The poses in the frame of the root link, which joints do not move.
+/// The poses in the frame of the root link, which the joints do not move.
 scene::BodyPoses inRoot(const scene::BodyPoses& poses) { return inFrame(poses.front().value().inverse(), poses); }
 
-/// How TimedMotion finds the reference frame in a motion of joints that starts from these poses.
+/// TimedMotion::reference_T_poses for a motion of joints that starts from these poses.
 std::function<Eigen::Isometry3d(const scene::BodyPoses&)> referenceFrom(const Robot& robot,
                                                                         const scene::BodyPoses& poses) {
   return [&robot, reference_T_root = poses.front().value()](const scene::BodyPoses& poses_in_root) {

@@ -13,17 +13,17 @@ void askForShortTurns() {
   const bool is_ordinary = syscall(SYS_sched_getscheduler, 0) == SCHED_NORMAL;
   if (!is_ordinary) return;  // somebody chose another policy, as chrt does
 
-  constexpr __u64 kTurn = 100'000;  // [ns] the shortest that there are
+  constexpr __u64 kSlice = 100'000;  // [ns] the shortest time slice that Linux allows
   sched_attr attributes{};
   attributes.size = sizeof attributes;
   attributes.sched_nice = getpriority(PRIO_PROCESS, 0);
-  attributes.sched_runtime = kTurn;
-  // A system that does not know it refuses, and then all is as without.
+  attributes.sched_runtime = kSlice;
+  // An older kernel refuses the call, and nothing changes.
   syscall(SYS_sched_setattr, 0, &attributes, 0);
 }
 
 void giveBackLargeMemory() {
-  constexpr int kLarge = 1 << 20;  // [byte] more than the answers that come all the time
+  constexpr int kLarge = 1 << 20;  // [byte] more than a usual answer takes
   mallopt(M_MMAP_THRESHOLD, kLarge);
   mallopt(M_TRIM_THRESHOLD, kLarge);
 }

@@ -1,19 +1,21 @@
 #pragma once
 
-// Settings of the process that the node asks the system for.
+// Settings of the process that the node requests from the operating system.
 
 namespace proximity_server::node {
 
-/// Before there are other threads: asks the system to let this one, and all that it starts later, run in many short
-/// turns: when one of them has something to do it need not wait for the end of the long turn of another program. Linux
-/// grants that to everybody from 6.12 on; before, nothing changes, and nothing does under a policy that somebody chose.
+/// Requests short time slices for this thread and all that it starts later, so that a thread that wakes up need not
+/// wait for the end of a long time slice of another program. Call it before other threads start. Linux supports this
+/// for every user from version 6.12 on. Otherwise, and if the process was started with another scheduling policy,
+/// nothing changes.
 void askForShortTurns();
 
-/// Before there are other threads: memory of a huge request goes back to the system with its answer. By itself glibc
-/// keeps ever more of it, in every thread that has seen one.
+/// Lets malloc return large blocks to the system as soon as they are freed, so that the memory of a huge request is not
+/// kept after its answer; by default glibc keeps it for each thread that had such a request. Call it before other
+/// threads start.
 void giveBackLargeMemory();
 
-/// What is free by now goes back to the system: glibc keeps it for each thread that ever asked for as much.
+/// Returns all memory that is free now to the system; otherwise glibc keeps it for the threads that allocated it.
 void giveBackFreeMemory();
 
 }  // namespace proximity_server::node

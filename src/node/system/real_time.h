@@ -2,8 +2,8 @@
 
 namespace proximity_server::node {
 
-/// Lets this thread, but none that it starts, go before all that is not real-time (SCHED_FIFO), whenever it has
-/// something to do. 0: nothing changes. Where the system does not grant it, one warning says so.
+/// Gives this thread, but none that it starts, the real-time policy SCHED_FIFO with this priority; 0 changes nothing.
+/// If the system refuses, one warning is logged.
 void runInRealTime(int priority);
 
 }  // namespace proximity_server::node

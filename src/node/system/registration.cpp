@@ -18,9 +18,9 @@ namespace {
 
 using XmlRpc::XmlRpcValue;
 
-constexpr double kPeriod = 1.0;  // [s] of wall time between two looks
+constexpr double kPeriod = 1.0;  // [s] of wall time between two checks
 
-/// What the master answers to `method`; nothing where it refuses or is not there. Never waits for one that is gone.
+/// The master's answer to `method`; nullopt if it refuses or cannot be reached. Does not wait for a missing master.
 template <class... Arguments>
 std::optional<XmlRpcValue> askMaster(const std::string& method, const Arguments&... arguments) {
   XmlRpcValue request, response, payload;
@@ -42,9 +42,9 @@ std::vector<std::string> registeredServices() {
   std::vector<std::string> services;
   XmlRpcValue request, response, state;
   request[0] = ros::this_node::getName();
-  // Waits, as advertising does: a node starts with a master.
+  // Waits for the master, as advertising does.
   if (!ros::master::execute("getSystemState", request, response, state, /*wait_for_master=*/true)) return services;
-  constexpr int kServices = 2;  // after the publishers and the subscribers
+  constexpr int kServices = 2;  // the state lists publishers, subscribers, services
   XmlRpcValue& all = state[kServices];
   for (int i = 0; i < all.size(); ++i) {
     XmlRpcValue& providers = all[i][1];
@@ -82,7 +82,7 @@ void registerSubscribers(const std::string& api) {
   ros::this_node::getSubscribedTopics(topics);
   for (const std::string& topic : topics) {
     const std::optional<XmlRpcValue> publishers = askMaster("registerSubscriber", topic, "*", api);
-    // Where the new master knows of none, those of before are better than none.
+    // If the new master knows no publisher yet, the connections to the old publishers are kept.
     if (publishers && publishers->size() > 0) announcePublishers(topic, *publishers);
   }
 }
@@ -92,7 +92,7 @@ void registerSubscribers(const std::string& api) {
 Registration::Registration()
     : api_(ownApi()), service_api_(ownServiceApi()), services_(registeredServices()), spinner_(1, &queue_) {
   nh_.setCallbackQueue(&queue_);
-  timer_ = nh_.createWallTimer(ros::WallDuration(kPeriod), [this](const ros::WallTimerEvent&) { look(); });
+  timer_ = nh_.createWallTimer(ros::WallDuration(kPeriod), [this](const ros::WallTimerEvent&) { check(); });
   spinner_.start();
 }
 
@@ -101,11 +101,11 @@ Registration::~Registration() {
   spinner_.stop();
 }
 
-void Registration::look() {
-  if (services_.empty()) return;  // ROS ended before it began
-  // The last to be registered: one that is known stands for all.
+void Registration::check() {
+  if (services_.empty()) return;  // ROS was shut down during the start
+  // The last service is registered last: if the master knows it, it knows all.
   if (askMaster("lookupService", services_.back()) || !ros::master::check()) return;
-  if (ros::isShuttingDown()) return;  // that is why
+  if (ros::isShuttingDown()) return;  // then the master does not know the service because roscpp has removed it
   ROS_WARN_STREAM("the master at " << ros::master::getURI() << " has forgotten this node: registering again");
   renew();
 }

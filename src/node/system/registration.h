@@ -9,25 +9,25 @@
 
 namespace proximity_server::node {
 
-/// Keeps the node known to the ROS master. roscpp registers once, so a master that died and came back knows nothing of
-/// the nodes that are left: no newcomer finds them, and they find no newcomer.
+/// Registers the node again if the ROS master was restarted. roscpp registers only once, so a new master does not know
+/// the running nodes: a node that starts later does not find them, and they do not find it.
 ///
-/// Asks every second, in a thread of its own. Connections that stand notice nothing of it. A master that dies while the
-/// node starts is not seen: what came before is registered with the old one only.
+/// A thread of its own asks the master every second. Existing connections are not affected. Limit: if the master is
+/// restarted while this node starts, the services and topics that were registered before are missing in the new one.
 class Registration {
  public:
-  /// Watches the services and topics that the node offers now, and topics that it offers later.
+  /// Takes care of the services and topics that the node offers now, and of the topics that it offers later.
   Registration();
   ~Registration();
 
  private:
-  void look();
+  void check();
   void renew() const;
 
-  // Where others reach the node: known as long as ROS runs, this lives a little longer.
+  // The addresses of the node, stored because roscpp knows them only while it runs, which may end before this object.
   const std::string api_;
   const std::string service_api_;
-  const std::vector<std::string> services_;  // as the master knew them
+  const std::vector<std::string> services_;  // the names that the first master listed
   ros::CallbackQueue queue_;
   ros::NodeHandle nh_;
   ros::WallTimer timer_;

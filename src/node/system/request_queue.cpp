@@ -39,22 +39,22 @@ void RequestQueue::addCallback(const ros::CallbackInterfacePtr& callback, std::u
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (ends_) return;
-    ++untaken_;
+    ++waiting_count_;
     if (++open_ > threads_.size() && threads_.size() < kMaxThreads) threads_.emplace_back([this] { work(); });
   }
   changed_.notify_one();
 }
 
 void RequestQueue::work() {
-  // On Linux that of the calling thread alone; everybody may lower it.
+  // On Linux this sets the niceness of the calling thread alone; every user may raise it.
   setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + niceness_);
   std::unique_lock<std::mutex> lock(mutex_);
   while (true) {
-    changed_.wait(lock, [this] { return ends_ || untaken_ > 0; });
+    changed_.wait(lock, [this] { return ends_ || waiting_count_ > 0; });
     if (ends_) return;
-    --untaken_;
+    --waiting_count_;
     lock.unlock();
-    waiting_.callOne();  // nothing where the callback was removed
+    waiting_.callOne();  // does nothing if the callback was removed
     lock.lock();
     --open_;
   }

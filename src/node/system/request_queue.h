@@ -13,16 +13,16 @@
 
 namespace proximity_server::node {
 
-/// Runs the callbacks of services in threads of its own, as many as there ever were requests at once. So a request that
-/// takes long, or waits for tf, delays no other.
+/// Runs the callbacks of services in threads of its own, as many as the most requests that were open at once. So a
+/// request that takes long, or waits for tf, delays no other.
 class RequestQueue : public ros::CallbackQueueInterface {
  public:
-  /// Of more requests than that at once some wait for their turn.
+  /// The largest number of threads; further requests wait.
   static constexpr std::size_t kMaxThreads = 64;
 
-  /// `niceness` of the threads, see nice(2): added to that of the process.
+  /// `niceness` is added to that of the process for the threads of this queue, see nice(2).
   explicit RequestQueue(int niceness);
-  /// All services that use it must be gone.
+  /// All services that use it must be destroyed before.
   ~RequestQueue() override;
 
   void addCallback(const ros::CallbackInterfacePtr& callback, std::uint64_t owner_id) override;
@@ -33,18 +33,18 @@ class RequestQueue : public ros::CallbackQueueInterface {
 
   const int niceness_;
   ros::CallbackQueue waiting_;
-  std::mutex mutex_;  // guards all that follows
+  std::mutex mutex_;  // guards the members below
   std::condition_variable changed_;
-  std::size_t open_ = 0;  // callbacks that wait or run
-  std::size_t untaken_ = 0;
+  std::size_t open_ = 0;           // callbacks that wait or run
+  std::size_t waiting_count_ = 0;  // callbacks that no thread has taken yet
   bool ends_ = false;
   std::vector<std::thread> threads_;
 };
 
-/// A function for a callback queue.
+/// Wraps a function as a callback for a callback queue.
 ros::CallbackInterfacePtr callbackOf(std::function<void()> function);
 
-/// The same node handle, with its callbacks in `queue`.
+/// A copy of the node handle whose callbacks go into `queue`.
 ros::NodeHandle withQueue(ros::NodeHandle nh, ros::CallbackQueueInterface& queue);
 
 }  // namespace proximity_server::node

@@ -8,13 +8,13 @@
 
 namespace proximity_server::node {
 
-/// Calls a function at a steady rate of wall time, in a thread of its own. Ticks that come a period late are left out.
+/// Calls a function at a steady rate of wall time, in a thread of its own. A call that is a period late is skipped.
 ///
-/// A ros::WallTimer would do, but roscpp sleeps whole milliseconds and hands each tick to another thread: too coarse
-/// for a kilohertz. Thread-safe.
+/// It replaces ros::WallTimer, which sleeps for whole milliseconds and passes each event to another thread: that is too
+/// coarse for 1 kHz. Thread-safe.
 class SteadyTimer {
  public:
-  /// Calls `tick` in a thread with this priority, see runInRealTime, once start() was called.
+  /// `tick` is called in a thread with this priority, see runInRealTime, as soon as start() was called.
   SteadyTimer(int realtime_priority, std::function<void()> tick);
   ~SteadyTimer();
   SteadyTimer(const SteadyTimer&) = delete;
@@ -30,12 +30,12 @@ class SteadyTimer {
   void run();
 
   const std::function<void()> tick_;
-  std::mutex mutex_;  // guards all that follows
+  std::mutex mutex_;  // guards the members below
   std::condition_variable changed_;
   Clock::duration period_{};  // 0: stopped
   Clock::time_point next_;
   bool ends_ = false;
-  std::thread thread_;  // last: it uses all of the above
+  std::thread thread_;  // last, as it uses the members above
 };
 
 }  // namespace proximity_server::node

@@ -9,7 +9,7 @@
 namespace proximity_server::node {
 namespace {
 
-/// tf itself refuses quaternions whose squared norm is further than this from 1.
+/// tf refuses quaternions whose squared norm differs from 1 by more than this, too.
 constexpr double kUnitNormTolerance = 0.01;
 
 QueryStatus status(std::int8_t code, const TfEdge& edge, const std::string& why) {
@@ -25,7 +25,7 @@ std::optional<Eigen::Isometry3d> rigidMotion(const geometry_msgs::Transform& tra
   const Eigen::Vector3d translation(transform.translation.x, transform.translation.y, transform.translation.z);
   const Eigen::Quaterniond rotation(transform.rotation.w, transform.rotation.x, transform.rotation.y,
                                     transform.rotation.z);
-  // Squared: a length whose square overflows leads to nothing but NaN.
+  // The squared norm is checked, because a length whose square overflows would give NaN later.
   const bool is_finite = std::isfinite(translation.squaredNorm());
   if (!is_finite || !(std::abs(rotation.squaredNorm() - 1.0) <= kUnitNormTolerance)) return std::nullopt;
   return Eigen::Translation3d(translation) * rotation.normalized();
@@ -45,7 +45,7 @@ EdgeTransform lookUpEdge(const tf2::BufferCore& buffer, const TfEdge& edge, cons
     result.status = status(QueryStatus::TF_EXTRAPOLATION, edge, error.what());
   } catch (const tf2::TransformException& error) {
     result.status = status(QueryStatus::TF_UNAVAILABLE, edge, error.what());
-  } catch (const std::runtime_error&) {  // of the arithmetic of ros::Time, which tf does not expect
+  } catch (const std::runtime_error&) {  // thrown by ros::Time for an overflow, which tf does not handle
     result.status = status(QueryStatus::TF_EXTRAPOLATION, edge, "its transforms are decades away from the stamp");
   }
   return result;

@@ -17,11 +17,11 @@
 
 namespace proximity_server::node {
 
-/// The transform of one edge of a robot's tree, as tf has it.
+/// The transform of tf for one edge of a robot's tree.
 struct EdgeTransform {
   ros::Time stamp;                        ///< of the transform; 0 for a static one
   std::optional<Eigen::Isometry3d> pose;  ///< parent_T_child
-  QueryStatus status;                     ///< OK, or why there is no pose: names the joint
+  QueryStatus status;                     ///< OK, or the reason why there is no pose, with the name of the joint
 };
 
 /// Returns nullopt if a number is not finite or the quaternion does not have length 1.
@@ -30,27 +30,27 @@ std::optional<Eigen::Isometry3d> rigidMotion(const geometry_msgs::Transform& tra
 /// Looks up the transform at `stamp`, or the latest one if `stamp` is 0.
 EdgeTransform lookUpEdge(const tf2::BufferCore& buffer, const TfEdge& edge, const ros::Time& stamp);
 
-/// The latest transforms of a robot's edges. Many requests come between two messages of tf, so each edge is looked up
-/// once for all of them. Thread-safe.
+/// A cache of the latest transforms of a robot's edges: between two messages of tf, each edge is looked up once for all
+/// requests. Thread-safe.
 class LatestTransforms {
  public:
   struct Edge {
-    int number;            ///< in Robot::tfEdges()
-    const TfEdge* frames;  ///< that one
+    int number;            ///< index into Robot::tfEdges()
+    const TfEdge* frames;  ///< the edge of that index
     EdgeTransform transform;
   };
 
-  /// Gives the edges their latest transforms.
+  /// Fills in the latest transforms of the edges.
   void find(const TfTree::View& tf, const Robot& robot, std::vector<Edge>& edges);
 
  private:
   struct Entry {
-    std::optional<std::uint64_t> changes;  ///< when it was looked up
+    std::optional<std::uint64_t> changes;  ///< TfTree::View::changes at the look-up
     EdgeTransform transform;
   };
 
   std::mutex mutex_;
-  std::shared_ptr<const std::vector<TfEdge>> edges_;  // what the entries are about
+  std::shared_ptr<const std::vector<TfEdge>> edges_;  // the edges of the entries
   std::vector<Entry> entries_;
 };
 

@@ -46,7 +46,7 @@ JointFrames framesAt(const scene::RobotModel& robot, const JointValues& position
 scene::BodyPoses posesInRoot(const scene::RobotModel& robot, const JointFrames& joints, scene::BodyPoses room) {
   scene::BodyPoses poses = std::move(room);
   poses.assign(robot.bodies.size(), std::nullopt);
-  for (std::size_t i = 0; i < poses.size(); ++i) {  // parents come first
+  for (std::size_t i = 0; i < poses.size(); ++i) {  // a parent has a smaller index than its children
     const scene::Body& body = robot.bodies[i];
     if (body.joint < 0) {
       poses[i] = Eigen::Isometry3d::Identity();

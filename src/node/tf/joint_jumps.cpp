@@ -10,17 +10,17 @@
 namespace proximity_server::node {
 namespace {
 
-constexpr double kMargin = 2.0;           // drivers and controllers exceed the limits of their URDF
-constexpr double kJitter = 0.02;          // [s] by which the stamps of one publisher may be wrong
-constexpr double kMoment = 0.05;          // [s] in which no joint without a stated limit crosses half of its range
-constexpr double kQuarterTurn = M_PI_2;   // [rad] the same where the range is large, as a full turn is no step at all
-constexpr double kLongestGap = 1.0;       // [s] of stamps that belong to one run
-constexpr double kLongestStepBack = 0.1;  // [s] of stamps, where two publishers take turns
+constexpr double kMargin = 2.0;           // factor, as real joints exceed the velocity limits of their URDF
+constexpr double kJitter = 0.02;          // [s] the largest error of the stamps of one publisher
+constexpr double kMoment = 0.05;          // [s] in it no joint without a velocity limit crosses half of its range
+constexpr double kQuarterTurn = M_PI_2;   // [rad] replaces half of a large range, as a pose does not show full turns
+constexpr double kLongestGap = 1.0;       // [s] between the stamps of two transforms that are compared
+constexpr double kLongestStepBack = 0.1;  // [s] between the stamps of two publishers that alternate
 
-constexpr std::chrono::seconds kTogether{2};    // two jumps, forth and back
-constexpr std::chrono::seconds kRemembered{5};  // after the last of them
+constexpr std::chrono::seconds kTogether{2};    // the longest time between a jump and the one back
+constexpr std::chrono::seconds kRemembered{5};  // the time for which a jump back is reported
 
-/// Without the leading slash of tf1.
+/// The frame name without a leading slash, which tf1 allowed.
 std::string_view frameName(std::string_view name) {
   return !name.empty() && name.front() == '/' ? name.substr(1) : name;
 }
@@ -50,11 +50,11 @@ void JointJumps::watch(const Robot& robot) {
   }
 }
 
-void JointJumps::look(const geometry_msgs::TransformStamped& transform, Clock::time_point now) {
+void JointJumps::add(const geometry_msgs::TransformStamped& transform, Clock::time_point now) {
   const std::lock_guard<std::mutex> lock(mutex_);
   const auto hit = by_child_.find(frameName(transform.child_frame_id));
   if (hit == by_child_.end()) return;
-  Watched& joint = joints_[hit->second];
+  TrackedJoint& joint = joints_[hit->second];
   if (frameName(transform.header.frame_id) != joint.parent) return;
   const std::optional<Eigen::Isometry3d> pose = rigidMotion(transform.transform);
   if (!pose) return;
@@ -73,7 +73,7 @@ void JointJumps::look(const geometry_msgs::TransformStamped& transform, Clock::t
 
 void JointJumps::forget() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  for (Watched& joint : joints_) {
+  for (TrackedJoint& joint : joints_) {
     joint.last.reset();
     joint.jump.reset();
   }
@@ -82,19 +82,19 @@ void JointJumps::forget() {
 std::vector<std::string> JointJumps::recent(Clock::time_point now) const {
   const std::lock_guard<std::mutex> lock(mutex_);
   std::vector<std::string> sentences;
-  for (const Watched& joint : joints_) {
+  for (const TrackedJoint& joint : joints_) {
     if (!joint.confirmed || !joint.jump || now - *joint.confirmed > kRemembered) continue;
     sentences.push_back(sentence(joint.name, joint.jump->step, isRotation(joint.type) ? "rad" : "m", joint.jump->time));
   }
   return sentences;
 }
 
-double JointJumps::stepBetween(const Watched& joint, const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+double JointJumps::stepBetween(const TrackedJoint& joint, const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   if (!isRotation(joint.type)) return (b.translation() - a.translation()).norm();
   return Eigen::Quaterniond(a.linear()).angularDistance(Eigen::Quaterniond(b.linear()));
 }
 
-bool JointJumps::isJump(const Watched& joint, double step, double time) {
+bool JointJumps::isJump(const TrackedJoint& joint, double step, double time) {
   if (std::isfinite(joint.max_velocity)) return step > kMargin * joint.max_velocity * (time + kJitter);
   if (time >= kMoment || !std::isfinite(joint.range)) return false;
   const double longest = isRotation(joint.type) ? std::min(0.5 * joint.range, kQuarterTurn) : 0.5 * joint.range;

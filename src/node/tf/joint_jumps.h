@@ -18,31 +18,32 @@
 
 namespace proximity_server::node {
 
-/// Finds joints that two publishers disagree about: their transforms go forth and back faster than the joint can move.
+/// Finds joints about which two publishers disagree: their transforms go back and forth faster than the joint can move.
 ///
-/// 1. Every transform of a joint is compared with the one before it. Where the stamps go back, or leave a long gap, the
-///    clock jumped or a simulation was started again: nothing is compared.
-/// 2. A step is a jump where it is longer than twice the velocity limit allows in the time between the two stamps, and
-///    a little more, as stamps jitter. A joint with a range but no limit jumps where it crosses half of it in a moment.
-/// 3. After one jump the robot may just be elsewhere. Where a second one leads back to where the first began, within
-///    two seconds, the joint is reported, until five seconds after the last such jump.
+/// 1. Compare every transform of a joint with the one before it. If the stamps go back or leave a long gap, the clock
+///    jumped or a simulation was restarted: nothing is compared then.
+/// 2. A step is a jump if it is longer than twice the velocity limit allows in the time between the two stamps, plus a
+///    tolerance for jitter of the stamps. A joint with a range but without a velocity limit jumps if it crosses half of
+///    its range within 50 ms.
+/// 3. After a single jump the robot may really be elsewhere. If a second jump within two seconds leads back to the
+///    place before the first, the joint is reported until five seconds after the last such jump.
 ///
-/// Not watched: floating and planar joints, and those with neither limit nor range, as wheels and rotors may spin.
-/// Thread-safe.
+/// Floating and planar joints are left out, and so are joints with neither velocity limit nor range, as wheels may
+/// spin. Thread-safe.
 class JointJumps {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// Watches the joints of this robot from now on.
+  /// Monitors the joints of this robot from now on.
   void watch(const Robot& robot);
 
-  /// A transform of /tf with a stamp; in the order in which they come.
-  void look(const geometry_msgs::TransformStamped& transform, Clock::time_point now = Clock::now());
+  /// Takes a transform of /tf with a stamp, in the order of arrival.
+  void add(const geometry_msgs::TransformStamped& transform, Clock::time_point now = Clock::now());
 
-  /// The next transform of each joint is compared with nothing.
+  /// Forgets all transforms, so that the next one of each joint is not compared with an earlier one.
   void forget();
 
-  /// One sentence for each joint that jumps, in the order of the robot's joints.
+  /// One sentence for each joint that jumped recently, in the order of the robot's joints.
   std::vector<std::string> recent(Clock::time_point now = Clock::now()) const;
 
  private:
@@ -56,23 +57,23 @@ class JointJumps {
     double step;  // [rad] or [m]
     double time;  // [s] between the stamps
   };
-  struct Watched {
+  struct TrackedJoint {
     scene::Joint::Type type;
-    double max_velocity;  // [rad/s] or [m/s]; infinity where unstated
-    double range;         // [rad] or [m]; infinity where there is none
+    double max_velocity;  // [rad/s] or [m/s]; infinity if the URDF has none
+    double range;         // [rad] or [m]; infinity if the URDF has none
     std::string parent;   // frame
-    std::string name;     // for people
+    std::string name;     // in the messages
     std::optional<Sample> last;
     std::optional<Jump> jump;                    // the latest
-    std::optional<Clock::time_point> confirmed;  // the latest of those that led back
+    std::optional<Clock::time_point> confirmed;  // the time of the latest jump that led back
   };
 
-  static double stepBetween(const Watched& joint, const Eigen::Isometry3d& a, const Eigen::Isometry3d& b);
-  static bool isJump(const Watched& joint, double step, double time);
+  static double stepBetween(const TrackedJoint& joint, const Eigen::Isometry3d& a, const Eigen::Isometry3d& b);
+  static bool isJump(const TrackedJoint& joint, double step, double time);
 
   mutable std::mutex mutex_;
-  std::vector<Watched> joints_;
-  std::map<std::string, std::size_t, std::less<>> by_child_;  // frame to index into joints_
+  std::vector<TrackedJoint> joints_;
+  std::map<std::string, std::size_t, std::less<>> by_child_;  // index into joints_ by child frame
 };
 
 }  // namespace proximity_server::node

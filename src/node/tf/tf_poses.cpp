@@ -26,7 +26,7 @@ QueryStatus status(std::int8_t code, std::string message = {}) {
 
 bool available(const TfLookup::Edge& edge) { return edge.transform.status.code == QueryStatus::OK; }
 
-/// Nothing is known yet.
+/// Clears a snapshot, so that nothing is known at `stamp`.
 void startAt(const ros::Time& stamp, JointSnapshot& snapshot) {
   std::fill(snapshot.joints.begin(), snapshot.joints.end(), std::nullopt);
   snapshot.reference_T_root.reset();
@@ -35,7 +35,8 @@ void startAt(const ros::Time& stamp, JointSnapshot& snapshot) {
   snapshot.status = {};
 }
 
-void take(TfLookup& lookup) {
+/// Copies the transforms of the edges into the snapshot.
+void copyTransforms(TfLookup& lookup) {
   const std::vector<TfLookup::Edge>& edges = lookup.edges;
   for (std::size_t i = 0; i < lookup.joints.size(); ++i) {
     lookup.found.joints[lookup.joints[i]] = edges[i].transform.pose;
@@ -48,7 +49,8 @@ PoseSnapshot placed(const Robot& robot, const JointSnapshot& joints, scene::Body
           joints.stamp, joints.age, joints.skew, joints.status};
 }
 
-/// Stamps come from outside; ros::Duration itself throws where they are more than 68 years apart.
+/// The difference of two stamps, clamped to 63 years, because ros::Duration throws beyond 68 years and stamps come from
+/// other programs.
 ros::Duration elapsed(const ros::Time& from, const ros::Time& to) {
   constexpr std::int64_t kLongest = 2'000'000'000'000'000'000;  // [ns]
   const std::int64_t difference = static_cast<std::int64_t>(to.toNSec()) - static_cast<std::int64_t>(from.toNSec());
@@ -60,7 +62,7 @@ std::string durationText(const ros::Duration& duration) {
   return secondsText(1e-3 * std::round(1e3 * duration.toSec()));
 }
 
-/// The links at the ends of an edge that tf should know.
+/// The links of the robot at the ends of an edge.
 std::vector<std::string> linksOf(const scene::RobotModel& robot, int edge) {
   const auto name = [&](int link) { return robot.links[link].name; };
   if (edge >= static_cast<int>(robot.joints.size())) return {name(robot.bodies.front().link)};
@@ -68,7 +70,7 @@ std::vector<std::string> linksOf(const scene::RobotModel& robot, int edge) {
   return {name(joint.parent_link), name(joint.child_link)};
 }
 
-/// The first edge that is not available speaks for all of them; OK where there is none.
+/// The status of the first edge that is not available, with the number of all; OK if there is none.
 QueryStatus summary(const TfLookup& lookup, const tf2::BufferCore& buffer) {
   const std::vector<TfLookup::Edge>& edges = lookup.edges;
   const auto broken = [](const TfLookup::Edge& edge) { return !available(edge); };
@@ -84,7 +86,7 @@ QueryStatus summary(const TfLookup& lookup, const tf2::BufferCore& buffer) {
   return result;
 }
 
-/// Earliest and newest of the latest transforms that move at all.
+/// The edges with the oldest and the newest of the latest transforms; static ones do not count.
 struct CommonTime {
   const TfLookup::Edge* oldest = nullptr;
   const TfLookup::Edge* newest = nullptr;
@@ -136,7 +138,7 @@ void TfPoses::transformsChanged() {
 }
 
 ros::Time TfPoses::readClock() {
-  // Read under the lock: else a thread that is overtaken by another sees a jump that never was.
+  // Read under the lock: otherwise two threads could compare their times in the wrong order and see a jump back.
   const std::lock_guard<std::mutex> lock(mutex_);
   const ros::Time now = ros::Time::now();
   if (now < last_now_) {
@@ -178,8 +180,7 @@ const JointSnapshot& TfPoses::lookUpJoints(TfLookup& lookup, const ros::Time& st
   const CommonTime common = commonTime(edges);
   snapshot.status = summary(lookup, *buffer);
   if (!common.oldest && snapshot.status.code != QueryStatus::OK) return snapshot;
-  const ros::Time oldest =
-      common.oldest ? common.oldest->transform.stamp : now;  // any time will do where nothing moves
+  const ros::Time oldest = common.oldest ? common.oldest->transform.stamp : now;  // static transforms hold at any time
   const ros::Time newest = common.newest ? common.newest->transform.stamp : now;
   if (common.oldest) snapshot.skew = elapsed(oldest, newest);
 
@@ -188,7 +189,7 @@ const JointSnapshot& TfPoses::lookUpJoints(TfLookup& lookup, const ros::Time& st
   if (stamp.isZero() && common.oldest) {
     const ros::Duration max_age(lookup.robot->config().max_tf_age);
     snapshot.status = freshness(common, now, max_age);
-    // Left over from before a jump of the clock: tf would refuse everything that is older.
+    // A transform from before a jump of the clock: tf would refuse all new ones as too old.
     if (elapsed(now, newest) > max_age) tree_.clear();
     if (snapshot.status.code != QueryStatus::OK) return snapshot;
   }
@@ -198,20 +199,20 @@ const JointSnapshot& TfPoses::lookUpJoints(TfLookup& lookup, const ros::Time& st
     }
   }
   snapshot.status = summary(lookup, *buffer);
-  take(lookup);
+  copyTransforms(lookup);
   return snapshot;
 }
 
 JointSnapshot TfPoses::awaitJoints(const Robot& robot, const std::vector<int>& joints, const ros::Time& stamp) {
   TfLookup lookup(robot, joints);
-  // Wall time: a simulated clock may stand still.
+  // The deadline is in wall time, because a simulated clock may stand still.
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(robot.config().tf_timeout);
   while (true) {
     const std::uint64_t seen = changes_;
     const JointSnapshot& snapshot = lookUpJoints(lookup, stamp);
     if (snapshot.status.code == QueryStatus::OK) return snapshot;
     std::unique_lock<std::mutex> lock(mutex_);
-    // Where changes never cease the wait ends nevertheless.
+    // The deadline is also checked after a change, so that the wait ends even if changes come all the time.
     const bool changed = changed_.wait_until(lock, deadline, [&] { return changes_ != seen; });
     if (!changed || std::chrono::steady_clock::now() >= deadline) return snapshot;
   }

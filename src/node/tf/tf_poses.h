@@ -33,17 +33,17 @@ struct JointSnapshot {
   QueryStatus status;                                 ///< OK, or what is missing, stale or out of reach
 };
 
-/// Poses of a robot's bodies at one time, or why there are none.
+/// The poses of a robot's bodies at one time, or the reason why there are none.
 struct PoseSnapshot {
   scene::BodyPoses poses;  ///< in Robot::referenceFrame(); nullopt if unknown or not asked for
   ros::Time stamp;         ///< the common time; 0 where there is none
   ros::Duration age;       ///< now - stamp
   ros::Duration skew;      ///< newest - oldest of the latest transforms
-  QueryStatus status;      ///< OK, or what is missing, stale or out of reach: names the joint
+  QueryStatus status;      ///< OK, or what is missing, stale or out of reach, with the name of the joint
 };
 
-/// A question to tf about some joints of a robot, with room for the answers: the same one asked again takes no memory
-/// beyond what tf2 takes while it looks. The robot must outlive it.
+/// A question to tf about some joints of a robot, with the memory for its answers: asked again, it allocates nothing
+/// besides what tf2 allocates during a look-up. The robot must outlive it.
 struct TfLookup {
   TfLookup(const Robot& robot, std::vector<int> joints);
 
@@ -51,29 +51,29 @@ struct TfLookup {
 
   const Robot* robot;
   std::vector<int> joints;
-  std::vector<Edge> edges;  ///< one for each of `joints`, then one to a reference frame that is foreign
+  std::vector<Edge> edges;  ///< one for each of `joints`, then one for a reference frame that is no link of the robot
   JointSnapshot found;
   PoseSnapshot placed;
 };
 
 /// Follows the bodies of a robot through tf.
 ///
-/// For every movable joint the transform between its two links is looked up, all at one common time: the earliest of
-/// their latest ones, so that nothing is extrapolated. Fixed joints come from the URDF, so /tf_static is not needed.
-/// A transform that is missing, not finite or no rotation makes the bodies beyond it unknown; one that is too far from
-/// the clock makes all of them unknown. When the clock jumps back everything is forgotten.
-/// Thread-safe: a thread of its own listens.
+/// It looks up the transform between the two links of every movable joint, all at one common time: the earliest of the
+/// latest stamps of all joints, so that nothing is extrapolated. Fixed joints come from the URDF, so /tf_static is not
+/// needed. If a transform is missing, not finite or no rotation, the poses of the bodies beyond it are unknown; if one
+/// is too far from the clock, all poses are unknown. If the clock jumps back, all transforms are forgotten.
+/// Thread-safe; a thread of its own receives the transforms.
 class TfPoses {
  public:
-  /// See runInRealTime.
+  /// For the priority of the listening thread see runInRealTime.
   explicit TfPoses(int realtime_priority = 0)
       : tree_(
-            realtime_priority, [this](const auto& transform) { jumps_.look(transform); },
+            realtime_priority, [this](const auto& transform) { jumps_.add(transform); },
             [this] { transformsChanged(); }) {}
   TfPoses(const TfPoses&) = delete;
   TfPoses& operator=(const TfPoses&) = delete;
 
-  /// Called after every message of tf, from the listening thread. Set it once, before transforms matter.
+  /// Sets the function that the listening thread calls after every message of tf.
   void onChange(std::function<void()> listener);
 
   /// Chooses the robot whose joints `jumps` reports.
@@ -82,24 +82,24 @@ class TfPoses {
   /// See JointJumps::recent().
   std::vector<std::string> jumps() const { return jumps_.recent(); }
 
-  /// Poses of the bodies that the joints of `lookup` carry at `stamp`, or at the latest common time if that is 0. Never
-  /// waits. Valid until the next question to `lookup`.
+  /// The poses, at `stamp` or at the latest common time if that is 0, of the bodies that the joints of `lookup` carry.
+  /// Never waits. Valid until `lookup` is used again.
   const PoseSnapshot& lookUp(TfLookup& lookup, const ros::Time& stamp = {});
 
-  /// Poses of `bodies` and of what carries them, but waits for what is still missing, at most Config::tf_timeout of
-  /// wall time.
+  /// The poses of `bodies` and of the bodies that carry them. Waits for missing transforms, at most Config::tf_timeout
+  /// of wall time.
   PoseSnapshot await(const Robot& robot, const std::vector<int>& bodies, const ros::Time& stamp);
 
-  // The same for chosen joints only, and the reference frame where that is no link of the robot.
+  // The same for the transforms of chosen joints, and of the reference frame if that is no link of the robot.
 
   const JointSnapshot& lookUpJoints(TfLookup& lookup, const ros::Time& stamp = {});
   JointSnapshot awaitJoints(const Robot& robot, const std::vector<int>& joints, const ros::Time& stamp);
 
  private:
   void transformsChanged();
-  ros::Time readClock();  ///< forgets everything where the clock jumped back
+  ros::Time readClock();  ///< forgets all transforms if the clock jumped back
 
-  /// The latest transforms, and the buffer that has them.
+  /// Fills in the latest transforms, and returns the buffer that has them.
   std::shared_ptr<const tf2::BufferCore> latestOf(const Robot& robot, std::vector<TfLookup::Edge>& edges);
 
   std::mutex mutex_;
@@ -109,7 +109,7 @@ class TfPoses {
   ros::Time last_now_;
   LatestTransforms latest_;
   JointJumps jumps_;
-  TfTree tree_;  // last: it calls transformsChanged()
+  TfTree tree_;  // destroyed first, as it calls transformsChanged()
 };
 
 }  // namespace proximity_server::node

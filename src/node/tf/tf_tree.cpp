@@ -11,13 +11,13 @@
 namespace proximity_server::node {
 namespace {
 
-constexpr std::uint32_t kQueue = 100;  // messages, as tf2_ros has it
+constexpr std::uint32_t kQueue = 100;  // messages, as in tf2_ros
 
 constexpr double kQuiet = 5.0;  // [s] between two warnings
 
-const std::string kAuthority = "tf";  // of all transforms: tf2 tells it in its own warnings only
+const std::string kAuthority = "tf";  // of all transforms; tf2 uses it in its own warnings only
 
-/// As tf2 compares names: without the leading slash of tf1.
+/// The frame name without a leading slash, which tf1 allowed; tf2 compares names in the same way.
 std::string frameName(const std::string& name) { return !name.empty() && name.front() == '/' ? name.substr(1) : name; }
 
 void warnAboutBoth(const std::string& child) {
@@ -32,7 +32,7 @@ TfTree::TfTree(int realtime_priority, OnMoving on_moving, std::function<void()> 
       buffer_(std::make_shared<tf2::BufferCore>()),
       spinner_(1, &queue_) {
   nh_.setCallbackQueue(&queue_);
-  // Else the publisher's kernel holds small messages back until the last one is acknowledged: tens of milliseconds.
+  // Without this option the publisher's kernel delays small messages by tens of milliseconds (Nagle's algorithm).
   const ros::TransportHints at_once = ros::TransportHints().tcpNoDelay();
   moving_sub_ = nh_.subscribe("/tf", kQueue, &TfTree::onMoving, this, at_once);
   static_sub_ = nh_.subscribe("/tf_static", kQueue, &TfTree::onStatic, this, at_once);
@@ -82,7 +82,7 @@ void TfTree::onStatic(const Message& message) {
 void TfTree::keepMoving(const geometry_msgs::TransformStamped& transform) {
   const std::string child = frameName(transform.child_frame_id);
   if (transform.header.stamp.isZero()) {
-    // tf2 would call it the latest one at every time.
+    // tf2 would return it as the latest transform at every time.
     ROS_WARN_STREAM_THROTTLE(kQuiet, "frame '" << child << "' comes on /tf without a stamp: ignored");
     return;
   }
@@ -107,7 +107,7 @@ void TfTree::keepStatic(const geometry_msgs::TransformStamped& transform) {
 void TfTree::keep(const geometry_msgs::TransformStamped& transform, Kind kind) {
   try {
     buffer_->setTransform(transform, kAuthority, kind == Kind::Static);
-  } catch (const std::runtime_error& error) {  // of the arithmetic of ros::Time, which tf does not expect
+  } catch (const std::runtime_error& error) {  // thrown by ros::Time for an overflow, which tf does not handle
     ROS_WARN_STREAM_THROTTLE(kQuiet, "frame '" << transform.child_frame_id << "' is ignored: " << error.what());
   }
 }

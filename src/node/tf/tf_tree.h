@@ -16,31 +16,31 @@
 
 namespace proximity_server::node {
 
-/// What /tf and /tf_static say, kept up to date by a thread of its own. Thread-safe.
+/// The transforms of /tf and /tf_static, received by a thread of its own. Thread-safe.
 ///
-/// Unlike with a tf2_ros::TransformListener what was once on /tf is never static: tf2 asks the first transform of a
-/// frame whether it is, for ever, and a joint that came as static once would look fresh when nobody publishes it any
-/// more. For the same reason what comes on /tf without a stamp is ignored.
+/// Unlike with tf2_ros::TransformListener, a frame that was on /tf never counts as static. tf2 decides by the first
+/// transform of a frame, for ever: a joint that was once on /tf_static would look fresh when nobody publishes it any
+/// more. A transform on /tf without a stamp is ignored for the same reason.
 class TfTree {
  public:
   using OnMoving = std::function<void(const geometry_msgs::TransformStamped&)>;
 
-  /// From the listening thread `on_moving` is called with each transform of /tf that has a stamp, and `on_change` after
-  /// every message. For its priority see runInRealTime.
+  /// The listening thread calls `on_moving` with each transform of /tf that has a stamp, and `on_change` after every
+  /// message. For its priority see runInRealTime.
   TfTree(int realtime_priority, OnMoving on_moving, std::function<void()> on_change);
   ~TfTree();
   TfTree(const TfTree&) = delete;
   TfTree& operator=(const TfTree&) = delete;
 
-  /// The state between two messages. While a view exists no message is applied, so that it never holds half of one.
+  /// The state between two messages. While a view exists no message is applied, so that it never has a part of one.
   struct View {
     std::unique_lock<std::mutex> lock;
     std::shared_ptr<const tf2::BufferCore> buffer;
-    std::uint64_t changes;  ///< of the buffer, since the start
+    std::uint64_t changes;  ///< the number of changes of the buffer since the start
   };
   View view() const;
 
-  /// Forgets everything but what is static.
+  /// Forgets all transforms but the static ones.
   void clear();
 
  private:
@@ -55,7 +55,7 @@ class TfTree {
 
   const OnMoving on_moving_;
   const std::function<void()> on_change_;
-  mutable std::mutex mutex_;                                       // guards all that follows down to the queue
+  mutable std::mutex mutex_;                                       // guards the members from here to the queue
   std::map<std::string, geometry_msgs::TransformStamped> static_;  // by child frame
   std::set<std::string> moving_;                                   // child frames
   std::shared_ptr<tf2::BufferCore> buffer_;                        // replaced by clear()

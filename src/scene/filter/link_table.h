@@ -22,7 +22,7 @@ struct OrderedPair {
   int link_a, link_b;
 };
 
-/// The links of a robot as a pair filter asks about them.
+/// The links of a robot, with the look-ups of the pair filter.
 class LinkTable {
  public:
   explicit LinkTable(const RobotModel& model);
@@ -33,7 +33,7 @@ class LinkTable {
 
   /// Index of a link, or -1.
   int find(const std::string& name) const;
-  /// Throws std::invalid_argument naming the list where there is no such link.
+  /// Throws std::invalid_argument naming the list if there is no such link.
   int require(const std::string& name, const std::string& list) const;
 
   int body(int link) const { return model_.links[link].body; }

@@ -15,15 +15,15 @@ struct ProcessLimits {
   std::size_t answer;                   ///< [byte]
 };
 
-/// What `work` returns when a child process does it: a copy of this one, made by fork(), that may crash, loop or run
-/// out of memory while this one lives. It has no descriptor of ours but the pipe of its answer, neither our standard
-/// streams nor our signal handlers, and nothing that it does to memory is seen here. When the call ends, the child is
-/// gone.
+/// Runs `work` in a child process and returns its result. The child is a copy of this process, made by fork(). It may
+/// crash, loop or run out of memory without any effect on this process. Of the file descriptors it has only the pipe of
+/// its answer; it has neither the standard streams nor the signal handlers of this process. When the call returns, the
+/// child has ended.
 ///
-/// Thread safe, and legal in a process of many threads, of which the child has the calling one only. So `work` must
-/// need no lock that another thread may hold at that moment: nothing of ours, no logging, no name look-up. What it may
-/// do rests on glibc, whose fork() leaves malloc and stdio usable, and which unwinds exceptions without a lock (2.35).
-/// Where a lock is held after all, e.g. that of std::locale::global(), the call ends by `time`.
+/// Thread-safe, and legal in a process with several threads, of which the child has only the calling one. Therefore
+/// `work` must not need a lock that another thread may hold at that moment: no locks of this package, no logging, no
+/// name look-up. It relies on glibc, whose fork() leaves malloc and stdio usable, and which unwinds exceptions without
+/// a lock (2.35). If a lock is held nevertheless, e.g. that of std::locale::global(), the call ends after `time`.
 ///
 /// Failure: throws std::runtime_error saying what `work` threw, or how the child ended: "it takes more than 1024 MiB of
 ///          memory", "it crashes: Segmentation fault"; std::system_error where no child can be made.

@@ -12,18 +12,18 @@ constexpr double kFarthest = 1e6;
 
 // --- meshes
 
-/// A robot's collision meshes have thousands. The hull of a ball of so many takes qhull and us 45 s.
+/// A robot's collision meshes have thousands. Building the hull of a ball of so many takes 45 s.
 constexpr std::size_t kMaxTriangles = 200000;
 /// An ASCII STL file of so many has 50 MB; Collada with normals and textures takes a few times that.
 constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
-// Of reading one file, in a process of its own. A file of 200,000 triangles takes less than a tenth of each.
+// Limits on the process that reads one file. A file of 200,000 triangles takes less than a tenth of each.
 constexpr std::size_t kMaxReadingMemory = std::size_t{1} << 30;  ///< [byte]
 constexpr std::chrono::seconds kMaxReadingProcessorTime{10};
 constexpr std::chrono::seconds kMaxReadingTime{60};
 
 // --- XML
 
-/// Together; tinyxml2 takes about 100 bytes for each. The largest robots have a few thousand.
+/// Elements and attributes together; tinyxml2 takes about 100 bytes for each. The largest robots have a few thousand.
 constexpr std::ptrdiff_t kMaxElementsAndAttributes = 1000000;
 /// Characters of a name or an attribute: more than of any path. Suggesting the nearest name takes the square of them.
 constexpr std::size_t kLongestAttribute = 1024;
@@ -36,7 +36,7 @@ constexpr int kMaxLinks = 2000;
 constexpr std::size_t kMaxCollisions = 20000;
 /// Convex pieces, about 1 kB each.
 constexpr std::size_t kMaxPieces = 1000000;
-/// Of an SRDF; they may hold each other.
+/// Groups of an SRDF; a group may contain others.
 constexpr std::size_t kMaxGroups = 1000;
 
 }  // namespace proximity_server::scene

@@ -6,19 +6,21 @@
 
 namespace proximity_server::scene {
 
-/// The triangles of a mesh file as assimp reads them, scaled; the work of a child process, since what assimp does to a
-/// malformed file is not bounded. No other file is opened, also where one is named in it (materials of an OBJ).
-/// Throws std::runtime_error: what assimp says; more triangles than kMaxTriangles, or vertices than three for each.
+/// Reads the triangles of a mesh file with assimp, and scales them. A child process must call it, because the time and
+/// memory that assimp needs for a malformed file are not bounded. It opens no other file, even if the file names one
+/// (materials of an OBJ).
+/// Throws std::runtime_error with the message of assimp, or for more than kMaxTriangles triangles, or for more than
+/// three vertices for each of so many.
 TriangleMesh importMesh(const std::string& path, const Eigen::Vector3d& scale);
 
-// --- the same as bytes
+// --- a mesh as bytes, for the pipe between the processes
 
 std::string toBytes(const TriangleMesh& mesh);
 
-/// Throws std::runtime_error for anything that is not a mesh: a size that is wrong, a corner that is no vertex.
+/// Throws std::runtime_error if the bytes are not a mesh: a wrong size, or a corner that is not a vertex.
 TriangleMesh meshFromBytes(const std::string& bytes);
 
-/// The most bytes that a mesh has.
+/// The number of bytes of the largest legal mesh.
 std::size_t maxBytesOfMesh();
 
 }  // namespace proximity_server::scene

@@ -31,13 +31,13 @@ struct CollisionGeometry {
   std::string shortfall = {};              ///< of MeshPieces, with the mesh's name
 };
 
-/// A mesh that a link is made of.
+/// A mesh of a link, and the options of its pieces.
 struct MeshRequest {
   const urdf::Mesh* mesh;
   MeshOptions options;
 };
 
-/// Turns <geometry> elements into shapes; a mesh that is used again, with the same tolerance, is read once.
+/// Converts <geometry> elements into shapes. A mesh that occurs several times with the same tolerance is read once.
 class GeometryReader {
  public:
   explicit GeometryReader(MeshResolver resolve) : resolve_(std::move(resolve)) {}
@@ -45,8 +45,8 @@ class GeometryReader {
   /// The reaction to a mesh that cannot be read: an error, or a warning and no geometry.
   enum class Failure : unsigned char { EndsIt, IsPassedOver };
 
-  /// Reads meshes in up to `threads` threads (0: one for each core), so that read() has them. What cannot be read is
-  /// found again by read(). Progress is told by the calling thread.
+  /// Reads meshes in up to `threads` threads (0: one for each core), so that read() finds them. Errors are kept, and
+  /// read() throws them. The calling thread reports progress.
   void readAhead(const std::vector<MeshRequest>& requests, int threads, Failure failure);
 
   /// Throws std::invalid_argument: a size that is zero or not finite, a mesh that cannot be read.
@@ -73,10 +73,10 @@ class GeometryReader {
   std::map<MeshKey, Outcome> meshes_;
 };
 
-/// Three <collision> elements of a link that together are one capsule; it lies in the cylinder's frame.
+/// Three <collision> elements of a link that together form a capsule, which has the frame of the cylinder.
 struct CapsuleParts {
   int cylinder;                ///< index into the link's collisions
-  std::array<int, 2> spheres;  ///< the same, at its lower and upper end
+  std::array<int, 2> spheres;  ///< the same, of the spheres at its lower and upper end
   narrowphase::Capsule capsule;
 };
 

@@ -24,7 +24,7 @@ narrowphase::Status lessComplete(narrowphase::Status p, narrowphase::Status q) {
 
 }  // namespace
 
-void MotionSearch::Horizon::leaveOpen(double time, narrowphase::Status why) {
+void MotionSearch::FirstContactBounds::leaveOpen(double time, narrowphase::Status why) {
   undecided = std::min(undecided, time);
   status = lessComplete(status, why);
 }
@@ -165,39 +165,39 @@ RobotContact MotionSearch::firstContact(const Pairs& pairs, const RobotMotion& m
   begin(pairs, motion, Order::Earliest, answer.counts);
   if (moving_pairs_.empty()) return answer;
   answer.counts.by_one_bound = enterAll(question.contact_distance);
-  Horizon horizon;
+  FirstContactBounds bounds;
   while (!queue_.empty()) {
     const IntervalVisit visit = pop();
     const double time = MovingBodies::Interval(visit.interval).begin;
-    if (answer.contact && !(time < horizon.latest)) break;
+    if (answer.contact && !(time < bounds.latest)) break;
     ++answer.counts.intervals;
     if (isOver(question)) {
-      horizon.leaveOpen(time, narrowphase::Status::IterationLimit);
+      bounds.leaveOpen(time, narrowphase::Status::IterationLimit);
       break;
     }
     if (isLeaf(visit))
-      measure(visit, question, horizon, answer);
+      measure(visit, question, bounds, answer);
     else
       split(visit, question.contact_distance);
   }
-  answer.t_free = std::min(horizon.undecided, horizon.latest);
-  answer.status = horizon.undecided < horizon.latest ? horizon.status : narrowphase::Status::Converged;
+  answer.t_free = std::min(bounds.undecided, bounds.latest);
+  answer.status = bounds.undecided < bounds.latest ? bounds.status : narrowphase::Status::Converged;
   return answer;
 }
 
-/// Two pieces may bring the contact forward, or leave one open.
-void MotionSearch::measure(const IntervalVisit& visit, const MotionQuestion& question, Horizon& horizon,
+/// Measures two pieces: they may be in contact earlier than those before, or leave a contact undecided.
+void MotionSearch::measure(const IntervalVisit& visit, const MotionQuestion& question, FirstContactBounds& bounds,
                            RobotContact& answer) {
-  const narrowphase::TimeOfContact contact = contactOf(visit, question, horizon.latest);
+  const narrowphase::TimeOfContact contact = contactOf(visit, question, bounds.latest);
   answer.counts.queries += contact.queries;
-  if (contact.status != narrowphase::Status::Converged) return horizon.leaveOpen(contact.t_free, contact.status);
-  if (!contact.contact || (answer.contact && !(contact.t_contact < horizon.latest))) return;
+  if (contact.status != narrowphase::Status::Converged) return bounds.leaveOpen(contact.t_free, contact.status);
+  if (!contact.contact || (answer.contact && !(contact.t_contact < bounds.latest))) return;
   answer.contact = true;
-  answer.t_contact = horizon.latest = contact.t_contact;
+  answer.t_contact = bounds.latest = contact.t_contact;
   answer.pair = found(visit, contact.at_contact, contact.t_contact);
 }
 
-/// A few states on the way: what is at most as far apart there leaves little to be looked at in between.
+/// Measures a few states of the motion first: their smallest distance is an upper bound, which leaves little to search.
 void MotionSearch::considerStates(const Pairs& pairs, RobotMinimum& answer) {
   for (const double time : {0.0, 0.25, 0.5, 0.75, 1.0}) {
     states_.update(poses_->at(time));

@@ -38,11 +38,11 @@ class MotionSearch {
     int a, b, interval;
     double travel;  ///< [m] of b as seen from a
   };
-  /// Up to where a first contact is still looked for, and what could not be decided before.
-  struct Horizon {
-    double latest = 1.0;                                          ///< some pair is in contact here, or it is the end
-    double undecided = std::numeric_limits<double>::infinity();   ///< after this, some pair may be in contact
-    narrowphase::Status status = narrowphase::Status::Converged;  ///< why it is undecided
+  /// What a search knows so far about the time of the first contact.
+  struct FirstContactBounds {
+    double latest = 1.0;                                          ///< of a contact that was found, or the end
+    double undecided = std::numeric_limits<double>::infinity();   ///< from then on a pair may be in contact, undecided
+    narrowphase::Status status = narrowphase::Status::Converged;  ///< the reason why it is undecided
     void leaveOpen(double time, narrowphase::Status why);
   };
   enum class Order : unsigned char { Nearest, Earliest };
@@ -64,7 +64,8 @@ class MotionSearch {
 
   void considerStates(const Pairs& pairs, RobotMinimum& answer);
   narrowphase::TimeOfContact contactOf(const IntervalVisit& visit, const MotionQuestion& question, double latest);
-  void measure(const IntervalVisit& visit, const MotionQuestion& question, Horizon& horizon, RobotContact& answer);
+  void measure(const IntervalVisit& visit, const MotionQuestion& question, FirstContactBounds& bounds,
+               RobotContact& answer);
   narrowphase::MinimumOverMotion minimumOf(const IntervalVisit& visit, const MotionQuestion& question,
                                            double upper_bound);
   PairProximity found(const IntervalVisit& visit, narrowphase::SignedDistance result, double time);
@@ -72,7 +73,7 @@ class MotionSearch {
   const std::shared_ptr<const SceneModel> model_;
   const std::shared_ptr<const Volumes> volumes_;
   PairPaddings paddings_;
-  PairRanking states_;  ///< at one time
+  PairRanking states_;  ///< answers about the state at one time
   std::vector<MovingPair> moving_pairs_;
   std::optional<PosesInTime> poses_;
   Order order_ = Order::Nearest;

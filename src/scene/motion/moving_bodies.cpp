@@ -92,8 +92,8 @@ const BodyPoses& PosesInTime::at(double time) {
   return known != known_.end() ? known->second : known_.emplace(time, motion_.at(time)).first->second;
 }
 
-const MovingBodies::During& MovingBodies::during(int number, PosesInTime& poses) {
-  if (const auto known = during_.find(number); known != during_.end()) return known->second;
+const MovingBodies::IntervalMotion& MovingBodies::motionIn(int number, PosesInTime& poses) {
+  if (const auto known = interval_motions_.find(number); known != interval_motions_.end()) return known->second;
   const auto [begin, end] = Interval(number);
   const double middle = 0.5 * (begin + end), duration = end - begin;
   double far = 0.0;
@@ -106,21 +106,21 @@ const MovingBodies::During& MovingBodies::during(int number, PosesInTime& poses)
   const narrowphase::MotionBound of_a = motionBound(chain_a_, a_.centre, a_.radius, begin, end);
   const narrowphase::MotionBound of_b = motionBound(chain_b_, b_.centre, b_.radius, begin, end);
   const double speed = (of_b.velocity - of_a.velocity).norm() + of_a.deviation + of_b.deviation;
-  During during{seen(body_a_, begin),
-                seen(body_b_, begin),
-                seen(body_a_, middle),
-                seen(body_b_, middle),
-                seen(body_a_, end),
-                seen(body_b_, end),
-                (of_a.acceleration + of_b.acceleration) * duration * duration / 8.0,
-                0.5 * duration * speed,
-                0.0};
-  during.rounding = kPoseRounding * (length_ + 4.0 * far);
-  return during_.emplace(number, during).first->second;
+  IntervalMotion motion{seen(body_a_, begin),
+                        seen(body_b_, begin),
+                        seen(body_a_, middle),
+                        seen(body_b_, middle),
+                        seen(body_a_, end),
+                        seen(body_b_, end),
+                        (of_a.acceleration + of_b.acceleration) * duration * duration / 8.0,
+                        0.5 * duration * speed,
+                        0.0};
+  motion.rounding = kPoseRounding * (length_ + 4.0 * far);
+  return interval_motions_.emplace(number, motion).first->second;
 }
 
 MovingBodies::SphereGap MovingBodies::sphereGap(const Bounds& a, const Bounds& b, int interval, PosesInTime& poses) {
-  const During& here = during(interval, poses);
+  const IntervalMotion& here = motionIn(interval, poses);
   const Vector3d begin = here.b_begin * b.centre - here.a_begin * a.centre;
   const Vector3d end = here.b_end * b.centre - here.a_end * a.centre;
   return {distanceToSegment(begin, end) - here.bulge - a.radius - b.radius - here.rounding,
@@ -128,7 +128,7 @@ MovingBodies::SphereGap MovingBodies::sphereGap(const Bounds& a, const Bounds& b
 }
 
 double MovingBodies::boxGap(const Bounds& a, const Bounds& b, int interval, PosesInTime& poses) {
-  const During& here = during(interval, poses);
+  const IntervalMotion& here = motionIn(interval, poses);
   const Vector3d between = here.b_middle * b.centre - here.a_middle * a.centre;
   return scene::boxGap(between, a, here.a_middle.linear() * a.axes, b, here.b_middle.linear() * b.axes) - here.drift -
          here.rounding;

@@ -44,8 +44,8 @@ class MovingBodies {
     double begin, end;
   };
 
-  /// During an interval: a lower bound [m] of the signed distance of the contents of two spheres that are fixed to the
-  /// bodies, and how far [m] the sphere of b moves as seen from that of a.
+  /// A lower bound [m] of the signed distance, during an interval, of the contents of two spheres that are fixed to the
+  /// bodies; and how far [m] the sphere of b moves as seen from that of a.
   struct SphereGap {
     double gap, travel;
   };
@@ -55,24 +55,24 @@ class MovingBodies {
   double boxGap(const Bounds& a, const Bounds& b, int interval, PosesInTime& poses);
 
  private:
-  /// What all parts of the bodies have in common during an interval.
-  struct During {
+  /// The motion of both bodies during an interval; it is the same for all of their parts.
+  struct IntervalMotion {
     Eigen::Isometry3d a_begin, b_begin, a_middle, b_middle, a_end, b_end;
-    double bulge;     ///< [m] by which a point of b, seen from one of a, leaves its chord
-    double drift;     ///< [m] by which it leaves its place in the middle
+    double bulge;     ///< [m] how far a point of b, seen from one of a, leaves the chord from its begin to its end
+    double drift;     ///< [m] how far it leaves its place in the middle of the interval
     double rounding;  ///< [m] of a distance
   };
 
   static narrowphase::MotionChain fixedTo(narrowphase::MotionChain chain, const Eigen::Isometry3d& pose);
-  const During& during(int interval, PosesInTime& poses);
+  const IntervalMotion& motionIn(int interval, PosesInTime& poses);
 
   const int body_a_, body_b_;
   bool is_known_ = true;
   int middle_ = -1;
   narrowphase::MotionChain chain_a_, chain_b_;  ///< without those that rest; never empty
   Bounds a_, b_;
-  double length_ = 0.0;           ///< [m] of the chains, in which each pose is rounded
-  std::map<int, During> during_;  ///< by the number of the interval
+  double length_ = 0.0;                             ///< [m] of the chains, in which each pose is rounded
+  std::map<int, IntervalMotion> interval_motions_;  ///< by the number of the interval
 };
 
 }  // namespace proximity_server::scene

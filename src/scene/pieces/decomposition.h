@@ -15,17 +15,17 @@ struct Decomposition {
   bool is_complete = true;  ///< false: the effort of the mesh was spent before the end
 };
 
-/// Clusters of triangles whose hulls lie within `tolerance` [m] of the mesh, by MeshSolid::isWithin, few of them.
+/// Divides the triangles into few clusters whose hulls lie within `tolerance` [m] of the mesh, see MeshSolid::isWithin.
 ///
 /// 1. The triangles of each component are halved across their longest side until the hull of each part lies within
 ///    tolerance, at the latest as a single triangle.
-/// 2. Two clusters that share a vertex become one where the hull of both lies within tolerance; those that make the
-///    smallest box first.
-/// 3. The same for clusters, of any component, whose boxes are no farther apart than the tolerance.
+/// 2. Two clusters that share a vertex are merged if the hull of both lies within tolerance; the pair with the smallest
+///    common box comes first.
+/// 3. The same is done with clusters of any components whose boxes are no farther apart than the tolerance.
 ///
-/// A hull that deviates too much does so as a part of every larger one. So a pair that may not become one is not tried
-/// again, whatever the two become part of, and the number of tries is at most that of the first neighbours.
-/// Every triangle is covered at any time: where the effort ends, the clusters of that moment are the result.
+/// A hull that deviates too much also does so as a part of a larger hull. So a pair that cannot be merged is not tried
+/// again after one of the two has grown, and there are at most as many tries as pairs of neighbours at the start.
+/// Every triangle belongs to a cluster at any time: when the effort is spent, the clusters at that time are the result.
 ///
 /// `components`: for each triangle the number of its connected component.
 /// Source:  bottom-up clustering as of Mamou, Ghorbel: A Simple and Efficient Approach for 3D Mesh Approximate Convex
@@ -34,7 +34,7 @@ struct Decomposition {
 Decomposition decompose(const TriangleMesh& mesh, const Partition& components, const MeshSolid& solid,
                         double tolerance);
 
-/// Of Effort: building the hull of some points.
+/// The steps, see Effort, that building the hull of so many points takes.
 std::size_t stepsOfHull(std::size_t points);
 
 /// The points of each cluster, in the order of their numbers.

@@ -20,7 +20,7 @@ class Effort {
     if (left_ < 0.0) throw Exceeded();
   }
 
-  /// Takes away half of what is left, for later.
+  /// Gives up half of what is left, and returns as much, for a later step.
   Effort half() {
     left_ = std::max(0.0, 0.5 * left_);
     return *this;

@@ -12,6 +12,13 @@ using Eigen::Vector3d;
 
 double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
+std::vector<Triangle> turned(const std::vector<Triangle>& triangles, const Matrix3d& turn) {
+  std::vector<Triangle> result;
+  result.reserve(triangles.size());
+  for (const auto& [a, b, c] : triangles) result.push_back({turn * a, turn * b, turn * c});
+  return result;
+}
+
 /// Whether a ray from `p` upwards may meet something in the box.
 bool mayMeet(const Eigen::AlignedBox3d& box, const Vector3d& p) {
   const Vector3d &low = box.min(), &high = box.max();
@@ -40,32 +47,8 @@ bool EnclosedSpace::holds(const Vector3d& p, Effort& effort) const {
   return std::all_of(views_.begin(), views_.end(), [&](const View& view) { return view.winding(p, effort) != 0; });
 }
 
-EnclosedSpace::View::View(const Matrix3d& turn, const std::vector<Triangle>& closed) : turn_(turn) {
-  for (const auto& [a, b, c] : closed) triangles_.push_back({turn * a, turn * b, turn * c});
-  nodes_.push_back({{}, 0, static_cast<int>(triangles_.size())});
-  // split() appends the children, which are then visited in turn.
-  for (int node = 0; node < static_cast<int>(nodes_.size()); ++node) split(node);
-}
-
-/// Fits the box of a node and halves its triangles along the longer edge of the box across the ray.
-void EnclosedSpace::View::split(int index) {
-  constexpr int kLeafSize = 4;
-  Node& node = nodes_[index];
-  for (int i = node.begin; i < node.end; ++i) {
-    for (const Vector3d& corner : triangles_[i]) node.box.extend(corner);
-  }
-  if (node.end - node.begin <= kLeafSize) return;
-
-  const Vector3d sizes = node.box.sizes();
-  const Eigen::Index axis = sizes.x() >= sizes.y() ? 0 : 1;
-  const auto position = [axis](const Triangle& t) { return t[0][axis] + t[1][axis] + t[2][axis]; };
-  const int begin = node.begin, end = node.end, middle = (begin + end) / 2;
-  std::nth_element(triangles_.begin() + begin, triangles_.begin() + middle, triangles_.begin() + end,
-                   [&](const Triangle& s, const Triangle& t) { return position(s) < position(t); });
-  node.left = static_cast<int>(nodes_.size());
-  nodes_.push_back({{}, begin, middle});
-  nodes_.push_back({{}, middle, end});
-}
+EnclosedSpace::View::View(const Matrix3d& turn, const std::vector<Triangle>& closed)
+    : turn_(turn), tree_(turned(closed, turn), TriangleBoxes::SplitAxes::XY) {}
 
 int EnclosedSpace::View::winding(const Vector3d& point, Effort& effort) const {
   constexpr std::size_t kStepsPerNode = 2, kStepsPerTriangle = 5;
@@ -75,7 +58,7 @@ int EnclosedSpace::View::winding(const Vector3d& point, Effort& effort) const {
   // Halving leaves at most 31 levels below an int's worth of triangles; each holds one sibling back.
   std::array<int, 64> pending{0};
   for (int count = 1; count > 0;) {
-    const Node& node = nodes_[pending[--count]];
+    const TriangleBoxes::Node& node = tree_.nodes[pending[--count]];
     steps += kStepsPerNode;
     if (!mayMeet(node.box, p)) continue;
     if (node.left >= 0) {
@@ -84,7 +67,7 @@ int EnclosedSpace::View::winding(const Vector3d& point, Effort& effort) const {
       continue;
     }
     steps += kStepsPerTriangle * static_cast<std::size_t>(node.end - node.begin);
-    for (int i = node.begin; i < node.end; ++i) crossings += crossing(triangles_[i], p);
+    for (int i = node.begin; i < node.end; ++i) crossings += crossing(tree_.triangles[i], p);
   }
   effort.spend(steps);
   return crossings;

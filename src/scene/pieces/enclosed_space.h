@@ -28,16 +28,8 @@ class EnclosedSpace {
     int winding(const Eigen::Vector3d& p, Effort& effort) const;
 
    private:
-    struct Node {
-      Eigen::AlignedBox3d box;
-      int begin, end;  // its triangles
-      int left = -1;   // its children are left and left + 1; -1: a leaf
-    };
-    void split(int node);
-
     Eigen::Matrix3d turn_;
-    std::vector<Triangle> triangles_;
-    std::vector<Node> nodes_;
+    TriangleBoxes tree_;  ///< split along x and y only, across the ray
   };
 
   std::array<View, 2> views_;

@@ -14,8 +14,7 @@ using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// To build a tree.
-constexpr std::size_t kStepsPerTreeTriangle = 20;
+constexpr std::size_t kStepsPerTreeTriangle = 20;  // of building a tree
 
 /// The surface of a hull, in a tree.
 TriangleTree treeOf(const std::vector<Triangle>& surface, Effort& effort) {
@@ -23,8 +22,8 @@ TriangleTree treeOf(const std::vector<Triangle>& surface, Effort& effort) {
   return TriangleTree(surface);
 }
 
-/// [m] a deviation that is surely below, or found to be above, need not be known closer.
-struct Enough {
+/// The search ends when the deviation is proven to be at most `below` [m], or found to exceed `above` [m].
+struct DecisionThresholds {
   double below = -kInfinity, above = kInfinity;
 };
 
@@ -57,37 +56,38 @@ std::vector<Vector3d> pointsBelow(const narrowphase::ConvexHull& hull, const std
 /// Looks for the point of some triangles that lies farthest outside of a mesh.
 class DeviationSearch {
  public:
-  DeviationSearch(const MeshSolid& mesh, const Enough& enough) : mesh_(mesh), enough_(enough) {}
+  DeviationSearch(const MeshSolid& mesh, const DecisionThresholds& thresholds) : mesh_(mesh), thresholds_(thresholds) {}
 
   double farthest() const { return farthest_; }
 
-  bool isEnough() const { return farthest_ > enough_.above; }
+  bool isExceeded() const { return farthest_ > thresholds_.above; }
 
-  /// Whether no part is left that may lie farther than what was found, or than what is surely below enough.
-  bool isProven() const { return !isEnough() && (patches_.empty() || patches_.top().bound <= floor()); }
+  /// Whether no part is left that may lie farther outside than the farthest point found, or than the threshold `below`.
+  bool isProven() const { return !isExceeded() && (patches_.empty() || patches_.top().bound <= floor()); }
 
   void look(const std::vector<Triangle>& triangles) {
     for (const Triangle& triangle : triangles) {
-      if (isEnough()) return;
+      if (isExceeded()) return;
       look(triangle);
     }
   }
 
-  /// At the points of the hull's surface that are nearest to the points below it.
+  /// Measures at the points of the hull's surface that are nearest to the points below it.
   void lookAbove(const std::vector<Vector3d>& below, const std::vector<Triangle>& surface) {
-    if (below.empty() || surface.empty() || isEnough()) return;
+    if (below.empty() || surface.empty() || isExceeded()) return;
     const TriangleTree tree = treeOf(surface, mesh_.effort());
     for (const Vector3d& point : below) {
-      if (isEnough()) return;
-      // The point is one of the mesh, so what is above it lies no farther from the mesh.
+      if (isExceeded()) return;
+      // The point belongs to the mesh, so its distance from the point above it bounds the distance of that from the
+      // mesh.
       const TriangleTree::Nearest above = tree.nearest(point, mesh_.effort());
       if (above.distance > floor()) farthest_ = std::max(farthest_, mesh_.distance(above.point));
     }
   }
 
-  /// At ever smaller parts, until nothing larger is left, enough is known, or so many were looked at.
+  /// Divides the triangles and measures at the parts, until the search is decided or `looks` parts were measured.
   void refine(int looks) {
-    for (; looks > 0 && !patches_.empty() && !isEnough(); looks -= 2) {
+    for (; looks > 0 && !patches_.empty() && !isExceeded(); looks -= 2) {
       if (patches_.top().bound <= floor()) break;
       const Triangle t = patches_.top().corners;
       patches_.pop();
@@ -103,12 +103,12 @@ class DeviationSearch {
  private:
   struct Patch {
     Triangle corners;
-    double bound;  // no point of it lies farther
+    double bound;  // [m] no point of it lies farther outside
     bool operator<(const Patch& other) const { return bound < other.bound; }
   };
 
-  /// What lies no farther changes nothing.
-  double floor() const { return std::max(farthest_ + kMeshRounding, enough_.below); }
+  /// [m] A part that lies no farther outside than this changes nothing.
+  double floor() const { return std::max(farthest_ + kMeshRounding, thresholds_.below); }
 
   void look(const Triangle& t) {
     const Vector3d centre = (t[0] + t[1] + t[2]) / 3.0;
@@ -127,7 +127,7 @@ class DeviationSearch {
   }
 
   const MeshSolid& mesh_;
-  const Enough enough_;
+  const DecisionThresholds thresholds_;
   double farthest_ = 0.0;
   std::priority_queue<Patch> patches_;
 };
@@ -142,7 +142,7 @@ double MeshSolid::distance(const Vector3d& p) const {
 
 double MeshSolid::deviationOf(const std::vector<Cover>& covers) const {
   constexpr int kLooks = 1000000;
-  DeviationSearch search(*this, Enough());
+  DeviationSearch search(*this, DecisionThresholds());
   for (const Cover& cover : covers) search.lookAbove(pointsBelow(cover.hull, cover.points), surfaceOf(cover.hull));
   for (const Cover& cover : covers) search.look(surfaceOf(cover.hull));
   search.refine(kLooks);
@@ -152,7 +152,7 @@ double MeshSolid::deviationOf(const std::vector<Cover>& covers) const {
 bool MeshSolid::isWithin(double tolerance, const std::vector<Triangle>& surface,
                          const std::vector<Vector3d>& below) const {
   constexpr int kLooks = 100000;
-  // Without a gap between yes and no a hull that lies just so far would never be decided.
+  // Without a gap between the two thresholds, a hull at exactly this distance would never be decided.
   constexpr double kTooClose = 0.98;
   DeviationSearch search(*this, {tolerance, kTooClose * tolerance});
   search.look(surface);

@@ -12,20 +12,22 @@ namespace proximity_server::scene {
 // Mesh files hold floats or six-digit texts: a coordinate of one metre is rounded by up to 1e-6 m.
 constexpr double kMeshRounding = 1e-6;
 
-/// A convex piece with the points of the mesh that it stands for.
+/// A convex piece with the points of the mesh that it covers.
 struct Cover {
   narrowphase::ConvexHull hull;
-  std::vector<Eigen::Vector3d> points;  ///< hull is theirs, or that of more
+  std::vector<Eigen::Vector3d> points;  ///< hull contains all of them
 };
 
-/// The solid of a mesh, to measure distances from: its surface and the space that its closed parts enclose. Every call
-/// may throw Effort::Exceeded.
+/// The solid of a mesh, from which distances are measured: its surface and the space that its closed parts enclose.
+/// Every call may throw Effort::Exceeded.
 ///
-/// How far a hull lies outside is searched for over its surface, first at its triangles, then where a point of the mesh
-/// lies under it, then at ever smaller triangles, first where the distance may still be largest. Two facts bound the
-/// distance over a triangle: it grows by no more than one walks; and the distance from one triangle of the mesh is a
-/// convex function, which is nowhere larger than at the corners. So most parts that lie along the mesh are settled by
-/// one look.
+/// The largest distance of a hull outside of the mesh is searched for on the surface of the hull:
+///
+/// 1. Measure at the triangles of the hull, and at the points of its surface that are nearest to points of the mesh.
+/// 2. Halve the triangle whose upper bound of the distance is largest, and measure at both halves.
+/// 3. Two facts give the upper bound. The distance changes by no more than the length of the way along the surface; and
+///    the distance from one triangle of the mesh is a convex function, so it is largest at a corner. Therefore most
+///    triangles of a hull that lie along the mesh are settled by one measurement.
 class MeshSolid {
  public:
   /// `surface`: all triangles, at least one; `closed`: those of the closed parts. `effort` must outlive this.
@@ -36,13 +38,13 @@ class MeshSolid {
   /// [m] from p to the surface, negative inside.
   double distance(const Eigen::Vector3d& p) const;
 
-  /// The farthest that the surface of one of the hulls was found to lie outside of the mesh [m], at least 0; at once
-  /// for all of them. No hollow with a point of the mesh in it is too small. What ends early has been proven within
-  /// kMeshRounding.
+  /// [m] The largest distance outside of the mesh that was found on the surface of any of the hulls, at least 0. It
+  /// finds every hollow that contains a point of the mesh, however small. A search that ends before its limit of steps
+  /// has proven the result within kMeshRounding.
   double deviationOf(const std::vector<Cover>& covers) const;
 
-  /// Whether it was proven that these triangles lie outside by no more than `tolerance` [m]; false for nearly as much.
-  /// `below`: points of the mesh under them.
+  /// Whether these triangles are proven to lie outside of the mesh by no more than `tolerance` [m]. It is false already
+  /// for distances slightly below the tolerance. `below`: points of the mesh under the triangles.
   bool isWithin(double tolerance, const std::vector<Triangle>& surface,
                 const std::vector<Eigen::Vector3d>& below) const;
 
@@ -54,15 +56,15 @@ class MeshSolid {
   Effort& effort_;
 };
 
-/// A hull's surface; a segment or a point as a triangle without area.
+/// The surface of a hull; a segment or a point is a triangle without area.
 std::vector<Triangle> surfaceOf(const narrowphase::ConvexHull& hull);
 
-/// Those of the points that are no vertices of the hull.
+/// The points that are not vertices of the hull.
 std::vector<Eigen::Vector3d> pointsBelow(const narrowphase::ConvexHull& hull,
                                          const std::vector<Eigen::Vector3d>& points);
 
-/// The farthest that one of the points lies outside of the hull [m]. Distance from a convex set is a convex function,
-/// so no point of a triangle lies farther than its corners.
+/// [m] The largest distance of a point outside of the hull. The distance from a convex set is a convex function, so no
+/// point of a triangle lies farther outside than its corners.
 double farthestOutside(const Cover& cover, Effort& effort);
 
 }  // namespace proximity_server::scene

@@ -7,7 +7,7 @@
 
 namespace proximity_server::scene {
 
-/// The same triangles, but vertices at the same place are one; what they leave out is still there.
+/// Merges vertices at the same place. The triangles and their order are kept, also those that become degenerate.
 TriangleMesh welded(const TriangleMesh& mesh);
 
 /// For each triangle of a welded mesh the number of its connected component, in the order of their first triangles.
@@ -16,11 +16,11 @@ std::vector<int> componentNumbers(const TriangleMesh& welded_mesh);
 /// The triangles of each number, with only the vertices that they need.
 std::vector<TriangleMesh> partsOf(const TriangleMesh& mesh, const std::vector<int>& numbers);
 
-/// Whether each edge of a component is passed as often in either direction: it encloses a volume and says where outside
-/// is. Triangles with a corner twice do not count.
+/// Whether each edge of a component occurs equally often in both directions: then the component encloses a volume, and
+/// its orientation defines the outside. Triangles with two equal corners do not count.
 bool isClosed(const TriangleMesh& component);
 
-/// [m^3] positive where the triangles face outwards.
+/// [m^3] Positive if the triangles face outwards.
 double enclosedVolume(const TriangleMesh& component);
 
 std::vector<Triangle> trianglesOf(const std::vector<Eigen::Vector3d>& vertices,

@@ -34,58 +34,59 @@ Vector3d nearestPoint(const Triangle& triangle, const Vector3d& p) {
   return best;
 }
 
-TriangleTree::TriangleTree(std::vector<Triangle> triangles) : triangles_(std::move(triangles)) {
-  nodes_.push_back({{}, 0, static_cast<int>(triangles_.size())});
-  // split() appends the children, which are then visited in turn.
-  for (int node = 0; node < static_cast<int>(nodes_.size()); ++node) split(node);
+TriangleBoxes::TriangleBoxes(std::vector<Triangle> all, SplitAxes axes) : triangles(std::move(all)) {
+  nodes.push_back({{}, 0, static_cast<int>(triangles.size())});
+  // split() appends the children, which are then split in turn.
+  for (int node = 0; node < static_cast<int>(nodes.size()); ++node) split(node, axes);
 }
 
-/// Fits the box of a node and halves its triangles along the box's longest edge.
-void TriangleTree::split(int index) {
+/// Fits the box of a node and halves its triangles.
+void TriangleBoxes::split(int index, SplitAxes axes) {
   constexpr int kLeafSize = 4;
-  Node& node = nodes_[index];
+  Node& node = nodes[index];
   for (int i = node.begin; i < node.end; ++i) {
-    for (const Vector3d& corner : triangles_[i]) node.box.extend(corner);
+    for (const Vector3d& corner : triangles[i]) node.box.extend(corner);
   }
   if (node.end - node.begin <= kLeafSize) return;
 
   Eigen::Index axis;
-  node.box.sizes().maxCoeff(&axis);
+  node.box.sizes().head(static_cast<Eigen::Index>(axes)).maxCoeff(&axis);
   const int begin = node.begin, end = node.end, middle = (begin + end) / 2;
-  std::nth_element(triangles_.begin() + begin, triangles_.begin() + middle, triangles_.begin() + end,
+  std::nth_element(triangles.begin() + begin, triangles.begin() + middle, triangles.begin() + end,
                    [axis](const Triangle& s, const Triangle& t) { return centroid(s)[axis] < centroid(t)[axis]; });
-  node.left = static_cast<int>(nodes_.size());
-  nodes_.push_back({{}, begin, middle});
-  nodes_.push_back({{}, middle, end});
+  node.left = static_cast<int>(nodes.size());
+  nodes.push_back({{}, begin, middle});
+  nodes.push_back({{}, middle, end});
 }
 
 TriangleTree::Nearest TriangleTree::nearest(const Vector3d& p, Effort& effort) const {
   constexpr std::size_t kStepsPerNode = 4, kStepsPerTriangle = 20;
   std::size_t steps = 0;
-  Vector3d best = triangles_.front()[0];
-  const Triangle* best_triangle = &triangles_.front();
+  const auto& [triangles, nodes] = tree_;
+  Vector3d best = triangles.front()[0];
+  const Triangle* best_triangle = &triangles.front();
   double best_squared = (best - p).squaredNorm();
   // Halving leaves at most 31 levels below an int's worth of triangles; each holds one sibling back.
   std::array<int, 64> pending{0};
   for (int count = 1; count > 0;) {
-    const Node& node = nodes_[pending[--count]];
+    const TriangleBoxes::Node& node = nodes[pending[--count]];
     steps += kStepsPerNode;
     if (node.box.squaredExteriorDistance(p) >= best_squared) continue;
     if (node.left >= 0) {
       const bool left_first =
-          nodes_[node.left].box.squaredExteriorDistance(p) < nodes_[node.left + 1].box.squaredExteriorDistance(p);
+          nodes[node.left].box.squaredExteriorDistance(p) < nodes[node.left + 1].box.squaredExteriorDistance(p);
       pending[count++] = left_first ? node.left + 1 : node.left;
       pending[count++] = left_first ? node.left : node.left + 1;
       continue;
     }
     steps += kStepsPerTriangle * static_cast<std::size_t>(node.end - node.begin);
     for (int i = node.begin; i < node.end; ++i) {
-      const Vector3d candidate = nearestPoint(triangles_[i], p);
+      const Vector3d candidate = nearestPoint(triangles[i], p);
       const double squared = (candidate - p).squaredNorm();
       if (squared >= best_squared) continue;
       best_squared = squared;
       best = candidate;
-      best_triangle = &triangles_[i];
+      best_triangle = &triangles[i];
     }
   }
   effort.spend(steps);

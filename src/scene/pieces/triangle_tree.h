@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <utility>
 #include <vector>
 
 #include "scene/pieces/effort.h"
@@ -13,31 +14,45 @@ using Triangle = std::array<Eigen::Vector3d, 3>;
 /// The point of a triangle nearest to `p`; any triangle is legal, a segment and a point too.
 Eigen::Vector3d nearestPoint(const Triangle& triangle, const Eigen::Vector3d& p);
 
-/// Triangles in a tree of boxes, for the point of them nearest to a given one.
+/// Triangles in a binary tree of bounding boxes.
+///
+/// A node with more than four triangles is halved by their centroids along the longest of its box's edges that may be
+/// split, so that both children have equally many.
+struct TriangleBoxes {
+  enum class SplitAxes : unsigned char { XY = 2, XYZ = 3 };
+
+  struct Node {
+    Eigen::AlignedBox3d box;
+    int begin, end;  ///< its triangles
+    int left = -1;   ///< its children are left and left + 1; -1: a leaf
+  };
+
+  TriangleBoxes(std::vector<Triangle> all, SplitAxes axes);
+
+  std::vector<Triangle> triangles;
+  std::vector<Node> nodes;  ///< the first one is the root
+
+ private:
+  void split(int node, SplitAxes axes);
+};
+
+/// Finds the point of some triangles that is nearest to a given one.
 class TriangleTree {
  public:
   /// At least one triangle.
-  explicit TriangleTree(std::vector<Triangle> triangles);
+  explicit TriangleTree(std::vector<Triangle> triangles) : tree_(std::move(triangles), TriangleBoxes::SplitAxes::XYZ) {}
 
   /// The point of the triangles that is nearest to a given one.
   struct Nearest {
     Eigen::Vector3d point;
-    const Triangle* triangle;  ///< it is a point of that one
+    const Triangle* triangle;  ///< the one with this point
     double distance;           ///< [m]
   };
   /// May throw Effort::Exceeded.
   Nearest nearest(const Eigen::Vector3d& p, Effort& effort) const;
 
  private:
-  struct Node {
-    Eigen::AlignedBox3d box;
-    int begin, end;  // its triangles
-    int left = -1;   // its children are left and left + 1; -1: a leaf
-  };
-  void split(int node);
-
-  std::vector<Triangle> triangles_;
-  std::vector<Node> nodes_;
+  TriangleBoxes tree_;
 };
 
 }  // namespace proximity_server::scene

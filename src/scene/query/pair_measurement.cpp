@@ -19,7 +19,7 @@ PairProximity unknown(const ShapeRefPair& pair) {
   return proximity;
 }
 
-/// What is left of a result that proves to be beyond the threshold: the proof.
+/// Keeps of a result beyond the threshold only the lower bound that proves it.
 narrowphase::SignedDistance onlyProof(narrowphase::SignedDistance result) {
   const narrowphase::SignedDistance nothing;
   result.status = narrowphase::Status::Threshold;
@@ -29,7 +29,7 @@ narrowphase::SignedDistance onlyProof(narrowphase::SignedDistance result) {
   return result;
 }
 
-/// How many pairs are remembered: the candidates, and some that are asked for besides.
+/// The number of pairs whose answers are kept: the candidates, and as many others that are asked about.
 std::size_t rememberedPairs(const PairTable& table) {
   return std::clamp<std::size_t>(2 * table.checked.size(), 1u << 8, 1u << 14);
 }
@@ -87,7 +87,7 @@ Visit PairMeasurement::refined(Visit visit, double limit) const {
   return visit;
 }
 
-/// The answer before anything is computed, where the bound is enough.
+/// The answer that the lower bound of a visit proves, without computing anything.
 PairProximity PairMeasurement::proof(const Visit& visit) const {
   PairProximity proximity;
   proximity.representation =
@@ -97,7 +97,7 @@ PairProximity PairMeasurement::proof(const Visit& visit) const {
   return proximity;
 }
 
-/// The kept answer, with bounds that allow for the rounding of the poses since.
+/// The kept answer if the two are at rest; its bounds allow for the rounding of the new poses.
 std::optional<PairProximity> PairMeasurement::answerAtRest(const Visit& visit, const RelativePose& a_T_b,
                                                            const Question& question) const {
   const KeptAnswer* kept = skipping_ == Skipping::On ? kept_.find(visit.a, visit.b) : nullptr;
@@ -111,7 +111,7 @@ std::optional<PairProximity> PairMeasurement::answerAtRest(const Visit& visit, c
   return proximity;
 }
 
-/// Only the proof where all is beyond the limit.
+/// Returns only the proof if all pieces are beyond the limit.
 PairProximity PairMeasurement::compute(const Visit& visit, const RelativePose& a_T_b, double limit,
                                        const Question& question) {
   const KeptAnswer* kept = skipping_ == Skipping::On ? kept_.find(visit.a, visit.b) : nullptr;

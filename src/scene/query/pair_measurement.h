@@ -13,15 +13,15 @@
 
 namespace proximity_server::scene {
 
-/// The count of the pairs that such a bound settled.
+/// The counter of the pairs that a bound of this kind settled.
 int& countOf(Visit::Bound bound, PairCounts& counts);
 
-/// Measures pairs one by one, and computes only what it must. It tries what settles a pair from the cheapest to the
-/// dearest:
+/// Measures pairs one by one, and computes as few as it can. The steps are tried from the cheapest to the most
+/// expensive:
 ///
-/// 1. the spheres around both shapes;
-/// 2. the answer of before, less a bound on the motion since, or the answer itself where the two are at rest;
-/// 3. the boxes around both shapes;
+/// 1. the bounding spheres of both shapes;
+/// 2. the kept answer less a bound on the motion since then, or the kept answer itself if the two are at rest;
+/// 3. the bounding boxes of both shapes;
 /// 4. the narrowphase, on the closest pieces of both.
 ///
 /// It counts how each pair was settled.
@@ -32,29 +32,29 @@ class PairMeasurement {
   void update(const BodyPoses& poses) { robot_.update(poses); }
   const PlacedRobot& robot() const { return robot_; }
 
-  /// The pair with the bound of its spheres; returns nullopt where a pose or all geometry is missing. `number` decides
-  /// between equal bounds. The same numbers come out for a pair that is asked in the other order.
+  /// The pair with the bound of its spheres; nullopt if a pose or all geometry is missing. `number` decides between
+  /// equal bounds. A pair that is asked in the other order gives the same numbers.
   std::optional<Visit> visitOf(const ShapeRefPair& pair, int number) const;
 
-  /// The best bound that costs less than computing, or any that is above the limit [m].
+  /// Improves the bound of a visit by the steps that cost less than computing, until it is above the limit [m].
   Visit refined(Visit visit, double limit) const;
 
-  /// Computes a pair, unless its answer of before holds. Beyond the limit [m] only the proof is wanted. Unknown after
-  /// the deadline.
+  /// Computes a pair, unless its kept answer still holds. Beyond the limit [m] a proof is enough. After the deadline
+  /// the answer is Unknown.
   PairProximity measure(const ShapeRefPair& pair, const Visit& visit, double limit, const Question& question);
 
-  /// All of that for one pair: by bounds where they decide the question's threshold, else computed.
+  /// Answers about one pair by all steps: by bounds if they decide the question's threshold, otherwise it is computed.
   PairProximity settle(const ShapeRefPair& pair, const Question& question);
 
-  /// Whether the answer of before, plus the motion since, proves the signed distance to be at most `threshold` [m].
+  /// Whether the kept answer plus a bound on the motion since then proves a signed distance of at most `threshold` [m].
   bool isStillWithin(const Visit& visit, double threshold) const;
 
-  /// Of all pairs since the caller reset them. A search of many pairs adds those that it settles without measuring.
+  /// The counts of all pairs since the caller reset them. A search of many pairs adds those that it settles itself.
   PairCounts& counts() { return counts_; }
   const PairCounts& counts() const { return counts_; }
 
  private:
-  /// The last computation of a pair, for later.
+  /// The last computed answer about a pair.
   struct KeptAnswer {
     RelativePose a_T_b;
     PairProximity proximity;  ///< in the frame of a

@@ -7,7 +7,7 @@
 
 namespace proximity_server::scene {
 
-/// The paddings of pairs of links, see LinkPair::padding. Most robots have none, which costs nothing.
+/// The paddings of pairs of links, see LinkPair::padding. Most robots have none, and then a look-up costs nothing.
 class PairPaddings {
  public:
   explicit PairPaddings(const PairTable& table);

@@ -12,15 +12,15 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// [m] the place of a result that is not beyond the threshold among the others.
+/// [m] The value by which results that are not beyond the threshold are sorted.
 double rankOf(const narrowphase::SignedDistance& result, const Question& question) {
   if (isFinal(result, question)) return -kInfinity;
   return result.status == narrowphase::Status::Converged ? result.distance : result.lower_bound;
 }
 
-/// From this many candidates on, groups of links are used. Measured on chains of boxes (the minimum in 300 states of a
-/// slow motion, AMD EPYC, 2026-11): with groups 1.6 times as fast at 528 pairs, 4.1 times at 4,851, 9.9 times at 124,251.
-/// Smaller numbers were not measured.
+/// Groups of links are used for more candidates than this. Measured on chains of boxes (the minimum in 300 states of a
+/// slow motion, AMD EPYC, 2026-11): groups are 1.6 times as fast at 528 pairs, 4.1 times at 4,851, and 9.9 times at
+/// 124,251. Smaller numbers were not measured.
 constexpr std::size_t kManyPairs = 500;
 
 }  // namespace
@@ -50,7 +50,7 @@ const std::vector<PairProximity>& PairRanking::all(const Pairs& pairs, const Que
   return results_;
 }
 
-/// [m] a pair farther than that changes nothing.
+/// [m] A pair farther apart than this does not change the answer.
 double PairRanking::limit(const Search& search) const {
   if (skipping_ == Skipping::Off || search.goal == Goal::ClosestAndCount || nearest_.size() < search.k)
     return search.question.threshold;
@@ -71,7 +71,7 @@ void PairRanking::consider(const Visit& visit, const Search& search) {
   nearest_.pop_back();
 }
 
-/// The pairs that were nearest the last time come first: where little has moved, their distances leave little to do.
+/// Measures the pairs that were closest the last time, see step 1 of PairRanking.
 void PairRanking::considerLikely(const Search& search) {
   if (skipping_ == Skipping::Off || search.k == search.pairs.size()) likely_.clear();
   const auto known = [&](int number) { return number < static_cast<int>(search.pairs.size()); };
@@ -87,7 +87,7 @@ void PairRanking::considerLikely(const Search& search) {
   }
 }
 
-/// Queues all that may be near.
+/// Puts all other pairs that may be close enough into the queue.
 void PairRanking::enterOthers(const Search& search) {
   queue_.clear();
   if (search.pairs.areCandidates() && search.pairs.size() != candidate_count_)
@@ -106,7 +106,8 @@ void PairRanking::enter(int number, const Search& search) {
     queue_.push(*visit);
 }
 
-/// All pairs of a link of one group and a link of the other: the larger group is divided; two links are a pair.
+/// Puts the candidate pairs between the links of two groups into the queue, unless the bound of the groups excludes
+/// them. Divides the larger group until both are single links.
 void PairRanking::enterBetween(int group_a, int group_b, const Search& search) {
   const LinkGroups::Group &a = (*groups_)[group_a], &b = (*groups_)[group_b];
   if (group_a == group_b) {
@@ -126,11 +127,11 @@ void PairRanking::enterBetween(int group_a, int group_b, const Search& search) {
   }
 }
 
-/// Whether a pair is farther than all that are wanted, and by its answer of before, plus the motion since, not beyond
-/// the threshold.
+/// Whether a pair is farther apart than the wanted ones, and its kept answer proves that it is not beyond the
+/// threshold: then it need only be counted.
 bool PairRanking::needsOnlyCounting(const Visit& visit, const Search& search) const {
   if (search.goal != Goal::ClosestAndCount || nearest_.size() < search.k) return false;
-  // Overlaps whose depth nobody wants to know are all as near.
+  // If the depth is not wanted, all overlaps are equally close.
   if (!nearest_.empty() && !(std::isfinite(nearest_.front().rank) && visit.lower_bound > nearest_.front().rank))
     return false;
   return measurement_.isStillWithin(visit, search.question.threshold);
@@ -151,7 +152,7 @@ void PairRanking::visitBestFirst(const Search& search) {
   }
 }
 
-/// All pairs that were not counted one by one were settled by bounds.
+/// Completes the counts: bounds settled the pairs that are left in the queue, and those that never entered it.
 void PairRanking::countTheRest(const Search& search) {
   PairCounts& counts = measurement_.counts();
   counts.total = static_cast<int>(search.pairs.size());

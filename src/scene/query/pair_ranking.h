@@ -10,13 +10,13 @@
 
 namespace proximity_server::scene {
 
-/// Finds the closest of many pairs, and measures as few of them as it can.
+/// Finds the closest of many pairs and measures as few of them as it can.
 ///
-/// 1. The pairs that were closest the last time are measured first: where little has moved they leave little to do.
-/// 2. All others enter a queue by the bound of their spheres; candidates enter by groups of links, so that a bound of
-///    two groups leaves out all of their pairs.
-/// 3. The pair with the smallest bound is taken. A better bound puts it back, or it is measured.
-/// 4. The search ends when the next bound exceeds the k-th smallest distance so far, or the threshold.
+/// 1. Measure the pairs that were closest the last time: if little has moved, their distances exclude most others.
+/// 2. Put all other pairs into a queue, sorted by the bound of their spheres. Candidates enter by groups of links: one
+///    bound of two groups excludes all pairs between them.
+/// 3. Take the pair with the smallest bound. If a better bound is found, put the pair back; otherwise measure it.
+/// 4. End when the smallest bound in the queue exceeds the k-th smallest distance so far, or the threshold.
 class PairRanking {
  public:
   enum class Goal : unsigned char {
@@ -33,11 +33,11 @@ class PairRanking {
   PairProximity one(const ShapeRefPair& pair, const Question& question);
   const std::vector<PairProximity>& all(const Pairs& pairs, const Question& question);
   const std::vector<PairProximity>& closest(const Pairs& pairs, std::size_t k, Goal goal, const Question& question);
-  /// Of the last question, for Goal::ClosestAndCount.
+  /// The number of pairs at or below the threshold of the last question, if its goal was ClosestAndCount.
   int countBelow() const { return below_; }
 
  private:
-  /// What `closest` is about.
+  /// The arguments of closest().
   struct Search {
     const Pairs& pairs;
     const std::size_t k;
@@ -62,10 +62,10 @@ class PairRanking {
   void countTheRest(const Search& search);
 
   const Skipping skipping_;
-  const std::size_t candidate_count_;  // of this robot
+  const std::size_t candidate_count_;  // number of candidates of this robot
   PairMeasurement measurement_;
-  std::optional<LinkGroups> groups_;  // of many candidates
-  bool groups_fit_ = false;           // the poses
+  std::optional<LinkGroups> groups_;  // only if there are many candidates
+  bool groups_fit_ = false;           // whether the groups have the boxes of the latest poses
 
   VisitQueue queue_;
   std::vector<Ranked> nearest_;  // a heap, the farthest in front

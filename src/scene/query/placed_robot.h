@@ -25,24 +25,24 @@ struct RelativeMotionBound {
   bool is_rest;            ///< the motion is no larger than the rounding of the poses
 };
 
-/// A robot in one set of poses: what bounds and narrowphase say about its volumes.
+/// A robot in one set of poses: bounds and distances of its volumes.
 ///
-/// Frame: of all results that of the body of volume a. Only the difference of two bodies' origins enters a distance, so
-///        that the same robot far from the poses' frame gives the same answer.
+/// Frame: results are in the frame of the body of volume a. Only the difference of two bodies' origins enters a
+///        distance, so that a robot far from the origin of the poses' frame gives the same answers.
 class PlacedRobot {
  public:
   PlacedRobot(const RobotModel& model, std::shared_ptr<const Volumes> volumes);
 
   /// A pose that is not finite, or whose matrix is no rotation within single precision, counts as missing. Throws
-  /// std::invalid_argument where there is not one pose for each body.
+  /// std::invalid_argument if there is not one pose for each body.
   void update(const BodyPoses& poses);
 
   const Volumes& volumes() const { return *volumes_; }
 
-  /// Whether what Volumes::of returned has geometry, at a known pose.
+  /// Whether a volume that Volumes::of returned has geometry, and its pose is known.
   bool isPlaced(int root) const { return sphereOf(root).is_placed; }
 
-  /// b in the frame of a.
+  /// The pose of volume b's body in the frame of volume a's body.
   RelativePose relative(int a, int b) const;
 
   /// Lower bounds [m] of the signed distance of two volumes; the first is for those that Volumes::of returns.

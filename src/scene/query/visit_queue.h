@@ -6,9 +6,9 @@
 
 namespace proximity_server::scene {
 
-/// Two volumes that may have to be looked at, see Volumes.
+/// A pair of volumes that may have to be examined, see Volumes.
 struct Visit {
-  /// Where the lower bound comes from. All but Sphere: no better one is to be had without computing.
+  /// The origin of the lower bound. After any but Sphere only computing can improve it.
   enum class Bound : unsigned char { Sphere, Box, Motion, Rest };
   double lower_bound;  ///< [m] of their signed distance less the padding
   int number;          ///< decides between equal bounds
@@ -38,7 +38,7 @@ class VisitQueue {
 
   const std::vector<Visit>& remaining() const { return heap_; }
 
-  /// Infinity where the queue is empty.
+  /// Infinity if the queue is empty.
   double lowestBound() const {
     return heap_.empty() ? std::numeric_limits<double>::infinity() : heap_.front().lower_bound;
   }

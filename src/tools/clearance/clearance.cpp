@@ -32,7 +32,7 @@ struct Arguments {
   enum class Filter : unsigned char { On, Off } filter = Filter::On;
 };
 
-/// Narrowphase answers are within 1e-9 m, so no closer bounds of a motion can be asked for.
+/// [m] The smallest legal tolerance of a motion: the narrowphase answers within 1e-9 m only.
 constexpr double kSmallestTolerance = 1e-8;
 
 std::string whyNoSelection(const std::string& text) {
@@ -96,7 +96,7 @@ void declare(CLI::App& app, Arguments& arguments) {
   declareOutput(app, arguments);
 }
 
-/// Writes rows as they come, and what stands before, between and behind them.
+/// Writes rows, and the text before, between and after them.
 class RowWriter {
  public:
   RowWriter(std::ostream& stream, const scene::RobotModel& robot, RowKind kind, RowFormat format)
@@ -126,14 +126,14 @@ class RowWriter {
   bool has_row_ = false;
 };
 
-/// How much is done, on a terminal only.
+/// Shows the number of answers on standard error if that is a terminal.
 class AnswerCounter {
  public:
   explicit AnswerCounter(RowKind kind) : what_(kind == RowKind::State ? " states" : " segments") {}
   void count() {
     if (is_terminal_ && ++count_ % 1000 == 0) std::cerr << '\r' << count_ << what_ << std::flush;
   }
-  /// Takes the line away.
+  /// Erases the line.
   void clear() const {
     if (is_terminal_) std::cerr << "\r\033[K" << std::flush;
   }
@@ -144,7 +144,7 @@ class AnswerCounter {
   bool is_terminal_ = isatty(STDERR_FILENO) != 0;
 };
 
-/// The named file, or the standard stream where there is no name.
+/// Opens the named file; returns the standard stream if the path is `no_name`.
 template <typename FileStream, typename Stream>
 Stream& openStream(const std::string& path, const std::string& no_name, std::optional<FileStream>& file,
                    Stream& standard) {
@@ -165,18 +165,19 @@ ClearanceQuestion questionOf(const Arguments& arguments) {
   return question;
 }
 
-/// Every answer in their order, to `take`.
-template <typename Take>
-void answerAll(const Arguments& arguments, const ClearanceQuestion& question, JointStates& states, const Take& take) {
+/// Passes the answers about all states or segments to `handle`, in their order.
+template <typename Handle>
+void answerAll(const Arguments& arguments, const ClearanceQuestion& question, JointStates& states,
+               const Handle& handle) {
   if (arguments.rows == RowKind::Segment) {
-    answerSegments(question, arguments.motion, states, take);
+    answerSegments(question, arguments.motion, states, handle);
   } else {
     const Smallest smallest = arguments.assert_above ? Smallest::Always : Smallest::IfListed;
-    answerStates(question, {readPairSelection(arguments.pairs), arguments.skipping, smallest}, states, take);
+    answerStates(question, {readPairSelection(arguments.pairs), arguments.skipping, smallest}, states, handle);
   }
 }
 
-/// What is known before the first state.
+/// Prints the warnings that are known before the first state.
 void warn(const JointStates& states, RowKind rows) {
   for (const std::string& warning : states.warnings()) std::cerr << "warning: " << warning << '\n';
   if (rows == RowKind::State && states.hasTimes()) {
@@ -184,12 +185,12 @@ void warn(const JointStates& states, RowKind rows) {
   }
 }
 
-/// What is known after the last state.
+/// Prints the warning that is known after the last state.
 void warnOfLimits(const JointStates& states) {
   if (const std::string warning = states.limitWarning(); !warning.empty()) std::cerr << "warning: " << warning << '\n';
 }
 
-/// Where the answers go.
+/// Writes the answers to the output and the plot, and adds them to the assertion.
 class Answers {
  public:
   Answers(const Arguments& arguments, const ClearanceQuestion& question, std::ostream& out, ClearancePlot* plot)
@@ -201,14 +202,14 @@ class Answers {
   }
 
   template <typename Answer>
-  void take(const Answer& answer) {
+  void add(const Answer& answer) {
     writer_.write(answer);
     if (plot_writer_) plot_writer_->write(answer);
-    if (assertion_) assertion_->take(answer);
+    if (assertion_) assertion_->add(answer);
     counter_.count();
   }
 
-  /// After this, what was written is a whole document.
+  /// Writes the end of the rows, so that the output is a complete document.
   void end(const std::string& out_name) {
     counter_.clear();
     writer_.end(out_name);
@@ -231,7 +232,7 @@ void answerInto(Answers& answers, const std::string& out_name, const Arguments& 
     warnOfLimits(states);
   };
   try {
-    answerAll(arguments, question, states, [&](const auto& found) { answers.take(found); });
+    answerAll(arguments, question, states, [&](const auto& found) { answers.add(found); });
   } catch (const std::exception&) {
     end();
     throw;

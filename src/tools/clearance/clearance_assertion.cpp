@@ -9,7 +9,7 @@
 namespace proximity_server::tools {
 namespace {
 
-/// Letters of the joint values in a message: about ten joints.
+/// The most characters of the joint positions in a message: enough for about ten joints.
 constexpr std::size_t kLongestJoints = 300;
 
 std::string metres(double length) { return numberText(length) + " m"; }
@@ -30,7 +30,7 @@ std::string enumeration(const std::vector<std::string>& items) {
 
 }  // namespace
 
-void ClearanceAssertion::take(const StateClearance& answer) {
+void ClearanceAssertion::add(const StateClearance& answer) {
   const SmallestDistance& smallest = answer.smallest;
   Row row;
   row.number = answer.state;
@@ -42,10 +42,10 @@ void ClearanceAssertion::take(const StateClearance& answer) {
     row.upper_bound = smallest.pair.result.upper_bound;
     row.status = smallest.pair.result.status;
   }
-  add(row, answer.positions);
+  addRow(row, answer.positions);
 }
 
-void ClearanceAssertion::take(const SegmentClearance& answer) {
+void ClearanceAssertion::add(const SegmentClearance& answer) {
   const scene::RobotMinimum& minimum = answer.minimum;
   Row row;
   row.number = answer.segment.number;
@@ -56,10 +56,10 @@ void ClearanceAssertion::take(const SegmentClearance& answer) {
   row.upper_bound = minimum.upper_bound;
   row.status = minimum.status;
   row.unknown_pairs = minimum.counts.unknown;
-  add(row, answer.segment.positionsAt(minimum.time));
+  addRow(row, answer.segment.positionsAt(minimum.time));
 }
 
-void ClearanceAssertion::add(Row row, const scene::Positions& positions) {
+void ClearanceAssertion::addRow(Row row, const scene::Positions& positions) {
   ++rows_;
   row.verdict = verdictOf(row);
   ++counts_.at(static_cast<std::size_t>(row.verdict));
@@ -80,7 +80,7 @@ ClearanceAssertion::Verdict ClearanceAssertion::verdictOf(const Row& row) const 
   return row.status == narrowphase::Status::Converged ? Verdict::Enclosed : Verdict::Undecided;
 }
 
-/// Those that move the pair against each other.
+/// The positions of the joints that move the two links of the pair relative to each other.
 std::string ClearanceAssertion::joints(const scene::ShapeRefPair& pair, const scene::Positions& positions) const {
   if (pair.a.link < 0 || pair.b.link < 0) return "";
   const std::string text = stateText(robot_, pair, positions);

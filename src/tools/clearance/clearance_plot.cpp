@@ -17,8 +17,8 @@
 namespace proximity_server::tools {
 namespace {
 
-/// Whether Debian's Python, which has Debian's matplotlib, ran with these arguments and was content. No shell: file
-/// names may hold anything.
+/// Runs Debian's Python, which has Debian's matplotlib, and returns whether it exited with 0. It uses no shell, because
+/// file names may contain any characters.
 bool runPython(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), "/usr/bin/python3");
   std::vector<char*> pointers;
@@ -30,7 +30,7 @@ bool runPython(std::vector<std::string> arguments) {
   return waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-/// Of the suffix. Throws std::invalid_argument for one that is no picture's.
+/// The format by the suffix of the name. Throws std::invalid_argument for any other suffix.
 std::string formatOf(const std::string& picture) {
   std::string format = std::filesystem::path(picture).extension();
   for (char& letter : format) letter = static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));

@@ -20,8 +20,7 @@ class ClearancePlot {
   /// Takes the rows as CSV.
   std::ostream& data() { return data_; }
 
-  /// `limit` [m] is the distance that a line marks. Throws std::invalid_argument naming the picture where drawing
-  /// fails.
+  /// Draws the picture with a line at `limit` [m]. Throws std::invalid_argument naming the picture if drawing fails.
   void draw(double limit);
 
  private:

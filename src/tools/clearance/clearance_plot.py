@@ -12,10 +12,10 @@ try:
 except ImportError as error:
     sys.exit(str(error))
 
-SHOWN_PAIRS = 20  # more rows of a heat map cannot be read
-COLUMNS = 1000  # wider than the picture has pixels
-BAND = 0.05  # height of what marks contacts, as a share of the panel
-FEW = 50  # states or segments, of which each can be seen
+SHOWN_PAIRS = 20  # the most rows of a heat map that can be read
+COLUMNS = 1000  # more than the picture has pixels in a row
+BAND = 0.05  # height of the band that marks contacts, as a share of the panel
+FEW = 50  # fewer states or segments have visible markers
 
 
 def read_rows(path):
@@ -28,7 +28,7 @@ def pair_name(row):
 
 
 def two_panels(pairs, limit):
-    """The clearance above, a line for each pair below."""
+    """A figure with a panel for the clearance above, and a panel with a row for each pair below."""
     figure, (above, below) = plt.subplots(
         2, 1, figsize=(10, 4 + 0.25 * len(pairs)), sharex=True, constrained_layout=True)
     above.axhline(limit, color="red", linewidth=0.8)
@@ -39,7 +39,7 @@ def two_panels(pairs, limit):
 
 
 def distances_of(rows):
-    """Distance by pair and state, [m]."""
+    """The distances [m] by pair and state."""
     pairs = {}
     for row in rows:
         pairs.setdefault(pair_name(row), {})[int(row["state"])] = float(row["distance"])
@@ -47,7 +47,7 @@ def distances_of(rows):
 
 
 def heat_map(pairs, states):
-    """One row a pair, the smallest distance of the states that share a column; NaN where the pair was not listed."""
+    """A row for each pair: the smallest distance of the states that share a column; NaN if the pair was not listed."""
     columns = min(states, COLUMNS)
     picture = numpy.full((len(pairs), columns), numpy.nan)
     for row, distances in zip(picture, pairs):
@@ -81,21 +81,21 @@ def column(rows, name):
 
 
 def mark_spans(axes, rows, begin_name, color, label):
-    """From a time in each of these rows to the end of its segment, in a band below the curve rather than over it."""
+    """Marks the time from a column of each of these rows to the end of its segment, in a band below the curve."""
     begins = column(rows, begin_name)
     axes.broken_barh(list(zip(begins, column(rows, "t_end") - begins)), (0, BAND), facecolor=color, label=label,
                      transform=axes.get_xaxis_transform())
 
 
 def draw_clearance(rows, axes):
-    """The bounds of each segment's minimum as two lines, its place, and what comes after a first contact in red."""
+    """Draws the two bounds of each segment's minimum, the place of the minimum, and in red the time after a contact."""
     begin, end = column(rows, "t_begin"), column(rows, "t_end")
     axes.hlines(column(rows, "lower"), begin, end, linewidth=1, label="minimum of the segment, both bounds")
     axes.hlines(column(rows, "upper"), begin, end, linewidth=1)
     axes.plot(column(rows, "t_minimum"), column(rows, "distance"), linestyle="", color="C1", marker=".",
               markersize=6 if len(rows) < FEW else 2, label="where it is")
     bottom, top = axes.get_ylim()
-    axes.set_ylim(bottom - 2.0 * BAND * (top - bottom), top)  # room for the band, which says nothing about lengths
+    axes.set_ylim(bottom - 2.0 * BAND * (top - bottom), top)  # space for the band, whose height has no meaning
     for contact, begins, color, label in (("true", "t_contact", "red", "from the first contact of the segment"),
                                           ("unknown", "t_free", "grey", "contact not known")):
         marked = [row for row in rows if row["contact"] == contact]

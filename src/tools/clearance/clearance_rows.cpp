@@ -52,7 +52,7 @@ void addPair(const scene::PairProximity& pair, const scene::RobotModel& robot, R
   row["representation"] = toString(pair.representation);
 }
 
-/// Null where it is not known.
+/// Whether there is contact; null if that is not decided.
 Row contactOf(const scene::RobotContact& contact) {
   if (contact.contact) return true;
   return contact.status == narrowphase::Status::Converged ? Row(false) : Row();
@@ -65,7 +65,7 @@ void addContact(const SegmentClearance& answer, const scene::RobotModel& robot, 
   addLinks("contact_", answer.contact.pair.asked, robot, row);
 }
 
-// The columns in their order. The headers are made of these, too, so that the two cannot differ.
+// These functions define the columns and their order. The headers are made by them, too, so that the two cannot differ.
 
 Row stateColumns(long state, const scene::PairProximity& pair, const scene::RobotModel& robot) {
   Row row;
@@ -108,7 +108,7 @@ std::string csvLine(const Row& row) {
   return line;
 }
 
-// A URDF may hold any bytes; what is no UTF-8 is replaced rather than ending the run.
+// A URDF may contain any bytes: those that are not UTF-8 are replaced, because dump() would throw for them.
 std::string jsonObject(const Row& row) { return row.dump(-1, ' ', false, Row::error_handler_t::replace); }
 
 }  // namespace

@@ -9,24 +9,24 @@ namespace proximity_server::tools {
 
 enum class RowFormat : unsigned char { Csv, Json };
 
-/// What the rows are about.
+/// A row describes one pair in a state, or one segment of a trajectory.
 enum class RowKind : unsigned char { State, Segment };
 
-/// What stands before the first row: the header of the CSV, the opening bracket of the JSON array.
+/// The text before the first row: the header of the CSV, or the opening bracket of the JSON array.
 std::string rowsBegin(RowKind kind, RowFormat format);
 
-// Rows are in the root link's frame, without separator or line end. A number that is not known is nan in CSV and null
+// Rows are in the root link's frame and have neither separator nor line end. An unknown number is nan in CSV and null
 // in JSON.
 
 /// One pair in one state.
 std::string rowText(long state, const scene::PairProximity& pair, const scene::RobotModel& robot, RowFormat format);
 
-/// One segment: the closest pair where it is closest, with the bounds of the whole segment, then the first contact; all
-/// times on the trajectory's clock. Where contact is not known it is `unknown` in CSV and null in JSON. JSON has the
-/// positions of the joints at contact, too; followers are not listed.
+/// One segment: the closest pair at the time when it is closest, with the bounds of the whole segment, then the first
+/// contact; all times are those of the trajectory. A contact that is not decided is `unknown` in CSV and null in JSON.
+/// JSON also has the positions of the joints at contact, without mimic joints.
 std::string rowText(const SegmentClearance& answer, const scene::RobotModel& robot, RowFormat format);
 
-/// Between two rows, and after the last one.
+/// The text between two rows, and that after the last row.
 std::string rowsSeparator(RowFormat format);
 std::string rowsEnd(RowFormat format);
 

@@ -12,7 +12,7 @@
 namespace proximity_server::tools {
 namespace {
 
-constexpr std::size_t kBlockSize = 256;  // states: a cold start is then a small part of the work
+constexpr std::size_t kBlockSize = 256;  // states: so many that the cold start is a small part of the work
 
 struct NumberedState {
   long number = 0;
@@ -37,13 +37,13 @@ std::vector<scene::PairProximity> answerState(const std::vector<scene::ShapeRefP
   return minimum ? std::vector<scene::PairProximity>{*minimum} : std::vector<scene::PairProximity>{};
 }
 
-/// [m] the place of a pair in the order of Scene.
+/// [m] The value by which Scene sorts its answers.
 double placeOf(const narrowphase::SignedDistance& result) {
   return result.status == narrowphase::Status::Converged ? result.distance : result.lower_bound;
 }
 
-/// Of the pairs of an answer that lists the smallest. One that it does not list is no nearer in the order of Scene: its
-/// lower bound, which is closer to its distance than the tolerance, may still be below that of the smallest by as much.
+/// The smallest distance, from an answer that lists the smallest. A pair that is not listed is not closer in the order
+/// of Scene, but its lower bound may be below that of the smallest by the tolerance.
 SmallestDistance smallestOf(const std::vector<scene::PairProximity>& pairs, const scene::Scene& scene) {
   SmallestDistance smallest;
   smallest.unknown_pairs = scene.counts().unknown;
@@ -79,7 +79,7 @@ std::vector<scene::ShapeRefPair> pairsWhere(const scene::SceneModel& model,
   return pairs;
 }
 
-/// The number behind the colon. Throws std::invalid_argument where there is none, or something behind it.
+/// The number after the prefix. Throws std::invalid_argument if there is no number, or other text after it.
 template <typename Number>
 Number numberAfter(const std::string& prefix, const std::string& text) {
   Number value{};
@@ -118,7 +118,7 @@ std::vector<scene::ShapeRefPair> unfilteredPairs(const scene::SceneModel& model)
 }
 
 void answerStates(const ClearanceQuestion& question, const StateQuestion& state_question, JointStates& states,
-                  const std::function<void(const StateClearance&)>& take) {
+                  const std::function<void(const StateClearance&)>& handle) {
   const scene::Scene fresh(question.model, state_question.skipping);
   long count = 0;
   const auto next = [&](NumberedState& state) {
@@ -133,7 +133,7 @@ void answerStates(const ClearanceQuestion& question, const StateQuestion& state_
     }
     return answers;
   };
-  answerInBlocks<NumberedState, StateClearance>({kBlockSize, next, answerBlock, take}, question.threads);
+  answerInBlocks<NumberedState, StateClearance>({kBlockSize, next, answerBlock, handle}, question.threads);
 }
 
 }  // namespace proximity_server::tools

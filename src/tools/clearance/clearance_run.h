@@ -13,29 +13,29 @@
 
 namespace proximity_server::tools {
 
-/// Which pairs of a state are written.
+/// The pairs of a state that are written.
 struct PairSelection {
   enum class Kind : unsigned char { All, Minimum, Below, Closest };
   Kind kind = Kind::Minimum;
-  double threshold = std::numeric_limits<double>::infinity();  ///< [m] of Below
-  int count = 1;                                               ///< of Closest
+  double threshold = std::numeric_limits<double>::infinity();  ///< [m] for Below
+  int count = 1;                                               ///< for Closest
 };
 
 /// Reads "all", "minimum", "below:0.05" or "k:5". Throws std::invalid_argument naming the text.
 PairSelection readPairSelection(const std::string& text);
 
-/// The candidates of the filter, or every pair of links with geometry that is not one body.
+/// The candidates of the filter; and all pairs of links that have geometry and do not belong to one body.
 std::vector<scene::ShapeRefPair> filteredPairs(const scene::SceneModel& model);
 std::vector<scene::ShapeRefPair> unfilteredPairs(const scene::SceneModel& model);
 
-/// What is asked about, for states and trajectories alike.
+/// The part of the question that states and trajectories share.
 struct ClearanceQuestion {
   std::shared_ptr<const scene::SceneModel> model;
   std::vector<scene::ShapeRefPair> pairs;
   int threads = 1;
 };
 
-/// Whether StateClearance::smallest is found also where the selection may not list it.
+/// Whether StateClearance::smallest is also computed if the selection may not list that pair.
 enum class Smallest : unsigned char { IfListed, Always };
 
 struct StateQuestion {
@@ -46,12 +46,12 @@ struct StateQuestion {
 
 /// The smallest signed distance of a state.
 struct SmallestDistance {
-  scene::PairProximity pair;                                      ///< the closest; no links where nothing is known
-  double lower_bound = -std::numeric_limits<double>::infinity();  ///< [m] of all pairs of which something is known
-  int unknown_pairs = 0;                                          ///< of which nothing is, as a pose is not finite
+  scene::PairProximity pair;                                      ///< without links if no pair has an answer
+  double lower_bound = -std::numeric_limits<double>::infinity();  ///< [m] of all pairs that have an answer
+  int unknown_pairs = 0;                                          ///< pairs without one, as a pose is not finite
 };
 
-/// What was found in one state.
+/// The answer about one state.
 struct StateClearance {
   long state;  ///< counted from 0
   std::vector<scene::PairProximity> pairs;
@@ -59,10 +59,10 @@ struct StateClearance {
   scene::Positions positions;
 };
 
-/// Answers the question for every state, in their order, and hands each answer to `take` in the calling thread. The
-/// answers are the same, bit by bit, for any number of threads.
-/// Failure: what reading threw, after the answers to all states before it were taken.
+/// Answers the question about every state, in their order, and passes each answer to `handle` in the calling thread.
+/// The answers have the same bits for any number of threads.
+/// Failure: throws the error of reading a state, after the answers about all states before it were handled.
 void answerStates(const ClearanceQuestion& question, const StateQuestion& state_question, JointStates& states,
-                  const std::function<void(const StateClearance&)>& take);
+                  const std::function<void(const StateClearance&)>& handle);
 
 }  // namespace proximity_server::tools

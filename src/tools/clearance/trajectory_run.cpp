@@ -12,7 +12,7 @@
 namespace proximity_server::tools {
 namespace {
 
-constexpr std::size_t kBlockSize = 16;  // segments: a planned trajectory, of some hundred, goes to all threads
+constexpr std::size_t kBlockSize = 16;  // segments: so few that the hundreds of a planned trajectory use all threads
 
 scene::RobotContact provenFree() {
   scene::RobotContact free;
@@ -25,7 +25,7 @@ SegmentClearance answerSegment(const std::vector<scene::ShapeRefPair>& pairs, co
                                const TrajectorySegment& segment, scene::MovingScene& scene) {
   const scene::RobotMotion motion = scene::RobotMotion::ofJoints(scene.model().robot, segment.from, segment.to);
   const scene::RobotMinimum minimum = scene.minimum(pairs, motion, question);
-  // What the minimum has proven need not be asked again, and the two cannot contradict each other.
+  // If the minimum proves that there is no contact, a search is not needed, and the two cannot contradict each other.
   const bool is_free =
       minimum.status != narrowphase::Status::Unknown && minimum.lower_bound > question.contact_distance;
   return {segment, minimum, is_free ? provenFree() : scene.timeOfContact(pairs, motion, question)};
@@ -36,7 +36,7 @@ SegmentClearance answerSegment(const std::vector<scene::ShapeRefPair>& pairs, co
 double TrajectorySegment::timeAt(double fraction) const {
   if (fraction >= 1.0) return end;
   const double time = begin + fraction * (end - begin);
-  return time > end ? end : time;  // so that NaN stays
+  return time > end ? end : time;  // not std::min, so that NaN gives NaN
 }
 
 scene::Positions TrajectorySegment::positionsAt(double fraction) const {
@@ -80,7 +80,7 @@ void TrajectorySegments::check(const WayPoint& from, const WayPoint& to) const {
 }
 
 void answerSegments(const ClearanceQuestion& question, const scene::MotionQuestion& motion_question,
-                    JointStates& states, const std::function<void(const SegmentClearance&)>& take) {
+                    JointStates& states, const std::function<void(const SegmentClearance&)>& handle) {
   TrajectorySegments segments(states);
   const scene::MovingScene fresh(question.model);
   const auto answerBlock = [&](const std::vector<TrajectorySegment>& block) {
@@ -92,7 +92,7 @@ void answerSegments(const ClearanceQuestion& question, const scene::MotionQuesti
     return answers;
   };
   answerInBlocks<TrajectorySegment, SegmentClearance>(
-      {kBlockSize, [&](TrajectorySegment& segment) { return segments.next(segment); }, answerBlock, take},
+      {kBlockSize, [&](TrajectorySegment& segment) { return segments.next(segment); }, answerBlock, handle},
       question.threads);
 }
 

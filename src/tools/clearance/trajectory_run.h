@@ -10,24 +10,24 @@
 
 namespace proximity_server::tools {
 
-/// From one way point to the next: every joint at constant velocity, a continuous one by the difference of its
-/// positions, which may be several turns.
+/// The motion from one way point to the next: every joint moves at constant velocity. A continuous joint moves by the
+/// difference of its positions, which may be several turns.
 struct TrajectorySegment {
   long number = 0;                ///< counted from 0
-  double begin = 0.0, end = 1.0;  ///< [s] on the trajectory's clock
+  double begin = 0.0, end = 1.0;  ///< [s] in the time of the trajectory
   scene::Positions from, to;
 
-  /// `fraction` goes from 0 at the begin to 1 at the end. The time is rounded, but never outside of the segment; NaN
-  /// gives NaN.
+  /// `fraction` is 0 at the begin and 1 at the end. The time is rounded, but never outside of the segment; NaN gives
+  /// NaN.
   double timeAt(double fraction) const;
   scene::Positions positionsAt(double fraction) const;
 };
 
-/// Reads the way points of a trajectory, two by two: each row of the states is one. The times are those of the column
-/// "time"; without it, way point n is at n seconds.
+/// Reads a trajectory segment by segment; each row of the states is a way point. The times are those of the column
+/// "time"; without that column, way point n is at n seconds.
 ///
 /// Failure: throws std::invalid_argument naming the source (and line) for less than two way points, for a time that is
-///          not later than the one before, and for a difference that is no finite number; otherwise as JointStates.
+///          not later than the one before, and for a difference that is not finite; otherwise as JointStates.
 class TrajectorySegments {
  public:
   /// The states must outlive this.
@@ -49,17 +49,17 @@ class TrajectorySegments {
   long segments_ = 0;
 };
 
-/// What was found in one segment; times are fractions of it.
+/// The answer about one segment; its times are fractions of the segment.
 struct SegmentClearance {
   TrajectorySegment segment;
   scene::RobotMinimum minimum;
   scene::RobotContact contact;
 };
 
-/// Answers the question for every segment, in their order, and hands each answer to `take` in the calling thread. The
-/// answers are the same, bit by bit, for any number of threads.
-/// Failure: what reading threw, after the answers to all segments before it were taken.
+/// Answers the question about every segment, in their order, and passes each answer to `handle` in the calling thread.
+/// The answers have the same bits for any number of threads.
+/// Failure: throws the error of reading a state, after the answers about all segments before it were handled.
 void answerSegments(const ClearanceQuestion& question, const scene::MotionQuestion& motion_question,
-                    JointStates& states, const std::function<void(const SegmentClearance&)>& take);
+                    JointStates& states, const std::function<void(const SegmentClearance&)>& handle);
 
 }  // namespace proximity_server::tools

@@ -10,25 +10,25 @@
 
 namespace proximity_server::tools {
 
-/// A stream of things to answer, which go to the threads in blocks of one size. What answers a block knows nothing of
-/// the one before: so the answers are the same, bit by bit, for any number of threads, which warm starts kept across
-/// blocks would change in the last digits.
+/// A stream of items, which are answered by several threads in blocks of one size. The answers about a block do not
+/// depend on other blocks, so they have the same bits for any number of threads; warm starts that were kept from one
+/// block to the next would change the last digits.
 template <typename Item, typename Answer>
 struct BlockWork {
   std::size_t block_size = 1;
-  std::function<bool(Item&)> next;  ///< reads one, in the calling thread; false at the end
-  std::function<std::vector<Answer>(const std::vector<Item>&)> answer;  ///< of one block, in any thread
-  std::function<void(const Answer&)> take;                              ///< in order, in the calling thread
+  std::function<bool(Item&)> next;  ///< reads one item in the calling thread; false at the end
+  std::function<std::vector<Answer>(const std::vector<Item>&)> answer;  ///< answers about one block, in any thread
+  std::function<void(const Answer&)> handle;  ///< gets the answers in order, in the calling thread
 };
 
-/// Reads blocks; an error of reading ends them, and is kept for later.
+/// Reads blocks of items. An error of reading ends the blocks, and rethrow() throws it.
 template <typename Item>
 class BlockReader {
  public:
   BlockReader(std::size_t block_size, std::function<bool(Item&)> next)
       : block_size_(block_size), next_(std::move(next)) {}
 
-  /// Empty at the end.
+  /// The next block; empty at the end.
   std::vector<Item> block() {
     std::vector<Item> items;
     try {
@@ -49,13 +49,13 @@ class BlockReader {
   std::exception_ptr error_;
 };
 
-/// Does the work. At most threads + 1 blocks are in memory.
-/// Failure: what reading threw, after the answers to all before it were taken.
+/// Reads all items, answers them and handles the answers. At most threads + 1 blocks are in memory.
+/// Failure: throws the error of reading, after the answers about all items before it were handled.
 template <typename Item, typename Answer>
 void answerInBlocks(const BlockWork<Item, Answer>& work, int threads) {
   BlockReader<Item> reader(work.block_size, work.next);
   AnswersInOrder<std::vector<Answer>> answers(threads, [&](const std::vector<Answer>& block) {
-    for (const Answer& answer : block) work.take(answer);
+    for (const Answer& answer : block) work.handle(answer);
   });
   for (std::vector<Item> block = reader.block(); !block.empty(); block = reader.block()) {
     answers.start([&work, items = std::move(block)] { return work.answer(items); });

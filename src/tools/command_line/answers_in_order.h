@@ -10,17 +10,18 @@
 
 namespace proximity_server::tools {
 
-/// Runs work in several threads and hands on the answers in the order in which the work came, in the calling thread.
-/// At most `threads` answers wait. What the work throws comes out of start() or finish().
-/// Failure: start() throws std::runtime_error where the system has no further thread.
+/// Runs jobs in several threads and handles their answers in the order in which the jobs were started, in the calling
+/// thread. At most `threads` jobs run or wait to be handled.
+/// Failure: start() and finish() throw what a job throws. start() throws std::runtime_error if no thread can be
+///          started.
 template <typename Answer>
 class AnswersInOrder {
  public:
-  AnswersInOrder(int threads, std::function<void(Answer)> take)
-      : threads_(static_cast<std::size_t>(threads)), take_(std::move(take)) {}
+  AnswersInOrder(int threads, std::function<void(Answer)> handle)
+      : threads_(static_cast<std::size_t>(threads)), handle_(std::move(handle)) {}
 
   void start(std::function<Answer()> work) {
-    if (running_.size() == threads_) takeOldest();
+    if (running_.size() == threads_) handleOldest();
     try {
       running_.push_back(std::async(std::launch::async, std::move(work)));
     } catch (const std::system_error& error) {
@@ -31,17 +32,17 @@ class AnswersInOrder {
   }
 
   void finish() {
-    while (!running_.empty()) takeOldest();
+    while (!running_.empty()) handleOldest();
   }
 
  private:
-  void takeOldest() {
-    take_(running_.front().get());
+  void handleOldest() {
+    handle_(running_.front().get());
     running_.pop_front();
   }
 
   std::size_t threads_;
-  std::function<void(Answer)> take_;
+  std::function<void(Answer)> handle_;
   std::deque<std::future<Answer>> running_;
 };
 

@@ -14,7 +14,7 @@ std::string trimmed(const std::string& text) {
   return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
 }
 
-/// The field that begins with a quote at `position`, which is moved behind the closing one.
+/// The field that begins with a quote at `position`; moves `position` behind the closing quote.
 std::string quotedField(const std::string& record, std::size_t& position) {
   std::string field;
   for (++position; position < record.size(); ++position) {

@@ -5,14 +5,14 @@
 
 namespace proximity_server::tools {
 
-/// The fields of one record of comma-separated values (RFC 4180), without the blanks about unquoted ones.
+/// The fields of one record of comma-separated values (RFC 4180), without the blanks around unquoted fields.
 /// Throws std::invalid_argument for a quote that does not end.
 std::vector<std::string> csvFields(const std::string& record);
 
-/// One field, quoted where its text needs it.
+/// The text as one field, in quotes if necessary.
 std::string csvField(const std::string& text);
 
-/// Shortest text that reads back as the same double; nan, inf and -inf.
+/// The shortest text that reads back as the same double; also nan, inf and -inf.
 std::string numberText(double value);
 
 }  // namespace proximity_server::tools

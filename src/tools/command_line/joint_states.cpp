@@ -63,7 +63,7 @@ bool JointStates::hasTimes() const {
   return std::any_of(columns_.begin(), columns_.end(), [](const Column& column) { return column.joint == kTime; });
 }
 
-/// False at the end. std::getline would take all memory for a file without line ends.
+/// Reads a line; false at the end. std::getline would use all memory for a file without line ends.
 bool JointStates::nextLine(std::string& text) {
   using Letters = std::istream::traits_type;
   text.clear();
@@ -85,7 +85,7 @@ bool JointStates::nextLine(std::string& text) {
   return true;
 }
 
-/// Takes the next line that is not empty apart; false at the end.
+/// Splits the next line that is not empty into fields; false at the end.
 bool JointStates::nextFields() {
   std::string text;
   while (nextLine(text)) {
@@ -113,7 +113,7 @@ void JointStates::addColumn(const std::string& name) {
   }
 }
 
-/// The joint that a column is about, or kTime.
+/// The joint of a column, or kTime.
 int JointStates::jointOf(const std::string& name) const {
   const int joint = findJoint(robot_, name);
   if (joint < 0 && isFixed(robot_, name)) fail("column " + inQuotes(name) + ": a fixed joint has no position");
@@ -128,7 +128,8 @@ int JointStates::jointOf(const std::string& name) const {
 
 double JointStates::number(std::size_t column) const {
   std::string text = fields_[column];
-  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.erase(0, 1);  // legal in CSV, not for from_chars
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-')
+    text.erase(0, 1);  // CSV files may have a plus sign, which from_chars refuses
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {

@@ -10,17 +10,17 @@
 
 namespace proximity_server::tools {
 
-/// Characters of one line of states: enough for the names, quoted, of as many joints as a robot may have.
+/// The most characters of one line: enough for the quoted names of as many joints as a robot may have.
 constexpr std::size_t kLongestLine = std::size_t{8} << 20;
 
-/// Reads the states of a robot from comma-separated values, one at a time: a header of joint names, then a row for
-/// each state. Joints without a column are at 0; mimic joints follow their leader, and a column of theirs is read but
-/// not used (recorded joint states have them), which is a warning. A column "time" is the time of the state, unless a
-/// joint has that name.
+/// Reads the states of a robot from comma-separated values, one at a time: a header of joint names, then a row for each
+/// state. Joints without a column are at 0. Mimic joints follow their leader: a column of a mimic joint, as recorded
+/// joint states have it, is not used, and a warning says so. A column "time" is the time of the state, unless a joint
+/// has that name.
 ///
 /// Unit:    [rad] or [m], [s]. Empty lines are skipped.
 /// Failure: throws std::invalid_argument naming source, line and column: no header, an unknown, repeated, fixed or
-///          many-dimensional joint, too few or many numbers, a text that is no finite number, a line longer than
+///          floating or planar joint, too few or many numbers, a text that is no finite number, a line longer than
 ///          kLongestLine.
 class JointStates {
  public:
@@ -36,10 +36,10 @@ class JointStates {
 
   const scene::RobotModel& robot() const { return robot_; }
   const std::string& source() const { return source_; }
-  std::string place() const;  ///< of the last state, for messages: source and line
+  std::string place() const;  ///< source and line of the last state, for messages
   const std::vector<std::string>& warnings() const { return warnings_; }
 
-  /// Of the states read so far, which of them lie beyond the limits of a joint that they set; "": none.
+  /// A warning about the states read so far that set a joint to a position beyond its limits; "" if there are none.
   std::string limitWarning() const { return limits_.warning(source_); }
 
  private:

@@ -33,7 +33,7 @@ void LimitCheck::add(int joint, double position) {
   would_be_within_as_degrees_ = would_be_within_as_degrees_ && !isBeyond(limits, position * kPi / 180.0);
 }
 
-/// Hardly any joint turns by more than a whole turn, so the largest angle must do that to count as degrees.
+/// Positions look like degrees only if one exceeds a full turn, which hardly any joint makes.
 bool LimitCheck::looksLikeDegrees() const { return largest_angle_ > 2.0 * kPi && would_be_within_as_degrees_; }
 
 std::string LimitCheck::warning(const std::string& source) const {

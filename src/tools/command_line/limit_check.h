@@ -7,10 +7,8 @@
 
 namespace proximity_server::tools {
 
-/// Counts the states that lie beyond the limits of a joint, and keeps the first.
-///
-/// Joints without limits, and those that follow another one, have no limit here. Beyond means by more than
-/// kLimitRounding.
+/// Counts the states in which a joint is beyond its limits by more than kLimitRounding, and keeps the first of them.
+/// Mimic joints, and joints without limits, do not count.
 class LimitCheck {
  public:
   /// The robot must outlive this.
@@ -20,8 +18,8 @@ class LimitCheck {
   /// `joint` is an index into RobotModel::joints; `position` [rad] or [m] is what the state sets.
   void add(int joint, double position);
 
-  /// What was found in the states of `source`, in one or two sentences; "" where all were within the limits. Says where
-  /// degrees instead of radians explain it.
+  /// The warning about the states of `source` in one or two sentences; "" if all were within the limits. It says so if
+  /// the positions seem to be in degrees instead of radians.
   std::string warning(const std::string& source) const;
 
  private:
@@ -34,14 +32,14 @@ class LimitCheck {
 
   const scene::RobotModel& robot_;
   long states_ = 0, states_beyond_ = 0, line_ = 0;
-  bool is_beyond_ = false;  ///< the current state
+  bool is_beyond_ = false;  ///< whether the current state is beyond a limit
   std::optional<Violation> first_;
-  // Of all positions of revolute joints beyond their limits:
+  // About all positions of revolute joints beyond their limits:
   double largest_angle_ = 0.0;  ///< [rad] absolute value
   bool would_be_within_as_degrees_ = true;
 };
 
-/// [rad] or [m] what six decimals, as most programs write them, may put a position beyond its limit.
+/// [rad] or [m] How far rounding to six decimals, as most programs write them, may put a position beyond its limit.
 constexpr double kLimitRounding = 1e-6;
 
 }  // namespace proximity_server::tools

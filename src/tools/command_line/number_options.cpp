@@ -13,10 +13,10 @@ namespace {
 
 constexpr int kMaxThreads = 1024;
 
-/// Returns nullopt if the text is anything but one number.
+/// The number that the text consists of; nullopt for any other text.
 template <typename Number>
 std::optional<Number> numberOf(const std::string& text) {
-  const std::size_t plus = text.size() > 1 && text[0] == '+' && text[1] != '-' ? 1 : 0;  // not for from_chars
+  const std::size_t plus = text.size() > 1 && text[0] == '+' && text[1] != '-' ? 1 : 0;  // from_chars refuses it
   Number value{};
   const char* end = text.data() + text.size();
   const auto [stop, error] = std::from_chars(text.data() + plus, end, value);

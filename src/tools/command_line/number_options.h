@@ -7,8 +7,8 @@
 
 namespace proximity_server::tools {
 
-/// Reads a number of the command line. Throws CLI::ValidationError naming the option, the text and what is legal: not a
-/// finite number of at least `least`, not a whole number of `least` to `most`.
+/// Reads a number of the command line: a finite number of at least `least`, or a whole number from `least` to `most`.
+/// Otherwise throws CLI::ValidationError naming the option, the text and the legal values.
 double readLength(const std::string& option, const std::string& text, double least);
 long readCount(const std::string& option, const std::string& text, long least, long most);
 
@@ -16,25 +16,25 @@ long readCount(const std::string& option, const std::string& text, long least, l
 template <typename Value>
 CLI::Option* addLength(CLI::App& app, const std::string& name, Value& value, double least,
                        const std::string& description) {
-  const auto take = [&value, name, least](const std::string& text) { value = readLength(name, text, least); };
-  return app.add_option_function<std::string>(name, take, description)->type_name("METRES");
+  const auto read = [&value, name, least](const std::string& text) { value = readLength(name, text, least); };
+  return app.add_option_function<std::string>(name, read, description)->type_name("METRES");
 }
 
 /// An option that is one whole number.
 template <typename Value>
 CLI::Option* addCount(CLI::App& app, const std::string& name, Value& value, long least, long most,
                       const std::string& description) {
-  const auto take = [&value, name, least, most](const std::string& text) {
+  const auto read = [&value, name, least, most](const std::string& text) {
     value = static_cast<Value>(readCount(name, text, least, most));
   };
-  return app.add_option_function<std::string>(name, take, description)->type_name("NUMBER");
+  return app.add_option_function<std::string>(name, read, description)->type_name("NUMBER");
 }
 
-// The options that both tools have.
+// Options that both tools have.
 
 CLI::Option* addMeshTolerance(CLI::App& app, std::optional<double>& value);
 
-/// All cores unless it is given.
+/// The default is the number of cores.
 CLI::Option* addThreads(CLI::App& app, int& value);
 
 }  // namespace proximity_server::tools

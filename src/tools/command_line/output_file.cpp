@@ -12,7 +12,7 @@ void requireWritable(const std::string& path) {
   std::error_code ignored;
   const std::filesystem::file_status status = std::filesystem::status(path, ignored);
   const bool existed = std::filesystem::exists(status);
-  // To open and close a pipe would end it for its reader.
+  // A pipe is not tried: opening and closing it would be the end of the data for its reader.
   if (existed && !std::filesystem::is_regular_file(status) && !std::filesystem::is_directory(status)) return;
   errno = 0;
   if (!std::ofstream(path, std::ios::binary | std::ios::app)) {

@@ -4,8 +4,8 @@
 
 namespace proximity_server::tools {
 
-/// Throws std::invalid_argument naming the file where it cannot be written; to be asked before hours of computing. What
-/// there is stays as it is.
+/// Throws std::invalid_argument naming the file if it cannot be written, so that this is known before hours of
+/// computing. An existing file is not changed.
 void requireWritable(const std::string& path);
 
 }  // namespace proximity_server::tools

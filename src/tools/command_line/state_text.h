@@ -8,7 +8,7 @@
 
 namespace proximity_server::tools {
 
-/// The state as `joint=position` for the joints that move the pair; the others do not matter.
+/// The positions, as `joint=position`, of the joints that move the pair; all others do not matter.
 std::string stateText(const scene::RobotModel& robot, const scene::ShapeRefPair& pair,
                       const scene::Positions& positions);
 

@@ -11,7 +11,7 @@
 namespace proximity_server::tools {
 namespace {
 
-/// Standard output first, so that a message stands behind what was written before it. Allocates nothing.
+/// Prints an error message. It flushes standard output first, so that the message comes last. Allocates nothing.
 int fail(const std::string& tool, const char* message, const char* more = "") {
   std::cout << std::flush;
   std::cerr << tool << ": " << message << more << std::endl;
@@ -38,7 +38,7 @@ int runTool(CLI::App& app, int argc, char** argv, const std::function<ExitCode()
     return parseAndRun(app, argc, argv, run);
   } catch (const std::bad_alloc&) {
     return fail(tool, "not enough memory");
-  } catch (const std::length_error&) {  // of a container of the standard library
+  } catch (const std::length_error&) {  // thrown by containers of the standard library
     return fail(tool, "the input is too large to be held in memory");
   } catch (const std::system_error& error) {
     return fail(tool, "the system refuses: ", error.what());

@@ -8,17 +8,17 @@ class App;
 
 namespace proximity_server::tools {
 
-/// How a tool ends.
+/// The exit code of a tool.
 enum class ExitCode : int {
   Done = 0,
-  BadInput = 1,       ///< also where memory, threads or the disk do not suffice
+  BadInput = 1,       ///< also if memory, threads or disk space do not suffice
   AssertionFails = 2  ///< --assert-above of clearance
 };
 
-/// The main() of a tool: takes the options of the command line, then runs.
+/// The main() of a tool: parses the options of the command line, then calls `run`.
 ///
-/// The name of `app` stands before every message. What is thrown, by an option or by `run`, becomes one on standard
-/// error and the exit code BadInput.
+/// An exception of an option or of `run` becomes a message on standard error, which begins with the name of `app`, and
+/// the exit code BadInput.
 /// Failure: never throws.
 int runTool(CLI::App& app, int argc, char** argv, const std::function<ExitCode()>& run);
 

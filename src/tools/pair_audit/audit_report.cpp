@@ -10,7 +10,7 @@
 namespace proximity_server::tools {
 namespace {
 
-/// A length as people read it: three digits.
+/// A length with three significant digits.
 std::string metres(double length) {
   std::array<char, 32> text;
   std::snprintf(text.data(), text.size(), "%.3g m", length);
@@ -31,7 +31,7 @@ const char* toString(ContactClass contact) {
   return "unknown";
 }
 
-/// How sure it is that a pair keeps to its class.
+/// The evidence for the class of a pair.
 std::string evidenceText(const PairEvidence& evidence) {
   const std::string not_seen = " in " + std::to_string(evidence.samples) + " samples and a search";
   switch (evidence.contactClass()) {
@@ -77,7 +77,7 @@ class Report {
     addList(toString(contact), lines);
   }
 
-  /// Nobody checks neighbours, so these come first.
+  /// Comes before the other lists, because neighbours are not checked at all.
   void addNeighboursThatCollide() {
     std::vector<std::string> lines;
     for (const PairEvidence& evidence : study_.pairs) {
@@ -114,7 +114,7 @@ class Report {
   std::string text() const { return text_.str(); }
 
  private:
-  /// [m] How far what is checked of a link lies from its meshes.
+  /// [m] How far the convex pieces of a link lie from its meshes.
   double deviationOf(int link) const {
     double largest = 0.0;
     for (const int i : model_.robot.links[link].collisions) {
@@ -123,7 +123,7 @@ class Report {
     return largest;
   }
 
-  /// Contact of what stands for the meshes need not be contact of the meshes.
+  /// The contact of a pair, with a remark if only the convex pieces may be in contact and not the meshes.
   std::string contactText(const PairEvidence& evidence) const {
     const double deviation = deviationOf(evidence.pair.a.link) + deviationOf(evidence.pair.b.link);
     const std::string doubt = evidence.contact_depth > deviation || deviation <= kContactDistance
@@ -161,7 +161,7 @@ class Report {
     return lines;
   }
 
-  /// What the SRDF gives as its reason.
+  /// The reason that the SRDF gives.
   std::string reasonText(const PairEvidence& evidence) const {
     const scene::PairTable& table = model_.pairs;
     const scene::LinkPair& pair = table.pairs[table.find(evidence.pair.a.link, evidence.pair.b.link)];
@@ -196,7 +196,8 @@ SrdfFaults findSrdfFaults(const scene::SceneModel& model, const PairStudy& study
     const scene::PairReason reason =
         model.pairs.pairs[model.pairs.find(evidence.pair.a.link, evidence.pair.b.link)].reason;
     const ContactClass contact = evidence.contactClass();
-    const bool is_disabled = reason == scene::PairReason::SrdfDisabled && !evidence.are_neighbours;  // those come first
+    const bool is_disabled =
+        reason == scene::PairReason::SrdfDisabled && !evidence.are_neighbours;  // neighbours have a list of their own
     if (is_disabled && contact == ContactClass::Sometimes) faults.disabled_but_touch.push_back(i);
     if (reason != scene::PairReason::Checked) continue;
     if (contact == ContactClass::Never) faults.checked_but_never.push_back(i);

@@ -6,17 +6,17 @@
 
 namespace proximity_server::tools {
 
-/// Entries of an SRDF that contradict the study, as indices into PairStudy::pairs.
+/// The pairs whose entries in the SRDF contradict the study, as indices into PairStudy::pairs.
 struct SrdfFaults {
-  std::vector<int> disabled_but_touch;  ///< dangerous: collisions that nobody would report; without neighbours
-  std::vector<int> checked_but_never;   ///< useless work
-  std::vector<int> checked_but_always;  ///< an alarm in every state
+  std::vector<int> disabled_but_touch;  ///< dangerous: nobody would report their collisions; without neighbours
+  std::vector<int> checked_but_never;   ///< their checks are useless
+  std::vector<int> checked_but_always;  ///< they raise an alarm in every state
 };
 SrdfFaults findSrdfFaults(const scene::SceneModel& model, const PairStudy& study);
 
-/// What was found, for people: every pair under its class, then (where there is an SRDF) what is wrong with it, entry
-/// by entry. Lengths in metres.
 enum class SrdfGiven : unsigned char { No, Yes };
+/// The report as text: every pair under its class, then the errors of the SRDF, if there is one, entry by entry.
+/// Lengths are in metres.
 std::string auditReport(const scene::SceneModel& model, const PairStudy& study, SrdfGiven srdf);
 
 }  // namespace proximity_server::tools

@@ -47,7 +47,7 @@ PairStudy studyWithProgress(const std::shared_ptr<const scene::SceneModel>& mode
   });
 }
 
-/// Throws std::invalid_argument naming the file where it cannot be written.
+/// Throws std::invalid_argument naming the file if it cannot be written.
 void writeFile(const std::string& path, const std::string& text) {
   std::ofstream stream(path, std::ios::binary);
   stream << text << std::flush;

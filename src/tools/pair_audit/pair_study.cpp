@@ -10,15 +10,15 @@ namespace proximity_server::tools {
 namespace {
 
 constexpr long kBlockSize = 64;     // states
-constexpr int kBlocksInRound = 64;  // 4096 states: few against kQuietSamples
+constexpr int kBlocksInRound = 64;  // 4096 states, a small part of kQuietSamples
 constexpr int kMaxSearchQueries = 2000;
 
-/// What one block says about each pair that it was asked about.
+/// The evidence of one block about each pair that it sampled.
 using BlockEvidence = std::vector<PairEvidence>;
 
-/// Takes in the distance of a pair in one state.
+/// Adds the distance of a pair in one state to the evidence.
 void add(const narrowphase::SignedDistance& distance, const scene::Positions& positions, PairEvidence& evidence) {
-  const bool is_contact = !(distance.lower_bound > kContactDistance);  // apart is only what is proven to be
+  const bool is_contact = !(distance.lower_bound > kContactDistance);  // a pair counts as apart only if that is proven
   std::optional<scene::Positions>& first = is_contact ? evidence.contact : evidence.apart;
   if (!first) first = positions;
   const double seen = is_contact ? 0.0 : distance.distance;
@@ -27,7 +27,7 @@ void add(const narrowphase::SignedDistance& distance, const scene::Positions& po
   evidence.closest = positions;
 }
 
-/// Takes in what a later block says.
+/// Adds the evidence of a later block.
 void add(const PairEvidence& later, PairEvidence& evidence) {
   evidence.samples += later.samples;
   if (!evidence.contact) evidence.contact = later.contact;
@@ -48,7 +48,7 @@ BlockEvidence sampleBlock(scene::Scene scene, const std::vector<scene::JointRang
     const scene::Positions positions = scene::randomPositions(scene.model().robot, ranges, random);
     scene.update(scene::forwardKinematics(scene.model().robot, positions));
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-      // Of what is farther than the closest so far a proof is enough.
+      // For a distance larger than the smallest so far a proof is enough.
       question.threshold = std::max(evidence[i].smallest, kContactDistance);
       add(scene.proximity(pairs[i], question).result, positions, evidence[i]);
       ++evidence[i].samples;
@@ -57,7 +57,7 @@ BlockEvidence sampleBlock(scene::Scene scene, const std::vector<scene::JointRang
   return evidence;
 }
 
-/// A search for a state of the kind that a pair has not shown: contact, or apart.
+/// A search for the kind of state, in contact or apart, in which a pair has not been seen.
 class ContactSearch {
  public:
   ContactSearch(scene::Scene& scene, const std::vector<scene::JointRange>& ranges, PairEvidence& evidence)
@@ -97,7 +97,7 @@ class ContactSearch {
     return false;
   }
 
-  /// What is to become small: the signed distance for contact, minus that for apart.
+  /// The value to minimise: the signed distance if contact is searched for, otherwise minus the signed distance.
   double valueAt(const scene::Positions& positions) {
     scene_.update(scene::forwardKinematics(scene_.model().robot, positions));
     const narrowphase::SignedDistance answer = scene_.proximity(evidence_.pair).result;
@@ -115,7 +115,7 @@ class ContactSearch {
   double best_;
 };
 
-/// A search for the other kind of state, and a proof where it finds no contact.
+/// Searches for the other kind of state, and tries a proof if no contact is found.
 void refine(scene::Scene& scene, const std::vector<scene::JointRange>& all_ranges, PairEvidence& evidence) {
   const std::vector<scene::JointRange> ranges =
       scene::rangesBetween(scene.model().robot, all_ranges, evidence.pair.a.link, evidence.pair.b.link);
@@ -151,7 +151,7 @@ PairEvidence noEvidence(const scene::RobotModel& robot, const scene::LinkPair& p
   return evidence;
 }
 
-/// The study while it grows.
+/// A study in progress.
 class Studying {
  public:
   Studying(const std::shared_ptr<const scene::SceneModel>& model, const StudyOptions& options,
@@ -197,7 +197,7 @@ class Studying {
     return open;
   }
 
-  /// Whether the class of a pair changed.
+  /// Draws one round of states. Returns whether the class of a pair changed.
   bool sampleRound() {
     const std::vector<std::size_t> open = openPairs();
     std::vector<scene::ShapeRefPair> pairs;
@@ -225,7 +225,7 @@ class Studying {
 
   const StudyOptions options_;
   const StudyProgress& progress_;
-  const scene::Scene scene_;  ///< the one that the threads make twins of
+  const scene::Scene scene_;  ///< the threads make twins of it
   const std::vector<scene::JointRange> ranges_;
   PairStudy study_;
 };

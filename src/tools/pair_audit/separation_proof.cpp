@@ -10,14 +10,14 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kMaxQueries = 10000;  // of one pair
+constexpr int kMaxQueries = 10000;  // for one pair
 
-/// One joint on the way from link a to link b. In the body on either side of it stands a point that the joint does not
-/// move: its origin, in the frame of that body. Of a prismatic joint the two part by its position.
+/// One joint on the path from link a to link b. On either side of it a point of the body is fixed to the joint's
+/// origin. A revolute joint leaves the two points together; a prismatic joint separates them by its position.
 struct Hinge {
   int joint;
-  Vector3d near, far;  ///< on the side of a, on that of b
-  double slide;        ///< [m] between the two points, at most
+  Vector3d near, far;  ///< the point on the side of a, and on that of b, each in the frame of its body
+  double slide;        ///< [m] the largest distance of the two points
 };
 
 /// [rad] or [m] The largest position of a joint, in either direction, over the range of its leader.
@@ -47,7 +47,8 @@ std::vector<Hinge> hingesBetween(const scene::RobotModel& robot, const std::vect
   return hinges;
 }
 
-/// For each hinge, how far the link at the far end of the chain reaches from it, however the hinges behind it stand.
+/// For each hinge an upper bound [m] of the reach of the link at the far end of the chain, for any positions of the
+/// hinges behind it.
 std::vector<double> reachesBehind(const std::vector<Hinge>& hinges, const scene::RobotModel& robot, int link) {
   std::vector<double> reaches(hinges.size());
   for (std::size_t i = hinges.size(); i-- > 0;) {
@@ -122,8 +123,8 @@ class Subdivision {
     add(cell);
   }
 
-  /// At least as many cells hold the box, were the distance everywhere what it is at its centre: a cell that it settles
-  /// has sum(sensitivity * half width) <= distance, so its volume is largest where all terms are equal.
+  /// A lower estimate of the number of cells, as if the distance at the centre of the box held everywhere. A settled
+  /// cell has sum(sensitivity * half width) <= distance, so its volume is largest if all terms are equal.
   double cellsNeeded() const {
     double cells = 1.0;
     const double distance = smallest_, joints = static_cast<double>(ranges_.size());
@@ -142,7 +143,7 @@ class Subdivision {
   scene::Positions positions_;
   std::priority_queue<Cell> cells_;
   int queries_ = 0;
-  double smallest_ = std::numeric_limits<double>::infinity();  // [m] distance met
+  double smallest_ = std::numeric_limits<double>::infinity();  // [m] the smallest distance found
   std::optional<scene::Positions> contact_;
 };
 

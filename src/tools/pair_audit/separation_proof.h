@@ -11,30 +11,31 @@ namespace proximity_server::tools {
 /// rounding of its numbers (single precision in most meshes), which says nothing about the robot.
 constexpr double kContactDistance = 1e-6;
 
-/// What a search over all positions of the joints between two links found.
+/// The result of a search over all positions of the joints between two links.
 struct SeparationProof {
-  /// [m] No position brings the two closer than this; not above kContactDistance: nothing is proven.
+  /// [m] No positions bring the two closer than this. A value of at most kContactDistance proves nothing.
   double lower_bound;
-  std::optional<scene::Positions> contact;  ///< positions in which the two are in contact, where the search met some
+  std::optional<scene::Positions> contact;  ///< positions in which the two are in contact, if the search found any
 };
 
-/// By how much the signed distance of two links changes with each of `ranges`, at most: [m/rad] or [m/m].
+/// Upper bounds of the change of the signed distance of two links per change of each joint of `ranges`: [m/rad] or
+/// [m/m].
 ///
-/// A prismatic joint moves all points of one side by as much as it moves. A revolute one moves a point by the angle
-/// times its distance from the axis, and either side may be taken to be the moving one, so the smaller of the two
-/// sides' reaches from the joint's origin counts, whatever the joints between do. A leader adds up what its followers
-/// cause.
+/// A prismatic joint moves all points of one side by its own displacement. A revolute joint moves a point by the angle
+/// times its distance from the axis. Either side may be regarded as the moving one, so the bound is the smaller of the
+/// two reaches from the joint's origin, for any positions of the other joints. The bound of a leader is the sum of the
+/// bounds of its mimic joints and its own.
 std::vector<double> sensitivities(const scene::RobotModel& robot, const std::vector<scene::JointRange>& ranges,
                                   const scene::ShapeRefPair& pair);
 
-/// Looks for a lower bound of the signed distance of two links over the box of `ranges`, all that move them against
-/// each other. Other joints are at 0.
+/// Searches for a lower bound of the signed distance of two links over the box of `ranges`, which are those of all
+/// joints that move the two relative to each other. Other joints are at 0.
 ///
-/// A cell of the box is settled by the distance at its centre less what the joints can change within the cell, which is
+/// The lower bound of a cell of the box is the distance at its centre less the largest change within the cell, which is
 /// the sum of sensitivity times half width. The cell with the smallest bound is halved along the joint that contributes
-/// most to this sum, until the bound is half of the smallest distance met or the budget of queries is spent. The number
-/// of cells grows exponentially with the number of joints: two or three joints can be settled, long chains cannot. If
-/// the volume of the box shows beforehand that the budget cannot suffice, nothing is tried.
+/// most to this sum, until the bound is half of the smallest distance found or the budget of queries is spent. The
+/// number of cells grows exponentially with the number of joints: two or three joints can be settled, long chains
+/// cannot. If the volume of the box shows beforehand that the budget cannot suffice, nothing is tried.
 ///
 /// Source: Piyavskii, An Algorithm for Finding the Absolute Extremum of a Function, 1972, in several dimensions.
 SeparationProof proveSeparation(scene::Scene& scene, const std::vector<scene::JointRange>& ranges,

@@ -17,7 +17,7 @@ constexpr const char* kDisable = "disable_collisions";
 
 Names ordered(const std::string& a, const std::string& b) { return {std::min(a, b), std::max(a, b)}; }
 
-/// Why a pair need not be checked; nullptr where it must be.
+/// The reason why a pair need not be checked; nullptr if it must be checked.
 const char* reasonOf(const PairEvidence& evidence) {
   switch (evidence.contactClass()) {
     case ContactClass::Sometimes:
@@ -56,7 +56,7 @@ std::set<Names> enabledPairs(const XMLElement& root) {
   return pairs;
 }
 
-/// Takes out all disable_collisions. Returns what stood before the first of them; the last child where there was none.
+/// Removes all disable_collisions. Returns the node before the first of them, or the last child if there was none.
 tinyxml2::XMLNode* removeDisabled(XMLElement& root) {
   XMLElement* entry = root.FirstChildElement(kDisable);
   if (!entry) return root.LastChild();

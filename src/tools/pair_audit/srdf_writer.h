@@ -7,12 +7,11 @@
 namespace proximity_server::tools {
 
 /// An SRDF whose disable_collisions name the pairs that are always in contact ("Always"), those that never are
-/// ("Never"), and the neighbours ("Adjacent") but for those that were seen both apart and in contact: such a pair is
-/// never written.
+/// ("Never"), and the neighbours ("Adjacent"). A pair that was seen both apart and in contact is never among them.
 ///
-/// Everything else of the given SRDF stays, comments too; "" stands for an SRDF that says nothing. A pair that its
+/// Everything else of the given SRDF is kept, also its comments; "" stands for an empty SRDF. A pair that its
 /// enable_collisions name is not disabled.
-/// Failure: throws std::invalid_argument for an SRDF that is no XML with a <robot>.
+/// Failure: throws std::invalid_argument if the SRDF is not XML with a <robot>.
 std::string writeSrdf(const std::string& srdf_xml, const scene::RobotModel& robot, const PairStudy& study);
 
 }  // namespace proximity_server::tools

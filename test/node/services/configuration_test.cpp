@@ -16,12 +16,7 @@ namespace {
 
 const std::string kNode = "/proximity_server/";
 
-Gantry& gantry() {
-  static Gantry gantry{ros::NodeHandle()};
-  static const bool connected = gantry.awaitListeners(1);
-  EXPECT_TRUE(connected);
-  return gantry;
-}
+Gantry& gantry() { return connectedGantry(1); }
 
 sensor_msgs::JointState state(const std::vector<std::string>& names, const std::vector<double>& positions) {
   sensor_msgs::JointState result;

@@ -20,12 +20,7 @@ constexpr double kMotionTolerance = 1e-6;  // [m] of the searches: the default o
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 const std::string kNode = "/proximity_server/";
 
-Gantry& gantry() {
-  static Gantry gantry{ros::NodeHandle()};
-  static const bool connected = gantry.awaitListeners(2);
-  EXPECT_TRUE(connected);
-  return gantry;
-}
+Gantry& gantry() { return connectedGantry(2); }
 
 using node::saysNothing;
 

@@ -21,12 +21,7 @@ namespace {
 
 const std::string kNode = "/proximity_server/";
 
-Gantry& gantry() {
-  static Gantry gantry{ros::NodeHandle()};
-  static const bool connected = gantry.awaitListeners(1);
-  EXPECT_TRUE(connected);
-  return gantry;
-}
+Gantry& gantry() { return connectedGantry(1); }
 
 template <class Request>
 Request between(const std::string& a, const std::string& b, const ros::Time& stamp) {

@@ -52,7 +52,7 @@ class Jumps : public testing::Test {
   /// A joint comes with this position, at `time` [s] by its stamp and by the wall clock.
   void see(const std::string& child, double position, double time) {
     now_ = start_ + std::chrono::microseconds(std::lround(1e6 * time));
-    jumps_.look(at(child, position, time), now_);
+    jumps_.add(at(child, position, time), now_);
   }
   std::vector<std::string> recent() const { return jumps_.recent(now_); }
 
@@ -117,7 +117,7 @@ TEST_F(Jumps, FromOnePlaceToAnotherAreARobotThatWasPutThere) {
 TEST_F(Jumps, WhereTheStampsGoBackAreABagThatBeginsAgain) {
   for (int round = 0; round < 10; ++round) {
     for (int i = 0; i < 30; ++i) {  // in 0.3 s from 0 to 0.3 m
-      jumps_.look(at("slide", 0.01 * i, 10.0 + 0.01 * i), now_);
+      jumps_.add(at("slide", 0.01 * i, 10.0 + 0.01 * i), now_);
     }
     now_ += std::chrono::milliseconds(300);
   }
@@ -125,7 +125,7 @@ TEST_F(Jumps, WhereTheStampsGoBackAreABagThatBeginsAgain) {
 }
 
 TEST_F(Jumps, AfterALongGapOfTheStampsAreAClockThatJumped) {
-  for (int i = 0; i < 6; ++i) jumps_.look(at("slide", i % 2 ? 1.9 : -1.9, 10.0 + 5.0 * i), now_);
+  for (int i = 0; i < 6; ++i) jumps_.add(at("slide", i % 2 ? 1.9 : -1.9, 10.0 + 5.0 * i), now_);
   EXPECT_TRUE(recent().empty());
 }
 
@@ -162,8 +162,8 @@ TEST_F(Jumps, OfFramesThatAreNotTheRobotsAreNobodysBusiness) {
   for (int i = 0; i < 4; ++i) {
     geometry_msgs::TransformStamped other = at("slide", i % 2 ? 0.5 : 0.0, 10.0 + 0.001 * i);
     other.header.frame_id = "elsewhere";
-    jumps_.look(other, now_);
-    jumps_.look(at("somebody", 0.0, 10.0), now_);
+    jumps_.add(other, now_);
+    jumps_.add(at("somebody", 0.0, 10.0), now_);
   }
   EXPECT_TRUE(recent().empty());
 }
@@ -177,7 +177,7 @@ TEST_F(Jumps, AreFoundInPrefixedFramesAndBehindALeadingSlash) {
     geometry_msgs::TransformStamped transform = at("slide", i % 2 ? 0.5 : 0.0, 10.0 + 0.001 * i);
     transform.header.frame_id = "/left/base";
     transform.child_frame_id = "left/slide";
-    jumps_.look(transform, now_);
+    jumps_.add(transform, now_);
   }
   EXPECT_EQ(recent().size(), 1u);
 }

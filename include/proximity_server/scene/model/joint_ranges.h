@@ -13,16 +13,15 @@ using Positions = std::vector<double>;
 /// The range of positions that is sampled for a joint without mimic.
 ///
 /// A continuous joint makes one full turn. A prismatic joint without limits is tried from -1 m to 1 m, which is a
-/// guess. Mimic joints follow their leader, and limits of their own do not
-/// count.
+/// guess. Mimic joints follow their leader, and limits of their own do not count.
 struct JointRange {
   int joint;  ///< index into RobotModel::joints
   double lower, upper;
 
   double width() const { return upper - lower; }
 
-  /// A position near the given one that lies in the range and can be typed in: with at least 10,000 of them in a range,
-  /// it has as few decimals as that takes.
+  /// Rounds a position to few decimals, so that a person can type it in. The result lies in the range. The number of
+  /// decimals is the smallest that leaves at least 10,000 different positions in the range.
   double typeable(double position) const;
 };
 

@@ -11,16 +11,20 @@ namespace proximity_server::scene {
 
 struct ModelOptions {
   double default_padding = 0.0;                       ///< [m] added to every piece as margin
-  std::map<std::string, double> link_padding;         ///< [m] instead of the default, by link name
+  std::map<std::string, double> link_padding;         ///< [m] replaces default_padding, by link name
   double mesh_tolerance = 0.005;                      ///< [m] see MeshOptions::tolerance
-  std::map<std::string, double> link_mesh_tolerance;  ///< [m] instead of that one, by link name
+  std::map<std::string, double> link_mesh_tolerance;  ///< [m] replaces mesh_tolerance, by link name
   std::string mesh_cache;                             ///< see MeshOptions::cache
   double mesh_time_budget = 10.0;                     ///< [s] for each mesh, see MeshOptions::time_budget
-  int threads = 0;  ///< for reading meshes; 0: one for each core. Does not change the model
-  std::function<void(const std::string&)> progress;  ///< is called with link and mesh before a step that takes long
-  bool allow_missing_meshes = false;  ///< a mesh that cannot be read becomes a warning and no geometry, not an error
+  int threads = 0;                                    ///< of reading meshes; 0: as many as cores
 
-  /// [m] The value of a link: its own, or the default.
+  /// Is called with link and mesh before a step that takes long; it may be empty.
+  std::function<void(const std::string&)> progress;
+
+  /// If true, a mesh that cannot be read becomes a warning and no geometry, instead of an error.
+  bool allow_missing_meshes = false;
+
+  /// [m] The value for a link: its own, or the default.
   double paddingOf(const std::string& link) const;
   double meshToleranceOf(const std::string& link) const;
 };
@@ -30,8 +34,7 @@ struct ModelOptions {
 /// Every <collision> of every link counts. A cylinder with a sphere of the same radius at both of its ends, in the same
 /// link, becomes the capsule that they are.
 /// Failure: throws std::invalid_argument naming link and file, joint, or element: unreadable XML, an unresolved mesh
-///          (unless allowed), zero-size or non-finite geometry, a padding or mesh tolerance for a link that does not
-///          exist.
+///          (unless allowed), zero-size or non-finite geometry, a padding or mesh tolerance for an unknown link.
 RobotModel loadRobotModel(const std::string& urdf_xml, const MeshResolver& resolve, const ModelOptions& options = {});
 
 }  // namespace proximity_server::scene

@@ -37,7 +37,7 @@ std::string quoted(const std::string& name);
 /// "name" (did you mean "nearest"?)
 std::string unknownName(const std::string& name, const std::vector<std::string>& known);
 
-/// What listed() lists.
+/// The number of items that listed() writes out.
 constexpr std::size_t kMaxListed = 5;
 
 /// a, b, c, d, e and 12 more

@@ -14,7 +14,7 @@ class RobotBox {
   explicit RobotBox(const RobotModel& robot);
 
   /// The box along the axes of the frame of the poses [m] that holds the boxes of all bodies, each along the axes of
-  /// its own frame. A body without a pose or without geometry does not count; The box isEmpty() if no body counts.
+  /// its own frame. A body without a pose or without geometry does not count; the box isEmpty() if no body counts.
   Eigen::AlignedBox3d at(const BodyPoses& poses) const;
 
  private:

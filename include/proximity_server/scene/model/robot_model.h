@@ -28,7 +28,9 @@ struct Collision {
   double deviation;         ///< [m] of the pieces outside of the mesh, see MeshPieces
   std::vector<int> pieces;  ///< the pieces of this element, indices into RobotModel::pieces
   double uncovered = 0.0;   ///< [m] of the mesh outside of the pieces, see MeshPieces
-  double volume_ratio = std::numeric_limits<double>::quiet_NaN();  ///< see MeshPieces; NaN for a primitive
+
+  /// See MeshPieces; NaN for a primitive.
+  double volume_ratio = std::numeric_limits<double>::quiet_NaN();
 };
 
 struct Link {
@@ -83,8 +85,8 @@ struct RobotModel {
   /// Whether the link has collision geometry.
   bool hasGeometry(int link) const;
 
-  /// The path between two links: how many movable joints it has, and whether a third link on it has geometry. The count
-  /// ends once there are several joints and such a link.
+  /// The path between two links: how many movable joints it has, and whether a third link on it has geometry. Counting
+  /// ends as soon as there are several joints and such a link.
   struct Connection {
     int movable_joints = 0;
     bool passes_geometry = false;

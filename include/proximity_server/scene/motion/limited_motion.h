@@ -23,7 +23,7 @@ class PhasedMotion {
   /// In one phase.
   PhasedMotion(RobotMotion motion);  // NOLINT(google-explicit-constructor): the same motion
 
-  /// Throws std::invalid_argument where there is none, or where their times leave a gap.
+  /// Throws std::invalid_argument if there is no phase, or if their times leave a gap.
   explicit PhasedMotion(std::vector<Phase> phases);
 
   const std::vector<Phase>& phases() const { return phases_; }
@@ -46,15 +46,15 @@ struct LimitedMotion {
 
 /// Every joint at constant velocity until it reaches a limit, where it rests from then on.
 ///
-/// 1. Where a joint stands is read off the poses; a joint that follows another (mimic) counts for its leader where the
-///    pose of that one is missing. The limits are those of the leader, with which all its followers stop.
-/// 2. The way to the limit and the velocity give the time of the stop. A joint beyond a limit stays where it is when it
-///    moves further out, and moves when it moves back in.
-/// 3. The times of the stops divide the motion: there is at most one phase more than joints.
+/// 1. Read the position of each joint off the poses. If the pose of a leader is missing, its position follows from that
+///    of a mimic joint. The limits are those of the leader, and all its followers stop with it.
+/// 2. The distance to the limit and the velocity give the time of the stop. A joint beyond a limit rests if its
+///    velocity points further out, and moves if it points back in.
+/// 3. The times of the stops divide the motion into phases: at most one more than there are joints.
 ///
-/// `travel` as in RobotMotion::ofJoints, for the whole time without limits. `stated` [rad] are positions that somebody
-/// tells, for each of RobotModel::joints, or empty: a pose is the same after a full turn, and where the limits leave
-/// several positions the one nearest to the stated one counts. Without it a joint stops as late as the limits allow, so
+/// `travel` is as in RobotMotion::ofJoints, for the whole time and without limits. `stated` [rad] has a position for
+/// each of RobotModel::joints, or is empty. A pose does not tell full turns: if the limits allow several positions, the
+/// one nearest to the stated position counts. Without a stated position the joint stops as late as the limits allow, so
 /// that no contact is missed.
 /// Error:   the position at which a joint stops is within rounding of its limit.
 /// Failure: throws as RobotMotion::ofJoints does, and for a wrong number of stated positions.

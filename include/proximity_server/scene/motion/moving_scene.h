@@ -18,31 +18,34 @@ struct MotionQuestion {
 /// How the pairs of a question were settled.
 struct MotionCounts {
   int pairs = 0;         ///< of links
-  int unknown = 0;       ///< of these, pairs without an answer, as a pose or all geometry is missing
-  int by_one_bound = 0;  ///< of these, settled by one bound for the whole motion
+  int unknown = 0;       ///< of these, pairs without an answer because a pose or all geometry is missing
+  int by_one_bound = 0;  ///< of these, pairs that one bound settled for the whole motion
   int intervals = 0;     ///< pairs of volumes and intervals of time that were examined
   int queries = 0;       ///< of the narrowphase, at one time
 };
 
 /// When a robot comes too close to itself for the first time.
 struct RobotContact {
-  /// Converged: complete. IterationLimit (by the deadline, or after thousands of turns), Degenerate: t_free still
-  /// holds. Unknown: nothing is known of any pair.
+  /// Converged: complete. IterationLimit (the deadline has passed, or the iterations were used up) and Degenerate:
+  /// t_free still holds. Unknown: nothing is known of any pair.
   narrowphase::Status status = narrowphase::Status::Unknown;
   bool contact = false;
-  double t_free = 0.0;  ///< up to here every pair is proven to be above the contact distance
-  double t_contact = std::numeric_limits<double>::quiet_NaN();  ///< see TimeOfContact
-  PairProximity pair;  ///< the pair in contact at t_contact, in the frame of the poses
+  /// Until this time every pair is proven to be above the contact distance.
+  double t_free = 0.0;
+  /// See TimeOfContact.
+  double t_contact = std::numeric_limits<double>::quiet_NaN();
+  /// The pair in contact at t_contact, in the frame of the poses.
+  PairProximity pair;
   MotionCounts counts;
 };
 
 /// How close a robot comes to itself.
 struct RobotMinimum {
-  narrowphase::Status status = narrowphase::Status::Unknown;      ///< as that of RobotContact: the bounds still hold
+  narrowphase::Status status = narrowphase::Status::Unknown;      ///< as in RobotContact; the bounds always hold
   double lower_bound = -std::numeric_limits<double>::infinity();  ///< [m] of the smallest signed distance of all
-  double upper_bound = std::numeric_limits<double>::infinity();
+  double upper_bound = std::numeric_limits<double>::infinity();   ///< [m] the distance of `pair` at `time`
   double time = std::numeric_limits<double>::quiet_NaN();
-  PairProximity pair;  ///< the closest, at that time, in the frame of the poses
+  PairProximity pair;  ///< the closest pair, at `time`, in the frame of the poses
   MotionCounts counts;
 };
 
@@ -51,10 +54,11 @@ class MotionSearch;
 /// One robot in motion: the scratch of one caller. Not thread-safe.
 ///
 /// Pairs of volumes (links, then parts of them, then convex pieces) and intervals of time are searched best-first: the
-/// earliest for a contact, the closest for the minimum. What one bound settles for the whole motion is never divided,
-/// and pieces go to the narrowphase for the intervals that are left. A question allocates: poses and chains are those
-/// of its motion. Every question throws std::invalid_argument for a link or <collision> that does not exist, and for a
-/// motion of another number of bodies.
+/// earliest for a contact, the closest for the minimum. A pair that one bound settles for the whole motion is never
+/// divided, and pieces go to the narrowphase for the intervals that are left. A question allocates memory for the poses
+/// and kinematic chains of its motion.
+/// Failure: every question throws std::invalid_argument for a link or <collision> that does not exist, and for a motion
+///          of another number of bodies.
 class MovingScene {
  public:
   explicit MovingScene(std::shared_ptr<const SceneModel> model);
@@ -70,8 +74,9 @@ class MovingScene {
   RobotContact timeOfContact(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question = {});
   RobotMinimum minimum(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question = {});
 
-  /// The same of a motion in phases, on the clock of the whole and with one deadline for all of them. A count of pairs
-  /// is the largest, and by_one_bound the smallest, of any phase that was looked at; all other counts are sums.
+  /// The same for a motion in phases: times are those of the whole motion, and one deadline holds for all phases. The
+  /// counts of pairs are the largest, and by_one_bound the smallest, of the phases that were searched; all other counts
+  /// are sums.
   RobotContact timeOfContact(const Pairs& pairs, const PhasedMotion& motion, const MotionQuestion& question = {});
   RobotMinimum minimum(const Pairs& pairs, const PhasedMotion& motion, const MotionQuestion& question = {});
 

@@ -11,9 +11,9 @@ namespace proximity_server::scene {
 /// How all bodies of a robot move over the time [0, 1], from one set of poses on.
 class RobotMotion {
  public:
-  /// Every joint at constant velocity: `travel` [rad] or [m] has one entry for each of RobotModel::joints, that of a
-  /// mimic joint is ignored, it follows its leader. Floating and planar joints rest. A body whose pose is missing at
-  /// the start has none later, and neither has what it carries.
+  /// Every joint at constant velocity. `travel` [rad] or [m] has one entry for each of RobotModel::joints; the entry of
+  /// a mimic joint is ignored, because it follows its leader. Floating and planar joints rest. A body whose pose is
+  /// missing at the start has none later, nor have the bodies that it carries.
   /// Throws std::invalid_argument for a wrong number of poses or joints, and for a travel that is not finite.
   static RobotMotion ofJoints(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel);
 

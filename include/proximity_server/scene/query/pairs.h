@@ -25,10 +25,10 @@ class Candidates {
 };
 
 /// The pairs that a question is about: a list of any pairs, or the candidates of the scene's own robot. A scene settles
-/// many candidates at once by the groups of their links; the pairs of a list are looked at one by one.
+/// many candidates at once by groups of links; it examines the pairs of a list one by one.
 ///
-/// It refers to what it is made of, which must outlive the question. The candidates of another robot, recognised by their
-/// number, are refused with std::invalid_argument.
+/// It refers to the list or the candidates, which must outlive the question.
+/// Failure: a scene throws std::invalid_argument for the candidates of another robot, recognised by their number.
 class Pairs {
  public:
   Pairs(const std::vector<ShapeRefPair>& list) : list_(list) {}                             // NOLINT: implicit

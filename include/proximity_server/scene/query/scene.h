@@ -36,18 +36,18 @@ class Scene {
 
   // Every question throws std::invalid_argument for a link or <collision> that does not exist.
 
-  /// One pair, filtered or not. Subjects of one body are legal: their distance never changes.
+  /// The distance of one pair, whether the filter checks it or not. Two shapes of one body are legal.
   PairProximity proximity(const ShapeRefPair& pair, const Question& question = {});
 
-  /// The candidate pairs of the filter: of many of them most are settled by groups, see Pairs.
+  /// The candidate pairs of the filter. If there are many, groups of links settle most of them, see Pairs.
   const Candidates& candidates() const;
 
   // Each of the following visits `pairs` and returns a reference that is valid until the next question.
-  // A pair with a missing pose, or left over at the deadline, is Unknown: it is counted, `all` returns it, the others
-  // leave it out. Where a distance did not converge its lower bound takes its place among the others, as it may be the
-  // smallest.
+  // A pair is Unknown if a pose is missing or if the deadline passed before it was computed: it is counted, all()
+  // returns it, and the other questions leave it out. A distance that did not converge is sorted by its lower bound, as
+  // it may be the smallest.
 
-  /// The pair with the smallest signed distance; nullptr where there is none (or none nearer than the threshold).
+  /// The pair with the smallest signed distance; nullptr if there is none (or none nearer than the threshold).
   const PairProximity* minimum(const Pairs& pairs, const Question& question = {});
 
   /// Up to k pairs with the smallest signed distances, sorted.
@@ -56,10 +56,10 @@ class Scene {
   /// All pairs with a signed distance of at most question.threshold, sorted by distance.
   const std::vector<PairProximity>& below(const Pairs& pairs, const Question& question);
 
-  /// Of these only the `most` closest, and how many there are: cheaper where few of many are wanted.
+  /// The `most` closest of the pairs that below() finds, and the number of all: cheaper than below() for long lists.
   PairsBelow closestBelow(const Pairs& pairs, int most, const Question& question);
 
-  /// The first pair found at or below question.threshold ("is anything too close?"); nullptr where there is none.
+  /// The first pair found at or below question.threshold ("is anything too close?"); nullptr if there is none.
   const PairProximity* first(const Pairs& pairs, const Question& question);
 
   /// Every pair, in the order given.
