@@ -15,6 +15,10 @@ using Eigen::Vector3d;
 /// AMD EPYC (Zen 5), 2026-11: with 16 vertices the scan took 0.81 of the time of the table, with 32 vertices 1.03.
 constexpr int kMaxScanned = 16;
 
+/// Up to this many vertices of a cell are compared. Vertices that are nearly in one plane stand in one cell, and there the
+/// neighbours of qhull may lead a climb to a vertex that is lower by some roundings: only a long list is worth that.
+constexpr std::size_t kMaxListed = 96;
+
 /// Number of cells along an edge of the cube: about eight cells for each vertex leave 1.6 vertices in a cell, and one
 /// cell of 150 crowded (ellipsoids of 16 to 1000 vertices). 128 x 128 cells a side take 0.8 MB.
 int cellsFor(int vertices) {
@@ -124,27 +128,39 @@ HullSupport::HullSupport(ConvexHull hull) : hull_(std::move(hull)) {
   cells_ = cellsFor(hull_.size());
   table_.resize(6 * cells_ * cells_);
   const auto setCell = [this](const Square& cell, const std::vector<int>& vertices) {
-    table_[(cell.side * cells_ + cell.row) * cells_ + cell.column] = candidatesOf(vertices);
+    table_[(cell.side * cells_ + cell.row) * cells_ + cell.column] = storeCandidates(vertices);
   };
   FarthestVertices(hull_.vertices(), cells_).forEachCell(setCell);
 }
 
-HullSupport::Candidates HullSupport::candidatesOf(const std::vector<int>& vertices) const {
-  const int first = vertices.front();
+HullSupport::Candidates HullSupport::storeCandidates(const std::vector<int>& vertices) {
   Candidates candidates;
-  if (vertices.size() > candidates.size() || hull_.size() > kCrowded)
-    return {kCrowded, static_cast<std::uint16_t>(first >> 16), static_cast<std::uint16_t>(first)};
-  candidates.fill(static_cast<std::uint16_t>(first));
-  std::copy(vertices.begin(), vertices.end(), candidates.begin());
-  return candidates;
+  if (vertices.size() <= candidates.size() && hull_.size() <= kCrowded) {
+    candidates.fill(static_cast<std::uint16_t>(vertices.front()));
+    std::copy(vertices.begin(), vertices.end(), candidates.begin());
+    return candidates;
+  }
+  const bool is_listed = vertices.size() <= kMaxListed;
+  const int place = is_listed ? static_cast<int>(crowded_.size()) : vertices.front();
+  if (is_listed) crowded_.insert(crowded_.end(), vertices.begin(), vertices.end());
+  return {kCrowded, static_cast<std::uint16_t>(place >> 16), static_cast<std::uint16_t>(place),
+          static_cast<std::uint16_t>(is_listed ? vertices.size() : 0)};
 }
 
 int HullSupport::farthestVertex(const Vector3d& direction) const {
   if (cells_ == 0) return scan(direction);
   const Candidates& candidates = table_[cellOf(direction)];
-  if (candidates[0] == kCrowded) return climb(direction, candidates[1] << 16 | candidates[2]);
+  if (candidates[0] == kCrowded) return searchCrowded(direction, candidates);
   Best best;
   for (const int vertex : candidates) offer(vertex, hull_.vertices()[vertex].dot(direction), best);
+  return best.vertex;
+}
+
+int HullSupport::searchCrowded(const Vector3d& direction, const Candidates& cell) const {
+  const int place = cell[1] << 16 | cell[2], count = cell[3];
+  if (count == 0) return climb(direction, place);
+  Best best;
+  for (int i = place; i < place + count; ++i) offer(crowded_[i], hull_.vertices()[crowded_[i]].dot(direction), best);
   return best.vertex;
 }
 

@@ -114,6 +114,30 @@ TEST(HullSupport, FindsTheFarthestVertexOfAPrismAlongAndAcrossItsAxis) {
     for (const double sign : {-1.0, 1.0}) EXPECT_EQ(heightFound(support, sign * Vector3d::Unit(axis)), 1.0) << axis;
 }
 
+// Regression: the neighbours of vertices that are in one plane but for some roundings led the climb to a vertex that was
+// not the farthest, and the bound of a query was wrong by 5e-15 m.
+TEST(HullSupport, FindsTheFarthestOfManyVerticesInOnePlaneButForRounding) {
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> rounding(-5e-14, 5e-14);
+  for (int round = 0; round < 20; ++round) {
+    Points points;
+    for (int x = -2; x <= 2; ++x)
+      for (int y = -2; y <= 2; ++y)
+        for (int z = -2; z <= 2; ++z)
+          if (std::max({std::abs(x), std::abs(y), std::abs(z)}) == 2)
+            points.push_back(0.2 * Vector3d(x, y, z) + Vector3d(rounding(random), rounding(random), rounding(random)));
+    const HullSupport support{ConvexHull(points)};
+    ASSERT_GT(support.hull().size(), 20);
+    for (int axis = 0; axis < 3; ++axis)
+      for (int i = 0; i < 200; ++i) {
+        const Vector3d direction =
+            Vector3d::Unit(axis) + 1e-12 * Vector3d(rounding(random), rounding(random), rounding(random)) / 5e-14;
+        ASSERT_EQ(heightFound(support, direction), greatestHeight(support.hull(), direction));
+      }
+    expectFarthestEverywhere(support, 200, random);
+  }
+}
+
 TEST(HullSupport, ClimbsWhereACellHasManyVertices) {
   std::mt19937 random(6);
   const HullSupport support(ConvexHull(dome(2000, 0.01, random)));

@@ -21,7 +21,8 @@ namespace proximity_server::narrowphase {
 ///    vertices is linear over the square: who is behind another at all corners is behind it in the whole square.
 /// 4. Divide the square into four, and repeat from step 2 with the vertices that are left, until the squares are cells.
 ///
-/// A cell has room for four vertices. Where more are left, the search climbs from neighbour to neighbour instead.
+/// A cell has room for four vertices. A longer list stands elsewhere; where it would be too long to be compared, the
+/// search climbs from neighbour to neighbour instead.
 ///
 /// Frame:  that of the hull.
 /// Error:  the height of the vertex found is within rounding of the greatest: the lists hold every vertex that may be the
@@ -40,18 +41,20 @@ class HullSupport {
 
  private:
   using Candidates = std::array<std::uint16_t, 4>;  // a number may stand there more than once
-  /// In place of the first candidate; the other two are then the upper and the lower half of the vertex where the climb
-  /// begins.
+  /// In place of the first candidate. The next two are then the upper and the lower half of where the list begins in
+  /// crowded_, and the last is its length; or, if that is 0, they are the halves of the vertex where the climb begins.
   static constexpr std::uint16_t kCrowded = 0xffff;
 
   int scan(const Eigen::Vector3d& direction) const;
   int cellOf(const Eigen::Vector3d& direction) const;
   int climb(const Eigen::Vector3d& direction, int start) const;
-  Candidates candidatesOf(const std::vector<int>& vertices) const;
+  Candidates storeCandidates(const std::vector<int>& vertices);
+  int searchCrowded(const Eigen::Vector3d& direction, const Candidates& cell) const;
 
   ConvexHull hull_;
   int cells_ = 0;  // along an edge of the cube; 0: the hull is scanned
   std::vector<Candidates> table_;
+  std::vector<int> crowded_;  // the lists that do not fit into their cell, one after the other
 };
 
 }  // namespace proximity_server::narrowphase
