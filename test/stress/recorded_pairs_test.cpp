@@ -29,7 +29,7 @@ std::string failureOf(const StressPair& pair) {
   return seen.failure ? seen.failure->sentence : "";
 }
 
-TEST(RecordedPairs, AreThere) { EXPECT_GE(recordedPairs().size(), 40u); }
+TEST(RecordedPairs, AreThere) { EXPECT_GE(recordedPairs().size(), 100u); }
 
 TEST(RecordedPairs, KeepEveryPromise) {
   for (const RecordedPair& recorded : recordedPairs()) EXPECT_EQ(failureOf(recorded.pair), "") << recorded.name;
@@ -79,7 +79,7 @@ TEST(RecordedPairs, HullsReachAsFarAsTheirPoints) {
       ++clouds;
     }
   }
-  EXPECT_GT(clouds, 24);
+  EXPECT_GT(clouds, 50);
 }
 
 TEST(RecordedPairs, OracleKnowsTheExpectedDistance) {
