@@ -171,6 +171,23 @@ SignedDistance withMargins(SignedDistance result, double margin_a, double margin
   return result;
 }
 
+bool isDecided(const SignedDistance& result, const Options& options) {
+  return result.lower_bound > options.stop_above || result.upper_bound <= options.stop_below;
+}
+
+/// The status of a search that ended with these bounds and this status. Only here is it set to Converged or Threshold
+/// for good: margins, points and rounding may have moved the bounds to either side of the tolerance.
+Status statusByBounds(const SignedDistance& result, const Options& options) {
+  const bool converged = result.has_points && result.upper_bound - result.lower_bound <= options.distance_tolerance;
+  if (converged) return Status::Converged;
+  if (isDecided(result, options)) return Status::Threshold;
+  return result.status == Status::IterationLimit ? Status::IterationLimit : Status::Degenerate;
+}
+
+// Two roundings are part of the bounds. If the search were asked for less than this, it would turn down what Newton's
+// method finds, and end farther from the truth.
+constexpr double kResolvable = 4.0;
+
 }  // namespace
 
 SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
@@ -181,17 +198,21 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& 
   // The thresholds are moved by some roundings, so that the final bounds, with margins, still decide them.
   const double beyond = 4.0 * rounding;
   Options core_options = options;
+  core_options.distance_tolerance = std::max(options.distance_tolerance, kResolvable * rounding);
   core_options.stop_above += margins + beyond;
   core_options.stop_below += margins - beyond;
-  SignedDistance result =
-      withMargins(coreDistance(a, b, a_T_b, core_options, rounding, warm_start), a.margin(), b.margin());
+  const auto search = [&] {
+    return withMargins(coreDistance(a, b, a_T_b, core_options, rounding, warm_start), a.margin(), b.margin());
+  };
+  SignedDistance result = search();
+  if (result.status == Status::Threshold && !isDecided(result, options)) {
+    // The points have widened the bounds that decided the threshold: only the whole search can tell.
+    core_options.stop_above = std::numeric_limits<double>::infinity();
+    core_options.stop_below = -core_options.stop_above;
+    result = search();
+  }
   warm_start.axis = result.normal;
-  // Only here is the status set to Converged or Threshold for good, by the final bounds.
-  const bool converged = result.upper_bound - result.lower_bound <= options.distance_tolerance;
-  const bool decided = result.lower_bound > options.stop_above || result.upper_bound <= options.stop_below;
-  if (result.status == Status::Converged && !converged) result.status = Status::Degenerate;
-  if (result.status == Status::Threshold && !decided)
-    result.status = converged ? Status::Converged : Status::Degenerate;
+  result.status = statusByBounds(result, options);
   if (result.status == Status::Converged && result.unique)
     result.unique = meetInOnePoint(a, b, a_T_b, result.normal, options.distance_tolerance, warm_start);
   return result;

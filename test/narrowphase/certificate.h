@@ -26,7 +26,7 @@ inline Check fail(const char* what, long double excess) {
   return testing::AssertionFailure() << what << " by " << static_cast<double>(excess) << " m";
 }
 
-/// The bounds are in order, the distance lies between them, and Converged and Threshold mean what they say.
+/// The bounds are in order, the distance lies between them, and every status means what it says.
 inline Check statusFitsTheBounds(const SignedDistance& result, const Options& options) {
   if (result.status == Status::Unknown) return testing::AssertionFailure() << "status is Unknown";
   if (!(result.lower_bound <= result.upper_bound))
@@ -36,6 +36,11 @@ inline Check statusFitsTheBounds(const SignedDistance& result, const Options& op
   const double gap = result.upper_bound - result.lower_bound;
   if (result.status == Status::Converged && !(gap <= options.distance_tolerance))
     return fail("converged, but the bounds are too far apart", gap - options.distance_tolerance);
+  if (result.status == Status::Converged && !result.has_points)
+    return testing::AssertionFailure() << "converged without points";
+  const bool gave_up = result.status == Status::Degenerate || result.status == Status::IterationLimit;
+  if (gave_up && result.has_points && gap <= options.distance_tolerance)
+    return testing::AssertionFailure() << "gave up with the bounds within the tolerance";
   const bool decided = result.lower_bound > options.stop_above || result.upper_bound <= options.stop_below;
   if (result.status == Status::Threshold && !decided) return testing::AssertionFailure() << "no threshold was decided";
   return testing::AssertionSuccess();

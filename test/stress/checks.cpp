@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <limits>
 
 #include "narrowphase/certificate.h"
 #include "oracle/shape_pairs.h"
@@ -58,10 +59,24 @@ AssertionResult iterationsAreBounded(const SignedDistance& result, const Options
   return AssertionFailure() << result.iterations << " iterations";
 }
 
+bool isDecided(const SignedDistance& result, const Options& options) {
+  return result.lower_bound > options.stop_above || result.upper_bound <= options.stop_below;
+}
+
+/// What the whole search decides, the search that a threshold may end decides too.
+AssertionResult decidesAsTheWholeSearch(const StressPair& p, const SignedDistance& result) {
+  StressPair whole = p;
+  whole.options.stop_above = std::numeric_limits<double>::infinity();
+  whole.options.stop_below = -whole.options.stop_above;
+  if (isDecided(result, p.options) || !isDecided(ask(whole), p.options)) return AssertionSuccess();
+  return AssertionFailure() << "the whole search decides the threshold, this one does not";
+}
+
 AssertionResult keepsItsPromises(const StressPair& p, const SignedDistance& result) {
   AssertionResult check = isFinite(result);
   if (check) check = iterationsAreBounded(result, p.options);
   if (check) check = carriesItsProof(p.pair(), result, p.options);
+  if (check) check = decidesAsTheWholeSearch(p, result);
   return check;
 }
 

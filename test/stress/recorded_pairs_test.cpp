@@ -3,9 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <fstream>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "narrowphase/certificate.h"
+#include "narrowphase/from_json.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "stress/checks.h"
 
@@ -25,7 +29,7 @@ std::string failureOf(const StressPair& pair) {
   return seen.failure ? seen.failure->sentence : "";
 }
 
-TEST(RecordedPairs, AreThere) { EXPECT_GE(recordedPairs().size(), 13u); }
+TEST(RecordedPairs, AreThere) { EXPECT_GE(recordedPairs().size(), 100u); }
 
 TEST(RecordedPairs, KeepEveryPromise) {
   for (const RecordedPair& recorded : recordedPairs()) EXPECT_EQ(failureOf(recorded.pair), "") << recorded.name;
@@ -39,6 +43,43 @@ TEST(RecordedPairs, KeepEveryPromiseSwapped) {
     swapped.warm_start = {};
     EXPECT_EQ(failureOf(swapped), "") << recorded.name;
   }
+}
+
+/// [m] How far a hull falls short of the points that it was made of, in the directions between them.
+double lostReach(const std::vector<Vector3d>& points) {
+  const ConvexHull hull(points);
+  double lost = 0.0;
+  for (const Vector3d& p : points)
+    for (const Vector3d& q : points) {
+      if (p == q) continue;
+      const Vector3d direction = (p - q).normalized();
+      double reach = -std::numeric_limits<double>::infinity();
+      for (const Vector3d& vertex : hull.vertices()) reach = std::max(reach, direction.dot(vertex - p));
+      lost = std::max(lost, -reach);
+    }
+  return lost;
+}
+
+double largestCoordinate(const std::vector<Vector3d>& points) {
+  double largest = 0.0;
+  for (const Vector3d& p : points) largest = std::max(largest, p.cwiseAbs().maxCoeff());
+  return largest;
+}
+
+TEST(RecordedPairs, HullsReachAsFarAsTheirPoints) {
+  std::ifstream file(std::string(PROXIMITY_SOURCE_DIR) + "/test/data/recorded_pairs.jsonl");
+  int clouds = 0;
+  for (std::string line; std::getline(file, line);) {
+    const nlohmann::json j = nlohmann::json::parse(line);
+    for (const char* name : {"a", "b"}) {
+      if (!j[name].contains("vertices")) continue;
+      std::vector<Vector3d> points;
+      for (const nlohmann::json& point : j[name]["vertices"]) points.push_back(vectorFrom(point));
+      EXPECT_LE(lostReach(points), 3e-14 * largestCoordinate(points)) << j["name"] << ", " << name;
+      ++clouds;
+    }
+  }
+  EXPECT_GT(clouds, 50);
 }
 
 TEST(RecordedPairs, OracleKnowsTheExpectedDistance) {

@@ -54,7 +54,6 @@ EpaResult onSurface(Cso& cso, const Simplex& simplex, const SurfacePlane& plane,
   const bool converged = result.depth + cso.rounding() - result.lower_bound <= options.distance_tolerance;
   result.status = converged ? Status::Converged : Status::Degenerate;
   result.unique = !plane.two_sided;
-  result.iterations = 0;
   return result;
 }
 
@@ -80,6 +79,27 @@ FacePoint passage(const Polytope& polytope, const Polytope::Face& face, const Ep
   return point;
 }
 
+/// The point of a face nearest to the point at the depth along the normal. Unlike passage(), it is accurate for a face
+/// that is narrow or seen from its edge, too.
+FacePoint nearestPoint(const Polytope& polytope, const Polytope::Face& face, const EpaResult& result) {
+  const Vector3d target = result.depth * result.normal;
+  Simplex triangle;
+  for (int i = 0; i < 3; ++i) {
+    triangle[i] = polytope.vertex(face.vertices[i]);
+    triangle[i].point -= target;
+  }
+  FacePoint best{Vector3d::Zero(), Vector3d::Zero(), std::numeric_limits<double>::infinity()};
+  for (int newest = 0; newest < 3; ++newest) {  // one call looks at the edges of one corner only
+    triangle.members = 0b111u & ~(1u << newest);
+    const Nearest nearest = nearestToOrigin(triangle, newest);
+    if (!(nearest.distance < best.beside)) continue;
+    triangle.members = nearest.members;
+    const WitnessPoints points = witnessPoints(triangle);
+    best = {points.on_a, points.on_b - target, nearest.distance};
+  }
+  return best;
+}
+
 /// Sets the witness points to the point where the ray from the origin along the normal leaves the polytope: through the
 /// face `guess`, or through the face with the nearest point. has_points stays false if this point is farther from the
 /// one at the depth than the bounds and the tolerance allow.
@@ -96,9 +116,27 @@ void setWitnesses(const Polytope& polytope, const Polytope::Face* guess, const O
       if (candidate.beside < best.beside) best = candidate;
     });
   }
+  // Points that are accepted may still widen the bounds beyond the tolerance.
+  if (!(best.beside <= std::max(result.depth - result.lower_bound, options.distance_tolerance))) {
+    polytope.forEachFace([&](const Polytope::Face& face) {
+      if (face.area.dot(result.normal) < 0.0) return;
+      const FacePoint candidate = nearestPoint(polytope, face, result);
+      if (candidate.beside < best.beside) best = candidate;
+    });
+  }
   result.has_points = best.beside <= accepted;
   result.point_a = best.on_a;
   result.point_b = best.on_b;
+}
+
+/// The same from the simplex with which GJK ended, if rounding has spoilt the polytope before it knew the face.
+void setWitnesses(const Simplex& simplex, const Options& options, EpaResult& result) {
+  const WitnessPoints points = witnessPoints(simplex);
+  const double beside = (points.on_a - points.on_b - result.depth * result.normal).norm();
+  if (!(beside <= result.depth - result.lower_bound + options.distance_tolerance)) return;
+  result.has_points = true;
+  result.point_a = points.on_a;
+  result.point_b = points.on_b;
 }
 
 /// Whether only directions near the normal have this depth, within the tolerance. Directions within 1e-2 rad count as
@@ -191,7 +229,6 @@ constexpr double kWorthRefining = 0.6;
 EpaResult expandPolytope(Cso& cso, const std::array<CsoVertex, 4>& tetrahedron, const Options& options) {
   Polytope polytope(tetrahedron, cso.rounding());
   EpaResult result;
-  result.has_normal = result.has_points = false;
   result.depth = std::numeric_limits<double>::infinity();
   Shallowest shallowest(result);
   // The lower bound is lowered by rounding where it is set; the upper bound is raised by it here.
@@ -247,8 +284,6 @@ EpaResult decidedBy(double lower_bound) {
   EpaResult result;
   result.status = Status::Threshold;
   result.lower_bound = lower_bound;
-  result.has_normal = result.has_points = false;
-  result.iterations = 0;
   return result;
 }
 
@@ -260,7 +295,10 @@ EpaResult epa(Cso& cso, const Simplex& simplex, const Options& options) {
     if (-enclosed <= options.stop_below) return decidedBy(enclosed);
   }
   const EpaStart start = epaStart(cso, simplex);
-  return start.plane ? onSurface(cso, simplex, *start.plane, options) : expandPolytope(cso, start.vertices, options);
+  if (start.plane) return onSurface(cso, simplex, *start.plane, options);
+  EpaResult result = expandPolytope(cso, start.vertices, options);
+  if (result.has_normal && !result.has_points && simplex.members != 0b1111) setWitnesses(simplex, options, result);
+  return result;
 }
 
 }  // namespace proximity_server::narrowphase

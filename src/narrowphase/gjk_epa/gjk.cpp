@@ -106,7 +106,9 @@ GjkResult& finish(Cso& cso, const Nearest& nearest, const Options& options, Outc
                   GjkResult& result) {
   const bool converged = nearest.distance + cso.rounding() - result.lower_bound <= options.distance_tolerance;
   result.outcome = outcome;
-  result.status = converged && outcome == Outcome::Apart ? Status::Converged : status;
+  // A search that a threshold has ended is not the whole search, even if its bounds meet the tolerance.
+  const bool whole = outcome == Outcome::Apart && status != Status::Threshold;
+  result.status = converged && whole ? Status::Converged : status;
   result.distance = nearest.distance;
   if (outcome == Outcome::Apart) result.points = witnessPoints(result.simplex);
   if (cso.isPolytope() && outcome != Outcome::Threshold) remember(cso, result.simplex);

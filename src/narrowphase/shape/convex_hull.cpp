@@ -41,6 +41,16 @@ struct AffineFrame {
   }
 };
 
+/// The part of v perpendicular to the first `axes` axes. It is projected twice: the first projection leaves the rounding
+/// error of a long vector in a short one, which would tilt the next axis, and a second one is enough.
+/// Source: Giraud, Langou, Rozloznik, The Loss of Orthogonality in the Gram-Schmidt Orthogonalization Process,
+///         Computers and Mathematics with Applications 2005.
+Vector3d acrossAxes(Vector3d v, const AffineFrame& frame, std::size_t axes) {
+  for (int pass = 0; pass < 2; ++pass)
+    for (std::size_t k = 0; k < axes; ++k) v -= frame.axes[k] * frame.axes[k].dot(v);
+  return v;
+}
+
 /// Finds the frame greedily: each axis points to the point farthest from the span of the axes before it. There is no
 /// further axis if this distance is within the rounding of the coordinates, a few eps of the largest one (4 covers the
 /// projections onto two axes).
@@ -54,8 +64,7 @@ AffineFrame affineFrame(const Points& points) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     Vector3d farthest = Vector3d::Zero();
     for (const Vector3d& p : points) {
-      Vector3d rest = p - frame.origin;
-      for (std::size_t k = 0; k < axis; ++k) rest -= frame.axes[k] * frame.axes[k].dot(rest);
+      const Vector3d rest = acrossAxes(p - frame.origin, frame, axis);
       if (rest.squaredNorm() > farthest.squaredNorm()) farthest = rest;
     }
     const double reach = farthest.norm();

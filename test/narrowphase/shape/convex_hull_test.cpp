@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <random>
@@ -127,6 +128,32 @@ double highest(const Points& points, const Vector3d& direction) {
   double height = -std::numeric_limits<double>::infinity();
   for (const Vector3d& point : points) height = std::max(height, direction.dot(point));
   return height;
+}
+
+/// Points about a segment of length 2 along a random direction, up to `thickness` beside it.
+Points needle(int count, double thickness, std::mt19937& random) {
+  std::uniform_real_distribution<double> place(-1.0, 1.0);
+  const Vector3d along = randomDirection(random);
+  Points points;
+  for (int i = 0; i < count; ++i) points.push_back(place(random) * along + thickness * randomDirection(random));
+  return points;
+}
+
+// Regression: a cloud of thickness 1e-11 and length 1.84 had a hull of length 0.44. The second axis of its affine frame
+// was not perpendicular to the first.
+TEST(ConvexHull, OfANeedleIsAsLongAsItsPoints) {
+  std::mt19937 random(17);
+  std::uniform_real_distribution<double> exponent(-15.0, -6.0);
+  for (int i = 0; i < 3000; ++i) {
+    const double thickness = std::pow(10.0, exponent(random));
+    const Points points = needle(4 + i % 16, thickness, random);
+    const ConvexHull hull(points);
+    const Vector3d along = (points[1] - points[0]).normalized();
+    const auto height = [&](const Vector3d& p, const Vector3d& q) { return along.dot(p) < along.dot(q); };
+    const Vector3d farthest = *std::max_element(points.begin(), points.end(), height);
+    const Vector3d kept = *std::max_element(hull.vertices().begin(), hull.vertices().end(), height);
+    EXPECT_LE(along.dot(farthest - kept), 2e-14) << "thickness " << thickness;
+  }
 }
 
 TEST(ConvexHull, VerticesAreInputPointsBitForBit) {

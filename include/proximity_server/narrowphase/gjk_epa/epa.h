@@ -6,16 +6,16 @@ namespace proximity_server::narrowphase {
 
 /// How deep two cores overlap. A depth may be negative by rounding if the cores only touch.
 struct EpaResult {
-  Status status;
-  double depth;             ///< [m] moving b by depth * normal makes the cores touch: an upper bound, up to rounding
-  double lower_bound;       ///< [m] of the depth: the polytope inside the CSO reaches this far in every direction
-  bool has_normal;          ///< false: lower_bound alone decided options.stop_below; depth and normal are not set
-  Eigen::Vector3d normal;   ///< unit, a towards b: the direction in which b leaves
-  bool has_points;          ///< false: no point of the CSO's surface along the normal is known
-  Eigen::Vector3d point_a;  ///< point_a - point_b is the depth along the normal, within the gap of the bounds
+  Status status = Status::Unknown;
+  double depth = 0.0;        ///< [m] moving b by depth * normal makes the cores touch: an upper bound, up to rounding
+  double lower_bound = 0.0;  ///< [m] of the depth: the polytope inside the CSO reaches this far in every direction
+  bool has_normal = false;   ///< false: lower_bound alone decided options.stop_below; depth and normal are not set
+  Eigen::Vector3d normal;    ///< unit, a towards b: the direction in which b leaves
+  bool has_points = false;   ///< false: no point of the CSO's surface along the normal is known
+  Eigen::Vector3d point_a;   ///< point_a - point_b is the depth along the normal, within the gap of the bounds
   Eigen::Vector3d point_b;
-  bool unique;  ///< false: another direction has the same depth
-  int iterations;
+  bool unique = true;  ///< false: another direction has the same depth
+  int iterations = 0;
 };
 
 /// Penetration depth by the expanding polytope algorithm, from a simplex of any dimension that contains the origin

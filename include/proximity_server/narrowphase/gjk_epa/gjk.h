@@ -10,14 +10,14 @@ struct GjkResult {
     Overlap,   ///< the simplex contains the origin, within rounding or the tolerance; EPA finds the depth
     Threshold  ///< `normal` alone proves that the distance is above options.stop_above
   };
-  Outcome outcome;
-  Status status;           ///< of the distance, if the outcome is Apart
-  double distance;         ///< [m] of the nearest point of the simplex
-  double lower_bound;      ///< [m] of the signed distance; proven by `normal`
-  Eigen::Vector3d normal;  ///< unit, a towards b
+  Outcome outcome = Outcome::Apart;
+  Status status = Status::Unknown;  ///< of the distance, if the outcome is Apart
+  double distance = 0.0;            ///< [m] of the nearest point of the simplex
+  double lower_bound = 0.0;         ///< [m] of the signed distance; proven by `normal`
+  Eigen::Vector3d normal;           ///< unit, a towards b
   Simplex simplex;
   WitnessPoints points;  ///< of the distance, if the outcome is Apart
-  int iterations;
+  int iterations = 0;
 };
 
 /// Distance of two cores: finds the point of their CSO nearest to the origin.
