@@ -153,9 +153,20 @@ class Plane:
         axes.plot(*new, color=NEW, marker="o", markersize=5, zorder=7)
         for vertex in {step["vertex"], *step["simplex"]}:
             self.label(axes, vertex, NEW if vertex == step["vertex"] else SIMPLEX)
+        self.name_others(axes, {step["vertex"], *step["simplex"]})
+
+    def name_others(self, axes, named):
+        """The points of a, where they are known by name and do not belong to the step."""
+        names = {self.data["vertices"][vertex]["name"] for vertex in named}
+        for other in self.data["cso"]["named"]:
+            if other["name"] not in names:
+                place = numpy.array(other["point"]) @ self.axes.T
+                axes.plot(*place, color=CSO, marker=".", markersize=4)
+                self.names.add(axes, other["name"], place, place - self.inside, CSO)
 
     def answer(self, axes):
         self.prepare(axes)
+        self.name_others(axes, set())
 
 
 class Space:

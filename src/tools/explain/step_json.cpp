@@ -147,11 +147,13 @@ Json surfaceJson(const Explanation& explanation) {
   points.emplace_back(Vector3d::Zero());
   Json corners = Json::array();
   for (const Vector3d& corner : hull.vertices()) corners.push_back(pointJson(corner));
-  return {{"dimension", hull.dimension()},
-          {"dimension_with_origin", narrowphase::ConvexHull(points).dimension()},
-          {"is_polytope", cso.isPolytope()},
-          {"points", corners},
-          {"triangles", hull.triangles()}};
+  Json named = Json::array();
+  for (const NamedPoint& point : namedPoints(pair)) {
+    named.push_back({{"name", point.name}, {"point", pointJson(point.point)}});
+  }
+  return {{"dimension", hull.dimension()},   {"dimension_with_origin", narrowphase::ConvexHull(points).dimension()},
+          {"is_polytope", cso.isPolytope()}, {"points", corners},
+          {"triangles", hull.triangles()},   {"named", named}};
 }
 
 }  // namespace

@@ -42,10 +42,11 @@ int indexOf(const ExplainedShape& shape, int number) {
   return static_cast<int>(std::find(shape.points.begin(), shape.points.end(), vertex) - shape.points.begin());
 }
 
+std::string letter(char first, int index) { return std::string(1, static_cast<char>(first + index)); }
+
 std::string pointName(const ExplainedShape& shape, int number, char first_letter) {
   const int index = indexOf(shape, number);
-  if (countOfPoints(shape) > kLetters) return std::to_string(index);
-  return std::string(1, static_cast<char>(first_letter + index));
+  return countOfPoints(shape) > kLetters ? std::to_string(index) : letter(first_letter, index);
 }
 
 }  // namespace
@@ -64,6 +65,16 @@ std::string VertexNames::inOrder(const Vector3d& point) {
   const auto index = found - seen_.begin();
   if (found == seen_.end()) seen_.push_back(point);
   return "w" + std::to_string(index + 1);
+}
+
+std::vector<NamedPoint> namedPoints(const ExplainedPair& pair) {
+  if (countOfPoints(pair.b) != 1 || pair.a.points.size() > kLetters) return {};
+  const Vector3d on_b = pair.a_T_b * (pair.b.points.empty() ? Vector3d(Vector3d::Zero()) : pair.b.points[0]);
+  std::vector<NamedPoint> named;
+  for (const Vector3d& point : pair.a.points) {
+    named.push_back({letter('A', static_cast<int>(named.size())), point - on_b});
+  }
+  return named;
 }
 
 }  // namespace proximity_server::tools

@@ -27,4 +27,11 @@ class VertexNames {
   std::vector<Eigen::Vector3d> seen_;
 };
 
+/// The points of a as vertices of the CSO, inner ones too, where b is one point and a is a hull of few; else nothing.
+struct NamedPoint {
+  std::string name;
+  Eigen::Vector3d point;
+};
+std::vector<NamedPoint> namedPoints(const ExplainedPair& pair);
+
 }  // namespace proximity_server::tools

@@ -75,7 +75,8 @@ renderer = figure.canvas.get_renderer()
 for axes, step in zip(figure.axes, data["gjk"] + data["epa"]):
     boxes = [text.get_window_extent(renderer) for text in axes.texts if text.get_text()]
     named = {step["vertex"], *(step["simplex"] if "simplex" in step else step["closest"])}
-    assert len(boxes) == len(named), (axes.get_title(), len(boxes))
+    missing = {data["vertices"][vertex]["name"] for vertex in named} - {text.get_text() for text in axes.texts}
+    assert not missing, (axes.get_title(), missing)
     assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i]), axes.get_title()
     inside = figure.bbox
     assert all(inside.x0 <= box.x0 and box.x1 <= inside.x1 for box in boxes), axes.get_title()
