@@ -321,21 +321,26 @@ TEST(WorkedExample, EpaExpandsToTheFaceOfLeastDepth) {
   EXPECT_NEAR(answer.distance, -(depth + 0.5), 1e-14);
   EXPECT_TRUE(isNear(answer.normal, Vector3d(-2, 2, 3) / std::sqrt(17.0), 1e-14));
 
-  ASSERT_GT(trace.epa.size(), 1U);
-  EXPECT_EQ(trace.epa.front().faces.size(), 4U);
-  EXPECT_GT(trace.epa.front().lower_bound, 0.0);
-  for (std::size_t i = 1; i < trace.epa.size(); ++i) {
-    const QueryTrace::EpaStep &last = trace.epa[i - 1], &next = trace.epa[i];
-    EXPECT_GT(next.faces.size(), last.faces.size())
-        << "no vertex is lost in an octahedron, so V - E + F = 2 adds faces";
-    EXPECT_GE(next.lower_bound, last.lower_bound);
-    EXPECT_LE(next.depth, last.depth);
+  // The closest faces: B C D in the plane z = 0, 0.2 away, beyond which is (0, 0, -3) at 3.2; C E F in the plane x = 0,
+  // 0.3 away, beyond which is (4, 0, 0) at 4.3; then B C E, and nothing lies beyond it.
+  ASSERT_EQ(trace.epa.size(), 3U);
+  const Vector3d normals[] = {-Vector3d::UnitZ(), Vector3d::UnitX(), Vector3d(-2, 2, 3) / std::sqrt(17.0)};
+  const double lower[] = {0.2, 0.3, depth}, depths[] = {3.2, 3.2, depth};
+  for (std::size_t i = 0; i < 3; ++i) {
+    SCOPED_TRACE(i);
+    const QueryTrace::EpaStep& step = trace.epa[i];
+    EXPECT_EQ(step.faces.size(), 4U + 2U * i) << "V - E + F = 2 with one vertex more in each step";
+    EXPECT_TRUE(isNear(step.normal, normals[i], 1e-14));
+    EXPECT_NEAR(step.lower_bound, lower[i], 1e-13);
+    EXPECT_NEAR(step.depth, depths[i], 1e-14);
   }
+  EXPECT_TRUE(isNear(trace.epa[0].w.point, corners[5] - centre, 1e-15));
+  EXPECT_TRUE(isNear(trace.epa[1].w.point, corners[0] - centre, 1e-15));
+  EXPECT_EQ(trace.polytope.size(), 6U);
+  EXPECT_EQ(trace.final_faces.size(), 8U);
   const QueryTrace::EpaStep& last = trace.epa.back();
-  EXPECT_NEAR(last.lower_bound, depth, 1e-13);
-  EXPECT_NEAR(last.depth, depth, 1e-14);
   std::vector<Vector3d> closest;
-  for (const int v : last.closest) closest.push_back(trace.polytope[static_cast<std::size_t>(v)].point);
+  for (const int v : last.closest) closest.push_back(trace.polytope.at(static_cast<std::size_t>(v)).point);
   for (const std::size_t corner : {1U, 2U, 4U})
     EXPECT_EQ(std::count(closest.begin(), closest.end(), Vector3d(corners[corner] - centre)), 1);
 }
