@@ -26,6 +26,7 @@ PANEL = 3.1  # [inch]
 CSO, NEW, SIMPLEX, NEAREST, FACE = "#7f9fbf", "#d62728", "#e08214", "#1a7f37", "#d62728"
 HALO = [withStroke(linewidth=2.5, foreground="white")]
 ROUNDING = 1e-12  # [m] is written as 0
+FEW_EDGES = 80
 SHARP = 1.0 - 1e-9  # cosine between the normals of two triangles of one face
 
 
@@ -42,7 +43,8 @@ def shown(steps):
 class Names:
     """The names of vertices, written last: beside each vertex, outwards, and not over each other."""
 
-    FAR, APART = 11.0, 13.0  # [points] from the vertex; between two names
+    FAR = 11.0  # [points] from the vertex to the middle of a letter
+    LETTER = numpy.array([6.4, 11.0])  # [points] that a letter takes
     TURNS = numpy.radians([0, 35, -35, 70, -70, 105, -105, 140, -140, 180])
 
     def __init__(self):
@@ -57,17 +59,22 @@ class Names:
         for axes, name, place, outwards, color in self.wanted:
             others = written.setdefault(axes, [])
             at = axes.transData.transform(place) * points_per_pixel
-            shift = self.shift(at, outwards, others)
-            others.append(at + shift)
+            half = 0.5 * self.LETTER * [len(name), 1.0]
+            shift = self.shift(at, half, outwards, others)
+            others.append((at + shift, half))
             axes.annotate(name, place, xytext=shift, textcoords="offset points", ha="center", va="center", color=color,
                           fontsize=9, fontweight="bold", path_effects=HALO, zorder=20, annotation_clip=False)
 
-    def shift(self, at, outwards, others):
-        along = self.FAR * outwards / numpy.linalg.norm(outwards) if numpy.any(outwards) else numpy.array([0.0, self.FAR])
-        shifts = [numpy.array([[numpy.cos(turn), -numpy.sin(turn)], [numpy.sin(turn), numpy.cos(turn)]]) @ along
-                  for turn in self.TURNS]
-        room = [min((numpy.linalg.norm(at + shift - other) for other in others), default=self.APART) for shift in shifts]
-        return next((shift for shift, free in zip(shifts, room) if free >= self.APART), shifts[int(numpy.argmax(room))])
+    def shift(self, at, half, outwards, others):
+        """From the vertex `at` to the middle of its name: outwards, or turned as little as leaves room beside others."""
+        along = outwards / numpy.linalg.norm(outwards) if numpy.any(outwards) else numpy.array([0.0, 1.0])
+        shifts, rooms = [], []
+        for turn in self.TURNS:
+            turned = numpy.array([[numpy.cos(turn), -numpy.sin(turn)], [numpy.sin(turn), numpy.cos(turn)]]) @ along
+            shifts.append(self.FAR * turned + [turned[0] * (half[0] - 0.5 * self.LETTER[0]), 0.0])
+            gaps = [(numpy.abs(at + shifts[-1] - other) - half - other_half).max() for other, other_half in others]
+            rooms.append(min(gaps, default=1.0))
+        return next((shift for shift, room in zip(shifts, rooms) if room > 0.0), shifts[int(numpy.argmax(rooms))])
 
 
 def outline(points):
@@ -212,7 +219,8 @@ class Space:
             around = self.corners[outline(self.seen(axes, self.corners))]
             axes.add_collection3d(Poly3DCollection([around], facecolor=CSO, edgecolor=CSO, linewidth=1.0, alpha=0.18,
                                                    zorder=1))
-            axes.add_collection3d(Line3DCollection(self.edges, colors=CSO, linewidths=0.7, zorder=2))
+            axes.add_collection3d(Line3DCollection(self.edges, colors=CSO, zorder=2,
+                                                   linewidths=0.7 if len(self.edges) < FEW_EDGES else 0.2))
         else:
             axes.plot(*self.corners.T, color=CSO, marker=".", linewidth=1.5)
         axes.plot([0], [0], [0], color="black", marker="+", markersize=10, markeredgewidth=1.4, zorder=10)
@@ -329,7 +337,7 @@ def draw(data):
     for place, (title, paint, step) in enumerate(panels):
         axes = figure.add_subplot(grid[place // columns, place % columns], projection=view.projection)
         paint(axes, step)
-        axes.set_title(title, fontsize=9)
+        axes.set_title(title, fontsize=9, pad=12 if view.projection else 6)
         if view.projection:
             for artist in axes.lines + axes.collections:  # they may reach beyond the square of the panel
                 artist.set_clip_on(False)
