@@ -7,6 +7,7 @@
 #include "narrowphase/closed_form/boxes.h"
 #include "narrowphase/closed_form/parallel_axes.h"
 #include "narrowphase/closed_form/points_segments.h"
+#include "narrowphase/gjk_epa/observed.h"
 #include "proximity_server/narrowphase/gjk_epa/epa.h"
 #include "proximity_server/narrowphase/gjk_epa/gjk.h"
 
@@ -97,10 +98,12 @@ SignedDistance certified(SignedDistance exact, double rounding) {
   return exact;
 }
 
-SignedDistance iterative(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, const Options& options) {
-  const GjkResult gjk_result = gjk(cso, normal_guess, first, options);
+SignedDistance iterative(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, const Options& options,
+                         Observer observer) {
+  observer.reaches(Rung::Gjk);
+  const GjkResult gjk_result = gjkObserved(cso, normal_guess, first, options, observer);
   if (gjk_result.outcome != GjkResult::Outcome::Overlap) return fromGjk(cso, gjk_result);
-  return fromEpa(cso, gjk_result, epa(cso, gjk_result.simplex, options));
+  return fromEpa(cso, gjk_result, epaObserved(cso, gjk_result.simplex, options, observer));
 }
 
 /// First direction of the search, roughly from a to b. It is not normalised, so that the first support point need not
@@ -136,12 +139,14 @@ std::optional<SignedDistance> boxOverlap(const Cso& cso, const Isometry3d& a_T_b
 }
 
 SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
-                            double rounding, WarmStart& warm_start) {
+                            double rounding, WarmStart& warm_start, Observer observer) {
+  observer.reaches(Rung::PointsAndSegments);
   if (hasClosedForm(a.kind(), b.kind())) return certified(closedForm(a, b, a_T_b), rounding);
   if (isSolidOfRevolution(a.kind()) && isSolidOfRevolution(b.kind())) {
     // The axes may be tilted by a small part of the tolerance: turning b by the tilt moves no point of it by more than
     // this.
     const double turned = axesTilt(a, b, a_T_b) * b.coreReach();
+    observer.reaches(Rung::ParallelAxes);
     if (turned <= options.distance_tolerance / 16.0)
       return certified(parallelAxesDistance(a, b, a_T_b, options.distance_tolerance), rounding + turned);
   }
@@ -151,12 +156,17 @@ SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_
   const double towards = direction.dot(first.point);
   if (towards < 0.0) {
     const double length = direction.norm(), lower_bound = -towards / length - rounding;
-    if (lower_bound > options.stop_above) return separatedAlong(direction / length, lower_bound);
+    if (lower_bound > options.stop_above) {
+      const SignedDistance result = separatedAlong(direction / length, lower_bound);
+      observer.separates(result, first);
+      return result;
+    }
   }
+  observer.reaches(Rung::BoxAxes);
   const bool may_overlap = towards >= 0.0;
   if (may_overlap && areBoxes(a, b))
     if (const auto exact = boxOverlap(cso, a_T_b, options)) return certified(*exact, rounding);
-  return iterative(cso, direction.normalized(), first, options);
+  return iterative(cso, direction.normalized(), first, options, observer);
 }
 
 /// The signed distance of the shapes from that of their cores: the margins move both surfaces outwards along the
@@ -190,8 +200,16 @@ constexpr double kResolvable = 4.0;
 
 }  // namespace
 
+// Not one more function that both call: the call would be 7 instructions in each query.
+#ifdef PROXIMITY_WATCHED
+SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
+                              WarmStart& warm_start, QueryTrace& trace) {
+  const Recorder observer(trace);
+#else
 SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
                               WarmStart& warm_start) {
+  const Unobserved observer;
+#endif
   if (!isFinite(a_T_b)) return {};
   const double margins = a.margin() + b.margin();
   const double rounding = csoRounding(a, b, a_T_b);
@@ -202,7 +220,8 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& 
   core_options.stop_above += margins + beyond;
   core_options.stop_below += margins - beyond;
   const auto search = [&] {
-    return withMargins(coreDistance(a, b, a_T_b, core_options, rounding, warm_start), a.margin(), b.margin());
+    observer.begins();
+    return withMargins(coreDistance(a, b, a_T_b, core_options, rounding, warm_start, observer), a.margin(), b.margin());
   };
   SignedDistance result = search();
   if (result.status == Status::Threshold && !isDecided(result, options)) {
@@ -218,9 +237,11 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& 
   return result;
 }
 
+#ifndef PROXIMITY_WATCHED
 SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options) {
   WarmStart cold;
   return signedDistance(a, b, a_T_b, options, cold);
 }
+#endif
 
 }  // namespace proximity_server::narrowphase

@@ -38,4 +38,11 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Eigen::Isome
 SignedDistance signedDistance(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, const Options& options,
                               WarmStart& warm_start);
 
+struct QueryTrace;
+
+/// The same, and writes into `trace` what each step of the search did (gjk_epa/query_trace.h). The answer has the same
+/// bits; the trace allocates.
+SignedDistance signedDistance(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, const Options& options,
+                              WarmStart& warm_start, QueryTrace& trace);
+
 }  // namespace proximity_server::narrowphase

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "narrowphase/gjk_epa/epa_start.h"
+#include "narrowphase/gjk_epa/observed.h"
 #include "narrowphase/gjk_epa/polytope.h"
 #include "narrowphase/gjk_epa/refinement.h"
 
@@ -226,7 +227,8 @@ class Shallowest {
 /// shallow" and "cylinder, deep" of ./dev bench narrowphase repeat it for cylinders.
 constexpr double kWorthRefining = 0.6;
 
-EpaResult expandPolytope(Cso& cso, const std::array<CsoVertex, 4>& tetrahedron, const Options& options) {
+EpaResult expandPolytope(Cso& cso, const std::array<CsoVertex, 4>& tetrahedron, const Options& options,
+                         Observer observer) {
   Polytope polytope(tetrahedron, cso.rounding());
   EpaResult result;
   result.depth = std::numeric_limits<double>::infinity();
@@ -240,6 +242,7 @@ EpaResult expandPolytope(Cso& cso, const std::array<CsoVertex, 4>& tetrahedron, 
   const auto end = [&](Status status, const Polytope::Face* face) {
     const bool converged = status != Status::Threshold && gap() <= options.distance_tolerance;
     result.status = converged ? Status::Converged : status;
+    observer.ends(polytope, result);
     if (!result.has_normal) return result;
     if (!result.has_points) setWitnesses(polytope, face, options, result);
     result.unique = isUnique(polytope, result, options);
@@ -262,6 +265,7 @@ EpaResult expandPolytope(Cso& cso, const std::array<CsoVertex, 4>& tetrahedron, 
     const Vector3d normal = face->area / length;
     const CsoVertex w = cso.vertex(normal);
     const double depth = normal.dot(w.point);
+    observer.tests(polytope, *face, w, result);
     // A direction with points, found by Newton's method, is not replaced by one that is shallower by rounding only.
     if (depth < result.depth - (result.has_points ? cso.rounding() : 0.0)) {
       result.depth = depth;
@@ -289,16 +293,24 @@ EpaResult decidedBy(double lower_bound) {
 
 }  // namespace
 
-EpaResult epa(Cso& cso, const Simplex& simplex, const Options& options) {
+EpaResult epaObserved(Cso& cso, const Simplex& simplex, const Options& options, Observer observer) {
+  observer.reaches(Rung::EnclosedBall);
   if (simplex.members == 0b1111 && std::isfinite(options.stop_below)) {
     const double enclosed = enclosedRadius(simplex) - cso.rounding();
     if (-enclosed <= options.stop_below) return decidedBy(enclosed);
   }
   const EpaStart start = epaStart(cso, simplex);
+  observer.reaches(start.plane ? Rung::SurfacePlane : Rung::Epa);
   if (start.plane) return onSurface(cso, simplex, *start.plane, options);
-  EpaResult result = expandPolytope(cso, start.vertices, options);
+  EpaResult result = expandPolytope(cso, start.vertices, options, observer);
   if (result.has_normal && !result.has_points && simplex.members != 0b1111) setWitnesses(simplex, options, result);
   return result;
 }
+
+#ifndef PROXIMITY_WATCHED
+EpaResult epa(Cso& cso, const Simplex& simplex, const Options& options) {
+  return epaObserved(cso, simplex, options, Unobserved());
+}
+#endif
 
 }  // namespace proximity_server::narrowphase

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "narrowphase/gjk_epa/observed.h"
 #include "narrowphase/gjk_epa/refinement.h"
 #include "narrowphase/shape/triangle.h"
 
@@ -117,7 +118,8 @@ GjkResult& finish(Cso& cso, const Nearest& nearest, const Options& options, Outc
 
 }  // namespace
 
-GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, const Options& options) {
+GjkResult gjkObserved(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, const Options& options,
+                      Observer observer) {
   GjkResult result;
   Simplex& simplex = result.simplex;
   Nearest nearest{std::numeric_limits<double>::infinity(), normal_guess, 1.0, 0, false};
@@ -132,6 +134,7 @@ GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, co
     const CsoVertex& w = simplex[newest];
     result.normal = nearest.normal();
     result.lower_bound = lowerBound(cso, result.normal, w);
+    observer.supports(result, w);
     if (result.lower_bound > options.stop_above) return end(Outcome::Threshold, Status::Threshold);
     const double upper_bound = nearest.distance + rounding;
     const double gap = upper_bound - result.lower_bound;
@@ -143,21 +146,33 @@ GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, co
     if (!is_nearer && !(isSideways(nearest, next, rounding) && sideways++ < kMaxSideways)) {
       const auto isOpen = [&] { return upper_bound - result.lower_bound > options.distance_tolerance; };
       if (isOpen() && cso.isPolytope()) improveLowerBound(cso, simplex, newest, result);
-      if (isOpen() && !cso.isPolytope() && refineDistance(cso, nearest.normal(), options, result)) return result;
+      if (isOpen() && !cso.isPolytope() && refineDistance(cso, nearest.normal(), options, result)) {
+        observer.reaches(Rung::GjkNewton);
+        return result;
+      }
       return end(isOpen() ? outcomeWithoutProgress(cso, upper_bound, options) : Outcome::Apart, Status::Degenerate);
     }
     nearest = next;
     simplex.members = nearest.members;
     if (result.iterations == 1 && cso.isPolytope()) nearest = recall(cso, simplex, nearest);
+    observer.reduces(simplex, nearest, rounding);
     // The simplex encloses the origin, or its nearest point cannot be distinguished from the origin.
     if (nearest.encloses_origin || nearest.distance <= rounding) return end(Outcome::Overlap, Status::Converged);
     if (result.iterations >= options.max_iterations) return end(Outcome::Apart, Status::IterationLimit);
     if (!cso.isPolytope() && result.lower_bound > 0.0 && result.iterations >= kFirstRefinement &&
-        refineDistance(cso, nearest.normal(), options, result))
+        refineDistance(cso, nearest.normal(), options, result)) {
+      observer.reaches(Rung::GjkNewton);
       return result;
+    }
     newest = simplex.freePlace();
     simplex[newest] = cso.vertex(nearest.direction);
   }
 }
+
+#ifndef PROXIMITY_WATCHED
+GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, const Options& options) {
+  return gjkObserved(cso, normal_guess, first, options, Unobserved());
+}
+#endif
 
 }  // namespace proximity_server::narrowphase

@@ -9,11 +9,12 @@
 #include <string>
 
 #include "tools/clearance/clearance_assertion.h"
-#include "tools/clearance/clearance_plot.h"
 #include "tools/clearance/clearance_rows.h"
 #include "tools/clearance/clearance_run.h"
 #include "tools/clearance/trajectory_run.h"
+#include "tools/command_line/csv.h"
 #include "tools/command_line/number_options.h"
+#include "tools/command_line/plot_script.h"
 #include "tools/command_line/robot_files.h"
 #include "tools/command_line/tool_main.h"
 
@@ -193,7 +194,7 @@ void warnOfLimits(const JointStates& states) {
 /// Writes the answers to the output and the plot, and adds them to the assertion.
 class Answers {
  public:
-  Answers(const Arguments& arguments, const ClearanceQuestion& question, std::ostream& out, ClearancePlot* plot)
+  Answers(const Arguments& arguments, const ClearanceQuestion& question, std::ostream& out, PlotScript* plot)
       : writer_(out, question.model->robot, arguments.rows, arguments.format), counter_(arguments.rows) {
     const scene::RobotModel& robot = question.model->robot;
     if (plot) plot_writer_.emplace(plot->data(), robot, arguments.rows, RowFormat::Csv);
@@ -249,8 +250,8 @@ ExitCode judge(const ClearanceAssertion& assertion, const JointStates& states) {
 }
 
 ExitCode run(const Arguments& arguments) {
-  std::optional<ClearancePlot> plot;
-  if (!arguments.plot.empty()) plot.emplace(arguments.plot);
+  std::optional<PlotScript> plot;
+  if (!arguments.plot.empty()) plot.emplace("clearance_plot.py", arguments.plot);
   std::optional<std::ifstream> in_file;
   std::optional<std::ofstream> out_file;
   std::istream& in = openStream(arguments.states, "-", in_file, std::cin);
@@ -261,7 +262,7 @@ ExitCode run(const Arguments& arguments) {
 
   Answers answers(arguments, question, out, plot ? &*plot : nullptr);
   answerInto(answers, out_file ? arguments.out : "standard output", arguments, question, states);
-  if (plot) plot->draw(arguments.motion.contact_distance);
+  if (plot) plot->draw({numberText(arguments.motion.contact_distance)});
   return answers.assertion() ? judge(*answers.assertion(), states) : ExitCode::Done;
 }
 

@@ -1,4 +1,4 @@
-#include "tools/clearance/clearance_plot.h"
+#include "tools/command_line/plot_script.h"
 
 #include <spawn.h>
 #include <stdlib.h>
@@ -11,7 +11,6 @@
 #include <utility>
 #include <vector>
 
-#include "tools/command_line/csv.h"
 #include "tools/command_line/output_file.h"
 
 namespace proximity_server::tools {
@@ -40,14 +39,14 @@ std::string formatOf(const std::string& picture) {
   return format.substr(1);
 }
 
-std::string scriptBesideExecutable() {
-  return std::filesystem::read_symlink("/proc/self/exe").parent_path() / "clearance_plot.py";
+std::string besideExecutable(const std::string& name) {
+  return std::filesystem::read_symlink("/proc/self/exe").parent_path() / name;
 }
 
 }  // namespace
 
-ClearancePlot::ClearancePlot(std::string picture)
-    : picture_(std::move(picture)), format_(formatOf(picture_)), script_(scriptBesideExecutable()) {
+PlotScript::PlotScript(const std::string& script, std::string picture)
+    : picture_(std::move(picture)), format_(formatOf(picture_)), script_(besideExecutable(script)) {
   try {
     requireWritable(picture_);
   } catch (const std::invalid_argument& error) {
@@ -57,7 +56,7 @@ ClearancePlot::ClearancePlot(std::string picture)
   if (!runPython({script_})) {
     throw std::invalid_argument("--plot: /usr/bin/python3 cannot use matplotlib (Debian package python3-matplotlib)");
   }
-  std::string path = std::filesystem::temp_directory_path() / "clearance_XXXXXX";
+  std::string path = std::filesystem::temp_directory_path() / "plot_XXXXXX";
   const int file = mkstemp(path.data());
   if (file < 0) throw std::invalid_argument("--plot: no temporary file in " + path);
   close(file);
@@ -65,14 +64,16 @@ ClearancePlot::ClearancePlot(std::string picture)
   data_.open(data_path_, std::ios::binary);
 }
 
-ClearancePlot::~ClearancePlot() {
+PlotScript::~PlotScript() {
   std::error_code ignored;
   std::filesystem::remove(data_path_, ignored);
 }
 
-void ClearancePlot::draw(double limit) {
+void PlotScript::draw(const std::vector<std::string>& more_arguments) {
   data_.close();
-  if (!runPython({script_, data_path_, picture_, format_, numberText(limit)})) {
+  std::vector<std::string> arguments{script_, data_path_, picture_, format_};
+  arguments.insert(arguments.end(), more_arguments.begin(), more_arguments.end());
+  if (!runPython(std::move(arguments))) {
     throw std::invalid_argument("--plot: " + picture_ + " could not be drawn");
   }
 }

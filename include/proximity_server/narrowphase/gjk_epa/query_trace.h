@@ -1,0 +1,62 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "proximity_server/narrowphase/gjk_epa/simplex.h"
+
+namespace proximity_server::narrowphase {
+
+/// The part of signedDistance() that an answer comes from.
+enum class Rung : unsigned char {
+  None,               ///< the pose is not finite
+  PointsAndSegments,  ///< closed form of points and segments, and of a point and a box
+  ParallelAxes,       ///< closed form of solids of revolution about parallel axes
+  BoxAxes,            ///< the fifteen axes of two boxes that overlap
+  FirstDirection,     ///< the first vertex of the CSO decided the threshold, before GJK
+  Gjk,
+  GjkNewton,     ///< GJK, finished by Newton's method
+  EnclosedBall,  ///< overlap: a ball inside of GJK's last simplex decided the threshold, without EPA
+  SurfacePlane,  ///< overlap: the origin lies on the surface of the CSO, or the CSO has no volume
+  Epa,
+  EpaNewton,  ///< EPA, with a direction found by Newton's method
+};
+
+/// What a query did, step by step.
+///
+/// Frame: that of a; metres.
+/// Cores: all points and bounds are those of the cores. The signed distance of the shapes is less than that of the
+///        cores by the sum of the margins.
+struct QueryTrace {
+  /// One iteration of GJK: w is found, the bounds are compared, and w is added to the simplex.
+  struct GjkStep {
+    Eigen::Vector3d normal;  ///< unit; w is the vertex of the CSO farthest along it
+    CsoVertex w;
+    double lower_bound;  ///< [m] of the distance, by the support plane at w
+    double upper_bound;  ///< [m] by the nearest point; infinity before there is one
+    std::vector<CsoVertex>
+        simplex;              ///< with w, and without what the nearest point does not need; as it was before if w
+                              ///< brings no progress
+    Eigen::Vector3d nearest;  ///< point of this simplex nearest to the origin; NaN if the simplex is empty
+    bool has_progress;        ///< false: the search ended at w, and the simplex is that of the step before
+  };
+
+  /// One iteration of EPA: the closest face is found, and the vertex of the CSO beyond it.
+  struct EpaStep {
+    std::vector<std::array<int, 3>> faces;  ///< of the polytope before w is added, by indices into `polytope`,
+                                            ///< counter-clockwise from outside
+    std::array<int, 3> closest;             ///< the face whose normal is tested
+    Eigen::Vector3d normal;                 ///< unit, outward
+    CsoVertex w;                            ///< the vertex of the CSO farthest along it
+    double lower_bound;                     ///< [m] of the depth, by the closest face
+    double depth;                           ///< [m] the least depth known after this step: an upper bound
+  };
+
+  Rung rung = Rung::None;
+  std::vector<GjkStep> gjk;
+  std::vector<EpaStep> epa;
+  std::vector<CsoVertex> polytope;              ///< the vertices that EPA found, in their order
+  std::vector<std::array<int, 3>> final_faces;  ///< of the polytope with which EPA ended
+};
+
+}  // namespace proximity_server::narrowphase

@@ -1,0 +1,138 @@
+// One query of the narrowphase, step by step.
+#include <CLI/CLI.hpp>
+
+#include <iostream>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "tools/command_line/number_options.h"
+#include "tools/command_line/plot_script.h"
+#include "tools/command_line/tool_main.h"
+#include "tools/explain/explanation.h"
+#include "tools/explain/link_pieces.h"
+#include "tools/explain/shape_text.h"
+
+namespace proximity_server::tools {
+namespace {
+
+using Eigen::Vector3d;
+
+struct Arguments {
+  std::string a, b;
+  std::string xyz, rpy, pose;
+  RobotFiles robot;
+  std::string state;
+  std::string first_direction, stop_above, stop_below;
+  narrowphase::Options options;
+  enum class Format : unsigned char { Table, Json } format = Format::Table;
+  std::string plot;
+};
+
+void declarePair(CLI::App& app, Arguments& arguments) {
+  app.add_option(
+         "a", arguments.a,
+         "a shape: \"box x y z\", \"sphere r\", \"capsule r length\", \"cylinder r length\", \"cone r length\", "
+         "\"ellipsoid rx ry rz\" or \"hull n x y z ...\", and \"pad m\" behind it; or, with --urdf, a link")
+      ->required()
+      ->type_name("SHAPE");
+  app.add_option("b", arguments.b, "the other one")->required()->type_name("SHAPE");
+  CLI::Option* xyz =
+      app.add_option("--xyz", arguments.xyz, "place of b in the frame of a, as in a URDF (default: \"0 0 0\")")
+          ->type_name("\"X Y Z\"");
+  CLI::Option* rpy =
+      app.add_option("--rpy", arguments.rpy, "its rotation [rad] (default: \"0 0 0\")")->type_name("\"R P Y\"");
+  CLI::Option* pose = app.add_option("--pose", arguments.pose, "both as 12 numbers: rotation row by row, translation")
+                          ->type_name("NUMBERS")
+                          ->excludes(xyz)
+                          ->excludes(rpy);
+  CLI::Option* urdf = app.add_option("--urdf", arguments.robot.urdf, "a and b are links of this robot")
+                          ->type_name("FILE")
+                          ->excludes(xyz)
+                          ->excludes(rpy)
+                          ->excludes(pose);
+  app.add_option("--state", arguments.state,
+                 "positions of its joints; the others are at 0. The two closest pieces of the links are explained")
+      ->type_name("\"JOINT=POSITION ...\"")
+      ->needs(urdf);
+  addMeshTolerance(app, arguments.robot.mesh_tolerance)->needs(urdf);
+}
+
+void declareQuestion(CLI::App& app, Arguments& arguments) {
+  app.add_option("--first-direction", arguments.first_direction,
+                 "where the search begins, from a to b (default: from centre to centre)")
+      ->type_name("\"X Y Z\"");
+  addLength(app, "--tolerance", arguments.options.distance_tolerance, 0.0,
+            "accepted gap of the bounds (default: 1e-9)");
+  app.add_option("--stop-above", arguments.stop_above, "end where the lower bound is above this")->type_name("METRES");
+  app.add_option("--stop-below", arguments.stop_below, "end where the upper bound is not above this")
+      ->type_name("METRES");
+}
+
+void declareOutput(CLI::App& app, Arguments& arguments) {
+  const auto readFormat = [&](const std::string& name) {
+    if (name != "table" && name != "json") {
+      throw CLI::ValidationError("--format", "'" + name + "' is neither table nor json");
+    }
+    arguments.format = name == "table" ? Arguments::Format::Table : Arguments::Format::Json;
+  };
+  app.add_option_function<std::string>("--format", readFormat, "table or json (default: table)")->type_name("NAME");
+  app.add_option(
+         "--plot", arguments.plot,
+         "a picture (.png, .pdf or .svg): the CSO, the simplex of each iteration, the polytope of EPA, the bounds")
+      ->type_name("FILE");
+  app.footer("Exit codes: 0: done; 1: bad input, or memory or disk did not suffice.");
+}
+
+/// Three numbers; zero where nothing is given.
+Vector3d vectorOf(const std::string& option, const std::string& text) {
+  if (text.empty()) return Vector3d::Zero();
+  return Vector3d(numbersOf(option, text, 3).data());
+}
+
+ExplainedPair pairOf(const Arguments& arguments) {
+  if (!arguments.robot.urdf.empty()) {
+    return closestPieces(arguments.robot, arguments.a, arguments.b, arguments.state);
+  }
+  const Eigen::Isometry3d a_T_b = arguments.pose.empty()
+                                      ? poseOf(vectorOf("--xyz", arguments.xyz), vectorOf("--rpy", arguments.rpy))
+                                      : readPose("--pose", arguments.pose);
+  return {readShape("a", arguments.a), readShape("b", arguments.b), a_T_b};
+}
+
+narrowphase::Options optionsOf(const Arguments& arguments) {
+  narrowphase::Options options = arguments.options;
+  const auto read = [](const std::string& option, const std::string& text, double& threshold) {
+    if (!text.empty()) threshold = numbersOf(option, text, 1)[0];
+  };
+  read("--stop-above", arguments.stop_above, options.stop_above);
+  read("--stop-below", arguments.stop_below, options.stop_below);
+  return options;
+}
+
+ExitCode run(const Arguments& arguments) {
+  std::optional<PlotScript> plot;
+  if (!arguments.plot.empty()) plot.emplace("explain_plot.py", arguments.plot);
+  const Explanation explanation =
+      explain(pairOf(arguments), optionsOf(arguments), vectorOf("--first-direction", arguments.first_direction));
+  const bool is_table = arguments.format == Arguments::Format::Table;
+  std::cout << (is_table ? tableOf(explanation) : jsonOf(explanation, CsoSurface::Left)) << std::flush;
+  if (!std::cout) throw std::invalid_argument("standard output: writing failed");
+  if (plot) {
+    plot->data() << jsonOf(explanation, CsoSurface::Added);
+    plot->draw();
+  }
+  return ExitCode::Done;
+}
+
+}  // namespace
+}  // namespace proximity_server::tools
+
+int main(int argc, char** argv) {
+  CLI::App app("One query of the narrowphase, step by step; lengths in metres, in the frame of a", "explain");
+  proximity_server::tools::Arguments arguments;
+  proximity_server::tools::declarePair(app, arguments);
+  proximity_server::tools::declareQuestion(app, arguments);
+  proximity_server::tools::declareOutput(app, arguments);
+  return proximity_server::tools::runTool(app, argc, argv, [&] { return proximity_server::tools::run(arguments); });
+}

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <string>
+
+#include "proximity_server/narrowphase/gjk_epa/query_trace.h"
+#include "proximity_server/narrowphase/query_types.h"
+#include "tools/explain/explained_pair.h"
+
+namespace proximity_server::tools {
+
+/// One query, its answer, and how it came about.
+struct Explanation {
+  ExplainedPair pair;
+  narrowphase::SignedDistance answer;  ///< in the frame of a
+  narrowphase::QueryTrace trace;
+};
+
+/// Asks the narrowphase. `first_direction`: where the search begins, from a to b; zero: where it begins by itself.
+Explanation explain(const ExplainedPair& pair, const narrowphase::Options& options,
+                    const Eigen::Vector3d& first_direction);
+
+/// A row for each step, and the answer: numbers rounded for reading. All bounds are those of the signed distance of the
+/// shapes, margins included.
+std::string tableOf(const Explanation& explanation);
+
+/// Whether explanationJson() adds what a picture needs: the surface of the CSO, as found by its support mapping.
+enum class CsoSurface : unsigned char { Left, Added };
+
+/// The same as JSON, with all digits; what is not finite is null.
+std::string jsonOf(const Explanation& explanation, CsoSurface surface);
+
+/// A rung as the end of a sentence "by ...".
+std::string rungText(narrowphase::Rung rung);
+
+std::string statusText(narrowphase::Status status);
+
+}  // namespace proximity_server::tools

@@ -1,0 +1,112 @@
+#include "tools/explain/link_pieces.h"
+
+#include <iostream>
+#include <limits>
+#include <sstream>
+#include <stdexcept>
+
+#include "proximity_server/narrowphase/signed_distance.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/model/names.h"
+#include "tools/command_line/csv.h"
+#include "tools/command_line/joint_states.h"
+
+namespace proximity_server::tools {
+namespace {
+
+using Eigen::Isometry3d;
+using scene::RobotModel;
+
+/// Index of a link with geometry.
+int linkOf(const RobotModel& robot, const std::string& urdf, const std::string& name) {
+  const int link = robot.findLink(name);
+  if (link < 0) {
+    std::vector<std::string> known;
+    for (const scene::Link& other : robot.links) known.push_back(other.name);
+    const std::string nearest = scene::nearestName(name, known);
+    throw std::invalid_argument(urdf + ": no link \"" + name + '"' +
+                                (nearest.empty() ? "" : " (did you mean \"" + nearest + "\"?)"));
+  }
+  if (!robot.hasGeometry(link)) throw std::invalid_argument(urdf + ": link \"" + name + "\" has no collision geometry");
+  return link;
+}
+
+/// The positions of "joint=position ...", read as a table of states is.
+std::vector<double> positionsOf(const RobotModel& robot, const std::string& state) {
+  std::istringstream words(state);
+  std::string names, values;
+  for (std::string word; words >> word;) {
+    const std::size_t equals = word.rfind('=');
+    if (equals == std::string::npos) throw std::invalid_argument("--state: '" + word + "' is not joint=position");
+    const char* separator = names.empty() ? "" : ",";
+    names += separator + csvField(word.substr(0, equals));
+    values += separator + word.substr(equals + 1);
+  }
+  std::vector<double> positions(robot.joints.size(), 0.0);
+  if (names.empty()) return positions;
+  std::istringstream table(names + "\n" + values + "\n");
+  JointStates states(table, "--state", robot);
+  states.next(positions);
+  for (const std::string& warning : states.warnings()) std::cerr << "warning: " << warning << '\n';
+  if (const std::string warning = states.limitWarning(); !warning.empty()) std::cerr << "warning: " << warning << '\n';
+  return positions;
+}
+
+struct PlacedPiece {
+  const scene::Piece* piece;
+  Isometry3d pose;
+  std::string name;
+};
+
+std::vector<PlacedPiece> piecesOf(const RobotModel& robot, int link, const scene::BodyPoses& poses) {
+  const std::optional<Isometry3d>& body_pose = poses[robot.links[link].body];
+  if (!body_pose)
+    throw std::invalid_argument("--state: does not tell where link \"" + robot.links[link].name + "\" is");
+  std::vector<PlacedPiece> pieces;
+  for (const int number : robot.links[link].collisions) {
+    const scene::Collision& collision = robot.collisions[number];
+    for (std::size_t i = 0; i < collision.pieces.size(); ++i) {
+      const scene::Piece& piece = robot.pieces[collision.pieces[i]];
+      std::string name = robot.links[link].name + ", " + collision.description;
+      if (collision.pieces.size() > 1) {
+        name += ", piece " + std::to_string(i + 1) + " of " + std::to_string(collision.pieces.size());
+      }
+      pieces.push_back({&piece, *body_pose * piece.body_T_piece, name});
+    }
+  }
+  return pieces;
+}
+
+ExplainedShape explained(const PlacedPiece& placed) {
+  ExplainedShape shape{placed.piece->shape, placed.name, {}};
+  if (shape.shape.kind() == narrowphase::Shape::Kind::Hull) shape.points = shape.shape.hull().vertices();
+  return shape;
+}
+
+}  // namespace
+
+ExplainedPair closestPieces(const RobotFiles& files, const std::string& link_a, const std::string& link_b,
+                            const std::string& state) {
+  const std::shared_ptr<const scene::SceneModel> model = loadSceneModel(files);
+  const RobotModel& robot = model->robot;
+  for (const std::string& warning : robot.warnings) std::cerr << "warning: " << warning << '\n';
+  const int a = linkOf(robot, files.urdf, link_a), b = linkOf(robot, files.urdf, link_b);
+  if (a == b) throw std::invalid_argument(files.urdf + ": the two links are the same, \"" + link_a + '"');
+  const scene::BodyPoses poses = scene::forwardKinematics(robot, positionsOf(robot, state));
+  const std::vector<PlacedPiece> of_a = piecesOf(robot, a, poses), of_b = piecesOf(robot, b, poses);
+  const PlacedPiece *closest_a = nullptr, *closest_b = nullptr;
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const PlacedPiece& piece_a : of_a) {
+    for (const PlacedPiece& piece_b : of_b) {
+      const Isometry3d a_T_b = piece_a.pose.inverse() * piece_b.pose;
+      const double lower = signedDistance(piece_a.piece->shape, piece_b.piece->shape, a_T_b).lower_bound;
+      if (closest_a != nullptr && !(lower < smallest)) continue;
+      smallest = lower;
+      closest_a = &piece_a;
+      closest_b = &piece_b;
+    }
+  }
+  return {explained(*closest_a), explained(*closest_b), closest_a->pose.inverse() * closest_b->pose};
+}
+
+}  // namespace proximity_server::tools

@@ -1,0 +1,167 @@
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "proximity_server/narrowphase/shape/convex_hull.h"
+#include "tools/explain/explanation.h"
+#include "tools/explain/vertex_names.h"
+
+namespace proximity_server::tools {
+namespace {
+
+using Eigen::Vector3d;
+using narrowphase::CsoVertex;
+using narrowphase::QueryTrace;
+using Json = nlohmann::ordered_json;
+
+Json numberJson(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json pointJson(const Vector3d& point) {
+  return Json::array({numberJson(point.x()), numberJson(point.y()), numberJson(point.z())});
+}
+
+/// The answer and the steps; a vertex of the CSO is an index into the list `vertices`.
+class StepsJson {
+ public:
+  explicit StepsJson(const Explanation& explanation)
+      : explanation_(explanation),
+        names_(explanation.pair),
+        margins_(explanation.pair.a.shape.margin() + explanation.pair.b.shape.margin()) {}
+
+  Json json() {
+    const narrowphase::SignedDistance& answer = explanation_.answer;
+    Json gjk = Json::array(), epa = Json::array(), final_faces = Json::array();
+    for (const QueryTrace::GjkStep& step : explanation_.trace.gjk) gjk.push_back(stepJson(step));
+    for (const QueryTrace::EpaStep& step : explanation_.trace.epa) epa.push_back(stepJson(step));
+    for (const std::array<int, 3>& face : explanation_.trace.final_faces) final_faces.push_back(faceJson(face));
+    return {{"a", explanation_.pair.a.description},
+            {"b", explanation_.pair.b.description},
+            {"margins", margins_},
+            {"by", rungText(explanation_.trace.rung)},
+            {"status", statusText(answer.status)},
+            {"distance", numberJson(answer.distance)},
+            {"lower", numberJson(answer.lower_bound)},
+            {"upper", numberJson(answer.upper_bound)},
+            {"normal", pointJson(answer.normal)},
+            {"point_a", pointJson(answer.point_a)},
+            {"point_b", pointJson(answer.point_b)},
+            {"unique", answer.unique},
+            {"iterations", answer.iterations},
+            {"gjk", gjk},
+            {"epa", epa},
+            {"final_faces", final_faces},
+            {"vertices", vertices_}};
+  }
+
+ private:
+  int vertexJson(const CsoVertex& vertex) {
+    const auto found = std::find(points_.begin(), points_.end(), vertex.point);
+    const auto index = static_cast<int>(found - points_.begin());
+    if (found != points_.end()) return index;
+    points_.push_back(vertex.point);
+    vertices_.push_back({{"name", names_.nameOf(vertex)},
+                         {"point", pointJson(vertex.point)},
+                         {"on_a", pointJson(vertex.on_a)},
+                         {"on_b", pointJson(vertex.onB())}});
+    return index;
+  }
+
+  Json faceJson(const std::array<int, 3>& face) {
+    Json corners = Json::array();
+    for (const int v : face) corners.push_back(vertexJson(explanation_.trace.polytope[static_cast<std::size_t>(v)]));
+    return corners;
+  }
+
+  Json stepJson(const QueryTrace::GjkStep& step) {
+    const int w = vertexJson(step.w);
+    Json simplex = Json::array();
+    for (const CsoVertex& vertex : step.simplex) simplex.push_back(vertexJson(vertex));
+    return {{"direction", pointJson(step.normal)},
+            {"vertex", w},
+            {"simplex", simplex},
+            {"has_progress", step.has_progress},
+            {"nearest", pointJson(step.nearest)},
+            {"lower", numberJson(step.lower_bound - margins_)},
+            {"upper", numberJson(step.upper_bound - margins_)}};
+  }
+
+  Json stepJson(const QueryTrace::EpaStep& step) {
+    Json faces = Json::array();
+    for (const std::array<int, 3>& face : step.faces) faces.push_back(faceJson(face));
+    return {{"faces", faces},
+            {"closest", faceJson(step.closest)},
+            {"normal", pointJson(step.normal)},
+            {"vertex", vertexJson(step.w)},
+            {"lower", numberJson(-step.depth - margins_)},
+            {"upper", numberJson(-step.lower_bound - margins_)}};
+  }
+
+  const Explanation& explanation_;
+  VertexNames names_;
+  double margins_;  // [m]
+  std::vector<Vector3d> points_;
+  Json vertices_ = Json::array();
+};
+
+/// Evenly spread over the sphere (Fibonacci's spiral).
+std::vector<Vector3d> directions() {
+  constexpr int kCount = 2000;
+  const double golden_angle = M_PI * (3.0 - std::sqrt(5.0));
+  std::vector<Vector3d> directions;
+  for (int i = 0; i < kCount; ++i) {
+    const double z = 1.0 - (2.0 * i + 1.0) / kCount, radius = std::sqrt(1.0 - z * z);
+    directions.emplace_back(radius * std::cos(golden_angle * i), radius * std::sin(golden_angle * i), z);
+  }
+  return directions;
+}
+
+/// Adds the vertices of a polytope that the sample has missed: while a vertex lies beyond a face of the hull of the
+/// sample, the face is none of the polytope.
+void addMissedVertices(narrowphase::Cso& cso, std::vector<Vector3d>& points) {
+  constexpr int kMostRounds = 20;
+  for (int round = 0; round < kMostRounds; ++round) {
+    const narrowphase::ConvexHull hull(points);
+    const std::size_t before = points.size();
+    for (const std::array<int, 3>& triangle : hull.triangles()) {
+      const auto corner = [&](int i) { return hull.vertices()[static_cast<std::size_t>(triangle[i])]; };
+      const Vector3d normal = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
+      const Vector3d w = cso.vertex(normal).point;
+      if (normal.dot(w - corner(0)) > 16.0 * cso.rounding()) points.push_back(w);
+    }
+    if (points.size() == before) return;
+  }
+}
+
+/// The CSO of the cores, as its support mapping shows it.
+Json surfaceJson(const Explanation& explanation) {
+  const ExplainedPair& pair = explanation.pair;
+  const double rounding = csoRounding(pair.a.shape, pair.b.shape, pair.a_T_b);
+  narrowphase::WarmStart warm_start;
+  narrowphase::Cso cso(pair.a.shape, pair.b.shape, pair.a_T_b, rounding, warm_start);
+  std::vector<Vector3d> points;
+  for (const Vector3d& direction : directions()) points.push_back(cso.vertex(direction).point);
+  for (const QueryTrace::GjkStep& step : explanation.trace.gjk) points.push_back(step.w.point);
+  for (const CsoVertex& vertex : explanation.trace.polytope) points.push_back(vertex.point);
+
+  if (cso.isPolytope()) addMissedVertices(cso, points);
+  const narrowphase::ConvexHull hull(points);
+  points.emplace_back(Vector3d::Zero());
+  Json corners = Json::array();
+  for (const Vector3d& corner : hull.vertices()) corners.push_back(pointJson(corner));
+  Json named = Json::array();
+  for (const NamedPoint& point : namedPoints(pair)) {
+    named.push_back({{"name", point.name}, {"point", pointJson(point.point)}});
+  }
+  return {{"dimension", hull.dimension()},   {"dimension_with_origin", narrowphase::ConvexHull(points).dimension()},
+          {"is_polytope", cso.isPolytope()}, {"points", corners},
+          {"triangles", hull.triangles()},   {"named", named}};
+}
+
+}  // namespace
+
+std::string jsonOf(const Explanation& explanation, CsoSurface surface) {
+  Json json = StepsJson(explanation).json();
+  if (surface == CsoSurface::Added) json["cso"] = surfaceJson(explanation);
+  return json.dump() + "\n";
+}
+
+}  // namespace proximity_server::tools

@@ -1,0 +1,101 @@
+// --plot of the executable. What a picture shows is asked of the script that draws it.
+#include <filesystem>
+
+#include "tools/explain/explain_command.h"
+
+namespace proximity_server::tools {
+namespace {
+
+class ExplainPlot : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (runCommand("/usr/bin/python3 -c 'import matplotlib' 2>/dev/null").exit_code != 0) {
+      GTEST_SKIP() << "python3-matplotlib is not installed";
+    }
+  }
+
+  /// Draws without a word on standard error.
+  void expectPicture(const std::string& arguments) {
+    std::filesystem::remove(picture_);
+    const CommandResult result = explainCommand(arguments + " --plot '" + picture_ + "'");
+    EXPECT_EQ(result.exit_code, 0);
+    EXPECT_EQ(result.errors, "") << arguments;
+    ASSERT_TRUE(std::filesystem::exists(picture_)) << arguments;
+    EXPECT_GT(std::filesystem::file_size(picture_), 3000U);
+    EXPECT_LT(std::filesystem::file_size(picture_), 100000U);
+  }
+
+  scene::TemporaryFiles files_;
+  std::string picture_ = files_.path("it's a plot.png");
+};
+
+TEST_F(ExplainPlot, DrawsFlatAndSolidPairs) {
+  picture_ = files_.path("plot.png");
+  expectPicture(kFourSteps);
+  expectPicture(kPolygons);
+  expectPicture(kOctahedron);
+}
+
+TEST_F(ExplainPlot, DrawsCurvedPairsClosedFormsAndPoints) {
+  picture_ = files_.path("plot.png");
+  expectPicture("'ellipsoid 0.1 0.2 0.3' 'cone 0.2 0.4' --xyz '0.1 0.2 0.1' --rpy '0.5 0.3 0.1'");
+  expectPicture("'box 1 1 1' 'box 1 2 3' --xyz '0.1 0.2 0.3'");
+  expectPicture("'sphere 1' 'sphere 1' --xyz '3 0 0'");
+  expectPicture("'hull 2 0 0 0 1 0 0' 'hull 1 0 0 0' --xyz '0 1 0'");
+}
+
+TEST_F(ExplainPlot, TheSuffixSaysTheFormat) {
+  picture_ = files_.path("plot.svg");
+  EXPECT_EQ(explainCommand(std::string(kPolygons) + " --plot " + picture_).exit_code, 0);
+  EXPECT_EQ(readFile(picture_).substr(0, 5), "<?xml");
+}
+
+TEST_F(ExplainPlot, FindsOutBeforeTheQueryThatThereWillBeNoPicture) {
+  const CommandResult result = explainCommand(std::string(kPolygons) + " --plot /nodir/x.png");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_EQ(result.output, "");
+  EXPECT_EQ(result.errors, "explain: --plot: /nodir/x.png: cannot be written (No such file or directory)\n");
+}
+
+// Of the data of the script: every panel has its step, names lie apart, and the sampled CSO of the polygons is the one
+// on paper (narrowphase_gjk_epa_test, WorkedExample).
+TEST_F(ExplainPlot, ShowsEveryStepAndNamesThatLieApart) {
+  const std::string script = files_.write("check.py", R"(
+import json, sys
+import numpy
+sys.path.insert(0, sys.argv[1])
+import explain_plot
+data = json.load(open(sys.argv[2]))
+figure = explain_plot.draw(data)
+titles = [axes.get_title() for axes in figure.axes]
+steps = [f"GJK {i}" for i in range(1, 1 + len(data["gjk"]))] + [f"EPA {i}" for i in range(1, 1 + len(data["epa"]))]
+assert [title.split(":")[0] for title in titles] == steps + ["bounds of the distance [m]"], titles
+figure.canvas.draw()
+renderer = figure.canvas.get_renderer()
+for axes, step in zip(figure.axes, data["gjk"] + data["epa"]):
+    boxes = [text.get_window_extent(renderer) for text in axes.texts if text.get_text()]
+    named = {step["vertex"], *(step["simplex"] if "simplex" in step else step["closest"])}
+    missing = {data["vertices"][vertex]["name"] for vertex in named} - {text.get_text() for text in axes.texts}
+    assert not missing, (axes.get_title(), missing)
+    assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i]), axes.get_title()
+    inside = figure.bbox
+    assert all(inside.x0 <= box.x0 and box.x1 <= inside.x1 for box in boxes), axes.get_title()
+)");
+  for (const char* example : {kFourSteps, kPolygons, kOctahedron}) {
+    // The data that the tool gives to the script.
+    const std::string data = files_.path("data.json");
+    files_.write("explain_plot.py",
+                 "import sys, shutil\nif len(sys.argv) > 1: shutil.copy(sys.argv[1], '" + data + "')\n");
+    std::filesystem::copy_file(EXPLAIN, files_.path("explain"), std::filesystem::copy_options::overwrite_existing);
+    const CommandResult copied =
+        runCommandApart("LD_LIBRARY_PATH=$(dirname " EXPLAIN ")/..:$LD_LIBRARY_PATH " + files_.path("explain") + " " +
+                        example + " --plot " + files_.path("x.png"));
+    ASSERT_EQ(copied.exit_code, 0) << copied.errors;
+    const CommandResult result =
+        runCommand("/usr/bin/python3 -B " + script + " $(dirname " EXPLAIN ") " + data + " 2>&1");
+    EXPECT_EQ(result.exit_code, 0) << example << "\n" << result.output;
+  }
+}
+
+}  // namespace
+}  // namespace proximity_server::tools

@@ -1,0 +1,210 @@
+// What the executable tells of a query, and how it ends.
+#include <algorithm>
+#include <cmath>
+
+#include "proximity_server/narrowphase/signed_distance.h"
+#include "tools/command_line/csv.h"
+#include "tools/command_line/two_sliders.h"
+#include "tools/explain/explain_command.h"
+
+namespace proximity_server::tools {
+namespace {
+
+using Json = nlohmann::json;
+
+TEST(Explain, TheTableHasARowForEachStep) {
+  const CommandResult result = explainCommand(kFourSteps);
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_EQ(result.errors, "");
+  EXPECT_EQ(result.output.substr(0, result.output.find(" (width")), R"(a: hull of 7 points
+b: hull of 1 point
+b lies at (0, 0, 0) in the frame of a.
+
+GJK: the point of the CSO, a - b, that is nearest to the origin
+  step  vertex  point of a  point of b  simplex  nearest point          lower        upper
+     1  A       (5, 6, 0)   (0, 0, 0)   A        (5, 6, 0)              -6           7.81024968
+     2  B       (4, -4, 0)  (0, 0, 0)   A B      (4.3564, -0.43564, 0)  -0.51214752  4.37816364
+     3  D       (1, 2, 0)   (0, 0, 0)   B D      (1.6, 0.8, 0)          0.796029752  1.78885438
+     4  F       (2, -1, 0)  (0, 0, 0)   D F      (1.5, 0.5, 0)          1.34164079   1.58113883
+     5  D       (1, 2, 0)   (0, 0, 0)   D F      (1.5, 0.5, 0)          1.58113883   1.58113883
+
+The answer is by GJK.
+  distance  1.58113883 m, from 1.58113883 to 1.58113883)");
+  EXPECT_TRUE(says(result.output, "\n  normal    (-0.94868, -0.31623, 0)\n"));
+  EXPECT_TRUE(says(result.output, "\n  points    (1.5, 0.5, 0) of a, (0, 0, 0) of b\n"));
+  EXPECT_TRUE(says(result.output, "\n  status    converged, 5 iterations\n"));
+}
+
+TEST(Explain, EpaHasItsOwnTable) {
+  const std::string table = explainCommand(kOctahedron).output;
+  EXPECT_TRUE(says(table, "EPA: the face of the CSO that is closest to the origin inside\n")) << table;
+  EXPECT_TRUE(says(table, "  step  faces  closest face  normal ")) << table;
+  EXPECT_TRUE(says(table, "The answer is by EPA.\n")) << table;
+  EXPECT_TRUE(says(table, "b: sphere (core and a margin of 0.5 m)\n")) << table;
+}
+
+TEST(Explain, TheBoundsOfTheStepsIncludeTheMargins) {
+  const Json answer = explainJson(kOctahedron), last = answer["epa"].back();
+  const double distance = -(3.6 / std::sqrt(17.0) + 0.5);
+  EXPECT_NEAR(answer["distance"].get<double>(), distance, 1e-14);
+  EXPECT_NEAR(last["lower"].get<double>(), distance, 1e-13);
+  EXPECT_NEAR(last["upper"].get<double>(), distance, 1e-13);
+}
+
+TEST(Explain, JsonHasTheDigitsOfTheQuery) {
+  Eigen::Isometry3d a_T_b(Eigen::Translation3d(0.3, 0.2, 0.1));
+  a_T_b.linear() = Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  const narrowphase::SignedDistance expected =
+      signedDistance(narrowphase::Cylinder{0.3, 1.0}, narrowphase::Ellipsoid{{0.4, 0.5, 0.6}}, a_T_b);
+  const Json answer = explainJson("'cylinder 0.3 1' 'ellipsoid 0.4 0.5 0.6' --xyz '0.3 0.2 0.1' --rpy '0.5 0 0'");
+  EXPECT_EQ(answer["distance"].get<double>(), expected.distance);
+  EXPECT_EQ(answer["lower"].get<double>(), expected.lower_bound);
+  EXPECT_EQ(answer["upper"].get<double>(), expected.upper_bound);
+  EXPECT_EQ(answer["normal"][0].get<double>(), expected.normal.x());
+  EXPECT_EQ(answer["iterations"].get<int>(), expected.iterations);
+  const int steps = static_cast<int>(answer["gjk"].size() + answer["epa"].size());
+  EXPECT_GE(steps, expected.iterations - 1) << "the last iteration of EPA may need no vertex";
+  EXPECT_LE(steps, expected.iterations);
+}
+
+TEST(Explain, PointsAreNamedInTheOrderOfTheHulls) {
+  const Json answer = explainJson(kPolygons);
+  for (const Json& vertex : answer["vertices"]) {
+    const std::string name = vertex["name"];
+    ASSERT_EQ(name.size(), 2U);
+    const std::vector<std::vector<double>> a{{0, 0, 0}, {3, -1, 0}, {4, 2, 0}, {1, 3, 0}},
+        b{{7, 1, 0}, {9, 4, 0}, {6, 4, 0}};
+    EXPECT_EQ(vertex["on_a"], Json(a.at(static_cast<std::size_t>(name[0] - 'A')))) << name;
+    EXPECT_EQ(vertex["on_b"], Json(b.at(static_cast<std::size_t>(name[1] - 'a')))) << name;
+  }
+}
+
+TEST(Explain, NamesTheClosedForm) {
+  EXPECT_TRUE(
+      says(explainCommand("'sphere 1' 'capsule 1 2' --xyz '5 0 0'").output,
+           "The answer is by the closed form of points and segments, and of a point and a box.\n  distance  3 m"));
+  EXPECT_TRUE(says(explainCommand("'cylinder 1 2' 'cone 1 2' --xyz '5 0 0'").output,
+                   "by the closed form of solids of revolution about parallel axes.\n  distance  3 m"));
+  EXPECT_TRUE(says(explainCommand("'box 2 2 2' 'box 2 2 2' --xyz '1.5 0.25 0.125' --rpy '0.3 0.2 0.1'").output,
+                   "The answer is by the fifteen axes of two boxes that overlap.\n"));
+}
+
+TEST(Explain, TheThresholdsEndTheSearch) {
+  const Json answer = explainJson("'box 2 2 2' 'box 2 2 2' --xyz '5 1 1' --stop-above 2.5");
+  EXPECT_EQ(answer["status"], "threshold");
+  EXPECT_EQ(answer["gjk"].size(), 1U);
+  EXPECT_GT(answer["lower"].get<double>(), 2.5);
+  EXPECT_EQ(answer["point_a"][0], nullptr);
+  EXPECT_EQ(explainJson("'box 2 2 2' 'hull 1 0.25 0.125 0.5' --stop-below -0.01")["status"], "threshold");
+}
+
+TEST(Explain, ReadsPaddedAndSweptShapesAndWholePoses) {
+  const std::string quarter_turn = "0 -1 0 1 0 0 0 0 1 5 0 0";
+  EXPECT_EQ(explainJson("'box 2 4 2' 'box 2 4 2' --pose '" + quarter_turn + "'")["distance"], 2.0);
+  EXPECT_EQ(explainJson("'box 2 4 2 pad 0.25' 'sphere 1' --xyz '5 0 0'")["distance"], 2.75);
+  EXPECT_EQ(explainJson("'box 2 4 2 sweep 1 0 0 0 1 0 0 0 1 1 0 0' 'sphere 1' --xyz '5 0 0'")["distance"], 2.0);
+}
+
+class ExplainLinks : public ::testing::Test {
+ protected:
+  static std::string slideAt(double position) { return " --state slide=" + numberText(position); }
+
+  std::string robot() const { return " --urdf " + urdf_; }
+
+  scene::TemporaryFiles files_;
+  std::string urdf_ = files_.write("robot.urdf", kTwoSliders);
+};
+
+TEST_F(ExplainLinks, AreAskedAboutInTheState) {
+  EXPECT_EQ(explainJson("base 'sled, left'" + robot())["distance"], 1.0);
+  EXPECT_EQ(explainJson("base 'sled, left'" + robot() + slideAt(0.5))["distance"], 1.5);
+  EXPECT_EQ(explainJson("'sled, left' ball" + robot() + slideAt(0.5))["distance"], 2.75) << "the ball follows";
+  EXPECT_EQ(explainJson("base 'sled, left'" + robot() + slideAt(0.5))["a"], "base, box 1 x 1 x 1");
+}
+
+TEST_F(ExplainLinks, AreExplainedByTheirClosestPieces) {
+  urdf_ = files_.write("pieces.urdf", R"(<robot name="pieces">
+    <link name="base"><collision><origin xyz="-5 0 0"/><geometry><box size="1 1 1"/></geometry></collision>
+      <collision><origin xyz="5 0 0"/><geometry><sphere radius="0.5"/></geometry></collision></link>
+    <link name="ball"><collision><geometry><sphere radius="0.25"/></geometry></collision></link>
+    <joint name="slide" type="prismatic"><parent link="base"/><child link="ball"/><axis xyz="1 0 0"/>
+      <limit lower="-9" upper="9" effort="1" velocity="1"/></joint></robot>)");
+  const Json left = explainJson("base ball" + robot() + slideAt(-2.0)),
+             right = explainJson("base ball" + robot() + slideAt(2.0));
+  EXPECT_EQ(left["a"], "base, box 1 x 1 x 1");
+  EXPECT_EQ(left["distance"], 2.25);
+  EXPECT_EQ(right["a"], "base, sphere, radius 0.5");
+  EXPECT_EQ(right["distance"], 2.25);
+}
+
+TEST_F(ExplainLinks, AWrongOneIsNamed) {
+  const auto expect = [&](const std::string& arguments, const std::string& message) {
+    const CommandResult result = explainCommand(arguments);
+    EXPECT_EQ(result.exit_code, 1) << arguments;
+    EXPECT_EQ(result.output, "");
+    EXPECT_TRUE(says(result.errors, "explain: " + message)) << result.errors;
+  };
+  expect("base bal" + robot(), urdf_ + ": no link \"bal\" (did you mean \"ball\"?)\n");
+  expect("base base" + robot(), urdf_ + ": the two links are the same, \"base\"\n");
+  expect("base ball" + robot() + " --state elbow=1", "--state, line 1: column \"elbow\": no such joint");
+  expect("base ball" + robot() + " --state slide", "--state: 'slide' is not joint=position\n");
+  expect("base ball" + robot() + " --state slide=x", "--state, line 2: column \"slide\": \"x\" is no finite number\n");
+  expect("base ball --urdf /nowhere.urdf", "/nowhere.urdf: cannot be read\n");
+  expect("base ball --xyz '1 2 3'" + robot(), "--xyz excludes --urdf\n");
+  EXPECT_TRUE(says(explainCommand("base ball" + robot() + slideAt(5.0)).errors, "beyond the limits of a joint"));
+}
+
+TEST(Explain, NamesWhatIsWrongWithAShape) {
+  const auto expect = [](const std::string& shape, const std::string& message) {
+    for (const bool is_first : {true, false}) {
+      const CommandResult result =
+          explainCommand(is_first ? "'" + shape + "' 'sphere 1'" : "'sphere 1' '" + shape + "'");
+      EXPECT_EQ(result.exit_code, 1);
+      EXPECT_EQ(result.output, "");
+      EXPECT_EQ(result.errors, std::string("explain: ") + (is_first ? "a" : "b") + ": " + message + "\n");
+    }
+  };
+  expect("bxo 1 2 3", "'bxo' is none of box, sphere, capsule, cylinder, cone, ellipsoid, hull");
+  expect("", "empty; expected a shape, as \"box 1 2 3\"");
+  expect("box 1 2", "box needs 3 numbers (x y z), not 2");
+  expect("box 1 2 x", "'x' is no finite number");
+  expect("box 1 2 nan", "'nan' is no finite number");
+  expect("box 1 2 3 4", "'4' is one word too many");
+  expect("box 1 2 -3", "box size must be positive and finite, not -3.000000");
+  expect("hull 0", "a hull of 1 to 1000000 points");
+  expect("hull 1e300 0 0 0", "a hull of 1 to 1000000 points");
+  expect("hull 2 1 2 3", "hull of 2 needs 6 numbers (x y z of each point), not 3");
+  expect("sphere 1 pad", "pad needs 1 number (metres), not 0");
+  expect("sphere 1 pad -2", "margin with padding must be finite and not negative, not -1.000000");
+  expect("sphere 1 sweep 1 0 0 0 1 0 0 0 2 0 0 0", "the first nine numbers are no rotation matrix");
+}
+
+TEST(Explain, NamesWhatIsWrongWithAnOption) {
+  const auto expect = [](const std::string& arguments, const std::string& message) {
+    const CommandResult result = explainCommand("'sphere 1' 'box 1 1 1' " + arguments);
+    EXPECT_EQ(result.exit_code, 1) << arguments;
+    EXPECT_EQ(result.output, "");
+    EXPECT_TRUE(says(result.errors, "explain: " + message)) << result.errors;
+  };
+  expect("--xyz '1 2'", "--xyz: '1 2' has 2 numbers, not 3\n");
+  expect("--rpy '1 2 inf'", "--rpy: 'inf' is no finite number\n");
+  expect("--pose '1 2 3'", "--pose: '1 2 3' has 3 numbers, not 12\n");
+  expect("--pose '1 0 0 0 1 0 0 0 -1 0 0 0'", "--pose: the first nine numbers are no rotation matrix\n");
+  expect("--first-direction x", "--first-direction: 'x' has 1 numbers, not 3\n");
+  expect("--stop-above x", "--stop-above: 'x' is no finite number\n");
+  expect("--tolerance -1", "--tolerance: '-1' is not a finite length of at least 0 m\n");
+  expect("--format xml", "--format: 'xml' is neither table nor json\n");
+  expect("--state slide=1", "--state requires --urdf\n");
+  expect("--plot x.gif", "--plot: x.gif: the name ends in none of .png, .pdf and .svg\n");
+}
+
+TEST(Explain, HelpIsTextAndTellsTheExitCodes) {
+  const CommandResult result = explainCommand("--help");
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_TRUE(std::all_of(result.output.begin(), result.output.end(),
+                          [](char letter) { return letter == '\n' || (letter >= ' ' && letter <= '~'); }));
+  EXPECT_TRUE(says(result.output, "Exit codes: 0: done; 1: bad input")) << result.output;
+}
+
+}  // namespace
+}  // namespace proximity_server::tools
