@@ -130,8 +130,8 @@ class InnerEllipsoid {
 
   bool isSplit(const Segment& segment) const { return std::abs(segment.height) <= touching_; }
 
-  /// Adds the segments. Two of them span a parallelogram, which holds an ellipse: for |k| <= 1, |x| + |y| is at least the
-  /// root of x^2 + y^2 + 2 k x y. It touches one of the segments at the part k of its half length.
+  /// Adds the segments. Two of them span a parallelogram, which holds an ellipse: for |k| <= 1, |x| + |y| is at least
+  /// the root of x^2 + y^2 + 2 k x y. It touches each side at the part k of half its length.
   void addSegments(double depth) {
     const Segment &p = segments_[0], &q = segments_[1];
     if (segment_count_ == 2 && isSplit(p) && isSplit(q)) {

@@ -4,8 +4,8 @@
 
 namespace proximity_server::narrowphase {
 
-/// A lower bound of the depth of two overlapping cores, by an ellipsoid inside of their CSO. If the depth is the same in
-/// a ring of directions, or nearly so, EPA would have to cover the ring with faces; the ellipsoid covers it at once.
+/// A lower bound of the depth of two overlapping cores, by an ellipsoid inside of their CSO. If the depth is the same
+/// in a ring of directions, or nearly so, EPA would have to cover the ring with faces; the ellipsoid covers it at once.
 ///
 /// 1. Write the support function of each core as p . n + sum |S_k n|, with symmetric S_k: a segment of half length H
 ///    along u has S = H u u', a disc S = r (1 - u u'), a cylinder is the sum of both, a box that of three segments. A

@@ -154,8 +154,8 @@ class Pieces {
 
   Vector3d turned(const Vector2d& turn) const { return (normal_ + tangents_ * turn).normalized(); }
 
-  /// Removes the piece with the most negative weight: the stationary direction does not lie on it. Returns false if there
-  /// is none.
+  /// Removes the piece with the most negative weight: the stationary direction does not lie on it. Returns false if
+  /// there is none.
   bool removeUnused() {
     int least = 0;
     for (int i = 1; i < count_; ++i)
