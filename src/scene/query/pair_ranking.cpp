@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace proximity_server::scene {
@@ -23,8 +26,10 @@ constexpr std::size_t kManyPairs = 500;
 }  // namespace
 
 PairRanking::PairRanking(const SceneModel& model, std::shared_ptr<const Volumes> volumes, Skipping skipping)
-    : skipping_(skipping), measurement_(model, std::move(volumes), skipping) {
-  if (model.pairs.checked.size() > kManyPairs && skipping == Skipping::On) groups_.emplace(model);
+    : skipping_(skipping),
+      candidate_count_(model.pairs.checked.size()),
+      measurement_(model, std::move(volumes), skipping) {
+  if (candidate_count_ > kManyPairs && skipping == Skipping::On) groups_.emplace(model);
 }
 
 void PairRanking::update(const BodyPoses& poses) {
@@ -85,6 +90,9 @@ void PairRanking::considerLikely(const Search& search) {
 /// Queues all that may be near.
 void PairRanking::enterOthers(const Search& search) {
   queue_.clear();
+  if (search.pairs.areCandidates() && search.pairs.size() != candidate_count_)
+    throw std::invalid_argument("the candidates are those of another robot: " + std::to_string(search.pairs.size()) +
+                                " pairs, not " + std::to_string(candidate_count_));
   if (groups_fit_ && search.pairs.areCandidates()) return enterBetween(0, 0, search);
   for (int number = 0; number < static_cast<int>(search.pairs.size()); ++number) enter(number, search);
 }

@@ -62,6 +62,7 @@ class PairRanking {
   void countTheRest(const Search& search);
 
   const Skipping skipping_;
+  const std::size_t candidate_count_;  // of this robot
   PairMeasurement measurement_;
   std::optional<LinkGroups> groups_;  // of many candidates
   bool groups_fit_ = false;           // the poses

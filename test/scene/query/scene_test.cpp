@@ -338,6 +338,7 @@ TEST(Scene, RefusesShapesThatDoNotExist) {
   EXPECT_THROW(scene.proximity({{0, 0}, {2, 0}}), std::invalid_argument);
   EXPECT_THROW(scene.proximity({{-1, 0}, {1, 0}}), std::invalid_argument);
   EXPECT_THROW(scene.minimum(std::vector<ShapeRefPair>{{{0, 2}, {1, 0}}}), std::invalid_argument);
+  EXPECT_THROW(scene.minimum(Candidates(PairTable())), std::invalid_argument);  // those of another robot
   EXPECT_NEAR(scene.proximity(kFirstTwo).result.distance, 3.0, kTolerance);
 }
 

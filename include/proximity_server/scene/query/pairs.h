@@ -27,7 +27,8 @@ class Candidates {
 /// The pairs that a question is about: a list of any pairs, or the candidates of the scene's own robot. A scene settles
 /// many candidates at once by the groups of their links; the pairs of a list are looked at one by one.
 ///
-/// It refers to what it is made of, which must outlive the question.
+/// It refers to what it is made of, which must outlive the question. The candidates of another robot, recognised by their
+/// number, are refused with std::invalid_argument.
 class Pairs {
  public:
   Pairs(const std::vector<ShapeRefPair>& list) : list_(list) {}                             // NOLINT: implicit
