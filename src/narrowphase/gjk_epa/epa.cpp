@@ -282,8 +282,8 @@ constexpr double kWorthRefining = 0.6;
 
 /// Whether two cores of such kinds often have a depth that is the same, or nearly, in a ring of directions, or in two
 /// opposite ones. For other curved pairs this is assumed only after kManyFaces expansions. Evidence: 400 random pairs
-/// of each two kinds, least time of 15 rounds. Where the ellipsoid inside of the CSO is tried at once, two ellipsoids take
-/// 0.53 to 0.61 of the time, pairs with a box, a hull or a cone up to 1.25 of it.
+/// of each two kinds, least time of 15 rounds. Where the ellipsoid inside of the CSO is tried at once, two ellipsoids
+/// need 0.53 to 0.61 of the time, pairs with a box, a hull or a cone up to 1.25 of it.
 bool isRound(Shape::Kind kind) {
   return kind == Shape::Kind::Point || kind == Shape::Kind::Segment || kind == Shape::Kind::Cylinder ||
          kind == Shape::Kind::Ellipsoid;
