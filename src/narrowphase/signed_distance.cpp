@@ -223,9 +223,11 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& 
     observer.begins();
     return withMargins(coreDistance(a, b, a_T_b, core_options, rounding, warm_start, observer), a.margin(), b.margin());
   };
+  const WarmStart start = warm_start;
   SignedDistance result = search();
   if (result.status == Status::Threshold && !isDecided(result, options)) {
     // The points have widened the bounds that decided the threshold: only the whole search can tell.
+    warm_start = start;
     core_options.stop_above = std::numeric_limits<double>::infinity();
     core_options.stop_below = -core_options.stop_above;
     result = search();

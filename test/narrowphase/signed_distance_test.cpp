@@ -358,5 +358,36 @@ TEST(SignedDistance, IsNotUniqueForCoaxialCylinders) {
   EXPECT_FALSE(signedDistance(Cylinder{0.5, 4}, Cylinder{0.25, 4}, at(0, 0, 0)).unique);
 }
 
+// Regression: the search stopped at the iteration limit after up to 9 ms. The depth is nearly the same in a ring of
+// directions, and least across both axes: the sum of the radii.
+TEST(SignedDistance, CapsuleInATiltedCylinderConvergesInAFewIterations) {
+  for (const double tilt : {1e-8, 1e-7, 1e-6, 1e-5, 1e-4}) {
+    const Isometry3d a_T_b(Eigen::AngleAxisd(tilt, Vector3d(0.6, 0.8, 0.0)));
+    const SignedDistance result = signedDistance(Cylinder{0.25, 0.8}, Capsule{0.1, 1.0}, a_T_b);
+    EXPECT_EQ(result.status, Status::Converged) << tilt;
+    EXPECT_LE(result.iterations, 64) << tilt;
+    EXPECT_NEAR(result.distance, -0.35, 1e-12) << tilt;
+  }
+}
+
+TEST(SignedDistance, ConcentricEllipsoidsWithARingOfEqualDepthConvergeInAFewIterations) {
+  for (const double offset : {0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3}) {
+    const Isometry3d a_T_b(Eigen::Translation3d(offset, 0.0, 0.0));
+    const SignedDistance result = signedDistance(Ellipsoid{{0.3, 0.3, 0.5}}, Ellipsoid{{0.1, 0.1, 0.2}}, a_T_b);
+    EXPECT_EQ(result.status, Status::Converged) << offset;
+    EXPECT_LE(result.iterations, 64) << offset;
+    EXPECT_NEAR(result.distance, offset - 0.4, 1e-12) << offset;
+    EXPECT_EQ(result.unique, offset > 1e-4) << offset;
+  }
+}
+
+TEST(SignedDistance, CapsuleOfLengthZeroIsASphere) {
+  const Isometry3d a_T_b(Eigen::Translation3d(0.1, 0.2, 0.3));
+  const SignedDistance of_capsule = signedDistance(Capsule{0.2, 0.0}, Cylinder{0.5, 1.0}, a_T_b);
+  const SignedDistance of_sphere = signedDistance(Sphere{0.2}, Cylinder{0.5, 1.0}, a_T_b);
+  EXPECT_EQ(of_capsule.distance, of_sphere.distance);
+  EXPECT_EQ(of_capsule.iterations, 0);
+}
+
 }  // namespace
 }  // namespace proximity_server::narrowphase

@@ -118,6 +118,56 @@ TwoShapes sweptShapes(Random& random) {
   const Shape swept = sweptShape(anyShape(random, 1.0), motion);
   return below(random, 2) == 0 ? TwoShapes{swept, solid(random, 1.0)} : TwoShapes{solid(random, 1.0), swept};
 }
+/// Points about a segment, up to 1e-13 to 1e-6 of its length beside it.
+Shape needleCloud(Random& random) {
+  const double size = decades(random, -2, 1), thickness = size * decades(random, -13, -6);
+  const Vector3d along = size * randomDirection(random);
+  Points cloud;
+  for (int i = 4 + below(random, 17); i > 0; --i)
+    cloud.push_back(uniform(random, -0.5, 0.5) * along + thickness * randomDirection(random));
+  return hullOf(cloud);
+}
+TwoShapes needleClouds(Random& random) {
+  const Shape needle = needleCloud(random), other = below(random, 2) == 0 ? needleCloud(random) : solid(random, 1.0);
+  return below(random, 2) == 0 ? TwoShapes{needle, other} : TwoShapes{other, needle};
+}
+/// Of any length from 0 on.
+Shape shortCapsule(Random& random) {
+  return Capsule{uniform(random, 0.05, 0.5), below(random, 3) == 0 ? 0.0 : decades(random, -12, -3)};
+}
+TwoShapes mantles(Random& random) {
+  const auto shape = [&]() -> Shape {
+    const double radius = uniform(random, 0.02, 0.5), length = uniform(random, 0.1, 1.5);
+    switch (below(random, 3)) {
+      case 0:
+        return Capsule{radius, length};
+      case 1:
+        return shortCapsule(random);
+      default:
+        return Cylinder{radius, length};
+    }
+  };
+  const Shape a = shape();
+  return {a, shape()};
+}
+/// Ellipsoids with two equal radii, or nearly so, beside other round shapes.
+TwoShapes spheroids(Random& random) {
+  const auto spheroid = [&]() -> Shape {
+    const double radius = uniform(random, 0.05, 0.5), part = below(random, 2) == 0 ? 0.0 : decades(random, -12, -2);
+    return Ellipsoid{{radius, radius * (1.0 + part), uniform(random, 0.05, 0.5)}};
+  };
+  const Shape a = spheroid();
+  switch (below(random, 4)) {
+    case 0:
+      return {a, shortCapsule(random)};
+    case 1:
+      return {a, Cylinder{uniform(random, 0.05, 0.5), uniform(random, 0.1, 1.0)}};
+    case 2:
+      return {a, Cone{uniform(random, 0.05, 0.5), uniform(random, 0.1, 1.0)}};
+    default:
+      return {a, spheroid()};
+  }
+}
 TwoShapes anyShapes(Random& random) {
   const double size = decades(random, -2, 3);
   return {anyShape(random, size), anyShape(random, size * (below(random, 4) == 0 ? decades(random, -6, 0) : 1.0))};
@@ -163,6 +213,15 @@ Isometry3d coaxial(const TwoShapes& shapes, Random& random) {
   if (below(random, 4) == 0) a_T_b.linear() = a_T_b.linear() * Vector3d(1, -1, -1).asDiagonal();
   a_T_b.translation().z() += uniform(random, -1.5, 1.5) * radiusOf(shapes.a);
   return a_T_b;
+}
+
+/// Centres and axes the same but for an offset and a tilt of every size.
+Isometry3d nearlyConcentric(const TwoShapes& shapes, Random& random) {
+  const double tilt = below(random, 4) == 0 ? 0.0 : decades(random, -14, -1);
+  const double offset = below(random, 4) == 0 ? 0.0 : decades(random, -16, -1);
+  Matrix3d rotation = Eigen::AngleAxisd(tilt, randomDirection(random)).toRotationMatrix();
+  if (below(random, 4) == 0) rotation = rotation * quarterTurns(random);
+  return withCentres(shapes, rotation, offset * radiusOf(shapes.a) * randomDirection(random));
 }
 
 Isometry3d anyPose(const TwoShapes& shapes, Random& random) {
@@ -211,6 +270,17 @@ Query farApart(const TwoShapes& shapes, Random& random) {
 }
 Query centred(const TwoShapes& shapes, Random& random) { return asked(shapes, concentric(shapes, random)); }
 Query onOneAxis(const TwoShapes& shapes, Random& random) { return asked(shapes, coaxial(shapes, random)); }
+Query nearlyInOnePlace(const TwoShapes& shapes, Random& random) {
+  return asked(shapes, nearlyConcentric(shapes, random));
+}
+/// Whether the distance is above a threshold that is the distance, or next to it.
+Query aboveTheTruth(const TwoShapes& shapes, Random& random) {
+  Query query = nearbyOrTouching(shapes, random);
+  const double distance = signedDistance(shapes.a, shapes.b, query.a_T_b, query.options).distance;
+  const double offset = below(random, 4) == 0 ? 0.0 : eitherSign(random, decades(random, -17, -9));
+  query.options.stop_above = query.options.stop_below = distance + offset;
+  return query;
+}
 Query withAnUlp(const TwoShapes& shapes, Random& random) {
   Isometry3d a_T_b = anywhereWithin(shapes, random, 1.0);
   if (below(random, 3) != 0) a_T_b = withCentres(shapes, quarterTurns(random), a_T_b.translation());
@@ -303,6 +373,11 @@ const std::vector<Family>& stressFamilies() {
       {"warm start from garbage", solids, afterGarbage},
       {"random mix", anyShapes, anyQuery, 8},
       {"swept shapes", sweptShapes, nearbyOrTouching, 32},
+      {"needle clouds", needleClouds, nearbyOrTouching, 64},
+      {"nearly coaxial mantles", mantles, nearlyInOnePlace, 8},
+      {"rings of equal depth", spheroids, nearlyInOnePlace, 8},
+      {"thresholds at the truth", solids, aboveTheTruth, 2},
+      {"thresholds at the truth, needles", needleClouds, aboveTheTruth, 64},
   };
   return families;
 }

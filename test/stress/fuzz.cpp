@@ -136,6 +136,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const Observation seen = observe(decode({data, size}));
   if (!seen.failure) return 0;
   std::fprintf(stderr, "%s\nfor test/data/recorded_pairs.jsonl:\n%s\n", seen.failure->sentence.c_str(),
-               toJsonLine({"fuzzer: " + seen.failure->sentence, seen.failure->pair, {}}).c_str());
+               toJsonLine({"fuzzer: " + seen.failure->sentence, seen.failure->pair, {}, {}}).c_str());
   std::abort();
 }

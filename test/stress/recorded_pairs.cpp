@@ -51,15 +51,17 @@ std::string toJsonLine(const RecordedPair& recorded) {
             {"options", optionsJson(recorded.pair.options)},
             {"warm_start", warmStartJson(recorded.pair.warm_start)}};
   if (recorded.expected) j["expected_signed_distance"] = *recorded.expected;
+  if (recorded.most_iterations) j["most_iterations"] = *recorded.most_iterations;
   return j.dump();
 }
 
 RecordedPair fromJsonLine(const std::string& line) {
   const json j = json::parse(line);
-  RecordedPair recorded{j["name"], {shapeFrom(j["a"]), shapeFrom(j["b"]), poseFrom(j["a_T_b"]), {}, {}}, {}};
+  RecordedPair recorded{j["name"], {shapeFrom(j["a"]), shapeFrom(j["b"]), poseFrom(j["a_T_b"]), {}, {}}, {}, {}};
   if (j.contains("options")) recorded.pair.options = options(j["options"]);
   if (j.contains("warm_start")) recorded.pair.warm_start = warmStart(j["warm_start"]);
   if (j.contains("expected_signed_distance")) recorded.expected = j["expected_signed_distance"];
+  if (j.contains("most_iterations")) recorded.most_iterations = j["most_iterations"];
   return recorded;
 }
 

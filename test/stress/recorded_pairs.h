@@ -13,7 +13,8 @@ namespace proximity_server::narrowphase {
 struct RecordedPair {
   std::string name;  ///< of a stress pair its family, seed and number, which repeat it with its relatives
   StressPair pair;
-  std::optional<double> expected;  ///< signed distance by branch and bound in long double (test/oracle/oracle.h)
+  std::optional<double> expected;      ///< signed distance by branch and bound in long double (test/oracle/oracle.h)
+  std::optional<int> most_iterations;  ///< it converges at the default tolerance within so many iterations
 };
 
 std::string toJsonLine(const RecordedPair& recorded);

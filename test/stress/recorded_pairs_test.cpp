@@ -108,6 +108,19 @@ TEST(RecordedPairs, ExpectedDistanceLiesInTheBounds) {
   }
 }
 
+TEST(RecordedPairs, ConvergeWithinTheIterationsPromised) {
+  int promised = 0;
+  for (const RecordedPair& recorded : recordedPairs()) {
+    if (!recorded.most_iterations) continue;
+    const StressPair& p = recorded.pair;
+    const SignedDistance result = signedDistance(p.a, p.b, p.a_T_b);
+    EXPECT_EQ(result.status, Status::Converged) << recorded.name;
+    EXPECT_LE(result.iterations, *recorded.most_iterations) << recorded.name;
+    ++promised;
+  }
+  EXPECT_GE(promised, 5);
+}
+
 TEST(RecordedPairs, LinesKeepEveryDigit) {
   const double infinity = std::numeric_limits<double>::infinity();
   Isometry3d pose = Isometry3d::Identity();
@@ -117,7 +130,7 @@ TEST(RecordedPairs, LinesKeepEveryDigit) {
                         pose,
                         Options::above(1.0 / 7.0),
                         {Vector3d(infinity, -infinity, 0.1), -1, 7}};
-  const StressPair read = fromJsonLine(toJsonLine({"line", pair, {}})).pair;
+  const StressPair read = fromJsonLine(toJsonLine({"line", pair, {}, {}})).pair;
   EXPECT_EQ(read.a.halfExtents(), pair.a.halfExtents());
   EXPECT_EQ(read.a.margin(), pair.a.margin());
   EXPECT_EQ(read.b.hull().vertices(), pair.b.hull().vertices());

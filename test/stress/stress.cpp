@@ -55,7 +55,7 @@ struct PairStress {
     for (const auto& [number, failure] : summary.failures) {
       const std::string name = summary.name + ", seed " + std::to_string(seed) + ", pair " + std::to_string(number) +
                                ": " + failure.sentence;
-      lines.push_back({name, toJsonLine({name, failure.pair, {}})});
+      lines.push_back({name, toJsonLine({name, failure.pair, {}, {}})});
     }
     return lines;
   }

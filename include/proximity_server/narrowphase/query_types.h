@@ -52,7 +52,7 @@ struct Options {
 ///            every point of b lies at least lower_bound beyond every point of a. If the shapes are apart, the points
 ///            prove upper_bound.
 /// Points:    lie on the shapes within the tolerance. They are NaN, with has_points false, if the search ended before
-///            it had found any: an overlap without depth, or a bound that needed no point.
+///            it had found any: an overlap without depth, or a bound that needed no point. Status Converged has points.
 struct SignedDistance {
   Status status = Status::Unknown;
   double distance = std::numeric_limits<double>::quiet_NaN();

@@ -16,7 +16,8 @@ namespace proximity_server::narrowphase {
 ///    it does not separate two boxes, test their fifteen axes: the depth of boxes that overlap has a formula (boxes.h).
 /// 4. Otherwise find the distance by GJK (gjk.h), and if the cores overlap, the depth by EPA (epa.h).
 /// 5. Move both points outwards along the normal by the margins.
-/// 6. Set the status by the final bounds: here only is it decided whether they meet the tolerance or a threshold.
+/// 6. Set the status by the final bounds: here only is it decided whether they meet the tolerance or a threshold. If a
+///    threshold ended the search, and the final bounds do not decide it, search again without the threshold.
 /// 7. Look whether the shapes meet along an edge or a face: the points are then one choice of many.
 ///
 /// Frame:     that of `a`; `a_T_b` maps coordinates of b into a. Metres.

@@ -154,6 +154,18 @@ class Pieces {
 
   Vector3d turned(const Vector2d& turn) const { return (normal_ + tangents_ * turn).normalized(); }
 
+  /// Removes the piece with the most negative weight: the stationary direction does not lie on it. Returns false if
+  /// there is none.
+  bool removeUnused() {
+    int least = 0;
+    for (int i = 1; i < count_; ++i)
+      if (piece(i).weight < piece(least).weight) least = i;
+    if (count_ == 1 || !(piece(least).weight <= -kSmallWeight)) return false;
+    piece(least) = piece(--count_);
+    for (int i = 0; i < count_; ++i) piece(i).weight = 1.0 / count_;
+    return true;
+  }
+
   /// The stationary direction after the last step. Returns nullopt if a weight is negative, or if the weighted point
   /// does not lie on the normal.
   std::optional<StationaryDirection> result() {
@@ -176,9 +188,12 @@ class Pieces {
   }
 
  private:
-  static constexpr double kSmallWeight = 1e-9;  // a weight this small may be zero, up to rounding
-  static constexpr double kMaxBeside = 32.0;    // accepted distance of the point from the normal, in roundings
-  static constexpr double kFlat = 1e-6;         // a curvature below this fraction of the greatest counts as zero
+  static constexpr double kSmallWeight = 1e-9;   // a weight this small may be zero, up to rounding
+  static constexpr double kMaxBeside = 32.0;     // accepted distance of the point from the normal, in roundings
+  static constexpr double kRing = 0.05;          // a curvature below this fraction of the greatest, of either sign, is
+                                                 // that along a ring of nearly equal depths
+  static constexpr double kFlatSlope = 8.0;      // a slope of so many roundings is none; less than kMaxBeside
+  static constexpr double kTurnAlongRing = 0.4;  // [rad] longest step; less than kMaxTurn
 
   Piece& piece(int i) { return pieces_[i]; }
   const Piece& piece(int i) const { return pieces_[i]; }
@@ -214,16 +229,25 @@ class Pieces {
 
   static Vector2d none() { return Vector2d::Constant(std::numeric_limits<double>::quiet_NaN()); }
 
+  /// The step along a direction in which the depth hardly changes, as in a ring of directions that have the same depth
+  /// but for an offset or a tilt of the shapes. There the depth varies like a sine, so a step downhill of at most
+  /// kMaxTurn is made where Newton's would lead to the maximum. Slopes that are rounding need no step.
+  double stepAlongRing(double slope, double curvature) const {
+    if (std::abs(slope) <= kFlatSlope * cso_.rounding()) return 0.0;
+    const double newton = slope / std::abs(curvature);
+    return -std::clamp(newton, -kTurnAlongRing, kTurnAlongRing);
+  }
+
   Vector2d stepOfOne(const Matrix2d& hessian) const {
     const double mean = 0.5 * hessian.trace();
     const double spread = std::hypot(0.5 * (hessian(0, 0) - hessian(1, 1)), hessian(0, 1));
     const double least = mean - spread, most = mean + spread;
-    if (!(most > 0.0) || least < -kFlat * most) return none();
+    if (!(most > 0.0) || least < -kRing * most) return none();
     const Vector2d& slope = pieces_[0].slope;
-    if (least > kFlat * most) return -(hessian.inverse() * slope);
-    // All directions of a ring are stationary, so only the step across the ring is determined.
+    if (least > kRing * most) return -(hessian.inverse() * slope);
     const Matrix2d across = (hessian - least * Matrix2d::Identity()) / (2.0 * spread);
-    return -(across * slope) / most;
+    const Vector2d ring = (Matrix2d::Identity() - across).col(across(0, 0) < 0.5 ? 0 : 1).normalized();
+    return -(across * slope) / most + stepAlongRing(ring.dot(slope), least) * ring;
   }
 
   /// The kink between two pieces: the tangent directions across it, where the heights determine the step, and along it,
@@ -243,9 +267,11 @@ class Pieces {
     const Kink k = kink();
     const Vector2d from_across = hessian * k.across;
     const double along2 = k.along.dot(hessian * k.along);
-    if (!(along2 > 0.0)) return none();
+    const double ring = kRing * height_;
+    if (!(along2 > -ring)) return none();
     const double across = (pieces_[0].height - pieces_[1].height) / k.width;
-    const double along = -k.along.dot(pieces_[0].slope + across * from_across) / along2;
+    const double slope = k.along.dot(pieces_[0].slope + across * from_across);
+    const double along = along2 > ring ? -slope / along2 : stepAlongRing(slope, along2);
     const Vector2d turn = across * k.across + along * k.along;
     pieces_[1].weight = -k.across.dot(pieces_[0].slope + hessian * turn) / k.width;
     pieces_[0].weight = 1.0 - pieces_[1].weight;
@@ -349,6 +375,34 @@ std::optional<StationaryDirection> onFlatEnd(Cso& cso, const Vector3d& normal) {
   return std::nullopt;
 }
 
+bool hasMantle(const Shape& shape) { return shape.kind() == Kind::Segment || shape.kind() == Kind::Cylinder; }
+
+/// The common perpendicular of the axes of two cylinders or segments, if the axes cross at it, and if the normal is
+/// nearly perpendicular to both. If the axes are nearly parallel, it may be far from the normal along the ring of
+/// directions across them. Returns nullopt if the support points do not lie on the mantles.
+std::optional<StationaryDirection> acrossAxes(const Cso& cso, const Vector3d& normal) {
+  constexpr double kNear = 0.2;  // as for the flat ends
+  if (!hasMantle(cso.a()) || !hasMantle(cso.b())) return std::nullopt;
+  const Vector3d axis_a = Vector3d::UnitZ(), axis_b = cso.bAxes().col(2);
+  if (std::abs(normal.z()) > kNear || std::abs(normal.dot(axis_b)) > kNear) return std::nullopt;
+  const Vector3d product = axis_a.cross(axis_b);
+  const double sine = product.norm();
+  if (!(sine > 0.0)) return std::nullopt;
+  const Vector3d across = std::copysign(1.0 / sine, product.dot(normal)) * product, beside = across.cross(axis_a);
+  // The axes cross, as seen along the perpendicular, at these places.
+  const double on_axis_b = -cso.bOrigin().dot(beside) / axis_b.dot(beside);
+  const double on_axis_a = cso.bOrigin().z() + on_axis_b * axis_b.z();
+  const double rest_a = cso.a().halfExtents().z() - std::abs(on_axis_a);
+  const double rest_b = cso.b().halfExtents().z() - std::abs(on_axis_b);
+  if (!(rest_a > 0.0 && rest_b > 0.0)) return std::nullopt;
+  const Vector3d on_a = cso.a().halfExtents().x() * across + on_axis_a * axis_a;
+  const Vector3d on_b = cso.bOrigin() + on_axis_b * axis_b - cso.b().halfExtents().x() * across;
+  const double height = across.dot(on_a - on_b);
+  // In a tangent direction v the CSO climbs by rest_a |axis_a . v| + rest_b |axis_b . v|, least across one of the axes.
+  const double cap = height > 0.0 ? capOfClimb(height, std::min(rest_a, rest_b) * sine) : kNothingProven;
+  return StationaryDirection{across, height, {on_a, on_b}, cap};
+}
+
 }  // namespace
 
 std::optional<StationaryDirection> refine(Cso& cso, const Simplex& simplex, const Vector3d& normal) {
@@ -356,7 +410,8 @@ std::optional<StationaryDirection> refine(Cso& cso, const Simplex& simplex, cons
   for (const Shape* shape : {&cso.a(), &cso.b()})
     if (shape->kind() == Kind::Sweep && !shape->isPolytope()) return std::nullopt;
   if (const auto flat = onFlatEnd(cso, normal)) return flat;
-  constexpr int kMaxSteps = 6;
+  if (const auto crossing = acrossAxes(cso, normal)) return crossing;
+  constexpr int kMaxSteps = 16;
   constexpr double kLastTurn = 1e-7;  // [rad] the error after such a step, about its square, is below rounding
   constexpr double kMaxTurn = 0.5;
   Pieces pieces(cso, simplex);
@@ -366,7 +421,7 @@ std::optional<StationaryDirection> refine(Cso& cso, const Simplex& simplex, cons
     const double angle = turn.norm();
     if (!(angle < kMaxTurn)) return std::nullopt;
     pieces.lookAlong(pieces.turned(turn));
-    if (angle < kLastTurn) return pieces.result();
+    if (angle < kLastTurn && !pieces.removeUnused()) return pieces.result();
   }
   return std::nullopt;
 }

@@ -41,7 +41,9 @@ Shape::Shape(const Sphere& sphere)
 
 Shape::Shape(const Capsule& capsule)
     : Shape(Kind::Segment, positive(capsule.radius, "capsule radius"),
-            {0.0, 0.0, 0.5 * notNegative(capsule.length, "capsule length")}, 0.5 * capsule.length) {}
+            {0.0, 0.0, 0.5 * notNegative(capsule.length, "capsule length")}, 0.5 * capsule.length) {
+  if (capsule.length == 0.0) *this = Shape(Sphere{capsule.radius});
+}
 
 Shape::Shape(const Box& box) : Shape(Kind::Box, 0.0, 0.5 * positive(box.size, "box size"), 0.5 * box.size.norm()) {}
 

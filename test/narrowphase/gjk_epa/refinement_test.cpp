@@ -144,9 +144,28 @@ TEST(Refinement, ReturnsNothingFromADirectionFarAway) {
 }
 
 // The point is nearest to the upper rim: the line between the rims meets the plane of the point above both.
-TEST(Refinement, ReturnsNothingWhereTheOriginDoesNotLieOverThePieces) {
+TEST(Refinement, LeavesOutARimThatTheOriginDoesNotLieOver) {
   TwoCores cores(kCylinder, pointAt({3, 0, 1.25}), Vector3d::Zero());
-  EXPECT_FALSE(refined(cores, {1, 0.01, 0.01}, {{1, 0.01, -0.01}}).has_value());
+  expectStationary(refined(cores, {1, 0.01, 0.01}, {{1, 0.01, -0.01}}), -std::sqrt(4.0625),
+                   Vector3d(2, 0, 0.25).normalized(), {1, 0, 1});
+}
+
+// A point beside the axis of a spheroid, by 1e-7 of its radius: along the ring of its equator the depth varies by that
+// much, and is least on the side of the point.
+TEST(Refinement, FindsTheShallowestDirectionOfARing) {
+  TwoCores cores(Ellipsoid{{1, 1, 2}}, pointAt({1e-7, 0, 0}), Vector3d::Zero());
+  for (const double angle : {0.3, 1.5, 2.9}) {
+    const auto found = refined(cores, {std::cos(angle), std::sin(angle), 0.01});
+    ASSERT_TRUE(found.has_value()) << angle;
+    EXPECT_NEAR(found->height, 1.0 - 1e-7, 1e-15) << angle;
+  }
+}
+
+// The common perpendicular of both axes lies 1.2 rad from the guess.
+TEST(Refinement, FindsThePerpendicularOfTwoNearlyParallelAxes) {
+  Isometry3d tilt(Eigen::AngleAxisd(1e-6, Vector3d::UnitX()));
+  TwoCores cores(kCylinder, Capsule{0.1, 1.0}, tilt);
+  expectStationary(refined(cores, {std::cos(1.2), std::sin(1.2), 0.01}), 1.0, Vector3d::UnitX(), {1, 0, 0});
 }
 
 TEST(Refinement, ReturnsNothingForTheSweepOfACurve) {

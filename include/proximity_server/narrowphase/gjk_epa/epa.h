@@ -28,17 +28,19 @@ struct EpaResult {
 ///    whose directions step 5 has proven to be no shallower than the best one.
 /// 4. Find the vertex w of the CSO farthest along the normal of the face: the depth along this normal is an upper
 ///    bound. Keep the shallowest direction. Stop if the bounds are close enough, or if they decide a threshold.
-/// 5. If a core is curved and the face is near its support plane, refine the normal by Newton's method (refinement.h).
+/// 5. If a core is curved and the face is near its support plane, refine the normal by Newton's method (refinement.h),
+///    and look whether an ellipsoid inside of the CSO proves the refined depth (inner_ellipsoid.h). If a core is not
+///    round, this is done only after many expansions.
 /// 6. Replace all faces that w sees by triangles from w to their horizon (polytope.h), and repeat from step 3.
 /// 7. At the end, the witness points are those of the face that the ray from the origin along the normal leaves
-///    through.
+///    through, or if rounding hides this face, the nearest ones of a face or of GJK's simplex.
 ///
 /// Error:   Converged: depth - lower_bound <= options.distance_tolerance, up to rounding. On polytopes the last face is
 ///          a face of the CSO itself, so only rounding is left.
 /// Failure: none; no allocation. A CSO without volume has depth 0 in the direction across it.
 /// Source:  van den Bergen, Proximity Queries and Penetration Depth Computation on 3D Game Objects, GDC 2001.
 /// Differs: every visible face is deleted instead of splitting edges, which leaves fewer slivers and needs no repair;
-///          Newton's method and its proven caps finish curved pairs.
+///          Newton's method, its proven caps and an ellipsoid finish curved pairs.
 EpaResult epa(Cso& cso, const Simplex& simplex, const Options& options);
 
 }  // namespace proximity_server::narrowphase
