@@ -297,7 +297,8 @@ constexpr int kMaxForAccuracy = 320;
 
 EpaResult expandPolytope(Cso& cso, const std::array<CsoVertex, 4>& tetrahedron, const Options& options,
                          Observer observer) {
-  Polytope polytope(tetrahedron, cso.rounding());
+  const auto coplanar = cso.isPolytope() ? Polytope::Coplanar::Replaced : Polytope::Coplanar::Kept;
+  Polytope polytope(tetrahedron, cso.rounding(), coplanar);
   EpaResult result;
   result.depth = std::numeric_limits<double>::infinity();
   Shallowest shallowest(result);

@@ -14,7 +14,6 @@ namespace proximity_server::narrowphase {
 
 /// Watches nothing.
 struct Unobserved {
-  void begins() const {}
   void reaches(Rung) const {}
   void separates(const SignedDistance&, const CsoVertex&) const {}
   void supports(const GjkResult&, const CsoVertex&) const {}
@@ -26,10 +25,8 @@ struct Unobserved {
 /// Writes down what it sees.
 class Recorder {
  public:
-  explicit Recorder(QueryTrace& trace) : trace_(&trace) { begins(); }
-
-  /// A search begins: the trace is emptied.
-  void begins() const { *trace_ = QueryTrace(); }
+  /// `trace` is emptied.
+  explicit Recorder(QueryTrace& trace) : trace_(&trace) { trace = QueryTrace(); }
 
   /// The last rung that a query reaches gives its answer.
   void reaches(Rung rung) const { trace_->rung = rung; }

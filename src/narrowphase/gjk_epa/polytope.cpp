@@ -15,7 +15,8 @@ constexpr int kBlock = 8;  // of the distances that closest() compares at a time
 
 }  // namespace
 
-Polytope::Polytope(const std::array<CsoVertex, 4>& corners, double rounding) : rounding_(rounding) {
+Polytope::Polytope(const std::array<CsoVertex, 4>& corners, double rounding, Coplanar coplanar)
+    : rounding_(rounding), coplanar_(coplanar) {
   for (const CsoVertex& corner : corners) vertices_[vertex_count_++] = corner;
   const Vector3d& o = corners[3].point;
   const double volume = (corners[0].point - o).dot((corners[1].point - o).cross(corners[2].point - o));
@@ -98,11 +99,12 @@ const Polytope::Face* Polytope::closest() const {
   return &faces_[std::find(distances_.begin(), distances_.begin() + face_end_, distance) - distances_.begin()];
 }
 
-/// Heights within rounding count as visible: a face in one plane with w is replaced by the cone, and so is a face
-/// without a normal.
+/// A face without a normal counts as visible, so that the cone replaces it.
 bool Polytope::sees(const Vector3d& w, const Face& candidate) const {
   const double height = candidate.area.dot(w) - candidate.height;
-  return !(height < 0.0 && height * height > rounding_ * rounding_ * candidate.area2);
+  const bool is_beside = height * height > rounding_ * rounding_ * candidate.area2;
+  if (is_beside) return height > 0.0;
+  return coplanar_ == Coplanar::Replaced || !candidate.hasNormal();
 }
 
 /// Removes the faces visible from w, beginning with `seen`, and visits their neighbours depth first. The half-edges of

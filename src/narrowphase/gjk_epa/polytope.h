@@ -18,7 +18,8 @@ namespace proximity_server::narrowphase {
 /// by expand():
 ///
 /// 1. Remove the face that w was found from.
-/// 2. Visit its neighbours depth first: a face that w sees, or whose plane contains w within rounding, is removed too.
+/// 2. Visit its neighbours depth first: a face that w sees is removed, too, and so may be one whose plane contains w
+///    within rounding, see Coplanar.
 ///    The half-edges across which the visit meets a face that stays are the horizon.
 /// 3. If the horizon is not one closed loop, rounding has spoilt the topology, and the polytope cannot grow further.
 /// 4. Add the cone: a triangle from each edge of the horizon to w. Neighbours share their edge to w, so that each of
@@ -54,8 +55,12 @@ class Polytope {
     bool isCloserThan(double limit) const { return height * std::abs(height) < limit * std::abs(limit) * area2; }
   };
 
+  /// What becomes of a face in one plane with a new vertex. Replaced by the cone, it leaves fewer and wider triangles.
+  /// The flat end of a curved core has new vertices again and again, and would be made anew with each: there it is kept.
+  enum class Coplanar : unsigned char { Replaced, Kept };
+
   /// Begins with a tetrahedron. `rounding` [m]: a vertex that lies less than this above a face counts as in its plane.
-  Polytope(const std::array<CsoVertex, 4>& corners, double rounding);
+  Polytope(const std::array<CsoVertex, 4>& corners, double rounding, Coplanar coplanar = Coplanar::Replaced);
 
   const CsoVertex& vertex(int index) const { return vertices_[index]; }
   bool hasCorner(const Face& face, const CsoVertex& w) const {
@@ -119,6 +124,7 @@ class Polytope {
   static constexpr double kNotAsked = std::numeric_limits<double>::infinity();
 
   double rounding_;
+  Coplanar coplanar_;
   int vertex_count_ = 0;
   int face_end_ = 0;
   int free_count_ = 0;

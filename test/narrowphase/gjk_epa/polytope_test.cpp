@@ -26,10 +26,11 @@ constexpr double kRounding = 1e-14;
 const Vector3d kCorners[] = {{-0.5, -0.5, -0.5}, {2.5, -0.5, -0.5}, {-0.5, 2.5, -0.5}, {-0.5, -0.5, 2.5}};
 
 /// On the heap, as it is large.
-std::unique_ptr<Polytope> tetrahedron(const std::array<int, 4>& order = {0, 1, 2, 3}, double rounding = kRounding) {
+std::unique_ptr<Polytope> tetrahedron(const std::array<int, 4>& order = {0, 1, 2, 3}, double rounding = kRounding,
+                                      Polytope::Coplanar coplanar = Polytope::Coplanar::Replaced) {
   std::array<CsoVertex, 4> corners;
   for (std::size_t i = 0; i < 4; ++i) corners[i] = vertexAt(kCorners[order[i]]);
-  return std::make_unique<Polytope>(corners, rounding);
+  return std::make_unique<Polytope>(corners, rounding, coplanar);
 }
 
 /// Expands by a vertex from the face that it lies farthest above, as EPA does from the closest one.
@@ -126,6 +127,38 @@ TEST(Polytope, StaysClosedUnderAVertexInThePlanesOfTwoFaces) {
   ASSERT_TRUE(expandBy(*polytope, {4, -0.5, -0.5}));  // on the line of an edge, whose end goes
   EXPECT_EQ(polytope->checkTopology(), "");
   EXPECT_EQ(facesOf(*polytope), 4);
+}
+
+// The two faces in the plane of the vertex stay, and each is joined by one of the cone; so is the third at the edge.
+TEST(Polytope, KeepsTheFacesInThePlaneOfANewVertexOfACurvedCore) {
+  const auto polytope = tetrahedron({0, 1, 2, 3}, kRounding, Polytope::Coplanar::Kept);
+  ASSERT_TRUE(expandBy(*polytope, {4, -0.5, -0.5}));
+  EXPECT_EQ(polytope->checkTopology(), "");
+  EXPECT_EQ(facesOf(*polytope), 6);
+}
+
+// The base is z = -0.5, and each vertex lies in its plane. After the first few it sees one edge of the base, and adds one
+// triangle there.
+TEST(Polytope, GrowsAFlatBaseByOneTriangleForEachVertex) {
+  const auto polytope = tetrahedron({0, 1, 2, 3}, kRounding, Polytope::Coplanar::Kept);
+  const auto baseFaces = [&] {
+    std::vector<std::array<int, 3>> faces;
+    polytope->forEachFace([&](const Face& face) {
+      if (face.normal().z() < -0.999) faces.push_back(face.vertices);
+    });
+    return faces;
+  };
+  for (int i = 1; i <= 40; ++i) {
+    const std::vector<std::array<int, 3>> before = baseFaces();
+    const double angle = 2.4 * i;  // the golden angle, nearly: each vertex falls between older ones
+    ASSERT_TRUE(expandBy(*polytope, {8.0 * std::cos(angle), 8.0 * std::sin(angle), -0.5}));
+    ASSERT_EQ(polytope->checkTopology(), "");
+    const std::vector<std::array<int, 3>> after = baseFaces();
+    const auto is_new = [&](const auto& face) { return std::find(before.begin(), before.end(), face) == before.end(); };
+    if (i > 8) {
+      EXPECT_EQ(std::count_if(after.begin(), after.end(), is_new), 1) << i;
+    }
+  }
 }
 
 // All but four of its faces come in pairs within one plane, so most new vertices lie in the plane of a face.
