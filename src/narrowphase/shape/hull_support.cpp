@@ -178,7 +178,10 @@ int HullSupport::cellOf(const Vector3d& direction) const {
   const int is_y = static_cast<int>(size.y() > size.x()) & (1 - is_z);
   const int axis = 2 * is_z + is_y;
   const double half = 0.5 * cells_, scale = half / std::max({size.x(), size.y(), size.z()});
-  const auto place = [&](int along) { return std::min(static_cast<int>(direction[along] * scale + half), cells_ - 1); };
+  // In this order the minimum and the maximum turn NaN, of a direction without a length, into 0.
+  const auto place = [&](int along) {
+    return static_cast<int>(std::max(0.0, std::min(direction[along] * scale + half, cells_ - 1.0)));
+  };
   const int side = 2 * axis + static_cast<int>(std::signbit(direction[axis]));
   return (side * cells_ + place(kNext[axis])) * cells_ + place(kLast[axis]);
 }

@@ -169,6 +169,18 @@ TEST(HullSupport, DoesNotDependOnTheLengthOfTheDirection) {
     }
 }
 
+TEST(HullSupport, GivesSomeVertexForADirectionThatIsNone) {
+  std::mt19937 random(10);
+  const HullSupport support(ConvexHull(onEllipsoid(100, {0.5, 0.4, 0.3}, random)));
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN(), kInfinity = std::numeric_limits<double>::infinity();
+  for (const double x : {0.0, kNaN, kInfinity, -kInfinity, 1e-310})
+    for (const double y : {0.0, kNaN, kInfinity, 1e-310}) {
+      const int vertex = support.farthestVertex({x, y, 0.0});
+      EXPECT_GE(vertex, 0);
+      EXPECT_LT(vertex, support.hull().size());
+    }
+}
+
 TEST(HullSupport, NamesTheFirstOfTheVerticesThatAreAsFar) {
   Points points;
   for (int i = 0; i < 40; ++i) points.emplace_back(std::cos(0.05 * M_PI * i), std::sin(0.05 * M_PI * i), 0.0);

@@ -36,7 +36,7 @@ class HullSupport {
 
   const ConvexHull& hull() const { return hull_; }
 
-  /// Number of the vertex farthest along `direction`, whose largest entry is finite and above 1e-300.
+  /// Number of the vertex farthest along `direction`; some vertex if its largest entry is not finite or below 1e-300.
   int farthestVertex(const Eigen::Vector3d& direction) const;
 
  private:
