@@ -205,7 +205,7 @@ constexpr double kResolvable = 4.0;
 
 }  // namespace
 
-// Not one more function that both call: the call would be 7 instructions in each query.
+// Both versions share this body by the preprocessor: a function that both call would cost 7 instructions in each query.
 #ifdef PROXIMITY_WATCHED
 SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
                               WarmStart& warm_start, QueryTrace& trace) {
@@ -232,7 +232,7 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& 
       withMargins(coreDistance(a, b, a_T_b, core_options, rounding, warm_start, observer), a.margin(), b.margin());
   if (result.status == Status::Threshold && !isDecided(result, options)) {
     // The points have widened the bounds that decided the threshold: only the whole search can tell.
-    warm_start = *start;
+    if (start) warm_start = *start;
     Options whole = options;
     whole.stop_above = std::numeric_limits<double>::infinity();
     whole.stop_below = -whole.stop_above;

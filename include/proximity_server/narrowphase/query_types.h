@@ -14,8 +14,8 @@ enum class Status : unsigned char {
   Unknown = 0,     ///< not evaluated; no number of the result is valid
   Converged,       ///< upper_bound - lower_bound <= options.distance_tolerance
   Threshold,       ///< the bounds decided options.stop_above or stop_below; the search ended early
-  IterationLimit,  ///< the bounds hold, but are wider than the tolerance
-  Degenerate,      ///< no further progress in double precision; the bounds hold, but are wider than the tolerance
+  IterationLimit,  ///< the bounds hold, but are wider than the tolerance, or no points were found
+  Degenerate,      ///< no further progress in double precision; otherwise as IterationLimit
 };
 
 struct Options {

@@ -330,7 +330,9 @@ EpaResult expandPolytope(Cso& cso, const std::array<CsoVertex, 4>& tetrahedron, 
       face = polytope.closest();
     }
     const double length = face != nullptr ? std::sqrt(face->area2) : 1.0;
-    const double reach = face != nullptr ? face->height / length : result.depth;
+    // Without a face the polytope proves only that the origin is inside, until a depth is known.
+    const double without_face = result.has_normal ? result.depth : 0.0;
+    const double reach = face != nullptr ? face->height / length : without_face;
     result.lower_bound = std::min(std::max(reach, shallowest.depthOfEllipsoid()), result.depth) - cso.rounding();
     if (-result.lower_bound <= options.stop_below) return end(Status::Threshold, nullptr);
     if (isFinal()) return end(Status::Converged, nullptr);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 
 namespace proximity_server::narrowphase {
@@ -22,13 +23,14 @@ struct Spheroid {
 
 /// The spheroid that touches the slant in the circle of this radius. With the normal (cos b, sin b) of the slant, its
 /// support function s along the normal is the free parameter: radial^2 = s radius / cos b, and
-/// axial^2 = s (s - radius cos b) / sin^2 b. It touches the base if s (2 k - radius cos b) = k^2, k = length sin b.
+/// axial^2 = s (s - radius cos b) / sin^2 b. It touches the base if s (2 k - radius cos b) = k^2, k = length sin b. Then
+/// axial = (k - s) / sin b, which does not cancel at the rim.
 Spheroid insideCone(const Vector3d& half, double radius) {
   const double length = 2.0 * half.z(), slant = std::hypot(length, half.x());
   const double cosine = length / slant, sine = half.x() / slant;
   const double k = length * sine, part = std::clamp(radius * cosine, 0.0, k);
-  const double s = k * k / (2.0 * k - part);
-  return {std::sqrt(s * part) / cosine, std::sqrt(std::max(s * (s - part), 0.0)) / sine, half.z() - s / sine};
+  const double s = k * k / (2.0 * k - part), rest = k * (k - part) / (2.0 * k - part);  // rest is k - s
+  return {std::sqrt(s * part) / cosine, rest / sine, half.z() - s / sine};
 }
 
 /// What of a segment that is inclined to the normal becomes part of the ellipsoid: all of it, or only the end that lies
@@ -194,7 +196,7 @@ class InnerEllipsoid {
     if (apex_over_rim < 0.0) addDisc(core, at);
   }
 
-  /// Adds a part R D R'. Its support function is |D R' n|, which is less than |R D R' n| if R is not a rotation to the
+  /// Adds a part R D R'. Its support function is |D R' n|, which may be less than |R D R' n| if R is not a rotation to the
   /// last digit.
   void addPart(const Core& core, const Matrix3d& s) { parts_[count_++] = core.shrunk * s; }
 
@@ -217,8 +219,9 @@ class InnerEllipsoid {
     if (length <= touching_) return part;
     const Vector3d from = point / length, axis = from.cross(direction);
     const double cosine = from.dot(direction);
-    constexpr double kOpposite = -0.5;  // beyond, the smallest rotation is ill-conditioned, and the bound is bad
-    if (cosine < kOpposite) return Matrix3d::Zero();
+    constexpr double kLeastCosine =
+        -0.5;  // beyond, the part is left out, which is safe: its support function is not negative
+    if (cosine < kLeastCosine) return Matrix3d::Zero();
     Matrix3d turned;
     for (int i = 0; i < 3; ++i) {
       const Vector3d v = part.col(i);
@@ -230,7 +233,7 @@ class InnerEllipsoid {
 
   static constexpr std::size_t kMaxParts = 6;
   const Vector3d normal_;
-  const double touching_;  ///< [m] a part whose support function along the normal is less than this is split
+  const double touching_;  ///< [m] a support function along the normal that is less than this counts as zero
   std::size_t count_ = 0;
   std::array<Matrix3d, kMaxParts> parts_;
   std::size_t segment_count_ = 0;

@@ -12,6 +12,7 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr int kBlock = 8;  // of the distances that closest() compares at a time
+static_assert(Polytope::kMaxFaces % kBlock == 0, "the last block ends with the array");
 
 }  // namespace
 
@@ -83,7 +84,7 @@ void Polytope::removeFace(int index) {
 
 const Polytope::Face* Polytope::closest() const {
   // Two distances in a vector, and four minima that do not wait for each other.
-  typedef double Two __attribute__((vector_size(16)));
+  using Two = double __attribute__((vector_size(16)));
   const auto load = [this](int from) {
     Two two;
     std::memcpy(&two, &distances_[from], sizeof two);
@@ -259,7 +260,7 @@ std::string Polytope::checkTopology() const {
     if (!wrong.empty()) return wrong;
   }
   const std::string wrong = checkEuler();
-  return wrong.empty() ? checkConvexity() : wrong;
+  return wrong.empty() && coplanar_ == Coplanar::Replaced ? checkConvexity() : wrong;
 }
 
 }  // namespace proximity_server::narrowphase

@@ -57,6 +57,11 @@ class Polytope {
 
   /// What becomes of a face in one plane with a new vertex. Replaced by the cone, it leaves fewer and wider triangles.
   /// The flat end of a curved core has new vertices again and again, and would be made anew with each: there it is kept.
+  ///
+  /// Kept: a vertex may lie up to `rounding` above a face that stays, and a narrow triangle beside it may be tilted, so
+  /// that the polytope is convex only as a surface, within rounding, and not by the planes of its faces. The least
+  /// distance of the faces still is a lower bound of the depth: the triangles lie in the CSO, their surface surrounds the
+  /// origin, and none of them is nearer to the origin than its plane.
   enum class Coplanar : unsigned char { Replaced, Kept };
 
   /// Begins with a tetrahedron. `rounding` [m]: a vertex that lies less than this above a face counts as in its plane.
@@ -88,7 +93,7 @@ class Polytope {
 
   /// For tests: describes the first violation of the invariants that expand() keeps, or returns "". The invariants are:
   /// each half-edge and its twin run along one edge in opposite directions; the faces form one surface with
-  /// V - E + F = 2; no vertex lies above a face by more than a few roundings. Allocates.
+  /// V - E + F = 2; with Coplanar::Replaced no vertex lies above a face by more than a few roundings. Allocates.
   std::string checkTopology() const;
 
   template <typename Visit>
@@ -134,6 +139,8 @@ class Polytope {
   /// Squares of the distances, with the sign of the distance; kNotAsked where there is no face that closest() may return.
   alignas(16) std::array<double, kMaxFaces> distances_;
   std::array<int, kMaxFaces> free_faces_;
+  // Each of k removed faces but the first is reached across an edge, so at most k + 2 edges are on the horizon, and no more
+  // half-edges wait. A vertex adds two faces at most: there are fewer than 2 kMaxVertices.
   std::array<HorizonEdge, kMaxFaces> horizon_;
   std::array<int, kMaxFaces> pending_;  // half-edges through which the horizon is still to be looked for
 };

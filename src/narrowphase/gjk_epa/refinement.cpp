@@ -231,7 +231,7 @@ class Pieces {
 
   /// The step along a direction in which the depth hardly changes, as in a ring of directions that have the same depth
   /// but for an offset or a tilt of the shapes. There the depth varies like a sine, so a step downhill of at most
-  /// kMaxTurn is made where Newton's would lead to the maximum. Slopes that are rounding need no step.
+  /// kTurnAlongRing is made where Newton's would lead to the maximum. Slopes that are rounding need no step.
   double stepAlongRing(double slope, double curvature) const {
     if (std::abs(slope) <= kFlatSlope * cso_.rounding()) return 0.0;
     const double newton = slope / std::abs(curvature);

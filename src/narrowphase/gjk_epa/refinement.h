@@ -31,7 +31,7 @@ struct StationaryDirection {
 ///    the same height, and the weighted sum of their slopes vanishes.
 /// 5. Turn the normal, and repeat from step 3 until the turn is below 1e-7 rad, sixteen times at most. Along a ring of
 ///    directions of nearly equal depth, go downhill where Newton's step would lead to the maximum.
-/// 6. If a weight is negative, leave out its piece and repeat from step 3. Accept the direction if the weighted point
+/// 6. If a weight is negative, leave out its piece and repeat from step 4. Accept the direction if the weighted point
 ///    lies on the normal.
 /// 7. If it is a depth, find the widest cap about the normal in which no direction can be shallower.
 ///

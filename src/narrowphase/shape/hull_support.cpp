@@ -15,10 +15,6 @@ using Eigen::Vector3d;
 /// AMD EPYC (Zen 5), 2026-11: with 16 vertices the scan took 0.81 of the time of the table, with 32 vertices 1.03.
 constexpr int kMaxScanned = 16;
 
-/// Up to this many vertices of a cell are compared. Vertices that are nearly in one plane stand in one cell, and there the
-/// neighbours of qhull may lead a climb to a vertex that is lower by some roundings: only a long list is worth that.
-constexpr std::size_t kMaxListed = 96;
-
 /// Number of cells along an edge of the cube: about eight cells for each vertex leave 1.6 vertices in a cell, and one
 /// cell of 150 crowded (ellipsoids of 16 to 1000 vertices). 128 x 128 cells a side take 0.8 MB.
 int cellsFor(int vertices) {
@@ -140,11 +136,10 @@ HullSupport::Candidates HullSupport::storeCandidates(const std::vector<int>& ver
     std::copy(vertices.begin(), vertices.end(), candidates.begin());
     return candidates;
   }
-  const bool is_listed = vertices.size() <= kMaxListed;
-  const int place = is_listed ? static_cast<int>(crowded_.size()) : vertices.front();
-  if (is_listed) crowded_.insert(crowded_.end(), vertices.begin(), vertices.end());
-  return {kCrowded, static_cast<std::uint16_t>(place >> 16), static_cast<std::uint16_t>(place),
-          static_cast<std::uint16_t>(is_listed ? vertices.size() : 0)};
+  const int place = static_cast<int>(crowded_.size());
+  crowded_.push_back(static_cast<int>(vertices.size()));
+  crowded_.insert(crowded_.end(), vertices.begin(), vertices.end());
+  return {kCrowded, static_cast<std::uint16_t>(place >> 16), static_cast<std::uint16_t>(place), 0};
 }
 
 int HullSupport::farthestVertex(const Vector3d& direction) const {
@@ -157,10 +152,9 @@ int HullSupport::farthestVertex(const Vector3d& direction) const {
 }
 
 int HullSupport::searchCrowded(const Vector3d& direction, const Candidates& cell) const {
-  const int place = cell[1] << 16 | cell[2], count = cell[3];
-  if (count == 0) return climb(direction, place);
+  const int first = (cell[1] << 16 | cell[2]) + 1, end = first + crowded_[first - 1];
   Best best;
-  for (int i = place; i < place + count; ++i) offer(crowded_[i], hull_.vertices()[crowded_[i]].dot(direction), best);
+  for (int i = first; i < end; ++i) offer(crowded_[i], hull_.vertices()[crowded_[i]].dot(direction), best);
   return best.vertex;
 }
 
@@ -184,23 +178,6 @@ int HullSupport::cellOf(const Vector3d& direction) const {
   };
   const int side = 2 * axis + static_cast<int>(std::signbit(direction[axis]));
   return (side * cells_ + place(kNext[axis])) * cells_ + place(kLast[axis]);
-}
-
-int HullSupport::climb(const Vector3d& direction, int start) const {
-  const auto height = [&](int v) { return hull_.vertices()[v].dot(direction); };
-  int best = start;
-  double farthest = height(start);
-  for (int from = -1; from != best;) {
-    from = best;
-    for (const int v : hull_.neighbours(from)) {
-      const double h = height(v);
-      if (h > farthest) {
-        farthest = h;
-        best = v;
-      }
-    }
-  }
-  return best;
 }
 
 }  // namespace proximity_server::narrowphase

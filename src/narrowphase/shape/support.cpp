@@ -23,10 +23,10 @@ SupportFeature hullFeature(const ConvexHull& hull, const Vector3d& direction, do
 
 /// The feature of the end that lies farther along the direction. If both ends are as far, within the tolerance, it is
 /// spanned by the feature of one end and the edge between the ends.
-SupportFeature sweptFeature(const Shape::Sweep& sweep, const Vector3d& direction, double tolerance, int vertex) {
+SupportFeature sweptFeature(const Shape::Sweep& sweep, const Vector3d& direction, double tolerance) {
   const Eigen::Matrix3d turn = sweep.end.linear();
   const Vector3d at_end = turn.transpose() * direction;
-  int at = vertex >> 1;
+  int at = 0;
   const Vector3d start = supportPoint(sweep.shape, direction, at);
   const Vector3d along = sweep.end * supportPoint(sweep.shape, at_end, at) - start;
   const double ahead = along.dot(direction);
@@ -47,7 +47,7 @@ SupportFeature sweptFeature(const Shape::Sweep& sweep, const Vector3d& direction
 namespace support {
 
 Vector3d sweptPoint(const Shape::Sweep& sweep, const Vector3d& direction, int& vertex) {
-  int at_start = vertex >> 1, at_end = at_start;
+  int at_start = 0, at_end = 0;
   const Vector3d start = supportPoint(sweep.shape, direction, at_start);
   const Vector3d end = sweep.end * supportPoint(sweep.shape, sweep.end.linear().transpose() * direction, at_end);
   const bool is_end = (end - start).dot(direction) > 0.0;
@@ -95,7 +95,7 @@ SupportFeature supportFeature(const Shape& shape, const Vector3d& direction, dou
       return {0, Vector3d::Zero()};
     }
     case Shape::Kind::Sweep:
-      return sweptFeature(shape.sweep(), direction, tolerance, vertex);
+      return sweptFeature(shape.sweep(), direction, tolerance);
     case Shape::Kind::Hull:
       break;
   }

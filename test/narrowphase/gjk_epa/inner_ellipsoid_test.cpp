@@ -39,7 +39,7 @@ TEST(InnerEllipsoid, ProvesTheDepthOfARing) {
   EXPECT_NEAR(bound(cores, along({0.6, 0.8, 0}, {1.2, 1.6, 0}, {0, 0, 0})), 2.0, 1e-12);
 }
 
-TEST(InnerEllipsoid, ProvesNothingInADirectionThatIsNotTheShallowest) {
+TEST(InnerEllipsoid, ProvesNoMoreThanTheDepthFromADirectionThatIsNotTheShallowest) {
   TwoCores cores(Ellipsoid{{1, 2, 3}}, pointAt({0, 0, 0}), Vector3d::Zero());
   EXPECT_LE(bound(cores, along({0, 1, 0}, {0, 2, 0}, {0, 0, 0})), 1.0);
 }
@@ -107,24 +107,45 @@ double sampledDepth(Cso& cso, const Vector3d& normal, std::mt19937& random) {
   return least;
 }
 
+/// A unit normal of the slant of a cone, in its frame.
+Vector3d normalOfSlant(const Shape& cone, std::mt19937& random) {
+  const double angle = std::uniform_real_distribution<double>(0.0, 6.3)(random);
+  const double length = 2.0 * cone.halfExtents().z(), radius = cone.halfExtents().x();
+  return Vector3d(length * std::cos(angle), length * std::sin(angle), radius).normalized();
+}
+
+/// A point of the slant below this normal; the rim and places near it as often as others.
+Vector3d pointOfSlant(const Shape& cone, const Vector3d& normal, std::mt19937& random) {
+  const double part = std::uniform_real_distribution<double>(0.0, 1.0)(random);
+  const double from_apex = part < 0.3 ? 1.0 : part < 0.5 ? 1.0 - 1e-9 : part;
+  const Vector3d apex(0.0, 0.0, cone.halfExtents().z()), across(normal.x(), normal.y(), 0.0);
+  const Vector3d rim = cone.halfExtents().x() * across.normalized() - apex;
+  return apex + from_apex * (rim - apex);
+}
+
 // It is a proof from any witness points and along any normal, stationary or not.
 TEST(InnerEllipsoid, NeverProvesMoreThanTheDepth) {
   std::mt19937 random(29);
-  int proofs = 0;
+  int proofs = 0, proofs_on_slants = 0;
   for (int i = 0; i < 60000; ++i) {
     const Shape a = anyCore(random), b = anyCore(random);
     TwoCores cores(a, b, anyPose(random));
     Vector3d normal = anyVector(random).normalized();
     if (i % 3 == 0) normal = Vector3d(normal.x(), normal.y(), 0.0).normalized();
+    const bool on_slant = i % 3 == 1 && a.kind() == Shape::Kind::Cone;
+    if (on_slant) normal = normalOfSlant(a, random);
     const CsoVertex w = cores.cso.vertex(normal);
     const double depth = normal.dot(w.point);
-    const StationaryDirection direction{normal, depth, {w.on_a, w.onB()}, 1.0};
+    const Vector3d on_a = on_slant ? pointOfSlant(a, normal, random) : w.on_a;
+    const StationaryDirection direction{normal, depth, {on_a, w.onB()}, 1.0};
     const double proven = depthOfInnerEllipsoid(cores.cso, direction, depth, i % 2 == 0 ? 1e-9 : 1.0);
     if (!(proven > 0.0)) continue;
     ++proofs;
+    proofs_on_slants += on_slant ? 1 : 0;
     ASSERT_LE(proven, sampledDepth(cores.cso, normal, random)) << i;
   }
   EXPECT_GT(proofs, 1000);
+  EXPECT_GT(proofs_on_slants, 100);
 }
 
 }  // namespace

@@ -33,8 +33,8 @@ inline double csoRounding(const Shape& a, const Shape& b, const Eigen::Isometry3
 /// Frame: that of a.
 class Cso {
  public:
-  /// `warm_start` holds the vertices where the search on large hulls begins, and receives those where it ended. All
-  /// arguments must outlive the CSO.
+  /// `warm_start` holds the simplex of the last query, and receives the numbers of the support vertices. All arguments
+  /// must outlive the CSO.
   Cso(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, double rounding, WarmStart& warm_start)
       : a_(a),
         b_(b),

@@ -8,7 +8,7 @@ namespace proximity_server::narrowphase {
 struct EpaResult {
   Status status = Status::Unknown;
   double depth = 0.0;        ///< [m] moving b by depth * normal makes the cores touch: an upper bound, up to rounding
-  double lower_bound = 0.0;  ///< [m] of the depth: the polytope inside the CSO reaches this far in every direction
+  double lower_bound = 0.0;  ///< [m] of the depth: proven by the polytope, by caps, or by an ellipsoid inside
   bool has_normal = false;   ///< false: lower_bound alone decided options.stop_below; depth and normal are not set
   Eigen::Vector3d normal;    ///< unit, a towards b: the direction in which b leaves
   bool has_points = false;   ///< false: no point of the CSO's surface along the normal is known
@@ -30,7 +30,7 @@ struct EpaResult {
 ///    bound. Keep the shallowest direction. Stop if the bounds are close enough, or if they decide a threshold.
 /// 5. If a core is curved and the face is near its support plane, refine the normal by Newton's method (refinement.h),
 ///    and look whether an ellipsoid inside of the CSO proves the refined depth (inner_ellipsoid.h). If a core is not
-///    round, this is done only after many expansions.
+///    round, the ellipsoid is tried only after many expansions.
 /// 6. Replace all faces that w sees by triangles from w to their horizon (polytope.h), and repeat from step 3.
 /// 7. At the end, the witness points are those of the face that the ray from the origin along the normal leaves
 ///    through, or if rounding hides this face, the nearest ones of a face or of GJK's simplex.

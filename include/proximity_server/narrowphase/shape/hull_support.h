@@ -17,18 +17,18 @@ namespace proximity_server::narrowphase {
 ///
 /// 1. Begin with a whole side of the cube and all vertices.
 /// 2. Find the vertices farthest along the directions through the four corners and the centre of the square.
-/// 3. Keep the vertices that, at some corner, lie as far as each of these five. The difference of the heights of two
-///    vertices is linear over the square: who is behind another at all corners is behind it in the whole square.
+/// 3. Leave out each vertex that lies less far than one of these five at all four corners: the difference of two heights
+///    is linear over the square, so it lies less far everywhere in it.
 /// 4. Divide the square into four, and repeat from step 2 with the vertices that are left, until the squares are cells.
 ///
-/// A cell has room for four vertices. A longer list stands elsewhere; where it would be too long to be compared, the
-/// search climbs from neighbour to neighbour instead.
+/// A cell has room for four vertices. A longer list stands elsewhere, and all of it is compared: a climb from neighbour to
+/// neighbour may end lower where many vertices are nearly in one plane.
 ///
 /// Frame:  that of the hull.
 /// Error:  the height of the vertex found is within rounding of the greatest: the lists hold every vertex that may be the
 ///         farthest within rounding.
 /// Source: the division of the directions is a cube map (Greene, Environment Mapping and Other Applications of World
-///         Projections, IEEE CG&A 1986); the climb is from Cameron, Enhancing GJK, ICRA 1997; the lists are ours.
+///         Projections, IEEE CG&A 1986); the lists are ours.
 class HullSupport {
  public:
   /// Allocates. The time grows with the number of vertices.
@@ -41,20 +41,19 @@ class HullSupport {
 
  private:
   using Candidates = std::array<std::uint16_t, 4>;  // a number may stand there more than once
-  /// In place of the first candidate. The next two are then the upper and the lower half of where the list begins in
-  /// crowded_, and the last is its length; or, if that is 0, they are the halves of the vertex where the climb begins.
+  /// Stands in place of the first candidate of a cell with a longer list. The next two are then the upper and the lower
+  /// half of the place in crowded_ where the list begins.
   static constexpr std::uint16_t kCrowded = 0xffff;
 
   int scan(const Eigen::Vector3d& direction) const;
   int cellOf(const Eigen::Vector3d& direction) const;
-  int climb(const Eigen::Vector3d& direction, int start) const;
   Candidates storeCandidates(const std::vector<int>& vertices);
   int searchCrowded(const Eigen::Vector3d& direction, const Candidates& cell) const;
 
   ConvexHull hull_;
   int cells_ = 0;  // along an edge of the cube; 0: the hull is scanned
   std::vector<Candidates> table_;
-  std::vector<int> crowded_;  // the lists that do not fit into their cell, one after the other
+  std::vector<int> crowded_;  // the lists that do not fit into their cell, each behind its length
 };
 
 }  // namespace proximity_server::narrowphase

@@ -46,12 +46,12 @@ Eigen::Vector3d sweptVertex(const Shape::Sweep& sweep, int number);
 
 /// Point of the core that lies farthest along `direction` (not zero), in the shape's frame.
 ///
-/// The search on a large hull begins at `vertex`; every value is legal, and the last answer is the best one. If the
-/// core is a polytope, `vertex` becomes the number of the point, for vertexOf().
+/// If the core is a polytope, `vertex` becomes the number of the point, for vertexOf(). Its value before does not
+/// matter.
 ///
 /// Error:  the coordinate of the point along the direction is within 4 eps coreRadius() of the true maximum.
 /// Source: van den Bergen, A Fast and Robust GJK Implementation for Collision Detection of Convex Objects, J. Graphics
-///         Tools 1999 (closed forms); Cameron, Enhancing GJK, ICRA 1997 (hill climbing over the adjacency).
+///         Tools 1999 (closed forms). That of hulls is in hull_support.h.
 inline Eigen::Vector3d supportPoint(const Shape& shape, const Eigen::Vector3d& direction, int& vertex) {
   const Eigen::Vector3d& half = shape.halfExtents();
   switch (shape.kind()) {
