@@ -10,7 +10,7 @@ namespace proximity_server::narrowphase {
 // A query tells an observer what it does. The sources that do so (signed_distance.cpp, gjk.cpp, epa.cpp) are compiled
 // twice: as they are, with the observer Unobserved, whose calls are empty and leave no machine code; and with
 // PROXIMITY_WATCHED defined, with the Recorder. Two instantiations of a template in one compilation would do the same,
-// but the compiler would not inline into both what it inlines into one: 1 to 2 % more instructions in a query.
+// but the compiler would not inline into both what it inlines into one: 0.7 to 3 % more instructions in a query.
 
 /// Watches nothing.
 struct Unobserved {

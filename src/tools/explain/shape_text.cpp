@@ -1,11 +1,14 @@
 #include "tools/explain/shape_text.h"
 
-#include <charconv>
 #include <cmath>
 #include <functional>
 #include <map>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
+
+#include "tools/command_line/csv.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -28,13 +31,9 @@ class Words {
 
   double number() {
     const std::string text = word();
-    const std::size_t plus = text.size() > 1 && text[0] == '+' && text[1] != '-' ? 1 : 0;  // not for from_chars
-    double value = 0.0;
-    const auto [end, error] = std::from_chars(text.data() + plus, text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
-      fail("'" + text + "' is no finite number");
-    }
-    return value;
+    const std::optional<double> value = finiteNumber(text);
+    if (!value) fail("'" + text + "' is no finite number");
+    return *value;
   }
   Vector3d vector() {
     const double x = number(), y = number();
