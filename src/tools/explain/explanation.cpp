@@ -40,6 +40,8 @@ std::string rungText(Rung rung) {
       return "EPA";
     case Rung::EpaNewton:
       return "EPA, finished by Newton's method";
+    case Rung::EpaEllipsoid:
+      return "EPA, finished by Newton's method and an ellipsoid inside of the CSO";
   }
   return "";
 }
