@@ -100,6 +100,18 @@ std::vector<Vector3d> readPoints(Words& words) {
   return points;
 }
 
+/// The words of a text of `count` numbers. Throws if there are more or less words.
+Words numberWords(const std::string& what, const std::string& text, std::size_t count) {
+  Words words(what, text);
+  if (words.left() != count) {
+    words.fail("'" + text + "' has " + std::to_string(words.left()) + " numbers, not " + std::to_string(count));
+  }
+  return words;
+}
+
+constexpr std::size_t kPoseNumbers = 12;
+
+/// The pose of the next kPoseNumbers words: rotation row by row, translation.
 Isometry3d readPose(Words& words) {
   constexpr double kNoRotation = 1e-6;
   Isometry3d pose = Isometry3d::Identity();
@@ -138,7 +150,7 @@ void readMore(Words& words, ExplainedShape& read) {
       read.shape = read.shape.padded(words.number());
       read.description += ", padded";
     } else if (word == "sweep") {
-      require(words, 12, word, "rotation row by row, translation");
+      require(words, kPoseNumbers, word, "rotation row by row, translation");
       read.shape = read.shape.sweptTo(readPose(words));
       read.description += ", swept";
     } else {
@@ -150,10 +162,7 @@ void readMore(Words& words, ExplainedShape& read) {
 }  // namespace
 
 std::vector<double> numbersOf(const std::string& what, const std::string& text, std::size_t count) {
-  Words words(what, text);
-  if (words.left() != count) {
-    words.fail("'" + text + "' has " + std::to_string(words.left()) + " numbers, not " + std::to_string(count));
-  }
+  Words words = numberWords(what, text, count);
   std::vector<double> numbers;
   while (words.hasMore()) numbers.push_back(words.number());
   return numbers;
@@ -182,9 +191,7 @@ Isometry3d poseOf(const Vector3d& xyz, const Vector3d& rpy) {
 }
 
 Isometry3d readPose(const std::string& what, const std::string& text) {
-  constexpr std::size_t kCount = 12;
-  numbersOf(what, text, kCount);
-  Words words(what, text);
+  Words words = numberWords(what, text, kPoseNumbers);
   return readPose(words);
 }
 
