@@ -18,7 +18,7 @@ namespace proximity_server::narrowphase {
 /// 1. Begin with a whole side of the cube and all vertices.
 /// 2. Find the vertices farthest along the directions through the four corners and the centre of the square.
 /// 3. Keep the vertices that, at some corner, lie as far as each of these five. The difference of the heights of two
-///    vertices is linear over the square: who is behind another at all corners is behind it in the whole square.
+///    vertices is linear over the square: a vertex behind another at all corners is behind it in the whole square.
 /// 4. Divide the square into four, and repeat from step 2 with the vertices that are left, until the squares are cells.
 ///
 /// A cell has room for four vertices. A longer list stands elsewhere; where it would be too long to be compared, the
