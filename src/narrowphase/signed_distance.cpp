@@ -18,6 +18,10 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
+/// [m] csoRounding() of lengths of 1e50 m. The squared distance of a triangle is computed with the sixth power of lengths,
+/// which must not overflow.
+constexpr double kMostRounding = 8.0 * std::numeric_limits<double>::epsilon() * 1e50;
+
 /// Whether all entries are finite: zero times infinity or NaN is NaN.
 bool isFinite(const Isometry3d& pose) { return (0.0 * pose.matrix()).sum() == 0.0; }
 
@@ -213,9 +217,9 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& 
   const Unobserved observer;
   const auto again = [&](const Options& other) { return signedDistance(a, b, a_T_b, other, warm_start); };
 #endif
-  if (!isFinite(a_T_b)) return {};
-  const double margins = a.margin() + b.margin();
   const double rounding = csoRounding(a, b, a_T_b);
+  if (!isFinite(a_T_b) || !(rounding < kMostRounding)) return {};
+  const double margins = a.margin() + b.margin();
   // The thresholds are moved by some roundings, so that the final bounds, with margins, still decide them.
   const double beyond = 4.0 * rounding;
   Options core_options = options;

@@ -314,6 +314,26 @@ TEST(SignedDistance, ApartIsExactWhereTheShapesAreApart) {
   }
 }
 
+// Regression: squares of such lengths overflow, and the lower bound was infinite.
+TEST(SignedDistance, ShapesTooFarToComputeWithAreUnknown) {
+  const std::vector<Shape> shapes{Sphere{1}, Box{{1, 2, 3}}, Cylinder{1, 2}, Ellipsoid{{1, 2, 3}},
+                                  ConvexHull({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}})};
+  for (const Shape& a : shapes)
+    for (const Shape& b : shapes) {
+      Isometry3d a_T_b = Isometry3d::Identity();
+      for (const double far : {1e51, 1e155, 1e308}) {
+        a_T_b.translation() = Vector3d(far, far, 0);
+        EXPECT_EQ(signedDistance(a, b, a_T_b).status, Status::Unknown) << far;
+      }
+      a_T_b.translation() = Vector3d(3e49, 4e49, 0);
+      const SignedDistance near = signedDistance(a, b, a_T_b);
+      EXPECT_NEAR(near.distance, 5e49, 1e35);
+      EXPECT_LE(near.lower_bound, 5e49);
+      EXPECT_GE(near.upper_bound, 5e49 - 1e35);
+    }
+  EXPECT_EQ(signedDistance(Sphere{1e51}, Sphere{1}, Isometry3d::Identity()).status, Status::Unknown);
+}
+
 TEST(SignedDistance, PoseThatIsNotFiniteIsUnknown) {
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
     for (int row = 0; row < 3; ++row)
