@@ -314,7 +314,7 @@ EpaResult expandPolytope(Cso& cso, const std::array<CsoVertex, 4>& tetrahedron, 
   const auto end = [&](Status status, const Polytope::Face* face) {
     const bool converged = status != Status::Threshold && gap() <= options.distance_tolerance;
     result.status = converged ? Status::Converged : status;
-    observer.ends(polytope, result);
+    observer.ends(polytope, result, shallowest.depthOfEllipsoid());
     if (!result.has_normal) return result;
     if (!result.has_points) setWitnesses(polytope, face, options, result);
     result.unique =

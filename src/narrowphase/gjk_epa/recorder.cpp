@@ -50,10 +50,13 @@ void Recorder::tests(const Polytope& polytope, const Polytope::Face& closest, co
   trace_->epa.push_back({facesOf(polytope), closest.vertices, normal, w, result.lower_bound, depth});
 }
 
-void Recorder::ends(const Polytope& polytope, const EpaResult& result) const {
+void Recorder::ends(const Polytope& polytope, const EpaResult& result, double depth_of_ellipsoid) const {
   trace_->final_faces = facesOf(polytope);
   if (!trace_->epa.empty() && result.has_normal) trace_->epa.back().depth = result.depth;
-  if (result.has_points) reaches(Rung::EpaNewton);
+  if (!result.has_points) return;
+  const Polytope::Face* closest = polytope.closest();
+  const double reach = closest != nullptr ? closest->distance() : result.depth;
+  reaches(depth_of_ellipsoid >= reach ? Rung::EpaEllipsoid : Rung::EpaNewton);
 }
 
 /// The faces as indices into trace_->polytope, which receives the vertices that it does not have yet.

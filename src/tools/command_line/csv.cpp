@@ -2,6 +2,7 @@
 
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <stdexcept>
 
 namespace proximity_server::tools {
@@ -61,6 +62,14 @@ std::string csvField(const std::string& text) {
     quoted += letter;
   }
   return quoted + '"';
+}
+
+std::optional<double> finiteNumber(const std::string& text) {
+  const std::size_t plus = text.size() > 1 && text[0] == '+' && text[1] != '-' ? 1 : 0;  // not for from_chars
+  double value = 0.0;
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data() + plus, end, value);
+  return error == std::errc() && stop == end && std::isfinite(value) ? std::optional<double>(value) : std::nullopt;
 }
 
 std::string numberText(double value) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,9 @@ std::vector<std::string> csvFields(const std::string& record);
 
 /// The text as one field, in quotes if necessary.
 std::string csvField(const std::string& text);
+
+/// The finite number that a text is, with or without a plus sign; nullopt if it is anything else.
+std::optional<double> finiteNumber(const std::string& text);
 
 /// The shortest text that reads back as the same double; also nan, inf and -inf.
 std::string numberText(double value);

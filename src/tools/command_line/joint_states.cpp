@@ -1,8 +1,6 @@
 #include "tools/command_line/joint_states.h"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <ios>
 #include <stdexcept>
 #include <streambuf>
@@ -127,15 +125,11 @@ int JointStates::jointOf(const std::string& name) const {
 }
 
 double JointStates::number(std::size_t column) const {
-  std::string text = fields_[column];
-  if (text.size() > 1 && text[0] == '+' && text[1] != '-')
-    text.erase(0, 1);  // CSV files may have a plus sign, which from_chars refuses
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
+  const std::optional<double> value = finiteNumber(fields_[column]);
+  if (!value) {
     fail("column " + inQuotes(columns_[column].name) + ": " + inQuotes(fields_[column]) + " is no finite number");
   }
-  return value;
+  return *value;
 }
 
 std::string JointStates::place() const { return source_ + ", line " + std::to_string(line_); }

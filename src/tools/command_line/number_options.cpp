@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <optional>
 #include <thread>
 
@@ -13,29 +12,27 @@ namespace {
 
 constexpr int kMaxThreads = 1024;
 
-/// The number that the text consists of; nullopt for any other text.
-template <typename Number>
-std::optional<Number> numberOf(const std::string& text) {
-  const std::size_t plus = text.size() > 1 && text[0] == '+' && text[1] != '-' ? 1 : 0;  // from_chars refuses it
-  Number value{};
+/// Returns nullopt if the text is anything but one whole number.
+std::optional<long> wholeNumber(const std::string& text) {
+  const std::size_t plus = text.size() > 1 && text[0] == '+' && text[1] != '-' ? 1 : 0;  // not for from_chars
+  long value = 0;
   const char* end = text.data() + text.size();
   const auto [stop, error] = std::from_chars(text.data() + plus, end, value);
-  return error == std::errc() && stop == end ? std::optional<Number>(value) : std::nullopt;
+  return error == std::errc() && stop == end ? std::optional<long>(value) : std::nullopt;
 }
 
 }  // namespace
 
 double readLength(const std::string& option, const std::string& text, double least) {
-  const std::optional<double> value = numberOf<double>(text);
-  // Written as !(>=) so that NaN is refused.
-  if (!value || !std::isfinite(*value) || !(*value >= least)) {
+  const std::optional<double> value = finiteNumber(text);
+  if (!value || *value < least) {
     throw CLI::ValidationError(option, "'" + text + "' is not a finite length of at least " + numberText(least) + " m");
   }
   return *value;
 }
 
 long readCount(const std::string& option, const std::string& text, long least, long most) {
-  const std::optional<long> value = numberOf<long>(text);
+  const std::optional<long> value = wholeNumber(text);
   if (!value || *value < least || *value > most) {
     throw CLI::ValidationError(
         option, "'" + text + "' is not a whole number from " + std::to_string(least) + " to " + std::to_string(most));

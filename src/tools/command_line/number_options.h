@@ -30,7 +30,7 @@ CLI::Option* addCount(CLI::App& app, const std::string& name, Value& value, long
   return app.add_option_function<std::string>(name, read, description)->type_name("NUMBER");
 }
 
-// Options that both tools have.
+// Options that several tools have.
 
 CLI::Option* addMeshTolerance(CLI::App& app, std::optional<double>& value);
 

@@ -20,52 +20,62 @@ using Eigen::Vector3d;
 
 struct Arguments {
   std::string a, b;
-  std::string xyz, rpy, pose;
-  RobotFiles robot;
-  std::string state;
-  std::string first_direction, stop_above, stop_below;
+  std::optional<std::string> xyz, rpy, pose;
+  RobotFiles robot;  ///< without urdf: a and b are shapes
+  std::optional<std::string> state;
+  std::optional<std::string> first_direction, stop_above, stop_below;
   narrowphase::Options options;
   enum class Format : unsigned char { Table, Json } format = Format::Table;
-  std::string plot;
+  std::optional<std::string> plot;
 };
 
+/// An option that is a text. An empty one is an error: it may come from an empty variable of a shell.
+template <typename Value>
+CLI::Option* addText(CLI::App& app, const std::string& name, Value& value, const std::string& description) {
+  const auto read = [&value, name](const std::string& text) {
+    if (text.empty()) throw CLI::ValidationError(name, "the text is empty");
+    value = text;
+  };
+  return app.add_option_function<std::string>(name, read, description);
+}
+
 void declarePair(CLI::App& app, Arguments& arguments) {
-  app.add_option(
-         "a", arguments.a,
-         "a shape: \"box x y z\", \"sphere r\", \"capsule r length\", \"cylinder r length\", \"cone r length\", "
-         "\"ellipsoid rx ry rz\" or \"hull n x y z ...\", and \"pad m\" behind it; or, with --urdf, a link")
+  app.add_option("a", arguments.a,
+                 "a shape: \"box x y z\", \"sphere radius\", \"capsule radius length\", \"cylinder radius length\", "
+                 "\"cone radius length\", \"ellipsoid rx ry rz\" or \"hull n x y z ...\", and behind it \"pad m\" and "
+                 "\"sweep\" with 12 numbers as of --pose; or, with --urdf, a link")
       ->required()
       ->type_name("SHAPE");
   app.add_option("b", arguments.b, "the other one")->required()->type_name("SHAPE");
   CLI::Option* xyz =
-      app.add_option("--xyz", arguments.xyz, "place of b in the frame of a, as in a URDF (default: \"0 0 0\")")
+      addText(app, "--xyz", arguments.xyz, "place of b in the frame of a, as in a URDF (default: \"0 0 0\")")
           ->type_name("\"X Y Z\"");
   CLI::Option* rpy =
-      app.add_option("--rpy", arguments.rpy, "its rotation [rad] (default: \"0 0 0\")")->type_name("\"R P Y\"");
-  CLI::Option* pose = app.add_option("--pose", arguments.pose, "both as 12 numbers: rotation row by row, translation")
+      addText(app, "--rpy", arguments.rpy, "its rotation [rad] (default: \"0 0 0\")")->type_name("\"R P Y\"");
+  CLI::Option* pose = addText(app, "--pose", arguments.pose, "both as 12 numbers: rotation row by row, translation")
                           ->type_name("NUMBERS")
                           ->excludes(xyz)
                           ->excludes(rpy);
-  CLI::Option* urdf = app.add_option("--urdf", arguments.robot.urdf, "a and b are links of this robot")
+  CLI::Option* urdf = addText(app, "--urdf", arguments.robot.urdf, "a and b are links of this robot")
                           ->type_name("FILE")
                           ->excludes(xyz)
                           ->excludes(rpy)
                           ->excludes(pose);
-  app.add_option("--state", arguments.state,
-                 "positions of its joints; the others are at 0. The two closest pieces of the links are explained")
+  addText(app, "--state", arguments.state,
+          "positions of its joints; the others are at 0. The two closest pieces of the links are explained")
       ->type_name("\"JOINT=POSITION ...\"")
       ->needs(urdf);
   addMeshTolerance(app, arguments.robot.mesh_tolerance)->needs(urdf);
 }
 
 void declareQuestion(CLI::App& app, Arguments& arguments) {
-  app.add_option("--first-direction", arguments.first_direction,
-                 "where the search begins, from a to b (default: from centre to centre)")
+  addText(app, "--first-direction", arguments.first_direction,
+          "where the search begins, from a to b (default: from centre to centre)")
       ->type_name("\"X Y Z\"");
   addLength(app, "--tolerance", arguments.options.distance_tolerance, 0.0,
             "accepted gap of the bounds (default: 1e-9)");
-  app.add_option("--stop-above", arguments.stop_above, "end where the lower bound is above this")->type_name("METRES");
-  app.add_option("--stop-below", arguments.stop_below, "end where the upper bound is not above this")
+  addText(app, "--stop-above", arguments.stop_above, "end where the lower bound is above this")->type_name("METRES");
+  addText(app, "--stop-below", arguments.stop_below, "end where the upper bound is not above this")
       ->type_name("METRES");
 }
 
@@ -77,33 +87,32 @@ void declareOutput(CLI::App& app, Arguments& arguments) {
     arguments.format = name == "table" ? Arguments::Format::Table : Arguments::Format::Json;
   };
   app.add_option_function<std::string>("--format", readFormat, "table or json (default: table)")->type_name("NAME");
-  app.add_option(
-         "--plot", arguments.plot,
-         "a picture (.png, .pdf or .svg): the CSO, the simplex of each iteration, the polytope of EPA, the bounds")
+  addText(app, "--plot", arguments.plot,
+          "a picture (.png, .pdf or .svg): the CSO, the simplex of each iteration, the polytope of EPA, the bounds")
       ->type_name("FILE");
   app.footer("Exit codes: 0: done; 1: bad input, or memory or disk did not suffice.");
 }
 
 /// Three numbers; zero where nothing is given.
-Vector3d vectorOf(const std::string& option, const std::string& text) {
-  if (text.empty()) return Vector3d::Zero();
-  return Vector3d(numbersOf(option, text, 3).data());
+Vector3d vectorOf(const std::string& option, const std::optional<std::string>& text) {
+  if (!text) return Vector3d::Zero();
+  return Vector3d(numbersOf(option, *text, 3).data());
 }
 
 ExplainedPair pairOf(const Arguments& arguments) {
   if (!arguments.robot.urdf.empty()) {
     return closestPieces(arguments.robot, arguments.a, arguments.b, arguments.state);
   }
-  const Eigen::Isometry3d a_T_b = arguments.pose.empty()
-                                      ? poseOf(vectorOf("--xyz", arguments.xyz), vectorOf("--rpy", arguments.rpy))
-                                      : readPose("--pose", arguments.pose);
+  const Eigen::Isometry3d a_T_b = arguments.pose
+                                      ? readPose("--pose", *arguments.pose)
+                                      : poseOf(vectorOf("--xyz", arguments.xyz), vectorOf("--rpy", arguments.rpy));
   return {readShape("a", arguments.a), readShape("b", arguments.b), a_T_b};
 }
 
 narrowphase::Options optionsOf(const Arguments& arguments) {
   narrowphase::Options options = arguments.options;
-  const auto read = [](const std::string& option, const std::string& text, double& threshold) {
-    if (!text.empty()) threshold = numbersOf(option, text, 1)[0];
+  const auto read = [](const std::string& option, const std::optional<std::string>& text, double& threshold) {
+    if (text) threshold = numbersOf(option, *text, 1)[0];
   };
   read("--stop-above", arguments.stop_above, options.stop_above);
   read("--stop-below", arguments.stop_below, options.stop_below);
@@ -112,11 +121,11 @@ narrowphase::Options optionsOf(const Arguments& arguments) {
 
 ExitCode run(const Arguments& arguments) {
   std::optional<PlotScript> plot;
-  if (!arguments.plot.empty()) plot.emplace("explain_plot.py", arguments.plot);
+  if (arguments.plot) plot.emplace("explain_plot.py", *arguments.plot);
   const Explanation explanation =
       explain(pairOf(arguments), optionsOf(arguments), vectorOf("--first-direction", arguments.first_direction));
   const bool is_table = arguments.format == Arguments::Format::Table;
-  std::cout << (is_table ? tableOf(explanation) : jsonOf(explanation, CsoSurface::Left)) << std::flush;
+  std::cout << (is_table ? tableOf(explanation) : jsonOf(explanation, CsoSurface::Omitted)) << std::flush;
   if (!std::cout) throw std::invalid_argument("standard output: writing failed");
   if (plot) {
     plot->data() << jsonOf(explanation, CsoSurface::Added);
@@ -129,7 +138,7 @@ ExitCode run(const Arguments& arguments) {
 }  // namespace proximity_server::tools
 
 int main(int argc, char** argv) {
-  CLI::App app("One query of the narrowphase, step by step; lengths in metres, in the frame of a", "explain");
+  CLI::App app("One query of the narrowphase, step by step; lengths in metres, in the frame of shape a", "explain");
   proximity_server::tools::Arguments arguments;
   proximity_server::tools::declarePair(app, arguments);
   proximity_server::tools::declareQuestion(app, arguments);

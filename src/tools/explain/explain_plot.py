@@ -189,7 +189,7 @@ class Space:
         self.vertices = [numpy.array(vertex["point"]) for vertex in data["vertices"]]
         every = numpy.vstack([self.corners, numpy.zeros((1, 3))])
         self.middle = 0.5 * (every.min(axis=0) + every.max(axis=0))
-        self.half = 0.5 * max(every.max(axis=0) - every.min(axis=0))
+        self.half = 0.5 * max(every.max(axis=0) - every.min(axis=0)) or 1.0
         self.inside = self.corners.mean(axis=0)
         normal = [value or 0.0 for value in data["normal"]]
         self.azimuth = numpy.degrees(numpy.arctan2(normal[1], normal[0])) + 55.0
@@ -230,6 +230,8 @@ class Space:
         axes.set_box_aspect((1, 1, 1))
         places = self.seen(axes, numpy.vstack([self.corners, numpy.zeros((1, 3)), [self.middle]]))
         reach = numpy.abs(places - places[-1]).max(axis=0)
+        if not reach.any():
+            return 1.0  # the CSO is the origin
         return 0.5 * min(axes.viewLim.width * 1.15 / max(reach[0], 1e-300), axes.viewLim.height * 0.9 / max(reach[1], 1e-300))
 
     @staticmethod
@@ -320,7 +322,9 @@ def draw_bounds(axes, data):
 
 
 def draw(data):
-    view = Plane(data) if data["cso"]["dimension"] == 2 and data["cso"]["dimension_with_origin"] == 2 else Space(data)
+    cso = data["cso"]
+    is_flat = cso["dimension"] == 2 and cso["dimension_with_origin"] == 2 and not data["epa"]
+    view = Plane(data) if is_flat else Space(data)
     panels = [(f"GJK {i}: {bounds_text(step)}", view.gjk, step) for i, step in shown(data["gjk"])]
     panels += [(f"EPA {i}: {bounds_text(step)}", view.epa, step) for i, step in shown(data["epa"])]
     if not panels:

@@ -19,7 +19,7 @@ Explanation explain(const ExplainedPair& pair, const narrowphase::Options& optio
 std::string rungText(Rung rung) {
   switch (rung) {
     case Rung::None:
-      return "nothing: the pose is not finite";
+      return "nothing: the pose is not finite, or lengths add up to more than 1e50 m";
     case Rung::PointsAndSegments:
       return "the closed form of points and segments, and of a point and a box";
     case Rung::ParallelAxes:
@@ -40,6 +40,8 @@ std::string rungText(Rung rung) {
       return "EPA";
     case Rung::EpaNewton:
       return "EPA, finished by Newton's method";
+    case Rung::EpaEllipsoid:
+      return "EPA, finished by Newton's method and an ellipsoid inside of the CSO";
   }
   return "";
 }

@@ -23,8 +23,8 @@ Explanation explain(const ExplainedPair& pair, const narrowphase::Options& optio
 /// shapes, margins included.
 std::string tableOf(const Explanation& explanation);
 
-/// Whether explanationJson() adds what a picture needs: the surface of the CSO, as found by its support mapping.
-enum class CsoSurface : unsigned char { Left, Added };
+/// Whether jsonOf() adds what a picture needs: the surface of the CSO, as found by its support mapping.
+enum class CsoSurface : unsigned char { Omitted, Added };
 
 /// The same as JSON, with all digits; what is not finite is null.
 std::string jsonOf(const Explanation& explanation, CsoSurface surface);

@@ -2,8 +2,11 @@
 
 #include <iostream>
 #include <limits>
+#include <memory>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
+#include <vector>
 
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "proximity_server/scene/model/kinematics.h"
@@ -35,18 +38,23 @@ int linkOf(const RobotModel& robot, const std::string& urdf, const std::string& 
 std::vector<double> positionsOf(const RobotModel& robot, const std::string& state) {
   std::istringstream words(state);
   std::string names, values;
+  bool is_first = true;
   for (std::string word; words >> word;) {
     const std::size_t equals = word.rfind('=');
-    if (equals == std::string::npos) throw std::invalid_argument("--state: '" + word + "' is not joint=position");
-    const char* separator = names.empty() ? "" : ",";
+    if (equals == std::string::npos || equals == 0 || equals + 1 == word.size()) {
+      throw std::invalid_argument("--state: '" + word + "' is not joint=position");
+    }
+    const char* separator = is_first ? "" : ",";
+    is_first = false;
     names += separator + csvField(word.substr(0, equals));
     values += separator + word.substr(equals + 1);
   }
-  std::vector<double> positions(robot.joints.size(), 0.0);
-  if (names.empty()) return positions;
+  if (is_first) throw std::invalid_argument("--state: no positions");
   std::istringstream table(names + "\n" + values + "\n");
   JointStates states(table, "--state", robot);
-  states.next(positions);
+  if (states.hasTimes()) throw std::invalid_argument("--state: \"time\" is no joint");
+  std::vector<double> positions;
+  if (!states.next(positions)) throw std::invalid_argument("--state: no positions");
   for (const std::string& warning : states.warnings()) std::cerr << "warning: " << warning << '\n';
   if (const std::string warning = states.limitWarning(); !warning.empty()) std::cerr << "warning: " << warning << '\n';
   return positions;
@@ -86,13 +94,15 @@ ExplainedShape explained(const PlacedPiece& placed) {
 }  // namespace
 
 ExplainedPair closestPieces(const RobotFiles& files, const std::string& link_a, const std::string& link_b,
-                            const std::string& state) {
+                            const std::optional<std::string>& state) {
   const std::shared_ptr<const scene::SceneModel> model = loadSceneModel(files);
   const RobotModel& robot = model->robot;
-  for (const std::string& warning : robot.warnings) std::cerr << "warning: " << warning << '\n';
+  printWarnings(*model);
   const int a = linkOf(robot, files.urdf, link_a), b = linkOf(robot, files.urdf, link_b);
   if (a == b) throw std::invalid_argument(files.urdf + ": the two links are the same, \"" + link_a + '"');
-  const scene::BodyPoses poses = scene::forwardKinematics(robot, positionsOf(robot, state));
+  const std::vector<double> positions =
+      state ? positionsOf(robot, *state) : std::vector<double>(robot.joints.size(), 0.0);
+  const scene::BodyPoses poses = scene::forwardKinematics(robot, positions);
   const std::vector<PlacedPiece> of_a = piecesOf(robot, a, poses), of_b = piecesOf(robot, b, poses);
   const PlacedPiece *closest_a = nullptr, *closest_b = nullptr;
   double smallest = std::numeric_limits<double>::infinity();

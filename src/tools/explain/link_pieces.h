@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "tools/command_line/robot_files.h"
@@ -10,9 +11,9 @@ namespace proximity_server::tools {
 /// Of two links of a robot in one state the two convex pieces that are closest or overlap deepest.
 ///
 /// `state` is "joint=position joint=position ..." ([rad] or [m]), as the other tools print it; joints without a position
-/// are at 0. Warnings go to standard error.
+/// are at 0, and all of them for nullopt. Warnings go to standard error.
 /// Failure: throws std::invalid_argument naming the file, the link or the joint.
 ExplainedPair closestPieces(const RobotFiles& files, const std::string& link_a, const std::string& link_b,
-                            const std::string& state);
+                            const std::optional<std::string>& state);
 
 }  // namespace proximity_server::tools

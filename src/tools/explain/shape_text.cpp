@@ -1,11 +1,14 @@
 #include "tools/explain/shape_text.h"
 
-#include <charconv>
 #include <cmath>
 #include <functional>
 #include <map>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
+
+#include "tools/command_line/csv.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -28,13 +31,9 @@ class Words {
 
   double number() {
     const std::string text = word();
-    const std::size_t plus = text.size() > 1 && text[0] == '+' && text[1] != '-' ? 1 : 0;  // not for from_chars
-    double value = 0.0;
-    const auto [end, error] = std::from_chars(text.data() + plus, text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
-      fail("'" + text + "' is no finite number");
-    }
-    return value;
+    const std::optional<double> value = finiteNumber(text);
+    if (!value) fail("'" + text + "' is no finite number");
+    return *value;
   }
   Vector3d vector() {
     const double x = number(), y = number();
@@ -101,6 +100,18 @@ std::vector<Vector3d> readPoints(Words& words) {
   return points;
 }
 
+/// The words of a text of `count` numbers. Throws if there are more or less words.
+Words numberWords(const std::string& what, const std::string& text, std::size_t count) {
+  Words words(what, text);
+  if (words.left() != count) {
+    words.fail("'" + text + "' has " + std::to_string(words.left()) + " numbers, not " + std::to_string(count));
+  }
+  return words;
+}
+
+constexpr std::size_t kPoseNumbers = 12;
+
+/// The pose of the next kPoseNumbers words: rotation row by row, translation.
 Isometry3d readPose(Words& words) {
   constexpr double kNoRotation = 1e-6;
   Isometry3d pose = Isometry3d::Identity();
@@ -139,7 +150,7 @@ void readMore(Words& words, ExplainedShape& read) {
       read.shape = read.shape.padded(words.number());
       read.description += ", padded";
     } else if (word == "sweep") {
-      require(words, 12, word, "rotation row by row, translation");
+      require(words, kPoseNumbers, word, "rotation row by row, translation");
       read.shape = read.shape.sweptTo(readPose(words));
       read.description += ", swept";
     } else {
@@ -151,10 +162,7 @@ void readMore(Words& words, ExplainedShape& read) {
 }  // namespace
 
 std::vector<double> numbersOf(const std::string& what, const std::string& text, std::size_t count) {
-  Words words(what, text);
-  if (words.left() != count) {
-    words.fail("'" + text + "' has " + std::to_string(words.left()) + " numbers, not " + std::to_string(count));
-  }
+  Words words = numberWords(what, text, count);
   std::vector<double> numbers;
   while (words.hasMore()) numbers.push_back(words.number());
   return numbers;
@@ -183,9 +191,7 @@ Isometry3d poseOf(const Vector3d& xyz, const Vector3d& rpy) {
 }
 
 Isometry3d readPose(const std::string& what, const std::string& text) {
-  constexpr std::size_t kCount = 12;
-  numbersOf(what, text, kCount);
-  Words words(what, text);
+  Words words = numberWords(what, text, kPoseNumbers);
   return readPose(words);
 }
 

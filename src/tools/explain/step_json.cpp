@@ -1,5 +1,8 @@
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "proximity_server/narrowphase/shape/convex_hull.h"
 #include "tools/explain/explanation.h"
@@ -103,7 +106,7 @@ class StepsJson {
 };
 
 /// Evenly spread over the sphere (Fibonacci's spiral).
-std::vector<Vector3d> directions() {
+std::vector<Vector3d> evenDirections() {
   constexpr int kCount = 2000;
   const double golden_angle = M_PI * (3.0 - std::sqrt(5.0));
   std::vector<Vector3d> directions;
@@ -138,7 +141,7 @@ Json surfaceJson(const Explanation& explanation) {
   narrowphase::WarmStart warm_start;
   narrowphase::Cso cso(pair.a.shape, pair.b.shape, pair.a_T_b, rounding, warm_start);
   std::vector<Vector3d> points;
-  for (const Vector3d& direction : directions()) points.push_back(cso.vertex(direction).point);
+  for (const Vector3d& direction : evenDirections()) points.push_back(cso.vertex(direction).point);
   for (const QueryTrace::GjkStep& step : explanation.trace.gjk) points.push_back(step.w.point);
   for (const CsoVertex& vertex : explanation.trace.polytope) points.push_back(vertex.point);
 

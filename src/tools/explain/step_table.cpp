@@ -17,17 +17,18 @@ using Row = std::vector<std::string>;
 constexpr int kPointDigits = 5, kBoundDigits = 9;
 
 std::string rounded(double value, int digits) {
+  if (std::isnan(value)) return "nan";
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.*g", digits, value + 0.0);  // no minus zero
   return text.data();
 }
 
-/// Coordinates that are rounding, beside the size of what is shown, are 0.
+/// Coordinates that are rounding, beside the size of what is shown, are 0. A size that overflows tells nothing.
 std::string pointText(const Vector3d& point, double size) {
   constexpr double kRounding = 1e-12;
   std::string text = "(";
   for (int i = 0; i < 3; ++i) {
-    const double value = std::abs(point[i]) < kRounding * size ? 0.0 : point[i];
+    const double value = std::isfinite(size) && std::abs(point[i]) < kRounding * size ? 0.0 : point[i];
     text += (i == 0 ? "" : ", ") + rounded(value, kPointDigits);
   }
   return text + ")";

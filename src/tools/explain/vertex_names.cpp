@@ -68,6 +68,7 @@ std::string VertexNames::inOrder(const Vector3d& point) {
 }
 
 std::vector<NamedPoint> namedPoints(const ExplainedPair& pair) {
+  if (!hasNumberedPoints(pair.a.shape) || !hasNumberedPoints(pair.b.shape)) return {};
   if (countOfPoints(pair.b) != 1 || pair.a.points.size() > kLetters) return {};
   const Vector3d on_b = pair.a_T_b * (pair.b.points.empty() ? Vector3d(Vector3d::Zero()) : pair.b.points[0]);
   std::vector<NamedPoint> named;

@@ -27,7 +27,8 @@ class VertexNames {
   std::vector<Eigen::Vector3d> seen_;
 };
 
-/// The points of a as vertices of the CSO, inner ones too, where b is one point and a is a hull of few; else nothing.
+/// The points of a as vertices of the CSO, inner ones too, where b is one point and a is a hull of few that is not
+/// swept; else nothing.
 struct NamedPoint {
   std::string name;
   Eigen::Vector3d point;

@@ -25,6 +25,27 @@ class ExplainPlot : public ::testing::Test {
     EXPECT_LT(std::filesystem::file_size(picture_), 100000U);
   }
 
+  /// The file with the data that the tool gives to the script.
+  std::string dataOf(const std::string& arguments) {
+    std::string data = files_.path("data.json");
+    files_.write("explain_plot.py",
+                 "import sys, shutil\nif len(sys.argv) > 1: shutil.copy(sys.argv[1], '" + data + "')\n");
+    std::filesystem::copy_file(EXPLAIN, files_.path("explain"), std::filesystem::copy_options::overwrite_existing);
+    const CommandResult copied =
+        runCommandApart("LD_LIBRARY_PATH=$(dirname " EXPLAIN ")/..:$LD_LIBRARY_PATH " + files_.path("explain") + " " +
+                        arguments + " --plot " + files_.path("x.png"));
+    EXPECT_EQ(copied.exit_code, 0) << copied.errors;
+    return data;
+  }
+
+  /// Runs a script of Python with the folder of the tool and the data of a query.
+  void expectScript(const std::string& script, const std::string& arguments) {
+    const std::string data = dataOf(arguments);
+    const CommandResult result = runCommand("/usr/bin/python3 -B " + files_.write("check.py", script) + " $(dirname " +
+                                            EXPLAIN + ") " + data + " 2>&1");
+    EXPECT_EQ(result.exit_code, 0) << arguments << "\n" << result.output;
+  }
+
   scene::TemporaryFiles files_;
   std::string picture_ = files_.path("it's a plot.png");
 };
@@ -42,6 +63,7 @@ TEST_F(ExplainPlot, DrawsCurvedPairsClosedFormsAndPoints) {
   expectPicture("'box 1 1 1' 'box 1 2 3' --xyz '0.1 0.2 0.3'");
   expectPicture("'sphere 1' 'sphere 1' --xyz '3 0 0'");
   expectPicture("'hull 2 0 0 0 1 0 0' 'hull 1 0 0 0' --xyz '0 1 0'");
+  expectPicture("'hull 1 0 0 0' 'hull 1 0 0 0'");
 }
 
 TEST_F(ExplainPlot, TheSuffixSaysTheFormat) {
@@ -60,7 +82,7 @@ TEST_F(ExplainPlot, FindsOutBeforeTheQueryThatThereWillBeNoPicture) {
 // Of the data of the script: every panel has its step, names lie apart, and the sampled CSO of the polygons is the one
 // on paper (narrowphase_gjk_epa_test, WorkedExample).
 TEST_F(ExplainPlot, ShowsEveryStepAndNamesThatLieApart) {
-  const std::string script = files_.write("check.py", R"(
+  const std::string script = R"(
 import json, sys
 import numpy
 sys.path.insert(0, sys.argv[1])
@@ -80,21 +102,32 @@ for axes, step in zip(figure.axes, data["gjk"] + data["epa"]):
     assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i]), axes.get_title()
     inside = figure.bbox
     assert all(inside.x0 <= box.x0 and box.x1 <= inside.x1 for box in boxes), axes.get_title()
-)");
-  for (const char* example : {kFourSteps, kPolygons, kOctahedron}) {
-    // The data that the tool gives to the script.
-    const std::string data = files_.path("data.json");
-    files_.write("explain_plot.py",
-                 "import sys, shutil\nif len(sys.argv) > 1: shutil.copy(sys.argv[1], '" + data + "')\n");
-    std::filesystem::copy_file(EXPLAIN, files_.path("explain"), std::filesystem::copy_options::overwrite_existing);
-    const CommandResult copied =
-        runCommandApart("LD_LIBRARY_PATH=$(dirname " EXPLAIN ")/..:$LD_LIBRARY_PATH " + files_.path("explain") + " " +
-                        example + " --plot " + files_.path("x.png"));
-    ASSERT_EQ(copied.exit_code, 0) << copied.errors;
-    const CommandResult result =
-        runCommand("/usr/bin/python3 -B " + script + " $(dirname " EXPLAIN ") " + data + " 2>&1");
-    EXPECT_EQ(result.exit_code, 0) << example << "\n" << result.output;
-  }
+)";
+  for (const char* example : {kFourSteps, kPolygons, kOctahedron}) expectScript(script, example);
+}
+
+// What rounding leaves of a thin CSO may be flat in the sample, and have a polytope of EPA all the same.
+TEST_F(ExplainPlot, DrawsStepsOfEpaInSpaceEvenIfTheCsoIsFlat) {
+  expectScript(R"(
+import json, sys
+sys.path.insert(0, sys.argv[1])
+import explain_plot
+data = json.load(open(sys.argv[2]))
+assert data["epa"]
+data["cso"]["dimension"] = data["cso"]["dimension_with_origin"] = 2
+assert "EPA 1" in explain_plot.draw(data).axes[len(data["gjk"])].get_title()
+)",
+               kOctahedron);
+}
+
+// The points of a swept hull lie in two places each.
+TEST_F(ExplainPlot, NamesOnlyPointsThatLieWhereTheHullHasThem) {
+  const std::string hull = "'hull 4 0 0 0 1 0 0 0 1 0 0 0 1", point = "' 'hull 1 3 0 0'";
+  const auto named = [&](const std::string& arguments) {
+    return nlohmann::json::parse(readFile(dataOf(arguments)))["cso"]["named"].size();
+  };
+  EXPECT_EQ(named(hull + point), 4U);
+  EXPECT_EQ(named(hull + " sweep 1 0 0 0 1 0 0 0 1 1 0 0" + point), 0U);
 }
 
 }  // namespace

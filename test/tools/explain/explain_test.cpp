@@ -79,6 +79,14 @@ TEST(Explain, PointsAreNamedInTheOrderOfTheHulls) {
   }
 }
 
+// The length of the translation overflows, and its coordinates do not.
+TEST(Explain, ShowsLargeCoordinatesAsTheyAre) {
+  const std::string table = explainCommand("'box 1 1 1' 'box 1 1 1' --xyz '1e308 1e308 0'").output;
+  EXPECT_TRUE(says(table, "\nb lies at (1e+308, 1e+308, 0) in the frame of a.\n")) << table;
+  EXPECT_TRUE(says(table, "The answer is by nothing: the pose is not finite, or lengths add up to more than 1e50 m.\n"))
+      << table;
+}
+
 TEST(Explain, NamesTheClosedForm) {
   EXPECT_TRUE(
       says(explainCommand("'sphere 1' 'capsule 1 2' --xyz '5 0 0'").output,
@@ -148,6 +156,10 @@ TEST_F(ExplainLinks, AWrongOneIsNamed) {
   expect("base base" + robot(), urdf_ + ": the two links are the same, \"base\"\n");
   expect("base ball" + robot() + " --state elbow=1", "--state, line 1: column \"elbow\": no such joint");
   expect("base ball" + robot() + " --state slide", "--state: 'slide' is not joint=position\n");
+  expect("base ball" + robot() + " --state slide=", "--state: 'slide=' is not joint=position\n");
+  expect("base ball" + robot() + " --state '=1 slide=0.5'", "--state: '=1' is not joint=position\n");
+  expect("base ball" + robot() + " --state time=4", "--state: \"time\" is no joint\n");
+  expect("base ball" + robot() + " --state ' '", "--state: no positions\n");
   expect("base ball" + robot() + " --state slide=x", "--state, line 2: column \"slide\": \"x\" is no finite number\n");
   expect("base ball --urdf /nowhere.urdf", "/nowhere.urdf: cannot be read\n");
   expect("base ball --xyz '1 2 3'" + robot(), "--xyz excludes --urdf\n");
@@ -196,6 +208,19 @@ TEST(Explain, NamesWhatIsWrongWithAnOption) {
   expect("--format xml", "--format: 'xml' is neither table nor json\n");
   expect("--state slide=1", "--state requires --urdf\n");
   expect("--plot x.gif", "--plot: x.gif: the name ends in none of .png, .pdf and .svg\n");
+}
+
+TEST(Explain, AnEmptyOptionIsNotTakenForNone) {
+  for (const std::string option :
+       {"--xyz", "--rpy", "--pose", "--first-direction", "--stop-above", "--stop-below", "--plot", "--urdf"}) {
+    const CommandResult result = explainCommand("'sphere 1' 'box 1 1 1' " + option + " ''");
+    EXPECT_EQ(result.exit_code, 1) << option;
+    EXPECT_EQ(result.output, "");
+    EXPECT_EQ(result.errors.substr(0, result.errors.find('\n')), "explain: " + option + ": the text is empty");
+  }
+  const CommandResult result = explainCommand("a b --urdf x --state ''");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_TRUE(says(result.errors, "explain: --state: the text is empty\n")) << result.errors;
 }
 
 TEST(Explain, HelpIsTextAndTellsTheExitCodes) {

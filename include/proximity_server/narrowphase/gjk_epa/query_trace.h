@@ -9,7 +9,7 @@ namespace proximity_server::narrowphase {
 
 /// The part of signedDistance() that an answer comes from.
 enum class Rung : unsigned char {
-  None,               ///< the pose is not finite
+  None,               ///< the pose is not finite, or lengths add up to more than 1e50 m
   PointsAndSegments,  ///< closed form of points and segments, and of a point and a box
   ParallelAxes,       ///< closed form of solids of revolution about parallel axes
   BoxAxes,            ///< the fifteen axes of two boxes that overlap
@@ -19,7 +19,8 @@ enum class Rung : unsigned char {
   EnclosedBall,  ///< overlap: a ball inside of GJK's last simplex decided the threshold, without EPA
   SurfacePlane,  ///< overlap: the origin lies on the surface of the CSO, or the CSO has no volume
   Epa,
-  EpaNewton,  ///< EPA, with a direction found by Newton's method
+  EpaNewton,     ///< EPA, with a direction found by Newton's method
+  EpaEllipsoid,  ///< the same, and an ellipsoid inside of the CSO proves the depth at least as well as the closest face
 };
 
 /// What a query did, step by step.
@@ -27,6 +28,7 @@ enum class Rung : unsigned char {
 /// Frame: that of a; metres.
 /// Cores: all points and bounds are those of the cores. The signed distance of the shapes is less than that of the
 ///        cores by the sum of the margins.
+/// Steps: if a query was made again without its threshold, those of the second search.
 struct QueryTrace {
   /// One iteration of GJK: w is found, the bounds are compared, and w is added to the simplex.
   struct GjkStep {
