@@ -18,9 +18,12 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// [m] csoRounding() of lengths of 1e50 m. The squared distance of a triangle is computed with the sixth power of lengths,
-/// which must not overflow.
-constexpr double kMostRounding = 8.0 * std::numeric_limits<double>::epsilon() * 1e50;
+/// Whether products of lengths can be computed with: the squared distance of a triangle is computed with the sixth power
+/// of lengths. `rounding` [m] is csoRounding(), of lengths from 1e-50 to 1e50 m; it is 0 if two points coincide.
+bool isComputable(double rounding) {
+  constexpr double kOfOneMetre = 8.0 * std::numeric_limits<double>::epsilon();
+  return rounding < 1e50 * kOfOneMetre && !(rounding > 0.0 && rounding < 1e-50 * kOfOneMetre);
+}
 
 /// Whether all entries are finite: zero times infinity or NaN is NaN.
 bool isFinite(const Isometry3d& pose) { return (0.0 * pose.matrix()).sum() == 0.0; }
@@ -218,7 +221,7 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& 
   const auto again = [&](const Options& other) { return signedDistance(a, b, a_T_b, other, warm_start); };
 #endif
   const double rounding = csoRounding(a, b, a_T_b);
-  if (!isFinite(a_T_b) || !(rounding < kMostRounding)) return {};
+  if (!isFinite(a_T_b) || !isComputable(rounding)) return {};
   const double margins = a.margin() + b.margin();
   // The thresholds are moved by some roundings, so that the final bounds, with margins, still decide them.
   const double beyond = 4.0 * rounding;

@@ -334,6 +334,34 @@ TEST(SignedDistance, ShapesTooFarToComputeWithAreUnknown) {
   EXPECT_EQ(signedDistance(Sphere{1e51}, Sphere{1}, Isometry3d::Identity()).status, Status::Unknown);
 }
 
+// Regression: squares of such lengths underflow, and the bounds of an overlap were minus infinity.
+TEST(SignedDistance, ShapesTooSmallToComputeWithAreUnknown) {
+  for (const double size : {1e-51, 1e-100, 1e-155}) {
+    const Shape ellipsoid = Ellipsoid{size * Vector3d(1, 2, 3)}, cone = Cone{size, size};
+    EXPECT_EQ(signedDistance(ellipsoid, cone, Isometry3d::Identity()).status, Status::Unknown) << size;
+  }
+  const Shape point = ConvexHull({{0, 0, 0}});
+  EXPECT_EQ(signedDistance(point, point, Isometry3d::Identity()).distance, 0.0);
+}
+
+TEST(SignedDistance, IsProportionalToTheSizeFromTheSmallestToTheLargest) {
+  const auto distanceOf = [](double size, bool overlap) {
+    const Shape cone = Cone{size, 2.0 * size},
+                hull = ConvexHull(std::vector<Vector3d>{size * Vector3d(0, 0, 0), size * Vector3d(1, 0, 0),
+                                                        size * Vector3d(0, 1, 0), size * Vector3d(0.25, 0.5, 1)});
+    Isometry3d a_T_b(Eigen::AngleAxisd(0.5, Vector3d(1, 2, 3).normalized()));
+    a_T_b.translation() = size * (overlap ? Vector3d(0.25, 0.125, 0.5) : Vector3d(4, 2, 1));
+    Options options;
+    options.distance_tolerance = 1e-9 * size;
+    const SignedDistance result = signedDistance(cone, hull, a_T_b, options);
+    EXPECT_EQ(result.status, Status::Converged) << size;
+    return result.distance / size;
+  };
+  for (const bool overlap : {false, true})
+    for (const double size : {1e-47, 1e-20, 1e-6, 1e6, 1e20, 1e47})
+      EXPECT_NEAR(distanceOf(size, overlap), distanceOf(1.0, overlap), 1e-9) << size;
+}
+
 TEST(SignedDistance, PoseThatIsNotFiniteIsUnknown) {
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
     for (int row = 0; row < 3; ++row)

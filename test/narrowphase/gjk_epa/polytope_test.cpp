@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <random>
 #include <vector>
 
 #include "narrowphase/gjk_epa/two_cores.h"
@@ -159,6 +160,81 @@ TEST(Polytope, GrowsAFlatBaseByOneTriangleForEachVertex) {
       EXPECT_EQ(std::count_if(after.begin(), after.end(), is_new), 1) << i;
     }
   }
+}
+
+std::vector<Vector3d> randomDirections(int count, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  std::vector<Vector3d> directions;
+  for (int i = 0; i < count; ++i)
+    directions.push_back(Vector3d(normal(random), normal(random), normal(random)).normalized());
+  return directions;
+}
+
+// The vertex beyond the sphere hides most of the faces, so that more are removed than made.
+TEST(Polytope, NeverNamesARemovedFace) {
+  const auto polytope = tetrahedron();
+  for (const Vector3d& direction : randomDirections(40, 1)) expandBy(*polytope, 8.0 * direction);
+  const int before = facesOf(*polytope);
+  ASSERT_TRUE(expandBy(*polytope, {300, 200, 100}));
+  ASSERT_LT(facesOf(*polytope), before);
+  std::vector<double> distances;
+  polytope->forEachFace([&](const Face& face) { distances.push_back(face.distance()); });
+  std::sort(distances.begin(), distances.end());
+  EXPECT_EQ(distancesInOrder(*polytope), distances);
+}
+
+// So that rounding of the area cannot make the lower bound of the depth too great.
+TEST(Polytope, TakesTheLowestCornerForTheHeightOfAFace) {
+  const auto polytope = tetrahedron();
+  int uneven = 0;
+  for (const Vector3d& direction : randomDirections(60, 2)) {
+    expandBy(*polytope, 8.0 * direction);
+    polytope->forEachFace([&](const Face& face) {
+      for (const int v : face.vertices) {
+        const double height = face.area.dot(polytope->vertex(v).point);
+        ASSERT_LE(face.height, height);
+        uneven += face.height < height ? 1 : 0;
+      }
+    });
+  }
+  EXPECT_GT(uneven, 100);
+}
+
+// One edge of the tetrahedron is 1e-6 m long, and where it is on the horizon, its triangle is narrow at the apex. The cross
+// product of the long edges would tilt the normal by about 1e-10.
+TEST(Polytope, HasAccurateNormalsOfTrianglesThatAreNarrowAtTheApex) {
+  const Vector3d p(0.4, 0.5, -0.3), q = p + 1e-6 * Vector3d(1, 0.3, 0.7);
+  const std::array<CsoVertex, 4> corners{vertexAt(p), vertexAt(q), vertexAt({-0.6, 0.4, -0.35}),
+                                         vertexAt({-0.1, -0.9, -0.5})};
+  int narrow = 0;
+  for (const Vector3d& direction : randomDirections(100, 3)) {
+    const auto polytope = std::make_unique<Polytope>(corners, kRounding);
+    if (!expandBy(*polytope, 2.0 * direction)) continue;
+    polytope->forEachFace([&](const Face& face) {
+      using Exact = Eigen::Matrix<long double, 3, 1>;
+      const auto corner = [&](int i) { return Exact(polytope->vertex(face.vertices[i]).point.cast<long double>()); };
+      const Exact area = (corner(1) - corner(0)).cross(corner(2) - corner(0));
+      EXPECT_TRUE(isNear(face.normal(), area.normalized().cast<double>(), 1e-14));
+      narrow += area.norm() < 1e-5L ? 1 : 0;
+    });
+  }
+  EXPECT_GT(narrow, 50);
+}
+
+// The vertex lies within rounding above two faces, on the line of their edge: one is replaced, the other is kept, and the
+// triangle between them is narrower than rounding. The next vertex removes it.
+TEST(Polytope, ReplacesAFaceWithoutANormalWhateverIsKept) {
+  const auto polytope = tetrahedron({0, 1, 2, 3}, 1e-3, Polytope::Coplanar::Kept);
+  ASSERT_TRUE(expandBy(*polytope, {1.0, -0.5001, -0.5001}));
+  const auto withoutNormal = [&] {
+    int count = 0;
+    polytope->forEachFace([&](const Face& face) { count += face.hasNormal() ? 0 : 1; });
+    return count;
+  };
+  ASSERT_GT(withoutNormal(), 0);
+  ASSERT_TRUE(expandBy(*polytope, {1.0, -2.0, -2.0}));
+  EXPECT_EQ(withoutNormal(), 0);
 }
 
 // All but four of its faces come in pairs within one plane, so most new vertices lie in the plane of a face.
