@@ -347,12 +347,12 @@ class Suite {
     std::normal_distribution<double> normal;
     std::vector<Eigen::Vector3d> directions;
     for (int i = 0; i < kDirections; ++i) directions.emplace_back(normal(random), normal(random), normal(random));
-    const auto nsOf = [&](const auto& support) {
+    const auto nsOf = [&](const auto& find) {
       std::vector<double> times;
       volatile int sink = 0;
       for (int round = 0; round < kRounds; ++round) {
         const auto start = Clock::now();
-        for (const Eigen::Vector3d& d : directions) sink = sink + support(d);
+        for (const Eigen::Vector3d& d : directions) sink = sink + find(d);
         times.push_back(nanoseconds(Clock::now() - start) / kDirections);
       }
       return medianOf(times);

@@ -15,10 +15,12 @@ using Eigen::Vector3d;
 /// AMD EPYC (Zen 5), 2026-11: with 16 vertices the scan took 0.81 of the time of the table, with 32 vertices 1.03.
 constexpr int kMaxScanned = 16;
 
-/// Number of cells along an edge of the cube: about eight cells for each vertex leave 1.6 vertices in a cell, and one
-/// cell of 150 crowded (ellipsoids of 16 to 1000 vertices). 128 x 128 cells a side take 0.8 MB.
+/// Number of cells along an edge of the cube. Four cells for each vertex leave about two vertices in a cell, and one cell
+/// of 30 crowded (ellipsoids of 16 to 1000 vertices). Evidence: eight were 10 % faster for two hulls of 200 vertices alone,
+/// but not for forty hulls that share a cache of 1 MB (rows "hull 200" and "hull 1000" of ./dev bench narrowphase).
+/// 128 x 128 cells a side take 0.8 MB.
 int cellsFor(int vertices) {
-  constexpr int kMaxCells = 128, kCellsPerVertex = 8;
+  constexpr int kMaxCells = 128, kCellsPerVertex = 4;
   int cells = 4;
   while (cells < kMaxCells && 6 * cells * cells < kCellsPerVertex * vertices) cells *= 2;
   return cells;
