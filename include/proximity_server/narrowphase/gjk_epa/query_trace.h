@@ -12,8 +12,9 @@ enum class Rung : unsigned char {
   None,               ///< the pose is not finite, or lengths add up to more than 1e50 m
   PointsAndSegments,  ///< closed form of points and segments, and of a point and a box
   ParallelAxes,       ///< closed form of solids of revolution about parallel axes
-  BoxAxes,            ///< the fifteen axes of two boxes that overlap
   FirstDirection,     ///< the first vertex of the CSO decided the threshold, before GJK
+  InnerBalls,         ///< overlap: balls inside of both cores decided the threshold, before GJK
+  BoxAxes,            ///< the fifteen axes of two boxes: they overlap, or an axis decided the threshold
   Gjk,
   GjkNewton,     ///< GJK, finished by Newton's method
   EnclosedBall,  ///< overlap: a ball inside of GJK's last simplex decided the threshold, without EPA
