@@ -136,11 +136,15 @@ TEST(PointsAndSegments, MeetInOnePointUnlessTheyAreParallel) {
   const auto meet = [](const Matrix3d& rotation, const Vector3d& normal) {
     return meetInOnePoint(kSegment, kSegment, poseOf({3, 0, 0}, rotation), normal, 1e-9);
   };
-  const double angle = 1e-8;
-  Matrix3d tilted;
-  tilted << 1, 0, 0, 0, 1, angle, 0, -angle, 1;
+  const auto tiltedBy = [](double angle) {
+    Matrix3d tilted = Matrix3d::Identity();
+    tilted(1, 2) = angle;
+    tilted(2, 1) = -angle;
+    return tilted;
+  };
   EXPECT_FALSE(meet(Matrix3d::Identity(), Vector3d::UnitX()));
-  EXPECT_TRUE(meet(tilted, Vector3d::UnitX()));
+  EXPECT_FALSE(meet(tiltedBy(1e-10), Vector3d::UnitX()));
+  EXPECT_TRUE(meet(tiltedBy(1e-8), Vector3d::UnitX()));
   EXPECT_TRUE(meet(zTo(Vector3d::UnitY()), Vector3d::UnitX()));
   EXPECT_TRUE(meet(zTo(Vector3d::UnitX()), Vector3d::UnitX()));  // an end of b
   EXPECT_TRUE(meet(zTo(Vector3d::UnitX()), Vector3d::UnitZ()));  // an end of a
