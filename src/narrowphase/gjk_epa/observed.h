@@ -42,7 +42,7 @@ class Recorder {
   void tests(const Polytope& polytope, const Polytope::Face& closest, const CsoVertex& w,
              const EpaResult& result) const;
   /// EPA ends with this polytope, and does not have the witness points yet unless Newton's method found them.
-  /// `depth_of_ellipsoid` [m]: the lower bound by an ellipsoid inside of the CSO; -infinity if none is known.
+  /// `depth_of_ellipsoid` [m]: the lower bound by an ellipsoid or a solid inside of the CSO; -infinity if none is known.
   void ends(const Polytope& polytope, const EpaResult& result, double depth_of_ellipsoid) const;
 
  private:

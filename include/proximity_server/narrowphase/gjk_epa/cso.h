@@ -76,6 +76,7 @@ class Cso {
   bool isPolytope() const { return is_polytope_; }
   const Shape& a() const { return a_; }
   const Shape& b() const { return b_; }
+  const Eigen::Isometry3d& pose() const { return a_T_b_; }  ///< coordinates of b into a
   Eigen::Isometry3d::ConstLinearPart bAxes() const { return a_T_b_.linear(); }
   Eigen::Isometry3d::ConstTranslationPart bOrigin() const { return a_T_b_.translation(); }
 
