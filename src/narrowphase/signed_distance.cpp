@@ -29,13 +29,14 @@ bool isComputable(double rounding) {
 bool isFinite(const Isometry3d& pose) { return (0.0 * pose.matrix()).sum() == 0.0; }
 
 /// Whether, within the tolerance, only one pair of points of the cores has this distance: the features of the cores
-/// along the normal (vertex, edge or face) have no direction in common.
+/// along the normal (vertex, edge or face) have no direction in common. `numbers`: of the vertices that are the farthest
+/// along the normal, if they are known.
 bool meetInOnePoint(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Vector3d& normal, double tolerance,
-                    WarmStart& warm_start) {
-  const SupportFeature on_a = supportFeature(a, normal, tolerance, warm_start.vertex_a);
+                    const WarmStart::Pair& numbers) {
+  const SupportFeature on_a = supportFeature(a, normal, tolerance, numbers.a);
   if (on_a.dimension == 0) return true;
   const Vector3d towards_a = -(a_T_b.linear().transpose() * normal);
-  const SupportFeature on_b = supportFeature(b, towards_a, tolerance, warm_start.vertex_b);
+  const SupportFeature on_b = supportFeature(b, towards_a, tolerance, numbers.b);
   if (on_b.dimension == 0) return true;
   if (on_a.dimension + on_b.dimension > 2) return false;
   const Vector3d along_b = a_T_b.linear() * on_b.along;
@@ -107,21 +108,21 @@ SignedDistance certified(SignedDistance exact, double rounding) {
 }
 
 SignedDistance iterative(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, const Options& options,
-                         Observer observer) {
+                         WarmStart::Pair& newest, Observer observer) {
   observer.reaches(Rung::Gjk);
   const GjkResult gjk_result = gjkObserved(cso, normal_guess, first, options, observer);
+  newest = cso.newestNumbers();
   if (gjk_result.outcome != GjkResult::Outcome::Overlap) return fromGjk(cso, gjk_result);
-  return fromEpa(cso, gjk_result, epaObserved(cso, gjk_result.simplex, options, observer));
+  const EpaResult epa_result = epaObserved(cso, gjk_result.simplex, options, observer);
+  newest = cso.newestNumbers();
+  return fromEpa(cso, gjk_result, epa_result);
 }
 
 /// First direction of the search, roughly from a to b. It is not normalised, so that the first support point need not
 /// wait for a root and a division.
 Vector3d firstDirection(const Cso& cso, const WarmStart& warm_start) {
-  // Divided by its largest entry, as the squares of tiny entries would underflow.
-  if (!warm_start.axis.isZero(0.0)) {
-    const Vector3d warm = warm_start.axis / warm_start.axis.lpNorm<Eigen::Infinity>();
-    if (warm.allFinite()) return warm;
-  }
+  const double warm2 = warm_start.axis.squaredNorm();
+  if (warm2 > 1e-200 && warm2 < 1e200) return warm_start.axis;  // the squares of other axes might underflow or overflow
   const Vector3d centres = cso.centreDifference();
   return centres.squaredNorm() > 0.0 ? centres : Vector3d(Vector3d::UnitX());
 }
@@ -146,8 +147,9 @@ std::optional<SignedDistance> boxOverlap(const Cso& cso, const Isometry3d& a_T_b
   return boxes.overlap(options.distance_tolerance, cso.rounding());
 }
 
+/// `newest` receives the numbers of the last vertex of the CSO that the search found; it is unchanged without a search.
 SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
-                            double rounding, WarmStart& warm_start, Observer observer) {
+                            double rounding, WarmStart& warm_start, WarmStart::Pair& newest, Observer observer) {
   observer.reaches(Rung::PointsAndSegments);
   if (hasClosedForm(a.kind(), b.kind())) return certified(closedForm(a, b, a_T_b), rounding);
   if (isSolidOfRevolution(a.kind()) && isSolidOfRevolution(b.kind())) {
@@ -174,7 +176,7 @@ SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_
   const bool may_overlap = towards >= 0.0;
   if (may_overlap && areBoxes(a, b))
     if (const auto exact = boxOverlap(cso, a_T_b, options)) return certified(*exact, rounding);
-  return iterative(cso, direction.normalized(), first, options, observer);
+  return iterative(cso, direction.normalized(), first, options, newest, observer);
 }
 
 /// The signed distance of the shapes from that of their cores: the margins move both surfaces outwards along the
@@ -231,8 +233,9 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& 
   core_options.stop_below += margins - beyond;
   std::optional<WarmStart> start;  // copied only where it may be needed again: the copy takes a tenth of a closed form
   if (std::isfinite(options.stop_above) || std::isfinite(options.stop_below)) start = warm_start;
-  SignedDistance result =
-      withMargins(coreDistance(a, b, a_T_b, core_options, rounding, warm_start, observer), a.margin(), b.margin());
+  WarmStart::Pair newest{0, 0};
+  SignedDistance result = withMargins(coreDistance(a, b, a_T_b, core_options, rounding, warm_start, newest, observer),
+                                      a.margin(), b.margin());
   if (result.status == Status::Threshold && !isDecided(result, options)) {
     // The points have widened the bounds that decided the threshold: only the whole search can tell.
     if (start) warm_start = *start;
@@ -246,7 +249,7 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& 
   warm_start.axis = result.normal;
   result.status = statusByBounds(result, options);
   if (result.status == Status::Converged && result.unique)
-    result.unique = meetInOnePoint(a, b, a_T_b, result.normal, options.distance_tolerance, warm_start);
+    result.unique = meetInOnePoint(a, b, a_T_b, result.normal, options.distance_tolerance, newest);
   return result;
 }
 
