@@ -30,13 +30,14 @@ bool isComputable(double rounding) {
 bool hasFiniteAxes(const Isometry3d& pose) { return (0.0 * pose.matrix().leftCols<3>()).sum() == 0.0; }
 
 /// Whether, within the tolerance, only one pair of points of the cores has this distance: the features of the cores
-/// along the normal (vertex, edge or face) have no direction in common.
+/// along the normal (vertex, edge or face) have no direction in common. `numbers`: of the vertices that are the farthest
+/// along the normal, if they are known.
 bool meetInOnePoint(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Vector3d& normal, double tolerance,
-                    WarmStart& warm_start) {
-  const SupportFeature on_a = supportFeature(a, normal, tolerance, warm_start.vertex_a);
+                    const WarmStart::Pair& numbers) {
+  const SupportFeature on_a = supportFeature(a, normal, tolerance, numbers.a);
   if (on_a.dimension == 0) return true;
   const Vector3d towards_a = -(a_T_b.linear().transpose() * normal);
-  const SupportFeature on_b = supportFeature(b, towards_a, tolerance, warm_start.vertex_b);
+  const SupportFeature on_b = supportFeature(b, towards_a, tolerance, numbers.b);
   if (on_b.dimension == 0) return true;
   if (on_a.dimension + on_b.dimension > 2) return false;
   const Vector3d along_b = a_T_b.linear() * on_b.along;
@@ -108,21 +109,21 @@ SignedDistance certified(SignedDistance exact, double rounding) {
 }
 
 SignedDistance iterative(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, const Options& options,
-                         Observer observer) {
+                         WarmStart::Pair& newest, Observer observer) {
   observer.reaches(Rung::Gjk);
   const GjkResult gjk_result = gjkObserved(cso, normal_guess, first, options, observer);
+  newest = cso.newestNumbers();
   if (gjk_result.outcome != GjkResult::Outcome::Overlap) return fromGjk(cso, gjk_result);
-  return fromEpa(cso, gjk_result, epaObserved(cso, gjk_result.simplex, options, observer));
+  const EpaResult epa_result = epaObserved(cso, gjk_result.simplex, options, observer);
+  newest = cso.newestNumbers();
+  return fromEpa(cso, gjk_result, epa_result);
 }
 
 /// First direction of the search, roughly from a to b. It is not normalised, so that the first support point need not
 /// wait for a root and a division.
 Vector3d firstDirection(const Cso& cso, const WarmStart& warm_start) {
-  // Divided by its largest entry, as the squares of tiny entries would underflow.
-  if (!warm_start.axis.isZero(0.0)) {
-    const Vector3d warm = warm_start.axis / warm_start.axis.lpNorm<Eigen::Infinity>();
-    if (warm.allFinite()) return warm;
-  }
+  const double warm2 = warm_start.axis.squaredNorm();
+  if (warm2 > 1e-200 && warm2 < 1e200) return warm_start.axis;  // the squares of other axes might underflow or overflow
   const Vector3d centres = cso.centreDifference();
   return centres.squaredNorm() > 0.0 ? centres : Vector3d(Vector3d::UnitX());
 }
@@ -170,11 +171,16 @@ std::optional<SignedDistance> byBoxAxes(const Cso& cso, const Isometry3d& a_T_b,
   return certified(*exact, rounding);
 }
 
-/// The signed distance of cores without a closed form of their own. If GJK begins, and a threshold may end it,
-/// `before_search` becomes the warm start with which it begins; the copy takes a twentieth of a query without GJK.
+/// What a query remembers of its search by GJK and EPA; unchanged if there was none.
+struct Search {
+  /// The warm start with which it began, if a threshold may end it: the copy takes a twentieth of a query without GJK.
+  std::optional<WarmStart> begun_with;
+  WarmStart::Pair newest{0, 0};  ///< numbers of the vertex of the CSO that was found last
+};
+
+/// The signed distance of cores without a closed form of their own.
 SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
-                            double rounding, WarmStart& warm_start, std::optional<WarmStart>& before_search,
-                            Observer observer) {
+                            double rounding, WarmStart& warm_start, Search& search, Observer observer) {
   if (isSolidOfRevolution(a.kind()) && isSolidOfRevolution(b.kind())) {
     // The axes may be tilted by a small part of the tolerance: turning b by the tilt moves no point of it by more than
     // this.
@@ -208,8 +214,8 @@ SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_
   const bool may_overlap = towards >= 0.0;
   if (may_overlap && areBoxes(a, b))
     if (const auto answer = byBoxAxes(cso, a_T_b, options)) return *answer;
-  if (std::isfinite(options.stop_above) || std::isfinite(options.stop_below)) before_search = warm_start;
-  return iterative(cso, direction.normalized(), first, options, observer);
+  if (std::isfinite(options.stop_above) || std::isfinite(options.stop_below)) search.begun_with = warm_start;
+  return iterative(cso, direction.normalized(), first, options, search.newest, observer);
 }
 
 /// The signed distance of the shapes from that of their cores: the margins move both surfaces outwards along the
@@ -246,7 +252,7 @@ Status statusByBounds(const SignedDistance& result, const Options& options) {
   warm_start.axis = result.normal;
   result.status = statusByBounds(result, options);
   if (result.status == Status::Converged && result.unique)
-    result.unique = meetInOnePoint(a, b, a_T_b, result.normal, options.distance_tolerance);
+    result.unique = meetInOnePoint(a, b, a_T_b, result.normal, options.distance_tolerance, WarmStart::Pair{});
   return result;
 }
 
@@ -281,12 +287,12 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& 
   core_options.distance_tolerance = std::max(options.distance_tolerance, kResolvable * rounding);
   core_options.stop_above += margins + beyond;
   core_options.stop_below += margins - beyond;
-  std::optional<WarmStart> before_search;
-  SignedDistance result = withMargins(
-      coreDistance(a, b, a_T_b, core_options, rounding, warm_start, before_search, observer), a.margin(), b.margin());
+  Search search;
+  SignedDistance result = withMargins(coreDistance(a, b, a_T_b, core_options, rounding, warm_start, search, observer),
+                                      a.margin(), b.margin());
   if (result.status == Status::Threshold && !isDecided(result, options)) {
     // The points have widened the bounds that decided the threshold: only the whole search can tell.
-    if (before_search) warm_start = *before_search;
+    if (search.begun_with) warm_start = *search.begun_with;
     Options whole = options;
     whole.stop_above = std::numeric_limits<double>::infinity();
     whole.stop_below = -whole.stop_above;
@@ -297,7 +303,7 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& 
   warm_start.axis = result.normal;
   result.status = statusByBounds(result, options);
   if (result.status == Status::Converged && result.unique)
-    result.unique = meetInOnePoint(a, b, a_T_b, result.normal, options.distance_tolerance, warm_start);
+    result.unique = meetInOnePoint(a, b, a_T_b, result.normal, options.distance_tolerance, search.newest);
   return result;
 }
 

@@ -96,7 +96,7 @@ Relative swapped(const StressPair& p) {
   const Isometry3d b_T_a = p.a_T_b.inverse(Eigen::Affine);
   // The inverse is rounded: nine products with a translation, six with a rotation, once in each direction.
   return {"swapped",
-          {p.b, p.a, b_T_a, p.options, {-p.warm_start.axis, p.warm_start.vertex_b, p.warm_start.vertex_a}},
+          {p.b, p.a, b_T_a, p.options, {-p.warm_start.axis}},
           2.0 * roundingOf(p.pair()) + departureFromRotation(p.a_T_b) * p.pair().scale()};
 }
 

@@ -324,7 +324,7 @@ WarmStart garbage(Random& random) {
   const int vertices[] = {-1, 0, 1, 7, 1000, std::numeric_limits<int>::min(), std::numeric_limits<int>::max()};
   const auto value = [&] { return values[below(random, 16)]; };
   const auto vertex = [&] { return vertices[below(random, 7)]; };
-  WarmStart result{Vector3d(value(), value(), value()), vertex(), vertex()};
+  WarmStart result{Vector3d(value(), value(), value())};
   for (WarmStart::Pair& pair : result.simplex) pair = {vertex(), vertex()};
   result.simplex_size = vertex();
   return result;

@@ -70,8 +70,6 @@ struct SignedDistance {
 /// iterations. The default starts without knowledge.
 struct WarmStart {
   Eigen::Vector3d axis = Eigen::Vector3d::Zero();  ///< separating axis, a's frame, a towards b; 0: none
-  int vertex_a = 0;                                ///< number of the last support vertex, if a is a polytope
-  int vertex_b = 0;
   struct Pair {
     int a, b;
   };

@@ -38,7 +38,7 @@ std::string bitsOf(const SignedDistance& answer) {
 }
 
 std::string bitsOf(const WarmStart& warm_start) {
-  std::string bits = bitsOf(warm_start.axis) + bitsOf(warm_start.vertex_a, warm_start.vertex_b);
+  std::string bits = bitsOf(warm_start.axis);
   for (int i = 0; i < warm_start.simplex_size; ++i) bits += bitsOf(warm_start.simplex[i].a, warm_start.simplex[i].b);
   return bits;
 }
