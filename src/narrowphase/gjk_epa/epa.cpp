@@ -338,8 +338,9 @@ EpaResult expandPolytope(Cso& cso, const std::array<CsoVertex, 4>& tetrahedron, 
     if (isFinal()) return end(Status::Converged, nullptr);
     if (face == nullptr) return end(Status::Degenerate, nullptr);
 
+    // The root and the division need not be waited for.
+    const CsoVertex w = cso.vertex(face->area);
     const Vector3d normal = face->area / length;
-    const CsoVertex w = cso.vertex(normal);
     const double depth = normal.dot(w.point);
     observer.tests(polytope, *face, w, result);
     // A direction with points, found by Newton's method, is not replaced by one that is shallower by rounding only.
