@@ -11,7 +11,8 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int kBlock = 8;  // of the distances that closest() compares at a time
+constexpr std::array<std::size_t, 3> kNext{1, 2, 0};  // of the corners of a triangle
+constexpr int kBlock = 8;                             // of the distances that closest() compares at a time
 static_assert(Polytope::kMaxFaces % kBlock == 0, "the last block ends with the array");
 
 /// Two numbers, with which all processors compute at once, and two vectors.
@@ -32,6 +33,20 @@ Two lesser(const Two& u, const Two& v) { return u < v ? u : v; }
 Two greater(const Two& u, const Two& v) { return u > v ? u : v; }
 
 }  // namespace
+
+/// The planes of two triangles. The area vector is the cross product of the two edges at the apex.
+struct Polytope::TwoPlanes {
+  TwoVectors area;
+  Two area2, height;  // as those of a face
+  Two longer2;        // square of the longer edge at the apex
+
+  static TwoPlanes of(const TwoVectors& from, const TwoVectors& to, const TwoVectors& apex) {
+    const TwoVectors from_edge = from - apex, to_edge = to - apex;
+    const TwoVectors area = cross(from_edge, to_edge);
+    const Two height = lesser(lesser(dot(area, from), dot(area, to)), dot(area, apex));
+    return {area, dot(area, area), height, greater(dot(from_edge, from_edge), dot(to_edge, to_edge))};
+  }
+};
 
 Polytope::Polytope(const std::array<CsoVertex, 4>& corners, double rounding, Coplanar coplanar)
     : rounding_(rounding), coplanar_(coplanar) {
@@ -63,7 +78,7 @@ void Polytope::addFace(int a, int b, int c) {
 }
 
 /// Sets the area vector and the height of a face.
-void Polytope::setPlane(Face& f) const {
+void Polytope::setPlane(Face& f) {
   const Vector3d &a = vertex(f.vertices[0]).point, &b = vertex(f.vertices[1]).point, &c = vertex(f.vertices[2]).point;
   const Vector3d ab = b - a, bc = c - b, ca = a - c;
   const double longest2 = std::max({ab.squaredNorm(), bc.squaredNorm(), ca.squaredNorm()});
@@ -74,6 +89,7 @@ void Polytope::setPlane(Face& f) const {
   if (!(f.area2 > rounding_ * rounding_ * longest2)) {
     f.area.setZero();
     f.area2 = f.height = 0.0;
+    has_sliver_ = true;
   }
 }
 
@@ -121,7 +137,6 @@ bool Polytope::sees(const Vector3d& w, const Face& candidate) const {
 /// the faces that stay are found in the order of the horizon, counter-clockwise as seen from w. Returns whether they are
 /// one closed loop: as many of them begin as end at each vertex, so a chain of all of them is closed.
 bool Polytope::findHorizon(const Face& seen, const Vector3d& w) {
-  static constexpr std::array<std::size_t, 3> kNext{1, 2, 0};
   horizon_size_ = 0;
   removeFace(indexOf(seen));
   pending_[0] = seen.twins[2];
@@ -157,6 +172,28 @@ int* Polytope::placesForCone() {
   return &free_faces_[free_count_];
 }
 
+/// Sets the planes and distances of two faces.
+void Polytope::setPlanes(const std::array<int, 2>& faces, const TwoPlanes& planes, double ceiling) {
+  const Two ceiling2 = Two{} + ceiling * std::abs(ceiling), not_asked = Two{} + kNotAsked;
+  const Two height2 = planes.height * greater(planes.height, -planes.height);  // with the sign of the height
+  const Two distance2 = height2 < ceiling2 * planes.area2 ? height2 / planes.area2 : not_asked;
+  // For a triangle that is not narrow at the apex this is as accurate as its shortest edges; see areaVector(). The
+  // third edge is at most twice as long as the longer of the other two.
+  constexpr double kNarrow = 1e-4;
+  const Two narrow2 = greater(kNarrow * planes.longer2, Two{} + 4.0 * rounding_ * rounding_);
+  const auto is_wide = planes.area2 > planes.longer2 * narrow2;
+  for (int lane = 0; lane < 2; ++lane) {
+    Face& f = face(faces[lane]);
+    f.area = Vector3d(planes.area.x[lane], planes.area.y[lane], planes.area.z[lane]);
+    f.area2 = planes.area2[lane];
+    f.height = planes.height[lane];
+    distances_[faces[lane]] = distance2[lane];
+    if (is_wide[lane]) continue;
+    setPlane(f);
+    setDistance(faces[lane], ceiling);
+  }
+}
+
 /// Adds a triangle from each edge of the horizon to the apex, two at a time. Of an odd number, the first is made twice.
 void Polytope::addCone(int apex, double ceiling) {
   int* const places = placesForCone();
@@ -165,46 +202,105 @@ void Polytope::addCone(int apex, double ceiling) {
   horizon_[horizon_size_] = horizon_[0];
   int previous = places[horizon_size_ - 1];
   const TwoVectors w = both(vertex(apex).point, vertex(apex).point);
-  const Two ceiling2 = Two{} + ceiling * std::abs(ceiling), not_asked = Two{} + kNotAsked;
   for (int i = 0; i < horizon_size_; i += 2) {
+    for (int j = i; j < i + 2; ++j) {
+      const HorizonEdge& edge = horizon_[j];
+      Face& f = face(places[j]);
+      f.vertices = {edge.from, edge.to, apex};
+      f.twins = {edge.half_edge, kStride * places[j + 1] + 2, kStride * previous + 1};
+      twinOf(edge.half_edge) = kStride * places[j];
+      previous = places[j];
+    }
     const Vector3d& middle = vertex(horizon_[i].to).point;
     const TwoVectors from = both(vertex(horizon_[i].from).point, middle);
     const TwoVectors to = both(middle, vertex(horizon_[i + 1].to).point);
-    const TwoVectors from_edge = from - w, to_edge = to - w;
-    const TwoVectors area = cross(from_edge, to_edge);
-    const Two area2 = dot(area, area), height = lesser(lesser(dot(area, from), dot(area, to)), dot(area, w));
-    const Two height2 = height * greater(height, -height);  // with the sign of the height
-    const Two distance2 = height2 < ceiling2 * area2 ? height2 / area2 : not_asked;
-    // For a triangle that is not narrow at the apex this is as accurate as its shortest edges; see areaVector(). The
-    // horizon's edge is at most twice as long as the longer of the other two.
-    constexpr double kNarrow = 1e-4;
-    const Two longer2 = greater(dot(from_edge, from_edge), dot(to_edge, to_edge));
-    const auto is_wide = area2 > longer2 * greater(kNarrow * longer2, Two{} + 4.0 * rounding_ * rounding_);
-    for (int lane = 0; lane < 2; ++lane) {
-      const HorizonEdge& edge = horizon_[i + lane];
-      const int index = places[i + lane], next = places[i + lane + 1];
-      Face& f = face(index);
-      f.vertices = {edge.from, edge.to, apex};
-      f.twins = {edge.half_edge, kStride * next + 2, kStride * previous + 1};
-      twinOf(edge.half_edge) = kStride * index;
-      previous = index;
-      f.area = Vector3d(area.x[lane], area.y[lane], area.z[lane]);
-      f.area2 = area2[lane];
-      f.height = height[lane];
-      distances_[index] = distance2[lane];
-      if (is_wide[lane]) continue;
-      setPlane(f);
-      setDistance(index, ceiling);
-    }
+    setPlanes({places[i], places[i + 1]}, TwoPlanes::of(from, to, w), ceiling);
   }
 }
 
 bool Polytope::expand(const Face& seen, const CsoVertex& w, double ceiling) {
-  if (!findHorizon(seen, w.point)) return false;
+  is_open_ = !findHorizon(seen, w.point);
+  if (is_open_) return false;
   const int apex = vertex_count_++;
   vertices_[apex] = w;
   addCone(apex, ceiling);
   return true;
+}
+
+namespace {
+
+/// Whether each half-edge has a twin that runs along the same edge in the opposite direction.
+bool isClosed(const WarmPolytope& last) {
+  if (last.vertex_count < 4 || last.vertex_count > WarmPolytope::kMaxVertices) return false;
+  // expand() has room for the faces of 512 vertices on a sphere, 2 V - 4.
+  if (last.face_count < 4 || last.face_count > 2 * last.vertex_count - 4 || last.face_count % 2 != 0) return false;
+  for (int f = 0; f < last.face_count; ++f)
+    for (int edge = 0; edge < 3; ++edge) {
+      const WarmPolytope::Triangle& face = last.faces[f];
+      const int twin = face.twins[edge], there = twin % 4;
+      if (face.vertices[edge] >= last.vertex_count || twin / 4 >= last.face_count || there == 3) return false;
+      const WarmPolytope::Triangle& next = last.faces[twin / 4];
+      // It ends where this one begins, as it is compared with its own twin, too.
+      if (next.twins[there] != 4 * f + edge || next.vertices[there] != face.vertices[kNext[edge]]) return false;
+    }
+  return true;
+}
+
+}  // namespace
+
+bool Polytope::recall(const WarmPolytope& last, const Cso& cso, double ceiling) {
+  if (!isClosed(last)) return false;
+  vertex_count_ = last.vertex_count;
+  for (int v = 0; v < vertex_count_; ++v) vertices_[v] = cso.recalled(last.vertices[v]);
+  face_end_ = last.face_count;
+  std::fill_n(distances_.begin() + face_end_ / kBlock * kBlock, kBlock, kNotAsked);
+  for (int f = 0; f < face_end_; f += 2) {
+    for (int i = f; i < f + 2; ++i) {
+      std::copy_n(last.faces[i].vertices.begin(), 3, face(i).vertices.begin());
+      std::copy_n(last.faces[i].twins.begin(), 3, face(i).twins.begin());
+    }
+    const auto corners = [&](int i) {
+      return both(vertex(face(f).vertices[i]).point, vertex(face(f + 1).vertices[i]).point);
+    };
+    const TwoPlanes planes = TwoPlanes::of(corners(0), corners(1), corners(2));
+    setPlanes({f, f + 1}, planes, ceiling);
+    // With R the length of a corner and l the longest edge, the area vector has an error of 7 eps l^2 at most, and its
+    // product with a corner has one of 1.5 eps R l^2 more: 8.5 eps R l^2 for the determinant of the corners. The
+    // rounding is at least 8 eps R, and l at most twice the longer edge at the apex.
+    for (int lane = 0; lane < 2; ++lane)
+      if (!(face(f + lane).height > 8.0 * rounding_ * planes.longer2[lane])) return false;
+  }
+  return true;
+}
+
+void Polytope::keep(WarmPolytope& last) const {
+  last.face_count = last.vertex_count = 0;
+  if (is_open_) return;
+  std::array<int, kMaxFaces> places;
+  std::array<int, kMaxVertices> numbers;
+  std::fill_n(numbers.begin(), vertex_count_, -1);
+  int faces = 0, vertices = 0;
+  for (int f = 0; f < face_end_; ++f)
+    if (!face(f).isRemoved()) places[f] = faces++;
+  if (faces > WarmPolytope::kMaxFaces) return;
+  for (int f = 0; f < face_end_; ++f) {
+    if (face(f).isRemoved()) continue;
+    WarmPolytope::Triangle& triangle = last.faces[places[f]];
+    for (int i = 0; i < 3; ++i) {
+      const int v = face(f).vertices[i], twin = face(f).twins[i];
+      if (numbers[v] < 0) {
+        if (vertices == WarmPolytope::kMaxVertices) return;
+        last.vertices[vertices] = vertex(v).numbers;
+        numbers[v] = vertices++;
+      }
+      triangle.vertices[i] = static_cast<std::uint16_t>(numbers[v]);
+      triangle.twins[i] = static_cast<std::uint16_t>(kStride * places[indexOf(twin)] + twin % kStride);
+    }
+  }
+  if (!is_recalled_) last.cold_vertices = vertices;
+  if (vertices > 1.5 * last.cold_vertices + 4.0) return;
+  last.vertex_count = vertices;
+  last.face_count = faces;
 }
 
 std::array<double, 3> Polytope::rayWeights(const Face& f, const Vector3d& direction) const {

@@ -67,6 +67,32 @@ class Polytope {
   /// Begins with a tetrahedron. `rounding` [m]: a vertex that lies less than this above a face counts as in its plane.
   Polytope(const std::array<CsoVertex, 4>& corners, double rounding, Coplanar coplanar = Coplanar::Replaced);
 
+  /// Begins without faces, for recall().
+  explicit Polytope(double rounding) : rounding_(rounding), coplanar_(Coplanar::Replaced), is_recalled_(true) {}
+
+  /// Begins with the polytope of an earlier query, its vertices in the present pose. Returns whether every ray from the
+  /// origin is proven to meet a face; otherwise the polytope must not be used. Faces at or beyond the distance `ceiling`
+  /// [m] will not be returned by closest().
+  ///
+  /// The polytope need not be convex. Proof: each half-edge has a twin in the opposite direction, so the surface is
+  /// closed, and the number of faces that a ray meets, those whose outer side looks to the origin counted negatively, is
+  /// the same for all rays that meet no edge. No face is counted negatively: its height exceeds the rounding error of
+  /// the determinant of its corners. So this number is that of the faces met by a ray through the inside of one of them,
+  /// at least one.
+  bool recall(const WarmPolytope& last, const Cso& cso, double ceiling);
+
+  /// Whether every ray from the origin still meets a face after expand(), if `least` [m] is the distance of the closest.
+  ///
+  /// For a polytope that began with a tetrahedron this is said by its convexity. For one that was recalled: to replace a
+  /// face by the cone from w changes the number of recall() only if the tetrahedron of both contains the origin. It does
+  /// not: its corners lie no more than rounding below the plane of the face, and this plane is farther than twice the
+  /// rounding from the origin. A face without a normal has no such plane.
+  bool surroundsOrigin(double least) const { return !is_recalled_ || (!has_sliver_ && least > 2.0 * rounding_); }
+
+  /// Keeps the polytope for recall(). Keeps nothing if it is too large, not closed, or has grown to more than 1.5 times
+  /// the vertices, plus four, that it had when it was last begun with a tetrahedron: the next one is begun anew then.
+  void keep(WarmPolytope& last) const;
+
   const CsoVertex& vertex(int index) const { return vertices_[index]; }
   bool hasCorner(const Face& face, const CsoVertex& w) const {
     return std::any_of(face.vertices.begin(), face.vertices.end(), [&](int v) { return vertex(v).point == w.point; });
@@ -106,6 +132,7 @@ class Polytope {
   static constexpr int kStride = 4;  // a half-edge has the number kStride * face + edge
   static constexpr int kRemoved = -1;
 
+  struct TwoPlanes;
   struct HorizonEdge {
     int half_edge;  // of the face that stays
     int from, to;   // vertices at its ends, counter-clockwise as seen from the new vertex
@@ -121,7 +148,8 @@ class Polytope {
   void addFace(int a, int b, int c);
   int* placesForCone();
   void addCone(int apex, double ceiling);
-  void setPlane(Face& face) const;
+  void setPlanes(const std::array<int, 2>& faces, const TwoPlanes& planes, double ceiling);
+  void setPlane(Face& face);
   void setDistance(int index, double ceiling);
   void join(int half_edge, int twin);
   void removeFace(int index);
@@ -135,6 +163,9 @@ class Polytope {
 
   double rounding_;
   Coplanar coplanar_;
+  bool is_recalled_ = false;
+  bool has_sliver_ = false;  // there has been a face without a normal
+  bool is_open_ = false;     // expand() has found no closed loop
   int vertex_count_ = 0;
   int face_end_ = 0;
   int free_count_ = 0;

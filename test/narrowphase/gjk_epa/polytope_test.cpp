@@ -252,7 +252,12 @@ TEST(Polytope, DoesNotGrowWhereTheHorizonIsTwoLoops) {
   ASSERT_EQ(facesOf(*polytope), 8);
   const Face* side = nullptr;
   polytope->forEachFace([&](const Face& face) { side = std::abs(face.normal().z()) < 0.5 ? &face : side; });
+  WarmPolytope kept;
+  polytope->keep(kept);
+  EXPECT_EQ(kept.face_count, 8);
   EXPECT_FALSE(polytope->expand(*side, vertexAt({0, 0, 0.1}), kNoCeiling));
+  polytope->keep(kept);
+  EXPECT_EQ(kept.face_count, 0);  // it is not closed any more
 }
 
 // All but four of its faces come in pairs within one plane, so most new vertices lie in the plane of a face.
