@@ -109,14 +109,13 @@ SignedDistance certified(SignedDistance exact, double rounding) {
 }
 
 SignedDistance iterative(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, const Options& options,
-                         WarmStart::Pair& newest, Observer observer) {
+                         Observer observer) {
+  if (const auto recalled = epaRecalled(cso, normal_guess, first, options, observer))
+    return fromEpa(cso, GjkResult(), *recalled);
   observer.reaches(Rung::Gjk);
   const GjkResult gjk_result = gjkObserved(cso, normal_guess, first, options, observer);
-  newest = cso.newestNumbers();
   if (gjk_result.outcome != GjkResult::Outcome::Overlap) return fromGjk(cso, gjk_result);
-  const EpaResult epa_result = epaObserved(cso, gjk_result.simplex, options, observer);
-  newest = cso.newestNumbers();
-  return fromEpa(cso, gjk_result, epa_result);
+  return fromEpa(cso, gjk_result, epaObserved(cso, gjk_result.simplex, options, observer));
 }
 
 /// First direction of the search, roughly from a to b. It is not normalised, so that the first support point need not
@@ -215,7 +214,9 @@ SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_
   if (may_overlap && areBoxes(a, b))
     if (const auto answer = byBoxAxes(cso, a_T_b, options)) return *answer;
   if (std::isfinite(options.stop_above) || std::isfinite(options.stop_below)) search.begun_with = warm_start;
-  return iterative(cso, direction.normalized(), first, options, search.newest, observer);
+  const SignedDistance result = iterative(cso, direction.normalized(), first, options, observer);
+  search.newest = cso.newestNumbers();
+  return result;
 }
 
 /// The signed distance of the shapes from that of their cores: the margins move both surfaces outwards along the

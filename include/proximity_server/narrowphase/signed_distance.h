@@ -16,7 +16,8 @@ namespace proximity_server::narrowphase {
 ///    it does not decide the threshold, see whether the balls inside of both cores do: the cores are not farther from
 ///    each other than these. If the vertex does not separate two boxes, test their fifteen axes: the depth of boxes that
 ///    overlap has a formula (boxes.h).
-/// 4. Otherwise find the distance by GJK (gjk.h), and if the cores overlap, the depth by EPA (epa.h).
+/// 4. Otherwise find the distance by GJK (gjk.h), and if the cores overlap, the depth by EPA (epa.h). Two polytopes
+///    whose warm start has a WarmPolytope begin with EPA while that proves an overlap.
 /// 5. Move both points outwards along the normal by the margins.
 /// 6. Set the status by the final bounds: here only is it decided whether they meet the tolerance or a threshold. If a
 ///    threshold ended the search, and the final bounds do not decide it, search again without the threshold.

@@ -335,12 +335,18 @@ int firstEllipsoid(const Cso& cso) {
 /// 4e-12.
 constexpr int kMaxForAccuracy = 320;
 
-EpaResult expandPolytope(Cso& cso, const std::array<CsoVertex, 4>& tetrahedron, const Options& options,
+/// A direction, and the depth along it; infinite if none is known yet.
+struct KnownDepth {
+  Vector3d normal = Vector3d::Zero();
+  double depth = std::numeric_limits<double>::infinity();
+};
+
+EpaResult expandPolytope(Cso& cso, Polytope& polytope, const KnownDepth& known, const Options& options,
                          Observer observer) {
-  const auto coplanar = cso.isPolytope() ? Polytope::Coplanar::Replaced : Polytope::Coplanar::Kept;
-  Polytope polytope(tetrahedron, cso.rounding(), coplanar);
   EpaResult result;
-  result.depth = std::numeric_limits<double>::infinity();
+  result.depth = known.depth;
+  result.normal = known.normal;
+  result.has_normal = std::isfinite(known.depth);
   Shallowest shallowest(cso, result);
   const bool is_round = isRound(cso.a().kind()) && isRound(cso.b().kind());
   const int first_ellipsoid = firstEllipsoid(cso);
@@ -372,15 +378,17 @@ EpaResult expandPolytope(Cso& cso, const std::array<CsoVertex, 4>& tetrahedron, 
     // Without a face the polytope proves only that the origin is inside, until a depth is known.
     const double without_face = result.has_normal ? result.depth : 0.0;
     const double reach = face != nullptr ? face->height / length : without_face;
+    if (!polytope.surroundsOrigin(reach)) return end(Status::Degenerate, nullptr);
     // A solid inside of the CSO proves a depth, but the polytope may not know yet where its points are.
     const double proven = result.has_points ? std::max(reach, shallowest.depthInside()) : reach;
     result.lower_bound = std::min(proven, result.depth) - cso.rounding();
     if (-result.lower_bound <= options.stop_below) return end(Status::Threshold, nullptr);
-    if (isFinal()) return end(Status::Converged, nullptr);
+    if (isFinal()) return end(Status::Converged, face);
     if (face == nullptr) return end(Status::Degenerate, nullptr);
 
+    // Along the area vector: the support point need not wait for the root and the division of the normal.
+    const CsoVertex w = cso.vertex(face->area);
     const Vector3d normal = face->area / length;
-    const CsoVertex w = cso.vertex(normal);
     const double depth = normal.dot(w.point);
     observer.tests(polytope, *face, w, result);
     // A direction with points, found by Newton's method, is not replaced by one that is shallower by rounding only.
@@ -423,9 +431,30 @@ EpaResult epaObserved(Cso& cso, const Simplex& simplex, const Options& options, 
   const EpaStart start = epaStart(cso, simplex);
   observer.reaches(start.plane ? Rung::SurfacePlane : Rung::Epa);
   if (start.plane) return onSurface(cso, simplex, *start.plane, options);
-  EpaResult result = expandPolytope(cso, start.vertices, options, observer);
+  const auto coplanar = cso.isPolytope() ? Polytope::Coplanar::Replaced : Polytope::Coplanar::Kept;
+  Polytope polytope(start.vertices, cso.rounding(), coplanar);
+  EpaResult result = expandPolytope(cso, polytope, KnownDepth(), options, observer);
+  if (cso.isPolytope() && cso.warmStart().polytope != nullptr) polytope.keep(*cso.warmStart().polytope);
   if (result.has_normal && !result.has_points && simplex.members != 0b1111) setWitnesses(simplex, options, result);
   return result;
+}
+
+std::optional<EpaResult> epaRecalled(Cso& cso, const Vector3d& normal, const CsoVertex& w, const Options& options,
+                                     Observer observer) {
+  WarmPolytope* const last = cso.warmStart().polytope;
+  if (!cso.isPolytope() || last == nullptr || last->face_count == 0) return std::nullopt;
+  const KnownDepth known{normal, normal.dot(w.point)};
+  Polytope polytope(cso.rounding());
+  // A face in the support plane is asked, too: the witness points lie on it.
+  if (polytope.recall(*last, cso, known.depth + 2.0 * cso.rounding())) {
+    observer.reaches(Rung::Epa);
+    const EpaResult result = expandPolytope(cso, polytope, known, options, observer);
+    if (result.iterations > 1) polytope.keep(*last);  // otherwise it is the same
+    const bool is_answer = result.status == Status::Converged && result.has_points;
+    if (is_answer || result.status == Status::Threshold) return result;
+  }
+  last->face_count = 0;
+  return std::nullopt;
 }
 
 #ifndef PROXIMITY_WATCHED

@@ -36,6 +36,9 @@ struct EpaResult {
 /// 7. At the end, the witness points are those of the face that the ray from the origin along the normal leaves
 ///    through, or if rounding hides this face, the nearest ones of a face or of GJK's simplex.
 ///
+/// A query of two polytopes may also begin with the polytope that the last one has kept (WarmPolytope): step 3 follows
+/// if it still surrounds the origin, and without GJK.
+///
 /// Error:   Converged: depth - lower_bound <= options.distance_tolerance, up to rounding. On polytopes the last face is
 ///          a face of the CSO itself, so only rounding is left.
 /// Failure: none; no allocation. A CSO without volume has depth 0 in the direction across it.
