@@ -110,8 +110,9 @@ SignedDistance certified(SignedDistance exact, double rounding) {
 
 SignedDistance iterative(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, const Options& options,
                          Observer observer) {
-  if (const auto recalled = epaRecalled(cso, normal_guess, first, options, observer))
-    return fromEpa(cso, GjkResult(), *recalled);
+  if (cso.warmStart().polytope != nullptr)
+    if (const auto recalled = epaRecalled(cso, normal_guess, first, options, observer))
+      return fromEpa(cso, GjkResult(), *recalled);
   observer.reaches(Rung::Gjk);
   const GjkResult gjk_result = gjkObserved(cso, normal_guess, first, options, observer);
   if (gjk_result.outcome != GjkResult::Outcome::Overlap) return fromGjk(cso, gjk_result);

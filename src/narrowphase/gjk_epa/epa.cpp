@@ -412,6 +412,16 @@ EpaResult expandPolytope(Cso& cso, Polytope& polytope, const KnownDepth& known, 
   }
 }
 
+/// Not inlined: the large polytope would cost a query that ends without one 10 ns.
+[[gnu::noinline]] EpaResult fromTetrahedron(Cso& cso, const std::array<CsoVertex, 4>& tetrahedron,
+                                            const Options& options, Observer observer) {
+  const auto coplanar = cso.isPolytope() ? Polytope::Coplanar::Replaced : Polytope::Coplanar::Kept;
+  Polytope polytope(tetrahedron, cso.rounding(), coplanar);
+  const EpaResult result = expandPolytope(cso, polytope, KnownDepth(), options, observer);
+  if (cso.isPolytope() && cso.warmStart().polytope != nullptr) polytope.keep(*cso.warmStart().polytope);
+  return result;
+}
+
 /// The result if a lower bound of the depth alone decides options.stop_below.
 EpaResult decidedBy(double lower_bound) {
   EpaResult result;
@@ -431,10 +441,7 @@ EpaResult epaObserved(Cso& cso, const Simplex& simplex, const Options& options, 
   const EpaStart start = epaStart(cso, simplex);
   observer.reaches(start.plane ? Rung::SurfacePlane : Rung::Epa);
   if (start.plane) return onSurface(cso, simplex, *start.plane, options);
-  const auto coplanar = cso.isPolytope() ? Polytope::Coplanar::Replaced : Polytope::Coplanar::Kept;
-  Polytope polytope(start.vertices, cso.rounding(), coplanar);
-  EpaResult result = expandPolytope(cso, polytope, KnownDepth(), options, observer);
-  if (cso.isPolytope() && cso.warmStart().polytope != nullptr) polytope.keep(*cso.warmStart().polytope);
+  EpaResult result = fromTetrahedron(cso, start.vertices, options, observer);
   if (result.has_normal && !result.has_points && simplex.members != 0b1111) setWitnesses(simplex, options, result);
   return result;
 }
@@ -442,7 +449,7 @@ EpaResult epaObserved(Cso& cso, const Simplex& simplex, const Options& options, 
 std::optional<EpaResult> epaRecalled(Cso& cso, const Vector3d& normal, const CsoVertex& w, const Options& options,
                                      Observer observer) {
   WarmPolytope* const last = cso.warmStart().polytope;
-  if (!cso.isPolytope() || last == nullptr || last->face_count == 0) return std::nullopt;
+  if (!cso.isPolytope() || last->face_count == 0) return std::nullopt;
   const KnownDepth known{normal, normal.dot(w.point)};
   Polytope polytope(cso.rounding());
   // A face in the support plane is asked, too: the witness points lie on it.

@@ -65,8 +65,8 @@ GjkResult gjkObserved(Cso& cso, const Eigen::Vector3d& normal_guess, const CsoVe
                       Observer observer);
 EpaResult epaObserved(Cso& cso, const Simplex& simplex, const Options& options, Observer observer);
 
-/// The depth by EPA, begun with the polytope that the last query of two polytopes has kept, and without GJK. `w` is the
-/// vertex of the CSO farthest along the unit vector `normal`. Returns nullopt if no polytope was kept, if it does not
+/// The depth by EPA, begun with the polytope that the last query of two polytopes has kept, and without GJK. The warm start
+/// must have a WarmPolytope. `w` is the vertex of the CSO farthest along the unit vector `normal`. Returns nullopt if no polytope was kept, if it does not
 /// surround the origin in the present pose, or if it leads to no answer; then it is not kept any more.
 std::optional<EpaResult> epaRecalled(Cso& cso, const Eigen::Vector3d& normal, const CsoVertex& w,
                                      const Options& options, Observer observer);
