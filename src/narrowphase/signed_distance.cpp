@@ -256,7 +256,7 @@ Status statusByBounds(const SignedDistance& result, const Options& options) {
   warm_start.axis = result.normal;
   result.status = statusByBounds(result, options);
   if (result.status == Status::Converged && result.unique)
-    result.unique = meetInOnePoint(a, b, a_T_b, result.normal, options.distance_tolerance, WarmStart::Pair{});
+    result.unique = meetInOnePoint(a, b, a_T_b, result.normal, options.distance_tolerance);
   return result;
 }
 
