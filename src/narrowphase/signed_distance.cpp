@@ -18,11 +18,12 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// Whether products of lengths can be computed with: the squared distance of a triangle is computed with the sixth
-/// power of lengths. `rounding` [m] is csoRounding(), of lengths from 1e-50 to 1e50 m; it is 0 if two points coincide.
+/// Whether products of lengths can be computed with: an ellipsoid squares a direction that GJK has from the third power
+/// of lengths, one of which may be as small as rounding. `rounding` [m] is csoRounding(), of lengths from 1e-30 to 1e30
+/// m; it is 0 if two points coincide.
 bool isComputable(double rounding) {
   constexpr double kOfOneMetre = 8.0 * std::numeric_limits<double>::epsilon();
-  return rounding < 1e50 * kOfOneMetre && !(rounding > 0.0 && rounding < 1e-50 * kOfOneMetre);
+  return rounding < 1e30 * kOfOneMetre && !(rounding > 0.0 && rounding < 1e-30 * kOfOneMetre);
 }
 
 /// Whether all entries of the axes are finite: zero times infinity or NaN is NaN. isComputable() refuses an offset that
@@ -125,7 +126,7 @@ Vector3d firstDirection(const Cso& cso, const WarmStart& warm_start) {
   const double warm2 = warm_start.axis.squaredNorm();
   if (warm2 > 1e-200 && warm2 < 1e200) return warm_start.axis;  // the squares of other axes might underflow or overflow
   const Vector3d centres = cso.centreDifference();
-  return centres.squaredNorm() > 0.0 ? centres : Vector3d(Vector3d::UnitX());
+  return centres.squaredNorm() > 1e-200 ? centres : Vector3d(Vector3d::UnitX());
 }
 
 /// The answer of shapes whose lower bound, which the normal proves, decides the threshold.

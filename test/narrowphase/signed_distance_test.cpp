@@ -400,22 +400,70 @@ TEST(SignedDistance, ShapesTooFarToComputeWithAreUnknown) {
   for (const Shape& a : shapes)
     for (const Shape& b : shapes) {
       Isometry3d a_T_b = Isometry3d::Identity();
-      for (const double far : {1e51, 1e155, 1e308}) {
+      for (const double far : {1e31, 1e155, 1e308}) {
         a_T_b.translation() = Vector3d(far, far, 0);
         EXPECT_EQ(signedDistance(a, b, a_T_b).status, Status::Unknown) << far;
       }
-      a_T_b.translation() = Vector3d(3e49, 4e49, 0);
+      a_T_b.translation() = Vector3d(3e29, 4e29, 0);
       const SignedDistance near = signedDistance(a, b, a_T_b);
-      EXPECT_NEAR(near.distance, 5e49, 1e35);
-      EXPECT_LE(near.lower_bound, 5e49);
-      EXPECT_GE(near.upper_bound, 5e49 - 1e35);
+      EXPECT_NEAR(near.distance, 5e29, 1e15);
+      EXPECT_LE(near.lower_bound, 5e29);
+      EXPECT_GE(near.upper_bound, 5e29 - 1e15);
     }
-  EXPECT_EQ(signedDistance(Sphere{1e51}, Sphere{1}, Isometry3d::Identity()).status, Status::Unknown);
+  EXPECT_EQ(signedDistance(Sphere{1e31}, Sphere{1}, Isometry3d::Identity()).status, Status::Unknown);
+}
+
+// Regression: from 1e38 m on, the square of a direction overflowed, and a lower bound was above the upper one; from
+//             1e-40 m
+// on it underflowed, and the lower bound was NaN.
+TEST(SignedDistance, BoundsOfAnyComputableSizeAreThoseOfTheSameShapesInMetres) {
+  const Vector3d radii(1.8, 0.6, 1.4), sizes(1.2, 0.8, 1.0);
+  const auto distanceAt = [&](double scale) {
+    Isometry3d a_T_b(Eigen::AngleAxisd(0.7, Vector3d(1, 2, 3).normalized()));
+    a_T_b.translation() = scale * Vector3d(2.0, 1.5, 1.0);
+    Options options;
+    options.distance_tolerance = 1e-9 * scale;
+    return signedDistance(Ellipsoid{scale * radii}, Box{scale * sizes}, a_T_b, options);
+  };
+  const SignedDistance in_metres = distanceAt(1.0);
+  for (const int exponent : {-164, -150, -130, -98, 90, 120, 130, 150}) {
+    const double scale = std::ldexp(1.0, exponent);
+    const SignedDistance scaled = distanceAt(scale);
+    if (scaled.status == Status::Unknown) continue;
+    EXPECT_EQ(scaled.status, in_metres.status) << exponent;
+    EXPECT_LE(scaled.lower_bound / scale, in_metres.upper_bound) << exponent;
+    EXPECT_GE(scaled.upper_bound / scale, in_metres.lower_bound) << exponent;
+  }
+}
+
+// Regression: the square of the offset has lost digits, and the normal that proves the lower bound had the length 0.7.
+TEST(SignedDistance, AnOffsetOfHardlyAnyLengthGivesAUnitNormal) {
+  const std::vector<Shape> shapes{Sphere{1}, Box{{1, 2, 3}}, Ellipsoid{{1, 2, 3}}, Cylinder{1, 2}};
+  for (const Shape& shape : shapes) {
+    Isometry3d a_T_b(Eigen::AngleAxisd(shape.kind() == Shape::Kind::Cylinder ? 0.3 : 0.0, Vector3d::UnitX()));
+    for (const double offset : {1e-150, 1e-158, 1.6e-162, 1e-308}) {
+      a_T_b.translation() = Vector3d(offset, 0, 0);
+      const SignedDistance result = signedDistance(shape, shape, a_T_b, Options::apart());
+      EXPECT_NEAR(result.normal.norm(), 1.0, 1e-15) << offset;
+      EXPECT_LE(result.lower_bound, result.upper_bound) << offset;
+    }
+  }
+}
+
+// Regression: the square of the radii underflowed, and the upper bound was far below the distance.
+TEST(SignedDistance, AnEllipsoidOfHardlyAnySizeIsItsCentre) {
+  Isometry3d a_T_b = Isometry3d::Identity();
+  a_T_b.translation() = Vector3d(3, 2, 1);
+  for (const double size : {1e-155, 1e-170, 1e-300}) {
+    const SignedDistance result = signedDistance(Ellipsoid{size * Vector3d(1, 2, 3)}, Box{{1, 1, 1}}, a_T_b);
+    EXPECT_EQ(result.status, Status::Converged) << size;
+    EXPECT_NEAR(result.distance, std::sqrt(2.5 * 2.5 + 1.5 * 1.5 + 0.5 * 0.5), 1e-9) << size;
+  }
 }
 
 // Regression: squares of such lengths underflow, and the bounds of an overlap were minus infinity.
 TEST(SignedDistance, ShapesTooSmallToComputeWithAreUnknown) {
-  for (const double size : {1e-51, 1e-100, 1e-155}) {
+  for (const double size : {1e-31, 1e-100, 1e-155}) {
     const Shape ellipsoid = Ellipsoid{size * Vector3d(1, 2, 3)}, cone = Cone{size, size};
     EXPECT_EQ(signedDistance(ellipsoid, cone, Isometry3d::Identity()).status, Status::Unknown) << size;
   }

@@ -35,7 +35,9 @@ inline SignedDistance along(double distance, const Eigen::Vector3d& normal, cons
 inline SignedDistance between(const Eigen::Vector3d& point_a, const Eigen::Vector3d& point_b) {
   const Eigen::Vector3d difference = point_b - point_a;
   const double distance = difference.norm();
-  if (distance > 0.0) return along(distance, difference / distance, point_a, point_b);
+  // The square of a smaller length has lost digits, and the normal would not be a unit vector.
+  constexpr double kNone = 1e-150;
+  if (distance > kNone) return along(distance, difference / distance, point_a, point_b);
   SignedDistance result = along(0.0, Eigen::Vector3d::UnitX(), point_a, point_b);
   result.unique = false;
   return result;

@@ -19,7 +19,7 @@ Explanation explain(const ExplainedPair& pair, const narrowphase::Options& optio
 std::string rungText(Rung rung) {
   switch (rung) {
     case Rung::None:
-      return "nothing: the pose is not finite, or lengths add up to more than 1e50 m";
+      return "nothing: the pose is not finite, or lengths add up to more than 1e30 m";
     case Rung::PointsAndSegments:
       return "the closed form of points and segments, and of a point and a box";
     case Rung::ParallelAxes:

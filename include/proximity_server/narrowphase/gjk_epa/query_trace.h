@@ -9,7 +9,7 @@ namespace proximity_server::narrowphase {
 
 /// The part of signedDistance() that an answer comes from.
 enum class Rung : unsigned char {
-  None,               ///< the pose is not finite, or lengths add up to more than 1e50 m
+  None,               ///< the pose is not finite, or lengths add up to more than 1e30 m
   PointsAndSegments,  ///< closed form of points and segments, and of a point and a box
   ParallelAxes,       ///< closed form of solids of revolution about parallel axes
   FirstDirection,     ///< the first vertex of the CSO decided the threshold, before GJK

@@ -71,7 +71,9 @@ inline Eigen::Vector3d supportPoint(const Shape& shape, const Eigen::Vector3d& d
     }
     case Shape::Kind::Ellipsoid: {
       const Eigen::Vector3d stretched = half.cwiseProduct(direction);
-      return half.cwiseProduct(stretched) / stretched.norm();
+      const double length = stretched.norm();
+      // The square underflows only if the ellipsoid is smaller than the rounding of the other shape.
+      return length > 0.0 ? Eigen::Vector3d(half.cwiseProduct(stretched) / length) : Eigen::Vector3d::Zero();
     }
     case Shape::Kind::Sweep:
       return support::sweptPoint(shape.sweep(), direction, vertex);
