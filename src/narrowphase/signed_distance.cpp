@@ -18,9 +18,9 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// Whether products of lengths can be computed with: an ellipsoid squares a direction that GJK has from the third power of
-/// lengths, one of which may be as small as rounding. `rounding` [m] is csoRounding(), of lengths from 1e-30 to 1e30 m; it
-/// is 0 if two points coincide.
+/// Whether products of lengths can be computed with: an ellipsoid squares a direction that GJK has from the third power
+/// of lengths, one of which may be as small as rounding. `rounding` [m] is csoRounding(), of lengths from 1e-30 to 1e30
+/// m; it is 0 if two points coincide.
 bool isComputable(double rounding) {
   constexpr double kOfOneMetre = 8.0 * std::numeric_limits<double>::epsilon();
   return rounding < 1e30 * kOfOneMetre && !(rounding > 0.0 && rounding < 1e-30 * kOfOneMetre);
@@ -31,8 +31,8 @@ bool isComputable(double rounding) {
 bool hasFiniteAxes(const Isometry3d& pose) { return (0.0 * pose.matrix().leftCols<3>()).sum() == 0.0; }
 
 /// Whether, within the tolerance, only one pair of points of the cores has this distance: the features of the cores
-/// along the normal (vertex, edge or face) have no direction in common. `numbers`: of the vertices that are the farthest
-/// along the normal, if they are known.
+/// along the normal (vertex, edge or face) have no direction in common. `numbers`: of the vertices that are the
+/// farthest along the normal, if they are known.
 bool meetInOnePoint(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Vector3d& normal, double tolerance,
                     const WarmStart::Pair& numbers) {
   const SupportFeature on_a = supportFeature(a, normal, tolerance, numbers.a);
@@ -148,9 +148,10 @@ SignedDistance overlapAlong(const Vector3d& normal, double lower_bound, double u
 
 /// [m] Upper bound of the distance of two cores, by the ball inside of each of them.
 ///
-/// A translation that parts the cores parts the balls. So the signed distance of the cores is at most that of the balls:
-/// the distance of the centres less both radii. The rounding of the CSO covers the distance of the centres, too: it is
-/// computed as the norm of a CSO vertex is, from points of the cores, and the radii have the error of a support point.
+/// A translation that parts the cores parts the balls. So the signed distance of the cores is at most that of the
+/// balls: the distance of the centres less both radii. The rounding of the CSO covers the distance of the centres, too:
+/// it is computed as the norm of a CSO vertex is, from points of the cores, and the radii have the error of a support
+/// point.
 double distanceOfInnerBalls(const Cso& cso) {
   return cso.centreDifference().norm() - (cso.a().innerRadius() + cso.b().innerRadius()) + cso.rounding();
 }
@@ -198,17 +199,18 @@ SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_
     const double length = direction.norm(), lower_bound = -towards / length - rounding;
     if (lower_bound > options.stop_above) {
       const SignedDistance result = separatedAlong(direction / length, lower_bound);
-      observer.separates(result, first);
+      observer.endsAtFirst(Rung::FirstDirection, result, first);
       return result;
     }
   }
-  observer.reaches(Rung::InnerBalls);
   if (options.stop_below > -std::numeric_limits<double>::infinity()) {
     const double upper_bound = distanceOfInnerBalls(cso);
     if (upper_bound <= options.stop_below) {
       // The normal is that of the first vertex, so that the warm start keeps the axis of the last search.
       const double length = direction.norm();
-      return overlapAlong(direction / length, -towards / length - rounding, upper_bound);
+      const SignedDistance result = overlapAlong(direction / length, -towards / length - rounding, upper_bound);
+      observer.endsAtFirst(Rung::InnerBalls, result, first);
+      return result;
     }
   }
   observer.reaches(Rung::BoxAxes);
@@ -255,7 +257,7 @@ Status statusByBounds(const SignedDistance& result, const Options& options) {
   warm_start.axis = result.normal;
   result.status = statusByBounds(result, options);
   if (result.status == Status::Converged && result.unique)
-    result.unique = meetInOnePoint(a, b, a_T_b, result.normal, options.distance_tolerance, WarmStart::Pair{});
+    result.unique = meetInOnePoint(a, b, a_T_b, result.normal, options.distance_tolerance);
   return result;
 }
 

@@ -413,7 +413,8 @@ TEST(SignedDistance, ShapesTooFarToComputeWithAreUnknown) {
   EXPECT_EQ(signedDistance(Sphere{1e31}, Sphere{1}, Isometry3d::Identity()).status, Status::Unknown);
 }
 
-// Regression: from 1e38 m on, the square of a direction overflowed, and a lower bound was above the upper one; from 1e-40 m
+// Regression: from 1e38 m on, the square of a direction overflowed, and a lower bound was above the upper one; from
+//             1e-40 m
 // on it underflowed, and the lower bound was NaN.
 TEST(SignedDistance, BoundsOfAnyComputableSizeAreThoseOfTheSameShapesInMetres) {
   const Vector3d radii(1.8, 0.6, 1.4), sizes(1.2, 0.8, 1.0);

@@ -88,8 +88,8 @@ inline NearestPlaces nearestPlaces(double half_length, const Segment& b) {
 /// 1. Find the place of b nearest to the line of a. In the plane across a this is the place nearest to the origin.
 /// 2. If its height is on a, both are the nearest places. Otherwise the nearest place of a is the end on this side, and
 ///    that of b is the one nearest to this end. The squared distance is convex in both places, so this is the minimum.
-/// 3. If the segments cross, the normal is their common perpendicular (-v_y, v_x, 0). Its products with both segments are
-///    zero even in floating point, so rounding does not tilt it, however near they are.
+/// 3. If the segments cross, the normal is their common perpendicular (-v_y, v_x, 0). Its products with both segments
+///    are zero even in floating point, so rounding does not tilt it, however near they are.
 /// 4. Otherwise it leads from point to point. Where that is tilted by more than rounding, it is corrected.
 ///
 /// As a lies along z, the part of b across a is read from the pose, and not found as a difference: the distance has an
@@ -135,8 +135,9 @@ inline SignedDistance boxPoint(const Eigen::Vector3d& half, const Eigen::Vector3
   return nearest == point ? pointInside(half, point) : between(nearest, point);
 }
 
-/// Signed distance of a point (a, at the origin) and a box. The transpose of a rotation matrix is its inverse only up to
-/// rounding: the nearest point of the box is found in the frame of the box, and the distance to it in the frame of a.
+/// Signed distance of a point (a, at the origin) and a box. The transpose of a rotation matrix is its inverse only up
+/// to rounding: the nearest point of the box is found in the frame of the box, and the distance to it in the frame of
+/// a.
 inline SignedDistance pointBox(const Eigen::Vector3d& half, const Eigen::Isometry3d& a_T_b) {
   const Eigen::Vector3d point = a_T_b.linear().transpose() * -a_T_b.translation();
   Eigen::Vector3d nearest = point.cwiseMax(-half).cwiseMin(half), towards_box = nearest - point;

@@ -240,8 +240,8 @@ class Shallowest {
   double depthInside() const { return depth_inside_; }
   bool provesInside(double depth) const { return depth_inside_ >= depth; }
 
-  /// Sets a face aside if one proven cap contains all directions about it in which the depth could still be smaller, and
-  /// with it the other faces of these directions. Returns false if no cap does.
+  /// Sets a face aside if one proven cap contains all directions about it in which the depth could still be smaller,
+  /// and with it the other faces of these directions. Returns false if no cap does.
   ///
   /// These are the directions in which no vertex of the polytope reaches as far as the known depth. They surround the
   /// normals of the faces closer than this depth, and end between such a face and each neighbour that is not closer.
@@ -321,8 +321,8 @@ constexpr int kManyFaces = 24;
 
 /// The first expansion that tries the ellipsoid inside of the CSO. Evidence: 400 random pairs of each two kinds, least
 /// time of 15 rounds: where it is tried at once, two ellipsoids need 0.53 to 0.61 of the time, pairs with a box, a hull
-/// or a cone up to 1.25 of it. Two cylinders in deep overlap, 1000 pairs, least time of 20 rounds: from 12 on instead of
-/// at once, 0.95 of the time, with coherent poses 0.90.
+/// or a cone up to 1.25 of it. Two cylinders in deep overlap, 1000 pairs, least time of 20 rounds: from 12 on instead
+/// of at once, 0.95 of the time, with coherent poses 0.90.
 int firstEllipsoid(const Cso& cso) {
   constexpr int kSomeFaces = 12;
   const Shape::Kind a = cso.a().kind(), b = cso.b().kind();
@@ -343,6 +343,7 @@ struct KnownDepth {
 
 EpaResult expandPolytope(Cso& cso, Polytope& polytope, const KnownDepth& known, const Options& options,
                          Observer observer) {
+  observer.begins();
   EpaResult result;
   result.depth = known.depth;
   result.normal = known.normal;

@@ -121,8 +121,8 @@ void finish(Cso& cso, const Nearest& nearest, const Options& options, const Endi
   if (cso.isPolytope() && ending.outcome != Outcome::Threshold) remember(cso, result.simplex);
 }
 
-/// Searches until the result is decided: all of it but what finish() sets. Returns nullopt if Newton's method has completed
-/// it.
+/// Searches until the result is decided: all of it but what finish() sets. Returns nullopt if Newton's method has
+/// completed it.
 std::optional<Ending> search(Cso& cso, const CsoVertex& first, const Options& options, Observer observer,
                              Nearest& nearest, GjkResult& result) {
   Simplex& simplex = result.simplex;

@@ -134,8 +134,8 @@ bool Polytope::sees(const Vector3d& w, const Face& candidate) const {
 }
 
 /// Removes the faces visible from w, beginning with `seen`, and visits their neighbours depth first. The half-edges of
-/// the faces that stay are found in the order of the horizon, counter-clockwise as seen from w. Returns whether they are
-/// one closed loop: as many of them begin as end at each vertex, so a chain of all of them is closed.
+/// the faces that stay are found in the order of the horizon, counter-clockwise as seen from w. Returns whether they
+/// are one closed loop: as many of them begin as end at each vertex, so a chain of all of them is closed.
 bool Polytope::findHorizon(const Face& seen, const Vector3d& w) {
   horizon_size_ = 0;
   removeFace(indexOf(seen));

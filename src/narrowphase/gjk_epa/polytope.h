@@ -23,7 +23,8 @@ namespace proximity_server::narrowphase {
 ///    The half-edges across which the visit meets a face that stays are the horizon.
 /// 3. If the horizon is not one closed loop, rounding has spoilt the topology, and the polytope cannot grow further.
 /// 4. Add the cone: a triangle from each edge of the horizon to w, which are computed two at a time. Neighbours share
-///    their edge to w, so that each triangle needs one cross product only. Connect its three half-edges with their twins.
+///    their edge to w, so that each triangle needs one cross product only. Connect its three half-edges with their
+///    twins.
 /// 5. Store the squared distances of the new faces that are closer than the best known depth. They stand in one array,
 ///    so that the closest face is found by comparing them all: with the 20 to 150 faces of a query this is cheaper than
 ///    to keep them in order.
@@ -56,12 +57,13 @@ class Polytope {
   };
 
   /// What becomes of a face in one plane with a new vertex. Replaced by the cone, it leaves fewer and wider triangles.
-  /// The flat end of a curved core has new vertices again and again, and would be made anew with each: there it is kept.
+  /// The flat end of a curved core has new vertices again and again, and would be made anew with each: there it is
+  /// kept.
   ///
   /// Kept: a vertex may lie up to `rounding` above a face that stays, and a narrow triangle beside it may be tilted, so
   /// that the polytope is convex only as a surface, within rounding, and not by the planes of its faces. The least
-  /// distance of the faces still is a lower bound of the depth: the triangles lie in the CSO, their surface surrounds the
-  /// origin, and none of them is nearer to the origin than its plane.
+  /// distance of the faces still is a lower bound of the depth: the triangles lie in the CSO, their surface surrounds
+  /// the origin, and none of them is nearer to the origin than its plane.
   enum class Coplanar : unsigned char { Replaced, Kept };
 
   /// Begins with a tetrahedron. `rounding` [m]: a vertex that lies less than this above a face counts as in its plane.
@@ -71,22 +73,23 @@ class Polytope {
   explicit Polytope(double rounding) : rounding_(rounding), coplanar_(Coplanar::Replaced), is_recalled_(true) {}
 
   /// Begins with the polytope of an earlier query, its vertices in the present pose. Returns whether every ray from the
-  /// origin is proven to meet a face; otherwise the polytope must not be used. Faces at or beyond the distance `ceiling`
-  /// [m] will not be returned by closest().
+  /// origin is proven to meet a face; otherwise the polytope must not be used. Faces at or beyond the distance
+  /// `ceiling` [m] will not be returned by closest().
   ///
   /// The polytope need not be convex. Proof: each half-edge has a twin in the opposite direction, so the surface is
-  /// closed, and the number of faces that a ray meets, those whose outer side looks to the origin counted negatively, is
-  /// the same for all rays that meet no edge. No face is counted negatively: its height exceeds the rounding error of
-  /// the determinant of its corners. So this number is that of the faces met by a ray through the inside of one of them,
-  /// at least one.
+  /// closed, and the number of faces that a ray meets, those whose outer side looks to the origin counted negatively,
+  /// is the same for all rays that meet no edge. No face is counted negatively: its height exceeds the rounding error
+  /// of the determinant of its corners. So this number is that of the faces met by a ray through the inside of one of
+  /// them, at least one.
   bool recall(const WarmPolytope& last, const Cso& cso, double ceiling);
 
-  /// Whether every ray from the origin still meets a face after expand(), if `least` [m] is the distance of the closest.
+  /// Whether every ray from the origin still meets a face after expand(), if `least` [m] is the distance of the
+  /// closest.
   ///
-  /// For a polytope that began with a tetrahedron this is said by its convexity. For one that was recalled: to replace a
-  /// face by the cone from w changes the number of recall() only if the tetrahedron of both contains the origin. It does
-  /// not: its corners lie no more than rounding below the plane of the face, and this plane is farther than twice the
-  /// rounding from the origin. A face without a normal has no such plane.
+  /// For a polytope that began with a tetrahedron this is said by its convexity. For one that was recalled: to replace
+  /// a face by the cone from w changes the number of recall() only if the tetrahedron of both contains the origin. It
+  /// does not: its corners lie no more than rounding below the plane of the face, and this plane is farther than twice
+  /// the rounding from the origin. A face without a normal has no such plane.
   bool surroundsOrigin(double least) const { return !is_recalled_ || (!has_sliver_ && least > 2.0 * rounding_); }
 
   /// Keeps the polytope for recall(). Keeps nothing if it is too large, not closed, or has grown to more than 1.5 times
@@ -172,11 +175,12 @@ class Polytope {
   int horizon_size_ = 0;
   std::array<CsoVertex, kMaxVertices> vertices_;
   std::array<Face, kMaxFaces> faces_;
-  /// Squares of the distances, with the sign of the distance; kNotAsked where there is no face that closest() may return.
+  /// Squares of the distances, with the sign of the distance; kNotAsked where there is no face that closest() may
+  /// return.
   alignas(16) std::array<double, kMaxFaces> distances_;
   std::array<int, kMaxFaces + 2> free_faces_;  // two more, as the places of a cone are continued in a circle
-  // Each of k removed faces but the first is reached across an edge, so at most k + 2 edges are on the horizon, and no more
-  // half-edges wait. A vertex adds two faces at most: there are fewer than 2 kMaxVertices.
+  // Each of k removed faces but the first is reached across an edge, so at most k + 2 edges are on the horizon, and no
+  // more half-edges wait. A vertex adds two faces at most: there are fewer than 2 kMaxVertices.
   std::array<HorizonEdge, kMaxFaces + 1> horizon_;  // one more, as it is continued in a circle
   std::array<int, kMaxFaces> pending_;              // half-edges through which the horizon is still to be looked for
 };

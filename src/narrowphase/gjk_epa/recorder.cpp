@@ -17,8 +17,8 @@ QueryTrace::GjkStep foundVertex(const CsoVertex& w, const Vector3d& normal, doub
 
 }  // namespace
 
-void Recorder::separates(const SignedDistance& result, const CsoVertex& first) const {
-  reaches(Rung::FirstDirection);
+void Recorder::endsAtFirst(Rung rung, const SignedDistance& result, const CsoVertex& first) const {
+  reaches(rung);
   trace_->gjk.push_back(foundVertex(first, result.normal, result.lower_bound));
 }
 
@@ -43,6 +43,11 @@ void Recorder::reduces(const Simplex& simplex, const Nearest& nearest, double ro
   step.upper_bound = (nearest.encloses_origin ? 0.0 : nearest.distance) + rounding;
 }
 
+void Recorder::begins() const {
+  trace_->epa.clear();
+  trace_->polytope.clear();
+}
+
 void Recorder::tests(const Polytope& polytope, const Polytope::Face& closest, const CsoVertex& w,
                      const EpaResult& result) const {
   const Vector3d normal = closest.normal();
@@ -50,13 +55,13 @@ void Recorder::tests(const Polytope& polytope, const Polytope::Face& closest, co
   trace_->epa.push_back({facesOf(polytope), closest.vertices, normal, w, result.lower_bound, depth});
 }
 
-void Recorder::ends(const Polytope& polytope, const EpaResult& result, double depth_of_ellipsoid) const {
+void Recorder::ends(const Polytope& polytope, const EpaResult& result, double depth_inside) const {
   trace_->final_faces = facesOf(polytope);
   if (!trace_->epa.empty() && result.has_normal) trace_->epa.back().depth = result.depth;
   if (!result.has_points) return;
   const Polytope::Face* closest = polytope.closest();
   const double reach = closest != nullptr ? closest->distance() : result.depth;
-  reaches(depth_of_ellipsoid >= reach ? Rung::EpaEllipsoid : Rung::EpaNewton);
+  reaches(depth_inside >= reach ? Rung::EpaEllipsoid : Rung::EpaNewton);
 }
 
 /// The faces as indices into trace_->polytope, which receives the vertices that it does not have yet.

@@ -36,7 +36,8 @@ Candidate nearestOfEdge(const Simplex& simplex, int w, int a) {
   const double of_a = -pw.dot(edge);
   if (!(of_a > 0.0)) return nearestOfVertex(simplex, w);
   if (!(of_a < edge.squaredNorm())) return nearestOfVertex(simplex, a);
-  // By products, as a projection would wait for a division, and leave the rounding error of a long vector in a short one.
+  // By products, as a projection would wait for a division, and leave the rounding error of a long vector in a short
+  // one.
   const Vector3d moment = pw.cross(edge), normal = moment.cross(edge);
   return {normal, normal.squaredNorm(), moment.squaredNorm(), bit(w) | bit(a)};
 }

@@ -108,8 +108,8 @@ std::optional<Vector2d> nearestOnRim(const Shape& shape, const Ellipse& seen, co
   return std::nullopt;
 }
 
-/// The normal of a mantle, in the frame of its core, where the line from the axis through `point` meets it on the side of
-/// `outwards`. Returns nullopt if the point lies on the axis.
+/// The normal of a mantle, in the frame of its core, where the line from the axis through `point` meets it on the side
+/// of `outwards`. Returns nullopt if the point lies on the axis.
 std::optional<Vector3d> mantleNormal(const Vector3d& point, const Vector2d& outwards) {
   const double beside = std::copysign(point.head<2>().norm(), point.head<2>().dot(outwards));
   if (beside == 0.0) return std::nullopt;

@@ -11,21 +11,22 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Up to this many vertices a hull is scanned. Evidence: distance queries of hulls apart, 1000 pairs, least of 60 rounds,
-/// AMD EPYC (Zen 5), 2026-11: with 8 vertices the scan took 0.88 of the time of the table, with 16 0.99, with 32 1.33.
+/// Up to this many vertices a hull is scanned. Evidence: distance queries of hulls apart, 1000 pairs, least of 60
+/// rounds, AMD EPYC (Zen 5), 2026-11: with 8 vertices the scan took 0.88 of the time of the table, with 16 0.99, with
+/// 32 1.33.
 constexpr int kMaxScanned = 16;
 
 constexpr int kMinCells = 4;
 
-/// Numbers in the lists of the crowded cells, for each vertex: in a table with more of them, each cell becomes four times
-/// as large. A hull hardly larger than the rounding of its place has nearly all vertices in each cell, and would take 100 MB.
-/// The smallest table, each cell of which has all vertices and their number, does not have more.
+/// Numbers in the lists of the crowded cells, for each vertex: in a table with more of them, each cell becomes four
+/// times as large. A hull hardly larger than the rounding of its place has nearly all vertices in each cell, and would
+/// take 100 MB. The smallest table, each cell of which has all vertices and their number, does not have more.
 constexpr std::size_t kMostCrowded = 2 * 6 * kMinCells * kMinCells;
 
-/// Number of cells along an edge of the cube. Four cells for each vertex leave about two vertices in a cell, and one cell
-/// of 30 crowded (ellipsoids of 16 to 1000 vertices). Evidence: eight were 10 % faster for two hulls of 200 vertices alone,
-/// but not for forty hulls that share a cache of 1 MB (rows "hull 200" and "hull 1000" of ./dev bench narrowphase).
-/// 128 x 128 cells a side take 0.8 MB.
+/// Number of cells along an edge of the cube. Four cells for each vertex leave about two vertices in a cell, and one
+/// cell of 30 crowded (ellipsoids of 16 to 1000 vertices). Evidence: eight were 10 % faster for two hulls of 200
+/// vertices alone, but not for forty hulls that share a cache of 1 MB (rows "hull 200" and "hull 1000" of ./dev bench
+/// narrowphase). 128 x 128 cells a side take 0.8 MB.
 int cellsFor(int vertices) {
   constexpr int kMaxCells = 128, kCellsPerVertex = 4;
   int cells = kMinCells;
@@ -126,8 +127,8 @@ void offer(int vertex, double height, Best& best) {
   best.height = is_higher ? height : best.height;
 }
 
-/// The first of the four greatest heights. There is no branch, as the farthest vertex along a random direction cannot be
-/// predicted.
+/// The first of the four greatest heights. There is no branch, as the farthest vertex along a random direction cannot
+/// be predicted.
 int greatest(double h0, double h1, double h2, double h3) {
   const int first = static_cast<int>(h1 > h0), second = static_cast<int>(h3 > h2) | 2;
   const int is_second = static_cast<int>(std::max(h3, h2) > std::max(h1, h0));
@@ -145,8 +146,8 @@ int cellOf(const Vector3d& direction, int cells) {
   const int is_y = static_cast<int>(size.y() > size.x()) & (1 - is_z);
   const int axis = 2 * is_z + is_y;
   const double half = 0.5 * cells, scale = half / std::max(std::max(size.z(), kShortest), largest_xy);
-  // In this order the minimum turns NaN, of a direction without a length, into a place. None is below -4 eps * half, which
-  // becomes 0.
+  // In this order the minimum turns NaN, of a direction without a length, into a place. None is below -4 eps * half,
+  // which becomes 0.
   const auto place = [&](int along) {
     return static_cast<int>(std::min(cells - 1.0, direction[along] * scale + half));
   };

@@ -286,9 +286,9 @@ class Space:
             self.label(axes, vertex, NEW)
 
     def answer(self, axes):
-        """What a closed form answers: the point of the CSO's surface along the normal."""
+        """What a closed form answers: the point of the CSO's surface along the normal, if the answer has points."""
         self.prepare(axes)
-        if None in self.data["normal"] or self.data["distance"] is None:
+        if None in self.data["point_a"] or self.data["distance"] is None:
             return
         point = -(self.data["distance"] + self.data["margins"]) * numpy.array(self.data["normal"])
         self.segment(axes, numpy.zeros(3), point, NEAREST)

@@ -22,14 +22,14 @@ std::string rungText(Rung rung) {
       return "nothing: the pose is not finite, or lengths add up to more than 1e30 m";
     case Rung::PointsAndSegments:
       return "the closed form of points and segments, and of a point and a box";
-    case Rung::InnerBalls:
-      return "balls inside of both cores, which decide the threshold";
     case Rung::ParallelAxes:
       return "the closed form of solids of revolution about parallel axes";
-    case Rung::BoxAxes:
-      return "the fifteen axes of two boxes";
     case Rung::FirstDirection:
       return "the first vertex of the CSO, which decides the threshold";
+    case Rung::InnerBalls:
+      return "balls inside of both cores, which decide the threshold";
+    case Rung::BoxAxes:
+      return "the fifteen axes of two boxes";
     case Rung::Gjk:
       return "GJK";
     case Rung::GjkNewton:
@@ -43,7 +43,7 @@ std::string rungText(Rung rung) {
     case Rung::EpaNewton:
       return "EPA, finished by Newton's method";
     case Rung::EpaEllipsoid:
-      return "EPA, finished by Newton's method and an ellipsoid inside of the CSO";
+      return "EPA, finished by Newton's method and a solid inside of the CSO";
   }
   return "";
 }

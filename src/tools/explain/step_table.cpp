@@ -100,7 +100,8 @@ class Table {
     for (const QueryTrace::GjkStep& step : explanation_.trace.gjk) {
       const std::string name = names_.nameOf(step.w);  // first, as it may be a new one
       rows.push_back({std::to_string(rows.size()), name, point(step.w.on_a), point(step.w.onB()), inOrder(step.simplex),
-                      point(step.nearest), bound(step.lower_bound), bound(step.upper_bound)});
+                      step.simplex.empty() ? "" : point(step.nearest), bound(step.lower_bound),
+                      bound(step.upper_bound)});
     }
     return "\nGJK: the point of the CSO, a - b, that is nearest to the origin\n" + aligned(rows);
   }

@@ -118,8 +118,8 @@ TEST(PointsAndSegments, KeepTheNormalOfSegmentsThatNearlyTouchAcrossBoth) {
   EXPECT_NEAR(result.lower_bound, 1e-13, 1e-15);
 }
 
-// The second segment crosses in front of the first, at an angle at which its part across the first is mostly rounding if
-// it is found as a difference.
+// The second segment crosses in front of the first, at an angle at which its part across the first is mostly rounding
+// if it is found as a difference.
 TEST(PointsAndSegments, KeepTheNormalOfNearlyParallelSegments) {
   for (const double angle : {1e-3, 1e-8, 1e-13, 1e-18}) {
     Isometry3d pose = poseOf({3, 0, 0.5});

@@ -138,8 +138,8 @@ TEST(Polytope, KeepsTheFacesInThePlaneOfANewVertexOfACurvedCore) {
   EXPECT_EQ(facesOf(*polytope), 6);
 }
 
-// The base is z = -0.5, and each vertex lies in its plane. After the first few it sees one edge of the base, and adds one
-// triangle there.
+// The base is z = -0.5, and each vertex lies in its plane. After the first few it sees one edge of the base, and adds
+// one triangle there.
 TEST(Polytope, GrowsAFlatBaseByOneTriangleForEachVertex) {
   const auto polytope = tetrahedron({0, 1, 2, 3}, kRounding, Polytope::Coplanar::Kept);
   const auto baseFaces = [&] {
@@ -201,8 +201,8 @@ TEST(Polytope, TakesTheLowestCornerForTheHeightOfAFace) {
   EXPECT_GT(uneven, 100);
 }
 
-// One edge of the tetrahedron is 1e-6 m long, and where it is on the horizon, its triangle is narrow at the apex. The cross
-// product of the long edges would tilt the normal by about 1e-10.
+// One edge of the tetrahedron is 1e-6 m long, and where it is on the horizon, its triangle is narrow at the apex. The
+// cross product of the long edges would tilt the normal by about 1e-10.
 TEST(Polytope, HasAccurateNormalsOfTrianglesThatAreNarrowAtTheApex) {
   const Vector3d p(0.4, 0.5, -0.3), q = p + 1e-6 * Vector3d(1, 0.3, 0.7);
   const std::array<CsoVertex, 4> corners{vertexAt(p), vertexAt(q), vertexAt({-0.6, 0.4, -0.35}),
@@ -222,8 +222,8 @@ TEST(Polytope, HasAccurateNormalsOfTrianglesThatAreNarrowAtTheApex) {
   EXPECT_GT(narrow, 50);
 }
 
-// The vertex lies within rounding above two faces, on the line of their edge: one is replaced, the other is kept, and the
-// triangle between them is narrower than rounding. The next vertex removes it.
+// The vertex lies within rounding above two faces, on the line of their edge: one is replaced, the other is kept, and
+// the triangle between them is narrower than rounding. The next vertex removes it.
 TEST(Polytope, ReplacesAFaceWithoutANormalWhateverIsKept) {
   const auto polytope = tetrahedron({0, 1, 2, 3}, 1e-3, Polytope::Coplanar::Kept);
   ASSERT_TRUE(expandBy(*polytope, {1.0, -0.5001, -0.5001}));
@@ -237,8 +237,8 @@ TEST(Polytope, ReplacesAFaceWithoutANormalWhateverIsKept) {
   EXPECT_EQ(withoutNormal(), 0);
 }
 
-// A long prism whose three sides lie within rounding of the axis. From a point of the axis they count as visible, and the
-// two ends do not, so that the horizon is the rim of either end.
+// A long prism whose three sides lie within rounding of the axis. From a point of the axis they count as visible, and
+// the two ends do not, so that the horizon is the rim of either end.
 TEST(Polytope, DoesNotGrowWhereTheHorizonIsTwoLoops) {
   const auto corner = [](int i, double z) {
     const double angle = 2.0 * M_PI / 3.0 * i;

@@ -142,6 +142,21 @@ TEST(QueryTrace, AWatchedQueryGivesTheBitsOfAnUnwatchedOne) {
     EXPECT_GT(rungs[static_cast<std::size_t>(rung)], 20) << "rung " << static_cast<int>(rung);
 }
 
+// Along x the cubes are 1 m deep, and so are the balls inside; the vertex in this direction proves the lower bound.
+TEST(QueryTrace, HasTheFirstVertexWhereBallsInsideDecide) {
+  Isometry3d a_T_b = Isometry3d::Identity();
+  a_T_b.translation() = Vector3d(1, 0, 0);
+  const Shape large = Box{{2, 2, 2}};
+  WarmStart cold;
+  QueryTrace trace;
+  const SignedDistance answer = signedDistance(large, large, a_T_b, Options::above(0.0), cold, trace);
+  EXPECT_EQ(trace.rung, Rung::InnerBalls);
+  ASSERT_EQ(trace.gjk.size(), 1U);
+  EXPECT_EQ(trace.gjk.front().w.point.x(), 1.0);
+  EXPECT_EQ(trace.gjk.front().lower_bound, answer.lower_bound);
+  EXPECT_NEAR(answer.lower_bound, -1.0, 1e-14);
+}
+
 TEST(QueryTrace, TellsTheRung) {
   const Shape ball = Sphere{0.2}, upright = Cylinder{0.2, 1.0},
               tetrahedron = hullOf({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}});

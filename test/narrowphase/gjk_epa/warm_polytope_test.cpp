@@ -111,8 +111,8 @@ TEST(WarmPolytope, DoesNotSurroundAnOriginWithinRoundingOfAFace) {
   EXPECT_TRUE(polytope->surroundsOrigin(3.0 * cores.cso.rounding()));
 }
 
-// A face of the cone may be narrower than rounding if w lies far out, nearly on the line of an edge of the horizon: here 5
-// roundings below the face that stays, whose normal is (1, -1, 1), on the line through the corners (1, 1, 1) and
+// A face of the cone may be narrower than rounding if w lies far out, nearly on the line of an edge of the horizon:
+// here 5 roundings below the face that stays, whose normal is (1, -1, 1), on the line through the corners (1, 1, 1) and
 // (1, -1, -1).
 TEST(WarmPolytope, SurroundsNothingForCertainOnceItHasAFaceWithoutNormal) {
   const TwoCores cores = cubeAbout({0, 0, 0});
@@ -459,6 +459,41 @@ TEST(WarmPolytope, AnswersWithoutGjkWhileTheShapesOverlap) {
     without_gjk += trace.gjk.empty() ? 1 : 0;
   }
   EXPECT_GE(without_gjk, 95);
+}
+
+/// Largest difference between the normal of a step of EPA and that of the corners which it names.
+double worstNormal(const QueryTrace& trace) {
+  double worst = 0.0;
+  for (const QueryTrace::EpaStep& step : trace.epa) {
+    const auto corner = [&](std::size_t i) { return trace.polytope[static_cast<std::size_t>(step.closest[i])].point; };
+    const Vector3d normal = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
+    worst = std::max(worst, (normal - step.normal).norm());
+  }
+  return worst;
+}
+
+// If the recalled polytope leads to no answer, EPA begins again, with other vertices.
+TEST(WarmPolytope, ThatIsGivenUpIsNotPartOfTheTrace) {
+  RandomHulls random(6);
+  Options few;
+  few.max_iterations = 6;
+  int given_up = 0;
+  for (int pair = 0; pair < 200; ++pair) {
+    const Shape a = random.hull(), b = random.hull();
+    WarmPolytope memory;
+    WarmStart warm_start;
+    warm_start.polytope = &memory;
+    Isometry3d a_T_b = random.pose(0.05, 1.0);
+    signedDistance(a, b, a_T_b, {}, warm_start);
+    const bool is_kept = memory.face_count > 0;
+    a_T_b = a_T_b * random.pose(0.03, 0.5);
+    QueryTrace trace;
+    signedDistance(a, b, a_T_b, few, warm_start, trace);
+    given_up += is_kept && !trace.gjk.empty() && !trace.epa.empty() ? 1 : 0;
+    EXPECT_LE(trace.epa.size(), 6U) << "pair " << pair;
+    EXPECT_LT(worstNormal(trace), 1e-6) << "pair " << pair;
+  }
+  EXPECT_GT(given_up, 50);
 }
 
 // Nothing is proven about curved cores by the vertices of a polytope.

@@ -94,7 +94,7 @@ TEST(Explain, NamesTheClosedForm) {
   EXPECT_TRUE(says(explainCommand("'cylinder 1 2' 'cone 1 2' --xyz '5 0 0'").output,
                    "by the closed form of solids of revolution about parallel axes.\n  distance  3 m"));
   EXPECT_TRUE(says(explainCommand("'box 2 2 2' 'box 2 2 2' --xyz '1.5 0.25 0.125' --rpy '0.3 0.2 0.1'").output,
-                   "The answer is by the fifteen axes of two boxes that overlap.\n"));
+                   "The answer is by the fifteen axes of two boxes.\n"));
 }
 
 TEST(Explain, TheThresholdsEndTheSearch) {
@@ -104,6 +104,17 @@ TEST(Explain, TheThresholdsEndTheSearch) {
   EXPECT_GT(answer["lower"].get<double>(), 2.5);
   EXPECT_EQ(answer["point_a"][0], nullptr);
   EXPECT_EQ(explainJson("'box 2 2 2' 'hull 1 0.25 0.125 0.5' --stop-below -0.01")["status"], "threshold");
+}
+
+// Both cubes have an inner ball of radius 1.
+TEST(Explain, NamesTheBallsInsideThatDecideAThreshold) {
+  const std::string table = explainCommand("'box 2 2 2' 'box 2 2 2' --xyz '1 0 0' --stop-below -0.5").output;
+  EXPECT_TRUE(says(table, "\n     1  ")) << "the first vertex, which proves the lower bound: " << table;
+  EXPECT_FALSE(says(table, "nan")) << table;
+  EXPECT_TRUE(says(table,
+                   "The answer is by balls inside of both cores, which decide the threshold.\n"
+                   "  distance  -1 m, from -1 to -1 (width "))
+      << table;
 }
 
 TEST(Explain, ReadsPaddedAndSweptShapesAndWholePoses) {

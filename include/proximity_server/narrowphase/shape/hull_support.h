@@ -17,17 +17,17 @@ namespace proximity_server::narrowphase {
 ///
 /// 1. Begin with a whole side of the cube and all vertices.
 /// 2. Find the vertices farthest along the directions through the four corners and the centre of the square.
-/// 3. Leave out each vertex that lies less far than one of these five at all four corners: the difference of two heights
-///    is linear over the square, so it lies less far everywhere in it.
+/// 3. Leave out each vertex that lies less far than one of these five at all four corners: the difference of two
+///    heights is linear over the square, so it lies less far everywhere in it.
 /// 4. Divide the square into four, and repeat from step 2 with the vertices that are left, until the squares are cells.
 ///
-/// A cell has room for four vertices. A longer list stands elsewhere, and all of it is compared: a climb from neighbour to
-/// neighbour may end lower where many vertices are nearly in one plane. Where such lists take too much memory, as in a hull
-/// that is hardly larger than the rounding of its coordinates, the cells are made larger.
+/// A cell has room for four vertices. A longer list stands elsewhere, and all of it is compared: a climb from neighbour
+/// to neighbour may end lower where many vertices are nearly in one plane. Where such lists take too much memory, as in
+/// a hull that is hardly larger than the rounding of its coordinates, the cells are made larger.
 ///
 /// Frame:  that of the hull.
-/// Error:  the height of the vertex found is within rounding of the greatest: the lists hold every vertex that may be the
-///         farthest within rounding.
+/// Error:  the height of the vertex found is within rounding of the greatest: the lists hold every vertex that may be
+///         the farthest within rounding.
 /// Source: the division of the directions is a cube map (Greene, Environment Mapping and Other Applications of World
 ///         Projections, IEEE CG&A 1986); the lists are ours.
 class HullSupport {

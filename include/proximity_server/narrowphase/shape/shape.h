@@ -82,9 +82,9 @@ class Shape {
   const Eigen::Vector3d& centre() const { return centre_; }
   double coreRadius() const { return core_radius_; }
 
-  /// [m] Radius of a ball about centre() that lies inside of the core: half the least size of a box, the least distance of
-  /// a face of a hull; 0 for a point and a segment. It is negative, by a few roundings, for a flat hull: rounding may have
-  /// moved the centre out of it by this much.
+  /// [m] Radius of a ball about centre() that lies inside of the core: half the least size of a box, the least distance
+  /// of a face of a hull; 0 for a point and a segment. It is negative, by a few roundings, for a flat hull: rounding
+  /// may have moved the centre out of it by this much.
   double innerRadius() const { return inner_radius_; }
 
   /// [m] Upper bound of the distance of any point of the core from the origin of its frame.
