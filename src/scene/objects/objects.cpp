@@ -57,8 +57,7 @@ class Placing {
   PlacedObject operator()(const Attached& attached) const {
     const Link& link = robot_.links[requireLink(robot_, attached.link, "attach", object_.id)];
     if (!object_.geometry->halfSpaces().empty()) refuse(object_.id, "a half-space cannot be attached");
-    PlacedObject placed{object_, Kind::Attached,
-                        in(link.body_T_link * required(attached.link_T_object, object_.id))};
+    PlacedObject placed{object_, Kind::Attached, in(link.body_T_link * required(attached.link_T_object, object_.id))};
     placed.body = link.body;
     for (const std::string& name : attached.touch_links)
       placed.touch_links.push_back(requireLink(robot_, name, "touch_links", object_.id));
@@ -100,8 +99,7 @@ Objects::Objects(std::shared_ptr<const SceneModel> model)
 Objects Objects::changed(const std::vector<ObjectChange>& changes) const {
   Objects next = *this;
   next.fixed_ = std::make_shared<FixedObjects>(*fixed_);
-  for (const ObjectChange& change : changes)
-    std::visit([&](const auto& of_kind) { next.apply(of_kind); }, change);
+  for (const ObjectChange& change : changes) std::visit([&](const auto& of_kind) { next.apply(of_kind); }, change);
   next.findFrames();
   next.fixed_->tidy(next.slots_);
   return next;
@@ -216,12 +214,14 @@ void Objects::enlist(int number) {
   else if (object.kind == Kind::Fixed)
     fixed_->add(number);
   pair_count_ += pairsOf(number);
+  piece_count_ += static_cast<std::int64_t>(object.geometry->pieces().size());
 }
 
 /// Takes an object out of the lists.
 void Objects::strike(int number) {
   const PlacedObject& object = *placed(number);
   pair_count_ -= pairsOf(number);
+  piece_count_ -= static_cast<std::int64_t>(object.geometry->pieces().size());
   eraseSorted(number, walkers_);
   eraseSorted(number, moving_);
   eraseSorted(number, unbounded_);
@@ -256,8 +256,7 @@ const Object* Objects::object(int number) const {
 
 bool Objects::isWalker(int number) const {
   const Kind kind = placed(number)->kind;
-  return kind == Kind::Attached ||
-         (kind == Kind::Moving && rules_->free_objects == ObjectRules::FreeObjects::Checked);
+  return kind == Kind::Attached || (kind == Kind::Moving && rules_->free_objects == ObjectRules::FreeObjects::Checked);
 }
 
 std::int64_t Objects::linkPairsOf(int number) const {
@@ -306,8 +305,7 @@ PairReason Objects::objectReason(int number_a, int number_b) const {
     return object.kind == Kind::Fixed || (on_base && rules_->base == ObjectRules::Base::StandsStill);
   };
   const auto both = [&](Kind kind) { return a.kind == kind && b.kind == kind; };
-  const bool same_carrier =
-      (both(Kind::Attached) && a.body == b.body) || (both(Kind::Moving) && a.frame == b.frame);
+  const bool same_carrier = (both(Kind::Attached) && a.body == b.body) || (both(Kind::Moving) && a.frame == b.frame);
   if (number_a == number_b || same_carrier) return PairReason::SameBody;
   if (isStatic(a) && isStatic(b)) return PairReason::BothStatic;
   if (rules_->allowed.of(a.object.id, b.object.id) == AllowedPairs::Rule::Allowed) return PairReason::Allowed;

@@ -20,12 +20,12 @@ struct PlacedObject {
   Kind kind;
   /// In the frame of the link's body, of the tf frame, or, for a fixed object, of the object itself.
   std::shared_ptr<const ObjectGeometry> geometry;
-  int body = -1;                    ///< of an attached object, index into RobotModel::bodies
-  std::vector<int> touch_links{};   ///< of an attached object, ascending
-  std::string frame{};              ///< of a moving object
+  int body = -1;                   ///< of an attached object, index into RobotModel::bodies
+  std::vector<int> touch_links{};  ///< of an attached object, ascending
+  std::string frame{};             ///< of a moving object
   Eigen::Isometry3d world_T_object = Eigen::Isometry3d::Identity();  ///< of a fixed object
-  Eigen::AlignedBox3d box{};        ///< [m] of a fixed object without half-spaces, in the world
-  std::uint64_t serial = 0;         ///< no two of one history are the same
+  Eigen::AlignedBox3d box{};  ///< [m] of a fixed object without half-spaces, in the world
+  std::uint64_t serial = 0;   ///< no two of one history are the same
 
   bool isUnbounded() const { return !geometry->halfSpaces().empty(); }
 };

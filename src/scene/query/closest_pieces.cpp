@@ -58,29 +58,34 @@ PieceSearch::PieceSearch(const PlacedRobot& robot, std::size_t pieces, Skipping 
   queue_.reserve(rememberedPairs(pieces));
 }
 
-void PieceSearch::makeRoomFor(std::size_t pieces) { warm_starts_.grow(rememberedPairs(pieces)); }
+void PieceSearch::makeRoomFor(std::size_t pieces) {
+  // Only the pairs that are near are computed again and again.
+  warm_starts_.grow(std::min<std::size_t>(rememberedPairs(pieces), 1u << 12));
+}
 
 ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b, const LeafPair& likely, double limit,
                                    const Question& question, const ClosestPieces* found) {
   ClosestPieces closest;
   if (found) closest = *found;
-  a_ = robot_.compoundOf(pair.a);
-  b_ = robot_.compoundOf(pair.b);
+  const Compound a = robot_.compoundOf(pair.a), b = robot_.compoundOf(pair.b);
   const auto current_limit = [&] {
     return skipping_ == Skipping::On ? closest.limit(limit, question) : question.threshold;
   };
   const auto compute = [&](const LeafPair& leaves) {
     const narrowphase::Options options = optionsFor(question, current_limit(), pair.padding);
-    const narrowphase::SignedDistance result = PlacedRobot::distance({a_, leaves.a}, {b_, leaves.b}, a_T_b, options, warm_starts_);
+    const narrowphase::SignedDistance result =
+        PlacedRobot::distance({a, leaves.a}, {b, leaves.b}, a_T_b, options, warm_starts_);
     closest.offer(leaves, padded(result, pair.padding), limit);
   };
-  if (a_[a_.root].isLeaf() && b_[b_.root].isLeaf()) {
-    compute({a_.root, b_.root});
+  if (a[a.root].isLeaf() && b[b.root].isLeaf()) {
+    compute({a.root, b.root});
     return closest;
   }
+  a_ = a;
+  b_ = b;
   Visit whole = pair;
-  whole.a = a_.root;
-  whole.b = b_.root;
+  whole.a = a.root;
+  whole.b = b.root;
   if (likely.areLeaves()) compute(likely);
   queue_.clear();
   visits_ = 0;
@@ -101,7 +106,8 @@ ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b,
 
 Visit PieceSearch::withBoxes(Visit visit, const RelativePose& a_T_b) const {
   if (skipping_ == Skipping::On && PlacedRobot::boxesPay(a_[visit.a], b_[visit.b]))
-    visit.lower_bound = std::max(visit.lower_bound, PlacedRobot::boxGap(a_[visit.a], b_[visit.b], a_T_b) - visit.padding);
+    visit.lower_bound =
+        std::max(visit.lower_bound, PlacedRobot::boxGap(a_[visit.a], b_[visit.b], a_T_b) - visit.padding);
   visit.bound = Visit::Bound::Box;
   return visit;
 }
@@ -114,7 +120,8 @@ void PieceSearch::split(const Visit& visit, const RelativePose& a_T_b) {
     Visit next{-kInfinity, visits_++, split_a ? part : visit.a, split_a ? visit.b : part, visit.padding};
     // What holds for a whole holds for its parts.
     if (skipping_ == Skipping::On)
-      next.lower_bound = std::max(visit.lower_bound, PlacedRobot::sphereGap(a_[next.a], b_[next.b], a_T_b) - visit.padding);
+      next.lower_bound =
+          std::max(visit.lower_bound, PlacedRobot::sphereGap(a_[next.a], b_[next.b], a_T_b) - visit.padding);
     queue_.push(next);
   }
 }

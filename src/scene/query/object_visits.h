@@ -88,7 +88,8 @@ class ObjectVisits {
   template <typename Enter>
   void meetObject(const PlacedRobot& robot, int walker, int number, const Enter& enter) {
     const int object = robot.firstObject() + number;
-    if (isCheckedHere(robot, walker, object) && robot.isPlaced(object)) enter(std::min(walker, object), std::max(walker, object));
+    if (isCheckedHere(robot, walker, object) && robot.isPlaced(object))
+      enter(std::min(walker, object), std::max(walker, object));
   }
 
   static bool isCheckedHere(const PlacedRobot& robot, int walker, int object);
@@ -102,10 +103,10 @@ class ObjectVisits {
     return tree == Tree::Fixed ? robot.objects()->fixed().tree() : moving_tree_;
   }
 
-  std::vector<Walker> walkers_;   ///< those whose pose is known
-  std::vector<int> attached_;     ///< numbers
-  std::vector<int> moving_;       ///< numbers of the items of the tree
-  std::vector<int> missing_;      ///< numbers of the objects whose pose is missing
+  std::vector<Walker> walkers_;  ///< those whose pose is known
+  std::vector<int> attached_;    ///< numbers
+  std::vector<int> moving_;      ///< numbers of the items of the tree
+  std::vector<int> missing_;     ///< numbers of the objects whose pose is missing
   std::vector<int> scratch_;
   std::vector<Eigen::AlignedBox3d> moving_boxes_;
   BoxTree moving_tree_;

@@ -61,10 +61,10 @@ PairMeasurement::PairMeasurement(const SceneModel& model, std::shared_ptr<const 
       paddings_(model.pairs) {}
 
 void PairMeasurement::use(std::shared_ptr<const Objects> objects) {
-  std::size_t pieces = model_.robot.pieces.size();
-  for (const int number : objects->numbers()) pieces += objects->placed(number)->geometry->pieces().size();
-  pieces_.makeRoomFor(pieces);
-  kept_.grow(rememberedPairs(model_.pairs.checked.size() + static_cast<std::size_t>(objects->pairCount())));
+  pieces_.makeRoomFor(model_.robot.pieces.size() + static_cast<std::size_t>(objects->pieceCount()));
+  // Of many objects few are near, and what is far is settled by the hierarchy.
+  const auto near = std::min<std::size_t>(static_cast<std::size_t>(objects->pairCount()), 1u << 10);
+  kept_.grow(rememberedPairs(model_.pairs.checked.size() + near));
   const std::vector<int> changed = robot_.use(std::move(objects));
   if (changed.empty()) return;
   const auto isChanged = [&](int root) {
@@ -118,8 +118,7 @@ Visit PairMeasurement::refined(Visit visit, double limit) const {
 /// The answer that the lower bound of a visit proves, without computing anything.
 PairProximity PairMeasurement::proof(const Visit& visit) const {
   PairProximity proximity;
-  proximity.representation =
-      std::max(robot_.at(visit.a).representation, robot_.at(visit.b).representation);
+  proximity.representation = std::max(robot_.at(visit.a).representation, robot_.at(visit.b).representation);
   proximity.result.lower_bound = visit.lower_bound;
   proximity.result = onlyProof(proximity.result);
   return proximity;
@@ -147,11 +146,6 @@ bool PairMeasurement::depthIsExact(const Visit& visit) const {
   return a.isLeaf() && b.isLeaf();
 }
 
-/// Of a leaf; a half-space is what it is.
-Representation PairMeasurement::representationOf(int root, int leaf) const {
-  return leaf < 0 ? Representation::Exact : robot_.compoundOf(root)[leaf].representation;
-}
-
 /// Of b with half-spaces, and perhaps pieces.
 ClosestPieces PairMeasurement::closestToUnbounded(const Visit& visit, const RelativePose& a_T_b, const LeafPair& likely,
                                                   double limit, const Question& question) {
@@ -165,9 +159,8 @@ PairProximity PairMeasurement::compute(const Visit& visit, const RelativePose& a
                                        const Question& question) {
   const KeptAnswer* kept = skipping_ == Skipping::On ? kept_.find(visit.a, visit.b) : nullptr;
   const LeafPair likely = kept ? kept->leaves : LeafPair();
-  const ClosestPieces closest = robot_.isUnbounded(visit.b)
-                                    ? closestToUnbounded(visit, a_T_b, likely, limit, question)
-                                    : pieces_.between(visit, a_T_b, likely, limit, question);
+  const ClosestPieces closest = robot_.isUnbounded(visit.b) ? closestToUnbounded(visit, a_T_b, likely, limit, question)
+                                                            : pieces_.between(visit, a_T_b, likely, limit, question);
   PairProximity proximity = proof(visit);
   proximity.result = closest.result;
   proximity.result.lower_bound = closest.lower_bound;
@@ -175,8 +168,8 @@ PairProximity PairMeasurement::compute(const Visit& visit, const RelativePose& a
   if (!closest.empty()) {
     proximity.collision_a = robot_.collisionNumber(visit.a, closest.leaves.a);
     proximity.collision_b = robot_.collisionNumber(visit.b, closest.leaves.b);
-    proximity.representation = std::max(representationOf(visit.a, closest.leaves.a),
-                                        representationOf(visit.b, closest.leaves.b));
+    proximity.representation = std::max(robot_.representationOf(visit.a, closest.leaves.a),
+                                        robot_.representationOf(visit.b, closest.leaves.b));
     const bool too_wide = closest.upper_bound - closest.lower_bound > question.tolerance;
     if (closest.result.status == narrowphase::Status::Converged && too_wide)
       proximity.result.status = closest.lower_bound_status;

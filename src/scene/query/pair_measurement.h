@@ -71,7 +71,6 @@ class PairMeasurement {
   };
 
   bool depthIsExact(const Visit& visit) const;
-  Representation representationOf(int root, int leaf) const;
   ClosestPieces closestToUnbounded(const Visit& visit, const RelativePose& a_T_b, const LeafPair& likely, double limit,
                                    const Question& question);
   PairProximity proof(const Visit& visit) const;

@@ -59,9 +59,8 @@ const std::vector<PairProximity>& PairRanking::all(const Pairs& pairs, const Que
   if (asksForLinks(pairs))
     for (const ShapeRefPair& pair : pairs.list()) results_.push_back(measurement_.settle(pair, question));
   if (asksForObjects(pairs)) {
-    forEachObjectPair(measurement_.robot(), [&](int a, int b) {
-      results_.push_back(measurement_.settle(pairOf(a, b), question));
-    });
+    forEachObjectPair(measurement_.robot(),
+                      [&](int a, int b) { results_.push_back(measurement_.settle(pairOf(a, b), question)); });
   }
   return results_;
 }
@@ -115,7 +114,9 @@ void PairRanking::considerLikely(const Search& search) {
 /// The same of the pairs with objects, as far as they are still checked.
 void PairRanking::considerLikelyObjects(const Search& search) {
   const PlacedRobot& robot = measurement_.robot();
-  const auto isOther = [&](const std::pair<int, int>& roots) { return !isCheckedPair(robot, roots.first, roots.second); };
+  const auto isOther = [&](const std::pair<int, int>& roots) {
+    return !isCheckedPair(robot, roots.first, roots.second);
+  };
   likely_objects_.erase(std::remove_if(likely_objects_.begin(), likely_objects_.end(), isOther), likely_objects_.end());
   if (skipping_ == Skipping::Off || search.k == search.total) likely_objects_.clear();
   for (const auto& [a, b] : likely_objects_) {
@@ -144,17 +145,13 @@ void PairRanking::enterOthers(const Search& search) {
 void PairRanking::enterObjects(const Search& search) {
   const PlacedRobot& robot = measurement_.robot();
   measurement_.counts().unknown += static_cast<int>(object_visits_.unknownPairs());
-  if (skipping_ == Skipping::On)
-    return object_visits_.begin(robot, [&](int a, int b) { enterObject(a, b, search); });
-  forEachObjectPair(robot, [&](int a, int b) {
-    enterObject(a, b, search);
-  });
+  if (skipping_ == Skipping::On) return object_visits_.begin(robot, [&](int a, int b) { enterObject(a, b, search); });
+  forEachObjectPair(robot, [&](int a, int b) { enterObject(a, b, search); });
 }
 
 /// Opens the hierarchy of objects where it may hold the pair with the smallest bound.
 void PairRanking::openNearby(const Search& search) {
-  while (!object_visits_.empty() &&
-         !(object_visits_.lowestBound() > std::min(queue_.lowestBound(), limit(search))))
+  while (!object_visits_.empty() && !(object_visits_.lowestBound() > std::min(queue_.lowestBound(), limit(search))))
     object_visits_.open(measurement_.robot(), [&](int a, int b) { enterObject(a, b, search); });
 }
 

@@ -97,8 +97,8 @@ class PairRanking {
   ObjectVisits object_visits_;
 
   VisitQueue queue_;
-  std::vector<Ranked> nearest_;  // a heap, the farthest in front
-  std::vector<int> likely_;      // numbers of the pairs that were nearest the last time, ascending
+  std::vector<Ranked> nearest_;                      // a heap, the farthest in front
+  std::vector<int> likely_;                          // numbers of the pairs that were nearest the last time, ascending
   std::vector<std::pair<int, int>> likely_objects_;  // the same of pairs with objects, by their roots
   std::vector<PairProximity> results_;
   int below_ = 0;

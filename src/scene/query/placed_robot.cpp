@@ -55,15 +55,14 @@ std::vector<int> PlacedRobot::use(std::shared_ptr<const Objects> objects) {
     bodies_.resize(model_.bodies.size() + count);
   }
   for (int number = 0; number < static_cast<int>(places_.size()); ++number) {
-    ObjectPlace& place = places_[static_cast<std::size_t>(number)];
-    const PlacedObject* next = objects->placed(number);
-    if (next == place.object) continue;
-    if (place.object && !(next && next->geometry == place.object->geometry)) changed.push_back(number);
+    const PlacedObject *before = objects_ ? objects_->placed(number) : nullptr, *next = objects->placed(number);
+    if (next == before) continue;
+    if (before && !(next && next->geometry == before->geometry)) changed.push_back(number);
     if (next)
       occupy(number, *next);
     else
       bodies_[model_.bodies.size() + static_cast<std::size_t>(number)].known = false;
-    place.object = next;
+    places_[static_cast<std::size_t>(number)].object = next;
   }
   for (const int number : objects->moving()) {
     const std::vector<std::string>& frames = objects->frames();
@@ -133,7 +132,8 @@ Compound PlacedRobot::compoundOfObject(int root) const {
 int PlacedRobot::shapeNumber(int root, int leaf) const {
   const ObjectGeometry& geometry = *placedAt(root).geometry;
   if (leaf < 0) return 1 + geometry.halfSpaces()[static_cast<std::size_t>(-2 - leaf)].shape;
-  return 1 + geometry.pieces()[static_cast<std::size_t>(geometry.volumes()[static_cast<std::size_t>(leaf)].piece)].collision;
+  return 1 + geometry.pieces()[static_cast<std::size_t>(geometry.volumes()[static_cast<std::size_t>(leaf)].piece)]
+                 .collision;
 }
 
 /// As placeSpheres() does it.

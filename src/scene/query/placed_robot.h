@@ -40,9 +40,7 @@ struct Compound {
 /// A leaf of a compound.
 struct Leaf {
   Leaf(const Compound& compound, int leaf)
-      : volume(compound[leaf]),
-        piece(compound.pieces[volume.piece]),
-        number(compound.first_piece + volume.piece) {}
+      : volume(compound[leaf]), piece(compound.pieces[volume.piece]), number(compound.first_piece + volume.piece) {}
 
   const Volume& volume;
   const Piece& piece;
@@ -108,6 +106,12 @@ class PlacedRobot {
   /// belongs to; counted from 1.
   int collisionNumber(int root, int leaf) const {
     return isObject(root) ? shapeNumber(root, leaf) : collisionOf(model_, (*volumes_)[leaf].piece).number;
+  }
+
+  /// Of such a leaf, or Exact of a half-space.
+  Representation representationOf(int root, int leaf) const {
+    if (!isObject(root)) return (*volumes_)[leaf].representation;
+    return leaf < 0 ? Representation::Exact : compoundOfObject(root)[leaf].representation;
   }
 
   /// The pose of volume b's body in the frame of volume a's body.
@@ -182,7 +186,9 @@ class PlacedRobot {
 
   const BodyPlace& bodyOf(int volume) const { return bodies_[at(volume).body]; }
   const Sphere& sphereOf(int root) const { return spheres_[root]; }
-  const PlacedObject& placedAt(int root) const { return *places_[static_cast<std::size_t>(root - first_object_)].object; }
+  const PlacedObject& placedAt(int root) const {
+    return *places_[static_cast<std::size_t>(root - first_object_)].object;
+  }
   bool isObjectPlaced(int root) const;
   Compound compoundOfObject(int root) const;
   int shapeNumber(int root, int leaf) const;
@@ -193,8 +199,8 @@ class PlacedRobot {
   const RobotModel& model_;
   const std::shared_ptr<const Volumes> volumes_;
   const int first_object_;
-  std::vector<BodyPlace> bodies_;  ///< of the robot, then one for each number of an object
-  std::vector<Sphere> spheres_;    ///< by root, see Volumes::rootCount
+  std::vector<BodyPlace> bodies_;                     ///< of the robot, then one for each number of an object
+  std::vector<Sphere> spheres_;                       ///< by root, see Volumes::rootCount
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();  ///< from which the spheres are seen
   std::shared_ptr<const Objects> objects_;
   std::vector<ObjectPlace> places_;  ///< by number of the object

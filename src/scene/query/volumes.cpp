@@ -18,8 +18,7 @@ std::vector<int> piecesOfLink(const RobotModel& model, int link) {
 
 VolumeBuilder builderFor(const RobotModel& model) {
   std::vector<Representation> representations;
-  for (const Piece& piece : model.pieces)
-    representations.push_back(model.collisions[piece.collision].representation);
+  for (const Piece& piece : model.pieces) representations.push_back(model.collisions[piece.collision].representation);
   return {model.pieces, std::move(representations)};
 }
 

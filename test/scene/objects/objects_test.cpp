@@ -22,7 +22,6 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// base (no joint above it), arm, hand with a fixed finger, and a camera without geometry.
 std::shared_ptr<const SceneModel> arm() {
-
   const std::string limit = "<axis xyz='0 0 1'/><limit lower='-1' upper='1' effort='1' velocity='1'/></joint>";
   auto model = std::make_shared<SceneModel>();
   model->robot = robotOf("<robot name='arm'><link name='base'>" + ball("0.1") + "</link><link name='arm'>" +
@@ -106,8 +105,8 @@ TEST_F(ObjectsOfAnArm, ChangesOfABatchSeeThoseBeforeThem) {
 
 TEST_F(ObjectsOfAnArm, FramesAreThoseOfMovingObjects) {
   EXPECT_EQ(some_.frames(), std::vector<std::string>{"cart_frame"});
-  const Objects next = some_.changed(
-      {AddObject{thing("lid", Moving{"cart_frame"})}, AddObject{thing("lift", Moving{"a_lift"})}});
+  const Objects next =
+      some_.changed({AddObject{thing("lid", Moving{"cart_frame"})}, AddObject{thing("lift", Moving{"a_lift"})}});
   EXPECT_EQ(next.frames(), (std::vector<std::string>{"a_lift", "cart_frame"}));
   EXPECT_TRUE(some_.changed({DetachObject{"bar", Fixed{}}, RemoveObject{"cart"}}).frames().empty());
 }
@@ -120,8 +119,7 @@ TEST_F(ObjectsOfAnArm, AreRefusedWithIdAndReason) {
   EXPECT_EQ(refusal({AddObject{thing("table")}}), "object \"table\": there is one with this id already");
   EXPECT_EQ(refusal({AddObject{thing("hand")}}), "object \"hand\": a link has this name");
   EXPECT_EQ(refusal({AddObject{thing("")}}), "object \"\": its id is empty");
-  EXPECT_EQ(refusal({AddObject{thing("*")}}),
-            "object \"*\": the id stands for all objects in the allowed pairs");
+  EXPECT_EQ(refusal({AddObject{thing("*")}}), "object \"*\": the id stands for all objects in the allowed pairs");
   EXPECT_EQ(refusal({AddObject{thing("box", Fixed{broken})}}),
             "object \"box\": its pose is not finite, or no rotation");
   EXPECT_EQ(refusal({AddObject{thing("box", Moving{""})}}), "object \"box\": the name of its frame is empty");
@@ -172,8 +170,7 @@ TEST(AnObject, IsRefusedWithItsIdAndShape) {
 
 TEST(AnObject, TellsItsShapes) {
   const TriangleMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};
-  const Object object =
-      makeObject("tool", {{Shape(Sphere{1})}, {mesh}, {HalfSpace{{0, 0, 1}, 0.0}}}, Fixed{});
+  const Object object = makeObject("tool", {{Shape(Sphere{1})}, {mesh}, {HalfSpace{{0, 0, 1}, 0.0}}}, Fixed{});
   ASSERT_EQ(shapesOf(object).size(), 3u);
   EXPECT_EQ(shapesOf(object)[0].description, "sphere");
   EXPECT_EQ(shapesOf(object)[1].description, "mesh of 4 triangles");
@@ -309,7 +306,8 @@ struct PlainScene {
   }
 
   bool stands(const Thing& thing) const {
-    return thing.kind == Thing::Fixed || (thing.kind == Thing::Attached && thing.carrier == "base" && base_stands_still);
+    return thing.kind == Thing::Fixed ||
+           (thing.kind == Thing::Attached && thing.carrier == "base" && base_stands_still);
   }
 
   bool thingsAreChecked(const std::string& id_a, const std::string& id_b) const {

@@ -39,15 +39,15 @@ std::shared_ptr<const SceneModel> arm() {
            "'/><limit lower='-3' upper='3' effort='1' velocity='1'/></joint>";
   };
   auto model = std::make_shared<SceneModel>();
-  model->robot = robotOf(
-      "<robot name='arm'>" + link("base", cylinder("0.12", "0.3") + box("0.3 0.3 0.05", "0 0 -0.15")) +
-      link("upper", box("0.1 0.08 0.3", "0 0 0.15", "0.1 0.2 0.3") + ball("0.07", "0 0 0.3")) +
-      link("fore", cylinder("0.05", "0.3", "0 0 0.2")) + link("wrist", ball("0.07", "0 0 0.05")) +
-      link("hand", box("0.05 0.08 0.1", "0.06 0 0.2") + box("0.05 0.08 0.1", "-0.06 0 0.2") +
-                       cylinder("0.03", "0.1", "0 0 0.05")) +
-      link("camera", "") + joint("base", "upper", "0 0 0.2", "0 0 1") + joint("upper", "fore", "0 0 0.35", "0 1 0") +
-      joint("fore", "wrist", "0 0 0.45", "1 0 0") + joint("wrist", "hand", "0 0 0.15", "0 1 0") +
-      joint("hand", "camera", "0.1 0 0.1", "0 0 1") + "</robot>");
+  model->robot =
+      robotOf("<robot name='arm'>" + link("base", cylinder("0.12", "0.3") + box("0.3 0.3 0.05", "0 0 -0.15")) +
+              link("upper", box("0.1 0.08 0.3", "0 0 0.15", "0.1 0.2 0.3") + ball("0.07", "0 0 0.3")) +
+              link("fore", cylinder("0.05", "0.3", "0 0 0.2")) + link("wrist", ball("0.07", "0 0 0.05")) +
+              link("hand", box("0.05 0.08 0.1", "0.06 0 0.2") + box("0.05 0.08 0.1", "-0.06 0 0.2") +
+                               cylinder("0.03", "0.1", "0 0 0.05")) +
+              link("camera", "") + joint("base", "upper", "0 0 0.2", "0 0 1") +
+              joint("upper", "fore", "0 0 0.35", "0 1 0") + joint("fore", "wrist", "0 0 0.45", "1 0 0") +
+              joint("wrist", "hand", "0 0 0.15", "0 1 0") + joint("hand", "camera", "0.1 0 0.1", "0 0 1") + "</robot>");
   model->pairs = filterPairs(model->robot, "");
   return model;
 }
@@ -130,13 +130,15 @@ class Cell {
  private:
   void jump() {
     for (double& phase : phases_) phase = chance_.between(-10, 10);
-    base_ = Eigen::Translation3d(0.1 * chance_.direction()) * Eigen::AngleAxisd(chance_.between(-3, 3), Vector3d::UnitZ());
+    base_ =
+        Eigen::Translation3d(0.1 * chance_.direction()) * Eigen::AngleAxisd(chance_.between(-3, 3), Vector3d::UnitZ());
     for (Isometry3d& frame : known_frames_) frame = chance_.pose(0.7);
     missing_ = chance_.below(6) - 3;
   }
 
   void step() {
-    for (std::size_t joint = 0; joint < phases_.size(); ++joint) phases_[joint] += 0.0005 * static_cast<double>(joint + 1);
+    for (std::size_t joint = 0; joint < phases_.size(); ++joint)
+      phases_[joint] += 0.0005 * static_cast<double>(joint + 1);
     for (Isometry3d& frame : known_frames_)
       frame = frame * Eigen::Translation3d(0.0003, 0.0002, 0) * Eigen::AngleAxisd(0.001, Vector3d::UnitX());
   }
@@ -295,8 +297,7 @@ TEST_P(ChangingObjects, SkippingNeverChangesAnAnswer) {
       const PairCounts counts = scene.counts();
       ASSERT_EQ(counts.total, all.total);
       ASSERT_EQ(counts.unknown, all.unknown);
-      ASSERT_EQ(counts.total,
-                counts.unknown + counts.at_rest + counts.by_motion + counts.by_bounds + counts.computed);
+      ASSERT_EQ(counts.total, counts.unknown + counts.at_rest + counts.by_motion + counts.by_bounds + counts.computed);
       sum.computed += counts.computed;
       sum.at_rest += counts.at_rest;
       sum.by_motion += counts.by_motion;

@@ -20,12 +20,12 @@ enum class PairReason : unsigned char {
   NotInGroup,  ///< neither link is moved by the chosen group
 
   // Of pairs with an object:
-  NoGeometry,       ///< the link has no collision geometry
-  BothStatic,       ///< neither moves in the world
-  TouchLink,        ///< the attached object may touch the link
-  Allowed,          ///< see AllowedPairs
-  FreeObjects,      ///< two objects that are not attached, and the rules do not ask for them
-  BothHalfSpaces,   ///< both have a half-space, and these always meet
+  NoGeometry,      ///< the link has no collision geometry
+  BothStatic,      ///< neither moves in the world
+  TouchLink,       ///< the attached object may touch the link
+  Allowed,         ///< see AllowedPairs
+  FreeObjects,     ///< two objects that are not attached, and the rules do not ask for them
+  BothHalfSpaces,  ///< both have a half-space, and these always meet
 };
 const char* toString(PairReason reason);
 

@@ -69,8 +69,8 @@ struct Object {
 };
 
 struct ObjectOptions {
-  double padding = 0.0;    ///< [m] added to every shape as margin
-  MeshResolver resolve;    ///< of the URIs of meshes; may be empty if there are none
+  double padding = 0.0;     ///< [m] added to every shape as margin
+  MeshResolver resolve;     ///< of the URIs of meshes; may be empty if there are none
   MeshOptions meshes = {};  ///< how meshes become convex pieces, as those of links
 };
 

@@ -97,6 +97,9 @@ class Objects {
   /// How many pairs with an object are checked.
   std::int64_t pairCount() const { return pair_count_; }
 
+  /// How many convex pieces all objects have.
+  std::int64_t pieceCount() const { return piece_count_; }
+
   // For the queries.
   const PlacedObject* placed(int number) const;  ///< nullptr if no object has the number
   const FixedObjects& fixed() const { return *fixed_; }
@@ -131,7 +134,7 @@ class Objects {
   std::vector<int> walkers_, moving_, unbounded_;
   std::vector<std::string> frames_;
   std::shared_ptr<FixedObjects> fixed_;  ///< changed only while a change makes the next objects
-  std::int64_t pair_count_ = 0;
+  std::int64_t pair_count_ = 0, piece_count_ = 0;
   std::uint64_t next_serial_ = 1;
 };
 
