@@ -32,6 +32,7 @@ class PairMeasurement {
 
   void update(const BodyPoses& poses) { robot_.update(poses); }
   void updateFrames(const std::vector<std::optional<Eigen::Isometry3d>>& poses) { robot_.updateFrames(poses); }
+  void forgetFrames() { robot_.forgetFrames(); }
   const PlacedRobot& robot() const { return robot_; }
 
   /// Takes the next objects, and forgets the answers about those that have changed.

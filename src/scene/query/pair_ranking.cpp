@@ -38,12 +38,19 @@ void PairRanking::use(std::shared_ptr<const Objects> objects) {
   object_visits_.fit(measurement_.robot());
 }
 
-void PairRanking::update(const BodyPoses& poses, const std::vector<std::optional<Eigen::Isometry3d>>* frames) {
+void PairRanking::update(const BodyPoses& poses) {
   measurement_.update(poses);
   groups_fit_ = groups_ && groups_->refit(measurement_.robot());
-  if (!objects_ && !frames) return;
-  measurement_.updateFrames(frames ? *frames
-                                   : std::vector<std::optional<Eigen::Isometry3d>>(objects_->frames().size()));
+  if (!objects_) return;
+  measurement_.forgetFrames();
+  object_visits_.fit(measurement_.robot());
+}
+
+void PairRanking::update(const BodyPoses& poses, const std::vector<std::optional<Eigen::Isometry3d>>& frames) {
+  measurement_.robot().requireFrames(frames.size());
+  measurement_.update(poses);
+  groups_fit_ = groups_ && groups_->refit(measurement_.robot());
+  measurement_.updateFrames(frames);
   object_visits_.fit(measurement_.robot());
 }
 

@@ -37,8 +37,9 @@ class PairRanking {
   /// nullptr before the first use().
   const std::shared_ptr<const Objects>& objects() const { return objects_; }
 
-  /// `frames` may be nullptr: then the poses of moving objects are missing.
-  void update(const BodyPoses& poses, const std::vector<std::optional<Eigen::Isometry3d>>* frames = nullptr);
+  /// Without frames, the poses of moving objects are missing. If it throws, nothing has changed.
+  void update(const BodyPoses& poses);
+  void update(const BodyPoses& poses, const std::vector<std::optional<Eigen::Isometry3d>>& frames);
   const PairCounts& counts() const { return measurement_.counts(); }
 
   PairProximity one(const ShapeRefPair& pair, const Question& question);

@@ -33,15 +33,17 @@ void PlacedRobot::update(const BodyPoses& poses) {
                                 std::to_string(poses.size()) + " poses");
   }
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    BodyPlace& body = bodies_[i];
-    if (!body.is_used) continue;
-    const std::optional<Isometry3d> pose = usablePose(poses[i]);
-    body.known = pose.has_value();
-    if (!pose) continue;
-    body.rotation = pose->linear();
-    body.origin = pose->translation();
+    if (bodies_[i].is_used) placeBody(poses[i], bodies_[i]);
   }
   placeSpheres();
+}
+
+void PlacedRobot::placeBody(const std::optional<Isometry3d>& pose, BodyPlace& body) {
+  const std::optional<Isometry3d> usable = usablePose(pose);
+  body.known = usable.has_value();
+  if (!usable) return;
+  body.rotation = usable->linear();
+  body.origin = usable->translation();
 }
 
 // --- objects
@@ -99,21 +101,26 @@ void PlacedRobot::occupy(int number, const PlacedObject& object) {
   if (object.kind == PlacedObject::Kind::Attached) bodies_[object.body].is_used = true;
 }
 
+void PlacedRobot::requireFrames(std::size_t count) const {
+  const std::size_t frames = objects_ ? objects_->frames().size() : 0;
+  if (count == frames) return;
+  throw std::invalid_argument("the objects have " + std::to_string(frames) + " frames, but there are " +
+                              std::to_string(count) + " poses");
+}
+
 void PlacedRobot::updateFrames(const std::vector<std::optional<Isometry3d>>& poses) {
-  const std::size_t count = objects_ ? objects_->frames().size() : 0;
-  if (poses.size() != count) {
-    throw std::invalid_argument("the objects have " + std::to_string(count) + " frames, but there are " +
-                                std::to_string(poses.size()) + " poses");
-  }
+  requireFrames(poses.size());
   if (!objects_) return;
   for (const int number : objects_->moving()) {
-    const std::optional<Isometry3d> pose = usablePose(poses[places_[static_cast<std::size_t>(number)].frame]);
-    BodyPlace& body = bodies_[model_.bodies.size() + static_cast<std::size_t>(number)];
-    body.known = pose.has_value();
-    if (!pose) continue;
-    body.rotation = pose->linear();
-    body.origin = pose->translation();
+    const auto index = static_cast<std::size_t>(number);
+    placeBody(poses[static_cast<std::size_t>(places_[index].frame)], bodies_[model_.bodies.size() + index]);
   }
+}
+
+void PlacedRobot::forgetFrames() {
+  if (!objects_) return;
+  for (const int number : objects_->moving())
+    bodies_[model_.bodies.size() + static_cast<std::size_t>(number)].known = false;
 }
 
 bool PlacedRobot::isObjectPlaced(int root) const {

@@ -76,9 +76,15 @@ class PlacedRobot {
   /// std::invalid_argument if there is not one pose for each body.
   void update(const BodyPoses& poses);
 
-  /// Takes one pose for each of Objects::frames(), in the frame of the body poses; nullopt if it is not known. Throws
-  /// std::invalid_argument for another number of poses.
+  /// Throws std::invalid_argument if the objects have another number of frames.
+  void requireFrames(std::size_t count) const;
+
+  /// Takes one pose for each of Objects::frames(), in the frame of the body poses; nullopt if it is not known.
+  /// Throws as requireFrames() does.
   void updateFrames(const std::vector<std::optional<Eigen::Isometry3d>>& poses);
+
+  /// From now on none of them is known.
+  void forgetFrames();
 
   const Volumes& volumes() const { return *volumes_; }
 
@@ -192,6 +198,7 @@ class PlacedRobot {
   bool isObjectPlaced(int root) const;
   Compound compoundOfObject(int root) const;
   int shapeNumber(int root, int leaf) const;
+  static void placeBody(const std::optional<Eigen::Isometry3d>& pose, BodyPlace& body);
   void placeSpheres();
   Sphere sphereAround(int root) const;
   void occupy(int number, const PlacedObject& object);

@@ -42,7 +42,7 @@ const Objects* Scene::objects() const { return ranking_->objects().get(); }
 
 void Scene::update(const BodyPoses& poses) { ranking_->update(poses); }
 
-void Scene::update(const BodyPoses& poses, const FramePoses& frames) { ranking_->update(poses, &frames); }
+void Scene::update(const BodyPoses& poses, const FramePoses& frames) { ranking_->update(poses, frames); }
 
 const PairCounts& Scene::counts() const { return ranking_->counts(); }
 

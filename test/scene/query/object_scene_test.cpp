@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <thread>
 
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "proximity_server/scene/query/scene.h"
@@ -403,6 +404,39 @@ TEST(ASceneWithObjects, AnswersAboutEachKindOfPair) {
   EXPECT_EQ(cell.scene.counts().total, 2);
   EXPECT_NEAR(cell.scene.minimum(candidates)->result.distance, 2.0, 1e-12);
   EXPECT_EQ(cell.scene.counts().total, 3);
+}
+
+TEST(ASceneWithObjects, IsAsBeforeAfterAnUpdateThatThrows) {
+  Cell cell({ball("1")});
+  cell.change({add("cart", {{Shape(Sphere{1})}}, Moving{"cart"})});
+  cell.put({at(0, 0, 0)}, {at(5, 0, 0)});
+  EXPECT_THROW(cell.put({at(9, 0, 0)}, {}), std::invalid_argument);
+  EXPECT_THROW(cell.scene.update(BodyPoses(7), {at(7, 0, 0)}), std::invalid_argument);
+  EXPECT_NEAR(cell.scene.minimum(cell.scene.candidates())->result.distance, 3.0, 1e-12);
+}
+
+// Under the thread sanitizer this finds what a change shares with the questions that are being answered.
+TEST(ASceneWithObjects, IsNotDisturbedByChangesInAnotherThread) {
+  Cell cell({ball("1")});
+  std::vector<ObjectChange> some;
+  for (int i = 0; i < 40; ++i)
+    some.emplace_back(add("box " + std::to_string(i), {{Shape(Box{{1, 1, 1}})}}, Fixed{at(5 + i, 0, 0)}));
+  cell.change(some);
+  cell.put({at(0, 0, 0)});
+  const std::shared_ptr<const Objects> shared = cell.objects;
+  std::thread changing([&] {
+    Objects now = *shared;
+    for (int i = 0; i < 200; ++i) {
+      const Fixed place{at(2, 0, 0.01 * i)};
+      now = now.changed({add("near " + std::to_string(i), {{Shape(Sphere{1})}}, place), MoveObject{"box 0", place}});
+    }
+    EXPECT_EQ(now.size(), 240);
+  });
+  for (int i = 0; i < 200; ++i) {
+    cell.put({at(0, 0, 0.01 * (i % 2))});
+    EXPECT_NEAR(cell.scene.minimum(cell.scene.candidates())->result.distance, 3.5, 1e-12);
+  }
+  changing.join();
 }
 
 TEST(ASceneWithObjects, KeepsTheAnswersAboutWhatStays) {
