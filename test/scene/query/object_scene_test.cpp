@@ -128,7 +128,7 @@ TEST(AttachedObject, MayHangOnALinkWithoutGeometry) {
   Cell cell({"", ball("1")});
   cell.change({add("bar", {{Shape(Sphere{1})}}, Attached{"0"})});
   cell.put({at(5, 0, 0), at(0, 0, 0)});
-  EXPECT_NEAR(cell.scene.minimum(cell.scene.candidates())->result.distance, 3.0, 1e-12);
+  EXPECT_NEAR(cell.between(cell.object("bar"), cell.link("1")).result.distance, 3.0, 1e-12);
 }
 
 TEST(AttachedObject, IsComparedWithAFixedOneAndWithThatOfAnotherLink) {
@@ -437,6 +437,18 @@ TEST(ASceneWithObjects, IsNotDisturbedByChangesInAnotherThread) {
     EXPECT_NEAR(cell.scene.minimum(cell.scene.candidates())->result.distance, 3.5, 1e-12);
   }
   changing.join();
+}
+
+TEST(ASceneWithObjects, ForgetsTheAnswersAboutWhatIsReplacedInItsPlace) {
+  Cell cell({ball("1")});
+  cell.change({add("thing", {{Shape(Box{{2, 2, 2}})}}, Fixed{at(5, 0, 0)})});
+  cell.put({at(0, 0, 0)});
+  const auto distance = [&] { return cell.scene.all(cell.scene.candidates()).front().result.distance; };
+  EXPECT_NEAR(distance(), 3.0, 1e-12);
+  cell.change({ReplaceObject{add("thing", {{Shape(Sphere{0.5})}}, Fixed{at(5, 0, 0)}).object}});
+  EXPECT_NEAR(distance(), 3.5, 1e-12);
+  cell.change({RemoveObject{"thing"}, add("other", {{Shape(Sphere{2})}}, Fixed{at(5, 0, 0)})});  // in its number
+  EXPECT_NEAR(distance(), 2.0, 1e-12);
 }
 
 TEST(ASceneWithObjects, KeepsTheAnswersAboutWhatStays) {
