@@ -150,6 +150,18 @@ const char* toString(PairReason reason) {
       return "adjacent";
     case PairReason::NotInGroup:
       return "not in the group";
+    case PairReason::NoGeometry:
+      return "no collision geometry";
+    case PairReason::BothStatic:
+      return "both stand still";
+    case PairReason::TouchLink:
+      return "touch link of the attached object";
+    case PairReason::Allowed:
+      return "allowed";
+    case PairReason::FreeObjects:
+      return "objects that are not attached";
+    case PairReason::BothHalfSpaces:
+      return "two half-spaces";
   }
   return "unknown";
 }

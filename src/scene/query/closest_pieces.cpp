@@ -58,25 +58,38 @@ PieceSearch::PieceSearch(const PlacedRobot& robot, std::size_t pieces, Skipping 
   queue_.reserve(rememberedPairs(pieces));
 }
 
+void PieceSearch::makeRoomFor(std::size_t pieces) {
+  // Only the pairs that are near are computed again and again.
+  warm_starts_.grow(std::min<std::size_t>(rememberedPairs(pieces), 1u << 12));
+}
+
 ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b, const LeafPair& likely, double limit,
-                                   const Question& question) {
+                                   const Question& question, const ClosestPieces* found) {
   ClosestPieces closest;
+  if (found) closest = *found;
+  const Compound a = robot_.compoundOf(pair.a), b = robot_.compoundOf(pair.b);
   const auto current_limit = [&] {
     return skipping_ == Skipping::On ? closest.limit(limit, question) : question.threshold;
   };
   const auto compute = [&](const LeafPair& leaves) {
     const narrowphase::Options options = optionsFor(question, current_limit(), pair.padding);
-    const narrowphase::SignedDistance result = robot_.distance(leaves.a, leaves.b, a_T_b, options, warm_starts_);
+    const narrowphase::SignedDistance result =
+        PlacedRobot::distance({a, leaves.a}, {b, leaves.b}, a_T_b, options, warm_starts_);
     closest.offer(leaves, padded(result, pair.padding), limit);
   };
-  if (isLeaf(pair)) {
-    compute({pair.a, pair.b});
+  if (a[a.root].isLeaf() && b[b.root].isLeaf()) {
+    compute({a.root, b.root});
     return closest;
   }
-  if (likely.a >= 0) compute(likely);
+  a_ = a;
+  b_ = b;
+  Visit whole = pair;
+  whole.a = a.root;
+  whole.b = b.root;
+  if (likely.areLeaves()) compute(likely);
   queue_.clear();
   visits_ = 0;
-  for (split(pair, a_T_b); !queue_.empty() && !(queue_.lowestBound() > current_limit());) {
+  for (split(whole, a_T_b); !queue_.empty() && !(queue_.lowestBound() > current_limit());) {
     Visit visit = queue_.pop();
     if (visit.bound == Visit::Bound::Sphere) visit = withBoxes(visit, a_T_b);
     if (visit.lower_bound > std::min(queue_.lowestBound(), current_limit())) {
@@ -91,26 +104,24 @@ ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b,
   return closest;
 }
 
-bool PieceSearch::isLeaf(const Visit& visit) const {
-  return robot_.volumes()[visit.a].isLeaf() && robot_.volumes()[visit.b].isLeaf();
-}
-
 Visit PieceSearch::withBoxes(Visit visit, const RelativePose& a_T_b) const {
-  if (skipping_ == Skipping::On && robot_.boxesPay(visit.a, visit.b))
-    visit.lower_bound = std::max(visit.lower_bound, robot_.boxGap(visit.a, visit.b, a_T_b) - visit.padding);
+  if (skipping_ == Skipping::On && PlacedRobot::boxesPay(a_[visit.a], b_[visit.b]))
+    visit.lower_bound =
+        std::max(visit.lower_bound, PlacedRobot::boxGap(a_[visit.a], b_[visit.b], a_T_b) - visit.padding);
   visit.bound = Visit::Bound::Box;
   return visit;
 }
 
 /// Replaces a pair of volumes by the pairs with the parts of one of them, see splitsFirst().
 void PieceSearch::split(const Visit& visit, const RelativePose& a_T_b) {
-  const Volume &a = robot_.volumes()[visit.a], &b = robot_.volumes()[visit.b];
+  const Volume &a = a_[visit.a], &b = b_[visit.b];
   const bool split_a = splitsFirst(a, b);
   for (const int part : split_a ? a.parts : b.parts) {
     Visit next{-kInfinity, visits_++, split_a ? part : visit.a, split_a ? visit.b : part, visit.padding};
     // What holds for a whole holds for its parts.
     if (skipping_ == Skipping::On)
-      next.lower_bound = std::max(visit.lower_bound, robot_.sphereGap(next.a, next.b, a_T_b) - visit.padding);
+      next.lower_bound =
+          std::max(visit.lower_bound, PlacedRobot::sphereGap(a_[next.a], b_[next.b], a_T_b) - visit.padding);
     queue_.push(next);
   }
 }

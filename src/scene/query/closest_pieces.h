@@ -16,9 +16,14 @@ bool isFinal(const narrowphase::SignedDistance& result, const Question& question
 /// The distance less a padding [m]: both surfaces moved outwards by half of it.
 narrowphase::SignedDistance padded(narrowphase::SignedDistance result, double padding);
 
-/// Two leaves, see Volumes.
+/// Two leaves, by their numbers in their compounds; or a leaf and a half-space of the other.
 struct LeafPair {
   int a = -1, b = -1;
+
+  static LeafPair withHalfSpace(int a, int half_space) { return {a, -2 - half_space}; }
+  bool hasHalfSpace() const { return b < -1; }
+  int halfSpace() const { return -2 - b; }
+  bool areLeaves() const { return b >= 0; }
   bool operator==(const LeafPair& other) const { return a == other.a && b == other.b; }
 };
 
@@ -47,16 +52,21 @@ class PieceSearch {
  public:
   PieceSearch(const PlacedRobot& robot, std::size_t pieces, Skipping skipping);
 
-  /// Finds the closest pieces that are closer than `limit` [m]. The pair `likely` is computed first, as a guess.
+  /// Remembers more warm starts, for so many pieces of robot and objects together.
+  void makeRoomFor(std::size_t pieces);
+
+  /// Finds the closest pieces that are closer than `limit` [m]. The pair `likely` is computed first, as a guess. If
+  /// something is found already, it is part of the answer.
   ClosestPieces between(const Visit& pair, const RelativePose& a_T_b, const LeafPair& likely, double limit,
-                        const Question& question);
+                        const Question& question, const ClosestPieces* found = nullptr);
 
  private:
-  bool isLeaf(const Visit& visit) const;
+  bool isLeaf(const Visit& visit) const { return a_[visit.a].isLeaf() && b_[visit.b].isLeaf(); }
   Visit withBoxes(Visit visit, const RelativePose& a_T_b) const;
   void split(const Visit& visit, const RelativePose& a_T_b);
 
   const PlacedRobot& robot_;
+  Compound a_{}, b_{};  ///< of the pair that is asked about
   const Skipping skipping_;
   WarmStarts warm_starts_;
   VisitQueue queue_;

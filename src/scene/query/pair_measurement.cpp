@@ -1,7 +1,10 @@
 #include "scene/query/pair_measurement.h"
 
 #include <algorithm>
+#include <stdexcept>
 #include <utility>
+
+#include "scene/query/half_space.h"
 
 namespace proximity_server::scene {
 namespace {
@@ -30,8 +33,8 @@ narrowphase::SignedDistance onlyProof(narrowphase::SignedDistance result) {
 }
 
 /// The number of pairs whose answers are kept: the candidates, and as many others that are asked about.
-std::size_t rememberedPairs(const PairTable& table) {
-  return std::clamp<std::size_t>(2 * table.checked.size(), 1u << 8, 1u << 14);
+std::size_t rememberedPairs(std::size_t candidates) {
+  return std::clamp<std::size_t>(2 * candidates, 1u << 8, 1u << 14);
 }
 
 }  // namespace
@@ -54,31 +57,56 @@ PairMeasurement::PairMeasurement(const SceneModel& model, std::shared_ptr<const 
       skipping_(skipping),
       robot_(model.robot, std::move(volumes)),
       pieces_(robot_, model.robot.pieces.size(), skipping),
-      kept_(rememberedPairs(model.pairs)),
+      kept_(rememberedPairs(model.pairs.checked.size())),
       paddings_(model.pairs) {}
+
+void PairMeasurement::use(std::shared_ptr<const Objects> objects) {
+  pieces_.makeRoomFor(model_.robot.pieces.size() + static_cast<std::size_t>(objects->pieceCount()));
+  // Of many objects few are near, and what is far is settled by the hierarchy.
+  const auto near = std::min<std::size_t>(static_cast<std::size_t>(objects->pairCount()), 1u << 10);
+  kept_.grow(rememberedPairs(model_.pairs.checked.size() + near));
+  const std::vector<int> changed = robot_.use(std::move(objects));
+  if (changed.empty()) return;
+  const auto isChanged = [&](int root) {
+    return robot_.isObject(root) && std::binary_search(changed.begin(), changed.end(), root - robot_.firstObject());
+  };
+  kept_.forget([&](int a, int b) { return isChanged(a) || isChanged(b); });
+}
 
 std::optional<Visit> PairMeasurement::visitOf(const ShapeRefPair& pair, int number) const {
   const auto [a, b] = std::minmax({robot_.volumes().of(pair.a), robot_.volumes().of(pair.b)});
-  if (!robot_.isPlaced(a) || !robot_.isPlaced(b)) return std::nullopt;
+  if (robot_.isObject(b)) return objectVisitOf(a, b, number);
+  if (!robot_.isLinkPlaced(a) || !robot_.isLinkPlaced(b)) return std::nullopt;
   Visit visit{-kInfinity, number, a, b, paddings_.of(pair)};
   if (skipping_ == Skipping::On) visit.lower_bound = robot_.sphereGap(a, b) - visit.padding;
+  return visit;
+}
+
+/// What has half-spaces becomes the second.
+std::optional<Visit> PairMeasurement::objectVisitOf(int a, int b, int number) const {
+  if (!robot_.isPlaced(a) || !robot_.isPlaced(b)) return std::nullopt;
+  if (robot_.isUnbounded(a)) std::swap(a, b);
+  if (robot_.isUnbounded(a)) throw std::invalid_argument("the distance of two half-spaces is not defined");
+  Visit visit{-kInfinity, number, a, b, 0.0};
+  if (skipping_ == Skipping::On) visit.lower_bound = robot_.objectGap(a, b);
   return visit;
 }
 
 Visit PairMeasurement::refined(Visit visit, double limit) const {
   visit.bound = Visit::Bound::Box;
   if (skipping_ == Skipping::Off) return visit;
-  const RelativePose a_T_b = robot_.relative(visit.a, visit.b);
+  const Volume &a = robot_.at(visit.a), &b = robot_.at(visit.b);
+  const RelativePose a_T_b = robot_.relative(a, b);
   if (const KeptAnswer* kept = kept_.find(visit.a, visit.b)) {
-    const RelativeMotionBound motion = robot_.relativeMotion(visit.a, visit.b, kept->a_T_b, a_T_b);
+    const RelativeMotionBound motion = PlacedRobot::relativeMotion(a, b, kept->a_T_b, a_T_b);
     const double bound = kept->proximity.result.lower_bound - motion.distance_change;
     if (bound > visit.lower_bound) {
       visit.lower_bound = bound;
       visit.bound = motion.is_rest ? Visit::Bound::Rest : Visit::Bound::Motion;
     }
   }
-  if (!(visit.lower_bound > limit) && robot_.boxesPay(visit.a, visit.b)) {
-    const double bound = robot_.boxGap(visit.a, visit.b, a_T_b) - visit.padding;
+  if (!(visit.lower_bound > limit) && PlacedRobot::boxesPay(a, b) && b.bounds.radius < kInfinity) {
+    const double bound = PlacedRobot::boxGap(a, b, a_T_b) - visit.padding;
     if (bound > visit.lower_bound) {
       visit.lower_bound = bound;
       visit.bound = Visit::Bound::Box;
@@ -90,8 +118,7 @@ Visit PairMeasurement::refined(Visit visit, double limit) const {
 /// The answer that the lower bound of a visit proves, without computing anything.
 PairProximity PairMeasurement::proof(const Visit& visit) const {
   PairProximity proximity;
-  proximity.representation =
-      std::max(robot_.volumes()[visit.a].representation, robot_.volumes()[visit.b].representation);
+  proximity.representation = std::max(robot_.at(visit.a).representation, robot_.at(visit.b).representation);
   proximity.result.lower_bound = visit.lower_bound;
   proximity.result = onlyProof(proximity.result);
   return proximity;
@@ -111,26 +138,43 @@ std::optional<PairProximity> PairMeasurement::answerAtRest(const Visit& visit, c
   return proximity;
 }
 
+/// Whether no translation shorter than the depth of the closest pieces separates the two.
+bool PairMeasurement::depthIsExact(const Visit& visit) const {
+  const Volume &a = robot_.at(visit.a), &b = robot_.at(visit.b);
+  // The way out of one half-space is the same for all pieces.
+  if (robot_.isUnbounded(visit.b)) return b.isEmpty() && robot_.halfSpacesOf(visit.b).size() == 1;
+  return a.isLeaf() && b.isLeaf();
+}
+
+/// Of b with half-spaces, and perhaps pieces.
+ClosestPieces PairMeasurement::closestToUnbounded(const Visit& visit, const RelativePose& a_T_b, const LeafPair& likely,
+                                                  double limit, const Question& question) {
+  const ClosestPieces closest = closestToHalfSpaces(robot_, visit, a_T_b, limit, question, skipping_);
+  if (robot_.at(visit.b).isEmpty()) return closest;
+  return pieces_.between(visit, a_T_b, likely, limit, question, &closest);
+}
+
 /// Returns only the proof if all pieces are beyond the limit.
 PairProximity PairMeasurement::compute(const Visit& visit, const RelativePose& a_T_b, double limit,
                                        const Question& question) {
   const KeptAnswer* kept = skipping_ == Skipping::On ? kept_.find(visit.a, visit.b) : nullptr;
-  const ClosestPieces closest = pieces_.between(visit, a_T_b, kept ? kept->leaves : LeafPair(), limit, question);
+  const LeafPair likely = kept ? kept->leaves : LeafPair();
+  const ClosestPieces closest = robot_.isUnbounded(visit.b) ? closestToUnbounded(visit, a_T_b, likely, limit, question)
+                                                            : pieces_.between(visit, a_T_b, likely, limit, question);
   PairProximity proximity = proof(visit);
   proximity.result = closest.result;
   proximity.result.lower_bound = closest.lower_bound;
   proximity.result.upper_bound = closest.upper_bound;
   if (!closest.empty()) {
-    const Volume &a = robot_.volumes()[closest.leaves.a], &b = robot_.volumes()[closest.leaves.b];
-    proximity.collision_a = collisionOf(model_.robot, a.piece).number;
-    proximity.collision_b = collisionOf(model_.robot, b.piece).number;
-    proximity.representation = std::max(a.representation, b.representation);
+    proximity.collision_a = robot_.collisionNumber(visit.a, closest.leaves.a);
+    proximity.collision_b = robot_.collisionNumber(visit.b, closest.leaves.b);
+    proximity.representation = std::max(robot_.representationOf(visit.a, closest.leaves.a),
+                                        robot_.representationOf(visit.b, closest.leaves.b));
     const bool too_wide = closest.upper_bound - closest.lower_bound > question.tolerance;
     if (closest.result.status == narrowphase::Status::Converged && too_wide)
       proximity.result.status = closest.lower_bound_status;
   }
-  proximity.depth_is_lower_bound =
-      closest.result.distance < 0.0 && !(robot_.volumes()[visit.a].isLeaf() && robot_.volumes()[visit.b].isLeaf());
+  proximity.depth_is_lower_bound = closest.result.distance < 0.0 && !depthIsExact(visit);
   if (isBeyond(proximity.result, limit)) proximity.result = onlyProof(proximity.result);
   if (skipping_ == Skipping::On) kept_.of(visit.a, visit.b) = {a_T_b, proximity, closest.leaves};
   return proximity;

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/query/question.h"
@@ -30,11 +31,20 @@ class PairMeasurement {
   PairMeasurement(const SceneModel& model, std::shared_ptr<const Volumes> volumes, Skipping skipping);
 
   void update(const BodyPoses& poses) { robot_.update(poses); }
+  void updateFrames(const std::vector<std::optional<Eigen::Isometry3d>>& poses) { robot_.updateFrames(poses); }
+  void forgetFrames() { robot_.forgetFrames(); }
   const PlacedRobot& robot() const { return robot_; }
+
+  /// Takes the next objects, and forgets the answers about those that have changed.
+  void use(std::shared_ptr<const Objects> objects);
 
   /// The pair with the bound of its spheres; nullopt if a pose or all geometry is missing. `number` decides between
   /// equal bounds. A pair that is asked in the other order gives the same numbers.
   std::optional<Visit> visitOf(const ShapeRefPair& pair, int number) const;
+
+  /// The same by the numbers of two volumes that Volumes::of returned, one of which is an object. The order of the two in
+  /// the visit may be the other one.
+  std::optional<Visit> objectVisitOf(int a, int b, int number) const;
 
   /// Improves the bound of a visit by the steps that cost less than computing, until it is above the limit [m].
   Visit refined(Visit visit, double limit) const;
@@ -61,6 +71,9 @@ class PairMeasurement {
     LeafPair leaves;
   };
 
+  bool depthIsExact(const Visit& visit) const;
+  ClosestPieces closestToUnbounded(const Visit& visit, const RelativePose& a_T_b, const LeafPair& likely, double limit,
+                                   const Question& question);
   PairProximity proof(const Visit& visit) const;
   std::optional<PairProximity> answerAtRest(const Visit& visit, const RelativePose& a_T_b,
                                             const Question& question) const;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 namespace proximity_server::scene {
@@ -11,11 +12,7 @@ template <typename Value>
 class PairMemory {
  public:
   /// Room for at least so many pairs.
-  explicit PairMemory(std::size_t pairs) {
-    std::size_t places = kWindow;
-    while (places < 2 * pairs) places *= 2;
-    entries_.resize(places);
-  }
+  explicit PairMemory(std::size_t pairs) : entries_(placesFor(pairs)) {}
 
   /// nullptr for a pair that is not known.
   const Value* find(int a, int b) const {
@@ -24,6 +21,22 @@ class PairMemory {
       if (entry.a == a && entry.b == b) return &entry.value;
     }
     return nullptr;
+  }
+
+  /// Forgets the pairs of numbers (a, b) for which isVoid(a, b).
+  template <typename Predicate>
+  void forget(const Predicate& isVoid) {
+    for (Entry& entry : entries_)
+      if (entry.a >= 0 && isVoid(entry.a, entry.b)) entry = {};
+  }
+
+  /// Makes room for at least so many pairs, and keeps what is known, as far as it finds a place.
+  void grow(std::size_t pairs) {
+    if (placesFor(pairs) <= entries_.size()) return;
+    PairMemory larger(pairs);
+    for (Entry& entry : entries_)
+      if (entry.a >= 0) larger.of(entry.a, entry.b) = std::move(entry.value);
+    entries_ = std::move(larger.entries_);
   }
 
   /// A new Value for a pair that is not known.
@@ -41,6 +54,12 @@ class PairMemory {
 
  private:
   static constexpr std::size_t kWindow = 8;
+
+  static std::size_t placesFor(std::size_t pairs) {
+    std::size_t places = kWindow;
+    while (places < 2 * pairs) places *= 2;
+    return places;
+  }
 
   struct Entry {
     int a = -1, b = -1;

@@ -32,9 +32,26 @@ PairRanking::PairRanking(const SceneModel& model, std::shared_ptr<const Volumes>
   if (candidate_count_ > kManyPairs && skipping == Skipping::On) groups_.emplace(model);
 }
 
+void PairRanking::use(std::shared_ptr<const Objects> objects) {
+  measurement_.use(objects);
+  objects_ = std::move(objects);
+  object_visits_.fit(measurement_.robot());
+}
+
 void PairRanking::update(const BodyPoses& poses) {
   measurement_.update(poses);
   groups_fit_ = groups_ && groups_->refit(measurement_.robot());
+  if (!objects_) return;
+  measurement_.forgetFrames();
+  object_visits_.fit(measurement_.robot());
+}
+
+void PairRanking::update(const BodyPoses& poses, const std::vector<std::optional<Eigen::Isometry3d>>& frames) {
+  measurement_.robot().requireFrames(frames.size());
+  measurement_.update(poses);
+  groups_fit_ = groups_ && groups_->refit(measurement_.robot());
+  measurement_.updateFrames(frames);
+  object_visits_.fit(measurement_.robot());
 }
 
 PairProximity PairRanking::one(const ShapeRefPair& pair, const Question& question) {
@@ -46,8 +63,20 @@ const std::vector<PairProximity>& PairRanking::all(const Pairs& pairs, const Que
   measurement_.counts() = {};
   results_.clear();
   results_.reserve(pairs.size());
-  for (const ShapeRefPair& pair : pairs.list()) results_.push_back(measurement_.settle(pair, question));
+  if (asksForLinks(pairs))
+    for (const ShapeRefPair& pair : pairs.list()) results_.push_back(measurement_.settle(pair, question));
+  if (asksForObjects(pairs)) {
+    forEachObjectPair(measurement_.robot(),
+                      [&](int a, int b) { results_.push_back(measurement_.settle(pairOf(a, b), question)); });
+  }
   return results_;
+}
+
+ShapeRefPair PairRanking::pairOf(int root_a, int root_b) const {
+  const auto refOf = [first = measurement_.robot().firstObject()](int root) {
+    return root < first ? ShapeRef{root} : ShapeRef::ofObject(root - first);
+  };
+  return {refOf(std::min(root_a, root_b)), refOf(std::max(root_a, root_b))};
 }
 
 /// [m] A pair farther apart than this does not change the answer.
@@ -60,8 +89,10 @@ double PairRanking::limit(const Search& search) const {
 
 /// Measures a pair, and ranks it if it is among the nearest so far.
 void PairRanking::consider(const Visit& visit, const Search& search) {
-  const ShapeRefPair& pair = search.pairs.list()[visit.number];
-  const PairProximity proximity = measurement_.measure(pair, visit, limit(search), search.question);
+  const PairProximity proximity =
+      visit.number == kObjectPair
+          ? measurement_.measure(pairOf(visit.a, visit.b), visit, limit(search), search.question)
+          : measurement_.measure(search.pairs.list()[visit.number], visit, limit(search), search.question);
   if (proximity.result.status == narrowphase::Status::Unknown || isBeyond(proximity.result, limit(search))) return;
   ++below_;
   nearest_.push_back({rankOf(proximity.result, search.question), visit.number, proximity});
@@ -73,7 +104,7 @@ void PairRanking::consider(const Visit& visit, const Search& search) {
 
 /// Measures the pairs that were closest the last time, see step 1 of PairRanking.
 void PairRanking::considerLikely(const Search& search) {
-  if (skipping_ == Skipping::Off || search.k == search.pairs.size()) likely_.clear();
+  if (skipping_ == Skipping::Off || search.k == search.total || !search.with_links) likely_.clear();
   const auto known = [&](int number) { return number < static_cast<int>(search.pairs.size()); };
   likely_.erase(std::find_if_not(likely_.begin(), likely_.end(), known), likely_.end());
   for (const int number : likely_) {
@@ -87,14 +118,54 @@ void PairRanking::considerLikely(const Search& search) {
   }
 }
 
+/// The same of the pairs with objects, as far as they are still checked.
+void PairRanking::considerLikelyObjects(const Search& search) {
+  const PlacedRobot& robot = measurement_.robot();
+  const auto isOther = [&](const std::pair<int, int>& roots) {
+    return !isCheckedPair(robot, roots.first, roots.second);
+  };
+  likely_objects_.erase(std::remove_if(likely_objects_.begin(), likely_objects_.end(), isOther), likely_objects_.end());
+  if (skipping_ == Skipping::Off || search.k == search.total) likely_objects_.clear();
+  for (const auto& [a, b] : likely_objects_) {
+    const std::optional<Visit> visit = measurement_.objectVisitOf(a, b, kObjectPair);
+    if (!visit) continue;  // counted by enterObjects()
+    if (visit->lower_bound > limit(search))
+      ++countOf(visit->bound, measurement_.counts());
+    else
+      consider(*visit, search);
+  }
+}
+
 /// Puts all other pairs that may be close enough into the queue.
 void PairRanking::enterOthers(const Search& search) {
   queue_.clear();
   if (search.pairs.areCandidates() && search.pairs.size() != candidate_count_)
     throw std::invalid_argument("the candidates are those of another robot: " + std::to_string(search.pairs.size()) +
                                 " pairs, not " + std::to_string(candidate_count_));
+  if (search.with_objects) enterObjects(search);
+  if (!search.with_links) return;
   if (groups_fit_ && search.pairs.areCandidates()) return enterBetween(0, 0, search);
   for (int number = 0; number < static_cast<int>(search.pairs.size()); ++number) enter(number, search);
+}
+
+/// Puts the pairs with objects into the queue that are in no hierarchy, and begins the walk of the others.
+void PairRanking::enterObjects(const Search& search) {
+  const PlacedRobot& robot = measurement_.robot();
+  measurement_.counts().unknown += static_cast<int>(object_visits_.unknownPairs());
+  if (skipping_ == Skipping::On) return object_visits_.begin(robot, [&](int a, int b) { enterObject(a, b, search); });
+  forEachObjectPair(robot, [&](int a, int b) { enterObject(a, b, search); });
+}
+
+/// Opens the hierarchy of objects where it may hold the pair with the smallest bound.
+void PairRanking::openNearby(const Search& search) {
+  while (!object_visits_.empty() && !(object_visits_.lowestBound() > std::min(queue_.lowestBound(), limit(search))))
+    object_visits_.open(measurement_.robot(), [&](int a, int b) { enterObject(a, b, search); });
+}
+
+void PairRanking::enterObject(int a, int b, const Search& search) {
+  if (std::binary_search(likely_objects_.begin(), likely_objects_.end(), std::make_pair(a, b))) return;
+  const std::optional<Visit> visit = measurement_.objectVisitOf(a, b, kObjectPair);
+  if (visit && !(visit->lower_bound > limit(search))) queue_.push(*visit);
 }
 
 void PairRanking::enter(int number, const Search& search) {
@@ -138,7 +209,9 @@ bool PairRanking::needsOnlyCounting(const Visit& visit, const Search& search) co
 }
 
 void PairRanking::visitBestFirst(const Search& search) {
-  while (!queue_.empty() && !(queue_.lowestBound() > limit(search))) {
+  while (true) {
+    if (search.with_objects) openNearby(search);
+    if (queue_.empty() || queue_.lowestBound() > limit(search)) return;
     Visit visit = queue_.pop();
     if (visit.bound == Visit::Bound::Sphere) visit = measurement_.refined(visit, limit(search));
     if (visit.lower_bound > std::min(queue_.lowestBound(), limit(search))) {
@@ -155,7 +228,7 @@ void PairRanking::visitBestFirst(const Search& search) {
 /// Completes the counts: bounds settled the pairs that are left in the queue, and those that never entered it.
 void PairRanking::countTheRest(const Search& search) {
   PairCounts& counts = measurement_.counts();
-  counts.total = static_cast<int>(search.pairs.size());
+  counts.total = static_cast<int>(search.total);
   for (const Visit& visit : queue_.remaining()) {
     counts.at_rest += visit.bound == Visit::Bound::Rest;
     counts.by_motion += visit.bound == Visit::Bound::Motion;
@@ -163,24 +236,43 @@ void PairRanking::countTheRest(const Search& search) {
   counts.by_bounds = counts.total - counts.unknown - counts.at_rest - counts.by_motion - counts.computed;
 }
 
+/// Keeps for the next question which of the nearest pairs are with objects.
+void PairRanking::keepLikelyObjects() {
+  const Volumes& volumes = measurement_.robot().volumes();
+  likely_objects_.clear();
+  for (const Ranked& ranked : nearest_) {
+    const ShapeRefPair& asked = ranked.proximity.asked;
+    if (ranked.number == kObjectPair) likely_objects_.emplace_back(volumes.of(asked.a), volumes.of(asked.b));
+  }
+  std::sort(likely_objects_.begin(), likely_objects_.end());
+}
+
 const std::vector<PairProximity>& PairRanking::closest(const Pairs& pairs, std::size_t k, Goal goal,
                                                        const Question& question) {
-  const Search search{pairs, std::min(k, pairs.size()), goal, question};
+  const bool with_links = asksForLinks(pairs), with_objects = asksForObjects(pairs);
+  std::size_t total = with_links ? pairs.size() : 0;
+  if (with_objects) total += static_cast<std::size_t>(objects_->pairCount());
+  const Search search{pairs, with_links, with_objects, total, std::min(k, total), goal, question};
   measurement_.counts() = {};
   below_ = 0;
   nearest_.clear();
   queue_.reserve(pairs.size());
-  nearest_.reserve(search.k + 1);
-  likely_.reserve(search.k);
-  results_.reserve(search.k);
+  // Of pairs with objects nobody knows how many will be near.
+  const std::size_t expected = std::min(search.k, pairs.size());
+  nearest_.reserve(expected + 1);
+  likely_.reserve(expected);
+  results_.reserve(expected);
   considerLikely(search);
+  if (search.with_objects) considerLikelyObjects(search);
   enterOthers(search);
   visitBestFirst(search);
   countTheRest(search);
 
   likely_.clear();
-  for (const Ranked& ranked : nearest_) likely_.push_back(ranked.number);
+  for (const Ranked& ranked : nearest_)
+    if (ranked.number != kObjectPair) likely_.push_back(ranked.number);
   std::sort(likely_.begin(), likely_.end());
+  if (search.with_objects) keepLikelyObjects();
   std::sort_heap(nearest_.begin(), nearest_.end());
   results_.clear();
   for (const Ranked& ranked : nearest_) results_.push_back(ranked.proximity);

@@ -1,11 +1,14 @@
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "proximity_server/scene/query/pairs.h"
 #include "scene/query/link_groups.h"
+#include "scene/query/object_visits.h"
 #include "scene/query/pair_measurement.h"
 
 namespace proximity_server::scene {
@@ -15,7 +18,8 @@ namespace proximity_server::scene {
 /// 1. Measure the pairs that were closest the last time: if little has moved, their distances exclude most others.
 /// 2. Put all other pairs into a queue, sorted by the bound of their spheres. Candidates enter by groups of links: one
 ///    bound of two groups excludes all pairs between them.
-/// 3. Take the pair with the smallest bound. If a better bound is found, put the pair back; otherwise measure it.
+/// 3. Take the pair with the smallest bound. If a better bound is found, put the pair back; otherwise measure it. Pairs
+///    with objects enter one by one, as soon as a bound from the hierarchy of objects is the smallest.
 /// 4. End when the smallest bound in the queue exceeds the k-th smallest distance so far, or the threshold.
 class PairRanking {
  public:
@@ -27,7 +31,15 @@ class PairRanking {
 
   PairRanking(const SceneModel& model, std::shared_ptr<const Volumes> volumes, Skipping skipping);
 
+  static constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
+
+  void use(std::shared_ptr<const Objects> objects);
+  /// nullptr before the first use().
+  const std::shared_ptr<const Objects>& objects() const { return objects_; }
+
+  /// Without frames, the poses of moving objects are missing. If it throws, nothing has changed.
   void update(const BodyPoses& poses);
+  void update(const BodyPoses& poses, const std::vector<std::optional<Eigen::Isometry3d>>& frames);
   const PairCounts& counts() const { return measurement_.counts(); }
 
   PairProximity one(const ShapeRefPair& pair, const Question& question);
@@ -40,10 +52,15 @@ class PairRanking {
   /// The arguments of closest().
   struct Search {
     const Pairs& pairs;
+    const bool with_links, with_objects;
+    const std::size_t total;  ///< of all pairs
     const std::size_t k;
     const Goal goal;
     const Question& question;
   };
+  /// The number of a visit or a result that is about a pair with an object, not about one of the list: its roots tell it.
+  static constexpr int kObjectPair = std::numeric_limits<int>::max();
+
   struct Ranked {
     double rank;
     int number;
@@ -56,10 +73,20 @@ class PairRanking {
   void considerLikely(const Search& search);
   void enterOthers(const Search& search);
   void enter(int number, const Search& search);
+  void considerLikelyObjects(const Search& search);
+  void enterObjects(const Search& search);
+  void enterObject(int a, int b, const Search& search);
+  void openNearby(const Search& search);
+  bool asksForLinks(const Pairs& pairs) const { return !pairs.areCandidates() || pairs.kind() != PairKind::WithObject; }
+  bool asksForObjects(const Pairs& pairs) const {
+    return objects_ && !objects_->empty() && pairs.areCandidates() && pairs.kind() != PairKind::OfLinks;
+  }
+  ShapeRefPair pairOf(int root_a, int root_b) const;
   void enterBetween(int group_a, int group_b, const Search& search);
   bool needsOnlyCounting(const Visit& visit, const Search& search) const;
   void visitBestFirst(const Search& search);
   void countTheRest(const Search& search);
+  void keepLikelyObjects();
 
   const Skipping skipping_;
   const std::size_t candidate_count_;  // number of candidates of this robot
@@ -67,9 +94,13 @@ class PairRanking {
   std::optional<LinkGroups> groups_;  // only if there are many candidates
   bool groups_fit_ = false;           // whether the groups have the boxes of the latest poses
 
+  std::shared_ptr<const Objects> objects_;
+  ObjectVisits object_visits_;
+
   VisitQueue queue_;
-  std::vector<Ranked> nearest_;  // a heap, the farthest in front
-  std::vector<int> likely_;      // numbers of the pairs that were nearest the last time, ascending
+  std::vector<Ranked> nearest_;                      // a heap, the farthest in front
+  std::vector<int> likely_;                          // numbers of the pairs that were nearest the last time, ascending
+  std::vector<std::pair<int, int>> likely_objects_;  // the same of pairs with objects, by their roots
   std::vector<PairProximity> results_;
   int below_ = 0;
 };

@@ -1,6 +1,7 @@
 #include "proximity_server/scene/query/scene.h"
 
 #include <algorithm>
+#include <stdexcept>
 #include <utility>
 
 #include "proximity_server/scene/model/kinematics.h"
@@ -20,7 +21,11 @@ Scene::Scene(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Cand
       skipping_(skipping),
       ranking_(std::make_unique<PairRanking>(*model_, volumes_, skipping_)) {}
 
-Scene Scene::twin() const { return Scene(model_, candidates_, volumes_, skipping_); }
+Scene Scene::twin() const {
+  Scene twin(model_, candidates_, volumes_, skipping_);
+  if (const auto& objects = ranking_->objects()) twin.use(objects);
+  return twin;
+}
 
 Scene::~Scene() = default;
 Scene::Scene(Scene&&) noexcept = default;
@@ -28,7 +33,16 @@ Scene& Scene::operator=(Scene&&) noexcept = default;
 
 const Candidates& Scene::candidates() const { return *candidates_; }
 
+void Scene::use(std::shared_ptr<const Objects> objects) {
+  if (&objects->model() != model_.get()) throw std::invalid_argument("the objects are those of another model");
+  ranking_->use(std::move(objects));
+}
+
+const Objects* Scene::objects() const { return ranking_->objects().get(); }
+
 void Scene::update(const BodyPoses& poses) { ranking_->update(poses); }
+
+void Scene::update(const BodyPoses& poses, const FramePoses& frames) { ranking_->update(poses, frames); }
 
 const PairCounts& Scene::counts() const { return ranking_->counts(); }
 
@@ -46,7 +60,7 @@ const std::vector<PairProximity>& Scene::closest(const Pairs& pairs, int k, cons
 }
 
 const std::vector<PairProximity>& Scene::below(const Pairs& pairs, const Question& question) {
-  return ranking_->closest(pairs, pairs.size(), PairRanking::Goal::Closest, question);
+  return ranking_->closest(pairs, PairRanking::kAll, PairRanking::Goal::Closest, question);
 }
 
 PairsBelow Scene::closestBelow(const Pairs& pairs, int most, const Question& question) {

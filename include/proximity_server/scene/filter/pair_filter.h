@@ -8,15 +8,24 @@
 
 namespace proximity_server::scene {
 
-/// Why a pair of links is checked or not: the first reason that applies, in this order.
+/// Why a pair of links, or of an object and another one or a link, is checked or not: the first reason that applies, in
+/// this order.
 enum class PairReason : unsigned char {
   Checked = 0,
-  SameBody,        ///< joined by fixed joints only
+  SameBody,        ///< joined by fixed joints only; an object that is attached to this body, or two in one frame
   NotInOnlyPairs,  ///< only_pairs is not empty and does not contain the pair
   ConfigExcluded,  ///< named by exclude_pairs
   SrdfDisabled,    ///< disable_collisions, or disable_default_collisions of one of the two
   Adjacent,    ///< neighbours, see RobotModel::areNeighbours, that neither only_pairs nor enable_collisions asks for
   NotInGroup,  ///< neither link is moved by the chosen group
+
+  // Of pairs with an object:
+  NoGeometry,      ///< the link has no collision geometry
+  BothStatic,      ///< neither moves in the world
+  TouchLink,       ///< the attached object may touch the link
+  Allowed,         ///< see AllowedPairs
+  FreeObjects,     ///< two objects that are not attached, and the rules do not ask for them
+  BothHalfSpaces,  ///< both have a half-space, and these always meet
 };
 const char* toString(PairReason reason);
 

@@ -57,6 +57,7 @@ class MotionSearch;
 /// earliest for a contact, the closest for the minimum. A pair that one bound settles for the whole motion is never
 /// divided, and pieces go to the narrowphase for the intervals that are left. A question allocates memory for the poses
 /// and kinematic chains of its motion.
+/// Limit:   objects are not seen: the candidates are pairs of links only.
 /// Failure: every question throws std::invalid_argument for a link or <collision> that does not exist, and for a motion
 ///          of another number of bodies.
 class MovingScene {

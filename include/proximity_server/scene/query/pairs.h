@@ -8,7 +8,7 @@
 
 namespace proximity_server::scene {
 
-/// The candidate pairs of a robot, as whole links, in the order of PairTable::checked.
+/// The candidate pairs of links of a robot, as whole links, in the order of PairTable::checked.
 class Candidates {
  public:
   explicit Candidates(const PairTable& table);
@@ -24,8 +24,12 @@ class Candidates {
   std::vector<ShapeRefPair> list_;
 };
 
-/// The pairs that a question is about: a list of any pairs, or the candidates of the scene's own robot. A scene settles
-/// many candidates at once by groups of links; it examines the pairs of a list one by one.
+/// Which of the candidates are meant: those of two links, those with an object, or both.
+enum class PairKind : unsigned char { Any, OfLinks, WithObject };
+
+/// The pairs that a question is about: a list of any pairs, or the candidates of the scene's own robot, to which all
+/// checked pairs with the scene's objects belong (see Objects). A scene settles many candidates at once by groups of links
+/// and by a hierarchy of the objects; it examines the pairs of a list one by one.
 ///
 /// It refers to the list or the candidates, which must outlive the question.
 /// Failure: a scene throws std::invalid_argument for the candidates of another robot, recognised by their number.
@@ -33,14 +37,18 @@ class Pairs {
  public:
   Pairs(const std::vector<ShapeRefPair>& list) : list_(list) {}                             // NOLINT: implicit
   Pairs(const Candidates& candidates) : list_(candidates.list()), are_candidates_(true) {}  // NOLINT: implicit
+  Pairs(const Candidates& candidates, PairKind kind) : list_(candidates.list()), are_candidates_(true), kind_(kind) {}
 
+  /// Without those with objects, if these are the candidates.
   const std::vector<ShapeRefPair>& list() const { return list_; }
   std::size_t size() const { return list_.size(); }
   bool areCandidates() const { return are_candidates_; }
+  PairKind kind() const { return kind_; }
 
  private:
   const std::vector<ShapeRefPair>& list_;
   bool are_candidates_ = false;
+  PairKind kind_ = PairKind::Any;
 };
 
 }  // namespace proximity_server::scene

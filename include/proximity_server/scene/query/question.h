@@ -11,10 +11,13 @@
 
 namespace proximity_server::scene {
 
-/// A link, or one of its <collision> elements.
+/// A link, one of its <collision> elements, or an object.
 struct ShapeRef {
-  int link = -1;
-  int collision = 0;  ///< n-th <collision> of the link, counted from 1; 0 = the whole link
+  int link = -1;      ///< -1: an object
+  int collision = 0;  ///< n-th <collision> of the link, counted from 1; 0 = the whole link, and for an object
+  int object = -1;    ///< its number, see Objects; used only if there is no link
+
+  static ShapeRef ofObject(int number) { return {-1, 0, number}; }
 };
 struct ShapeRefPair {
   ShapeRef a, b;
@@ -24,7 +27,8 @@ struct ShapeRefPair {
 /// padding of the pair of links. The bounds hold for the whole shapes; the normal belongs to these pieces.
 struct PairProximity {
   ShapeRefPair asked;
-  int collision_a = 0;  ///< the <collision> of a that is closest, counted from 1; 0 if only bounds were needed
+  /// The <collision> of link a, or the shape of object a, that is closest, counted from 1; 0 if only bounds were needed.
+  int collision_a = 0;
   int collision_b = 0;
   /// In the frame of the poses; Status::Unknown if a pose or all geometry is missing.
   narrowphase::SignedDistance result;

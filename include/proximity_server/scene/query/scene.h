@@ -1,10 +1,12 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/question.h"
 
@@ -13,7 +15,10 @@ namespace proximity_server::scene {
 class PairRanking;
 class Volumes;
 
-/// One robot in one set of poses: the scratch of one caller. Not thread-safe; make a twin for each thread.
+/// Poses of the frames of moving objects, in the order of Objects::frames(); nullopt if a pose is not known.
+using FramePoses = std::vector<std::optional<Eigen::Isometry3d>>;
+
+/// One robot with its objects in one set of poses: the scratch of one caller. Not thread-safe; make a twin for each thread.
 ///
 /// Nothing allocates after the first question of a kind. Skipping never changes an answer.
 class Scene {
@@ -23,18 +28,33 @@ class Scene {
   Scene(Scene&&) noexcept;
   Scene& operator=(Scene&&) noexcept;
 
-  /// Returns another scene of the same model, without poses. The two share what never changes.
+  /// Returns another scene of the same model and objects, without poses. The two share what never changes.
   Scene twin() const;
 
   const SceneModel& model() const { return *model_; }
 
-  /// Takes one consistent set of poses, one for each body and all in one frame; the answers are in that frame.
+  /// Takes the next objects of the robot, and keeps what it knows of those that stay. A fixed object stands in its place
+  /// at once. An attached one moves with the poses of the last update, unless its link's body has no geometry; then, as a
+  /// moving object, it has no pose until the next update.
+  /// Failure: throws std::invalid_argument for the objects of another model.
+  void use(std::shared_ptr<const Objects> objects);
+
+  /// nullptr before the first use().
+  const Objects* objects() const;
+
+  /// Takes one consistent set of poses, one for each body and all in one frame; the answers are in that frame. Moving
+  /// objects have no pose then.
   ///
   /// A pose that is not finite, or whose matrix is no rotation within single precision, counts as missing.
   /// Failure: throws std::invalid_argument if there is not one pose for each body.
   void update(const BodyPoses& poses);
 
-  // Every question throws std::invalid_argument for a link or <collision> that does not exist.
+  /// The same with one pose for each of Objects::frames(), in the frame of the poses of the bodies.
+  /// Failure: throws std::invalid_argument also if there is not one pose for each frame.
+  void update(const BodyPoses& poses, const FramePoses& frames);
+
+  // Every question throws std::invalid_argument for a link, <collision> or object that does not exist, and for
+  // two objects with half-spaces.
 
   /// The distance of one pair, whether the filter checks it or not. Two shapes of one body are legal.
   PairProximity proximity(const ShapeRefPair& pair, const Question& question = {});
@@ -62,7 +82,7 @@ class Scene {
   /// The first pair found at or below question.threshold ("is anything too close?"); nullptr if there is none.
   const PairProximity* first(const Pairs& pairs, const Question& question);
 
-  /// Every pair, in the order given.
+  /// Every pair, in the order given; of the candidates, first those of links. As many as there are.
   const std::vector<PairProximity>& all(const Pairs& pairs, const Question& question = {});
 
   /// How the pairs of the last question were settled.

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <limits>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "proximity_server/narrowphase/shape/shape.h"
+#include "proximity_server/scene/mesh/mesh.h"
+#include "proximity_server/scene/mesh/mesh_resolver.h"
+#include "proximity_server/scene/pieces/convex_pieces.h"
+
+namespace proximity_server::scene {
+
+// What the robot holds and what stands around it.
+
+/// A solid without an end: all points x with normal . x <= offset. Its boundary is a plane.
+struct HalfSpace {
+  Eigen::Vector3d normal;  ///< outwards; need not be of unit length
+  double offset = 0.0;     ///< [m] of the plane from the origin, along the unit normal
+};
+
+/// Many boxes along the axes of the shape's frame, as from a map.
+struct Boxes {
+  std::vector<Eigen::AlignedBox3d> boxes;  ///< [m]
+};
+
+/// A mesh that is read from a file, see loadMesh().
+struct MeshFile {
+  std::string uri;
+  Eigen::Vector3d scale = Eigen::Vector3d::Ones();
+};
+
+/// A part of an object, at its place.
+struct ObjectShape {
+  std::variant<narrowphase::Shape, Boxes, TriangleMesh, MeshFile, HalfSpace> geometry;
+  Eigen::Isometry3d object_T_shape = Eigen::Isometry3d::Identity();
+};
+
+/// Stands still in the world, which is the frame of the poses of an update.
+struct Fixed {
+  Eigen::Isometry3d world_T_object = Eigen::Isometry3d::Identity();
+};
+
+/// Moves with a frame whose pose is given in every update.
+struct Moving {
+  std::string frame;
+  Eigen::Isometry3d frame_T_object = Eigen::Isometry3d::Identity();
+};
+
+/// Moves with a link, which it may touch, and so may all links that are joined to it by fixed joints.
+struct Attached {
+  std::string link;
+  std::vector<std::string> touch_links = {};  ///< other links that it may touch
+  Eigen::Isometry3d link_T_object = Eigen::Isometry3d::Identity();
+};
+
+using Placement = std::variant<Fixed, Moving, Attached>;
+
+class ObjectGeometry;
+
+/// An object, ready to be added to a scene. Copies share the geometry, which never changes.
+struct Object {
+  std::string id;
+  std::shared_ptr<const ObjectGeometry> geometry;
+  Placement placement;
+};
+
+struct ObjectOptions {
+  double padding = 0.0;     ///< [m] added to every shape as margin
+  MeshResolver resolve;     ///< of the URIs of meshes; may be empty if there are none
+  MeshOptions meshes = {};  ///< how meshes become convex pieces, as those of links
+};
+
+/// Makes an object of its shapes: reads meshes, and makes convex pieces and their bounding volumes. That may take long,
+/// but needs no scene, and what is made can be placed, moved and attached at once.
+///
+/// Failure: throws std::invalid_argument naming the object and the shape: no shape; a size that is zero, negative or not
+///          finite; a pose that is no pose; a mesh that cannot be read; geometry farther than 1e6 m from the frame of the
+///          object; more than a million convex pieces.
+Object makeObject(const std::string& id, const std::vector<ObjectShape>& shapes, const Placement& placement,
+                  const ObjectOptions& options = {});
+
+/// A shape of an object as the queries see it.
+struct ObjectShapeInfo {
+  std::string description;  ///< "sphere", "mesh package://...", for people
+  Representation representation = Representation::Exact;
+  double deviation = 0.0;  ///< [m] see MeshPieces, as the next two
+  double uncovered = 0.0;
+  double volume_ratio = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// The shapes of an object, in the order in which they were given.
+const std::vector<ObjectShapeInfo>& shapesOf(const Object& object);
+
+/// One sentence each about input that is odd but legal.
+const std::vector<std::string>& warningsOf(const Object& object);
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,141 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/objects/object.h"
+#include "proximity_server/scene/objects/object_rules.h"
+
+namespace proximity_server::scene {
+
+// The changes of a set of objects. An id is new where an object is added, and known in all others.
+
+struct AddObject {
+  Object object;
+};
+/// Gives an id another geometry and placement.
+struct ReplaceObject {
+  Object object;
+};
+/// Gives a fixed or moving object another place, or makes it the one of the other. Not for an attached object.
+struct MoveObject {
+  std::string id;
+  std::variant<Fixed, Moving> placement;
+};
+/// Attaches an object to a link, or to another link or in another place than before.
+struct AttachObject {
+  std::string id;
+  Attached placement;
+};
+/// Puts an attached object down.
+struct DetachObject {
+  std::string id;
+  std::variant<Fixed, Moving> placement;
+};
+struct RemoveObject {
+  std::string id;
+};
+using ObjectChange = std::variant<AddObject, ReplaceObject, MoveObject, AttachObject, DetachObject, RemoveObject>;
+
+struct PlacedObject;
+class FixedObjects;
+
+/// The objects of one robot, and what pairs they make. It never changes: a change makes the next one, which shares all
+/// that is the same, so that questions to scenes of this one are not disturbed.
+///
+/// An object has a number, which it keeps while it is there, also when it is moved, attached or replaced. The number of
+/// a removed object is given to another later.
+///
+/// Pairs: objects against links; attached objects also against all other objects; other objects against each other only
+///        where one of them moves and the rules ask for it. Each has a reason, see reason().
+class Objects {
+ public:
+  /// None.
+  explicit Objects(std::shared_ptr<const SceneModel> model);
+
+  /// The objects after these changes, one after the other.
+  ///
+  /// Failure: throws std::invalid_argument naming the object and the reason: an id that is empty, "*", the name of a
+  ///          link, there already or not there; a link that does not exist; an empty name of a frame; a pose that is not
+  ///          finite or no rotation within single precision; to attach a half-space; to move an attached object; to
+  ///          detach another one. Then none of the changes is made.
+  Objects changed(const std::vector<ObjectChange>& changes) const;
+
+  /// The same objects with other rules.
+  Objects withRules(ObjectRules rules) const;
+
+  const SceneModel& model() const { return *model_; }
+  const ObjectRules& rules() const { return *rules_; }
+
+  bool empty() const { return by_id_.empty(); }
+  int size() const { return static_cast<int>(by_id_.size()); }
+
+  /// The numbers of the objects, in the order of their ids.
+  const std::vector<int>& numbers() const { return by_id_; }
+
+  /// The number of an object, or -1.
+  int find(const std::string& id) const;
+
+  /// All numbers are smaller than this.
+  int numberLimit() const { return static_cast<int>(slots_.size()); }
+
+  /// nullptr if no object has the number.
+  const Object* object(int number) const;
+
+  /// The frames of moving objects, each once. An update gives their poses in this order.
+  const std::vector<std::string>& frames() const { return frames_; }
+
+  /// Why a pair with an object is checked or not. The order of the two does not matter; an object and itself are one
+  /// body. Both throw std::invalid_argument for a link or an object that does not exist.
+  PairReason linkReason(int link, int object) const;
+  PairReason objectReason(int object_a, int object_b) const;
+
+  /// How many pairs with an object are checked.
+  std::int64_t pairCount() const { return pair_count_; }
+
+  /// How many convex pieces all objects have.
+  std::int64_t pieceCount() const { return piece_count_; }
+
+  // For the queries.
+  const PlacedObject* placed(int number) const;  ///< nullptr if no object has the number
+  const FixedObjects& fixed() const { return *fixed_; }
+  /// The objects that are checked against all others, ascending: the attached ones, and the moving ones if the rules ask.
+  const std::vector<int>& walkers() const { return walkers_; }
+  /// Moving objects, and those with a half-space that are not attached; ascending.
+  const std::vector<int>& moving() const { return moving_; }
+  const std::vector<int>& unbounded() const { return unbounded_; }
+
+ private:
+  void apply(const AddObject& change);
+  void apply(const ReplaceObject& change);
+  void apply(const MoveObject& change);
+  void apply(const AttachObject& change);
+  void apply(const DetachObject& change);
+  void apply(const RemoveObject& change);
+
+  int require(const std::string& id) const;
+  void give(int number, const Object& object);
+  void enlist(int number);
+  void strike(int number);
+  bool isWalker(int number) const;
+  std::int64_t linkPairsOf(int number) const;
+  std::int64_t pairsOf(int number) const;
+  void findFrames();
+
+  std::shared_ptr<const SceneModel> model_;
+  std::shared_ptr<const ObjectRules> rules_;
+  std::vector<std::shared_ptr<const PlacedObject>> slots_;  ///< by number; nullptr: free
+  std::vector<int> by_id_;
+  std::vector<int> free_;  ///< numbers below slots_.size() that no object has
+  std::vector<int> walkers_, moving_, unbounded_;
+  std::vector<std::string> frames_;
+  std::shared_ptr<FixedObjects> fixed_;  ///< changed only while a change makes the next objects
+  std::int64_t pair_count_ = 0, piece_count_ = 0;
+  std::uint64_t next_serial_ = 1;
+};
+
+}  // namespace proximity_server::scene

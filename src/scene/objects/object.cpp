@@ -1,0 +1,194 @@
+#include "proximity_server/scene/objects/object.h"
+
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+
+#include "proximity_server/scene/model/names.h"
+#include "scene/mesh/input_limits.h"
+#include "scene/model/usable_pose.h"
+#include "scene/objects/object_geometry.h"
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using narrowphase::Shape;
+
+/// The convex shapes, in the frame of the object's shape, that represent it.
+struct ConvexParts {
+  ObjectShapeInfo info;
+  std::vector<std::pair<Shape, Isometry3d>> parts;  ///< with shape_T_part
+  std::vector<HalfSpace> half_spaces;
+  std::vector<std::string> warnings;
+};
+
+std::string nameOf(Shape::Kind kind, double margin) {
+  switch (kind) {
+    case Shape::Kind::Point:
+      return "sphere";
+    case Shape::Kind::Segment:
+      return "capsule";
+    case Shape::Kind::Box:
+      return margin > 0.0 ? "rounded box" : "box";
+    case Shape::Kind::Cylinder:
+      return "cylinder";
+    case Shape::Kind::Cone:
+      return "cone";
+    case Shape::Kind::Ellipsoid:
+      return "ellipsoid";
+    case Shape::Kind::Hull:
+      return "convex hull";
+    case Shape::Kind::Sweep:
+      return "sweep";
+  }
+  return "shape";
+}
+
+/// Turns the geometry of one shape into convex parts.
+class PartsReader {
+ public:
+  explicit PartsReader(const ObjectOptions& options) : options_(options) {}
+
+  ConvexParts operator()(const Shape& shape) const {
+    ConvexParts parts;
+    parts.info.description = nameOf(shape.kind(), shape.margin());
+    parts.parts.emplace_back(shape, Isometry3d::Identity());
+    return parts;
+  }
+
+  ConvexParts operator()(const Boxes& boxes) const {
+    ConvexParts parts;
+    parts.info.description = std::to_string(boxes.boxes.size()) + " boxes";
+    if (boxes.boxes.empty()) throw std::invalid_argument("there are no boxes");
+    if (boxes.boxes.size() > kMaxPieces) throw std::invalid_argument("there are more than a million boxes");
+    parts.parts.reserve(boxes.boxes.size());
+    for (std::size_t i = 0; i < boxes.boxes.size(); ++i) {
+      try {
+        const Eigen::AlignedBox3d& box = boxes.boxes[i];
+        if (!box.center().allFinite()) throw std::invalid_argument("its place is not finite");
+        parts.parts.emplace_back(Shape(narrowphase::Box{box.sizes()}), Eigen::Translation3d(box.center()));
+      } catch (const std::invalid_argument& error) {
+        throw std::invalid_argument("box " + std::to_string(i + 1) + ": " + error.what());
+      }
+    }
+    return parts;
+  }
+
+  ConvexParts operator()(const TriangleMesh& mesh) const {
+    checkMesh(mesh);
+    return ofMesh(mesh, "mesh of " + std::to_string(mesh.triangles.size()) + " triangles");
+  }
+
+  ConvexParts operator()(const MeshFile& file) const {
+    if (!options_.resolve) throw std::invalid_argument("there is no resolver for mesh " + file.uri);
+    return ofMesh(loadMesh(options_.resolve(file.uri), file.scale), "mesh " + file.uri);
+  }
+
+  ConvexParts operator()(const HalfSpace& half_space) const {
+    const double length = half_space.normal.norm();
+    if (!(length > 0.0) || !std::isfinite(length) || !std::isfinite(half_space.offset))
+      throw std::invalid_argument("the normal of the half-space is zero, or not finite, or its offset is not finite");
+    ConvexParts parts;
+    parts.info.description = "half-space";
+    parts.half_spaces.push_back({half_space.normal / length, half_space.offset});
+    return parts;
+  }
+
+ private:
+  /// What loadMesh() promises of a file.
+  static void checkMesh(const TriangleMesh& mesh) {
+    if (mesh.triangles.empty()) throw std::invalid_argument("the mesh has no triangle");
+    if (mesh.triangles.size() > kMaxTriangles)
+      throw std::invalid_argument("the mesh has more than " + std::to_string(kMaxTriangles) + " triangles");
+    for (const Vector3d& vertex : mesh.vertices)
+      if (!vertex.allFinite()) throw std::invalid_argument("a vertex of the mesh is not finite");
+    const int count = static_cast<int>(mesh.vertices.size());
+    for (const auto& triangle : mesh.triangles)
+      for (const int vertex : triangle)
+        if (vertex < 0 || vertex >= count)
+          throw std::invalid_argument("a triangle of the mesh names vertex " + std::to_string(vertex) + " of " +
+                                      std::to_string(count));
+  }
+
+  ConvexParts ofMesh(const TriangleMesh& mesh, const std::string& description) const {
+    MeshPieces pieces = convexPieces(mesh, options_.meshes);
+    if (pieces.hulls.empty()) throw std::invalid_argument(description + " has no geometry");
+    ConvexParts parts;
+    parts.info = {description, pieces.representation, pieces.deviation, pieces.uncovered, pieces.volume_ratio};
+    parts.warnings = pieces.warnings;
+    if (!pieces.shortfall.empty()) parts.warnings.push_back(description + ": " + pieces.shortfall);
+    for (narrowphase::ConvexHull& hull : pieces.hulls)
+      parts.parts.emplace_back(Shape(std::move(hull)), Isometry3d::Identity());
+    return parts;
+  }
+
+  const ObjectOptions& options_;
+};
+
+void checkReach(const Piece& piece) {
+  const double reach = reachFrom(Vector3d::Zero(), piece);
+  if (reach <= kFarthest) return;
+  std::ostringstream text;
+  text << "it reaches " << reach << " m from the frame of the object, farther than 1e6 m";
+  throw std::invalid_argument(text.str());
+}
+
+/// What the shapes of an object add up to.
+struct Parts {
+  std::vector<Piece> pieces;
+  std::vector<PlacedHalfSpace> half_spaces;
+  std::vector<ObjectShapeInfo> shapes;
+  std::vector<std::string> warnings;
+};
+
+void add(const ObjectShape& shape, const ObjectOptions& options, Parts& all) {
+  const auto pose = usablePose(shape.object_T_shape);
+  if (!pose) throw std::invalid_argument("its pose is not finite, or no rotation");
+  const ConvexParts parts = std::visit(PartsReader(options), shape.geometry);
+  const int index = static_cast<int>(all.shapes.size());
+  if (all.pieces.size() + parts.parts.size() > kMaxPieces)
+    throw std::invalid_argument("the object has more than a million convex pieces");
+  for (const auto& [part, shape_T_part] : parts.parts) {
+    all.pieces.push_back({part.padded(options.padding), *pose * shape_T_part, index});
+    checkReach(all.pieces.back());
+  }
+  for (const HalfSpace& half_space : parts.half_spaces) {
+    const Vector3d normal = (pose->linear() * half_space.normal).normalized();
+    const double offset = half_space.offset + normal.dot(pose->translation()) + options.padding;
+    if (!(std::abs(offset) <= kFarthest))
+      throw std::invalid_argument("its plane is farther than 1e6 m from the frame of the object");
+    all.half_spaces.push_back({normal, offset, index});
+  }
+  all.shapes.push_back(parts.info);
+  for (const std::string& warning : parts.warnings) all.warnings.push_back(warning + ".");
+}
+
+}  // namespace
+
+Object makeObject(const std::string& id, const std::vector<ObjectShape>& shapes, const Placement& placement,
+                  const ObjectOptions& options) {
+  const std::string where = "object " + quoted(id) + ": ";
+  if (shapes.empty()) throw std::invalid_argument(where + "it has no shape");
+  if (!std::isfinite(options.padding)) throw std::invalid_argument(where + "its padding is not finite");
+  Parts all;
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    try {
+      add(shapes[i], options, all);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument(where + "shape " + std::to_string(i + 1) + ": " + error.what());
+    }
+  }
+  for (std::string& warning : all.warnings) warning = where + warning;
+  return {id,
+          std::make_shared<const ObjectGeometry>(std::move(all.pieces), std::move(all.half_spaces),
+                                                 std::move(all.shapes), std::move(all.warnings)),
+          placement};
+}
+
+const std::vector<ObjectShapeInfo>& shapesOf(const Object& object) { return object.geometry->shapes(); }
+const std::vector<std::string>& warningsOf(const Object& object) { return object.geometry->warnings(); }
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,54 @@
+#include "scene/objects/object_geometry.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Isometry3d;
+
+std::vector<Volume> volumesOf(const std::vector<Piece>& pieces, const std::vector<ObjectShapeInfo>& shapes) {
+  std::vector<Representation> representations;
+  representations.reserve(pieces.size());
+  for (const Piece& piece : pieces) representations.push_back(shapes[piece.collision].representation);
+  std::vector<int> all(pieces.size());
+  std::iota(all.begin(), all.end(), 0);
+  std::vector<Volume> volumes(1);
+  const Volume root = VolumeBuilder(pieces, std::move(representations)).over(0, std::move(all), volumes);
+  volumes.front() = root;
+  return volumes;
+}
+
+}  // namespace
+
+ObjectGeometry::ObjectGeometry(std::vector<Piece> pieces, std::vector<PlacedHalfSpace> half_spaces,
+                               std::vector<ObjectShapeInfo> shapes, std::vector<std::string> warnings)
+    : pieces_(std::move(pieces)),
+      half_spaces_(std::move(half_spaces)),
+      shapes_(std::move(shapes)),
+      warnings_(std::move(warnings)),
+      volumes_(volumesOf(pieces_, shapes_)) {
+  for (const PlacedHalfSpace& half_space : half_spaces_) {
+    Bounds& bounds = volumes_.front().bounds;
+    bounds.reach = std::max(bounds.reach, std::abs(half_space.offset));
+  }
+}
+
+std::shared_ptr<const ObjectGeometry> ObjectGeometry::in(const Isometry3d& frame_T_object,
+                                                         const std::shared_ptr<const ObjectGeometry>& geometry) {
+  if (frame_T_object.matrix() == Isometry3d::Identity().matrix()) return geometry;
+  std::vector<Piece> pieces = geometry->pieces_;
+  for (Piece& piece : pieces) piece.body_T_piece = frame_T_object * piece.body_T_piece;
+  std::vector<PlacedHalfSpace> half_spaces = geometry->half_spaces_;
+  for (PlacedHalfSpace& half_space : half_spaces) {
+    half_space.normal = (frame_T_object.linear() * half_space.normal).normalized();
+    half_space.offset += half_space.normal.dot(frame_T_object.translation());
+  }
+  return std::make_shared<const ObjectGeometry>(std::move(pieces), std::move(half_spaces), geometry->shapes_,
+                                                geometry->warnings_);
+}
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "proximity_server/scene/objects/object.h"
+#include "scene/model/volume_tree.h"
+
+namespace proximity_server::scene {
+
+/// A half-space of an object, padding included.
+struct PlacedHalfSpace {
+  Eigen::Vector3d normal;  ///< unit, outwards
+  double offset;           ///< [m] of the plane from the origin along the normal
+  int shape;               ///< index of the shape of the object
+};
+
+/// The convex pieces and half-spaces of an object in one frame, with the bounding volumes of the pieces.
+class ObjectGeometry {
+ public:
+  /// Piece::collision is the index of a shape.
+  ObjectGeometry(std::vector<Piece> pieces, std::vector<PlacedHalfSpace> half_spaces,
+                 std::vector<ObjectShapeInfo> shapes, std::vector<std::string> warnings);
+
+  /// The same geometry in the frame `frame`; this one if the pose is the identity.
+  static std::shared_ptr<const ObjectGeometry> in(const Eigen::Isometry3d& frame_T_object,
+                                                  const std::shared_ptr<const ObjectGeometry>& geometry);
+
+  const std::vector<Piece>& pieces() const { return pieces_; }
+  const std::vector<PlacedHalfSpace>& halfSpaces() const { return half_spaces_; }
+  const std::vector<ObjectShapeInfo>& shapes() const { return shapes_; }
+  const std::vector<std::string>& warnings() const { return warnings_; }
+
+  /// Of the pieces; the first is the root. The root is empty if there are half-spaces only. Its representation and its
+  /// reach are those of the whole object.
+  const std::vector<Volume>& volumes() const { return volumes_; }
+  const Volume& root() const { return volumes_.front(); }
+
+ private:
+  std::vector<Piece> pieces_;
+  std::vector<PlacedHalfSpace> half_spaces_;
+  std::vector<ObjectShapeInfo> shapes_;
+  std::vector<std::string> warnings_;
+  std::vector<Volume> volumes_;
+};
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,115 @@
+#include "scene/query/half_space.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "proximity_server/narrowphase/shape/support.h"
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Vector3d;
+using narrowphase::SignedDistance;
+using narrowphase::Status;
+
+/// The plane in the frame of the body of the other.
+struct Plane {
+  Plane(const PlacedHalfSpace& half_space, const RelativePose& a_T_b)
+      : normal((a_T_b.rotation * half_space.normal).normalized()),
+        offset(half_space.offset + normal.dot(a_T_b.translation)) {}
+  Vector3d normal;
+  double offset;  ///< [m]
+};
+
+/// Walks the volumes of a, the nearer parts first.
+class HalfSpaceSearch {
+ public:
+  HalfSpaceSearch(const PlacedRobot& robot, const Visit& pair, const RelativePose& a_T_b, double limit,
+                  const Question& question, Skipping skipping)
+      : a_(robot.compoundOf(pair.a)),
+        half_spaces_(robot.halfSpacesOf(pair.b)),
+        a_T_b_(a_T_b),
+        rounding_(PlacedRobot::rounding(robot.at(pair.a), robot.at(pair.b), a_T_b)),
+        limit_(limit),
+        padding_(pair.padding),
+        question_(question),
+        skipping_(skipping) {}
+
+  ClosestPieces run() {
+    for (int i = 0; i < static_cast<int>(half_spaces_.size()); ++i) visit(a_.root, i, gap(a_.root, i));
+    return closest_;
+  }
+
+ private:
+  const PlacedHalfSpace& at(int half_space) const { return half_spaces_[static_cast<std::size_t>(half_space)]; }
+  double gap(int volume, int half_space) const {
+    return halfSpaceGap(a_[volume], at(half_space), a_T_b_, rounding_) - padding_;
+  }
+
+  void visit(int volume, int half_space, double lower_bound) {
+    if (skipping_ == Skipping::On && lower_bound > closest_.limit(limit_, question_)) {
+      closest_.lower_bound = std::min(closest_.lower_bound, lower_bound);
+      return;
+    }
+    const Volume& here = a_[volume];
+    if (here.isLeaf()) {
+      const SignedDistance result =
+          halfSpaceDistance(a_.pieces[here.piece], at(half_space), a_T_b_, rounding_, question_.tolerance);
+      closest_.offer(LeafPair::withHalfSpace(volume, half_space), padded(result, padding_), limit_);
+      return;
+    }
+    std::array<int, 2> parts = here.parts;
+    std::array<double, 2> gaps{gap(parts[0], half_space), gap(parts[1], half_space)};
+    if (gaps[1] < gaps[0]) {
+      std::swap(parts[0], parts[1]);
+      std::swap(gaps[0], gaps[1]);
+    }
+    for (std::size_t i = 0; i < 2; ++i) visit(parts[i], half_space, gaps[i]);
+  }
+
+  const Compound a_;
+  const std::vector<PlacedHalfSpace>& half_spaces_;
+  const RelativePose& a_T_b_;
+  const double rounding_, limit_, padding_;
+  const Question& question_;
+  const Skipping skipping_;
+  ClosestPieces closest_;
+};
+
+}  // namespace
+
+SignedDistance halfSpaceDistance(const Piece& piece, const PlacedHalfSpace& half_space, const RelativePose& a_T_b,
+                                 double rounding, double tolerance) {
+  const Plane plane(half_space, a_T_b);
+  const Vector3d down = -(piece.body_T_piece.linear().transpose() * plane.normal);
+  int vertex = 0;
+  const Vector3d lowest = piece.body_T_piece * supportPoint(piece.shape, down, vertex);
+  SignedDistance result;
+  result.distance = plane.normal.dot(lowest) - plane.offset - piece.shape.margin();
+  // Beside the rounding of the poses there is that of the support point, of less than 4 eps of the piece's radius, and
+  // of the sums here; both are less than the first.
+  result.lower_bound = result.distance - 2.0 * rounding;
+  result.upper_bound = result.distance + 2.0 * rounding;
+  result.normal = -plane.normal;
+  result.point_a = lowest - piece.shape.margin() * plane.normal;
+  result.point_b = result.point_a + result.distance * result.normal;
+  result.has_points = true;
+  result.unique = supportFeature(piece.shape, down.normalized(), tolerance, vertex).dimension == 0;
+  result.status = result.upper_bound - result.lower_bound <= tolerance ? Status::Converged : Status::Degenerate;
+  return result;
+}
+
+double halfSpaceGap(const Volume& a, const PlacedHalfSpace& half_space, const RelativePose& a_T_b, double rounding) {
+  const Plane plane(half_space, a_T_b);
+  const double height = plane.normal.dot(a.bounds.centre) - plane.offset;
+  const double width = (a.bounds.axes.transpose() * plane.normal).cwiseAbs().dot(a.bounds.half);
+  return height - std::min(width, a.bounds.radius) - 2.0 * rounding;
+}
+
+ClosestPieces closestToHalfSpaces(const PlacedRobot& robot, const Visit& pair, const RelativePose& a_T_b, double limit,
+                                  const Question& question, Skipping skipping) {
+  return HalfSpaceSearch(robot, pair, a_T_b, limit, question, skipping).run();
+}
+
+}  // namespace proximity_server::scene

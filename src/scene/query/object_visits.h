@@ -1,0 +1,140 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "proximity_server/scene/objects/objects.h"
+#include "scene/query/placed_robot.h"
+
+namespace proximity_server::scene {
+
+/// Finds the pairs with objects that are near, the nearest first, without looking at those that are far.
+///
+/// A walker is a link, an attached object, or, where pairs of free objects are checked, a moving one. Each walks the tree
+/// of fixed objects and that of moving ones; the others are few, and each walker visits all of them: attached objects,
+/// those with a half-space, and those that came after the tree was built. A walker with a half-space visits all.
+///
+/// 1. Enter each walker with the root of each tree into a queue.
+/// 2. Take the node with the smallest lower bound. A leaf is a pair; of any other node enter both parts.
+class ObjectVisits {
+ public:
+  /// After new objects or new poses.
+  void fit(const PlacedRobot& robot);
+
+  /// Calls enter(a, b), two roots with a < b, for each checked pair that is in no tree, and enters the walkers into the trees.
+  template <typename Enter>
+  void begin(const PlacedRobot& robot, const Enter& enter) {
+    queue_.clear();
+    for (const Walker& walker : walkers_) {
+      const auto meet = [&](int number) { meetObject(robot, walker.root, number, enter); };
+      if (robot.isUnbounded(walker.root)) {
+        for (const int number : robot.objects()->numbers()) meet(number);
+        continue;
+      }
+      for (const int number : robot.objects()->fixed().loose()) meet(number);
+      for (const int number : robot.objects()->unbounded()) meet(number);
+      for (const int number : attached_) meet(number);
+      push(robot, walker, Tree::Fixed, 0);
+      push(robot, walker, Tree::Moving, 0);
+    }
+  }
+
+  bool empty() const { return queue_.empty(); }
+
+  /// [m] Infinity if nothing is left.
+  double lowestBound() const {
+    return queue_.empty() ? std::numeric_limits<double>::infinity() : queue_.front().lower_bound;
+  }
+
+  /// Takes the node with the smallest bound; calls enter(a, b) if it is a checked pair.
+  template <typename Enter>
+  void open(const PlacedRobot& robot, const Enter& enter) {
+    const NodeVisit visit = pop();
+    const BoxTree::Node& node = treeOf(visit.tree, robot)[visit.node];
+    const Walker& walker = walkers_[static_cast<std::size_t>(visit.walker)];
+    if (!node.isLeaf()) {
+      for (const int part : node.parts) push(robot, walker, visit.tree, part);
+      return;
+    }
+    const int number = objectOf(visit.tree, node.item, robot);
+    if (number >= 0) meetObject(robot, walker.root, number, enter);
+  }
+
+  /// How many checked pairs have no distance because a pose is missing.
+  std::int64_t unknownPairs() const { return unknown_pairs_; }
+
+ private:
+  enum class Tree : unsigned char { Fixed, Moving };
+
+  struct Walker {
+    int index;  ///< of this walker
+    int root;
+    WorldSphere sphere;
+  };
+
+  struct NodeVisit {
+    double lower_bound;  ///< [m]
+    int walker, node;
+    Tree tree;
+    bool operator<(const NodeVisit& other) const {
+      if (lower_bound != other.lower_bound) return lower_bound > other.lower_bound;
+      if (walker != other.walker) return walker > other.walker;
+      return tree != other.tree ? tree > other.tree : node > other.node;
+    }
+  };
+
+  template <typename Enter>
+  void meetObject(const PlacedRobot& robot, int walker, int number, const Enter& enter) {
+    const int object = robot.firstObject() + number;
+    if (isCheckedHere(robot, walker, object) && robot.isPlaced(object))
+      enter(std::min(walker, object), std::max(walker, object));
+  }
+
+  static bool isCheckedHere(const PlacedRobot& robot, int walker, int object);
+  void push(const PlacedRobot& robot, const Walker& walker, Tree tree, int node);
+  NodeVisit pop();
+  void addWalker(const PlacedRobot& robot, int root);
+  void fitMoving(const PlacedRobot& robot);
+  void countUnknown(const PlacedRobot& robot);
+  int objectOf(Tree tree, int item, const PlacedRobot& robot) const;
+  const BoxTree& treeOf(Tree tree, const PlacedRobot& robot) const {
+    return tree == Tree::Fixed ? robot.objects()->fixed().tree() : moving_tree_;
+  }
+
+  std::vector<Walker> walkers_;  ///< those whose pose is known
+  std::vector<int> attached_;    ///< numbers
+  std::vector<int> moving_;      ///< numbers of the items of the tree
+  std::vector<int> missing_;     ///< numbers of the objects whose pose is missing
+  std::vector<int> scratch_;
+  std::vector<Eigen::AlignedBox3d> moving_boxes_;
+  BoxTree moving_tree_;
+  std::vector<NodeVisit> queue_;  ///< a heap
+  std::int64_t unknown_pairs_ = 0;
+};
+
+/// Whether a pair of roots, of which the larger is an object, is checked. False for an object that does not exist.
+bool isCheckedPair(const PlacedRobot& robot, int a, int b);
+
+/// Calls visit(a, b), a < b, for each checked pair of roots with an object, whether its poses are known or not: first those of
+/// the links, each with all objects in the order of their ids, then those of the walkers among the objects.
+template <typename Visitor>
+void forEachObjectPair(const PlacedRobot& robot, const Visitor& visit) {
+  const Objects* objects = robot.objects();
+  if (!objects) return;
+  const int first = robot.firstObject();
+  for (int link = 0; link < static_cast<int>(objects->model().robot.links.size()); ++link)
+    for (const int number : objects->numbers())
+      if (objects->linkReason(link, number) == PairReason::Checked) visit(link, first + number);
+  const std::vector<int>& walkers = objects->walkers();
+  for (const int walker : walkers) {
+    for (const int number : objects->numbers()) {
+      const bool was_visited = number < walker && std::binary_search(walkers.begin(), walkers.end(), number);
+      if (!was_visited && objects->objectReason(walker, number) == PairReason::Checked)
+        visit(first + std::min(walker, number), first + std::max(walker, number));
+    }
+  }
+}
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,344 @@
+// What skipping must not change where objects come, go, move, jump and are attached: with skipping and without.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <random>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "proximity_server/scene/query/scene.h"
+#include "sanitized.h"
+#include "scene/small_robots.h"
+
+namespace proximity_server::scene {
+
+using namespace narrowphase;
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+constexpr double kAgreement = 1e-12;  // [m]
+constexpr double kTolerance = 1e-12;  // [m] asked of every distance
+constexpr std::size_t kClosest = 5;
+
+/// An arm of five links, some of several pieces, and a camera without geometry behind its last joint.
+std::shared_ptr<const SceneModel> arm() {
+  const auto link = [](const std::string& name, const std::string& collisions) {
+    return "<link name='" + name + "'>" + collisions + "</link>";
+  };
+  const auto joint = [](const std::string& parent, const std::string& child, const std::string& xyz,
+                        const std::string& axis) {
+    return "<joint name='to_" + child + "' type='revolute'><parent link='" + parent + "'/><child link='" + child +
+           "'/><origin xyz='" + xyz + "'/><axis xyz='" + axis +
+           "'/><limit lower='-3' upper='3' effort='1' velocity='1'/></joint>";
+  };
+  auto model = std::make_shared<SceneModel>();
+  model->robot =
+      robotOf("<robot name='arm'>" + link("base", cylinder("0.12", "0.3") + box("0.3 0.3 0.05", "0 0 -0.15")) +
+              link("upper", box("0.1 0.08 0.3", "0 0 0.15", "0.1 0.2 0.3") + ball("0.07", "0 0 0.3")) +
+              link("fore", cylinder("0.05", "0.3", "0 0 0.2")) + link("wrist", ball("0.07", "0 0 0.05")) +
+              link("hand", box("0.05 0.08 0.1", "0.06 0 0.2") + box("0.05 0.08 0.1", "-0.06 0 0.2") +
+                               cylinder("0.03", "0.1", "0 0 0.05")) +
+              link("camera", "") + joint("base", "upper", "0 0 0.2", "0 0 1") +
+              joint("upper", "fore", "0 0 0.35", "0 1 0") + joint("fore", "wrist", "0 0 0.45", "1 0 0") +
+              joint("wrist", "hand", "0 0 0.15", "0 1 0") + joint("hand", "camera", "0.1 0 0.1", "0 0 1") + "</robot>");
+  model->pairs = filterPairs(model->robot, "");
+  return model;
+}
+
+Shape someShape(Chance& chance) {
+  const double size = chance.between(0.03, 0.15);
+  switch (chance.below(6)) {
+    case 0:
+      return Sphere{size};
+    case 1:
+      return Capsule{size, 2 * size};
+    case 2:
+      return Cylinder{size, 2 * size};
+    case 3:
+      return Cone{size, 2 * size};
+    case 4: {
+      std::vector<Vector3d> points;
+      for (int i = 0; i < 10; ++i) points.push_back(size * chance.direction());
+      return ConvexHull(points);
+    }
+    default:
+      return Box{{size, 2 * size, 0.7 * size}};
+  }
+}
+
+Object someObject(const std::string& id, const Placement& placement, Chance& chance) {
+  std::vector<ObjectShape> shapes;
+  const int kind = std::holds_alternative<Attached>(placement) ? 1 + chance.below(11) : chance.below(12);
+  if (kind == 0) {
+    shapes.push_back({HalfSpace{chance.direction(), -chance.between(0.2, 1.0)}});
+    if (chance.below(3) == 0) shapes.push_back({someShape(chance), chance.pose(0.3)});
+    if (chance.below(3) == 0) shapes.push_back({HalfSpace{chance.direction(), -0.8}, chance.pose(0.1)});
+  } else if (kind == 1) {
+    Boxes boxes;
+    for (int i = 0; i < 12; ++i) {
+      const Vector3d corner(chance.between(-0.3, 0.3), chance.between(-0.3, 0.3), chance.between(-0.3, 0.3));
+      boxes.boxes.emplace_back(corner, corner + Vector3d::Constant(0.05));
+    }
+    shapes.push_back({boxes, chance.pose(0.1)});
+  } else {
+    for (int i = chance.below(4) / 2; i >= 0; --i) shapes.push_back({someShape(chance), chance.pose(0.1)});
+  }
+  ObjectOptions options;
+  options.padding = chance.below(3) == 0 ? 0.01 : 0.0;
+  return makeObject(id, shapes, placement, options);
+}
+
+enum class Motion : unsigned char { Random, Coherent, Resting };
+
+/// Objects that change, and a robot and frames that move.
+class Cell {
+ public:
+  Cell(const std::shared_ptr<const SceneModel>& model, Motion motion, int objects)
+      : model_(*model),
+        motion_(motion),
+        wanted_(objects),
+        chance_(static_cast<unsigned>(motion) + 7),
+        objects_(std::make_shared<const Objects>(model)),
+        phases_(model->robot.joints.size()) {
+    jump();
+    for (int i = 0; i < wanted_; ++i) change();
+  }
+
+  const std::shared_ptr<const Objects>& objects() const { return objects_; }
+  const BodyPoses& poses() const { return poses_; }
+  const FramePoses& frames() const { return frame_poses_; }
+
+  /// Returns whether the objects have changed.
+  bool next() {
+    const bool changes = chance_.below(motion_ == Motion::Random ? 2 : 12) == 0;
+    if (changes) change();
+    if (motion_ == Motion::Random || chance_.below(80) == 0)
+      jump();
+    else if (motion_ == Motion::Coherent || chance_.below(8) == 0)
+      step();
+    place();
+    return changes;
+  }
+
+ private:
+  void jump() {
+    for (double& phase : phases_) phase = chance_.between(-10, 10);
+    base_ =
+        Eigen::Translation3d(0.1 * chance_.direction()) * Eigen::AngleAxisd(chance_.between(-3, 3), Vector3d::UnitZ());
+    for (Isometry3d& frame : known_frames_) frame = chance_.pose(0.7);
+    missing_ = chance_.below(6) - 3;
+  }
+
+  void step() {
+    for (std::size_t joint = 0; joint < phases_.size(); ++joint)
+      phases_[joint] += 0.0005 * static_cast<double>(joint + 1);
+    for (Isometry3d& frame : known_frames_)
+      frame = frame * Eigen::Translation3d(0.0003, 0.0002, 0) * Eigen::AngleAxisd(0.001, Vector3d::UnitX());
+  }
+
+  void place() {
+    std::vector<double> positions;
+    for (const double phase : phases_) positions.push_back(2.5 * std::sin(phase));
+    poses_ = forwardKinematics(model_.robot, positions);
+    for (auto& pose : poses_) pose = base_ * *pose;
+    frame_poses_.clear();
+    for (const std::string& name : objects_->frames()) {
+      const int frame = name.back() - '0';
+      frame_poses_.push_back(frame == missing_ ? std::nullopt : std::optional(known_frames_[frame]));
+    }
+  }
+
+  std::variant<Fixed, Moving> freePlacement() {
+    if (chance_.below(3) == 0) return Moving{"frame " + std::to_string(chance_.below(3)), chance_.pose(0.2)};
+    return Fixed{chance_.pose(1.0)};
+  }
+
+  Attached attachment() {
+    const char* const links[] = {"hand", "fore", "camera", "base", "wrist"};
+    Attached attached{links[chance_.below(5)]};
+    attached.link_T_object = chance_.below(4) == 0 ? Isometry3d::Identity() : chance_.pose(0.15);
+    for (int i = chance_.below(3); i-- > 0;) attached.touch_links.emplace_back(links[chance_.below(5)]);
+    return attached;
+  }
+
+  Placement anyPlacement() {
+    if (chance_.below(5) == 0) return attachment();
+    return std::visit([](const auto& of_kind) -> Placement { return of_kind; }, freePlacement());
+  }
+
+  std::string someId() { return objects_->object(objects_->numbers()[chance_.below(objects_->size())])->id; }
+
+  void change() {
+    if (chance_.below(20) == 0) {
+      ObjectRules rules;
+      if (chance_.below(2)) rules.free_objects = ObjectRules::FreeObjects::Checked;
+      if (chance_.below(2)) rules.base = ObjectRules::Base::StandsStill;
+      if (chance_.below(2) && !objects_->empty()) rules.allowed.set(someId(), "*", AllowedPairs::Rule::Allowed);
+      objects_ = std::make_shared<const Objects>(objects_->withRules(rules));
+    }
+    objects_ = std::make_shared<const Objects>(objects_->changed({someChange()}));
+  }
+
+  ObjectChange someChange() {
+    const bool too_few = chance_.below(2 * wanted_) >= objects_->size();
+    if (objects_->empty() || too_few)
+      return AddObject{someObject("object " + std::to_string(added_++), anyPlacement(), chance_)};
+    const std::string id = someId();
+    const Object& object = *objects_->object(objects_->find(id));
+    const bool is_attached = std::holds_alternative<Attached>(object.placement);
+    const bool can_be_attached = shapesOf(object).front().description != "half-space";
+    switch (chance_.below(4)) {
+      case 0:
+        return RemoveObject{id};
+      case 1:
+        return ReplaceObject{someObject(id, anyPlacement(), chance_)};
+      case 2:
+        if (can_be_attached) return AttachObject{id, attachment()};
+        [[fallthrough]];
+      default:
+        if (is_attached) return DetachObject{id, freePlacement()};
+        return MoveObject{id, freePlacement()};
+    }
+  }
+
+  const SceneModel& model_;
+  const Motion motion_;
+  const int wanted_;
+  Chance chance_;
+  std::shared_ptr<const Objects> objects_;
+  std::vector<double> phases_;
+  Isometry3d base_ = Isometry3d::Identity();
+  std::array<Isometry3d, 3> known_frames_{};
+  int missing_ = -1;  // number of the frame without a pose
+  int added_ = 0;
+  BodyPoses poses_;
+  FramePoses frame_poses_;
+};
+
+using Names = std::tuple<int, int, int, int>;
+Names namesOf(const ShapeRefPair& pair) { return {pair.a.link, pair.a.object, pair.b.link, pair.b.object}; }
+
+/// The distances of all pairs whose poses are known, without skipping.
+class Truth {
+ public:
+  explicit Truth(const std::vector<PairProximity>& all) {
+    for (const PairProximity& pair : all) {
+      if (pair.result.status == Status::Unknown) continue;
+      distances_[namesOf(pair.asked)] = pair.result.distance;
+      sorted_.push_back(pair.result.distance);
+    }
+    std::sort(sorted_.begin(), sorted_.end());
+  }
+
+  std::size_t size() const { return sorted_.size(); }
+  double smallest(std::size_t i) const { return sorted_.at(i); }
+  double of(const ShapeRefPair& asked) const { return distances_.at(namesOf(asked)); }
+  std::size_t countBelow(double threshold) const {
+    return static_cast<std::size_t>(std::upper_bound(sorted_.begin(), sorted_.end(), threshold) - sorted_.begin());
+  }
+
+ private:
+  std::map<Names, double> distances_;
+  std::vector<double> sorted_;
+};
+
+void expectClosest(const std::vector<PairProximity>& found, const Truth& truth) {
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    ASSERT_NEAR(found[i].result.distance, truth.smallest(i), kAgreement);
+    ASSERT_NEAR(found[i].result.distance, truth.of(found[i].asked), kAgreement);
+  }
+}
+
+struct Case {
+  const char* name;
+  Motion motion;
+  int objects, states;
+};
+
+class ChangingObjects : public testing::TestWithParam<Case> {};
+
+TEST_P(ChangingObjects, SkippingNeverChangesAnAnswer) {
+  const auto model = arm();
+  Cell cell(model, GetParam().motion, GetParam().objects);
+  Scene scene(model), everything(model, Skipping::Off);
+  scene.use(cell.objects());
+  everything.use(cell.objects());
+  const Candidates& candidates = scene.candidates();
+  Question question, near;
+  question.tolerance = near.tolerance = kTolerance;
+  near.threshold = 0.05;
+  long overlaps = 0, unknown = 0, changes = 0, with_object = 0, attached = 0;
+  PairCounts sum;
+  for (int state = 0; state < GetParam().states && !HasFatalFailure(); ++state) {
+    SCOPED_TRACE("state " + std::to_string(state));
+    if (cell.next()) {
+      ++changes;
+      scene.use(cell.objects());
+      everything.use(cell.objects());
+    }
+    scene.update(cell.poses(), cell.frames());
+    everything.update(cell.poses(), cell.frames());
+    for (const PairKind kind : {PairKind::Any, PairKind::OfLinks, PairKind::WithObject}) {
+      const Pairs pairs(candidates, kind);
+      const Truth truth(everything.all(pairs, question));
+      const PairCounts all = everything.counts();
+      ASSERT_EQ(all.computed + all.unknown, all.total);
+      if (truth.size() == 0) continue;
+
+      const PairProximity minimum = *scene.minimum(pairs, question);
+      expectClosest({minimum}, truth);
+      const PairCounts counts = scene.counts();
+      ASSERT_EQ(counts.total, all.total);
+      ASSERT_EQ(counts.unknown, all.unknown);
+      ASSERT_EQ(counts.total, counts.unknown + counts.at_rest + counts.by_motion + counts.by_bounds + counts.computed);
+      sum.computed += counts.computed;
+      sum.at_rest += counts.at_rest;
+      sum.by_motion += counts.by_motion;
+      sum.total += counts.total;
+
+      expectClosest(scene.closest(pairs, kClosest, question), truth);
+      const std::vector<PairProximity> found = scene.below(pairs, near);
+      ASSERT_GE(found.size(), truth.countBelow(near.threshold - kAgreement));
+      ASSERT_LE(found.size(), truth.countBelow(near.threshold + kAgreement));
+      expectClosest(found, truth);
+      const PairsBelow some = scene.closestBelow(pairs, 2, near);
+      ASSERT_EQ(some.count, static_cast<int>(found.size()));
+      expectClosest(some.closest, truth);
+      const PairProximity* first = scene.first(pairs, near);
+      ASSERT_EQ(first != nullptr, !found.empty());
+
+      if (kind != PairKind::Any) continue;
+      overlaps += truth.smallest(0) < 0.0;
+      unknown += counts.unknown;
+      with_object += minimum.asked.b.object >= 0;
+      attached += minimum.asked.a.object >= 0;
+    }
+  }
+  EXPECT_GT(changes, GetParam().states / 20);
+  EXPECT_GT(unknown, 0);
+  EXPECT_GT(overlaps, GetParam().states / 50);
+  EXPECT_GT(with_object, GetParam().states / 50);
+  EXPECT_GT(attached, 0);
+  EXPECT_LT(sum.computed, sum.total / 2);
+  if (GetParam().motion != Motion::Random) {
+    EXPECT_GT(sum.at_rest + sum.by_motion, 0);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Motions, ChangingObjects,
+                         testing::Values(Case{"Random", Motion::Random, 12, repeats(4000)},
+                                         Case{"Coherent", Motion::Coherent, 12, repeats(4000)},
+                                         Case{"Resting", Motion::Resting, 12, repeats(4000)},
+                                         Case{"ManyCoherent", Motion::Coherent, 120, repeats(400)},
+                                         Case{"ManyRandom", Motion::Random, 120, repeats(400)}),
+                         [](const testing::TestParamInfo<Case>& test) { return test.param.name; });
+
+}  // namespace
+}  // namespace proximity_server::scene
