@@ -35,7 +35,7 @@ constexpr double kOracleVertices = 4e4;  // the oracle's time grows with the ver
 struct Row {
   std::string name;
   Question question;
-  bool coherent;  ///< the pairs are steps of one motion: warm starts are kept
+  bool coherent;  ///< the pairs are steps of one motion: warm starts and polytopes are kept
   std::deque<Solid> a, b;
   std::vector<SolidPair> pairs;
   std::vector<double> truth;  ///< of the first pairs
@@ -73,7 +73,9 @@ std::vector<SolidPair> answeredBy(const Library& library, const Row& row, double
 json errorsOf(const Library& library, const Row& row, double tolerance) {
   double largest = 0.0, sum = 0.0, iterations = 0.0;
   int failures = 0;
+  WarmPolytope polytope;
   WarmStart warm;
+  warm.polytope = &polytope;
   for (std::size_t i = 0; i < row.truth.size(); ++i) {
     if (!row.coherent) warm = {};
     const std::optional<Answer> answer = tryToAsk(library, row, row.pairs[i], tolerance, warm);
@@ -99,7 +101,9 @@ double nanoseconds(Clock::duration duration) { return std::chrono::duration<doub
 /// [ns] per query over the first `count` pairs.
 double timeOf(const Library& library, const Row& row, const std::vector<SolidPair>& pairs, double tolerance,
               std::size_t count) {
+  WarmPolytope polytope;
   WarmStart warm;
+  warm.polytope = &polytope;
   volatile double sink = 0.0;
   const auto start = Clock::now();
   for (std::size_t i = 0; i < count; ++i) {
@@ -133,7 +137,9 @@ double slowestOf(const Library& library, const Row& row, const std::vector<Solid
   std::vector<std::vector<double>> of_pair(count);
   volatile double sink = 0.0;
   for (int round = 0; round < kRounds; ++round) {
+    WarmPolytope polytope;
     WarmStart warm;
+    warm.polytope = &polytope;
     for (std::size_t i = 0; i < count; ++i) {
       if (!row.coherent) warm = {};
       const auto start = Clock::now();

@@ -1,6 +1,9 @@
 // A query takes no memory from the heap.
 #include <gtest/gtest.h>
 
+#include <random>
+#include <vector>
+
 #include "allocations.h"
 #include "oracle/shape_pairs.h"
 #include "proximity_server/narrowphase/motion/motion.h"
@@ -25,6 +28,19 @@ TEST(Allocation, QueryTakesNoMemory) {
     const long taken = allocations() - before;
     EXPECT_EQ(taken, 0) << cold << warm << describe(c);
   }
+}
+
+// Regression: nearly all vertices are the farthest within the rounding of their place, in each direction, and each cell of
+// the table had its own list of them: 88 MB.
+TEST(Allocation, HullHardlyLargerThanTheRoundingOfItsPlaceTakesLittleMemory) {
+  std::mt19937 random(34);
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 20000; ++i) points.push_back(Eigen::Vector3d::Constant(1.0) + 3e-14 * randomDirection(random));
+  const ConvexHull hull(points);
+  ASSERT_GT(hull.size(), 1000);
+  const std::size_t before = heapInUse();
+  const HullSupport support(hull);
+  EXPECT_LT(heapInUse() - before, 10'000'000) << support.hull().size();
 }
 
 TEST(Allocation, MotionTakesNoMemory) {

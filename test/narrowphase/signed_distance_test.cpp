@@ -295,6 +295,85 @@ TEST(SignedDistance, EarlyStopsCarryTheirProof) {
     }
 }
 
+struct DeepPair {
+  const char* name;
+  Shape a, b;
+  Isometry3d a_T_b;
+  double distance;  // of the inner balls, and of the shapes: the balls touch both surfaces where the depth is least
+};
+
+std::vector<DeepPair> pairsAsDeepAsTheirInnerBalls() {
+  const Isometry3d along_x(Eigen::Translation3d(0.75, 0, 0));
+  Isometry3d crossed = along_x;
+  crossed.linear() << 1, 0, 0, 0, 0, -1, 0, 1, 0;
+  const Shape cube = Box{{2, 2, 2}},
+              corners = ConvexHull(
+                  {{-1, -1, -1}, {1, -1, -1}, {-1, 1, -1}, {1, 1, -1}, {-1, -1, 1}, {1, -1, 1}, {-1, 1, 1}, {1, 1, 1}});
+  return {{"boxes", cube, cube, along_x, 0.75 - 2.0},
+          {"padded boxes", cube.padded(0.25), cube.padded(0.5), along_x, 0.75 - 2.75},
+          {"hulls", corners, corners, along_x, 0.75 - 2.0},
+          {"hull and padded box", corners, cube.padded(0.5), along_x, 0.75 - 2.5},
+          {"crossed cylinders", Cylinder{0.5, 6}, Cylinder{1, 6}, crossed, 0.75 - 1.5},
+          {"ellipsoids", Ellipsoid{{1, 2, 3}}, Ellipsoid{{1, 3, 2}}, along_x, 0.75 - 2.0},
+          {"sweeps", cube.sweptTo(Isometry3d(Eigen::Translation3d(0, 4, 0))), cube,
+           Isometry3d(Eigen::Translation3d(0.75, 2, 0)), 0.75 - 2.0}};
+}
+
+TEST(SignedDistance, ABooleanInDeepOverlapDecidesOnBothSidesOfTheDepth) {
+  for (const DeepPair& pair : pairsAsDeepAsTheirInnerBalls())
+    for (const double beside : {1e-12, 1e-6, 0.01}) {
+      const auto isAbove = [&](double threshold) {
+        return signedDistance(pair.a, pair.b, pair.a_T_b, Options::above(threshold));
+      };
+      EXPECT_LE(isAbove(pair.distance + beside).upper_bound, pair.distance + beside) << pair.name;
+      EXPECT_GT(isAbove(pair.distance - beside).lower_bound, pair.distance - beside) << pair.name;
+    }
+}
+
+TEST(SignedDistance, ABooleanInDeepOverlapCarriesItsProof) {
+  for (const DeepPair& pair : pairsAsDeepAsTheirInnerBalls())
+    for (const double threshold : {pair.distance + 0.01, 0.0, 1.0}) {
+      const Options options = Options::above(threshold);
+      const SignedDistance result = signedDistance(pair.a, pair.b, pair.a_T_b, options);
+      EXPECT_TRUE(carriesItsProof({pair.a, pair.b, pair.a_T_b}, result, options)) << pair.name << " " << threshold;
+    }
+}
+
+TEST(SignedDistance, ABooleanInDeepOverlapKeepsTheWarmStartOfTheLastSearch) {
+  const Shape cube = Box{{2, 2, 2}}, hull = ConvexHull({{-1, -1, -1}, {1, -1, -1}, {0, 1, -1}, {0, 0, 1}});
+  WarmStart warm_start;
+  signedDistance(cube, hull, Isometry3d(Eigen::Translation3d(2.5, 0.5, 0.25)), {}, warm_start);
+  const WarmStart before = warm_start;
+  ASSERT_GT(before.simplex_size, 0);
+  const Isometry3d deep(Eigen::Translation3d(0.25, 0.125, 0));
+  ASSERT_EQ(signedDistance(cube, hull, deep, Options::apart(), warm_start).status, Status::Threshold);
+  EXPECT_LE((warm_start.axis - before.axis).norm(), 1e-15);
+  ASSERT_EQ(warm_start.simplex_size, before.simplex_size);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(before.simplex_size); ++i) {
+    EXPECT_EQ(warm_start.simplex[i].a, before.simplex[i].a);
+    EXPECT_EQ(warm_start.simplex[i].b, before.simplex[i].b);
+  }
+}
+
+// The first direction, from centre to centre, does not separate the plates; their faces do, by 0.05.
+TEST(SignedDistance, AFaceOfABoxDecidesAThreshold) {
+  const Shape plate = Box{{4, 4, 0.2}};
+  const Isometry3d stacked(Eigen::Translation3d(1.5, 0.5, 0.25));
+  const SignedDistance above = signedDistance(plate, plate, stacked, Options::above(0.04));
+  EXPECT_EQ(above.status, Status::Threshold);
+  EXPECT_NEAR(above.lower_bound, 0.05, 2e-14);
+  EXPECT_EQ(above.normal, Vector3d::UnitZ());
+  EXPECT_LE(signedDistance(plate, plate, stacked, Options::above(0.06)).upper_bound, 0.06);
+}
+
+// A corner that is 0.05 deep in a face, far from the inner balls.
+TEST(SignedDistance, TheDepthOfBoxesDecidesAThreshold) {
+  const Shape plate = Box{{4, 4, 0.2}};
+  const Isometry3d pressed(Eigen::Translation3d(3.5, 3.5, 0.15));
+  EXPECT_LE(signedDistance(plate, plate, pressed, Options::above(-0.04)).upper_bound, -0.04);
+  EXPECT_GT(signedDistance(plate, plate, pressed, Options::above(-0.06)).lower_bound, -0.06);
+}
+
 TEST(SignedDistance, ApartReportsAnOverlapAsSuch) {
   int overlaps = 0;
   for (const KnownCase& c : cases()) {

@@ -96,7 +96,7 @@ Relative swapped(const StressPair& p) {
   const Isometry3d b_T_a = p.a_T_b.inverse(Eigen::Affine);
   // The inverse is rounded: nine products with a translation, six with a rotation, once in each direction.
   return {"swapped",
-          {p.b, p.a, b_T_a, p.options, {-p.warm_start.axis, p.warm_start.vertex_b, p.warm_start.vertex_a}},
+          {p.b, p.a, b_T_a, p.options, {-p.warm_start.axis}},
           2.0 * roundingOf(p.pair()) + departureFromRotation(p.a_T_b) * p.pair().scale()};
 }
 
@@ -150,6 +150,19 @@ std::optional<Failure> failureOf(const Relative& relative, const SignedDistance&
   return Failure{std::string(relative.name) + ": " + check.message(), relative.pair};
 }
 
+/// A pair that has moved a little begins with the polytope that its first query has kept.
+std::optional<Failure> failureOfRecalled(const StressPair& p, const SignedDistance& first, std::mt19937& random) {
+  WarmPolytope polytope;
+  StressPair begun = p;
+  begun.warm_start = {};
+  begun.warm_start.polytope = &polytope;
+  signedDistance(p.a, p.b, p.a_T_b, p.options, begun.warm_start);
+  std::optional<Failure> failure = failureOf(shifted(begun, random), first);
+  if (!failure) return std::nullopt;
+  failure->pair.warm_start.polytope = nullptr;
+  return Failure{"begun with the last polytope, " + failure->sentence, failure->pair};
+}
+
 /// A threshold near the distance is the hard one.
 double thresholdNear(const SignedDistance& first, double size, std::mt19937& random) {
   std::uniform_real_distribution<double> exponent(-17.0, 0.0);
@@ -171,7 +184,7 @@ std::optional<Failure> failureOfRelatives(const StressPair& p, const SignedDista
   for (const Relative& relative :
        {swapped(p), moved(p, random), shifted(p, random), warm(p), cold(p), askedAbove(p, threshold), askedApart(p)})
     if (std::optional<Failure> failure = failureOf(relative, first)) return failure;
-  return std::nullopt;
+  return failureOfRecalled(p, first, random);
 }
 
 double errorLimit(const Shape& shape) { return shape.isPolytope() ? kPolytopeErrorLimit : kCurvedErrorLimit; }

@@ -135,6 +135,14 @@ TwoShapes needleClouds(Random& random) {
 Shape shortCapsule(Random& random) {
   return Capsule{uniform(random, 0.05, 0.5), below(random, 3) == 0 ? 0.0 : decades(random, -12, -3)};
 }
+/// A cone, and another solid of revolution.
+TwoShapes cones(Random& random) {
+  const double radius = uniform(random, 0.02, 0.5), length = uniform(random, 0.1, 1.5);
+  const Shape cone = Cone{uniform(random, 0.02, 0.5), uniform(random, 0.1, 1.5)};
+  const Shape others[] = {Capsule{radius, length}, Cylinder{radius, length}, Cone{radius, length}};
+  const Shape other = others[below(random, 3)];
+  return below(random, 2) == 0 ? TwoShapes{cone, other} : TwoShapes{other, cone};
+}
 TwoShapes mantles(Random& random) {
   const auto shape = [&]() -> Shape {
     const double radius = uniform(random, 0.02, 0.5), length = uniform(random, 0.1, 1.5);
@@ -316,7 +324,7 @@ WarmStart garbage(Random& random) {
   const int vertices[] = {-1, 0, 1, 7, 1000, std::numeric_limits<int>::min(), std::numeric_limits<int>::max()};
   const auto value = [&] { return values[below(random, 16)]; };
   const auto vertex = [&] { return vertices[below(random, 7)]; };
-  WarmStart result{Vector3d(value(), value(), value()), vertex(), vertex()};
+  WarmStart result{Vector3d(value(), value(), value())};
   for (WarmStart::Pair& pair : result.simplex) pair = {vertex(), vertex()};
   result.simplex_size = vertex();
   return result;
@@ -375,6 +383,7 @@ const std::vector<Family>& stressFamilies() {
       {"swept shapes", sweptShapes, nearbyOrTouching, 32},
       {"needle clouds", needleClouds, nearbyOrTouching, 64},
       {"nearly coaxial mantles", mantles, nearlyInOnePlace, 8},
+      {"nearly coaxial cones", cones, nearlyInOnePlace, 8},
       {"rings of equal depth", spheroids, nearlyInOnePlace, 8},
       {"thresholds at the truth", solids, aboveTheTruth, 2},
       {"thresholds at the truth, needles", needleClouds, aboveTheTruth, 64},

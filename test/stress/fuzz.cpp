@@ -116,8 +116,8 @@ WarmStart warmStart(Bytes& bytes) {
   if (bytes.byte() % 2 == 0) return result;
   const double x = bytes.anyDouble(), y = bytes.anyDouble(), z = bytes.anyDouble();
   result.axis = Vector3d(x, y, z);
-  result.vertex_a = static_cast<std::int8_t>(bytes.byte());
-  result.vertex_b = static_cast<std::int8_t>(bytes.byte()) * (1 << 24);
+  result.simplex_size = 1;
+  result.simplex[0] = {static_cast<std::int8_t>(bytes.byte()), static_cast<std::int8_t>(bytes.byte()) * (1 << 24)};
   return result;
 }
 

@@ -26,15 +26,11 @@ Options options(const json& j) {
 json warmStartJson(const WarmStart& warm_start) {
   json simplex = json::array();
   for (const WarmStart::Pair& pair : warm_start.simplex) simplex.push_back({pair.a, pair.b});
-  return {{"axis", toJson(warm_start.axis)},
-          {"vertex_a", warm_start.vertex_a},
-          {"vertex_b", warm_start.vertex_b},
-          {"simplex", simplex},
-          {"simplex_size", warm_start.simplex_size}};
+  return {{"axis", toJson(warm_start.axis)}, {"simplex", simplex}, {"simplex_size", warm_start.simplex_size}};
 }
 
 WarmStart warmStart(const json& j) {
-  WarmStart result{vectorFrom(j["axis"]), j["vertex_a"], j["vertex_b"]};
+  WarmStart result{vectorFrom(j["axis"])};
   result.simplex_size = j.value("simplex_size", 0);
   for (std::size_t i = 0; i < result.simplex.size() && j.contains("simplex"); ++i)
     result.simplex[i] = {j["simplex"][i][0], j["simplex"][i][1]};

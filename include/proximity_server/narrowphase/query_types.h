@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
 #include <limits>
 
 #include "proximity_server/narrowphase/shape/eigen_alignment.h"
@@ -66,17 +67,37 @@ struct SignedDistance {
   int iterations = 0;  ///< of GJK and EPA together; 0 for a closed form
 };
 
+struct WarmPolytope;
+
 /// The end of one query, where the next query of the same two shapes begins. Every value is legal; a good one saves
 /// iterations. The default starts without knowledge.
 struct WarmStart {
   Eigen::Vector3d axis = Eigen::Vector3d::Zero();  ///< separating axis, a's frame, a towards b; 0: none
-  int vertex_a = 0;                                ///< number of the last support vertex, if a is a polytope
-  int vertex_b = 0;
   struct Pair {
     int a, b;
   };
   std::array<Pair, 3> simplex{};  ///< the last simplex of GJK, by vertex numbers; only of two polytopes
   int simplex_size = 0;
+  WarmPolytope* polytope = nullptr;  ///< where EPA keeps its polytope for the next query; nullptr: nowhere
+};
+
+/// The polytope with which EPA ended, by the vertex numbers of two polytopes. A series of queries of two hulls in overlap
+/// that gives one to its WarmStart needs hardly any expansions. Every value is legal: the next query proves that the
+/// surface is closed and surrounds the origin, or begins without it.
+///
+/// It is kept outside of WarmStart, as it is large, and most pairs never overlap. It belongs to the caller, must outlive
+/// the queries, and must not be shared by threads.
+struct WarmPolytope {
+  static constexpr int kMaxVertices = 96, kMaxFaces = 2 * kMaxVertices - 4;  ///< a larger polytope is not kept
+  struct Triangle {
+    std::array<std::uint16_t, 3> vertices;  ///< counter-clockwise from outside
+    std::array<std::uint16_t, 3> twins;     ///< 4 * face + edge: the same edge in the neighbour, in the other direction
+  };
+  int vertex_count = 0;
+  int face_count = 0;     ///< 0: nothing is kept
+  int cold_vertices = 0;  ///< vertices of the last polytope that was begun anew
+  std::array<WarmStart::Pair, kMaxVertices> vertices;
+  std::array<Triangle, kMaxFaces> faces;
 };
 
 }  // namespace proximity_server::narrowphase

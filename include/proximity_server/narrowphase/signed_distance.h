@@ -13,8 +13,11 @@ namespace proximity_server::narrowphase {
 /// 2. If the distance of the cores has a formula, evaluate it: points and segments, a point and a box
 ///    (points_segments.h), solids of revolution about parallel axes (parallel_axes.h).
 /// 3. Otherwise take the first vertex of the CSO (cso.h), along the axis of the warm start or from centre to centre. If
-///    it does not separate two boxes, test their fifteen axes: the depth of boxes that overlap has a formula (boxes.h).
-/// 4. Otherwise find the distance by GJK (gjk.h), and if the cores overlap, the depth by EPA (epa.h).
+///    it does not decide the threshold, see whether the balls inside of both cores do: the cores are not farther from
+///    each other than these. If the vertex does not separate two boxes, test their fifteen axes: the depth of boxes that
+///    overlap has a formula (boxes.h).
+/// 4. Otherwise find the distance by GJK (gjk.h), and if the cores overlap, the depth by EPA (epa.h). Two polytopes
+///    whose warm start has a WarmPolytope begin with EPA while that proves an overlap.
 /// 5. Move both points outwards along the normal by the margins.
 /// 6. Set the status by the final bounds: here only is it decided whether they meet the tolerance or a threshold. If a
 ///    threshold ended the search, and the final bounds do not decide it, search again without the threshold.

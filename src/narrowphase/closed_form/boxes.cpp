@@ -79,9 +79,11 @@ Vector3d BoxPair::normalOf(int axis) const {
 
 /// Whether all axes with the greatest separation, within the tolerance, are near the best one; see isUnique() of
 /// epa.cpp.
-bool BoxPair::isUnique(double tolerance) const {
+bool BoxPair::isUnique(const Vector3d& best, double tolerance) const {
   constexpr double kSameDirection = 1e-2;
-  const Vector3d best = normalOf(best_);
+  int as_shallow = 0;
+  for (const double separation : separations_) as_shallow += separation >= separations_[best_] - tolerance ? 1 : 0;
+  if (as_shallow == 1) return best.dot(a_T_b_.translation()) > tolerance;
   for (int axis = 0; axis < kAxes; ++axis) {
     if (separations_[axis] < separation() - tolerance) continue;
     const Vector3d other = axisOf(axis);
@@ -130,7 +132,7 @@ std::optional<SignedDistance> BoxPair::overlap(double tolerance, double rounding
   const Vector3d in_b = a_T_b_.linear().transpose() * (result.point_b - a_T_b_.translation());
   // If the boxes just touch, the points prove the upper bound, so they must lie in the boxes within its rounding.
   if (!isInside(*on_a, half_a_, 2.0 * rounding) || !isInside(in_b, half_b_, 0.5 * rounding)) return std::nullopt;
-  result.unique = isUnique(tolerance);
+  result.unique = isUnique(result.normal, tolerance);
   return result;
 }
 

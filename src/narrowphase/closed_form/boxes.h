@@ -41,7 +41,7 @@ class BoxPair {
   Eigen::Vector3d axisOf(int axis) const;
   Eigen::Vector3d normalOf(int axis) const;
   void measure(int axis, double separation);
-  bool isUnique(double tolerance) const;
+  bool isUnique(const Eigen::Vector3d& best, double tolerance) const;
   std::optional<Eigen::Vector3d> deepestOnA(const Eigen::Vector3d& normal, double tolerance) const;
   std::optional<Eigen::Vector3d> vertexInFaceOfA(const Eigen::Vector3d& normal, double tolerance) const;
   std::optional<Eigen::Vector3d> vertexInFaceOfB(const Eigen::Vector3d& normal, double tolerance) const;

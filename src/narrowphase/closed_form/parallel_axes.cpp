@@ -161,6 +161,24 @@ Nearest2d nearestOnBoundary(const Boundary& boundary, const Vector2d& p, double 
   return nearestOutside(boundary, p);
 }
 
+/// depthOfTiltedAxes() with a as the straight solid and b as the tilted one.
+double depthOfTilted(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b) {
+  const double up = std::copysign(1.0, a_T_b.linear()(2, 2));
+  const Vector3d axis = up * a_T_b.linear().col(2), origin = -a_T_b.translation();
+  const Boundary boundary(Profile(a, 1.0), Profile(b, -up));
+  double depth = std::numeric_limits<double>::infinity();
+  for (std::size_t corner = 1; corner < boundary.size(); ++corner) {
+    const Vector2d of_a = boundary.cornerOfA(corner), of_b = boundary.corner(corner) - of_a;
+    const Vector2d point(of_a.x() + axis.z() * of_b.x(), of_a.y() + axis.z() * of_b.y() + origin.z());
+    const Vector2d from_radius = origin.head<2>() + of_b.y() * axis.head<2>(), from_height = of_b.x() * axis.head<2>();
+    for (const std::size_t edge : {corner - 1, corner}) {
+      const Vector2d& n = boundary.normal(edge);
+      depth = std::min(depth, n.dot(point) - (n.x() * from_radius - n.y() * from_height).norm());
+    }
+  }
+  return depth;
+}
+
 }  // namespace
 
 double axesTilt(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b) {
@@ -191,6 +209,10 @@ SignedDistance parallelAxesDistance(const Shape& a, const Shape& b, const Eigen:
   const bool ring = nearest.normal.x() * radius <= 0.5 * tolerance && nearest.normal.x() > 0.0;
   result.unique = nearest.unique && !(ring && nearest.distance <= tolerance);
   return result;
+}
+
+double depthOfTiltedAxes(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b) {
+  return std::max(depthOfTilted(a, b, a_T_b), depthOfTilted(b, a, a_T_b.inverse()));
 }
 
 }  // namespace proximity_server::narrowphase

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 
 #include "narrowphase/gjk_epa/observed.h"
 #include "narrowphase/gjk_epa/refinement.h"
@@ -103,31 +104,29 @@ void remember(Cso& cso, const Simplex& simplex) {
     if (simplex.has(place)) warm_start.simplex[warm_start.simplex_size++] = simplex[place].numbers;
 }
 
+struct Ending {
+  Outcome outcome;
+  Status status;
+};
+
 /// Completes the result of a search that ends with this nearest point.
-GjkResult& finish(Cso& cso, const Nearest& nearest, const Options& options, Outcome outcome, Status status,
-                  GjkResult& result) {
+void finish(Cso& cso, const Nearest& nearest, const Options& options, const Ending& ending, GjkResult& result) {
   const bool converged = nearest.distance + cso.rounding() - result.lower_bound <= options.distance_tolerance;
-  result.outcome = outcome;
+  result.outcome = ending.outcome;
   // A search that a threshold has ended is not the whole search, even if its bounds meet the tolerance.
-  const bool whole = outcome == Outcome::Apart && status != Status::Threshold;
-  result.status = converged && whole ? Status::Converged : status;
+  const bool whole = ending.outcome == Outcome::Apart && ending.status != Status::Threshold;
+  result.status = converged && whole ? Status::Converged : ending.status;
   result.distance = nearest.distance;
-  if (outcome == Outcome::Apart) result.points = witnessPoints(result.simplex);
-  if (cso.isPolytope() && outcome != Outcome::Threshold) remember(cso, result.simplex);
-  return result;
+  if (ending.outcome == Outcome::Apart) result.points = witnessPoints(result.simplex);
+  if (cso.isPolytope() && ending.outcome != Outcome::Threshold) remember(cso, result.simplex);
 }
 
-}  // namespace
-
-GjkResult gjkObserved(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, const Options& options,
-                      Observer observer) {
-  GjkResult result;
+/// Searches until the result is decided: all of it but what finish() sets. Returns nullopt if Newton's method has completed
+/// it.
+std::optional<Ending> search(Cso& cso, const CsoVertex& first, const Options& options, Observer observer,
+                             Nearest& nearest, GjkResult& result) {
   Simplex& simplex = result.simplex;
-  Nearest nearest{std::numeric_limits<double>::infinity(), normal_guess, 1.0, 0, false};
   const double rounding = cso.rounding(), final_gap = cso.finalGap(options.distance_tolerance);
-  const auto end = [&](Outcome outcome, Status status) {
-    return finish(cso, nearest, options, outcome, status, result);
-  };
 
   int newest = 0, sideways = 0;
   simplex[newest] = first;
@@ -136,11 +135,11 @@ GjkResult gjkObserved(Cso& cso, const Vector3d& normal_guess, const CsoVertex& f
     result.normal = nearest.normal();
     result.lower_bound = lowerBound(cso, result.normal, w);
     observer.supports(result, w);
-    if (result.lower_bound > options.stop_above) return end(Outcome::Threshold, Status::Threshold);
+    if (result.lower_bound > options.stop_above) return Ending{Outcome::Threshold, Status::Threshold};
     const double upper_bound = nearest.distance + rounding;
     const double gap = upper_bound - result.lower_bound;
-    if (gap <= final_gap) return end(Outcome::Apart, Status::Converged);
-    if (upper_bound <= options.stop_below) return end(Outcome::Apart, Status::Threshold);
+    if (gap <= final_gap) return Ending{Outcome::Apart, Status::Converged};
+    if (upper_bound <= options.stop_below) return Ending{Outcome::Apart, Status::Threshold};
 
     const Nearest next = nearestToOrigin(simplex, newest);
     const bool is_nearer = next.encloses_origin || next.distance < nearest.distance;  // false for NaN
@@ -149,25 +148,36 @@ GjkResult gjkObserved(Cso& cso, const Vector3d& normal_guess, const CsoVertex& f
       if (isOpen() && cso.isPolytope()) improveLowerBound(cso, simplex, newest, result);
       if (isOpen() && !cso.isPolytope() && refineDistance(cso, nearest.normal(), options, result)) {
         observer.reaches(Rung::GjkNewton);
-        return result;
+        return std::nullopt;
       }
-      return end(isOpen() ? outcomeWithoutProgress(cso, upper_bound, options) : Outcome::Apart, Status::Degenerate);
+      return Ending{isOpen() ? outcomeWithoutProgress(cso, upper_bound, options) : Outcome::Apart, Status::Degenerate};
     }
     nearest = next;
     simplex.members = nearest.members;
     if (result.iterations == 1 && cso.isPolytope()) nearest = recall(cso, simplex, nearest);
     observer.reduces(simplex, nearest, rounding);
     // The simplex encloses the origin, or its nearest point cannot be distinguished from the origin.
-    if (nearest.encloses_origin || nearest.distance <= rounding) return end(Outcome::Overlap, Status::Converged);
-    if (result.iterations >= options.max_iterations) return end(Outcome::Apart, Status::IterationLimit);
+    if (nearest.encloses_origin || nearest.distance <= rounding) return Ending{Outcome::Overlap, Status::Converged};
+    if (result.iterations >= options.max_iterations) return Ending{Outcome::Apart, Status::IterationLimit};
     if (!cso.isPolytope() && result.lower_bound > 0.0 && result.iterations >= kFirstRefinement &&
         refineDistance(cso, nearest.normal(), options, result)) {
       observer.reaches(Rung::GjkNewton);
-      return result;
+      return std::nullopt;
     }
     newest = simplex.freePlace();
     simplex[newest] = cso.vertex(nearest.direction);
   }
+}
+
+}  // namespace
+
+GjkResult gjkObserved(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, const Options& options,
+                      Observer observer) {
+  GjkResult result;
+  Nearest nearest{std::numeric_limits<double>::infinity(), normal_guess, 1.0, 0, false};
+  if (const auto ending = search(cso, first, options, observer, nearest, result))
+    finish(cso, nearest, options, *ending, result);
+  return result;
 }
 
 #ifndef PROXIMITY_WATCHED

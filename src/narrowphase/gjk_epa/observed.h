@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "narrowphase/gjk_epa/polytope.h"
 #include "proximity_server/narrowphase/gjk_epa/epa.h"
 #include "proximity_server/narrowphase/gjk_epa/gjk.h"
@@ -42,7 +44,7 @@ class Recorder {
   void tests(const Polytope& polytope, const Polytope::Face& closest, const CsoVertex& w,
              const EpaResult& result) const;
   /// EPA ends with this polytope, and does not have the witness points yet unless Newton's method found them.
-  /// `depth_of_ellipsoid` [m]: the lower bound by an ellipsoid inside of the CSO; -infinity if none is known.
+  /// `depth_of_ellipsoid` [m]: the lower bound by an ellipsoid or a solid inside of the CSO; -infinity if none is known.
   void ends(const Polytope& polytope, const EpaResult& result, double depth_of_ellipsoid) const;
 
  private:
@@ -62,5 +64,11 @@ using Observer = Unobserved;
 GjkResult gjkObserved(Cso& cso, const Eigen::Vector3d& normal_guess, const CsoVertex& first, const Options& options,
                       Observer observer);
 EpaResult epaObserved(Cso& cso, const Simplex& simplex, const Options& options, Observer observer);
+
+/// The depth by EPA, begun with the polytope that the last query of two polytopes has kept, and without GJK. The warm start
+/// must have a WarmPolytope. `w` is the vertex of the CSO farthest along the unit vector `normal`. Returns nullopt if no polytope was kept, if it does not
+/// surround the origin in the present pose, or if it leads to no answer; then it is not kept any more.
+std::optional<EpaResult> epaRecalled(Cso& cso, const Eigen::Vector3d& normal, const CsoVertex& w,
+                                     const Options& options, Observer observer);
 
 }  // namespace proximity_server::narrowphase

@@ -11,10 +11,42 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int kBlock = 8;  // of the distances that closest() compares at a time
+constexpr std::array<std::size_t, 3> kNext{1, 2, 0};  // of the corners of a triangle
+constexpr int kBlock = 8;                             // of the distances that closest() compares at a time
 static_assert(Polytope::kMaxFaces % kBlock == 0, "the last block ends with the array");
 
+/// Two numbers, with which all processors compute at once, and two vectors.
+using Two = double __attribute__((vector_size(16)));
+struct TwoVectors {
+  Two x, y, z;
+};
+
+TwoVectors both(const Vector3d& first, const Vector3d& second) {
+  return {Two{first.x(), second.x()}, Two{first.y(), second.y()}, Two{first.z(), second.z()}};
+}
+TwoVectors operator-(const TwoVectors& u, const TwoVectors& v) { return {u.x - v.x, u.y - v.y, u.z - v.z}; }
+Two dot(const TwoVectors& u, const TwoVectors& v) { return u.x * v.x + u.y * v.y + u.z * v.z; }
+TwoVectors cross(const TwoVectors& u, const TwoVectors& v) {
+  return {u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x};
+}
+Two lesser(const Two& u, const Two& v) { return u < v ? u : v; }
+Two greater(const Two& u, const Two& v) { return u > v ? u : v; }
+
 }  // namespace
+
+/// The planes of two triangles. The area vector is the cross product of the two edges at the apex.
+struct Polytope::TwoPlanes {
+  TwoVectors area;
+  Two area2, height;  // as those of a face
+  Two longer2;        // square of the longer edge at the apex
+
+  static TwoPlanes of(const TwoVectors& from, const TwoVectors& to, const TwoVectors& apex) {
+    const TwoVectors from_edge = from - apex, to_edge = to - apex;
+    const TwoVectors area = cross(from_edge, to_edge);
+    const Two height = lesser(lesser(dot(area, from), dot(area, to)), dot(area, apex));
+    return {area, dot(area, area), height, greater(dot(from_edge, from_edge), dot(to_edge, to_edge))};
+  }
+};
 
 Polytope::Polytope(const std::array<CsoVertex, 4>& corners, double rounding, Coplanar coplanar)
     : rounding_(rounding), coplanar_(coplanar) {
@@ -22,10 +54,13 @@ Polytope::Polytope(const std::array<CsoVertex, 4>& corners, double rounding, Cop
   const Vector3d& o = corners[3].point;
   const double volume = (corners[0].point - o).dot((corners[1].point - o).cross(corners[2].point - o));
   const int a = 0, b = volume > 0.0 ? 1 : 2, c = volume > 0.0 ? 2 : 1;
-  // The faces are a b c, b a d, c b d, a c d (d is vertex 3), each counter-clockwise from outside.
-  constexpr double kNoCeiling = std::numeric_limits<double>::infinity();
-  const int abc = kStride * addFace(a, b, c, kNoCeiling), bad = kStride * addFace(b, a, 3, kNoCeiling),
-            cbd = kStride * addFace(c, b, 3, kNoCeiling), acd = kStride * addFace(a, c, 3, kNoCeiling);
+  // Each counter-clockwise from outside; d is vertex 3.
+  constexpr int abc = 0, bad = kStride, cbd = 2 * kStride, acd = 3 * kStride;
+  std::fill_n(distances_.begin(), kBlock, kNotAsked);
+  addFace(a, b, c);
+  addFace(b, a, 3);
+  addFace(c, b, 3);
+  addFace(a, c, 3);
   join(abc, bad);
   join(abc + 1, cbd);
   join(abc + 2, acd);
@@ -34,25 +69,16 @@ Polytope::Polytope(const std::array<CsoVertex, 4>& corners, double rounding, Cop
   join(acd + 1, cbd + 2);
 }
 
-int Polytope::takePlace() {
-  if (free_count_ > 0) return free_faces_[--free_count_];
-  // closest() compares the distances in blocks.
-  if (face_end_ % kBlock == 0) std::fill_n(distances_.begin() + face_end_, kBlock, kNotAsked);
-  return face_end_++;
-}
-
-int Polytope::addFace(int a, int b, int c, double ceiling) {
-  const int index = takePlace();
+void Polytope::addFace(int a, int b, int c) {
+  const int index = face_end_++;
   Face& f = face(index);
   f.vertices = {a, b, c};
-  f.is_removed = false;
   setPlane(f);
-  setDistance(index, ceiling);
-  return index;
+  setDistance(index, std::numeric_limits<double>::infinity());
 }
 
 /// Sets the area vector and the height of a face.
-void Polytope::setPlane(Face& f) const {
+void Polytope::setPlane(Face& f) {
   const Vector3d &a = vertex(f.vertices[0]).point, &b = vertex(f.vertices[1]).point, &c = vertex(f.vertices[2]).point;
   const Vector3d ab = b - a, bc = c - b, ca = a - c;
   const double longest2 = std::max({ab.squaredNorm(), bc.squaredNorm(), ca.squaredNorm()});
@@ -63,6 +89,7 @@ void Polytope::setPlane(Face& f) const {
   if (!(f.area2 > rounding_ * rounding_ * longest2)) {
     f.area.setZero();
     f.area2 = f.height = 0.0;
+    has_sliver_ = true;
   }
 }
 
@@ -72,25 +99,23 @@ void Polytope::setDistance(int index, double ceiling) {
 }
 
 void Polytope::join(int half_edge, int twin) {
-  face(half_edge / kStride).twins[half_edge % kStride] = twin;
-  face(twin / kStride).twins[twin % kStride] = half_edge;
+  twinOf(half_edge) = twin;
+  twinOf(twin) = half_edge;
 }
 
 void Polytope::removeFace(int index) {
-  face(index).is_removed = true;
+  face(index).vertices[0] = kRemoved;
   distances_[index] = kNotAsked;
   free_faces_[free_count_++] = index;
 }
 
 const Polytope::Face* Polytope::closest() const {
   // Two distances in a vector, and four minima that do not wait for each other.
-  using Two = double __attribute__((vector_size(16)));
   const auto load = [this](int from) {
     Two two;
     std::memcpy(&two, &distances_[from], sizeof two);
     return two;
   };
-  const auto lesser = [](const Two& a, const Two& b) { return a < b ? a : b; };
   std::array<Two, 4> least{load(0), load(2), load(4), load(6)};
   for (int from = kBlock; from < face_end_; from += kBlock)
     for (int i = 0; i < 4; ++i) least[i] = lesser(load(from + 2 * i), least[i]);
@@ -109,88 +134,173 @@ bool Polytope::sees(const Vector3d& w, const Face& candidate) const {
 }
 
 /// Removes the faces visible from w, beginning with `seen`, and visits their neighbours depth first. The half-edges of
-/// the faces that stay are found in the order of the horizon, counter-clockwise as seen from w.
-void Polytope::findHorizon(const Face& seen, const Vector3d& w) {
-  static constexpr std::array<int, 3> kNext{1, 2, 0};
+/// the faces that stay are found in the order of the horizon, counter-clockwise as seen from w. Returns whether they are
+/// one closed loop: as many of them begin as end at each vertex, so a chain of all of them is closed.
+bool Polytope::findHorizon(const Face& seen, const Vector3d& w) {
   horizon_size_ = 0;
   removeFace(indexOf(seen));
   pending_[0] = seen.twins[2];
   pending_[1] = seen.twins[1];
   pending_[2] = seen.twins[0];
+  bool is_chain = true;
   for (int count = 3; count > 0;) {
-    const int half_edge = pending_[--count], index = half_edge / kStride;
+    const int half_edge = pending_[--count], index = indexOf(half_edge);
     const Face& f = face(index);
-    if (f.is_removed) continue;
-    const int entry = half_edge % kStride, second = kNext[entry], third = kNext[second];
+    if (f.isRemoved()) continue;
+    const std::size_t entry = edgeOf(half_edge), second = kNext[entry], third = kNext[second];
     if (!sees(w, f)) {
-      horizon_[horizon_size_++] = {half_edge, f.vertices[second], f.vertices[entry]};
+      const HorizonEdge edge{half_edge, f.vertices[second], f.vertices[entry]};
+      is_chain &= horizon_size_ == 0 || edge.from == horizon_[horizon_size_ - 1].to;
+      horizon_[horizon_size_++] = edge;
       continue;
     }
     removeFace(index);
     pending_[count++] = f.twins[third];
     pending_[count++] = f.twins[second];
   }
+  return is_chain && horizon_size_ >= 3;
 }
 
-bool Polytope::isLoop() const {
-  if (horizon_size_ < 3) return false;
-  int end = horizon_[horizon_size_ - 1].to;
-  for (int i = 0; i < horizon_size_; ++i) {
-    const HorizonEdge& edge = horizon_[i];
-    if (edge.from != end) return false;
-    end = edge.to;
+/// Takes a free place for each face of the cone. Behind the last place there is room for two more.
+int* Polytope::placesForCone() {
+  while (free_count_ < horizon_size_) {
+    // closest() compares the distances in blocks.
+    if (face_end_ % kBlock == 0) std::fill_n(distances_.begin() + face_end_, kBlock, kNotAsked);
+    free_faces_[free_count_++] = face_end_++;
   }
-  return true;
+  free_count_ -= horizon_size_;
+  return &free_faces_[free_count_];
 }
 
-/// Adds a triangle from each edge of the horizon to the apex.
+/// Sets the planes and distances of two faces.
+void Polytope::setPlanes(const std::array<int, 2>& faces, const TwoPlanes& planes, double ceiling) {
+  const Two ceiling2 = Two{} + ceiling * std::abs(ceiling), not_asked = Two{} + kNotAsked;
+  const Two height2 = planes.height * greater(planes.height, -planes.height);  // with the sign of the height
+  const Two distance2 = height2 < ceiling2 * planes.area2 ? height2 / planes.area2 : not_asked;
+  // For a triangle that is not narrow at the apex this is as accurate as its shortest edges; see areaVector(). The
+  // third edge is at most twice as long as the longer of the other two.
+  constexpr double kNarrow = 1e-4;
+  const Two narrow2 = greater(kNarrow * planes.longer2, Two{} + 4.0 * rounding_ * rounding_);
+  const auto is_wide = planes.area2 > planes.longer2 * narrow2;
+  for (int lane = 0; lane < 2; ++lane) {
+    Face& f = face(faces[lane]);
+    f.area = Vector3d(planes.area.x[lane], planes.area.y[lane], planes.area.z[lane]);
+    f.area2 = planes.area2[lane];
+    f.height = planes.height[lane];
+    distances_[faces[lane]] = distance2[lane];
+    if (is_wide[lane]) continue;
+    setPlane(f);
+    setDistance(faces[lane], ceiling);
+  }
+}
+
+/// Adds a triangle from each edge of the horizon to the apex, two at a time. Of an odd number, the first is made twice.
 void Polytope::addCone(int apex, double ceiling) {
-  const Vector3d w = vertex(apex).point;
-  const Vector3d* from = &vertex(horizon_[0].from).point;
-  Vector3d from_edge = *from - w;
-  double from_length2 = from_edge.squaredNorm();
-  int first = -1, previous = -1;
-  for (int i = 0; i < horizon_size_; ++i) {
-    const HorizonEdge& edge = horizon_[i];
-    const Vector3d* const to = &vertex(edge.to).point;
-    const Vector3d to_edge = *to - w;
-    const double to_length2 = to_edge.squaredNorm(), longer2 = std::max(from_length2, to_length2);
-    const int index = takePlace();
-    Face& f = face(index);
-    f.vertices = {edge.from, edge.to, apex};
-    f.is_removed = false;
-    f.area = from_edge.cross(to_edge);
-    f.area2 = f.area.squaredNorm();
-    // For a triangle that is not narrow at the apex this is as accurate as its shortest edges; see areaVector(). The
-    // horizon's edge is at most twice as long as the longer of the other two.
-    constexpr double kNarrow = 1e-4;
-    if (f.area2 > longer2 * std::max(kNarrow * longer2, 4.0 * rounding_ * rounding_))
-      f.height = std::min({f.area.dot(*from), f.area.dot(*to), f.area.dot(w)});
-    else
-      setPlane(f);
-    setDistance(index, ceiling);
-
-    const int added = kStride * index;
-    join(added, edge.half_edge);
-    if (previous >= 0)
-      join(previous + 1, added + 2);
-    else
-      first = added;
-    previous = added;
-    from = to;
-    from_edge = to_edge;
-    from_length2 = to_length2;
+  int* const places = placesForCone();
+  places[horizon_size_] = places[0];
+  places[horizon_size_ + 1] = places[1];
+  horizon_[horizon_size_] = horizon_[0];
+  int previous = places[horizon_size_ - 1];
+  const TwoVectors w = both(vertex(apex).point, vertex(apex).point);
+  for (int i = 0; i < horizon_size_; i += 2) {
+    for (int j = i; j < i + 2; ++j) {
+      const HorizonEdge& edge = horizon_[j];
+      Face& f = face(places[j]);
+      f.vertices = {edge.from, edge.to, apex};
+      f.twins = {edge.half_edge, kStride * places[j + 1] + 2, kStride * previous + 1};
+      twinOf(edge.half_edge) = kStride * places[j];
+      previous = places[j];
+    }
+    const Vector3d& middle = vertex(horizon_[i].to).point;
+    const TwoVectors from = both(vertex(horizon_[i].from).point, middle);
+    const TwoVectors to = both(middle, vertex(horizon_[i + 1].to).point);
+    setPlanes({places[i], places[i + 1]}, TwoPlanes::of(from, to, w), ceiling);
   }
-  join(previous + 1, first + 2);
 }
 
 bool Polytope::expand(const Face& seen, const CsoVertex& w, double ceiling) {
-  findHorizon(seen, w.point);
-  if (!isLoop()) return false;
+  is_open_ = !findHorizon(seen, w.point);
+  if (is_open_) return false;
   const int apex = vertex_count_++;
   vertices_[apex] = w;
   addCone(apex, ceiling);
   return true;
+}
+
+namespace {
+
+/// Whether each half-edge has a twin that runs along the same edge in the opposite direction.
+bool isClosed(const WarmPolytope& last) {
+  if (last.vertex_count < 4 || last.vertex_count > WarmPolytope::kMaxVertices) return false;
+  // expand() has room for the faces of 512 vertices on a sphere, 2 V - 4.
+  if (last.face_count < 4 || last.face_count > 2 * last.vertex_count - 4 || last.face_count % 2 != 0) return false;
+  for (int f = 0; f < last.face_count; ++f)
+    for (int edge = 0; edge < 3; ++edge) {
+      const WarmPolytope::Triangle& face = last.faces[f];
+      const int twin = face.twins[edge], there = twin % 4;
+      if (face.vertices[edge] >= last.vertex_count || twin / 4 >= last.face_count || there == 3) return false;
+      const WarmPolytope::Triangle& next = last.faces[twin / 4];
+      // It ends where this one begins, as it is compared with its own twin, too.
+      if (next.twins[there] != 4 * f + edge || next.vertices[there] != face.vertices[kNext[edge]]) return false;
+    }
+  return true;
+}
+
+}  // namespace
+
+bool Polytope::recall(const WarmPolytope& last, const Cso& cso, double ceiling) {
+  if (!isClosed(last)) return false;
+  vertex_count_ = last.vertex_count;
+  for (int v = 0; v < vertex_count_; ++v) vertices_[v] = cso.recalled(last.vertices[v]);
+  face_end_ = last.face_count;
+  std::fill_n(distances_.begin() + face_end_ / kBlock * kBlock, kBlock, kNotAsked);
+  for (int f = 0; f < face_end_; f += 2) {
+    for (int i = f; i < f + 2; ++i) {
+      std::copy_n(last.faces[i].vertices.begin(), 3, face(i).vertices.begin());
+      std::copy_n(last.faces[i].twins.begin(), 3, face(i).twins.begin());
+    }
+    const auto corners = [&](int i) {
+      return both(vertex(face(f).vertices[i]).point, vertex(face(f + 1).vertices[i]).point);
+    };
+    const TwoPlanes planes = TwoPlanes::of(corners(0), corners(1), corners(2));
+    setPlanes({f, f + 1}, planes, ceiling);
+    // With R the length of a corner and l the longest edge, the area vector has an error of 7 eps l^2 at most, and its
+    // product with a corner has one of 1.5 eps R l^2 more: 8.5 eps R l^2 for the determinant of the corners. The
+    // rounding is at least 8 eps R, and l at most twice the longer edge at the apex.
+    for (int lane = 0; lane < 2; ++lane)
+      if (!(face(f + lane).height > 8.0 * rounding_ * planes.longer2[lane])) return false;
+  }
+  return true;
+}
+
+void Polytope::keep(WarmPolytope& last) const {
+  last.face_count = last.vertex_count = 0;
+  if (is_open_) return;
+  std::array<int, kMaxFaces> places;
+  std::array<int, kMaxVertices> numbers;
+  std::fill_n(numbers.begin(), vertex_count_, -1);
+  int faces = 0, vertices = 0;
+  for (int f = 0; f < face_end_; ++f)
+    if (!face(f).isRemoved()) places[f] = faces++;
+  if (faces > WarmPolytope::kMaxFaces) return;
+  for (int f = 0; f < face_end_; ++f) {
+    if (face(f).isRemoved()) continue;
+    WarmPolytope::Triangle& triangle = last.faces[places[f]];
+    for (int i = 0; i < 3; ++i) {
+      const int v = face(f).vertices[i], twin = face(f).twins[i];
+      if (numbers[v] < 0) {
+        if (vertices == WarmPolytope::kMaxVertices) return;
+        last.vertices[vertices] = vertex(v).numbers;
+        numbers[v] = vertices++;
+      }
+      triangle.vertices[i] = static_cast<std::uint16_t>(numbers[v]);
+      triangle.twins[i] = static_cast<std::uint16_t>(kStride * places[indexOf(twin)] + twin % kStride);
+    }
+  }
+  if (!is_recalled_) last.cold_vertices = vertices;
+  if (vertices > 1.5 * last.cold_vertices + 4.0) return;
+  last.vertex_count = vertices;
+  last.face_count = faces;
 }
 
 std::array<double, 3> Polytope::rayWeights(const Face& f, const Vector3d& direction) const {
@@ -206,9 +316,9 @@ std::string Polytope::checkTwins(int index) const {
   for (int edge = 0; edge < 3; ++edge) {
     const std::string name = "edge " + std::to_string(edge) + " of face " + std::to_string(index);
     const int twin = f.twins[edge], there = twin % kStride;
-    if (twin < 0 || twin / kStride >= face_end_ || there > 2) return name + " has a twin that is no half-edge";
-    const Face& next = face(twin / kStride);
-    if (next.is_removed) return name + " borders on a removed face";
+    if (twin < 0 || indexOf(twin) >= face_end_ || there > 2) return name + " has a twin that is no half-edge";
+    const Face& next = faceOf(twin);
+    if (next.isRemoved()) return name + " borders on a removed face";
     if (next.twins[there] != kStride * index + edge) return name + " is not the twin of its twin";
     const int from = f.vertices[edge], to = f.vertices[(edge + 1) % 3];
     const int from_there = next.vertices[there];
@@ -255,7 +365,7 @@ std::string Polytope::checkConvexity() const {
 
 std::string Polytope::checkTopology() const {
   for (int f = 0; f < face_end_; ++f) {
-    if (face(f).is_removed) continue;
+    if (face(f).isRemoved()) continue;
     const std::string wrong = checkTwins(f);
     if (!wrong.empty()) return wrong;
   }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "narrowphase/gjk_epa/stationary_rims.h"
+
 namespace proximity_server::narrowphase {
 namespace {
 
@@ -71,8 +73,9 @@ class Curve {
   }
 
   CurveAt along(const Vector3d& normal, const Tangents& tangents) const {
+    if (radii_.x() == 0.0) return {};
+    if (radii_.z() == 0.0) return ofCircle(normal, tangents);
     const double largest = radii_.maxCoeff();
-    if (largest == 0.0) return {};
     const Vector3d stretched = radii_.cwiseProduct(axes_.transpose() * normal);
     const double length = stretched.norm();
     const Vector3d unit = stretched / length;
@@ -83,6 +86,16 @@ class Curve {
   }
 
  private:
+  /// The curvature of a circle is that along its tangent.
+  CurveAt ofCircle(const Vector3d& normal, const Tangents& tangents) const {
+    const auto plane = axes_.leftCols<2>();
+    const Vector2d inside = plane.transpose() * normal;
+    const double length = inside.norm(), radius = radii_.x();
+    const Vector2d unit = inside / length;
+    const Vector2d along = tangents.transpose() * (plane * Vector2d(-unit.y(), unit.x()));
+    return {plane * (radius * unit), radius / length * along * along.transpose(), radius * length, radius};
+  }
+
   Vector3d radii_;
   Matrix3d axes_;
 };
@@ -130,6 +143,20 @@ class Pieces {
     for (int i = 0; i < count_; ++i) piece(i).weight = 1.0 / count_;
   }
 
+  Pieces(const Cso& cso, const StationaryRims& rims)
+      : cso_(cso), curve_a_(cso.a(), Matrix3d::Identity()), curve_b_(cso.b(), cso.bAxes()) {
+    const Vector3d on_b = cso.bAxes().transpose() * (rims.direction.points.on_b - cso.bOrigin());
+    for (const RimWeight& of_a : rimsOf(cso.a(), rims.ends.of_a, rims.direction.points.on_a.z()))
+      for (const RimWeight& of_b : rimsOf(cso.b(), rims.ends.of_b, on_b.z())) {
+        if (of_a.weight == 0.0 || of_b.weight == 0.0) continue;
+        const Vector3d centre_b = cso.bAxes() * of_b.centre + cso.bOrigin();
+        const bool curved_a = cso.a().kind() == Kind::Cylinder, curved_b = cso.b().kind() == Kind::Cylinder;
+        piece(count_++) = {
+            {of_a.centre, curved_a}, {centre_b, curved_b}, of_a.weight * of_b.weight, Vector2d::Zero(), 0.0};
+      }
+    lookAlong(rims.direction.normal);
+  }
+
   void lookAlong(const Vector3d& normal) {
     normal_ = normal;
     tangents_ = tangentsOf(normal);
@@ -143,6 +170,23 @@ class Pieces {
       p.height = normal.dot(w);
       height_ += p.weight * p.height;
     }
+  }
+
+  /// Whether the weighted slopes vanish, up to rounding.
+  bool isStationary() const {
+    Vector2d slope = Vector2d::Zero();
+    for (int i = 0; i < count_; ++i) slope += piece(i).weight * piece(i).slope;
+    return slope.norm() <= kMaxBeside * cso_.rounding();
+  }
+
+  /// Sets the weights of two pieces so that the slope across their kink vanishes, if they can. The curvature along the
+  /// kink depends on them, and with it whether there is a minimum.
+  void weighTwo() {
+    if (count_ != 2) return;
+    const Kink k = kink();
+    piece(1).weight = std::clamp(-k.across.dot(piece(0).slope) / k.width, 0.0, 1.0);
+    piece(0).weight = 1.0 - piece(1).weight;
+    height_ = piece(0).weight * piece(0).height + piece(1).weight * piece(1).height;
   }
 
   /// Solves for the turn of the normal in the tangent plane, and sets the weights. The turn is NaN if the curvature
@@ -187,7 +231,31 @@ class Pieces {
     return StationaryDirection{normal_, height, points, height > 0.0 ? provenCap(height) : kNothingProven};
   }
 
+  /// Cosine of a cap in which the CSO reaches at least as far as `height`. At an angle s from the normal, in the
+  /// tangent direction v, the CSO reaches at least height cos(s) + max_i slope_i . v sin(s), and at least
+  /// height cos(s) + 1/2 q(v) sin^2(s), where q is the weighted curvature times CurveAt::kept(). If all pieces have the
+  /// same curvature, both terms may be added.
+  double provenCap(double height) const {
+    if (count_ == 3) return capOfClimb(height, climbOfThree());
+    return widestCap([&](double cosine) {
+      const Matrix2d kept = curvature(a_.kept(cosine), b_.kept(cosine));
+      return count_ == 1 ? holdsOfOne(height, kept, cosine) : holdsOfTwo(height, kept, cosine);
+    });
+  }
+
  private:
+  /// A rim of a cylinder, or an end of a segment, and the part that it has in a point.
+  struct RimWeight {
+    Vector3d centre;
+    double weight;
+  };
+  /// The rim at `end`, or both rims, in proportion to the height of a point between them, if `end` is 0.
+  static std::array<RimWeight, 2> rimsOf(const Shape& shape, double end, double height) {
+    const Vector3d up(0.0, 0.0, shape.halfExtents().z());
+    const double part = end == 0.0 ? 0.5 * height / up.z() : 0.5 * end;
+    return {{{up, 0.5 + part}, {-up, 0.5 - part}}};
+  }
+
   static constexpr double kSmallWeight = 1e-9;   // a weight this small may be zero, up to rounding
   static constexpr double kMaxBeside = 32.0;     // accepted distance of the point from the normal, in roundings
   static constexpr double kRing = 0.05;          // a curvature below this fraction of the greatest, of either sign, is
@@ -291,18 +359,6 @@ class Pieces {
     return turn;
   }
 
-  /// Cosine of a cap in which the CSO reaches at least as far as `height`. At an angle s from the normal, in the
-  /// tangent direction v, the CSO reaches at least height cos(s) + max_i slope_i . v sin(s), and at least
-  /// height cos(s) + 1/2 q(v) sin^2(s), where q is the weighted curvature times CurveAt::kept(). If all pieces have the
-  /// same curvature, both terms may be added.
-  double provenCap(double height) const {
-    if (count_ == 3) return capOfClimb(height, climbOfThree());
-    return widestCap([&](double cosine) {
-      const Matrix2d kept = curvature(a_.kept(cosine), b_.kept(cosine));
-      return count_ == 1 ? holdsOfOne(height, kept, cosine) : holdsOfTwo(height, kept, cosine);
-    });
-  }
-
   /// The condition is height (1 - cos(s)) <= 1/2 q sin^2(s).
   static bool holdsOfOne(double height, const Matrix2d& kept, double cosine) {
     const double least = 0.5 * kept.trace() - std::hypot(0.5 * (kept(0, 0) - kept(1, 1)), kept(0, 1));
@@ -403,19 +459,25 @@ std::optional<StationaryDirection> acrossAxes(const Cso& cso, const Vector3d& no
   return StationaryDirection{across, height, {on_a, on_b}, cap};
 }
 
-}  // namespace
+/// A curved sweep has smooth pieces at both of its ends, which CsoVertex does not distinguish.
+bool isCurvedSweep(const Shape& shape) { return shape.kind() == Kind::Sweep && !shape.isPolytope(); }
 
-std::optional<StationaryDirection> refine(Cso& cso, const Simplex& simplex, const Vector3d& normal) {
-  // A curved sweep has smooth pieces at both of its ends, which CsoVertex does not distinguish.
-  for (const Shape* shape : {&cso.a(), &cso.b()})
-    if (shape->kind() == Kind::Sweep && !shape->isPolytope()) return std::nullopt;
-  if (const auto flat = onFlatEnd(cso, normal)) return flat;
-  if (const auto crossing = acrossAxes(cso, normal)) return crossing;
+/// The direction with its cap, if it is a depth.
+StationaryDirection withCap(const Cso& cso, const StationaryRims& rims) {
+  StationaryDirection direction = rims.direction;
+  if (!(direction.height > 0.0)) return direction;
+  const Pieces pieces(cso, rims);
+  if (pieces.isStationary()) direction.cos_proven = pieces.provenCap(direction.height);
+  return direction;
+}
+
+std::optional<StationaryDirection> onPieces(const Cso& cso, const Simplex& simplex, const Vector3d& normal) {
   constexpr int kMaxSteps = 16;
   constexpr double kLastTurn = 1e-7;  // [rad] the error after such a step, about its square, is below rounding
   constexpr double kMaxTurn = 0.5;
   Pieces pieces(cso, simplex);
   pieces.lookAlong(normal);
+  pieces.weighTwo();
   for (int i = 0; i < kMaxSteps; ++i) {
     const Vector2d turn = pieces.step();
     const double angle = turn.norm();
@@ -424,6 +486,16 @@ std::optional<StationaryDirection> refine(Cso& cso, const Simplex& simplex, cons
     if (angle < kLastTurn && !pieces.removeUnused()) return pieces.result();
   }
   return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<StationaryDirection> refine(Cso& cso, const Simplex& simplex, const Vector3d& normal) {
+  if (isCurvedSweep(cso.a()) || isCurvedSweep(cso.b())) return std::nullopt;
+  if (const auto flat = onFlatEnd(cso, normal)) return flat;
+  if (const auto crossing = acrossAxes(cso, normal)) return crossing;
+  if (const auto rims = stationaryRims(cso, simplex, normal)) return withCap(cso, *rims);
+  return onPieces(cso, simplex, normal);
 }
 
 }  // namespace proximity_server::narrowphase

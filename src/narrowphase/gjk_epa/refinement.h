@@ -24,9 +24,11 @@ struct StationaryDirection {
 ///
 /// 1. If the support point of the other core lies over the flat end of a cylinder or cone, the axis is the answer. If
 ///    the axes of two cylinders or segments cross, as seen along their common perpendicular, and the normal is nearly
-///    perpendicular to both, this perpendicular is the answer.
+///    perpendicular to both, this perpendicular is the answer. Two rims, or a rim and a mantle, are solved directly
+///    (stationary_rims.h), and step 7 follows.
 /// 2. Assign each vertex of the simplex to its smooth piece; at most three different pieces count.
-/// 3. Evaluate height, slope and curvature of the support function of each piece along the normal.
+/// 3. Evaluate height, slope and curvature of the support function of each piece along the normal. Two pieces get the
+///    weights with which the slope across their kink vanishes at first.
 /// 4. Solve the linear system for the turn of the normal and the weights of the pieces: after the turn the pieces have
 ///    the same height, and the weighted sum of their slopes vanishes.
 /// 5. Turn the normal, and repeat from step 3 until the turn is below 1e-7 rad, sixteen times at most. Along a ring of

@@ -34,15 +34,11 @@ Candidate nearestOfEdge(const Simplex& simplex, int w, int a) {
   const Vector3d& pw = simplex[w].point;
   const Vector3d edge = simplex[a].point - pw;
   const double of_a = -pw.dot(edge);
-  const double length2 = edge.squaredNorm();
   if (!(of_a > 0.0)) return nearestOfVertex(simplex, w);
-  if (!(of_a < length2)) return nearestOfVertex(simplex, a);
-  // Projected twice: the first projection leaves the rounding error of a long vector in a short one.
-  const double scale = 1.0 / length2;
-  const Vector3d near = pw + (of_a * scale) * edge;
-  const Vector3d p = near - (near.dot(edge) * scale) * edge;
-  const double norm2 = p.squaredNorm();
-  return {-p, norm2, norm2, bit(w) | bit(a)};
+  if (!(of_a < edge.squaredNorm())) return nearestOfVertex(simplex, a);
+  // By products, as a projection would wait for a division, and leave the rounding error of a long vector in a short one.
+  const Vector3d moment = pw.cross(edge), normal = moment.cross(edge);
+  return {normal, normal.squaredNorm(), moment.squaredNorm(), bit(w) | bit(a)};
 }
 
 /// Area vector of a triangle, and the barycentric weights (times the squared area) of the point of its plane nearest to
@@ -55,7 +51,7 @@ struct Areas {
     const Vector3d wa = a - w, ab = b - a, bw = w - b;
     area = areaVector(wa, ab, bw);
     of_w = area.dot(a.cross(ab));
-    of_a = area.dot(b.cross(bw));
+    of_a = area.dot(w.cross(bw));
     of_b = area.dot(w.cross(wa));
   }
 };

@@ -11,9 +11,16 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Up to this many vertices a hull is scanned. Evidence: distance queries of hulls apart, 1000 pairs, least of 5 rounds,
-/// AMD EPYC (Zen 5), 2026-11: with 16 vertices the scan took 0.81 of the time of the table, with 32 vertices 1.03.
+/// Up to this many vertices a hull is scanned. Evidence: distance queries of hulls apart, 1000 pairs, least of 60 rounds,
+/// AMD EPYC (Zen 5), 2026-11: with 8 vertices the scan took 0.88 of the time of the table, with 16 0.99, with 32 1.33.
 constexpr int kMaxScanned = 16;
+
+constexpr int kMinCells = 4;
+
+/// Numbers in the lists of the crowded cells, for each vertex: in a table with more of them, each cell becomes four times
+/// as large. A hull hardly larger than the rounding of its place has nearly all vertices in each cell, and would take 100 MB.
+/// The smallest table, each cell of which has all vertices and their number, does not have more.
+constexpr std::size_t kMostCrowded = 2 * 6 * kMinCells * kMinCells;
 
 /// Number of cells along an edge of the cube. Four cells for each vertex leave about two vertices in a cell, and one cell
 /// of 30 crowded (ellipsoids of 16 to 1000 vertices). Evidence: eight were 10 % faster for two hulls of 200 vertices alone,
@@ -21,7 +28,7 @@ constexpr int kMaxScanned = 16;
 /// 128 x 128 cells a side take 0.8 MB.
 int cellsFor(int vertices) {
   constexpr int kMaxCells = 128, kCellsPerVertex = 4;
-  int cells = 4;
+  int cells = kMinCells;
   while (cells < kMaxCells && 6 * cells * cells < kCellsPerVertex * vertices) cells *= 2;
   return cells;
 }
@@ -112,11 +119,39 @@ struct Best {
   double height = -std::numeric_limits<double>::infinity();
 };
 
-// There is no branch, as the farthest vertex along a random direction cannot be predicted.
+/// Offers one more vertex.
 void offer(int vertex, double height, Best& best) {
   const bool is_higher = height > best.height;
   best.vertex = is_higher ? vertex : best.vertex;
   best.height = is_higher ? height : best.height;
+}
+
+/// The first of the four greatest heights. There is no branch, as the farthest vertex along a random direction cannot be
+/// predicted.
+int greatest(double h0, double h1, double h2, double h3) {
+  const int first = static_cast<int>(h1 > h0), second = static_cast<int>(h3 > h2) | 2;
+  const int is_second = static_cast<int>(std::max(h3, h2) > std::max(h1, h0));
+  return first ^ (-is_second & (first ^ second));
+}
+
+// There are no branches on the axis, as that of a random direction cannot be predicted.
+int cellOf(const Vector3d& direction, int cells) {
+  static constexpr std::array<int, 3> kNext{1, 2, 0}, kLast{2, 0, 1};
+  // Neither the division nor the products overflow with it, if the direction is shorter.
+  constexpr double kShortest = 1e-300;
+  const Vector3d size = direction.cwiseAbs();
+  const double largest_xy = std::max(size.y(), size.x());
+  const int is_z = static_cast<int>(size.z() > largest_xy);
+  const int is_y = static_cast<int>(size.y() > size.x()) & (1 - is_z);
+  const int axis = 2 * is_z + is_y;
+  const double half = 0.5 * cells, scale = half / std::max(std::max(size.z(), kShortest), largest_xy);
+  // In this order the minimum turns NaN, of a direction without a length, into a place. None is below -4 eps * half, which
+  // becomes 0.
+  const auto place = [&](int along) {
+    return static_cast<int>(std::min(cells - 1.0, direction[along] * scale + half));
+  };
+  const int side = 2 * axis + static_cast<int>(std::signbit(direction[axis]));
+  return (side * cells + place(kNext[axis])) * cells + place(kLast[axis]);
 }
 
 }  // namespace
@@ -124,11 +159,19 @@ void offer(int vertex, double height, Best& best) {
 HullSupport::HullSupport(ConvexHull hull) : hull_(std::move(hull)) {
   if (hull_.size() <= kMaxScanned) return;
   cells_ = cellsFor(hull_.size());
-  table_.resize(6 * cells_ * cells_);
-  const auto setCell = [this](const Square& cell, const std::vector<int>& vertices) {
+  while (!fillTable()) cells_ /= 2;
+}
+
+bool HullSupport::fillTable() {
+  const std::size_t most = kMostCrowded * hull_.vertices().size();
+  table_.assign(6 * cells_ * cells_, Candidates());
+  crowded_.clear();
+  const auto setCell = [this, most](const Square& cell, const std::vector<int>& vertices) {
+    if (crowded_.size() > most) return;
     table_[(cell.side * cells_ + cell.row) * cells_ + cell.column] = storeCandidates(vertices);
   };
   FarthestVertices(hull_.vertices(), cells_).forEachCell(setCell);
+  return crowded_.size() <= most;
 }
 
 HullSupport::Candidates HullSupport::storeCandidates(const std::vector<int>& vertices) {
@@ -146,11 +189,11 @@ HullSupport::Candidates HullSupport::storeCandidates(const std::vector<int>& ver
 
 int HullSupport::farthestVertex(const Vector3d& direction) const {
   if (cells_ == 0) return scan(direction);
-  const Candidates& candidates = table_[cellOf(direction)];
+  const Candidates& candidates = table_[cellOf(direction, cells_)];
   if (candidates[0] == kCrowded) return searchCrowded(direction, candidates);
-  Best best;
-  for (const int vertex : candidates) offer(vertex, hull_.vertices()[vertex].dot(direction), best);
-  return best.vertex;
+  const Vector3d* const vertices = hull_.vertices().data();
+  const auto height = [&](std::size_t i) { return vertices[candidates[i]].dot(direction); };
+  return candidates[static_cast<std::size_t>(greatest(height(0), height(1), height(2), height(3)))];
 }
 
 int HullSupport::searchCrowded(const Vector3d& direction, const Candidates& cell) const {
@@ -164,22 +207,6 @@ int HullSupport::scan(const Vector3d& direction) const {
   Best best;
   for (int vertex = 0; vertex < hull_.size(); ++vertex) offer(vertex, hull_.vertices()[vertex].dot(direction), best);
   return best.vertex;
-}
-
-// There are no branches on the axis, as that of a random direction cannot be predicted.
-int HullSupport::cellOf(const Vector3d& direction) const {
-  static constexpr std::array<int, 3> kNext{1, 2, 0}, kLast{2, 0, 1};
-  const Vector3d size = direction.cwiseAbs();
-  const int is_z = static_cast<int>(size.z() > std::max(size.x(), size.y()));
-  const int is_y = static_cast<int>(size.y() > size.x()) & (1 - is_z);
-  const int axis = 2 * is_z + is_y;
-  const double half = 0.5 * cells_, scale = half / std::max({size.x(), size.y(), size.z()});
-  // In this order the minimum and the maximum turn NaN, of a direction without a length, into 0.
-  const auto place = [&](int along) {
-    return static_cast<int>(std::max(0.0, std::min(direction[along] * scale + half, cells_ - 1.0)));
-  };
-  const int side = 2 * axis + static_cast<int>(std::signbit(direction[axis]));
-  return (side * cells_ + place(kNext[axis])) * cells_ + place(kLast[axis]);
 }
 
 }  // namespace proximity_server::narrowphase

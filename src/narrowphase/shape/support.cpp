@@ -2,38 +2,52 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace proximity_server::narrowphase {
 namespace {
 
 using Eigen::Vector3d;
 
-SupportFeature hullFeature(const ConvexHull& hull, const Vector3d& direction, double tolerance, int vertex) {
+/// The feature at a vertex of a hull. Returns nullopt if a neighbour is farther along the direction.
+std::optional<SupportFeature> featureAt(const ConvexHull& hull, const Vector3d& direction, double tolerance,
+                                        int vertex) {
   const Vector3d& top = hull.vertices()[vertex];
   SupportFeature feature{0, Vector3d::Zero()};
   for (const int v : hull.neighbours(vertex)) {
     const Vector3d edge = hull.vertices()[v] - top;
-    if (-edge.dot(direction) > tolerance) continue;
+    const double ahead = edge.dot(direction);
+    if (ahead > tolerance) return std::nullopt;
+    if (-ahead > tolerance || feature.dimension == 2) continue;
     if (feature.dimension == 1 && edge.cross(feature.along).norm() > tolerance * feature.along.norm())
-      return {2, Vector3d::Zero()};
-    if (edge.squaredNorm() > feature.along.squaredNorm()) feature = {1, edge};
+      feature = {2, Vector3d::Zero()};
+    else if (edge.squaredNorm() > feature.along.squaredNorm())
+      feature = {1, edge};
   }
   return feature;
+}
+
+SupportFeature hullFeature(const HullSupport& support, const Vector3d& direction, double tolerance, int vertex) {
+  const ConvexHull& hull = support.hull();
+  if (vertex >= 0 && vertex < hull.size())
+    if (const auto feature = featureAt(hull, direction, tolerance, vertex)) return *feature;
+  const SupportFeature only_vertex{0, Vector3d::Zero()};
+  return featureAt(hull, direction, tolerance, support.farthestVertex(direction)).value_or(only_vertex);
 }
 
 /// The feature of the end that lies farther along the direction. If both ends are as far, within the tolerance, it is
 /// spanned by the feature of one end and the edge between the ends.
 SupportFeature sweptFeature(const Shape::Sweep& sweep, const Vector3d& direction, double tolerance) {
   const Eigen::Matrix3d turn = sweep.end.linear();
-  const Vector3d at_end = turn.transpose() * direction;
-  int at = 0;
-  const Vector3d start = supportPoint(sweep.shape, direction, at);
-  const Vector3d along = sweep.end * supportPoint(sweep.shape, at_end, at) - start;
+  const Vector3d direction_at_end = turn.transpose() * direction;
+  int at_start = 0, at_end = 0;
+  const Vector3d start = supportPoint(sweep.shape, direction, at_start);
+  const Vector3d along = sweep.end * supportPoint(sweep.shape, direction_at_end, at_end) - start;
   const double ahead = along.dot(direction);
-  SupportFeature of_end = supportFeature(sweep.shape, at_end, tolerance, at);
+  SupportFeature of_end = supportFeature(sweep.shape, direction_at_end, tolerance, at_end);
   of_end.along = turn * of_end.along;
   if (ahead > tolerance) return of_end;
-  const SupportFeature of_start = supportFeature(sweep.shape, direction, tolerance, at);
+  const SupportFeature of_start = supportFeature(sweep.shape, direction, tolerance, at_start);
   if (ahead < -tolerance || along.norm() <= tolerance) return of_start;
   for (const SupportFeature& feature : {of_start, of_end})
     if (feature.dimension == 2 ||
@@ -62,7 +76,7 @@ Vector3d sweptVertex(const Shape::Sweep& sweep, int number) {
 
 }  // namespace support
 
-SupportFeature supportFeature(const Shape& shape, const Vector3d& direction, double tolerance, int& vertex) {
+SupportFeature supportFeature(const Shape& shape, const Vector3d& direction, double tolerance, int vertex) {
   const Vector3d& half = shape.halfExtents();
   const Vector3d full = 2.0 * half;
   // Difference of the heights along the direction between both ends, for each axis of the core.
@@ -99,8 +113,7 @@ SupportFeature supportFeature(const Shape& shape, const Vector3d& direction, dou
     case Shape::Kind::Hull:
       break;
   }
-  vertex = shape.hullSupport().farthestVertex(direction);
-  return hullFeature(shape.hull(), direction, tolerance, vertex);
+  return hullFeature(shape.hullSupport(), direction, tolerance, vertex);
 }
 
 }  // namespace proximity_server::narrowphase

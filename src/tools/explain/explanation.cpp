@@ -22,10 +22,12 @@ std::string rungText(Rung rung) {
       return "nothing: the pose is not finite, or lengths add up to more than 1e50 m";
     case Rung::PointsAndSegments:
       return "the closed form of points and segments, and of a point and a box";
+    case Rung::InnerBalls:
+      return "balls inside of both cores, which decide the threshold";
     case Rung::ParallelAxes:
       return "the closed form of solids of revolution about parallel axes";
     case Rung::BoxAxes:
-      return "the fifteen axes of two boxes that overlap";
+      return "the fifteen axes of two boxes";
     case Rung::FirstDirection:
       return "the first vertex of the CSO, which decides the threshold";
     case Rung::Gjk:

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "narrowphase/near.h"
+#include "proximity_server/narrowphase/gjk_epa/cso.h"
 
 namespace proximity_server::narrowphase {
 namespace {
@@ -134,6 +136,51 @@ TEST(ParallelAxes, KnowTheAngleBetweenTheAxes) {
   EXPECT_EQ(axesTilt(kPoint, kNarrow, tilted), 0.0);
   EXPECT_EQ(axesTilt(kWide, kPoint, tilted), 0.0);
   EXPECT_NEAR(axesTilt(kWide, kCone, upsideDownAt({1, 2, 3})), 0.0, 1e-15);
+}
+
+Isometry3d tiltedAt(double tilt, const Vector3d& offset) {
+  return at(offset) * Eigen::AngleAxisd(tilt, Vector3d::UnitX());
+}
+
+// The slant lies 1 / sqrt(5) from the middle of its axis, and the point is moved towards it by 0.125 m.
+TEST(TiltedAxes, BoundTheDepthInAConeExactlyIfTheAxesAreParallel) {
+  const double depth = (1.0 - 0.125 * 2.0) / std::sqrt(5.0);
+  EXPECT_NEAR(depthOfTiltedAxes(kCone, kPoint, at({0.125, 0, 0})), depth, 1e-15);
+  EXPECT_NEAR(depthOfTiltedAxes(kPoint, kCone, at({-0.125, 0, 0})), depth, 1e-15);
+}
+
+// A segment through the middle of a cone, tilted by t. The slant lies 1 / sqrt(5) from the middle; along its normal the
+// end of the segment is 2 sin(u) / ..., at an angle of acos(1 / sqrt(5)) + t from the normal on one side.
+TEST(TiltedAxes, BoundTheDepthOfATiltedSegmentInACone) {
+  for (const double tilt : {1e-9, 1e-6, 1e-5}) {
+    const double least = 1.0 / std::sqrt(5.0) + 0.25 * std::cos(std::acos(1.0 / std::sqrt(5.0)) + tilt);
+    EXPECT_NEAR(depthOfTiltedAxes(kCone, Capsule{0.5, 0.5}, tiltedAt(tilt, {0, 0, 0})), least, 1e-10) << tilt;
+    EXPECT_NEAR(depthOfTiltedAxes(Capsule{0.5, 0.5}, kCone, tiltedAt(tilt, {0, 0, 0})), least, 1e-10) << tilt;
+  }
+}
+
+// The bound holds for tilts of any size: in no direction do the cores reach less far.
+TEST(TiltedAxes, NeverBoundTheDepthByMoreThanASupportPlane) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> any(-1.0, 1.0);
+  const Shape shapes[] = {kWide, kNarrow, kCone, kSegment, kPoint};
+  int positive = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Shape &a = shapes[i % 5], &b = shapes[i / 5 % 5];
+    const Isometry3d a_T_b =
+        at(0.3 * Vector3d(any(random), any(random), any(random))) *
+        Eigen::AngleAxisd(any(random), Vector3d(any(random), any(random), any(random)).normalized());
+    const double bound = depthOfTiltedAxes(a, b, a_T_b);
+    if (!(bound > 0.0)) continue;
+    ++positive;
+    WarmStart warm_start;
+    Cso cso(a, b, a_T_b, csoRounding(a, b, a_T_b), warm_start);
+    for (int k = 0; k < 200; ++k) {
+      const Vector3d n = Vector3d(any(random), any(random), any(random)).normalized();
+      ASSERT_GE(n.dot(cso.vertex(n).point), bound - 1e-14) << i;
+    }
+  }
+  EXPECT_GT(positive, 300);
 }
 
 }  // namespace

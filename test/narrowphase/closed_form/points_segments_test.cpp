@@ -118,6 +118,38 @@ TEST(PointsAndSegments, KeepTheNormalOfSegmentsThatNearlyTouchAcrossBoth) {
   EXPECT_NEAR(result.lower_bound, 1e-13, 1e-15);
 }
 
+// The second segment crosses in front of the first, at an angle at which its part across the first is mostly rounding if
+// it is found as a difference.
+TEST(PointsAndSegments, KeepTheNormalOfNearlyParallelSegments) {
+  for (const double angle : {1e-3, 1e-8, 1e-13, 1e-18}) {
+    Isometry3d pose = poseOf({3, 0, 0.5});
+    pose.linear().col(1) = Vector3d(0, 1, -angle);
+    pose.linear().col(2) = Vector3d(0, angle, 1);
+    const SignedDistance result = closedForm(kSegment, kSegment, pose);
+    EXPECT_NEAR(result.distance, 3.0, 1e-15) << angle;
+    EXPECT_TRUE(isNear(result.normal, {1, 0, 0}, 1e-15)) << angle;
+    EXPECT_NEAR(result.lower_bound, 3.0, 1e-15) << angle;
+  }
+}
+
+TEST(PointsAndSegments, MeetInOnePointUnlessTheyAreParallel) {
+  const auto meet = [](const Matrix3d& rotation, const Vector3d& normal) {
+    return meetInOnePoint(kSegment, kSegment, poseOf({3, 0, 0}, rotation), normal, 1e-9);
+  };
+  const auto tiltedBy = [](double angle) {
+    Matrix3d tilted = Matrix3d::Identity();
+    tilted(1, 2) = angle;
+    tilted(2, 1) = -angle;
+    return tilted;
+  };
+  EXPECT_FALSE(meet(Matrix3d::Identity(), Vector3d::UnitX()));
+  EXPECT_FALSE(meet(tiltedBy(1e-10), Vector3d::UnitX()));
+  EXPECT_TRUE(meet(tiltedBy(1e-8), Vector3d::UnitX()));
+  EXPECT_TRUE(meet(zTo(Vector3d::UnitY()), Vector3d::UnitX()));
+  EXPECT_TRUE(meet(zTo(Vector3d::UnitX()), Vector3d::UnitX()));  // an end of b
+  EXPECT_TRUE(meet(zTo(Vector3d::UnitX()), Vector3d::UnitZ()));  // an end of a
+}
+
 TEST(PointsAndSegments, MeasureAPointOverAFaceAnEdgeAndACornerOfABox) {
   expectPoints(kBox, kPoint, poseOf({0.25, -3, 0.5}), 2.0, {0, -1, 0}, {0.25, -1, 0.5});
   expectPoints(kBox, kPoint, poseOf({4, 0.5, 5}), 5.0, {0.6, 0, 0.8}, {1, 0.5, 1});

@@ -237,6 +237,29 @@ TEST(Polytope, ReplacesAFaceWithoutANormalWhateverIsKept) {
   EXPECT_EQ(withoutNormal(), 0);
 }
 
+// A long prism whose three sides lie within rounding of the axis. From a point of the axis they count as visible, and the
+// two ends do not, so that the horizon is the rim of either end.
+TEST(Polytope, DoesNotGrowWhereTheHorizonIsTwoLoops) {
+  const auto corner = [](int i, double z) {
+    const double angle = 2.0 * M_PI / 3.0 * i;
+    return Vector3d(1.8e-3 * std::cos(angle), 1.8e-3 * std::sin(angle), z);
+  };
+  const std::array<CsoVertex, 4> corners{vertexAt(corner(0, -1)), vertexAt(corner(1, -1)), vertexAt(corner(2, -1)),
+                                         vertexAt(corner(0, 1))};
+  const auto polytope = std::make_unique<Polytope>(corners, 1e-3);
+  ASSERT_TRUE(expandBy(*polytope, corner(1, 1)));
+  ASSERT_TRUE(expandBy(*polytope, corner(2, 1)));
+  ASSERT_EQ(facesOf(*polytope), 8);
+  const Face* side = nullptr;
+  polytope->forEachFace([&](const Face& face) { side = std::abs(face.normal().z()) < 0.5 ? &face : side; });
+  WarmPolytope kept;
+  polytope->keep(kept);
+  EXPECT_EQ(kept.face_count, 8);
+  EXPECT_FALSE(polytope->expand(*side, vertexAt({0, 0, 0.1}), kNoCeiling));
+  polytope->keep(kept);
+  EXPECT_EQ(kept.face_count, 0);  // it is not closed any more
+}
+
 // All but four of its faces come in pairs within one plane, so most new vertices lie in the plane of a face.
 TEST(Polytope, GrowsToACubeWithTwelveFaces) {
   std::array<CsoVertex, 4> corners{vertexAt({1, 1, 1}), vertexAt({-1, -1, 1}), vertexAt({1, -1, -1}),

@@ -168,6 +168,19 @@ TEST(Refinement, FindsThePerpendicularOfTwoNearlyParallelAxes) {
   expectStationary(refined(cores, {std::cos(1.2), std::sin(1.2), 0.01}), 1.0, Vector3d::UnitX(), {1, 0, 0});
 }
 
+// The base of the cone has the weight 0.79. With equal weights the depth would seem to have a maximum along the slant.
+TEST(Refinement, WeighsThePiecesOfASlantByTheirSlopes) {
+  const Vector3d normal = Vector3d(2, 0, 1).normalized();
+  TwoCores cores(kCone, Cylinder{0.5, 0.25}, Vector3d(1e-7, 0, -1.1));
+  const double height = normal.dot(Vector3d(-1e-7, 0, 2.1)) + normal.dot(Vector3d(0.5, 0, 0.125));
+  for (const double angle : {0.3, 1.5}) {
+    const Vector3d around = Eigen::AngleAxisd(angle, Vector3d::UnitZ()) * Vector3d(2, 0, 1);
+    const auto found = refined(cores, around + 0.01 * Vector3d::UnitZ(), {around - 0.1 * Vector3d::UnitZ()});
+    ASSERT_TRUE(found.has_value()) << angle;
+    EXPECT_NEAR(found->height, height, 1e-14) << angle;
+  }
+}
+
 TEST(Refinement, ReturnsNothingForTheSweepOfACurve) {
   const Shape swept = kCylinder.sweptTo(Isometry3d(Eigen::Translation3d(0.5, 0, 0)));
   TwoCores cores(swept, pointAt({4, 0, 5}), Vector3d::Zero());

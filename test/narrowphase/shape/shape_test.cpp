@@ -102,6 +102,85 @@ TEST(Shape, BallAroundTheCentreHoldsTheCore) {
     }
 }
 
+TEST(Shape, InnerRadiusIsTheLeastDistanceOfTheSurfaceFromTheCentre) {
+  EXPECT_EQ(Shape(Sphere{0.5}).innerRadius(), 0.0);
+  EXPECT_EQ(Shape(Capsule{0.5, 3}).innerRadius(), 0.0);
+  EXPECT_EQ(Shape(Box{{4, 2, 6}}).innerRadius(), 1.0);
+  EXPECT_EQ(Shape(Cylinder{3, 8}).innerRadius(), 3.0);
+  EXPECT_EQ(Shape(Cylinder{3, 4}).innerRadius(), 2.0);
+  EXPECT_EQ(Shape(Cone{3, 4}).innerRadius(), 1.2);  // half of the height of the right triangle with sides 3 and 4
+  EXPECT_EQ(Shape(Ellipsoid{{2, 1, 3}}).innerRadius(), 1.0);
+  EXPECT_EQ(Shape(Box{{4, 2, 6}}).padded(0.5).innerRadius(), 1.0);
+}
+
+TEST(Shape, InnerRadiusOfAHullIsTheLeastDistanceOfAFaceLessItsRounding) {
+  std::vector<Vector3d> corners;
+  for (const double x : {8.0, 12.0})
+    for (const double y : {-1.0, 1.0})
+      for (const double z : {-3.0, 3.0}) corners.emplace_back(x, y, z);
+  const double radius = Shape(ConvexHull(corners)).innerRadius();
+  EXPECT_LT(radius, 1.0);
+  EXPECT_NEAR(radius, 1.0, 1e-13);
+}
+
+TEST(Shape, AFlatHullHasNoInnerBall) {
+  for (const ConvexHull& flat :
+       {ConvexHull({{0, 0, 0}, {6, 0, 0}, {6, 8, 0}, {0, 8, 0}}), ConvexHull({{0, 0, 0}, {6, 0, 0}})}) {
+    EXPECT_LE(Shape(flat).innerRadius(), 0.0);
+    EXPECT_GE(Shape(flat).innerRadius(), -1e-13);
+  }
+}
+
+TEST(Shape, ASweepKeepsTheInnerRadius) {
+  const Shape sweep = Shape(Box{{4, 2, 6}}).sweptTo(Eigen::Isometry3d(Eigen::Translation3d(8, 0, 0)));
+  EXPECT_EQ(sweep.innerRadius(), 1.0);
+}
+
+/// Directions in which the core may reach least far: random ones, and across each face of a hull.
+std::vector<Vector3d> directionsOf(const Shape& shape, std::mt19937& random) {
+  std::vector<Vector3d> directions;
+  for (int i = 0; i < 200; ++i) directions.push_back(randomDirection(random));
+  if (shape.kind() != Shape::Kind::Hull) return directions;
+  const std::vector<Vector3d>& corners = shape.hull().vertices();
+  for (const auto& t : shape.hull().triangles()) {
+    const auto corner = [&](std::size_t i) { return corners[static_cast<std::size_t>(t[i])]; };
+    const Vector3d area = (corner(1) - corner(0)).cross(corner(2) - corner(0));
+    if (area.norm() > 0.0) directions.push_back(area.normalized());
+  }
+  return directions;
+}
+
+/// A convex core holds a ball if it reaches at least as far in every direction.
+void expectInnerBall(const Shape& shape, std::mt19937& random, const std::string& name) {
+  for (const Vector3d& direction : directionsOf(shape, random)) {
+    const Vector3l unit = direction.cast<long double>().normalized();
+    const long double reach = unit.dot(coreSupport(shape, unit) - shape.centre().cast<long double>());
+    EXPECT_GE(reach, shape.innerRadius() * (1 - 4e-16L) - 1e-19L) << name;
+  }
+}
+
+TEST(Shape, InnerBallLiesInTheCore) {
+  std::mt19937 random(3);
+  for (const NamedShape& named : allShapes()) expectInnerBall(named.shape, random, named.name);
+}
+
+// Slivers, far from the origin, and so thin that rounding decides on which side of a face the centre lies.
+TEST(Shape, InnerBallLiesInAHullOfAnyThinness) {
+  std::mt19937 random(4);
+  int with_ball = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Vector3d size(1.0, std::pow(10.0, -0.05 * (i % 300)), std::pow(10.0, -0.02 * (i % 200)));
+    std::vector<Vector3d> cloud;
+    const Vector3d away = (i % 3) * 10.0 * randomDirection(random);
+    for (int k = 0; k < 4 + i % 30; ++k) cloud.push_back(away + size.cwiseProduct(randomDirection(random)));
+    const Shape hull = ConvexHull(cloud);
+    with_ball += hull.innerRadius() > 0.0;
+    expectInnerBall(hull, random, std::to_string(i));
+  }
+  EXPECT_GT(with_ball, 150);
+  EXPECT_LT(with_ball, 300);
+}
+
 TEST(Shape, CentreLiesInTheCore) {
   for (const NamedShape& named : allShapes())
     EXPECT_LE(outsideBy(named.shape, named.shape.centre()), 1e-16L) << named.name;

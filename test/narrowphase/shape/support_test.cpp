@@ -162,6 +162,22 @@ TEST(SupportFeature, OfABoxIsAFaceAnEdgeOrACorner) {
   expectFeature(kBox, {1, 1, 1}, 0);
 }
 
+TEST(SupportFeature, DoesNotDependOnTheVertexThatIsGiven) {
+  const Shape octahedron = hullOf(kOctahedron),
+              swept = octahedron.sweptTo(Eigen::Isometry3d(Eigen::Translation3d(0, 5, 0)));
+  for (const Shape& shape : {octahedron, swept})
+    for (const Vector3d& direction : directions()) {
+      const SupportFeature expected = featureOf(shape, direction);
+      for (const int vertex : {-1, 0, 1, 2, 3, 4, 5, 6, 1000}) {
+        const SupportFeature feature = supportFeature(shape, direction.normalized(), kTolerance, vertex);
+        ASSERT_EQ(feature.dimension, expected.dimension) << direction.transpose() << ", vertex " << vertex;
+        if (feature.dimension == 1) {
+          ASSERT_TRUE(isNear(feature.along.cross(expected.along), Vector3d::Zero(), 1e-14));
+        }
+      }
+    }
+}
+
 // Over 6 m a face falls by the tolerance at 1e-9 / 6 rad.
 TEST(SupportFeature, CountsWhatFallsByNoMoreThanTheTolerance) {
   expectFeature(kBox, {1, 0, 1.6e-10}, 2);

@@ -8,7 +8,7 @@ namespace proximity_server::narrowphase {
 struct EpaResult {
   Status status = Status::Unknown;
   double depth = 0.0;        ///< [m] moving b by depth * normal makes the cores touch: an upper bound, up to rounding
-  double lower_bound = 0.0;  ///< [m] of the depth: proven by the polytope, by caps, or by an ellipsoid inside
+  double lower_bound = 0.0;  ///< [m] of the depth: proven by the polytope, by caps, or by a solid inside
   bool has_normal = false;   ///< false: lower_bound alone decided options.stop_below; depth and normal are not set
   Eigen::Vector3d normal;    ///< unit, a towards b: the direction in which b leaves
   bool has_points = false;   ///< false: no point of the CSO's surface along the normal is known
@@ -29,18 +29,22 @@ struct EpaResult {
 /// 4. Find the vertex w of the CSO farthest along the normal of the face: the depth along this normal is an upper
 ///    bound. Keep the shallowest direction. Stop if the bounds are close enough, or if they decide a threshold.
 /// 5. If a core is curved and the face is near its support plane, refine the normal by Newton's method (refinement.h),
-///    and look whether an ellipsoid inside of the CSO proves the refined depth (inner_ellipsoid.h). If a core is not
-///    round, the ellipsoid is tried only after many expansions.
+///    and look after some expansions whether an ellipsoid inside of the CSO proves the refined depth
+///    (inner_ellipsoid.h). Solids of revolution about nearly parallel axes have a lower bound from the start
+///    (depthOfTiltedAxes() in parallel_axes.h). Repeat from step 3 if a cap proves the directions about the face.
 /// 6. Replace all faces that w sees by triangles from w to their horizon (polytope.h), and repeat from step 3.
 /// 7. At the end, the witness points are those of the face that the ray from the origin along the normal leaves
 ///    through, or if rounding hides this face, the nearest ones of a face or of GJK's simplex.
+///
+/// A query of two polytopes may also begin with the polytope that the last one has kept (WarmPolytope): step 3 follows
+/// if it still surrounds the origin, and without GJK.
 ///
 /// Error:   Converged: depth - lower_bound <= options.distance_tolerance, up to rounding. On polytopes the last face is
 ///          a face of the CSO itself, so only rounding is left.
 /// Failure: none; no allocation. A CSO without volume has depth 0 in the direction across it.
 /// Source:  van den Bergen, Proximity Queries and Penetration Depth Computation on 3D Game Objects, GDC 2001.
 /// Differs: every visible face is deleted instead of splitting edges, which leaves fewer slivers and needs no repair;
-///          Newton's method, its proven caps and an ellipsoid finish curved pairs.
+///          Newton's method, its proven caps and solids inside of the CSO finish curved pairs.
 EpaResult epa(Cso& cso, const Simplex& simplex, const Options& options);
 
 }  // namespace proximity_server::narrowphase

@@ -12,15 +12,17 @@ enum class Rung : unsigned char {
   None,               ///< the pose is not finite, or lengths add up to more than 1e50 m
   PointsAndSegments,  ///< closed form of points and segments, and of a point and a box
   ParallelAxes,       ///< closed form of solids of revolution about parallel axes
-  BoxAxes,            ///< the fifteen axes of two boxes that overlap
   FirstDirection,     ///< the first vertex of the CSO decided the threshold, before GJK
+  InnerBalls,         ///< overlap: balls inside of both cores decided the threshold, before GJK
+  BoxAxes,            ///< the fifteen axes of two boxes: they overlap, or an axis decided the threshold
   Gjk,
   GjkNewton,     ///< GJK, finished by Newton's method
   EnclosedBall,  ///< overlap: a ball inside of GJK's last simplex decided the threshold, without EPA
   SurfacePlane,  ///< overlap: the origin lies on the surface of the CSO, or the CSO has no volume
   Epa,
   EpaNewton,     ///< EPA, with a direction found by Newton's method
-  EpaEllipsoid,  ///< the same, and an ellipsoid inside of the CSO proves the depth at least as well as the closest face
+  EpaEllipsoid,  ///< the same, and an ellipsoid inside of the CSO, or the profiles of solids of revolution with
+                 ///< nearly parallel axes, prove the depth at least as well as the closest face
 };
 
 /// What a query did, step by step.

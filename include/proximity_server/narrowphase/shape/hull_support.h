@@ -22,7 +22,8 @@ namespace proximity_server::narrowphase {
 /// 4. Divide the square into four, and repeat from step 2 with the vertices that are left, until the squares are cells.
 ///
 /// A cell has room for four vertices. A longer list stands elsewhere, and all of it is compared: a climb from neighbour to
-/// neighbour may end lower where many vertices are nearly in one plane.
+/// neighbour may end lower where many vertices are nearly in one plane. Where such lists take too much memory, as in a hull
+/// that is hardly larger than the rounding of its coordinates, the cells are made larger.
 ///
 /// Frame:  that of the hull.
 /// Error:  the height of the vertex found is within rounding of the greatest: the lists hold every vertex that may be the
@@ -46,7 +47,8 @@ class HullSupport {
   static constexpr std::uint16_t kCrowded = 0xffff;
 
   int scan(const Eigen::Vector3d& direction) const;
-  int cellOf(const Eigen::Vector3d& direction) const;
+  /// Fills the table. Returns false, and leaves it unfinished, if the lists of the crowded cells are too long.
+  bool fillTable();
   Candidates storeCandidates(const std::vector<int>& vertices);
   int searchCrowded(const Eigen::Vector3d& direction, const Candidates& cell) const;
 

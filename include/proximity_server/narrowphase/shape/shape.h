@@ -82,15 +82,21 @@ class Shape {
   const Eigen::Vector3d& centre() const { return centre_; }
   double coreRadius() const { return core_radius_; }
 
+  /// [m] Radius of a ball about centre() that lies inside of the core: half the least size of a box, the least distance of
+  /// a face of a hull; 0 for a point and a segment. It is negative, by a few roundings, for a flat hull: rounding may have
+  /// moved the centre out of it by this much.
+  double innerRadius() const { return inner_radius_; }
+
   /// [m] Upper bound of the distance of any point of the core from the origin of its frame.
   double coreReach() const { return core_reach_; }
 
  private:
-  Shape(Kind kind, double margin, const Eigen::Vector3d& half_extents, double core_radius);
+  Shape(Kind kind, double margin, const Eigen::Vector3d& half_extents, double core_radius, double inner_radius);
 
   Kind kind_;
   double margin_;
   double core_radius_;
+  double inner_radius_;
   double core_reach_;
   Eigen::Vector3d half_extents_;
   Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();

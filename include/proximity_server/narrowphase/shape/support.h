@@ -91,10 +91,12 @@ inline Eigen::Vector3d vertexOf(const Shape& polytope, int number) {
 }
 
 /// The vertex, edge or face of the core that lies within `tolerance` [m] of the support plane of the unit `direction`.
+/// `vertex` is the number that supportPoint() found along this direction, if it is known: it saves the search in a hull. Any
+/// number is legal.
 struct SupportFeature {
   int dimension;          ///< 0 vertex or curved surface, 1 edge, 2 face
   Eigen::Vector3d along;  ///< from one end of an edge to the other, in the shape's frame; only if dimension is 1
 };
-SupportFeature supportFeature(const Shape& shape, const Eigen::Vector3d& direction, double tolerance, int& vertex);
+SupportFeature supportFeature(const Shape& shape, const Eigen::Vector3d& direction, double tolerance, int vertex);
 
 }  // namespace proximity_server::narrowphase
