@@ -9,6 +9,7 @@ find_package(catkin REQUIRED COMPONENTS
   roscpp
   rosgraph_msgs
   sensor_msgs
+  shape_msgs
   std_msgs
   std_srvs
   tf2
@@ -21,9 +22,13 @@ add_message_files(FILES
   Clearance.msg
   LinkInfo.msg
   Lookahead.msg
+  MeshFile.msg
   ModelInfo.msg
   MotionMinimum.msg
+  ObjectChange.msg
+  ObjectChanges.msg
   PairInfo.msg
+  PairRule.msg
   Proximity.msg
   QueryStatus.msg
   ShapeInfo.msg
@@ -31,6 +36,7 @@ add_message_files(FILES
   StateProximity.msg
 )
 add_service_files(FILES
+  ApplyObjects.srv
   FirstContact.srv
   MinimumDistance.srv
   PenetrationDepth.srv
@@ -39,15 +45,15 @@ add_service_files(FILES
   QueryTrajectory.srv
   SeparationAxis.srv
 )
-generate_messages(DEPENDENCIES geometry_msgs sensor_msgs std_msgs trajectory_msgs)
+generate_messages(DEPENDENCIES geometry_msgs sensor_msgs shape_msgs std_msgs trajectory_msgs)
 generate_dynamic_reconfigure_options(config/Proximity.cfg)
 
 catkin_package(
   INCLUDE_DIRS include
   LIBRARIES proximity_narrowphase proximity_scene
   CATKIN_DEPENDS
-    diagnostic_updater dynamic_reconfigure geometry_msgs message_runtime roscpp rosgraph_msgs sensor_msgs std_msgs std_srvs
-    tf2 tf2_msgs trajectory_msgs visualization_msgs
+    diagnostic_updater dynamic_reconfigure geometry_msgs message_runtime roscpp rosgraph_msgs sensor_msgs shape_msgs std_msgs
+    std_srvs tf2 tf2_msgs trajectory_msgs visualization_msgs
   DEPENDS EIGEN3
   CFG_EXTRAS ${PROJECT_SOURCE_DIR}/src/${PROJECT_NAME}-targets.cmake
 )
