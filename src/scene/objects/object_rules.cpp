@@ -16,26 +16,20 @@ std::pair<std::string, std::string> inOrder(const std::string& a, const std::str
 
 void AllowedPairs::set(const std::string& name_a, const std::string& name_b, Rule rule) {
   if (name_a.empty() || name_b.empty()) throw std::invalid_argument("allowed pairs: a name is empty");
-  rules_[inOrder(name_a, name_b)] = rule;
+  rules_[inOrder(name_a, name_b)] = {++set_, rule};
 }
 
-void AllowedPairs::forget(const std::string& name_a, const std::string& name_b) {
-  rules_.erase(inOrder(name_a, name_b));
-}
-
-const AllowedPairs::Rule* AllowedPairs::find(const std::string& name_a, const std::string& name_b) const {
+/// The rule of exactly these names; that of number 0 if there is none.
+const AllowedPairs::Entry& AllowedPairs::find(const std::string& name_a, const std::string& name_b) const {
+  static const Entry kNone;
   const auto found = rules_.find(inOrder(name_a, name_b));
-  return found == rules_.end() ? nullptr : &found->second;
+  return found == rules_.end() ? kNone : found->second;
 }
 
 AllowedPairs::Rule AllowedPairs::of(const std::string& name_a, const std::string& name_b) const {
   if (rules_.empty()) return Rule::Checked;
-  if (const Rule* own = find(name_a, name_b)) return *own;
-  const Rule *of_a = find(name_a, kAll), *of_b = find(name_b, kAll);
-  if (of_a && of_b) return std::max(*of_a, *of_b);
-  if (of_a || of_b) return of_a ? *of_a : *of_b;
-  const Rule* of_all = find(kAll, kAll);
-  return of_all ? *of_all : Rule::Checked;
+  const auto isEarlier = [](const Entry& a, const Entry& b) { return a.number < b.number; };
+  return std::max({find(name_a, name_b), find(name_a, kAll), find(name_b, kAll), find(kAll, kAll)}, isEarlier).rule;
 }
 
 }  // namespace proximity_server::scene

@@ -7,11 +7,12 @@
 
 namespace proximity_server::scene {
 
-/// Which pairs with an object may touch (the allowed collision matrix of MoveIt). Names are those of links and objects,
-/// and need not exist: an object may come later. Pairs of two links are decided by the pair filter alone.
+/// Which pairs with an object may touch. Names are those of links and objects, and need not exist: an object may come
+/// later. Pairs of two links are decided by the pair filter alone.
 ///
-/// The rule of a pair is the one that names both. Else, of the rules of each of the two with all others ("*"), Checked
-/// goes before Allowed. Else the rule of all with all ("*" and "*"). Without any rule a pair is checked.
+/// Of the rules that name both of a pair, one of them and all others ("*"), or all with all ("*" and "*"), the one that
+/// was set last decides. Without any rule a pair is checked. The allowed collision matrix of MoveIt is such a list: first
+/// the names whose default allows, then those whose default forbids, then the entries of two names.
 class AllowedPairs {
  public:
   enum class Rule : unsigned char { Allowed, Checked };
@@ -20,17 +21,19 @@ class AllowedPairs {
   /// Throws std::invalid_argument for an empty name.
   void set(const std::string& name_a, const std::string& name_b, Rule rule);
 
-  /// Forgets the rule of a pair, in either order.
-  void forget(const std::string& name_a, const std::string& name_b);
-
   bool empty() const { return rules_.empty(); }
 
   Rule of(const std::string& name_a, const std::string& name_b) const;
 
  private:
-  const Rule* find(const std::string& name_a, const std::string& name_b) const;
+  struct Entry {
+    int number = 0;  ///< counts up with every rule that is set
+    Rule rule = Rule::Checked;
+  };
+  const Entry& find(const std::string& name_a, const std::string& name_b) const;
 
-  std::map<std::pair<std::string, std::string>, Rule> rules_;  ///< names in their order
+  std::map<std::pair<std::string, std::string>, Entry> rules_;  ///< names in their order
+  int set_ = 0;                                                 ///< how many rules were set
 };
 
 /// What is checked beside the objects themselves.
