@@ -27,6 +27,8 @@ add_message_files(FILES
   MotionMinimum.msg
   ObjectChange.msg
   ObjectChanges.msg
+  ObjectInfo.msg
+  ObjectList.msg
   PairInfo.msg
   PairRule.msg
   Proximity.msg

@@ -23,6 +23,8 @@ MonitorSettings monitorSettings(const ProximityConfig& settings) {
   monitor.threshold = settings.threshold;
   monitor.warn_distance = settings.warn_distance;
   monitor.stop_distance = settings.stop_distance;
+  monitor.object_warn_distance = settings.object_warn_distance;
+  monitor.object_stop_distance = settings.object_stop_distance;
   monitor.hysteresis = settings.hysteresis;
   monitor.max_reported_pairs = settings.max_reported_pairs;
   monitor.markers = settings.markers;
@@ -38,10 +40,16 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       robot_(std::make_shared<const Robot>(nh_, loadConfig(private_nh_))),
       tf_(robot_->config().realtime_priority),
       monitor_(nh_, private_nh_, tf_, robot_),
+      objects_(robot_, ros::WallTime::now().toNSec(), frameFinder(tf_), [this] { monitor_.takeObjects(); }),
       diagnostics_(
           nh_, [this] { return monitor_.health(); }, [this] { return robot(); }, [this] { return tf_.jumps(); }),
       settings_server_(private_nh_),
       model_info_pub_(private_nh_.advertise<ModelInfo>("model_info", 1, /*latch=*/true)),
+      objects_pub_(private_nh_.advertise<ObjectList>("objects", 1, /*latch=*/true)),
+      objects_timer_(private_nh_.createWallTimer(ros::WallDuration(kObjectsPeriod),
+                                                 [this](const ros::WallTimerEvent&) {
+                                                   if (objects_.revision() != published_revision_) publishObjects();
+                                                 })),
       minimum_distance_srv_(advertise<MinimumDistance>("minimum_distance", requests_)),
       separation_axis_srv_(advertise<SeparationAxis>("separation_axis", requests_)),
       penetration_depth_srv_(advertise<PenetrationDepth>("penetration_depth", requests_)),
@@ -49,12 +57,36 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       query_configuration_srv_(advertise<QueryConfiguration>("query_configuration", long_requests_)),
       time_of_contact_srv_(advertise<FirstContact>("time_of_contact", long_requests_)),
       query_trajectory_srv_(advertise<QueryTrajectory>("query_trajectory", long_requests_)),
+      apply_objects_srv_(withQueue(private_nh_, long_requests_)
+                             .advertiseService("apply_objects", &ProximityNode::onApplyObjects, this)),
+      apply_objects_sub_(withQueue(private_nh_, long_requests_)
+                             .subscribe("apply_objects", kObjectChangesQueue, &ProximityNode::onObjectChanges, this)),
       reload_srv_(withQueue(private_nh_, long_requests_).advertiseService("reload", &ProximityNode::onReload, this)),
       enable_monitor_srv_(
           withQueue(private_nh_, requests_).advertiseService("enable_monitor", &ProximityNode::onEnableMonitor, this)) {
   tf_.watch(*robot_);
   settings_server_.setCallback([this](ProximityConfig& settings, std::uint32_t) { onSettings(settings); });
   announce(*robot_);
+  publishObjects();
+}
+
+bool ProximityNode::onApplyObjects(ApplyObjects::Request& request, ApplyObjects::Response& response) {
+  response = answer(objects_, request);
+  return true;
+}
+
+void ProximityNode::onObjectChanges(const ObjectChanges& changes) {
+  ApplyObjectsRequest request;
+  request.changes = changes;
+  const ApplyObjectsResponse response = answer(objects_, request);
+  if (!response.success) ROS_WARN_STREAM_THROTTLE(1.0, "~apply_objects is refused: " << response.status.message);
+}
+
+void ProximityNode::publishObjects() {
+  ObjectList list = objects_.list();
+  list.header.stamp = ros::Time::now();
+  published_revision_ = list.revision;
+  objects_pub_.publish(list);
 }
 
 bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
@@ -62,8 +94,10 @@ bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Res
   const std::lock_guard<std::mutex> lock(reload_mutex_);
   try {
     const auto loaded = std::make_shared<const Robot>(nh_, loadConfig(private_nh_));
-    std::atomic_store(&robot_, loaded);
-    monitor_.follow(loaded);
+    objects_.follow(loaded, [&] {
+      std::atomic_store(&robot_, loaded);
+      monitor_.follow(loaded);
+    });
     tf_.watch(*loaded);
     announce(*loaded);
     response.success = true;

@@ -11,6 +11,8 @@
 
 #include "node/monitor/diagnostics.h"
 #include "node/monitor/monitor_loop.h"
+#include "node/objects/apply_objects.h"
+#include "node/objects/object_store.h"
 #include "node/robot/robot.h"
 #include "node/services/queries.h"
 #include "node/system/registration.h"
@@ -39,11 +41,19 @@ class ProximityNode {
     return withQueue(private_nh_, queue)
         .advertiseService(name, &Node::onQuery<typename Service::Request, typename Service::Response>, this);
   }
+  bool onApplyObjects(ApplyObjects::Request& request, ApplyObjects::Response& response);
+  void onObjectChanges(const ObjectChanges& changes);
+  void publishObjects();
   bool onReload(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool onEnableMonitor(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
 
   /// Applies new settings. If they contradict each other, `asked` becomes the settings in force, which the client sees.
   void onSettings(ProximityConfig& asked);
+
+  /// [s] at least between two messages on ~objects, as one with many objects is long.
+  static constexpr double kObjectsPeriod = 0.1;
+  /// Waiting messages of ~apply_objects; further ones push out the oldest.
+  static constexpr std::uint32_t kObjectChangesQueue = 1000;
 
   /// Long requests have a lower priority than the monitor, tf and requests about single pairs.
   static constexpr int kNicenessOfLongRequests = 5;
@@ -57,10 +67,14 @@ class ProximityNode {
   std::mutex reload_mutex_;
   TfPoses tf_;
   MonitorLoop monitor_;
+  ObjectStore objects_;
   Diagnostics diagnostics_;
   ProximityConfig settings_ = ProximityConfig::__getDefault__();  // those in force; only onSettings() uses it
   dynamic_reconfigure::Server<ProximityConfig> settings_server_;
   ros::Publisher model_info_pub_;
+  ros::Publisher objects_pub_;
+  std::uint64_t published_revision_ = 0;  // of objects_pub_; only publishObjects() uses it
+  ros::WallTimer objects_timer_;
   RequestQueue requests_{0};
   RequestQueue long_requests_{kNicenessOfLongRequests};
   ros::ServiceServer minimum_distance_srv_;
@@ -70,6 +84,8 @@ class ProximityNode {
   ros::ServiceServer query_configuration_srv_;
   ros::ServiceServer time_of_contact_srv_;
   ros::ServiceServer query_trajectory_srv_;
+  ros::ServiceServer apply_objects_srv_;
+  ros::Subscriber apply_objects_sub_;
   ros::ServiceServer reload_srv_;
   ros::ServiceServer enable_monitor_srv_;
   Registration registration_;  // last, as it registers all services and topics above

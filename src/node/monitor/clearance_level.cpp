@@ -21,4 +21,10 @@ std::uint8_t clearanceLevel(double distance, std::uint8_t previous, const Monito
   return Clearance::CLEAR;
 }
 
+MonitorSettings ofObjects(MonitorSettings settings) {
+  settings.warn_distance = settings.object_warn_distance;
+  settings.stop_distance = settings.object_stop_distance;
+  return settings;
+}
+
 }  // namespace proximity_server::node

@@ -13,4 +13,7 @@ namespace proximity_server::node {
 /// hysteresis.
 std::uint8_t clearanceLevel(double distance, std::uint8_t previous, const MonitorSettings& settings);
 
+/// The settings with warn_distance and stop_distance of pairs with objects.
+MonitorSettings ofObjects(MonitorSettings settings);
+
 }  // namespace proximity_server::node

@@ -317,7 +317,8 @@ std::vector<const Proximity*> ClearanceMarkers::pairsWithLabel(const std::vector
 }
 
 std_msgs::ColorRGBA ClearanceMarkers::Drawing::colourOf(const Proximity& pair) const {
-  return levelColour(clearanceLevel(pair.distance, Clearance::INVALID, settings));
+  const bool has_object = pair.a.kind == ShapeRef::OBJECT || pair.b.kind == ShapeRef::OBJECT;
+  return levelColour(clearanceLevel(pair.distance, Clearance::INVALID, has_object ? ofObjects(settings) : settings));
 }
 
 MarkerArray noMarkers() {

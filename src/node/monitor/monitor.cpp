@@ -7,6 +7,7 @@
 
 #include "node/monitor/clearance_level.h"
 #include "node/monitor/lookahead.h"
+#include "node/objects/object_needs.h"
 #include "node/robot/conversions.h"
 #include "node/services/pair_questions.h"
 #include "node/services/requests.h"
@@ -16,8 +17,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-std::size_t longestName(const scene::RobotModel& robot) {
+std::size_t longestName(const scene::RobotModel& robot, const scene::Objects& objects) {
   std::size_t longest = 0;
+  for (const int number : objects.numbers()) longest = std::max(longest, objects.object(number)->id.size());
   for (const scene::Link& link : robot.links) longest = std::max(longest, link.name.size());
   for (const scene::Collision& collision : robot.collisions) longest = std::max(longest, collision.name.size());
   return longest;
@@ -28,6 +30,8 @@ void makeRoom(Proximity& message, std::size_t characters) {
   for (std::string* name : {&message.a.link, &message.a.name, &message.b.link, &message.b.name})
     name->reserve(characters);
 }
+
+bool hasObject(const scene::PairProximity& pair) { return pair.asked.a.link < 0 || pair.asked.b.link < 0; }
 
 /// The status for a robot of which the filter leaves no pair.
 QueryStatus nothingToCheck() {
@@ -45,23 +49,32 @@ void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
   robot_ = robot;
   scene_ = robot_->borrowScene();
   moving_scene_ = robot_->borrowMovingScene();
-  bodies_ = robot_->candidateBodies();
   joints_ = jointsThatMatter(robot_->robotModel(), robot_->candidates().list());
-  level_ = Clearance::INVALID;
-  longest_name_ = longestName(robot_->robotModel());
+  self_level_ = object_level_ = Clearance::INVALID;
+  use(robot_->objects().get());
+}
+
+void Monitor::use(const RobotObjects& objects) {
+  objects_ = objects;
+  scene_->use(objects_.all);
+  bodies_ = bodiesOfCheckedPairs(*robot_, *objects_.all);
+  frames_ = framesOf(*objects_.all);
+  longest_name_ = longestName(robot_->robotModel(), *objects_.all);
 }
 
 const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
-                                const MonitorSettings& settings) {
+                                const MonitorSettings& settings, const FrameSnapshot& frames) {
   const Clock::time_point start = Clock::now();
   clearance_.header.stamp = snapshot.stamp;
   clearance_.header.frame_id = robot_->referenceFrame();
   clearance_.status = snapshot.status;
-  assignUnknown(clearance_.minimum);
+  clearance_.objects_revision = objects_.revision;
+  for (Proximity* minimum : {&clearance_.minimum, &clearance_.self_minimum, &clearance_.object_minimum})
+    assignUnknown(*minimum);
   clearance_.tf_age = snapshot.age;
   clearance_.tf_skew = snapshot.skew;
   ++clearance_.cycle;
-  measure(snapshot, settings);
+  measure(snapshot, frames, settings);
   lookAhead(snapshot, velocities, settings);
 
   const std::chrono::duration<double> elapsed = Clock::now() - start;
@@ -69,33 +82,65 @@ const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnap
   return clearance_;
 }
 
-void Monitor::measure(const PoseSnapshot& snapshot, const MonitorSettings& settings) {
+void Monitor::measure(const PoseSnapshot& snapshot, const FrameSnapshot& frames, const MonitorSettings& settings) {
   scene::Question question;
   question.tolerance = robot_->config().tolerance;
   question.threshold = settings.threshold;
   const scene::Candidates& pairs = robot_->candidates();
-  scene_->update(snapshot.poses);
+  if (frames.poses.size() == frames_.names.size())
+    scene_->update(snapshot.poses, frames.poses);
+  else
+    scene_->update(snapshot.poses);
 
   const scene::PairsBelow below = scene_->closestBelow(pairs, std::max(1, settings.max_reported_pairs), question);
   report(snapshot, below, question, static_cast<std::size_t>(settings.max_reported_pairs));
   const scene::PairProximity* minimum = below.closest.empty() ? nullptr : &below.closest.front();
-  if (!minimum) {
-    question.threshold = scene::Question().threshold;
-    minimum = scene_->minimum(pairs, question);
-  }
+  question.threshold = scene::Question().threshold;
+  if (!minimum) minimum = scene_->minimum(pairs, question);
   countPairs();
 
-  const bool known = minimum && clearance_.pairs_unknown == 0;
-  if (!known && clearance_.status.code == QueryStatus::OK) {
-    clearance_.status = pairs.empty() ? nothingToCheck() : incompleteness(*robot_, scene_->counts(), question);
+  if (minimum && clearance_.pairs_unknown == 0) {
+    judge(snapshot, scene::PairProximity(*minimum), question, settings);
+    return;
   }
-  level_ = known ? clearanceLevel(minimum->result.lower_bound, level_, settings)
-                 : static_cast<std::uint8_t>(Clearance::INVALID);
-  clearance_.level = level_;
-  if (!known) return;
-  makeRoom(clearance_.minimum, longest_name_);
-  assign(clearance_.minimum, robot_->robotModel(), snapshot.poses, *minimum, question);
-  clearance_.status.code = statusCode(minimum->result);
+  self_level_ = object_level_ = clearance_.level = Clearance::INVALID;
+  if (clearance_.status.code != QueryStatus::OK) return;
+  const bool nothing = pairs.empty() && objects_.all->pairCount() == 0;
+  clearance_.status = nothing ? nothingToCheck() : incompleteness(*robot_, scene_->counts(), question);
+  if (!nothing && frames.status.code != QueryStatus::OK) clearance_.status = frames.status;
+}
+
+/// The level and the minimum of each kind of pairs; all poses are known.
+void Monitor::judge(const PoseSnapshot& snapshot, const scene::PairProximity& minimum, const scene::Question& question,
+                    const MonitorSettings& settings) {
+  const auto say = [&](Proximity& message, const scene::PairProximity& pair) {
+    makeRoom(message, longest_name_);
+    assign(message, named(), snapshot.poses, pair, question);
+  };
+  say(clearance_.minimum, minimum);
+  clearance_.status.code = statusCode(minimum.result);
+
+  const auto of_links = minimumOf(scene::PairKind::OfLinks, minimum, question);
+  if (of_links) say(clearance_.self_minimum, *of_links);
+  self_level_ = of_links ? clearanceLevel(of_links->result.lower_bound, self_level_, settings)
+                         : static_cast<std::uint8_t>(Clearance::CLEAR);
+
+  const auto with_object = minimumOf(scene::PairKind::WithObject, minimum, question);
+  if (with_object) say(clearance_.object_minimum, *with_object);
+  object_level_ = with_object ? clearanceLevel(with_object->result.lower_bound, object_level_, ofObjects(settings))
+                              : static_cast<std::uint8_t>(Clearance::CLEAR);
+  clearance_.level = std::max(self_level_, object_level_);
+}
+
+/// The closest pair of a kind, given the closest of all; nullopt if no pair of this kind is checked.
+std::optional<scene::PairProximity> Monitor::minimumOf(scene::PairKind kind, const scene::PairProximity& minimum,
+                                                       const scene::Question& question) {
+  if (hasObject(minimum) == (kind == scene::PairKind::WithObject)) return minimum;
+  const scene::Candidates& pairs = robot_->candidates();
+  const bool is_empty = kind == scene::PairKind::WithObject ? objects_.all->pairCount() == 0 : pairs.empty();
+  const scene::PairProximity* found = is_empty ? nullptr : scene_->minimum(scene::Pairs(pairs, kind), question);
+  if (!found) return std::nullopt;
+  return *found;
 }
 
 void Monitor::report(const PoseSnapshot& snapshot, const scene::PairsBelow& below, const scene::Question& question,
@@ -110,7 +155,7 @@ void Monitor::report(const PoseSnapshot& snapshot, const scene::PairsBelow& belo
   for (; listed.size() < count; unlisted_.pop_back()) listed.push_back(std::move(unlisted_.back()));
   for (std::size_t i = 0; i < count; ++i) {
     makeRoom(listed[i], longest_name_);
-    assign(listed[i], robot_->robotModel(), snapshot.poses, below.closest[i], question);
+    assign(listed[i], named(), snapshot.poses, below.closest[i], question);
   }
 }
 
@@ -129,7 +174,8 @@ void Monitor::lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& ve
 void Monitor::countPairs() {
   const scene::PairTable& table = robot_->sceneModel().pairs;
   assignCounts(clearance_, scene_->counts());
-  clearance_.pairs_total = static_cast<std::uint32_t>(table.pairs.size());
+  const std::uint64_t total = table.pairs.size() + static_cast<std::uint64_t>(objects_.all->pairCount());
+  clearance_.pairs_total = static_cast<std::uint32_t>(std::min<std::uint64_t>(total, UINT32_MAX));
   clearance_.pairs_filtered = static_cast<std::uint32_t>(table.pairs.size() - table.checked.size());
 }
 

@@ -2,9 +2,11 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "node/monitor/joint_velocities.h"
+#include "node/robot/conversions.h"
 #include "node/robot/robot.h"
 #include "node/tf/tf_poses.h"
 #include "proximity_server/Clearance.h"
@@ -17,6 +19,12 @@ class Monitor {
   /// Monitors this robot from now on.
   void follow(const std::shared_ptr<const Robot>& robot);
 
+  /// Checks these objects of the robot from now on. A robot that is followed brings its own.
+  void use(const RobotObjects& objects);
+
+  /// The frames that moving objects need, and in each cycle their poses.
+  const AskedFrames& frames() const { return frames_; }
+
   /// The monitored robot, the bodies whose poses a cycle needs, and the joints whose velocities the lookahead needs.
   const std::shared_ptr<const Robot>& robot() const { return robot_; }
   const std::vector<int>& bodies() const { return bodies_; }
@@ -25,14 +33,20 @@ class Monitor {
   /// Computes the clearance in these poses, and the lookahead with these velocities. Never waits. The result is valid
   /// until the next cycle. Without a lookahead, memory is allocated only in the first few cycles of a robot and after
   /// max_reported_pairs has grown.
+  /// `frames` are the poses of frames(); those that are left out are unknown.
   const Clearance& cycle(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
-                         const MonitorSettings& settings);
+                         const MonitorSettings& settings, const FrameSnapshot& frames = {});
 
   /// The message of the latest cycle; its `cycle` is 0 before the first one.
   const Clearance& latest() const { return clearance_; }
 
  private:
-  void measure(const PoseSnapshot& snapshot, const MonitorSettings& settings);
+  void measure(const PoseSnapshot& snapshot, const FrameSnapshot& frames, const MonitorSettings& settings);
+  void judge(const PoseSnapshot& snapshot, const scene::PairProximity& minimum, const scene::Question& question,
+             const MonitorSettings& settings);
+  std::optional<scene::PairProximity> minimumOf(scene::PairKind kind, const scene::PairProximity& minimum,
+                                                const scene::Question& question);
+  Named named() const { return {robot_->robotModel(), objects_.all.get()}; }
   void report(const PoseSnapshot& snapshot, const scene::PairsBelow& below, const scene::Question& question,
               std::size_t most);
   void lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities, const MonitorSettings& settings);
@@ -43,10 +57,13 @@ class Monitor {
   MovingScenePool::Lease moving_scene_;
   std::vector<int> bodies_;
   std::vector<int> joints_;
-  std::uint8_t level_ = Clearance::INVALID;
+  RobotObjects objects_;
+  AskedFrames frames_;
+  std::uint8_t self_level_ = Clearance::INVALID;    ///< of pairs of links
+  std::uint8_t object_level_ = Clearance::INVALID;  ///< of pairs with an object
   Clearance clearance_;
   std::vector<Proximity> unlisted_;  ///< allocated entries that Clearance::below_threshold does not need at present
-  std::size_t longest_name_ = 0;     ///< length of the longest name of a link or <collision> element
+  std::size_t longest_name_ = 0;     ///< length of the longest name of a link, <collision> element or object
 };
 
 }  // namespace proximity_server::node

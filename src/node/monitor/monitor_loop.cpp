@@ -67,6 +67,14 @@ void MonitorLoop::follow(const std::shared_ptr<const Robot>& robot) {
   redrawPieces();
 }
 
+void MonitorLoop::takeObjects() {
+  const Lock lock(mutex_);
+  const std::vector<int> before = monitor_.bodies();
+  monitor_.use(monitor_.robot()->objects().get());
+  if (monitor_.bodies() != before) lookup_.emplace(*monitor_.robot(), jointsTo(*monitor_.robot(), monitor_.bodies()));
+  if (on_tf_) queue_.addCallback(callbackOf([this] { cycle(); }));
+}
+
 void MonitorLoop::configure(const MonitorSettings& settings) {
   const Lock lock(mutex_);
   const bool redraw = settings.markers != health_.settings.markers;
@@ -131,7 +139,8 @@ void MonitorLoop::cycleIfNew() {
   if (!health_.enabled) return;
   const PoseSnapshot& snapshot = lookUp();
   const bool moved = snapshot.stamp != monitor_.latest().header.stamp;
-  if (moved || snapshot.status.code != monitor_.latest().status.code) publish(snapshot);
+  if (moved || !monitor_.frames().names.empty() || snapshot.status.code != monitor_.latest().status.code)
+    publish(snapshot);
 }
 
 void MonitorLoop::cycle() {
@@ -141,7 +150,8 @@ void MonitorLoop::cycle() {
 
 void MonitorLoop::publish(const PoseSnapshot& snapshot) {
   alive_ = true;
-  const Clearance& clearance = monitor_.cycle(snapshot, lookUpVelocities(), health_.settings);
+  const FrameSnapshot frames = tf_.lookUpFrames(*monitor_.robot(), monitor_.frames(), snapshot);
+  const Clearance& clearance = monitor_.cycle(snapshot, lookUpVelocities(), health_.settings, frames);
   health_.slowest_cycle = std::max(health_.slowest_cycle, clearance.computation_time);
   clearance_pub_.publish(clearance);
   if (health_.settings.markers && markers_pub_.getNumSubscribers() > 0) publishMarkers(clearance, snapshot.poses);

@@ -41,6 +41,10 @@ class MonitorLoop {
   ~MonitorLoop();
 
   void follow(const std::shared_ptr<const Robot>& robot);
+
+  /// Takes the objects that the robot has now: every later message knows them.
+  void takeObjects();
+
   void configure(const MonitorSettings& settings);
   void enable();
   void disable();

@@ -161,6 +161,8 @@ void readMonitorSettings(Parameters& parameters, MonitorSettings& settings) {
   parameters.read("threshold", settings.threshold, {0.0, 100.0});
   parameters.read("warn_distance", settings.warn_distance, {0.0, 100.0});
   parameters.read("stop_distance", settings.stop_distance, {0.0, 100.0});
+  parameters.read("object_warn_distance", settings.object_warn_distance, {0.0, 100.0});
+  parameters.read("object_stop_distance", settings.object_stop_distance, {0.0, 100.0});
   parameters.read("hysteresis", settings.hysteresis, {0.0, 1.0});
   parameters.read("max_reported_pairs", settings.max_reported_pairs, {0, 10000});
   parameters.read("markers", settings.markers);
@@ -209,15 +211,22 @@ std::string problemOf(const MonitorSettings& settings) {
       {"threshold", settings.threshold},
       {"warn_distance", settings.warn_distance},
       {"stop_distance", settings.stop_distance},
+      {"object_warn_distance", settings.object_warn_distance},
+      {"object_stop_distance", settings.object_stop_distance},
       {"hysteresis", settings.hysteresis},
       {"lookahead", settings.lookahead},
   };
   for (const auto& [name, value] : numbers) {
     if (!std::isfinite(value)) return std::string(name) + " is " + shortest(value) + ", not a finite number";
   }
-  if (settings.stop_distance <= settings.warn_distance) return {};
-  return "stop_distance is " + shortest(settings.stop_distance) + ", above warn_distance, which is " +
-         shortest(settings.warn_distance) + ": the level WARN comes before STOP";
+  const auto contradiction = [](const std::string& kind, double stop, double warn) {
+    if (stop <= warn) return std::string();
+    return kind + "stop_distance is " + shortest(stop) + ", above " + kind + "warn_distance, which is " +
+           shortest(warn) + ": the level WARN comes before STOP";
+  };
+  const std::string of_links = contradiction("", settings.stop_distance, settings.warn_distance);
+  if (!of_links.empty()) return of_links;
+  return contradiction("object_", settings.object_stop_distance, settings.object_warn_distance);
 }
 
 Config configFrom(const XmlRpcValue& values, const std::string& name_space) {

@@ -13,11 +13,13 @@ namespace proximity_server::node {
 
 /// The parameters that may change while the node runs (dynamic_reconfigure). config/proximity.yaml documents each.
 struct MonitorSettings {
-  double rate = 50.0;           ///< [Hz]; 0: on every new set of transforms
-  double threshold = 0.3;       ///< [m] pairs at or below it are listed
-  double warn_distance = 0.05;  ///< [m]
-  double stop_distance = 0.02;  ///< [m]
-  double hysteresis = 0.002;    ///< [m]
+  double rate = 50.0;                  ///< [Hz]; 0: on every new set of transforms
+  double threshold = 0.3;              ///< [m] pairs at or below it are listed
+  double warn_distance = 0.05;         ///< [m]
+  double stop_distance = 0.02;         ///< [m]
+  double object_warn_distance = 0.05;  ///< [m] of pairs with an object, as the next
+  double object_stop_distance = 0.02;  ///< [m]
+  double hysteresis = 0.002;           ///< [m]
   int max_reported_pairs = 10;
   bool markers = true;
   double lookahead = 0.0;  ///< [s]; 0: off

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 #include <optional>
+#include <variant>
 
 namespace proximity_server::node {
 namespace {
@@ -24,10 +25,20 @@ Eigen::Vector3d seenFrom(const Eigen::Isometry3d& pose, const Eigen::Vector3d& p
   return pose.linear().transpose() * (point - pose.translation());
 }
 
-/// Transforms `point` from the frame of the poses into the frame of the shape's link; NaN if its pose is not known.
-Eigen::Vector3d inLink(const scene::RobotModel& robot, const scene::BodyPoses& poses, const scene::ShapeRef& ref,
+/// The link with which a shape moves: itself, or the one that holds the object; -1 if none holds it.
+int linkOf(const Named& named, const scene::ShapeRef& ref) {
+  if (ref.link >= 0) return ref.link;
+  const auto* held = std::get_if<scene::Attached>(&named.objects->object(ref.object)->placement);
+  return held ? named.robot.findLink(held->link) : -1;
+}
+
+/// Transforms `point` from the frame of the poses into the frame of the shape's link; NaN if there is none, or if its
+/// pose is not known.
+Eigen::Vector3d inLink(const Named& named, const scene::BodyPoses& poses, const scene::ShapeRef& ref,
                        const Eigen::Vector3d& point) {
-  const scene::Link& link = robot.links[ref.link];
+  const int index = linkOf(named, ref);
+  if (index < 0) return kNowhere;
+  const scene::Link& link = named.robot.links[index];
   const std::optional<Eigen::Isometry3d>& pose = poses[link.body];
   return pose ? seenFrom(link.body_T_link, seenFrom(*pose, point)) : kNowhere;
 }
@@ -55,15 +66,18 @@ void assignResult(Proximity& message, const narrowphase::SignedDistance& result,
   message.iterations = static_cast<std::uint16_t>(std::min<int>(result.iterations, UINT16_MAX));
 }
 
-void assign(ShapeRef& message, const scene::RobotModel& robot, const scene::ShapeRef& ref) {
-  const scene::Link& link = robot.links[ref.link];
-  message.link = link.name;
+void assign(ShapeRef& message, const Named& named, const scene::ShapeRef& ref) {
   message.index = static_cast<std::uint32_t>(ref.collision);
   message.name.clear();
-  if (ref.collision > 0) {
-    const int collision = link.collisions[ref.collision - 1];
-    message.name = robot.collisions[collision].name;
+  if (ref.link < 0) {
+    message.kind = ShapeRef::OBJECT;
+    message.link = named.objects->object(ref.object)->id;
+    return;
   }
+  message.kind = ShapeRef::LINK;
+  const scene::Link& link = named.robot.links[ref.link];
+  message.link = link.name;
+  if (ref.collision > 0) message.name = named.robot.collisions[link.collisions[ref.collision - 1]].name;
 }
 
 ShapeInfo shapeInfo(const scene::RobotModel& robot, const scene::Collision& collision) {
@@ -84,6 +98,7 @@ ShapeInfo shapeInfo(const scene::RobotModel& robot, const scene::Collision& coll
 }
 
 void clear(ShapeRef& message) {
+  message.kind = ShapeRef::LINK;
   message.link.clear();
   message.index = 0;
   message.name.clear();
@@ -126,27 +141,28 @@ PairInfo pairInfo(const scene::RobotModel& robot, const scene::LinkPair& pair) {
 
 }  // namespace
 
-void assign(Proximity& message, const scene::RobotModel& robot, const scene::BodyPoses& poses,
-            const scene::PairProximity& pair, const scene::Question& question) {
-  const scene::ShapeRef a{pair.asked.a.link, pair.collision_a ? pair.collision_a : pair.asked.a.collision};
-  const scene::ShapeRef b{pair.asked.b.link, pair.collision_b ? pair.collision_b : pair.asked.b.collision};
-  assign(message.a, robot, a);
-  assign(message.b, robot, b);
+void assign(Proximity& message, const Named& named, const scene::BodyPoses& poses, const scene::PairProximity& pair,
+            const scene::Question& question) {
+  scene::ShapeRef a = pair.asked.a, b = pair.asked.b;
+  if (pair.collision_a) a.collision = pair.collision_a;
+  if (pair.collision_b) b.collision = pair.collision_b;
+  assign(message.a, named, a);
+  assign(message.b, named, b);
   message.representation = static_cast<std::uint8_t>(pair.representation);
   message.depth_is_lower_bound = pair.depth_is_lower_bound;
   if (pair.result.status == narrowphase::Status::Unknown) {
     assignUnknownResult(message);
   } else {
     assignResult(message, pair.result, question.threshold);
-    assign(message.point_a_link, inLink(robot, poses, a, pair.result.point_a));
-    assign(message.point_b_link, inLink(robot, poses, b, pair.result.point_b));
+    assign(message.point_a_link, inLink(named, poses, a, pair.result.point_a));
+    assign(message.point_b_link, inLink(named, poses, b, pair.result.point_b));
   }
 }
 
-Proximity toMessage(const scene::RobotModel& robot, const scene::BodyPoses& poses, const scene::PairProximity& pair,
+Proximity toMessage(const Named& named, const scene::BodyPoses& poses, const scene::PairProximity& pair,
                     const scene::Question& question) {
   Proximity message;
-  assign(message, robot, poses, pair, question);
+  assign(message, named, poses, pair, question);
   return message;
 }
 

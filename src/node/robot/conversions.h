@@ -10,19 +10,29 @@
 #include "proximity_server/Proximity.h"
 #include "proximity_server/QueryStatus.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/question.h"
 
 // Converts answers of the scene into messages, without any computation of distances. Unknown numbers become NaN.
 
 namespace proximity_server::node {
 
+/// What the numbers of an answer name: the links of a robot, and the objects of the scene that answered, if it had any.
+struct Named {
+  Named(const scene::RobotModel& of_robot, const scene::Objects* all = nullptr)  // NOLINT: implicit
+      : robot(of_robot), objects(all) {}
+
+  const scene::RobotModel& robot;
+  const scene::Objects* objects;
+};
+
 /// `poses` are those of the scene that answered; they transform the points into the frames of the links.
-Proximity toMessage(const scene::RobotModel& robot, const scene::BodyPoses& poses, const scene::PairProximity& pair,
+Proximity toMessage(const Named& named, const scene::BodyPoses& poses, const scene::PairProximity& pair,
                     const scene::Question& question);
 
 /// The same in place: it allocates nothing if the strings of the message have enough capacity.
-void assign(Proximity& message, const scene::RobotModel& robot, const scene::BodyPoses& poses,
-            const scene::PairProximity& pair, const scene::Question& question);
+void assign(Proximity& message, const Named& named, const scene::BodyPoses& poses, const scene::PairProximity& pair,
+            const scene::Question& question);
 
 /// A pair of which nothing is known.
 Proximity unknownProximity();

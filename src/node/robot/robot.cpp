@@ -43,25 +43,32 @@ std::string srdfOf(const ros::NodeHandle& nh, const std::string& name) {
 
 std::shared_ptr<const scene::SceneModel> loadSceneModel(const std::string& urdf, const std::string& srdf,
                                                         const Config& config) {
-  std::vector<std::string> roots = config.mesh_roots;
-  for (std::string& root : scene::rosPackagePath()) roots.push_back(std::move(root));
   scene::ModelOptions options = config.model;
   options.progress = [](const std::string& what) { ROS_INFO_STREAM("Loading: " << what); };
-  scene::RobotModel robot = scene::loadRobotModel(
-      urdf, scene::withinRoots(scene::packageResolver(roots), config.allowed_mesh_roots), options);
+  scene::RobotModel robot = scene::loadRobotModel(urdf, meshResolver(config), options);
   return std::make_shared<const scene::SceneModel>(scene::makeSceneModel(std::move(robot), srdf, config.filter));
+}
+
+int findFrame(const scene::RobotModel& robot, const Config& config, const std::string& frame) {
+  const int link = robot.findLink(frame);
+  if (link >= 0) return link;
+  const auto hasFrame = [&](const scene::Link& l) { return tfFrame(config.tf_prefix, l.name) == frame; };
+  const auto hit = std::find_if(robot.links.begin(), robot.links.end(), hasFrame);
+  return hit == robot.links.end() ? -1 : static_cast<int>(hit - robot.links.begin());
 }
 
 /// The link of the reference frame, or -1. The parameter may name the link, or its frame with the prefix.
 int referenceLinkOf(const scene::RobotModel& robot, const Config& config) {
   if (config.reference_frame.empty()) return robot.bodies.front().link;
-  const int link = robot.findLink(config.reference_frame);
-  if (link >= 0) return link;
-  const auto hasFrame = [&](const scene::Link& l) {
-    return tfFrame(config.tf_prefix, l.name) == config.reference_frame;
-  };
-  const auto hit = std::find_if(robot.links.begin(), robot.links.end(), hasFrame);
-  return hit == robot.links.end() ? -1 : static_cast<int>(hit - robot.links.begin());
+  return findFrame(robot, config, config.reference_frame);
+}
+
+/// No objects, and rules for a robot whose base stands still if it carries the reference frame.
+RobotObjects noObjects(const std::shared_ptr<const scene::SceneModel>& model, int reference_link) {
+  scene::ObjectRules rules;
+  const bool on_base = reference_link >= 0 && model->robot.links[reference_link].body == 0;
+  rules.base = on_base ? scene::ObjectRules::Base::StandsStill : scene::ObjectRules::Base::MayMove;
+  return {std::make_shared<const scene::Objects>(scene::Objects(model).withRules(rules)), 0};
 }
 
 std::shared_ptr<const std::vector<TfEdge>> edgesOf(const scene::RobotModel& robot, const Config& config) {
@@ -91,6 +98,7 @@ Robot::Robot(const std::string& urdf, const std::string& srdf, const Config& con
       reference_link_(referenceLinkOf(model_->robot, config)),
       reference_frame_(reference_link_ < 0 ? config.reference_frame : frameOf(reference_link_)),
       tf_edges_(edgesOf(model_->robot, config)),
+      objects_(std::make_unique<ObjectSlot>(noObjects(model_, reference_link_))),
       scenes_(std::make_unique<ScenePool>(
           [first = std::make_shared<const scene::Scene>(model_)] { return first->twin(); })),
       moving_scenes_(std::make_unique<MovingScenePool>(
@@ -98,16 +106,26 @@ Robot::Robot(const std::string& urdf, const std::string& srdf, const Config& con
 
 std::string Robot::frameOf(int link) const { return tfFrame(config_.tf_prefix, robotModel().links[link].name); }
 
+int Robot::linkOfFrame(const std::string& frame) const { return findFrame(robotModel(), config_, frame); }
+
 std::vector<scene::ShapeRefPair> Robot::pairsOfGroup(const std::string& group) const {
   scene::PairFilterOptions filter = config_.filter;
   filter.group = group;
   return scene::Candidates(scene::filterPairs(robotModel(), srdf_, filter)).list();
 }
 
+scene::MeshResolver meshResolver(const Config& config) {
+  std::vector<std::string> roots = config.mesh_roots;
+  for (std::string& root : scene::rosPackagePath()) roots.push_back(std::move(root));
+  return scene::withinRoots(scene::packageResolver(roots), config.allowed_mesh_roots);
+}
+
 std::vector<int> bodiesOf(const scene::RobotModel& robot, const std::vector<scene::ShapeRefPair>& pairs) {
   std::vector<bool> is_asked(robot.bodies.size(), false);
-  for (const scene::ShapeRefPair& pair : pairs)
-    is_asked[robot.links[pair.a.link].body] = is_asked[robot.links[pair.b.link].body] = true;
+  for (const scene::ShapeRefPair& pair : pairs) {
+    for (const int link : {pair.a.link, pair.b.link})
+      if (link >= 0) is_asked[robot.links[link].body] = true;
+  }
   std::vector<int> bodies;
   for (std::size_t body = 0; body < is_asked.size(); ++body)
     if (is_asked[body]) bodies.push_back(static_cast<int>(body));

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <string>
 
 #include "node/services/answered.h"
@@ -45,6 +46,16 @@ QueryStatus summary(const std::vector<StateProximity>& states) {
   return {};
 }
 
+/// The frames that are none of the robot's links, at the time of its joints.
+FrameSnapshot framesFromTf(const Robot& robot, TfPoses& tf, AskedFrames frames, const JointSnapshot& joints,
+                           const ros::Time& stamp) {
+  const auto is_link = [&](int index) { return robot.linkOfFrame(frames.names[index]) >= 0; };
+  frames.asked.erase(std::remove_if(frames.asked.begin(), frames.asked.end(), is_link), frames.asked.end());
+  PoseSnapshot at;
+  at.stamp = joints.stamp.isZero() ? ros::Time::now() : joints.stamp;
+  return tf.awaitFrames(robot, frames, at, stamp);
+}
+
 }  // namespace
 
 QueryConfigurationResponse answer(const Robot& robot, TfPoses& tf, const QueryConfigurationRequest& request) {
@@ -59,11 +70,15 @@ QueryConfigurationResponse answer(const Robot& robot, TfPoses& tf, const QueryCo
     const JointSnapshot from_tf = missingFromTf(robot, tf, pairs.bodies(), states, request.stamp);
     response.header.stamp = from_tf.stamp;
     response.header.frame_id = robot.referenceFrame();
-    const ScenePool::Lease scene = robot.borrowScene();
+    const AskedFrames asked_frames = pairs.frames();
+    FrameSnapshot frames = framesFromTf(robot, tf, asked_frames, from_tf, request.stamp);
+    const QueryStatus& status = from_tf.status.code == QueryStatus::OK ? frames.status : from_tf.status;
+    const ScenePool::Lease scene = pairs.borrowScene();
     for (const JointValues& state : states) {
       const scene::BodyPoses poses = inReference(robot, posesInRoot(robot, state, from_tf), from_tf.reference_T_root);
-      scene->update(poses);
-      response.states.push_back(askPairs(robot, *scene, {poses, from_tf.status}, pairs, in_each, question));
+      placeFramesOfLinks(robot, asked_frames, poses, frames.poses);
+      scene->update(poses, frames.poses);
+      response.states.push_back(askPairs(robot, *scene, {poses, status}, pairs, in_each, question));
     }
     response.status = summary(response.states);
   });

@@ -137,7 +137,7 @@ FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactR
     scene::MotionQuestion question = motionQuestion(request.contact_distance, request.tolerance);
     const double budget = timeBudget(robot, request.time_budget);
     positive(request.horizon, "horizon");
-    const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
+    const auto pairs = linkPairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
     const PoseSnapshot start = tf.await(robot, pairs.bodies(), request.stamp);
     response.header.stamp = start.stamp;
     response.header.frame_id = robot.referenceFrame();
@@ -162,7 +162,7 @@ QueryTrajectoryResponse answer(const Robot& robot, TfPoses& tf, const QueryTraje
   return answered(emptyQueryTrajectory(), [&](QueryTrajectoryResponse& response) {
     scene::MotionQuestion question = motionQuestion(request.contact_distance, request.tolerance);
     const double budget = timeBudget(robot, request.time_budget);
-    const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
+    const auto pairs = linkPairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
     const WayPoints points = wayPointsOf(robot, request);
     const JointSnapshot from_tf = missingFromTf(robot, tf, pairs.bodies(), points.positions, request.stamp);
     response.header.stamp = from_tf.stamp;

@@ -15,8 +15,9 @@ namespace {
 /// Answers in the memory of the scene, valid until its next question.
 using Answers = boost::iterator_range<const scene::PairProximity*>;
 
-Answers askByMode(scene::Scene& scene, const scene::Pairs& pairs, const QueryPairsRequest& request,
+Answers askByMode(scene::Scene& scene, const RequestedPairs& requested, const QueryPairsRequest& request,
                   const scene::Question& question) {
+  const scene::Pairs pairs = requested.asked();
   const auto one = [](const scene::PairProximity* pair) { return Answers(pair, pair ? pair + 1 : pair); };
   const auto list = [](const std::vector<scene::PairProximity>& all) {
     return Answers(all.data(), all.data() + all.size());
@@ -27,7 +28,7 @@ Answers askByMode(scene::Scene& scene, const scene::Pairs& pairs, const QueryPai
     case QueryPairsRequest::FIRST:
       return one(scene.first(pairs, question));
     case QueryPairsRequest::K_CLOSEST: {
-      const std::size_t k = std::min<std::size_t>(std::max<std::size_t>(request.k, 1), pairs.size());
+      const std::size_t k = std::min<std::size_t>(std::max<std::size_t>(request.k, 1), requested.size());
       return list(scene.closest(pairs, static_cast<int>(k), question));
     }
     case QueryPairsRequest::PER_PAIR:
@@ -69,12 +70,12 @@ StateProximity askPairs(const Robot& robot, scene::Scene& scene, const PosedStat
                         const QueryPairsRequest& request, const scene::Question& question) {
   StateProximity answer;
   answer.minimum = unknownProximity();
-  const Answers found = askByMode(scene, pairs.asked(), request, question);
+  const Answers found = askByMode(scene, pairs, request, question);
   assignCounts(answer, scene.counts());
 
   answer.pairs.reserve(found.size());
   for (const scene::PairProximity& pair : found) {
-    assign(answer.pairs.emplace_back(), scene.model().robot, state.poses, pair, question);
+    assign(answer.pairs.emplace_back(), {scene.model().robot, scene.objects()}, state.poses, pair, question);
     if (pair.result.status != narrowphase::Status::Unknown)
       answer.status.code = std::min(answer.status.code, statusCode(pair.result));
   }

@@ -17,20 +17,23 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 /// A scene with the poses that a request needs, and the header of the answer.
 struct PosedScene {
   PosedScene(const Robot& asked_robot, TfPoses& tf, const RequestedPairs& pairs, const ros::Time& stamp)
-      : robot(asked_robot.robotModel()),
+      : named(asked_robot.robotModel(), &pairs.objects()),
         snapshot(tf.await(asked_robot, pairs.bodies(), stamp)),
-        scene(asked_robot.borrowScene()) {
-    scene->update(snapshot.poses);
+        frames(tf.awaitFrames(asked_robot, pairs.frames(), snapshot, stamp)),
+        scene(pairs.borrowScene()) {
+    if (snapshot.status.code == QueryStatus::OK) snapshot.status = frames.status;
+    scene->update(snapshot.poses, frames.poses);
     header.stamp = snapshot.stamp;
     header.frame_id = asked_robot.referenceFrame();
   }
 
   Proximity message(const scene::PairProximity& pair, const scene::Question& question) const {
-    return toMessage(robot, snapshot.poses, pair, question);
+    return toMessage(named, snapshot.poses, pair, question);
   }
 
-  const scene::RobotModel& robot;
+  Named named;
   PoseSnapshot snapshot;
+  FrameSnapshot frames;
   ScenePool::Lease scene;
   std_msgs::Header header;
 };
@@ -44,8 +47,8 @@ Proximity closestPair(const Robot& robot, const PosedScene& posed, const Request
                       const scene::Question& question, QueryStatus& status) {
   scene::PairProximity only;
   const scene::PairProximity* closest = nullptr;
-  if (pairs.size() == 1) {
-    only = posed.scene->proximity(pairs.list().front(), question);
+  if (pairs.list() && pairs.size() == 1) {
+    only = posed.scene->proximity(pairs.list()->front(), question);
     closest = &only;
   } else {
     closest = posed.scene->minimum(pairs.asked(), question);

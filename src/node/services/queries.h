@@ -11,7 +11,8 @@
 #include "proximity_server/SeparationAxis.h"
 
 // The services, one function each. They never throw: an error becomes the status of the response, and then every number
-// that is not proven is NaN. They wait at most Config::tf_timeout. Any number of threads may call them concurrently.
+// that is not proven is NaN. They wait at most Config::tf_timeout for the robot, and as long
+// for the frames of moving objects. Any number of threads may call them concurrently.
 
 namespace proximity_server::node {
 

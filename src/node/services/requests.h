@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "node/robot/robot.h"
+#include "node/tf/tf_poses.h"
 #include "proximity_server/QueryPairsRequest.h"
 #include "proximity_server/QueryStatus.h"
 #include "proximity_server/ShapeRef.h"
@@ -37,34 +38,46 @@ double positive(double value, const std::string& name);
 /// Index of a link, with or without geometry. Throws RequestError UNKNOWN_LINK naming the nearest one.
 int linkNamed(const scene::RobotModel& robot, const std::string& name);
 
-/// The pairs that a request asks about: a list of its own, or all candidates of the robot, which must outlive it.
+/// The pairs that a request asks about: a list of its own, or all candidates of the robot, which must outlive it, with
+/// all checked pairs of its objects. It keeps the objects of the moment of the request.
 class RequestedPairs {
  public:
-  RequestedPairs(const Robot& robot, std::vector<scene::ShapeRefPair> pairs) : robot_(&robot), own_(std::move(pairs)) {}
-  static RequestedPairs candidatesOf(const Robot& robot) { return RequestedPairs(robot); }
+  RequestedPairs(const Robot& robot, RobotObjects objects, std::vector<scene::ShapeRefPair> pairs)
+      : robot_(&robot), objects_(std::move(objects)), own_(std::move(pairs)) {}
+  RequestedPairs(const Robot& robot, RobotObjects objects) : robot_(&robot), objects_(std::move(objects)) {}
 
-  const std::vector<scene::ShapeRefPair>& list() const { return own_ ? *own_ : robot_->candidates().list(); }
-  std::size_t size() const { return list().size(); }
+  const scene::Objects& objects() const { return *objects_.all; }
+
+  /// nullptr: all candidates.
+  const std::vector<scene::ShapeRefPair>* list() const { return own_ ? &*own_ : nullptr; }
+  std::size_t size() const;
 
   /// The pairs as a question to a scene takes them; it refers to this object.
   scene::Pairs asked() const { return own_ ? scene::Pairs(*own_) : scene::Pairs(robot_->candidates()); }
 
-  /// The bodies of the links of all pairs, each once.
-  std::vector<int> bodies() const { return own_ ? bodiesOf(robot_->robotModel(), *own_) : robot_->candidateBodies(); }
+  /// The bodies and frames whose poses the pairs need.
+  std::vector<int> bodies() const;
+  AskedFrames frames() const;
+
+  /// A scene that has the objects.
+  ScenePool::Lease borrowScene() const;
 
  private:
-  explicit RequestedPairs(const Robot& robot) : robot_(&robot) {}
-
   const Robot* robot_;
+  RobotObjects objects_;
   std::optional<std::vector<scene::ShapeRefPair>> own_;
 };
 
-// Find the pairs that a request names. The pairs keep the request's order of a and b.
-// Failure: throw RequestError for a link or shape that does not exist or has no geometry, for a pair that the filter
-//          excludes, and if no pair is left.
+// Find the pairs that a request names, of links and of the objects that the robot has now. The pairs keep the request's
+// order of a and b.
+// Failure: throw RequestError for a link, shape or object that does not exist or has no geometry, for a pair that the
+//          filter excludes, and if no pair is left.
 
 /// If both are empty, every pair; if b is empty, all pairs with a; otherwise the pair of a and b.
 RequestedPairs pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter);
+
+/// The same of links alone: motions do not know objects. Also throws RequestError INVALID_ARGUMENT for an object.
+RequestedPairs linkPairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter);
 
 /// The same for the lists of a batch. Also throws RequestError OVER_BUDGET if the lists name more than
 /// Config::max_batch pairs, before it allocates memory for them.

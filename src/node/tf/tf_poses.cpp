@@ -102,18 +102,53 @@ CommonTime commonTime(const std::vector<TfLookup::Edge>& edges) {
   return common;
 }
 
-QueryStatus freshness(const CommonTime& common, const ros::Time& now, const ros::Duration& max_age) {
-  const ros::Duration age = elapsed(common.oldest->transform.stamp, now);
+/// Why the latest transform of an edge is too far from the clock; OK if it is not.
+QueryStatus freshness(const EdgeTransform& latest, const std::string& name, const ros::Time& now,
+                      const ros::Duration& max_age) {
+  const ros::Duration age = elapsed(latest.stamp, now);
   if (age > max_age) {
-    return status(QueryStatus::TF_STALE, common.oldest->frames->name + ": its latest transform is " +
-                                             durationText(age) + " old, max_tf_age is " + durationText(max_age));
+    return status(QueryStatus::TF_STALE, name + ": its latest transform is " + durationText(age) +
+                                             " old, max_tf_age is " + durationText(max_age));
   }
-  const ros::Duration ahead = elapsed(now, common.newest->transform.stamp);
-  if (ahead > max_age) {
-    return status(QueryStatus::TF_STALE, common.newest->frames->name + ": its latest transform is " +
-                                             durationText(ahead) + " ahead of the clock");
+  if (-age > max_age) {
+    return status(QueryStatus::TF_STALE,
+                  name + ": its latest transform is " + durationText(-age) + " ahead of the clock");
   }
   return {};
+}
+
+QueryStatus freshness(const CommonTime& common, const ros::Time& now, const ros::Duration& max_age) {
+  const QueryStatus of_oldest = freshness(common.oldest->transform, common.oldest->frames->name, now, max_age);
+  if (of_oldest.code != QueryStatus::OK) return of_oldest;
+  return freshness(common.newest->transform, common.newest->frames->name, now, max_age);
+}
+
+struct FrameTime {
+  ros::Time robot;  ///< of the robot's poses
+  ros::Time now;
+  ros::Duration max_age;
+};
+
+/// The transform at the time of the robot's poses, or the latest one if tf does not have that time and the latest one is
+/// near the clock.
+EdgeTransform lookUpNear(const tf2::BufferCore& buffer, const TfEdge& edge, const FrameTime& time) {
+  EdgeTransform latest = lookUpEdge(buffer, edge, ros::Time());
+  if (!latest.pose || latest.stamp.isZero()) return latest;
+  latest.status = freshness(latest, edge.name, time.now, time.max_age);
+  if (latest.status.code != QueryStatus::OK) {
+    latest.pose.reset();
+    return latest;
+  }
+  if (latest.stamp <= time.robot) return latest;
+  const EdgeTransform then = lookUpEdge(buffer, edge, time.robot);
+  return then.pose ? then : latest;
+}
+
+std::optional<Eigen::Isometry3d> poseOfLink(const scene::RobotModel& robot, int link, const scene::BodyPoses& poses) {
+  const scene::Link& asked = robot.links[link];
+  const std::optional<Eigen::Isometry3d>& body = poses[asked.body];
+  if (!body) return std::nullopt;
+  return *body * asked.body_T_link;
 }
 
 }  // namespace
@@ -123,6 +158,23 @@ TfLookup::TfLookup(const Robot& asked, std::vector<int> wanted) : robot(&asked),
   for (const int joint : joints) edges.push_back({joint, &all[joint], {}});
   if (asked.referenceLink() < 0) edges.push_back({static_cast<int>(all.size()) - 1, &all.back(), {}});
   found.joints.resize(asked.robotModel().joints.size());
+}
+
+std::vector<int> bodiesOf(const Robot& robot, const AskedFrames& frames) {
+  std::vector<int> bodies;
+  for (const int index : frames.asked) {
+    const int link = robot.linkOfFrame(frames.names[index]);
+    if (link >= 0) bodies.push_back(robot.robotModel().links[link].body);
+  }
+  return bodies;
+}
+
+void placeFramesOfLinks(const Robot& robot, const AskedFrames& frames, const scene::BodyPoses& poses,
+                        scene::FramePoses& placed) {
+  for (const int index : frames.asked) {
+    const int link = robot.linkOfFrame(frames.names[index]);
+    if (link >= 0) placed[index] = poseOfLink(robot.robotModel(), link, poses);
+  }
 }
 
 void TfPoses::onChange(std::function<void()> listener) {
@@ -203,19 +255,54 @@ const JointSnapshot& TfPoses::lookUpJoints(TfLookup& lookup, const ros::Time& st
   return snapshot;
 }
 
-JointSnapshot TfPoses::awaitJoints(const Robot& robot, const std::vector<int>& joints, const ros::Time& stamp) {
-  TfLookup lookup(robot, joints);
+template <class LookUp>
+auto TfPoses::await(double timeout, LookUp look_up) {
   // The deadline is in wall time, because a simulated clock may stand still.
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(robot.config().tf_timeout);
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(timeout);
   while (true) {
     const std::uint64_t seen = changes_;
-    const JointSnapshot& snapshot = lookUpJoints(lookup, stamp);
+    const auto snapshot = look_up();
     if (snapshot.status.code == QueryStatus::OK) return snapshot;
     std::unique_lock<std::mutex> lock(mutex_);
     // The deadline is also checked after a change, so that the wait ends even if changes come all the time.
     const bool changed = changed_.wait_until(lock, deadline, [&] { return changes_ != seen; });
     if (!changed || std::chrono::steady_clock::now() >= deadline) return snapshot;
   }
+}
+
+JointSnapshot TfPoses::awaitJoints(const Robot& robot, const std::vector<int>& joints, const ros::Time& stamp) {
+  TfLookup lookup(robot, joints);
+  return await(robot.config().tf_timeout, [&] { return lookUpJoints(lookup, stamp); });
+}
+
+FrameSnapshot TfPoses::lookUpFrames(const Robot& robot, const AskedFrames& frames, const PoseSnapshot& at,
+                                    const ros::Time& stamp) {
+  FrameSnapshot snapshot;
+  snapshot.poses.resize(frames.names.size());
+  if (frames.asked.empty()) return snapshot;
+  if (at.stamp.isZero()) {
+    snapshot.status = at.status;
+    return snapshot;
+  }
+  const ros::Time now = readClock();
+  const std::shared_ptr<const tf2::BufferCore> buffer = tree_.view().buffer;
+  for (const int index : frames.asked) {
+    const std::string& frame = frames.names[index];
+    if (robot.linkOfFrame(frame) >= 0) continue;
+    const TfEdge edge{robot.referenceFrame(), frame, "frame '" + frame + "' of objects"};
+    const FrameTime time{at.stamp, now, ros::Duration(robot.config().max_tf_age)};
+    const EdgeTransform found = stamp.isZero() ? lookUpNear(*buffer, edge, time) : lookUpEdge(*buffer, edge, stamp);
+    snapshot.poses[index] = found.pose;
+    if (!found.pose && snapshot.status.code == QueryStatus::OK) snapshot.status = found.status;
+  }
+  placeFramesOfLinks(robot, frames, at.poses, snapshot.poses);
+  return snapshot;
+}
+
+FrameSnapshot TfPoses::awaitFrames(const Robot& robot, const AskedFrames& frames, const PoseSnapshot& at,
+                                   const ros::Time& stamp) {
+  if (at.status.code != QueryStatus::OK) return lookUpFrames(robot, frames, at, stamp);
+  return await(robot.config().tf_timeout, [&] { return lookUpFrames(robot, frames, at, stamp); });
 }
 
 }  // namespace proximity_server::node

@@ -20,6 +20,7 @@
 #include "node/tf/tf_tree.h"
 #include "proximity_server/QueryStatus.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/query/scene.h"
 
 namespace proximity_server::node {
 
@@ -41,6 +42,25 @@ struct PoseSnapshot {
   ros::Duration skew;      ///< newest - oldest of the latest transforms
   QueryStatus status;      ///< OK, or what is missing, stale or out of reach, with the name of the joint
 };
+
+/// The poses of tf frames that carry objects, in Robot::referenceFrame().
+struct FrameSnapshot {
+  scene::FramePoses poses;  ///< nullopt if unknown or not asked for
+  QueryStatus status;       ///< OK, or why the first one that tf does not know is not, with its name
+};
+
+/// Frames that carry objects, and those of them that matter.
+struct AskedFrames {
+  std::vector<std::string> names;
+  std::vector<int> asked;  ///< indices into `names`
+};
+
+/// The links that carry some of the frames: a frame of the robot itself moves with the robot's joints.
+std::vector<int> bodiesOf(const Robot& robot, const AskedFrames& frames);
+
+/// Fills in the asked frames that are those of links of the robot; the others stay as they are.
+void placeFramesOfLinks(const Robot& robot, const AskedFrames& frames, const scene::BodyPoses& poses,
+                        scene::FramePoses& placed);
 
 /// A question to tf about some joints of a robot, with the memory for its answers: asked again, it allocates nothing
 /// besides what tf2 allocates during a look-up. The robot must outlive it.
@@ -90,6 +110,18 @@ class TfPoses {
   /// of wall time.
   PoseSnapshot await(const Robot& robot, const std::vector<int>& bodies, const ros::Time& stamp);
 
+  /// The poses of frames for the poses `at` of the robot, which were asked for at `stamp`. Never waits.
+  ///
+  /// A frame of a link of the robot follows from `at`, which must have the bodies of bodiesOf(). Any other is taken from tf
+  /// at the time of `at`. If `stamp` is 0 and tf does not have that time of it, it is taken from its latest transform, which
+  /// must not be farther from the clock than Config::max_tf_age.
+  FrameSnapshot lookUpFrames(const Robot& robot, const AskedFrames& frames, const PoseSnapshot& at,
+                             const ros::Time& stamp = {});
+
+  /// The same; waits for missing transforms, at most Config::tf_timeout of wall time, but not if `at` misses any itself.
+  FrameSnapshot awaitFrames(const Robot& robot, const AskedFrames& frames, const PoseSnapshot& at,
+                            const ros::Time& stamp);
+
   // The same for the transforms of chosen joints, and of the reference frame if that is no link of the robot.
 
   const JointSnapshot& lookUpJoints(TfLookup& lookup, const ros::Time& stamp = {});
@@ -97,6 +129,11 @@ class TfPoses {
 
  private:
   void transformsChanged();
+
+  /// Repeats `look_up`, which returns a snapshot, after every change of tf until its status is OK or the time is over.
+  template <class LookUp>
+  auto await(double timeout, LookUp look_up);
+
   ros::Time readClock();  ///< forgets all transforms if the clock jumped back
 
   /// Fills in the latest transforms, and returns the buffer that has them.

@@ -163,6 +163,9 @@ void add(const ObjectShape& shape, const ObjectOptions& options, Parts& all) {
     all.half_spaces.push_back({normal, offset, index});
   }
   all.shapes.push_back(parts.info);
+  all.shapes.back().pieces = static_cast<int>(parts.parts.size() + parts.half_spaces.size());
+  for (const auto& [part, shape_T_part] : parts.parts)
+    if (part.kind() == Shape::Kind::Hull) all.shapes.back().vertices += static_cast<int>(part.hull().size());
   for (const std::string& warning : parts.warnings) all.warnings.push_back(warning + ".");
 }
 

@@ -84,5 +84,106 @@ TEST_F(MonitorOfSliders, SaysThatTheFilterLeavesNoPairOnlyWhereItDoes) {
   EXPECT_EQ(clearance.level, Clearance::INVALID);
 }
 
+// --- objects
+
+/// A ball of radius 0.1 m.
+scene::Object ballAt(const scene::Placement& placement, const std::string& id = "ball") {
+  return scene::makeObject(id, {{narrowphase::Shape(narrowphase::Sphere{0.1})}}, placement);
+}
+scene::Fixed standingAt(double x, double y, double z) { return {Eigen::Isometry3d(Eigen::Translation3d(x, y, z))}; }
+
+class MonitorOfObjects : public MonitorOfSliders {
+ protected:
+  void SetUp() override { follow(""); }
+  void add(const scene::Object& object) {
+    const RobotObjects before = robot_->objects().get();
+    robot_->objects().set(
+        {std::make_shared<const scene::Objects>(before.all->changed({scene::AddObject{object}})), before.revision + 1});
+    monitor_.use(robot_->objects().get());
+  }
+  const Clearance& cycleWithFrames(const FrameSnapshot& frames) {
+    return monitor_.cycle(withTheRightSphereAt(*robot_, 0.5), {}, settings_, frames);
+  }
+
+  MonitorSettings settings_;
+};
+
+TEST_F(MonitorOfObjects, ReportsTheMinimumOfEachKindAndOfBoth) {
+  add(ballAt(standingAt(0.0, 0.25, 0.0)));
+  const Clearance& clearance = cycleWithFrames({});
+  EXPECT_EQ(clearance.status.code, QueryStatus::OK) << clearance.status.message;
+  EXPECT_NEAR(clearance.self_minimum.distance, 0.3, 1e-9);
+  EXPECT_NEAR(clearance.object_minimum.distance, 0.05, 1e-9);
+  EXPECT_NEAR(clearance.minimum.distance, 0.05, 1e-9);
+  EXPECT_EQ(clearance.minimum.a.link, "middle");
+  EXPECT_EQ(clearance.minimum.a.kind, ShapeRef::LINK);
+  EXPECT_EQ(clearance.minimum.b.link, "ball");
+  EXPECT_EQ(clearance.minimum.b.kind, ShapeRef::OBJECT);
+  EXPECT_EQ(clearance.objects_revision, 1u);
+  EXPECT_EQ(clearance.pairs_total, 6u);
+}
+
+TEST_F(MonitorOfObjects, KnowsNoMinimumOfAKindWithoutPairs) {
+  const Clearance& clearance = cycleWithFrames({});
+  EXPECT_NEAR(clearance.self_minimum.distance, 0.3, 1e-9);
+  EXPECT_EQ(clearance.object_minimum.state, Proximity::UNKNOWN);
+  EXPECT_EQ(clearance.level, Clearance::CLEAR);
+}
+
+TEST_F(MonitorOfObjects, HasLevelsOfTheirOwnForObjects) {
+  settings_.warn_distance = 0.4;  // the links are 0.3 m apart
+  settings_.object_warn_distance = 0.3;
+  settings_.object_stop_distance = 0.2;
+  add(ballAt(standingAt(0.0, 0.55, 0.0)));
+  EXPECT_EQ(cycleWithFrames({}).level, Clearance::WARN);
+  add(ballAt(standingAt(0.0, -0.35, 0.0), "nearer"));
+  EXPECT_EQ(cycleWithFrames({}).level, Clearance::STOP);
+  settings_.warn_distance = settings_.object_warn_distance = settings_.object_stop_distance = 0.0;
+  settings_.stop_distance = 0.0;
+  EXPECT_EQ(cycleWithFrames({}).level, Clearance::CLEAR);
+}
+
+// The object is farther from the robot than the links are from each other, but its levels begin earlier.
+TEST_F(MonitorOfObjects, TakesTheWorseLevelOfTheTwoKinds) {
+  settings_.object_warn_distance = settings_.object_stop_distance = 0.5;
+  add(ballAt(standingAt(0.0, 0.6, 0.0)));
+  const Clearance& clearance = cycleWithFrames({});
+  EXPECT_EQ(clearance.minimum.b.kind, ShapeRef::LINK);
+  EXPECT_EQ(clearance.level, Clearance::STOP);
+}
+
+TEST_F(MonitorOfObjects, FollowsAnObjectInItsFrame) {
+  add(ballAt(scene::Moving{"camera", Eigen::Isometry3d(Eigen::Translation3d(0.0, 0.0, 1.0))}));
+  EXPECT_EQ(monitor_.frames().names, std::vector<std::string>{"camera"});
+  FrameSnapshot frames;
+  frames.poses = {Eigen::Isometry3d(Eigen::Translation3d(0.0, 0.0, 1.0))};
+  EXPECT_NEAR(cycleWithFrames(frames).object_minimum.distance, 1.8, 1e-9);
+}
+
+TEST_F(MonitorOfObjects, IsInvalidAndNamesTheFrameWhileItIsUnknown) {
+  add(ballAt(scene::Moving{"camera"}));
+  FrameSnapshot frames;
+  frames.poses = {std::nullopt};
+  frames.status.code = QueryStatus::TF_STALE;
+  frames.status.message = "frame 'camera' of objects: old";
+  const Clearance& clearance = cycleWithFrames(frames);
+  EXPECT_EQ(clearance.level, Clearance::INVALID);
+  EXPECT_EQ(clearance.status.code, QueryStatus::TF_STALE);
+  EXPECT_EQ(clearance.status.message, "frame 'camera' of objects: old");
+  EXPECT_EQ(clearance.pairs_unknown, 3u);
+  EXPECT_EQ(clearance.object_minimum.state, Proximity::UNKNOWN);
+}
+
+TEST_F(MonitorOfObjects, ChecksARobotOfWhichTheFilterLeavesNoPairAgainstObjects) {
+  follow(R"(<robot name="sliders"><disable_default_collisions link="left"/><disable_default_collisions link="middle"/>
+            <disable_default_collisions link="right"/></robot>)");
+  add(ballAt(standingAt(0.0, 0.5, 0.0)));
+  const Clearance& clearance = cycleWithFrames({});
+  EXPECT_EQ(clearance.status.code, QueryStatus::OK) << clearance.status.message;
+  EXPECT_NEAR(clearance.minimum.distance, 0.3, 1e-9);
+  EXPECT_EQ(clearance.self_minimum.state, Proximity::UNKNOWN);
+  EXPECT_EQ(clearance.level, Clearance::CLEAR);
+}
+
 }  // namespace
 }  // namespace proximity_server::node

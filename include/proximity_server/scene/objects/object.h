@@ -90,6 +90,8 @@ struct ObjectShapeInfo {
   double deviation = 0.0;  ///< [m] see MeshPieces, as the next two
   double uncovered = 0.0;
   double volume_ratio = std::numeric_limits<double>::quiet_NaN();
+  int pieces = 0;    ///< convex pieces and half-spaces
+  int vertices = 0;  ///< of all hulls together
 };
 
 /// The shapes of an object, in the order in which they were given.

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "node/objects/object_shapes.h"
+#include "node/robot/robot.h"
+#include "proximity_server/ObjectChange.h"
+#include "proximity_server/scene/objects/objects.h"
+
+namespace proximity_server::node {
+
+/// An object with what it was made of, so that shapes can be added to it and moved in it.
+struct StoredObject {
+  std::vector<SourceShape> shapes;
+  double padding = 0.0;  ///< [m]
+  scene::Object object;
+};
+
+/// By id. The entries never change.
+using StoredObjects = std::map<std::string, std::shared_ptr<const StoredObject>>;
+
+/// Where a tf frame is now, in the reference frame of a robot. Throws std::invalid_argument naming the frame if that is
+/// not known.
+using FindFrame = std::function<Eigen::Isometry3d(const Robot& robot, const std::string& frame)>;
+
+/// Reads one message of changes: each of them sees what those before it have done, and nothing is changed outside of it.
+///
+/// 1. A change is checked, field by field.
+/// 2. Its pose is carried over into the frame that its object moves with; every frame is looked up once for all changes.
+/// 3. Objects with new shapes are made; where only the place is new, the geometry is shared.
+/// 4. The difference to the objects of before becomes changes of the scene.
+class ObjectBatch {
+ public:
+  /// All must outlive it.
+  ObjectBatch(const Robot& robot, const StoredObjects& before, const FindFrame& find_frame)
+      : robot_(robot), before_(before), find_frame_(find_frame) {}
+
+  /// Failure: throws std::invalid_argument naming the object, the field and the reason.
+  void apply(const ObjectChange& change);
+
+  /// The objects that are different now; nullptr: it is gone.
+  const StoredObjects& touched() const { return touched_; }
+
+  /// What makes these objects of those of before.
+  std::vector<scene::ObjectChange> difference() const;
+
+ private:
+  void add(const ObjectChange& change);
+  void append(const ObjectChange& change);
+  void move(const ObjectChange& change);
+  void attach(const ObjectChange& change);
+  void detach(const ObjectChange& change);
+  void remove(const ObjectChange& change);
+
+  const StoredObject* find(const std::string& id) const;
+  const StoredObject& require(const std::string& id) const;
+  void put(const std::string& id, StoredObject object);
+  void make(const std::string& id, StoredObject object);
+
+  std::string frameNamed(const std::string& name) const;
+  const Eigen::Isometry3d& referenceTo(const std::string& frame);
+  Eigen::Isometry3d seenFrom(const std::string& frame, const std::string& other, const Eigen::Isometry3d& pose);
+  Eigen::Isometry3d placeIn(const std::string& frame, const ObjectChange& change);
+  scene::Attached attachedTo(const ObjectChange& change, const Eigen::Isometry3d& link_T_object) const;
+  scene::Placement placementIn(const std::string& frame, const Eigen::Isometry3d& frame_T_object) const;
+
+  const Robot& robot_;
+  const StoredObjects& before_;
+  const FindFrame& find_frame_;
+  StoredObjects touched_;
+  std::map<std::string, Eigen::Isometry3d> frames_;  ///< in the reference frame
+};
+
+/// Where an object is, in the frame that carries it.
+struct Carried {
+  std::string frame;
+  Eigen::Isometry3d frame_T_object;
+};
+Carried carriedBy(const Robot& robot, const scene::Placement& placement);
+
+}  // namespace proximity_server::node

@@ -1,0 +1,78 @@
+#include "node/objects/object_needs.h"
+
+#include <algorithm>
+#include <set>
+#include <string>
+#include <variant>
+
+namespace proximity_server::node {
+namespace {
+
+std::vector<int> listed(const std::set<int>& numbers) { return {numbers.begin(), numbers.end()}; }
+
+/// The body that holds an object, or -1.
+int bodyOf(const scene::RobotModel& robot, const scene::Object& object) {
+  const auto* held = std::get_if<scene::Attached>(&object.placement);
+  return held ? robot.links[robot.findLink(held->link)].body : -1;
+}
+
+bool isChecked(const scene::Objects& objects, int link) {
+  const auto is_checked = [&](int number) { return objects.linkReason(link, number) == scene::PairReason::Checked; };
+  return std::any_of(objects.numbers().begin(), objects.numbers().end(), is_checked);
+}
+
+}  // namespace
+
+std::vector<int> bodiesOfCheckedPairs(const Robot& robot, const scene::Objects& objects) {
+  const scene::RobotModel& model = robot.robotModel();
+  std::set<int> bodies(robot.candidateBodies().begin(), robot.candidateBodies().end());
+  if (objects.empty()) return listed(bodies);
+  for (std::size_t link = 0; link < model.links.size(); ++link) {
+    if (bodies.count(model.links[link].body) == 0 && isChecked(objects, static_cast<int>(link)))
+      bodies.insert(model.links[link].body);
+  }
+  for (const int number : objects.walkers()) {
+    const int body = bodyOf(model, *objects.object(number));
+    if (body >= 0) bodies.insert(body);
+  }
+  for (const int body : bodiesOf(robot, framesOf(objects))) bodies.insert(body);
+  return listed(bodies);
+}
+
+AskedFrames framesOf(const scene::Objects& objects) {
+  AskedFrames frames{objects.frames(), {}};
+  for (std::size_t i = 0; i < frames.names.size(); ++i) frames.asked.push_back(static_cast<int>(i));
+  return frames;
+}
+
+std::vector<int> bodiesOf(const Robot& robot, const scene::Objects& objects,
+                          const std::vector<scene::ShapeRefPair>& pairs) {
+  const std::vector<int> of_links = bodiesOf(robot.robotModel(), pairs);
+  std::set<int> bodies(of_links.begin(), of_links.end());
+  for (const scene::ShapeRefPair& pair : pairs) {
+    for (const scene::ShapeRef& ref : {pair.a, pair.b}) {
+      const int body = ref.link < 0 ? bodyOf(robot.robotModel(), *objects.object(ref.object)) : -1;
+      if (body >= 0) bodies.insert(body);
+    }
+  }
+  for (const int body : bodiesOf(robot, framesOf(objects, pairs))) bodies.insert(body);
+  return listed(bodies);
+}
+
+AskedFrames framesOf(const scene::Objects& objects, const std::vector<scene::ShapeRefPair>& pairs) {
+  AskedFrames frames{objects.frames(), {}};
+  std::set<int> asked;
+  for (const scene::ShapeRefPair& pair : pairs) {
+    for (const scene::ShapeRef& ref : {pair.a, pair.b}) {
+      const scene::Object* object = ref.link < 0 ? objects.object(ref.object) : nullptr;
+      const auto* moving = object ? std::get_if<scene::Moving>(&object->placement) : nullptr;
+      if (!moving) continue;
+      const auto place = std::lower_bound(frames.names.begin(), frames.names.end(), moving->frame);
+      asked.insert(static_cast<int>(place - frames.names.begin()));
+    }
+  }
+  frames.asked = listed(asked);
+  return frames;
+}
+
+}  // namespace proximity_server::node

@@ -1,0 +1,142 @@
+#include "node/objects/object_store.h"
+
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <variant>
+
+#include "proximity_server/scene/model/names.h"
+
+namespace proximity_server::node {
+namespace {
+
+using Lock = std::lock_guard<std::mutex>;
+
+/// `rules` for pairs with objects, beside the other rules of `before`.
+scene::ObjectRules rulesFrom(const std::vector<PairRule>& rules, scene::ObjectRules before) {
+  before.allowed = {};
+  for (std::size_t i = 0; i < rules.size(); ++i) {
+    const PairRule& rule = rules[i];
+    if (rule.a.empty() || rule.b.empty())
+      throw std::invalid_argument("rules[" + std::to_string(i) + "]: a name is empty");
+    using Rule = scene::AllowedPairs::Rule;
+    before.allowed.set(rule.a, rule.b, rule.allowed ? Rule::Allowed : Rule::Checked);
+  }
+  return before;
+}
+
+/// Throws std::invalid_argument if an object stands in a reference frame that is another one now.
+void requireSameReference(const StoredObjects& stored, const Robot& before, const Robot& now) {
+  if (before.referenceFrame() == now.referenceFrame()) return;
+  for (const auto& [id, object] : stored) {
+    if (std::holds_alternative<scene::Fixed>(object->object.placement))
+      throw std::invalid_argument("object " + scene::quoted(id) + ": it stands in the reference frame '" +
+                                  before.referenceFrame() + "', which would be '" + now.referenceFrame() +
+                                  "': remove it first");
+  }
+}
+
+ShapeInfo shapeInfo(const std::string& id, std::size_t index, const scene::ObjectShapeInfo& shape) {
+  ShapeInfo info;
+  info.shape.link = id;
+  info.shape.kind = ShapeRef::OBJECT;
+  info.shape.index = static_cast<std::uint32_t>(index + 1);
+  info.description = shape.description;
+  info.representation = static_cast<std::uint8_t>(shape.representation);
+  info.deviation = shape.deviation;
+  info.uncovered = shape.uncovered;
+  info.volume_ratio = shape.volume_ratio;
+  info.pieces = static_cast<std::uint32_t>(shape.pieces);
+  info.vertices = static_cast<std::uint32_t>(shape.vertices);
+  return info;
+}
+
+ObjectInfo objectInfo(const Robot& robot, const StoredObject& stored) {
+  ObjectInfo info;
+  info.id = stored.object.id;
+  if (const auto* held = std::get_if<scene::Attached>(&stored.object.placement)) {
+    info.link = held->link;
+    info.touch_links = held->touch_links;
+  }
+  const Carried carried = carriedBy(robot, stored.object.placement);
+  info.frame = carried.frame;
+  info.pose = toMessage(carried.frame_T_object);
+  info.padding = stored.padding;
+  const std::vector<scene::ObjectShapeInfo>& shapes = scene::shapesOf(stored.object);
+  for (std::size_t i = 0; i < shapes.size(); ++i) info.shapes.push_back(shapeInfo(info.id, i, shapes[i]));
+  info.warnings = scene::warningsOf(stored.object);
+  return info;
+}
+
+}  // namespace
+
+ObjectStore::ObjectStore(std::shared_ptr<const Robot> robot, std::uint64_t node_start, FindFrame find_frame,
+                         std::function<void()> in_use)
+    : node_start_(node_start),
+      find_frame_(std::move(find_frame)),
+      in_use_(std::move(in_use)),
+      robot_(std::move(robot)) {}
+
+std::uint64_t ObjectStore::apply(const ObjectChanges& changes) {
+  const Lock only_one(changing_);
+  ObjectBatch batch(*robot_, stored_, find_frame_);
+  for (std::size_t i = 0; i < changes.changes.size(); ++i) {
+    try {
+      batch.apply(changes.changes[i]);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument("changes[" + std::to_string(i) + "]: " + error.what());
+    }
+  }
+  const std::vector<scene::ObjectChange> difference = batch.difference();
+  if (difference.empty() && !changes.set_rules) return revision_;
+  scene::Objects next = robot_->objects().get().all->changed(difference);
+  if (changes.set_rules) next = next.withRules(rulesFrom(changes.rules, next.rules()));
+
+  {
+    const Lock lock(mutex_);
+    for (const auto& [id, object] : batch.touched()) {
+      if (object)
+        stored_[id] = object;
+      else
+        stored_.erase(id);
+    }
+    if (changes.set_rules) rules_ = changes.rules;
+    ++revision_;
+  }
+  robot_->objects().set({std::make_shared<const scene::Objects>(std::move(next)), revision_});
+  in_use_();
+  return revision_;
+}
+
+void ObjectStore::follow(const std::shared_ptr<const Robot>& robot, const std::function<void()>& replace) {
+  const Lock only_one(changing_);
+  requireSameReference(stored_, *robot_, *robot);
+  const std::shared_ptr<const scene::Objects> none = robot->objects().get().all;
+  std::vector<scene::ObjectChange> additions;
+  for (const auto& [id, object] : stored_) additions.emplace_back(scene::AddObject{object->object});
+  scene::Objects next = none->withRules(rulesFrom(rules_, none->rules())).changed(additions);
+  robot->objects().set({std::make_shared<const scene::Objects>(std::move(next)), revision_});
+  {
+    const Lock lock(mutex_);
+    robot_ = robot;
+  }
+  replace();
+}
+
+ObjectList ObjectStore::list() const {
+  const Lock lock(mutex_);
+  ObjectList list;
+  list.header.frame_id = robot_->referenceFrame();
+  list.node_start = node_start_;
+  list.revision = revision_;
+  for (const auto& [id, object] : stored_) list.objects.push_back(objectInfo(*robot_, *object));
+  list.rules = rules_;
+  return list;
+}
+
+std::uint64_t ObjectStore::revision() const {
+  const Lock lock(mutex_);
+  return revision_;
+}
+
+}  // namespace proximity_server::node

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "node/objects/object_batch.h"
+#include "node/robot/robot.h"
+#include "proximity_server/ObjectChanges.h"
+#include "proximity_server/ObjectList.h"
+#include "proximity_server/PairRule.h"
+
+namespace proximity_server::node {
+
+/// The objects of the node: applies changes, one message after the other, and gives each result to the robot, from which
+/// requests and the monitor take it. Thread-safe.
+class ObjectStore {
+ public:
+  /// `node_start` is a number that no other start of the node has, not 0. `in_use` is called after each change, before
+  /// apply() returns.
+  ObjectStore(
+      std::shared_ptr<const Robot> robot, std::uint64_t node_start, FindFrame find_frame,
+      std::function<void()> in_use = [] {});
+
+  /// Applies all changes of a message, and returns the revision after it. May take as long as its meshes need, and as tf
+  /// needs to tell where the frames of its poses are.
+  ///
+  /// Failure: throws std::invalid_argument naming the change, the object, the field and the reason. Nothing is changed
+  ///          then.
+  std::uint64_t apply(const ObjectChanges& changes);
+
+  /// Gives the objects to a reloaded robot, and calls `replace` before any other change.
+  ///
+  /// Failure: throws std::invalid_argument naming the object that the new robot cannot have: its link or its reference
+  ///          frame is gone, or a link has its id. The robot of before stays then.
+  void follow(const std::shared_ptr<const Robot>& robot, const std::function<void()>& replace);
+
+  /// What is there, without a stamp.
+  ObjectList list() const;
+
+  std::uint64_t nodeStart() const { return node_start_; }
+  std::uint64_t revision() const;
+
+ private:
+  const std::uint64_t node_start_;
+  const FindFrame find_frame_;
+  const std::function<void()> in_use_;
+  std::mutex changing_;       // held by one change or reload from its beginning to its end
+  mutable std::mutex mutex_;  // guards the members below; only who holds changing_ writes them
+  std::shared_ptr<const Robot> robot_;
+  StoredObjects stored_;
+  std::vector<PairRule> rules_;
+  std::uint64_t revision_ = 0;
+};
+
+}  // namespace proximity_server::node

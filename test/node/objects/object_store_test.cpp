@@ -1,0 +1,369 @@
+// Changes of objects, with a tf of the test.
+#include "node/objects/object_store.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "proximity_server/scene/query/scene.h"
+
+namespace proximity_server::node {
+namespace {
+
+/// A hand, a sphere of radius 0.1 m, on a slider along x; "finger" has no geometry and is fixed to the hand.
+const char* const kSlider = R"(<robot name="slider">
+  <link name="rail"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+  <link name="hand"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+  <link name="finger"/>
+  <joint name="slide" type="prismatic"><parent link="rail"/><child link="hand"/><axis xyz="1 0 0"/>
+    <limit lower="-9" upper="9" effort="1" velocity="1"/></joint>
+  <joint name="fix" type="fixed"><parent link="hand"/><child link="finger"/><origin xyz="0 0 1"/></joint></robot>)";
+
+geometry_msgs::Pose at(double x, double y, double z) {
+  geometry_msgs::Pose pose;  // with a quaternion of zeros
+  pose.position.x = x;
+  pose.position.y = y;
+  pose.position.z = z;
+  return pose;
+}
+
+shape_msgs::SolidPrimitive primitive(std::uint8_t type, const std::vector<double>& dimensions) {
+  shape_msgs::SolidPrimitive result;
+  result.type = type;
+  result.dimensions.assign(dimensions.begin(), dimensions.end());
+  return result;
+}
+const shape_msgs::SolidPrimitive kBall = primitive(shape_msgs::SolidPrimitive::SPHERE, {0.1});
+
+ObjectChange change(std::uint8_t operation, const std::string& id) {
+  ObjectChange result;
+  result.operation = operation;
+  result.id = id;
+  return result;
+}
+
+ObjectChange addBall(const std::string& id, const geometry_msgs::Pose& pose = {}) {
+  ObjectChange result = change(ObjectChange::ADD, id);
+  result.primitives = {kBall};
+  result.pose = pose;
+  return result;
+}
+
+ObjectChange attach(const std::string& id, const std::string& link) {
+  ObjectChange result = change(ObjectChange::ATTACH, id);
+  result.link = link;
+  result.keep_pose = true;
+  return result;
+}
+
+ObjectChanges all(std::vector<ObjectChange> changes) {
+  ObjectChanges message;
+  message.changes = std::move(changes);
+  return message;
+}
+
+class ObjectsOfASlider : public testing::Test {
+ protected:
+  std::shared_ptr<const Robot> robot_ = std::make_shared<const Robot>(kSlider, "", Config());
+  std::map<std::string, Eigen::Vector3d> tf_ = {
+      {"hand", {2.0, 0.0, 0.0}}, {"finger", {2.0, 0.0, 1.0}}, {"camera", {0.0, 5.0, 0.0}}};
+  int in_use_ = 0;
+  ObjectStore store_{robot_, 7,
+                     [this](const Robot&, const std::string& frame) -> Eigen::Isometry3d {
+                       if (tf_.count(frame) == 0) throw std::invalid_argument("frame '" + frame + "' has no pose");
+                       return Eigen::Isometry3d(Eigen::Translation3d(tf_.at(frame)));
+                     },
+                     [this] { ++in_use_; }};
+
+  std::uint64_t apply(std::vector<ObjectChange> changes) { return store_.apply(all(std::move(changes))); }
+
+  /// The error of changes, of which none must have an effect.
+  std::string refusal(std::vector<ObjectChange> changes) {
+    const ObjectList before = store_.list();
+    const auto objects = robot_->objects().get();
+    try {
+      apply(std::move(changes));
+    } catch (const std::invalid_argument& error) {
+      const ObjectList after = store_.list();
+      EXPECT_EQ(after.revision, before.revision);
+      EXPECT_EQ(after.objects.size(), before.objects.size());
+      EXPECT_EQ(robot_->objects().get().all, objects.all);
+      return error.what();
+    }
+    ADD_FAILURE() << "nothing was refused";
+    return {};
+  }
+
+  ObjectInfo info(const std::string& id) {
+    for (const ObjectInfo& object : store_.list().objects)
+      if (object.id == id) return object;
+    ADD_FAILURE() << "no object " << id;
+    return {};
+  }
+
+  /// The distance of the object to the rail, at the origin, with the hand at x [m].
+  double distanceToRail(const std::string& id, double x = 2.0) {
+    scene::Scene scene(robot_->sharedModel());
+    const auto objects = robot_->objects().get().all;
+    scene.use(objects);
+    scene::FramePoses frames;
+    for (const std::string& frame : objects->frames())
+      frames.emplace_back(Eigen::Isometry3d(Eigen::Translation3d(tf_.at(frame))));
+    scene.update(scene::forwardKinematics(robot_->robotModel(), std::vector<double>{x}), frames);
+    return scene.proximity({{robot_->robotModel().findLink("rail")}, scene::ShapeRef::ofObject(objects->find(id))})
+        .result.distance;
+  }
+};
+
+void expectAt(const geometry_msgs::Pose& pose, double x, double y, double z) {
+  EXPECT_NEAR(pose.position.x, x, 1e-12);
+  EXPECT_NEAR(pose.position.y, y, 1e-12);
+  EXPECT_NEAR(pose.position.z, z, 1e-12);
+}
+
+TEST_F(ObjectsOfASlider, TellsWhatIsThere) {
+  EXPECT_EQ(apply({addBall("b", at(0.0, 0.0, 1.0)), addBall("a")}), 1u);
+  const ObjectList list = store_.list();
+  EXPECT_EQ(list.node_start, 7u);
+  EXPECT_EQ(list.revision, 1u);
+  ASSERT_EQ(list.objects.size(), 2u);
+  EXPECT_EQ(list.objects[0].id, "a");
+  EXPECT_EQ(list.objects[1].frame, "rail");
+  expectAt(list.objects[1].pose, 0.0, 0.0, 1.0);
+  ASSERT_EQ(list.objects[1].shapes.size(), 1u);
+  EXPECT_EQ(list.objects[1].shapes[0].description, "sphere");
+  EXPECT_EQ(list.objects[1].shapes[0].pieces, 1u);
+  EXPECT_EQ(in_use_, 1);
+}
+
+TEST_F(ObjectsOfASlider, HaveTheShapesOfShapeMsgs) {
+  ObjectChange some = change(ObjectChange::ADD, "some");
+  some.primitives = {primitive(shape_msgs::SolidPrimitive::BOX, {1.0, 1.0, 0.2})};
+  some.primitive_poses = {at(0.0, 0.0, 1.0)};
+  ObjectChange cylinder = change(ObjectChange::ADD, "cylinder");
+  cylinder.primitives = {primitive(shape_msgs::SolidPrimitive::CYLINDER, {0.4, 3.0})};  // height and radius
+  cylinder.pose = at(0.0, 0.0, -1.0);
+  ObjectChange cone = change(ObjectChange::ADD, "cone");
+  cone.primitives = {primitive(shape_msgs::SolidPrimitive::CONE, {2.0, 0.5})};  // its apex is up
+  cone.pose = at(0.0, 0.0, -2.0);
+  ObjectChange floor = change(ObjectChange::ADD, "floor");
+  floor.planes.resize(1);
+  floor.planes[0].coef = {0.0, 0.0, 2.0, 1.0};  // z = -0.5
+  ObjectChange mesh = change(ObjectChange::ADD, "mesh");
+  mesh.meshes.resize(1);
+  for (const auto& corner : {at(1, 0, 0), at(1, 1, 0), at(1, 0, 1)}) mesh.meshes[0].vertices.push_back(corner.position);
+  mesh.meshes[0].triangles.resize(1);
+  mesh.meshes[0].triangles[0].vertex_indices = {0, 1, 2};
+  apply({some, cylinder, cone, floor, mesh});
+  EXPECT_NEAR(distanceToRail("some"), 0.8, 1e-9);
+  EXPECT_NEAR(distanceToRail("cylinder"), 0.7, 1e-9);
+  EXPECT_NEAR(distanceToRail("cone"), 0.9, 1e-9);
+  EXPECT_NEAR(distanceToRail("floor"), 0.4, 1e-9);
+  EXPECT_NEAR(distanceToRail("mesh"), 0.9, 1e-9);
+}
+
+TEST_F(ObjectsOfASlider, StandWhereTheFrameOfTheHeaderPutsThem) {
+  ObjectChange seen = addBall("seen", at(0.0, 0.0, 1.0));
+  seen.header.frame_id = "camera";
+  ObjectChange below_finger = addBall("below", at(0.0, 0.0, -3.0));
+  below_finger.header.frame_id = "/finger";
+  apply({seen, below_finger});
+  EXPECT_EQ(info("seen").frame, "rail");
+  expectAt(info("seen").pose, 0.0, 5.0, 1.0);
+  expectAt(info("below").pose, 2.0, 0.0, -2.0);
+}
+
+TEST_F(ObjectsOfASlider, MoveWithTheirFrame) {
+  ObjectChange part = addBall("part", at(0.0, 5.0, 1.0));
+  part.frame = "camera";
+  apply({part});
+  EXPECT_EQ(info("part").frame, "camera");
+  expectAt(info("part").pose, 0.0, 0.0, 1.0);
+  tf_["camera"] = {0.0, 0.0, 2.0};
+  EXPECT_NEAR(distanceToRail("part"), 2.8, 1e-9);
+}
+
+TEST_F(ObjectsOfASlider, AreHeldWhereTheyAreAndPutDownWhereTheyAre) {
+  apply({addBall("bar", at(3.0, 0.0, 0.0)), attach("bar", "hand")});
+  EXPECT_EQ(info("bar").link, "hand");
+  expectAt(info("bar").pose, 1.0, 0.0, 0.0);
+  EXPECT_NEAR(distanceToRail("bar", 5.0), 5.8, 1e-9);
+  tf_["hand"] = {4.0, 0.0, 0.0};
+  apply({change(ObjectChange::DETACH, "bar")});
+  EXPECT_EQ(info("bar").link, "");
+  expectAt(info("bar").pose, 5.0, 0.0, 0.0);
+}
+
+TEST_F(ObjectsOfASlider, PassFromLinkToLink) {
+  ObjectChange bar = addBall("bar");
+  bar.header.frame_id = bar.link = "hand";
+  bar.touch_links = {"rail"};
+  apply({bar});
+  EXPECT_EQ(info("bar").touch_links, std::vector<std::string>{"rail"});
+  apply({attach("bar", "finger")});
+  EXPECT_EQ(info("bar").link, "finger");
+  EXPECT_TRUE(info("bar").touch_links.empty());
+  expectAt(info("bar").pose, 0.0, 0.0, -1.0);
+}
+
+TEST_F(ObjectsOfASlider, GetMoreShapesWhereTheAppendedObjectWouldStand) {
+  apply({addBall("bar", at(3.0, 0.0, 0.0))});
+  ObjectChange more = addBall("bar", at(1.0, 0.0, 0.0));
+  more.operation = ObjectChange::APPEND;
+  apply({more});
+  expectAt(info("bar").pose, 3.0, 0.0, 0.0);
+  EXPECT_EQ(info("bar").shapes.size(), 2u);
+  EXPECT_NEAR(distanceToRail("bar"), 0.8, 1e-9);
+}
+
+TEST_F(ObjectsOfASlider, MoveAsAWholeAndShapeByShape) {
+  apply({addBall("bar", at(3.0, 0.0, 0.0))});
+  ObjectChange moved = change(ObjectChange::MOVE, "bar");
+  moved.pose = at(4.0, 0.0, 0.0);
+  apply({moved});
+  EXPECT_NEAR(distanceToRail("bar"), 3.8, 1e-9);
+  moved.primitive_poses = {at(0.0, 3.0, 0.0)};
+  apply({moved});
+  EXPECT_NEAR(distanceToRail("bar"), 4.8, 1e-9);
+}
+
+TEST_F(ObjectsOfASlider, AreReplacedAndRemoved) {
+  apply({addBall("a", at(3.0, 0.0, 0.0)), addBall("b")});
+  ObjectChange big = addBall("a", at(3.0, 0.0, 0.0));
+  big.operation = ObjectChange::REPLACE;
+  big.padding = 0.5;
+  EXPECT_EQ(apply({big}), 2u);
+  EXPECT_NEAR(distanceToRail("a"), 2.3, 1e-9);
+  EXPECT_EQ(apply({change(ObjectChange::REMOVE, "a")}), 3u);
+  EXPECT_EQ(apply({change(ObjectChange::REMOVE, "a")}), 3u) << "it was not there: nothing changed";
+  EXPECT_EQ(apply({change(ObjectChange::REMOVE, "*")}), 4u);
+  EXPECT_TRUE(store_.list().objects.empty());
+}
+
+TEST_F(ObjectsOfASlider, MayTouchWhatTheRulesAllow) {
+  ObjectChanges message = all({addBall("bar")});
+  message.set_rules = true;
+  message.rules.resize(2);
+  message.rules[0].a = "bar";
+  message.rules[0].b = "*";
+  message.rules[0].allowed = true;
+  message.rules[1].a = "hand";
+  message.rules[1].b = "bar";
+  store_.apply(message);
+  const auto objects = robot_->objects().get().all;
+  EXPECT_EQ(objects->linkReason(robot_->robotModel().findLink("hand"), 0), scene::PairReason::Checked);
+  EXPECT_EQ(objects->pairCount(), 1);
+  EXPECT_EQ(store_.list().rules.size(), 2u);
+}
+
+// Each row is refused with these words, and then nothing of its message is done.
+TEST_F(ObjectsOfASlider, RefuseWithNameFieldAndReason) {
+  apply({addBall("bar"), addBall("held"), attach("held", "hand")});
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  const auto with = [](ObjectChange base, auto edit) {
+    edit(base);
+    return base;
+  };
+  const auto added = [&](auto edit) { return with(addBall("new"), edit); };
+  const auto triangle = [](shape_msgs::Mesh& mesh, std::uint32_t vertex) {
+    mesh.vertices.resize(3);
+    mesh.triangles.resize(1);
+    mesh.triangles[0].vertex_indices = {0, 1, vertex};
+  };
+  struct Row {
+    ObjectChange change;
+    std::vector<std::string> words;
+  };
+  const std::vector<Row> rows = {
+      {addBall("bar"), {"\"bar\"", "id", "already"}},
+      {addBall(""), {"id", "empty"}},
+      {addBall("*"), {"id", "all objects"}},
+      {addBall("hand"), {"\"hand\"", "id", "link"}},
+      {added([](auto& c) { c.operation = 9; }), {"operation", "9"}},
+      {added([](auto& c) { c.primitives.clear(); }), {"\"new\"", "no shape"}},
+      {added([](auto& c) { c.primitives[0].dimensions = {-1.0}; }), {"\"new\"", "primitives[0]"}},
+      {added([](auto& c) { c.primitives[0].dimensions = {std::nan("")}; }), {"primitives[0]"}},
+      {added([](auto& c) {
+         c.primitives[0].dimensions = {1.0, 2.0};
+       }),
+       {"primitives[0]", "dimensions", "radius"}},
+      {added([](auto& c) { c.primitives[0].type = 77; }), {"primitives[0]", "type 77"}},
+      {added([](auto& c) { c.primitive_poses.resize(2); }), {"primitive_poses", "2", "1"}},
+      {added([&](auto& c) { c.primitive_poses = {at(kNaN, 0, 0)}; }), {"primitive_poses[0]", "not finite"}},
+      {added([&](auto& c) { c.pose = at(kNaN, 0, 0); }), {"pose", "not finite"}},
+      {added([&](auto& c) { c.pose = at(1e300, 0, 0); }), {"pose", "1e6 m"}},
+      {added([](auto& c) { c.pose.orientation.x = HUGE_VAL; }), {"pose", "orientation"}},
+      {added([](auto& c) { c.padding = -1.0; }), {"padding", "negative"}},
+      {added([](auto& c) { c.header.frame_id = "nowhere"; }), {"\"new\"", "nowhere"}},
+      {added([](auto& c) { c.frame = "nowhere"; }), {"\"new\"", "nowhere"}},
+      {added([](auto& c) { c.link = "hnd"; }), {"link", "'hnd'", "'hand'"}},
+      {added([](auto& c) { c.link = "hand", c.touch_links = {"rial"}; }), {"touch_links", "'rial'", "'rail'"}},
+      {added([](auto& c) { c.touch_links = {"rail"}; }), {"touch_links", "link"}},
+      {added([](auto& c) { c.link = "hand", c.frame = "camera"; }), {"frame", "link"}},
+      {added([](auto& c) { c.keep_pose = true; }), {"keep_pose", "ADD"}},
+      {added([&](auto& c) { triangle(c.meshes.emplace_back(), 3); }), {"meshes[0]", "triangles[0]", "vertex 3"}},
+      {added([&](auto& c) { c.meshes.resize(1); }), {"no triangle"}},
+      {added([](auto& c) { c.mesh_files.resize(1); }), {"mesh_files[0]", "uri"}},
+      {added([](auto& c) { c.mesh_files.resize(1), c.mesh_files[0].uri = "/etc/a.stl"; }), {"mesh_files[0]", "uri"}},
+      {added([](auto& c) { c.mesh_files.resize(1), c.mesh_files[0].uri = "file:///no.stl"; }), {"\"new\"", "no.stl"}},
+      {added([](auto& c) { c.planes.resize(1); }), {"planes[0]", "coef"}},
+      {added([](auto& c) {
+         c.link = "hand", c.planes.resize(1), c.planes[0].coef = {1, 0, 0, 0};
+       }),
+       {"link", "plane"}},
+      {change(ObjectChange::MOVE, "baz"), {"\"baz\"", "no object", "'bar'"}},
+      {change(ObjectChange::MOVE, "held"), {"\"held\"", "hand", "holds"}},
+      {with(change(ObjectChange::MOVE, "bar"), [](auto& c) { c.primitives = {kBall}; }), {"shapes", "MOVE"}},
+      {with(change(ObjectChange::MOVE, "bar"), [](auto& c) { c.mesh_poses.resize(1); }), {"mesh_poses", "1", "0"}},
+      {change(ObjectChange::APPEND, "bar"), {"\"bar\"", "shapes"}},
+      {change(ObjectChange::ATTACH, "bar"), {"\"bar\"", "link", "empty"}},
+      {attach("bar", "nothing"), {"link", "'nothing'"}},
+      {change(ObjectChange::DETACH, "bar"), {"\"bar\"", "no link holds it"}},
+      {with(change(ObjectChange::REMOVE, "bar"), [](auto& c) { c.link = "hand"; }), {"link", "REMOVE"}},
+  };
+  for (const Row& row : rows) {
+    const std::string text = refusal({addBall("first"), row.change});
+    for (const std::string& word : row.words) EXPECT_NE(text.find(word), std::string::npos) << word << " in: " << text;
+  }
+}
+
+TEST_F(ObjectsOfASlider, ReadMeshFilesBelowAllowedRootsOnly) {
+  Config config;
+  config.allowed_mesh_roots = {"/usr/share"};
+  const auto robot = std::make_shared<const Robot>(kSlider, "", config);
+  ObjectStore store(robot, 1, {});
+  ObjectChange mesh = change(ObjectChange::ADD, "mesh");
+  mesh.mesh_files.resize(1);
+  mesh.mesh_files[0].uri = "file:///etc/hostname";
+  try {
+    store.apply(all({mesh}));
+    ADD_FAILURE() << "a file outside of the roots was taken";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("/etc/hostname"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("\"mesh\""), std::string::npos) << error.what();
+  }
+}
+
+TEST_F(ObjectsOfASlider, FollowAReloadedRobot) {
+  apply({addBall("bar"), attach("bar", "hand"), addBall("box")});
+  const auto loaded = std::make_shared<const Robot>(kSlider, "", Config());
+  bool replaced = false;
+  store_.follow(loaded, [&] { replaced = true; });
+  EXPECT_TRUE(replaced);
+  EXPECT_EQ(loaded->objects().get().all->size(), 2);
+  EXPECT_EQ(loaded->objects().get().revision, 1u);
+}
+
+TEST_F(ObjectsOfASlider, RefuseARobotWithoutTheirLink) {
+  apply({addBall("bar"), attach("bar", "hand")});
+  const auto other = std::make_shared<const Robot>(R"(<robot name="other"><link name="rail"/></robot>)", "", Config());
+  EXPECT_THROW(store_.follow(other, [] { ADD_FAILURE(); }), std::invalid_argument);
+  EXPECT_EQ(apply({addBall("box")}), 2u) << "the robot of before stays";
+}
+
+}  // namespace
+}  // namespace proximity_server::node
