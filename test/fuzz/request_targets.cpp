@@ -40,11 +40,22 @@ const char* const kArm =
 const char* const kGroups =
     "<robot name='arm'><group name='upper'><link name='hand'/><link name='finger'/></group>"
     "<disable_collisions link1='hand' link2='finger' reason='Adjacent'/></robot>";
-const std::vector<std::string> kNames{"",     "base",     "arm",   "hand",  "tool", "finger", "ball", "slab",
-                                      "knob", "shoulder", "wrist", "mount", "grip", "free",   "upper"};
+const std::vector<std::string> kNames{"",     "base",     "arm",   "hand",  "tool", "finger", "ball",  "slab",
+                                      "knob", "shoulder", "wrist", "mount", "grip", "free",   "upper", "part"};
+
+/// Puts a ball, the object "part", beside the robot.
+bool addPart(const Robot& robot) {
+  const Eigen::Isometry3d beside(Eigen::Translation3d(0.6, 0.0, 0.6));
+  const Object part = makeObject("part", {{Shape(Sphere{0.1})}}, Fixed{beside});
+  const auto none = robot.objects().get().all;
+  robot.objects().set({std::make_shared<const Objects>(none->changed({AddObject{part}})), 1});
+  return true;
+}
 
 const Robot& arm() {
   static const Robot robot(kArm, kGroups, Config());
+  static const bool has_part = addPart(robot);
+  static_cast<void>(has_part);
   return robot;
 }
 
@@ -75,7 +86,7 @@ void askAt(const BodyPoses& poses, const QueryPairsRequest& request, std::size_t
   const RequestedPairs pairs = pairsOf(arm(), request);
   requireAnswersWithinBatch(arm(), request, pairs.size(), states);
   pairs.bodies();
-  const ScenePool::Lease scene = arm().borrowScene();
+  const ScenePool::Lease scene = pairs.borrowScene();
   scene->update(poses);
   const QueryStatus status;
   checkAnswer(askPairs(arm(), *scene, {poses, status}, pairs, request, question));
@@ -119,14 +130,14 @@ void ask(const FirstContactRequest& request) {
   const MotionQuestion question = motionQuestion(request.contact_distance, request.tolerance);
   timeBudget(arm(), request.time_budget);
   positive(request.horizon, "horizon");
-  const RequestedPairs pairs = pairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
+  const RequestedPairs pairs = linkPairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
   search(pairs.asked(), motionOf(arm(), posesAtZero(), request), question);
 }
 
 void ask(const QueryTrajectoryRequest& request) {
   const MotionQuestion question = motionQuestion(request.contact_distance, request.tolerance);
   timeBudget(arm(), request.time_budget);
-  const RequestedPairs pairs = pairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
+  const RequestedPairs pairs = linkPairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
   const WayPoints points = wayPointsOf(arm(), request);
   for (std::size_t i = 0; i + 1 < points.times.size(); ++i) {
     const std::vector<double> travel = travelBetween(points.positions[i], points.positions[i + 1]);
