@@ -261,7 +261,7 @@ class Suite {
           addRow(result, p, p.name + ", " + placement_name + "?", Question::Boolean, placement);
       }
     for (const Question question : {Question::Distance, Question::Boolean})
-      for (const auto& [placement_name, placement] : {kPlacements[0], kPlacements[2]}) {
+      for (const auto& [placement_name, placement] : {kPlacements[0], kPlacements[2], kPlacements[3]}) {
         const std::string name =
             "hull 200, " + placement_name + (question == Question::Boolean ? "?" : "") + ", coherent";
         if (!std::regex_search(name, wanted_)) continue;
