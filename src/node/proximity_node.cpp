@@ -46,6 +46,7 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       settings_server_(private_nh_),
       model_info_pub_(private_nh_.advertise<ModelInfo>("model_info", 1, /*latch=*/true)),
       objects_pub_(private_nh_.advertise<ObjectList>("objects", 1, /*latch=*/true)),
+      object_markers_pub_(private_nh_.advertise<visualization_msgs::MarkerArray>("object_markers", 1, /*latch=*/true)),
       objects_timer_(private_nh_.createWallTimer(ros::WallDuration(kObjectsPeriod),
                                                  [this](const ros::WallTimerEvent&) {
                                                    if (objects_.revision() != published_revision_) publishObjects();
@@ -87,6 +88,7 @@ void ProximityNode::publishObjects() {
   list.header.stamp = ros::Time::now();
   published_revision_ = list.revision;
   objects_pub_.publish(list);
+  object_markers_pub_.publish(settings_.markers ? objectMarkers(*robot(), objects_.stored()) : noMarkers());
 }
 
 bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
@@ -127,6 +129,7 @@ void ProximityNode::onSettings(ProximityConfig& asked) {
   }
   settings_ = asked;
   monitor_.configure(settings);
+  publishObjects();  // their markers may be wanted now, or not any more
 }
 
 void ProximityNode::announce(const Robot& robot) {

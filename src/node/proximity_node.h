@@ -11,6 +11,7 @@
 
 #include "node/monitor/diagnostics.h"
 #include "node/monitor/monitor_loop.h"
+#include "node/monitor/object_markers.h"
 #include "node/objects/apply_objects.h"
 #include "node/objects/object_store.h"
 #include "node/robot/robot.h"
@@ -73,6 +74,7 @@ class ProximityNode {
   dynamic_reconfigure::Server<ProximityConfig> settings_server_;
   ros::Publisher model_info_pub_;
   ros::Publisher objects_pub_;
+  ros::Publisher object_markers_pub_;
   std::uint64_t published_revision_ = 0;  // of objects_pub_; only publishObjects() uses it
   ros::WallTimer objects_timer_;
   RequestQueue requests_{0};

@@ -134,6 +134,11 @@ ObjectList ObjectStore::list() const {
   return list;
 }
 
+StoredObjects ObjectStore::stored() const {
+  const Lock lock(mutex_);
+  return stored_;
+}
+
 std::uint64_t ObjectStore::revision() const {
   const Lock lock(mutex_);
   return revision_;

@@ -40,6 +40,9 @@ class ObjectStore {
   /// What is there, without a stamp.
   ObjectList list() const;
 
+  /// What is there, with what it was made of.
+  StoredObjects stored() const;
+
   std::uint64_t nodeStart() const { return node_start_; }
   std::uint64_t revision() const;
 

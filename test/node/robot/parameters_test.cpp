@@ -130,10 +130,11 @@ std::string contentOf(const Config& config) {
     text << word << ';';
   }
   const MonitorSettings& monitor = config.monitor;
-  for (const double number : {config.model.mesh_tolerance, config.model.mesh_time_budget, config.model.default_padding,
-                              config.tolerance, config.max_tf_age, config.max_tf_skew, config.tf_timeout,
-                              config.max_request_time, config.motion_time_budget, monitor.rate, monitor.threshold,
-                              monitor.warn_distance, monitor.stop_distance, monitor.hysteresis, monitor.lookahead}) {
+  for (const double number :
+       {config.model.mesh_tolerance, config.model.mesh_time_budget, config.model.default_padding, config.tolerance,
+        config.max_tf_age, config.max_tf_skew, config.tf_timeout, config.max_request_time, config.motion_time_budget,
+        monitor.rate, monitor.threshold, monitor.warn_distance, monitor.stop_distance, monitor.object_warn_distance,
+        monitor.object_stop_distance, monitor.hysteresis, monitor.lookahead}) {
     text << number << ' ';
   }
   text << config.max_batch << ' ' << config.realtime_priority << ' ' << monitor.max_reported_pairs << ' '

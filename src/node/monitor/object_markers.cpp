@@ -1,0 +1,140 @@
+#include "node/monitor/object_markers.h"
+
+#include <cmath>
+#include <string>
+#include <utility>
+#include <variant>
+
+#include "node/monitor/markers.h"
+
+namespace proximity_server::node {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using visualization_msgs::Marker;
+using visualization_msgs::MarkerArray;
+
+constexpr double kPlaneSize = 10.0;        // [m] of the square that stands for a half-space
+constexpr double kPlaneThickness = 0.002;  // [m] so that it is seen from its edge
+constexpr int kConeSides = 24;             // RViz has no cones: as many triangles look round
+
+geometry_msgs::Point point(const Vector3d& vector) {
+  geometry_msgs::Point result;
+  result.x = vector.x();
+  result.y = vector.y();
+  result.z = vector.z();
+  return result;
+}
+
+void setSize(Marker& marker, const Vector3d& size) {
+  marker.scale.x = size.x();
+  marker.scale.y = size.y();
+  marker.scale.z = size.z();
+}
+
+void addTriangle(const Vector3d& a, const Vector3d& b, const Vector3d& c, Marker& marker) {
+  for (const Vector3d& corner : {a, b, c}) marker.points.push_back(point(corner));
+}
+
+/// Draws the shapes of one object, each with a marker of its own.
+class ShapeDrawing {
+ public:
+  ShapeDrawing(const Marker& base, const Isometry3d& frame_T_object, MarkerArray& array)
+      : base_(base), frame_T_object_(frame_T_object), array_(array) {}
+
+  void draw(const scene::ObjectShape& shape) {
+    frame_T_shape_ = frame_T_object_ * shape.object_T_shape;
+    std::visit([this](const auto& geometry) { drawGeometry(geometry); }, shape.geometry);
+  }
+
+ private:
+  Marker& add(int type, const Vector3d& size, const Isometry3d& shape_T_marker = Isometry3d::Identity()) {
+    Marker marker = base_;
+    marker.type = type;
+    marker.id = next_id_++;
+    marker.pose = toMessage(frame_T_shape_ * shape_T_marker);
+    setSize(marker, size);
+    array_.markers.push_back(std::move(marker));
+    return array_.markers.back();
+  }
+
+  /// The primitives of shape_msgs.
+  void drawGeometry(const narrowphase::Shape& shape) {
+    using Kind = narrowphase::Shape::Kind;
+    const Vector3d size = 2.0 * shape.halfExtents();
+    if (shape.kind() == Kind::Point) add(Marker::SPHERE, Vector3d::Constant(2.0 * shape.margin()));
+    if (shape.kind() == Kind::Box) add(Marker::CUBE, size);
+    if (shape.kind() == Kind::Cylinder) add(Marker::CYLINDER, size);
+    if (shape.kind() == Kind::Cone) drawCone(0.5 * size);
+  }
+
+  /// Its base is at z = -half.z, its apex at z = half.z.
+  void drawCone(const Vector3d& half) {
+    Marker& marker = add(Marker::TRIANGLE_LIST, Vector3d::Ones());
+    const auto onRim = [&](int side) {
+      const double angle = 2.0 * M_PI * side / kConeSides;
+      return Vector3d(half.x() * std::cos(angle), half.y() * std::sin(angle), -half.z());
+    };
+    for (int side = 0; side < kConeSides; ++side) {
+      addTriangle(onRim(side), onRim(side + 1), {0.0, 0.0, half.z()}, marker);
+      addTriangle(onRim(side + 1), onRim(side), {0.0, 0.0, -half.z()}, marker);
+    }
+  }
+
+  void drawGeometry(const scene::Boxes& boxes) {
+    for (const Eigen::AlignedBox3d& box : boxes.boxes)
+      add(Marker::CUBE, box.sizes(), Isometry3d(Eigen::Translation3d(box.center())));
+  }
+
+  void drawGeometry(const scene::TriangleMesh& mesh) {
+    Marker& marker = add(Marker::TRIANGLE_LIST, Vector3d::Ones());
+    for (const auto& corners : mesh.triangles)
+      addTriangle(mesh.vertices[corners[0]], mesh.vertices[corners[1]], mesh.vertices[corners[2]], marker);
+  }
+
+  void drawGeometry(const scene::MeshFile& file) { add(Marker::MESH_RESOURCE, file.scale).mesh_resource = file.uri; }
+
+  /// A square in the plane, at the point that is nearest to the origin of the shape.
+  void drawGeometry(const scene::HalfSpace& half_space) {
+    const Vector3d normal = half_space.normal.normalized();
+    Isometry3d shape_T_plane(Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), normal));
+    shape_T_plane.translation() = (half_space.offset - 0.5 * kPlaneThickness) * normal;
+    add(Marker::CUBE, {kPlaneSize, kPlaneSize, kPlaneThickness}, shape_T_plane);
+  }
+
+  const Marker& base_;
+  const Isometry3d frame_T_object_;
+  MarkerArray& array_;
+  Isometry3d frame_T_shape_;
+  int next_id_ = 0;
+};
+
+std_msgs::ColorRGBA colourOf(const scene::Placement& placement) {
+  const bool is_held = std::holds_alternative<scene::Attached>(placement);
+  std_msgs::ColorRGBA colour;
+  colour.r = is_held ? 0.9f : 0.6f;
+  colour.g = 0.6f;
+  colour.b = is_held ? 0.2f : 0.6f;
+  colour.a = 0.5f;
+  return colour;
+}
+
+}  // namespace
+
+MarkerArray objectMarkers(const Robot& robot, const StoredObjects& objects) {
+  MarkerArray array = noMarkers();
+  for (const auto& [id, stored] : objects) {
+    const Carried carried = carriedBy(robot, stored->object.placement);
+    Marker base;
+    base.header.frame_id = carried.frame;
+    base.ns = id;
+    base.frame_locked = true;
+    base.color = colourOf(stored->object.placement);
+    ShapeDrawing drawing(base, carried.frame_T_object, array);
+    for (const SourceShape& shape : stored->shapes) drawing.draw(shape.shape);
+  }
+  return array;
+}
+
+}  // namespace proximity_server::node
