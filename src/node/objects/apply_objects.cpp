@@ -15,6 +15,9 @@ ApplyObjectsResponse answer(ObjectStore& store, const ApplyObjectsRequest& reque
     response.revision = store.apply(request.changes);
     response.success = true;
     return response;
+  } catch (const ChangeError& error) {
+    response.status.code = error.code();
+    response.status.message = error.what();
   } catch (const std::invalid_argument& error) {
     response.status.code = QueryStatus::INVALID_ARGUMENT;
     response.status.message = error.what();
@@ -34,7 +37,9 @@ FindFrame frameFinder(TfPoses& tf) {
     const FrameSnapshot found = tf.awaitFrames(robot, asked, at, ros::Time());
     if (found.poses.front()) return *found.poses.front();
     const QueryStatus& why = at.status.code == QueryStatus::OK ? found.status : at.status;
-    throw std::invalid_argument("frame '" + frame + "' has no pose: " + why.message);
+    const bool says_why = why.code != QueryStatus::OK;
+    throw ChangeError(says_why ? why.code : static_cast<std::int8_t>(QueryStatus::TF_UNAVAILABLE),
+                      "frame '" + frame + "' has no pose: " + why.message);
   };
 }
 

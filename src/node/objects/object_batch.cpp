@@ -6,6 +6,7 @@
 #include <utility>
 #include <variant>
 
+#include "proximity_server/QueryStatus.h"
 #include "proximity_server/scene/model/names.h"
 
 namespace proximity_server::node {
@@ -105,6 +106,12 @@ void replacePoses(const ObjectChange& change, ShapeKind kind, std::vector<Source
 
 }  // namespace
 
+ChangeError ChangeError::within(const std::string& where, const std::invalid_argument& error) {
+  const auto* with_code = dynamic_cast<const ChangeError*>(&error);
+  return {with_code ? with_code->code() : static_cast<std::int8_t>(QueryStatus::INVALID_ARGUMENT),
+          where + ": " + error.what()};
+}
+
 void ObjectBatch::apply(const ObjectChange& change) {
   try {
     requireFieldsOfOperation(change);
@@ -126,7 +133,9 @@ void ObjectBatch::apply(const ObjectChange& change) {
         return remove(change);
     }
   } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument("object " + scene::quoted(change.id) + ": " + withoutId(error.what(), change.id));
+    const std::invalid_argument short_error(withoutId(error.what(), change.id));
+    const auto* with_code = dynamic_cast<const ChangeError*>(&error);
+    throw ChangeError::within("object " + scene::quoted(change.id), with_code ? *with_code : short_error);
   }
 }
 

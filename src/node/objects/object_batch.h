@@ -1,9 +1,11 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -13,6 +15,20 @@
 #include "proximity_server/scene/objects/objects.h"
 
 namespace proximity_server::node {
+
+/// Why a change is refused, with the code of its QueryStatus.
+class ChangeError : public std::invalid_argument {
+ public:
+  ChangeError(std::int8_t code, const std::string& reason) : std::invalid_argument(reason), code_(code) {}
+
+  /// The same error behind the words `where`.
+  static ChangeError within(const std::string& where, const std::invalid_argument& error);
+
+  std::int8_t code() const { return code_; }
+
+ private:
+  std::int8_t code_;
+};
 
 /// An object with what it was made of, so that shapes can be added to it and moved in it.
 struct StoredObject {
@@ -24,8 +40,7 @@ struct StoredObject {
 /// By id. The entries never change.
 using StoredObjects = std::map<std::string, std::shared_ptr<const StoredObject>>;
 
-/// Where a tf frame is now, in the reference frame of a robot. Throws std::invalid_argument naming the frame if that is
-/// not known.
+/// Where a tf frame is now, in the reference frame of a robot. Throws ChangeError naming the frame if that is not known.
 using FindFrame = std::function<Eigen::Isometry3d(const Robot& robot, const std::string& frame)>;
 
 /// Reads one message of changes: each of them sees what those before it have done, and nothing is changed outside of it.
@@ -40,7 +55,7 @@ class ObjectBatch {
   ObjectBatch(const Robot& robot, const StoredObjects& before, const FindFrame& find_frame)
       : robot_(robot), before_(before), find_frame_(find_frame) {}
 
-  /// Failure: throws std::invalid_argument naming the object, the field and the reason.
+  /// Failure: throws ChangeError naming the object, the field and the reason.
   void apply(const ObjectChange& change);
 
   /// The objects that are different now; nullptr: it is gone.

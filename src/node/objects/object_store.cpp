@@ -84,7 +84,7 @@ std::uint64_t ObjectStore::apply(const ObjectChanges& changes) {
     try {
       batch.apply(changes.changes[i]);
     } catch (const std::invalid_argument& error) {
-      throw std::invalid_argument("changes[" + std::to_string(i) + "]: " + error.what());
+      throw ChangeError::within("changes[" + std::to_string(i) + "]", error);
     }
   }
   const std::vector<scene::ObjectChange> difference = batch.difference();

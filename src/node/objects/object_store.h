@@ -27,8 +27,8 @@ class ObjectStore {
   /// Applies all changes of a message, and returns the revision after it. May take as long as its meshes need, and as tf
   /// needs to tell where the frames of its poses are.
   ///
-  /// Failure: throws std::invalid_argument naming the change, the object, the field and the reason. Nothing is changed
-  ///          then.
+  /// Failure: throws std::invalid_argument naming the change, the object, the field and the reason: a ChangeError where
+  ///          it has a code. Nothing is changed then.
   std::uint64_t apply(const ObjectChanges& changes);
 
   /// Gives the objects to a reloaded robot, and calls `replace` before any other change.

@@ -289,6 +289,15 @@ TEST_F(Objects, AreRefusedAsAWholeMessage) {
   expectRefusal(distance(between("ball", "part")), QueryStatus::UNKNOWN_LINK, "'part'");
 }
 
+// A client that waits for tf tells this refusal from others by its code.
+TEST_F(Objects, AreRefusedWithACodeOfTheirOwnWhereTfDoesNotKnowTheFrameOfTheirPose) {
+  ObjectChange part = addBall("part", 1.0, 0.5, 0.0);
+  part.header.frame_id = "nowhere";
+  const ApplyObjectsResponse response = apply({part});
+  expectRefusal(response, QueryStatus::TF_UNAVAILABLE, "'nowhere'");
+  EXPECT_NE(response.status.message.find("changes[0]: object \"part\""), std::string::npos) << response.status.message;
+}
+
 TEST_F(Objects, AreNotPartOfMotionsYet) {
   add({addBall("part", 1.0, 0.5, 0.0)});
   FirstContactRequest request;
