@@ -431,14 +431,12 @@ std::optional<StationaryDirection> onFlatEnd(Cso& cso, const Vector3d& normal) {
   return std::nullopt;
 }
 
-bool hasMantle(const Shape& shape) { return shape.kind() == Kind::Segment || shape.kind() == Kind::Cylinder; }
-
 /// The common perpendicular of the axes of two cylinders or segments, if the axes cross at it, and if the normal is
 /// nearly perpendicular to both. If the axes are nearly parallel, it may be far from the normal along the ring of
 /// directions across them. Returns nullopt if the support points do not lie on the mantles.
 std::optional<StationaryDirection> acrossAxes(const Cso& cso, const Vector3d& normal) {
   constexpr double kNear = 0.2;  // as for the flat ends
-  if (!hasMantle(cso.a()) || !hasMantle(cso.b())) return std::nullopt;
+  if (!haveMantles(cso)) return std::nullopt;
   const Vector3d axis_a = Vector3d::UnitZ(), axis_b = cso.bAxes().col(2);
   if (std::abs(normal.z()) > kNear || std::abs(normal.dot(axis_b)) > kNear) return std::nullopt;
   const Vector3d product = axis_a.cross(axis_b);

@@ -166,8 +166,10 @@ bool hasMantle(const Shape& shape) { return shape.kind() == Kind::Cylinder || sh
 
 }  // namespace
 
+bool haveMantles(const Cso& cso) { return hasMantle(cso.a()) && hasMantle(cso.b()); }
+
 std::optional<StationaryRims> stationaryRims(const Cso& cso, const Simplex& simplex, const Vector3d& normal) {
-  if (!hasMantle(cso.a()) || !hasMantle(cso.b())) return std::nullopt;
+  if (!haveMantles(cso)) return std::nullopt;
   RimEnds ends = endsOf(cso, simplex);
   Vector3d towards = normal;
   for (int i = 0; i < kMaxCases; ++i) {
