@@ -258,8 +258,6 @@ class Pieces {
 
   static constexpr double kSmallWeight = 1e-9;   // a weight this small may be zero, up to rounding
   static constexpr double kMaxBeside = 32.0;     // accepted distance of the point from the normal, in roundings
-  static constexpr double kRing = 0.05;          // a curvature below this fraction of the greatest, of either sign, is
-                                                 // that along a ring of nearly equal depths
   static constexpr double kFlatSlope = 8.0;      // a slope of so many roundings is none; less than kMaxBeside
   static constexpr double kTurnAlongRing = 0.4;  // [rad] longest step; less than kMaxTurn
 
@@ -471,7 +469,6 @@ StationaryDirection withCap(const Cso& cso, const StationaryRims& rims) {
 
 std::optional<StationaryDirection> onPieces(const Cso& cso, const Simplex& simplex, const Vector3d& normal) {
   constexpr int kMaxSteps = 16;
-  constexpr double kLastTurn = 1e-7;  // [rad] the error after such a step, about its square, is below rounding
   constexpr double kMaxTurn = 0.5;
   Pieces pieces(cso, simplex);
   pieces.lookAlong(normal);
