@@ -230,9 +230,9 @@ bool Polytope::expand(const Face& seen, const CsoVertex& w, double ceiling) {
 namespace {
 
 /// Whether each half-edge has a twin that runs along the same edge in the opposite direction.
-bool isClosed(const WarmPolytope& last) {
+bool twinsMatch(const WarmPolytope& last) {
   if (last.vertex_count < 4 || last.vertex_count > WarmPolytope::kMaxVertices) return false;
-  // expand() has room for the faces of 512 vertices on a sphere, 2 V - 4.
+  // expand() has room for the faces of kMaxVertices vertices on a sphere, 2 V - 4.
   if (last.face_count < 4 || last.face_count > 2 * last.vertex_count - 4 || last.face_count % 2 != 0) return false;
   for (int f = 0; f < last.face_count; ++f)
     for (int edge = 0; edge < 3; ++edge) {
@@ -249,7 +249,7 @@ bool isClosed(const WarmPolytope& last) {
 }  // namespace
 
 bool Polytope::recall(const WarmPolytope& last, const Cso& cso, double ceiling) {
-  if (!isClosed(last)) return false;
+  if (!twinsMatch(last)) return false;
   vertex_count_ = last.vertex_count;
   for (int v = 0; v < vertex_count_; ++v) vertices_[v] = cso.recalled(last.vertices[v]);
   face_end_ = last.face_count;

@@ -258,8 +258,6 @@ class Pieces {
 
   static constexpr double kSmallWeight = 1e-9;   // a weight this small may be zero, up to rounding
   static constexpr double kMaxBeside = 32.0;     // accepted distance of the point from the normal, in roundings
-  static constexpr double kRing = 0.05;          // a curvature below this fraction of the greatest, of either sign, is
-                                                 // that along a ring of nearly equal depths
   static constexpr double kFlatSlope = 8.0;      // a slope of so many roundings is none; less than kMaxBeside
   static constexpr double kTurnAlongRing = 0.4;  // [rad] longest step; less than kMaxTurn
 
@@ -431,14 +429,12 @@ std::optional<StationaryDirection> onFlatEnd(Cso& cso, const Vector3d& normal) {
   return std::nullopt;
 }
 
-bool hasMantle(const Shape& shape) { return shape.kind() == Kind::Segment || shape.kind() == Kind::Cylinder; }
-
 /// The common perpendicular of the axes of two cylinders or segments, if the axes cross at it, and if the normal is
 /// nearly perpendicular to both. If the axes are nearly parallel, it may be far from the normal along the ring of
 /// directions across them. Returns nullopt if the support points do not lie on the mantles.
 std::optional<StationaryDirection> acrossAxes(const Cso& cso, const Vector3d& normal) {
   constexpr double kNear = 0.2;  // as for the flat ends
-  if (!hasMantle(cso.a()) || !hasMantle(cso.b())) return std::nullopt;
+  if (!haveMantles(cso)) return std::nullopt;
   const Vector3d axis_a = Vector3d::UnitZ(), axis_b = cso.bAxes().col(2);
   if (std::abs(normal.z()) > kNear || std::abs(normal.dot(axis_b)) > kNear) return std::nullopt;
   const Vector3d product = axis_a.cross(axis_b);
@@ -473,7 +469,6 @@ StationaryDirection withCap(const Cso& cso, const StationaryRims& rims) {
 
 std::optional<StationaryDirection> onPieces(const Cso& cso, const Simplex& simplex, const Vector3d& normal) {
   constexpr int kMaxSteps = 16;
-  constexpr double kLastTurn = 1e-7;  // [rad] the error after such a step, about its square, is below rounding
   constexpr double kMaxTurn = 0.5;
   Pieces pieces(cso, simplex);
   pieces.lookAlong(normal);

@@ -16,6 +16,12 @@ struct StationaryDirection {
                            ///< the cap the CSO reaches at least as far as `height`. 1: no cap is proven
 };
 
+/// [rad] Newton's method ends after such a step: the error that is left, about its square, is below rounding.
+inline constexpr double kLastTurn = 1e-7;
+
+/// A curvature below this part of the greatest, of either sign, is that along a ring of nearly equal depths.
+inline constexpr double kRing = 0.05;
+
 /// Refines a direction of GJK or EPA on a curved CSO by Newton's method.
 ///
 /// The support function of the CSO is the maximum of the support functions of its smooth pieces (the circle of a rim,

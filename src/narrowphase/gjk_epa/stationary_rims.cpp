@@ -11,9 +11,7 @@ using Eigen::Vector3d;
 using Kind = Shape::Kind;
 
 constexpr int kMaxSteps = 12;
-constexpr double kLastTurn = 1e-7;  // [rad] the error after such a step, about its square, is below rounding
 constexpr int kMaxCases = 4;
-constexpr double kFlat = 0.05;  // a smaller part of the greatest curvature is that along a ring of nearly equal depths
 constexpr double kMaxTurn = 0.7;  // [rad] in longer steps Newton's method seldom converges
 
 RimEnds endsOf(const Cso& cso, const Simplex& simplex) {
@@ -74,7 +72,7 @@ std::optional<StationaryDirection> betweenRims(const Cso& cso, const RimEnds& en
     const double bb = radius_b > 0.0 ? radius_b * radius_b - out_b.dot(between) : 1.0;
     const double ab = -along_a.dot(along_b.head<2>());
     const double determinant = aa * bb - ab * ab;
-    if (!(aa > 0.0 && determinant > kFlat * aa * bb)) return std::nullopt;
+    if (!(aa > 0.0 && determinant > kRing * aa * bb)) return std::nullopt;
     const double turn_a = (ab * slope_b - bb * slope_a) / determinant;
     const double turn_b = (ab * slope_a - aa * slope_b) / determinant;
     const double turn = std::max(std::abs(turn_a), std::abs(turn_b));
@@ -101,7 +99,7 @@ std::optional<Vector2d> nearestOnRim(const Shape& shape, const Ellipse& seen, co
     const Vector2d point = seen.centre + out;
     const double curvature = along.squaredNorm() - point.dot(out);
     const double turn = -point.dot(along) / curvature;
-    if (!(curvature > kFlat * along.squaredNorm() && std::abs(turn) < kMaxTurn)) return std::nullopt;
+    if (!(curvature > kRing * along.squaredNorm() && std::abs(turn) < kMaxTurn)) return std::nullopt;
     at = turned(at, turn);
     if (std::abs(turn) < kLastTurn) return at;
   }
@@ -166,8 +164,10 @@ bool hasMantle(const Shape& shape) { return shape.kind() == Kind::Cylinder || sh
 
 }  // namespace
 
+bool haveMantles(const Cso& cso) { return hasMantle(cso.a()) && hasMantle(cso.b()); }
+
 std::optional<StationaryRims> stationaryRims(const Cso& cso, const Simplex& simplex, const Vector3d& normal) {
-  if (!hasMantle(cso.a()) || !hasMantle(cso.b())) return std::nullopt;
+  if (!haveMantles(cso)) return std::nullopt;
   RimEnds ends = endsOf(cso, simplex);
   Vector3d towards = normal;
   for (int i = 0; i < kMaxCases; ++i) {

@@ -12,6 +12,9 @@ struct RimEnds {
   double of_a, of_b;
 };
 
+/// Whether both cores are cylinders or segments.
+bool haveMantles(const Cso& cso);
+
 struct StationaryRims {
   StationaryDirection direction;  ///< without a cap
   RimEnds ends;

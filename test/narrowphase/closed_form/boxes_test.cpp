@@ -174,6 +174,15 @@ TEST(BoxPair, SaysThatConcentricBoxesHaveSeveralWaysOut) {
 }
 
 // A turn about x + y leaves x and y equal, so the box reaches as far along either.
+// The face axes of both boxes are as shallow, and within the angle that counts as one direction.
+TEST(BoxPair, SaysThatConcentricBoxesThatAreHardlyTurnedHaveSeveralWaysOut) {
+  const Vector3d half(1, 2, 2);
+  const Isometry3d a_T_b = poseOf({0, 0, 0}, Eigen::AngleAxisd(0.004, Vector3d(0, 1, 2).normalized()).matrix());
+  const std::optional<SignedDistance> result = BoxPair(half, half, a_T_b).overlap(kTolerance, kRounding);
+  ASSERT_TRUE(result.has_value());
+  EXPECT_FALSE(result->unique);
+}
+
 TEST(BoxPair, SaysThatTwoFacesAreAsNear) {
   const Matrix3d rotation = Eigen::AngleAxisd(0.7, Vector3d(1, 1, 0).normalized()).toRotationMatrix();
   for (const double y : {0.5, 0.375}) {
