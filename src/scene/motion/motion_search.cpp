@@ -187,22 +187,21 @@ RobotContact MotionSearch::firstContact(const Pairs& pairs, const RobotMotion& m
   return answer;
 }
 
-/// Finds what is wholly inside a closed mesh at the start. Depths that are reached later are left open.
+/// Finds what is inside a closed mesh at the start. Depths that are reached later are left open.
 void MotionSearch::considerStart(const MotionQuestion& question, FirstContactBounds& bounds, RobotContact& answer) {
-  Question at_start;
-  at_start.threshold = question.contact_distance;
   bool is_placed = false;
-  for (std::size_t i = 0; i < moving_pairs_.size() && !answer.contact; ++i) {
+  for (int i = 0; i < static_cast<int>(moving_pairs_.size()) && !answer.contact; ++i) {
     const MovingPair& moving = moving_pairs_[i];
     if (!hasInterior(moving)) continue;
     if (!is_placed) states_.update(poses_->at(0.0));
     is_placed = true;
-    const PairProximity pair = states_.one(moving.asked, at_start);
-    if (pair.result.upper_bound <= question.contact_distance + question.tolerance) {
+    const DistanceBounds inside = states_.interiorOf(moving.asked, 0.0);
+    const bool may_get_inside = !(withSpheres({-kInfinity, i, moving.a, moving.b, 1, 0.0}).lower_bound > 0.0);
+    if (inside.upper <= question.contact_distance + question.tolerance) {
       answer.contact = true;
       answer.t_contact = bounds.latest = 0.0;
-      answer.pair = pair;
-    } else if (question.contact_distance < 0.0 || !isBeyond(pair.result, question.contact_distance)) {
+      answer.pair = states_.one(moving.asked, {});
+    } else if (inside.lower <= question.contact_distance || (question.contact_distance < 0.0 && may_get_inside)) {
       bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
     }
   }
