@@ -264,7 +264,7 @@ TEST_F(ObjectLoad, ChangesThatWaitForTfDelayNoRequest) {
   Callers waiting(kWaiting, [&] { apply({unplaced}); });
   waiting.onlyOnce();
   std::this_thread::sleep_for(std::chrono::milliseconds(500));  // until all of them wait
-  for (int n = 0; n < 10; ++n) EXPECT_TRUE(call<QueryPairsResponse>(kNode + "query_pairs", {}).success);
+  for (int n = 0; n < 10; ++n) EXPECT_TRUE(call<QueryPairsResponse>(kNode + "query_pairs", QueryPairsRequest()).success);
   EXPECT_LE(waiting.answers(), kWaiting / 2) << "each waits for tf_timeout, 3 s";
   geometry_msgs::TransformStamped frame;
   frame.header.frame_id = "base";

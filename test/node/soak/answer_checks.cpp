@@ -99,9 +99,9 @@ std::vector<double> AnswerChecks::positionsOf(const sensor_msgs::JointState& sta
   return positions;
 }
 
-ShapeRef AnswerChecks::refOf(const proximity_server::ShapeRef& ref) const {
+scene::ShapeRef AnswerChecks::refOf(const proximity_server::ShapeRef& ref) const {
   if (ref.kind == proximity_server::ShapeRef::LINK) return {robot_.robot().findLink(ref.link)};
-  return ShapeRef::ofObject(scene_.objects() ? scene_.objects()->find(ref.link) : -1);
+  return scene::ShapeRef::ofObject(scene_.objects() ? scene_.objects()->find(ref.link) : -1);
 }
 
 /// Throws std::invalid_argument where the scene has not such an object.

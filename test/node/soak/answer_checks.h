@@ -63,7 +63,7 @@ class AnswerChecks {
   void place(const ros::Time& stamp);
   void placeIn(const std::vector<double>& positions);
   std::vector<double> positionsOf(const sensor_msgs::JointState& state) const;
-  ShapeRef refOf(const proximity_server::ShapeRef& ref) const;
+  scene::ShapeRef refOf(const proximity_server::ShapeRef& ref) const;
   PairProximity closest(const proximity_server::ShapeRef& a, const proximity_server::ShapeRef& b);
   std::vector<ShapeRefPair> linkPairsOf(const proximity_server::ShapeRef& a, const proximity_server::ShapeRef& b) const;
   ShapeRefPair pairOf(const proximity_server::ShapeRef& a, const proximity_server::ShapeRef& b) const;

@@ -47,7 +47,7 @@ class SoakObjects {
   /// A change of the node, and the same of the scene.
   struct Change {
     proximity_server::ObjectChange asked;
-    ObjectChange same;
+    scene::ObjectChange same;
   };
 
   void run();
