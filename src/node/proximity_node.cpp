@@ -49,7 +49,7 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       object_markers_pub_(private_nh_.advertise<visualization_msgs::MarkerArray>("object_markers", 1, /*latch=*/true)),
       objects_timer_(private_nh_.createWallTimer(ros::WallDuration(kObjectsPeriod),
                                                  [this](const ros::WallTimerEvent&) { publishChangedObjects(); })),
-      change_stream_(objects_, kNicenessOfLongRequests,
+      change_stream_(objects_,
                      [](const std::string& reason) {
                        ROS_WARN_STREAM_THROTTLE(1.0, "a message of ~apply_objects is left out: " << reason);
                      }),

@@ -1,7 +1,6 @@
 #include "node/objects/change_stream.h"
 
 #include <ros/serialization.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <exception>
@@ -20,11 +19,8 @@ bool hasMesh(const ObjectChanges& message) {
 
 }  // namespace
 
-ChangeStream::ChangeStream(ObjectStore& store, int niceness, std::function<void(const std::string&)> refused)
-    : store_(store), refused_(std::move(refused)), thread_([this, niceness] {
-        setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + niceness);  // on Linux of this thread alone
-        run();
-      }) {}
+ChangeStream::ChangeStream(ObjectStore& store, std::function<void(const std::string&)> refused)
+    : store_(store), refused_(std::move(refused)), thread_([this] { run(); }) {}
 
 ChangeStream::~ChangeStream() {
   {

@@ -62,7 +62,8 @@ class ObjectStore {
   std::uint64_t revision() const;
 
  private:
-  void applyLocked(const std::vector<const ObjectChanges*>& messages, const Refused& refused);
+  void applyLocked(const std::vector<const ObjectChanges*>& messages, const Refused& refused, const MadeObjects& made);
+  std::shared_ptr<const Robot> robotNow() const;
   void commit(const ObjectBatch& batch, const std::vector<PairRule>* rules);
   std::int64_t trianglesAfter(const ObjectBatch& batch) const;
 

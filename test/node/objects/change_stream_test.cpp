@@ -93,7 +93,7 @@ class BusyStream : public testing::Test {
   std::vector<std::string> refusals_;
 
  protected:
-  ChangeStream stream_{store_, 0, [this](const std::string& reason) { refusals_.push_back(reason); }};
+  ChangeStream stream_{store_, [this](const std::string& reason) { refusals_.push_back(reason); }};
 };
 
 // Before, each of a thousand messages made the next objects of the robot, and let the monitor take them.
