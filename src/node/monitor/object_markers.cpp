@@ -126,10 +126,10 @@ class ShapeDrawing {
 std_msgs::ColorRGBA colourOf(const scene::Placement& placement) {
   const bool is_held = std::holds_alternative<scene::Attached>(placement);
   std_msgs::ColorRGBA colour;
-  colour.r = is_held ? 0.9f : 0.6f;
-  colour.g = 0.6f;
-  colour.b = is_held ? 0.2f : 0.6f;
-  colour.a = 0.5f;
+  colour.r = 0.9f;
+  colour.g = is_held ? 0.6f : 0.85f;
+  colour.b = is_held ? 0.2f : 0.75f;
+  colour.a = 0.6f;
   return colour;
 }
 
