@@ -12,9 +12,8 @@ namespace {
 using Lock = std::unique_lock<std::mutex>;
 
 bool hasMesh(const ObjectChanges& message) {
-  return std::any_of(message.changes.begin(), message.changes.end(), [](const ObjectChange& change) {
-    return !change.meshes.empty() || !change.mesh_files.empty();
-  });
+  return std::any_of(message.changes.begin(), message.changes.end(),
+                     [](const ObjectChange& change) { return !change.meshes.empty() || !change.mesh_files.empty(); });
 }
 
 }  // namespace
@@ -44,8 +43,9 @@ void ChangeStream::take(const boost::shared_ptr<const ObjectChanges>& message) {
       return;
     }
   }
-  refused_("too many changes wait, so that this message is left out: call the service, which answers when it has applied "
-           "them");
+  refused_(
+      "too many changes wait, so that this message is left out: call the service, which answers when it has applied "
+      "them");
 }
 
 void ChangeStream::run() {

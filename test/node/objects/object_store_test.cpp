@@ -453,10 +453,13 @@ TEST_F(ObjectsOfASlider, AllObjectsTogetherAreBounded) {
   ObjectLimits limits;
   limits.objects = 3;
   limits.pieces = 10;
-  ObjectStore store(robot_, 7, nullptr, [](const Robot&) {}, limits);
+  ObjectStore store(
+      robot_, 7, nullptr, [](const Robot&) {}, limits);
   store.apply(all({addBall("a"), addBall("b")}));
-  EXPECT_PRED2(holds, refusalOf(store, all({addBall("c"), addBall("d")})), "there would be 4 ids of all objects together");
-  EXPECT_PRED2(holds, refusalOf(store, all({addBoxes("map", {1, 2, 3, 4, 5, 6, 7, 8, 9}, {0.2})})), "there would be 11 convex pieces");
+  EXPECT_PRED2(holds, refusalOf(store, all({addBall("c"), addBall("d")})),
+               "there would be 4 ids of all objects together");
+  EXPECT_PRED2(holds, refusalOf(store, all({addBoxes("map", {1, 2, 3, 4, 5, 6, 7, 8, 9}, {0.2})})),
+               "there would be 11 convex pieces");
   EXPECT_EQ(store.list().objects.size(), 2u);
   store.apply(all({change(ObjectChange::REMOVE, "a"), addBall("c"), addBall("d")}));
   EXPECT_EQ(store.list().objects.size(), 3u);
@@ -493,16 +496,19 @@ TEST_F(ObjectsOfASlider, MeshesAreMadeBeforeItIsTheTurnOfTheirChange) {
 TEST_F(ObjectsOfASlider, AMeshThatCannotBeMadeIsRefusedAtItsTurn) {
   ObjectChange broken = tetrahedron("mesh");
   broken.meshes[0].triangles[2].vertex_indices[0] = 9;
-  EXPECT_PRED2(holds, refusal({addBall("ball"), broken}), "changes[1]: object \"mesh\": meshes[0]: triangles[2] names vertex 9");
+  EXPECT_PRED2(holds, refusal({addBall("ball"), broken}),
+               "changes[1]: object \"mesh\": meshes[0]: triangles[2] names vertex 9");
 }
 
 TEST_F(ObjectsOfASlider, TheTrianglesOfAllMeshesAreBoundedUntilTheyAreRemoved) {
   ObjectLimits limits;
   limits.triangles = 5;
-  ObjectStore store(robot_, 7, nullptr, [](const Robot&) {}, limits);
+  ObjectStore store(
+      robot_, 7, nullptr, [](const Robot&) {}, limits);
   for (int round = 0; round < 3; ++round) {
     store.apply(all({tetrahedron("a")}));
-    EXPECT_PRED2(holds, refusalOf(store, all({tetrahedron("b")})), "there would be 8 triangles of all objects together");
+    EXPECT_PRED2(holds, refusalOf(store, all({tetrahedron("b")})),
+                 "there would be 8 triangles of all objects together");
     store.apply(all({change(ObjectChange::REMOVE, "a")}));
   }
 }
