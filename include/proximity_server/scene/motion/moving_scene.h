@@ -13,7 +13,7 @@ struct MotionQuestion {
   /// [m] Contact is a signed distance, less the pair's padding, at or below it. Below 0, a first contact of two of which
   /// one has a closed mesh with room inside is left open (IterationLimit, t_free 0) unless it is at the start.
   double contact_distance = 0.0;
-  double tolerance = 1e-6;        ///< [m] of that distance, and of the minimum
+  double tolerance = 1e-6;  ///< [m] of that distance, and of the minimum
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
 };
 
