@@ -49,7 +49,6 @@ void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
   robot_ = robot;
   scene_ = robot_->borrowScene();
   moving_scene_ = robot_->borrowMovingScene();
-  joints_ = jointsThatMatter(robot_->robotModel(), robot_->candidates().list());
   self_level_ = object_level_ = Clearance::INVALID;
   use(robot_->objects().get());
 }
@@ -57,6 +56,7 @@ void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
 void Monitor::use(const RobotObjects& objects) {
   objects_ = objects;
   scene_->use(objects_.all);
+  joints_ = jointsThatMatter(*robot_, *objects_.all);
   bodies_ = bodiesOfCheckedPairs(*robot_, *objects_.all);
   frames_ = framesOf(*objects_.all);
   longest_name_ = longestName(robot_->robotModel(), *objects_.all);
@@ -75,7 +75,7 @@ const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnap
   clearance_.tf_skew = snapshot.skew;
   ++clearance_.cycle;
   measure(snapshot, frames, settings);
-  lookAhead(snapshot, velocities, settings);
+  lookAhead(snapshot, velocities, settings, frames);
 
   const std::chrono::duration<double> elapsed = Clock::now() - start;
   clearance_.computation_time = ros::Duration(elapsed.count());
@@ -160,15 +160,16 @@ void Monitor::report(const PoseSnapshot& snapshot, const scene::PairsBelow& belo
 }
 
 void Monitor::lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
-                        const MonitorSettings& settings) {
+                        const MonitorSettings& settings, const FrameSnapshot& frames) {
   clearance_.lookahead = noLookahead(settings);
   if (settings.lookahead == 0.0) return;
   if (clearance_.level == Clearance::INVALID) {
     clearance_.lookahead.status = clearance_.status;
     return;
   }
-  const scene::Candidates& pairs = robot_->candidates();
-  clearance_.lookahead = contactAhead(*robot_, *moving_scene_, pairs, snapshot.poses, velocities, settings);
+  if (moving_scene_->objects() != objects_.all.get()) moving_scene_->use(objects_.all);
+  const LookaheadStart start{snapshot.poses, frames_, frames.poses};
+  clearance_.lookahead = contactAhead(*robot_, *moving_scene_, start, velocities, settings);
 }
 
 void Monitor::countPairs() {

@@ -49,7 +49,8 @@ class Monitor {
   Named named() const { return {robot_->robotModel(), objects_.all.get()}; }
   void report(const PoseSnapshot& snapshot, const scene::PairsBelow& below, const scene::Question& question,
               std::size_t most);
-  void lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities, const MonitorSettings& settings);
+  void lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities, const MonitorSettings& settings,
+                 const FrameSnapshot& frames);
   void countPairs();
 
   std::shared_ptr<const Robot> robot_;
