@@ -10,6 +10,7 @@
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/objects/object.h"
 #include "scene/small_robots.h"
+#include "scene/solids.h"
 
 namespace proximity_server::scene {
 
@@ -58,6 +59,15 @@ inline narrowphase::Shape someShape(Chance& chance) {
     default:
       return Box{{size, 2 * size, 0.7 * size}};
   }
+}
+
+/// A mesh as its triangles, with room for whole links inside, and perhaps a cavity.
+inline Object someSolid(const std::string& id, const Placement& placement, Chance& chance) {
+  ObjectOptions options;
+  options.meshes.tolerance = 0.0;
+  options.padding = chance.below(3) == 0 ? 0.01 : 0.0;
+  const TriangleMesh mesh = chance.below(2) == 0 ? bracket() : thickShell();
+  return makeObject(id, {{scaled(mesh, chance.between(0.1, 0.6)), chance.pose(0.1)}}, placement, options);
 }
 
 /// Of up to two shapes, of boxes in bulk or, if it is not attached, of half-spaces; some with a padding.

@@ -11,7 +11,8 @@ namespace proximity_server::scene {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kMaxLevels = 6;  // of halved intervals; the narrowphase divides shorter ones itself
+constexpr int kMaxLevels = 6;           // of halved intervals; the narrowphase divides shorter ones itself
+constexpr int kMaxInteriorLevels = 10;  // the same where nothing divides shorter ones
 
 using Clock = std::chrono::steady_clock;
 
@@ -33,11 +34,16 @@ MotionSearch::MotionSearch(std::shared_ptr<const SceneModel> model, std::shared_
     : model_(std::move(model)),
       volumes_(std::move(volumes)),
       states_(*model_, volumes_, Skipping::On),
-      pairs_(model_, volumes_) {}
+      pairs_(model_, volumes_) {
+  for (int root = 0; root < volumes_->rootCount(); ++root) links_have_interiors_ |= (*volumes_)[root].has_interior;
+}
 
 void MotionSearch::use(std::shared_ptr<const Objects> objects) {
   if (&objects->model() != model_.get()) throw std::invalid_argument("the objects are those of another model");
   states_.use(objects);
+  objects_have_interiors_ = false;
+  for (const int number : objects->numbers())
+    objects_have_interiors_ |= objects->placed(number)->geometry->root().has_interior;
   pairs_.use(std::move(objects));
 }
 
@@ -49,7 +55,7 @@ void MotionSearch::begin(const Pairs& pairs, const RobotMotion& motion, Order or
   std::int64_t unknown = pairs_.unknownOfList();
   if (pairs_.asksForObjects(pairs)) {
     total += objects()->pairCount();
-    unknown += unknownPairsWithObjects(motion) + pairs_.tooFar();
+    unknown += unknownPairsWithObjects() + pairs_.tooFar();
   }
   constexpr std::int64_t kMost = std::numeric_limits<int>::max();
   counts.pairs = static_cast<int>(std::min(total, kMost));
@@ -57,9 +63,9 @@ void MotionSearch::begin(const Pairs& pairs, const RobotMotion& motion, Order or
 }
 
 /// Of the candidates. What has a pose at the beginning has one at all times.
-std::int64_t MotionSearch::unknownPairsWithObjects(const RobotMotion& motion) {
-  if (!pairs_.poses().isKnown(pairs_.poses().world())) return objects()->pairCount();
-  updateStates(motion, 0.0);
+std::int64_t MotionSearch::unknownPairsWithObjects() {
+  if (!isInWorld()) return objects()->pairCount();
+  placeStates(0.0);
   return states_.unknownPairsWithObjects();
 }
 
@@ -211,6 +217,7 @@ RobotContact MotionSearch::firstContact(const Pairs& pairs, const RobotMotion& m
   if (answer.counts.unknown == answer.counts.pairs) return answer;
   enterAll(question.contact_distance);
   FirstContactBounds bounds;
+  considerStart(pairs, question, bounds, answer);
   while (!queue_.empty()) {
     const IntervalVisit visit = pop();
     const double time = MovingBodies::Interval(visit.interval).begin;
@@ -231,6 +238,59 @@ RobotContact MotionSearch::firstContact(const Pairs& pairs, const RobotMotion& m
   return answer;
 }
 
+/// Of two shapes; what stands for a half-space has none.
+bool MotionSearch::hasInterior(const MovingPair& moving) {
+  return moving.kind == MovingPair::Kind::Shapes && haveInterior(moving.a[moving.a.root], moving.b[moving.b.root]);
+}
+
+/// Whether candidates with objects may have an interior.
+bool MotionSearch::hasInteriors(const Pairs& pairs) const {
+  return pairs_.asksForObjects(pairs) && (links_have_interiors_ || objects_have_interiors_);
+}
+
+/// Finds what is inside a closed mesh at the start. Depths that are reached later are left open.
+void MotionSearch::considerStart(const Pairs& pairs, const MotionQuestion& question, FirstContactBounds& bounds,
+                                 RobotContact& answer) {
+  if (hasInteriors(pairs) && isInWorld()) considerObjectsAtStart(pairs, question, bounds, answer);
+  bool is_placed = false;
+  for (int i = 0; i < pairs_.size() && !answer.contact; ++i) {
+    const MovingPair& moving = pairs_[i];
+    if (!hasInterior(moving)) continue;
+    if (!is_placed) placeStates(0.0);
+    is_placed = true;
+    const DistanceBounds inside = states_.interiorOf(moving.asked, 0.0);
+    const double rounding = roundingOfWorld(0.0);
+    const bool may_get_inside = !(withSpheres({-kInfinity, i, moving.a.root, moving.b.root, 1, 0.0}).lower_bound > 0.0);
+    if (inside.upper + rounding <= question.contact_distance + question.tolerance) {
+      answer.contact = true;
+      answer.t_contact = bounds.latest = 0.0;
+      answer.pair = fromWorld(states_.one(moving.asked, {}), 0.0);
+    } else if (inside.lower - rounding <= question.contact_distance ||
+               (question.contact_distance < 0.0 && may_get_inside)) {
+      bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
+    }
+  }
+}
+
+/// The same of all candidates with objects at once, as those with fixed objects are not known yet one by one.
+void MotionSearch::considerObjectsAtStart(const Pairs& pairs, const MotionQuestion& question,
+                                          FirstContactBounds& bounds, RobotContact& answer) {
+  placeStates(0.0);
+  Question near;
+  near.threshold = question.contact_distance + roundingOfWorld(0.0);
+  const std::vector<PairProximity>& closest = states_.closest(pairs, 1, PairRanking::Goal::Closest, near);
+  if (question.contact_distance < 0.0) bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
+  if (closest.empty()) return;
+  const PairProximity pair = fromWorld(closest.front(), 0.0);
+  if (pair.result.upper_bound <= question.contact_distance + question.tolerance) {
+    answer.contact = true;
+    answer.t_contact = bounds.latest = 0.0;
+    answer.pair = pair;
+  } else {
+    bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
+  }
+}
+
 /// Measures two pieces: they may be in contact earlier than those before, or leave a contact undecided.
 void MotionSearch::measure(const IntervalVisit& visit, const MotionQuestion& question, FirstContactBounds& bounds,
                            RobotContact& answer) {
@@ -243,39 +303,48 @@ void MotionSearch::measure(const IntervalVisit& visit, const MotionQuestion& que
   answer.pair = found(visit, contact.at_contact, contact.t_contact);
 }
 
-/// Poses for questions about one state. The poses of a robot with objects are those in the world.
-void MotionSearch::updateStates(const RobotMotion& motion, double time) {
-  const RobotMotion::State state = motion.inWorld(time);
+/// Whether there are objects, and it is known where the fixed ones stand.
+bool MotionSearch::isInWorld() {
+  return objects() && !objects()->empty() && pairs_.poses().isKnown(pairs_.poses().world());
+}
+
+/// Gives the poses of a time to questions about one state. With objects they are those in the world.
+void MotionSearch::placeStates(double time) {
+  if (!isInWorld()) return states_.update(pairs_.poses().at(time));
+  const RobotMotion::State state = pairs_.poses().motion().inWorld(time);
   state.frames.empty() ? states_.update(state.bodies) : states_.update(state.bodies, state.frames);
 }
 
 /// Measures a few states of the motion first: their smallest distance is an upper bound, which leaves little to search.
-void MotionSearch::considerStates(const Pairs& pairs, const RobotMotion& motion, RobotMinimum& answer) {
-  const bool has_objects = objects() && !objects()->empty();
-  if (has_objects && !pairs_.poses().isKnown(pairs_.poses().world())) return;
+void MotionSearch::considerStates(const Pairs& pairs, RobotMinimum& answer) {
+  if (objects() && !objects()->empty() && !isInWorld()) return;
   for (const double time : {0.0, 0.25, 0.5, 0.75, 1.0}) {
-    has_objects ? updateStates(motion, time) : states_.update(pairs_.poses().at(time));
+    placeStates(time);
     const std::vector<PairProximity>& closest = states_.closest(pairs, 1, PairRanking::Goal::Closest, {});
     if (closest.empty() || !(closest.front().result.upper_bound < answer.upper_bound)) continue;
-    const PairProximity pair = has_objects ? fromWorld(closest.front(), time) : closest.front();
-    answer.upper_bound = pair.result.upper_bound;
+    answer.pair = fromWorld(closest.front(), time);
+    answer.upper_bound = answer.pair.result.upper_bound;
     answer.time = time;
-    answer.pair = pair;
   }
 }
 
-/// An answer about the state at a time as seen in the frame of the poses.
-///
-/// Error: the bounds hold what the way of the poses into the world has added: the error of a translation is below 28 eps of
-///        the lengths of its two factors, and that of a rotation is within the margin of kPoseRounding.
-PairProximity MotionSearch::fromWorld(PairProximity pair, double time) {
+/// [m] What the way of the poses into the world adds to the rounding of a distance: the error of a translation is below 28
+/// eps of the lengths of its two factors, and that of a rotation is within the margin of kPoseRounding.
+double MotionSearch::roundingOfWorld(double time) {
   const int world = pairs_.poses().world();
-  if (world < 0) return pair;
-  const Eigen::Isometry3d poses_T_world = pairs_.poses().pose(world, time);
+  if (world < 0 || !isInWorld()) return 0.0;
   double farthest = 0.0;
   for (const std::optional<Eigen::Isometry3d>& pose : pairs_.poses().at(time))
     if (pose) farthest = std::max(farthest, pose->translation().norm());
-  const double rounding = kPoseRounding * (poses_T_world.translation().norm() + farthest);
+  return kPoseRounding * (pairs_.poses().pose(world, time).translation().norm() + farthest);
+}
+
+/// An answer about the state at a time as seen in the frame of the poses. The bounds hold roundingOfWorld().
+PairProximity MotionSearch::fromWorld(PairProximity pair, double time) {
+  const int world = pairs_.poses().world();
+  if (world < 0 || !isInWorld()) return pair;
+  const Eigen::Isometry3d poses_T_world = pairs_.poses().pose(world, time);
+  const double rounding = roundingOfWorld(time);
   pair.result.lower_bound -= rounding;
   pair.result.upper_bound += rounding;
   pair.result.normal = (poses_T_world.linear() * pair.result.normal).normalized();
@@ -288,7 +357,7 @@ RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion
   RobotMinimum answer;
   begin(pairs, motion, Order::Nearest, answer.counts);
   if (answer.counts.unknown == answer.counts.pairs) return answer;
-  considerStates(pairs, motion, answer);
+  considerStates(pairs, answer);
   enterAll(answer.upper_bound);
   answer.status = narrowphase::Status::Converged;
   double proven = kInfinity;  // [m] the smallest bound of all pieces that were measured
@@ -315,7 +384,49 @@ RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion
   answer.counts.by_one_bound = answer.counts.pairs - answer.counts.unknown - pairs_.examined();
   const double open = queue_.empty() ? kInfinity : queue_.front().lower_bound;
   answer.lower_bound = std::min({proven, open, answer.upper_bound});
+  if (!(answer.lower_bound > 0.0)) searchInteriors(question, answer);
   return answer;
+}
+
+/// Bounds by the interiors of a pair during an interval: by how deep something is in its middle, less the way from there.
+MotionSearch::IntervalVisit MotionSearch::withInterior(IntervalVisit visit, RobotMinimum& answer) {
+  MovingPair& moving = movingPairOf(visit);
+  const MovingBodies::Interval interval(visit.interval);
+  const double middle = 0.5 * (interval.begin + interval.end), rounding = roundingOfWorld(middle);
+  const double drift = moving.bodies.driftIn(visit.interval, pairs_.poses()) + rounding;
+  placeStates(middle);
+  const DistanceBounds inside = states_.interiorOf(moving.asked, drift);
+  visit.lower_bound = inside.lower - drift;
+  if (inside.upper + rounding < answer.upper_bound) {
+    answer.pair = fromWorld(states_.one(moving.asked, {}), middle);
+    answer.upper_bound = std::min(inside.upper + rounding, answer.pair.result.upper_bound);
+    answer.time = middle;
+  }
+  return visit;
+}
+
+/// Looks for what is deeper in a closed mesh than pieces tell, the deepest first.
+void MotionSearch::searchInteriors(const MotionQuestion& question, RobotMinimum& answer) {
+  queue_.clear();
+  for (int i = 0; i < pairs_.size(); ++i)
+    if (const MovingPair& moving = pairs_[i]; hasInterior(moving))
+      push(withInterior({-kInfinity, i, moving.a.root, moving.b.root, 1, 0.0}, answer));
+  double proven = kInfinity;  // [m] the smallest bound of the intervals that are not divided further
+  while (!queue_.empty() && answer.upper_bound - queue_.front().lower_bound > question.tolerance && !isOver(question)) {
+    const IntervalVisit visit = pop();
+    ++answer.counts.intervals;
+    if (visit.interval >= 1 << kMaxInteriorLevels) {
+      proven = std::min(proven, visit.lower_bound);
+      continue;
+    }
+    IntervalVisit half = visit;
+    for (half.interval = 2 * visit.interval; half.interval <= 2 * visit.interval + 1; ++half.interval)
+      push(withInterior(half, answer));
+  }
+  const double open = queue_.empty() ? kInfinity : queue_.front().lower_bound;
+  answer.lower_bound = std::min({answer.lower_bound, proven, open, answer.upper_bound});
+  if (answer.upper_bound - answer.lower_bound > question.tolerance)
+    answer.status = lessComplete(answer.status, narrowphase::Status::IterationLimit);
 }
 
 /// A result of the narrowphase as an answer about links and objects, in the frame of the poses.

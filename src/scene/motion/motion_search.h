@@ -6,6 +6,7 @@
 
 #include "proximity_server/scene/motion/moving_scene.h"
 #include "scene/motion/moving_pairs.h"
+#include "scene/query/interior_search.h"
 #include "scene/query/pair_ranking.h"
 #include "scene/query/volumes.h"
 
@@ -14,6 +15,10 @@ namespace proximity_server::scene {
 /// Answers questions about pairs of shapes in motion. It divides volumes and time together, and the narrowphase
 /// computes only the pieces and intervals that neither spheres nor boxes settle. The tree of fixed objects is divided
 /// likewise, as one pair with each link.
+///
+/// What is wholly inside a closed mesh is so from the start, or has come there through a contact of pieces. So interiors
+/// matter to a first contact at the start only, and to a minimum only if it is no more than 0. A fixed object that is not
+/// examined is farther away than matters, its interior too.
 class MotionSearch {
  public:
   MotionSearch(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes);
@@ -46,7 +51,7 @@ class MotionSearch {
   enum class Order : unsigned char { Nearest, Earliest };
 
   void begin(const Pairs& pairs, const RobotMotion& motion, Order order, MotionCounts& counts);
-  std::int64_t unknownPairsWithObjects(const RobotMotion& motion);
+  std::int64_t unknownPairsWithObjects();
   void enterAll(double limit);
   MovingPair& movingPairOf(const IntervalVisit& visit) { return pairs_[visit.pair]; }
 
@@ -62,8 +67,18 @@ class MotionSearch {
   void split(const IntervalVisit& visit, double limit);
   void splitFixedObjects(const IntervalVisit& visit, double limit);
 
-  void updateStates(const RobotMotion& motion, double time);
-  void considerStates(const Pairs& pairs, const RobotMotion& motion, RobotMinimum& answer);
+  static bool hasInterior(const MovingPair& moving);
+  bool hasInteriors(const Pairs& pairs) const;
+  void considerStart(const Pairs& pairs, const MotionQuestion& question, FirstContactBounds& bounds,
+                     RobotContact& answer);
+  void considerObjectsAtStart(const Pairs& pairs, const MotionQuestion& question, FirstContactBounds& bounds,
+                              RobotContact& answer);
+  IntervalVisit withInterior(IntervalVisit visit, RobotMinimum& answer);
+  void searchInteriors(const MotionQuestion& question, RobotMinimum& answer);
+  bool isInWorld();
+  void placeStates(double time);
+  void considerStates(const Pairs& pairs, RobotMinimum& answer);
+  double roundingOfWorld(double time);
   PairProximity fromWorld(PairProximity pair, double time);
   narrowphase::TimeOfContact contactOf(const IntervalVisit& visit, const MotionQuestion& question, double latest);
   void measure(const IntervalVisit& visit, const MotionQuestion& question, FirstContactBounds& bounds,
@@ -76,6 +91,7 @@ class MotionSearch {
   const std::shared_ptr<const Volumes> volumes_;
   PairRanking states_;  ///< answers about the state at one time
   MovingPairs pairs_;
+  bool links_have_interiors_ = false, objects_have_interiors_ = false;
   Order order_ = Order::Nearest;
   std::vector<IntervalVisit> queue_;  ///< a heap
 };

@@ -19,6 +19,7 @@ class PosesInTime {
 
   explicit PosesInTime(const RobotMotion& motion);
 
+  const RobotMotion& motion() const { return motion_; }
   const BodyPoses& at(double time);
 
   const Segment& segment(int frame) const {
@@ -82,6 +83,10 @@ class MovingBodies {
     double gap, travel;
   };
   SphereGap sphereGap(const Bounds& a, const Bounds& b, int interval, PosesInTime& poses);
+
+  /// [m] How far any point of one body moves during an interval, seen from the other, from where it is in the middle of
+  /// the interval; with the rounding of a distance.
+  double driftIn(int interval, PosesInTime& poses);
 
   /// The same bound for their boxes: the gap in the middle of the interval, less how far any point moves from there.
   double boxGap(const Bounds& a, const Bounds& b, int interval, PosesInTime& poses);

@@ -136,7 +136,10 @@ int MovingPairs::frameOf(int number, const PlacedObject& object) {
   return place->second;
 }
 
-bool MovingPairs::isKnown(const Participant& who) const { return who.frame != kNoFrame && poses_->isKnown(who.frame); }
+bool MovingPairs::isKnown(const Participant& who) const {
+  if (who.isFree() && !poses_->isKnown(poses_->world())) return false;
+  return who.frame != kNoFrame && poses_->isKnown(who.frame);
+}
 
 // --- pairs
 
@@ -186,6 +189,7 @@ void MovingPairs::addHalfSpaces(const Participant& a, const Participant& b) {
                       in_a ? stand_in : a.compound,
                       in_a ? b.compound : stand_in,
                       bodies(box.volume.bounds)});
+    pairs_.back().kind = MovingPair::Kind::HalfSpace;
     // The way out of one half-space is the same for all pieces.
     pairs_.back().is_compound = half_spaces.size() > 1 || !unbounded.root().isEmpty();
   }

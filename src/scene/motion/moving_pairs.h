@@ -28,12 +28,12 @@ struct MovingPair {
   double error;
   Compound a, b;
   MovingBodies bodies;
-  enum class Kind : unsigned char { Shapes, FixedObjects };
+  enum class Kind : unsigned char { Shapes, HalfSpace, FixedObjects };
   Kind kind = Kind::Shapes;
   bool is_compound = false;  ///< one of the two has several parts
   bool is_examined = false;  ///< one bound for the whole motion did not settle it
 
-  bool isOfShapes() const { return kind == Kind::Shapes; }
+  bool isOfShapes() const { return kind != Kind::FixedObjects; }
 };
 
 /// A box that stands for a half-space. No point of the other shape is farther than `reach` from the origin during the

@@ -46,6 +46,11 @@ class PairRanking {
   /// How many of the checked pairs with an object have no distance because a pose is missing.
   std::int64_t unknownPairsWithObjects() const { return object_visits_.unknownPairs(); }
 
+  /// See PairMeasurement.
+  DistanceBounds interiorOf(const ShapeRefPair& pair, double within) const {
+    return measurement_.interiorOf(pair, within);
+  }
+
   PairProximity one(const ShapeRefPair& pair, const Question& question);
   const std::vector<PairProximity>& all(const Pairs& pairs, const Question& question);
   const std::vector<PairProximity>& closest(const Pairs& pairs, std::size_t k, Goal goal, const Question& question);

@@ -28,13 +28,15 @@ constexpr double kTolerance = 1e-12;  // [m] asked of every distance
 constexpr std::size_t kClosest = 5;
 
 enum class Motion : unsigned char { Random, Coherent, Resting };
+enum class Meshes : unsigned char { None, Solid };
 
 /// Objects that change, and a robot and frames that move.
 class Cell {
  public:
-  Cell(const std::shared_ptr<const SceneModel>& model, Motion motion, int objects)
+  Cell(const std::shared_ptr<const SceneModel>& model, Motion motion, int objects, Meshes meshes)
       : model_(*model),
         motion_(motion),
+        meshes_(meshes),
         wanted_(objects),
         chance_(static_cast<unsigned>(motion) + 7),
         objects_(std::make_shared<const Objects>(model)),
@@ -105,6 +107,11 @@ class Cell {
     return std::visit([](const auto& of_kind) -> Placement { return of_kind; }, freePlacement());
   }
 
+  Object newObject(const std::string& id, const Placement& placement) {
+    const bool is_solid = meshes_ == Meshes::Solid && chance_.below(3) == 0;
+    return is_solid ? someSolid(id, placement, chance_) : someObject(id, placement, chance_);
+  }
+
   std::string someId() { return objects_->object(objects_->numbers()[chance_.below(objects_->size())])->id; }
 
   void change() {
@@ -120,8 +127,7 @@ class Cell {
 
   ObjectChange someChange() {
     const bool too_few = chance_.below(2 * wanted_) >= objects_->size();
-    if (objects_->empty() || too_few)
-      return AddObject{someObject("object " + std::to_string(added_++), anyPlacement(), chance_)};
+    if (objects_->empty() || too_few) return AddObject{newObject("object " + std::to_string(added_++), anyPlacement())};
     const std::string id = someId();
     const Object& object = *objects_->object(objects_->find(id));
     const bool is_attached = std::holds_alternative<Attached>(object.placement);
@@ -130,7 +136,7 @@ class Cell {
       case 0:
         return RemoveObject{id};
       case 1:
-        return ReplaceObject{someObject(id, anyPlacement(), chance_)};
+        return ReplaceObject{newObject(id, anyPlacement())};
       case 2:
         if (can_be_attached) return AttachObject{id, attachment()};
         [[fallthrough]];
@@ -142,6 +148,7 @@ class Cell {
 
   const SceneModel& model_;
   const Motion motion_;
+  const Meshes meshes_;
   const int wanted_;
   Chance chance_;
   std::shared_ptr<const Objects> objects_;
@@ -192,13 +199,14 @@ struct Case {
   const char* name;
   Motion motion;
   int objects, states;
+  Meshes meshes = Meshes::None;
 };
 
 class ChangingObjects : public testing::TestWithParam<Case> {};
 
 TEST_P(ChangingObjects, SkippingNeverChangesAnAnswer) {
   const auto model = arm();
-  Cell cell(model, GetParam().motion, GetParam().objects);
+  Cell cell(model, GetParam().motion, GetParam().objects, GetParam().meshes);
   Scene scene(model), everything(model, Skipping::Off);
   scene.use(cell.objects());
   everything.use(cell.objects());
@@ -269,7 +277,10 @@ INSTANTIATE_TEST_SUITE_P(Motions, ChangingObjects,
                                          Case{"Coherent", Motion::Coherent, 12, repeats(4000)},
                                          Case{"Resting", Motion::Resting, 12, repeats(4000)},
                                          Case{"ManyCoherent", Motion::Coherent, 120, repeats(400)},
-                                         Case{"ManyRandom", Motion::Random, 120, repeats(400)}),
+                                         Case{"ManyRandom", Motion::Random, 120, repeats(400)},
+                                         Case{"SolidsRandom", Motion::Random, 6, repeats(1500), Meshes::Solid},
+                                         Case{"SolidsCoherent", Motion::Coherent, 6, repeats(1500), Meshes::Solid},
+                                         Case{"SolidsResting", Motion::Resting, 6, repeats(1000), Meshes::Solid}),
                          [](const testing::TestParamInfo<Case>& test) { return test.param.name; });
 
 }  // namespace

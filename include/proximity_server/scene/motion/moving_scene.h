@@ -10,8 +10,10 @@
 namespace proximity_server::scene {
 
 struct MotionQuestion {
-  double contact_distance = 0.0;  ///< [m] contact is a signed distance, less the pair's padding, at or below it
-  double tolerance = 1e-6;        ///< [m] of that distance, and of the minimum
+  /// [m] Contact is a signed distance, less the pair's padding, at or below it. Below 0, a first contact of two of which
+  /// one has a closed mesh with room inside is left open (IterationLimit, t_free 0) unless it is at the start.
+  double contact_distance = 0.0;
+  double tolerance = 1e-6;  ///< [m] of that distance, and of the minimum
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
 };
 
@@ -63,6 +65,8 @@ class MotionSearch;
 ///          frame, and both are where RobotMotion::ObjectFrames says. Of many fixed objects, those that are far from a link
 ///          during the whole motion are skipped by bounds of their hierarchy, and so are the parts of one object; moving and
 ///          attached objects are examined one by one.
+/// Limit:   the smallest distance of a motion on which something is inside a closed mesh, away from its surface, may be less
+///          exact than asked: IterationLimit.
 /// Failure: every question throws std::invalid_argument for a link, <collision> or object that does not exist, for two
 ///          objects with half-spaces, and for a motion of another number of bodies or frames.
 class MovingScene {
