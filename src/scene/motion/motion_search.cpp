@@ -11,8 +11,12 @@ namespace proximity_server::scene {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kMaxLevels = 6;           // of halved intervals; the narrowphase divides shorter ones itself
-constexpr int kMaxInteriorLevels = 10;  // the same where nothing divides shorter ones
+constexpr int kMaxLevels = 6;  // of halved intervals; the narrowphase divides shorter ones itself
+
+// The same where nothing divides shorter ones: of a motion of a metre the shortest are 1e-7 m. Each keeps the poses of the
+// robot, about 10 kB, for a time of its own.
+constexpr int kMaxInteriorLevels = 23;
+constexpr int kMaxInteriorIntervals = 1000;
 
 using Clock = std::chrono::steady_clock;
 
@@ -412,7 +416,8 @@ void MotionSearch::searchInteriors(const MotionQuestion& question, RobotMinimum&
     if (const MovingPair& moving = pairs_[i]; hasInterior(moving))
       push(withInterior({-kInfinity, i, moving.a.root, moving.b.root, 1, 0.0}, answer));
   double proven = kInfinity;  // [m] the smallest bound of the intervals that are not divided further
-  while (!queue_.empty() && answer.upper_bound - queue_.front().lower_bound > question.tolerance && !isOver(question)) {
+  for (int i = 0; i < kMaxInteriorIntervals && !queue_.empty() && !isOver(question); ++i) {
+    if (!(answer.upper_bound - queue_.front().lower_bound > question.tolerance)) break;
     const IntervalVisit visit = pop();
     ++answer.counts.intervals;
     if (visit.interval >= 1 << kMaxInteriorLevels) {

@@ -284,7 +284,7 @@ void expectHoldsOnTheWay(const std::shared_ptr<const SceneModel>& model, int mot
   Scene scene(model);
   const Candidates pairs = scene.candidates();
   JointMotions random(model->robot, 3);
-  int contacts = 0;
+  int contacts = 0, exact = 0;
   MotionQuestion question;
   question.contact_distance = contact_distance;
   for (int i = 0; i < motions; ++i) {
@@ -294,7 +294,11 @@ void expectHoldsOnTheWay(const std::shared_ptr<const SceneModel>& model, int mot
     const RobotContact contact = moving.timeOfContact(pairs, motion, question);
     const RobotMinimum minimum = moving.minimum(pairs, motion, question);
     ASSERT_EQ(contact.status, Status::Converged);
-    ASSERT_EQ(minimum.status, Status::Converged);
+    // Inside of a closed mesh a minimum may be less exact than asked.
+    ASSERT_EQ(minimum.status,
+              minimum.upper_bound < 0.0 && minimum.upper_bound - minimum.lower_bound > question.tolerance
+                  ? Status::IterationLimit
+                  : Status::Converged);
     double closest = kInfinity;
     for (int k = 0; k <= states; ++k) {
       const double time = static_cast<double>(k) / states;
@@ -306,8 +310,10 @@ void expectHoldsOnTheWay(const std::shared_ptr<const SceneModel>& model, int mot
       }
     }
     EXPECT_GE(closest, minimum.lower_bound - 1e-9) << "motion " << i;
-    EXPECT_LE(minimum.upper_bound - minimum.lower_bound, question.tolerance);
-    EXPECT_LE(minimum.upper_bound, closest + question.tolerance) << "motion " << i;
+    if (minimum.status == Status::Converged) {
+      ++exact;
+      EXPECT_LE(minimum.upper_bound, closest + question.tolerance) << "motion " << i;
+    }
     EXPECT_EQ(contact.contact, minimum.lower_bound <= contact_distance) << "motion " << i;
     contacts += contact.contact;
     if (!contact.contact) continue;
@@ -316,6 +322,7 @@ void expectHoldsOnTheWay(const std::shared_ptr<const SceneModel>& model, int mot
   }
   EXPECT_GT(contacts, motions / 50);
   EXPECT_LT(contacts, motions - motions / 50);
+  EXPECT_GE(exact, motions / 2);
 }
 
 TEST(MovingScene, DemoRobotComesNoCloserOnTheWayThanTheBoundsSay) {

@@ -97,7 +97,7 @@ TEST(MeshPieces, TellWhatIsOpen) {
   EXPECT_EQ(convexPieces(open, {0.0}).interior, nullptr);
   TriangleMesh lid = kOuter;
   lid.triangles.pop_back();
-  EXPECT_EQ(convexPieces(lid, {0.0}).openness,
+  EXPECT_EQ(convexPieces(lid, {3.0}).openness,
             "it is not a closed surface; a convex hull stands for each such part, and is solid");
   TriangleMesh far = open;
   for (Vector3d& vertex : far.vertices) vertex.x() += 5.0;
