@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <set>
 
 #include "node/robot/conversions.h"
 #include "node/services/timed_motion.h"
@@ -51,6 +52,16 @@ std::vector<int> jointsThatMatter(const scene::RobotModel& robot, const std::vec
   std::sort(joints.begin(), joints.end());
   joints.erase(std::unique(joints.begin(), joints.end()), joints.end());
   return joints;
+}
+
+std::vector<int> robotsThatMeet(const scene::RobotModel& robots, const std::vector<scene::ShapeRefPair>& pairs) {
+  std::set<int> found;
+  for (const scene::ShapeRefPair& pair : pairs) {
+    const int a = robots.bodies[robots.links[pair.a.link].body].robot;
+    const int b = robots.bodies[robots.links[pair.b.link].body].robot;
+    if (a != b) found.insert({a, b});
+  }
+  return {found.begin(), found.end()};
 }
 
 Lookahead noLookahead(const MonitorSettings& settings) {

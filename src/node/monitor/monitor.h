@@ -30,6 +30,9 @@ class Monitor {
   const std::vector<int>& bodies() const { return bodies_; }
   const std::vector<int>& joints() const { return joints_; }
 
+  /// The robots with a checked pair between each other, see robotsThatMeet().
+  const std::vector<int>& robotsThatMeet() const { return robots_that_meet_; }
+
   /// Computes the clearance in these poses, and the lookahead with these velocities. Never waits. The result is valid
   /// until the next cycle. Without a lookahead, memory is allocated only in the first few cycles of a robot and after
   /// max_reported_pairs has grown.
@@ -57,6 +60,7 @@ class Monitor {
   MovingScenePool::Lease moving_scene_;
   std::vector<int> bodies_;
   std::vector<int> joints_;
+  std::vector<int> robots_that_meet_;
   RobotObjects objects_;
   AskedFrames frames_;
   std::uint8_t self_level_ = Clearance::INVALID;    ///< of pairs of links
