@@ -14,18 +14,34 @@ int robotOf(const scene::RobotModel& robots, const scene::Joint& joint) {
   return robots.bodies[robots.links[joint.child_link].body].robot;
 }
 
+/// Whether the URDFs of two robots that publish on one topic name a joint alike.
+bool isAmbiguous(const scene::RobotModel& robots, const std::vector<std::string>& topics, int member,
+                 const std::string& own_name) {
+  for (int other = 0; other < static_cast<int>(robots.robots.size()); ++other) {
+    if (other == member || topics[other] != topics[member]) continue;
+    if (scene::findNamed(robots.joints, robots.robots[other].nameInModel(own_name)) >= 0) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
+std::vector<std::string> JointVelocities::topicsOf(const Robot& robot) const {
+  std::vector<std::string> topics;
+  for (const RobotSource& source : robot.sources()) topics.push_back(nh_.resolveName(source.joint_states));
+  return topics;
+}
+
 void JointVelocities::listen(const Robot& robot) {
-  std::map<std::string, std::string> topics;  // as they are named, by the names that they have then
-  for (const RobotSource& source : robot.sources()) topics.emplace(topicOf(source), source.joint_states);
+  std::map<std::string, std::string> topics;  // as the parameters name them, by whole name
+  const std::vector<std::string> whole_names = topicsOf(robot);
+  for (std::size_t i = 0; i < whole_names.size(); ++i) topics[whole_names[i]] = robot.sources()[i].joint_states;
   for (auto known = subscribers_.begin(); known != subscribers_.end();)
     known = topics.count(known->first) ? std::next(known) : subscribers_.erase(known);
   for (const auto& [topic, named] : topics) {
     if (subscribers_.count(topic)) continue;
     subscribers_[topic] = nh_.subscribe<sensor_msgs::JointState>(
-        named, 10,
-        [this, name = topic](const sensor_msgs::JointState::ConstPtr& state) { onJointState(*state, name); },
+        named, 10, [this, name = topic](const sensor_msgs::JointState::ConstPtr& state) { onJointState(*state, name); },
         ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());  // for the reason given in TfTree
   }
 }
@@ -53,11 +69,12 @@ VelocitySnapshot JointVelocities::lookUp(const Robot& robot, const std::vector<i
   VelocitySnapshot snapshot;
   snapshot.velocities.assign(robot.robotModel().joints.size(), 0.0);
   snapshot.positions.assign(robot.robotModel().joints.size(), std::nullopt);
+  const std::vector<std::string> topics = topicsOf(robot);
   const std::lock_guard<std::mutex> lock(mutex_);
   for (const int index : joints) {
     const scene::Joint& joint = robot.robotModel().joints[index];
     const std::string& topic = robot.sources()[robotOf(robot.robotModel(), joint)].joint_states;
-    const Entry* entry = find(robot, index);
+    const Entry* entry = find(robot.robotModel(), topics, index);
     const std::string problem = problemOf(joint, topic, entry, now, robot.config().max_tf_age);
     if (problem.empty()) {
       snapshot.velocities[index] = entry->velocity;
@@ -71,24 +88,15 @@ VelocitySnapshot JointVelocities::lookUp(const Robot& robot, const std::vector<i
   return snapshot;
 }
 
-bool JointVelocities::isAmbiguous(const Robot& robot, int member, const std::string& own_name) const {
-  const scene::RobotModel& model = robot.robotModel();
-  for (int other = 0; other < static_cast<int>(model.robots.size()); ++other) {
-    if (other == member || topicOf(robot.sources()[other]) != topicOf(robot.sources()[member])) continue;
-    if (scene::findNamed(model.joints, model.robots[other].nameInModel(own_name)) >= 0) return true;
-  }
-  return false;
-}
-
-const JointVelocities::Entry* JointVelocities::find(const Robot& robot, int index) const {
-  const scene::RobotModel& model = robot.robotModel();
-  const std::string& name = model.joints[index].name;
-  const int member = robotOf(model, model.joints[index]);
-  const auto entries = latest_.find(topicOf(robot.sources()[member]));
+const JointVelocities::Entry* JointVelocities::find(const scene::RobotModel& robots,
+                                                    const std::vector<std::string>& topics, int joint) const {
+  const std::string& name = robots.joints[joint].name;
+  const int member = robotOf(robots, robots.joints[joint]);
+  const auto entries = latest_.find(topics[member]);
   if (entries == latest_.end()) return nullptr;
   auto hit = entries->second.find(name);
-  const std::string own = model.robots[member].ownName(name);
-  if (hit == entries->second.end() && !isAmbiguous(robot, member, own)) hit = entries->second.find(own);
+  const std::string own = robots.robots[member].ownName(name);
+  if (hit == entries->second.end() && !isAmbiguous(robots, topics, member, own)) hit = entries->second.find(own);
   return hit == entries->second.end() ? nullptr : &hit->second;
 }
 

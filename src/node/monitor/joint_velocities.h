@@ -46,14 +46,11 @@ class JointVelocities {
 
   void onJointState(const sensor_msgs::JointState& state, const std::string& topic);
 
-  /// The whole name of the topic, after remapping.
-  std::string topicOf(const RobotSource& robot) const { return nh_.resolveName(robot.joint_states); }
+  /// The whole name of each robot's topic, after remapping.
+  std::vector<std::string> topicsOf(const Robot& robot) const;
 
-  /// Whether the URDFs of two robots that publish on one topic name a joint alike.
-  bool isAmbiguous(const Robot& robot, int member, const std::string& own_name) const;
-
-  /// The latest velocity of a joint; nullptr if there is none.
-  const Entry* find(const Robot& robot, int joint) const;
+  /// The latest velocity of a joint; nullptr if there is none. `topics` are those of the robots.
+  const Entry* find(const scene::RobotModel& robots, const std::vector<std::string>& topics, int joint) const;
 
   /// Returns why a joint has no usable velocity, or "" if it has one. `topic` is where it should be.
   static std::string problemOf(const scene::Joint& joint, const std::string& topic, const Entry* entry,
@@ -61,8 +58,9 @@ class JointVelocities {
 
   ros::NodeHandle nh_;
   mutable std::mutex mutex_;
-  std::map<std::string, Entries> latest_;               // by whole name of the topic
-  std::map<std::string, ros::Subscriber> subscribers_;  // the same; destroyed first: their callbacks use the members above
+  std::map<std::string, Entries> latest_;  // by whole name of the topic
+  std::map<std::string, ros::Subscriber>
+      subscribers_;  // the same; destroyed first: their callbacks use the members above
 };
 
 }  // namespace proximity_server::node

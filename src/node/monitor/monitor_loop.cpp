@@ -171,9 +171,7 @@ void MonitorLoop::publishMarkers(const Clearance& clearance, const scene::BodyPo
   markers_pub_.publish(markers_->draw(clearance, poses, health_.settings));
 }
 
-visualization_msgs::MarkerArray MonitorLoop::pieces() const {
-  return pieceMarkers(*monitor_.robot());
-}
+visualization_msgs::MarkerArray MonitorLoop::pieces() const { return pieceMarkers(*monitor_.robot()); }
 
 void MonitorLoop::redrawPieces() {
   if (markers_pub_.getNumSubscribers() == 0) return;

@@ -3,6 +3,7 @@
 #include "proximity_server/scene/pieces/convex_pieces.h"
 
 #include <ros/console.h>
+#include <ros/names.h>
 
 #include <algorithm>
 #include <cctype>
@@ -39,6 +40,11 @@ bool isRobotName(const std::string& name) {
   const auto is_allowed = [](unsigned char c) { return std::isalnum(c) || c == '_'; };
   return !name.empty() && std::isalpha(static_cast<unsigned char>(name.front())) &&
          std::all_of(name.begin(), name.end(), is_allowed);
+}
+
+bool isTopic(const std::string& name) {
+  std::string problem;
+  return !name.empty() && name.front() != '~' && ros::names::validate(name, problem);
 }
 
 /// The parameters of one namespace. It remembers the names that were read, so that it can warn about all others.
@@ -98,11 +104,13 @@ class Parameters {
     for (auto& [robot, entry] : *value) {
       const std::string path = name + "/" + robot;
       require(isRobotName(robot), path, "names a robot: letters, digits and underscores, a letter first");
-      require(entry.getType() == XmlRpcValue::TypeStruct, path, "must be of the form {description: ..., tf_prefix: ...}");
+      require(entry.getType() == XmlRpcValue::TypeStruct, path,
+              "must be of the form {description: ..., tf_prefix: ...}");
       target.push_back(Parameters(entry, fullName(path)).robotSource(robot));
     }
     for (const char* other : {"robot_description", "semantic_description", "tf_prefix"})
-      require(target.empty() || !values_.hasMember(other), other, "has no effect beside robots, which describes each robot");
+      require(target.empty() || !values_.hasMember(other), other,
+              "has no effect beside robots, which describes each robot");
   }
 
   /// The names of all parameters that were read or tolerated.
@@ -133,6 +141,7 @@ class Parameters {
     read("semantic", robot.semantic);
     read("tf_prefix", robot.tf_prefix);
     read("joint_states", robot.joint_states);
+    require(isTopic(robot.joint_states), "joint_states", "is no name of a topic: '" + robot.joint_states + "'");
     for (const auto& [field, value] : values_) {
       require(std::find(known_.begin(), known_.end(), field) != known_.end(), field,
               "is unknown: did you mean '" + scene::nearestName(field, known_) + "'?");

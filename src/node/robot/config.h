@@ -31,11 +31,11 @@ std::string problemOf(const MonitorSettings& settings);
 
 /// Where the node finds one robot.
 struct RobotSource {
-  std::string name;                     ///< "left"; "" for the only robot of a node without the parameter `robots`
-  std::string description;              ///< name of the parameter with the URDF, searched upwards
-  std::string semantic;                 ///< the same of the SRDF; "": there is none
-  bool needs_semantic = true;           ///< whether it is an error if that parameter does not exist
-  std::string tf_prefix;                ///< of the robot's frames, see tfFrame()
+  std::string name;            ///< "left"; "" for the only robot of a node without the parameter `robots`
+  std::string description;     ///< name of the parameter with the URDF, searched upwards
+  std::string semantic;        ///< the same of the SRDF; "": there is none
+  bool needs_semantic = true;  ///< whether it is an error if that parameter does not exist
+  std::string tf_prefix;       ///< of the robot's frames, see tfFrame()
   std::string joint_states = "joint_states";  ///< topic of its velocities
 
   /// The parameter that sets the prefix: "tf_prefix", "robots/left/tf_prefix".

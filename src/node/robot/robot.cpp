@@ -38,8 +38,7 @@ std::string srdfOf(const ros::NodeHandle& nh, const RobotSource& robot) {
   if (robot.semantic.empty()) return {};
   std::string found;
   if (robot.needs_semantic && !nh.searchParam(robot.semantic, found)) {
-    const std::string named_by =
-        robot.name.empty() ? "semantic_description" : "robots/" + robot.name + "/semantic";
+    const std::string named_by = robot.name.empty() ? "semantic_description" : "robots/" + robot.name + "/semantic";
     throw std::invalid_argument("no SRDF: parameter '" + robot.semantic + "', which " + named_by +
                                 " names, is not set, searched upwards from " + nh.getNamespace());
   }
@@ -83,8 +82,8 @@ std::vector<std::string> framesOf(const scene::RobotModel& robots, const std::ve
     const RobotSource& first = sources[robot_of.emplace(frames.back(), robot).first->second];
     if (first.name == source.name) continue;
     throw std::invalid_argument("parameter " + source.prefixParameter() + " is '" + source.tf_prefix +
-                                "': the robots '" + first.name + "' and '" + source.name + "' both have the tf frame '" +
-                                frames.back() + "'");
+                                "': the robots '" + first.name + "' and '" + source.name +
+                                "' both have the tf frame '" + frames.back() + "'");
   }
   return frames;
 }
@@ -119,8 +118,7 @@ std::string nameOfRootEdge(const Robot& robot, int number, const std::string& ro
 std::vector<TfEdge> edgesOf(const Robot& robot) {
   std::vector<TfEdge> edges;
   for (const scene::Joint& joint : robot.robotModel().joints) {
-    edges.push_back(
-        {robot.frameOf(joint.parent_link), robot.frameOf(joint.child_link), "joint '" + joint.name + "'"});
+    edges.push_back({robot.frameOf(joint.parent_link), robot.frameOf(joint.child_link), "joint '" + joint.name + "'"});
   }
   const std::vector<int> roots = robot.robotModel().roots();
   for (int i = 0; i < static_cast<int>(roots.size()); ++i) {

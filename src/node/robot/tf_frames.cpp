@@ -46,8 +46,7 @@ std::string tfFrame(const std::string& prefix, const std::string& link) {
   return (prefix.front() == '/' ? prefix.substr(1) : prefix) + "/" + link;
 }
 
-std::string prefixHint(const tf2::BufferCore& buffer, const RobotSource& robot,
-                       const std::vector<std::string>& links) {
+std::string prefixHint(const tf2::BufferCore& buffer, const RobotSource& robot, const std::vector<std::string>& links) {
   std::vector<std::string> known;
   buffer._getFrameStrings(known);
   for (const std::string& link : links) {

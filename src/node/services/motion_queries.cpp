@@ -49,8 +49,7 @@ void fillContact(Response& response, const Robot& robot, const TimedMotion& moti
 std::vector<TimedMotion> segmentsOf(const Robot& robot, const WayPoints& points, const JointSnapshot& from_tf) {
   std::vector<TimedMotion> segments;
   for (std::size_t i = 0; i + 1 < points.times.size(); ++i) {
-    const scene::BodyPoses start =
-        inReference(robot, posesInRoot(robot, points.positions[i], from_tf), from_tf.roots);
+    const scene::BodyPoses start = inReference(robot, posesInRoot(robot, points.positions[i], from_tf), from_tf.roots);
     segments.push_back(motionOfJoints(robot, start, travelBetween(points.positions[i], points.positions[i + 1]),
                                       points.times[i], points.times[i + 1] - points.times[i]));
   }

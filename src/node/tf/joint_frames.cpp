@@ -74,11 +74,20 @@ std::optional<Eigen::Isometry3d> referenceToRoot(const Robot& robot, const scene
   return (*root_T_body * reference.body_T_link).inverse();
 }
 
+// It does without scene::placedAt(), as it must not allocate.
 scene::BodyPoses inReference(const Robot& robot, scene::BodyPoses poses_in_root, const RootPoses& roots) {
-  RootPoses reference_T_roots = roots;
-  if (robot.referenceRobot() >= 0)
-    reference_T_roots[robot.referenceRobot()] = referenceToRoot(robot, poses_in_root, std::nullopt);
-  return placedAt(robot.robotModel(), std::move(poses_in_root), reference_T_roots);
+  const std::optional<Eigen::Isometry3d> reference_T_own_root = referenceToRoot(robot, poses_in_root, std::nullopt);
+  for (std::size_t i = 0; i < poses_in_root.size(); ++i) {
+    const int member = robot.robotModel().bodies[i].robot;
+    const auto& reference_T_root = member == robot.referenceRobot() ? reference_T_own_root : roots[member];
+    std::optional<Eigen::Isometry3d>& pose = poses_in_root[i];
+    if (pose && reference_T_root) {
+      pose = *reference_T_root * *pose;
+    } else {
+      pose.reset();
+    }
+  }
+  return poses_in_root;
 }
 
 }  // namespace proximity_server::node

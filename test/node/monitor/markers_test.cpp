@@ -49,9 +49,8 @@ TEST(PieceMarkers, OfPrimitivesHaveTheirSizeAndPlace) {
 TEST(PieceMarkers, OfACapsuleAreACylinderAndTwoBalls) {
   const std::string ball = "<collision><origin xyz='0 0 %'/><geometry><sphere radius='0.1'/></geometry></collision>";
   const auto at = [&](const std::string& z) { return std::string(ball).replace(ball.find('%'), 1, z); };
-  const MarkerArray array =
-      pieceMarkers(robotOf("<collision><geometry><cylinder radius='0.1' length='0.4'/></geometry></collision>" +
-                           at("0.2") + at("-0.2")));
+  const MarkerArray array = pieceMarkers(robotOf(
+      "<collision><geometry><cylinder radius='0.1' length='0.4'/></geometry></collision>" + at("0.2") + at("-0.2")));
   EXPECT_EQ(typesOf(array), (std::map<int, int>{{Marker::CYLINDER, 1}, {Marker::SPHERE, 2}}));
 }
 

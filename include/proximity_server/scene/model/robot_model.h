@@ -82,7 +82,9 @@ struct Member {
   }
 
   /// A sentence about the robot: it begins with the robot's name, if it has one.
-  std::string sentence(const std::string& text) const { return name.empty() ? text : "robot \"" + name + "\": " + text; }
+  std::string sentence(const std::string& text) const {
+    return name.empty() ? text : "robot \"" + name + "\": " + text;
+  }
 };
 
 /// A robot as the queries see it, or several that joined() made one; never changed after loading. bodies are ordered robot by
@@ -95,7 +97,7 @@ struct RobotModel {
   std::vector<Body> bodies;
   std::vector<Collision> collisions;
   std::vector<Piece> pieces;
-  std::vector<std::string> warnings;  ///< one sentence each about input that is odd but legal
+  std::vector<std::string> warnings;     ///< one sentence each about input that is odd but legal
   std::vector<Member> robots{Member{}};  ///< see joined()
 
   /// Index of a link, or -1.
