@@ -135,7 +135,7 @@ TEST_F(SeveralRobotsOfANode, AreNamedInRequests) {
   const auto within = call<MinimumDistanceResponse>(kNode + "minimum_distance", between("right/base", "right/ball"));
   ASSERT_TRUE(within.success) << within.status.message;
   EXPECT_NEAR(within.pair.distance, kRight - 0.2, kOfTf);
-  expectNear(within.pair.point_b_link, 0.0, -0.1, 0.0, kOfTf);  // its frame is turned by a quarter about z
+  expectNear(within.pair.point_b_link, 0.0, 0.1, 0.0, kOfTf);  // its frame is turned by a quarter about z
   expectRefusal(call<MinimumDistanceResponse>(kNode + "minimum_distance", between("ball", "right/ball")),
                 QueryStatus::UNKNOWN_LINK, "'ball'");
 }
@@ -196,6 +196,7 @@ TEST_F(SeveralRobotsOfANode, CarryObjects) {
   ObjectChange& change = request.changes.changes[0];
   change.operation = ObjectChange::ADD;
   change.id = "rod";
+  change.header.frame_id = "right/ball";
   change.link = "right/ball";
   change.primitives.resize(1);
   change.primitives[0].type = shape_msgs::SolidPrimitive::SPHERE;
