@@ -64,15 +64,23 @@ std::string timeLine(const Clearance& clearance) {
                 1e3 * clearance.tf_age.toSec());
 }
 
+/// The closest pair of each kind, each after `before` and before `after`; "" where no pair with an object is checked.
+std::string kindLines(const Clearance& clearance, const std::string& before, const std::string& after) {
+  const bool has_links = !clearance.self_minimum.a.link.empty();
+  if (clearance.object_minimum.a.link.empty()) return "";
+  return (has_links ? before + "links    " + pairLine(clearance.self_minimum) + after : "") + before + "objects  " +
+         pairLine(clearance.object_minimum) + after;
+}
+
 std::string line(const Clearance& clearance) {
-  return format("%-9s", levelName(clearance.level)) + " " + closestLine(clearance) + " | " + settledLine(clearance) +
-         " | " + timeLine(clearance) + "\n";
+  return format("%-9s", levelName(clearance.level)) + " " + closestLine(clearance) + kindLines(clearance, " | ", "") +
+         " | " + settledLine(clearance) + " | " + timeLine(clearance) + "\n";
 }
 
 std::string table(const Clearance& clearance) {
   std::string text = std::string("  ") + colourOf(clearance.level) + format(" %-9s ", levelName(clearance.level)) +
-                     "\033[0m  " + closestLine(clearance) + "\n\n  checked  " + settledLine(clearance) +
-                     "\n  timing   " + timeLine(clearance) + "\n\n";
+                     "\033[0m  " + closestLine(clearance) + "\n\n" + kindLines(clearance, "  ", "\n") + "  checked  " +
+                     settledLine(clearance) + "\n  timing   " + timeLine(clearance) + "\n\n";
   const std::size_t rows = std::min(kRows, clearance.below_threshold.size());
   for (std::size_t i = 0; i < rows; ++i) text += "  " + pairLine(clearance.below_threshold[i]) + "\n";
   if (clearance.pairs_below_threshold > rows) {

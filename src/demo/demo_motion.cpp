@@ -1,30 +1,42 @@
-// Moves a robot for ./dev demo: publishes joint_states at 100 Hz. The motion is the script in ~times and ~positions,
-// or, if there is none, a slow sweep of every joint between its limits.
+// Moves a robot for ./dev demo: publishes joint_states at 100 Hz. The motion is the script in ~joints and ~keyframes, or,
+// if there is none, a slow sweep of every joint between its limits. With ~boxes the robot has something around it, see
+// DemoObjects.
 #include <ros/ros.h>
 #include <sensor_msgs/JointState.h>
 #include <xmlrpcpp/XmlRpcException.h>
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "demo/demo_objects.h"
 #include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/model/robot_model.h"
 
 namespace {
 
+using proximity_server::demo::DemoObjects;
 using proximity_server::scene::Joint;
 
-/// The position between the keyframes of one joint at a time; the motion is repeated. There are as many positions as
-/// times.
-double follow(const std::vector<double>& times, const std::vector<double>& positions, double time) {
-  const double t = std::fmod(time, times.back());
-  const auto next = std::upper_bound(times.begin(), times.end(), t);
-  const auto i = static_cast<std::size_t>(next - times.begin());
-  const double blend = 0.5 - 0.5 * std::cos(M_PI * (t - times[i - 1]) / (times[i] - times[i - 1]));
-  return positions[i - 1] + blend * (positions[i] - positions[i - 1]);
+using Keyframe = std::vector<double>;  // its time [s], then the positions
+
+/// The time within the script, which is repeated. A simulated clock may jump back to before the start.
+double timeOfScript(const std::vector<Keyframe>& script, double time) {
+  return std::fmod(std::max(0.0, time), script.back().front());
+}
+
+/// A position between the keyframes. `column` is that of the joint.
+double follow(const std::vector<Keyframe>& script, std::size_t column, double time) {
+  const double t = timeOfScript(script, time);
+  const auto is_later = [](double moment, const Keyframe& keyframe) { return moment < keyframe.front(); };
+  const auto next = std::upper_bound(script.begin(), script.end(), t, is_later);
+  const Keyframe &from = *(next - 1), &to = *next;
+  const double blend = 0.5 - 0.5 * std::cos(M_PI * (t - from[0]) / (to[0] - from[0]));
+  return from[column] + blend * (to[column] - from[column]);
 }
 
 /// A sine between the limits, or half a radian or metre about zero if there are none, at most at half of the velocity
@@ -54,50 +66,91 @@ std::vector<Joint> drivenJoints(const ros::NodeHandle& nh) {
   return joints;
 }
 
-/// The keyframes of a joint in ~positions, as many as `times`; all are 0 if the joint has none. ~positions is one map
-/// of all joints, because not every name of a joint is a legal name of a parameter.
-std::vector<double> keyframes(XmlRpc::XmlRpcValue& positions, const std::string& joint,
-                              const std::vector<double>& times) {
-  std::vector<double> result(times.size(), 0.0);
-  if (positions.getType() != XmlRpc::XmlRpcValue::TypeStruct || !positions.hasMember(joint)) return result;
-  XmlRpc::XmlRpcValue& values = positions[joint];
-  if (values.getType() != XmlRpc::XmlRpcValue::TypeArray || values.size() != static_cast<int>(times.size())) {
-    throw std::invalid_argument("~positions/" + joint + " has not as many entries as ~times");
+double number(XmlRpc::XmlRpcValue& value) {
+  return value.getType() == XmlRpc::XmlRpcValue::TypeInt ? static_cast<int>(value) : static_cast<double>(value);
+}
+
+/// The rows of ~keyframes; none if there is no such parameter.
+std::vector<Keyframe> keyframes(const ros::NodeHandle& nh, std::size_t joints) {
+  std::vector<Keyframe> script;
+  XmlRpc::XmlRpcValue rows;
+  if (!nh.getParam("keyframes", rows)) return script;
+  for (int i = 0; i < rows.size(); ++i) {
+    const std::string row = "row " + std::to_string(i + 1) + " of ~keyframes";
+    if (rows[i].size() != static_cast<int>(joints) + 1) {
+      throw std::invalid_argument(row + " has not a time and a position for each of ~joints");
+    }
+    Keyframe keyframe;
+    for (int k = 0; k < rows[i].size(); ++k) keyframe.push_back(number(rows[i][k]));
+    if (script.empty() ? keyframe[0] != 0.0 : !(keyframe[0] > script.back()[0])) {
+      throw std::invalid_argument("the time of " + row + " is not 0 for the first, or not later than the one before");
+    }
+    script.push_back(keyframe);
   }
-  for (int i = 0; i < values.size(); ++i) {
-    const bool is_int = values[i].getType() == XmlRpc::XmlRpcValue::TypeInt;
-    result[i] = is_int ? static_cast<int>(values[i]) : static_cast<double>(values[i]);
+  if (script.size() < 2) throw std::invalid_argument("~keyframes has less than two rows");
+  return script;
+}
+
+/// The column of a joint in ~keyframes; 0, which is that of the time, if it is not in ~joints.
+std::size_t columnOf(const std::string& joint, const std::vector<std::string>& joints) {
+  const auto found = std::find(joints.begin(), joints.end(), joint);
+  return found == joints.end() ? 0 : static_cast<std::size_t>(found - joints.begin()) + 1;
+}
+
+/// The positions of all joints at any time [s].
+class Motion {
+ public:
+  Motion(const ros::NodeHandle& private_nh, std::vector<Joint> joints) : joints_(std::move(joints)) {
+    const auto names = private_nh.param("joints", std::vector<std::string>());
+    script_ = keyframes(private_nh, names.size());
+    for (const Joint& joint : joints_) columns_.push_back(columnOf(joint.name, names));
   }
-  return result;
+
+  const std::vector<Joint>& joints() const { return joints_; }
+
+  /// Joints that the script does not name stay at 0.
+  double position(std::size_t joint, double time) const {
+    if (script_.empty()) return sweep(joints_[joint], joint, time);
+    return columns_[joint] == 0 ? 0.0 : follow(script_, columns_[joint], time);
+  }
+
+  double timeInScript(double time) const { return script_.empty() ? time : timeOfScript(script_, time); }
+
+ private:
+  std::vector<Joint> joints_;
+  std::vector<Keyframe> script_;
+  std::vector<std::size_t> columns_;  // of the joints in the script
+};
+
+/// The state of the joints at this time [s] of the motion.
+sensor_msgs::JointState stateAt(const Motion& motion, double time) {
+  constexpr double kMoment = 1e-3;  // [s]
+  sensor_msgs::JointState state;
+  for (std::size_t i = 0; i < motion.joints().size(); ++i) {
+    state.name.push_back(motion.joints()[i].name);
+    state.position.push_back(motion.position(i, time));
+    state.velocity.push_back((motion.position(i, time + kMoment) - state.position[i]) / kMoment);
+  }
+  return state;
 }
 
 void move(ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
-  const std::vector<Joint> joints = drivenJoints(nh);
-  const auto times = private_nh.param("times", std::vector<double>());
-  XmlRpc::XmlRpcValue positions;
-  private_nh.getParam("positions", positions);
-  std::vector<std::vector<double>> script(joints.size());
-  sensor_msgs::JointState state;
-  for (std::size_t i = 0; i < joints.size(); ++i) {
-    state.name.push_back(joints[i].name);
-    script[i] = keyframes(positions, joints[i].name, times);
-  }
-  state.position.resize(joints.size());
-  state.velocity.resize(joints.size());
-  const auto position = [&](std::size_t i, double time) {
-    return times.empty() ? sweep(joints[i], i, time) : follow(times, script[i], time);
-  };
-
+  const Motion motion(private_nh, drivenJoints(nh));
+  std::optional<DemoObjects> objects;
+  if (private_nh.hasParam("boxes")) objects.emplace(nh, private_nh);
   ros::Publisher publisher = nh.advertise<sensor_msgs::JointState>("joint_states", 1);
+
   const ros::Time start = ros::Time::now();
+  const ros::Timer timer = nh.createTimer(ros::Duration(0.05), [&](const ros::TimerEvent&) {
+    if (objects) objects->update(motion.timeInScript((ros::Time::now() - start).toSec()));
+  });
+  // Beside the loop below, because the node may let a call wait. It is one thread, so that DemoObjects needs no lock.
+  ros::AsyncSpinner spinner(1);
+  spinner.start();
   for (ros::Rate rate(100.0); ros::ok(); rate.sleep()) {
-    state.header.stamp = ros::Time::now();
-    const double time = (state.header.stamp - start).toSec();
-    for (std::size_t i = 0; i < joints.size(); ++i) {
-      constexpr double kMoment = 1e-3;  // [s]
-      state.position[i] = position(i, time);
-      state.velocity[i] = (position(i, time + kMoment) - state.position[i]) / kMoment;
-    }
+    const ros::Time now = ros::Time::now();
+    sensor_msgs::JointState state = stateAt(motion, (now - start).toSec());
+    state.header.stamp = now;
     publisher.publish(state);
   }
 }
@@ -110,7 +163,7 @@ int main(int argc, char** argv) {
   try {
     move(nh, private_nh);
   } catch (const XmlRpc::XmlRpcException& error) {  // not derived from std::exception
-    ROS_FATAL("~positions: %s", error.getMessage().c_str());
+    ROS_FATAL("~keyframes or ~boxes: %s", error.getMessage().c_str());
     return 1;
   } catch (const std::exception& error) {
     ROS_FATAL("%s", error.what());

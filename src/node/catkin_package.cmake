@@ -19,6 +19,7 @@ find_package(catkin REQUIRED COMPONENTS
 )
 
 add_message_files(FILES
+  Boxes.msg
   Clearance.msg
   LinkInfo.msg
   Lookahead.msg

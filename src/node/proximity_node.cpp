@@ -40,7 +40,7 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       robot_(std::make_shared<const Robot>(nh_, loadConfig(private_nh_))),
       tf_(robot_->config().realtime_priority),
       monitor_(nh_, private_nh_, tf_, robot_),
-      objects_(robot_, ros::WallTime::now().toNSec(), frameFinder(tf_), [this] { monitor_.takeObjects(); }),
+      objects_(robot_, ros::WallTime::now().toNSec(), frameFinder(tf_), [this](const Robot& robot) { monitor_.takeObjects(robot); }),
       diagnostics_(
           nh_, [this] { return monitor_.health(); }, [this] { return robot(); }, [this] { return tf_.jumps(); }),
       settings_server_(private_nh_),
@@ -48,9 +48,11 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       objects_pub_(private_nh_.advertise<ObjectList>("objects", 1, /*latch=*/true)),
       object_markers_pub_(private_nh_.advertise<visualization_msgs::MarkerArray>("object_markers", 1, /*latch=*/true)),
       objects_timer_(private_nh_.createWallTimer(ros::WallDuration(kObjectsPeriod),
-                                                 [this](const ros::WallTimerEvent&) {
-                                                   if (objects_.revision() != published_revision_) publishObjects();
-                                                 })),
+                                                 [this](const ros::WallTimerEvent&) { publishChangedObjects(); })),
+      change_stream_(objects_, kNicenessOfLongRequests,
+                     [](const std::string& reason) {
+                       ROS_WARN_STREAM_THROTTLE(1.0, "a message of ~apply_objects is left out: " << reason);
+                     }),
       minimum_distance_srv_(advertise<MinimumDistance>("minimum_distance", requests_)),
       separation_axis_srv_(advertise<SeparationAxis>("separation_axis", requests_)),
       penetration_depth_srv_(advertise<PenetrationDepth>("penetration_depth", requests_)),
@@ -58,10 +60,11 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       query_configuration_srv_(advertise<QueryConfiguration>("query_configuration", long_requests_)),
       time_of_contact_srv_(advertise<FirstContact>("time_of_contact", long_requests_)),
       query_trajectory_srv_(advertise<QueryTrajectory>("query_trajectory", long_requests_)),
-      apply_objects_srv_(withQueue(private_nh_, long_requests_)
+      apply_objects_srv_(withQueue(private_nh_, changes_)
                              .advertiseService("apply_objects", &ProximityNode::onApplyObjects, this)),
-      apply_objects_sub_(withQueue(private_nh_, long_requests_)
-                             .subscribe("apply_objects", kObjectChangesQueue, &ProximityNode::onObjectChanges, this)),
+      apply_objects_sub_(withQueue(private_nh_, arrivals_)
+                             .subscribe("apply_objects", kArrivingChanges, &ChangeStream::take, &change_stream_,
+                                        ros::TransportHints().tcpNoDelay())),
       reload_srv_(withQueue(private_nh_, long_requests_).advertiseService("reload", &ProximityNode::onReload, this)),
       enable_monitor_srv_(
           withQueue(private_nh_, requests_).advertiseService("enable_monitor", &ProximityNode::onEnableMonitor, this)) {
@@ -69,6 +72,7 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
   settings_server_.setCallback([this](ProximityConfig& settings, std::uint32_t) { onSettings(settings); });
   announce(*robot_);
   publishObjects();
+  arrivals_spinner_.start();
 }
 
 bool ProximityNode::onApplyObjects(ApplyObjects::Request& request, ApplyObjects::Response& response) {
@@ -76,11 +80,12 @@ bool ProximityNode::onApplyObjects(ApplyObjects::Request& request, ApplyObjects:
   return true;
 }
 
-void ProximityNode::onObjectChanges(const ObjectChanges& changes) {
-  ApplyObjectsRequest request;
-  request.changes = changes;
-  const ApplyObjectsResponse response = answer(objects_, request);
-  if (!response.success) ROS_WARN_STREAM_THROTTLE(1.0, "~apply_objects is refused: " << response.status.message);
+void ProximityNode::publishChangedObjects() {
+  const ros::WallTime start = ros::WallTime::now();
+  if (objects_.revision() == published_revision_ || start < publish_objects_after_) return;
+  publishObjects();
+  const ros::WallTime end = ros::WallTime::now();
+  publish_objects_after_ = end + (end - start) * kObjectsPause;
 }
 
 void ProximityNode::publishObjects() {

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <dynamic_reconfigure/server.h>
+#include <ros/callback_queue.h>
 #include <ros/node_handle.h>
+#include <ros/spinner.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
@@ -13,6 +15,7 @@
 #include "node/monitor/monitor_loop.h"
 #include "node/monitor/object_markers.h"
 #include "node/objects/apply_objects.h"
+#include "node/objects/change_stream.h"
 #include "node/objects/object_store.h"
 #include "node/robot/robot.h"
 #include "node/services/queries.h"
@@ -43,7 +46,7 @@ class ProximityNode {
         .advertiseService(name, &Node::onQuery<typename Service::Request, typename Service::Response>, this);
   }
   bool onApplyObjects(ApplyObjects::Request& request, ApplyObjects::Response& response);
-  void onObjectChanges(const ObjectChanges& changes);
+  void publishChangedObjects();
   void publishObjects();
   bool onReload(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool onEnableMonitor(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
@@ -53,8 +56,11 @@ class ProximityNode {
 
   /// [s] at least between two messages on ~objects, as one with many objects is long.
   static constexpr double kObjectsPeriod = 0.1;
-  /// Waiting messages of ~apply_objects; further ones push out the oldest.
-  static constexpr std::uint32_t kObjectChangesQueue = 1000;
+  /// Times the duration of such a message from its end to the next one, while objects change all the time: a tenth of a
+  /// thread is spent on them, however many objects there are.
+  static constexpr double kObjectsPause = 9.0;
+  /// Messages of ~apply_objects that wait for the thread that hands them to the stream; further ones push out the oldest.
+  static constexpr std::uint32_t kArrivingChanges = 1000;
 
   /// Long requests have a lower priority than the monitor, tf and requests about single pairs.
   static constexpr int kNicenessOfLongRequests = 5;
@@ -76,9 +82,15 @@ class ProximityNode {
   ros::Publisher objects_pub_;
   ros::Publisher object_markers_pub_;
   std::uint64_t published_revision_ = 0;  // of objects_pub_; only publishObjects() uses it
+  ros::WallTime publish_objects_after_;   // as published_revision_
   ros::WallTimer objects_timer_;
   RequestQueue requests_{0};
   RequestQueue long_requests_{kNicenessOfLongRequests};
+  // Changes are applied one after the other. Those that wait do not take the threads of other requests.
+  RequestQueue changes_{kNicenessOfLongRequests};
+  ChangeStream change_stream_;
+  ros::CallbackQueue arrivals_;
+  ros::AsyncSpinner arrivals_spinner_{1, &arrivals_};
   ros::ServiceServer minimum_distance_srv_;
   ros::ServiceServer separation_axis_srv_;
   ros::ServiceServer penetration_depth_srv_;

@@ -1,6 +1,6 @@
 // The node under load: clients in processes of their own call each service while tf streams at 1 kHz and the monitor
 // runs, beside a service that does nothing but send as many bytes; a batch of 1000 pairs beside its own computation;
-// and how regularly the monitor runs on larger robots. Has its own ROS master. ./dev bench node runs it.
+// how long a changed object needs to its level; and how regularly the monitor runs on larger robots. Has its own ROS master. ./dev bench node runs it.
 #include <proximity_server/FirstContact.h>
 #include <proximity_server/MinimumDistance.h>
 #include <proximity_server/PenetrationDepth.h>
@@ -13,12 +13,14 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
+#include <future>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <thread>
 
 #include "benchmark/benchmark_main.h"
+#include "benchmark/object_levels.h"
 #include "node/faults/tf_faults.h"
 #include "node/load/client_process.h"
 #include "node/load/moving_robot.h"
@@ -42,6 +44,7 @@ constexpr double kTfRate = 1000.0;      // [Hz]
 constexpr double kMonitorRate = 250.0;  // [Hz] while services are measured
 constexpr std::size_t kBatch = 1000;    // pairs
 constexpr std::size_t kClientsBesideTheMonitor = 16;
+constexpr double kChangesPerSecond = 1000.0;
 constexpr int kRealtimePriority = 50;
 constexpr double kPatience = 120.0;  // [s] for a node that reads its meshes
 const std::string kPadding = "/padding";
@@ -219,6 +222,7 @@ class NodeBenchmark {
       const Stage stage(demo, kMonitorRate);
       measureServices(stage);
       measureBatches(stage);
+      measureObjects(stage);
     }
     for (const TestRobot& robot : exampleRobotsForNode()) {
       const double rate = robot.name == "Panda" ? 1000.0 : 500.0;
@@ -232,6 +236,7 @@ class NodeBenchmark {
             {"tf_rate", kTfRate},
             {"services", services_},
             {"batches", batches_},
+            {"objects", objects_},
             {"monitors", monitors_}};
   }
 
@@ -357,19 +362,53 @@ class NodeBenchmark {
                         {"empty_us", 1e6 * quantile(empties, 0.5)}});
   }
 
+  /// The services by turns.
+  static std::vector<Calling> everythingFrom(std::size_t clients, const SceneModel& model) {
+    const std::vector<NamedRequest> requests = everyService(model);
+    std::vector<Calling> tasks;
+    for (std::size_t i = 0; i < clients; ++i) {
+      const NamedRequest& asked = requests[i % requests.size()];
+      tasks.push_back({kNodeName + "/" + asked.service, Connection::Persistent, asked.request});
+    }
+    return tasks;
+  }
+
+  /// From the message with an object to its level, with and without clients and other objects that change.
+  void measureObjects(const Stage& stage) {
+    for (const std::size_t count : {std::size_t{0}, kClientsBesideTheMonitor}) {
+      for (const double changes : {0.0, kChangesPerSecond}) {
+        if (!isWanted("objects: " + std::to_string(static_cast<int>(changes)) + " other changes/s, " +
+                      std::to_string(count) + " clients"))
+          continue;
+        const std::vector<Calling> tasks = everythingFrom(count, *stage.robot().model);
+        ClientProcesses& callers = clients(kClientsBesideTheMonitor);
+        ObjectLevels levels{ros::NodeHandle()};
+        const double seconds = 10.0 * options_.seconds;
+        watch_.start(kMonitorRate);
+        std::future<Calls> calls = std::async(std::launch::async, [&] { return callers.call(tasks, seconds); });
+        const std::vector<double> times = levels.measure(seconds, changes);
+        const Calls done = calls.get();
+        objects_.push_back({{"clients", count},
+                            {"changes_per_second", changes},
+                            {"messages", times.size()},
+                            {"to_level_median_us", 1e6 * quantile(times, 0.5)},
+                            {"to_level_p99_us", 1e6 * quantile(times, 0.99)},
+                            {"to_level_worst_us", 1e6 * quantile(times, 1.0)},
+                            {"calls", figures(done, seconds)},
+                            {"monitor", figures(watch_.timing())},
+                            {"memory_mb", stage.megabytes()}});
+      }
+    }
+  }
+
   /// The services by turns from many clients, as fast as they can.
   void measureMonitor(const TestRobot& robot, double rate, int realtime_priority) {
     const std::string row = robot.name + " at " + std::to_string(static_cast<int>(rate)) + " Hz" +
                             (realtime_priority > 0 ? ", real-time" : "");
     if (!isWanted(row)) return;
     const Stage stage(robot, rate, realtime_priority);
-    const std::vector<NamedRequest> requests = everyService(*robot.model);
     for (const std::size_t count : {std::size_t{0}, kClientsBesideTheMonitor}) {
-      std::vector<Calling> tasks;
-      for (std::size_t i = 0; i < count; ++i) {
-        const NamedRequest& asked = requests[i % requests.size()];
-        tasks.push_back({kNodeName + "/" + asked.service, Connection::Persistent, asked.request});
-      }
+      const std::vector<Calling> tasks = everythingFrom(count, *robot.model);
       ClientProcesses& callers = clients(kClientsBesideTheMonitor);
       const BareBeat bare(rate, realtime_priority);
       watch_.start(rate);
@@ -390,7 +429,7 @@ class NodeBenchmark {
   std::unique_ptr<ChildProcess> padding_;
   std::unique_ptr<ClientProcesses> clients_;
   std::unique_ptr<Scene> scene_;
-  json services_ = json::array(), batches_ = json::array(), monitors_ = json::array();
+  json services_ = json::array(), batches_ = json::array(), objects_ = json::array(), monitors_ = json::array();
 };
 
 // ---- the parts of this program

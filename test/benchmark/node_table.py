@@ -1,5 +1,5 @@
 """Shows a result file of node_benchmark as tables: round trips of each service beside an empty one, batches beside their
-computation, and how regularly the monitor runs.
+computation, how long a changed object needs to its level, and how regularly the monitor runs.
 
 usage: node_table.py RESULT.json
 """
@@ -45,6 +45,15 @@ def batches(rows):
                more(row["round_trip_us"], row["computation_us"] + row["empty_us"])]
 
 
+def objects(rows):
+    for row in rows:
+        monitor = row["monitor"]
+        yield [number(row["changes_per_second"]), str(row["clients"]), number(row["calls"]["per_second"]), str(row["messages"]),
+               " / ".join(time(row[f"to_level_{key}_us"]) for key in ("median", "p99", "worst")),
+               f"{monitor['rate']:.0f} Hz", missed(monitor),
+               " / ".join(time(monitor[f"computation_{key}_us"]) for key in ("median", "p999")), f"{row['memory_mb']:.0f}"]
+
+
 def monitors(rows):
     for row in rows:
         monitor = row["monitor"]
@@ -67,6 +76,11 @@ def tables(result):
         found["batches"] = (
             ["batch", "kB", "median", "99 %", "computation", "empty service", "over computation", "over both"],
             batches(result["batches"]))
+    if result.get("objects"):  # not in results of before there were objects
+        found["objects"] = (
+            ["other changes/s", "clients", "calls/s", "messages", "message to level: median / 99 % / worst", "monitor",
+             "cycles missed", "cycle: median / 99.9 %", "MB"],
+            objects(result["objects"]))
     if result["monitors"]:
         found["monitors"] = (
             ["monitor", "rate", "real-time", "clients", "calls/s", "cycles missed", "bare thread",

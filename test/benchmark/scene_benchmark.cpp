@@ -7,6 +7,7 @@
 #include <fstream>
 #include <functional>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <regex>
@@ -14,6 +15,7 @@
 #include "benchmark/agreement.h"
 #include "benchmark/benchmark_main.h"
 #include "benchmark/motions.h"
+#include "peers/cells.h"
 #include "peers/fcl_scene.h"
 #include "peers/robots.h"
 #include "peers/scene_library.h"
@@ -40,15 +42,20 @@ enum class Motion { Cold, Coherent };
 
 struct NamedLibrary {
   std::string name;
-  std::function<std::unique_ptr<SceneLibrary>(const Model& model)> make;
+  /// Without objects: nullptr.
+  std::function<std::unique_ptr<SceneLibrary>(const Model& model, const std::shared_ptr<const Objects>& objects)> make;
 };
 
 NamedLibrary ours(const std::string& name, Skipping skipping) {
-  return {name, [skipping](const Model& model) { return std::make_unique<OurScene>(model, skipping); }};
+  return {name, [skipping](const Model& model, const std::shared_ptr<const Objects>& objects) {
+            return std::make_unique<OurScene>(model, skipping, objects);
+          }};
 }
 
 NamedLibrary fclBy(const std::string& name, FclScene::Method method) {
-  return {name, [method](const Model& model) { return std::make_unique<FclScene>(*model, method); }};
+  return {name, [method](const Model& model, const std::shared_ptr<const Objects>& objects) {
+            return std::make_unique<FclScene>(*model, method, objects.get());
+          }};
 }
 
 /// The first is what the others are compared with.
@@ -69,6 +76,7 @@ struct Row {
   Motion motion;
   SceneQuestion question;
   const std::vector<BodyPoses>& states;
+  std::shared_ptr<const Objects> objects = nullptr;
 
   std::string motionName() const { return motion == Motion::Cold ? "cold" : "coherent"; }
   std::string questionName() const {
@@ -82,7 +90,10 @@ struct Row {
 class Run {
  public:
   Run(const NamedLibrary& library, const Row& row)
-      : name_(library.name), row_(row), library_(library.make(row.robot.model)), answers_(row.states.size()) {
+      : name_(library.name),
+        row_(row),
+        library_(library.make(row.robot.model, row.objects)),
+        answers_(row.states.size()) {
     chooseStates();
     record();
   }
@@ -177,7 +188,8 @@ json Run::result() const {
                  {"question", row_.questionName()},
                  {"motion", row_.motionName()},
                  {"library", name_},
-                 {"pairs", row_.robot.model->pairs.checked.size()},
+                 {"pairs", static_cast<std::int64_t>(row_.robot.model->pairs.checked.size()) +
+                               (row_.objects ? row_.objects->pairCount() : 0)},
                  {"bodies", row_.robot.model->robot.bodies.size() - 1},
                  {"states", states_.size()},
                  {"median_us", quantile(medians, 0.5)},
@@ -244,6 +256,113 @@ json measureRobots(const std::vector<NamedRobot>& robots, int states, const std:
   return rows;
 }
 
+/// The largest difference [m] of two answers about the minimum, where both say that it is apart.
+double largestDifference(const Run& reference, const Run& other) {
+  double largest = 0.0;
+  for (const std::size_t state : other.states()) {
+    if (!reference.asks(state) || reference.answerIn(state).empty() || other.answerIn(state).empty()) continue;
+    const double ours = reference.answerIn(state).front().distance, others = other.answerIn(state).front().distance;
+    if (ours > 0.0 && others > 0.0) largest = std::max(largest, std::abs(ours - others));
+  }
+  return largest;
+}
+
+/// A robot with objects around it.
+json measureCells(const NamedRobot& robot, int states, const std::regex& wanted) {
+  json rows = json::array();
+  for (const NamedCell& cell : pandaCells(robot)) {
+    const NamedRobot named{cell.name, cell.model};
+    for (const Motion motion : {Motion::Coherent, Motion::Cold}) {
+      const std::vector<BodyPoses> poses = statesOf(named, motion, states);
+      for (const SceneQuestion question : {SceneQuestion::Minimum, SceneQuestion::Below}) {
+        const Row row{named, motion, question, poses, cell.objects};
+        if (!std::regex_search(row.name(), wanted)) continue;
+        std::vector<Run> runs;
+        for (const NamedLibrary& library : scalingLibraries()) runs.emplace_back(library, row);
+        for (int round = 0; round < kRounds; ++round)
+          for (Run& run : runs) run.time();
+        for (const Run& run : runs) {
+          json entry = run.result();
+          entry["overlapping"] = overlappingShare(run);
+          if (question == SceneQuestion::Minimum) entry["largest_difference"] = largestDifference(runs.front(), run);
+          rows.push_back(entry);
+        }
+        std::cerr << "." << std::flush;
+      }
+    }
+  }
+  return rows;
+}
+
+/// The steps of adding a box to the 1000: each is timed by itself, and again and again.
+class AddedBox {
+ public:
+  AddedBox(const NamedCell& cell, const std::vector<BodyPoses>& states)
+      : states_(states), before_(cell.objects), scene_(cell.model), undisturbed_(cell.model) {
+    scene_.use(before_);
+    undisturbed_.use(before_);
+  }
+
+  void run(int number) {
+    const BodyPoses& poses = states_[static_cast<std::size_t>(number) % states_.size()];
+    Objects next = *before_;
+    undisturbed_.update(poses);
+    time("a question to a scene of the 1000", [&] { undisturbed_.minimum(undisturbed_.candidates()); });
+    Object box;
+    time("make the box", [&] { box = boxOfCell(number); });
+    time("make the next objects", [&] { next = before_->changed({AddObject{box}}); });
+    const auto after = std::make_shared<const Objects>(std::move(next));
+    scene_.update(poses);
+    time("give them to a scene", [&] { scene_.use(after); });
+    time("its next question", [&] { scene_.minimum(scene_.candidates()); });
+    time("a question to a scene that keeps the 1000", [&] { undisturbed_.minimum(undisturbed_.candidates()); });
+    // The next one is added to these, up to a hundred more.
+    if (number % 100 != 99) {
+      before_ = after;
+      return;
+    }
+    before_ = first_;
+    scene_.use(before_);
+  }
+
+  json result() const {
+    json rows = json::array();
+    for (const std::string& step : order_) {
+      const std::vector<double>& microseconds = times_.at(step);
+      rows.push_back({{"row", step},
+                      {"median_us", quantile(microseconds, 0.5)},
+                      {"p99_us", quantile(microseconds, 0.99)},
+                      {"most_us", quantile(microseconds, 1.0)}});
+    }
+    return rows;
+  }
+
+ private:
+  template <typename Step>
+  void time(const std::string& name, const Step& step) {
+    const auto start = Clock::now();
+    step();
+    if (times_.count(name) == 0) order_.push_back(name);
+    times_[name].push_back(std::chrono::duration<double, std::micro>(Clock::now() - start).count());
+  }
+
+  const std::vector<BodyPoses>& states_;
+  std::shared_ptr<const Objects> before_;
+  const std::shared_ptr<const Objects> first_ = before_;
+  Scene scene_, undisturbed_;
+  std::map<std::string, std::vector<double>> times_;  // [us] by step
+  std::vector<std::string> order_;
+};
+
+json measureAddedBoxes(const NamedRobot& robot, int states, const std::regex& wanted) {
+  const NamedCell cell = pandaCells(robot)[1];
+  if (!std::regex_search("Add a box to " + cell.name, wanted)) return json::array();
+  const std::vector<BodyPoses> poses = coherentMotion(robot.model->robot, states);
+  AddedBox added(cell, poses);
+  for (int number = 0; number < states; ++number) added.run(number);
+  return added.result();
+}
+
 /// How many pairs a search for the minimum cannot leave out by boxes: the mean over some states.
 double pairsInReach(const Row& row) {
   FclScene scene(*row.robot.model, FclScene::Method::HullsLibccd);
@@ -285,10 +404,18 @@ int main(int argc, char** argv) {
   app.add_option("--states", states, "states of each motion")->check(CLI::PositiveNumber)->capture_default_str();
   return benchmarkMain(app, argc, argv, [&](const std::regex& wanted) {
     std::vector<NamedRobot> robots = exampleRobots();
+    nlohmann::json cells = nlohmann::json::array(), added = nlohmann::json::array();
+    if (!robots.empty()) {
+      cells = measureCells(robots.front(), states, wanted);
+      added = measureAddedBoxes(robots.front(), states, wanted);
+    }
+    if (const auto two = twoPandas()) robots.push_back(*two);
     if (robots.empty()) std::cout << kExampleRobotsMissing << " Panda, UR5 and PR2 are left out.\n";
     robots.push_back(demoRobot());
     nlohmann::json result;
     result["rows"] = measureRobots(robots, states, wanted);
+    result["cells"] = cells;
+    result["added"] = added;
     result["scaling"] = measureScaling(states, wanted);
     std::cerr << "\n";
     return result;

@@ -70,6 +70,18 @@ def scaling(rows, names):
                *(time(libraries.get(name)) for name in names)]
 
 
+def cells(rows, names):
+    for row, libraries in rows.items():
+        entry = libraries[OURS]
+        yield [row, f"{entry['pairs']:,}", f"{entry['counts']['computed']:.2f}", *(time(libraries.get(name)) for name in names),
+               best_other(libraries), f"{entry['overlapping']:.0%}"]
+
+
+def added(entries):
+    for entry in entries:
+        yield [entry["row"], *(number(entry[key]) for key in ("median_us", "p99_us", "most_us"))]
+
+
 def tables(result):
     """By name the head and the lines of each table that README.md shows."""
     rows, arms = by_row(result["rows"]), by_row(result["scaling"])
@@ -80,6 +92,12 @@ def tables(result):
         found["rungs"] = (["pairs of ours, mean", "pairs", *(rung.replace("_", " ") for rung in RUNGS), "skipped"], rungs(rows))
         found["errors"] = (["distance apart [m]", "beside ours", "compared", "99 %", "largest", "differing",
                             "right: ours / other", "overlaps missed / claimed", "no answer"], errors(result["rows"]))
+    if result.get("cells"):
+        names = list(dict.fromkeys(entry["library"] for entry in result["cells"]))
+        found["cells"] = (["us a state, median / 99 %", "pairs", "computed", *names, "best FCL / ours", "states in overlap"],
+                          cells(by_row(result["cells"]), names))
+    if result.get("added"):
+        found["added"] = (["a box is added to 1000 objects, us", "median", "99 %", "most"], added(result["added"]))
     if arms:
         names = list(dict.fromkeys(entry["library"] for entry in result["scaling"]))
         found["scaling"] = (["arms side by side", "pairs", "boxes in reach", "computed", *names], scaling(arms, names))

@@ -18,6 +18,9 @@ TEST(DemoMotion, MovesJointsWhoseNamesAreNoNamesOfRos) {
     const auto state = inbox.next();
     ASSERT_TRUE(state) << node;
     EXPECT_EQ(state->name, (std::vector<std::string>{"shoulder.pan", "elbow flex", "håndled"}));
+    if (node == "script") {
+      EXPECT_EQ(state->position, (std::vector<double>{0.0, 9.0, 0.0}));
+    }
   }
 }
 

@@ -52,6 +52,10 @@ TEST(DemoLaunch, TakesAFileOfTheUsersAndKeepsWhatWasSetBefore) {
   EXPECT_EQ(settings["stop_distance"], 0.04);
 }
 
+TEST(DemoLaunch, GivesNoObjectsToARobotOfTheUsers) {
+  EXPECT_FALSE(ros::param::has("/demo/demo_motion/boxes"));  // demo_objects_test sees it with the robot of the demo
+}
+
 }  // namespace
 }  // namespace proximity_server::node
 

@@ -1,3 +1,4 @@
+#include <proximity_server/ApplyObjects.h>
 #include <proximity_server/Clearance.h>
 #include <proximity_server/FirstContact.h>
 #include <proximity_server/MinimumDistance.h>
@@ -169,6 +170,142 @@ TEST_F(Load, ATimeBudgetBeyondTheLimitIsRefused) {
   request.time_budget = ros::Duration(21.0);
   const auto response = call<FirstContactResponse>(kNode + "time_of_contact", request);
   expectRefusal(response, QueryStatus::OVER_BUDGET, "time_budget is 21 s, max_request_time is 20 s");
+}
+
+// ---- objects
+
+ObjectChange changeOf(std::uint8_t operation, const std::string& id) {
+  ObjectChange change;
+  change.operation = operation;
+  change.id = id;
+  return change;
+}
+
+/// A ball of radius 0.1 m at (0.5, y, 0), so that the ball of the robot is y - 0.2 m from it.
+ObjectChange addPart(double y) {
+  ObjectChange add = changeOf(ObjectChange::REPLACE, "part");
+  add.primitives.resize(1);
+  add.primitives[0].type = shape_msgs::SolidPrimitive::SPHERE;
+  add.primitives[0].dimensions = {0.1};
+  add.pose.position.x = 0.5;
+  add.pose.position.y = y;
+  return add;
+}
+
+ObjectChanges messageOf(const std::vector<ObjectChange>& changes) {
+  ObjectChanges message;
+  message.changes = changes;
+  return message;
+}
+
+ApplyObjectsResponse apply(const std::vector<ObjectChange>& changes) {
+  ApplyObjectsRequest request;
+  request.changes = messageOf(changes);
+  return proximity_server::node::call<ApplyObjectsResponse>(kNode + "apply_objects", request);
+}
+
+class ObjectLoad : public Load {
+ protected:
+  void SetUp() override {
+    Load::SetUp();
+    topic_ = ros::NodeHandle().advertise<ObjectChanges>(kNode + "apply_objects", 100000);
+    ASSERT_TRUE(holdsWithin(kPatience, [&] { return topic_.getNumSubscribers() > 0; }));
+  }
+  void TearDown() override {
+    EXPECT_TRUE(apply({changeOf(ObjectChange::REMOVE, "*")}).success);
+    Load::TearDown();
+  }
+
+  double distanceOfPart() {
+    MinimumDistanceRequest request;
+    request.a = shape("ball");
+    request.b = shape("part");
+    return call<MinimumDistanceResponse>(kNode + "minimum_distance", request).pair.distance;
+  }
+
+  ros::Publisher topic_;
+};
+
+// Regression: the topic was served by the threads of the requests. Where two of them had a message of it at a time, one
+// message stayed in the queue, or a request of apply_objects, for which then no thread came.
+TEST_F(ObjectLoad, AStreamOfChangesIsAppliedToItsEndAndDelaysNoCallOfTheService) {
+  for (int burst = 0; burst < 20; ++burst) {
+    const double last_y = 1.0 + 0.1 * burst;
+    for (int i = 0; i < 200; ++i) topic_.publish(messageOf({addPart(5.0 + 0.01 * i)}));
+    topic_.publish(messageOf({addPart(last_y)}));
+    EXPECT_TRUE(apply({}).success);
+    EXPECT_TRUE(holdsWithin(kPatience, [&] { return std::abs(distanceOfPart() - (last_y - 0.2)) < kTolerance; }))
+        << "burst " << burst << ": " << distanceOfPart();
+  }
+}
+
+TEST_F(ObjectLoad, AThousandChangesASecondLeaveTheMonitorItsCycles) {
+  ASSERT_TRUE(apply({addPart(1.0)}).success);
+  std::atomic<bool> ends{false};
+  std::thread changes([&] {
+    ros::Rate rate(1000.0);
+    for (int i = 0; !ends; ++i) {
+      const bool is_wrong = i % 10 == 0;
+      topic_.publish(messageOf({is_wrong ? changeOf(ObjectChange::MOVE, "missing") : addPart(1.0 + 0.001 * (i % 1000))}));
+      rate.sleep();
+    }
+  });
+  expectMonitorRuns();
+  expectAnswers(100);
+  ends = true;
+  changes.join();
+}
+
+// Regression: changes, which are applied one after the other, took all threads of the long requests while they waited.
+TEST_F(ObjectLoad, ChangesThatWaitForTfDelayNoRequest) {
+  ObjectChange unplaced = addPart(1.0);
+  unplaced.header.frame_id = "not_there";
+  constexpr int kWaiting = 70;  // more than a queue of requests has threads
+  Callers waiting(kWaiting, [&] { apply({unplaced}); });
+  waiting.onlyOnce();
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));  // until all of them wait
+  for (int n = 0; n < 10; ++n) EXPECT_TRUE(call<QueryPairsResponse>(kNode + "query_pairs", QueryPairsRequest()).success);
+  EXPECT_LE(waiting.answers(), kWaiting / 2) << "each waits for tf_timeout, 3 s";
+  geometry_msgs::TransformStamped frame;
+  frame.header.frame_id = "base";
+  frame.child_frame_id = unplaced.header.frame_id;
+  frame.transform.rotation.w = 1.0;
+  EXPECT_TRUE(holdsWithin(kPatience, [&] {
+    gantry().publish(frame, ros::Time::now());
+    return waiting.answers() == kWaiting;
+  }));
+}
+
+TEST_F(ObjectLoad, AMeshOfAMillionTrianglesIsRefusedByItsName) {
+  ObjectChange add = changeOf(ObjectChange::ADD, "scan");
+  add.meshes.resize(1);
+  add.meshes[0].vertices.resize(3);
+  add.meshes[0].triangles.resize(1000000);
+  const ApplyObjectsResponse response = apply({add});
+  expectRefusal(response, QueryStatus::INVALID_ARGUMENT, "object \"scan\": shape 1: the mesh has more than 200000 triangles");
+  for (int i = 0; i < 10; ++i) topic_.publish(messageOf({add}));
+  expectMonitorRuns();
+}
+
+TEST_F(ObjectLoad, AMapOfAHundredThousandBoxesIsOneObject) {
+  ObjectChange map = changeOf(ObjectChange::ADD, "map");
+  map.boxes.resize(1);
+  map.boxes[0].sizes.resize(1);
+  map.boxes[0].sizes[0].x = map.boxes[0].sizes[0].y = map.boxes[0].sizes[0].z = 0.1;
+  for (int i = 0; i < 100000; ++i) {
+    geometry_msgs::Point& centre = map.boxes[0].centres.emplace_back();
+    centre.x = 0.1 * (i % 100);
+    centre.y = 1.0 + 0.1 * (i / 100 % 100);
+    centre.z = 0.1 * (i / 10000);
+  }
+  const ApplyObjectsResponse response = apply({map});
+  ASSERT_TRUE(response.success) << response.status.message;
+  MinimumDistanceRequest request;
+  request.a = shape("ball");
+  request.b = shape("map");
+  // The ball of radius 0.1 m at (0.5, 0, 0), and the first row of boxes, from y = 0.95 m on.
+  EXPECT_NEAR(call<MinimumDistanceResponse>(kNode + "minimum_distance", request).pair.distance, 0.85, kTolerance);
+  expectMonitorRuns();
 }
 
 // ---- the time of a request

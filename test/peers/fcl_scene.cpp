@@ -9,6 +9,7 @@
 #include "peers/fcl_shape.h"
 #include "peers/robots.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "scene/objects/placed_object.h"
 
 namespace proximity_server::peers {
 
@@ -55,7 +56,7 @@ std::vector<std::pair<int, int>> checkedPairs(const PairTable& table) {
 
 }  // namespace
 
-FclScene::FclScene(const SceneModel& model, Method method)
+FclScene::FclScene(const SceneModel& model, Method method, const Objects* objects)
     : method_(method),
       links_(model.robot.links.size()),
       parts_of_link_(links_),
@@ -67,14 +68,44 @@ FclScene::FclScene(const SceneModel& model, Method method)
     candidate_of_[a * links_ + b] = candidate_of_[b * links_ + a] = static_cast<int>(i);
     is_needed[a] = is_needed[b] = true;
   }
+  const bool has_objects = objects != nullptr && !objects->empty();
   for (std::size_t link = 0; link < links_; ++link)
-    if (is_needed[link]) addLink(model.robot, static_cast<int>(link));
-  guesses_.assign(parts_.size() * parts_.size(), kFirstGuess);
-  for (std::size_t i = 0; i < parts_.size(); ++i) {
-    parts_[i].object->setUserData(&parts_[i]);
-    manager_.registerObject(parts_[i].object.get());
+    if (is_needed[link] || (has_objects && model.robot.hasGeometry(static_cast<int>(link))))
+      addLink(model.robot, static_cast<int>(link));
+  if (has_objects) addObjects(*objects);
+  if (method == Method::HullsIndep) guesses_.assign(parts_.size() * parts_.size(), kFirstGuess);
+  std::vector<fcl::CollisionObjectd*> of_objects;
+  for (Part& part : parts_) {
+    part.object->setUserData(&part);
+    if (part.body >= 0)
+      manager_.registerObject(part.object.get());
+    else
+      of_objects.push_back(part.object.get());
   }
   manager_.setup();
+  if (of_objects.empty()) return;
+  environment_.registerObjects(of_objects);
+  environment_.setup();
+}
+
+void FclScene::addObjects(const Objects& objects) {
+  objects_ = static_cast<std::size_t>(objects.numberLimit());
+  is_checked_.assign(links_ * objects_, false);
+  parts_of_link_.resize(links_ + objects_);
+  for (const int number : objects.numbers()) {
+    for (std::size_t link = 0; link < links_; ++link)
+      is_checked_[link * objects_ + static_cast<std::size_t>(number)] =
+          objects.linkReason(static_cast<int>(link), number) == PairReason::Checked;
+    const PlacedObject& object = *objects.placed(number);
+    std::vector<const Piece*> pieces;
+    for (const Piece& piece : object.geometry->pieces()) pieces.push_back(&piece);
+    const std::size_t first = parts_.size();
+    addPieces(pieces, static_cast<int>(links_) + number, -1, object.world_T_object);
+    for (std::size_t i = first; i < parts_.size(); ++i) {
+      parts_[i].object->setTransform(parts_[i].body_T_part);
+      parts_[i].object->computeAABB();
+    }
+  }
 }
 
 bool FclScene::goesAsTriangles(const Shape& shape) const {
@@ -84,35 +115,41 @@ bool FclScene::goesAsTriangles(const Shape& shape) const {
 }
 
 void FclScene::addLink(const RobotModel& robot, int link) {
-  const auto mesh = std::make_shared<Mesh>();
-  mesh->beginModel();
-  bool has_triangles = false;
   try {
-    for (const Piece* piece : piecesOfLink(robot, link)) {
-      if (goesAsTriangles(piece->shape)) {
-        addTriangles(*mesh, *piece);
-        has_triangles = true;
-      } else {
-        addPart(robot, link, piece->body_T_piece, fclShape(piece->shape));
-      }
-    }
+    addPieces(piecesOfLink(robot, link), link, robot.links[static_cast<std::size_t>(link)].body,
+              Isometry3d::Identity());
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument("link " + robot.links[static_cast<std::size_t>(link)].name + ": " + error.what());
   }
-  if (!has_triangles) return;
-  mesh->endModel();
-  addPart(robot, link, Isometry3d::Identity(), mesh);
 }
 
-void FclScene::addPart(const RobotModel& robot, int link, const Isometry3d& body_T_part,
+void FclScene::addPieces(const std::vector<const Piece*>& pieces, int link, int body,
+                         const Isometry3d& frame_T_pieces) {
+  const auto mesh = std::make_shared<Mesh>();
+  mesh->beginModel();
+  bool has_triangles = false;
+  for (const Piece* piece : pieces) {
+    if (goesAsTriangles(piece->shape)) {
+      addTriangles(*mesh, *piece);
+      has_triangles = true;
+    } else {
+      addPart(link, body, frame_T_pieces * piece->body_T_piece, fclShape(piece->shape));
+    }
+  }
+  if (!has_triangles) return;
+  mesh->endModel();
+  addPart(link, body, frame_T_pieces, mesh);
+}
+
+void FclScene::addPart(int link, int body, const Isometry3d& body_T_part,
                        const std::shared_ptr<fcl::CollisionGeometryd>& geometry) {
   parts_of_link_[static_cast<std::size_t>(link)].push_back(parts_.size());
-  parts_.push_back({link, robot.links[static_cast<std::size_t>(link)].body, body_T_part,
-                    std::make_unique<fcl::CollisionObjectd>(geometry)});
+  parts_.push_back({link, body, body_T_part, std::make_unique<fcl::CollisionObjectd>(geometry)});
 }
 
 void FclScene::update(const BodyPoses& poses) {
   for (Part& part : parts_) {
+    if (part.body < 0) continue;
     part.object->setTransform(*poses[static_cast<std::size_t>(part.body)] * part.body_T_part);
     part.object->computeAABB();
   }
@@ -124,11 +161,15 @@ void FclScene::ask(const BodyPoses& poses, SceneQuestion question) {
   answer_.clear();
   switch (question) {
     case SceneQuestion::Minimum:
+      beginWithTheLast();
       manager_.distance(this, onMinimum);
+      if (objects_ > 0 && (answer_.empty() || answer_.front().distance > 0.0))
+        manager_.distance(&environment_, this, onMinimum);
       return;
     case SceneQuestion::Below:
-      within_.assign(candidates_.size(), kInfinity);
+      within_.assign(candidates_.size() + is_checked_.size(), kInfinity);
       manager_.distance(this, onBelow);
+      if (objects_ > 0) manager_.distance(&environment_, this, onBelow);
       for (std::size_t i = 0; i < within_.size(); ++i)
         if (within_[i] < kInfinity) answer_.push_back({static_cast<int>(i), within_[i]});
       return;
@@ -137,17 +178,30 @@ void FclScene::ask(const BodyPoses& poses, SceneQuestion question) {
   }
 }
 
-/// The best so far is answer_; the search ends at an overlap, as FCL's users let it.
+/// With objects only: those of a robot alone were measured without.
+void FclScene::beginWithTheLast() {
+  if (objects_ > 0 && nearest_parts_) offer(nearest_parts_->first, nearest_parts_->second);
+}
+
+/// Measures two parts, no farther than the best so far, which is answer_; returns whether they are nearer.
+bool FclScene::offer(std::size_t a, std::size_t b) {
+  const int candidate = candidateOf(parts_[a].link, parts_[b].link);
+  if (candidate < 0) return false;
+  const double best = answer_.empty() ? kInfinity : answer_.front().distance;
+  const double distance = measure(a, b, best);
+  if (!(distance < best)) return false;
+  answer_.assign(1, {candidate, distance});
+  nearest_parts_ = {a, b};
+  return true;
+}
+
+/// The search ends at an overlap, as FCL's users let it.
 bool FclScene::onMinimum(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self, double& reach) {
   auto& scene = *static_cast<FclScene*>(self);
-  const int candidate = scene.candidateOf(scene.partOf(*a).link, scene.partOf(*b).link);
-  if (candidate < 0) return false;
-  const double best = scene.answer_.empty() ? kInfinity : scene.answer_.front().distance;
-  const double distance = scene.measure(scene.indexOf(*a), scene.indexOf(*b), best);
-  if (!(distance < best)) return false;
-  scene.answer_.assign(1, {candidate, distance});
-  reach = distance;
-  return distance <= 0.0;
+  scene.offer(scene.indexOf(*a), scene.indexOf(*b));
+  if (scene.answer_.empty()) return false;
+  reach = std::min(reach, scene.answer_.front().distance);
+  return reach <= 0.0;
 }
 
 bool FclScene::onBelow(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self, double& reach) {
@@ -178,6 +232,11 @@ std::size_t FclScene::indexOf(const fcl::CollisionObjectd& object) const {
 }
 
 int FclScene::candidateOf(int link_a, int link_b) const {
+  const auto [link, object] = std::minmax({static_cast<std::size_t>(link_a), static_cast<std::size_t>(link_b)});
+  if (object >= links_) {
+    const std::size_t pair = link * objects_ + (object - links_);
+    return is_checked_[pair] ? static_cast<int>(candidates_.size() + pair) : -1;
+  }
   return candidate_of_[static_cast<std::size_t>(link_a) * links_ + static_cast<std::size_t>(link_b)];
 }
 

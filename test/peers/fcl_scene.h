@@ -5,6 +5,8 @@
 #include <fcl/math/bv/OBBRSS.h>
 
 #include <memory>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "peers/scene_library.h"
@@ -17,6 +19,8 @@ using namespace scene;
 
 /// FCL 0.7 as its best users do it: a dynamic AABB tree over the parts of the links, a distance callback that leaves
 /// out what the filter leaves out, and in each query of two parts the best distance so far as the bound.
+/// Fixed objects are in a second tree, which is built once; the search for the minimum then begins with the bound of the
+/// pair of parts that was nearest the last time.
 ///
 /// The parts are the very pieces of the robot. Spheres, capsules, cylinders, cones and ellipsoids are FCL's primitives.
 /// Where a query throws or aborts, the pair counts as far, and failures() as one more.
@@ -30,7 +34,8 @@ class FclScene : public SceneLibrary {
     HullsLibccd,  ///< boxes and solid hulls are convex shapes, for the solver that FCL uses by default
     HullsIndep    ///< the same for FCL's own solver, which begins with the last simplex of the same two parts
   };
-  FclScene(const SceneModel& model, Method method);
+  /// With objects that are fixed, if there are any; not for HullsIndep.
+  FclScene(const SceneModel& model, Method method, const Objects* objects = nullptr);
 
   void ask(const BodyPoses& poses, SceneQuestion question) override;
   std::vector<PairDistance> answer() const override { return answer_; }
@@ -43,15 +48,18 @@ class FclScene : public SceneLibrary {
  private:
   using Mesh = fcl::BVHModel<fcl::OBBRSSd>;
   struct Part {
-    int link;
-    int body;
+    int link;  ///< of an object the number of links plus its own
+    int body;  ///< -1: of an object
     Eigen::Isometry3d body_T_part;
     std::unique_ptr<fcl::CollisionObjectd> object;
   };
 
   void addLink(const RobotModel& robot, int link);
-  void addPart(const RobotModel& robot, int link, const Eigen::Isometry3d& body_T_part,
+  void addObjects(const Objects& objects);
+  void addPieces(const std::vector<const Piece*>& pieces, int link, int body, const Eigen::Isometry3d& frame_T_pieces);
+  void addPart(int link, int body, const Eigen::Isometry3d& body_T_part,
                const std::shared_ptr<fcl::CollisionGeometryd>& geometry);
+  void beginWithTheLast();
   bool goesAsTriangles(const Shape& shape) const;
   void update(const BodyPoses& poses);
 
@@ -62,6 +70,7 @@ class FclScene : public SceneLibrary {
   const Part& partOf(const fcl::CollisionObjectd& object) const;
   std::size_t indexOf(const fcl::CollisionObjectd& object) const;
   int candidateOf(int link_a, int link_b) const;
+  bool offer(std::size_t a, std::size_t b);
   double distanceOf(int candidate);
   double boxGap(int candidate) const;
   double measure(std::size_t a, std::size_t b, double bound);
@@ -74,8 +83,11 @@ class FclScene : public SceneLibrary {
   std::vector<std::pair<int, int>> candidates_;  // links
   std::vector<int> candidate_of_;                // by both links; -1: not checked
   std::vector<Eigen::Vector3d> guesses_;         // by both parts
-  fcl::DynamicAABBTreeCollisionManagerd manager_;
-  std::vector<double> within_;  // by candidate: the distances found by onBelow
+  std::size_t objects_ = 0;                      // all their numbers are smaller than this
+  std::vector<bool> is_checked_;                 // by link and object
+  fcl::DynamicAABBTreeCollisionManagerd manager_, environment_;
+  std::optional<std::pair<std::size_t, std::size_t>> nearest_parts_;  // of the last minimum
+  std::vector<double> within_;                                        // by candidate: the distances found by onBelow
   std::vector<PairDistance> answer_;
   int failures_ = 0;
 };

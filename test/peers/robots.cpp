@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <regex>
 #include <sstream>
 
 #include "proximity_server/scene/model/load_robot_model.h"
@@ -85,6 +86,18 @@ std::string urdfOfArms(int bodies) {
   return urdf.str();
 }
 
+/// What stands between the tags of <robot>, with a prefix before the names of links and joints.
+std::string prefixed(const std::string& xml, const std::string& prefix) {
+  const std::size_t begin = xml.find('>', xml.find("<robot")) + 1, end = xml.rfind("</robot>");
+  const std::regex names("(<link\\s+name=|<joint\\s+name=|<mimic\\s+joint=|\\slink1?=|\\slink2=)\"([^\"]*)\"");
+  return std::regex_replace(xml.substr(begin, end - begin), names, "$1\"" + prefix + "$2\"");
+}
+
+std::string rootOf(const std::string& prefix, const std::string& root, const std::string& origin) {
+  return "<joint name=\"" + prefix + "mount\" type=\"fixed\"><parent link=\"world\"/><child link=\"" + prefix + root +
+         "\"/><origin " + origin + "/></joint>";
+}
+
 }  // namespace
 
 std::vector<const Piece*> piecesOfLink(const RobotModel& robot, int link) {
@@ -111,6 +124,23 @@ std::vector<NamedRobot> exampleRobots() {
     robots.push_back(
         {robot.name, load(exampleRobotFile(resolve, robot.urdf), exampleRobotFile(resolve, robot.srdf), resolve)});
   return robots;
+}
+
+std::optional<NamedRobot> twoPandas() {
+  const MeshResolver resolve = exampleRobotsResolver();
+  if (!findsExampleRobots(resolve)) return std::nullopt;
+  const std::string urdf = readFile(exampleRobotFile(resolve, kExampleRobots[0].urdf));
+  const std::string srdf = readFile(exampleRobotFile(resolve, kExampleRobots[0].srdf));
+  const std::string disabled = std::regex_replace(srdf, std::regex("<group[^]*</group_state>|<end_effector[^>]*>"), "");
+  const std::string root = "panda_link0";
+  auto model = std::make_shared<SceneModel>();
+  model->robot = loadRobotModel("<robot name=\"two_pandas\"><link name=\"world\"/>" + prefixed(urdf, "left/") +
+                                    prefixed(urdf, "right/") + rootOf("left/", root, "xyz=\"0 0 0\"") +
+                                    rootOf("right/", root, "xyz=\"0.8 0 0\" rpy=\"0 0 3.14159265358979\"") + "</robot>",
+                                resolve);
+  model->pairs = filterPairs(model->robot, "<robot name=\"two_pandas\">" + prefixed(disabled, "left/") +
+                                               prefixed(disabled, "right/") + "</robot>");
+  return NamedRobot{"Two Pandas", model};
 }
 
 NamedRobot rowsOfArms(int bodies) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,10 @@ NamedRobot demoRobot();
 
 /// Panda, UR5 and PR2 with the filters of their SRDFs; none where the package example-robot-data is not found.
 std::vector<NamedRobot> exampleRobots();
+
+/// Two Pandas face to face, their bases 0.8 m apart, with all pairs between them: their URDFs and
+/// SRDFs are joined as text, with "left/" and "right/" before all names. Nothing where the package example-robot-data is not found.
+std::optional<NamedRobot> twoPandas();
 
 /// Arms of five bodies side by side on a square grid, 0.8 m apart, until there are so many `bodies`; the last arm may
 /// be shorter. A cylinder, a capsule, a box, a concave and a convex mesh on top of each other, 1 m in all. Every pair

@@ -22,6 +22,18 @@ Question within(double threshold) {
 
 }  // namespace
 
+/// The candidates are sorted as the pairs of the filter are.
+int numberOf(const ShapeRefPair& pair, const Candidates& candidates, const Objects* objects) {
+  if (pair.b.link < 0)
+    return static_cast<int>(candidates.size()) + pair.a.link * objects->numberLimit() + pair.b.object;
+  return static_cast<int>(std::lower_bound(candidates.begin(), candidates.end(), pair, isBefore) - candidates.begin());
+}
+
+OurScene::OurScene(std::shared_ptr<const SceneModel> model, Skipping skipping, std::shared_ptr<const Objects> objects)
+    : scene_(std::move(model), skipping) {
+  if (objects) scene_.use(std::move(objects));
+}
+
 void OurScene::ask(const BodyPoses& poses, SceneQuestion question) {
   scene_.update(poses);
   if (question == SceneQuestion::Minimum) {
@@ -36,16 +48,10 @@ void OurScene::ask(const BodyPoses& poses, SceneQuestion question) {
   size_ = found.size();
 }
 
-/// The candidates are sorted as the pairs of the filter are.
-int OurScene::candidateOf(const PairProximity& proximity) const {
-  const Candidates& candidates = scene_.candidates();
-  return static_cast<int>(std::lower_bound(candidates.begin(), candidates.end(), proximity.asked, isBefore) -
-                          candidates.begin());
-}
-
 std::vector<PairDistance> OurScene::answer() const {
   std::vector<PairDistance> answer;
-  for (std::size_t i = 0; i < size_; ++i) answer.push_back({candidateOf(first_[i]), first_[i].result.distance});
+  for (std::size_t i = 0; i < size_; ++i)
+    answer.push_back({numberOf(first_[i].asked, scene_.candidates(), scene_.objects()), first_[i].result.distance});
   return answer;
 }
 

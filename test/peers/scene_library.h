@@ -20,9 +20,13 @@ constexpr double kBelow = 0.05;  ///< [m]
 
 /// The distance of one candidate pair.
 struct PairDistance {
-  int pair;         ///< index into Scene::candidates()
+  int pair;         ///< see numberOf()
   double distance;  ///< [m]; in overlap zero or negative, and only ours is the depth
 };
+
+/// The number of a pair: of two links its index in Scene::candidates(), of a link and a fixed object the number of
+/// candidates plus link times Objects::numberLimit() plus the number of the object.
+int numberOf(const ShapeRefPair& pair, const Candidates& candidates, const Objects* objects);
 
 /// A library that answers questions about a robot, state by state. It keeps from one state to the next what helps it.
 class SceneLibrary {
@@ -45,15 +49,15 @@ class SceneLibrary {
 /// Our Scene. The depth of an overlap is part of its answers.
 class OurScene : public SceneLibrary {
  public:
-  OurScene(std::shared_ptr<const SceneModel> model, Skipping skipping) : scene_(std::move(model), skipping) {}
+  /// With objects that are fixed, if there are any.
+  OurScene(std::shared_ptr<const SceneModel> model, Skipping skipping,
+           std::shared_ptr<const Objects> objects = nullptr);
 
   void ask(const BodyPoses& poses, SceneQuestion question) override;
   std::vector<PairDistance> answer() const override;
   PairCounts counts() const override { return scene_.counts(); }
 
  private:
-  int candidateOf(const PairProximity& proximity) const;
-
   Scene scene_;
   const PairProximity* first_ = nullptr;  // of the last answer
   std::size_t size_ = 0;

@@ -40,10 +40,27 @@ std::shared_ptr<btConvexShape> bulletHull(const ConvexHull& hull) {
   return withoutMargin(shape);
 }
 
-Solid boxOf(const Eigen::Vector3d& half) {
-  const Box box{2.0 * half};
-  return {box, fclShape(box), withoutMargin(std::make_shared<btBoxShape>(toBullet(half)))};
+/// nullptr where Bullet has no such shape.
+std::shared_ptr<btConvexShape> bulletShape(const Shape& shape) {
+  const Eigen::Vector3d& half = shape.halfExtents();
+  switch (shape.kind()) {
+    case Shape::Kind::Point:
+      return std::make_shared<btSphereShape>(static_cast<btScalar>(shape.margin()));
+    case Shape::Kind::Segment:
+      return std::make_shared<btCapsuleShapeZ>(static_cast<btScalar>(shape.margin()),
+                                               static_cast<btScalar>(2.0 * half.z()));
+    case Shape::Kind::Box:
+      return withoutMargin(std::make_shared<btBoxShape>(toBullet(half)));
+    case Shape::Kind::Cylinder:
+      return withoutMargin(std::make_shared<btCylinderShapeZ>(toBullet(half)));
+    case Shape::Kind::Hull:
+      return bulletHull(shape.hull());
+    default:
+      return nullptr;
+  }
 }
+
+Solid boxOf(const Eigen::Vector3d& half) { return *solidOf(Box{2.0 * half}); }
 
 /// The signed distance as a function of how far b's centre is along `axis`.
 class Slide {
@@ -74,38 +91,38 @@ class Slide {
 
 }  // namespace
 
+std::optional<Solid> solidOf(const Shape& shape) {
+  const bool is_round = shape.kind() == Shape::Kind::Point || shape.kind() == Shape::Kind::Segment;
+  if (!is_round && shape.margin() != 0.0) return std::nullopt;
+  if (shape.kind() == Shape::Kind::Hull && shape.hull().dimension() < 3) return std::nullopt;
+  const std::shared_ptr<btConvexShape> bullet = bulletShape(shape);
+  if (!bullet) return std::nullopt;
+  return Solid{shape, fclShape(shape), bullet};
+}
+
 Solid randomBox(Random& random) {
   return boxOf(Eigen::Vector3d(uniform(random, 0.25, 0.5), uniform(random, 0.25, 0.5), uniform(random, 0.25, 0.5)));
 }
 
 Solid randomPlate(Random& random) { return boxOf({uniform(random, 0.25, 0.5), uniform(random, 0.25, 0.5), 0.001}); }
 
-Solid randomSphere(Random& random) {
-  const double radius = uniform(random, 0.25, 0.5);
-  const Sphere sphere{radius};
-  return {sphere, fclShape(sphere), std::make_shared<btSphereShape>(static_cast<btScalar>(radius))};
-}
+Solid randomSphere(Random& random) { return *solidOf(Sphere{uniform(random, 0.25, 0.5)}); }
 
 Solid randomCapsule(Random& random) {
   const double radius = uniform(random, 0.1, 0.25), length = uniform(random, 0.5, 1.0);
-  const Capsule capsule{radius, length};
-  return {capsule, fclShape(capsule),
-          std::make_shared<btCapsuleShapeZ>(static_cast<btScalar>(radius), static_cast<btScalar>(length))};
+  return *solidOf(Capsule{radius, length});
 }
 
 Solid randomCylinder(Random& random) {
   const double radius = uniform(random, 0.2, 0.4), length = uniform(random, 0.5, 1.0);
-  const Cylinder cylinder{radius, length};
-  return {cylinder, fclShape(cylinder),
-          withoutMargin(std::make_shared<btCylinderShapeZ>(toBullet({radius, radius, 0.5 * length})))};
+  return *solidOf(Cylinder{radius, length});
 }
 
 Solid randomHull(Random& random, int vertices) {
   const Eigen::Vector3d axes(uniform(random, 0.3, 0.5), uniform(random, 0.3, 0.5), uniform(random, 0.3, 0.5));
   std::vector<Eigen::Vector3d> points;
   for (int i = 0; i < vertices; ++i) points.push_back(axes.cwiseProduct(direction(random)));
-  const ConvexHull hull(points);
-  return {hull, fclShape(hull), bulletHull(hull)};
+  return *solidOf(ConvexHull(points));
 }
 
 SolidPair place(const Solid& a, const Solid& b, Placement placement, Random& random) {

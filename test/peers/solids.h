@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <memory>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -20,6 +21,10 @@ struct Solid {
   std::shared_ptr<fcl::CollisionGeometryd> fcl;
   std::shared_ptr<btConvexShape> bullet;  ///< in float, without collision margin
 };
+
+/// A shape as the other libraries describe it; nothing where one of them has no such shape: cones, ellipsoids, a margin
+/// about anything but a point or a segment, a hull that is no solid.
+std::optional<Solid> solidOf(const Shape& shape);
 
 using Random = std::mt19937;
 

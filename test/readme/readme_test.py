@@ -354,6 +354,7 @@ BLOCKS = (
     ("cmake -S . -B build -DCMAKE_BUILD_TYPE=Release", Readme.workspace),
     ("rosservice call ", Readme.service_calls),
     ("rostopic echo ", Readme.commands),
+    ("roslaunch ", Readme.commands),
     ("rosrun dynamic_reconfigure ", Readme.commands),
     ("export PATH=", Readme.commands),
     ("$ ", Readme.shown_output),

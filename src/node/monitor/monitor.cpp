@@ -44,6 +44,12 @@ QueryStatus nothingToCheck() {
 
 }  // namespace
 
+MonitoredObjects::MonitoredObjects(const Robot& robot, const RobotObjects& present)
+    : objects(present),
+      bodies(bodiesOfCheckedPairs(robot, *present.all)),
+      frames(framesOf(*present.all)),
+      longest_name(longestName(robot.robotModel(), *present.all)) {}
+
 void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
   scene_.reset();
   moving_scene_.reset();
@@ -53,15 +59,13 @@ void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
   joints_ = jointsThatMatter(robot_->robotModel(), robot_->candidates().list());
   robots_that_meet_ = node::robotsThatMeet(robot_->robotModel(), robot_->candidates().list());
   self_level_ = object_level_ = Clearance::INVALID;
-  use(robot_->objects().get());
+  MonitoredObjects objects(*robot_, robot_->objects().get());
+  use(objects);
 }
 
-void Monitor::use(const RobotObjects& objects) {
-  objects_ = objects;
-  scene_->use(objects_.all);
-  bodies_ = bodiesOfCheckedPairs(*robot_, *objects_.all);
-  frames_ = framesOf(*objects_.all);
-  longest_name_ = longestName(robot_->robotModel(), *objects_.all);
+void Monitor::use(MonitoredObjects& objects) {
+  scene_->use(objects.objects.all);
+  std::swap(monitored_, objects);
 }
 
 const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
@@ -70,7 +74,7 @@ const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnap
   clearance_.header.stamp = snapshot.stamp;
   clearance_.header.frame_id = robot_->referenceFrame();
   clearance_.status = snapshot.status;
-  clearance_.objects_revision = objects_.revision;
+  clearance_.objects_revision = objects().revision;
   for (Proximity* minimum : {&clearance_.minimum, &clearance_.self_minimum, &clearance_.object_minimum})
     assignUnknown(*minimum);
   clearance_.tf_age = snapshot.age;
@@ -89,7 +93,7 @@ void Monitor::measure(const PoseSnapshot& snapshot, const FrameSnapshot& frames,
   question.tolerance = robot_->config().tolerance;
   question.threshold = settings.threshold;
   const scene::Candidates& pairs = robot_->candidates();
-  if (frames.poses.size() == frames_.names.size())
+  if (frames.poses.size() == monitored_.frames.names.size())
     scene_->update(snapshot.poses, frames.poses);
   else
     scene_->update(snapshot.poses);
@@ -107,7 +111,7 @@ void Monitor::measure(const PoseSnapshot& snapshot, const FrameSnapshot& frames,
   }
   self_level_ = object_level_ = clearance_.level = Clearance::INVALID;
   if (clearance_.status.code != QueryStatus::OK) return;
-  const bool nothing = pairs.empty() && objects_.all->pairCount() == 0;
+  const bool nothing = pairs.empty() && objects().all->pairCount() == 0;
   clearance_.status = nothing ? nothingToCheck() : incompleteness(*robot_, scene_->counts(), question);
   if (!nothing && frames.status.code != QueryStatus::OK) clearance_.status = frames.status;
 }
@@ -116,7 +120,7 @@ void Monitor::measure(const PoseSnapshot& snapshot, const FrameSnapshot& frames,
 void Monitor::judge(const PoseSnapshot& snapshot, const scene::PairProximity& minimum, const scene::Question& question,
                     const MonitorSettings& settings) {
   const auto say = [&](Proximity& message, const scene::PairProximity& pair) {
-    makeRoom(message, longest_name_);
+    makeRoom(message, monitored_.longest_name);
     assign(message, named(), snapshot.poses, pair, question);
   };
   say(clearance_.minimum, minimum);
@@ -139,7 +143,7 @@ std::optional<scene::PairProximity> Monitor::minimumOf(scene::PairKind kind, con
                                                        const scene::Question& question) {
   if (hasObject(minimum) == (kind == scene::PairKind::WithObject)) return minimum;
   const scene::Candidates& pairs = robot_->candidates();
-  const bool is_empty = kind == scene::PairKind::WithObject ? objects_.all->pairCount() == 0 : pairs.empty();
+  const bool is_empty = kind == scene::PairKind::WithObject ? objects().all->pairCount() == 0 : pairs.empty();
   const scene::PairProximity* found = is_empty ? nullptr : scene_->minimum(scene::Pairs(pairs, kind), question);
   if (!found) return std::nullopt;
   return *found;
@@ -151,12 +155,12 @@ void Monitor::report(const PoseSnapshot& snapshot, const scene::PairsBelow& belo
   clearance_.pairs_below_threshold = static_cast<std::uint32_t>(below.count);
   listed.reserve(most);
   unlisted_.reserve(most);
-  while (listed.size() + unlisted_.size() < most) makeRoom(unlisted_.emplace_back(), longest_name_);
+  while (listed.size() + unlisted_.size() < most) makeRoom(unlisted_.emplace_back(), monitored_.longest_name);
   const std::size_t count = std::min(below.closest.size(), most);
   for (; listed.size() > count; listed.pop_back()) unlisted_.push_back(std::move(listed.back()));
   for (; listed.size() < count; unlisted_.pop_back()) listed.push_back(std::move(unlisted_.back()));
   for (std::size_t i = 0; i < count; ++i) {
-    makeRoom(listed[i], longest_name_);
+    makeRoom(listed[i], monitored_.longest_name);
     assign(listed[i], named(), snapshot.poses, below.closest[i], question);
   }
 }
@@ -176,7 +180,7 @@ void Monitor::lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& ve
 void Monitor::countPairs() {
   const scene::PairTable& table = robot_->sceneModel().pairs;
   assignCounts(clearance_, scene_->counts());
-  const std::uint64_t total = table.pairs.size() + static_cast<std::uint64_t>(objects_.all->pairCount());
+  const std::uint64_t total = table.pairs.size() + static_cast<std::uint64_t>(objects().all->pairCount());
   clearance_.pairs_total = static_cast<std::uint32_t>(std::min<std::uint64_t>(total, UINT32_MAX));
   clearance_.pairs_filtered = static_cast<std::uint32_t>(table.pairs.size() - table.checked.size());
 }

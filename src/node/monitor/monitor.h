@@ -13,21 +13,34 @@
 
 namespace proximity_server::node {
 
+/// Objects, with what the monitor has to know of them. It is made before the monitor takes them, so that no cycle waits
+/// for that.
+struct MonitoredObjects {
+  MonitoredObjects() = default;
+  MonitoredObjects(const Robot& robot, const RobotObjects& present);
+
+  RobotObjects objects;
+  std::vector<int> bodies;        ///< whose poses a cycle needs
+  AskedFrames frames;             ///< that moving objects need
+  std::size_t longest_name = 0;   ///< length of the longest name of a link, <collision> element or object
+};
+
 /// Monitors the checked pairs of a robot: each cycle gives one Clearance. Not thread-safe.
 class Monitor {
  public:
   /// Monitors this robot from now on.
   void follow(const std::shared_ptr<const Robot>& robot);
 
-  /// Checks these objects of the robot from now on. A robot that is followed brings its own.
-  void use(const RobotObjects& objects);
+  /// Checks these objects of the robot from now on, and gives back those of before. A robot that is followed brings its
+  /// own.
+  void use(MonitoredObjects& objects);
 
   /// The frames that moving objects need, and in each cycle their poses.
-  const AskedFrames& frames() const { return frames_; }
+  const AskedFrames& frames() const { return monitored_.frames; }
 
   /// The monitored robot, the bodies whose poses a cycle needs, and the joints whose velocities the lookahead needs.
   const std::shared_ptr<const Robot>& robot() const { return robot_; }
-  const std::vector<int>& bodies() const { return bodies_; }
+  const std::vector<int>& bodies() const { return monitored_.bodies; }
   const std::vector<int>& joints() const { return joints_; }
 
   /// The robots with a checked pair between each other, see robotsThatMeet().
@@ -49,7 +62,8 @@ class Monitor {
              const MonitorSettings& settings);
   std::optional<scene::PairProximity> minimumOf(scene::PairKind kind, const scene::PairProximity& minimum,
                                                 const scene::Question& question);
-  Named named() const { return {robot_->robotModel(), objects_.all.get()}; }
+  const RobotObjects& objects() const { return monitored_.objects; }
+  Named named() const { return {robot_->robotModel(), objects().all.get()}; }
   void report(const PoseSnapshot& snapshot, const scene::PairsBelow& below, const scene::Question& question,
               std::size_t most);
   void lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities, const MonitorSettings& settings);
@@ -58,16 +72,13 @@ class Monitor {
   std::shared_ptr<const Robot> robot_;
   ScenePool::Lease scene_;  // declared after robot_, whose pools it and the next return to
   MovingScenePool::Lease moving_scene_;
-  std::vector<int> bodies_;
+  MonitoredObjects monitored_;
   std::vector<int> joints_;
   std::vector<int> robots_that_meet_;
-  RobotObjects objects_;
-  AskedFrames frames_;
   std::uint8_t self_level_ = Clearance::INVALID;    ///< of pairs of links
   std::uint8_t object_level_ = Clearance::INVALID;  ///< of pairs with an object
   Clearance clearance_;
   std::vector<Proximity> unlisted_;  ///< allocated entries that Clearance::below_threshold does not need at present
-  std::size_t longest_name_ = 0;     ///< length of the longest name of a link, <collision> element or object
 };
 
 }  // namespace proximity_server::node

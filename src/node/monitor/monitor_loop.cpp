@@ -44,6 +44,10 @@ MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& priva
     wake_pending_ = false;
     cycleIfNew();
   });
+  changed_ = callbackOf([this] {
+    changed_pending_ = false;
+    cycle();
+  });
   configure(health_.settings);
   tf_.onChange([this] { onTransform(); });
   queue_.addCallback(callbackOf([priority = robot->config().realtime_priority] { runInRealTime(priority); }));
@@ -68,12 +72,16 @@ void MonitorLoop::follow(const std::shared_ptr<const Robot>& robot) {
   redrawPieces();
 }
 
-void MonitorLoop::takeObjects() {
-  const Lock lock(mutex_);
-  const std::vector<int> before = monitor_.bodies();
-  monitor_.use(monitor_.robot()->objects().get());
-  if (monitor_.bodies() != before) lookup_.emplace(*monitor_.robot(), edgesTo(*monitor_.robot(), monitor_.bodies()));
-  if (on_tf_) queue_.addCallback(callbackOf([this] { cycle(); }));
+void MonitorLoop::takeObjects(const Robot& robot) {
+  // All that takes the longer the more objects there are is done before and after the lock, without which there is no
+  // cycle.
+  MonitoredObjects objects(robot, robot.objects().get());
+  {
+    const Lock lock(mutex_);
+    monitor_.use(objects);
+    if (monitor_.bodies() != objects.bodies) lookup_.emplace(robot, edgesTo(robot, monitor_.bodies()));
+  }
+  if (on_tf_ && !changed_pending_.exchange(true)) queue_.addCallback(changed_);
 }
 
 void MonitorLoop::configure(const MonitorSettings& settings) {

@@ -42,8 +42,9 @@ class MonitorLoop {
 
   void follow(const std::shared_ptr<const Robot>& robot);
 
-  /// Takes the objects that the robot has now: every later message knows them.
-  void takeObjects();
+  /// Takes the objects that the robot, which it follows, has now: every later message knows them. The robot must not be
+  /// replaced meanwhile.
+  void takeObjects(const Robot& robot);
 
   void configure(const MonitorSettings& settings);
   void enable();
@@ -71,7 +72,9 @@ class MonitorLoop {
   ros::NodeHandle nh_;
   std::atomic<bool> on_tf_{false};
   std::atomic<bool> wake_pending_{false};
-  ros::CallbackInterfacePtr wake_;
+  ros::CallbackInterfacePtr wake_;  // at rate 0, for new transforms
+  std::atomic<bool> changed_pending_{false};
+  ros::CallbackInterfacePtr changed_;  // at rate 0, for changed objects: one cycle for all that wait
 
   std::mutex mutex_;  // guards the members from here to the publishers
   Monitor monitor_;

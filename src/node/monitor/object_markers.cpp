@@ -1,9 +1,12 @@
 #include "node/monitor/object_markers.h"
 
+#include <array>
 #include <cmath>
+#include <map>
 #include <string>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "node/monitor/markers.h"
 
@@ -17,6 +20,7 @@ using visualization_msgs::MarkerArray;
 
 constexpr double kPlaneSize = 10.0;        // [m] of the square that stands for a half-space
 constexpr double kPlaneThickness = 0.002;  // [m] so that it is seen from its edge
+constexpr double kMicrometre = 1e-6;       // [m]
 constexpr int kConeSides = 24;             // RViz has no cones: as many triangles look round
 
 geometry_msgs::Point point(const Vector3d& vector) {
@@ -82,9 +86,18 @@ class ShapeDrawing {
     }
   }
 
+  /// All boxes of one size share a marker: a map has one size, or one for each level of its octree.
   void drawGeometry(const scene::Boxes& boxes) {
-    for (const Eigen::AlignedBox3d& box : boxes.boxes)
-      add(Marker::CUBE, box.sizes(), Isometry3d(Eigen::Translation3d(box.center())));
+    std::map<std::array<long long, 3>, std::vector<geometry_msgs::Point>> centres;  // by the size in micrometres
+    for (const Eigen::AlignedBox3d& box : boxes.boxes) {
+      const Vector3d size = box.sizes() / kMicrometre;
+      centres[{std::llround(size.x()), std::llround(size.y()), std::llround(size.z())}].push_back(point(box.center()));
+    }
+    for (auto& [size, points] : centres) {
+      const Vector3d metres = kMicrometre * Vector3d(static_cast<double>(size[0]), static_cast<double>(size[1]),
+                                                     static_cast<double>(size[2]));
+      add(Marker::CUBE_LIST, metres).points = std::move(points);
+    }
   }
 
   void drawGeometry(const scene::TriangleMesh& mesh) {
@@ -113,10 +126,10 @@ class ShapeDrawing {
 std_msgs::ColorRGBA colourOf(const scene::Placement& placement) {
   const bool is_held = std::holds_alternative<scene::Attached>(placement);
   std_msgs::ColorRGBA colour;
-  colour.r = is_held ? 0.9f : 0.6f;
-  colour.g = 0.6f;
-  colour.b = is_held ? 0.2f : 0.6f;
-  colour.a = 0.5f;
+  colour.r = 0.9f;
+  colour.g = is_held ? 0.6f : 0.85f;
+  colour.b = is_held ? 0.2f : 0.75f;
+  colour.a = 0.6f;
   return colour;
 }
 
@@ -132,7 +145,7 @@ MarkerArray objectMarkers(const Robot& robot, const StoredObjects& objects) {
     base.frame_locked = true;
     base.color = colourOf(stored->object.placement);
     ShapeDrawing drawing(base, carried.frame_T_object, array);
-    for (const SourceShape& shape : stored->shapes) drawing.draw(shape.shape);
+    for (const SourceShape& shape : *stored->shapes) drawing.draw(shape.shape);
   }
   return array;
 }

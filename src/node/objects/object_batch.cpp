@@ -17,6 +17,13 @@ using Eigen::Isometry3d;
 /// [m] As far as the geometry of an object may reach from its frame.
 constexpr double kFarthest = 1e6;
 
+/// Characters of a name of a client, as of one in a URDF: every cycle of the monitor may have to say it.
+constexpr std::size_t kLongestName = 1024;
+
+/// Objects among which the nearest name to an unknown one is looked for. More take longer than a change may, when a
+/// stream of changes names what is not there.
+constexpr std::size_t kMostSuggested = 1000;
+
 [[noreturn]] void refuse(const std::string& field, const std::string& reason) {
   throw std::invalid_argument(field + ": " + reason);
 }
@@ -52,6 +59,24 @@ Takes fieldsOf(const ObjectChange& change) {
   }
 }
 
+void requireLength(const std::string& name, const std::string& field) {
+  if (name.size() > kLongestName)
+    refuse(field, "it has " + std::to_string(name.size()) + " characters, more than " + std::to_string(kLongestName));
+}
+
+void requireLengths(const ObjectChange& change) {
+  requireLength(change.id, "id");
+  requireLength(change.link, "link");
+  requireLength(change.frame, "frame");
+  requireLength(change.header.frame_id, "header.frame_id");
+  for (const std::string& link : change.touch_links) requireLength(link, "touch_links");
+}
+
+/// A name for an error, which is logged.
+std::string quoted(const std::string& name) {
+  return scene::quoted(name.size() > kLongestName ? name.substr(0, 40) + "..." : name);
+}
+
 void requireFieldsOfOperation(const ObjectChange& change) {
   const Takes takes = fieldsOf(change);
   if (!takes.shapes) requireEmpty(!hasShapes(change), "shapes", takes.name);
@@ -77,7 +102,7 @@ Isometry3d checked(const Isometry3d& pose) {
 
 void requireNoPlane(const StoredObject& stored) {
   const auto is_plane = [](const SourceShape& shape) { return shape.kind == ShapeKind::Plane; };
-  if (std::any_of(stored.shapes.begin(), stored.shapes.end(), is_plane))
+  if (std::any_of(stored.shapes->begin(), stored.shapes->end(), is_plane))
     refuse("link", "an object with a plane cannot be attached");
 }
 
@@ -114,6 +139,7 @@ ChangeError ChangeError::within(const std::string& where, const std::invalid_arg
 
 void ObjectBatch::apply(const ObjectChange& change) {
   try {
+    requireLengths(change);
     requireFieldsOfOperation(change);
     switch (change.operation) {
       case ObjectChange::ADD:
@@ -135,7 +161,7 @@ void ObjectBatch::apply(const ObjectChange& change) {
   } catch (const std::invalid_argument& error) {
     const std::invalid_argument short_error(withoutId(error.what(), change.id));
     const auto* with_code = dynamic_cast<const ChangeError*>(&error);
-    throw ChangeError::within("object " + scene::quoted(change.id), with_code ? *with_code : short_error);
+    throw ChangeError::within("object " + quoted(change.id), with_code ? *with_code : short_error);
   }
 }
 
@@ -157,7 +183,7 @@ void ObjectBatch::add(const ObjectChange& change) {
   if (change.id == "*") refuse("id", "it stands for all objects");
   if (robot_.robotModel().findLink(change.id) >= 0) refuse("id", "a link has this name");
   if (!(change.padding >= 0.0) || !std::isfinite(change.padding)) refuse("padding", "it is negative, or not finite");
-  StoredObject stored{shapesOf(change), change.padding, {}};
+  StoredObject stored{std::make_shared<const std::vector<SourceShape>>(shapesOf(change)), change.padding, {}};
   if (change.link.empty()) {
     const std::string frame = frameNamed(change.frame);
     stored.object.placement = placementIn(frame, placeIn(frame, change));
@@ -176,10 +202,12 @@ void ObjectBatch::append(const ObjectChange& change) {
   if (added.empty()) refuse("shapes", "there are none");
   const Carried carried = carriedBy(robot_, stored.object.placement);
   const Isometry3d object_T_added = carried.frame_T_object.inverse() * placeIn(carried.frame, change);
+  std::vector<SourceShape> shapes = *stored.shapes;
   for (SourceShape& shape : added) {
     shape.shape.object_T_shape = object_T_added * shape.shape.object_T_shape;
-    stored.shapes.push_back(std::move(shape));
+    shapes.push_back(std::move(shape));
   }
+  stored.shapes = std::make_shared<const std::vector<SourceShape>>(std::move(shapes));
   if (auto* held = std::get_if<scene::Attached>(&stored.object.placement)) {
     requireNoPlane(stored);
     held->touch_links = attachedTo(change, held->link_T_object).touch_links;
@@ -198,12 +226,12 @@ void ObjectBatch::move(const ObjectChange& change) {
            "link " + scene::quoted(attached(stored)->link) + " holds it: DETACH it, or ATTACH it elsewhere");
   const std::string frame = frameNamed(change.frame);
   stored.object.placement = placementIn(frame, placeIn(frame, change));
-  bool same_shapes = true;
-  for (const ShapeKind kind : kShapeKinds) {
-    replacePoses(change, kind, stored.shapes);
-    same_shapes = same_shapes && posesOf(change, kind).empty();
-  }
-  same_shapes ? put(change.id, std::move(stored)) : make(change.id, std::move(stored));
+  const auto has_poses = [&](ShapeKind kind) { return !posesOf(change, kind).empty(); };
+  if (std::none_of(kShapeKinds.begin(), kShapeKinds.end(), has_poses)) return put(change.id, std::move(stored));
+  std::vector<SourceShape> shapes = *stored.shapes;
+  for (const ShapeKind kind : kShapeKinds) replacePoses(change, kind, shapes);
+  stored.shapes = std::make_shared<const std::vector<SourceShape>>(std::move(shapes));
+  make(change.id, std::move(stored));
 }
 
 void ObjectBatch::attach(const ObjectChange& change) {
@@ -231,11 +259,11 @@ void ObjectBatch::detach(const ObjectChange& change) {
 void ObjectBatch::remove(const ObjectChange& change) {
   if (change.id.empty()) refuse("id", "it is empty");
   if (change.id != "*") {
-    touched_[change.id] = nullptr;
+    touch(change.id, nullptr);
     return;
   }
-  for (auto& [id, object] : touched_) object = nullptr;
-  for (const auto& [id, object] : before_) touched_[id] = nullptr;
+  for (const auto& [id, object] : StoredObjects(touched_)) touch(id, nullptr);
+  for (const auto& [id, object] : before_) touch(id, nullptr);
 }
 
 // --- objects
@@ -248,16 +276,34 @@ const StoredObject* ObjectBatch::find(const std::string& id) const {
 
 const StoredObject& ObjectBatch::require(const std::string& id) const {
   if (const StoredObject* found = find(id)) return *found;
+  const std::string unknown = "there is no object with this id";
+  if (before_.size() + touched_.size() > kMostSuggested) refuse("id", unknown);
   std::vector<std::string> known;
   for (const StoredObjects* objects : {&before_, &touched_})
     for (const auto& [other, object] : *objects)
       if (find(other)) known.push_back(other);
   const std::string nearest = scene::nearestName(id, known);
-  refuse("id", "there is no object with this id" + (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));
+  refuse("id", unknown + (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));
+}
+
+void ObjectBatch::touch(const std::string& id, std::shared_ptr<const StoredObject> object) {
+  const auto [place, is_new] = touched_.try_emplace(id);
+  before_touched_.emplace_back(id, is_new ? std::nullopt : std::make_optional(place->second));
+  place->second = std::move(object);
+}
+
+void ObjectBatch::undo() {
+  for (; !before_touched_.empty(); before_touched_.pop_back()) {
+    auto& [id, before] = before_touched_.back();
+    if (before)
+      touched_[id] = *before;
+    else
+      touched_.erase(id);
+  }
 }
 
 void ObjectBatch::put(const std::string& id, StoredObject object) {
-  touched_[id] = std::make_shared<const StoredObject>(std::move(object));
+  touch(id, std::make_shared<const StoredObject>(std::move(object)));
 }
 
 /// Makes the geometry anew.
@@ -270,7 +316,7 @@ void ObjectBatch::make(const std::string& id, StoredObject stored) {
   options.meshes.cache = model.mesh_cache;
   options.meshes.time_budget = model.mesh_time_budget;
   std::vector<scene::ObjectShape> shapes;
-  for (const SourceShape& shape : stored.shapes) shapes.push_back(shape.shape);
+  for (const SourceShape& shape : *stored.shapes) shapes.push_back(shape.shape);
   stored.object = scene::makeObject(id, shapes, stored.object.placement, options);
   put(id, std::move(stored));
 }
@@ -286,10 +332,15 @@ std::string ObjectBatch::frameNamed(const std::string& name) const {
 }
 
 const Isometry3d& ObjectBatch::referenceTo(const std::string& frame) {
+  if (const auto failed = no_frames_.find(frame); failed != no_frames_.end()) throw failed->second;
   const auto [found, is_new] = frames_.try_emplace(frame, Isometry3d::Identity());
   if (!is_new || frame == robot_.referenceFrame()) return found->second;
   try {
     found->second = find_frame_(robot_, frame);
+  } catch (const ChangeError& error) {
+    frames_.erase(found);
+    no_frames_.emplace(frame, error);
+    throw;
   } catch (...) {
     frames_.erase(found);
     throw;

@@ -5,8 +5,10 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "node/objects/object_shapes.h"
@@ -32,8 +34,8 @@ class ChangeError : public std::invalid_argument {
 
 /// An object with what it was made of, so that shapes can be added to it and moved in it.
 struct StoredObject {
-  std::vector<SourceShape> shapes;
-  double padding = 0.0;  ///< [m]
+  std::shared_ptr<const std::vector<SourceShape>> shapes;  ///< shared by all places that the object has had
+  double padding = 0.0;                                    ///< [m]
   scene::Object object;
 };
 
@@ -43,7 +45,7 @@ using StoredObjects = std::map<std::string, std::shared_ptr<const StoredObject>>
 /// Where a tf frame is now, in the reference frame of a robot. Throws ChangeError naming the frame if that is not known.
 using FindFrame = std::function<Eigen::Isometry3d(const Robot& robot, const std::string& frame)>;
 
-/// Reads one message of changes: each of them sees what those before it have done, and nothing is changed outside of it.
+/// Reads messages of changes: each change sees what those before it have done, and nothing is changed outside of it.
 ///
 /// 1. A change is checked, field by field.
 /// 2. Its pose is carried over into the frame that its object moves with; every frame is looked up once for all changes.
@@ -57,6 +59,12 @@ class ObjectBatch {
 
   /// Failure: throws ChangeError naming the object, the field and the reason.
   void apply(const ObjectChange& change);
+
+  /// All changes so far stay.
+  void keep() { before_touched_.clear(); }
+
+  /// Takes back all changes since keep().
+  void undo();
 
   /// The objects that are different now; nullptr: it is gone.
   const StoredObjects& touched() const { return touched_; }
@@ -74,6 +82,7 @@ class ObjectBatch {
 
   const StoredObject* find(const std::string& id) const;
   const StoredObject& require(const std::string& id) const;
+  void touch(const std::string& id, std::shared_ptr<const StoredObject> object);
   void put(const std::string& id, StoredObject object);
   void make(const std::string& id, StoredObject object);
 
@@ -88,7 +97,10 @@ class ObjectBatch {
   const StoredObjects& before_;
   const FindFrame& find_frame_;
   StoredObjects touched_;
+  /// What touched_ had of ids before they were touched, in this order; nullopt: nothing.
+  std::vector<std::pair<std::string, std::optional<std::shared_ptr<const StoredObject>>>> before_touched_;
   std::map<std::string, Eigen::Isometry3d> frames_;  ///< in the reference frame
+  std::map<std::string, ChangeError> no_frames_;     ///< those that have no pose: none is waited for twice
 };
 
 /// Where an object is, in the frame that carries it.

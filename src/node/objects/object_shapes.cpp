@@ -52,6 +52,23 @@ narrowphase::Shape shapeOf(const SolidPrimitive& primitive) {
   }
 }
 
+/// Which of the boxes is too thin or not finite is found when the object is made of them.
+scene::Boxes boxesOf(const Boxes& message) {
+  if (message.sizes.size() != 1 && message.sizes.size() != message.centres.size()) {
+    throw std::invalid_argument("sizes has " + std::to_string(message.sizes.size()) + " entries, neither 1 nor the " +
+                                std::to_string(message.centres.size()) + " of centres");
+  }
+  scene::Boxes boxes;
+  boxes.boxes.reserve(message.centres.size());
+  for (std::size_t i = 0; i < message.centres.size(); ++i) {
+    const geometry_msgs::Vector3& size = message.sizes[message.sizes.size() == 1 ? 0 : i];
+    const geometry_msgs::Point& centre = message.centres[i];
+    const Vector3d half = 0.5 * Vector3d(size.x, size.y, size.z), middle(centre.x, centre.y, centre.z);
+    boxes.boxes.emplace_back(middle - half, middle + half);
+  }
+  return boxes;
+}
+
 scene::TriangleMesh meshOf(const shape_msgs::Mesh& message) {
   scene::TriangleMesh mesh;
   mesh.vertices.reserve(message.vertices.size());
@@ -98,6 +115,8 @@ const std::vector<geometry_msgs::Pose>& posesField(const ObjectChange& change, S
   switch (kind) {
     case ShapeKind::Primitive:
       return change.primitive_poses;
+    case ShapeKind::Boxes:
+      return change.boxes_poses;
     case ShapeKind::Mesh:
       return change.mesh_poses;
     case ShapeKind::MeshFile:
@@ -130,6 +149,8 @@ const char* posesFieldOf(ShapeKind kind) {
   switch (kind) {
     case ShapeKind::Primitive:
       return "primitive_poses";
+    case ShapeKind::Boxes:
+      return "boxes_poses";
     case ShapeKind::Mesh:
       return "mesh_poses";
     case ShapeKind::MeshFile:
@@ -141,12 +162,13 @@ const char* posesFieldOf(ShapeKind kind) {
 }
 
 bool hasShapes(const ObjectChange& change) {
-  return !change.primitives.empty() || !change.meshes.empty() || !change.mesh_files.empty() || !change.planes.empty();
+  return !change.primitives.empty() || !change.boxes.empty() || !change.meshes.empty() || !change.mesh_files.empty() || !change.planes.empty();
 }
 
 std::vector<SourceShape> shapesOf(const ObjectChange& change) {
   std::vector<SourceShape> shapes;
   addAll(change, ShapeKind::Primitive, "primitives", change.primitives, shapeOf, shapes);
+  addAll(change, ShapeKind::Boxes, "boxes", change.boxes, boxesOf, shapes);
   addAll(change, ShapeKind::Mesh, "meshes", change.meshes, meshOf, shapes);
   addAll(change, ShapeKind::MeshFile, "mesh_files", change.mesh_files, meshFileOf, shapes);
   addAll(change, ShapeKind::Plane, "planes", change.planes, halfSpaceOf, shapes);

@@ -16,9 +16,9 @@
 namespace proximity_server::node {
 
 /// The kinds of shapes of an ObjectChange, each a list with a list of poses.
-enum class ShapeKind : unsigned char { Primitive, Mesh, MeshFile, Plane };
-constexpr std::array<ShapeKind, 4> kShapeKinds = {ShapeKind::Primitive, ShapeKind::Mesh, ShapeKind::MeshFile,
-                                                  ShapeKind::Plane};
+enum class ShapeKind : unsigned char { Primitive, Boxes, Mesh, MeshFile, Plane };
+constexpr std::array<ShapeKind, 5> kShapeKinds = {ShapeKind::Primitive, ShapeKind::Boxes, ShapeKind::Mesh,
+                                                  ShapeKind::MeshFile, ShapeKind::Plane};
 
 /// The name of the list of poses: "primitive_poses".
 const char* posesFieldOf(ShapeKind kind);

@@ -68,30 +68,87 @@ ObjectInfo objectInfo(const Robot& robot, const StoredObject& stored) {
   return info;
 }
 
-}  // namespace
-
-ObjectStore::ObjectStore(std::shared_ptr<const Robot> robot, std::uint64_t node_start, FindFrame find_frame,
-                         std::function<void()> in_use)
-    : node_start_(node_start),
-      find_frame_(std::move(find_frame)),
-      in_use_(std::move(in_use)),
-      robot_(std::move(robot)) {}
-
-std::uint64_t ObjectStore::apply(const ObjectChanges& changes) {
-  const Lock only_one(changing_);
-  ObjectBatch batch(*robot_, stored_, find_frame_);
-  for (std::size_t i = 0; i < changes.changes.size(); ++i) {
+void add(const ObjectChanges& message, ObjectBatch& batch) {
+  for (std::size_t i = 0; i < message.changes.size(); ++i) {
     try {
-      batch.apply(changes.changes[i]);
+      batch.apply(message.changes[i]);
     } catch (const std::invalid_argument& error) {
       throw ChangeError::within("changes[" + std::to_string(i) + "]", error);
     }
   }
-  const std::vector<scene::ObjectChange> difference = batch.difference();
-  if (difference.empty() && !changes.set_rules) return revision_;
-  scene::Objects next = robot_->objects().get().all->changed(difference);
-  if (changes.set_rules) next = next.withRules(rulesFrom(changes.rules, next.rules()));
+}
 
+std::int64_t trianglesOf(const StoredObject* stored) {
+  std::int64_t count = 0;
+  if (!stored) return count;
+  for (const SourceShape& shape : *stored->shapes) {
+    const auto* mesh = std::get_if<scene::TriangleMesh>(&shape.shape.geometry);
+    if (mesh) count += static_cast<std::int64_t>(mesh->triangles.size());
+  }
+  return count;
+}
+
+void requireAtMost(std::int64_t limit, std::int64_t count, const std::string& what) {
+  if (count > limit)
+    throw std::invalid_argument("there would be " + std::to_string(count) + " " + what +
+                                " of all objects together, more than " + std::to_string(limit));
+}
+
+}  // namespace
+
+ObjectStore::ObjectStore(std::shared_ptr<const Robot> robot, std::uint64_t node_start, FindFrame find_frame,
+                         std::function<void(const Robot&)> in_use, const ObjectLimits& limits)
+    : node_start_(node_start),
+      find_frame_(std::move(find_frame)),
+      in_use_(std::move(in_use)),
+      limits_(limits),
+      robot_(std::move(robot)) {}
+
+std::uint64_t ObjectStore::apply(const ObjectChanges& changes) {
+  return applyTogether({&changes}, [](const std::exception&) { throw; });
+}
+
+std::uint64_t ObjectStore::applyTogether(const std::vector<const ObjectChanges*>& messages, const Refused& refused) {
+  const Lock only_one(changing_);
+  applyLocked(messages, refused);
+  return revision_;
+}
+
+void ObjectStore::applyLocked(const std::vector<const ObjectChanges*>& messages, const Refused& refused) {
+  ObjectBatch batch(*robot_, stored_, find_frame_);
+  const std::vector<PairRule>* rules = nullptr;
+  for (const ObjectChanges* message : messages) {
+    batch.keep();
+    try {
+      add(*message, batch);
+      if (message->set_rules) {
+        rulesFrom(message->rules, {});  // throws if one is wrong
+        rules = &message->rules;
+      }
+    } catch (const std::exception& error) {
+      batch.undo();
+      refused(error);
+    }
+  }
+  try {
+    commit(batch, rules);
+  } catch (const std::exception& error) {
+    // Rare, because nearly all is checked before: the one to blame is found by trying each.
+    if (messages.size() == 1) return refused(error);
+    for (const ObjectChanges* message : messages) applyLocked({message}, refused);
+  }
+}
+
+/// Makes the objects of a batch those of the robot.
+void ObjectStore::commit(const ObjectBatch& batch, const std::vector<PairRule>* rules) {
+  const std::vector<scene::ObjectChange> difference = batch.difference();
+  if (difference.empty() && !rules) return;
+  const std::int64_t triangles = trianglesAfter(batch);
+  requireAtMost(limits_.triangles, triangles, "triangles");
+  scene::Objects next = robot_->objects().get().all->changed(difference);
+  if (rules) next = next.withRules(rulesFrom(*rules, next.rules()));
+  requireAtMost(limits_.objects, next.size(), "ids");
+  requireAtMost(limits_.pieces, next.pieceCount(), "convex pieces");
   {
     const Lock lock(mutex_);
     for (const auto& [id, object] : batch.touched()) {
@@ -100,12 +157,21 @@ std::uint64_t ObjectStore::apply(const ObjectChanges& changes) {
       else
         stored_.erase(id);
     }
-    if (changes.set_rules) rules_ = changes.rules;
+    if (rules) rules_ = *rules;
+    triangles_ = triangles;
     ++revision_;
   }
   robot_->objects().set({std::make_shared<const scene::Objects>(std::move(next)), revision_});
-  in_use_();
-  return revision_;
+  in_use_(*robot_);
+}
+
+std::int64_t ObjectStore::trianglesAfter(const ObjectBatch& batch) const {
+  std::int64_t count = triangles_;
+  for (const auto& [id, object] : batch.touched()) {
+    const auto before = stored_.find(id);
+    count += trianglesOf(object.get()) - (before == stored_.end() ? 0 : trianglesOf(before->second.get()));
+  }
+  return count;
 }
 
 void ObjectStore::follow(const std::shared_ptr<const Robot>& robot, const std::function<void()>& replace) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -14,6 +15,13 @@
 
 namespace proximity_server::node {
 
+/// Limits on all objects together, so that no client fills the memory.
+struct ObjectLimits {
+  std::int64_t objects = 200000;  ///< each takes about 4 kB, and a place in every message on ~objects
+  std::int64_t pieces = 1000000;  ///< convex pieces, as many as a robot may have
+  std::int64_t triangles = 10000000;  ///< of meshes that were sent, which are kept: 24 bytes each
+};
+
 /// The objects of the node: applies changes, one message after the other, and gives each result to the robot, from which
 /// requests and the monitor take it. Thread-safe.
 class ObjectStore {
@@ -22,7 +30,7 @@ class ObjectStore {
   /// apply() returns.
   ObjectStore(
       std::shared_ptr<const Robot> robot, std::uint64_t node_start, FindFrame find_frame,
-      std::function<void()> in_use = [] {});
+      std::function<void(const Robot&)> in_use = [](const Robot&) {}, const ObjectLimits& limits = {});
 
   /// Applies all changes of a message, and returns the revision after it. May take as long as its meshes need, and as tf
   /// needs to tell where the frames of its poses are.
@@ -30,6 +38,13 @@ class ObjectStore {
   /// Failure: throws std::invalid_argument naming the change, the object, the field and the reason: a ChangeError where
   ///          it has a code. Nothing is changed then.
   std::uint64_t apply(const ObjectChanges& changes);
+
+  /// Called while the exception is handled, so that it may be thrown again.
+  using Refused = std::function<void(const std::exception& error)>;
+
+  /// Applies messages one after the other, in one change of the robot's objects. A message that is refused is left out
+  /// as a whole, and `refused` gets its reason.
+  std::uint64_t applyTogether(const std::vector<const ObjectChanges*>& messages, const Refused& refused);
 
   /// Gives the objects to a reloaded robot, and calls `replace` before any other change.
   ///
@@ -47,14 +62,20 @@ class ObjectStore {
   std::uint64_t revision() const;
 
  private:
+  void applyLocked(const std::vector<const ObjectChanges*>& messages, const Refused& refused);
+  void commit(const ObjectBatch& batch, const std::vector<PairRule>* rules);
+  std::int64_t trianglesAfter(const ObjectBatch& batch) const;
+
   const std::uint64_t node_start_;
   const FindFrame find_frame_;
-  const std::function<void()> in_use_;
+  const std::function<void(const Robot&)> in_use_;
+  const ObjectLimits limits_;
   std::mutex changing_;       // held by one change or reload from its beginning to its end
   mutable std::mutex mutex_;  // guards the members below; only who holds changing_ writes them
   std::shared_ptr<const Robot> robot_;
   StoredObjects stored_;
   std::vector<PairRule> rules_;
+  std::int64_t triangles_ = 0;  ///< of all meshes that were sent
   std::uint64_t revision_ = 0;
 };
 

@@ -22,7 +22,8 @@ class Call : public ros::CallbackInterface {
 
 }  // namespace
 
-RequestQueue::RequestQueue(int niceness) : niceness_(niceness) {}
+// On Linux the niceness is that of a thread.
+RequestQueue::RequestQueue(int niceness) : niceness_(getpriority(PRIO_PROCESS, 0) + niceness) {}
 
 RequestQueue::~RequestQueue() {
   waiting_.disable();
@@ -46,8 +47,9 @@ void RequestQueue::addCallback(const ros::CallbackInterfacePtr& callback, std::u
 }
 
 void RequestQueue::work() {
-  // On Linux this sets the niceness of the calling thread alone; every user may raise it.
-  setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + niceness_);
+  // Every user may raise it. It is not added to that of the thread now, which has it already if it was started by
+  // another thread of this queue: those read the next request of a connection.
+  setpriority(PRIO_PROCESS, 0, niceness_);
   std::unique_lock<std::mutex> lock(mutex_);
   while (true) {
     changed_.wait(lock, [this] { return ends_ || waiting_count_ > 0; });

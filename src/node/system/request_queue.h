@@ -14,13 +14,14 @@
 namespace proximity_server::node {
 
 /// Runs the callbacks of services in threads of its own, as many as the most requests that were open at once. So a
-/// request that takes long, or waits for tf, delays no other.
+/// request that takes long, or waits for tf, delays no other. Not for topics: the callback of a subscriber that is busy
+/// asks to be called again later, and no thread here would do that.
 class RequestQueue : public ros::CallbackQueueInterface {
  public:
   /// The largest number of threads; further requests wait.
   static constexpr std::size_t kMaxThreads = 64;
 
-  /// `niceness` is added to that of the process for the threads of this queue, see nice(2).
+  /// `niceness` is added to that of the calling thread for the threads of this queue, see nice(2).
   explicit RequestQueue(int niceness);
   /// All services that use it must be destroyed before.
   ~RequestQueue() override;

@@ -20,10 +20,15 @@ int editDistance(const std::string& from, const std::string& to) {
 }
 
 std::string nearestName(const std::string& name, const std::vector<std::string>& known) {
-  const auto nearest = std::min_element(known.begin(), known.end(), [&](const std::string& a, const std::string& b) {
-    return editDistance(name, a) < editDistance(name, b);
-  });
-  return nearest == known.end() ? "" : *nearest;
+  const std::string* nearest = nullptr;
+  int least = 0;
+  for (const std::string& other : known) {
+    const int distance = editDistance(name, other);
+    if (nearest && distance >= least) continue;
+    nearest = &other;
+    least = distance;
+  }
+  return nearest ? *nearest : "";
 }
 
 std::string quoted(const std::string& name) { return "\"" + name + "\""; }

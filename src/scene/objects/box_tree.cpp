@@ -3,9 +3,18 @@
 #include <algorithm>
 #include <numeric>
 
+#include "scene/model/bounds.h"
+
 namespace proximity_server::scene {
 
 using Eigen::AlignedBox3d;
+
+double boxGap(const AlignedBox3d& a, const AlignedBox3d& b) {
+  const Eigen::Vector3d gaps = (b.min() - a.max()).cwiseMax(a.min() - b.max());
+  const double largest = gaps.maxCoeff();
+  // Written as products, so that infinity stays infinity.
+  return largest > 0.0 ? (1.0 - kPoseRounding) * gaps.cwiseMax(0.0).norm() : (1.0 + kPoseRounding) * largest;
+}
 
 BoxTree::BoxTree(const std::vector<AlignedBox3d>& boxes) {
   if (boxes.empty()) return;

@@ -5,6 +5,10 @@
 
 namespace proximity_server::scene {
 
+/// A lower bound [m] of the signed distance of what two boxes along the axes of one frame hold: their distance, or, where
+/// they overlap, minus the shortest way along an axis that separates them. Infinity if one is empty.
+double boxGap(const Eigen::AlignedBox3d& a, const Eigen::AlignedBox3d& b);
+
 /// A binary tree of boxes along the axes of one frame.
 ///
 /// 1. Build: halve the items along the longest edge of the box of their centres, down to single ones.

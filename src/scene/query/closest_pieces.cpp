@@ -48,6 +48,12 @@ void ClosestPieces::offer(const LeafPair& pair, const narrowphase::SignedDistanc
   is_beyond = other_is_beyond;
 }
 
+void ClosestPieces::leaveOut(double lower_bound_of_others) {
+  if (!(lower_bound_of_others < lower_bound)) return;
+  lower_bound = lower_bound_of_others;
+  lower_bound_status = narrowphase::Status::Threshold;
+}
+
 double ClosestPieces::limit(double outer_limit, const Question& question) const {
   if (is_beyond) return outer_limit;
   return isFinal(result, question) ? -kInfinity : std::min(outer_limit, result.distance);
@@ -100,7 +106,7 @@ ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b,
       compute(leaves);
     }
   }
-  closest.lower_bound = std::min(closest.lower_bound, queue_.lowestBound());
+  closest.leaveOut(queue_.lowestBound());
   return closest;
 }
 

@@ -39,6 +39,9 @@ struct ClosestPieces {
   bool empty() const { return leaves.a < 0; }
   void offer(const LeafPair& pair, const narrowphase::SignedDistance& other, double limit);
 
+  /// Others are not computed, as their distance [m] is not below this.
+  void leaveOut(double lower_bound_of_others);
+
   /// [m] A pair of pieces farther apart than this cannot change the answer.
   double limit(double outer_limit, const Question& question) const;
 };

@@ -49,7 +49,7 @@ class HalfSpaceSearch {
 
   void visit(int volume, int half_space, double lower_bound) {
     if (skipping_ == Skipping::On && lower_bound > closest_.limit(limit_, question_)) {
-      closest_.lower_bound = std::min(closest_.lower_bound, lower_bound);
+      closest_.leaveOut(lower_bound);
       return;
     }
     const Volume& here = a_[volume];

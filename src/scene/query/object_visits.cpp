@@ -8,12 +8,6 @@ namespace {
 /// A tree that has grown so much looser is built anew. A larger number saves building; a smaller one saves visits.
 constexpr double kTooLoose = 1.5;
 
-/// The signed distance [m] of a sphere from what a box holds is not below this; -infinity if the centre is inside.
-double gapOf(const WorldSphere& sphere, const Eigen::AlignedBox3d& box) {
-  const double distance = box.exteriorDistance(sphere.centre);
-  return distance > 0.0 ? (1.0 - kPoseRounding) * distance - sphere.radius : -std::numeric_limits<double>::infinity();
-}
-
 }  // namespace
 
 bool isCheckedPair(const PlacedRobot& robot, int a, int b) {
@@ -49,7 +43,9 @@ void ObjectVisits::fit(const PlacedRobot& robot) {
 
 void ObjectVisits::addWalker(const PlacedRobot& robot, int root) {
   if (!robot.isPlaced(root)) return;
-  walkers_.push_back({static_cast<int>(walkers_.size()), root, robot.worldSphere(root)});
+  const bool is_unbounded = robot.isUnbounded(root);
+  walkers_.push_back({static_cast<int>(walkers_.size()), root, is_unbounded,
+                      is_unbounded ? Eigen::AlignedBox3d() : robot.worldBox(root)});
 }
 
 /// The boxes of moving objects. One whose pose is missing has an empty box, so that nothing comes near it.
@@ -94,10 +90,9 @@ void ObjectVisits::countUnknown(const PlacedRobot& robot) {
   }
 }
 
-void ObjectVisits::push(const PlacedRobot& robot, const Walker& walker, Tree tree, int node) {
-  const BoxTree& boxes = treeOf(tree, robot);
-  if (boxes.empty()) return;
-  queue_.push_back({gapOf(walker.sphere, boxes[node].box), walker.index, node, tree});
+void ObjectVisits::push(const NodeVisit& visit, double limit) {
+  if (visit.lower_bound > limit) return;
+  queue_.push_back(visit);
   std::push_heap(queue_.begin(), queue_.end());
 }
 

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <iterator>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "proximity_server/scene/objects/objects.h"
@@ -17,27 +19,38 @@ namespace proximity_server::scene {
 /// those with a half-space, and those that came after the tree was built. A walker with a half-space visits all.
 ///
 /// 1. Enter each walker with the root of each tree into a queue.
-/// 2. Take the node with the smallest lower bound. A leaf is a pair; of any other node enter both parts.
+/// 2. Take the node with the smallest lower bound, and go down to its nearer part while no other node is nearer; the
+///    other part enters the queue. A leaf is a pair. What is beyond the limit of the question is left out.
+/// If the limit cannot become smaller, all that is within it is found in one walk without a queue.
 class ObjectVisits {
  public:
   /// After new objects or new poses.
   void fit(const PlacedRobot& robot);
 
-  /// Calls enter(a, b), two roots with a < b, for each checked pair that is in no tree, and enters the walkers into the trees.
+  /// Calls enter(a, b), two roots with a < b, for each checked pair that is in no tree, and enters the walkers into the
+  /// trees. Nothing farther than `limit` [m] is needed.
   template <typename Enter>
-  void begin(const PlacedRobot& robot, const Enter& enter) {
+  void begin(const PlacedRobot& robot, double limit, const Enter& enter) {
     queue_.clear();
     for (const Walker& walker : walkers_) {
-      const auto meet = [&](int number) { meetObject(robot, walker.root, number, enter); };
-      if (robot.isUnbounded(walker.root)) {
-        for (const int number : robot.objects()->numbers()) meet(number);
-        continue;
-      }
-      for (const int number : robot.objects()->fixed().loose()) meet(number);
-      for (const int number : robot.objects()->unbounded()) meet(number);
-      for (const int number : attached_) meet(number);
-      push(robot, walker, Tree::Fixed, 0);
-      push(robot, walker, Tree::Moving, 0);
+      meetWhatIsInNoTree(robot, walker, enter);
+      if (walker.is_unbounded) continue;
+      for (const Tree tree : {Tree::Fixed, Tree::Moving})
+        if (const BoxTree& boxes = treeOf(tree, robot); !boxes.empty())
+          push({boxGap(walker.box, boxes[0].box), walker.index, 0, tree}, limit);
+    }
+  }
+
+  /// Calls enter(a, b) for each checked pair that is in no tree, and for those in the trees whose boxes are within
+  /// `limit` [m].
+  template <typename Enter>
+  void enterAllWithin(const PlacedRobot& robot, double limit, const Enter& enter) {
+    queue_.clear();
+    for (const Walker& walker : walkers_) {
+      meetWhatIsInNoTree(robot, walker, enter);
+      if (walker.is_unbounded) continue;
+      walkWithin(robot, walker, Tree::Fixed, limit, enter);
+      walkWithin(robot, walker, Tree::Moving, limit, enter);
     }
   }
 
@@ -48,18 +61,24 @@ class ObjectVisits {
     return queue_.empty() ? std::numeric_limits<double>::infinity() : queue_.front().lower_bound;
   }
 
-  /// Takes the node with the smallest bound; calls enter(a, b) if it is a checked pair.
+  /// Takes the node with the smallest bound, and opens it; calls enter(a, b) if it ends at a checked pair.
   template <typename Enter>
-  void open(const PlacedRobot& robot, const Enter& enter) {
-    const NodeVisit visit = pop();
-    const BoxTree::Node& node = treeOf(visit.tree, robot)[visit.node];
+  void open(const PlacedRobot& robot, double limit, const Enter& enter) {
+    NodeVisit visit = pop();
+    const BoxTree& boxes = treeOf(visit.tree, robot);
     const Walker& walker = walkers_[static_cast<std::size_t>(visit.walker)];
-    if (!node.isLeaf()) {
-      for (const int part : node.parts) push(robot, walker, visit.tree, part);
-      return;
+    while (!boxes[visit.node].isLeaf()) {
+      NodeVisit near = visit, far = visit;
+      near.node = boxes[visit.node].parts[0];
+      far.node = boxes[visit.node].parts[1];
+      near.lower_bound = boxGap(walker.box, boxes[near.node].box);
+      far.lower_bound = boxGap(walker.box, boxes[far.node].box);
+      if (far.lower_bound < near.lower_bound) std::swap(near, far);
+      push(far, limit);
+      if (near.lower_bound > std::min(limit, lowestBound())) return push(near, limit);
+      visit = near;
     }
-    const int number = objectOf(visit.tree, node.item, robot);
-    if (number >= 0) meetObject(robot, walker.root, number, enter);
+    meetItem(robot, walker, visit.tree, boxes[visit.node].item, enter);
   }
 
   /// How many checked pairs have no distance because a pose is missing.
@@ -71,7 +90,8 @@ class ObjectVisits {
   struct Walker {
     int index;  ///< of this walker
     int root;
-    WorldSphere sphere;
+    bool is_unbounded;
+    Eigen::AlignedBox3d box;  ///< unless it is unbounded
   };
 
   struct NodeVisit {
@@ -92,8 +112,41 @@ class ObjectVisits {
       enter(std::min(walker, object), std::max(walker, object));
   }
 
+  template <typename Enter>
+  void meetWhatIsInNoTree(const PlacedRobot& robot, const Walker& walker, const Enter& enter) {
+    const auto meetAll = [&](const std::vector<int>& numbers) {
+      for (const int number : numbers) meetObject(robot, walker.root, number, enter);
+    };
+    if (walker.is_unbounded) return meetAll(robot.objects()->numbers());
+    meetAll(robot.objects()->fixed().loose());
+    meetAll(robot.objects()->unbounded());
+    meetAll(attached_);
+  }
+
+  template <typename Enter>
+  void meetItem(const PlacedRobot& robot, const Walker& walker, Tree tree, int item, const Enter& enter) {
+    const int number = objectOf(tree, item, robot);
+    if (number >= 0) meetObject(robot, walker.root, number, enter);
+  }
+
+  template <typename Enter>
+  void walkWithin(const PlacedRobot& robot, const Walker& walker, Tree tree, double limit, const Enter& enter) {
+    const BoxTree& boxes = treeOf(tree, robot);
+    if (boxes.empty()) return;
+    scratch_.assign(1, 0);
+    while (!scratch_.empty()) {
+      const BoxTree::Node& node = boxes[scratch_.back()];
+      scratch_.pop_back();
+      if (boxGap(walker.box, node.box) > limit) continue;
+      if (node.isLeaf())
+        meetItem(robot, walker, tree, node.item, enter);
+      else
+        scratch_.insert(scratch_.end(), std::begin(node.parts), std::end(node.parts));
+    }
+  }
+
   static bool isCheckedHere(const PlacedRobot& robot, int walker, int object);
-  void push(const PlacedRobot& robot, const Walker& walker, Tree tree, int node);
+  void push(const NodeVisit& visit, double limit);
   NodeVisit pop();
   void addWalker(const PlacedRobot& robot, int root);
   void fitMoving(const PlacedRobot& robot);

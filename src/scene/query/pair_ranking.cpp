@@ -152,14 +152,19 @@ void PairRanking::enterOthers(const Search& search) {
 void PairRanking::enterObjects(const Search& search) {
   const PlacedRobot& robot = measurement_.robot();
   measurement_.counts().unknown += static_cast<int>(object_visits_.unknownPairs());
-  if (skipping_ == Skipping::On) return object_visits_.begin(robot, [&](int a, int b) { enterObject(a, b, search); });
-  forEachObjectPair(robot, [&](int a, int b) { enterObject(a, b, search); });
+  const auto enter = [&](int a, int b) { enterObject(a, b, search); };
+  if (skipping_ == Skipping::Off) return forEachObjectPair(robot, enter);
+  const bool asks_for_all = search.goal == Goal::ClosestAndCount || search.k == search.total;
+  if (asks_for_all && search.question.threshold < kInfinity)
+    object_visits_.enterAllWithin(robot, search.question.threshold, enter);
+  else
+    object_visits_.begin(robot, limit(search), enter);
 }
 
 /// Opens the hierarchy of objects where it may hold the pair with the smallest bound.
 void PairRanking::openNearby(const Search& search) {
   while (!object_visits_.empty() && !(object_visits_.lowestBound() > std::min(queue_.lowestBound(), limit(search))))
-    object_visits_.open(measurement_.robot(), [&](int a, int b) { enterObject(a, b, search); });
+    object_visits_.open(measurement_.robot(), limit(search), [&](int a, int b) { enterObject(a, b, search); });
 }
 
 void PairRanking::enterObject(int a, int b, const Search& search) {

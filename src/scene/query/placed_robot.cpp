@@ -175,16 +175,9 @@ double PlacedRobot::objectGap(int a, int b) const {
   return std::min(gap, (1.0 - kPoseRounding) * between.norm() - (sphere_a.radius + root.bounds.radius));
 }
 
-WorldSphere PlacedRobot::worldSphere(int root) const {
-  const Sphere sphere = sphereAround(root);
-  WorldSphere of_world{sphere.centre + origin_, sphere.radius};
-  of_world.radius += kPoseRounding * (of_world.centre.norm() + origin_.norm());
-  return of_world;
-}
-
-Eigen::AlignedBox3d PlacedRobot::worldBox(int object) const {
-  const BodyPlace& body = bodyOf(object);
-  return scene::boxAround(placedAt(object).geometry->root().bounds, body.rotation, body.origin);
+Eigen::AlignedBox3d PlacedRobot::worldBox(int root) const {
+  const BodyPlace& body = bodyOf(root);
+  return scene::boxAround(at(root).bounds, body.rotation, body.origin);
 }
 
 // --- spheres and boxes

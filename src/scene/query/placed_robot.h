@@ -47,12 +47,6 @@ struct Leaf {
   int number;  ///< of the piece in WarmStarts
 };
 
-/// A sphere in the world, which is the frame of the poses, with its rounding. Metres.
-struct WorldSphere {
-  Eigen::Vector3d centre;
-  double radius;
-};
-
 /// A robot with its objects in one set of poses: bounds and distances of its volumes.
 ///
 /// Numbers: a volume of the robot has its number in Volumes; an object as a whole has firstObject() plus its number in
@@ -136,10 +130,8 @@ class PlacedRobot {
   /// The box of the sphere of a root, see Volumes::rootCount, in the frame of the poses moved to one of the bodies.
   Eigen::AlignedBox3d boxAround(int root) const;
 
-  /// Of a placed link or a placed object without half-spaces; and the box of the object, which is smaller than that of
-  /// its sphere.
-  WorldSphere worldSphere(int root) const;
-  Eigen::AlignedBox3d worldBox(int object) const;
+  /// The box along the axes of the frame of the poses that holds a placed link, or a placed object without half-spaces.
+  Eigen::AlignedBox3d worldBox(int root) const;
 
   /// Whether boxGap costs less than the query that it may save.
   bool boxesPay(int a, int b) const { return boxesPay(at(a), at(b)); }

@@ -55,6 +55,18 @@ long allocationsOfTf2(const ros::Time& stamp) {
   return allocations() - before;
 }
 
+/// A ball that stands beside the way of the gantry's ball, and one that the gantry's ball carries.
+void addObjects(const Robot& robot, double x) {
+  const auto ball = [](const std::string& id, const scene::Placement& placement) {
+    return scene::AddObject{scene::makeObject(id + kLongName, {{Shape(Sphere{0.1})}}, placement)};
+  };
+  const Eigen::Isometry3d beside(Eigen::Translation3d(x, 0.0, 0.0)), below(Eigen::Translation3d(0.0, 0.0, -0.3));
+  const scene::Objects none(robot.sharedModel());
+  const scene::Objects both = none.changed({ball("standing", scene::Fixed{beside}),
+                                            ball("carried", scene::Attached{"ball" + kLongName, {}, below})});
+  robot.objects().set({std::make_shared<const scene::Objects>(both), 1});
+}
+
 std::shared_ptr<const Robot> gantryWithLongNames() {
   std::string urdf;
   ros::param::get("/robot_description", urdf);
@@ -75,7 +87,9 @@ std::shared_ptr<const Robot> gantryWithLongNames() {
 /// of the latest transforms, as in the node, the others those of their stamp.
 class MonitoredGantry {
  public:
-  MonitoredGantry() {
+  enum class With : unsigned char { LinksOnly, Objects };
+  explicit MonitoredGantry(With with = With::LinksOnly) {
+    if (with == With::Objects) addObjects(*robot_, 0.5);
     publisher_ = nh_.advertise<tf2_msgs::TFMessage>("/tf", 100);
     tf_.onChange([this] {
       const std::lock_guard<std::mutex> lock(mutex_);
@@ -96,6 +110,13 @@ class MonitoredGantry {
         monitor_.cycle(tf_.lookUp(lookup_, is_latest ? ros::Time() : stampOf(cycles_)), {}, settings_);
     allocations_ += allocations() - before - (is_new ? of_the_latest_ : 0) - (is_latest ? 0 : at_a_stamp_);
     return clearance;
+  }
+
+  /// The standing ball stands at x from now on.
+  void moveObject(double x) {
+    addObjects(*robot_, x);
+    MonitoredObjects objects(*robot_, robot_->objects().get());
+    monitor_.use(objects);
   }
 
   /// Of all cycles so far, without those of tf2.
@@ -169,6 +190,41 @@ TEST(MonitorMemory, CyclesOfAMovingRobotTakeNothingAndTheHeapStaysFlat) {
   EXPECT_NEAR(static_cast<double>(heap_after), static_cast<double>(heap_before), 16384.0);
   for (const std::int64_t seen : cycles_with_so_many_pairs) EXPECT_GT(seen, cycles / 100);
   for (const std::int64_t seen : cycles_of_level) EXPECT_GT(seen, 0);
+}
+
+TEST(MonitorMemory, CyclesWithObjectsTakeNothing) {
+  MonitoredGantry gantry(MonitoredGantry::With::Objects);
+  for (int i = 0; i < 3 * kTfRemembers; ++i) ASSERT_NE(gantry.cycle().level, Clearance::INVALID) << i;
+  const long allocations_before = gantry.allocationsOfCycles();
+  std::array<std::int64_t, 4> cycles_of_level{};
+  int object_is_closest = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Clearance& clearance = gantry.cycle();
+    ASSERT_LT(clearance.level, Clearance::INVALID) << clearance.status.message;
+    ASSERT_NE(clearance.object_minimum.state, Proximity::UNKNOWN);
+    ++cycles_of_level[clearance.level];
+    object_is_closest += clearance.minimum.b.kind == proximity_server::ShapeRef::OBJECT;
+  }
+  EXPECT_EQ(gantry.allocationsOfCycles(), allocations_before);
+  for (const std::int64_t seen : cycles_of_level) EXPECT_GT(seen, 0);
+  EXPECT_GT(object_is_closest, 100);
+  EXPECT_LT(object_is_closest, 1900);
+}
+
+TEST(MonitorMemory, TheHeapStaysFlatWhileObjectsChange) {
+  MonitoredGantry gantry(MonitoredGantry::With::Objects);
+  const auto change = [&](int times) {
+    for (int i = 0; i < times; ++i) {
+      gantry.moveObject(0.5 + 0.001 * (i % 100));
+      ASSERT_NE(gantry.cycle().level, Clearance::INVALID) << i;
+    }
+  };
+  change(3 * kTfRemembers);
+  const std::size_t heap_before = heapThatStaysInUse(gantry);
+  change(3000);
+  const std::size_t heap_after = heapThatStaysInUse(gantry);
+  // Three bytes for each change would be more.
+  EXPECT_NEAR(static_cast<double>(heap_after), static_cast<double>(heap_before), 16384.0);
 }
 
 }  // namespace

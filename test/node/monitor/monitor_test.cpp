@@ -99,7 +99,8 @@ class MonitorOfObjects : public MonitorOfSliders {
     const RobotObjects before = robot_->objects().get();
     robot_->objects().set(
         {std::make_shared<const scene::Objects>(before.all->changed({scene::AddObject{object}})), before.revision + 1});
-    monitor_.use(robot_->objects().get());
+    MonitoredObjects objects(*robot_, robot_->objects().get());
+    monitor_.use(objects);
   }
   const Clearance& cycleWithFrames(const FrameSnapshot& frames) {
     return monitor_.cycle(withTheRightSphereAt(*robot_, 0.5), {}, settings_, frames);

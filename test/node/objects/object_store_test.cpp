@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "proximity_server/QueryStatus.h"
 #include "proximity_server/scene/query/scene.h"
 
 namespace proximity_server::node {
@@ -60,6 +61,8 @@ ObjectChange attach(const std::string& id, const std::string& link) {
   return result;
 }
 
+bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
 ObjectChanges all(std::vector<ObjectChange> changes) {
   ObjectChanges message;
   message.changes = std::move(changes);
@@ -77,7 +80,7 @@ class ObjectsOfASlider : public testing::Test {
                        if (tf_.count(frame) == 0) throw std::invalid_argument("frame '" + frame + "' has no pose");
                        return Eigen::Isometry3d(Eigen::Translation3d(tf_.at(frame)));
                      },
-                     [this] { ++in_use_; }};
+                     [this](const Robot&) { ++in_use_; }};
 
   std::uint64_t apply(std::vector<ObjectChange> changes) { return store_.apply(all(std::move(changes))); }
 
@@ -363,6 +366,188 @@ TEST_F(ObjectsOfASlider, RefuseARobotWithoutTheirLink) {
   const auto other = std::make_shared<const Robot>(R"(<robot name="other"><link name="rail"/></robot>)", "", Config());
   EXPECT_THROW(store_.follow(other, [] { ADD_FAILURE(); }), std::invalid_argument);
   EXPECT_EQ(apply({addBall("box")}), 2u) << "the robot of before stays";
+}
+
+// --- many boxes
+
+ObjectChange addBoxes(const std::string& id, const std::vector<double>& x, const std::vector<double>& edges) {
+  ObjectChange result = change(ObjectChange::ADD, id);
+  result.boxes.resize(1);
+  for (const double each : x) result.boxes[0].centres.emplace_back().x = each;
+  for (const double edge : edges) {
+    geometry_msgs::Vector3& size = result.boxes[0].sizes.emplace_back();
+    size.x = size.y = size.z = edge;
+  }
+  return result;
+}
+
+TEST_F(ObjectsOfASlider, ManyBoxesAreOneShape) {
+  apply({addBoxes("map", {1.0, 2.0, 3.0}, {0.2})});
+  EXPECT_NEAR(distanceToRail("map"), 0.8, 1e-9);
+  ASSERT_EQ(info("map").shapes.size(), 1u);
+  EXPECT_EQ(info("map").shapes[0].pieces, 3u);
+}
+
+TEST_F(ObjectsOfASlider, BoxesMayHaveASizeEach) {
+  apply({addBoxes("map", {1.0, 3.0}, {0.2, 4.0})});
+  EXPECT_NEAR(distanceToRail("map"), 0.8, 1e-9);
+  apply({addBoxes("larger", {1.0, 3.0}, {0.2, 4.4})});
+  EXPECT_NEAR(distanceToRail("larger"), 0.7, 1e-9);
+}
+
+TEST_F(ObjectsOfASlider, WrongBoxesAreRefused) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_PRED2(holds, refusal({addBoxes("map", {1.0, 2.0, 3.0}, {0.2, 0.2})}), "boxes[0]: sizes has 2 entries");
+  EXPECT_PRED2(holds, refusal({addBoxes("map", {1.0}, {})}), "boxes[0]: sizes has 0 entries");
+  EXPECT_PRED2(holds, refusal({addBoxes("map", {}, {0.2})}), "there are no boxes");
+  EXPECT_PRED2(holds, refusal({addBoxes("map", {1.0, 2.0}, {0.2, 0.0})}), "box 2");
+  EXPECT_PRED2(holds, refusal({addBoxes("map", {1.0, 2.0}, {0.2, -1.0})}), "box 2");
+  EXPECT_PRED2(holds, refusal({addBoxes("map", {1.0, kNaN}, {0.2})}), "box 2");
+}
+
+TEST_F(ObjectsOfASlider, BoxesMoveWithTheirPoses) {
+  ObjectChange boxes = addBoxes("map", {1.0}, {0.2});
+  boxes.boxes_poses = {at(1.0, 0.0, 0.0)};
+  apply({boxes});
+  EXPECT_NEAR(distanceToRail("map"), 1.8, 1e-9);
+  ObjectChange farther = change(ObjectChange::MOVE, "map");
+  farther.boxes_poses = {at(2.0, 0.0, 0.0)};
+  apply({farther});
+  EXPECT_NEAR(distanceToRail("map"), 2.8, 1e-9);
+}
+
+// --- what changes cost
+
+TEST_F(ObjectsOfASlider, AMoveSharesShapesAndGeometryWithThePlaceBefore) {
+  apply({addBoxes("map", {1.0, 2.0, 3.0}, {0.2})});
+  const auto before = store_.stored().at("map");
+  ObjectChange moved = change(ObjectChange::MOVE, "map");
+  moved.pose = at(1.0, 0.0, 0.0);
+  apply({moved});
+  const auto after = store_.stored().at("map");
+  EXPECT_EQ(after->shapes, before->shapes);
+  EXPECT_EQ(after->object.geometry, before->object.geometry);
+  EXPECT_NEAR(distanceToRail("map"), 1.8, 1e-9);
+}
+
+TEST_F(ObjectsOfASlider, NamesAreOfBoundedLengthAndTheirErrorsToo) {
+  const std::string id(2000, 'x');
+  const std::string error = refusal({addBall(id)});
+  EXPECT_PRED2(holds, error, "id: it has 2000 characters, more than 1024");
+  EXPECT_LT(error.size(), 300u);
+  ObjectChange framed = addBall("part");
+  framed.frame = id;
+  EXPECT_PRED2(holds, refusal({framed}), "frame: it has 2000 characters");
+}
+
+std::string refusalOf(ObjectStore& store, const ObjectChanges& changes) {
+  try {
+    store.apply(changes);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return {};
+}
+
+TEST_F(ObjectsOfASlider, AllObjectsTogetherAreBounded) {
+  ObjectLimits limits;
+  limits.objects = 3;
+  limits.pieces = 10;
+  ObjectStore store(robot_, 7, nullptr, [](const Robot&) {}, limits);
+  store.apply(all({addBall("a"), addBall("b")}));
+  EXPECT_PRED2(holds, refusalOf(store, all({addBall("c"), addBall("d")})), "there would be 4 ids of all objects together");
+  EXPECT_PRED2(holds, refusalOf(store, all({addBoxes("map", {1, 2, 3, 4, 5, 6, 7, 8, 9}, {0.2})})), "there would be 11 convex pieces");
+  EXPECT_EQ(store.list().objects.size(), 2u);
+  store.apply(all({change(ObjectChange::REMOVE, "a"), addBall("c"), addBall("d")}));
+  EXPECT_EQ(store.list().objects.size(), 3u);
+}
+
+TEST_F(ObjectsOfASlider, TheTrianglesOfAllMeshesAreBoundedUntilTheyAreRemoved) {
+  ObjectLimits limits;
+  limits.triangles = 5;
+  ObjectStore store(robot_, 7, nullptr, [](const Robot&) {}, limits);
+  const auto tetrahedron = [](const std::string& id) {
+    ObjectChange add = change(ObjectChange::ADD, id);
+    add.meshes.resize(1);
+    for (const auto& corner : {at(0, 0, 0), at(1, 0, 0), at(0, 1, 0), at(0, 0, 1)})
+      add.meshes[0].vertices.push_back(corner.position);
+    add.meshes[0].triangles.resize(4);
+    for (std::uint32_t i = 0; i < 4; ++i)
+      for (std::uint32_t k = 0; k < 3; ++k) add.meshes[0].triangles[i].vertex_indices[k] = (i + k) % 4;
+    return add;
+  };
+  for (int round = 0; round < 3; ++round) {
+    store.apply(all({tetrahedron("a")}));
+    EXPECT_PRED2(holds, refusalOf(store, all({tetrahedron("b")})), "there would be 8 triangles of all objects together");
+    store.apply(all({change(ObjectChange::REMOVE, "a")}));
+  }
+}
+
+// --- several messages in one change
+
+class MessagesTogether : public ObjectsOfASlider {
+ protected:
+  /// The reasons of those that are refused.
+  std::vector<std::string> applyTogether(const std::vector<ObjectChanges>& messages) {
+    std::vector<const ObjectChanges*> pointers;
+    for (const ObjectChanges& message : messages) pointers.push_back(&message);
+    std::vector<std::string> reasons;
+    store_.applyTogether(pointers, [&](const std::exception& error) { reasons.emplace_back(error.what()); });
+    return reasons;
+  }
+};
+
+TEST_F(MessagesTogether, AreOneChangeInTheirOrder) {
+  ObjectChange moved = change(ObjectChange::MOVE, "part");
+  moved.pose = at(0.0, 1.0, 0.0);
+  EXPECT_EQ(applyTogether({all({addBall("part")}), all({moved}), all({addBall("other")})}), std::vector<std::string>());
+  EXPECT_EQ(in_use_, 1);
+  EXPECT_NEAR(distanceToRail("part"), 0.8, 1e-9);
+}
+
+TEST_F(MessagesTogether, AreEachAppliedWholeOrLeftOut) {
+  apply({addBall("kept", at(0.0, 1.0, 0.0)), addBall("gone")});
+  ObjectChange moved = change(ObjectChange::MOVE, "kept");
+  moved.pose = at(0.0, 2.0, 0.0);
+  const auto reasons = applyTogether({
+      all({addBall("first"), change(ObjectChange::REMOVE, "gone")}),
+      all({moved, change(ObjectChange::REMOVE, "*"), addBall("second"), change(ObjectChange::MOVE, "missing")}),
+      all({addBall("third")}),
+      all({addBall("third")}),
+  });
+  ASSERT_EQ(reasons.size(), 2u);
+  EXPECT_PRED2(holds, reasons[0], "changes[3]: object \"missing\"");
+  EXPECT_PRED2(holds, reasons[1], "\"third\": id: there is an object with this id already");
+  std::vector<std::string> ids;
+  for (const ObjectInfo& object : store_.list().objects) ids.push_back(object.id);
+  EXPECT_EQ(ids, (std::vector<std::string>{"first", "kept", "third"}));
+  EXPECT_NEAR(distanceToRail("kept"), 0.8, 1e-9) << "the MOVE was in the message that is left out";
+}
+
+TEST_F(MessagesTogether, AreTriedOneByOneIfTheirObjectsCannotBeTogether) {
+  ObjectChange far = change(ObjectChange::ADD, "far");  // beyond 1e6 m from its frame, as only the scene finds
+  far.primitives = {primitive(shape_msgs::SolidPrimitive::SPHERE, {10.0})};
+  far.frame = far.header.frame_id = "camera";
+  far.pose = at(999999.0, 0.0, 0.0);
+  const auto reasons = applyTogether({all({addBall("part")}), all({far}), all({addBall("other")})});
+  ASSERT_EQ(reasons.size(), 1u);
+  EXPECT_PRED2(holds, reasons[0], "\"far\"");
+  EXPECT_EQ(store_.list().objects.size(), 2u);
+}
+
+TEST_F(MessagesTogether, WaitOnceForAFrameThatHasNoPose) {
+  int asked = 0;
+  ObjectStore store(robot_, 7, [&](const Robot&, const std::string& frame) -> Eigen::Isometry3d {
+    ++asked;
+    throw ChangeError(proximity_server::QueryStatus::TF_UNAVAILABLE, "frame '" + frame + "' has no pose");
+  });
+  ObjectChange unplaced = addBall("part");
+  unplaced.header.frame_id = "missing";
+  const ObjectChanges message = all({unplaced});
+  int refused = 0;
+  store.applyTogether({&message, &message, &message}, [&](const std::exception&) { ++refused; });
+  EXPECT_EQ(refused, 3);
+  EXPECT_EQ(asked, 1);
 }
 
 }  // namespace

@@ -76,8 +76,18 @@ bool isEmpty(const proximity_server::ShapeRef& ref) { return ref.link.empty(); }
 
 AnswerChecks::AnswerChecks(const std::shared_ptr<const SceneModel>& model) : robot_(model->robot), scene_(model) {}
 
-void AnswerChecks::place(const ros::Time& stamp) {
-  scene_.update(forwardKinematics(robot_.robot(), robot_.positionsAt(stamp)));
+void AnswerChecks::place(const ros::Time& stamp) { placeIn(robot_.positionsAt(stamp)); }
+
+void AnswerChecks::placeIn(const std::vector<double>& positions) {
+  const RobotModel& robot = robot_.robot();
+  const BodyPoses poses = forwardKinematics(robot, positions);
+  if (!scene_.objects()) return scene_.update(poses);
+  FramePoses frames;
+  for (const std::string& name : scene_.objects()->frames()) {
+    const Link& link = robot.links[static_cast<std::size_t>(robot.findLink(name))];
+    frames.emplace_back(*poses[static_cast<std::size_t>(link.body)] * link.body_T_link);
+  }
+  scene_.update(poses, frames);
 }
 
 std::vector<double> AnswerChecks::positionsOf(const sensor_msgs::JointState& state) const {
@@ -89,14 +99,25 @@ std::vector<double> AnswerChecks::positionsOf(const sensor_msgs::JointState& sta
   return positions;
 }
 
-ShapeRefPair AnswerChecks::pairOf(const proximity_server::ShapeRef& a, const proximity_server::ShapeRef& b) const {
-  return {{robot_.robot().findLink(a.link)}, {robot_.robot().findLink(b.link)}};
+scene::ShapeRef AnswerChecks::refOf(const proximity_server::ShapeRef& ref) const {
+  if (ref.kind == proximity_server::ShapeRef::LINK) return {robot_.robot().findLink(ref.link)};
+  return scene::ShapeRef::ofObject(scene_.objects() ? scene_.objects()->find(ref.link) : -1);
 }
 
-std::vector<ShapeRefPair> AnswerChecks::pairsOf(const proximity_server::ShapeRef& a,
-                                                const proximity_server::ShapeRef& b) const {
+/// Throws std::invalid_argument where the scene has not such an object.
+ShapeRefPair AnswerChecks::pairOf(const proximity_server::ShapeRef& a, const proximity_server::ShapeRef& b) const {
+  return {refOf(a), refOf(b)};
+}
+
+/// The pairs of a question about a motion.
+std::vector<ShapeRefPair> AnswerChecks::linkPairsOf(const proximity_server::ShapeRef& a,
+                                                    const proximity_server::ShapeRef& b) const {
   if (isEmpty(a)) return scene_.candidates().list();
   return {pairOf(a, b)};
+}
+
+PairProximity AnswerChecks::closest(const proximity_server::ShapeRef& a, const proximity_server::ShapeRef& b) {
+  return isEmpty(a) ? *scene_.minimum(scene_.candidates()) : scene_.proximity(pairOf(a, b));
 }
 
 PairProximity AnswerChecks::closest(const std::vector<ShapeRefPair>& pairs) {
@@ -104,18 +125,18 @@ PairProximity AnswerChecks::closest(const std::vector<ShapeRefPair>& pairs) {
 }
 
 PairProximity AnswerChecks::closestIn(const std::vector<double>& positions, const std::vector<ShapeRefPair>& pairs) {
-  scene_.update(forwardKinematics(robot_.robot(), positions));
+  placeIn(positions);
   return closest(pairs);
 }
 
 Verdict AnswerChecks::check(const MinimumDistanceRequest& request, const MinimumDistanceResponse& response) {
   place(response.header.stamp);
-  return agreement(response.pair, closest(pairsOf(request.a, request.b)));
+  return agreement(response.pair, closest(request.a, request.b));
 }
 
 Verdict AnswerChecks::check(const SeparationAxisRequest& request, const SeparationAxisResponse& response) {
   place(response.header.stamp);
-  const PairProximity truth = closest(pairsOf(request.a, request.b));
+  const PairProximity truth = closest(request.a, request.b);
   const double distance = truth.result.distance;
   if (response.separated && !(truth.result.upper_bound > request.margin - kRounding)) {
     return because("separated by more than ", request.margin, ", but the distance is ", distance);
@@ -130,7 +151,7 @@ Verdict AnswerChecks::check(const SeparationAxisRequest& request, const Separati
 
 Verdict AnswerChecks::check(const PenetrationDepthRequest& request, const PenetrationDepthResponse& response) {
   place(response.header.stamp);
-  const PairProximity truth = closest(pairsOf(request.a, request.b));
+  const PairProximity truth = closest(request.a, request.b);
   const double depth = std::max(0.0, -truth.result.distance);
   if (response.penetrating != (depth > 0.0) && std::abs(truth.result.distance) > kTolerance + kRounding) {
     return because("penetrating: ", int{response.penetrating}, ", but the distance is ", truth.result.distance);
@@ -163,8 +184,10 @@ Verdict AnswerChecks::checkPosed(const QueryPairsRequest& request, const std::ve
       }
     }
   }
-  if (request.mode == QueryPairsRequest::PER_PAIR && said.size() != pairs.size()) {
-    return because(said.size(), " pairs of ", pairs.size());
+  const std::size_t checked =
+      pairs.size() + (scene_.objects() ? static_cast<std::size_t>(scene_.objects()->pairCount()) : 0);
+  if (request.mode == QueryPairsRequest::PER_PAIR && said.size() != checked) {
+    return because(said.size(), " pairs of ", checked);
   }
   if (request.mode == QueryPairsRequest::BELOW_THRESHOLD) return checkNumberBelow(request.threshold, said.size());
   return {};
@@ -188,7 +211,7 @@ Verdict AnswerChecks::check(const QueryConfigurationRequest& request, const Quer
   each.k = request.k;
   each.threshold = request.threshold;
   for (std::size_t i = 0; i < request.states.size(); ++i) {
-    scene_.update(forwardKinematics(robot_.robot(), positionsOf(request.states[i])));
+    placeIn(positionsOf(request.states[i]));
     const Verdict verdict = checkPosed(each, response.states[i].pairs);
     if (!verdict.empty()) return because("state ", i, ": ", verdict);
   }
@@ -255,7 +278,7 @@ Verdict AnswerChecks::check(const FirstContactRequest& request, const FirstConta
     if (std::abs(start[i] + time * velocities[i] - end) > kTolerance)
       return because(joints[i].name, " stops at ", time, ", and that is not at ", end);
   }
-  const std::vector<ShapeRefPair> pairs = pairsOf(request.a, request.b);
+  const std::vector<ShapeRefPair> pairs = linkPairsOf(request.a, request.b);
   const SaidContact said{0.0, response.contact != 0, response.t_free, response.t_contact};
   const Verdict verdict = checkContact(state_at, pairs, request.contact_distance, said);
   return verdict.empty() ? checkMinimum(state_at, pairs, {0.0, request.horizon, response.minimum}) : verdict;
@@ -276,7 +299,7 @@ Verdict AnswerChecks::check(const QueryTrajectoryRequest& request, const QueryTr
     }
     return positionsOf(state);
   };
-  const std::vector<ShapeRefPair> pairs = pairsOf(request.a, request.b);
+  const std::vector<ShapeRefPair> pairs = linkPairsOf(request.a, request.b);
   const SaidContact said{time_of(0), response.contact != 0, response.t_free, response.t_contact};
   const Verdict verdict = checkContact(state_at, pairs, request.contact_distance, said);
   if (!verdict.empty()) return verdict;
@@ -287,11 +310,21 @@ Verdict AnswerChecks::check(const QueryTrajectoryRequest& request, const QueryTr
   return {};
 }
 
+/// What a cycle says about the closest pair of a kind.
+Verdict AnswerChecks::checkKind(PairKind kind, const Proximity& said) {
+  const bool is_none =
+      kind == PairKind::WithObject && (!scene_.objects() || scene_.objects()->pairCount() == 0);
+  if (is_none) return said.state == Proximity::UNKNOWN ? Verdict() : because("there is no pair with an object");
+  return agreement(said, *scene_.minimum(Pairs(scene_.candidates(), kind)));
+}
+
 Verdict AnswerChecks::check(const Clearance& clearance, const Levels& levels) {
   place(clearance.header.stamp);
-  const PairProximity truth = closest(scene_.candidates().list());
+  const PairProximity truth = *scene_.minimum(scene_.candidates());
   const double distance = truth.result.distance;
-  const Verdict verdict = agreement(clearance.minimum, truth);
+  Verdict verdict = agreement(clearance.minimum, truth);
+  if (verdict.empty()) verdict = checkKind(PairKind::OfLinks, clearance.self_minimum);
+  if (verdict.empty()) verdict = checkKind(PairKind::WithObject, clearance.object_minimum);
   if (!verdict.empty()) return verdict;
   const std::uint8_t least = distance < -kTolerance                ? Clearance::COLLISION
                              : distance < levels.stop - kTolerance ? Clearance::STOP

@@ -34,6 +34,9 @@ class AnswerChecks {
  public:
   explicit AnswerChecks(const std::shared_ptr<const SceneModel>& model);
 
+  /// The objects that the node has from now on, none at first. Their frames are those of links.
+  void use(const std::shared_ptr<const Objects>& objects) { scene_.use(objects); }
+
   // Of answers with success.
 
   Verdict check(const MinimumDistanceRequest& request, const MinimumDistanceResponse& response);
@@ -58,10 +61,14 @@ class AnswerChecks {
   using StateAt = std::function<std::vector<double>(double time)>;
 
   void place(const ros::Time& stamp);
+  void placeIn(const std::vector<double>& positions);
   std::vector<double> positionsOf(const sensor_msgs::JointState& state) const;
-  std::vector<ShapeRefPair> pairsOf(const proximity_server::ShapeRef& a, const proximity_server::ShapeRef& b) const;
+  scene::ShapeRef refOf(const proximity_server::ShapeRef& ref) const;
+  PairProximity closest(const proximity_server::ShapeRef& a, const proximity_server::ShapeRef& b);
+  std::vector<ShapeRefPair> linkPairsOf(const proximity_server::ShapeRef& a, const proximity_server::ShapeRef& b) const;
   ShapeRefPair pairOf(const proximity_server::ShapeRef& a, const proximity_server::ShapeRef& b) const;
   PairProximity closest(const std::vector<ShapeRefPair>& pairs);
+  Verdict checkKind(PairKind kind, const Proximity& said);
   PairProximity closestIn(const std::vector<double>& positions, const std::vector<ShapeRefPair>& pairs);
   Verdict checkNumberBelow(double threshold, std::size_t said);
   Verdict checkPosed(const QueryPairsRequest& request, const std::vector<Proximity>& said);

@@ -1,6 +1,6 @@
-// A long run: the demo's robot in motion, the node, clients that ask all services, and faults at random. Every answer
-// is checked against the library by itself. Ends with a summary; the exit code is 1 where anything was wrong. Has its
-// own ROS master, uses only this machine, and leaves nothing running. ./dev soak runs it.
+// A long run: the demo's robot in motion, the node, objects that change all the time, clients that ask all services, and
+// faults at random. Every answer is checked against the library by itself. Ends with a summary; the exit code is 1 where
+// anything was wrong. Has its own ROS master, uses only this machine, and leaves nothing running. ./dev soak runs it.
 #include <ros/ros.h>
 #include <std_srvs/Trigger.h>
 #include <unistd.h>
@@ -21,6 +21,7 @@
 #include "node/load/raw_calls.h"
 #include "node/soak/soak_client.h"
 #include "node/soak/soak_monitor.h"
+#include "node/soak/soak_objects.h"
 #include "node/soak/soak_record.h"
 
 namespace proximity_server::node {
@@ -76,8 +77,10 @@ class Soak {
                                      [this](const ros::Time& now) { return motion_.transformsAt(now); });
     startTheNode("user");
     if (!monitor_.awaitRightAnswer(ros::Time::now(), kRestart)) throw std::runtime_error("the node does not start");
+    objects_ = std::make_unique<SoakObjects>(robot_.model, record_, options.seed + 1);
+    monitor_.follow(objects_.get());
     for (int i = 0; i < kClients; ++i) {
-      clients_.emplace_back(robot_.model, record_, options.seed + 1000 * static_cast<std::uint64_t>(i + 1));
+      clients_.emplace_back(robot_.model, *objects_, record_, options.seed + 1000 * static_cast<std::uint64_t>(i + 1));
     }
     timing_.start(kMonitorRate);
   }
@@ -85,6 +88,8 @@ class Soak {
   ~Soak() {
     record_.stop();
     clients_.clear();
+    monitor_.follow(nullptr);
+    objects_.reset();
     stopProgram(*node_);
   }
 
@@ -341,6 +346,7 @@ class Soak {
   std::mt19937_64 generator_;
   std::unique_ptr<TfStream> tf_;
   std::unique_ptr<ChildProcess> node_;
+  std::unique_ptr<SoakObjects> objects_;
   std::deque<SoakClient> clients_;
   std::string fault_name_;
   bool may_restart_ = false, hangs_ = false, died_ = false;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <stdexcept>
 
 #include "node/load/node_under_load.h"
 
@@ -32,8 +33,9 @@ constexpr bool kIsMotion =
 
 }  // namespace
 
-SoakClient::SoakClient(const std::shared_ptr<const SceneModel>& model, SoakRecord& record, std::uint64_t seed)
-    : model_(*model), record_(record), checks_(model), generator_(seed), thread_([this] { run(); }) {}
+SoakClient::SoakClient(const std::shared_ptr<const SceneModel>& model, const SoakObjects& objects, SoakRecord& record,
+                       std::uint64_t seed)
+    : model_(*model), objects_(objects), record_(record), checks_(model), generator_(seed), thread_([this] { run(); }) {}
 
 double SoakClient::waiting() const {
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -131,11 +133,30 @@ bool SoakClient::call(const std::string& service, const Request& request, Respon
 template <class Request, class Response>
 void SoakClient::ask(const std::string& service, const Request& request) {
   Response response;
-  if (call(service, request, response)) judge(service, request, response);
+  const Clock::time_point asked_at = Clock::now();
+  if (call(service, request, response)) judge(service, request, response, asked_at);
+}
+
+/// Of the objects that the node may have used, one set must give the answer.
+template <class Request, class Response>
+Verdict SoakClient::verdictWith(const std::vector<SoakObjects::Set>& sets, const Request& request,
+                                const Response& response) {
+  Verdict verdict;
+  for (const SoakObjects::Set& objects : sets) {
+    checks_.use(objects);
+    try {
+      verdict = checks_.check(request, response);
+    } catch (const std::invalid_argument& error) {
+      verdict = error.what();  // an object of the answer is not in the set
+    }
+    if (verdict.empty()) break;
+  }
+  return verdict;
 }
 
 template <class Request, class Response>
-void SoakClient::judge(const std::string& service, const Request& request, const Response& response) {
+void SoakClient::judge(const std::string& service, const Request& request, const Response& response,
+                       Clock::time_point asked_at) {
   if (!response.success) {
     if (isAboutTf(response.status)) return record_.count(service, Outcome::Refused);
     const bool is_proven = kIsMotion<Response> && response.status.code == QueryStatus::OVER_BUDGET;
@@ -145,7 +166,9 @@ void SoakClient::judge(const std::string& service, const Request& request, const
   if (!response.header.stamp.isZero() && record_.isMisled(response.header.stamp)) {
     return record_.count(service, Outcome::Misled);
   }
-  const Verdict verdict = checks_.check(request, response);
+  const std::vector<SoakObjects::Set> sets = objects_.since(asked_at);
+  if (sets.empty()) return record_.count(service, Outcome::Lost);
+  const Verdict verdict = verdictWith(sets, request, response);
   if (verdict.empty()) {
     record_.count(service, Outcome::Right);
   } else {

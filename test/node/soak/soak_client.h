@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "node/soak/answer_checks.h"
+#include "node/soak/soak_objects.h"
 #include "node/soak/soak_record.h"
 
 namespace proximity_server::node {
@@ -20,7 +21,8 @@ using namespace scene;
 class SoakClient {
  public:
   /// Everything must outlive this.
-  SoakClient(const std::shared_ptr<const SceneModel>& model, SoakRecord& record, std::uint64_t seed);
+  SoakClient(const std::shared_ptr<const SceneModel>& model, const SoakObjects& objects, SoakRecord& record,
+             std::uint64_t seed);
   /// When the record is stopped. A call that hangs hangs here too.
   ~SoakClient() { thread_.join(); }
 
@@ -39,7 +41,9 @@ class SoakClient {
   template <class Request, class Response>
   bool call(const std::string& service, const Request& request, Response& response);
   template <class Request, class Response>
-  void judge(const std::string& service, const Request& request, const Response& response);
+  void judge(const std::string& service, const Request& request, const Response& response, Clock::time_point asked_at);
+  template <class Request, class Response>
+  Verdict verdictWith(const std::vector<SoakObjects::Set>& sets, const Request& request, const Response& response);
 
   double random(double from, double to);
   bool randomly(double share) { return random(0.0, 1.0) < share; }
@@ -52,6 +56,7 @@ class SoakClient {
   QueryTrajectoryRequest trajectory();
 
   const SceneModel& model_;
+  const SoakObjects& objects_;
   SoakRecord& record_;
   AnswerChecks checks_;
   std::mt19937_64 generator_;

@@ -28,6 +28,19 @@ bool SoakMonitor::awaitRightAnswer(const ros::Time& moment, double patience) {
   return arrived_.wait_for(lock, std::chrono::duration<double>(patience), [&] { return last_right_ >= moment; });
 }
 
+void SoakMonitor::follow(const SoakObjects* objects) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  objects_ = objects;
+}
+
+/// Whether it is known which objects it is about.
+bool SoakMonitor::takeObjectsOf(const Clearance& message) {
+  if (!objects_) return message.objects_revision == 0;
+  const SoakObjects::Set objects = objects_->ofRevision(message.objects_revision);
+  if (objects) checks_.use(objects);
+  return objects != nullptr;
+}
+
 Verdict SoakMonitor::verdict(const Clearance& message) {
   const double age = message.tf_age.toSec(), now_age = (ros::Time::now() - message.header.stamp).toSec();
   if (age > settings_.max_tf_age) return "its transforms were " + std::to_string(age) + " s old";
@@ -39,6 +52,7 @@ void SoakMonitor::onClearance(const Clearance& message) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (message.level == Clearance::INVALID) return record_.count(kTopic, SoakRecord::Outcome::Refused);
   if (record_.isMisled(message.header.stamp)) return record_.count(kTopic, SoakRecord::Outcome::Misled);
+  if (!takeObjectsOf(message)) return record_.count(kTopic, SoakRecord::Outcome::Lost);
   const Verdict wrong = verdict(message);
   if (!wrong.empty()) {
     return record_.countWrong(kTopic, "at " + std::to_string(message.header.stamp.toSec()) + ": " + wrong);

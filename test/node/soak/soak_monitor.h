@@ -7,6 +7,7 @@
 #include <mutex>
 
 #include "node/soak/answer_checks.h"
+#include "node/soak/soak_objects.h"
 #include "node/soak/soak_record.h"
 
 namespace proximity_server::node {
@@ -24,11 +25,15 @@ class SoakMonitor {
   SoakMonitor(ros::NodeHandle nh, const std::shared_ptr<const SceneModel>& model, SoakRecord& record,
               const Settings& settings);
 
+  /// From now on the node may have these objects, until nullptr is given.
+  void follow(const SoakObjects* objects);
+
   /// Waits for a cycle that is right about poses of after `moment`; false where there is none within `patience` [s].
   bool awaitRightAnswer(const ros::Time& moment, double patience);
 
  private:
   void onClearance(const Clearance& message);
+  bool takeObjectsOf(const Clearance& message);
   Verdict verdict(const Clearance& message);
 
   SoakRecord& record_;
@@ -36,6 +41,7 @@ class SoakMonitor {
   AnswerChecks checks_;
   mutable std::mutex mutex_;  // guards all that follows
   std::condition_variable arrived_;
+  const SoakObjects* objects_ = nullptr;
   ros::Time last_right_;  ///< stamp of the last right answer
   ros::Subscriber subscriber_;
 };

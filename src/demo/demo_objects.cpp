@@ -1,0 +1,145 @@
+#include "demo/demo_objects.h"
+
+#include <proximity_server/ApplyObjects.h>
+#include <proximity_server/ObjectChange.h>
+#include <proximity_server/PairRule.h>
+#include <shape_msgs/SolidPrimitive.h>
+#include <xmlrpcpp/XmlRpcValue.h>
+
+#include <stdexcept>
+
+namespace proximity_server::demo {
+namespace {
+
+constexpr char kBar[] = "bar";
+
+template <typename Value>
+Value parameter(const ros::NodeHandle& nh, const std::string& name) {
+  Value value;
+  if (!nh.getParam(name, value)) throw std::invalid_argument("the parameter " + nh.resolveName(name) + " is missing");
+  return value;
+}
+
+geometry_msgs::Pose poseAt(const std::vector<double>& position) {
+  geometry_msgs::Pose pose;
+  pose.position.x = position.at(0);
+  pose.position.y = position.at(1);
+  pose.position.z = position.at(2);
+  return pose;
+}
+
+ObjectChange change(std::uint8_t operation, const std::string& id) {
+  ObjectChange result;
+  result.operation = operation;
+  result.id = id;
+  return result;
+}
+
+ObjectChange solid(const std::string& id, std::uint8_t type, const std::vector<double>& dimensions,
+                   const std::vector<double>& position) {
+  ObjectChange result = change(ObjectChange::REPLACE, id);
+  result.pose = poseAt(position);
+  result.primitives.resize(1);
+  result.primitives[0].type = type;
+  result.primitives[0].dimensions = dimensions;
+  return result;
+}
+
+std::vector<ObjectChange> boxesOf(const ros::NodeHandle& nh) {
+  std::vector<ObjectChange> boxes;
+  for (const auto& [id, box] : parameter<XmlRpc::XmlRpcValue>(nh, "boxes")) {
+    boxes.push_back(solid(id, shape_msgs::SolidPrimitive::BOX,
+                          parameter<std::vector<double>>(nh, "boxes/" + id + "/size"),
+                          parameter<std::vector<double>>(nh, "boxes/" + id + "/position")));
+  }
+  return boxes;
+}
+
+ObjectChange barOf(const ros::NodeHandle& nh) {
+  return solid(kBar, shape_msgs::SolidPrimitive::CYLINDER,
+               {parameter<double>(nh, "bar/length"), parameter<double>(nh, "bar/radius")},
+               parameter<std::vector<double>>(nh, "bar/position"));
+}
+
+ObjectChange gripOf(const ros::NodeHandle& nh) {
+  ObjectChange result = change(ObjectChange::ATTACH, kBar);
+  result.link = parameter<std::string>(nh, "held/link");
+  result.touch_links = parameter<std::vector<std::string>>(nh, "held/touch_links");
+  result.header.frame_id = result.link;
+  result.pose = poseAt(parameter<std::vector<double>>(nh, "held/position"));
+  return result;
+}
+
+std::vector<PairRule> rulesOf(const ros::NodeHandle& nh) {
+  std::vector<PairRule> rules;
+  for (const std::string& other : parameter<std::vector<std::string>>(nh, "bar/may_touch")) {
+    PairRule rule;
+    rule.a = kBar;
+    rule.b = other;
+    rule.allowed = true;
+    rules.push_back(rule);
+  }
+  return rules;
+}
+
+}  // namespace
+
+DemoObjects::DemoObjects(ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
+    : boxes_(boxesOf(private_nh)),
+      bar_(barOf(private_nh)),
+      rules_(rulesOf(private_nh)),
+      grip_(gripOf(private_nh)),
+      held_from_(parameter<double>(private_nh, "held/from")),
+      held_until_(parameter<double>(private_nh, "held/until")),
+      apply_(nh.serviceClient<ApplyObjects>("proximity_server/apply_objects")),
+      objects_(nh.subscribe<ObjectList>("proximity_server/objects", 1,
+                                        [this](const ObjectList::ConstPtr& list) { node_start_ = list->node_start; })) {
+}
+
+void DemoObjects::update(double time) {
+  if (node_start_ == 0) return;
+  if (node_start_ != known_to_) sendAll();
+  if (node_start_ != known_to_) return;
+  const bool is_held = held_from_ <= time && time < held_until_;
+  if (is_held && !is_held_) pickUp();
+  if (!is_held && is_held_) putDown();
+}
+
+void DemoObjects::sendAll() {
+  ObjectChanges changes;
+  changes.changes = boxes_;
+  changes.changes.push_back(bar_);
+  changes.set_rules = true;
+  changes.rules = rules_;
+  if (!apply(changes)) return;
+  known_to_ = node_start_;
+  is_held_ = false;
+}
+
+void DemoObjects::pickUp() {
+  ObjectChanges changes;
+  changes.changes = {grip_};
+  is_held_ = apply(changes);
+}
+
+void DemoObjects::putDown() {
+  ObjectChange place = change(ObjectChange::MOVE, kBar);
+  place.pose = bar_.pose;
+  ObjectChanges changes;
+  changes.changes = {change(ObjectChange::DETACH, kBar), place};
+  is_held_ = !apply(changes);
+}
+
+/// False if nothing was changed: then the node has to be told everything again.
+bool DemoObjects::apply(const ObjectChanges& changes) {
+  ApplyObjects call;
+  call.request.changes = changes;
+  const bool answered = apply_.call(call);
+  if (answered) node_start_ = call.response.node_start;
+  if (answered && call.response.success) return true;
+  known_to_ = 0;
+  if (answered) ROS_ERROR_STREAM_THROTTLE(5.0, "the objects of the demo are refused: " << call.response.status.message);
+  return false;
+}
+
+}  // namespace proximity_server::demo

@@ -1,0 +1,85 @@
+#include "node/objects/change_stream.h"
+
+#include <ros/serialization.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <exception>
+#include <utility>
+
+namespace proximity_server::node {
+namespace {
+
+using Lock = std::unique_lock<std::mutex>;
+
+bool hasMesh(const ObjectChanges& message) {
+  return std::any_of(message.changes.begin(), message.changes.end(), [](const ObjectChange& change) {
+    return !change.meshes.empty() || !change.mesh_files.empty();
+  });
+}
+
+}  // namespace
+
+ChangeStream::ChangeStream(ObjectStore& store, int niceness, std::function<void(const std::string&)> refused)
+    : store_(store), refused_(std::move(refused)), thread_([this, niceness] {
+        setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + niceness);  // on Linux of this thread alone
+        run();
+      }) {}
+
+ChangeStream::~ChangeStream() {
+  {
+    const Lock lock(mutex_);
+    ends_ = true;
+    waiting_.clear();
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+void ChangeStream::take(const boost::shared_ptr<const ObjectChanges>& message) {
+  const std::size_t bytes = ros::serialization::serializationLength(*message);
+  {
+    const Lock lock(mutex_);
+    const bool fits = waiting_.size() < kMostMessages && waiting_bytes_ + bytes <= kMostBytes;
+    if (fits || waiting_.empty()) {
+      waiting_.push_back({message, bytes});
+      waiting_bytes_ += bytes;
+      changed_.notify_one();
+      return;
+    }
+  }
+  refused_("too many changes wait, so that this message is left out: call the service, which answers when it has applied "
+           "them");
+}
+
+void ChangeStream::run() {
+  while (true) {
+    const Messages messages = next();
+    if (messages.empty()) return;
+    std::vector<const ObjectChanges*> together;
+    for (const auto& message : messages) together.push_back(message.get());
+    try {
+      store_.applyTogether(together, [this](const std::exception& error) { refused_(error.what()); });
+    } catch (const std::exception& error) {
+      refused_(std::string("internal error: ") + error.what());
+    }
+  }
+}
+
+/// Waits for messages, and takes those that can be applied together; none at the end.
+ChangeStream::Messages ChangeStream::next() {
+  Lock lock(mutex_);
+  changed_.wait(lock, [this] { return ends_ || !waiting_.empty(); });
+  Messages messages;
+  while (!waiting_.empty()) {
+    const bool alone = hasMesh(*waiting_.front().message);
+    if (alone && !messages.empty()) break;
+    messages.push_back(std::move(waiting_.front().message));
+    waiting_bytes_ -= waiting_.front().bytes;
+    waiting_.pop_front();
+    if (alone) break;
+  }
+  return messages;
+}
+
+}  // namespace proximity_server::node

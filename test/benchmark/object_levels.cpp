@@ -1,0 +1,105 @@
+#include "benchmark/object_levels.h"
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "node/load/node_under_load.h"
+
+namespace proximity_server::benchmark {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double kFar = 100.0;           // [m] from the robot, which is smaller
+constexpr int kOthers = 100;             // balls of the stream, all of them farther away
+constexpr std::chrono::seconds kPatience{20};
+constexpr std::chrono::milliseconds kPause{7};  // between two messages, so that they fall on all phases of a cycle
+
+ObjectChange ballAt(const std::string& id, double x) {
+  ObjectChange change;
+  change.operation = ObjectChange::REPLACE;
+  change.id = id;
+  change.primitives.resize(1);
+  change.primitives[0].type = shape_msgs::SolidPrimitive::SPHERE;
+  change.primitives[0].dimensions = {0.5};
+  change.pose.position.x = x;
+  return change;
+}
+
+ObjectChanges messageOf(const ObjectChange& change) {
+  ObjectChanges message;
+  message.changes = {change};
+  return message;
+}
+
+}  // namespace
+
+ObjectLevels::ObjectLevels(ros::NodeHandle nh)
+    : publisher_(nh.advertise<ObjectChanges>(node::kNodeName + "/apply_objects", 10000)),
+      subscriber_(nh.subscribe(node::kNodeName + "/clearance", 1000, &ObjectLevels::onClearance, this,
+                               ros::TransportHints().tcpNoDelay())) {
+  for (const Clock::time_point start = Clock::now(); publisher_.getNumSubscribers() == 0;) {
+    if (Clock::now() - start > kPatience) throw std::runtime_error("the node does not listen to changes of objects");
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+}
+
+ObjectLevels::~ObjectLevels() {
+  ObjectChange remove;
+  remove.operation = ObjectChange::REMOVE;
+  remove.id = "*";
+  publisher_.publish(messageOf(remove));
+}
+
+void ObjectLevels::onClearance(const Clearance& clearance) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  distance_ = clearance.object_minimum.distance;  // NaN if there is no object
+  arrived_.notify_all();
+}
+
+double ObjectLevels::timeToLevelAt(Place place) {
+  const ObjectChanges message = messageOf(ballAt("ball", place == Place::InTheRobot ? 0.0 : kFar));
+  const Clock::time_point start = Clock::now();
+  publisher_.publish(message);
+  std::unique_lock<std::mutex> lock(mutex_);
+  const bool came = arrived_.wait_for(lock, kPatience, [&] {
+    return place == Place::InTheRobot ? distance_ < 0.0 : distance_ > 0.5 * kFar;
+  });
+  if (!came) throw std::runtime_error("a changed object has no level");
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+std::vector<double> ObjectLevels::measure(double seconds, double stream) {
+  std::atomic<bool> ends{false};
+  std::thread others;
+  if (stream > 0.0) {
+    others = std::thread([&] {
+      ros::WallRate rate(stream);
+      for (int i = 0; !ends; ++i) {
+        publisher_.publish(messageOf(ballAt("other " + std::to_string(i % kOthers), 2.0 * kFar + 0.001 * (i % 1000))));
+        rate.sleep();
+      }
+    });
+  }
+  std::vector<double> times;
+  try {
+    for (const Clock::time_point start = Clock::now(); Clock::now() - start < std::chrono::duration<double>(seconds);) {
+      times.push_back(timeToLevelAt(Place::InTheRobot));
+      std::this_thread::sleep_for(kPause);
+      times.push_back(timeToLevelAt(Place::FarAway));
+      std::this_thread::sleep_for(kPause);
+    }
+  } catch (...) {
+    ends = true;
+    if (others.joinable()) others.join();
+    throw;
+  }
+  ends = true;
+  if (others.joinable()) others.join();
+  return times;
+}
+
+}  // namespace proximity_server::benchmark

@@ -1,0 +1,93 @@
+#include <proximity_server/Clearance.h>
+#include <proximity_server/ObjectList.h>
+
+#include <algorithm>
+#include <csignal>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "node/answers.h"
+#include "node/faults/running_node.h"
+#include "node/gantry.h"
+
+// The robot of ./dev demo picks up a bar, carries it past its body and a table, and puts it down.
+
+namespace proximity_server::node {
+namespace {
+
+const std::set<std::string> kObjects{"bar", "stand", "table", "table_leg"};
+
+std::set<std::string> ids(const ObjectList& list) {
+  std::set<std::string> result;
+  for (const ObjectInfo& object : list.objects) result.insert(object.id);
+  return result;
+}
+
+const ObjectInfo* bar(const ObjectList& list) {
+  const auto is_bar = [](const ObjectInfo& object) { return object.id == "bar"; };
+  const auto found = std::find_if(list.objects.begin(), list.objects.end(), is_bar);
+  return found == list.objects.end() ? nullptr : &*found;
+}
+bool isHeld(const ObjectList& list) { return bar(list) && bar(list)->link == "left_hand"; }
+bool stands(const ObjectList& list) { return bar(list) && bar(list)->link.empty(); }
+
+/// The motion takes longer than a turn of Inbox::next(): 34 s pass from one time that the bar is held to the next.
+template <class Message, class Accept>
+std::optional<Message> nextOfMotion(Inbox<Message>& inbox, Accept accept) {
+  std::optional<Message> found;
+  for (int turn = 0; turn < 3 && !found; ++turn) found = inbox.next(accept);
+  return found;
+}
+
+TEST(DemoObjects, ABarIsCarriedPastBodyAndTableAndPutBackWhereItStood) {
+  Inbox<ObjectList> lists(ros::NodeHandle(), "/demo/proximity_server/objects");
+  const auto before = nextOfMotion(lists, stands);
+  ASSERT_TRUE(before);
+  EXPECT_EQ(ids(*before), kObjects);
+  EXPECT_TRUE(
+      ros::param::has("/demo/demo_motion/boxes"));  // else launch_files_test would look for another name in vain
+  Inbox<Clearance> clearances(ros::NodeHandle(), "/demo/proximity_server/clearance");
+  const auto held = nextOfMotion(lists, isHeld);
+  ASSERT_TRUE(held);
+  EXPECT_EQ(bar(*held)->touch_links, std::vector<std::string>{"left_wrist"});
+
+  std::set<std::string> met;  // by the bar, within the distance of WARN
+  std::set<int> levels;
+  ASSERT_TRUE(nextOfMotion(clearances, [&](const Clearance& clearance) {
+    const Proximity& closest = clearance.object_minimum;
+    if (clearance.objects_revision != held->revision || closest.state == Proximity::UNKNOWN) {
+      return clearance.objects_revision > held->revision;
+    }
+    levels.insert(clearance.level);
+    EXPECT_GT(closest.distance, 0.01) << closest.a.link << " - " << closest.b.link;
+    if (closest.distance < 0.05) met.insert(closest.a.link == "bar" ? closest.b.link : closest.a.link);
+    return false;
+  })) << "it is not put down";
+  EXPECT_EQ(met, (std::set<std::string>{"table", "torso"}));
+  EXPECT_EQ(levels, (std::set<int>{Clearance::CLEAR, Clearance::WARN, Clearance::STOP}));
+
+  const auto after = nextOfMotion(lists, stands);
+  ASSERT_TRUE(after);
+  const geometry_msgs::Point &from = bar(*before)->pose.position, &to = bar(*after)->pose.position;
+  expectNear(to, from.x, from.y, from.z);
+}
+
+TEST(DemoObjects, AreSentAgainToANodeThatBeginsAnew) {
+  const std::string node = "/respawn/proximity_server";
+  Inbox<ObjectList> lists(ros::NodeHandle(), node + "/objects");
+  const auto has_all = [](const ObjectList& list) { return ids(list) == kObjects; };
+  const auto before = lists.next(has_all);
+  ASSERT_TRUE(before);
+  const pid_t process = processOf(node);
+  ASSERT_GT(process, 0);
+  ASSERT_EQ(kill(process, SIGKILL), 0);
+
+  EXPECT_TRUE(
+      lists.next([&](const ObjectList& list) { return list.node_start != before->node_start && has_all(list); }));
+}
+
+}  // namespace
+}  // namespace proximity_server::node
+
+PROXIMITY_SERVER_ROSTEST_MAIN("demo_objects_test")

@@ -1,0 +1,422 @@
+#include "stress/scene_cells.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "oracle/shape_pairs.h"
+#include "peers/robots.h"
+#include "proximity_server/scene/model/load_robot_model.h"
+#include "stress/random_geometry.h"
+
+namespace proximity_server::scene {
+
+using namespace narrowphase;
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using Random = std::mt19937;
+
+double between(Random& random, double low, double high) { return narrowphase::uniform(random, low, high); }
+
+// --- robots
+
+std::string origin(Random& random, double reach) {
+  std::ostringstream text;
+  text << "<origin xyz='";
+  for (int i = 0; i < 3; ++i) text << between(random, -reach, reach) << " ";
+  text << "' rpy='";
+  for (int i = 0; i < 3; ++i) text << between(random, -3, 3) << " ";
+  text << "'/>";
+  return text.str();
+}
+
+std::string someCollision(Random& random, double size) {
+  std::ostringstream text;
+  text << "<collision>" << origin(random, 0.5 * size) << "<geometry>";
+  const double x = size * between(random, 0.2, 1), y = size * between(random, 0.2, 1),
+               z = size * between(random, 0.2, 1);
+  switch (narrowphase::below(random, 3)) {
+    case 0:
+      text << "<sphere radius='" << 0.5 * x << "'/>";
+      break;
+    case 1:
+      text << "<box size='" << x << " " << y << " " << z << "'/>";
+      break;
+    default:
+      text << "<cylinder radius='" << 0.5 * x << "' length='" << z << "'/>";
+  }
+  text << "</geometry></collision>";
+  return text.str();
+}
+
+/// A tree of two to five links, few without geometry, joined by any kind of joint.
+std::string someUrdf(Random& random, double size) {
+  const int links = 2 + narrowphase::below(random, 4);
+  const char* const types[] = {"revolute", "revolute", "revolute", "prismatic", "fixed", "floating"};
+  std::ostringstream urdf;
+  urdf << "<robot name='small'>";
+  for (int link = 0; link < links; ++link) {
+    urdf << "<link name='l" << link << "'>";
+    const int count = narrowphase::below(random, 8);
+    for (int i = count == 0 ? 0 : count < 6 ? 1 : 3; i > 0; --i) urdf << someCollision(random, 0.3 * size);
+    urdf << "</link>";
+    if (link == 0) continue;
+    urdf << "<joint name='j" << link << "' type='" << types[narrowphase::below(random, 6)] << "'><parent link='l"
+         << narrowphase::below(random, link) << "'/><child link='l" << link << "'/>" << origin(random, 0.5 * size)
+         << "<axis xyz='0 0.6 0.8'/><limit lower='" << -size << "' upper='" << size
+         << "' effort='1' velocity='1'/></joint>";
+  }
+  urdf << "</robot>";
+  return urdf.str();
+}
+
+std::shared_ptr<const SceneModel> someRobot(Random& random, double size) {
+  auto model = std::make_shared<SceneModel>();
+  model->robot = loadRobotModel(someUrdf(random, size), packageResolver({}));
+  PairFilterOptions options;
+  if (narrowphase::below(random, 4) == 0)
+    options.pair_padding.push_back({{"l0", "l1"}, between(random, -0.02, 0.02) * size});
+  model->pairs = filterPairs(model->robot, "", options);
+  return model;
+}
+
+/// Panda, UR5 and PR2, where they are found.
+const std::vector<peers::NamedRobot>& examples() {
+  static const std::vector<peers::NamedRobot> robots = peers::exampleRobots();
+  return robots;
+}
+
+/// The product of a matrix with its own inverse is 1 within a rounding of long double.
+Matrix3l nearestRotation(const Matrix3l& matrix) {
+  Matrix3l rotation = matrix;
+  for (int i = 0; i < 4; ++i)
+    rotation = 0.5L * rotation * (3.0L * Matrix3l::Identity() - rotation.transpose() * rotation);
+  return rotation;
+}
+
+template <typename OfKind>
+Placement asPlacement(const OfKind& placement) {
+  return std::visit([](const auto& of_kind) -> Placement { return of_kind; }, placement);
+}
+
+TriangleMesh meshOf(const ConvexHull& hull) {
+  TriangleMesh mesh;
+  mesh.vertices.assign(hull.vertices().begin(), hull.vertices().end());
+  for (const auto& triangle : hull.triangles()) mesh.triangles.push_back({triangle[0], triangle[1], triangle[2]});
+  return mesh;
+}
+
+}  // namespace
+
+LongPose longPose(const Isometry3d& pose) {
+  return {nearestRotation(pose.linear().cast<long double>()), pose.translation().cast<long double>()};
+}
+
+const std::vector<SceneFamily>& sceneFamilies() {
+  static const std::vector<SceneFamily> families = [] {
+    using Family = SceneFamily;
+    std::vector<Family> all;
+    const auto add = [&](const char* name, const auto& set) {
+      Family family{name};
+      set(family);
+      all.push_back(family);
+    };
+    add("few objects", [](Family& f) { f.objects = 3; });
+    add("held", [](Family& f) { f.attached = 0.7; });
+    add("carried by frames", [](Family& f) { f.moving = 0.7; });
+    add("half-spaces", [](Family& f) { f.planes = 0.5; });
+    add("hardly moving", [](Family& f) { f.jumps = 0.03; });
+    add("aligned", [](Family& f) { f.poses = Family::Poses::Aligned; });
+    add("every size", [](Family& f) { f.smallest = -3, f.largest = 2; });
+    add("far from the origin", [](Family& f) { f.farthest = 6; });
+    add("boxes in bulk", [](Family& f) { f.bulk = 0.6, f.objects = 3, f.rarity = 4; });
+    add("many objects", [](Family& f) { f.objects = 60, f.attached = f.moving = 0.05, f.jumps = 0.2, f.rarity = 8; });
+    if (!examples().empty())
+      add("example robots", [](Family& f) { f.robot = Family::Robot::Example, f.objects = 8, f.rarity = 16; });
+    return all;
+  }();
+  return families;
+}
+
+SceneCell::SceneCell(std::size_t family, unsigned seed, std::int64_t number) : family_(sceneFamilies().at(family)) {
+  std::seed_seq sequence{static_cast<std::int64_t>(seed), static_cast<std::int64_t>(family), number, number >> 32};
+  random_.seed(sequence);
+  size_ = std::pow(10.0, family_.largest);
+  const bool is_small = family_.robot == SceneFamily::Robot::Small;
+  model_ = is_small ? someRobot(random_, size_)
+                    : examples()[static_cast<std::size_t>(below(static_cast<int>(examples().size())))].model;
+  if (family_.farthest >= 0)
+    world_T_cell_ = Eigen::Translation3d(decades(random_, 0, family_.farthest) * 0.5 * randomDirection(random_)) *
+                    Isometry3d(randomPose(random_, 0.0));
+  objects_ = std::make_shared<const Objects>(model_);
+  positions_.resize(model_->robot.joints.size());
+  floating_.resize(model_->robot.bodies.size());
+  jump();
+  for (int i = 0; i < family_.objects; ++i) change();
+  place();
+}
+
+void SceneCell::next() {
+  // Sometimes many things change at once, so that the tree of fixed objects is built anew.
+  if (chance(0.4)) change();
+  if (chance(0.05))
+    for (int i = 0; i < family_.objects; ++i) change();
+  if (chance(family_.jumps))
+    jump();
+  else if (chance(0.8))
+    step();
+  place();
+}
+
+// --- what moves
+
+void SceneCell::jump() {
+  const RobotModel& robot = model_->robot;
+  for (std::size_t joint = 0; joint < positions_.size(); ++joint) {
+    const double low = std::max(-3.0, robot.joints[joint].lower), high = std::min(3.0, robot.joints[joint].upper);
+    positions_[joint] = uniform(low, std::max(low, high));
+  }
+  for (Isometry3d& pose : floating_) pose = somePose(size_);
+  for (Isometry3d& frame : known_frames_) frame = somePose(1.5 * size_);
+  missing_frame_ = below(8) - 5;
+  missing_body_ = chance(0.05) ? below(static_cast<int>(robot.bodies.size())) : -1;
+}
+
+void SceneCell::step() {
+  for (double& position : positions_) position += eitherSign(random_, decades(random_, -17, -1));
+  const double turn = decades(random_, -17, -1), way = size_ * decades(random_, -17, -1);
+  const auto moveALittle = [&](Isometry3d& pose) {
+    pose =
+        pose * Eigen::Translation3d(way * randomDirection(random_)) * Eigen::AngleAxisd(turn, randomDirection(random_));
+  };
+  std::for_each(floating_.begin(), floating_.end(), moveALittle);
+  std::for_each(known_frames_.begin(), known_frames_.end(), moveALittle);
+}
+
+void SceneCell::place() {
+  const RobotModel& robot = model_->robot;
+  poses_ = forwardKinematics(robot, positions_);
+  for (std::size_t body = 0; body < poses_.size(); ++body) {
+    // A floating joint has no position.
+    const int joint = robot.bodies[body].joint;
+    if (joint >= 0 && !hasOnePosition(robot.joints[static_cast<std::size_t>(joint)])) poses_[body] = floating_[body];
+    if (poses_[body]) poses_[body] = world_T_cell_ * *poses_[body];
+    if (static_cast<int>(body) == missing_body_) poses_[body].reset();
+  }
+  frame_poses_.clear();
+  for (const std::string& name : objects_->frames()) {
+    const int frame = name.back() - '0';
+    frame_poses_.push_back(
+        frame == missing_frame_
+            ? std::nullopt
+            : std::optional<Isometry3d>(world_T_cell_ * known_frames_[static_cast<std::size_t>(frame)]));
+  }
+}
+
+// --- what there is
+
+double SceneCell::shapeSize() { return decades(random_, family_.smallest - 0.5, family_.largest - 0.6); }
+
+Isometry3d SceneCell::somePose(double reach) {
+  if (family_.poses == SceneFamily::Poses::Anywhere || chance(0.3)) return randomPose(random_, reach);
+  Isometry3d pose = Isometry3d::Identity();
+  if (chance(0.5)) pose.linear() = quarterTurns(random_);
+  for (int i = 0; i < 3; ++i) pose.translation()[i] = 0.25 * reach * (below(9) - 4);
+  return pose;
+}
+
+Shape SceneCell::someShape() {
+  Vector3d size = randomSizes(random_, shapeSize());
+  if (family_.poses == SceneFamily::Poses::Aligned)
+    size = 0.25 * size_ * Vector3d(1 + below(2), 1 + below(2), 1 + below(2));
+  switch (below(4)) {
+    case 0:
+      return boxOrItsHull(random_, size);
+    case 1:
+      return solid(random_, size.maxCoeff());
+    case 2:
+      return randomHull(random_, 4 + below(20), 0.5 * size);
+    default:
+      return primitive(random_, size);
+  }
+}
+
+ObjectShape SceneCell::someObjectShape(std::vector<Part>& parts, bool with_planes, double padding) {
+  ObjectShape shape{Shape(Sphere{1.0}), chance(0.3) ? Isometry3d::Identity() : somePose(0.3 * size_)};
+  const LongPose object_T_shape = longPose(shape.object_T_shape);
+  const int number = parts.empty() ? 1 : parts.back().number + 1;
+  if (with_planes && chance(family_.planes)) {
+    const HalfSpace plane{randomDirection(random_) * uniform(0.5, 2.0), -uniform(0.2, 2.0) * size_};
+    shape.geometry = plane;
+    parts.push_back({std::nullopt, plane, object_T_shape, padding, number});
+  } else if (chance(family_.bulk)) {
+    Boxes boxes;
+    for (int i = 2 + below(60); i > 0; --i) {
+      const Vector3d corner = 0.5 * size_ * randomDirection(random_), size = 0.1 * size_ * randomSizes(random_, 1.0);
+      boxes.boxes.emplace_back(corner, corner + size);
+      const Eigen::AlignedBox3d& box = boxes.boxes.back();
+      const LongPose centre{Matrix3l::Identity(), box.center().cast<long double>()};
+      parts.push_back({Shape(Box{box.sizes()}), {}, object_T_shape * centre, padding, number});
+    }
+    shape.geometry = boxes;
+  } else {
+    const Shape some = someShape();
+    const bool as_mesh =
+        some.kind() == Shape::Kind::Hull && some.margin() == 0.0 && some.hull().dimension() == 3 && chance(0.5);
+    shape.geometry = some;
+    if (as_mesh) shape.geometry = meshOf(some.hull());
+    parts.push_back({some, {}, object_T_shape, padding, number});
+  }
+  return shape;
+}
+
+Object SceneCell::someObject(const std::string& id, const Placement& placement) {
+  std::vector<Part> parts;
+  std::vector<ObjectShape> shapes;
+  ObjectOptions options;
+  options.padding = chance(0.3) ? decades(random_, -4, -1) * size_ : 0.0;
+  const bool with_planes = !std::holds_alternative<Attached>(placement);
+  for (int i = std::max(1, below(5) - 1); i > 0; --i)
+    shapes.push_back(someObjectShape(parts, with_planes, options.padding));
+  described_[id] = parts;
+  return makeObject(id, shapes, placement, options);
+}
+
+std::variant<Fixed, Moving> SceneCell::freePlacement() {
+  if (chance(family_.moving / std::max(1e-3, 1.0 - family_.attached)))
+    return Moving{"frame " + std::to_string(below(3)), chance(0.3) ? Isometry3d::Identity() : somePose(0.2 * size_)};
+  return Fixed{world_T_cell_ * somePose(1.5 * size_)};
+}
+
+Attached SceneCell::attachment() {
+  const std::vector<Link>& links = model_->robot.links;
+  const auto some = [&] { return links[static_cast<std::size_t>(below(static_cast<int>(links.size())))].name; };
+  Attached attached{some()};
+  if (chance(0.7)) attached.link_T_object = somePose(0.2 * size_);
+  for (int i = below(3); i > 0; --i) attached.touch_links.push_back(some());
+  return attached;
+}
+
+Placement SceneCell::anyPlacement() {
+  if (chance(family_.attached)) return attachment();
+  return asPlacement(freePlacement());
+}
+
+ObjectRules SceneCell::someRules() {
+  ObjectRules rules;
+  if (chance(0.5)) rules.free_objects = ObjectRules::FreeObjects::Checked;
+  if (chance(0.3)) rules.base = ObjectRules::Base::StandsStill;
+  for (int i = below(3); i > 0 && !objects_->empty(); --i) {
+    const std::string other = chance(0.3) ? "*" : chance(0.5) ? someId() : model_->robot.links.back().name;
+    rules.allowed.set(someId(), other, chance(0.8) ? AllowedPairs::Rule::Allowed : AllowedPairs::Rule::Checked);
+  }
+  return rules;
+}
+
+ObjectChange SceneCell::someChange() {
+  const bool too_few = below(2 * family_.objects) >= objects_->size();
+  if (objects_->empty() || too_few) {
+    const std::string id = "object " + std::to_string(added_++);
+    return AddObject{someObject(id, anyPlacement())};
+  }
+  const std::string id = someId();
+  const Object& object = *objects_->object(objects_->find(id));
+  const std::vector<Part>& parts = described_.at(id);
+  const bool can_be_attached =
+      std::all_of(parts.begin(), parts.end(), [](const Part& part) { return part.shape.has_value(); });
+  switch (below(4)) {
+    case 0:
+      described_.erase(id);
+      return RemoveObject{id};
+    case 1:
+      return ReplaceObject{someObject(id, anyPlacement())};
+    case 2:
+      if (can_be_attached && chance(2.0 * family_.attached)) return AttachObject{id, attachment()};
+      [[fallthrough]];
+    default:
+      if (std::holds_alternative<Attached>(object.placement)) return DetachObject{id, freePlacement()};
+      return MoveObject{id, freePlacement()};
+  }
+}
+
+void SceneCell::change() {
+  if (chance(0.1)) objects_ = std::make_shared<const Objects>(objects_->withRules(someRules()));
+  objects_ = std::make_shared<const Objects>(objects_->changed({someChange()}));
+}
+
+// --- what is true
+
+std::vector<ShapeRefPair> SceneCell::checkedPairs() const {
+  std::vector<ShapeRefPair> pairs;
+  for (const LinkPair& pair : model_->pairs.pairs)
+    if (pair.reason == PairReason::Checked) pairs.push_back({{pair.link_a}, {pair.link_b}});
+  for (int number = 0; number < objects_->numberLimit(); ++number) {
+    if (!objects_->object(number)) continue;
+    for (int link = 0; link < static_cast<int>(model_->robot.links.size()); ++link)
+      if (objects_->linkReason(link, number) == PairReason::Checked)
+        pairs.push_back({{link}, ShapeRef::ofObject(number)});
+    for (int other = 0; other < number; ++other)
+      if (objects_->object(other) && objects_->objectReason(other, number) == PairReason::Checked)
+        pairs.push_back({ShapeRef::ofObject(other), ShapeRef::ofObject(number)});
+  }
+  return pairs;
+}
+
+/// The difference of two doubles is exact in long double, unless one is tiny beside the other.
+LongPose SceneCell::inCell(const Isometry3d& world_T_x) const {
+  LongPose pose = longPose(world_T_x);
+  pose.translation -= origin().cast<long double>();
+  return pose;
+}
+
+std::optional<LongPose> SceneCell::worldOf(const Placement& placement) const {
+  if (const auto* fixed = std::get_if<Fixed>(&placement)) return inCell(fixed->world_T_object);
+  if (const auto* moving = std::get_if<Moving>(&placement)) {
+    const std::vector<std::string>& names = objects_->frames();
+    const auto frame = static_cast<std::size_t>(std::find(names.begin(), names.end(), moving->frame) - names.begin());
+    if (!frame_poses_[frame]) return std::nullopt;
+    return inCell(*frame_poses_[frame]) * longPose(moving->frame_T_object);
+  }
+  const auto& attached = std::get<Attached>(placement);
+  const Link& link = model_->robot.links[static_cast<std::size_t>(model_->robot.findLink(attached.link))];
+  const auto& pose = poses_[static_cast<std::size_t>(link.body)];
+  if (!pose) return std::nullopt;
+  return inCell(*pose) * longPose(link.body_T_link) * longPose(attached.link_T_object);
+}
+
+std::optional<WorldSolid> SceneCell::solidOf(const ShapeRef& ref) const {
+  WorldSolid solid;
+  if (ref.link >= 0) {
+    const RobotModel& robot = model_->robot;
+    const auto& pose = poses_[static_cast<std::size_t>(robot.links[static_cast<std::size_t>(ref.link)].body)];
+    if (!pose) return std::nullopt;
+    for (const Piece* piece : peers::piecesOfLink(robot, ref.link))
+      solid.parts.push_back({piece->shape, inCell(*pose) * longPose(piece->body_T_piece),
+                             robot.collisions[static_cast<std::size_t>(piece->collision)].number});
+    return solid.parts.empty() ? std::nullopt : std::optional(solid);
+  }
+  const Object& object = *objects_->object(ref.object);
+  const std::optional<LongPose> world_T_object = worldOf(object.placement);
+  if (!world_T_object) return std::nullopt;
+  for (const Part& part : described_.at(object.id)) {
+    const LongPose world_T_part = *world_T_object * part.object_T_part;
+    if (part.shape) {
+      solid.parts.push_back({part.shape->padded(part.padding), world_T_part, part.number});
+      continue;
+    }
+    const Vector3l normal = world_T_part.rotation * part.half_space.normal.cast<long double>().normalized();
+    solid.planes.push_back(
+        {normal, part.half_space.offset + part.padding + normal.dot(world_T_part.translation), part.number});
+  }
+  return solid;
+}
+
+double SceneCell::paddingOf(const ShapeRefPair& pair) const {
+  if (pair.a.link < 0 || pair.b.link < 0) return 0.0;
+  const int index = model_->pairs.find(pair.a.link, pair.b.link);
+  return index < 0 ? 0.0 : model_->pairs.pairs[static_cast<std::size_t>(index)].padding;
+}
+
+}  // namespace proximity_server::scene

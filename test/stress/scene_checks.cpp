@@ -1,0 +1,553 @@
+#include "stress/scene_checks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <sstream>
+#include <tuple>
+
+#include "oracle/exact_oracle.h"
+#include "oracle/refined_truth.h"
+#include "oracle/shape_pairs.h"
+#include "proximity_server/narrowphase/signed_distance.h"
+#include "stress/random_geometry.h"
+#include "stress/third_opinion.h"
+
+namespace proximity_server::scene {
+
+using namespace narrowphase;
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+constexpr long double kInfinity = std::numeric_limits<long double>::infinity();
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+
+// --- the truth
+
+/// Two convex parts, and what is known of their signed distance.
+struct PartsApart {
+  const WorldPart* a = nullptr;
+  const WorldPart* b = nullptr;
+  Isometry3d a_T_b{};
+  DistanceBounds distance{kInfinity, kInfinity};
+};
+
+Vector3l centreOf(const WorldPart& part) {
+  return part.world_T_part * Vector3l(part.shape.centre().cast<long double>());
+}
+
+/// No point of one sphere is nearer to the other than `low`, and the centres are parts of the shapes.
+DistanceBounds bySpheres(const WorldPart& a, const WorldPart& b) {
+  const long double between = (centreOf(b) - centreOf(a)).norm();
+  const long double rounding = 1e-15L * (radiusOf(a.shape) + radiusOf(b.shape));
+  return {between - radiusOf(a.shape) - radiusOf(b.shape) - rounding, between + rounding};
+}
+
+/// The pose is rounded to double: see exactDistanceAt().
+DistanceBounds widened(long double low, long double high, const ShapePair& pair) {
+  const long double rounding = 2.0L * kEpsilon * pair.scale();
+  return {low - rounding, high + rounding};
+}
+
+DistanceBounds byRefinement(const WorldPart& a, const WorldPart& b, const Isometry3d& a_T_b) {
+  const ShapePair pair{a.shape, b.shape, a_T_b};
+  const SignedDistance guess = signedDistance(a.shape, b.shape, a_T_b);
+  const RefinedTruth truth = refinedTruth(pair, guess.normal, guess.distance);
+  const long double high = std::min<long double>(truth.distance + truth.error_bound, guess.upper_bound);
+  return widened(truth.distance, high, pair);
+}
+
+DistanceBounds byOracle(const PartsApart& parts) {
+  const ShapePair pair{parts.a->shape, parts.b->shape, parts.a_T_b};
+  if (hasPolytopeCore(pair.a) && hasPolytopeCore(pair.b)) {
+    const long double exact = exactDistance(pair).withMargins(pair);
+    return widened(exact, exact, pair);
+  }
+  const Truth truth = signedDistanceOracle(pair, /*max_cells=*/4000);
+  return widened(truth.distance, truth.distance + truth.error_bound, pair);
+}
+
+PartsApart measured(const WorldPart& a, const WorldPart& b) {
+  PartsApart parts{&a, &b, (a.world_T_part.inverse() * b.world_T_part).rounded()};
+  parts.distance = byRefinement(a, b, parts.a_T_b);
+  return parts;
+}
+
+/// Of a part above a plane: its lowest point, in long double.
+DistanceBounds aboveThePlane(const WorldPart& part, const WorldPlane& plane) {
+  const Vector3l down = -(part.world_T_part.rotation.transpose() * plane.normal);
+  const Vector3l lowest = part.world_T_part * coreSupport(part.shape, down);
+  const long double height = plane.normal.dot(lowest) - plane.offset - part.shape.margin();
+  const long double rounding = 1e-18L * (lowest.norm() + std::abs(plane.offset));
+  return {height - rounding, height + rounding};
+}
+
+/// What is known of the distance of a pair of links or objects.
+struct PairTruth {
+  ShapeRefPair pair;
+  bool is_known = false;
+  DistanceBounds distance{kInfinity, kInfinity};
+  PartsApart nearest{};  ///< of the parts; none if a plane is nearer
+};
+
+/// Parts farther than this, and than the nearest ones by their spheres, are measured by their spheres.
+PairTruth truthOf(const ShapeRefPair& pair, const std::optional<WorldSolid>& a, const std::optional<WorldSolid>& b,
+                  double padding, double near) {
+  PairTruth truth{pair};
+  if (!a || !b) return truth;
+  truth.is_known = true;
+  DistanceBounds& all = truth.distance;
+  const auto offer = [&](const DistanceBounds& distance) {
+    all.low = std::min(all.low, distance.low);
+    all.high = std::min(all.high, distance.high);
+  };
+  for (const WorldPart& part_a : a->parts)
+    for (const WorldPart& part_b : b->parts) {
+      const DistanceBounds rough = bySpheres(part_a, part_b);
+      if (rough.low > all.high) continue;
+      if (rough.low > near) {
+        offer(rough);
+        continue;
+      }
+      const PartsApart parts = measured(part_a, part_b);
+      if (parts.distance.high < all.high) truth.nearest = parts;
+      offer(parts.distance);
+    }
+  const auto offerPlanes = [&](const WorldSolid& solid, const WorldSolid& other) {
+    for (const WorldPart& part : solid.parts)
+      for (const WorldPlane& plane : other.planes) {
+        const DistanceBounds height = aboveThePlane(part, plane);
+        if (height.high < all.high) truth.nearest = {};
+        offer(height);
+      }
+  };
+  offerPlanes(*a, *b);
+  offerPlanes(*b, *a);
+  all.low -= padding;
+  all.high -= padding;
+  return truth;
+}
+
+using Names = std::tuple<int, int, int, int>;
+Names namesOf(const ShapeRef& a, const ShapeRef& b) {
+  return {a.link, a.link < 0 ? a.object : -1, b.link, b.link < 0 ? b.object : -1};
+}
+
+bool hasObject(const ShapeRefPair& pair) { return pair.a.link < 0 || pair.b.link < 0; }
+
+bool isOfKind(const ShapeRefPair& pair, PairKind kind) {
+  return kind == PairKind::Any || hasObject(pair) == (kind == PairKind::WithObject);
+}
+
+/// The truth of one state.
+class StateTruth {
+ public:
+  explicit StateTruth(SceneCell& cell) : cell_(cell) {
+    const double near = below(cell.random(), 8) == 0 ? std::numeric_limits<double>::infinity() : 0.3 * cell.size();
+    for (const ShapeRefPair& pair : cell.checkedPairs()) {
+      known_[namesOf(pair.a, pair.b)] = static_cast<int>(pairs_.size());
+      pairs_.push_back(truthOf(pair, solidOf(pair.a), solidOf(pair.b), cell.paddingOf(pair), near));
+    }
+  }
+
+  const std::vector<PairTruth>& pairs() const { return pairs_; }
+
+  /// nullptr for a pair that is not checked.
+  const PairTruth* find(const ShapeRefPair& pair) const {
+    for (const Names& names : {namesOf(pair.a, pair.b), namesOf(pair.b, pair.a)})
+      if (const auto found = known_.find(names); found != known_.end())
+        return &pairs_[static_cast<std::size_t>(found->second)];
+    return nullptr;
+  }
+
+  PairTruth of(const ShapeRefPair& pair) {
+    return truthOf(pair, solidOf(pair.a), solidOf(pair.b), cell_.paddingOf(pair),
+                   std::numeric_limits<double>::infinity());
+  }
+
+  const std::optional<WorldSolid>& solidOf(const ShapeRef& ref) {
+    const auto [found, is_new] = solids_.try_emplace(std::make_pair(ref.link, ref.link < 0 ? ref.object : -1));
+    if (is_new) found->second = cell_.solidOf(ref);
+    return found->second;
+  }
+
+ private:
+  SceneCell& cell_;
+  std::map<std::pair<int, int>, std::optional<WorldSolid>> solids_;
+  std::vector<PairTruth> pairs_;
+  std::map<Names, int> known_;
+};
+
+// --- the checks
+
+std::string nameOf(const SceneCell& cell, const ShapeRef& ref) {
+  if (ref.link >= 0) return cell.model()->robot.links[static_cast<std::size_t>(ref.link)].name;
+  return cell.objects()->object(ref.object)->id;
+}
+
+/// Asks one scene about one state.
+class Examiner {
+ public:
+  Examiner(SceneCell& cell, StateTruth& truth, Scene& scene, SceneObservation& seen)
+      : cell_(cell), truth_(truth), scene_(scene), seen_(seen), random_(cell.random()) {}
+
+  /// Questions of any kind, in any order.
+  void run() {
+    for (int i = 0; i < 5; ++i) {
+      kind_ = static_cast<PairKind>(below(random_, 5) % 3);
+      question_ = someQuestion();
+      switch (below(random_, 7)) {
+        case 0:
+          askForAll();
+          break;
+        case 1:
+          askForPairsBelow();
+          break;
+        case 2:
+          askForSomePairsBelow();
+          break;
+        case 3:
+          askForTheFirst();
+          break;
+        case 4:
+          askForOnePair();
+          break;
+        case 5:
+          askForTheClosest(2 + below(random_, 4));
+          break;
+        default:
+          askForTheClosest(1);
+      }
+      ++seen_.questions;
+    }
+    kind_ = PairKind::Any;
+    question_ = {};
+    askForTheMinimum();
+  }
+
+ private:
+  Pairs pairs() const { return {scene_.candidates(), kind_}; }
+
+  Question someQuestion() {
+    Question question;
+    const double tolerances[] = {1e-9, 1e-9, 1e-12, 1e-6, 1e-3};
+    question.tolerance = tolerances[below(random_, 5)];
+    if (below(random_, 4) == 0) question.depth = Question::Depth::NotWanted;
+    return question;
+  }
+
+  /// Near a distance that is there, or anywhere.
+  double someThreshold() {
+    const double anywhere = eitherSign(random_, decades(random_, -6, 0)) * cell_.size();
+    if (truth_.pairs().empty() || below(random_, 3) == 0) return anywhere;
+    const PairTruth& pair =
+        truth_.pairs()[static_cast<std::size_t>(below(random_, static_cast<int>(truth_.pairs().size())))];
+    if (!pair.is_known) return anywhere;
+    return static_cast<double>(pair.distance.low) + eitherSign(random_, decades(random_, -17, -2)) * cell_.size();
+  }
+
+  bool isAsked(const PairTruth& pair) const { return pair.is_known && isOfKind(pair.pair, kind_); }
+
+  /// The upper bounds of the distances asked for, sorted.
+  std::vector<long double> sortedHighs() const {
+    std::vector<long double> highs;
+    for (const PairTruth& pair : truth_.pairs())
+      if (isAsked(pair)) highs.push_back(pair.distance.high);
+    std::sort(highs.begin(), highs.end());
+    return highs;
+  }
+
+  void askForAll() {
+    if (below(random_, 2)) question_.threshold = someThreshold();
+    const std::vector<PairProximity> found = scene_.all(pairs(), question_);
+    std::size_t asked = 0;
+    for (const PairTruth& pair : truth_.pairs()) asked += isOfKind(pair.pair, kind_) ? 1 : 0;
+    if (found.size() != asked)
+      fail("all() has " + std::to_string(found.size()) + " pairs instead of " + std::to_string(asked));
+    for (const PairProximity& pair : found) checkPair("all()", pair);
+    checkDistinct("all()", found);
+    checkCounts();
+  }
+
+  void askForTheMinimum() {
+    const PairProximity* found = scene_.minimum(pairs(), question_);
+    const PairCounts& counts = scene_.counts();
+    seen_.skipped += counts.total - counts.computed;
+    if (!found) {
+      checkNothingMissing("minimum()", {});
+      return;
+    }
+    const PairProximity minimum = *found;
+    checkClosest("minimum()", {minimum});
+    checkNothingMissing("minimum()", {minimum});
+    checkWitnesses(minimum);
+    seen_.overlaps += minimum.result.distance < 0.0 ? 1 : 0;
+    seen_.with_object += hasObject(minimum.asked) ? 1 : 0;
+  }
+
+  void askForTheClosest(int k) {
+    if (below(random_, 4) == 0) question_.threshold = someThreshold();
+    if (k == 1) {
+      const PairProximity* found = scene_.minimum(pairs(), question_);
+      const std::vector<PairProximity> minimum =
+          found ? std::vector<PairProximity>{*found} : std::vector<PairProximity>{};
+      checkClosest("minimum()", minimum);
+      if (minimum.empty()) checkNothingMissing("minimum()", minimum);
+    } else {
+      const std::vector<PairProximity> found = scene_.closest(pairs(), k, question_);
+      checkClosest("closest()", found);
+      if (static_cast<int>(found.size()) < k) checkNothingMissing("closest()", found);
+    }
+    checkCounts();
+  }
+
+  void askForPairsBelow() {
+    question_.threshold = someThreshold();
+    const std::vector<PairProximity> found = scene_.below(pairs(), question_);
+    checkClosest("below()", found);
+    checkNothingMissing("below()", found);
+    checkCounts();
+  }
+
+  void askForSomePairsBelow() {
+    question_.threshold = someThreshold();
+    const int most = 1 + below(random_, 4);
+    const PairsBelow found = scene_.closestBelow(pairs(), most, question_);
+    const std::vector<PairProximity> closest = found.closest;
+    const int count = found.count;
+    checkClosest("closestBelow()", closest);
+    int least = 0, at_most = 0;
+    for (const PairTruth& pair : truth_.pairs()) {
+      if (!isAsked(pair)) continue;
+      least += pair.distance.high <= question_.threshold ? 1 : 0;
+      at_most += pair.distance.low <= question_.threshold + slack() ? 1 : 0;
+    }
+    if (count < least || count > at_most)
+      fail("closestBelow() counts " + std::to_string(count) + ", not " + std::to_string(least) + " to " +
+           std::to_string(at_most));
+    if (static_cast<int>(closest.size()) != std::min(count, most))
+      fail("closestBelow() lists another number than it counts");
+    checkCounts();
+  }
+
+  void askForTheFirst() {
+    question_.threshold = someThreshold();
+    const PairProximity* found = scene_.first(pairs(), question_);
+    if (!found) return checkNothingMissing("first()", {});
+    const PairProximity first = *found;
+    checkPair("first()", first);
+    if (first.result.lower_bound > question_.threshold) fail("first() is above its threshold");
+  }
+
+  /// Of any pair, checked or not.
+  void askForOnePair() {
+    const auto some = [&]() -> ShapeRef {
+      if (cell_.objects()->empty() || below(random_, 3) == 0)
+        return {below(random_, static_cast<int>(cell_.model()->robot.links.size()))};
+      const std::vector<int>& numbers = cell_.objects()->numbers();
+      return ShapeRef::ofObject(numbers[static_cast<std::size_t>(below(random_, static_cast<int>(numbers.size())))]);
+    };
+    const ShapeRefPair pair{some(), some()};
+    if (namesOf(pair.a, pair.b) == namesOf(pair.b, pair.a)) return;
+    const PairTruth truth = truth_.of(pair);
+    const auto planes = [&](const ShapeRef& ref) {
+      return truth_.solidOf(ref) && !truth_.solidOf(ref)->planes.empty();
+    };
+    if (planes(pair.a) && planes(pair.b)) return;
+    if (below(random_, 3) == 0) question_.threshold = someThreshold();
+    checkAgainst("proximity()", scene_.proximity(pair, question_), truth);
+  }
+
+  // What every answer promises.
+
+  void checkPair(const std::string& who, const PairProximity& pair) {
+    const PairTruth* truth = truth_.find(pair.asked);
+    if (!truth) return fail(who + " has a pair that is not checked: " + named(pair));
+    if (!isOfKind(pair.asked, kind_)) return fail(who + " has a pair of another kind: " + named(pair));
+    checkAgainst(who, pair, *truth);
+  }
+
+  void checkAgainst(const std::string& who, const PairProximity& pair, const PairTruth& truth) {
+    ++seen_.answers;
+    const SignedDistance& result = pair.result;
+    if (!truth.is_known) {
+      if (result.status != Status::Unknown) fail(who + " has a distance without a pose: " + named(pair));
+      return;
+    }
+    if (result.status == Status::Unknown) return fail(who + " does not know " + named(pair));
+    const long double above = result.lower_bound - truth.distance.high, below = truth.distance.low - result.upper_bound;
+    if (above > 0) fail(who + ": the lower bound is above the distance" + by(above) + " of " + named(pair));
+    if (below > 0) fail(who + ": the upper bound is below the distance" + by(below) + " of " + named(pair));
+    if (result.status == Status::Converged && !(result.upper_bound - result.lower_bound <= question_.tolerance))
+      fail(who + " converged, but its bounds are" + by(result.upper_bound - result.lower_bound) +
+           " apart: " + named(pair));
+    if (result.has_points) {
+      const double off = (result.point_a + result.distance * result.normal - result.point_b).norm();
+      if (off > 16.0 * kEpsilon * (result.point_a.norm() + std::abs(result.distance)))
+        fail(who + ": point_b is not point_a + distance * normal," + by(off) + " off, of " + named(pair));
+    }
+  }
+
+  /// The i-th pair is no farther than the i-th smallest distance.
+  void checkClosest(const std::string& who, const std::vector<PairProximity>& found) {
+    const std::vector<long double> highs = sortedHighs();
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      checkPair(who, found[i]);
+      // Of overlaps without a depth any is the nearest.
+      if (question_.depth == Question::Depth::NotWanted && highs[i] < 0) continue;
+      const long double above = found[i].result.lower_bound - highs[i] - question_.tolerance;
+      if (above > 0)
+        fail(who + ": number " + std::to_string(i) + " is farther than another pair" + by(above) + ": " +
+             named(found[i]));
+      if (found[i].result.lower_bound > question_.threshold) fail(who + " has a pair above the threshold");
+    }
+    if (question_.depth == Question::Depth::NotWanted && !found.empty() && !highs.empty() && highs[0] < -slack()) {
+      const PairTruth* first = truth_.find(found[0].asked);
+      if (first && first->distance.low > 0) fail(who + " misses an overlap");
+    }
+    checkDistinct(who, found);
+  }
+
+  void checkDistinct(const std::string& who, const std::vector<PairProximity>& found) {
+    std::vector<Names> names;
+    for (const PairProximity& pair : found) names.push_back(namesOf(pair.asked.a, pair.asked.b));
+    std::sort(names.begin(), names.end());
+    if (std::adjacent_find(names.begin(), names.end()) != names.end()) fail(who + " has a pair twice");
+  }
+
+  /// No pair at or below the threshold is left out.
+  void checkNothingMissing(const std::string& who, const std::vector<PairProximity>& found) {
+    std::size_t least = 0;
+    for (const PairTruth& pair : truth_.pairs())
+      least += isAsked(pair) && pair.distance.high <= question_.threshold ? 1 : 0;
+    if (std::isinf(question_.threshold) && !found.empty()) least = 1;
+    if (found.size() < least)
+      fail(who + " has " + std::to_string(found.size()) + " pairs, not " + std::to_string(least));
+  }
+
+  void checkCounts() {
+    const PairCounts& counts = scene_.counts();
+    int total = 0, unknown = 0;
+    for (const PairTruth& pair : truth_.pairs()) {
+      total += isOfKind(pair.pair, kind_) ? 1 : 0;
+      unknown += isOfKind(pair.pair, kind_) && !pair.is_known ? 1 : 0;
+    }
+    if (counts.total != total) fail("counts " + std::to_string(counts.total) + " pairs, not " + std::to_string(total));
+    if (counts.unknown != unknown)
+      fail("counts " + std::to_string(counts.unknown) + " unknown pairs, not " + std::to_string(unknown));
+    if (counts.total != counts.unknown + counts.at_rest + counts.by_motion + counts.by_bounds + counts.computed)
+      fail("the counts do not add up");
+  }
+
+  /// The points lie on the parts that are named, where there is no padding between them.
+  void checkWitnesses(const PairProximity& pair) {
+    if (!pair.result.has_points || cell_.paddingOf(pair.asked) != 0.0) return;
+    checkOnItsPart(pair, pair.asked.a, pair.collision_a, pair.result.point_a);
+    checkOnItsPart(pair, pair.asked.b, pair.collision_b, pair.result.point_b);
+  }
+
+  void checkOnItsPart(const PairProximity& pair, const ShapeRef& ref, int number, const Vector3d& world_point) {
+    const Vector3l point = world_point.cast<long double>() - cell_.origin().cast<long double>();
+    const std::optional<WorldSolid>& solid = truth_.solidOf(ref);
+    long double outside = kInfinity;
+    double size = 0.0;
+    for (const WorldPart& part : solid->parts) {
+      if (part.number != number) continue;
+      const Vector3d in_part = (part.world_T_part.inverse() * point).cast<double>();
+      outside = std::min({outside, outsideByAtMost(part.shape, in_part), outsideBy(part.shape, in_part)});
+      size = std::max(size, radiusOf(part.shape));
+    }
+    for (const WorldPlane& plane : solid->planes)
+      if (plane.number == number)
+        outside = std::min(outside, plane.normal.dot(point) - plane.offset);
+    const double allowed = pair.result.upper_bound - pair.result.lower_bound + 64.0 * kEpsilon * (world_point.norm() + size);
+    if (outside > allowed) fail("a point is not on its part," + by(outside) + " off, of " + named(pair));
+  }
+
+  double slack() const { return question_.tolerance + 1e-9 * cell_.size(); }
+  std::string named(const PairProximity& pair) const {
+    return nameOf(cell_, pair.asked.a) + " and " + nameOf(cell_, pair.asked.b);
+  }
+  static std::string by(long double metres) {
+    std::ostringstream text;
+    text.precision(6);
+    text << " by " << static_cast<double>(metres) << " m";
+    return text.str();
+  }
+  void fail(const std::string& sentence) {
+    if (!seen_.failure) seen_.failure = sentence;
+  }
+
+  SceneCell& cell_;
+  StateTruth& truth_;
+  Scene& scene_;
+  SceneObservation& seen_;
+  std::mt19937& random_;
+  PairKind kind_ = PairKind::Any;
+  Question question_;
+};
+
+/// Nothing if there is no pair with a distance.
+const PairTruth* nearestOf(const StateTruth& truth) {
+  const PairTruth* nearest = nullptr;
+  for (const PairTruth& pair : truth.pairs())
+    if (pair.is_known && (!nearest || pair.distance.high < nearest->distance.high)) nearest = &pair;
+  return nearest;
+}
+
+/// Holds the nearest parts against the slow oracle, and against the other libraries, where they lie apart.
+void seekOtherOpinions(const PairTruth& nearest, bool with_oracle, SceneObservation& seen) {
+  const PartsApart& parts = nearest.nearest;
+  if (!parts.a) return;
+  bool wants_oracle = with_oracle;
+  if (parts.distance.low > 1e-3) {
+    for (const double other : distancesByOthers(parts.a->shape, parts.b->shape, parts.a_T_b)) {
+      const bool is_off = std::abs(other - static_cast<double>(parts.distance.low)) > 1e-4 * std::max(1.0, other);
+      ++seen.others;
+      seen.others_off += is_off ? 1 : 0;
+      wants_oracle = wants_oracle || is_off;
+    }
+  }
+  if (!wants_oracle) return;
+  ++seen.with_oracle;
+  const DistanceBounds exact = byOracle(parts);
+  const long double apart = std::max(exact.low - parts.distance.high, parts.distance.low - exact.high);
+  if (apart > 0 && !seen.failure) {
+    std::ostringstream text;
+    text << "the slow oracle excludes the distance of the nearest parts by " << static_cast<double>(apart) << " m";
+    seen.failure = text.str();
+  }
+}
+
+}  // namespace
+
+SceneObservation observeScenes(std::size_t family, unsigned seed, std::int64_t number, int states, bool with_oracle) {
+  SceneObservation seen;
+  SceneCell cell(family, seed, number);
+  Scene scene(cell.model());
+  for (int state = 0; state < states && !seen.failure; ++state) {
+    if (state > 0) cell.next();
+    seen.failed_state = state;
+    scene.use(cell.objects());
+    scene.update(cell.poses(), cell.frames());
+    StateTruth truth(cell);
+    Examiner(cell, truth, scene, seen).run();
+    if (state % 4 == 3) {
+      Scene fresh = scene.twin();
+      fresh.update(cell.poses(), cell.frames());
+      Examiner(cell, truth, fresh, seen).run();
+    }
+    if (const PairTruth* nearest = nearestOf(truth); nearest) seekOtherOpinions(*nearest, with_oracle, seen);
+    ++seen.scenes;
+    for (const PairTruth& pair : truth.pairs()) {
+      ++seen.pairs;
+      seen.unknown += pair.is_known ? 0 : 1;
+    }
+  }
+  if (!seen.failure) seen.failed_state = -1;
+  return seen;
+}
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,43 @@
+// The run of ./dev stress scenes that every test run makes.
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "from_environment.h"
+#include "sanitized.h"
+#include "stress/scene_run.h"
+
+namespace proximity_server::scene {
+namespace {
+
+std::vector<SceneFamilySummary> summariesOf(std::int64_t scenes, unsigned threads) {
+  SceneRun run;
+  run.scenes = scenes;
+  run.threads = threads;
+  std::atomic<std::int64_t> done{0};
+  return runScenes(run, done);
+}
+
+TEST(SceneStress, ScenesOfEveryFamilyKeepEveryPromise) {
+  const std::int64_t scenes = fromEnvironment("PROXIMITY_STRESS_SCENES", repeats(3000));
+  for (const SceneFamilySummary& family : summariesOf(scenes, std::max(1u, std::thread::hardware_concurrency()))) {
+    EXPECT_GT(family.seen.pairs, 0) << family.name;
+    EXPECT_GT(family.seen.with_oracle, 0) << family.name;
+    EXPECT_GT(family.seen.with_object, 0) << family.name;
+    EXPECT_LT(family.seen.overlaps, family.seen.scenes) << family.name;
+    EXPECT_EQ(family.failed, 0) << family.name << ", cell " << family.failures.front().number << ", state "
+                                << family.failures.front().state << ": " << family.failures.front().sentence;
+  }
+}
+
+TEST(SceneStress, ScenesDoNotDependOnTheThreads) {
+  const std::vector<SceneFamilySummary> one = summariesOf(100, 1), three = summariesOf(100, 3);
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    EXPECT_EQ(one[i].seen.pairs, three[i].seen.pairs);
+    EXPECT_EQ(one[i].seen.answers, three[i].seen.answers);
+    EXPECT_EQ(one[i].seen.overlaps, three[i].seen.overlaps);
+  }
+}
+
+}  // namespace
+}  // namespace proximity_server::scene
