@@ -189,6 +189,36 @@ TEST_F(SeveralRobotsOfANode, AreAheadOfContactByTheVelocitiesOfTheirOwnTopics) {
   EXPECT_EQ(robotsOf(message->lookahead.pair), (std::set<std::string>{"left", "right"}));
 }
 
+/// Names a joint of each robot that moves, and all others, on the topic of both.
+sensor_msgs::JointState velocitiesOf(const std::vector<std::string>& prefixes) {
+  sensor_msgs::JointState state;
+  state.header.stamp = ros::Time::now();
+  for (const std::string& prefix : prefixes) {
+    for (const char* joint : {"x_axis", "y_axis", "lift"}) {
+      state.name.push_back(prefix + joint);
+      state.velocity.push_back(state.name.back() == prefix + "x_axis" ? kVelocity : 0.0);
+    }
+  }
+  return state;
+}
+
+TEST_F(SeveralRobotsOfANode, AreToldApartOnOneTopicByTheirNamesOnly) {
+  ros::Publisher both = ros::NodeHandle().advertise<sensor_msgs::JointState>("/joint_states", 10);
+  // Names without a robot could be of either, and the velocities of the left robot are not those of the right one.
+  const auto unnamed = clearance("/on_one_topic/", [&](const Clearance& candidate) {
+    both.publish(velocitiesOf({"", "left/"}));
+    return contains(candidate.lookahead.status.message, "joint 'right/");
+  });
+  ASSERT_TRUE(unnamed);
+  EXPECT_EQ(unnamed->lookahead.status.code, QueryStatus::NO_VELOCITY);
+  const auto named = clearance("/on_one_topic/", [&](const Clearance& candidate) {
+    both.publish(velocitiesOf({"left/", "right/"}));
+    return candidate.lookahead.state == Lookahead::CONTACT;
+  });
+  ASSERT_TRUE(named);
+  EXPECT_NEAR(named->lookahead.time_to_contact, (kApart - 0.02) / (2.0 * kVelocity), 1e-4);
+}
+
 TEST_F(SeveralRobotsOfANode, CarryObjects) {
   awaitPoses();
   ApplyObjectsRequest request;
