@@ -92,12 +92,11 @@ def tables(result):
         found["rungs"] = (["pairs of ours, mean", "pairs", *(rung.replace("_", " ") for rung in RUNGS), "skipped"], rungs(rows))
         found["errors"] = (["distance apart [m]", "beside ours", "compared", "99 %", "largest", "differing",
                             "right: ours / other", "overlaps missed / claimed", "no answer"], errors(result["rows"]))
-    if result.get("cells"):
-        names = list(dict.fromkeys(entry["library"] for entry in result["cells"]))
-        found["cells"] = (["us a state, median / 99 %", "pairs", "computed", *names, "best FCL / ours", "states in overlap"],
-                          cells(by_row(result["cells"]), names))
-    if result.get("added"):
-        found["added"] = (["a box is added to 1000 objects, us", "median", "99 %", "most"], added(result["added"]))
+    of_cells = result.get("cells", [])
+    names = list(dict.fromkeys(entry["library"] for entry in of_cells))
+    found["cells"] = (["us a state, median / 99 %", "pairs", "computed", *names, "best FCL / ours", "states in overlap"],
+                      cells(by_row(of_cells), names))
+    found["added"] = (["a box is added to 1000 objects, us", "median", "99 %", "most"], added(result.get("added", [])))
     if arms:
         names = list(dict.fromkeys(entry["library"] for entry in result["scaling"]))
         found["scaling"] = (["arms side by side", "pairs", "boxes in reach", "computed", *names], scaling(arms, names))

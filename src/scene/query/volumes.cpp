@@ -29,7 +29,9 @@ const Collision& collisionOf(const RobotModel& model, int piece) {
 }
 
 Volumes::Volumes(const RobotModel& model)
-    : model_(model), root_count_(static_cast<int>(model.links.size() + model.collisions.size())) {
+    : model_(model),
+      link_count_(static_cast<int>(model.links.size())),
+      root_count_(static_cast<int>(model.links.size() + model.collisions.size())) {
   const VolumeBuilder builder = builderFor(model);
   volumes_.resize(static_cast<std::size_t>(root_count_));
   const auto fill = [&](int root, int link, std::vector<int> pieces) {
@@ -41,19 +43,17 @@ Volumes::Volumes(const RobotModel& model)
   for (const Collision& collision : model.collisions) fill(root++, collision.link, collision.pieces);
 }
 
-int Volumes::of(const ShapeRef& ref) const {
-  const int links = static_cast<int>(model_.links.size());
-  if (ref.link < 0 || ref.link >= links) {
+/// Of anything but a whole link.
+int Volumes::ofOther(const ShapeRef& ref) const {
+  if (ref.link < 0 || ref.link >= link_count_) {
     if (ref.object < 0) throw std::invalid_argument("there is no link " + std::to_string(ref.link));
     if (ref.collision != 0) throw std::invalid_argument("a part of an object cannot be asked about");
     return size() + ref.object;
   }
-  if (ref.collision == 0) return ref.link;
-
   const Link& link = model_.links[ref.link];
   if (ref.collision < 0 || ref.collision > static_cast<int>(link.collisions.size()))
     throw std::invalid_argument("link \"" + link.name + "\" has no <collision> " + std::to_string(ref.collision));
-  return links + link.collisions[ref.collision - 1];
+  return link_count_ + link.collisions[ref.collision - 1];
 }
 
 }  // namespace proximity_server::scene

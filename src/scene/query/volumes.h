@@ -22,14 +22,19 @@ class Volumes {
   /// The number of a link or a <collision> element; that of an object follows after all volumes: size() plus the number
   /// of the object. Throws std::invalid_argument for a link or <collision> that does not exist, and for a part of an
   /// object; whether the object exists is not known here.
-  int of(const ShapeRef& ref) const;
+  int of(const ShapeRef& ref) const {
+    return ref.collision == 0 && ref.link >= 0 && ref.link < link_count_ ? ref.link : ofOther(ref);
+  }
 
   /// The volumes that `of` may return for a robot are 0 to rootCount() - 1, the links first.
   int rootCount() const { return root_count_; }
 
  private:
+  int ofOther(const ShapeRef& ref) const;
+
   const RobotModel& model_;
   std::vector<Volume> volumes_;
+  int link_count_;
   int root_count_;
 };
 

@@ -342,5 +342,19 @@ TEST(PieceSearch, WithoutDepthEndsAtAnyOverlap) {
   EXPECT_LE(closest.upper_bound, 0.0);
 }
 
+// Regression: the depth of two balls is known, but not which of the balls are the deepest, and yet the answer of a scene
+// said Converged with bounds far apart.
+TEST(PieceSearch, WithoutDepthSaysThatOthersMayBeDeeper) {
+  const TwoCompounds compounds(ball("0.5") + ball("0.5", "0.6 0 0"), ball("0.5"));
+  for (const int leaf : compounds.leavesBelow(compounds.a)) {
+    const bool is_deeper = compounds.pieceOf(leaf).body_T_piece.translation().x() == 0.0;  // by 0.4
+    if (is_deeper) continue;
+    const ClosestPieces closest = compounds.closest(shifted(0.1, 0, 0), kInfinity, withoutDepth(), {leaf, compounds.b});
+    EXPECT_NEAR(closest.upper_bound, -0.5, kTolerance);
+    EXPECT_NEAR(closest.lower_bound, -0.9, kTolerance);
+    EXPECT_EQ(closest.lower_bound_status, Status::Threshold);
+  }
+}
+
 }  // namespace
 }  // namespace proximity_server::scene

@@ -304,6 +304,19 @@ TEST(AHalfSpace, HasBoundsThatHoldTheTruthAndStatusOfTheTolerance) {
 
 // --- against all pieces, one by one
 
+// Regression: it said Converged, as its depth in the first half-space was, with the lower bound of the other.
+TEST(AHalfSpace, WithoutDepthSaysThatAnotherMayBeDeeper) {
+  Cell cell({ball("1")});
+  cell.change({add("corner", {{kFloor}, {HalfSpace{{1, 0, 0}, 0.0}}}, Fixed{})});
+  cell.put({at(-3, 0, 0.5)});  // 0.5 deep in the floor, 4 deep in the wall
+  Question question;
+  question.depth = Question::Depth::NotWanted;
+  const PairProximity pair = cell.scene.proximity({cell.link("0"), cell.object("corner")}, question);
+  EXPECT_NEAR(pair.result.lower_bound, -4.0, 1e-9);
+  EXPECT_NEAR(pair.result.upper_bound, -0.5, 1e-9);
+  EXPECT_EQ(pair.result.status, Status::Threshold);
+}
+
 TEST(ObjectsInRandomScenes, HaveTheDistanceOfTheirClosestPieces) {
   Chance chance(8);
   long overlaps = 0, apart = 0;
