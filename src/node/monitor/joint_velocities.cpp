@@ -1,28 +1,65 @@
 #include "node/monitor/joint_velocities.h"
 
 #include <cmath>
+#include <iterator>
+#include <utility>
+
+#include "proximity_server/scene/model/names.h"
 
 namespace proximity_server::node {
-void JointVelocities::listen() {
-  if (subscriber_) return;
-  subscriber_ = nh_.subscribe<sensor_msgs::JointState>(
-      "joint_states", 10, [this](const sensor_msgs::JointState::ConstPtr& state) { onJointState(*state); },
-      ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());  // for the reason given in TfTree
+namespace {
+
+/// The robot of a joint, as an index into RobotModel::robots.
+int robotOf(const scene::RobotModel& robots, const scene::Joint& joint) {
+  return robots.bodies[robots.links[joint.child_link].body].robot;
+}
+
+/// Whether the URDFs of two robots that publish on one topic name a joint alike.
+bool isAmbiguous(const scene::RobotModel& robots, const std::vector<std::string>& topics, int member,
+                 const std::string& own_name) {
+  for (int other = 0; other < static_cast<int>(robots.robots.size()); ++other) {
+    if (other == member || topics[other] != topics[member]) continue;
+    if (scene::findNamed(robots.joints, robots.robots[other].nameInModel(own_name)) >= 0) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::vector<std::string> JointVelocities::topicsOf(const Robot& robot) const {
+  std::vector<std::string> topics;
+  for (const RobotSource& source : robot.sources()) topics.push_back(nh_.resolveName(source.joint_states));
+  return topics;
+}
+
+void JointVelocities::listen(const Robot& robot) {
+  std::map<std::string, std::string> topics;  // as the parameters name them, by whole name
+  const std::vector<std::string> whole_names = topicsOf(robot);
+  for (std::size_t i = 0; i < whole_names.size(); ++i) topics[whole_names[i]] = robot.sources()[i].joint_states;
+  for (auto known = subscribers_.begin(); known != subscribers_.end();)
+    known = topics.count(known->first) ? std::next(known) : subscribers_.erase(known);
+  for (const auto& [topic, named] : topics) {
+    if (subscribers_.count(topic)) continue;
+    subscribers_[topic] = nh_.subscribe<sensor_msgs::JointState>(
+        named, 10, [this, name = topic](const sensor_msgs::JointState::ConstPtr& state) { onJointState(*state, name); },
+        ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());  // for the reason given in TfTree
+  }
 }
 
 void JointVelocities::ignore() {
-  subscriber_.shutdown();
+  subscribers_.clear();
   const std::lock_guard<std::mutex> lock(mutex_);
   latest_.clear();
 }
 
-void JointVelocities::onJointState(const sensor_msgs::JointState& state) {
+void JointVelocities::onJointState(const sensor_msgs::JointState& state, const std::string& topic) {
   if (state.velocity.size() != state.name.size()) return;  // many publishers leave the velocities empty
   const bool has_positions = state.position.size() == state.name.size();
   const std::lock_guard<std::mutex> lock(mutex_);
+  Entries& entries = latest_[topic];
   for (std::size_t i = 0; i < state.name.size(); ++i) {
     const bool is_known = has_positions && std::isfinite(state.position[i]);
-    latest_[state.name[i]] = {state.velocity[i], is_known ? std::optional<double>(state.position[i]) : std::nullopt,
+    entries[state.name[i]] = {state.velocity[i], is_known ? std::optional<double>(state.position[i]) : std::nullopt,
                               state.header.stamp};
   }
 }
@@ -32,15 +69,16 @@ VelocitySnapshot JointVelocities::lookUp(const Robot& robot, const std::vector<i
   VelocitySnapshot snapshot;
   snapshot.velocities.assign(robot.robotModel().joints.size(), 0.0);
   snapshot.positions.assign(robot.robotModel().joints.size(), std::nullopt);
+  const std::vector<std::string> topics = topicsOf(robot);
   const std::lock_guard<std::mutex> lock(mutex_);
   for (const int index : joints) {
     const scene::Joint& joint = robot.robotModel().joints[index];
-    const auto entry = latest_.find(joint.name);
-    const std::string problem =
-        problemOf(joint, entry == latest_.end() ? nullptr : &entry->second, now, robot.config().max_tf_age);
+    const std::string& topic = robot.sources()[robotOf(robot.robotModel(), joint)].joint_states;
+    const Entry* entry = find(robot.robotModel(), topics, index);
+    const std::string problem = problemOf(joint, topic, entry, now, robot.config().max_tf_age);
     if (problem.empty()) {
-      snapshot.velocities[index] = entry->second.velocity;
-      snapshot.positions[index] = entry->second.position;
+      snapshot.velocities[index] = entry->velocity;
+      snapshot.positions[index] = entry->position;
       continue;
     }
     snapshot.status.code = QueryStatus::NO_VELOCITY;
@@ -50,12 +88,24 @@ VelocitySnapshot JointVelocities::lookUp(const Robot& robot, const std::vector<i
   return snapshot;
 }
 
-std::string JointVelocities::problemOf(const scene::Joint& joint, const Entry* entry, const ros::Time& now,
-                                       double max_age) {
+const JointVelocities::Entry* JointVelocities::find(const scene::RobotModel& robots,
+                                                    const std::vector<std::string>& topics, int joint) const {
+  const std::string& name = robots.joints[joint].name;
+  const int member = robotOf(robots, robots.joints[joint]);
+  const auto entries = latest_.find(topics[member]);
+  if (entries == latest_.end()) return nullptr;
+  auto hit = entries->second.find(name);
+  const std::string own = robots.robots[member].ownName(name);
+  if (hit == entries->second.end() && !isAmbiguous(robots, topics, member, own)) hit = entries->second.find(own);
+  return hit == entries->second.end() ? nullptr : &hit->second;
+}
+
+std::string JointVelocities::problemOf(const scene::Joint& joint, const std::string& topic, const Entry* entry,
+                                       const ros::Time& now, double max_age) {
   if (joint.type == scene::Joint::Type::Floating || joint.type == scene::Joint::Type::Planar) {
     return "it is floating or planar, it has not one velocity";
   }
-  if (!entry || !std::isfinite(entry->velocity)) return "joint_states has no velocity of it";
+  if (!entry || !std::isfinite(entry->velocity)) return topic + " has no velocity of it";
   // Computed in double, because ros::Duration throws for stamps that are decades apart.
   const double age = now.toSec() - entry->stamp.toSec();
   if (std::abs(age) <= max_age) return {};

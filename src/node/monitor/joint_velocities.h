@@ -22,12 +22,14 @@ struct VelocitySnapshot {
   QueryStatus status;  ///< OK, or NO_VELOCITY with the name of a joint whose velocity is missing or too old
 };
 
-/// Listens to joint_states. Several publishers may each publish some of the joints. Thread-safe.
+/// Listens to joint_states, or to the topics that the parameter `robots` names. Several publishers may each publish some of the
+/// joints. A joint of one of several robots has its name of the model there, "left/elbow", or that of its URDF, "elbow", unless
+/// another robot on the same topic has a joint of this name. Thread-safe.
 class JointVelocities {
  public:
   explicit JointVelocities(const ros::NodeHandle& nh) : nh_(nh) {}
 
-  void listen();
+  void listen(const Robot& robot);
   void ignore();
 
   /// The latest velocities of `joints`, none further from `now` than Config::max_tf_age.
@@ -40,15 +42,25 @@ class JointVelocities {
     ros::Time stamp;
   };
 
-  void onJointState(const sensor_msgs::JointState& state);
+  using Entries = std::map<std::string, Entry>;  ///< by name of the joint
 
-  /// Returns why a joint has no usable velocity, or "" if it has one.
-  static std::string problemOf(const scene::Joint& joint, const Entry* entry, const ros::Time& now, double max_age);
+  void onJointState(const sensor_msgs::JointState& state, const std::string& topic);
+
+  /// The whole name of each robot's topic, after remapping.
+  std::vector<std::string> topicsOf(const Robot& robot) const;
+
+  /// The latest velocity of a joint; nullptr if there is none. `topics` are those of the robots.
+  const Entry* find(const scene::RobotModel& robots, const std::vector<std::string>& topics, int joint) const;
+
+  /// Returns why a joint has no usable velocity, or "" if it has one. `topic` is where it should be.
+  static std::string problemOf(const scene::Joint& joint, const std::string& topic, const Entry* entry,
+                               const ros::Time& now, double max_age);
 
   ros::NodeHandle nh_;
   mutable std::mutex mutex_;
-  std::map<std::string, Entry> latest_;
-  ros::Subscriber subscriber_;  // destroyed first, as its callback uses the members above
+  std::map<std::string, Entries> latest_;  // by whole name of the topic
+  std::map<std::string, ros::Subscriber>
+      subscribers_;  // the same; destroyed first: their callbacks use the members above
 };
 
 }  // namespace proximity_server::node

@@ -121,6 +121,16 @@ std::vector<int> jointsThatMatter(const Robot& robot, const scene::Objects& obje
   return joints;
 }
 
+std::vector<int> robotsThatMeet(const scene::RobotModel& robots, const std::vector<scene::ShapeRefPair>& pairs) {
+  std::set<int> found;
+  for (const scene::ShapeRefPair& pair : pairs) {
+    const int a = robots.bodies[robots.links[pair.a.link].body].robot;
+    const int b = robots.bodies[robots.links[pair.b.link].body].robot;
+    if (a != b) found.insert({a, b});
+  }
+  return {found.begin(), found.end()};
+}
+
 Lookahead noLookahead(const MonitorSettings& settings) {
   Lookahead result;
   result.state = settings.lookahead > 0.0 ? Lookahead::UNKNOWN : Lookahead::OFF;

@@ -15,6 +15,9 @@ namespace proximity_server::node {
 /// other: links, and objects with the link or frame that carries them. The leader stands for each mimic joint.
 std::vector<int> jointsThatMatter(const Robot& robot, const scene::Objects& objects);
 
+/// The robots that have a pair with another one, as ascending indices into RobotModel::robots.
+std::vector<int> robotsThatMeet(const scene::RobotModel& robots, const std::vector<scene::ShapeRefPair>& pairs);
+
 /// A lookahead without a result: OFF if the settings switch it off, else UNKNOWN.
 Lookahead noLookahead(const MonitorSettings& settings);
 

@@ -6,7 +6,6 @@
 
 #include "node/monitor/clearance_level.h"
 #include "node/robot/level_name.h"
-#include "node/robot/tf_frames.h"
 #include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
@@ -67,13 +66,10 @@ void setSize(Marker& marker, const Eigen::Vector3d& size) {
 /// Appends the markers of one piece to an array.
 class PieceDrawing {
  public:
-  PieceDrawing(const scene::RobotModel& robot, const std::string& tf_prefix, const scene::Piece& piece,
-               MarkerArray& array)
-      : shape_(piece.shape), array_(array) {
-    const scene::Collision& collision = robot.collisions[piece.collision];
-    const scene::Link& link = robot.links[collision.link];
-    link_T_piece_ = link.body_T_link.inverse() * piece.body_T_piece;
-    base_.header.frame_id = tfFrame(tf_prefix, link.name);
+  PieceDrawing(const Robot& robot, const scene::Piece& piece, MarkerArray& array) : shape_(piece.shape), array_(array) {
+    const int link = robot.robotModel().collisions[piece.collision].link;
+    link_T_piece_ = robot.robotModel().links[link].body_T_link.inverse() * piece.body_T_piece;
+    base_.header.frame_id = robot.frameOf(link);
     base_.ns = "pieces";
     base_.frame_locked = true;
     base_.color = colour(0.3f, 0.5f, 0.9f, 0.35f);
@@ -195,10 +191,11 @@ Vector3d middleOf(const Proximity& pair) {
 
 }  // namespace
 
-MarkerArray pieceMarkers(const scene::RobotModel& robot, const std::string& tf_prefix) {
+MarkerArray pieceMarkers(const Robot& robot) {
+  const scene::RobotModel& model = robot.robotModel();
   MarkerArray array;
-  for (const scene::Body& body : robot.bodies) {
-    for (const int piece : body.pieces) PieceDrawing(robot, tf_prefix, robot.pieces[piece], array).draw();
+  for (const scene::Body& body : model.bodies) {
+    for (const int piece : body.pieces) PieceDrawing(robot, model.pieces[piece], array).draw();
   }
   return array;
 }

@@ -13,8 +13,8 @@
 
 namespace proximity_server::node {
 
-/// The convex pieces that the queries use, each fixed in the frame of its link, see tfFrame(). Paddings are not drawn.
-visualization_msgs::MarkerArray pieceMarkers(const scene::RobotModel& robot, const std::string& tf_prefix);
+/// The convex pieces that the queries use, each fixed in the frame of its link. Paddings are not drawn.
+visualization_msgs::MarkerArray pieceMarkers(const Robot& robot);
 
 /// Draws the clearances of one robot. Every cycle has these markers, by namespace:
 ///

@@ -21,14 +21,15 @@ std::size_t longestName(const scene::RobotModel& robot, const scene::Objects& ob
   std::size_t longest = 0;
   for (const int number : objects.numbers()) longest = std::max(longest, objects.object(number)->id.size());
   for (const scene::Link& link : robot.links) longest = std::max(longest, link.name.size());
+  for (const scene::Member& member : robot.robots) longest = std::max(longest, member.name.size());
   for (const scene::Collision& collision : robot.collisions) longest = std::max(longest, collision.name.size());
   return longest;
 }
 
 /// Reserves memory for names of so many characters.
 void makeRoom(Proximity& message, std::size_t characters) {
-  for (std::string* name : {&message.a.link, &message.a.name, &message.b.link, &message.b.name})
-    name->reserve(characters);
+  for (ShapeRef* ref : {&message.a, &message.b})
+    for (std::string* name : {&ref->link, &ref->name, &ref->robot}) name->reserve(characters);
 }
 
 bool hasObject(const scene::PairProximity& pair) { return pair.asked.a.link < 0 || pair.asked.b.link < 0; }
@@ -56,6 +57,7 @@ void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
   robot_ = robot;
   scene_ = robot_->borrowScene();
   moving_scene_ = robot_->borrowMovingScene();
+  robots_that_meet_ = node::robotsThatMeet(robot_->robotModel(), robot_->candidates().list());
   self_level_ = object_level_ = Clearance::INVALID;
   MonitoredObjects objects(*robot_, robot_->objects().get());
   use(objects);

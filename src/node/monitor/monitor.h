@@ -44,6 +44,9 @@ class Monitor {
   const std::vector<int>& bodies() const { return monitored_.bodies; }
   const std::vector<int>& joints() const { return monitored_.joints; }
 
+  /// The robots with a checked pair between each other, see robotsThatMeet().
+  const std::vector<int>& robotsThatMeet() const { return robots_that_meet_; }
+
   /// Computes the clearance in these poses, and the lookahead with these velocities. Never waits. The result is valid
   /// until the next cycle. Without a lookahead, memory is allocated only in the first few cycles of a robot and after
   /// max_reported_pairs has grown.
@@ -72,6 +75,7 @@ class Monitor {
   ScenePool::Lease scene_;  // declared after robot_, whose pools it and the next return to
   MovingScenePool::Lease moving_scene_;
   MonitoredObjects monitored_;
+  std::vector<int> robots_that_meet_;
   std::uint8_t self_level_ = Clearance::INVALID;    ///< of pairs of links
   std::uint8_t object_level_ = Clearance::INVALID;  ///< of pairs with an object
   Clearance clearance_;

@@ -33,7 +33,7 @@ MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   health_.enabled = true;
   health_.settings = robot->config().monitor;
   monitor_.follow(robot);
-  lookup_.emplace(*robot, jointsTo(*robot, monitor_.bodies()));
+  lookup_.emplace(*robot, edgesTo(*robot, monitor_.bodies()));
   clearance_pub_ = nh_.advertise<Clearance>("clearance", 1);
   markers_pub_ = nh_.advertise<visualization_msgs::MarkerArray>(
       "markers", 10, [this](const ros::SingleSubscriberPublisher& subscriber) { sendPieces(subscriber); });
@@ -69,7 +69,8 @@ void MonitorLoop::follow(const std::shared_ptr<const Robot>& robot) {
   }
   lookup_.reset();  // it refers to the robot that is replaced next
   monitor_.follow(robot);
-  lookup_.emplace(*robot, jointsTo(*robot, monitor_.bodies()));
+  lookup_.emplace(*robot, edgesTo(*robot, monitor_.bodies()));
+  if (health_.settings.lookahead > 0.0) velocities_.listen(*robot);
   markers_.reset();
   keep_alive_.setPeriod(keepAlivePeriod(health_.settings, robot->config()));
   redrawPieces();
@@ -98,7 +99,7 @@ void MonitorLoop::useNextObjects() {
   if (!objects) return;
   monitor_.use(*objects);
   if (monitor_.bodies() != objects->bodies)
-    lookup_.emplace(*monitor_.robot(), jointsTo(*monitor_.robot(), monitor_.bodies()));
+    lookup_.emplace(*monitor_.robot(), edgesTo(*monitor_.robot(), monitor_.bodies()));
   const Lock lock(exchange_);
   former_.swap(objects);
 }
@@ -113,7 +114,7 @@ void MonitorLoop::configure(const MonitorSettings& settings) {
   const bool redraw = settings.markers != health_.settings.markers;
   health_.settings = settings;
   on_tf_ = settings.rate == 0.0;
-  settings.lookahead > 0.0 ? velocities_.listen() : velocities_.ignore();
+  settings.lookahead > 0.0 ? velocities_.listen(*monitor_.robot()) : velocities_.ignore();
   setRate(settings.rate);
   keep_alive_.setPeriod(keepAlivePeriod(settings, monitor_.robot()->config()));
   if (redraw) redrawPieces();
@@ -192,7 +193,10 @@ void MonitorLoop::publish(const PoseSnapshot& snapshot) {
 
 VelocitySnapshot MonitorLoop::lookUpVelocities() {
   if (health_.settings.lookahead == 0.0) return {};
-  return velocities_.lookUp(*monitor_.robot(), monitor_.joints(), ros::Time::now());
+  VelocitySnapshot velocities = velocities_.lookUp(*monitor_.robot(), monitor_.joints(), ros::Time::now());
+  if (velocities.status.code == QueryStatus::OK)
+    velocities.status = tf_.standingStill(*monitor_.robot(), monitor_.robotsThatMeet());
+  return velocities;
 }
 
 void MonitorLoop::publishMarkers(const Clearance& clearance, const scene::BodyPoses& poses) {
@@ -200,10 +204,7 @@ void MonitorLoop::publishMarkers(const Clearance& clearance, const scene::BodyPo
   markers_pub_.publish(markers_->draw(clearance, poses, health_.settings));
 }
 
-visualization_msgs::MarkerArray MonitorLoop::pieces() const {
-  const Robot& robot = *monitor_.robot();
-  return pieceMarkers(robot.robotModel(), robot.config().tf_prefix);
-}
+visualization_msgs::MarkerArray MonitorLoop::pieces() const { return pieceMarkers(*monitor_.robot()); }
 
 void MonitorLoop::redrawPieces() {
   if (markers_pub_.getNumSubscribers() == 0) return;

@@ -3,8 +3,10 @@
 #include "proximity_server/scene/pieces/convex_pieces.h"
 
 #include <ros/console.h>
+#include <ros/names.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <stdexcept>
@@ -31,6 +33,18 @@ std::string rightForm(XmlRpcValue& flat) {
   const auto isText = [&](int i) { return i < flat.size() && flat[i].getType() == XmlRpcValue::TypeString; };
   if (!isText(0) || !isText(1)) return "[[a, b]]";
   return "[[" + static_cast<std::string>(flat[0]) + ", " + static_cast<std::string>(flat[1]) + "]]";
+}
+
+/// Whether it is the name of a robot: letters, digits and underscores, as in names of ROS, so that "left/elbow" is unique.
+bool isRobotName(const std::string& name) {
+  const auto is_allowed = [](unsigned char c) { return std::isalnum(c) || c == '_'; };
+  return !name.empty() && std::isalpha(static_cast<unsigned char>(name.front())) &&
+         std::all_of(name.begin(), name.end(), is_allowed);
+}
+
+bool isTopic(const std::string& name) {
+  std::string problem;
+  return !name.empty() && name.front() != '~' && ros::names::validate(name, problem);
 }
 
 /// The parameters of one namespace. It remembers the names that were read, so that it can warn about all others.
@@ -83,6 +97,22 @@ class Parameters {
     }
   }
 
+  void read(const std::string& name, std::vector<RobotSource>& target) {
+    XmlRpcValue* value = find(name);
+    if (!value) return;
+    require(value->getType() == XmlRpcValue::TypeStruct, name, "must map names of robots to {description: ...}");
+    for (auto& [robot, entry] : *value) {
+      const std::string path = name + "/" + robot;
+      require(isRobotName(robot), path, "names a robot: letters, digits and underscores, a letter first");
+      require(entry.getType() == XmlRpcValue::TypeStruct, path,
+              "must be of the form {description: ..., tf_prefix: ...}");
+      target.push_back(Parameters(entry, fullName(path)).robotSource(robot));
+    }
+    for (const char* other : {"robot_description", "semantic_description", "tf_prefix"})
+      require(target.empty() || !values_.hasMember(other), other,
+              "has no effect beside robots, which describes each robot");
+  }
+
   /// The names of all parameters that were read or tolerated.
   const std::vector<std::string>& names() const { return known_; }
 
@@ -100,6 +130,24 @@ class Parameters {
 
  private:
   std::string fullName(const std::string& name) const { return namespace_ + "/" + name; }
+
+  RobotSource robotSource(const std::string& name) {
+    RobotSource robot;
+    robot.name = name;
+    read("description", robot.description);
+    require(!robot.description.empty(), "description", "is missing: the name of the parameter with the robot's URDF");
+    robot.semantic = robot.description + "_semantic";
+    robot.needs_semantic = values_.hasMember("semantic");
+    read("semantic", robot.semantic);
+    read("tf_prefix", robot.tf_prefix);
+    read("joint_states", robot.joint_states);
+    require(isTopic(robot.joint_states), "joint_states", "is no name of a topic: '" + robot.joint_states + "'");
+    for (const auto& [field, value] : values_) {
+      require(std::find(known_.begin(), known_.end(), field) != known_.end(), field,
+              "is unknown: did you mean '" + scene::nearestName(field, known_) + "'?");
+    }
+    return robot;
+  }
 
   void require(bool condition, const std::string& name, const std::string& demand) const {
     if (!condition) throw std::invalid_argument("parameter " + fullName(name) + " " + demand);
@@ -169,9 +217,17 @@ void readMonitorSettings(Parameters& parameters, MonitorSettings& settings) {
   parameters.read("lookahead", settings.lookahead, {0.0, 60.0});
 }
 
+/// Whether these parameters describe several robots.
+bool hasRobots(const XmlRpcValue& values) {
+  if (values.getType() != XmlRpcValue::TypeStruct || !values.hasMember("robots")) return false;
+  XmlRpcValue robots = XmlRpcValue(values)["robots"];
+  return robots.getType() == XmlRpcValue::TypeStruct && robots.size() > 0;
+}
+
 /// Reads every parameter and checks its range.
 Config readConfig(Parameters& parameters) {
   Config config;
+  parameters.read("robots", config.robots);
   parameters.read("robot_description", config.robot_description);
   parameters.read("semantic_description", config.semantic_description);
   parameters.read("reference_frame", config.reference_frame);
@@ -204,6 +260,16 @@ Config readConfig(Parameters& parameters) {
 }
 
 }  // namespace
+
+std::vector<RobotSource> robotSources(const Config& config) {
+  if (!config.robots.empty()) return config.robots;
+  RobotSource robot;
+  robot.description = config.robot_description;
+  robot.semantic = config.semantic_description;
+  robot.needs_semantic = config.semantic_description != Config().semantic_description;
+  robot.tf_prefix = config.tf_prefix;
+  return {robot};
+}
 
 std::string problemOf(const MonitorSettings& settings) {
   const std::pair<const char*, double> numbers[] = {
@@ -251,7 +317,8 @@ Config loadConfig(const ros::NodeHandle& private_nh) {
   std::string found;
   const bool may_have_members = !values.valid() || values.getType() == XmlRpcValue::TypeStruct;
   const bool is_found = private_nh.searchParam("tf_prefix", found) && found != private_nh.resolveName("tf_prefix");
-  if (may_have_members && is_found) private_nh.getParam(found, values["tf_prefix"]);
+  // Several robots have a prefix each.
+  if (may_have_members && is_found && !hasRobots(values)) private_nh.getParam(found, values["tf_prefix"]);
   return configFrom(values, private_nh.getNamespace());
 }
 

@@ -29,7 +29,21 @@ struct MonitorSettings {
 /// setting is checked elsewhere.
 std::string problemOf(const MonitorSettings& settings);
 
+/// Where the node finds one robot.
+struct RobotSource {
+  std::string name;            ///< "left"; "" for the only robot of a node without the parameter `robots`
+  std::string description;     ///< name of the parameter with the URDF, searched upwards
+  std::string semantic;        ///< the same of the SRDF; "": there is none
+  bool needs_semantic = true;  ///< whether it is an error if that parameter does not exist
+  std::string tf_prefix;       ///< of the robot's frames, see tfFrame()
+  std::string joint_states = "joint_states";  ///< topic of its velocities
+
+  /// The parameter that sets the prefix: "tf_prefix", "robots/left/tf_prefix".
+  std::string prefixParameter() const { return name.empty() ? "tf_prefix" : "robots/" + name + "/tf_prefix"; }
+};
+
 struct Config {
+  std::vector<RobotSource> robots;  ///< by name; empty: there is one, which the next two and tf_prefix describe
   std::string robot_description = "robot_description";              ///< name of a parameter, searched upwards
   std::string semantic_description = "robot_description_semantic";  ///< the same; it may be missing
   std::string reference_frame;                                      ///< "": the robot's root link
@@ -48,6 +62,9 @@ struct Config {
   int realtime_priority = 0;        ///< SCHED_FIFO priority of the threads of monitor and tf; 0: none
   MonitorSettings monitor;
 };
+
+/// The robots of the parameters, at least one.
+std::vector<RobotSource> robotSources(const Config& config);
 
 /// Reads the parameters in the namespace of `private_nh`; what is not set keeps its default. tf_prefix is searched
 /// upwards from there, as robot_state_publisher does.

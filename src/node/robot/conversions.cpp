@@ -69,6 +69,11 @@ void assignResult(Proximity& message, const narrowphase::SignedDistance& result,
 void assign(ShapeRef& message, const Named& named, const scene::ShapeRef& ref) {
   message.index = static_cast<std::uint32_t>(ref.collision);
   message.name.clear();
+  const int link_of_ref = linkOf(named, ref);
+  if (link_of_ref < 0)
+    message.robot.clear();
+  else
+    message.robot = named.robot.robotOf(link_of_ref).name;
   if (ref.link < 0) {
     message.kind = ShapeRef::OBJECT;
     message.link = named.objects->object(ref.object)->id;
@@ -102,6 +107,7 @@ void clear(ShapeRef& message) {
   message.link.clear();
   message.index = 0;
   message.name.clear();
+  message.robot.clear();
 }
 
 void assignUnknownResult(Proximity& message) {

@@ -3,10 +3,12 @@
 #include <ros/console.h>
 
 #include <algorithm>
+#include <map>
 #include <stdexcept>
 #include <utility>
 
 #include "node/robot/tf_frames.h"
+#include "proximity_server/scene/model/joined_robots.h"
 #include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/query/make_scene_model.h"
 
@@ -21,46 +23,81 @@ std::string descriptionOf(const ros::NodeHandle& nh, const std::string& name) {
   return text;
 }
 
-std::string urdfOf(const ros::NodeHandle& nh, const std::string& name) {
-  std::string urdf = descriptionOf(nh, name);
+std::string urdfOf(const ros::NodeHandle& nh, const RobotSource& robot) {
+  std::string urdf = descriptionOf(nh, robot.description);
   if (urdf.empty()) {
-    throw std::invalid_argument("no robot: parameter '" + name + "' is not set or empty, searched upwards from " +
-                                nh.getNamespace());
+    const std::string named_by = robot.name.empty() ? "" : ", which robots/" + robot.name + "/description names,";
+    throw std::invalid_argument("no robot: parameter '" + robot.description + "'" + named_by +
+                                " is not set or empty, searched upwards from " + nh.getNamespace());
   }
   return urdf;
 }
 
 /// The text of the SRDF; "" if the parameter is not set, which is an error only if a user named the parameter.
-std::string srdfOf(const ros::NodeHandle& nh, const std::string& name) {
-  if (name.empty()) return {};
+std::string srdfOf(const ros::NodeHandle& nh, const RobotSource& robot) {
+  if (robot.semantic.empty()) return {};
   std::string found;
-  if (name != Config().semantic_description && !nh.searchParam(name, found)) {
-    throw std::invalid_argument("no SRDF: parameter '" + name + "', which semantic_description names, is not set, " +
-                                "searched upwards from " + nh.getNamespace());
+  if (robot.needs_semantic && !nh.searchParam(robot.semantic, found)) {
+    const std::string named_by = robot.name.empty() ? "semantic_description" : "robots/" + robot.name + "/semantic";
+    throw std::invalid_argument("no SRDF: parameter '" + robot.semantic + "', which " + named_by +
+                                " names, is not set, searched upwards from " + nh.getNamespace());
   }
-  return descriptionOf(nh, name);
+  return descriptionOf(nh, robot.semantic);
 }
 
-std::shared_ptr<const scene::SceneModel> loadSceneModel(const std::string& urdf, const std::string& srdf,
-                                                        const Config& config) {
+std::vector<RobotTexts> textsOf(const ros::NodeHandle& nh, const Config& config) {
+  std::vector<RobotTexts> texts;
+  for (const RobotSource& robot : robotSources(config)) texts.push_back({urdfOf(nh, robot), srdfOf(nh, robot)});
+  return texts;
+}
+
+std::vector<std::string> srdfsOf(const std::vector<RobotTexts>& texts) {
+  std::vector<std::string> srdfs;
+  for (const RobotTexts& robot : texts) srdfs.push_back(robot.srdf);
+  return srdfs;
+}
+
+scene::RobotModel loadModel(const std::vector<RobotTexts>& texts, const Config& config) {
   scene::ModelOptions options = config.model;
   options.progress = [](const std::string& what) { ROS_INFO_STREAM("Loading: " << what); };
-  scene::RobotModel robot = scene::loadRobotModel(urdf, meshResolver(config), options);
-  return std::make_shared<const scene::SceneModel>(scene::makeSceneModel(std::move(robot), srdf, config.filter));
+  if (config.robots.empty()) return scene::loadRobotModel(texts.front().urdf, meshResolver(config), options);
+  std::vector<scene::NamedUrdf> robots;
+  for (std::size_t i = 0; i < texts.size(); ++i) robots.push_back({config.robots[i].name, texts[i].urdf});
+  return scene::loadRobots(robots, meshResolver(config), options);
 }
 
-int findFrame(const scene::RobotModel& robot, const Config& config, const std::string& frame) {
-  const int link = robot.findLink(frame);
-  if (link >= 0) return link;
-  const auto hasFrame = [&](const scene::Link& l) { return tfFrame(config.tf_prefix, l.name) == frame; };
-  const auto hit = std::find_if(robot.links.begin(), robot.links.end(), hasFrame);
-  return hit == robot.links.end() ? -1 : static_cast<int>(hit - robot.links.begin());
+std::shared_ptr<const scene::SceneModel> loadSceneModel(const std::vector<RobotTexts>& texts, const Config& config) {
+  return std::make_shared<const scene::SceneModel>(
+      scene::makeSceneModel(loadModel(texts, config), srdfsOf(texts), config.filter));
+}
+
+/// The frames of the links in tf. Throws std::invalid_argument if links of two robots have the same.
+std::vector<std::string> framesOf(const scene::RobotModel& robots, const std::vector<RobotSource>& sources) {
+  std::vector<std::string> frames;
+  std::map<std::string, int> robot_of;
+  for (const scene::Link& link : robots.links) {
+    const int robot = robots.bodies[link.body].robot;
+    const RobotSource& source = sources[robot];
+    frames.push_back(tfFrame(source.tf_prefix, robots.robots[robot].ownName(link.name)));
+    const RobotSource& first = sources[robot_of.emplace(frames.back(), robot).first->second];
+    if (first.name == source.name) continue;
+    throw std::invalid_argument("parameter " + source.prefixParameter() + " is '" + source.tf_prefix +
+                                "': the robots '" + first.name + "' and '" + source.name +
+                                "' both have the tf frame '" + frames.back() + "'");
+  }
+  return frames;
+}
+
+/// The link of this frame in tf, or of this name; -1 if there is none.
+int findFrame(const scene::RobotModel& robot, const std::vector<std::string>& frames, const std::string& frame) {
+  const auto hit = std::find(frames.begin(), frames.end(), frame);
+  return hit == frames.end() ? robot.findLink(frame) : static_cast<int>(hit - frames.begin());
 }
 
 /// The link of the reference frame, or -1. The parameter may name the link, or its frame with the prefix.
-int referenceLinkOf(const scene::RobotModel& robot, const Config& config) {
+int referenceLinkOf(const scene::RobotModel& robot, const std::vector<std::string>& frames, const Config& config) {
   if (config.reference_frame.empty()) return robot.bodies.front().link;
-  return findFrame(robot, config, config.reference_frame);
+  return findFrame(robot, frames, config.reference_frame);
 }
 
 /// No objects, and rules for a robot whose base stands still if it carries the reference frame.
@@ -71,47 +108,71 @@ RobotObjects noObjects(const std::shared_ptr<const scene::SceneModel>& model, in
   return {std::make_shared<const scene::Objects>(scene::Objects(model).withRules(rules)), 0};
 }
 
-std::shared_ptr<const std::vector<TfEdge>> edgesOf(const scene::RobotModel& robot, const Config& config) {
-  const auto frame = [&](int link) { return tfFrame(config.tf_prefix, robot.links[link].name); };
-  auto edges = std::make_shared<std::vector<TfEdge>>();
-  for (const scene::Joint& joint : robot.joints) {
-    edges->push_back({frame(joint.parent_link), frame(joint.child_link), "joint '" + joint.name + "'"});
+/// In messages: the only robot is not named.
+std::string nameOfRootEdge(const Robot& robot, int number, const std::string& root) {
+  const std::string& name = robot.sources()[number].name;
+  if (name.empty()) return "reference_frame '" + robot.referenceFrame() + "'";
+  return "frame '" + root + "' of robot '" + name + "' in '" + robot.referenceFrame() + "'";
+}
+
+std::vector<TfEdge> edgesOf(const Robot& robot) {
+  std::vector<TfEdge> edges;
+  for (const scene::Joint& joint : robot.robotModel().joints) {
+    edges.push_back({robot.frameOf(joint.parent_link), robot.frameOf(joint.child_link), "joint '" + joint.name + "'"});
   }
-  if (referenceLinkOf(robot, config) < 0) {
-    edges->push_back(
-        {config.reference_frame, frame(robot.bodies.front().link), "reference_frame '" + config.reference_frame + "'"});
+  const std::vector<int> roots = robot.robotModel().roots();
+  for (int i = 0; i < static_cast<int>(roots.size()); ++i) {
+    if (i == robot.referenceRobot()) continue;
+    const std::string& root = robot.frameOf(robot.robotModel().bodies[roots[i]].link);
+    edges.push_back({robot.referenceFrame(), root, nameOfRootEdge(robot, i, root)});
   }
+  return edges;
+}
+
+/// For each robot the index of the edge to its root, see Robot::tfEdges().
+std::vector<int> rootEdgesOf(const Robot& robot) {
+  std::vector<int> edges;
+  int next = static_cast<int>(robot.robotModel().joints.size());
+  for (int i = 0; i < static_cast<int>(robot.sources().size()); ++i)
+    edges.push_back(i == robot.referenceRobot() ? -1 : next++);
   return edges;
 }
 
 }  // namespace
 
-Robot::Robot(const ros::NodeHandle& nh, const Config& config)
-    : Robot(urdfOf(nh, config.robot_description), srdfOf(nh, config.semantic_description), config) {}
+Robot::Robot(const ros::NodeHandle& nh, const Config& config) : Robot(textsOf(nh, config), config) {}
 
 Robot::Robot(const std::string& urdf, const std::string& srdf, const Config& config)
+    : Robot({RobotTexts{urdf, srdf}}, config) {}
+
+Robot::Robot(const std::vector<RobotTexts>& texts, const Config& config)
     : config_(config),
-      srdf_(srdf),
-      model_(loadSceneModel(urdf, srdf, config)),
+      sources_(robotSources(config)),
+      srdfs_(srdfsOf(texts)),
+      model_(loadSceneModel(texts, config)),
+      frames_(framesOf(model_->robot, sources_)),
       candidates_(model_->pairs),
       candidate_bodies_(bodiesOf(model_->robot, candidates_.list())),
-      reference_link_(referenceLinkOf(model_->robot, config)),
+      reference_link_(referenceLinkOf(model_->robot, frames_, config)),
       reference_frame_(reference_link_ < 0 ? config.reference_frame : frameOf(reference_link_)),
-      tf_edges_(edgesOf(model_->robot, config)),
+      tf_edges_(std::make_shared<const std::vector<TfEdge>>(edgesOf(*this))),
+      root_edges_(rootEdgesOf(*this)),
       objects_(std::make_unique<ObjectSlot>(noObjects(model_, reference_link_))),
       scenes_(std::make_unique<ScenePool>(
           [first = std::make_shared<const scene::Scene>(model_)] { return first->twin(); })),
       moving_scenes_(std::make_unique<MovingScenePool>(
           [first = std::make_shared<const scene::MovingScene>(model_)] { return first->twin(); })) {}
 
-std::string Robot::frameOf(int link) const { return tfFrame(config_.tf_prefix, robotModel().links[link].name); }
+int Robot::linkOfFrame(const std::string& frame) const { return findFrame(robotModel(), frames_, frame); }
 
-int Robot::linkOfFrame(const std::string& frame) const { return findFrame(robotModel(), config_, frame); }
+int Robot::referenceRobot() const {
+  return reference_link_ < 0 ? -1 : robotModel().bodies[robotModel().links[reference_link_].body].robot;
+}
 
 std::vector<scene::ShapeRefPair> Robot::pairsOfGroup(const std::string& group) const {
   scene::PairFilterOptions filter = config_.filter;
   filter.group = group;
-  return scene::Candidates(scene::filterPairs(robotModel(), srdf_, filter)).list();
+  return scene::Candidates(scene::filterPairs(robotModel(), srdfs_, filter)).list();
 }
 
 scene::MeshResolver meshResolver(const Config& config) {

@@ -20,7 +20,13 @@ struct TfEdge {
   std::string name;           ///< in messages: "joint 'elbow'"
 };
 
-/// A robot as the parameter server described it. Besides its objects it does not change after loading: a reload makes a
+/// The texts of one robot.
+struct RobotTexts {
+  std::string urdf;
+  std::string srdf;  ///< "": there is none
+};
+
+/// A robot as the parameter server described it, or several that are one model (scene::joined). Besides its objects it does not change after loading: a reload makes a
 /// new Robot, and running requests keep the old one.
 class Robot {
  public:
@@ -29,7 +35,10 @@ class Robot {
   /// Failure: throws std::invalid_argument naming the parameter, file, link or element that is missing or broken.
   Robot(const ros::NodeHandle& nh, const Config& config);
 
-  /// Reads the texts of a URDF and an SRDF. An empty `srdf` means that there is none.
+  /// Reads the texts of each of robotSources(config).
+  Robot(const std::vector<RobotTexts>& texts, const Config& config);
+
+  /// The same for a single robot.
   Robot(const std::string& urdf, const std::string& srdf, const Config& config);
 
   const Config& config() const { return config_; }
@@ -37,8 +46,11 @@ class Robot {
   const std::shared_ptr<const scene::SceneModel>& sharedModel() const { return model_; }
   const scene::RobotModel& robotModel() const { return model_->robot; }
 
-  /// The frame of a link in tf, with the prefix of Config::tf_prefix.
-  std::string frameOf(int link) const;
+  /// Where the robots of the model come from, in the order of RobotModel::robots.
+  const std::vector<RobotSource>& sources() const { return sources_; }
+
+  /// The frame of a link in tf, with the prefix of its robot.
+  const std::string& frameOf(int link) const { return frames_[link]; }
 
   /// The link whose frame in tf this is, with or without the prefix; -1 if there is none.
   int linkOfFrame(const std::string& frame) const;
@@ -47,9 +59,13 @@ class Robot {
   const std::string& referenceFrame() const { return reference_frame_; }
   int referenceLink() const { return reference_link_; }
 
-  /// One edge for each of RobotModel::joints. If the reference frame is no link, the last edge leads from it to the
-  /// root.
+  /// The robot that the reference frame is a link of, as an index into RobotModel::robots; -1 if it is no link.
+  int referenceRobot() const;
+
+  /// One edge for each of RobotModel::joints. Then one from the reference frame to the root of each robot in which it is no
+  /// link: rootEdge() is its index, -1 for the robot in which it is one.
   const std::shared_ptr<const std::vector<TfEdge>>& tfEdges() const { return tf_edges_; }
+  int rootEdge(int robot) const { return root_edges_[robot]; }
 
   /// The pairs that are checked, and the bodies of their links, each once.
   const scene::Candidates& candidates() const { return candidates_; }
@@ -67,13 +83,16 @@ class Robot {
 
  private:
   Config config_;
-  std::string srdf_;
+  std::vector<RobotSource> sources_;
+  std::vector<std::string> srdfs_;
   std::shared_ptr<const scene::SceneModel> model_;
+  std::vector<std::string> frames_;  ///< of the links
   scene::Candidates candidates_;
   std::vector<int> candidate_bodies_;
   int reference_link_;
   std::string reference_frame_;
   std::shared_ptr<const std::vector<TfEdge>> tf_edges_;
+  std::vector<int> root_edges_;
   std::unique_ptr<ObjectSlot> objects_;
   std::unique_ptr<ScenePool> scenes_;
   std::unique_ptr<MovingScenePool> moving_scenes_;

@@ -29,14 +29,14 @@ std::string joined(const std::vector<std::string>& words, const std::string& bet
   return text;
 }
 
-std::string hintOf(const std::string& prefix, const std::string& link, const std::vector<std::string>& frames) {
+std::string hintOf(const RobotSource& robot, const std::string& link, const std::vector<std::string>& frames) {
   const std::string exist = (frames.size() == 1 ? "frame " : "frames ") + joined(frames, " and ") +
                             (frames.size() == 1 ? " exists" : " exist");
-  if (!prefix.empty()) return exist + ", but tf_prefix is '" + prefix + "'";
+  if (!robot.tf_prefix.empty()) return exist + ", but " + robot.prefixParameter() + " is '" + robot.tf_prefix + "'";
   std::vector<std::string> prefixes;
   for (const std::string& frame : frames)
     prefixes.push_back("'" + frame.substr(0, frame.size() - link.size() - 1) + "'");
-  return exist + ": set tf_prefix to " + joined(prefixes, " or ");
+  return exist + ": set " + robot.prefixParameter() + " to " + joined(prefixes, " or ");
 }
 
 }  // namespace
@@ -46,14 +46,13 @@ std::string tfFrame(const std::string& prefix, const std::string& link) {
   return (prefix.front() == '/' ? prefix.substr(1) : prefix) + "/" + link;
 }
 
-std::string prefixHint(const tf2::BufferCore& buffer, const std::string& prefix,
-                       const std::vector<std::string>& links) {
+std::string prefixHint(const tf2::BufferCore& buffer, const RobotSource& robot, const std::vector<std::string>& links) {
   std::vector<std::string> known;
   buffer._getFrameStrings(known);
   for (const std::string& link : links) {
-    if (std::count(known.begin(), known.end(), tfFrame(prefix, link)) > 0) continue;
+    if (std::count(known.begin(), known.end(), tfFrame(robot.tf_prefix, link)) > 0) continue;
     const std::vector<std::string> frames = framesOf(link, known);
-    if (!frames.empty()) return hintOf(prefix, link, frames);
+    if (!frames.empty()) return hintOf(robot, link, frames);
   }
   return {};
 }

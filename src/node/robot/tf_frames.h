@@ -5,14 +5,16 @@
 #include <string>
 #include <vector>
 
+#include "node/robot/config.h"
+
 namespace proximity_server::node {
 
 /// The frame that robot_state_publisher gives a link if its parameter tf_prefix is `prefix`: "prefix/link". A slash in
 /// front of the prefix is left out, because tf2 has no leading slashes.
 std::string tfFrame(const std::string& prefix, const std::string& link);
 
-/// A hint for the user if tf does not know the frames of `links` but has frames of them with another prefix: names
-/// these frames and the tf_prefix that fits. "" if there are none.
-std::string prefixHint(const tf2::BufferCore& buffer, const std::string& prefix, const std::vector<std::string>& links);
+/// A hint for the user if tf does not know the frames of `links` of a robot but has frames of them with another prefix: names
+/// these frames and the prefix that fits. "" if there are none.
+std::string prefixHint(const tf2::BufferCore& buffer, const RobotSource& robot, const std::vector<std::string>& links);
 
 }  // namespace proximity_server::node

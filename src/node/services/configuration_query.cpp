@@ -64,7 +64,7 @@ QueryConfigurationResponse answer(const Robot& robot, TfPoses& tf, const QueryCo
     const QueryStatus& status = from_tf.status.code == QueryStatus::OK ? frames.status : from_tf.status;
     const ScenePool::Lease scene = pairs.borrowScene();
     for (const JointValues& state : states) {
-      const scene::BodyPoses poses = inReference(robot, posesInRoot(robot, state, from_tf), from_tf.reference_T_root);
+      const scene::BodyPoses poses = inReference(robot, posesInRoot(robot, state, from_tf), from_tf.roots);
       placeFramesOfLinks(robot, asked_frames, poses, frames.poses);
       scene->update(poses, frames.poses);
       response.states.push_back(askPairs(robot, *scene, {poses, status}, pairs, in_each, question));

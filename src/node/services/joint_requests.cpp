@@ -77,14 +77,16 @@ JointValues completed(JointValues positions, MissingJoints missing) {
 
 JointSnapshot missingFromTf(const Robot& robot, TfPoses& tf, const std::vector<int>& bodies,
                             const std::vector<JointValues>& states, const ros::Time& stamp) {
+  const int joints = static_cast<int>(robot.robotModel().joints.size());
   std::vector<int> missing;
-  for (const int joint : jointsTo(robot, bodies)) {
-    const auto leavesOpen = [&](const JointValues& state) { return !isGiven(robot.robotModel(), joint, state); };
-    if (std::any_of(states.begin(), states.end(), leavesOpen)) missing.push_back(joint);
+  for (const int edge : edgesTo(robot, bodies)) {
+    const auto leavesOpen = [&](const JointValues& state) { return !isGiven(robot.robotModel(), edge, state); };
+    if (edge >= joints || std::any_of(states.begin(), states.end(), leavesOpen)) missing.push_back(edge);
   }
-  if (!missing.empty() || robot.referenceLink() < 0) return tf.awaitJoints(robot, missing, stamp);
+  if (!missing.empty()) return tf.awaitJoints(robot, missing, stamp);
   JointSnapshot nothing;
   nothing.joints.resize(robot.robotModel().joints.size());
+  nothing.roots.resize(robot.robotModel().robots.size());
   return nothing;
 }
 

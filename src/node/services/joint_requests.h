@@ -32,8 +32,9 @@ MissingJoints missingJoints(std::uint8_t code);
 /// The positions of a request; missing joints are at 0 if `missing` is AtZero.
 JointValues completed(JointValues positions, MissingJoints missing);
 
-/// Looks up in tf the joints that `bodies` need and that some of `states` does not give. Waits at most
-/// Config::tf_timeout. If no joint is missing, tf is not asked and the stamp is 0.
+/// Looks up in tf the joints that `bodies` need and that some of `states` does not give, and where the roots of the robots
+/// stand if their joints do not tell it. Waits at most Config::tf_timeout. If nothing is missing, tf is not asked and the stamp
+/// is 0.
 JointSnapshot missingFromTf(const Robot& robot, TfPoses& tf, const std::vector<int>& bodies,
                             const std::vector<JointValues>& states, const ros::Time& stamp);
 
@@ -42,7 +43,8 @@ JointSnapshot missingFromTf(const Robot& robot, TfPoses& tf, const std::vector<i
 FrameSnapshot framesFromTf(const Robot& robot, TfPoses& tf, AskedFrames frames, const JointSnapshot& joints,
                            const ros::Time& stamp);
 
-/// The poses of the bodies in the frame of the root link, with the given positions and all other joints from tf.
+/// The poses of the bodies in the frame of the root link of their robot, with the given positions and all other joints
+/// from tf.
 scene::BodyPoses posesInRoot(const Robot& robot, const JointValues& positions, const JointSnapshot& from_tf);
 
 }  // namespace proximity_server::node

@@ -50,8 +50,7 @@ std::vector<TimedMotion> segmentsOf(const Robot& robot, const WayPoints& points,
                                     const AskedFrames& frames, const scene::FramePoses& poses_of_frames) {
   std::vector<TimedMotion> segments;
   for (std::size_t i = 0; i + 1 < points.times.size(); ++i) {
-    const scene::BodyPoses start =
-        inReference(robot, posesInRoot(robot, points.positions[i], from_tf), from_tf.reference_T_root);
+    const scene::BodyPoses start = inReference(robot, posesInRoot(robot, points.positions[i], from_tf), from_tf.roots);
     segments.push_back(motionOfJoints(robot, start, travelBetween(points.positions[i], points.positions[i + 1]),
                                       points.times[i], points.times[i + 1] - points.times[i]));
     carryObjects(robot, frames, poses_of_frames, segments.back());

@@ -1,5 +1,6 @@
 #include "node/services/timed_motion.h"
 
+#include <algorithm>
 #include <limits>
 #include <string>
 #include <utility>
@@ -25,21 +26,30 @@ scene::PairProximity inFrame(const Eigen::Isometry3d& frame_T_poses, scene::Pair
   return pair;
 }
 
-/// The poses in the frame of the root link, which the joints do not move.
-scene::BodyPoses inRoot(const scene::BodyPoses& poses) { return inFrame(poses.front().value().inverse(), poses); }
+/// The pose of the first root link that is known. The joints move no root.
+const Eigen::Isometry3d& rootOf(const Robot& robot, const scene::BodyPoses& poses) {
+  const std::vector<int> roots = robot.robotModel().roots();
+  const auto hit = std::find_if(roots.begin(), roots.end(), [&](int root) { return poses[root].has_value(); });
+  return poses[hit == roots.end() ? roots.front() : *hit].value();
+}
+
+/// The poses in the frame of that root link.
+scene::BodyPoses inRoot(const Robot& robot, const scene::BodyPoses& poses) {
+  return inFrame(rootOf(robot, poses).inverse(), poses);
+}
 
 /// TimedMotion::reference_T_poses for a motion of joints that starts from these poses.
 std::function<Eigen::Isometry3d(const scene::BodyPoses&)> referenceFrom(const Robot& robot,
                                                                         const scene::BodyPoses& poses) {
-  return [&robot, reference_T_root = poses.front().value()](const scene::BodyPoses& poses_in_root) {
+  return [&robot, reference_T_root = rootOf(robot, poses)](const scene::BodyPoses& poses_in_root) {
     return referenceToRoot(robot, poses_in_root, reference_T_root).value();
   };
 }
 
-/// The reference frame in a motion of joints, which is seen from the root link. The root and its body rest.
+/// The reference frame in a motion of joints, which is seen from that root link. All roots rest.
 scene::RobotMotion::Segment worldOf(const Robot& robot, const scene::BodyPoses& poses) {
   using Motion = scene::RobotMotion;
-  if (robot.referenceLink() < 0) return Motion::atRest(poses.front().value().inverse());
+  if (robot.referenceLink() < 0) return Motion::atRest(rootOf(robot, poses).inverse());
   const scene::Link& link = robot.robotModel().links[robot.referenceLink()];
   return Motion::atRest(link.body_T_link, link.body == 0 ? -1 : link.body);
 }
@@ -48,13 +58,13 @@ scene::RobotMotion::Segment worldOf(const Robot& robot, const scene::BodyPoses& 
 
 TimedMotion motionOfJoints(const Robot& robot, const scene::BodyPoses& poses, const std::vector<double>& travel,
                            double begin, double duration) {
-  return {scene::RobotMotion::ofJoints(robot.robotModel(), inRoot(poses), travel), begin, duration,
+  return {scene::RobotMotion::ofJoints(robot.robotModel(), inRoot(robot, poses), travel), begin, duration,
           referenceFrom(robot, poses), worldOf(robot, poses)};
 }
 
 TimedMotion motionWithinLimits(const Robot& robot, const scene::BodyPoses& poses, const std::vector<double>& travel,
                                const JointValues& stated, double duration) {
-  scene::LimitedMotion limited = motionWithinLimits(robot.robotModel(), inRoot(poses), travel, stated);
+  scene::LimitedMotion limited = motionWithinLimits(robot.robotModel(), inRoot(robot, poses), travel, stated);
   return {std::move(limited.motion), 0.0, duration, referenceFrom(robot, poses), worldOf(robot, poses),
           std::move(limited.stops)};
 }

@@ -17,14 +17,19 @@ void addChain(const scene::RobotModel& robot, int body, std::vector<bool>& is_ne
 
 }  // namespace
 
-std::vector<int> jointsTo(const Robot& robot, const std::vector<int>& bodies) {
-  std::vector<bool> is_needed(robot.robotModel().joints.size(), false);
-  std::vector<int> joints;
-  for (const int body : bodies) addChain(robot.robotModel(), body, is_needed, joints);
-  if (robot.referenceLink() >= 0) {
-    addChain(robot.robotModel(), robot.robotModel().links[robot.referenceLink()].body, is_needed, joints);
+std::vector<int> edgesTo(const Robot& asked, const std::vector<int>& bodies) {
+  const scene::RobotModel& robot = asked.robotModel();
+  std::vector<bool> is_needed(robot.joints.size(), false);
+  std::vector<bool> has_bodies(robot.robots.size(), robot.robots.size() == 1);
+  std::vector<int> edges;
+  for (const int body : bodies) {
+    addChain(robot, body, is_needed, edges);
+    has_bodies[robot.bodies[body].robot] = true;
   }
-  return joints;
+  if (asked.referenceLink() >= 0) addChain(robot, robot.links[asked.referenceLink()].body, is_needed, edges);
+  for (int i = 0; i < static_cast<int>(has_bodies.size()); ++i)
+    if (has_bodies[i] && asked.rootEdge(i) >= 0) edges.push_back(asked.rootEdge(i));
+  return edges;
 }
 
 bool isGiven(const scene::RobotModel& robot, int joint, const JointValues& positions) {
@@ -69,10 +74,13 @@ std::optional<Eigen::Isometry3d> referenceToRoot(const Robot& robot, const scene
   return (*root_T_body * reference.body_T_link).inverse();
 }
 
-scene::BodyPoses inReference(const Robot& robot, scene::BodyPoses poses_in_root,
-                             const std::optional<Eigen::Isometry3d>& foreign) {
-  const std::optional<Eigen::Isometry3d> reference_T_root = referenceToRoot(robot, poses_in_root, foreign);
-  for (std::optional<Eigen::Isometry3d>& pose : poses_in_root) {
+// It does without scene::placedAt(), as it must not allocate.
+scene::BodyPoses inReference(const Robot& robot, scene::BodyPoses poses_in_root, const RootPoses& roots) {
+  const std::optional<Eigen::Isometry3d> reference_T_own_root = referenceToRoot(robot, poses_in_root, std::nullopt);
+  for (std::size_t i = 0; i < poses_in_root.size(); ++i) {
+    const int member = robot.robotModel().bodies[i].robot;
+    const auto& reference_T_root = member == robot.referenceRobot() ? reference_T_own_root : roots[member];
+    std::optional<Eigen::Isometry3d>& pose = poses_in_root[i];
     if (pose && reference_T_root) {
       pose = *reference_T_root * *pose;
     } else {

@@ -29,23 +29,33 @@ bool available(const TfLookup::Edge& edge) { return edge.transform.status.code =
 /// Clears a snapshot, so that nothing is known at `stamp`.
 void startAt(const ros::Time& stamp, JointSnapshot& snapshot) {
   std::fill(snapshot.joints.begin(), snapshot.joints.end(), std::nullopt);
-  snapshot.reference_T_root.reset();
+  std::fill(snapshot.roots.begin(), snapshot.roots.end(), std::nullopt);
   snapshot.stamp = stamp;
   snapshot.age = snapshot.skew = ros::Duration();
   snapshot.status = {};
 }
 
+/// The robot of an edge, as an index into RobotModel::robots.
+int robotOf(const Robot& robot, int edge) {
+  const scene::RobotModel& model = robot.robotModel();
+  if (edge < static_cast<int>(model.joints.size()))
+    return model.bodies[model.links[model.joints[edge].child_link].body].robot;
+  int number = 0;
+  while (robot.rootEdge(number) != edge) ++number;
+  return number;
+}
+
 /// Copies the transforms of the edges into the snapshot.
 void copyTransforms(TfLookup& lookup) {
-  const std::vector<TfLookup::Edge>& edges = lookup.edges;
-  for (std::size_t i = 0; i < lookup.joints.size(); ++i) {
-    lookup.found.joints[lookup.joints[i]] = edges[i].transform.pose;
+  JointSnapshot& found = lookup.found;
+  for (const TfLookup::Edge& edge : lookup.edges) {
+    const bool is_joint = edge.number < static_cast<int>(found.joints.size());
+    (is_joint ? found.joints[edge.number] : found.roots[robotOf(*lookup.robot, edge.number)]) = edge.transform.pose;
   }
-  if (edges.size() > lookup.joints.size()) lookup.found.reference_T_root = edges.back().transform.pose;
 }
 
 PoseSnapshot placed(const Robot& robot, const JointSnapshot& joints, scene::BodyPoses room) {
-  return {inReference(robot, posesInRoot(robot.robotModel(), joints.joints, std::move(room)), joints.reference_T_root),
+  return {inReference(robot, posesInRoot(robot.robotModel(), joints.joints, std::move(room)), joints.roots),
           joints.stamp, joints.age, joints.skew, joints.status};
 }
 
@@ -62,12 +72,19 @@ std::string durationText(const ros::Duration& duration) {
   return secondsText(1e-3 * std::round(1e3 * duration.toSec()));
 }
 
-/// The links of the robot at the ends of an edge.
-std::vector<std::string> linksOf(const scene::RobotModel& robot, int edge) {
-  const auto name = [&](int link) { return robot.links[link].name; };
-  if (edge >= static_cast<int>(robot.joints.size())) return {name(robot.bodies.front().link)};
+/// The links of the robot at the ends of an edge, as the URDF names them.
+std::vector<std::string> linksOf(const scene::RobotModel& robot, int member, int edge) {
+  const auto name = [&](int link) { return robot.robots[member].ownName(robot.links[link].name); };
+  if (edge >= static_cast<int>(robot.joints.size())) return {name(robot.bodies[robot.roots()[member]].link)};
   const scene::Joint& joint = robot.joints[edge];
   return {name(joint.parent_link), name(joint.child_link)};
+}
+
+/// What to do if an edge is unknown because of the prefix of its robot; "" if it is not.
+std::string hintFor(const tf2::BufferCore& buffer, const Robot& robot, int edge) {
+  const int member = robotOf(robot, edge);
+  const RobotSource& source = robot.sources()[member];
+  return prefixHint(buffer, source, linksOf(robot.robotModel(), member, edge));
 }
 
 /// The status of the first edge that is not available, with the number of all; OK if there is none.
@@ -80,8 +97,7 @@ QueryStatus summary(const TfLookup& lookup, const tf2::BufferCore& buffer) {
   const auto count = std::count_if(edges.begin(), edges.end(), broken);
   if (count > 1) result.message += " (and " + std::to_string(count - 1) + " more)";
   if (result.code != QueryStatus::TF_UNAVAILABLE) return result;
-  const scene::RobotModel& robot = lookup.robot->robotModel();
-  const std::string hint = prefixHint(buffer, lookup.robot->config().tf_prefix, linksOf(robot, first->number));
+  const std::string hint = hintFor(buffer, *lookup.robot, first->number);
   if (!hint.empty()) result.message += "; " + hint;
   return result;
 }
@@ -153,11 +169,11 @@ std::optional<Eigen::Isometry3d> poseOfLink(const scene::RobotModel& robot, int 
 
 }  // namespace
 
-TfLookup::TfLookup(const Robot& asked, std::vector<int> wanted) : robot(&asked), joints(std::move(wanted)) {
+TfLookup::TfLookup(const Robot& asked, const std::vector<int>& wanted) : robot(&asked) {
   const std::vector<TfEdge>& all = *asked.tfEdges();
-  for (const int joint : joints) edges.push_back({joint, &all[joint], {}});
-  if (asked.referenceLink() < 0) edges.push_back({static_cast<int>(all.size()) - 1, &all.back(), {}});
+  for (const int edge : wanted) edges.push_back({edge, &all[edge], {}});
   found.joints.resize(asked.robotModel().joints.size());
+  found.roots.resize(asked.robotModel().robots.size());
 }
 
 std::vector<int> bodiesOf(const Robot& robot, const AskedFrames& frames) {
@@ -209,7 +225,7 @@ const PoseSnapshot& TfPoses::lookUp(TfLookup& lookup, const ros::Time& stamp) {
 }
 
 PoseSnapshot TfPoses::await(const Robot& robot, const std::vector<int>& bodies, const ros::Time& stamp) {
-  return placed(robot, awaitJoints(robot, jointsTo(robot, bodies), stamp), {});
+  return placed(robot, awaitJoints(robot, edgesTo(robot, bodies), stamp), {});
 }
 
 std::shared_ptr<const tf2::BufferCore> TfPoses::latestOf(const Robot& robot, std::vector<TfLookup::Edge>& edges) {
@@ -270,9 +286,24 @@ auto TfPoses::await(double timeout, LookUp look_up) {
   }
 }
 
-JointSnapshot TfPoses::awaitJoints(const Robot& robot, const std::vector<int>& joints, const ros::Time& stamp) {
-  TfLookup lookup(robot, joints);
+JointSnapshot TfPoses::awaitJoints(const Robot& robot, const std::vector<int>& edges, const ros::Time& stamp) {
+  TfLookup lookup(robot, edges);
   return await(robot.config().tf_timeout, [&] { return lookUpJoints(lookup, stamp); });
+}
+
+QueryStatus TfPoses::standingStill(const Robot& robot, const std::vector<int>& robots) {
+  const std::vector<int> roots = robot.robotModel().roots();
+  const auto frame = [&](int member) { return robot.frameOf(robot.robotModel().bodies[roots[member]].link); };
+  const std::shared_ptr<const tf2::BufferCore> buffer = tree_.view().buffer;
+  for (std::size_t i = 1; i < robots.size(); ++i) {
+    const TfEdge edge{frame(robots.front()), frame(robots[i]), ""};
+    const EdgeTransform found = lookUpEdge(*buffer, edge, ros::Time());
+    if (found.pose && found.stamp.isZero()) continue;
+    return status(QueryStatus::NO_VELOCITY, "robot '" + robot.sources()[robots[i]].name + "': its base '" + edge.child +
+                                                "' may move against '" + edge.parent +
+                                                "', as /tf_static does not join them");
+  }
+  return {};
 }
 
 FrameSnapshot TfPoses::lookUpFrames(const Robot& robot, const AskedFrames& frames, const PoseSnapshot& at,

@@ -26,12 +26,12 @@ namespace proximity_server::node {
 
 /// The transforms of a robot's joints at one time, with a status that says which are missing and why.
 struct JointSnapshot {
-  JointFrames joints;                                 ///< nullopt if unknown or not asked for
-  std::optional<Eigen::Isometry3d> reference_T_root;  ///< of a reference frame that is no link of the robot
-  ros::Time stamp;                                    ///< the common time; 0 where there is none
-  ros::Duration age;                                  ///< now - stamp
-  ros::Duration skew;                                 ///< newest - oldest of the latest transforms
-  QueryStatus status;                                 ///< OK, or what is missing, stale or out of reach
+  JointFrames joints;  ///< nullopt if unknown or not asked for
+  RootPoses roots;     ///< the same
+  ros::Time stamp;     ///< the common time; 0 where there is none
+  ros::Duration age;   ///< now - stamp
+  ros::Duration skew;  ///< newest - oldest of the latest transforms
+  QueryStatus status;  ///< OK, or what is missing, stale or out of reach
 };
 
 /// The poses of a robot's bodies at one time, or the reason why there are none.
@@ -62,16 +62,16 @@ std::vector<int> bodiesOf(const Robot& robot, const AskedFrames& frames);
 void placeFramesOfLinks(const Robot& robot, const AskedFrames& frames, const scene::BodyPoses& poses,
                         scene::FramePoses& placed);
 
-/// A question to tf about some joints of a robot, with the memory for its answers: asked again, it allocates nothing
+/// A question to tf about some edges of a robot, with the memory for its answers: asked again, it allocates nothing
 /// besides what tf2 allocates during a look-up. The robot must outlive it.
 struct TfLookup {
-  TfLookup(const Robot& robot, std::vector<int> joints);
+  /// `edges` are indices into Robot::tfEdges(), see edgesTo().
+  TfLookup(const Robot& robot, const std::vector<int>& edges);
 
   using Edge = LatestTransforms::Edge;
 
   const Robot* robot;
-  std::vector<int> joints;
-  std::vector<Edge> edges;  ///< one for each of `joints`, then one for a reference frame that is no link of the robot
+  std::vector<Edge> edges;
   JointSnapshot found;
   PoseSnapshot placed;
 };
@@ -102,7 +102,7 @@ class TfPoses {
   /// See JointJumps::recent().
   std::vector<std::string> jumps() const { return jumps_.recent(); }
 
-  /// The poses, at `stamp` or at the latest common time if that is 0, of the bodies that the joints of `lookup` carry.
+  /// The poses, at `stamp` or at the latest common time if that is 0, of the bodies that the edges of `lookup` carry.
   /// Never waits. Valid until `lookup` is used again.
   const PoseSnapshot& lookUp(TfLookup& lookup, const ros::Time& stamp = {});
 
@@ -122,10 +122,14 @@ class TfPoses {
   FrameSnapshot awaitFrames(const Robot& robot, const AskedFrames& frames, const PoseSnapshot& at,
                             const ros::Time& stamp);
 
-  // The same for the transforms of chosen joints, and of the reference frame if that is no link of the robot.
+  // The same for the transforms of chosen edges, as indices into Robot::tfEdges().
 
   const JointSnapshot& lookUpJoints(TfLookup& lookup, const ros::Time& stamp = {});
-  JointSnapshot awaitJoints(const Robot& robot, const std::vector<int>& joints, const ros::Time& stamp);
+  JointSnapshot awaitJoints(const Robot& robot, const std::vector<int>& edges, const ros::Time& stamp);
+
+  /// OK if tf knows by static transforms alone how the roots of these robots (indices into RobotModel::robots) stand to each
+  /// other; else NO_VELOCITY, naming the first robot whose root may move against that of the first one.
+  QueryStatus standingStill(const Robot& robot, const std::vector<int>& robots);
 
  private:
   void transformsChanged();

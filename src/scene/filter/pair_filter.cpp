@@ -14,6 +14,35 @@
 namespace proximity_server::scene {
 namespace {
 
+/// The errors name the robot.
+Srdf readSrdfOf(const Member& robot, const std::string& srdf_xml) {
+  try {
+    return readSrdf(srdf_xml);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(robot.sentence(error.what()));
+  }
+}
+
+/// One SRDF of all robots, with the names of the model.
+Srdf readSrdfs(const RobotModel& model, const std::vector<std::string>& srdf_xmls, PairTable& table) {
+  if (srdf_xmls.size() != model.robots.size()) {
+    throw std::invalid_argument("there are " + std::to_string(srdf_xmls.size()) + " SRDFs for " +
+                                std::to_string(model.robots.size()) + " robots");
+  }
+  Srdf all;
+  for (std::size_t i = 0; i < srdf_xmls.size(); ++i) {
+    const Member& robot = model.robots[i];
+    Srdf srdf = readSrdfOf(robot, srdf_xmls[i]);
+    if (!srdf.robot.empty() && srdf.robot != robot.urdf_name) {
+      table.warnings.push_back(robot.sentence("The SRDF is for the robot " + quoted(srdf.robot) + ", the URDF is of " +
+                                              quoted(robot.urdf_name) + "."));
+    }
+    renameAll(srdf, [&](const std::string& own) { return robot.nameInModel(own); });
+    append(srdf, all);
+  }
+  return all;
+}
+
 /// The rules of SRDF and configuration, by index of link and body.
 struct Rules {
   bool only_listed = false;
@@ -190,13 +219,14 @@ int PairTable::find(int link_a, int link_b) const {
 }
 
 PairTable filterPairs(const RobotModel& model, const std::string& srdf_xml, const PairFilterOptions& options) {
-  const Srdf srdf = readSrdf(srdf_xml);
+  return filterPairs(model, std::vector<std::string>{srdf_xml}, options);
+}
+
+PairTable filterPairs(const RobotModel& model, const std::vector<std::string>& srdf_xmls,
+                      const PairFilterOptions& options) {
   const LinkTable links(model);
   PairTable table;
-  if (!srdf.robot.empty() && srdf.robot != model.name) {
-    table.warnings.push_back("The SRDF is for the robot " + quoted(srdf.robot) + ", the URDF is of " +
-                             quoted(model.name) + ".");
-  }
+  const Srdf srdf = readSrdfs(model, srdf_xmls, table);
   const Rules rules = readRules(model, links, srdf, options, table);
   for (int a = 0; a < links.size(); ++a) {
     for (int b = a + 1; b < links.size(); ++b) {

@@ -57,6 +57,11 @@ Srdf::Group readGroup(const XMLElement& element) {
   return group;
 }
 
+template <typename Thing>
+void appendAll(const std::vector<Thing>& more, std::vector<Thing>& things) {
+  things.insert(things.end(), more.begin(), more.end());
+}
+
 /// The first element that makes the text a URDF, or nullptr: a joint with a parent and a child, or a link that has a
 /// body. Neither stands directly below the <robot> of an SRDF, which knows <joint> and <link> in its groups only.
 const XMLElement* findUrdfElement(const XMLElement& robot) {
@@ -111,6 +116,30 @@ Srdf readSrdf(const std::string& srdf_xml) {
   }
   refuseUrdf(*robot, srdf);
   return srdf;
+}
+
+void renameAll(Srdf& srdf, const std::function<std::string(const std::string&)>& rename) {
+  const auto each = [&](std::vector<std::string>& names) {
+    for (std::string& name : names) name = rename(name);
+  };
+  const auto both = [&](Srdf::Names& names) { names = {rename(names.first), rename(names.second)}; };
+  for (Srdf::DisabledPair& pair : srdf.disable_collisions) both(pair.links);
+  for (Srdf::Names& names : srdf.enable_collisions) both(names);
+  each(srdf.disable_default_collisions);
+  each(srdf.virtual_joints);
+  for (Srdf::Group& group : srdf.groups) {
+    group.name = rename(group.name);
+    for (std::vector<std::string>* names : {&group.links, &group.joints, &group.subgroups}) each(*names);
+    for (Srdf::Names& chain : group.chains) both(chain);
+  }
+}
+
+void append(const Srdf& more, Srdf& srdf) {
+  appendAll(more.disable_collisions, srdf.disable_collisions);
+  appendAll(more.enable_collisions, srdf.enable_collisions);
+  appendAll(more.disable_default_collisions, srdf.disable_default_collisions);
+  appendAll(more.virtual_joints, srdf.virtual_joints);
+  appendAll(more.groups, srdf.groups);
 }
 
 }  // namespace proximity_server::scene

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -29,5 +30,11 @@ struct Srdf {
 /// Reads an SRDF; an empty text is an empty SRDF. Throws std::invalid_argument with the line: unreadable XML, no
 /// <robot>, a missing attribute, a URDF in place of the SRDF.
 Srdf readSrdf(const std::string& srdf_xml);
+
+/// Replaces each name of a link, joint or group by rename(name).
+void renameAll(Srdf& srdf, const std::function<std::string(const std::string&)>& rename);
+
+/// Adds the entries of another SRDF.
+void append(const Srdf& more, Srdf& srdf);
 
 }  // namespace proximity_server::scene

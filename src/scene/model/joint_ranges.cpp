@@ -68,7 +68,7 @@ std::vector<int> jointsBetween(const RobotModel& robot, int body_a, int body_b) 
   while (body_a != body_b) {  // bodies come parents first, so the later one has its joint on the way
     const bool from_a = body_a > body_b;
     int& body = from_a ? body_a : body_b;
-    (from_a ? up : down).push_back(robot.bodies[body].joint);
+    if (robot.bodies[body].joint >= 0) (from_a ? up : down).push_back(robot.bodies[body].joint);
     body = robot.bodies[body].parent;
   }
   up.insert(up.end(), down.rbegin(), down.rend());

@@ -60,4 +60,18 @@ BodyPoses forwardKinematics(const RobotModel& model, const std::map<std::string,
   return forwardKinematics(model, by_joint);
 }
 
+BodyPoses placedAt(const RobotModel& model, BodyPoses in_roots,
+                   const std::vector<std::optional<Isometry3d>>& common_T_roots) {
+  for (std::size_t i = 0; i < in_roots.size(); ++i) {
+    std::optional<Isometry3d>& pose = in_roots[i];
+    const std::optional<Isometry3d>& common_T_root = common_T_roots[model.bodies[i].robot];
+    if (pose && common_T_root) {
+      pose = *common_T_root * *pose;
+    } else {
+      pose.reset();
+    }
+  }
+  return in_roots;
+}
+
 }  // namespace proximity_server::scene

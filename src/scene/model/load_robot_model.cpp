@@ -5,6 +5,7 @@
 #include "proximity_server/scene/model/names.h"
 #include "scene/model/kinematic_tree.h"
 #include "scene/model/link_geometry.h"
+#include "scene/model/link_options.h"
 #include "scene/model/urdf_document.h"
 
 namespace proximity_server::scene {
@@ -31,13 +32,18 @@ double ModelOptions::meshToleranceOf(const std::string& link) const {
   return valueOf(link, link_mesh_tolerance, mesh_tolerance);
 }
 
+void requireLinks(const ModelOptions& options, const RobotModel& model) {
+  requireLinks("padding", options.link_padding, model);
+  requireLinks("mesh tolerance", options.link_mesh_tolerance, model);
+}
+
 RobotModel loadRobotModel(const std::string& urdf_xml, const MeshResolver& resolve, const ModelOptions& options) {
   RobotModel model;
   const urdf::ModelInterfaceSharedPtr urdf = readUrdf(urdf_xml, model.warnings);
   model.name = urdf->getName();
+  model.robots.front().urdf_name = model.name;
   addKinematicTree(*urdf, model);
-  requireLinks("padding", options.link_padding, model);
-  requireLinks("mesh tolerance", options.link_mesh_tolerance, model);
+  requireLinks(options, model);
   addGeometry(*urdf, resolve, options, model);
   return model;
 }

@@ -14,7 +14,15 @@ bool RobotModel::hasGeometry(int link) const {
   return std::any_of(own.begin(), own.end(), [&](int i) { return !collisions[i].pieces.empty(); });
 }
 
-RobotModel::Connection RobotModel::connection(int link_a, int link_b) const {
+std::vector<int> RobotModel::roots() const {
+  std::vector<int> result;
+  for (std::size_t body = 0; body < bodies.size(); ++body)
+    if (bodies[body].parent < 0) result.push_back(static_cast<int>(body));
+  return result;
+}
+
+std::optional<RobotModel::Connection> RobotModel::connection(int link_a, int link_b) const {
+  if (bodies[links[link_a].body].robot != bodies[links[link_b].body].robot) return std::nullopt;
   Connection way;
   const auto is_decided = [&] { return way.passes_geometry && way.movable_joints > 1; };
   for (int a = link_a, b = link_b; a != b && !is_decided();) {
@@ -28,8 +36,8 @@ RobotModel::Connection RobotModel::connection(int link_a, int link_b) const {
 }
 
 bool RobotModel::areNeighbours(int link_a, int link_b) const {
-  const Connection way = connection(link_a, link_b);
-  return way.movable_joints == 1 && !way.passes_geometry;
+  const std::optional<Connection> way = connection(link_a, link_b);
+  return way && way->movable_joints == 1 && !way->passes_geometry;
 }
 
 Joint::Mimic RobotModel::leaderOf(int joint) const {

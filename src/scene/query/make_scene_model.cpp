@@ -17,7 +17,8 @@ std::vector<ShapeRefPair> pairsOfOneJoint(const SceneModel& model, const std::ve
   std::vector<ShapeRefPair> pairs;
   for (const int i : model.pairs.checked) {
     const LinkPair& pair = model.pairs.pairs[i];
-    if (model.robot.connection(pair.link_a, pair.link_b).movable_joints != 1) continue;
+    const auto way = model.robot.connection(pair.link_a, pair.link_b);
+    if (!way || way->movable_joints != 1) continue;
     if (rangesBetween(model.robot, ranges, pair.link_a, pair.link_b).empty()) continue;  // floating or planar
     pairs.push_back({{pair.link_a, 0}, {pair.link_b, 0}});
   }
@@ -53,7 +54,12 @@ std::vector<ShapeRefPair> alwaysInContact(const SceneModel& model) {
 }  // namespace
 
 SceneModel makeSceneModel(RobotModel robot, const std::string& srdf_xml, const PairFilterOptions& options) {
-  PairTable table = filterPairs(robot, srdf_xml, options);
+  return makeSceneModel(std::move(robot), std::vector<std::string>{srdf_xml}, options);
+}
+
+SceneModel makeSceneModel(RobotModel robot, const std::vector<std::string>& srdf_xmls,
+                          const PairFilterOptions& options) {
+  PairTable table = filterPairs(robot, srdf_xmls, options);
   SceneModel model{std::move(robot), std::move(table)};
   std::vector<std::string> names;
   for (const ShapeRefPair& pair : alwaysInContact(model)) {

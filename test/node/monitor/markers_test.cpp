@@ -25,8 +25,8 @@ using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
 
 /// A robot of one link with this geometry.
-RobotModel robotOf(const std::string& geometry) {
-  return loadRobotModel("<robot name='r'><link name='l'>" + geometry + "</link></robot>", packageResolver({}));
+Robot robotOf(const std::string& geometry) {
+  return {"<robot name='r'><link name='l'>" + geometry + "</link></robot>", "", Config()};
 }
 
 std::map<int, int> typesOf(const MarkerArray& array) {
@@ -37,7 +37,7 @@ std::map<int, int> typesOf(const MarkerArray& array) {
 
 TEST(PieceMarkers, OfPrimitivesHaveTheirSizeAndPlace) {
   const MarkerArray array = pieceMarkers(
-      robotOf("<collision><origin xyz='1 2 3'/><geometry><box size='0.1 0.2 0.3'/></geometry></collision>"), "");
+      robotOf("<collision><origin xyz='1 2 3'/><geometry><box size='0.1 0.2 0.3'/></geometry></collision>"));
   ASSERT_EQ(array.markers.size(), 1u);
   const Marker& box = array.markers[0];
   EXPECT_EQ(box.type, Marker::CUBE);
@@ -49,10 +49,8 @@ TEST(PieceMarkers, OfPrimitivesHaveTheirSizeAndPlace) {
 TEST(PieceMarkers, OfACapsuleAreACylinderAndTwoBalls) {
   const std::string ball = "<collision><origin xyz='0 0 %'/><geometry><sphere radius='0.1'/></geometry></collision>";
   const auto at = [&](const std::string& z) { return std::string(ball).replace(ball.find('%'), 1, z); };
-  const MarkerArray array =
-      pieceMarkers(robotOf("<collision><geometry><cylinder radius='0.1' length='0.4'/></geometry></collision>" +
-                           at("0.2") + at("-0.2")),
-                   "");
+  const MarkerArray array = pieceMarkers(robotOf(
+      "<collision><geometry><cylinder radius='0.1' length='0.4'/></geometry></collision>" + at("0.2") + at("-0.2")));
   EXPECT_EQ(typesOf(array), (std::map<int, int>{{Marker::CYLINDER, 1}, {Marker::SPHERE, 2}}));
 }
 

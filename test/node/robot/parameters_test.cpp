@@ -129,6 +129,10 @@ std::string contentOf(const Config& config) {
                                   config.tf_prefix, config.model.mesh_cache, config.filter.group}) {
     text << word << ';';
   }
+  for (const RobotSource& robot : config.robots) {
+    for (const std::string& word : {robot.name, robot.description, robot.semantic, robot.tf_prefix, robot.joint_states})
+      text << word << ';';
+  }
   const MonitorSettings& monitor = config.monitor;
   for (const double number :
        {config.model.mesh_tolerance, config.model.mesh_time_budget, config.model.default_padding, config.tolerance,
@@ -174,6 +178,10 @@ std::vector<XmlRpcValue> otherValues(const std::string& name, const Documented& 
   XmlRpcValue value = valueOf(documented.value);
   if (value.getType() == XmlRpcValue::TypeBoolean) return {XmlRpcValue(!static_cast<bool>(value))};
   if (value.getType() == XmlRpcValue::TypeString) return {"other"};
+  if (value.getType() == XmlRpcValue::TypeStruct) {
+    value["left"]["description"] = "a";
+    return {value};
+  }
   const bool is_of_pairs = name.find("pairs") != std::string::npos;
   (is_of_pairs ? value[0][0] : value[0]) = "a";
   if (is_of_pairs) value[0][1] = "b";

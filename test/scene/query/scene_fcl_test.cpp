@@ -14,6 +14,7 @@
 #include <random>
 #include <string>
 
+#include "proximity_server/scene/model/joined_robots.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/query/scene.h"
@@ -222,6 +223,42 @@ TEST_P(SceneAndFcl, DecompositionsAgreeWithTheMeshesWithinTwiceTheirTolerance) {
   constexpr double kTolerance = 0.005;
   const Meshes truth(load(0.0));
   expectAgreement(load(kTolerance), truth, 10, 2.0 * kTolerance);
+}
+
+// --- two Pandas in one cell
+
+TEST(TwoPandasAndFcl, EveryPairBetweenThemAgreesWhereApartInRandomStates) {
+  const MeshResolver resolve = exampleRobotsResolver();
+  if (!findsExampleRobots(resolve)) GTEST_SKIP() << kExampleRobotsMissing;
+  const ExampleRobot& panda = kExampleRobots[0];
+  const std::string urdf = readFile(exampleRobotFile(resolve, panda.urdf));
+  const std::string srdf = readFile(exampleRobotFile(resolve, panda.srdf));
+  ModelOptions options;
+  options.mesh_tolerance = kHulls;
+  auto model = std::make_shared<SceneModel>();
+  model->robot = loadRobots({{"left", urdf}, {"right", urdf}}, resolve, options);
+  model->pairs = filterPairs(model->robot, std::vector<std::string>{srdf, srdf});
+  const Meshes truth(model);
+  Scene scene(model);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> apart_by(0.3, 1.0), angle(-3.0, 3.0);
+  int apart = 0, meeting = 0;
+  for (int state = 0; state < kStates; ++state) {
+    const Isometry3d right =
+        Eigen::Translation3d(apart_by(random), 0.1, 0.0) * Eigen::AngleAxisd(angle(random), Vector3d::UnitZ());
+    const BodyPoses poses = placedAt(model->robot, randomState(model->robot, random), {Isometry3d::Identity(), right});
+    scene.update(poses);
+    for (const PairProximity& pair : scene.all(scene.candidates())) {
+      if (model->robot.robotOf(pair.asked.a.link).name == model->robot.robotOf(pair.asked.b.link).name) continue;
+      const double reference = truth.distance(pair.asked, poses);
+      (reference > 0.0 ? apart : meeting) += 1;
+      EXPECT_NEAR(std::max(0.0, pair.result.distance), reference, kAgreement) << "state " << state;
+    }
+  }
+  // Eleven links of each have geometry.
+  EXPECT_EQ(apart + meeting, 121 * kStates);
+  EXPECT_GT(apart, 100 * kStates);
+  EXPECT_GT(meeting, kStates / 10);
 }
 
 INSTANTIATE_TEST_SUITE_P(Robots, SceneAndFcl, testing::ValuesIn(robotsToTest()),

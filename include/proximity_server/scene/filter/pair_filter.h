@@ -74,4 +74,11 @@ struct PairFilterOptions {
 ///          and entries without effect become warnings, and so do neighbours that are left out silently or checked.
 PairTable filterPairs(const RobotModel& model, const std::string& srdf_xml, const PairFilterOptions& options = {});
 
+/// The same with an SRDF for each of RobotModel::robots. Each is about its own robot alone, whose links, joints and groups
+/// have the names there that they have in the robot's URDF; the options have the names of the model ("left/elbow", and the
+/// group "left/arm"). So the pairs of two robots are checked unless the options leave them out.
+/// Failure: as above, naming the robot; throws std::invalid_argument also if there is not one SRDF for each robot.
+PairTable filterPairs(const RobotModel& model, const std::vector<std::string>& srdf_xmls,
+                      const PairFilterOptions& options = {});
+
 }  // namespace proximity_server::scene

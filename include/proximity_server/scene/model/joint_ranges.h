@@ -35,7 +35,7 @@ bool hasKnownRange(const RobotModel& robot, int joint);
 /// Draws each joint uniformly from its range, independently of the others.
 Positions randomPositions(const RobotModel& robot, const std::vector<JointRange>& ranges, std::mt19937_64& random);
 
-/// The movable joints between two bodies, in the order from a to b.
+/// The movable joints between two bodies, in the order from a to b; of bodies of two robots, those up to their roots.
 std::vector<int> jointsBetween(const RobotModel& robot, int body_a, int body_b);
 
 /// Those of `ranges` whose joints change the relative pose of two links.

@@ -16,7 +16,7 @@ using BodyPoses = std::vector<std::optional<Eigen::Isometry3d>>;
 /// Motion of a one-dof joint at `position` [rad] or [m]; the identity for floating and planar joints.
 Eigen::Isometry3d jointMotion(const Joint& joint, double position);
 
-/// Poses of all bodies in the root link's frame. `positions` [rad] or [m] has one entry for each of RobotModel::joints;
+/// Poses of all bodies, each in the frame of the root link of its robot. `positions` [rad] or [m] has one entry for each of RobotModel::joints;
 /// that of a mimic joint is ignored, it follows its leader. Floating and planar joints stay at the identity.
 /// Throws std::invalid_argument if there is not one position for each joint.
 BodyPoses forwardKinematics(const RobotModel& model, const std::vector<double>& positions);
@@ -24,5 +24,11 @@ BodyPoses forwardKinematics(const RobotModel& model, const std::vector<double>& 
 /// The same by name: joints that are not named are at 0. Throws std::invalid_argument for a name that is no movable
 /// joint of the robot.
 BodyPoses forwardKinematics(const RobotModel& model, const std::map<std::string, double>& positions);
+
+/// The poses in a common frame, in which the root links of the robots have the poses `common_T_roots`, one for each of
+/// RobotModel::robots. `in_roots` are the poses in the frames of these links; the bodies of a robot whose root has no pose
+/// have none either.
+BodyPoses placedAt(const RobotModel& model, BodyPoses in_roots,
+                   const std::vector<std::optional<Eigen::Isometry3d>>& common_T_roots);
 
 }  // namespace proximity_server::scene

@@ -68,13 +68,33 @@ struct Joint {
 /// Links joined by fixed joints: they move as one. The frame of a body is that of its first link.
 struct Body {
   int link;    ///< the link that gives the frame: root, or child of `joint`
-  int joint;   ///< movable joint that carries it, index into RobotModel::joints; -1 for the root body
-  int parent;  ///< body at the other end of that joint; -1 for the root body
+  int joint;   ///< movable joint that carries it, index into RobotModel::joints; -1 for a root body
+  int parent;  ///< body at the other end of that joint; -1 for a root body
   std::vector<int> links;
   std::vector<int> pieces;  ///< of the whole body; a capsule replaces the cylinder and the spheres that form it
+  int robot = 0;            ///< index into RobotModel::robots
 };
 
-/// A robot as the queries see it; never changed after loading. bodies are ordered parents first, bodies[0] is the root.
+/// One of the robots of a model.
+struct Member {
+  std::string name;       ///< "left"; "" for a robot that is alone in its model
+  std::string urdf_name;  ///< of the robot in its URDF
+
+  /// The name that a link, joint or group of the robot has in the model, and back: "elbow" is "left/elbow" there, or "elbow"
+  /// if the robot is alone.
+  std::string nameInModel(const std::string& own) const { return name.empty() ? own : name + "/" + own; }
+  std::string ownName(const std::string& in_model) const {
+    return name.empty() ? in_model : in_model.substr(name.size() + 1);
+  }
+
+  /// A sentence about the robot: it begins with the robot's name, if it has one.
+  std::string sentence(const std::string& text) const {
+    return name.empty() ? text : "robot \"" + name + "\": " + text;
+  }
+};
+
+/// A robot as the queries see it, or several that joined() made one; never changed after loading. bodies are ordered robot by
+/// robot, and in a robot parents first; the first body of each robot is its root.
 struct RobotModel {
   std::string name;
   std::vector<Link> links;
@@ -83,7 +103,8 @@ struct RobotModel {
   std::vector<Body> bodies;
   std::vector<Collision> collisions;
   std::vector<Piece> pieces;
-  std::vector<std::string> warnings;  ///< one sentence each about input that is odd but legal
+  std::vector<std::string> warnings;     ///< one sentence each about input that is odd but legal
+  std::vector<Member> robots{Member{}};  ///< see joined()
 
   /// Index of a link, or -1.
   int findLink(const std::string& name) const;
@@ -91,13 +112,19 @@ struct RobotModel {
   /// Whether the link has collision geometry.
   bool hasGeometry(int link) const;
 
+  /// The robot of a link.
+  const Member& robotOf(int link) const { return robots[bodies[links[link].body].robot]; }
+
+  /// The root body of each of `robots`.
+  std::vector<int> roots() const;
+
   /// The path between two links: how many movable joints it has, and whether a third link on it has geometry. Counting
-  /// ends as soon as there are several joints and such a link.
+  /// ends as soon as there are several joints and such a link. Nothing joins links of different robots: nullopt.
   struct Connection {
     int movable_joints = 0;
     bool passes_geometry = false;
   };
-  Connection connection(int link_a, int link_b) const;
+  std::optional<Connection> connection(int link_a, int link_b) const;
 
   /// Whether two links are joined by one movable joint, seen through fixed links that have no geometry of their own.
   bool areNeighbours(int link_a, int link_b) const;

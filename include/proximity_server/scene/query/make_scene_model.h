@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "proximity_server/scene/filter/scene_model.h"
 
@@ -11,5 +12,9 @@ namespace proximity_server::scene {
 ///
 /// Failure: throws as filterPairs() does.
 SceneModel makeSceneModel(RobotModel robot, const std::string& srdf_xml, const PairFilterOptions& options = {});
+
+/// The same with an SRDF for each of RobotModel::robots.
+SceneModel makeSceneModel(RobotModel robot, const std::vector<std::string>& srdf_xmls,
+                          const PairFilterOptions& options = {});
 
 }  // namespace proximity_server::scene

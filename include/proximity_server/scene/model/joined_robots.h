@@ -1,0 +1,35 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "proximity_server/scene/mesh/mesh_resolver.h"
+#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/model/robot_model.h"
+
+namespace proximity_server::scene {
+
+struct NamedRobot {
+  std::string name;
+  RobotModel model;
+};
+
+/// Makes one model of several robots, robot by robot in their order: its links and joints are named "left/elbow", and all
+/// else of them is as it was. The robots are not joined to each other: each has its own root, see placedAt().
+///
+/// Failure: throws std::invalid_argument for a name that is empty, has a slash, or is that of two robots, for no robot, and for a
+///          model that was joined itself.
+RobotModel joined(const std::vector<NamedRobot>& robots);
+
+struct NamedUrdf {
+  std::string name;
+  std::string urdf_xml;
+};
+
+/// Reads several URDFs and joins the robots. Links are named "left/elbow" in the options.
+///
+/// Failure: as loadRobotModel() and joined(), naming the robot.
+RobotModel loadRobots(const std::vector<NamedUrdf>& robots, const MeshResolver& resolve,
+                      const ModelOptions& options = {});
+
+}  // namespace proximity_server::scene

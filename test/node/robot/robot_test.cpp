@@ -1,0 +1,228 @@
+#include "node/robot/robot.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+#include <stdexcept>
+#include <string>
+
+#include "node/monitor/lookahead.h"
+#include "node/robot/conversions.h"
+#include "node/tf/joint_frames.h"
+#include "proximity_server/scene/model/names.h"
+#include "scene/example_robots.h"
+
+// Several robots in one node: their parameters, frames and transforms.
+
+namespace proximity_server::node {
+namespace {
+
+using XmlRpc::XmlRpcValue;
+
+const std::string kArm = R"(<robot name="arm">
+  <link name="base"><collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
+  <link name="hand"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+  <joint name="slide" type="prismatic"><parent link="base"/><child link="hand"/><axis xyz="1 0 0"/>
+    <limit lower="0" upper="2" effort="1" velocity="1"/></joint></robot>)";
+
+/// {left: {description: /left, tf_prefix: left}, right: the same}
+XmlRpcValue leftAndRight() {
+  XmlRpcValue values;
+  for (const std::string name : {"left", "right"}) {
+    values["robots"][name]["description"] = "/" + name;
+    values["robots"][name]["tf_prefix"] = name;
+  }
+  return values;
+}
+
+Robot twoArms(const XmlRpcValue& values) {
+  return {std::vector<RobotTexts>{{kArm, ""}, {kArm, ""}}, configFrom(values, "/node")};
+}
+
+template <typename Call>
+std::string errorOf(const Call& call) {
+  try {
+    call();
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+void expectRefusal(const XmlRpcValue& values, const std::string& message) {
+  EXPECT_EQ(errorOf([&] { configFrom(values, "/node"); }), message);
+}
+
+// --- parameters
+
+TEST(RobotsOfTheParameters, HaveDefaults) {
+  XmlRpcValue values;
+  values["robots"]["left"]["description"] = "/left/robot_description";
+  const std::vector<RobotSource> robots = robotSources(configFrom(values, "/node"));
+  ASSERT_EQ(robots.size(), 1U);
+  EXPECT_EQ(robots[0].name, "left");
+  EXPECT_EQ(robots[0].semantic, "/left/robot_description_semantic");
+  EXPECT_FALSE(robots[0].needs_semantic);
+  EXPECT_EQ(robots[0].tf_prefix, "");
+  EXPECT_EQ(robots[0].joint_states, "joint_states");
+}
+
+TEST(RobotsOfTheParameters, AreTheSingleOneOfTheOtherParametersWhereThereAreNone) {
+  XmlRpcValue values;
+  values["tf_prefix"] = "left";
+  values["semantic_description"] = "other";
+  const std::vector<RobotSource> robots = robotSources(configFrom(values, "/node"));
+  ASSERT_EQ(robots.size(), 1U);
+  EXPECT_EQ(robots[0].name, "");
+  EXPECT_EQ(robots[0].description, "robot_description");
+  EXPECT_EQ(robots[0].semantic, "other");
+  EXPECT_TRUE(robots[0].needs_semantic);
+  EXPECT_EQ(robots[0].tf_prefix, "left");
+}
+
+TEST(RobotsOfTheParameters, AreRefusedByNameWhereTheyAreWrong) {
+  XmlRpcValue values = leftAndRight();
+  values["robots"]["right"]["tf_prefx"] = "right";
+  expectRefusal(values, "parameter /node/robots/right/tf_prefx is unknown: did you mean 'tf_prefix'?");
+  values = leftAndRight();
+  values["robots"]["right"]["tf_prefix"] = 3;
+  expectRefusal(values, "parameter /node/robots/right/tf_prefix must be a text");
+  values = leftAndRight();
+  values["robots"]["right"]["description"] = "";
+  expectRefusal(values,
+                "parameter /node/robots/right/description is missing: the name of the parameter with the robot's URDF");
+  values = leftAndRight();
+  values["robots"]["right"]["joint_states"] = "joint states";
+  expectRefusal(values, "parameter /node/robots/right/joint_states is no name of a topic: 'joint states'");
+  values = leftAndRight();
+  values["robots"]["a/b"] = values["robots"]["left"];
+  expectRefusal(values, "parameter /node/robots/a/b names a robot: letters, digits and underscores, a letter first");
+  values = leftAndRight();
+  values["robots"]["right"] = "/right/robot_description";
+  expectRefusal(values, "parameter /node/robots/right must be of the form {description: ..., tf_prefix: ...}");
+  values = leftAndRight();
+  values["robot_description"] = "robot_description";
+  expectRefusal(values, "parameter /node/robot_description has no effect beside robots, which describes each robot");
+}
+
+// --- frames
+
+TEST(SeveralRobots, HaveFramesWithTheirOwnPrefixes) {
+  XmlRpcValue values = leftAndRight();
+  values["robots"]["right"]["tf_prefix"] = "/cell/b";
+  const Robot robot = twoArms(values);
+  EXPECT_EQ(robot.frameOf(robot.robotModel().findLink("left/hand")), "left/hand");
+  EXPECT_EQ(robot.frameOf(robot.robotModel().findLink("right/hand")), "cell/b/hand");
+  EXPECT_EQ(robot.linkOfFrame("cell/b/hand"), robot.robotModel().findLink("right/hand"));
+  EXPECT_EQ(robot.linkOfFrame("right/hand"), robot.robotModel().findLink("right/hand"));
+  EXPECT_EQ(robot.linkOfFrame("hand"), -1);
+}
+
+TEST(SeveralRobots, AreRefusedWhereTheyHaveTheSameFrames) {
+  XmlRpcValue values = leftAndRight();
+  values["robots"]["right"]["tf_prefix"] = "left";
+  EXPECT_EQ(errorOf([&] { twoArms(values); }),
+            "parameter robots/right/tf_prefix is 'left': the robots 'left' and 'right' both have the tf frame "
+            "'left/base'");
+}
+
+TEST(SeveralRobots, AnswerInTheRootOfTheFirstOneByDefault) {
+  const Robot robot = twoArms(leftAndRight());
+  EXPECT_EQ(robot.referenceFrame(), "left/base");
+  EXPECT_EQ(robot.rootEdge(0), -1);
+  const TfEdge& edge = robot.tfEdges()->at(static_cast<std::size_t>(robot.rootEdge(1)));
+  EXPECT_EQ(edge.parent, "left/base");
+  EXPECT_EQ(edge.child, "right/base");
+  EXPECT_EQ(edge.name, "frame 'right/base' of robot 'right' in 'left/base'");
+}
+
+// --- transforms
+
+std::set<std::string> childrenOf(const Robot& robot, const std::vector<std::string>& links) {
+  std::vector<int> bodies;
+  for (const std::string& link : links)
+    bodies.push_back(robot.robotModel().links[robot.robotModel().findLink(link)].body);
+  std::set<std::string> children;
+  for (const int edge : edgesTo(robot, bodies))
+    children.insert(robot.tfEdges()->at(static_cast<std::size_t>(edge)).child);
+  return children;
+}
+
+TEST(SeveralRobots, NeedTheRootsOfTheRobotsThatAreAskedFor) {
+  XmlRpcValue values = leftAndRight();
+  values["reference_frame"] = "world";
+  const Robot robot = twoArms(values);
+  using Frames = std::set<std::string>;
+  EXPECT_EQ(childrenOf(robot, {"left/hand"}), (Frames{"left/base", "left/hand"}));
+  EXPECT_EQ(childrenOf(robot, {"right/base"}), (Frames{"right/base"}));
+  EXPECT_EQ(childrenOf(robot, {"left/base", "right/hand"}), (Frames{"left/base", "right/base", "right/hand"}));
+}
+
+TEST(SeveralRobots, StandWhereTheReferenceLinkOfOneOfThemSaysIt) {
+  XmlRpcValue values = leftAndRight();
+  values["reference_frame"] = "left/hand";
+  const Robot robot = twoArms(values);
+  const scene::RobotModel& model = robot.robotModel();
+  const auto at = [](double x) { return Eigen::Isometry3d(Eigen::Translation3d(x, 0.0, 0.0)); };
+  const JointFrames joints = {at(0.5), at(0.7)};
+  const RootPoses roots = {std::nullopt, at(3.0)};
+  const scene::BodyPoses poses = inReference(robot, posesInRoot(model, joints), roots);
+  const auto x = [&](const std::string& link) {
+    return poses[model.links[model.findLink(link)].body].value().translation().x();
+  };
+  EXPECT_EQ(x("left/base"), -0.5);
+  EXPECT_EQ(x("left/hand"), 0.0);
+  EXPECT_EQ(x("right/base"), 3.0);
+  EXPECT_EQ(x("right/hand"), 3.7);
+}
+
+TEST(SeveralRobots, MeetWhereAPairBetweenThemIsChecked) {
+  const Robot robot = twoArms(leftAndRight());
+  EXPECT_EQ(robotsThatMeet(robot.robotModel(), robot.candidates().list()), (std::vector<int>{0, 1}));
+  XmlRpcValue values = leftAndRight();
+  const char* between[4][2] = {{"left/base", "right/base"},
+                               {"left/base", "right/hand"},
+                               {"left/hand", "right/base"},
+                               {"left/hand", "right/hand"}};
+  for (int i = 0; i < 4; ++i) {
+    for (int end = 0; end < 2; ++end) values["exclude_pairs"][i][end] = between[i][end];
+  }
+  const Robot apart = twoArms(values);
+  EXPECT_TRUE(robotsThatMeet(apart.robotModel(), apart.candidates().list()).empty());
+}
+
+// --- answers
+
+TEST(SeveralRobots, AreNamedInAnswers) {
+  const Robot robot = twoArms(leftAndRight());
+  const auto robotNamed = [](const Robot& asked, const std::string& a, const std::string& b) {
+    scene::PairProximity pair;
+    pair.asked = {{asked.robotModel().findLink(a)}, {asked.robotModel().findLink(b)}};
+    const Proximity message =
+        toMessage(asked.robotModel(), scene::BodyPoses(asked.robotModel().bodies.size()), pair, {});
+    return message.a.robot + " " + message.b.robot;
+  };
+  EXPECT_EQ(robotNamed(robot, "right/hand", "left/hand"), "right left");
+  EXPECT_EQ(robotNamed(Robot(kArm, "", Config()), "hand", "base"), " ");
+}
+
+// 20 of the 55 pairs of a Panda are checked, and 11 links of each have geometry.
+TEST(TwoPandas, AreOneModelOfTheNode) {
+  const scene::MeshResolver resolve = scene::exampleRobotsResolver();
+  if (!scene::findsExampleRobots(resolve)) GTEST_SKIP() << scene::kExampleRobotsMissing;
+  const scene::ExampleRobot& panda = scene::kExampleRobots[0];
+  const RobotTexts texts{scene::readFile(scene::exampleRobotFile(resolve, panda.urdf)),
+                         scene::readFile(scene::exampleRobotFile(resolve, panda.srdf))};
+  XmlRpcValue values = leftAndRight();
+  values["mesh_roots"][0] = PROXIMITY_SOURCE_DIR "/../shared/robots";
+  values["reference_frame"] = "world";
+  const Robot cell({texts, texts}, configFrom(values, "/node"));
+  EXPECT_EQ(cell.candidates().size(), 20U + 20U + 11U * 11U);
+  const ModelInfo info = toMessage(cell, ros::Time());
+  EXPECT_EQ(info.robot, "left (panda), right (panda)");
+  EXPECT_EQ(info.pairs.size(), 55U + 55U + 121U);
+  EXPECT_EQ(cell.frameOf(cell.robotModel().findLink("right/panda_hand")), "right/panda_hand");
+}
+
+}  // namespace
+}  // namespace proximity_server::node
