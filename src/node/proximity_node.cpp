@@ -40,7 +40,8 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       robot_(std::make_shared<const Robot>(nh_, loadConfig(private_nh_))),
       tf_(robot_->config().realtime_priority),
       monitor_(nh_, private_nh_, tf_, robot_),
-      objects_(robot_, ros::WallTime::now().toNSec(), frameFinder(tf_), [this](const Robot& robot) { monitor_.takeObjects(robot); }),
+      objects_(robot_, ros::WallTime::now().toNSec(), frameFinder(tf_),
+               [this](const Robot& robot) { monitor_.takeObjects(robot); }),
       diagnostics_(
           nh_, [this] { return monitor_.health(); }, [this] { return robot(); }, [this] { return tf_.jumps(); }),
       settings_server_(private_nh_),
@@ -49,7 +50,7 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       object_markers_pub_(private_nh_.advertise<visualization_msgs::MarkerArray>("object_markers", 1, /*latch=*/true)),
       objects_timer_(private_nh_.createWallTimer(ros::WallDuration(kObjectsPeriod),
                                                  [this](const ros::WallTimerEvent&) { publishChangedObjects(); })),
-      change_stream_(objects_, kNicenessOfLongRequests,
+      change_stream_(objects_,
                      [](const std::string& reason) {
                        ROS_WARN_STREAM_THROTTLE(1.0, "a message of ~apply_objects is left out: " << reason);
                      }),
@@ -60,8 +61,8 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       query_configuration_srv_(advertise<QueryConfiguration>("query_configuration", long_requests_)),
       time_of_contact_srv_(advertise<FirstContact>("time_of_contact", long_requests_)),
       query_trajectory_srv_(advertise<QueryTrajectory>("query_trajectory", long_requests_)),
-      apply_objects_srv_(withQueue(private_nh_, changes_)
-                             .advertiseService("apply_objects", &ProximityNode::onApplyObjects, this)),
+      apply_objects_srv_(
+          withQueue(private_nh_, changes_).advertiseService("apply_objects", &ProximityNode::onApplyObjects, this)),
       apply_objects_sub_(withQueue(private_nh_, arrivals_)
                              .subscribe("apply_objects", kArrivingChanges, &ChangeStream::take, &change_stream_,
                                         ros::TransportHints().tcpNoDelay())),

@@ -13,8 +13,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kFar = 100.0;           // [m] from the robot, which is smaller
-constexpr int kOthers = 100;             // balls of the stream, all of them farther away
+constexpr double kFar = 100.0;  // [m] from the robot, which is smaller
+constexpr int kOthers = 100;    // balls of the stream, all of them farther away
 constexpr std::chrono::seconds kPatience{20};
 constexpr std::chrono::milliseconds kPause{7};  // between two messages, so that they fall on all phases of a cycle
 
@@ -65,9 +65,8 @@ double ObjectLevels::timeToLevelAt(Place place) {
   const Clock::time_point start = Clock::now();
   publisher_.publish(message);
   std::unique_lock<std::mutex> lock(mutex_);
-  const bool came = arrived_.wait_for(lock, kPatience, [&] {
-    return place == Place::InTheRobot ? distance_ < 0.0 : distance_ > 0.5 * kFar;
-  });
+  const bool came = arrived_.wait_for(
+      lock, kPatience, [&] { return place == Place::InTheRobot ? distance_ < 0.0 : distance_ > 0.5 * kFar; });
   if (!came) throw std::runtime_error("a changed object has no level");
   return std::chrono::duration<double>(Clock::now() - start).count();
 }

@@ -246,7 +246,8 @@ TEST_F(ObjectLoad, AThousandChangesASecondLeaveTheMonitorItsCycles) {
     ros::Rate rate(1000.0);
     for (int i = 0; !ends; ++i) {
       const bool is_wrong = i % 10 == 0;
-      topic_.publish(messageOf({is_wrong ? changeOf(ObjectChange::MOVE, "missing") : addPart(1.0 + 0.001 * (i % 1000))}));
+      topic_.publish(
+          messageOf({is_wrong ? changeOf(ObjectChange::MOVE, "missing") : addPart(1.0 + 0.001 * (i % 1000))}));
       rate.sleep();
     }
   });
@@ -264,7 +265,8 @@ TEST_F(ObjectLoad, ChangesThatWaitForTfDelayNoRequest) {
   Callers waiting(kWaiting, [&] { apply({unplaced}); });
   waiting.onlyOnce();
   std::this_thread::sleep_for(std::chrono::milliseconds(500));  // until all of them wait
-  for (int n = 0; n < 10; ++n) EXPECT_TRUE(call<QueryPairsResponse>(kNode + "query_pairs", QueryPairsRequest()).success);
+  for (int n = 0; n < 10; ++n)
+    EXPECT_TRUE(call<QueryPairsResponse>(kNode + "query_pairs", QueryPairsRequest()).success);
   EXPECT_LE(waiting.answers(), kWaiting / 2) << "each waits for tf_timeout, 3 s";
   geometry_msgs::TransformStamped frame;
   frame.header.frame_id = "base";
@@ -282,7 +284,8 @@ TEST_F(ObjectLoad, AMeshOfAMillionTrianglesIsRefusedByItsName) {
   add.meshes[0].vertices.resize(3);
   add.meshes[0].triangles.resize(1000000);
   const ApplyObjectsResponse response = apply({add});
-  expectRefusal(response, QueryStatus::INVALID_ARGUMENT, "object \"scan\": shape 1: the mesh has more than 200000 triangles");
+  expectRefusal(response, QueryStatus::INVALID_ARGUMENT,
+                "object \"scan\": shape 1: the mesh has more than 200000 triangles");
   for (int i = 0; i < 10; ++i) topic_.publish(messageOf({add}));
   expectMonitorRuns();
 }

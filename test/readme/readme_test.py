@@ -222,6 +222,13 @@ class Readme(unittest.TestCase):
             self.assertNotIn("ERROR", output.read_text())
             stop(self.processes.pop())
 
+    def bridge(self, text):
+        """It prints nothing as long as all is well: it is right when it listens to MoveIt, and goes on."""
+        self.start(self.shell, text)
+        listens = lambda: "/moveit_stream" in self.shell.run("rostopic info /collision_object || true")
+        wait_until(listens, text)
+        self.assertIsNone(self.processes[-1].poll())
+
     def workspace(self, text):
         self.assertNotRegex((BUILD / "CMakeFiles" / "Makefile2").read_text(), "(?m)^all: test/", "the build builds the tests")
         self.commands(text)
@@ -354,7 +361,7 @@ BLOCKS = (
     ("cmake -S . -B build -DCMAKE_BUILD_TYPE=Release", Readme.workspace),
     ("rosservice call ", Readme.service_calls),
     ("rostopic echo ", Readme.commands),
-    ("roslaunch ", Readme.commands),
+    ("roslaunch proximity_server moveit_stream.launch", Readme.bridge),
     ("rosrun dynamic_reconfigure ", Readme.commands),
     ("export PATH=", Readme.commands),
     ("$ ", Readme.shown_output),

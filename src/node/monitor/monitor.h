@@ -20,9 +20,9 @@ struct MonitoredObjects {
   MonitoredObjects(const Robot& robot, const RobotObjects& present);
 
   RobotObjects objects;
-  std::vector<int> bodies;        ///< whose poses a cycle needs
-  AskedFrames frames;             ///< that moving objects need
-  std::size_t longest_name = 0;   ///< length of the longest name of a link, <collision> element or object
+  std::vector<int> bodies;       ///< whose poses a cycle needs
+  AskedFrames frames;            ///< that moving objects need
+  std::size_t longest_name = 0;  ///< length of the longest name of a link, <collision> element or object
 };
 
 /// Monitors the checked pairs of a robot: each cycle gives one Clearance. Not thread-safe.

@@ -63,6 +63,10 @@ MonitorLoop::~MonitorLoop() {
 
 void MonitorLoop::follow(const std::shared_ptr<const Robot>& robot) {
   const Lock lock(mutex_);
+  {
+    const Lock of_the_robot_before(exchange_);
+    next_.reset();
+  }
   lookup_.reset();  // it refers to the robot that is replaced next
   monitor_.follow(robot);
   lookup_.emplace(*robot, jointsTo(*robot, monitor_.bodies()));
@@ -72,15 +76,36 @@ void MonitorLoop::follow(const std::shared_ptr<const Robot>& robot) {
 }
 
 void MonitorLoop::takeObjects(const Robot& robot) {
-  // All that takes the longer the more objects there are is done before and after the lock, without which there is no
-  // cycle.
-  MonitoredObjects objects(robot, robot.objects().get());
+  auto objects = std::make_unique<MonitoredObjects>(robot, robot.objects().get());
+  std::unique_ptr<MonitoredObjects> former;
   {
-    const Lock lock(mutex_);
-    monitor_.use(objects);
-    if (monitor_.bodies() != objects.bodies) lookup_.emplace(robot, jointsTo(robot, monitor_.bodies()));
+    const Lock lock(exchange_);
+    next_.swap(objects);
+    former_.swap(former);
   }
+  // A cycle that has begun with those of before publishes them now. This thread may have a low priority, so that it must
+  // do nothing while it has the lock.
+  { const Lock cycle_has_ended(mutex_); }
   if (on_tf_ && !changed_pending_.exchange(true)) queue_.addCallback(changed_);
+}
+
+void MonitorLoop::useNextObjects() {
+  std::unique_ptr<MonitoredObjects> objects;
+  {
+    const Lock lock(exchange_);
+    next_.swap(objects);
+  }
+  if (!objects) return;
+  monitor_.use(*objects);
+  if (monitor_.bodies() != objects->bodies)
+    lookup_.emplace(*monitor_.robot(), jointsTo(*monitor_.robot(), monitor_.bodies()));
+  const Lock lock(exchange_);
+  former_.swap(objects);
+}
+
+const PoseSnapshot& MonitorLoop::lookUp() {
+  useNextObjects();
+  return tf_.lookUp(*lookup_);
 }
 
 void MonitorLoop::configure(const MonitorSettings& settings) {

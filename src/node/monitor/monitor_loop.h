@@ -42,8 +42,8 @@ class MonitorLoop {
 
   void follow(const std::shared_ptr<const Robot>& robot);
 
-  /// Takes the objects that the robot, which it follows, has now: every later message knows them. The robot must not be
-  /// replaced meanwhile.
+  /// Takes the objects that the robot, which it follows, has now: every later message knows them. Waits for the end of a
+  /// cycle that runs. The robot must not be replaced meanwhile.
   void takeObjects(const Robot& robot);
 
   void configure(const MonitorSettings& settings);
@@ -63,7 +63,8 @@ class MonitorLoop {
   void redrawPieces();
   void sendPieces(const ros::SingleSubscriberPublisher& subscriber);
   PoseSnapshot lookUpSinceLastKeepAlive();
-  const PoseSnapshot& lookUp() { return tf_.lookUp(*lookup_); }
+  const PoseSnapshot& lookUp();
+  void useNextObjects();
   VelocitySnapshot lookUpVelocities();
 
   TfPoses& tf_;
@@ -75,6 +76,11 @@ class MonitorLoop {
   ros::CallbackInterfacePtr wake_;  // at rate 0, for new transforms
   std::atomic<bool> changed_pending_{false};
   ros::CallbackInterfacePtr changed_;  // at rate 0, for changed objects: one cycle for all that wait
+
+  // Objects go to and fro through these, so that neither a cycle nor a change waits for the other: guards the next two.
+  std::mutex exchange_;
+  std::unique_ptr<MonitoredObjects> next_;    // for the next cycle
+  std::unique_ptr<MonitoredObjects> former_;  // which no cycle needs any more; the next change destroys them
 
   std::mutex mutex_;  // guards the members from here to the publishers
   Monitor monitor_;

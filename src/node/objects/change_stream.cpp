@@ -1,7 +1,6 @@
 #include "node/objects/change_stream.h"
 
 #include <ros/serialization.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <exception>
@@ -13,18 +12,14 @@ namespace {
 using Lock = std::unique_lock<std::mutex>;
 
 bool hasMesh(const ObjectChanges& message) {
-  return std::any_of(message.changes.begin(), message.changes.end(), [](const ObjectChange& change) {
-    return !change.meshes.empty() || !change.mesh_files.empty();
-  });
+  return std::any_of(message.changes.begin(), message.changes.end(),
+                     [](const ObjectChange& change) { return !change.meshes.empty() || !change.mesh_files.empty(); });
 }
 
 }  // namespace
 
-ChangeStream::ChangeStream(ObjectStore& store, int niceness, std::function<void(const std::string&)> refused)
-    : store_(store), refused_(std::move(refused)), thread_([this, niceness] {
-        setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + niceness);  // on Linux of this thread alone
-        run();
-      }) {}
+ChangeStream::ChangeStream(ObjectStore& store, std::function<void(const std::string&)> refused)
+    : store_(store), refused_(std::move(refused)), thread_([this] { run(); }) {}
 
 ChangeStream::~ChangeStream() {
   {
@@ -48,8 +43,9 @@ void ChangeStream::take(const boost::shared_ptr<const ObjectChanges>& message) {
       return;
     }
   }
-  refused_("too many changes wait, so that this message is left out: call the service, which answers when it has applied "
-           "them");
+  refused_(
+      "too many changes wait, so that this message is left out: call the service, which answers when it has applied "
+      "them");
 }
 
 void ChangeStream::run() {

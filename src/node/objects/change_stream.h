@@ -28,9 +28,8 @@ class ChangeStream {
 
   using Messages = std::vector<boost::shared_ptr<const ObjectChanges>>;
 
-  /// `refused` gets the reason for each message that is left out. The store must outlive this. `niceness` is added to that
-  /// of the calling thread, see nice(2).
-  ChangeStream(ObjectStore& store, int niceness, std::function<void(const std::string& reason)> refused);
+  /// `refused` gets the reason for each message that is left out. The store must outlive this.
+  ChangeStream(ObjectStore& store, std::function<void(const std::string& reason)> refused);
 
   /// Leaves out what still waits.
   ~ChangeStream();

@@ -110,6 +110,25 @@ const scene::Attached* attached(const StoredObject& stored) {
   return std::get_if<scene::Attached>(&stored.object.placement);
 }
 
+/// Makes the geometry of an object from its shapes.
+scene::Object objectOf(const Robot& robot, const std::string& id, const StoredObject& stored) {
+  const scene::ModelOptions& model = robot.config().model;
+  scene::ObjectOptions options;
+  options.padding = stored.padding;
+  options.resolve = meshResolver(robot.config());
+  options.meshes.tolerance = model.mesh_tolerance;
+  options.meshes.cache = model.mesh_cache;
+  options.meshes.time_budget = model.mesh_time_budget;
+  std::vector<scene::ObjectShape> shapes;
+  for (const SourceShape& shape : *stored.shapes) shapes.push_back(shape.shape);
+  return scene::makeObject(id, shapes, stored.object.placement, options);
+}
+
+bool addsMeshes(const ObjectChange& change) {
+  const bool adds = change.operation == ObjectChange::ADD || change.operation == ObjectChange::REPLACE;
+  return adds && (!change.meshes.empty() || !change.mesh_files.empty());
+}
+
 /// The text of an error of makeObject() without the name of the object.
 std::string withoutId(const std::string& text, const std::string& id) {
   const std::string start = "object " + scene::quoted(id) + ": ";
@@ -135,6 +154,22 @@ ChangeError ChangeError::within(const std::string& where, const std::invalid_arg
   const auto* with_code = dynamic_cast<const ChangeError*>(&error);
   return {with_code ? with_code->code() : static_cast<std::int8_t>(QueryStatus::INVALID_ARGUMENT),
           where + ": " + error.what()};
+}
+
+MadeObjects madeAhead(const Robot& robot, const ObjectChanges& message) {
+  MadeObjects made;
+  for (const ObjectChange& change : message.changes) {
+    if (!addsMeshes(change)) continue;
+    try {
+      requireLengths(change);
+      requireFieldsOfOperation(change);
+      const StoredObject stored{std::make_shared<const std::vector<SourceShape>>(shapesOf(change)), change.padding, {}};
+      made.emplace(&change, objectOf(robot, change.id, stored));
+    } catch (const std::invalid_argument&) {
+      break;  // it is found again, and told, when it is the turn of the change, and the message is refused
+    }
+  }
+  return made;
 }
 
 void ObjectBatch::apply(const ObjectChange& change) {
@@ -193,7 +228,11 @@ void ObjectBatch::add(const ObjectChange& change) {
     held.link_T_object = placeIn(frameNamed(change.link), change);
     stored.object.placement = held;
   }
-  make(change.id, std::move(stored));
+  const auto made = made_.find(&change);
+  if (made == made_.end()) return make(change.id, std::move(stored));
+  stored.object.id = change.id;
+  stored.object.geometry = made->second.geometry;
+  put(change.id, std::move(stored));
 }
 
 void ObjectBatch::append(const ObjectChange& change) {
@@ -308,16 +347,7 @@ void ObjectBatch::put(const std::string& id, StoredObject object) {
 
 /// Makes the geometry anew.
 void ObjectBatch::make(const std::string& id, StoredObject stored) {
-  const scene::ModelOptions& model = robot_.config().model;
-  scene::ObjectOptions options;
-  options.padding = stored.padding;
-  options.resolve = meshResolver(robot_.config());
-  options.meshes.tolerance = model.mesh_tolerance;
-  options.meshes.cache = model.mesh_cache;
-  options.meshes.time_budget = model.mesh_time_budget;
-  std::vector<scene::ObjectShape> shapes;
-  for (const SourceShape& shape : *stored.shapes) shapes.push_back(shape.shape);
-  stored.object = scene::makeObject(id, shapes, stored.object.placement, options);
+  stored.object = objectOf(robot_, id, stored);
   put(id, std::move(stored));
 }
 

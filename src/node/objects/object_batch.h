@@ -14,6 +14,7 @@
 #include "node/objects/object_shapes.h"
 #include "node/robot/robot.h"
 #include "proximity_server/ObjectChange.h"
+#include "proximity_server/ObjectChanges.h"
 #include "proximity_server/scene/objects/objects.h"
 
 namespace proximity_server::node {
@@ -45,6 +46,13 @@ using StoredObjects = std::map<std::string, std::shared_ptr<const StoredObject>>
 /// Where a tf frame is now, in the reference frame of a robot. Throws ChangeError naming the frame if that is not known.
 using FindFrame = std::function<Eigen::Isometry3d(const Robot& robot, const std::string& frame)>;
 
+/// The objects of changes, made before it is their turn, without a place.
+using MadeObjects = std::map<const ObjectChange*, scene::Object>;
+
+/// Makes the objects with meshes that are added. That may take seconds, but needs no other object, so that it need not
+/// delay changes of them. What cannot be made is left out.
+MadeObjects madeAhead(const Robot& robot, const ObjectChanges& message);
+
 /// Reads messages of changes: each change sees what those before it have done, and nothing is changed outside of it.
 ///
 /// 1. A change is checked, field by field.
@@ -53,9 +61,9 @@ using FindFrame = std::function<Eigen::Isometry3d(const Robot& robot, const std:
 /// 4. The difference to the objects of before becomes changes of the scene.
 class ObjectBatch {
  public:
-  /// All must outlive it.
-  ObjectBatch(const Robot& robot, const StoredObjects& before, const FindFrame& find_frame)
-      : robot_(robot), before_(before), find_frame_(find_frame) {}
+  /// All must outlive it; `made` was made with the same robot.
+  ObjectBatch(const Robot& robot, const StoredObjects& before, const FindFrame& find_frame, const MadeObjects& made)
+      : robot_(robot), before_(before), find_frame_(find_frame), made_(made) {}
 
   /// Failure: throws ChangeError naming the object, the field and the reason.
   void apply(const ObjectChange& change);
@@ -96,6 +104,7 @@ class ObjectBatch {
   const Robot& robot_;
   const StoredObjects& before_;
   const FindFrame& find_frame_;
+  const MadeObjects& made_;
   StoredObjects touched_;
   /// What touched_ had of ids before they were touched, in this order; nullopt: nothing.
   std::vector<std::pair<std::string, std::optional<std::shared_ptr<const StoredObject>>>> before_touched_;

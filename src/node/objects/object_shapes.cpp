@@ -162,7 +162,8 @@ const char* posesFieldOf(ShapeKind kind) {
 }
 
 bool hasShapes(const ObjectChange& change) {
-  return !change.primitives.empty() || !change.boxes.empty() || !change.meshes.empty() || !change.mesh_files.empty() || !change.planes.empty();
+  return !change.primitives.empty() || !change.boxes.empty() || !change.meshes.empty() || !change.mesh_files.empty() ||
+         !change.planes.empty();
 }
 
 std::vector<SourceShape> shapesOf(const ObjectChange& change) {

@@ -109,13 +109,23 @@ std::uint64_t ObjectStore::apply(const ObjectChanges& changes) {
 }
 
 std::uint64_t ObjectStore::applyTogether(const std::vector<const ObjectChanges*>& messages, const Refused& refused) {
+  const std::shared_ptr<const Robot> robot = robotNow();
+  MadeObjects made;
+  for (const ObjectChanges* message : messages) made.merge(madeAhead(*robot, *message));
   const Lock only_one(changing_);
-  applyLocked(messages, refused);
+  if (robot != robot_) made.clear();  // a reload may have changed how meshes are read
+  applyLocked(messages, refused, made);
   return revision_;
 }
 
-void ObjectStore::applyLocked(const std::vector<const ObjectChanges*>& messages, const Refused& refused) {
-  ObjectBatch batch(*robot_, stored_, find_frame_);
+std::shared_ptr<const Robot> ObjectStore::robotNow() const {
+  const Lock lock(mutex_);
+  return robot_;
+}
+
+void ObjectStore::applyLocked(const std::vector<const ObjectChanges*>& messages, const Refused& refused,
+                              const MadeObjects& made) {
+  ObjectBatch batch(*robot_, stored_, find_frame_, made);
   const std::vector<PairRule>* rules = nullptr;
   for (const ObjectChanges* message : messages) {
     batch.keep();
@@ -135,7 +145,7 @@ void ObjectStore::applyLocked(const std::vector<const ObjectChanges*>& messages,
   } catch (const std::exception& error) {
     // Rare, because nearly all is checked before: the one to blame is found by trying each.
     if (messages.size() == 1) return refused(error);
-    for (const ObjectChanges* message : messages) applyLocked({message}, refused);
+    for (const ObjectChanges* message : messages) applyLocked({message}, refused, made);
   }
 }
 

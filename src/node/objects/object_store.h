@@ -17,8 +17,8 @@ namespace proximity_server::node {
 
 /// Limits on all objects together, so that no client fills the memory.
 struct ObjectLimits {
-  std::int64_t objects = 200000;  ///< each takes about 4 kB, and a place in every message on ~objects
-  std::int64_t pieces = 1000000;  ///< convex pieces, as many as a robot may have
+  std::int64_t objects = 200000;      ///< each takes about 4 kB, and a place in every message on ~objects
+  std::int64_t pieces = 1000000;      ///< convex pieces, as many as a robot may have
   std::int64_t triangles = 10000000;  ///< of meshes that were sent, which are kept: 24 bytes each
 };
 
@@ -32,8 +32,8 @@ class ObjectStore {
       std::shared_ptr<const Robot> robot, std::uint64_t node_start, FindFrame find_frame,
       std::function<void(const Robot&)> in_use = [](const Robot&) {}, const ObjectLimits& limits = {});
 
-  /// Applies all changes of a message, and returns the revision after it. May take as long as its meshes need, and as tf
-  /// needs to tell where the frames of its poses are.
+  /// Applies all changes of a message, and returns the revision after it. May take as long as its meshes need, which
+  /// delays no other change, and as tf needs to tell where the frames of its poses are, which does.
   ///
   /// Failure: throws std::invalid_argument naming the change, the object, the field and the reason: a ChangeError where
   ///          it has a code. Nothing is changed then.
@@ -62,7 +62,8 @@ class ObjectStore {
   std::uint64_t revision() const;
 
  private:
-  void applyLocked(const std::vector<const ObjectChanges*>& messages, const Refused& refused);
+  void applyLocked(const std::vector<const ObjectChanges*>& messages, const Refused& refused, const MadeObjects& made);
+  std::shared_ptr<const Robot> robotNow() const;
   void commit(const ObjectBatch& batch, const std::vector<PairRule>* rules);
   std::int64_t trianglesAfter(const ObjectBatch& batch) const;
 

@@ -97,6 +97,9 @@ GeometryReader::Outcome GeometryReader::outcomeOf(const MeshKey& key, const std:
       "mesh " + uri,  {}, pieces.representation, pieces.deviation, pieces.uncovered, pieces.volume_ratio,
       pieces.warnings};
   if (!pieces.shortfall.empty()) geometry.shortfall = "mesh " + uri + ": " + pieces.shortfall;
+  if (!pieces.openness.empty()) geometry.openness = "mesh " + uri + ": " + pieces.openness;
+  geometry.is_anchor = std::move(pieces.is_anchor);
+  geometry.interior = std::move(pieces.interior);
   for (narrowphase::ConvexHull& hull : pieces.hulls) geometry.shapes.emplace_back(std::move(hull));
   return {std::move(geometry), nullptr};
 } catch (const std::exception&) {

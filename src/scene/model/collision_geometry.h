@@ -7,6 +7,7 @@
 #include <exception>
 #include <limits>
 #include <map>
+#include <memory>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -28,7 +29,10 @@ struct CollisionGeometry {
   double uncovered = 0.0;
   double volume_ratio = std::numeric_limits<double>::quiet_NaN();
   std::vector<std::string> warnings = {};  ///< of MeshPieces
-  std::string shortfall = {};              ///< of MeshPieces, with the mesh's name
+  std::string shortfall = {};              ///< of MeshPieces, with the mesh's name, as the next
+  std::string openness = {};
+  std::vector<bool> is_anchor = {};  ///< of the shapes of a mesh, see MeshPieces
+  std::shared_ptr<const Interior> interior = nullptr;
 };
 
 /// A mesh of a link, and the options of its pieces.

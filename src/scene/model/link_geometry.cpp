@@ -41,7 +41,8 @@ CollisionGeometry readGeometry(const urdf::Geometry& geometry, const std::string
   try {
     CollisionGeometry result = reader.read(geometry, meshOptionsOf(link, options));
     for (const std::string& warning : result.warnings) addOnce(warning + ".", warnings);
-    if (!result.shortfall.empty()) warnings.push_back(where + ", " + result.shortfall + ".");
+    for (const std::string& text : {result.shortfall, result.openness})
+      if (!text.empty()) warnings.push_back(where + ", " + text + ".");
     return result;
   } catch (const std::invalid_argument& error) {
     const auto* mesh = dynamic_cast<const urdf::Mesh*>(&geometry);
@@ -96,9 +97,11 @@ void addCollision(int link, const urdf::Collision& urdf, const ModelOptions& opt
                         number,    geometry.representation, geometry.deviation,
                         {},        geometry.uncovered,      geometry.volume_ratio};
     const int index = static_cast<int>(model.collisions.size());
-    for (const narrowphase::Shape& shape : geometry.shapes) {
-      const narrowphase::Shape padded = shape.padded(options.paddingOf(owner.name));
-      collision.pieces.push_back(append(model.pieces, Piece{padded, body_T_collision, index}));
+    for (std::size_t i = 0; i < geometry.shapes.size(); ++i) {
+      Piece piece{geometry.shapes[i].padded(options.paddingOf(owner.name)), body_T_collision, index};
+      if (!geometry.is_anchor.empty()) piece.is_anchor = geometry.is_anchor[i];
+      if (i == 0) piece.interior = geometry.interior;
+      collision.pieces.push_back(append(model.pieces, std::move(piece)));
       checkReach(model.pieces.back());
     }
     owner.collisions.push_back(append(model.collisions, std::move(collision)));

@@ -37,6 +37,8 @@ Volume VolumeBuilder::leafOf(int body, int piece) const {
   leaf.piece = piece;
   leaf.representation = representations_[piece];
   leaf.has_closed_form = hasClosedForm(pieces_[piece].shape);
+  leaf.has_interior = pieces_[piece].interior != nullptr;
+  leaf.has_anchor = pieces_[piece].is_anchor;
   leaf.bounds = bounds_of_pieces_[piece];
   return leaf;
 }
@@ -55,6 +57,8 @@ Volume VolumeBuilder::volumeOf(int body, std::vector<int>::iterator begin, std::
     pieces.push_back(&pieces_[*piece]);
     bounds.push_back(&bounds_of_pieces_[*piece]);
     volume.representation = std::max(volume.representation, representations_[*piece]);
+    volume.has_interior |= pieces_[*piece].interior != nullptr;
+    volume.has_anchor |= pieces_[*piece].is_anchor;
   }
   volume.bounds = boundsOf(pieces, bounds);
 

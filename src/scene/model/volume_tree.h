@@ -15,6 +15,8 @@ struct Volume {
   std::array<int, 2> parts{-1, -1};                       ///< of all others
   Representation representation = Representation::Exact;  ///< the least exact of its pieces
   bool has_closed_form = false;                           ///< a single sphere or capsule
+  bool has_interior = false;                              ///< one of its pieces has
+  bool has_anchor = false;                                ///< one of its pieces is
   Bounds bounds;
 
   bool isLeaf() const { return piece >= 0; }

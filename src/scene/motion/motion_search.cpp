@@ -13,6 +13,11 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kMaxLevels = 6;  // of halved intervals; the narrowphase divides shorter ones itself
 
+// The same where nothing divides shorter ones: of a motion of a metre the shortest are 1e-7 m. Each keeps the poses of the
+// robot, about 10 kB, for a time of its own.
+constexpr int kMaxInteriorLevels = 23;
+constexpr int kMaxInteriorIntervals = 1000;
+
 using Clock = std::chrono::steady_clock;
 
 bool isOver(const MotionQuestion& question) {
@@ -166,6 +171,7 @@ RobotContact MotionSearch::firstContact(const Pairs& pairs, const RobotMotion& m
   if (moving_pairs_.empty()) return answer;
   answer.counts.by_one_bound = enterAll(question.contact_distance);
   FirstContactBounds bounds;
+  considerStart(question, bounds, answer);
   while (!queue_.empty()) {
     const IntervalVisit visit = pop();
     const double time = MovingBodies::Interval(visit.interval).begin;
@@ -183,6 +189,26 @@ RobotContact MotionSearch::firstContact(const Pairs& pairs, const RobotMotion& m
   answer.t_free = std::min(bounds.undecided, bounds.latest);
   answer.status = bounds.undecided < bounds.latest ? bounds.status : narrowphase::Status::Converged;
   return answer;
+}
+
+/// Finds what is inside a closed mesh at the start. Depths that are reached later are left open.
+void MotionSearch::considerStart(const MotionQuestion& question, FirstContactBounds& bounds, RobotContact& answer) {
+  bool is_placed = false;
+  for (int i = 0; i < static_cast<int>(moving_pairs_.size()) && !answer.contact; ++i) {
+    const MovingPair& moving = moving_pairs_[i];
+    if (!hasInterior(moving)) continue;
+    if (!is_placed) states_.update(poses_->at(0.0));
+    is_placed = true;
+    const DistanceBounds inside = states_.interiorOf(moving.asked, 0.0);
+    const bool may_get_inside = !(withSpheres({-kInfinity, i, moving.a, moving.b, 1, 0.0}).lower_bound > 0.0);
+    if (inside.upper <= question.contact_distance + question.tolerance) {
+      answer.contact = true;
+      answer.t_contact = bounds.latest = 0.0;
+      answer.pair = states_.one(moving.asked, {});
+    } else if (inside.lower <= question.contact_distance || (question.contact_distance < 0.0 && may_get_inside)) {
+      bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
+    }
+  }
 }
 
 /// Measures two pieces: they may be in contact earlier than those before, or leave a contact undecided.
@@ -239,7 +265,49 @@ RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion
   }
   const double open = queue_.empty() ? kInfinity : queue_.front().lower_bound;
   answer.lower_bound = std::min({proven, open, answer.upper_bound});
+  if (!(answer.lower_bound > 0.0)) searchInteriors(question, answer);
   return answer;
+}
+
+/// Bounds by the interiors of a pair during an interval: by how deep something is in its middle, less the way from there.
+MotionSearch::IntervalVisit MotionSearch::withInterior(IntervalVisit visit, RobotMinimum& answer) {
+  MovingPair& moving = movingPairOf(visit);
+  const MovingBodies::Interval interval(visit.interval);
+  const double middle = 0.5 * (interval.begin + interval.end), drift = moving.bodies.driftIn(visit.interval, *poses_);
+  states_.update(poses_->at(middle));
+  const DistanceBounds inside = states_.interiorOf(moving.asked, drift);
+  visit.lower_bound = inside.lower - drift;
+  if (inside.upper < answer.upper_bound) {
+    answer.pair = states_.one(moving.asked, {});
+    answer.upper_bound = std::min(inside.upper, answer.pair.result.upper_bound);
+    answer.time = middle;
+  }
+  return visit;
+}
+
+/// Looks for what is deeper in a closed mesh than pieces tell, the deepest first.
+void MotionSearch::searchInteriors(const MotionQuestion& question, RobotMinimum& answer) {
+  queue_.clear();
+  for (int i = 0; i < static_cast<int>(moving_pairs_.size()); ++i)
+    if (const MovingPair& moving = moving_pairs_[i]; hasInterior(moving))
+      push(withInterior({-kInfinity, i, moving.a, moving.b, 1, 0.0}, answer));
+  double proven = kInfinity;  // [m] the smallest bound of the intervals that are not divided further
+  for (int i = 0; i < kMaxInteriorIntervals && !queue_.empty() && !isOver(question); ++i) {
+    if (!(answer.upper_bound - queue_.front().lower_bound > question.tolerance)) break;
+    const IntervalVisit visit = pop();
+    ++answer.counts.intervals;
+    if (visit.interval >= 1 << kMaxInteriorLevels) {
+      proven = std::min(proven, visit.lower_bound);
+      continue;
+    }
+    IntervalVisit half = visit;
+    for (half.interval = 2 * visit.interval; half.interval <= 2 * visit.interval + 1; ++half.interval)
+      push(withInterior(half, answer));
+  }
+  const double open = queue_.empty() ? kInfinity : queue_.front().lower_bound;
+  answer.lower_bound = std::min({answer.lower_bound, proven, open, answer.upper_bound});
+  if (answer.upper_bound - answer.lower_bound > question.tolerance)
+    answer.status = lessComplete(answer.status, narrowphase::Status::IterationLimit);
 }
 
 /// A result of the narrowphase as an answer about links, in the frame of the poses.

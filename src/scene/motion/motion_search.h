@@ -6,6 +6,7 @@
 
 #include "proximity_server/scene/motion/moving_scene.h"
 #include "scene/motion/moving_bodies.h"
+#include "scene/query/interior_search.h"
 #include "scene/query/pair_ranking.h"
 #include "scene/query/volumes.h"
 
@@ -13,6 +14,9 @@ namespace proximity_server::scene {
 
 /// Answers questions about pairs of shapes in motion. It divides volumes and time together, and the narrowphase
 /// computes only the pieces and intervals that neither spheres nor boxes settle.
+///
+/// What is wholly inside a closed mesh is so from the start, or has come there through a contact of pieces. So interiors
+/// matter to a first contact at the start only, and to a minimum only if it is no more than 0.
 class MotionSearch {
  public:
   MotionSearch(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes);
@@ -62,6 +66,10 @@ class MotionSearch {
   bool isLeaf(const IntervalVisit& visit) const { return at(visit.a).isLeaf() && at(visit.b).isLeaf(); }
   void split(const IntervalVisit& visit, double limit);
 
+  bool hasInterior(const MovingPair& moving) const { return haveInterior(at(moving.a), at(moving.b)); }
+  void considerStart(const MotionQuestion& question, FirstContactBounds& bounds, RobotContact& answer);
+  IntervalVisit withInterior(IntervalVisit visit, RobotMinimum& answer);
+  void searchInteriors(const MotionQuestion& question, RobotMinimum& answer);
   void considerStates(const Pairs& pairs, RobotMinimum& answer);
   narrowphase::TimeOfContact contactOf(const IntervalVisit& visit, const MotionQuestion& question, double latest);
   void measure(const IntervalVisit& visit, const MotionQuestion& question, FirstContactBounds& bounds,

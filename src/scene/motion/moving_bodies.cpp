@@ -127,6 +127,11 @@ MovingBodies::SphereGap MovingBodies::sphereGap(const Bounds& a, const Bounds& b
           (end - begin).norm() + here.bulge};
 }
 
+double MovingBodies::driftIn(int interval, PosesInTime& poses) {
+  const IntervalMotion& here = motionIn(interval, poses);
+  return here.drift + here.rounding;
+}
+
 double MovingBodies::boxGap(const Bounds& a, const Bounds& b, int interval, PosesInTime& poses) {
   const IntervalMotion& here = motionIn(interval, poses);
   const Vector3d between = here.b_middle * b.centre - here.a_middle * a.centre;

@@ -51,6 +51,10 @@ class MovingBodies {
   };
   SphereGap sphereGap(const Bounds& a, const Bounds& b, int interval, PosesInTime& poses);
 
+  /// [m] How far any point of one body moves during an interval, seen from the other, from where it is in the middle of
+  /// the interval; with the rounding of a distance.
+  double driftIn(int interval, PosesInTime& poses);
+
   /// The same bound for their boxes: the gap in the middle of the interval, less how far any point moves from there.
   double boxGap(const Bounds& a, const Bounds& b, int interval, PosesInTime& poses);
 

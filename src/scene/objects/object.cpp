@@ -20,7 +20,7 @@ using narrowphase::Shape;
 /// The convex shapes, in the frame of the object's shape, that represent it.
 struct ConvexParts {
   ObjectShapeInfo info;
-  std::vector<std::pair<Shape, Isometry3d>> parts;  ///< with shape_T_part
+  std::vector<Piece> parts;  ///< in the frame of the shape, without padding
   std::vector<HalfSpace> half_spaces;
   std::vector<std::string> warnings;
 };
@@ -55,7 +55,7 @@ class PartsReader {
   ConvexParts operator()(const Shape& shape) const {
     ConvexParts parts;
     parts.info.description = nameOf(shape.kind(), shape.margin());
-    parts.parts.emplace_back(shape, Isometry3d::Identity());
+    parts.parts.push_back({shape, Isometry3d::Identity(), 0});
     return parts;
   }
 
@@ -69,7 +69,8 @@ class PartsReader {
       try {
         const Eigen::AlignedBox3d& box = boxes.boxes[i];
         if (!box.center().allFinite()) throw std::invalid_argument("its place is not finite");
-        parts.parts.emplace_back(Shape(narrowphase::Box{box.sizes()}), Eigen::Translation3d(box.center()));
+        const Isometry3d place(Eigen::Translation3d(box.center()));
+        parts.parts.push_back({narrowphase::Box{box.sizes()}, place, 0});
       } catch (const std::invalid_argument& error) {
         throw std::invalid_argument("box " + std::to_string(i + 1) + ": " + error.what());
       }
@@ -119,9 +120,11 @@ class PartsReader {
     ConvexParts parts;
     parts.info = {description, pieces.representation, pieces.deviation, pieces.uncovered, pieces.volume_ratio};
     parts.warnings = pieces.warnings;
-    if (!pieces.shortfall.empty()) parts.warnings.push_back(description + ": " + pieces.shortfall);
-    for (narrowphase::ConvexHull& hull : pieces.hulls)
-      parts.parts.emplace_back(Shape(std::move(hull)), Isometry3d::Identity());
+    for (const std::string& text : {pieces.shortfall, pieces.openness})
+      if (!text.empty()) parts.warnings.push_back(description + ": " + text);
+    for (std::size_t i = 0; i < pieces.hulls.size(); ++i)
+      parts.parts.push_back({std::move(pieces.hulls[i]), Isometry3d::Identity(), 0, pieces.is_anchor[i]});
+    parts.parts.front().interior = std::move(pieces.interior);
     return parts;
   }
 
@@ -151,9 +154,12 @@ void add(const ObjectShape& shape, const ObjectOptions& options, Parts& all) {
   const int index = static_cast<int>(all.shapes.size());
   if (all.pieces.size() + parts.parts.size() > kMaxPieces)
     throw std::invalid_argument("the object has more than a million convex pieces");
-  for (const auto& [part, shape_T_part] : parts.parts) {
-    all.pieces.push_back({part.padded(options.padding), *pose * shape_T_part, index});
-    checkReach(all.pieces.back());
+  for (Piece piece : parts.parts) {
+    piece.shape = piece.shape.padded(options.padding);
+    piece.body_T_piece = *pose * piece.body_T_piece;
+    piece.collision = index;
+    checkReach(piece);
+    all.pieces.push_back(std::move(piece));
   }
   for (const HalfSpace& half_space : parts.half_spaces) {
     const Vector3d normal = (pose->linear() * half_space.normal).normalized();
@@ -164,8 +170,8 @@ void add(const ObjectShape& shape, const ObjectOptions& options, Parts& all) {
   }
   all.shapes.push_back(parts.info);
   all.shapes.back().pieces = static_cast<int>(parts.parts.size() + parts.half_spaces.size());
-  for (const auto& [part, shape_T_part] : parts.parts)
-    if (part.kind() == Shape::Kind::Hull) all.shapes.back().vertices += static_cast<int>(part.hull().size());
+  for (const Piece& part : parts.parts)
+    if (part.shape.kind() == Shape::Kind::Hull) all.shapes.back().vertices += part.shape.hull().size();
   for (const std::string& warning : parts.warnings) all.warnings.push_back(warning + ".");
 }
 

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <iterator>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -9,6 +10,7 @@
 
 #include "proximity_server/scene/pieces/convex_pieces.h"
 #include "scene/pieces/decomposition.h"
+#include "scene/pieces/interior.h"
 #include "scene/pieces/mesh_cache.h"
 #include "scene/pieces/mesh_deviation.h"
 #include "scene/pieces/mesh_parts.h"
@@ -44,10 +46,19 @@ bool contains(const narrowphase::ConvexHull& outer, const narrowphase::ConvexHul
   return true;
 }
 
+/// A mesh and its connected components.
+struct ConnectedMesh {
+  explicit ConnectedMesh(const TriangleMesh& mesh)
+      : welded(scene::welded(mesh)), components(componentNumbers(welded)), parts(partsOf(welded, components)) {}
+  TriangleMesh welded;
+  Partition components;             // of its triangles
+  std::vector<TriangleMesh> parts;  // by number of the component
+};
+
 /// A mesh while it is divided into pieces.
 struct Job {
-  TriangleMesh mesh;     // welded
-  Partition components;  // of its triangles
+  const TriangleMesh& mesh;  // welded
+  const Partition& components;
   const MeshOptions& options;
   Effort& effort;
   double tolerance() const { return std::max(options.tolerance, kMeshRounding); }
@@ -60,13 +71,17 @@ std::vector<Component> componentsOf(const Job& job) {
   return components;
 }
 
-std::vector<Triangle> closedTriangles(const std::vector<TriangleMesh>& components) {
-  std::vector<Triangle> closed;
-  for (const TriangleMesh& component : components) {
-    if (!isClosed(component)) continue;
-    for (const Triangle& triangle : trianglesOf(component.vertices, component.triangles)) closed.push_back(triangle);
-  }
+std::vector<TriangleMesh> closedParts(const std::vector<TriangleMesh>& components) {
+  std::vector<TriangleMesh> closed;
+  std::copy_if(components.begin(), components.end(), std::back_inserter(closed), isClosed);
   return closed;
+}
+
+std::vector<Triangle> allTriangles(const std::vector<TriangleMesh>& parts) {
+  std::vector<Triangle> all;
+  for (const TriangleMesh& part : parts)
+    for (const Triangle& triangle : trianglesOf(part.vertices, part.triangles)) all.push_back(triangle);
+  return all;
 }
 
 /// Hull over mesh, of the components together; NaN where one of them is open.
@@ -82,7 +97,7 @@ double volumeRatio(const std::vector<TriangleMesh>& components) {
 
 bool isWithin(const narrowphase::ConvexHull& hull, const std::vector<Vector3d>& points, const MeshSolid& solid,
               double tolerance) {
-  return solid.isWithin(tolerance, surfaceOf(hull), pointsBelow(hull, points));
+  return !solid.hasCavityIn(hull) && solid.isWithin(tolerance, surfaceOf(hull), pointsBelow(hull, points));
 }
 
 /// Whether one hull of all is near enough.
@@ -185,15 +200,15 @@ void measure(const TriangleMesh& mesh, const MeshSolid& solid, Clustering& clust
   if (clustering.deviation <= kMeshRounding) clustering.representation = Representation::Exact;
 }
 
-Clustering compute(const TriangleMesh& mesh, const MeshOptions& options, const MeshCache& cache,
-                   std::vector<std::string>& warnings) {
+Clustering compute(const TriangleMesh& mesh, const ConnectedMesh& connected, const MeshOptions& options,
+                   const MeshCache& cache, std::vector<std::string>& warnings) {
   Effort effort(options.time_budget);
-  Job job{welded(mesh), {}, options, effort};
-  job.components = componentNumbers(job.mesh);
-  const std::vector<TriangleMesh> components = partsOf(job.mesh, job.components);
-  const MeshSolid solid(trianglesOf(mesh.vertices, mesh.triangles), closedTriangles(components), effort);
+  const std::vector<TriangleMesh> closed = closedParts(connected.parts);
+  const Job job{connected.welded, connected.components, options, effort};
+  const MeshSolid solid(trianglesOf(mesh.vertices, mesh.triangles), allTriangles(closed), effort,
+                        Cavities(closed, job.tolerance()));
   Clustering clustering = nearestEnough(job, solid);
-  clustering.volume_ratio = volumeRatio(components);
+  clustering.volume_ratio = volumeRatio(connected.parts);
   // What is left to do takes time in proportion to the mesh, so nothing has to end it.
   effort = Effort(std::numeric_limits<double>::infinity());
   if (clustering.representation != Representation::Triangles) measure(mesh, solid, clustering);
@@ -210,6 +225,62 @@ std::string shortfallOf(const TriangleMesh& mesh, const MeshOptions& options, st
   return text.str();
 }
 
+/// For each triangle the number of its hull, see hullsOf().
+Partition hullNumbers(const Partition& partition) {
+  std::vector<int> numbers(partition.size(), 0);  // by number of the cluster, which is below the number of triangles
+  for (const int cluster : partition) numbers[cluster] = 1;
+  std::exclusive_scan(numbers.begin(), numbers.end(), numbers.begin(), 0);
+  Partition result;
+  for (const int cluster : partition) result.push_back(numbers[cluster]);
+  return result;
+}
+
+/// Whether a component is closed and encloses more than the rounding of its file.
+bool isSolid(const TriangleMesh& component) {
+  if (!isClosed(component)) return false;
+  double area = 0.0;
+  for (const auto& [a, b, c] : trianglesOf(component.vertices, component.triangles))
+    area += 0.5 * (b - a).cross(c - a).norm();
+  return std::abs(enclosedVolume(component)) > kMeshRounding * area;
+}
+
+std::string opennessOf(std::size_t open, std::size_t parts, bool in_single_hulls) {
+  std::string text = open == parts
+                         ? (parts == 1 ? "it is not a closed surface"
+                                       : "it is not closed in any of its " + std::to_string(parts) + " parts")
+                         : std::to_string(open) + " of its " + std::to_string(parts) + " parts are not closed";
+  return text + (in_single_hulls ? "; a convex hull stands for each such part, and is solid"
+                                 : "; what lies inside and touches none of its convex pieces counts as apart");
+}
+
+/// Adds to the hulls what is inside of the mesh.
+void addSolid(const ConnectedMesh& mesh, const Partition& partition, MeshPieces& pieces) {
+  const Partition hulls = hullNumbers(partition);
+  std::vector<int> first_hull(mesh.parts.size(), -1);
+  std::vector<bool> is_split(mesh.parts.size(), false);
+  for (std::size_t t = 0; t < hulls.size(); ++t) {
+    int& first = first_hull[mesh.components[t]];
+    if (first < 0) first = hulls[t];
+    if (first != hulls[t]) is_split[mesh.components[t]] = true;
+  }
+  pieces.is_anchor.assign(pieces.hulls.size(), false);
+  std::vector<TriangleMesh> solids;
+  bool leaves_space = false, open_in_single_hulls = true;
+  for (std::size_t i = 0; i < mesh.parts.size(); ++i) {
+    const TriangleMesh& part = mesh.parts[i];
+    pieces.is_anchor[first_hull[i]] = true;
+    if (isSolid(part)) {
+      leaves_space |= is_split[i];
+      solids.push_back(part);
+    } else {
+      open_in_single_hulls &= !is_split[i];
+    }
+  }
+  if (leaves_space) pieces.interior = std::make_shared<const Interior>(allTriangles(solids));
+  const std::size_t open = mesh.parts.size() - solids.size();
+  if (open > 0) pieces.openness = opennessOf(open, mesh.parts.size(), open_in_single_hulls);
+}
+
 }  // namespace
 
 MeshPieces convexPieces(const TriangleMesh& mesh, const MeshOptions& options) {
@@ -221,8 +292,10 @@ MeshPieces convexPieces(const TriangleMesh& mesh, const MeshOptions& options) {
   const MeshCache cache(options.cache, mesh, options.tolerance, options.time_budget);
   MeshPieces pieces;
   std::optional<Clustering> clustering = cache.find();
-  if (!clustering) clustering = compute(mesh, options, cache, pieces.warnings);
+  const ConnectedMesh connected(mesh);
+  if (!clustering) clustering = compute(mesh, connected, options, cache, pieces.warnings);
   pieces.hulls = hullsOf(mesh, clustering->partition);
+  addSolid(connected, clustering->partition, pieces);
   pieces.representation = clustering->representation;
   pieces.deviation = clustering->deviation;
   pieces.uncovered = clustering->uncovered;

@@ -57,7 +57,7 @@ bool isOneOf(const std::vector<Vector3d>& sorted_points, const Vector3d& point) 
 std::vector<Vector3d> hullWithin(double tolerance, const MeshSolid& solid, const std::vector<Vector3d>& points) {
   solid.effort().spend(stepsOfHull(points.size()));
   const narrowphase::ConvexHull hull(points);
-  if (!solid.isWithin(tolerance, surfaceOf(hull), pointsBelow(hull, points))) return {};
+  if (solid.hasCavityIn(hull) || !solid.isWithin(tolerance, surfaceOf(hull), pointsBelow(hull, points))) return {};
   return sorted(hull.vertices());
 }
 
@@ -69,6 +69,7 @@ std::vector<Vector3d> commonHullWithin(double tolerance, const MeshSolid& solid,
   points.insert(points.end(), b.begin(), b.end());
   solid.effort().spend(stepsOfHull(points.size()));
   const narrowphase::ConvexHull hull(points);
+  if (solid.hasCavityIn(hull)) return {};
   const std::vector<Triangle> surface = surfaceOf(hull);
   std::vector<Triangle> bridges;
   std::copy_if(surface.begin(), surface.end(), std::back_inserter(bridges), [&](const Triangle& triangle) {

@@ -15,7 +15,8 @@ struct Decomposition {
   bool is_complete = true;  ///< false: the effort of the mesh was spent before the end
 };
 
-/// Divides the triangles into few clusters whose hulls lie within `tolerance` [m] of the mesh, see MeshSolid::isWithin.
+/// Divides the triangles into few clusters whose hulls lie within `tolerance` [m] of the mesh, see MeshSolid::isWithin and
+/// MeshSolid::hasCavityIn.
 ///
 /// 1. The triangles of each component are halved across their longest side until the hull of each part lies within
 ///    tolerance, at the latest as a single triangle.

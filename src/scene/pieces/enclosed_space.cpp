@@ -1,6 +1,8 @@
 #include "scene/pieces/enclosed_space.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace proximity_server::scene {
 namespace {
@@ -25,16 +27,40 @@ bool mayMeet(const Eigen::AlignedBox3d& box, const Vector3d& p) {
   return low.x() <= p.x() && p.x() <= high.x() && low.y() <= p.y() && p.y() <= high.y() && p.z() <= high.z();
 }
 
-/// 1 where the ray from `p` upwards crosses the triangle and sees its corners counter-clockwise, -1 clockwise, else 0.
-int crossing(const Triangle& t, const Vector3d& p) {
-  const auto flat = [&](std::size_t i) { return Vector2d((t[i] - p).head<2>()); };
-  const Vector2d a = flat(0), b = flat(1), c = flat(2);
-  const double u = cross(b, c), v = cross(c, a), w = cross(a, b);
-  const bool counter_clockwise = u > 0 && v > 0 && w > 0;
-  if (!counter_clockwise && !(u < 0 && v < 0 && w < 0)) return 0;
-  const double z = (u * t[0].z() + v * t[1].z() + w * t[2].z()) / (u + v + w);
-  if (!(z > p.z())) return 0;
-  return counter_clockwise ? 1 : -1;
+/// What the ray from `p` upwards meets in one triangle.
+struct Crossing {
+  int sign = 0;            ///< 1 where it sees the corners counter-clockwise, -1 clockwise, 0 where it misses
+  bool is_certain = true;  ///< rounding cannot have changed it
+};
+
+/// The differences of coordinates have a relative error of eps/2, the products of two such of 3/2 eps, their difference
+/// of 2 eps of the sum of their sizes, to first order in eps; the weighted heights add as much. Rounded up to 8.
+Crossing crossingOf(const Triangle& t, const Vector3d& p) {
+  constexpr double kRounding = 8.0 * std::numeric_limits<double>::epsilon();
+  const std::array<Vector3d, 3> corners{t[0] - p, t[1] - p, t[2] - p};
+  std::array<double, 3> weights{};  // twice the areas beside the ray, as seen from above
+  std::array<double, 3> errors{};
+  int positive = 0, negative = 0;  // weights, beyond rounding
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vector3d &b = corners[(i + 1) % 3], &c = corners[(i + 2) % 3];
+    weights[i] = cross(b.head<2>(), c.head<2>());
+    errors[i] = kRounding * (std::abs(b.x() * c.y()) + std::abs(b.y() * c.x()));
+    positive += weights[i] > errors[i];
+    negative += weights[i] < -errors[i];
+  }
+  const bool is_beside = positive > 0 && negative > 0;
+  const bool is_below = corners[0].z() < 0 && corners[1].z() < 0 && corners[2].z() < 0;
+  if (is_beside || is_below) return {};
+  double height = 0.0, error = 0.0;  // of the triangle above p, times its area
+  for (std::size_t i = 0; i < 3; ++i) {
+    height += weights[i] * corners[i].z();
+    error += (errors[i] + kRounding * std::abs(weights[i])) * std::abs(corners[i].z());
+  }
+  const auto all = [&](auto has_sign) { return std::all_of(weights.begin(), weights.end(), has_sign); };
+  const bool is_certain = positive + negative == 3 && std::abs(height) > error;
+  if (height > 0 && all([](double weight) { return weight > 0; })) return {1, is_certain};
+  if (height < 0 && all([](double weight) { return weight < 0; })) return {-1, is_certain};
+  return {0, is_certain};
 }
 
 }  // namespace
@@ -44,17 +70,26 @@ EnclosedSpace::EnclosedSpace(const std::vector<Triangle>& closed)
              View(AngleAxisd(2.1731, Vector3d(-0.571, 0.337, 0.749).normalized()).toRotationMatrix(), closed)} {}
 
 bool EnclosedSpace::holds(const Vector3d& p, Effort& effort) const {
-  return std::all_of(views_.begin(), views_.end(), [&](const View& view) { return view.winding(p, effort) != 0; });
+  return std::all_of(views_.begin(), views_.end(),
+                     [&](const View& view) { return view.winding(p, effort).number != 0; });
+}
+
+bool EnclosedSpace::mayHold(const Vector3d& p) const {
+  Effort unlimited(std::numeric_limits<double>::infinity());
+  return std::all_of(views_.begin(), views_.end(), [&](const View& view) {
+    const Winding winding = view.winding(p, unlimited);
+    return winding.number != 0 || !winding.is_certain;
+  });
 }
 
 EnclosedSpace::View::View(const Matrix3d& turn, const std::vector<Triangle>& closed)
     : turn_(turn), tree_(turned(closed, turn), TriangleBoxes::SplitAxes::XY) {}
 
-int EnclosedSpace::View::winding(const Vector3d& point, Effort& effort) const {
+EnclosedSpace::Winding EnclosedSpace::View::winding(const Vector3d& point, Effort& effort) const {
   constexpr std::size_t kStepsPerNode = 2, kStepsPerTriangle = 5;
   std::size_t steps = 0;
   const Vector3d p = turn_ * point;
-  int crossings = 0;
+  Winding winding;
   // Halving leaves at most 31 levels below an int's worth of triangles; each holds one sibling back.
   std::array<int, 64> pending{0};
   for (int count = 1; count > 0;) {
@@ -67,10 +102,14 @@ int EnclosedSpace::View::winding(const Vector3d& point, Effort& effort) const {
       continue;
     }
     steps += kStepsPerTriangle * static_cast<std::size_t>(node.end - node.begin);
-    for (int i = node.begin; i < node.end; ++i) crossings += crossing(tree_.triangles[i], p);
+    for (int i = node.begin; i < node.end; ++i) {
+      const Crossing crossing = crossingOf(tree_.triangles[i], p);
+      winding.number += crossing.sign;
+      winding.is_certain &= crossing.is_certain;
+    }
   }
   effort.spend(steps);
-  return crossings;
+  return winding;
 }
 
 }  // namespace proximity_server::scene

@@ -132,8 +132,9 @@ class DeviationSearch {
   std::priority_queue<Patch> patches_;
 };
 
-MeshSolid::MeshSolid(std::vector<Triangle> surface, const std::vector<Triangle>& closed, Effort& effort)
-    : surface_(std::move(surface)), inside_(closed), effort_(effort) {}
+MeshSolid::MeshSolid(std::vector<Triangle> surface, const std::vector<Triangle>& closed, Effort& effort,
+                     Cavities cavities)
+    : surface_(std::move(surface)), inside_(closed), cavities_(std::move(cavities)), effort_(effort) {}
 
 double MeshSolid::distance(const Vector3d& p) const {
   const double to_surface = surface_.nearest(p, effort_).distance;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "proximity_server/narrowphase/shape/convex_hull.h"
+#include "scene/pieces/cavities.h"
 #include "scene/pieces/enclosed_space.h"
 #include "scene/pieces/triangle_tree.h"
 
@@ -31,7 +32,7 @@ struct Cover {
 class MeshSolid {
  public:
   /// `surface`: all triangles, at least one; `closed`: those of the closed parts. `effort` must outlive this.
-  MeshSolid(std::vector<Triangle> surface, const std::vector<Triangle>& closed, Effort& effort);
+  MeshSolid(std::vector<Triangle> surface, const std::vector<Triangle>& closed, Effort& effort, Cavities cavities = {});
 
   Effort& effort() const { return effort_; }
 
@@ -48,11 +49,15 @@ class MeshSolid {
   bool isWithin(double tolerance, const std::vector<Triangle>& surface,
                 const std::vector<Eigen::Vector3d>& below) const;
 
+  /// Whether a hull whose surface is within tolerance fills a cavity, so that a part of it is not.
+  bool hasCavityIn(const narrowphase::ConvexHull& hull) const { return cavities_.areFilledBy(hull, effort_); }
+
  private:
   friend class DeviationSearch;
 
   TriangleTree surface_;
   EnclosedSpace inside_;
+  Cavities cavities_;
   Effort& effort_;
 };
 

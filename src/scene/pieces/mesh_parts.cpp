@@ -1,8 +1,8 @@
 #include "scene/pieces/mesh_parts.h"
 
 #include <algorithm>
-#include <map>
 #include <numeric>
+#include <tuple>
 #include <utility>
 
 namespace proximity_server::scene {
@@ -98,15 +98,26 @@ std::vector<TriangleMesh> partsOf(const TriangleMesh& mesh, const std::vector<in
 }
 
 bool isClosed(const TriangleMesh& component) {
-  std::map<std::pair<int, int>, int> balance;  // of each edge: how often upwards less how often downwards
+  struct Edge {
+    int low, high, direction;  // 1 upwards, -1 downwards
+    bool operator<(const Edge& other) const { return std::tie(low, high) < std::tie(other.low, other.high); }
+  };
+  std::vector<Edge> edges;
+  edges.reserve(3 * component.triangles.size());
   for (const auto& t : component.triangles) {
     if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
     for (std::size_t i = 0; i < 3; ++i) {
       const auto [low, high] = std::minmax(t[i], t[(i + 1) % 3]);
-      balance[{low, high}] += t[i] == low ? 1 : -1;
+      edges.push_back({low, high, t[i] == low ? 1 : -1});
     }
   }
-  return !balance.empty() && std::all_of(balance.begin(), balance.end(), [](const auto& e) { return e.second == 0; });
+  std::sort(edges.begin(), edges.end());
+  for (auto edge = edges.begin(); edge != edges.end();) {
+    const auto end = std::find_if(edge, edges.end(), [&](const Edge& other) { return *edge < other; });
+    if (std::accumulate(edge, end, 0, [](int sum, const Edge& e) { return sum + e.direction; }) != 0) return false;
+    edge = end;
+  }
+  return !edges.empty();
 }
 
 double enclosedVolume(const TriangleMesh& component) {

@@ -34,6 +34,21 @@ Vector3d nearestPoint(const Triangle& triangle, const Vector3d& p) {
   return best;
 }
 
+Vector3d nearestCombination(const Triangle& triangle, const Vector3d& p) {
+  const auto& [a, b, c] = triangle;
+  const Vector3d normal = (b - a).cross(c - a);
+  const double of_a = normal.dot((c - b).cross(p - b)), of_b = normal.dot((a - c).cross(p - c)),
+               of_c = normal.dot((b - a).cross(p - a));
+  const bool above_face = of_a > 0 && of_b > 0 && of_c > 0;
+  Vector3d best =
+      above_face ? Vector3d((of_a * a + of_b * b + of_c * c) / (of_a + of_b + of_c)) : nearestPointOnSegment(a, b, p);
+  for (const Vector3d& candidate :
+       {nearestPointOnSegment(a, b, p), nearestPointOnSegment(b, c, p), nearestPointOnSegment(c, a, p)}) {
+    if ((candidate - p).squaredNorm() < (best - p).squaredNorm()) best = candidate;
+  }
+  return best;
+}
+
 TriangleBoxes::TriangleBoxes(std::vector<Triangle> all, SplitAxes axes) : triangles(std::move(all)) {
   nodes.push_back({{}, 0, static_cast<int>(triangles.size())});
   // split() appends the children, which are then split in turn.

@@ -14,6 +14,10 @@ using Triangle = std::array<Eigen::Vector3d, 3>;
 /// The point of a triangle nearest to `p`; any triangle is legal, a segment and a point too.
 Eigen::Vector3d nearestPoint(const Triangle& triangle, const Eigen::Vector3d& p);
 
+/// The same as a convex combination of the corners, so that it lies on the triangle within a few eps of the coordinates
+/// and its distance from `p` is an upper bound of that of the triangle, however thin the triangle is.
+Eigen::Vector3d nearestCombination(const Triangle& triangle, const Eigen::Vector3d& p);
+
 /// Triangles in a binary tree of bounding boxes.
 ///
 /// A node with more than four triangles is halved by their centroids along the longest of its box's edges that may be

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "scene/query/half_space.h"
+#include "scene/query/interior_search.h"
 
 namespace proximity_server::scene {
 namespace {
@@ -146,11 +147,16 @@ bool PairMeasurement::depthIsExact(const Visit& visit) const {
   return a.isLeaf() && b.isLeaf();
 }
 
-/// Of b with half-spaces, and perhaps pieces.
-ClosestPieces PairMeasurement::closestToUnbounded(const Visit& visit, const RelativePose& a_T_b, const LeafPair& likely,
-                                                  double limit, const Question& question) {
-  const ClosestPieces closest = closestToHalfSpaces(robot_, visit, a_T_b, limit, question, skipping_);
-  if (robot_.at(visit.b).isEmpty()) return closest;
+/// Of all pieces, half-spaces and interiors.
+ClosestPieces PairMeasurement::closestOf(const Visit& visit, const RelativePose& a_T_b, const LeafPair& likely,
+                                         double limit, const Question& question) {
+  const Volume &a = robot_.at(visit.a), &b = robot_.at(visit.b);
+  const bool has_half_spaces = robot_.isUnbounded(visit.b);
+  if (!has_half_spaces && !haveInterior(a, b)) return pieces_.between(visit, a_T_b, likely, limit, question);
+  ClosestPieces closest;
+  if (has_half_spaces) closest = closestToHalfSpaces(robot_, visit, a_T_b, limit, question, skipping_);
+  if (b.isEmpty()) return closest;
+  if (haveInterior(a, b)) offerInterior(robot_, visit, a_T_b, limit, question, skipping_, 0.0, closest);
   return pieces_.between(visit, a_T_b, likely, limit, question, &closest);
 }
 
@@ -159,8 +165,7 @@ PairProximity PairMeasurement::compute(const Visit& visit, const RelativePose& a
                                        const Question& question) {
   const KeptAnswer* kept = skipping_ == Skipping::On ? kept_.find(visit.a, visit.b) : nullptr;
   const LeafPair likely = kept ? kept->leaves : LeafPair();
-  const ClosestPieces closest = robot_.isUnbounded(visit.b) ? closestToUnbounded(visit, a_T_b, likely, limit, question)
-                                                            : pieces_.between(visit, a_T_b, likely, limit, question);
+  const ClosestPieces closest = closestOf(visit, a_T_b, likely, limit, question);
   PairProximity proximity = proof(visit);
   proximity.result = closest.result;
   proximity.result.lower_bound = closest.lower_bound;
@@ -218,6 +223,16 @@ PairProximity PairMeasurement::settle(const ShapeRefPair& pair, const Question& 
   if (!(visit->lower_bound > question.threshold)) return measure(pair, *visit, question.threshold, question);
   ++countOf(visit->bound, counts_);
   return asAsked(pair, *visit, proof(*visit));
+}
+
+DistanceBounds PairMeasurement::interiorOf(const ShapeRefPair& pair, double within) const {
+  const std::optional<Visit> visit = visitOf(pair, 0);
+  ClosestPieces closest;
+  if (visit) {
+    const RelativePose a_T_b = robot_.relative(visit->a, visit->b);
+    offerInterior(robot_, *visit, a_T_b, kInfinity, {}, skipping_, within, closest);
+  }
+  return {closest.lower_bound, closest.upper_bound};
 }
 
 bool PairMeasurement::isStillWithin(const Visit& visit, double threshold) const {

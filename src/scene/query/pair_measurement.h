@@ -17,13 +17,19 @@ namespace proximity_server::scene {
 /// The counter of the pairs that a bound of this kind settled.
 int& countOf(Visit::Bound bound, PairCounts& counts);
 
+struct DistanceBounds {
+  double lower, upper;  ///< [m]
+};
+
 /// Measures pairs one by one, and computes as few as it can. The steps are tried from the cheapest to the most
 /// expensive:
 ///
 /// 1. the bounding spheres of both shapes;
 /// 2. the kept answer less a bound on the motion since then, or the kept answer itself if the two are at rest;
 /// 3. the bounding boxes of both shapes;
-/// 4. the narrowphase, on the closest pieces of both.
+/// 4. the interiors of closed meshes, and the narrowphase, on the closest pieces of both.
+///
+/// Spheres and boxes of whole shapes are convex, so that they contain the interiors too.
 ///
 /// It counts how each pair was settled.
 class PairMeasurement {
@@ -56,6 +62,9 @@ class PairMeasurement {
   /// Answers about one pair by all steps: by bounds if they decide the question's threshold, otherwise it is computed.
   PairProximity settle(const ShapeRefPair& pair, const Question& question);
 
+  /// What interiors add to the distance of a pair, see offerInterior(); infinity if it is not below `within` [m].
+  DistanceBounds interiorOf(const ShapeRefPair& pair, double within) const;
+
   /// Whether the kept answer plus a bound on the motion since then proves a signed distance of at most `threshold` [m].
   bool isStillWithin(const Visit& visit, double threshold) const;
 
@@ -72,8 +81,8 @@ class PairMeasurement {
   };
 
   bool depthIsExact(const Visit& visit) const;
-  ClosestPieces closestToUnbounded(const Visit& visit, const RelativePose& a_T_b, const LeafPair& likely, double limit,
-                                   const Question& question);
+  ClosestPieces closestOf(const Visit& visit, const RelativePose& a_T_b, const LeafPair& likely, double limit,
+                          const Question& question);
   PairProximity proof(const Visit& visit) const;
   std::optional<PairProximity> answerAtRest(const Visit& visit, const RelativePose& a_T_b,
                                             const Question& question) const;

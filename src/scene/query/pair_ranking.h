@@ -42,6 +42,11 @@ class PairRanking {
   void update(const BodyPoses& poses, const std::vector<std::optional<Eigen::Isometry3d>>& frames);
   const PairCounts& counts() const { return measurement_.counts(); }
 
+  /// See PairMeasurement.
+  DistanceBounds interiorOf(const ShapeRefPair& pair, double within) const {
+    return measurement_.interiorOf(pair, within);
+  }
+
   PairProximity one(const ShapeRefPair& pair, const Question& question);
   const std::vector<PairProximity>& all(const Pairs& pairs, const Question& question);
   const std::vector<PairProximity>& closest(const Pairs& pairs, std::size_t k, Goal goal, const Question& question);

@@ -62,8 +62,8 @@ void addObjects(const Robot& robot, double x) {
   };
   const Eigen::Isometry3d beside(Eigen::Translation3d(x, 0.0, 0.0)), below(Eigen::Translation3d(0.0, 0.0, -0.3));
   const scene::Objects none(robot.sharedModel());
-  const scene::Objects both = none.changed({ball("standing", scene::Fixed{beside}),
-                                            ball("carried", scene::Attached{"ball" + kLongName, {}, below})});
+  const scene::Objects both = none.changed(
+      {ball("standing", scene::Fixed{beside}), ball("carried", scene::Attached{"ball" + kLongName, {}, below})});
   robot.objects().set({std::make_shared<const scene::Objects>(both), 1});
 }
 

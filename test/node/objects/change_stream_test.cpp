@@ -93,7 +93,7 @@ class BusyStream : public testing::Test {
   std::vector<std::string> refusals_;
 
  protected:
-  ChangeStream stream_{store_, 0, [this](const std::string& reason) { refusals_.push_back(reason); }};
+  ChangeStream stream_{store_, [this](const std::string& reason) { refusals_.push_back(reason); }};
 };
 
 // Before, each of a thousand messages made the next objects of the robot, and let the monitor take them.
@@ -101,7 +101,8 @@ TEST_F(BusyStream, AppliesAllThatWaitsInOneChangeInItsOrder) {
   for (int i = 1; i <= 1000; ++i) stream_.take(message({moveTo("first", i)}));
   finish();
   EXPECT_EQ(changes_, 2);
-  EXPECT_EQ(std::get<scene::Fixed>(store_.stored().at("first")->object.placement).world_T_object.translation().x(), 1000.0);
+  EXPECT_EQ(std::get<scene::Fixed>(store_.stored().at("first")->object.placement).world_T_object.translation().x(),
+            1000.0);
   EXPECT_TRUE(refusals().empty());
 }
 

@@ -453,32 +453,62 @@ TEST_F(ObjectsOfASlider, AllObjectsTogetherAreBounded) {
   ObjectLimits limits;
   limits.objects = 3;
   limits.pieces = 10;
-  ObjectStore store(robot_, 7, nullptr, [](const Robot&) {}, limits);
+  ObjectStore store(
+      robot_, 7, nullptr, [](const Robot&) {}, limits);
   store.apply(all({addBall("a"), addBall("b")}));
-  EXPECT_PRED2(holds, refusalOf(store, all({addBall("c"), addBall("d")})), "there would be 4 ids of all objects together");
-  EXPECT_PRED2(holds, refusalOf(store, all({addBoxes("map", {1, 2, 3, 4, 5, 6, 7, 8, 9}, {0.2})})), "there would be 11 convex pieces");
+  EXPECT_PRED2(holds, refusalOf(store, all({addBall("c"), addBall("d")})),
+               "there would be 4 ids of all objects together");
+  EXPECT_PRED2(holds, refusalOf(store, all({addBoxes("map", {1, 2, 3, 4, 5, 6, 7, 8, 9}, {0.2})})),
+               "there would be 11 convex pieces");
   EXPECT_EQ(store.list().objects.size(), 2u);
   store.apply(all({change(ObjectChange::REMOVE, "a"), addBall("c"), addBall("d")}));
   EXPECT_EQ(store.list().objects.size(), 3u);
 }
 
+ObjectChange tetrahedron(const std::string& id) {
+  ObjectChange add = change(ObjectChange::ADD, id);
+  add.meshes.resize(1);
+  for (const auto& corner : {at(0, 0, 0), at(1, 0, 0), at(0, 1, 0), at(0, 0, 1)})
+    add.meshes[0].vertices.push_back(corner.position);
+  add.meshes[0].triangles.resize(4);
+  for (std::uint32_t i = 0; i < 4; ++i)
+    for (std::uint32_t k = 0; k < 3; ++k) add.meshes[0].triangles[i].vertex_indices[k] = (i + k) % 4;
+  return add;
+}
+
+// Before, all changes waited while the mesh of one was decomposed.
+TEST_F(ObjectsOfASlider, MeshesAreMadeBeforeItIsTheTurnOfTheirChange) {
+  ObjectChange placed = tetrahedron("mesh");
+  placed.pose = at(3.0, 0.0, 0.0);
+  const ObjectChanges message = all({addBall("ball"), placed});
+  const MadeObjects made = madeAhead(*robot_, message);
+  ASSERT_EQ(made.size(), 1u) << "only the mesh";
+  const StoredObjects none;
+  const FindFrame find_frame;
+  ObjectBatch batch(*robot_, none, find_frame, made);
+  for (const ObjectChange& each : message.changes) batch.apply(each);
+  const scene::Object& object = batch.touched().at("mesh")->object;
+  EXPECT_EQ(object.id, "mesh");
+  EXPECT_EQ(object.geometry, made.at(&message.changes[1]).geometry);
+  EXPECT_EQ(std::get<scene::Fixed>(object.placement).world_T_object.translation().x(), 3.0);
+}
+
+TEST_F(ObjectsOfASlider, AMeshThatCannotBeMadeIsRefusedAtItsTurn) {
+  ObjectChange broken = tetrahedron("mesh");
+  broken.meshes[0].triangles[2].vertex_indices[0] = 9;
+  EXPECT_PRED2(holds, refusal({addBall("ball"), broken}),
+               "changes[1]: object \"mesh\": meshes[0]: triangles[2] names vertex 9");
+}
+
 TEST_F(ObjectsOfASlider, TheTrianglesOfAllMeshesAreBoundedUntilTheyAreRemoved) {
   ObjectLimits limits;
   limits.triangles = 5;
-  ObjectStore store(robot_, 7, nullptr, [](const Robot&) {}, limits);
-  const auto tetrahedron = [](const std::string& id) {
-    ObjectChange add = change(ObjectChange::ADD, id);
-    add.meshes.resize(1);
-    for (const auto& corner : {at(0, 0, 0), at(1, 0, 0), at(0, 1, 0), at(0, 0, 1)})
-      add.meshes[0].vertices.push_back(corner.position);
-    add.meshes[0].triangles.resize(4);
-    for (std::uint32_t i = 0; i < 4; ++i)
-      for (std::uint32_t k = 0; k < 3; ++k) add.meshes[0].triangles[i].vertex_indices[k] = (i + k) % 4;
-    return add;
-  };
+  ObjectStore store(
+      robot_, 7, nullptr, [](const Robot&) {}, limits);
   for (int round = 0; round < 3; ++round) {
     store.apply(all({tetrahedron("a")}));
-    EXPECT_PRED2(holds, refusalOf(store, all({tetrahedron("b")})), "there would be 8 triangles of all objects together");
+    EXPECT_PRED2(holds, refusalOf(store, all({tetrahedron("b")})),
+                 "there would be 8 triangles of all objects together");
     store.apply(all({change(ObjectChange::REMOVE, "a")}));
   }
 }

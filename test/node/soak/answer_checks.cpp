@@ -312,8 +312,7 @@ Verdict AnswerChecks::check(const QueryTrajectoryRequest& request, const QueryTr
 
 /// What a cycle says about the closest pair of a kind.
 Verdict AnswerChecks::checkKind(PairKind kind, const Proximity& said) {
-  const bool is_none =
-      kind == PairKind::WithObject && (!scene_.objects() || scene_.objects()->pairCount() == 0);
+  const bool is_none = kind == PairKind::WithObject && (!scene_.objects() || scene_.objects()->pairCount() == 0);
   if (is_none) return said.state == Proximity::UNKNOWN ? Verdict() : because("there is no pair with an object");
   return agreement(said, *scene_.minimum(Pairs(scene_.candidates(), kind)));
 }

@@ -35,7 +35,9 @@ constexpr bool kIsMotion =
 
 SoakClient::SoakClient(const std::shared_ptr<const SceneModel>& model, const SoakObjects& objects, SoakRecord& record,
                        std::uint64_t seed)
-    : model_(*model), objects_(objects), record_(record), checks_(model), generator_(seed), thread_([this] { run(); }) {}
+    : model_(*model), objects_(objects), record_(record), checks_(model), generator_(seed), thread_([this] {
+        run();
+      }) {}
 
 double SoakClient::waiting() const {
   const std::lock_guard<std::mutex> lock(mutex_);

@@ -14,10 +14,10 @@ namespace {
 using Outcome = SoakRecord::Outcome;
 
 const std::string kService = "apply_objects";
-constexpr double kLongestPause = 0.05;    // [s] between two changes, on average half of it
-constexpr std::size_t kHistory = 2000;    // as many changes as no answer is old
-constexpr int kIds = 8;                   // so that most changes find an object
-constexpr double kRadius = 0.05;          // [m]
+constexpr double kLongestPause = 0.05;  // [s] between two changes, on average half of it
+constexpr std::size_t kHistory = 2000;  // as many changes as no answer is old
+constexpr int kIds = 8;                 // so that most changes find an object
+constexpr double kRadius = 0.05;        // [m]
 
 /// The base stands still: it is the reference frame.
 SoakObjects::Set noObjects(const std::shared_ptr<const SceneModel>& model) {

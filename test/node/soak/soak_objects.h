@@ -64,11 +64,11 @@ class SoakObjects {
   std::mt19937_64 generator_;
   ros::ServiceClient client_;
   std::uint64_t node_start_ = 0;
-  int starts_seen_ = 0;       ///< of the node, at the last call that was lost
-  bool is_known_ = false;  ///< which objects the node has
-  mutable std::mutex mutex_;  // guards the history
+  int starts_seen_ = 0;        ///< of the node, at the last call that was lost
+  bool is_known_ = false;      ///< which objects the node has
+  mutable std::mutex mutex_;   // guards the history
   std::deque<Entry> history_;  ///< the last one is that of now
-  std::thread thread_;  // last: it uses all of the above
+  std::thread thread_;         // last: it uses all of the above
 };
 
 }  // namespace proximity_server::node

@@ -11,6 +11,7 @@
 #include "proximity_server/scene/model/load_robot_model.h"
 #include "sanitized.h"
 #include "scene/example_robots.h"
+#include "scene/solids.h"
 
 namespace proximity_server::scene {
 
@@ -283,7 +284,7 @@ void expectHoldsOnTheWay(const std::shared_ptr<const SceneModel>& model, int mot
   Scene scene(model);
   const Candidates pairs = scene.candidates();
   JointMotions random(model->robot, 3);
-  int contacts = 0;
+  int contacts = 0, exact = 0;
   MotionQuestion question;
   question.contact_distance = contact_distance;
   for (int i = 0; i < motions; ++i) {
@@ -293,7 +294,11 @@ void expectHoldsOnTheWay(const std::shared_ptr<const SceneModel>& model, int mot
     const RobotContact contact = moving.timeOfContact(pairs, motion, question);
     const RobotMinimum minimum = moving.minimum(pairs, motion, question);
     ASSERT_EQ(contact.status, Status::Converged);
-    ASSERT_EQ(minimum.status, Status::Converged);
+    // Inside of a closed mesh a minimum may be less exact than asked.
+    ASSERT_EQ(minimum.status,
+              minimum.upper_bound < 0.0 && minimum.upper_bound - minimum.lower_bound > question.tolerance
+                  ? Status::IterationLimit
+                  : Status::Converged);
     double closest = kInfinity;
     for (int k = 0; k <= states; ++k) {
       const double time = static_cast<double>(k) / states;
@@ -305,8 +310,10 @@ void expectHoldsOnTheWay(const std::shared_ptr<const SceneModel>& model, int mot
       }
     }
     EXPECT_GE(closest, minimum.lower_bound - 1e-9) << "motion " << i;
-    EXPECT_LE(minimum.upper_bound - minimum.lower_bound, question.tolerance);
-    EXPECT_LE(minimum.upper_bound, closest + question.tolerance) << "motion " << i;
+    if (minimum.status == Status::Converged) {
+      ++exact;
+      EXPECT_LE(minimum.upper_bound, closest + question.tolerance) << "motion " << i;
+    }
     EXPECT_EQ(contact.contact, minimum.lower_bound <= contact_distance) << "motion " << i;
     contacts += contact.contact;
     if (!contact.contact) continue;
@@ -315,6 +322,7 @@ void expectHoldsOnTheWay(const std::shared_ptr<const SceneModel>& model, int mot
   }
   EXPECT_GT(contacts, motions / 50);
   EXPECT_LT(contacts, motions - motions / 50);
+  EXPECT_GE(exact, motions / 2);
 }
 
 TEST(MovingScene, DemoRobotComesNoCloserOnTheWayThanTheBoundsSay) {
@@ -338,6 +346,91 @@ TEST_P(SharedRobotInMotion, ComesNoCloserOnTheWayThanTheBoundsSay) {
 
 INSTANTIATE_TEST_SUITE_P(MovingScene, SharedRobotInMotion, testing::ValuesIn(robotsToTest()),
                          [](const auto& robot) { return std::string(robot.param.name); });
+
+// --- closed meshes
+
+/// A bracket (see solids.h) as triangles, whose walls are a metre thick, and a ball of radius 0.1 that "slide" carries
+/// along the x axis from (x, 0.5, 0.4) on.
+class BallAndBracket : public testing::Test {
+ protected:
+  std::shared_ptr<const SceneModel> ballAt(double x) const {
+    const std::string file = files_.write("bracket.stl", stlOf(bracket()));
+    std::ostringstream urdf;
+    urdf << "<robot name='ball and bracket'><link name='frame'/><link name='bracket'><collision><geometry>"
+         << "<mesh filename='file://" << file << "'/></geometry></collision></link><link name='ball'><collision>"
+         << "<geometry><sphere radius='0.1'/></geometry></collision></link><joint name='weld' type='fixed'>"
+         << "<parent link='frame'/><child link='bracket'/></joint><joint name='slide' type='prismatic'>"
+         << "<parent link='frame'/><child link='ball'/><origin xyz='" << x << " 0.5 0.4'/><axis xyz='1 0 0'/>"
+         << "<limit lower='-9' upper='9' effort='1' velocity='1'/></joint></robot>";
+    ModelOptions options;
+    options.mesh_tolerance = 0.0;
+    SceneModel model{loadRobotModel(urdf.str(), packageResolver({}), options), {}};
+    model.pairs = filterPairs(model.robot, "");
+    return std::make_shared<const SceneModel>(model);
+  }
+
+  RobotContact contact(double from, double to, double contact_distance = 0.0) const {
+    const auto model = ballAt(from);
+    MotionQuestion question;
+    question.contact_distance = contact_distance;
+    return MovingScene(model).timeOfContact(
+        std::vector<ShapeRefPair>{pairOf(*model, "bracket", "ball")},
+        RobotMotion::ofJoints(model->robot, positions(*model, {}), positions(*model, {{"slide", to - from}})),
+        question);
+  }
+  RobotMinimum minimum(double from, double to) const {
+    const auto model = ballAt(from);
+    return MovingScene(model).minimum(
+        std::vector<ShapeRefPair>{pairOf(*model, "bracket", "ball")},
+        RobotMotion::ofJoints(model->robot, positions(*model, {}), positions(*model, {{"slide", to - from}})));
+  }
+
+ private:
+  TemporaryFiles files_;
+};
+
+TEST_F(BallAndBracket, IsAContactFromTheStartOnInsideOfTheBracket) {
+  const RobotContact found = contact(0.5, 0.6);
+  EXPECT_EQ(found.status, Status::Converged);
+  ASSERT_TRUE(found.contact);
+  EXPECT_EQ(found.t_contact, 0.0);
+  EXPECT_EQ(found.t_free, 0.0);
+  EXPECT_NEAR(found.pair.result.distance, -0.5, 1e-9);
+}
+
+TEST_F(BallAndBracket, IsAContactOfSurfacesIfItBeginsOutside) {
+  const RobotContact found = contact(3.1, 1.1);  // to the face at x = 2: 1 m of 2 m
+  ASSERT_TRUE(found.contact);
+  EXPECT_NEAR(found.t_contact, 0.5, 1e-5);
+  EXPECT_FALSE(contact(5.0, 3.0).contact);
+}
+
+TEST_F(BallAndBracket, LeavesDepthsOpenThatItReachesLater) {
+  const RobotContact found = contact(3.1, 1.1, -0.3);
+  EXPECT_EQ(found.status, Status::IterationLimit);
+  EXPECT_EQ(found.t_free, 0.0);
+  EXPECT_EQ(contact(0.5, 0.6, -0.3).t_contact, 0.0);
+}
+
+TEST_F(BallAndBracket, HasABoundedMinimumInsideOfTheBracket) {
+  // The bottom is 0.4 below the ball's centre, everywhere between 0.4 and 1.6; outside of that a side is nearer.
+  const RobotMinimum through = minimum(3.1, 1.1);
+  EXPECT_NEAR(through.upper_bound, -0.5, 1e-6);
+  EXPECT_LE(through.lower_bound, -0.5);
+  EXPECT_GE(through.lower_bound, -0.502);
+  EXPECT_NEAR(through.pair.result.distance, -0.5, 1e-6);
+  const RobotMinimum inside = minimum(0.1, 0.3);
+  EXPECT_NEAR(inside.upper_bound, -0.4, 2e-3);
+  EXPECT_LE(inside.lower_bound, -0.4);
+  EXPECT_GE(inside.lower_bound, -0.402);
+}
+
+TEST_F(BallAndBracket, HasTheMinimumOfItsPiecesOutsideOfTheBracket) {
+  const RobotMinimum outside = minimum(3.1, 2.2);
+  EXPECT_EQ(outside.status, Status::Converged);
+  EXPECT_NEAR(outside.upper_bound, 0.1, 1e-6);
+  EXPECT_NEAR(outside.lower_bound, 0.1, 1e-6);
+}
 
 }  // namespace
 }  // namespace proximity_server::scene

@@ -74,6 +74,30 @@ TEST(EnclosedSpace, HoldsASolidThatIsInsideOut) {
   EXPECT_FALSE(holds(space, {1.5, 0.4, 0.3}));
 }
 
+// A ray along the edge of two triangles meets both or neither, as rounding will have it.
+TEST(EnclosedSpace, MayHoldAPointBelowACornerOnEachOfItsRays) {
+  const Vector3d rays[] = {Eigen::AngleAxisd(-0.7391, Vector3d(0.317, 0.911, -0.263).normalized()) * Vector3d::UnitZ(),
+                           Eigen::AngleAxisd(-2.1731, Vector3d(-0.571, 0.337, 0.749).normalized()) * Vector3d::UnitZ()};
+  // Two triangles at each edge from a corner on a ray to one of the ends of this axis, on both sides of the plane of the rays.
+  const Vector3d axis = rays[0].cross(rays[1]).normalized(), back = -rays[0] - rays[1];
+  TriangleMesh mesh;
+  mesh.vertices = {axis, -axis, rays[0], rays[1], back};
+  for (int i = 0; i < 3; ++i) {
+    mesh.triangles.push_back({0, 2 + i, 2 + (i + 1) % 3});
+    mesh.triangles.push_back({1, 2 + (i + 1) % 3, 2 + i});
+  }
+  const EnclosedSpace space(trianglesOf(mesh.vertices, mesh.triangles));
+  int lost = 0;
+  for (int i = 0; i < 100; ++i) {
+    // The corners are on both rays from the origin only; the points beside it are on one ray, below an edge.
+    const Vector3d p = i == 0 ? Vector3d(Vector3d::Zero()) : Vector3d(0.003 * i * rays[i % 2]);
+    EXPECT_TRUE(space.mayHold(p)) << i;
+    lost += !holds(space, p);
+  }
+  EXPECT_GT(lost, 0);  // the rays do meet what rounding decides
+  EXPECT_FALSE(space.mayHold(1.01 * rays[0]));
+}
+
 TEST(EnclosedSpace, OfNoTrianglesHoldsNothing) { EXPECT_FALSE(holds(EnclosedSpace({}), {0, 0, 0})); }
 
 TEST(EnclosedSpace, EndsWhenTheEffortIsSpent) {

@@ -14,6 +14,7 @@
 #include "proximity_server/scene/query/scene.h"
 #include "sanitized.h"
 #include "scene/small_robots.h"
+#include "scene/solids.h"
 
 namespace proximity_server::scene {
 
@@ -73,6 +74,15 @@ Shape someShape(Chance& chance) {
   }
 }
 
+/// A mesh as its triangles, with room for whole links inside, and perhaps a cavity.
+Object someSolid(const std::string& id, const Placement& placement, Chance& chance) {
+  ObjectOptions options;
+  options.meshes.tolerance = 0.0;
+  options.padding = chance.below(3) == 0 ? 0.01 : 0.0;
+  const TriangleMesh mesh = chance.below(2) == 0 ? bracket() : thickShell();
+  return makeObject(id, {{scaled(mesh, chance.between(0.1, 0.6)), chance.pose(0.1)}}, placement, options);
+}
+
 Object someObject(const std::string& id, const Placement& placement, Chance& chance) {
   std::vector<ObjectShape> shapes;
   const int kind = std::holds_alternative<Attached>(placement) ? 1 + chance.below(11) : chance.below(12);
@@ -96,13 +106,15 @@ Object someObject(const std::string& id, const Placement& placement, Chance& cha
 }
 
 enum class Motion : unsigned char { Random, Coherent, Resting };
+enum class Meshes : unsigned char { None, Solid };
 
 /// Objects that change, and a robot and frames that move.
 class Cell {
  public:
-  Cell(const std::shared_ptr<const SceneModel>& model, Motion motion, int objects)
+  Cell(const std::shared_ptr<const SceneModel>& model, Motion motion, int objects, Meshes meshes)
       : model_(*model),
         motion_(motion),
+        meshes_(meshes),
         wanted_(objects),
         chance_(static_cast<unsigned>(motion) + 7),
         objects_(std::make_shared<const Objects>(model)),
@@ -173,6 +185,11 @@ class Cell {
     return std::visit([](const auto& of_kind) -> Placement { return of_kind; }, freePlacement());
   }
 
+  Object newObject(const std::string& id, const Placement& placement) {
+    const bool is_solid = meshes_ == Meshes::Solid && chance_.below(3) == 0;
+    return is_solid ? someSolid(id, placement, chance_) : someObject(id, placement, chance_);
+  }
+
   std::string someId() { return objects_->object(objects_->numbers()[chance_.below(objects_->size())])->id; }
 
   void change() {
@@ -188,8 +205,7 @@ class Cell {
 
   ObjectChange someChange() {
     const bool too_few = chance_.below(2 * wanted_) >= objects_->size();
-    if (objects_->empty() || too_few)
-      return AddObject{someObject("object " + std::to_string(added_++), anyPlacement(), chance_)};
+    if (objects_->empty() || too_few) return AddObject{newObject("object " + std::to_string(added_++), anyPlacement())};
     const std::string id = someId();
     const Object& object = *objects_->object(objects_->find(id));
     const bool is_attached = std::holds_alternative<Attached>(object.placement);
@@ -198,7 +214,7 @@ class Cell {
       case 0:
         return RemoveObject{id};
       case 1:
-        return ReplaceObject{someObject(id, anyPlacement(), chance_)};
+        return ReplaceObject{newObject(id, anyPlacement())};
       case 2:
         if (can_be_attached) return AttachObject{id, attachment()};
         [[fallthrough]];
@@ -210,6 +226,7 @@ class Cell {
 
   const SceneModel& model_;
   const Motion motion_;
+  const Meshes meshes_;
   const int wanted_;
   Chance chance_;
   std::shared_ptr<const Objects> objects_;
@@ -260,13 +277,14 @@ struct Case {
   const char* name;
   Motion motion;
   int objects, states;
+  Meshes meshes = Meshes::None;
 };
 
 class ChangingObjects : public testing::TestWithParam<Case> {};
 
 TEST_P(ChangingObjects, SkippingNeverChangesAnAnswer) {
   const auto model = arm();
-  Cell cell(model, GetParam().motion, GetParam().objects);
+  Cell cell(model, GetParam().motion, GetParam().objects, GetParam().meshes);
   Scene scene(model), everything(model, Skipping::Off);
   scene.use(cell.objects());
   everything.use(cell.objects());
@@ -337,7 +355,10 @@ INSTANTIATE_TEST_SUITE_P(Motions, ChangingObjects,
                                          Case{"Coherent", Motion::Coherent, 12, repeats(4000)},
                                          Case{"Resting", Motion::Resting, 12, repeats(4000)},
                                          Case{"ManyCoherent", Motion::Coherent, 120, repeats(400)},
-                                         Case{"ManyRandom", Motion::Random, 120, repeats(400)}),
+                                         Case{"ManyRandom", Motion::Random, 120, repeats(400)},
+                                         Case{"SolidsRandom", Motion::Random, 6, repeats(1500), Meshes::Solid},
+                                         Case{"SolidsCoherent", Motion::Coherent, 6, repeats(1500), Meshes::Solid},
+                                         Case{"SolidsResting", Motion::Resting, 6, repeats(1000), Meshes::Solid}),
                          [](const testing::TestParamInfo<Case>& test) { return test.param.name; });
 
 }  // namespace

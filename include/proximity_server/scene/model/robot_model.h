@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,11 +12,16 @@
 
 namespace proximity_server::scene {
 
+class Interior;
+
 /// A convex part of a body's collision geometry.
 struct Piece {
   narrowphase::Shape shape;  ///< padding included, as margin
   Eigen::Isometry3d body_T_piece;
   int collision;  ///< index into RobotModel::collisions
+
+  bool is_anchor = true;  ///< one piece of each connected part of a mesh, and every other piece; see MeshPieces
+  std::shared_ptr<const Interior> interior = nullptr;  ///< of the whole mesh, in one of its pieces and in their frame
 };
 
 /// One <collision> element.

@@ -10,7 +10,9 @@
 namespace proximity_server::scene {
 
 struct MotionQuestion {
-  double contact_distance = 0.0;  ///< [m] contact is a signed distance, less the pair's padding, at or below it
+  /// [m] Contact is a signed distance, less the pair's padding, at or below it. Below 0, a first contact of two of which
+  /// one has a closed mesh with room inside is left open (IterationLimit, t_free 0) unless it is at the start.
+  double contact_distance = 0.0;
   double tolerance = 1e-6;        ///< [m] of that distance, and of the minimum
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
 };
@@ -57,7 +59,8 @@ class MotionSearch;
 /// earliest for a contact, the closest for the minimum. A pair that one bound settles for the whole motion is never
 /// divided, and pieces go to the narrowphase for the intervals that are left. A question allocates memory for the poses
 /// and kinematic chains of its motion.
-/// Limit:   objects are not seen: the candidates are pairs of links only.
+/// Limit:   objects are not seen: the candidates are pairs of links only. The smallest distance of a motion on which
+///          something is inside a closed mesh, away from its surface, may be less exact than asked: IterationLimit.
 /// Failure: every question throws std::invalid_argument for a link or <collision> that does not exist, and for a motion
 ///          of another number of bodies.
 class MovingScene {

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,8 @@
 #include "proximity_server/scene/pieces/representation.h"
 
 namespace proximity_server::scene {
+
+class Interior;
 
 /// How a mesh becomes convex pieces.
 struct MeshOptions {
@@ -34,15 +37,23 @@ struct MeshPieces {
                                                                    ///< NaN where one is open or encloses nothing
   std::vector<std::string> warnings;                               ///< the cache cannot be written
   std::string shortfall;  ///< why these may be more pieces than need be, where the time budget ended; else ""
+  /// For each hull whether it is the one that stands for a connected component when others look for it in their
+  /// interiors. Every component has one.
+  std::vector<bool> is_anchor;
+  /// The space inside the closed components, if hulls may leave some of it empty; else nullptr. It is not in the hulls.
+  std::shared_ptr<const Interior> interior;
+  std::string openness;  ///< which of its components enclose no volume, and what follows; "" for a closed mesh
 };
 
 /// The fewest pieces within tolerance of the mesh, tried in this order: the hull of all; the hulls of the connected
 /// components (vertices at the same place are connected; none for a component inside another one's hull); the hulls of
 /// clusters of triangles, see decomposition.h; the triangles. "Within rounding", 1e-6 m, always counts as within.
 ///
-/// Limit:   clusters and triangles stand for the surface. What lies wholly inside a closed mesh, away from its surface,
-///          may be in none of the pieces, and then counts as apart from it; in overlap the depth of the deepest two
-///          pieces is a lower bound of that of the solids.
+/// Solid:   a component is closed if each of its edges, between vertices at the same places, occurs equally often in both
+///          directions, and if it encloses a volume. The solid is where the winding number of all closed components
+///          is not 0, see Interior. Clusters and triangles stand for its surface, hulls for all of it.
+/// Limit:   what lies wholly inside an open component may be in none of the pieces, and then counts as apart from it; in
+///          overlap the depth of the deepest two pieces is a lower bound of that of the solids.
 /// Failure: throws std::invalid_argument for a tolerance that is negative or not finite, or a time budget that is not
 ///          above 0.
 MeshPieces convexPieces(const TriangleMesh& mesh, const MeshOptions& options = {});

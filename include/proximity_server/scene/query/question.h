@@ -25,6 +25,10 @@ struct ShapeRefPair {
 
 /// The answer about two shapes, in the order asked: the signed distance of their closest (or deepest) pieces, less the
 /// padding of the pair of links. The bounds hold for the whole shapes; the normal belongs to these pieces.
+///
+/// What lies wholly inside a closed mesh, and touches none of its pieces, overlaps it: the depth is then that of a ball
+/// inside of it, its point is not on its surface, and the normal is the ball's shortest way out. The depth of the whole
+/// is not less.
 struct PairProximity {
   ShapeRefPair asked;
   /// The <collision> of link a, or the shape of object a, that is closest, counted from 1; 0 if only bounds were needed.

@@ -1,0 +1,87 @@
+#include "scene/pieces/interior.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Vector3d;
+
+Vector3d normalOf(const Triangle& triangle) {
+  return (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).stableNormalized();
+}
+
+/// [m] A lower bound of the distance of a triangle from p: no corner is less far along some direction. Along the normal
+/// it is tight however near p is, along the way to the nearest point where that is on an edge.
+double provenDistance(const Triangle& triangle, const Vector3d& p, const Vector3d& way) {
+  const auto along = [&](const Vector3d& direction) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const Vector3d& corner : triangle) least = std::min(least, direction.dot(corner - p));
+    return least;
+  };
+  const Vector3d normal = normalOf(triangle);
+  return std::max({0.0, along(way.stableNormalized()), along(normal), along(-normal)});
+}
+
+/// The nearest of the triangles so far.
+struct NearestTriangle {
+  const Triangle* triangle = nullptr;
+  Vector3d point = Vector3d::Zero();
+  double lower_bound = std::numeric_limits<double>::infinity();  ///< [m] of the distance of all
+  double upper_bound = std::numeric_limits<double>::infinity();
+
+  void consider(const Triangle& candidate, const Vector3d& p) {
+    const Vector3d on_it = nearestCombination(candidate, p);
+    const double length = (on_it - p).norm();
+    lower_bound = std::min(lower_bound, std::min(length, provenDistance(candidate, p, on_it - p)));
+    if (!(length < upper_bound)) return;
+    upper_bound = length;
+    point = on_it;
+    triangle = &candidate;
+  }
+};
+
+/// Depth first, the nearer part first. A part that is farther than what was found changes neither bound.
+NearestTriangle nearestOf(const TriangleBoxes& tree, const Vector3d& p) {
+  NearestTriangle nearest;
+  // Halving leaves at most 31 levels below an int's worth of triangles; each holds one sibling back.
+  std::array<int, 64> pending{0};
+  for (int count = 1; count > 0;) {
+    const TriangleBoxes::Node& node = tree.nodes[pending[--count]];
+    if (node.box.exteriorDistance(p) > nearest.upper_bound) continue;
+    if (node.left < 0) {
+      for (int i = node.begin; i < node.end; ++i) nearest.consider(tree.triangles[i], p);
+      continue;
+    }
+    const auto gap = [&](int part) { return tree.nodes[part].box.squaredExteriorDistance(p); };
+    const int nearer = gap(node.left) < gap(node.left + 1) ? node.left : node.left + 1;
+    pending[count++] = 2 * node.left + 1 - nearer;
+    pending[count++] = nearer;
+  }
+  return nearest;
+}
+
+}  // namespace
+
+Interior::Interior(const std::vector<Triangle>& closed)
+    : space_(closed), surface_(closed, TriangleBoxes::SplitAxes::XYZ), box_(surface_.nodes.front().box) {}
+
+Interior::Place Interior::placeOf(const Vector3d& p) const {
+  const NearestTriangle nearest = nearestOf(surface_, p);
+  const bool is_inside = box_.contains(p) && space_.mayHold(p);
+  Vector3d outwards = (p - nearest.point).stableNormalized();
+  if (outwards.isZero(0.0)) outwards = normalOf(*nearest.triangle);
+  if (outwards.isZero(0.0)) outwards = Vector3d::UnitZ();
+  Place place{nearest.lower_bound, nearest.upper_bound, nearest.point, outwards};
+  if (is_inside) {
+    place.lower_bound = -nearest.upper_bound;
+    place.upper_bound = -nearest.lower_bound;
+    place.outwards = -place.outwards;
+  }
+  return place;
+}
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "scene/pieces/enclosed_space.h"
+#include "scene/pieces/triangle_tree.h"
+
+namespace proximity_server::scene {
+
+/// The solid inside the closed parts of a mesh whose convex pieces leave some of it empty.
+///
+/// A point is inside if the winding number of all closed parts around it is not 0: parts that face outwards and overlap
+/// are one solid, and a part inside another one that faces into a cavity takes the cavity away.
+/// Frame: that of the mesh. Metres.
+class Interior {
+ public:
+  /// `closed`: at least one triangle.
+  explicit Interior(const std::vector<Triangle>& closed);
+
+  /// Of all that is inside.
+  const Eigen::AlignedBox3d& box() const { return box_; }
+
+  /// Where a point lies relative to the solid.
+  struct Place {
+    double lower_bound, upper_bound;  ///< [m] of its signed distance from the nearest triangle, negative inside
+    Eigen::Vector3d nearest;          ///< on that triangle
+    Eigen::Vector3d outwards;         ///< unit: the shortest way out, or from the triangle to a point outside of it
+  };
+
+  /// The nearest triangle may lie within the solid where closed parts overlap; the depth in the solid is then larger.
+  /// Error:  the bounds hold beside the rounding of a few eps of the coordinates. They are wider than that only at
+  ///         triangles whose height is near to rounding.
+  /// Source: Ericson, Real-Time Collision Detection, 2005 (nearest point of a triangle). Unlike there, the nearest point
+  ///         is the best of face and edges, and the corner that is least far along the way to it proves the lower bound.
+  Place placeOf(const Eigen::Vector3d& p) const;
+
+ private:
+  EnclosedSpace space_;
+  TriangleBoxes surface_;
+  Eigen::AlignedBox3d box_;
+};
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,141 @@
+#include "scene/query/interior_search.h"
+
+#include <algorithm>
+
+#include "scene/pieces/interior.h"
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Vector3d;
+using narrowphase::SignedDistance;
+using narrowphase::Status;
+
+/// Which of the two has the interior.
+enum class Outer : unsigned char { A, B };
+
+RelativePose inverse(const RelativePose& a_T_b) {
+  RelativePose b_T_a;
+  b_T_a.rotation = a_T_b.rotation.transpose();
+  b_T_a.translation = -(b_T_a.rotation * a_T_b.translation);
+  return b_T_a;
+}
+
+class InteriorSearch {
+ public:
+  InteriorSearch(const PlacedRobot& robot, const Visit& pair, const RelativePose& a_T_b, double limit,
+                 const Question& question, Skipping skipping, double within, ClosestPieces& closest)
+      : a_(robot.compoundOf(pair.a)),
+        b_(robot.compoundOf(pair.b)),
+        a_T_b_(a_T_b),
+        // Twice for the poses, as the way into the frame of the mesh is longer than that between two pieces. The side of
+        // a point that is as near to the surface as that may be the wrong one: twice its distance.
+        rounding_(4.0 * PlacedRobot::rounding(a_[a_.root], b_[b_.root], a_T_b)),
+        limit_(limit),
+        padding_(pair.padding),
+        question_(question),
+        skipping_(skipping),
+        within_(within),
+        closest_(closest) {}
+
+  void run() {
+    outer_T_inner_ = a_T_b_;
+    outer_ = Outer::A;
+    visitOuter(a_.root);
+    outer_T_inner_ = inverse(a_T_b_);
+    outer_ = Outer::B;
+    visitOuter(b_.root);
+  }
+
+ private:
+  const Compound& outer() const { return outer_ == Outer::A ? a_ : b_; }
+  const Compound& inner() const { return outer_ == Outer::A ? b_ : a_; }
+
+  void visitOuter(int volume) {
+    const Volume& here = outer()[volume];
+    if (!here.has_interior) return;
+    if (here.isLeaf()) return visitInner(volume, inner().root);
+    for (const int part : here.parts) visitOuter(part);
+  }
+
+  /// A point of the body of the inner one in the frame of the mesh.
+  Vector3d inMesh(const Piece& outer, const Vector3d& p) const {
+    return outer.body_T_piece.inverse(Eigen::Isometry) * (outer_T_inner_.rotation * p + outer_T_inner_.translation);
+  }
+
+  void visitInner(int leaf, int volume) {
+    const Volume& here = inner()[volume];
+    if (!here.has_anchor) return;
+    const Piece& outer_piece = outer().pieces[outer()[leaf].piece];
+    const Eigen::AlignedBox3d& box = outer_piece.interior->box();
+    const Vector3d centre = inMesh(outer_piece, here.bounds.centre);
+    if (!box.contains(centre)) {
+      const double gap = box.exteriorDistance(centre) - here.bounds.radius - outer_piece.shape.margin() - rounding_;
+      if (gap >= within_) return;
+      if (skipping_ == Skipping::On && gap - padding_ > closest_.limit(limit_, question_)) {
+        closest_.lower_bound = std::min(closest_.lower_bound, gap - padding_);
+        return;
+      }
+    }
+    if (here.isLeaf()) return measure(leaf, volume);
+    for (const int part : here.parts) visitInner(leaf, part);
+  }
+
+  void measure(int outer_leaf, int inner_leaf) {
+    const Piece& solid = outer().pieces[outer()[outer_leaf].piece];
+    const Piece& anchor = inner().pieces[inner()[inner_leaf].piece];
+    const Vector3d centre = inMesh(solid, anchor.body_T_piece * anchor.shape.centre());
+    const double radius = std::max(0.0, anchor.shape.innerRadius()) + anchor.shape.margin() + solid.shape.margin();
+    const Eigen::AlignedBox3d& box = solid.interior->box();
+    if (!box.contains(centre) && box.exteriorDistance(centre) >= radius + within_) return;
+    const Interior::Place place = solid.interior->placeOf(centre);
+    SignedDistance result;
+    result.lower_bound = place.lower_bound - radius - rounding_;
+    result.upper_bound = place.upper_bound - radius + rounding_;
+    result.distance = 0.5 * (result.lower_bound + result.upper_bound);
+    if (!(result.distance < within_)) return;
+    const bool is_narrow = result.upper_bound - result.lower_bound <= question_.tolerance;
+    result.status = is_narrow ? Status::Converged : Status::Degenerate;
+    place_ = {outer_leaf, inner_leaf};
+    offer(place, solid, result);
+  }
+
+  /// Adds the points to a result, and offers it.
+  void offer(const Interior::Place& place, const Piece& solid, SignedDistance result) {
+    const Vector3d outwards = (solid.body_T_piece.linear() * place.outwards).normalized();
+    const Vector3d on_solid = solid.body_T_piece * place.nearest + solid.shape.margin() * outwards;
+    result.has_points = true;
+    result.unique = false;
+    LeafPair leaves = place_;
+    if (outer_ == Outer::A) {
+      result.normal = outwards;
+      result.point_a = on_solid;
+    } else {
+      std::swap(leaves.a, leaves.b);
+      result.normal = -(a_T_b_.rotation * outwards).normalized();
+      result.point_a = a_T_b_.rotation * on_solid + a_T_b_.translation - result.distance * result.normal;
+    }
+    result.point_b = result.point_a + result.distance * result.normal;
+    closest_.offer(leaves, padded(result, padding_), limit_);
+  }
+
+  const Compound a_, b_;
+  const RelativePose& a_T_b_;
+  const double rounding_, limit_, padding_;
+  const Question& question_;
+  const Skipping skipping_;
+  const double within_;
+  ClosestPieces& closest_;
+  RelativePose outer_T_inner_;
+  Outer outer_ = Outer::A;
+  LeafPair place_;
+};
+
+}  // namespace
+
+void offerInterior(const PlacedRobot& robot, const Visit& pair, const RelativePose& a_T_b, double limit,
+                   const Question& question, Skipping skipping, double within, ClosestPieces& closest) {
+  InteriorSearch(robot, pair, a_T_b, limit, question, skipping, within, closest).run();
+}
+
+}  // namespace proximity_server::scene
