@@ -460,9 +460,9 @@ class Examiner {
       size = std::max(size, radiusOf(part.shape));
     }
     for (const WorldPlane& plane : solid->planes)
-      if (plane.number == number)
-        outside = std::min(outside, plane.normal.dot(point) - plane.offset);
-    const double allowed = pair.result.upper_bound - pair.result.lower_bound + 64.0 * kEpsilon * (world_point.norm() + size);
+      if (plane.number == number) outside = std::min(outside, plane.normal.dot(point) - plane.offset);
+    const double allowed =
+        pair.result.upper_bound - pair.result.lower_bound + 64.0 * kEpsilon * (world_point.norm() + size);
     if (outside > allowed) fail("a point is not on its part," + by(outside) + " off, of " + named(pair));
   }
 

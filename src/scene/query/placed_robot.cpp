@@ -251,7 +251,9 @@ RelativeMotionBound PlacedRobot::relativeMotion(const Volume& a, const Volume& b
   // Of infinite radius: infinity, or NaN without a turn; std::min() then returns its first argument.
   const double of_b = ((now.rotation - before.rotation) * bounds_b.centre + step).norm() + chord * bounds_b.radius;
   const double distance = std::min(of_a, of_b), margin = rounding(a, b, now);
-  return {distance + margin, distance <= margin};
+  // Points on b are kept in the frame of a; those on a half-space are where those of a are.
+  const bool has_end = bounds_b.radius < std::numeric_limits<double>::infinity();
+  return {distance + margin, (has_end ? of_b : of_a) <= margin};
 }
 
 narrowphase::SignedDistance PlacedRobot::distance(const Leaf& a, const Leaf& b, const RelativePose& a_T_b,

@@ -24,7 +24,7 @@ struct RelativePose {
 /// Bounds how far two bodies moved relative to each other between two poses.
 struct RelativeMotionBound {
   double distance_change;  ///< [m] upper bound of the change of the signed distance, with rounding; 0 for equal poses
-  bool is_rest;            ///< the motion is no larger than the rounding of the poses
+  bool is_rest;            ///< no point of b has moved in the frame of a by more than the rounding of the poses
 };
 
 /// What a link, a <collision> or an object consists of: the volumes and pieces among which its own are.

@@ -113,6 +113,18 @@ TEST(MovingObject, IsUnknownWithoutItsFrame) {
   EXPECT_EQ(errorOf([&] { cell.put({at(0, 0, 0), at(9, 0, 0)}); }), "the objects have 1 frames, but there are 0 poses");
 }
 
+TEST(MovingObject, HasNoPoseInAnotherFrameUntilTheNextUpdate) {
+  Cell cell({ball("1")});
+  cell.change({add("cart", {{Shape(Sphere{1})}}, Moving{"first"})});
+  cell.put({at(0, 0, 0)}, {at(5, 0, 0)});
+  cell.change({MoveObject{"cart", Moving{"first", at(1, 0, 0)}}});
+  EXPECT_NEAR(cell.between(cell.link("0"), cell.object("cart")).result.distance, 4.0, 1e-12);
+  cell.change({MoveObject{"cart", Moving{"second"}}});
+  EXPECT_EQ(cell.between(cell.link("0"), cell.object("cart")).result.status, Status::Unknown);
+  cell.put({at(0, 0, 0)}, {at(7, 0, 0)});
+  EXPECT_NEAR(cell.between(cell.link("0"), cell.object("cart")).result.distance, 5.0, 1e-12);
+}
+
 TEST(AttachedObject, MovesWithItsLinkAndIsNotComparedWithIt) {
   Cell cell({ball("0.1"), ball("1")});
   cell.change({add("bar", {{Shape(Box{{6, 0.2, 0.2}})}}, Attached{"0"})});

@@ -173,6 +173,17 @@ TEST(MotionBoundOfPlacedRobot, CountsFromTheCentreOfTheSphere) {
   EXPECT_NEAR(motion.distance_change, std::sqrt(2.0) * (2.0 + 1.0), 1e-12);
 }
 
+// Regression: seen from b, a ball of 1 mm that b goes round turns about its centre, and its points move by less than the
+// rounding. But the point on b, which is kept in the frame of a, was 2e-9 m off its shape.
+TEST(MotionBoundOfPlacedRobot, OfWhatGoesRoundASmallBallIsNoRest) {
+  const Placed placed({ball("0.001"), ball("1")});
+  const Isometry3d before = at(100, 0, 0), now = turned(2e-11, {0, 0, 1}) * before;
+  const RelativeMotionBound motion =
+      placed.robot.relativeMotion(placed.a, placed.b, relativePose(before), relativePose(now));
+  EXPECT_LT(motion.distance_change, 1e-11);
+  EXPECT_FALSE(motion.is_rest);
+}
+
 TEST(MotionBoundOfPlacedRobot, OfNoMoreThanRoundingIsRest) {
   const Placed placed({ball("1"), ball("1")});
   const auto shiftedBy = [&](double shift) {
