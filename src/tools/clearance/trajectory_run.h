@@ -54,6 +54,7 @@ struct SegmentClearance {
   TrajectorySegment segment;
   scene::RobotMinimum minimum;
   scene::RobotContact contact;
+  std::shared_ptr<const scene::Objects> objects = nullptr;  ///< during this segment; nullptr: there are none
 };
 
 /// Answers the question about every segment, in their order, and passes each answer to `handle` in the calling thread.
