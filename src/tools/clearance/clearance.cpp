@@ -54,7 +54,7 @@ void declareTrajectory(CLI::App& app, Arguments& arguments) {
       "--trajectory", [&] { arguments.rows = RowKind::Segment; },
       "the states are way points, joints linear in between, at the times of a column \"time\" [s] or 1 s apart: a row "
       "for each segment, with its closest pair and first contact");
-  trajectory->excludes("--pairs")->excludes("--no-skip")->excludes("--objects");
+  trajectory->excludes("--pairs")->excludes("--no-skip");
   addLength(app, "--contact-distance", arguments.motion.contact_distance, 0.0, "what counts as contact (default: 0)")
       ->needs(trajectory);
   addLength(app, "--tolerance", arguments.motion.tolerance, kSmallestTolerance,

@@ -99,6 +99,11 @@ void ObjectSchedule::advance(long row, std::optional<double> time, const scene::
   while (next_ < steps_.size() && isDue(steps_[next_].change.at, row, time)) make(steps_[next_++], poses);
 }
 
+std::optional<double> ObjectSchedule::nextTime() const {
+  const auto* at_time = next_ < steps_.size() ? std::get_if<scene::AtTime>(&steps_[next_].change.at) : nullptr;
+  return at_time ? std::optional<double>(at_time->time) : std::nullopt;
+}
+
 bool ObjectSchedule::hasTimes() const {
   for (const Step& step : steps_)
     if (std::holds_alternative<scene::AtTime>(step.change.at)) return true;
@@ -188,6 +193,16 @@ scene::FramePoses framePoses(const scene::Objects& objects, const scene::BodyPos
   const RobotModel& robot = objects.model().robot;
   scene::FramePoses frames;
   for (const std::string& frame : objects.frames()) frames.emplace_back(poseOf(robot, robot.findLink(frame), poses));
+  return frames;
+}
+
+scene::RobotMotion::ObjectFrames framesOnLinks(const scene::Objects& objects) {
+  const RobotModel& robot = objects.model().robot;
+  scene::RobotMotion::ObjectFrames frames;
+  for (const std::string& frame : objects.frames()) {
+    const scene::Link& link = robot.links[robot.findLink(frame)];
+    frames.moving.push_back(scene::RobotMotion::atRest(link.body_T_link, link.body));
+  }
   return frames;
 }
 

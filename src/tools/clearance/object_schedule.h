@@ -9,6 +9,7 @@
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/motion/robot_motion.h"
 #include "proximity_server/scene/object_files/object_file.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/scene.h"
@@ -30,6 +31,9 @@ class ObjectSchedule {
 
   /// The objects after the last advance().
   const std::shared_ptr<const scene::Objects>& now() const { return now_; }
+
+  /// The time [s] of the next change, if it has one.
+  std::optional<double> nextTime() const;
 
   bool hasTimes() const;
 
@@ -63,5 +67,8 @@ int carrierOf(const scene::RobotModel& robot, const scene::Object& object);
 
 /// The poses of the frames of moving objects, as an update takes them.
 scene::FramePoses framePoses(const scene::Objects& objects, const scene::BodyPoses& poses);
+
+/// The same for a motion: each frame rests in its link.
+scene::RobotMotion::ObjectFrames framesOnLinks(const scene::Objects& objects);
 
 }  // namespace proximity_server::tools

@@ -194,10 +194,65 @@ TEST_F(ClearanceObjects, AssertAboveIsAboutObjectsToo) {
   EXPECT_TRUE(says(holds.errors, "all pairs, of links and with objects, are above 0.3 m")) << holds.errors;
 }
 
-TEST_F(ClearanceObjects, ATrajectoryWithObjectsIsRefused) {
-  const CommandResult result = runWith("objects: []", "slide\n0\n1\n", "--trajectory");
-  EXPECT_EQ(result.exit_code, 1);
-  EXPECT_TRUE(says(result.errors, "--objects")) << result.errors;
+// Between the way points the sled passes below the part at 0.4 m; at both it is 0.9 m and more beside it.
+TEST_F(ClearanceObjects, AlongATrajectoryObjectsAreSeenBetweenTheWayPoints) {
+  const std::string part = "- {id: part, pose: {position: [3, 0, 1]}, " + kSphere + "}";
+  const auto segments = rows(part, "slide\n-1\n2\n", "--trajectory --contact-distance 0.5");
+  ASSERT_EQ(segments.size(), 1U);
+  EXPECT_EQ(pairOf(segments[0]), "sled, left|part");
+  EXPECT_NEAR(number(segments[0], "distance"), 0.4, 1e-6);
+  EXPECT_EQ(segments[0].at("contact"), "true");
+  EXPECT_EQ(segments[0].at("contact_link_b"), "part");
+  // The edge of the sled is at 1.5 + 3 t; at a distance of 0.6 from the centre of the part, 0.5 above it, it is
+  // sqrt(0.36 - 0.25) before it.
+  EXPECT_NEAR(number(segments[0], "t_contact"), (3.0 - std::sqrt(0.11) - 1.5) / 3.0, 1e-5);
+}
+
+TEST_F(ClearanceObjects, AChangeAtATimeDividesItsSegment) {
+  // The sled takes the part at 0.5 s, where slide is 0.5, and carries it from 2 to 2.5, on to the ball.
+  const std::string objects = R"(
+objects: [{id: part, pose: {position: [2.5, 0, 3]}, primitives: [{type: SPHERE, dimensions: [0.1]}]}]
+changes:
+- {at: {time: 0.5}, operation: ATTACH, id: part, link: "sled, left", keep_pose: true}
+- {at: {row: 1}, operation: DETACH, id: part}
+)";
+  const auto segments = rows(objects, "time,slide\n0,0\n1,1\n2,0\n", "--trajectory");
+  ASSERT_EQ(segments.size(), 3U);
+  EXPECT_EQ(segments[1].at("segment"), "1");
+  EXPECT_EQ(number(segments[0], "t_end"), 0.5);
+  EXPECT_EQ(number(segments[1], "t_begin"), 0.5);
+  EXPECT_EQ(number(segments[1], "t_end"), 1.0);
+  EXPECT_EQ(number(segments[2], "t_begin"), 1.0);
+  // Of sled and ball: 2.25 + slide, so at the begin of the rising halves and at the end of the falling one.
+  EXPECT_NEAR(number(segments[0], "distance"), 2.25, 1e-6);
+  EXPECT_NEAR(number(segments[1], "distance"), 2.75, 1e-6);
+  EXPECT_NEAR(number(segments[2], "distance"), 2.25, 1e-6);
+}
+
+TEST_F(ClearanceObjects, WhatIsCarriedAlongATrajectoryIsCheckedOnItsWay) {
+  // The part is held 2 m before the sled: at 4 + slide it comes to the ball at 5 + 2 slide, as near as 0.65 at slide 0.
+  const std::string held = "- {id: part, link: \"sled, left\", pose: {position: [2, 0, 0]}, " + kSphere + "}";
+  const auto segments = rows(held, "slide\n1\n-0.1\n1\n", "--trajectory");
+  ASSERT_EQ(segments.size(), 2U);
+  for (const Row& segment : segments) {
+    EXPECT_EQ(pairOf(segment), "ball|part");
+    EXPECT_NEAR(number(segment, "distance"), 1.0 - 0.1 - 0.35, 1e-6);
+  }
+}
+
+TEST_F(ClearanceObjects, WhatMovesWithAFrameMovesAlongATrajectory) {
+  const std::string moving = "- {id: part, frame: \"sled, left\", pose: {position: [0, 0, 1]}, " + kSphere + "}";
+  const auto segments = rows(moving, "slide\n0\n1\n", "--trajectory");
+  ASSERT_EQ(segments.size(), 1U);
+  EXPECT_EQ(pairOf(segments[0]), "sled, left|part");
+  EXPECT_NEAR(number(segments[0], "distance"), 0.4, 1e-6);
+}
+
+TEST_F(ClearanceObjects, ATrajectoryWithoutFilterHasAllPairs) {
+  const auto segments =
+      rows("- {id: part, pose: {position: [0, 0, 0.8]}, " + kSphere + "}", "slide\n0\n1\n", "--trajectory --no-filter");
+  EXPECT_EQ(pairOf(segments.at(0)), "base|part");
+  EXPECT_NEAR(number(segments.at(0), "distance"), 0.2, 1e-6);
 }
 
 TEST_F(ClearanceObjects, ASceneOfMoveitIsRead) {
