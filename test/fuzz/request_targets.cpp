@@ -123,12 +123,13 @@ void ask(const QueryConfigurationRequest& request) {
 }
 
 /// A search that ends after a millisecond, whatever was asked.
-void search(const Pairs& pairs, const TimedMotion& motion, MotionQuestion question) {
+void search(const RequestedPairs& pairs, TimedMotion motion, MotionQuestion question) {
+  carryObjects(arm(), pairs.frames(), {}, motion);
   question.deadline = deadlineIn(1e-3);
-  const MovingScenePool::Lease scene = arm().borrowMovingScene();
-  const RobotContact contact = scene->timeOfContact(pairs, motion.motion, question);
+  const MovingScenePool::Lease scene = pairs.borrowMovingScene();
+  const RobotContact contact = scene->timeOfContact(pairs.asked(), motion.motion, question);
   require(contact.t_free >= 0.0 && contact.t_free <= 1.0, "what is proven free lies within the motion");
-  const RobotMinimum minimum = scene->minimum(pairs, motion.motion, question);
+  const RobotMinimum minimum = scene->minimum(pairs.asked(), motion.motion, question);
   require(minimum.lower_bound <= minimum.upper_bound, "the lower bound is below the upper one");
 }
 
@@ -136,18 +137,18 @@ void ask(const FirstContactRequest& request) {
   const MotionQuestion question = motionQuestion(request.contact_distance, request.tolerance);
   timeBudget(arm(), request.time_budget);
   positive(request.horizon, "horizon");
-  const RequestedPairs pairs = linkPairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
-  search(pairs.asked(), motionOf(arm(), posesAtZero(), request), question);
+  const RequestedPairs pairs = pairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
+  search(pairs, motionOf(arm(), posesAtZero(), request), question);
 }
 
 void ask(const QueryTrajectoryRequest& request) {
   const MotionQuestion question = motionQuestion(request.contact_distance, request.tolerance);
   timeBudget(arm(), request.time_budget);
-  const RequestedPairs pairs = linkPairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
+  const RequestedPairs pairs = pairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
   const WayPoints points = wayPointsOf(arm(), request);
   for (std::size_t i = 0; i + 1 < points.times.size(); ++i) {
     const std::vector<double> travel = travelBetween(points.positions[i], points.positions[i + 1]);
-    search(pairs.asked(),
+    search(pairs,
            motionOfJoints(arm(), posesAt(points.positions[i]), travel, points.times[i],
                           points.times[i + 1] - points.times[i]),
            question);

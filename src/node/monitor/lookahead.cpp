@@ -5,6 +5,11 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+#include <variant>
 
 #include "node/robot/conversions.h"
 #include "node/services/timed_motion.h"
@@ -15,15 +20,47 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// The joints from a link to the root.
-std::vector<int> chainOf(const scene::RobotModel& robot, int link) {
+/// The joints from a body to the root; none for the body -1, which is the frame of the poses.
+std::vector<int> chainOf(const scene::RobotModel& robot, int body) {
   std::vector<int> joints;
-  const auto at = [&](int body) -> const scene::Body& { return robot.bodies[body]; };
-  for (int body = robot.links[link].body; at(body).joint >= 0; body = at(body).parent) {
-    joints.push_back(at(body).joint);
-  }
+  for (; body >= 0 && robot.bodies[body].joint >= 0; body = robot.bodies[body].parent)
+    joints.push_back(robot.bodies[body].joint);
   std::sort(joints.begin(), joints.end());
   return joints;
+}
+
+/// The body with which an object moves: that of its link, of the link whose frame carries it, or of the reference frame.
+int carrierOf(const Robot& robot, const scene::Object& object) {
+  int link = robot.referenceLink();
+  if (const auto* held = std::get_if<scene::Attached>(&object.placement))
+    link = robot.robotModel().findLink(held->link);
+  if (const auto* moving = std::get_if<scene::Moving>(&object.placement)) {
+    const int of_frame = robot.linkOfFrame(moving->frame);
+    if (of_frame >= 0) link = of_frame;
+  }
+  return link < 0 ? -1 : robot.robotModel().links[link].body;
+}
+
+/// The bodies of checked pairs, each two once.
+std::set<std::pair<int, int>> checkedBodies(const Robot& robot, const scene::Objects& objects) {
+  const scene::RobotModel& model = robot.robotModel();
+  std::set<std::pair<int, int>> bodies;
+  for (const scene::ShapeRefPair& pair : robot.candidates())
+    bodies.emplace(model.links[pair.a.link].body, model.links[pair.b.link].body);
+
+  std::map<int, std::vector<int>> carried;  // the objects of each body
+  for (const int number : objects.numbers()) carried[carrierOf(robot, *objects.object(number))].push_back(number);
+  const auto add = [&](int body, const auto& reason_with) {
+    for (const auto& [carrier, numbers] : carried) {
+      const auto is_checked = [&](int number) { return reason_with(number) == scene::PairReason::Checked; };
+      if (std::any_of(numbers.begin(), numbers.end(), is_checked)) bodies.emplace(body, carrier);
+    }
+  };
+  for (std::size_t link = 0; link < model.links.size(); ++link)
+    add(model.links[link].body, [&](int number) { return objects.linkReason(static_cast<int>(link), number); });
+  for (const int walker : objects.walkers())
+    add(carrierOf(robot, *objects.object(walker)), [&](int number) { return objects.objectReason(walker, number); });
+  return bodies;
 }
 
 /// The longest time of a search [s]: a quarter of the period, so that the rest of the cycle is in time. At rate 0 every
@@ -39,15 +76,46 @@ scene::MotionQuestion questionOf(const MonitorSettings& settings) {
   return question;
 }
 
+/// The first contact of all pairs that two searches were about.
+scene::RobotContact firstOf(const scene::RobotContact& p, const scene::RobotContact& q) {
+  scene::RobotContact first = q.contact && !(p.contact && p.t_contact <= q.t_contact) ? q : p;
+  const double until = first.contact ? first.t_contact : 1.0;
+  first.status = narrowphase::Status::Converged;
+  for (const scene::RobotContact* search : {&p, &q}) {
+    if (search->status == narrowphase::Status::Unknown) first.status = narrowphase::Status::Unknown;
+    if (first.status != narrowphase::Status::Unknown && search->t_free < until)
+      first.status = std::max(first.status, search->status);
+  }
+  first.t_free = std::min(p.t_free, q.t_free);
+  first.counts.pairs = p.counts.pairs + q.counts.pairs;
+  first.counts.unknown = p.counts.unknown + q.counts.unknown;
+  return first;
+}
+
+/// Of two links, and with objects, each at their own distance.
+scene::RobotContact firstContact(const Robot& robot, scene::MovingScene& scene, const scene::PhasedMotion& motion,
+                                 scene::MotionQuestion question, const MonitorSettings& settings) {
+  const scene::Candidates& candidates = robot.candidates();
+  const auto search = [&](scene::PairKind kind) {
+    return scene.timeOfContact(scene::Pairs(candidates, kind), motion, question);
+  };
+  if (!scene.objects() || scene.objects()->pairCount() == 0) return search(scene::PairKind::OfLinks);
+  const auto of_links = candidates.empty() ? std::nullopt : std::optional(search(scene::PairKind::OfLinks));
+  question.contact_distance = settings.object_stop_distance;
+  const scene::RobotContact with_object = search(scene::PairKind::WithObject);
+  return of_links ? firstOf(*of_links, with_object) : with_object;
+}
+
 }  // namespace
 
-std::vector<int> jointsThatMatter(const scene::RobotModel& robot, const std::vector<scene::ShapeRefPair>& pairs) {
+std::vector<int> jointsThatMatter(const Robot& robot, const scene::Objects& objects) {
+  const scene::RobotModel& model = robot.robotModel();
   std::vector<int> joints;
-  for (const scene::ShapeRefPair& pair : pairs) {
-    const std::vector<int> a = chainOf(robot, pair.a.link), b = chainOf(robot, pair.b.link);
+  for (const auto& [body_a, body_b] : checkedBodies(robot, objects)) {
+    const std::vector<int> a = chainOf(model, body_a), b = chainOf(model, body_b);
     std::set_symmetric_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(joints));
   }
-  for (int& joint : joints) joint = robot.leaderOf(joint).joint;
+  for (int& joint : joints) joint = model.leaderOf(joint).joint;
   std::sort(joints.begin(), joints.end());
   joints.erase(std::unique(joints.begin(), joints.end()), joints.end());
   return joints;
@@ -58,14 +126,14 @@ Lookahead noLookahead(const MonitorSettings& settings) {
   result.state = settings.lookahead > 0.0 ? Lookahead::UNKNOWN : Lookahead::OFF;
   result.lookahead = settings.lookahead;
   result.contact_distance = settings.stop_distance;
+  result.object_contact_distance = settings.object_stop_distance;
   result.time_free = result.time_to_contact = kNaN;
   result.pair = unknownProximity();
   return result;
 }
 
-Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const scene::Pairs& pairs,
-                       const scene::BodyPoses& poses, const VelocitySnapshot& velocities,
-                       const MonitorSettings& settings) {
+Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const LookaheadStart& start,
+                       const VelocitySnapshot& velocities, const MonitorSettings& settings) {
   Lookahead result = noLookahead(settings);
   result.status = velocities.status;
   if (result.status.code != QueryStatus::OK) return result;
@@ -77,9 +145,10 @@ Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const scen
     result.status.message = "a velocity times the lookahead is not finite";
     return result;
   }
-  const TimedMotion motion = motionWithinLimits(robot, poses, travel, velocities.positions, settings.lookahead);
+  TimedMotion motion = motionWithinLimits(robot, start.poses, travel, velocities.positions, settings.lookahead);
+  carryObjects(robot, start.frames, start.frame_poses, motion);
   const scene::MotionQuestion question = questionOf(settings);
-  const scene::RobotContact found = scene.timeOfContact(pairs, motion.motion, question);
+  const scene::RobotContact found = firstContact(robot, scene, motion.motion, question, settings);
   result.status = completeness(found.counts);
   if (result.status.code != QueryStatus::OK) return result;
   assignStops(result, robot, motion);
@@ -88,7 +157,7 @@ Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const scen
   if (found.contact) {
     result.state = Lookahead::CONTACT;
     result.time_to_contact = motion.onClock(found.t_contact);
-    result.pair = toMessage(robot, motion, found.t_contact, found.pair);
+    result.pair = toMessage({robot.robotModel(), scene.objects()}, motion, found.t_contact, found.pair);
   } else if (result.status.code == QueryStatus::OK) {
     result.state = Lookahead::FREE;
   }

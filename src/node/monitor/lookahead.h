@@ -11,17 +11,24 @@
 
 namespace proximity_server::node {
 
-/// The joints, as indices into RobotModel::joints, whose velocities move the two links of a pair relative to each
-/// other. The leader stands for each mimic joint.
-std::vector<int> jointsThatMatter(const scene::RobotModel& robot, const std::vector<scene::ShapeRefPair>& pairs);
+/// The joints, as indices into RobotModel::joints, whose velocities move the two of a checked pair relative to each
+/// other: links, and objects with the link or frame that carries them. The leader stands for each mimic joint.
+std::vector<int> jointsThatMatter(const Robot& robot, const scene::Objects& objects);
 
 /// A lookahead without a result: OFF if the settings switch it off, else UNKNOWN.
 Lookahead noLookahead(const MonitorSettings& settings);
 
-/// The first contact if the joints keep their velocities from the given poses on, which are known for all `pairs`. The
-/// search takes at most a quarter of the monitor's period.
-Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const scene::Pairs& pairs,
-                       const scene::BodyPoses& poses, const VelocitySnapshot& velocities,
-                       const MonitorSettings& settings);
+/// Where the robot and the frames of moving objects are when a lookahead begins; all that is needed is known.
+struct LookaheadStart {
+  const scene::BodyPoses& poses;
+  const AskedFrames& frames;
+  const scene::FramePoses& frame_poses;
+};
+
+/// The first contact of a checked pair if the joints keep their velocities, and moving objects rest: of two links at the
+/// stop distance, with an object of the scene at that of objects. The search takes at most a quarter of the monitor's
+/// period.
+Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const LookaheadStart& start,
+                       const VelocitySnapshot& velocities, const MonitorSettings& settings);
 
 }  // namespace proximity_server::node

@@ -46,6 +46,7 @@ QueryStatus nothingToCheck() {
 MonitoredObjects::MonitoredObjects(const Robot& robot, const RobotObjects& present)
     : objects(present),
       bodies(bodiesOfCheckedPairs(robot, *present.all)),
+      joints(jointsThatMatter(robot, *present.all)),
       frames(framesOf(*present.all)),
       longest_name(longestName(robot.robotModel(), *present.all)) {}
 
@@ -55,7 +56,6 @@ void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
   robot_ = robot;
   scene_ = robot_->borrowScene();
   moving_scene_ = robot_->borrowMovingScene();
-  joints_ = jointsThatMatter(robot_->robotModel(), robot_->candidates().list());
   self_level_ = object_level_ = Clearance::INVALID;
   MonitoredObjects objects(*robot_, robot_->objects().get());
   use(objects);
@@ -79,7 +79,7 @@ const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnap
   clearance_.tf_skew = snapshot.skew;
   ++clearance_.cycle;
   measure(snapshot, frames, settings);
-  lookAhead(snapshot, velocities, settings);
+  lookAhead(snapshot, velocities, settings, frames);
 
   const std::chrono::duration<double> elapsed = Clock::now() - start;
   clearance_.computation_time = ros::Duration(elapsed.count());
@@ -164,15 +164,16 @@ void Monitor::report(const PoseSnapshot& snapshot, const scene::PairsBelow& belo
 }
 
 void Monitor::lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
-                        const MonitorSettings& settings) {
+                        const MonitorSettings& settings, const FrameSnapshot& frames) {
   clearance_.lookahead = noLookahead(settings);
   if (settings.lookahead == 0.0) return;
   if (clearance_.level == Clearance::INVALID) {
     clearance_.lookahead.status = clearance_.status;
     return;
   }
-  const scene::Candidates& pairs = robot_->candidates();
-  clearance_.lookahead = contactAhead(*robot_, *moving_scene_, pairs, snapshot.poses, velocities, settings);
+  if (moving_scene_->objects() != objects().all.get()) moving_scene_->use(objects().all);
+  const LookaheadStart start{snapshot.poses, monitored_.frames, frames.poses};
+  clearance_.lookahead = contactAhead(*robot_, *moving_scene_, start, velocities, settings);
 }
 
 void Monitor::countPairs() {

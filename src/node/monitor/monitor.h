@@ -21,6 +21,7 @@ struct MonitoredObjects {
 
   RobotObjects objects;
   std::vector<int> bodies;       ///< whose poses a cycle needs
+  std::vector<int> joints;       ///< whose velocities the lookahead needs
   AskedFrames frames;            ///< that moving objects need
   std::size_t longest_name = 0;  ///< length of the longest name of a link, <collision> element or object
 };
@@ -41,7 +42,7 @@ class Monitor {
   /// The monitored robot, the bodies whose poses a cycle needs, and the joints whose velocities the lookahead needs.
   const std::shared_ptr<const Robot>& robot() const { return robot_; }
   const std::vector<int>& bodies() const { return monitored_.bodies; }
-  const std::vector<int>& joints() const { return joints_; }
+  const std::vector<int>& joints() const { return monitored_.joints; }
 
   /// Computes the clearance in these poses, and the lookahead with these velocities. Never waits. The result is valid
   /// until the next cycle. Without a lookahead, memory is allocated only in the first few cycles of a robot and after
@@ -63,14 +64,14 @@ class Monitor {
   Named named() const { return {robot_->robotModel(), objects().all.get()}; }
   void report(const PoseSnapshot& snapshot, const scene::PairsBelow& below, const scene::Question& question,
               std::size_t most);
-  void lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities, const MonitorSettings& settings);
+  void lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities, const MonitorSettings& settings,
+                 const FrameSnapshot& frames);
   void countPairs();
 
   std::shared_ptr<const Robot> robot_;
   ScenePool::Lease scene_;  // declared after robot_, whose pools it and the next return to
   MovingScenePool::Lease moving_scene_;
   MonitoredObjects monitored_;
-  std::vector<int> joints_;
   std::uint8_t self_level_ = Clearance::INVALID;    ///< of pairs of links
   std::uint8_t object_level_ = Clearance::INVALID;  ///< of pairs with an object
   Clearance clearance_;

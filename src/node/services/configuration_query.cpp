@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <string>
 
 #include "node/services/answered.h"
@@ -44,16 +43,6 @@ QueryStatus summary(const std::vector<StateProximity>& states) {
     return status;
   }
   return {};
-}
-
-/// The frames that are none of the robot's links, at the time of its joints.
-FrameSnapshot framesFromTf(const Robot& robot, TfPoses& tf, AskedFrames frames, const JointSnapshot& joints,
-                           const ros::Time& stamp) {
-  const auto is_link = [&](int index) { return robot.linkOfFrame(frames.names[index]) >= 0; };
-  frames.asked.erase(std::remove_if(frames.asked.begin(), frames.asked.end(), is_link), frames.asked.end());
-  PoseSnapshot at;
-  at.stamp = joints.stamp.isZero() ? ros::Time::now() : joints.stamp;
-  return tf.awaitFrames(robot, frames, at, stamp);
 }
 
 }  // namespace

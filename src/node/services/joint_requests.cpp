@@ -88,6 +88,15 @@ JointSnapshot missingFromTf(const Robot& robot, TfPoses& tf, const std::vector<i
   return nothing;
 }
 
+FrameSnapshot framesFromTf(const Robot& robot, TfPoses& tf, AskedFrames frames, const JointSnapshot& joints,
+                           const ros::Time& stamp) {
+  const auto is_link = [&](int index) { return robot.linkOfFrame(frames.names[index]) >= 0; };
+  frames.asked.erase(std::remove_if(frames.asked.begin(), frames.asked.end(), is_link), frames.asked.end());
+  PoseSnapshot at;
+  at.stamp = joints.stamp.isZero() ? ros::Time::now() : joints.stamp;
+  return tf.awaitFrames(robot, frames, at, stamp);
+}
+
 scene::BodyPoses posesInRoot(const Robot& robot, const JointValues& positions, const JointSnapshot& from_tf) {
   return posesInRoot(robot.robotModel(), framesAt(robot.robotModel(), positions, from_tf.joints));
 }

@@ -37,6 +37,11 @@ JointValues completed(JointValues positions, MissingJoints missing);
 JointSnapshot missingFromTf(const Robot& robot, TfPoses& tf, const std::vector<int>& bodies,
                             const std::vector<JointValues>& states, const ros::Time& stamp);
 
+/// Looks up in tf the frames that are none of the robot's links, at the time of its joints. Waits at most
+/// Config::tf_timeout.
+FrameSnapshot framesFromTf(const Robot& robot, TfPoses& tf, AskedFrames frames, const JointSnapshot& joints,
+                           const ros::Time& stamp);
+
 /// The poses of the bodies in the frame of the root link, with the given positions and all other joints from tf.
 scene::BodyPoses posesInRoot(const Robot& robot, const JointValues& positions, const JointSnapshot& from_tf);
 

@@ -37,22 +37,24 @@ QueryTrajectoryResponse emptyQueryTrajectory() {
 
 /// Writes the result of a search for the first contact into a response, in the time of the answer.
 template <class Response>
-void fillContact(Response& response, const Robot& robot, const TimedMotion& motion, const scene::RobotContact& found) {
+void fillContact(Response& response, const Named& named, const TimedMotion& motion, const scene::RobotContact& found) {
   response.t_free = motion.onClock(found.t_free);
   response.contact = found.contact;
   if (!found.contact) return;
   response.t_contact = motion.onClock(found.t_contact);
-  response.pair = toMessage(robot, motion, found.t_contact, found.pair);
+  response.pair = toMessage(named, motion, found.t_contact, found.pair);
 }
 
-/// The motions between successive way points.
-std::vector<TimedMotion> segmentsOf(const Robot& robot, const WayPoints& points, const JointSnapshot& from_tf) {
+/// The motions between successive way points, with the frames of objects.
+std::vector<TimedMotion> segmentsOf(const Robot& robot, const WayPoints& points, const JointSnapshot& from_tf,
+                                    const AskedFrames& frames, const scene::FramePoses& poses_of_frames) {
   std::vector<TimedMotion> segments;
   for (std::size_t i = 0; i + 1 < points.times.size(); ++i) {
     const scene::BodyPoses start =
         inReference(robot, posesInRoot(robot, points.positions[i], from_tf), from_tf.reference_T_root);
     segments.push_back(motionOfJoints(robot, start, travelBetween(points.positions[i], points.positions[i + 1]),
                                       points.times[i], points.times[i + 1] - points.times[i]));
+    carryObjects(robot, frames, poses_of_frames, segments.back());
   }
   return segments;
 }
@@ -73,7 +75,7 @@ sensor_msgs::JointState stateBetween(const scene::RobotModel& robot, const WayPo
 
 /// A trajectory and the question about it.
 struct TrajectorySearch {
-  const Robot& robot;
+  const Named named;
   const scene::Pairs pairs;
   const WayPoints& points;
   const std::vector<TimedMotion>& segments;
@@ -106,10 +108,10 @@ void findContact(const TrajectorySearch& search, QueryTrajectoryResponse& respon
     const scene::RobotContact found = search.scene.timeOfContact(search.pairs, motion.motion, search.question);
     require(completeness(found.counts));
     response.status = statusOf(found.status, search.question);
-    fillContact(response, search.robot, motion, found);
+    fillContact(response, search.named, motion, found);
     if (found.contact) {
       response.segment = static_cast<std::int32_t>(i);
-      response.state = stateBetween(search.robot.robotModel(), search.points, i, found.t_contact);
+      response.state = stateBetween(search.named.robot, search.points, i, found.t_contact);
     }
     if (found.contact || response.status.code != QueryStatus::OK) return;
   }
@@ -120,7 +122,7 @@ void findMinima(const TrajectorySearch& search, QueryTrajectoryResponse& respons
   for (std::size_t i = 0; i < search.segments.size(); ++i) {
     const TimedMotion& motion = search.segments[i];
     const scene::RobotMinimum found = search.scene.minimum(search.pairs, motion.motion, search.question);
-    response.segments[i] = toMessage(search.robot, motion, found);
+    response.segments[i] = toMessage(search.named, motion, found);
     const QueryStatus status = statusOf(found.status, search.question);
     if (status.code != QueryStatus::OK) {
       response.status = status;
@@ -137,23 +139,28 @@ FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactR
     scene::MotionQuestion question = motionQuestion(request.contact_distance, request.tolerance);
     const double budget = timeBudget(robot, request.time_budget);
     positive(request.horizon, "horizon");
-    const auto pairs = linkPairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
+    const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
     const PoseSnapshot start = tf.await(robot, pairs.bodies(), request.stamp);
     response.header.stamp = start.stamp;
     response.header.frame_id = robot.referenceFrame();
     require(start.status);
-    const TimedMotion motion = motionOf(robot, start.poses, request);
+    const AskedFrames asked_frames = pairs.frames();
+    const FrameSnapshot frames = tf.awaitFrames(robot, asked_frames, start, request.stamp);
+    require(frames.status);
+    TimedMotion motion = motionOf(robot, start.poses, request);
+    carryObjects(robot, asked_frames, frames.poses, motion);
     assignStops(response, robot, motion);
 
-    const MovingScenePool::Lease scene = robot.borrowMovingScene();
+    const Named named(robot.robotModel(), &pairs.objects());
+    const MovingScenePool::Lease scene = pairs.borrowMovingScene();
     question.deadline = deadlineIn(budget);
     const scene::RobotContact found = scene->timeOfContact(pairs.asked(), motion.motion, question);
     require(completeness(found.counts));
     response.status = statusOf(found.status, question);
-    fillContact(response, robot, motion, found);
+    fillContact(response, named, motion, found);
     if (found.contact || request.skip_minimum || response.status.code != QueryStatus::OK) return;
     const scene::RobotMinimum minimum = scene->minimum(pairs.asked(), motion.motion, question);
-    response.minimum = toMessage(robot, motion, minimum);
+    response.minimum = toMessage(named, motion, minimum);
     response.status = statusOf(minimum.status, question);
   });
 }
@@ -162,16 +169,20 @@ QueryTrajectoryResponse answer(const Robot& robot, TfPoses& tf, const QueryTraje
   return answered(emptyQueryTrajectory(), [&](QueryTrajectoryResponse& response) {
     scene::MotionQuestion question = motionQuestion(request.contact_distance, request.tolerance);
     const double budget = timeBudget(robot, request.time_budget);
-    const auto pairs = linkPairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
+    const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
     const WayPoints points = wayPointsOf(robot, request);
     const JointSnapshot from_tf = missingFromTf(robot, tf, pairs.bodies(), points.positions, request.stamp);
     response.header.stamp = from_tf.stamp;
     response.header.frame_id = robot.referenceFrame();
     require(from_tf.status);
-    const std::vector<TimedMotion> segments = segmentsOf(robot, points, from_tf);
-    const MovingScenePool::Lease scene = robot.borrowMovingScene();
+    const AskedFrames asked_frames = pairs.frames();
+    const FrameSnapshot frames = framesFromTf(robot, tf, asked_frames, from_tf, request.stamp);
+    require(frames.status);
+    const std::vector<TimedMotion> segments = segmentsOf(robot, points, from_tf, asked_frames, frames.poses);
+    const MovingScenePool::Lease scene = pairs.borrowMovingScene();
     question.deadline = deadlineIn(budget);
-    const TrajectorySearch search{robot, pairs.asked(), points, segments, question, *scene};
+    const TrajectorySearch search{
+        {robot.robotModel(), &pairs.objects()}, pairs.asked(), points, segments, question, *scene};
     findContact(search, response);
     if (!request.skip_minimum) findMinima(search, response);
     if (response.status.code == QueryStatus::OK) response.status.message = beyondLimits(robot.robotModel(), points);

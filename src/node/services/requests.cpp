@@ -121,6 +121,13 @@ scene::ShapeRefPair onePair(const Asked& asked, const ShapeRef& a, const ShapeRe
   return pair;
 }
 
+/// A scene that was borrowed, with the objects of a request.
+template <class Lease>
+Lease withObjects(Lease scene, const RobotObjects& objects) {
+  if (scene->objects() != objects.all.get()) scene->use(objects.all);
+  return scene;
+}
+
 bool isWithinBatch(const Robot& robot, std::size_t count) {
   return count <= static_cast<std::size_t>(robot.config().max_batch);
 }
@@ -316,24 +323,14 @@ std::vector<int> RequestedPairs::bodies() const {
 
 AskedFrames RequestedPairs::frames() const { return own_ ? framesOf(objects(), *own_) : framesOf(objects()); }
 
-ScenePool::Lease RequestedPairs::borrowScene() const {
-  ScenePool::Lease scene = robot_->borrowScene();
-  if (scene->objects() != objects_.all.get()) scene->use(objects_.all);
-  return scene;
+ScenePool::Lease RequestedPairs::borrowScene() const { return withObjects(robot_->borrowScene(), objects_); }
+
+MovingScenePool::Lease RequestedPairs::borrowMovingScene() const {
+  return withObjects(robot_->borrowMovingScene(), objects_);
 }
 
 RequestedPairs pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter) {
   return pairsOf(Asked{robot, robot.objects().get()}, a, b, filter);
-}
-
-RequestedPairs linkPairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter) {
-  for (const ShapeRef& ref : {a, b}) {
-    if (robot.objects().get().all->find(ref.link) >= 0)
-      throw RequestError(QueryStatus::INVALID_ARGUMENT,
-                         "'" + ref.link + "' is an object: motions are checked between links only");
-  }
-  const RobotObjects none{std::make_shared<const scene::Objects>(robot.sharedModel()), 0};
-  return pairsOf(Asked{robot, none}, a, b, filter);
 }
 
 RequestedPairs pairsOf(const Robot& robot, const QueryPairsRequest& request) {

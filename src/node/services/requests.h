@@ -61,6 +61,7 @@ class RequestedPairs {
 
   /// A scene that has the objects.
   ScenePool::Lease borrowScene() const;
+  MovingScenePool::Lease borrowMovingScene() const;
 
  private:
   const Robot* robot_;
@@ -75,9 +76,6 @@ class RequestedPairs {
 
 /// If both are empty, every pair; if b is empty, all pairs with a; otherwise the pair of a and b.
 RequestedPairs pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter);
-
-/// The same of links alone: motions do not know objects. Also throws RequestError INVALID_ARGUMENT for an object.
-RequestedPairs linkPairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter);
 
 /// The same for the lists of a batch. Also throws RequestError OVER_BUDGET if the lists name more than
 /// Config::max_batch pairs, before it allocates memory for them.

@@ -4,7 +4,6 @@
 #include <string>
 #include <utility>
 
-#include "node/robot/conversions.h"
 #include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
@@ -37,40 +36,63 @@ std::function<Eigen::Isometry3d(const scene::BodyPoses&)> referenceFrom(const Ro
   };
 }
 
+/// The reference frame in a motion of joints, which is seen from the root link. The root and its body rest.
+scene::RobotMotion::Segment worldOf(const Robot& robot, const scene::BodyPoses& poses) {
+  using Motion = scene::RobotMotion;
+  if (robot.referenceLink() < 0) return Motion::atRest(poses.front().value().inverse());
+  const scene::Link& link = robot.robotModel().links[robot.referenceLink()];
+  return Motion::atRest(link.body_T_link, link.body == 0 ? -1 : link.body);
+}
+
 }  // namespace
 
 TimedMotion motionOfJoints(const Robot& robot, const scene::BodyPoses& poses, const std::vector<double>& travel,
                            double begin, double duration) {
   return {scene::RobotMotion::ofJoints(robot.robotModel(), inRoot(poses), travel), begin, duration,
-          referenceFrom(robot, poses)};
+          referenceFrom(robot, poses), worldOf(robot, poses)};
 }
 
 TimedMotion motionWithinLimits(const Robot& robot, const scene::BodyPoses& poses, const std::vector<double>& travel,
                                const JointValues& stated, double duration) {
   scene::LimitedMotion limited = motionWithinLimits(robot.robotModel(), inRoot(poses), travel, stated);
-  return {std::move(limited.motion), 0.0, duration, referenceFrom(robot, poses), std::move(limited.stops)};
+  return {std::move(limited.motion), 0.0, duration, referenceFrom(robot, poses), worldOf(robot, poses),
+          std::move(limited.stops)};
 }
 
 TimedMotion motionOfTwists(const scene::BodyPoses& poses, const std::vector<scene::RobotMotion::Twist>& twists,
                            double duration) {
   return {scene::RobotMotion::ofTwists(poses, twists), 0.0, duration,
-          [](const scene::BodyPoses&) { return Eigen::Isometry3d::Identity(); }};
+          [](const scene::BodyPoses&) { return Eigen::Isometry3d::Identity(); },
+          scene::RobotMotion::ObjectFrames().world};
 }
 
-Proximity toMessage(const Robot& robot, const TimedMotion& motion, double time, const scene::PairProximity& pair) {
+void carryObjects(const Robot& robot, const AskedFrames& frames, const scene::FramePoses& poses, TimedMotion& motion) {
+  scene::RobotMotion::ObjectFrames carried{motion.world, {}};
+  for (std::size_t i = 0; i < frames.names.size(); ++i) {
+    const int index = robot.linkOfFrame(frames.names[i]);
+    if (index < 0) {
+      carried.moving.push_back(scene::RobotMotion::atRest(i < poses.size() ? poses[i] : std::nullopt));
+      continue;
+    }
+    const scene::Link& link = robot.robotModel().links[index];
+    carried.moving.push_back(scene::RobotMotion::atRest(link.body_T_link, link.body));
+  }
+  motion.motion.carryObjects(carried);
+}
+
+Proximity toMessage(const Named& named, const TimedMotion& motion, double time, const scene::PairProximity& pair) {
   const scene::BodyPoses poses = motion.motion.at(time);
   const Eigen::Isometry3d reference_T_poses = motion.reference_T_poses(poses);
-  return toMessage(robot.robotModel(), inFrame(reference_T_poses, poses), inFrame(reference_T_poses, pair),
-                   scene::Question());
+  return toMessage(named, inFrame(reference_T_poses, poses), inFrame(reference_T_poses, pair), scene::Question());
 }
 
-MotionMinimum toMessage(const Robot& robot, const TimedMotion& motion, const scene::RobotMinimum& minimum) {
+MotionMinimum toMessage(const Named& named, const TimedMotion& motion, const scene::RobotMinimum& minimum) {
   MotionMinimum message = unknownMinimum();
   message.lower_bound = minimum.lower_bound;
   message.upper_bound = minimum.upper_bound;
   if (!(minimum.time >= 0.0)) return message;
   message.time = motion.onClock(minimum.time);
-  message.pair = toMessage(robot, motion, minimum.time, minimum.pair);
+  message.pair = toMessage(named, motion, minimum.time, minimum.pair);
   return message;
 }
 

@@ -5,8 +5,10 @@
 #include <optional>
 #include <vector>
 
+#include "node/robot/conversions.h"
 #include "node/robot/robot.h"
 #include "node/tf/joint_frames.h"
+#include "node/tf/tf_poses.h"
 #include "proximity_server/MotionMinimum.h"
 #include "proximity_server/Proximity.h"
 #include "proximity_server/QueryStatus.h"
@@ -24,6 +26,8 @@ struct TimedMotion {
   double duration;  ///< [s]
   /// The transform into the reference frame at a time, given the poses of that time in the frame of the motion.
   std::function<Eigen::Isometry3d(const scene::BodyPoses&)> reference_T_poses;
+  /// The reference frame as the motion has it: fixed objects stand there, and moving ones rest there.
+  scene::RobotMotion::Segment world;
 
   std::vector<scene::JointStop> stops = {};  ///< of joints at their limits, with times in [0, 1]
 
@@ -45,6 +49,10 @@ TimedMotion motionWithinLimits(const Robot& robot, const scene::BodyPoses& poses
 TimedMotion motionOfTwists(const scene::BodyPoses& poses, const std::vector<scene::RobotMotion::Twist>& twists,
                            double duration);
 
+/// Lets the frames of moving objects take part, which have these poses in the reference frame at the start. A frame of a
+/// link of the robot moves with the link; all others rest in the reference frame, as nothing tells their velocity.
+void carryObjects(const Robot& robot, const AskedFrames& frames, const scene::FramePoses& poses, TimedMotion& motion);
+
 /// Writes into a message which joints stop at a limit, and when.
 template <class Message>
 void assignStops(Message& message, const Robot& robot, const TimedMotion& motion) {
@@ -57,10 +65,10 @@ void assignStops(Message& message, const Robot& robot, const TimedMotion& motion
 }
 
 /// A pair that was found at a time of the motion, in the reference frame at that time.
-Proximity toMessage(const Robot& robot, const TimedMotion& motion, double time, const scene::PairProximity& pair);
+Proximity toMessage(const Named& named, const TimedMotion& motion, double time, const scene::PairProximity& pair);
 
 /// Bounds, time and pair; the pair is UNKNOWN if none was found.
-MotionMinimum toMessage(const Robot& robot, const TimedMotion& motion, const scene::RobotMinimum& minimum);
+MotionMinimum toMessage(const Named& named, const TimedMotion& motion, const scene::RobotMinimum& minimum);
 
 /// A minimum of which nothing is known: all numbers are NaN.
 MotionMinimum unknownMinimum();

@@ -115,6 +115,16 @@ std::vector<double> travelDuring(double begin, double end, const std::vector<Joi
   return travel;
 }
 
+/// A part of a motion, from its own begin on: the velocity of the origin at that time belongs to the same screw.
+RobotMotion::Segment during(double begin, double end, RobotMotion::Segment segment) {
+  narrowphase::ScrewMotion& motion = segment.motion;
+  if (!segment.is_known || motion.isRest()) return segment;
+  const Isometry3d start = motion.at(begin);
+  const Vector3d velocity = motion.linear + motion.angular.cross(start.translation() - motion.start.translation());
+  motion = {start, (end - begin) * velocity, (end - begin) * motion.angular};
+  return segment;
+}
+
 }  // namespace
 
 PhasedMotion::PhasedMotion(RobotMotion motion) : phases_{{0.0, 1.0, std::move(motion)}} {}
@@ -129,11 +139,28 @@ PhasedMotion::PhasedMotion(std::vector<Phase> phases) : phases_(std::move(phases
   if (time != 1.0) throw std::invalid_argument("the phases of a motion do not end at 1");
 }
 
-BodyPoses PhasedMotion::at(double time) const {
+const PhasedMotion::Phase& PhasedMotion::phaseAt(double time) const {
   const auto is_later = [](double t, const Phase& phase) { return t < phase.begin; };
-  const auto next = std::upper_bound(phases_.begin() + 1, phases_.end(), time, is_later);
-  const Phase& phase = *std::prev(next);
+  return *std::prev(std::upper_bound(phases_.begin() + 1, phases_.end(), time, is_later));
+}
+
+BodyPoses PhasedMotion::at(double time) const {
+  const Phase& phase = phaseAt(time);
   return phase.motion.at((time - phase.begin) / (phase.end - phase.begin));
+}
+
+RobotMotion::State PhasedMotion::inWorld(double time) const {
+  const Phase& phase = phaseAt(time);
+  return phase.motion.inWorld((time - phase.begin) / (phase.end - phase.begin));
+}
+
+void PhasedMotion::carryObjects(const RobotMotion::ObjectFrames& frames) {
+  for (Phase& phase : phases_) {
+    RobotMotion::ObjectFrames part{during(phase.begin, phase.end, frames.world), {}};
+    for (const RobotMotion::Segment& frame : frames.moving)
+      part.moving.push_back(during(phase.begin, phase.end, frame));
+    phase.motion.carryObjects(std::move(part));
+  }
 }
 
 LimitedMotion motionWithinLimits(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel,

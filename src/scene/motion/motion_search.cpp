@@ -37,37 +37,48 @@ void MotionSearch::FirstContactBounds::leaveOpen(double time, narrowphase::Statu
 MotionSearch::MotionSearch(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes)
     : model_(std::move(model)),
       volumes_(std::move(volumes)),
-      paddings_(model_->pairs),
-      states_(*model_, volumes_, Skipping::On) {}
-
-const Piece& MotionSearch::pieceOf(int leaf) const { return model_->robot.pieces[at(leaf).piece]; }
-
-void MotionSearch::begin(const Pairs& pairs, const RobotMotion& motion, Order order, MotionCounts& counts) {
-  if (motion.segments().size() != model_->robot.bodies.size())
-    throw std::invalid_argument("the robot has " + std::to_string(model_->robot.bodies.size()) +
-                                " bodies, but the motion is of " + std::to_string(motion.segments().size()));
-  order_ = order;
-  queue_.clear();
-  moving_pairs_.clear();
-  poses_.emplace(motion);
-  for (const ShapeRefPair& pair : pairs.list()) {
-    const int a = volumes_->of(pair.a), b = volumes_->of(pair.b);
-    MovingBodies bodies(motion, at(a).body, at(a).bounds, at(b).body, at(b).bounds);
-    if (at(a).isEmpty() || at(b).isEmpty() || !bodies.isKnown()) continue;
-    moving_pairs_.push_back({pair, paddings_.of(pair), a, b, std::move(bodies)});
-  }
-  counts.pairs = static_cast<int>(pairs.size());
-  counts.unknown = counts.pairs - static_cast<int>(moving_pairs_.size());
+      states_(*model_, volumes_, Skipping::On),
+      pairs_(model_, volumes_) {
+  for (int root = 0; root < volumes_->rootCount(); ++root) links_have_interiors_ |= (*volumes_)[root].has_interior;
 }
 
-/// Queues what one bound for the whole motion does not settle, and returns how many pairs it does.
-int MotionSearch::enterAll(double limit) {
-  for (int i = 0; i < static_cast<int>(moving_pairs_.size()); ++i) {
-    const MovingPair& moving = moving_pairs_[i];
-    const IntervalVisit visit = withSpheres({-kInfinity, i, moving.a, moving.b, 1, 0.0});
+void MotionSearch::use(std::shared_ptr<const Objects> objects) {
+  if (&objects->model() != model_.get()) throw std::invalid_argument("the objects are those of another model");
+  states_.use(objects);
+  objects_have_interiors_ = false;
+  for (const int number : objects->numbers())
+    objects_have_interiors_ |= objects->placed(number)->geometry->root().has_interior;
+  pairs_.use(std::move(objects));
+}
+
+void MotionSearch::begin(const Pairs& pairs, const RobotMotion& motion, Order order, MotionCounts& counts) {
+  order_ = order;
+  queue_.clear();
+  pairs_.begin(pairs, motion);
+  std::int64_t total = pairs_.asksForLinks(pairs) ? static_cast<std::int64_t>(pairs.size()) : 0;
+  std::int64_t unknown = pairs_.unknownOfList();
+  if (pairs_.asksForObjects(pairs)) {
+    total += objects()->pairCount();
+    unknown += unknownPairsWithObjects() + pairs_.tooFar();
+  }
+  constexpr std::int64_t kMost = std::numeric_limits<int>::max();
+  counts.pairs = static_cast<int>(std::min(total, kMost));
+  counts.unknown = static_cast<int>(std::min({unknown, total, kMost}));
+}
+
+/// Of the candidates. What has a pose at the beginning has one at all times.
+std::int64_t MotionSearch::unknownPairsWithObjects() {
+  if (!isInWorld()) return objects()->pairCount();
+  placeStates(0.0);
+  return states_.unknownPairsWithObjects();
+}
+
+/// Queues what one bound for the whole motion does not settle.
+void MotionSearch::enterAll(double limit) {
+  for (int i = 0; i < pairs_.size(); ++i) {
+    const IntervalVisit visit = withSpheres({-kInfinity, i, pairs_[i].a.root, pairs_[i].b.root, 1, 0.0});
     if (!(visit.lower_bound > limit)) push(visit);
   }
-  return static_cast<int>(moving_pairs_.size() - queue_.size());
 }
 
 bool MotionSearch::goesLater(const IntervalVisit& p, const IntervalVisit& q) const {
@@ -79,6 +90,7 @@ bool MotionSearch::goesLater(const IntervalVisit& p, const IntervalVisit& q) con
 }
 
 void MotionSearch::push(const IntervalVisit& visit) {
+  movingPairOf(visit).is_examined = true;
   queue_.push_back(visit);
   std::push_heap(queue_.begin(), queue_.end(),
                  [this](const IntervalVisit& p, const IntervalVisit& q) { return goesLater(p, q); });
@@ -94,8 +106,11 @@ MotionSearch::IntervalVisit MotionSearch::pop() {
 
 MotionSearch::IntervalVisit MotionSearch::withSpheres(IntervalVisit visit) {
   MovingPair& moving = movingPairOf(visit);
+  const Bounds& a = moving.a[visit.a].bounds;
   const MovingBodies::SphereGap spheres =
-      moving.bodies.sphereGap(at(visit.a).bounds, at(visit.b).bounds, visit.interval, *poses_);
+      moving.isOfShapes()
+          ? moving.bodies.sphereGap(a, moving.b[visit.b].bounds, visit.interval, pairs_.poses())
+          : moving.bodies.sphereGap(a, boundsOf(pairs_.tree()[visit.b].box), visit.interval, pairs_.poses());
   visit.lower_bound = std::max(visit.lower_bound, spheres.gap - moving.padding);
   visit.travel = spheres.travel;
   return visit;
@@ -103,31 +118,66 @@ MotionSearch::IntervalVisit MotionSearch::withSpheres(IntervalVisit visit) {
 
 MotionSearch::IntervalVisit MotionSearch::withBoxes(IntervalVisit visit) {
   MovingPair& moving = movingPairOf(visit);
-  const double gap = moving.bodies.boxGap(at(visit.a).bounds, at(visit.b).bounds, visit.interval, *poses_);
+  const Bounds& a = moving.a[visit.a].bounds;
+  const double gap =
+      moving.isOfShapes()
+          ? moving.bodies.boxGap(a, moving.b[visit.b].bounds, visit.interval, pairs_.poses())
+          : moving.bodies.boxGap(a, boundsOf(pairs_.tree()[visit.b].box), visit.interval, pairs_.poses());
   visit.lower_bound = std::max(visit.lower_bound, gap - moving.padding);
   return visit;
 }
 
+bool MotionSearch::isLeaf(const IntervalVisit& visit) {
+  const MovingPair& moving = movingPairOf(visit);
+  return moving.isOfShapes() && moving.a[visit.a].isLeaf() && moving.b[visit.b].isLeaf();
+}
+
+/// Queues a visit that its bounds do not settle.
+void MotionSearch::enter(IntervalVisit visit, double limit) {
+  visit = withSpheres(visit);
+  if (!(visit.lower_bound > limit)) visit = withBoxes(visit);
+  if (!(visit.lower_bound > limit)) push(visit);
+}
+
+void MotionSearch::enterHalves(const IntervalVisit& visit, double limit) {
+  IntervalVisit part = visit;
+  for (const int half : {2 * visit.interval, 2 * visit.interval + 1}) {
+    part.interval = half;
+    enter(part, limit);
+  }
+}
+
 /// Splits the interval if the volumes move farther than they are large, else one of the volumes, see splitsFirst().
 void MotionSearch::split(const IntervalVisit& visit, double limit) {
-  const Volume &a = at(visit.a), &b = at(visit.b);
-  const auto enter = [&](IntervalVisit part) {
-    part = withSpheres(part);
-    if (!(part.lower_bound > limit)) part = withBoxes(part);
-    if (!(part.lower_bound > limit)) push(part);
-  };
+  const MovingPair& moving = movingPairOf(visit);
+  if (!moving.isOfShapes()) return splitFixedObjects(visit, limit);
+  const Volume &a = moving.a[visit.a], &b = moving.b[visit.b];
   const bool split_a = splitsFirst(a, b);
+  if (visit.travel > (split_a ? a : b).bounds.radius && visit.interval < 1 << kMaxLevels)
+    return enterHalves(visit, limit);
   IntervalVisit part = visit;
-  if (visit.travel > (split_a ? a : b).bounds.radius && visit.interval < 1 << kMaxLevels) {
-    for (const int half : {2 * visit.interval, 2 * visit.interval + 1}) {
-      part.interval = half;
-      enter(part);
-    }
-  } else {
-    for (const int volume : split_a ? a.parts : b.parts) {
-      (split_a ? part.a : part.b) = volume;
-      enter(part);
-    }
+  for (const int volume : split_a ? a.parts : b.parts) {
+    (split_a ? part.a : part.b) = volume;
+    enter(part, limit);
+  }
+}
+
+/// The same of a node of the tree. At a leaf the pair with its object goes on.
+void MotionSearch::splitFixedObjects(const IntervalVisit& visit, double limit) {
+  const BoxTree::Node& node = pairs_.tree()[visit.b];
+  IntervalVisit part = visit;
+  if (node.isLeaf()) {
+    part.pair = pairs_.pairAt(visit.pair, node.item);
+    if (part.pair < 0) return;
+    part.a = movingPairOf(part).a.root;
+    part.b = movingPairOf(part).b.root;
+    return enter(part, limit);
+  }
+  if (visit.travel > 0.5 * node.box.diagonal().norm() && visit.interval < 1 << kMaxLevels)
+    return enterHalves(visit, limit);
+  for (const int next : node.parts) {
+    part.b = next;
+    enter(part, limit);
   }
 }
 
@@ -135,10 +185,10 @@ narrowphase::TimeOfContact MotionSearch::contactOf(const IntervalVisit& visit, c
                                                    double latest) {
   const MovingPair& moving = movingPairOf(visit);
   const MovingBodies::Interval interval(visit.interval);
-  const Piece &a = pieceOf(visit.a), &b = pieceOf(visit.b);
+  const Piece &a = moving.a.pieces[moving.a[visit.a].piece], &b = moving.b.pieces[moving.b[visit.b].piece];
   narrowphase::ContactOptions options;
-  options.contact_distance = question.contact_distance + moving.padding;
-  options.tolerance = question.tolerance;
+  options.contact_distance = question.contact_distance + moving.padding + moving.error;
+  options.tolerance = std::max(0.0, question.tolerance - 2.0 * moving.error);
   options.begin = interval.begin;
   options.end = std::min(interval.end, latest);
   // About a millisecond: longer than that no two pieces hold up a question that has a deadline.
@@ -152,26 +202,26 @@ narrowphase::MinimumOverMotion MotionSearch::minimumOf(const IntervalVisit& visi
                                                        double upper_bound) {
   const MovingPair& moving = movingPairOf(visit);
   const MovingBodies::Interval interval(visit.interval);
-  const Piece &a = pieceOf(visit.a), &b = pieceOf(visit.b);
+  const Piece &a = moving.a.pieces[moving.a[visit.a].piece], &b = moving.b.pieces[moving.b[visit.b].piece];
   narrowphase::MinimumOptions options;
-  options.tolerance = question.tolerance;
+  options.tolerance = std::max(0.0, question.tolerance - 2.0 * moving.error);
   options.begin = interval.begin;
   options.end = interval.end;
-  options.stop_above = upper_bound - question.tolerance + moving.padding;
+  options.stop_above = upper_bound - question.tolerance + moving.padding + moving.error;
   narrowphase::MinimumOverMotion minimum = minimumDistance(a.shape, moving.bodies.chainOfA(a.body_T_piece), b.shape,
                                                            moving.bodies.chainOfB(b.body_T_piece), options);
-  minimum.lower_bound -= moving.padding;
-  minimum.upper_bound -= moving.padding;
+  minimum.lower_bound -= moving.padding + moving.error;
+  minimum.upper_bound -= moving.padding - moving.error;
   return minimum;
 }
 
 RobotContact MotionSearch::firstContact(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question) {
   RobotContact answer;
   begin(pairs, motion, Order::Earliest, answer.counts);
-  if (moving_pairs_.empty()) return answer;
-  answer.counts.by_one_bound = enterAll(question.contact_distance);
+  if (answer.counts.unknown == answer.counts.pairs) return answer;
+  enterAll(question.contact_distance);
   FirstContactBounds bounds;
-  considerStart(question, bounds, answer);
+  considerStart(pairs, question, bounds, answer);
   while (!queue_.empty()) {
     const IntervalVisit visit = pop();
     const double time = MovingBodies::Interval(visit.interval).begin;
@@ -186,28 +236,62 @@ RobotContact MotionSearch::firstContact(const Pairs& pairs, const RobotMotion& m
     else
       split(visit, question.contact_distance);
   }
+  answer.counts.by_one_bound = answer.counts.pairs - answer.counts.unknown - pairs_.examined();
   answer.t_free = std::min(bounds.undecided, bounds.latest);
   answer.status = bounds.undecided < bounds.latest ? bounds.status : narrowphase::Status::Converged;
   return answer;
 }
 
+/// Of two shapes; what stands for a half-space has none.
+bool MotionSearch::hasInterior(const MovingPair& moving) {
+  return moving.kind == MovingPair::Kind::Shapes && haveInterior(moving.a[moving.a.root], moving.b[moving.b.root]);
+}
+
+/// Whether candidates with objects may have an interior.
+bool MotionSearch::hasInteriors(const Pairs& pairs) const {
+  return pairs_.asksForObjects(pairs) && (links_have_interiors_ || objects_have_interiors_);
+}
+
 /// Finds what is inside a closed mesh at the start. Depths that are reached later are left open.
-void MotionSearch::considerStart(const MotionQuestion& question, FirstContactBounds& bounds, RobotContact& answer) {
+void MotionSearch::considerStart(const Pairs& pairs, const MotionQuestion& question, FirstContactBounds& bounds,
+                                 RobotContact& answer) {
+  if (hasInteriors(pairs) && isInWorld()) considerObjectsAtStart(pairs, question, bounds, answer);
   bool is_placed = false;
-  for (int i = 0; i < static_cast<int>(moving_pairs_.size()) && !answer.contact; ++i) {
-    const MovingPair& moving = moving_pairs_[i];
+  for (int i = 0; i < pairs_.size() && !answer.contact; ++i) {
+    const MovingPair& moving = pairs_[i];
     if (!hasInterior(moving)) continue;
-    if (!is_placed) states_.update(poses_->at(0.0));
+    if (!is_placed) placeStates(0.0);
     is_placed = true;
     const DistanceBounds inside = states_.interiorOf(moving.asked, 0.0);
-    const bool may_get_inside = !(withSpheres({-kInfinity, i, moving.a, moving.b, 1, 0.0}).lower_bound > 0.0);
-    if (inside.upper <= question.contact_distance + question.tolerance) {
+    const double rounding = roundingOfWorld(0.0);
+    const bool may_get_inside = !(withSpheres({-kInfinity, i, moving.a.root, moving.b.root, 1, 0.0}).lower_bound > 0.0);
+    if (inside.upper + rounding <= question.contact_distance + question.tolerance) {
       answer.contact = true;
       answer.t_contact = bounds.latest = 0.0;
-      answer.pair = states_.one(moving.asked, {});
-    } else if (inside.lower <= question.contact_distance || (question.contact_distance < 0.0 && may_get_inside)) {
+      answer.pair = fromWorld(states_.one(moving.asked, {}), 0.0);
+    } else if (inside.lower - rounding <= question.contact_distance ||
+               (question.contact_distance < 0.0 && may_get_inside)) {
       bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
     }
+  }
+}
+
+/// The same of all candidates with objects at once, as those with fixed objects are not known yet one by one.
+void MotionSearch::considerObjectsAtStart(const Pairs& pairs, const MotionQuestion& question,
+                                          FirstContactBounds& bounds, RobotContact& answer) {
+  placeStates(0.0);
+  Question near;
+  near.threshold = question.contact_distance + roundingOfWorld(0.0);
+  const std::vector<PairProximity>& closest = states_.closest(pairs, 1, PairRanking::Goal::Closest, near);
+  if (question.contact_distance < 0.0) bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
+  if (closest.empty()) return;
+  const PairProximity pair = fromWorld(closest.front(), 0.0);
+  if (pair.result.upper_bound <= question.contact_distance + question.tolerance) {
+    answer.contact = true;
+    answer.t_contact = bounds.latest = 0.0;
+    answer.pair = pair;
+  } else {
+    bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
   }
 }
 
@@ -223,24 +307,62 @@ void MotionSearch::measure(const IntervalVisit& visit, const MotionQuestion& que
   answer.pair = found(visit, contact.at_contact, contact.t_contact);
 }
 
+/// Whether there are objects, and it is known where the fixed ones stand.
+bool MotionSearch::isInWorld() {
+  return objects() && !objects()->empty() && pairs_.poses().isKnown(pairs_.poses().world());
+}
+
+/// Gives the poses of a time to questions about one state. With objects they are those in the world.
+void MotionSearch::placeStates(double time) {
+  if (!isInWorld()) return states_.update(pairs_.poses().at(time));
+  const RobotMotion::State state = pairs_.poses().motion().inWorld(time);
+  state.frames.empty() ? states_.update(state.bodies) : states_.update(state.bodies, state.frames);
+}
+
 /// Measures a few states of the motion first: their smallest distance is an upper bound, which leaves little to search.
 void MotionSearch::considerStates(const Pairs& pairs, RobotMinimum& answer) {
+  if (objects() && !objects()->empty() && !isInWorld()) return;
   for (const double time : {0.0, 0.25, 0.5, 0.75, 1.0}) {
-    states_.update(poses_->at(time));
+    placeStates(time);
     const std::vector<PairProximity>& closest = states_.closest(pairs, 1, PairRanking::Goal::Closest, {});
     if (closest.empty() || !(closest.front().result.upper_bound < answer.upper_bound)) continue;
-    answer.upper_bound = closest.front().result.upper_bound;
+    answer.pair = fromWorld(closest.front(), time);
+    answer.upper_bound = answer.pair.result.upper_bound;
     answer.time = time;
-    answer.pair = closest.front();
   }
+}
+
+/// [m] What the way of the poses into the world adds to the rounding of a distance: the error of a translation is below 28
+/// eps of the lengths of its two factors, and that of a rotation is within the margin of kPoseRounding.
+double MotionSearch::roundingOfWorld(double time) {
+  const int world = pairs_.poses().world();
+  if (world < 0 || !isInWorld()) return 0.0;
+  double farthest = 0.0;
+  for (const std::optional<Eigen::Isometry3d>& pose : pairs_.poses().at(time))
+    if (pose) farthest = std::max(farthest, pose->translation().norm());
+  return kPoseRounding * (pairs_.poses().pose(world, time).translation().norm() + farthest);
+}
+
+/// An answer about the state at a time as seen in the frame of the poses. The bounds hold roundingOfWorld().
+PairProximity MotionSearch::fromWorld(PairProximity pair, double time) {
+  const int world = pairs_.poses().world();
+  if (world < 0 || !isInWorld()) return pair;
+  const Eigen::Isometry3d poses_T_world = pairs_.poses().pose(world, time);
+  const double rounding = roundingOfWorld(time);
+  pair.result.lower_bound -= rounding;
+  pair.result.upper_bound += rounding;
+  pair.result.normal = (poses_T_world.linear() * pair.result.normal).normalized();
+  pair.result.point_a = poses_T_world * pair.result.point_a;
+  pair.result.point_b = poses_T_world * pair.result.point_b;
+  return pair;
 }
 
 RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question) {
   RobotMinimum answer;
   begin(pairs, motion, Order::Nearest, answer.counts);
-  if (moving_pairs_.empty()) return answer;
+  if (answer.counts.unknown == answer.counts.pairs) return answer;
   considerStates(pairs, answer);
-  answer.counts.by_one_bound = enterAll(answer.upper_bound);
+  enterAll(answer.upper_bound);
   answer.status = narrowphase::Status::Converged;
   double proven = kInfinity;  // [m] the smallest bound of all pieces that were measured
   while (!queue_.empty() && answer.upper_bound - queue_.front().lower_bound > question.tolerance) {
@@ -263,6 +385,7 @@ RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion
     answer.time = pieces.time;
     answer.pair = found(visit, pieces.at_minimum, pieces.time);
   }
+  answer.counts.by_one_bound = answer.counts.pairs - answer.counts.unknown - pairs_.examined();
   const double open = queue_.empty() ? kInfinity : queue_.front().lower_bound;
   answer.lower_bound = std::min({proven, open, answer.upper_bound});
   if (!(answer.lower_bound > 0.0)) searchInteriors(question, answer);
@@ -273,13 +396,14 @@ RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion
 MotionSearch::IntervalVisit MotionSearch::withInterior(IntervalVisit visit, RobotMinimum& answer) {
   MovingPair& moving = movingPairOf(visit);
   const MovingBodies::Interval interval(visit.interval);
-  const double middle = 0.5 * (interval.begin + interval.end), drift = moving.bodies.driftIn(visit.interval, *poses_);
-  states_.update(poses_->at(middle));
+  const double middle = 0.5 * (interval.begin + interval.end), rounding = roundingOfWorld(middle);
+  const double drift = moving.bodies.driftIn(visit.interval, pairs_.poses()) + rounding;
+  placeStates(middle);
   const DistanceBounds inside = states_.interiorOf(moving.asked, drift);
   visit.lower_bound = inside.lower - drift;
-  if (inside.upper < answer.upper_bound) {
-    answer.pair = states_.one(moving.asked, {});
-    answer.upper_bound = std::min(inside.upper, answer.pair.result.upper_bound);
+  if (inside.upper + rounding < answer.upper_bound) {
+    answer.pair = fromWorld(states_.one(moving.asked, {}), middle);
+    answer.upper_bound = std::min(inside.upper + rounding, answer.pair.result.upper_bound);
     answer.time = middle;
   }
   return visit;
@@ -288,9 +412,9 @@ MotionSearch::IntervalVisit MotionSearch::withInterior(IntervalVisit visit, Robo
 /// Looks for what is deeper in a closed mesh than pieces tell, the deepest first.
 void MotionSearch::searchInteriors(const MotionQuestion& question, RobotMinimum& answer) {
   queue_.clear();
-  for (int i = 0; i < static_cast<int>(moving_pairs_.size()); ++i)
-    if (const MovingPair& moving = moving_pairs_[i]; hasInterior(moving))
-      push(withInterior({-kInfinity, i, moving.a, moving.b, 1, 0.0}, answer));
+  for (int i = 0; i < pairs_.size(); ++i)
+    if (const MovingPair& moving = pairs_[i]; hasInterior(moving))
+      push(withInterior({-kInfinity, i, moving.a.root, moving.b.root, 1, 0.0}, answer));
   double proven = kInfinity;  // [m] the smallest bound of the intervals that are not divided further
   for (int i = 0; i < kMaxInteriorIntervals && !queue_.empty() && !isOver(question); ++i) {
     if (!(answer.upper_bound - queue_.front().lower_bound > question.tolerance)) break;
@@ -310,23 +434,24 @@ void MotionSearch::searchInteriors(const MotionQuestion& question, RobotMinimum&
     answer.status = lessComplete(answer.status, narrowphase::Status::IterationLimit);
 }
 
-/// A result of the narrowphase as an answer about links, in the frame of the poses.
+/// A result of the narrowphase as an answer about links and objects, in the frame of the poses.
 PairProximity MotionSearch::found(const IntervalVisit& visit, narrowphase::SignedDistance result, double time) {
   const MovingPair& moving = movingPairOf(visit);
-  const Volume &a = at(visit.a), &b = at(visit.b);
-  if (const int middle = moving.bodies.middle(); middle >= 0) {
-    const Eigen::Isometry3d& pose = *poses_->at(time)[middle];
+  const Volume &a = moving.a[visit.a], &b = moving.b[visit.b];
+  if (moving.bodies.middle() >= 0) {
+    const Eigen::Isometry3d pose = pairs_.poses().pose(moving.bodies.middle(), time);
     result.normal = (pose.linear() * result.normal).normalized();
     result.point_a = pose * result.point_a;
   }
   PairProximity proximity;
   proximity.asked = moving.asked;
-  proximity.collision_a = collisionOf(model_->robot, a.piece).number;
-  proximity.collision_b = collisionOf(model_->robot, b.piece).number;
+  proximity.collision_a = pairs_.collisionNumber(moving.asked.a, moving.a.pieces[a.piece]);
+  proximity.collision_b = pairs_.collisionNumber(moving.asked.b, moving.b.pieces[b.piece]);
   proximity.result = padded(result, moving.padding);
+  proximity.result.lower_bound -= moving.error;
+  proximity.result.upper_bound += moving.error;
   proximity.representation = std::max(a.representation, b.representation);
-  const bool is_compound = !at(moving.a).isLeaf() || !at(moving.b).isLeaf();
-  proximity.depth_is_lower_bound = proximity.result.distance < 0.0 && is_compound;
+  proximity.depth_is_lower_bound = proximity.result.distance < 0.0 && moving.is_compound;
   return proximity;
 }
 

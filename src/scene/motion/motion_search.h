@@ -1,11 +1,11 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "proximity_server/scene/motion/moving_scene.h"
-#include "scene/motion/moving_bodies.h"
+#include "scene/motion/moving_pairs.h"
 #include "scene/query/interior_search.h"
 #include "scene/query/pair_ranking.h"
 #include "scene/query/volumes.h"
@@ -13,10 +13,12 @@
 namespace proximity_server::scene {
 
 /// Answers questions about pairs of shapes in motion. It divides volumes and time together, and the narrowphase
-/// computes only the pieces and intervals that neither spheres nor boxes settle.
+/// computes only the pieces and intervals that neither spheres nor boxes settle. The tree of fixed objects is divided
+/// likewise, as one pair with each link.
 ///
 /// What is wholly inside a closed mesh is so from the start, or has come there through a contact of pieces. So interiors
-/// matter to a first contact at the start only, and to a minimum only if it is no more than 0.
+/// matter to a first contact at the start only, and to a minimum only if it is no more than 0. A fixed object that is not
+/// examined is farther away than matters, its interior too.
 class MotionSearch {
  public:
   MotionSearch(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes);
@@ -24,21 +26,18 @@ class MotionSearch {
   const std::shared_ptr<const SceneModel>& model() const { return model_; }
   const std::shared_ptr<const Volumes>& volumes() const { return volumes_; }
 
+  void use(std::shared_ptr<const Objects> objects);
+  /// nullptr before the first use().
+  const std::shared_ptr<const Objects>& objects() const { return pairs_.objects(); }
+
   RobotContact firstContact(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question);
   RobotMinimum minimum(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question);
 
  private:
-  struct MovingPair {
-    ShapeRefPair asked;
-    double padding;  ///< [m]
-    int a, b;        ///< volumes
-    MovingBodies bodies;
-  };
-
-  /// Two volumes during an interval of time, see MovingBodies::Interval.
+  /// Two volumes during an interval of time, see MovingBodies::Interval; or a volume and a node of the tree.
   struct IntervalVisit {
     double lower_bound;  ///< [m] of their signed distance less the padding
-    int pair;            ///< index into moving_pairs_
+    int pair;            ///< index into pairs_
     int a, b, interval;
     double travel;  ///< [m] of b as seen from a
   };
@@ -52,9 +51,9 @@ class MotionSearch {
   enum class Order : unsigned char { Nearest, Earliest };
 
   void begin(const Pairs& pairs, const RobotMotion& motion, Order order, MotionCounts& counts);
-  int enterAll(double limit);
-  MovingPair& movingPairOf(const IntervalVisit& visit) { return moving_pairs_[visit.pair]; }
-  const Piece& pieceOf(int leaf) const;
+  std::int64_t unknownPairsWithObjects();
+  void enterAll(double limit);
+  MovingPair& movingPairOf(const IntervalVisit& visit) { return pairs_[visit.pair]; }
 
   bool goesLater(const IntervalVisit& p, const IntervalVisit& q) const;
   void push(const IntervalVisit& visit);
@@ -62,15 +61,25 @@ class MotionSearch {
 
   IntervalVisit withSpheres(IntervalVisit visit);
   IntervalVisit withBoxes(IntervalVisit visit);
-  const Volume& at(int volume) const { return (*volumes_)[volume]; }
-  bool isLeaf(const IntervalVisit& visit) const { return at(visit.a).isLeaf() && at(visit.b).isLeaf(); }
+  bool isLeaf(const IntervalVisit& visit);
+  void enter(IntervalVisit visit, double limit);
+  void enterHalves(const IntervalVisit& visit, double limit);
   void split(const IntervalVisit& visit, double limit);
+  void splitFixedObjects(const IntervalVisit& visit, double limit);
 
-  bool hasInterior(const MovingPair& moving) const { return haveInterior(at(moving.a), at(moving.b)); }
-  void considerStart(const MotionQuestion& question, FirstContactBounds& bounds, RobotContact& answer);
+  static bool hasInterior(const MovingPair& moving);
+  bool hasInteriors(const Pairs& pairs) const;
+  void considerStart(const Pairs& pairs, const MotionQuestion& question, FirstContactBounds& bounds,
+                     RobotContact& answer);
+  void considerObjectsAtStart(const Pairs& pairs, const MotionQuestion& question, FirstContactBounds& bounds,
+                              RobotContact& answer);
   IntervalVisit withInterior(IntervalVisit visit, RobotMinimum& answer);
   void searchInteriors(const MotionQuestion& question, RobotMinimum& answer);
+  bool isInWorld();
+  void placeStates(double time);
   void considerStates(const Pairs& pairs, RobotMinimum& answer);
+  double roundingOfWorld(double time);
+  PairProximity fromWorld(PairProximity pair, double time);
   narrowphase::TimeOfContact contactOf(const IntervalVisit& visit, const MotionQuestion& question, double latest);
   void measure(const IntervalVisit& visit, const MotionQuestion& question, FirstContactBounds& bounds,
                RobotContact& answer);
@@ -80,10 +89,9 @@ class MotionSearch {
 
   const std::shared_ptr<const SceneModel> model_;
   const std::shared_ptr<const Volumes> volumes_;
-  PairPaddings paddings_;
   PairRanking states_;  ///< answers about the state at one time
-  std::vector<MovingPair> moving_pairs_;
-  std::optional<PosesInTime> poses_;
+  MovingPairs pairs_;
+  bool links_have_interiors_ = false, objects_have_interiors_ = false;
   Order order_ = Order::Nearest;
   std::vector<IntervalVisit> queue_;  ///< a heap
 };

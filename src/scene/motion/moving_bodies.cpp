@@ -9,14 +9,11 @@ namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-using Segments = std::vector<RobotMotion::Segment>;
-
-const RobotMotion::Segment& at(const Segments& segments, int body) { return segments[body]; }
 
 /// The bodies from one up to the root of the motion, which is -1.
-std::vector<int> ancestry(const Segments& segments, int body) {
+std::vector<int> ancestry(const PosesInTime& poses, int body) {
   std::vector<int> bodies{body};
-  while (bodies.back() >= 0) bodies.push_back(at(segments, bodies.back()).parent);
+  while (bodies.back() >= 0) bodies.push_back(poses.segment(bodies.back()).parent);
   return bodies;
 }
 
@@ -25,15 +22,15 @@ struct Step {
   int body;  ///< behind it
   narrowphase::ScrewMotion motion;
 };
-std::vector<Step> wayBetween(const Segments& segments, int body_a, int body_b) {
-  std::vector<int> up = ancestry(segments, body_a), down = ancestry(segments, body_b);
+std::vector<Step> wayBetween(const PosesInTime& poses, int body_a, int body_b) {
+  std::vector<int> up = ancestry(poses, body_a), down = ancestry(poses, body_b);
   while (up.size() > 1 && down.size() > 1 && up[up.size() - 2] == down[down.size() - 2]) {
     up.pop_back();
     down.pop_back();
   }
   std::vector<Step> way;
-  for (std::size_t i = 0; i + 1 < up.size(); ++i) way.push_back({up[i + 1], at(segments, up[i]).motion.inverse()});
-  for (std::size_t i = down.size() - 1; i-- > 0;) way.push_back({down[i], at(segments, down[i]).motion});
+  for (std::size_t i = 0; i + 1 < up.size(); ++i) way.push_back({up[i + 1], poses.segment(up[i]).motion.inverse()});
+  for (std::size_t i = down.size() - 1; i-- > 0;) way.push_back({down[i], poses.segment(down[i]).motion});
   return way;
 }
 
@@ -55,17 +52,58 @@ double distanceToSegment(const Vector3d& begin, const Vector3d& end) {
 
 }  // namespace
 
-MovingBodies::MovingBodies(const RobotMotion& motion, int body_a, const Bounds& a, int body_b, const Bounds& b)
-    : body_a_(body_a), body_b_(body_b), a_(a), b_(b) {
-  const Segments& segments = motion.segments();
-  for (const int end : {body_a, body_b})
-    for (int body = end; body >= 0; body = at(segments, body).parent) is_known_ &= at(segments, body).is_known;
+// --- poses
+
+PosesInTime::PosesInTime(const RobotMotion& motion) : motion_(motion) {
+  const RobotMotion::ObjectFrames& frames = motion.objectFrames();
+  const int bodies = static_cast<int>(motion.segments().size());
+  if (!isIdentity(frames.world)) {
+    world_ = bodies;
+    others_.push_back(frames.world);
+  }
+  first_moving_ = bodies + static_cast<int>(others_.size());
+  for (Segment frame : frames.moving) {
+    if (frame.parent < 0) frame.parent = world_;
+    others_.push_back(frame);
+  }
+}
+
+const BodyPoses& PosesInTime::at(double time) {
+  const auto known = known_.find(time);
+  return known != known_.end() ? known->second : known_.emplace(time, motion_.at(time)).first->second;
+}
+
+int PosesInTime::add(const Isometry3d& world_T_frame) {
+  others_.push_back({world_, true, {world_T_frame, Vector3d::Zero(), Vector3d::Zero()}});
+  return static_cast<int>(motion_.segments().size() + others_.size()) - 1;
+}
+
+bool PosesInTime::isKnown(int frame) const {
+  for (; frame >= 0; frame = segment(frame).parent)
+    if (!segment(frame).is_known) return false;
+  return true;
+}
+
+Isometry3d PosesInTime::pose(int frame, double time) {
+  if (frame < 0) return Isometry3d::Identity();
+  if (frame < static_cast<int>(motion_.segments().size())) return *at(time)[frame];
+  const Segment& own = segment(frame);
+  const Isometry3d parent_T_frame = own.motion.isRest() ? own.motion.start : own.motion.at(time);
+  return own.parent < 0 ? parent_T_frame : pose(own.parent, time) * parent_T_frame;
+}
+
+// --- two bodies
+
+MovingBodies::MovingBodies(const PosesInTime& poses, int body_a, const Bounds& a, int body_b, const Bounds& b,
+                           SeenFrom seen_from)
+    : body_a_(body_a), body_b_(body_b), is_known_(poses.isKnown(body_a) && poses.isKnown(body_b)), a_(a), b_(b) {
   if (!is_known_) return;
 
-  const std::vector<Step> way = wayBetween(segments, body_a, body_b);
+  const std::vector<Step> way = wayBetween(poses, body_a, body_b);
   const auto moving = std::count_if(way.begin(), way.end(), [](const Step& step) { return !step.motion.isRest(); });
-  std::size_t half = 0;
-  for (std::ptrdiff_t seen = 0; half < way.size() && seen < moving / 2; ++half) seen += !way[half].motion.isRest();
+  std::size_t half = seen_from == SeenFrom::B ? way.size() : 0;
+  if (seen_from == SeenFrom::Middle)
+    for (std::ptrdiff_t seen = 0; half < way.size() && seen < moving / 2; ++half) seen += !way[half].motion.isRest();
 
   middle_ = half == 0 ? body_a : way[half - 1].body;
   for (std::size_t i = half; i-- > 0;) append(way[i].motion.inverse(), chain_a_);
@@ -73,6 +111,12 @@ MovingBodies::MovingBodies(const RobotMotion& motion, int body_a, const Bounds& 
   for (narrowphase::MotionChain* chain : {&chain_a_, &chain_b_})
     if (chain->empty()) chain->push_back({});
   length_ = roundedLengths(chain_a_, a_.reach) + roundedLengths(chain_b_, b_.reach);
+}
+
+/// The velocity of the origin of a screw is constant in length, so no frame of a chain goes farther from the one before than
+/// its start and its linear velocity lead; roundedLengths() counts each of these at least once.
+double MovingBodies::reach() const {
+  return std::max(narrowphase::roundedLengths(chain_a_, a_.reach), narrowphase::roundedLengths(chain_b_, b_.reach));
 }
 
 narrowphase::MotionChain MovingBodies::fixedTo(narrowphase::MotionChain chain, const Isometry3d& pose) {
@@ -87,21 +131,15 @@ MovingBodies::Interval::Interval(int number) {
   end = begin + length;
 }
 
-const BodyPoses& PosesInTime::at(double time) {
-  const auto known = known_.find(time);
-  return known != known_.end() ? known->second : known_.emplace(time, motion_.at(time)).first->second;
-}
-
 const MovingBodies::IntervalMotion& MovingBodies::motionIn(int number, PosesInTime& poses) {
   if (const auto known = interval_motions_.find(number); known != interval_motions_.end()) return known->second;
   const auto [begin, end] = Interval(number);
   const double middle = 0.5 * (begin + end), duration = end - begin;
   double far = 0.0;
   const auto seen = [&](int body, double time) -> Isometry3d {
-    const BodyPoses& all = poses.at(time);
-    const Isometry3d& pose = *all[body];
+    const Isometry3d pose = poses.pose(body, time);
     far = std::max(far, pose.translation().norm());
-    return middle_ < 0 ? pose : all[middle_]->inverse() * pose;
+    return middle_ < 0 ? pose : poses.pose(middle_, time).inverse() * pose;
   };
   const narrowphase::MotionBound of_a = motionBound(chain_a_, a_.centre, a_.radius, begin, end);
   const narrowphase::MotionBound of_b = motionBound(chain_b_, b_.centre, b_.radius, begin, end);

@@ -9,24 +9,53 @@
 
 namespace proximity_server::scene {
 
-/// The poses of a robot in motion, each time computed once.
+/// The poses of a robot and its objects in motion, those of the robot computed once for each time.
+///
+/// A frame has a number: -1 is the frame of the poses, and a body of the robot has its own. After these come the world, if
+/// it is not the frame of the poses, the frames of moving objects, and what add() is given.
 class PosesInTime {
  public:
-  explicit PosesInTime(const RobotMotion& motion) : motion_(motion) {}
+  using Segment = RobotMotion::Segment;
 
+  explicit PosesInTime(const RobotMotion& motion);
+
+  const RobotMotion& motion() const { return motion_; }
   const BodyPoses& at(double time);
+
+  const Segment& segment(int frame) const {
+    const auto index = static_cast<std::size_t>(frame), bodies = motion_.segments().size();
+    return index < bodies ? motion_.segments()[index] : others_[index - bodies];
+  }
+
+  int world() const { return world_; }
+  int moving(int index) const { return first_moving_ + index; }  ///< one of RobotMotion::ObjectFrames::moving
+
+  /// Adds a frame that rests in the world, and returns its number.
+  int add(const Eigen::Isometry3d& world_T_frame);
+
+  /// Whether the poses of a frame and of all that carry it are known.
+  bool isKnown(int frame) const;
+
+  /// Of a known frame, in the frame of the poses.
+  Eigen::Isometry3d pose(int frame, double time);
 
  private:
   const RobotMotion& motion_;
+  int world_ = -1, first_moving_;
+  std::vector<Segment> others_;  ///< the frames behind the bodies
   std::map<double, BodyPoses> known_;
 };
 
-/// Two bodies in motion, seen from a body between them: the one in the middle of the joints that move, so that each of
-/// the two moves little.
+/// The body from which two in motion are seen: that in the middle of the joints that move, so that each of the two moves
+/// little, or one of the two. What is large should be seen at rest, as its far ends move much with every turn.
+enum class SeenFrom : unsigned char { Middle, A, B };
+
+/// Two bodies in motion, or other frames of PosesInTime, seen from a body between them.
 class MovingBodies {
  public:
   /// `a` and `b` bound all of the bodies that will be asked about.
-  MovingBodies(const RobotMotion& motion, int body_a, const Bounds& a, int body_b, const Bounds& b);
+  MovingBodies(const PosesInTime& poses, int body_a, const Bounds& a, int body_b, const Bounds& b,
+               SeenFrom seen_from = SeenFrom::Middle);
 
   /// False if a pose is missing.
   bool isKnown() const { return is_known_; }
@@ -43,6 +72,10 @@ class MovingBodies {
     explicit Interval(int number);
     double begin, end;
   };
+
+  /// [m] Upper bound of the distance of any point of the two from the origin of the body from which they are seen, at any
+  /// time.
+  double reach() const;
 
   /// A lower bound [m] of the signed distance, during an interval, of the contents of two spheres that are fixed to the
   /// bodies; and how far [m] the sphere of b moves as seen from that of a.

@@ -61,10 +61,16 @@ MovingScene::MovingScene(MovingScene&&) noexcept = default;
 MovingScene& MovingScene::operator=(MovingScene&&) noexcept = default;
 
 MovingScene MovingScene::twin() const {
-  return MovingScene(std::make_unique<MotionSearch>(search_->model(), search_->volumes()));
+  MovingScene twin(std::make_unique<MotionSearch>(search_->model(), search_->volumes()));
+  if (const auto& objects = search_->objects()) twin.use(objects);
+  return twin;
 }
 
 const SceneModel& MovingScene::model() const { return *search_->model(); }
+
+void MovingScene::use(std::shared_ptr<const Objects> objects) { search_->use(std::move(objects)); }
+
+const Objects* MovingScene::objects() const { return search_->objects().get(); }
 
 RobotContact MovingScene::timeOfContact(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question) {
   return search_->firstContact(pairs, motion, question);

@@ -5,6 +5,7 @@
 #include <functional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "proximity_server/scene/model/kinematics.h"
 #include "scene/model/usable_pose.h"
@@ -43,6 +44,15 @@ narrowphase::ScrewMotion jointScrew(const Joint& joint, double travel, const Iso
       break;
   }
   return {parent_T_child, Vector3d::Zero(), Vector3d::Zero()};
+}
+
+void requireCarrier(const RobotMotion::Segment& segment, std::size_t bodies, const std::string& what) {
+  if (segment.parent < -1 || segment.parent >= static_cast<int>(bodies))
+    throw std::invalid_argument(what + " has the parent " + std::to_string(segment.parent) + ", but there are " +
+                                std::to_string(bodies) + " bodies");
+  const narrowphase::ScrewMotion& motion = segment.motion;
+  if (segment.is_known && !(motion.start.matrix().allFinite() && (motion.linear + motion.angular).allFinite()))
+    throw std::invalid_argument("the motion of " + what + " is not finite");
 }
 
 }  // namespace
@@ -103,6 +113,50 @@ BodyPoses RobotMotion::at(double time) const {
       poses[i] = *parent * segment.motion.at(time);
   }
   return poses;
+}
+
+// --- frames that carry objects
+
+RobotMotion::Segment RobotMotion::atRest(const std::optional<Isometry3d>& parent_T_frame, int parent) {
+  const std::optional<Isometry3d> pose = usablePose(parent_T_frame);
+  return {parent, pose.has_value(), {pose.value_or(Isometry3d::Identity()), Vector3d::Zero(), Vector3d::Zero()}};
+}
+
+RobotMotion::Segment RobotMotion::withTwist(const std::optional<Isometry3d>& world_T_frame, const Twist& twist) {
+  Segment segment = atRest(world_T_frame);
+  segment.motion.linear = twist.linear;
+  segment.motion.angular = twist.angular;
+  return segment;
+}
+
+void RobotMotion::carryObjects(ObjectFrames frames) {
+  requireCarrier(frames.world, segments_.size(), "the world");
+  for (std::size_t i = 0; i < frames.moving.size(); ++i)
+    requireCarrier(frames.moving[i], segments_.size(), "frame " + std::to_string(i) + " of the objects");
+  object_frames_ = std::move(frames);
+}
+
+RobotMotion::State RobotMotion::inWorld(double time) const {
+  State state{at(time), std::vector<std::optional<Isometry3d>>(object_frames_.moving.size())};
+  if (!isIdentity(object_frames_.world)) {
+    const Segment& world = object_frames_.world;
+    const std::optional<Isometry3d> parent = world.parent < 0 ? Isometry3d::Identity() : state.bodies[world.parent];
+    if (!parent || !world.is_known) return {BodyPoses(segments_.size()), std::move(state.frames)};
+    const Isometry3d world_T_poses = (*parent * world.motion.at(time)).inverse();
+    for (std::optional<Isometry3d>& pose : state.bodies)
+      if (pose) pose = world_T_poses * *pose;
+  }
+  for (std::size_t i = 0; i < state.frames.size(); ++i) {
+    const Segment& frame = object_frames_.moving[i];
+    const std::optional<Isometry3d> parent = frame.parent < 0 ? Isometry3d::Identity() : state.bodies[frame.parent];
+    if (frame.is_known && parent) state.frames[i] = *parent * frame.motion.at(time);
+  }
+  return state;
+}
+
+bool isIdentity(const RobotMotion::Segment& segment) {
+  return segment.is_known && segment.parent < 0 && segment.motion.isRest() &&
+         segment.motion.start.matrix() == Isometry3d::Identity().matrix();
 }
 
 }  // namespace proximity_server::scene

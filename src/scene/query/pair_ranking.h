@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -41,6 +42,9 @@ class PairRanking {
   void update(const BodyPoses& poses);
   void update(const BodyPoses& poses, const std::vector<std::optional<Eigen::Isometry3d>>& frames);
   const PairCounts& counts() const { return measurement_.counts(); }
+
+  /// How many of the checked pairs with an object have no distance because a pose is missing.
+  std::int64_t unknownPairsWithObjects() const { return object_visits_.unknownPairs(); }
 
   /// See PairMeasurement.
   DistanceBounds interiorOf(const ShapeRefPair& pair, double within) const {

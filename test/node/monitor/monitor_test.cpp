@@ -175,6 +175,103 @@ TEST_F(MonitorOfObjects, IsInvalidAndNamesTheFrameWhileItIsUnknown) {
   EXPECT_EQ(clearance.object_minimum.state, Proximity::UNKNOWN);
 }
 
+// --- the lookahead with objects: the middle sphere moves at 0.5 m/s towards the left one, which is 0.8 m away
+
+class LookaheadWithObjects : public MonitorOfObjects {
+ protected:
+  void SetUp() override {
+    follow("");
+    settings_.lookahead = 2.0;
+    settings_.rate = 0.1;  // a search may take 2.5 s
+    settings_.object_stop_distance = 0.05;
+  }
+  Lookahead ahead(const FrameSnapshot& frames = {}) {
+    VelocitySnapshot velocities;
+    const auto& joints = robot_->robotModel().joints;
+    for (const scene::Joint& joint : joints) velocities.velocities.push_back(joint.name == "to_middle" ? -0.5 : 0.0);
+    velocities.positions.resize(joints.size());
+    return monitor_.cycle(withTheRightSphereAt(*robot_, 0.5), velocities, settings_, frames).lookahead;
+  }
+};
+
+TEST_F(LookaheadWithObjects, MeetsAnObjectAtTheStopDistanceOfObjects) {
+  add(ballAt(standingAt(-0.5, 0.0, 0.0)));
+  const Lookahead lookahead = ahead();
+  EXPECT_EQ(lookahead.status.code, QueryStatus::OK) << lookahead.status.message;
+  ASSERT_EQ(lookahead.state, Lookahead::CONTACT);
+  EXPECT_NEAR(lookahead.time_to_contact, (0.3 - 0.05) / 0.5, 1e-5);
+  EXPECT_LE(lookahead.time_free, 0.5);
+  EXPECT_EQ(lookahead.pair.a.link, "middle");
+  EXPECT_EQ(lookahead.pair.b.link, "ball");
+  EXPECT_EQ(lookahead.pair.b.kind, ShapeRef::OBJECT);
+  EXPECT_EQ(lookahead.object_contact_distance, 0.05);
+}
+
+TEST_F(LookaheadWithObjects, MeetsALinkAtTheStopDistanceOfLinksIfThatIsFirst) {
+  add(ballAt(standingAt(-1.0, 0.0, 0.5)));
+  const Lookahead lookahead = ahead();
+  ASSERT_EQ(lookahead.state, Lookahead::CONTACT);
+  EXPECT_NEAR(lookahead.time_to_contact, (0.8 - 0.02) / 0.5, 1e-5);
+  EXPECT_LE(lookahead.time_free, 1.56);
+  EXPECT_EQ(lookahead.pair.b.kind, ShapeRef::LINK);
+}
+
+TEST_F(LookaheadWithObjects, IsFreeOnlyIfBothKindsAre) {
+  settings_.lookahead = 1.0;
+  add(ballAt(standingAt(-0.5, 0.5, 0.0)));
+  const Lookahead lookahead = ahead();
+  EXPECT_EQ(lookahead.state, Lookahead::FREE);
+  EXPECT_EQ(lookahead.time_free, 1.0);
+}
+
+TEST_F(LookaheadWithObjects, CarriesWhatALinkHolds) {
+  scene::Attached held{"middle"};
+  held.link_T_object.translation().x() = -0.2;
+  add(ballAt(held, "held"));
+  add(ballAt(standingAt(-0.7, 0.0, 0.0)));
+  EXPECT_NEAR(ahead().time_to_contact, (0.3 - 0.05) / 0.5, 1e-5);
+}
+
+TEST_F(LookaheadWithObjects, TakesMovingObjectsToRest) {
+  add(ballAt(scene::Moving{"camera"}));
+  FrameSnapshot frames;
+  frames.poses = {Eigen::Isometry3d(Eigen::Translation3d(-0.5, 0.0, 0.0))};
+  EXPECT_NEAR(ahead(frames).time_to_contact, 0.5, 1e-5);
+}
+
+TEST_F(LookaheadWithObjects, MovesObjectsInTheFrameOfALinkWithTheLink) {
+  add(ballAt(scene::Moving{"middle", Eigen::Isometry3d(Eigen::Translation3d(-0.4, 0.0, 0.0))}));
+  FrameSnapshot frames;
+  frames.poses = {Eigen::Isometry3d::Identity()};
+  const Lookahead lookahead = ahead(frames);
+  EXPECT_NEAR(lookahead.time_to_contact, (0.4 - 0.05) / 0.5, 1e-5) << "of the object and the left sphere";
+  EXPECT_EQ(lookahead.pair.a.link, "left");
+}
+
+TEST_F(LookaheadWithObjects, IsUnknownAndNamesTheFrameThatIsMissing) {
+  add(ballAt(scene::Moving{"camera"}));
+  FrameSnapshot frames;
+  frames.poses = {std::nullopt};
+  frames.status.code = QueryStatus::TF_UNAVAILABLE;
+  frames.status.message = "frame 'camera' of objects: missing";
+  const Lookahead lookahead = ahead(frames);
+  EXPECT_EQ(lookahead.state, Lookahead::UNKNOWN);
+  EXPECT_EQ(lookahead.status.message, "frame 'camera' of objects: missing");
+}
+
+// No pair of links is checked, so that no velocity would matter without the object.
+TEST_F(LookaheadWithObjects, NeedsTheVelocitiesOfWhatMayMeetAnObject) {
+  follow(R"(<robot name="sliders"><disable_default_collisions link="left"/><disable_default_collisions link="middle"/>
+            <disable_default_collisions link="right"/></robot>)");
+  EXPECT_TRUE(monitor_.joints().empty());
+  add(ballAt(standingAt(-0.5, 0.0, 0.0)));
+  EXPECT_EQ(monitor_.joints().size(), 3u);
+  EXPECT_NEAR(ahead().time_to_contact, 0.5, 1e-5);
+  follow("");
+  add(ballAt(scene::Attached{"left"}, "held"));
+  EXPECT_EQ(monitor_.joints().size(), 3u);
+}
+
 TEST_F(MonitorOfObjects, ChecksARobotOfWhichTheFilterLeavesNoPairAgainstObjects) {
   follow(R"(<robot name="sliders"><disable_default_collisions link="left"/><disable_default_collisions link="middle"/>
             <disable_default_collisions link="right"/></robot>)");

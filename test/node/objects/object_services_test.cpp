@@ -298,13 +298,159 @@ TEST_F(Objects, AreRefusedWithACodeOfTheirOwnWhereTfDoesNotKnowTheFrameOfTheirPo
   EXPECT_NE(response.status.message.find("changes[0]: object \"part\""), std::string::npos) << response.status.message;
 }
 
-TEST_F(Objects, AreNotPartOfMotionsYet) {
-  add({addBall("part", 1.0, 0.5, 0.0)});
+// --- motions
+
+constexpr double kMotionTolerance = 1e-6;  // [m] of the searches: the default of the requests
+
+/// The ball slides along y at 0.5 m/s, for two seconds.
+FirstContactRequest sliding(const std::string& a, const std::string& b) {
   FirstContactRequest request;
-  request.a = shape("ball");
-  request.b = shape("part");
-  request.horizon = 1.0;
-  expectRefusal(ask<FirstContactResponse>("time_of_contact", request), QueryStatus::INVALID_ARGUMENT, "'part'");
+  request.a = shape(a);
+  request.b = shape(b);
+  request.joints.name = {"y_axis"};
+  request.joints.velocity = {0.5};
+  request.horizon = 2.0;
+  return request;
+}
+FirstContactResponse firstContact(const FirstContactRequest& request) {
+  return ask<FirstContactResponse>("time_of_contact", request);
+}
+
+/// The ball goes from (1, 0, 0) to (1, 0.5, 0) and on to (1, 1, 0), in a second each.
+QueryTrajectoryRequest alongY(const std::string& a, const std::string& b) {
+  QueryTrajectoryRequest request;
+  request.a = shape(a);
+  request.b = shape(b);
+  request.trajectory.joint_names = {"x_axis", "y_axis"};
+  for (int i = 0; i < 3; ++i) {
+    trajectory_msgs::JointTrajectoryPoint point;
+    point.positions = {1.0, 0.5 * i};
+    point.time_from_start = ros::Duration(i);
+    request.trajectory.points.push_back(point);
+  }
+  return request;
+}
+
+TEST_F(Objects, AreMetInMotions) {
+  add({addBall("part", 1.0, 0.5, 0.0)});
+  for (const auto& request : {sliding("ball", "part"), sliding("part", ""), sliding("", "")}) {
+    const auto response = firstContact(request);
+    ASSERT_TRUE(response.success) << response.status.message;
+    ASSERT_TRUE(response.contact);
+    EXPECT_NEAR(response.t_contact, 0.3 / 0.5, 1.01 * kMotionTolerance / 0.5);
+    EXPECT_LE(response.t_free, 0.6);
+    EXPECT_EQ(links(response.pair), (std::set<std::string>{"ball", "part"}));
+    const bool ball_is_first = response.pair.a.link == "ball";
+    EXPECT_EQ((ball_is_first ? response.pair.b : response.pair.a).kind, ShapeRef::OBJECT);
+    EXPECT_EQ((ball_is_first ? response.pair.a : response.pair.b).kind, ShapeRef::LINK);
+    expectNear(response.pair.point_a, 1.0, 0.4, 0.0, 1e-5);
+  }
+}
+
+TEST_F(Objects, AreMetByBodiesThatMoveAtATwist) {
+  add({addBall("part", 1.0, 0.5, 0.0)});
+  FirstContactRequest request = sliding("ball", "part");
+  request.joints = {};
+  request.links = {"ball"};
+  request.twists.resize(1);
+  request.twists[0].linear.y = 0.5;
+  const auto response = firstContact(request);
+  ASSERT_TRUE(response.contact) << response.status.message;
+  EXPECT_NEAR(response.t_contact, 0.6, 1.01 * kMotionTolerance / 0.5);
+}
+
+TEST_F(Objects, ThatAreNotMetHaveAMinimum) {
+  add({addBall("part", 1.5, 0.5, 0.0)});
+  const auto response = firstContact(sliding("ball", "part"));
+  ASSERT_TRUE(response.success) << response.status.message;
+  EXPECT_FALSE(response.contact);
+  EXPECT_EQ(response.t_free, 2.0);
+  EXPECT_NEAR(response.minimum.upper_bound, 0.3, 1.01 * kMotionTolerance);
+  EXPECT_NEAR(response.minimum.lower_bound, 0.3, 1.01 * kMotionTolerance);
+}
+
+TEST_F(Objects, MoveWithTheLinkThatHoldsThem) {
+  ObjectChange held = addBall("held", 1.0, 0.25, 0.0);
+  ObjectChange attach = change(ObjectChange::ATTACH, "held");
+  attach.link = "ball";
+  attach.keep_pose = true;
+  add({held, attach, addBall("part", 1.0, 0.75, 0.0)});
+  const auto response = firstContact(sliding("held", "part"));
+  ASSERT_TRUE(response.contact) << response.status.message;
+  EXPECT_NEAR(response.t_contact, 0.3 / 0.5, 1.01 * kMotionTolerance / 0.5);
+  const auto on_the_way = ask<QueryTrajectoryResponse>("query_trajectory", alongY("", ""));
+  ASSERT_TRUE(on_the_way.contact) << on_the_way.status.message;
+  EXPECT_NEAR(on_the_way.t_contact, 0.6, 1.01 * kMotionTolerance / 0.5);
+  EXPECT_EQ(links(on_the_way.pair), (std::set<std::string>{"held", "part"}));
+  EXPECT_FALSE(isNaN(on_the_way.pair.a.link == "held" ? on_the_way.pair.point_a_link : on_the_way.pair.point_b_link));
+}
+
+TEST_F(Objects, AreMetOnTrajectories) {
+  add({addBall("part", 1.0, 0.9, 0.0)});
+  const auto response = ask<QueryTrajectoryResponse>("query_trajectory", alongY("ball", "part"));
+  ASSERT_TRUE(response.success) << response.status.message;
+  ASSERT_TRUE(response.contact);
+  EXPECT_NEAR(response.t_contact, 0.7 / 0.5, 1.01 * kMotionTolerance / 0.5);
+  EXPECT_EQ(response.segment, 1);
+  ASSERT_EQ(response.segments.size(), 2u);
+  EXPECT_NEAR(response.segments[0].upper_bound, 0.2, 1.01 * kMotionTolerance);
+  EXPECT_NEAR(response.segments[1].upper_bound, -0.2, 1.01 * kMotionTolerance) << "the centres meet at 1.8 s";
+}
+
+// The camera stands 1 m above the base, and nothing tells that it would move.
+TEST_F(Objects, RestWithTheirFrameDuringAMotion) {
+  publishCamera(1.0);
+  ObjectChange part = addBall("part", 1.0, 0.5, -1.0);
+  part.frame = part.header.frame_id = "camera";
+  add({part});
+  publishCamera(1.0);
+  EXPECT_NEAR(firstContact(sliding("ball", "part")).t_contact, 0.6, 1.01 * kMotionTolerance / 0.5);
+  publishCamera(1.0);
+  const auto response = ask<QueryTrajectoryResponse>("query_trajectory", alongY("ball", "part"));
+  EXPECT_NEAR(response.t_contact, 0.6, 1.01 * kMotionTolerance / 0.5) << response.status.message;
+}
+
+// In the frame of the slide, which the first joint moves and the second does not.
+TEST_F(Objects, MoveWithTheLinkWhoseFrameCarriesThem) {
+  ObjectChange part = addBall("part", -0.5, 0.0, 0.0);
+  part.frame = part.header.frame_id = "slide";
+  add({part});
+  FirstContactRequest request = sliding("part", "base");
+  request.joints.name = {"x_axis"};
+  request.joints.velocity = {-0.5};
+  const auto response = firstContact(request);
+  ASSERT_TRUE(response.contact) << response.status.message;
+  EXPECT_NEAR(response.t_contact, 0.3 / 0.5, 1.01 * kMotionTolerance / 0.5);
+  EXPECT_FALSE(firstContact(sliding("part", "base")).contact);
+}
+
+TEST_F(Objects, WithoutAFrameLeaveAMotionUnknownAndTheFrameIsNamed) {
+  publishCamera(1.0);
+  ObjectChange part = addBall("part", 1.0, 0.5, 0.0);
+  part.frame = part.header.frame_id = "nowhere";
+  add({part});
+  expectRefusal(firstContact(sliding("ball", "part")), QueryStatus::TF_UNAVAILABLE, "'nowhere'");
+  expectRefusal(firstContact(sliding("", "")), QueryStatus::TF_UNAVAILABLE, "'nowhere'");
+  expectRefusal(ask<QueryTrajectoryResponse>("query_trajectory", alongY("ball", "part")), QueryStatus::TF_UNAVAILABLE,
+                "'nowhere'");
+  EXPECT_TRUE(firstContact(sliding("ball", "base")).success) << "the frame of another object does not matter";
+}
+
+TEST_F(Objects, InAStaleFrameLeaveAMotionUnknown) {
+  geometry_msgs::TransformStamped drone;
+  drone.header.frame_id = "base";
+  drone.child_frame_id = "old_drone";
+  drone.transform.rotation.w = 1.0;
+  connectedGantry(1).publish(drone, ros::Time::now() - ros::Duration(6.0));
+  ObjectChange part = addBall("part", 0.0, 0.0, 0.0);
+  part.frame = part.header.frame_id = "old_drone";
+  add({part});
+  expectRefusal(firstContact(sliding("ball", "part")), QueryStatus::TF_STALE, "'old_drone'");
+}
+
+TEST_F(Objects, OfUnknownNamesAreRefusedInMotions) {
+  add({addBall("part", 1.0, 0.5, 0.0)});
+  expectRefusal(firstContact(sliding("ball", "pert")), QueryStatus::UNKNOWN_LINK, "'part'");
 }
 
 TEST_F(Objects, StayWhenTheRobotIsReloaded) {

@@ -1,3 +1,4 @@
+#include <proximity_server/ApplyObjects.h>
 #include <proximity_server/FirstContact.h>
 #include <proximity_server/QueryTrajectory.h>
 
@@ -249,6 +250,32 @@ TEST(ReferenceFrame, OfALinkIsWhatTwistsAreRelativeTo) {
   const auto response = ask(request, "/in_ball/");
   expectContact(response, 1.6, 0.5);
   expectNear(response.pair.point_a, 0.0, 0.1, 0.0, 1e-5);
+}
+
+// A fixed object stands in the reference frame: in that of the ball it goes with the ball. Its centre is 0.3 nearer to the
+// base, which is +y in the turned frame.
+TEST(ReferenceFrame, OfALinkCarriesFixedObjects) {
+  ApplyObjectsRequest changes;
+  changes.changes.changes.resize(1);
+  ObjectChange& part = changes.changes.changes[0];
+  part.operation = ObjectChange::ADD;
+  part.id = "part";
+  part.primitives.resize(1);
+  part.primitives[0].type = shape_msgs::SolidPrimitive::SPHERE;
+  part.primitives[0].dimensions = {0.1};
+  part.pose.position.y = 0.3;
+  const auto applied = call<ApplyObjectsResponse>("/in_ball/apply_objects", changes);
+  ASSERT_TRUE(applied.success) << applied.status.message;
+  auto request = sliding(-0.5, {1.0, 0.0, 0.0});
+  request.b = shape("part");
+  const auto response = ask(request, "/in_ball/");
+  ApplyObjectsRequest remove;
+  remove.changes.changes.resize(1);
+  remove.changes.changes[0].operation = ObjectChange::REMOVE;
+  remove.changes.changes[0].id = "*";
+  EXPECT_TRUE(call<ApplyObjectsResponse>("/in_ball/apply_objects", remove).success);
+  expectContact(response, 1.0, 0.5);
+  expectNear(response.pair.point_b, 0.0, 0.4, 0.0, 1e-5);
 }
 
 // ---- what cannot be answered

@@ -29,8 +29,8 @@ struct TwoMoving {
 
   const RobotMotion motion;
   const Bounds a, b;
-  MovingBodies bodies{motion, 0, a, 1, b};
   PosesInTime poses{motion};
+  MovingBodies bodies{poses, 0, a, 1, b};
 };
 
 // --- intervals
@@ -161,8 +161,8 @@ struct Row {
   const int a, b;
   const RobotMotion motion;
   const Bounds bounds_a = boundsOf(pieceOf(a)), bounds_b = boundsOf(pieceOf(b));
-  MovingBodies bodies{motion, a, bounds_a, b, bounds_b};
   PosesInTime poses{motion};
+  MovingBodies bodies{poses, a, bounds_a, b, bounds_b};
 };
 
 TEST(MiddleOfMovingBodies, HasAsManyMovingJointsOnEitherSide) {
@@ -207,7 +207,8 @@ TEST(MovingBodies, AreUnknownWhereABodyOrOneThatCarriesItHasNoPose) {
     BodyPoses start = forwardKinematics(robot, std::vector<double>(4));
     start[bodyOf(robot, missing)].reset();
     const RobotMotion motion = RobotMotion::ofJoints(robot, start, {1, 1, 1, 1});
-    return MovingBodies(motion, bodyOf(robot, link_a), Bounds(), bodyOf(robot, link_b), Bounds()).isKnown();
+    return MovingBodies(PosesInTime(motion), bodyOf(robot, link_a), Bounds(), bodyOf(robot, link_b), Bounds())
+        .isKnown();
   };
   EXPECT_TRUE(Row({1, 1, 1, 1}).bodies.isKnown());
   EXPECT_FALSE(isKnown("2", "2", "0"));
@@ -256,8 +257,8 @@ TEST(BoundsOfMovingBodies, HoldForPartsOfTheBodies) {
   part_of_b.centre = {2, 0, 0};
   const Bounds a = boundsOfShape(Sphere{1.0});
   const RobotMotion motion = RobotMotion::ofTwists({at(0, 0, 0), at(10, 0, 0)}, {{}, {{0, 4, 0}, {0, 0, 0}}});
-  MovingBodies bodies(motion, 0, a, 1, all_of_b);
   PosesInTime poses(motion);
+  MovingBodies bodies(poses, 0, a, 1, all_of_b);
   EXPECT_NEAR(bodies.sphereGap(a, part_of_b, 1, poses).gap, 12.0 - 1.5, 1e-11);
 }
 

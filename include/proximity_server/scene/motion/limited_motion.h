@@ -29,7 +29,16 @@ class PhasedMotion {
   const std::vector<Phase>& phases() const { return phases_; }
   BodyPoses at(double time) const;
 
+  /// Gives every phase its part of what carries objects; `frames` are those of the whole time. Throws as
+  /// RobotMotion::carryObjects does.
+  void carryObjects(const RobotMotion::ObjectFrames& frames);
+
+  /// See RobotMotion::inWorld().
+  RobotMotion::State inWorld(double time) const;
+
  private:
+  const Phase& phaseAt(double time) const;
+
   std::vector<Phase> phases_;
 };
 

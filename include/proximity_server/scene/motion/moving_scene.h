@@ -13,20 +13,21 @@ struct MotionQuestion {
   /// [m] Contact is a signed distance, less the pair's padding, at or below it. Below 0, a first contact of two of which
   /// one has a closed mesh with room inside is left open (IterationLimit, t_free 0) unless it is at the start.
   double contact_distance = 0.0;
-  double tolerance = 1e-6;        ///< [m] of that distance, and of the minimum
+  double tolerance = 1e-6;  ///< [m] of that distance, and of the minimum
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
 };
 
 /// How the pairs of a question were settled.
 struct MotionCounts {
-  int pairs = 0;         ///< of links
-  int unknown = 0;       ///< of these, pairs without an answer because a pose or all geometry is missing
-  int by_one_bound = 0;  ///< of these, pairs that one bound settled for the whole motion
-  int intervals = 0;     ///< pairs of volumes and intervals of time that were examined
-  int queries = 0;       ///< of the narrowphase, at one time
+  int pairs = 0;    ///< of links and objects
+  int unknown = 0;  ///< of these, pairs without an answer because a pose or all geometry is missing
+  int by_one_bound =
+      0;  ///< of these, pairs that one bound settled for the whole motion, or bounds of many objects at once
+  int intervals = 0;  ///< pairs of volumes, or of a volume and many objects, and intervals of time that were examined
+  int queries = 0;    ///< of the narrowphase, at one time
 };
 
-/// When a robot comes too close to itself for the first time.
+/// When a robot comes too close to itself, or to an object, for the first time.
 struct RobotContact {
   /// Converged: complete. IterationLimit (the deadline has passed, or the iterations were used up) and Degenerate:
   /// t_free still holds. Unknown: nothing is known of any pair.
@@ -41,7 +42,7 @@ struct RobotContact {
   MotionCounts counts;
 };
 
-/// How close a robot comes to itself.
+/// How close a robot comes to itself and to objects.
 struct RobotMinimum {
   narrowphase::Status status = narrowphase::Status::Unknown;      ///< as in RobotContact; the bounds always hold
   double lower_bound = -std::numeric_limits<double>::infinity();  ///< [m] of the smallest signed distance of all
@@ -53,16 +54,21 @@ struct RobotMinimum {
 
 class MotionSearch;
 
-/// One robot in motion: the scratch of one caller. Not thread-safe.
+/// One robot with its objects in motion: the scratch of one caller. Not thread-safe.
 ///
-/// Pairs of volumes (links, then parts of them, then convex pieces) and intervals of time are searched best-first: the
+/// Pairs of volumes (links and objects, then parts of them, then convex pieces) and intervals of time are searched best-first: the
 /// earliest for a contact, the closest for the minimum. A pair that one bound settles for the whole motion is never
 /// divided, and pieces go to the narrowphase for the intervals that are left. A question allocates memory for the poses
 /// and kinematic chains of its motion.
-/// Limit:   objects are not seen: the candidates are pairs of links only. The smallest distance of a motion on which
-///          something is inside a closed mesh, away from its surface, may be less exact than asked: IterationLimit.
-/// Failure: every question throws std::invalid_argument for a link or <collision> that does not exist, and for a motion
-///          of another number of bodies.
+///
+/// Objects: an attached object moves with the body of its link, a fixed one stands in the world, a moving one goes with its
+///          frame, and both are where RobotMotion::ObjectFrames says. Of many fixed objects, those that are far from a link
+///          during the whole motion are skipped by bounds of their hierarchy, and so are the parts of one object; moving and
+///          attached objects are examined one by one.
+/// Limit:   the smallest distance of a motion on which something is inside a closed mesh, away from its surface, may be less
+///          exact than asked: IterationLimit.
+/// Failure: every question throws std::invalid_argument for a link, <collision> or object that does not exist, for two
+///          objects with half-spaces, and for a motion of another number of bodies or frames.
 class MovingScene {
  public:
   explicit MovingScene(std::shared_ptr<const SceneModel> model);
@@ -70,10 +76,17 @@ class MovingScene {
   MovingScene(MovingScene&&) noexcept;
   MovingScene& operator=(MovingScene&&) noexcept;
 
-  /// Returns another moving scene of the same model. The two share what never changes.
+  /// Returns another moving scene of the same model and objects. The two share what never changes.
   MovingScene twin() const;
 
   const SceneModel& model() const;
+
+  /// Takes the next objects of the robot.
+  /// Failure: throws std::invalid_argument for the objects of another model.
+  void use(std::shared_ptr<const Objects> objects);
+
+  /// nullptr before the first use().
+  const Objects* objects() const;
 
   RobotContact timeOfContact(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question = {});
   RobotMinimum minimum(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question = {});

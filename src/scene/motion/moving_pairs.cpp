@@ -1,0 +1,258 @@
+#include "scene/motion/moving_pairs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+#include <string>
+
+#include "proximity_server/scene/model/kinematics.h"
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+constexpr int kNoFrame = -2;  // of a moving object where the motion has no frames
+
+// [m] Pairs with a half-space are unknown in a motion that leads farther away from it.
+constexpr double kFarthestReach = 1e12;
+
+/// The box of HalfSpaceBox, with its upper face on the plane.
+Piece boxBelow(const PlacedHalfSpace& half_space, double reach) {
+  constexpr double kSmallest = 1e-3;  // [m] so that the box of a point at the origin has a size
+  const double deepest = std::max(reach + std::abs(half_space.offset), kSmallest);
+  const double width = 2.0 * (reach + deepest), height = 2.0 * deepest;
+  Isometry3d pose = Isometry3d::Identity();
+  const Vector3d along = half_space.normal.unitOrthogonal();
+  pose.linear() << along, half_space.normal.cross(along), half_space.normal;
+  pose.translation() = (half_space.offset - 0.5 * height) * half_space.normal;
+  return {narrowphase::Box{{width, width, height}}, pose, half_space.shape};
+}
+
+Volume leafOver(const Piece& piece) {
+  Volume leaf;
+  leaf.body = -1;
+  leaf.piece = 0;
+  leaf.bounds = boundsOf(piece);
+  return leaf;
+}
+
+}  // namespace
+
+// The axes of the box are unit and perpendicular within 8 eps, which moves a point of the face by as much of its distance
+// from the middle, at most `reach` where it counts. The middle itself is off by less than 8 eps of the height of the box.
+HalfSpaceBox::HalfSpaceBox(const PlacedHalfSpace& half_space, double reach)
+    : piece(boxBelow(half_space, reach)),
+      volume(leafOver(piece)),
+      error(kPoseRounding * (reach + std::abs(half_space.offset))) {}
+
+Bounds boundsOf(const Eigen::AlignedBox3d& box) {
+  Bounds bounds;
+  bounds.centre = box.center();
+  bounds.half = 0.5 * box.sizes();
+  bounds.reach = bounds.centre.norm() + bounds.half.norm();
+  bounds.half.array() += kPoseRounding * bounds.reach;
+  bounds.radius = (1.0 + kPoseRounding) * bounds.half.norm();
+  return bounds;
+}
+
+MovingPairs::MovingPairs(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes)
+    : model_(std::move(model)), volumes_(std::move(volumes)), paddings_(model_->pairs) {}
+
+void MovingPairs::begin(const Pairs& pairs, const RobotMotion& motion) {
+  requireFrames(motion);
+  pairs_.clear();
+  half_spaces_.clear();
+  fixed_frames_.clear();
+  at_leaf_.clear();
+  asked_ = unknown_ = too_far_ = 0;
+  poses_.emplace(motion);
+  has_frames_ = !motion.objectFrames().moving.empty();
+  if (asksForLinks(pairs))
+    for (const ShapeRefPair& pair : pairs.list()) unknown_ += !add(participant(pair.a), participant(pair.b));
+  if (asksForObjects(pairs)) addObjectPairs();
+}
+
+void MovingPairs::requireFrames(const RobotMotion& motion) const {
+  const std::size_t bodies = model_->robot.bodies.size(), frames = objects_ ? objects_->frames().size() : 0;
+  if (motion.segments().size() != bodies)
+    throw std::invalid_argument("the robot has " + std::to_string(bodies) + " bodies, but the motion is of " +
+                                std::to_string(motion.segments().size()));
+  const std::size_t given = motion.objectFrames().moving.size();
+  if (given != 0 && given != frames)
+    throw std::invalid_argument("the objects have " + std::to_string(frames) + " frames, but the motion is of " +
+                                std::to_string(given));
+}
+
+int MovingPairs::examined() const {
+  int count = 0, last = -1;
+  for (const MovingPair& pair : pairs_) {
+    if (!pair.is_examined || pair.kind == MovingPair::Kind::FixedObjects || pair.number == last) continue;
+    last = pair.number;
+    ++count;
+  }
+  return count;
+}
+
+int MovingPairs::collisionNumber(const ShapeRef& ref, const Piece& piece) const {
+  return ref.link < 0 ? piece.collision + 1 : model_->robot.collisions[piece.collision].number;
+}
+
+// --- who takes part
+
+MovingPairs::Participant MovingPairs::participant(const ShapeRef& ref) {
+  const int root = volumes_->of(ref);
+  if (root >= volumes_->size()) return participant(ref.object);
+  return {ref, (*volumes_)[root].body, {volumes_->data(), model_->robot.pieces.data(), root, 0}, nullptr};
+}
+
+MovingPairs::Participant MovingPairs::participant(int number) {
+  const PlacedObject* object = objects_ ? objects_->placed(number) : nullptr;
+  if (!object) throw std::invalid_argument("there is no object " + std::to_string(number));
+  const ObjectGeometry& geometry = *object->geometry;
+  return {ShapeRef::ofObject(number),
+          frameOf(number, *object),
+          {geometry.volumes().data(), geometry.pieces().data(), 0, 0},
+          object};
+}
+
+int MovingPairs::frameOf(int number, const PlacedObject& object) {
+  switch (object.kind) {
+    case PlacedObject::Kind::Attached:
+      return object.body;
+    case PlacedObject::Kind::Moving: {
+      if (!has_frames_) return kNoFrame;
+      const std::vector<std::string>& frames = objects_->frames();
+      const auto place = std::lower_bound(frames.begin(), frames.end(), object.frame) - frames.begin();
+      return poses_->moving(static_cast<int>(place));
+    }
+    case PlacedObject::Kind::Fixed:
+      break;
+  }
+  const auto [place, is_new] = fixed_frames_.emplace(number, 0);
+  if (is_new) place->second = poses_->add(object.world_T_object);
+  return place->second;
+}
+
+bool MovingPairs::isKnown(const Participant& who) const {
+  if (who.isFree() && !poses_->isKnown(poses_->world())) return false;
+  return who.frame != kNoFrame && poses_->isKnown(who.frame);
+}
+
+// --- pairs
+
+/// Returns false if a pose or all geometry is missing.
+bool MovingPairs::add(const Participant& a, const Participant& b) {
+  if (a.isUnbounded() && b.isUnbounded()) throw std::invalid_argument("the distance of two half-spaces is not defined");
+  if (!isKnown(a) || !isKnown(b)) return false;
+  const std::size_t before = pairs_.size();
+  addSolids(a, b);
+  if (a.isUnbounded() || b.isUnbounded()) addHalfSpaces(a, b);
+  if (pairs_.size() == before) return false;
+  ++asked_;
+  return true;
+}
+
+void MovingPairs::addSolids(const Participant& a, const Participant& b) {
+  const Volume &root_a = a.root(), &root_b = b.root();
+  if (root_a.isEmpty() || root_b.isEmpty()) return;
+  const ShapeRefPair asked{a.ref, b.ref};
+  const SeenFrom from = b.isFree() ? SeenFrom::B : a.isFree() ? SeenFrom::A : SeenFrom::Middle;
+  MovingBodies bodies(*poses_, a.frame, root_a.bounds, b.frame, root_b.bounds, from);
+  pairs_.push_back({asked, asked_, paddings_.of(asked), 0.0, a.compound, b.compound, std::move(bodies)});
+  const bool has_half_space = a.isUnbounded() || b.isUnbounded();
+  pairs_.back().is_compound = !root_a.isLeaf() || !root_b.isLeaf() || has_half_space;
+}
+
+/// One of the two has half-spaces, and is seen at rest.
+void MovingPairs::addHalfSpaces(const Participant& a, const Participant& b) {
+  const bool in_a = a.isUnbounded();
+  const Participant &solid = in_a ? b : a, &unbounded = in_a ? a : b;
+  if (solid.root().isEmpty()) return;
+  const SeenFrom from = in_a ? SeenFrom::A : SeenFrom::B;
+  const auto bodies = [&](const Bounds& stand_in) {
+    return MovingBodies(*poses_, a.frame, in_a ? stand_in : a.root().bounds, b.frame, in_a ? b.root().bounds : stand_in,
+                        from);
+  };
+  const double reach = bodies(Bounds()).reach();
+  if (!(reach <= kFarthestReach)) return;
+  const std::vector<PlacedHalfSpace>& half_spaces = unbounded.object->geometry->halfSpaces();
+  for (const PlacedHalfSpace& half_space : half_spaces) {
+    const HalfSpaceBox& box = half_spaces_.emplace_back(half_space, reach);
+    const Compound stand_in{&box.volume, &box.piece, 0, 0};
+    pairs_.push_back({{a.ref, b.ref},
+                      asked_,
+                      0.0,
+                      box.error,
+                      in_a ? stand_in : a.compound,
+                      in_a ? b.compound : stand_in,
+                      bodies(box.volume.bounds)});
+    pairs_.back().kind = MovingPair::Kind::HalfSpace;
+    // The way out of one half-space is the same for all pieces.
+    pairs_.back().is_compound = half_spaces.size() > 1 || !unbounded.root().isEmpty();
+  }
+}
+
+// --- candidates with objects
+
+void MovingPairs::addObjectPairs() {
+  for (int link = 0; link < static_cast<int>(model_->robot.links.size()); ++link)
+    if (model_->robot.hasGeometry(link)) addPairsOf(participant(ShapeRef{link}));
+  for (const int walker : objects_->walkers()) addPairsOf(participant(walker));
+}
+
+/// As ObjectVisits visits them, but moving objects are in no tree.
+void MovingPairs::addPairsOf(const Participant& walker) {
+  if (!isKnown(walker)) return;
+  const auto addAll = [&](const std::vector<int>& numbers) {
+    for (const int number : numbers) addIfChecked(walker, number);
+  };
+  if (walker.isUnbounded()) return addAll(objects_->numbers());
+  addFixedObjects(walker);
+  addAll(objects_->fixed().loose());
+  addAll(objects_->unbounded());
+  for (const int number : objects_->moving())
+    if (!objects_->placed(number)->isUnbounded()) addIfChecked(walker, number);
+  for (const int number : objects_->walkers())
+    if (objects_->placed(number)->kind == PlacedObject::Kind::Attached) addIfChecked(walker, number);
+}
+
+void MovingPairs::addFixedObjects(const Participant& walker) {
+  if (tree().empty() || !poses_->isKnown(poses_->world())) return;
+  const Bounds bounds = walker.root().bounds;
+  MovingBodies bodies(*poses_, walker.frame, bounds, poses_->world(), boundsOf(tree()[0].box), SeenFrom::B);
+  pairs_.push_back({{walker.ref, {}}, -1, 0.0, 0.0, walker.compound, {}, std::move(bodies)});
+  pairs_.back().kind = MovingPair::Kind::FixedObjects;
+}
+
+/// Of two walkers only the one with the smaller number visits the other.
+bool MovingPairs::isCheckedHere(const Participant& walker, int number) const {
+  if (!walker.object) return objects_->linkReason(walker.ref.link, number) == PairReason::Checked;
+  const std::vector<int>& walkers = objects_->walkers();
+  if (number < walker.ref.object && std::binary_search(walkers.begin(), walkers.end(), number)) return false;
+  return objects_->objectReason(walker.ref.object, number) == PairReason::Checked;
+}
+
+void MovingPairs::addIfChecked(const Participant& walker, int number) {
+  if (!isCheckedHere(walker, number)) return;
+  const Participant other = participant(number);
+  const bool is_first = !walker.object || walker.ref.object < number;
+  const bool is_added = is_first ? add(walker, other) : add(other, walker);
+  too_far_ += !is_added && isKnown(other);
+}
+
+int MovingPairs::pairAt(int with_all, int item) {
+  const auto [found, is_new] = at_leaf_.emplace(std::make_pair(with_all, item), -1);
+  if (!is_new) return found->second;
+  const FixedObjects::Item& entry = objects_->fixed().item(item);
+  const PlacedObject* object = objects_->placed(entry.number);
+  if (!object || object->serial != entry.serial) return -1;
+  const int before = size();
+  addIfChecked(participant(pairs_[static_cast<std::size_t>(with_all)].asked.a), entry.number);
+  if (size() > before) found->second = before;
+  return found->second;
+}
+
+}  // namespace proximity_server::scene

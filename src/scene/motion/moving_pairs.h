@@ -1,0 +1,142 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/objects/objects.h"
+#include "proximity_server/scene/query/pairs.h"
+#include "scene/motion/moving_bodies.h"
+#include "scene/objects/placed_object.h"
+#include "scene/query/pair_paddings.h"
+#include "scene/query/placed_robot.h"
+#include "scene/query/volumes.h"
+
+namespace proximity_server::scene {
+
+/// Two compounds in motion: what a pair of a question consists of, or a link or object and all fixed objects.
+struct MovingPair {
+  ShapeRefPair asked;  ///< without b if b is all fixed objects
+  int number;          ///< of the pair of the question; an object with half-spaces makes several with one number
+  double padding;      ///< [m]
+  /// [m] The distance of what stands for b from that of b itself: of a half-space, see HalfSpaceBox; else 0.
+  double error;
+  Compound a, b;
+  MovingBodies bodies;
+  enum class Kind : unsigned char { Shapes, HalfSpace, FixedObjects };
+  Kind kind = Kind::Shapes;
+  bool is_compound = false;  ///< one of the two has several parts
+  bool is_examined = false;  ///< one bound for the whole motion did not settle it
+
+  bool isOfShapes() const { return kind != Kind::FixedObjects; }
+};
+
+/// A box that stands for a half-space. No point of the other shape is farther than `reach` from the origin during the
+/// motion, so that its lateral distance from the middle of the box's upper face, the point of the plane next to the
+/// origin, is at most `reach`, and so is any depth below the plane, with |offset| added: D.
+///
+/// 1. Apart, the point of the half-space that is next to a point of the shape is below that point, on the face if the face
+///    extends farther than `reach`.
+/// 2. In overlap by d <= D, take the deepest point of the shape. To get out in another unit direction u than up takes at
+///    least (w - reach) |u_lateral| + d u_up, or (w - reach) |u_lateral| + (h - d) |u_up| if u points down, where w is half the
+///    width of the box and h its height. With w = reach + D and h = 2 D neither is less than d.
+///
+/// So the box has the distance of the half-space, up to the rounding of the box's pose (MovingPair::error).
+struct HalfSpaceBox {
+  HalfSpaceBox(const PlacedHalfSpace& half_space, double reach);
+
+  Piece piece;
+  Volume volume;
+  double error;  ///< [m]
+};
+
+/// The pairs of a question about a motion. Pairs with fixed objects are made when a search has come to their leaf of the
+/// tree of fixed objects; all others are made at once.
+class MovingPairs {
+ public:
+  MovingPairs(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes);
+
+  void use(std::shared_ptr<const Objects> objects) { objects_ = std::move(objects); }
+  /// nullptr before the first use().
+  const std::shared_ptr<const Objects>& objects() const { return objects_; }
+
+  bool asksForLinks(const Pairs& pairs) const { return !pairs.areCandidates() || pairs.kind() != PairKind::WithObject; }
+  bool asksForObjects(const Pairs& pairs) const {
+    return objects_ && !objects_->empty() && pairs.areCandidates() && pairs.kind() != PairKind::OfLinks;
+  }
+
+  /// Throws std::invalid_argument for a motion of another number of bodies or frames, and for what does not exist.
+  void begin(const Pairs& pairs, const RobotMotion& motion);
+
+  int size() const { return static_cast<int>(pairs_.size()); }
+  MovingPair& operator[](int pair) { return pairs_[static_cast<std::size_t>(pair)]; }
+  PosesInTime& poses() { return *poses_; }
+
+  /// Of the pairs of the list, how many have no pose or no geometry; and how many candidates with objects have no answer
+  /// although all poses are known: the motion leads too far away.
+  int unknownOfList() const { return unknown_; }
+  int tooFar() const { return too_far_; }
+
+  /// How many pairs of the question one bound did not settle.
+  int examined() const;
+
+  /// The tree of the fixed objects, in the world.
+  const BoxTree& tree() const { return objects_->fixed().tree(); }
+
+  /// The pair of the link or object of a pair with all fixed objects, and the fixed object of a leaf of the tree; -1 if
+  /// the object is not there any more, or the two are not checked.
+  int pairAt(int with_all, int item);
+
+  /// The <collision> or the shape of a leaf, counted from 1.
+  int collisionNumber(const ShapeRef& ref, const Piece& piece) const;
+
+ private:
+  /// What a link, a <collision> or an object is in a motion.
+  struct Participant {
+    ShapeRef ref;
+    int frame;
+    Compound compound;
+    const PlacedObject* object;  ///< nullptr for what belongs to a link
+
+    const Volume& root() const { return compound[compound.root]; }
+    bool isFree() const { return object && object->kind != PlacedObject::Kind::Attached; }
+    bool isUnbounded() const { return object && object->isUnbounded(); }
+  };
+
+  Participant participant(const ShapeRef& ref);
+  Participant participant(int number);
+  int frameOf(int number, const PlacedObject& object);
+  bool isKnown(const Participant& who) const;
+  bool add(const Participant& a, const Participant& b);
+  void addSolids(const Participant& a, const Participant& b);
+  void addHalfSpaces(const Participant& a, const Participant& b);
+  void addObjectPairs();
+  void addPairsOf(const Participant& walker);
+  void addIfChecked(const Participant& walker, int number);
+  void addFixedObjects(const Participant& walker);
+  bool isCheckedHere(const Participant& walker, int number) const;
+  void requireFrames(const RobotMotion& motion) const;
+
+  const std::shared_ptr<const SceneModel> model_;
+  const std::shared_ptr<const Volumes> volumes_;
+  const PairPaddings paddings_;
+  std::shared_ptr<const Objects> objects_;
+
+  std::optional<PosesInTime> poses_;
+  std::vector<MovingPair> pairs_;
+  std::deque<HalfSpaceBox> half_spaces_;        ///< to which pairs refer
+  std::map<int, int> fixed_frames_;             ///< in PosesInTime, of fixed objects by their number
+  std::map<std::pair<int, int>, int> at_leaf_;  ///< results of pairAt()
+  bool has_frames_ = false;                     ///< the motion knows those of moving objects
+  int asked_ = 0, unknown_ = 0, too_far_ = 0;
+};
+
+/// The bounds of a box along the axes of its frame.
+Bounds boundsOf(const Eigen::AlignedBox3d& box);
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,574 @@
+// Objects of all placements in motions: on paper, and at random beside states that are computed on their own.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <unsupported/Eigen/MatrixFunctions>
+#include <vector>
+
+#include "proximity_server/scene/motion/moving_scene.h"
+#include "proximity_server/scene/query/scene.h"
+#include "sanitized.h"
+#include "scene/objects/placed_object.h"
+#include "scene/random_objects.h"
+
+namespace proximity_server::scene {
+
+using namespace narrowphase;
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using ObjectFrames = RobotMotion::ObjectFrames;
+using Twist = RobotMotion::Twist;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// A cube of edge 1 that slides along x, and above it at z = 10 a ball of radius 0.5, with the same joint in front of it.
+std::shared_ptr<const SceneModel> cubeAndBall() {
+  const auto slide = [](const std::string& child, const std::string& xyz) {
+    return "<joint name='to_" + child + "' type='prismatic'><parent link='rail'/><child link='" + child +
+           "'/><origin xyz='" + xyz +
+           "'/><axis xyz='1 0 0'/><limit lower='-9' upper='9' effort='1' velocity='1'/></joint>";
+  };
+  auto model = std::make_shared<SceneModel>();
+  model->robot = robotOf("<robot name='cube and ball'><link name='rail'/><link name='cube'>" + box("1 1 1") +
+                         "</link><link name='ball'>" + ball("0.5") + "</link>" + slide("cube", "0 0 0") +
+                         slide("ball", "0 0 10") + "</robot>");
+  model->pairs = filterPairs(model->robot, "");
+  return model;
+}
+
+Object cube(const std::string& id, const Placement& placement, double edge = 1.0) {
+  return makeObject(id, {{Shape(Box{{edge, edge, edge}})}}, placement);
+}
+
+/// The cube goes `way` along x, from the origin; the ball rests.
+class CubeAndBall : public testing::Test {
+ protected:
+  RobotMotion motion(double way, double from = 0.0) const {
+    return RobotMotion::ofJoints(model_->robot, positions(from, 0.0), positions(from + way, 0.0));
+  }
+  /// In the order of the joints.
+  std::vector<double> positions(double cube, double ball) const {
+    std::vector<double> result;
+    for (const Joint& joint : model_->robot.joints) result.push_back(joint.name == "to_cube" ? cube : ball);
+    return result;
+  }
+  void add(const Object& object) { change(AddObject{object}); }
+  void change(const ObjectChange& change) {
+    objects_ = std::make_shared<const Objects>(objects_->changed({change}));
+    scene_.use(objects_);
+  }
+  RobotContact contact(const RobotMotion& motion, const MotionQuestion& question = {}) {
+    return scene_.timeOfContact(candidates_, motion, question);
+  }
+  std::string nameOfB(const PairProximity& pair) const { return objects_->object(pair.asked.b.object)->id; }
+
+  const std::shared_ptr<const SceneModel> model_ = cubeAndBall();
+  const Candidates candidates_{model_->pairs};
+  std::shared_ptr<const Objects> objects_ = std::make_shared<const Objects>(model_);
+  MovingScene scene_{model_};
+};
+
+// --- on paper
+
+TEST_F(CubeAndBall, FixedObjectIsMetWhenTheGapIsCovered) {
+  add(cube("wall", Fixed{at(4, 0, 0)}));
+  const RobotContact found = contact(motion(6.0));
+  EXPECT_EQ(found.status, Status::Converged);
+  ASSERT_TRUE(found.contact);
+  EXPECT_NEAR(found.t_contact, 3.0 / 6.0, 1e-6);
+  EXPECT_LE(found.t_free, 0.5);
+  EXPECT_EQ(nameOfB(found.pair), "wall");
+  EXPECT_EQ(found.pair.collision_b, 1);
+  EXPECT_NEAR(found.pair.result.normal.x(), 1.0, 1e-9);
+  EXPECT_NEAR(found.pair.result.point_a.x(), 3.5, 1e-5) << "in the frame of the poses";
+  EXPECT_FALSE(contact(motion(2.9)).contact);
+}
+
+TEST_F(CubeAndBall, MinimumIsThatOfTheObjectBesideTheWay) {
+  add(cube("beside", Fixed{at(4, 3, 0)}));
+  const RobotMinimum minimum = scene_.minimum(candidates_, motion(6.0));
+  EXPECT_EQ(minimum.status, Status::Converged);
+  EXPECT_NEAR(minimum.upper_bound, 2.0, 1e-6);
+  EXPECT_NEAR(minimum.lower_bound, 2.0, 1e-6);
+  EXPECT_EQ(nameOfB(minimum.pair), "beside");
+}
+
+TEST_F(CubeAndBall, HalfSpaceIsMetByTheFaceThatIsNearest) {
+  add(makeObject("slope", {{HalfSpace{{-1, 0, -1}, -4.0 * std::sqrt(2.0)}}}, Fixed{}));
+  // Its edge at (x + 0.5, 0.5) has the height (8 - x - 1) / sqrt(2) above the plane x + z = 8.
+  const std::vector<ShapeRefPair> of_cube{{{model_->robot.findLink("cube")}, ShapeRef::ofObject(0)}};
+  const RobotContact found = scene_.timeOfContact(of_cube, motion(8.0));
+  ASSERT_TRUE(found.contact);
+  EXPECT_EQ(found.status, Status::Converged);
+  EXPECT_NEAR(found.t_contact, 7.0 / 8.0, 1e-6);
+  EXPECT_EQ(nameOfB(found.pair), "slope");
+  EXPECT_NEAR(found.pair.result.normal.dot(Vector3d(1, 0, 1).normalized()), 1.0, 1e-9) << "from the cube into it";
+  EXPECT_NEAR(scene_.minimum(of_cube, motion(9.0)).upper_bound, -2.0 / std::sqrt(2.0), 1e-6);
+  const RobotMinimum of_ball = scene_.minimum(candidates_, motion(9.0));
+  EXPECT_NEAR(of_ball.upper_bound, -2.0 / std::sqrt(2.0) - 0.5, 1e-6) << "at z = 10";
+  EXPECT_NEAR(of_ball.lower_bound, of_ball.upper_bound, 1e-6);
+  EXPECT_FALSE(of_ball.pair.depth_is_lower_bound);
+}
+
+TEST_F(CubeAndBall, AttachedObjectGoesAheadOfItsLink) {
+  add(cube("wall", Fixed{at(4, 0, 0)}));
+  add(cube("nose", Attached{"cube", {}, at(0.75, 0, 0)}, 0.5));
+  const RobotContact found = contact(motion(6.0));
+  ASSERT_TRUE(found.contact);
+  EXPECT_NEAR(found.t_contact, 2.5 / 6.0, 1e-6);
+  EXPECT_EQ(found.pair.asked.a.link, -1);
+}
+
+TEST_F(CubeAndBall, MovingObjectRestsInItsFrameUnlessATwistIsGiven) {
+  add(cube("pallet", Moving{"cart", at(0, 0, 0)}));
+  RobotMotion rest = motion(6.0);
+  rest.carryObjects({{-1, true, {}}, {RobotMotion::atRest(at(4, 0, 0))}});
+  EXPECT_NEAR(contact(rest).t_contact, 0.5, 1e-6);
+  RobotMotion towards = motion(3.0);
+  towards.carryObjects({{-1, true, {}}, {RobotMotion::withTwist(at(4, 0, 0), {{-3, 0, 0}, {0, 0, 0}})}});
+  EXPECT_NEAR(contact(towards).t_contact, 0.5, 1e-6) << "each goes 1.5 of the gap of 3";
+}
+
+TEST_F(CubeAndBall, FrameOfABodyCarriesItsObjects) {
+  add(cube("on the cube", Moving{"cube", at(0, 3, 0)}));
+  RobotMotion carried = motion(6.0);
+  carried.carryObjects({{-1, true, {}}, {RobotMotion::atRest(Isometry3d::Identity(), bodyOf(model_->robot, "cube"))}});
+  const RobotMinimum minimum = scene_.minimum(candidates_, carried);
+  EXPECT_NEAR(minimum.lower_bound, 2.0, 1e-6);
+  EXPECT_NEAR(minimum.upper_bound, 2.0, 1e-6);
+}
+
+// Seen from the cube, the world with its object comes to the ball.
+TEST_F(CubeAndBall, WorldThatABodyCarriesTakesItsFixedObjectsAlong) {
+  add(cube("before the ball", Fixed{at(-4, 0, 10)}));
+  RobotMotion carried = motion(6.0);
+  carried.carryObjects({RobotMotion::atRest(Isometry3d::Identity(), bodyOf(model_->robot, "cube")), {}});
+  const RobotContact found = contact(carried);
+  ASSERT_TRUE(found.contact);
+  EXPECT_NEAR(found.t_contact, 3.0 / 6.0, 1e-6);
+  EXPECT_EQ(found.pair.asked.a.link, model_->robot.findLink("ball"));
+  EXPECT_NEAR(found.pair.result.point_b.x(), -0.5, 1e-5) << "in the frame of the poses";
+}
+
+TEST_F(CubeAndBall, MissingFrameMakesItsPairsUnknownAndCounted) {
+  add(cube("pallet", Moving{"cart", at(4, 0, 0)}));
+  RobotMotion missing = motion(1.0);
+  for (const bool given : {false, true}) {
+    if (given) missing.carryObjects({{-1, true, {}}, {RobotMotion::atRest(std::nullopt)}});
+    const RobotContact found = contact(missing);
+    EXPECT_EQ(found.counts.pairs, 1 + 2);
+    EXPECT_EQ(found.counts.unknown, 2);
+    EXPECT_EQ(scene_.minimum(Pairs(candidates_, PairKind::WithObject), missing).status, Status::Unknown);
+  }
+}
+
+TEST_F(CubeAndBall, UnknownWorldLeavesNoPairWithAnObjectKnown) {
+  add(cube("wall", Fixed{at(4, 0, 0)}));
+  RobotMotion lost = motion(6.0);
+  lost.carryObjects({RobotMotion::atRest(std::nullopt), {}});
+  const RobotContact found = contact(lost);
+  EXPECT_EQ(found.counts.unknown, 2);
+  EXPECT_FALSE(found.contact);
+  EXPECT_EQ(scene_.minimum(Pairs(candidates_, PairKind::WithObject), lost).lower_bound, -kInfinity);
+}
+
+TEST_F(CubeAndBall, KindOfPairsIsHeeded) {
+  add(cube("wall", Fixed{at(4, 0, 0)}));
+  EXPECT_FALSE(scene_.timeOfContact(Pairs(candidates_, PairKind::OfLinks), motion(6.0)).contact);
+  EXPECT_TRUE(scene_.timeOfContact(Pairs(candidates_, PairKind::WithObject), motion(6.0)).contact);
+  EXPECT_EQ(scene_.timeOfContact(Pairs(candidates_, PairKind::WithObject), motion(6.0)).counts.pairs, 2);
+}
+
+TEST_F(CubeAndBall, TwinHasTheSameObjects) {
+  add(cube("wall", Fixed{at(4, 0, 0)}));
+  EXPECT_TRUE(scene_.twin().timeOfContact(candidates_, motion(6.0)).contact);
+  EXPECT_EQ(MovingScene(model_).objects(), nullptr);
+}
+
+TEST_F(CubeAndBall, RemovedObjectIsNotMet) {
+  add(cube("wall", Fixed{at(4, 0, 0)}));
+  change(RemoveObject{"wall"});
+  EXPECT_FALSE(contact(motion(6.0)).contact);
+}
+
+TEST_F(CubeAndBall, BadQuestionsAreRefused) {
+  EXPECT_THROW(scene_.use(std::make_shared<const Objects>(cubeAndBall())), std::invalid_argument);
+  const std::vector<ShapeRefPair> nobody{{{1}, ShapeRef::ofObject(7)}};
+  EXPECT_THROW(scene_.minimum(nobody, motion(1.0)), std::invalid_argument);
+  add(makeObject("floor", {{HalfSpace{{0, 0, 1}}}}, Fixed{}));
+  add(makeObject("ceiling", {{HalfSpace{{0, 0, -1}}}}, Fixed{}));
+  EXPECT_THROW(scene_.minimum(nobody, motion(1.0)), std::invalid_argument);
+  const std::vector<ShapeRefPair> both{{ShapeRef::ofObject(0), ShapeRef::ofObject(1)}};
+  EXPECT_THROW(scene_.minimum(both, motion(1.0)), std::invalid_argument);
+  RobotMotion frames = motion(1.0);
+  frames.carryObjects({{-1, true, {}}, {RobotMotion::atRest(at(0, 0, 0))}});
+  EXPECT_THROW(contact(frames), std::invalid_argument) << "no object moves with a frame";
+  EXPECT_THROW(frames.carryObjects({RobotMotion::atRest(at(0, 0, 0), 99), {}}), std::invalid_argument);
+  EXPECT_THROW(frames.carryObjects({{-1, true, {}}, {RobotMotion::withTwist(at(0, 0, 0), {{NAN, 0, 0}, {0, 0, 0}})}}),
+               std::invalid_argument);
+}
+
+// The phases of a motion are parts of it, those of a screw too.
+TEST_F(CubeAndBall, PhasesCarryObjectsAsTheWholeMotionDoes) {
+  const BodyPoses start = forwardKinematics(model_->robot, positions(0.0, 0.0));
+  PhasedMotion phased = motionWithinLimits(model_->robot, start, positions(20.0, 40.0)).motion;
+  ASSERT_EQ(phased.phases().size(), 3u);
+  RobotMotion whole = RobotMotion::ofJoints(model_->robot, start, positions(20.0, 40.0));
+  const ObjectFrames frames{RobotMotion::withTwist(at(1, 2, 3), {{1, 0, 2}, {0, 0.7, 0.2}}),
+                            {RobotMotion::withTwist(at(4, 0, 1), {{-3, 1, 0}, {0.5, 0, 1}})}};
+  phased.carryObjects(frames);
+  whole.carryObjects(frames);
+  for (const double time : {0.0, 0.1, 0.3, 0.7, 1.0}) {
+    const Isometry3d found = *phased.inWorld(time).frames[0], expected = *whole.inWorld(time).frames[0];
+    EXPECT_LE((found.matrix() - expected.matrix()).norm(), 1e-13) << time;
+    const Isometry3d rail = *phased.inWorld(time).bodies[0], of_whole = *whole.inWorld(time).bodies[0];
+    EXPECT_LE((rail.matrix() - of_whole.matrix()).norm(), 1e-13) << time;
+  }
+}
+
+// --- many objects
+
+/// A grid of 100 x 100 x 1 cubes of edge 0.1, half a metre apart, below the cube's way: 0.75 below its lower face.
+Vector3d cornerOfGrid(int i) { return {0.5 * (i % 100) - 10.0, 0.5 * (i / 100) - 25.0, -1.35}; }
+constexpr int kGrid = 10000;
+
+TEST_F(CubeAndBall, OfTenThousandBoxesOnlyTheNearOnesAreExamined) {
+  Boxes boxes;
+  std::vector<ObjectChange> changes;
+  for (int i = 0; i < kGrid; ++i) {
+    const Vector3d corner = cornerOfGrid(i);
+    boxes.boxes.emplace_back(corner, corner + Vector3d::Constant(0.1));
+    changes.push_back(AddObject{
+        cube("cube " + std::to_string(i), Fixed{at(0, 0, 0.05) * Isometry3d(Eigen::Translation3d(corner))}, 0.1)});
+  }
+  objects_ = std::make_shared<const Objects>(objects_->changed(changes));
+  scene_.use(objects_);
+  const RobotContact many = contact(motion(6.0));
+  EXPECT_FALSE(many.contact);
+  EXPECT_EQ(many.status, Status::Converged);
+  EXPECT_EQ(many.counts.pairs, 1 + 2 * kGrid);
+  EXPECT_EQ(many.counts.unknown, 0);
+  EXPECT_LT(many.counts.intervals, 300);
+  EXPECT_GE(many.counts.by_one_bound, many.counts.pairs - 100);
+  const RobotMinimum nearest = scene_.minimum(candidates_, motion(6.0));
+  EXPECT_NEAR(nearest.upper_bound, 0.75, 1e-6);
+  EXPECT_LT(nearest.counts.intervals, 3000) << "some 40 are equally near";
+
+  objects_ =
+      std::make_shared<const Objects>(Objects(model_).changed({AddObject{makeObject("map", {{boxes}}, Fixed{})}}));
+  scene_.use(objects_);
+  const RobotContact map = contact(motion(6.0));
+  EXPECT_FALSE(map.contact);
+  EXPECT_EQ(map.counts.pairs, 1 + 2);
+  EXPECT_LT(map.counts.intervals, 300);
+  const RobotMinimum in_map = scene_.minimum(candidates_, motion(6.0));
+  EXPECT_NEAR(in_map.upper_bound, 0.75, 1e-6);
+  EXPECT_LT(in_map.counts.intervals, 3000);
+}
+
+// --- closed meshes
+
+// The walls of the bracket are 10 m thick. The ball is 4 m above its lower face, and farther from all others.
+TEST_F(CubeAndBall, WhatIsInsideOfAClosedMeshIsInContactFromTheStartAndAsDeepAsItIs) {
+  ObjectOptions options;
+  options.meshes.tolerance = 0.0;
+  const std::vector<ObjectShape> shapes{{scaled(bracket(), 10.0)}};
+  add(makeObject("solid", shapes, Fixed{at(-5, -5, 6)}, options));
+  for (const bool in_the_tree : {false, true}) {
+    for (int i = 0; in_the_tree && i < 40; ++i) add(cube(std::to_string(i), Fixed{at(100 + i, 50, 0)}));
+    EXPECT_EQ(objects_->fixed().tree().empty(), !in_the_tree);
+    const RobotContact found = contact(motion(0.25));
+    EXPECT_EQ(found.status, Status::Converged);
+    ASSERT_TRUE(found.contact);
+    EXPECT_EQ(found.t_contact, 0.0);
+    EXPECT_NEAR(found.pair.result.distance, -4.5, 1e-9);
+    EXPECT_EQ(nameOfB(found.pair), "solid");
+    const RobotMinimum minimum = scene_.minimum(candidates_, motion(0.25));
+    EXPECT_LE(minimum.lower_bound, -4.5);
+    EXPECT_NEAR(minimum.upper_bound, -4.5, 1e-6);
+    EXPECT_GE(minimum.lower_bound, -4.51);
+  }
+}
+
+// --- at random, beside states in between
+
+/// exp() of a twist [m, rad] at the origin `at`, times a pose: the definition of a screw, without its closed form.
+Isometry3d screwed(const Isometry3d& start, const Twist& twist, double time) {
+  Eigen::Matrix4d generator = Eigen::Matrix4d::Zero();
+  generator.block<3, 3>(0, 0) << 0, -twist.angular.z(), twist.angular.y(), twist.angular.z(), 0, -twist.angular.x(),
+      -twist.angular.y(), twist.angular.x(), 0;
+  generator.block<3, 1>(0, 3) = twist.linear - twist.angular.cross(start.translation());
+  const Eigen::Matrix4d moved = (time * generator).exp() * start.matrix();
+  return Isometry3d(moved);
+}
+
+/// A motion of the arm with its objects, and the state at each time, computed from the definitions.
+struct MotionAtRandom {
+  RobotMotion motion;
+  /// The poses of the bodies in the frame of the motion's poses, of the world there, and of the frames in the world.
+  std::function<BodyPoses(double)> bodies;
+  std::function<Isometry3d(const BodyPoses&)> world;
+  std::function<FramePoses(double, const BodyPoses&)> frames;
+
+  void place(Scene& scene, double time) const {
+    BodyPoses poses = bodies(time);
+    const Isometry3d world_T_poses = world(poses).inverse();
+    for (auto& pose : poses) pose = world_T_poses * *pose;
+    scene.update(poses, frames(time, poses));
+  }
+};
+
+enum class Meshes : unsigned char { None, Solid };
+enum class Moved : unsigned char { ByJoints, ByJointsInAMovingWorld, ByTwists };
+
+class Motions {
+ public:
+  Motions(std::shared_ptr<const SceneModel> model, Moved moved)
+      : model_(std::move(model)), moved_(moved), chance_(static_cast<unsigned>(moved) + 3) {}
+
+  std::shared_ptr<const Objects> someObjects(int count, Meshes meshes) {
+    Objects objects(model_);
+    ObjectRules rules;
+    if (chance_.below(2)) rules.free_objects = ObjectRules::FreeObjects::Checked;
+    objects = objects.withRules(rules);
+    space_ = 1.1 * std::cbrt(count / 5.0);
+    for (int i = 0; i < count; ++i) {
+      const Placement placement = somePlacement(count);
+      const bool is_solid = meshes == Meshes::Solid && chance_.below(3) == 0;
+      Object object = (is_solid ? someSolid : someObject)("object " + std::to_string(i), placement, chance_);
+      // Many half-spaces leave no room.
+      while (shapesOf(object).front().description == "half-space" && chance_.below(count) > 3)
+        object = someObject(object.id, placement, chance_);
+      objects = objects.changed({AddObject{object}});
+    }
+    return std::make_shared<const Objects>(objects);
+  }
+
+  /// For objects with this number of frames.
+  MotionAtRandom next(std::size_t frames) {
+    MotionAtRandom result = moved_ == Moved::ByTwists ? ofTwists() : ofJoints();
+    ObjectFrames carried;
+    result.world = [](const BodyPoses&) { return Isometry3d::Identity(); };
+    if (moved_ == Moved::ByJointsInAMovingWorld) {
+      const int body = chance_.below(static_cast<int>(model_->robot.bodies.size()));
+      const Isometry3d body_T_world = chance_.pose(0.5);
+      carried.world = RobotMotion::atRest(body_T_world, body);
+      result.world = [body, body_T_world](const BodyPoses& poses) { return *poses[body] * body_T_world; };
+    }
+    std::vector<std::function<Isometry3d(double, const BodyPoses&)>> each;
+    for (std::size_t i = 0; i < frames; ++i) {
+      const Isometry3d start = chance_.pose(0.8);
+      const Twist twist = someTwist(1.0);
+      const int body = chance_.below(static_cast<int>(model_->robot.bodies.size()));
+      switch (chance_.below(3)) {
+        case 0:
+          carried.moving.push_back(RobotMotion::atRest(start));
+          each.emplace_back([start](double, const BodyPoses&) { return start; });
+          break;
+        case 1:
+          carried.moving.push_back(RobotMotion::withTwist(start, twist));
+          each.emplace_back([start, twist](double time, const BodyPoses&) { return screwed(start, twist, time); });
+          break;
+        default:
+          carried.moving.push_back(RobotMotion::atRest(start, body));
+          each.emplace_back([start, body](double, const BodyPoses& in_world) { return *in_world[body] * start; });
+      }
+    }
+    result.frames = [each](double time, const BodyPoses& in_world) {
+      FramePoses poses;
+      for (const auto& frame : each) poses.emplace_back(frame(time, in_world));
+      return poses;
+    };
+    result.motion.carryObjects(carried);
+    return result;
+  }
+
+ private:
+  Placement somePlacement(int count) {
+    switch (chance_.below(count)) {
+      case 0: {
+        const char* const links[] = {"hand", "fore", "camera", "base", "wrist"};
+        return Attached{links[chance_.below(5)], {links[chance_.below(5)]}, chance_.pose(0.2)};
+      }
+      case 1:
+      case 2:
+        return Moving{"frame " + std::to_string(chance_.below(3)), chance_.pose(0.2)};
+      default:
+        return Fixed{chance_.pose(space_)};
+    }
+  }
+
+  Twist someTwist(double speed) { return {speed * chance_.direction(), speed * chance_.direction()}; }
+
+  MotionAtRandom ofJoints() {
+    std::vector<double> from, travel;
+    for (std::size_t i = 0; i < model_->robot.joints.size(); ++i) {
+      from.push_back(chance_.between(-3.0, 3.0));
+      travel.push_back(chance_.between(-1.5, 1.5));
+    }
+    const Isometry3d base = chance_.pose(0.3);
+    const auto poses = [model = model_, from, travel, base](double time) {
+      std::vector<double> positions = from;
+      for (std::size_t i = 0; i < from.size(); ++i) positions[i] += time * travel[i];
+      BodyPoses bodies = forwardKinematics(model->robot, positions);
+      for (auto& pose : bodies) pose = base * *pose;
+      return bodies;
+    };
+    return {RobotMotion::ofJoints(model_->robot, poses(0.0), travel), poses, {}, {}};
+  }
+
+  /// Each body on its own, the base too.
+  MotionAtRandom ofTwists() {
+    std::vector<double> positions;
+    for (std::size_t i = 0; i < model_->robot.joints.size(); ++i) positions.push_back(chance_.between(-3.0, 3.0));
+    const BodyPoses start = forwardKinematics(model_->robot, positions);
+    std::vector<Twist> twists;
+    for (std::size_t i = 0; i < start.size(); ++i) twists.push_back(someTwist(0.6));
+    const auto poses = [start, twists](double time) {
+      BodyPoses bodies = start;
+      for (std::size_t i = 0; i < bodies.size(); ++i) bodies[i] = screwed(*start[i], twists[i], time);
+      return bodies;
+    };
+    return {RobotMotion::ofTwists(start, twists), poses, {}, {}};
+  }
+
+  const std::shared_ptr<const SceneModel> model_;
+  const Moved moved_;
+  Chance chance_;
+  double space_ = 1.1;  ///< [m] in which fixed objects stand
+};
+
+/// All checked pairs, one by one.
+std::vector<ShapeRefPair> listOf(const Candidates& candidates, const Objects& objects) {
+  std::vector<ShapeRefPair> pairs = candidates.list();
+  for (const int number : objects.numbers()) {
+    for (int link = 0; link < static_cast<int>(objects.model().robot.links.size()); ++link)
+      if (objects.linkReason(link, number) == PairReason::Checked)
+        pairs.push_back({{link}, ShapeRef::ofObject(number)});
+    for (const int other : objects.numbers()) {
+      if (other < number && objects.objectReason(other, number) == PairReason::Checked)
+        pairs.push_back({ShapeRef::ofObject(other), ShapeRef::ofObject(number)});
+    }
+  }
+  return pairs;
+}
+
+bool isAttached(const Objects& objects, const ShapeRefPair& pair) {
+  const auto is_attached = [&](const ShapeRef& ref) {
+    return ref.link < 0 && std::holds_alternative<Attached>(objects.object(ref.object)->placement);
+  };
+  return is_attached(pair.a) || is_attached(pair.b);
+}
+
+/// Objects and a motion, if possible one that does not begin in contact. The scene takes the objects.
+enum class Start : unsigned char { Any, Apart };
+std::pair<std::shared_ptr<const Objects>, MotionAtRandom> nextOf(Motions& motions, Scene& scene, int count,
+                                                                 Meshes meshes, Start start) {
+  for (int tries = 0;; ++tries) {
+    const std::shared_ptr<const Objects> objects = motions.someObjects(count, meshes);
+    const MotionAtRandom random = motions.next(objects->frames().size());
+    scene.use(objects);
+    random.place(scene, 0.0);
+    if (start == Start::Any || tries == 30 || scene.minimum(scene.candidates())->result.lower_bound > 0.02)
+      return {objects, random};
+  }
+}
+
+struct Case {
+  const char* name;
+  Moved moved;
+  int objects, motions, states;
+  Meshes meshes = Meshes::None;
+};
+
+class ObjectsInMotion : public testing::TestWithParam<Case> {};
+
+TEST_P(ObjectsInMotion, ComeNoCloserOnTheWayThanTheBoundsSayAndSkippingChangesNothing) {
+  const std::shared_ptr<const SceneModel> model = arm();
+  Motions motions(model, GetParam().moved);
+  MovingScene moving(model);
+  Scene scene(model);
+  const Candidates& candidates = scene.candidates();
+  int contacts = 0, with_object = 0, with_attached = 0, from_the_beginning = 0, undecided = 0;
+  for (int i = 0; i < GetParam().motions && !HasFatalFailure(); ++i) {
+    SCOPED_TRACE("motion " + std::to_string(i));
+    const auto [objects, random] =
+        nextOf(motions, scene, GetParam().objects, GetParam().meshes, i % 10 == 0 ? Start::Any : Start::Apart);
+    moving.use(objects);
+    MotionQuestion question;
+    question.contact_distance = i % 2 == 0 ? 0.0 : 0.02;
+    const std::vector<ShapeRefPair> list = listOf(candidates, *objects);
+    const RobotContact contact = moving.timeOfContact(candidates, random.motion, question);
+    const RobotContact of_list = moving.timeOfContact(list, random.motion, question);
+    const RobotMinimum minimum = moving.minimum(candidates, random.motion, question);
+    const RobotMinimum minimum_of_list = moving.minimum(list, random.motion, question);
+    ASSERT_EQ(contact.status, Status::Converged);
+    ASSERT_EQ(of_list.status, Status::Converged);
+    // The depth of some overlaps stays wider than the tolerance, and so does that inside of closed meshes.
+    const bool is_complete = minimum.status == Status::Converged;
+    undecided += !is_complete;
+    ASSERT_EQ(contact.counts.pairs, static_cast<int>(list.size()));
+    ASSERT_EQ(contact.counts.unknown, 0);
+
+    // Two searches may differ where the distance is within the tolerance of that of contact.
+    ASSERT_EQ(contact.contact, of_list.contact);
+    if (contact.contact) {
+      ASSERT_NEAR(contact.t_contact, of_list.t_contact, 2e-3);
+    }
+    ASSERT_LE(minimum.lower_bound, minimum_of_list.upper_bound);
+    ASSERT_LE(minimum_of_list.lower_bound, minimum.upper_bound);
+
+    double closest = kInfinity;
+    for (int k = 0; k <= GetParam().states; ++k) {
+      const double time = static_cast<double>(k) / GetParam().states;
+      random.place(scene, time);
+      const SignedDistance found = scene.minimum(candidates)->result;
+      closest = std::min(closest, found.upper_bound);
+      if (time < contact.t_free) {
+        ASSERT_GT(found.upper_bound, question.contact_distance - 1e-9) << time;
+      }
+    }
+    ASSERT_GE(closest, minimum.lower_bound - 1e-9);
+    if (is_complete) {
+      ASSERT_LE(minimum.upper_bound - minimum.lower_bound, question.tolerance);
+      ASSERT_LE(minimum.upper_bound, closest + question.tolerance);
+    }
+    random.place(scene, minimum.time);
+    const double then = scene.proximity(minimum.pair.asked).result.distance;
+    ASSERT_LE(then, minimum.upper_bound + 1e-9);
+    ASSERT_GE(then, minimum.lower_bound - 1e-9);
+    if (!contact.contact) continue;
+    random.place(scene, contact.t_contact);
+    ASSERT_LE(scene.proximity(contact.pair.asked).result.lower_bound, question.contact_distance + question.tolerance);
+    ++contacts;
+    from_the_beginning += contact.t_contact == 0.0;
+    with_object += contact.pair.asked.b.link < 0;
+    with_attached += contact.pair.asked.b.link < 0 && isAttached(*objects, contact.pair.asked);
+  }
+  EXPECT_GT(contacts - from_the_beginning, GetParam().motions / 20);
+  EXPECT_GT(with_object, GetParam().motions / 20);
+  EXPECT_GE(with_attached, GetParam().motions / 100);
+  EXPECT_LT(contacts, GetParam().motions);
+  EXPECT_LE(undecided, GetParam().meshes == Meshes::Solid ? GetParam().motions / 2 : GetParam().motions / 100);
+}
+
+INSTANTIATE_TEST_SUITE_P(Motions, ObjectsInMotion,
+                         testing::Values(Case{"ByJoints", Moved::ByJoints, 5, repeats(600), repeats(100)},
+                                         Case{"InAMovingWorld", Moved::ByJointsInAMovingWorld, 5, repeats(600),
+                                              repeats(100)},
+                                         Case{"ByTwists", Moved::ByTwists, 5, repeats(600), repeats(100)},
+                                         Case{"Many", Moved::ByJoints, 60, repeats(100), repeats(100)},
+                                         Case{"Solids", Moved::ByJoints, 5, repeats(100), repeats(100), Meshes::Solid},
+                                         Case{"SolidsInAMovingWorld", Moved::ByJointsInAMovingWorld, 5, repeats(100),
+                                              repeats(100), Meshes::Solid}),
+                         [](const testing::TestParamInfo<Case>& test) { return test.param.name; });
+
+}  // namespace
+}  // namespace proximity_server::scene
