@@ -17,8 +17,14 @@ scene::ObjectRules rulesFrom(const std::vector<PairRule>& rules, scene::ObjectRu
   before.allowed = {};
   for (std::size_t i = 0; i < rules.size(); ++i) {
     const PairRule& rule = rules[i];
-    if (rule.a.empty() || rule.b.empty())
-      throw std::invalid_argument("rules[" + std::to_string(i) + "]: a name is empty");
+    const std::string place = "rules[" + std::to_string(i) + "]: ";
+    if (rule.a.empty() || rule.b.empty()) throw std::invalid_argument(place + "a name is empty");
+    try {
+      scene::requireUtf8(rule.a);
+      scene::requireUtf8(rule.b);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument(place + error.what());
+    }
     using Rule = scene::AllowedPairs::Rule;
     before.allowed.set(rule.a, rule.b, rule.allowed ? Rule::Allowed : Rule::Checked);
   }

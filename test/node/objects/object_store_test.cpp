@@ -507,6 +507,21 @@ TEST_F(ObjectsOfASlider, AnIdIsATextInUtf8) {
   EXPECT_NE(refusal({moving}).find("frame: it is no text in UTF-8"), std::string::npos);
 }
 
+// Regression: such a rule was taken, and then no change could be written into objects_file any more.
+TEST_F(ObjectsOfASlider, ANameInARuleIsATextInUtf8) {
+  ObjectChanges changes;
+  changes.set_rules = true;
+  changes.rules.resize(1);
+  changes.rules[0].a = "table";
+  changes.rules[0].b = "\xff";
+  try {
+    store_.apply(changes);
+    ADD_FAILURE() << "nothing was refused";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(error.what(), "rules[0]: it is no text in UTF-8");
+  }
+}
+
 // Two objects that no link holds are checked if one of them moves, and if that is asked for.
 TEST_F(ObjectsOfASlider, FreeObjectsAreCheckedIfTheConfigurationAsksForIt) {
   const auto reasonWith = [](scene::ObjectRules::FreeObjects free_objects) {
