@@ -41,7 +41,8 @@ ObjectLevels::ObjectLevels(ros::NodeHandle nh)
     : publisher_(nh.advertise<ObjectChanges>(node::kNodeName + "/apply_objects", 10000)),
       subscriber_(nh.subscribe(node::kNodeName + "/clearance", 1000, &ObjectLevels::onClearance, this,
                                ros::TransportHints().tcpNoDelay())) {
-  for (const Clock::time_point start = Clock::now(); publisher_.getNumSubscribers() == 0;) {
+  for (const Clock::time_point start = Clock::now();
+       publisher_.getNumSubscribers() == 0 || subscriber_.getNumPublishers() == 0;) {
     if (Clock::now() - start > kPatience) throw std::runtime_error("the node does not listen to changes of objects");
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }

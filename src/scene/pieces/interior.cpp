@@ -26,12 +26,13 @@ double provenDistance(const Triangle& triangle, const Vector3d& p, const Vector3
   return std::max({0.0, along(way.stableNormalized()), along(normal), along(-normal)});
 }
 
-/// The nearest of the triangles so far.
+/// The nearest of the triangles so far, as far as it is nearer than the first upper bound.
 struct NearestTriangle {
+  explicit NearestTriangle(double reach) : lower_bound(reach), upper_bound(reach) {}
+
   const Triangle* triangle = nullptr;
   Vector3d point = Vector3d::Zero();
-  double lower_bound = std::numeric_limits<double>::infinity();  ///< [m] of the distance of all
-  double upper_bound = std::numeric_limits<double>::infinity();
+  double lower_bound, upper_bound;  ///< [m] of the distance of all
 
   void consider(const Triangle& candidate, const Vector3d& p) {
     const Vector3d on_it = nearestCombination(candidate, p);
@@ -45,8 +46,8 @@ struct NearestTriangle {
 };
 
 /// Depth first, the nearer part first. A part that is farther than what was found changes neither bound.
-NearestTriangle nearestOf(const TriangleBoxes& tree, const Vector3d& p) {
-  NearestTriangle nearest;
+NearestTriangle nearestOf(const TriangleBoxes& tree, const Vector3d& p, double reach) {
+  NearestTriangle nearest(reach);
   // Halving leaves at most 31 levels below an int's worth of triangles; each holds one sibling back.
   std::array<int, 64> pending{0};
   for (int count = 1; count > 0;) {
@@ -69,9 +70,11 @@ NearestTriangle nearestOf(const TriangleBoxes& tree, const Vector3d& p) {
 Interior::Interior(const std::vector<Triangle>& closed)
     : space_(closed), surface_(closed, TriangleBoxes::SplitAxes::XYZ), box_(surface_.nodes.front().box) {}
 
-Interior::Place Interior::placeOf(const Vector3d& p) const {
-  const NearestTriangle nearest = nearestOf(surface_, p);
+Interior::Place Interior::placeOf(const Vector3d& p, double reach) const {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const bool is_inside = box_.contains(p) && space_.mayHold(p);
+  const NearestTriangle nearest = nearestOf(surface_, p, is_inside ? kInfinity : reach);
+  if (!nearest.triangle) return {nearest.lower_bound, kInfinity, p, Vector3d::UnitZ()};
   Vector3d outwards = (p - nearest.point).stableNormalized();
   if (outwards.isZero(0.0)) outwards = normalOf(*nearest.triangle);
   if (outwards.isZero(0.0)) outwards = Vector3d::UnitZ();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <limits>
 #include <vector>
 
 #include "scene/pieces/enclosed_space.h"
@@ -28,12 +29,14 @@ class Interior {
     Eigen::Vector3d outwards;         ///< unit: the shortest way out, or from the triangle to a point outside of it
   };
 
+  /// A point outside that is farther than `reach` [m] may have an infinite upper bound.
+  ///
   /// The nearest triangle may lie within the solid where closed parts overlap; the depth in the solid is then larger.
   /// Error:  the bounds hold beside the rounding of a few eps of the coordinates. They are wider than that only at
   ///         triangles whose height is near to rounding.
   /// Source: Ericson, Real-Time Collision Detection, 2005 (nearest point of a triangle). Unlike there, the nearest point
   ///         is the best of face and edges, and the corner that is least far along the way to it proves the lower bound.
-  Place placeOf(const Eigen::Vector3d& p) const;
+  Place placeOf(const Eigen::Vector3d& p, double reach = std::numeric_limits<double>::infinity()) const;
 
  private:
   EnclosedSpace space_;

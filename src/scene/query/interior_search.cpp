@@ -21,6 +21,12 @@ RelativePose inverse(const RelativePose& a_T_b) {
   return b_T_a;
 }
 
+/// [m] Of a point from a box, negative inside: a lower bound of that from what the box holds.
+double signedDistance(const Eigen::AlignedBox3d& box, const Vector3d& p) {
+  const double depth = std::min((p - box.min()).minCoeff(), (box.max() - p).minCoeff());
+  return depth >= 0.0 ? -depth : box.exteriorDistance(p);
+}
+
 class InteriorSearch {
  public:
   InteriorSearch(const PlacedRobot& robot, const Visit& pair, const RelativePose& a_T_b, double limit,
@@ -63,20 +69,21 @@ class InteriorSearch {
     return outer.body_T_piece.inverse(Eigen::Isometry) * (outer_T_inner_.rotation * p + outer_T_inner_.translation);
   }
 
+  /// Whether what has this lower bound [m], without padding, does not matter.
+  bool isLeftOut(double lower_bound) {
+    if (lower_bound >= within_) return true;
+    if (skipping_ == Skipping::Off || !(lower_bound - padding_ > closest_.limit(limit_, question_))) return false;
+    closest_.lower_bound = std::min(closest_.lower_bound, lower_bound - padding_);
+    return true;
+  }
+
   void visitInner(int leaf, int volume) {
     const Volume& here = inner()[volume];
     if (!here.has_anchor) return;
     const Piece& outer_piece = outer().pieces[outer()[leaf].piece];
     const Eigen::AlignedBox3d& box = outer_piece.interior->box();
     const Vector3d centre = inMesh(outer_piece, here.bounds.centre);
-    if (!box.contains(centre)) {
-      const double gap = box.exteriorDistance(centre) - here.bounds.radius - outer_piece.shape.margin() - rounding_;
-      if (gap >= within_) return;
-      if (skipping_ == Skipping::On && gap - padding_ > closest_.limit(limit_, question_)) {
-        closest_.lower_bound = std::min(closest_.lower_bound, gap - padding_);
-        return;
-      }
-    }
+    if (isLeftOut(signedDistance(box, centre) - here.bounds.radius - outer_piece.shape.margin() - rounding_)) return;
     if (here.isLeaf()) return measure(leaf, volume);
     for (const int part : here.parts) visitInner(leaf, part);
   }
@@ -86,9 +93,8 @@ class InteriorSearch {
     const Piece& anchor = inner().pieces[inner()[inner_leaf].piece];
     const Vector3d centre = inMesh(solid, anchor.body_T_piece * anchor.shape.centre());
     const double radius = std::max(0.0, anchor.shape.innerRadius()) + anchor.shape.margin() + solid.shape.margin();
-    const Eigen::AlignedBox3d& box = solid.interior->box();
-    if (!box.contains(centre) && box.exteriorDistance(centre) >= radius + within_) return;
-    const Interior::Place place = solid.interior->placeOf(centre);
+    if (isLeftOut(signedDistance(solid.interior->box(), centre) - radius - rounding_)) return;
+    const Interior::Place place = solid.interior->placeOf(centre, radius + within_);
     SignedDistance result;
     result.lower_bound = place.lower_bound - radius - rounding_;
     result.upper_bound = place.upper_bound - radius + rounding_;

@@ -35,6 +35,15 @@ TEST(Interior, HasTheDistanceFromTheSurfaceWithTheShortestWayOut) {
   EXPECT_TRUE(in_the_corner.outwards.isApprox(Vector3d::UnitX(), 1e-14));
 }
 
+TEST(Interior, IsLeftOutBeyondTheReachOfAPointOutside) {
+  const Interior interior = interiorOf(bracket());
+  expectDistance(interior.placeOf({2.5, 0.5, 0.5}, 0.51), 0.5);
+  const Interior::Place beyond = interior.placeOf({2.5, 0.5, 0.5}, 0.49);
+  EXPECT_NEAR(beyond.lower_bound, 0.49, 1e-12);
+  EXPECT_GT(beyond.upper_bound, 1e9);
+  expectDistance(interior.placeOf({0.5, 0.5, 0.5}, 0.1), -0.5);
+}
+
 TEST(Interior, EndsAtTheWallOfACavity) {
   const Interior interior = interiorOf(thickShell());
   expectDistance(interior.placeOf({0.9, 0.1, 0.2}), -0.4);
