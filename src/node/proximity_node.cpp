@@ -39,9 +39,12 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       private_nh_(private_nh),
       robot_(std::make_shared<const Robot>(nh_, loadConfig(private_nh_))),
       tf_(robot_->config().realtime_priority),
+      objects_(
+          robot_, ros::WallTime::now().toNSec(), frameFinder(tf_),
+          [this](const Robot& robot) { monitor_.takeObjects(robot); }, ObjectLimits(),
+          objectsAtStart(robot_->config())),
+      object_keeper_(robot_->config().objects_file, objects_),
       monitor_(nh_, private_nh_, tf_, robot_),
-      objects_(robot_, ros::WallTime::now().toNSec(), frameFinder(tf_),
-               [this](const Robot& robot) { monitor_.takeObjects(robot); }),
       diagnostics_(
           nh_, [this] { return monitor_.health(); }, [this] { return robot(); }, [this] { return tf_.jumps(); }),
       settings_server_(private_nh_),
@@ -85,6 +88,7 @@ void ProximityNode::publishChangedObjects() {
   const ros::WallTime start = ros::WallTime::now();
   if (objects_.revision() == published_revision_ || start < publish_objects_after_) return;
   publishObjects();
+  object_keeper_.keep();
   const ros::WallTime end = ros::WallTime::now();
   publish_objects_after_ = end + (end - start) * kObjectsPause;
 }

@@ -16,6 +16,7 @@
 #include "node/monitor/object_markers.h"
 #include "node/objects/apply_objects.h"
 #include "node/objects/change_stream.h"
+#include "node/objects/object_keeper.h"
 #include "node/objects/object_store.h"
 #include "node/robot/robot.h"
 #include "node/services/queries.h"
@@ -73,8 +74,9 @@ class ProximityNode {
   std::shared_ptr<const Robot> robot_;  // a reload replaces it, so access needs std::atomic_load and atomic_store
   std::mutex reload_mutex_;
   TfPoses tf_;
+  ObjectStore objects_;  // before the monitor, whose first cycle knows what stands there from the start
+  ObjectKeeper object_keeper_;
   MonitorLoop monitor_;
-  ObjectStore objects_;
   Diagnostics diagnostics_;
   ProximityConfig settings_ = ProximityConfig::__getDefault__();  // those in force; only onSettings() uses it
   dynamic_reconfigure::Server<ProximityConfig> settings_server_;

@@ -11,5 +11,7 @@ TEST(Corpus, RobotsAreTakenOrRefused) { EXPECT_GT(tryAll("robot", tryRobot), 3);
 
 TEST(Corpus, StatesAreTakenOrRefused) { EXPECT_GT(tryAll("states", tryStates), 2); }
 
+TEST(Corpus, ObjectFilesAreTakenOrRefused) { EXPECT_GT(tryAll("object_files", tryObjectFile), 4); }
+
 }  // namespace
 }  // namespace proximity_server::fuzz

@@ -9,5 +9,7 @@ TEST(NodeCorpus, RequestsAreAnsweredOrRefused) { EXPECT_GT(tryAll("requests", tr
 
 TEST(NodeCorpus, ParametersAreTakenOrRefused) { EXPECT_GT(tryAll("parameters", tryParameters), 2); }
 
+TEST(NodeCorpus, ObjectsAreTakenOrRefused) { EXPECT_GT(tryAll("objects", tryObjects), 4); }
+
 }  // namespace
 }  // namespace proximity_server::fuzz

@@ -5,6 +5,8 @@
 #include <ros/time.h>
 
 #include <algorithm>
+#include <boost/array.hpp>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <string>
@@ -42,6 +44,10 @@ class RequestBytes {
   void next(std::string& text) {
     const std::size_t choice = number();
     text = choice < names_.size() ? names_[choice] : std::string(take(choice % 32));
+  }
+  template <class T, std::size_t Size>
+  void next(boost::array<T, Size>& list) {
+    for (T& element : list) next(element);
   }
   template <class T>
   void next(std::vector<T>& list) {

@@ -1,10 +1,14 @@
 #include <xmlrpcpp/XmlRpcValue.h>
 
+#include <filesystem>
+#include <memory>
 #include <stdexcept>
 
 #include "fuzz/request_bytes.h"
 #include "fuzz/require.h"
 #include "fuzz/targets.h"
+#include "node/objects/apply_objects.h"
+#include "node/objects/object_store.h"
 #include "node/robot/config.h"
 #include "node/services/joint_requests.h"
 #include "node/services/motion_requests.h"
@@ -15,6 +19,8 @@
 #include "proximity_server/MinimumDistanceRequest.h"
 #include "proximity_server/QueryConfigurationRequest.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/object_files/object_file.h"
+#include "scene/files.h"
 
 namespace proximity_server::fuzz {
 
@@ -160,7 +166,67 @@ void askOf(std::string_view bytes) {
   }
 }
 
+/// What an object of the arm may be called, where it may be, and files that are not there.
+const std::vector<std::string> kObjectNames{
+    "", "part", "box", "*", "arm", "hand", "tool", "finger", "camera", "package://nowhere/a.stl", "base"};
+
+Eigen::Isometry3d poseOfFrame(const Robot& /*robot*/, const std::string& frame) {
+  if (frame.size() % 5 == 4) throw ChangeError(QueryStatus::TF_UNAVAILABLE, "frame has no pose");
+  return Eigen::Translation3d(0.1 * static_cast<double>(frame.size()), 0.0, 0.3) *
+         Eigen::AngleAxisd(static_cast<double>(frame.size()), Eigen::Vector3d::UnitX());
+}
+
+const std::shared_ptr<const Robot>& armWithoutMeshFiles() {
+  static const TemporaryFiles none;
+  static const std::shared_ptr<const Robot> robot = [] {
+    Config config;
+    config.allowed_mesh_roots = {std::filesystem::path(none.write("empty/a", "")).parent_path()};
+    config.model.mesh_time_budget = 1e-3;
+    return std::make_shared<const Robot>(kArm, kGroups, config);
+  }();
+  return robot;
+}
+
+/// All pairs with an object are answered.
+void checkAnswers(const std::shared_ptr<const Objects>& objects) {
+  const Robot& robot = *armWithoutMeshFiles();
+  const ScenePool::Lease scene = robot.borrowScene();
+  scene->use(objects);
+  scene->update(forwardKinematics(robot.robotModel(), std::vector<double>(robot.robotModel().joints.size(), 0.0)),
+                FramePoses(objects->frames().size(), Eigen::Isometry3d::Identity()));
+  for (const PairProximity& pair : scene->all(robot.candidates()))
+    require(!(pair.result.lower_bound > pair.result.upper_bound), "the lower bound is below the upper one");
+}
+
+/// What is there now is what the next start of the node has.
+void checkKeeping(const ObjectStore& store) {
+  const ObjectStore::Snapshot now = store.snapshot();
+  ObjectFile file = objectFileFrom(readYaml(yamlOf(now.file), "file"), "file");
+  require(file.objects.size() == now.file.objects.size(), "all objects are kept");
+  // Geometry of the very limits may lie beyond them after a rounding.
+  for (const WrittenObject& object : file.objects) require(!object.shapes.empty(), "all shapes are kept");
+}
+
 }  // namespace
+
+void tryObjects(const std::string& bytes) {
+  const std::shared_ptr<const Robot>& robot = armWithoutMeshFiles();
+  const auto none = robot->objects().get();
+  ObjectStore store(robot, 7, poseOfFrame);
+  RequestBytes stream(bytes, kObjectNames);
+  for (int message = 0; message < 2; ++message) {
+    ApplyObjectsRequest request;
+    stream.next(request);
+    const ObjectList before = store.list();
+    const ApplyObjectsResponse response = answer(store, request);
+    require(response.status.code != QueryStatus::INTERNAL_ERROR, "bad objects are no defect of the node");
+    require(response.success || !response.status.message.empty(), "a refusal says why");
+    require(response.success || store.list().objects.size() == before.objects.size(), "a refusal changes nothing");
+  }
+  checkAnswers(robot->objects().get().all);
+  checkKeeping(store);
+  robot->objects().set(none);
+}
 
 void tryRequest(const std::string& bytes) {
   if (bytes.empty()) return;

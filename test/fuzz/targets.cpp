@@ -1,6 +1,8 @@
 #include "fuzz/targets.h"
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
 #include <sstream>
 #include <stdexcept>
 
@@ -8,10 +10,12 @@
 #include "proximity_server/scene/mesh/mesh.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/object_files/object_file.h"
 #include "proximity_server/scene/pieces/convex_pieces.h"
 #include "proximity_server/scene/query/make_scene_model.h"
 #include "proximity_server/scene/query/scene.h"
 #include "scene/files.h"
+#include "tools/clearance/object_schedule.h"
 #include "tools/command_line/joint_states.h"
 
 namespace proximity_server::fuzz {
@@ -60,6 +64,41 @@ const char* const kSlider =
     "<joint name='y' type='continuous'><parent link='b'/><child link='c'/><mimic joint='x'/></joint>"
     "<joint name='a long name' type='floating'><parent link='c'/><child link='d'/></joint></robot>";
 
+void checkObject(const WrittenObject& object) {
+  require(!object.shapes.empty() && !object.source.empty(), "an object has shapes and a place");
+  require(object.padding >= 0.0 && std::isfinite(object.padding), "a padding is finite");
+  require(object.place.pose.matrix().allFinite(), "a pose is finite");
+  for (const ObjectShape& shape : object.shapes) {
+    require(shape.object_T_shape.matrix().allFinite(), "a shape has a place");
+    const auto* mesh = std::get_if<TriangleMesh>(&shape.geometry);
+    for (std::size_t i = 0; mesh && i < mesh->triangles.size(); ++i)
+      for (const int corner : mesh->triangles[i])
+        require(corner >= 0 && corner < static_cast<int>(mesh->vertices.size()), "a corner is a vertex");
+  }
+}
+
+/// What is written is read back.
+void checkWriting(const ObjectFile& file) {
+  const ObjectFile again = objectFileFrom(readYaml(yamlOf(file), "again"), "again");
+  require(again.objects.size() == file.objects.size() && again.rules.size() == file.rules.size(), "nothing is lost");
+  for (std::size_t i = 0; i < file.objects.size(); ++i) {
+    require(again.objects[i].id == file.objects[i].id, "an id stays");
+    require(again.objects[i].shapes.size() == file.objects[i].shapes.size(), "shapes stay");
+    require(again.objects[i].place.link == file.objects[i].place.link, "a link stays");
+  }
+}
+
+bool hasMeshes(const ObjectFile& file) {
+  const auto has = [](const WrittenObject& object) {
+    return std::any_of(object.shapes.begin(), object.shapes.end(), [](const ObjectShape& shape) {
+      return std::holds_alternative<TriangleMesh>(shape.geometry) || std::holds_alternative<MeshFile>(shape.geometry);
+    });
+  };
+  return std::any_of(file.objects.begin(), file.objects.end(), has) ||
+         std::any_of(file.changes.begin(), file.changes.end(),
+                     [&](const WrittenChange& change) { return has(change.object); });
+}
+
 }  // namespace
 
 void tryMesh(const std::string& bytes) {
@@ -97,6 +136,26 @@ void tryStates(const std::string& bytes) {
       for (const double position : positions) require(std::isfinite(position), "a position is finite");
     }
   } catch (const std::invalid_argument&) {
+  }
+}
+
+void tryObjectFile(const std::string& bytes) {
+  if (bytes.empty()) return;
+  static const auto robot =
+      std::make_shared<const SceneModel>(makeSceneModel(loadRobotModel(kSlider, packageResolver({})), ""));
+  const std::string text = bytes.substr(1);
+  try {
+    const ObjectFile file =
+        bytes[0] == 's' ? readMoveitScene(text, "file") : objectFileFrom(readYaml(text, "file"), "file");
+    for (const WrittenObject& object : file.objects) checkObject(object);
+    for (const WrittenChange& change : file.changes)
+      if (!change.object.shapes.empty()) checkObject(change.object);
+    if (bytes[0] != 's') checkWriting(file);  // an id in MoveIt's text may be of any bytes
+    if (hasMeshes(file)) return;              // their decomposition takes too long for one of millions of inputs
+    ObjectSchedule schedule(robot, file, {});
+    for (long row = 0; row < 8; ++row) schedule.advance(row, 0.5 * static_cast<double>(row), {0.5, 0.5, 0.0});
+  } catch (const std::invalid_argument& error) {
+    require(std::string(error.what()).rfind("file", 0) == 0, "an error names the file");
   }
 }
 

@@ -17,7 +17,13 @@ void tryRobot(const std::string& bytes);
 /// A CSV file of joint states.
 void tryStates(const std::string& bytes);
 
+/// First byte: the format ('s'cene of MoveIt, else YAML); the rest: a file of objects.
+void tryObjectFile(const std::string& bytes);
+
 // Of the node.
+
+/// Two messages of changes of objects, one after the other, see RequestBytes.
+void tryObjects(const std::string& bytes);
 
 /// First byte: the service ('m'inimum_distance, query_'p'airs, query_'c'onfiguration, query_'t'rajectory, else
 /// time_of_contact); the rest: its request, see RequestBytes.

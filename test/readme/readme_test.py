@@ -277,6 +277,10 @@ class Readme(unittest.TestCase):
         (package / "test" / "keeps_clear.test").write_text(text)
         (package / "test" / "too_close.test").write_text(text.replace('name="minimum" value="0.05"', 'name="minimum" value="0.06"'))
 
+    def file_of_objects(self, text):
+        """Becomes a file for the commands behind it; the gtest of its room reads that of config/README.md."""
+        (self.folder / "cell.yaml").write_text(text + "\n")
+
     def rostest(self, text):
         printed = self.shell.run(text)
         self.assertIn("[my_robot.rosunit-robot_keeps_clear/test_minimum][passed]", printed)
@@ -366,6 +370,7 @@ BLOCKS = (
     ("export PATH=", Readme.commands),
     ("$ ", Readme.shown_output),
     ("<launch>", Readme.file_of_test),
+    ("objects:", Readme.file_of_objects),
     ("rostest ", Readme.rostest),
     ("cmake -S . -B build -DBUILD_TESTING=ON", Readme.commands),
     ("cmake -S . -B build -DPROXIMITY_NARROWPHASE_ONLY=ON", Readme.commands),

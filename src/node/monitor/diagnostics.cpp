@@ -77,6 +77,9 @@ void Diagnostics::reportModel(Status& status) {
   status.add("convex pieces", model.robot.pieces.size());
   status.add("pairs", model.pairs.pairs.size());
   status.add("pairs checked", model.pairs.checked.size());
+  const std::shared_ptr<const scene::Objects> objects = robot_->objects().get().all;
+  status.add("objects", objects->size());
+  status.add("pairs checked with objects", objects->pairCount());
 }
 
 void Diagnostics::reportClearance(Status& status) {

@@ -94,6 +94,15 @@ void requireFieldsOfOperation(const ObjectChange& change) {
   if (adds && change.link.empty() && !change.touch_links.empty()) refuse("touch_links", "they go with link only");
 }
 
+/// Other bytes cannot be kept in a file, and clients in Python cannot read them.
+void requireText(const std::string& text, const std::string& field) {
+  try {
+    scene::requireUtf8(text);
+  } catch (const std::invalid_argument& error) {
+    refuse(field, error.what());
+  }
+}
+
 Isometry3d checked(const Isometry3d& pose) {
   if (!pose.matrix().allFinite() || pose.translation().norm() > kFarthest)
     refuse("pose", "it is farther than 1e6 m from its frame, or not finite");
@@ -178,7 +187,7 @@ void ObjectBatch::apply(const ObjectChange& change) {
     requireFieldsOfOperation(change);
     switch (change.operation) {
       case ObjectChange::ADD:
-        if (find(change.id)) refuse("id", "there is an object with this id already");
+        requireNew(change.id);
         return add(change);
       case ObjectChange::REPLACE:
         return add(change);
@@ -214,9 +223,7 @@ std::vector<scene::ObjectChange> ObjectBatch::difference() const {
 // --- operations
 
 void ObjectBatch::add(const ObjectChange& change) {
-  if (change.id.empty()) refuse("id", "it is empty");
-  if (change.id == "*") refuse("id", "it stands for all objects");
-  if (robot_.robotModel().findLink(change.id) >= 0) refuse("id", "a link has this name");
+  requireLegal(change.id);
   if (!(change.padding >= 0.0) || !std::isfinite(change.padding)) refuse("padding", "it is negative, or not finite");
   StoredObject stored{std::make_shared<const std::vector<SourceShape>>(shapesOf(change)), change.padding, {}};
   if (change.link.empty()) {
@@ -224,7 +231,8 @@ void ObjectBatch::add(const ObjectChange& change) {
     stored.object.placement = placementIn(frame, placeIn(frame, change));
   } else {
     requireNoPlane(stored);
-    scene::Attached held = attachedTo(change, Isometry3d::Identity());  // refuses an unknown link
+    scene::Attached held =
+        attachedTo(change.link, change.touch_links, Isometry3d::Identity());  // refuses an unknown link
     held.link_T_object = placeIn(frameNamed(change.link), change);
     stored.object.placement = held;
   }
@@ -233,6 +241,30 @@ void ObjectBatch::add(const ObjectChange& change) {
   stored.object.id = change.id;
   stored.object.geometry = made->second.geometry;
   put(change.id, std::move(stored));
+}
+
+void ObjectBatch::add(const scene::WrittenObject& object) {
+  const scene::WrittenPlace& place = object.place;
+  try {
+    requireNew(object.id);
+    requireLegal(object.id);
+    requireLength(place.link, "link");
+    requireLength(place.frame, "frame");
+    std::vector<SourceShape> shapes;
+    for (const scene::ObjectShape& shape : object.shapes) shapes.push_back({kindOf(shape), shape});
+    StoredObject stored{std::make_shared<const std::vector<SourceShape>>(std::move(shapes)), object.padding, {}};
+    const Isometry3d pose = checked(place.pose);
+    if (place.link.empty()) {
+      stored.object.placement = placementIn(frameNamed(place.frame), pose);
+    } else {
+      requireNoPlane(stored);
+      stored.object.placement = attachedTo(place.link, place.touch_links, pose);
+    }
+    make(object.id, std::move(stored));
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(object.source + ": object " + quoted(object.id) + ": " +
+                                withoutId(error.what(), object.id));
+  }
 }
 
 void ObjectBatch::append(const ObjectChange& change) {
@@ -249,7 +281,7 @@ void ObjectBatch::append(const ObjectChange& change) {
   stored.shapes = std::make_shared<const std::vector<SourceShape>>(std::move(shapes));
   if (auto* held = std::get_if<scene::Attached>(&stored.object.placement)) {
     requireNoPlane(stored);
-    held->touch_links = attachedTo(change, held->link_T_object).touch_links;
+    held->touch_links = attachedTo("", change.touch_links, held->link_T_object).touch_links;
     const auto& before = attached(require(change.id))->touch_links;
     held->touch_links.insert(held->touch_links.begin(), before.begin(), before.end());
   } else if (!change.touch_links.empty()) {
@@ -277,7 +309,8 @@ void ObjectBatch::attach(const ObjectChange& change) {
   StoredObject stored = require(change.id);
   if (change.link.empty()) refuse("link", "it is empty");
   requireNoPlane(stored);
-  const scene::Attached unplaced = attachedTo(change, Isometry3d::Identity());  // refuses an unknown link
+  const scene::Attached unplaced =
+      attachedTo(change.link, change.touch_links, Isometry3d::Identity());  // refuses an unknown link
   const std::string frame = frameNamed(change.link);
   const Carried carried = carriedBy(robot_, stored.object.placement);
   const Isometry3d link_T_object =
@@ -341,6 +374,18 @@ void ObjectBatch::undo() {
   }
 }
 
+void ObjectBatch::requireNew(const std::string& id) const {
+  if (find(id)) refuse("id", "there is an object with this id already");
+}
+
+void ObjectBatch::requireLegal(const std::string& id) const {
+  if (id.empty()) refuse("id", "it is empty");
+  if (id == "*") refuse("id", "it stands for all objects");
+  requireLength(id, "id");
+  if (robot_.robotModel().findLink(id) >= 0) refuse("id", "a link has this name");
+  requireText(id, "id");
+}
+
 void ObjectBatch::put(const std::string& id, StoredObject object) {
   touch(id, std::make_shared<const StoredObject>(std::move(object)));
 }
@@ -390,19 +435,21 @@ Isometry3d ObjectBatch::placeIn(const std::string& frame, const ObjectChange& ch
   return checked(seenFrom(frame, frameNamed(change.header.frame_id), pose));
 }
 
-scene::Attached ObjectBatch::attachedTo(const ObjectChange& change, const Isometry3d& link_T_object) const {
+scene::Attached ObjectBatch::attachedTo(const std::string& link_name, const std::vector<std::string>& touch_links,
+                                        const Isometry3d& link_T_object) const {
   const scene::RobotModel& robot = robot_.robotModel();
   const auto requireLink = [&](const std::string& link, const std::string& field) {
     if (robot.findLink(link) < 0)
       refuse(field, "there is no link '" + link + "' (did you mean '" +
                         scene::nearestName(link, scene::namesOf(robot.links)) + "'?)");
   };
-  if (!change.link.empty()) requireLink(change.link, "link");
-  for (const std::string& link : change.touch_links) requireLink(link, "touch_links");
-  return {change.link, change.touch_links, link_T_object};
+  if (!link_name.empty()) requireLink(link_name, "link");
+  for (const std::string& link : touch_links) requireLink(link, "touch_links");
+  return {link_name, touch_links, link_T_object};
 }
 
 scene::Placement ObjectBatch::placementIn(const std::string& frame, const Isometry3d& frame_T_object) const {
+  requireText(frame, "frame");
   if (frame == robot_.referenceFrame()) return scene::Fixed{frame_T_object};
   return scene::Moving{frame, frame_T_object};
 }

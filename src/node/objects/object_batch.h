@@ -15,6 +15,7 @@
 #include "node/robot/robot.h"
 #include "proximity_server/ObjectChange.h"
 #include "proximity_server/ObjectChanges.h"
+#include "proximity_server/scene/object_files/object_file.h"
 #include "proximity_server/scene/objects/objects.h"
 
 namespace proximity_server::node {
@@ -68,6 +69,10 @@ class ObjectBatch {
   /// Failure: throws ChangeError naming the object, the field and the reason.
   void apply(const ObjectChange& change);
 
+  /// Adds an object of a file or a parameter. Its pose is in the frame that carries it, so tf is not asked.
+  /// Failure: throws std::invalid_argument naming its place in the file, the object, the field and the reason.
+  void add(const scene::WrittenObject& object);
+
   /// All changes so far stay.
   void keep() { before_touched_.clear(); }
 
@@ -93,12 +98,15 @@ class ObjectBatch {
   void touch(const std::string& id, std::shared_ptr<const StoredObject> object);
   void put(const std::string& id, StoredObject object);
   void make(const std::string& id, StoredObject object);
+  void requireNew(const std::string& id) const;
+  void requireLegal(const std::string& id) const;
 
   std::string frameNamed(const std::string& name) const;
   const Eigen::Isometry3d& referenceTo(const std::string& frame);
   Eigen::Isometry3d seenFrom(const std::string& frame, const std::string& other, const Eigen::Isometry3d& pose);
   Eigen::Isometry3d placeIn(const std::string& frame, const ObjectChange& change);
-  scene::Attached attachedTo(const ObjectChange& change, const Eigen::Isometry3d& link_T_object) const;
+  scene::Attached attachedTo(const std::string& link, const std::vector<std::string>& touch_links,
+                             const Eigen::Isometry3d& link_T_object) const;
   scene::Placement placementIn(const std::string& frame, const Eigen::Isometry3d& frame_T_object) const;
 
   const Robot& robot_;

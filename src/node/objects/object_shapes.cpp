@@ -4,8 +4,10 @@
 #include <cstdint>
 #include <stdexcept>
 #include <utility>
+#include <variant>
 
 #include "proximity_server/narrowphase/shape/shape.h"
+#include "proximity_server/scene/object_files/object_file.h"
 
 namespace proximity_server::node {
 namespace {
@@ -92,6 +94,7 @@ scene::TriangleMesh meshOf(const shape_msgs::Mesh& message) {
 bool beginsWith(const std::string& text, const std::string& start) { return text.compare(0, start.size(), start) == 0; }
 
 scene::MeshFile meshFileOf(const MeshFile& message) {
+  scene::requireUtf8(message.uri);
   if (!beginsWith(message.uri, "package://") && !beginsWith(message.uri, "file://"))
     throw std::invalid_argument("uri '" + message.uri + "' begins neither with package:// nor with file://");
   scene::MeshFile file{message.uri, {message.scale.x, message.scale.y, message.scale.z}};
@@ -159,6 +162,13 @@ const char* posesFieldOf(ShapeKind kind) {
       break;
   }
   return "plane_poses";
+}
+
+ShapeKind kindOf(const scene::ObjectShape& shape) {
+  if (std::holds_alternative<scene::TriangleMesh>(shape.geometry)) return ShapeKind::Mesh;
+  if (std::holds_alternative<scene::MeshFile>(shape.geometry)) return ShapeKind::MeshFile;
+  if (std::holds_alternative<scene::Boxes>(shape.geometry)) return ShapeKind::Boxes;
+  return std::holds_alternative<scene::HalfSpace>(shape.geometry) ? ShapeKind::Plane : ShapeKind::Primitive;
 }
 
 bool hasShapes(const ObjectChange& change) {

@@ -29,6 +29,9 @@ struct SourceShape {
   scene::ObjectShape shape;
 };
 
+/// The kind of the list from which a shape comes.
+ShapeKind kindOf(const scene::ObjectShape& shape);
+
 /// All shapes of a change, kind by kind.
 std::vector<SourceShape> shapesOf(const ObjectChange& change);
 

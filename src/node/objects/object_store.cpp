@@ -17,12 +17,44 @@ scene::ObjectRules rulesFrom(const std::vector<PairRule>& rules, scene::ObjectRu
   before.allowed = {};
   for (std::size_t i = 0; i < rules.size(); ++i) {
     const PairRule& rule = rules[i];
-    if (rule.a.empty() || rule.b.empty())
-      throw std::invalid_argument("rules[" + std::to_string(i) + "]: a name is empty");
+    const std::string place = "rules[" + std::to_string(i) + "]: ";
+    if (rule.a.empty() || rule.b.empty()) throw std::invalid_argument(place + "a name is empty");
+    try {
+      scene::requireUtf8(rule.a);
+      scene::requireUtf8(rule.b);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument(place + error.what());
+    }
     using Rule = scene::AllowedPairs::Rule;
     before.allowed.set(rule.a, rule.b, rule.allowed ? Rule::Allowed : Rule::Checked);
   }
   return before;
+}
+
+std::vector<PairRule> messagesOf(const std::vector<scene::WrittenRule>& rules) {
+  std::vector<PairRule> messages(rules.size());
+  for (std::size_t i = 0; i < rules.size(); ++i) {
+    messages[i].a = rules[i].a;
+    messages[i].b = rules[i].b;
+    messages[i].allowed = rules[i].rule == scene::AllowedPairs::Rule::Allowed;
+  }
+  return messages;
+}
+
+scene::WrittenObject written(const Robot& robot, const StoredObject& stored) {
+  scene::WrittenObject object;
+  object.id = stored.object.id;
+  object.padding = stored.padding;
+  const Carried carried = carriedBy(robot, stored.object.placement);
+  object.place.pose = carried.frame_T_object;
+  if (const auto* held = std::get_if<scene::Attached>(&stored.object.placement)) {
+    object.place.link = held->link;
+    object.place.touch_links = held->touch_links;
+  } else {
+    object.place.frame = carried.frame;  // also the reference frame: the next start may have another one
+  }
+  for (const SourceShape& shape : *stored.shapes) object.shapes.push_back(shape.shape);
+  return object;
 }
 
 /// Throws std::invalid_argument if an object stands in a reference frame that is another one now.
@@ -97,12 +129,31 @@ void requireAtMost(std::int64_t limit, std::int64_t count, const std::string& wh
 }  // namespace
 
 ObjectStore::ObjectStore(std::shared_ptr<const Robot> robot, std::uint64_t node_start, FindFrame find_frame,
-                         std::function<void(const Robot&)> in_use, const ObjectLimits& limits)
+                         std::function<void(const Robot&)> in_use, const ObjectLimits& limits,
+                         const scene::ObjectFile& at_start)
     : node_start_(node_start),
       find_frame_(std::move(find_frame)),
       in_use_(std::move(in_use)),
       limits_(limits),
-      robot_(std::move(robot)) {}
+      robot_(std::move(robot)) {
+  begin(at_start);
+}
+
+void ObjectStore::begin(const scene::ObjectFile& file) {
+  if (!file.changes.empty()) {
+    throw std::invalid_argument(file.changes.front().object.source +
+                                ": only the tool clearance makes changes at a row or time");
+  }
+  const MadeObjects none;
+  ObjectBatch batch(*robot_, stored_, find_frame_, none);
+  for (const scene::WrittenObject& object : file.objects) batch.add(object);
+  const std::vector<PairRule> rules = messagesOf(file.rules);
+  auto first = std::make_shared<const scene::Objects>(objectsAfter(batch, &rules));
+  triangles_ = trianglesAfter(batch);
+  stored_ = batch.touched();
+  rules_ = rules;
+  robot_->objects().set({std::move(first), revision_});
+}
 
 std::uint64_t ObjectStore::apply(const ObjectChanges& changes) {
   return applyTogether({&changes}, [](const std::exception&) { throw; });
@@ -151,14 +202,9 @@ void ObjectStore::applyLocked(const std::vector<const ObjectChanges*>& messages,
 
 /// Makes the objects of a batch those of the robot.
 void ObjectStore::commit(const ObjectBatch& batch, const std::vector<PairRule>* rules) {
-  const std::vector<scene::ObjectChange> difference = batch.difference();
-  if (difference.empty() && !rules) return;
+  if (batch.difference().empty() && !rules) return;
+  scene::Objects next = objectsAfter(batch, rules);
   const std::int64_t triangles = trianglesAfter(batch);
-  requireAtMost(limits_.triangles, triangles, "triangles");
-  scene::Objects next = robot_->objects().get().all->changed(difference);
-  if (rules) next = next.withRules(rulesFrom(*rules, next.rules()));
-  requireAtMost(limits_.objects, next.size(), "ids");
-  requireAtMost(limits_.pieces, next.pieceCount(), "convex pieces");
   {
     const Lock lock(mutex_);
     for (const auto& [id, object] : batch.touched()) {
@@ -173,6 +219,16 @@ void ObjectStore::commit(const ObjectBatch& batch, const std::vector<PairRule>* 
   }
   robot_->objects().set({std::make_shared<const scene::Objects>(std::move(next)), revision_});
   in_use_(*robot_);
+}
+
+/// The objects and, if there are any, the rules of a batch, within the limits.
+scene::Objects ObjectStore::objectsAfter(const ObjectBatch& batch, const std::vector<PairRule>* rules) const {
+  requireAtMost(limits_.triangles, trianglesAfter(batch), "triangles");
+  scene::Objects next = robot_->objects().get().all->changed(batch.difference());
+  if (rules) next = next.withRules(rulesFrom(*rules, next.rules()));
+  requireAtMost(limits_.objects, next.size(), "ids");
+  requireAtMost(limits_.pieces, next.pieceCount(), "convex pieces");
+  return next;
 }
 
 std::int64_t ObjectStore::trianglesAfter(const ObjectBatch& batch) const {
@@ -213,6 +269,21 @@ ObjectList ObjectStore::list() const {
 StoredObjects ObjectStore::stored() const {
   const Lock lock(mutex_);
   return stored_;
+}
+
+ObjectStore::Snapshot ObjectStore::snapshot() const {
+  std::unique_lock<std::mutex> lock(mutex_);
+  const std::shared_ptr<const Robot> robot = robot_;
+  const StoredObjects stored = stored_;
+  const std::vector<PairRule> rules = rules_;
+  Snapshot now{{}, revision_};
+  lock.unlock();
+  for (const auto& [id, object] : stored) now.file.objects.push_back(written(*robot, *object));
+  for (const PairRule& rule : rules) {
+    using Rule = scene::AllowedPairs::Rule;
+    now.file.rules.push_back({rule.a, rule.b, rule.allowed ? Rule::Allowed : Rule::Checked});
+  }
+  return now;
 }
 
 std::uint64_t ObjectStore::revision() const {

@@ -27,10 +27,13 @@ struct ObjectLimits {
 class ObjectStore {
  public:
   /// `node_start` is a number that no other start of the node has, not 0. `in_use` is called after each change, before
-  /// apply() returns.
+  /// apply() returns. The objects and rules of `at_start` are given to the robot at once.
+  ///
+  /// Failure: throws std::invalid_argument naming the place in the file, the object, the field and the reason.
   ObjectStore(
       std::shared_ptr<const Robot> robot, std::uint64_t node_start, FindFrame find_frame,
-      std::function<void(const Robot&)> in_use = [](const Robot&) {}, const ObjectLimits& limits = {});
+      std::function<void(const Robot&)> in_use = [](const Robot&) {}, const ObjectLimits& limits = {},
+      const scene::ObjectFile& at_start = {});
 
   /// Applies all changes of a message, and returns the revision after it. May take as long as its meshes need, which
   /// delays no other change, and as tf needs to tell where the frames of its poses are, which does.
@@ -58,10 +61,19 @@ class ObjectStore {
   /// What is there, with what it was made of.
   StoredObjects stored() const;
 
+  /// What a later start of the node needs to have the same objects and rules; and its revision.
+  struct Snapshot {
+    scene::ObjectFile file;
+    std::uint64_t revision = 0;
+  };
+  Snapshot snapshot() const;
+
   std::uint64_t nodeStart() const { return node_start_; }
   std::uint64_t revision() const;
 
  private:
+  void begin(const scene::ObjectFile& file);
+  scene::Objects objectsAfter(const ObjectBatch& batch, const std::vector<PairRule>* rules) const;
   void applyLocked(const std::vector<const ObjectChanges*>& messages, const Refused& refused, const MadeObjects& made);
   std::shared_ptr<const Robot> robotNow() const;
   void commit(const ObjectBatch& batch, const std::vector<PairRule>* rules);

@@ -1,4 +1,5 @@
 #include "node/robot/config.h"
+#include "node/robot/parameter_value.h"
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/pieces/convex_pieces.h"
 
@@ -111,6 +112,14 @@ class Parameters {
     for (const char* other : {"robot_description", "semantic_description", "tf_prefix"})
       require(target.empty() || !values_.hasMember(other), other,
               "has no effect beside robots, which describes each robot");
+  }
+  void readAbsolutePath(const std::string& name, std::string& target) {
+    read(name, target);
+    require(target.empty() || target.front() == '/', name, "is '" + target + "', no absolute path");
+  }
+  void read(const std::string& name, scene::ObjectFile& target) {
+    if (XmlRpcValue* value = find(name))
+      target = scene::objectFileFrom(fileValueOf(*value), "parameter " + fullName(name));
   }
 
   /// The names of all parameters that were read or tolerated.
@@ -255,6 +264,12 @@ Config readConfig(Parameters& parameters) {
   parameters.read("max_request_time", config.max_request_time, {1e-6, 3600.0});
   parameters.read("motion_time_budget", config.motion_time_budget, {1e-4, 3600.0});
   parameters.read("realtime_priority", config.realtime_priority, {0, 99});
+  bool check_free_objects = false;
+  parameters.read("check_free_objects", check_free_objects);
+  using FreeObjects = scene::ObjectRules::FreeObjects;
+  config.free_objects = check_free_objects ? FreeObjects::Checked : FreeObjects::NotChecked;
+  parameters.read("objects", config.objects);
+  parameters.readAbsolutePath("objects_file", config.objects_file);
   readMonitorSettings(parameters, config.monitor);
   return config;
 }

@@ -8,6 +8,8 @@
 #include "proximity_server/scene/filter/pair_filter.h"
 #include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/model/robot_model.h"
+#include "proximity_server/scene/object_files/object_file.h"
+#include "proximity_server/scene/objects/object_rules.h"
 
 namespace proximity_server::node {
 
@@ -60,6 +62,9 @@ struct Config {
   double max_request_time = 30.0;   ///< [s] of wall time, for one request
   double motion_time_budget = 1.0;  ///< [s] of wall time, for one search along a motion
   int realtime_priority = 0;        ///< SCHED_FIFO priority of the threads of monitor and tf; 0: none
+  scene::ObjectRules::FreeObjects free_objects = scene::ObjectRules::FreeObjects::NotChecked;
+  scene::ObjectFile objects;  ///< what stands there from the start
+  std::string objects_file;   ///< an absolute path; "": objects are not kept
   MonitorSettings monitor;
 };
 

@@ -101,8 +101,10 @@ int referenceLinkOf(const scene::RobotModel& robot, const std::vector<std::strin
 }
 
 /// No objects, and rules for a robot whose base stands still if it carries the reference frame.
-RobotObjects noObjects(const std::shared_ptr<const scene::SceneModel>& model, int reference_link) {
+RobotObjects noObjects(const std::shared_ptr<const scene::SceneModel>& model, int reference_link,
+                       scene::ObjectRules::FreeObjects free_objects) {
   scene::ObjectRules rules;
+  rules.free_objects = free_objects;
   const bool on_base = reference_link >= 0 && model->robot.links[reference_link].body == 0;
   rules.base = on_base ? scene::ObjectRules::Base::StandsStill : scene::ObjectRules::Base::MayMove;
   return {std::make_shared<const scene::Objects>(scene::Objects(model).withRules(rules)), 0};
@@ -157,7 +159,7 @@ Robot::Robot(const std::vector<RobotTexts>& texts, const Config& config)
       reference_frame_(reference_link_ < 0 ? config.reference_frame : frameOf(reference_link_)),
       tf_edges_(std::make_shared<const std::vector<TfEdge>>(edgesOf(*this))),
       root_edges_(rootEdgesOf(*this)),
-      objects_(std::make_unique<ObjectSlot>(noObjects(model_, reference_link_))),
+      objects_(std::make_unique<ObjectSlot>(noObjects(model_, reference_link_, config.free_objects))),
       scenes_(std::make_unique<ScenePool>(
           [first = std::make_shared<const scene::Scene>(model_)] { return first->twin(); })),
       moving_scenes_(std::make_unique<MovingScenePool>(

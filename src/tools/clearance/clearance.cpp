@@ -1,4 +1,4 @@
-// How close a robot is to itself in recorded or planned states, without a ROS master.
+// How close a robot is to itself and to objects in recorded or planned states, without a ROS master.
 #include <unistd.h>
 #include <CLI/CLI.hpp>
 
@@ -8,9 +8,13 @@
 #include <stdexcept>
 #include <string>
 
+#include "proximity_server/scene/mesh/mesh_resolver.h"
+#include "proximity_server/scene/object_files/object_file.h"
+#include "proximity_server/scene/pieces/convex_pieces.h"
 #include "tools/clearance/clearance_assertion.h"
 #include "tools/clearance/clearance_rows.h"
 #include "tools/clearance/clearance_run.h"
+#include "tools/clearance/object_schedule.h"
 #include "tools/clearance/trajectory_run.h"
 #include "tools/command_line/csv.h"
 #include "tools/command_line/number_options.h"
@@ -23,7 +27,7 @@ namespace {
 
 struct Arguments {
   RobotFiles robot;
-  std::string states = "-", pairs = "minimum", out, plot;
+  std::string objects, states = "-", pairs = "minimum", out, plot;
   RowFormat format = RowFormat::Csv;
   RowKind rows = RowKind::State;
   scene::MotionQuestion motion;
@@ -82,6 +86,9 @@ void declareOutput(CLI::App& app, Arguments& arguments) {
 void declare(CLI::App& app, Arguments& arguments) {
   app.add_option("robot", arguments.robot.urdf, "the URDF")->required()->type_name("FILE");
   app.add_option("--srdf", arguments.robot.srdf, "which pairs not to check")->type_name("FILE");
+  app.add_option("--objects", arguments.objects,
+                 "what the robot holds and what stands around it: YAML, or a .scene of MoveIt")
+      ->type_name("FILE");
   app.add_option("--states", arguments.states, "CSV: a header of joint names, a row for each state; -: standard input")
       ->type_name("FILE");
   app.add_option("--pairs", arguments.pairs, "all, minimum, below:METRES or k:COUNT (default: minimum)")
@@ -106,7 +113,8 @@ class RowWriter {
   }
 
   void write(const StateClearance& answer) {
-    for (const scene::PairProximity& pair : answer.pairs) writeRow(rowText(answer.state, pair, robot_, format_));
+    for (const scene::PairProximity& pair : answer.pairs)
+      writeRow(rowText(answer.state, pair, robot_, answer.objects.get(), format_));
   }
   void write(const SegmentClearance& answer) { writeRow(rowText(answer, robot_, format_)); }
 
@@ -155,13 +163,28 @@ Stream& openStream(const std::string& path, const std::string& no_name, std::opt
   return *file;
 }
 
+std::shared_ptr<ObjectSchedule> scheduleOf(const Arguments& arguments,
+                                           const std::shared_ptr<const scene::SceneModel>& model) {
+  if (arguments.objects.empty()) return nullptr;
+  scene::ObjectOptions options;
+  options.resolve = scene::packageResolver(scene::rosPackagePath());
+  if (arguments.robot.mesh_tolerance) options.meshes.tolerance = *arguments.robot.mesh_tolerance;
+  options.meshes.cache = scene::userMeshCache();
+  auto schedule = std::make_shared<ObjectSchedule>(model, scene::readObjectFile(arguments.objects), options);
+  for (const std::string& warning : schedule->warnings()) std::cerr << "warning: " << warning << '\n';
+  return schedule;
+}
+
 ClearanceQuestion questionOf(const Arguments& arguments) {
   ClearanceQuestion question;
   question.model = loadSceneModel(arguments.robot);
   printWarnings(*question.model);
-  question.pairs =
-      arguments.filter == Arguments::Filter::On ? filteredPairs(*question.model) : unfilteredPairs(*question.model);
-  if (question.pairs.empty()) throw std::invalid_argument(arguments.robot.urdf + ": no pair of links is checked");
+  const bool is_filtered = arguments.filter == Arguments::Filter::On;
+  question.pairs = is_filtered ? filteredPairs(*question.model) : unfilteredPairs(*question.model);
+  question.objects = scheduleOf(arguments, question.model);
+  if (question.objects && is_filtered) question.candidates.emplace(question.model->pairs);
+  if (question.pairs.empty() && !question.objects)
+    throw std::invalid_argument(arguments.robot.urdf + ": no pair of links is checked");
   question.threads = arguments.threads;
   return question;
 }
@@ -179,16 +202,26 @@ void answerAll(const Arguments& arguments, const ClearanceQuestion& question, Jo
 }
 
 /// Prints the warnings that are known before the first state.
-void warn(const JointStates& states, RowKind rows) {
+void warn(const JointStates& states, RowKind rows, const ObjectSchedule* objects) {
   for (const std::string& warning : states.warnings()) std::cerr << "warning: " << warning << '\n';
-  if (rows == RowKind::State && states.hasTimes()) {
+  const bool objects_have_times = objects && objects->hasTimes();
+  if (rows == RowKind::State && objects_have_times && !states.hasTimes()) {
+    throw std::invalid_argument(states.source() + ": there is no column \"time\", and objects change at a time");
+  }
+  if (rows == RowKind::State && states.hasTimes() && !objects_have_times) {
     std::cerr << "warning: " << states.source() << ": column \"time\" is not used without --trajectory.\n";
   }
 }
 
-/// Prints the warning that is known after the last state.
-void warnOfLimits(const JointStates& states) {
-  if (const std::string warning = states.limitWarning(); !warning.empty()) std::cerr << "warning: " << warning << '\n';
+/// Prints the warnings that are known after the last state.
+void warnAtTheEnd(const JointStates& states, const ObjectSchedule* objects) {
+  for (const std::string& warning : {states.limitWarning(), objects ? objects->leftOver() : ""})
+    if (!warning.empty()) std::cerr << "warning: " << warning << '\n';
+}
+
+std::string checkedPairs(const ClearanceQuestion& question) {
+  if (question.objects) return "all pairs, of links and with objects,";
+  return "all " + std::to_string(question.pairs.size()) + " pairs";
 }
 
 /// Writes the answers to the output and the plot, and adds them to the assertion.
@@ -199,7 +232,7 @@ class Answers {
     const scene::RobotModel& robot = question.model->robot;
     if (plot) plot_writer_.emplace(plot->data(), robot, arguments.rows, RowFormat::Csv);
     if (!arguments.assert_above) return;
-    assertion_.emplace(*arguments.assert_above, arguments.rows, robot, question.pairs.size());
+    assertion_.emplace(*arguments.assert_above, arguments.rows, robot, checkedPairs(question));
   }
 
   template <typename Answer>
@@ -230,7 +263,7 @@ void answerInto(Answers& answers, const std::string& out_name, const Arguments& 
                 const ClearanceQuestion& question, JointStates& states) {
   const auto end = [&] {
     answers.end(out_name);
-    warnOfLimits(states);
+    warnAtTheEnd(states, question.objects.get());
   };
   try {
     answerAll(arguments, question, states, [&](const auto& found) { answers.add(found); });
@@ -257,7 +290,7 @@ ExitCode run(const Arguments& arguments) {
   std::istream& in = openStream(arguments.states, "-", in_file, std::cin);
   const ClearanceQuestion question = questionOf(arguments);
   JointStates states(in, in_file ? arguments.states : "standard input", question.model->robot);
-  warn(states, arguments.rows);
+  warn(states, arguments.rows, question.objects.get());
   std::ostream& out = openStream(arguments.out, "", out_file, std::cout);
 
   Answers answers(arguments, question, out, plot ? &*plot : nullptr);
@@ -271,8 +304,9 @@ ExitCode run(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "How close a robot is to itself in recorded or planned states, and between them; lengths in metres, in the root "
-      "link's frame",
+      "How close a robot is to itself, and to objects, in recorded or planned states, and between them; lengths in "
+      "metres, in "
+      "the root link's frame",
       "clearance");
   proximity_server::tools::Arguments arguments;
   proximity_server::tools::declare(app, arguments);

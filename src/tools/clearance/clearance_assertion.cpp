@@ -12,6 +12,9 @@ namespace {
 /// The most characters of the joint positions in a message: enough for about ten joints.
 constexpr std::size_t kLongestJoints = 300;
 
+/// Whether a pair is one of links or objects; otherwise no pair has an answer.
+bool isNamed(const scene::ShapeRefPair& pair) { return pair.a.link >= 0 || pair.a.object >= 0; }
+
 std::string metres(double length) { return numberText(length) + " m"; }
 
 std::string placeIn(const TrajectorySegment& segment, double fraction) {
@@ -34,15 +37,15 @@ void ClearanceAssertion::add(const StateClearance& answer) {
   const SmallestDistance& smallest = answer.smallest;
   Row row;
   row.number = answer.state;
-  row.pair = smallest.pair.asked;
+  const scene::ShapeRefPair& pair = smallest.pair.asked;
   row.unknown_pairs = smallest.unknown_pairs;
-  if (row.pair.a.link >= 0) {
+  if (isNamed(pair)) {
     row.distance = smallest.pair.result.distance;
     row.lower_bound = smallest.lower_bound;
     row.upper_bound = smallest.pair.result.upper_bound;
     row.status = smallest.pair.result.status;
   }
-  addRow(row, answer.positions);
+  addRow(row, pair, answer.objects.get(), answer.positions);
 }
 
 void ClearanceAssertion::add(const SegmentClearance& answer) {
@@ -50,16 +53,16 @@ void ClearanceAssertion::add(const SegmentClearance& answer) {
   Row row;
   row.number = answer.segment.number;
   row.place = placeIn(answer.segment, minimum.time);
-  row.pair = minimum.pair.asked;
   row.distance = minimum.pair.result.distance;
   row.lower_bound = minimum.lower_bound;
   row.upper_bound = minimum.upper_bound;
   row.status = minimum.status;
   row.unknown_pairs = minimum.counts.unknown;
-  addRow(row, answer.segment.positionsAt(minimum.time));
+  addRow(row, minimum.pair.asked, answer.objects.get(), answer.segment.positionsAt(minimum.time));
 }
 
-void ClearanceAssertion::addRow(Row row, const scene::Positions& positions) {
+void ClearanceAssertion::addRow(Row row, const scene::ShapeRefPair& pair, const scene::Objects* objects,
+                                const scene::Positions& positions) {
   ++rows_;
   row.verdict = verdictOf(row);
   ++counts_.at(static_cast<std::size_t>(row.verdict));
@@ -67,7 +70,10 @@ void ClearanceAssertion::addRow(Row row, const scene::Positions& positions) {
   const bool is_closest = !closest_ || row.lower_bound < closest_->lower_bound;
   const bool is_first = !is_proven && !first_;
   const bool is_worst = !is_proven && (!worst_ || row.upper_bound < worst_->upper_bound);
-  if (is_closest || is_first || is_worst) row.joints = joints(row.pair, positions);
+  if ((is_closest || is_first || is_worst) && isNamed(pair)) {
+    row.pair = nameOf(robot_, objects, pair.a) + " - " + nameOf(robot_, objects, pair.b);
+    row.joints = joints(pair, objects, positions);
+  }
   if (is_closest) closest_ = row;
   if (is_first) first_ = row;
   if (is_worst) worst_ = row;
@@ -80,18 +86,21 @@ ClearanceAssertion::Verdict ClearanceAssertion::verdictOf(const Row& row) const 
   return row.status == narrowphase::Status::Converged ? Verdict::Enclosed : Verdict::Undecided;
 }
 
-/// The positions of the joints that move the two links of the pair relative to each other.
-std::string ClearanceAssertion::joints(const scene::ShapeRefPair& pair, const scene::Positions& positions) const {
-  if (pair.a.link < 0 || pair.b.link < 0) return "";
-  const std::string text = stateText(robot_, pair, positions);
+/// The positions of the joints that move the two of the pair relative to each other.
+std::string ClearanceAssertion::joints(const scene::ShapeRefPair& pair, const scene::Objects* objects,
+                                       const scene::Positions& positions) const {
+  const auto link = [&](const scene::ShapeRef& ref) {
+    return ref.link >= 0 ? ref.link : carrierOf(robot_, *objects->object(ref.object));
+  };
+  const std::string text = stateText(robot_, {{link(pair.a)}, {link(pair.b)}}, positions);
   return text.size() > kLongestJoints ? "" : text;
 }
 
 std::string ClearanceAssertion::describe(const Row& row) const {
   std::string text = (kind_ == RowKind::State ? "state " : "segment ") + std::to_string(row.number) + row.place + ": ";
-  if (row.pair.a.link >= 0 && row.pair.b.link >= 0) {
-    text += robot_.links[row.pair.a.link].name + " - " + robot_.links[row.pair.b.link].name + " at " +
-            metres(row.distance) + ", bounds " + metres(row.lower_bound) + " and " + metres(row.upper_bound);
+  if (!row.pair.empty()) {
+    text += row.pair + " at " + metres(row.distance) + ", bounds " + metres(row.lower_bound) + " and " +
+            metres(row.upper_bound);
     if (!row.joints.empty()) text += ", with " + row.joints;
     if (row.verdict == Verdict::Undecided) text += "; the budget of the search ended there";
     if (row.verdict == Verdict::Unknown) text += "; ";
@@ -118,8 +127,8 @@ std::string ClearanceAssertion::causes() const {
 std::string ClearanceAssertion::report() const {
   const std::string above = "above " + metres(distance_);
   if (!first_) {
-    return "proven: in " + countText(rows_) + " all " + std::to_string(pairs_) + " pairs are " + above +
-           "; the closest is " + describe(*closest_);
+    return "proven: in " + countText(rows_) + " " + pairs_ + " are " + above + "; the closest is " +
+           describe(*closest_);
   }
   const long proven = counts_[static_cast<std::size_t>(Verdict::Proven)];
   return "not proven to be " + above + ": " + std::to_string(rows_ - proven) + " of " + countText(rows_) + " (" +

@@ -4,6 +4,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "tools/clearance/clearance_rows.h"
 #include "tools/clearance/clearance_run.h"
@@ -17,9 +18,9 @@ namespace proximity_server::tools {
 /// pair is unknown. Without any state or segment nothing is proven.
 class ClearanceAssertion {
  public:
-  /// `distance` [m] must be exceeded; `pairs` is the number of checked pairs. The robot must outlive this object.
-  ClearanceAssertion(double distance, RowKind kind, const scene::RobotModel& robot, std::size_t pairs)
-      : distance_(distance), kind_(kind), robot_(robot), pairs_(pairs) {}
+  /// `distance` [m] must be exceeded; `pairs` says which are checked: "all 12 pairs". The robot must outlive this object.
+  ClearanceAssertion(double distance, RowKind kind, const scene::RobotModel& robot, std::string pairs)
+      : distance_(distance), kind_(kind), robot_(robot), pairs_(std::move(pairs)) {}
 
   void add(const StateClearance& answer);
   void add(const SegmentClearance& answer);
@@ -44,8 +45,8 @@ class ClearanceAssertion {
   /// The smallest distance of a state or segment.
   struct Row {
     long number = 0;
-    std::string place;         ///< begin and end of a segment, and the time of its smallest distance
-    scene::ShapeRefPair pair;  ///< the closest pair; without links if no pair has an answer
+    std::string place;  ///< begin and end of a segment, and the time of its smallest distance
+    std::string pair;   ///< the names of the closest pair; "" if no pair has an answer
     double distance = std::numeric_limits<double>::quiet_NaN();     ///< [m]
     double lower_bound = -std::numeric_limits<double>::infinity();  ///< [m] of all pairs
     double upper_bound = std::numeric_limits<double>::infinity();   ///< [m]
@@ -54,9 +55,11 @@ class ClearanceAssertion {
     std::string joints;  ///< the positions of the joints that move the pair; "" if that is a long text
     Verdict verdict = Verdict::Unknown;
   };
-  void addRow(Row row, const scene::Positions& positions);
+  void addRow(Row row, const scene::ShapeRefPair& pair, const scene::Objects* objects,
+              const scene::Positions& positions);
   Verdict verdictOf(const Row& row) const;
-  std::string joints(const scene::ShapeRefPair& pair, const scene::Positions& positions) const;
+  std::string joints(const scene::ShapeRefPair& pair, const scene::Objects* objects,
+                     const scene::Positions& positions) const;
   std::string describe(const Row& row) const;
   std::string countText(long count) const;
   std::string causes() const;
@@ -64,7 +67,7 @@ class ClearanceAssertion {
   double distance_;
   RowKind kind_;
   const scene::RobotModel& robot_;
-  std::size_t pairs_;
+  std::string pairs_;
   long rows_ = 0;
   std::array<long, kVerdicts> counts_{};  ///< by verdict
   std::optional<Row> closest_;            ///< the row with the smallest lower bound

@@ -9,7 +9,7 @@ namespace {
 
 using Row = nlohmann::ordered_json;
 
-const char* nameOf(narrowphase::Status status) {
+const char* statusName(narrowphase::Status status) {
   switch (status) {
     case narrowphase::Status::Unknown:
       return "unknown";
@@ -31,24 +31,26 @@ void addVector(const std::string& name, const Eigen::Vector3d& vector, Row& row)
   row[name + "_z"] = vector.z();
 }
 
-std::string linkName(const scene::RobotModel& robot, const scene::ShapeRef& ref) {
-  return ref.link < 0 ? "" : robot.links[ref.link].name;
+/// A robot and what stands around it; nullptr: nothing.
+struct Named {
+  const scene::RobotModel& robot;
+  const scene::Objects* objects;
+};
+
+void addNames(const std::string& prefix, const scene::ShapeRefPair& pair, const Named& named, Row& row) {
+  row[prefix + "link_a"] = nameOf(named.robot, named.objects, pair.a);
+  row[prefix + "link_b"] = nameOf(named.robot, named.objects, pair.b);
 }
 
-void addLinks(const std::string& prefix, const scene::ShapeRefPair& pair, const scene::RobotModel& robot, Row& row) {
-  row[prefix + "link_a"] = linkName(robot, pair.a);
-  row[prefix + "link_b"] = linkName(robot, pair.b);
-}
-
-void addPair(const scene::PairProximity& pair, const scene::RobotModel& robot, Row& row) {
-  addLinks("", pair.asked, robot, row);
+void addPair(const scene::PairProximity& pair, const Named& named, Row& row) {
+  addNames("", pair.asked, named, row);
   row["distance"] = pair.result.distance;
   row["lower"] = pair.result.lower_bound;
   row["upper"] = pair.result.upper_bound;
   addVector("point_a", pair.result.point_a, row);
   addVector("point_b", pair.result.point_b, row);
   addVector("normal", pair.result.normal, row);
-  row["status"] = nameOf(pair.result.status);
+  row["status"] = statusName(pair.result.status);
   row["representation"] = toString(pair.representation);
 }
 
@@ -58,19 +60,19 @@ Row contactOf(const scene::RobotContact& contact) {
   return contact.status == narrowphase::Status::Converged ? Row(false) : Row();
 }
 
-void addContact(const SegmentClearance& answer, const scene::RobotModel& robot, Row& row) {
+void addContact(const SegmentClearance& answer, const Named& named, Row& row) {
   row["contact"] = contactOf(answer.contact);
   row["t_free"] = answer.segment.timeAt(answer.contact.t_free);
   row["t_contact"] = answer.segment.timeAt(answer.contact.t_contact);
-  addLinks("contact_", answer.contact.pair.asked, robot, row);
+  addNames("contact_", answer.contact.pair.asked, named, row);
 }
 
 // These functions define the columns and their order. The headers are made by them, too, so that the two cannot differ.
 
-Row stateColumns(long state, const scene::PairProximity& pair, const scene::RobotModel& robot) {
+Row stateColumns(long state, const scene::PairProximity& pair, const Named& named) {
   Row row;
   row["state"] = state;
-  addPair(pair, robot, row);
+  addPair(pair, named, row);
   return row;
 }
 
@@ -84,8 +86,9 @@ Row segmentColumns(const SegmentClearance& answer, const scene::RobotModel& robo
   row["t_begin"] = answer.segment.begin;
   row["t_end"] = answer.segment.end;
   row["t_minimum"] = answer.segment.timeAt(answer.minimum.time);
-  addPair(closest, robot, row);
-  addContact(answer, robot, row);
+  const Named named{robot, answer.objects.get()};
+  addPair(closest, named, row);
+  addContact(answer, named, row);
   return row;
 }
 
@@ -115,14 +118,20 @@ std::string jsonObject(const Row& row) { return row.dump(-1, ' ', false, Row::er
 
 std::string rowsBegin(RowKind kind, RowFormat format) {
   if (format == RowFormat::Json) return "[";
-  const Row row = kind == RowKind::State ? stateColumns(0, {}, {}) : segmentColumns({}, {});
+  const Row row = kind == RowKind::State ? stateColumns(0, {}, {{}, nullptr}) : segmentColumns({}, {});
   std::string header;
   for (const auto& [name, value] : row.items()) header += (header.empty() ? "" : ",") + name;
   return header;
 }
 
-std::string rowText(long state, const scene::PairProximity& pair, const scene::RobotModel& robot, RowFormat format) {
-  const Row row = stateColumns(state, pair, robot);
+std::string nameOf(const scene::RobotModel& robot, const scene::Objects* objects, const scene::ShapeRef& ref) {
+  if (ref.link >= 0) return robot.links[ref.link].name;
+  return objects && ref.object >= 0 ? objects->object(ref.object)->id : "";
+}
+
+std::string rowText(long state, const scene::PairProximity& pair, const scene::RobotModel& robot,
+                    const scene::Objects* objects, RowFormat format) {
+  const Row row = stateColumns(state, pair, {robot, objects});
   return format == RowFormat::Csv ? csvLine(row) : jsonObject(row);
 }
 

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/question.h"
 #include "tools/clearance/trajectory_run.h"
 
@@ -18,8 +19,12 @@ std::string rowsBegin(RowKind kind, RowFormat format);
 // Rows are in the root link's frame and have neither separator nor line end. An unknown number is nan in CSV and null
 // in JSON.
 
-/// One pair in one state.
-std::string rowText(long state, const scene::PairProximity& pair, const scene::RobotModel& robot, RowFormat format);
+/// The id of an object or the name of a link; "" for neither.
+std::string nameOf(const scene::RobotModel& robot, const scene::Objects* objects, const scene::ShapeRef& ref);
+
+/// One pair in one state. Without objects `objects` is nullptr.
+std::string rowText(long state, const scene::PairProximity& pair, const scene::RobotModel& robot,
+                    const scene::Objects* objects, RowFormat format);
 
 /// One segment: the closest pair at the time when it is closest, with the bounds of the whole segment, then the first
 /// contact; all times are those of the trajectory. A contact that is not decided is `unknown` in CSV and null in JSON.

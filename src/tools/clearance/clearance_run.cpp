@@ -17,10 +17,11 @@ constexpr std::size_t kBlockSize = 256;  // states: so many that the cold start 
 struct NumberedState {
   long number = 0;
   scene::Positions positions;
+  std::shared_ptr<const scene::Objects> objects;
 };
 
-std::vector<scene::PairProximity> answerState(const std::vector<scene::ShapeRefPair>& pairs,
-                                              const PairSelection& selection, scene::Scene& scene) {
+std::vector<scene::PairProximity> answerState(const scene::Pairs& pairs, const PairSelection& selection,
+                                              scene::Scene& scene) {
   scene::Question near_only;
   switch (selection.kind) {
     case PairSelection::Kind::All:
@@ -57,10 +58,21 @@ SmallestDistance smallestOf(const std::vector<scene::PairProximity>& pairs, cons
   return smallest;
 }
 
-StateClearance answerNumberedState(const NumberedState& state, const std::vector<scene::ShapeRefPair>& pairs,
-                                   const StateQuestion& question, scene::Scene& scene) {
-  scene.update(scene::forwardKinematics(scene.model().robot, state.positions));
-  StateClearance answer{state.number, answerState(pairs, question.selection, scene), {}, state.positions};
+/// Gives the scene the poses of a state, and its objects if they are others than those of before.
+void placeIn(const NumberedState& state, AskedPairs& pairs, scene::Scene& scene) {
+  const scene::BodyPoses poses = scene::forwardKinematics(scene.model().robot, state.positions);
+  if (!state.objects) return scene.update(poses);
+  if (scene.objects() != state.objects.get()) {
+    scene.use(state.objects);
+    pairs.use(*state.objects);
+  }
+  scene.update(poses, framePoses(*state.objects, poses));
+}
+
+StateClearance answerNumberedState(const NumberedState& state, const scene::Pairs& pairs, const StateQuestion& question,
+                                   scene::Scene& scene) {
+  StateClearance answer{
+      state.number, answerState(pairs, question.selection, scene), {}, state.positions, state.objects};
   const bool is_listed = question.selection.kind != PairSelection::Kind::Below;
   if (is_listed) {
     answer.smallest = smallestOf(answer.pairs, scene);
@@ -77,6 +89,24 @@ std::vector<scene::ShapeRefPair> pairsWhere(const scene::SceneModel& model,
     if (isWanted(pair.reason)) pairs.push_back({{pair.link_a, 0}, {pair.link_b, 0}});
   }
   return pairs;
+}
+
+bool isWanted(scene::PairReason reason) {
+  return reason != scene::PairReason::SameBody && reason != scene::PairReason::NoGeometry &&
+         reason != scene::PairReason::BothHalfSpaces;
+}
+
+/// All pairs with an object that have geometry and are not one body.
+void addUnfilteredPairs(const scene::Objects& objects, std::vector<scene::ShapeRefPair>& pairs) {
+  const int links = static_cast<int>(objects.model().robot.links.size());
+  for (const int object : objects.numbers()) {
+    const scene::ShapeRef ref = scene::ShapeRef::ofObject(object);
+    for (int link = 0; link < links; ++link)
+      if (isWanted(objects.linkReason(link, object))) pairs.push_back({{link, 0}, ref});
+    for (const int other : objects.numbers())
+      if (other > object && isWanted(objects.objectReason(object, other)))
+        pairs.push_back({ref, scene::ShapeRef::ofObject(other)});
+  }
 }
 
 /// The number after the prefix. Throws std::invalid_argument if there is no number, or other text after it.
@@ -117,19 +147,31 @@ std::vector<scene::ShapeRefPair> unfilteredPairs(const scene::SceneModel& model)
   return pairsWhere(model, [](scene::PairReason reason) { return reason != scene::PairReason::SameBody; });
 }
 
+void AskedPairs::use(const scene::Objects& objects) {
+  if (question_.candidates) return;
+  with_objects_ = question_.pairs;
+  addUnfilteredPairs(objects, with_objects_);
+}
+
 void answerStates(const ClearanceQuestion& question, const StateQuestion& state_question, JointStates& states,
                   const std::function<void(const StateClearance&)>& handle) {
   const scene::Scene fresh(question.model, state_question.skipping);
   long count = 0;
   const auto next = [&](NumberedState& state) {
+    if (!states.next(state.positions)) return false;
     state.number = count++;
-    return states.next(state.positions);
+    if (!question.objects) return true;
+    question.objects->advance(state.number, states.time(), state.positions);
+    state.objects = question.objects->now();
+    return true;
   };
   const auto answerBlock = [&](const std::vector<NumberedState>& block) {
     scene::Scene scene = fresh.twin();
+    AskedPairs pairs(question);
     std::vector<StateClearance> answers;
     for (const NumberedState& state : block) {
-      answers.push_back(answerNumberedState(state, question.pairs, state_question, scene));
+      placeIn(state, pairs, scene);
+      answers.push_back(answerNumberedState(state, pairs.get(), state_question, scene));
     }
     return answers;
   };

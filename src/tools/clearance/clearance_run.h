@@ -3,12 +3,15 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/joint_ranges.h"
+#include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/question.h"
+#include "tools/clearance/object_schedule.h"
 #include "tools/command_line/joint_states.h"
 
 namespace proximity_server::tools {
@@ -31,8 +34,30 @@ std::vector<scene::ShapeRefPair> unfilteredPairs(const scene::SceneModel& model)
 /// The part of the question that states and trajectories share.
 struct ClearanceQuestion {
   std::shared_ptr<const scene::SceneModel> model;
-  std::vector<scene::ShapeRefPair> pairs;
+  std::vector<scene::ShapeRefPair> pairs;   ///< of links
+  std::shared_ptr<ObjectSchedule> objects;  ///< nullptr: there are none
+  std::optional<scene::Candidates>
+      candidates;  ///< of the filter, if there are objects; nullopt: all pairs that have geometry
   int threads = 1;
+};
+
+/// The pairs of a question, those with objects too.
+class AskedPairs {
+ public:
+  /// The question must outlive this.
+  explicit AskedPairs(const ClearanceQuestion& question) : question_(question) {}
+
+  /// Takes the next objects.
+  void use(const scene::Objects& objects);
+
+  scene::Pairs get() const {
+    if (question_.candidates) return *question_.candidates;
+    return question_.objects ? with_objects_ : question_.pairs;
+  }
+
+ private:
+  const ClearanceQuestion& question_;
+  std::vector<scene::ShapeRefPair> with_objects_;  ///< without filter
 };
 
 /// Whether StateClearance::smallest is also computed if the selection may not list that pair.
@@ -57,6 +82,7 @@ struct StateClearance {
   std::vector<scene::PairProximity> pairs;
   SmallestDistance smallest;
   scene::Positions positions;
+  std::shared_ptr<const scene::Objects> objects = nullptr;  ///< in this state; nullptr: there are none
 };
 
 /// Answers the question about every state, in their order, and passes each answer to `handle` in the calling thread.

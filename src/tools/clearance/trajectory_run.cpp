@@ -21,14 +21,27 @@ scene::RobotContact provenFree() {
   return free;
 }
 
-SegmentClearance answerSegment(const std::vector<scene::ShapeRefPair>& pairs, const scene::MotionQuestion& question,
-                               const TrajectorySegment& segment, scene::MovingScene& scene) {
-  const scene::RobotMotion motion = scene::RobotMotion::ofJoints(scene.model().robot, segment.from, segment.to);
+/// A segment with the objects that are there during it; nullptr: there are none.
+struct SegmentAndObjects {
+  TrajectorySegment segment;
+  std::shared_ptr<const scene::Objects> objects;
+};
+
+scene::RobotMotion motionAlong(const TrajectorySegment& segment, const scene::Objects* objects,
+                               const scene::RobotModel& robot) {
+  scene::RobotMotion motion = scene::RobotMotion::ofJoints(robot, segment.from, segment.to);
+  if (objects) motion.carryObjects(framesOnLinks(*objects));
+  return motion;
+}
+
+SegmentClearance answerSegment(const SegmentAndObjects& asked, const scene::Pairs& pairs,
+                               const scene::MotionQuestion& question, scene::MovingScene& scene) {
+  const scene::RobotMotion motion = motionAlong(asked.segment, asked.objects.get(), scene.model().robot);
   const scene::RobotMinimum minimum = scene.minimum(pairs, motion, question);
   // If the minimum proves that there is no contact, a search is not needed, and the two cannot contradict each other.
   const bool is_free =
       minimum.status != narrowphase::Status::Unknown && minimum.lower_bound > question.contact_distance;
-  return {segment, minimum, is_free ? provenFree() : scene.timeOfContact(pairs, motion, question)};
+  return {asked.segment, minimum, is_free ? provenFree() : scene.timeOfContact(pairs, motion, question), asked.objects};
 }
 
 }  // namespace
@@ -58,6 +71,25 @@ bool TrajectorySegments::next(TrajectorySegment& segment) {
   return true;
 }
 
+bool SegmentsWithObjects::next(TrajectorySegment& segment) {
+  if (rest_) {
+    segment = *rest_;
+    rest_.reset();
+  } else {
+    if (!segments_.next(segment)) return false;
+    way_point_ = segment.number;
+  }
+  segment.number = count_++;
+  objects_.advance(way_point_, segment.begin, segment.from);
+  const std::optional<double> change = objects_.nextTime();
+  if (!change || !(*change < segment.end)) return true;
+  rest_ = segment;
+  rest_->begin = segment.end = *change;
+  const double fraction = (*change - segment.begin) / (rest_->end - segment.begin);
+  rest_->from = segment.to = segment.positionsAt(fraction);
+  return true;
+}
+
 std::optional<TrajectorySegments::WayPoint> TrajectorySegments::readWayPoint() {
   WayPoint way_point;
   if (!states_.next(way_point.positions)) return std::nullopt;
@@ -82,18 +114,29 @@ void TrajectorySegments::check(const WayPoint& from, const WayPoint& to) const {
 void answerSegments(const ClearanceQuestion& question, const scene::MotionQuestion& motion_question,
                     JointStates& states, const std::function<void(const SegmentClearance&)>& handle) {
   TrajectorySegments segments(states);
+  std::optional<SegmentsWithObjects> divided;
+  if (question.objects) divided.emplace(segments, *question.objects);
   const scene::MovingScene fresh(question.model);
-  const auto answerBlock = [&](const std::vector<TrajectorySegment>& block) {
+  const auto next = [&](SegmentAndObjects& item) {
+    if (!divided) return segments.next(item.segment);
+    const bool is_there = divided->next(item.segment);
+    item.objects = question.objects->now();
+    return is_there;
+  };
+  const auto answerBlock = [&](const std::vector<SegmentAndObjects>& block) {
     scene::MovingScene scene = fresh.twin();
+    AskedPairs pairs(question);
     std::vector<SegmentClearance> answers;
-    for (const TrajectorySegment& segment : block) {
-      answers.push_back(answerSegment(question.pairs, motion_question, segment, scene));
+    for (const SegmentAndObjects& item : block) {
+      if (item.objects && scene.objects() != item.objects.get()) {
+        scene.use(item.objects);
+        pairs.use(*item.objects);
+      }
+      answers.push_back(answerSegment(item, pairs.get(), motion_question, scene));
     }
     return answers;
   };
-  answerInBlocks<TrajectorySegment, SegmentClearance>(
-      {kBlockSize, [&](TrajectorySegment& segment) { return segments.next(segment); }, answerBlock, handle},
-      question.threads);
+  answerInBlocks<SegmentAndObjects, SegmentClearance>({kBlockSize, next, answerBlock, handle}, question.threads);
 }
 
 }  // namespace proximity_server::tools

@@ -49,11 +49,28 @@ class TrajectorySegments {
   long segments_ = 0;
 };
 
+/// Divides the segments where objects change in between, so that each has the same objects from its begin to its end.
+class SegmentsWithObjects {
+ public:
+  /// Both must outlive this.
+  SegmentsWithObjects(TrajectorySegments& segments, ObjectSchedule& objects) : segments_(segments), objects_(objects) {}
+
+  /// As TrajectorySegments::next(), numbered anew; makes the changes that are due at the begin of the segment.
+  bool next(TrajectorySegment& segment);
+
+ private:
+  TrajectorySegments& segments_;
+  ObjectSchedule& objects_;
+  std::optional<TrajectorySegment> rest_;  ///< of the segment that was divided
+  long count_ = 0, way_point_ = 0;
+};
+
 /// The answer about one segment; its times are fractions of the segment.
 struct SegmentClearance {
   TrajectorySegment segment;
   scene::RobotMinimum minimum;
   scene::RobotContact contact;
+  std::shared_ptr<const scene::Objects> objects = nullptr;  ///< during this segment; nullptr: there are none
 };
 
 /// Answers the question about every segment, in their order, and passes each answer to `handle` in the calling thread.

@@ -368,6 +368,179 @@ TEST_F(ObjectsOfASlider, RefuseARobotWithoutTheirLink) {
   EXPECT_EQ(apply({addBall("box")}), 2u) << "the robot of before stays";
 }
 
+// --- from the start
+
+/// A store with what a file or the parameter says.
+class ObjectsFromTheStart : public ObjectsOfASlider {
+ protected:
+  static scene::ObjectFile file(const std::string& yaml) {
+    return scene::objectFileFrom(scene::readYaml(yaml, "cell.yaml"), "cell.yaml");
+  }
+  static Eigen::Isometry3d noTf(const Robot&, const std::string& frame) {
+    throw std::invalid_argument("tf is asked for '" + frame + "'");
+  }
+  ObjectStore begin(const std::shared_ptr<const Robot>& robot, const std::string& yaml) {
+    return ObjectStore(
+        robot, 7, noTf, [](const Robot&) {}, {}, file(yaml));
+  }
+  std::string refusalOf(const std::string& yaml) {
+    try {
+      begin(robot_, yaml);
+    } catch (const std::invalid_argument& error) {
+      EXPECT_TRUE(robot_->objects().get().all->empty());
+      return error.what();
+    }
+    ADD_FAILURE() << "nothing was refused";
+    return {};
+  }
+};
+
+const char* const kCell = R"(
+objects:
+- id: table
+  pose: {position: [0, 0, 1]}
+  padding: 0.01
+  primitives: [{type: SPHERE, dimensions: [0.1]}]
+- id: bar
+  link: hand
+  touch_links: [rail]
+  pose: {position: [0, 1, 0]}
+  primitives: [{type: SPHERE, dimensions: [0.1]}]
+- id: part
+  frame: camera
+  primitives: [{type: SPHERE, dimensions: [0.1]}]
+rules: [{a: table, b: hand, allowed: true}]
+)";
+
+TEST_F(ObjectsFromTheStart, AreThereBeforeAnyChangeAndWithoutTf) {
+  const ObjectStore store = begin(robot_, kCell);
+  const ObjectList list = store.list();
+  EXPECT_EQ(list.revision, 0u);
+  ASSERT_EQ(list.objects.size(), 3u);
+  EXPECT_EQ(list.objects[0].link, "hand");
+  EXPECT_EQ(list.objects[0].touch_links, std::vector<std::string>{"rail"});
+  expectAt(list.objects[0].pose, 0.0, 1.0, 0.0);
+  EXPECT_EQ(list.objects[1].frame, "camera");
+  EXPECT_EQ(list.objects[2].frame, "rail");
+  EXPECT_EQ(list.objects[2].padding, 0.01);
+  ASSERT_EQ(list.rules.size(), 1u);
+  const auto objects = robot_->objects().get().all;
+  EXPECT_EQ(objects->linkReason(robot_->robotModel().findLink("hand"), objects->find("table")),
+            scene::PairReason::Allowed);
+  EXPECT_EQ(objects->linkReason(robot_->robotModel().findLink("hand"), objects->find("part")),
+            scene::PairReason::Checked);
+}
+
+TEST_F(ObjectsFromTheStart, ChangeAsAllOthersDo) {
+  ObjectStore store = begin(robot_, kCell);
+  EXPECT_EQ(store.apply(all({change(ObjectChange::REMOVE, "table")})), 1u);
+  EXPECT_EQ(store.list().objects.size(), 2u);
+  EXPECT_EQ(store.list().rules.size(), 1u);
+}
+
+TEST_F(ObjectsFromTheStart, AreThoseOfTheSnapshotOfAnotherStart) {
+  const ObjectStore first = begin(robot_, kCell);
+  const auto again = std::make_shared<const Robot>(kSlider, "", Config());
+  const ObjectStore second = begin(again, scene::yamlOf(first.snapshot().file));
+  const auto listed = [](const ObjectStore& store) {
+    ObjectList list = store.list();
+    for (ObjectInfo& object : list.objects)
+      for (ShapeInfo& shape : object.shapes)
+        shape.volume_ratio = 0.0;  // NaN of a primitive, which is not equal to itself
+    return list;
+  };
+  const ObjectList before = listed(first), after = listed(second);
+  ASSERT_EQ(after.objects.size(), 3u);
+  for (std::size_t i = 0; i < before.objects.size(); ++i) EXPECT_EQ(after.objects[i], before.objects[i]);
+  EXPECT_EQ(after.rules, before.rules);
+}
+
+// The reference frame may be another one at the next start.
+TEST_F(ObjectsFromTheStart, OfASnapshotStandInAFrameWithAName) {
+  const ObjectStore first = begin(robot_, kCell);
+  Config config;
+  config.reference_frame = "hand";
+  const auto from_the_hand = std::make_shared<const Robot>(kSlider, "", config);
+  const ObjectStore second = begin(from_the_hand, scene::yamlOf(first.snapshot().file));
+  EXPECT_EQ(second.list().objects[2].id, "table");
+  EXPECT_EQ(second.list().objects[2].frame, "rail");
+}
+
+TEST_F(ObjectsFromTheStart, AreRefusedWithTheirPlaceIdFieldAndReason) {
+  const std::string ball = "primitives: [{type: SPHERE, dimensions: [0.1]}]";
+  EXPECT_EQ(refusalOf("- {id: a, " + ball + "}\n- {id: a, " + ball + "}"),
+            "cell.yaml, line 2: [1] \"a\": object \"a\": id: there is an object with this id already");
+  EXPECT_EQ(refusalOf("- {id: hand, " + ball + "}"),
+            "cell.yaml, line 1: [0] \"hand\": object \"hand\": id: a link has this name");
+  EXPECT_EQ(refusalOf("- {id: a, link: hund, " + ball + "}"),
+            "cell.yaml, line 1: [0] \"a\": object \"a\": link: there is no link 'hund' (did you mean 'hand'?)");
+  EXPECT_EQ(refusalOf("- {id: a, link: hand, touch_links: [ral], " + ball + "}"),
+            "cell.yaml, line 1: [0] \"a\": object \"a\": touch_links: there is no link 'ral' (did you mean 'rail'?)");
+  EXPECT_EQ(refusalOf("- {id: a, link: hand, planes: [{coef: [0, 0, 1, 0]}]}"),
+            "cell.yaml, line 1: [0] \"a\": object \"a\": link: an object with a plane cannot be attached");
+  EXPECT_EQ(refusalOf("- {id: a, pose: {position: [2e6, 0, 0]}, " + ball + "}"),
+            "cell.yaml, line 1: [0] \"a\": object \"a\": pose: it is farther than 1e6 m from its frame, or not finite");
+  const std::string no_file = refusalOf("- {id: a, mesh_files: [{uri: 'file:///nowhere/a.stl'}]}");
+  EXPECT_NE(no_file.find("cell.yaml, line 1: [0] \"a\": object \"a\": "), std::string::npos) << no_file;
+  EXPECT_NE(no_file.find("/nowhere/a.stl"), std::string::npos) << no_file;
+}
+
+TEST_F(ObjectsFromTheStart, DoNotChangeAtARowOrTime) {
+  EXPECT_EQ(refusalOf("changes: [{at: {row: 1}, operation: REMOVE, id: a}]"),
+            "cell.yaml, line 1: changes[0] \"a\": only the tool clearance makes changes at a row or time");
+}
+
+TEST_F(ObjectsFromTheStart, LieWithinTheMeshRoots) {
+  Config config;
+  config.allowed_mesh_roots = {"/usr"};
+  robot_ = std::make_shared<const Robot>(kSlider, "", config);
+  const std::string reason = refusalOf("- {id: a, mesh_files: [{uri: 'file:///etc/hostname'}]}");
+  EXPECT_NE(reason.find("cell.yaml, line 1: [0] \"a\": object \"a\": "), std::string::npos) << reason;
+  EXPECT_NE(reason.find("/etc/hostname"), std::string::npos) << reason;
+}
+
+TEST_F(ObjectsOfASlider, AnIdIsATextInUtf8) {
+  EXPECT_NE(refusal({addBall("\xff")}).find("id: it is no text in UTF-8"), std::string::npos);
+  ObjectChange moving = addBall("a");
+  moving.frame = moving.header.frame_id = "\xff";
+  tf_["\xff"] = {0.0, 0.0, 0.0};
+  EXPECT_NE(refusal({moving}).find("frame: it is no text in UTF-8"), std::string::npos);
+}
+
+// Regression: such a rule was taken, and then no change could be written into objects_file any more.
+TEST_F(ObjectsOfASlider, ANameInARuleIsATextInUtf8) {
+  ObjectChanges changes;
+  changes.set_rules = true;
+  changes.rules.resize(1);
+  changes.rules[0].a = "table";
+  changes.rules[0].b = "\xff";
+  try {
+    store_.apply(changes);
+    ADD_FAILURE() << "nothing was refused";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(error.what(), "rules[0]: it is no text in UTF-8");
+  }
+}
+
+// Two objects that no link holds are checked if one of them moves, and if that is asked for.
+TEST_F(ObjectsOfASlider, FreeObjectsAreCheckedIfTheConfigurationAsksForIt) {
+  const auto reasonWith = [](scene::ObjectRules::FreeObjects free_objects) {
+    Config config;
+    config.free_objects = free_objects;
+    const auto robot = std::make_shared<const Robot>(kSlider, "", config);
+    ObjectStore store(robot, 7, [](const Robot&, const std::string&) { return Eigen::Isometry3d::Identity(); });
+    ObjectChange moving = addBall("cart");
+    moving.frame = moving.header.frame_id = "camera";
+    ObjectChanges changes = all({addBall("table"), moving});
+    changes.set_rules = true;  // must not forget what the configuration asks for
+    store.apply(changes);
+    const auto objects = robot->objects().get().all;
+    return objects->objectReason(objects->find("table"), objects->find("cart"));
+  };
+  EXPECT_EQ(reasonWith(scene::ObjectRules::FreeObjects::NotChecked), scene::PairReason::FreeObjects);
+  EXPECT_EQ(reasonWith(scene::ObjectRules::FreeObjects::Checked), scene::PairReason::Checked);
+}
+
 // --- many boxes
 
 ObjectChange addBoxes(const std::string& id, const std::vector<double>& x, const std::vector<double>& edges) {

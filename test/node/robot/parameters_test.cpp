@@ -125,8 +125,9 @@ std::string contentOf(const Config& config) {
     for (const auto& names : *list) addNames(names);
     text << ';';
   }
-  for (const std::string& word : {config.robot_description, config.semantic_description, config.reference_frame,
-                                  config.tf_prefix, config.model.mesh_cache, config.filter.group}) {
+  for (const std::string& word :
+       {config.robot_description, config.semantic_description, config.reference_frame, config.tf_prefix,
+        config.model.mesh_cache, config.filter.group, config.objects_file}) {
     text << word << ';';
   }
   for (const RobotSource& robot : config.robots) {
@@ -142,7 +143,8 @@ std::string contentOf(const Config& config) {
     text << number << ' ';
   }
   text << config.max_batch << ' ' << config.realtime_priority << ' ' << monitor.max_reported_pairs << ' '
-       << monitor.markers << ' ' << config.model.allow_missing_meshes;
+       << monitor.markers << ' ' << config.model.allow_missing_meshes << ' ' << static_cast<int>(config.free_objects)
+       << scene::yamlOf(config.objects);
   return text.str();
 }
 
@@ -169,6 +171,14 @@ XmlRpcValue withNumber(const std::string& default_value, double number) {
   return value;
 }
 
+XmlRpcValue oneObject() {
+  XmlRpcValue objects;
+  objects[0]["id"] = "ball";
+  objects[0]["primitives"][0]["type"] = "SPHERE";
+  objects[0]["primitives"][0]["dimensions"][0] = 0.1;
+  return objects;
+}
+
 /// Values of a parameter of which at least one is allowed and not the default.
 std::vector<XmlRpcValue> otherValues(const std::string& name, const Documented& documented) {
   if (documented.range) {
@@ -177,7 +187,8 @@ std::vector<XmlRpcValue> otherValues(const std::string& name, const Documented& 
   }
   XmlRpcValue value = valueOf(documented.value);
   if (value.getType() == XmlRpcValue::TypeBoolean) return {XmlRpcValue(!static_cast<bool>(value))};
-  if (value.getType() == XmlRpcValue::TypeString) return {"other"};
+  if (value.getType() == XmlRpcValue::TypeString) return {"other", "/other"};
+  if (name == "objects") return {oneObject()};
   if (value.getType() == XmlRpcValue::TypeStruct) {
     value["left"]["description"] = "a";
     return {value};

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "proximity_server/scene/object_files/file_value.h"
+#include "proximity_server/scene/objects/object.h"
+#include "proximity_server/scene/objects/object_rules.h"
+
+// Objects as files and parameters describe them: what is said of them, before any robot is known. The names of the fields
+// are those of ObjectChange.msg; config/README.md describes the format.
+
+namespace proximity_server::scene {
+
+/// Where an object is: in the frame of the link that holds it, or in the frame that it moves with.
+struct WrittenPlace {
+  std::string link;                                        ///< "": none holds it
+  std::vector<std::string> touch_links;                    ///< that it may touch besides its own link
+  std::string frame;                                       ///< if no link holds it; "": the frame of the answers
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< in the frame of link or `frame`
+};
+
+/// The shapes are those that the format has: box, sphere, cylinder and cone without margin, Boxes, TriangleMesh, MeshFile, HalfSpace.
+struct WrittenObject {
+  std::string id;
+  WrittenPlace place;
+  double padding = 0.0;  ///< [m]
+  std::vector<ObjectShape> shapes;
+  std::string source;  ///< begins messages about it: "cell.yaml, line 3: objects[0] "table""
+};
+
+/// The last rule that names a pair decides, see AllowedPairs.
+struct WrittenRule {
+  std::string a, b;
+  AllowedPairs::Rule rule = AllowedPairs::Rule::Allowed;
+};
+
+/// The moment of a change: before a state of this number, counted from 0, or at a time [s] of the states.
+struct AtRow {
+  long row = 0;
+};
+struct AtTime {
+  double time = 0.0;
+};
+using Moment = std::variant<AtRow, AtTime>;
+
+/// A change on the way through recorded or planned states.
+struct WrittenChange {
+  Moment at;
+
+  enum class Operation : unsigned char { Add, Replace, Move, Attach, Detach, Remove };
+  Operation operation = Operation::Add;
+
+  /// Attach: where the object is then, or at the place's pose. Detach always leaves it where it is.
+  enum class Pose : unsigned char { Given, Kept };
+  Pose pose = Pose::Given;
+
+  WrittenObject object;  ///< Add, Replace: all of it; else id and place
+};
+
+struct ObjectFile {
+  std::vector<WrittenObject> objects;
+  std::vector<WrittenRule> rules;
+  std::vector<WrittenChange> changes;  ///< in their order
+};
+
+/// Reads a list of objects, or a map of `objects`, `rules` and `changes`.
+///
+/// Failure: throws std::invalid_argument naming `source`, the line, the field with the id of its object, and the reason: a field that
+///          is unknown, missing or of the wrong type, a number that is not finite, a size that is not positive, a URI that
+///          is neither package:// nor file://, another number of poses than of shapes, a change that is to be made before the one above it.
+ObjectFile objectFileFrom(const FileValue& value, const std::string& source);
+
+/// Reads the text that MoveIt's RViz plugin writes and reads (.scene), with and without poses and subframes of objects. Subframes and
+/// colours are left out. Poses are in the frame of the answers. A plane is the half-space a x + b y + c z + d <= 0.
+///
+/// Failure: throws std::invalid_argument naming `source`, the line, the object and the reason; an octree is refused.
+ObjectFile readMoveitScene(const std::string& text, const std::string& source);
+
+/// Reads a file of at most 256 MiB: MoveIt's text if the name ends with ".scene", else YAML.
+/// Failure: throws std::invalid_argument naming the file, as above, and if it cannot be read.
+ObjectFile readObjectFile(const std::string& path);
+
+/// Objects and rules as YAML. What is read of it is equal, but for the order of shapes of different kinds; a rotation and a normal may
+/// differ by roundings.
+/// Failure: throws std::invalid_argument naming the object with a shape that the format does not have.
+std::string yamlOf(const ObjectFile& file);
+
+/// Throws std::invalid_argument if the text is not in UTF-8: then no file can hold it.
+void requireUtf8(const std::string& text);
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,226 @@
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <stdexcept>
+#include <string_view>
+
+#include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/object_files/object_file.h"
+
+// The text of MoveIt, as its RViz plugin exports it, word by word; names stand in lines of their own:
+//
+//   scene name
+//   * id                        an object, to the end of the file or "."
+//   x y z   qx qy qz qw         its pose; not in versions before subframes
+//   number of shapes
+//     sphere radius | box x y z | cylinder radius length | cone radius length | plane a b c d |
+//     mesh (numbers of vertices and triangles) (x y z) ... (i j k) ...
+//     x y z   qx qy qz qw       its pose, in the frame of the object, or of the scene if objects have no pose
+//     r g b a
+//   number of subframes         not in versions before subframes
+//     name
+//     x y z   qx qy qz qw
+//   .
+//
+// Sources: the documentation of RViz' "Export As Text" in MoveIt, and files of it. The line behind "* id" tells the version:
+// it holds the position of the object, which has spaces, or the number of shapes, which has none.
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+constexpr std::string_view kSpaces = " \t\r\f\v";
+
+std::string_view trimmed(std::string_view text) {
+  const std::size_t begin = text.find_first_not_of(kSpaces);
+  return begin == std::string_view::npos ? std::string_view()
+                                         : text.substr(begin, text.find_last_not_of(kSpaces) - begin + 1);
+}
+
+class SceneReader {
+ public:
+  SceneReader(const std::string& text, const std::string& source) : rest_(text), source_(source) {}
+
+  ObjectFile read() {
+    ObjectFile file;
+    if (!rest_.empty() && rest_.front() != '\n') line();  // the name of the scene
+    while (!isAtEnd()) {
+      const std::string_view begin = line();
+      if (begin.empty()) continue;  // the rest of the line before
+      if (begin == ".") return file;
+      if (begin.front() != '*') refuse("an object begins with * and its id, the scene ends with a dot");
+      file.objects.push_back(object(std::string(trimmed(begin.substr(1)))));
+      object_.clear();
+    }
+    refuse("it is cut off: the scene ends with a dot");
+  }
+
+ private:
+  WrittenObject object(std::string id) {
+    object_ = id;
+    WrittenObject result;
+    result.id = std::move(id);
+    result.source = place();
+    const bool has_pose = trimmed(lineBehindThis()).find_first_of(kSpaces) != std::string_view::npos;
+    if (has_pose) result.place.pose = pose();
+    const long shapes = count("number of shapes");
+    for (long i = 0; i < shapes; ++i) {
+      ObjectShape shape = this->shape();
+      result.shapes.push_back(std::move(shape));
+    }
+    if (result.shapes.empty()) refuse("it has no shape");
+    if (has_pose) skipSubframes();
+    return result;
+  }
+
+  ObjectShape shape() {
+    ObjectShape shape{geometry()};
+    shape.object_T_shape = pose();
+    for (int i = 0; i < 4; ++i) number();  // the colour
+    return shape;
+  }
+
+  decltype(ObjectShape::geometry) geometry() {
+    const std::string_view kind = word();
+    try {
+      if (kind == "sphere") return narrowphase::Shape(narrowphase::Sphere{number()});
+      if (kind == "box") return narrowphase::Shape(narrowphase::Box{vector()});
+      if (kind == "cylinder" || kind == "cone") {
+        const double radius = number(), length = number();
+        if (kind == "cone") return narrowphase::Shape(narrowphase::Cone{radius, length});
+        return narrowphase::Shape(narrowphase::Cylinder{radius, length});
+      }
+    } catch (const SyntaxError&) {
+      throw;
+    } catch (const std::invalid_argument& error) {
+      refuse(error.what());
+    }
+    if (kind == "plane") return plane();
+    if (kind == "mesh") return mesh();
+    refuse(kind == "octree" ? "octrees are not read" : "there is no shape " + quoted(std::string(kind)));
+  }
+
+  HalfSpace plane() {
+    const Vector3d normal = vector();
+    const double d = number(), length = normal.stableNorm(), offset = -d / length;
+    if (!(length > 0.0) || !std::isfinite(length) || !std::isfinite(offset))
+      refuse("a, b and c of the plane are zero, or beyond what a number can be");
+    return {normal / length, offset};
+  }
+
+  TriangleMesh mesh() {
+    const long vertices = count("number of vertices"), triangles = count("number of triangles");
+    TriangleMesh mesh;
+    for (long i = 0; i < vertices; ++i) mesh.vertices.push_back(vector());
+    for (long i = 0; i < triangles; ++i) {
+      std::array<int, 3> corners{};
+      for (int& corner : corners) {
+        const long vertex = count("vertex");
+        if (vertex >= vertices)
+          refuse("a triangle names vertex " + std::to_string(vertex) + " of " + std::to_string(vertices));
+        corner = static_cast<int>(vertex);
+      }
+      mesh.triangles.push_back(corners);
+    }
+    return mesh;
+  }
+
+  void skipSubframes() {
+    const long subframes = count("number of subframes");
+    for (long i = 0; i < subframes; ++i) {
+      while (line().empty())
+        if (isAtEnd()) refuse("it is cut off in the subframes");
+      pose();
+    }
+  }
+
+  Isometry3d pose() {
+    const Vector3d position = vector();
+    Eigen::Vector4d q;
+    for (double& component : q) component = number();
+    if (q.isZero(0.0)) refuse("the quaternion of a pose is zero");
+    Eigen::Quaterniond rotation(q);
+    rotation.coeffs().stableNormalize();
+    return Eigen::Translation3d(position) * rotation;
+  }
+
+  Vector3d vector() {
+    Vector3d v;
+    for (double& component : v) component = number();
+    return v;
+  }
+
+  double number() {
+    const std::string_view text = word();
+    double value = 0.0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
+      refuse("a finite number is expected, not " + quoted(std::string(text)));
+    return value;
+  }
+
+  /// How many there are of something, or which of them.
+  long count(const std::string& of) {
+    const std::string_view text = word();
+    long value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size() || value < 0 || value > kMost)
+      refuse("the " + of + " is expected, not " + quoted(std::string(text)));
+    return value;
+  }
+  static constexpr long kMost = 2'000'000'000;
+
+  bool isAtEnd() const { return rest_.empty(); }
+
+  std::string_view word() {
+    while (!rest_.empty() && (rest_.front() == '\n' || kSpaces.find(rest_.front()) != std::string_view::npos)) {
+      if (rest_.front() == '\n') ++line_;
+      rest_.remove_prefix(1);
+    }
+    if (rest_.empty()) refuse("it is cut off");
+    const std::string_view found = rest_.substr(0, rest_.find_first_of(" \t\r\f\v\n"));
+    rest_.remove_prefix(found.size());
+    return found;
+  }
+
+  /// What is left of this line, without spaces around it; if nothing is left, the next line.
+  std::string_view line() {
+    if (!rest_.empty() && rest_.front() == '\n') {
+      rest_.remove_prefix(1);
+      ++line_;
+    }
+    const std::string_view found = rest_.substr(0, rest_.find('\n'));
+    rest_.remove_prefix(found.size());
+    return trimmed(found);
+  }
+
+  std::string_view lineBehindThis() const {
+    const std::string_view behind = rest_.substr(std::min<std::size_t>(1, rest_.size()));
+    return behind.substr(0, behind.find('\n'));
+  }
+
+  std::string place() const {
+    return source_ + ", line " + std::to_string(line_) + (object_.empty() ? "" : ": object " + quoted(object_));
+  }
+
+  class SyntaxError : public std::invalid_argument {
+    using std::invalid_argument::invalid_argument;
+  };
+  [[noreturn]] void refuse(const std::string& reason) const { throw SyntaxError(place() + ": " + reason); }
+
+  std::string_view rest_;
+  const std::string& source_;
+  std::string object_;  ///< the id of the one that is read
+  long line_ = 1;
+};
+
+}  // namespace
+
+ObjectFile readMoveitScene(const std::string& text, const std::string& source) {
+  return SceneReader(text, source).read();
+}
+
+}  // namespace proximity_server::scene

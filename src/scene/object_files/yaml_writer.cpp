@@ -1,0 +1,181 @@
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstdint>
+#include <stdexcept>
+
+#include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/object_files/object_file.h"
+#include "scene/object_files/utf8.h"
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using narrowphase::Shape;
+
+/// The shortest text that reads back as this number.
+std::string textOf(double number) {
+  std::array<char, 32> text{};
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), number).ptr};
+}
+
+std::string listOf(std::initializer_list<double> numbers) {
+  std::string list;
+  for (const double number : numbers) list += (list.empty() ? "" : ", ") + textOf(number);
+  return "[" + list + "]";
+}
+std::string listOf(const Vector3d& v) { return listOf({v.x(), v.y(), v.z()}); }
+
+std::string hexadecimal(std::uint32_t code, int digits) {
+  std::string text(static_cast<std::size_t>(digits), '0');
+  for (int i = digits - 1; i >= 0; --i, code >>= 4) text[static_cast<std::size_t>(i)] = "0123456789abcdef"[code & 0xF];
+  return text;
+}
+
+/// In quotes, and in ASCII: whatever the text holds, YAML reads it back.
+std::string quotedText(const std::string& text) {
+  std::string result = "\"";
+  for (const std::uint32_t code : codePointsOf(text)) {
+    if (code == '"' || code == '\\')
+      result += std::string("\\") + static_cast<char>(code);
+    else if (code >= 0x20 && code < 0x7F)
+      result += static_cast<char>(code);
+    else
+      result += code <= 0xFFFF ? "\\u" + hexadecimal(code, 4) : "\\U" + hexadecimal(code, 8);
+  }
+  return result + "\"";
+}
+
+std::string poseText(const Isometry3d& pose) {
+  std::string text = "{position: " + listOf(pose.translation());
+  if (!pose.linear().isIdentity(0.0)) {
+    const Eigen::Quaterniond q(pose.linear());
+    text += ", orientation: " + listOf({q.x(), q.y(), q.z(), q.w()});
+  }
+  return text + "}";
+}
+
+std::string primitiveText(const char* type, std::initializer_list<double> dimensions) {
+  return std::string("{type: ") + type + ", dimensions: " + listOf(dimensions) + "}";
+}
+
+/// The lists of the shapes and poses of one object.
+class ShapeLists {
+ public:
+  void add(const ObjectShape& shape) {
+    pose_ = &shape.object_T_shape;
+    std::visit(*this, shape.geometry);
+  }
+
+  void operator()(const Shape& shape) {
+    const Vector3d& half = shape.halfExtents();
+    const bool is_sphere = shape.kind() == Shape::Kind::Point;
+    if (shape.margin() != 0.0 && !is_sphere) throw std::invalid_argument("the format has no rounded shapes");
+    switch (shape.kind()) {
+      case Shape::Kind::Point:
+        return primitives_.add(primitiveText("SPHERE", {shape.margin()}), *pose_);
+      case Shape::Kind::Box:
+        return primitives_.add(primitiveText("BOX", {2.0 * half.x(), 2.0 * half.y(), 2.0 * half.z()}), *pose_);
+      case Shape::Kind::Cylinder:
+        return primitives_.add(primitiveText("CYLINDER", {2.0 * half.z(), half.x()}), *pose_);
+      case Shape::Kind::Cone:
+        return primitives_.add(primitiveText("CONE", {2.0 * half.z(), half.x()}), *pose_);
+      default:
+        throw std::invalid_argument("the format has no shapes but boxes, spheres, cylinders, cones, meshes and planes");
+    }
+  }
+  void operator()(const Boxes& boxes) {
+    const auto has_first_size = [&](const Eigen::AlignedBox3d& box) {
+      return box.sizes() == boxes.boxes.front().sizes();
+    };
+    const bool same_size = std::all_of(boxes.boxes.begin(), boxes.boxes.end(), has_first_size);
+    std::string centres, sizes;
+    for (const Eigen::AlignedBox3d& box : boxes.boxes) {
+      centres += (centres.empty() ? "" : ", ") + listOf(box.center());
+      if (sizes.empty() || !same_size) sizes += (sizes.empty() ? "" : ", ") + listOf(box.sizes());
+    }
+    boxes_.add("{centres: [" + centres + "],\n     sizes: [" + sizes + "]}", *pose_);
+  }
+  void operator()(const TriangleMesh& mesh) {
+    std::string vertices, triangles;
+    for (const Vector3d& vertex : mesh.vertices) vertices += (vertices.empty() ? "" : ", ") + listOf(vertex);
+    for (const auto& [a, b, c] : mesh.triangles)
+      triangles += (triangles.empty() ? "" : ", ") + ("{vertex_indices: [" + std::to_string(a)) + ", " +
+                   std::to_string(b) + ", " + std::to_string(c) + "]}";
+    meshes_.add("{vertices: [" + vertices + "],\n     triangles: [" + triangles + "]}", *pose_);
+  }
+  void operator()(const MeshFile& file) {
+    mesh_files_.add("{uri: " + quotedText(file.uri) + ", scale: " + listOf(file.scale) + "}", *pose_);
+  }
+  void operator()(const HalfSpace& plane) {
+    const Vector3d& n = plane.normal;
+    planes_.add("{coef: " + listOf({n.x(), n.y(), n.z(), -plane.offset * n.norm()}) + "}", *pose_);
+  }
+
+  std::string text() const {
+    return primitives_.text("primitives", "primitive_poses") + boxes_.text("boxes", "boxes_poses") +
+           meshes_.text("meshes", "mesh_poses") + mesh_files_.text("mesh_files", "mesh_file_poses") +
+           planes_.text("planes", "plane_poses");
+  }
+
+ private:
+  struct List {
+    std::string shapes, poses;
+    bool has_poses = false;
+
+    void add(const std::string& shape, const Isometry3d& pose) {
+      shapes += "  - " + shape + "\n";
+      poses += "  - " + poseText(pose) + "\n";
+      has_poses = has_poses || !pose.isApprox(Isometry3d::Identity(), 0.0);
+    }
+    std::string text(const std::string& name, const std::string& poses_name) const {
+      if (shapes.empty()) return "";
+      return "  " + name + ":\n" + shapes + (has_poses ? "  " + poses_name + ":\n" + poses : "");
+    }
+  };
+  List primitives_, boxes_, meshes_, mesh_files_, planes_;
+  const Isometry3d* pose_ = nullptr;
+};
+
+std::string placeText(const WrittenPlace& place) {
+  std::string text;
+  if (!place.link.empty()) text += "  link: " + quotedText(place.link) + "\n";
+  if (!place.touch_links.empty()) {
+    std::string links;
+    for (const std::string& link : place.touch_links) links += (links.empty() ? "" : ", ") + quotedText(link);
+    text += "  touch_links: [" + links + "]\n";
+  }
+  if (!place.frame.empty()) text += "  frame: " + quotedText(place.frame) + "\n";
+  return text + "  pose: " + poseText(place.pose) + "\n";
+}
+
+std::string objectText(const WrittenObject& object) {
+  ShapeLists shapes;
+  for (const ObjectShape& shape : object.shapes) shapes.add(shape);
+  return "- id: " + quotedText(object.id) + "\n" + placeText(object.place) +
+         (object.padding > 0.0 ? "  padding: " + textOf(object.padding) + "\n" : "") + shapes.text();
+}
+
+}  // namespace
+
+std::string yamlOf(const ObjectFile& file) {
+  std::string text = file.objects.empty() ? "objects: []\n" : "objects:\n";
+  for (const WrittenObject& object : file.objects) {
+    try {
+      text += objectText(object);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument("object " + quoted(object.id) + ": " + error.what());
+    }
+  }
+  if (!file.rules.empty()) text += "rules:\n";
+  for (const WrittenRule& rule : file.rules) {
+    const bool is_allowed = rule.rule == AllowedPairs::Rule::Allowed;
+    text += "- {a: " + quotedText(rule.a) + ", b: " + quotedText(rule.b) +
+            ", allowed: " + (is_allowed ? "true" : "false") + "}\n";
+  }
+  return text;
+}
+
+}  // namespace proximity_server::scene

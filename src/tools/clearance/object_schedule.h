@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/model/joint_ranges.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/motion/robot_motion.h"
+#include "proximity_server/scene/object_files/object_file.h"
+#include "proximity_server/scene/objects/objects.h"
+#include "proximity_server/scene/query/scene.h"
+
+namespace proximity_server::tools {
+
+/// The objects of a file on the way through states: those that are there from the start, then those after each change.
+///
+/// Frames are links, whose poses follow from the state; the root link is the frame in which things stand still.
+class ObjectSchedule {
+ public:
+  /// Makes the geometry of all objects, and tries all changes once with all joints at 0, so that what is wrong is known before the first state.
+  /// Failure: throws std::invalid_argument naming the place in the file, the object and the reason.
+  ObjectSchedule(const std::shared_ptr<const scene::SceneModel>& model, const scene::ObjectFile& file,
+                 const scene::ObjectOptions& options);
+
+  /// Makes the changes that are due before the state of this row and time [s], in their order.
+  void advance(long row, std::optional<double> time, const scene::Positions& positions);
+
+  /// The objects after the last advance().
+  const std::shared_ptr<const scene::Objects>& now() const { return now_; }
+
+  /// The time [s] of the next change, if it has one.
+  std::optional<double> nextTime() const;
+
+  bool hasTimes() const;
+
+  /// A warning about changes that are not made yet; "" if there are none.
+  std::string leftOver() const;
+
+  /// One sentence about each oddity of a mesh.
+  const std::vector<std::string>& warnings() const { return warnings_; }
+
+ private:
+  struct Step {
+    scene::WrittenChange change;
+    scene::Object object;  ///< of Add and Replace
+  };
+  void addOneByOne(const std::vector<scene::WrittenObject>& objects, const std::vector<scene::ObjectChange>& additions);
+  void make(const Step& step, const scene::BodyPoses& poses);
+  scene::ObjectChange changeFor(const Step& step, const scene::BodyPoses& poses) const;
+  scene::Object made(const scene::WrittenObject& object, const scene::ObjectOptions& options);
+  scene::Placement placementOf(const scene::WrittenPlace& place) const;
+  std::variant<scene::Fixed, scene::Moving> standingIn(const std::string& frame, const Eigen::Isometry3d& pose) const;
+
+  std::shared_ptr<const scene::SceneModel> model_;
+  std::shared_ptr<const scene::Objects> now_;
+  std::vector<Step> steps_;
+  std::size_t next_ = 0;
+  std::vector<std::string> warnings_;
+};
+
+/// The link in whose frame an object stands or moves.
+int carrierOf(const scene::RobotModel& robot, const scene::Object& object);
+
+/// The poses of the frames of moving objects, as an update takes them.
+scene::FramePoses framePoses(const scene::Objects& objects, const scene::BodyPoses& poses);
+
+/// The same for a motion: each frame rests in its link.
+scene::RobotMotion::ObjectFrames framesOnLinks(const scene::Objects& objects);
+
+}  // namespace proximity_server::tools

@@ -1,0 +1,144 @@
+// What is in the file between two starts of the node.
+#include "node/objects/object_keeper.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <string>
+
+#include "node/system/atomic_file.h"
+#include "scene/files.h"
+
+namespace proximity_server::node {
+namespace {
+
+const char* const kBase = R"(<robot name="r"><link name="base"/></robot>)";
+
+std::string contentOf(const std::string& path) {
+  std::ifstream stream(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+ObjectChanges addBall(const std::string& id) {
+  ObjectChanges changes;
+  changes.changes.resize(1);
+  changes.changes[0].id = id;
+  changes.changes[0].primitives.resize(1);
+  changes.changes[0].primitives[0].type = shape_msgs::SolidPrimitive::SPHERE;
+  changes.changes[0].primitives[0].dimensions = {0.1};
+  return changes;
+}
+
+class Keeper : public testing::Test {
+ protected:
+  scene::TemporaryFiles files_;
+  const std::string path_ = files_.path("objects.yaml");
+  std::shared_ptr<const Robot> robot_ = std::make_shared<const Robot>(kBase, "", Config());
+  ObjectStore store_{robot_, 7, [](const Robot&, const std::string&) { return Eigen::Isometry3d::Identity(); }};
+
+  std::size_t keptObjects() const { return scene::readObjectFile(path_).objects.size(); }
+};
+
+TEST_F(Keeper, WritesAFileAtOnceIfThereIsNone) {
+  const ObjectKeeper keeper(path_, store_);
+  EXPECT_EQ(keptObjects(), 0u);
+}
+
+TEST_F(Keeper, LeavesAFileAsItIsUntilSomethingChanges) {
+  const std::string text = "# mine\nobjects: []\n";
+  files_.write("objects.yaml", text);
+  {
+    ObjectKeeper keeper(path_, store_);
+    keeper.keep();
+  }
+  EXPECT_EQ(contentOf(path_), text);
+}
+
+TEST_F(Keeper, WritesTheLastChangeBeforeItEnds) {
+  {
+    ObjectKeeper keeper(path_, store_);
+    store_.apply(addBall("a"));
+    keeper.keep();
+    store_.apply(addBall("b"));
+  }
+  EXPECT_EQ(keptObjects(), 2u);
+  EXPECT_FALSE(std::filesystem::exists(path_ + ".draft"));
+}
+
+TEST_F(Keeper, FollowsASymbolicLink) {
+  const std::string target = files_.write("target.yaml", "objects: []");
+  std::filesystem::create_symlink(target, path_);
+  {
+    const ObjectKeeper keeper(path_, store_);
+    store_.apply(addBall("a"));
+  }
+  EXPECT_TRUE(std::filesystem::is_symlink(path_));
+  EXPECT_EQ(scene::readObjectFile(target).objects.size(), 1u);
+}
+
+TEST_F(Keeper, RefusesAFolderThatIsNotThere) {
+  try {
+    const ObjectKeeper keeper("/nowhere/objects.yaml", store_);
+    FAIL() << "nothing was refused";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("objects_file cannot be written: /nowhere/objects.yaml"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
+TEST_F(Keeper, RefusesAFolderInWhichNoFileCanBeMade) {
+  if (geteuid() == 0) GTEST_SKIP() << "root may write everywhere";
+  files_.write("objects.yaml", "objects: []");
+  const std::filesystem::path folder = std::filesystem::path(path_).parent_path();
+  std::filesystem::permissions(folder, std::filesystem::perms::owner_write, std::filesystem::perm_options::remove);
+  EXPECT_THROW(ObjectKeeper(path_, store_), std::invalid_argument);
+  std::filesystem::permissions(folder, std::filesystem::perms::owner_write, std::filesystem::perm_options::add);
+}
+
+TEST_F(Keeper, WithoutAFileNothingIsKept) {
+  ObjectKeeper keeper("", store_);
+  store_.apply(addBall("a"));
+  keeper.keep();
+  EXPECT_FALSE(std::filesystem::exists(path_));
+}
+
+TEST_F(Keeper, TheFileWinsOverTheParameter) {
+  Config config;
+  config.objects.objects.resize(3);
+  EXPECT_EQ(objectsAtStart(config).objects.size(), 3u);
+  config.objects_file = path_;
+  EXPECT_EQ(objectsAtStart(config).objects.size(), 3u) << "the file is not there yet";
+  files_.write("objects.yaml", "objects: []");
+  EXPECT_EQ(objectsAtStart(config).objects.size(), 0u);
+}
+
+TEST_F(Keeper, RefusesADamagedFileWithItsPlaceAndLeavesIt) {
+  const std::string text = "objects:\n- id: a\n  primitives: [{type: SPHE\n";
+  Config config;
+  config.objects_file = files_.write("objects.yaml", text);
+  try {
+    objectsAtStart(config);
+    FAIL() << "nothing was refused";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_EQ(std::string(error.what()).rfind(path_ + ", line 4: this is no YAML: ", 0), 0u) << error.what();
+  }
+  EXPECT_EQ(contentOf(path_), text);
+}
+
+TEST_F(Keeper, AFailedReplacementLeavesTheFile) {
+  const std::string file = files_.write("kept", "old");
+  std::filesystem::create_directory(file + ".draft");  // cannot be opened for writing
+  EXPECT_THROW(replaceFile(file, "new"), std::system_error);
+  EXPECT_EQ(contentOf(file), "old");
+  std::filesystem::remove(file + ".draft");
+  replaceFile(file, "new");
+  EXPECT_EQ(contentOf(file), "new");
+}
+
+}  // namespace
+}  // namespace proximity_server::node
