@@ -72,6 +72,7 @@ void MovingPairs::begin(const Pairs& pairs, const RobotMotion& motion) {
   has_frames_ = !motion.objectFrames().moving.empty();
   if (asksForLinks(pairs))
     for (const ShapeRefPair& pair : pairs.list()) unknown_ += !add(participant(pair.a), participant(pair.b));
+  of_list_ = asked_;
   if (asksForObjects(pairs)) addObjectPairs();
 }
 
@@ -94,6 +95,11 @@ int MovingPairs::examined() const {
     ++count;
   }
   return count;
+}
+
+double MovingPairs::roundingOf(const ShapeRefPair& pair, double time) {
+  const Participant a = participant(pair.a), b = participant(pair.b);
+  return MovingBodies(*poses_, a.frame, a.root().bounds, b.frame, b.root().bounds).roundingAt(time, *poses_);
 }
 
 int MovingPairs::collisionNumber(const ShapeRef& ref, const Piece& piece) const {
@@ -161,7 +167,8 @@ void MovingPairs::addSolids(const Participant& a, const Participant& b) {
   const ShapeRefPair asked{a.ref, b.ref};
   const SeenFrom from = b.isFree() ? SeenFrom::B : a.isFree() ? SeenFrom::A : SeenFrom::Middle;
   MovingBodies bodies(*poses_, a.frame, root_a.bounds, b.frame, root_b.bounds, from);
-  pairs_.push_back({asked, asked_, paddings_.of(asked), 0.0, a.compound, b.compound, std::move(bodies)});
+  const double error = bodies.chainRounding();
+  pairs_.push_back({asked, asked_, paddings_.of(asked), error, a.compound, b.compound, std::move(bodies)});
   const bool has_half_space = a.isUnbounded() || b.isUnbounded();
   pairs_.back().is_compound = !root_a.isLeaf() || !root_b.isLeaf() || has_half_space;
 }
@@ -176,7 +183,8 @@ void MovingPairs::addHalfSpaces(const Participant& a, const Participant& b) {
     return MovingBodies(*poses_, a.frame, in_a ? stand_in : a.root().bounds, b.frame, in_a ? b.root().bounds : stand_in,
                         from);
   };
-  const double reach = bodies(Bounds()).reach();
+  const MovingBodies without_box = bodies(Bounds());
+  const double reach = without_box.reach(), rounding = without_box.chainRounding();
   if (!(reach <= kFarthestReach)) return;
   const std::vector<PlacedHalfSpace>& half_spaces = unbounded.object->geometry->halfSpaces();
   for (const PlacedHalfSpace& half_space : half_spaces) {
@@ -185,7 +193,7 @@ void MovingPairs::addHalfSpaces(const Participant& a, const Participant& b) {
     pairs_.push_back({{a.ref, b.ref},
                       asked_,
                       0.0,
-                      box.error,
+                      box.error + rounding,
                       in_a ? stand_in : a.compound,
                       in_a ? b.compound : stand_in,
                       bodies(box.volume.bounds)});
