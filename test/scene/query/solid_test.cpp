@@ -356,11 +356,13 @@ INSTANTIATE_TEST_SUITE_P(Meshes, SolidOfMesh,
                                          Body{"ShellAsTriangles", thickShell(), 0.0},
                                          Body{"DentedBallAsTriangles", dentedBall(), 0.0},
                                          Body{"DentedBallDecomposed", dentedBall(), 0.005}),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& test) { return test.param.name; });
 
 TEST(SolidOfHulls, IsNotInThePiecesOfTheDentedBall) {
   // Otherwise the test above would prove nothing about decompositions.
-  const MeshPieces pieces = convexPieces(dentedBall(), {0.005});
+  MeshOptions within_5_mm;
+  within_5_mm.tolerance = 0.005;
+  const MeshPieces pieces = convexPieces(dentedBall(), within_5_mm);
   EXPECT_EQ(pieces.representation, Representation::Decomposed);
   const Shape speck = Sphere{1e-3};
   for (const ConvexHull& hull : pieces.hulls)
