@@ -222,6 +222,18 @@ TEST(Solid, CountsWithoutDepthToo) {
   EXPECT_EQ(cell.scene().closestBelow(cell.scene().candidates(), 5, question).count, 1);
 }
 
+TEST(Solid, DoesNotConvergeWhereWhatItLeavesOutMayBeDeeper) {
+  Meshes meshes;
+  Cell cell({meshes.of(dentedBall()), meshes.of(scaled(dentedBall(), 0.125))});
+  cell.put({at(0, 0, 0), at(0, 0, 0)});
+  Question question;
+  question.depth = Question::Depth::NotWanted;
+  const SignedDistance found = cell.between(cell.link("0"), cell.link("1"), question).result;
+  EXPECT_LT(found.upper_bound, 0.0);
+  EXPECT_GT(found.upper_bound - found.lower_bound, question.tolerance) << "or nothing was left out";
+  EXPECT_EQ(found.status, Status::Threshold);
+}
+
 TEST(Solid, IsFoundByItsCollisionElementAsByItsLink) {
   Meshes meshes;
   Cell cell({box("0.1 0.1 0.1", "0 0 9") + meshes.of(bracket(), "0 0 1"), ball("0.1")});
