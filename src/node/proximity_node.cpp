@@ -86,7 +86,8 @@ bool ProximityNode::onApplyObjects(ApplyObjects::Request& request, ApplyObjects:
 
 void ProximityNode::publishChangedObjects() {
   const ros::WallTime start = ros::WallTime::now();
-  if (objects_.revision() == published_revision_ || start < publish_objects_after_) return;
+  const bool is_new = objects_.revision() != published_revision_ || robot() != published_robot_.lock();
+  if (!is_new || start < publish_objects_after_) return;
   publishObjects();
   object_keeper_.keep();
   const ros::WallTime end = ros::WallTime::now();
@@ -94,11 +95,13 @@ void ProximityNode::publishChangedObjects() {
 }
 
 void ProximityNode::publishObjects() {
+  published_robot_ = robot();  // before its objects: if a reload comes in between, they are published once more
   ObjectList list = objects_.list();
   list.header.stamp = ros::Time::now();
   published_revision_ = list.revision;
   objects_pub_.publish(list);
-  object_markers_pub_.publish(settings_.markers ? objectMarkers(*robot(), objects_.stored()) : noMarkers());
+  const ObjectStore::Present now = objects_.present();
+  object_markers_pub_.publish(settings_.markers ? objectMarkers(*now.robot, now.objects) : noMarkers());
 }
 
 bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {

@@ -83,8 +83,9 @@ class ProximityNode {
   ros::Publisher model_info_pub_;
   ros::Publisher objects_pub_;
   ros::Publisher object_markers_pub_;
-  std::uint64_t published_revision_ = 0;  // of objects_pub_; only publishObjects() uses it
-  ros::WallTime publish_objects_after_;   // as published_revision_
+  std::uint64_t published_revision_ = 0;        // of objects_pub_; only the main thread uses it
+  std::weak_ptr<const Robot> published_robot_;  // the same: a reload may give the frames other names
+  ros::WallTime publish_objects_after_;         // as published_revision_
   ros::WallTimer objects_timer_;
   RequestQueue requests_{0};
   RequestQueue long_requests_{kNicenessOfLongRequests};

@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <string>
 #include <utility>
 #include <variant>
 
@@ -27,6 +28,11 @@ std::vector<int> chainOf(const scene::RobotModel& robot, int body) {
     joints.push_back(robot.bodies[body].joint);
   std::sort(joints.begin(), joints.end());
   return joints;
+}
+
+/// The robot of a body, or TfPoses::kReferenceFrame for the body -1.
+int rootOf(const scene::RobotModel& robot, int body) {
+  return body < 0 ? TfPoses::kReferenceFrame : robot.bodies[body].robot;
 }
 
 /// The body with which an object moves: that of its link, of the link whose frame carries it, or of the reference frame.
@@ -61,6 +67,12 @@ std::set<std::pair<int, int>> checkedBodies(const Robot& robot, const scene::Obj
   for (const int walker : objects.walkers())
     add(carrierOf(robot, *objects.object(walker)), [&](int number) { return objects.objectReason(walker, number); });
   return bodies;
+}
+
+/// What is taken for granted of moving objects; "" if tf says that they rest.
+std::string assumptionOf(const LookaheadStart& start) {
+  if (!start.placed.may_move) return {};
+  return "objects in frame '" + start.frames.names[*start.placed.may_move] + "' are taken to rest where they are";
 }
 
 /// The longest time of a search [s]: a quarter of the period, so that the rest of the cycle is in time. At rate 0 every
@@ -108,27 +120,18 @@ scene::RobotContact firstContact(const Robot& robot, scene::MovingScene& scene, 
 
 }  // namespace
 
-std::vector<int> jointsThatMatter(const Robot& robot, const scene::Objects& objects) {
+Movers moversOf(const Robot& robot, const scene::Objects& objects) {
   const scene::RobotModel& model = robot.robotModel();
-  std::vector<int> joints;
+  std::set<int> joints, roots;
   for (const auto& [body_a, body_b] : checkedBodies(robot, objects)) {
     const std::vector<int> a = chainOf(model, body_a), b = chainOf(model, body_b);
-    std::set_symmetric_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(joints));
+    std::vector<int> between;
+    std::set_symmetric_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(between));
+    for (const int joint : between) joints.insert(model.leaderOf(joint).joint);
+    const int root_a = rootOf(model, body_a), root_b = rootOf(model, body_b);
+    if (root_a != root_b) roots.insert({root_a, root_b});
   }
-  for (int& joint : joints) joint = model.leaderOf(joint).joint;
-  std::sort(joints.begin(), joints.end());
-  joints.erase(std::unique(joints.begin(), joints.end()), joints.end());
-  return joints;
-}
-
-std::vector<int> robotsThatMeet(const scene::RobotModel& robots, const std::vector<scene::ShapeRefPair>& pairs) {
-  std::set<int> found;
-  for (const scene::ShapeRefPair& pair : pairs) {
-    const int a = robots.bodies[robots.links[pair.a.link].body].robot;
-    const int b = robots.bodies[robots.links[pair.b.link].body].robot;
-    if (a != b) found.insert({a, b});
-  }
-  return {found.begin(), found.end()};
+  return {{joints.begin(), joints.end()}, {roots.begin(), roots.end()}};
 }
 
 Lookahead noLookahead(const MonitorSettings& settings) {
@@ -156,13 +159,14 @@ Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const Look
     return result;
   }
   TimedMotion motion = motionWithinLimits(robot, start.poses, travel, velocities.positions, settings.lookahead);
-  carryObjects(robot, start.frames, start.frame_poses, motion);
+  carryObjects(robot, start.frames, start.placed.poses, motion);
   const scene::MotionQuestion question = questionOf(settings);
   const scene::RobotContact found = firstContact(robot, scene, motion.motion, question, settings);
   result.status = completeness(found.counts);
   if (result.status.code != QueryStatus::OK) return result;
   assignStops(result, robot, motion);
   result.status = statusOf(found.status, question);
+  if (result.status.code == QueryStatus::OK) result.status.message = assumptionOf(start);
   result.time_free = motion.onClock(found.t_free);
   if (found.contact) {
     result.state = Lookahead::CONTACT;

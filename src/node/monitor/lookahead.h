@@ -11,12 +11,13 @@
 
 namespace proximity_server::node {
 
-/// The joints, as indices into RobotModel::joints, whose velocities move the two of a checked pair relative to each
-/// other: links, and objects with the link or frame that carries them. The leader stands for each mimic joint.
-std::vector<int> jointsThatMatter(const Robot& robot, const scene::Objects& objects);
-
-/// The robots that have a pair with another one, as ascending indices into RobotModel::robots.
-std::vector<int> robotsThatMeet(const scene::RobotModel& robots, const std::vector<scene::ShapeRefPair>& pairs);
+/// What moves the two of a checked pair relative to each other: links, and objects with the link or frame that carries
+/// them.
+struct Movers {
+  std::vector<int> joints;  ///< indices into RobotModel::joints, ascending; the leader stands for each mimic joint
+  std::vector<int> roots;   ///< as TfPoses::standingStill() takes them: of nothing else than tf says how they move
+};
+Movers moversOf(const Robot& robot, const scene::Objects& objects);
 
 /// A lookahead without a result: OFF if the settings switch it off, else UNKNOWN.
 Lookahead noLookahead(const MonitorSettings& settings);
@@ -25,12 +26,12 @@ Lookahead noLookahead(const MonitorSettings& settings);
 struct LookaheadStart {
   const scene::BodyPoses& poses;
   const AskedFrames& frames;
-  const scene::FramePoses& frame_poses;
+  const FrameSnapshot& placed;  ///< of `frames`
 };
 
-/// The first contact of a checked pair if the joints keep their velocities, and moving objects rest: of two links at the
-/// stop distance, with an object of the scene at that of objects. The search takes at most a quarter of the monitor's
-/// period.
+/// The first contact of a checked pair if the joints keep their velocities, and moving objects rest, which the status says
+/// where tf may move them: of two links at the stop distance, with an object of the scene at that of objects. The search
+/// takes at most a quarter of the monitor's period.
 Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const LookaheadStart& start,
                        const VelocitySnapshot& velocities, const MonitorSettings& settings);
 

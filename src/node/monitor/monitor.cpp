@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "node/monitor/clearance_level.h"
-#include "node/monitor/lookahead.h"
 #include "node/objects/object_needs.h"
 #include "node/robot/conversions.h"
 #include "node/services/pair_questions.h"
@@ -47,7 +46,7 @@ QueryStatus nothingToCheck() {
 MonitoredObjects::MonitoredObjects(const Robot& robot, const RobotObjects& present)
     : objects(present),
       bodies(bodiesOfCheckedPairs(robot, *present.all)),
-      joints(jointsThatMatter(robot, *present.all)),
+      movers(moversOf(robot, *present.all)),
       frames(framesOf(*present.all)),
       longest_name(longestName(robot.robotModel(), *present.all)) {}
 
@@ -57,7 +56,6 @@ void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
   robot_ = robot;
   scene_ = robot_->borrowScene();
   moving_scene_ = robot_->borrowMovingScene();
-  robots_that_meet_ = node::robotsThatMeet(robot_->robotModel(), robot_->candidates().list());
   self_level_ = object_level_ = Clearance::INVALID;
   MonitoredObjects objects(*robot_, robot_->objects().get());
   use(objects);
@@ -174,7 +172,7 @@ void Monitor::lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& ve
     return;
   }
   if (moving_scene_->objects() != objects().all.get()) moving_scene_->use(objects().all);
-  const LookaheadStart start{snapshot.poses, monitored_.frames, frames.poses};
+  const LookaheadStart start{snapshot.poses, monitored_.frames, frames};
   clearance_.lookahead = contactAhead(*robot_, *moving_scene_, start, velocities, settings);
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "node/monitor/joint_velocities.h"
+#include "node/monitor/lookahead.h"
 #include "node/robot/conversions.h"
 #include "node/robot/robot.h"
 #include "node/tf/tf_poses.h"
@@ -21,7 +22,7 @@ struct MonitoredObjects {
 
   RobotObjects objects;
   std::vector<int> bodies;       ///< whose poses a cycle needs
-  std::vector<int> joints;       ///< whose velocities the lookahead needs
+  Movers movers;                 ///< of which the lookahead needs the velocities
   AskedFrames frames;            ///< that moving objects need
   std::size_t longest_name = 0;  ///< length of the longest name of a link, <collision> element or object
 };
@@ -42,10 +43,10 @@ class Monitor {
   /// The monitored robot, the bodies whose poses a cycle needs, and the joints whose velocities the lookahead needs.
   const std::shared_ptr<const Robot>& robot() const { return robot_; }
   const std::vector<int>& bodies() const { return monitored_.bodies; }
-  const std::vector<int>& joints() const { return monitored_.joints; }
+  const std::vector<int>& joints() const { return monitored_.movers.joints; }
 
-  /// The robots with a checked pair between each other, see robotsThatMeet().
-  const std::vector<int>& robotsThatMeet() const { return robots_that_meet_; }
+  /// The roots that have to rest for the lookahead, see Movers.
+  const std::vector<int>& roots() const { return monitored_.movers.roots; }
 
   /// Computes the clearance in these poses, and the lookahead with these velocities. Never waits. The result is valid
   /// until the next cycle. Without a lookahead, memory is allocated only in the first few cycles of a robot and after
@@ -75,7 +76,6 @@ class Monitor {
   ScenePool::Lease scene_;  // declared after robot_, whose pools it and the next return to
   MovingScenePool::Lease moving_scene_;
   MonitoredObjects monitored_;
-  std::vector<int> robots_that_meet_;
   std::uint8_t self_level_ = Clearance::INVALID;    ///< of pairs of links
   std::uint8_t object_level_ = Clearance::INVALID;  ///< of pairs with an object
   Clearance clearance_;

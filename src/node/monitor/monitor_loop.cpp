@@ -195,7 +195,7 @@ VelocitySnapshot MonitorLoop::lookUpVelocities() {
   if (health_.settings.lookahead == 0.0) return {};
   VelocitySnapshot velocities = velocities_.lookUp(*monitor_.robot(), monitor_.joints(), ros::Time::now());
   if (velocities.status.code == QueryStatus::OK)
-    velocities.status = tf_.standingStill(*monitor_.robot(), monitor_.robotsThatMeet());
+    velocities.status = tf_.standingStill(*monitor_.robot(), monitor_.roots());
   return velocities;
 }
 

@@ -88,10 +88,12 @@ class MoveItScene:
     """What MoveIt's scene holds, as far as messages tell of other objects.
 
     planning_frame: the tf frame in which MoveIt's world rests; "": the reference frame of the node.
+    links:          the names in the node of links that MoveIt knows by other names
     """
 
     def __init__(self, planning_frame=""):
         self.planning_frame = planning_frame
+        self.links = {}
         self.world, self.attached = {}, {}  # id: Entry
         self.rules = None  # [PairRule], None: MoveIt did not send a matrix
         self.told = set()  # the warnings that are given once
@@ -105,6 +107,10 @@ class MoveItScene:
             raise Refused(f"a field is missing, or has another type: {error}") from error
         return Translation(step.changes, step.warnings, step.scene)
 
+    def call_links(self, links):
+        """From now on, links[name] is the name in the node of MoveIt's link `name`, also of its frame."""
+        self.links = links
+        self.planning_frame = links.get(self.planning_frame, self.planning_frame)
 
     def again(self):
         """(ObjectChanges that make all of it in a node without objects, names of those that cannot be placed).
@@ -246,20 +252,19 @@ class Step:
         if key in self.scene.attached:
             self.change(ObjectChange.REMOVE, self.scene.attached.pop(key).name)
         entry = self.scene.world.pop(key)
-        link, touch_links = message.link_name, list(message.touch_links)
+        link, touch_links = self.in_node(message.link_name), self.all_in_node(message.touch_links)
         self.change(ObjectChange.ATTACH, entry.name, keep_pose=True, link=link, touch_links=touch_links)
         self.scene.attached[key] = entry._replace(link=link, touch_links=touch_links, place=None)
 
     def append_to_attached(self, message, entry):
         key = message.object.id
-        if entry.link != message.link_name:
-            raise Refused(f"attached object '{key}': link_name of APPEND is '{message.link_name}', but '{entry.link}' holds it")
+        link, touch_links = self.in_node(message.link_name), self.all_in_node(message.touch_links)
+        if entry.link != link:
+            raise Refused(f"attached object '{key}': link_name of APPEND is '{link}', but '{entry.link}' holds it")
         if key in self.scene.world:
             self.change(ObjectChange.REMOVE, self.scene.world.pop(key).name)
-        change = self.change(ObjectChange.APPEND, entry.name, touch_links=message.touch_links,
-                             **self.placed_shapes(message.object))
-        touch_links = entry.touch_links + list(message.touch_links)
-        self.scene.attached[key] = entry.with_more(change)._replace(touch_links=touch_links)
+        change = self.change(ObjectChange.APPEND, entry.name, touch_links=touch_links, **self.placed_shapes(message.object))
+        self.scene.attached[key] = entry.with_more(change)._replace(touch_links=entry.touch_links + touch_links)
 
     def attach_shapes(self, message):
         """ADD, or APPEND to nothing: replaces what is attached, and what is in the world, under this id."""
@@ -268,12 +273,12 @@ class Step:
         if entry and in_world:
             self.change(ObjectChange.REMOVE, in_world.name)
         name = entry.name if entry else in_world.name if in_world else key
-        self.scene.attached[key] = self.replace(name, message.object, link=message.link_name,
-                                                touch_links=message.touch_links)
+        self.scene.attached[key] = self.replace(name, message.object, link=self.in_node(message.link_name),
+                                                touch_links=self.all_in_node(message.touch_links))
 
     def detach(self, message):
         """REMOVE: puts one object back into the world, or with id "" all of the link, or with link_name "" too all."""
-        key, link = message.object.id, message.link_name
+        key, link = message.object.id, self.in_node(message.link_name)
         if key:
             entry = self.scene.attached.get(key)
             if entry and link and link != entry.link:
@@ -355,9 +360,17 @@ class Step:
 
     def set_rules(self, matrix):
         self.changes.set_rules = True
-        self.changes.rules = self.scene.rules = rules_of(matrix)
+        rules = [PairRule(self.in_node(rule.a), self.in_node(rule.b), rule.allowed) for rule in rules_of(matrix)]
+        self.changes.rules = self.scene.rules = rules
 
     # --- Fields.
+
+    def in_node(self, name):
+        """The name in the node of what MoveIt calls so."""
+        return self.scene.links.get(name, name)
+
+    def all_in_node(self, names):
+        return [self.in_node(name) for name in names]
 
     def placed_shapes(self, message):
         """The fields of an ObjectChange for shapes with their poses, and for the pose of their frame. Raises Refused."""
@@ -376,7 +389,7 @@ class Step:
         for key in (frame, frame.partition("/")[0]):
             if key in self.scene.world or key in self.scene.attached:
                 raise Refused(f"object '{message.id}': header.frame_id '{frame}' is an object's frame, which tf does not know")
-        return Header(frame_id=frame or self.scene.planning_frame)
+        return Header(frame_id=self.in_node(frame) or self.scene.planning_frame)
 
 
 def check_id(message):

@@ -255,35 +255,32 @@ void ObjectStore::follow(const std::shared_ptr<const Robot>& robot, const std::f
   replace();
 }
 
-ObjectList ObjectStore::list() const {
+ObjectStore::Present ObjectStore::present() const {
   const Lock lock(mutex_);
+  return {robot_, stored_, rules_, revision_};
+}
+
+// Many objects make a long message: changes do not wait until it is written.
+ObjectList ObjectStore::list() const {
+  const Present now = present();
   ObjectList list;
-  list.header.frame_id = robot_->referenceFrame();
+  list.header.frame_id = now.robot->referenceFrame();
   list.node_start = node_start_;
-  list.revision = revision_;
-  for (const auto& [id, object] : stored_) list.objects.push_back(objectInfo(*robot_, *object));
-  list.rules = rules_;
+  list.revision = now.revision;
+  for (const auto& [id, object] : now.objects) list.objects.push_back(objectInfo(*now.robot, *object));
+  list.rules = now.rules;
   return list;
 }
 
-StoredObjects ObjectStore::stored() const {
-  const Lock lock(mutex_);
-  return stored_;
-}
-
 ObjectStore::Snapshot ObjectStore::snapshot() const {
-  std::unique_lock<std::mutex> lock(mutex_);
-  const std::shared_ptr<const Robot> robot = robot_;
-  const StoredObjects stored = stored_;
-  const std::vector<PairRule> rules = rules_;
-  Snapshot now{{}, revision_};
-  lock.unlock();
-  for (const auto& [id, object] : stored) now.file.objects.push_back(written(*robot, *object));
-  for (const PairRule& rule : rules) {
+  const Present now = present();
+  Snapshot snapshot{{}, now.revision};
+  for (const auto& [id, object] : now.objects) snapshot.file.objects.push_back(written(*now.robot, *object));
+  for (const PairRule& rule : now.rules) {
     using Rule = scene::AllowedPairs::Rule;
-    now.file.rules.push_back({rule.a, rule.b, rule.allowed ? Rule::Allowed : Rule::Checked});
+    snapshot.file.rules.push_back({rule.a, rule.b, rule.allowed ? Rule::Allowed : Rule::Checked});
   }
-  return now;
+  return snapshot;
 }
 
 std::uint64_t ObjectStore::revision() const {

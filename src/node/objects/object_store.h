@@ -55,11 +55,17 @@ class ObjectStore {
   ///          frame is gone, or a link has its id. The robot of before stays then.
   void follow(const std::shared_ptr<const Robot>& robot, const std::function<void()>& replace);
 
-  /// What is there, without a stamp.
-  ObjectList list() const;
+  /// What is there, with what it was made of, and the robot that has it.
+  struct Present {
+    std::shared_ptr<const Robot> robot;
+    StoredObjects objects;
+    std::vector<PairRule> rules;
+    std::uint64_t revision = 0;
+  };
+  Present present() const;
 
-  /// What is there, with what it was made of.
-  StoredObjects stored() const;
+  /// The same as a message, without a stamp.
+  ObjectList list() const;
 
   /// What a later start of the node needs to have the same objects and rules; and its revision.
   struct Snapshot {

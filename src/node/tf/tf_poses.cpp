@@ -293,14 +293,18 @@ JointSnapshot TfPoses::awaitJoints(const Robot& robot, const std::vector<int>& e
 
 QueryStatus TfPoses::standingStill(const Robot& robot, const std::vector<int>& robots) {
   const std::vector<int> roots = robot.robotModel().roots();
-  const auto frame = [&](int member) { return robot.frameOf(robot.robotModel().bodies[roots[member]].link); };
+  const auto frame = [&](int member) {
+    return member == kReferenceFrame ? robot.referenceFrame()
+                                     : robot.frameOf(robot.robotModel().bodies[roots[member]].link);
+  };
   const std::shared_ptr<const tf2::BufferCore> buffer = tree_.view().buffer;
   for (std::size_t i = 1; i < robots.size(); ++i) {
     const TfEdge edge{frame(robots.front()), frame(robots[i]), ""};
     const EdgeTransform found = lookUpEdge(*buffer, edge, ros::Time());
     if (found.pose && found.stamp.isZero()) continue;
-    return status(QueryStatus::NO_VELOCITY, "robot '" + robot.sources()[robots[i]].name + "': its base '" + edge.child +
-                                                "' may move against '" + edge.parent +
+    const std::string& name = robot.sources()[robots[i]].name;
+    return status(QueryStatus::NO_VELOCITY, (name.empty() ? "the robot" : "robot '" + name + "'") + ": its base '" +
+                                                edge.child + "' may move against '" + edge.parent +
                                                 "', as /tf_static does not join them");
   }
   return {};
@@ -324,6 +328,7 @@ FrameSnapshot TfPoses::lookUpFrames(const Robot& robot, const AskedFrames& frame
     const FrameTime time{at.stamp, now, ros::Duration(robot.config().max_tf_age)};
     const EdgeTransform found = stamp.isZero() ? lookUpNear(*buffer, edge, time) : lookUpEdge(*buffer, edge, stamp);
     snapshot.poses[index] = found.pose;
+    if (!found.stamp.isZero() && !snapshot.may_move) snapshot.may_move = index;
     if (!found.pose && snapshot.status.code == QueryStatus::OK) snapshot.status = found.status;
   }
   placeFramesOfLinks(robot, frames, at.poses, snapshot.poses);

@@ -47,6 +47,8 @@ struct PoseSnapshot {
 struct FrameSnapshot {
   scene::FramePoses poses;  ///< nullopt if unknown or not asked for
   QueryStatus status;       ///< OK, or why the first one that tf does not know is not, with its name
+  /// The first asked frame that may move against the reference frame, as it is no link, and /tf_static does not join the two.
+  std::optional<int> may_move;
 };
 
 /// Frames that carry objects, and those of them that matter.
@@ -127,8 +129,11 @@ class TfPoses {
   const JointSnapshot& lookUpJoints(TfLookup& lookup, const ros::Time& stamp = {});
   JointSnapshot awaitJoints(const Robot& robot, const std::vector<int>& edges, const ros::Time& stamp);
 
-  /// OK if tf knows by static transforms alone how the roots of these robots (indices into RobotModel::robots) stand to each
-  /// other; else NO_VELOCITY, naming the first robot whose root may move against that of the first one.
+  /// In standingStill(): the reference frame itself, which is no link.
+  static constexpr int kReferenceFrame = -1;
+
+  /// OK if tf knows by static transforms alone how the roots of these robots (ascending indices into RobotModel::robots, or
+  /// kReferenceFrame) stand to each other; else NO_VELOCITY, naming the first robot whose root may move against the first.
   QueryStatus standingStill(const Robot& robot, const std::vector<int>& robots);
 
  private:

@@ -239,6 +239,19 @@ TEST_F(LookaheadWithObjects, TakesMovingObjectsToRest) {
   EXPECT_NEAR(ahead(frames).time_to_contact, 0.5, 1e-5);
 }
 
+TEST_F(LookaheadWithObjects, SaysThatMovingObjectsAreTakenToRest) {
+  settings_.lookahead = 0.5;
+  add(ballAt(scene::Moving{"camera"}));
+  FrameSnapshot frames;
+  frames.poses = {Eigen::Isometry3d(Eigen::Translation3d(-0.5, 0.5, 0.0))};
+  EXPECT_EQ(ahead(frames).status.message, "") << "tf joins the frames by static transforms";
+  frames.may_move = 0;
+  const Lookahead lookahead = ahead(frames);
+  EXPECT_EQ(lookahead.state, Lookahead::FREE);
+  EXPECT_EQ(lookahead.status.code, QueryStatus::OK);
+  EXPECT_EQ(lookahead.status.message, "objects in frame 'camera' are taken to rest where they are");
+}
+
 TEST_F(LookaheadWithObjects, MovesObjectsInTheFrameOfALinkWithTheLink) {
   add(ballAt(scene::Moving{"middle", Eigen::Isometry3d(Eigen::Translation3d(-0.4, 0.0, 0.0))}));
   FrameSnapshot frames;

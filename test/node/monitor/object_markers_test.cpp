@@ -34,7 +34,7 @@ std::vector<Marker> markersOf(ObjectChange change) {
   change.id = "thing";
   changes.changes = {change};
   store.apply(changes);
-  std::vector<Marker> markers = objectMarkers(*robot, store.stored()).markers;
+  std::vector<Marker> markers = objectMarkers(*robot, store.present().objects).markers;
   EXPECT_FALSE(markers.empty());
   EXPECT_EQ(markers.front().action, Marker::DELETEALL);
   markers.erase(markers.begin());

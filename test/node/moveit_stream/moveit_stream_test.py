@@ -14,7 +14,7 @@ import roslib.packages
 import rospy
 import rostest
 from moveit_messages import CLASSES, attached, box, scene
-from proximity_server.msg import ObjectChange, QueryStatus
+from proximity_server.msg import LinkInfo, ModelInfo, ObjectChange, QueryStatus
 from proximity_server.srv import ApplyObjects, ApplyObjectsResponse
 
 PATIENCE = 60.0  # [s] nothing takes this long unless it is broken
@@ -102,7 +102,27 @@ class Stream:
         return found()[0]
 
 
+def model_of(*links):
+    return ModelInfo(links=[LinkInfo(name=name) for name in links])
+
+
 class MoveItStream(unittest.TestCase):
+    def test_links_of_one_of_several_robots_are_called_as_the_node_calls_them(self):
+        with Stream(robot="left") as stream:
+            node = FakeNode(f"{stream.name}/node")
+            stream.publish("attached_collision_object", attached("noetic", "bar"))  # waits for the model
+            model = rospy.Publisher(f"{stream.name}/node/model_info", ModelInfo, queue_size=1, latch=True)
+            model.publish(model_of("left/hand", "left/finger", "right/hand"))
+            change, = node.next().changes
+            self.assertEqual(("left/hand", ["left/finger"]), (change.link, change.touch_links))
+
+    def test_a_robot_that_the_node_does_not_have_is_told(self):
+        with Stream(robot="middle") as stream:
+            model = rospy.Publisher(f"{stream.name}/node/model_info", ModelInfo, queue_size=1, latch=True)
+            model.publish(model_of("left/hand"))
+            stream.publish("collision_object", box("noetic", "bar"))
+            stream.wait_for_log(ERROR, "collision_object", "parameter robot", "no robot 'middle'")
+
     def test_each_topic_of_each_version_becomes_changes(self):
         for version in moveit_definitions.VERSIONS:
             with Stream() as stream:

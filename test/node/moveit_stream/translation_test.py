@@ -401,6 +401,39 @@ class Scenes(Case):
             self.assertEqual([], self.warnings)
 
 
+class LinksOfOneOfSeveralRobots(Case):
+    """The node has "left/" in front of the links of MoveIt's robot."""
+
+    def setUp(self):
+        super().setUp()
+        self.scene = MoveItScene("base")
+        self.scene.call_links({name: f"left/{name}" for name in ("base", "hand", "finger")})
+
+    def test_hold_and_touch_by_the_name_that_the_node_gives_them(self):
+        for words in self.each_version():
+            attach = words.attached("bar", "ADD", at=[1], touch_links=["finger", "mat"])
+            self.assertEqual(["REPLACE bar: left/hand(left/finger,mat)"], self.words(ATTACHED, attach))
+            change, = self.changes(ATTACHED, words.attached("bar", "APPEND", at=[2], touch_links=["finger"]))
+            self.assertEqual(["left/finger"], change.touch_links)
+            self.assertEqual(["DETACH bar"], self.words(ATTACHED, words.attached("bar", "REMOVE")))
+            self.assertEqual(["ATTACH bar: left/hand(left/finger)"],
+                             self.words(ATTACHED, words.attached("bar", "ADD", touch_links=["finger"])))
+            self.assertEqual(["DETACH bar"], self.words(ATTACHED, words.attached("", "REMOVE")))
+
+    def test_are_frames_by_that_name(self):
+        for words in self.each_version():
+            for frame, in_node in (("hand", "left/hand"), ("/hand", "left/hand"), ("map", "map"), ("", "left/base")):
+                change, = self.changes(OBJECT, words.add("box", frame=frame))
+                self.assertEqual((in_node, "left/base"), (change.header.frame_id, change.frame))
+
+    def test_are_in_the_rules_by_that_name(self):
+        for words in self.each_version():
+            message = words.scene(True)
+            message.allowed_collision_matrix = words.matrix(("hand", "shelf"), [[0, 1], [1, 0]], defaults=[("finger", True)])
+            rules = [(rule.a, rule.b) for rule in self.read(SCENE, message).rules]
+            self.assertEqual([("left/finger", "*"), ("left/hand", "shelf")], rules)
+
+
 class Rules(Case):
     def rules(self, matrix, words):
         message = words.scene(True)

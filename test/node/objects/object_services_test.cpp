@@ -459,6 +459,24 @@ TEST_F(Objects, StayWhenTheRobotIsReloaded) {
   EXPECT_NEAR(distance(between("ball", "part")).pair.distance, 0.3, kTolerance);
 }
 
+TEST_F(Objects, AreAnnouncedInTheFramesOfAReloadedRobot) {
+  ObjectChange held = addBall("part", 0.0, 0.5, 0.0);
+  held.link = held.header.frame_id = "ball";
+  add({held});
+  Inbox<ObjectList> lists{ros::NodeHandle(), kNode + "objects"};
+  const auto in = [&](const std::string& frame) {
+    return lists
+        .next([&](const ObjectList& list) { return list.objects.size() == 1 && list.objects[0].frame == frame; })
+        .has_value();
+  };
+  EXPECT_TRUE(in("ball"));
+  ros::param::set(kNode + "tf_prefix", "left");
+  EXPECT_TRUE(ask<std_srvs::TriggerResponse>("reload", std_srvs::TriggerRequest()).success);
+  EXPECT_TRUE(in("left/ball"));
+  ros::param::del(kNode + "tf_prefix");
+  EXPECT_TRUE(ask<std_srvs::TriggerResponse>("reload", std_srvs::TriggerRequest()).success);
+}
+
 }  // namespace
 }  // namespace proximity_server::node
 

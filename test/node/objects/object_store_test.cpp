@@ -593,11 +593,11 @@ TEST_F(ObjectsOfASlider, BoxesMoveWithTheirPoses) {
 
 TEST_F(ObjectsOfASlider, AMoveSharesShapesAndGeometryWithThePlaceBefore) {
   apply({addBoxes("map", {1.0, 2.0, 3.0}, {0.2})});
-  const auto before = store_.stored().at("map");
+  const auto before = store_.present().objects.at("map");
   ObjectChange moved = change(ObjectChange::MOVE, "map");
   moved.pose = at(1.0, 0.0, 0.0);
   apply({moved});
-  const auto after = store_.stored().at("map");
+  const auto after = store_.present().objects.at("map");
   EXPECT_EQ(after->shapes, before->shapes);
   EXPECT_EQ(after->object.geometry, before->object.geometry);
   EXPECT_NEAR(distanceToRail("map"), 1.8, 1e-9);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -176,9 +177,8 @@ TEST(SeveralRobots, StandWhereTheReferenceLinkOfOneOfThemSaysIt) {
   EXPECT_EQ(x("right/hand"), 3.7);
 }
 
-TEST(SeveralRobots, MeetWhereAPairBetweenThemIsChecked) {
-  const Robot robot = twoArms(leftAndRight());
-  EXPECT_EQ(robotsThatMeet(robot.robotModel(), robot.candidates().list()), (std::vector<int>{0, 1}));
+/// The parameters of two robots without a pair between them.
+XmlRpcValue apart() {
   XmlRpcValue values = leftAndRight();
   const char* between[4][2] = {{"left/base", "right/base"},
                                {"left/base", "right/hand"},
@@ -187,8 +187,37 @@ TEST(SeveralRobots, MeetWhereAPairBetweenThemIsChecked) {
   for (int i = 0; i < 4; ++i) {
     for (int end = 0; end < 2; ++end) values["exclude_pairs"][i][end] = between[i][end];
   }
-  const Robot apart = twoArms(values);
-  EXPECT_TRUE(robotsThatMeet(apart.robotModel(), apart.candidates().list()).empty());
+  return values;
+}
+
+/// The roots that have to rest for the lookahead, with a ball there.
+std::vector<int> rootsWithABall(const XmlRpcValue& values, const std::optional<scene::Placement>& placement) {
+  const Robot robot = twoArms(values);
+  scene::Objects objects = *robot.objects().get().all;
+  if (placement) {
+    const std::vector<scene::ObjectShape> ball = {{narrowphase::Shape(narrowphase::Sphere{0.1})}};
+    objects = objects.changed({scene::AddObject{scene::makeObject("ball", ball, *placement)}});
+  }
+  return moversOf(robot, objects).roots;
+}
+
+TEST(SeveralRobots, HaveToRestAgainstEachOtherWhereAPairBetweenThemIsChecked) {
+  EXPECT_EQ(rootsWithABall(leftAndRight(), std::nullopt), (std::vector<int>{0, 1}));
+  EXPECT_TRUE(rootsWithABall(apart(), std::nullopt).empty());
+}
+
+TEST(SeveralRobots, HaveToRestAgainstWhatAnotherOneHolds) {
+  EXPECT_EQ(rootsWithABall(apart(), scene::Attached{"left/hand"}), (std::vector<int>{0, 1}));
+}
+
+TEST(SeveralRobots, HaveToRestAgainstTheReferenceFrameWhereObjectsStandInIt) {
+  XmlRpcValue in_world = apart();
+  in_world["reference_frame"] = "world";
+  const int world = TfPoses::kReferenceFrame;
+  EXPECT_EQ(rootsWithABall(in_world, scene::Fixed{}), (std::vector<int>{world, 0, 1}));
+  EXPECT_EQ(rootsWithABall(in_world, scene::Moving{"camera"}), (std::vector<int>{world, 0, 1}));
+  EXPECT_TRUE(rootsWithABall(in_world, std::nullopt).empty());
+  EXPECT_EQ(rootsWithABall(apart(), scene::Fixed{}), (std::vector<int>{0, 1})) << "it is that of the left base";
 }
 
 // --- answers

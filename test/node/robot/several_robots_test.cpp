@@ -348,6 +348,32 @@ TEST_F(SeveralRobotsOfANode, LookNotAheadWhereABaseMayMove) {
       << message->lookahead.status.message;
 }
 
+// The table is far from the robot, and the joints do not move towards it.
+TEST_F(SeveralRobotsOfANode, LookNotAheadToFixedObjectsWhereTheBaseOfTheOnlyOneMayMove) {
+  Cart cart;
+  const auto withState = [&](std::uint8_t state) {
+    return clearance("/alone_on_a_cart/", [&](const Clearance& candidate) {
+      cart.publish(ros::Time::now(), ros::Time::now());
+      return candidate.level != Clearance::INVALID && candidate.lookahead.state == state;
+    });
+  };
+  EXPECT_TRUE(withState(Lookahead::FREE)) << "of itself";
+  ApplyObjectsRequest request;
+  ObjectChange& table = request.changes.changes.emplace_back();
+  table.id = "table";
+  table.primitives.resize(1);
+  table.primitives[0].type = shape_msgs::SolidPrimitive::BOX;
+  table.primitives[0].dimensions = {1.0, 1.0, 0.1};
+  table.pose.position.y = 10.0;
+  const auto added = call<ApplyObjectsResponse>("/alone_on_a_cart/apply_objects", request);
+  ASSERT_TRUE(added.success) << added.status.message;
+  const auto message = withState(Lookahead::UNKNOWN);
+  ASSERT_TRUE(message);
+  EXPECT_EQ(message->lookahead.status.code, QueryStatus::NO_VELOCITY);
+  EXPECT_TRUE(contains(message->lookahead.status.message, "the robot: its base 'cart/base' may move against 'world'"))
+      << message->lookahead.status.message;
+}
+
 }  // namespace
 }  // namespace proximity_server::node
 
