@@ -22,7 +22,7 @@ TEST(HalfSpaceBox, HasTheDistanceOfTheHalfSpaceWithinItsReach) {
   Chance chance(11);
   int overlaps = 0;
   for (int i = 0; i < 3000; ++i) {
-    const PlacedHalfSpace half_space{chance.direction(), chance.between(-2.0, 2.0), 0};
+    const PlacedHalfSpace half_space{chance.direction(), chance.between(-2.0, 2.0), 0, 2.0};
     const Piece piece{someShape(chance), chance.pose(1.0), 0};
     const HalfSpaceBox box(half_space, boundsOf(piece).reach);
     const double expected = halfSpaceDistance(piece, half_space, {}, 0.0, 1e-9).distance;
@@ -40,7 +40,7 @@ TEST(HalfSpaceBox, EndsAtThePlane) {
   const double h = 1e-9;
   for (const Vector3d& direction : {Vector3d(0, 0, 1), Vector3d(0, 0, -1), Vector3d(h, 0, -1), Vector3d(1e-6, h, -1),
                                     Vector3d(1, 0, 0), Vector3d(-1, h, 0), Vector3d(1, 2, 3)}) {
-    const PlacedHalfSpace half_space{direction.normalized(), 0.75, 4};
+    const PlacedHalfSpace half_space{direction.normalized(), 0.75, 4, 0.75};
     const HalfSpaceBox box(half_space, 3.0);
     EXPECT_LE((box.piece.body_T_piece.linear().col(2) - half_space.normal).norm(), 1e-15) << direction.transpose();
     const Eigen::Matrix3d axes = box.piece.body_T_piece.linear();
