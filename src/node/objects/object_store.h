@@ -65,7 +65,8 @@ class ObjectStore {
   Present present() const;
 
   /// The same as a message, without a stamp.
-  ObjectList list() const;
+  ObjectList list() const { return list(present()); }
+  ObjectList list(const Present& now) const;
 
   /// What a later start of the node needs to have the same objects and rules; and its revision.
   struct Snapshot {
