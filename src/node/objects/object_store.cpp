@@ -228,6 +228,7 @@ scene::Objects ObjectStore::objectsAfter(const ObjectBatch& batch, const std::ve
   if (rules) next = next.withRules(rulesFrom(*rules, next.rules()));
   requireAtMost(limits_.objects, next.size(), "ids");
   requireAtMost(limits_.pieces, next.pieceCount(), "convex pieces");
+  requireAtMost(limits_.frames, static_cast<std::int64_t>(next.frames().size()), "tf frames");
   return next;
 }
 
