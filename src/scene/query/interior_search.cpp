@@ -73,7 +73,7 @@ class InteriorSearch {
   bool isLeftOut(double lower_bound) {
     if (lower_bound >= within_) return true;
     if (skipping_ == Skipping::Off || !(lower_bound - padding_ > closest_.limit(limit_, question_))) return false;
-    closest_.lower_bound = std::min(closest_.lower_bound, lower_bound - padding_);
+    closest_.leaveOut(lower_bound - padding_);
     return true;
   }
 

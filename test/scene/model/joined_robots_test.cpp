@@ -80,17 +80,21 @@ TEST(JoinedRobots, AreEachAsTheyAreAlone) {
     EXPECT_EQ(body.links.size(), single.links.size());
     ASSERT_EQ(body.pieces.size(), single.pieces.size());
     EXPECT_EQ(body.joint < 0, single.joint < 0);
-    if (body.joint >= 0) EXPECT_EQ(model.links[model.joints[body.joint].child_link].body, static_cast<int>(i));
-    if (body.joint >= 0) EXPECT_EQ(model.links[model.joints[body.joint].parent_link].body, body.parent);
+    if (body.joint >= 0) {
+      EXPECT_EQ(model.links[model.joints[body.joint].child_link].body, static_cast<int>(i));
+      EXPECT_EQ(model.links[model.joints[body.joint].parent_link].body, body.parent);
+    }
     for (const int piece : body.pieces) {
       const Link& link = model.links[model.collisions[model.pieces[piece].collision].link];
       EXPECT_EQ(link.body, static_cast<int>(i));
     }
   }
-  for (std::size_t i = 0; i < model.links.size(); ++i) {
-    for (const int collision : model.links[i].collisions)
-      EXPECT_EQ(model.collisions[collision].link, static_cast<int>(i));
-    if (model.links[i].parent >= 0) EXPECT_EQ(model.robotOf(model.links[i].parent).name, model.robotOf(i).name);
+  for (int i = 0; i < static_cast<int>(model.links.size()); ++i) {
+    const Link& link = model.links[i];
+    for (const int collision : link.collisions) EXPECT_EQ(model.collisions[collision].link, i);
+    if (link.parent >= 0) {
+      EXPECT_EQ(model.robotOf(link.parent).name, model.robotOf(i).name);
+    }
   }
   const int follower = findNamed(model.joints, "right/follower");
   EXPECT_EQ(model.joints[model.leaderOf(follower).joint].name, "right/elbow");

@@ -47,6 +47,12 @@ TEST(Cavities, EndWhereASolidBeginsInThem) {
   EXPECT_FALSE(areFilled(cavities, boxHull(Vector3d::Constant(-1.5), Vector3d::Constant(3.0))));
 }
 
+MeshOptions within(double tolerance) {
+  MeshOptions options;
+  options.tolerance = tolerance;
+  return options;
+}
+
 bool isInAHull(const MeshPieces& pieces, const Vector3d& p) {
   return std::any_of(pieces.hulls.begin(), pieces.hulls.end(), [&](const ConvexHull& hull) {
     return std::all_of(hull.triangles().begin(), hull.triangles().end(), [&](const auto& triangle) {
@@ -60,27 +66,27 @@ bool isInAHull(const MeshPieces& pieces, const Vector3d& p) {
 // Regression: the hull of the outer part stood for both, "exactly".
 TEST(Cavities, StayOutsideOfThePiecesOfAMesh) {
   for (const double tolerance : {0.0, 0.005, 0.3}) {
-    const MeshPieces pieces = convexPieces(thickShell(), {tolerance});
+    const MeshPieces pieces = convexPieces(thickShell(), within(tolerance));
     for (const double x : {-0.15, 0.0, 0.15}) EXPECT_FALSE(isInAHull(pieces, {x, 0.1, -0.1})) << tolerance;
     EXPECT_LE(pieces.deviation, std::max(tolerance, 1e-6));
     EXPECT_EQ(pieces.openness, "");
   }
-  EXPECT_EQ(convexPieces(thickShell(), {0.6}).hulls.size(), 1u);
+  EXPECT_EQ(convexPieces(thickShell(), within(0.6)).hulls.size(), 1u);
 }
 
 // --- what belongs to the pieces beside the hulls
 
 TEST(MeshPieces, HaveAnInteriorOnlyWhereHullsMayLeaveSomeEmpty) {
-  EXPECT_EQ(convexPieces(kOuter, {0.0}).interior, nullptr);
-  EXPECT_EQ(convexPieces(together({kOuter, boxMesh({2, 0, 0}, {1, 1, 1})}), {0.0}).interior, nullptr);
-  EXPECT_NE(convexPieces(bracket(), {0.0}).interior, nullptr);
-  EXPECT_NE(convexPieces(dentedBall(), {0.005}).interior, nullptr);
+  EXPECT_EQ(convexPieces(kOuter, within(0.0)).interior, nullptr);
+  EXPECT_EQ(convexPieces(together({kOuter, boxMesh({2, 0, 0}, {1, 1, 1})}), within(0.0)).interior, nullptr);
+  EXPECT_NE(convexPieces(bracket(), within(0.0)).interior, nullptr);
+  EXPECT_NE(convexPieces(dentedBall(), within(0.005)).interior, nullptr);
 }
 
 TEST(MeshPieces, HaveAnAnchorForEachPart) {
   TriangleMesh other = bracket();
   for (Vector3d& vertex : other.vertices) vertex.x() += 5.0;
-  const MeshPieces pieces = convexPieces(together({bracket(), other}), {0.0});
+  const MeshPieces pieces = convexPieces(together({bracket(), other}), within(0.0));
   ASSERT_EQ(pieces.is_anchor.size(), pieces.hulls.size());
   int left = 0, right = 0;
   for (std::size_t i = 0; i < pieces.hulls.size(); ++i)
@@ -92,27 +98,28 @@ TEST(MeshPieces, HaveAnAnchorForEachPart) {
 TEST(MeshPieces, TellWhatIsOpen) {
   TriangleMesh open = bracket();
   open.triangles.pop_back();
-  EXPECT_EQ(convexPieces(open, {0.0}).openness,
+  EXPECT_EQ(convexPieces(open, within(0.0)).openness,
             "it is not a closed surface; what lies inside and touches none of its convex pieces counts as apart");
-  EXPECT_EQ(convexPieces(open, {0.0}).interior, nullptr);
+  EXPECT_EQ(convexPieces(open, within(0.0)).interior, nullptr);
   TriangleMesh lid = kOuter;
   lid.triangles.pop_back();
-  EXPECT_EQ(convexPieces(lid, {3.0}).openness,
+  EXPECT_EQ(convexPieces(lid, within(3.0)).openness,
             "it is not a closed surface; a convex hull stands for each such part, and is solid");
   TriangleMesh far = open;
   for (Vector3d& vertex : far.vertices) vertex.x() += 5.0;
-  EXPECT_EQ(convexPieces(together({open, far}), {0.0}).openness.find("it is not closed in any of its 2 parts"), 0u);
+  EXPECT_EQ(convexPieces(together({open, far}), within(0.0)).openness.find("it is not closed in any of its 2 parts"),
+            0u);
   TriangleMesh turned = bracket();  // one triangle faces the other way
   std::swap(turned.triangles[0][0], turned.triangles[0][1]);
-  EXPECT_EQ(convexPieces(turned, {0.0}).openness.find("it is not a closed surface"), 0u);
+  EXPECT_EQ(convexPieces(turned, within(0.0)).openness.find("it is not a closed surface"), 0u);
   TriangleMesh sheet{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{{0, 1, 2}}, {{0, 2, 1}}}};  // closed, but of no volume
-  EXPECT_EQ(convexPieces(sheet, {0.0}).openness.find("it is not a closed surface"), 0u);
+  EXPECT_EQ(convexPieces(sheet, within(0.0)).openness.find("it is not a closed surface"), 0u);
 }
 
 TEST(MeshPieces, OfASolidThatIsInsideOutHaveTheSameInterior) {
   TriangleMesh inside_out = bracket();
   for (auto& triangle : inside_out.triangles) std::swap(triangle[0], triangle[1]);
-  const MeshPieces pieces = convexPieces(inside_out, {0.0});
+  const MeshPieces pieces = convexPieces(inside_out, within(0.0));
   ASSERT_NE(pieces.interior, nullptr);
   EXPECT_NEAR(pieces.interior->placeOf({0.5, 0.5, 0.4}).upper_bound, -0.4, 1e-12);
   EXPECT_EQ(pieces.openness, "");

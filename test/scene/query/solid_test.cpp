@@ -222,6 +222,18 @@ TEST(Solid, CountsWithoutDepthToo) {
   EXPECT_EQ(cell.scene().closestBelow(cell.scene().candidates(), 5, question).count, 1);
 }
 
+TEST(Solid, DoesNotConvergeWhereWhatItLeavesOutMayBeDeeper) {
+  Meshes meshes;
+  Cell cell({meshes.of(dentedBall()), meshes.of(scaled(dentedBall(), 0.125))});
+  cell.put({at(0, 0, 0), at(0, 0, 0)});
+  Question question;
+  question.depth = Question::Depth::NotWanted;
+  const SignedDistance found = cell.between(cell.link("0"), cell.link("1"), question).result;
+  EXPECT_LT(found.upper_bound, 0.0);
+  EXPECT_GT(found.upper_bound - found.lower_bound, question.tolerance) << "or nothing was left out";
+  EXPECT_EQ(found.status, Status::Threshold);
+}
+
 TEST(Solid, IsFoundByItsCollisionElementAsByItsLink) {
   Meshes meshes;
   Cell cell({box("0.1 0.1 0.1", "0 0 9") + meshes.of(bracket(), "0 0 1"), ball("0.1")});
@@ -356,11 +368,13 @@ INSTANTIATE_TEST_SUITE_P(Meshes, SolidOfMesh,
                                          Body{"ShellAsTriangles", thickShell(), 0.0},
                                          Body{"DentedBallAsTriangles", dentedBall(), 0.0},
                                          Body{"DentedBallDecomposed", dentedBall(), 0.005}),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& test) { return test.param.name; });
 
 TEST(SolidOfHulls, IsNotInThePiecesOfTheDentedBall) {
   // Otherwise the test above would prove nothing about decompositions.
-  const MeshPieces pieces = convexPieces(dentedBall(), {0.005});
+  MeshOptions within_5_mm;
+  within_5_mm.tolerance = 0.005;
+  const MeshPieces pieces = convexPieces(dentedBall(), within_5_mm);
   EXPECT_EQ(pieces.representation, Representation::Decomposed);
   const Shape speck = Sphere{1e-3};
   for (const ConvexHull& hull : pieces.hulls)
