@@ -283,6 +283,7 @@ class Examiner {
     checkClosest("minimum()", {minimum});
     checkNothingMissing("minimum()", {minimum});
     checkWitnesses(minimum);
+    ++seen_.minima;
     seen_.overlaps += minimum.result.distance < 0.0 ? 1 : 0;
     seen_.with_object += hasObject(minimum.asked) ? 1 : 0;
   }

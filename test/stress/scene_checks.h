@@ -13,8 +13,9 @@ struct SceneObservation {
   std::int64_t pairs = 0;  ///< checked ones of all states
   std::int64_t questions = 0;
   std::int64_t answers = 0;            ///< pairs in the answers
-  std::int64_t overlaps = 0;           ///< states in which the minimum is one
-  std::int64_t with_object = 0;        ///< states in which the nearest pair has an object
+  std::int64_t minima = 0;             ///< nearest pairs of a state, as one scene or both have found them
+  std::int64_t overlaps = 0;           ///< of these, overlaps
+  std::int64_t with_object = 0;        ///< of these, pairs with an object
   std::int64_t unknown = 0;            ///< pairs without a pose
   std::int64_t skipped = 0;            ///< pairs of minimum() that were not computed
   std::int64_t with_oracle = 0;        ///< nearest pairs of convex parts that the slow oracle has seen

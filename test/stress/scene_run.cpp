@@ -12,6 +12,7 @@ void add(const SceneObservation& other, SceneObservation& sum) {
   sum.pairs += other.pairs;
   sum.questions += other.questions;
   sum.answers += other.answers;
+  sum.minima += other.minima;
   sum.overlaps += other.overlaps;
   sum.with_object += other.with_object;
   sum.unknown += other.unknown;

@@ -29,30 +29,32 @@ struct SceneStress {
   }
 
   static void print(const std::vector<Summary>& summaries) {
-    std::printf("%-20s %8s %10s %9s %9s %8s %8s %8s %7s %7s %8s %7s %8s\n", "family", "scenes", "pairs", "questions",
-                "answers", "overlap", "object", "unknown", "oracle", "others", "off", "ms", "failures");
+    std::printf("%-20s %8s %10s %9s %9s %8s %8s %8s %8s %7s %7s %8s %7s %8s\n", "family", "scenes", "pairs",
+                "questions", "answers", "minima", "overlap", "object", "unknown", "oracle", "others", "off", "ms",
+                "failures");
     for (const Summary& summary : summaries) {
       const SceneObservation& s = summary.seen;
       const auto number = [](std::int64_t value) { return static_cast<long long>(value); };
-      std::printf("%-20s %8d %10lld %9lld %9lld %8lld %8lld %8lld %7lld %7lld %8lld %7.1f %8lld\n",
+      std::printf("%-20s %8d %10lld %9lld %9lld %8lld %8lld %8lld %8lld %7lld %7lld %8lld %7.1f %8lld\n",
                   summary.name.c_str(), s.scenes, number(s.pairs), number(s.questions), number(s.answers),
-                  number(s.overlaps), number(s.with_object), number(s.unknown), number(s.with_oracle), number(s.others),
-                  number(s.others_off), 1e3 * summary.seconds / std::max(1, s.scenes), number(summary.failed));
+                  number(s.minima), number(s.overlaps), number(s.with_object), number(s.unknown), number(s.with_oracle),
+                  number(s.others), number(s.others_off), 1e3 * summary.seconds / std::max(1, s.scenes),
+                  number(summary.failed));
     }
     std::printf(
-        "answers: pairs that were held against the truth; overlap, object: scenes whose nearest pair overlaps, or has "
-        "an\n"
-        "object; oracle, others: nearest parts that the slow oracle, FCL and Bullet were asked about; off: FCL or "
-        "Bullet is\n"
-        "off by more than 1e-4, and the slow oracle has decided; ms: time of a scene. A failure ends its cell.\n");
+        "answers: pairs that were held against the truth; minima: nearest pairs of a scene; overlap, object: those\n"
+        "that overlap, or have an object; oracle, others: nearest parts that the slow oracle, FCL and Bullet were\n"
+        "asked about; off: FCL or Bullet is off by more than 1e-4, and the slow oracle has decided; ms: time of a\n"
+        "scene. A failure ends its cell.\n");
   }
 
   static nlohmann::json toJson(const Summary& summary) {
     const SceneObservation& s = summary.seen;
-    return {{"family", summary.name},       {"scenes", s.scenes},         {"pairs", s.pairs},
-            {"questions", s.questions},     {"answers", s.answers},       {"overlaps", s.overlaps},
-            {"with_object", s.with_object}, {"unknown", s.unknown},       {"with_oracle", s.with_oracle},
-            {"others", s.others},           {"others_off", s.others_off}, {"failures", summary.failed}};
+    return {{"family", summary.name},       {"scenes", s.scenes},           {"pairs", s.pairs},
+            {"questions", s.questions},     {"answers", s.answers},         {"minima", s.minima},
+            {"overlaps", s.overlaps},       {"with_object", s.with_object}, {"unknown", s.unknown},
+            {"with_oracle", s.with_oracle}, {"others", s.others},           {"others_off", s.others_off},
+            {"failures", summary.failed}};
   }
 
   static std::vector<RecordedLine> lines(const Summary& summary, unsigned seed) {

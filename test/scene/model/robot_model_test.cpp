@@ -56,6 +56,13 @@ std::string errorOfLoading(const std::string& body, const ModelOptions& options 
   return errorOf([&] { load(body, options); });
 }
 
+std::vector<std::string> warningsThatSay(const std::string& what, const RobotModel& model) {
+  std::vector<std::string> found;
+  for (const std::string& warning : model.warnings)
+    if (warning.find(what) != std::string::npos) found.push_back(warning);
+  return found;
+}
+
 void expectSays(const std::string& said, const std::string& what) {
   EXPECT_NE(said.find(what), std::string::npos) << "\"" << said << "\" does not mention " << what;
 }
@@ -593,9 +600,7 @@ TEST_F(MeshRobot, CacheThatCannotBeWrittenIsOneWarning) {
   ModelOptions options;
   options.mesh_cache = files_.write("occupied", "a file");
   const std::string angle = mesh("package://boxes/angle.obj");
-  const RobotModel model = load(link("a", angle + angle), options);
-  ASSERT_EQ(model.warnings.size(), 1U);
-  EXPECT_NE(model.warnings[0].find("occupied"), std::string::npos);
+  EXPECT_EQ(warningsThatSay("occupied", load(link("a", angle + angle), options)).size(), 1U);
 }
 
 TEST_F(MeshRobot, UrisOfAllKindsNameTheSameMesh) {
@@ -716,9 +721,10 @@ TEST_F(MeshRobot, MeshThatTakesLongerThanItsTimeBudgetIsAWarningWithLinkFileAndR
   ModelOptions options;
   options.mesh_time_budget = 0.01;
   const RobotModel model = load(link("tent", mesh("package://boxes/zigzag.obj", "0.5 0.5 0.5")), options);
-  ASSERT_EQ(model.warnings.size(), 1U);
-  for (const std::string what : {"link \"tent\"", "package://boxes/zigzag.obj", "400 triangles", "0.01 s"})
-    expectSays(model.warnings[0], what);
+  const std::vector<std::string> warnings = warningsThatSay("0.01 s", model);
+  ASSERT_EQ(warnings.size(), 1U);
+  for (const std::string what : {"link \"tent\"", "package://boxes/zigzag.obj", "400 triangles"})
+    expectSays(warnings[0], what);
   EXPECT_GT(model.pieces.size(), 100U);
 }
 
