@@ -394,7 +394,8 @@ std::optional<WorldSolid> SceneCell::solidOf(const ShapeRef& ref) const {
     if (!pose) return std::nullopt;
     for (const Piece* piece : peers::piecesOfLink(robot, ref.link))
       solid.parts.push_back({piece->shape, inCell(*pose) * longPose(piece->body_T_piece),
-                             robot.collisions[static_cast<std::size_t>(piece->collision)].number});
+                             robot.collisions[static_cast<std::size_t>(piece->collision)].number, piece->interior,
+                             piece->is_anchor});
     return solid.parts.empty() ? std::nullopt : std::optional(solid);
   }
   const Object& object = *objects_->object(ref.object);

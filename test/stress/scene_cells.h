@@ -10,6 +10,7 @@
 
 #include "oracle/motion_oracle.h"
 #include "proximity_server/scene/query/scene.h"
+#include "scene/pieces/interior.h"
 
 namespace proximity_server::scene {
 
@@ -47,6 +48,10 @@ struct WorldPart {
   Shape shape;  ///< padding included
   LongPose world_T_part;
   int number;  ///< of the <collision> or the shape of the object, counted from 1
+
+  // Of a mesh, see Piece.
+  std::shared_ptr<const Interior> interior = nullptr;
+  bool is_anchor = true;
 };
 
 /// All points x with normal . x <= offset.

@@ -84,12 +84,22 @@ DistanceBounds aboveThePlane(const WorldPart& part, const WorldPlane& plane) {
   return {height - rounding, height + rounding};
 }
 
+/// Of the ball within an anchor from the solid inside a closed mesh. The side and the nearest triangle are those of
+/// Interior, which has its own tests; the poses and radii are not.
+DistanceBounds insideOfTheMesh(const WorldPart& solid, const WorldPart& anchor) {
+  const Vector3l centre = solid.world_T_part.inverse() * centreOf(anchor);
+  const Interior::Place place = solid.interior->placeOf(centre.cast<double>());
+  const long double radius = std::max(0.0, anchor.shape.innerRadius()) + anchor.shape.margin() + solid.shape.margin();
+  const long double rounding = 16.0L * kEpsilon * (centre.norm() + solid.interior->box().diagonal().norm() + radius);
+  return {place.lower_bound - radius - rounding, place.upper_bound - radius + rounding};
+}
+
 /// What is known of the distance of a pair of links or objects.
 struct PairTruth {
   ShapeRefPair pair;
   bool is_known = false;
   DistanceBounds distance{kInfinity, kInfinity};
-  PartsApart nearest{};  ///< of the parts; none if a plane is nearer
+  PartsApart nearest{};  ///< of the parts; none if a plane is nearer, or the inside of a mesh
 };
 
 /// Parts farther than this, and than the nearest ones by their spheres, are measured by their spheres.
@@ -123,6 +133,18 @@ PairTruth truthOf(const ShapeRefPair& pair, const std::optional<WorldSolid>& a, 
         offer(height);
       }
   };
+  const auto offerInteriors = [&](const WorldSolid& solid, const WorldSolid& other) {
+    for (const WorldPart& part : solid.parts)
+      for (const WorldPart& anchor : other.parts) {
+        if (!part.interior || !anchor.is_anchor) continue;
+        const DistanceBounds depth = insideOfTheMesh(part, anchor);
+        if (depth.high < std::min(0.0L, all.high)) truth.nearest = {};
+        if (depth.low < 0) all.low = std::min(all.low, depth.low);
+        if (depth.high < 0) all.high = std::min(all.high, depth.high);
+      }
+  };
+  offerInteriors(*a, *b);
+  offerInteriors(*b, *a);
   offerPlanes(*a, *b);
   offerPlanes(*b, *a);
   all.low -= padding;

@@ -39,6 +39,9 @@ class LinkTable {
   int body(int link) const { return model_.links[link].body; }
   bool hasGeometry(int link) const { return has_geometry_[link]; }
   bool sameBody(const OrderedPair& pair) const { return body(pair.link_a) == body(pair.link_b); }
+  bool sameRobot(const OrderedPair& pair) const {
+    return model_.bodies[body(pair.link_a)].robot == model_.bodies[body(pair.link_b)].robot;
+  }
   bool adjacent(const OrderedPair& pair) const { return model_.areNeighbours(pair.link_a, pair.link_b); }
   /// Joined by several movable joints, with nothing but links without geometry between them.
   bool adjacentButForEmptyLinks(const OrderedPair& pair) const;

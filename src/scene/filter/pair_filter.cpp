@@ -77,7 +77,9 @@ void readDisabled(const Srdf& srdf, const LinkTable& links, Rules& rules, PairTa
   if (!unknown.empty()) table.warnings.push_back("disable_default_collisions: no link " + listed(unknown) + ".");
 }
 
-bool disabledByDefault(const OrderedPair& pair, const Rules& rules) {
+/// Within one robot: an SRDF is about its own alone.
+bool disabledByDefault(const OrderedPair& pair, const LinkTable& links, const Rules& rules) {
+  if (!links.sameRobot(pair)) return false;
   return rules.disabled_by_default.count(pair.link_a) || rules.disabled_by_default.count(pair.link_b);
 }
 
@@ -89,7 +91,7 @@ void readEnabled(const Srdf& srdf, const LinkTable& links, Rules& rules, PairTab
     if (!pair || !rules.enabled.insert(*pair).second) continue;
     if (rules.disabled.count(*pair)) {
       contradictory.push_back(links.names(*pair));
-    } else if (!disabledByDefault(*pair, rules) && !links.adjacent(*pair) && !links.sameBody(*pair)) {
+    } else if (!disabledByDefault(*pair, links, rules) && !links.adjacent(*pair) && !links.sameBody(*pair)) {
       needless.push_back(links.names(*pair));
     }
   }
@@ -120,7 +122,7 @@ PairReason reasonFor(const OrderedPair& pair, const LinkTable& links, const Rule
   if (rules.only_listed && !rules.only.count(pair)) return PairReason::NotInOnlyPairs;
   if (rules.excluded.count(pair)) return PairReason::ConfigExcluded;
   if (rules.disabled.count(pair)) return PairReason::SrdfDisabled;
-  if (disabledByDefault(pair, rules) && !enabled) return PairReason::SrdfDisabled;
+  if (disabledByDefault(pair, links, rules) && !enabled) return PairReason::SrdfDisabled;
   if (links.adjacent(pair) && !rules.only.count(pair) && !enabled) return PairReason::Adjacent;
   if (!rules.moved.empty() && !rules.moved[links.body(pair.link_a)] && !rules.moved[links.body(pair.link_b)]) {
     return PairReason::NotInGroup;

@@ -68,7 +68,7 @@ void MotionSearch::begin(const Pairs& pairs, const RobotMotion& motion, Order or
 
 /// Of the candidates. What has a pose at the beginning has one at all times.
 std::int64_t MotionSearch::unknownPairsWithObjects() {
-  if (!isInWorld()) return objects()->pairCount();
+  if (!isInWorld()) return objects()->pairCount() - pairs_.withObjects() - pairs_.tooFar();
   placeStates(0.0);
   return states_.unknownPairsWithObjects();
 }
@@ -263,7 +263,7 @@ void MotionSearch::considerStart(const Pairs& pairs, const MotionQuestion& quest
     if (!is_placed) placeStates(0.0);
     is_placed = true;
     const DistanceBounds inside = states_.interiorOf(moving.asked, 0.0);
-    const double rounding = roundingOfWorld(0.0);
+    const double rounding = pairs_.roundingOf(moving.asked, 0.0);
     const bool may_get_inside = !(withSpheres({-kInfinity, i, moving.a.root, moving.b.root, 1, 0.0}).lower_bound > 0.0);
     if (inside.upper + rounding <= question.contact_distance + question.tolerance) {
       answer.contact = true;
@@ -281,7 +281,7 @@ void MotionSearch::considerObjectsAtStart(const Pairs& pairs, const MotionQuesti
                                           FirstContactBounds& bounds, RobotContact& answer) {
   placeStates(0.0);
   Question near;
-  near.threshold = question.contact_distance + roundingOfWorld(0.0);
+  near.threshold = question.contact_distance + roundingAtStart();
   const std::vector<PairProximity>& closest = states_.closest(pairs, 1, PairRanking::Goal::Closest, near);
   if (question.contact_distance < 0.0) bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
   if (closest.empty()) return;
@@ -320,8 +320,9 @@ void MotionSearch::placeStates(double time) {
 }
 
 /// Measures a few states of the motion first: their smallest distance is an upper bound, which leaves little to search.
-void MotionSearch::considerStates(const Pairs& pairs, RobotMinimum& answer) {
-  if (objects() && !objects()->empty() && !isInWorld()) return;
+/// Returns false if there is no state of all, as it is not known where the fixed objects stand.
+bool MotionSearch::considerStates(const Pairs& pairs, RobotMinimum& answer) {
+  if (objects() && !objects()->empty() && !isInWorld()) return false;
   for (const double time : {0.0, 0.25, 0.5, 0.75, 1.0}) {
     placeStates(time);
     const std::vector<PairProximity>& closest = states_.closest(pairs, 1, PairRanking::Goal::Closest, {});
@@ -330,27 +331,25 @@ void MotionSearch::considerStates(const Pairs& pairs, RobotMinimum& answer) {
     answer.upper_bound = answer.pair.result.upper_bound;
     answer.time = time;
   }
+  return true;
 }
 
-/// [m] What the way of the poses into the world adds to the rounding of a distance: the error of a translation is below 28
-/// eps of the lengths of its two factors, and that of a rotation is within the margin of kPoseRounding.
-double MotionSearch::roundingOfWorld(double time) {
-  const int world = pairs_.poses().world();
-  if (world < 0 || !isInWorld()) return 0.0;
+/// [m] What the way of the poses into the world adds at time 0 to the rounding of any distance.
+double MotionSearch::roundingAtStart() {
   double farthest = 0.0;
-  for (const std::optional<Eigen::Isometry3d>& pose : pairs_.poses().at(time))
+  for (const std::optional<Eigen::Isometry3d>& pose : pairs_.poses().at(0.0))
     if (pose) farthest = std::max(farthest, pose->translation().norm());
-  return kPoseRounding * (pairs_.poses().pose(world, time).translation().norm() + farthest);
+  return kPoseRounding * (pairs_.poses().pose(pairs_.poses().world(), 0.0).translation().norm() + farthest);
 }
 
-/// An answer about the state at a time as seen in the frame of the poses. The bounds hold roundingOfWorld().
+/// An answer about the state at a time as seen in the frame of the poses. The bounds hold the rounding of the state.
 PairProximity MotionSearch::fromWorld(PairProximity pair, double time) {
+  const double rounding = pairs_.roundingOf(pair.asked, time);
+  pair.result.lower_bound -= rounding;
+  pair.result.upper_bound += rounding;
   const int world = pairs_.poses().world();
   if (world < 0 || !isInWorld()) return pair;
   const Eigen::Isometry3d poses_T_world = pairs_.poses().pose(world, time);
-  const double rounding = roundingOfWorld(time);
-  pair.result.lower_bound -= rounding;
-  pair.result.upper_bound += rounding;
   pair.result.normal = (poses_T_world.linear() * pair.result.normal).normalized();
   pair.result.point_a = poses_T_world * pair.result.point_a;
   pair.result.point_b = poses_T_world * pair.result.point_b;
@@ -361,7 +360,7 @@ RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion
   RobotMinimum answer;
   begin(pairs, motion, Order::Nearest, answer.counts);
   if (answer.counts.unknown == answer.counts.pairs) return answer;
-  considerStates(pairs, answer);
+  const bool has_states = considerStates(pairs, answer);
   enterAll(answer.upper_bound);
   answer.status = narrowphase::Status::Converged;
   double proven = kInfinity;  // [m] the smallest bound of all pieces that were measured
@@ -388,7 +387,8 @@ RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion
   answer.counts.by_one_bound = answer.counts.pairs - answer.counts.unknown - pairs_.examined();
   const double open = queue_.empty() ? kInfinity : queue_.front().lower_bound;
   answer.lower_bound = std::min({proven, open, answer.upper_bound});
-  if (!(answer.lower_bound > 0.0)) searchInteriors(question, answer);
+  // Without the state at the start, what is inside from the start on has not been seen.
+  if (!has_states || !(answer.lower_bound > 0.0)) searchInteriors(question, answer);
   return answer;
 }
 
@@ -396,7 +396,7 @@ RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion
 MotionSearch::IntervalVisit MotionSearch::withInterior(IntervalVisit visit, RobotMinimum& answer) {
   MovingPair& moving = movingPairOf(visit);
   const MovingBodies::Interval interval(visit.interval);
-  const double middle = 0.5 * (interval.begin + interval.end), rounding = roundingOfWorld(middle);
+  const double middle = 0.5 * (interval.begin + interval.end), rounding = pairs_.roundingOf(moving.asked, middle);
   const double drift = moving.bodies.driftIn(visit.interval, pairs_.poses()) + rounding;
   placeStates(middle);
   const DistanceBounds inside = states_.interiorOf(moving.asked, drift);

@@ -77,8 +77,8 @@ class MotionSearch {
   void searchInteriors(const MotionQuestion& question, RobotMinimum& answer);
   bool isInWorld();
   void placeStates(double time);
-  void considerStates(const Pairs& pairs, RobotMinimum& answer);
-  double roundingOfWorld(double time);
+  bool considerStates(const Pairs& pairs, RobotMinimum& answer);
+  double roundingAtStart();
   PairProximity fromWorld(PairProximity pair, double time);
   narrowphase::TimeOfContact contactOf(const IntervalVisit& visit, const MotionQuestion& question, double latest);
   void measure(const IntervalVisit& visit, const MotionQuestion& question, FirstContactBounds& bounds,

@@ -19,7 +19,8 @@ std::vector<int> ancestry(const PosesInTime& poses, int body) {
 
 /// The joints on the way from body a to body b, each as the motion of the frame behind it in the one before it.
 struct Step {
-  int body;  ///< behind it
+  int body;   ///< behind it
+  int frame;  ///< the one of the two that the other carries
   narrowphase::ScrewMotion motion;
 };
 std::vector<Step> wayBetween(const PosesInTime& poses, int body_a, int body_b) {
@@ -29,8 +30,9 @@ std::vector<Step> wayBetween(const PosesInTime& poses, int body_a, int body_b) {
     down.pop_back();
   }
   std::vector<Step> way;
-  for (std::size_t i = 0; i + 1 < up.size(); ++i) way.push_back({up[i + 1], poses.segment(up[i]).motion.inverse()});
-  for (std::size_t i = down.size() - 1; i-- > 0;) way.push_back({down[i], poses.segment(down[i]).motion});
+  for (std::size_t i = 0; i + 1 < up.size(); ++i)
+    way.push_back({up[i + 1], up[i], poses.segment(up[i]).motion.inverse()});
+  for (std::size_t i = down.size() - 1; i-- > 0;) way.push_back({down[i], down[i], poses.segment(down[i]).motion});
   return way;
 }
 
@@ -110,7 +112,20 @@ MovingBodies::MovingBodies(const PosesInTime& poses, int body_a, const Bounds& a
   for (std::size_t i = half; i < way.size(); ++i) append(way[i].motion, chain_b_);
   for (narrowphase::MotionChain* chain : {&chain_a_, &chain_b_})
     if (chain->empty()) chain->push_back({});
-  length_ = roundedLengths(chain_a_, a_.reach) + roundedLengths(chain_b_, b_.reach);
+  bool leaves_the_robot = false;
+  for (const Step& step : way) {
+    way_ += step.motion.start.translation().norm();
+    leaves_the_robot |= step.body < 0 || step.frame >= static_cast<int>(poses.motion().segments().size());
+  }
+  if (!leaves_the_robot) way_ = 0.0;
+  length_ = roundedLengths(chain_a_, a_.reach) + roundedLengths(chain_b_, b_.reach) + way_;
+}
+
+double MovingBodies::roundingAt(double time, PosesInTime& poses) const {
+  double far = 0.0;
+  for (const int frame : {body_a_, body_b_, poses.world()})
+    if (poses.isKnown(frame)) far += poses.pose(frame, time).translation().norm();
+  return kPoseRounding * (length_ + 4.0 * far);
 }
 
 /// The velocity of the origin of a screw is constant in length, so no frame of a chain goes farther from the one before than

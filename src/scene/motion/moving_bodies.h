@@ -84,6 +84,13 @@ class MovingBodies {
   };
   SphereGap sphereGap(const Bounds& a, const Bounds& b, int interval, PosesInTime& poses);
 
+  /// [m] Upper bound of the effect on a distance of what chainOfA() and chainOfB() have rounded. On a way that leaves the
+  /// robot, frames may be far from each other, and some of them become one in the chains.
+  double chainRounding() const { return kPoseRounding * way_; }
+
+  /// [m] Upper bound of the effect of the rounding of poses on a distance at one time, also of poses in the world.
+  double roundingAt(double time, PosesInTime& poses) const;
+
   /// [m] How far any point of one body moves during an interval, seen from the other, from where it is in the middle of
   /// the interval; with the rounding of a distance.
   double driftIn(int interval, PosesInTime& poses);
@@ -108,7 +115,8 @@ class MovingBodies {
   int middle_ = -1;
   narrowphase::MotionChain chain_a_, chain_b_;  ///< without those that rest; never empty
   Bounds a_, b_;
-  double length_ = 0.0;                             ///< [m] of the chains, in which each pose is rounded
+  double way_ = 0.0;                                ///< [m] from frame to frame, if it leaves the robot
+  double length_ = 0.0;                             ///< [m] of the chains and the way, in which each pose is rounded
   std::map<int, IntervalMotion> interval_motions_;  ///< by the number of the interval
 };
 

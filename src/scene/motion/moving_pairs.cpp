@@ -44,9 +44,7 @@ Volume leafOver(const Piece& piece) {
 // The axes of the box are unit and perpendicular within 8 eps, which moves a point of the face by as much of its distance
 // from the middle, at most `reach` where it counts. The middle itself is off by less than 8 eps of the height of the box.
 HalfSpaceBox::HalfSpaceBox(const PlacedHalfSpace& half_space, double reach)
-    : piece(boxBelow(half_space, reach)),
-      volume(leafOver(piece)),
-      error(kPoseRounding * (reach + std::abs(half_space.offset))) {}
+    : piece(boxBelow(half_space, reach)), volume(leafOver(piece)), error(kPoseRounding * (reach + half_space.way)) {}
 
 Bounds boundsOf(const Eigen::AlignedBox3d& box) {
   Bounds bounds;
@@ -72,6 +70,7 @@ void MovingPairs::begin(const Pairs& pairs, const RobotMotion& motion) {
   has_frames_ = !motion.objectFrames().moving.empty();
   if (asksForLinks(pairs))
     for (const ShapeRefPair& pair : pairs.list()) unknown_ += !add(participant(pair.a), participant(pair.b));
+  of_list_ = asked_;
   if (asksForObjects(pairs)) addObjectPairs();
 }
 
@@ -94,6 +93,11 @@ int MovingPairs::examined() const {
     ++count;
   }
   return count;
+}
+
+double MovingPairs::roundingOf(const ShapeRefPair& pair, double time) {
+  const Participant a = participant(pair.a), b = participant(pair.b);
+  return MovingBodies(*poses_, a.frame, a.root().bounds, b.frame, b.root().bounds).roundingAt(time, *poses_);
 }
 
 int MovingPairs::collisionNumber(const ShapeRef& ref, const Piece& piece) const {
@@ -161,7 +165,10 @@ void MovingPairs::addSolids(const Participant& a, const Participant& b) {
   const ShapeRefPair asked{a.ref, b.ref};
   const SeenFrom from = b.isFree() ? SeenFrom::B : a.isFree() ? SeenFrom::A : SeenFrom::Middle;
   MovingBodies bodies(*poses_, a.frame, root_a.bounds, b.frame, root_b.bounds, from);
-  pairs_.push_back({asked, asked_, paddings_.of(asked), 0.0, a.compound, b.compound, std::move(bodies)});
+  double error = bodies.chainRounding();
+  for (const Participant* who : {&a, &b})
+    if (who->object) error += who->object->geometry->excessRounding();
+  pairs_.push_back({asked, asked_, paddings_.of(asked), error, a.compound, b.compound, std::move(bodies)});
   const bool has_half_space = a.isUnbounded() || b.isUnbounded();
   pairs_.back().is_compound = !root_a.isLeaf() || !root_b.isLeaf() || has_half_space;
 }
@@ -176,7 +183,9 @@ void MovingPairs::addHalfSpaces(const Participant& a, const Participant& b) {
     return MovingBodies(*poses_, a.frame, in_a ? stand_in : a.root().bounds, b.frame, in_a ? b.root().bounds : stand_in,
                         from);
   };
-  const double reach = bodies(Bounds()).reach();
+  const MovingBodies without_box = bodies(Bounds());
+  const double reach = without_box.reach(), rounding = without_box.chainRounding();
+  const double rounding_of_solid = solid.object ? solid.object->geometry->excessRounding() : 0.0;
   if (!(reach <= kFarthestReach)) return;
   const std::vector<PlacedHalfSpace>& half_spaces = unbounded.object->geometry->halfSpaces();
   for (const PlacedHalfSpace& half_space : half_spaces) {
@@ -185,7 +194,7 @@ void MovingPairs::addHalfSpaces(const Participant& a, const Participant& b) {
     pairs_.push_back({{a.ref, b.ref},
                       asked_,
                       0.0,
-                      box.error,
+                      box.error + rounding + rounding_of_solid,
                       in_a ? stand_in : a.compound,
                       in_a ? b.compound : stand_in,
                       bodies(box.volume.bounds)});

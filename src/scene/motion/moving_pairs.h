@@ -24,7 +24,8 @@ struct MovingPair {
   ShapeRefPair asked;  ///< without b if b is all fixed objects
   int number;          ///< of the pair of the question; an object with half-spaces makes several with one number
   double padding;      ///< [m]
-  /// [m] The distance of what stands for b from that of b itself: of a half-space, see HalfSpaceBox; else 0.
+  /// [m] By how much the distance may be off: MovingBodies::chainRounding(), and of a half-space that of what stands for
+  /// it, see HalfSpaceBox.
   double error;
   Compound a, b;
   MovingBodies bodies;
@@ -82,8 +83,14 @@ class MovingPairs {
   int unknownOfList() const { return unknown_; }
   int tooFar() const { return too_far_; }
 
+  /// How many candidates with objects have an answer, those with fixed objects left out that are in the tree.
+  int withObjects() const { return asked_ - of_list_; }
+
   /// How many pairs of the question one bound did not settle.
   int examined() const;
+
+  /// [m] See MovingBodies::roundingAt(); of a pair whose poses are known.
+  double roundingOf(const ShapeRefPair& pair, double time);
 
   /// The tree of the fixed objects, in the world.
   const BoxTree& tree() const { return objects_->fixed().tree(); }
@@ -133,7 +140,7 @@ class MovingPairs {
   std::map<int, int> fixed_frames_;             ///< in PosesInTime, of fixed objects by their number
   std::map<std::pair<int, int>, int> at_leaf_;  ///< results of pairAt()
   bool has_frames_ = false;                     ///< the motion knows those of moving objects
-  int asked_ = 0, unknown_ = 0, too_far_ = 0;
+  int asked_ = 0, of_list_ = 0, unknown_ = 0, too_far_ = 0;
 };
 
 /// The bounds of a box along the axes of its frame.

@@ -142,6 +142,7 @@ void checkReach(const Piece& piece) {
 /// What the shapes of an object add up to.
 struct Parts {
   std::vector<Piece> pieces;
+  std::vector<double> ways;  ///< [m] of the pieces
   std::vector<PlacedHalfSpace> half_spaces;
   std::vector<ObjectShapeInfo> shapes;
   std::vector<std::string> warnings;
@@ -156,6 +157,8 @@ void add(const ObjectShape& shape, const ObjectOptions& options, Parts& all) {
     throw std::invalid_argument("the object has more than a million convex pieces");
   for (Piece piece : parts.parts) {
     piece.shape = piece.shape.padded(options.padding);
+    all.ways.push_back(pose->translation().norm() + piece.body_T_piece.translation().norm() + piece.shape.coreReach() +
+                       piece.shape.margin());
     piece.body_T_piece = *pose * piece.body_T_piece;
     piece.collision = index;
     checkReach(piece);
@@ -166,7 +169,8 @@ void add(const ObjectShape& shape, const ObjectOptions& options, Parts& all) {
     const double offset = half_space.offset + normal.dot(pose->translation()) + options.padding;
     if (!(std::abs(offset) <= kFarthest))
       throw std::invalid_argument("its plane is farther than 1e6 m from the frame of the object");
-    all.half_spaces.push_back({normal, offset, index});
+    const double way = std::abs(half_space.offset) + pose->translation().norm() + std::abs(options.padding);
+    all.half_spaces.push_back({normal, offset, index, way});
   }
   all.shapes.push_back(parts.info);
   all.shapes.back().pieces = static_cast<int>(parts.parts.size() + parts.half_spaces.size());
@@ -192,7 +196,7 @@ Object makeObject(const std::string& id, const std::vector<ObjectShape>& shapes,
   }
   for (std::string& warning : all.warnings) warning = where + warning;
   return {id,
-          std::make_shared<const ObjectGeometry>(std::move(all.pieces), std::move(all.half_spaces),
+          std::make_shared<const ObjectGeometry>(std::move(all.pieces), std::move(all.ways), std::move(all.half_spaces),
                                                  std::move(all.shapes), std::move(all.warnings)),
           placement};
 }

@@ -15,13 +15,17 @@ struct PlacedHalfSpace {
   Eigen::Vector3d normal;  ///< unit, outwards
   double offset;           ///< [m] of the plane from the origin along the normal
   int shape;               ///< index of the shape of the object
+  double way;              ///< [m] see ObjectGeometry
 };
 
 /// The convex pieces and half-spaces of an object in one frame, with the bounding volumes of the pieces.
+///
+/// The way of a piece or a half-space is the sum of the lengths of all poses that led it into this frame, and of its own
+/// reach. The poses were rounded on it, and may have cancelled each other; so it counts as reach in the bounds.
 class ObjectGeometry {
  public:
-  /// Piece::collision is the index of a shape.
-  ObjectGeometry(std::vector<Piece> pieces, std::vector<PlacedHalfSpace> half_spaces,
+  /// Piece::collision is the index of a shape. `ways` [m] has one entry for each piece.
+  ObjectGeometry(std::vector<Piece> pieces, std::vector<double> ways, std::vector<PlacedHalfSpace> half_spaces,
                  std::vector<ObjectShapeInfo> shapes, std::vector<std::string> warnings);
 
   /// The same geometry in the frame `frame`; this one if the pose is the identity.
@@ -38,12 +42,19 @@ class ObjectGeometry {
   const std::vector<Volume>& volumes() const { return volumes_; }
   const Volume& root() const { return volumes_.front(); }
 
+  /// [m] By how much the rounding of a way exceeds that of where it leads to, at most.
+  double excessRounding() const { return kPoseRounding * excess_; }
+
  private:
+  double countWays(Volume& volume);
+
   std::vector<Piece> pieces_;
+  std::vector<double> ways_;
   std::vector<PlacedHalfSpace> half_spaces_;
   std::vector<ObjectShapeInfo> shapes_;
   std::vector<std::string> warnings_;
   std::vector<Volume> volumes_;
+  double excess_ = 0.0;  ///< [m] of a way over the reach
 };
 
 }  // namespace proximity_server::scene

@@ -166,7 +166,7 @@ double PlacedRobot::objectGap(int a, int b) const {
   double gap = std::numeric_limits<double>::infinity();
   for (const PlacedHalfSpace& half_space : halfSpacesOf(b)) {
     const double height = (body.rotation * half_space.normal).dot(from_b) - half_space.offset;
-    gap = std::min(gap, height - kPoseRounding * (from_b.norm() + std::abs(half_space.offset)));
+    gap = std::min(gap, height - kPoseRounding * (from_b.norm() + half_space.way));
   }
   gap -= sphere_a.radius;
   const Volume& root = placedAt(b).geometry->root();

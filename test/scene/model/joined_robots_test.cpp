@@ -197,6 +197,15 @@ TEST(PairsOfJoinedRobots, AreThoseOfEachRobotAndAllBetweenThem) {
   EXPECT_EQ(reasonOf(model, table, "right/base", "right/fore"), PairReason::Checked);
 }
 
+TEST(PairsOfJoinedRobots, AreCheckedBetweenThemAlsoWhereAnSrdfDisablesALinkByDefault) {
+  const RobotModel model = twoArms();
+  const PairTable table =
+      filterPairs(model, Srdfs{"<robot name='arms'><disable_default_collisions link='finger'/></robot>", ""});
+  EXPECT_EQ(reasonOf(model, table, "left/finger", "left/base"), PairReason::SrdfDisabled);
+  EXPECT_EQ(reasonOf(model, table, "left/finger", "right/base"), PairReason::Checked);
+  EXPECT_EQ(reasonOf(model, table, "left/finger", "right/finger"), PairReason::Checked);
+}
+
 TEST(PairsOfJoinedRobots, AreLeftOutByTheirWholeNames) {
   const RobotModel model = twoArms();
   PairFilterOptions options;

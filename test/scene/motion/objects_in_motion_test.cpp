@@ -179,6 +179,32 @@ TEST_F(CubeAndBall, UnknownWorldLeavesNoPairWithAnObjectKnown) {
   EXPECT_EQ(scene_.minimum(Pairs(candidates_, PairKind::WithObject), lost).lower_bound, -kInfinity);
 }
 
+TEST_F(CubeAndBall, UnknownWorldLeavesWhatIsAttachedKnown) {
+  add(cube("wall", Fixed{at(4, 0, 0)}));
+  add(cube("held", Attached{"cube", {}, at(0, 0, 3)}));
+  RobotMotion lost = motion(6.0);
+  lost.carryObjects({RobotMotion::atRest(std::nullopt), {}});
+  const RobotMinimum minimum = scene_.minimum(Pairs(candidates_, PairKind::WithObject), lost);
+  EXPECT_EQ(minimum.counts.pairs, 4);
+  EXPECT_EQ(minimum.counts.unknown, 3) << "all with the wall";
+  EXPECT_GE(minimum.counts.by_one_bound, 0);
+  EXPECT_NEAR(minimum.upper_bound, 6.0, 1e-6) << "of the ball from the cube below it";
+  EXPECT_LE(minimum.lower_bound, 6.0);
+}
+
+TEST_F(CubeAndBall, UnknownWorldHidesNothingThatIsInsideOfAClosedMesh) {
+  ObjectOptions options;
+  options.meshes.tolerance = 0.0;
+  const std::vector<ObjectShape> shapes{{scaled(bracket(), 10.0)}};
+  add(makeObject("held solid", shapes, Attached{"cube", {}, at(-5, -5, 6)}, options));
+  RobotMotion lost = motion(0.25);
+  lost.carryObjects({RobotMotion::atRest(std::nullopt), {}});
+  const RobotMinimum minimum = scene_.minimum(candidates_, lost);
+  EXPECT_LE(minimum.lower_bound, -4.5) << "the ball is inside of it";
+  EXPECT_NEAR(minimum.upper_bound, -4.5, 1e-6);
+  EXPECT_TRUE(contact(lost).contact);
+}
+
 TEST_F(CubeAndBall, KindOfPairsIsHeeded) {
   add(cube("wall", Fixed{at(4, 0, 0)}));
   EXPECT_FALSE(scene_.timeOfContact(Pairs(candidates_, PairKind::OfLinks), motion(6.0)).contact);
@@ -294,6 +320,55 @@ TEST_F(CubeAndBall, WhatIsInsideOfAClosedMeshIsInContactFromTheStartAndAsDeepAsI
     EXPECT_LE(minimum.lower_bound, -4.5);
     EXPECT_NEAR(minimum.upper_bound, -4.5, 1e-6);
     EXPECT_GE(minimum.lower_bound, -4.51);
+  }
+}
+
+// --- far away
+
+using Vector3l = Eigen::Matrix<long double, 3, 1>;
+using Matrix3l = Eigen::Matrix<long double, 3, 3>;
+
+/// A point of a frame, with the rotation that is nearest to the matrix of its pose.
+Vector3l inParent(const Isometry3d& pose, const Vector3l& p) {
+  Matrix3l rotation = pose.linear().cast<long double>();
+  for (int i = 0; i < 4; ++i)
+    rotation = 0.5L * rotation * (3.0L * Matrix3l::Identity() - rotation.transpose() * rotation);
+  return rotation * p + pose.translation().cast<long double>();
+}
+
+TEST(FarInMotion, BoundsHoldWhereverTheOriginsOfThePosesAndOfTheWorldAre) {
+  auto model = std::make_shared<SceneModel>();
+  model->robot = floatingLinks({ball("0.1", "0.3 0.2 0.1"), ball("0.1", "-0.1 0.2 0.3")});
+  model->pairs = filterPairs(model->robot, "");
+  const ShapeRef a{model->robot.findLink("0")}, b{model->robot.findLink("1")}, fixed = ShapeRef::ofObject(0);
+  Chance chance(3);
+  for (int i = 0; i < 60; ++i) {
+    const Vector3d far = std::pow(10.0, chance.between(0.0, 6.0)) * chance.direction();
+    const Isometry3d pose_a = Eigen::Translation3d(far) * chance.pose(0.5),
+                     pose_b = Eigen::Translation3d(far) * chance.pose(0.5),
+                     poses_T_world = Eigen::Translation3d(chance.below(2) * far) * chance.pose(1.0),
+                     world_T_object = poses_T_world.inverse() * (Eigen::Translation3d(far) * chance.pose(0.5));
+    const auto objects = std::make_shared<const Objects>(
+        Objects(model).changed({AddObject{makeObject("ball", {{Shape(Sphere{0.1})}}, Fixed{world_T_object})}}));
+    const Vector3l centre_a = inParent(pose_a, {0.3, 0.2, 0.1}), centre_b = inParent(pose_b, {-0.1, 0.2, 0.3}),
+                   centre_of_object = inParent(poses_T_world, inParent(world_T_object, Vector3l::Zero()));
+    MovingScene scene(model);
+    scene.use(objects);
+    RobotMotion motion = RobotMotion::ofTwists(posesOf(model->robot, {pose_a, pose_b}), std::vector<Twist>(3));
+    motion.carryObjects({RobotMotion::atRest(poses_T_world), {}});
+    MotionQuestion question;
+    question.tolerance = 1e-12;
+    const auto check = [&](const ShapeRefPair& pair, const Vector3l& from, const Vector3l& to) {
+      // The coordinates of the <collision> are those of the file, rounded by the reader.
+      const long double distance = (to - from).norm() - 0.2L;
+      const RobotMinimum found = scene.minimum(std::vector<ShapeRefPair>{pair}, motion, question);
+      EXPECT_LE(found.lower_bound, distance) << i << " at " << far.norm();
+      EXPECT_GE(found.upper_bound, distance) << i << " at " << far.norm();
+      EXPECT_NEAR(found.upper_bound, found.lower_bound, 1e-12 + 1e-12 * far.norm());
+    };
+    check({a, b}, centre_a, centre_b);
+    check({a, fixed}, centre_a, centre_of_object);
+    check({b, fixed}, centre_b, centre_of_object);
   }
 }
 

@@ -393,6 +393,47 @@ TEST(ObjectsInRandomScenes, HaveTheDistanceOfTheirClosestPieces) {
 
 // --- questions
 
+// --- far poses that cancel each other
+
+using Vector3l = Eigen::Matrix<long double, 3, 1>;
+using Matrix3l = Eigen::Matrix<long double, 3, 3>;
+
+/// The rotation that is nearest to that of a pose.
+Matrix3l rotationOf(const Isometry3d& pose) {
+  Matrix3l rotation = pose.linear().cast<long double>();
+  for (int i = 0; i < 4; ++i)
+    rotation = 0.5L * rotation * (3.0L * Matrix3l::Identity() - rotation.transpose() * rotation);
+  return rotation;
+}
+Vector3l inParent(const Isometry3d& pose, const Vector3l& p) {
+  return rotationOf(pose) * p + pose.translation().cast<long double>();
+}
+
+TEST(FarPosesThatCancel, LeaveBoundsThatHold) {
+  Chance chance(5);
+  for (int i = 0; i < 200; ++i) {
+    const Vector3d far = std::pow(10.0, chance.between(0.0, 5.5)) * chance.direction();
+    const Isometry3d object_T_shape = Eigen::Translation3d(far) * chance.pose(0.5);
+    const Isometry3d link_T_object = chance.pose(0.5) * object_T_shape.inverse();
+    const Isometry3d link = chance.pose(0.3);
+    Cell cell({ball("0.125"), ball("0.125")});
+    const HalfSpace plane{{0, 0, 1}, -0.5};
+    cell.change({add("ball", {{Shape(Sphere{0.125}), object_T_shape}}, Attached{"0", {}, link_T_object}),
+                 add("floor", {{plane, object_T_shape}}, Moving{"cart", link_T_object})});
+    cell.put({at(0, 0, 0), link}, {at(0, 0, 0)});
+    const auto check = [&](const SignedDistance& found, long double distance) {
+      EXPECT_LE(found.lower_bound, distance) << i << " at " << far.norm();
+      EXPECT_GE(found.upper_bound, distance) << i << " at " << far.norm();
+      EXPECT_NEAR(found.upper_bound, found.lower_bound, 1e-12 + 1e-12 * far.norm());
+    };
+    const Vector3l centre = link.translation().cast<long double>(),
+                   of_object = inParent(link_T_object, inParent(object_T_shape, Vector3l::Zero()));
+    check(cell.between(cell.link("1"), cell.object("ball")).result, (centre - of_object).norm() - 0.25L);
+    const Vector3l up = rotationOf(link_T_object) * rotationOf(object_T_shape) * Vector3l::UnitZ();
+    check(cell.between(cell.link("1"), cell.object("floor")).result, up.dot(centre - of_object) + 0.5L - 0.125L);
+  }
+}
+
 TEST(ASceneWithObjects, RefusesWhatIsNotThere) {
   Cell cell({ball("1")});
   cell.change({add("floor", {{kFloor}}, Fixed{}), add("wall", {{kFloor}}, Fixed{})});
