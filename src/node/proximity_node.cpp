@@ -89,18 +89,18 @@ void ProximityNode::publishChangedObjects() {
   const bool is_new = objects_.revision() != published_revision_ || robot() != published_robot_.lock();
   if (!is_new || start < publish_objects_after_) return;
   publishObjects();
-  object_keeper_.keep();
   const ros::WallTime end = ros::WallTime::now();
   publish_objects_after_ = end + (end - start) * kObjectsPause;
 }
 
 void ProximityNode::publishObjects() {
-  published_robot_ = robot();  // before its objects: if a reload comes in between, they are published once more
-  ObjectList list = objects_.list();
-  list.header.stamp = ros::Time::now();
-  published_revision_ = list.revision;
-  objects_pub_.publish(list);
   const ObjectStore::Present now = objects_.present();
+  ObjectList list = objects_.list(now);
+  list.header.stamp = ros::Time::now();
+  published_revision_ = now.revision;
+  published_robot_ = now.robot;
+  object_keeper_.keep();
+  objects_pub_.publish(list);
   object_markers_pub_.publish(settings_.markers ? objectMarkers(*now.robot, now.objects) : noMarkers());
 }
 

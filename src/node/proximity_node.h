@@ -48,7 +48,7 @@ class ProximityNode {
   }
   bool onApplyObjects(ApplyObjects::Request& request, ApplyObjects::Response& response);
   void publishChangedObjects();
-  void publishObjects();
+  void publishObjects();  // and has them kept
   bool onReload(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool onEnableMonitor(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
 

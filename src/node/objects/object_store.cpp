@@ -203,7 +203,7 @@ void ObjectStore::applyLocked(const std::vector<const ObjectChanges*>& messages,
 /// Makes the objects of a batch those of the robot.
 void ObjectStore::commit(const ObjectBatch& batch, const std::vector<PairRule>* rules) {
   if (batch.difference().empty() && !rules) return;
-  scene::Objects next = objectsAfter(batch, rules);
+  auto next = std::make_shared<const scene::Objects>(objectsAfter(batch, rules));
   const std::int64_t triangles = trianglesAfter(batch);
   {
     const Lock lock(mutex_);
@@ -217,7 +217,7 @@ void ObjectStore::commit(const ObjectBatch& batch, const std::vector<PairRule>* 
     triangles_ = triangles;
     ++revision_;
   }
-  robot_->objects().set({std::make_shared<const scene::Objects>(std::move(next)), revision_});
+  robot_->objects().set({std::move(next), revision_});
   in_use_(*robot_);
 }
 
@@ -228,6 +228,7 @@ scene::Objects ObjectStore::objectsAfter(const ObjectBatch& batch, const std::ve
   if (rules) next = next.withRules(rulesFrom(*rules, next.rules()));
   requireAtMost(limits_.objects, next.size(), "ids");
   requireAtMost(limits_.pieces, next.pieceCount(), "convex pieces");
+  requireAtMost(limits_.frames, static_cast<std::int64_t>(next.frames().size()), "tf frames");
   return next;
 }
 
@@ -260,9 +261,8 @@ ObjectStore::Present ObjectStore::present() const {
   return {robot_, stored_, rules_, revision_};
 }
 
-// Many objects make a long message: changes do not wait until it is written.
-ObjectList ObjectStore::list() const {
-  const Present now = present();
+// Many objects make a long message: it is written without the lock, so that no change waits for it.
+ObjectList ObjectStore::list(const Present& now) const {
   ObjectList list;
   list.header.frame_id = now.robot->referenceFrame();
   list.node_start = node_start_;

@@ -15,10 +15,11 @@
 
 namespace proximity_server::node {
 
-/// Limits on all objects together, so that no client fills the memory.
+/// Limits on all objects together, so that no client fills the memory or the time of the monitor's cycle.
 struct ObjectLimits {
   std::int64_t objects = 200000;      ///< each takes about 4 kB, and a place in every message on ~objects
   std::int64_t pieces = 1000000;      ///< convex pieces, as many as a robot may have
+  std::int64_t frames = 1000;         ///< each cycle looks them up; one that tf does not know takes about 3 us
   std::int64_t triangles = 10000000;  ///< of meshes that were sent, which are kept: 24 bytes each
 };
 
@@ -65,7 +66,8 @@ class ObjectStore {
   Present present() const;
 
   /// The same as a message, without a stamp.
-  ObjectList list() const;
+  ObjectList list() const { return list(present()); }
+  ObjectList list(const Present& now) const;
 
   /// What a later start of the node needs to have the same objects and rules; and its revision.
   struct Snapshot {

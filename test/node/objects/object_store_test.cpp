@@ -638,6 +638,24 @@ TEST_F(ObjectsOfASlider, AllObjectsTogetherAreBounded) {
   EXPECT_EQ(store.list().objects.size(), 3u);
 }
 
+TEST_F(ObjectsOfASlider, FramesOfAllObjectsTogetherAreBounded) {
+  ObjectLimits limits;
+  limits.frames = 2;
+  ObjectStore store(
+      robot_, 7, nullptr, [](const Robot&) {}, limits);
+  const auto inFrame = [](const std::string& id, const std::string& frame) {
+    ObjectChange add = addBall(id);
+    add.frame = add.header.frame_id = frame;
+    return add;
+  };
+  store.apply(all({inFrame("a", "camera"), inFrame("b", "camera"), inFrame("c", "belt")}));
+  EXPECT_PRED2(holds, refusalOf(store, all({inFrame("d", "cart")})),
+               "there would be 3 tf frames of all objects together, more than 2");
+  EXPECT_EQ(store.list().objects.size(), 3u);
+  store.apply(all({change(ObjectChange::REMOVE, "c"), inFrame("d", "cart")}));
+  EXPECT_EQ(store.list().objects.size(), 3u);
+}
+
 ObjectChange tetrahedron(const std::string& id) {
   ObjectChange add = change(ObjectChange::ADD, id);
   add.meshes.resize(1);

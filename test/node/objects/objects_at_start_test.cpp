@@ -1,3 +1,4 @@
+#include <dynamic_reconfigure/Reconfigure.h>
 #include <proximity_server/ApplyObjects.h>
 #include <proximity_server/Clearance.h>
 #include <proximity_server/ObjectList.h>
@@ -160,6 +161,19 @@ TEST_F(ObjectsAtStart, AreAllKeptIfTheNodeIsAskedToEnd) {
   const auto second = start();
   ASSERT_TRUE(second);
   EXPECT_EQ(second->objects.size(), 20u);
+}
+
+// A change of settings publishes ~objects too, mostly before the timer does.
+TEST_F(ObjectsAtStart, AreKeptAlsoIfTheSettingsAreChangedAtOnce) {
+  ros::param::set(kName + "/objects_file", file_);
+  ASSERT_TRUE(start());
+  ASSERT_TRUE(ros::service::waitForService(kName + "/set_parameters", ros::Duration(20.0)));
+  for (const std::string id : {"a", "b", "c", "d"}) {
+    add(id);
+    dynamic_reconfigure::Reconfigure settings;
+    ASSERT_TRUE(ros::service::call(kName + "/set_parameters", settings));
+    EXPECT_TRUE(holdsWithin(kPatience, [&] { return fileHas(id); })) << contentOf(file_);
+  }
 }
 
 TEST_F(ObjectsAtStart, OfAFileWinOverThoseOfTheParameter) {
