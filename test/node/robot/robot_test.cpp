@@ -4,7 +4,6 @@
 
 #include <optional>
 #include <set>
-#include <stdexcept>
 #include <string>
 
 #include "node/monitor/lookahead.h"
@@ -12,6 +11,7 @@
 #include "node/tf/joint_frames.h"
 #include "proximity_server/scene/model/names.h"
 #include "scene/example_robots.h"
+#include "scene/files.h"
 
 // Several robots in one node: their parameters, frames and transforms.
 
@@ -40,18 +40,8 @@ Robot twoArms(const XmlRpcValue& values) {
   return {std::vector<RobotTexts>{{kArm, ""}, {kArm, ""}}, configFrom(values, "/node")};
 }
 
-template <typename Call>
-std::string errorOf(const Call& call) {
-  try {
-    call();
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "";
-}
-
 void expectRefusal(const XmlRpcValue& values, const std::string& message) {
-  EXPECT_EQ(errorOf([&] { configFrom(values, "/node"); }), message);
+  EXPECT_EQ(scene::errorOf([&] { configFrom(values, "/node"); }), message);
 }
 
 // --- parameters
@@ -122,7 +112,7 @@ TEST(SeveralRobots, HaveFramesWithTheirOwnPrefixes) {
 TEST(SeveralRobots, AreRefusedWhereTheyHaveTheSameFrames) {
   XmlRpcValue values = leftAndRight();
   values["robots"]["right"]["tf_prefix"] = "left";
-  EXPECT_EQ(errorOf([&] { twoArms(values); }),
+  EXPECT_EQ(scene::errorOf([&] { twoArms(values); }),
             "parameter robots/right/tf_prefix is 'left': the robots 'left' and 'right' both have the tf frame "
             "'left/base'");
 }

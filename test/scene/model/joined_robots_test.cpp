@@ -12,6 +12,7 @@
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/query/make_scene_model.h"
 #include "proximity_server/scene/query/scene.h"
+#include "scene/files.h"
 #include "scene/small_robots.h"
 
 namespace proximity_server::scene {
@@ -41,16 +42,6 @@ using Srdfs = std::vector<std::string>;
 const std::vector<NamedUrdf> kTwo = {{"left", kArms}, {"right", kArms}};
 
 RobotModel twoArms(const ModelOptions& options = {}) { return loadRobots(kTwo, packageResolver({}), options); }
-
-template <typename Call>
-std::string errorOf(const Call& call) {
-  try {
-    call();
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "";
-}
 
 bool says(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
