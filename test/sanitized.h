@@ -24,14 +24,14 @@ namespace proximity_server {
 inline constexpr char kNoForkBesideThreads[] =
     "AddressSanitizer's malloc waits for ever in a child process where another thread was in it at fork()";
 
-/// How often a test repeats itself where it usually does `usual` times: a thirtieth for a sanitizer, which finds in the
-/// first ones what it finds.
-constexpr int repeats(int usual) {
 #ifdef PROXIMITY_SANITIZED
-  return std::max(1, usual / 30);
+inline constexpr bool kIsSanitized = true;
 #else
-  return usual;
+inline constexpr bool kIsSanitized = false;
 #endif
-}
+
+/// How often a test repeats itself where it usually does `usual` times: a thirtieth for a sanitizer, which finds in the
+/// first ones what it finds. So few need not show all that the whole test has to show.
+constexpr int repeats(int usual) { return kIsSanitized ? std::max(1, usual / 30) : usual; }
 
 }  // namespace proximity_server
