@@ -77,7 +77,8 @@ TEST(PointsAndSegments, MeasureTheEndOfASegmentBesideAnother) {
 
 TEST(PointsAndSegments, MeasureTheEndsOfTwoSegments) {
   const Isometry3d pose = poseOf({4, 0, 5}, zTo(Vector3d::UnitX()));  // from (3, 0, 5) on
-  expectPoints(kSegment, kSegment, pose, 5.0, {0.6, 0, 0.8}, {0, 0, 1});
+  const SignedDistance result = expectPoints(kSegment, kSegment, pose, 5.0, {0.6, 0, 0.8}, {0, 0, 1});
+  EXPECT_NEAR(result.lower_bound, 5.0, 1e-14);
 }
 
 TEST(PointsAndSegments, MeasureParallelSegments) {
