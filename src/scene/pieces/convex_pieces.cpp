@@ -244,13 +244,13 @@ bool isSolid(const TriangleMesh& component) {
   return std::abs(enclosedVolume(component)) > kMeshRounding * area;
 }
 
-std::string opennessOf(std::size_t open, std::size_t parts, bool in_single_hulls) {
-  std::string text = open == parts
-                         ? (parts == 1 ? "it is not a closed surface"
-                                       : "it is not closed in any of its " + std::to_string(parts) + " parts")
-                         : std::to_string(open) + " of its " + std::to_string(parts) + " parts are not closed";
-  return text + (in_single_hulls ? "; a convex hull stands for each such part, and is solid"
-                                 : "; what lies inside and touches none of its convex pieces counts as apart");
+/// What is open, and what follows if a single hull stands for each open part, or else.
+constexpr char kIsSolidAsHull[] = "; a convex hull stands for each such part, and is solid";
+constexpr char kHoldsNothing[] = "; what lies inside and touches none of its convex pieces counts as apart";
+std::string opennessOf(std::size_t open, std::size_t parts) {
+  if (open < parts) return std::to_string(open) + " of its " + std::to_string(parts) + " parts are not closed";
+  if (parts == 1) return "it is not a closed surface";
+  return "it is not closed in any of its " + std::to_string(parts) + " parts";
 }
 
 /// Adds to the hulls what is inside of the mesh.
@@ -278,7 +278,8 @@ void addSolid(const ConnectedMesh& mesh, const Partition& partition, MeshPieces&
   }
   if (leaves_space) pieces.interior = std::make_shared<const Interior>(allTriangles(solids));
   const std::size_t open = mesh.parts.size() - solids.size();
-  if (open > 0) pieces.openness = opennessOf(open, mesh.parts.size(), open_in_single_hulls);
+  if (open > 0)
+    pieces.openness = opennessOf(open, mesh.parts.size()) + (open_in_single_hulls ? kIsSolidAsHull : kHoldsNothing);
 }
 
 }  // namespace
