@@ -67,7 +67,7 @@ double ObjectLevels::timeToLevelAt(Place place) {
   publisher_.publish(message);
   std::unique_lock<std::mutex> lock(mutex_);
   const bool came = arrived_.wait_for(
-      lock, kPatience, [&] { return place == Place::InTheRobot ? distance_ < 0.0 : distance_ > 0.5 * kFar; });
+      lock, kPatience, [&] { return !std::isnan(distance_) && (distance_ > 0.5 * kFar) == (place == Place::FarAway); });
   if (!came) throw std::runtime_error("a changed object has no level");
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
