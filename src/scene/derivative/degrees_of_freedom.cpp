@@ -1,0 +1,49 @@
+#include "proximity_server/scene/derivative/degrees_of_freedom.h"
+
+namespace proximity_server::scene {
+namespace {
+
+using Kind = DegreeOfFreedom::Kind;
+
+struct Coordinate {
+  const char* suffix;
+  Kind kind;
+};
+
+std::vector<Coordinate> coordinatesOf(Joint::Type type) {
+  switch (type) {
+    case Joint::Type::Revolute:
+    case Joint::Type::Continuous:
+      return {{"", Kind::Rotation}};
+    case Joint::Type::Prismatic:
+      return {{"", Kind::Translation}};
+    case Joint::Type::Planar:
+      return {{"/x", Kind::Translation}, {"/y", Kind::Translation}, {"/theta", Kind::Rotation}};
+    case Joint::Type::Floating:
+      return {{"/trans_x", Kind::Translation}, {"/trans_y", Kind::Translation}, {"/trans_z", Kind::Translation},
+              {"/rot_x", Kind::Rotation},      {"/rot_y", Kind::Rotation},      {"/rot_z", Kind::Rotation}};
+  }
+  return {};
+}
+
+}  // namespace
+
+DegreesOfFreedom::DegreesOfFreedom(const RobotModel& model) : of_joint_(model.joints.size()) {
+  for (std::size_t i = 0; i < model.joints.size(); ++i) {
+    const Joint& joint = model.joints[i];
+    if (joint.mimic) continue;
+    of_joint_[i] = {size(), 0, 1.0};
+    for (const Coordinate& coordinate : coordinatesOf(joint.type)) {
+      list_.push_back({joint.name + coordinate.suffix, static_cast<int>(i), coordinate.kind});
+      ++of_joint_[i].count;
+    }
+  }
+  for (std::size_t i = 0; i < model.joints.size(); ++i) {
+    if (!model.joints[i].mimic) continue;
+    const Joint::Mimic leader = model.leaderOf(static_cast<int>(i));
+    of_joint_[i] = of_joint_[static_cast<std::size_t>(leader.joint)];
+    of_joint_[i].multiplier = leader.multiplier;
+  }
+}
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,89 @@
+#include "scene/derivative/placed_joints.h"
+
+#include <stdexcept>
+#include <string>
+
+#include "scene/model/usable_pose.h"
+#include "scene/objects/placed_object.h"
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+bool needsParent(const Joint& joint) { return !hasOnePosition(joint); }
+
+/// The axes of a planar joint in its own frame: two of the plane, and the normal.
+Matrix3d planeAxes(const Vector3d& normal) {
+  return Quaterniond::FromTwoVectors(Vector3d::UnitZ(), normal).toRotationMatrix();
+}
+
+}  // namespace
+
+PlacedJoints::PlacedJoints(std::shared_ptr<const SceneModel> model)
+    : model_(std::move(model)), degrees_of_freedom_(robot()), poses_(robot().bodies.size()) {}
+
+void PlacedJoints::update(const BodyPoses& poses) {
+  if (poses.size() != poses_.size())
+    throw std::invalid_argument("the robot has " + std::to_string(poses_.size()) + " bodies, but there are " +
+                                std::to_string(poses.size()) + " poses");
+  for (std::size_t i = 0; i < poses.size(); ++i) poses_[i] = usablePose(poses[i]);
+}
+
+int PlacedJoints::bodyOf(const ShapeRef& ref) const {
+  if (ref.link >= 0) return robot().links[static_cast<std::size_t>(ref.link)].body;
+  const PlacedObject* object = objects_ ? objects_->placed(ref.object) : nullptr;
+  if (!object) throw std::invalid_argument("there is no object of number " + std::to_string(ref.object));
+  return object->kind == PlacedObject::Kind::Attached ? object->body : -1;
+}
+
+bool PlacedJoints::knowsJointOf(int body) const {
+  const Body& moved = robot().bodies[static_cast<std::size_t>(body)];
+  return poses_[body] && (!needsParent(robot().joints[moved.joint]) || poses_[moved.parent]);
+}
+
+bool PlacedJoints::knowsBetween(int a, int b) const {
+  bool known = true;
+  forEachBetween(a, b, [&](int body, Side) { known = known && knowsJointOf(body); });
+  return known;
+}
+
+JointTwists PlacedJoints::twistsOf(int body) const {
+  const Body& moved = robot().bodies[static_cast<std::size_t>(body)];
+  const Joint& joint = robot().joints[moved.joint];
+  const Vector3d origin = poses_[body]->translation();
+  const Vector3d axis = poses_[body]->linear() * joint.axis;  // the joint does not move its own axis
+  JointTwists result;
+  const auto add = [&](const Vector3d& linear, const Vector3d& angular) {
+    result.twists[static_cast<std::size_t>(result.count++)] = {linear, angular, origin};
+  };
+  switch (joint.type) {
+    case Joint::Type::Revolute:
+    case Joint::Type::Continuous:
+      add(Vector3d::Zero(), axis);
+      return result;
+    case Joint::Type::Prismatic:
+      add(axis, Vector3d::Zero());
+      return result;
+    case Joint::Type::Planar:
+    case Joint::Type::Floating:
+      break;
+  }
+  const Link& parent = robot().links[joint.parent_link];
+  const Matrix3d at_rest =
+      poses_[moved.parent]->linear() * parent.body_T_link.linear() * joint.parent_T_joint.linear();
+  if (joint.type == Joint::Type::Planar) {
+    const Matrix3d axes = at_rest * planeAxes(joint.axis);
+    add(axes.col(0), Vector3d::Zero());
+    add(axes.col(1), Vector3d::Zero());
+    add(Vector3d::Zero(), axes.col(2));
+    return result;
+  }
+  for (int i = 0; i < 3; ++i) add(at_rest.col(i), Vector3d::Zero());
+  for (int i = 0; i < 3; ++i) add(Vector3d::Zero(), at_rest.col(i));
+  return result;
+}
+
+}  // namespace proximity_server::scene

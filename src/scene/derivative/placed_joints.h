@@ -1,0 +1,80 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "proximity_server/scene/derivative/degrees_of_freedom.h"
+#include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/objects/objects.h"
+#include "proximity_server/scene/query/question.h"
+
+namespace proximity_server::scene {
+
+/// How a body, and all that it carries, moves at one unit of a degree of freedom, if no other joint moves.
+struct UnitTwist {
+  Eigen::Vector3d linear;   ///< [m] of `origin`, per unit
+  Eigen::Vector3d angular;  ///< [rad] per unit
+  Eigen::Vector3d origin;   ///< a point of the axis
+
+  Eigen::Vector3d velocityAt(const Eigen::Vector3d& point) const { return linear + angular.cross(point - origin); }
+};
+
+/// The unit twists of one joint, in the order of its columns.
+struct JointTwists {
+  int count = 0;
+  std::array<UnitTwist, 6> twists;
+};
+
+/// The joints of a robot in one set of poses, as the derivatives of its distances need them. The poses are in one frame, and so
+/// are the twists. Nothing allocates after the first update.
+class PlacedJoints {
+ public:
+  explicit PlacedJoints(std::shared_ptr<const SceneModel> model);
+
+  const RobotModel& robot() const { return model_->robot; }
+  const DegreesOfFreedom& degreesOfFreedom() const { return degrees_of_freedom_; }
+
+  void use(std::shared_ptr<const Objects> objects) { objects_ = std::move(objects); }
+  const Objects* objects() const { return objects_.get(); }
+
+  /// Throws std::invalid_argument if there is not one pose for each body.
+  void update(const BodyPoses& poses);
+
+  const BodyPoses& poses() const { return poses_; }
+
+  /// The body that carries a link or an object; -1 for an object that is not attached: it is taken to rest where the roots
+  /// of the robots do.
+  int bodyOf(const ShapeRef& ref) const;
+
+  enum class Side : unsigned char { A, B };  ///< which of the two bodies a joint carries
+
+  /// Calls `visit(joint's body, side)` for each body with a joint between two bodies, of which -1 is where the roots rest.
+  template <class Visit>
+  void forEachBetween(int a, int b, const Visit& visit) const {
+    while (a != b) {
+      int& later = a > b ? a : b;  // parents come first
+      if (robot().bodies[later].joint >= 0) visit(later, a > b ? Side::A : Side::B);
+      later = robot().bodies[later].parent;
+    }
+  }
+
+  /// Whether all poses are known that twistsOf() needs for the joints between two bodies.
+  bool knowsBetween(int a, int b) const;
+
+  /// The twists of the joint that carries a body, whose pose is known.
+  JointTwists twistsOf(int body) const;
+
+ private:
+  bool knowsJointOf(int body) const;
+
+  std::shared_ptr<const SceneModel> model_;
+  std::shared_ptr<const Objects> objects_;
+  DegreesOfFreedom degrees_of_freedom_;
+  BodyPoses poses_;
+};
+
+}  // namespace proximity_server::scene
