@@ -49,12 +49,10 @@ TEST(Cso, EndsASearchAtSomeRoundingsButNeverBelowThree) {
   const double rounding = 1e-12;
   WarmStart warm_start;
   const Isometry3d a_T_b = Isometry3d::Identity();
-  const Cso of_polytopes(kBox, kBox, a_T_b, rounding, warm_start);
-  EXPECT_EQ(of_polytopes.finalGap(1e-9), 4.0 * rounding);
-  EXPECT_EQ(of_polytopes.finalGap(1e-14), 3.0 * rounding);
-  const Cso of_curves(kBox, kCone, a_T_b, rounding, warm_start);
-  EXPECT_EQ(of_curves.finalGap(1e-6), 1024.0 * rounding);
-  EXPECT_EQ(of_curves.finalGap(1e-10), 1e-10);
+  const Cso cso(kBox, kCone, a_T_b, rounding, warm_start);
+  EXPECT_EQ(cso.finalGap(1e-9), 4.0 * rounding);
+  EXPECT_EQ(cso.finalGap(3.5e-12), 3.5e-12);
+  EXPECT_EQ(cso.finalGap(1e-14), 3.0 * rounding);
 }
 
 }  // namespace

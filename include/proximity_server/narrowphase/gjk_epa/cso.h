@@ -71,11 +71,10 @@ class Cso {
 
   /// [m] Gap between the bounds at which a search ends. It is smaller than the tolerance, as the search on a polytope
   /// ends on a true face, edge or vertex of the CSO, and Newton's method on a curve doubles the digits with each step;
-  /// so the extra accuracy costs little. It is never below three roundings, two of which are part of the bounds: a new
-  /// vertex could then seem to lie behind the simplex.
-  double finalGap(double tolerance) const {
-    return std::max(3.0 * rounding_, std::min(tolerance, (is_polytope_ ? 4.0 : 1024.0) * rounding_));
-  }
+  /// so the extra accuracy costs little, and the normal needs it: its error may be the root of 2 gap / distance [rad].
+  /// It is never below three roundings, two of which are part of the bounds: a new vertex could then seem to lie behind
+  /// the simplex.
+  double finalGap(double tolerance) const { return std::max(3.0 * rounding_, std::min(tolerance, 4.0 * rounding_)); }
 
   /// [m] See csoRounding().
   double rounding() const { return rounding_; }
