@@ -31,10 +31,11 @@ bool isComputable(double rounding) {
 bool hasFiniteAxes(const Isometry3d& pose) { return (0.0 * pose.matrix().leftCols<3>()).sum() == 0.0; }
 
 /// Whether, within the tolerance, only one pair of points of the cores has this distance: the features of the cores
-/// along the normal (vertex, edge or face) have no direction in common. `numbers`: of the vertices that are the
-/// farthest along the normal, if they are known.
-bool meetInOnePoint(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Vector3d& normal, double tolerance,
-                    const WarmStart::Pair& numbers) {
+/// along the normal of the result (vertex, edge or face) have no direction in common. `numbers`: of the vertices that are
+/// the farthest along the normal, if they are known.
+bool meetInOnePoint(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const SignedDistance& result,
+                    double tolerance, const WarmStart::Pair& numbers) {
+  const Vector3d& normal = result.normal;
   const SupportFeature on_a = supportFeature(a, normal, tolerance, numbers.a);
   if (on_a.dimension == 0) return true;
   const Vector3d towards_a = -(a_T_b.linear().transpose() * normal);
@@ -43,7 +44,9 @@ bool meetInOnePoint(const Shape& a, const Shape& b, const Isometry3d& a_T_b, con
   if (on_a.dimension + on_b.dimension > 2) return false;
   const Vector3d along_b = a_T_b.linear() * on_b.along;
   const double longer = std::max(on_a.along.norm(), along_b.norm());
-  return on_a.along.cross(along_b).norm() > tolerance * longer;
+  const double gap = result.upper_bound - result.lower_bound;
+  const double beside = tolerance + sidewaysError(a, normal, gap) + sidewaysError(b, towards_a, gap);
+  return on_a.along.cross(along_b).norm() > beside * longer;
 }
 
 /// Sets the points of the result. withMargins() will derive b's point from a's along the normal; the distance between
@@ -308,7 +311,7 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& 
   warm_start.axis = result.normal;
   result.status = statusByBounds(result, options);
   if (result.status == Status::Converged && result.unique)
-    result.unique = meetInOnePoint(a, b, a_T_b, result.normal, options.distance_tolerance, search.newest);
+    result.unique = meetInOnePoint(a, b, a_T_b, result, options.distance_tolerance, search.newest);
   return result;
 }
 

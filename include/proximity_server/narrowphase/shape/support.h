@@ -101,4 +101,15 @@ struct SupportFeature {
 };
 SupportFeature supportFeature(const Shape& shape, const Eigen::Vector3d& direction, double tolerance, int vertex);
 
+/// [m] By how much the feature along a unit direction may lie beside that of the true direction, if both support heights
+/// differ by no more than `gap` [m]. That is so for the line on the mantle of a cone, whose end is on the rim: a direction that
+/// is turned about the axis by t lowers the rim by radius * t^2 / 2 times its part across the axis, which is here that of the
+/// mantle's normal. Other lines do not move.
+inline double sidewaysError(const Shape& shape, const Eigen::Vector3d& direction, double gap) {
+  if (shape.kind() != Shape::Kind::Cone || !(direction.z() > 0.0)) return 0.0;
+  const double radius = shape.halfExtents().x(), length = 2.0 * shape.halfExtents().z();
+  const double across = length / std::sqrt(length * length + radius * radius);
+  return std::sqrt(2.0 * std::max(gap, 0.0) * radius / across);
+}
+
 }  // namespace proximity_server::narrowphase
