@@ -72,8 +72,7 @@ JointTwists PlacedJoints::twistsOf(int body) const {
       break;
   }
   const Link& parent = robot().links[joint.parent_link];
-  const Matrix3d at_rest =
-      poses_[moved.parent]->linear() * parent.body_T_link.linear() * joint.parent_T_joint.linear();
+  const Matrix3d at_rest = poses_[moved.parent]->linear() * parent.body_T_link.linear() * joint.parent_T_joint.linear();
   if (joint.type == Joint::Type::Planar) {
     const Matrix3d axes = at_rest * planeAxes(joint.axis);
     add(axes.col(0), Vector3d::Zero());
@@ -84,6 +83,18 @@ JointTwists PlacedJoints::twistsOf(int body) const {
   for (int i = 0; i < 3; ++i) add(at_rest.col(i), Vector3d::Zero());
   for (int i = 0; i < 3; ++i) add(Vector3d::Zero(), at_rest.col(i));
   return result;
+}
+
+Vector3d PlacedJoints::relativeTurn(int a, int b, const Eigen::Ref<const Eigen::VectorXd>& velocity) const {
+  Vector3d turn = Vector3d::Zero();
+  forEachBetween(a, b, [&](int body, Side side) {
+    const JointTwists twists = twistsOf(body);
+    const auto& own = degrees_of_freedom_.columnsOf(robot().bodies[static_cast<std::size_t>(body)].joint);
+    const double sign = side == Side::B ? own.multiplier : -own.multiplier;
+    for (int i = 0; i < twists.count; ++i)
+      turn += sign * velocity[own.first + i] * twists.twists[static_cast<std::size_t>(i)].angular;
+  });
+  return turn;
 }
 
 }  // namespace proximity_server::scene

@@ -68,6 +68,9 @@ class PlacedJoints {
   /// The twists of the joint that carries a body, whose pose is known.
   JointTwists twistsOf(int body) const;
 
+  /// [rad/s] How body b turns as seen from body a at a velocity of the degrees of freedom; knowsBetween() is true for them.
+  Eigen::Vector3d relativeTurn(int a, int b, const Eigen::Ref<const Eigen::VectorXd>& velocity) const;
+
  private:
   bool knowsJointOf(int body) const;
 

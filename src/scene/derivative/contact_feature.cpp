@@ -1,0 +1,242 @@
+#include "scene/derivative/contact_feature.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "proximity_server/narrowphase/shape/support.h"
+#include "scene/model/bounds.h"
+#include "scene/objects/placed_object.h"
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using narrowphase::Shape;
+using Kind = narrowphase::Shape::Kind;
+
+/// How many vertices of a shape may be in one plane.
+std::size_t mostCorners(const Shape& shape) {
+  constexpr std::size_t kBox = 8, kPolygonOfDisc = 16;
+  if (shape.kind() == Kind::Hull) return static_cast<std::size_t>(shape.hull().size());
+  if (shape.kind() == Kind::Sweep) return 2 * mostCorners(shape.sweep().shape);
+  return shape.kind() == Kind::Box ? kBox : kPolygonOfDisc;
+}
+
+std::size_t mostCorners(const std::vector<Piece>& pieces) {
+  std::size_t most = 0;
+  for (const Piece& piece : pieces) most = std::max(most, mostCorners(piece.shape));
+  return most;
+}
+
+/// Adds the points of a core that are above a height over a plane to a figure, or makes it the disc that they are.
+class Collector {
+ public:
+  Collector(const ContactPlane& plane, double lowest, double tolerance, PlaneFigure& figure)
+      : plane_(plane), lowest_(lowest), tolerance_(tolerance), figure_(figure) {}
+
+  void add(const Shape& shape, const Isometry3d& pose) {
+    const Vector3d& half = shape.halfExtents();
+    switch (shape.kind()) {
+      case Kind::Point:
+      case Kind::Segment:
+      case Kind::Box:
+        for (int i = 0; i < 8; ++i) addIfFar(pose * narrowphase::support::corner(half, i));
+        return;
+      case Kind::Hull:
+        for (const Vector3d& vertex : shape.hull().vertices()) addIfFar(pose * vertex);
+        return;
+      case Kind::Cylinder:
+      case Kind::Cone:
+        return addSolidOfRevolution(shape, pose);
+      case Kind::Ellipsoid:
+        return addIfFar(pose * farthest(shape, pose));
+      case Kind::Sweep:
+        is_swept_ = true;
+        add(shape.sweep().shape, pose);
+        add(shape.sweep().shape, pose * shape.sweep().end);
+        return;
+    }
+  }
+
+ private:
+  void addIfFar(const Vector3d& point) {
+    if (plane_.heightOf(point) >= lowest_) figure_.add(plane_.inPlane(point));
+  }
+
+  Vector3d farthest(const Shape& shape, const Isometry3d& pose) const {
+    int vertex = 0;
+    return supportPoint(shape, pose.linear().transpose() * plane_.normal, vertex);
+  }
+
+  /// An end, a line of the side, or a point of a rim.
+  void addSolidOfRevolution(const Shape& shape, const Isometry3d& pose) {
+    const Vector3d direction = pose.linear().transpose() * plane_.normal, half = shape.halfExtents();
+    const double radial = narrowphase::support::radialPart(direction);
+    const bool is_cone = shape.kind() == Kind::Cone;
+    const bool ends_there = !is_cone || direction.z() < 0.0;
+    if (ends_there && 2.0 * half.x() * radial <= tolerance_)
+      return addDisc(pose, std::copysign(half.z(), direction.z()), half.x());
+    for (const double z : {-half.z(), half.z()})
+      addIfFar(pose * (is_cone && z > 0.0 ? Vector3d(0.0, 0.0, z)
+                                          : narrowphase::support::rimPoint(half.x(), z, direction, radial)));
+  }
+
+  void addDisc(const Isometry3d& pose, double z, double radius) {
+    const Vector3d centre = pose * Vector3d(0.0, 0.0, z);
+    if (plane_.heightOf(centre) < lowest_) return;
+    if (!is_swept_) return figure_.becomeDisc(plane_.inPlane(centre), radius);
+    constexpr int kSides = 16;
+    const double outer = radius / std::cos(M_PI / kSides);
+    for (int i = 0; i < kSides; ++i) {
+      const double angle = 2.0 * M_PI / kSides * i;
+      figure_.add(plane_.inPlane(centre) + outer * Vector2d(std::cos(angle), std::sin(angle)));
+    }
+  }
+
+  const ContactPlane& plane_;
+  const double lowest_, tolerance_;
+  PlaneFigure& figure_;
+  bool is_swept_ = false;
+};
+
+/// Unit vectors across a normal and each other.
+Eigen::Matrix<double, 3, 2> axesAcross(const Vector3d& normal) {
+  Eigen::Matrix<double, 3, 2> axes;
+  axes.col(0) = normal.unitOrthogonal();
+  axes.col(1) = normal.cross(axes.col(0));
+  return axes;
+}
+
+}  // namespace
+
+std::optional<double> findSupportFigure(const Shape& shape, const Isometry3d& frame_T_shape, const ContactPlane& plane,
+                                        double tolerance, double gap, PlaneFigure& figure) {
+  // Most pieces of a mesh are too far to look at their support point.
+  const double reach = shape.coreRadius() + shape.margin() + tolerance;
+  if (plane.heightOf(frame_T_shape * shape.centre()) < -reach) return std::nullopt;
+  int vertex = 0;
+  const Vector3d direction = frame_T_shape.linear().transpose() * plane.normal;
+  const double height = plane.heightOf(frame_T_shape * supportPoint(shape, direction, vertex));
+  if (!(std::abs(height + shape.margin()) <= tolerance)) return std::nullopt;
+  figure.begin();
+  Collector(plane, height - tolerance, tolerance, figure).add(shape, frame_T_shape);
+  if (!figure.isDisc()) figure.close();
+  return sidewaysError(shape, direction, gap);
+}
+
+/// One of the two shapes at its place.
+struct ContactFeatures::Side {
+  const std::vector<Piece>* pieces;
+  const std::vector<int>* numbers;  ///< of the pieces; nullptr: all
+  Isometry3d pose;
+  bool is_half_space;
+
+  /// Calls `visit(how far it may lie beside its place)` for each figure in the plane.
+  template <class Visit>
+  void forEachFigure(const ContactPlane& plane, double tolerance, double gap, PlaneFigure& figure,
+                     const Visit& visit) const {
+    const auto look = [&](const Piece& piece) {
+      if (const auto beside = findSupportFigure(piece.shape, pose * piece.body_T_piece, plane, tolerance, gap, figure))
+        visit(*beside);
+    };
+    if (!numbers) {
+      for (const Piece& piece : *pieces) look(piece);
+      return;
+    }
+    for (const int number : *numbers) look((*pieces)[static_cast<std::size_t>(number)]);
+  }
+};
+
+ContactFeatures::ContactFeatures(const SceneModel& model) : model_(model), paddings_(model.pairs) {
+  const std::size_t most = mostCorners(model.robot.pieces);
+  figure_a_.reserve(most);
+  figure_b_.reserve(most);
+  pieces_of_link_.resize(model.robot.links.size());
+  for (const Body& body : model.robot.bodies) {
+    for (const int piece : body.pieces) {
+      const int collision = model.robot.pieces[static_cast<std::size_t>(piece)].collision;
+      const int link = model.robot.collisions[static_cast<std::size_t>(collision)].link;
+      pieces_of_link_[static_cast<std::size_t>(link)].push_back(piece);
+    }
+  }
+}
+
+void ContactFeatures::use(std::shared_ptr<const Objects> objects) {
+  objects_ = std::move(objects);
+  for (const int number : objects_->numbers()) {
+    const std::size_t most = mostCorners(objects_->placed(number)->geometry->pieces());
+    figure_a_.reserve(most);
+    figure_b_.reserve(most);
+  }
+}
+
+std::optional<ContactFeatures::Side> ContactFeatures::sideOfLink(const ShapeRef& ref, const BodyPoses& poses) const {
+  const RobotModel& robot = model_.robot;
+  const Link& link = robot.links[static_cast<std::size_t>(ref.link)];
+  const std::optional<Isometry3d>& pose = poses[static_cast<std::size_t>(link.body)];
+  if (!pose) return std::nullopt;
+  if (ref.collision > 0) {
+    const int index = link.collisions[static_cast<std::size_t>(ref.collision - 1)];
+    return Side{&robot.pieces, &robot.collisions[static_cast<std::size_t>(index)].pieces, *pose, false};
+  }
+  return Side{&robot.pieces, &pieces_of_link_[static_cast<std::size_t>(ref.link)], *pose, false};
+}
+
+std::optional<ContactFeatures::Side> ContactFeatures::sideOfObject(const ShapeRef& ref, int shape,
+                                                                   const BodyPoses& poses,
+                                                                   const FramePoses& frames) const {
+  const PlacedObject& object = *objects_->placed(ref.object);
+  std::optional<Isometry3d> pose = object.world_T_object;
+  if (object.kind == PlacedObject::Kind::Attached) pose = poses[static_cast<std::size_t>(object.body)];
+  if (object.kind == PlacedObject::Kind::Moving) {
+    const auto& names = objects_->frames();
+    pose = frames[static_cast<std::size_t>(std::find(names.begin(), names.end(), object.frame) - names.begin())];
+  }
+  if (!pose) return std::nullopt;
+  const auto& half_spaces = object.geometry->halfSpaces();
+  const bool is_half_space = std::any_of(half_spaces.begin(), half_spaces.end(),
+                                         [&](const PlacedHalfSpace& plane) { return plane.shape == shape; });
+  return Side{&object.geometry->pieces(), nullptr, *pose, is_half_space};
+}
+
+double ContactFeatures::least(const PairProximity& pair, const Vector3d& slope, const BodyPoses& poses,
+                              const FramePoses& frames) {
+  const narrowphase::SignedDistance& result = pair.result;
+  const auto sideOf = [&](const ShapeRef& ref, int number) {
+    return ref.link >= 0 ? sideOfLink(ref, poses) : sideOfObject(ref, number - 1, poses, frames);
+  };
+  const std::optional<Side> a = sideOf(pair.asked.a, pair.collision_a);
+  const std::optional<Side> b = sideOf(pair.asked.b, pair.collision_b);
+  if (!a || !b) return std::numeric_limits<double>::quiet_NaN();
+
+  const Vector3d from_surface = 0.5 * paddings_.of(pair.asked) * result.normal;
+  const Eigen::Matrix<double, 3, 2> axes = axesAcross(result.normal);
+  const ContactPlane plane_a{result.point_a - from_surface, result.normal, axes};
+  const ContactPlane plane_b{result.point_b + from_surface, -result.normal, axes};
+  const double rounding = kPoseRounding * (result.point_a.norm() + result.point_b.norm() +
+                                           a->pose.translation().norm() + b->pose.translation().norm());
+  const double gap = result.upper_bound - result.lower_bound;
+  const double tolerance = std::max(gap, Question().tolerance) + rounding;
+
+  const Vector2d in_plane = axes.transpose() * slope;
+  double least = 0.0;
+  const auto lower = [&](double value) { least = std::min(least, value); };
+  if (a->is_half_space) {
+    b->forEachFigure(plane_b, tolerance, gap, figure_b_, [&](double) { lower(leastOn(figure_b_, in_plane)); });
+    return least;
+  }
+  a->forEachFigure(plane_a, tolerance, gap, figure_a_, [&](double beside_a) {
+    if (b->is_half_space) return lower(leastOn(figure_a_, in_plane));
+    b->forEachFigure(plane_b, tolerance, gap, figure_b_, [&](double beside_b) {
+      lower(leastInCommon(figure_a_, figure_b_, in_plane, tolerance + beside_a + beside_b));
+    });
+  });
+  return least;
+}
+
+}  // namespace proximity_server::scene
