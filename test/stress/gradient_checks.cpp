@@ -1,0 +1,182 @@
+#include "stress/gradient_checks.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "scene/objects/placed_object.h"
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr double kSmoothWithin = 1e-8;  // two extrapolations of a smooth function are as near as this
+constexpr double kResolved = 2e-8;      // error of a difference that is of use
+
+/// [s] the largest steps of time that are tried, at a speed of 1 m/s
+constexpr std::array<double, 5> kSteps{2e-3, 2e-4, 2e-5, 2e-6, 2e-7};
+
+double gapOf(const PairProximity& pair) { return pair.result.upper_bound - pair.result.lower_bound; }
+
+bool isUsable(const PairProximity& pair, const PairProximity& other) {
+  return pair.result.status != narrowphase::Status::Unknown && pair.result.has_points && pair.result.unique &&
+         pair.collision_a == other.collision_a && pair.collision_b == other.collision_b;
+}
+
+/// One distance less another one, over a time.
+struct Slope {
+  double value, error;
+};
+Slope slopeOf(const PairProximity& later, const PairProximity& earlier, double time) {
+  return {(later.result.distance - earlier.result.distance) / time, (gapOf(later) + gapOf(earlier)) / time};
+}
+
+/// Of two slopes, the second with half the step: without the error that is proportional to the step to the power that
+/// `ratio` is of two.
+Slope extrapolated(const Slope& whole, const Slope& half, double ratio) {
+  return {(ratio * half.value - whole.value) / (ratio - 1.0), (ratio * half.error + whole.error) / (ratio - 1.0)};
+}
+
+}  // namespace
+
+PairProximity DistanceAlong::after(double time) const {
+  Question question;
+  question.tolerance = 1e-14;
+  scene_.update(posesAfter(time));
+  return scene_.proximity(sample_.pair, question);
+}
+
+namespace {
+
+/// The extrapolation from three steps; nullopt if it is not usable, or too far from the one of the last two.
+std::optional<Difference> centralDifference(const DistanceAlong& distance, double step) {
+  const PairProximity first = distance.after(step);
+  if (!isUsable(first, first)) return std::nullopt;
+  std::array<Slope, 3> slopes{};
+  for (std::size_t i = 0; i < slopes.size(); ++i) {
+    const double time = std::ldexp(step, -static_cast<int>(i));
+    const PairProximity after = i == 0 ? first : distance.after(time), before = distance.after(-time);
+    if (!isUsable(after, first) || !isUsable(before, first)) return std::nullopt;
+    slopes[i] = slopeOf(after, before, 2.0 * time);
+  }
+  const Slope coarse = extrapolated(slopes[0], slopes[1], 4.0), fine = extrapolated(slopes[1], slopes[2], 4.0);
+  const Slope best = extrapolated(coarse, fine, 16.0);
+  if (!(std::abs(best.value - fine.value) <= kSmoothWithin)) return std::nullopt;
+  return Difference{best.value, best.error};
+}
+
+/// The extrapolation from four steps; nullopt as above.
+std::optional<Difference> forwardDifference(const DistanceAlong& distance, double step) {
+  const PairProximity now = distance.after(0.0), first = distance.after(step);
+  if (!isUsable(first, first)) return std::nullopt;
+  std::array<Slope, 4> slopes{};
+  for (std::size_t i = 0; i < slopes.size(); ++i) {
+    const double time = std::ldexp(step, -static_cast<int>(i));
+    const PairProximity after = i == 0 ? first : distance.after(time);
+    if (!isUsable(after, first)) return std::nullopt;
+    slopes[i] = slopeOf(after, now, time);
+  }
+  for (std::size_t order = 1; order < 3; ++order)
+    for (std::size_t i = 0; i < slopes.size() - order; ++i)
+      slopes[i] = extrapolated(slopes[i], slopes[i + 1], std::ldexp(1.0, static_cast<int>(order)));
+  const Slope best = extrapolated(slopes[0], slopes[1], 8.0);
+  if (!(std::abs(best.value - slopes[1].value) <= kSmoothWithin)) return std::nullopt;
+  return Difference{best.value, best.error};
+}
+
+/// The first of two sizes of step, one after the other, that agree.
+using DifferenceOf = std::optional<Difference> (*)(const DistanceAlong& distance, double step);
+std::optional<Difference> agreed(const DistanceAlong& distance, DifferenceOf difference) {
+  std::optional<Difference> last;
+  for (const double step : kSteps) {
+    const std::optional<Difference> next = difference(distance, step);
+    if (last && next && std::abs(last->value - next->value) <= kSmoothWithin) return last;
+    last = next;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Difference> centralDifference(const DistanceAlong& distance) {
+  return agreed(distance, centralDifference);
+}
+
+std::optional<Difference> forwardDifference(const DistanceAlong& distance) {
+  return agreed(distance, forwardDifference);
+}
+
+GradientObserver::GradientObserver(const GradientFamily& family, double tolerance)
+    : family_(family), scene_(family.model), exact_scene_(family.model), derivatives_(family.model) {
+  question_.tolerance = tolerance;
+  row_.resize(derivatives_.degreesOfFreedom().size());
+  if (!family.objects) return;
+  scene_.use(family.objects);
+  exact_scene_.use(family.objects);
+  derivatives_.use(family.objects);
+}
+
+GradientObservation GradientObserver::observe(unsigned seed) {
+  using Kind = GradientObservation::Kind;
+  Chance chance(seed);
+  const GradientSample sample = family_.draw(scene_, chance);
+  VectorXd velocity(row_.size());
+  for (double& entry : velocity) entry = chance.between(-1.0, 1.0);
+  poses_ = sample.posture.poses();
+  scene_.update(poses_);
+  derivatives_.update(poses_);
+  pair_ = scene_.proximity(sample.pair, question_);
+  if (!derivatives_.gradient(pair_, row_)) return {Kind::Unmoved};
+  if (!pair_.result.unique) return {Kind::NotUnique, pair_.result.distance};
+  velocity_ = scaledVelocity(sample, velocity);
+  if (velocity_.size() == 0) return {Kind::Unmoved, pair_.result.distance};
+  const auto reference =
+      centralDifference(DistanceAlong(exact_scene_, derivatives_.degreesOfFreedom(), sample, velocity_));
+  if (!reference) return {Kind::Kink, pair_.result.distance};
+  reference_ = reference->value;
+  const double error = std::abs(row_.dot(velocity_) - reference_);
+  const bool is_resolved = reference->error <= kResolved;
+  return {is_resolved ? Kind::Judged : Kind::Unresolved, pair_.result.distance, error, reference->error};
+}
+
+double GradientObserver::errorWith(const Vector3d& point_a, const Vector3d& point_b, const Vector3d& normal) {
+  PairProximity other = pair_;
+  other.result.point_a = point_a;
+  other.result.point_b = point_b;
+  other.result.normal = normal;
+  derivatives_.gradient(other, row_);
+  return std::abs(row_.dot(velocity_) - reference_);
+}
+
+/// The velocity at which the two witness points, each as a point of its body, move by 1 m/s against each other; nothing where they do
+/// not.
+VectorXd GradientObserver::scaledVelocity(const GradientSample& sample, VectorXd velocity) const {
+  constexpr double kTime = 1e-5;
+  const DegreesOfFreedom& columns = derivatives_.degreesOfFreedom();
+  const BodyPoses before = sample.posture.moved(columns, velocity, -kTime).poses();
+  const BodyPoses after = sample.posture.moved(columns, velocity, kTime).poses();
+  const Vector3d shift = shiftOf(sample.pair.b, pair_.result.point_b, before, after) -
+                         shiftOf(sample.pair.a, pair_.result.point_a, before, after);
+  const double speed = shift.norm() / (2.0 * kTime);
+  if (speed < 1e-6) return {};
+  return velocity / speed;
+}
+
+/// [m] By which a point of the body that carries a shape has moved.
+Vector3d GradientObserver::shiftOf(const ShapeRef& ref, const Vector3d& point, const BodyPoses& before,
+                                   const BodyPoses& after) const {
+  int body = -1;
+  if (ref.link >= 0)
+    body = family_.model->robot.links[static_cast<std::size_t>(ref.link)].body;
+  else
+    body = family_.objects->placed(ref.object)->body;
+  if (body < 0) return Vector3d::Zero();
+  const auto index = static_cast<std::size_t>(body);
+  const Vector3d in_body = poses_[index]->inverse(Eigen::Isometry) * point;
+  return *after[index] * in_body - *before[index] * in_body;
+}
+
+}  // namespace proximity_server::scene
