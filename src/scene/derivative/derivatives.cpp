@@ -44,7 +44,7 @@ void Derivatives::update(const BodyPoses& poses, const FramePoses& frames) {
 void Derivatives::requireSize(Eigen::Index size) const {
   if (size != degreesOfFreedom().size())
     throw std::invalid_argument("the robot has " + std::to_string(degreesOfFreedom().size()) +
-                                " degrees of freedom, but there is room for " + std::to_string(size));
+                                " degrees of freedom, but the vector has " + std::to_string(size) + " entries");
 }
 
 bool Derivatives::gradient(const PairProximity& pair, Eigen::Ref<Eigen::VectorXd> gradient) const {

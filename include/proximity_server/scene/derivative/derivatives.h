@@ -47,10 +47,11 @@ class Derivatives {
   /// Formula: n . (v_b - v_a), where v is the velocity of each body at its own point. As the distance is the smallest one of
   ///          two points, how these two move on the surfaces does not count (Danskin, The Theory of Max-Min, with
   ///          Applications, 1966).
-  /// Error:   that of the normal and the points, and the rounding of the poses. Of two that are apart the normal is off by no more
-  ///          than acos(lower_bound / upper_bound) [rad], before paddings and margins; the worst that test/README.md knows of is 1e-7. Where PairProximity::result.unique is false the
-  ///          distance has a kink: this is the derivative for one choice of points, rate() has that of a direction. The same
-  ///          is so where two pairs of pieces are equally close, which is not noticed.
+  /// Error:   that of the normal and the points, and the rounding of the poses. The normal of two convex pieces that are apart
+  ///          is off by no more than acos(lower_bound / upper_bound) [rad]; test/README.md tells what random states showed.
+  ///          Where PairProximity::result.unique is false the distance has a kink: this is the derivative for one choice of
+  ///          points, rate() has that of a direction. The same is so where two pairs of pieces are equally close, which is not
+  ///          noticed.
   /// Failure: returns false, with NaN, if the pair is Unknown or has no points, or if a pose between the two is missing.
   ///          Throws std::invalid_argument for another size of `gradient`, and for an object that does not exist.
   bool gradient(const PairProximity& pair, Eigen::Ref<Eigen::VectorXd> gradient) const;
