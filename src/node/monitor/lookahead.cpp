@@ -10,8 +10,8 @@
 #include <set>
 #include <string>
 #include <utility>
-#include <variant>
 
+#include "node/objects/object_needs.h"
 #include "node/robot/conversions.h"
 #include "node/services/timed_motion.h"
 #include "proximity_server/scene/model/kinematics.h"
@@ -33,18 +33,6 @@ std::vector<int> chainOf(const scene::RobotModel& robot, int body) {
 /// The robot of a body, or TfPoses::kReferenceFrame for the body -1.
 int rootOf(const scene::RobotModel& robot, int body) {
   return body < 0 ? TfPoses::kReferenceFrame : robot.bodies[body].robot;
-}
-
-/// The body with which an object moves: that of its link, of the link whose frame carries it, or of the reference frame.
-int carrierOf(const Robot& robot, const scene::Object& object) {
-  int link = robot.referenceLink();
-  if (const auto* held = std::get_if<scene::Attached>(&object.placement))
-    link = robot.robotModel().findLink(held->link);
-  if (const auto* moving = std::get_if<scene::Moving>(&object.placement)) {
-    const int of_frame = robot.linkOfFrame(moving->frame);
-    if (of_frame >= 0) link = of_frame;
-  }
-  return link < 0 ? -1 : robot.robotModel().links[link].body;
 }
 
 /// The bodies of checked pairs, each two once.

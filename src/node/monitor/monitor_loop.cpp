@@ -35,6 +35,7 @@ MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   monitor_.follow(robot);
   lookup_.emplace(*robot, edgesTo(*robot, monitor_.bodies()));
   clearance_pub_ = nh_.advertise<Clearance>("clearance", 1);
+  constraints_pub_ = nh_.advertise<ConstraintRows>("constraints", 1);
   markers_pub_ = nh_.advertise<visualization_msgs::MarkerArray>(
       "markers", 10, [this](const ros::SingleSubscriberPublisher& subscriber) { sendPieces(subscriber); });
   simulated_timer_ = nh_.createTimer(
@@ -188,6 +189,8 @@ void MonitorLoop::publish(const PoseSnapshot& snapshot) {
   const Clearance& clearance = monitor_.cycle(snapshot, lookUpVelocities(), health_.settings, frames);
   health_.slowest_cycle = std::max(health_.slowest_cycle, clearance.computation_time);
   clearance_pub_.publish(clearance);
+  if (constraints_pub_.getNumSubscribers() > 0)
+    constraints_pub_.publish(monitor_.constraints(snapshot, health_.settings));
   if (health_.settings.markers && markers_pub_.getNumSubscribers() > 0) publishMarkers(clearance, snapshot.poses);
 }
 

@@ -91,6 +91,7 @@ class MonitorLoop {
   std::optional<ClearanceMarkers> markers_;  // of the monitor's robot; made for the first subscriber
 
   ros::Publisher clearance_pub_;
+  ros::Publisher constraints_pub_;
   ros::Publisher markers_pub_;
   ros::Timer simulated_timer_;  // used with a simulated clock
   ros::WallTimer keep_alive_;
