@@ -206,9 +206,20 @@ void Monitor::lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& ve
     clearance_.lookahead.status = clearance_.status;
     return;
   }
-  if (moving_scene_->objects() != objects().all.get()) moving_scene_->use(objects().all);
   const LookaheadStart start{snapshot.poses, monitored_.frames, frames};
-  clearance_.lookahead = contactAhead(*robot_, *moving_scene_, start, velocities, settings);
+  clearance_.lookahead = contactAhead(*robot_, movingScene(), start, velocities, settings);
+}
+
+StoppingScale Monitor::velocityScale(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
+                                     const MonitorSettings& settings, const FrameSnapshot& frames) {
+  if (clearance_.level == Clearance::INVALID) return {0.0, clearance_.status};
+  return stoppingScale(*robot_, movingScene(), *scene_, {snapshot.poses, monitored_.frames, frames}, velocities,
+                       joints(), snapshot.age, settings);
+}
+
+scene::MovingScene& Monitor::movingScene() {
+  if (moving_scene_->objects() != objects().all.get()) moving_scene_->use(objects().all);
+  return *moving_scene_;
 }
 
 void Monitor::countPairs() {

@@ -8,6 +8,7 @@
 #include "node/monitor/constraints.h"
 #include "node/monitor/joint_velocities.h"
 #include "node/monitor/lookahead.h"
+#include "node/monitor/velocity_scale.h"
 #include "node/robot/conversions.h"
 #include "node/robot/robot.h"
 #include "node/services/gradients.h"
@@ -61,6 +62,10 @@ class Monitor {
   /// The constraint rows in the poses of the latest cycle, which `snapshot` are. The message is valid until the next call.
   const ConstraintRows& constraints(const PoseSnapshot& snapshot, const MonitorSettings& settings);
 
+  /// The scale of the velocities in the latest cycle, in which `snapshot` and `frames` are the poses.
+  StoppingScale velocityScale(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
+                              const MonitorSettings& settings, const FrameSnapshot& frames = {});
+
   /// The message of the latest cycle; its `cycle` is 0 before the first one.
   const Clearance& latest() const { return clearance_; }
 
@@ -82,6 +87,7 @@ class Monitor {
               const MonitorSettings& settings);
   void lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities, const MonitorSettings& settings,
                  const FrameSnapshot& frames);
+  scene::MovingScene& movingScene();
   void countPairs();
 
   std::shared_ptr<const Robot> robot_;

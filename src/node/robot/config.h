@@ -55,7 +55,7 @@ struct RobotSource {
   std::string prefixParameter() const { return name.empty() ? "tf_prefix" : "robots/" + name + "/tf_prefix"; }
 };
 
-/// How fast joints can stop [rad/s^2] or [m/s^2].
+/// How hard joints can brake [rad/s^2] or [m/s^2].
 struct MaxDeceleration {
   std::optional<double> of_all;           ///< one number for all joints
   std::map<std::string, double> of_joint;  ///< or that of each; a joint that is not named has none

@@ -3,7 +3,6 @@
 #include <ros/console.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <stdexcept>
 #include <utility>
@@ -143,19 +142,12 @@ int jointThatStops(const scene::RobotModel& robot, const std::string& name) {
   }
   if (!scene::hasOnePosition(robot.joints[joint]))
     throw std::invalid_argument(parameter + "the joint is floating or planar, it has not one velocity");
-  if (robot.joints[joint].mimic) throw std::invalid_argument(parameter + "the joint follows another one");
   return joint;
 }
 
 std::vector<std::optional<double>> maxDecelerationsOf(const scene::RobotModel& robot, const MaxDeceleration& known) {
   std::vector<std::optional<double>> decelerations(robot.joints.size(), known.of_all);
   for (const auto& [name, deceleration] : known.of_joint) decelerations[jointThatStops(robot, name)] = deceleration;
-  for (std::size_t i = 0; i < decelerations.size(); ++i) {
-    const scene::Joint::Mimic leader = robot.leaderOf(static_cast<int>(i));
-    const std::optional<double>& own = decelerations[leader.joint];
-    if (robot.joints[i].mimic && own) decelerations[i] = std::abs(leader.multiplier) * *own;
-    if (robot.joints[i].mimic && !own) decelerations[i].reset();
-  }
   return decelerations;
 }
 

@@ -72,8 +72,7 @@ class Robot {
   const scene::Candidates& candidates() const { return candidates_; }
   const std::vector<int>& candidateBodies() const { return candidate_bodies_; }
 
-  /// How fast each of RobotModel::joints can stop [rad/s^2] or [m/s^2]; nullopt if the parameters do not tell. Mimic joints
-  /// stop with their leaders.
+  /// How hard each of RobotModel::joints can brake [rad/s^2] or [m/s^2]; nullopt if the parameters do not tell.
   const std::vector<std::optional<double>>& maxDecelerations() const { return max_decelerations_; }
 
   /// The objects around the robot. Unlike all else of a robot they change while it is used.
