@@ -48,7 +48,8 @@ bool Derivatives::gradient(const PairProximity& pair, Eigen::Ref<Eigen::VectorXd
     const JointTwists twists = joints_->twistsOf(body);
     const auto& own = columns.columnsOf(joints_->robot().bodies[static_cast<std::size_t>(body)].joint);
     for (int i = 0; i < twists.count; ++i)
-      gradient[own.first + i] += own.multiplier * away.dot(twists.twists[static_cast<std::size_t>(i)].velocityAt(point));
+      gradient[own.first + i] +=
+          own.multiplier * away.dot(twists.twists[static_cast<std::size_t>(i)].velocityAt(point));
   });
   return true;
 }

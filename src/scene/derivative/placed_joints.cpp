@@ -98,8 +98,7 @@ JointTwists PlacedJoints::twistsOf(int body) const {
       break;
   }
   const Link& parent = robot().links[joint.parent_link];
-  const Matrix3d at_rest =
-      poses_[moved.parent]->linear() * parent.body_T_link.linear() * joint.parent_T_joint.linear();
+  const Matrix3d at_rest = poses_[moved.parent]->linear() * parent.body_T_link.linear() * joint.parent_T_joint.linear();
   if (joint.type == Joint::Type::Planar) {
     const Matrix3d axes = at_rest * planeAxes(joint.axis);
     add(axes.col(0), Vector3d::Zero());
