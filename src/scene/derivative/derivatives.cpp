@@ -17,7 +17,15 @@ Derivatives& Derivatives::operator=(Derivatives&&) noexcept = default;
 
 const DegreesOfFreedom& Derivatives::degreesOfFreedom() const { return joints_->degreesOfFreedom(); }
 
-void Derivatives::use(std::shared_ptr<const Objects> objects) { joints_->use(std::move(objects)); }
+void Derivatives::use(std::shared_ptr<const Objects> objects) {
+  ObjectCarriers carriers;
+  if (objects) carriers.of_frames.assign(objects->frames().size(), -1);
+  joints_->use(std::move(objects), std::move(carriers));
+}
+
+void Derivatives::use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers) {
+  joints_->use(std::move(objects), std::move(carriers));
+}
 
 void Derivatives::update(const BodyPoses& poses) { joints_->update(poses); }
 
@@ -40,7 +48,8 @@ bool Derivatives::gradient(const PairProximity& pair, Eigen::Ref<Eigen::VectorXd
     const JointTwists twists = joints_->twistsOf(body);
     const auto& own = columns.columnsOf(joints_->robot().bodies[static_cast<std::size_t>(body)].joint);
     for (int i = 0; i < twists.count; ++i)
-      gradient[own.first + i] += own.multiplier * away.dot(twists.twists[static_cast<std::size_t>(i)].velocityAt(point));
+      gradient[own.first + i] +=
+          own.multiplier * away.dot(twists.twists[static_cast<std::size_t>(i)].velocityAt(point));
   });
   return true;
 }
