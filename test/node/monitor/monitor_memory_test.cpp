@@ -130,7 +130,7 @@ class MonitoredGantry {
   long allocationsOfCycles() const { return allocations_; }
 
  private:
-  static int usedRows(const ConstraintRows& rows) {
+  static int usedRows(const proximity_server::ConstraintRows& rows) {
     return static_cast<int>(std::count_if(rows.lower_bounds.begin(), rows.lower_bounds.end(),
                                           [](double bound) { return std::isfinite(bound); }));
   }

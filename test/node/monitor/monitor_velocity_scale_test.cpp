@@ -107,7 +107,7 @@ TEST_F(ScaleOfSliders, IsThatOfTheSceneToTheLastBit) {
   scene::MovingScene moving(robot_->sharedModel());
   int between = 0;
   for (int i = 0; i < 50; ++i) {
-    const double speed = 0.05 * i - 1.0;
+    const double speed = 0.15 * i - 3.5;
     const PoseSnapshot at = withTheRightSphereAt(*robot_, 0.5);
     const StoppingScale found = scaleIn(at, velocities(-speed, speed, 0.5 * speed));
     scene.update(at.poses);
