@@ -17,11 +17,7 @@ Derivatives& Derivatives::operator=(Derivatives&&) noexcept = default;
 
 const DegreesOfFreedom& Derivatives::degreesOfFreedom() const { return joints_->degreesOfFreedom(); }
 
-void Derivatives::use(std::shared_ptr<const Objects> objects) {
-  ObjectCarriers carriers;
-  if (objects) carriers.of_frames.assign(objects->frames().size(), -1);
-  joints_->use(std::move(objects), std::move(carriers));
-}
+void Derivatives::use(std::shared_ptr<const Objects> objects) { joints_->use(std::move(objects)); }
 
 void Derivatives::use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers) {
   joints_->use(std::move(objects), std::move(carriers));

@@ -33,6 +33,12 @@ void PlacedJoints::update(const BodyPoses& poses) {
   for (std::size_t i = 0; i < poses.size(); ++i) poses_[i] = usablePose(poses[i]);
 }
 
+void PlacedJoints::use(std::shared_ptr<const Objects> objects) {
+  ObjectCarriers carriers;
+  if (objects) carriers.of_frames.assign(objects->frames().size(), -1);
+  use(std::move(objects), std::move(carriers));
+}
+
 void PlacedJoints::use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers) {
   const std::size_t frames = objects ? objects->frames().size() : 0;
   if (carriers.of_frames.size() != frames)

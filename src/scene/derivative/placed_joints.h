@@ -39,6 +39,9 @@ class PlacedJoints {
   const RobotModel& robot() const { return model_->robot; }
   const DegreesOfFreedom& degreesOfFreedom() const { return degrees_of_freedom_; }
 
+  /// All objects that no link holds rest where the roots do.
+  void use(std::shared_ptr<const Objects> objects);
+
   /// Throws std::invalid_argument if there is not one carrier for each frame, and for one that is no body.
   void use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers);
   const Objects* objects() const { return objects_.get(); }
