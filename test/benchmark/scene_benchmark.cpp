@@ -380,10 +380,12 @@ class ControllerCycles {
         scene_(robot.model),
         scene_of_rows_(robot.model),
         derivatives_(robot.model),
-        rows_(robot.model, kConstraintRows) {
+        rows_(robot.model, kConstraintRows),
+        fcl_(*robot.model, FclScene::Method::HullsLibccd),
+        rows_of_fcl_(kConstraintRows, derivatives_.degreesOfFreedom().size()) {
     question_.threshold = damper.influence_distance;
     gradient_.resize(derivatives_.degreesOfFreedom().size());
-    for (std::vector<std::vector<double>>* times : {&of_distances_, &of_rows_, &of_gradients_})
+    for (std::vector<std::vector<double>>* times : {&of_distances_, &of_rows_, &of_gradients_, &of_fcl_})
       times->resize(states.size());
   }
 
@@ -398,10 +400,13 @@ class ControllerCycles {
       used_ += usedRows();
       ++asked_;
     }
+    // It keeps nothing from state to state, so that some are enough.
+    for (std::size_t state = 0; state < states_.size(); state += 10)
+      of_fcl_[state].push_back(microseconds([&] { askFclForRows(state); }));
   }
 
   json result(const std::string& row) const {
-    const std::vector<double> distances = medians(of_distances_), rows = medians(of_rows_);
+    const std::vector<double> distances = medians(of_distances_), rows = medians(of_rows_), fcl = medians(of_fcl_);
     json result = {{"row", row},
                    {"rows", kConstraintRows},
                    {"rows_used", used_ / asked_},
@@ -410,7 +415,9 @@ class ControllerCycles {
                    {"distances_us", quantile(distances, 0.5)},
                    {"distances_p99_us", quantile(distances, 0.99)},
                    {"median_us", quantile(rows, 0.5)},
-                   {"p99_us", quantile(rows, 0.99)}};
+                   {"p99_us", quantile(rows, 0.99)},
+                   {"fcl_us", quantile(fcl, 0.5)},
+                   {"fcl_p99_us", quantile(fcl, 0.99)}};
     const std::vector<double> gradients = medians(of_gradients_);
     if (!gradients.empty()) result["gradient_us"] = quantile(gradients, 0.5);
     return result;
@@ -443,6 +450,24 @@ class ControllerCycles {
     rows_.update(scene_of_rows_, derivatives_, damper_);
   }
 
+  /// The same formula, with FCL's distances and points. It has none of pairs that overlap.
+  void askFclForRows(std::size_t state) {
+    derivatives_.update(states_[state]);
+    Eigen::Index row = 0;
+    for (const FclScene::PairWithPoints& found :
+         fcl_.closest(states_[state], kConstraintRows, damper_.influence_distance)) {
+      if (!(found.distance > 0.0)) continue;
+      PairProximity pair{scene_.candidates()[static_cast<std::size_t>(found.candidate)], 0, 0, {}};
+      pair.result.status = narrowphase::Status::Converged;
+      pair.result.has_points = true;
+      pair.result.point_a = found.point_a;
+      pair.result.point_b = found.point_b;
+      pair.result.normal = (found.point_b - found.point_a).normalized();
+      derivatives_.gradient(pair, gradient_);
+      rows_of_fcl_.row(row++) = gradient_;
+    }
+  }
+
   /// A single gradient is too short for the clock: of all found pairs, so often.
   void timeGradients(std::size_t state) {
     constexpr int kRepetitions = 20;
@@ -468,10 +493,12 @@ class ControllerCycles {
   Scene scene_, scene_of_rows_;
   Derivatives derivatives_;
   ConstraintRows rows_;
+  FclScene fcl_;
+  Eigen::MatrixXd rows_of_fcl_;
   Question question_;
   Eigen::VectorXd gradient_;
-  const std::vector<PairProximity>* found_ = nullptr;                       // by the last question to scene_
-  std::vector<std::vector<double>> of_distances_, of_rows_, of_gradients_;  // [us] by state and round
+  const std::vector<PairProximity>* found_ = nullptr;                                // by the last question to scene_
+  std::vector<std::vector<double>> of_distances_, of_rows_, of_gradients_, of_fcl_;  // [us] by state and round
   double used_ = 0.0, asked_ = 0.0, sum_ = 0.0;
 };
 
