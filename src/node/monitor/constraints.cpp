@@ -43,8 +43,8 @@ QueryStatus Constraints::update(const MeasuredCycle& cycle, const MonitorSetting
   if (!problem.empty()) return statusOf(QueryStatus::INVALID_ARGUMENT, problem);
   rows_.update(cycle.scene, cycle.gradients.derivatives(), damperOf(settings));
   if (rows_.unknown() == 0) return {};
-  return statusOf(QueryStatus::NOT_CONVERGED, std::to_string(rows_.unknown()) +
-                                                  " pairs within influence_distance have no distance or no gradient");
+  return statusOf(QueryStatus::NOT_CONVERGED,
+                  std::to_string(rows_.unknown()) + " pairs within influence_distance have no distance or no gradient");
 }
 
 void Constraints::assignRows(const MeasuredCycle& cycle) {

@@ -24,9 +24,9 @@ struct MonitoredObjects {
   MonitoredObjects(const Robot& robot, const RobotObjects& present);
 
   RobotObjects objects;
-  std::vector<int> bodies;       ///< whose poses a cycle needs
-  Movers movers;                 ///< of which the lookahead needs the velocities
-  AskedFrames frames;            ///< that moving objects need
+  std::vector<int> bodies;  ///< whose poses a cycle needs
+  Movers movers;            ///< of which the lookahead needs the velocities
+  AskedFrames frames;       ///< that moving objects need
   scene::ObjectCarriers carriers;
   std::size_t longest_name = 0;  ///< length of the longest name of a link, <collision> element or object
 };
@@ -94,9 +94,9 @@ class Monitor {
   ScenePool::Lease scene_;  // declared after robot_, whose pools it and the next return to
   MovingScenePool::Lease moving_scene_;
   MonitoredObjects monitored_;
-  std::optional<Gradients> gradients_;  ///< of this robot and these objects; made when they are wanted first
-  std::optional<Constraints> constraints_;  ///< the same
-  std::uint8_t self_level_ = Clearance::INVALID;    ///< of pairs of links
+  std::optional<Gradients> gradients_;            ///< of this robot and these objects; made when they are wanted first
+  std::optional<Constraints> constraints_;        ///< the same
+  std::uint8_t self_level_ = Clearance::INVALID;  ///< of pairs of links
   std::uint8_t object_level_ = Clearance::INVALID;  ///< of pairs with an object
   Clearance clearance_;
   std::vector<Proximity> unlisted_;  ///< allocated entries that Clearance::below_threshold does not need at present

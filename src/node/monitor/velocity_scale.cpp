@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <optional>
+#include <stdexcept>
 #include <string>
 
 #include "node/services/timed_motion.h"
@@ -34,6 +35,25 @@ scene::Braking brakingOf(const Robot& robot, const ros::Duration& age, const Mon
   return braking;
 }
 
+/// The decelerations of all joints that move are known.
+StoppingScale scaleOf(const Robot& robot, scene::MovingScene& moving_scene, scene::Scene& scene,
+                      const LookaheadStart& start, const VelocitySnapshot& velocities, const ros::Duration& age,
+                      const MonitorSettings& settings) {
+  const scene::MovingState state{start.poses, velocities.velocities, velocities.positions,
+                                 objectFramesAtStart(robot, start.frames, start.placed.poses)};
+  const scene::StopDistances stop{settings.stop_distance, settings.object_stop_distance};
+  const scene::VelocityScale found =
+      scene::velocityScale(moving_scene, scene, state, brakingOf(robot, age, settings), stop, endOfSearch(settings));
+  StoppingScale result;
+  if (found.status != narrowphase::Status::Unknown) {
+    result.scale = found.scale;
+    return result;
+  }
+  result.status.code = QueryStatus::TF_UNAVAILABLE;
+  result.status.message = "a pair has no usable pose, or a joint no finite velocity";
+  return result;
+}
+
 }  // namespace
 
 StoppingScale stoppingScale(const Robot& robot, scene::MovingScene& moving_scene, scene::Scene& scene,
@@ -44,18 +64,13 @@ StoppingScale stoppingScale(const Robot& robot, scene::MovingScene& moving_scene
   if (result.status.code == QueryStatus::OK) result.status = knowledgeOf(robot, joints);
   if (result.status.code != QueryStatus::OK) return result;
 
-  const scene::MovingState state{start.poses, velocities.velocities, velocities.positions,
-                                 objectFramesAtStart(robot, start.frames, start.placed.poses)};
-  const scene::StopDistances stop{settings.stop_distance, settings.object_stop_distance};
-  const scene::VelocityScale found = scene::velocityScale(moving_scene, scene, state, brakingOf(robot, age, settings),
-                                                          stop, endOfSearch(settings));
-  if (found.status != narrowphase::Status::Unknown) {
-    result.scale = found.scale;
+  try {
+    return scaleOf(robot, moving_scene, scene, start, velocities, age, settings);
+  } catch (const std::invalid_argument& error) {  // a velocity with which the way to stop is not finite
+    result.status.code = QueryStatus::NO_VELOCITY;
+    result.status.message = error.what();
     return result;
   }
-  result.status.code = QueryStatus::TF_UNAVAILABLE;
-  result.status.message = "a pair has no usable pose";
-  return result;
 }
 
 }  // namespace proximity_server::node

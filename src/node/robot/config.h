@@ -57,7 +57,7 @@ struct RobotSource {
 
 /// How hard joints can brake [rad/s^2] or [m/s^2].
 struct MaxDeceleration {
-  std::optional<double> of_all;           ///< one number for all joints
+  std::optional<double> of_all;            ///< one number for all joints
   std::map<std::string, double> of_joint;  ///< or that of each; a joint that is not named has none
 };
 

@@ -158,8 +158,8 @@ QueryPairsResponse answer(const Robot& robot, TfPoses& tf, const QueryPairsReque
     const PosedScene posed(robot, tf, pairs, request.stamp);
     response.header = posed.header;
     std::optional<Gradients> gradients = gradientsOf(robot, pairs, request);
-    StateProximity found =
-        askPairs(robot, *posed.scene, {posed.snapshot.poses, posed.snapshot.status}, pairs, request, question, gradients);
+    StateProximity found = askPairs(robot, *posed.scene, {posed.snapshot.poses, posed.snapshot.status}, pairs, request,
+                                    question, gradients);
     if (gradients) response.joint_names = gradients->names();
     response.status = std::move(found.status);
     response.pairs = std::move(found.pairs);

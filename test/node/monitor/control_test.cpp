@@ -17,7 +17,7 @@
 #include "node/gantry.h"
 #include "node/joint_states.h"
 
-// Every expected number is read off gantry.urdf: with the ball at (x, y, 0) the columns are x_axis, y_axis and lift.
+// Every expected number is read off gantry.urdf: with the ball at (x, y, 0) the columns are lift, x_axis and y_axis.
 
 namespace proximity_server::node {
 namespace {
@@ -64,7 +64,7 @@ class ControlTopics : public testing::Test {
   static Gantry& gantry() { return connectedGantry(2); }
   void TearDown() override { gantry().release(); }
 
-  const std::vector<std::string> columns_{"x_axis", "y_axis", "lift"};
+  const std::vector<std::string> columns_{"lift", "x_axis", "y_axis"};
 };
 
 // ---- gradients
@@ -78,11 +78,11 @@ TEST_F(ControlTopics, GivesTheGradientsWhileTheyAreAsked) {
   });
   ASSERT_TRUE(with);
   EXPECT_EQ(with->joint_names, columns_);
-  expectNear(with->joint_positions, {0.5, 0.0, 0.0});
-  expectNear(with->minimum.gradient, {1.0, 0.0, 0.0});
-  expectNear(with->self_minimum.gradient, {1.0, 0.0, 0.0});
+  expectNear(with->joint_positions, {0.0, 0.5, 0.0});
+  expectNear(with->minimum.gradient, {0.0, 1.0, 0.0});
+  expectNear(with->self_minimum.gradient, {0.0, 1.0, 0.0});
   ASSERT_EQ(with->below_threshold.size(), 1u);
-  expectNear(with->below_threshold[0].gradient, {1.0, 0.0, 0.0});
+  expectNear(with->below_threshold[0].gradient, {0.0, 1.0, 0.0});
 
   set("gradients", false);
   const auto without = inbox.next([](const Clearance& message) { return message.joint_names.empty(); });
@@ -96,7 +96,7 @@ TEST_F(ControlTopics, AgreesWithQueryPairsToTheLastBit) {
   gantry().hold({0.43, 0.31, 0.1});
   Inbox<Clearance> inbox(ros::NodeHandle(), kNode + "clearance");
   const auto message = inbox.next([](const Clearance& candidate) {
-    return candidate.minimum.gradient.size() == 3 && std::abs(candidate.joint_positions[2] - 0.1) < kTolerance;
+    return candidate.minimum.gradient.size() == 3 && std::abs(candidate.joint_positions[0] - 0.1) < kTolerance;
   });
   ASSERT_TRUE(message);
   QueryPairsRequest request;
@@ -124,15 +124,15 @@ TEST_F(ControlTopics, GivesTheGradientsOfOtherStates) {
   for (const double x : {0.5, -0.5}) {
     sensor_msgs::JointState state;
     state.name = columns_;
-    state.position = {x, 0.0, 0.0};
+    state.position = {0.0, x, 0.0};
     request.states.push_back(state);
   }
   const auto response = call<QueryConfigurationResponse>(kNode + "query_configuration", request);
   ASSERT_TRUE(response.success) << response.status.message;
   EXPECT_EQ(response.joint_names, columns_);
-  expectNear(response.states.at(0).minimum.gradient, {1.0, 0.0, 0.0});
-  expectNear(response.states.at(1).minimum.gradient, {-1.0, 0.0, 0.0});
-  expectNear(response.states.at(1).pairs.at(0).gradient, {-1.0, 0.0, 0.0});
+  expectNear(response.states.at(0).minimum.gradient, {0.0, 1.0, 0.0});
+  expectNear(response.states.at(1).minimum.gradient, {0.0, -1.0, 0.0});
+  expectNear(response.states.at(1).pairs.at(0).gradient, {0.0, -1.0, 0.0});
 }
 
 // A bound is no point: there is nothing to take the derivative of.
@@ -163,10 +163,10 @@ TEST_F(ControlTopics, PublishesTheRowsOfAVelocityDamper) {
   EXPECT_EQ(rows->status.code, QueryStatus::OK) << rows->status.message;
   EXPECT_EQ(rows->header.frame_id, "base");
   EXPECT_EQ(rows->joint_names, columns_);
-  expectNear(rows->joint_positions, {0.5, 0.0, 0.0});
+  expectNear(rows->joint_positions, {0.0, 0.5, 0.0});
   ASSERT_EQ(rows->lower_bounds.size(), 8u);
   ASSERT_EQ(rows->matrix.size(), 24u);
-  expectNear({rows->matrix.begin(), rows->matrix.begin() + 3}, {1.0, 0.0, 0.0});
+  expectNear({rows->matrix.begin(), rows->matrix.begin() + 3}, {0.0, 1.0, 0.0});
   EXPECT_NEAR(rows->lower_bounds[0], -0.5 * 0.28 / 0.38, kTolerance);
   EXPECT_EQ((std::set<std::string>{rows->a[0].link, rows->b[0].link}), (std::set<std::string>{"base", "ball"}));
   for (std::size_t row = 1; row < 8; ++row)
@@ -194,8 +194,8 @@ TEST_F(ControlTopics, HasNoRowsIfTheInfluenceDistanceIsTooSmall) {
   gantry().hold({0.5, 0.0, 0.0});
   set("influence_distance", 0.02);
   Inbox<ConstraintRows> inbox(ros::NodeHandle(), kNode + "constraints");
-  const auto rows = inbox.next(
-      [](const ConstraintRows& message) { return message.status.code == QueryStatus::INVALID_ARGUMENT; });
+  const auto rows =
+      inbox.next([](const ConstraintRows& message) { return message.status.code == QueryStatus::INVALID_ARGUMENT; });
   ASSERT_TRUE(rows);
   EXPECT_NE(rows->status.message.find("influence_distance is 0.02"), std::string::npos) << rows->status.message;
   EXPECT_TRUE(rows->lower_bounds.empty());

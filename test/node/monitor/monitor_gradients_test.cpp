@@ -238,16 +238,18 @@ TEST_F(GradientsOfSliders, AreEmptyAndPositionsNaNWhereNoPoseIsKnown) {
 TEST_F(GradientsOfSliders, FollowTheNextRobot) {
   follow("");
   cycle();
-  robot_ = std::make_shared<const Robot>(R"(<robot name="two"><link name="a"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+  robot_ = std::make_shared<const Robot>(
+      R"(<robot name="two"><link name="a"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
     <link name="between"/><link name="b"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
     <joint name="slide" type="prismatic"><parent link="a"/><child link="between"/><axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
-    <joint name="fly" type="floating"><parent link="between"/><child link="b"/><origin xyz="0 1 0"/></joint></robot>)", "", Config());
+    <joint name="fly" type="floating"><parent link="between"/><child link="b"/><origin xyz="0 1 0"/></joint></robot>)",
+      "", Config());
   monitor_.follow(robot_);
   PoseSnapshot snapshot;
   snapshot.poses = scene::forwardKinematics(robot_->robotModel(), std::vector<double>(2, 0.0));
   const Clearance& clearance = monitor_.cycle(snapshot, {}, settings_);
-  EXPECT_EQ(clearance.joint_names,
-            (std::vector<std::string>{"slide", "fly/trans_x", "fly/trans_y", "fly/trans_z", "fly/rot_x", "fly/rot_y", "fly/rot_z"}));
+  EXPECT_EQ(clearance.joint_names, (std::vector<std::string>{"slide", "fly/trans_x", "fly/trans_y", "fly/trans_z",
+                                                             "fly/rot_x", "fly/rot_y", "fly/rot_z"}));
   EXPECT_EQ(clearance.joint_positions[0], 0.0);
   EXPECT_TRUE(std::isnan(clearance.joint_positions[1]));
   ASSERT_EQ(clearance.minimum.gradient.size(), 7u);

@@ -132,7 +132,8 @@ TEST_F(ScaleOfSliders, IsZeroWithoutADecelerationOfAJointThatMovesAPair) {
   config_.max_deceleration.of_all.reset();
   config_.max_deceleration.of_joint = {{"to_left", 1.0}, {"to_middle", 2.0}};
   follow("");
-  expectZero(scaleOf(0.0, 0.1, 0.0), QueryStatus::INVALID_ARGUMENT, "max_deceleration has no number for joint 'to_right'");
+  expectZero(scaleOf(0.0, 0.1, 0.0), QueryStatus::INVALID_ARGUMENT,
+             "max_deceleration has no number for joint 'to_right'");
 }
 
 TEST_F(ScaleOfSliders, IsZeroWithoutVelocities) {
@@ -145,6 +146,13 @@ TEST_F(ScaleOfSliders, IsZeroWithoutVelocities) {
 TEST_F(ScaleOfSliders, IsZeroForAVelocityThatIsNotFinite) {
   EXPECT_EQ(scaleOf(0.0, std::numeric_limits<double>::quiet_NaN(), 0.0).scale, 0.0);
   EXPECT_EQ(scaleOf(0.0, std::numeric_limits<double>::infinity(), 0.0).scale, 0.0);
+}
+
+TEST_F(ScaleOfSliders, IsSafeForAVelocityBeyondAllMeasure) {
+  for (const double velocity : {1e100, 1e200, 1e300, 1.7e308}) {
+    EXPECT_GE(scaleOf(0.0, velocity, 0.0).scale, 0.0) << velocity;
+    EXPECT_LE(scaleOf(0.0, velocity, 0.0).scale, 1e-50) << velocity;
+  }
 }
 
 TEST_F(ScaleOfSliders, IsZeroWhileTheLevelIsInvalid) {
