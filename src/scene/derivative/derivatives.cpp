@@ -19,6 +19,10 @@ const DegreesOfFreedom& Derivatives::degreesOfFreedom() const { return joints_->
 
 void Derivatives::use(std::shared_ptr<const Objects> objects) { joints_->use(std::move(objects)); }
 
+void Derivatives::use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers) {
+  joints_->use(std::move(objects), std::move(carriers));
+}
+
 void Derivatives::update(const BodyPoses& poses) { joints_->update(poses); }
 
 bool Derivatives::gradient(const PairProximity& pair, Eigen::Ref<Eigen::VectorXd> gradient) const {
