@@ -60,7 +60,8 @@ FreeMotion::FreeMotion(std::shared_ptr<const SceneModel> model)
   scratch_.setZero(columns.size());
   sides_.setZero(columns.size());
   for (std::size_t joint = 0; joint < model->robot.joints.size(); ++joint)
-    sides_.segment(columns.columnsOf(static_cast<int>(joint)).first, columns.columnsOf(static_cast<int>(joint)).count).array() += 1.0;
+    sides_.segment(columns.columnsOf(static_cast<int>(joint)).first, columns.columnsOf(static_cast<int>(joint)).count)
+        .array() += 1.0;
   sides_ = sides_.cwiseMin(2.0);
 }
 FreeMotion::~FreeMotion() = default;

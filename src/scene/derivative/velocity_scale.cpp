@@ -47,8 +47,7 @@ void requireLegal(const RobotModel& model, const MovingState& state, const Braki
   if (!std::isfinite(stop.links) || !std::isfinite(stop.objects))
     throw std::invalid_argument("the stop distances must be finite");
   for (const RobotMotion::Segment& frame : state.frames.moving)
-    if (frame.is_known && !frame.motion.isRest())
-      throw std::invalid_argument("a frame of objects moves on its own");
+    if (frame.is_known && !frame.motion.isRest()) throw std::invalid_argument("a frame of objects moves on its own");
   if (state.frames.world.is_known && !state.frames.world.motion.isRest())
     throw std::invalid_argument("the world moves on its own");
 }
@@ -109,8 +108,7 @@ class StopSearch {
     MotionQuestion question = question_;
     question.tolerance = kRetreatTolerance / 100.0;
     const std::vector<ShapeRefPair> pair{near.asked};
-    return moving_.minimum(pair, first_half, question).lower_bound <
-           near.result.upper_bound - kRetreatTolerance / 16.0;
+    return moving_.minimum(pair, first_half, question).lower_bound < near.result.upper_bound - kRetreatTolerance / 16.0;
   }
 
  private:
@@ -140,11 +138,13 @@ VelocityScale velocityScale(MovingScene& moving, Scene& scene, const MovingState
     return motion;
   };
   const PhasedMotion motion = motionFor(way.length());
-  const bool rests = way.length() == 0.0 || std::all_of(velocities.begin(), velocities.end(), [](double v) { return v == 0.0; });
+  const bool rests =
+      way.length() == 0.0 || std::all_of(velocities.begin(), velocities.end(), [](double v) { return v == 0.0; });
 
   result = {narrowphase::Status::Converged, 1.0, {}};
   double length = way.length();
-  for (const auto& [kind, distance] : {std::pair(PairKind::OfLinks, stop.links), std::pair(PairKind::WithObject, stop.objects)}) {
+  for (const auto& [kind, distance] :
+       {std::pair(PairKind::OfLinks, stop.links), std::pair(PairKind::WithObject, stop.objects)}) {
     StopSearch search(moving, scene, kind, distance, deadline);
     const RobotContact found = search.contact(motion);
     if (found.counts.unknown > 0) return {};

@@ -114,8 +114,8 @@ class FreeMotion {
   std::unique_ptr<const Volumes> volumes_;
   bool is_known_ = false;
   int size_ = 0;
-  std::vector<Bubble> bubbles_;   ///< of which the first size_ are used
-  Eigen::VectorXd sides_;         ///< how many of a pair a degree of freedom can move: 1, or 2 if other joints follow it
+  std::vector<Bubble> bubbles_;  ///< of which the first size_ are used
+  Eigen::VectorXd sides_;        ///< how many of a pair a degree of freedom can move: 1, or 2 if other joints follow it
   Eigen::VectorXd scratch_;
 };
 

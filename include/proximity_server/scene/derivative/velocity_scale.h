@@ -21,8 +21,9 @@ struct Braking {
 
 /// A robot that moves.
 struct MovingState {
-  BodyPoses poses;                 ///< those of the scene
-  std::vector<double> velocities;  ///< [rad/s] or [m/s], one for each of RobotModel::joints; those of mimic joints are ignored
+  BodyPoses poses;  ///< those of the scene
+  std::vector<double>
+      velocities;  ///< [rad/s] or [m/s], one for each of RobotModel::joints; those of mimic joints are ignored
   std::vector<std::optional<double>> positions{};  ///< [rad] as stated, see motionWithinLimits(); or empty
   RobotMotion::ObjectFrames frames{};              ///< what carries objects; each at rest in its parent
 };
