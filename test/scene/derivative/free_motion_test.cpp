@@ -46,12 +46,11 @@ BodyPoses atZero(const RobotModel& robot) {
 
 /// A ball of radius 0.1 on an arm: "swing" turns about z at the origin, "reach" moves it along x, the ball is at (2, 0, 0); a post
 /// stands at (0, 3, 0), with a radius of 0.5.
-const std::string kCrane = "<robot name='crane'>" + link("post", ball("0.5", "0 3 0")) + link("mast", "") +
-                           link("hook", ball("0.1")) +
-                           joint("swing", "continuous", "post", "mast", "<axis xyz='0 0 1'/>") +
-                           joint("reach", "prismatic", "mast", "hook",
-                                 "<origin xyz='2 0 0.5'/><axis xyz='1 0 0'/>" + std::string(kLimit)) +
-                           "</robot>";
+const std::string kCrane =
+    "<robot name='crane'>" + link("post", ball("0.5", "0 3 0")) + link("mast", "") + link("hook", ball("0.1")) +
+    joint("swing", "continuous", "post", "mast", "<axis xyz='0 0 1'/>") +
+    joint("reach", "prismatic", "mast", "hook", "<origin xyz='2 0 0.5'/><axis xyz='1 0 0'/>" + std::string(kLimit)) +
+    "</robot>";
 
 TEST(FreeMotion, WeightOfARotationIsTheRadiusAboutItsAxisAndOfATranslationOne) {
   const auto model = modelOf(kCrane);
@@ -66,10 +65,10 @@ TEST(FreeMotion, WeightOfARotationIsTheRadiusAboutItsAxisAndOfATranslationOne) {
 }
 
 TEST(FreeMotion, JointsThatCarryBothHaveNoWeight) {
-  const auto model = modelOf(
-      "<robot name='r'>" + link("base", ball("0.1")) + link("table", ball("0.1", "0 0 1")) +
-      link("lift", ball("0.1", "1 0 0")) + joint("turn", "continuous", "base", "table", "<axis xyz='0 0 1'/>") +
-      joint("up", "prismatic", "table", "lift", "<axis xyz='0 0 1'/>" + std::string(kLimit)) + "</robot>");
+  const auto model =
+      modelOf("<robot name='r'>" + link("base", ball("0.1")) + link("table", ball("0.1", "0 0 1")) +
+              link("lift", ball("0.1", "1 0 0")) + joint("turn", "continuous", "base", "table", "<axis xyz='0 0 1'/>") +
+              joint("up", "prismatic", "table", "lift", "<axis xyz='0 0 1'/>" + std::string(kLimit)) + "</robot>");
   FreeMotion free(model);
   free.update(atZero(model->robot));
   VectorXd weights(2);
@@ -79,12 +78,11 @@ TEST(FreeMotion, JointsThatCarryBothHaveNoWeight) {
 }
 
 TEST(FreeMotion, FollowerAddsItsRadiusTimesItsMultiplier) {
-  const auto model = modelOf("<robot name='r'>" + link("palm", "") + link("left", ball("0.1", "0.3 0 0")) +
-                             link("right", ball("0.1", "0.4 0 0")) +
-                             joint("open", "continuous", "palm", "left", "<axis xyz='0 0 1'/>") +
-                             joint("follow", "continuous", "palm", "right",
-                                   "<axis xyz='0 0 1'/><mimic joint='open' multiplier='-2'/>") +
-                             "</robot>");
+  const auto model = modelOf(
+      "<robot name='r'>" + link("palm", "") + link("left", ball("0.1", "0.3 0 0")) +
+      link("right", ball("0.1", "0.4 0 0")) + joint("open", "continuous", "palm", "left", "<axis xyz='0 0 1'/>") +
+      joint("follow", "continuous", "palm", "right", "<axis xyz='0 0 1'/><mimic joint='open' multiplier='-2'/>") +
+      "</robot>");
   FreeMotion free(model);
   ASSERT_EQ(free.degreesOfFreedom().size(), 1);
   free.update(atZero(model->robot));
@@ -94,10 +92,10 @@ TEST(FreeMotion, FollowerAddsItsRadiusTimesItsMultiplier) {
 }
 
 TEST(FreeMotion, PlanarJointTurnsAboutItsNormalAndAFloatingOneAboutItsOrigin) {
-  const auto model = modelOf("<robot name='r'>" + link("floor", ball("0.1", "0 9 0")) +
-                             link("cart", ball("0.1", "0.3 0 7")) + link("kite", ball("0.1", "0 3 4")) +
-                             joint("drive", "planar", "floor", "cart", "<axis xyz='0 0 1'/>") +
-                             joint("fly", "floating", "floor", "kite", "") + "</robot>");
+  const auto model =
+      modelOf("<robot name='r'>" + link("floor", ball("0.1", "0 9 0")) + link("cart", ball("0.1", "0.3 0 7")) +
+              link("kite", ball("0.1", "0 3 4")) + joint("drive", "planar", "floor", "cart", "<axis xyz='0 0 1'/>") +
+              joint("fly", "floating", "floor", "kite", "") + "</robot>");
   FreeMotion free(model);
   free.update(atZero(model->robot));
   VectorXd weights(9), expected(9);

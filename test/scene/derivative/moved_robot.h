@@ -47,8 +47,8 @@ inline BodyPoses moved(const RobotModel& robot, const DegreesOfFreedom& columns,
     }
     const auto& own = columns.columnsOf(body.joint);
     const Eigen::VectorXd by = own.multiplier * motion.segment(own.first, own.count);
-    result[i] = *result[body.parent] *
-                movedBy(robot, robot.joints[body.joint], by, poses[body.parent]->inverse() * *poses[i]);
+    result[i] =
+        *result[body.parent] * movedBy(robot, robot.joints[body.joint], by, poses[body.parent]->inverse() * *poses[i]);
   }
   return result;
 }
@@ -78,7 +78,11 @@ inline std::shared_ptr<const SceneModel> someRobot(Chance& chance) {
     urdf << "<link name='" << i << "'>" << shape() << (chance.below(3) == 0 ? shape() : "") << "</link>";
     if (i == 0) continue;
     const int kind = chance.below(9);
-    const char* const type = kind < 4 ? "revolute" : kind < 6 ? "prismatic" : kind == 6 ? "continuous" : kind == 7 ? "planar" : "floating";
+    const char* const type = kind < 4    ? "revolute"
+                             : kind < 6  ? "prismatic"
+                             : kind == 6 ? "continuous"
+                             : kind == 7 ? "planar"
+                                         : "floating";
     urdf << "<joint name='j" << i << "' type='" << type << "'><parent link='" << chance.below(i) << "'/><child link='"
          << i << "'/><origin xyz='" << numbers(-0.3, 0.3, 3) << "' rpy='" << numbers(-3, 3, 3) << "'/>";
     const Eigen::Vector3d axis = chance.direction();
