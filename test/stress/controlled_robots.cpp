@@ -20,9 +20,8 @@ std::shared_ptr<const SceneModel> modelOf(const std::string& urdf, const std::st
 std::vector<ControlFamily> allFamilies() {
   std::vector<ControlFamily> families{{"random robot", 1, false, nullptr}, {"random robot, objects", 1, true, nullptr}};
   const std::string demo = PROXIMITY_SOURCE_DIR "/config/demo/robot";
-  families.push_back(
-      {"demo, objects", 4, true,
-       modelOf(demo + ".urdf", demo + ".srdf", packageResolver({PROXIMITY_SOURCE_DIR "/.."}))});
+  families.push_back({"demo, objects", 4, true,
+                      modelOf(demo + ".urdf", demo + ".srdf", packageResolver({PROXIMITY_SOURCE_DIR "/.."}))});
   const MeshResolver resolve = exampleRobotsResolver();
   if (!findsExampleRobots(resolve)) return families;
   for (const ExampleRobot& robot : robotsToTest()) {
@@ -50,14 +49,16 @@ Chance chanceOf(unsigned seed, std::size_t family, std::int64_t number) {
 }
 
 std::shared_ptr<const Objects> someObjects(const std::shared_ptr<const SceneModel>& model, Chance& chance) {
-  const auto linkName = [&] { return model->robot.links[chance.below(static_cast<int>(model->robot.links.size()))].name; };
+  const auto linkName = [&] {
+    return model->robot.links[chance.below(static_cast<int>(model->robot.links.size()))].name;
+  };
   std::vector<ObjectChange> changes;
   for (int i = 0; i < 4; ++i)
     changes.push_back(AddObject{someObject("fixed " + std::to_string(i), Fixed{chance.pose(0.8)}, chance)});
   changes.push_back(AddObject{someObject("moving", Moving{"cart", chance.pose(0.3)}, chance)});
   for (int i = 0; i < 2; ++i)
-    changes.push_back(
-        AddObject{someObject("held " + std::to_string(i), Attached{linkName(), {linkName()}, chance.pose(0.1)}, chance)});
+    changes.push_back(AddObject{
+        someObject("held " + std::to_string(i), Attached{linkName(), {linkName()}, chance.pose(0.1)}, chance)});
   return std::make_shared<const Objects>(Objects(model).changed(changes));
 }
 

@@ -16,11 +16,11 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr int kStates = 10;               // of a cell
-constexpr int kPairs = 8;                 // of a state
-constexpr int kMotionsOfPair = 20;        // and 40 of the whole scene
+constexpr int kStates = 10;         // of a cell
+constexpr int kPairs = 8;           // of a state
+constexpr int kMotionsOfPair = 20;  // and 40 of the whole scene
 constexpr int kMotionsOfScene = kMotionsOfCell / kStates - kPairs * kMotionsOfPair;
-constexpr int kMotionsPerReach = 200;     // the true reach is looked for in one of so many
+constexpr int kMotionsPerReach = 200;  // the true reach is looked for in one of so many
 
 std::shared_ptr<const SceneModel> robotOf(const ControlFamily& family, Chance& chance) {
   return family.robot ? family.robot : someRobot(chance);

@@ -16,12 +16,12 @@ struct FreeMotionFailure {
 struct FreeMotionSummary {
   std::string name;
   std::int64_t motions = 0;
-  std::int64_t overlaps = 0;     ///< of these from a pair that overlaps
-  std::int64_t of_scenes = 0;    ///< of these motions of a whole scene
-  double most_used = 0.0;        ///< the largest part of the free distance by which a pair came nearer
-  double used = 0.0;             ///< the sum of these parts, of motions along the gradient
+  std::int64_t overlaps = 0;   ///< of these from a pair that overlaps
+  std::int64_t of_scenes = 0;  ///< of these motions of a whole scene
+  double most_used = 0.0;      ///< the largest part of the free distance by which a pair came nearer
+  double used = 0.0;           ///< the sum of these parts, of motions along the gradient
   std::int64_t along_gradient = 0;
-  std::vector<double> reaches;   ///< guaranteed over true reach, of some motions
+  std::vector<double> reaches;  ///< guaranteed over true reach, of some motions
   double seconds = 0.0;
   std::int64_t failed = 0;
   std::vector<FreeMotionFailure> failures;  ///< the first ones only

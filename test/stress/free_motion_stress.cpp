@@ -47,22 +47,25 @@ struct FreeMotionStress {
                   1e6 * s.seconds / static_cast<double>(std::max<std::int64_t>(1, s.motions)),
                   static_cast<long long>(s.failed));
     std::printf(
-        "most used: the largest part of the free distance by which a pair came nearer; gradient: its mean of motions along\n"
+        "most used: the largest part of the free distance by which a pair came nearer; gradient: its mean of motions "
+        "along\n"
         "the gradient; of reach: the median of the guaranteed over the true reach of a motion; us: time of a motion.\n"
         "A failure ends its cell.\n");
   }
 
   static nlohmann::json toJson(const Summary& s) {
-    return {{"family", s.name},           {"motions", s.motions},         {"overlaps", s.overlaps},
-            {"of_scenes", s.of_scenes},   {"most_used", s.most_used},     {"reach", median(s.reaches)},
+    return {{"family", s.name},         {"motions", s.motions},     {"overlaps", s.overlaps},
+            {"of_scenes", s.of_scenes}, {"most_used", s.most_used}, {"reach", median(s.reaches)},
             {"failures", s.failed}};
   }
 
   static std::vector<RecordedLine> lines(const Summary& summary, unsigned seed) {
     std::vector<RecordedLine> lines;
     for (const FreeMotionFailure& failure : summary.failures) {
-      const nlohmann::json line = {{"name", failure.sentence}, {"family", summary.name}, {"seed", seed}, {"number", failure.number}};
-      lines.push_back({summary.name + ", cell " + std::to_string(failure.number) + ": " + failure.sentence, line.dump()});
+      const nlohmann::json line = {
+          {"name", failure.sentence}, {"family", summary.name}, {"seed", seed}, {"number", failure.number}};
+      lines.push_back(
+          {summary.name + ", cell " + std::to_string(failure.number) + ": " + failure.sentence, line.dump()});
     }
     return lines;
   }

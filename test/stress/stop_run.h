@@ -16,12 +16,12 @@ struct StopFailure {
 struct StopSummary {
   std::string name;
   std::int64_t stops = 0;
-  std::int64_t slowed = 0;        ///< of these with a scale below 1, but above 0
-  std::int64_t halted = 0;        ///< with the scale 0
-  std::int64_t retreats = 0;      ///< of these where all pairs that are too near go away, and no other comes near
-  std::int64_t open = 0;          ///< not Converged
-  std::int64_t unneeded = 0;      ///< halted with IterationLimit or Degenerate
-  double microseconds = 0.0;      ///< of all questions together
+  std::int64_t slowed = 0;    ///< of these with a scale below 1, but above 0
+  std::int64_t halted = 0;    ///< with the scale 0
+  std::int64_t retreats = 0;  ///< of these where all pairs that are too near go away, and no other comes near
+  std::int64_t open = 0;      ///< not Converged
+  std::int64_t unneeded = 0;  ///< halted with IterationLimit or Degenerate
+  double microseconds = 0.0;  ///< of all questions together
   double seconds = 0.0;
   std::int64_t failed = 0;
   std::vector<StopFailure> failures;  ///< the first ones only

@@ -27,8 +27,8 @@ struct StopStress {
   }
 
   static void print(const std::vector<Summary>& summaries) {
-    std::printf("%-24s %9s %9s %9s %9s %8s %9s %9s %8s %8s\n", "family", "stops", "slowed", "halted", "retreats", "open",
-                "unneeded", "us/scale", "us", "failures");
+    std::printf("%-24s %9s %9s %9s %9s %8s %9s %9s %8s %8s\n", "family", "stops", "slowed", "halted", "retreats",
+                "open", "unneeded", "us/scale", "us", "failures");
     for (const Summary& s : summaries) {
       const auto stops = static_cast<double>(std::max<std::int64_t>(1, s.stops));
       std::printf("%-24s %9lld %9lld %9lld %9lld %8lld %9lld %9.1f %8.1f %8lld\n", s.name.c_str(),
@@ -38,20 +38,23 @@ struct StopStress {
                   static_cast<long long>(s.failed));
     }
     std::printf(
-        "slowed, halted: with a scale below 1, of 0; retreats: from pairs that are too near; open: not Converged; unneeded: of\n"
+        "slowed, halted: with a scale below 1, of 0; retreats: from pairs that are too near; open: not Converged; "
+        "unneeded: of\n"
         "these, slower than needed; us/scale: time of the answer; us: with all checks. A failure ends its cell.\n");
   }
 
   static nlohmann::json toJson(const Summary& s) {
-    return {{"family", s.name},         {"stops", s.stops}, {"slowed", s.slowed},     {"halted", s.halted},
-            {"retreats", s.retreats},   {"open", s.open},   {"unneeded", s.unneeded}, {"failures", s.failed}};
+    return {{"family", s.name},       {"stops", s.stops}, {"slowed", s.slowed},     {"halted", s.halted},
+            {"retreats", s.retreats}, {"open", s.open},   {"unneeded", s.unneeded}, {"failures", s.failed}};
   }
 
   static std::vector<RecordedLine> lines(const Summary& summary, unsigned seed) {
     std::vector<RecordedLine> lines;
     for (const StopFailure& failure : summary.failures) {
-      const nlohmann::json line = {{"name", failure.sentence}, {"family", summary.name}, {"seed", seed}, {"number", failure.number}};
-      lines.push_back({summary.name + ", cell " + std::to_string(failure.number) + ": " + failure.sentence, line.dump()});
+      const nlohmann::json line = {
+          {"name", failure.sentence}, {"family", summary.name}, {"seed", seed}, {"number", failure.number}};
+      lines.push_back(
+          {summary.name + ", cell " + std::to_string(failure.number) + ": " + failure.sentence, line.dump()});
     }
     return lines;
   }

@@ -88,7 +88,9 @@ class StopSearch {
     near_ = scene_.below(pairs, near);
     for (const PairProximity& pair : near_)
       question_.nearer_pairs.push_back({pair.asked, pair.result.upper_bound - kRetreatTolerance});
-    return moving_.timeOfContact(pairs, motion, question_);
+    const RobotContact found = moving_.timeOfContact(pairs, motion, question_);
+    const bool is_left_open = !found.contact && found.t_free == 0.0;
+    return is_left_open && leaveOutRetreats(motion) ? moving_.timeOfContact(pairs, motion, question_) : found;
   }
 
   /// The pair of a contact as it is at the start, if it is one that is too near there already; else nullptr.
@@ -112,6 +114,22 @@ class StopSearch {
   }
 
  private:
+  /// Contacts of overlaps with closed meshes are left open. What comes no nearer during the whole motion has none. Returns whether
+  /// there is such a pair.
+  bool leaveOutRetreats(const PhasedMotion& motion) {
+    MotionQuestion question = question_;
+    question.nearer_pairs.clear();
+    bool is_any = false;
+    for (PairContactDistance& own : question_.nearer_pairs) {
+      const std::vector<ShapeRefPair> pair{own.pair};
+      if (own.contact_distance >= 0.0 || !(moving_.minimum(pair, motion, question).lower_bound > own.contact_distance))
+        continue;
+      own.contact_distance = -std::numeric_limits<double>::infinity();
+      is_any = true;
+    }
+    return is_any;
+  }
+
   MovingScene& moving_;
   Scene& scene_;
   const PairKind kind_;

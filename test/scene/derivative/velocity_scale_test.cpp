@@ -223,6 +223,20 @@ TEST_F(StoppingRobot, FloorIsAnObjectToRetreatFrom) {
   EXPECT_EQ(ask().scale, 0.0);
 }
 
+TEST_F(StoppingRobot, WayOutOfAClosedMeshIsNotSlowed) {
+  ObjectOptions options;
+  options.meshes.tolerance = 0.0;
+  const TriangleMesh mesh = scaled(bracket(), 10.0);
+  // Its face is at y = -0.3, 0.2 m inside of the sled.
+  placeObjects({makeObject("solid", {{mesh}}, Fixed{at(0, -20.3, -5)}, options)});
+  brake(0.5, {});
+  move({{"aside", 1.0}});
+  EXPECT_EQ(ask().scale, 1.0);
+  EXPECT_EQ(ask().status, Status::Converged);
+  move({{"aside", -0.5}});
+  EXPECT_EQ(ask().scale, 0.0);
+}
+
 TEST_F(StoppingRobot, AttachedObjectStopsWithItsLink) {
   Attached held;
   held.link = "sled";
