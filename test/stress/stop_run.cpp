@@ -96,7 +96,9 @@ class Cell {
     const auto beside = [&](double distance) {
       const double choices[] = {distance - chance_.between(0, 0.2), distance - 1e-4, distance + 1e-7,
                                 distance + chance_.between(0, 0.1)};
-      return choices[chance_.below(4)];
+      // Below 0 there is no first contact of closed meshes.
+      const double chosen = choices[chance_.below(4)];
+      return chosen < 0.0 && chance_.below(8) != 0 ? chance_.between(0, 0.05) : chosen;
     };
     stop_ = {beside(nearestOf(PairKind::OfLinks)), objects_ ? beside(nearestOf(PairKind::WithObject)) : 0.0};
   }
@@ -160,7 +162,8 @@ class Cell {
     // What happens between the steps may have been missed.
     if (answer.status == narrowphase::Status::Converged && isRetreat(too_near, 100 * kSteps))
       failure = "a retreat is slowed to " + std::to_string(answer.scale);
-    summary_.unneeded += answer.status == narrowphase::Status::Converged ? 0 : 1;
+    const bool is_below_zero = stop_.links < 0.0 || stop_.objects < 0.0;
+    summary_.unneeded += answer.status == narrowphase::Status::Converged || is_below_zero ? 0 : 1;
   }
 
   void stopFrom(double scale, const std::map<Key, PairProximity>& too_near) {

@@ -20,7 +20,7 @@ struct StopSummary {
   std::int64_t halted = 0;    ///< with the scale 0
   std::int64_t retreats = 0;  ///< of these where all pairs that are too near go away, and no other comes near
   std::int64_t open = 0;      ///< not Converged
-  std::int64_t unneeded = 0;  ///< halted with IterationLimit or Degenerate
+  std::int64_t unneeded = 0;  ///< of these, slowed retreats with stop distances of at least 0
   double microseconds = 0.0;  ///< of all questions together
   double seconds = 0.0;
   std::int64_t failed = 0;

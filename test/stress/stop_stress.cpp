@@ -40,7 +40,8 @@ struct StopStress {
     std::printf(
         "slowed, halted: with a scale below 1, of 0; retreats: from pairs that are too near; open: not Converged; "
         "unneeded: of\n"
-        "these, slower than needed; us/scale: time of the answer; us: with all checks. A failure ends its cell.\n");
+        "these, slowed retreats with stop distances of at least 0; us/scale: time of the answer; us: with all checks. "
+        "A failure ends its cell.\n");
   }
 
   static nlohmann::json toJson(const Summary& s) {
