@@ -35,6 +35,7 @@ struct SeenBounds {
 
 /// [m] Upper bound of the distance of any point of the geometry from the line through the origin along a unit vector. The distance is
 /// convex, so that no point of the box is farther than one of its corners.
+/// One box of a whole link: the boxes of its pieces make the radius smaller by 0.3 % (Panda) to 3 % (PR2) in the mean.
 double radiusAbout(const Vector3d& axis, const SeenBounds& seen) {
   const auto across = [&](const Vector3d& vector) -> Vector3d { return vector - axis.dot(vector) * axis; };
   const Vector3d centre = across(seen.centre);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "proximity_server/scene/motion/limited_motion.h"
+#include "scene/motion/moving_pairs.h"
 
 namespace proximity_server::scene {
 namespace {
@@ -95,11 +96,7 @@ class StopSearch {
 
   /// The pair of a contact as it is at the start, if it is one that is too near there already; else nullptr.
   const PairProximity* nearAtStart(const PairProximity& pair) const {
-    const auto isIt = [&](const PairProximity& near) {
-      const auto [a, b] = near.asked;
-      return a.link == pair.asked.a.link && b.link == pair.asked.b.link && a.object == pair.asked.a.object &&
-             b.object == pair.asked.b.object;
-    };
+    const auto isIt = [&](const PairProximity& near) { return areSame(near.asked, pair.asked); };
     const auto found = std::find_if(near_.begin(), near_.end(), isIt);
     return found == near_.end() ? nullptr : &*found;
   }

@@ -8,6 +8,7 @@
 
 #include "allocations.h"
 #include "proximity_server/scene/derivative/derivatives.h"
+#include "sanitized.h"
 #include "scene/derivative/moved_robot.h"
 #include "scene/random_objects.h"
 
@@ -227,6 +228,53 @@ TEST_F(CraneInAScene, NewPosesForgetTheBubbles) {
   ASSERT_TRUE(free_.isKnown());
   free_.update(atZero(model_->robot));
   EXPECT_FALSE(free_.isKnown());
+}
+
+TEST(FreeMotion, NoPairHasLargerWeightsThanTheBubbleOfAllOthers) {
+  Chance chance(6);
+  for (int i = 0; i < repeats(200); ++i) {
+    const auto model = someRobot(chance);
+    FreeMotion free(model);
+    Scene scene(model);
+    const BodyPoses poses = somePoses(model->robot, free.degreesOfFreedom(), chance);
+    scene.update(poses);
+    free.update(poses);
+    FreeMotionQuestion question;
+    question.influence_distance = -10.0;
+    question.thresholds = {-10.0, -10.0};
+    free.find(scene, question);
+    ASSERT_TRUE(free.isKnown());
+    ASSERT_EQ(free.size(), 1);
+    VectorXd weights(free.degreesOfFreedom().size());
+    for (const ShapeRefPair& pair : scene.candidates()) {
+      ASSERT_TRUE(free.weights(pair, weights));
+      EXPECT_TRUE((weights.array() <= free[0].weights.array()).all());
+    }
+  }
+}
+
+TEST(FreeMotion, AttachedObjectHasTheRadiusOfItsPlace) {
+  const auto model = modelOf(kCrane);
+  FreeMotion free(model);
+  Scene scene(model);
+  const auto objects = std::make_shared<const Objects>(Objects(model).changed(
+      {AddObject{makeObject("load", {{narrowphase::Sphere{0.1}}}, Attached{"hook", {}, at(1, 0, 0)})},
+       AddObject{makeObject("wall", {{HalfSpace{Vector3d::UnitX(), -5.0}}}, Fixed{})}}));
+  free.use(objects);
+  scene.use(objects);
+  free.update(atZero(model->robot));
+  scene.update(atZero(model->robot));
+  VectorXd weights(2);
+  ASSERT_TRUE(
+      free.weights({ShapeRef::ofObject(objects->find("load")), ShapeRef::ofObject(objects->find("wall"))}, weights));
+  EXPECT_NEAR(weights[0], 3.1, 1e-12);
+  EXPECT_NEAR(weights[1], 1.0, 1e-12);
+  FreeMotionQuestion question;
+  question.influence_distance = 1.0;
+  question.thresholds = {0.0, 0.25};
+  free.find(scene, question);
+  ASSERT_EQ(free.size(), 1);
+  EXPECT_NEAR(free.alone(0), 0.75 / 3.1, 1e-12);
 }
 
 TEST(FreeMotion, AllocatesNothingOnceItHasItsRoom) {
