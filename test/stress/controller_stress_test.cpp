@@ -1,6 +1,7 @@
 // The runs of ./dev stress free-motions and ./dev stress stops that every test run makes.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <thread>
 
 #include "from_environment.h"
@@ -16,13 +17,18 @@ TEST(FreeMotionStress, NoMotionWithinABubbleLeadsBelowTheThreshold) {
   run.motions = fromEnvironment("PROXIMITY_STRESS_FREE_MOTIONS", repeats(150000));
   run.threads = std::max(1u, std::thread::hardware_concurrency());
   std::atomic<std::int64_t> done{0};
+  double most_used = 0.0;
   for (const FreeMotionSummary& family : runFreeMotions(run, done)) {
     EXPECT_EQ(family.failed, 0) << family.name << ", cell " << family.failures.front().number << ": "
                                 << family.failures.front().sentence;
     EXPECT_GT(family.motions, 0) << family.name;
     if (kIsSanitized) continue;  // what follows is of the whole test
     EXPECT_GT(family.of_scenes, 0) << family.name;
-    EXPECT_GT(family.most_used, 0.9) << family.name << ": some motion uses nearly all that is free";
+    EXPECT_GT(family.most_used, 0.5) << family.name;
+    most_used = std::max(most_used, family.most_used);
+  }
+  if (!kIsSanitized) {
+    EXPECT_GT(most_used, 0.99) << "a motion needs nearly all that is free";
   }
 }
 
