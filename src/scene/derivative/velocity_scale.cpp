@@ -70,6 +70,15 @@ Stop stopOf(const RobotModel& model, const std::vector<double>& velocities, cons
   return stop;
 }
 
+/// For a length [s] at constant velocities, or until a joint is at its limit.
+PhasedMotion motionAlong(const RobotModel& model, const MovingState& state, std::vector<double> velocities,
+                         double length) {
+  for (double& joint : velocities) joint *= length;
+  PhasedMotion motion = motionWithinLimits(model, state.poses, velocities, state.positions).motion;
+  motion.carryObjects(state.frames);
+  return motion;
+}
+
 /// One search: of pairs of links, or of pairs with objects.
 class StopSearch {
  public:
@@ -145,14 +154,7 @@ VelocityScale velocityScale(MovingScene& moving, Scene& scene, const MovingState
   if (!std::all_of(velocities.begin(), velocities.end(), [](double v) { return std::isfinite(v); })) return result;
 
   const Stop way = stopOf(model, velocities, braking);
-  const auto motionFor = [&](double length) {
-    std::vector<double> travel = velocities;
-    for (double& joint : travel) joint *= length;
-    PhasedMotion motion = motionWithinLimits(model, state.poses, travel, state.positions).motion;
-    motion.carryObjects(state.frames);
-    return motion;
-  };
-  const PhasedMotion motion = motionFor(way.length());
+  const PhasedMotion motion = motionAlong(model, state, velocities, way.length());
   const bool rests =
       way.length() == 0.0 || std::all_of(velocities.begin(), velocities.end(), [](double v) { return v == 0.0; });
 
@@ -167,9 +169,10 @@ VelocityScale velocityScale(MovingScene& moving, Scene& scene, const MovingState
     const double free = kRoundedDown * found.t_free * way.length();
     if (!(free < length)) continue;
     length = free;
-    result = {found.status, way.scaleOf(free), found.contact ? found.pair : PairProximity()};
-    const PairProximity* near = found.contact ? search.nearAtStart(found.pair) : nullptr;
-    if (near && search.approaches(*near, motionFor(0.5 * free))) {
+    const bool ends_in_contact = found.contact && found.status == narrowphase::Status::Converged;
+    result = {found.status, way.scaleOf(free), ends_in_contact ? found.pair : PairProximity()};
+    const PairProximity* near = ends_in_contact ? search.nearAtStart(found.pair) : nullptr;
+    if (near && search.approaches(*near, motionAlong(model, state, velocities, 0.5 * free))) {
       length = 0.0;
       result = {found.status, 0.0, *near};
     }
