@@ -21,6 +21,21 @@ constexpr int kSteps = 24;  // of a stop
 
 double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
+/// Parts of the time of a stop.
+std::vector<double> evenSteps() {
+  std::vector<double> steps;
+  for (int i = 1; i <= kSteps; ++i) steps.push_back(static_cast<double>(i) / kSteps);
+  return steps;
+}
+
+/// The same, each 2 % longer than the one before.
+std::vector<double> stepsFromTheStart() {
+  std::vector<double> steps;
+  for (double step = 1e-8; step < 1.0; step *= 1.02) steps.push_back(step);
+  steps.push_back(1.0);
+  return steps;
+}
+
 /// A stop as the robot makes it.
 struct Braked {
   double latency, braking;  ///< [s] with the unscaled velocities
@@ -156,11 +171,11 @@ class Cell {
     place(state_.poses);
     const std::map<Key, PairProximity> too_near = near(kRetreatTolerance);
     if (answer.scale > 0.0) stopFrom(answer.scale, too_near);
-    const bool is_retreat = isRetreat(too_near, kSteps);
+    const bool is_retreat = isRetreat(too_near, evenSteps());
     summary_.retreats += is_retreat && !too_near.empty() ? 1 : 0;
     if (answer.scale == 1.0 || !is_retreat) return;
-    // What happens between the steps may have been missed.
-    if (answer.status == narrowphase::Status::Converged && isRetreat(too_near, 100 * kSteps))
+    // A depth may grow at first, until another direction is the shortest way out.
+    if (answer.status == narrowphase::Status::Converged && isRetreat(too_near, stepsFromTheStart()))
       failure = "a retreat is slowed to " + std::to_string(answer.scale);
     const bool is_below_zero = stop_.links < 0.0 || stop_.objects < 0.0;
     summary_.unneeded += answer.status == narrowphase::Status::Converged || is_below_zero ? 0 : 1;
@@ -183,13 +198,13 @@ class Cell {
   }
 
   /// Whether every pair that is too near only goes away during the whole unscaled stop, and no other one comes near.
-  bool isRetreat(const std::map<Key, PairProximity>& too_near, int steps) {
+  bool isRetreat(const std::map<Key, PairProximity>& too_near, const std::vector<double>& steps) {
     constexpr double kMargin = 1e-3;  // [m] by which others stay away
     const Braked brake = brakes();
     std::map<Key, double> last;
     for (const auto& [key, pair] : too_near) last[key] = pair.result.lower_bound - 1e-9;
-    for (int step = 1; step <= steps; ++step) {
-      place(posesAfter(brake.wayAfter(brake.duration(1.0) * step / steps, 1.0)));
+    for (const double step : steps) {
+      place(posesAfter(brake.wayAfter(brake.duration(1.0) * step, 1.0)));
       for (const auto& [key, pair] : near(kMargin)) {
         const auto before = last.find(key);
         if (before == last.end() || pair.result.lower_bound < before->second) return false;
