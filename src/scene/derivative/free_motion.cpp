@@ -35,6 +35,7 @@ struct SeenBounds {
 
 /// [m] Upper bound of the distance of any point of the geometry from the line through the origin along a unit vector. The distance is
 /// convex, so that no point of the box is farther than one of its corners.
+/// One box of a whole link: the boxes of its pieces make the radius smaller by 0.3 % (Panda) to 3 % (PR2) in the mean.
 double radiusAbout(const Vector3d& axis, const SeenBounds& seen) {
   const auto across = [&](const Vector3d& vector) -> Vector3d { return vector - axis.dot(vector) * axis; };
   const Vector3d centre = across(seen.centre);
@@ -60,7 +61,8 @@ FreeMotion::FreeMotion(std::shared_ptr<const SceneModel> model)
   scratch_.setZero(columns.size());
   sides_.setZero(columns.size());
   for (std::size_t joint = 0; joint < model->robot.joints.size(); ++joint)
-    sides_.segment(columns.columnsOf(static_cast<int>(joint)).first, columns.columnsOf(static_cast<int>(joint)).count).array() += 1.0;
+    sides_.segment(columns.columnsOf(static_cast<int>(joint)).first, columns.columnsOf(static_cast<int>(joint)).count)
+        .array() += 1.0;
   sides_ = sides_.cwiseMin(2.0);
 }
 FreeMotion::~FreeMotion() = default;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "proximity_server/scene/motion/limited_motion.h"
+#include "scene/motion/moving_pairs.h"
 
 namespace proximity_server::scene {
 namespace {
@@ -47,8 +48,7 @@ void requireLegal(const RobotModel& model, const MovingState& state, const Braki
   if (!std::isfinite(stop.links) || !std::isfinite(stop.objects))
     throw std::invalid_argument("the stop distances must be finite");
   for (const RobotMotion::Segment& frame : state.frames.moving)
-    if (frame.is_known && !frame.motion.isRest())
-      throw std::invalid_argument("a frame of objects moves on its own");
+    if (frame.is_known && !frame.motion.isRest()) throw std::invalid_argument("a frame of objects moves on its own");
   if (state.frames.world.is_known && !state.frames.world.motion.isRest())
     throw std::invalid_argument("the world moves on its own");
 }
@@ -70,6 +70,15 @@ Stop stopOf(const RobotModel& model, const std::vector<double>& velocities, cons
   return stop;
 }
 
+/// For a length [s] at constant velocities, or until a joint is at its limit.
+PhasedMotion motionAlong(const RobotModel& model, const MovingState& state, std::vector<double> velocities,
+                         double length) {
+  for (double& joint : velocities) joint *= length;
+  PhasedMotion motion = motionWithinLimits(model, state.poses, velocities, state.positions).motion;
+  motion.carryObjects(state.frames);
+  return motion;
+}
+
 /// One search: of pairs of links, or of pairs with objects.
 class StopSearch {
  public:
@@ -89,16 +98,14 @@ class StopSearch {
     near_ = scene_.below(pairs, near);
     for (const PairProximity& pair : near_)
       question_.nearer_pairs.push_back({pair.asked, pair.result.upper_bound - kRetreatTolerance});
-    return moving_.timeOfContact(pairs, motion, question_);
+    const RobotContact found = moving_.timeOfContact(pairs, motion, question_);
+    const bool is_left_open = !found.contact && found.t_free == 0.0;
+    return is_left_open && leaveOutRetreats(motion) ? moving_.timeOfContact(pairs, motion, question_) : found;
   }
 
   /// The pair of a contact as it is at the start, if it is one that is too near there already; else nullptr.
   const PairProximity* nearAtStart(const PairProximity& pair) const {
-    const auto isIt = [&](const PairProximity& near) {
-      const auto [a, b] = near.asked;
-      return a.link == pair.asked.a.link && b.link == pair.asked.b.link && a.object == pair.asked.a.object &&
-             b.object == pair.asked.b.object;
-    };
+    const auto isIt = [&](const PairProximity& near) { return areSame(near.asked, pair.asked); };
     const auto found = std::find_if(near_.begin(), near_.end(), isIt);
     return found == near_.end() ? nullptr : &*found;
   }
@@ -109,11 +116,26 @@ class StopSearch {
     MotionQuestion question = question_;
     question.tolerance = kRetreatTolerance / 100.0;
     const std::vector<ShapeRefPair> pair{near.asked};
-    return moving_.minimum(pair, first_half, question).lower_bound <
-           near.result.upper_bound - kRetreatTolerance / 16.0;
+    return moving_.minimum(pair, first_half, question).lower_bound < near.result.upper_bound - kRetreatTolerance / 16.0;
   }
 
  private:
+  /// Contacts of overlaps with closed meshes are left open. What comes no nearer during the whole motion has none. Returns whether
+  /// there is such a pair.
+  bool leaveOutRetreats(const PhasedMotion& motion) {
+    MotionQuestion question = question_;
+    question.nearer_pairs.clear();
+    bool is_any = false;
+    for (PairContactDistance& own : question_.nearer_pairs) {
+      const std::vector<ShapeRefPair> pair{own.pair};
+      if (own.contact_distance >= 0.0 || !(moving_.minimum(pair, motion, question).lower_bound > own.contact_distance))
+        continue;
+      own.contact_distance = -std::numeric_limits<double>::infinity();
+      is_any = true;
+    }
+    return is_any;
+  }
+
   MovingScene& moving_;
   Scene& scene_;
   const PairKind kind_;
@@ -132,19 +154,14 @@ VelocityScale velocityScale(MovingScene& moving, Scene& scene, const MovingState
   if (!std::all_of(velocities.begin(), velocities.end(), [](double v) { return std::isfinite(v); })) return result;
 
   const Stop way = stopOf(model, velocities, braking);
-  const auto motionFor = [&](double length) {
-    std::vector<double> travel = velocities;
-    for (double& joint : travel) joint *= length;
-    PhasedMotion motion = motionWithinLimits(model, state.poses, travel, state.positions).motion;
-    motion.carryObjects(state.frames);
-    return motion;
-  };
-  const PhasedMotion motion = motionFor(way.length());
-  const bool rests = way.length() == 0.0 || std::all_of(velocities.begin(), velocities.end(), [](double v) { return v == 0.0; });
+  const PhasedMotion motion = motionAlong(model, state, velocities, way.length());
+  const bool rests =
+      way.length() == 0.0 || std::all_of(velocities.begin(), velocities.end(), [](double v) { return v == 0.0; });
 
   result = {narrowphase::Status::Converged, 1.0, {}};
   double length = way.length();
-  for (const auto& [kind, distance] : {std::pair(PairKind::OfLinks, stop.links), std::pair(PairKind::WithObject, stop.objects)}) {
+  for (const auto& [kind, distance] :
+       {std::pair(PairKind::OfLinks, stop.links), std::pair(PairKind::WithObject, stop.objects)}) {
     StopSearch search(moving, scene, kind, distance, deadline);
     const RobotContact found = search.contact(motion);
     if (found.counts.unknown > 0) return {};
@@ -152,9 +169,10 @@ VelocityScale velocityScale(MovingScene& moving, Scene& scene, const MovingState
     const double free = kRoundedDown * found.t_free * way.length();
     if (!(free < length)) continue;
     length = free;
-    result = {found.status, way.scaleOf(free), found.contact ? found.pair : PairProximity()};
-    const PairProximity* near = found.contact ? search.nearAtStart(found.pair) : nullptr;
-    if (near && search.approaches(*near, motionFor(0.5 * free))) {
+    const bool ends_in_contact = found.contact && found.status == narrowphase::Status::Converged;
+    result = {found.status, way.scaleOf(free), ends_in_contact ? found.pair : PairProximity()};
+    const PairProximity* near = ends_in_contact ? search.nearAtStart(found.pair) : nullptr;
+    if (near && search.approaches(*near, motionAlong(model, state, velocities, 0.5 * free))) {
       length = 0.0;
       result = {found.status, 0.0, *near};
     }

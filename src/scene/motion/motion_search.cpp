@@ -1,6 +1,7 @@
 #include "scene/motion/motion_search.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -265,7 +266,8 @@ bool MotionSearch::hasInterior(const ShapeRef& ref) const {
 void MotionSearch::considerStart(const Pairs& pairs, const MotionQuestion& question, FirstContactBounds& bounds,
                                  RobotContact& answer) {
   for (const PairContactDistance& own : question.nearer_pairs)
-    if (own.contact_distance < 0.0 && (hasInterior(own.pair.a) || hasInterior(own.pair.b)))
+    if (own.contact_distance < 0.0 && std::isfinite(own.contact_distance) &&
+        (hasInterior(own.pair.a) || hasInterior(own.pair.b)))
       bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
   if (hasInteriors(pairs) && isInWorld()) considerObjectsAtStart(pairs, question, bounds, answer);
   bool is_placed = false;
@@ -282,7 +284,8 @@ void MotionSearch::considerStart(const Pairs& pairs, const MotionQuestion& quest
       answer.contact = true;
       answer.t_contact = bounds.latest = 0.0;
       answer.pair = fromWorld(states_.one(moving.asked, {}), 0.0);
-    } else if (inside.lower - rounding <= contact_distance || (contact_distance < 0.0 && may_get_inside)) {
+    } else if (inside.lower - rounding <= contact_distance ||
+               (contact_distance < 0.0 && std::isfinite(contact_distance) && may_get_inside)) {
       bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
     }
   }

@@ -35,11 +35,6 @@ bool isSame(const ShapeRef& p, const ShapeRef& q) {
   return p.link == q.link && p.collision == q.collision && (p.link >= 0 || p.object == q.object);
 }
 
-/// In any order.
-bool areSame(const ShapeRefPair& p, const ShapeRefPair& q) {
-  return (isSame(p.a, q.a) && isSame(p.b, q.b)) || (isSame(p.a, q.b) && isSame(p.b, q.a));
-}
-
 Volume leafOver(const Piece& piece) {
   Volume leaf;
   leaf.body = -1;
@@ -54,6 +49,10 @@ Volume leafOver(const Piece& piece) {
 // from the middle, at most `reach` where it counts. The middle itself is off by less than 8 eps of the height of the box.
 HalfSpaceBox::HalfSpaceBox(const PlacedHalfSpace& half_space, double reach)
     : piece(boxBelow(half_space, reach)), volume(leafOver(piece)), error(kPoseRounding * (reach + half_space.way)) {}
+
+bool areSame(const ShapeRefPair& p, const ShapeRefPair& q) {
+  return (isSame(p.a, q.a) && isSame(p.b, q.b)) || (isSame(p.a, q.b) && isSame(p.b, q.a));
+}
 
 Bounds boundsOf(const Eigen::AlignedBox3d& box) {
   Bounds bounds;

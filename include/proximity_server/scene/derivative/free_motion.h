@@ -50,8 +50,9 @@ struct FreeMotionQuestion {
 ///
 /// It takes the same poses as the Scene that gave the answers. The roots of the robots rest, and so do objects that are not
 /// attached to a link. For the way that one straight motion is free at all ask MovingScene::timeOfContact() with
-/// RobotMotion::ofJoints(): `t_free` is the largest s that is proven for s dq. It is a search, and never much smaller than the truth;
-/// scale() costs a few products, and is smaller.
+/// RobotMotion::ofJoints(): `t_free` is the largest s that is proven for s dq. That is a search, and as good as its tolerance.
+/// scale() costs a few products, and tells less: a random motion to the border of the bubble of a pair is free for at least 4 times
+/// that way in the median (./dev stress free-motions).
 ///
 /// Source: Quinlan, Real-Time Modification of Collision-Free Paths, 1994 (bubbles of free configurations).
 /// Differs: the radii are those of the present configuration and of the two bodies that are asked about, not those of the arm
@@ -114,8 +115,8 @@ class FreeMotion {
   std::unique_ptr<const Volumes> volumes_;
   bool is_known_ = false;
   int size_ = 0;
-  std::vector<Bubble> bubbles_;   ///< of which the first size_ are used
-  Eigen::VectorXd sides_;         ///< how many of a pair a degree of freedom can move: 1, or 2 if other joints follow it
+  std::vector<Bubble> bubbles_;  ///< of which the first size_ are used
+  Eigen::VectorXd sides_;        ///< how many of a pair a degree of freedom can move: 1, or 2 if other joints follow it
   Eigen::VectorXd scratch_;
 };
 

@@ -21,8 +21,9 @@ struct Braking {
 
 /// A robot that moves.
 struct MovingState {
-  BodyPoses poses;                 ///< those of the scene
-  std::vector<double> velocities;  ///< [rad/s] or [m/s], one for each of RobotModel::joints; those of mimic joints are ignored
+  BodyPoses poses;  ///< those of the scene
+  std::vector<double>
+      velocities;  ///< [rad/s] or [m/s], one for each of RobotModel::joints; those of mimic joints are ignored
   std::vector<std::optional<double>> positions{};  ///< [rad] as stated, see motionWithinLimits(); or empty
   RobotMotion::ObjectFrames frames{};              ///< what carries objects; each at rest in its parent
 };
@@ -52,8 +53,10 @@ constexpr double kRetreatTolerance = 1e-6;
 ///
 /// Error:   rounded down. Each pair stays above its stop distance or, if it is less than kRetreatTolerance above that already,
 ///          above its present distance less kRetreatTolerance.
-/// Limit:   motions of floating and planar joints do not count, nor do those of objects that move on their own. An overlap with a
-///          closed mesh with room inside is not seen as a retreat: the scale is 0.
+/// Limit:   motions of floating and planar joints do not count, nor do those of objects that move on their own. A way out of an
+///          overlap with a closed mesh that has room inside is seen as one only if the two come no nearer during the whole
+///          unscaled stop; else the scale is 0, and the status IterationLimit.
+///          An overlap whose depth grows at first, until another way out becomes the shorter one, is no retreat either.
 /// Failure: the scale is 0 and the status Unknown if a velocity is not finite, or if a pose of a checked pair is missing. A
 ///          deadline gives what is proven by then. Throws std::invalid_argument as motionWithinLimits() does, for a latency
 ///          that is negative or no number, for a deceleration that is not positive (with the name of the joint), for

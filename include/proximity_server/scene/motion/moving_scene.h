@@ -20,8 +20,8 @@ struct MotionQuestion {
   /// one has a closed mesh with room inside is left open (IterationLimit, t_free 0) unless it is at the start.
   double contact_distance = 0.0;
   /// Pairs that may come nearer than all others, as those that are nearer at the start and shall be allowed to part. Of two
-  /// contact distances of a pair the smaller one counts. If one of them is below 0 and its pair has a closed mesh with room
-  /// inside, a first contact is left open from the start on.
+  /// contact distances of a pair the smaller one counts; with minus infinity the pair is left out. If one of them is below 0
+  /// and its pair has a closed mesh with room inside, a first contact is left open from the start on.
   std::vector<PairContactDistance> nearer_pairs{};
   double tolerance = 1e-6;  ///< [m] of that distance, and of the minimum
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
