@@ -21,6 +21,7 @@ find_package(catkin REQUIRED COMPONENTS
 add_message_files(FILES
   Boxes.msg
   Clearance.msg
+  ConstraintRows.msg
   LinkInfo.msg
   Lookahead.msg
   MeshFile.msg

@@ -29,6 +29,11 @@ MonitorSettings monitorSettings(const ProximityConfig& settings) {
   monitor.max_reported_pairs = settings.max_reported_pairs;
   monitor.markers = settings.markers;
   monitor.lookahead = settings.lookahead;
+  monitor.gradients = settings.gradients;
+  monitor.influence_distance = settings.influence_distance;
+  monitor.damping_gain = settings.damping_gain;
+  monitor.max_constraints = settings.max_constraints;
+  monitor.stop_latency = settings.stop_latency;
   return monitor;
 }
 

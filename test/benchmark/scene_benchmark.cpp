@@ -19,6 +19,7 @@
 #include "peers/fcl_scene.h"
 #include "peers/robots.h"
 #include "peers/scene_library.h"
+#include "proximity_server/scene/derivative/constraint_rows.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "scene/example_robots.h"
 
@@ -363,6 +364,162 @@ json measureAddedBoxes(const NamedRobot& robot, int states, const std::regex& wa
   return added.result();
 }
 
+// What a controller asks in each cycle.
+constexpr int kConstraintRows = 8;
+
+/// The second distance is so large that all rows are used.
+const VelocityDamper kDampers[] = {{0.02, 0.02, 0.3, 0.5}, {0.02, 0.02, 1.0, 0.5}};
+
+/// The steps of a controller's cycle. All questions go to scenes of their own, as each keeps from state to state what helps
+/// it; each step is timed by itself in every state.
+class ControllerCycles {
+ public:
+  ControllerCycles(const NamedRobot& robot, const std::vector<BodyPoses>& states, const VelocityDamper& damper)
+      : states_(states),
+        damper_(damper),
+        scene_(robot.model),
+        scene_of_rows_(robot.model),
+        derivatives_(robot.model),
+        rows_(robot.model, kConstraintRows),
+        fcl_(*robot.model, FclScene::Method::HullsLibccd),
+        rows_of_fcl_(kConstraintRows, derivatives_.degreesOfFreedom().size()) {
+    question_.threshold = damper.influence_distance;
+    gradient_.resize(derivatives_.degreesOfFreedom().size());
+    for (std::vector<std::vector<double>>* times : {&of_distances_, &of_rows_, &of_gradients_, &of_fcl_})
+      times->resize(states.size());
+  }
+
+  /// Each step goes through all states by itself, so that none finds in the cache what another has just read.
+  void runRound() {
+    for (std::size_t state = 0; state < states_.size(); ++state) {
+      of_distances_[state].push_back(microseconds([&] { askForDistances(state); }));
+      timeGradients(state);
+    }
+    for (std::size_t state = 0; state < states_.size(); ++state) {
+      of_rows_[state].push_back(microseconds([&] { askForRows(state); }));
+      used_ += usedRows();
+      ++asked_;
+    }
+    // It keeps nothing from state to state, so that some are enough.
+    for (std::size_t state = 0; state < states_.size(); state += 10)
+      of_fcl_[state].push_back(microseconds([&] { askFclForRows(state); }));
+  }
+
+  json result(const std::string& row) const {
+    const std::vector<double> distances = medians(of_distances_), rows = medians(of_rows_), fcl = medians(of_fcl_);
+    json result = {{"row", row},
+                   {"rows", kConstraintRows},
+                   {"rows_used", used_ / asked_},
+                   {"influence_distance", damper_.influence_distance},
+                   {"states", states_.size()},
+                   {"distances_us", quantile(distances, 0.5)},
+                   {"distances_p99_us", quantile(distances, 0.99)},
+                   {"median_us", quantile(rows, 0.5)},
+                   {"p99_us", quantile(rows, 0.99)},
+                   {"fcl_us", quantile(fcl, 0.5)},
+                   {"fcl_p99_us", quantile(fcl, 0.99)}};
+    const std::vector<double> gradients = medians(of_gradients_);
+    if (!gradients.empty()) result["gradient_us"] = quantile(gradients, 0.5);
+    return result;
+  }
+
+ private:
+  template <typename Step>
+  static double microseconds(const Step& step) {
+    const auto start = Clock::now();
+    step();
+    return std::chrono::duration<double, std::micro>(Clock::now() - start).count();
+  }
+
+  /// Of the states that were timed.
+  static std::vector<double> medians(const std::vector<std::vector<double>>& times) {
+    std::vector<double> medians;
+    for (const std::vector<double>& rounds : times)
+      if (!rounds.empty()) medians.push_back(quantile(rounds, 0.5));
+    return medians;
+  }
+
+  void askForDistances(std::size_t state) {
+    scene_.update(states_[state]);
+    found_ = &scene_.closestBelow(scene_.candidates(), kConstraintRows, question_).closest;
+  }
+
+  void askForRows(std::size_t state) {
+    scene_of_rows_.update(states_[state]);
+    derivatives_.update(states_[state]);
+    rows_.update(scene_of_rows_, derivatives_, damper_);
+  }
+
+  /// The same formula, with FCL's distances and points. It has none of pairs that overlap.
+  void askFclForRows(std::size_t state) {
+    derivatives_.update(states_[state]);
+    Eigen::Index row = 0;
+    for (const FclScene::PairWithPoints& found :
+         fcl_.closest(states_[state], kConstraintRows, damper_.influence_distance)) {
+      if (!(found.distance > 0.0)) continue;
+      PairProximity pair{scene_.candidates()[static_cast<std::size_t>(found.candidate)], 0, 0, {}};
+      pair.result.status = narrowphase::Status::Converged;
+      pair.result.has_points = true;
+      pair.result.point_a = found.point_a;
+      pair.result.point_b = found.point_b;
+      pair.result.normal = (found.point_b - found.point_a).normalized();
+      derivatives_.gradient(pair, gradient_);
+      rows_of_fcl_.row(row++) = gradient_;
+    }
+  }
+
+  /// A single gradient is too short for the clock: of all found pairs, so often.
+  void timeGradients(std::size_t state) {
+    constexpr int kRepetitions = 20;
+    if (found_->empty()) return;
+    derivatives_.update(states_[state]);
+    const double all = microseconds([&] {
+      for (int i = 0; i < kRepetitions; ++i)
+        for (const PairProximity& pair : *found_) {
+          derivatives_.gradient(pair, gradient_);
+          sum_ += gradient_[0];  // so that the compiler computes it
+        }
+    });
+    of_gradients_[state].push_back(all / (kRepetitions * static_cast<double>(found_->size())));
+  }
+
+  double usedRows() const {
+    const auto is_used = [](const ConstraintRows::Row& row) { return row.is_used; };
+    return static_cast<double>(std::count_if(rows_.rows().begin(), rows_.rows().end(), is_used));
+  }
+
+  const std::vector<BodyPoses>& states_;
+  const VelocityDamper damper_;
+  Scene scene_, scene_of_rows_;
+  Derivatives derivatives_;
+  ConstraintRows rows_;
+  FclScene fcl_;
+  Eigen::MatrixXd rows_of_fcl_;
+  Question question_;
+  Eigen::VectorXd gradient_;
+  const std::vector<PairProximity>* found_ = nullptr;                                // by the last question to scene_
+  std::vector<std::vector<double>> of_distances_, of_rows_, of_gradients_, of_fcl_;  // [us] by state and round
+  double used_ = 0.0, asked_ = 0.0, sum_ = 0.0;
+};
+
+/// The constraint rows of the closest pairs, beside their distances alone.
+json measureConstraintRows(const std::vector<NamedRobot>& robots, int states, const std::regex& wanted) {
+  json rows = json::array();
+  for (const NamedRobot& robot : robots)
+    for (const Motion motion : {Motion::Coherent, Motion::Cold}) {
+      const std::string name = robot.name + ", constraint rows, " + (motion == Motion::Cold ? "cold" : "coherent");
+      if (!std::regex_search(name, wanted)) continue;
+      const std::vector<BodyPoses> poses = statesOf(robot, motion, states);
+      for (const VelocityDamper& damper : kDampers) {
+        ControllerCycles cycles(robot, poses, damper);
+        for (int round = 0; round < kRounds; ++round) cycles.runRound();
+        rows.push_back(cycles.result(name));
+      }
+      std::cerr << "." << std::flush;
+    }
+  return rows;
+}
+
 /// How many pairs a search for the minimum cannot leave out by boxes: the mean over some states.
 double pairsInReach(const Row& row) {
   FclScene scene(*row.robot.model, FclScene::Method::HullsLibccd);
@@ -416,6 +573,7 @@ int main(int argc, char** argv) {
     result["rows"] = measureRobots(robots, states, wanted);
     result["cells"] = cells;
     result["added"] = added;
+    result["constraint_rows"] = measureConstraintRows(robots, states, wanted);
     result["scaling"] = measureScaling(states, wanted);
     std::cerr << "\n";
     return result;

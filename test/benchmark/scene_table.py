@@ -82,6 +82,14 @@ def added(entries):
         yield [entry["row"], *(number(entry[key]) for key in ("median_us", "p99_us", "most_us"))]
 
 
+def constraint_rows(entries):
+    for entry in entries:
+        yield [entry["row"], f"{entry['influence_distance']:g} m", f"{entry['rows_used']:.1f} of {entry['rows']}",
+               f"{number(entry['distances_us'])} / {number(entry['distances_p99_us'])}", time(entry),
+               f"{number(entry['fcl_us'])} / {number(entry['fcl_p99_us'])}", f"{entry['fcl_us'] / entry['median_us']:.1f}",
+               f"{entry['gradient_us']:.2f}" if "gradient_us" in entry else "-"]
+
+
 def tables(result):
     """By name the head and the lines of each table that README.md shows."""
     rows, arms = by_row(result["rows"]), by_row(result["scaling"])
@@ -97,6 +105,8 @@ def tables(result):
     found["cells"] = (["us a state, median / 99 %", "pairs", "computed", *names, "best FCL / ours", "states in overlap"],
                       cells(by_row(of_cells), names))
     found["added"] = (["a box is added to 1000 objects, us", "median", "99 %", "most"], added(result.get("added", [])))
+    found["constraint_rows"] = (["us a state, median / 99 %", "within", "rows used, mean", "distances alone", "constraint rows",
+                                 "rows by FCL hulls", "FCL / ours", "gradient of a pair, us"], constraint_rows(result.get("constraint_rows", [])))
     if arms:
         names = list(dict.fromkeys(entry["library"] for entry in result["scaling"]))
         found["scaling"] = (["arms side by side", "pairs", "boxes in reach", "computed", *names], scaling(arms, names))

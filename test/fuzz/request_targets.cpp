@@ -1,7 +1,9 @@
 #include <xmlrpcpp/XmlRpcValue.h>
 
+#include <cmath>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 
 #include "fuzz/request_bytes.h"
@@ -10,6 +12,7 @@
 #include "node/objects/apply_objects.h"
 #include "node/objects/object_store.h"
 #include "node/robot/config.h"
+#include "node/services/gradients.h"
 #include "node/services/joint_requests.h"
 #include "node/services/motion_requests.h"
 #include "node/services/pair_questions.h"
@@ -80,6 +83,7 @@ BodyPoses posesAtZero() {
 
 void checkBounds(const Proximity& pair) {
   require(!(pair.lower_bound > pair.upper_bound), "the lower bound is below the upper one");
+  for (const double entry : pair.gradient) require(std::isfinite(entry), "a gradient is finite, or empty");
 }
 
 void checkAnswer(const StateProximity& answer) {
@@ -95,7 +99,8 @@ void askAt(const BodyPoses& poses, const QueryPairsRequest& request, std::size_t
   const ScenePool::Lease scene = pairs.borrowScene();
   scene->update(poses);
   const QueryStatus status;
-  checkAnswer(askPairs(arm(), *scene, {poses, status}, pairs, request, question));
+  std::optional<Gradients> gradients = gradientsOf(arm(), pairs, request);
+  checkAnswer(askPairs(arm(), *scene, {poses, status}, pairs, request, question, gradients));
 }
 
 void ask(const QueryPairsRequest& request) { askAt(posesAtZero(), request, 1); }
@@ -114,6 +119,7 @@ void ask(const QueryConfigurationRequest& request) {
   in_each.k = request.k;
   in_each.threshold = request.threshold;
   in_each.ignore_filter = request.ignore_filter;
+  in_each.want_gradient = request.want_gradient;
   const MissingJoints missing = missingJoints(request.missing_joints);
   for (const sensor_msgs::JointState& state : request.states) {
     const std::vector<int> joints = jointsNamed(arm().robotModel(), state.name, "state");

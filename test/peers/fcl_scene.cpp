@@ -279,6 +279,37 @@ double FclScene::distanceOf(int candidate) {
   return closest;
 }
 
+const std::vector<FclScene::PairWithPoints>& FclScene::closest(const BodyPoses& poses, std::size_t most,
+                                                               double within) {
+  update(poses);
+  closest_.clear();
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    const auto [link_a, link_b] = candidates_[i];
+    PairWithPoints best{static_cast<int>(i), within, Vector3d::Zero(), Vector3d::Zero()};
+    for (const std::size_t a : parts_of_link_[static_cast<std::size_t>(link_a)])
+      for (const std::size_t b : parts_of_link_[static_cast<std::size_t>(link_b)])
+        if (parts_[a].object->getAABB().distance(parts_[b].object->getAABB()) < best.distance) offerPoints(a, b, best);
+    if (best.distance < within) closest_.push_back(best);
+  }
+  std::sort(closest_.begin(), closest_.end(),
+            [](const PairWithPoints& a, const PairWithPoints& b) { return a.distance < b.distance; });
+  if (closest_.size() > most) closest_.erase(closest_.begin() + static_cast<std::ptrdiff_t>(most), closest_.end());
+  return closest_;
+}
+
+/// Takes the points of two parts if they are nearer than the best.
+void FclScene::offerPoints(std::size_t a, std::size_t b, PairWithPoints& best) {
+  fcl::DistanceResultd result;
+  result.min_distance = best.distance;
+  const auto distance = answerOf([&] {
+    fcl::distance(parts_[a].object.get(), parts_[b].object.get(), fcl::DistanceRequestd(true), result);
+    return result.min_distance;
+  });
+  if (!distance) ++failures_;
+  if (!distance || !(*distance < best.distance)) return;
+  best = {best.candidate, *distance, result.nearest_points[0], result.nearest_points[1]};
+}
+
 /// The smallest distance of boxes of the parts of two links.
 double FclScene::boxGap(int candidate) const {
   const auto [link_a, link_b] = candidates_[static_cast<std::size_t>(candidate)];

@@ -41,6 +41,16 @@ class FclScene : public SceneLibrary {
   std::vector<PairDistance> answer() const override { return answer_; }
   int failures() const override { return failures_; }
 
+  /// A candidate pair with its nearest points in the frame of the poses.
+  struct PairWithPoints {
+    int candidate;
+    double distance;  ///< [m]; in overlap zero or negative, and the points mean nothing
+    Eigen::Vector3d point_a, point_b;
+  };
+  /// Takes the poses, and returns the `most` closest pairs of links within a distance [m], sorted; valid until the next call.
+  /// Their boxes leave out those farther apart. Not for HullsIndep.
+  const std::vector<PairWithPoints>& closest(const BodyPoses& poses, std::size_t most, double within);
+
   /// How many candidate pairs have parts whose boxes, along the axes of the world, are no farther apart than `distance`
   /// [m] in the poses of the last question.
   int pairsWithBoxesWithin(double distance) const;
@@ -75,6 +85,7 @@ class FclScene : public SceneLibrary {
   double boxGap(int candidate) const;
   double measure(std::size_t a, std::size_t b, double bound);
   double solve(std::size_t a, std::size_t b, double bound);
+  void offerPoints(std::size_t a, std::size_t b, PairWithPoints& best);
 
   Method method_;
   std::size_t links_;
@@ -89,6 +100,7 @@ class FclScene : public SceneLibrary {
   std::optional<std::pair<std::size_t, std::size_t>> nearest_parts_;  // of the last minimum
   std::vector<double> within_;                                        // by candidate: the distances found by onBelow
   std::vector<PairDistance> answer_;
+  std::vector<PairWithPoints> closest_;
   int failures_ = 0;
 };
 

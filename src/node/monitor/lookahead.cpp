@@ -10,10 +10,11 @@
 #include <set>
 #include <string>
 #include <utility>
-#include <variant>
 
+#include "node/objects/object_needs.h"
 #include "node/robot/conversions.h"
 #include "node/services/timed_motion.h"
+#include "node/system/durations.h"
 #include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
@@ -33,18 +34,6 @@ std::vector<int> chainOf(const scene::RobotModel& robot, int body) {
 /// The robot of a body, or TfPoses::kReferenceFrame for the body -1.
 int rootOf(const scene::RobotModel& robot, int body) {
   return body < 0 ? TfPoses::kReferenceFrame : robot.bodies[body].robot;
-}
-
-/// The body with which an object moves: that of its link, of the link whose frame carries it, or of the reference frame.
-int carrierOf(const Robot& robot, const scene::Object& object) {
-  int link = robot.referenceLink();
-  if (const auto* held = std::get_if<scene::Attached>(&object.placement))
-    link = robot.robotModel().findLink(held->link);
-  if (const auto* moving = std::get_if<scene::Moving>(&object.placement)) {
-    const int of_frame = robot.linkOfFrame(moving->frame);
-    if (of_frame >= 0) link = of_frame;
-  }
-  return link < 0 ? -1 : robot.robotModel().links[link].body;
 }
 
 /// The bodies of checked pairs, each two once.
@@ -75,16 +64,10 @@ std::string assumptionOf(const LookaheadStart& start) {
   return "objects in frame '" + start.frames.names[*start.placed.may_move] + "' are taken to rest where they are";
 }
 
-/// The longest time of a search [s]: a quarter of the period, so that the rest of the cycle is in time. At rate 0 every
-/// new set of transforms starts a cycle; few robots publish more than a hundred sets per second.
-double budget(const MonitorSettings& settings) { return settings.rate > 0.0 ? 0.25 / settings.rate : 0.0025; }
-
 scene::MotionQuestion questionOf(const MonitorSettings& settings) {
-  using Clock = std::chrono::steady_clock;
   scene::MotionQuestion question;
   question.contact_distance = settings.stop_distance;
-  question.deadline =
-      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(budget(settings)));
+  question.deadline = endOfSearch(settings);
   return question;
 }
 
@@ -143,6 +126,10 @@ Lookahead noLookahead(const MonitorSettings& settings) {
   result.time_free = result.time_to_contact = kNaN;
   result.pair = unknownProximity();
   return result;
+}
+
+std::chrono::steady_clock::time_point endOfSearch(const MonitorSettings& settings) {
+  return deadlineIn(settings.rate > 0.0 ? 0.25 / settings.rate : 0.0025);
 }
 
 Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const LookaheadStart& start,

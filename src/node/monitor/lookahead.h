@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <vector>
 
 #include "node/monitor/joint_velocities.h"
@@ -22,12 +23,16 @@ Movers moversOf(const Robot& robot, const scene::Objects& objects);
 /// A lookahead without a result: OFF if the settings switch it off, else UNKNOWN.
 Lookahead noLookahead(const MonitorSettings& settings);
 
-/// Where the robot and the frames of moving objects are when a lookahead begins; all that is needed is known.
+/// Where the robot and the frames of moving objects are when a lookahead, or a stop, begins; all that is needed is known.
 struct LookaheadStart {
   const scene::BodyPoses& poses;
   const AskedFrames& frames;
   const FrameSnapshot& placed;  ///< of `frames`
 };
+
+/// The end of a search that begins now: a quarter of the monitor's period, so that the rest of the cycle is in time. At rate 0
+/// every new set of transforms starts a cycle; few robots publish more than a hundred sets per second.
+std::chrono::steady_clock::time_point endOfSearch(const MonitorSettings& settings);
 
 /// The first contact of a checked pair if the joints keep their velocities, and moving objects rest, which the status says
 /// where tf may move them: of two links at the stop distance, with an object of the scene at that of objects. The search

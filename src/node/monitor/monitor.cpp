@@ -25,12 +25,6 @@ std::size_t longestName(const scene::RobotModel& robot, const scene::Objects& ob
   return longest;
 }
 
-/// Reserves memory for names of so many characters.
-void makeRoom(Proximity& message, std::size_t characters) {
-  for (ShapeRef* ref : {&message.a, &message.b})
-    for (std::string* name : {&ref->link, &ref->name, &ref->robot}) name->reserve(characters);
-}
-
 bool hasObject(const scene::PairProximity& pair) { return pair.asked.a.link < 0 || pair.asked.b.link < 0; }
 
 /// The status for a robot of which the filter leaves no pair.
@@ -48,11 +42,14 @@ MonitoredObjects::MonitoredObjects(const Robot& robot, const RobotObjects& prese
       bodies(bodiesOfCheckedPairs(robot, *present.all)),
       movers(moversOf(robot, *present.all)),
       frames(framesOf(*present.all)),
+      carriers(carriersOf(robot, *present.all)),
       longest_name(longestName(robot.robotModel(), *present.all)) {}
 
 void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
   scene_.reset();
   moving_scene_.reset();
+  gradients_.reset();
+  constraints_.reset();
   robot_ = robot;
   scene_ = robot_->borrowScene();
   moving_scene_ = robot_->borrowMovingScene();
@@ -64,6 +61,7 @@ void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
 void Monitor::use(MonitoredObjects& objects) {
   scene_->use(objects.objects.all);
   std::swap(monitored_, objects);
+  if (gradients_) gradients_->use(monitored_.objects.all, monitored_.carriers);
 }
 
 const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
@@ -78,12 +76,54 @@ const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnap
   clearance_.tf_age = snapshot.age;
   clearance_.tf_skew = snapshot.skew;
   ++clearance_.cycle;
+  nameJoints(snapshot, settings);
   measure(snapshot, frames, settings);
   lookAhead(snapshot, velocities, settings, frames);
 
   const std::chrono::duration<double> elapsed = Clock::now() - start;
   clearance_.computation_time = ros::Duration(elapsed.count());
   return clearance_;
+}
+
+/// The derivatives in the poses of this cycle.
+void Monitor::derive(const PoseSnapshot& snapshot) {
+  if (!gradients_) {
+    gradients_.emplace(*robot_);
+    gradients_->use(objects().all, monitored_.carriers);
+  }
+  gradients_->update(snapshot.poses);
+}
+
+void Monitor::nameJoints(const PoseSnapshot& snapshot, const MonitorSettings& settings) {
+  if (!settings.gradients) {
+    clearance_.joint_names.clear();
+    clearance_.joint_positions.clear();
+    return;
+  }
+  derive(snapshot);
+  clearance_.joint_names = gradients_->names();
+  gradients_->assignPositions(clearance_.joint_positions, snapshot.poses);
+}
+
+/// Reserves the memory that any pair needs.
+void Monitor::makeRoom(Proximity& message, const MonitorSettings& settings) const {
+  node::makeRoom(message.a, monitored_.longest_name);
+  node::makeRoom(message.b, monitored_.longest_name);
+  if (settings.gradients) message.gradient.reserve(gradients_->names().size());
+}
+
+void Monitor::say(Proximity& message, const PoseSnapshot& snapshot, const scene::PairProximity& pair,
+                  const scene::Question& question, const MonitorSettings& settings) {
+  makeRoom(message, settings);
+  assign(message, named(), snapshot.poses, pair, question);
+  if (settings.gradients) gradients_->assign(message, pair);
+}
+
+const ConstraintRows& Monitor::constraints(const PoseSnapshot& snapshot, const MonitorSettings& settings) {
+  derive(snapshot);
+  if (!constraints_ || constraints_->capacity() != settings.max_constraints)
+    constraints_.emplace(robot_->sharedModel(), settings.max_constraints);
+  return constraints_->in({clearance_, snapshot, *scene_, *gradients_, named(), monitored_.longest_name}, settings);
 }
 
 void Monitor::measure(const PoseSnapshot& snapshot, const FrameSnapshot& frames, const MonitorSettings& settings) {
@@ -97,7 +137,7 @@ void Monitor::measure(const PoseSnapshot& snapshot, const FrameSnapshot& frames,
     scene_->update(snapshot.poses);
 
   const scene::PairsBelow below = scene_->closestBelow(pairs, std::max(1, settings.max_reported_pairs), question);
-  report(snapshot, below, question, static_cast<std::size_t>(settings.max_reported_pairs));
+  report(snapshot, below, question, settings);
   const scene::PairProximity* minimum = below.closest.empty() ? nullptr : &below.closest.front();
   question.threshold = scene::Question().threshold;
   if (!minimum) minimum = scene_->minimum(pairs, question);
@@ -117,20 +157,16 @@ void Monitor::measure(const PoseSnapshot& snapshot, const FrameSnapshot& frames,
 /// The level and the minimum of each kind of pairs; all poses are known.
 void Monitor::judge(const PoseSnapshot& snapshot, const scene::PairProximity& minimum, const scene::Question& question,
                     const MonitorSettings& settings) {
-  const auto say = [&](Proximity& message, const scene::PairProximity& pair) {
-    makeRoom(message, monitored_.longest_name);
-    assign(message, named(), snapshot.poses, pair, question);
-  };
-  say(clearance_.minimum, minimum);
+  say(clearance_.minimum, snapshot, minimum, question, settings);
   clearance_.status.code = statusCode(minimum.result);
 
   const auto of_links = minimumOf(scene::PairKind::OfLinks, minimum, question);
-  if (of_links) say(clearance_.self_minimum, *of_links);
+  if (of_links) say(clearance_.self_minimum, snapshot, *of_links, question, settings);
   self_level_ = of_links ? clearanceLevel(of_links->result.lower_bound, self_level_, settings)
                          : static_cast<std::uint8_t>(Clearance::CLEAR);
 
   const auto with_object = minimumOf(scene::PairKind::WithObject, minimum, question);
-  if (with_object) say(clearance_.object_minimum, *with_object);
+  if (with_object) say(clearance_.object_minimum, snapshot, *with_object, question, settings);
   object_level_ = with_object ? clearanceLevel(with_object->result.lower_bound, object_level_, ofObjects(settings))
                               : static_cast<std::uint8_t>(Clearance::CLEAR);
   clearance_.level = std::max(self_level_, object_level_);
@@ -148,19 +184,18 @@ std::optional<scene::PairProximity> Monitor::minimumOf(scene::PairKind kind, con
 }
 
 void Monitor::report(const PoseSnapshot& snapshot, const scene::PairsBelow& below, const scene::Question& question,
-                     std::size_t most) {
+                     const MonitorSettings& settings) {
+  const auto most = static_cast<std::size_t>(settings.max_reported_pairs);
   std::vector<Proximity>& listed = clearance_.below_threshold;
   clearance_.pairs_below_threshold = static_cast<std::uint32_t>(below.count);
   listed.reserve(most);
   unlisted_.reserve(most);
-  while (listed.size() + unlisted_.size() < most) makeRoom(unlisted_.emplace_back(), monitored_.longest_name);
+  while (listed.size() + unlisted_.size() < most) unlisted_.emplace_back();
+  for (Proximity& message : unlisted_) makeRoom(message, settings);
   const std::size_t count = std::min(below.closest.size(), most);
   for (; listed.size() > count; listed.pop_back()) unlisted_.push_back(std::move(listed.back()));
   for (; listed.size() < count; unlisted_.pop_back()) listed.push_back(std::move(unlisted_.back()));
-  for (std::size_t i = 0; i < count; ++i) {
-    makeRoom(listed[i], monitored_.longest_name);
-    assign(listed[i], named(), snapshot.poses, below.closest[i], question);
-  }
+  for (std::size_t i = 0; i < count; ++i) say(listed[i], snapshot, below.closest[i], question, settings);
 }
 
 void Monitor::lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
@@ -171,9 +206,20 @@ void Monitor::lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& ve
     clearance_.lookahead.status = clearance_.status;
     return;
   }
-  if (moving_scene_->objects() != objects().all.get()) moving_scene_->use(objects().all);
   const LookaheadStart start{snapshot.poses, monitored_.frames, frames};
-  clearance_.lookahead = contactAhead(*robot_, *moving_scene_, start, velocities, settings);
+  clearance_.lookahead = contactAhead(*robot_, movingScene(), start, velocities, settings);
+}
+
+StoppingScale Monitor::velocityScale(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
+                                     const MonitorSettings& settings, const FrameSnapshot& frames) {
+  if (clearance_.level == Clearance::INVALID) return {0.0, clearance_.status};
+  return stoppingScale(*robot_, movingScene(), *scene_, {snapshot.poses, monitored_.frames, frames}, velocities,
+                       joints(), snapshot.age, settings);
+}
+
+scene::MovingScene& Monitor::movingScene() {
+  if (moving_scene_->objects() != objects().all.get()) moving_scene_->use(objects().all);
+  return *moving_scene_;
 }
 
 void Monitor::countPairs() {

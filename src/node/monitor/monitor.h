@@ -5,10 +5,13 @@
 #include <optional>
 #include <vector>
 
+#include "node/monitor/constraints.h"
 #include "node/monitor/joint_velocities.h"
 #include "node/monitor/lookahead.h"
+#include "node/monitor/velocity_scale.h"
 #include "node/robot/conversions.h"
 #include "node/robot/robot.h"
+#include "node/services/gradients.h"
 #include "node/tf/tf_poses.h"
 #include "proximity_server/Clearance.h"
 
@@ -21,9 +24,10 @@ struct MonitoredObjects {
   MonitoredObjects(const Robot& robot, const RobotObjects& present);
 
   RobotObjects objects;
-  std::vector<int> bodies;       ///< whose poses a cycle needs
-  Movers movers;                 ///< of which the lookahead needs the velocities
-  AskedFrames frames;            ///< that moving objects need
+  std::vector<int> bodies;  ///< whose poses a cycle needs
+  Movers movers;            ///< of which the lookahead needs the velocities
+  AskedFrames frames;       ///< that moving objects need
+  scene::ObjectCarriers carriers;
   std::size_t longest_name = 0;  ///< length of the longest name of a link, <collision> element or object
 };
 
@@ -55,11 +59,24 @@ class Monitor {
   const Clearance& cycle(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
                          const MonitorSettings& settings, const FrameSnapshot& frames = {});
 
+  /// The constraint rows in the poses of the latest cycle, which `snapshot` are. The message is valid until the next call.
+  const ConstraintRows& constraints(const PoseSnapshot& snapshot, const MonitorSettings& settings);
+
+  /// The scale of the velocities in the latest cycle, in which `snapshot` and `frames` are the poses.
+  StoppingScale velocityScale(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
+                              const MonitorSettings& settings, const FrameSnapshot& frames = {});
+
   /// The message of the latest cycle; its `cycle` is 0 before the first one.
   const Clearance& latest() const { return clearance_; }
 
  private:
   void measure(const PoseSnapshot& snapshot, const FrameSnapshot& frames, const MonitorSettings& settings);
+  void makeRoom(Proximity& message, const MonitorSettings& settings) const;
+  /// Fills in a pair of this cycle.
+  void say(Proximity& message, const PoseSnapshot& snapshot, const scene::PairProximity& pair,
+           const scene::Question& question, const MonitorSettings& settings);
+  void derive(const PoseSnapshot& snapshot);
+  void nameJoints(const PoseSnapshot& snapshot, const MonitorSettings& settings);
   void judge(const PoseSnapshot& snapshot, const scene::PairProximity& minimum, const scene::Question& question,
              const MonitorSettings& settings);
   std::optional<scene::PairProximity> minimumOf(scene::PairKind kind, const scene::PairProximity& minimum,
@@ -67,16 +84,19 @@ class Monitor {
   const RobotObjects& objects() const { return monitored_.objects; }
   Named named() const { return {robot_->robotModel(), objects().all.get()}; }
   void report(const PoseSnapshot& snapshot, const scene::PairsBelow& below, const scene::Question& question,
-              std::size_t most);
+              const MonitorSettings& settings);
   void lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities, const MonitorSettings& settings,
                  const FrameSnapshot& frames);
+  scene::MovingScene& movingScene();
   void countPairs();
 
   std::shared_ptr<const Robot> robot_;
   ScenePool::Lease scene_;  // declared after robot_, whose pools it and the next return to
   MovingScenePool::Lease moving_scene_;
   MonitoredObjects monitored_;
-  std::uint8_t self_level_ = Clearance::INVALID;    ///< of pairs of links
+  std::optional<Gradients> gradients_;            ///< of this robot and these objects; made when they are wanted first
+  std::optional<Constraints> constraints_;        ///< the same
+  std::uint8_t self_level_ = Clearance::INVALID;  ///< of pairs of links
   std::uint8_t object_level_ = Clearance::INVALID;  ///< of pairs with an object
   Clearance clearance_;
   std::vector<Proximity> unlisted_;  ///< allocated entries that Clearance::below_threshold does not need at present

@@ -1,6 +1,8 @@
 #include "node/monitor/monitor_loop.h"
 
+#include <ros/console.h>
 #include <ros/single_subscriber_publisher.h>
+#include <std_msgs/Float64.h>
 
 #include <algorithm>
 #include <functional>
@@ -35,6 +37,12 @@ MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   monitor_.follow(robot);
   lookup_.emplace(*robot, edgesTo(*robot, monitor_.bodies()));
   clearance_pub_ = nh_.advertise<Clearance>("clearance", 1);
+  constraints_pub_ = nh_.advertise<ConstraintRows>("constraints", 1);
+  const auto on_listeners = [this](const ros::SingleSubscriberPublisher&) {
+    const Lock lock(mutex_);
+    listenToVelocities();
+  };
+  velocity_scale_pub_ = nh_.advertise<std_msgs::Float64>("collision_velocity_scale", 1, on_listeners, on_listeners);
   markers_pub_ = nh_.advertise<visualization_msgs::MarkerArray>(
       "markers", 10, [this](const ros::SingleSubscriberPublisher& subscriber) { sendPieces(subscriber); });
   simulated_timer_ = nh_.createTimer(
@@ -70,7 +78,7 @@ void MonitorLoop::follow(const std::shared_ptr<const Robot>& robot) {
   lookup_.reset();  // it refers to the robot that is replaced next
   monitor_.follow(robot);
   lookup_.emplace(*robot, edgesTo(*robot, monitor_.bodies()));
-  if (health_.settings.lookahead > 0.0) velocities_.listen(*robot);
+  listenToVelocities();
   markers_.reset();
   keep_alive_.setPeriod(keepAlivePeriod(health_.settings, robot->config()));
   redrawPieces();
@@ -114,7 +122,7 @@ void MonitorLoop::configure(const MonitorSettings& settings) {
   const bool redraw = settings.markers != health_.settings.markers;
   health_.settings = settings;
   on_tf_ = settings.rate == 0.0;
-  settings.lookahead > 0.0 ? velocities_.listen(*monitor_.robot()) : velocities_.ignore();
+  listenToVelocities();
   setRate(settings.rate);
   keep_alive_.setPeriod(keepAlivePeriod(settings, monitor_.robot()->config()));
   if (redraw) redrawPieces();
@@ -185,15 +193,40 @@ void MonitorLoop::cycle() {
 void MonitorLoop::publish(const PoseSnapshot& snapshot) {
   alive_ = true;
   const FrameSnapshot frames = tf_.lookUpFrames(*monitor_.robot(), monitor_.frames(), snapshot);
-  const Clearance& clearance = monitor_.cycle(snapshot, lookUpVelocities(), health_.settings, frames);
+  const VelocitySnapshot velocities = lookUpVelocities();
+  const Clearance& clearance = monitor_.cycle(snapshot, velocities, health_.settings, frames);
   health_.slowest_cycle = std::max(health_.slowest_cycle, clearance.computation_time);
   clearance_pub_.publish(clearance);
+  if (constraints_pub_.getNumSubscribers() > 0)
+    constraints_pub_.publish(monitor_.constraints(snapshot, health_.settings));
+  if (velocity_scale_pub_.getNumSubscribers() > 0) publishVelocityScale(snapshot, velocities, frames);
   if (health_.settings.markers && markers_pub_.getNumSubscribers() > 0) publishMarkers(clearance, snapshot.poses);
 }
 
+void MonitorLoop::publishVelocityScale(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
+                                       const FrameSnapshot& frames) {
+  const StoppingScale found = monitor_.velocityScale(snapshot, velocities, health_.settings, frames);
+  if (found.status.code != QueryStatus::OK)
+    ROS_WARN_STREAM_THROTTLE(10.0, "~collision_velocity_scale is 0: " << found.status.message);
+  std_msgs::Float64 message;
+  message.data = found.scale;
+  velocity_scale_pub_.publish(message);
+}
+
+bool MonitorLoop::needsVelocities() const {
+  return health_.settings.lookahead > 0.0 || velocity_scale_pub_.getNumSubscribers() > 0;
+}
+
+void MonitorLoop::listenToVelocities() {
+  needsVelocities() ? velocities_.listen(*monitor_.robot()) : velocities_.ignore();
+}
+
 VelocitySnapshot MonitorLoop::lookUpVelocities() {
-  if (health_.settings.lookahead == 0.0) return {};
-  VelocitySnapshot velocities = velocities_.lookUp(*monitor_.robot(), monitor_.joints(), ros::Time::now());
+  VelocitySnapshot velocities;
+  velocities.status.code = QueryStatus::NO_VELOCITY;
+  velocities.status.message = "nobody has asked for the velocities yet";
+  if (!needsVelocities()) return velocities;
+  velocities = velocities_.lookUp(*monitor_.robot(), monitor_.joints(), ros::Time::now());
   if (velocities.status.code == QueryStatus::OK)
     velocities.status = tf_.standingStill(*monitor_.robot(), monitor_.roots());
   return velocities;

@@ -28,7 +28,8 @@ struct MonitorHealth {
   ros::Duration slowest_cycle;  ///< computation time, since the previous call of MonitorLoop::health()
 };
 
-/// Runs a Monitor in threads of its own and publishes its results on ~clearance and ~markers.
+/// Runs a Monitor in threads of its own and publishes its results on ~clearance, and while somebody listens on ~constraints,
+/// ~collision_velocity_scale and ~markers.
 ///
 /// A cycle runs at the rate of the settings, in ROS time, or on every new set of transforms if the rate is 0. If
 /// neither the clock nor the transforms advance, a wall timer publishes nevertheless; then the age of the poses is
@@ -58,6 +59,8 @@ class MonitorLoop {
   void cycleIfNew();
   void cycle();
   void publish(const PoseSnapshot& snapshot);
+  void publishVelocityScale(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
+                            const FrameSnapshot& frames);
   void publishMarkers(const Clearance& clearance, const scene::BodyPoses& poses);
   visualization_msgs::MarkerArray pieces() const;
   void redrawPieces();
@@ -66,6 +69,8 @@ class MonitorLoop {
   const PoseSnapshot& lookUp();
   void useNextObjects();
   VelocitySnapshot lookUpVelocities();
+  bool needsVelocities() const;
+  void listenToVelocities();
 
   TfPoses& tf_;
   JointVelocities velocities_;
@@ -91,6 +96,8 @@ class MonitorLoop {
   std::optional<ClearanceMarkers> markers_;  // of the monitor's robot; made for the first subscriber
 
   ros::Publisher clearance_pub_;
+  ros::Publisher constraints_pub_;
+  ros::Publisher velocity_scale_pub_;
   ros::Publisher markers_pub_;
   ros::Timer simulated_timer_;  // used with a simulated clock
   ros::WallTimer keep_alive_;

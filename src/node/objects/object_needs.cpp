@@ -16,6 +16,17 @@ int bodyOf(const scene::RobotModel& robot, const scene::Object& object) {
   return held ? robot.links[robot.findLink(held->link)].body : -1;
 }
 
+/// The body of a link; -1 for the link -1.
+int bodyOfLink(const Robot& robot, int link) { return link < 0 ? -1 : robot.robotModel().links[link].body; }
+
+int bodyOfReferenceFrame(const Robot& robot) { return bodyOfLink(robot, robot.referenceLink()); }
+
+/// The body that carries what is in a tf frame: that of the link with this frame, or of the reference frame, where it rests.
+int carrierOf(const Robot& robot, const std::string& frame) {
+  const int link = robot.linkOfFrame(frame);
+  return link >= 0 ? bodyOfLink(robot, link) : bodyOfReferenceFrame(robot);
+}
+
 bool isChecked(const scene::Objects& objects, int link) {
   const auto is_checked = [&](int number) { return objects.linkReason(link, number) == scene::PairReason::Checked; };
   return std::any_of(objects.numbers().begin(), objects.numbers().end(), is_checked);
@@ -73,6 +84,19 @@ AskedFrames framesOf(const scene::Objects& objects, const std::vector<scene::Sha
   }
   frames.asked = listed(asked);
   return frames;
+}
+
+int carrierOf(const Robot& robot, const scene::Object& object) {
+  if (const auto* moving = std::get_if<scene::Moving>(&object.placement)) return carrierOf(robot, moving->frame);
+  const int held_by = bodyOf(robot.robotModel(), object);
+  return held_by >= 0 ? held_by : bodyOfReferenceFrame(robot);
+}
+
+scene::ObjectCarriers carriersOf(const Robot& robot, const scene::Objects& objects) {
+  scene::ObjectCarriers carriers;
+  carriers.of_fixed = bodyOfReferenceFrame(robot);
+  for (const std::string& frame : objects.frames()) carriers.of_frames.push_back(carrierOf(robot, frame));
+  return carriers;
 }
 
 }  // namespace proximity_server::node

@@ -82,6 +82,15 @@ class Parameters {
     require(value->getType() == XmlRpcValue::TypeStruct, name, "must map names to numbers");
     for (auto& [key, entry] : *value) target[key] = number(entry, std::string(name).append("/").append(key), range);
   }
+  void read(const std::string& name, MaxDeceleration& target, const Range& range) {
+    XmlRpcValue* value = find(name);
+    if (!value) return;
+    if (value->getType() == XmlRpcValue::TypeStruct) {
+      read(name, target.of_joint, range);
+    } else {
+      target.of_all = number(*value, name, range);
+    }
+  }
   void read(const std::string& name, std::vector<scene::PairFilterOptions::Names>& target) {
     for (XmlRpcValue* entry : entries(name)) {
       require(entry->getType() == XmlRpcValue::TypeArray, name,
@@ -224,6 +233,11 @@ void readMonitorSettings(Parameters& parameters, MonitorSettings& settings) {
   parameters.read("max_reported_pairs", settings.max_reported_pairs, {0, 10000});
   parameters.read("markers", settings.markers);
   parameters.read("lookahead", settings.lookahead, {0.0, 60.0});
+  parameters.read("gradients", settings.gradients);
+  parameters.read("influence_distance", settings.influence_distance, {0.0, 100.0});
+  parameters.read("damping_gain", settings.damping_gain, {1e-3, 1000.0});
+  parameters.read("max_constraints", settings.max_constraints, {1, 1000});
+  parameters.read("stop_latency", settings.stop_latency, {0.0, 60.0});
 }
 
 /// Whether these parameters describe several robots.
@@ -270,6 +284,7 @@ Config readConfig(Parameters& parameters) {
   config.free_objects = check_free_objects ? FreeObjects::Checked : FreeObjects::NotChecked;
   parameters.read("objects", config.objects);
   parameters.readAbsolutePath("objects_file", config.objects_file);
+  parameters.read("max_deceleration", config.max_deceleration, {1e-3, 1e6});
   readMonitorSettings(parameters, config.monitor);
   return config;
 }
@@ -296,6 +311,9 @@ std::string problemOf(const MonitorSettings& settings) {
       {"object_stop_distance", settings.object_stop_distance},
       {"hysteresis", settings.hysteresis},
       {"lookahead", settings.lookahead},
+      {"influence_distance", settings.influence_distance},
+      {"damping_gain", settings.damping_gain},
+      {"stop_latency", settings.stop_latency},
   };
   for (const auto& [name, value] : numbers) {
     if (!std::isfinite(value)) return std::string(name) + " is " + shortest(value) + ", not a finite number";
@@ -308,6 +326,17 @@ std::string problemOf(const MonitorSettings& settings) {
   const std::string of_links = contradiction("", settings.stop_distance, settings.warn_distance);
   if (!of_links.empty()) return of_links;
   return contradiction("object_", settings.object_stop_distance, settings.object_warn_distance);
+}
+
+std::string problemOfDamper(const MonitorSettings& settings) {
+  const std::pair<const char*, double> stop_distances[] = {{"stop_distance", settings.stop_distance},
+                                                           {"object_stop_distance", settings.object_stop_distance}};
+  for (const auto& [name, stop] : stop_distances) {
+    if (settings.influence_distance > stop) continue;
+    return "influence_distance is " + shortest(settings.influence_distance) + ", not above " + name + ", which is " +
+           shortest(stop);
+  }
+  return {};
 }
 
 Config configFrom(const XmlRpcValue& values, const std::string& name_space) {

@@ -2,6 +2,8 @@
 
 #include <ros/node_handle.h>
 
+#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,11 +27,20 @@ struct MonitorSettings {
   int max_reported_pairs = 10;
   bool markers = true;
   double lookahead = 0.0;  ///< [s]; 0: off
+  bool gradients = false;
+  double influence_distance = 0.1;  ///< [m]
+  double damping_gain = 0.5;        ///< [m/s]
+  int max_constraints = 8;
+  double stop_latency = 0.1;  ///< [s]
 };
 
 /// Returns why these settings contradict each other ("stop_distance is ..."), or "" if they do not. The range of each
 /// setting is checked elsewhere.
 std::string problemOf(const MonitorSettings& settings);
+
+/// Returns why ~constraints has no rows with these settings ("influence_distance is ..."), or "". That is no reason for the
+/// node not to start, as most users have no controller.
+std::string problemOfDamper(const MonitorSettings& settings);
 
 /// Where the node finds one robot.
 struct RobotSource {
@@ -42,6 +53,12 @@ struct RobotSource {
 
   /// The parameter that sets the prefix: "tf_prefix", "robots/left/tf_prefix".
   std::string prefixParameter() const { return name.empty() ? "tf_prefix" : "robots/" + name + "/tf_prefix"; }
+};
+
+/// How hard joints can brake [rad/s^2] or [m/s^2].
+struct MaxDeceleration {
+  std::optional<double> of_all;            ///< one number for all joints
+  std::map<std::string, double> of_joint;  ///< or that of each; a joint that is not named has none
 };
 
 struct Config {
@@ -65,6 +82,7 @@ struct Config {
   scene::ObjectRules::FreeObjects free_objects = scene::ObjectRules::FreeObjects::NotChecked;
   scene::ObjectFile objects;  ///< what stands there from the start
   std::string objects_file;   ///< an absolute path; "": objects are not kept
+  MaxDeceleration max_deceleration;
   MonitorSettings monitor;
 };
 

@@ -66,28 +66,9 @@ void assignResult(Proximity& message, const narrowphase::SignedDistance& result,
   message.iterations = static_cast<std::uint16_t>(std::min<int>(result.iterations, UINT16_MAX));
 }
 
-void assign(ShapeRef& message, const Named& named, const scene::ShapeRef& ref) {
-  message.index = static_cast<std::uint32_t>(ref.collision);
-  message.name.clear();
-  const int link_of_ref = linkOf(named, ref);
-  if (link_of_ref < 0)
-    message.robot.clear();
-  else
-    message.robot = named.robot.robotOf(link_of_ref).name;
-  if (ref.link < 0) {
-    message.kind = ShapeRef::OBJECT;
-    message.link = named.objects->object(ref.object)->id;
-    return;
-  }
-  message.kind = ShapeRef::LINK;
-  const scene::Link& link = named.robot.links[ref.link];
-  message.link = link.name;
-  if (ref.collision > 0) message.name = named.robot.collisions[link.collisions[ref.collision - 1]].name;
-}
-
 ShapeInfo shapeInfo(const scene::RobotModel& robot, const scene::Collision& collision) {
   ShapeInfo info;
-  assign(info.shape, robot, scene::ShapeRef{collision.link, collision.number});
+  assign(info.shape, Named(robot), scene::ShapeRef{collision.link, collision.number});
   info.description = collision.description;
   info.representation = static_cast<std::uint8_t>(collision.representation);
   info.deviation = collision.deviation;
@@ -100,14 +81,6 @@ ShapeInfo shapeInfo(const scene::RobotModel& robot, const scene::Collision& coll
       info.vertices += static_cast<std::uint32_t>(shape.hull().size());
   }
   return info;
-}
-
-void clear(ShapeRef& message) {
-  message.kind = ShapeRef::LINK;
-  message.link.clear();
-  message.index = 0;
-  message.name.clear();
-  message.robot.clear();
 }
 
 void assignUnknownResult(Proximity& message) {
@@ -147,6 +120,37 @@ PairInfo pairInfo(const scene::RobotModel& robot, const scene::LinkPair& pair) {
 
 }  // namespace
 
+void assign(ShapeRef& message, const Named& named, const scene::ShapeRef& ref) {
+  message.index = static_cast<std::uint32_t>(ref.collision);
+  message.name.clear();
+  const int link_of_ref = linkOf(named, ref);
+  if (link_of_ref < 0)
+    message.robot.clear();
+  else
+    message.robot = named.robot.robotOf(link_of_ref).name;
+  if (ref.link < 0) {
+    message.kind = ShapeRef::OBJECT;
+    message.link = named.objects->object(ref.object)->id;
+    return;
+  }
+  message.kind = ShapeRef::LINK;
+  const scene::Link& link = named.robot.links[ref.link];
+  message.link = link.name;
+  if (ref.collision > 0) message.name = named.robot.collisions[link.collisions[ref.collision - 1]].name;
+}
+
+void clear(ShapeRef& message) {
+  message.kind = ShapeRef::LINK;
+  message.link.clear();
+  message.index = 0;
+  message.name.clear();
+  message.robot.clear();
+}
+
+void makeRoom(ShapeRef& message, std::size_t characters) {
+  for (std::string* name : {&message.link, &message.name, &message.robot}) name->reserve(characters);
+}
+
 void assign(Proximity& message, const Named& named, const scene::BodyPoses& poses, const scene::PairProximity& pair,
             const scene::Question& question) {
   scene::ShapeRef a = pair.asked.a, b = pair.asked.b;
@@ -154,6 +158,7 @@ void assign(Proximity& message, const Named& named, const scene::BodyPoses& pose
   if (pair.collision_b) b.collision = pair.collision_b;
   assign(message.a, named, a);
   assign(message.b, named, b);
+  message.gradient.clear();
   message.representation = static_cast<std::uint8_t>(pair.representation);
   message.depth_is_lower_bound = pair.depth_is_lower_bound;
   if (pair.result.status == narrowphase::Status::Unknown) {
@@ -175,6 +180,7 @@ Proximity toMessage(const Named& named, const scene::BodyPoses& poses, const sce
 void assignUnknown(Proximity& message) {
   clear(message.a);
   clear(message.b);
+  message.gradient.clear();
   message.representation = Proximity::EXACT;
   message.depth_is_lower_bound = false;
   assignUnknownResult(message);

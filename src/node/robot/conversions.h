@@ -2,6 +2,7 @@
 
 #include <ros/time.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 
@@ -9,6 +10,7 @@
 #include "proximity_server/ModelInfo.h"
 #include "proximity_server/Proximity.h"
 #include "proximity_server/QueryStatus.h"
+#include "proximity_server/ShapeRef.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/question.h"
@@ -26,13 +28,23 @@ struct Named {
   const scene::Objects* objects;
 };
 
-/// `poses` are those of the scene that answered; they transform the points into the frames of the links.
+/// `poses` are those of the scene that answered; they transform the points into the frames of the links. The gradient stays
+/// empty.
 Proximity toMessage(const Named& named, const scene::BodyPoses& poses, const scene::PairProximity& pair,
                     const scene::Question& question);
 
 /// The same in place: it allocates nothing if the strings of the message have enough capacity.
 void assign(Proximity& message, const Named& named, const scene::BodyPoses& poses, const scene::PairProximity& pair,
             const scene::Question& question);
+
+/// The same for one of the two.
+void assign(ShapeRef& message, const Named& named, const scene::ShapeRef& ref);
+
+/// No link, shape or object.
+void clear(ShapeRef& message);
+
+/// Reserves memory for names of so many characters.
+void makeRoom(ShapeRef& message, std::size_t characters);
 
 /// A pair of which nothing is known.
 Proximity unknownProximity();

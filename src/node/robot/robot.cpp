@@ -10,6 +10,7 @@
 #include "node/robot/tf_frames.h"
 #include "proximity_server/scene/model/joined_robots.h"
 #include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/query/make_scene_model.h"
 
 namespace proximity_server::node {
@@ -131,6 +132,25 @@ std::vector<TfEdge> edgesOf(const Robot& robot) {
   return edges;
 }
 
+/// Throws std::invalid_argument if the parameter is about a joint that has no deceleration of its own.
+int jointThatStops(const scene::RobotModel& robot, const std::string& name) {
+  const std::string parameter = "parameter max_deceleration/" + name + ": ";
+  const int joint = scene::findNamed(robot.joints, name);
+  if (joint < 0) {
+    throw std::invalid_argument(parameter + "the robot has no such movable joint: did you mean '" +
+                                scene::nearestName(name, scene::namesOf(robot.joints)) + "'?");
+  }
+  if (!scene::hasOnePosition(robot.joints[joint]))
+    throw std::invalid_argument(parameter + "the joint is floating or planar, it has not one velocity");
+  return joint;
+}
+
+std::vector<std::optional<double>> maxDecelerationsOf(const scene::RobotModel& robot, const MaxDeceleration& known) {
+  std::vector<std::optional<double>> decelerations(robot.joints.size(), known.of_all);
+  for (const auto& [name, deceleration] : known.of_joint) decelerations[jointThatStops(robot, name)] = deceleration;
+  return decelerations;
+}
+
 /// For each robot the index of the edge to its root, see Robot::tfEdges().
 std::vector<int> rootEdgesOf(const Robot& robot) {
   std::vector<int> edges;
@@ -159,6 +179,7 @@ Robot::Robot(const std::vector<RobotTexts>& texts, const Config& config)
       reference_frame_(reference_link_ < 0 ? config.reference_frame : frameOf(reference_link_)),
       tf_edges_(std::make_shared<const std::vector<TfEdge>>(edgesOf(*this))),
       root_edges_(rootEdgesOf(*this)),
+      max_decelerations_(maxDecelerationsOf(model_->robot, config.max_deceleration)),
       objects_(std::make_unique<ObjectSlot>(noObjects(model_, reference_link_, config.free_objects))),
       scenes_(std::make_unique<ScenePool>(
           [first = std::make_shared<const scene::Scene>(model_)] { return first->twin(); })),

@@ -3,6 +3,7 @@
 #include <ros/node_handle.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -71,6 +72,9 @@ class Robot {
   const scene::Candidates& candidates() const { return candidates_; }
   const std::vector<int>& candidateBodies() const { return candidate_bodies_; }
 
+  /// How hard each of RobotModel::joints can brake [rad/s^2] or [m/s^2]; nullopt if the parameters do not tell.
+  const std::vector<std::optional<double>>& maxDecelerations() const { return max_decelerations_; }
+
   /// The objects around the robot. Unlike all else of a robot they change while it is used.
   ObjectSlot& objects() const { return *objects_; }
 
@@ -93,6 +97,7 @@ class Robot {
   std::string reference_frame_;
   std::shared_ptr<const std::vector<TfEdge>> tf_edges_;
   std::vector<int> root_edges_;
+  std::vector<std::optional<double>> max_decelerations_;
   std::unique_ptr<ObjectSlot> objects_;
   std::unique_ptr<ScenePool> scenes_;
   std::unique_ptr<MovingScenePool> moving_scenes_;

@@ -1,3 +1,4 @@
+#include <optional>
 #include <string>
 
 #include "node/services/answered.h"
@@ -20,6 +21,7 @@ QueryPairsRequest questionInEachState(const QueryConfigurationRequest& request) 
   question.threshold = request.threshold;
   question.skip_penetration = request.skip_penetration;
   question.ignore_filter = request.ignore_filter;
+  question.want_gradient = request.want_gradient;
   return question;
 }
 
@@ -63,12 +65,14 @@ QueryConfigurationResponse answer(const Robot& robot, TfPoses& tf, const QueryCo
     FrameSnapshot frames = framesFromTf(robot, tf, asked_frames, from_tf, request.stamp);
     const QueryStatus& status = from_tf.status.code == QueryStatus::OK ? frames.status : from_tf.status;
     const ScenePool::Lease scene = pairs.borrowScene();
+    std::optional<Gradients> gradients = gradientsOf(robot, pairs, in_each);
     for (const JointValues& state : states) {
       const scene::BodyPoses poses = inReference(robot, posesInRoot(robot, state, from_tf), from_tf.roots);
       placeFramesOfLinks(robot, asked_frames, poses, frames.poses);
       scene->update(poses, frames.poses);
-      response.states.push_back(askPairs(robot, *scene, {poses, status}, pairs, in_each, question));
+      response.states.push_back(askPairs(robot, *scene, {poses, status}, pairs, in_each, question, gradients));
     }
+    if (gradients) response.joint_names = gradients->names();
     response.status = summary(response.states);
   });
 }

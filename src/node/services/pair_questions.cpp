@@ -5,6 +5,7 @@
 #include <chrono>
 #include <limits>
 
+#include "node/objects/object_needs.h"
 #include "node/robot/conversions.h"
 #include "node/services/requests.h"
 #include "node/system/durations.h"
@@ -66,16 +67,28 @@ scene::Question questionOf(const Robot& robot, const QueryPairsRequest& request)
   return question;
 }
 
+std::optional<Gradients> gradientsOf(const Robot& robot, const RequestedPairs& pairs,
+                                     const QueryPairsRequest& request) {
+  if (!request.want_gradient) return std::nullopt;
+  Gradients gradients(robot);
+  gradients.use(pairs.sharedObjects(), carriersOf(robot, pairs.objects()));
+  return gradients;
+}
+
 StateProximity askPairs(const Robot& robot, scene::Scene& scene, const PosedState& state, const RequestedPairs& pairs,
-                        const QueryPairsRequest& request, const scene::Question& question) {
+                        const QueryPairsRequest& request, const scene::Question& question,
+                        std::optional<Gradients>& gradients) {
   StateProximity answer;
   answer.minimum = unknownProximity();
   const Answers found = askByMode(scene, pairs, request, question);
   assignCounts(answer, scene.counts());
 
+  if (gradients) gradients->update(state.poses);
   answer.pairs.reserve(found.size());
   for (const scene::PairProximity& pair : found) {
-    assign(answer.pairs.emplace_back(), {scene.model().robot, scene.objects()}, state.poses, pair, question);
+    Proximity& message = answer.pairs.emplace_back();
+    assign(message, {scene.model().robot, scene.objects()}, state.poses, pair, question);
+    if (gradients) gradients->assign(message, pair);
     if (pair.result.status != narrowphase::Status::Unknown)
       answer.status.code = std::min(answer.status.code, statusCode(pair.result));
   }

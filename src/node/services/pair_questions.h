@@ -1,8 +1,10 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "node/robot/robot.h"
+#include "node/services/gradients.h"
 #include "node/services/requests.h"
 #include "proximity_server/QueryPairsRequest.h"
 #include "proximity_server/StateProximity.h"
@@ -25,11 +27,15 @@ struct PosedState {
   const QueryStatus& status;
 };
 
-/// Asks a scene about `pairs`, as the mode of a batch says. If a pose of some pair is missing, the answer has the
+/// The gradients of the pairs that a batch asks about; nullopt if it does not want them.
+std::optional<Gradients> gradientsOf(const Robot& robot, const RequestedPairs& pairs, const QueryPairsRequest& request);
+
+/// Asks a scene about `pairs`, as the mode of a batch says, and for `gradients` if there are some. If a pose of some pair is missing, the answer has the
 /// status of `state`; if the deadline passed before some pair was computed, OVER_BUDGET. Throws RequestError for a mode
 /// that does not exist.
 StateProximity askPairs(const Robot& robot, scene::Scene& scene, const PosedState& state, const RequestedPairs& pairs,
-                        const QueryPairsRequest& request, const scene::Question& question);
+                        const QueryPairsRequest& request, const scene::Question& question,
+                        std::optional<Gradients>& gradients);
 
 /// The status for pairs that have no answer although tf knows all poses: the deadline has passed, or a pose is so far
 /// away that the numbers overflow.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "node/robot/conversions.h"
@@ -156,8 +157,10 @@ QueryPairsResponse answer(const Robot& robot, TfPoses& tf, const QueryPairsReque
     requireAnswersWithinBatch(robot, request, pairs.size());
     const PosedScene posed(robot, tf, pairs, request.stamp);
     response.header = posed.header;
-    StateProximity found =
-        askPairs(robot, *posed.scene, {posed.snapshot.poses, posed.snapshot.status}, pairs, request, question);
+    std::optional<Gradients> gradients = gradientsOf(robot, pairs, request);
+    StateProximity found = askPairs(robot, *posed.scene, {posed.snapshot.poses, posed.snapshot.status}, pairs, request,
+                                    question, gradients);
+    if (gradients) response.joint_names = gradients->names();
     response.status = std::move(found.status);
     response.pairs = std::move(found.pairs);
     response.minimum = std::move(found.minimum);

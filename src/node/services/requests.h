@@ -47,6 +47,7 @@ class RequestedPairs {
   RequestedPairs(const Robot& robot, RobotObjects objects) : robot_(&robot), objects_(std::move(objects)) {}
 
   const scene::Objects& objects() const { return *objects_.all; }
+  const std::shared_ptr<const scene::Objects>& sharedObjects() const { return objects_.all; }
 
   /// nullptr: all candidates.
   const std::vector<scene::ShapeRefPair>* list() const { return own_ ? &*own_ : nullptr; }

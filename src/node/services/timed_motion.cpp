@@ -54,6 +54,24 @@ scene::RobotMotion::Segment worldOf(const Robot& robot, const scene::BodyPoses& 
   return Motion::atRest(link.body_T_link, link.body == 0 ? -1 : link.body);
 }
 
+/// The frame of a link, which moves with its body.
+scene::RobotMotion::Segment segmentOf(const Robot& robot, int index) {
+  const scene::Link& link = robot.robotModel().links[index];
+  return scene::RobotMotion::atRest(link.body_T_link, link.body);
+}
+
+/// The frames of moving objects: those of links move with them, all others rest.
+std::vector<scene::RobotMotion::Segment> segmentsOf(const Robot& robot, const AskedFrames& frames,
+                                                    const scene::FramePoses& poses) {
+  std::vector<scene::RobotMotion::Segment> segments;
+  for (std::size_t i = 0; i < frames.names.size(); ++i) {
+    const int index = robot.linkOfFrame(frames.names[i]);
+    const auto& pose = i < poses.size() ? poses[i] : std::nullopt;
+    segments.push_back(index < 0 ? scene::RobotMotion::atRest(pose) : segmentOf(robot, index));
+  }
+  return segments;
+}
+
 }  // namespace
 
 TimedMotion motionOfJoints(const Robot& robot, const scene::BodyPoses& poses, const std::vector<double>& travel,
@@ -77,17 +95,16 @@ TimedMotion motionOfTwists(const scene::BodyPoses& poses, const std::vector<scen
 }
 
 void carryObjects(const Robot& robot, const AskedFrames& frames, const scene::FramePoses& poses, TimedMotion& motion) {
-  scene::RobotMotion::ObjectFrames carried{motion.world, {}};
-  for (std::size_t i = 0; i < frames.names.size(); ++i) {
-    const int index = robot.linkOfFrame(frames.names[i]);
-    if (index < 0) {
-      carried.moving.push_back(scene::RobotMotion::atRest(i < poses.size() ? poses[i] : std::nullopt));
-      continue;
-    }
-    const scene::Link& link = robot.robotModel().links[index];
-    carried.moving.push_back(scene::RobotMotion::atRest(link.body_T_link, link.body));
-  }
-  motion.motion.carryObjects(carried);
+  motion.motion.carryObjects({motion.world, segmentsOf(robot, frames, poses)});
+}
+
+scene::RobotMotion::ObjectFrames objectFramesAtStart(const Robot& robot, const AskedFrames& frames,
+                                                     const scene::FramePoses& poses) {
+  using Motion = scene::RobotMotion;
+  const int index = robot.referenceLink();
+  const bool is_moved = index >= 0 && robot.robotModel().bodies[robot.robotModel().links[index].body].joint >= 0;
+  return {is_moved ? segmentOf(robot, index) : Motion::atRest(Eigen::Isometry3d::Identity()),
+          segmentsOf(robot, frames, poses)};
 }
 
 Proximity toMessage(const Named& named, const TimedMotion& motion, double time, const scene::PairProximity& pair) {

@@ -53,6 +53,10 @@ TimedMotion motionOfTwists(const scene::BodyPoses& poses, const std::vector<scen
 /// link of the robot moves with the link; all others rest in the reference frame, as nothing tells their velocity.
 void carryObjects(const Robot& robot, const AskedFrames& frames, const scene::FramePoses& poses, TimedMotion& motion);
 
+/// What carries objects in a motion whose poses are in the reference frame, as it stands at the start, with the same `frames`.
+scene::RobotMotion::ObjectFrames objectFramesAtStart(const Robot& robot, const AskedFrames& frames,
+                                                     const scene::FramePoses& poses);
+
 /// Writes into a message which joints stop at a limit, and when.
 template <class Message>
 void assignStops(Message& message, const Robot& robot, const TimedMotion& motion) {

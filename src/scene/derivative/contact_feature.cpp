@@ -168,6 +168,7 @@ ContactFeatures::ContactFeatures(const SceneModel& model) : model_(model), paddi
 
 void ContactFeatures::use(std::shared_ptr<const Objects> objects) {
   objects_ = std::move(objects);
+  if (!objects_) return;
   for (const int number : objects_->numbers()) {
     const std::size_t most = mostCorners(objects_->placed(number)->geometry->pieces());
     figure_a_.reserve(most);

@@ -39,6 +39,7 @@ class ContactFeatures {
  public:
   explicit ContactFeatures(const SceneModel& model);
 
+  /// nullptr: none.
   void use(std::shared_ptr<const Objects> objects);
 
   /// The smallest value of slope . (x - point_a) over the witness points x that a pair may have on the first of the two

@@ -23,9 +23,15 @@ Derivatives& Derivatives::operator=(Derivatives&&) noexcept = default;
 const DegreesOfFreedom& Derivatives::degreesOfFreedom() const { return joints_->degreesOfFreedom(); }
 
 void Derivatives::use(std::shared_ptr<const Objects> objects) {
-  frames_.assign(objects->frames().size(), std::nullopt);
-  features_->use(objects);
-  joints_->use(std::move(objects));
+  joints_->use(objects);
+  frames_.assign(objects ? objects->frames().size() : 0, std::nullopt);
+  features_->use(std::move(objects));
+}
+
+void Derivatives::use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers) {
+  joints_->use(objects, std::move(carriers));
+  frames_.assign(objects ? objects->frames().size() : 0, std::nullopt);
+  features_->use(std::move(objects));
 }
 
 void Derivatives::update(const BodyPoses& poses) {

@@ -1,5 +1,6 @@
 #include "scene/derivative/placed_joints.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 
@@ -32,11 +33,42 @@ void PlacedJoints::update(const BodyPoses& poses) {
   for (std::size_t i = 0; i < poses.size(); ++i) poses_[i] = usablePose(poses[i]);
 }
 
+void PlacedJoints::use(std::shared_ptr<const Objects> objects) {
+  ObjectCarriers carriers;
+  if (objects) carriers.of_frames.assign(objects->frames().size(), -1);
+  use(std::move(objects), std::move(carriers));
+}
+
+void PlacedJoints::use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers) {
+  const std::size_t frames = objects ? objects->frames().size() : 0;
+  if (carriers.of_frames.size() != frames)
+    throw std::invalid_argument("the objects have " + std::to_string(frames) + " frames, but there are " +
+                                std::to_string(carriers.of_frames.size()) + " carriers");
+  const auto require_body = [&](int body) {
+    if (body < -1 || body >= static_cast<int>(robot().bodies.size()))
+      throw std::invalid_argument("the robot has no body " + std::to_string(body) + ", which carries objects");
+  };
+  require_body(carriers.of_fixed);
+  for (const int body : carriers.of_frames) require_body(body);
+  objects_ = std::move(objects);
+  carriers_ = std::move(carriers);
+}
+
 int PlacedJoints::bodyOf(const ShapeRef& ref) const {
   if (ref.link >= 0) return robot().links[static_cast<std::size_t>(ref.link)].body;
   const PlacedObject* object = objects_ ? objects_->placed(ref.object) : nullptr;
   if (!object) throw std::invalid_argument("there is no object of number " + std::to_string(ref.object));
-  return object->kind == PlacedObject::Kind::Attached ? object->body : -1;
+  switch (object->kind) {
+    case PlacedObject::Kind::Attached:
+      return object->body;
+    case PlacedObject::Kind::Fixed:
+      return carriers_.of_fixed;
+    case PlacedObject::Kind::Moving:
+      break;
+  }
+  const std::vector<std::string>& frames = objects_->frames();  // sorted
+  const auto place = std::lower_bound(frames.begin(), frames.end(), object->frame);
+  return carriers_.of_frames[static_cast<std::size_t>(place - frames.begin())];
 }
 
 bool PlacedJoints::knowsJointOf(int body) const {

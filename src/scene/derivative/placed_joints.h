@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "proximity_server/scene/derivative/degrees_of_freedom.h"
+#include "proximity_server/scene/derivative/object_carriers.h"
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/objects/objects.h"
@@ -38,7 +39,11 @@ class PlacedJoints {
   const RobotModel& robot() const { return model_->robot; }
   const DegreesOfFreedom& degreesOfFreedom() const { return degrees_of_freedom_; }
 
-  void use(std::shared_ptr<const Objects> objects) { objects_ = std::move(objects); }
+  /// All objects that no link holds rest where the roots do.
+  void use(std::shared_ptr<const Objects> objects);
+
+  /// Throws std::invalid_argument if there is not one carrier for each frame, and for one that is no body.
+  void use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers);
   const Objects* objects() const { return objects_.get(); }
 
   /// Throws std::invalid_argument if there is not one pose for each body.
@@ -46,7 +51,7 @@ class PlacedJoints {
 
   const BodyPoses& poses() const { return poses_; }
 
-  /// The body that carries a link or an object; -1 for an object that is not attached: it is taken to rest where the roots
+  /// The body that carries a link or an object; -1 for an object that nothing carries: it is taken to rest where the roots
   /// of the robots do.
   int bodyOf(const ShapeRef& ref) const;
 
@@ -76,6 +81,7 @@ class PlacedJoints {
 
   std::shared_ptr<const SceneModel> model_;
   std::shared_ptr<const Objects> objects_;
+  ObjectCarriers carriers_;
   DegreesOfFreedom degrees_of_freedom_;
   BodyPoses poses_;
 };

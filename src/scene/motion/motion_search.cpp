@@ -1,6 +1,7 @@
 #include "scene/motion/motion_search.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -51,10 +52,11 @@ void MotionSearch::use(std::shared_ptr<const Objects> objects) {
   pairs_.use(std::move(objects));
 }
 
-void MotionSearch::begin(const Pairs& pairs, const RobotMotion& motion, Order order, MotionCounts& counts) {
+void MotionSearch::begin(const Pairs& pairs, const RobotMotion& motion,
+                         const std::vector<PairContactDistance>& contact_distances, Order order, MotionCounts& counts) {
   order_ = order;
   queue_.clear();
-  pairs_.begin(pairs, motion);
+  pairs_.begin(pairs, motion, contact_distances);
   std::int64_t total = pairs_.asksForLinks(pairs) ? static_cast<std::int64_t>(pairs.size()) : 0;
   std::int64_t unknown = pairs_.unknownOfList();
   if (pairs_.asksForObjects(pairs)) {
@@ -77,7 +79,7 @@ std::int64_t MotionSearch::unknownPairsWithObjects() {
 void MotionSearch::enterAll(double limit) {
   for (int i = 0; i < pairs_.size(); ++i) {
     const IntervalVisit visit = withSpheres({-kInfinity, i, pairs_[i].a.root, pairs_[i].b.root, 1, 0.0});
-    if (!(visit.lower_bound > limit)) push(visit);
+    if (!isSettled(visit, limit)) push(visit);
   }
 }
 
@@ -135,8 +137,8 @@ bool MotionSearch::isLeaf(const IntervalVisit& visit) {
 /// Queues a visit that its bounds do not settle.
 void MotionSearch::enter(IntervalVisit visit, double limit) {
   visit = withSpheres(visit);
-  if (!(visit.lower_bound > limit)) visit = withBoxes(visit);
-  if (!(visit.lower_bound > limit)) push(visit);
+  if (!isSettled(visit, limit)) visit = withBoxes(visit);
+  if (!isSettled(visit, limit)) push(visit);
 }
 
 void MotionSearch::enterHalves(const IntervalVisit& visit, double limit) {
@@ -187,7 +189,8 @@ narrowphase::TimeOfContact MotionSearch::contactOf(const IntervalVisit& visit, c
   const MovingBodies::Interval interval(visit.interval);
   const Piece &a = moving.a.pieces[moving.a[visit.a].piece], &b = moving.b.pieces[moving.b[visit.b].piece];
   narrowphase::ContactOptions options;
-  options.contact_distance = question.contact_distance + moving.padding + moving.error;
+  options.contact_distance =
+      std::min(question.contact_distance, moving.contact_distance) + moving.padding + moving.error;
   options.tolerance = std::max(0.0, question.tolerance - 2.0 * moving.error);
   options.begin = interval.begin;
   options.end = std::min(interval.end, latest);
@@ -217,7 +220,7 @@ narrowphase::MinimumOverMotion MotionSearch::minimumOf(const IntervalVisit& visi
 
 RobotContact MotionSearch::firstContact(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question) {
   RobotContact answer;
-  begin(pairs, motion, Order::Earliest, answer.counts);
+  begin(pairs, motion, question.nearer_pairs, Order::Earliest, answer.counts);
   if (answer.counts.unknown == answer.counts.pairs) return answer;
   enterAll(question.contact_distance);
   FirstContactBounds bounds;
@@ -252,9 +255,20 @@ bool MotionSearch::hasInteriors(const Pairs& pairs) const {
   return pairs_.asksForObjects(pairs) && (links_have_interiors_ || objects_have_interiors_);
 }
 
+bool MotionSearch::hasInterior(const ShapeRef& ref) const {
+  const int root = volumes_->of(ref);
+  if (root < volumes_->size()) return (*volumes_)[root].has_interior;
+  const PlacedObject* object = objects() ? objects()->placed(ref.object) : nullptr;
+  return object && object->geometry->root().has_interior;
+}
+
 /// Finds what is inside a closed mesh at the start. Depths that are reached later are left open.
 void MotionSearch::considerStart(const Pairs& pairs, const MotionQuestion& question, FirstContactBounds& bounds,
                                  RobotContact& answer) {
+  for (const PairContactDistance& own : question.nearer_pairs)
+    if (own.contact_distance < 0.0 && std::isfinite(own.contact_distance) &&
+        (hasInterior(own.pair.a) || hasInterior(own.pair.b)))
+      bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
   if (hasInteriors(pairs) && isInWorld()) considerObjectsAtStart(pairs, question, bounds, answer);
   bool is_placed = false;
   for (int i = 0; i < pairs_.size() && !answer.contact; ++i) {
@@ -264,13 +278,14 @@ void MotionSearch::considerStart(const Pairs& pairs, const MotionQuestion& quest
     is_placed = true;
     const DistanceBounds inside = states_.interiorOf(moving.asked, 0.0);
     const double rounding = pairs_.roundingOf(moving.asked, 0.0);
+    const double contact_distance = std::min(question.contact_distance, moving.contact_distance);
     const bool may_get_inside = !(withSpheres({-kInfinity, i, moving.a.root, moving.b.root, 1, 0.0}).lower_bound > 0.0);
-    if (inside.upper + rounding <= question.contact_distance + question.tolerance) {
+    if (inside.upper + rounding <= contact_distance + question.tolerance) {
       answer.contact = true;
       answer.t_contact = bounds.latest = 0.0;
       answer.pair = fromWorld(states_.one(moving.asked, {}), 0.0);
-    } else if (inside.lower - rounding <= question.contact_distance ||
-               (question.contact_distance < 0.0 && may_get_inside)) {
+    } else if (inside.lower - rounding <= contact_distance ||
+               (contact_distance < 0.0 && std::isfinite(contact_distance) && may_get_inside)) {
       bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
     }
   }
@@ -282,16 +297,21 @@ void MotionSearch::considerObjectsAtStart(const Pairs& pairs, const MotionQuesti
   placeStates(0.0);
   Question near;
   near.threshold = question.contact_distance + roundingAtStart();
-  const std::vector<PairProximity>& closest = states_.closest(pairs, 1, PairRanking::Goal::Closest, near);
   if (question.contact_distance < 0.0) bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
-  if (closest.empty()) return;
-  const PairProximity pair = fromWorld(closest.front(), 0.0);
-  if (pair.result.upper_bound <= question.contact_distance + question.tolerance) {
+  // Pairs with contact distances of their own may stand before the one in contact.
+  for (const PairProximity& found :
+       states_.closest(pairs, 1 + question.nearer_pairs.size(), PairRanking::Goal::Closest, near)) {
+    const PairProximity pair = fromWorld(found, 0.0);
+    const double contact_distance = std::min(question.contact_distance, pairs_.contactDistanceOf(pair.asked));
+    if (pair.result.lower_bound > contact_distance) continue;
+    if (!(pair.result.upper_bound <= contact_distance + question.tolerance)) {
+      bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
+      continue;
+    }
     answer.contact = true;
     answer.t_contact = bounds.latest = 0.0;
     answer.pair = pair;
-  } else {
-    bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
+    return;
   }
 }
 
@@ -358,7 +378,7 @@ PairProximity MotionSearch::fromWorld(PairProximity pair, double time) {
 
 RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question) {
   RobotMinimum answer;
-  begin(pairs, motion, Order::Nearest, answer.counts);
+  begin(pairs, motion, {}, Order::Nearest, answer.counts);
   if (answer.counts.unknown == answer.counts.pairs) return answer;
   const bool has_states = considerStates(pairs, answer);
   enterAll(answer.upper_bound);

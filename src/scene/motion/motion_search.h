@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -50,10 +51,14 @@ class MotionSearch {
   };
   enum class Order : unsigned char { Nearest, Earliest };
 
-  void begin(const Pairs& pairs, const RobotMotion& motion, Order order, MotionCounts& counts);
+  void begin(const Pairs& pairs, const RobotMotion& motion, const std::vector<PairContactDistance>& contact_distances,
+             Order order, MotionCounts& counts);
   std::int64_t unknownPairsWithObjects();
   void enterAll(double limit);
   MovingPair& movingPairOf(const IntervalVisit& visit) { return pairs_[visit.pair]; }
+  bool isSettled(const IntervalVisit& visit, double limit) {
+    return visit.lower_bound > std::min(limit, movingPairOf(visit).contact_distance);
+  }
 
   bool goesLater(const IntervalVisit& p, const IntervalVisit& q) const;
   void push(const IntervalVisit& visit);
@@ -69,6 +74,7 @@ class MotionSearch {
 
   static bool hasInterior(const MovingPair& moving);
   bool hasInteriors(const Pairs& pairs) const;
+  bool hasInterior(const ShapeRef& ref) const;
   void considerStart(const Pairs& pairs, const MotionQuestion& question, FirstContactBounds& bounds,
                      RobotContact& answer);
   void considerObjectsAtStart(const Pairs& pairs, const MotionQuestion& question, FirstContactBounds& bounds,

@@ -31,6 +31,10 @@ Piece boxBelow(const PlacedHalfSpace& half_space, double reach) {
   return {narrowphase::Box{{width, width, height}}, pose, half_space.shape};
 }
 
+bool isSame(const ShapeRef& p, const ShapeRef& q) {
+  return p.link == q.link && p.collision == q.collision && (p.link >= 0 || p.object == q.object);
+}
+
 Volume leafOver(const Piece& piece) {
   Volume leaf;
   leaf.body = -1;
@@ -46,6 +50,10 @@ Volume leafOver(const Piece& piece) {
 HalfSpaceBox::HalfSpaceBox(const PlacedHalfSpace& half_space, double reach)
     : piece(boxBelow(half_space, reach)), volume(leafOver(piece)), error(kPoseRounding * (reach + half_space.way)) {}
 
+bool areSame(const ShapeRefPair& p, const ShapeRefPair& q) {
+  return (isSame(p.a, q.a) && isSame(p.b, q.b)) || (isSame(p.a, q.b) && isSame(p.b, q.a));
+}
+
 Bounds boundsOf(const Eigen::AlignedBox3d& box) {
   Bounds bounds;
   bounds.centre = box.center();
@@ -59,8 +67,10 @@ Bounds boundsOf(const Eigen::AlignedBox3d& box) {
 MovingPairs::MovingPairs(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes)
     : model_(std::move(model)), volumes_(std::move(volumes)), paddings_(model_->pairs) {}
 
-void MovingPairs::begin(const Pairs& pairs, const RobotMotion& motion) {
+void MovingPairs::begin(const Pairs& pairs, const RobotMotion& motion,
+                        const std::vector<PairContactDistance>& contact_distances) {
   requireFrames(motion);
+  contact_distances_ = contact_distances;
   pairs_.clear();
   half_spaces_.clear();
   fixed_frames_.clear();
@@ -155,8 +165,16 @@ bool MovingPairs::add(const Participant& a, const Participant& b) {
   addSolids(a, b);
   if (a.isUnbounded() || b.isUnbounded()) addHalfSpaces(a, b);
   if (pairs_.size() == before) return false;
+  for (std::size_t i = before; i < pairs_.size(); ++i) pairs_[i].contact_distance = contactDistanceOf({a.ref, b.ref});
   ++asked_;
   return true;
+}
+
+double MovingPairs::contactDistanceOf(const ShapeRefPair& pair) const {
+  double distance = std::numeric_limits<double>::infinity();
+  for (const PairContactDistance& own : contact_distances_)
+    if (areSame(own.pair, pair)) distance = std::min(distance, own.contact_distance);
+  return distance;
 }
 
 void MovingPairs::addSolids(const Participant& a, const Participant& b) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/motion/moving_scene.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "scene/motion/moving_bodies.h"
@@ -31,7 +33,8 @@ struct MovingPair {
   MovingBodies bodies;
   enum class Kind : unsigned char { Shapes, HalfSpace, FixedObjects };
   Kind kind = Kind::Shapes;
-  bool is_compound = false;  ///< one of the two has several parts
+  double contact_distance = std::numeric_limits<double>::infinity();  ///< [m] of its own, if it has one
+  bool is_compound = false;                                           ///< one of the two has several parts
   bool is_examined = false;  ///< one bound for the whole motion did not settle it
 
   bool isOfShapes() const { return kind != Kind::FixedObjects; }
@@ -72,7 +75,8 @@ class MovingPairs {
   }
 
   /// Throws std::invalid_argument for a motion of another number of bodies or frames, and for what does not exist.
-  void begin(const Pairs& pairs, const RobotMotion& motion);
+  void begin(const Pairs& pairs, const RobotMotion& motion,
+             const std::vector<PairContactDistance>& contact_distances = {});
 
   int size() const { return static_cast<int>(pairs_.size()); }
   MovingPair& operator[](int pair) { return pairs_[static_cast<std::size_t>(pair)]; }
@@ -85,6 +89,9 @@ class MovingPairs {
 
   /// How many candidates with objects have an answer, those with fixed objects left out that are in the tree.
   int withObjects() const { return asked_ - of_list_; }
+
+  /// [m] The smallest contact distance that a pair has for itself; infinity if it has none.
+  double contactDistanceOf(const ShapeRefPair& pair) const;
 
   /// How many pairs of the question one bound did not settle.
   int examined() const;
@@ -135,6 +142,7 @@ class MovingPairs {
   std::shared_ptr<const Objects> objects_;
 
   std::optional<PosesInTime> poses_;
+  std::vector<PairContactDistance> contact_distances_;
   std::vector<MovingPair> pairs_;
   std::deque<HalfSpaceBox> half_spaces_;        ///< to which pairs refer
   std::map<int, int> fixed_frames_;             ///< in PosesInTime, of fixed objects by their number
@@ -142,6 +150,9 @@ class MovingPairs {
   bool has_frames_ = false;                     ///< the motion knows those of moving objects
   int asked_ = 0, of_list_ = 0, unknown_ = 0, too_far_ = 0;
 };
+
+/// Whether two pairs are of the same shapes, in any order.
+bool areSame(const ShapeRefPair& p, const ShapeRefPair& q);
 
 /// The bounds of a box along the axes of its frame.
 Bounds boundsOf(const Eigen::AlignedBox3d& box);

@@ -87,9 +87,9 @@ std::shared_ptr<const Robot> gantryWithLongNames() {
 /// of the latest transforms, as in the node, the others those of their stamp.
 class MonitoredGantry {
  public:
-  enum class With : unsigned char { LinksOnly, Objects };
-  explicit MonitoredGantry(With with = With::LinksOnly) {
-    if (with == With::Objects) addObjects(*robot_, 0.5);
+  enum class With : unsigned char { LinksOnly, Objects, ObjectsAndAController };
+  explicit MonitoredGantry(With with = With::LinksOnly) : has_controller_(with == With::ObjectsAndAController) {
+    if (with != With::LinksOnly) addObjects(*robot_, 0.5);
     publisher_ = nh_.advertise<tf2_msgs::TFMessage>("/tf", 100);
     tf_.onChange([this] {
       const std::lock_guard<std::mutex> lock(mutex_);
@@ -98,6 +98,9 @@ class MonitoredGantry {
     });
     monitor_.follow(robot_);
     settings_.threshold = 0.5;
+    settings_.gradients = has_controller_;
+    settings_.influence_distance = 0.5;
+    settings_.max_constraints = 2;
   }
 
   const Clearance& cycle() {
@@ -106,8 +109,9 @@ class MonitoredGantry {
     ++cycles_;
     const bool is_latest = cycles_ % kBatch == 0;
     const long before = allocations();
-    const Clearance& clearance =
-        monitor_.cycle(tf_.lookUp(lookup_, is_latest ? ros::Time() : stampOf(cycles_)), {}, settings_);
+    const PoseSnapshot& snapshot = tf_.lookUp(lookup_, is_latest ? ros::Time() : stampOf(cycles_));
+    const Clearance& clearance = monitor_.cycle(snapshot, {}, settings_);
+    if (has_controller_) rows_in_use_ = usedRows(monitor_.constraints(snapshot, settings_));
     allocations_ += allocations() - before - (is_new ? of_the_latest_ : 0) - (is_latest ? 0 : at_a_stamp_);
     return clearance;
   }
@@ -119,10 +123,18 @@ class MonitoredGantry {
     monitor_.use(objects);
   }
 
+  /// Of the latest cycle, if there is a controller.
+  int rowsInUse() const { return rows_in_use_; }
+
   /// Of all cycles so far, without those of tf2.
   long allocationsOfCycles() const { return allocations_; }
 
  private:
+  static int usedRows(const proximity_server::ConstraintRows& rows) {
+    return static_cast<int>(std::count_if(rows.lower_bounds.begin(), rows.lower_bounds.end(),
+                                          [](double bound) { return std::isfinite(bound); }));
+  }
+
   void publishBatch() {
     tf2_msgs::TFMessage message;
     for (std::int64_t cycle = cycles_ + 1; cycle <= cycles_ + kBatch; ++cycle) {
@@ -140,6 +152,8 @@ class MonitoredGantry {
     }
   }
 
+  const bool has_controller_;
+  int rows_in_use_ = 0;
   ros::NodeHandle nh_;
   ros::Publisher publisher_;
   std::mutex mutex_;
@@ -209,6 +223,21 @@ TEST(MonitorMemory, CyclesWithObjectsTakeNothing) {
   for (const std::int64_t seen : cycles_of_level) EXPECT_GT(seen, 0);
   EXPECT_GT(object_is_closest, 100);
   EXPECT_LT(object_is_closest, 1900);
+}
+
+TEST(MonitorMemory, CyclesWithGradientsAndConstraintsTakeNothing) {
+  MonitoredGantry gantry(MonitoredGantry::With::ObjectsAndAController);
+  for (int i = 0; i < 3 * kTfRemembers; ++i) ASSERT_NE(gantry.cycle().level, Clearance::INVALID) << i;
+  const long allocations_before = gantry.allocationsOfCycles();
+  std::array<int, 3> cycles_with_so_many_rows{};
+  for (int i = 0; i < 2000; ++i) {
+    const Clearance& clearance = gantry.cycle();
+    ASSERT_EQ(clearance.joint_names.size(), 3u);
+    ASSERT_EQ(clearance.minimum.gradient.size(), 3u);
+    ++cycles_with_so_many_rows[static_cast<std::size_t>(gantry.rowsInUse())];
+  }
+  EXPECT_EQ(gantry.allocationsOfCycles(), allocations_before);
+  EXPECT_GT(cycles_with_so_many_rows[2], 100);
 }
 
 TEST(MonitorMemory, TheHeapStaysFlatWhileObjectsChange) {

@@ -1,5 +1,5 @@
 // Cycles of the monitor in poses that no tf would send.
-#include "node/monitor/monitor.h"
+#include "node/monitor/slider_robot.h"
 
 #include <gtest/gtest.h>
 
@@ -8,41 +8,6 @@
 
 namespace proximity_server::node {
 namespace {
-
-/// Three spheres on sliders along x, with a radius of 0.1 m. No two of them are neighbours.
-const char* const kSliders = R"(<robot name="sliders">
-  <link name="rail"/>
-  <link name="left"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <link name="middle"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <link name="right"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <joint name="to_left" type="prismatic"><parent link="rail"/><child link="left"/><axis xyz="1 0 0"/>
-    <limit lower="-9" upper="9" effort="1" velocity="1"/></joint>
-  <joint name="to_middle" type="prismatic"><parent link="rail"/><child link="middle"/><axis xyz="1 0 0"/>
-    <limit lower="-9" upper="9" effort="1" velocity="1"/></joint>
-  <joint name="to_right" type="prismatic"><parent link="rail"/><child link="right"/><axis xyz="1 0 0"/>
-    <limit lower="-9" upper="9" effort="1" velocity="1"/></joint></robot>)";
-
-/// A snapshot with the status OK: left at x = -1, middle at 0, right at `x` [m].
-PoseSnapshot withTheRightSphereAt(const Robot& robot, double x) {
-  PoseSnapshot snapshot;
-  snapshot.stamp = ros::Time(1000.0);
-  snapshot.poses = scene::forwardKinematics(robot.robotModel(), std::vector<double>{-1.0, 0.0, x});
-  return snapshot;
-}
-
-class MonitorOfSliders : public testing::Test {
- protected:
-  void follow(const std::string& srdf) {
-    robot_ = std::make_shared<const Robot>(kSliders, srdf, Config());
-    monitor_.follow(robot_);
-  }
-  const Clearance& cycleWithTheRightSphereAt(double x) {
-    return monitor_.cycle(withTheRightSphereAt(*robot_, x), {}, MonitorSettings());
-  }
-
-  std::shared_ptr<const Robot> robot_;
-  Monitor monitor_;
-};
 
 TEST_F(MonitorOfSliders, ReportsTheClosestPair) {
   follow("");
@@ -86,27 +51,12 @@ TEST_F(MonitorOfSliders, SaysThatTheFilterLeavesNoPairOnlyWhereItDoes) {
 
 // --- objects
 
-/// A ball of radius 0.1 m.
-scene::Object ballAt(const scene::Placement& placement, const std::string& id = "ball") {
-  return scene::makeObject(id, {{narrowphase::Shape(narrowphase::Sphere{0.1})}}, placement);
-}
-scene::Fixed standingAt(double x, double y, double z) { return {Eigen::Isometry3d(Eigen::Translation3d(x, y, z))}; }
-
 class MonitorOfObjects : public MonitorOfSliders {
  protected:
   void SetUp() override { follow(""); }
-  void add(const scene::Object& object) {
-    const RobotObjects before = robot_->objects().get();
-    robot_->objects().set(
-        {std::make_shared<const scene::Objects>(before.all->changed({scene::AddObject{object}})), before.revision + 1});
-    MonitoredObjects objects(*robot_, robot_->objects().get());
-    monitor_.use(objects);
-  }
   const Clearance& cycleWithFrames(const FrameSnapshot& frames) {
     return monitor_.cycle(withTheRightSphereAt(*robot_, 0.5), {}, settings_, frames);
   }
-
-  MonitorSettings settings_;
 };
 
 TEST_F(MonitorOfObjects, ReportsTheMinimumOfEachKindAndOfBoth) {

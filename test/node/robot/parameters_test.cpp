@@ -117,6 +117,7 @@ std::string contentOf(const Config& config) {
   }
   addLengths(config.model.link_mesh_tolerance);
   addLengths(config.model.link_padding);
+  addLengths(config.max_deceleration.of_joint);
   for (const auto& [names, length] : config.filter.pair_padding) {
     addNames(names);
     text << length << ' ';
@@ -135,15 +136,32 @@ std::string contentOf(const Config& config) {
       text << word << ';';
   }
   const MonitorSettings& monitor = config.monitor;
-  for (const double number :
-       {config.model.mesh_tolerance, config.model.mesh_time_budget, config.model.default_padding, config.tolerance,
-        config.max_tf_age, config.max_tf_skew, config.tf_timeout, config.max_request_time, config.motion_time_budget,
-        monitor.rate, monitor.threshold, monitor.warn_distance, monitor.stop_distance, monitor.object_warn_distance,
-        monitor.object_stop_distance, monitor.hysteresis, monitor.lookahead}) {
+  for (const double number : {config.model.mesh_tolerance,
+                              config.model.mesh_time_budget,
+                              config.model.default_padding,
+                              config.tolerance,
+                              config.max_tf_age,
+                              config.max_tf_skew,
+                              config.tf_timeout,
+                              config.max_request_time,
+                              config.motion_time_budget,
+                              monitor.rate,
+                              monitor.threshold,
+                              monitor.warn_distance,
+                              monitor.stop_distance,
+                              monitor.object_warn_distance,
+                              monitor.object_stop_distance,
+                              monitor.hysteresis,
+                              monitor.lookahead,
+                              monitor.influence_distance,
+                              monitor.damping_gain,
+                              monitor.stop_latency,
+                              config.max_deceleration.of_all.value_or(0.0)}) {
     text << number << ' ';
   }
   text << config.max_batch << ' ' << config.realtime_priority << ' ' << monitor.max_reported_pairs << ' '
-       << monitor.markers << ' ' << config.model.allow_missing_meshes << ' ' << static_cast<int>(config.free_objects)
+       << monitor.markers << ' ' << monitor.gradients << ' ' << monitor.max_constraints << ' '
+       << config.model.allow_missing_meshes << ' ' << static_cast<int>(config.free_objects)
        << scene::yamlOf(config.objects);
   return text.str();
 }

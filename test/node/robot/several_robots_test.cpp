@@ -1,15 +1,19 @@
+#include <dynamic_reconfigure/Reconfigure.h>
 #include <proximity_server/ApplyObjects.h>
 #include <proximity_server/Clearance.h>
 #include <proximity_server/FirstContact.h>
 #include <proximity_server/MinimumDistance.h>
 #include <proximity_server/ModelInfo.h>
 #include <proximity_server/QueryConfiguration.h>
+#include <proximity_server/QueryPairs.h>
 #include <proximity_server/QueryTrajectory.h>
 #include <sensor_msgs/JointState.h>
+#include <std_msgs/Float64.h>
 #include <std_srvs/Trigger.h>
 #include <visualization_msgs/MarkerArray.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <string>
 
@@ -189,6 +193,39 @@ TEST_F(SeveralRobotsOfANode, AreAheadOfContactByTheVelocitiesOfTheirOwnTopics) {
   EXPECT_EQ(robotsOf(message->lookahead.pair), (std::set<std::string>{"left", "right"}));
 }
 
+// The balls come nearer by x of both.
+TEST_F(SeveralRobotsOfANode, HaveGradientsByTheJointsOfBoth) {
+  QueryPairsRequest request;
+  request.a = {shape("left/ball")};
+  request.b = {shape("right/ball")};
+  request.want_gradient = true;
+  const auto response = call<QueryPairsResponse>(kNode + "query_pairs", request);
+  ASSERT_TRUE(response.success) << response.status.message;
+  EXPECT_EQ(response.joint_names, (std::vector<std::string>{"left/lift", "left/x_axis", "left/y_axis", "right/lift",
+                                                            "right/x_axis", "right/y_axis"}));
+  const std::vector<double> expected{0.0, -1.0, 0.0, 0.0, -1.0, 0.0};
+  ASSERT_EQ(response.minimum.gradient.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(response.minimum.gradient[i], expected[i], kOfTf) << i;
+}
+
+// They come nearer by 0.2 m/s, and have 0.28 m: both may go on at their velocities only if they can stop in that. They brake
+// with 0.05 m/s^2 each, which takes 0.2 m.
+TEST_F(SeveralRobotsOfANode, AreSlowedByTheVelocitiesOfTheirOwnTopics) {
+  Inbox<std_msgs::Float64> scales(ros::NodeHandle(), kNode + "collision_velocity_scale");
+  const auto free = scales.next([](const std_msgs::Float64& message) { return message.data > 0.0; });
+  ASSERT_TRUE(free);
+  EXPECT_EQ(free->data, 1.0);
+  dynamic_reconfigure::ReconfigureRequest slower;
+  slower.config.doubles.resize(1);
+  slower.config.doubles[0].name = "stop_latency";
+  slower.config.doubles[0].value = 1.0;
+  call<dynamic_reconfigure::ReconfigureResponse>(kNode + "set_parameters", slower);
+  const auto slowed = scales.next([](const std_msgs::Float64& message) { return message.data < 1.0; });
+  ASSERT_TRUE(slowed);
+  EXPECT_GT(slowed->data, 0.0);
+  EXPECT_LE(slowed->data, (-0.2 + std::sqrt(0.04 + 4.0 * 0.2 * 0.28)) / 0.4 + 1e-6);  // 0.2 s + 0.2 s^2 = 0.28
+}
+
 /// Names a joint of each robot that moves, and all others, on the topic of both.
 sensor_msgs::JointState velocitiesOf(const std::vector<std::string>& prefixes) {
   sensor_msgs::JointState state;
@@ -346,6 +383,22 @@ TEST_F(SeveralRobotsOfANode, LookNotAheadWhereABaseMayMove) {
   EXPECT_EQ(message->lookahead.state, Lookahead::UNKNOWN);
   EXPECT_TRUE(contains(message->lookahead.status.message, "its base 'cart/base' may move against 'left/base'"))
       << message->lookahead.status.message;
+}
+
+TEST_F(SeveralRobotsOfANode, HaveTheScaleZeroWhereABaseMayMove) {
+  Cart cart;
+  Inbox<std_msgs::Float64> scales(ros::NodeHandle(), "/on_a_cart/collision_velocity_scale");
+  ASSERT_TRUE(clearance("/on_a_cart/", [&](const Clearance& candidate) {
+    cart.publish(ros::Time::now(), ros::Time::now());
+    return candidate.level != Clearance::INVALID && contains(candidate.lookahead.status.message, "robot 'on_cart'");
+  }));
+  scales.clear();
+  for (int i = 0; i < 5; ++i) {
+    cart.publish(ros::Time::now(), ros::Time::now());
+    const auto message = scales.next();
+    ASSERT_TRUE(message);
+    EXPECT_EQ(message->data, 0.0);
+  }
 }
 
 // The table is far from the robot, and the joints do not move towards it.

@@ -109,24 +109,13 @@ ShapeRefPair AnswerChecks::pairOf(const proximity_server::ShapeRef& a, const pro
   return {refOf(a), refOf(b)};
 }
 
-/// The pairs of a question about a motion.
-std::vector<ShapeRefPair> AnswerChecks::linkPairsOf(const proximity_server::ShapeRef& a,
-                                                    const proximity_server::ShapeRef& b) const {
-  if (isEmpty(a)) return scene_.candidates().list();
-  return {pairOf(a, b)};
-}
-
 PairProximity AnswerChecks::closest(const proximity_server::ShapeRef& a, const proximity_server::ShapeRef& b) {
   return isEmpty(a) ? *scene_.minimum(scene_.candidates()) : scene_.proximity(pairOf(a, b));
 }
 
-PairProximity AnswerChecks::closest(const std::vector<ShapeRefPair>& pairs) {
-  return pairs.size() == 1 ? scene_.proximity(pairs.front()) : *scene_.minimum(pairs);
-}
-
-PairProximity AnswerChecks::closestIn(const std::vector<double>& positions, const std::vector<ShapeRefPair>& pairs) {
+PairProximity AnswerChecks::closestIn(const std::vector<double>& positions, const Asked& asked) {
   placeIn(positions);
-  return closest(pairs);
+  return closest(asked.a, asked.b);
 }
 
 Verdict AnswerChecks::check(const MinimumDistanceRequest& request, const MinimumDistanceResponse& response) {
@@ -219,17 +208,17 @@ Verdict AnswerChecks::check(const QueryConfigurationRequest& request, const Quer
 }
 
 /// No sample before t_free is in contact, and the one at t_contact is.
-Verdict AnswerChecks::checkContact(const StateAt& state_at, const std::vector<ShapeRefPair>& pairs,
-                                   double contact_distance, const SaidContact& said) {
+Verdict AnswerChecks::checkContact(const StateAt& state_at, const Asked& asked, double contact_distance,
+                                   const SaidContact& said) {
   for (int i = 0; i < kSamples && said.t_free > said.begin; ++i) {
     const double time = said.begin + (said.t_free - said.begin) * i / kSamples;
-    const SignedDistance truth = closestIn(state_at(time), pairs).result;
+    const SignedDistance truth = closestIn(state_at(time), asked).result;
     if (truth.upper_bound < contact_distance - kTolerance) {
       return because("free until ", said.t_free, ", but ", truth.distance, " away at ", time);
     }
   }
   if (!said.contact) return {};
-  const SignedDistance truth = closestIn(state_at(said.t_contact), pairs).result;
+  const SignedDistance truth = closestIn(state_at(said.t_contact), asked).result;
   if (truth.lower_bound > contact_distance + kMotionTolerance + kTolerance) {
     return because("contact at ", said.t_contact, ", but ", truth.distance, " away");
   }
@@ -237,19 +226,18 @@ Verdict AnswerChecks::checkContact(const StateAt& state_at, const std::vector<Sh
 }
 
 /// No sample is closer than the lower bound, and the upper one is reached.
-Verdict AnswerChecks::checkMinimum(const StateAt& state_at, const std::vector<ShapeRefPair>& pairs,
-                                   const SaidMinimum& said) {
+Verdict AnswerChecks::checkMinimum(const StateAt& state_at, const Asked& asked, const SaidMinimum& said) {
   const MotionMinimum& minimum = said.minimum;
   if (std::isnan(minimum.lower_bound)) return {};
   for (int i = 0; i <= kSamples; ++i) {
     const double time = said.begin + (said.end - said.begin) * i / kSamples;
-    const SignedDistance truth = closestIn(state_at(time), pairs).result;
+    const SignedDistance truth = closestIn(state_at(time), asked).result;
     if (truth.upper_bound < minimum.lower_bound - kTolerance) {
       return because("at least ", minimum.lower_bound, " away, but ", truth.distance, " at ", time);
     }
   }
   if (!std::isfinite(minimum.upper_bound) || !std::isfinite(minimum.time)) return {};
-  const SignedDistance truth = closestIn(state_at(minimum.time), pairs).result;
+  const SignedDistance truth = closestIn(state_at(minimum.time), asked).result;
   if (truth.lower_bound > minimum.upper_bound + kTolerance) {
     return because("at most ", minimum.upper_bound, " away at ", minimum.time, ", but ", truth.distance);
   }
@@ -278,10 +266,10 @@ Verdict AnswerChecks::check(const FirstContactRequest& request, const FirstConta
     if (std::abs(start[i] + time * velocities[i] - end) > kTolerance)
       return because(joints[i].name, " stops at ", time, ", and that is not at ", end);
   }
-  const std::vector<ShapeRefPair> pairs = linkPairsOf(request.a, request.b);
+  const Asked asked{request.a, request.b};
   const SaidContact said{0.0, response.contact != 0, response.t_free, response.t_contact};
-  const Verdict verdict = checkContact(state_at, pairs, request.contact_distance, said);
-  return verdict.empty() ? checkMinimum(state_at, pairs, {0.0, request.horizon, response.minimum}) : verdict;
+  const Verdict verdict = checkContact(state_at, asked, request.contact_distance, said);
+  return verdict.empty() ? checkMinimum(state_at, asked, {0.0, request.horizon, response.minimum}) : verdict;
 }
 
 Verdict AnswerChecks::check(const QueryTrajectoryRequest& request, const QueryTrajectoryResponse& response) {
@@ -299,12 +287,12 @@ Verdict AnswerChecks::check(const QueryTrajectoryRequest& request, const QueryTr
     }
     return positionsOf(state);
   };
-  const std::vector<ShapeRefPair> pairs = linkPairsOf(request.a, request.b);
+  const Asked asked{request.a, request.b};
   const SaidContact said{time_of(0), response.contact != 0, response.t_free, response.t_contact};
-  const Verdict verdict = checkContact(state_at, pairs, request.contact_distance, said);
+  const Verdict verdict = checkContact(state_at, asked, request.contact_distance, said);
   if (!verdict.empty()) return verdict;
   for (std::size_t i = 0; i < response.segments.size(); ++i) {
-    const Verdict of_segment = checkMinimum(state_at, pairs, {time_of(i), time_of(i + 1), response.segments[i]});
+    const Verdict of_segment = checkMinimum(state_at, asked, {time_of(i), time_of(i + 1), response.segments[i]});
     if (!of_segment.empty()) return because("segment ", i, ": ", of_segment);
   }
   return {};

@@ -45,9 +45,9 @@ class AnswerChecks {
   Verdict check(const QueryPairsRequest& request, const QueryPairsResponse& response);
   /// Every state names every joint.
   Verdict check(const QueryConfigurationRequest& request, const QueryConfigurationResponse& response);
-  /// Moves joints, not links. Also without success, where the time budget ended.
+  /// Moves joints, not links. Also without success, where the time budget ended or the bounds are wide.
   Verdict check(const FirstContactRequest& request, const FirstContactResponse& response);
-  /// Names every joint. Also without success, where the time budget ended.
+  /// Names every joint. Also without success, where the time budget ended or the bounds are wide.
   Verdict check(const QueryTrajectoryRequest& request, const QueryTrajectoryResponse& response);
 
   /// A cycle that is not INVALID, with the thresholds [m] of its levels and of its list.
@@ -58,6 +58,10 @@ class AnswerChecks {
   Verdict check(const Clearance& clearance, const Levels& levels);
 
  private:
+  /// A pair, or with an empty `a` all that are checked, objects included.
+  struct Asked {
+    const proximity_server::ShapeRef &a, &b;
+  };
   using StateAt = std::function<std::vector<double>(double time)>;
 
   void place(const ros::Time& stamp);
@@ -65,16 +69,13 @@ class AnswerChecks {
   std::vector<double> positionsOf(const sensor_msgs::JointState& state) const;
   scene::ShapeRef refOf(const proximity_server::ShapeRef& ref) const;
   PairProximity closest(const proximity_server::ShapeRef& a, const proximity_server::ShapeRef& b);
-  std::vector<ShapeRefPair> linkPairsOf(const proximity_server::ShapeRef& a, const proximity_server::ShapeRef& b) const;
   ShapeRefPair pairOf(const proximity_server::ShapeRef& a, const proximity_server::ShapeRef& b) const;
-  PairProximity closest(const std::vector<ShapeRefPair>& pairs);
   Verdict checkKind(PairKind kind, const Proximity& said);
-  PairProximity closestIn(const std::vector<double>& positions, const std::vector<ShapeRefPair>& pairs);
+  PairProximity closestIn(const std::vector<double>& positions, const Asked& asked);
   Verdict checkNumberBelow(double threshold, std::size_t said);
   Verdict checkPosed(const QueryPairsRequest& request, const std::vector<Proximity>& said);
-  Verdict checkContact(const StateAt& state_at, const std::vector<ShapeRefPair>& pairs, double contact_distance,
-                       const SaidContact& said);
-  Verdict checkMinimum(const StateAt& state_at, const std::vector<ShapeRefPair>& pairs, const SaidMinimum& said);
+  Verdict checkContact(const StateAt& state_at, const Asked& asked, double contact_distance, const SaidContact& said);
+  Verdict checkMinimum(const StateAt& state_at, const Asked& asked, const SaidMinimum& said);
 
   MovingRobot robot_;
   Scene scene_;

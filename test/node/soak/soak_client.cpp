@@ -161,7 +161,8 @@ void SoakClient::judge(const std::string& service, const Request& request, const
                        Clock::time_point asked_at) {
   if (!response.success) {
     if (isAboutTf(response.status)) return record_.count(service, Outcome::Refused);
-    const bool is_proven = kIsMotion<Response> && response.status.code == QueryStatus::OVER_BUDGET;
+    const bool is_proven = kIsMotion<Response> && (response.status.code == QueryStatus::OVER_BUDGET ||
+                                                   response.status.code == QueryStatus::NOT_CONVERGED);
     if (!is_proven) return record_.countWrong(service, "refused: " + response.status.message);
   }
   // A state that the request gives entirely does not depend on tf.

@@ -126,6 +126,35 @@ TEST_F(SlideAndSwing, ContactFromTheBeginningIsAtTimeZero) {
   EXPECT_NEAR(contact.pair.result.distance, -0.25, 1e-9);
 }
 
+TEST_F(SlideAndSwing, PairWithAContactDistanceOfItsOwnMayStartNearerAndPart) {
+  MotionQuestion question;
+  question.contact_distance = 0.5;
+  const RobotMotion away = motion({{"slide", -1.9}}, {{"slide", 1.0}});
+  ASSERT_EQ(scene_.timeOfContact(sled_, away, question).t_contact, 0.0);
+  question.nearer_pairs = {{{sled_.front().b, sled_.front().a}, 0.09}};  // in any order
+  const RobotContact free = scene_.timeOfContact(sled_, away, question);
+  EXPECT_EQ(free.status, Status::Converged);
+  EXPECT_FALSE(free.contact);
+  EXPECT_EQ(free.t_free, 1.0);
+}
+
+TEST_F(SlideAndSwing, PairWithAContactDistanceOfItsOwnMeetsItThere) {
+  MotionQuestion question;
+  question.contact_distance = 0.5;
+  question.nearer_pairs = {{sled_.front(), 0.05}};
+  const RobotContact contact = scene_.timeOfContact(sled_, motion({{"slide", -1.9}}, {{"slide", -2.0}}), question);
+  ASSERT_TRUE(contact.contact);
+  EXPECT_NEAR(contact.t_contact, 0.5, 1e-4);
+  EXPECT_NEAR(contact.pair.result.distance, 0.05, 1e-5);
+}
+
+TEST_F(SlideAndSwing, ContactDistanceOfOnePairIsNoneOfAnother) {
+  MotionQuestion question;
+  question.contact_distance = 0.5;
+  question.nearer_pairs = {{arm_.front(), -1.0}};
+  EXPECT_EQ(scene_.timeOfContact(sled_, motion({{"slide", -1.9}}, {{"slide", 1.0}}), question).t_contact, 0.0);
+}
+
 TEST_F(SlideAndSwing, RestingRobotKeepsItsDistance) {
   const RobotMotion rest = motion({{"slide", -1.0}}, {{"slide", -1.0}});
   EXPECT_FALSE(scene_.timeOfContact(sled_, rest).contact);

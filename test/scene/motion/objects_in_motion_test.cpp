@@ -323,6 +323,24 @@ TEST_F(CubeAndBall, WhatIsInsideOfAClosedMeshIsInContactFromTheStartAndAsDeepAsI
   }
 }
 
+TEST_F(CubeAndBall, OverlapWithAClosedMeshThatMayGetDeeperIsLeftOpen) {
+  ObjectOptions options;
+  options.meshes.tolerance = 0.0;
+  const std::vector<ObjectShape> shapes{{scaled(bracket(), 10.0)}};
+  add(makeObject("solid", shapes, Fixed{at(0, -5, -5)}, options));  // its face is at x = 0, in the middle of the cube
+  const ShapeRefPair pair{{model_->robot.findLink("cube")}, ShapeRef::ofObject(0)};
+  MotionQuestion question;
+  ASSERT_EQ(contact(motion(-2.0), question).t_contact, 0.0);
+  question.nearer_pairs = {{pair, -0.500001}};
+  const RobotContact open = contact(motion(-2.0), question);
+  EXPECT_EQ(open.status, Status::IterationLimit);
+  EXPECT_EQ(open.t_free, 0.0);
+  question.nearer_pairs.front().contact_distance = -kInfinity;
+  const RobotContact left_out = contact(motion(-2.0), question);
+  EXPECT_EQ(left_out.status, Status::Converged);
+  EXPECT_EQ(left_out.t_free, 1.0);
+}
+
 // --- far away
 
 using Vector3l = Eigen::Matrix<long double, 3, 1>;

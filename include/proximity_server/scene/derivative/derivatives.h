@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "proximity_server/scene/derivative/degrees_of_freedom.h"
+#include "proximity_server/scene/derivative/object_carriers.h"
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/objects/objects.h"
@@ -18,8 +19,8 @@ class PlacedJoints;
 /// The derivatives of the distances of one robot by its degrees of freedom, in one set of poses: the scratch of one
 /// caller. Not thread-safe. Nothing allocates after the first update.
 ///
-/// It takes the same poses as the Scene that gave the answers. The roots of the robots rest, and so do objects that are not
-/// attached to a link.
+/// It takes the same poses as the Scene that gave the answers. The roots of the robots rest, and so do objects that nothing
+/// carries.
 class Derivatives {
  public:
   explicit Derivatives(std::shared_ptr<const SceneModel> model);
@@ -29,8 +30,12 @@ class Derivatives {
 
   const DegreesOfFreedom& degreesOfFreedom() const;
 
-  /// Takes the objects of the scene.
+  /// Takes the objects of the scene. All that no link holds rest where the roots do.
   void use(std::shared_ptr<const Objects> objects);
+
+  /// The same with objects that bodies of the robot carry in other ways.
+  /// Throws std::invalid_argument if there is not one carrier for each frame, and for one that is no body.
+  void use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers);
 
   /// Throws std::invalid_argument if there is not one pose for each body. Moving objects have no pose then: gradient() does not
   /// need it, rate() does.

@@ -9,10 +9,20 @@
 
 namespace proximity_server::scene {
 
+/// A contact distance [m] that one pair has for itself.
+struct PairContactDistance {
+  ShapeRefPair pair;
+  double contact_distance;
+};
+
 struct MotionQuestion {
   /// [m] Contact is a signed distance, less the pair's padding, at or below it. Below 0, a first contact of two of which
   /// one has a closed mesh with room inside is left open (IterationLimit, t_free 0) unless it is at the start.
   double contact_distance = 0.0;
+  /// Pairs that may come nearer than all others, as those that are nearer at the start and shall be allowed to part. Of two
+  /// contact distances of a pair the smaller one counts; with minus infinity the pair is left out. If one of them is below 0
+  /// and its pair has a closed mesh with room inside, a first contact is left open from the start on.
+  std::vector<PairContactDistance> nearer_pairs{};
   double tolerance = 1e-6;  ///< [m] of that distance, and of the minimum
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
 };
@@ -33,7 +43,7 @@ struct RobotContact {
   /// t_free still holds. Unknown: nothing is known of any pair.
   narrowphase::Status status = narrowphase::Status::Unknown;
   bool contact = false;
-  /// Until this time every pair is proven to be above the contact distance.
+  /// Until this time every pair is proven to be above its contact distance.
   double t_free = 0.0;
   /// See TimeOfContact.
   double t_contact = std::numeric_limits<double>::quiet_NaN();

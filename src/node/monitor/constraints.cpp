@@ -1,0 +1,72 @@
+#include "node/monitor/constraints.h"
+
+#include <limits>
+#include <string>
+
+namespace proximity_server::node {
+namespace {
+
+scene::VelocityDamper damperOf(const MonitorSettings& settings) {
+  return {settings.stop_distance, settings.object_stop_distance, settings.influence_distance, settings.damping_gain};
+}
+
+QueryStatus statusOf(std::int8_t code, const std::string& message) {
+  QueryStatus status;
+  status.code = code;
+  status.message = message;
+  return status;
+}
+
+void assignStart(ConstraintRows& message, const MeasuredCycle& cycle, const QueryStatus& status) {
+  message.header = cycle.clearance.header;
+  message.status = status;
+  message.joint_names = cycle.gradients.names();
+  cycle.gradients.assignPositions(message.joint_positions, cycle.snapshot.poses);
+}
+
+}  // namespace
+
+Constraints::Constraints(const std::shared_ptr<const scene::SceneModel>& model, int capacity)
+    : rows_(model, capacity) {}
+
+const ConstraintRows& Constraints::in(const MeasuredCycle& cycle, const MonitorSettings& settings) {
+  const QueryStatus status = update(cycle, settings);
+  ConstraintRows& message = status.code == QueryStatus::OK ? message_ : refusal_;
+  assignStart(message, cycle, status);
+  if (status.code == QueryStatus::OK) assignRows(cycle);
+  return message;
+}
+
+QueryStatus Constraints::update(const MeasuredCycle& cycle, const MonitorSettings& settings) {
+  if (cycle.clearance.level == Clearance::INVALID) return cycle.clearance.status;
+  const std::string problem = problemOfDamper(settings);
+  if (!problem.empty()) return statusOf(QueryStatus::INVALID_ARGUMENT, problem);
+  rows_.update(cycle.scene, cycle.gradients.derivatives(), damperOf(settings));
+  if (rows_.unknown() == 0) return {};
+  return statusOf(QueryStatus::NOT_CONVERGED,
+                  std::to_string(rows_.unknown()) + " pairs within influence_distance have no distance or no gradient");
+}
+
+void Constraints::assignRows(const MeasuredCycle& cycle) {
+  const auto size = static_cast<std::size_t>(capacity());
+  message_.matrix.assign(rows_.matrix().data(), rows_.matrix().data() + rows_.matrix().size());
+  message_.lower_bounds.assign(rows_.bounds().data(), rows_.bounds().data() + rows_.bounds().size());
+  message_.a.resize(size);
+  message_.b.resize(size);
+  message_.distances.resize(size);
+  message_.unique.resize(size);
+  for (std::size_t i = 0; i < size; ++i) {
+    const scene::ConstraintRows::Row& row = rows_.rows()[i];
+    const auto say = [&](ShapeRef& message, const scene::ShapeRef& ref) {
+      makeRoom(message, cycle.longest_name);
+      row.is_used ? assign(message, cycle.named, ref) : clear(message);
+    };
+    say(message_.a[i], row.pair.a);
+    say(message_.b[i], row.pair.b);
+    message_.distances[i] = row.is_used ? row.distance : std::numeric_limits<double>::quiet_NaN();
+    message_.unique[i] = row.unique;
+  }
+  message_.left_out = static_cast<std::uint32_t>(rows_.leftOut());
+}
+
+}  // namespace proximity_server::node

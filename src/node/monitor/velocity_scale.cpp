@@ -1,0 +1,76 @@
+#include "node/monitor/velocity_scale.h"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "node/services/timed_motion.h"
+#include "proximity_server/scene/derivative/velocity_scale.h"
+
+namespace proximity_server::node {
+namespace {
+
+QueryStatus unbrakedJoint(const scene::Joint& joint) {
+  QueryStatus status;
+  status.code = QueryStatus::INVALID_ARGUMENT;
+  status.message = "the parameter max_deceleration has no number for joint '" + joint.name + "'";
+  return status;
+}
+
+/// OK, or the first of `joints` whose deceleration is not known.
+QueryStatus knowledgeOf(const Robot& robot, const std::vector<int>& joints) {
+  for (const int joint : joints)
+    if (!robot.maxDecelerations()[joint]) return unbrakedJoint(robot.robotModel().joints[joint]);
+  return {};
+}
+
+/// Of the other joints the velocity is 0; mimic joints without a number of their own stop with their leaders.
+scene::Braking brakingOf(const Robot& robot, const ros::Duration& age, const MonitorSettings& settings) {
+  scene::Braking braking;
+  braking.latency = settings.stop_latency + std::max(0.0, age.toSec());
+  for (const std::optional<double>& deceleration : robot.maxDecelerations())
+    braking.deceleration.push_back(deceleration.value_or(std::numeric_limits<double>::infinity()));
+  return braking;
+}
+
+/// The decelerations of all joints that move are known.
+StoppingScale scaleOf(const Robot& robot, scene::MovingScene& moving_scene, scene::Scene& scene,
+                      const LookaheadStart& start, const VelocitySnapshot& velocities, const ros::Duration& age,
+                      const MonitorSettings& settings) {
+  const scene::MovingState state{start.poses, velocities.velocities, velocities.positions,
+                                 objectFramesAtStart(robot, start.frames, start.placed.poses)};
+  const scene::StopDistances stop{settings.stop_distance, settings.object_stop_distance};
+  const scene::VelocityScale found =
+      scene::velocityScale(moving_scene, scene, state, brakingOf(robot, age, settings), stop, endOfSearch(settings));
+  StoppingScale result;
+  if (found.status != narrowphase::Status::Unknown) {
+    result.scale = found.scale;
+    return result;
+  }
+  result.status.code = QueryStatus::TF_UNAVAILABLE;
+  result.status.message = "a pair has no usable pose, or a joint no finite velocity";
+  return result;
+}
+
+}  // namespace
+
+StoppingScale stoppingScale(const Robot& robot, scene::MovingScene& moving_scene, scene::Scene& scene,
+                            const LookaheadStart& start, const VelocitySnapshot& velocities,
+                            const std::vector<int>& joints, const ros::Duration& age, const MonitorSettings& settings) {
+  StoppingScale result;
+  result.status = velocities.status;
+  if (result.status.code == QueryStatus::OK) result.status = knowledgeOf(robot, joints);
+  if (result.status.code != QueryStatus::OK) return result;
+
+  try {
+    return scaleOf(robot, moving_scene, scene, start, velocities, age, settings);
+  } catch (const std::invalid_argument& error) {  // a velocity with which the way to stop is not finite
+    result.status.code = QueryStatus::NO_VELOCITY;
+    result.status.message = error.what();
+    return result;
+  }
+}
+
+}  // namespace proximity_server::node

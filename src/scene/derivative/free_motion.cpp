@@ -1,0 +1,206 @@
+#include "proximity_server/scene/derivative/free_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "scene/derivative/placed_joints.h"
+#include "scene/model/bounds.h"
+#include "scene/objects/placed_object.h"
+#include "scene/query/volumes.h"
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Bounds of a body's geometry as seen from a point, in the axes of the poses.
+struct SeenBounds {
+  SeenBounds(const Bounds& bounds, const Eigen::Isometry3d& body, const Vector3d& from)
+      : centre(body.linear() * bounds.centre + (body.translation() - from)),
+        edges(body.linear() * bounds.axes * bounds.half.asDiagonal()),
+        radius(bounds.radius),
+        rounding(kPoseRounding * (bounds.reach + (body.translation() - from).norm())) {}
+
+  Vector3d centre;
+  Eigen::Matrix3d edges;  ///< columns from the centre of the box to the middle of a face
+  double radius, rounding;
+};
+
+/// [m] Upper bound of the distance of any point of the geometry from the line through the origin along a unit vector. The distance is
+/// convex, so that no point of the box is farther than one of its corners.
+/// One box of a whole link: the boxes of its pieces make the radius smaller by 0.3 % (Panda) to 3 % (PR2) in the mean.
+double radiusAbout(const Vector3d& axis, const SeenBounds& seen) {
+  const auto across = [&](const Vector3d& vector) -> Vector3d { return vector - axis.dot(vector) * axis; };
+  const Vector3d centre = across(seen.centre);
+  const Vector3d x = across(seen.edges.col(0)), y = across(seen.edges.col(1)), z = across(seen.edges.col(2));
+  double corner = 0.0;
+  for (const Vector3d& side : {Vector3d(x + y), Vector3d(x - y), Vector3d(-x + y), Vector3d(-x - y)})
+    for (const Vector3d& end : {Vector3d(centre + side + z), Vector3d(centre + side - z)})
+      corner = std::max(corner, end.squaredNorm());
+  const double radius = std::min(std::sqrt(corner), centre.norm() + seen.radius);
+  return (1.0 + kPoseRounding) * radius + seen.rounding;
+}
+
+/// [m] The same of the distance from the origin.
+double radiusAboutOrigin(const SeenBounds& seen) {
+  return (1.0 + kPoseRounding) * (seen.centre.norm() + seen.radius) + seen.rounding;
+}
+
+}  // namespace
+
+FreeMotion::FreeMotion(std::shared_ptr<const SceneModel> model)
+    : joints_(std::make_unique<PlacedJoints>(model)), volumes_(std::make_unique<const Volumes>(model->robot)) {
+  const DegreesOfFreedom& columns = degreesOfFreedom();
+  scratch_.setZero(columns.size());
+  sides_.setZero(columns.size());
+  for (std::size_t joint = 0; joint < model->robot.joints.size(); ++joint)
+    sides_.segment(columns.columnsOf(static_cast<int>(joint)).first, columns.columnsOf(static_cast<int>(joint)).count)
+        .array() += 1.0;
+  sides_ = sides_.cwiseMin(2.0);
+}
+FreeMotion::~FreeMotion() = default;
+FreeMotion::FreeMotion(FreeMotion&&) noexcept = default;
+FreeMotion& FreeMotion::operator=(FreeMotion&&) noexcept = default;
+
+const DegreesOfFreedom& FreeMotion::degreesOfFreedom() const { return joints_->degreesOfFreedom(); }
+
+void FreeMotion::use(std::shared_ptr<const Objects> objects) {
+  joints_->use(std::move(objects));
+  is_known_ = false;
+}
+
+void FreeMotion::update(const BodyPoses& poses) {
+  joints_->update(poses);
+  is_known_ = false;
+}
+
+// --- weights
+
+/// Adds those of the joints that carry one of a pair, but not the other.
+bool FreeMotion::addWeights(const ShapeRef& ref, int body, int other_body, Eigen::Ref<VectorXd> weights) const {
+  const int root = volumes_->of(ref);
+  if (body < 0) return true;
+  if (!joints_->poses()[body] || !joints_->knowsBetween(body, other_body)) return false;
+  const Bounds& bounds = root < volumes_->size() ? (*volumes_)[root].bounds
+                                                 : joints_->objects()->placed(ref.object)->geometry->root().bounds;
+  const RobotModel& robot = joints_->robot();
+  joints_->forEachBetween(body, other_body, [&](int carried, PlacedJoints::Side side) {
+    if (side != PlacedJoints::Side::A) return;
+    const int joint = robot.bodies[carried].joint;
+    const JointTwists twists = joints_->twistsOf(carried);
+    const DegreesOfFreedom::Columns& own = degreesOfFreedom().columnsOf(joint);
+    const SeenBounds seen(bounds, *joints_->poses()[body], joints_->poses()[carried]->translation());
+    for (int i = 0; i < twists.count; ++i) {
+      const Vector3d& axis = twists.twists[static_cast<std::size_t>(i)].angular;
+      double weight = 1.0 + kPoseRounding;  // of a translation
+      if (!axis.isZero(0.0))
+        weight = robot.joints[joint].type == Joint::Type::Floating ? radiusAboutOrigin(seen) : radiusAbout(axis, seen);
+      weights[own.first + i] += std::abs(own.multiplier) * weight;
+    }
+  });
+  return true;
+}
+
+bool FreeMotion::weights(const ShapeRefPair& pair, Eigen::Ref<VectorXd> weights) const {
+  if (weights.size() != degreesOfFreedom().size())
+    throw std::invalid_argument("the robot has " + std::to_string(degreesOfFreedom().size()) +
+                                " degrees of freedom, but there is room for " + std::to_string(weights.size()));
+  volumes_->of(pair.a), volumes_->of(pair.b);  // throws for a link that does not exist
+  const int body_a = joints_->bodyOf(pair.a), body_b = joints_->bodyOf(pair.b);
+  weights.setZero();
+  if (addWeights(pair.a, body_a, body_b, weights) && addWeights(pair.b, body_b, body_a, weights)) return true;
+  weights.setConstant(std::numeric_limits<double>::quiet_NaN());
+  return false;
+}
+
+// --- all pairs of a scene
+
+/// Weights that no pair exceeds: the largest of all that is carried. A degree of freedom that several joints follow may move
+/// both of a pair, any other one moves only one of them. What has no pose is in no known pair.
+bool FreeMotion::findLargestWeights(VectorXd& weights) {
+  const RobotModel& robot = joints_->robot();
+  weights.setZero();
+  bool is_known = true;
+  const auto consider = [&](const ShapeRef& ref, int body) {
+    if (!is_known || body < 0 || !joints_->poses()[body]) return;
+    scratch_.setZero();
+    is_known = addWeights(ref, body, -1, scratch_);
+    weights = weights.cwiseMax(scratch_);
+  };
+  for (int link = 0; link < static_cast<int>(robot.links.size()); ++link)
+    if (robot.hasGeometry(link)) consider({link}, robot.links[link].body);
+  if (const Objects* objects = joints_->objects())
+    for (const int number : objects->walkers())
+      consider(ShapeRef::ofObject(number), joints_->bodyOf(ShapeRef::ofObject(number)));
+  weights.array() *= sides_.array();
+  return is_known;
+}
+
+Bubble& FreeMotion::next() {
+  if (size_ == static_cast<int>(bubbles_.size())) bubbles_.push_back({{}, 0.0, VectorXd(degreesOfFreedom().size())});
+  return bubbles_[static_cast<std::size_t>(size_++)];
+}
+
+void FreeMotion::find(Scene& scene, const FreeMotionQuestion& question) {
+  const auto& [of_links, of_objects] = question.thresholds;
+  if (!std::isfinite(of_links) || !std::isfinite(of_objects) || !std::isfinite(question.influence_distance))
+    throw std::invalid_argument("the thresholds and the influence distance of a free motion must be finite");
+  const auto thresholdOf = [&](const ShapeRefPair& pair) {
+    return pair.a.link < 0 || pair.b.link < 0 ? of_objects : of_links;
+  };
+  size_ = 0;
+  Question near;
+  near.threshold = question.influence_distance;
+  near.deadline = question.deadline;
+  const std::vector<PairProximity>& pairs = scene.below(scene.candidates(), near);
+  is_known_ = scene.counts().unknown == 0;
+  for (const PairProximity& pair : pairs) {
+    Bubble& bubble = next();
+    bubble.pair = pair.asked;
+    bubble.free = std::max(0.0, pair.result.lower_bound - thresholdOf(pair.asked));
+    is_known_ = is_known_ && weights(pair.asked, bubble.weights);
+  }
+  Bubble& others = next();
+  others.pair = {};
+  others.free = std::max(0.0, question.influence_distance - std::max(of_links, of_objects));
+  is_known_ = is_known_ && findLargestWeights(others.weights);
+}
+
+double FreeMotion::scale(const Eigen::Ref<const VectorXd>& motion) const {
+  const DegreesOfFreedom& columns = degreesOfFreedom();
+  if (motion.size() != columns.size())
+    throw std::invalid_argument("the robot has " + std::to_string(columns.size()) +
+                                " degrees of freedom, but the motion is of " + std::to_string(motion.size()));
+  if (!is_known_ || !motion.allFinite()) return 0.0;
+  double scale = 1.0;
+  for (int i = 0; i < size_; ++i) {
+    const Bubble& bubble = (*this)[i];
+    // The sum of n products is off by at most n + 1 of its eps, the quotient by one.
+    const double rounding = static_cast<double>(motion.size() + 4) * std::numeric_limits<double>::epsilon();
+    const double way = (1.0 + rounding) * bubble.weights.dot(motion.cwiseAbs());
+    if (!(way <= bubble.free)) scale = std::min(scale, bubble.free / way * (1.0 - rounding));
+  }
+  return scale;
+}
+
+double FreeMotion::alone(int column) const {
+  if (column < 0 || column >= degreesOfFreedom().size())
+    throw std::invalid_argument("the robot has no degree of freedom " + std::to_string(column));
+  if (!is_known_) return 0.0;
+  constexpr double kRoundedDown = 1.0 - 4.0 * std::numeric_limits<double>::epsilon();
+  double alone = kInfinity;
+  for (int i = 0; i < size_; ++i) {
+    const Bubble& bubble = (*this)[i];
+    if (bubble.weights[column] > 0.0) alone = std::min(alone, kRoundedDown * bubble.free / bubble.weights[column]);
+  }
+  return alone;
+}
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,183 @@
+#include "proximity_server/scene/derivative/velocity_scale.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "proximity_server/scene/motion/limited_motion.h"
+#include "scene/motion/moving_pairs.h"
+
+namespace proximity_server::scene {
+namespace {
+
+constexpr double kRoundedDown = 1.0 - 8.0 * std::numeric_limits<double>::epsilon();
+
+/// The way to a stop, in the time [s] that the velocities take for it.
+struct Stop {
+  double latency, braking;  ///< [s] T and tau
+
+  double length() const { return latency + 0.5 * braking; }
+
+  /// The scale whose way has a length, rounded down.
+  double scaleOf(double length) const {
+    if (!(length > 0.0)) return 0.0;
+    const double scale = 2.0 * length / (latency + std::sqrt(latency * latency + 2.0 * braking * length));
+    return std::min(1.0, kRoundedDown * scale);
+  }
+};
+
+void requireCount(std::size_t count, std::size_t joints, const char* what) {
+  if (count != joints)
+    throw std::invalid_argument("the robot has " + std::to_string(joints) + " movable joints, but there are " +
+                                std::to_string(count) + " " + what);
+}
+
+void requireLegal(const RobotModel& model, const MovingState& state, const Braking& braking,
+                  const StopDistances& stop) {
+  requireCount(state.velocities.size(), model.joints.size(), "velocities");
+  requireCount(braking.deceleration.size(), model.joints.size(), "decelerations");
+  if (!(braking.latency >= 0.0) || !std::isfinite(braking.latency))
+    throw std::invalid_argument("the latency is " + std::to_string(braking.latency) + ", but must not be negative");
+  for (std::size_t i = 0; i < model.joints.size(); ++i)
+    if (!(braking.deceleration[i] > 0.0))
+      throw std::invalid_argument("the deceleration of joint " + model.joints[i].name + " is " +
+                                  std::to_string(braking.deceleration[i]) + ", but must be positive");
+  if (!std::isfinite(stop.links) || !std::isfinite(stop.objects))
+    throw std::invalid_argument("the stop distances must be finite");
+  for (const RobotMotion::Segment& frame : state.frames.moving)
+    if (frame.is_known && !frame.motion.isRest()) throw std::invalid_argument("a frame of objects moves on its own");
+  if (state.frames.world.is_known && !state.frames.world.motion.isRest())
+    throw std::invalid_argument("the world moves on its own");
+}
+
+/// The velocities of the joints that lead; all others are ignored, and are 0 here.
+std::vector<double> leadersOnly(const RobotModel& model, std::vector<double> velocities) {
+  for (std::size_t i = 0; i < model.joints.size(); ++i)
+    if (model.joints[i].mimic || !hasOnePosition(model.joints[i])) velocities[i] = 0.0;
+  return velocities;
+}
+
+Stop stopOf(const RobotModel& model, const std::vector<double>& velocities, const Braking& braking) {
+  Stop stop{braking.latency, 0.0};
+  for (std::size_t i = 0; i < model.joints.size(); ++i) {
+    const Joint::Mimic leader = model.leaderOf(static_cast<int>(i));
+    const double own = std::abs(leader.multiplier * velocities[static_cast<std::size_t>(leader.joint)]);
+    stop.braking = std::max(stop.braking, own / braking.deceleration[i]);
+  }
+  return stop;
+}
+
+/// For a length [s] at constant velocities, or until a joint is at its limit.
+PhasedMotion motionAlong(const RobotModel& model, const MovingState& state, std::vector<double> velocities,
+                         double length) {
+  for (double& joint : velocities) joint *= length;
+  PhasedMotion motion = motionWithinLimits(model, state.poses, velocities, state.positions).motion;
+  motion.carryObjects(state.frames);
+  return motion;
+}
+
+/// One search: of pairs of links, or of pairs with objects.
+class StopSearch {
+ public:
+  StopSearch(MovingScene& moving, Scene& scene, PairKind kind, double stop_distance,
+             std::chrono::steady_clock::time_point deadline)
+      : moving_(moving), scene_(scene), kind_(kind) {
+    question_.contact_distance = stop_distance;
+    question_.tolerance = 0.25 * kRetreatTolerance;
+    question_.deadline = deadline;
+  }
+
+  RobotContact contact(const PhasedMotion& motion) {
+    const Pairs pairs(scene_.candidates(), kind_);
+    Question near;
+    near.threshold = question_.contact_distance + kRetreatTolerance;
+    near.deadline = question_.deadline;
+    near_ = scene_.below(pairs, near);
+    for (const PairProximity& pair : near_)
+      question_.nearer_pairs.push_back({pair.asked, pair.result.upper_bound - kRetreatTolerance});
+    const RobotContact found = moving_.timeOfContact(pairs, motion, question_);
+    const bool is_left_open = !found.contact && found.t_free == 0.0;
+    return is_left_open && leaveOutRetreats(motion) ? moving_.timeOfContact(pairs, motion, question_) : found;
+  }
+
+  /// The pair of a contact as it is at the start, if it is one that is too near there already; else nullptr.
+  const PairProximity* nearAtStart(const PairProximity& pair) const {
+    const auto isIt = [&](const PairProximity& near) { return areSame(near.asked, pair.asked); };
+    const auto found = std::find_if(near_.begin(), near_.end(), isIt);
+    return found == near_.end() ? nullptr : &*found;
+  }
+
+  /// Whether a pair that comes nearer than at the start does so in the first half of its way already: even if that begins
+  /// without velocity, the square of a half is more than the sixteenth that is asked for.
+  bool approaches(const PairProximity& near, const PhasedMotion& first_half) {
+    MotionQuestion question = question_;
+    question.tolerance = kRetreatTolerance / 100.0;
+    const std::vector<ShapeRefPair> pair{near.asked};
+    return moving_.minimum(pair, first_half, question).lower_bound < near.result.upper_bound - kRetreatTolerance / 16.0;
+  }
+
+ private:
+  /// Contacts of overlaps with closed meshes are left open. What comes no nearer during the whole motion has none. Returns whether
+  /// there is such a pair.
+  bool leaveOutRetreats(const PhasedMotion& motion) {
+    MotionQuestion question = question_;
+    question.nearer_pairs.clear();
+    bool is_any = false;
+    for (PairContactDistance& own : question_.nearer_pairs) {
+      const std::vector<ShapeRefPair> pair{own.pair};
+      if (own.contact_distance >= 0.0 || !(moving_.minimum(pair, motion, question).lower_bound > own.contact_distance))
+        continue;
+      own.contact_distance = -std::numeric_limits<double>::infinity();
+      is_any = true;
+    }
+    return is_any;
+  }
+
+  MovingScene& moving_;
+  Scene& scene_;
+  const PairKind kind_;
+  MotionQuestion question_;
+  std::vector<PairProximity> near_;
+};
+
+}  // namespace
+
+VelocityScale velocityScale(MovingScene& moving, Scene& scene, const MovingState& state, const Braking& braking,
+                            const StopDistances& stop, std::chrono::steady_clock::time_point deadline) {
+  const RobotModel& model = scene.model().robot;
+  requireLegal(model, state, braking, stop);
+  const std::vector<double> velocities = leadersOnly(model, state.velocities);
+  VelocityScale result;
+  if (!std::all_of(velocities.begin(), velocities.end(), [](double v) { return std::isfinite(v); })) return result;
+
+  const Stop way = stopOf(model, velocities, braking);
+  const PhasedMotion motion = motionAlong(model, state, velocities, way.length());
+  const bool rests =
+      way.length() == 0.0 || std::all_of(velocities.begin(), velocities.end(), [](double v) { return v == 0.0; });
+
+  result = {narrowphase::Status::Converged, 1.0, {}};
+  double length = way.length();
+  for (const auto& [kind, distance] :
+       {std::pair(PairKind::OfLinks, stop.links), std::pair(PairKind::WithObject, stop.objects)}) {
+    StopSearch search(moving, scene, kind, distance, deadline);
+    const RobotContact found = search.contact(motion);
+    if (found.counts.unknown > 0) return {};
+    if (found.counts.pairs == 0 || rests || !(found.t_free < 1.0)) continue;
+    const double free = kRoundedDown * found.t_free * way.length();
+    if (!(free < length)) continue;
+    length = free;
+    const bool ends_in_contact = found.contact && found.status == narrowphase::Status::Converged;
+    result = {found.status, way.scaleOf(free), ends_in_contact ? found.pair : PairProximity()};
+    const PairProximity* near = ends_in_contact ? search.nearAtStart(found.pair) : nullptr;
+    if (near && search.approaches(*near, motionAlong(model, state, velocities, 0.5 * free))) {
+      length = 0.0;
+      result = {found.status, 0.0, *near};
+    }
+  }
+  return result;
+}
+
+}  // namespace proximity_server::scene

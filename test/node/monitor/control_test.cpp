@@ -1,0 +1,310 @@
+// What the node says to controllers, on its topics and in its services.
+#include <dynamic_reconfigure/Reconfigure.h>
+#include <proximity_server/Clearance.h>
+#include <proximity_server/ConstraintRows.h>
+#include <proximity_server/QueryConfiguration.h>
+#include <proximity_server/QueryPairs.h>
+#include <ros/serialization.h>
+#include <std_msgs/Float64.h>
+#include <std_srvs/Trigger.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "node/answers.h"
+#include "node/gantry.h"
+#include "node/joint_states.h"
+
+// Every expected number is read off gantry.urdf: with the ball at (x, y, 0) the columns are lift, x_axis and y_axis.
+
+namespace proximity_server::node {
+namespace {
+
+const std::string kNode = "/proximity_server/";
+
+std::string bytesOf(const Proximity& message) {
+  std::string bytes(ros::serialization::serializationLength(message), '\0');
+  ros::serialization::OStream stream(reinterpret_cast<std::uint8_t*>(bytes.data()),
+                                     static_cast<std::uint32_t>(bytes.size()));
+  ros::serialization::serialize(stream, message);
+  return bytes;
+}
+
+void expectNear(const std::vector<double>& row, const std::vector<double>& expected) {
+  ASSERT_EQ(row.size(), expected.size());
+  for (std::size_t i = 0; i < row.size(); ++i) EXPECT_NEAR(row[i], expected[i], kTolerance) << i;
+}
+
+void set(const std::string& name, bool value) {
+  dynamic_reconfigure::ReconfigureRequest request;
+  request.config.bools.resize(1);
+  request.config.bools[0].name = name;
+  request.config.bools[0].value = value;
+  call<dynamic_reconfigure::ReconfigureResponse>(kNode + "set_parameters", request);
+}
+void set(const std::string& name, double value) {
+  dynamic_reconfigure::ReconfigureRequest request;
+  request.config.doubles.resize(1);
+  request.config.doubles[0].name = name;
+  request.config.doubles[0].value = value;
+  call<dynamic_reconfigure::ReconfigureResponse>(kNode + "set_parameters", request);
+}
+void set(const std::string& name, int value) {
+  dynamic_reconfigure::ReconfigureRequest request;
+  request.config.ints.resize(1);
+  request.config.ints[0].name = name;
+  request.config.ints[0].value = value;
+  call<dynamic_reconfigure::ReconfigureResponse>(kNode + "set_parameters", request);
+}
+
+class ControlTopics : public testing::Test {
+ protected:
+  static Gantry& gantry() { return connectedGantry(2); }
+  void TearDown() override { gantry().release(); }
+
+  const std::vector<std::string> columns_{"lift", "x_axis", "y_axis"};
+};
+
+// ---- gradients
+
+TEST_F(ControlTopics, GivesTheGradientsWhileTheyAreAsked) {
+  gantry().hold({0.5, 0.0, 0.0});
+  set("gradients", true);
+  Inbox<Clearance> inbox(ros::NodeHandle(), kNode + "clearance");
+  const auto with = inbox.next([](const Clearance& message) {
+    return !message.joint_names.empty() && std::abs(message.minimum.distance - 0.3) < kTolerance;
+  });
+  ASSERT_TRUE(with);
+  EXPECT_EQ(with->joint_names, columns_);
+  expectNear(with->joint_positions, {0.0, 0.5, 0.0});
+  expectNear(with->minimum.gradient, {0.0, 1.0, 0.0});
+  expectNear(with->self_minimum.gradient, {0.0, 1.0, 0.0});
+  ASSERT_EQ(with->below_threshold.size(), 1u);
+  expectNear(with->below_threshold[0].gradient, {0.0, 1.0, 0.0});
+
+  set("gradients", false);
+  const auto without = inbox.next([](const Clearance& message) { return message.joint_names.empty(); });
+  ASSERT_TRUE(without);
+  EXPECT_TRUE(without->minimum.gradient.empty());
+  EXPECT_TRUE(without->joint_positions.empty());
+}
+
+TEST_F(ControlTopics, AgreesWithQueryPairsToTheLastBit) {
+  set("gradients", true);
+  gantry().hold({0.43, 0.31, 0.1});
+  Inbox<Clearance> inbox(ros::NodeHandle(), kNode + "clearance");
+  const auto message = inbox.next([](const Clearance& candidate) {
+    return candidate.minimum.gradient.size() == 3 && std::abs(candidate.joint_positions[0] - 0.1) < kTolerance;
+  });
+  ASSERT_TRUE(message);
+  QueryPairsRequest request;
+  request.want_gradient = true;
+  request.stamp = message->header.stamp;
+  const auto response = call<QueryPairsResponse>(kNode + "query_pairs", request);
+  ASSERT_TRUE(response.success) << response.status.message;
+  EXPECT_EQ(response.joint_names, columns_);
+  EXPECT_EQ(bytesOf(response.minimum), bytesOf(message->minimum));
+  EXPECT_EQ(bytesOf(response.pairs.at(0)), bytesOf(message->minimum));
+  set("gradients", false);
+}
+
+TEST_F(ControlTopics, LeavesGradientsOutOfAnswersThatAreNotAskedForThem) {
+  gantry().moveTo({0.5, 0.0, 0.0});
+  const auto response = call<QueryPairsResponse>(kNode + "query_pairs", QueryPairsRequest());
+  ASSERT_TRUE(response.success) << response.status.message;
+  EXPECT_TRUE(response.joint_names.empty());
+  EXPECT_TRUE(response.minimum.gradient.empty());
+}
+
+TEST_F(ControlTopics, GivesTheGradientsOfOtherStates) {
+  QueryConfigurationRequest request;
+  request.want_gradient = true;
+  for (const double x : {0.5, -0.5}) {
+    sensor_msgs::JointState state;
+    state.name = columns_;
+    state.position = {0.0, x, 0.0};
+    request.states.push_back(state);
+  }
+  const auto response = call<QueryConfigurationResponse>(kNode + "query_configuration", request);
+  ASSERT_TRUE(response.success) << response.status.message;
+  EXPECT_EQ(response.joint_names, columns_);
+  expectNear(response.states.at(0).minimum.gradient, {0.0, 1.0, 0.0});
+  expectNear(response.states.at(1).minimum.gradient, {0.0, -1.0, 0.0});
+  expectNear(response.states.at(1).pairs.at(0).gradient, {0.0, -1.0, 0.0});
+}
+
+// A bound is no point: there is nothing to take the derivative of.
+TEST_F(ControlTopics, LeavesTheGradientOfAPairBeyondTheThresholdEmpty) {
+  gantry().moveTo({0.9, 0.0, 0.0});
+  QueryPairsRequest request;
+  request.a = {shape("base")};
+  request.b = {shape("ball")};
+  request.mode = QueryPairsRequest::PER_PAIR;
+  request.threshold = 0.1;
+  request.want_gradient = true;
+  const auto response = call<QueryPairsResponse>(kNode + "query_pairs", request);
+  ASSERT_TRUE(response.success) << response.status.message;
+  EXPECT_EQ(response.pairs.at(0).state, Proximity::BEYOND_THRESHOLD);
+  EXPECT_TRUE(response.pairs.at(0).gradient.empty());
+  EXPECT_EQ(response.joint_names, columns_);
+}
+
+// ---- constraints
+
+TEST_F(ControlTopics, PublishesTheRowsOfAVelocityDamper) {
+  gantry().hold({0.5, 0.0, 0.0});  // 0.3 m; the influence distance is 0.4, the gain 0.5
+  Inbox<ConstraintRows> inbox(ros::NodeHandle(), kNode + "constraints");
+  const auto rows = inbox.next([](const ConstraintRows& message) {
+    return !message.distances.empty() && std::abs(message.distances[0] - 0.3) < kTolerance;
+  });
+  ASSERT_TRUE(rows);
+  EXPECT_EQ(rows->status.code, QueryStatus::OK) << rows->status.message;
+  EXPECT_EQ(rows->header.frame_id, "base");
+  EXPECT_EQ(rows->joint_names, columns_);
+  expectNear(rows->joint_positions, {0.0, 0.5, 0.0});
+  ASSERT_EQ(rows->lower_bounds.size(), 8u);
+  ASSERT_EQ(rows->matrix.size(), 24u);
+  expectNear({rows->matrix.begin(), rows->matrix.begin() + 3}, {0.0, 1.0, 0.0});
+  EXPECT_NEAR(rows->lower_bounds[0], -0.5 * 0.28 / 0.38, kTolerance);
+  EXPECT_EQ((std::set<std::string>{rows->a[0].link, rows->b[0].link}), (std::set<std::string>{"base", "ball"}));
+  for (std::size_t row = 1; row < 8; ++row)
+    EXPECT_EQ(rows->lower_bounds[row], -std::numeric_limits<double>::infinity());
+}
+
+TEST_F(ControlTopics, ChangesTheRowsWithTheParameters) {
+  gantry().hold({0.5, 0.0, 0.0});
+  Inbox<ConstraintRows> inbox(ros::NodeHandle(), kNode + "constraints");
+  const auto with = [&](std::size_t rows) {
+    return inbox.next([&](const ConstraintRows& message) { return message.lower_bounds.size() == rows; });
+  };
+  ASSERT_TRUE(with(8));
+  set("max_constraints", 2);
+  ASSERT_TRUE(with(2));
+  set("max_constraints", 8);
+  set("damping_gain", 1.0);
+  EXPECT_TRUE(inbox.next([](const ConstraintRows& message) {
+    return message.lower_bounds.size() == 8 && std::abs(message.lower_bounds[0] + 0.28 / 0.38) < kTolerance;
+  }));
+  set("damping_gain", 0.5);
+}
+
+TEST_F(ControlTopics, HasNoRowsIfTheInfluenceDistanceIsTooSmall) {
+  gantry().hold({0.5, 0.0, 0.0});
+  set("influence_distance", 0.02);
+  Inbox<ConstraintRows> inbox(ros::NodeHandle(), kNode + "constraints");
+  const auto rows =
+      inbox.next([](const ConstraintRows& message) { return message.status.code == QueryStatus::INVALID_ARGUMENT; });
+  ASSERT_TRUE(rows);
+  EXPECT_NE(rows->status.message.find("influence_distance is 0.02"), std::string::npos) << rows->status.message;
+  EXPECT_TRUE(rows->lower_bounds.empty());
+  set("influence_distance", 0.4);
+  EXPECT_TRUE(inbox.next([](const ConstraintRows& message) { return message.lower_bounds.size() == 8; }));
+}
+
+TEST_F(ControlTopics, HasNoRowsWithoutTransforms) {
+  gantry().hold({0.5, 0.0, 0.0});
+  Inbox<ConstraintRows> inbox(ros::NodeHandle(), kNode + "constraints");
+  ASSERT_TRUE(inbox.next([](const ConstraintRows& message) { return message.status.code == QueryStatus::OK; }));
+  gantry().release();
+  const auto rows =
+      inbox.next([](const ConstraintRows& message) { return message.status.code == QueryStatus::TF_STALE; });
+  ASSERT_TRUE(rows);
+  EXPECT_TRUE(rows->matrix.empty());
+  EXPECT_TRUE(rows->lower_bounds.empty());
+}
+
+// ---- the velocity scale: the age of the poses is part of the latency, so that the numbers are bounds only
+
+class VelocityScaleTopic : public ControlTopics {
+ protected:
+  std::optional<double> next(const std::function<bool(double)>& accept) {
+    const auto message = inbox_.next([&](const std_msgs::Float64& candidate) { return accept(candidate.data); });
+    return message ? std::optional<double>(message->data) : std::nullopt;
+  }
+
+  Inbox<std_msgs::Float64> inbox_{ros::NodeHandle(), kNode + "collision_velocity_scale"};
+  JointStates joint_states_;
+};
+
+TEST_F(VelocityScaleTopic, IsZeroBeforeAnybodyTellsTheVelocities) {
+  gantry().hold({0.5, 0.0, 0.0});
+  EXPECT_TRUE(next([](double scale) { return scale == 0.0; }));
+}
+
+// 0.28 m at 1 m/s: the latency is at least 0.1 s, and the brakes take 0.25 s^2 m.
+TEST_F(VelocityScaleTopic, SlowsTheApproachButNotTheRetreat) {
+  gantry().hold({0.5, 0.0, 0.0});
+  joint_states_.hold(slidingAt(-1.0));
+  const double without_age = (-0.1 + std::sqrt(0.01 + 0.28)) / 0.5;
+  const auto slowed = next([](double scale) { return scale > 0.5; });
+  ASSERT_TRUE(slowed);
+  EXPECT_LE(*slowed, without_age + 1e-9);
+  joint_states_.hold(slidingAt(1.0));
+  EXPECT_TRUE(next([](double scale) { return scale == 1.0; }));
+}
+
+TEST_F(VelocityScaleTopic, IsZeroBelowTheStopDistanceButNotForTheWayBack) {
+  gantry().hold({0.21, 0.0, 0.0});  // 0.01 m
+  joint_states_.hold(slidingAt(0.5));
+  EXPECT_TRUE(next([](double scale) { return scale == 1.0; }));
+  joint_states_.hold(slidingAt(-0.5));
+  EXPECT_TRUE(next([](double scale) { return scale == 0.0; }));
+}
+
+TEST_F(VelocityScaleTopic, IsZeroWithoutTransformsAndWithoutVelocities) {
+  gantry().hold({0.9, 0.0, 0.0});
+  joint_states_.hold(slidingAt(0.1));
+  ASSERT_TRUE(next([](double scale) { return scale == 1.0; }));
+  joint_states_.release();
+  ASSERT_TRUE(next([](double scale) { return scale == 0.0; }));
+  joint_states_.hold(slidingAt(0.1));
+  ASSERT_TRUE(next([](double scale) { return scale == 1.0; }));
+  gantry().release();
+  ASSERT_TRUE(next([](double scale) { return scale == 0.0; }));
+}
+
+TEST_F(VelocityScaleTopic, FollowsTheLatency) {
+  gantry().hold({0.5, 0.0, 0.0});
+  joint_states_.hold(slidingAt(-1.0));
+  ASSERT_TRUE(next([](double scale) { return scale > 0.5; }));
+  set("stop_latency", 10.0);
+  const auto slow = next([](double scale) { return scale > 0.0 && scale < 0.5; });
+  ASSERT_TRUE(slow);
+  EXPECT_LE(*slow, 0.028);
+  set("stop_latency", 0.1);
+}
+
+TEST_F(VelocityScaleTopic, IsZeroWithoutDecelerations) {
+  Inbox<std_msgs::Float64> plain(ros::NodeHandle(), "/plain/collision_velocity_scale");
+  gantry().hold({0.9, 0.0, 0.0});
+  joint_states_.hold(slidingAt(0.1));
+  ASSERT_TRUE(next([](double scale) { return scale == 1.0; }));
+  for (int i = 0; i < 10; ++i) {
+    const auto message = plain.next();
+    ASSERT_TRUE(message);
+    EXPECT_EQ(message->data, 0.0);
+  }
+}
+
+// ---- parameters
+
+TEST(MaxDeceleration, OfAnUnknownJointIsAnErrorThatNamesIt) {
+  ros::param::set("/plain/max_deceleration/y_axes", 1.0);
+  const auto response = call<std_srvs::TriggerResponse>("/plain/reload", std_srvs::TriggerRequest());
+  EXPECT_FALSE(response.success);
+  EXPECT_NE(response.message.find("max_deceleration/y_axes"), std::string::npos) << response.message;
+  EXPECT_NE(response.message.find("'y_axis'"), std::string::npos) << response.message;
+  ros::param::set("/plain/max_deceleration", -1.0);
+  const auto negative = call<std_srvs::TriggerResponse>("/plain/reload", std_srvs::TriggerRequest());
+  EXPECT_FALSE(negative.success);
+  EXPECT_NE(negative.message.find("max_deceleration is -1, outside of [0.001, 1e+06]"), std::string::npos)
+      << negative.message;
+  ros::param::del("/plain/max_deceleration");
+}
+
+}  // namespace
+}  // namespace proximity_server::node
+
+PROXIMITY_SERVER_ROSTEST_MAIN("control_test")

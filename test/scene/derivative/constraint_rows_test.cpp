@@ -1,0 +1,673 @@
+#include "proximity_server/scene/derivative/constraint_rows.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "allocations.h"
+#include "from_environment.h"
+#include "proximity_server/scene/query/make_scene_model.h"
+#include "sanitized.h"
+#include "scene/example_robots.h"
+#include "scene/random_objects.h"
+#include "scene/small_robots.h"
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using Model = std::shared_ptr<const SceneModel>;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kTolerance = Question().tolerance;
+
+// Pairs of balls have a closed form, so that rounding alone separates the two sides of an EXPECT_NEAR.
+constexpr double kRounding = 1e-14;
+
+const VelocityDamper kDamper{0.02, 0.05, 0.2, 0.5};
+
+// --- robots
+
+/// Links "0", "1", ... , each on a rail of its own along x; every pair of them is a candidate.
+Model onRails(const std::vector<std::string>& collisions_of_links) {
+  std::string urdf = "<robot name='on rails'><link name='frame'/>";
+  PairFilterOptions options;
+  for (std::size_t i = 0; i < collisions_of_links.size(); ++i) {
+    const std::string name = std::to_string(i);
+    urdf += "<link name='" + name + "'>" + collisions_of_links[i] + "</link><joint name='rail" + name +
+            "' type='prismatic'><parent link='frame'/><child link='" + name +
+            "'/><axis xyz='1 0 0'/><limit lower='-9' upper='9' effort='1' velocity='1'/></joint>";
+    for (std::size_t k = 0; k < i; ++k) options.only_pairs.emplace_back(std::to_string(k), name);
+  }
+  return std::make_shared<const SceneModel>(makeSceneModel(robotOf(urdf + "</robot>"), "", options));
+}
+
+Model ballsOnRails(int balls) {
+  return onRails(std::vector<std::string>(static_cast<std::size_t>(balls), ball("0.1")));
+}
+
+/// A robot, what moves it, and its rows.
+struct Controlled {
+  Controlled(Model robot_model, int capacity)
+      : model(std::move(robot_model)), scene(model), derivatives(model), rows(model, capacity) {}
+
+  void use(const std::shared_ptr<const Objects>& objects) {
+    scene.use(objects);
+    derivatives.use(objects);
+  }
+  void place(const BodyPoses& poses) {
+    scene.update(poses);
+    derivatives.update(poses);
+  }
+  void place(const std::vector<double>& positions) { place(forwardKinematics(model->robot, positions)); }
+  void update(const BodyPoses& poses, const VelocityDamper& damper = kDamper) {
+    place(poses);
+    rows.update(scene, derivatives, damper);
+  }
+  void update(const std::vector<double>& positions, const VelocityDamper& damper = kDamper) {
+    update(forwardKinematics(model->robot, positions), damper);
+  }
+
+  /// The row of two links, or -1.
+  int rowOf(const std::string& link_a, const std::string& link_b) const {
+    const int a = model->robot.findLink(link_a), b = model->robot.findLink(link_b);
+    for (int i = 0; i < rows.capacity(); ++i) {
+      const ConstraintRows::Row& row = rows.rows()[static_cast<std::size_t>(i)];
+      if (row.is_used && std::minmax(row.pair.a.link, row.pair.b.link) == std::minmax(a, b)) return i;
+    }
+    return -1;
+  }
+
+  Model model;
+  Scene scene;
+  Derivatives derivatives;
+  ConstraintRows rows;
+};
+
+std::shared_ptr<const Objects> withBall(const Model& model, const std::string& id, double x) {
+  Object object = makeObject(id, {{narrowphase::Sphere{0.1}}}, Fixed{at(x, 0, 0)});
+  return std::make_shared<const Objects>(Objects(model).changed({AddObject{object}}));
+}
+
+bool isEmpty(const ConstraintRows& rows, int row) {
+  return rows.matrix().row(row).isZero(0.0) && rows.bounds()[row] == -kInfinity &&
+         !rows.rows()[static_cast<std::size_t>(row)].is_used;
+}
+
+int usedRows(const ConstraintRows& rows) {
+  return static_cast<int>(std::count_if(rows.rows().begin(), rows.rows().end(),
+                                        [](const ConstraintRows::Row& row) { return row.is_used; }));
+}
+
+// --- the formula
+
+TEST(ConstraintRows, TheRowOfTwoBallsIsTheVelocityDamper) {
+  Controlled robot(ballsOnRails(2), 3);
+  robot.update({0.0, 0.3});  // 0.1 m apart
+  const int row = robot.rowOf("0", "1");
+  ASSERT_EQ(row, 0);
+  EXPECT_NEAR(robot.rows.matrix()(row, 0), -1.0, kRounding);
+  EXPECT_NEAR(robot.rows.matrix()(row, 1), 1.0, kRounding);
+  EXPECT_NEAR(robot.rows.bounds()[row], -0.5 * (0.1 - 0.02) / (0.2 - 0.02), kTolerance);
+  EXPECT_NEAR(robot.rows.rows()[0].distance, 0.1, kTolerance);
+  EXPECT_TRUE(robot.rows.rows()[0].unique);
+}
+
+TEST(ConstraintRows, AnOverlapMustRetreat) {
+  Controlled robot(ballsOnRails(2), 1);
+  robot.update({0.0, 0.15});  // 0.05 m deep
+  EXPECT_NEAR(robot.rows.bounds()[0], 0.5 * (0.05 + 0.02) / (0.2 - 0.02), kTolerance);
+  EXPECT_NEAR(robot.rows.matrix()(0, 1), 1.0, kRounding);
+}
+
+TEST(ConstraintRows, ObjectsHaveTheirOwnStopDistance) {
+  Controlled robot(ballsOnRails(1), 1);
+  robot.use(withBall(robot.model, "ball", 0.3));
+  robot.update(std::vector<double>{0.0});
+  ASSERT_TRUE(robot.rows.rows()[0].is_used);
+  EXPECT_NEAR(robot.rows.bounds()[0], -0.5 * (0.1 - 0.05) / (0.2 - 0.05), kTolerance);
+  EXPECT_NEAR(robot.rows.matrix()(0, 0), -1.0, kRounding);
+}
+
+TEST(ConstraintRows, TheMostDemandingPairsAreChosenAcrossBothStopDistances) {
+  Controlled robot(ballsOnRails(2), 1);
+  robot.use(withBall(robot.model, "ball", -0.31));
+  robot.update({0.0, 0.3});  // the object is 0.11 m from link 0 and nearer to its stop distance than link 1, at 0.1 m
+  ASSERT_TRUE(robot.rows.rows()[0].is_used);
+  EXPECT_EQ(robot.rows.rows()[0].pair.b.object, 0);
+  EXPECT_EQ(robot.rows.leftOut(), 1);
+}
+
+TEST(ConstraintRows, BoundsAreNotBelowTheFormulaInHigherPrecision) {
+  Controlled robot(ballsOnRails(2), 1);
+  Chance chance(1);
+  int below_stop = 0;
+  for (int i = 0; i < repeats(20000); ++i) {
+    VelocityDamper damper{chance.between(-0.1, 0.1), 0.0, 0.0, chance.between(0.01, 10.0)};
+    damper.influence_distance = chance.between(0.11, 3.0);
+    robot.update({0.0, chance.between(0.05, 0.3)}, damper);
+    ASSERT_TRUE(robot.rows.rows()[0].is_used);
+    const long double stop = damper.stop_distance, influence = damper.influence_distance, gain = damper.gain;
+    const long double exact = -gain * (robot.rows.rows()[0].distance - stop) / (influence - stop);
+    ASSERT_GE(robot.rows.bounds()[0], exact);
+    ASSERT_LE(robot.rows.bounds()[0], exact + 2e-15L * std::abs(exact));
+    below_stop += exact > 0.0L;
+  }
+  EXPECT_GT(below_stop, repeats(2000));
+  EXPECT_LT(below_stop, repeats(18000));
+}
+
+TEST(ConstraintRows, DistancesAreProvenAlsoWhereTheSearchForThemIsNotExact) {
+  Controlled robot(arm(), 4);
+  Chance chance(2);
+  int used = 0;
+  for (int i = 0; i < repeats(300); ++i) {
+    std::vector<double> positions;
+    for (std::size_t joint = 0; joint < robot.model->robot.joints.size(); ++joint)
+      positions.push_back(chance.between(-3.0, 3.0));
+    robot.update(positions, {0.01, 0.01, 1.0, 1.0});
+    for (const ConstraintRows::Row& row : robot.rows.rows()) {
+      if (!row.is_used) continue;
+      EXPECT_EQ(row.distance, robot.scene.proximity(row.pair).result.lower_bound);
+      ++used;
+    }
+  }
+  EXPECT_GT(used, repeats(300));
+}
+
+// --- which pairs have a row
+
+TEST(ConstraintRows, ARowThatIsNotUsedIsZeroAndBoundsNothing) {
+  Controlled robot(ballsOnRails(3), 3);
+  robot.update({0.0, 0.3, 0.55});
+  EXPECT_EQ(usedRows(robot.rows), 2);
+  robot.update({0.0, 3.0, 6.0});
+  for (int row = 0; row < 3; ++row) EXPECT_TRUE(isEmpty(robot.rows, row));
+  EXPECT_EQ(robot.rows.leftOut(), 0);
+  EXPECT_EQ(robot.rows.unknown(), 0);
+}
+
+TEST(ConstraintRows, APairKeepsItsRowWhenACloserOneComes) {
+  Controlled robot(ballsOnRails(3), 2);
+  robot.update({0.0, 0.39, 3.0});
+  const int row = robot.rowOf("0", "1");
+  ASSERT_GE(row, 0);
+  robot.update({0.0, 0.39, -0.25});  // link 2 is closer
+  EXPECT_EQ(robot.rowOf("0", "1"), row);
+  EXPECT_EQ(robot.rowOf("0", "2"), 1 - row);
+}
+
+TEST(ConstraintRows, TwoPairsThatAreEquallyCloseDoNotTakeTurns) {
+  Controlled robot(ballsOnRails(3), 1);
+  robot.update({0.0, 0.300, -0.301});
+  ASSERT_EQ(robot.rowOf("0", "1"), 0);
+  for (const double noise : {-0.002, 0.002, -0.003, 0.003}) {
+    robot.update({noise, 0.300, -0.301});
+    EXPECT_EQ(robot.rowOf("0", "1"), 0);
+    EXPECT_EQ(robot.rows.leftOut(), 1);
+  }
+}
+
+TEST(ConstraintRows, APairGivesWayToOneThatIsCloserByMoreThanTheKeptShare) {
+  const double range = kDamper.influence_distance - kDamper.stop_distance;
+  const double share = ConstraintRows::kKeepShare;
+  Controlled robot(ballsOnRails(3), 1);
+  robot.update({0.0, 0.3, 3.0});
+  robot.update({0.0, 0.3, -0.3 + 0.99 * share * range});
+  EXPECT_EQ(robot.rowOf("0", "1"), 0);
+  robot.update({0.0, 0.3, -0.3 + 1.01 * share * range});
+  EXPECT_EQ(robot.rowOf("0", "2"), 0);
+}
+
+TEST(ConstraintRows, APairAtTheInfluenceDistanceDoesNotComeAndGo) {
+  const double range = kDamper.influence_distance - kDamper.stop_distance;
+  const double share = ConstraintRows::kKeepShare;
+  Controlled robot(ballsOnRails(2), 1);
+  robot.update({0.0, 0.401});
+  EXPECT_EQ(usedRows(robot.rows), 0);
+  robot.update({0.0, 0.399});
+  EXPECT_EQ(usedRows(robot.rows), 1);
+  robot.update({0.0, 0.4 + 0.99 * share * range});
+  EXPECT_EQ(usedRows(robot.rows), 1);
+  EXPECT_LT(robot.rows.bounds()[0], -kDamper.gain);
+  robot.update({0.0, 0.4 + 1.01 * share * range});
+  EXPECT_EQ(usedRows(robot.rows), 0);
+}
+
+TEST(ConstraintRows, PairsWithoutARowAreCounted) {
+  Controlled robot(ballsOnRails(4), 2);
+  robot.update({0.0, 0.25, 0.5, 0.75});  // three pairs 0.05 m apart, the others 0.3 m and more
+  EXPECT_EQ(usedRows(robot.rows), 2);
+  EXPECT_EQ(robot.rows.leftOut(), 1);
+}
+
+TEST(ConstraintRows, APairWithoutAPoseIsUnknown) {
+  Controlled robot(ballsOnRails(3), 3);
+  BodyPoses poses = forwardKinematics(robot.model->robot, std::vector<double>{0.0, 0.25, 0.5});
+  robot.update(poses);
+  ASSERT_EQ(usedRows(robot.rows), 2);
+  poses[static_cast<std::size_t>(bodyOf(robot.model->robot, "2"))].reset();
+  robot.update(poses);
+  EXPECT_EQ(robot.rows.unknown(), 2);
+  EXPECT_EQ(usedRows(robot.rows), 1);
+  EXPECT_GE(robot.rowOf("0", "1"), 0);
+}
+
+TEST(ConstraintRows, APairWithADistanceButWithoutAGradientIsUnknown) {
+  const std::string joints[] = {"planar", "floating"};
+  std::string urdf = "<robot name='on a table'><link name='frame'/>";
+  for (const std::string& type : joints)
+    urdf += "<link name='" + type + "'>" + ball("0.1") + "</link><joint name='to " + type + "' type='" + type +
+            "'><parent link='frame'/><child link='" + type + "'/><axis xyz='0 0 1'/></joint>";
+  PairFilterOptions options;
+  options.only_pairs = {{"planar", "floating"}};
+  Controlled robot(std::make_shared<const SceneModel>(makeSceneModel(robotOf(urdf + "</robot>"), "", options)), 2);
+  BodyPoses poses(robot.model->robot.bodies.size(), at(0, 0, 0));
+  poses[static_cast<std::size_t>(bodyOf(robot.model->robot, "floating"))] = at(0.3, 0, 0);
+  robot.update(poses);
+  ASSERT_EQ(usedRows(robot.rows), 1);
+  poses[static_cast<std::size_t>(bodyOf(robot.model->robot, "frame"))].reset();  // along which axes, nobody knows
+  robot.update(poses);
+  EXPECT_EQ(robot.rows.unknown(), 1);
+  EXPECT_EQ(robot.rows.leftOut(), 0);
+  EXPECT_TRUE(isEmpty(robot.rows, 0));
+  EXPECT_TRUE(isEmpty(robot.rows, 1));
+}
+
+TEST(ConstraintRows, ParallelFacesAreFlagged) {
+  Controlled robot(onRails({box("0.2 0.2 0.2"), box("0.2 0.2 0.2")}), 1);
+  robot.update({0.0, 0.3});
+  ASSERT_TRUE(robot.rows.rows()[0].is_used);
+  EXPECT_FALSE(robot.rows.rows()[0].unique);
+}
+
+TEST(ConstraintRows, AnObjectThatLeavesTakesItsRowAlong) {
+  Controlled robot(ballsOnRails(2), 1);
+  robot.use(withBall(robot.model, "ball", 0.22));
+  robot.update({0.0, 0.45});
+  ASSERT_EQ(robot.rows.rows()[0].pair.b.object, 0);
+  robot.use(std::make_shared<const Objects>(robot.model));
+  robot.update({0.0, 0.3});
+  EXPECT_EQ(robot.rowOf("0", "1"), 0);
+  EXPECT_EQ(robot.rows.leftOut(), 0);
+}
+
+TEST(ConstraintRows, AnObjectThatMayBeTouchedFromNowOnHasNoRow) {
+  Controlled robot(ballsOnRails(1), 1);
+  const auto objects = withBall(robot.model, "ball", 0.3);
+  robot.use(objects);
+  robot.update(std::vector<double>{0.0});
+  ASSERT_EQ(usedRows(robot.rows), 1);
+  ObjectRules rules = objects->rules();
+  rules.allowed.set("0", "ball", AllowedPairs::Rule::Allowed);
+  robot.use(std::make_shared<const Objects>(objects->withRules(rules)));
+  robot.update(std::vector<double>{0.0});
+  EXPECT_EQ(usedRows(robot.rows), 0);
+}
+
+// --- what is refused
+
+std::string refusal(const VelocityDamper& damper) {
+  Controlled robot(ballsOnRails(2), 1);
+  try {
+    robot.update({0.0, 0.3}, damper);
+  } catch (const std::invalid_argument& error) {
+    EXPECT_TRUE(isEmpty(robot.rows, 0));
+    return error.what();
+  }
+  return "";
+}
+
+TEST(ConstraintRows, BadSettingsAreRefusedByName) {
+  EXPECT_EQ(refusal({kNaN, 0.0, 0.2, 1.0}).find("stop_distance is"), 0U);
+  EXPECT_EQ(refusal({0.0, kNaN, 0.2, 1.0}).find("object_stop_distance is"), 0U);
+  EXPECT_EQ(refusal({0.0, 0.0, kInfinity, 1.0}).find("influence_distance is"), 0U);
+  EXPECT_EQ(refusal({0.0, 0.0, 0.2, kInfinity}).find("gain is"), 0U);
+  EXPECT_EQ(refusal({0.0, 0.0, 0.2, 0.0}), "gain is 0.000000: it is not positive");
+  EXPECT_EQ(refusal({0.2, 0.0, 0.2, 1.0}), "influence_distance is 0.200000: it is not above stop_distance");
+  EXPECT_EQ(refusal({0.0, 0.3, 0.2, 1.0}), "influence_distance is 0.200000: it is not above object_stop_distance");
+  EXPECT_EQ(refusal({-0.01, 0.0, 0.2, 1.0}), "");  // a pair may overlap so much
+}
+
+TEST(ConstraintRows, NoRowAtAllIsRefused) { EXPECT_THROW(ConstraintRows(ballsOnRails(2), 0), std::invalid_argument); }
+
+TEST(ConstraintRows, AnotherRobotIsRefused) {
+  Controlled robot(ballsOnRails(2), 1), other(ballsOnRails(3), 1);
+  robot.place({0.0, 0.3});
+  other.place({0.0, 0.3, 0.6});
+  EXPECT_THROW(robot.rows.update(other.scene, robot.derivatives, kDamper), std::invalid_argument);
+  EXPECT_THROW(robot.rows.update(robot.scene, other.derivatives, kDamper), std::invalid_argument);
+}
+
+// --- from update to update
+
+/// The steps of a random walk; and how many robots are driven to a stop.
+const int kSteps = static_cast<int>(fromEnvironment("PROXIMITY_ROW_STEPS", repeats(2000)));
+const int kRobots = std::max(1, kSteps / 70);
+
+/// Loaded once: its meshes take seconds.
+Model demoRobot() {
+  const std::string folder = PROXIMITY_SOURCE_DIR "/config/demo/";
+  static const auto model = std::make_shared<const SceneModel>(
+      makeSceneModel(loadRobotModel(readFile(folder + "robot.urdf"), packageResolver({PROXIMITY_SOURCE_DIR "/.."})),
+                     readFile(folder + "robot.srdf")));
+  return model;
+}
+
+/// Every joint goes up to `step` [rad, m] either way, within its limits.
+void walk(const RobotModel& robot, Chance& chance, double step, std::vector<double>& positions) {
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const double lower = std::max(robot.joints[i].lower, -3.0), upper = std::min(robot.joints[i].upper, 3.0);
+    positions[i] = std::clamp(positions[i] + chance.between(-step, step), lower, upper);
+  }
+}
+
+bool isSame(const ShapeRefPair& a, const ShapeRefPair& b) {
+  return a.a.link == b.a.link && a.b.link == b.b.link && a.a.object == b.a.object && a.b.object == b.b.object;
+}
+
+int rowWith(const std::vector<ConstraintRows::Row>& rows, const ShapeRefPair& pair) {
+  const auto found = std::find_if(
+      rows.begin(), rows.end(), [&](const ConstraintRows::Row& row) { return row.is_used && isSame(row.pair, pair); });
+  return found == rows.end() ? -1 : static_cast<int>(found - rows.begin());
+}
+
+/// What the rows promise about one update, from the answers of another scene, which has asked for all pairs.
+void expectStable(const std::vector<ConstraintRows::Row>& before, const ConstraintRows& rows,
+                  const std::vector<PairProximity>& below, const VelocityDamper& damper) {
+  const auto capacity = static_cast<std::size_t>(rows.capacity());
+  const double range = damper.influence_distance - damper.stop_distance;
+  double farthest = -kInfinity;
+  int in_reach = 0;
+  for (const ConstraintRows::Row& row : rows.rows()) {
+    if (!row.is_used) continue;
+    farthest = std::max(farthest, row.distance);
+    in_reach += row.distance <= damper.influence_distance;
+  }
+  EXPECT_LE(farthest, damper.influence_distance + ConstraintRows::kKeepShare * range + kTolerance);
+  EXPECT_EQ(rows.leftOut(), static_cast<int>(below.size()) - in_reach);
+  for (std::size_t i = 0; i < below.size(); ++i) {
+    const int row = rowWith(rows.rows(), below[i].asked), row_before = rowWith(before, below[i].asked);
+    if (row < 0) {
+      EXPECT_EQ(usedRows(rows), rows.capacity());
+      EXPECT_GE(below[i].result.distance, farthest - ConstraintRows::kKeepShare * range - kTolerance);
+    }
+    if (row_before < 0) continue;
+    if (row >= 0 || i < capacity) {
+      EXPECT_EQ(row, row_before);
+    }
+  }
+}
+
+void expectStableWalk(const Model& model, const VelocityDamper& damper, int capacity, int steps) {
+  Controlled robot(model, capacity);
+  Scene other(model);
+  Chance chance(3);
+  std::vector<double> positions(model->robot.joints.size(), 0.0);
+  walk(model->robot, chance, 0.5, positions);
+  Question within;
+  within.threshold = damper.influence_distance;
+  int given = 0, crowded = 0;
+  for (int step = 0; step < steps; ++step) {
+    walk(model->robot, chance, 0.05, positions);
+    const BodyPoses poses = forwardKinematics(model->robot, positions);
+    const std::vector<ConstraintRows::Row> before = robot.rows.rows();
+    robot.update(poses, damper);
+    other.update(poses);
+    expectStable(before, robot.rows, other.below(other.candidates(), within), damper);
+    crowded += robot.rows.leftOut() > 0;
+    for (const ConstraintRows::Row& row : robot.rows.rows()) given += row.is_used && rowWith(before, row.pair) < 0;
+  }
+  if (kIsSanitized) return;
+  EXPECT_GT(given, 20);
+  EXPECT_GT(crowded, steps / 5);
+}
+
+TEST(ConstraintRows, RowsStayInPlaceOnARandomWalkOfTheDemoRobot) {
+  expectStableWalk(demoRobot(), {0.02, 0.02, 0.3, 0.5}, 6, kSteps);
+}
+
+TEST(ConstraintRows, RowsStayInPlaceOnARandomWalkOfPanda) {
+  const MeshResolver resolve = exampleRobotsResolver();
+  if (!findsExampleRobots(resolve)) GTEST_SKIP() << kExampleRobotsMissing;
+  const ExampleRobot& panda = kExampleRobots[0];
+  const auto model = std::make_shared<const SceneModel>(
+      makeSceneModel(loadRobotModel(readFile(exampleRobotFile(resolve, panda.urdf)), resolve),
+                     readFile(exampleRobotFile(resolve, panda.srdf))));
+  expectStableWalk(model, {0.02, 0.02, 0.35, 0.5}, 4, kSteps);
+}
+
+TEST(ConstraintRows, NothingAllocatesAfterTheFirstUpdate) {
+  const Model model = demoRobot();
+  Chance chance(4);
+  std::vector<BodyPoses> states;
+  std::vector<double> positions(model->robot.joints.size(), 0.0);
+  for (int i = 0; i < repeats(300); ++i) {
+    walk(model->robot, chance, 0.1, positions);
+    states.push_back(forwardKinematics(model->robot, positions));
+  }
+  const VelocityDamper damper{0.02, 0.02, 0.3, 0.5};
+  const long before_first = allocations();
+  Controlled robot(model, 8);
+  robot.update(states.front(), damper);
+  EXPECT_GT(allocations(), before_first);
+  const long after_first = allocations();
+  const double* const place = robot.rows.matrix().data();
+  for (const BodyPoses& poses : states) robot.update(poses, damper);
+  EXPECT_EQ(allocations(), after_first);
+  EXPECT_EQ(robot.rows.matrix().data(), place);
+}
+
+TEST(ConstraintRows, NothingAllocatesAmongObjectsThatHaveBeenSeen) {
+  const Model model = arm();
+  Objects objects(model);
+  for (int i = 0; i < 6; ++i) {
+    const double angle = i * M_PI / 3.0;
+    const Fixed place{at(0.7 * std::cos(angle), 0.7 * std::sin(angle), 0.6)};
+    objects =
+        objects.changed({AddObject{makeObject("ball " + std::to_string(i), {{narrowphase::Sphere{0.1}}}, place)}});
+  }
+  Controlled robot(model, 3);
+  robot.use(std::make_shared<const Objects>(objects));
+  Chance chance(5);
+  std::vector<BodyPoses> states;
+  std::vector<double> positions(model->robot.joints.size(), 0.0);
+  for (int i = 0; i < repeats(300); ++i) {
+    walk(model->robot, chance, 0.2, positions);
+    states.push_back(forwardKinematics(model->robot, positions));
+  }
+  const VelocityDamper damper{0.02, 0.04, 0.5, 0.5};
+  const auto run = [&] {
+    for (const BodyPoses& poses : states) robot.update(poses, damper);
+  };
+  run();
+  const long after_first = allocations();
+  run();
+  EXPECT_EQ(allocations(), after_first);
+}
+
+// --- what the rows are for
+
+/// The velocity nearest to the wanted one that keeps all rows: Hildreth's method on the dual.
+VectorXd nearestAllowed(const ConstraintRows& rows, const VectorXd& wanted) {
+  VectorXd velocity = wanted, multipliers = VectorXd::Zero(rows.capacity());
+  for (int sweep = 0; sweep < 20000; ++sweep) {
+    double change = 0.0;
+    for (int i = 0; i < rows.capacity(); ++i) {
+      const auto row = rows.matrix().row(i);
+      if (row.isZero(0.0)) continue;
+      const double step = std::max(-multipliers[i], (rows.bounds()[i] - row.dot(velocity)) / row.squaredNorm());
+      multipliers[i] += step;
+      velocity += step * row.transpose();
+      change = std::max(change, std::abs(step) * row.norm());
+    }
+    if (change < 1e-14) break;
+  }
+  return velocity;
+}
+
+/// How far [m/s] a velocity misses the worst of the rows.
+double violation(const ConstraintRows& rows, const VectorXd& velocity) {
+  return (rows.bounds() - rows.matrix() * velocity).maxCoeff();
+}
+
+/// Towards the target at no more than 1 rad/s or m/s.
+VectorXd towards(const std::vector<double>& positions, const std::vector<double>& target) {
+  VectorXd velocity(positions.size());
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    velocity[static_cast<Eigen::Index>(i)] = std::clamp(5.0 * (target[i] - positions[i]), -1.0, 1.0);
+  return velocity;
+}
+
+std::string rail(const std::string& parent, const std::string& child, const std::string& axis) {
+  return "<joint name='to " + child + "' type='prismatic'><parent link='" + parent + "'/><child link='" + child +
+         "'/><axis xyz='" + axis + "'/><limit lower='-9' upper='9' effort='1' velocity='1'/></joint>";
+}
+
+std::string randomShape(Chance& chance) {
+  const auto number = [&](double low, double high) { return std::to_string(chance.between(low, high)); };
+  const std::string rpy = number(-3, 3) + " " + number(-1, 1) + " " + number(-3, 3);
+  switch (chance.below(3)) {
+    case 0:
+      return ball(number(0.05, 0.2));
+    case 1:
+      return box(number(0.1, 0.4) + " " + number(0.1, 0.4) + " " + number(0.1, 0.4), "0 0 0", rpy);
+    default:
+      return cylinder(number(0.05, 0.15), number(0.1, 0.4), "0 0 0", rpy);
+  }
+}
+
+/// Convex shapes, turned in any way, each on three rails.
+Model gantry(Chance& chance, int shapes) {
+  std::string urdf = "<robot name='gantry'><link name='frame'/>";
+  PairFilterOptions options;
+  for (int i = 0; i < shapes; ++i) {
+    const std::string name = std::to_string(i);
+    urdf += "<link name='x" + name + "'/><link name='y" + name + "'/><link name='" + name + "'>" + randomShape(chance) +
+            "</link>" + rail("frame", "x" + name, "1 0 0") + rail("x" + name, "y" + name, "0 1 0") +
+            rail("y" + name, name, "0 0 1");
+    for (int k = 0; k < i; ++k) options.only_pairs.emplace_back(std::to_string(k), name);
+  }
+  return std::make_shared<const SceneModel>(makeSceneModel(robotOf(urdf + "</robot>"), "", options));
+}
+
+std::vector<double> anywhere(Chance& chance, std::size_t joints, double reach) {
+  std::vector<double> positions;
+  for (std::size_t i = 0; i < joints; ++i) positions.push_back(chance.between(-reach, reach));
+  return positions;
+}
+
+/// The smallest distance of the robot's candidates.
+double clearance(Scene& scene, const BodyPoses& poses) {
+  scene.update(poses);
+  return scene.minimum(scene.candidates())->result.distance;
+}
+
+// The distance of two convex shapes that do not turn is a convex function of their positions, so that it never falls below
+// what the gradient says, whichever of several closest points that is for: the damper holds in every step, not only in the
+// limit of small ones.
+TEST(ConstraintRows, ShapesThatOnlyShiftNeverComeBelowTheStopDistance) {
+  constexpr double kStep = 0.01;  // [s]
+  const VelocityDamper damper{0.03, 0.03, 0.2, 2.0};
+  Chance chance(6);
+  int arrived_at_stop = 0, would_overlap = 0;
+  for (int robot_number = 0; robot_number < kRobots; ++robot_number) {
+    Controlled robot(gantry(chance, 5), 10);
+    std::vector<double> positions = anywhere(chance, 15, 1.0);
+    while (clearance(robot.scene, forwardKinematics(robot.model->robot, positions)) < damper.stop_distance)
+      positions = anywhere(chance, 15, 1.0);
+    const std::vector<double> target = anywhere(chance, 15, 0.1);
+    would_overlap += clearance(robot.scene, forwardKinematics(robot.model->robot, target)) < 0.0;
+    double smallest = kInfinity;
+    for (int step = 0; step < 300; ++step) {
+      robot.update(positions, damper);
+      ASSERT_EQ(robot.rows.leftOut(), 0);
+      const VectorXd velocity = nearestAllowed(robot.rows, towards(positions, target));
+      ASSERT_LE(violation(robot.rows, velocity), 1e-9);
+      for (std::size_t i = 0; i < positions.size(); ++i) positions[i] += kStep * velocity[static_cast<Eigen::Index>(i)];
+      const double distance = clearance(robot.scene, forwardKinematics(robot.model->robot, positions));
+      ASSERT_GE(distance, damper.stop_distance - 10 * kTolerance);
+      smallest = std::min(smallest, distance);
+    }
+    arrived_at_stop += smallest < damper.stop_distance + 1e-3;
+  }
+  if (kIsSanitized) return;
+  EXPECT_GT(arrived_at_stop, kRobots * 2 / 3);
+  EXPECT_GT(would_overlap, kRobots * 2 / 3);
+}
+
+constexpr double kArmLength = 0.9;  // [m]
+
+/// Two arms of three balls each, whose joints have any axes.
+Model armsOfBalls(Chance& chance) {
+  std::string urdf = "<robot name='arms'><link name='frame'/>";
+  PairFilterOptions options;
+  const auto axis = [&] {
+    const Vector3d direction = chance.direction();
+    return std::to_string(direction.x()) + " " + std::to_string(direction.y()) + " " + std::to_string(direction.z());
+  };
+  const std::string sides[] = {"left", "right"};
+  for (int side = 0; side < 2; ++side) {
+    std::string parent = "frame";
+    for (int i = 0; i < 3; ++i) {
+      const std::string name = sides[side] + std::to_string(i);
+      const std::string origin = i > 0 ? "0.3 0 0" : side == 0 ? "0 0.25 0" : "0 -0.25 0";
+      urdf += "<link name='" + name + "'>" + ball("0.1", "0.3 0 0") + "</link><joint name='to " + name +
+              "' type='continuous'><parent link='" + parent + "'/><child link='" + name + "'/><origin xyz='" + origin +
+              "'/><axis xyz='" + axis() + "'/></joint>";
+      parent = name;
+      if (side == 0)
+        for (int k = 0; k < 3; ++k) options.only_pairs.emplace_back(name, sides[1] + std::to_string(k));
+    }
+  }
+  return std::make_shared<const SceneModel>(makeSceneModel(robotOf(urdf + "</robot>"), "", options));
+}
+
+// The distance of two balls is a convex function of their centres. In a step an arm turns by s = sum |dq| at most, and the
+// centre of a ball leaves the straight line that its velocity says by at most s^2 length / 2. So the deficit below the stop
+// distance is at most what was left of the last one, and what both balls lose.
+TEST(ConstraintRows, ArmsComeBelowTheStopDistanceByNoMoreThanTheirCurvatureInAStep) {
+  constexpr double kStep = 1e-3;  // [s]
+  const VelocityDamper damper{0.03, 0.03, 0.2, 1.0};
+  const double left_over = 1.0 - damper.gain * kStep / (damper.influence_distance - damper.stop_distance);
+  Chance chance(7);
+  int arrived_at_stop = 0, would_overlap = 0;
+  for (int robot_number = 0; robot_number < kRobots; ++robot_number) {
+    Controlled robot(armsOfBalls(chance), 9);
+    std::vector<double> positions = anywhere(chance, 6, M_PI), target = anywhere(chance, 6, M_PI);
+    while (clearance(robot.scene, forwardKinematics(robot.model->robot, positions)) < damper.stop_distance)
+      positions = anywhere(chance, 6, M_PI);
+    for (int i = 0; i < 1000 && clearance(robot.scene, forwardKinematics(robot.model->robot, target)) > -0.05; ++i)
+      target = anywhere(chance, 6, M_PI);
+    would_overlap += clearance(robot.scene, forwardKinematics(robot.model->robot, target)) < 0.0;
+    double deficit = 0.0, smallest = kInfinity;
+    for (int step = 0; step < 4000; ++step) {
+      robot.update(positions, damper);
+      ASSERT_EQ(robot.rows.leftOut(), 0);
+      const VectorXd velocity = nearestAllowed(robot.rows, towards(positions, target));
+      ASSERT_LE(violation(robot.rows, velocity), 1e-9);
+      for (std::size_t i = 0; i < positions.size(); ++i) positions[i] += kStep * velocity[static_cast<Eigen::Index>(i)];
+      const double left = kStep * velocity.head<3>().lpNorm<1>(), right = kStep * velocity.tail<3>().lpNorm<1>();
+      deficit = left_over * deficit + 0.5 * kArmLength * (left * left + right * right);
+      const double distance = clearance(robot.scene, forwardKinematics(robot.model->robot, positions));
+      ASSERT_GE(distance, damper.stop_distance - deficit - 10 * kTolerance);
+      ASSERT_LT(deficit, 2e-3);
+      smallest = std::min(smallest, distance);
+    }
+    arrived_at_stop += smallest < damper.stop_distance + 1e-3;
+  }
+  if (kIsSanitized) return;
+  EXPECT_GT(arrived_at_stop, kRobots / 3);
+  EXPECT_GT(would_overlap, kRobots * 2 / 3);
+}
+
+}  // namespace
+}  // namespace proximity_server::scene

@@ -1,0 +1,303 @@
+#include "proximity_server/scene/derivative/free_motion.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "allocations.h"
+#include "proximity_server/scene/derivative/derivatives.h"
+#include "sanitized.h"
+#include "scene/derivative/moved_robot.h"
+#include "scene/random_objects.h"
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+std::shared_ptr<const SceneModel> modelOf(const std::string& urdf) {
+  auto model = std::make_shared<SceneModel>();
+  model->robot = robotOf(urdf);
+  model->pairs = filterPairs(model->robot, "");
+  return model;
+}
+
+std::string link(const std::string& name, const std::string& collisions) {
+  return "<link name='" + name + "'>" + collisions + "</link>";
+}
+
+std::string joint(const std::string& name, const std::string& type, const std::string& parent, const std::string& child,
+                  const std::string& inside) {
+  return "<joint name='" + name + "' type='" + type + "'><parent link='" + parent + "'/><child link='" + child + "'/>" +
+         inside + "</joint>";
+}
+
+constexpr char kLimit[] = "<limit lower='-9' upper='9' effort='1' velocity='1'/>";
+
+ShapeRefPair pairOf(const SceneModel& model, const char* a, const char* b) {
+  return {{model.robot.findLink(a)}, {model.robot.findLink(b)}};
+}
+
+BodyPoses atZero(const RobotModel& robot) {
+  return forwardKinematics(robot, std::vector<double>(robot.joints.size(), 0.0));
+}
+
+/// A ball of radius 0.1 on an arm: "swing" turns about z at the origin, "reach" moves it along x, the ball is at (2, 0, 0); a post
+/// stands at (0, 3, 0), with a radius of 0.5.
+const std::string kCrane =
+    "<robot name='crane'>" + link("post", ball("0.5", "0 3 0")) + link("mast", "") + link("hook", ball("0.1")) +
+    joint("swing", "continuous", "post", "mast", "<axis xyz='0 0 1'/>") +
+    joint("reach", "prismatic", "mast", "hook", "<origin xyz='2 0 0.5'/><axis xyz='1 0 0'/>" + std::string(kLimit)) +
+    "</robot>";
+
+TEST(FreeMotion, WeightOfARotationIsTheRadiusAboutItsAxisAndOfATranslationOne) {
+  const auto model = modelOf(kCrane);
+  FreeMotion free(model);
+  free.update(atZero(model->robot));
+  VectorXd weights(2);
+  ASSERT_TRUE(free.weights(pairOf(*model, "post", "hook"), weights));
+  EXPECT_NEAR(weights[0], 2.1, 1e-12);
+  EXPECT_NEAR(weights[1], 1.0, 1e-12);
+  ASSERT_TRUE(free.weights(pairOf(*model, "hook", "post"), weights));
+  EXPECT_NEAR(weights[0], 2.1, 1e-12);
+}
+
+TEST(FreeMotion, JointsThatCarryBothHaveNoWeight) {
+  const auto model =
+      modelOf("<robot name='r'>" + link("base", ball("0.1")) + link("table", ball("0.1", "0 0 1")) +
+              link("lift", ball("0.1", "1 0 0")) + joint("turn", "continuous", "base", "table", "<axis xyz='0 0 1'/>") +
+              joint("up", "prismatic", "table", "lift", "<axis xyz='0 0 1'/>" + std::string(kLimit)) + "</robot>");
+  FreeMotion free(model);
+  free.update(atZero(model->robot));
+  VectorXd weights(2);
+  ASSERT_TRUE(free.weights(pairOf(*model, "table", "lift"), weights));
+  EXPECT_EQ(weights[0], 0.0);
+  EXPECT_NEAR(weights[1], 1.0, 1e-12);
+}
+
+TEST(FreeMotion, FollowerAddsItsRadiusTimesItsMultiplier) {
+  const auto model = modelOf(
+      "<robot name='r'>" + link("palm", "") + link("left", ball("0.1", "0.3 0 0")) +
+      link("right", ball("0.1", "0.4 0 0")) + joint("open", "continuous", "palm", "left", "<axis xyz='0 0 1'/>") +
+      joint("follow", "continuous", "palm", "right", "<axis xyz='0 0 1'/><mimic joint='open' multiplier='-2'/>") +
+      "</robot>");
+  FreeMotion free(model);
+  ASSERT_EQ(free.degreesOfFreedom().size(), 1);
+  free.update(atZero(model->robot));
+  VectorXd weights(1);
+  ASSERT_TRUE(free.weights(pairOf(*model, "left", "right"), weights));
+  EXPECT_NEAR(weights[0], 0.4 + 2.0 * 0.5, 1e-12);
+}
+
+TEST(FreeMotion, PlanarJointTurnsAboutItsNormalAndAFloatingOneAboutItsOrigin) {
+  const auto model =
+      modelOf("<robot name='r'>" + link("floor", ball("0.1", "0 9 0")) + link("cart", ball("0.1", "0.3 0 7")) +
+              link("kite", ball("0.1", "0 3 4")) + joint("drive", "planar", "floor", "cart", "<axis xyz='0 0 1'/>") +
+              joint("fly", "floating", "floor", "kite", "") + "</robot>");
+  FreeMotion free(model);
+  free.update(atZero(model->robot));
+  VectorXd weights(9), expected(9);
+  ASSERT_TRUE(free.weights(pairOf(*model, "floor", "cart"), weights));
+  expected << 1, 1, 0.4, 0, 0, 0, 0, 0, 0;
+  EXPECT_LT((weights - expected).cwiseAbs().maxCoeff(), 1e-12);
+  ASSERT_TRUE(free.weights(pairOf(*model, "floor", "kite"), weights));
+  expected << 0, 0, 0, 1, 1, 1, 5.1, 5.1, 5.1;
+  EXPECT_LT((weights - expected).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+TEST(FreeMotion, RadiusOfABoxIsThatOfItsFarthestCorner) {
+  const auto model = modelOf("<robot name='r'>" + link("base", ball("0.1")) + link("plate", box("0.6 0.8 5")) +
+                             joint("turn", "continuous", "base", "plate", "<axis xyz='0 0 1'/>") + "</robot>");
+  FreeMotion free(model);
+  free.update(atZero(model->robot));
+  VectorXd weights(1);
+  ASSERT_TRUE(free.weights(pairOf(*model, "base", "plate"), weights));
+  EXPECT_NEAR(weights[0], 0.5, 1e-12);
+}
+
+TEST(FreeMotion, PairIsUnknownWhileAPoseBetweenIsMissing) {
+  const auto model = modelOf(kCrane);
+  FreeMotion free(model);
+  BodyPoses poses = atZero(model->robot);
+  poses[bodyOf(model->robot, "mast")] = std::nullopt;
+  free.update(poses);
+  VectorXd weights(2);
+  EXPECT_FALSE(free.weights(pairOf(*model, "post", "hook"), weights));
+  EXPECT_TRUE(weights.array().isNaN().all());
+}
+
+TEST(FreeMotion, SizesThatDoNotFitAndUnknownNamesAreRefused) {
+  const auto model = modelOf(kCrane);
+  FreeMotion free(model);
+  free.update(atZero(model->robot));
+  VectorXd three(3), two(2);
+  EXPECT_THROW(free.weights(pairOf(*model, "post", "hook"), three), std::invalid_argument);
+  EXPECT_THROW(free.weights({{0}, ShapeRef::ofObject(4)}, two), std::invalid_argument);
+  EXPECT_THROW(free.weights({{0}, {17}}, two), std::invalid_argument);
+  EXPECT_THROW(free.scale(three), std::invalid_argument);
+  EXPECT_THROW(free.alone(2), std::invalid_argument);
+  EXPECT_THROW(free.update(BodyPoses(1)), std::invalid_argument);
+  Scene scene(model);
+  scene.update(atZero(model->robot));
+  FreeMotionQuestion question;
+  question.thresholds.links = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(free.find(scene, question), std::invalid_argument);
+}
+
+// --- of a scene
+
+/// The crane's hook is sqrt(2^2 + 3^2 + 0.5^2) - 0.6 from the post.
+class CraneInAScene : public testing::Test {
+ protected:
+  CraneInAScene() {
+    scene_.update(atZero(model_->robot));
+    free_.update(atZero(model_->robot));
+  }
+  void find(double threshold, double influence) {
+    FreeMotionQuestion question;
+    question.thresholds = {threshold, threshold};
+    question.influence_distance = influence;
+    free_.find(scene_, question);
+  }
+
+  const std::shared_ptr<const SceneModel> model_ = modelOf(kCrane);
+  Scene scene_{model_};
+  FreeMotion free_{model_};
+  const double distance_ = std::sqrt(13.25) - 0.6;
+};
+
+TEST_F(CraneInAScene, NearPairHasItsOwnDistance) {
+  find(0.5, 10.0);
+  ASSERT_TRUE(free_.isKnown());
+  ASSERT_EQ(free_.size(), 2);
+  EXPECT_NEAR(free_[0].free, distance_ - 0.5, 1e-9);
+  EXPECT_NEAR(free_.alone(0), (distance_ - 0.5) / 2.1, 1e-9);
+  EXPECT_NEAR(free_.alone(1), distance_ - 0.5, 1e-9);
+}
+
+TEST_F(CraneInAScene, FarPairsHaveTheInfluenceDistance) {
+  find(0.5, 1.0);
+  ASSERT_EQ(free_.size(), 1);
+  EXPECT_NEAR(free_[0].free, 0.5, 1e-12);
+  EXPECT_NEAR(free_.alone(0), 0.5 / 2.1, 1e-12);
+}
+
+TEST_F(CraneInAScene, ScaleIsHowMuchOfAMotionIsFree) {
+  find(0.5, 10.0);
+  const VectorXd motion = Eigen::Vector2d(-1.0, 0.5);
+  const double scale = (distance_ - 0.5) / (2.1 + 0.5);
+  EXPECT_NEAR(free_.scale(motion), scale, 1e-9);
+  EXPECT_FALSE(free_.contains(motion));
+  EXPECT_TRUE(free_.contains(0.999 * scale * motion));
+  EXPECT_EQ(free_.scale(0.999 * scale * motion), 1.0);
+  EXPECT_FALSE(free_.contains(Eigen::Vector2d(0.0, std::numeric_limits<double>::quiet_NaN())));
+}
+
+TEST_F(CraneInAScene, NothingIsFreeBelowTheThresholdButRest) {
+  find(distance_ + 1.0, 10.0);
+  EXPECT_TRUE(free_.isKnown());
+  EXPECT_EQ(free_.alone(0), 0.0);
+  EXPECT_EQ(free_.scale(Eigen::Vector2d(1e-9, 0.0)), 0.0);
+  EXPECT_TRUE(free_.contains(Eigen::Vector2d::Zero()));
+}
+
+TEST_F(CraneInAScene, NothingIsFreeWhileAPairIsUnknown) {
+  BodyPoses poses = atZero(model_->robot);
+  poses[bodyOf(model_->robot, "hook")] = std::nullopt;
+  scene_.update(poses);
+  free_.update(poses);
+  find(0.0, 1.0);
+  EXPECT_FALSE(free_.isKnown());
+  EXPECT_EQ(free_.alone(0), 0.0);
+  EXPECT_FALSE(free_.contains(Eigen::Vector2d::Zero()));
+}
+
+TEST_F(CraneInAScene, DeadlineThatHasPassedLeavesNothingFree) {
+  FreeMotionQuestion question;
+  question.deadline = std::chrono::steady_clock::now() - std::chrono::seconds(1);
+  question.influence_distance = 10.0;
+  free_.find(scene_, question);
+  EXPECT_FALSE(free_.isKnown());
+}
+
+TEST_F(CraneInAScene, NewPosesForgetTheBubbles) {
+  find(0.0, 1.0);
+  ASSERT_TRUE(free_.isKnown());
+  free_.update(atZero(model_->robot));
+  EXPECT_FALSE(free_.isKnown());
+}
+
+TEST(FreeMotion, NoPairHasLargerWeightsThanTheBubbleOfAllOthers) {
+  Chance chance(6);
+  for (int i = 0; i < repeats(200); ++i) {
+    const auto model = someRobot(chance);
+    FreeMotion free(model);
+    Scene scene(model);
+    const BodyPoses poses = somePoses(model->robot, free.degreesOfFreedom(), chance);
+    scene.update(poses);
+    free.update(poses);
+    FreeMotionQuestion question;
+    question.influence_distance = -10.0;
+    question.thresholds = {-10.0, -10.0};
+    free.find(scene, question);
+    ASSERT_TRUE(free.isKnown());
+    ASSERT_EQ(free.size(), 1);
+    VectorXd weights(free.degreesOfFreedom().size());
+    for (const ShapeRefPair& pair : scene.candidates()) {
+      ASSERT_TRUE(free.weights(pair, weights));
+      EXPECT_TRUE((weights.array() <= free[0].weights.array()).all());
+    }
+  }
+}
+
+TEST(FreeMotion, AttachedObjectHasTheRadiusOfItsPlace) {
+  const auto model = modelOf(kCrane);
+  FreeMotion free(model);
+  Scene scene(model);
+  const auto objects = std::make_shared<const Objects>(Objects(model).changed(
+      {AddObject{makeObject("load", {{narrowphase::Sphere{0.1}}}, Attached{"hook", {}, at(1, 0, 0)})},
+       AddObject{makeObject("wall", {{HalfSpace{Vector3d::UnitX(), -5.0}}}, Fixed{})}}));
+  free.use(objects);
+  scene.use(objects);
+  free.update(atZero(model->robot));
+  scene.update(atZero(model->robot));
+  VectorXd weights(2);
+  ASSERT_TRUE(
+      free.weights({ShapeRef::ofObject(objects->find("load")), ShapeRef::ofObject(objects->find("wall"))}, weights));
+  EXPECT_NEAR(weights[0], 3.1, 1e-12);
+  EXPECT_NEAR(weights[1], 1.0, 1e-12);
+  FreeMotionQuestion question;
+  question.influence_distance = 1.0;
+  question.thresholds = {0.0, 0.25};
+  free.find(scene, question);
+  ASSERT_EQ(free.size(), 1);
+  EXPECT_NEAR(free.alone(0), 0.75 / 3.1, 1e-12);
+}
+
+TEST(FreeMotion, AllocatesNothingOnceItHasItsRoom) {
+  Chance chance(5);
+  const auto model = someRobot(chance);
+  Scene scene(model);
+  FreeMotion free(model);
+  FreeMotionQuestion question;
+  question.influence_distance = 10.0;
+  std::vector<BodyPoses> states;
+  for (int i = 0; i < 20; ++i) states.push_back(somePoses(model->robot, free.degreesOfFreedom(), chance));
+  const VectorXd motion = VectorXd::Ones(free.degreesOfFreedom().size());
+  const auto ask = [&](const BodyPoses& poses) {
+    scene.update(poses);
+    free.update(poses);
+    free.find(scene, question);
+    return free.scale(motion) + free.alone(0);
+  };
+  for (const BodyPoses& poses : states) ask(poses);
+  const auto before = allocations();
+  for (const BodyPoses& poses : states) ask(poses);
+  EXPECT_EQ(allocations(), before);
+}
+
+}  // namespace
+}  // namespace proximity_server::scene

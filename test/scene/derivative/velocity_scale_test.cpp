@@ -1,0 +1,307 @@
+#include "proximity_server/scene/derivative/velocity_scale.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+#include <stdexcept>
+
+#include "proximity_server/scene/filter/pair_filter.h"
+#include "scene/small_robots.h"
+#include "scene/solids.h"
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Vector3d;
+using narrowphase::Status;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+// On the x axis a wall whose face stands at x = 0.5, and a box of edge 1 that "slide" carries from x = 3 on: the gap is 2 + slide.
+// "aside" moves the box along y. "swing" turns a ball of radius 0.25, at (2, 5, 0), about the z axis through (0, 5, 0);
+// "twin" follows "slide" at three times its speed, and carries a ball that is never near anything.
+const char* const kRobot = R"(<robot name="slide and swing">
+  <link name="frame"/>
+  <link name="wall"><collision><geometry><box size="1 4 4"/></geometry></collision></link>
+  <link name="carriage"/>
+  <link name="sled"><collision><geometry><box size="1 1 1"/></geometry></collision></link>
+  <link name="arm"><collision><origin xyz="2 0 0"/><geometry><sphere radius="0.25"/></geometry></collision></link>
+  <link name="tail"><collision><origin xyz="0 0 90"/><geometry><sphere radius="0.25"/></geometry></collision></link>
+  <joint name="weld" type="fixed"><parent link="frame"/><child link="wall"/></joint>
+  <joint name="slide" type="prismatic"><parent link="frame"/><child link="carriage"/><origin xyz="3 0 0"/>
+    <axis xyz="1 0 0"/><limit lower="-9" upper="9" effort="1" velocity="1"/></joint>
+  <joint name="aside" type="prismatic"><parent link="carriage"/><child link="sled"/>
+    <axis xyz="0 1 0"/><limit lower="-0.5" upper="9" effort="1" velocity="1"/></joint>
+  <joint name="swing" type="continuous"><parent link="frame"/><child link="arm"/><origin xyz="0 5 0"/>
+    <axis xyz="0 0 1"/></joint>
+  <joint name="twin" type="prismatic"><parent link="frame"/><child link="tail"/><axis xyz="1 0 0"/>
+    <limit lower="-99" upper="99" effort="1" velocity="1"/><mimic joint="slide" multiplier="3"/></joint>
+</robot>)";
+
+class StoppingRobot : public testing::Test {
+ protected:
+  using ByName = std::map<std::string, double>;
+
+  StoppingRobot() {
+    braking_.deceleration.assign(robot().joints.size(), kInfinity);
+    state_.velocities.assign(robot().joints.size(), 0.0);
+    stand({});
+  }
+
+  static std::shared_ptr<const SceneModel> load() {
+    auto model = std::make_shared<SceneModel>();
+    model->robot = robotOf(kRobot);
+    model->pairs = filterPairs(model->robot, "");
+    return model;
+  }
+  const RobotModel& robot() const { return model_->robot; }
+
+  void stand(const ByName& positions) { state_.poses = forwardKinematics(robot(), positions); }
+  static void set(const RobotModel& robot, const ByName& by_name, std::vector<double>& values) {
+    for (std::size_t i = 0; i < robot.joints.size(); ++i)
+      if (const auto found = by_name.find(robot.joints[i].name); found != by_name.end()) values[i] = found->second;
+  }
+  void move(const ByName& velocities) { set(robot(), velocities, state_.velocities); }
+  void brake(double latency, const ByName& decelerations) {
+    braking_.latency = latency;
+    set(robot(), decelerations, braking_.deceleration);
+  }
+  void placeObjects(const std::vector<Object>& objects) {
+    std::vector<ObjectChange> changes;
+    for (const Object& object : objects) changes.push_back(AddObject{object});
+    const auto all = std::make_shared<const Objects>(Objects(model_).changed(changes));
+    scene_.use(all);
+    moving_.use(all);
+  }
+  VelocityScale ask(std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max()) {
+    scene_.update(state_.poses);
+    return velocityScale(moving_, scene_, state_, braking_, stop_, deadline);
+  }
+
+  std::set<std::string> namesOf(const PairProximity& pair) const {
+    return {robot().links[pair.asked.a.link].name, robot().links[pair.asked.b.link].name};
+  }
+
+  const std::shared_ptr<const SceneModel> model_ = load();
+  Scene scene_{model_};
+  MovingScene moving_{model_};
+  MovingState state_;
+  Braking braking_;
+  StopDistances stop_;
+};
+
+TEST_F(StoppingRobot, IsNotSlowedWhereTheWholeStopIsFree) {
+  brake(0.1, {{"slide", 2.0}});
+  move({{"slide", -1.0}});  // 0.1 m and 0.25 m for a gap of 2 m
+  const VelocityScale scale = ask();
+  EXPECT_EQ(scale.status, Status::Converged);
+  EXPECT_EQ(scale.scale, 1.0);
+  EXPECT_EQ(scale.pair.result.status, Status::Unknown);
+}
+
+TEST_F(StoppingRobot, WayOfLatencyAndBrakingEndsAtTheStopDistance) {
+  brake(0.1, {{"slide", 2.0}});
+  stand({{"slide", -1.7}});
+  move({{"slide", -1.0}});
+  stop_.links = 0.1;
+  const VelocityScale scale = ask();
+  EXPECT_EQ(scale.status, Status::Converged);
+  const double expected = (-0.1 + std::sqrt(0.1 * 0.1 + 0.2)) / 0.5;  // 0.1 s + 0.25 s^2 = 0.2
+  EXPECT_NEAR(scale.scale, expected, 1e-6);
+  EXPECT_LE(scale.scale, expected);
+  EXPECT_EQ(namesOf(scale.pair), (std::set<std::string>{"sled", "wall"}));
+  EXPECT_NEAR(scale.pair.result.distance, 0.1, 1e-6);
+}
+
+TEST_F(StoppingRobot, RobotThatStopsAtOnceNeedsTheWayOfTheLatencyOnly) {
+  brake(0.5, {});
+  stand({{"slide", -1.8}});
+  move({{"slide", -1.0}});
+  EXPECT_NEAR(ask().scale, 0.2 / 0.5, 1e-6);
+}
+
+TEST_F(StoppingRobot, WeakestJointSlowsAllOthersWithIt) {
+  brake(0.0, {{"slide", 4.0}, {"swing", 0.5}});
+  stand({{"slide", -1.5}});
+  move({{"slide", -1.0}, {"swing", 1.0}});  // the swing takes 2 s, in which the sled makes 1 m
+  EXPECT_NEAR(ask().scale, std::sqrt(0.5), 1e-6);
+}
+
+TEST_F(StoppingRobot, FollowerNeedsItsOwnTimeToBrake) {
+  brake(0.0, {{"slide", 4.0}, {"twin", 1.5}});
+  stand({{"slide", -1.5}});
+  move({{"slide", -1.0}});  // the twin takes 3 / 1.5 s
+  EXPECT_NEAR(ask().scale, std::sqrt(0.5), 1e-6);
+}
+
+TEST_F(StoppingRobot, JointRestsFromItsLimitOn) {
+  brake(1.0, {});
+  move({{"aside", -1.0}});  // the limit is at -0.5, where the side of the sled is at -1
+  placeObjects({makeObject("fence", {{HalfSpace{Vector3d::UnitY(), -1.2}}}, Fixed{})});
+  EXPECT_EQ(ask().scale, 1.0);
+  stop_.objects = 0.3;
+  EXPECT_NEAR(ask().scale, 0.4, 1e-6);
+}
+
+TEST_F(StoppingRobot, RetreatFromWhatIsTooNearIsNotSlowed) {
+  brake(0.5, {{"slide", 1.0}});
+  move({{"slide", 1.0}});
+  stop_.links = 0.1;
+  for (const double gap : {0.1, 0.1 + 1e-7, 0.1 - 1e-7, 0.05, 1e-9, 0.0, -0.2}) {
+    stand({{"slide", gap - 2.0}});
+    const VelocityScale scale = ask();
+    EXPECT_EQ(scale.scale, 1.0) << "gap " << gap;
+    EXPECT_EQ(scale.status, Status::Converged) << "gap " << gap;
+  }
+}
+
+TEST_F(StoppingRobot, WhatIsTooNearMustNotComeNearer) {
+  brake(0.5, {{"slide", 1.0}});
+  move({{"slide", -1.0}});
+  stop_.links = 0.1;
+  for (const double gap : {0.1, 0.1 + 1e-7, 0.05, 0.0, -0.2}) {
+    stand({{"slide", gap - 2.0}});
+    const VelocityScale scale = ask();
+    EXPECT_EQ(scale.scale, 0.0) << "gap " << gap;
+    EXPECT_EQ(scale.status, Status::Converged) << "gap " << gap;
+    EXPECT_EQ(namesOf(scale.pair), (std::set<std::string>{"sled", "wall"}));
+    EXPECT_NEAR(scale.pair.result.distance, gap, 1e-9);
+  }
+}
+
+TEST_F(StoppingRobot, WhatIsTooNearMaySlideAlong) {
+  brake(0.5, {{"aside", 1.0}});
+  stand({{"slide", -1.95}});
+  move({{"aside", 0.3}});
+  stop_.links = 0.1;
+  EXPECT_EQ(ask().scale, 1.0);
+}
+
+TEST_F(StoppingRobot, RestIsNotSlowedHoweverNear) {
+  brake(0.5, {{"slide", 1.0}});
+  stop_.links = 0.1;
+  for (const double gap : {0.05, -0.2}) {
+    stand({{"slide", gap - 2.0}});
+    EXPECT_EQ(ask().scale, 1.0);
+  }
+}
+
+TEST_F(StoppingRobot, RetreatIsLimitedByWhatIsBehind) {
+  brake(1.0, {});
+  stand({{"slide", -1.95}});  // the sled is between 0.55 and 1.55
+  move({{"slide", 1.0}});
+  stop_ = {0.1, 0.2};
+  placeObjects({makeObject("fence", {{narrowphase::Box{{1, 1, 1}}}}, Fixed{at(2.55, 0, 0)})});
+  const VelocityScale scale = ask();  // 0.5 m to the fence, of which 0.2 m have to stay
+  EXPECT_NEAR(scale.scale, 0.3, 1e-6);
+  EXPECT_GE(scale.pair.asked.b.object, 0);
+}
+
+TEST_F(StoppingRobot, RetreatThatComesBackIsLimitedToWhereItIsAsNearAsBefore) {
+  stop_.objects = 0.2;
+  placeObjects({makeObject("post", {{narrowphase::Sphere{0.25}}}, Fixed{at(2.6, 5, 0)})});
+  brake(1.0, {});
+  stand({{"swing", 0.02}});  // past the post, 0.1 m from it
+  move({{"swing", 7.0}});    // more than a turn
+  const VelocityScale scale = ask();
+  const double turn = 2.0 * M_PI;
+  EXPECT_NEAR(scale.scale, (turn - 0.04) / 7.0, 1e-4);  // the same place on the other side of the post
+  EXPECT_LT(scale.scale, (turn - 0.02) / 7.0);
+}
+
+TEST_F(StoppingRobot, FloorIsAnObjectToRetreatFrom) {
+  stop_.objects = 0.2;
+  placeObjects({makeObject("side", {{HalfSpace{Vector3d::UnitY(), -0.6}}}, Fixed{})});  // 0.1 m beside the sled
+  brake(0.5, {});
+  move({{"aside", 1.0}});
+  EXPECT_EQ(ask().scale, 1.0);
+  move({{"aside", -1.0}});
+  EXPECT_EQ(ask().scale, 0.0);
+}
+
+TEST_F(StoppingRobot, WayOutOfAClosedMeshIsNotSlowed) {
+  ObjectOptions options;
+  options.meshes.tolerance = 0.0;
+  const TriangleMesh mesh = scaled(bracket(), 10.0);
+  // Its face is at y = -0.3, 0.2 m inside of the sled.
+  placeObjects({makeObject("solid", {{mesh}}, Fixed{at(0, -20.3, -5)}, options)});
+  brake(0.5, {});
+  move({{"aside", 1.0}});
+  EXPECT_EQ(ask().scale, 1.0);
+  EXPECT_EQ(ask().status, Status::Converged);
+  move({{"aside", -0.5}});
+  EXPECT_EQ(ask().scale, 0.0);
+}
+
+TEST_F(StoppingRobot, AttachedObjectStopsWithItsLink) {
+  Attached held;
+  held.link = "sled";
+  held.link_T_object = at(-0.75, 0, 0);
+  held.touch_links = {"sled"};
+  placeObjects({makeObject("tool", {{narrowphase::Box{{0.5, 0.2, 0.2}}}}, held)});
+  stop_.objects = 0.1;
+  brake(1.0, {});
+  stand({{"slide", -1.0}});  // the tool is 0.5 m from the wall
+  move({{"slide", -1.0}});
+  EXPECT_NEAR(ask().scale, 0.4, 1e-6);
+}
+
+TEST_F(StoppingRobot, MissingPoseOrVelocityIsUnknown) {
+  brake(0.5, {});
+  move({{"slide", kNaN}});
+  EXPECT_EQ(ask().status, Status::Unknown);
+  EXPECT_EQ(ask().scale, 0.0);
+  move({{"slide", 0.0}});
+  state_.poses[bodyOf(robot(), "sled")] = std::nullopt;
+  EXPECT_EQ(ask().status, Status::Unknown);
+  EXPECT_EQ(ask().scale, 0.0);
+}
+
+TEST_F(StoppingRobot, VelocityOfAMimicJointIsIgnored) {
+  brake(0.5, {});
+  move({{"twin", kNaN}});
+  EXPECT_EQ(ask().scale, 1.0);
+}
+
+TEST_F(StoppingRobot, DeadlineThatHasPassedProvesNothing) {
+  brake(0.5, {});
+  stand({{"slide", -1.7}});
+  move({{"slide", -1.0}});
+  const VelocityScale scale = ask(std::chrono::steady_clock::now() - std::chrono::seconds(1));
+  EXPECT_EQ(scale.status, Status::IterationLimit);
+  EXPECT_EQ(scale.scale, 0.0);
+}
+
+TEST_F(StoppingRobot, IllegalBrakesAreRefused) {
+  brake(0.5, {{"swing", 0.0}});
+  try {
+    ask();
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("swing"), std::string::npos);
+  }
+  brake(-0.1, {{"swing", 1.0}});
+  EXPECT_THROW(ask(), std::invalid_argument);
+  brake(0.1, {});
+  braking_.deceleration.pop_back();
+  EXPECT_THROW(ask(), std::invalid_argument);
+}
+
+TEST_F(StoppingRobot, ObjectThatMovesOnItsOwnIsRefused) {
+  brake(0.1, {});
+  Moving belt;
+  belt.frame = "belt";
+  placeObjects({makeObject("parcel", {{narrowphase::Sphere{0.1}}}, belt)});
+  RobotMotion::Twist twist;
+  twist.linear.x() = 1.0;
+  state_.frames.moving = {RobotMotion::withTwist(at(0, 0, 50), twist)};
+  scene_.update(state_.poses, {at(0, 0, 50)});
+  EXPECT_THROW(velocityScale(moving_, scene_, state_, braking_, stop_), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace proximity_server::scene

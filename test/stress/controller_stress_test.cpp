@@ -1,0 +1,56 @@
+// The runs of ./dev stress free-motions and ./dev stress stops that every test run makes.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <thread>
+
+#include "from_environment.h"
+#include "sanitized.h"
+#include "stress/free_motion_run.h"
+#include "stress/stop_run.h"
+
+namespace proximity_server::scene {
+namespace {
+
+TEST(FreeMotionStress, NoMotionWithinABubbleLeadsBelowTheThreshold) {
+  FreeMotionRun run;
+  run.motions = fromEnvironment("PROXIMITY_STRESS_FREE_MOTIONS", repeats(150000));
+  run.threads = std::max(1u, std::thread::hardware_concurrency());
+  std::atomic<std::int64_t> done{0};
+  double most_used = 0.0;
+  for (const FreeMotionSummary& family : runFreeMotions(run, done)) {
+    EXPECT_EQ(family.failed, 0) << family.name << ", cell " << family.failures.front().number << ": "
+                                << family.failures.front().sentence;
+    EXPECT_GT(family.motions, 0) << family.name;
+    if (kIsSanitized) continue;  // what follows is of the whole test
+    EXPECT_GT(family.of_scenes, 0) << family.name;
+    EXPECT_GT(family.most_used, 0.5) << family.name;
+    most_used = std::max(most_used, family.most_used);
+  }
+  if (!kIsSanitized) {
+    EXPECT_GT(most_used, 0.99) << "a motion needs nearly all that is free";
+  }
+}
+
+TEST(StopStress, NoStopEndsTooNearAndNoRetreatIsSlowed) {
+  StopRun run;
+  run.stops = fromEnvironment("PROXIMITY_STRESS_STOPS", repeats(2000));
+  run.threads = std::max(1u, std::thread::hardware_concurrency());
+  std::atomic<std::int64_t> done{0};
+  StopSummary all;
+  for (const StopSummary& family : runStops(run, done)) {
+    EXPECT_EQ(family.failed, 0) << family.name << ", cell " << family.failures.front().number << ": "
+                                << family.failures.front().sentence;
+    EXPECT_GT(family.stops, 0) << family.name;
+    EXPECT_LE(20 * family.unneeded, family.retreats) << family.name;
+    all.merge(family);
+  }
+  if (kIsSanitized) return;
+  EXPECT_GT(20 * all.slowed, all.stops);
+  EXPECT_GT(20 * all.retreats, all.stops);
+  EXPECT_GT(20 * all.halted, all.stops);
+  EXPECT_LT(2 * all.halted, all.stops);
+}
+
+}  // namespace
+}  // namespace proximity_server::scene
