@@ -149,7 +149,7 @@ Bubble& FreeMotion::next() {
 }
 
 void FreeMotion::find(Scene& scene, const FreeMotionQuestion& question) {
-  const auto& [of_links, of_objects] = question.thresholds;
+  const double of_links = question.thresholds.links, of_objects = question.thresholds.objects;
   if (!std::isfinite(of_links) || !std::isfinite(of_objects) || !std::isfinite(question.influence_distance))
     throw std::invalid_argument("the thresholds and the influence distance of a free motion must be finite");
   const auto thresholdOf = [&](const ShapeRefPair& pair) {
