@@ -88,7 +88,9 @@ TEST_P(FclMethods, AnswersEveryQuestionAsOursDoes) {
       agreement.compare(poses, ours.answer(), fcl.answer());
     }
     const nlohmann::json summary = agreement.summary();
-    if (!kIsSanitized) EXPECT_GT(summary["compared"], question == SceneQuestion::All ? 100 * kStates : kStates / 3);
+    if (!kIsSanitized) {
+      EXPECT_GT(summary["compared"], question == SceneQuestion::All ? 100 * kStates : kStates / 3);
+    }
     EXPECT_LT(summary["max_error"], kFclError) << summary;
     EXPECT_EQ(summary["ours_right"], summary["judged"]) << summary;
     EXPECT_EQ(summary["overlaps_claimed"], 0);

@@ -258,7 +258,9 @@ TEST(TwoPandasAndFcl, EveryPairBetweenThemAgreesWhereApartInRandomStates) {
   // Eleven links of each have geometry.
   EXPECT_EQ(apart + meeting, 121 * kStates);
   EXPECT_GT(apart, 100 * kStates);
-  if (!kIsSanitized) EXPECT_GT(meeting, kStates / 10);
+  if (!kIsSanitized) {
+    EXPECT_GT(meeting, kStates / 10);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Robots, SceneAndFcl, testing::ValuesIn(robotsToTest()),
