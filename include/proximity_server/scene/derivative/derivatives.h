@@ -31,10 +31,11 @@ class Derivatives {
   const DegreesOfFreedom& degreesOfFreedom() const;
 
   /// Takes the objects of the scene. All that no link holds rest where the roots do.
+  /// Throws std::invalid_argument for the objects of another model.
   void use(std::shared_ptr<const Objects> objects);
 
   /// The same with objects that bodies of the robot carry in other ways.
-  /// Throws std::invalid_argument if there is not one carrier for each frame, and for one that is no body.
+  /// Throws std::invalid_argument also if there is not one carrier for each frame, and for one that is no body.
   void use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers);
 
   /// Throws std::invalid_argument if there is not one pose for each body. Moving objects have no pose then: gradient() does not
