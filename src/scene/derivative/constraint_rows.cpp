@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "scene/query/same_pair.h"
+
 namespace proximity_server::scene {
 namespace {
 
@@ -28,11 +30,6 @@ void requireUsable(const VelocityDamper& damper) {
   require(damper.influence_distance > damper.object_stop_distance, "influence_distance", damper.influence_distance,
           "it is not above object_stop_distance");
 }
-
-bool isSame(const ShapeRef& a, const ShapeRef& b) {
-  return a.link == b.link && a.collision == b.collision && a.object == b.object;
-}
-bool isSame(const ShapeRefPair& a, const ShapeRefPair& b) { return isSame(a.a, b.a) && isSame(a.b, b.b); }
 
 bool isObject(const ShapeRef& ref) { return ref.link < 0; }
 
@@ -147,7 +144,7 @@ void ConstraintRows::giveRows() {
 
 int ConstraintRows::rowOf(const ShapeRefPair& pair) const {
   const auto found =
-      std::find_if(rows_.begin(), rows_.end(), [&](const Row& row) { return row.is_used && isSame(row.pair, pair); });
+      std::find_if(rows_.begin(), rows_.end(), [&](const Row& row) { return row.is_used && areSame(row.pair, pair); });
   return found == rows_.end() ? kNone : static_cast<int>(found - rows_.begin());
 }
 

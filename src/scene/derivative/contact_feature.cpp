@@ -132,9 +132,21 @@ std::optional<double> findSupportFigure(const Shape& shape, const Isometry3d& fr
 /// One of the two shapes at its place.
 struct ContactFeatures::Side {
   const std::vector<Piece>* pieces;
-  const std::vector<int>* numbers;  ///< of the pieces; nullptr: all
+  const std::vector<int>* numbers;                  ///< of the pieces; nullptr: all
+  const std::vector<PlacedHalfSpace>* half_spaces;  ///< nullptr: none
   Isometry3d pose;
-  bool is_half_space;
+
+  /// Whether the plane is that of a half-space. Directions count as equal if points that are 1 m apart do so within 1e-6 m: more
+  /// common points only make the least value smaller.
+  bool fills(const ContactPlane& plane, double tolerance) const {
+    constexpr double kSameDirection = 1e-6;
+    if (!half_spaces) return false;
+    return std::any_of(half_spaces->begin(), half_spaces->end(), [&](const PlacedHalfSpace& half_space) {
+      const Vector3d normal = pose.linear() * half_space.normal;
+      const double height = normal.dot(plane.origin - pose.translation()) - half_space.offset;
+      return std::abs(height) <= tolerance && (normal - plane.normal).norm() <= kSameDirection;
+    });
+  }
 
   /// Calls `visit(how far it may lie beside its place)` for each figure in the plane.
   template <class Visit>
@@ -183,13 +195,12 @@ std::optional<ContactFeatures::Side> ContactFeatures::sideOfLink(const ShapeRef&
   if (!pose) return std::nullopt;
   if (ref.collision > 0) {
     const int index = link.collisions[static_cast<std::size_t>(ref.collision - 1)];
-    return Side{&robot.pieces, &robot.collisions[static_cast<std::size_t>(index)].pieces, *pose, false};
+    return Side{&robot.pieces, &robot.collisions[static_cast<std::size_t>(index)].pieces, nullptr, *pose};
   }
-  return Side{&robot.pieces, &pieces_of_link_[static_cast<std::size_t>(ref.link)], *pose, false};
+  return Side{&robot.pieces, &pieces_of_link_[static_cast<std::size_t>(ref.link)], nullptr, *pose};
 }
 
-std::optional<ContactFeatures::Side> ContactFeatures::sideOfObject(const ShapeRef& ref, int shape,
-                                                                   const BodyPoses& poses,
+std::optional<ContactFeatures::Side> ContactFeatures::sideOfObject(const ShapeRef& ref, const BodyPoses& poses,
                                                                    const FramePoses& frames) const {
   const PlacedObject& object = *objects_->placed(ref.object);
   std::optional<Isometry3d> pose = object.world_T_object;
@@ -199,20 +210,16 @@ std::optional<ContactFeatures::Side> ContactFeatures::sideOfObject(const ShapeRe
     pose = frames[static_cast<std::size_t>(std::find(names.begin(), names.end(), object.frame) - names.begin())];
   }
   if (!pose) return std::nullopt;
-  const auto& half_spaces = object.geometry->halfSpaces();
-  const bool is_half_space = std::any_of(half_spaces.begin(), half_spaces.end(),
-                                         [&](const PlacedHalfSpace& plane) { return plane.shape == shape; });
-  return Side{&object.geometry->pieces(), nullptr, *pose, is_half_space};
+  return Side{&object.geometry->pieces(), nullptr, &object.geometry->halfSpaces(), *pose};
 }
 
 double ContactFeatures::least(const PairProximity& pair, const Vector3d& slope, const BodyPoses& poses,
                               const FramePoses& frames) {
   const narrowphase::SignedDistance& result = pair.result;
-  const auto sideOf = [&](const ShapeRef& ref, int number) {
-    return ref.link >= 0 ? sideOfLink(ref, poses) : sideOfObject(ref, number - 1, poses, frames);
+  const auto sideOf = [&](const ShapeRef& ref) {
+    return ref.link >= 0 ? sideOfLink(ref, poses) : sideOfObject(ref, poses, frames);
   };
-  const std::optional<Side> a = sideOf(pair.asked.a, pair.collision_a);
-  const std::optional<Side> b = sideOf(pair.asked.b, pair.collision_b);
+  const std::optional<Side> a = sideOf(pair.asked.a), b = sideOf(pair.asked.b);
   if (!a || !b) return std::numeric_limits<double>::quiet_NaN();
 
   const Vector3d from_surface = 0.5 * paddings_.of(pair.asked) * result.normal;
@@ -227,12 +234,13 @@ double ContactFeatures::least(const PairProximity& pair, const Vector3d& slope, 
   const Vector2d in_plane = axes.transpose() * slope;
   double least = 0.0;
   const auto lower = [&](double value) { least = std::min(least, value); };
-  if (a->is_half_space) {
+  if (a->fills(plane_a, tolerance)) {
     b->forEachFigure(plane_b, tolerance, gap, figure_b_, [&](double) { lower(leastOn(figure_b_, in_plane)); });
     return least;
   }
+  const bool b_fills_plane = b->fills(plane_b, tolerance);
   a->forEachFigure(plane_a, tolerance, gap, figure_a_, [&](double beside_a) {
-    if (b->is_half_space) return lower(leastOn(figure_a_, in_plane));
+    if (b_fills_plane) return lower(leastOn(figure_a_, in_plane));
     b->forEachFigure(plane_b, tolerance, gap, figure_b_, [&](double beside_b) {
       lower(leastInCommon(figure_a_, figure_b_, in_plane, tolerance + beside_a + beside_b));
     });

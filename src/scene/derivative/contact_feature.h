@@ -48,7 +48,8 @@ class ContactFeatures {
   /// 1. Find the pieces of both links or objects that reach the plane through their witness point, and no farther. The answer
   ///    does not name the closest ones, and there may be several.
   /// 2. With d the signed distance and n the normal, the witness pairs of two pieces are (x, x + d n), with x in F_a and in
-  ///    F_b - d n, where F_a and F_b are the points of the pieces that are farthest along n and -n.
+  ///    F_b - d n, where F_a and F_b are the points of the pieces that are farthest along n and -n. A half-space has all
+  ///    points of its plane.
   /// 3. Seen along n that is the intersection of two plane figures; a linear function is smallest at a corner of it.
   ///
   /// Error:   points that miss the planes or each other by no more than the tolerance count: that is the gap of the bounds and
@@ -60,10 +61,9 @@ class ContactFeatures {
  private:
   struct Side;
 
-  /// nullopt if the place is not known. `shape` is the index of the closest shape of an object.
+  /// nullopt if the place is not known.
   std::optional<Side> sideOfLink(const ShapeRef& ref, const BodyPoses& poses) const;
-  std::optional<Side> sideOfObject(const ShapeRef& ref, int shape, const BodyPoses& poses,
-                                   const FramePoses& frames) const;
+  std::optional<Side> sideOfObject(const ShapeRef& ref, const BodyPoses& poses, const FramePoses& frames) const;
 
   const SceneModel& model_;
   const PairPaddings paddings_;

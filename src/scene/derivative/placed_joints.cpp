@@ -40,6 +40,8 @@ void PlacedJoints::use(std::shared_ptr<const Objects> objects) {
 }
 
 void PlacedJoints::use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers) {
+  if (objects && &objects->model() != model_.get())
+    throw std::invalid_argument("the objects are those of another model");
   const std::size_t frames = objects ? objects->frames().size() : 0;
   if (carriers.of_frames.size() != frames)
     throw std::invalid_argument("the objects have " + std::to_string(frames) + " frames, but there are " +

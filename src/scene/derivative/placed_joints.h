@@ -36,13 +36,15 @@ class PlacedJoints {
  public:
   explicit PlacedJoints(std::shared_ptr<const SceneModel> model);
 
+  const SceneModel& model() const { return *model_; }
   const RobotModel& robot() const { return model_->robot; }
   const DegreesOfFreedom& degreesOfFreedom() const { return degrees_of_freedom_; }
 
   /// All objects that no link holds rest where the roots do.
+  /// Throws std::invalid_argument for the objects of another model.
   void use(std::shared_ptr<const Objects> objects);
 
-  /// Throws std::invalid_argument if there is not one carrier for each frame, and for one that is no body.
+  /// Throws std::invalid_argument also if there is not one carrier for each frame, and for one that is no body.
   void use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers);
   const Objects* objects() const { return objects_.get(); }
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "proximity_server/scene/motion/limited_motion.h"
-#include "scene/motion/moving_pairs.h"
+#include "scene/query/same_pair.h"
 
 namespace proximity_server::scene {
 namespace {

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "proximity_server/scene/model/kinematics.h"
+#include "scene/query/same_pair.h"
 
 namespace proximity_server::scene {
 namespace {
@@ -31,10 +32,6 @@ Piece boxBelow(const PlacedHalfSpace& half_space, double reach) {
   return {narrowphase::Box{{width, width, height}}, pose, half_space.shape};
 }
 
-bool isSame(const ShapeRef& p, const ShapeRef& q) {
-  return p.link == q.link && p.collision == q.collision && (p.link >= 0 || p.object == q.object);
-}
-
 Volume leafOver(const Piece& piece) {
   Volume leaf;
   leaf.body = -1;
@@ -49,10 +46,6 @@ Volume leafOver(const Piece& piece) {
 // from the middle, at most `reach` where it counts. The middle itself is off by less than 8 eps of the height of the box.
 HalfSpaceBox::HalfSpaceBox(const PlacedHalfSpace& half_space, double reach)
     : piece(boxBelow(half_space, reach)), volume(leafOver(piece)), error(kPoseRounding * (reach + half_space.way)) {}
-
-bool areSame(const ShapeRefPair& p, const ShapeRefPair& q) {
-  return (isSame(p.a, q.a) && isSame(p.b, q.b)) || (isSame(p.a, q.b) && isSame(p.b, q.a));
-}
 
 Bounds boundsOf(const Eigen::AlignedBox3d& box) {
   Bounds bounds;

@@ -151,9 +151,6 @@ class MovingPairs {
   int asked_ = 0, of_list_ = 0, unknown_ = 0, too_far_ = 0;
 };
 
-/// Whether two pairs are of the same shapes, in any order.
-bool areSame(const ShapeRefPair& p, const ShapeRefPair& q);
-
 /// The bounds of a box along the axes of its frame.
 Bounds boundsOf(const Eigen::AlignedBox3d& box);
 

@@ -326,6 +326,20 @@ std::string refusal(const VelocityDamper& damper) {
   return "";
 }
 
+TEST(ConstraintRows, AfterAFailureTheNextUpdateIsThatOfNewRows) {
+  Controlled robot(ballsOnRails(2), 4), fresh(robot.model, 4);
+  const auto objects = withBall(robot.model, "ball", 0.45);
+  robot.scene.use(objects);  // of which the derivatives do not know
+  EXPECT_THROW(robot.update({0.0, 0.25}), std::invalid_argument);
+  robot.derivatives.use(objects);
+  fresh.use(objects);
+  robot.update({0.0, 0.25});
+  fresh.update({0.0, 0.25});
+  EXPECT_EQ(usedRows(robot.rows), 2);
+  EXPECT_EQ(robot.rows.matrix(), fresh.rows.matrix());
+  EXPECT_EQ(robot.rows.bounds(), fresh.rows.bounds());
+}
+
 TEST(ConstraintRows, BadSettingsAreRefusedByName) {
   EXPECT_EQ(refusal({kNaN, 0.0, 0.2, 1.0}).find("stop_distance is"), 0U);
   EXPECT_EQ(refusal({0.0, kNaN, 0.2, 1.0}).find("object_stop_distance is"), 0U);

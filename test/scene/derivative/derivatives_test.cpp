@@ -460,6 +460,29 @@ TEST(Rate, OverAHalfSpaceIsTheSmallestOverTheFaceOfTheOther) {
   }
 }
 
+// Regression: where rounding made the flagstone the closest one, only what is over it counted.
+TEST(Rate, CountsAHalfSpaceInThePlaneOfAPieceOfTheSameObject) {
+  const auto model = modelOf(floatingLinks({box("0.3 0.4 0.5"), ""}));
+  const std::vector<ObjectShape> shapes{{HalfSpace{{0, 0, 1}, 0.0}}, {Box{{0.1, 0.1, 0.04}}, at(0.05, 0.03, -0.02)}};
+  int closest[3] = {0, 0, 0};
+  for (int i = 0; i < 20; ++i) {
+    const Isometry3d pose = turned(0.1 * i, {1, 2, 3});
+    const auto objects = std::make_shared<const Objects>(
+        Objects(model).changed({AddObject{makeObject("paved floor", shapes, Fixed{pose})}}));
+    const ShapeRef link{model->robot.findLink("0")}, paved_floor = ShapeRef::ofObject(0);
+    Posture posture(model->robot);
+    posture.setMotion(0, pose * at(0, 0, 0.35));
+    Scene scene(model);
+    scene.use(objects);
+    scene.update(posture.poses());
+    ++closest[scene.proximity({link, paved_floor}).collision_b];
+    expectRates(model, objects, {posture, {link, paved_floor}});
+    expectRates(model, objects, {posture, {paved_floor, link}});
+  }
+  EXPECT_GT(closest[1], 2);
+  EXPECT_GT(closest[2], 2);
+}
+
 // 3 cm of padding for each link, and 2 cm for their pair.
 TEST(Rate, AllowsForPaddings) {
   auto model = std::make_shared<SceneModel>();

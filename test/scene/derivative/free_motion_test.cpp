@@ -277,6 +277,33 @@ TEST(FreeMotion, AttachedObjectHasTheRadiusOfItsPlace) {
   EXPECT_NEAR(free.alone(0), 0.75 / 3.1, 1e-12);
 }
 
+// Regression: bubbles of the pairs before the one that threw were taken for those of all pairs.
+TEST_F(CraneInAScene, NothingIsKnownAfterAFailure) {
+  const auto objects = std::make_shared<const Objects>(
+      Objects(model_).changed({AddObject{makeObject("crate", {{narrowphase::Sphere{0.1}}}, Fixed{at(2, 0.5, 0.5)})}}));
+  find(0.0, 10.0);
+  scene_.use(objects);  // which the bubbles do not know of
+  EXPECT_THROW(find(0.0, 10.0), std::invalid_argument);
+  EXPECT_FALSE(free_.isKnown());
+  EXPECT_EQ(free_.alone(0), 0.0);
+}
+
+TEST_F(CraneInAScene, SceneWithOtherObjectsOrOfAnotherRobotIsRefused) {
+  const auto objects = std::make_shared<const Objects>(Objects(model_).changed(
+      {AddObject{makeObject("load", {{narrowphase::Sphere{0.1}}}, Attached{"hook", {"hook"}, at(5, 0, 0)})}}));
+  scene_.use(objects);
+  EXPECT_THROW(find(0.0, -1.0), std::invalid_argument);  // no pair is near enough to be looked at
+  free_.use(objects);
+  EXPECT_NO_THROW(find(0.0, -1.0));
+
+  const auto other = modelOf(kCrane);
+  EXPECT_THROW(FreeMotion(other).use(objects), std::invalid_argument);
+  EXPECT_THROW(Derivatives(other).use(objects), std::invalid_argument);
+  Scene other_scene(other);
+  other_scene.update(atZero(other->robot));
+  EXPECT_THROW(free_.find(other_scene, {}), std::invalid_argument);
+}
+
 TEST(FreeMotion, AllocatesNothingOnceItHasItsRoom) {
   Chance chance(5);
   const auto model = someRobot(chance);

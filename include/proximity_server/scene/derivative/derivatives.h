@@ -31,10 +31,11 @@ class Derivatives {
   const DegreesOfFreedom& degreesOfFreedom() const;
 
   /// Takes the objects of the scene. All that no link holds rest where the roots do.
+  /// Throws std::invalid_argument for the objects of another model.
   void use(std::shared_ptr<const Objects> objects);
 
   /// The same with objects that bodies of the robot carry in other ways.
-  /// Throws std::invalid_argument if there is not one carrier for each frame, and for one that is no body.
+  /// Throws std::invalid_argument also if there is not one carrier for each frame, and for one that is no body.
   void use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers);
 
   /// Throws std::invalid_argument if there is not one pose for each body. Moving objects have no pose then: gradient() does not
@@ -72,8 +73,8 @@ class Derivatives {
   /// Error:   that of gradient(). On the safe side, never too large, are: faces and edges that are parallel within the
   ///          tolerance, as points are taken into account that are as far as the accepted gap of the bounds; and pairs
   ///          whose normal is one of several (concentric shapes, equally short ways out of an overlap), as the distance
-  ///          is the largest one of these ways. Pieces of the two that meet in the same plane are part of the feature; equally
-  ///          close ones with another normal are not noticed.
+  ///          is the largest one of these ways. Pieces of the two that meet in the same plane are part of the feature where the
+  ///          result is not unique; other pieces that are equally close, as two balls over a floor, are not noticed.
   /// Failure: NaN where gradient() fails, and for a moving object whose pose is not known if the result is not unique. Throws
   ///          std::invalid_argument for another size of `velocity`, and for an object that does not exist.
   double rate(const PairProximity& pair, const Eigen::Ref<const Eigen::VectorXd>& velocity);

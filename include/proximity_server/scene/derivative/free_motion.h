@@ -67,6 +67,7 @@ class FreeMotion {
   const DegreesOfFreedom& degreesOfFreedom() const;
 
   /// Takes the objects of the scene.
+  /// Throws std::invalid_argument for the objects of another model.
   void use(std::shared_ptr<const Objects> objects);
 
   /// Throws std::invalid_argument if there is not one pose for each body. What find() found is forgotten.
@@ -83,7 +84,8 @@ class FreeMotion {
   /// Makes the bubbles of all checked pairs of a scene that has the same poses and objects. It asks the scene for the pairs
   /// below the influence distance.
   /// Failure: if a pair is unknown, as a pose is missing or the deadline has passed, nothing is known to be free. Throws
-  ///          std::invalid_argument for an influence distance or a threshold that is no number.
+  ///          std::invalid_argument for an influence distance or a threshold that is no number, and for a scene of another robot
+  ///          or with other objects; nothing is known to be free then.
   void find(Scene& scene, const FreeMotionQuestion& question);
 
   /// Whether the last update has bubbles of all pairs. If not, contains() is false, and scale() and alone() are 0.
