@@ -136,6 +136,15 @@ TEST_F(ScaleOfSliders, IsZeroWithoutADecelerationOfAJointThatMovesAPair) {
              "max_deceleration has no number for joint 'to_right'");
 }
 
+// Velocities are missing for a moment whenever somebody begins to listen; the parameter stays as it is.
+TEST_F(ScaleOfSliders, NamesTheMissingDecelerationBeforeTheMissingVelocity) {
+  config_.max_deceleration.of_all.reset();
+  follow("");
+  VelocitySnapshot none = velocities(0.0, 0.0, 0.0);
+  none.status.code = QueryStatus::NO_VELOCITY;
+  expectZero(scaleIn(withTheRightSphereAt(*robot_, 0.5), none), QueryStatus::INVALID_ARGUMENT, "max_deceleration");
+}
+
 TEST_F(ScaleOfSliders, IsZeroWithoutVelocities) {
   VelocitySnapshot none = velocities(0.0, 0.0, 0.0);
   none.status.code = QueryStatus::NO_VELOCITY;
