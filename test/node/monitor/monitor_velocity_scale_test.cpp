@@ -66,6 +66,7 @@ TEST_F(ScaleOfSliders, DoesNotSlowTheWayBack) {
   settings_.stop_distance = settings_.warn_distance = 0.4;  // the right sphere is nearer already
   EXPECT_EQ(middleAt(-0.3), 1.0);
   EXPECT_EQ(middleAt(0.3), 0.0);
+  EXPECT_EQ(middleAt(0.0), 1.0);  // at rest it does not come nearer; what is commanded next is not known
 }
 
 TEST_F(ScaleOfSliders, KeepsTheStopDistanceOfObjects) {
