@@ -191,16 +191,17 @@ void MonitorLoop::cycle() {
 }
 
 void MonitorLoop::publish(const PoseSnapshot& snapshot) {
+  const ros::SteadyTime begin = ros::SteadyTime::now();
   alive_ = true;
   const FrameSnapshot frames = tf_.lookUpFrames(*monitor_.robot(), monitor_.frames(), snapshot);
   const VelocitySnapshot velocities = lookUpVelocities();
   const Clearance& clearance = monitor_.cycle(snapshot, velocities, health_.settings, frames);
-  health_.slowest_cycle = std::max(health_.slowest_cycle, clearance.computation_time);
   clearance_pub_.publish(clearance);
   if (constraints_pub_.getNumSubscribers() > 0)
     constraints_pub_.publish(monitor_.constraints(snapshot, health_.settings));
   if (velocity_scale_pub_.getNumSubscribers() > 0) publishVelocityScale(snapshot, velocities, frames);
   if (health_.settings.markers && markers_pub_.getNumSubscribers() > 0) publishMarkers(clearance, snapshot.poses);
+  health_.slowest_cycle = std::max(health_.slowest_cycle, ros::Duration((ros::SteadyTime::now() - begin).toSec()));
 }
 
 void MonitorLoop::publishVelocityScale(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,

@@ -25,7 +25,7 @@ struct MonitorHealth {
   Clearance last;  ///< its `cycle` is 0 before the first cycle
   MonitorSettings settings;
   bool enabled;
-  ros::Duration slowest_cycle;  ///< computation time, since the previous call of MonitorLoop::health()
+  ros::Duration slowest_cycle;  ///< with all that it publishes, since the previous call of MonitorLoop::health()
 };
 
 /// Runs a Monitor in threads of its own and publishes its results on ~clearance, and while somebody listens on ~constraints,

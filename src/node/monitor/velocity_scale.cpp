@@ -19,10 +19,13 @@ QueryStatus unbrakedJoint(const scene::Joint& joint) {
   return status;
 }
 
-/// OK, or the first of `joints` whose deceleration is not known.
+/// OK, or the first of `joints` whose deceleration is not known. Floating and planar joints can have none: of them
+/// the velocities are not known, which says more.
 QueryStatus knowledgeOf(const Robot& robot, const std::vector<int>& joints) {
-  for (const int joint : joints)
-    if (!robot.maxDecelerations()[joint]) return unbrakedJoint(robot.robotModel().joints[joint]);
+  for (const int joint : joints) {
+    const scene::Joint& model = robot.robotModel().joints[joint];
+    if (scene::hasOnePosition(model) && !robot.maxDecelerations()[joint]) return unbrakedJoint(model);
+  }
   return {};
 }
 
@@ -60,8 +63,8 @@ StoppingScale stoppingScale(const Robot& robot, scene::MovingScene& moving_scene
                             const LookaheadStart& start, const VelocitySnapshot& velocities,
                             const std::vector<int>& joints, const ros::Duration& age, const MonitorSettings& settings) {
   StoppingScale result;
-  result.status = velocities.status;
-  if (result.status.code == QueryStatus::OK) result.status = knowledgeOf(robot, joints);
+  result.status = knowledgeOf(robot, joints);  // first: it stays so, while velocities may come
+  if (result.status.code == QueryStatus::OK) result.status = velocities.status;
   if (result.status.code != QueryStatus::OK) return result;
 
   try {

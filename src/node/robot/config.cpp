@@ -43,6 +43,10 @@ bool isRobotName(const std::string& name) {
          std::all_of(name.begin(), name.end(), is_allowed);
 }
 
+bool isNumber(const XmlRpcValue& value) {
+  return value.getType() == XmlRpcValue::TypeInt || value.getType() == XmlRpcValue::TypeDouble;
+}
+
 bool isTopic(const std::string& name) {
   std::string problem;
   return !name.empty() && name.front() != '~' && ros::names::validate(name, problem);
@@ -88,6 +92,7 @@ class Parameters {
     if (value->getType() == XmlRpcValue::TypeStruct) {
       read(name, target.of_joint, range);
     } else {
+      require(isNumber(*value), name, "must be a number, or map names of joints to numbers");
       target.of_all = number(*value, name, range);
     }
   }
@@ -187,8 +192,8 @@ class Parameters {
   }
 
   double number(XmlRpcValue& value, const std::string& name, const Range& range) const {
+    require(isNumber(value), name, "must be a number");
     const bool is_int = value.getType() == XmlRpcValue::TypeInt;
-    require(is_int || value.getType() == XmlRpcValue::TypeDouble, name, "must be a number");
     const double result = is_int ? static_cast<int>(value) : static_cast<double>(value);
     // Written with >= and <= so that NaN is outside of every range.
     require(

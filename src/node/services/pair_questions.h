@@ -30,9 +30,9 @@ struct PosedState {
 /// The gradients of the pairs that a batch asks about; nullopt if it does not want them.
 std::optional<Gradients> gradientsOf(const Robot& robot, const RequestedPairs& pairs, const QueryPairsRequest& request);
 
-/// Asks a scene about `pairs`, as the mode of a batch says, and for `gradients` if there are some. If a pose of some pair is missing, the answer has the
-/// status of `state`; if the deadline passed before some pair was computed, OVER_BUDGET. Throws RequestError for a mode
-/// that does not exist.
+/// Asks a scene about `pairs`, as the mode of a batch says, and for `gradients` if there are some. If a pose of some pair is
+/// missing, the answer has the status of `state`; if the deadline passed before some pair was computed, OVER_BUDGET. Throws
+/// RequestError for a mode that does not exist.
 StateProximity askPairs(const Robot& robot, scene::Scene& scene, const PosedState& state, const RequestedPairs& pairs,
                         const QueryPairsRequest& request, const scene::Question& question,
                         std::optional<Gradients>& gradients);

@@ -66,6 +66,7 @@ TEST_F(ScaleOfSliders, DoesNotSlowTheWayBack) {
   settings_.stop_distance = settings_.warn_distance = 0.4;  // the right sphere is nearer already
   EXPECT_EQ(middleAt(-0.3), 1.0);
   EXPECT_EQ(middleAt(0.3), 0.0);
+  EXPECT_EQ(middleAt(0.0), 1.0);  // at rest it does not come nearer; what is commanded next is not known
 }
 
 TEST_F(ScaleOfSliders, KeepsTheStopDistanceOfObjects) {
@@ -134,6 +135,15 @@ TEST_F(ScaleOfSliders, IsZeroWithoutADecelerationOfAJointThatMovesAPair) {
   follow("");
   expectZero(scaleOf(0.0, 0.1, 0.0), QueryStatus::INVALID_ARGUMENT,
              "max_deceleration has no number for joint 'to_right'");
+}
+
+// Velocities are missing for a moment whenever somebody begins to listen; the parameter stays as it is.
+TEST_F(ScaleOfSliders, NamesTheMissingDecelerationBeforeTheMissingVelocity) {
+  config_.max_deceleration.of_all.reset();
+  follow("");
+  VelocitySnapshot none = velocities(0.0, 0.0, 0.0);
+  none.status.code = QueryStatus::NO_VELOCITY;
+  expectZero(scaleIn(withTheRightSphereAt(*robot_, 0.5), none), QueryStatus::INVALID_ARGUMENT, "max_deceleration");
 }
 
 TEST_F(ScaleOfSliders, IsZeroWithoutVelocities) {

@@ -96,6 +96,17 @@ TEST(RobotsOfTheParameters, AreRefusedByNameWhereTheyAreWrong) {
   expectRefusal(values, "parameter /node/robot_description has no effect beside robots, which describes each robot");
 }
 
+TEST(MaxDecelerationOfTheParameters, IsANumberOrAMap) {
+  const auto with = [](const XmlRpcValue& value) {
+    XmlRpcValue values;
+    values["max_deceleration"] = value;
+    return values;
+  };
+  EXPECT_EQ(configFrom(with(2), "/node").max_deceleration.of_all, 2.0);
+  const std::string problem = "parameter /node/max_deceleration must be a number, or map names of joints to numbers";
+  expectRefusal(with("hard"), problem);
+}
+
 // --- frames
 
 TEST(SeveralRobots, HaveFramesWithTheirOwnPrefixes) {
