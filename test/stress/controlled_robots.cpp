@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "proximity_server/scene/model/load_robot_model.h"
+#include "sanitized.h"
 #include "scene/example_robots.h"
 #include "scene/random_objects.h"
 
@@ -12,7 +13,9 @@ namespace {
 std::shared_ptr<const SceneModel> modelOf(const std::string& urdf, const std::string& srdf,
                                           const MeshResolver& resolve) {
   auto model = std::make_shared<SceneModel>();
-  model->robot = loadRobotModel(readFile(urdf), resolve);
+  ModelOptions options;
+  if (kIsSanitized) options.mesh_tolerance = 1.0;  // [m] every mesh is its hull, as decompositions take minutes
+  model->robot = loadRobotModel(readFile(urdf), resolve, options);
   model->pairs = filterPairs(model->robot, readFile(srdf));
   return model;
 }

@@ -42,8 +42,9 @@ TEST(StopStress, NoStopEndsTooNearAndNoRetreatIsSlowed) {
     EXPECT_EQ(family.failed, 0) << family.name << ", cell " << family.failures.front().number << ": "
                                 << family.failures.front().sentence;
     EXPECT_GT(family.stops, 0) << family.name;
-    EXPECT_LE(20 * family.unneeded, family.retreats) << family.name;
     all.merge(family);
+    if (kIsSanitized) continue;  // what follows is of the whole test
+    EXPECT_LE(20 * family.unneeded, family.retreats) << family.name;
   }
   if (kIsSanitized) return;
   EXPECT_GT(20 * all.slowed, all.stops);
