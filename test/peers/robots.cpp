@@ -22,7 +22,7 @@ const std::string kDemoFolder = PROXIMITY_SOURCE_DIR "/config/demo/";
 std::shared_ptr<const SceneModel> load(const std::string& urdf_file, const std::string& srdf_file,
                                        const MeshResolver& resolve) {
   auto model = std::make_shared<SceneModel>();
-  model->robot = loadRobotModel(readFile(urdf_file), resolve);
+  model->robot = loadRobotModel(readFile(urdf_file), resolve, quickLoading());
   model->pairs = filterPairs(model->robot, readFile(srdf_file));
   return model;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "proximity_server/scene/mesh/mesh_resolver.h"
+#include "proximity_server/scene/model/load_robot_model.h"
 #include "sanitized.h"
 
 namespace proximity_server::scene {
@@ -58,6 +59,14 @@ inline std::string exampleRobotFile(const MeshResolver& resolve, const std::stri
 inline std::string readFile(const std::string& path) {
   std::ifstream stream(path);
   return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+/// How a robot is loaded where its pieces do not matter: a sanitized run takes the hulls of its meshes, as decompositions
+/// take minutes there.
+inline ModelOptions quickLoading() {
+  ModelOptions options;
+  if (kIsSanitized) options.mesh_tolerance = 1.0;
+  return options;
 }
 
 }  // namespace proximity_server::scene

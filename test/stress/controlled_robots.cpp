@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "proximity_server/scene/model/load_robot_model.h"
-#include "sanitized.h"
 #include "scene/example_robots.h"
 #include "scene/random_objects.h"
 
@@ -13,9 +12,7 @@ namespace {
 std::shared_ptr<const SceneModel> modelOf(const std::string& urdf, const std::string& srdf,
                                           const MeshResolver& resolve) {
   auto model = std::make_shared<SceneModel>();
-  ModelOptions options;
-  if (kIsSanitized) options.mesh_tolerance = 1.0;  // [m] every mesh is its hull, as decompositions take minutes
-  model->robot = loadRobotModel(readFile(urdf), resolve, options);
+  model->robot = loadRobotModel(readFile(urdf), resolve, quickLoading());
   model->pairs = filterPairs(model->robot, readFile(srdf));
   return model;
 }

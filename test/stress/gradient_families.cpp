@@ -164,7 +164,7 @@ std::vector<GradientFamily> exampleRobots() {
   if (!findsExampleRobots(resolve)) return families;
   for (const ExampleRobot& robot : robotsToTest()) {
     auto model = std::make_shared<SceneModel>();
-    model->robot = loadRobotModel(readFile(exampleRobotFile(resolve, robot.urdf)), resolve);
+    model->robot = loadRobotModel(readFile(exampleRobotFile(resolve, robot.urdf)), resolve, quickLoading());
     model->pairs = filterPairs(model->robot, readFile(exampleRobotFile(resolve, robot.srdf)));
     families.push_back(robotByItself(robot.name, model));
     if (families.size() > 1) continue;  // the first one is Panda
