@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -13,6 +14,12 @@
 // The robots of ./dev stress free-motions and ./dev stress stops.
 
 namespace proximity_server::scene {
+
+/// A cell of a run in which a promise was broken.
+struct CellFailure {
+  std::int64_t number;  ///< of the cell in its family
+  std::string sentence;
+};
 
 /// A family of cells: a robot with objects.
 struct ControlFamily {

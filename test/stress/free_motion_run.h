@@ -5,12 +5,9 @@
 #include <string>
 #include <vector>
 
-namespace proximity_server::scene {
+#include "stress/controlled_robots.h"
 
-struct FreeMotionFailure {
-  std::int64_t number;  ///< of the cell in its family
-  std::string sentence;
-};
+namespace proximity_server::scene {
 
 /// What a family's motions showed.
 struct FreeMotionSummary {
@@ -24,7 +21,7 @@ struct FreeMotionSummary {
   std::vector<double> reaches;  ///< guaranteed over true reach, of some motions
   double seconds = 0.0;
   std::int64_t failed = 0;
-  std::vector<FreeMotionFailure> failures;  ///< the first ones only
+  std::vector<CellFailure> failures;  ///< the first ones only
 
   void merge(const FreeMotionSummary& other);
 };

@@ -60,14 +60,7 @@ struct FreeMotionStress {
   }
 
   static std::vector<RecordedLine> lines(const Summary& summary, unsigned seed) {
-    std::vector<RecordedLine> lines;
-    for (const FreeMotionFailure& failure : summary.failures) {
-      const nlohmann::json line = {
-          {"name", failure.sentence}, {"family", summary.name}, {"seed", seed}, {"number", failure.number}};
-      lines.push_back(
-          {summary.name + ", cell " + std::to_string(failure.number) + ": " + failure.sentence, line.dump()});
-    }
-    return lines;
+    return narrowphase::linesOfCells(summary, seed);
   }
 };
 

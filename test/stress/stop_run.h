@@ -5,12 +5,9 @@
 #include <string>
 #include <vector>
 
-namespace proximity_server::scene {
+#include "stress/controlled_robots.h"
 
-struct StopFailure {
-  std::int64_t number;  ///< of the cell in its family
-  std::string sentence;
-};
+namespace proximity_server::scene {
 
 /// What a family's stops showed.
 struct StopSummary {
@@ -24,7 +21,7 @@ struct StopSummary {
   double microseconds = 0.0;  ///< of all questions together
   double seconds = 0.0;
   std::int64_t failed = 0;
-  std::vector<StopFailure> failures;  ///< the first ones only
+  std::vector<CellFailure> failures;  ///< the first ones only
 
   void merge(const StopSummary& other);
 };

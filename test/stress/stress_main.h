@@ -24,6 +24,18 @@ struct RecordedLine {
   std::string name, json;
 };
 
+/// The failing cells of a summary, each with the seed that makes it again.
+template <class Summary>
+std::vector<RecordedLine> linesOfCells(const Summary& summary, unsigned seed) {
+  std::vector<RecordedLine> lines;
+  for (const auto& failure : summary.failures) {
+    const nlohmann::json line = {
+        {"name", failure.sentence}, {"family", summary.name}, {"seed", seed}, {"number", failure.number}};
+    lines.push_back({summary.name + ", cell " + std::to_string(failure.number) + ": " + failure.sentence, line.dump()});
+  }
+  return lines;
+}
+
 /// Appends each failure as a line, and prints its name.
 inline void record(const std::vector<RecordedLine>& lines, const std::string& path) {
   std::ofstream file(path, std::ios::app);

@@ -86,7 +86,7 @@ void ConstraintRows::offerClosest(Scene& scene, PairKind kind, const VelocityDam
   Question question;
   question.threshold = damper.influence_distance;
   const PairsBelow below = scene.closestBelow(Pairs(scene.candidates(), kind), capacity(), question);
-  for (const PairProximity& pair : below.closest) offer(pair, damper, rowOf(pair.asked), true);
+  for (const PairProximity& pair : below.closest) offer(pair, damper, rowOf(pair.asked), Reach::Within);
   left_out_ += below.count;
   unknown_ += scene.counts().unknown;
 }
@@ -107,14 +107,14 @@ void ConstraintRows::offerKept(Scene& scene, const VelocityDamper& damper) {
     const PairProximity pair = scene.proximity(kept.pair, question);
     if (pair.result.status == narrowphase::Status::Unknown || pair.result.lower_bound > question.threshold) continue;
     // An upper bound, so that the scene has counted each pair that is taken off leftOut().
-    offer(pair, damper, row, pair.result.upper_bound <= damper.influence_distance);
+    offer(pair, damper, row, pair.result.upper_bound <= damper.influence_distance ? Reach::Within : Reach::Open);
   }
 }
 
-void ConstraintRows::offer(const PairProximity& pair, const VelocityDamper& damper, int row, bool is_in_reach) {
+void ConstraintRows::offer(const PairProximity& pair, const VelocityDamper& damper, int row, Reach reach) {
   const double stop = stopDistance(pair.asked, damper);
   const double share = (pair.result.lower_bound - stop) / (damper.influence_distance - stop);
-  offers_.push_back({pair.asked, pair.result, share, row, is_in_reach});
+  offers_.push_back({pair.asked, pair.result, share, row, reach});
 }
 
 /// Leaves the most demanding offers, as many as there are rows.
@@ -126,7 +126,7 @@ void ConstraintRows::choose() {
     offers_.erase(end, offers_.end());
   }
   left_out_ -= static_cast<int>(
-      std::count_if(offers_.begin(), offers_.end(), [](const Offer& offer) { return offer.is_in_reach; }));
+      std::count_if(offers_.begin(), offers_.end(), [](const Offer& offer) { return offer.reach == Reach::Within; }));
 }
 
 /// Frees the rows of pairs that were not chosen, and gives the free rows to those that have none.

@@ -89,19 +89,20 @@ class ConstraintRows {
 
  private:
   static constexpr int kNone = -1;
+  enum class Reach : unsigned char { Within, Open };  // the influence distance, as the scene has counted it
   struct Offer {
     ShapeRefPair pair;
     narrowphase::SignedDistance result;
     double share;
-    int row;           // that it has; kNone
-    bool is_in_reach;  // proven to be within the influence distance
+    int row;  // that it has; kNone
+    Reach reach;
 
     double rank() const { return row == kNone ? share : share - kKeepShare; }
   };
 
   void offerClosest(Scene& scene, PairKind kind, const VelocityDamper& damper);
   void offerKept(Scene& scene, const VelocityDamper& damper);
-  void offer(const PairProximity& pair, const VelocityDamper& damper, int row, bool is_in_reach);
+  void offer(const PairProximity& pair, const VelocityDamper& damper, int row, Reach reach);
   void choose();
   void giveRows();
   int rowOf(const ShapeRefPair& pair) const;
