@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "proximity_server/scene/model/names.h"
+#include "scene/model/body_pose.h"
 
 namespace proximity_server::scene {
 namespace {
@@ -12,7 +13,7 @@ using Eigen::Isometry3d;
 /// Where a joint stands: mimic joints follow their leader.
 double jointPosition(const RobotModel& model, int joint, const std::vector<double>& positions) {
   const Joint::Mimic leader = model.leaderOf(joint);
-  return leader.offset + leader.multiplier * positions[leader.joint];
+  return followedPosition(leader, positions[leader.joint]);
 }
 
 }  // namespace
@@ -43,9 +44,7 @@ BodyPoses forwardKinematics(const RobotModel& model, const std::vector<double>& 
       poses[i] = Isometry3d::Identity();
       continue;
     }
-    const Joint& joint = model.joints[body.joint];
-    poses[i] = *poses[body.parent] * model.links[joint.parent_link].body_T_link * joint.parent_T_joint *
-               jointMotion(joint, jointPosition(model, body.joint, positions));
+    poses[i] = poseOnParent(model, body, *poses[body.parent], jointPosition(model, body.joint, positions));
   }
   return poses;
 }

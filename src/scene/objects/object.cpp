@@ -202,6 +202,8 @@ Object makeObject(const std::string& id, const std::vector<ObjectShape>& shapes,
 }
 
 const std::vector<ObjectShapeInfo>& shapesOf(const Object& object) { return object.geometry->shapes(); }
+const std::vector<Piece>& piecesOf(const Object& object) { return object.geometry->pieces(); }
+bool hasHalfSpace(const Object& object) { return !object.geometry->halfSpaces().empty(); }
 const std::vector<std::string>& warningsOf(const Object& object) { return object.geometry->warnings(); }
 
 }  // namespace proximity_server::scene

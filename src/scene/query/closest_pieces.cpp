@@ -59,8 +59,11 @@ double ClosestPieces::limit(double outer_limit, const Question& question) const 
   return isFinal(result, question) ? -kInfinity : std::min(outer_limit, result.distance);
 }
 
-PieceSearch::PieceSearch(const PlacedRobot& robot, std::size_t pieces, Skipping skipping)
-    : robot_(robot), skipping_(skipping), warm_starts_(rememberedPairs(pieces)) {
+PieceSearch::PieceSearch(const PlacedRobot& robot, std::size_t pieces, Skipping skipping, Memory memory)
+    : robot_(robot),
+      skipping_(skipping),
+      memory_(memory),
+      warm_starts_(memory == Memory::None ? 0 : rememberedPairs(pieces)) {
   queue_.reserve(rememberedPairs(pieces));
 }
 
@@ -73,41 +76,70 @@ ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b,
                                    const Question& question, const ClosestPieces* found) {
   ClosestPieces closest;
   if (found) closest = *found;
-  const Compound a = robot_.compoundOf(pair.a), b = robot_.compoundOf(pair.b);
+  a_ = robot_.compoundOf(pair.a);
+  b_ = robot_.compoundOf(pair.b);
   const auto current_limit = [&] {
     return skipping_ == Skipping::On ? closest.limit(limit, question) : question.threshold;
   };
   const auto compute = [&](const LeafPair& leaves) {
     const narrowphase::Options options = optionsFor(question, current_limit(), pair.padding);
-    const narrowphase::SignedDistance result =
-        PlacedRobot::distance({a, leaves.a}, {b, leaves.b}, a_T_b, options, warm_starts_);
-    closest.offer(leaves, padded(result, pair.padding), limit);
+    closest.offer(leaves, distance(leaves, pair, a_T_b, options), limit);
   };
-  if (a[a.root].isLeaf() && b[b.root].isLeaf()) {
-    compute({a.root, b.root});
+  // Without the bound of the pair, so that of pieces that are equally close the same are found whatever is known of the pair.
+  const Visit whole{-kInfinity, 0, a_.root, b_.root, pair.padding};
+  if (isLeaf(whole)) {
+    compute({whole.a, whole.b});
     return closest;
   }
-  a_ = a;
-  b_ = b;
-  Visit whole = pair;
-  whole.a = a.root;
-  whole.b = b.root;
   if (likely.areLeaves()) compute(likely);
   queue_.clear();
   visits_ = 0;
-  for (split(whole, a_T_b); !queue_.empty() && !(queue_.lowestBound() > current_limit());) {
+  left_out_ = kInfinity;
+  for (split(whole, a_T_b, current_limit()); !queue_.empty() && !(queue_.lowestBound() > current_limit());) {
     Visit visit = queue_.pop();
     if (visit.bound == Visit::Bound::Sphere) visit = withBoxes(visit, a_T_b);
     if (visit.lower_bound > std::min(queue_.lowestBound(), current_limit())) {
       queue_.push(visit);
     } else if (!isLeaf(visit)) {
-      split(visit, a_T_b);
+      split(visit, a_T_b, current_limit());
     } else if (const LeafPair leaves{visit.a, visit.b}; !(leaves == likely)) {
       compute(leaves);
     }
   }
-  closest.leaveOut(queue_.lowestBound());
+  closest.leaveOut(std::min(left_out_, queue_.lowestBound()));
   return closest;
+}
+
+bool PieceSearch::areBeyond(const Visit& pair, const RelativePose& a_T_b, double limit) {
+  a_ = robot_.compoundOf(pair.a);
+  b_ = robot_.compoundOf(pair.b);
+  const narrowphase::Options options = narrowphase::Options::above(limit + pair.padding);
+  const auto isBeyondIt = [&](const Visit& leaves) {
+    return isBeyond(distance({leaves.a, leaves.b}, pair, a_T_b, options), limit);
+  };
+  const Visit whole{-kInfinity, 0, a_.root, b_.root, pair.padding};
+  if (isLeaf(whole)) return isBeyondIt(whole);
+  queue_.clear();
+  visits_ = 0;
+  left_out_ = kInfinity;
+  for (split(whole, a_T_b, limit); !queue_.empty() && !(queue_.lowestBound() > limit);) {
+    Visit visit = queue_.pop();
+    if (visit.bound == Visit::Bound::Sphere) visit = withBoxes(visit, a_T_b);
+    if (visit.lower_bound > limit) continue;
+    if (!isLeaf(visit))
+      split(visit, a_T_b, limit);
+    else if (!isBeyondIt(visit))
+      return false;
+  }
+  return true;
+}
+
+narrowphase::SignedDistance PieceSearch::distance(const LeafPair& leaves, const Visit& pair, const RelativePose& a_T_b,
+                                                  const narrowphase::Options& options) {
+  narrowphase::WarmStart cold;
+  const Leaf a(a_, leaves.a), b(b_, leaves.b);
+  narrowphase::WarmStart& start = memory_ == Memory::None ? cold : warm_starts_.of(a.number, b.number);
+  return padded(PlacedRobot::distance(a, b, a_T_b, options, start), pair.padding);
 }
 
 Visit PieceSearch::withBoxes(Visit visit, const RelativePose& a_T_b) const {
@@ -118,8 +150,9 @@ Visit PieceSearch::withBoxes(Visit visit, const RelativePose& a_T_b) const {
   return visit;
 }
 
-/// Replaces a pair of volumes by the pairs with the parts of one of them, see splitsFirst().
-void PieceSearch::split(const Visit& visit, const RelativePose& a_T_b) {
+/// Replaces a pair of volumes by the pairs with the parts of one of them, see splitsFirst(), without those that are beyond the
+/// limit [m].
+void PieceSearch::split(const Visit& visit, const RelativePose& a_T_b, double limit) {
   const Volume &a = a_[visit.a], &b = b_[visit.b];
   const bool split_a = splitsFirst(a, b);
   for (const int part : split_a ? a.parts : b.parts) {
@@ -128,7 +161,10 @@ void PieceSearch::split(const Visit& visit, const RelativePose& a_T_b) {
     if (skipping_ == Skipping::On)
       next.lower_bound =
           std::max(visit.lower_bound, PlacedRobot::sphereGap(a_[next.a], b_[next.b], a_T_b) - visit.padding);
-    queue_.push(next);
+    if (next.lower_bound > limit)
+      left_out_ = std::min(left_out_, next.lower_bound);
+    else
+      queue_.push(next);
   }
 }
 

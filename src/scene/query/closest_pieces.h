@@ -46,6 +46,12 @@ struct ClosestPieces {
   double limit(double outer_limit, const Question& question) const;
 };
 
+/// What is known of earlier answers.
+enum class Memory : unsigned char {
+  OfAnswers,  ///< the last answer about a pair, and where the search of its pieces ended
+  None        ///< nothing: every answer is that of the first question
+};
+
 /// Finds the closest pieces of two compounds: walks their hierarchies at once, the closest parts first. The one query
 /// of components, convex parts and triangles, in any mixture.
 ///
@@ -53,7 +59,7 @@ struct ClosestPieces {
 ///         the closest parts first); here with spheres, then boxes, and GJK at the leaves.
 class PieceSearch {
  public:
-  PieceSearch(const PlacedRobot& robot, std::size_t pieces, Skipping skipping);
+  PieceSearch(const PlacedRobot& robot, std::size_t pieces, Skipping skipping, Memory memory = Memory::OfAnswers);
 
   /// Remembers more warm starts, for so many pieces of robot and objects together.
   void makeRoomFor(std::size_t pieces);
@@ -63,17 +69,24 @@ class PieceSearch {
   ClosestPieces between(const Visit& pair, const RelativePose& a_T_b, const LeafPair& likely, double limit,
                         const Question& question, const ClosestPieces* found = nullptr);
 
+  /// Whether the lower bounds of all pieces are above the limit [m]. It ends with the first that is not.
+  bool areBeyond(const Visit& pair, const RelativePose& a_T_b, double limit);
+
  private:
   bool isLeaf(const Visit& visit) const { return a_[visit.a].isLeaf() && b_[visit.b].isLeaf(); }
+  narrowphase::SignedDistance distance(const LeafPair& leaves, const Visit& pair, const RelativePose& a_T_b,
+                                       const narrowphase::Options& options);
   Visit withBoxes(Visit visit, const RelativePose& a_T_b) const;
-  void split(const Visit& visit, const RelativePose& a_T_b);
+  void split(const Visit& visit, const RelativePose& a_T_b, double limit);
 
   const PlacedRobot& robot_;
   Compound a_{}, b_{};  ///< of the pair that is asked about
   const Skipping skipping_;
+  const Memory memory_;
   WarmStarts warm_starts_;
   VisitQueue queue_;
   int visits_ = 0;
+  double left_out_ = 0.0;  ///< [m] the smallest lower bound of the pairs that never entered the queue
 };
 
 }  // namespace proximity_server::scene

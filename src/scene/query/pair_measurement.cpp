@@ -53,12 +53,14 @@ int& countOf(Visit::Bound bound, PairCounts& counts) {
   return counts.by_bounds;
 }
 
-PairMeasurement::PairMeasurement(const SceneModel& model, std::shared_ptr<const Volumes> volumes, Skipping skipping)
+PairMeasurement::PairMeasurement(const SceneModel& model, std::shared_ptr<const Volumes> volumes, Skipping skipping,
+                                 Memory memory)
     : model_(model),
       skipping_(skipping),
+      memory_(memory),
       robot_(model.robot, std::move(volumes)),
-      pieces_(robot_, model.robot.pieces.size(), skipping),
-      kept_(rememberedPairs(model.pairs.checked.size())),
+      pieces_(robot_, model.robot.pieces.size(), skipping, memory),
+      kept_(memory == Memory::None ? 0 : rememberedPairs(model.pairs.checked.size())),
       paddings_(model.pairs) {}
 
 void PairMeasurement::use(std::shared_ptr<const Objects> objects) {
@@ -98,7 +100,7 @@ Visit PairMeasurement::refined(Visit visit, double limit) const {
   if (skipping_ == Skipping::Off) return visit;
   const Volume &a = robot_.at(visit.a), &b = robot_.at(visit.b);
   const RelativePose a_T_b = robot_.relative(a, b);
-  if (const KeptAnswer* kept = kept_.find(visit.a, visit.b)) {
+  if (const KeptAnswer* kept = keptOf(visit)) {
     const RelativeMotionBound motion = PlacedRobot::relativeMotion(a, b, kept->a_T_b, a_T_b);
     const double bound = kept->proximity.result.lower_bound - motion.distance_change;
     if (bound > visit.lower_bound) {
@@ -128,7 +130,7 @@ PairProximity PairMeasurement::proof(const Visit& visit) const {
 /// The kept answer if the two are at rest; its bounds allow for the rounding of the new poses.
 std::optional<PairProximity> PairMeasurement::answerAtRest(const Visit& visit, const RelativePose& a_T_b,
                                                            const Question& question) const {
-  const KeptAnswer* kept = skipping_ == Skipping::On ? kept_.find(visit.a, visit.b) : nullptr;
+  const KeptAnswer* kept = skipping_ == Skipping::On ? keptOf(visit) : nullptr;
   if (!kept || kept->proximity.result.status != narrowphase::Status::Converged) return std::nullopt;
   const RelativeMotionBound motion = robot_.relativeMotion(visit.a, visit.b, kept->a_T_b, a_T_b);
   if (!motion.is_rest) return std::nullopt;
@@ -163,7 +165,7 @@ ClosestPieces PairMeasurement::closestOf(const Visit& visit, const RelativePose&
 /// Returns only the proof if all pieces are beyond the limit.
 PairProximity PairMeasurement::compute(const Visit& visit, const RelativePose& a_T_b, double limit,
                                        const Question& question) {
-  const KeptAnswer* kept = skipping_ == Skipping::On ? kept_.find(visit.a, visit.b) : nullptr;
+  const KeptAnswer* kept = skipping_ == Skipping::On ? keptOf(visit) : nullptr;
   const LeafPair likely = kept ? kept->leaves : LeafPair();
   const ClosestPieces closest = closestOf(visit, a_T_b, likely, limit, question);
   PairProximity proximity = proof(visit);
@@ -181,7 +183,8 @@ PairProximity PairMeasurement::compute(const Visit& visit, const RelativePose& a
   }
   proximity.depth_is_lower_bound = closest.result.distance < 0.0 && !depthIsExact(visit);
   if (isBeyond(proximity.result, limit)) proximity.result = onlyProof(proximity.result);
-  if (skipping_ == Skipping::On) kept_.of(visit.a, visit.b) = {a_T_b, proximity, closest.leaves};
+  if (skipping_ == Skipping::On && memory_ != Memory::None)
+    kept_.of(visit.a, visit.b) = {a_T_b, proximity, closest.leaves};
   return proximity;
 }
 
@@ -225,6 +228,19 @@ PairProximity PairMeasurement::settle(const ShapeRefPair& pair, const Question& 
   return asAsked(pair, *visit, proof(*visit));
 }
 
+bool PairMeasurement::isProvenBeyond(const Visit& visit, double distance) {
+  if (visit.lower_bound > distance) return true;
+  const Visit box = refined(visit, distance);
+  if (box.lower_bound > distance) return true;
+  const RelativePose a_T_b = robot_.relative(box.a, box.b);
+  if (haveInterior(robot_.at(box.a), robot_.at(box.b))) {
+    ClosestPieces inside;
+    offerInterior(robot_, box, a_T_b, distance, {}, skipping_, 0.0, inside);
+    if (!(inside.lower_bound > distance)) return false;
+  }
+  return pieces_.areBeyond(box, a_T_b, distance);
+}
+
 DistanceBounds PairMeasurement::interiorOf(const ShapeRefPair& pair, double within) const {
   const std::optional<Visit> visit = visitOf(pair, 0);
   ClosestPieces closest;
@@ -236,7 +252,7 @@ DistanceBounds PairMeasurement::interiorOf(const ShapeRefPair& pair, double with
 }
 
 bool PairMeasurement::isStillWithin(const Visit& visit, double threshold) const {
-  const KeptAnswer* kept = kept_.find(visit.a, visit.b);
+  const KeptAnswer* kept = keptOf(visit);
   if (!kept) return false;
   const RelativeMotionBound motion =
       robot_.relativeMotion(visit.a, visit.b, kept->a_T_b, robot_.relative(visit.a, visit.b));

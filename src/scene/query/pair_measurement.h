@@ -34,12 +34,14 @@ struct DistanceBounds {
 /// It counts how each pair was settled.
 class PairMeasurement {
  public:
-  PairMeasurement(const SceneModel& model, std::shared_ptr<const Volumes> volumes, Skipping skipping);
+  PairMeasurement(const SceneModel& model, std::shared_ptr<const Volumes> volumes, Skipping skipping,
+                  Memory memory = Memory::OfAnswers);
 
   void update(const BodyPoses& poses) { robot_.update(poses); }
   void updateFrames(const std::vector<std::optional<Eigen::Isometry3d>>& poses) { robot_.updateFrames(poses); }
   void forgetFrames() { robot_.forgetFrames(); }
   const PlacedRobot& robot() const { return robot_; }
+  PlacedRobot& robot() { return robot_; }
 
   /// Takes the next objects, and forgets the answers about those that have changed.
   void use(std::shared_ptr<const Objects> objects);
@@ -62,6 +64,10 @@ class PairMeasurement {
   /// Answers about one pair by all steps: by bounds if they decide the question's threshold, otherwise it is computed.
   PairProximity settle(const ShapeRefPair& pair, const Question& question);
 
+  /// Whether the lower bound of a pair is above `distance` [m], as settle() finds it with this threshold. How near a pair is
+  /// that is not so far is not computed. `visit`: the pair with the bound of its spheres.
+  bool isProvenBeyond(const Visit& visit, double distance);
+
   /// What interiors add to the distance of a pair, see offerInterior(); infinity if it is not below `within` [m].
   DistanceBounds interiorOf(const ShapeRefPair& pair, double within) const;
 
@@ -80,6 +86,9 @@ class PairMeasurement {
     LeafPair leaves;
   };
 
+  const KeptAnswer* keptOf(const Visit& visit) const {
+    return memory_ == Memory::None ? nullptr : kept_.find(visit.a, visit.b);
+  }
   bool depthIsExact(const Visit& visit) const;
   ClosestPieces closestOf(const Visit& visit, const RelativePose& a_T_b, const LeafPair& likely, double limit,
                           const Question& question);
@@ -91,6 +100,7 @@ class PairMeasurement {
 
   const SceneModel& model_;
   const Skipping skipping_;
+  const Memory memory_;
   PlacedRobot robot_;
   PieceSearch pieces_;
   PairMemory<KeptAnswer> kept_;

@@ -187,16 +187,17 @@ void PlacedRobot::placeSpheres() {
   const auto end = bodies_.begin() + static_cast<std::ptrdiff_t>(model_.bodies.size());
   const auto first = std::find_if(bodies_.begin(), end, known);
   if (first != end) origin_ = first->origin;
-  const Vector3d origin = origin_;
-  for (int root = 0; root < volumes_->rootCount(); ++root) {
-    const Volume& volume = (*volumes_)[root];
-    const BodyPlace& body = bodies_[volume.body];
-    Sphere& sphere = spheres_[root];
-    sphere.is_placed = body.known && !volume.isEmpty();
-    if (!sphere.is_placed) continue;
-    sphere.centre = (body.origin - origin) + body.rotation * volume.bounds.centre;
-    sphere.radius = volume.bounds.radius + kPoseRounding * sphere.centre.norm();
-  }
+  for (int root = 0; root < volumes_->rootCount(); ++root) placeSphere(root);
+}
+
+void PlacedRobot::placeSphere(int root) {
+  const Volume& volume = (*volumes_)[root];
+  const BodyPlace& body = bodies_[volume.body];
+  Sphere& sphere = spheres_[root];
+  sphere.is_placed = body.known && !volume.isEmpty();
+  if (!sphere.is_placed) return;
+  sphere.centre = (body.origin - origin_) + body.rotation * volume.bounds.centre;
+  sphere.radius = volume.bounds.radius + kPoseRounding * sphere.centre.norm();
 }
 
 RelativePose PlacedRobot::relative(const Volume& a, const Volume& b) const {
@@ -257,7 +258,8 @@ RelativeMotionBound PlacedRobot::relativeMotion(const Volume& a, const Volume& b
 }
 
 narrowphase::SignedDistance PlacedRobot::distance(const Leaf& a, const Leaf& b, const RelativePose& a_T_b,
-                                                  const narrowphase::Options& options, WarmStarts& warm_starts) {
+                                                  const narrowphase::Options& options,
+                                                  narrowphase::WarmStart& warm_start) {
   const Piece &piece_a = a.piece, &piece_b = b.piece;
   const Matrix3d rotation_a = piece_a.body_T_piece.linear();
   const Vector3d origin_a = piece_a.body_T_piece.translation();
@@ -272,8 +274,7 @@ narrowphase::SignedDistance PlacedRobot::distance(const Leaf& a, const Leaf& b, 
   inner.distance_tolerance = std::max(0.0, options.distance_tolerance - 4.0 * margin);
   inner.stop_above += 2.0 * margin;
   inner.stop_below -= 2.0 * margin;
-  narrowphase::SignedDistance result =
-      signedDistance(piece_a.shape, piece_b.shape, pose, inner, warm_starts.of(a.number, b.number));
+  narrowphase::SignedDistance result = signedDistance(piece_a.shape, piece_b.shape, pose, inner, warm_start);
   result.lower_bound -= margin;
   result.upper_bound += margin;
   if (result.status == narrowphase::Status::Converged &&

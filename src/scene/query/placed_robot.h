@@ -70,6 +70,15 @@ class PlacedRobot {
   /// std::invalid_argument if there is not one pose for each body.
   void update(const BodyPoses& poses);
 
+  /// The steps of update(), for a caller who needs few of the bodies: first all that are needed, then the origin, which is
+  /// that of the first body with geometry whose pose is known, then the spheres of the needed roots. What is not placed
+  /// anew stands where it stood.
+  void place(int body, const Eigen::Isometry3d& pose) { placeBody(pose, bodies_[body]); }
+  bool hasGeometry(int body) const { return bodies_[body].is_used; }
+  bool isKnown(int body) const { return bodies_[body].known; }
+  void takeOriginOf(int body) { origin_ = bodies_[body].origin; }
+  void placeSphere(int root);
+
   /// Throws std::invalid_argument if the objects have another number of frames.
   void requireFrames(std::size_t count) const;
 
@@ -151,7 +160,11 @@ class PlacedRobot {
     return distance(Leaf(compoundOf(a), a), Leaf(compoundOf(b), b), a_T_b, options, warm_starts);
   }
   static narrowphase::SignedDistance distance(const Leaf& a, const Leaf& b, const RelativePose& a_T_b,
-                                              const narrowphase::Options& options, WarmStarts& warm_starts);
+                                              const narrowphase::Options& options, WarmStarts& warm_starts) {
+    return distance(a, b, a_T_b, options, warm_starts.of(a.number, b.number));
+  }
+  static narrowphase::SignedDistance distance(const Leaf& a, const Leaf& b, const RelativePose& a_T_b,
+                                              const narrowphase::Options& options, narrowphase::WarmStart& warm_start);
 
   /// [m] Upper bound of the effect of the rounding of poses on a distance.
   static double rounding(const Volume& a, const Volume& b, const RelativePose& a_T_b);

@@ -26,11 +26,11 @@ class VisitQueue {
 
   void push(const Visit& visit) {
     heap_.push_back(visit);
-    std::push_heap(heap_.begin(), heap_.end(), isLater);
+    std::push_heap(heap_.begin(), heap_.end(), Later{});
   }
 
   Visit pop() {
-    std::pop_heap(heap_.begin(), heap_.end(), isLater);
+    std::pop_heap(heap_.begin(), heap_.end(), Later{});
     const Visit first = heap_.back();
     heap_.pop_back();
     return first;
@@ -44,9 +44,11 @@ class VisitQueue {
   }
 
  private:
-  static bool isLater(const Visit& a, const Visit& b) {
-    return a.lower_bound != b.lower_bound ? a.lower_bound > b.lower_bound : a.number > b.number;
-  }
+  struct Later {  // a type, so that the heap calls no function for each comparison
+    bool operator()(const Visit& a, const Visit& b) const {
+      return a.lower_bound != b.lower_bound ? a.lower_bound > b.lower_bound : a.number > b.number;
+    }
+  };
 
   std::vector<Visit> heap_;
 };

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/query/scene.h"
 #include "sanitized.h"
+#include "scene/two_arms.h"
 
 namespace proximity_server::scene {
 
@@ -27,54 +27,13 @@ constexpr double kAgreement = 1e-12;     // [m]
 constexpr double kTolerance = 1e-12;     // [m] asked of every distance
 constexpr std::size_t kClosest = 5;
 
-// --- a robot with two arms of every kind of shape
-
-std::string collision(const std::string& shape, const std::string& xyz) {
-  return "<collision><origin xyz='" + xyz + "' rpy='0.3 -0.2 0.1'/><geometry>" + shape + "</geometry></collision>";
-}
-
-std::string link(const std::string& name, const std::string& collisions) {
-  return "<link name='" + name + "'>" + collisions + "</link>";
-}
-
-std::string joint(const std::string& parent, const std::string& child, const std::string& type, const std::string& xyz,
-                  const std::string& axis) {
-  return "<joint name='to_" + child + "' type='" + type + "'><parent link='" + parent + "'/><child link='" + child +
-         "'/><origin xyz='" + xyz + "'/><axis xyz='" + axis +
-         "'/><limit lower='-2.5' upper='2.5' effort='1' velocity='1'/></joint>";
-}
-
-std::string arm(const std::string& side, const std::string& shoulder) {
-  const std::string box = "<box size='0.1 0.08 0.3'/>", cylinder = "<cylinder radius='0.05' length='0.3'/>",
-                    sphere = "<sphere radius='0.07'/>";
-  return link(side + "upper", collision(box, "0 0 0.15") + collision(sphere, "0.02 0 0.3")) +
-         link(side + "fore", collision(cylinder, "0 0 0.2")) + link(side + "wrist", collision(sphere, "0 0 0.05")) +
-         link(side + "hand", collision(box, "0.06 0 0.2") + collision(box, "-0.06 0 0.2") +
-                                 collision("<cylinder radius='0.03' length='0.1'/>", "0 0 0.05")) +
-         joint("torso", side + "upper", "revolute", shoulder, "0 0 1") +
-         joint(side + "upper", side + "fore", "revolute", "0 0 0.35", "0 1 0") +
-         joint(side + "fore", side + "wrist", "revolute", "0 0 0.45", "1 0 0") +
-         joint(side + "wrist", side + "hand", "revolute", "0 0 0.15", "0 1 0");
-}
-
-std::string twoArms() {
-  const std::string torso = link("torso", collision("<cylinder radius='0.12' length='0.7'/>", "0 0 0.2") +
-                                              collision("<box size='0.3 0.5 0.1'/>", "0 0 0.4"));
-  return torso + arm("left_", "0 0.4 0.4") + arm("right_", "0 -0.4 0.4");
-}
+// --- the robots
 
 /// Arms about one torso, so that most of them are far from each other and neighbours are not.
 std::string manyArms() {
   std::string links = twoArms();
   for (int i = 0; i < 6; ++i) links += arm("arm_" + std::to_string(i) + "_", "0 0 " + std::to_string(1.4 + 1.1 * i));
   return links;
-}
-
-std::shared_ptr<const SceneModel> modelOf(const std::string& links) {
-  auto model = std::make_shared<SceneModel>();
-  model->robot = loadRobotModel("<robot name='arms'>" + links + "</robot>", [](const std::string& uri) { return uri; });
-  model->pairs = filterPairs(model->robot, "");
-  return model;
 }
 
 // --- how it moves

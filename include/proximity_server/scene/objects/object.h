@@ -60,6 +60,7 @@ struct Attached {
 using Placement = std::variant<Fixed, Moving, Attached>;
 
 class ObjectGeometry;
+struct Piece;
 
 /// An object, ready to be added to a scene. Copies share the geometry, which never changes.
 struct Object {
@@ -96,6 +97,11 @@ struct ObjectShapeInfo {
 
 /// The shapes of an object, in the order in which they were given.
 const std::vector<ObjectShapeInfo>& shapesOf(const Object& object);
+
+/// The convex pieces of an object in its frame, padding included; Piece::collision is the index of a shape. Half-spaces have
+/// no pieces.
+const std::vector<Piece>& piecesOf(const Object& object);
+bool hasHalfSpace(const Object& object);
 
 /// One sentence each about input that is odd but legal.
 const std::vector<std::string>& warningsOf(const Object& object);
