@@ -1,0 +1,31 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/query/pairs.h"
+#include "scene/batch/lane_model.h"
+#include "scene/query/visit_queue.h"
+#include "scene/query/volumes.h"
+
+namespace proximity_server::scene {
+
+/// What all states and all twins of a SceneBatch share, and what never changes.
+struct BatchModel {
+  explicit BatchModel(std::shared_ptr<const SceneModel> scene_model);
+
+  std::shared_ptr<const SceneModel> model;
+  Candidates candidates;
+  std::shared_ptr<const Volumes> volumes;
+  std::vector<Joint::Mimic> leaders;  ///< of each joint, see RobotModel::leaderOf()
+
+  /// The candidate pairs by the numbers of their volumes, as PairMeasurement::visitOf() finds them, with the bound minus
+  /// infinity.
+  std::vector<Visit> visits;
+
+  std::shared_ptr<const LaneModel> lanes;
+  std::vector<int> order;  ///< of the candidates: those that are near most often come first, see pairOrder()
+};
+
+}  // namespace proximity_server::scene

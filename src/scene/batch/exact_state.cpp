@@ -1,0 +1,112 @@
+#include "scene/batch/exact_state.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "scene/model/body_pose.h"
+
+namespace proximity_server::scene {
+
+using Eigen::Isometry3d;
+
+ExactState::ExactState(std::shared_ptr<const BatchModel> batch)
+    : batch_(std::move(batch)),
+      measurement_(std::make_unique<PairMeasurement>(*batch_->model, batch_->volumes, Skipping::On, Memory::None)),
+      poses_(batch_->model->robot.bodies.size(), Isometry3d::Identity()),
+      pose_of_(poses_.size(), 0),
+      body_of_(poses_.size(), 0),
+      sphere_of_(static_cast<std::size_t>(batch_->volumes->rootCount()), 0) {}
+
+void ExactState::place(const States& states, Eigen::Index state) {
+  positions_ = states.data() + state * states.rowStride();
+  stride_ = states.colStride();
+  ++state_;
+}
+
+// --- poses
+
+double ExactState::positionOf(int joint) const {
+  const Joint::Mimic& leader = batch_->leaders[static_cast<std::size_t>(joint)];
+  return followedPosition(leader, positions_[leader.joint * stride_]);
+}
+
+const Isometry3d& ExactState::poseOf(int body) {
+  const auto index = static_cast<std::size_t>(body);
+  const RobotModel& robot = batch_->model->robot;
+  const Body& here = robot.bodies[index];
+  if (here.joint < 0 || pose_of_[index] == state_) return poses_[index];  // a root body stays at the identity
+  poses_[index] = poseOnParent(robot, here, poseOf(here.parent), positionOf(here.joint));
+  pose_of_[index] = state_;
+  return poses_[index];
+}
+
+void ExactState::placeBody(int body) {
+  std::uint64_t& state = body_of_[static_cast<std::size_t>(body)];
+  if (state == state_) return;
+  measurement_->robot().place(body, poseOf(body));
+  state = state_;
+}
+
+/// As PlacedRobot::update() chooses it.
+void ExactState::placeOrigin() {
+  if (origin_of_ == state_) return;
+  PlacedRobot& robot = measurement_->robot();
+  for (int body = 0; body < static_cast<int>(poses_.size()); ++body) {
+    if (!robot.hasGeometry(body)) continue;
+    placeBody(body);
+    if (!robot.isKnown(body)) continue;
+    robot.takeOriginOf(body);
+    break;
+  }
+  origin_of_ = state_;
+}
+
+void ExactState::placeSphere(int root) {
+  std::uint64_t& state = sphere_of_[static_cast<std::size_t>(root)];
+  if (state == state_) return;
+  placeBody((*batch_->volumes)[root].body);
+  measurement_->robot().placeSphere(root);
+  state = state_;
+}
+
+// --- pairs
+
+/// All that visitOf() of the pair reads is placed.
+void ExactState::placePair(int pair) {
+  const Visit& visit = visitOf(pair);
+  placeOrigin();
+  placeSphere(visit.a);
+  placeSphere(visit.b);
+}
+
+bool ExactState::isBelow(int pair, double distance) {
+  placePair(pair);
+  const std::optional<Visit> visit = measurement_->visitOf(candidate(pair), pair);
+  return visit && !measurement_->isProvenBeyond(*visit, distance);
+}
+
+PairProximity ExactState::proximity(int pair, double threshold) {
+  placePair(pair);
+  Question question;
+  question.threshold = threshold;
+  return measurement_->settle(candidate(pair), question);
+}
+
+bool ExactState::isPlaced(const Visit& visit) {
+  const PlacedRobot& robot = measurement_->robot();
+  const int body_a = robot.at(visit.a).body, body_b = robot.at(visit.b).body;
+  placeBody(body_a);
+  placeBody(body_b);
+  return robot.isKnown(body_a) && robot.isKnown(body_b);
+}
+
+bool ExactState::isPlaced() {
+  return std::all_of(batch_->visits.begin(), batch_->visits.end(), [&](const Visit& visit) { return isPlaced(visit); });
+}
+
+PairProximity ExactState::measure(const Visit& visit, double limit) {
+  return measurement_->measure(candidate(visit.number), visit, limit, {});
+}
+
+}  // namespace proximity_server::scene

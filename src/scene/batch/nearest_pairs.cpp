@@ -1,0 +1,167 @@
+#include "scene/batch/nearest_pairs.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace proximity_server::scene {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr float kNothing = std::numeric_limits<float>::infinity();
+
+/// For more pairs than this the k-th smallest upper bound is not looked for: hardly any pair would be left out.
+constexpr std::size_t kMostRanked = 16;
+
+}  // namespace
+
+NearestPairs::NearestPairs(std::shared_ptr<const BatchModel> batch)
+    : batch_(std::move(batch)),
+      limits_(LaneBounds::kBlock),
+      uppers_(LaneBounds::kBlock * kMostRanked),
+      near_(LaneBounds::kBlock),
+      lower_(LaneBounds::kBlock),
+      upper_(LaneBounds::kBlock),
+      first_(LaneBounds::kBlock) {
+  kept_.reserve(pairs() * LaneBounds::kBlock);
+  queue_.reserve(pairs());
+  measured_.reserve(pairs());
+  answers_.reserve(pairs());
+  found_.reserve(pairs() + 1);
+}
+
+// --- bounds of a block
+
+void NearestPairs::prepareClosest(const LaneBounds& lanes, int count, std::size_t k) {
+  k_ = std::min(k, pairs());
+  ranks_bounds_ = k_ > 0 && k_ <= kMostRanked && k_ < pairs();
+  std::fill(uppers_.begin(), uppers_.end(), kNothing);
+  if (k_ > 0) takeBounds(lanes, count, kInfinity);
+}
+
+void NearestPairs::prepareBelow(const LaneBounds& lanes, int count, double distance) {
+  distance_ = distance;
+  ranks_bounds_ = false;
+  takeBounds(lanes, count, distance + kSettledFor);
+}
+
+void NearestPairs::takeBounds(const LaneBounds& lanes, int count, double limit) {
+  kept_.clear();
+  std::fill(first_.begin(), first_.end(), -1);
+  std::fill(limits_.begin(), limits_.end(), limit);
+  const bool has_limit = ranks_bounds_ || limit < kInfinity;
+  for (int state = 0; state < count; ++state) {
+    if (has_limit && lanes.isPlaced(state)) continue;
+    for (int pair = 0; pair < static_cast<int>(pairs()); ++pair) keep(state, pair, -kNothing);
+    limits_[static_cast<std::size_t>(state)] = -kInfinity;  // no lane has to look for more
+  }
+  if (has_limit)
+    for (const int pair : batch_->order) keepNear(lanes, pair, count);
+  for (double& of_state : limits_)
+    if (of_state == -kInfinity) of_state = limit;
+}
+
+/// Keeps a pair in the states in which it may be within the limit.
+void NearestPairs::keepNear(const LaneBounds& lanes, int pair, int count) {
+  const int near = lanes.findNear(pair, limits_.data(), count, near_.data());
+  lanes.bounds(pair, near_.data(), near, lower_.data(), upper_.data());
+  for (std::size_t i = 0; i < static_cast<std::size_t>(near); ++i) {
+    const int state = near_[i];
+    if (lower_[i] > limits_[static_cast<std::size_t>(state)]) continue;
+    keep(state, pair, lower_[i]);
+    if (ranks_bounds_) lowerLimit(state, upper_[i]);
+  }
+}
+
+void NearestPairs::keep(int state, int pair, float lower_bound) {
+  int& first = first_[static_cast<std::size_t>(state)];
+  kept_.push_back({pair, lower_bound, first});
+  first = static_cast<int>(kept_.size()) - 1;
+}
+
+void NearestPairs::lowerLimit(int state, float upper_bound) {
+  float* const smallest = &uppers_[static_cast<std::size_t>(state) * kMostRanked];
+  std::size_t place = k_;
+  for (; place > 0 && upper_bound < smallest[place - 1]; --place)
+    if (place < k_) smallest[place] = smallest[place - 1];
+  if (place < k_) smallest[place] = upper_bound;
+  limits_[static_cast<std::size_t>(state)] = static_cast<double>(smallest[k_ - 1]) + kSettledFor;
+}
+
+// --- one state
+
+/// [m] A pair that is farther for certain is not among the closest; nor is it in the answer of a new Scene.
+double NearestPairs::limit() const {
+  const double kth = found_.size() < k_ ? kInfinity : found_.front().rank + kSettledFor;
+  return std::min(first_limit_, kth);
+}
+
+void NearestPairs::enter(int state) {
+  queue_.clear();
+  for (int i = first_[static_cast<std::size_t>(state)]; i >= 0; i = kept_[static_cast<std::size_t>(i)].next) {
+    const Kept& kept = kept_[static_cast<std::size_t>(i)];
+    if (kept.lower_bound > first_limit_) continue;
+    Visit visit = batch_->visits[static_cast<std::size_t>(kept.pair)];
+    visit.lower_bound = kept.lower_bound;
+    // The boxes of whole links hardly ever improve a bound of the lanes.
+    if (kept.lower_bound > -kNothing) visit.bound = Visit::Bound::Box;
+    queue_.push(visit);
+  }
+}
+
+const std::vector<PairProximity>& NearestPairs::closest(ExactState& exact, int state) {
+  measured_.clear();
+  found_.clear();
+  if (k_ == 0) return sorted();
+  first_limit_ = limits_[static_cast<std::size_t>(state)];
+  enter(state);
+  while (!queue_.empty() && !(queue_.lowestBound() > limit())) {
+    Visit visit = queue_.pop();
+    if (!exact.isPlaced(visit)) continue;
+    if (visit.bound == Visit::Bound::Sphere) visit = exact.withBoxes(visit, limit());
+    if (visit.lower_bound > std::min(queue_.lowestBound(), limit()))
+      queue_.push(visit);
+    else
+      measure(exact, visit);
+  }
+  return sorted();
+}
+
+void NearestPairs::measure(ExactState& exact, const Visit& visit) {
+  PairProximity proximity = exact.measure(visit, limit());
+  if (proximity.result.lower_bound > limit()) return;
+  if (proximity.result.status != narrowphase::Status::Converged) proximity = exact.measure(visit, kInfinity);
+  rank(visit.number, proximity);
+  if (found_.size() <= k_) return;
+  std::pop_heap(found_.begin(), found_.end());
+  found_.pop_back();
+}
+
+void NearestPairs::rank(int pair, const PairProximity& proximity) {
+  const narrowphase::SignedDistance& result = proximity.result;
+  if (result.status == narrowphase::Status::Unknown) return;
+  const double by = result.status == narrowphase::Status::Converged ? result.distance : result.lower_bound;
+  found_.push_back({by, pair, measured_.size()});
+  std::push_heap(found_.begin(), found_.end());
+  measured_.push_back(proximity);
+}
+
+const std::vector<PairProximity>& NearestPairs::below(ExactState& exact, int state) {
+  measured_.clear();
+  found_.clear();
+  for (int i = first_[static_cast<std::size_t>(state)]; i >= 0; i = kept_[static_cast<std::size_t>(i)].next) {
+    const int pair = kept_[static_cast<std::size_t>(i)].pair;
+    const PairProximity proximity = exact.proximity(pair, distance_);
+    if (!(proximity.result.lower_bound > distance_)) rank(pair, proximity);
+  }
+  return sorted();
+}
+
+const std::vector<PairProximity>& NearestPairs::sorted() {
+  std::sort_heap(found_.begin(), found_.end());
+  answers_.clear();
+  for (const Found& found : found_) answers_.push_back(measured_[found.index]);
+  return answers_;
+}
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "proximity_server/scene/batch/scene_batch.h"
+#include "scene/batch/exact_state.h"
+#include "scene/batch/lane_bounds.h"
+#include "scene/query/visit_queue.h"
+
+namespace proximity_server::scene {
+
+/// The closest candidate pairs in each state of a block.
+///
+/// 1. Each state has a limit: the distance that is asked, or the k-th smallest upper bound so far, as the k closest pairs are
+///    not farther.
+/// 2. Go through the pairs, those first that are near most often. Keep the states in which the balls of the pair are within
+///    the limit, and let lanes bound the distance in these: it may lower the limit.
+/// 3. State by state: the kept pairs whose lower bound is within the limit enter a queue, the smallest bound first.
+/// 4. Take the first pair and compute it. The k-th smallest distance so far is the next limit. Without a bound of the lanes,
+///    the boxes of the pair give it one first.
+/// 5. End when the smallest bound in the queue is above the limit.
+///
+/// No answer depends on the bounds, on the order of the visits or on the limits, which decide only what is computed. For a
+/// pair among the closest is nearer than every limit by more than the tolerance, so that its search leaves out no piece that
+/// could be its closest; if it did not converge, it is computed again without limit.
+class NearestPairs {
+ public:
+  explicit NearestPairs(std::shared_ptr<const BatchModel> batch);
+
+  /// Bounds the pairs in the first `count` states of a block, for the k closest pairs of each.
+  void prepareClosest(const LaneBounds& lanes, int count, std::size_t k);
+
+  /// The same for all pairs at or below the distance [m].
+  void prepareBelow(const LaneBounds& lanes, int count, double distance);
+
+  /// Finds the pairs that were prepared for, in one state of the block, which is placed in `exact`. Sorted; valid until the
+  /// next call.
+  const std::vector<PairProximity>& closest(ExactState& exact, int state);
+  const std::vector<PairProximity>& below(ExactState& exact, int state);
+
+ private:
+  /// A pair that may be within the limit of a state.
+  struct Kept {
+    int pair;
+    float lower_bound;  ///< [m]
+    int next;           ///< index of the next one of the state; -1: none
+  };
+  struct Found {
+    double rank;        ///< [m] the distance, or the lower bound if the search did not converge
+    int pair;           ///< decides between equal ranks
+    std::size_t index;  ///< among measured_
+    bool operator<(const Found& other) const { return rank != other.rank ? rank < other.rank : pair < other.pair; }
+  };
+
+  std::size_t pairs() const { return batch_->candidates.size(); }
+  void takeBounds(const LaneBounds& lanes, int count, double limit);
+  void keepNear(const LaneBounds& lanes, int pair, int count);
+  void keep(int state, int pair, float lower_bound);
+  void lowerLimit(int state, float upper_bound);
+  void enter(int state);
+  void measure(ExactState& exact, const Visit& visit);
+  void rank(int pair, const PairProximity& proximity);
+  double limit() const;
+  const std::vector<PairProximity>& sorted();
+
+  std::shared_ptr<const BatchModel> batch_;
+  std::size_t k_ = 0;
+  bool ranks_bounds_ = false;         ///< whether upper bounds lower the limits
+  double distance_ = 0.0;             ///< [m] of below()
+  std::vector<double> limits_;        ///< [m] of each state, with kSettledFor
+  std::vector<float> uppers_;         ///< [m] of each state: the k smallest upper bounds, ascending
+  std::vector<int> near_;             ///< states
+  std::vector<float> lower_, upper_;  ///< [m] in these
+  std::vector<int> first_;            ///< of each state: index of a kept pair; -1: none
+  std::vector<Kept> kept_;
+
+  double first_limit_ = 0.0;  ///< [m] of the state
+  VisitQueue queue_;
+  std::vector<PairProximity> measured_, answers_;
+  std::vector<Found> found_;  ///< the closest so far: a heap, the farthest in front
+};
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,56 @@
+#include "scene/batch/pair_order.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numeric>
+
+#include "proximity_server/scene/model/joint_ranges.h"
+#include "scene/batch/lane_bounds.h"
+
+namespace proximity_server::scene {
+namespace {
+
+constexpr int kBlocks = 4;
+constexpr double kNear = 0.05;  // [m]
+
+/// Multiples of an irrational number for each joint, which fill the unit cube evenly.
+/// Source: Weyl, Ueber die Gleichverteilung von Zahlen mod. Eins, 1916.
+Eigen::MatrixXd spreadStates(const RobotModel& robot, int count, int first) {
+  Eigen::MatrixXd states = Eigen::MatrixXd::Zero(count, static_cast<Eigen::Index>(robot.joints.size()));
+  for (const JointRange& range : jointRanges(robot)) {
+    const double multiple = std::sqrt(2.0 + 3.0 * range.joint) + 0.1;
+    for (int i = 0; i < count; ++i) {
+      const double place = multiple * (first + i + 1);
+      states(i, range.joint) = range.lower + (place - std::floor(place)) * range.width();
+    }
+  }
+  return states;
+}
+
+}  // namespace
+
+std::vector<int> pairOrder(const RobotModel& robot, const std::shared_ptr<const LaneModel>& lanes) {
+  LaneBounds bounds(lanes);
+  const int pairs = static_cast<int>(lanes->pairs.size());
+  std::vector<int> near_count(static_cast<std::size_t>(pairs), 0), states;
+  for (int block = 0; block < kBlocks; ++block) {
+    bounds.place(spreadStates(robot, LaneBounds::kBlock, block * LaneBounds::kBlock), 0, LaneBounds::kBlock);
+    for (int pair = 0; pair < pairs; ++pair) {
+      states.clear();
+      for (int i = 0; i < LaneBounds::kBlock; ++i)
+        if (bounds.isPlaced(i)) states.push_back(i);
+      const int count = bounds.keepNear(pair, kNear, states.data(), static_cast<int>(states.size()));
+      for (const LaneBounds::Side side : bounds.sides(pair, kNear, states.data(), count))
+        near_count[static_cast<std::size_t>(pair)] += side == LaneBounds::Side::Below ? 1 : 0;
+    }
+  }
+  std::vector<int> order(static_cast<std::size_t>(pairs));
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    return near_count[static_cast<std::size_t>(a)] > near_count[static_cast<std::size_t>(b)];
+  });
+  return order;
+}
+
+}  // namespace proximity_server::scene

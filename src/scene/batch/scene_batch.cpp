@@ -1,0 +1,142 @@
+#include "proximity_server/scene/batch/scene_batch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "scene/batch/batch_model.h"
+#include "scene/batch/exact_state.h"
+#include "scene/batch/lane_bounds.h"
+#include "scene/batch/nearest_pairs.h"
+#include "scene/batch/verdicts.h"
+
+namespace proximity_server::scene {
+
+class SceneBatch::Impl {
+ public:
+  explicit Impl(std::shared_ptr<const BatchModel> shared)
+      : batch(std::move(shared)), lanes(batch->lanes), exact(batch), nearest(batch), verdicts(batch) {}
+
+  /// Calls answer(state, state in the block) for each state that has an answer, block by block, after
+  /// prepare(count of the block); and skip(state) for the others.
+  template <typename Prepare, typename Answer, typename Skip>
+  void forEach(const States& states, const Prepare& prepare, const Answer& answer, const Skip& skip) {
+    for (Eigen::Index first = 0; first < states.rows(); first += LaneBounds::kBlock) {
+      const int count = static_cast<int>(std::min<Eigen::Index>(LaneBounds::kBlock, states.rows() - first));
+      lanes.place(states, first, count);
+      prepare(count);
+      for (int i = 0; i < count; ++i) {
+        const Eigen::Index state = first + i;
+        if (!takeState(states, state, i)) {
+          skip(static_cast<std::size_t>(state));
+          continue;
+        }
+        answer(static_cast<std::size_t>(state), i);
+      }
+    }
+  }
+
+  /// Places a state, which is the i-th of the block. False if it has no answer: a position or the pose of a pair is not finite.
+  bool takeState(const States& states, Eigen::Index state, int i) {
+    if (!states.row(state).allFinite()) return false;
+    exact.place(states, state);
+    return lanes.isPlaced(i) || exact.isPlaced();  // what the lanes place is near
+  }
+
+  /// Fills the lists with what pairsOf(state in the block) finds.
+  template <typename Prepare, typename PairsOf>
+  const StatePairs& listed(const States& states, const Prepare& prepare, const PairsOf& pairsOf) {
+    lists.pairs.clear();
+    lists.begins.assign(1, 0);
+    lists.unknown.clear();
+    const auto end = [&](unsigned char unknown) {
+      lists.unknown.push_back(unknown);
+      lists.begins.push_back(lists.pairs.size());
+    };
+    forEach(
+        states, prepare,
+        [&](std::size_t, int i) {
+          const std::vector<PairProximity>& found = pairsOf(i);
+          lists.pairs.insert(lists.pairs.end(), found.begin(), found.end());
+          end(0);
+        },
+        [&](std::size_t) { end(1); });
+    return lists;
+  }
+
+  std::shared_ptr<const BatchModel> batch;
+  LaneBounds lanes;
+  ExactState exact;
+  NearestPairs nearest;
+  Verdicts verdicts;
+  std::vector<PairProximity> minima;
+  StatePairs lists;
+};
+
+namespace {
+
+void requireColumns(const States& states, const RobotModel& robot) {
+  if (states.cols() != static_cast<Eigen::Index>(robot.joints.size()))
+    throw std::invalid_argument("the robot has " + std::to_string(robot.joints.size()) +
+                                " movable joints, but a state has " + std::to_string(states.cols()) + " positions");
+}
+
+void requireNumber(double distance) {
+  if (std::isnan(distance)) throw std::invalid_argument("the distance is not a number");
+}
+
+}  // namespace
+
+SceneBatch::SceneBatch(std::shared_ptr<const SceneModel> model)
+    : impl_(std::make_unique<Impl>(std::make_shared<const BatchModel>(std::move(model)))) {}
+SceneBatch::SceneBatch(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+SceneBatch::~SceneBatch() = default;
+SceneBatch::SceneBatch(SceneBatch&&) noexcept = default;
+SceneBatch& SceneBatch::operator=(SceneBatch&&) noexcept = default;
+
+SceneBatch SceneBatch::twin() const { return SceneBatch(std::make_unique<Impl>(impl_->batch)); }
+
+const SceneModel& SceneBatch::model() const { return *impl_->batch->model; }
+const Candidates& SceneBatch::candidates() const { return impl_->batch->candidates; }
+
+const std::vector<StateVerdict>& SceneBatch::anyBelow(const States& states, double distance) {
+  requireColumns(states, model().robot);
+  requireNumber(distance);
+  return impl_->verdicts.anyBelow(states, distance);
+}
+
+const std::vector<PairProximity>& SceneBatch::minimum(const States& states) {
+  requireColumns(states, model().robot);
+  Impl& impl = *impl_;
+  impl.minima.assign(static_cast<std::size_t>(states.rows()), {});
+  impl.forEach(
+      states, [&](int count) { impl.nearest.prepareClosest(impl.lanes, count, 1); },
+      [&](std::size_t state, int i) {
+        const std::vector<PairProximity>& found = impl.nearest.closest(impl.exact, i);
+        if (!found.empty()) impl.minima[state] = found.front();
+      },
+      [](std::size_t) {});
+  return impl.minima;
+}
+
+const StatePairs& SceneBatch::closest(const States& states, int k) {
+  requireColumns(states, model().robot);
+  Impl& impl = *impl_;
+  const auto most = static_cast<std::size_t>(std::max(k, 0));
+  return impl.listed(
+      states, [&](int count) { impl.nearest.prepareClosest(impl.lanes, count, most); },
+      [&](int i) -> const std::vector<PairProximity>& { return impl.nearest.closest(impl.exact, i); });
+}
+
+const StatePairs& SceneBatch::below(const States& states, double distance) {
+  requireColumns(states, model().robot);
+  requireNumber(distance);
+  Impl& impl = *impl_;
+  return impl.listed(
+      states, [&](int count) { impl.nearest.prepareBelow(impl.lanes, count, distance); },
+      [&](int i) -> const std::vector<PairProximity>& { return impl.nearest.below(impl.exact, i); });
+}
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,105 @@
+#include "scene/batch/verdicts.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace proximity_server::scene {
+
+using Kind = StateVerdict::Kind;
+
+Verdicts::Verdicts(std::shared_ptr<const BatchModel> batch)
+    : batch_(std::move(batch)),
+      lanes_(batch_->lanes),
+      exact_(batch_),
+      open_(LaneBounds::kBlock),
+      near_(LaneBounds::kBlock),
+      first_leftover_(LaneBounds::kBlock, -1),
+      last_leftover_(LaneBounds::kBlock, -1) {
+  leftovers_.reserve(batch_->candidates.size() * LaneBounds::kBlock);
+}
+
+const std::vector<StateVerdict>& Verdicts::anyBelow(const States& states, double distance) {
+  counts_ = {};
+  counts_.states = states.rows();
+  verdicts_.assign(static_cast<std::size_t>(states.rows()), {});
+  for (Eigen::Index first = 0; first < states.rows(); first += LaneBounds::kBlock) {
+    const int count = static_cast<int>(std::min<Eigen::Index>(LaneBounds::kBlock, states.rows() - first));
+    block_ = verdicts_.data() + first;
+    lanes_.place(states, first, count);
+    decideInLanes(count, distance);
+    decideExactly(states, first, count, distance);
+  }
+  return verdicts_;
+}
+
+/// Finishes states in which a pair is below, and collects the leftovers of the others.
+void Verdicts::decideInLanes(int count, double distance) {
+  leftovers_.clear();
+  std::fill_n(first_leftover_.begin(), count, -1);
+  int open = 0;
+  for (int i = 0; i < count; ++i)
+    if (lanes_.isPlaced(i)) open_[static_cast<std::size_t>(open++)] = i;
+  for (const int pair : batch_->order) {
+    std::copy_n(open_.begin(), open, near_.begin());
+    const int near = lanes_.keepNear(pair, distance, near_.data(), open);
+    if (near == 0) continue;
+    counts_.near_pairs += near;
+    const std::vector<LaneBounds::Side>& sides = lanes_.sides(pair, distance, near_.data(), near);
+    bool is_finished = false;
+    for (int i = 0; i < near; ++i) {
+      const int state = near_[static_cast<std::size_t>(i)];
+      const auto index = static_cast<std::size_t>(state);
+      if (sides[static_cast<std::size_t>(i)] == LaneBounds::Side::Below) {
+        block_[state] = {Kind::Below, pair};
+        is_finished = true;
+      } else if (sides[static_cast<std::size_t>(i)] == LaneBounds::Side::Unknown) {
+        const int number = static_cast<int>(leftovers_.size());
+        leftovers_.push_back({pair, -1});
+        if (first_leftover_[index] < 0)
+          first_leftover_[index] = number;
+        else
+          leftovers_[static_cast<std::size_t>(last_leftover_[index])].next = number;
+        last_leftover_[index] = number;
+      }
+    }
+    if (!is_finished) continue;
+    const auto end = std::remove_if(open_.begin(), open_.begin() + open,
+                                    [&](int state) { return block_[state].kind == Kind::Below; });
+    open = static_cast<int>(end - open_.begin());
+  }
+}
+
+/// Decides the leftovers, and all pairs of states that the lanes could not place.
+void Verdicts::decideExactly(const States& states, Eigen::Index first, int count, double distance) {
+  for (int i = 0; i < count; ++i) {
+    StateVerdict& verdict = block_[i];
+    if (verdict.kind == Kind::Below) continue;
+    if (lanes_.isPlaced(i)) {
+      verdict.kind = Kind::Above;
+      int leftover = first_leftover_[static_cast<std::size_t>(i)];
+      if (leftover < 0) continue;
+      exact_.place(states, first + i);
+      ++counts_.exact_states;
+      for (; leftover >= 0; leftover = leftovers_[static_cast<std::size_t>(leftover)].next) {
+        const int pair = leftovers_[static_cast<std::size_t>(leftover)].pair;
+        ++counts_.exact_pairs;
+        if (!exact_.isBelow(pair, distance)) continue;
+        verdict = {Kind::Below, pair};
+        break;
+      }
+      continue;
+    }
+    if (!states.row(first + i).allFinite()) continue;
+    ++counts_.unplaced_states;
+    exact_.place(states, first + i);
+    if (!exact_.isPlaced()) continue;
+    verdict.kind = Kind::Above;
+    for (const int pair : batch_->order) {
+      if (!exact_.isBelow(pair, distance)) continue;
+      verdict = {Kind::Below, pair};
+      break;
+    }
+  }
+}
+
+}  // namespace proximity_server::scene

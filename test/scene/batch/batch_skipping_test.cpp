@@ -1,0 +1,446 @@
+// What lanes, bounds and limits must not change: the answers about many states are those of a new Scene, and those of all
+// pairs one by one, to the last bit.
+//
+// PROXIMITY_BATCH_STATES: how many states of each robot are compared with all pairs one by one.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numeric>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "allocations.h"
+#include "from_environment.h"
+#include "proximity_server/scene/batch/scene_batch.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/query/scene.h"
+#include "sanitized.h"
+#include "scene/batch/batch_robots.h"
+#include "scene/batch/exact_state.h"
+#include "scene/batch/same_answer.h"
+#include "scene/batch/test_states.h"
+
+namespace proximity_server::scene {
+
+using namespace narrowphase;
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Kind = StateVerdict::Kind;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+std::vector<PairProximity> ofState(const StatePairs& all, Index state) {
+  const auto i = static_cast<std::size_t>(state);
+  return {all.pairs.begin() + static_cast<std::ptrdiff_t>(all.begins[i]),
+          all.pairs.begin() + static_cast<std::ptrdiff_t>(all.begins[i + 1])};
+}
+
+testing::AssertionResult areSameLists(const std::vector<PairProximity>& found,
+                                      const std::vector<PairProximity>& expected) {
+  if (found.size() != expected.size())
+    return testing::AssertionFailure() << found.size() << " pairs instead of " << expected.size();
+  for (std::size_t i = 0; i < found.size(); ++i)
+    if (!areSame(found[i], expected[i]))
+      return testing::AssertionFailure() << "pair " << i << ": links " << found[i].asked.a.link << " and "
+                                         << found[i].asked.b.link << " at " << found[i].result.distance
+                                         << " instead of links " << expected[i].asked.a.link << " and "
+                                         << expected[i].asked.b.link << " at " << expected[i].result.distance;
+  return testing::AssertionSuccess();
+}
+
+/// By which SceneBatch sorts pairs.
+double rankOf(const PairProximity& pair) {
+  return pair.result.status == Status::Converged ? pair.result.distance : pair.result.lower_bound;
+}
+
+void sortByRank(std::vector<PairProximity>& pairs) {  // of candidates in their order
+  std::stable_sort(pairs.begin(), pairs.end(),
+                   [](const PairProximity& p, const PairProximity& q) { return rankOf(p) < rankOf(q); });
+}
+
+/// The answers about one state by all pairs one by one.
+class Everything {
+ public:
+  explicit Everything(const std::shared_ptr<const SceneModel>& model)
+      : batch_(std::make_shared<const BatchModel>(model)), exact_(batch_) {}
+
+  void place(const MatrixXd& states, Index state) {
+    exact_.place(states, state);
+    all_.clear();
+    for (int pair = 0; pair < pairs(); ++pair) {
+      const PairProximity proximity = exact_.proximity(pair);
+      if (proximity.result.status != Status::Unknown) all_.push_back(proximity);
+    }
+    sorted_ = all_;
+    sortByRank(sorted_);
+  }
+
+  /// Whether all pairs have poses.
+  bool isPlaced() { return exact_.isPlaced(); }
+
+  const std::vector<PairProximity>& sorted() const { return sorted_; }
+  std::vector<PairProximity> closest(std::size_t k) const {
+    return {sorted_.begin(), sorted_.begin() + static_cast<std::ptrdiff_t>(std::min(k, sorted_.size()))};
+  }
+  std::vector<PairProximity> below(double distance) {
+    std::vector<PairProximity> found;
+    for (int pair = 0; pair < pairs(); ++pair)
+      if (const PairProximity proximity = exact_.proximity(pair, distance);
+          proximity.result.status != Status::Unknown && !(proximity.result.lower_bound > distance))
+        found.push_back(proximity);
+    sortByRank(found);
+    return found;
+  }
+
+  /// Whether a verdict is right; of several pairs below the distance any may be named.
+  bool agrees(const StateVerdict& verdict, double distance) {
+    if (verdict.kind == Kind::Above) return verdict.pair == -1 && below(distance).empty();
+    return verdict.kind == Kind::Below && verdict.pair >= 0 && verdict.pair < pairs() &&
+           !(exact_.proximity(verdict.pair, distance).result.lower_bound > distance);
+  }
+
+ private:
+  int pairs() const { return static_cast<int>(batch_->candidates.size()); }
+
+  std::shared_ptr<const BatchModel> batch_;
+  ExactState exact_;
+  std::vector<PairProximity> all_, sorted_;
+};
+
+/// Random states, and short edges of small steps between them.
+MatrixXd variousStates(const RobotModel& robot, int count, unsigned seed) {
+  MatrixXd states = randomStates(robot, count, seed);
+  for (Index i = 1; i < states.rows(); ++i)
+    if (i % 16 >= 8) states.row(i) = states.row(i - 1) + 0.01 * (states.row(i) - states.row(i - 1));
+  return states;
+}
+
+class BatchOf : public testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    model_ = robotNamed(GetParam());
+    if (!model_) GTEST_SKIP() << GetParam() << " is not found, or not loaded under a sanitizer";
+  }
+  const RobotModel& robot() const { return model_->robot; }
+
+  std::shared_ptr<const SceneModel> model_;
+};
+
+// --- what the answers are
+
+TEST_P(BatchOf, AnswersAsANewSceneDoes) {
+  constexpr double kDistance = 0.1;
+  constexpr int kClosest = 4;
+  const MatrixXd states = variousStates(robot(), repeats(100), 1);
+  SceneBatch batch(model_);
+  const Scene fresh(model_);
+  Everything everything(model_);
+  const auto minima = batch.minimum(states);
+  const StatePairs closest = batch.closest(states, kClosest), below = batch.below(states, kDistance);
+  const auto verdicts = batch.anyBelow(states, kDistance);
+  int ties = 0;
+  for (Index i = 0; i < states.rows(); ++i) {
+    SCOPED_TRACE("state " + std::to_string(i));
+    const BodyPoses poses = forwardKinematics(robot(), positionsOf(states, i));
+    const auto newScene = [&] {
+      Scene scene = fresh.twin();
+      scene.update(poses);
+      return scene;
+    };
+    Scene for_minimum = newScene(), for_closest = newScene(), for_below = newScene(), for_first = newScene();
+    const std::vector<PairProximity> minimum{*for_minimum.minimum(for_minimum.candidates())};
+    const auto& expected = for_closest.closest(for_closest.candidates(), kClosest);
+    if (!areSameLists({minima[static_cast<std::size_t>(i)]}, minimum) || !areSameLists(ofState(closest, i), expected)) {
+      // A Scene may have left out pairs or pieces that are as near as the tolerance; the smallest distance of all counts.
+      ++ties;
+      everything.place(states, i);
+      ASSERT_TRUE(areSameLists({minima[static_cast<std::size_t>(i)]}, everything.closest(1)));
+      ASSERT_TRUE(areSameLists(ofState(closest, i), everything.closest(kClosest)));
+      for (std::size_t j = 0; j < expected.size(); ++j)
+        ASSERT_NEAR(ofState(closest, i)[j].result.distance, expected[j].result.distance, 1e-9);
+    }
+    Question question;
+    question.threshold = kDistance;
+    ASSERT_TRUE(areSameLists(ofState(below, i), for_below.below(for_below.candidates(), question)));
+    const bool is_below = for_first.first(for_first.candidates(), question) != nullptr;
+    ASSERT_EQ(verdicts[static_cast<std::size_t>(i)].kind, is_below ? Kind::Below : Kind::Above);
+  }
+  EXPECT_LE(ties, states.rows() / 50);
+  RecordProperty("ties", ties);
+}
+
+/// Distances beside that of some pair, so that a bound which is wrong by a millionth of a metre gives a wrong answer.
+TEST_P(BatchOf, AnswersAsAllPairsOneByOneDo) {
+  constexpr int kBatch = 500;
+  constexpr double kBeside[] = {0.0, 1e-9, -1e-9, 1e-7, -1e-7, 1e-6, -1e-6, 1e-5, -1e-5, 1e-4, -1e-4, 1e-3, -1e-3};
+  const bool is_slow = model_->pairs.checked.size() > 200 || std::string("Solids") == GetParam();
+  const auto count = fromEnvironment("PROXIMITY_BATCH_STATES", repeats(is_slow ? 200 : 2000));
+  SceneBatch batch(model_), one(model_);
+  Everything everything(model_);
+  std::mt19937 random(2);
+  std::int64_t overlaps = 0, listed = 0, compared = 0;
+  for (unsigned part = 0; compared < count; ++part) {
+    const MatrixXd states =
+        variousStates(robot(), static_cast<int>(std::min<std::int64_t>(kBatch, count - compared)), 100 + part);
+    const int k = 1 + static_cast<int>(part % 7);
+    const auto minima = batch.minimum(states);
+    const StatePairs closest = batch.closest(states, k);
+    for (Index i = 0; i < states.rows(); ++i, ++compared) {
+      SCOPED_TRACE("state " + std::to_string(i) + " of part " + std::to_string(part));
+      everything.place(states, i);
+      ASSERT_TRUE(areSameLists({minima[static_cast<std::size_t>(i)]}, everything.closest(1)));
+      ASSERT_TRUE(areSameLists(ofState(closest, i), everything.closest(static_cast<std::size_t>(k))));
+      const std::size_t near = random() % 2 == 0 ? 0 : random() % std::min<std::size_t>(8, everything.sorted().size());
+      const double distance = everything.sorted()[near].result.distance + kBeside[random() % std::size(kBeside)];
+      const auto below = everything.below(distance);
+      ASSERT_TRUE(areSameLists(one.below(states.row(i), distance).pairs, below)) << distance;
+      const StateVerdict verdict = one.anyBelow(states.row(i), distance).front();
+      ASSERT_TRUE(everything.agrees(verdict, distance)) << distance << ", pair " << verdict.pair;
+      overlaps += minima[static_cast<std::size_t>(i)].result.distance < 0.0;
+      listed += static_cast<std::int64_t>(below.size());
+    }
+  }
+  if (!kIsSanitized) {
+    EXPECT_GT(overlaps, 0);
+    EXPECT_GT(listed, count / 4);
+  }
+}
+
+// --- what they do not depend on
+
+/// The answers to all four questions, as they may be compared.
+struct Answers {
+  std::vector<PairProximity> minima;
+  StatePairs closest, below;
+  std::vector<StateVerdict> verdicts;
+};
+
+Answers answersOf(SceneBatch& batch, const States& states) {
+  return {batch.minimum(states), batch.closest(states, 3), batch.below(states, 0.05), batch.anyBelow(states, 0.05)};
+}
+
+/// Expects of the states [first, first + count) of `part` what `whole` says of those with the given numbers.
+void expectSame(const Answers& part, const Answers& whole, const std::vector<Index>& numbers) {
+  ASSERT_EQ(part.minima.size(), numbers.size());
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    const auto number = static_cast<std::size_t>(numbers[i]);
+    ASSERT_TRUE(areSame(part.minima[i], whole.minima[number]));
+    ASSERT_TRUE(areSameLists(ofState(part.closest, static_cast<Index>(i)), ofState(whole.closest, numbers[i])));
+    ASSERT_TRUE(areSameLists(ofState(part.below, static_cast<Index>(i)), ofState(whole.below, numbers[i])));
+    ASSERT_EQ(part.verdicts[i].kind, whole.verdicts[number].kind);
+    ASSERT_EQ(part.verdicts[i].pair, whole.verdicts[number].pair);
+    ASSERT_EQ(part.closest.unknown[i], whole.closest.unknown[number]);
+    ASSERT_EQ(part.below.unknown[i], whole.below.unknown[number]);
+  }
+}
+
+class Many : public BatchOf {
+ protected:
+  void SetUp() override {
+    BatchOf::SetUp();
+    if (IsSkipped()) return;
+    states_ = variousStates(robot(), repeats(1000), 3);
+    states_(states_.rows() / 3, 0) = kNaN;
+    states_(states_.rows() / 2, 0) = 1e6;
+    SceneBatch batch(model_);
+    whole_ = answersOf(batch, states_);
+  }
+  std::vector<Index> numbers(Index first, Index count) const {
+    std::vector<Index> numbers(static_cast<std::size_t>(count));
+    std::iota(numbers.begin(), numbers.end(), first);
+    return numbers;
+  }
+
+  MatrixXd states_;
+  Answers whole_;
+};
+
+TEST_P(Many, AnAnswerDoesNotDependOnTheSizeOfTheBatch) {
+  SceneBatch batch(model_);
+  for (const Index size : {1, 7, 256, 257}) {
+    for (Index first = 0; first < states_.rows(); first += size) {
+      const Index count = std::min(size, states_.rows() - first);
+      expectSame(answersOf(batch, states_.middleRows(first, count)), whole_, numbers(first, count));
+      ASSERT_FALSE(HasFatalFailure()) << "size " << size << ", from " << first;
+    }
+  }
+}
+
+TEST_P(Many, AnAnswerDoesNotDependOnTheOrderOfTheStates) {
+  std::vector<Index> order = numbers(0, states_.rows());
+  std::shuffle(order.begin(), order.end(), std::mt19937(4));
+  MatrixXd shuffled(states_.rows(), states_.cols());
+  for (Index i = 0; i < states_.rows(); ++i) shuffled.row(i) = states_.row(order[static_cast<std::size_t>(i)]);
+  SceneBatch batch(model_);
+  expectSame(answersOf(batch, shuffled), whole_, order);
+}
+
+TEST_P(Many, AnAnswerDoesNotDependOnTheLayoutOfTheStates) {
+  const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> by_rows = states_;
+  MatrixXd apart = MatrixXd::Constant(2 * states_.rows(), 3 * states_.cols(), kNaN);
+  using Strides = Eigen::Stride<Eigen::Dynamic, Eigen::Dynamic>;
+  Eigen::Map<MatrixXd, 0, Strides> every_second(apart.data(), states_.rows(), states_.cols(),
+                                                Strides(3 * apart.rows(), 2));
+  every_second = states_;
+  SceneBatch batch(model_);
+  const Eigen::Map<const MatrixXd, 0, Strides> rows_in_place(by_rows.data(), states_.rows(), states_.cols(),
+                                                             Strides(1, states_.cols()));
+  expectSame(answersOf(batch, rows_in_place), whole_, numbers(0, states_.rows()));
+  expectSame(answersOf(batch, every_second), whole_, numbers(0, states_.rows()));
+}
+
+TEST_P(Many, TwinsInTwoThreadsGiveTheSameAnswers) {
+  SceneBatch batch(model_);
+  SceneBatch twin = batch.twin();
+  const Index half = states_.rows() / 2;
+  Answers first, second;
+  std::thread other([&] { second = answersOf(twin, states_.bottomRows(states_.rows() - half)); });
+  first = answersOf(batch, states_.topRows(half));
+  other.join();
+  expectSame(first, whole_, numbers(0, half));
+  expectSame(second, whole_, numbers(half, states_.rows() - half));
+}
+
+TEST_P(Many, NothingAllocatesAfterTheFirstBatch) {
+  if (kIsSanitized) GTEST_SKIP() << "a sanitizer allocates";
+  SceneBatch batch(model_);
+  const auto askAll = [&] {
+    batch.minimum(states_);
+    batch.closest(states_, 3);
+    batch.below(states_, 0.05);
+    batch.anyBelow(states_, 0.05);
+  };
+  askAll();
+  const long before = allocations();
+  askAll();
+  EXPECT_EQ(allocations(), before);
+}
+
+constexpr const char* kRobots[] = {"TwoArms", "Beads", "JoinedArms", "Solids", "Demo", "Panda", "Ur5", "Pr2"};
+const auto nameOf = [](const testing::TestParamInfo<const char*>& robot) { return std::string(robot.param); };
+INSTANTIATE_TEST_SUITE_P(Robots, BatchOf, testing::ValuesIn(kRobots), nameOf);
+INSTANTIATE_TEST_SUITE_P(Robots, Many, testing::Values("TwoArms", "Beads", "Panda"), nameOf);
+
+// --- states that are no states
+
+TEST(BatchOfBeads, AStateThatIsNotFiniteHasNoAnswer) {
+  SceneBatch batch(beads());
+  MatrixXd states = randomStates(batch.model().robot, 5, 6);
+  states(1, 0) = kNaN;
+  states(2, 3) = kInfinity;
+  states(3, states.cols() - 1) = -kInfinity;
+  const auto minima = batch.minimum(states);
+  const auto verdicts = batch.anyBelow(states, 100.0);
+  const StatePairs closest = batch.closest(states, 2), below = batch.below(states, 100.0);
+  for (Index i = 0; i < states.rows(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const bool is_unknown = i >= 1 && i <= 3;
+    EXPECT_EQ(minima[at].result.status == Status::Unknown, is_unknown) << i;
+    EXPECT_EQ(verdicts[at].kind, is_unknown ? Kind::Unknown : Kind::Below) << i;
+    EXPECT_EQ(closest.unknown[at], is_unknown) << i;
+    EXPECT_EQ(below.unknown[at], is_unknown) << i;
+    EXPECT_EQ(ofState(closest, i).size(), is_unknown ? 0u : 2u) << i;
+    EXPECT_EQ(ofState(below, i).empty(), is_unknown) << i;
+  }
+}
+
+/// Beyond the range of the lanes; prismatic joints carry links as far away.
+TEST(BatchOfBeads, HugePositionsHaveTheAnswersOfANewScene) {
+  const auto model = beads();
+  SceneBatch batch(model);
+  Everything everything(model);
+  MatrixXd states = randomStates(model->robot, 12, 7);
+  const double factors[] = {1e3, 1e6, 1e9, 1e15, 1e100, 1e300};
+  for (Index i = 0; i < states.rows(); ++i)
+    for (Index j = i % 2; j < states.cols(); j += 2) states(i, j) *= factors[i / 2];
+  const auto minima = batch.minimum(states);
+  const StatePairs closest = batch.closest(states, 5), below = batch.below(states, 0.3);
+  const auto verdicts = batch.anyBelow(states, 0.3);
+  int unknown = 0;
+  for (Index i = 0; i < states.rows(); ++i) {
+    SCOPED_TRACE("state " + std::to_string(i));
+    everything.place(states, i);
+    const bool is_unknown = !everything.isPlaced();
+    unknown += is_unknown ? 1 : 0;
+    EXPECT_EQ(closest.unknown[static_cast<std::size_t>(i)], is_unknown);
+    EXPECT_EQ(below.unknown[static_cast<std::size_t>(i)], is_unknown);
+    if (is_unknown) {
+      EXPECT_EQ(minima[static_cast<std::size_t>(i)].result.status, Status::Unknown);
+      EXPECT_EQ(verdicts[static_cast<std::size_t>(i)].kind, Kind::Unknown);
+      EXPECT_TRUE(ofState(closest, i).empty() && ofState(below, i).empty());
+      continue;
+    }
+    if (!everything.sorted().empty()) {
+      EXPECT_TRUE(areSameLists({minima[static_cast<std::size_t>(i)]}, everything.closest(1)));
+    } else {
+      EXPECT_EQ(minima[static_cast<std::size_t>(i)].result.status, Status::Unknown);
+    }
+    EXPECT_TRUE(areSameLists(ofState(closest, i), everything.closest(5)));
+    EXPECT_TRUE(areSameLists(ofState(below, i), everything.below(0.3)));
+    EXPECT_TRUE(everything.agrees(verdicts[static_cast<std::size_t>(i)], 0.3));
+  }
+  EXPECT_GE(unknown, 1);  // at 1e300
+  EXPECT_LE(unknown, 2);
+}
+
+TEST(BatchOfBeads, ThePositionOfAMimicJointIsIgnored) {
+  SceneBatch batch(beads());
+  const RobotModel& robot = batch.model().robot;
+  MatrixXd states = randomStates(robot, 20, 8);
+  const std::vector<PairProximity> before = batch.minimum(states);
+  for (std::size_t j = 0; j < robot.joints.size(); ++j)
+    if (robot.joints[j].mimic) states.col(static_cast<Index>(j)).setConstant(0.7);
+  EXPECT_TRUE(areSameLists(batch.minimum(states), before));
+}
+
+// --- numbers at the ends
+
+TEST(BatchOfBeads, KFromNothingToMoreThanThereArePairs) {
+  SceneBatch batch(beads());
+  const MatrixXd states = randomStates(batch.model().robot, 3, 9);
+  const std::size_t pairs = batch.candidates().size();
+  EXPECT_TRUE(batch.closest(states, 0).pairs.empty());
+  EXPECT_EQ(batch.closest(states, 0).begins, (std::vector<std::size_t>(4, 0)));
+  EXPECT_TRUE(batch.closest(states, -1).pairs.empty());
+  const StatePairs all = batch.closest(states, static_cast<int>(pairs)), more = batch.closest(states, 1 << 30);
+  EXPECT_EQ(all.pairs.size(), 3 * pairs);
+  EXPECT_TRUE(areSameLists(more.pairs, all.pairs));
+}
+
+TEST(BatchOfBeads, EveryPairIsBelowInfinityAndNoneBelowMinusInfinity) {
+  SceneBatch batch(beads());
+  const MatrixXd states = randomStates(batch.model().robot, 3, 10);
+  EXPECT_EQ(batch.below(states, kInfinity).pairs.size(), 3 * batch.candidates().size());
+  EXPECT_TRUE(batch.below(states, -kInfinity).pairs.empty());
+  EXPECT_EQ(batch.anyBelow(states, kInfinity)[0].kind, Kind::Below);
+  EXPECT_EQ(batch.anyBelow(states, -kInfinity)[0].kind, Kind::Above);
+}
+
+TEST(BatchWithoutPairs, HasNoMinimumAndNothingBelow) {
+  SceneBatch batch(nothingToCheck());
+  ASSERT_TRUE(batch.candidates().empty());
+  const MatrixXd states = MatrixXd::Constant(2, 1, 0.5);
+  EXPECT_EQ(batch.minimum(states)[1].result.status, Status::Unknown);
+  EXPECT_EQ(batch.anyBelow(states, 1.0)[1].kind, Kind::Above);
+  EXPECT_TRUE(batch.closest(states, 3).pairs.empty());
+  EXPECT_EQ(batch.below(states, 1.0).unknown, (std::vector<unsigned char>{0, 0}));
+}
+
+TEST(BatchWithoutStates, HasNoAnswers) {
+  SceneBatch batch(beads());
+  const MatrixXd states(0, static_cast<Index>(batch.model().robot.joints.size()));
+  EXPECT_TRUE(batch.minimum(states).empty());
+  EXPECT_TRUE(batch.anyBelow(states, 1.0).empty());
+  EXPECT_EQ(batch.closest(states, 3).begins, (std::vector<std::size_t>{0}));
+}
+
+}  // namespace
+}  // namespace proximity_server::scene

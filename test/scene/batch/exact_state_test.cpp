@@ -1,0 +1,79 @@
+// One state after the other, without memory: the answers about pairs are those of a new Scene to the last bit.
+#include "scene/batch/exact_state.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/query/scene.h"
+#include "sanitized.h"
+#include "scene/batch/same_answer.h"
+#include "scene/batch/test_states.h"
+#include "scene/two_arms.h"
+
+namespace proximity_server::scene {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+class ExactStateOfTwoArms : public testing::Test {
+ protected:
+  Scene freshAt(const Eigen::MatrixXd& states, Eigen::Index state) const {
+    Scene scene = new_.twin();
+    scene.update(forwardKinematics(model_->robot, positionsOf(states, state)));
+    return scene;
+  }
+  int pairs() const { return static_cast<int>(batch_->candidates.size()); }
+
+  const std::shared_ptr<const SceneModel> model_ = modelOf(twoArms());
+  const std::shared_ptr<const BatchModel> batch_ = std::make_shared<const BatchModel>(model_);
+  const Scene new_{model_};
+  ExactState exact_{batch_};
+};
+
+TEST_F(ExactStateOfTwoArms, EveryPairHasTheAnswerOfANewScene) {
+  const Eigen::MatrixXd states = randomStates(model_->robot, repeats(600), 1);
+  for (Eigen::Index i = 0; i < states.rows(); ++i) {
+    Scene scene = freshAt(states, i);
+    exact_.place(states, i);
+    for (const double threshold : {kInfinity, 0.2, 0.0, -0.05}) {
+      Question question;
+      question.threshold = threshold;
+      Scene again = freshAt(states, i);
+      for (int pair = pairs() - 1; pair >= 0; --pair)  // in another order than all()
+        ASSERT_TRUE(areSame(exact_.proximity(pair, threshold),
+                            again.proximity(batch_->candidates[static_cast<std::size_t>(pair)], question)))
+            << "state " << i << ", pair " << pair << ", threshold " << threshold;
+    }
+  }
+}
+
+TEST_F(ExactStateOfTwoArms, AVerdictIsThatOfTheBoundsThatSceneFinds) {
+  const Eigen::MatrixXd states = randomStates(model_->robot, repeats(600), 2);
+  int below = 0, above = 0;
+  for (Eigen::Index i = 0; i < states.rows(); ++i) {
+    exact_.place(states, i);
+    for (int pair = 0; pair < pairs(); ++pair) {
+      const double truth = exact_.proximity(pair).result.distance;
+      for (const double distance :
+           {0.3, 0.05, 0.0, -0.02, truth, truth - 1e-9, truth + 1e-9, truth - 1e-6, truth + 1e-6}) {
+        Question question;
+        question.threshold = distance;
+        Scene scene = freshAt(states, i);
+        const PairProximity expected = scene.proximity(batch_->candidates[static_cast<std::size_t>(pair)], question);
+        const bool is_below = exact_.isBelow(pair, distance);
+        ASSERT_EQ(is_below, !(expected.result.lower_bound > distance))
+            << "state " << i << ", pair " << pair << ", distance " << distance << " of " << truth;
+        ++(is_below ? below : above);
+      }
+    }
+  }
+  EXPECT_GT(below, 100);
+  EXPECT_GT(above, 100);
+}
+
+}  // namespace
+}  // namespace proximity_server::scene

@@ -1,0 +1,97 @@
+// Many states at once: the answers are those of a Scene that has seen no other state.
+#include "proximity_server/scene/batch/scene_batch.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <memory>
+#include <random>
+
+#include "proximity_server/scene/model/joint_ranges.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/query/scene.h"
+
+namespace proximity_server::scene {
+namespace {
+
+std::shared_ptr<const SceneModel> threeSpheres() {
+  std::string links = "<link name='base'/>";
+  for (const char* name : {"x", "y", "z"})
+    links += std::string("<link name='") + name +
+             "'><collision><geometry><sphere radius='0.1'/></geometry></collision></link>" + "<joint name='to_" + name +
+             "' type='prismatic'><parent link='base'/><child link='" + name +
+             "'/><axis xyz='1 0 0'/><limit lower='-3' upper='3' effort='1' velocity='1'/></joint>";
+  auto model = std::make_shared<SceneModel>();
+  model->robot = loadRobotModel("<robot name='r'>" + links + "</robot>", [](const std::string& uri) { return uri; });
+  model->pairs = filterPairs(model->robot, "");
+  return model;
+}
+
+TEST(SceneBatch, AnswersAboutEachState) {
+  SceneBatch batch(threeSpheres());
+  Eigen::MatrixXd states(3, 3);
+  states << 0.0, 1.0, 3.0,  //
+      0.0, 1.0, 1.15,       //
+      0.0, std::numeric_limits<double>::quiet_NaN(), 1.0;
+  const auto& minima = batch.minimum(states);
+  ASSERT_EQ(minima.size(), 3u);
+  EXPECT_NEAR(minima[0].result.distance, 0.8, 1e-12);
+  EXPECT_NEAR(minima[1].result.distance, -0.05, 1e-12);
+  EXPECT_EQ(minima[2].result.status, narrowphase::Status::Unknown);
+
+  const auto& verdicts = batch.anyBelow(states, 0.1);
+  EXPECT_EQ(verdicts[0].kind, StateVerdict::Kind::Above);
+  EXPECT_EQ(verdicts[1].kind, StateVerdict::Kind::Below);
+  EXPECT_EQ(batch.candidates()[static_cast<std::size_t>(verdicts[1].pair)].a.link, minima[1].asked.a.link);
+  EXPECT_EQ(verdicts[2].kind, StateVerdict::Kind::Unknown);
+
+  const StatePairs& below = batch.below(states, 0.9);
+  EXPECT_EQ(below.begins, (std::vector<std::size_t>{0, 1, 2 + 1, 3}));
+  EXPECT_EQ(below.unknown, (std::vector<unsigned char>{0, 0, 1}));
+}
+
+// Regression: a pair without a pose was left out, so that the state was proven to be above, and the minimum that of the others.
+TEST(SceneBatch, AStateWithAPoseThatIsNotFiniteHasNoAnswer) {
+  std::string links = "<link name='base'/><link name='carriage'/>";
+  const auto add = [&](const std::string& parent, const std::string& child) {
+    links += "<joint name='to_" + child + "' type='prismatic'><parent link='" + parent + "'/><child link='" + child +
+             "'/><axis xyz='1 0 0'/><limit lower='-3' upper='3' effort='1' velocity='1'/></joint>";
+  };
+  add("base", "carriage");
+  for (const char* name : {"x", "y", "z"})
+    links += std::string("<link name='") + name +
+             "'><collision><geometry><sphere radius='0.1'/></geometry></collision></link>";
+  add("carriage", "x");
+  add("base", "y");
+  add("base", "z");
+  auto model = std::make_shared<SceneModel>();
+  model->robot = loadRobotModel("<robot name='r'>" + links + "</robot>", [](const std::string& uri) { return uri; });
+  model->pairs = filterPairs(model->robot, "");
+  SceneBatch batch(model);
+  ASSERT_EQ(batch.candidates().size(), 3U);
+  Eigen::MatrixXd states = Eigen::MatrixXd::Zero(2, 4);
+  for (std::size_t joint = 0; joint < 4; ++joint) {
+    const std::string& name = model->robot.joints[joint].name;
+    const bool leads_to_x = name == "to_carriage" || name == "to_x";
+    states(0, static_cast<Eigen::Index>(joint)) = leads_to_x ? 1.7e308 : name == "to_z" ? 1.0 : 0.0;
+    states(1, static_cast<Eigen::Index>(joint)) = name == "to_carriage" ? 2.0 : name == "to_z" ? 1.0 : 0.0;
+  }
+  EXPECT_EQ(batch.minimum(states)[0].result.status, narrowphase::Status::Unknown);
+  EXPECT_EQ(batch.minimum(states)[1].result.status, narrowphase::Status::Converged);
+  EXPECT_EQ(batch.anyBelow(states, 0.1)[0].kind, StateVerdict::Kind::Unknown);
+  EXPECT_EQ(batch.anyBelow(states, 0.1)[1].kind, StateVerdict::Kind::Above);
+  EXPECT_EQ(batch.below(states, 0.1).unknown, (std::vector<unsigned char>{1, 0}));
+  EXPECT_EQ(batch.closest(states, 2).unknown, (std::vector<unsigned char>{1, 0}));
+  EXPECT_EQ(batch.closest(states, 2).begins, (std::vector<std::size_t>{0, 0, 2}));
+}
+
+TEST(SceneBatch, RefusesStatesOfAnotherRobot) {
+  SceneBatch batch(threeSpheres());
+  EXPECT_THROW(batch.minimum(Eigen::MatrixXd::Zero(1, 2)), std::invalid_argument);
+  EXPECT_THROW(batch.anyBelow(Eigen::MatrixXd::Zero(1, 3), std::numeric_limits<double>::quiet_NaN()),
+               std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace proximity_server::scene
