@@ -1,4 +1,4 @@
-#include "tools/command_line/joint_states.h"
+#include "tools/states/csv_states.h"
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ const RobotModel& robot() {
 
 std::vector<std::vector<double>> statesOf(const std::string& text) {
   std::istringstream stream(text);
-  JointStates states(stream, "s.csv", robot());
+  CsvStates states(stream, "s.csv", robot());
   std::vector<std::vector<double>> all;
   for (std::vector<double> positions; states.next(positions);) all.push_back(positions);
   return all;
@@ -34,7 +34,7 @@ std::string errorIn(const std::string& text) {
   return errorOf([&] { statesOf(text); });
 }
 
-TEST(JointStates, ReadsARowForEachState) {
+TEST(CsvStates, ReadsARowForEachState) {
   const auto states = statesOf("slide\n0.5\n-1e-1\n");
   ASSERT_EQ(states.size(), 2U);
   const BodyPoses poses = forwardKinematics(robot(), states[1]);
@@ -44,19 +44,19 @@ TEST(JointStates, ReadsARowForEachState) {
   EXPECT_EQ(poses[ball]->translation().x(), 5.0 - 0.2);
 }
 
-TEST(JointStates, TakesSpreadsheetsAsTheyAre) {
+TEST(CsvStates, TakesSpreadsheetsAsTheyAre) {
   EXPECT_EQ(statesOf("\xEF\xBB\xBF\"slide\"\r\n\r\n +0.5 \r\n"), statesOf("slide\n0.5"));
 }
 
-TEST(JointStates, WarnsOfAColumnThatAFollowerDoesNotUse) {
+TEST(CsvStates, WarnsOfAColumnThatAFollowerDoesNotUse) {
   std::istringstream stream("slide,follow\n1,7\n");
-  EXPECT_EQ(JointStates(stream, "s.csv", robot()).warnings(),
+  EXPECT_EQ(CsvStates(stream, "s.csv", robot()).warnings(),
             std::vector<std::string>{"s.csv: column \"follow\" is not used: the joint follows \"slide\"."});
 }
 
-TEST(JointStates, ReadsTheTimeBesideThePositions) {
+TEST(CsvStates, ReadsTheTimeBesideThePositions) {
   std::istringstream stream("time,slide\n1.5,0.25\n");
-  JointStates states(stream, "s.csv", robot());
+  CsvStates states(stream, "s.csv", robot());
   EXPECT_TRUE(states.hasTimes());
   EXPECT_EQ(states.time(), std::nullopt);
   std::vector<double> positions;
@@ -67,21 +67,77 @@ TEST(JointStates, ReadsTheTimeBesideThePositions) {
   EXPECT_EQ(errorIn("time,time\n0,0\n"), "s.csv, line 1: two columns are named \"time\"");
 }
 
-TEST(JointStates, AJointOfThatNameIsNoTime) {
+TEST(CsvStates, AreTheSameFromAnyStateOn) {
+  const std::string text = "slide\n0\n\n1\n  \n2\n";
+  for (std::uint64_t first = 0; first <= 4; ++first) {
+    std::istringstream stream(text);
+    CsvStates states(stream, "s.csv", robot());
+    states.skipTo(first);
+    std::vector<double> positions;
+    for (std::uint64_t i = first; i < 3; ++i) {
+      ASSERT_TRUE(states.next(positions));
+      EXPECT_EQ(positions, statesOf("slide\n" + std::to_string(i))[0]);
+    }
+    EXPECT_FALSE(states.next(positions));
+  }
+}
+
+TEST(CsvStates, OfAFileHaveANumberAndAnIdentity) {
+  const TemporaryFiles files;
+  const CsvStates states(files.write("s.csv", "slide\r\n\n1\n \n2"), robot());
+  EXPECT_EQ(states.count(), 2U);
+  EXPECT_EQ(states.identity(), CsvStates(files.write("same.csv", "slide\r\n\n1\n \n2"), robot()).identity());
+  EXPECT_NE(states.identity(), CsvStates(files.write("other.csv", "slide\r\n\n1\n \n3"), robot()).identity());
+  EXPECT_EQ(CsvStates(files.write("none.csv", "slide\n"), robot()).count(), 0U);
+}
+
+TEST(CsvStates, OfAStreamHaveNeither) {
+  std::istringstream stream("slide\n1\n");
+  const CsvStates states(stream, "s.csv", robot());
+  EXPECT_EQ(states.count(), std::nullopt);
+  EXPECT_EQ(states.identity(), "");
+}
+
+TEST(CsvStates, AreReadInBlocks) {
+  std::istringstream stream("slide\n0\n1\n2\n");
+  CsvStates states(stream, "s.csv", robot());
+  const int slide = robot().leaderOf(0).joint;
+  Eigen::MatrixXd block(2, 2);
+  ASSERT_EQ(states.read(block), 2);
+  EXPECT_EQ(block(1, slide), 1.0);
+  ASSERT_EQ(states.read(block), 1);
+  EXPECT_EQ(block(0, slide), 2.0);
+  EXPECT_EQ(states.read(block), 0);
+}
+
+// The number of the state is that in the whole file.
+TEST(CsvStates, NumberWhatIsBeyondALimitFromTheFirstState) {
+  std::istringstream stream("slide\n5\n0\n6\n");
+  CsvStates states(stream, "s.csv", robot());
+  states.skipTo(1);
+  for (std::vector<double> positions; states.next(positions);) {
+  }
+  EXPECT_EQ(
+      states.limitWarning(),
+      "s.csv: 1 of 2 states are beyond the limits of a joint. The first is state 2, line 4: \"slide\" is at 6 m, its "
+      "limits are -1 and 2 m.");
+}
+
+TEST(CsvStates, AJointOfThatNameIsNoTime) {
   std::string urdf = kTwoSliders;
   const std::string slide = "joint name=\"slide\"", mimic = "mimic joint=\"slide\"";
   urdf.replace(urdf.find(slide), slide.size(), "joint name=\"time\"");
   urdf.replace(urdf.find(mimic), mimic.size(), "mimic joint=\"time\"");
   const RobotModel model = loadRobotModel(urdf, packageResolver({}));
   std::istringstream stream("time\n0.5\n");
-  JointStates states(stream, "s.csv", model);
+  CsvStates states(stream, "s.csv", model);
   std::vector<double> positions;
   ASSERT_TRUE(states.next(positions));
   EXPECT_FALSE(states.hasTimes());
   EXPECT_EQ(positions[model.leaderOf(0).joint], 0.5);
 }
 
-TEST(JointStates, NamesLineAndColumnOfWhatIsWrong) {
+TEST(CsvStates, NamesLineAndColumnOfWhatIsWrong) {
   EXPECT_EQ(errorIn(""), "s.csv: empty; expected a header of joint names");
   EXPECT_EQ(errorIn("slid\n1\n"), "s.csv, line 1: column \"slid\": no such joint (did you mean \"slide\"?)");
   EXPECT_EQ(errorIn("weld\n1\n"), "s.csv, line 1: column \"weld\": a fixed joint has no position");

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -14,7 +15,8 @@ class LimitCheck {
   /// The robot must outlive this.
   explicit LimitCheck(const scene::RobotModel& robot) : robot_(robot) {}
 
-  void beginState(long line);
+  /// `line` is that of a text; 0: the source has no lines.
+  void beginState(std::uint64_t state, long line);
   /// `joint` is an index into RobotModel::joints; `position` [rad] or [m] is what the state sets.
   void add(int joint, double position);
 
@@ -24,14 +26,17 @@ class LimitCheck {
 
  private:
   struct Violation {
-    long state, line;
+    std::uint64_t state;
+    long line;
     int joint;
     double position;
   };
   bool looksLikeDegrees() const;
 
   const scene::RobotModel& robot_;
-  long states_ = 0, states_beyond_ = 0, line_ = 0;
+  std::uint64_t states_ = 0, states_beyond_ = 0;
+  std::uint64_t state_ = 0;  ///< number of the current one
+  long line_ = 0;
   bool is_beyond_ = false;  ///< whether the current state is beyond a limit
   std::optional<Violation> first_;
   // About all positions of revolute joints beyond their limits:

@@ -1,4 +1,4 @@
-#include "tools/command_line/limit_check.h"
+#include "tools/states/limit_check.h"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 
 #include "proximity_server/scene/model/load_robot_model.h"
 #include "scene/files.h"
-#include "tools/command_line/joint_states.h"
 #include "tools/command_line/two_sliders.h"
+#include "tools/states/csv_states.h"
 
 namespace proximity_server::tools {
 
@@ -27,7 +27,7 @@ const char* const kArm = R"(<robot name="arm">
 std::string warningFor(const char* urdf, const std::string& text) {
   const RobotModel robot = loadRobotModel(urdf, packageResolver({}));
   std::istringstream stream(text);
-  JointStates states(stream, "s.csv", robot);
+  CsvStates states(stream, "s.csv", robot);
   for (std::vector<double> positions; states.next(positions);) {
   }
   return states.limitWarning();

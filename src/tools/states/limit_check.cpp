@@ -1,4 +1,4 @@
-#include "tools/command_line/limit_check.h"
+#include "tools/states/limit_check.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,8 +16,9 @@ bool isBeyond(const scene::Joint& joint, double position) {
 
 }  // namespace
 
-void LimitCheck::beginState(long line) {
+void LimitCheck::beginState(std::uint64_t state, long line) {
   ++states_;
+  state_ = state;
   line_ = line;
   is_beyond_ = false;
 }
@@ -27,7 +28,7 @@ void LimitCheck::add(int joint, double position) {
   if (limits.mimic || !isBeyond(limits, position)) return;
   if (!is_beyond_) ++states_beyond_;
   is_beyond_ = true;
-  if (!first_) first_ = Violation{states_ - 1, line_, joint, position};
+  if (!first_) first_ = Violation{state_, line_, joint, position};
   if (limits.type != scene::Joint::Type::Revolute) return;
   largest_angle_ = std::max(largest_angle_, std::abs(position));
   would_be_within_as_degrees_ = would_be_within_as_degrees_ && !isBeyond(limits, position * kPi / 180.0);
@@ -42,9 +43,9 @@ std::string LimitCheck::warning(const std::string& source) const {
   const std::string unit = joint.type == scene::Joint::Type::Prismatic ? " m" : " rad";
   std::string text = source + ": " + std::to_string(states_beyond_) + " of " + std::to_string(states_) +
                      " states are beyond the limits of a joint. The first is state " + std::to_string(first_->state) +
-                     ", line " + std::to_string(first_->line) + ": \"" + joint.name + "\" is at " +
-                     numberText(first_->position) + unit + ", its limits are " + numberText(joint.lower) + " and " +
-                     numberText(joint.upper) + unit + ".";
+                     (first_->line > 0 ? ", line " + std::to_string(first_->line) : "") + ": \"" + joint.name +
+                     "\" is at " + numberText(first_->position) + unit + ", its limits are " + numberText(joint.lower) +
+                     " and " + numberText(joint.upper) + unit + ".";
   if (looksLikeDegrees()) {
     text +=
         " These look like degrees, which are the usual cause: as such, all angles would be within their limits. "

@@ -1,0 +1,127 @@
+#include "tools/states/csv_states.h"
+
+#include <filesystem>
+#include <ios>
+#include <stdexcept>
+#include <streambuf>
+#include <utility>
+
+#include "tools/command_line/content_hash.h"
+#include "tools/command_line/csv.h"
+
+namespace proximity_server::tools {
+
+CsvStates::CsvStates(const std::string& file, const scene::RobotModel& robot)
+    : StateSource(file, robot), file_(std::in_place, file, std::ios::binary), stream_(*file_) {
+  if (!*file_) throw std::invalid_argument(file + ": cannot be opened");
+  readHeader();
+}
+
+CsvStates::CsvStates(std::istream& stream, std::string source, const scene::RobotModel& robot)
+    : StateSource(std::move(source), robot), stream_(stream) {
+  readHeader();
+}
+
+void CsvStates::readHeader() {
+  if (!nextFields()) throw std::invalid_argument(source() + ": empty; expected a header of joint names");
+  try {
+    columns_ = jointColumns(fields_, robot());
+  } catch (const std::invalid_argument& error) {
+    fail(error.what());
+  }
+  for (const std::string& sentence : unusedColumns(columns_, robot())) warn(sentence);
+}
+
+bool CsvStates::next(scene::Positions& positions) {
+  if (!nextFields()) return false;
+  if (fields_.size() != columns_.size()) {
+    fail(std::to_string(fields_.size()) + " numbers for " + std::to_string(columns_.size()) + " columns");
+  }
+  positions.assign(robot().joints.size(), 0.0);
+  limits().beginState(state_, line_);
+  for (std::size_t i = 0; i < columns_.size(); ++i) {
+    const int joint = columns_[i].joint;
+    if (joint == JointColumn::kTime) {
+      time_ = number(i);
+    } else {
+      positions[joint] = number(i);
+      limits().add(joint, positions[joint]);
+    }
+  }
+  ++state_;
+  return true;
+}
+
+void CsvStates::skipTo(std::uint64_t state) {
+  for (std::string text; state_ < state && nextRecord(text);) ++state_;
+}
+
+std::optional<std::uint64_t> CsvStates::count() const {
+  if (!file_ || !std::filesystem::is_regular_file(source())) return std::nullopt;
+  if (!count_) {
+    CsvStates all(source(), robot());
+    std::uint64_t count = 0;
+    for (std::string text; all.nextRecord(text);) ++count;
+    count_ = count;
+  }
+  return count_;
+}
+
+std::string CsvStates::identity() const {
+  if (!file_ || !std::filesystem::is_regular_file(source())) return "";
+  if (identity_.empty()) identity_ = "csv " + contentHash(source());
+  return identity_;
+}
+
+/// Reads a line; false at the end. std::getline would use all memory for a file without line ends.
+bool CsvStates::nextLine(std::string& text) {
+  using Letters = std::istream::traits_type;
+  text.clear();
+  if (!stream_.good()) return false;
+  ++line_;
+  try {
+    std::streambuf& letters = *stream_.rdbuf();
+    for (auto next = letters.sbumpc(); next != '\n'; next = letters.sbumpc()) {
+      if (Letters::eq_int_type(next, Letters::eof())) {
+        stream_.setstate(std::ios::eofbit);
+        return !text.empty();
+      }
+      if (text.size() == kLongestLine) fail("longer than " + std::to_string(kLongestLine) + " characters");
+      text += Letters::to_char_type(next);
+    }
+  } catch (const std::ios_base::failure&) {
+    fail("reading failed");
+  }
+  return true;
+}
+
+/// Reads the next line that is not empty; false at the end.
+bool CsvStates::nextRecord(std::string& text) {
+  while (nextLine(text)) {
+    if (line_ == 1 && text.compare(0, 3, "\xEF\xBB\xBF") == 0) text.erase(0, 3);  // byte order mark of spreadsheets
+    if (text.find_first_not_of(" \t\r") != std::string::npos) return true;
+  }
+  return false;
+}
+
+/// Splits the next line that is not empty into fields; false at the end.
+bool CsvStates::nextFields() {
+  std::string text;
+  if (!nextRecord(text)) return false;
+  try {
+    fields_ = csvFields(text);
+  } catch (const std::invalid_argument& error) {
+    fail(error.what());
+  }
+  return true;
+}
+
+double CsvStates::number(std::size_t column) const {
+  const std::optional<double> value = finiteNumber(fields_[column]);
+  if (!value) fail(notFinite(columns_[column].name, fields_[column]));
+  return *value;
+}
+
+std::string CsvStates::place() const { return source() + ", line " + std::to_string(line_); }
+
+}  // namespace proximity_server::tools

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <fstream>
+#include <istream>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/states/joint_columns.h"
+#include "tools/states/state_source.h"
+
+namespace proximity_server::tools {
+
+/// The most characters of one line: enough for the quoted names of as many joints as a robot may have.
+constexpr std::size_t kLongestLine = std::size_t{8} << 20;
+
+/// States as comma-separated values, read one at a time: a header of joint names, then a row for each state. Empty lines are
+/// skipped. A column "time" is the time of the state, unless a joint has that name.
+///
+/// Failure: throws std::invalid_argument naming source, line and column: no header, names that jointColumns() refuses, too
+///          few or many numbers, a text that is no finite number, a line longer than kLongestLine.
+class CsvStates : public StateSource {
+ public:
+  /// Read the header.
+  explicit CsvStates(const std::string& file, const scene::RobotModel& robot);
+  /// `source` names the stream in messages. The stream must outlive this.
+  CsvStates(std::istream& stream, std::string source, const scene::RobotModel& robot);
+
+  bool next(scene::Positions& positions) override;
+  void skipTo(std::uint64_t state) override;
+  std::optional<std::uint64_t> count() const override;
+  std::string identity() const override;
+  bool hasTimes() const override { return hasTime(columns_); }
+  std::optional<double> time() const override { return time_; }
+  std::string place() const override;
+
+ private:
+  void readHeader();
+  bool nextLine(std::string& text);
+  bool nextRecord(std::string& text);
+  bool nextFields();
+  double number(std::size_t column) const;
+
+  std::optional<std::ifstream> file_;
+  std::istream& stream_;
+  std::vector<JointColumn> columns_;
+  std::vector<std::string> fields_;  ///< of the current line
+  std::optional<double> time_;
+  std::uint64_t state_ = 0;  ///< number of the next one
+  long line_ = 0;
+  mutable std::optional<std::uint64_t> count_;
+  mutable std::string identity_;
+};
+
+}  // namespace proximity_server::tools

@@ -1,0 +1,165 @@
+#include "tools/states/grid_states.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "tools/command_line/content_hash.h"
+#include "tools/command_line/csv.h"
+#include "tools/states/joint_columns.h"
+#include "tools/states/sampled_states.h"
+
+namespace proximity_server::tools {
+namespace {
+
+constexpr std::uint64_t kMostPositions = std::uint64_t{1} << 53;  // whole numbers that a double has
+
+[[noreturn]] void failIn(const std::string& text, const std::string& what) {
+  throw std::invalid_argument("'" + text + "': " + what);
+}
+
+double readPosition(const std::string& text, const std::string& number) {
+  const std::optional<double> value = finiteNumber(number);
+  if (!value) failIn(text, inQuotes(number) + " is no finite number");
+  return *value;
+}
+
+std::uint64_t readPositions(const std::string& text, const std::string& number) {
+  std::uint64_t value = 0;
+  const char* end = number.data() + number.size();
+  const auto [stop, error] = std::from_chars(number.data(), end, value);
+  if (error != std::errc() || stop != end || value < 1 || value > kMostPositions)
+    failIn(text, inQuotes(number) + " is no whole number of positions from 1 to " + std::to_string(kMostPositions));
+  return value;
+}
+
+/// Whether the range of a joint is a full turn, so that its ends are the same.
+bool isFullTurn(const scene::Joint& joint, const scene::JointRange& range) {
+  if (joint.type == scene::Joint::Type::Prismatic) return false;
+  return !(range.width() >= joint.upper - joint.lower);
+}
+
+}  // namespace
+
+GridAxis readGridAxis(const std::string& text) {
+  GridAxis axis;
+  const std::size_t equals = text.rfind('=');
+  if (equals == std::string::npos) {
+    axis.count = readPositions(text, text);
+    if (axis.count < 2) failIn(text, "a grid of all joints has at least 2 positions of each");
+    return axis;
+  }
+  axis.joint = text.substr(0, equals);
+  if (axis.joint.empty()) failIn(text, "there is no joint");
+  const std::string values = text.substr(equals + 1);
+  const std::size_t first = values.find(':'), second = values.find(':', first == std::string::npos ? first : first + 1);
+  axis.lower = axis.upper = readPosition(text, values.substr(0, first));
+  axis.count = 1;
+  if (first == std::string::npos) return axis;
+  if (second == std::string::npos) failIn(text, "expected JOINT=LOWER:UPPER:COUNT, JOINT=POSITION or COUNT");
+  axis.upper = readPosition(text, values.substr(first + 1, second - first - 1));
+  axis.count = readPositions(text, values.substr(second + 1));
+  if (axis.count == 1) failIn(text, "from one end to the other are at least 2 positions");
+  if (!(axis.lower < axis.upper)) failIn(text, "the lower end is not below the upper one");
+  if (!std::isfinite(axis.upper - axis.lower)) failIn(text, "too wide");
+  return axis;
+}
+
+GridStates::GridStates(const std::vector<GridAxis>& axes, const scene::RobotModel& robot)
+    : StateSource("--grid", robot), positions_(robot.joints.size(), 0.0) {
+  const bool has_all = std::any_of(axes.begin(), axes.end(), [](const GridAxis& axis) { return axis.joint.empty(); });
+  if (has_all && axes.size() > 1) throw std::invalid_argument("--grid: a number for all joints stands alone");
+  for (const GridAxis& axis : axes) {
+    if (axis.joint.empty()) {
+      addAll(axis.count);
+    } else {
+      addNamed(axis);
+    }
+  }
+  countStates();
+  for (const Axis& axis : axes_) place(axis);
+}
+
+void GridStates::addNamed(const GridAxis& axis) {
+  const auto refuse = [&](const std::string& what) {
+    throw std::invalid_argument("--grid: joint " + inQuotes(axis.joint) + ": " + what);
+  };
+  int joint = 0;
+  try {
+    joint = jointWithPosition(axis.joint, robot());
+  } catch (const std::invalid_argument& error) {
+    refuse(error.what());
+  }
+  if (const std::string reason = whyNotUsed(robot(), joint); !reason.empty()) refuse(reason);
+  if (std::any_of(axes_.begin(), axes_.end(), [&](const Axis& other) { return other.joint == joint; }))
+    refuse("named twice");
+  axes_.push_back({joint, axis.lower, axis.upper, axis.count, axis.count - 1});
+}
+
+void GridStates::addAll(std::uint64_t count) {
+  const std::vector<scene::JointRange> ranges = scene::jointRanges(robot());
+  if (ranges.empty()) throw std::invalid_argument("--grid: the robot has no joint that moves");
+  for (const scene::JointRange& range : ranges) {
+    const scene::Joint& joint = robot().joints[range.joint];
+    if (!std::isfinite(range.width()))
+      throw std::invalid_argument("--grid: joint " + inQuotes(joint.name) + ": its limits are too wide");
+    const std::uint64_t positions = range.width() > 0.0 ? count : 1;
+    const std::uint64_t intervals = isFullTurn(joint, range) ? positions : positions - 1;
+    axes_.push_back({range.joint, range.lower, range.upper, positions, intervals});
+  }
+  for (const std::string& sentence : guessedRanges(robot(), ranges)) warn(sentence);
+}
+
+void GridStates::countStates() {
+  for (const Axis& axis : axes_) {
+    if (!__builtin_mul_overflow(count_, axis.count, &count_) &&
+        count_ <= static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()))
+      continue;
+    throw std::invalid_argument("--grid: more states than a number of 64 bits can count");
+  }
+}
+
+double GridStates::Axis::position() const {
+  if (index == 0) return lower;
+  if (index == intervals) return upper;
+  const double step = (upper - lower) / static_cast<double>(intervals);
+  return std::min(lower + static_cast<double>(index) * step, upper);
+}
+
+bool GridStates::next(scene::Positions& positions) {
+  if (state_ >= count_) return false;
+  positions = positions_;
+  limits().beginState(state_, 0);
+  for (const Axis& axis : axes_) limits().add(axis.joint, positions[axis.joint]);
+  ++state_;
+  for (auto axis = axes_.rbegin(); axis != axes_.rend(); ++axis) {
+    axis->index = axis->index + 1 < axis->count ? axis->index + 1 : 0;
+    place(*axis);
+    if (axis->index != 0) break;
+  }
+  return true;
+}
+
+void GridStates::skipTo(std::uint64_t state) {
+  state_ = state;
+  for (auto axis = axes_.rbegin(); axis != axes_.rend(); ++axis) {
+    axis->index = state % axis->count;
+    state /= axis->count;
+    place(*axis);
+  }
+}
+
+std::string GridStates::identity() const {
+  ContentHash hash;
+  for (const Axis& axis : axes_) {
+    hash.add(robot().joints[axis.joint].name).add(numberText(axis.lower)).add(numberText(axis.upper));
+    hash.add(std::to_string(axis.count)).add(std::to_string(axis.intervals));
+  }
+  return "grid " + std::to_string(count_) + " " + hash.text();
+}
+
+std::string GridStates::place() const { return "--grid, state " + std::to_string(state_ == 0 ? 0 : state_ - 1); }
+
+}  // namespace proximity_server::tools

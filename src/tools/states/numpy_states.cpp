@@ -1,0 +1,180 @@
+#include "tools/states/numpy_states.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+
+#include "tools/command_line/content_hash.h"
+#include "tools/command_line/csv.h"
+#include "tools/command_line/robot_files.h"
+#include "tools/states/zip_archive.h"
+
+namespace proximity_server::tools {
+namespace {
+
+constexpr std::uint64_t kBlockNumbers = 1 << 15;  // few enough for the second cache
+
+std::filesystem::path namesFileOf(const std::string& file) {
+  return std::filesystem::path(file).replace_extension(".joints");
+}
+
+/// The names in the file beside the table; empty if there is none.
+std::vector<std::string> namesBeside(const std::string& file) {
+  const std::filesystem::path path = namesFileOf(file);
+  if (!std::filesystem::is_regular_file(path)) return {};
+  std::vector<std::string> names;
+  std::istringstream lines(readTextFile(path));
+  for (std::string line; std::getline(lines, line);) {
+    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+    for (const std::string& name : csvFields(line)) names.push_back(name);
+  }
+  return names;
+}
+
+/// The joints that a state has to name, as an example of --joints.
+std::string exampleOf(const scene::RobotModel& robot) {
+  std::string names;
+  for (const scene::Joint& joint : robot.joints)
+    if (!joint.mimic && scene::hasOnePosition(joint)) names += (names.empty() ? "" : ",") + csvField(joint.name);
+  return names;
+}
+
+bool contains(const std::vector<std::string>& all, const std::string& one) {
+  return std::find(all.begin(), all.end(), one) != all.end();
+}
+
+/// The first of these arrays that the archive has; "" if it has none.
+std::string firstOf(const std::vector<std::string>& arrays, const ZipArchive& archive) {
+  for (const std::string& array : arrays)
+    if (contains(archive.members(), array + ".npy")) return array + ".npy";
+  return "";
+}
+
+/// The member with the positions.
+std::string tableOf(const ZipArchive& archive, const std::string& file) {
+  const std::string known = firstOf({"states", "positions", "q"}, archive);
+  if (!known.empty()) return known;
+  std::vector<std::string> others;
+  std::string list;
+  for (const std::string& member : archive.members()) {
+    if (member == "joints.npy" || member == "names.npy" || member == "time.npy") continue;
+    others.push_back(member);
+    list += (list.empty() ? "" : ", ") + member;
+  }
+  if (others.size() == 1) return others.front();
+  throw std::invalid_argument(file + ": which array are the states? Name it \"states\"; there " +
+                              (others.empty() ? "is none" : "are " + list));
+}
+
+}  // namespace
+
+NumpyStates::NumpyStates(const std::string& file, const std::vector<std::string>& joints,
+                         const scene::RobotModel& robot)
+    : StateSource(file, robot) {
+  std::vector<std::string> names = joints;
+  auto bytes = std::make_unique<FileBytes>(file);
+  std::array<char, 2> begin{};
+  if (bytes->size() >= begin.size()) bytes->read(0, begin.data(), begin.size());
+  if (begin == std::array<char, 2>{'P', 'K'}) {
+    openMembers(names);
+  } else {
+    table_.emplace(std::move(bytes), file);
+  }
+  if (table_->dimensions() != 2)
+    throw std::invalid_argument(table_->source() + ": an array of one dimension; expected a row for each state");
+  if (names.empty()) names = namesBeside(file);
+  setColumns(names);
+}
+
+/// Opens the table of an archive, and the times if it has them. Reads the names if there are none.
+void NumpyStates::openMembers(std::vector<std::string>& names) {
+  const ZipArchive archive(source());
+  const std::string table = tableOf(archive, source()), joints = firstOf({"joints", "names"}, archive);
+  table_.emplace(archive.open(table), source() + ", " + table);
+  if (names.empty() && !joints.empty()) names = readNpyTexts(*archive.open(joints), source() + ", " + joints);
+  if (!contains(archive.members(), "time.npy")) return;
+  times_.emplace(archive.open("time.npy"), source() + ", time.npy");
+  if (times_->dimensions() == 1 && times_->rows() == table_->rows()) return;
+  throw std::invalid_argument(times_->source() + ": not one time for each of " + std::to_string(table_->rows()) +
+                              " states");
+}
+
+void NumpyStates::setColumns(const std::vector<std::string>& names) {
+  const auto refuse = [&](const std::string& what) { throw std::invalid_argument(table_->source() + ": " + what); };
+  const std::string columns = std::to_string(table_->columns()) + " columns";
+  if (names.empty()) {
+    refuse("the joints of its " + columns + " are not named: give --joints NAME,NAME, ..., or the file " +
+           namesFileOf(source()).string() + "; the joints of the robot are " + exampleOf(robot()));
+  }
+  if (names.size() != table_->columns()) refuse(columns + " for " + std::to_string(names.size()) + " names of joints");
+  try {
+    columns_ = jointColumns(names, robot());
+  } catch (const std::invalid_argument& error) {
+    refuse(error.what());
+  }
+  if (times_ && hasTime(columns_)) refuse("a column \"time\", and an array \"time\" beside it");
+  for (const std::string& sentence : unusedColumns(columns_, robot())) warn(sentence);
+}
+
+bool NumpyStates::next(scene::Positions& positions) {
+  if (state_ >= table_->rows()) return false;
+  if (state_ < block_begin_ || state_ >= block_end_) readBlock();
+  const std::size_t row = state_++ - block_begin_;
+  const double* numbers = block_.data() + row * columns_.size();
+  positions.assign(robot().joints.size(), 0.0);
+  limits().beginState(state_ - 1, 0);
+  for (std::size_t i = 0; i < columns_.size(); ++i) {
+    const double value = number(numbers[i], columns_[i].name);
+    const int joint = columns_[i].joint;
+    if (joint == JointColumn::kTime) {
+      time_ = value;
+    } else {
+      positions[joint] = value;
+      limits().add(joint, value);
+    }
+  }
+  if (times_) time_ = number(block_times_[row], "time");
+  return true;
+}
+
+std::string NumpyStates::place() const {
+  return table_->source() + ", state " + std::to_string(state_ == 0 ? 0 : state_ - 1);
+}
+
+void NumpyStates::skipTo(std::uint64_t state) { state_ = state; }
+
+/// Reads the block that begins with the next state.
+void NumpyStates::readBlock() {
+  const std::uint64_t most = std::max<std::uint64_t>(1, kBlockNumbers / columns_.size());
+  const std::size_t count = std::min(most, table_->rows() - state_);
+  block_.resize(count * columns_.size());
+  block_end_ = block_begin_;  // nothing is there if reading fails
+  table_->read(state_, count, block_.data());
+  if (times_) {
+    block_times_.resize(count);
+    times_->read(state_, count, block_times_.data());
+  }
+  block_begin_ = state_;
+  block_end_ = state_ + count;
+}
+
+double NumpyStates::number(double value, const std::string& column) const {
+  if (!std::isfinite(value)) fail(notFinite(column, numberText(value)));
+  return value;
+}
+
+std::string NumpyStates::identity() const {
+  if (identity_.empty()) {
+    ContentHash names;
+    for (const JointColumn& column : columns_) names.add(column.name);
+    identity_ = "numpy " + contentHash(source()) + " " + names.text();
+  }
+  return identity_;
+}
+
+}  // namespace proximity_server::tools

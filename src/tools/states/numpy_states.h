@@ -1,0 +1,52 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/states/joint_columns.h"
+#include "tools/states/npy_array.h"
+#include "tools/states/state_source.h"
+
+namespace proximity_server::tools {
+
+/// States as a table of a .npy, or of a .npz: a row for each state, a column for each joint. Only the part that is asked for
+/// is read, so the file may be larger than the memory.
+///
+/// The columns are named by the caller; else by an array "joints" or "names" of the .npz; else by a text file beside it, with
+/// the suffix .joints: one name a line, or separated by commas. A column "time" is the time of the state, unless a joint has
+/// that name; so is an array "time" of a .npz. The table of a .npz is its array "states", "positions" or "q"; else the only
+/// one that is left.
+///
+/// Failure: the constructor throws std::invalid_argument as NpyTable and jointColumns() do, and if there are not as many names
+///          as columns. next() throws for a number that is not finite.
+class NumpyStates : public StateSource {
+ public:
+  /// `joints` may be empty.
+  NumpyStates(const std::string& file, const std::vector<std::string>& joints, const scene::RobotModel& robot);
+
+  bool next(scene::Positions& positions) override;
+  void skipTo(std::uint64_t state) override;
+  std::optional<std::uint64_t> count() const override { return table_->rows(); }
+  std::string identity() const override;
+  bool hasTimes() const override { return times_ || hasTime(columns_); }
+  std::optional<double> time() const override { return time_; }
+  std::string place() const override;
+
+ private:
+  void openMembers(std::vector<std::string>& names);
+  void setColumns(const std::vector<std::string>& names);
+  void readBlock();
+  double number(double value, const std::string& column) const;
+
+  std::optional<NpyTable> table_, times_;
+  std::vector<JointColumn> columns_;
+  std::optional<double> time_;
+  std::uint64_t state_ = 0;  ///< number of the next one
+  // The block of rows that was read last.
+  std::uint64_t block_begin_ = 0, block_end_ = 0;
+  std::vector<double> block_, block_times_;
+  mutable std::string identity_;
+};
+
+}  // namespace proximity_server::tools

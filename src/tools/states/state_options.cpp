@@ -1,0 +1,142 @@
+#include "tools/states/state_options.h"
+
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <limits>
+#include <stdexcept>
+
+#include "tools/command_line/csv.h"
+#include "tools/command_line/number_options.h"
+#include "tools/states/csv_states.h"
+#include "tools/states/numpy_states.h"
+#include "tools/states/recorded_states.h"
+#include "tools/states/sampled_states.h"
+
+namespace proximity_server::tools {
+namespace {
+
+const char* const kGroup = "States (one of --states, --bag, --sample and --grid; without any: CSV from standard input)";
+
+/// Whether a file is a .npy or .npz. A pipe is not looked into, as its bytes would be gone.
+bool isNumpy(const std::string& file) {
+  const std::filesystem::path suffix = std::filesystem::path(file).extension();
+  if (suffix == ".npy" || suffix == ".npz") return true;
+  if (!std::filesystem::is_regular_file(file)) return false;
+  std::array<char, 6> begin{};
+  std::ifstream(file, std::ios::binary).read(begin.data(), begin.size());
+  const std::string text(begin.data(), begin.size());
+  return text == "\x93NUMPY" || text.compare(0, 4, "PK\3\4") == 0;
+}
+
+double readRate(const std::string& text) {
+  const std::optional<double> rate = finiteNumber(text);
+  if (rate && *rate >= kLowestRate && *rate <= kHighestRate) return *rate;
+  throw CLI::ValidationError("--rate", "'" + text + "' is not a rate from " + numberText(kLowestRate) + " to " +
+                                           numberText(kHighestRate) + " Hz");
+}
+
+std::vector<std::string> readNames(const std::string& text) {
+  try {
+    return csvFields(text);
+  } catch (const std::invalid_argument& error) {
+    throw CLI::ValidationError("--joints", "'" + text + "': " + error.what());
+  }
+}
+
+GridAxis readAxis(const std::string& text) {
+  try {
+    return readGridAxis(text);
+  } catch (const std::invalid_argument& error) {
+    throw CLI::ValidationError("--grid", error.what());
+  }
+}
+
+CLI::Option* declareFile(CLI::App& app, StateOptions& options) {
+  CLI::Option* file =
+      app.add_option(
+             "--states", options.file,
+             "CSV: a header of joint names, a row for each state; -: standard input; or a table of NumPy (.npy, .npz)")
+          ->type_name("FILE");
+  const auto readJoints = [&](const std::string& text) { options.joints = readNames(text); };
+  app.add_option_function<std::string>("--joints", readJoints,
+                                       "the joints of the columns of a .npy or .npz (default: those in the .npz, or in "
+                                       "the file with the suffix .joints)")
+      ->type_name("NAME,...")
+      ->needs(file);
+  return file;
+}
+
+CLI::Option* declareBag(CLI::App& app, BagOptions& options) {
+  CLI::Option* bag =
+      app.add_option("--bag", options.file, "a rosbag with messages sensor_msgs/JointState")->type_name("FILE");
+  app.add_option("--topic", options.topic, "of the bag (default: /joint_states)")->type_name("NAME")->needs(bag);
+  const auto read = [&](const std::string& text) { options.rate = readRate(text); };
+  app.add_option_function<std::string>("--rate", read,
+                                       "that many states a second of the bag (default: one for every message)")
+      ->type_name("HZ")
+      ->needs(bag);
+  return bag;
+}
+
+CLI::Option* declareSample(CLI::App& app, StateOptions& options) {
+  constexpr long kMost = std::numeric_limits<long>::max();
+  CLI::Option* sample = addCount(app, "--sample", options.sample, 1, kMost,
+                                 "so many random states, uniform within the limits of the joints");
+  addCount(app, "--seed", options.seed, 0, kMost,
+           "of --sample (default: 0); state i is the same for any number of states")
+      ->needs(sample);
+  return sample;
+}
+
+CLI::Option* declareGrid(CLI::App& app, StateOptions& options) {
+  const auto read = [&](const std::vector<std::string>& texts) {
+    for (const std::string& text : texts) options.grid.push_back(readAxis(text));
+    return true;
+  };
+  return app
+      .add_option(
+          "--grid", read,
+          "JOINT=LOWER:UPPER:COUNT or JOINT=POSITION, for each joint of a regular grid; or COUNT, positions of every "
+          "joint within its limits; the last joint runs fastest")
+      ->type_name("AXIS")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
+}  // namespace
+
+void declareStateOptions(CLI::App& app, StateOptions& options) {
+  std::vector<CLI::Option*> sources{declareFile(app, options), declareBag(app, options.bag),
+                                    declareSample(app, options), declareGrid(app, options)};
+  for (CLI::Option* one : sources)
+    for (CLI::Option* other : sources)
+      if (one != other) one->excludes(other);
+  for (const char* name : {"--states", "--joints", "--bag", "--topic", "--rate", "--sample", "--seed", "--grid"})
+    app.get_option(name)->group(kGroup);
+}
+
+void requireReadable(const StateOptions& options) {
+  if (options.sample || !options.grid.empty()) return;
+  const std::string& file = options.bag.file.empty() ? options.file : options.bag.file;
+  // A pipe is not tried: closing it would be the end for who writes into it.
+  const auto type = std::filesystem::status(file).type();
+  if (file == "-" || (type != std::filesystem::file_type::regular && type != std::filesystem::file_type::not_found))
+    return;
+  if (!std::ifstream(file, std::ios::binary)) throw std::invalid_argument(file + ": cannot be opened");
+}
+
+std::unique_ptr<StateSource> openStates(const StateOptions& options, const scene::RobotModel& robot) {
+  if (!options.bag.file.empty()) return openBag(options.bag, robot);
+  if (options.sample) return std::make_unique<SampledStates>(*options.sample, options.seed, robot);
+  if (!options.grid.empty()) return std::make_unique<GridStates>(options.grid, robot);
+  const bool is_stream = options.file == "-";
+  if (!is_stream && isNumpy(options.file)) return std::make_unique<NumpyStates>(options.file, options.joints, robot);
+  if (!options.joints.empty())
+    throw std::invalid_argument("--joints goes with a .npy or .npz: the header of a CSV names its joints");
+  if (is_stream) return std::make_unique<CsvStates>(std::cin, "standard input", robot);
+  return std::make_unique<CsvStates>(options.file, robot);
+}
+
+}  // namespace proximity_server::tools

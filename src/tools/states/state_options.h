@@ -1,0 +1,37 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/states/bag_states.h"
+#include "tools/states/grid_states.h"
+#include "tools/states/state_source.h"
+
+namespace proximity_server::tools {
+
+/// What the command line says of the states.
+struct StateOptions {
+  std::string file = "-";           ///< CSV, .npy or .npz; "-": CSV from standard input
+  std::vector<std::string> joints;  ///< of the columns of a .npy or .npz; empty: named beside it
+  BagOptions bag;                   ///< if it has a file
+  std::optional<std::uint64_t> sample;
+  std::uint64_t seed = 0;      ///< of the sample
+  std::vector<GridAxis> grid;  ///< if there is one
+};
+
+/// Declares the options of the states: --states, --joints, --bag, --topic, --rate, --sample, --seed, --grid.
+void declareStateOptions(CLI::App& app, StateOptions& options);
+
+/// Throws std::invalid_argument naming the file if it cannot be opened, so that this is known before the robot is loaded.
+void requireReadable(const StateOptions& options);
+
+/// The robot must outlive the source. What a file is, it says by its first bytes, or else by its suffix.
+/// Failure: throws std::invalid_argument naming the file or the option.
+std::unique_ptr<StateSource> openStates(const StateOptions& options, const scene::RobotModel& robot);
+
+}  // namespace proximity_server::tools

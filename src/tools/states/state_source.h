@@ -1,0 +1,78 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <exception>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "proximity_server/scene/model/joint_ranges.h"
+#include "proximity_server/scene/model/robot_model.h"
+#include "tools/states/limit_check.h"
+
+namespace proximity_server::tools {
+
+/// States of a robot, numbered from 0: from a file, from a recorded bag, or made. Joints that a source does not name are at
+/// 0, and mimic joints follow their leader: what a source says of them is not used, and a warning says so.
+///
+/// Unit:    [rad] or [m], [s].
+/// Failure: next(), read() and skipTo() throw std::invalid_argument naming source, place and column.
+class StateSource {
+ public:
+  virtual ~StateSource() = default;
+  StateSource(const StateSource&) = delete;
+  StateSource& operator=(const StateSource&) = delete;
+
+  /// The next state, one position for each of RobotModel::joints; false at the end.
+  virtual bool next(scene::Positions& positions) = 0;
+
+  /// The next states, as many as the block has rows, from its first row on; one column for each of RobotModel::joints. Returns
+  /// how many there are: fewer only at the end, or before a state that is wrong, of which the next call throws.
+  int read(Eigen::Ref<Eigen::MatrixXd> block);
+
+  /// next() then returns the state of this number, or false if there are not so many. Forward only. Takes a constant time,
+  /// except that CSV is read on.
+  virtual void skipTo(std::uint64_t state) = 0;
+
+  /// How many states there are; nullopt if that is known at the end only, as of a stream. The first call may read the file.
+  virtual std::optional<std::uint64_t> count() const = 0;
+
+  /// For manifests: equal only if the states are the same. Of a file it has a hash of the whole content, which the first call
+  /// reads. "" for a stream, which can be read only once.
+  virtual std::string identity() const = 0;
+
+  /// Whether the states have times, and the time [s] of the last state.
+  virtual bool hasTimes() const { return false; }
+  virtual std::optional<double> time() const { return std::nullopt; }
+
+  const scene::RobotModel& robot() const { return robot_; }
+  const std::string& source() const { return source_; }  ///< the name of the file, or what it is, for messages
+  virtual std::string place() const = 0;                 ///< source and place in it of the last state, for messages
+  const std::vector<std::string>& warnings() const {
+    return warnings_;
+  }  ///< those that are known before the first state
+
+  /// A warning about the states read so far that set a joint to a position beyond its limits; "" if there are none.
+  std::string limitWarning() const { return limits_.warning(source_); }
+
+ protected:
+  /// The robot must outlive this.
+  StateSource(std::string source, const scene::RobotModel& robot)
+      : source_(std::move(source)), robot_(robot), limits_(robot) {}
+
+  /// Throws std::invalid_argument that begins with place().
+  [[noreturn]] void fail(const std::string& what) const;
+  void warn(const std::string& sentence) { warnings_.push_back(source_ + ": " + sentence); }
+  LimitCheck& limits() { return limits_; }
+
+ private:
+  std::string source_;
+  const scene::RobotModel& robot_;
+  std::vector<std::string> warnings_;
+  LimitCheck limits_;
+  scene::Positions row_;      ///< scratch of read()
+  std::exception_ptr error_;  ///< of the state that ended the last block
+};
+
+}  // namespace proximity_server::tools
