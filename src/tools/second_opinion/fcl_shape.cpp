@@ -1,4 +1,4 @@
-#include "peers/fcl_shape.h"
+#include "tools/second_opinion/fcl_shape.h"
 
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <vector>
 
-namespace proximity_server::peers {
+namespace proximity_server::tools {
 
 using namespace narrowphase;
 namespace {
@@ -42,6 +42,15 @@ std::shared_ptr<fcl::CollisionGeometryd> fclCore(const Shape& shape) {
   }
 }
 
+/// The hull of a box's corners.
+ConvexHull hullOfBox(const Shape& box) {
+  std::vector<Eigen::Vector3d> corners;
+  for (const double x : {-1.0, 1.0})
+    for (const double y : {-1.0, 1.0})
+      for (const double z : {-1.0, 1.0}) corners.push_back(box.halfExtents().cwiseProduct(Eigen::Vector3d(x, y, z)));
+  return ConvexHull(corners);
+}
+
 }  // namespace
 
 std::shared_ptr<fcl::CollisionGeometryd> fclShape(const Shape& shape) {
@@ -52,4 +61,15 @@ std::shared_ptr<fcl::CollisionGeometryd> fclShape(const Shape& shape) {
   return fclCore(shape);
 }
 
-}  // namespace proximity_server::peers
+void addTriangles(FclMesh& mesh, const Shape& polytope, const Eigen::Isometry3d& mesh_T_shape) {
+  const ConvexHull hull = polytope.kind() == Shape::Kind::Box ? hullOfBox(polytope) : polytope.hull();
+  if (hull.triangles().empty()) throw std::invalid_argument("FCL has no points and no segments");
+  std::vector<Eigen::Vector3d> points;
+  for (const Eigen::Vector3d& vertex : hull.vertices()) points.push_back(mesh_T_shape * vertex);
+  std::vector<fcl::Triangle> triangles;
+  for (const auto& [i, j, k] : hull.triangles())
+    triangles.emplace_back(static_cast<std::size_t>(i), static_cast<std::size_t>(j), static_cast<std::size_t>(k));
+  mesh.addSubModel(points, triangles);
+}
+
+}  // namespace proximity_server::tools

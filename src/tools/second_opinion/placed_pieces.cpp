@@ -1,0 +1,52 @@
+#include "tools/second_opinion/placed_pieces.h"
+
+#include <variant>
+
+namespace proximity_server::tools {
+namespace {
+
+using Eigen::Isometry3d;
+using scene::BodyPoses;
+using scene::RobotModel;
+
+Isometry3d poseOfLink(const RobotModel& robot, const std::string& name, const BodyPoses& poses) {
+  const scene::Link& link = robot.links[static_cast<std::size_t>(robot.findLink(name))];
+  return *poses[static_cast<std::size_t>(link.body)] * link.body_T_link;
+}
+
+/// Moving objects stand in frames that are links, as a tool has no tf.
+Isometry3d poseOf(const scene::Object& object, const RobotModel& robot, const BodyPoses& poses) {
+  if (const auto* fixed = std::get_if<scene::Fixed>(&object.placement)) return fixed->world_T_object;
+  if (const auto* moving = std::get_if<scene::Moving>(&object.placement))
+    return poseOfLink(robot, moving->frame, poses) * moving->frame_T_object;
+  const auto& attached = std::get<scene::Attached>(object.placement);
+  return poseOfLink(robot, attached.link, poses) * attached.link_T_object;
+}
+
+void add(const scene::Piece& piece, const Isometry3d& pose, PlacedPieces& placed) {
+  placed.pieces.push_back({&piece, pose * piece.body_T_piece});
+  if (piece.interior) placed.has_interior = true;
+}
+
+}  // namespace
+
+PlacedPieces placedPieces(const scene::ShapeRef& ref, const RobotModel& robot, const scene::Objects* objects,
+                          const BodyPoses& poses) {
+  PlacedPieces placed;
+  if (ref.link < 0) {
+    const scene::Object& object = *objects->object(ref.object);
+    const Isometry3d pose = poseOf(object, robot, poses);
+    for (const scene::Piece& piece : scene::piecesOf(object)) add(piece, pose, placed);
+    placed.has_half_space = scene::hasHalfSpace(object);
+    return placed;
+  }
+  const int body = robot.links[static_cast<std::size_t>(ref.link)].body;
+  for (const int index : robot.bodies[static_cast<std::size_t>(body)].pieces) {
+    const scene::Piece& piece = robot.pieces[static_cast<std::size_t>(index)];
+    const int link = robot.collisions[static_cast<std::size_t>(piece.collision)].link;
+    if (link == ref.link) add(piece, *poses[static_cast<std::size_t>(body)], placed);
+  }
+  return placed;
+}
+
+}  // namespace proximity_server::tools

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <array>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/model/joint_ranges.h"
+#include "proximity_server/scene/objects/objects.h"
+#include "proximity_server/scene/query/question.h"
+#include "tools/second_opinion/judgement.h"
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
+namespace proximity_server::tools {
+
+/// What the command line says.
+struct SecondOpinionOptions {
+  bool is_wanted = false;
+  double tolerance = 1e-5;  ///< [m]
+  std::string out;          ///< "": no list
+};
+
+/// --second-opinion, --second-opinion-tolerance and --second-opinion-out. Returns the first, which is an error where this build
+/// has no FCL.
+CLI::Option* declareSecondOpinion(CLI::App& app, SecondOpinionOptions& options);
+
+/// Asks another library about the pairs that are listed, and judges where it differs from ours.
+///
+/// Pairs are asked in blocks, each in a child process of its own, because FCL may throw, abort or never end. The pairs that
+/// differ become rows of the list (CSV).
+class SecondOpinion {
+ public:
+  /// Failure: throws std::invalid_argument if the list cannot be written.
+  SecondOpinion(const SecondOpinionOptions& options, std::shared_ptr<const scene::SceneModel> model);
+
+  /// The pairs that were listed of a state; `objects` is nullptr if there are none.
+  void add(long state, const std::vector<scene::PairProximity>& pairs, const scene::Positions& positions,
+           std::shared_ptr<const scene::Objects> objects);
+
+  /// Asks about what is left, and ends the list. Throws std::invalid_argument if writing failed.
+  void end();
+
+  /// One line for people, and a second one with the worst difference, if there is one. After end().
+  std::string summary() const;
+
+  /// Whether some answer of ours contradicts what is proven.
+  bool refutesOurs() const { return countOf(Ruling::OursRefuted) > 0; }
+
+  long countOf(Ruling ruling) const { return counts_[static_cast<std::size_t>(ruling)]; }
+
+ private:
+  struct AskedState {
+    long number;
+    std::vector<scene::PairProximity> pairs;
+    scene::BodyPoses poses;
+    std::shared_ptr<const scene::Objects> objects;
+  };
+  struct AskedPair {
+    const AskedState& state;
+    const scene::PairProximity& pair;
+  };
+  std::vector<AskedPair> askedPairs() const;
+  void askBlock();
+  void judgePair(const AskedPair& asked, const OtherOpinion& other);
+  PlacedPieces piecesOf(const scene::ShapeRef& ref, const AskedState& state) const;
+  double paddingOf(const scene::ShapeRefPair& pair) const;
+  std::string rowOf(const AskedPair& asked, const OtherOpinion& other, const Judgement& judgement) const;
+  std::string sentenceOf(const AskedPair& asked, const OtherOpinion& other, const Judgement& judgement) const;
+
+  SecondOpinionOptions options_;
+  std::shared_ptr<const scene::SceneModel> model_;
+  std::optional<std::ofstream> list_;
+  std::vector<AskedState> block_;
+  std::size_t pairs_in_block_ = 0;
+  std::array<long, 8> counts_{};  ///< by ruling
+  double worst_difference_ = 0.0;
+  std::string worst_;
+};
+
+}  // namespace proximity_server::tools
