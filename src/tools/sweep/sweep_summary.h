@@ -1,0 +1,111 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "proximity_server/scene/model/joint_ranges.h"
+
+namespace proximity_server::tools {
+
+/// What is said of each state: the smallest of the listed distances, or only whether something is below a distance.
+enum class SummaryKind : unsigned char { Distances, Verdicts };
+
+/// A state that is worth to be looked at, with its closest pair; distances [m].
+struct NotableState {
+  std::uint64_t state = 0;
+  double distance = 0.0, lower = 0.0, upper = 0.0;
+  std::string link_a, link_b;
+  std::vector<std::pair<std::string, double>> positions;  ///< of the joints that lead
+};
+
+/// What a sweep found, in numbers that do not depend on how it was divided: they are counts, and states in a total order.
+/// So the summary of merged parts has the bytes of the summary of the whole.
+struct SweepSummary {
+  static constexpr std::size_t kNotable = 10;
+  using Names = std::pair<std::string, std::string>;
+
+  SummaryKind kind = SummaryKind::Distances;
+  std::uint64_t states = 0;
+  std::uint64_t unknown = 0;               ///< states without an answer
+  std::uint64_t unlisted = 0;              ///< states in which no pair is listed
+  std::uint64_t not_above_zero = 0;        ///< of Distances: the closest pair is not proven to be apart
+  std::uint64_t below = 0;                 ///< of Verdicts: not proven to be above the distance
+  std::map<int, std::uint64_t> histogram;  ///< of Distances: states by bin, see SummaryCounter
+  std::vector<NotableState> notable;       ///< the closest, the first of equals first; of Verdicts the first below
+  std::map<Names, std::uint64_t> pairs;    ///< in how many states it is the closest, or the one that was found
+
+  void add(const SweepSummary& other);
+
+  nlohmann::ordered_json toJson() const;
+  /// Throws std::invalid_argument if this is no summary.
+  static SweepSummary fromJson(const nlohmann::ordered_json& json);
+
+  /// One or two lines for people.
+  std::string text() const;
+};
+
+/// Counts the states of one thread. Nothing is allocated for a state, except the first time that something is in a bin.
+///
+/// A bin is 1 cm wide: bin n has the distances from n / 100 up to, but not including, (n + 1) / 100. All below -10 m and
+/// from 10 m on are in the outermost bins.
+class SummaryCounter {
+ public:
+  explicit SummaryCounter(SummaryKind kind) : kind_(kind), bins_(kBins, 0) {}
+
+  struct Closest {
+    std::uint64_t state = 0;
+    int pair = -1;  ///< its number
+    double distance = 0.0, lower = 0.0, upper = 0.0;
+  };
+
+  void addUnknown() { ++unknown_; }
+  void addUnlisted() { ++unlisted_; }
+
+  /// A state with its closest pair; of Verdicts one that is below. `positionsOf()` gives the positions of all joints.
+  template <typename PositionsOf>
+  void add(const Closest& closest, const PositionsOf& positionsOf) {
+    count(closest);
+    if (isNotable(closest)) keep(closest, positionsOf());
+  }
+
+  /// `namesOf(pair)` gives the names of the two of a pair.
+  template <typename NamesOf>
+  SweepSummary summary(const scene::RobotModel& robot, const NamesOf& namesOf) const {
+    SweepSummary made = withoutNames(robot);
+    for (std::size_t pair = 0; pair < by_pair_.size(); ++pair)
+      if (by_pair_[pair] > 0) made.pairs[namesOf(static_cast<int>(pair))] += by_pair_[pair];
+    for (std::size_t i = 0; i < notable_.size(); ++i) {
+      const SweepSummary::Names names = namesOf(notable_[i].closest.pair);
+      made.notable[i].link_a = names.first;
+      made.notable[i].link_b = names.second;
+    }
+    return made;
+  }
+
+  static constexpr int kOutermost = 1000;  ///< the bins are -kOutermost - 1 to kOutermost
+  static int binOf(double distance);
+
+ private:
+  static constexpr std::size_t kBins = 2 * kOutermost + 2;
+  struct Notable {
+    Closest closest;
+    scene::Positions positions;
+  };
+
+  void count(const Closest& closest);
+  bool isNotable(const Closest& closest) const;
+  void keep(const Closest& closest, const scene::Positions& positions);
+  SweepSummary withoutNames(const scene::RobotModel& robot) const;
+
+  SummaryKind kind_;
+  std::uint64_t unknown_ = 0, unlisted_ = 0, known_ = 0, not_above_zero_ = 0;
+  std::vector<std::uint64_t> bins_, by_pair_;
+  std::vector<Notable> notable_;  ///< sorted
+};
+
+}  // namespace proximity_server::tools
