@@ -14,7 +14,7 @@ import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
 
-OUT_OF_MEMORY = "allocator is out of memory|exceeds maximum supported size|Failed to mmap"
+OUT_OF_MEMORY = "allocator is out of memory|failed to allocate|exceeds maximum supported size|Failed to mmap"
 
 
 def suites(build, regex):

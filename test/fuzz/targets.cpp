@@ -16,7 +16,8 @@
 #include "proximity_server/scene/query/scene.h"
 #include "scene/files.h"
 #include "tools/clearance/object_schedule.h"
-#include "tools/command_line/joint_states.h"
+#include "tools/states/csv_states.h"
+#include "tools/states/numpy_states.h"
 
 namespace proximity_server::fuzz {
 
@@ -63,6 +64,17 @@ const char* const kSlider =
     "<joint name='x' type='continuous'><parent link='a'/><child link='b'/></joint>"
     "<joint name='y' type='continuous'><parent link='b'/><child link='c'/><mimic joint='x'/></joint>"
     "<joint name='a long name' type='floating'><parent link='c'/><child link='d'/></joint></robot>";
+
+void checkStates(StateSource&& states) {
+  const RobotModel& robot = states.robot();
+  std::uint64_t count = 0;
+  for (Positions positions; states.next(positions); ++count) {
+    require(positions.size() == robot.joints.size(), "a state has a position for each joint");
+    for (const double position : positions) require(std::isfinite(position), "a position is finite");
+    require(states.hasTimes() == states.time().has_value(), "a state has a time if all have");
+  }
+  require(states.count().value_or(count) == count, "there are as many states as the source says");
+}
 
 void checkObject(const WrittenObject& object) {
   require(!object.shapes.empty() && !object.source.empty(), "an object has shapes and a place");
@@ -128,12 +140,15 @@ void tryRobot(const std::string& bytes) {
 
 void tryStates(const std::string& bytes) {
   static const RobotModel robot = loadRobotModel(kSlider, packageResolver({}));
+  static const TemporaryFiles files;
   std::istringstream stream(bytes);
   try {
-    JointStates states(stream, "states.csv", robot);
-    for (std::vector<double> positions; states.next(positions);) {
-      require(positions.size() == robot.joints.size(), "a state has a position for each joint");
-      for (const double position : positions) require(std::isfinite(position), "a position is finite");
+    if (bytes.compare(0, 6, "\x93NUMPY") == 0) {
+      checkStates(NumpyStates(files.write("states.npy", bytes), {"time", "x"}, robot));
+    } else if (bytes.compare(0, 2, "PK") == 0) {
+      checkStates(NumpyStates(files.write("states.npz", bytes), {}, robot));
+    } else {
+      checkStates(CsvStates(stream, "states.csv", robot));
     }
   } catch (const std::invalid_argument&) {
   }

@@ -14,7 +14,7 @@ void tryMesh(const std::string& bytes);
 /// A URDF and, behind a line "=== SRDF ===", an SRDF.
 void tryRobot(const std::string& bytes);
 
-/// A CSV file of joint states.
+/// A file of joint states: a .npy or .npz if it begins so, else CSV.
 void tryStates(const std::string& bytes);
 
 /// First byte: the format ('s'cene of MoveIt, else YAML); the rest: a file of objects.

@@ -5,7 +5,7 @@
 
 #include "narrowphase/certificate.h"
 #include "oracle/shape_pairs.h"
-#include "peers/fcl_shape.h"
+#include "tools/second_opinion/fcl_shape.h"
 
 namespace proximity_server::narrowphase {
 namespace {
@@ -27,7 +27,7 @@ const std::vector<Opinion>& opinions() {
           const double reach =
               1.5 * (a.shape.coreRadius() + a.shape.margin() + b.shape.coreRadius() + b.shape.margin());
           const PairCase c{a.name + "-" + b.name, a.shape, b.shape, randomPose(random, reach)};
-          const fcl::CollisionObjectd on_a(peers::fclShape(c.a)), on_b(peers::fclShape(c.b), fcl::Transform3d(c.a_T_b));
+          const fcl::CollisionObjectd on_a(tools::fclShape(c.a)), on_b(tools::fclShape(c.b), fcl::Transform3d(c.a_T_b));
           Opinion opinion{c, signedDistance(c.a, c.b, c.a_T_b), false, {}};
           fcl::CollisionResultd collision;
           opinion.fcl_collides = fcl::collide(&on_a, &on_b, fcl::CollisionRequestd(), collision) > 0;

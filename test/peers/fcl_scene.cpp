@@ -6,10 +6,10 @@
 #include <stdexcept>
 
 #include "peers/aborts.h"
-#include "peers/fcl_shape.h"
 #include "peers/robots.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "scene/objects/placed_object.h"
+#include "tools/second_opinion/fcl_shape.h"
 
 namespace proximity_server::peers {
 
@@ -23,27 +23,6 @@ using Eigen::Vector3d;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 const Vector3d kFirstGuess(1.0, 0.0, 0.0);  // FCL's own
-
-/// The hull of a box's corners.
-ConvexHull hullOfBox(const Shape& box) {
-  std::vector<Vector3d> corners;
-  for (const double x : {-1.0, 1.0})
-    for (const double y : {-1.0, 1.0})
-      for (const double z : {-1.0, 1.0}) corners.push_back(box.halfExtents().cwiseProduct(Vector3d(x, y, z)));
-  return ConvexHull(corners);
-}
-
-template <typename Mesh>
-void addTriangles(Mesh& mesh, const Piece& piece) {
-  const ConvexHull hull = piece.shape.kind() == Shape::Kind::Box ? hullOfBox(piece.shape) : piece.shape.hull();
-  if (hull.triangles().empty()) throw std::invalid_argument("FCL has no points and no segments");
-  std::vector<Vector3d> points;
-  for (const Vector3d& vertex : hull.vertices()) points.push_back(piece.body_T_piece * vertex);
-  std::vector<fcl::Triangle> triangles;
-  for (const auto& [i, j, k] : hull.triangles())
-    triangles.emplace_back(static_cast<std::size_t>(i), static_cast<std::size_t>(j), static_cast<std::size_t>(k));
-  mesh.addSubModel(points, triangles);
-}
 
 std::vector<std::pair<int, int>> checkedPairs(const PairTable& table) {
   std::vector<std::pair<int, int>> checked;
@@ -125,15 +104,15 @@ void FclScene::addLink(const RobotModel& robot, int link) {
 
 void FclScene::addPieces(const std::vector<const Piece*>& pieces, int link, int body,
                          const Isometry3d& frame_T_pieces) {
-  const auto mesh = std::make_shared<Mesh>();
+  const auto mesh = std::make_shared<tools::FclMesh>();
   mesh->beginModel();
   bool has_triangles = false;
   for (const Piece* piece : pieces) {
     if (goesAsTriangles(piece->shape)) {
-      addTriangles(*mesh, *piece);
+      tools::addTriangles(*mesh, piece->shape, piece->body_T_piece);
       has_triangles = true;
     } else {
-      addPart(link, body, frame_T_pieces * piece->body_T_piece, fclShape(piece->shape));
+      addPart(link, body, frame_T_pieces * piece->body_T_piece, tools::fclShape(piece->shape));
     }
   }
   if (!has_triangles) return;
@@ -213,6 +192,54 @@ bool FclScene::onBelow(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void*
   const double bound = std::min(within, kBelow);
   const double distance = scene.measure(scene.indexOf(*a), scene.indexOf(*b), bound);
   if (distance < bound) within = distance;
+  return false;
+}
+
+bool FclScene::anyBelow(const BodyPoses& poses, double within) {
+  update(poses);
+  any_within_ = within;
+  is_any_below_ = false;
+  manager_.distance(this, onAnyBelow);
+  return is_any_below_;
+}
+
+bool FclScene::onAnyBelow(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self, double& reach) {
+  auto& scene = *static_cast<FclScene*>(self);
+  reach = scene.any_within_;
+  if (scene.candidateOf(scene.partOf(*a).link, scene.partOf(*b).link) < 0) return false;
+  const double distance = scene.measure(scene.indexOf(*a), scene.indexOf(*b), scene.any_within_);
+  scene.is_any_below_ = distance < scene.any_within_;
+  return scene.is_any_below_;
+}
+
+const std::vector<PairDistance>& FclScene::closestPairs(const BodyPoses& poses, std::size_t most) {
+  update(poses);
+  most_ = most;
+  closest_pairs_.clear();
+  manager_.distance(this, onClosest);
+  return closest_pairs_;
+}
+
+/// Keeps the list sorted; of a pair with several parts only the nearest two count.
+bool FclScene::onClosest(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self, double& reach) {
+  auto& scene = *static_cast<FclScene*>(self);
+  const int candidate = scene.candidateOf(scene.partOf(*a).link, scene.partOf(*b).link);
+  if (candidate < 0) return false;
+  std::vector<PairDistance>& list = scene.closest_pairs_;
+  const auto known = std::find_if(list.begin(), list.end(), [&](const PairDistance& p) { return p.pair == candidate; });
+  const double farthest = list.size() < scene.most_ ? kInfinity : list.back().distance;
+  const double bound = known != list.end() ? known->distance : farthest;
+  const double distance = scene.measure(scene.indexOf(*a), scene.indexOf(*b), bound);
+  if (distance < bound) {
+    if (known != list.end())
+      list.erase(known);
+    else if (list.size() == scene.most_)
+      list.pop_back();
+    const auto place =
+        std::find_if(list.begin(), list.end(), [&](const PairDistance& p) { return p.distance > distance; });
+    list.insert(place, {candidate, distance});
+  }
+  if (list.size() == scene.most_) reach = std::max(list.back().distance, 0.0);
   return false;
 }
 

@@ -51,12 +51,17 @@ class FclScene : public SceneLibrary {
   /// Their boxes leave out those farther apart. Not for HullsIndep.
   const std::vector<PairWithPoints>& closest(const BodyPoses& poses, std::size_t most, double within);
 
+  /// Whether some candidate pair is within a distance [m] in these poses: the search ends at the first one.
+  bool anyBelow(const BodyPoses& poses, double within);
+
+  /// The `most` closest pairs without points, sorted; the search goes as far as the last of them. Valid until the next call.
+  const std::vector<PairDistance>& closestPairs(const BodyPoses& poses, std::size_t most);
+
   /// How many candidate pairs have parts whose boxes, along the axes of the world, are no farther apart than `distance`
   /// [m] in the poses of the last question.
   int pairsWithBoxesWithin(double distance) const;
 
  private:
-  using Mesh = fcl::BVHModel<fcl::OBBRSSd>;
   struct Part {
     int link;  ///< of an object the number of links plus its own
     int body;  ///< -1: of an object
@@ -74,6 +79,8 @@ class FclScene : public SceneLibrary {
   void update(const BodyPoses& poses);
 
   static bool onMinimum(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self, double& reach);
+  static bool onAnyBelow(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self, double& reach);
+  static bool onClosest(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self, double& reach);
   static bool onBelow(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self, double& reach);
   void askEach();
 
@@ -101,6 +108,10 @@ class FclScene : public SceneLibrary {
   std::vector<double> within_;                                        // by candidate: the distances found by onBelow
   std::vector<PairDistance> answer_;
   std::vector<PairWithPoints> closest_;
+  std::vector<PairDistance> closest_pairs_;  // sorted
+  std::size_t most_ = 0;                     // of closest_pairs_
+  double any_within_ = 0.0;                  // [m] asked of onAnyBelow
+  bool is_any_below_ = false;
   int failures_ = 0;
 };
 

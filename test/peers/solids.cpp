@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "peers/fcl_shape.h"
 #include "proximity_server/narrowphase/signed_distance.h"
+#include "tools/second_opinion/fcl_shape.h"
 
 namespace proximity_server::peers {
 
@@ -97,7 +97,7 @@ std::optional<Solid> solidOf(const Shape& shape) {
   if (shape.kind() == Shape::Kind::Hull && shape.hull().dimension() < 3) return std::nullopt;
   const std::shared_ptr<btConvexShape> bullet = bulletShape(shape);
   if (!bullet) return std::nullopt;
-  return Solid{shape, fclShape(shape), bullet};
+  return Solid{shape, tools::fclShape(shape), bullet};
 }
 
 Solid randomBox(Random& random) {

@@ -58,8 +58,8 @@ def heat_map(pairs, states):
 
 
 def draw_states(rows, limit):
-    pairs = distances_of(rows)
-    states = 1 + max(state for distances in pairs.values() for state in distances)
+    pairs = distances_of(row for row in rows if row["link_a"])  # a state without an answer has no pair
+    states = 1 + max(int(row["state"]) for row in rows)
     clearance = numpy.full(states, numpy.nan)
     for distances in pairs.values():
         for state, distance in distances.items():
@@ -132,7 +132,7 @@ if __name__ == "__main__":
     if len(sys.argv) == 5:
         data, picture, picture_format, clearance = sys.argv[1:]
         found = read_rows(data)
-        if not found:
+        if not any("segment" in row or row["link_a"] for row in found):
             sys.exit("no pair was listed in any state: nothing to draw")
         try:
             draw(found, float(clearance)).savefig(picture, dpi=100, format=picture_format)

@@ -8,7 +8,7 @@
 
 namespace proximity_server::tools {
 
-enum class RowFormat : unsigned char { Csv, Json };
+enum class RowFormat : unsigned char { Csv, Json, Npy };
 
 /// A row describes one pair in a state, or one segment of a trajectory.
 enum class RowKind : unsigned char { State, Segment };

@@ -8,6 +8,7 @@
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/query/scene.h"
 #include "tools/command_line/answers_in_blocks.h"
+#include "tools/command_line/csv.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -20,6 +21,10 @@ struct NumberedState {
   std::shared_ptr<const scene::Objects> objects;
 };
 
+std::vector<scene::PairProximity> listOf(const scene::PairProximity* pair) {
+  return pair ? std::vector<scene::PairProximity>{*pair} : std::vector<scene::PairProximity>{};
+}
+
 std::vector<scene::PairProximity> answerState(const scene::Pairs& pairs, const PairSelection& selection,
                                               scene::Scene& scene) {
   scene::Question near_only;
@@ -31,31 +36,18 @@ std::vector<scene::PairProximity> answerState(const scene::Pairs& pairs, const P
     case PairSelection::Kind::Below:
       near_only.threshold = selection.threshold;
       return scene.below(pairs, near_only);
+    case PairSelection::Kind::Any:
+      near_only.threshold = selection.threshold;
+      return listOf(scene.first(pairs, near_only));
     case PairSelection::Kind::Minimum:
       break;
   }
-  const scene::PairProximity* minimum = scene.minimum(pairs);
-  return minimum ? std::vector<scene::PairProximity>{*minimum} : std::vector<scene::PairProximity>{};
+  return listOf(scene.minimum(pairs));
 }
 
 /// [m] The value by which Scene sorts its answers.
 double placeOf(const narrowphase::SignedDistance& result) {
   return result.status == narrowphase::Status::Converged ? result.distance : result.lower_bound;
-}
-
-/// The smallest distance, from an answer that lists the smallest. A pair that is not listed is not closer in the order
-/// of Scene, but its lower bound may be below that of the smallest by the tolerance.
-SmallestDistance smallestOf(const std::vector<scene::PairProximity>& pairs, const scene::Scene& scene) {
-  SmallestDistance smallest;
-  smallest.unknown_pairs = scene.counts().unknown;
-  double place = std::numeric_limits<double>::infinity();
-  for (const scene::PairProximity& pair : pairs) {
-    if (pair.result.status == narrowphase::Status::Unknown || !(placeOf(pair.result) < place)) continue;
-    place = placeOf(pair.result);
-    smallest.pair = pair;
-    smallest.lower_bound = std::min(pair.result.lower_bound, place - scene::Question{}.tolerance);
-  }
-  return smallest;
 }
 
 /// Gives the scene the poses of a state, and its objects if they are others than those of before.
@@ -69,16 +61,24 @@ void placeIn(const NumberedState& state, AskedPairs& pairs, scene::Scene& scene)
   scene.update(poses, framePoses(*state.objects, poses));
 }
 
+/// Whether unknown pairs leave open what is to be listed.
+bool isList(const PairSelection& selection) {
+  return selection.kind != PairSelection::Kind::All && selection.kind != PairSelection::Kind::Any;
+}
+
 StateClearance answerNumberedState(const NumberedState& state, const scene::Pairs& pairs, const StateQuestion& question,
                                    scene::Scene& scene) {
   StateClearance answer{
       state.number, answerState(pairs, question.selection, scene), {}, state.positions, state.objects};
-  const bool is_listed = question.selection.kind != PairSelection::Kind::Below;
-  if (is_listed) {
-    answer.smallest = smallestOf(answer.pairs, scene);
+  const int unknown_pairs = scene.counts().unknown;
+  answer.smallest.unknown_pairs = unknown_pairs;
+  if (listsSmallest(question.selection)) {
+    answer.smallest = smallestOf(answer.pairs, unknown_pairs);
   } else if (question.smallest == Smallest::Always) {
-    answer.smallest = smallestOf(answerState(pairs, {}, scene), scene);
+    const std::vector<scene::PairProximity> minimum = answerState(pairs, {}, scene);
+    answer.smallest = smallestOf(minimum, scene.counts().unknown);
   }
+  if (unknown_pairs > 0 && isList(question.selection)) answer.pairs = {scene::PairProximity{}};
   return answer;
 }
 
@@ -119,7 +119,32 @@ Number numberAfter(const std::string& prefix, const std::string& text) {
   return value;
 }
 
+double thresholdAfter(const std::string& prefix, const std::string& text) {
+  const auto threshold = numberAfter<double>(prefix, text);
+  if (std::isnan(threshold)) throw std::invalid_argument(text + ": not a number");
+  return threshold;
+}
+
 }  // namespace
+
+// A pair that is not listed is not closer in the order of Scene, but its lower bound may be below that of the smallest by
+// the tolerance.
+SmallestDistance smallestOf(const std::vector<scene::PairProximity>& pairs, int unknown_pairs) {
+  SmallestDistance smallest;
+  smallest.unknown_pairs = unknown_pairs;
+  double place = std::numeric_limits<double>::infinity();
+  for (const scene::PairProximity& pair : pairs) {
+    if (pair.result.status == narrowphase::Status::Unknown || !(placeOf(pair.result) < place)) continue;
+    place = placeOf(pair.result);
+    smallest.pair = pair;
+    smallest.lower_bound = std::min(pair.result.lower_bound, place - scene::Question{}.tolerance);
+  }
+  return smallest;
+}
+
+bool listsSmallest(const PairSelection& selection) {
+  return selection.kind != PairSelection::Kind::Below && selection.kind != PairSelection::Kind::Any;
+}
 
 PairSelection readPairSelection(const std::string& text) {
   PairSelection selection;
@@ -127,16 +152,34 @@ PairSelection readPairSelection(const std::string& text) {
     selection.kind = PairSelection::Kind::All;
   } else if (text.compare(0, 6, "below:") == 0) {
     selection.kind = PairSelection::Kind::Below;
-    selection.threshold = numberAfter<double>("below:", text);
-    if (std::isnan(selection.threshold)) throw std::invalid_argument(text + ": not a number");
+    selection.threshold = thresholdAfter("below:", text);
+  } else if (text.compare(0, 4, "any:") == 0) {
+    selection.kind = PairSelection::Kind::Any;
+    selection.threshold = thresholdAfter("any:", text);
   } else if (text.compare(0, 2, "k:") == 0) {
     selection.kind = PairSelection::Kind::Closest;
     selection.count = numberAfter<int>("k:", text);
     if (selection.count < 1) throw std::invalid_argument(text + ": at least one pair");
   } else if (text != "minimum") {
-    throw std::invalid_argument(text + ": none of all, minimum, below:METRES, k:COUNT");
+    throw std::invalid_argument(text + ": none of all, minimum, below:METRES, any:METRES, k:COUNT");
   }
   return selection;
+}
+
+std::string textOf(const PairSelection& selection) {
+  switch (selection.kind) {
+    case PairSelection::Kind::All:
+      return "all";
+    case PairSelection::Kind::Below:
+      return "below:" + numberText(selection.threshold);
+    case PairSelection::Kind::Any:
+      return "any:" + numberText(selection.threshold);
+    case PairSelection::Kind::Closest:
+      return "k:" + std::to_string(selection.count);
+    case PairSelection::Kind::Minimum:
+      break;
+  }
+  return "minimum";
 }
 
 std::vector<scene::ShapeRefPair> filteredPairs(const scene::SceneModel& model) {
@@ -153,17 +196,28 @@ void AskedPairs::use(const scene::Objects& objects) {
   addUnfilteredPairs(objects, with_objects_);
 }
 
-void answerStates(const ClearanceQuestion& question, const StateQuestion& state_question, JointStates& states,
-                  const std::function<void(const StateClearance&)>& handle) {
+void answerStates(const ClearanceQuestion& question, const StateQuestion& state_question, StateSource& states,
+                  const StateRange& range, const std::function<void(const StateClearance&)>& handle) {
   const scene::Scene fresh(question.model, state_question.skipping);
-  long count = 0;
-  const auto next = [&](NumberedState& state) {
-    if (!states.next(state.positions)) return false;
-    state.number = count++;
+  const std::uint64_t begin_of_block = range.begin / kBlockSize * kBlockSize;
+  std::uint64_t count = question.objects ? 0 : begin_of_block;  // objects change on the way there
+  if (count > 0) states.skipTo(count);
+  const auto read = [&](NumberedState& state) {
+    if (count == range.end) return false;
+    if (!states.next(state.positions)) {
+      if (range.end != kToTheEnd) refuseEnd(states, count, range);
+      return false;
+    }
+    state.number = static_cast<long>(count++);
     if (!question.objects) return true;
     question.objects->advance(state.number, states.time(), state.positions);
     state.objects = question.objects->now();
     return true;
+  };
+  const auto next = [&](NumberedState& state) {
+    while (count < begin_of_block)
+      if (!read(state)) return false;
+    return read(state);
   };
   const auto answerBlock = [&](const std::vector<NumberedState>& block) {
     scene::Scene scene = fresh.twin();
@@ -175,7 +229,15 @@ void answerStates(const ClearanceQuestion& question, const StateQuestion& state_
     }
     return answers;
   };
-  answerInBlocks<NumberedState, StateClearance>({kBlockSize, next, answerBlock, handle}, question.threads);
+  const auto handleInRange = [&](const StateClearance& answer) {
+    if (static_cast<std::uint64_t>(answer.state) >= range.begin) handle(answer);
+  };
+  answerInBlocks<NumberedState, StateClearance>({kBlockSize, next, answerBlock, handleInRange}, question.threads);
+}
+
+void refuseEnd(const StateSource& states, std::uint64_t count, const StateRange& range) {
+  throw std::invalid_argument(states.source() + ": ends after " + std::to_string(count) + " states, before those of " +
+                              textOf(range));
 }
 
 }  // namespace proximity_server::tools

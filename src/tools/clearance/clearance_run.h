@@ -12,29 +12,40 @@
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/question.h"
 #include "tools/clearance/object_schedule.h"
-#include "tools/command_line/joint_states.h"
+#include "tools/states/state_source.h"
+#include "tools/sweep/state_range.h"
 
 namespace proximity_server::tools {
 
 /// The pairs of a state that are written.
 struct PairSelection {
-  enum class Kind : unsigned char { All, Minimum, Below, Closest };
+  enum class Kind : unsigned char { All, Minimum, Below, Closest, Any };
   Kind kind = Kind::Minimum;
-  double threshold = std::numeric_limits<double>::infinity();  ///< [m] for Below
+  double threshold = std::numeric_limits<double>::infinity();  ///< [m] for Below and Any
   int count = 1;                                               ///< for Closest
 };
 
-/// Reads "all", "minimum", "below:0.05" or "k:5". Throws std::invalid_argument naming the text.
+/// Reads "all", "minimum", "below:0.05", "any:0.05" or "k:5". Throws std::invalid_argument naming the text.
 PairSelection readPairSelection(const std::string& text);
+
+/// Whether the closest pair of a state is among the selected ones.
+bool listsSmallest(const PairSelection& selection);
+
+/// The text that is read as the selection, one for each.
+std::string textOf(const PairSelection& selection);
 
 /// The candidates of the filter; and all pairs of links that have geometry and do not belong to one body.
 std::vector<scene::ShapeRefPair> filteredPairs(const scene::SceneModel& model);
 std::vector<scene::ShapeRefPair> unfilteredPairs(const scene::SceneModel& model);
 
+/// Whether neighbours and disabled pairs are left out.
+enum class PairFilter : unsigned char { On, Off };
+
 /// The part of the question that states and trajectories share.
 struct ClearanceQuestion {
   std::shared_ptr<const scene::SceneModel> model;
-  std::vector<scene::ShapeRefPair> pairs;   ///< of links
+  PairFilter filter = PairFilter::On;
+  std::vector<scene::ShapeRefPair> pairs;   ///< of links, as the filter says
   std::shared_ptr<ObjectSchedule> objects;  ///< nullptr: there are none
   std::optional<scene::Candidates>
       candidates;  ///< of the filter, if there are objects; nullopt: all pairs that have geometry
@@ -78,17 +89,29 @@ struct SmallestDistance {
 
 /// The answer about one state.
 struct StateClearance {
-  long state;  ///< counted from 0
+  long state = 0;  ///< counted from 0
+  /// The selected ones; of Any one that is below, if there is one. Where unknown pairs leave open which ones are selected (all but All
+  /// and Any), one pair without links: the state has no answer.
   std::vector<scene::PairProximity> pairs;
   SmallestDistance smallest;
   scene::Positions positions;
   std::shared_ptr<const scene::Objects> objects = nullptr;  ///< in this state; nullptr: there are none
 };
 
-/// Answers the question about every state, in their order, and passes each answer to `handle` in the calling thread.
-/// The answers have the same bits for any number of threads.
-/// Failure: throws the error of reading a state, after the answers about all states before it were handled.
-void answerStates(const ClearanceQuestion& question, const StateQuestion& state_question, JointStates& states,
-                  const std::function<void(const StateClearance&)>& handle);
+/// The smallest distance, from an answer that lists the smallest and all that is closer.
+SmallestDistance smallestOf(const std::vector<scene::PairProximity>& pairs, int unknown_pairs);
+
+/// Answers the question about the states of a range, in their order, and passes each answer to `handle` in the calling
+/// thread. `states` must not have been read from. An end of kToTheEnd is that of the states.
+///
+/// Each state is answered with warm starts of up to kBlockSize - 1 states before it, in blocks of all states: so the
+/// answers have the same bits for any number of threads, and for any range.
+/// Failure: throws the error of reading a state, after the answers about all states before it were handled; and
+///          std::invalid_argument if the range has an end that the states do not reach.
+void answerStates(const ClearanceQuestion& question, const StateQuestion& state_question, StateSource& states,
+                  const StateRange& range, const std::function<void(const StateClearance&)>& handle);
+
+/// Throws std::invalid_argument that the source ends before the range does.
+[[noreturn]] void refuseEnd(const StateSource& states, std::uint64_t count, const StateRange& range);
 
 }  // namespace proximity_server::tools

@@ -168,6 +168,7 @@ scene::Object ObjectSchedule::made(const scene::WrittenObject& object, const sce
       at(object, [&] { return scene::makeObject(object.id, object.shapes, placementOf(object.place), padded); });
   for (const std::string& warning : scene::warningsOf(result))
     warnings_.push_back("object " + scene::quoted(object.id) + ": " + warning);
+  all_.push_back(result);
   return result;
 }
 

@@ -40,6 +40,9 @@ class ObjectSchedule {
   /// A warning about changes that are not made yet; "" if there are none.
   std::string leftOver() const;
 
+  /// All objects that the file makes: those from the start, then those of its changes, as they are first placed.
+  const std::vector<scene::Object>& all() const { return all_; }
+
   /// One sentence about each oddity of a mesh.
   const std::vector<std::string>& warnings() const { return warnings_; }
 
@@ -59,6 +62,7 @@ class ObjectSchedule {
   std::shared_ptr<const scene::Objects> now_;
   std::vector<Step> steps_;
   std::size_t next_ = 0;
+  std::vector<scene::Object> all_;
   std::vector<std::string> warnings_;
 };
 

@@ -112,7 +112,7 @@ void TrajectorySegments::check(const WayPoint& from, const WayPoint& to) const {
 }
 
 void answerSegments(const ClearanceQuestion& question, const scene::MotionQuestion& motion_question,
-                    JointStates& states, const std::function<void(const SegmentClearance&)>& handle) {
+                    StateSource& states, const std::function<void(const SegmentClearance&)>& handle) {
   TrajectorySegments segments(states);
   std::optional<SegmentsWithObjects> divided;
   if (question.objects) divided.emplace(segments, *question.objects);

@@ -6,7 +6,7 @@
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/motion/moving_scene.h"
 #include "tools/clearance/clearance_run.h"
-#include "tools/command_line/joint_states.h"
+#include "tools/states/state_source.h"
 
 namespace proximity_server::tools {
 
@@ -27,11 +27,11 @@ struct TrajectorySegment {
 /// "time"; without that column, way point n is at n seconds.
 ///
 /// Failure: throws std::invalid_argument naming the source (and line) for less than two way points, for a time that is
-///          not later than the one before, and for a difference that is not finite; otherwise as JointStates.
+///          not later than the one before, and for a difference that is not finite; otherwise as StateSource.
 class TrajectorySegments {
  public:
   /// The states must outlive this.
-  explicit TrajectorySegments(JointStates& states) : states_(states) {}
+  explicit TrajectorySegments(StateSource& states) : states_(states) {}
 
   /// False at the end.
   bool next(TrajectorySegment& segment);
@@ -44,7 +44,7 @@ class TrajectorySegments {
   std::optional<WayPoint> readWayPoint();
   void check(const WayPoint& from, const WayPoint& to) const;
 
-  JointStates& states_;
+  StateSource& states_;
   std::optional<WayPoint> last_;
   long segments_ = 0;
 };
@@ -77,6 +77,6 @@ struct SegmentClearance {
 /// The answers have the same bits for any number of threads.
 /// Failure: throws the error of reading a state, after the answers about all segments before it were handled.
 void answerSegments(const ClearanceQuestion& question, const scene::MotionQuestion& motion_question,
-                    JointStates& states, const std::function<void(const SegmentClearance&)>& handle);
+                    StateSource& states, const std::function<void(const SegmentClearance&)>& handle);
 
 }  // namespace proximity_server::tools

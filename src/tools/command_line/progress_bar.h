@@ -14,6 +14,12 @@ class ProgressBar {
 
   /// `done` goes from 0 to 1.
   void show(const std::string& what, double done);
+  void show(const std::string& line);
+
+  /// Removes the line until the next one is shown.
+  void clear();
+
+  bool isTerminal() const { return is_terminal_; }
 
  private:
   bool is_terminal_;

@@ -11,8 +11,9 @@ namespace proximity_server::tools {
 /// The exit code of a tool.
 enum class ExitCode : int {
   Done = 0,
-  BadInput = 1,       ///< also if memory, threads or disk space do not suffice
-  AssertionFails = 2  ///< --assert-above of clearance
+  BadInput = 1,        ///< also if memory, threads or disk space do not suffice
+  AssertionFails = 2,  ///< --assert-above of clearance
+  Refuted = 3          ///< --second-opinion of clearance
 };
 
 /// The main() of a tool: parses the options of the command line, then calls `run`.

@@ -12,7 +12,7 @@
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/names.h"
 #include "tools/command_line/csv.h"
-#include "tools/command_line/joint_states.h"
+#include "tools/states/csv_states.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -51,7 +51,7 @@ std::vector<double> positionsOf(const RobotModel& robot, const std::string& stat
   }
   if (is_first) throw std::invalid_argument("--state: no positions");
   std::istringstream table(names + "\n" + values + "\n");
-  JointStates states(table, "--state", robot);
+  CsvStates states(table, "--state", robot);
   if (states.hasTimes()) throw std::invalid_argument("--state: \"time\" is no joint");
   std::vector<double> positions;
   if (!states.next(positions)) throw std::invalid_argument("--state: no positions");

@@ -4,6 +4,7 @@
 #include "sanitized.h"
 #include "tools/command_line/clearance_command.h"
 #include "tools/command_line/crossing_sliders.h"
+#include "tools/states/numpy_bytes.h"
 
 namespace proximity_server::tools {
 
@@ -35,7 +36,7 @@ TEST_F(Clearance, NamesWhatIsWrongWithAnOption) {
   expect("--pairs below:x", "--pairs: below:x: no number behind below:");
   expect("--pairs k:0", "--pairs: k:0: at least one pair");
   expect("--pairs below:nan", "--pairs: below:nan: not a number");
-  expect("--format xml", "--format: 'xml' is neither csv nor json\n");
+  expect("--format xml", "--format: 'xml' is neither csv, json nor npy\n");
   expect("--mesh-tolerance -1", "--mesh-tolerance: '-1' is not a finite length of at least 0 m\n");
   expect("--mesh-tolerance nan", "--mesh-tolerance: 'nan' is not a finite length of at least 0 m\n");
   expect("--mesh-tolerance inf", "--mesh-tolerance: 'inf' is not a finite length of at least 0 m\n");
@@ -43,6 +44,82 @@ TEST_F(Clearance, NamesWhatIsWrongWithAnOption) {
   expect("--threads 0", "--threads: '0' is not a whole number from 1 to 1024\n");
   expect("--threads 1.5", "--threads: '1.5' is not a whole number from 1 to 1024\n");
   expect("--fast", "The following argument was not expected: --fast\n");
+}
+
+TEST_F(Clearance, GivesTheSameRowsForAStateFromAnySource) {
+  const auto runOn = [&](const std::string& arguments) {
+    return runCommandApart(CLEARANCE " " + urdf_ + " " + arguments);
+  };
+  const std::string numbers = bytesOf<double>({-1.0, 0.5, 2.0});
+  files_.write("s.npy", npyHeader(npyDictionary("<f8", "(3, 1)")) + numbers);
+  files_.write("table", npyHeader(npyDictionary("<f8", "(3, 1)")) + numbers);
+  const CommandResult expected = run("slide\n-1\n0.5\n2\n", "");
+  EXPECT_EQ(rowsOf(expected.output).size(), 4U) << expected.errors;
+  for (const std::string& source :
+       {"--states " + files_.path("s.npy") + " --joints slide", "--states " + files_.path("table") + " --joints slide",
+        std::string("--grid slide=-1:2:3"), std::string("--grid 3"), "--states - < " + files_.path("s.csv")}) {
+    EXPECT_EQ(runOn(source).output, expected.output) << source;
+    EXPECT_EQ(runOn("--threads 2 " + source).output, expected.output) << source;
+  }
+  const std::string way = "--trajectory --states ";
+  const CommandResult along = runOn(way + files_.path("s.npy") + " --joints slide");
+  EXPECT_EQ(rowsOf(along.output).size(), 3U) << along.errors;
+  EXPECT_EQ(along.output, runOn(way + files_.path("s.csv")).output);
+}
+
+TEST_F(Clearance, ReadsStatesFromAPipe) {
+  const CommandResult expected = run("slide\n-1\n0.5\n", "");
+  const CommandResult piped =
+      runCommandApart("cat " + files_.path("s.csv") + " | " CLEARANCE " " + urdf_ + " --states /dev/stdin");
+  EXPECT_EQ(piped.output, expected.output) << piped.errors;
+}
+
+// Compressed by zlib: 100,000 zeros.
+TEST_F(Clearance, SaysWhereACompressedArrayCannotBeUnpacked) {
+  const std::string script =
+      "import numpy as np; np.savez_compressed(\"" + files_.path("s.npz") + "\", states=np.zeros((100000, 1)))";
+  if (runCommand("/usr/bin/python3 -c '" + script + "' 2>&1").exit_code != 0) GTEST_SKIP() << "needs python3-numpy";
+  const std::string command =
+      CLEARANCE " " + urdf_ + " --joints slide --out /dev/null --states " + files_.path("s.npz");
+  const auto expect = [&](const std::string& before, const std::string& message) {
+    const CommandResult result = runCommandApart(before + command);
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_TRUE(says(result.errors, message)) << result.errors;
+  };
+  expect("TMPDIR=/nowhere ", "s.npz, states.npy: no folder for temporary files to unpack it into; set TMPDIR\n");
+  expect("trap '' XFSZ; ulimit -f 64; ", ": writing failed, to unpack " + files_.path("s.npz") + ", states.npy\n");
+}
+
+TEST_F(Clearance, NamesWhatIsWrongWithTheOptionsOfTheStates) {
+  const std::string npy = files_.write("s.npy", npyHeader(npyDictionary("<f8", "(1, 1)")) + bytesOf<double>({0.0}));
+  const std::string csv = files_.write("s.csv", "slide\n0\n");
+  const auto expect = [&](const std::string& arguments, const std::string& message) {
+    const CommandResult result = runCommandApart(CLEARANCE " " + urdf_ + " " + arguments);
+    EXPECT_EQ(result.exit_code, 1) << arguments;
+    EXPECT_EQ(result.output, "");
+    EXPECT_TRUE(says(result.errors, "clearance: " + message)) << result.errors;
+  };
+  expect("--sample 3 --grid 3", "--sample excludes --grid");
+  expect("--sample 3 --states " + npy, "--states excludes --sample");
+  expect("--bag x.bag --grid 3", "--bag excludes --grid");
+  expect("--seed 3", "--seed requires --sample");
+  expect("--rate 3", "--rate requires --bag");
+  expect("--topic /joints", "--topic requires --bag");
+  expect("--joints slide", "--joints requires --states");
+  expect("--sample 0", "--sample: '0' is not a whole number from 1 to 9223372036854775807\n");
+  expect("--sample 3 --seed -1", "--seed: '-1' is not a whole number from 0 to 9223372036854775807\n");
+  expect("--bag x.bag --rate 0", "--rate: '0' is not a rate from 1e-06 to 1e+06 Hz\n");
+  expect("--bag x.bag --rate nan", "--rate: 'nan' is not a rate from 1e-06 to 1e+06 Hz\n");
+  expect("--bag /nowhere.bag", "/nowhere.bag: cannot be opened\n");
+  expect("--grid slide=0:1", "--grid: 'slide=0:1': expected JOINT=LOWER:UPPER:COUNT, JOINT=POSITION or COUNT\n");
+  expect("--grid slid=0", "--grid: joint \"slid\": no such joint (did you mean \"slide\"?)\n");
+  expect("--sample 3 --trajectory", "--sample excludes --trajectory");
+  expect("--grid 3 --trajectory", "--grid excludes --trajectory");
+  expect("--states " + csv + " --joints slide",
+         "--joints goes with a .npy or .npz: the header of a CSV names its joints\n");
+  expect("--states " + npy + " --joints '\"slide'", "--joints: '\"slide': a quote does not end\n");
+  expect("--states " + npy, npy + ": the joints of its 1 columns are not named");
+  expect("--states /nowhere.npy --joints slide", "/nowhere.npy: cannot be opened\n");
 }
 
 TEST_F(Clearance, HelpIsTextAndTellsTheExitCodes) {

@@ -38,6 +38,18 @@ TEST_F(ClearancePlotTest, DrawsStatesAndSegments) {
   }
 }
 
+// The ball of the two sliders is at 5 + 2 slide.
+TEST_F(ClearancePlotTest, AStateWithoutAnAnswerIsAGapInThePicture) {
+  const std::string png = files_.path("plot.png");
+  const CommandResult some = run("slide\n0\n1.7e308\n", "--pairs k:2 --plot " + png);
+  EXPECT_EQ(some.exit_code, 0) << some.errors;
+  EXPECT_GT(std::filesystem::file_size(png), 1000U);
+  EXPECT_FALSE(says(some.errors, "Warning")) << some.errors;
+  const CommandResult none = run("slide\n1.7e308\n", "--pairs k:2 --plot " + png);
+  EXPECT_TRUE(says(none.errors, "no pair was listed in any state: nothing to draw")) << none.errors;
+  EXPECT_FALSE(says(none.errors, "Traceback")) << none.errors;
+}
+
 TEST_F(ClearancePlotTest, TheSuffixSaysTheFormat) {
   for (const auto& [suffix, begin] :
        std::vector<std::pair<std::string, std::string>>{{"png", "\x89PNG\r"}, {"PDF", "%PDF-"}, {"svg", "<?xml"}}) {

@@ -10,6 +10,7 @@
 #include "tools/clearance/clearance_rows.h"
 #include "tools/command_line/csv.h"
 #include "tools/command_line/two_sliders.h"
+#include "tools/states/csv_states.h"
 
 namespace proximity_server::tools {
 
@@ -24,7 +25,7 @@ const RobotModel& robot() {
 
 std::vector<TrajectorySegment> segmentsOf(const std::string& text) {
   std::istringstream stream(text);
-  JointStates states(stream, "s.csv", robot());
+  CsvStates states(stream, "s.csv", robot());
   TrajectorySegments segments(states);
   std::vector<TrajectorySegment> all;
   for (TrajectorySegment segment; segments.next(segment);) all.push_back(segment);

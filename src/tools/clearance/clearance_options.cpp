@@ -1,0 +1,115 @@
+#include "tools/clearance/clearance_options.h"
+
+#include <map>
+#include <stdexcept>
+
+#include "tools/command_line/number_options.h"
+
+namespace proximity_server::tools {
+namespace {
+
+/// [m] The smallest legal tolerance of a motion: the narrowphase answers within 1e-9 m only.
+constexpr double kSmallestTolerance = 1e-8;
+
+std::string whyNoSelection(const std::string& text) {
+  try {
+    readPairSelection(text);
+    return "";
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+}
+
+void declareTrajectory(CLI::App& app, ClearanceOptions& options) {
+  CLI::Option* trajectory = app.add_flag_callback(
+      "--trajectory", [&] { options.rows = RowKind::Segment; },
+      "the states are way points, joints linear in between, at the times of a column \"time\" [s] or 1 s apart: a row "
+      "for each segment, with its closest pair and first contact");
+  for (const char* other :
+       {"--pairs", "--no-skip", "--sample", "--grid", "--shard", "--range", "--summary", "--second-opinion"})
+    trajectory->excludes(other);
+  addLength(app, "--contact-distance", options.motion.contact_distance, 0.0, "what counts as contact (default: 0)")
+      ->needs(trajectory);
+  addLength(app, "--tolerance", options.motion.tolerance, kSmallestTolerance,
+            "of the minimum and of contact (default: 1e-6)")
+      ->needs(trajectory);
+}
+
+void declareOutput(CLI::App& app, ClearanceOptions& options) {
+  const auto readFormat = [&](const std::string& name) {
+    const std::map<std::string, RowFormat> formats{
+        {"csv", RowFormat::Csv}, {"json", RowFormat::Json}, {"npy", RowFormat::Npy}};
+    const auto format = formats.find(name);
+    if (format == formats.end()) throw CLI::ValidationError("--format", "'" + name + "' is neither csv, json nor npy");
+    options.format = format->second;
+  };
+  app.add_option_function<std::string>("--format", readFormat,
+                                       "csv, json, or npy: numbers for numpy, and FILE.manifest with the names of the "
+                                       "pairs (default: csv)")
+      ->type_name("NAME");
+  app.add_option("--out", options.out, "where to write (default: standard output); the folder of --shard and --range")
+      ->type_name("FILE");
+  app.add_option(
+         "--plot", options.plot,
+         "a picture (.png, .pdf or .svg) of the clearance over the states or the time, and of the closest pairs")
+      ->type_name("FILE");
+  addLength(app, "--assert-above", options.assert_above, 0.0,
+            "end with exit code 2 unless every state, or all that lies between way points, is proven to be above this "
+            "distance, and name the first and the worst on standard error");
+  app.footer(
+      "Exit codes: 0: done, and what --assert-above asks for is proven; 1: bad input, or memory, threads or disk did "
+      "not suffice; 2: --assert-above does not hold, or is not proven; 3: --second-opinion refutes an answer.");
+}
+
+}  // namespace
+
+void declareClearance(CLI::App& app, ClearanceOptions& options) {
+  app.add_option("robot", options.robot.urdf, "the URDF")->type_name("FILE");
+  app.add_option("--srdf", options.robot.srdf, "which pairs not to check")->type_name("FILE");
+  app.add_option("--objects", options.objects,
+                 "what the robot holds and what stands around it: YAML, or a .scene of MoveIt")
+      ->type_name("FILE");
+  declareStateOptions(app, options.states);
+  app.add_option("--pairs", options.pairs,
+                 "all, minimum, below:METRES, k:COUNT, or any:METRES: only whether a pair is as close, and one that is "
+                 "(default: "
+                 "minimum)")
+      ->check(whyNoSelection);
+  addMeshTolerance(app, options.robot.mesh_tolerance);
+  app.add_flag_callback(
+      "--no-filter", [&] { options.filter = PairFilter::Off; },
+      "every pair of links with geometry that are not one body, neighbours too");
+  app.add_flag_callback(
+      "--no-skip", [&] { options.skipping = scene::Skipping::Off; }, "compute every pair anew");
+  addThreads(app, options.threads);
+  declareSecondOpinion(app, options.second_opinion);
+  declareOutput(app, options);
+  declareSweepOptions(app, options.sweep);
+  declareTrajectory(app, options);
+}
+
+void requireConsistent(const ClearanceOptions& options) {
+  const auto require = [](bool is_right, const std::string& what) {
+    if (!is_right) throw std::invalid_argument(what);
+  };
+  const bool is_merge = !options.sweep.merge.empty(), is_npy = options.format == RowFormat::Npy;
+  const bool is_part = options.sweep.isPart(), is_whole = !is_part && !is_merge;
+  require(is_merge || !options.robot.urdf.empty(), "robot is required: the URDF");
+  require(!is_merge || options.robot.urdf.empty(), "--merge needs no robot: the manifests know it");
+  require(!is_merge || !options.out.empty(), "--merge needs --out FILE");
+  require(!is_part || !options.out.empty(), "--shard and --range need --out DIR");
+  require(!is_npy || !options.out.empty(), "--format npy needs --out FILE");
+  require(!is_npy || options.rows == RowKind::State, "--format npy does not go with --trajectory");
+  require(!is_npy || options.objects.empty(), "--format npy does not go with --objects: it numbers the pairs of links");
+  const bool is_judged = options.assert_above || !options.plot.empty();
+  require(!is_judged || (is_whole && !is_npy),
+          "--assert-above and --plot do not go with --shard, --range, --merge and --format npy");
+  const bool has_second = options.second_opinion.is_wanted;
+  require(!has_second || (is_whole && !is_npy),
+          "--second-opinion does not go with --shard, --range, --merge and --format npy");
+  const bool is_any = readPairSelection(options.pairs).kind == PairSelection::Kind::Any;
+  require(options.plot.empty() || !is_any, "--plot does not go with --pairs any, which has no distances");
+  require(!has_second || !is_any, "--second-opinion does not go with --pairs any, which has no distances");
+}
+
+}  // namespace proximity_server::tools
