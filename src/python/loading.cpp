@@ -1,0 +1,80 @@
+#include "python/loading.h"
+
+#include <pybind11/pybind11.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <cerrno>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+
+#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/pieces/convex_pieces.h"
+#include "proximity_server/scene/query/make_scene_model.h"
+
+namespace proximity_server::python {
+namespace {
+
+namespace py = pybind11;
+
+[[noreturn]] void throwOsError(int error, const std::filesystem::path& path) {
+  errno = error;
+  PyErr_SetFromErrnoWithFilenameObject(PyExc_OSError, py::cast(path).ptr());
+  throw py::error_already_set();
+}
+
+void requireLength(const std::string& name, double length) {
+  if (std::isfinite(length) && length >= 0.0) return;
+  std::ostringstream text;
+  text << name << " is " << length << ", but must be a finite length of at least 0 m";
+  throw std::invalid_argument(text.str());
+}
+
+scene::ModelOptions modelOptions(const LoadOptions& options) {
+  requireLength("mesh_tolerance", options.mesh_tolerance);
+  requireLength("padding", options.padding);
+  scene::ModelOptions model;
+  model.mesh_tolerance = options.mesh_tolerance;
+  model.default_padding = options.padding;
+  model.mesh_cache = scene::userMeshCache();
+  model.progress = options.progress;
+  return model;
+}
+
+/// What `make` returns. Its errors begin with the name of the text.
+template <typename Make>
+auto named(const std::string& name, const Make& make) {
+  try {
+    return make();
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(name + ": " + error.what());
+  }
+}
+
+}  // namespace
+
+std::string readTextFile(const std::filesystem::path& path) {
+  errno = 0;
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) throwOsError(errno != 0 ? errno : EIO, path);
+  if (std::filesystem::is_directory(path)) throwOsError(EISDIR, path);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  if (stream.bad()) throwOsError(EIO, path);
+  return text.str();
+}
+
+std::shared_ptr<const scene::SceneModel> load(const RobotText& text, const LoadOptions& options) {
+  const scene::ModelOptions model_options = modelOptions(options);
+  const scene::MeshResolver resolve =
+      scene::packageResolver(options.packages ? *options.packages : scene::rosPackagePath(), text.folder);
+  scene::RobotModel robot =
+      named(text.urdf_name, [&] { return scene::loadRobotModel(text.urdf, resolve, model_options); });
+  return named(text.srdf_name, [&] {
+    return std::make_shared<const scene::SceneModel>(scene::makeSceneModel(std::move(robot), text.srdf, options.pairs));
+  });
+}
+
+}  // namespace proximity_server::python

@@ -1,0 +1,60 @@
+"""How close a robot is to itself, in many states: distances with proven bounds.
+
+    robot = proximity.Robot("robot.urdf", srdf="robot.srdf")
+    answer = robot.minimum(q)      # q: float64 of shape (states, joints), in the order of robot.joints
+    answer["distance"]             # [m] of shape (states,), negative in overlap
+    robot.pairs[answer["pair"][0]] # the two links that are closest in the first state
+
+Every question is a method of Robot, and answers with a structured array of numpy, one row for each state or pair. A q of
+shape (joints,) is one state, and its answer has one dimension less. Lengths are in metres, angles in radian; points and
+normals are in the frame of the root link.
+
+The fields of PAIR, the dtype of rows about a pair in a state:
+    state                 number of the state, from 0
+    status                see Status; 0 is "no answer", and then no other field but `state` has a meaning
+    unique                False: points and normal are one choice of many, and the distance has a kink there
+    depth_is_lower_bound  True: the two overlap, possibly deeper, as one of them has several pieces
+    representation        what stands for the geometry, see Representation; the less exact one of the two
+    pair                  number in Robot.pairs; -1 without an answer
+    distance              [m] signed: minus the penetration depth in overlap; paddings are taken off
+    lower, upper          [m] proven bounds of the true distance
+    point_a, point_b      [m] closest (or deepest) points, on the first and the second link of the pair; NaN if there are none
+    normal                unit vector from the first towards the second link: point_b = point_a + distance * normal
+
+The fields of VERDICT, the dtype of Robot.below:
+    verdict               see Verdict
+    pair                  number in Robot.pairs of a pair that is below; -1 if there is none
+"""
+
+import enum
+
+from proximity._native import PAIR, VERDICT, Joint, Robot
+
+__all__ = ["PAIR", "VERDICT", "Joint", "Representation", "Robot", "Status", "Verdict"]
+
+
+class Status(enum.IntEnum):
+    """How a distance was found. The bounds hold in all cases but the first."""
+
+    UNKNOWN = 0  #: no answer: a position is not finite, or there is no pair
+    CONVERGED = 1  #: the bounds are within 1e-9 m
+    THRESHOLD = 2  #: the bounds decide the distance that was asked for; they may be wide, and points may be missing
+    ITERATION_LIMIT = 3  #: the bounds are wider than 1e-9 m
+    DEGENERATE = 4  #: the same: no further progress in double precision
+
+
+class Verdict(enum.IntEnum):
+    """Whether something is at or below a distance in a state."""
+
+    UNKNOWN = 0  #: no answer: a position is not finite
+    ABOVE = 1  #: proven: every pair is farther
+    BELOW = 2  #: a pair is not proven to be farther
+
+
+class Representation(enum.IntEnum):
+    """What stands for the geometry of a link."""
+
+    EXACT = 0  #: a primitive, or a mesh that is convex
+    CONVEX_HULL = 1  #: the hull of a mesh
+    DECOMPOSED = 2  #: several convex pieces, within the tolerance of the mesh
+    TRIANGLES = 3  #: the triangles of the mesh

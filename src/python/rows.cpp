@@ -1,0 +1,58 @@
+#include "python/rows.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace proximity_server::python {
+namespace {
+
+using narrowphase::Status;
+using scene::Representation;
+
+// The numbers of src/python/proximity/__init__.py.
+static_assert(static_cast<int>(Status::Unknown) == 0 && static_cast<int>(Status::Converged) == 1 &&
+              static_cast<int>(Status::Threshold) == 2 && static_cast<int>(Status::IterationLimit) == 3 &&
+              static_cast<int>(Status::Degenerate) == 4);
+static_assert(static_cast<int>(scene::StateVerdict::Kind::Unknown) == 0 &&
+              static_cast<int>(scene::StateVerdict::Kind::Above) == 1 &&
+              static_cast<int>(scene::StateVerdict::Kind::Below) == 2);
+static_assert(static_cast<int>(Representation::Exact) == 0 && static_cast<int>(Representation::ConvexHull) == 1 &&
+              static_cast<int>(Representation::Decomposed) == 2 && static_cast<int>(Representation::Triangles) == 3);
+
+std::pair<int, int> linksOf(const scene::ShapeRefPair& pair) { return {pair.a.link, pair.b.link}; }
+
+/// The candidates are sorted by their links, as PairTable::pairs are. Returns -1 for no candidate.
+std::int32_t numberOf(const scene::ShapeRefPair& pair, const scene::Candidates& candidates) {
+  const auto place = std::lower_bound(
+      candidates.begin(), candidates.end(), pair,
+      [](const scene::ShapeRefPair& a, const scene::ShapeRefPair& b) { return linksOf(a) < linksOf(b); });
+  if (place == candidates.end() || linksOf(*place) != linksOf(pair)) return -1;
+  return static_cast<std::int32_t>(place - candidates.begin());
+}
+
+std::array<double, 3> arrayOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+}  // namespace
+
+PairRow rowOf(Eigen::Index state, const scene::PairProximity& pair, const scene::Candidates& candidates) {
+  PairRow row;
+  row.state = state;
+  const narrowphase::SignedDistance& result = pair.result;
+  if (result.status == Status::Unknown) return row;
+  row.status = static_cast<std::uint8_t>(result.status);
+  row.unique = result.unique;
+  row.depth_is_lower_bound = pair.depth_is_lower_bound;
+  row.representation = static_cast<std::uint8_t>(pair.representation);
+  row.pair = numberOf(pair.asked, candidates);
+  row.distance = result.distance;
+  row.lower = result.lower_bound;
+  row.upper = result.upper_bound;
+  row.point_a = arrayOf(result.point_a);
+  row.point_b = arrayOf(result.point_b);
+  row.normal = arrayOf(result.normal);
+  return row;
+}
+
+VerdictRow rowOf(const scene::StateVerdict& verdict) { return {static_cast<std::int32_t>(verdict.kind), verdict.pair}; }
+
+}  // namespace proximity_server::python

@@ -1,0 +1,187 @@
+#!/usr/bin/env python3
+"""Making a robot, what it tells of itself, and what it refuses."""
+
+import math
+import pathlib
+import tempfile
+import unittest
+import warnings
+
+import cases
+from cases import ARM_AND_BASE, BALLS, DEMO, balls, demo, package_roots, panda, proximity
+
+TRIANGLE = """solid s
+facet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 endloop endfacet
+endsolid s
+"""
+MESH = """<robot name="r"><link name="stone"><collision><geometry><mesh filename="{}"/></geometry></collision></link></robot>"""
+
+
+class Properties(unittest.TestCase):
+    def test_joints_are_named_in_the_order_of_the_columns_with_their_limits(self):
+        robot = balls()
+        self.assertEqual(["turn", "up", "up_twice"], [joint.name for joint in robot.joints])
+        self.assertEqual(["revolute", "prismatic", "prismatic"], [joint.type for joint in robot.joints])
+        self.assertEqual([(-2.0, 3.0), (0.0, 1.0), (0.0, 2.0)], [(joint.lower, joint.upper) for joint in robot.joints])
+        self.assertEqual([None, None, "up"], [joint.mimic for joint in robot.joints])
+
+    def test_a_joint_without_limits_has_infinite_ones(self):
+        turning = BALLS.replace('type="revolute"', 'type="continuous"').replace('<limit lower="-2" upper="3"', "<limit")
+        joint = balls_of(turning).joints[0]
+        self.assertEqual(("continuous", -math.inf, math.inf), (joint.type, joint.lower, joint.upper))
+
+    def test_ranges_are_those_that_are_sampled(self):
+        turning = BALLS.replace('type="revolute"', 'type="continuous"')
+        self.assertEqual([[-math.pi, math.pi], [0.0, 1.0], [0.0, 0.0]], balls_of(turning).ranges.tolist())
+
+    def test_pairs_are_those_that_are_checked_by_name(self):
+        self.assertEqual([("base", "arm"), ("base", "lamp"), ("arm", "lamp")], balls().pairs)
+        self.assertEqual(ARM_AND_BASE, balls(only_pairs=ARM_AND_BASE).pairs)
+
+    def test_pairs_that_are_not_checked_have_a_reason(self):
+        robot = balls(only_pairs=[], exclude_pairs=[("lamp", "base")])
+        self.assertEqual([("arm", "lamp")], robot.pairs)
+        self.assertEqual([("base", "arm"), ("base", "lamp")], [(a, b) for a, b, _ in robot.unchecked])
+        self.assertNotEqual(robot.unchecked[0][2], robot.unchecked[1][2])
+        self.assertTrue(all(reason for _, _, reason in robot.unchecked))
+
+    def test_its_text_names_the_robot(self):
+        self.assertEqual('<proximity.Robot "balls": 3 joints, 3 pairs>', repr(balls()))
+        self.assertEqual("balls", balls().name)
+
+    def test_the_example_robots_have_pairs_and_joints(self):
+        for make, joints, mimics in ((demo, 16, []), (panda, 9, ["panda_finger_joint2"])):
+            with self.subTest(make.__name__):
+                robot = make()
+                self.assertEqual(joints, len(robot.joints))
+                self.assertEqual(mimics, [joint.name for joint in robot.joints if joint.mimic])
+                self.assertGreater(len(robot.pairs), 10)
+
+
+def balls_of(urdf):
+    return proximity.Robot.from_text(urdf, only_pairs=ARM_AND_BASE)
+
+
+class Loading(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def file(self, name, text):
+        path = self.folder / name
+        path.write_text(text)
+        return path
+
+    def test_a_file_and_its_text_give_the_same_robot(self):
+        of_file = demo()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            of_text = proximity.Robot.from_text((DEMO / "robot.urdf").read_text(), (DEMO / "robot.srdf").read_text(),
+                                                packages=package_roots())
+        self.assertEqual(of_file.pairs, of_text.pairs)
+        q = [0.1] * len(of_file.joints)
+        self.assertEqual(of_file.closest(q, 103).tobytes(), of_text.closest(q, 103).tobytes())
+
+    def test_paths_are_texts_or_path_objects(self):
+        path = self.file("balls.urdf", BALLS)
+        self.assertEqual(proximity.Robot(path).pairs, proximity.Robot(str(path)).pairs)
+
+    def test_relative_meshes_begin_at_the_folder_of_the_urdf(self):
+        self.file("stone.stl", TRIANGLE)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            proximity.Robot(self.file("robot.urdf", MESH.format("stone.stl")))
+            proximity.Robot.from_text(MESH.format("stone.stl"), folder=self.folder)
+
+    def test_packages_are_looked_for_in_the_given_folders(self):
+        (self.folder / "rocks").mkdir()
+        self.file("rocks/package.xml", "<package><name>rocks</name></package>")
+        self.file("rocks/stone.stl", TRIANGLE)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            proximity.Robot.from_text(MESH.format("package://rocks/stone.stl"), packages=[self.folder])
+            with self.assertRaisesRegex(ValueError, 'stone.*rocks'):
+                proximity.Robot.from_text(MESH.format("package://rocks/stone.stl"), packages=[])
+
+    def test_a_padding_is_taken_off_the_distance_once_for_each_of_the_two(self):
+        q = [0.0, 0.0, 0.0]
+        bare, padded = balls(only_pairs=ARM_AND_BASE), balls(only_pairs=ARM_AND_BASE, padding=0.01)
+        self.assertAlmostEqual(0.7, bare.minimum(q)["distance"], delta=1e-12)
+        self.assertAlmostEqual(0.68, padded.minimum(q)["distance"], delta=1e-12)
+
+    def test_the_group_restricts_the_pairs(self):
+        srdf = '<robot name="balls"><group name="lights"><joint name="up"/></group></robot>'
+        self.assertEqual([("base", "lamp"), ("arm", "lamp")],
+                         proximity.Robot.from_text(BALLS, srdf, group="lights", only_pairs=balls().pairs).pairs)
+
+    def test_what_is_odd_is_a_warning_that_names_the_file(self):
+        path = self.file("balls.urdf", BALLS)
+        with self.assertWarnsRegex(UserWarning, "balls.urdf: .*moon"):
+            robot = proximity.Robot(path, self.file("balls.srdf", '<robot name="balls"><disable_collisions link1="arm" '
+                                                                  'link2="moon" reason="Never"/></robot>'))
+        self.assertTrue(any("moon" in text for text in robot.warnings))
+
+    # --- What is refused.
+
+    def test_a_file_that_does_not_exist_is_named(self):
+        with self.assertRaises(FileNotFoundError) as failure:
+            proximity.Robot(self.folder / "absent.urdf")
+        self.assertEqual(str(self.folder / "absent.urdf"), str(failure.exception.filename))
+        with self.assertRaises(FileNotFoundError) as failure:
+            proximity.Robot(self.file("balls.urdf", BALLS), self.folder / "absent.srdf")
+        self.assertIn("absent.srdf", str(failure.exception))
+
+    def test_a_folder_is_no_urdf(self):
+        with self.assertRaises(IsADirectoryError):
+            proximity.Robot(self.folder)
+
+    def test_a_text_instead_of_a_path_leads_to_from_text(self):
+        with self.assertRaisesRegex(ValueError, "Robot.from_text"):
+            proximity.Robot(BALLS)
+
+    def test_a_broken_urdf_is_named_with_file_and_link(self):
+        broken = self.file("broken.urdf", BALLS.replace('radius="0.2"', 'radius="0"'))
+        with self.assertRaisesRegex(ValueError, 'broken.urdf: .*"arm"'):
+            proximity.Robot(broken)
+        with self.assertRaisesRegex(ValueError, "broken.urdf: "):
+            proximity.Robot(self.file("broken.urdf", "<robot"))
+        with self.assertRaisesRegex(ValueError, "the URDF: "):
+            proximity.Robot.from_text("<robot")
+
+    def test_a_broken_srdf_is_named(self):
+        with self.assertRaisesRegex(ValueError, "broken.srdf: "):
+            proximity.Robot(self.file("balls.urdf", BALLS), self.file("broken.srdf", "<robot"))
+
+    def test_a_missing_mesh_is_named_with_its_link(self):
+        with self.assertRaisesRegex(ValueError, '"stone".*absent.stl'):
+            proximity.Robot.from_text(MESH.format("absent.stl"), folder=self.folder)
+
+    def test_an_unknown_link_or_group_is_named(self):
+        with self.assertRaisesRegex(ValueError, '"amr".*"arm"'):
+            balls(only_pairs=[("base", "amr")])
+        with self.assertRaisesRegex(ValueError, "hands"):
+            balls(group="hands")
+
+    def test_lengths_that_are_none_are_refused(self):
+        for option in ("mesh_tolerance", "padding"):
+            for length in (-0.001, math.nan, math.inf):
+                with self.subTest(option, length=length), self.assertRaisesRegex(ValueError, option):
+                    balls(**{option: length})
+
+    def test_a_number_of_threads_that_is_none_is_refused(self):
+        robot = balls(threads=2)
+        for threads in (0, -1, 100000):
+            with self.subTest(threads=threads), self.assertRaisesRegex(ValueError, f"threads is {threads}"):
+                robot.threads = threads
+            with self.subTest(threads=threads), self.assertRaisesRegex(ValueError, f"threads is {threads}"):
+                balls(threads=threads)
+        self.assertEqual(2, robot.threads)
+
+    def test_an_option_that_does_not_exist_is_refused(self):
+        with self.assertRaises(TypeError):
+            balls(tolerance=0.1)
+
+
+if __name__ == "__main__":
+    cases.main()
