@@ -7,17 +7,18 @@
 #include <cmath>
 
 #include "benchmark/motions.h"
-#include "peers/fcl_shape.h"
 #include "peers/motion_library.h"
 #include "peers/moving_solids.h"
 #include "peers/robots.h"
 #include "peers/swept_bisection.h"
+#include "tools/second_opinion/fcl_shape.h"
 
 namespace proximity_server::benchmark {
 
 using namespace narrowphase;
 using namespace scene;
 using namespace peers;
+using tools::fclShape;
 namespace {
 
 using Eigen::Isometry3d;

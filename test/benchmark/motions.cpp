@@ -46,20 +46,60 @@ Swing swingOf(const Joint& joint, std::mt19937& random) {
   return {range.middle(), amplitude, amplitude > 0.0 ? speed / amplitude : 0.0, phase};
 }
 
+Eigen::RowVectorXd randomRow(const RobotModel& robot, std::mt19937& random) {
+  Eigen::RowVectorXd row(static_cast<Eigen::Index>(robot.joints.size()));
+  for (std::size_t j = 0; j < robot.joints.size(); ++j) {
+    const Range range = rangeOf(robot.joints[j]);
+    row[static_cast<Eigen::Index>(j)] = uniform(random, range.lower, range.upper);
+  }
+  return row;
+}
+
+/// So many steps of no more than 1 degree lead from one state to the other. Mimic joints do not count, as they follow.
+int stepsOf(const RobotModel& robot, const Eigen::RowVectorXd& from, const Eigen::RowVectorXd& to) {
+  double longest = 0.0;
+  for (std::size_t j = 0; j < robot.joints.size(); ++j) {
+    const auto column = static_cast<Eigen::Index>(j);
+    if (!robot.joints[j].mimic) longest = std::max(longest, std::abs(to[column] - from[column]));
+  }
+  return static_cast<int>(std::ceil(longest / (kPi / 180.0)));
+}
+
 }  // namespace
 
 std::vector<BodyPoses> randomStates(const RobotModel& robot, int states) {
-  std::mt19937 random(11);
+  const PositionTable table = randomPositions(robot, states);
   std::vector<BodyPoses> poses;
   std::vector<double> positions(robot.joints.size());
   for (int i = 0; i < states; ++i) {
-    for (std::size_t j = 0; j < positions.size(); ++j) {
-      const Range range = rangeOf(robot.joints[j]);
-      positions[j] = uniform(random, range.lower, range.upper);
-    }
+    for (std::size_t j = 0; j < positions.size(); ++j) positions[j] = table(i, static_cast<Eigen::Index>(j));
     poses.push_back(forwardKinematics(robot, positions));
   }
   return poses;
+}
+
+PositionTable randomPositions(const RobotModel& robot, int states) {
+  std::mt19937 random(11);
+  PositionTable table(states, static_cast<Eigen::Index>(robot.joints.size()));
+  for (int i = 0; i < states; ++i) table.row(i) = randomRow(robot, random);
+  return table;
+}
+
+PositionTable edgePositions(const RobotModel& robot, int states) {
+  std::mt19937 random(14);
+  PositionTable table(states, static_cast<Eigen::Index>(robot.joints.size()));
+  Eigen::RowVectorXd from = randomRow(robot, random), to = randomRow(robot, random);
+  for (int i = 0, step = 0; i < states; ++i, ++step) {
+    int steps = std::max(stepsOf(robot, from, to), 1);
+    if (step == steps) {
+      from = to;
+      to = randomRow(robot, random);
+      steps = std::max(stepsOf(robot, from, to), 1);
+      step = 0;
+    }
+    table.row(i) = from + (static_cast<double>(step) / steps) * (to - from);
+  }
+  return table;
 }
 
 std::vector<BodyPoses> coherentMotion(const RobotModel& robot, int states) {

@@ -13,6 +13,16 @@ using namespace scene;
 /// way where it has none. The same on every run.
 std::vector<BodyPoses> randomStates(const RobotModel& robot, int states);
 
+/// Joint positions [rad] or [m]: a row for each state, a column for each of RobotModel::joints.
+using PositionTable = Eigen::MatrixXd;
+
+/// The positions of random states as above.
+PositionTable randomPositions(const RobotModel& robot, int states);
+
+/// The states along edges as a planner checks them: from one random state to the next, linear in the joints, in equal steps in
+/// which the fastest joint moves by no more than 1 degree (of a prismatic joint: 1.75 cm). The same on every run.
+PositionTable edgePositions(const RobotModel& robot, int states);
+
 /// A smooth motion at 1 kHz: each joint swings about the middle of its limits as a sine of its own frequency, between
 /// 0.1 and 0.5 Hz where its limits allow, at a peak of 1 rad/s (0.1 m/s of a prismatic joint) or of its own limit where
 /// that is lower.

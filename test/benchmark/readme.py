@@ -6,7 +6,9 @@ usage: readme.py            writes README.md
        readme.py --check    exit code 1, and what differs, where README.md is not what would be written
 
 The template has two kinds of places: {{ table RESULT.NAME }}, a line of its own, for a table of results/RESULT.json, and
-{{ RESULT.NAME }} for one value of it: a key of the file, or one of facts() of the module that makes its tables.
+{{ RESULT.NAME }} for one value of it: a key of the file, or one of facts() of the module that makes its tables. What stands
+between the lines {{ begin RESULT }} and {{ end RESULT }} is left out as long as there is no results/RESULT.json; that is for the
+results of OPTIONAL.
 """
 
 import difflib
@@ -22,6 +24,7 @@ import node_table
 import scene_table
 import stress_table
 import subalgorithms_table
+import sweep_table
 import table
 
 FOLDER = pathlib.Path(__file__).resolve().parent
@@ -34,7 +37,10 @@ MODULES = {  # what makes the tables of a result file
     "motion": motion_table,
     "node": node_table,
     "stress": stress_table,
+    "sweep": sweep_table,
 }
+OPTIONAL = {"sweep"}
+SECTION = re.compile(r"^\{\{ *begin +(\w+) *\}\}\n(.*?)^\{\{ *end +\1 *\}\}\n", re.MULTILINE | re.DOTALL)
 PLACE = re.compile(r"\{\{ *(table +)?(\w+)\.(\w+) *\}\}")
 HEADER = "<!-- Made by ./dev plot from README.template.md and results/*.json: change those. -->\n"
 
@@ -51,8 +57,14 @@ def value(name, key, result):
     return f"{found:,.0f}" if isinstance(found, (int, float)) else str(found)
 
 
+def with_sections(template, results):
+    """The template with the sections of the results that are there."""
+    return SECTION.sub(lambda section: section[2] if section[1] in results else "", template)
+
+
 def filled(template, results):
     """The template with its places filled; raises ValueError for a table that is shown nowhere, or twice."""
+    template = with_sections(template, results)
     tables = {f"{name}.{key}": lines for name, result in results.items()
               for key, lines in MODULES[name].tables(result).items()}
     shown = [f"{name}.{key}" for is_table, name, key in PLACE.findall(template) if is_table]
@@ -67,7 +79,8 @@ def filled(template, results):
 
 
 def read_results():
-    return {name: json.loads((FOLDER / "results" / f"{name}.json").read_text()) for name in MODULES}
+    files = {name: FOLDER / "results" / f"{name}.json" for name in MODULES}
+    return {name: json.loads(file.read_text()) for name, file in files.items() if name not in OPTIONAL or file.exists()}
 
 
 def main(arguments):

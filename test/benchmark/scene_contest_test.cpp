@@ -6,16 +6,17 @@
 #include "benchmark/agreement.h"
 #include "benchmark/motions.h"
 #include "peers/fcl_scene.h"
-#include "peers/fcl_shape.h"
 #include "peers/robots.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "sanitized.h"
+#include "tools/second_opinion/fcl_shape.h"
 
 namespace proximity_server::benchmark {
 
 using namespace narrowphase;
 using namespace scene;
 using namespace peers;
+using tools::fclShape;
 namespace {
 
 using Eigen::Isometry3d;
