@@ -61,8 +61,11 @@ CHEAPER = {
         "ctest --test-dir narrowphase -R narrowphase_closed_form_test --output-on-failure && cmake --install narrowphase",
 }
 
+# The same without a Slurm: one task, as Slurm would start it.
+SLURM_TASK = re.compile(r"^sbatch --array=1-8 ")
+
 # Options with which a command ends with an exit code of its own; then the README shows standard error too.
-EXIT_CODES = {"--assert-above": 2}
+EXIT_CODES = {"--assert-above": 2, "--second-opinion": 3}
 
 # Commands that run until somebody ends them.
 ENDLESS = ("roslaunch ", "rostopic echo ")
@@ -205,7 +208,7 @@ class Readme(unittest.TestCase):
 
     def commands(self, text):
         for line in text.splitlines():
-            command = CHEAPER.get(line, line)
+            command = SLURM_TASK.sub("SLURM_ARRAY_TASK_ID=1 bash ", CHEAPER.get(line, line))
             if command.startswith(ENDLESS):
                 self.endless(command)
             else:
@@ -276,6 +279,12 @@ class Readme(unittest.TestCase):
             '<maintainer email="me@example.org">Me</maintainer><license>BSD</license></package>')
         (package / "test" / "keeps_clear.test").write_text(text)
         (package / "test" / "too_close.test").write_text(text.replace('name="minimum" value="0.05"', 'name="minimum" value="0.06"'))
+
+    def python_session(self, text):
+        """Python prints what the block shows; warnings are left out."""
+        session = self.folder / "session.txt"
+        session.write_text(text)
+        self.shell.run(f"python3 -W ignore -m doctest {session}")
 
     def file_of_objects(self, text):
         """Becomes a file for the commands behind it; the gtest of its room reads that of config/README.md."""
@@ -368,7 +377,10 @@ BLOCKS = (
     ("roslaunch proximity_server moveit_stream.launch", Readme.bridge),
     ("rosrun dynamic_reconfigure ", Readme.commands),
     ("export PATH=", Readme.commands),
+    ("echo : > hosts.txt", Readme.commands),
+    ("sbatch ", Readme.commands),
     ("$ ", Readme.shown_output),
+    (">>> ", Readme.python_session),
     ("<launch>", Readme.file_of_test),
     ("objects:", Readme.file_of_objects),
     ("rostest ", Readme.rostest),
