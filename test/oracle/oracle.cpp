@@ -18,12 +18,21 @@ Vector3l discSupport(long double radius, long double z, const Vector3l& n) {
   return {radius * n.x() / radial, radius * n.y() / radial, z};
 }
 
+/// In double first: only vertices within its rounding of the farthest are compared in long double.
 Vector3l hullSupport(const ConvexHull& hull, const Vector3l& n) {
-  const Eigen::Vector3d* best = &hull.vertices().front();
-  long double farthest = best->cast<long double>().dot(n);
+  const Eigen::Vector3d rounded = n.cast<double>();
+  double highest = -std::numeric_limits<double>::infinity(), largest = 0;
   for (const Eigen::Vector3d& vertex : hull.vertices()) {
+    highest = std::max(highest, vertex.dot(rounded));
+    largest = std::max(largest, vertex.cwiseAbs().maxCoeff());
+  }
+  const double enough = highest - 32 * std::numeric_limits<double>::epsilon() * largest * rounded.norm();
+  const Eigen::Vector3d* best = nullptr;
+  long double farthest = 0;
+  for (const Eigen::Vector3d& vertex : hull.vertices()) {
+    if (vertex.dot(rounded) < enough) continue;
     const long double along = vertex.cast<long double>().dot(n);
-    if (!(along > farthest)) continue;
+    if (best && !(along > farthest)) continue;
     farthest = along;
     best = &vertex;
   }
@@ -85,13 +94,18 @@ Vector3l onAxis(const Vector3l& n0, const std::array<Vector3l, 3>& triangle) {
 }
 
 /// Upper bound of the gap along every direction of the cap. Each point c of the CSO gives one, the largest c . n; so
-/// does each convex combination of such points, and one near the axis of the cap gives a tight one.
-long double boundOfGap(const Cap& cap, const std::array<Vector3l, 4>& c) {
+/// does each convex combination of such points, and one near the axis of the cap gives a tight one. A bound of at most
+/// `enough` is not improved.
+long double boundOfGap(const Cap& cap, const std::array<Vector3l, 4>& c, long double enough) {
   long double bound = std::numeric_limits<long double>::infinity();
+  const auto isEnough = [&](const Vector3l& of_cso) {
+    bound = std::min(bound, cap.largestDot(of_cso));
+    return bound <= enough;
+  };
   for (std::size_t i = 0; i < 4; ++i) {
-    bound = std::min(bound, cap.largestDot(c[i]));
-    bound = std::min(bound, cap.largestDot(onAxis(cap.n0, {c[i], c[(i + 1) % 4], c[(i + 2) % 4]})));
-    for (std::size_t j = 0; j < i; ++j) bound = std::min(bound, cap.largestDot(nearestToAxis(cap.n0, c[i], c[j])));
+    if (isEnough(c[i]) || isEnough(onAxis(cap.n0, {c[i], c[(i + 1) % 4], c[(i + 2) % 4]}))) return bound;
+    for (std::size_t j = 0; j < i; ++j)
+      if (isEnough(nearestToAxis(cap.n0, c[i], c[j]))) return bound;
   }
   return bound;
 }
@@ -106,11 +120,11 @@ struct Cell {
   bool operator<(const Cell& other) const { return bound < other.bound; }
 };
 
-Cell makeCell(const ShapePair& pair, const std::array<Sample, 3>& corners) {
+Cell makeCell(const ShapePair& pair, const std::array<Sample, 3>& corners, long double enough) {
   const Sample centre = sample(pair, corners[0].n + corners[1].n + corners[2].n);
   const Cap cap = circumscribedCap(centre.n, corners);
   return {corners, centre, centre.c.dot(centre.n),
-          boundOfGap(cap, {centre.c, corners[0].c, corners[1].c, corners[2].c})};
+          boundOfGap(cap, {centre.c, corners[0].c, corners[1].c, corners[2].c}, enough)};
 }
 
 /// Turned away from the axes of both shapes: where an edge of a cell runs along the seam between two faces, its samples
@@ -122,16 +136,17 @@ std::vector<Cell> octahedron(const ShapePair& pair) {
     for (const long double y : {-1.0L, 1.0L})
       for (const long double z : {-1.0L, 1.0L})
         cells.push_back(makeCell(
-            pair, {sample(pair, x * turn.col(0)), sample(pair, y * turn.col(1)), sample(pair, z * turn.col(2))}));
+            pair, {sample(pair, x * turn.col(0)), sample(pair, y * turn.col(1)), sample(pair, z * turn.col(2))},
+            -std::numeric_limits<long double>::infinity()));
   return cells;
 }
 
 /// Four triangles that cover the cell: cut at the middles of its sides.
-std::array<Cell, 4> split(const ShapePair& pair, const Cell& cell) {
+std::array<Cell, 4> split(const ShapePair& pair, const Cell& cell, long double enough) {
   const auto& [p, q, r] = cell.corners;
   const Sample pq = sample(pair, p.n + q.n), qr = sample(pair, q.n + r.n), rp = sample(pair, r.n + p.n);
-  return {makeCell(pair, {p, pq, rp}), makeCell(pair, {pq, q, qr}), makeCell(pair, {rp, qr, r}),
-          makeCell(pair, {pq, qr, rp})};
+  return {makeCell(pair, {p, pq, rp}, enough), makeCell(pair, {pq, q, qr}, enough),
+          makeCell(pair, {rp, qr, r}, enough), makeCell(pair, {pq, qr, rp}, enough)};
 }
 
 /// Distance of (x, z) to the segment from (x0, z0) to (x1, z1).
@@ -273,18 +288,24 @@ long double ShapePair::gapAlong(const Vector3l& n) const {
 Truth signedDistanceOracle(const ShapePair& pair, int max_cells) {
   const long double rounding = 16 * kRounding * pair.scale();
   std::priority_queue<Cell> open;
-  for (const Cell& cell : octahedron(pair)) open.push(cell);
-  Cell best = open.top();
-  for (int cells = 8; open.top().bound > best.gap + rounding && cells < max_cells; cells += 4) {
+  Sample best{};
+  long double gap = -std::numeric_limits<long double>::infinity();
+  const auto take = [&](const Cell& cell) {
+    if (cell.gap > gap) {
+      gap = cell.gap;
+      best = cell.centre;
+    }
+    if (cell.bound > gap + rounding) open.push(cell);
+  };
+  for (const Cell& cell : octahedron(pair)) take(cell);
+  for (int cells = 8; !open.empty() && open.top().bound > gap + rounding && cells < max_cells; cells += 4) {
     const Cell widest = open.top();
     open.pop();
-    for (const Cell& cell : split(pair, widest)) {
-      if (cell.gap > best.gap) best = cell;
-      open.push(cell);
-    }
+    for (const Cell& cell : split(pair, widest, gap + rounding)) take(cell);
   }
+  const long double unproven = open.empty() ? 0.0L : std::max(open.top().bound - gap, 0.0L);
   const long double margins = static_cast<long double>(pair.a.margin()) + pair.b.margin();
-  return {best.gap - margins, std::max(open.top().bound - best.gap, 0.0L) + rounding, best.centre.n};
+  return {gap - margins, unproven + rounding, best.n};
 }
 
 long double outsideBy(const Shape& shape, const Eigen::Vector3d& point) {
