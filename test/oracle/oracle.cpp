@@ -145,8 +145,8 @@ std::vector<Cell> octahedron(const ShapePair& pair) {
 std::array<Cell, 4> split(const ShapePair& pair, const Cell& cell, long double enough) {
   const auto& [p, q, r] = cell.corners;
   const Sample pq = sample(pair, p.n + q.n), qr = sample(pair, q.n + r.n), rp = sample(pair, r.n + p.n);
-  return {makeCell(pair, {p, pq, rp}, enough), makeCell(pair, {pq, q, qr}, enough),
-          makeCell(pair, {rp, qr, r}, enough), makeCell(pair, {pq, qr, rp}, enough)};
+  return {makeCell(pair, {p, pq, rp}, enough), makeCell(pair, {pq, q, qr}, enough), makeCell(pair, {rp, qr, r}, enough),
+          makeCell(pair, {pq, qr, rp}, enough)};
 }
 
 /// Distance of (x, z) to the segment from (x0, z0) to (x1, z1).

@@ -4,16 +4,28 @@
 
 #include "proximity_server/scene/model/names.h"
 #include "scene/model/body_pose.h"
+#include "scene/model/sine_cosine.h"
 
 namespace proximity_server::scene {
 namespace {
 
 using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
 
 /// Where a joint stands: mimic joints follow their leader.
 double jointPosition(const RobotModel& model, int joint, const std::vector<double>& positions) {
   const Joint::Mimic leader = model.leaderOf(joint);
   return followedPosition(leader, positions[leader.joint]);
+}
+
+/// Source: Rodrigues, Des lois geometriques qui regissent les deplacements d'un systeme solide, 1840.
+Matrix3d rotationAbout(const Vector3d& axis, double angle) {
+  const auto [sine, cosine] = sineAndCosine(angle);
+  const Vector3d s = sine * axis;
+  Matrix3d turned;
+  turned << cosine, -s.z(), s.y(), s.z(), cosine, -s.x(), -s.y(), s.x(), cosine;
+  return turned + ((1.0 - cosine) * axis) * axis.transpose();
 }
 
 }  // namespace
@@ -22,7 +34,7 @@ Isometry3d jointMotion(const Joint& joint, double position) {
   switch (joint.type) {
     case Joint::Type::Revolute:
     case Joint::Type::Continuous:
-      return Isometry3d(Eigen::AngleAxisd(position, joint.axis));
+      return Isometry3d(rotationAbout(joint.axis, position));
     case Joint::Type::Prismatic:
       return Isometry3d(Eigen::Translation3d(position * joint.axis));
     case Joint::Type::Floating:

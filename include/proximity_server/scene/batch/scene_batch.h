@@ -36,8 +36,7 @@ struct StatePairs {
 /// for millions. The scratch of one caller. Not thread-safe; make a twin for each thread.
 ///
 /// The answer about a state depends on that state alone, to the last bit: not on the states beside it, the number of them,
-/// the threads or the processor. (Where there are no fused products, the C library of GNU has other sines, and a distance may
-/// differ in its last bits.) It is what a new Scene answers that has seen no other state, with the default tolerance; but
+/// the threads or the processor. It is what a new Scene answers that has seen no other state, with the default tolerance; but
 /// where a Scene chooses between pairs or pieces whose distances differ by less than the tolerance, its choice may depend on
 /// the order of its search. Here the closest pairs are always those with the smallest Scene::proximity(), and what is said of
 /// them is what that says. Equal distances are in the order of the candidates. A distance that did not converge is ranked by

@@ -14,6 +14,7 @@ namespace proximity_server::scene {
 using BodyPoses = std::vector<std::optional<Eigen::Isometry3d>>;
 
 /// Motion of a one-dof joint at `position` [rad] or [m]; the identity for floating and planar joints.
+/// Error: a few units in the last place; the same bits on every processor.
 Eigen::Isometry3d jointMotion(const Joint& joint, double position);
 
 /// Poses of all bodies, each in the frame of the root link of its robot. `positions` [rad] or [m] has one entry for each of RobotModel::joints;

@@ -1,0 +1,91 @@
+// Sines and cosines of joint angles, beside those of long double.
+#include "scene/model/sine_cosine.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "sanitized.h"
+
+namespace proximity_server::scene {
+namespace {
+
+constexpr long double kPi = 3.14159265358979323846264338327950288L;
+
+/// How far a value is from the truth, in units in its last place.
+long double unitsOff(double value, long double truth) {
+  const double nearest = static_cast<double>(truth);
+  const double unit = std::nextafter(std::abs(nearest), std::numeric_limits<double>::infinity()) - std::abs(nearest);
+  return std::abs(value - truth) / static_cast<long double>(unit);
+}
+
+long double worstOf(double angle) {
+  const SineCosine found = sineAndCosine(angle);
+  const long double exact = angle;
+  return std::max(unitsOff(found.sine, std::sin(exact)), unitsOff(found.cosine, std::cos(exact)));
+}
+
+TEST(SineAndCosine, AreWithinTheirError) {
+  std::mt19937_64 random(1);
+  for (const double most : {1e-9, 1e-3, 0.8, 3.2, 7.0, 1e3, 1.6e6}) {
+    std::uniform_real_distribution<double> angles(-most, most);
+    long double worst = 0;
+    for (int i = 0; i < repeats(1000000); ++i) worst = std::max(worst, worstOf(angles(random)));
+    EXPECT_LE(worst, 0.9L) << most;
+  }
+}
+
+// Where the sine or the cosine is nearly 0, and where the number of quarter turns changes.
+TEST(SineAndCosine, AreWithinTheirErrorAboutMultiplesOfAnEighthTurn) {
+  std::mt19937 random(2);
+  std::uniform_int_distribution<int> steps(-3, 3);
+  for (int eighth = -400000; eighth <= 400000; ++eighth) {
+    const double about = static_cast<double>(0.25L * kPi * eighth);
+    const double angle = about + steps(random) * (std::nextafter(about, 1e9) - about);
+    ASSERT_LE(worstOf(angle), 0.9L) << eighth;
+  }
+}
+
+TEST(SineAndCosine, OfZeroAreExact) {
+  EXPECT_EQ(sineAndCosine(0.0).sine, 0.0);
+  EXPECT_EQ(sineAndCosine(0.0).cosine, 1.0);
+}
+
+// Mirrored joints of a robot are to have mirrored poses.
+TEST(SineAndCosine, OfAnOppositeAngleAreMirrored) {
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> angles(0.0, 100.0);
+  for (int i = 0; i < repeats(100000); ++i) {
+    const double angle = angles(random);
+    const SineCosine of = sineAndCosine(angle), opposite = sineAndCosine(-angle);
+    ASSERT_EQ(of.sine, -opposite.sine) << angle;
+    ASSERT_EQ(of.cosine, opposite.cosine) << angle;
+  }
+}
+
+TEST(SineAndCosine, OfHugeAnglesLoseNoMoreThanStated) {
+  std::mt19937_64 random(4);
+  for (const double most : {1e7, 1e9, 1e12}) {
+    std::uniform_real_distribution<double> angles(-most, most);
+    for (int i = 0; i < repeats(10000); ++i) {
+      const double angle = angles(random);
+      const SineCosine found = sineAndCosine(angle);
+      const long double exact = angle, allowed = 1.2e-16L + 1e-19L * most;
+      ASSERT_NEAR(found.sine, static_cast<double>(std::sin(exact)), static_cast<double>(allowed));
+      ASSERT_NEAR(found.cosine, static_cast<double>(std::cos(exact)), static_cast<double>(allowed));
+    }
+  }
+}
+
+TEST(SineAndCosine, OfWhatIsNotFiniteAreNotNumbers) {
+  for (const double angle : {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(),
+                             std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_TRUE(std::isnan(sineAndCosine(angle).sine));
+    EXPECT_TRUE(std::isnan(sineAndCosine(angle).cosine));
+  }
+}
+
+}  // namespace
+}  // namespace proximity_server::scene
