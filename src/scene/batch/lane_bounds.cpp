@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "scene/batch/exact_state.h"
-#include "scene/batch/rounded.h"
+#include "scene/model/rounded.h"
 
 namespace proximity_server::scene {
 namespace {

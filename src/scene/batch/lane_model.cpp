@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "proximity_server/scene/query/pairs.h"
-#include "scene/batch/rounded.h"
+#include "scene/model/rounded.h"
 #include "scene/query/pair_paddings.h"
 
 namespace proximity_server::scene {

@@ -85,17 +85,12 @@ ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b,
     const narrowphase::Options options = optionsFor(question, current_limit(), pair.padding);
     closest.offer(leaves, distance(leaves, pair, a_T_b, options), limit);
   };
-  // Without the bound of the pair, so that of pieces that are equally close the same are found whatever is known of the pair.
-  const Visit whole{-kInfinity, 0, a_.root, b_.root, pair.padding};
-  if (isLeaf(whole)) {
-    compute({whole.a, whole.b});
+  if (a_[a_.root].isLeaf() && b_[b_.root].isLeaf()) {
+    compute({a_.root, b_.root});
     return closest;
   }
   if (likely.areLeaves()) compute(likely);
-  queue_.clear();
-  visits_ = 0;
-  left_out_ = kInfinity;
-  for (split(whole, a_T_b, current_limit()); !queue_.empty() && !(queue_.lowestBound() > current_limit());) {
+  for (begin(pair, a_T_b, current_limit()); !queue_.empty() && !(queue_.lowestBound() > current_limit());) {
     Visit visit = queue_.pop();
     if (visit.bound == Visit::Bound::Sphere) visit = withBoxes(visit, a_T_b);
     if (visit.lower_bound > std::min(queue_.lowestBound(), current_limit())) {
@@ -117,12 +112,8 @@ bool PieceSearch::areBeyond(const Visit& pair, const RelativePose& a_T_b, double
   const auto isBeyondIt = [&](const Visit& leaves) {
     return isBeyond(distance({leaves.a, leaves.b}, pair, a_T_b, options), limit);
   };
-  const Visit whole{-kInfinity, 0, a_.root, b_.root, pair.padding};
-  if (isLeaf(whole)) return isBeyondIt(whole);
-  queue_.clear();
-  visits_ = 0;
-  left_out_ = kInfinity;
-  for (split(whole, a_T_b, limit); !queue_.empty() && !(queue_.lowestBound() > limit);) {
+  if (a_[a_.root].isLeaf() && b_[b_.root].isLeaf()) return isBeyondIt({-kInfinity, 0, a_.root, b_.root, pair.padding});
+  for (begin(pair, a_T_b, limit); !queue_.empty() && !(queue_.lowestBound() > limit);) {
     Visit visit = queue_.pop();
     if (visit.bound == Visit::Bound::Sphere) visit = withBoxes(visit, a_T_b);
     if (visit.lower_bound > limit) continue;
@@ -148,6 +139,24 @@ Visit PieceSearch::withBoxes(Visit visit, const RelativePose& a_T_b) const {
         std::max(visit.lower_bound, PlacedRobot::boxGap(a_[visit.a], b_[visit.b], a_T_b) - visit.padding);
   visit.bound = Visit::Bound::Box;
   return visit;
+}
+
+/// Fills the queue with what has to be visited. The bound of the pair is not used, so that of pieces that are equally close the
+/// same are found whatever is known of the pair.
+void PieceSearch::begin(const Visit& pair, const RelativePose& a_T_b, double limit) {
+  queue_.clear();
+  visits_ = 0;
+  left_out_ = kInfinity;
+  if (skipping_ == Skipping::On && !robot_.isObject(pair.a) && !robot_.isObject(pair.b)) {
+    const LeafBoxes &a = robot_.volumes().leavesOf(pair.a), &b = robot_.volumes().leavesOf(pair.b);
+    if (LeafGaps::areFew(a, b, a_T_b)) {
+      for (const LeafGaps::Gap& gap : gaps_.between(a, b, a_T_b, pair.padding, limit))
+        queue_.push({gap.lower_bound, visits_++, gap.a, gap.b, pair.padding, Visit::Bound::Box});
+      left_out_ = gaps_.smallestOfOthers();
+      return;
+    }
+  }
+  split({-kInfinity, 0, a_.root, b_.root, pair.padding}, a_T_b, limit);
 }
 
 /// Replaces a pair of volumes by the pairs with the parts of one of them, see splitsFirst(), without those that are beyond the

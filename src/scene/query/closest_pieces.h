@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "proximity_server/scene/query/question.h"
+#include "scene/query/leaf_boxes.h"
 #include "scene/query/placed_robot.h"
 #include "scene/query/visit_queue.h"
 
@@ -52,8 +53,8 @@ enum class Memory : unsigned char {
   None        ///< nothing: every answer is that of the first question
 };
 
-/// Finds the closest pieces of two compounds: walks their hierarchies at once, the closest parts first. The one query
-/// of components, convex parts and triangles, in any mixture.
+/// Finds the closest pieces of two compounds: walks their hierarchies at once, the closest parts first; or bounds all their
+/// pieces at once, if these are few. The one query of components, convex parts and triangles, in any mixture.
 ///
 /// Source: Larsen, Gottschalk, Lin, Manocha, Fast Proximity Queries with Swept Sphere Volumes, 1999 (two hierarchies,
 ///         the closest parts first); here with spheres, then boxes, and GJK at the leaves.
@@ -73,6 +74,7 @@ class PieceSearch {
   bool areBeyond(const Visit& pair, const RelativePose& a_T_b, double limit);
 
  private:
+  void begin(const Visit& pair, const RelativePose& a_T_b, double limit);
   bool isLeaf(const Visit& visit) const { return a_[visit.a].isLeaf() && b_[visit.b].isLeaf(); }
   narrowphase::SignedDistance distance(const LeafPair& leaves, const Visit& pair, const RelativePose& a_T_b,
                                        const narrowphase::Options& options);
@@ -84,6 +86,7 @@ class PieceSearch {
   const Skipping skipping_;
   const Memory memory_;
   WarmStarts warm_starts_;
+  LeafGaps gaps_;
   VisitQueue queue_;
   int visits_ = 0;
   double left_out_ = 0.0;  ///< [m] the smallest lower bound of the pairs that never entered the queue

@@ -9,17 +9,12 @@
 #include "proximity_server/scene/objects/objects.h"
 #include "scene/objects/placed_object.h"
 #include "scene/query/pair_memory.h"
+#include "scene/query/relative_pose.h"
 #include "scene/query/volumes.h"
 
 namespace proximity_server::scene {
 
 using WarmStarts = PairMemory<narrowphase::WarmStart>;  ///< of pairs of pieces
-
-/// Where the body of one volume stands in the frame of the body of another.
-struct RelativePose {
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
-};
 
 /// Bounds how far two bodies moved relative to each other between two poses.
 struct RelativeMotionBound {

@@ -41,6 +41,8 @@ Volumes::Volumes(const RobotModel& model)
   int root = 0;
   for (int link = 0; link < static_cast<int>(model.links.size()); ++link) fill(root++, link, piecesOfLink(model, link));
   for (const Collision& collision : model.collisions) fill(root++, collision.link, collision.pieces);
+  leaves_.reserve(static_cast<std::size_t>(root_count_));
+  for (root = 0; root < root_count_; ++root) leaves_.emplace_back(volumes_, root);
 }
 
 /// Of anything but a whole link.

@@ -4,6 +4,7 @@
 
 #include "proximity_server/scene/query/question.h"
 #include "scene/model/volume_tree.h"
+#include "scene/query/leaf_boxes.h"
 
 namespace proximity_server::scene {
 
@@ -29,11 +30,15 @@ class Volumes {
   /// The volumes that `of` may return for a robot are 0 to rootCount() - 1, the links first.
   int rootCount() const { return root_count_; }
 
+  /// The leaves of such a volume.
+  const LeafBoxes& leavesOf(int root) const { return leaves_[static_cast<std::size_t>(root)]; }
+
  private:
   int ofOther(const ShapeRef& ref) const;
 
   const RobotModel& model_;
   std::vector<Volume> volumes_;
+  std::vector<LeafBoxes> leaves_;  ///< by root
   int link_count_;
   int root_count_;
 };
