@@ -137,7 +137,7 @@ std::optional<NamedRobot> twoPandas() {
   model->robot = loadRobotModel("<robot name=\"two_pandas\"><link name=\"world\"/>" + prefixed(urdf, "left/") +
                                     prefixed(urdf, "right/") + rootOf("left/", root, "xyz=\"0 0 0\"") +
                                     rootOf("right/", root, "xyz=\"0.8 0 0\" rpy=\"0 0 3.14159265358979\"") + "</robot>",
-                                resolve);
+                                resolve, cachedLoading());
   model->pairs = filterPairs(model->robot, "<robot name=\"two_pandas\">" + prefixed(disabled, "left/") +
                                                prefixed(disabled, "right/") + "</robot>");
   return NamedRobot{"Two Pandas", model};
@@ -145,7 +145,7 @@ std::optional<NamedRobot> twoPandas() {
 
 NamedRobot rowsOfArms(int bodies) {
   auto model = std::make_shared<SceneModel>();
-  model->robot = loadRobotModel(urdfOfArms(bodies), packageResolver({}));
+  model->robot = loadRobotModel(urdfOfArms(bodies), packageResolver({}), cachedLoading());
   model->pairs = filterPairs(model->robot, "");
   return {std::to_string(bodies) + " bodies", model};
 }

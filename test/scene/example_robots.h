@@ -7,6 +7,7 @@
 
 #include "proximity_server/scene/mesh/mesh_resolver.h"
 #include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/pieces/convex_pieces.h"
 #include "sanitized.h"
 
 namespace proximity_server::scene {
@@ -61,10 +62,16 @@ inline std::string readFile(const std::string& path) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// How a robot is loaded where its pieces do not matter: a sanitized run takes the hulls of its meshes, as decompositions
-/// take minutes there.
-inline ModelOptions quickLoading() {
+/// A sanitized run, in which a decomposition takes minutes, makes each only once: all of its tests share those of the user.
+inline ModelOptions cachedLoading() {
   ModelOptions options;
+  if (kIsSanitized) options.mesh_cache = userMeshCache();
+  return options;
+}
+
+/// How a robot is loaded where its pieces do not matter: a sanitized run takes the hulls of its meshes.
+inline ModelOptions quickLoading() {
+  ModelOptions options = cachedLoading();
   if (kIsSanitized) options.mesh_tolerance = 1.0;
   return options;
 }

@@ -33,7 +33,7 @@ class SharedRobots : public ::testing::Test {
   }
   std::string read(const std::string& file) const { return readFile(exampleRobotFile(resolve_, file)); }
   RobotModel load(const ExampleRobot& files, double mesh_tolerance = kHulls) const {
-    ModelOptions options;
+    ModelOptions options = cachedLoading();
     options.mesh_tolerance = mesh_tolerance;
     return loadRobotModel(read(files.urdf), resolve_, options);
   }

@@ -14,6 +14,7 @@
 #include "node/services/pair_questions.h"
 #include "node/tf/joint_frames.h"
 #include "sanitized.h"
+#include "scene/example_robots.h"
 
 namespace proximity_server::node {
 namespace {
@@ -43,7 +44,7 @@ class GradientsOfTheDemo : public testing::Test {
   static Config configOfDemo() {
     Config config;
     config.mesh_roots = {PROXIMITY_SOURCE_DIR "/.."};
-    config.model.mesh_cache = "";
+    config.model.mesh_cache = scene::cachedLoading().mesh_cache;
     return config;
   }
 

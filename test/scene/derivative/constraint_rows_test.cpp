@@ -455,7 +455,7 @@ TEST(ConstraintRows, RowsStayInPlaceOnARandomWalkOfPanda) {
   if (!findsExampleRobots(resolve)) GTEST_SKIP() << kExampleRobotsMissing;
   const ExampleRobot& panda = kExampleRobots[0];
   const auto model = std::make_shared<const SceneModel>(
-      makeSceneModel(loadRobotModel(readFile(exampleRobotFile(resolve, panda.urdf)), resolve),
+      makeSceneModel(loadRobotModel(readFile(exampleRobotFile(resolve, panda.urdf)), resolve, cachedLoading()),
                      readFile(exampleRobotFile(resolve, panda.srdf))));
   expectStableWalk(model, {0.02, 0.02, 0.35, 0.5}, 4, kSteps);
 }

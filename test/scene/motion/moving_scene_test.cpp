@@ -356,7 +356,7 @@ void expectHoldsOnTheWay(const std::shared_ptr<const SceneModel>& model, int mot
 
 TEST(MovingScene, DemoRobotComesNoCloserOnTheWayThanTheBoundsSay) {
   SceneModel model{loadRobotModel(readFile(PROXIMITY_SOURCE_DIR "/config/demo/robot.urdf"),
-                                  packageResolver({PROXIMITY_SOURCE_DIR "/.."})),
+                                  packageResolver({PROXIMITY_SOURCE_DIR "/.."}), cachedLoading()),
                    {}};
   model.pairs = filterPairs(model.robot, readFile(PROXIMITY_SOURCE_DIR "/config/demo/robot.srdf"));
   expectHoldsOnTheWay(std::make_shared<const SceneModel>(model), 60, repeats(100), 0.02);
@@ -367,7 +367,7 @@ class SharedRobotInMotion : public testing::TestWithParam<ExampleRobot> {};
 TEST_P(SharedRobotInMotion, ComesNoCloserOnTheWayThanTheBoundsSay) {
   const MeshResolver resolve = exampleRobotsResolver();
   if (!findsExampleRobots(resolve)) GTEST_SKIP() << kExampleRobotsMissing;
-  SceneModel model{loadRobotModel(readFile(exampleRobotFile(resolve, GetParam().urdf)), resolve), {}};
+  SceneModel model{loadRobotModel(readFile(exampleRobotFile(resolve, GetParam().urdf)), resolve, cachedLoading()), {}};
   model.pairs = filterPairs(model.robot, readFile(exampleRobotFile(resolve, GetParam().srdf)));
   const bool is_large = model.robot.bodies.size() > 20;
   expectHoldsOnTheWay(std::make_shared<const SceneModel>(model), is_large ? 10 : 100, repeats(100), 0.01);

@@ -138,7 +138,7 @@ class SceneAndFcl : public testing::TestWithParam<ExampleRobot> {
   }
 
   std::shared_ptr<const SceneModel> load(double mesh_tolerance) const {
-    ModelOptions options;
+    ModelOptions options = cachedLoading();
     options.mesh_tolerance = mesh_tolerance;
     auto model = std::make_shared<SceneModel>();
     model->robot = loadRobotModel(readFile(exampleRobotFile(resolve_, GetParam().urdf)), resolve_, options);

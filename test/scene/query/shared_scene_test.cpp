@@ -22,7 +22,8 @@ constexpr int kStates = 6;  // of each thread
 
 std::shared_ptr<const SceneModel> demoRobot() {
   const std::string folder = PROXIMITY_SOURCE_DIR "/config/demo/";
-  RobotModel robot = loadRobotModel(readFile(folder + "robot.urdf"), packageResolver({PROXIMITY_SOURCE_DIR "/.."}));
+  RobotModel robot =
+      loadRobotModel(readFile(folder + "robot.urdf"), packageResolver({PROXIMITY_SOURCE_DIR "/.."}), cachedLoading());
   PairTable pairs = filterPairs(robot, readFile(folder + "robot.srdf"));
   return std::make_shared<const SceneModel>(SceneModel{std::move(robot), std::move(pairs)});
 }
