@@ -123,14 +123,23 @@ TEST_F(Startup, RefusesAMeshThatCannotBeFound) {
 
 // ---- a place that cannot be written
 
-/// What a node with the demo's robot says about itself, and how close the robot is to itself at rest.
+/// Two meshes that soon become pieces, under a sanitizer too.
+constexpr char kTwoHands[] = R"(<robot name="hands">
+  <link name="left"><collision><geometry><mesh filename="package://proximity_server/config/demo/meshes/wrist.obj"/></geometry></collision></link>
+  <link name="right"><collision><geometry><mesh filename="package://proximity_server/config/demo/meshes/hand.dae"/></geometry></collision></link>
+  <link name="middle"/>
+  <joint name="turn" type="continuous"><parent link="left"/><child link="middle"/></joint>
+  <joint name="bend" type="continuous"><parent link="middle"/><child link="right"/><origin xyz="0.5 0 0"/></joint>
+</robot>)";
+
+/// What a node says about itself, and how close the robot is to itself at rest.
 struct Loaded {
   ModelInfo info;
   QueryConfigurationResponse at_rest;
 };
 Loaded load(const std::string& name) {
   Loaded loaded;
-  ros::service::waitForService(name + "/query_configuration", ros::Duration(150.0));  // a minute under sanitizers
+  ros::service::waitForService(name + "/query_configuration", ros::Duration(60.0));
   Inbox<ModelInfo> inbox(ros::NodeHandle(), name + "/model_info");
   loaded.info = inbox.next().value_or(ModelInfo());
   QueryConfigurationRequest request;
@@ -147,9 +156,7 @@ std::string all(const std::vector<std::string>& lines) {
 }
 
 TEST_F(Startup, WithAFullDiskCostsAWarningAndNoAnswer) {
-  std::string urdf;
-  ASSERT_TRUE(ros::param::get("/demo", urdf));
-  ros::param::set("/robot_description", urdf);
+  ros::param::set("/robot_description", kTwoHands);
   const std::filesystem::path cache = std::filesystem::temp_directory_path() / ("cache." + std::to_string(getpid()));
   ros::param::set("/roomy/mesh_cache", (cache / "roomy").string());
   ros::param::set("/full/mesh_cache", (cache / "full").string());
