@@ -15,8 +15,8 @@ constexpr double kRounds = 0x1.8p52;                // a sum with it is a whole 
 
 constexpr double inverseFactorial(int n) { return n < 2 ? 1.0 : inverseFactorial(n - 1) / n; }
 
-/// Of an angle of at most an eighth of a turn, which is r + rest, where the rest is below the last place of r. What Taylor's polynomials
-/// leave out is below 3e-18.
+/// Of an angle of at most an eighth of a turn, which is r + rest, where the rest is below the last place of r. What
+/// Taylor's polynomials leave out is below 3e-18.
 SineCosine withinEighth(double r, double rest) {
   constexpr auto f = inverseFactorial;
   const double z = r * r, half = 0.5 * z, z2 = z * z, z4 = z2 * z2;

@@ -15,6 +15,7 @@ using Mask = int __attribute__((vector_size(4 * kLanes)));
 
 constexpr std::size_t packsFor(std::size_t leaves) { return (leaves + kLanes - 1) / kLanes; }
 
+// Some of these stand in batch/lane_code.h too, which can share no function with sources of other compiler options.
 Lanes all(float value) { return Lanes{} + value; }
 Lanes larger(Lanes a, Lanes b) { return a > b ? a : b; }
 Lanes smaller(Lanes a, Lanes b) { return a < b ? a : b; }
