@@ -95,16 +95,11 @@ double volumeRatio(const std::vector<TriangleMesh>& components) {
   return meshes > 0.0 ? hulls / meshes : std::numeric_limits<double>::quiet_NaN();
 }
 
-bool isWithin(const narrowphase::ConvexHull& hull, const std::vector<Vector3d>& points, const MeshSolid& solid,
-              double tolerance) {
-  return !solid.hasCavityIn(hull) && solid.isWithin(tolerance, surfaceOf(hull), pointsBelow(hull, points));
-}
-
 /// Whether one hull of all is near enough.
 bool isHullOfAll(const Job& job, const MeshSolid& solid) {
   const std::vector<Vector3d> points = clusterPoints(job.mesh, Partition(job.mesh.triangles.size(), 0)).front();
   job.effort.spend(stepsOfHull(points.size()));
-  return isWithin(narrowphase::ConvexHull(points), points, solid, job.tolerance());
+  return solid.isWithin(job.tolerance(), {narrowphase::ConvexHull(points), points});
 }
 
 /// Each component to itself, or to the cluster of one whose hull hides it: the union of the hulls stays the same.
@@ -126,7 +121,7 @@ std::optional<Partition> hullsOfComponents(const Job& job, const MeshSolid& soli
     if (!is_hidden) outermost.push_back(&component);
   }
   const bool near = std::all_of(outermost.begin(), outermost.end(), [&](const Component* component) {
-    return isWithin(*component->hull, component->mesh.vertices, solid, job.tolerance());
+    return solid.isWithin(job.tolerance(), {*component->hull, component->mesh.vertices});
   });
   if (!near) return std::nullopt;
   Partition partition;

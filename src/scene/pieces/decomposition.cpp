@@ -56,9 +56,9 @@ bool isOneOf(const std::vector<Vector3d>& sorted_points, const Vector3d& point) 
 /// Returns the sorted vertices of the hull of all points, or nullopt if it is not within tolerance.
 std::vector<Vector3d> hullWithin(double tolerance, const MeshSolid& solid, const std::vector<Vector3d>& points) {
   solid.effort().spend(stepsOfHull(points.size()));
-  const narrowphase::ConvexHull hull(points);
-  if (solid.hasCavityIn(hull) || !solid.isWithin(tolerance, surfaceOf(hull), pointsBelow(hull, points))) return {};
-  return sorted(hull.vertices());
+  const Cover cover{narrowphase::ConvexHull(points), points};
+  if (!solid.isWithin(tolerance, cover)) return {};
+  return sorted(cover.hull.vertices());
 }
 
 /// The same of two hulls that lie within tolerance. A triangle of their common hull that has its corners in one of them
@@ -68,9 +68,9 @@ std::vector<Vector3d> commonHullWithin(double tolerance, const MeshSolid& solid,
   std::vector<Vector3d> points = a;
   points.insert(points.end(), b.begin(), b.end());
   solid.effort().spend(stepsOfHull(points.size()));
-  const narrowphase::ConvexHull hull(points);
-  if (solid.hasCavityIn(hull)) return {};
-  const std::vector<Triangle> surface = surfaceOf(hull);
+  const Cover cover{narrowphase::ConvexHull(points), points};
+  if (solid.hasCavityIn(cover.hull)) return {};
+  const std::vector<Triangle> surface = surfaceOf(cover.hull);
   std::vector<Triangle> bridges;
   std::copy_if(surface.begin(), surface.end(), std::back_inserter(bridges), [&](const Triangle& triangle) {
     const auto isOf = [&](const std::vector<Vector3d>& corners) {
@@ -78,8 +78,8 @@ std::vector<Vector3d> commonHullWithin(double tolerance, const MeshSolid& solid,
     };
     return !isOf(a) && !isOf(b);
   });
-  if (!solid.isWithin(tolerance, bridges, pointsBelow(hull, points))) return {};
-  return sorted(hull.vertices());
+  if (!solid.isWithin(tolerance, cover, bridges)) return {};
+  return sorted(cover.hull.vertices());
 }
 
 struct Part {

@@ -65,10 +65,13 @@ class DeviationSearch {
   /// Whether no part is left that may lie farther outside than the farthest point found, or than the threshold `below`.
   bool isProven() const { return !isExceeded() && (patches_.empty() || patches_.top().bound <= floor()); }
 
-  void look(const std::vector<Triangle>& triangles) {
-    for (const Triangle& triangle : triangles) {
+  /// Measures at triangles of the hull's surface.
+  void look(const narrowphase::ConvexHull& hull, const std::vector<Triangle>& surface) {
+    Vector3d middle = Vector3d::Zero();
+    for (const Vector3d& vertex : hull.vertices()) middle += vertex / static_cast<double>(hull.vertices().size());
+    for (const Triangle& triangle : surface) {
       if (isExceeded()) return;
-      look(triangle);
+      look(triangle, middle);
     }
   }
 
@@ -89,20 +92,23 @@ class DeviationSearch {
   void refine(int looks) {
     for (; looks > 0 && !patches_.empty() && !isExceeded(); looks -= 2) {
       if (patches_.top().bound <= floor()) break;
-      const Triangle t = patches_.top().corners;
+      const Patch whole = patches_.top();
       patches_.pop();
+      const Triangle& t = whole.corners;
       const auto edge = [&](int i) { return (t[(i + 1) % 3] - t[i]).squaredNorm(); };
       const int longest = edge(0) >= edge(1) ? (edge(0) >= edge(2) ? 0 : 2) : (edge(1) >= edge(2) ? 1 : 2);
       const Vector3d &a = t[longest], &b = t[(longest + 1) % 3], &c = t[(longest + 2) % 3];
       const Vector3d middle = 0.5 * (a + b);
-      look({a, middle, c});
-      look({middle, b, c});
+      look({a, middle, c}, whole.middle_of_hull, whole.near);
+      look({middle, b, c}, whole.middle_of_hull, whole.near);
     }
   }
 
  private:
   struct Patch {
     Triangle corners;
+    const Triangle* near;  // of the mesh
+    Vector3d middle_of_hull;
     double bound;  // [m] no point of it lies farther outside
     bool operator<(const Patch& other) const { return bound < other.bound; }
   };
@@ -110,9 +116,9 @@ class DeviationSearch {
   /// [m] A part that lies no farther outside than this changes nothing.
   double floor() const { return std::max(farthest_ + kMeshRounding, thresholds_.below); }
 
-  void look(const Triangle& t) {
+  void look(const Triangle& t, const Vector3d& middle_of_hull, const Triangle* near = nullptr) {
     const Vector3d centre = (t[0] + t[1] + t[2]) / 3.0;
-    const TriangleTree::Nearest nearest = mesh_.surface_.nearest(centre, mesh_.effort());
+    const TriangleTree::Nearest nearest = mesh_.surface_.nearest(centre, mesh_.effort(), near);
     double reach = 0.0, at_corners = 0.0;
     for (const Vector3d& corner : t) {
       reach = std::max(reach, (corner - centre).norm());
@@ -123,7 +129,21 @@ class DeviationSearch {
     const bool inside = nearest.distance > 0.0 && mesh_.inside_.holds(centre, mesh_.effort());
     if (!inside) farthest_ = std::max(farthest_, nearest.distance);
     const double signed_bound = inside ? std::min(bound, reach - nearest.distance) : bound;
-    if (signed_bound > floor()) patches_.push({t, signed_bound});
+    if (signed_bound <= floor()) return;
+    const bool may_be_covered = inside || nearest.distance <= kMeshRounding;
+    if (may_be_covered && isCovered(t, centre, middle_of_hull)) return;
+    patches_.push({t, nearest.triangle, middle_of_hull, signed_bound});
+  }
+
+  /// Whether a part of a hull is proven to lie outside by kMeshRounding at most, because it is inside when each of its
+  /// points moves by so little towards the middle of the hull. This settles at once what cuts through the solid from
+  /// edge to edge, or lies in the plane of several triangles of the mesh.
+  bool isCovered(const Triangle& t, const Vector3d& centre, const Vector3d& middle_of_hull) const {
+    double way = kMeshRounding;
+    for (const Vector3d& corner : t) way = std::max(way, (middle_of_hull - corner).norm());
+    const auto moved = [&](const Vector3d& p) -> Vector3d { return p + kMeshRounding / way * (middle_of_hull - p); };
+    return mesh_.inside_.holds(moved(centre), mesh_.effort()) &&
+           !mesh_.surface_.mayMeet({moved(t[0]), moved(t[1]), moved(t[2])}, mesh_.effort());
   }
 
   const MeshSolid& mesh_;
@@ -145,19 +165,22 @@ double MeshSolid::deviationOf(const std::vector<Cover>& covers) const {
   constexpr int kLooks = 1000000;
   DeviationSearch search(*this, DecisionThresholds());
   for (const Cover& cover : covers) search.lookAbove(pointsBelow(cover.hull, cover.points), surfaceOf(cover.hull));
-  for (const Cover& cover : covers) search.look(surfaceOf(cover.hull));
+  for (const Cover& cover : covers) search.look(cover.hull, surfaceOf(cover.hull));
   search.refine(kLooks);
   return search.farthest();
 }
 
-bool MeshSolid::isWithin(double tolerance, const std::vector<Triangle>& surface,
-                         const std::vector<Vector3d>& below) const {
+bool MeshSolid::isWithin(double tolerance, const Cover& cover) const {
+  return !hasCavityIn(cover.hull) && isWithin(tolerance, cover, surfaceOf(cover.hull));
+}
+
+bool MeshSolid::isWithin(double tolerance, const Cover& cover, const std::vector<Triangle>& surface) const {
   constexpr int kLooks = 100000;
   // Without a gap between the two thresholds, a hull at exactly this distance would never be decided.
   constexpr double kTooClose = 0.98;
   DeviationSearch search(*this, {tolerance, kTooClose * tolerance});
-  search.look(surface);
-  search.lookAbove(below, surface);
+  search.look(cover.hull, surface);
+  search.lookAbove(pointsBelow(cover.hull, cover.points), surface);
   search.refine(kLooks);
   return search.isProven();
 }

@@ -26,9 +26,10 @@ struct Cover {
 ///
 /// 1. Measure at the triangles of the hull, and at the points of its surface that are nearest to points of the mesh.
 /// 2. Halve the triangle whose upper bound of the distance is largest, and measure at both halves.
-/// 3. Two facts give the upper bound. The distance changes by no more than the length of the way along the surface; and
-///    the distance from one triangle of the mesh is a convex function, so it is largest at a corner. Therefore most
-///    triangles of a hull that lie along the mesh are settled by one measurement.
+/// 3. Three facts give the upper bound. The distance changes by no more than the length of the way along the surface;
+///    the distance from one triangle of the mesh is a convex function, so it is largest at a corner; and a triangle is
+///    inside if one of its points is and it does not meet the surface. Therefore most triangles of a hull that lie along
+///    the mesh, or cut through it, are settled by one measurement.
 class MeshSolid {
  public:
   /// `surface`: all triangles, at least one; `closed`: those of the closed parts. `effort` must outlive this.
@@ -44,10 +45,12 @@ class MeshSolid {
   /// has proven the result within kMeshRounding.
   double deviationOf(const std::vector<Cover>& covers) const;
 
-  /// Whether these triangles are proven to lie outside of the mesh by no more than `tolerance` [m]. It is false already
-  /// for distances slightly below the tolerance. `below`: points of the mesh under the triangles.
-  bool isWithin(double tolerance, const std::vector<Triangle>& surface,
-                const std::vector<Eigen::Vector3d>& below) const;
+  /// Whether the hull is proven to lie outside of the mesh by no more than `tolerance` [m], and fills no cavity. It is
+  /// false already for distances slightly below the tolerance.
+  bool isWithin(double tolerance, const Cover& cover) const;
+
+  /// The same of some triangles of the hull's surface; a cavity is not looked for.
+  bool isWithin(double tolerance, const Cover& cover, const std::vector<Triangle>& surface) const;
 
   /// Whether a hull whose surface is within tolerance fills a cavity, so that a part of it is not.
   bool hasCavityIn(const narrowphase::ConvexHull& hull) const { return cavities_.areFilledBy(hull, effort_); }

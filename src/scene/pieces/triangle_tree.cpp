@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace proximity_server::scene {
 namespace {
@@ -17,6 +18,42 @@ Vector3d nearestPointOnSegment(const Vector3d& a, const Vector3d& b, const Vecto
 }
 
 Vector3d centroid(const Triangle& t) { return (t[0] + t[1] + t[2]) / 3.0; }
+
+/// Whether planes across `axis` keep both triangles apart, whatever the rounding: that of a scalar product of three terms
+/// is at most 3/2 eps of the sum of their sizes, and that of the coordinates 1/2 eps; there are two. Rounded up to 8.
+bool separates(const Vector3d& axis, const Triangle& s, const Triangle& t) {
+  constexpr double kRounding = 8.0 * std::numeric_limits<double>::epsilon();
+  const Eigen::Array3d along_s(axis.dot(s[0]), axis.dot(s[1]), axis.dot(s[2]));
+  const Eigen::Array3d along_t(axis.dot(t[0]), axis.dot(t[1]), axis.dot(t[2]));
+  const double gap = std::max(along_s.minCoeff() - along_t.maxCoeff(), along_t.minCoeff() - along_s.maxCoeff());
+  if (!(gap > 0.0)) return false;
+  double size = 0.0;
+  for (const Triangle* triangle : {&s, &t})
+    for (const Vector3d& corner : *triangle) size = std::max(size, axis.cwiseAbs().dot(corner.cwiseAbs()));
+  return gap > kRounding * size;
+}
+
+/// Whether an axis is known that separates the triangles: a normal, a product of two edges, or in its plane a normal of
+/// an edge. These are enough (Gottschalk, Lin, Manocha, "OBBTree", 1996), so it fails within rounding only.
+bool areApart(const Triangle& s, Triangle t) {
+  // The nearer the origin, the smaller the rounding.
+  Triangle at_origin;
+  for (std::size_t i = 0; i < 3; ++i) at_origin[i] = s[i] - s[0];
+  for (Vector3d& corner : t) corner -= s[0];
+  const auto edges = [](const Triangle& of) {
+    return std::array<Vector3d, 3>{of[1] - of[0], of[2] - of[1], of[0] - of[2]};
+  };
+  const std::array<Vector3d, 3> of_s = edges(at_origin), of_t = edges(t);
+  const Vector3d normal_s = of_s[0].cross(of_s[1]), normal_t = of_t[0].cross(of_t[1]);
+  const auto is_axis = [&](const Vector3d& axis) { return separates(axis, at_origin, t); };
+  if (is_axis(normal_s) || is_axis(normal_t)) return true;
+  for (const Vector3d& a : of_s)
+    for (const Vector3d& b : of_t)
+      if (is_axis(a.cross(b))) return true;
+  for (std::size_t i = 0; i < 3; ++i)
+    if (is_axis(normal_s.cross(of_s[i])) || is_axis(normal_t.cross(of_t[i]))) return true;
+  return false;
+}
 
 }  // namespace
 
@@ -74,12 +111,12 @@ void TriangleBoxes::split(int index, SplitAxes axes) {
   nodes.push_back({{}, middle, end});
 }
 
-TriangleTree::Nearest TriangleTree::nearest(const Vector3d& p, Effort& effort) const {
+TriangleTree::Nearest TriangleTree::nearest(const Vector3d& p, Effort& effort, const Triangle* likely) const {
   constexpr std::size_t kStepsPerNode = 4, kStepsPerTriangle = 20;
   std::size_t steps = 0;
   const auto& [triangles, nodes] = tree_;
-  Vector3d best = triangles.front()[0];
-  const Triangle* best_triangle = &triangles.front();
+  const Triangle* best_triangle = likely ? likely : &triangles.front();
+  Vector3d best = nearestPoint(*best_triangle, p);
   double best_squared = (best - p).squaredNorm();
   // Halving leaves at most 31 levels below an int's worth of triangles; each holds one sibling back.
   std::array<int, 64> pending{0};
@@ -106,6 +143,30 @@ TriangleTree::Nearest TriangleTree::nearest(const Vector3d& p, Effort& effort) c
   }
   effort.spend(steps);
   return {best, best_triangle, std::sqrt(best_squared)};
+}
+
+bool TriangleTree::mayMeet(const Triangle& other, Effort& effort) const {
+  constexpr std::size_t kStepsPerNode = 2, kStepsPerTriangle = 20;
+  std::size_t steps = 0;
+  Eigen::AlignedBox3d box;
+  for (const Vector3d& corner : other) box.extend(corner);
+  const auto& [triangles, nodes] = tree_;
+  std::array<int, 64> pending{0};
+  bool meets = false;
+  for (int count = 1; count > 0 && !meets;) {
+    const TriangleBoxes::Node& node = nodes[static_cast<std::size_t>(pending[--count])];
+    steps += kStepsPerNode;
+    if (!node.box.intersects(box)) continue;
+    if (node.left >= 0) {
+      pending[count++] = node.left + 1;
+      pending[count++] = node.left;
+      continue;
+    }
+    steps += kStepsPerTriangle * static_cast<std::size_t>(node.end - node.begin);
+    for (int i = node.begin; i < node.end && !meets; ++i) meets = !areApart(triangles[i], other);
+  }
+  effort.spend(steps);
+  return meets;
 }
 
 }  // namespace proximity_server::scene

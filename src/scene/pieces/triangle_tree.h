@@ -52,8 +52,12 @@ class TriangleTree {
     const Triangle* triangle;  ///< the one with this point
     double distance;           ///< [m]
   };
-  /// May throw Effort::Exceeded.
-  Nearest nearest(const Eigen::Vector3d& p, Effort& effort) const;
+  /// `likely`: one of the triangles, which is near if this is to be quick. May throw Effort::Exceeded.
+  Nearest nearest(const Eigen::Vector3d& p, Effort& effort, const Triangle* likely = nullptr) const;
+
+  /// Whether any of them may have a point in common with another triangle. False only where that is proven. May throw
+  /// Effort::Exceeded.
+  bool mayMeet(const Triangle& other, Effort& effort) const;
 
  private:
   TriangleBoxes tree_;

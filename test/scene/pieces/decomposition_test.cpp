@@ -70,15 +70,36 @@ TEST(MeshSolid, HullOverAGapDeviatesByHalfOfIt) {
   const TwoCubes cubes;
   const ConvexHull hull(cubes.mesh.vertices);
   EXPECT_NEAR(cubes.solid.deviationOf({{hull, cubes.mesh.vertices}}), 0.5, 1e-3);
-  EXPECT_FALSE(cubes.solid.isWithin(0.49, surfaceOf(hull), {}));
-  EXPECT_TRUE(cubes.solid.isWithin(0.52, surfaceOf(hull), {}));
+  EXPECT_FALSE(cubes.solid.isWithin(0.49, {hull, {}}));
+  EXPECT_TRUE(cubes.solid.isWithin(0.52, {hull, {}}));
 }
 
 TEST(MeshSolid, HullOfACubeDoesNotDeviate) {
   const TwoCubes cubes;
   const ConvexHull hull(boxMesh({2, 0, 0}, kOnes).vertices);
   EXPECT_LE(cubes.solid.deviationOf({{hull, hull.vertices()}}), kMeshRounding);
-  EXPECT_TRUE(cubes.solid.isWithin(kMeshRounding, surfaceOf(hull), {}));
+  EXPECT_TRUE(cubes.solid.isWithin(kMeshRounding, {hull, {}}));
+}
+
+// Its triangles lie in the planes of other triangles of the mesh, or cut through the solid from face to face; each was
+// divided along its whole border, in a second for each piece.
+TEST(MeshSolid, PieceOfACubeIsProvenToBeInsideInFewSteps) {
+  const std::vector<Triangle> cube =
+      trianglesOf(boxMesh({0, 0, 0}, kOnes).vertices, boxMesh({0, 0, 0}, kOnes).triangles);
+  Effort effort(1e-4);
+  const MeshSolid solid(cube, cube, effort);
+  const ConvexHull half(
+      {{0, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 1, 1}, {0.3, 0, 0}, {0.7, 1, 0}, {0.3, 0, 1}, {0.7, 1, 1}});
+  EXPECT_LE(solid.deviationOf({{half, {}}}), kMeshRounding);
+  EXPECT_TRUE(solid.isWithin(kMeshRounding, {half, {}}));
+}
+
+// 1e-5 m of it are outside.
+TEST(MeshSolid, PieceThatPeersOutOfACubeDeviates) {
+  const TwoCubes cubes;
+  const ConvexHull piece({{0.2, 0.2, 0.2}, {0.8, 0.2, 0.2}, {0.2, 0.8, 0.2}, {0.3, 0.3, 1.00001}});
+  EXPECT_NEAR(cubes.solid.deviationOf({{piece, {}}}), 1e-5, kMeshRounding);
+  EXPECT_FALSE(cubes.solid.isWithin(0.5e-5, {piece, {}}));
 }
 
 // --- hulls

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "proximity_server/narrowphase/signed_distance.h"
 #include "scene/small_robots.h"
 
 namespace proximity_server::scene {
@@ -89,6 +90,42 @@ TEST(TriangleTree, FindsTheNearestPointOfAllTriangles) {
       EXPECT_LE((nearestPoint(*nearest.triangle, p) - nearest.point).norm(), 1e-14) << "it belongs to another triangle";
     }
   }
+}
+
+// Held against the distances of the triangles as hulls.
+TEST(TriangleTree, FindsWhetherATriangleMayMeetAnyOfThem) {
+  const auto shape = [](const Triangle& t) { return narrowphase::Shape(narrowphase::ConvexHull({t[0], t[1], t[2]})); };
+  int met = 0, missed = 0;
+  for (const int count : {1, 5, 60}) {
+    const std::vector<Triangle> all = triangles(count);
+    const TriangleTree tree(all);
+    Effort effort = endless();
+    Chance chance(11);
+    for (int i = 0; i < 200; ++i) {
+      Triangle other = all[static_cast<std::size_t>(i % count)];
+      const Vector3d offset = chance.between(0, 0.8) * chance.direction();
+      for (Vector3d& corner : other) corner += offset + 0.3 * chance.direction();
+      bool meets = false;
+      for (const Triangle& triangle : all)
+        meets |= signedDistance(shape(triangle), shape(other), Eigen::Isometry3d::Identity()).distance <= 0.0;
+      (meets ? met : missed) += 1;
+      EXPECT_EQ(tree.mayMeet(other, effort), meets);
+    }
+  }
+  EXPECT_GT(met, 50);
+  EXPECT_GT(missed, 50);
+}
+
+TEST(TriangleTree, TrianglesInOnePlaneMeetOnlyWhereTheyOverlap) {
+  const TriangleTree tree({kRight});
+  Effort effort = endless();
+  const auto moved = [](double x, double y) {
+    return Triangle{Vector3d(x, y, 0), Vector3d(x + 1, y, 0), Vector3d(x, y + 1, 0)};
+  };
+  EXPECT_TRUE(tree.mayMeet(moved(1, 0.5), effort));
+  EXPECT_TRUE(tree.mayMeet(moved(4, 0), effort));  // in a corner
+  EXPECT_FALSE(tree.mayMeet(moved(4.001, 0), effort));
+  EXPECT_FALSE(tree.mayMeet(moved(2.1, 1), effort));  // beyond the long edge, inside of its box
 }
 
 TEST(TriangleTree, EndsWhenTheEffortIsSpent) {
