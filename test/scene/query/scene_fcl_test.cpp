@@ -233,7 +233,7 @@ TEST(TwoPandasAndFcl, EveryPairBetweenThemAgreesWhereApartInRandomStates) {
   const ExampleRobot& panda = kExampleRobots[0];
   const std::string urdf = readFile(exampleRobotFile(resolve, panda.urdf));
   const std::string srdf = readFile(exampleRobotFile(resolve, panda.srdf));
-  ModelOptions options;
+  ModelOptions options = cachedLoading();
   options.mesh_tolerance = kHulls;
   auto model = std::make_shared<SceneModel>();
   model->robot = loadRobots({{"left", urdf}, {"right", urdf}}, resolve, options);
