@@ -607,7 +607,7 @@ TEST(ConcaveMeshes, WhereTheTimeBudgetEndsThePiecesSoFarStandForTheMesh) {
 // Ever smaller budgets: as many steps are counted each time, so the pieces are the same, and each is within tolerance.
 TEST(ConcaveMeshes, AnyTimeBudgetGivesTheSamePiecesEachTimeAndAllOfThemWithinTheTolerance) {
   int cut_short = 0;
-  for (double budget = kIsSanitized ? 0.1 : 1.0; budget > 1e-6; budget *= 0.3) {
+  for (double budget = kIsSanitized ? 0.01 : 1.0; budget > 1e-6; budget *= 0.3) {
     MeshOptions options;
     options.time_budget = budget;
     const MeshPieces pieces = convexPieces(kConcave[2].mesh, options), again = convexPieces(kConcave[2].mesh, options);
