@@ -33,8 +33,9 @@ bool separates(const Vector3d& axis, const Triangle& s, const Triangle& t) {
   return gap > kRounding * size;
 }
 
-/// Whether an axis is known that separates the triangles: a normal, a product of two edges, or in its plane a normal of
-/// an edge. These are enough (Gottschalk, Lin, Manocha, "OBBTree", 1996), so it fails within rounding only.
+/// Whether a plane across one of these axes is proven to keep the triangles apart: both normals, the products of an edge of
+/// each, and the normals of the edges within their plane. Of triangles with an area, that do not touch within rounding,
+/// one of these does, as in Gottschalk, Lin, Manocha, OBBTree, SIGGRAPH 1996, Theorem 1; without an area it may be none.
 bool areApart(const Triangle& s, Triangle t) {
   // The nearer the origin, the smaller the rounding.
   Triangle at_origin;
@@ -154,7 +155,7 @@ bool TriangleTree::mayMeet(const Triangle& other, Effort& effort) const {
   std::array<int, 64> pending{0};
   bool meets = false;
   for (int count = 1; count > 0 && !meets;) {
-    const TriangleBoxes::Node& node = nodes[static_cast<std::size_t>(pending[--count])];
+    const TriangleBoxes::Node& node = nodes[pending[--count]];
     steps += kStepsPerNode;
     if (!node.box.intersects(box)) continue;
     if (node.left >= 0) {
