@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "narrowphase/certificate.h"
+#include "narrowphase/rotation_between.h"
 #include "oracle/shape_pairs.h"
 #include "sanitized.h"
 
@@ -79,7 +80,7 @@ TEST(Families, BoxEdgesAcrossEdgesAtEveryGap) {
 
 TEST(Families, BoxCornersOnFacesAtEveryGap) {
   Isometry3d on_corner = Isometry3d::Identity();
-  on_corner.linear() = Eigen::Quaterniond::FromTwoVectors(Vector3d(1, 1, 1), Vector3d::UnitZ()).toRotationMatrix();
+  on_corner.linear() = rotationBetween(Vector3d(1, 1, 1), Vector3d::UnitZ());
   for (const double gap : gaps(1.0)) {
     on_corner.translation() = Vector3d(0.1, -0.2, 0.5 + std::sqrt(0.75) + gap);
     expectExact({"corner on face", Box{{1, 1, 1}}, Box{{1, 1, 1}}, on_corner});

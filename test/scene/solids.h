@@ -119,11 +119,12 @@ inline double distanceOf(const Eigen::Vector3d& a, const Eigen::Vector3d& b, con
     const double along = std::clamp(edge.dot(p - from) / edge.squaredNorm(), 0.0, 1.0);
     nearest = std::min(nearest, (from + along * edge - p).norm());
   }
-  Eigen::Matrix3d frame;
-  frame << b - a, c - a, (b - a).cross(c - a).normalized();
-  const Eigen::Vector3d in_frame = frame.partialPivLu().solve(p - a);
-  if (in_frame.x() >= 0.0 && in_frame.y() >= 0.0 && in_frame.x() + in_frame.y() <= 1.0)
-    nearest = std::min(nearest, std::abs(in_frame.z()));
+  const Eigen::Vector3d normal = (b - a).cross(c - a).normalized();
+  const auto side = [&](const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+    return normal.dot((to - from).cross(p - from));
+  };
+  if (side(a, b) >= 0.0 && side(b, c) >= 0.0 && side(c, a) >= 0.0)
+    nearest = std::min(nearest, std::abs(normal.dot(p - a)));
   return nearest;
 }
 

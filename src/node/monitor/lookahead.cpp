@@ -20,8 +20,6 @@
 namespace proximity_server::node {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
 /// The joints from a body to the root; none for the body -1, which is the frame of the poses.
 std::vector<int> chainOf(const scene::RobotModel& robot, int body) {
   std::vector<int> joints;

@@ -9,6 +9,20 @@
 #include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
+geometry_msgs::Point point(const Eigen::Vector3d& vector) {
+  geometry_msgs::Point result;
+  result.x = vector.x();
+  result.y = vector.y();
+  result.z = vector.z();
+  return result;
+}
+
+void setSize(visualization_msgs::Marker& marker, const Eigen::Vector3d& size) {
+  marker.scale.x = size.x();
+  marker.scale.y = size.y();
+  marker.scale.z = size.z();
+}
+
 namespace {
 
 using Eigen::AlignedBox3d;
@@ -40,14 +54,6 @@ std_msgs::ColorRGBA levelColour(std::uint8_t level) {
   }
 }
 
-geometry_msgs::Point point(const Eigen::Vector3d& vector) {
-  geometry_msgs::Point result;
-  result.x = vector.x();
-  result.y = vector.y();
-  result.z = vector.z();
-  return result;
-}
-
 void setPose(Marker& marker, const Eigen::Isometry3d& pose) {
   const Eigen::Quaterniond rotation(pose.linear());
   marker.pose.position = point(pose.translation());
@@ -55,12 +61,6 @@ void setPose(Marker& marker, const Eigen::Isometry3d& pose) {
   marker.pose.orientation.x = rotation.x();
   marker.pose.orientation.y = rotation.y();
   marker.pose.orientation.z = rotation.z();
-}
-
-void setSize(Marker& marker, const Eigen::Vector3d& size) {
-  marker.scale.x = size.x();
-  marker.scale.y = size.y();
-  marker.scale.z = size.z();
 }
 
 /// Appends the markers of one piece to an array.

@@ -64,6 +64,9 @@ class ClearanceMarkers {
   double text_height_;              ///< [m]
 };
 
+geometry_msgs::Point point(const Eigen::Vector3d& vector);
+void setSize(visualization_msgs::Marker& marker, const Eigen::Vector3d& size);
+
 /// A marker that deletes everything that was drawn.
 visualization_msgs::MarkerArray noMarkers();
 

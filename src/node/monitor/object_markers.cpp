@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "node/monitor/markers.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
 namespace {
@@ -22,20 +23,6 @@ constexpr double kPlaneSize = 10.0;        // [m] of the square that stands for 
 constexpr double kPlaneThickness = 0.002;  // [m] so that it is seen from its edge
 constexpr double kMicrometre = 1e-6;       // [m]
 constexpr int kConeSides = 24;             // RViz has no cones: as many triangles look round
-
-geometry_msgs::Point point(const Vector3d& vector) {
-  geometry_msgs::Point result;
-  result.x = vector.x();
-  result.y = vector.y();
-  result.z = vector.z();
-  return result;
-}
-
-void setSize(Marker& marker, const Vector3d& size) {
-  marker.scale.x = size.x();
-  marker.scale.y = size.y();
-  marker.scale.z = size.z();
-}
 
 void addTriangle(const Vector3d& a, const Vector3d& b, const Vector3d& c, Marker& marker) {
   for (const Vector3d& corner : {a, b, c}) marker.points.push_back(point(corner));
@@ -111,7 +98,7 @@ class ShapeDrawing {
   /// A square in the plane, at the point that is nearest to the origin of the shape.
   void drawGeometry(const scene::HalfSpace& half_space) {
     const Vector3d normal = half_space.normal.normalized();
-    Isometry3d shape_T_plane(Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), normal));
+    Isometry3d shape_T_plane(scene::turnFromZ(normal));
     shape_T_plane.translation() = (half_space.offset - 0.5 * kPlaneThickness) * normal;
     add(Marker::CUBE, {kPlaneSize, kPlaneSize, kPlaneThickness}, shape_T_plane);
   }

@@ -9,7 +9,7 @@
 namespace proximity_server::node {
 namespace {
 
-using Lock = std::unique_lock<std::mutex>;
+using UniqueLock = std::unique_lock<std::mutex>;
 
 bool hasMesh(const ObjectChanges& message) {
   return std::any_of(message.changes.begin(), message.changes.end(),
@@ -23,7 +23,7 @@ ChangeStream::ChangeStream(ObjectStore& store, std::function<void(const std::str
 
 ChangeStream::~ChangeStream() {
   {
-    const Lock lock(mutex_);
+    const UniqueLock lock(mutex_);
     ends_ = true;
     waiting_.clear();
   }
@@ -34,7 +34,7 @@ ChangeStream::~ChangeStream() {
 void ChangeStream::take(const boost::shared_ptr<const ObjectChanges>& message) {
   const std::size_t bytes = ros::serialization::serializationLength(*message);
   {
-    const Lock lock(mutex_);
+    const UniqueLock lock(mutex_);
     const bool fits = waiting_.size() < kMostMessages && waiting_bytes_ + bytes <= kMostBytes;
     if (fits || waiting_.empty()) {
       waiting_.push_back({message, bytes});
@@ -64,7 +64,7 @@ void ChangeStream::run() {
 
 /// Waits for messages, and takes those that can be applied together; none at the end.
 ChangeStream::Messages ChangeStream::next() {
-  Lock lock(mutex_);
+  UniqueLock lock(mutex_);
   changed_.wait(lock, [this] { return ends_ || !waiting_.empty(); });
   Messages messages;
   while (!waiting_.empty()) {

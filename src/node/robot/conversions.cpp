@@ -10,7 +10,6 @@
 namespace proximity_server::node {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 const Eigen::Vector3d kNowhere = Eigen::Vector3d::Constant(kNaN);
 
 template <class Message>

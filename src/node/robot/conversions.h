@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string>
 
 #include "node/robot/robot.h"
@@ -18,6 +19,8 @@
 // Converts answers of the scene into messages, without any computation of distances. Unknown numbers become NaN.
 
 namespace proximity_server::node {
+
+inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// What the numbers of an answer name: the links of a robot, and the objects of the scene that answered, if it had any.
 struct Named {

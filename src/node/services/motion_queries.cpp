@@ -13,8 +13,6 @@
 namespace proximity_server::node {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
 void require(const QueryStatus& status) {
   if (status.code != QueryStatus::OK) throw RequestError(status);
 }

@@ -13,8 +13,6 @@
 namespace proximity_server::node {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
 /// A scene with the poses that a request needs, and the header of the answer.
 struct PosedScene {
   PosedScene(const Robot& asked_robot, TfPoses& tf, const RequestedPairs& pairs, const ros::Time& stamp)

@@ -5,12 +5,11 @@
 #include <string>
 #include <utility>
 
+#include "node/robot/conversions.h"
 #include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 scene::BodyPoses inFrame(const Eigen::Isometry3d& frame_T_poses, scene::BodyPoses poses) {
   for (std::optional<Eigen::Isometry3d>& pose : poses) {

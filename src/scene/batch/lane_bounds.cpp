@@ -13,7 +13,7 @@
 namespace proximity_server::scene {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kFloatInfinity = std::numeric_limits<float>::infinity();
 
 // How many steps settle most pairs that they settle at all; measured with Panda and PR2 at 5 cm.
 constexpr int kStepsWithFew = 4, kStepsWithAll = 8;
@@ -127,8 +127,8 @@ int LaneBounds::findNear(int pair, const double* thresholds, int count, int* sta
 void LaneBounds::bounds(int pair, const int* states, int count, float* lower, float* upper) const {
   const LaneModel::Pair& shapes = pairAt(pair);
   if (!shapes.hasGeometry()) {
-    std::fill(lower, lower + count, -kInfinity);
-    std::fill(upper, upper + count, kInfinity);
+    std::fill(lower, lower + count, -kFloatInfinity);
+    std::fill(upper, upper + count, kFloatInfinity);
     return;
   }
   constexpr float kNever = std::numeric_limits<float>::quiet_NaN();

@@ -4,10 +4,11 @@
 #include <limits>
 #include <utility>
 
+#include "scene/model/infinity.h"
+
 namespace proximity_server::scene {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr float kNothing = std::numeric_limits<float>::infinity();
 
 /// For more pairs than this the k-th smallest upper bound is not looked for: hardly any pair would be left out.

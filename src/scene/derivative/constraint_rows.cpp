@@ -6,12 +6,12 @@
 #include <string>
 #include <utility>
 
+#include "scene/model/infinity.h"
 #include "scene/query/same_pair.h"
 
 namespace proximity_server::scene {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 void require(bool holds, const char* field, double value, const char* what) {

@@ -3,25 +3,26 @@
 namespace proximity_server::scene {
 namespace {
 
-using Kind = DegreeOfFreedom::Kind;
+using DegreeKind = DegreeOfFreedom::Kind;
 
 struct Coordinate {
   const char* suffix;
-  Kind kind;
+  DegreeKind kind;
 };
 
 std::vector<Coordinate> coordinatesOf(Joint::Type type) {
   switch (type) {
     case Joint::Type::Revolute:
     case Joint::Type::Continuous:
-      return {{"", Kind::Rotation}};
+      return {{"", DegreeKind::Rotation}};
     case Joint::Type::Prismatic:
-      return {{"", Kind::Translation}};
+      return {{"", DegreeKind::Translation}};
     case Joint::Type::Planar:
-      return {{"/x", Kind::Translation}, {"/y", Kind::Translation}, {"/theta", Kind::Rotation}};
+      return {{"/x", DegreeKind::Translation}, {"/y", DegreeKind::Translation}, {"/theta", DegreeKind::Rotation}};
     case Joint::Type::Floating:
-      return {{"/trans_x", Kind::Translation}, {"/trans_y", Kind::Translation}, {"/trans_z", Kind::Translation},
-              {"/rot_x", Kind::Rotation},      {"/rot_y", Kind::Rotation},      {"/rot_z", Kind::Rotation}};
+      return {{"/trans_x", DegreeKind::Translation}, {"/trans_y", DegreeKind::Translation},
+              {"/trans_z", DegreeKind::Translation}, {"/rot_x", DegreeKind::Rotation},
+              {"/rot_y", DegreeKind::Rotation},      {"/rot_z", DegreeKind::Rotation}};
   }
   return {};
 }

@@ -9,6 +9,7 @@
 
 #include "scene/derivative/placed_joints.h"
 #include "scene/model/bounds.h"
+#include "scene/model/infinity.h"
 #include "scene/objects/placed_object.h"
 #include "scene/query/volumes.h"
 
@@ -17,8 +18,6 @@ namespace {
 
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Bounds of a body's geometry as seen from a point, in the axes of the poses.
 struct SeenBounds {

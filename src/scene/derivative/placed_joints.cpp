@@ -11,15 +11,12 @@ namespace proximity_server::scene {
 namespace {
 
 using Eigen::Matrix3d;
-using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
 bool needsParent(const Joint& joint) { return !hasOnePosition(joint); }
 
 /// The axes of a planar joint in its own frame: two of the plane, and the normal.
-Matrix3d planeAxes(const Vector3d& normal) {
-  return Quaterniond::FromTwoVectors(Vector3d::UnitZ(), normal).toRotationMatrix();
-}
+Matrix3d planeAxes(const Vector3d& normal) { return turnFromZ(normal.normalized()).toRotationMatrix(); }
 
 }  // namespace
 

@@ -19,7 +19,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-Vector3d toEigen(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
+Vector3d vectorOf(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
 
 template <typename... Parts>
 std::string text(const Parts&... parts) {
@@ -49,7 +49,7 @@ int findSphere(const std::vector<urdf::CollisionSharedPtr>& collisions, double r
   for (std::size_t i = 0; i < collisions.size(); ++i) {
     const auto* sphere = dynamic_cast<const urdf::Sphere*>(collisions[i]->geometry.get());
     if (!sphere || sphere->radius != radius) continue;
-    if ((toEigen(collisions[i]->origin.position) - centre).norm() <= rounding) return static_cast<int>(i);
+    if ((vectorOf(collisions[i]->origin.position) - centre).norm() <= rounding) return static_cast<int>(i);
   }
   return -1;
 }
@@ -58,7 +58,7 @@ int findSphere(const std::vector<urdf::CollisionSharedPtr>& collisions, double r
 
 Eigen::Isometry3d toEigen(const urdf::Pose& pose) {
   const urdf::Rotation& q = pose.rotation;
-  return Eigen::Translation3d(toEigen(pose.position)) * Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized();
+  return Eigen::Translation3d(vectorOf(pose.position)) * Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized();
 }
 
 CollisionGeometry GeometryReader::read(const urdf::Geometry& geometry, const MeshOptions& options) {
@@ -73,7 +73,7 @@ CollisionGeometry GeometryReader::read(const urdf::Geometry& geometry, const Mes
     return {text("sphere, radius ", sphere->radius), {narrowphase::Sphere{sphere->radius}}};
   }
   if (const auto* box = dynamic_cast<const urdf::Box*>(&geometry)) {
-    return {text("box ", box->dim.x, " x ", box->dim.y, " x ", box->dim.z), {narrowphase::Box{toEigen(box->dim)}}};
+    return {text("box ", box->dim.x, " x ", box->dim.y, " x ", box->dim.z), {narrowphase::Box{vectorOf(box->dim)}}};
   }
   if (const auto* cylinder = dynamic_cast<const urdf::Cylinder*>(&geometry)) {
     return {text("cylinder, radius ", cylinder->radius, ", length ", cylinder->length),

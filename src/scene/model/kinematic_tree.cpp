@@ -8,14 +8,13 @@
 #include "scene/mesh/input_limits.h"
 #include "scene/model/append.h"
 #include "scene/model/collision_geometry.h"
+#include "scene/model/infinity.h"
 
 namespace proximity_server::scene {
 namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Joint::Type typeOf(const urdf::Joint& joint) {
   switch (joint.type) {

@@ -44,6 +44,14 @@ Isometry3d jointMotion(const Joint& joint, double position) {
   return Isometry3d::Identity();
 }
 
+// Eigen's FromTwoVectors() does the same, but its templates take the compiler seven seconds in each source.
+Eigen::Quaterniond turnFromZ(const Vector3d& unit) {
+  const double sine2 = unit.head<2>().squaredNorm();
+  if (unit.z() < 0.0 && sine2 == 0.0) return {0.0, 1.0, 0.0, 0.0};
+  const double one_plus_cosine = unit.z() < 0.0 ? sine2 / (1.0 - unit.z()) : 1.0 + unit.z();  // without cancellation
+  return Eigen::Quaterniond(one_plus_cosine, -unit.y(), unit.x(), 0.0).normalized();
+}
+
 BodyPoses forwardKinematics(const RobotModel& model, const std::vector<double>& positions) {
   if (positions.size() != model.joints.size()) {
     throw std::invalid_argument("the robot has " + std::to_string(model.joints.size()) +

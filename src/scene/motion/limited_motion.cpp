@@ -1,5 +1,6 @@
 #include "proximity_server/scene/motion/limited_motion.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "scene/model/infinity.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +14,6 @@ using Eigen::Isometry3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kTurn = 2.0 * 3.14159265358979323846;
 
 // [rad] An encoder may tell as much beyond a limit; a position that is further out is taken for one a turn away.

@@ -6,12 +6,12 @@
 #include <string>
 #include <utility>
 
+#include "scene/model/infinity.h"
 #include "scene/query/closest_pieces.h"
 
 namespace proximity_server::scene {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kMaxLevels = 6;  // of halved intervals; the narrowphase divides shorter ones itself
 
 // The same where nothing divides shorter ones: of a motion of a metre the shortest are 1e-7 m. Each keeps the poses of the
@@ -24,9 +24,6 @@ using Clock = std::chrono::steady_clock;
 bool isOver(const MotionQuestion& question) {
   return question.deadline != Clock::time_point::max() && Clock::now() > question.deadline;
 }
-
-/// The less complete of two statuses: the one that stands later in the enumeration.
-narrowphase::Status lessComplete(narrowphase::Status p, narrowphase::Status q) { return std::max(p, q); }
 
 }  // namespace
 

@@ -13,6 +13,9 @@
 
 namespace proximity_server::scene {
 
+/// The less complete of two statuses: the one that stands later in the enumeration.
+inline narrowphase::Status lessComplete(narrowphase::Status p, narrowphase::Status q) { return std::max(p, q); }
+
 /// Answers questions about pairs of shapes in motion. It divides volumes and time together, and the narrowphase
 /// computes only the pieces and intervals that neither spheres nor boxes settle. The tree of fixed objects is divided
 /// likewise, as one pair with each link.

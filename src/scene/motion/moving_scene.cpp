@@ -10,9 +10,6 @@ namespace {
 
 using Phase = PhasedMotion::Phase;
 
-/// The less complete of two statuses: the one that stands later in the enumeration.
-narrowphase::Status lessComplete(narrowphase::Status p, narrowphase::Status q) { return std::max(p, q); }
-
 MotionCounts together(const MotionCounts& p, const MotionCounts& q) {
   MotionCounts counts;
   counts.pairs = std::max(p.pairs, q.pairs);

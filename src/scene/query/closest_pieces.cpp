@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
+#include "scene/model/infinity.h"
+
 namespace proximity_server::scene {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 narrowphase::Options optionsFor(const Question& question, double limit, double padding) {
   narrowphase::Options options;
@@ -16,7 +16,7 @@ narrowphase::Options optionsFor(const Question& question, double limit, double p
 }
 
 /// Pairs of pieces that are remembered: all of a robot of up to 256 pieces.
-std::size_t rememberedPairs(std::size_t pieces) { return std::min<std::size_t>(pieces * pieces / 2, 1u << 15); }
+std::size_t rememberedPieces(std::size_t pieces) { return std::min<std::size_t>(pieces * pieces / 2, 1u << 15); }
 
 }  // namespace
 
@@ -63,13 +63,13 @@ PieceSearch::PieceSearch(const PlacedRobot& robot, std::size_t pieces, Skipping 
     : robot_(robot),
       skipping_(skipping),
       memory_(memory),
-      warm_starts_(memory == Memory::None ? 0 : rememberedPairs(pieces)) {
-  queue_.reserve(rememberedPairs(pieces));
+      warm_starts_(memory == Memory::None ? 0 : rememberedPieces(pieces)) {
+  queue_.reserve(rememberedPieces(pieces));
 }
 
 void PieceSearch::makeRoomFor(std::size_t pieces) {
   // Only the pairs that are near are computed again and again.
-  warm_starts_.grow(std::min<std::size_t>(rememberedPairs(pieces), 1u << 12));
+  warm_starts_.grow(std::min<std::size_t>(rememberedPieces(pieces), 1u << 12));
 }
 
 ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b, const LeafPair& likely, double limit,

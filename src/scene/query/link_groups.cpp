@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <limits>
 
+#include "scene/model/infinity.h"
+
 namespace proximity_server::scene {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// The links of the candidate pairs, those of a branch of the kinematic tree together.
 std::vector<int> linksInOrder(const SceneModel& model) {

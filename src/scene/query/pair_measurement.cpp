@@ -4,13 +4,12 @@
 #include <stdexcept>
 #include <utility>
 
+#include "scene/model/infinity.h"
 #include "scene/query/half_space.h"
 #include "scene/query/interior_search.h"
 
 namespace proximity_server::scene {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 bool isLate(const Question& question) {
   using Clock = std::chrono::steady_clock;

@@ -7,10 +7,10 @@
 #include <string>
 #include <utility>
 
+#include "scene/model/infinity.h"
+
 namespace proximity_server::scene {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// [m] The value by which results that are not beyond the threshold are sorted.
 double rankOf(const narrowphase::SignedDistance& result, const Question& question) {

@@ -13,8 +13,6 @@ namespace {
 constexpr std::size_t kLongestJoints = 300;
 
 /// Whether a pair is one of links or objects; otherwise no pair has an answer.
-bool isNamed(const scene::ShapeRefPair& pair) { return pair.a.link >= 0 || pair.a.object >= 0; }
-
 std::string metres(double length) { return numberText(length) + " m"; }
 
 std::string placeIn(const TrajectorySegment& segment, double fraction) {

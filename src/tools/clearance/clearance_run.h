@@ -17,6 +17,9 @@
 
 namespace proximity_server::tools {
 
+/// Whether a list has a pair there: the answer about a state without one names none.
+inline bool isNamed(const scene::ShapeRefPair& pair) { return pair.a.link >= 0 || pair.a.object >= 0; }
+
 /// The pairs of a state that are written.
 struct PairSelection {
   enum class Kind : unsigned char { All, Minimum, Below, Closest, Any };

@@ -15,8 +15,6 @@ SummaryKind summaryKindOf(const PairSelection& selection) {
   return selection.kind == PairSelection::Kind::Any ? SummaryKind::Verdicts : SummaryKind::Distances;
 }
 
-bool isNamed(const scene::ShapeRefPair& pair) { return pair.a.link >= 0 || pair.a.object >= 0; }
-
 bool isKnown(const scene::PairProximity& pair) {
   return isNamed(pair.asked) && pair.result.status != narrowphase::Status::Unknown;
 }

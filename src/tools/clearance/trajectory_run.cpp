@@ -12,7 +12,8 @@
 namespace proximity_server::tools {
 namespace {
 
-constexpr std::size_t kBlockSize = 16;  // segments: so few that the hundreds of a planned trajectory use all threads
+constexpr std::size_t kSegmentsInBlock =
+    16;  // segments: so few that the hundreds of a planned trajectory use all threads
 
 scene::RobotContact provenFree() {
   scene::RobotContact free;
@@ -136,7 +137,7 @@ void answerSegments(const ClearanceQuestion& question, const scene::MotionQuesti
     }
     return answers;
   };
-  answerInBlocks<SegmentAndObjects, SegmentClearance>({kBlockSize, next, answerBlock, handle}, question.threads);
+  answerInBlocks<SegmentAndObjects, SegmentClearance>({kSegmentsInBlock, next, answerBlock, handle}, question.threads);
 }
 
 }  // namespace proximity_server::tools

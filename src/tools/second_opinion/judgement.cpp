@@ -7,8 +7,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 /// [m] The values that an answer allows, padding included.
 struct Range {
   double least, most;

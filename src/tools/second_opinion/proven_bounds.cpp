@@ -16,7 +16,6 @@ using narrowphase::ConvexHull;
 using narrowphase::Shape;
 using Vector3l = Eigen::Matrix<long double, 3, 1>;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kExpansions =
     100;  // of a polytope: concentric balls come within 4 % of their depth, most others are much closer
 

@@ -10,6 +10,8 @@
 
 namespace proximity_server::tools {
 
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
 /// The answers of any library about two pieces, as far as they can be put to the proof. In the frame of the pieces.
 struct Hints {
   std::vector<Eigen::Vector3d> axes;                                ///< from a to b, of any length

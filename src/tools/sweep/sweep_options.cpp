@@ -1,5 +1,7 @@
 #include "tools/sweep/sweep_options.h"
 
+#include <CLI/CLI.hpp>
+
 #include <stdexcept>
 
 namespace proximity_server::tools {

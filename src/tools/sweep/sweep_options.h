@@ -1,11 +1,13 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
-
 #include <optional>
 #include <string>
 
 #include "tools/sweep/state_range.h"
+
+namespace CLI {
+class App;
+}
 
 namespace proximity_server::tools {
 

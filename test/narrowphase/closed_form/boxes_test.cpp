@@ -7,6 +7,7 @@
 
 #include "narrowphase/edge_to_edge.h"
 #include "narrowphase/near.h"
+#include "narrowphase/rotation_between.h"
 
 namespace proximity_server::narrowphase {
 namespace {
@@ -26,9 +27,7 @@ Isometry3d poseOf(const Vector3d& offset, const Matrix3d& rotation = Matrix3d::I
 }
 
 /// Turns the diagonal of a box into `direction`.
-Matrix3d diagonalAlong(const Vector3d& direction) {
-  return Eigen::Quaterniond::FromTwoVectors(Vector3d(1, 1, 1), direction).toRotationMatrix();
-}
+Matrix3d diagonalAlong(const Vector3d& direction) { return rotationBetween(Vector3d(1, 1, 1), direction); }
 
 void expectOverlap(const Vector3d& half_b, const Isometry3d& a_T_b, double depth, const Vector3d& normal,
                    const Vector3d& point_a) {
@@ -82,7 +81,7 @@ TEST(BoxPair, GivesALowerBoundWhereCornersAreNearest) {
 
 TEST(BoxPair, SeparatesTheFaceOfTheOtherBoxFromACorner) {
   const Vector3d diagonal = Vector3d(1, 1, 1).normalized();
-  const Matrix3d rotation = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), diagonal).toRotationMatrix();
+  const Matrix3d rotation = rotationBetween(Vector3d::UnitZ(), diagonal);
   const Isometry3d pose = poseOf((std::sqrt(3.0) + 1.0 + 0.25) * diagonal, rotation);
   const BoxPair boxes(kHalf, kHalf, pose);
   EXPECT_NEAR(boxes.separation(), 0.25, 1e-14);
@@ -126,7 +125,7 @@ TEST(BoxPair, LeadsACornerOutOfAFaceOfTheFirstBox) {
 
 TEST(BoxPair, LeadsACornerOutOfAFaceOfTheSecondBox) {
   const Vector3d corner(1, -1, 1), normal = corner.normalized();
-  const Matrix3d rotation = Eigen::Quaterniond::FromTwoVectors(-Vector3d::UnitY(), normal).toRotationMatrix();
+  const Matrix3d rotation = rotationBetween(-Vector3d::UnitY(), normal);
   expectOverlap({3, 2, 3}, poseOf(corner + (2.0 - 0.125) * normal, rotation), 0.125, normal, corner);
 }
 

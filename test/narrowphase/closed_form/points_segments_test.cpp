@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "narrowphase/near.h"
+#include "narrowphase/rotation_between.h"
 
 namespace proximity_server::narrowphase {
 namespace {
@@ -24,9 +25,7 @@ Isometry3d poseOf(const Vector3d& offset, const Matrix3d& rotation = Matrix3d::I
 }
 
 /// The rotation that takes z to a coordinate axis or any other direction.
-Matrix3d zTo(const Vector3d& direction) {
-  return Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), direction).toRotationMatrix();
-}
+Matrix3d zTo(const Vector3d& direction) { return rotationBetween(Vector3d::UnitZ(), direction); }
 
 SignedDistance expectPoints(const Shape& a, const Shape& b, const Isometry3d& a_T_b, double distance,
                             const Vector3d& normal, const Vector3d& point_a) {

@@ -8,6 +8,7 @@
 #include "narrowphase/edge_to_edge.h"
 #include "narrowphase/gjk_epa/two_cores.h"
 #include "narrowphase/near.h"
+#include "narrowphase/rotation_between.h"
 
 namespace proximity_server::narrowphase {
 namespace {
@@ -73,7 +74,7 @@ TEST(Gjk, FindsTheEndOfASegmentBesideAnother) {
 TEST(Gjk, FindsTheCornerOfATurnedCubeAboveAFace) {
   Eigen::Isometry3d a_T_b = Eigen::Isometry3d::Identity();
   a_T_b.translation() = Vector3d(0.25, 0.5, 3);
-  a_T_b.linear() = Eigen::Quaterniond::FromTwoVectors(Vector3d(1, 1, 1), -Vector3d::UnitZ()).toRotationMatrix();
+  a_T_b.linear() = rotationBetween(Vector3d(1, 1, 1), -Vector3d::UnitZ());
   const double corner = 3.0 - std::sqrt(3.0);
   expectApart(cube(), cube(), a_T_b, {0.25, 0.5, 1}, {0.25, 0.5, corner});
 }

@@ -17,7 +17,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 const Shape kCylinder = Cylinder{1.0, 2.0};  // rims of radius 1 at z = -1 and 1
-const Shape kCone = Cone{1.0, 2.0};          // apex at z = 1, slant normal (2, 0, 1) / sqrt(5)
+const Shape kTallCone = Cone{1.0, 2.0};      // apex at z = 1, slant normal (2, 0, 1) / sqrt(5)
 const Shape kEllipsoid = Ellipsoid{{1, 2, 3}};
 
 /// Refines `guess` with the CSO vertices that lie farthest along it and along the directions of `seen`.
@@ -72,20 +72,20 @@ TEST(Refinement, FindsTheFlatEndOfTheOtherCylinder) {
 }
 
 TEST(Refinement, FindsTheBaseOfACone) {
-  TwoCores cores(kCone, pointAt({0.1, 0.2, -3}), Vector3d::Zero());
+  TwoCores cores(kTallCone, pointAt({0.1, 0.2, -3}), Vector3d::Zero());
   expectStationary(refined(cores, {0.1, 0.1, -1}), -2.0, {0, 0, -1}, {0.1, 0.2, -1});
 }
 
 TEST(Refinement, FindsTheSlantOfACone) {
   const Vector3d normal = Vector3d(2, 0, 1).normalized(), on_slant(0.5, 0, 0);
   for (const double height : {-2.0, 0.125}) {
-    TwoCores cores(kCone, pointAt(on_slant - height * normal), Vector3d::Zero());
+    TwoCores cores(kTallCone, pointAt(on_slant - height * normal), Vector3d::Zero());
     expectStationary(refined(cores, {2, 0.1, 0.9}, {{2, 0.1, 1.1}}), height, normal, on_slant);
   }
 }
 
 TEST(Refinement, FindsTheApexOfACone) {
-  TwoCores cores(kCone, pointAt({0.3, 0.4, 2.2}), Vector3d::Zero());
+  TwoCores cores(kTallCone, pointAt({0.3, 0.4, 2.2}), Vector3d::Zero());
   expectStationary(refined(cores, {0.1, 0.2, 1}), -1.3, Vector3d(0.3, 0.4, 1.2) / 1.3, {0, 0, 1});
 }
 
@@ -131,7 +131,7 @@ TEST(Refinement, AcceptsAPieceThatWeighsNothing) {
 
 // The step from a direction to that of a sharp point is the tangent of the angle between them: 11 / 9 and 0.41.
 TEST(Refinement, RefusesAStepOfMoreThanHalfARadian) {
-  TwoCores cores(kCone, pointAt({1, 0, 2}), Vector3d::Zero());  // at 45 degrees over the apex
+  TwoCores cores(kTallCone, pointAt({1, 0, 2}), Vector3d::Zero());  // at 45 degrees over the apex
   EXPECT_FALSE(refined(cores, {-0.1, 0, 1}).has_value());
   expectStationary(refined(cores, {std::sqrt(2.0) - 1.0, 0, 1}), -std::sqrt(2.0), Vector3d(1, 0, 1).normalized(),
                    {0, 0, 1});
@@ -171,7 +171,7 @@ TEST(Refinement, FindsThePerpendicularOfTwoNearlyParallelAxes) {
 // The base of the cone has the weight 0.79. With equal weights the depth would seem to have a maximum along the slant.
 TEST(Refinement, WeighsThePiecesOfASlantByTheirSlopes) {
   const Vector3d normal = Vector3d(2, 0, 1).normalized();
-  TwoCores cores(kCone, Cylinder{0.5, 0.25}, Vector3d(1e-7, 0, -1.1));
+  TwoCores cores(kTallCone, Cylinder{0.5, 0.25}, Vector3d(1e-7, 0, -1.1));
   const double height = normal.dot(Vector3d(-1e-7, 0, 2.1)) + normal.dot(Vector3d(0.5, 0, 0.125));
   for (const double angle : {0.3, 1.5}) {
     const Vector3d around = Eigen::AngleAxisd(angle, Vector3d::UnitZ()) * Vector3d(2, 0, 1);
@@ -234,7 +234,7 @@ TEST(Refinement, ProvesOnlyCapsInWhichNoDirectionIsShallower) {
         {kCylinder, {0.3, 0.2, 1.0 - height}, {0.1, 0, 1}, {}},
         {kCylinder, {1.0 - height, 0, 0.25}, {1, 0.01, 0.01}, {{1, 0.01, -0.01}}},
         {kEllipsoid, on_ellipsoid - height * normal, {2, 2.1, 0.95}, {}},
-        {kCone, Vector3d(0.5, 0, 0) - height * slant, {2, 0.01, 0.99}, {{2, 0.01, 1.01}}},
+        {kTallCone, Vector3d(0.5, 0, 0) - height * slant, {2, 0.01, 0.99}, {{2, 0.01, 1.01}}},
     };
     for (const auto& [shape, point, guess, seen] : cases) {
       TwoCores cores(shape, pointAt(point), Vector3d::Zero());

@@ -14,7 +14,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-const Shape kCylinder = Cylinder{1.0, 2.0};  // rims of radius 1 at z = -1 and 1
+const Shape kTallCylinder = Cylinder{1.0, 2.0};  // rims of radius 1 at z = -1 and 1
 
 /// From `guess`, with a simplex of the CSO vertices that lie farthest along it and along the directions of `seen`.
 std::optional<StationaryRims> rimsOf(TwoCores& cores, const Vector3d& guess, const std::vector<Vector3d>& seen = {}) {
@@ -47,7 +47,7 @@ TEST(StationaryRims, FindThePointsOfTwoRimsApartAndInOverlap) {
   const Vector3d normal = Vector3d(2, 2, 1) / 3.0, on_a(std::sqrt(0.5), std::sqrt(0.5), 1);
   const Vector3d towards_a(-1, -2 / std::sqrt(5.0), -1 / std::sqrt(5.0));
   for (const double height : {-1.5, 0.125}) {
-    TwoCores cores(kCylinder, kCylinder, lying(on_a - height * normal - towards_a));
+    TwoCores cores(kTallCylinder, kTallCylinder, lying(on_a - height * normal - towards_a));
     expectRims(rimsOf(cores, {2, 2.1, 0.95}), {1, -1}, height, normal, on_a);
   }
 }
@@ -62,16 +62,16 @@ TEST(StationaryRims, FindTheMantleOfAAndTheRimOfB) {
   const Vector3d nearest = -axis - 0.5 * Vector3d(0.8 * 0.6, 0.8 * 0.8, -0.6);  // of b's lower rim, radius 0.5
   for (const double height : {-1.5, 0.125}) {
     a_T_b.translation() = (1.0 - height) * out + Vector3d(0, 0, 0.25) - nearest;
-    TwoCores cores(kCylinder, Cylinder{0.5, 2.0}, a_T_b);
+    TwoCores cores(kTallCylinder, Cylinder{0.5, 2.0}, a_T_b);
     expectRims(rimsOf(cores, {0.7, 0.7, 0.02}, {{0.7, 0.7, -0.02}}), {0, -1}, height, out, out + Vector3d(0, 0, 0.25));
   }
 }
 
 TEST(StationaryRims, FindTheRimOfAAndTheMantleOfB) {
-  TwoCores cores(kCylinder, Cylinder{0.5, 2.0}, lying({0.25, 0, 3.0}));
+  TwoCores cores(kTallCylinder, Cylinder{0.5, 2.0}, lying({0.25, 0, 3.0}));
   EXPECT_FALSE(
       rimsOf(cores, {0.02, 0.1, 1}).has_value());  // the rim meets the plane of the mantle's lines in many points
-  TwoCores leaning(kCylinder, Cylinder{0.5, 6.0}, lying({0, 2.5, 2.0}));
+  TwoCores leaning(kTallCylinder, Cylinder{0.5, 6.0}, lying({0, 2.5, 2.0}));
   expectRims(rimsOf(leaning, {0.01, 1, 0.7}, {{-0.01, 1, 0.7}}), {1, 0}, 0.5 - std::sqrt(1.5 * 1.5 + 1.0),
              Vector3d(0, 1.5, 1).normalized(), {0, 1, 1});
 }
@@ -79,21 +79,21 @@ TEST(StationaryRims, FindTheRimOfAAndTheMantleOfB) {
 // The simplex knows the lower rim only; the nearest point lies on the mantle above it, or on the upper rim.
 TEST(StationaryRims, CorrectTheEndThatTheSimplexDoesNotKnow) {
   const Vector3d guess(1, 0.1, -0.05);
-  TwoCores beside(kCylinder, Capsule{0.1, 2.0},
+  TwoCores beside(kTallCylinder, Capsule{0.1, 2.0},
                   Isometry3d(Eigen::Translation3d(3, 0, 0) * Eigen::AngleAxisd(0.5 * M_PI, Vector3d::UnitY())));
   expectRims(rimsOf(beside, guess), {0, -1}, -1.0, {1, 0, 0}, {1, 0, 0});
-  TwoCores above(kCylinder, Capsule{0.1, 2.0},
+  TwoCores above(kTallCylinder, Capsule{0.1, 2.0},
                  Isometry3d(Eigen::Translation3d(3, 0, 2) * Eigen::AngleAxisd(0.5 * M_PI, Vector3d::UnitY())));
   expectRims(rimsOf(above, guess), {1, -1}, -std::sqrt(2.0), Vector3d(1, 0, 1).normalized(), {1, 0, 1});
 }
 
 TEST(StationaryRims, ReturnNothingAlongARingOfEqualDepths) {
-  TwoCores cores(kCylinder, Cylinder{0.5, 1.0}, Vector3d(0, 0, 0));
+  TwoCores cores(kTallCylinder, Cylinder{0.5, 1.0}, Vector3d(0, 0, 0));
   EXPECT_FALSE(rimsOf(cores, {1, 0.1, 0.3}).has_value());
 }
 
 TEST(StationaryRims, ReturnNothingForOtherCores) {
-  TwoCores cores(kCylinder, Box{{1, 1, 1}}, Vector3d(4, 0, 5));
+  TwoCores cores(kTallCylinder, Box{{1, 1, 1}}, Vector3d(4, 0, 5));
   EXPECT_FALSE(rimsOf(cores, {0.7, 0.1, 0.7}).has_value());
 }
 

@@ -21,7 +21,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using Face = Polytope::Face;
 
-constexpr double kNoCeiling = std::numeric_limits<double>::infinity();
+constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
 /// A cube of 2 m as a hull: the closed form of two boxes does not apply to it.
 Shape cubeHull() {
@@ -64,7 +64,7 @@ TEST(WarmPolytope, IsKeptAndRecalledInAnotherPose) {
   const Vector3d origin(0.1, 0.2, 0.05);
   const TwoCores cores = cubeAbout(origin);
   const auto polytope = empty(cores.cso);
-  ASSERT_TRUE(polytope->recall(kept, cores.cso, kNoCeiling));
+  ASSERT_TRUE(polytope->recall(kept, cores.cso, kUnlimited));
   EXPECT_EQ(polytope->checkTopology(), "");
   // The outer normals are (-1, -1, -1), (-1, 1, 1), (1, -1, 1) and (1, 1, -1), by sqrt(3).
   const std::vector<double> expected{(1.0 - 0.25) / std::sqrt(3.0), (1.0 - 0.15) / std::sqrt(3.0),
@@ -86,7 +86,7 @@ TEST(WarmPolytope, DoesNotAskForRecalledFacesBeyondTheCeiling) {
 
 TEST(WarmPolytope, IsNotRecalledAroundAnOriginOutside) {
   const TwoCores cores = cubeAbout({-0.9, -0.9, -0.9});
-  EXPECT_FALSE(empty(cores.cso)->recall(keptTetrahedron(), cores.cso, kNoCeiling));
+  EXPECT_FALSE(empty(cores.cso)->recall(keptTetrahedron(), cores.cso, kUnlimited));
 }
 
 // The plane of one face is x + y + z = -1.
@@ -96,7 +96,7 @@ TEST(WarmPolytope, DoesNotSurroundAnOriginWithinRoundingOfAFace) {
     const double rounding = 1e-6;
     cores.a_T_b.translation().array() += roundings * rounding / std::sqrt(3.0);
     Polytope polytope(rounding);
-    return polytope.recall(keptTetrahedron(), cores.cso, kNoCeiling) &&
+    return polytope.recall(keptTetrahedron(), cores.cso, kUnlimited) &&
            polytope.surroundsOrigin(polytope.closest()->distance());
   };
   EXPECT_TRUE(surrounds(100.0));
@@ -106,7 +106,7 @@ TEST(WarmPolytope, DoesNotSurroundAnOriginWithinRoundingOfAFace) {
 
   const TwoCores cores = cubeAbout({0, 0, 0});
   const auto polytope = empty(cores.cso);
-  ASSERT_TRUE(polytope->recall(keptTetrahedron(), cores.cso, kNoCeiling));
+  ASSERT_TRUE(polytope->recall(keptTetrahedron(), cores.cso, kUnlimited));
   EXPECT_FALSE(polytope->surroundsOrigin(2.0 * cores.cso.rounding()));
   EXPECT_TRUE(polytope->surroundsOrigin(3.0 * cores.cso.rounding()));
 }
@@ -120,11 +120,11 @@ TEST(WarmPolytope, SurroundsNothingForCertainOnceItHasAFaceWithoutNormal) {
   const Vector3d beyond = Vector3d(1, -1, -1) + 1e3 * Vector3d(0, -1, -1);
   for (const double below : {5.0, 5e5}) {
     const auto polytope = std::make_unique<Polytope>(rounding);
-    ASSERT_TRUE(polytope->recall(keptTetrahedron(), cores.cso, kNoCeiling));
+    ASSERT_TRUE(polytope->recall(keptTetrahedron(), cores.cso, kUnlimited));
     const Face* seen = nullptr;
     polytope->forEachFace([&](const Face& face) { seen = face.normal().dot(Vector3d(1, 1, -1)) > 1.7 ? &face : seen; });
     const Vector3d w = beyond - below * rounding * Vector3d(1, -1, 1).normalized();
-    ASSERT_TRUE(polytope->expand(*seen, vertexAt(w), kNoCeiling));
+    ASSERT_TRUE(polytope->expand(*seen, vertexAt(w), kUnlimited));
     EXPECT_EQ(polytope->surroundsOrigin(1.0), below > 5.0);
   }
 }
@@ -135,7 +135,7 @@ TEST(WarmPolytope, IsNotRecalledIfItIsNotClosed) {
   const WarmPolytope kept = keptTetrahedron();
   int wrong = 0;
   const auto expectRefused = [&](const WarmPolytope& changed) {
-    EXPECT_FALSE(empty(cores.cso)->recall(changed, cores.cso, kNoCeiling));
+    EXPECT_FALSE(empty(cores.cso)->recall(changed, cores.cso, kUnlimited));
     ++wrong;
   };
   for (int f = 0; f < 4; ++f)
@@ -168,7 +168,7 @@ TEST(WarmPolytope, IsNotRecalledIfTwoEdgesDoNotShareTheirVertices) {
       open.vertex_count = 5;
       open.vertices[4] = open.vertices[open.faces[f].vertices[i]];
       open.faces[f].vertices[i] = 4;
-      EXPECT_FALSE(empty(cores.cso)->recall(open, cores.cso, kNoCeiling));
+      EXPECT_FALSE(empty(cores.cso)->recall(open, cores.cso, kUnlimited));
     }
 }
 
@@ -177,7 +177,7 @@ TEST(WarmPolytope, IsNotRecalledIfAnEdgeIsTheTwinOfTwo) {
   WarmPolytope doubled = keptTetrahedron();
   doubled.face_count = 6;
   doubled.faces[4] = doubled.faces[5] = doubled.faces[0];
-  EXPECT_FALSE(empty(cores.cso)->recall(doubled, cores.cso, kNoCeiling));
+  EXPECT_FALSE(empty(cores.cso)->recall(doubled, cores.cso, kUnlimited));
 }
 
 TEST(WarmPolytope, IsNotRecalledIfItsNumbersReachBeyondItsCounts) {
@@ -186,9 +186,9 @@ TEST(WarmPolytope, IsNotRecalledIfItsNumbersReachBeyondItsCounts) {
   for (int f = 0; f < 4; ++f)
     for (std::uint16_t& v : kept.faces[f].vertices) v = v == 3 ? 5 : v;
   kept.vertices[5] = kept.vertices[4] = kept.vertices[3];
-  EXPECT_FALSE(empty(cores.cso)->recall(kept, cores.cso, kNoCeiling));
+  EXPECT_FALSE(empty(cores.cso)->recall(kept, cores.cso, kUnlimited));
   kept.vertex_count = 6;
-  EXPECT_TRUE(empty(cores.cso)->recall(kept, cores.cso, kNoCeiling));
+  EXPECT_TRUE(empty(cores.cso)->recall(kept, cores.cso, kUnlimited));
 
   // Two tetrahedra, each with its last face behind the first six.
   const WarmPolytope single = keptTetrahedron();
@@ -206,22 +206,22 @@ TEST(WarmPolytope, IsNotRecalledIfItsNumbersReachBeyondItsCounts) {
     }
   twice.vertex_count = 8;
   twice.face_count = 6;
-  EXPECT_FALSE(empty(cores.cso)->recall(twice, cores.cso, kNoCeiling));
+  EXPECT_FALSE(empty(cores.cso)->recall(twice, cores.cso, kUnlimited));
   twice.face_count = 8;
-  EXPECT_TRUE(empty(cores.cso)->recall(twice, cores.cso, kNoCeiling));
+  EXPECT_TRUE(empty(cores.cso)->recall(twice, cores.cso, kUnlimited));
 
   // On four vertices both are closed, but a polytope that begins so may grow beyond its storage.
   for (WarmPolytope::Triangle& face : twice.faces)
     for (std::uint16_t& v : face.vertices) v = static_cast<std::uint16_t>(v % 4);
   twice.vertex_count = 4;
-  EXPECT_FALSE(empty(cores.cso)->recall(twice, cores.cso, kNoCeiling));
+  EXPECT_FALSE(empty(cores.cso)->recall(twice, cores.cso, kUnlimited));
 }
 
 // With this rounding the determinants of the corners are 4 m^3, with an error of 6.4 m^3 or 0.64 m^3.
 TEST(WarmPolytope, IsNotRecalledIfRoundingMayTurnAFace) {
   const TwoCores cores = cubeAbout({0, 0, 0});
-  EXPECT_FALSE(std::make_unique<Polytope>(0.1)->recall(keptTetrahedron(), cores.cso, kNoCeiling));
-  EXPECT_TRUE(std::make_unique<Polytope>(0.01)->recall(keptTetrahedron(), cores.cso, kNoCeiling));
+  EXPECT_FALSE(std::make_unique<Polytope>(0.1)->recall(keptTetrahedron(), cores.cso, kUnlimited));
+  EXPECT_TRUE(std::make_unique<Polytope>(0.01)->recall(keptTetrahedron(), cores.cso, kUnlimited));
 }
 
 // All triangles in the opposite order: closed, but its outer sides look inwards.
@@ -229,7 +229,7 @@ TEST(WarmPolytope, IsNotRecalledInsideOut) {
   const TwoCores cores = cubeAbout({0, 0, 0});
   WarmPolytope turned = keptTetrahedron();
   for (int v = 0; v < 4; ++v) turned.vertices[v] = {7 - turned.vertices[v].a, turned.vertices[v].b};
-  EXPECT_FALSE(empty(cores.cso)->recall(turned, cores.cso, kNoCeiling));
+  EXPECT_FALSE(empty(cores.cso)->recall(turned, cores.cso, kUnlimited));
 }
 
 // Two triangles with the same corners, one in the opposite order, are closed and do not surround anything.
@@ -237,7 +237,7 @@ TEST(WarmPolytope, IsNotRecalledIfItHasNoVolume) {
   const TwoCores cores = cubeAbout({0, 0, 0});
   WarmPolytope flat = keptTetrahedron();
   flat.vertices[3] = flat.vertices[2];
-  EXPECT_FALSE(empty(cores.cso)->recall(flat, cores.cso, kNoCeiling));
+  EXPECT_FALSE(empty(cores.cso)->recall(flat, cores.cso, kUnlimited));
 }
 
 // Numbers of a larger hull are no numbers of the cube.
@@ -246,7 +246,7 @@ TEST(WarmPolytope, MayComeFromOtherShapes) {
   WarmPolytope kept = keptTetrahedron();
   for (const int number : {8, 1000, -1, std::numeric_limits<int>::max(), std::numeric_limits<int>::min()}) {
     for (WarmStart::Pair& pair : kept.vertices) pair = {number, number};
-    EXPECT_FALSE(empty(cores.cso)->recall(kept, cores.cso, kNoCeiling));
+    EXPECT_FALSE(empty(cores.cso)->recall(kept, cores.cso, kUnlimited));
   }
 }
 
@@ -292,7 +292,7 @@ TEST(WarmPolytope, IsKeptAsLongAsThereIsRoom) {
   WarmPolytope kept;
   for (int vertices = 5; vertices <= WarmPolytope::kMaxVertices + 4; ++vertices) {
     const Face& face = *polytope->closest();
-    ASSERT_TRUE(polytope->expand(face, cores.cso.vertex(face.area), kNoCeiling));
+    ASSERT_TRUE(polytope->expand(face, cores.cso.vertex(face.area), kUnlimited));
     polytope->keep(kept);
     const bool has_room = vertices <= WarmPolytope::kMaxVertices;
     EXPECT_EQ(kept.vertex_count, has_room ? vertices : 0);
@@ -306,10 +306,10 @@ TEST(WarmPolytope, IsNotKeptOnceItHasGrownMuchSinceItWasBegun) {
   tetrahedronIn(cores)->keep(kept);
   ASSERT_EQ(kept.cold_vertices, 4);
   const auto polytope = empty(cores.cso);
-  ASSERT_TRUE(polytope->recall(kept, cores.cso, kNoCeiling));
+  ASSERT_TRUE(polytope->recall(kept, cores.cso, kUnlimited));
   for (int vertices = 5; vertices <= 12; ++vertices) {
     const Face& face = *polytope->closest();
-    ASSERT_TRUE(polytope->expand(face, cores.cso.vertex(face.area), kNoCeiling));
+    ASSERT_TRUE(polytope->expand(face, cores.cso.vertex(face.area), kUnlimited));
     polytope->keep(kept);
     EXPECT_EQ(kept.face_count > 0, vertices <= 10) << vertices;  // 1.5 times 4, plus 4
     EXPECT_EQ(kept.cold_vertices, 4);

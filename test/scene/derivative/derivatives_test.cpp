@@ -452,7 +452,7 @@ TEST(Rate, OverAHalfSpaceIsTheSmallestOverTheFaceOfTheOther) {
   for (const double distance : {0.1, -0.003}) {
     Posture posture(model->robot);
     Isometry3d pose = Isometry3d::Identity();
-    pose.linear() = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), up).toRotationMatrix();
+    pose.linear() = turnFromZ(up).toRotationMatrix();
     pose.translation() = (0.2 + 0.25 + distance) * up;
     posture.setMotion(0, pose);
     expectRates(model, objects, {posture, {link, floor}});

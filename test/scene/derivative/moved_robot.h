@@ -20,8 +20,7 @@ inline Eigen::Isometry3d movedBy(const RobotModel& robot, const Joint& joint, co
   const Eigen::Matrix3d at_rest = (robot.links[joint.parent_link].body_T_link * joint.parent_T_joint).linear();
   Eigen::Vector3d way, turn;
   if (joint.type == Joint::Type::Planar) {
-    const Eigen::Matrix3d axes =
-        Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), joint.axis).toRotationMatrix();
+    const Eigen::Matrix3d axes = turnFromZ(joint.axis).toRotationMatrix();
     way = axes * Eigen::Vector3d(by[0], by[1], 0.0);
     turn = axes * Eigen::Vector3d(0.0, 0.0, by[2]);
   } else {

@@ -88,7 +88,7 @@ class Posture {
     }
     Eigen::Vector3d shift = step.head<3>(), turn = Eigen::Vector3d::Zero();
     if (moving.type == Joint::Type::Planar) {
-      const auto to_normal = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), moving.axis);
+      const Eigen::Quaterniond to_normal = turnFromZ(moving.axis);
       shift = to_normal * Eigen::Vector3d(step[0], step[1], 0.0);
       turn = step[2] * moving.axis;
     } else {

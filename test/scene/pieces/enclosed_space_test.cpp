@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-const Vector3d kOnes = Vector3d::Ones();
+const Vector3d kUnscaled = Vector3d::Ones();
 
 EnclosedSpace spaceOf(const std::vector<TriangleMesh>& meshes) {
   const TriangleMesh all = together(meshes);
@@ -40,7 +40,7 @@ TEST(EnclosedSpace, OfABoxHoldsThePointsWithinItsSides) {
 }
 
 TEST(EnclosedSpace, EndsWithinRoundingOfItsSides) {
-  const EnclosedSpace space = spaceOf({boxMesh({0, 0, 0}, kOnes)});
+  const EnclosedSpace space = spaceOf({boxMesh({0, 0, 0}, kUnscaled)});
   for (int axis = 0; axis < 3; ++axis) {
     for (const double side : {0.0, 1.0}) {
       const double outwards = side == 0.0 ? -1e-9 : 1e-9;
@@ -54,14 +54,14 @@ TEST(EnclosedSpace, EndsWithinRoundingOfItsSides) {
 }
 
 TEST(EnclosedSpace, DoesNotHoldAHollowWhoseSidesFaceIntoIt) {
-  const EnclosedSpace space = spaceOf({boxMesh({0, 0, 0}, 3.0 * kOnes), boxMesh({2, 1, 1}, {-1, 1, 1})});
+  const EnclosedSpace space = spaceOf({boxMesh({0, 0, 0}, 3.0 * kUnscaled), boxMesh({2, 1, 1}, {-1, 1, 1})});
   EXPECT_FALSE(holds(space, {1.5, 1.5, 1.5}));
   EXPECT_TRUE(holds(space, {0.5, 1.5, 1.5}));
   EXPECT_TRUE(holds(space, {1.5, 1.5, 2.5}));
 }
 
 TEST(EnclosedSpace, HoldsTheOverlapOfTwoSolids) {
-  const EnclosedSpace space = spaceOf({boxMesh({0, 0, 0}, 2.0 * kOnes), boxMesh({1, 0.1, 0.1}, 2.0 * kOnes)});
+  const EnclosedSpace space = spaceOf({boxMesh({0, 0, 0}, 2.0 * kUnscaled), boxMesh({1, 0.1, 0.1}, 2.0 * kUnscaled)});
   EXPECT_TRUE(holds(space, {1.5, 1.0, 1.0}));
   EXPECT_TRUE(holds(space, {0.5, 1.0, 1.0}));
   EXPECT_TRUE(holds(space, {2.5, 1.0, 1.0}));
@@ -101,7 +101,7 @@ TEST(EnclosedSpace, MayHoldAPointBelowACornerOnEachOfItsRays) {
 TEST(EnclosedSpace, OfNoTrianglesHoldsNothing) { EXPECT_FALSE(holds(EnclosedSpace({}), {0, 0, 0})); }
 
 TEST(EnclosedSpace, EndsWhenTheEffortIsSpent) {
-  const EnclosedSpace space = spaceOf({boxMesh({0, 0, 0}, kOnes)});
+  const EnclosedSpace space = spaceOf({boxMesh({0, 0, 0}, kUnscaled)});
   Effort none(0.0);
   EXPECT_THROW(space.holds({0.5, 0.5, 0.5}, none), Effort::Exceeded);
 }

@@ -13,7 +13,7 @@ namespace {
 using Eigen::Vector3d;
 using Numbers = std::vector<int>;
 
-const Vector3d kOnes = Vector3d::Ones();
+const Vector3d kNoScale = Vector3d::Ones();
 
 std::size_t verticesInUse(const TriangleMesh& mesh) {
   std::set<int> used;
@@ -29,12 +29,12 @@ const TriangleMesh kThree{
 // --- welding
 
 TEST(Welded, MakesVerticesAtTheSamePlaceOne) {
-  EXPECT_EQ(verticesInUse(boxMesh({1, 2, 3}, kOnes)), 36u);
-  EXPECT_EQ(verticesInUse(welded(boxMesh({1, 2, 3}, kOnes))), 8u);
+  EXPECT_EQ(verticesInUse(boxMesh({1, 2, 3}, kNoScale)), 36u);
+  EXPECT_EQ(verticesInUse(welded(boxMesh({1, 2, 3}, kNoScale))), 8u);
 }
 
 TEST(Welded, KeepsTheTrianglesAndTheirPlaces) {
-  const TriangleMesh mesh = boxMesh({1, 2, 3}, kOnes), result = welded(mesh);
+  const TriangleMesh mesh = boxMesh({1, 2, 3}, kNoScale), result = welded(mesh);
   ASSERT_EQ(result.triangles.size(), mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     for (std::size_t i = 0; i < 3; ++i)
@@ -54,7 +54,7 @@ TEST(ComponentNumbers, ConnectTrianglesThatShareOneVertex) {
 
 TEST(ComponentNumbers, CountInTheOrderOfTheFirstTriangles) {
   const TriangleMesh boxes =
-      welded(together({boxMesh({5, 0, 0}, kOnes), boxMesh({0, 0, 0}, kOnes), boxMesh({9, 0, 0}, kOnes)}));
+      welded(together({boxMesh({5, 0, 0}, kNoScale), boxMesh({0, 0, 0}, kNoScale), boxMesh({9, 0, 0}, kNoScale)}));
   Numbers expected;
   for (int box = 0; box < 3; ++box) expected.insert(expected.end(), 12, box);
   EXPECT_EQ(componentNumbers(boxes), expected);
@@ -92,20 +92,20 @@ TEST(PartsOf, MayShareAVertex) {
 // --- closed components
 
 TEST(IsClosed, ABoxIsAndWithoutATriangleIsNot) {
-  TriangleMesh mesh = welded(boxMesh({0, 0, 0}, kOnes));
+  TriangleMesh mesh = welded(boxMesh({0, 0, 0}, kNoScale));
   EXPECT_TRUE(isClosed(mesh));
   mesh.triangles.pop_back();
   EXPECT_FALSE(isClosed(mesh));
 }
 
 TEST(IsClosed, ABoxWithATriangleThatFacesInwardsIsNot) {
-  TriangleMesh mesh = welded(boxMesh({0, 0, 0}, kOnes));
+  TriangleMesh mesh = welded(boxMesh({0, 0, 0}, kNoScale));
   std::swap(mesh.triangles[5][0], mesh.triangles[5][1]);
   EXPECT_FALSE(isClosed(mesh));
 }
 
 TEST(IsClosed, TrianglesWithACornerTwiceDoNotCount) {
-  TriangleMesh mesh = welded(boxMesh({0, 0, 0}, kOnes));
+  TriangleMesh mesh = welded(boxMesh({0, 0, 0}, kNoScale));
   const auto [a, b, c] = mesh.triangles[0];
   mesh.triangles.push_back({a, a, b});
   mesh.triangles.push_back({b, c, c});

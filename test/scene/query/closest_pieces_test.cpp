@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "proximity_server/narrowphase/signed_distance.h"
+#include "scene/model/infinity.h"
 #include "scene/small_robots.h"
 
 namespace proximity_server::scene {
@@ -16,7 +17,6 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kTolerance = Question().tolerance;
 
 SignedDistance resultOf(double lower_bound, double distance, double upper_bound, Status status = Status::Converged) {

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "proximity_server/scene/filter/pair_filter.h"
+#include "scene/model/infinity.h"
 #include "scene/small_robots.h"
 
 namespace proximity_server::scene {
@@ -17,8 +18,6 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using Links = std::set<std::string>;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Floating links, or another robot, with all pairs that the filter leaves.
 struct Grouped {

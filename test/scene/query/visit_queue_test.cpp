@@ -1,11 +1,10 @@
 #include "scene/query/visit_queue.h"
 
 #include <gtest/gtest.h>
+#include "scene/model/infinity.h"
 
 namespace proximity_server::scene {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Visit visitOf(double lower_bound, int number) { return {lower_bound, number, 0, 0, 0.0}; }
 

@@ -17,6 +17,10 @@ using BodyPoses = std::vector<std::optional<Eigen::Isometry3d>>;
 /// Error: a few units in the last place; the same bits on every processor.
 Eigen::Isometry3d jointMotion(const Joint& joint, double position);
 
+/// The shortest rotation that turns the z axis into a unit vector; half a turn about x for -z.
+/// Error: a few units in the last place.
+Eigen::Quaterniond turnFromZ(const Eigen::Vector3d& unit);
+
 /// Poses of all bodies, each in the frame of the root link of its robot. `positions` [rad] or [m] has one entry for each of RobotModel::joints;
 /// that of a mimic joint is ignored, it follows its leader. Floating and planar joints stay at the identity.
 /// Throws std::invalid_argument if there is not one position for each joint.
