@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "from_environment.h"
+
 // PROXIMITY_SANITIZED: a sanitizer counts and limits memory itself, and makes everything many times slower.
 // PROXIMITY_ADDRESS_SANITIZED: kNoForkBesideThreads.
 #ifdef __has_feature  // clang
@@ -31,7 +33,11 @@ inline constexpr bool kIsSanitized = false;
 #endif
 
 /// How often a test repeats itself where it usually does `usual` times: a thirtieth for a sanitizer, which finds in the
-/// first ones what it finds. So few need not show all that the whole test has to show.
-constexpr int repeats(int usual) { return kIsSanitized ? std::max(1, usual / 30) : usual; }
+/// first ones what it finds, and PROXIMITY_REPEATS times as often where that is set (./dev stress suites). So few need not show all
+/// that the whole test has to show.
+inline int repeats(int usual) {
+  static const auto times = static_cast<int>(fromEnvironment("PROXIMITY_REPEATS", 1));
+  return kIsSanitized ? std::max(1, usual / 30) : times * usual;
+}
 
 }  // namespace proximity_server

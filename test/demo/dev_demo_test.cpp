@@ -84,7 +84,7 @@ void expectNothingLeft(const Demo& demo) {
 
 // Regression: the demo ended with an abort, as a parameter was named after each joint.
 TEST(DevDemo, ShowsARobotWhoseNamesAreNoNamesOfRos) {
-  Demo demo("--seconds 20");
+  Demo demo("--seconds 10");
   EXPECT_NE(demo.next(" pairs: "), "") << "there is no line of the table";
   EXPECT_EQ(demo.exitCode(), 0);
   expectNothingLeft(demo);

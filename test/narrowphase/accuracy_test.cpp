@@ -35,7 +35,7 @@ constexpr int kFullPoses = 100000;
 constexpr int kProvenPoses = 100;
 
 /// `./dev accuracy` asks for kFullPoses, which the table in README.md states; other runs take the first few of them.
-int poses() { return static_cast<int>(fromEnvironment("PROXIMITY_ACCURACY_POSES", repeats(40000))); }
+int poses() { return static_cast<int>(fromEnvironment("PROXIMITY_ACCURACY_POSES", repeats(8000))); }
 
 long double errorByBranchAndBound(const PairCase& c, const SignedDistance& result) {
   const Truth truth = signedDistanceOracle(c.pair());

@@ -20,7 +20,7 @@ std::vector<MotionFamilySummary> summariesOf(std::int64_t motions, unsigned thre
 }
 
 TEST(MotionStress, MotionsOfEveryFamilyKeepEveryPromise) {
-  const std::int64_t motions = fromEnvironment("PROXIMITY_STRESS_MOTIONS", repeats(20000));
+  const std::int64_t motions = fromEnvironment("PROXIMITY_STRESS_MOTIONS", repeats(5000));
   for (const MotionFamilySummary& family : summariesOf(motions, std::max(1u, std::thread::hardware_concurrency()))) {
     EXPECT_GT(family.with_oracle, 0) << family.name;
     EXPECT_GT(family.contacts, 0) << family.name;

@@ -274,13 +274,13 @@ TEST_P(ChangingObjects, SkippingNeverChangesAnAnswer) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Motions, ChangingObjects,
-                         testing::Values(Case{"Random", Motion::Random, 12, repeats(4000)},
-                                         Case{"Coherent", Motion::Coherent, 12, repeats(4000)},
-                                         Case{"Resting", Motion::Resting, 12, repeats(4000)},
-                                         Case{"ManyCoherent", Motion::Coherent, 120, repeats(400)},
-                                         Case{"ManyRandom", Motion::Random, 120, repeats(400)},
-                                         Case{"SolidsRandom", Motion::Random, 6, repeats(1500), Meshes::Solid},
-                                         Case{"SolidsCoherent", Motion::Coherent, 6, repeats(1500), Meshes::Solid},
+                         testing::Values(Case{"Random", Motion::Random, 12, repeats(1000)},
+                                         Case{"Coherent", Motion::Coherent, 12, repeats(1000)},
+                                         Case{"Resting", Motion::Resting, 12, repeats(1000)},
+                                         Case{"ManyCoherent", Motion::Coherent, 120, repeats(100)},
+                                         Case{"ManyRandom", Motion::Random, 120, repeats(100)},
+                                         Case{"SolidsRandom", Motion::Random, 6, repeats(400), Meshes::Solid},
+                                         Case{"SolidsCoherent", Motion::Coherent, 6, repeats(400), Meshes::Solid},
                                          Case{"SolidsResting", Motion::Resting, 6, repeats(1000), Meshes::Solid}),
                          [](const testing::TestParamInfo<Case>& test) { return test.param.name; });
 

@@ -30,7 +30,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using FclMesh = fcl::BVHModel<fcl::OBBRSSd>;
 
-constexpr int kStates = repeats(200);
+const int kStates = repeats(60);
 constexpr double kAgreement = 1e-6;  // [m]
 constexpr double kHulls = 1.0;       // [m] a mesh tolerance in which every mesh is its hull
 

@@ -937,7 +937,7 @@ TEST_P(RandomScene, NothingAllocatesAfterTheFirstQuestionOfAKind) {
   EXPECT_EQ(allocations(), after_first);
 }
 
-INSTANTIATE_TEST_SUITE_P(Scene, RandomScene, testing::Range(1u, 1u + unsigned{repeats(6)}));
+INSTANTIATE_TEST_SUITE_P(Scene, RandomScene, testing::Range(1u, 1u + static_cast<unsigned>(repeats(6))));
 
 }  // namespace
 }  // namespace proximity_server::scene

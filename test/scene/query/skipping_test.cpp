@@ -22,9 +22,9 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr int kStates = repeats(25000);  // of each way to move
-constexpr double kAgreement = 1e-12;     // [m]
-constexpr double kTolerance = 1e-12;     // [m] asked of every distance
+const int kStates = repeats(6000);    // of each way to move
+constexpr double kAgreement = 1e-12;  // [m]
+constexpr double kTolerance = 1e-12;  // [m] asked of every distance
 constexpr std::size_t kClosest = 5;
 
 // --- the robots
