@@ -33,7 +33,8 @@ def chest():
 
 def drum(radius, half_width, chamfer, sides):
     """Chamfered prism about y: convex."""
-    profile = [(-half_width, radius - chamfer), (chamfer - half_width, radius), (half_width - chamfer, radius), (half_width, radius - chamfer)]
+    profile = [(-half_width, radius - chamfer), (chamfer - half_width, radius), (half_width - chamfer, radius),
+               (half_width, radius - chamfer)]
     angles = [2 * math.pi * (i + 0.5) / sides for i in range(sides)]
     return loft([[(r * math.sin(t), y, r * math.cos(t)) for t in angles] for y, r in profile])
 

@@ -106,7 +106,8 @@ def tables(result):
                       cells(by_row(of_cells), names))
     found["added"] = (["a box is added to 1000 objects, us", "median", "99 %", "most"], added(result.get("added", [])))
     found["constraint_rows"] = (["us a state, median / 99 %", "within", "rows used, mean", "distances alone", "constraint rows",
-                                 "rows by FCL hulls", "FCL / ours", "gradient of a pair, us"], constraint_rows(result.get("constraint_rows", [])))
+                                 "rows by FCL hulls", "FCL / ours", "gradient of a pair, us"],
+                                constraint_rows(result.get("constraint_rows", [])))
     if arms:
         names = list(dict.fromkeys(entry["library"] for entry in result["scaling"]))
         found["scaling"] = (["arms side by side", "pairs", "boxes in reach", "computed", *names], scaling(arms, names))

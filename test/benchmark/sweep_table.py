@@ -103,8 +103,8 @@ def tables(result):
 
 def main():
     result = show_result(tables)
-    print(f"batches of {result['batch']} states; {result['processor']}, {result['instruction_set']}; differing: by more than 1e-6 m; right:\n"
-          "the first 20 of a row, by the oracle of the tests")
+    print(f"batches of {result['batch']} states; {result['processor']}, {result['instruction_set']}; differing: by more than 1e-6 m; "
+          "right:\nthe first 20 of a row, by the oracle of the tests")
 
 
 if __name__ == "__main__":

@@ -2,7 +2,8 @@
 
 usage: <test>.py SOURCE_DIR MODULE_DIR ANSWERS_PROGRAM BUILD_DIR [--gtest_output=xml:FILE]
 
-MODULE_DIR is empty where the build has no module, or no Python that can load it. Importing this file then ends the test: its one case is skipped.
+MODULE_DIR is empty where the build has no module, or no Python that can load it. Importing this file then ends the test:
+its one case is skipped.
 """
 
 import os

@@ -307,6 +307,7 @@ class Threads(unittest.TestCase):
 
     def test_many_threads_of_python_may_ask_one_robot(self):
         found = {}
+
         def ask(number):
             found[number] = answers(self.robot, self.q)
         self.robot.threads = 2

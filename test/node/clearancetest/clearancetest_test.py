@@ -309,8 +309,8 @@ class BesideTheNode(unittest.TestCase):
     def test_a_pair_that_is_farther_than_the_list_reaches(self):
         cases = self.run_on("all_pairs", minimum=0.84, pairs=[["ball", "block"]])
         self.assertEqual(set(cases.values()), {""})
-        self.assertIn("ball - block: distance 0.8486", self.run_on("all_pairs", minimum=0.85,
-                                                                  pairs=[["ball", "block"]])["test_minimum"])
+        self.assertIn("ball - block: distance 0.8486", self.run_on(
+            "all_pairs", minimum=0.85, pairs=[["ball", "block"]])["test_minimum"])
 
     def test_a_link_that_does_not_exist(self):
         cases = self.run_on("all_pairs", minimum=0.1, pairs=[["base", "ball"], ["bal", "base"]])

@@ -116,9 +116,9 @@ def engine(sweep, hosts, jobs):
     hosts_file.write_text("".join(f"{jobs}/{name}\n" for name in Hosts.NAMES))
     # The names have no spaces: --resume-failed does not understand a log with others.
     ssh = f"ssh -F {hosts.folder}/ssh_config"
-    command = ["parallel", "--will-cite", "--ssh", ssh, "--sshloginfile", hosts_file, "--env", "PATH", "--env", "ROS_PACKAGE_PATH", "--workdir", ".",
-               "--joblog", sweep.folder / "sweep.log", "--resume-failed", *sweep.command("--shard", f"{{}}/{sweep.shards}"),
-               "--out", sweep.parts, ":::", *range(1, sweep.shards + 1)]
+    command = ["parallel", "--will-cite", "--ssh", ssh, "--sshloginfile", hosts_file, "--env", "PATH", "--env", "ROS_PACKAGE_PATH",
+               "--workdir", ".", "--joblog", sweep.folder / "sweep.log", "--resume-failed",
+               *sweep.command("--shard", f"{{}}/{sweep.shards}"), "--out", sweep.parts, ":::", *range(1, sweep.shards + 1)]
     # A command of its own, so that the engine is the process that is killed: ip netns exec replaces itself by it.
     log = open(sweep.folder / "engine.log", "a")
     return hosts.start_inside("head", *command, stdout=log, stderr=log)
@@ -187,7 +187,8 @@ def compare_ranges(sweep, merged, share):
             part, = folder.glob("states-*.npy")
             file.seek(header + begin * row_bytes)
             found = part.read_bytes()[header:]
-            assert len(found) == size * row_bytes and found == file.read(size * row_bytes), f"the states {begin} to {begin + size - 1} differ"
+            assert len(found) == size * row_bytes and found == file.read(size * row_bytes), \
+                f"the states {begin} to {begin + size - 1} differ"
             shutil.rmtree(folder)
     return pieces, size, time.monotonic() - begin_time
 
