@@ -19,7 +19,7 @@ std::vector<SceneFamilySummary> summariesOf(std::int64_t scenes, unsigned thread
 }
 
 TEST(SceneStress, ScenesOfEveryFamilyKeepEveryPromise) {
-  const std::int64_t scenes = fromEnvironment("PROXIMITY_STRESS_SCENES", repeats(1000));
+  const std::int64_t scenes = fromEnvironment("PROXIMITY_STRESS_SCENES", repeats(3000));
   for (const SceneFamilySummary& family : summariesOf(scenes, std::max(1u, std::thread::hardware_concurrency()))) {
     EXPECT_EQ(family.failed, 0) << family.name << ", cell " << family.failures.front().number << ", state "
                                 << family.failures.front().state << ": " << family.failures.front().sentence;
