@@ -1,9 +1,10 @@
 """Where the time of a ./dev command went: its stages, the build by folder, the slowest suites. Kept as a file, too.
 
-usage: times.py record BUILD_DIR COMMAND [STAGE=MICROSECONDS...]     prints it, and names the file it wrote
-       times.py compare FILE FILE                                    two such files, side by side
+usage: times.py record BUILD_DIR NINJA_LOG COMMAND [STAGE=MICROSECONDS...]     prints it, and names the file it wrote
+       times.py compare FILE FILE                                              two such files, side by side
 
-The steps of the build come from ninja's log, those of the suites from ctest's result files.
+The steps of the build are those of ninja's log that NINJA_LOG, the log of before, does not have; the times of the suites come from
+ctest's result files.
 """
 
 import collections
@@ -36,9 +37,9 @@ def folder_of(output):
     return "messages" if re.search(r"devel/(include|share|lib/python)", output) else "links and the rest"
 
 
-def new_steps(build):
+def new_steps(build, log_before):
     """{output: seconds} of the steps that are not in the log of before."""
-    before = ninja_steps(build / ".ninja_log.before")
+    before = ninja_steps(log_before)
     return {key[0]: seconds for key, seconds in ninja_steps(build / ".ninja_log").items() if key not in before}
 
 
@@ -61,10 +62,10 @@ def slowest(seconds):
     return sorted(seconds.items(), key=lambda item: -item[1])[:SLOWEST]
 
 
-def record(build, command, *stages):
+def record(build, log_before, command, *stages):
     build = pathlib.Path(build)
     stages = {name: int(microseconds) / 1e6 for name, microseconds in (stage.split("=") for stage in stages)}
-    steps = new_steps(build) if "build" in stages else {}
+    steps = new_steps(build, pathlib.Path(log_before)) if "build" in stages else {}
     times = {"command": command, "stages": stages, "build": folders(steps), "steps": steps,
              "suites": suites(build) if "tests" in stages else {}}
     stamp = datetime.datetime.now().strftime("%Y-%m-%dT%H.%M.%S")
