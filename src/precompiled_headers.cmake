@@ -53,7 +53,7 @@ function(proximity_compile_rooms target)
     endif()
   endforeach()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
-  target_compile_options(${target} PRIVATE -Wno-subobject-linkage)  # it takes the sources for headers
+  target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)  # it takes the sources for headers
 endfunction()
 
 find_package(Eigen3 REQUIRED NO_MODULE)
