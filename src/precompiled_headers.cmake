@@ -1,4 +1,4 @@
-# What makes the build short.
+# Two ways to keep the build short: precompiled headers, and sources that are compiled together.
 #
 # Headers that are compiled once: reading Eigen, the standard library and ROS took most of the time of nearly every source. They
 # replace no #include: `./dev lint` compiles each source without them. What is not here costs more than it brings: with CLI11 each
