@@ -30,22 +30,21 @@ def suites(build):
         yield pathlib.Path(folder).resolve().relative_to(tests), test["name"], " ".join(test.get("command", []))
 
 
-def targets_of(name, known):
-    """The targets that build what a suite needs. That of a rostest is the longest one with which its name ends; those in Python
-    need the node."""
-    if "_rostest_" not in name:
+def targets_of(name, command, known):
+    """The targets that build what a suite needs: for a rostest the node and the programs that it starts."""
+    rostest = re.search(r"\S+\.test\b", command)
+    if not rostest:
         return [name] if name in known else []
-    words = name.removesuffix(".test").split("_")
-    own = ("_".join(words[start:]) + "_test" for start in range(len(words)))
-    return ["all", *[target for target in own if target in known][:1]]
+    started = re.findall(r'type="(\w+)"', pathlib.Path(rostest[0]).read_text())
+    return ["all", *(program for program in started if program in known)]
 
 
 def select(build, regex, without):
     listing = subprocess.check_output(["ninja", "-C", build, "-t", "targets", "all"], text=True)
     known = {line.split(":")[0] for line in listing.splitlines()}
-    for folder, name, _ in suites(build):
+    for folder, name, command in suites(build):
         if re.search(regex, f"{folder}/{name}") and not (without and re.search(without, f"{folder}/{name}")):
-            print(name, *targets_of(name, known))
+            print(name, *targets_of(name, command, known))
 
 
 def reason_of(skipped):

@@ -13,13 +13,12 @@
 #include "peers/swept_bisection.h"
 #include "tools/second_opinion/fcl_shape.h"
 
-namespace proximity_server::benchmark {
+namespace proximity_server::benchmark::motion_contest_test {
 
 using namespace narrowphase;
 using namespace scene;
 using namespace peers;
 using tools::fclShape;
-namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -215,5 +214,4 @@ TEST(RandomJointMotions, StayWithinLimitsAndAreNoFasterThanTheJoint) {
   EXPECT_GT(moved, 0.5);
 }
 
-}  // namespace
-}  // namespace proximity_server::benchmark
+}  // namespace proximity_server::benchmark::motion_contest_test

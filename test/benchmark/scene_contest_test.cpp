@@ -11,13 +11,12 @@
 #include "sanitized.h"
 #include "tools/second_opinion/fcl_shape.h"
 
-namespace proximity_server::benchmark {
+namespace proximity_server::benchmark::scene_contest_test {
 
 using namespace narrowphase;
 using namespace scene;
 using namespace peers;
 using tools::fclShape;
-namespace {
 
 using Eigen::Isometry3d;
 
@@ -142,5 +141,4 @@ TEST(Quantile, IsTheValueThatSoManyDoNotExceed) {
   EXPECT_EQ(quantile({4.0}, 0.99), 4.0);
 }
 
-}  // namespace
-}  // namespace proximity_server::benchmark
+}  // namespace proximity_server::benchmark::scene_contest_test

@@ -8,10 +8,9 @@
 
 #include "oracle/exact_oracle.h"
 
-namespace proximity_server::benchmark {
+namespace proximity_server::benchmark::subalgorithms_test {
 
 using namespace narrowphase;
-namespace {
 
 using Eigen::Vector3d;
 
@@ -62,5 +61,4 @@ TEST(Subalgorithms, AgreeOnThePartThatHasTheNearestPoint) {
   }
 }
 
-}  // namespace
-}  // namespace proximity_server::benchmark
+}  // namespace proximity_server::benchmark::subalgorithms_test

@@ -11,12 +11,11 @@
 #include "proximity_server/scene/model/kinematics.h"
 #include "sanitized.h"
 
-namespace proximity_server::benchmark {
+namespace proximity_server::benchmark::sweep_contest_test {
 
 using namespace narrowphase;
 using namespace scene;
 using namespace peers;
-namespace {
 
 using Eigen::Vector3d;
 
@@ -168,5 +167,4 @@ TEST(SweepAgreement, TellsErrorsInBothDirectionsOfWhatIsApart) {
   EXPECT_EQ(found["overlaps_claimed"], 1);
 }
 
-}  // namespace
-}  // namespace proximity_server::benchmark
+}  // namespace proximity_server::benchmark::sweep_contest_test

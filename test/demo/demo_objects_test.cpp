@@ -13,8 +13,7 @@
 
 // The robot of ./dev demo picks up a bar, carries it past its body and a table, and puts it down.
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::demo_objects_test {
 
 const std::set<std::string> kObjects{"bar", "stand", "table", "table_leg"};
 
@@ -87,7 +86,4 @@ TEST(DemoObjects, AreSentAgainToANodeThatBeginsAnew) {
       lists.next([&](const ObjectList& list) { return list.node_start != before->node_start && has_all(list); }));
 }
 
-}  // namespace
-}  // namespace proximity_server::node
-
-PROXIMITY_SERVER_ROSTEST_MAIN("demo_objects_test")
+}  // namespace proximity_server::node::demo_objects_test

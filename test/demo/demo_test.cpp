@@ -8,8 +8,7 @@
 
 // The programs of ./dev demo beside the node, with the robot of odd_names.urdf.
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::demo_test {
 
 // Regression: a parameter was named after each joint, which ROS refuses with an exception.
 TEST(DemoMotion, MovesJointsWhoseNamesAreNoNamesOfRos) {
@@ -60,7 +59,4 @@ TEST(ClearanceTable, SaysWhatTheNodeSaidLastWhileNothingArrives) {
   EXPECT_NE(line.find("; the node says: Loading: link 'arm'\n"), std::string::npos) << line;
 }
 
-}  // namespace
-}  // namespace proximity_server::node
-
-PROXIMITY_SERVER_ROSTEST_MAIN("demo_test")
+}  // namespace proximity_server::node::demo_test

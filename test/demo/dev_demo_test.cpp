@@ -12,8 +12,7 @@
 
 // ./dev demo as a user runs it, with the robot of odd_names.urdf. However it ends, nothing of it is left.
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::dev_demo_test {
 
 constexpr std::chrono::seconds kEnd{40};  // roslaunch gives each of its nodes 15 s
 
@@ -114,5 +113,4 @@ TEST(DevDemo, LeavesNothingBehindWhereRoslaunchIsKilled) {
   expectNothingLeft(demo);
 }
 
-}  // namespace
-}  // namespace proximity_server::node
+}  // namespace proximity_server::node::dev_demo_test

@@ -7,8 +7,7 @@
 
 // The launch files change no parameter of a user's. The numbers are those of launch_files.test and launch_files.yaml.
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::launch_files_test {
 
 /// The settings that a node works with; none if it does not tell.
 std::map<std::string, double> settingsOf(const std::string& node) {
@@ -56,7 +55,4 @@ TEST(DemoLaunch, GivesNoObjectsToARobotOfTheUsers) {
   EXPECT_FALSE(ros::param::has("/demo/demo_motion/boxes"));  // demo_objects_test sees it with the robot of the demo
 }
 
-}  // namespace
-}  // namespace proximity_server::node
-
-PROXIMITY_SERVER_ROSTEST_MAIN("launch_files_test")
+}  // namespace proximity_server::node::launch_files_test

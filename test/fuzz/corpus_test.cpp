@@ -2,8 +2,7 @@
 #include "fuzz/corpus.h"
 #include "fuzz/targets.h"
 
-namespace proximity_server::fuzz {
-namespace {
+namespace proximity_server::fuzz::corpus_test {
 
 TEST(Corpus, MeshesAreTakenOrRefused) { EXPECT_GT(tryAll("mesh", tryMesh), 5); }
 
@@ -13,5 +12,4 @@ TEST(Corpus, StatesAreTakenOrRefused) { EXPECT_GT(tryAll("states", tryStates), 2
 
 TEST(Corpus, ObjectFilesAreTakenOrRefused) { EXPECT_GT(tryAll("object_files", tryObjectFile), 4); }
 
-}  // namespace
-}  // namespace proximity_server::fuzz
+}  // namespace proximity_server::fuzz::corpus_test

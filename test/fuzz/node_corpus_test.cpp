@@ -2,8 +2,7 @@
 #include "fuzz/corpus.h"
 #include "fuzz/targets.h"
 
-namespace proximity_server::fuzz {
-namespace {
+namespace proximity_server::fuzz::node_corpus_test {
 
 TEST(NodeCorpus, RequestsAreAnsweredOrRefused) { EXPECT_GT(tryAll("requests", tryRequest), 4); }
 
@@ -11,5 +10,4 @@ TEST(NodeCorpus, ParametersAreTakenOrRefused) { EXPECT_GT(tryAll("parameters", t
 
 TEST(NodeCorpus, ObjectsAreTakenOrRefused) { EXPECT_GT(tryAll("objects", tryObjects), 4); }
 
-}  // namespace
-}  // namespace proximity_server::fuzz
+}  // namespace proximity_server::fuzz::node_corpus_test

@@ -15,8 +15,7 @@
 #include "oracle/shape_pairs.h"
 #include "sanitized.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::accuracy_test {
 
 /// Worst errors [m] over random poses of shapes of size about 1, at the default tolerance of 1e-9 m.
 ///
@@ -134,5 +133,4 @@ TEST(Accuracy, IsAsStatedInTheReadme) {
   }
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::accuracy_test

@@ -9,8 +9,7 @@
 #include "proximity_server/narrowphase/motion/motion.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::allocation_test {
 
 TEST(Allocation, CounterSeesOperatorNew) {
   const long before = allocations();
@@ -60,5 +59,4 @@ TEST(Allocation, MotionTakesNoMemory) {
   }
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::allocation_test

@@ -7,8 +7,7 @@
 #include "oracle/shape_pairs.h"
 #include "sanitized.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::families_test {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -405,5 +404,4 @@ TEST(Families, PrimitiveAndItsHullAgree) {
       }
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::families_test

@@ -7,8 +7,7 @@
 #include "oracle/shape_pairs.h"
 #include "tools/second_opinion/fcl_shape.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::fcl_comparison_test {
 
 struct Opinion {
   PairCase pair_case;
@@ -79,5 +78,4 @@ TEST(FclComparison, DistancesAgreeButForFclsStalls) {
   EXPECT_GT(agreed, 9 * compared / 10);
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::fcl_comparison_test

@@ -10,8 +10,7 @@
 #include "oracle/shape_pairs.h"
 #include "sanitized.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::signed_distance_test {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -564,5 +563,4 @@ TEST(SignedDistance, CapsuleOfLengthZeroIsASphere) {
   EXPECT_EQ(of_capsule.iterations, 0);
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::signed_distance_test

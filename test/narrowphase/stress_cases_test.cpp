@@ -8,8 +8,7 @@
 #include "narrowphase/from_json.h"
 #include "oracle/shape_pairs.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::stress_cases_test {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -158,5 +157,4 @@ TEST(StressCases, RigidMotionKeepsTheDistance) {
       }
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::stress_cases_test

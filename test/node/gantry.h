@@ -139,14 +139,3 @@ Response call(const std::string& service, const Request& request) {
 }
 
 }  // namespace proximity_server::node
-
-/// Every test program: messages arrive in threads of their own.
-#define PROXIMITY_SERVER_ROSTEST_MAIN(name) \
-  int main(int argc, char** argv) {         \
-    testing::InitGoogleTest(&argc, argv);   \
-    ros::init(argc, argv, name);            \
-    ros::NodeHandle keeps_ros_running;      \
-    ros::AsyncSpinner spinner(2);           \
-    spinner.start();                        \
-    return RUN_ALL_TESTS();                 \
-  }

@@ -16,8 +16,7 @@
 
 // Many requests at once, long ones among them, and what is too much.
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::load_test {
 
 const std::string kNode = "/proximity_server/";
 const std::string kHasty = "/hasty/";
@@ -348,7 +347,4 @@ TEST(HastyNode, HasNoDistance) {
   EXPECT_TRUE(saysNothing(response.pair));
 }
 
-}  // namespace
-}  // namespace proximity_server::node
-
-PROXIMITY_SERVER_ROSTEST_MAIN("load_test")
+}  // namespace proximity_server::node::load_test

@@ -10,8 +10,7 @@
 #include "narrowphase/certificate.h"
 #include "oracle/shape_pairs.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::exact_oracle_test {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -210,5 +209,4 @@ TEST(ExactPolytopes, FacesEdgesAndCornersInLine) {
   EXPECT_GT(tally.overlapping, 50);
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::exact_oracle_test

@@ -7,8 +7,7 @@
 
 #include "oracle/shape_pairs.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::motion_oracle_test {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -194,5 +193,4 @@ TEST(MotionOracle, FastAndExactDistancesAgree) {
     }
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::motion_oracle_test

@@ -8,8 +8,7 @@
 #include "oracle/shape_pairs.h"
 #include "sanitized.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::oracle_test {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -166,5 +165,4 @@ TEST(OutsideBy, IsNotPositiveForPointsInside) {
     }
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::oracle_test

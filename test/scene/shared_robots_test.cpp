@@ -16,10 +16,9 @@
 #include "proximity_server/scene/query/scene.h"
 #include "scene/example_robots.h"
 
-namespace proximity_server::scene {
+namespace proximity_server::scene::shared_robots_test {
 
 using namespace narrowphase;
-namespace {
 
 constexpr ExampleRobot kPanda = kExampleRobots[0], kUr5 = kExampleRobots[1], kPr2 = kExampleRobots[2];
 
@@ -214,5 +213,4 @@ TEST_F(SharedRobots, Ur5IsMadeOfTrianglesWhereTheToleranceIsZero) {
   }
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::shared_robots_test

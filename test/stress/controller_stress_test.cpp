@@ -9,8 +9,7 @@
 #include "stress/free_motion_run.h"
 #include "stress/stop_run.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::controller_stress_test {
 
 TEST(FreeMotionStress, NoMotionWithinABubbleLeadsBelowTheThreshold) {
   FreeMotionRun run;
@@ -53,5 +52,4 @@ TEST(StopStress, NoStopEndsTooNearAndNoRetreatIsSlowed) {
   EXPECT_LT(2 * all.halted, all.stops);
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::controller_stress_test

@@ -13,8 +13,7 @@
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "stress/checks.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::recorded_pairs_test {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -140,5 +139,4 @@ TEST(RecordedPairs, LinesKeepEveryDigit) {
   EXPECT_EQ(read.warm_start.simplex[0].a, -1);
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::recorded_pairs_test

@@ -7,8 +7,7 @@
 #include "sanitized.h"
 #include "stress/scene_run.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::scene_stress_test {
 
 std::vector<SceneFamilySummary> summariesOf(std::int64_t scenes, unsigned threads) {
   SceneRun run;
@@ -41,5 +40,4 @@ TEST(SceneStress, ScenesDoNotDependOnTheThreads) {
   }
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::scene_stress_test

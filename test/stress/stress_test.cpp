@@ -9,8 +9,7 @@
 #include "sanitized.h"
 #include "stress/run.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::stress_test {
 
 StressRun aRun(std::int64_t pairs, unsigned threads) {
   StressRun run;
@@ -70,5 +69,4 @@ TEST(Stress, ForgedResultsAreFound) {
   EXPECT_FALSE(carriesItsProof(pair, forged));
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::stress_test

@@ -9,8 +9,7 @@
 #include "narrowphase/near.h"
 #include "narrowphase/rotation_between.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::boxes_test {
 
 using Eigen::Isometry3d;
 using Eigen::Matrix3d;
@@ -193,5 +192,4 @@ TEST(BoxPair, SaysThatTwoFacesAreAsNear) {
   }
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::boxes_test

@@ -8,8 +8,7 @@
 #include "narrowphase/near.h"
 #include "proximity_server/narrowphase/gjk_epa/cso.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::parallel_axes_test {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -183,5 +182,4 @@ TEST(TiltedAxes, NeverBoundTheDepthByMoreThanASupportPlane) {
   EXPECT_GT(positive, 300);
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::parallel_axes_test

@@ -7,8 +7,7 @@
 #include "narrowphase/near.h"
 #include "narrowphase/rotation_between.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::points_segments_test {
 
 using Eigen::Isometry3d;
 using Eigen::Matrix3d;
@@ -182,5 +181,4 @@ TEST(PointsAndSegments, MeasureATurnedBoxFromAPoint) {
   expectPoints(kPoint, kBox, poseOf(0.75 * normal, turn), -0.25, normal, {0, 0, 0});
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::points_segments_test

@@ -8,8 +8,7 @@
 
 #include "narrowphase/near.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::cso_test {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -55,5 +54,4 @@ TEST(Cso, EndsASearchAtSomeRoundingsButNeverBelowThree) {
   EXPECT_EQ(cso.finalGap(1e-14), 3.0 * rounding);
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::cso_test

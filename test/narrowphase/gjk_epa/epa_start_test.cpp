@@ -10,8 +10,7 @@
 #include "narrowphase/gjk_epa/two_cores.h"
 #include "narrowphase/near.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::epa_start_test {
 
 using Eigen::Vector3d;
 
@@ -122,5 +121,4 @@ TEST(EpaStart, AnswersWithAnyPlaneThroughACsoThatIsAPoint) {
   EXPECT_TRUE(start.plane->two_sided);
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::epa_start_test

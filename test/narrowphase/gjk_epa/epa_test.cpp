@@ -10,8 +10,7 @@
 #include "narrowphase/near.h"
 #include "proximity_server/narrowphase/gjk_epa/gjk.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::epa_test {
 
 using Eigen::Vector3d;
 
@@ -224,5 +223,4 @@ TEST(Epa, EndsOnTheSlantOfACone) {
   EXPECT_TRUE(isNear(depthOf(cores).point_a, on_slant, 1e-8));
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::epa_test

@@ -10,8 +10,7 @@
 #include "narrowphase/near.h"
 #include "narrowphase/rotation_between.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::gjk_test {
 
 using Eigen::Vector3d;
 using Outcome = GjkResult::Outcome;
@@ -244,5 +243,4 @@ TEST(Gjk, GivesTheSameAnswerWhateverTheWarmStartHolds) {
   }
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::gjk_test

@@ -9,8 +9,7 @@
 
 #include "narrowphase/gjk_epa/two_cores.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::inner_ellipsoid_test {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -148,5 +147,4 @@ TEST(InnerEllipsoid, NeverProvesMoreThanTheDepth) {
   EXPECT_GT(proofs_on_slants, 100);
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::inner_ellipsoid_test

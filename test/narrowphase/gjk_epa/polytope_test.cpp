@@ -13,8 +13,7 @@
 #include "narrowphase/gjk_epa/two_cores.h"
 #include "narrowphase/near.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::polytope_test {
 
 using Eigen::Vector3d;
 using Face = Polytope::Face;
@@ -417,5 +416,4 @@ TEST(Polytope, KnowsTheNeighbourBeyondEachEdge) {
   });
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::polytope_test

@@ -14,8 +14,7 @@
 #include "narrowphase/near.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::query_trace_test {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -367,5 +366,4 @@ TEST(WorkedExample, EpaExpandsToTheFaceOfLeastDepth) {
     EXPECT_EQ(std::count(closest.begin(), closest.end(), Vector3d(corners[corner] - centre)), 1);
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::query_trace_test

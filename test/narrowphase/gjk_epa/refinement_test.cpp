@@ -10,8 +10,7 @@
 #include "narrowphase/gjk_epa/two_cores.h"
 #include "narrowphase/near.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::refinement_test {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -247,5 +246,4 @@ TEST(Refinement, ProvesOnlyCapsInWhichNoDirectionIsShallower) {
   EXPECT_GE(proven, 16);
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::refinement_test

@@ -11,8 +11,7 @@
 #include "narrowphase/gjk_epa/two_cores.h"
 #include "narrowphase/near.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::simplex_test {
 
 using Eigen::Vector3d;
 
@@ -261,5 +260,4 @@ TEST(Simplex, NamesTheFirstFreePlace) {
   }
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::simplex_test

@@ -8,8 +8,7 @@
 #include "narrowphase/gjk_epa/two_cores.h"
 #include "narrowphase/near.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::stationary_rims_test {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -97,5 +96,4 @@ TEST(StationaryRims, ReturnNothingForOtherCores) {
   EXPECT_FALSE(rimsOf(cores, {0.7, 0.1, 0.7}).has_value());
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::stationary_rims_test

@@ -14,8 +14,7 @@
 #include "proximity_server/narrowphase/gjk_epa/query_trace.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::warm_polytope_test {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -508,5 +507,4 @@ TEST(WarmPolytope, IsNotUsedForCurvedShapes) {
   EXPECT_EQ(memory.face_count, 4);
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::warm_polytope_test

@@ -6,8 +6,7 @@
 
 #include "narrowphase/near.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::motion_path_test {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -105,5 +104,4 @@ TEST(MotionPath, AddsTheCoriolisAccelerationOfAChain) {
   EXPECT_NEAR(bound.acceleration, 10.0, 1e-14);
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::motion_path_test

@@ -9,8 +9,7 @@
 #include "oracle/motion_oracle.h"
 #include "oracle/shape_pairs.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::motion_test {
 
 using Eigen::Isometry3d;
 using Eigen::Matrix3d;
@@ -820,5 +819,4 @@ TEST(MinimumDistance, AgreesWithTheFirstContact) {
   EXPECT_LT(contacts, 150);
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::motion_test

@@ -7,8 +7,7 @@
 
 #include "narrowphase/near.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::moving_pair_test {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -158,5 +157,4 @@ TEST(MovingPair, SeesAMotionThatIsNotFinite) {
   EXPECT_FALSE(MovingPair(shape, lost, shape, fine).isFinite());
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::moving_pair_test

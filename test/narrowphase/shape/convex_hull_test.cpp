@@ -12,8 +12,7 @@
 
 #include "oracle/shape_pairs.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::convex_hull_test {
 
 using Eigen::Vector3d;
 using Points = std::vector<Vector3d>;
@@ -310,5 +309,4 @@ TEST(ConvexHull, RefusesACoordinateThatIsNotFinite) {
     }
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::convex_hull_test

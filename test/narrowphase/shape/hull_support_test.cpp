@@ -8,8 +8,7 @@
 #include <random>
 #include <vector>
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::hull_support_test {
 
 using Eigen::Vector3d;
 using Points = std::vector<Vector3d>;
@@ -199,5 +198,4 @@ TEST(HullSupport, NamesTheFirstOfTheVerticesThatAreAsFar) {
   EXPECT_EQ(cube.farthestVertex(-Vector3d::UnitX()), 0);
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::hull_support_test

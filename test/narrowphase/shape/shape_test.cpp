@@ -9,8 +9,7 @@
 #include "oracle/oracle.h"
 #include "oracle/shape_pairs.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::shape_test {
 
 using Eigen::Vector3d;
 
@@ -191,5 +190,4 @@ TEST(Shape, HullKeepsItsVertices) {
   EXPECT_EQ(Shape(ConvexHull(corners)).hull().size(), 4);
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::shape_test

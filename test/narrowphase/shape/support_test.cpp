@@ -10,8 +10,7 @@
 
 #include "narrowphase/near.h"
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::support_test {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -233,5 +232,4 @@ TEST(SupportFeature, OfASweptSegmentIsAParallelogramOrOneOfItsSides) {
   expectFeature(swept, {0, 0, 1}, 0);
 }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::support_test

@@ -4,8 +4,7 @@
 
 #include <cmath>
 
-namespace proximity_server::narrowphase {
-namespace {
+namespace proximity_server::narrowphase::triangle_test {
 
 using Eigen::Vector3d;
 
@@ -34,5 +33,4 @@ TEST(AreaVector, OfANeedleIsPerpendicularToItsLongestEdge) {
 
 TEST(AreaVector, OfAnEdgeIsZero) { EXPECT_EQ(areaOf({1, 2, 3}, {2, 4, 6}, {3, 6, 9}), Vector3d(0, 0, 0)); }
 
-}  // namespace
-}  // namespace proximity_server::narrowphase
+}  // namespace proximity_server::narrowphase::triangle_test

@@ -6,8 +6,7 @@
 
 #include "proximity_server/Clearance.h"
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::clearance_level_test {
 
 MonitorSettings settings() {
   MonitorSettings settings;
@@ -46,5 +45,4 @@ TEST(ClearanceLevel, OfWhatIsNoNumberIsTheWorst) {
             Clearance::COLLISION);
 }
 
-}  // namespace
-}  // namespace proximity_server::node
+}  // namespace proximity_server::node::clearance_level_test

@@ -12,9 +12,7 @@
 // Every expected number is read off gantry.urdf and clearance.test. With the ball at (x, 0, 0) the clearance is
 // x - 0.2, between base and ball.
 
-namespace proximity_server::node {
-
-namespace {
+namespace proximity_server::node::clearance_test {
 
 constexpr double kTolerance = 1e-9;  // of the answers: the node's default
 
@@ -400,7 +398,4 @@ TEST(LateTf, IsInvalidFromTheFirstCycleAndValidOnceTransformsCome) {
   EXPECT_NEAR(after->minimum.distance, 0.2, kTolerance);
 }
 
-}  // namespace
-}  // namespace proximity_server::node
-
-PROXIMITY_SERVER_ROSTEST_MAIN("clearance_test")
+}  // namespace proximity_server::node::clearance_test

@@ -6,8 +6,7 @@
 
 // The clock of a ROS graph is one, and it can be unset only before the first test sets it: the order matters.
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::clock_test {
 
 constexpr double kTolerance = 1e-9;  // of the answers: the node's default
 
@@ -115,7 +114,4 @@ TEST_F(Simulation, AnswersAboutTheLastPosesWhileTheClockStandsStill) {
   EXPECT_NEAR(askBaseAndBall().pair.distance, 0.3, kTolerance);
 }
 
-}  // namespace
-}  // namespace proximity_server::node
-
-PROXIMITY_SERVER_ROSTEST_MAIN("clock_test")
+}  // namespace proximity_server::node::clock_test

@@ -19,8 +19,7 @@
 
 // Every expected number is read off gantry.urdf: with the ball at (x, y, 0) the columns are lift, x_axis and y_axis.
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::control_test {
 
 const std::string kNode = "/proximity_server/";
 
@@ -304,7 +303,4 @@ TEST(MaxDeceleration, OfAnUnknownJointIsAnErrorThatNamesIt) {
   ros::param::del("/plain/max_deceleration");
 }
 
-}  // namespace
-}  // namespace proximity_server::node
-
-PROXIMITY_SERVER_ROSTEST_MAIN("control_test")
+}  // namespace proximity_server::node::control_test

@@ -13,8 +13,7 @@
 // The robot of gantry.urdf stands at (0.9, 0, 0), 0.7 m from the base, and says that it moves. The stop distance is 0.1
 // m.
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::lookahead_test {
 
 class LookaheadOfTheMonitor : public testing::Test {
  protected:
@@ -221,7 +220,4 @@ TEST_F(LookaheadWithinLimits, TakesTheTurnFromThePositionsOfJointStates) {
   EXPECT_EQ(free->joints_at_limit, std::vector<std::string>{"turn"});
 }
 
-}  // namespace
-}  // namespace proximity_server::node
-
-PROXIMITY_SERVER_ROSTEST_MAIN("lookahead_test")
+}  // namespace proximity_server::node::lookahead_test

@@ -15,11 +15,10 @@
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/load_robot_model.h"
 
-namespace proximity_server::node {
+namespace proximity_server::node::markers_test {
 
 using namespace narrowphase;
 using namespace scene;
-namespace {
 
 using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
@@ -285,5 +284,4 @@ TEST(ClearanceMarkersOfEveryCycle, HaveTheSameNamesAndNumbersAndEndByThemselves)
   EXPECT_GE(draw(clearanceWith({0.5}), 1.0, slow).markers[0].lifetime.toSec(), 20.0);
 }
 
-}  // namespace
-}  // namespace proximity_server::node
+}  // namespace proximity_server::node::markers_test

@@ -7,8 +7,7 @@
 #include "node/monitor/slider_robot.h"
 #include "proximity_server/scene/derivative/constraint_rows.h"
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::monitor_constraints_test {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -151,5 +150,4 @@ TEST_F(ConstraintsOfSliders, DoNotDependOnWhetherGradientsAreAsked) {
   EXPECT_EQ(rows().lower_bounds, bounds);
 }
 
-}  // namespace
-}  // namespace proximity_server::node
+}  // namespace proximity_server::node::monitor_constraints_test

@@ -16,8 +16,7 @@
 #include "sanitized.h"
 #include "scene/example_robots.h"
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::monitor_gradients_test {
 
 std::string bytesOf(const Proximity& message) {
   std::string bytes(ros::serialization::serializationLength(message), '\0');
@@ -258,5 +257,4 @@ TEST_F(GradientsOfSliders, FollowTheNextRobot) {
   EXPECT_EQ(clearance.minimum.gradient[2], clearance.minimum.gradient[0]);
 }
 
-}  // namespace
-}  // namespace proximity_server::node
+}  // namespace proximity_server::node::monitor_gradients_test

@@ -15,11 +15,10 @@
 #include "node/robot/robot.h"
 #include "node/tf/tf_poses.h"
 
-namespace proximity_server::node {
+namespace proximity_server::node::monitor_memory_test {
 
 using namespace narrowphase;
 using namespace scene;
-namespace {
 
 const std::string kLongName = "_with_a_name_that_no_string_holds_in_itself";
 constexpr int kTfRemembers = 1000;  // cycles: 10 s
@@ -256,7 +255,4 @@ TEST(MonitorMemory, TheHeapStaysFlatWhileObjectsChange) {
   EXPECT_NEAR(static_cast<double>(heap_after), static_cast<double>(heap_before), 16384.0);
 }
 
-}  // namespace
-}  // namespace proximity_server::node
-
-PROXIMITY_SERVER_ROSTEST_MAIN("monitor_memory_test")
+}  // namespace proximity_server::node::monitor_memory_test

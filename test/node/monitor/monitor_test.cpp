@@ -6,8 +6,7 @@
 #include <optional>
 #include <string>
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::monitor_test {
 
 TEST_F(MonitorOfSliders, ReportsTheClosestPair) {
   follow("");
@@ -246,5 +245,4 @@ TEST_F(MonitorOfObjects, ChecksARobotOfWhichTheFilterLeavesNoPairAgainstObjects)
   EXPECT_EQ(clearance.level, Clearance::CLEAR);
 }
 
-}  // namespace
-}  // namespace proximity_server::node
+}  // namespace proximity_server::node::monitor_test

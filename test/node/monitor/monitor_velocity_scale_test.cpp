@@ -10,8 +10,7 @@
 #include "node/monitor/slider_robot.h"
 #include "proximity_server/scene/derivative/velocity_scale.h"
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::monitor_velocity_scale_test {
 
 /// The sliders brake with 2 m/s^2. The middle sphere is 0.3 m from the right one, and 0.8 m from the left one.
 class ScaleOfSliders : public MonitorOfSliders {
@@ -188,5 +187,4 @@ TEST_F(ScaleOfSliders, RefusesDecelerationsOfJointsThatAreNot) {
   EXPECT_EQ(refusalOf("to_left"), "none");
 }
 
-}  // namespace
-}  // namespace proximity_server::node
+}  // namespace proximity_server::node::monitor_velocity_scale_test

@@ -8,8 +8,7 @@
 
 #include "node/objects/object_store.h"
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::object_markers_test {
 
 using visualization_msgs::Marker;
 
@@ -85,5 +84,4 @@ TEST(ObjectMarkers, DrawEachKindOfShape) {
   EXPECT_NEAR(markers[4].pose.position.z, 0.5, 0.002);
 }
 
-}  // namespace
-}  // namespace proximity_server::node
+}  // namespace proximity_server::node::object_markers_test

@@ -8,8 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::change_stream_test {
 
 const char* const kBall = R"(<robot name="ball">
   <link name="ball"><collision><geometry><sphere radius="0.1"/></geometry></collision></link></robot>)";
@@ -143,5 +142,4 @@ TEST_F(BusyStream, RefusesMessagesBeyondTheirBytes) {
   EXPECT_EQ(refusals().size(), 2u) << "64 MB may wait";
 }
 
-}  // namespace
-}  // namespace proximity_server::node
+}  // namespace proximity_server::node::change_stream_test

@@ -13,8 +13,7 @@
 #include "node/system/atomic_file.h"
 #include "scene/files.h"
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::object_keeper_test {
 
 const char* const kBase = R"(<robot name="r"><link name="base"/></robot>)";
 
@@ -140,5 +139,4 @@ TEST_F(Keeper, AFailedReplacementLeavesTheFile) {
   EXPECT_EQ(contentOf(file), "new");
 }
 
-}  // namespace
-}  // namespace proximity_server::node
+}  // namespace proximity_server::node::object_keeper_test

@@ -17,8 +17,7 @@
 // The robot is that of gantry.urdf, with its ball at (1, 0, 0) and its block at (0, 1, 0). Objects are balls of radius
 // 0.1 m.
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::object_services_test {
 
 const std::string kNode = "/proximity_server/";
 
@@ -477,7 +476,4 @@ TEST_F(Objects, AreAnnouncedInTheFramesOfAReloadedRobot) {
   EXPECT_TRUE(ask<std_srvs::TriggerResponse>("reload", std_srvs::TriggerRequest()).success);
 }
 
-}  // namespace
-}  // namespace proximity_server::node
-
-PROXIMITY_SERVER_ROSTEST_MAIN("object_services_test")
+}  // namespace proximity_server::node::object_services_test

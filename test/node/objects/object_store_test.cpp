@@ -12,8 +12,7 @@
 #include "proximity_server/QueryStatus.h"
 #include "proximity_server/scene/query/scene.h"
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::object_store_test {
 
 /// A hand, a sphere of radius 0.1 m, on a slider along x; "finger" has no geometry and is fixed to the hand.
 const char* const kSlider = R"(<robot name="slider">
@@ -771,5 +770,4 @@ TEST_F(MessagesTogether, WaitOnceForAFrameThatHasNoPose) {
   EXPECT_EQ(asked, 1);
 }
 
-}  // namespace
-}  // namespace proximity_server::node
+}  // namespace proximity_server::node::object_store_test

@@ -21,8 +21,7 @@
 // What stands there when a node starts: by its parameter, and by the file of its start before. The robot is that of gantry.urdf, with its
 // ball at (1, 0, 0). Objects are balls of radius 0.1 m.
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::objects_at_start_test {
 
 const std::string kName = "/cell";
 
@@ -224,7 +223,4 @@ TEST_F(ObjectsAtStart, NeedAFileThatCanBeWritten) {
   EXPECT_NE(refusal().find("parameter /cell/objects_file is 'objects.yaml', no absolute path"), std::string::npos);
 }
 
-}  // namespace
-}  // namespace proximity_server::node
-
-PROXIMITY_SERVER_ROSTEST_MAIN("objects_at_start_test")
+}  // namespace proximity_server::node::objects_at_start_test

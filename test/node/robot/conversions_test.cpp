@@ -10,11 +10,10 @@
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/load_robot_model.h"
 
-namespace proximity_server::node {
+namespace proximity_server::node::conversions_test {
 
 using namespace narrowphase;
 using namespace scene;
-namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -120,5 +119,4 @@ TEST(Conversions, WideBoundsAreNotConverged) {
   EXPECT_EQ(statusCode(pairWith(Status::Degenerate, 0.1, 0.3).result), QueryStatus::NOT_CONVERGED);
 }
 
-}  // namespace
-}  // namespace proximity_server::node
+}  // namespace proximity_server::node::conversions_test

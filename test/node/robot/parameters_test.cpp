@@ -17,8 +17,7 @@
 
 #include "node/robot/config.h"
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::parameters_test {
 
 using XmlRpc::XmlRpcValue;
 
@@ -327,5 +326,4 @@ TEST(Parameters, OfDynamicReconfigureAreTheLiveOnesOfTheTable) {
   }
 }
 
-}  // namespace
-}  // namespace proximity_server::node
+}  // namespace proximity_server::node::parameters_test

@@ -25,8 +25,7 @@
 #include "node/answers.h"
 #include "node/gantry.h"
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::reload_under_load_test {
 
 constexpr int kClients = 8;
 constexpr double kMotionTolerance = 1e-6;           // [m] of the searches: the default of the requests
@@ -210,7 +209,4 @@ TEST(ReloadUnderLoad, EveryAnswerIsThatOfOneOfTheModels) {
   EXPECT_GT(markers.clear(), 0u);
 }
 
-}  // namespace
-}  // namespace proximity_server::node
-
-PROXIMITY_SERVER_ROSTEST_MAIN("reload_under_load_test")
+}  // namespace proximity_server::node::reload_under_load_test

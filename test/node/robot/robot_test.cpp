@@ -15,8 +15,7 @@
 
 // Several robots in one node: their parameters, frames and transforms.
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::robot_test {
 
 using XmlRpc::XmlRpcValue;
 
@@ -254,5 +253,4 @@ TEST(TwoPandas, AreOneModelOfTheNode) {
   EXPECT_EQ(cell.frameOf(cell.robotModel().findLink("right/panda_hand")), "right/panda_hand");
 }
 
-}  // namespace
-}  // namespace proximity_server::node
+}  // namespace proximity_server::node::robot_test

@@ -25,8 +25,7 @@
 // turned by half a turn about z, so that its ball at x is at (2 - x, 0, 0): the balls of radius 0.1 are 2 - 0.7 - 0.8 = 0.5 m
 // apart, less their radii.
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::several_robots_test {
 
 constexpr double kLeft = 0.7, kRight = 0.8;  // [m] x of the balls
 constexpr double kApart = 0.3;               // [m] the distance of the balls
@@ -427,7 +426,4 @@ TEST_F(SeveralRobotsOfANode, LookNotAheadToFixedObjectsWhereTheBaseOfTheOnlyOneM
       << message->lookahead.status.message;
 }
 
-}  // namespace
-}  // namespace proximity_server::node
-
-PROXIMITY_SERVER_ROSTEST_MAIN("several_robots_test")
+}  // namespace proximity_server::node::several_robots_test

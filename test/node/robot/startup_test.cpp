@@ -15,8 +15,7 @@
 
 // A node that cannot do its job must not start, and say why.
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::startup_test {
 
 const std::string kName = "/broken";
 
@@ -228,7 +227,4 @@ TEST_F(Startup, RefusesAnExcludedLinkThatDoesNotExist) {
   expectRefusal("bal");
 }
 
-}  // namespace
-}  // namespace proximity_server::node
-
-PROXIMITY_SERVER_ROSTEST_MAIN("startup_test")
+}  // namespace proximity_server::node::startup_test

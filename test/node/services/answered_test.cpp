@@ -16,8 +16,7 @@
 #include "proximity_server/QueryTrajectory.h"
 #include "proximity_server/SeparationAxis.h"
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::answered_test {
 
 MinimumDistanceResponse withoutNumbers() {
   MinimumDistanceResponse response;
@@ -85,5 +84,4 @@ TYPED_TEST(AnsweredByEveryService, AnExceptionBecomesAFailedAnswerWithItsText) {
   EXPECT_NE(response.status.message.find("a vertex without a face"), std::string::npos) << response.status.message;
 }
 
-}  // namespace
-}  // namespace proximity_server::node
+}  // namespace proximity_server::node::answered_test

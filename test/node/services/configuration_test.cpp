@@ -10,9 +10,7 @@
 
 // Every expected number is read off gantry.urdf and followers.urdf.
 
-namespace proximity_server::node {
-
-namespace {
+namespace proximity_server::node::configuration_test {
 
 const std::string kNode = "/proximity_server/";
 
@@ -325,7 +323,4 @@ TEST(MaxBatch, BoundsThePairsOfEachStateInEveryMode) {
   expectRefusal(ask(request), QueryStatus::OVER_BUDGET, "a: 11 entries, max_batch is 10");
 }
 
-}  // namespace
-}  // namespace proximity_server::node
-
-PROXIMITY_SERVER_ROSTEST_MAIN("configuration_test")
+}  // namespace proximity_server::node::configuration_test

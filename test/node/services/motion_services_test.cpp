@@ -13,9 +13,7 @@
 
 // Every expected number is read off gantry.urdf. With the ball at (x, 0, 0) it is x - 0.2 from the base.
 
-namespace proximity_server::node {
-
-namespace {
+namespace proximity_server::node::motion_services_test {
 
 constexpr double kMotionTolerance = 1e-6;  // [m] of the searches: the default of the requests
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -234,7 +232,7 @@ TEST(Twist, OfTheReferenceFrameItselfIsRefused) {
 
 // ---- the frame of a link that moves
 
-TEST(ReferenceFrame, OfALinkIsThatOfTheTimeOfContact) {
+TEST(ReferenceFrameOfMotion, OfALinkIsThatOfTheTimeOfContact) {
   const auto response = ask(sliding(-0.5, {1.0, 0.0, 0.0}), "/in_ball/");
   expectContact(response, 1.6, 0.5);
   EXPECT_EQ(response.header.frame_id, "ball");
@@ -243,7 +241,7 @@ TEST(ReferenceFrame, OfALinkIsThatOfTheTimeOfContact) {
   expectNear(response.pair.normal, 0.0, -1.0, 0.0, 1e-5);
 }
 
-TEST(ReferenceFrame, OfALinkIsWhatTwistsAreRelativeTo) {
+TEST(ReferenceFrameOfMotion, OfALinkIsWhatTwistsAreRelativeTo) {
   auto request = between("base", "ball", gantry().moveTo({1.0, 0.0, 0.0}));
   request.links = {"base"};
   request.twists = {twist({0.0, -0.5, 0.0})};
@@ -254,7 +252,7 @@ TEST(ReferenceFrame, OfALinkIsWhatTwistsAreRelativeTo) {
 
 // A fixed object stands in the reference frame: in that of the ball it goes with the ball. Its centre is 0.3 nearer to the
 // base, which is +y in the turned frame.
-TEST(ReferenceFrame, OfALinkCarriesFixedObjects) {
+TEST(ReferenceFrameOfMotion, OfALinkCarriesFixedObjects) {
   ApplyObjectsRequest changes;
   changes.changes.changes.resize(1);
   ObjectChange& part = changes.changes.changes[0];
@@ -609,7 +607,4 @@ TEST(TimeBudget, ThatEndsLeavesTheOtherSegmentsUnknown) {
   EXPECT_TRUE(saysNothing(response.segments[1]));
 }
 
-}  // namespace
-}  // namespace proximity_server::node
-
-PROXIMITY_SERVER_ROSTEST_MAIN("motion_test")
+}  // namespace proximity_server::node::motion_services_test

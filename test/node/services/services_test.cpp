@@ -16,8 +16,7 @@
 
 // Every expected number is read off gantry.urdf.
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::services_test {
 
 const std::string kNode = "/proximity_server/";
 
@@ -601,7 +600,4 @@ TEST(Reload, AnnouncesTheModelToThoseWhoComeLater) {
   }
 }
 
-}  // namespace
-}  // namespace proximity_server::node
-
-PROXIMITY_SERVER_ROSTEST_MAIN("services_test")
+}  // namespace proximity_server::node::services_test

@@ -17,8 +17,7 @@
 
 // A master of its own, which dies and comes back with an empty memory while the node runs on.
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::master_test {
 
 // What is promised.
 constexpr std::chrono::seconds kRegisteredAgain{3};  // after the master is back
@@ -145,13 +144,12 @@ TEST_F(MasterThatDies, DisturbsNobodyWhoIsConnectedAndIsRegisteredWithOnceItIsBa
   EXPECT_TRUE(node_->isRunning());
 }
 
-}  // namespace
-}  // namespace proximity_server::node
+}  // namespace proximity_server::node::master_test
 
-/// Not PROXIMITY_SERVER_ROSTEST_MAIN: the master of rostest must live, so this test has another one.
+/// Not a rostest, whose master must live.
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
-  const std::string uri = "http://localhost:" + std::to_string(proximity_server::node::freePort());
+  const std::string uri = "http://localhost:" + std::to_string(proximity_server::node::master_test::freePort());
   setenv("ROS_MASTER_URI", uri.c_str(), /*overwrite=*/1);
   ros::init(argc, argv, "master_test", ros::init_options::NoRosout);
   return RUN_ALL_TESTS();

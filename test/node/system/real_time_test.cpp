@@ -12,8 +12,7 @@
 #include "node/system/grants_real_time.h"
 #include "node/system/process.h"
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::real_time_test {
 
 constexpr int kPriority = 7;
 
@@ -73,5 +72,4 @@ TEST(AskForShortTurns, KeepsAPolicyThatSomebodyChose) {
   });
 }
 
-}  // namespace
-}  // namespace proximity_server::node
+}  // namespace proximity_server::node::real_time_test

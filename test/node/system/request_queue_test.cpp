@@ -6,8 +6,7 @@
 
 #include <future>
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::request_queue_test {
 
 int nicenessOfThisThread() { return getpriority(PRIO_PROCESS, 0); }
 
@@ -27,5 +26,4 @@ TEST(RequestQueue, AThreadThatAThreadOfTheQueueStartsHasTheNicenessOfTheQueue) {
   EXPECT_EQ(first.get_future().get(), ours + 5);
 }
 
-}  // namespace
-}  // namespace proximity_server::node
+}  // namespace proximity_server::node::request_queue_test

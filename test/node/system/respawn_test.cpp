@@ -12,8 +12,7 @@
 
 // The node is killed in the middle of calls, and roslaunch starts it again.
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::respawn_test {
 
 // What is promised.
 constexpr std::chrono::seconds kCallEnds{5};    // after the node was killed, with or without an answer
@@ -104,7 +103,4 @@ TEST(KilledNode, EndsTheCallsAndIsBackWithANewProcess) {
   EXPECT_LE(std::max(first.longestCall(), second.longestCall()), kCallEnds);
 }
 
-}  // namespace
-}  // namespace proximity_server::node
-
-PROXIMITY_SERVER_ROSTEST_MAIN("respawn_test")
+}  // namespace proximity_server::node::respawn_test

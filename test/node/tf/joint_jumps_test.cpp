@@ -7,10 +7,9 @@
 // Two publishers of one joint, and what looks like them. "slide" moves along x at up to 1 m/s, "arm" turns about z at
 // up to 2 rad/s, "flap" within one radian and "wheel" without end have no velocity limit.
 
-namespace proximity_server::node {
+namespace proximity_server::node::joint_jumps_test {
 
 using namespace narrowphase;
-namespace {
 
 using Clock = JointJumps::Clock;
 
@@ -187,5 +186,4 @@ TEST_F(Jumps, WithoutAPoseAreNone) {
   EXPECT_TRUE(recent().empty());
 }
 
-}  // namespace
-}  // namespace proximity_server::node
+}  // namespace proximity_server::node::joint_jumps_test

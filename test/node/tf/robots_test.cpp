@@ -13,10 +13,9 @@
 
 // Robots as they are, with robot_state_publisher between the joints and tf.
 
-namespace proximity_server::node {
+namespace proximity_server::node::robots_test {
 
 using namespace scene;
-namespace {
 
 /// Whether a joint takes one position of its own.
 bool isSettable(const Joint& joint) {
@@ -139,7 +138,4 @@ TEST_P(Robot, IsAsCloseInEveryStateOfATrajectoryAsTheTrajectorySays) {
 
 INSTANTIATE_TEST_SUITE_P(Shared, Robot, testing::Values("panda", "ur5", "pr2"));
 
-}  // namespace
-}  // namespace proximity_server::node
-
-PROXIMITY_SERVER_ROSTEST_MAIN("robots_test")
+}  // namespace proximity_server::node::robots_test

@@ -10,9 +10,7 @@
 // The robot of gantry.urdf stands still with its ball 0.2 m from the base, and the way from it to tf is spoiled in
 // every manner that tf_faults.h knows. The node runs with its defaults.
 
-namespace proximity_server::node {
-
-namespace {
+namespace proximity_server::node::tf_faults_test {
 
 constexpr double kDistance = 0.2;   // [m] between base and ball
 constexpr double kPeriod = 0.02;    // [s] of the monitor
@@ -230,7 +228,4 @@ TEST_F(OfTf, OneJumpIsNoSecondPublisher) {
   }
 }
 
-}  // namespace
-}  // namespace proximity_server::node
-
-PROXIMITY_SERVER_ROSTEST_MAIN("tf_faults_test")
+}  // namespace proximity_server::node::tf_faults_test

@@ -12,8 +12,7 @@
 // Two robots of gantry.urdf, each with its robot_state_publisher, on one tf. With the ball at (x, 0, 0) it is x - 0.2
 // from the base.
 
-namespace proximity_server::node {
-namespace {
+namespace proximity_server::node::two_robots_test {
 
 constexpr double kLeft = 0.4, kRight = 0.7;  // [m] x of the balls
 
@@ -147,7 +146,4 @@ TEST_F(TwoRobots, AreNamedToANodeOfAnotherPrefix) {
   expectHint("misnamed", "frames left/base and right/base exist, but tf_prefix is 'lft'");
 }
 
-}  // namespace
-}  // namespace proximity_server::node
-
-PROXIMITY_SERVER_ROSTEST_MAIN("two_robots_test")
+}  // namespace proximity_server::node::two_robots_test

@@ -25,10 +25,9 @@
 #include "scene/batch/same_answer.h"
 #include "scene/batch/test_states.h"
 
-namespace proximity_server::scene {
+namespace proximity_server::scene::batch_skipping_test {
 
 using namespace narrowphase;
-namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -442,5 +441,4 @@ TEST(BatchWithoutStates, HasNoAnswers) {
   EXPECT_EQ(batch.closest(states, 3).begins, (std::vector<std::size_t>{0}));
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::batch_skipping_test

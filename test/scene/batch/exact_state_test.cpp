@@ -14,8 +14,7 @@
 #include "scene/batch/test_states.h"
 #include "scene/two_arms.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::exact_state_test {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -75,5 +74,4 @@ TEST_F(ExactStateOfTwoArms, AVerdictIsThatOfTheBoundsThatSceneFinds) {
   EXPECT_GT(above, 100);
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::exact_state_test

@@ -26,8 +26,7 @@
 #include "scene/batch/link_outline.h"
 #include "scene/batch/verdicts.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::lane_bounds_test {
 
 using Eigen::Isometry3d;
 using Eigen::MatrixXd;
@@ -85,7 +84,7 @@ std::vector<NamedModel> robots() {
 }
 
 /// Within the ranges of the joints; every fifth state has angles of many turns.
-MatrixXd randomStates(const RobotModel& robot, int count, unsigned seed) {
+MatrixXd statesOfManyTurns(const RobotModel& robot, int count, unsigned seed) {
   std::mt19937_64 random(seed);
   const std::vector<JointRange> ranges = jointRanges(robot);
   MatrixXd states(count, static_cast<Eigen::Index>(robot.joints.size()));
@@ -148,7 +147,7 @@ TEST(LaneBounds, FramesAreWithinTheirError) {
     const auto model = std::make_shared<const LaneModel>(*robot.model);
     LaneBounds bounds(model);
     const int count = statesToTest();
-    const MatrixXd states = randomStates(robot.model->robot, count, 3);
+    const MatrixXd states = statesOfManyTurns(robot.model->robot, count, 3);
     double most = 0.0;
     for (int first = 0; first < count; first += LaneBounds::kBlock) {
       const int placed = std::min(LaneBounds::kBlock, count - first);
@@ -233,7 +232,7 @@ TEST(LaneBounds, HoldTheSignedDistance) {
     Scene scene(robot.model);
     const Candidates& candidates = scene.candidates();
     const int count = std::min(LaneBounds::kBlock, statesToTest() / 10);
-    const MatrixXd states = randomStates(robot.model->robot, count, 21);
+    const MatrixXd states = statesOfManyTurns(robot.model->robot, count, 21);
     bounds.place(states, 0, count);
     const std::vector<int> all = numbers(count);
     std::vector<std::vector<float>> lower(candidates.size()), upper(candidates.size());
@@ -269,7 +268,7 @@ TEST(LaneBounds, EveryKindOfProcessorGivesTheSameBits) {
     SCOPED_TRACE(robot.name);
     const auto model = std::make_shared<const LaneModel>(*robot.model);
     const int count = LaneBounds::kBlock - 5;
-    const MatrixXd states = randomStates(robot.model->robot, count, 33);
+    const MatrixXd states = statesOfManyTurns(robot.model->robot, count, 33);
     const std::vector<int> all = numbers(count);
     LaneBounds expected(model, *kernels.front());
     expected.place(states, 0, count);
@@ -304,7 +303,7 @@ TEST(LaneBounds, ProveNoSideOfAThresholdThatIsWrong) {
     LaneBounds bounds(*robot.model);
     Scene scene(robot.model);
     const int count = std::min(LaneBounds::kBlock, repeats(20));
-    const MatrixXd states = randomStates(robot.model->robot, count, 22);
+    const MatrixXd states = statesOfManyTurns(robot.model->robot, count, 22);
     bounds.place(states, 0, count);
     std::vector<double> thresholds(LaneBounds::kBlock, -kInfinity);
     std::vector<int> near(LaneBounds::kBlock);
@@ -351,7 +350,7 @@ TEST(Verdicts, AreThoseOfAScene) {
     Verdicts verdicts(std::make_shared<const BatchModel>(robot.model));
     Scene scene(robot.model, Skipping::On);
     const int count = statesToTest() / 2;
-    const MatrixXd states = randomStates(robot.model->robot, count, 41);
+    const MatrixXd states = statesOfManyTurns(robot.model->robot, count, 41);
     for (const double distance : {-0.02, 0.0, 0.05, 0.3}) {
       const std::vector<StateVerdict>& found = verdicts.anyBelow(states, distance);
       exact += verdicts.counts().exact_states;
@@ -386,7 +385,7 @@ TEST(Verdicts, DependOnTheStateAlone) {
     const auto batch = std::make_shared<const BatchModel>(model);
     Verdicts verdicts(batch), twin(batch);
     const int count = 2 * LaneBounds::kBlock + 77;
-    const MatrixXd states = randomStates(model->robot, count, 43);
+    const MatrixXd states = statesOfManyTurns(model->robot, count, 43);
     const std::vector<StateVerdict> expected = verdicts.anyBelow(states, 0.05);
     std::mt19937_64 random(1);
     std::vector<int> order = numbers(count);
@@ -409,7 +408,7 @@ TEST(Verdicts, DependOnTheStateAlone) {
 TEST(Verdicts, StatesBeyondTheLanesAreDecidedExactly) {
   const Model model = robotNamed("TwoArms");
   Verdicts verdicts(std::make_shared<const BatchModel>(model));
-  MatrixXd states = randomStates(model->robot, 40, 47);
+  MatrixXd states = statesOfManyTurns(model->robot, 40, 47);
   for (int i = 0; i < 20; ++i) states(i, i % states.cols()) = i % 2 == 0 ? 3e5 : -1e12;
   states(30, 1) = std::numeric_limits<double>::quiet_NaN();
   states(31, 2) = kInfinity;
@@ -432,10 +431,9 @@ TEST(Verdicts, OfNoPairsAndOfInfiniteDistances) {
   EXPECT_TRUE(nothing.anyBelow(MatrixXd::Zero(0, 1), 1.0).empty());
   const Model model = robotNamed("TwoArms");
   Verdicts verdicts(std::make_shared<const BatchModel>(model));
-  const MatrixXd states = randomStates(model->robot, 10, 3);
+  const MatrixXd states = statesOfManyTurns(model->robot, 10, 3);
   EXPECT_EQ(verdicts.anyBelow(states, kInfinity)[4].kind, Kind::Below);
   EXPECT_EQ(verdicts.anyBelow(states, -kInfinity)[4].kind, Kind::Above);
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::lane_bounds_test

@@ -12,8 +12,7 @@
 #include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/query/scene.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::scene_batch_test {
 
 std::shared_ptr<const SceneModel> threeSpheres() {
   std::string links = "<link name='base'/>";
@@ -93,5 +92,4 @@ TEST(SceneBatch, RefusesStatesOfAnotherRobot) {
                std::invalid_argument);
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::scene_batch_test

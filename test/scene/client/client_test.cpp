@@ -3,8 +3,7 @@
 
 #include "tools/command_line/run_command.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::client_test {
 
 constexpr int kExitSkipped = 77;  // see client.cpp
 
@@ -20,5 +19,4 @@ TEST(Client, WithAvxAndFusedProductsSeesTheSameLayoutAndTheSameBits) {
   EXPECT_EQ(haswell.output, general.output);
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::client_test

@@ -18,8 +18,7 @@
 #include "scene/random_objects.h"
 #include "scene/small_robots.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::constraint_rows_test {
 
 using Eigen::Vector3d;
 using Eigen::VectorXd;
@@ -684,5 +683,4 @@ TEST(ConstraintRows, ArmsComeBelowTheStopDistanceByNoMoreThanTheirCurvatureInASt
   EXPECT_GT(would_overlap, kRobots * 2 / 3);
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::constraint_rows_test

@@ -14,8 +14,7 @@
 #include "scene/example_robots.h"
 #include "stress/gradient_checks.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::derivatives_test {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -565,5 +564,4 @@ TEST(Derivatives, AllocateNothingAfterTheFirstUpdate) {
   EXPECT_EQ(allocations(), before);
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::derivatives_test

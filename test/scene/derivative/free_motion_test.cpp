@@ -12,8 +12,7 @@
 #include "scene/derivative/moved_robot.h"
 #include "scene/random_objects.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::free_motion_test {
 
 using Eigen::Vector3d;
 using Eigen::VectorXd;
@@ -326,5 +325,4 @@ TEST(FreeMotion, AllocatesNothingOnceItHasItsRoom) {
   EXPECT_EQ(allocations(), before);
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::free_motion_test

@@ -11,8 +11,7 @@
 #include "proximity_server/scene/query/make_scene_model.h"
 #include "proximity_server/scene/query/scene.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::object_carriers_test {
 
 /// Two spheres of radius 0.1 m on a rail along x.
 const char* const kRail = R"(<robot name="rail"><link name="rail"/>
@@ -82,5 +81,4 @@ TEST_F(CarriedObjects, RefuseACarrierThatIsNoBody) {
   EXPECT_THROW(derivatives_.use(objects_, {-1, {-2, -1}}), std::invalid_argument);
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::object_carriers_test

@@ -6,8 +6,7 @@
 #include <limits>
 #include <vector>
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::plane_figure_test {
 
 using Eigen::Vector2d;
 
@@ -110,5 +109,4 @@ TEST(LeastOn, IsThatOfTheWholeFigure) {
   EXPECT_DOUBLE_EQ(leastOn(disc(1, 1, 2), {3, 4}), -3.0);
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::plane_figure_test

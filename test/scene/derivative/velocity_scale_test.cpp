@@ -12,8 +12,7 @@
 #include "scene/small_robots.h"
 #include "scene/solids.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::velocity_scale_test {
 
 using Eigen::Vector3d;
 using narrowphase::Status;
@@ -303,5 +302,4 @@ TEST_F(StoppingRobot, ObjectThatMovesOnItsOwnIsRefused) {
   EXPECT_THROW(velocityScale(moving_, scene_, state_, braking_, stop_), std::invalid_argument);
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::velocity_scale_test

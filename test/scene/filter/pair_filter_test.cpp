@@ -10,10 +10,9 @@
 #include "proximity_server/scene/query/scene.h"
 #include "scene/files.h"
 
-namespace proximity_server::scene {
+namespace proximity_server::scene::pair_filter_test {
 
 using namespace narrowphase;
-namespace {
 
 /// A torso with two arms of two links each; the hand is fixed to the left forearm, the neck has no geometry.
 ///
@@ -480,5 +479,4 @@ TEST_F(PairGroup, UnknownGroupThrowsWithTheNearestName) {
 
 TEST_F(PairGroup, GroupThatContainsItselfThrows) { EXPECT_TRUE(says(errorOfGroup("circle"), "contains itself")); }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::pair_filter_test

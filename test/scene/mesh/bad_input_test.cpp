@@ -14,10 +14,9 @@
 #include "sanitized.h"
 #include "scene/files.h"
 
-namespace proximity_server::scene {
+namespace proximity_server::scene::bad_input_test {
 
 using namespace narrowphase;
-namespace {
 
 void expectSays(const std::string& said, const std::string& what) {
   EXPECT_NE(said.find(what), std::string::npos) << "\"" << said.substr(0, 300) << "\" does not mention " << what;
@@ -439,5 +438,4 @@ TEST_F(MeshUri, AllowedRootsHoldForEveryKindOfPath) {
   expectSays(errorOf([&] { withinRoots(packageResolver({}), {"/absent/root"}); }), "/absent/root");
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::bad_input_test

@@ -16,8 +16,7 @@
 
 #include "sanitized.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::child_process_test {
 
 using std::chrono::seconds;
 
@@ -186,5 +185,4 @@ TEST_F(ChildProcess, AnswersInAProcessOfManyBusyThreads) {
   for (std::thread& thread : busy) thread.join();
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::child_process_test

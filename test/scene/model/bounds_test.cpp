@@ -9,10 +9,9 @@
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "scene/small_robots.h"
 
-namespace proximity_server::scene {
+namespace proximity_server::scene::bounds_test {
 
 using namespace narrowphase;
-namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Matrix3d;
@@ -271,5 +270,4 @@ TEST(BoundsOfPieces, HoldEveryPointOfThem) {
   }
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::bounds_test

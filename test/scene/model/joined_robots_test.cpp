@@ -15,8 +15,7 @@
 #include "scene/files.h"
 #include "scene/small_robots.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::joined_robots_test {
 
 using Eigen::Isometry3d;
 
@@ -341,5 +340,4 @@ TEST_F(DistancesOfJoinedRobots, AreUnknownWhereOneOfThemHasNoPlace) {
   }
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::joined_robots_test

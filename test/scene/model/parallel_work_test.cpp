@@ -7,8 +7,7 @@
 #include <thread>
 #include <vector>
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::parallel_work_test {
 
 using Tell = std::function<void(const std::string&)>;
 
@@ -57,5 +56,4 @@ TEST(ParallelWork, WhatTheListenerThrowsEndsItAfterTheWorkThatHasBegun) {
   EXPECT_GE(begun, 1);
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::parallel_work_test

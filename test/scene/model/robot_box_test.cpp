@@ -6,10 +6,9 @@
 
 #include <string>
 
-namespace proximity_server::scene {
+namespace proximity_server::scene::robot_box_test {
 
 using namespace narrowphase;
-namespace {
 
 using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
@@ -63,5 +62,4 @@ TEST(RobotBox, HoldsTheMarginsOfTheShapes) {
             {1.51, 2.51, 3.51});
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::robot_box_test

@@ -13,10 +13,9 @@
 
 #include "scene/files.h"
 
-namespace proximity_server::scene {
+namespace proximity_server::scene::robot_model_test {
 
 using namespace narrowphase;
-namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -750,5 +749,4 @@ TEST_F(MeshRobot, MissingMeshIsAWarningWhereAllowed) {
   expectWarns(model, "absent.stl");
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::robot_model_test

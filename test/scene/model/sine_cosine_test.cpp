@@ -9,8 +9,7 @@
 
 #include "sanitized.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::sine_cosine_test {
 
 constexpr long double kPi = 3.14159265358979323846264338327950288L;
 
@@ -87,5 +86,4 @@ TEST(SineAndCosine, OfWhatIsNotFiniteAreNotNumbers) {
   }
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::sine_cosine_test

@@ -7,8 +7,7 @@
 
 #include "scene/small_robots.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::usable_pose_test {
 
 using Eigen::Isometry3d;
 using Eigen::Matrix3d;
@@ -88,5 +87,4 @@ TEST(UsablePose, OfNumbersThatAreNotFiniteIsNone) {
   }
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::usable_pose_test

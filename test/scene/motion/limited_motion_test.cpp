@@ -12,10 +12,9 @@
 #include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/motion/moving_scene.h"
 
-namespace proximity_server::scene {
+namespace proximity_server::scene::limited_motion_test {
 
 using namespace narrowphase;
-namespace {
 
 using Eigen::Vector3d;
 
@@ -373,5 +372,4 @@ TEST(CountsOfPhases, TellThePairsOnce) {
   EXPECT_EQ(carts.contact().counts.pairs, 1);
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::limited_motion_test

@@ -8,10 +8,9 @@
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "scene/small_robots.h"
 
-namespace proximity_server::scene {
+namespace proximity_server::scene::moving_bodies_test {
 
 using namespace narrowphase;
-namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -262,5 +261,4 @@ TEST(BoundsOfMovingBodies, HoldForPartsOfTheBodies) {
   EXPECT_NEAR(bodies.sphereGap(a, part_of_b, 1, poses).gap, 12.0 - 1.5, 1e-11);
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::moving_bodies_test

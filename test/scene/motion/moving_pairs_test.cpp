@@ -8,10 +8,9 @@
 #include "scene/query/half_space.h"
 #include "scene/random_objects.h"
 
-namespace proximity_server::scene {
+namespace proximity_server::scene::moving_pairs_test {
 
 using namespace narrowphase;
-namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -132,5 +131,4 @@ TEST_F(ManyFixed, AreNoPairIfTheyMayTouchOrHaveGone) {
   EXPECT_EQ(pairs_.size(), 5);
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::moving_pairs_test

@@ -13,10 +13,9 @@
 #include "scene/example_robots.h"
 #include "scene/solids.h"
 
-namespace proximity_server::scene {
+namespace proximity_server::scene::moving_scene_test {
 
 using namespace narrowphase;
-namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -461,5 +460,4 @@ TEST_F(BallAndBracket, HasTheMinimumOfItsPiecesOutsideOfTheBracket) {
   EXPECT_NEAR(outside.lower_bound, 0.1, 1e-6);
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::moving_scene_test

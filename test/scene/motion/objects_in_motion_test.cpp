@@ -16,10 +16,9 @@
 #include "scene/objects/placed_object.h"
 #include "scene/random_objects.h"
 
-namespace proximity_server::scene {
+namespace proximity_server::scene::objects_in_motion_test {
 
 using namespace narrowphase;
-namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -664,5 +663,4 @@ INSTANTIATE_TEST_SUITE_P(Motions, ObjectsInMotion,
                                               repeats(100), Meshes::Solid}),
                          [](const testing::TestParamInfo<Case>& test) { return test.param.name; });
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::objects_in_motion_test

@@ -8,8 +8,7 @@
 #include "scene/files.h"
 #include "scene/small_robots.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::robot_motion_test {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -148,5 +147,4 @@ TEST(TwistMotion, RefusesTwistsThatAreNotFiniteOrTooFew) {
             "the robot has 2 poses, but there are 1 twists");
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::robot_motion_test

@@ -5,8 +5,7 @@
 #include "proximity_server/scene/object_files/object_file.h"
 #include "scene/object_files/refusals.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::moveit_scene_test {
 
 using narrowphase::Shape;
 
@@ -162,5 +161,4 @@ TEST(MoveitScene, RefusesWithLineObjectAndReason) {
   EXPECT_EQ(size.rfind("cell.scene, line 5: object \"a\": ", 0), 0U) << size;
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::moveit_scene_test

@@ -9,8 +9,7 @@
 #include "scene/files.h"
 #include "scene/object_files/refusals.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::object_file_test {
 
 using narrowphase::Shape;
 
@@ -325,5 +324,4 @@ TEST(ObjectFile, RefusesToWriteShapesThatTheFormatLacks) {
   EXPECT_NE(refusalOf([&] { yamlOf(file); }).find("object \"a\": "), std::string::npos);
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::object_file_test

@@ -3,8 +3,7 @@
 #include "proximity_server/scene/object_files/file_value.h"
 #include "scene/object_files/refusals.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::yaml_test {
 
 FileValue read(const std::string& text) { return readYaml(text, "a.yaml"); }
 std::string refusal(const std::string& text) {
@@ -82,5 +81,4 @@ TEST(Yaml, RefusesDeepNesting) {
   EXPECT_NE(refusal(std::string(1000000, '[')).find("it is nested too deep"), std::string::npos);
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::yaml_test

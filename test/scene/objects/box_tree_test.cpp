@@ -7,8 +7,7 @@
 
 #include "scene/small_robots.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::box_tree_test {
 
 using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
@@ -106,5 +105,4 @@ TEST(BoxTree, PutsAnItemWithoutAPlaceInfinitelyFarAway) {
   }
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::box_tree_test

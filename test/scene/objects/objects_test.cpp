@@ -11,10 +11,9 @@
 #include "scene/files.h"
 #include "scene/small_robots.h"
 
-namespace proximity_server::scene {
+namespace proximity_server::scene::objects_test {
 
 using namespace narrowphase;
-namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -340,7 +339,7 @@ TEST_F(ObjectsOfAnArm, HaveThePairsThatAPlainImplementationOfTheRulesFinds) {
         if (below(2)) thing.touch_links.insert(one(links));
         placement = Attached{thing.carrier, {thing.touch_links.begin(), thing.touch_links.end()}};
       }
-      const Object object = thing.is_plane ? floorOf(id, placement) : proximity_server::scene::thing(id, placement);
+      const Object object = thing.is_plane ? floorOf(id, placement) : objects_test::thing(id, placement);
       const bool is_there = plain.things.count(id) > 0;
       if (is_there && below(3) == 0) {
         changes.emplace_back(RemoveObject{id});
@@ -391,5 +390,4 @@ TEST_F(ObjectsOfAnArm, HaveThePairsThatAPlainImplementationOfTheRulesFinds) {
   EXPECT_GT(found[false], 10000);
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::objects_test

@@ -9,8 +9,7 @@
 #include "scene/pieces/interior.h"
 #include "scene/solids.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::cavities_test {
 
 using Eigen::Vector3d;
 using narrowphase::ConvexHull;
@@ -135,5 +134,4 @@ TEST(MeshPieces, FromTheCacheAreSolidToo) {
   EXPECT_EQ(again.is_anchor, first.is_anchor);
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::cavities_test

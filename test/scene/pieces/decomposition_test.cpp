@@ -11,10 +11,9 @@
 #include "scene/pieces/mesh_deviation.h"
 #include "scene/pieces/mesh_parts.h"
 
-namespace proximity_server::scene {
+namespace proximity_server::scene::decomposition_test {
 
 using namespace narrowphase;
-namespace {
 
 using Eigen::Vector3d;
 using Points = std::vector<Vector3d>;
@@ -202,5 +201,4 @@ TEST(Decompose, CoversEveryTriangleWhereTheEffortIsSpent) {
   EXPECT_GE(*std::min_element(result.partition.begin(), result.partition.end()), 0);
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::decomposition_test

@@ -8,8 +8,7 @@
 #include "scene/pieces/mesh_parts.h"
 #include "scene/small_robots.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::enclosed_space_test {
 
 using Eigen::Vector3d;
 
@@ -121,5 +120,4 @@ TEST(EnclosedSpace, FindsEachOfManySolids) {
   }
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::enclosed_space_test

@@ -6,8 +6,7 @@
 #include "scene/small_robots.h"
 #include "scene/solids.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::interior_test {
 
 using Eigen::Vector3d;
 
@@ -102,5 +101,4 @@ TEST(Interior, ProvesItsBoundsAtSlivers) {
   }
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::interior_test

@@ -7,8 +7,7 @@
 
 #include "scene/pieces/boxes.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::mesh_parts_test {
 
 using Eigen::Vector3d;
 using Numbers = std::vector<int>;
@@ -138,5 +137,4 @@ TEST(TrianglesOf, HaveTheCornersOfTheirVertices) {
   EXPECT_EQ(triangles[2][1], Vector3d(-1, 0, 0));
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::mesh_parts_test

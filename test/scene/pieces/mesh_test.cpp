@@ -13,11 +13,11 @@
 
 #include "sanitized.h"
 #include "scene/files.h"
+#include "scene/pieces/mesh_parts.h"
 
-namespace proximity_server::scene {
+namespace proximity_server::scene::mesh_test {
 
 using namespace narrowphase;
-namespace {
 
 using Eigen::Vector3d;
 
@@ -51,15 +51,6 @@ void add(TriangleMesh& mesh, const TriangleMesh& more) {
   const int first = static_cast<int>(mesh.vertices.size());
   mesh.vertices.insert(mesh.vertices.end(), more.vertices.begin(), more.vertices.end());
   for (const auto& [a, b, c] : more.triangles) mesh.triangles.push_back({first + a, first + b, first + c});
-}
-
-/// Positive for triangles that face outwards.
-double enclosedVolume(const TriangleMesh& mesh) {
-  double six_volumes = 0.0;
-  for (const auto& [a, b, c] : mesh.triangles) {
-    six_volumes += mesh.vertices[a].dot(mesh.vertices[b].cross(mesh.vertices[c]));
-  }
-  return six_volumes / 6.0;
 }
 
 Eigen::AlignedBox3d bounds(const TriangleMesh& mesh) {
@@ -894,5 +885,4 @@ TEST(RosPackagePath, SplitsTheVariableAtColons) {
   EXPECT_TRUE(rosPackagePath().empty());
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::mesh_test

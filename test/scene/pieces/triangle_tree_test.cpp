@@ -8,8 +8,7 @@
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "scene/small_robots.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::triangle_tree_test {
 
 using Eigen::Vector3d;
 
@@ -144,5 +143,4 @@ TEST(TriangleTree, SpendsLessEffortThanLookingAtAllTriangles) {
   EXPECT_LT(spent, 0.2 * all);
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::triangle_tree_test

@@ -9,10 +9,9 @@
 #include "scene/model/infinity.h"
 #include "scene/small_robots.h"
 
-namespace proximity_server::scene {
+namespace proximity_server::scene::closest_pieces_test {
 
 using namespace narrowphase;
-namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -357,5 +356,4 @@ TEST(PieceSearch, WithoutDepthSaysThatOthersMayBeDeeper) {
   }
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::closest_pieces_test

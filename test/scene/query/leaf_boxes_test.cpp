@@ -14,8 +14,7 @@
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "sanitized.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::leaf_boxes_test {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -129,5 +128,4 @@ TEST(LeafBoxes, OfManyPiecesAreNone) {
   EXPECT_FALSE(LeafGaps::areFew(few, few, far));
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::leaf_boxes_test

@@ -10,10 +10,9 @@
 #include "scene/model/infinity.h"
 #include "scene/small_robots.h"
 
-namespace proximity_server::scene {
+namespace proximity_server::scene::link_groups_test {
 
 using namespace narrowphase;
-namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -251,5 +250,4 @@ TEST(CandidateOfLinkGroups, IsNoneForPairsThatAreNotChecked) {
   EXPECT_EQ(groups.candidate(robot.link("frame"), robot.link("3")), -1);
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::link_groups_test

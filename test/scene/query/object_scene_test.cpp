@@ -11,10 +11,9 @@
 #include "scene/files.h"
 #include "scene/small_robots.h"
 
-namespace proximity_server::scene {
+namespace proximity_server::scene::object_scene_test {
 
 using namespace narrowphase;
-namespace {
 
 using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
@@ -532,5 +531,4 @@ TEST(ASceneWithObjects, KeepsTheAnswersAboutWhatStays) {
   EXPECT_EQ(cell.scene.counts().computed, 2);
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::object_scene_test

@@ -15,10 +15,9 @@
 #include "sanitized.h"
 #include "scene/random_objects.h"
 
-namespace proximity_server::scene {
+namespace proximity_server::scene::object_skipping_test {
 
 using namespace narrowphase;
-namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -284,5 +283,4 @@ INSTANTIATE_TEST_SUITE_P(Motions, ChangingObjects,
                                          Case{"SolidsResting", Motion::Resting, 6, repeats(1000), Meshes::Solid}),
                          [](const testing::TestParamInfo<Case>& test) { return test.param.name; });
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::object_skipping_test

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::pair_memory_test {
 
 TEST(PairMemory, KnowsNoPairAtTheBeginning) {
   const PairMemory<int> memory(10);
@@ -76,5 +75,4 @@ TEST(PairMemory, HasRoomForTheNumberOfPairsThatItIsMadeFor) {
   }
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::pair_memory_test

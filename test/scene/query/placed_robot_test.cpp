@@ -8,10 +8,9 @@
 #include "scene/files.h"
 #include "scene/small_robots.h"
 
-namespace proximity_server::scene {
+namespace proximity_server::scene::placed_robot_test {
 
 using namespace narrowphase;
-namespace {
 
 using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
@@ -316,5 +315,4 @@ TEST(LowerBoundsOfPlacedRobot, AreNeverAboveTheDistance) {
   EXPECT_GT(apart, 1000);
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::placed_robot_test

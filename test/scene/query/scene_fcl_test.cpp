@@ -21,10 +21,9 @@
 #include "sanitized.h"
 #include "scene/example_robots.h"
 
-namespace proximity_server::scene {
+namespace proximity_server::scene::scene_fcl_test {
 
 using namespace narrowphase;
-namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -266,5 +265,4 @@ TEST(TwoPandasAndFcl, EveryPairBetweenThemAgreesWhereApartInRandomStates) {
 INSTANTIATE_TEST_SUITE_P(Robots, SceneAndFcl, testing::ValuesIn(robotsToTest()),
                          [](const auto& robot) { return std::string(robot.param.name); });
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::scene_fcl_test

@@ -18,10 +18,9 @@
 #include "proximity_server/scene/model/kinematics.h"
 #include "sanitized.h"
 
-namespace proximity_server::scene {
+namespace proximity_server::scene::scene_test {
 
 using namespace narrowphase;
-namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Matrix3d;
@@ -939,5 +938,4 @@ TEST_P(RandomScene, NothingAllocatesAfterTheFirstQuestionOfAKind) {
 
 INSTANTIATE_TEST_SUITE_P(Scene, RandomScene, testing::Range(1u, 1u + static_cast<unsigned>(repeats(6))));
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::scene_test

@@ -12,10 +12,9 @@
 #include "sanitized.h"
 #include "scene/example_robots.h"
 
-namespace proximity_server::scene {
+namespace proximity_server::scene::shared_scene_test {
 
 using namespace narrowphase;
-namespace {
 
 constexpr unsigned kThreads = 8;
 constexpr int kStates = 6;  // of each thread
@@ -108,5 +107,4 @@ TEST(SharedScene, ModelsAreLoadedByEightThreadsAtOnce) {
   for (const std::vector<double>& own : together) EXPECT_TRUE(sameBits(own, expected));
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::shared_scene_test

@@ -11,10 +11,9 @@
 #include "scene/small_robots.h"
 #include "scene/solids.h"
 
-namespace proximity_server::scene {
+namespace proximity_server::scene::solid_test {
 
 using namespace narrowphase;
-namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -382,5 +381,4 @@ TEST(SolidOfHulls, IsNotInThePiecesOfTheDentedBall) {
   EXPECT_NE(pieces.interior, nullptr);
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::solid_test

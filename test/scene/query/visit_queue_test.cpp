@@ -3,8 +3,7 @@
 #include <gtest/gtest.h>
 #include "scene/model/infinity.h"
 
-namespace proximity_server::scene {
-namespace {
+namespace proximity_server::scene::visit_queue_test {
 
 Visit visitOf(double lower_bound, int number) { return {lower_bound, number, 0, 0, 0.0}; }
 
@@ -67,5 +66,4 @@ TEST(VisitQueue, RemainingAreThoseThatWereNotGiven) {
   EXPECT_TRUE(queue.remaining().empty());
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::visit_queue_test

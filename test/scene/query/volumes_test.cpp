@@ -9,10 +9,9 @@
 #include "scene/files.h"
 #include "scene/small_robots.h"
 
-namespace proximity_server::scene {
+namespace proximity_server::scene::volumes_test {
 
 using namespace narrowphase;
-namespace {
 
 using Eigen::Vector3d;
 using Leaves = std::vector<int>;  // indices of pieces, sorted
@@ -218,5 +217,4 @@ TEST(VolumesOf, WhatDoesNotExistThrowNamingIt) {
   EXPECT_EQ(errorOf([&] { volumes.of({link, 2}); }), "");
 }
 
-}  // namespace
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::scene::volumes_test

@@ -2,8 +2,7 @@
 #include "tools/command_line/clearance_command.h"
 #include "tools/command_line/crossing_sliders.h"
 
-namespace proximity_server::tools {
-namespace {
+namespace proximity_server::tools::clearance_assertion_test {
 
 /// With --no-filter the closest pair of the two sliders is base - sled, 1 + slide apart.
 class ClearanceAssertion : public Clearance {
@@ -102,5 +101,4 @@ TEST_F(ClearanceAssertion, WhatCouldNotBeDecidedIsNotProven) {
   EXPECT_TRUE(says(result.errors, "1 of 1 segment (1 not decided within the budget of the search)")) << result.errors;
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::clearance_assertion_test

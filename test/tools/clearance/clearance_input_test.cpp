@@ -6,10 +6,9 @@
 #include "tools/command_line/crossing_sliders.h"
 #include "tools/states/numpy_bytes.h"
 
-namespace proximity_server::tools {
+namespace proximity_server::tools::clearance_input_test {
 
 using namespace scene;
-namespace {
 
 TEST_F(Clearance, NamesWhatIsWrongWithTheInput) {
   const auto expect = [&](const CommandResult& result, const std::string& part) {
@@ -175,5 +174,4 @@ TEST_F(Clearance, EndsWithAMessageWhereTheSystemGivesNoMoreThreads) {
   EXPECT_TRUE(says(result.errors, " of 1024 threads could be started (")) << result.errors;
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::clearance_input_test

@@ -6,8 +6,7 @@
 
 #include "tools/command_line/clearance_command.h"
 
-namespace proximity_server::tools {
-namespace {
+namespace proximity_server::tools::clearance_objects_test {
 
 using Row = std::map<std::string, std::string>;
 
@@ -303,5 +302,4 @@ TEST_F(ClearanceObjects, AChangeAtATimeNeedsTimes) {
   EXPECT_TRUE(says(refusal(text), "there is no column \"time\", and objects change at a time"));
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::clearance_objects_test

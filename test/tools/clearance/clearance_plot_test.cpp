@@ -3,10 +3,9 @@
 
 #include "tools/command_line/clearance_command.h"
 
-namespace proximity_server::tools {
+namespace proximity_server::tools::clearance_plot_test {
 
 using namespace scene;
-namespace {
 
 class ClearancePlotTest : public Clearance {
  protected:
@@ -110,5 +109,4 @@ assert all(len(line.get_paths()) and numpy.ptp(line.get_paths()[0].vertices[:, 1
   EXPECT_EQ(result.exit_code, 0) << result.output;
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::clearance_plot_test

@@ -7,10 +7,9 @@
 
 #include "tools/command_line/clearance_command.h"
 
-namespace proximity_server::tools {
+namespace proximity_server::tools::clearance_test {
 
 using namespace scene;
-namespace {
 
 /// The slider at random places, in several blocks.
 std::string manyStates(int count) {
@@ -138,5 +137,4 @@ TEST_F(Clearance, EndsQuietlyWhereNobodyReadsOn) {
   EXPECT_EQ(rowsOf(result.output).size(), 1U);
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::clearance_test

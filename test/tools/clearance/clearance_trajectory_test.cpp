@@ -7,10 +7,9 @@
 #include "tools/command_line/clearance_command.h"
 #include "tools/command_line/crossing_sliders.h"
 
-namespace proximity_server::tools {
+namespace proximity_server::tools::clearance_trajectory_test {
 
 using namespace narrowphase;
-namespace {
 
 constexpr double kTolerance = 1e-6;  // [m] the default
 using Row = std::map<std::string, std::string>;
@@ -272,5 +271,4 @@ TEST_F(Clearance, WarnsOfTimesThatAreNotUsed) {
   EXPECT_EQ(trajectory.output, run("slide\n0\n1\n", "--trajectory").output);
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::clearance_trajectory_test

@@ -12,11 +12,10 @@
 #include "tools/command_line/two_sliders.h"
 #include "tools/states/csv_states.h"
 
-namespace proximity_server::tools {
+namespace proximity_server::tools::trajectory_run_test {
 
 using namespace narrowphase;
 using namespace scene;
-namespace {
 
 const RobotModel& robot() {
   static const RobotModel model = loadRobotModel(kTwoSliders, packageResolver({}));
@@ -93,5 +92,4 @@ TEST(SegmentRow, SaysWhereNothingIsKnown) {
   EXPECT_NE(rowText(SegmentClearance{}, robot(), RowFormat::Json).find("\"contact\":null"), std::string::npos);
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::trajectory_run_test

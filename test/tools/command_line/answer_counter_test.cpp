@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace proximity_server::tools {
-namespace {
+namespace proximity_server::tools::answer_counter_test {
 
 TEST(AnswerCounter, TellsRateAndTimeThatIsLeft) {
   EXPECT_EQ(countText("states", 1000, 5000, 2.0), "1,000 of 5,000 states, 500 a second, 8 s left");
@@ -18,5 +17,4 @@ TEST(AnswerCounter, WithoutATotalOrAnAnswerNothingIsSaidOfTheRest) {
   EXPECT_EQ(countText("states", 0, 10, 1.0), "0 of 10 states, 0 a second");
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::answer_counter_test

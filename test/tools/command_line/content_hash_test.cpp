@@ -4,10 +4,9 @@
 
 #include "scene/files.h"
 
-namespace proximity_server::tools {
+namespace proximity_server::tools::content_hash_test {
 
 using namespace scene;
-namespace {
 
 // Source: the known answers of XXH3 with 128 bits and seed 0.
 constexpr char kOfNothing[] = "99aa06d3014798d86001c324468d497f";
@@ -42,5 +41,4 @@ TEST(ContentHash, NamesTheFileThatCannotBeRead) {
   EXPECT_EQ(errorOf([&] { contentHash(folder); }), folder + ": reading failed");
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::content_hash_test

@@ -8,8 +8,7 @@
 #include <string>
 #include <system_error>
 
-namespace proximity_server::tools {
-namespace {
+namespace proximity_server::tools::tool_main_test {
 
 struct End {
   int exit_code;
@@ -58,5 +57,4 @@ TEST(ToolMain, WhateverIsThrownEndsWithOneAndAMessage) {
          "tool: the system refuses: Too many open files\n");
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::tool_main_test

@@ -3,8 +3,7 @@
 
 #include "tools/explain/explain_command.h"
 
-namespace proximity_server::tools {
-namespace {
+namespace proximity_server::tools::explain_plot_test {
 
 class ExplainPlot : public ::testing::Test {
  protected:
@@ -130,5 +129,4 @@ TEST_F(ExplainPlot, NamesOnlyPointsThatLieWhereTheHullHasThem) {
   EXPECT_EQ(named(hull + " sweep 1 0 0 0 1 0 0 0 1 1 0 0" + point), 0U);
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::explain_plot_test

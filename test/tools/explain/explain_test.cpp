@@ -7,8 +7,7 @@
 #include "tools/command_line/two_sliders.h"
 #include "tools/explain/explain_command.h"
 
-namespace proximity_server::tools {
-namespace {
+namespace proximity_server::tools::explain_test {
 
 using Json = nlohmann::json;
 
@@ -242,5 +241,4 @@ TEST(Explain, HelpIsTextAndTellsTheExitCodes) {
   EXPECT_TRUE(says(result.output, "Exit codes: 0: done; 1: bad input")) << result.output;
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::explain_test

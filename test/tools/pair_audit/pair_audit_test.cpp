@@ -8,11 +8,10 @@
 #include "tools/command_line/crossing_sliders.h"
 #include "tools/command_line/run_command.h"
 
-namespace proximity_server::tools {
+namespace proximity_server::tools::pair_audit_test {
 
 using namespace narrowphase;
 using namespace scene;
-namespace {
 
 bool says(const std::string& text, const std::string& what) { return text.find(what) != std::string::npos; }
 
@@ -178,5 +177,4 @@ TEST_F(PairAudit, FindsThatLinks5And7OfThePandaCollide) {
   })) << report;
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::pair_audit_test

@@ -11,11 +11,10 @@
 #include "tools/command_line/two_sliders.h"
 #include "tools/pair_audit/audit_report.h"
 
-namespace proximity_server::tools {
+namespace proximity_server::tools::pair_study_test {
 
 using namespace narrowphase;
 using namespace scene;
-namespace {
 
 std::shared_ptr<const SceneModel> modelOf(const std::string& urdf, const std::string& srdf = "") {
   auto model = std::make_shared<SceneModel>();
@@ -190,5 +189,4 @@ TEST(JointRanges, WhatHasNoLimitsIsNotKnown) {
   EXPECT_TRUE(jointRanges(withJoint("type=\"floating\">")).empty());
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::pair_study_test

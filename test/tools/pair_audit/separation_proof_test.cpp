@@ -8,10 +8,9 @@
 #include "proximity_server/scene/model/load_robot_model.h"
 #include "tools/command_line/two_sliders.h"
 
-namespace proximity_server::tools {
+namespace proximity_server::tools::separation_proof_test {
 
 using namespace scene;
-namespace {
 
 // A joint at the face of a box, and a ball on an arm about it; then a wrist, a slider and a hand.
 const char* const kArm = R"(<robot name="arm">
@@ -136,5 +135,4 @@ TEST(SeparationProof, ContactAtTheEndOfARangeIsNotProvenAway) {
   EXPECT_LE(Robot(kTwoSliders).prove("base", "sled, left").lower_bound, kContactDistance);
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::separation_proof_test

@@ -5,11 +5,10 @@
 #include "scene/files.h"
 #include "tools/command_line/crossing_sliders.h"
 
-namespace proximity_server::tools {
+namespace proximity_server::tools::srdf_writer_test {
 
 using namespace narrowphase;
 using namespace scene;
-namespace {
 
 class SrdfWriter : public ::testing::Test {
  protected:
@@ -62,5 +61,4 @@ TEST_F(SrdfWriter, RefusesWhatIsNoSrdf) {
   EXPECT_EQ(errorOf([&] { written("<group/>"); }), "SRDF: no <robot> element");
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::srdf_writer_test

@@ -9,8 +9,7 @@
 #include <cstdlib>
 #include <stdexcept>
 
-namespace proximity_server::tools {
-namespace {
+namespace proximity_server::tools::child_answers_test {
 
 constexpr int kLimit = 1;  // [s]
 
@@ -85,5 +84,4 @@ TEST(ChildAnswers, NoQuestionNeedsNoChild) {
                   .empty());
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::child_answers_test

@@ -8,10 +8,9 @@
 #include "tools/command_line/clearance_command.h"
 #include "tools/second_opinion/other_library.h"
 
-namespace proximity_server::tools {
+namespace proximity_server::tools::clearance_second_opinion_test {
 
 using namespace scene;
-namespace {
 
 constexpr const char* kTwoCylinders = R"(<robot name="cylinders">
   <link name="a"><collision><geometry><cylinder radius="0.1" length="0.6"/></geometry></collision></link>
@@ -135,5 +134,4 @@ TEST_F(ClearanceSecondOpinion, RefusesWhatItDoesNotKnow) {
   }
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::clearance_second_opinion_test

@@ -6,10 +6,9 @@
 #include "sanitized.h"
 #include "tools/second_opinion/single_piece.h"
 
-namespace proximity_server::tools {
+namespace proximity_server::tools::judgement_test {
 
 using namespace narrowphase;
-namespace {
 
 using Eigen::Vector3d;
 
@@ -118,5 +117,4 @@ TEST(Judge, AnOverlapWithTheInsideOfAMeshIsNotRefutedByItsPieces) {
   EXPECT_EQ(judge({a, b, 0.0, ours, other}, kTolerance).ruling, Ruling::Inside);
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::judgement_test

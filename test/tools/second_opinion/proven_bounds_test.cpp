@@ -5,10 +5,9 @@
 #include "sanitized.h"
 #include "tools/second_opinion/single_piece.h"
 
-namespace proximity_server::tools {
+namespace proximity_server::tools::proven_bounds_test {
 
 using namespace narrowphase;
-namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -91,5 +90,4 @@ TEST(ProvenBounds, OfSeveralPiecesAreThoseOfTheNearest) {
   EXPECT_NEAR(proven.upper, 1.25, 1e-12);
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::proven_bounds_test

@@ -11,10 +11,9 @@
 #include "tools/clearance/trajectory_run.h"
 #include "tools/states/arm.h"
 
-namespace proximity_server::tools {
+namespace proximity_server::tools::bag_states_test {
 
 using namespace scene;
-namespace {
 
 sensor_msgs::JointState message(double stamp, const std::vector<std::string>& names,
                                 const std::vector<double>& positions) {
@@ -165,5 +164,4 @@ TEST_F(BagStates, AreNotReadFromAnEncryptedBag) {
   EXPECT_EQ(errorIn(files_.write("e.bag", bytes)), "e.bag: encrypted; decrypt it first (rosbag decrypt)");
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::bag_states_test

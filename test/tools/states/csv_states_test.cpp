@@ -11,11 +11,10 @@
 #include "tools/command_line/csv.h"
 #include "tools/command_line/two_sliders.h"
 
-namespace proximity_server::tools {
+namespace proximity_server::tools::csv_states_test {
 
 using namespace narrowphase;
 using namespace scene;
-namespace {
 
 const RobotModel& robot() {
   static const RobotModel model = loadRobotModel(kTwoSliders, packageResolver({}));
@@ -167,5 +166,4 @@ TEST(Csv, NumbersAreReadBackBitByBit) {
   EXPECT_EQ(numberText(std::numeric_limits<double>::quiet_NaN()), "nan");
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::csv_states_test

@@ -9,10 +9,9 @@
 #include "tools/command_line/two_sliders.h"
 #include "tools/states/csv_states.h"
 
-namespace proximity_server::tools {
+namespace proximity_server::tools::limit_check_test {
 
 using namespace scene;
-namespace {
 
 // Limits: "elbow" from -2 to 3 rad, "lift" from 0 to 0.5 m, "wheel" none.
 const char* const kArm = R"(<robot name="arm">
@@ -70,5 +69,4 @@ TEST(LimitCheck, LeavesOutWhatNoStateSets) {
   EXPECT_EQ(warningFor(urdf.c_str(), "other\n1\n"), "");
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::limit_check_test

@@ -13,10 +13,9 @@
 
 #include <Random123/philox.h>
 
-namespace proximity_server::tools {
+namespace proximity_server::tools::made_states_test {
 
 using namespace scene;
-namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr std::uint64_t kMany = std::numeric_limits<std::int64_t>::max();
@@ -253,5 +252,4 @@ TEST(GridStates, SayWhichAreBeyondALimitAndWhatTheyAre) {
     EXPECT_NE(gridOf({other}).identity(), states.identity()) << other;
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::made_states_test

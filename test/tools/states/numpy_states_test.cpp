@@ -11,10 +11,9 @@
 #include "tools/states/arm.h"
 #include "tools/states/numpy_bytes.h"
 
-namespace proximity_server::tools {
+namespace proximity_server::tools::numpy_states_test {
 
 using namespace scene;
-namespace {
 
 const double kNaN = std::numeric_limits<double>::quiet_NaN();
 const double kInfinity = std::numeric_limits<double>::infinity();
@@ -358,5 +357,4 @@ TEST_F(NumpyFile, IsReadInBlocksThatEndBeforeAStateThatIsWrong) {
   EXPECT_EQ(states.read(block), 0);
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::numpy_states_test

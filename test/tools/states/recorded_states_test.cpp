@@ -8,10 +8,9 @@
 #include "scene/files.h"
 #include "tools/states/arm.h"
 
-namespace proximity_server::tools {
+namespace proximity_server::tools::recorded_states_test {
 
 using namespace scene;
-namespace {
 
 struct Message {
   double time;
@@ -152,5 +151,4 @@ TEST(RecordedStates, SayWhichStateIsBeyondALimitAndWhereItIs) {
             "-2 and 3 rad.");
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::recorded_states_test

@@ -8,8 +8,7 @@
 
 #include "sanitized.h"
 
-namespace proximity_server::tools {
-namespace {
+namespace proximity_server::tools::blocks_in_threads_test {
 
 struct Block {
   int number = -1;
@@ -93,5 +92,4 @@ TEST(BlocksInThreads, AnErrorOfAnsweringOrWritingEndsAll) {
   }
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::blocks_in_threads_test

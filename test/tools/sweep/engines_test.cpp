@@ -4,8 +4,7 @@
 #include "sanitized.h"
 #include "tools/command_line/run_command.h"
 
-namespace proximity_server::tools {
-namespace {
+namespace proximity_server::tools::engines_test {
 
 constexpr int kUnusable = 77;  // exit code where this machine cannot have what the program needs
 
@@ -38,5 +37,4 @@ TEST(Engines, ASweepBySlurmSurvivesKills) {
                                 kRobot + "1500000"));
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::engines_test

@@ -7,8 +7,7 @@
 #include <limits>
 #include <random>
 
-namespace proximity_server::tools {
-namespace {
+namespace proximity_server::tools::output_format_test {
 
 template <typename Number>
 Number numberAt(const std::string& bytes, std::size_t place) {
@@ -76,5 +75,4 @@ TEST(OutputFormat, TheSmallestIntegerHoldsAllNumbersOfPairs) {
   EXPECT_EQ(numberAt<std::int16_t>(bytes, 2), 128);
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::output_format_test

@@ -4,8 +4,7 @@
 
 #include "scene/files.h"
 
-namespace proximity_server::tools {
-namespace {
+namespace proximity_server::tools::state_range_test {
 
 TEST(StateRange, ShardsLieEndToEndAndDifferByAtMostOneState) {
   for (const std::uint64_t count : {1ULL, 7ULL, 1000ULL, 1000000007ULL, 18446744073709551614ULL}) {
@@ -45,5 +44,4 @@ TEST(StateRange, NamesTextsThatAreNoShardOrRange) {
     EXPECT_NE(scene::errorOf([&] { readRange(text); }).find("has no state"), std::string::npos);
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::state_range_test

@@ -12,8 +12,7 @@
 #include "scene/files.h"
 #include "tools/command_line/two_sliders.h"
 
-namespace proximity_server::tools {
-namespace {
+namespace proximity_server::tools::sweep_summary_test {
 
 const scene::RobotModel& robot() {
   static const scene::RobotModel model = scene::loadRobotModel(kTwoSliders, scene::packageResolver({}));
@@ -116,5 +115,4 @@ TEST(SweepSummary, RefusesOtherJson) {
             std::string::npos);
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::sweep_summary_test

@@ -12,10 +12,9 @@
 #include "tools/command_line/clearance_command.h"
 #include "tools/command_line/robot_files.h"
 
-namespace proximity_server::tools {
+namespace proximity_server::tools::sweep_tool_test {
 
 using namespace scene;
-namespace {
 
 namespace fs = std::filesystem;
 
@@ -469,5 +468,4 @@ TEST_F(SweepTool, TheSummarySaysWhatTheRowsSay) {
   EXPECT_TRUE(says(result.errors, " states per core-hour, ")) << result.errors;
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::sweep_tool_test

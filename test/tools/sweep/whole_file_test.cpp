@@ -12,8 +12,7 @@
 #include "scene/files.h"
 #include "tools/command_line/robot_files.h"
 
-namespace proximity_server::tools {
-namespace {
+namespace proximity_server::tools::whole_file_test {
 
 using scene::errorOf;
 using scene::TemporaryFiles;
@@ -138,5 +137,4 @@ TEST(WholeFile, TwoProcessesMayWriteTheSameOne) {
   EXPECT_EQ(filesIn(files), 1U);
 }
 
-}  // namespace
-}  // namespace proximity_server::tools
+}  // namespace proximity_server::tools::whole_file_test
