@@ -17,8 +17,7 @@ namespace {
 using Eigen::Isometry3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kAgreement = 1e-6;  // [m]
-constexpr int kMaxJudged = 20;       // the time of the oracle grows with the vertices of the hulls
+constexpr int kMaxJudged = 20;  // the time of the oracle grows with the vertices of the hulls
 
 /// By candidate pair; infinity where there is no answer.
 std::vector<double> byPair(const std::vector<PairDistance>& answer, std::size_t pairs) {

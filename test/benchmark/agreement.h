@@ -11,6 +11,8 @@ namespace proximity_server::benchmark {
 using namespace scene;
 using namespace peers;
 
+constexpr double kAgreement = 1e-6;  ///< [m] as near are two answers that are the same
+
 /// How far the answers of another library lie from ours, and which of the two is right where they differ.
 ///
 /// Only distances are compared: a pair counts where both say that it is apart. The first pairs that differ are put to

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "benchmark/agreement.h"
+
 namespace proximity_server::benchmark {
 namespace {
-
-constexpr double kAgreement = 1e-6;  // [m]
 
 struct Differences {
   int compared = 0, differing = 0, overlaps_missed = 0, overlaps_claimed = 0, other_pairs = 0;

@@ -8,6 +8,7 @@
 #include "peers/aborts.h"
 #include "peers/robots.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "scene/model/infinity.h"
 #include "scene/objects/placed_object.h"
 #include "tools/second_opinion/fcl_shape.h"
 
@@ -19,8 +20,6 @@ namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 const Vector3d kFirstGuess(1.0, 0.0, 0.0);  // FCL's own
 

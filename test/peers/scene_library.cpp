@@ -14,13 +14,13 @@ bool isBefore(const ShapeRefPair& a, const ShapeRefPair& b) {
   return std::tie(a.a.link, a.b.link) < std::tie(b.a.link, b.b.link);
 }
 
-Question within(double threshold) {
+}  // namespace
+
+Question within(double distance) {
   Question question;
-  question.threshold = threshold;
+  question.threshold = distance;
   return question;
 }
-
-}  // namespace
 
 /// The candidates are sorted as the pairs of the filter are.
 int numberOf(const ShapeRefPair& pair, const Candidates& candidates, const Objects* objects) {

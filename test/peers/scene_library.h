@@ -18,6 +18,9 @@ enum class SceneQuestion {
 };
 constexpr double kBelow = 0.05;  ///< [m]
 
+/// A question for what is within a distance [m].
+Question within(double distance);
+
 /// The distance of one candidate pair.
 struct PairDistance {
   int pair;         ///< see numberOf()

@@ -7,6 +7,7 @@
 
 #include "oracle/oracle.h"
 #include "peers/robots.h"
+#include "scene/model/infinity.h"
 
 namespace proximity_server::peers {
 
@@ -18,7 +19,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Sphere = SphereScene::Sphere;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kDirections = 200;  // samples of a piece
 constexpr int kRounds = 10;       // of k-means
 constexpr int kPulls = 100;       // of an enclosing sphere

@@ -9,12 +9,6 @@ namespace proximity_server::peers {
 using namespace scene;
 namespace {
 
-Question within(double distance) {
-  Question question;
-  question.threshold = distance;
-  return question;
-}
-
 PairDistance pairOf(const PairProximity& pair, const Candidates& candidates) {
   return {numberOf(pair.asked, candidates, nullptr), pair.result.distance};
 }

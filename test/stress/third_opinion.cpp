@@ -22,7 +22,7 @@ std::vector<double> distancesByOthers(const Shape& a, const Shape& b, const Eige
   std::map<std::string, double> found;
   for (const Library& library : allLibraries()) {
     if (library.name == "ours") continue;
-    const SolidPair pair{&*solid_a, &*solid_b, Placement::Apart, a_T_b};
+    const SolidPair pair{&*solid_a, &*solid_b, peers::Placement::Apart, a_T_b};
     if (!library.answers(peers::Question::Distance, /*overlap=*/false)) continue;
     WarmStart warm;
     const auto answer = answerOf([&] { return library.ask(pair, peers::Question::Distance, kDefaultTolerance, warm); });
