@@ -8,7 +8,7 @@ struct Available {
 
   Available() {
     int count = 0;
-#ifdef PROXIMITY_X86_LANES
+#ifdef __x86_64__
     if (__builtin_cpu_supports("avx512f")) list[count++] = &avx512Kernels();
     if (__builtin_cpu_supports("avx2")) list[count++] = &avx2Kernels();
 #endif

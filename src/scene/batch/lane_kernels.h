@@ -110,7 +110,7 @@ const Kernels& kernels();
 const Kernels* const* allKernels();
 
 const Kernels& baselineKernels();
-#ifdef PROXIMITY_X86_LANES
+#ifdef __x86_64__
 const Kernels& avx2Kernels();
 const Kernels& avx512Kernels();
 #endif
