@@ -179,7 +179,7 @@ are a TypeError. A wrong shape is a ValueError. A state with a position that is 
 Status.UNKNOWN, Verdict.UNKNOWN. Limits of joints are not looked at.
 
 Each answer is a function of its state alone, to the last bit: the other states, their number and the threads do not count,
-nor does the processor, unless the C library has other sines for it. The fields of the rows are described at the top of the module, help(proximity).)";
+nor do the processor and the C library. The fields of the rows are described at the top of the module, help(proximity).)";
 
 constexpr char kLoadDoc[] = R"(Reads a URDF from a file.
 

@@ -9,9 +9,10 @@ struct SineCosine {
 /// Of an angle [rad], by sums and products alone: the same bits on every processor and with every C library, so that what is
 /// computed of a robot does not depend on the host.
 ///
-/// Error:   up to 1.6e6 rad below 0.9 units in the last place; beyond, also 1e-19 of the angle.
+/// Error:   below 0.9 units in the last place.
 /// Failure: NaN if the angle is not finite.
-/// Source:  Cody, Waite, Software Manual for the Elementary Functions, 1980 (the reduction by pi / 2 in parts); Taylor's
+/// Source:  Cody, Waite, Software Manual for the Elementary Functions, 1980 (the reduction by pi / 2 in parts, up to 1.6e6
+///          rad); Payne, Hanek, Radian Reduction for Trigonometric Functions, ACM SIGNUM 1983 (beyond); Taylor's
 ///          polynomials up to pi / 4; Knuth, The Art of Computer Programming, volume 2, 1997, section 4.2.2 (what a difference
 ///          rounds away).
 SineCosine sineAndCosine(double angle);

@@ -64,18 +64,24 @@ TEST(SineAndCosine, OfAnOppositeAngleAreMirrored) {
   }
 }
 
-TEST(SineAndCosine, OfHugeAnglesLoseNoMoreThanStated) {
+// Regression: beyond 1.6e6 rad a turn was taken for a number of 64 bits, which is off by 1e-20 of the angle.
+TEST(SineAndCosine, OfHugeAnglesAreWithinTheirError) {
   std::mt19937_64 random(4);
-  for (const double most : {1e7, 1e9, 1e12}) {
-    std::uniform_real_distribution<double> angles(-most, most);
-    for (int i = 0; i < repeats(10000); ++i) {
-      const double angle = angles(random);
-      const SineCosine found = sineAndCosine(angle);
-      const long double exact = angle, allowed = 1.2e-16L + 1e-19L * most;
-      ASSERT_NEAR(found.sine, static_cast<double>(std::sin(exact)), static_cast<double>(allowed));
-      ASSERT_NEAR(found.cosine, static_cast<double>(std::cos(exact)), static_cast<double>(allowed));
+  std::uniform_real_distribution<double> mantissas(-2.0, 2.0);
+  for (int exponent = 18; exponent < 1023; ++exponent)
+    for (int i = 0; i < repeats(100); ++i) {
+      const double angle = std::ldexp(mantissas(random), exponent);
+      ASSERT_LE(worstOf(angle), 0.9L) << angle;
+      ASSERT_EQ(sineAndCosine(angle).sine, -sineAndCosine(-angle).sine) << angle;
     }
-  }
+  for (const double angle : {0x1p20 * 1.5707963267341256, std::nextafter(0x1p20 * 1.5707963267341256, 1e9), 1e22,
+                             std::numeric_limits<double>::max()})
+    EXPECT_LE(worstOf(angle), 0.9L) << angle;
+}
+
+// The double nearest to a multiple of a quarter turn: Kahan, 6381956970095103 * 2^797.
+TEST(SineAndCosine, OfTheHardestAngleAreWithinTheirError) {
+  EXPECT_LE(worstOf(std::ldexp(6381956970095103.0, 797)), 0.9L);
 }
 
 TEST(SineAndCosine, OfWhatIsNotFiniteAreNotNumbers) {
