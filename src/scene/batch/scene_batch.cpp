@@ -123,8 +123,9 @@ const std::vector<PairProximity>& SceneBatch::minimum(const States& states) {
 
 const StatePairs& SceneBatch::closest(const States& states, int k) {
   requireColumns(states, model().robot);
+  if (k <= 0) throw std::invalid_argument("k is " + std::to_string(k) + ", but must be positive");
   Impl& impl = *impl_;
-  const auto most = static_cast<std::size_t>(std::max(k, 0));
+  const auto most = static_cast<std::size_t>(k);
   return impl.listed(
       states, [&](int count) { impl.nearest.prepareClosest(impl.lanes, count, most); },
       [&](int i) -> const std::vector<PairProximity>& { return impl.nearest.closest(impl.exact, i); });

@@ -89,12 +89,12 @@ class PartsReader {
   }
 
   ConvexParts operator()(const HalfSpace& half_space) const {
-    const double length = half_space.normal.norm();
-    if (!(length > 0.0) || !std::isfinite(length) || !std::isfinite(half_space.offset))
+    if (!half_space.normal.allFinite() || half_space.normal.isZero(0.0) || !std::isfinite(half_space.offset))
       throw std::invalid_argument("the normal of the half-space is zero, or not finite, or its offset is not finite");
+    const Vector3d scaled = half_space.normal / half_space.normal.cwiseAbs().maxCoeff();  // its square is in range
     ConvexParts parts;
     parts.info.description = "half-space";
-    parts.half_spaces.push_back({half_space.normal / length, half_space.offset});
+    parts.half_spaces.push_back({scaled.normalized(), half_space.offset});
     return parts;
   }
 

@@ -402,13 +402,12 @@ TEST(BatchOfBeads, ThePositionOfAMimicJointIsIgnored) {
 
 // --- numbers at the ends
 
-TEST(BatchOfBeads, KFromNothingToMoreThanThereArePairs) {
+TEST(BatchOfBeads, KFromNegativeToMoreThanThereArePairs) {
   SceneBatch batch(beads());
   const MatrixXd states = randomStates(batch.model().robot, 3, 9);
   const std::size_t pairs = batch.candidates().size();
-  EXPECT_TRUE(batch.closest(states, 0).pairs.empty());
-  EXPECT_EQ(batch.closest(states, 0).begins, (std::vector<std::size_t>(4, 0)));
-  EXPECT_TRUE(batch.closest(states, -1).pairs.empty());
+  EXPECT_THROW(batch.closest(states, 0), std::invalid_argument);
+  EXPECT_THROW(batch.closest(states, -1), std::invalid_argument);
   const StatePairs all = batch.closest(states, static_cast<int>(pairs)), more = batch.closest(states, 1 << 30);
   EXPECT_EQ(all.pairs.size(), 3 * pairs);
   EXPECT_TRUE(areSameLists(more.pairs, all.pairs));

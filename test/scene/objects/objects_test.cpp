@@ -163,6 +163,8 @@ TEST(AnObject, IsRefusedWithItsIdAndShape) {
             "object \"box\": shape 1: there is no resolver for mesh package://x/y.stl");
   EXPECT_NE(refusal({{HalfSpace{{0, 0, 0}, 1.0}}}), "");
   EXPECT_NE(refusal({{HalfSpace{{0, 0, 1}, kNan}}}), "");
+  EXPECT_EQ(refusal({{HalfSpace{{0, 0, 1e300}, 1.0}}}), "");  // of any length
+  EXPECT_EQ(refusal({{HalfSpace{{1e-300, 0, 1e-310}, 1.0}}}), "");
   EXPECT_NE(refusal({good}, shrunk), "");
   EXPECT_EQ(refusal({{Shape(Sphere{0.1}), at(2e6, 0, 0)}}).substr(0, 34), "object \"box\": shape 1: it reaches ");
   EXPECT_EQ(refusal({good}), "");
