@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstring>
 #include <functional>
+#include <utility>
 
 #include "narrowphase/certificate.h"
 #include "oracle/shape_pairs.h"
@@ -458,6 +460,31 @@ TEST(SignedDistance, AnEllipsoidOfHardlyAnySizeIsItsCentre) {
     EXPECT_EQ(result.status, Status::Converged) << size;
     EXPECT_NEAR(result.distance, std::sqrt(2.5 * 2.5 + 1.5 * 1.5 + 0.5 * 0.5), 1e-9) << size;
   }
+}
+
+// Regression: the squares of the sizes underflowed, the normal of the slant was no unit vector, and the depth was 0.
+TEST(SignedDistance, AConeOfHardlyAnySizeIsItsCentre) {
+  const Isometry3d offsets[] = {Isometry3d::Identity(), at(0.1, 0, 0.2), at(0.3, 0, 2)};
+  const std::pair<Shape, std::array<double, 3>> others[] = {
+      {Cylinder{1, 1}, {-0.5, -0.3, 1.5}}, {Sphere{1}, {-1, std::sqrt(0.05) - 1, std::sqrt(4.09) - 1}}};
+  for (const double size : {1e-155, 1e-162, 1e-164, 1e-300, 1e-318})
+    for (const auto& [other, distances] : others)
+      for (std::size_t i = 0; i < 3; ++i) {
+        const Shape cone = Cone{size, size};
+        const SignedDistance result = signedDistance(other, cone, offsets[i]);
+        EXPECT_NEAR(result.distance, distances[i], 1e-14) << size;
+        EXPECT_NEAR(signedDistance(cone, other, offsets[i].inverse()).distance, distances[i], 1e-14) << size;
+        EXPECT_TRUE(carriesItsProof({other, cone, offsets[i]}, result)) << size;
+      }
+}
+
+// Regression: the square of the length of capsules that cross lost digits, and the normal was no unit vector.
+TEST(SignedDistance, ACapsuleOfHardlyAnyLengthIsASphere) {
+  const Isometry3d a_T_b(Eigen::AngleAxisd(1.2, Vector3d::UnitX()));
+  for (const double length : {1e-150, 1e-160, 3e-162, 1e-200})
+    EXPECT_TRUE(carriesItsProof({Capsule{1, 1}, Capsule{1, length}, a_T_b},
+                                signedDistance(Capsule{1, 1}, Capsule{1, length}, a_T_b)))
+        << length;
 }
 
 // Regression: squares of such lengths underflow, and the bounds of an overlap were minus infinity.

@@ -176,6 +176,30 @@ TwoShapes spheroids(Random& random) {
       return {a, spheroid()};
   }
 }
+/// Solids of revolution of every kind, one of them an ellipsoid.
+TwoShapes roundShapes(Random& random) {
+  const auto size = [&] { return uniform(random, 0.05, 0.5); };
+  const double radius = size();
+  const Shape ellipsoid = Ellipsoid{{radius, radius, size()}};
+  const double other = size(), half = size();
+  const Shape others[] = {Ellipsoid{{other, other, half}}, Cone{other, 2.0 * half}, Cylinder{other, 2.0 * half},
+                          Capsule{other, 2.0 * half}};
+  const Shape second = others[below(random, 4)];
+  return below(random, 2) == 0 ? TwoShapes{ellipsoid, second} : TwoShapes{second, ellipsoid};
+}
+/// Of every size down to 1e-318 m.
+Shape vanishing(Random& random) {
+  Vector3d sizes;
+  for (double& size : sizes) size = below(random, 3) == 0 ? uniform(random, 0.2, 1.0) : decades(random, -318, 0);
+  return below(random, 4) == 0 ? hullOf(boxCorners(sizes)) : primitive(random, sizes);
+}
+/// One of them has some size of about a metre: all together must not vanish.
+TwoShapes vanishingShapes(Random& random) {
+  Shape large = vanishing(random);
+  while (radiusOf(large) < 0.1) large = vanishing(random);
+  const Shape small = vanishing(random);
+  return below(random, 2) == 0 ? TwoShapes{large, small} : TwoShapes{small, large};
+}
 TwoShapes anyShapes(Random& random) {
   const double size = decades(random, -2, 3);
   return {anyShape(random, size), anyShape(random, size * (below(random, 4) == 0 ? decades(random, -6, 0) : 1.0))};
@@ -232,6 +256,28 @@ Isometry3d nearlyConcentric(const TwoShapes& shapes, Random& random) {
   return withCentres(shapes, rotation, offset * radiusOf(shapes.a) * randomDirection(random));
 }
 
+/// Offsets and a tilt of every size.
+Isometry3d vanishingOffset(const TwoShapes& shapes, Random& random) {
+  Vector3d offset;
+  for (double& entry : offset) entry = below(random, 3) == 0 ? 0.0 : eitherSign(random, decades(random, -320, 0));
+  const double tilt = below(random, 2) == 0 ? 0.0 : decades(random, -320, 0);
+  Matrix3d rotation = Eigen::AngleAxisd(tilt, Vector3d::Unit(below(random, 3))).toRotationMatrix();
+  if (below(random, 2) == 0) rotation = rotation * quarterTurns(random);
+  return withCentres(shapes, rotation, offset);
+}
+
+/// Axes that are parallel within 1e-3 rad, the centres of overlapping shapes nearly on one of them.
+Isometry3d nearOneAxis(const TwoShapes& shapes, Random& random) {
+  const auto height = [](const Shape& shape) { return shape.halfExtents().z() + shape.margin(); };
+  const double tilt = below(random, 2) == 0 ? uniform(random, 0.0, 1e-3) : decades(random, -14, -3);
+  const double beside = below(random, 4) == 0 ? 0.0 : decades(random, -14, -2);
+  Matrix3d rotation = Eigen::AngleAxisd(tilt, randomDirection(random)).toRotationMatrix();
+  if (below(random, 2) == 0) rotation = rotation * Vector3d(1, -1, -1).asDiagonal();
+  Vector3d offset = beside * radiusOf(shapes.a) * randomDirection(random);
+  offset.z() += uniform(random, -1.0, 1.0) * (height(shapes.a) + height(shapes.b));
+  return withCentres(shapes, rotation, offset);
+}
+
 Isometry3d anyPose(const TwoShapes& shapes, Random& random) {
   switch (below(random, 8)) {
     case 0:
@@ -281,6 +327,10 @@ Query onOneAxis(const TwoShapes& shapes, Random& random) { return asked(shapes, 
 Query nearlyInOnePlace(const TwoShapes& shapes, Random& random) {
   return asked(shapes, nearlyConcentric(shapes, random));
 }
+Query vanishingOffsets(const TwoShapes& shapes, Random& random) {
+  return asked(shapes, below(random, 2) == 0 ? anyPose(shapes, random) : vanishingOffset(shapes, random));
+}
+Query nearlyOnOneAxis(const TwoShapes& shapes, Random& random) { return asked(shapes, nearOneAxis(shapes, random)); }
 /// Whether the distance is above a threshold that is the distance, or next to it.
 Query aboveTheTruth(const TwoShapes& shapes, Random& random) {
   Query query = nearbyOrTouching(shapes, random);
@@ -385,6 +435,8 @@ const std::vector<Family>& stressFamilies() {
       {"nearly coaxial mantles", mantles, nearlyInOnePlace, 8},
       {"nearly coaxial cones", cones, nearlyInOnePlace, 8},
       {"rings of equal depth", spheroids, nearlyInOnePlace, 8},
+      {"sizes down to nothing", vanishingShapes, vanishingOffsets, 8},
+      {"round shapes near one axis", roundShapes, nearlyOnOneAxis, 64},
       {"thresholds at the truth", solids, aboveTheTruth, 2},
       {"thresholds at the truth, needles", needleClouds, aboveTheTruth, 64},
   };

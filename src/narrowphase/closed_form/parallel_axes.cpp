@@ -13,6 +13,9 @@ using Kind = Shape::Kind;
 
 // In vectors of the half plane, x is the radius and y the height.
 
+/// The unit vector of any that is not zero, also of one whose square underflows.
+Vector2d unitOf(const Vector2d& v) { return (v / v.cwiseAbs().maxCoeff()).normalized(); }
+
 /// Half of the section of a core through its axis. The radius of a segment or a point is 0.
 struct Profile {
   double radius, half;
@@ -26,7 +29,7 @@ struct Profile {
     const bool at_apex = 2.0 * half * apex * n.y() >= radius * n.x();
     return at_apex ? Vector2d(0.0, apex * half) : Vector2d(radius, -apex * half);
   }
-  Vector2d slantNormal() const { return Vector2d(2.0 * half, apex * radius).normalized(); }
+  Vector2d slantNormal() const { return unitOf({2.0 * half, apex * radius}); }
 };
 
 /// The boundary of the sum of two profiles, from the lower end of the axis to the upper one. Edge i has the normal i,
@@ -67,8 +70,10 @@ class Boundary {
   /// The place on an edge, from 0 to 1, of the point nearest to p.
   double place(std::size_t edge, const Vector2d& p) const {
     const Vector2d along = corner(edge + 1) - corner(edge);
-    const double length2 = along.squaredNorm();
-    return length2 > 0.0 ? std::clamp(along.dot(p - corner(edge)) / length2, 0.0, 1.0) : 0.0;
+    const double size = along.cwiseAbs().maxCoeff();
+    if (size == 0.0) return 0.0;
+    const Vector2d scaled = along / size;  // its square does not underflow
+    return std::clamp(scaled.dot(p - corner(edge)) / scaled.squaredNorm() / size, 0.0, 1.0);
   }
 
  private:
@@ -111,14 +116,16 @@ Vector2d cornerNormal(const Boundary& boundary, std::size_t corner, const Vector
   std::size_t before = corner, after = corner;
   while (before > 0 && boundary.corner(before - 1) == boundary.corner(corner)) --before;
   while (after < boundary.size() && boundary.corner(after + 1) == boundary.corner(corner)) ++after;
-  const Vector2d n = difference.normalized();
+  const Vector2d n = unitOf(difference);
   if (before > 0 && !(cross(boundary.normal(before - 1), n) > 0.0)) return boundary.normal(before - 1);
   if (after < boundary.size() && !(cross(n, boundary.normal(after)) > 0.0)) return boundary.normal(after);
   return n;
 }
 
+/// Of the corners, the one is taken over which p lies along the normal: others may be as near, within rounding.
 Nearest2d nearestOutside(const Boundary& boundary, const Vector2d& p) {
   Nearest2d nearest{std::numeric_limits<double>::infinity(), {}, {}, true};
+  double least_beside = std::numeric_limits<double>::infinity();
   for (std::size_t edge = 0; edge < boundary.size(); ++edge) {
     const double height = boundary.height(edge, p);
     if (!(height > 0.0)) continue;  // p lies on the inner side of this edge
@@ -128,8 +135,11 @@ Nearest2d nearestOutside(const Boundary& boundary, const Vector2d& p) {
     if (place > 0.0 && place < 1.0) return {height, boundary.normal(edge), of_a, true};
     const std::size_t corner = edge + (place > 0.0 ? 1 : 0);
     const Vector2d difference = p - boundary.corner(corner);
-    const double distance = difference.norm();
-    if (distance < nearest.distance) nearest = {distance, cornerNormal(boundary, corner, difference), of_a, true};
+    const Vector2d normal = cornerNormal(boundary, corner, difference);
+    const double distance = difference.norm(), beside = (difference - distance * normal).norm();
+    if (!(beside < least_beside)) continue;
+    least_beside = beside;
+    nearest = {distance, normal, of_a, true};
   }
   return nearest;
 }

@@ -7,6 +7,7 @@
 
 #include "proximity_server/narrowphase/query_types.h"
 #include "proximity_server/narrowphase/shape/shape.h"
+#include "proximity_server/narrowphase/shape/support.h"
 
 namespace proximity_server::narrowphase {
 
@@ -35,10 +36,11 @@ inline SignedDistance along(double distance, const Eigen::Vector3d& normal, cons
 inline SignedDistance between(const Eigen::Vector3d& point_a, const Eigen::Vector3d& point_b) {
   const Eigen::Vector3d difference = point_b - point_a;
   const double distance = difference.norm();
-  // The square of a smaller length has lost digits, and the normal would not be a unit vector.
-  constexpr double kNone = 1e-150;
-  if (distance > kNone) return along(distance, difference / distance, point_a, point_b);
-  SignedDistance result = along(0.0, Eigen::Vector3d::UnitX(), point_a, point_b);
+  // Otherwise the normal would not be a unit vector.
+  if (distance > support::kShortest) return along(distance, difference / distance, point_a, point_b);
+  const double size = difference.cwiseAbs().maxCoeff();
+  const Eigen::Vector3d normal = size > 0.0 ? (difference / size).normalized() : Eigen::Vector3d::UnitX();
+  SignedDistance result = along(0.0, normal, point_a, point_b);
   result.unique = false;
   return result;
 }
@@ -73,7 +75,8 @@ inline NearestPlaces nearestPlaces(double half_length, const Segment& b) {
   const double approach = -(v.x() * t.x() + v.y() * t.y());
   // At a smaller angle all places of b are equally far from the line of a, within rounding.
   constexpr double kParallel = std::numeric_limits<double>::epsilon() * std::numeric_limits<double>::epsilon();
-  const bool is_parallel = !(across2 > kParallel * length2);
+  constexpr double kShortest2 = support::kShortest * support::kShortest;
+  const bool is_parallel = !(across2 > std::max(kParallel * length2, kShortest2));
   const double level = v.z() != 0.0 ? -t.z() / v.z() : 0.0;
   const double free_place = is_parallel ? level : approach / across2;
   const double place = std::clamp(free_place, -1.0, 1.0), height = t.z() + place * v.z();
@@ -110,7 +113,8 @@ inline SignedDistance segmentSegment(double half_length, const Segment& b) {
   const Segment a{Eigen::Vector3d::Zero(), {0.0, 0.0, half_length}};
   SignedDistance result = between(on_a, on_b);
   result.lower_bound = gapAlong(a, b, result.normal);
-  const bool is_tilted = result.distance - result.lower_bound > 2.0 * small;
+  const double rounded = 4.0 * std::numeric_limits<double>::epsilon() * result.distance;
+  const bool is_tilted = result.distance - result.lower_bound > 2.0 * small + rounded;
   return is_tilted || result.distance <= small ? nearlyTouching(a, b, result) : result;
 }
 
@@ -151,7 +155,10 @@ inline SignedDistance pointBox(const Eigen::Vector3d& half, const Eigen::Isometr
   }
   const Eigen::Vector3d point_b = a_T_b.linear() * nearest + a_T_b.translation();
   // If the point is near the box, rounding would tilt the difference of the points; the direction is that of the box.
-  const bool is_far = is_outside && towards_box.squaredNorm() > half.squaredNorm();
+  const double distance2 = towards_box.squaredNorm();
+  const bool is_short = !(distance2 > support::kShortest * support::kShortest);
+  if (is_short) towards_box /= towards_box.cwiseAbs().maxCoeff();  // the square of its normal would underflow
+  const bool is_far = is_outside && !is_short && distance2 > half.squaredNorm();
   const Eigen::Vector3d normal = (is_far ? point_b : Eigen::Vector3d(a_T_b.linear() * towards_box)).normalized();
   SignedDistance result = along(normal.dot(point_b), normal, Eigen::Vector3d::Zero(), point_b);
   result.unique = is_unique;

@@ -69,7 +69,8 @@ void improveLowerBound(Cso& cso, const Simplex& simplex, int newest, GjkResult& 
       if (!simplex.has(a) || !simplex.has(b) || a == newest || b == newest) continue;
       const Vector3d &p = simplex[newest].point, &pa = simplex[a].point, &pb = simplex[b].point;
       const Vector3d area = areaVector(pa - p, pb - pa, p - pb);
-      if (!(area.squaredNorm() > 0.0)) continue;  // two vertices coincide
+      constexpr double kLosesDigits = 1e-280;  // [m^4] two vertices coincide, or nearly so
+      if (!(area.squaredNorm() > kLosesDigits)) continue;
       const Vector3d unit = area.normalized(), normal = unit.dot(result.normal) < 0.0 ? Vector3d(-unit) : unit;
       const double bound = lowerBound(cso, normal, cso.vertex(normal));
       if (!(bound > result.lower_bound)) continue;

@@ -78,6 +78,7 @@ class Curve {
     const double largest = radii_.maxCoeff();
     const Vector3d stretched = radii_.cwiseProduct(axes_.transpose() * normal);
     const double length = stretched.norm();
+    if (!(length > support::kShortest)) return atNoPoint();
     const Vector3d unit = stretched / length;
     const Tangents across = radii_.asDiagonal() * (axes_.transpose() * tangents);
     const Vector2d slope = across.transpose() * unit;
@@ -86,11 +87,19 @@ class Curve {
   }
 
  private:
+  /// Along the axis of a circle, or where digits are lost: NaN, with which the steps of Newton's method end.
+  static CurveAt atNoPoint() {
+    CurveAt none;
+    none.point.setConstant(std::numeric_limits<double>::quiet_NaN());
+    return none;
+  }
+
   /// The curvature of a circle is that along its tangent.
   CurveAt ofCircle(const Vector3d& normal, const Tangents& tangents) const {
     const auto plane = axes_.leftCols<2>();
     const Vector2d inside = plane.transpose() * normal;
     const double length = inside.norm(), radius = radii_.x();
+    if (!(length > support::kShortest)) return atNoPoint();
     const Vector2d unit = inside / length;
     const Vector2d along = tangents.transpose() * (plane * Vector2d(-unit.y(), unit.x()));
     return {plane * (radius * unit), radius / length * along * along.transpose(), radius * length, radius};
@@ -439,7 +448,7 @@ std::optional<StationaryDirection> acrossAxes(const Cso& cso, const Vector3d& no
   if (std::abs(normal.z()) > kNear || std::abs(normal.dot(axis_b)) > kNear) return std::nullopt;
   const Vector3d product = axis_a.cross(axis_b);
   const double sine = product.norm();
-  if (!(sine > 0.0)) return std::nullopt;
+  if (!(sine > support::kShortest)) return std::nullopt;
   const Vector3d across = std::copysign(1.0 / sine, product.dot(normal)) * product, beside = across.cross(axis_a);
   // The axes cross, as seen along the perpendicular, at these places.
   const double on_axis_b = -cso.bOrigin().dot(beside) / axis_b.dot(beside);

@@ -19,8 +19,14 @@ struct Candidate {
   unsigned members;  ///< vertices of the face, one bit each
 };
 
-double distance2(const Candidate& c) { return c.height * c.height / c.normal2; }
+// The quotient first: the square of the height underflows where lengths are 1e-30 m.
+double distance2(const Candidate& c) { return c.height / c.normal2 * c.height; }
 const Candidate& nearer(const Candidate& a, const Candidate& b) { return distance2(a) <= distance2(b) ? a : b; }
+
+/// An edge of 1e-48 m is shorter than the rounding of lengths from 1e-30 m on: its ends are as near as any of its points. The
+/// squares of shorter edges, and of smaller triangles, would lose digits.
+constexpr double kShortestEdge2 = 1e-96;                            // [m^2]
+constexpr double kSmallestArea2 = kShortestEdge2 * kShortestEdge2;  // [m^4]
 
 unsigned bit(int place) { return 1u << place; }
 
@@ -35,7 +41,9 @@ Candidate nearestOfEdge(const Simplex& simplex, int w, int a) {
   const Vector3d edge = simplex[a].point - pw;
   const double of_a = -pw.dot(edge);
   if (!(of_a > 0.0)) return nearestOfVertex(simplex, w);
-  if (!(of_a < edge.squaredNorm())) return nearestOfVertex(simplex, a);
+  const double edge2 = edge.squaredNorm();
+  if (!(of_a < edge2)) return nearestOfVertex(simplex, a);
+  if (edge2 < kShortestEdge2) return nearestOfVertex(simplex, w);
   // By products, as a projection would wait for a division, and leave the rounding error of a long vector in a short
   // one.
   const Vector3d moment = pw.cross(edge), normal = moment.cross(edge);
@@ -59,10 +67,10 @@ struct Areas {
 
 Candidate nearestOfTriangle(const Simplex& simplex, int w, int a, int b) {
   const Areas areas(simplex[w].point, simplex[a].point, simplex[b].point);
-  if (areas.of_w > 0.0 && areas.of_a > 0.0 && areas.of_b > 0.0) {
+  const double area2 = areas.area.squaredNorm();
+  if (areas.of_w > 0.0 && areas.of_a > 0.0 && areas.of_b > 0.0 && area2 > kSmallestArea2) {
     const double height = -areas.area.dot(simplex[w].point);
-    return {height < 0.0 ? Vector3d(-areas.area) : areas.area, areas.area.squaredNorm(), std::abs(height),
-            bit(w) | bit(a) | bit(b)};
+    return {height < 0.0 ? Vector3d(-areas.area) : areas.area, area2, std::abs(height), bit(w) | bit(a) | bit(b)};
   }
   if (areas.of_a > 0.0 && areas.of_w > 0.0) return nearestOfEdge(simplex, w, a);
   if (areas.of_b > 0.0 && areas.of_w > 0.0) return nearestOfEdge(simplex, w, b);

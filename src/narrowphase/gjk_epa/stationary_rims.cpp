@@ -44,7 +44,7 @@ Vector3d onRim(const Shape& shape, double end, const Vector2d& at) {
 std::optional<StationaryDirection> through(const Vector3d& on_a, const Vector3d& on_b, const Vector3d& normal) {
   const Vector3d between = on_b - on_a;
   const double side = std::copysign(1.0, between.dot(normal)), distance = side * between.norm();
-  if (distance == 0.0) return std::nullopt;
+  if (!(std::abs(distance) > support::kShortest)) return std::nullopt;
   return StationaryDirection{between / distance, -distance, {on_a, on_b}, 1.0};
 }
 
@@ -110,7 +110,7 @@ std::optional<Vector2d> nearestOnRim(const Shape& shape, const Ellipse& seen, co
 /// of `outwards`. Returns nullopt if the point lies on the axis.
 std::optional<Vector3d> mantleNormal(const Vector3d& point, const Vector2d& outwards) {
   const double beside = std::copysign(point.head<2>().norm(), point.head<2>().dot(outwards));
-  if (beside == 0.0) return std::nullopt;
+  if (!(std::abs(beside) > support::kShortest)) return std::nullopt;
   return Vector3d(point.x() / beside, point.y() / beside, 0.0);
 }
 

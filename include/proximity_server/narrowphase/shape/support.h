@@ -11,6 +11,9 @@ namespace proximity_server::narrowphase {
 
 namespace support {
 
+/// The square of a smaller length has lost digits.
+constexpr double kShortest = 1e-150;
+
 inline double radialPart(const Eigen::Vector3d& direction) {
   return std::sqrt(direction.x() * direction.x() + direction.y() * direction.y());
 }
@@ -30,9 +33,8 @@ inline int cornerTowards(const Eigen::Vector3d& direction) {
 /// Point of the circle |(x, y)| = radius at height z that lies farthest along the direction, or the centre of the
 /// circle if it lies as far.
 inline Eigen::Vector3d rimPoint(double radius, double z, const Eigen::Vector3d& direction, double radial) {
-  // The square of a smaller length has lost digits, and the point would not lie on the circle.
-  constexpr double kNone = 1e-150;
-  if (radial < kNone) return {0.0, 0.0, z};
+  // Otherwise the point would not lie on the circle.
+  if (radial < kShortest) return {0.0, 0.0, z};
   const double scale = radius / radial;
   return {scale * direction.x(), scale * direction.y(), z};
 }
@@ -72,8 +74,10 @@ inline Eigen::Vector3d supportPoint(const Shape& shape, const Eigen::Vector3d& d
     case Shape::Kind::Ellipsoid: {
       const Eigen::Vector3d stretched = half.cwiseProduct(direction);
       const double length = stretched.norm();
-      // The square underflows only if the ellipsoid is smaller than the rounding of the other shape.
-      return length > 0.0 ? Eigen::Vector3d(half.cwiseProduct(stretched) / length) : Eigen::Vector3d::Zero();
+      if (length > support::kShortest) return half.cwiseProduct(stretched) / length;
+      // The ellipsoid is thinner along the direction than the rounding of the other shape.
+      const double size = stretched.cwiseAbs().maxCoeff();
+      return size > 0.0 ? Eigen::Vector3d(half.cwiseProduct((stretched / size).normalized())) : Eigen::Vector3d::Zero();
     }
     case Shape::Kind::Sweep:
       return support::sweptPoint(shape.sweep(), direction, vertex);
@@ -108,7 +112,7 @@ SupportFeature supportFeature(const Shape& shape, const Eigen::Vector3d& directi
 inline double sidewaysError(const Shape& shape, const Eigen::Vector3d& direction, double gap) {
   if (shape.kind() != Shape::Kind::Cone || !(direction.z() > 0.0)) return 0.0;
   const double radius = shape.halfExtents().x(), length = 2.0 * shape.halfExtents().z();
-  const double across = length / std::sqrt(length * length + radius * radius);
+  const double across = length / std::hypot(length, radius);
   return std::sqrt(2.0 * std::max(gap, 0.0) * radius / across);
 }
 
