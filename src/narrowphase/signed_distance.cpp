@@ -292,7 +292,7 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& 
   // The thresholds are moved by some roundings, so that the final bounds, with margins, still decide them.
   const double beyond = 4.0 * rounding;
   Options core_options = options;
-  core_options.distance_tolerance = std::max(options.distance_tolerance, kResolvable * rounding);
+  core_options.distance_tolerance = std::max(kResolvable * rounding, options.distance_tolerance);  // also if it is NaN
   core_options.stop_above += margins + beyond;
   core_options.stop_below += margins - beyond;
   Search search;

@@ -526,6 +526,16 @@ TEST(SignedDistance, PoseThatIsNotFiniteIsUnknown) {
         }
 }
 
+TEST(SignedDistance, ToleranceThatIsNotANumberCountsAsZero) {
+  for (const KnownCase& c : cases()) {
+    const SignedDistance result = distanceOf(c, withTolerance(std::numeric_limits<double>::quiet_NaN()));
+    const SignedDistance of_zero = distanceOf(c, withTolerance(0.0));
+    EXPECT_EQ(result.status, of_zero.status) << describe(c);
+    EXPECT_EQ(result.distance, of_zero.distance) << describe(c);
+    EXPECT_EQ(result.unique, of_zero.unique) << describe(c);
+  }
+}
+
 TEST(SignedDistance, UnknownHoldsNoNumber) {
   Isometry3d pose = Isometry3d::Identity();
   pose.translation().x() = std::numeric_limits<double>::quiet_NaN();

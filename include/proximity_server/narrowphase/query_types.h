@@ -11,6 +11,9 @@
 
 namespace proximity_server::narrowphase {
 
+/// A tolerance as it is used: one that is negative or NaN counts as 0.
+inline double usableTolerance(double tolerance) { return tolerance > 0.0 ? tolerance : 0.0; }
+
 enum class Status : unsigned char {
   Unknown = 0,     ///< not evaluated; no number of the result is valid
   Converged,       ///< upper_bound - lower_bound <= options.distance_tolerance
@@ -20,7 +23,7 @@ enum class Status : unsigned char {
 };
 
 struct Options {
-  double distance_tolerance = 1e-9;  ///< [m] accepted gap between upper and lower bound
+  double distance_tolerance = 1e-9;  ///< [m] accepted gap between upper and lower bound; NaN counts as 0
   int max_iterations = 500;          ///< of GJK, and of EPA; EPA's storage holds no more
 
   /// Thresholds that make a query cheaper. The search ends with Status::Threshold as soon as

@@ -28,7 +28,8 @@ namespace proximity_server::narrowphase {
 /// Error:     status Converged: within options.distance_tolerance. Otherwise the truth still lies in
 ///            [lower_bound, upper_bound].
 /// Failure:   never throws, allocates or logs; shapes were validated when they were made. A pose that is not finite,
-///            or lengths that add up to more than 1e30 m or less than 1e-30 m, give Status::Unknown.
+///            or lengths that add up to more than 1e30 m or less than 1e-30 m, give Status::Unknown. A tolerance that
+///            is NaN counts as 0.
 /// Source:    Gilbert, Johnson, Keerthi, A Fast Procedure for Computing the Distance Between Complex Objects in
 ///            Three-Dimensional Space, IEEE J. Robotics and Automation 1988; van den Bergen, Proximity Queries and
 ///            Penetration Depth Computation on 3D Game Objects, GDC 2001.

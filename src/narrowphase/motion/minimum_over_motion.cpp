@@ -132,7 +132,9 @@ MinimumOverMotion minimumDistance(const Shape& a, const MotionChain& a_motion, c
                                   const MotionChain& b_motion, const MinimumOptions& options) {
   MovingPair pair(a, a_motion, b, b_motion);
   const bool is_answerable = pair.isFinite() && isInterval(options.begin, options.end);
-  return is_answerable ? TimeSubdivision(pair, options).run() : MinimumOverMotion();
+  MinimumOptions usable = options;
+  usable.tolerance = usableTolerance(options.tolerance);
+  return is_answerable ? TimeSubdivision(pair, usable).run() : MinimumOverMotion();
 }
 
 }  // namespace proximity_server::narrowphase

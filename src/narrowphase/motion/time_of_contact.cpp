@@ -134,7 +134,9 @@ TimeOfContact timeOfContact(const Shape& a, const MotionChain& a_motion, const S
                             const ContactOptions& options) {
   MovingPair pair(a, a_motion, b, b_motion);
   const bool is_answerable = pair.isFinite() && isInterval(options.begin, options.end);
-  return is_answerable ? Advancement(pair, options).run() : TimeOfContact();
+  ContactOptions usable = options;
+  usable.tolerance = usableTolerance(options.tolerance);
+  return is_answerable ? Advancement(pair, usable).run() : TimeOfContact();
 }
 
 }  // namespace proximity_server::narrowphase

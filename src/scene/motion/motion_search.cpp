@@ -188,7 +188,7 @@ narrowphase::TimeOfContact MotionSearch::contactOf(const IntervalVisit& visit, c
   narrowphase::ContactOptions options;
   options.contact_distance =
       std::min(question.contact_distance, moving.contact_distance) + moving.padding + moving.error;
-  options.tolerance = std::max(0.0, question.tolerance - 2.0 * moving.error);
+  options.tolerance = narrowphase::usableTolerance(question.tolerance - 2.0 * moving.error);
   options.begin = interval.begin;
   options.end = std::min(interval.end, latest);
   // About a millisecond: longer than that no two pieces hold up a question that has a deadline.
@@ -204,10 +204,10 @@ narrowphase::MinimumOverMotion MotionSearch::minimumOf(const IntervalVisit& visi
   const MovingBodies::Interval interval(visit.interval);
   const Piece &a = moving.a.pieces[moving.a[visit.a].piece], &b = moving.b.pieces[moving.b[visit.b].piece];
   narrowphase::MinimumOptions options;
-  options.tolerance = std::max(0.0, question.tolerance - 2.0 * moving.error);
+  options.tolerance = narrowphase::usableTolerance(question.tolerance - 2.0 * moving.error);
   options.begin = interval.begin;
   options.end = interval.end;
-  options.stop_above = upper_bound - question.tolerance + moving.padding + moving.error;
+  options.stop_above = upper_bound - narrowphase::usableTolerance(question.tolerance) + moving.padding + moving.error;
   narrowphase::MinimumOverMotion minimum = minimumDistance(a.shape, moving.bodies.chainOfA(a.body_T_piece), b.shape,
                                                            moving.bodies.chainOfB(b.body_T_piece), options);
   minimum.lower_bound -= moving.padding + moving.error;
@@ -277,7 +277,7 @@ void MotionSearch::considerStart(const Pairs& pairs, const MotionQuestion& quest
     const double rounding = pairs_.roundingOf(moving.asked, 0.0);
     const double contact_distance = std::min(question.contact_distance, moving.contact_distance);
     const bool may_get_inside = !(withSpheres({-kInfinity, i, moving.a.root, moving.b.root, 1, 0.0}).lower_bound > 0.0);
-    if (inside.upper + rounding <= contact_distance + question.tolerance) {
+    if (inside.upper + rounding <= contact_distance + narrowphase::usableTolerance(question.tolerance)) {
       answer.contact = true;
       answer.t_contact = bounds.latest = 0.0;
       answer.pair = fromWorld(states_.one(moving.asked, {}), 0.0);
@@ -301,7 +301,7 @@ void MotionSearch::considerObjectsAtStart(const Pairs& pairs, const MotionQuesti
     const PairProximity pair = fromWorld(found, 0.0);
     const double contact_distance = std::min(question.contact_distance, pairs_.contactDistanceOf(pair.asked));
     if (pair.result.lower_bound > contact_distance) continue;
-    if (!(pair.result.upper_bound <= contact_distance + question.tolerance)) {
+    if (!(pair.result.upper_bound <= contact_distance + narrowphase::usableTolerance(question.tolerance))) {
       bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
       continue;
     }
@@ -381,7 +381,8 @@ RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion
   enterAll(answer.upper_bound);
   answer.status = narrowphase::Status::Converged;
   double proven = kInfinity;  // [m] the smallest bound of all pieces that were measured
-  while (!queue_.empty() && answer.upper_bound - queue_.front().lower_bound > question.tolerance) {
+  while (!queue_.empty() &&
+         answer.upper_bound - queue_.front().lower_bound > narrowphase::usableTolerance(question.tolerance)) {
     ++answer.counts.intervals;
     if (isOver(question)) {
       answer.status = narrowphase::Status::IterationLimit;
@@ -434,7 +435,7 @@ void MotionSearch::searchInteriors(const MotionQuestion& question, RobotMinimum&
       push(withInterior({-kInfinity, i, moving.a.root, moving.b.root, 1, 0.0}, answer));
   double proven = kInfinity;  // [m] the smallest bound of the intervals that are not divided further
   for (int i = 0; i < kMaxInteriorIntervals && !queue_.empty() && !isOver(question); ++i) {
-    if (!(answer.upper_bound - queue_.front().lower_bound > question.tolerance)) break;
+    if (!(answer.upper_bound - queue_.front().lower_bound > narrowphase::usableTolerance(question.tolerance))) break;
     const IntervalVisit visit = pop();
     ++answer.counts.intervals;
     if (visit.interval >= 1 << kMaxInteriorLevels) {
@@ -447,7 +448,7 @@ void MotionSearch::searchInteriors(const MotionQuestion& question, RobotMinimum&
   }
   const double open = queue_.empty() ? kInfinity : queue_.front().lower_bound;
   answer.lower_bound = std::min({answer.lower_bound, proven, open, answer.upper_bound});
-  if (answer.upper_bound - answer.lower_bound > question.tolerance)
+  if (answer.upper_bound - answer.lower_bound > narrowphase::usableTolerance(question.tolerance))
     answer.status = lessComplete(answer.status, narrowphase::Status::IterationLimit);
 }
 

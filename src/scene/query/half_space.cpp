@@ -54,8 +54,8 @@ class HalfSpaceSearch {
     }
     const Volume& here = a_[volume];
     if (here.isLeaf()) {
-      const SignedDistance result =
-          halfSpaceDistance(a_.pieces[here.piece], at(half_space), a_T_b_, rounding_, question_.tolerance);
+      const SignedDistance result = halfSpaceDistance(a_.pieces[here.piece], at(half_space), a_T_b_, rounding_,
+                                                      narrowphase::usableTolerance(question_.tolerance));
       closest_.offer(LeafPair::withHalfSpace(volume, half_space), padded(result, padding_), limit_);
       return;
     }

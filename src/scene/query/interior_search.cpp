@@ -100,7 +100,7 @@ class InteriorSearch {
     result.upper_bound = place.upper_bound - radius + rounding_;
     result.distance = 0.5 * (result.lower_bound + result.upper_bound);
     if (!(result.distance < within_)) return;
-    const bool is_narrow = result.upper_bound - result.lower_bound <= question_.tolerance;
+    const bool is_narrow = result.upper_bound - result.lower_bound <= narrowphase::usableTolerance(question_.tolerance);
     result.status = is_narrow ? Status::Converged : Status::Degenerate;
     place_ = {outer_leaf, inner_leaf};
     offer(place, solid, result);

@@ -136,7 +136,8 @@ std::optional<PairProximity> PairMeasurement::answerAtRest(const Visit& visit, c
   PairProximity proximity = kept->proximity;
   proximity.result.lower_bound -= motion.distance_change;
   proximity.result.upper_bound += motion.distance_change;
-  if (proximity.result.upper_bound - proximity.result.lower_bound > question.tolerance) return std::nullopt;
+  if (proximity.result.upper_bound - proximity.result.lower_bound > narrowphase::usableTolerance(question.tolerance))
+    return std::nullopt;
   return proximity;
 }
 
@@ -176,7 +177,7 @@ PairProximity PairMeasurement::compute(const Visit& visit, const RelativePose& a
     proximity.collision_b = robot_.collisionNumber(visit.b, closest.leaves.b);
     proximity.representation = std::max(robot_.representationOf(visit.a, closest.leaves.a),
                                         robot_.representationOf(visit.b, closest.leaves.b));
-    const bool too_wide = closest.upper_bound - closest.lower_bound > question.tolerance;
+    const bool too_wide = closest.upper_bound - closest.lower_bound > narrowphase::usableTolerance(question.tolerance);
     if (closest.result.status == narrowphase::Status::Converged && too_wide)
       proximity.result.status = closest.lower_bound_status;
   }

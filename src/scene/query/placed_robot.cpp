@@ -278,7 +278,7 @@ narrowphase::SignedDistance PlacedRobot::distance(const Leaf& a, const Leaf& b, 
   result.lower_bound -= margin;
   result.upper_bound += margin;
   if (result.status == narrowphase::Status::Converged &&
-      result.upper_bound - result.lower_bound > options.distance_tolerance)
+      result.upper_bound - result.lower_bound > narrowphase::usableTolerance(options.distance_tolerance))
     result.status = narrowphase::Status::Degenerate;
   result.normal = (rotation_a * result.normal).normalized();
   result.point_a = origin_a + rotation_a * result.point_a;

@@ -819,4 +819,16 @@ TEST(MinimumDistance, AgreesWithTheFirstContact) {
   EXPECT_LT(contacts, 150);
 }
 
+// Regression: the minimum converged with the bounds of both ends, and the contact was found at any distance.
+TEST(Motion, ToleranceThatIsNotANumberCountsAsZero) {
+  const Case c{Cylinder{0.3, 0.5}, {{at(-1, 0, 0), {2, 0, 0}}}, Box{{0.3, 0.5, 0.4}}, {}};
+  ContactOptions contact;
+  MinimumOptions minimum;
+  contact.tolerance = minimum.tolerance = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(c.contact(contact).status, c.contact({0.0, 0.0}).status);
+  EXPECT_EQ(c.contact(contact).t_free, c.contact({0.0, 0.0}).t_free);
+  EXPECT_NE(c.minimum(minimum).status, Status::Converged);
+  EXPECT_NEAR(c.minimum(minimum).lower_bound, c.minimum().lower_bound, 1e-6);
+}
+
 }  // namespace proximity_server::narrowphase::motion_test

@@ -154,6 +154,15 @@ TEST_F(SlideAndSwing, ContactDistanceOfOnePairIsNoneOfAnother) {
   EXPECT_EQ(scene_.timeOfContact(sled_, motion({{"slide", -1.9}}, {{"slide", 1.0}}), question).t_contact, 0.0);
 }
 
+// Regression: the search ended at once, and said Converged.
+TEST_F(SlideAndSwing, ToleranceThatIsNotANumberCountsAsZero) {
+  MotionQuestion question;
+  question.tolerance = std::numeric_limits<double>::quiet_NaN();
+  const RobotMinimum minimum = scene_.minimum(sled_, motion({{"slide", 1.0}}, {{"slide", -1.0}}), question);
+  EXPECT_NEAR(minimum.lower_bound, 1.0, 1e-9);
+  EXPECT_NEAR(minimum.upper_bound, 1.0, 1e-9);
+}
+
 TEST_F(SlideAndSwing, RestingRobotKeepsItsDistance) {
   const RobotMotion rest = motion({{"slide", -1.0}}, {{"slide", -1.0}});
   EXPECT_FALSE(scene_.timeOfContact(sled_, rest).contact);

@@ -382,6 +382,22 @@ TEST(Scene, MatrixInSinglePrecisionIsTakenForItsNearestRotation) {
 // --- padding of a pair
 
 // Radii 1 and 1, centres 3 apart along y, padding 0.4: distance 0.6, each surface 0.2 farther out.
+// Regression: the first bounds of the pair were the answer, Converged.
+TEST(Scene, ToleranceThatIsNotANumberCountsAsZero) {
+  RobotMaker maker;
+  const int a = maker.addBodyOf(Ellipsoid{{0.3, 0.2, 0.1}}), b = maker.addBodyOf(Cylinder{0.2, 0.5});
+  Scene scene(maker.withAllPairs());
+  BodyPoses poses(2, Isometry3d::Identity());
+  poses[1] = at(0.6, 0.3, 0.2);
+  scene.update(poses);
+  Question question;
+  question.tolerance = kNaN;
+  const PairProximity nan = scene.proximity({{a}, {b}}, question), fine = scene.proximity({{a}, {b}});
+  EXPECT_NE(nan.result.status, Status::Converged);
+  EXPECT_NEAR(nan.result.lower_bound, fine.result.lower_bound, 1e-9);
+  EXPECT_NEAR(nan.result.upper_bound, fine.result.upper_bound, 1e-9);
+}
+
 TEST(Scene, PairPaddingMovesBothSurfacesByHalf) {
   Scene scene = sceneOf(Sphere{1.0}, Sphere{1.0}, 0.4);
   scene.update({at(0, 0, 0), at(0, 3, 0)});

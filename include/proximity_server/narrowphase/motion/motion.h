@@ -70,7 +70,7 @@ Shape sweptShape(const Shape& shape, const ScrewMotion& motion, double begin = 0
 
 struct ContactOptions {
   double contact_distance = 0.0;  ///< [m] contact is a signed distance at or below it
-  double tolerance = 1e-9;        ///< [m] of the distance at t_contact
+  double tolerance = 1e-9;        ///< [m] of the distance at t_contact; NaN counts as 0
   double begin = 0.0;             ///< begin and end of the search, within [0, 1]
   double end = 1.0;
   int max_queries = 10000;  ///< most distance queries; each is for one time
@@ -119,7 +119,7 @@ TimeOfContact timeOfContact(const Shape& a, const MotionChain& a_motion, const S
                             const ContactOptions& options = {});
 
 struct MinimumOptions {
-  double tolerance = 1e-9;  ///< [m] accepted gap between the bounds
+  double tolerance = 1e-9;  ///< [m] accepted gap between the bounds; NaN counts as 0
   double begin = 0.0;
   double end = 1.0;
   double stop_above = std::numeric_limits<double>::infinity();  ///< [m] ends once the minimum is proven to be larger

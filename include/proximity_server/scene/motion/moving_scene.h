@@ -23,7 +23,7 @@ struct MotionQuestion {
   /// contact distances of a pair the smaller one counts; with minus infinity the pair is left out. If one of them is below 0
   /// and its pair has a closed mesh with room inside, a first contact is left open from the start on.
   std::vector<PairContactDistance> nearer_pairs{};
-  double tolerance = 1e-6;  ///< [m] of that distance, and of the minimum
+  double tolerance = 1e-6;  ///< [m] of that distance, and of the minimum; NaN counts as 0
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
 };
 

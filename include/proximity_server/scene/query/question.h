@@ -61,7 +61,7 @@ struct PairsBelow {
 
 /// The accuracy and the limits of an answer.
 struct Question {
-  double tolerance = 1e-9;  ///< [m] accepted gap between upper and lower bound
+  double tolerance = 1e-9;  ///< [m] accepted gap between upper and lower bound; NaN counts as 0
   /// [m] For a pair farther than this a proof is enough: Status::Threshold, distance = lower bound, no points, and no
   /// normal if bounding volumes were enough. A pair counts as nearer unless its lower bound proves otherwise.
   double threshold = std::numeric_limits<double>::infinity();
