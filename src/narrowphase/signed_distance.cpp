@@ -11,6 +11,7 @@
 #include "narrowphase/gjk_epa/observed.h"
 #include "proximity_server/narrowphase/gjk_epa/epa.h"
 #include "proximity_server/narrowphase/gjk_epa/gjk.h"
+#include "proximity_server/narrowphase/shape/rigid_pose.h"
 
 namespace proximity_server::narrowphase {
 namespace {
@@ -26,9 +27,13 @@ bool isComputable(double rounding) {
   return rounding < 1e30 * kOfOneMetre && !(rounding > 0.0 && rounding < 1e-30 * kOfOneMetre);
 }
 
-/// Whether all entries of the axes are finite: zero times infinity or NaN is NaN. isComputable() refuses an offset that
-/// is not finite.
-bool hasFiniteAxes(const Isometry3d& pose) { return (0.0 * pose.matrix().leftCols<3>()).sum() == 0.0; }
+/// [m] What a closed form loses where it takes the transpose of the axes for their inverse: both differ by twice the distance
+/// from a rotation. The rounding allows for axes whose entries have been rounded.
+double transposeError(const Shape& b, const Isometry3d& a_T_b, double departure2) {
+  constexpr double kRoundedEntries = 4.0 * std::numeric_limits<double>::epsilon();
+  if (departure2 <= kRoundedEntries * kRoundedEntries) return 0.0;
+  return 6.0 * std::sqrt(departure2) * (b.coreReach() + a_T_b.translation().lpNorm<1>());
+}
 
 /// Whether, within the tolerance, only one pair of points of the cores has this distance: the features of the cores
 /// along the normal of the result (vertex, edge or face) have no direction in common. `numbers`: of the vertices that are
@@ -173,7 +178,7 @@ std::optional<SignedDistance> byBoxAxes(const Cso& cso, const Isometry3d& a_T_b,
     return overlapAlong(boxes.normal(), separation - rounding, separation + rounding);
   const std::optional<SignedDistance> exact = boxes.overlap(options.distance_tolerance, rounding);
   if (!exact) return std::nullopt;
-  return certified(*exact, rounding);
+  return certified(*exact, rounding + transposeError(cso.b(), a_T_b, departure2FromRotation(a_T_b)));
 }
 
 /// What a query remembers of its search by GJK and EPA; unchanged if there was none.
@@ -192,7 +197,8 @@ SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_
     const double turned = axesTilt(a, b, a_T_b) * b.coreReach();
     observer.reaches(Rung::ParallelAxes);
     if (turned <= options.distance_tolerance / 16.0)
-      return certified(parallelAxesDistance(a, b, a_T_b, options.distance_tolerance), rounding + turned);
+      return certified(parallelAxesDistance(a, b, a_T_b, options.distance_tolerance),
+                       rounding + turned + transposeError(b, a_T_b, departure2FromRotation(a_T_b)));
   }
   Cso cso(a, b, a_T_b, rounding, warm_start);
   const Vector3d direction = firstDirection(cso, warm_start);
@@ -275,18 +281,27 @@ constexpr double kResolvable = 4.0;
 SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
                               WarmStart& warm_start, QueryTrace& trace) {
   const Recorder observer(trace);
-  const auto again = [&](const Options& other) { return signedDistance(a, b, a_T_b, other, warm_start, trace); };
+  const auto again = [&](const Isometry3d& pose, const Options& other) {
+    return signedDistance(a, b, pose, other, warm_start, trace);
+  };
 #else
 SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
                               WarmStart& warm_start) {
   const Unobserved observer;
-  const auto again = [&](const Options& other) { return signedDistance(a, b, a_T_b, other, warm_start); };
+  const auto again = [&](const Isometry3d& pose, const Options& other) {
+    return signedDistance(a, b, pose, other, warm_start);
+  };
 #endif
-  const double rounding = csoRounding(a, b, a_T_b);
-  if (!hasFiniteAxes(a_T_b) || !isComputable(rounding)) return {};
+  const double rounding = csoRounding(a, b, a_T_b), departure2 = departure2FromRotation(a_T_b);
+  if (!isComputable(rounding)) return {};
+  if (!isRotation(departure2)) {
+    const std::optional<Isometry3d> rigid = rigidPose(a_T_b);
+    if (!rigid || !isRotation(departure2FromRotation(*rigid))) return {};
+    return again(*rigid, options);
+  }
   if (hasClosedForm(a.kind(), b.kind())) {
     observer.reaches(Rung::PointsAndSegments);
-    return byClosedForm(a, b, a_T_b, options, rounding, warm_start);
+    return byClosedForm(a, b, a_T_b, options, rounding + transposeError(b, a_T_b, departure2), warm_start);
   }
   const double margins = a.margin() + b.margin();
   // The thresholds are moved by some roundings, so that the final bounds, with margins, still decide them.
@@ -304,7 +319,7 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& 
     Options whole = options;
     whole.stop_above = std::numeric_limits<double>::infinity();
     whole.stop_below = -whole.stop_above;
-    result = again(whole);
+    result = again(a_T_b, whole);
     result.status = statusByBounds(result, options);
     return result;
   }

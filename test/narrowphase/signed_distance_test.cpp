@@ -10,6 +10,7 @@
 
 #include "narrowphase/certificate.h"
 #include "oracle/shape_pairs.h"
+#include "proximity_server/narrowphase/shape/rigid_pose.h"
 #include "sanitized.h"
 
 namespace proximity_server::narrowphase::signed_distance_test {
@@ -524,6 +525,36 @@ TEST(SignedDistance, PoseThatIsNotFiniteIsUnknown) {
           pose.matrix()(row, column) = bad;
           EXPECT_EQ(signedDistance(a.shape, Box{{1, 1, 1}}, pose).status, Status::Unknown) << a.name;
         }
+}
+
+// Regression: such axes were used as they are, and the answer converged.
+TEST(SignedDistance, PoseThatIsNoRotationIsUnknown) {
+  const Eigen::Matrix3d matrices[] = {Eigen::Matrix3d::Zero(),
+                                      2.0 * Eigen::Matrix3d::Identity(),
+                                      -Eigen::Matrix3d::Identity(),
+                                      Vector3d(1, 1, -1).asDiagonal().toDenseMatrix(),
+                                      Vector3d(0.5, 1, 2).asDiagonal().toDenseMatrix(),
+                                      Vector3d(1, 1, 1.0 + 1e-5).asDiagonal().toDenseMatrix()};
+  for (const Eigen::Matrix3d& matrix : matrices) {
+    Isometry3d pose = at(3, 2, 1);
+    pose.linear() = matrix;
+    for (const NamedShape& a : allShapes())
+      for (const NamedShape& b : allShapes())
+        EXPECT_EQ(signedDistance(a.shape, b.shape, pose).status, Status::Unknown) << a.name << "-" << b.name;
+  }
+}
+
+// Regression: closed forms took the transpose for the inverse, and the bounds missed the truth by 1e-8.
+TEST(SignedDistance, PoseOfSinglePrecisionStandsForTheNearestRotation) {
+  for (const KnownCase& c : cases()) {
+    PairCase meant = c;
+    Isometry3d given = c.a_T_b;
+    given.matrix() = c.a_T_b.matrix().cast<float>().cast<double>();
+    meant.a_T_b = rigidPose(given).value();
+    const SignedDistance result = signedDistance(c.a, c.b, given);
+    EXPECT_TRUE(carriesItsProof(meant.pair(), result)) << describe(c);
+    EXPECT_EQ(result.status, Status::Converged) << describe(c);
+  }
 }
 
 TEST(SignedDistance, ToleranceThatIsNotANumberCountsAsZero) {

@@ -8,6 +8,7 @@
 
 #include "narrowphase/certificate.h"
 #include "oracle/shape_pairs.h"
+#include "proximity_server/narrowphase/shape/rigid_pose.h"
 
 namespace proximity_server::narrowphase {
 namespace {
@@ -150,6 +151,17 @@ std::optional<Failure> failureOf(const Relative& relative, const SignedDistance&
   return Failure{std::string(relative.name) + ": " + check.message(), relative.pair};
 }
 
+/// A pose of single precision stands for the nearest rotation.
+std::optional<Failure> failureOfSinglePrecision(const StressPair& p) {
+  StressPair given = p;
+  given.a_T_b.matrix() = p.a_T_b.matrix().cast<float>().cast<double>();
+  StressPair meant = given;
+  meant.a_T_b = rigidPose(given.a_T_b).value();
+  const AssertionResult check = keepsItsPromises(meant, ask(given));
+  if (check) return std::nullopt;
+  return Failure{std::string("in single precision: ") + check.message(), given};
+}
+
 /// A pair that has moved a little begins with the polytope that its first query has kept.
 std::optional<Failure> failureOfRecalled(const StressPair& p, const SignedDistance& first, std::mt19937& random) {
   WarmPolytope polytope;
@@ -184,6 +196,7 @@ std::optional<Failure> failureOfRelatives(const StressPair& p, const SignedDista
   for (const Relative& relative :
        {swapped(p), moved(p, random), shifted(p, random), warm(p), cold(p), askedAbove(p, threshold), askedApart(p)})
     if (std::optional<Failure> failure = failureOf(relative, first)) return failure;
+  if (std::optional<Failure> failure = failureOfSinglePrecision(p)) return failure;
   return failureOfRecalled(p, first, random);
 }
 

@@ -24,12 +24,14 @@ namespace proximity_server::narrowphase {
 /// 7. Look whether the shapes meet along an edge or a face: the points are then one choice of many.
 ///
 /// Frame:     that of `a`; `a_T_b` maps coordinates of b into a. Metres.
+/// Pose:      a rotation and a translation. Axes that are a rotation within 7e-15 are taken as they stand; those of single
+///            precision, within 2e-6, stand for the nearest rotation (rigidPose()).
 /// Sign:      see SignedDistance.
 /// Error:     status Converged: within options.distance_tolerance. Otherwise the truth still lies in
 ///            [lower_bound, upper_bound].
-/// Failure:   never throws, allocates or logs; shapes were validated when they were made. A pose that is not finite,
-///            or lengths that add up to more than 1e30 m or less than 1e-30 m, give Status::Unknown. A tolerance that
-///            is NaN counts as 0.
+/// Failure:   never throws, allocates or logs; shapes were validated when they were made. A pose that is not finite, or
+///            whose axes are no rotation (scaled, mirrored, zero), or lengths that add up to more than 1e30 m or less than
+///            1e-30 m, give Status::Unknown. A tolerance that is NaN counts as 0.
 /// Source:    Gilbert, Johnson, Keerthi, A Fast Procedure for Computing the Distance Between Complex Objects in
 ///            Three-Dimensional Space, IEEE J. Robotics and Automation 1988; van den Bergen, Proximity Queries and
 ///            Penetration Depth Computation on 3D Game Objects, GDC 2001.

@@ -3,12 +3,23 @@
 #include <algorithm>
 #include <cmath>
 
+#include "proximity_server/narrowphase/shape/rigid_pose.h"
+
 namespace proximity_server::narrowphase {
 
 using Eigen::Vector3d;
 
+namespace {
+
+Eigen::Matrix3d axesOf(const Eigen::Isometry3d& pose) {
+  const bool is_usable = isRotation(departure2FromRotation(pose));
+  return (is_usable ? pose : rigidPose(pose).value_or(pose)).linear();
+}
+
+}  // namespace
+
 ScrewPath::ScrewPath(const ScrewMotion& motion, const Vector3d& from)
-    : start_{motion.start.linear(), motion.start.translation() - from},
+    : start_{axesOf(motion.start), motion.start.translation() - from},
       linear_(motion.linear),
       angular_(motion.angular),
       turning_(motion.angular.norm()),

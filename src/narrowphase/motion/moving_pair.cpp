@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "proximity_server/narrowphase/shape/rigid_pose.h"
 #include "proximity_server/narrowphase/shape/support.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 
@@ -12,9 +13,9 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-bool isFiniteChain(const MotionChain& chain) {
+bool isRigidChain(const MotionChain& chain) {
   return std::all_of(chain.begin(), chain.end(), [](const ScrewMotion& screw) {
-    return (0.0 * screw.start.matrix()).sum() + (0.0 * (screw.linear + screw.angular)).sum() == 0.0;
+    return rigidPose(screw.start) && (0.0 * (screw.linear + screw.angular)).sum() == 0.0;
   });
 }
 
@@ -66,7 +67,7 @@ MovingPair::MovingPair(const Shape& a, const MotionChain& a_motion, const Shape&
                roundedLengths(b_motion, b.coreReach() + b.margin(), origin_));
 }
 
-bool MovingPair::isFinite() const { return isFiniteChain(a_motion_) && isFiniteChain(b_motion_); }
+bool MovingPair::isRigid() const { return isRigidChain(a_motion_) && isRigidChain(b_motion_); }
 
 SignedDistance MovingPair::distance(const Poses& poses, const Options& options) {
   Options inner = options;

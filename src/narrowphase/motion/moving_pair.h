@@ -59,8 +59,8 @@ class MovingPair {
   /// All arguments must outlive the pair.
   MovingPair(const Shape& a, const MotionChain& a_motion, const Shape& b, const MotionChain& b_motion);
 
-  /// Whether all numbers of both motions are finite.
-  bool isFinite() const;
+  /// Whether all numbers of both motions are finite, and all screws begin with a pose for rigidPose().
+  bool isRigid() const;
 
   Poses at(double time) const { return {a_path_.at(time), b_path_.at(time)}; }
 

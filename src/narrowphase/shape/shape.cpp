@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "proximity_server/narrowphase/shape/rigid_pose.h"
 
 namespace proximity_server::narrowphase {
 namespace {
@@ -132,7 +135,10 @@ Shape::Shape(ConvexHull hull) : Shape(Kind::Hull, 0.0, Vector3d::Zero(), 0.0, 0.
   hull_ = std::make_shared<const HullSupport>(std::move(hull));
 }
 
-Shape Shape::sweptTo(const Eigen::Isometry3d& end) const {
+Shape Shape::sweptTo(const Eigen::Isometry3d& given_end) const {
+  const std::optional<Eigen::Isometry3d> rigid = rigidPose(given_end);
+  if (!rigid) throw std::invalid_argument("the end of a sweep is not finite, or its axes are no rotation");
+  const Eigen::Isometry3d& end = *rigid;
   Shape core = *this;
   core.margin_ = 0.0;
   const Vector3d half_way = 0.5 * (end * centre_ - centre_);

@@ -831,4 +831,13 @@ TEST(Motion, ToleranceThatIsNotANumberCountsAsZero) {
   EXPECT_NEAR(c.minimum(minimum).lower_bound, c.minimum().lower_bound, 1e-6);
 }
 
+TEST(Motion, WhoseBeginIsNoRotationIsUnknown) {
+  Isometry3d scaled = at(-1, 0, 0);
+  scaled.linear() *= 2.0;
+  const Case c{Sphere{0.3}, {{scaled, {2, 0, 0}}}, Box{{0.3, 0.5, 0.4}}, {}};
+  EXPECT_EQ(c.contact().status, Status::Unknown);
+  EXPECT_EQ(c.minimum().status, Status::Unknown);
+  EXPECT_THROW(Shape(Sphere{0.3}).sweptTo(scaled), std::invalid_argument);
+}
+
 }  // namespace proximity_server::narrowphase::motion_test

@@ -152,9 +152,9 @@ TEST(MovingPair, SeesAMotionThatIsNotFinite) {
   const MotionChain fine = moving({0, 0, 0}, {1, 0, 0});
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   const MotionChain broken = moving({0, 0, 0}, {kNan, 0, 0}), lost = moving({0, kNan, 0}, {1, 0, 0});
-  EXPECT_TRUE(MovingPair(shape, fine, shape, fine).isFinite());
-  EXPECT_FALSE(MovingPair(shape, fine, shape, broken).isFinite());
-  EXPECT_FALSE(MovingPair(shape, lost, shape, fine).isFinite());
+  EXPECT_TRUE(MovingPair(shape, fine, shape, fine).isRigid());
+  EXPECT_FALSE(MovingPair(shape, fine, shape, broken).isRigid());
+  EXPECT_FALSE(MovingPair(shape, lost, shape, fine).isRigid());
 }
 
 }  // namespace proximity_server::narrowphase::moving_pair_test

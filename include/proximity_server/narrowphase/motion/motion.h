@@ -14,9 +14,9 @@ namespace proximity_server::narrowphase {
 /// Frame: the one in which `start` is given. The axis of rotation is fixed in it; the moving frame keeps its distance
 ///        from the axis, rotates about it and translates along it. Metres and radians per unit of time.
 struct ScrewMotion {
-  Eigen::Isometry3d start = Eigen::Isometry3d::Identity();
-  Eigen::Vector3d linear = Eigen::Vector3d::Zero();   ///< velocity of the moving frame's origin at time 0
-  Eigen::Vector3d angular = Eigen::Vector3d::Zero();  ///< may be several turns
+  Eigen::Isometry3d start = Eigen::Isometry3d::Identity();  ///< of single precision: stands for rigidPose()
+  Eigen::Vector3d linear = Eigen::Vector3d::Zero();         ///< velocity of the moving frame's origin at time 0
+  Eigen::Vector3d angular = Eigen::Vector3d::Zero();        ///< may be several turns
 
   /// The screw from one pose to another, by the smaller of the two angles.
   static ScrewMotion between(const Eigen::Isometry3d& start, const Eigen::Isometry3d& end);
@@ -110,7 +110,7 @@ struct TimeOfContact {
 /// Error:   see TimeOfContact. If it is not certain within the tolerance whether there is contact (grazing), the answer
 ///          is contact.
 /// Failure: none; no allocation, except for chains of more than 8 screws. The status is Unknown if a motion is not
-///          finite, or if begin and end are not an interval within [0, 1].
+///          finite or begins with a pose whose axes are no rotation, or if begin and end are not an interval within [0, 1].
 /// Source:  Mirtich, Impulse-based Dynamic Simulation of Rigid Body Systems, 1996 (conservative advancement); Zhang,
 ///          Redon, Lee, Kim, Continuous Collision Detection for Articulated Models using Taylor Models and Temporal
 ///          Culling, 2007.

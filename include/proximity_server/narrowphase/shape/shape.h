@@ -58,6 +58,7 @@ class Shape {
 
   /// The convex hull of the shape at its own place and the shape moved by `end`. Its support point is the farther of
   /// the two support points. If `end` is a translation, this is the swept volume; see sweptShape() for other motions.
+  /// Throws std::invalid_argument if `end` is no rigidPose().
   Shape sweptTo(const Eigen::Isometry3d& end) const;
 
   Kind kind() const { return kind_; }
