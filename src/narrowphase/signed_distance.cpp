@@ -270,6 +270,18 @@ Status statusByBounds(const SignedDistance& result, const Options& options) {
   return result;
 }
 
+/// A warm start without knowledge that keeps the storage of the polytope.
+WarmStart coldStart(const WarmStart& warm_start) {
+  WarmStart cold;
+  cold.polytope = warm_start.polytope;
+  if (cold.polytope != nullptr) cold.polytope->face_count = 0;
+  return cold;
+}
+
+bool isOpen(Status status) { return status == Status::IterationLimit || status == Status::Degenerate; }
+
+double widthOf(const SignedDistance& result) { return result.upper_bound - result.lower_bound; }
+
 // Two roundings are part of the bounds. If the search were asked for less than this, it would turn down what Newton's
 // method finds, and end farther from the truth.
 constexpr double kResolvable = 4.0;
@@ -310,6 +322,7 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& 
   core_options.distance_tolerance = std::max(kResolvable * rounding, options.distance_tolerance);  // also if it is NaN
   core_options.stop_above += margins + beyond;
   core_options.stop_below += margins - beyond;
+  const bool is_warm = warm_start.simplex_size != 0 || !warm_start.axis.isZero(0.0);
   Search search;
   SignedDistance result = withMargins(coreDistance(a, b, a_T_b, core_options, rounding, warm_start, search, observer),
                                       a.margin(), b.margin());
@@ -327,6 +340,12 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& 
   result.status = statusByBounds(result, options);
   if (result.status == Status::Converged && result.unique)
     result.unique = meetInOnePoint(a, b, a_T_b, result, options.distance_tolerance, search.newest);
+  if (is_warm && isOpen(result.status)) {
+    // From another beginning the search meets other vertices, and rounding may stop it elsewhere.
+    warm_start = coldStart(warm_start);
+    const SignedDistance cold = again(a_T_b, options);
+    if (!isOpen(cold.status) || widthOf(cold) < widthOf(result)) return cold;
+  }
   return result;
 }
 

@@ -73,11 +73,21 @@ AssertionResult decidesAsTheWholeSearch(const StressPair& p, const SignedDistanc
   return AssertionFailure() << "the whole search decides the threshold, this one does not";
 }
 
+/// A warm start does not keep a search from converging.
+AssertionResult convergesAsAColdSearch(const StressPair& p, const SignedDistance& result) {
+  const bool is_open = result.status == Status::IterationLimit || result.status == Status::Degenerate;
+  StressPair cold = p;
+  cold.warm_start = {};
+  if (!is_open || ask(cold).status != Status::Converged) return AssertionSuccess();
+  return AssertionFailure() << "a cold search converges, this one does not";
+}
+
 AssertionResult keepsItsPromises(const StressPair& p, const SignedDistance& result) {
   AssertionResult check = isFinite(result);
   if (check) check = iterationsAreBounded(result, p.options);
   if (check) check = carriesItsProof(p.pair(), result, p.options);
   if (check) check = decidesAsTheWholeSearch(p, result);
+  if (check) check = convergesAsAColdSearch(p, result);
   return check;
 }
 

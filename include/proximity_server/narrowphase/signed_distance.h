@@ -41,7 +41,7 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Eigen::Isome
                               const Options& options = {});
 
 /// The same for a series of queries of the same two shapes: begins with what the last query left in `warm_start`, and
-/// updates it.
+/// updates it. If that does not converge, it begins anew without.
 SignedDistance signedDistance(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, const Options& options,
                               WarmStart& warm_start);
 
