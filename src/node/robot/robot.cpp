@@ -112,10 +112,10 @@ RobotObjects noObjects(const std::shared_ptr<const scene::SceneModel>& model, in
 }
 
 /// In messages: the only robot is not named.
-std::string nameOfRootEdge(const Robot& robot, int number, const std::string& root) {
+std::string nameOfRootEdge(const Robot& robot, int number, const std::string& parent, const std::string& root) {
   const std::string& name = robot.sources()[number].name;
   if (name.empty()) return "reference_frame '" + robot.referenceFrame() + "'";
-  return "frame '" + root + "' of robot '" + name + "' in '" + robot.referenceFrame() + "'";
+  return "frame '" + root + "' of robot '" + name + "' in '" + parent + "'";
 }
 
 std::vector<TfEdge> edgesOf(const Robot& robot) {
@@ -124,10 +124,13 @@ std::vector<TfEdge> edgesOf(const Robot& robot) {
     edges.push_back({robot.frameOf(joint.parent_link), robot.frameOf(joint.child_link), "joint '" + joint.name + "'"});
   }
   const std::vector<int> roots = robot.robotModel().roots();
+  const auto frameOfRoot = [&](int i) { return robot.frameOf(robot.robotModel().bodies[roots[i]].link); };
+  const int own = robot.referenceRobot();
+  const std::string parent = own < 0 ? robot.referenceFrame() : frameOfRoot(own);
   for (int i = 0; i < static_cast<int>(roots.size()); ++i) {
-    if (i == robot.referenceRobot()) continue;
-    const std::string& root = robot.frameOf(robot.robotModel().bodies[roots[i]].link);
-    edges.push_back({robot.referenceFrame(), root, nameOfRootEdge(robot, i, root)});
+    if (i == own) continue;
+    const std::string root = frameOfRoot(i);
+    edges.push_back({parent, root, nameOfRootEdge(robot, i, parent, root)});
   }
   return edges;
 }

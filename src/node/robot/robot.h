@@ -63,8 +63,8 @@ class Robot {
   /// The robot that the reference frame is a link of, as an index into RobotModel::robots; -1 if it is no link.
   int referenceRobot() const;
 
-  /// One edge for each of RobotModel::joints. Then one from the reference frame to the root of each robot in which it is no
-  /// link: rootEdge() is its index, -1 for the robot in which it is one.
+  /// One edge for each of RobotModel::joints. Then one to the root of each robot of which the reference frame is no link, from
+  /// the reference frame, or from the root of the robot that has it: rootEdge() is its index, -1 for that robot.
   const std::shared_ptr<const std::vector<TfEdge>>& tfEdges() const { return tf_edges_; }
   int rootEdge(int robot) const { return root_edges_[robot]; }
 

@@ -76,13 +76,14 @@ std::optional<Eigen::Isometry3d> referenceToRoot(const Robot& robot, const scene
 
 // It does without scene::placedAt(), as it must not allocate.
 scene::BodyPoses inReference(const Robot& robot, scene::BodyPoses poses_in_root, const RootPoses& roots) {
-  const std::optional<Eigen::Isometry3d> reference_T_own_root = referenceToRoot(robot, poses_in_root, std::nullopt);
+  const int own = robot.referenceRobot();
+  const std::optional<Eigen::Isometry3d> reference_T_parent =
+      referenceToRoot(robot, poses_in_root, Eigen::Isometry3d::Identity());  // of all other roots
   for (std::size_t i = 0; i < poses_in_root.size(); ++i) {
     const int member = robot.robotModel().bodies[i].robot;
-    const auto& reference_T_root = member == robot.referenceRobot() ? reference_T_own_root : roots[member];
     std::optional<Eigen::Isometry3d>& pose = poses_in_root[i];
-    if (pose && reference_T_root) {
-      pose = *reference_T_root * *pose;
+    if (pose && reference_T_parent && (member == own || roots[member])) {
+      pose = *reference_T_parent * (member == own ? *pose : *roots[member] * *pose);
     } else {
       pose.reset();
     }

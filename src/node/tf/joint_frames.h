@@ -15,8 +15,8 @@ using JointFrames = std::vector<std::optional<Eigen::Isometry3d>>;
 /// For each of RobotModel::joints a number, or nullopt if none was given.
 using JointValues = std::vector<std::optional<double>>;
 
-/// The pose of the root link of each robot in the reference frame; nullopt if it is not known, or if the reference frame is a
-/// link of this robot, so that the pose follows from its joints.
+/// The pose of the root link of each robot in the reference frame; if that is the frame of a link, which its joints may move, in
+/// the root link of that robot. nullopt if it is not known, and of that robot itself.
 using RootPoses = std::vector<std::optional<Eigen::Isometry3d>>;
 
 /// The transforms that give the poses of `bodies` in the reference frame, as indices into Robot::tfEdges(): the joints between

@@ -184,6 +184,58 @@ TEST_F(SeveralRobotsOfANode, MeetWhenBothOfThemMove) {
   EXPECT_NEAR(found.t_contact, 0.3, 1e-5);
 }
 
+/// Of the left base, which stands 2 m from the right one, from the right base and ball, at these positions of right/x_axis.
+std::vector<double> distancesSeenFromTheRightBall(const std::vector<double>& positions) {
+  QueryConfigurationRequest request;
+  request.a = {shape("left/base"), shape("left/base")};
+  request.b = {shape("right/base"), shape("right/ball")};
+  request.mode = QueryConfigurationRequest::PER_PAIR;
+  request.missing_joints = QueryConfigurationRequest::ZERO;
+  for (const double x : positions) {
+    request.states.emplace_back().name = {"right/x_axis"};
+    request.states.back().position = {x};
+  }
+  const auto response = call<QueryConfigurationResponse>("/in_right_ball/query_configuration", request);
+  EXPECT_TRUE(response.success) << response.status.message;
+  std::vector<double> distances;
+  for (const StateProximity& state : response.states)
+    for (const Proximity& pair : state.pairs) distances.push_back(pair.distance);
+  return distances;
+}
+
+TEST_F(SeveralRobotsOfANode, StandAsInTfWhereTheLinkOfTheReferenceFrameMoves) {
+  ASSERT_TRUE(validClearance("/in_right_ball/"));
+  const std::vector<double> found = distancesSeenFromTheRightBall({0.3, -1.5});
+  ASSERT_EQ(found.size(), 4U);
+  const double expected[] = {1.8, 2.0 - 0.3 - 0.2, 1.8, 2.0 + 1.5 - 0.2};
+  for (std::size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], expected[i], kOfTf) << i;
+}
+
+// The ball of the left robot is at 0.7, that of the right one at 2 - x: they are 1.1 - x apart.
+TEST_F(SeveralRobotsOfANode, RestAlongATrajectoryThatMovesTheLinkOfTheReferenceFrame) {
+  ASSERT_TRUE(validClearance("/in_right_ball/"));
+  QueryTrajectoryRequest request;
+  request.a = shape("left/ball");
+  request.b = shape("right/ball");
+  request.trajectory.joint_names = {"right/x_axis"};
+  request.trajectory.points.resize(3);
+  const double positions[] = {0.2, 0.3, 0.5};
+  for (int i = 0; i < 3; ++i) {
+    request.trajectory.points[i].positions = {positions[i]};
+    request.trajectory.points[i].time_from_start = ros::Duration(i);
+  }
+  request.contact_distance = 0.7;
+  const auto response = call<QueryTrajectoryResponse>("/in_right_ball/query_trajectory", request);
+  ASSERT_TRUE(response.success) << response.status.message;
+  ASSERT_TRUE(response.contact);
+  EXPECT_NEAR(response.t_contact, 1.5, 1e-5);
+  ASSERT_EQ(response.segments.size(), 2U);
+  EXPECT_NEAR(response.segments[0].upper_bound, 0.8, 1e-6);
+  EXPECT_NEAR(response.segments[1].upper_bound, 0.6, 1e-6);
+  // In the frame of the right ball, whose y axis points against x of its robot: away from the left one.
+  EXPECT_NEAR(response.pair.point_b.y, -0.1, 1e-5);
+}
+
 TEST_F(SeveralRobotsOfANode, AreAheadOfContactByTheVelocitiesOfTheirOwnTopics) {
   const auto message =
       clearance(kNode, [](const Clearance& candidate) { return candidate.lookahead.state == Lookahead::CONTACT; });
