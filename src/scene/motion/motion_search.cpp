@@ -236,6 +236,7 @@ RobotContact MotionSearch::firstContact(const Pairs& pairs, const RobotMotion& m
     else
       split(visit, question.contact_distance);
   }
+  if (answer.contact) answer.pair = ofAllPieces(answer.pair, answer.t_contact);
   answer.counts.by_one_bound = answer.counts.pairs - answer.counts.unknown - pairs_.examined();
   answer.t_free = std::min(bounds.undecided, bounds.latest);
   answer.status = bounds.undecided < bounds.latest ? bounds.status : narrowphase::Status::Converged;
@@ -361,6 +362,7 @@ double MotionSearch::roundingAtStart() {
 
 /// An answer about the state at a time as seen in the frame of the poses. The bounds hold the rounding of the state.
 PairProximity MotionSearch::fromWorld(PairProximity pair, double time) {
+  found_pieces_ = false;
   const double rounding = pairs_.roundingOf(pair.asked, time);
   pair.result.lower_bound -= rounding;
   pair.result.upper_bound += rounding;
@@ -403,6 +405,10 @@ RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion
     answer.pair = found(visit, pieces.at_minimum, pieces.time);
   }
   answer.counts.by_one_bound = answer.counts.pairs - answer.counts.unknown - pairs_.examined();
+  if (answer.status != narrowphase::Status::Converged && answer.time >= 0.0) {
+    answer.pair = ofAllPieces(answer.pair, answer.time);
+    answer.upper_bound = std::min(answer.upper_bound, answer.pair.result.upper_bound);
+  }
   const double open = queue_.empty() ? kInfinity : queue_.front().lower_bound;
   answer.lower_bound = std::min({proven, open, answer.upper_bound});
   // Without the state at the start, what is inside from the start on has not been seen.
@@ -470,7 +476,16 @@ PairProximity MotionSearch::found(const IntervalVisit& visit, narrowphase::Signe
   proximity.result.upper_bound += moving.error;
   proximity.representation = std::max(a.representation, b.representation);
   proximity.depth_is_lower_bound = proximity.result.distance < 0.0 && moving.is_compound;
+  found_pieces_ = moving.is_compound;
   return proximity;
+}
+
+/// A pair whose bounds are those of all pieces of its shapes: found() looks at two, and others may be nearer.
+PairProximity MotionSearch::ofAllPieces(PairProximity pair, double time) {
+  if (!found_pieces_ || ((pair.asked.a.link < 0 || pair.asked.b.link < 0) && !isInWorld())) return pair;
+  placeStates(time);
+  const PairProximity whole = states_.one(pair.asked, {});
+  return whole.result.status == narrowphase::Status::Unknown ? pair : fromWorld(whole, time);
 }
 
 }  // namespace proximity_server::scene

@@ -13,8 +13,10 @@
 
 namespace proximity_server::scene {
 
-/// The less complete of two statuses: the one that stands later in the enumeration.
-inline narrowphase::Status lessComplete(narrowphase::Status p, narrowphase::Status q) { return std::max(p, q); }
+/// The less complete of two statuses: Unknown, or else the one that stands later in the enumeration.
+inline narrowphase::Status lessComplete(narrowphase::Status p, narrowphase::Status q) {
+  return std::min(p, q) == narrowphase::Status::Unknown ? narrowphase::Status::Unknown : std::max(p, q);
+}
 
 /// Answers questions about pairs of shapes in motion. It divides volumes and time together, and the narrowphase
 /// computes only the pieces and intervals that neither spheres nor boxes settle. The tree of fixed objects is divided
@@ -95,11 +97,13 @@ class MotionSearch {
   narrowphase::MinimumOverMotion minimumOf(const IntervalVisit& visit, const MotionQuestion& question,
                                            double upper_bound);
   PairProximity found(const IntervalVisit& visit, narrowphase::SignedDistance result, double time);
+  PairProximity ofAllPieces(PairProximity pair, double time);
 
   const std::shared_ptr<const SceneModel> model_;
   const std::shared_ptr<const Volumes> volumes_;
   PairRanking states_;  ///< answers about the state at one time
   MovingPairs pairs_;
+  bool found_pieces_ = false;  ///< whether found() has given the last pair, about two pieces of several
   bool links_have_interiors_ = false, objects_have_interiors_ = false;
   Order order_ = Order::Nearest;
   std::vector<IntervalVisit> queue_;  ///< a heap

@@ -233,6 +233,43 @@ TEST_F(SlideAndSwing, MissingPoseMakesThePairUnknownAndCounted) {
   EXPECT_EQ(minimum.lower_bound, -kInfinity);
 }
 
+// Regression: the status of a motion that overflows was lost beside those of others.
+TEST_F(SlideAndSwing, TravelThatOverflowsIsUnknown) {
+  for (const double far : {1e31, 1e200, 1e300}) {
+    const RobotMotion passing = motion({{"slide", -far}}, {{"slide", far}});
+    const RobotContact contact = scene_.timeOfContact(sled_, passing);
+    EXPECT_EQ(contact.status, Status::Unknown) << far;
+    EXPECT_EQ(contact.t_free, 0.0) << far;
+    EXPECT_EQ(scene_.minimum(sled_, passing).status, Status::Unknown) << far;
+  }
+}
+
+// Regression: the bounds of a contact at the start were those of the pieces that were looked at first.
+TEST(ContactOfLinks, HasTheBoundsOfAllTheirPieces) {
+  const std::string near =
+      R"(<collision><origin xyz="0.05 0 0"/><geometry><sphere radius="0.02"/></geometry></collision>)";
+  // Its box in the frame of the link is nearer than it is, so that it is looked at first.
+  const std::string far =
+      R"(<collision><origin xyz="-0.09 -0.09 0" rpy="0 0 0.7854"/><geometry><box size="0.1 0.3 0.1"/>
+    </geometry></collision>)";
+  for (const std::string& pieces : {near + far, far + near}) {
+    const auto model =
+        modelOf(R"(<robot name="r"><link name="probe"><collision><geometry><sphere radius="0.01"/></geometry>
+      </collision></link><link name="hand">)" +
+                pieces + R"(</link><joint name="slide" type="prismatic"><parent link="probe"/>
+      <child link="hand"/><axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="1" velocity="1"/></joint></robot>)");
+    MotionQuestion question;
+    question.contact_distance = 0.2;
+    const RobotContact contact = MovingScene(model).timeOfContact(
+        std::vector<ShapeRefPair>{pairOf(*model, "probe", "hand")},
+        RobotMotion::ofJoints(model->robot, std::vector<double>{0.0}, std::vector<double>{1.0}), question);
+    ASSERT_TRUE(contact.contact);
+    EXPECT_EQ(contact.t_contact, 0.0);
+    EXPECT_LE(contact.pair.result.lower_bound, 0.02);
+    EXPECT_NEAR(contact.pair.result.upper_bound, 0.02, 1e-8);
+  }
+}
+
 TEST_F(SlideAndSwing, DeadlineThatHasPassedLeavesBoundsThatHold) {
   MotionQuestion question;
   question.deadline = std::chrono::steady_clock::now() - std::chrono::seconds(1);

@@ -40,7 +40,7 @@ struct MotionCounts {
 /// When a robot comes too close to itself, or to an object, for the first time.
 struct RobotContact {
   /// Converged: complete. IterationLimit (the deadline has passed, or the iterations were used up) and Degenerate:
-  /// t_free still holds. Unknown: nothing is known of any pair.
+  /// t_free still holds. Unknown: nothing is known of any pair, or of one whose motion overflows.
   narrowphase::Status status = narrowphase::Status::Unknown;
   bool contact = false;
   /// Until this time every pair is proven to be above its contact distance.
