@@ -84,7 +84,7 @@ TimedMotion motionOfTwists(const Robot& robot, const scene::BodyPoses& poses, co
   return node::motionOfTwists(poses, twists, request.horizon);
 }
 
-/// The positions [rad] or [m] that the request states; a NaN there means that the position is not known.
+/// The positions [rad] or [m] that the request states; NaN means that a position is not known.
 JointValues statedPositions(const scene::RobotModel& robot, const std::vector<int>& joints,
                             const std::vector<double>& positions) {
   JointValues stated(robot.joints.size());
@@ -94,7 +94,9 @@ JointValues statedPositions(const scene::RobotModel& robot, const std::vector<in
            " names; there may be none");
   }
   for (std::size_t i = 0; i < joints.size(); ++i) {
-    if (std::isfinite(positions[i])) stated[joints[i]] = positions[i];
+    if (std::isinf(positions[i]))
+      refuse("joints: the position of joint '" + robot.joints[joints[i]].name + "' is not finite");
+    if (!std::isnan(positions[i])) stated[joints[i]] = positions[i];
   }
   return stated;
 }

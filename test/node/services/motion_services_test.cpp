@@ -321,6 +321,10 @@ TEST(BadContactRequest, LinksAndJointsAreNamed) {
   expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "joint 'x_axis' has no velocity");
   request.joints.velocity = {kNaN};
   expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "the velocity of joint 'x_axis' is not finite");
+  request.joints.velocity = {-0.5};
+  request.joints.position = {std::numeric_limits<double>::infinity()};
+  expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "the position of joint 'x_axis' is not finite");
+  request.joints.position.clear();
   request.joints.velocity = {1e308};
   expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "horizon");
   request.joints.velocity = {-0.5};
