@@ -99,7 +99,7 @@ class StopSearch {
     for (const PairProximity& pair : near_)
       question_.nearer_pairs.push_back({pair.asked, pair.result.upper_bound - kRetreatTolerance});
     const RobotContact found = moving_.timeOfContact(pairs, motion, question_);
-    const bool is_left_open = !found.contact && found.t_free == 0.0;
+    const bool is_left_open = found.status != narrowphase::Status::Converged && found.t_free == 0.0;
     return is_left_open && leaveOutRetreats(motion) ? moving_.timeOfContact(pairs, motion, question_) : found;
   }
 

@@ -236,6 +236,27 @@ TEST_F(StoppingRobot, WayOutOfAClosedMeshIsNotSlowed) {
   EXPECT_EQ(ask().scale, 0.0);
 }
 
+// Regression: a contact on the way let an overlap that gets no deeper stop the robot.
+TEST_F(StoppingRobot, OverlapThatStaysIsNotSlowedBesideWhatIsAhead) {
+  Attached held;
+  held.link = "carriage";
+  held.link_T_object = at(-3, -20.3, -5);
+  held.touch_links = {"wall", "arm", "tail"};
+  ObjectOptions options;
+  options.meshes.tolerance = 0.0;
+  const Object solid = makeObject("solid", {{scaled(bracket(), 10.0)}}, held, options);  // 0.2 m deep in the sled
+  const Object ahead =
+      makeObject("ahead", {{narrowphase::Box{{0.5, 0.5, 0.5}}}}, Fixed{at(0.75, 0.25, 0)});  // at 1.5 m
+  brake(1.9, {});
+  move({{"slide", -1.0}});
+  placeObjects({solid});
+  EXPECT_EQ(ask().scale, 1.0);
+  placeObjects({ahead});
+  EXPECT_NEAR(ask().scale, 1.5 / 1.9, 1e-6);
+  placeObjects({solid, ahead});
+  EXPECT_NEAR(ask().scale, 1.5 / 1.9, 1e-6);
+}
+
 TEST_F(StoppingRobot, AttachedObjectStopsWithItsLink) {
   Attached held;
   held.link = "sled";
