@@ -161,24 +161,31 @@ void MonitorLoop::onTransform() {
 
 void MonitorLoop::onKeepAlive() {
   const Lock lock(mutex_);
-  if (!alive_ && health_.enabled) publish(lookUpSinceLastKeepAlive());
+  const ros::Time now = ros::Time::now();
+  stands_still_ = now == kept_alive_at_;
+  if ((!alive_ || stands_still_) && health_.enabled) publish(stands_still_ ? lookUpInStandingTime() : lookUp());
   alive_ = false;
-  kept_alive_at_ = ros::Time::now();
+  kept_alive_at_ = now;
 }
 
-/// The latest poses; none if the clock has not advanced since the last keep-alive, because their age is unknown then.
-PoseSnapshot MonitorLoop::lookUpSinceLastKeepAlive() {
+/// No poses: how old they are is not known.
+PoseSnapshot MonitorLoop::lookUpInStandingTime() {
   PoseSnapshot snapshot = lookUp();
-  if (ros::Time::now() != kept_alive_at_ || snapshot.status.code != QueryStatus::OK) return snapshot;
+  if (snapshot.status.code != QueryStatus::OK) return snapshot;
   std::fill(snapshot.poses.begin(), snapshot.poses.end(), std::nullopt);
   snapshot.status.code = QueryStatus::TF_STALE;
   snapshot.status.message = "the clock stands still: nothing tells how old the transforms are";
   return snapshot;
 }
 
+/// Whether the monitor is on. A clock that stands still leaves the messages to onKeepAlive().
+bool MonitorLoop::isToCycle() const {
+  return health_.enabled && !(stands_still_ && ros::Time::now() == kept_alive_at_);
+}
+
 void MonitorLoop::cycleIfNew() {
   const Lock lock(mutex_);
-  if (!health_.enabled) return;
+  if (!isToCycle()) return;
   const PoseSnapshot& snapshot = lookUp();
   const bool moved = snapshot.stamp != monitor_.latest().header.stamp;
   if (moved || !monitor_.frames().names.empty() || snapshot.status.code != monitor_.latest().status.code)
@@ -187,7 +194,7 @@ void MonitorLoop::cycleIfNew() {
 
 void MonitorLoop::cycle() {
   const Lock lock(mutex_);
-  if (health_.enabled) publish(lookUp());
+  if (isToCycle()) publish(lookUp());
 }
 
 void MonitorLoop::publish(const PoseSnapshot& snapshot) {

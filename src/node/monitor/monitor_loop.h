@@ -65,7 +65,8 @@ class MonitorLoop {
   visualization_msgs::MarkerArray pieces() const;
   void redrawPieces();
   void sendPieces(const ros::SingleSubscriberPublisher& subscriber);
-  PoseSnapshot lookUpSinceLastKeepAlive();
+  PoseSnapshot lookUpInStandingTime();
+  bool isToCycle() const;
   const PoseSnapshot& lookUp();
   void useNextObjects();
   VelocitySnapshot lookUpVelocities();
@@ -93,6 +94,7 @@ class MonitorLoop {
   MonitorHealth health_{};                   // without `last`, which the monitor has
   bool alive_ = false;                       // a cycle ran since the last keep-alive
   ros::Time kept_alive_at_;                  // ROS time of the last keep-alive
+  bool stands_still_ = false;                // the clock did not advance between the last two of them
   std::optional<ClearanceMarkers> markers_;  // of the monitor's robot; made for the first subscriber
 
   ros::Publisher clearance_pub_;

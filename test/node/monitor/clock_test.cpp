@@ -25,7 +25,7 @@ class Simulation : public testing::Test {
  protected:
   static Gantry& gantry() {
     static Gantry gantry{ros::NodeHandle()};
-    static const bool connected = gantry.awaitListeners(1);
+    static const bool connected = gantry.awaitListeners(2);
     EXPECT_TRUE(connected);
     return gantry;
   }
@@ -106,6 +106,30 @@ TEST_F(Simulation, AClockThatStandsStillMeansInvalidUntilItRunsOn) {
 
   EXPECT_TRUE(runUntil(running->header.stamp.toSec() + 1.0, 0.5,
                        [](const Clearance& candidate) { return candidate.level == Clearance::CLEAR; }));
+}
+
+// Regression: with the rate 0, each message on /tf let the monitor judge the last poses anew.
+TEST_F(Simulation, AMonitorOnTfIsInvalidAllTheTimeThatTheClockStandsStill) {
+  Inbox<Clearance> on_tf(ros::NodeHandle(), "/on_tf/clearance");
+  double now = 40.0;
+  const auto is_clear = [&](const Clearance& message) {
+    setTime(now += 0.01);
+    gantry().publish({0.5, 0.0, 0.0}, ros::Time(now));
+    return message.level == Clearance::CLEAR;
+  };
+  setTime(now);
+  gantry().publish({0.5, 0.0, 0.0}, ros::Time(now));
+  ASSERT_TRUE(on_tf.next(is_clear));
+  ASSERT_TRUE(on_tf.next([](const Clearance& message) { return message.level == Clearance::INVALID; }));
+  int messages = 0;
+  const auto end = std::chrono::steady_clock::now() + kFrozenAfter;
+  EXPECT_TRUE(on_tf.next([&](const Clearance& message) {
+    ++messages;
+    EXPECT_EQ(message.level, Clearance::INVALID) << "message " << messages;
+    for (int i = 0; i < 5; ++i) gantry().publish({0.4, 0.0, 0.0}, ros::Time(now));
+    return std::chrono::steady_clock::now() > end;
+  }));
+  EXPECT_GE(messages, 2);
 }
 
 TEST_F(Simulation, AnswersAboutTheLastPosesWhileTheClockStandsStill) {
