@@ -7,6 +7,7 @@
 #include "narrowphase/certificate.h"
 #include "narrowphase/from_json.h"
 #include "oracle/shape_pairs.h"
+#include "proximity_server/narrowphase/shape/rigid_pose.h"
 
 namespace proximity_server::narrowphase::stress_cases_test {
 
@@ -52,13 +53,13 @@ std::vector<StressCase> hullCases() {
   return cases;
 }
 
-/// The box pairs as boxes, with the relative pose that the two world poses give in double.
+/// The box pairs as boxes, with the relative pose that the two world poses give in double, as the nearest rotation.
 std::vector<StressCase> boxCases() {
   std::vector<StressCase> cases;
   const json file = casesIn("../shared/cases/stress_cases.json");
   for (const json& c : file) {
     if (c["type"] != "box-box") continue;
-    const Isometry3d a_T_b(poseFrom(c["X1"]).inverse(Eigen::Isometry) * poseFrom(c["X2"]));
+    const Isometry3d a_T_b = rigidPose(poseFrom(c["X1"]).inverse(Eigen::Isometry) * poseFrom(c["X2"])).value();
     cases.push_back(
         {{c["name"], Box{vectorFrom(c["size1"])}, Box{vectorFrom(c["size2"])}, a_T_b}, c["expected_signed_distance"]});
   }
