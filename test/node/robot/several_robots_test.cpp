@@ -271,9 +271,10 @@ TEST_F(SeveralRobotsOfANode, AreSlowedByTheVelocitiesOfTheirOwnTopics) {
   slower.config.doubles[0].name = "stop_latency";
   slower.config.doubles[0].value = 1.0;
   call<dynamic_reconfigure::ReconfigureResponse>(kNode + "set_parameters", slower);
-  const auto slowed = scales.next([](const std_msgs::Float64& message) { return message.data < 1.0; });
+  // 0 is also the answer of a search that got no time on a busy machine.
+  const auto slowed =
+      scales.next([](const std_msgs::Float64& message) { return message.data > 0.0 && message.data < 1.0; });
   ASSERT_TRUE(slowed);
-  EXPECT_GT(slowed->data, 0.0);
   EXPECT_LE(slowed->data, (-0.2 + std::sqrt(0.04 + 4.0 * 0.2 * 0.28)) / 0.4 + 1e-6);  // 0.2 s + 0.2 s^2 = 0.28
 }
 
