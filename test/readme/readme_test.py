@@ -13,6 +13,7 @@ CHEAPER lists. A line "..." of a README stands for any lines.
 import os
 import pathlib
 import re
+import shutil
 import signal
 import socket
 import subprocess
@@ -215,6 +216,11 @@ class Readme(unittest.TestCase):
             else:
                 self.shell.run(command)
 
+    def engines(self, text):
+        if not shutil.which("parallel"):
+            self.skipTest("there is no GNU Parallel: ./dev packages engines")
+        self.commands(text)
+
     def endless(self, command):
         """It is right when it prints, and goes on."""
         output = self.start(self.shell, command)
@@ -266,8 +272,8 @@ class Readme(unittest.TestCase):
         """Not run, each is minutes: ./dev help knows each command and option. CI runs ./dev test; ./dev demo is for people."""
         known = self.shell.run("./dev help")
         for line in text.splitlines():
-            words = line.partition("#")[0].split()
-            self.assertRegex(known, rf"(?m)^  {words[1]}\b")
+            words = line.partition("#")[0].partition("./dev ")[2].split()  # variables may stand before it
+            self.assertRegex(known, rf"(?m)^  {words[0]}\b")
             for option in (word for word in words if word.startswith("--")):
                 self.assertIn(option, known)
 
@@ -385,8 +391,8 @@ BLOCKS = (
     ("roslaunch proximity_server moveit_stream.launch", Readme.bridge),
     ("rosrun dynamic_reconfigure ", Readme.commands),
     ("export PATH=", Readme.commands),
-    ("echo : > hosts.txt", Readme.commands),
-    ("sbatch ", Readme.commands),
+    ("echo : > hosts.txt", Readme.engines),
+    ("sbatch ", Readme.engines),  # merges the parts of the one before
     ("$ ", Readme.shown_output),
     (">>> ", Readme.python_session),
     ("<launch>", Readme.file_of_test),
