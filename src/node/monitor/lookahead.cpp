@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -143,7 +144,15 @@ Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const Look
     result.status.message = "a velocity times the lookahead is not finite";
     return result;
   }
-  TimedMotion motion = motionWithinLimits(robot, start.poses, travel, velocities.positions, settings.lookahead);
+  std::optional<TimedMotion> limited;
+  try {
+    limited = motionWithinLimits(robot, start.poses, travel, velocities.positions, settings.lookahead);
+  } catch (const std::invalid_argument& error) {  // a position that does not tell the turn
+    result.status.code = QueryStatus::NO_VELOCITY;
+    result.status.message = error.what();
+    return result;
+  }
+  TimedMotion& motion = *limited;
   carryObjects(robot, start.frames, start.placed.poses, motion);
   const scene::MotionQuestion question = questionOf(settings);
   const scene::RobotContact found = firstContact(robot, scene, motion.motion, question, settings);

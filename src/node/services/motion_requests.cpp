@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <stdexcept>
 #include <string>
 
 #include "node/services/joint_requests.h"
@@ -109,7 +110,11 @@ TimedMotion motionOfJoints(const Robot& robot, const scene::BodyPoses& poses, co
   for (const std::optional<double>& velocity : velocities) {
     travel.push_back(finite(velocity.value_or(0.0) * request.horizon, "joints: a velocity times the horizon"));
   }
-  return motionWithinLimits(robot, poses, travel, stated, request.horizon);
+  try {
+    return motionWithinLimits(robot, poses, travel, stated, request.horizon);
+  } catch (const std::invalid_argument& error) {  // a position that does not tell the turn
+    refuse(std::string("joints: ") + error.what());
+  }
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace proximity_server::scene {
@@ -15,9 +16,6 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
 constexpr double kTurn = 2.0 * 3.14159265358979323846;
-
-// [rad] An encoder may tell as much beyond a limit; a position that is further out is taken for one a turn away.
-constexpr double kBeyondLimit = 0.05;
 
 /// A position as a pose tells it: one of value + n * spacing.
 struct PosedPosition {
@@ -37,14 +35,14 @@ struct Limits {
   double excess(double position) const { return std::max(lower - position, position - upper); }
 };
 
-/// Of the positions that the limits allow the one nearest to the stated one, or else the one farthest from the upper
-/// limit; of none the nearest to the limits.
+/// The one nearest to the stated position; without one, of those that the limits allow the one farthest from the upper limit,
+/// and of none the nearest to the limits.
 double positionWithin(const Limits& limits, const PosedPosition& position, const std::optional<double>& stated) {
   if (!(position.spacing > 0.0)) return position.value;
+  if (stated) return position.nearestTo(*stated);
   const double lowest = std::isinf(limits.lower) ? limits.lower : position.atOrAbove(limits.lower - kBeyondLimit);
   const double highest = position.atOrBelow(limits.upper + kBeyondLimit);
-  if (lowest > highest) return limits.excess(highest) < limits.excess(lowest) ? highest : lowest;
-  return stated ? std::clamp(position.nearestTo(*stated), lowest, highest) : lowest;
+  return lowest > highest && limits.excess(highest) < limits.excess(lowest) ? highest : lowest;
 }
 
 /// The time of [0, 1] at which a joint reaches a limit; infinity where there is none on its way.
@@ -61,6 +59,19 @@ double stopTime(PosedPosition position, Limits limits, std::optional<double> sta
 
 bool turns(const Joint& joint) { return joint.type == Joint::Type::Revolute || joint.type == Joint::Type::Continuous; }
 bool slides(const Joint& joint) { return joint.type == Joint::Type::Prismatic; }
+
+/// Throws unless each joint that moves is stated near enough to its limits to tell the turn.
+void requireNearLimits(const RobotModel& model, const std::vector<double>& travel,
+                       const std::vector<std::optional<double>>& stated) {
+  for (std::size_t i = 0; i < stated.size(); ++i) {
+    const Joint& joint = model.joints[i];
+    if (!stated[i] || joint.mimic || !turns(joint) || travel[i] == 0.0) continue;
+    if (Limits{joint.lower, joint.upper}.excess(*stated[i]) <= 0.5 * kTurn) continue;
+    throw std::invalid_argument("joint '" + joint.name + "' is stated to be at " + std::to_string(*stated[i]) +
+                                " rad, more than half a turn beyond its limits of " + std::to_string(joint.lower) +
+                                " and " + std::to_string(joint.upper) + ": which turn it is on is not known");
+  }
+}
 
 /// For each of RobotModel::joints that leads, the position that its pose or else that of a follower tells.
 std::vector<std::optional<PosedPosition>> positionsOf(const RobotModel& model, const RobotMotion& motion) {
@@ -169,6 +180,7 @@ LimitedMotion motionWithinLimits(const RobotModel& model, const BodyPoses& start
   if (!stated.empty() && stated.size() != model.joints.size())
     throw std::invalid_argument("there are " + std::to_string(stated.size()) + " stated positions for " +
                                 std::to_string(model.joints.size()) + " joints");
+  requireNearLimits(model, travel, stated);
   std::vector<JointStop> stops = stopsOf(model, unlimited, travel, stated);
   if (stops.empty()) return {unlimited, {}};
   const std::vector<double> times = borders(stops);

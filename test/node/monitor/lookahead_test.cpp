@@ -218,6 +218,11 @@ TEST_F(LookaheadWithinLimits, TakesTheTurnFromThePositionsOfJointStates) {
   const auto free = withState(Lookahead::FREE);
   ASSERT_TRUE(free);
   EXPECT_EQ(free->joints_at_limit, std::vector<std::string>{"turn"});
+  joint_states_.hold({{"run", 0.0}, {"turn", 0.5}}, {{"run", 1.0}, {"turn", 9.5}});  // more than half a turn beyond
+  const auto unknown = withState(Lookahead::UNKNOWN);
+  ASSERT_TRUE(unknown);
+  EXPECT_EQ(unknown->status.code, QueryStatus::NO_VELOCITY);
+  EXPECT_NE(unknown->status.message.find("joint 'turn' is stated to be at 9.5"), std::string::npos);
 }
 
 }  // namespace proximity_server::node::lookahead_test

@@ -463,6 +463,19 @@ TEST(JointLimits, CountInTheTurnThatTheRequestTells) {
   expectFailure(askLimits(request), QueryStatus::INVALID_ARGUMENT, "2 positions for 1 names");
 }
 
+// Regression: a joint stated more than 0.05 rad beyond a limit was taken to be a turn away, within its limits.
+TEST(JointLimits, AreThoseOfTheStatedTurnAlsoBeyondThem) {
+  auto request = moving("pin", "hand", "turn", -0.5, limitedRobot().moveTo(1.0, -6.35));
+  request.joints.position = {-6.35};
+  const auto response = askLimits(request);
+  expectNoContact(response, 2.0 * std::sin((0.5 - (2.0 * M_PI - 6.35)) / 2.0) - 0.2);
+  expectStops(response, {"turn"}, {0.0});
+  request.joints.position = {9.5};  // more than half a turn beyond
+  expectFailure(askLimits(request), QueryStatus::INVALID_ARGUMENT, "joints: joint 'turn' is stated to be at 9.5");
+  request.joints.velocity = {0.0};
+  EXPECT_TRUE(askLimits(request).success) << "it rests";
+}
+
 // ---- query_trajectory
 
 QueryTrajectoryResponse ask(const QueryTrajectoryRequest& request, const std::string& node = kNode) {

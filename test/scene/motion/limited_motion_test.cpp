@@ -156,8 +156,33 @@ TEST(MotionWithinLimits, TakesTheTurnFromAStatedPosition) {
   EXPECT_NEAR(stopOf(joint, 6.0, 10.0, {6.01}), 0.025, kRounding);
   EXPECT_NEAR(stopOf(joint, -6.0, -10.0, {-5.99}), 0.025, kRounding);
   EXPECT_NEAR(stopOf(joint, 6.0, 10.0, {-0.3}), 0.025 + 0.2 * kPi, kRounding);
-  EXPECT_NEAR(stopOf(joint, 6.0, 10.0, {1e9}), 0.025, kRounding) << "a position beyond the limits is none";
-  EXPECT_NEAR(stopOf(oneJoint("revolute", limits(-1, 1)), 0.5, 10.0, {7.0}), 0.05, kRounding);
+}
+
+// Regression: of a joint stated more than 0.05 rad beyond a limit, which moves back in, the pose a turn away was taken, whose
+// other limit is near: it stopped there, and what it would meet on its way was missed.
+TEST(MotionWithinLimits, TakesAStatedPositionBeyondALimitForTheTurn) {
+  const std::string joint = oneJoint("revolute", limits(-3.2, 3.2));
+  for (const double beyond : {0.04, 0.06, 1.0, 3.1}) {
+    EXPECT_TRUE(std::isinf(stopOf(joint, -3.2 - beyond, 4.0, {-3.2 - beyond}))) << beyond;
+    EXPECT_NEAR(stopOf(joint, -3.2 - beyond, 10.0, {-3.2 - beyond}), (6.4 + beyond) / 10.0, kRounding) << beyond;
+    EXPECT_EQ(stopOf(joint, -3.2 - beyond, -10.0, {-3.2 - beyond}), 0.0) << beyond;
+    EXPECT_NEAR(stopOf(joint, 3.2 + beyond, -10.0, {3.2 + beyond}), (6.4 + beyond) / 10.0, kRounding) << beyond;
+  }
+}
+
+TEST(MotionWithinLimits, RefusesAPositionThatDoesNotTellTheTurn) {
+  const std::string joint = oneJoint("revolute", limits(-1, 2));
+  EXPECT_EQ(stopOf(joint, 2.0 + 3.14, 1.0, {2.0 + 3.14}), 0.0);
+  for (const double far : {1e9, 7.0, 2.0 + 3.15, -1.0 - 3.15}) {
+    try {
+      stopOf(joint, 0.5, 10.0, {far});
+      ADD_FAILURE() << far;
+    } catch (const std::invalid_argument& error) {
+      EXPECT_NE(std::string(error.what()).find("joint 'j' is stated to be at "), std::string::npos) << error.what();
+    }
+    EXPECT_TRUE(std::isinf(stopOf(joint, 0.5, 0.0, {far}))) << "it rests";
+    EXPECT_TRUE(std::isinf(stopOf(oneJoint("continuous", ""), 0.5, 10.0, {far})));
+  }
 }
 
 // An encoder may tell a position beyond a limit, which is the pose of one at the other end.
