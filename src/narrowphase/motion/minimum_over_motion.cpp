@@ -21,7 +21,7 @@ class TimeSubdivision {
   MinimumOverMotion run() {
     const int first = sample(options_.begin);
     const int last = options_.end > options_.begin ? sample(options_.end) : first;
-    if (answer_.status == Status::Unknown) return answer_;
+    if (overflows_) return unknown();
     enter(first, last, -std::numeric_limits<double>::infinity());
     while (count_ > 0 && answer_.upper_bound - intervals_.front().lower_bound > options_.tolerance) {
       const Interval worst = intervals_.front();
@@ -30,6 +30,7 @@ class TimeSubdivision {
       if (answer_.queries >= std::min(options_.max_queries, kMaxSamples)) return finished(Status::IterationLimit);
       pop();
       const int middle = sample(worst.middle);
+      if (overflows_) return unknown();
       enter(worst.begin, middle, worst.lower_bound);
       enter(middle, worst.end, worst.lower_bound);
     }
@@ -55,7 +56,7 @@ class TimeSubdivision {
   int sample(double time) {
     const MovingPair::Poses poses = pair_.at(time);
     const SignedDistance distance = pair_.distance(poses, distance_options_);
-    answer_.status = distance.status;
+    overflows_ |= distance.status == Status::Unknown;
     samples_[answer_.queries] = {time, poses, distance.normal, distance.lower_bound};
     if (distance.upper_bound < answer_.upper_bound) {
       answer_.upper_bound = distance.upper_bound;
@@ -108,6 +109,12 @@ class TimeSubdivision {
     return p.duration() * std::clamp(at_begin / (at_begin - at_end), 0.0, 1.0);
   }
 
+  MinimumOverMotion unknown() const {
+    MinimumOverMotion answer;
+    answer.queries = answer_.queries;
+    return answer;
+  }
+
   MinimumOverMotion finished(Status status) {
     const double open = count_ > 0 ? intervals_.front().lower_bound : settled_;
     answer_.lower_bound = std::min({open, settled_, answer_.upper_bound});
@@ -123,6 +130,7 @@ class TimeSubdivision {
   std::array<Sample, kMaxSamples> samples_;
   std::array<Interval, kMaxSamples> intervals_;  // a heap
   int count_ = 0;
+  bool overflows_ = false;                                    ///< a sample is too far for the narrowphase
   double settled_ = std::numeric_limits<double>::infinity();  // [m] smallest bound of the intervals above stop_above
 };
 

@@ -210,7 +210,8 @@ PairProximity PairMeasurement::measure(const ShapeRefPair& pair, const Visit& vi
     return unknown(pair);
   }
   const PairProximity proximity = compute(visit, a_T_b, limit, question);
-  ++(proximity.collision_a > 0 ? counts_.computed : counts_.by_bounds);
+  const bool is_unknown = proximity.result.status == narrowphase::Status::Unknown;  // too far for the narrowphase
+  ++(is_unknown ? counts_.unknown : proximity.collision_a > 0 ? counts_.computed : counts_.by_bounds);
   return asAsked(pair, visit, proximity);
 }
 

@@ -103,7 +103,9 @@ std::string ClearanceAssertion::describe(const Row& row) const {
     if (row.verdict == Verdict::Undecided) text += "; the budget of the search ended there";
     if (row.verdict == Verdict::Unknown) text += "; ";
   }
-  if (row.verdict == Verdict::Unknown) text += "nothing is known of " + std::to_string(row.unknown_pairs) + " pairs";
+  if (row.verdict == Verdict::Unknown)
+    text += row.unknown_pairs > 0 ? "nothing is known of " + std::to_string(row.unknown_pairs) + " pairs"
+                                  : "the motion is too large to compute with";
   return text;
 }
 

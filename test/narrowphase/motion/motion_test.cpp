@@ -642,6 +642,18 @@ TEST(TimeOfContact, OfAMotionThatOverflowsIsNeverSaidToBeFree) {
     }
 }
 
+// Regression: only the last of the two ends counted.
+TEST(MinimumDistance, WithAnEndThatIsTooFarIsUnknown) {
+  for (const double far : {1e31, 1e160})
+    for (const bool departs : {false, true}) {
+      Case c{Sphere{1.0}, {ScrewMotion()}, Sphere{1.0}, {ScrewMotion()}};
+      c.b_motion.front().start.translation().x() = departs ? 3.0 : far;
+      c.b_motion.front().linear.x() = departs ? far : -far;
+      EXPECT_EQ(c.minimum().status, Status::Unknown) << far << " " << departs;
+      EXPECT_EQ(c.minimum().lower_bound, -kInfinity) << far << " " << departs;
+    }
+}
+
 TEST(TimeOfContact, WithFewQueriesKeepsItsPromises) {
   std::mt19937 random(77);
   int undecided = 0;

@@ -331,6 +331,22 @@ TEST(Scene, LinkWithoutGeometryIsUnknown) {
   EXPECT_EQ(scene.counts().unknown, 1);
 }
 
+// Regression: such a pair was left out of the answer, and counted as computed.
+TEST(Scene, PairThatIsTooFarToComputeIsUnknown) {
+  RobotMaker maker;
+  maker.addBodyOf(Sphere{1.0});
+  maker.addBodyOf(Sphere{1.0});
+  Scene scene(maker.withAllPairs());
+  for (const double far : {1e31, 1e160}) {
+    scene.update({at(0, 0, 0), at(far, 0, 0)});
+    EXPECT_EQ(scene.all(scene.candidates()).at(0).result.status, Status::Unknown) << far;
+    EXPECT_EQ(scene.counts().unknown, 1) << far;
+    EXPECT_EQ(scene.minimum(scene.candidates()), nullptr) << far;
+    EXPECT_EQ(scene.counts().unknown, 1) << far;
+    EXPECT_EQ(scene.counts().computed, 0) << far;
+  }
+}
+
 TEST(Scene, RefusesShapesThatDoNotExist) {
   Scene scene = sceneOf(Sphere{1.0}, Sphere{1.0});
   scene.update({at(0, 0, 0), at(5, 0, 0)});

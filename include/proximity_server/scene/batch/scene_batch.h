@@ -43,7 +43,8 @@ struct StatePairs {
 /// its lower bound.
 /// Nothing allocates after the first batch of its size, unless more pairs are listed than ever before.
 ///
-/// A state with a position that is not finite, or so large that the pose of a checked link is not, has no answer: Unknown.
+/// A state with a position that is not finite, or so large that the pose of a checked link is not, has no answer: Unknown. A pair
+/// that is too far apart for the narrowphase, 1e30 m, is left out.
 /// Every question throws std::invalid_argument if there is not one column for each joint, and for a distance that is NaN or a
 /// k below 1.
 /// References are valid until the next question.

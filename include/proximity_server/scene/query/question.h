@@ -46,7 +46,7 @@ struct PairProximity {
 /// sum of all others.
 struct PairCounts {
   int total = 0;
-  int unknown = 0;    ///< a pose or all geometry is missing, or the deadline came first
+  int unknown = 0;    ///< a pose or all geometry is missing, the deadline came first, or numbers overflow
   int at_rest = 0;    ///< the relative pose of the two bodies is that of their last computed answer
   int by_motion = 0;  ///< an earlier bound, less the motion since then, was enough
   int by_bounds = 0;  ///< bounding volumes were enough, or `first` had found its pair earlier

@@ -63,8 +63,8 @@ class Scene {
   const Candidates& candidates() const;
 
   // Each of the following visits `pairs` and returns a reference that is valid until the next question.
-  // A pair is Unknown if a pose is missing or if the deadline passed before it was computed: it is counted, all()
-  // returns it, and the other questions leave it out. A distance that did not converge is sorted by its lower bound, as
+  // A pair is Unknown if a pose is missing, if the deadline passed before it was computed, or if it is too far away for
+  // the narrowphase: it is counted, all() returns it, and the other questions leave it out. A distance that did not converge is sorted by its lower bound, as
   // it may be the smallest.
 
   /// The pair with the smallest signed distance; nullptr if there is none (or none nearer than the threshold).
