@@ -54,6 +54,7 @@ void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
   scene_ = robot_->borrowScene();
   moving_scene_ = robot_->borrowMovingScene();
   self_level_ = object_level_ = Clearance::INVALID;
+  scaled_ = {};
   MonitoredObjects objects(*robot_, robot_->objects().get());
   use(objects);
 }
@@ -213,8 +214,18 @@ void Monitor::lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& ve
 StoppingScale Monitor::velocityScale(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
                                      const MonitorSettings& settings, const FrameSnapshot& frames) {
   if (clearance_.level == Clearance::INVALID) return {0.0, clearance_.status};
-  return stoppingScale(*robot_, movingScene(), *scene_, {snapshot.poses, monitored_.frames, frames}, velocities,
-                       joints(), snapshot.age, settings);
+  StoppingScale found = stoppingScale(*robot_, movingScene(), *scene_, {snapshot.poses, monitored_.frames, frames},
+                                      velocities, joints(), snapshot.age, settings);
+  if (found.status.code != QueryStatus::OK) return found;
+  StoppingState state{settings, snapshot.poses, frames.poses, velocities, objects().all, snapshot.age};
+  const ros::Duration period(settings.rate > 0.0 ? 1.0 / settings.rate : 0.0);
+  if (found.is_complete) {
+    scaled_ = std::move(state);
+    scale_ = found.scale;
+  } else if (scaled_.holdsFor(state, period)) {
+    found.scale = std::max(found.scale, scale_);
+  }
+  return found;
 }
 
 scene::MovingScene& Monitor::movingScene() {

@@ -62,7 +62,9 @@ class Monitor {
   /// The constraint rows in the poses of the latest cycle, which `snapshot` are. The message is valid until the next call.
   const ConstraintRows& constraints(const PoseSnapshot& snapshot, const MonitorSettings& settings);
 
-  /// The scale of the velocities in the latest cycle, in which `snapshot` and `frames` are the poses.
+  /// The scale of the velocities in the latest cycle, in which `snapshot` and `frames` are the poses. A search that ran out of
+  /// time does not lower what was found before in the same state, as long as the poses have become older by no more than the
+  /// period of the cycles.
   StoppingScale velocityScale(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
                               const MonitorSettings& settings, const FrameSnapshot& frames = {});
 
@@ -99,6 +101,8 @@ class Monitor {
   std::uint8_t self_level_ = Clearance::INVALID;  ///< of pairs of links
   std::uint8_t object_level_ = Clearance::INVALID;  ///< of pairs with an object
   Clearance clearance_;
+  StoppingState scaled_;  ///< the state of the latest search for a scale of the velocities that had time enough
+  double scale_ = 0.0;    ///< what it found
   std::vector<Proximity> unlisted_;  ///< allocated entries that Clearance::below_threshold does not need at present
 };
 

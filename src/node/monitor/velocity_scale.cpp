@@ -5,6 +5,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 
 #include "node/services/timed_motion.h"
 #include "proximity_server/scene/derivative/velocity_scale.h"
@@ -50,6 +51,7 @@ StoppingScale scaleOf(const Robot& robot, scene::MovingScene& moving_scene, scen
   StoppingScale result;
   if (found.status != narrowphase::Status::Unknown) {
     result.scale = found.scale;
+    result.is_complete = found.status == narrowphase::Status::Converged;
     return result;
   }
   result.status.code = QueryStatus::TF_UNAVAILABLE;
@@ -57,7 +59,22 @@ StoppingScale scaleOf(const Robot& robot, scene::MovingScene& moving_scene, scen
   return result;
 }
 
+bool areSame(const std::vector<std::optional<Eigen::Isometry3d>>& p,
+             const std::vector<std::optional<Eigen::Isometry3d>>& q) {
+  return std::equal(p.begin(), p.end(), q.begin(), q.end(),
+                    [](const auto& a, const auto& b) { return a && b ? a->matrix() == b->matrix() : !a && !b; });
+}
+
 }  // namespace
+
+bool StoppingState::holdsFor(const StoppingState& other, const ros::Duration& later) const {
+  const auto limits = [](const MonitorSettings& of) {
+    return std::tuple(of.stop_distance, of.object_stop_distance, of.stop_latency);
+  };
+  return other.age <= age + later && limits(settings) == limits(other.settings) &&
+         velocities.velocities == other.velocities.velocities && velocities.positions == other.velocities.positions &&
+         objects == other.objects && areSame(poses, other.poses) && areSame(frames, other.frames);
+}
 
 StoppingScale stoppingScale(const Robot& robot, scene::MovingScene& moving_scene, scene::Scene& scene,
                             const LookaheadStart& start, const VelocitySnapshot& velocities,

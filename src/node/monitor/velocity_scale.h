@@ -2,6 +2,8 @@
 
 #include <ros/duration.h>
 
+#include <memory>
+
 #include "node/monitor/joint_velocities.h"
 #include "node/monitor/lookahead.h"
 #include "node/robot/robot.h"
@@ -13,8 +15,22 @@ namespace proximity_server::node {
 
 /// By how much the velocities must be scaled so that the robot can still stop in time.
 struct StoppingScale {
-  double scale = 0.0;  ///< of [0, 1]
-  QueryStatus status;  ///< not OK: nothing is known, the scale is 0
+  double scale = 0.0;        ///< of [0, 1]
+  QueryStatus status;        ///< not OK: nothing is known, the scale is 0
+  bool is_complete = false;  ///< false: the search ended before the largest was found
+};
+
+/// What a scale of one robot was searched for, to tell whether a state is the same as one before.
+struct StoppingState {
+  MonitorSettings settings;
+  scene::BodyPoses poses;
+  scene::FramePoses frames;
+  VelocitySnapshot velocities;
+  std::shared_ptr<const scene::Objects> objects;
+  ros::Duration age;  ///< of the poses
+
+  /// Whether a scale of this state is one of the other, too: all but the age is the same, and that is at most `later` longer.
+  bool holdsFor(const StoppingState& other, const ros::Duration& later) const;
 };
 
 /// The largest scale of the joint velocities from which the robot still stops above the stop distances of the settings, with the

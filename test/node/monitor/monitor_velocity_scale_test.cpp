@@ -102,6 +102,26 @@ TEST_F(ScaleOfSliders, CountsTheAgeOfThePosesAsLatency) {
   EXPECT_NEAR(scaleIn(fresh, velocities(0.0, 1.0, 0.0)).scale, 0.8, 1e-5);
 }
 
+// Regression: on a busy machine the scale of a robot at rest went to and fro between 0 and what was found in time.
+TEST_F(ScaleOfSliders, OfAnUnchangedStateIsNotLoweredByASearchThatRanOutOfTime) {
+  const double in_time = middleAt(1.0);
+  settings_.rate = 1e9;
+  EXPECT_EQ(middleAt(1.0), in_time);
+  EXPECT_LT(middleAt(1.01), 0.1) << "another state";
+  settings_.rate = 0.1;
+  EXPECT_EQ(middleAt(1.0), in_time);
+  settings_.rate = 1e9;
+  settings_.stop_distance = 0.021;
+  EXPECT_LT(middleAt(1.0), 0.1) << "another distance";
+  settings_.stop_distance = 0.02;
+  EXPECT_EQ(middleAt(1.0), in_time);
+  PoseSnapshot older = withTheRightSphereAt(*robot_, 0.5);
+  older.age = ros::Duration(0.06);
+  EXPECT_LT(scaleIn(older, velocities(0.0, 1.0, 0.0)).scale, 0.1) << "older by more than a period";
+  follow("");
+  EXPECT_LT(middleAt(1.0), 0.1) << "a robot that begins";
+}
+
 TEST_F(ScaleOfSliders, IsThatOfTheSceneToTheLastBit) {
   scene::Scene scene(robot_->sharedModel());
   scene::MovingScene moving(robot_->sharedModel());
