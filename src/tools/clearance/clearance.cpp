@@ -2,6 +2,7 @@
 #include <unistd.h>
 #include <CLI/CLI.hpp>
 
+#include <cerrno>
 #include <cstdint>
 #include <fstream>
 #include <iostream>
@@ -39,7 +40,9 @@ namespace {
 /// Writes rows to a stream, and the text before, between and after them.
 class RowWriter {
  public:
-  RowWriter(std::ostream& stream, OutputFormat format) : stream_(stream), format_(std::move(format)) {
+  /// Of a file of this name. Throws std::invalid_argument, with the reason, where writing fails.
+  RowWriter(std::ostream& stream, std::string name, OutputFormat format)
+      : stream_(stream), name_(std::move(name)), format_(std::move(format)) {
     put(format_.begin);
   }
 
@@ -50,21 +53,29 @@ class RowWriter {
     has_row_ = true;
   }
 
-  void end(const std::string& name) {
+  /// Does nothing where writing failed before.
+  void end() {
+    if (!stream_) return;
     put(format_.end);
-    stream_ << std::flush;
-    if (!stream_) throw std::invalid_argument(name + ": writing failed");
+    requireWritten(stream_ << std::flush);
   }
 
   std::uint64_t bytes() const { return bytes_; }
 
  private:
   void put(const std::string& text) {
-    stream_ << text;
+    errno = 0;
+    requireWritten(stream_ << text);
     bytes_ += text.size();
   }
 
+  void requireWritten(const std::ostream& stream) const {
+    const int cause = errno;
+    if (!stream) throw std::invalid_argument(name_ + ": writing failed" + because(cause));
+  }
+
   std::ostream& stream_;
+  const std::string name_;
   OutputFormat format_;
   bool has_row_ = false;
   std::uint64_t bytes_ = 0;
@@ -148,10 +159,11 @@ OutputFormat formatOf(const ClearanceOptions& options, RowFormat format) {
 /// Writes the answers to the output and the plot, and adds them to the assertion.
 class Answers {
  public:
-  Answers(const ClearanceOptions& options, const ClearanceQuestion& question, std::ostream& out, PlotScript* plot)
-      : options_(options), question_(question), writer_(out, formatOf(options, options.format)) {
+  Answers(const ClearanceOptions& options, const ClearanceQuestion& question, std::ostream& out,
+          const std::string& out_name, PlotScript* plot)
+      : options_(options), question_(question), writer_(out, out_name, formatOf(options, options.format)) {
     const scene::RobotModel& robot = question.model->robot;
-    if (plot) plot_writer_.emplace(plot->data(), formatOf(options, RowFormat::Csv));
+    if (plot) plot_writer_.emplace(plot->data(), "the data of the plot", formatOf(options, RowFormat::Csv));
     if (options.second_opinion.is_wanted) second_opinion_.emplace(options.second_opinion, question.model);
     if (!options.assert_above) return;
     assertion_.emplace(*options.assert_above, options.rows, robot, checkedPairs(question));
@@ -170,9 +182,9 @@ class Answers {
   }
 
   /// Writes the end of the rows, so that the output is a complete document.
-  void end(const std::string& out_name) {
-    writer_.end(out_name);
-    if (plot_writer_) plot_writer_->end("the data of the plot");
+  void end() {
+    writer_.end();
+    if (plot_writer_) plot_writer_->end();
     if (second_opinion_) second_opinion_->end();
   }
 
@@ -224,12 +236,12 @@ std::optional<std::uint64_t> totalOf(const StateSource& states, RowKind rows) {
   return count && rows == RowKind::Segment && *count > 0 ? *count - 1 : count;
 }
 
-void answerInto(Answers& answers, const std::string& out_name, const ClearanceOptions& options,
-                const ClearanceQuestion& question, StateSource& states) {
+void answerInto(Answers& answers, const ClearanceOptions& options, const ClearanceQuestion& question,
+                StateSource& states) {
   AnswerCounter counter(options.rows == RowKind::State ? "states" : "segments", totalOf(states, options.rows));
   const auto end = [&] {
     counter.clear();
-    answers.end(out_name);
+    answers.end();
     warnAtTheEnd(states, question.objects.get());
   };
   try {
@@ -291,8 +303,8 @@ ExitCode run(const ClearanceOptions& options) {
   const CoreTime time;
   std::optional<std::ofstream> out_file;
   std::ostream& out = openOutput(options.out, out_file);
-  Answers answers(options, question, out, plot ? &*plot : nullptr);
-  answerInto(answers, out_file ? options.out : "standard output", options, question, *states);
+  Answers answers(options, question, out, out_file ? options.out : "standard output", plot ? &*plot : nullptr);
+  answerInto(answers, options, question, *states);
   if (plot) plot->draw({numberText(options.motion.contact_distance)});
   if (!options.sweep.summary.empty()) summarize(options, answers.summary(), time, answers.bytes());
   if (const auto& second = answers.secondOpinion()) {

@@ -17,10 +17,11 @@ void requireWritable(const std::string& path) {
   errno = 0;
   if (!std::ofstream(path, std::ios::binary | std::ios::app)) {
     const int cause = errno;
-    throw std::invalid_argument(path + ": cannot be written" +
-                                (cause != 0 ? std::string(" (") + std::strerror(cause) + ")" : ""));
+    throw std::invalid_argument(path + ": cannot be written" + because(cause));
   }
   if (!existed) std::filesystem::remove(path, ignored);
 }
+
+std::string because(int cause) { return cause != 0 ? std::string(" (") + std::strerror(cause) + ")" : ""; }
 
 }  // namespace proximity_server::tools

@@ -8,4 +8,7 @@ namespace proximity_server::tools {
 /// computing. An existing file is not changed.
 void requireWritable(const std::string& path);
 
+/// What errno says, behind a message: " (No space left on device)"; "" for 0.
+std::string because(int cause);
+
 }  // namespace proximity_server::tools

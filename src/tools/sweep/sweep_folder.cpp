@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "tools/command_line/content_hash.h"
+#include "tools/command_line/output_file.h"
 #include "tools/sweep/row_file.h"
 
 namespace proximity_server::tools {
@@ -66,7 +67,8 @@ void readRows(const std::string& file, const SweepManifest& manifest, const Outp
   };
   std::error_code error;
   const auto size = fs::file_size(file, error);
-  if (error || size != manifest.bytes) refuse("it should have " + std::to_string(manifest.bytes) + " bytes");
+  if (error) throw std::invalid_argument(file + ": cannot be read" + because(error.value()));
+  if (size != manifest.bytes) refuse("it should have " + std::to_string(manifest.bytes) + " bytes");
   const std::string before = format.header(manifest.rows) + (manifest.rows > 0 ? format.before_first : "");
   std::ifstream stream(file, std::ios::binary);
   std::string buffer(before.size(), '\0');

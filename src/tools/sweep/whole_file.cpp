@@ -6,11 +6,12 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <stdexcept>
 #include <system_error>
 #include <vector>
+
+#include "tools/command_line/output_file.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -19,8 +20,6 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kBuffer = std::size_t{1} << 20;  ///< bytes; large enough that the system's calls cost nothing
 constexpr const char* kSuffix = ".tmp";
-
-std::string because(int cause) { return std::string(" (") + std::strerror(cause) + ")"; }
 
 bool writeAll(int file, std::string_view bytes) {
   while (!bytes.empty()) {

@@ -1,5 +1,6 @@
 // What the executable says of its input and its options, and how it ends.
 #include <algorithm>
+#include <filesystem>
 
 #include "sanitized.h"
 #include "tools/command_line/clearance_command.h"
@@ -87,6 +88,22 @@ TEST_F(Clearance, SaysWhereACompressedArrayCannotBeUnpacked) {
   };
   expect("TMPDIR=/nowhere ", "s.npz, states.npy: no folder for temporary files to unpack it into; set TMPDIR\n");
   expect("trap '' XFSZ; ulimit -f 64; ", ": writing failed, to unpack " + files_.path("s.npz") + ", states.npy\n");
+}
+
+// Regression: a signal ended the tool at the largest size of a file, and a full disk had no reason.
+TEST_F(Clearance, NamesTheFileThatCannotBeWrittenAndWhy) {
+  const std::string command = CLEARANCE " " + urdf_ + " --sample 20000 ";
+  const auto expect = [&](const std::string& before, const std::string& output, const std::string& message) {
+    const CommandResult result = runCommandApart(before + command + output);
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_TRUE(says(result.errors, "clearance: " + message)) << result.errors;
+  };
+  const std::string file = files_.path("rows.csv");
+  expect("ulimit -f 64; ", "--out " + file, file + ": writing failed (File too large)\n");
+  expect("ulimit -f 64; ", "> " + file, "standard output: writing failed (File too large)\n");
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "there is no /dev/full";
+  expect("", "--out /dev/full", "/dev/full: writing failed (No space left on device)\n");
+  expect("", "> /dev/full", "standard output: writing failed (No space left on device)\n");
 }
 
 TEST_F(Clearance, NamesWhatIsWrongWithTheOptionsOfTheStates) {

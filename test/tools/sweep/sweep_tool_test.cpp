@@ -241,6 +241,8 @@ TEST_F(SweepTool, MergingNamesAPartThatIsNotWhatItsManifestSays) {
     files_.write("parts/states-000000000000-000000002500.csv", bad);
     expectError(runCommandApart(merge), file + ": is not what its manifest says: " + why);
   }
+  fs::remove(file);
+  expectError(runCommandApart(merge), file + ": cannot be read (No such file or directory)");
   files_.write("parts/states-000000000000-000000002500.csv", content);
   files_.write("parts/states-000000000000-000000002500.csv.manifest", "{}");
   expectError(runCommandApart(merge), file + ".manifest: no manifest of a sweep: ");
