@@ -7,6 +7,7 @@
 #include <optional>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 #include "proximity_server/scene/pieces/convex_pieces.h"
 #include "scene/pieces/decomposition.h"
@@ -99,7 +100,8 @@ double volumeRatio(const std::vector<TriangleMesh>& components) {
 bool isHullOfAll(const Job& job, const MeshSolid& solid) {
   const std::vector<Vector3d> points = clusterPoints(job.mesh, Partition(job.mesh.triangles.size(), 0)).front();
   job.effort.spend(stepsOfHull(points.size()));
-  return solid.isWithin(job.tolerance(), {narrowphase::ConvexHull(points), points});
+  const Cover cover{narrowphase::ConvexHull(points), points};
+  return solid.isWithin(job.tolerance(), cover) && solid.hasNoRoom(job.tolerance(), cover.hull);
 }
 
 /// Each component to itself, or to the cluster of one whose hull hides it: the union of the hulls stays the same.
@@ -121,7 +123,8 @@ std::optional<Partition> hullsOfComponents(const Job& job, const MeshSolid& soli
     if (!is_hidden) outermost.push_back(&component);
   }
   const bool near = std::all_of(outermost.begin(), outermost.end(), [&](const Component* component) {
-    return solid.isWithin(job.tolerance(), {*component->hull, component->mesh.vertices});
+    return solid.isWithin(job.tolerance(), {*component->hull, component->mesh.vertices}) &&
+           solid.hasNoRoom(job.tolerance(), *component->hull);
   });
   if (!near) return std::nullopt;
   Partition partition;
@@ -139,6 +142,23 @@ Clustering trianglesThemselves(std::size_t count) {
 
 bool isOneByOne(const Partition& partition) {
   return *std::max_element(partition.begin(), partition.end()) == static_cast<int>(partition.size()) - 1;
+}
+
+std::vector<narrowphase::ConvexHull> hullsOf(const TriangleMesh& mesh, const Partition& partition) {
+  std::vector<narrowphase::ConvexHull> hulls;
+  for (const std::vector<Vector3d>& points : clusterPoints(mesh, partition)) hulls.emplace_back(points);
+  return hulls;
+}
+
+/// Of the hulls of clusters. However long it takes, as no piece may be farther than the tolerance.
+bool haveNoRoom(const Job& job, const MeshSolid& solid, const Partition& partition) {
+  const Effort left = std::exchange(job.effort, Effort(std::numeric_limits<double>::infinity()));
+  const std::vector<narrowphase::ConvexHull> hulls = hullsOf(job.mesh, partition);
+  const bool have_none = std::all_of(hulls.begin(), hulls.end(), [&](const narrowphase::ConvexHull& hull) {
+    return solid.hasNoRoom(job.tolerance(), hull);
+  });
+  job.effort = left;
+  return have_none;
 }
 
 /// Clusters that are near enough, in the first representation that is, fewest pieces first.
@@ -170,26 +190,24 @@ Clustering nearestEnough(const Job& job, const MeshSolid& solid) {
   }
   // Not the outermost components only: what lies in a hollow is hidden by a hull, not by its clusters.
   Decomposition found = decompose(job.mesh, job.components, solid, job.options.tolerance);
+  if (!haveNoRoom(job, solid, found.partition)) {
+    job.effort = Effort(job.options.time_budget);
+    found = decompose(job.mesh, job.components, solid, job.options.tolerance, RoomChecks::OfEachHull);
+  }
   clustering.partition = std::move(found.partition);
   clustering.is_complete = clustering.is_complete && found.is_complete;
   clustering.representation = isOneByOne(clustering.partition) ? Representation::Triangles : Representation::Decomposed;
   return clustering;
 }
 
-std::vector<narrowphase::ConvexHull> hullsOf(const TriangleMesh& mesh, const Partition& partition) {
-  std::vector<narrowphase::ConvexHull> hulls;
-  for (const std::vector<Vector3d>& points : clusterPoints(mesh, partition)) hulls.emplace_back(points);
-  return hulls;
-}
-
-/// How far the hulls lie from the mesh.
-void measure(const TriangleMesh& mesh, const MeshSolid& solid, Clustering& clustering) {
+/// How far the hulls lie from the mesh; they are proven to be within the tolerance.
+void measure(const TriangleMesh& mesh, const MeshSolid& solid, double tolerance, Clustering& clustering) {
   std::vector<Cover> covers;
   for (std::vector<Vector3d>& points : clusterPoints(mesh, clustering.partition)) {
     narrowphase::ConvexHull hull(points);
     covers.push_back({std::move(hull), std::move(points)});
   }
-  clustering.deviation = solid.deviationOf(covers);
+  clustering.deviation = std::min(solid.deviationOf(covers), tolerance);
   for (const Cover& cover : covers)
     clustering.uncovered = std::max(clustering.uncovered, farthestOutside(cover, solid.effort()));
   if (clustering.deviation <= kMeshRounding) clustering.representation = Representation::Exact;
@@ -201,12 +219,12 @@ Clustering compute(const TriangleMesh& mesh, const ConnectedMesh& connected, con
   const std::vector<TriangleMesh> closed = closedParts(connected.parts);
   const Job job{connected.welded, connected.components, options, effort};
   const MeshSolid solid(trianglesOf(mesh.vertices, mesh.triangles), allTriangles(closed), effort,
-                        Cavities(closed, job.tolerance()));
+                        Rooms(connected.parts));
   Clustering clustering = nearestEnough(job, solid);
   clustering.volume_ratio = volumeRatio(connected.parts);
   // What is left to do takes time in proportion to the mesh, so nothing has to end it.
   effort = Effort(std::numeric_limits<double>::infinity());
-  if (clustering.representation != Representation::Triangles) measure(mesh, solid, clustering);
+  if (clustering.representation != Representation::Triangles) measure(mesh, solid, job.tolerance(), clustering);
   const std::string trouble = cache.store(clustering);
   if (!trouble.empty()) warnings.push_back(trouble);
   return clustering;

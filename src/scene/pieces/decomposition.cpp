@@ -53,23 +53,33 @@ bool isOneOf(const std::vector<Vector3d>& sorted_points, const Vector3d& point) 
   return std::binary_search(sorted_points.begin(), sorted_points.end(), point, before);
 }
 
-/// Returns the sorted vertices of the hull of all points, or nullopt if it is not within tolerance.
-std::vector<Vector3d> hullWithin(double tolerance, const MeshSolid& solid, const std::vector<Vector3d>& points) {
-  solid.effort().spend(stepsOfHull(points.size()));
+/// What the hull of a cluster has to keep to.
+struct Demand {
+  const MeshSolid& solid;
+  double tolerance;  // [m]
+  RoomChecks rooms;
+
+  bool isMetIn(const narrowphase::ConvexHull& hull) const {
+    return rooms == RoomChecks::None || solid.hasNoRoom(tolerance, hull);
+  }
+};
+
+/// Returns the sorted vertices of the hull of all points; none if it is not within tolerance.
+std::vector<Vector3d> hullWithin(const Demand& demand, const std::vector<Vector3d>& points) {
+  demand.solid.effort().spend(stepsOfHull(points.size()));
   const Cover cover{narrowphase::ConvexHull(points), points};
-  if (!solid.isWithin(tolerance, cover)) return {};
+  if (!demand.solid.isWithin(demand.tolerance, cover) || !demand.isMetIn(cover.hull)) return {};
   return sorted(cover.hull.vertices());
 }
 
 /// The same of two hulls that lie within tolerance. A triangle of their common hull that has its corners in one of them
 /// lies in that one, and so within tolerance.
-std::vector<Vector3d> commonHullWithin(double tolerance, const MeshSolid& solid, const std::vector<Vector3d>& a,
+std::vector<Vector3d> commonHullWithin(const Demand& demand, const std::vector<Vector3d>& a,
                                        const std::vector<Vector3d>& b) {
   std::vector<Vector3d> points = a;
   points.insert(points.end(), b.begin(), b.end());
-  solid.effort().spend(stepsOfHull(points.size()));
+  demand.solid.effort().spend(stepsOfHull(points.size()));
   const Cover cover{narrowphase::ConvexHull(points), points};
-  if (solid.hasCavityIn(cover.hull)) return {};
   const std::vector<Triangle> surface = surfaceOf(cover.hull);
   std::vector<Triangle> bridges;
   std::copy_if(surface.begin(), surface.end(), std::back_inserter(bridges), [&](const Triangle& triangle) {
@@ -78,7 +88,7 @@ std::vector<Vector3d> commonHullWithin(double tolerance, const MeshSolid& solid,
     };
     return !isOf(a) && !isOf(b);
   });
-  if (!solid.isWithin(tolerance, cover, bridges)) return {};
+  if (!demand.solid.isWithin(demand.tolerance, cover, bridges) || !demand.isMetIn(cover.hull)) return {};
   return sorted(cover.hull.vertices());
 }
 
@@ -90,8 +100,7 @@ struct Part {
 /// Cuts clusters into parts that are within tolerance.
 class Halving {
  public:
-  Halving(const TriangleMesh& mesh, const MeshSolid& solid, double tolerance)
-      : mesh_(mesh), solid_(solid), tolerance_(tolerance) {}
+  Halving(const TriangleMesh& mesh, const Demand& demand) : mesh_(mesh), demand_(demand) {}
 
   /// The component as it is where that is within tolerance. Else in parts, each cut twice more than it need be, so that
   /// its triangles may join what lies beside it.
@@ -144,23 +153,22 @@ class Halving {
   std::vector<Vector3d> cornersOf(const Cluster& cluster) try {
     if (cluster.size() == 1) return sorted(narrowphase::ConvexHull(pointsOf(mesh_, cluster)).vertices());
     if (!is_complete_) return {};
-    return hullWithin(tolerance_, solid_, pointsOf(mesh_, cluster));
+    return hullWithin(demand_, pointsOf(mesh_, cluster));
   } catch (const Effort::Exceeded&) {
     is_complete_ = false;
     return {};
   }
 
   const TriangleMesh& mesh_;
-  const MeshSolid& solid_;
-  const double tolerance_;
+  const Demand demand_;
   bool is_complete_ = true;
 };
 
 /// Clusters that become one, two at a time.
 class Fusion {
  public:
-  Fusion(const TriangleMesh& mesh, const MeshSolid& solid, double tolerance)
-      : mesh_(mesh), solid_(solid), tolerance_(tolerance) {}
+  Fusion(const TriangleMesh& mesh, const Demand& demand)
+      : mesh_(mesh), solid_(demand.solid), tolerance_(demand.tolerance), demand_(demand) {}
 
   void add(Part part) {
     Node node;
@@ -219,8 +227,7 @@ class Fusion {
       pairs_.pop();
       solid_.effort().spend(20);
       if (nodes_[pair.a].whole >= 0 || nodes_[pair.b].whole >= 0) continue;
-      std::vector<Vector3d> corners =
-          commonHullWithin(tolerance_, solid_, nodes_[pair.a].corners, nodes_[pair.b].corners);
+      std::vector<Vector3d> corners = commonHullWithin(demand_, nodes_[pair.a].corners, nodes_[pair.b].corners);
       if (corners.empty()) {
         nodes_[pair.a].neighbours.push_back({pair.b, Relation::Apart});
         nodes_[pair.b].neighbours.push_back({pair.a, Relation::Apart});
@@ -366,6 +373,7 @@ class Fusion {
   const TriangleMesh& mesh_;
   const MeshSolid& solid_;
   const double tolerance_;
+  const Demand demand_;
   std::vector<Cluster> triangles_;  // of the first nodes
   std::vector<Node> nodes_;
   std::priority_queue<Pair> pairs_;
@@ -375,8 +383,8 @@ class Fusion {
 
 std::size_t stepsOfHull(std::size_t points) { return 5000 + 1000 * points; }
 
-Decomposition decompose(const TriangleMesh& mesh, const Partition& components, const MeshSolid& solid,
-                        double tolerance) {
+Decomposition decompose(const TriangleMesh& mesh, const Partition& components, const MeshSolid& solid, double tolerance,
+                        RoomChecks rooms) {
   std::vector<Cluster> wholes;
   for (int t = 0; t < static_cast<int>(mesh.triangles.size()); ++t) {
     const auto number = static_cast<std::size_t>(components[t]);
@@ -386,8 +394,9 @@ Decomposition decompose(const TriangleMesh& mesh, const Partition& components, c
   // Halving alone leaves many parts, so it may take half of the effort.
   Effort& effort = solid.effort();
   const Effort for_fusion = effort.half();
-  Halving halving(mesh, solid, tolerance);
-  Fusion fusion(mesh, solid, tolerance);
+  const Demand demand{solid, tolerance, rooms};
+  Halving halving(mesh, demand);
+  Fusion fusion(mesh, demand);
   for (Cluster& whole : wholes) {
     for (Part& part : halving.partsOf(std::move(whole))) fusion.add(std::move(part));
   }

@@ -15,8 +15,11 @@ struct Decomposition {
   bool is_complete = true;  ///< false: the effort of the mesh was spent before the end
 };
 
-/// Divides the triangles into few clusters whose hulls lie within `tolerance` [m] of the mesh, see MeshSolid::isWithin and
-/// MeshSolid::hasCavityIn.
+/// Which hulls of a decomposition are proven to fill no room on the way; to look at all is slow.
+enum class RoomChecks : unsigned char { None, OfEachHull };
+
+/// Divides the triangles into few clusters whose hulls lie within `tolerance` [m] of the mesh, see MeshSolid::isWithin and, with
+/// RoomChecks::OfEachHull, MeshSolid::hasNoRoom.
 ///
 /// 1. The triangles of each component are halved across their longest side until the hull of each part lies within
 ///    tolerance, at the latest as a single triangle.
@@ -32,8 +35,8 @@ struct Decomposition {
 /// Source:  bottom-up clustering as of Mamou, Ghorbel: A Simple and Efficient Approach for 3D Mesh Approximate Convex
 ///          Decomposition, ICIP 2009 (HACD). Unlike there, what decides is the distance of the hull from the mesh and
 ///          not its concavity, and the first clusters are parts instead of triangles.
-Decomposition decompose(const TriangleMesh& mesh, const Partition& components, const MeshSolid& solid,
-                        double tolerance);
+Decomposition decompose(const TriangleMesh& mesh, const Partition& components, const MeshSolid& solid, double tolerance,
+                        RoomChecks rooms = RoomChecks::None);
 
 /// The steps, see Effort, that building the hull of so many points takes.
 std::size_t stepsOfHull(std::size_t points);

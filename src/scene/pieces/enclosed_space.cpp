@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 
 namespace proximity_server::scene {
@@ -72,6 +73,11 @@ EnclosedSpace::EnclosedSpace(const std::vector<Triangle>& closed)
 bool EnclosedSpace::holds(const Vector3d& p, Effort& effort) const {
   return std::all_of(views_.begin(), views_.end(),
                      [&](const View& view) { return view.winding(p, effort).number != 0; });
+}
+
+int EnclosedSpace::windingNumber(const Vector3d& p, Effort& effort) const {
+  const int first = views_[0].winding(p, effort).number, second = views_[1].winding(p, effort).number;
+  return std::abs(second) < std::abs(first) ? second : first;
 }
 
 bool EnclosedSpace::mayHold(const Vector3d& p) const {

@@ -21,6 +21,10 @@ class EnclosedSpace {
   /// Effort::Exceeded.
   bool holds(const Eigen::Vector3d& p, Effort& effort) const;
 
+  /// How often the triangles surround a point, with the sign of their side; of two rays that disagree the smaller number. May
+  /// throw Effort::Exceeded.
+  int windingNumber(const Eigen::Vector3d& p, Effort& effort) const;
+
   /// False only where that is proven: by a ray on which no rounding can change a crossing, for points that are farther
   /// from the triangles than rounding. True also where neither ray is such a one.
   bool mayHold(const Eigen::Vector3d& p) const;

@@ -15,7 +15,7 @@
 namespace proximity_server::scene {
 namespace {
 
-constexpr const char* kVersion = "proximity_server-pieces-4";
+constexpr const char* kVersion = "proximity_server-pieces-5";
 
 /// Source: Fowler, Noll, Vo: FNV-1a, 64 bits.
 class Hash {

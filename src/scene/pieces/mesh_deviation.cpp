@@ -14,6 +14,9 @@ using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+// Without a gap to the tolerance, a hull at exactly this distance would never be decided.
+constexpr double kTooClose = 0.98;
+
 constexpr std::size_t kStepsPerTreeTriangle = 20;  // of building a tree
 
 /// The surface of a hull, in a tree.
@@ -152,9 +155,8 @@ class DeviationSearch {
   std::priority_queue<Patch> patches_;
 };
 
-MeshSolid::MeshSolid(std::vector<Triangle> surface, const std::vector<Triangle>& closed, Effort& effort,
-                     Cavities cavities)
-    : surface_(std::move(surface)), inside_(closed), cavities_(std::move(cavities)), effort_(effort) {}
+MeshSolid::MeshSolid(std::vector<Triangle> surface, const std::vector<Triangle>& closed, Effort& effort, Rooms rooms)
+    : surface_(std::move(surface)), inside_(closed), rooms_(std::move(rooms)), effort_(effort) {}
 
 double MeshSolid::distance(const Vector3d& p) const {
   const double to_surface = surface_.nearest(p, effort_).distance;
@@ -162,27 +164,32 @@ double MeshSolid::distance(const Vector3d& p) const {
 }
 
 double MeshSolid::deviationOf(const std::vector<Cover>& covers) const {
-  constexpr int kLooks = 1000000;
+  constexpr int kLooks = 1000000, kLooksForRooms = 30000, kFewestLooksForRooms = 100;
   DeviationSearch search(*this, DecisionThresholds());
   for (const Cover& cover : covers) search.lookAbove(pointsBelow(cover.hull, cover.points), surfaceOf(cover.hull));
   for (const Cover& cover : covers) search.look(cover.hull, surfaceOf(cover.hull));
   search.refine(kLooks);
-  return search.farthest();
-}
-
-bool MeshSolid::isWithin(double tolerance, const Cover& cover) const {
-  return !hasCavityIn(cover.hull) && isWithin(tolerance, cover, surfaceOf(cover.hull));
+  double farthest = search.farthest();
+  const int looks_for_rooms = std::max(kLooksForRooms / static_cast<int>(covers.size()), kFewestLooksForRooms);
+  for (const Cover& cover : covers) {
+    const Rooms::Largest room = rooms_.largestIn(cover.hull, {farthest, kInfinity, 0.0, looks_for_rooms}, effort_);
+    if (room.radius > farthest) farthest = room.at_most;
+  }
+  return farthest;
 }
 
 bool MeshSolid::isWithin(double tolerance, const Cover& cover, const std::vector<Triangle>& surface) const {
   constexpr int kLooks = 100000;
-  // Without a gap between the two thresholds, a hull at exactly this distance would never be decided.
-  constexpr double kTooClose = 0.98;
   DeviationSearch search(*this, {tolerance, kTooClose * tolerance});
   search.look(cover.hull, surface);
   search.lookAbove(pointsBelow(cover.hull, cover.points), surface);
   search.refine(kLooks);
   return search.isProven();
+}
+
+bool MeshSolid::hasNoRoom(double tolerance, const narrowphase::ConvexHull& hull) const {
+  constexpr int kLooks = 100000;
+  return rooms_.largestIn(hull, {0.0, kTooClose * tolerance, tolerance, kLooks}, effort_).at_most <= tolerance;
 }
 
 double farthestOutside(const Cover& cover, Effort& effort) {

@@ -4,20 +4,21 @@
 #include <vector>
 
 #include "proximity_server/narrowphase/shape/convex_hull.h"
-#include "scene/pieces/cavities.h"
 #include "scene/pieces/enclosed_space.h"
+#include "scene/pieces/mesh_rounding.h"
+#include "scene/pieces/rooms.h"
 #include "scene/pieces/triangle_tree.h"
 
 namespace proximity_server::scene {
-
-// Mesh files hold floats or six-digit texts: a coordinate of one metre is rounded by up to 1e-6 m.
-constexpr double kMeshRounding = 1e-6;
 
 /// A convex piece with the points of the mesh that it covers.
 struct Cover {
   narrowphase::ConvexHull hull;
   std::vector<Eigen::Vector3d> points;  ///< hull contains all of them
 };
+
+/// The surface of a hull; a segment or a point is a triangle without area.
+std::vector<Triangle> surfaceOf(const narrowphase::ConvexHull& hull);
 
 /// The solid of a mesh, from which distances are measured: its surface and the space that its closed parts enclose.
 /// Every call may throw Effort::Exceeded.
@@ -33,39 +34,38 @@ struct Cover {
 class MeshSolid {
  public:
   /// `surface`: all triangles, at least one; `closed`: those of the closed parts. `effort` must outlive this.
-  MeshSolid(std::vector<Triangle> surface, const std::vector<Triangle>& closed, Effort& effort, Cavities cavities = {});
+  MeshSolid(std::vector<Triangle> surface, const std::vector<Triangle>& closed, Effort& effort, Rooms rooms = {});
 
   Effort& effort() const { return effort_; }
 
   /// [m] from p to the surface, negative inside.
   double distance(const Eigen::Vector3d& p) const;
 
-  /// [m] The largest distance outside of the mesh that was found on the surface of any of the hulls, at least 0. It
-  /// finds every hollow that contains a point of the mesh, however small. A search that ends before its limit of steps
-  /// has proven the result within kMeshRounding.
+  /// [m] The largest distance outside of the mesh that was found in any of the hulls, at least 0: on its surface, or in a room
+  /// that it fills. It finds every hollow that contains a point of the mesh, however small. A search that ends before its
+  /// limit of steps has proven the result within kMeshRounding; of a room that is found it tells at least the depth.
   double deviationOf(const std::vector<Cover>& covers) const;
 
-  /// Whether the hull is proven to lie outside of the mesh by no more than `tolerance` [m], and fills no cavity. It is
-  /// false already for distances slightly below the tolerance.
-  bool isWithin(double tolerance, const Cover& cover) const;
+  /// Whether the surface of the hull is proven to lie outside of the mesh by no more than `tolerance` [m]. It is false already for
+  /// distances slightly below the tolerance.
+  bool isWithin(double tolerance, const Cover& cover) const {
+    return isWithin(tolerance, cover, surfaceOf(cover.hull));
+  }
 
-  /// The same of some triangles of the hull's surface; a cavity is not looked for.
+  /// The same of some triangles of the surface.
   bool isWithin(double tolerance, const Cover& cover, const std::vector<Triangle>& surface) const;
 
-  /// Whether a hull whose surface is within tolerance fills a cavity, so that a part of it is not.
-  bool hasCavityIn(const narrowphase::ConvexHull& hull) const { return cavities_.areFilledBy(hull, effort_); }
+  /// Whether a hull with its surface within tolerance is proven to be so in all of it: it fills no room that is deeper.
+  bool hasNoRoom(double tolerance, const narrowphase::ConvexHull& hull) const;
 
  private:
   friend class DeviationSearch;
 
   TriangleTree surface_;
   EnclosedSpace inside_;
-  Cavities cavities_;
+  Rooms rooms_;
   Effort& effort_;
 };
-
-/// The surface of a hull; a segment or a point is a triangle without area.
-std::vector<Triangle> surfaceOf(const narrowphase::ConvexHull& hull);
 
 /// The points that are not vertices of the hull.
 std::vector<Eigen::Vector3d> pointsBelow(const narrowphase::ConvexHull& hull,

@@ -147,27 +147,9 @@ TriangleTree::Nearest TriangleTree::nearest(const Vector3d& p, Effort& effort, c
 }
 
 bool TriangleTree::mayMeet(const Triangle& other, Effort& effort) const {
-  constexpr std::size_t kStepsPerNode = 2, kStepsPerTriangle = 20;
-  std::size_t steps = 0;
   Eigen::AlignedBox3d box;
   for (const Vector3d& corner : other) box.extend(corner);
-  const auto& [triangles, nodes] = tree_;
-  std::array<int, 64> pending{0};
-  bool meets = false;
-  for (int count = 1; count > 0 && !meets;) {
-    const TriangleBoxes::Node& node = nodes[pending[--count]];
-    steps += kStepsPerNode;
-    if (!node.box.intersects(box)) continue;
-    if (node.left >= 0) {
-      pending[count++] = node.left + 1;
-      pending[count++] = node.left;
-      continue;
-    }
-    steps += kStepsPerTriangle * static_cast<std::size_t>(node.end - node.begin);
-    for (int i = node.begin; i < node.end && !meets; ++i) meets = !areApart(triangles[i], other);
-  }
-  effort.spend(steps);
-  return meets;
+  return anyIn(box, effort, [&](const Triangle& triangle) { return !areApart(triangle, other); });
 }
 
 }  // namespace proximity_server::scene

@@ -59,6 +59,28 @@ class TriangleTree {
   /// Effort::Exceeded.
   bool mayMeet(const Triangle& other, Effort& effort) const;
 
+  /// Whether any of the triangles whose boxes reach into a box is such a one; asks until one is. May throw Effort::Exceeded.
+  template <typename IsSuch>
+  bool anyIn(const Eigen::AlignedBox3d& box, Effort& effort, const IsSuch& isSuch) const {
+    constexpr std::size_t kStepsPerNode = 2, kStepsPerTriangle = 20;
+    // Halving leaves at most 31 levels below an int's worth of triangles; each holds one sibling back.
+    std::array<int, 64> pending{0};
+    for (int count = 1; count > 0;) {
+      const TriangleBoxes::Node& node = tree_.nodes[pending[--count]];
+      effort.spend(kStepsPerNode);
+      if (!node.box.intersects(box)) continue;
+      if (node.left >= 0) {
+        pending[count++] = node.left + 1;
+        pending[count++] = node.left;
+        continue;
+      }
+      effort.spend(kStepsPerTriangle * static_cast<std::size_t>(node.end - node.begin));
+      for (int i = node.begin; i < node.end; ++i)
+        if (isSuch(tree_.triangles[i])) return true;
+    }
+    return false;
+  }
+
  private:
   TriangleBoxes tree_;
 };

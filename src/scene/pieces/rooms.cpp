@@ -1,0 +1,258 @@
+#include "scene/pieces/rooms.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <optional>
+#include <queue>
+#include <utility>
+
+#include "scene/pieces/mesh_parts.h"
+#include "scene/pieces/mesh_rounding.h"
+
+namespace proximity_server::scene {
+
+using Eigen::Vector3d;
+using narrowphase::ConvexHull;
+
+namespace {
+
+/// The planes of the faces of a hull, moved inwards by kMeshRounding: what lies on its surface counts as outside.
+class Planes {
+ public:
+  explicit Planes(const ConvexHull& hull) {
+    for (const auto& [a, b, c] : trianglesOf(hull.vertices(), hull.triangles())) {
+      const Vector3d normal = (b - a).cross(c - a).stableNormalized();
+      normals_.push_back(normal);
+      offsets_.push_back(normal.dot(a) - kMeshRounding);
+    }
+  }
+
+  std::size_t size() const { return normals_.size(); }
+
+  struct Depth {
+    double depth =
+        std::numeric_limits<double>::infinity();  ///< [m] how far a point is inside of the first plane outwards
+    std::size_t plane = 0;                        ///< that one
+  };
+  Depth depthOf(const Vector3d& p) const {
+    Depth least;
+    for (std::size_t i = 0; i < size(); ++i)
+      if (const double depth = offsets_[i] - normals_[i].dot(p); depth < least.depth) least = {depth, i};
+    return least;
+  }
+
+  /// A point of the box that is inside, as far as one is found.
+  std::optional<Vector3d> pointIn(const Eigen::AlignedBox3d& box, const Depth& of_centre) const {
+    const Vector3d centre = box.center();
+    if (of_centre.depth >= 0.0) return centre;
+    const Vector3d p = centre + (of_centre.depth - kMeshRounding) * normals_[of_centre.plane];
+    return box.contains(p) && depthOf(p).depth >= 0.0 ? std::optional(p) : std::nullopt;
+  }
+
+  /// Whether one of the planes has all of these points outside.
+  bool areOutside(const Triangle& points) const {
+    const auto isOutsideOf = [&](std::size_t i) {
+      return std::all_of(points.begin(), points.end(),
+                         [&](const Vector3d& p) { return normals_[i].dot(p) >= offsets_[i]; });
+    };
+    if (last_ < size() && isOutsideOf(last_)) return true;  // that of the triangle before, which is often its neighbour
+    for (std::size_t i = 0; i < size(); ++i) {
+      if (!isOutsideOf(i)) continue;
+      last_ = i;
+      return true;
+    }
+    return false;
+  }
+
+ private:
+  std::vector<Vector3d> normals_;
+  std::vector<double> offsets_;  // [m]
+  mutable std::size_t last_ = 0;
+};
+
+TriangleMesh hullOfAll(const std::vector<TriangleMesh>& meshes) {
+  std::vector<Vector3d> points;
+  for (const TriangleMesh& mesh : meshes) points.insert(points.end(), mesh.vertices.begin(), mesh.vertices.end());
+  const ConvexHull hull(points);
+  return {hull.vertices(), hull.triangles()};
+}
+
+/// Whether any of the parts of a triangle that lie beyond a plane, at most two triangles, is such a one.
+template <typename IsSuch>
+bool anyBeyond(const Vector3d& normal, double offset, const Triangle& triangle, const IsSuch& isSuch) {
+  std::array<Vector3d, 4> corners;  // of what lies beyond, which is convex
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vector3d &p = triangle[i], &q = triangle[(i + 1) % 3];
+    const double beyond_p = normal.dot(p) - offset, beyond_q = normal.dot(q) - offset;
+    if (beyond_p >= 0.0) corners[count++] = p;
+    if ((beyond_p >= 0.0) != (beyond_q >= 0.0)) corners[count++] = p + beyond_p / (beyond_p - beyond_q) * (q - p);
+  }
+  for (std::size_t i = 2; i < count; ++i)
+    if (isSuch({corners[0], corners[i - 1], corners[i]})) return true;
+  return false;
+}
+
+}  // namespace
+
+Rooms::Part::Part(const TriangleMesh& mesh)
+    : surface(trianglesOf(mesh.vertices, mesh.triangles)),
+      space(trianglesOf(mesh.vertices, mesh.triangles)),
+      facing(enclosedVolume(mesh) < 0.0 ? -1 : 1) {}
+
+Rooms::Rooms(const std::vector<TriangleMesh>& components) {
+  std::vector<TriangleMesh> open;
+  std::vector<Triangle> all;
+  const auto add = [&](const TriangleMesh& mesh) {
+    for (const Triangle& triangle : trianglesOf(mesh.vertices, mesh.triangles)) all.push_back(triangle);
+  };
+  for (const TriangleMesh& component : components) {
+    add(component);
+    if (isClosed(component))
+      parts_.emplace_back(component);
+    else
+      open.push_back(component);
+  }
+  if (parts_.empty()) return;
+  if (const TriangleMesh hull = open.empty() ? TriangleMesh() : hullOfAll(open); !hull.triangles.empty()) {
+    parts_.emplace_back(hull);
+    add(hull);
+  }
+  surface_.emplace(std::move(all));
+}
+
+class RoomSearch {
+ public:
+  RoomSearch(const Rooms& rooms, const ConvexHull& hull, const Rooms::Question& question, Effort& effort)
+      : surface_(*rooms.surface_), planes_(hull), question_(question), radius_(question.known), effort_(effort) {
+    Vector3d middle = Vector3d::Zero();
+    Eigen::AlignedBox3d box;
+    for (const Vector3d& vertex : hull.vertices()) {
+      middle += vertex / static_cast<double>(hull.vertices().size());
+      box.extend(vertex);
+    }
+    Cell whole{box, 0.0, 0, {}};
+    for (const Rooms::Part& part : rooms.parts_) {
+      std::vector<Triangle> inside = trianglesInside(part, box);
+      if (inside.empty()) {
+        whole.winding += part.space.windingNumber(middle, effort_);
+      } else {
+        whole.parts.push_back(parts_.size());
+        parts_.push_back({TriangleTree(std::move(inside)), part.space, part.facing});
+      }
+    }
+    look(std::move(whole));
+  }
+
+  Rooms::Largest search() {
+    for (int looks = question_.looks; looks > 0 && !isDecided(); looks -= 2) {
+      const Cell whole = cells_.top();
+      cells_.pop();
+      Cell lower{whole.box, 0.0, whole.winding, whole.parts}, upper = lower;
+      Eigen::Index axis;
+      whole.box.sizes().maxCoeff(&axis);
+      lower.box.max()[axis] = upper.box.min()[axis] = whole.box.center()[axis];
+      look(std::move(lower));
+      look(std::move(upper));
+    }
+    return {radius_, cells_.empty() ? floor() : std::max(cells_.top().bound, floor())};
+  }
+
+ private:
+  struct Cell {
+    Eigen::AlignedBox3d box;
+    double bound;  ///< [m] no ball with its centre in it has a larger radius
+    int winding;   ///< of the parts whose winding number is the same everywhere in it, and in the hull
+    std::vector<std::size_t> parts;  ///< the others
+    bool operator<(const Cell& other) const { return bound < other.bound; }
+  };
+
+  double floor() const { return std::max(radius_ + kMeshRounding, question_.enough); }
+  bool isDecided() const { return radius_ > question_.too_large || cells_.empty() || cells_.top().bound <= floor(); }
+
+  /// Those of a part that may be inside of the hull.
+  std::vector<Triangle> trianglesInside(const Rooms::Part& part, const Eigen::AlignedBox3d& box) {
+    std::vector<Triangle> inside;
+    part.surface.anyIn(box, effort_, [&](const Triangle& triangle) {
+      effort_.spend(planes_.size() / 4);
+      if (!planes_.areOutside(triangle)) inside.push_back(triangle);
+      return false;
+    });
+    return inside;
+  }
+
+  void look(Cell cell) {
+    const Vector3d centre = cell.box.center();
+    const double reach = 0.5 * cell.box.diagonal().norm();
+    effort_.spend(planes_.size() / 2);
+    const Planes::Depth depth = planes_.depthOf(centre);
+    if (depth.depth < -reach) return;
+    if (const auto inside = planes_.pointIn(cell.box, depth)) {
+      const auto isSettled = [&](std::size_t i) {
+        if (parts_[i].inside.nearest(centre, effort_).distance < reach) return false;
+        cell.winding += parts_[i].space.windingNumber(*inside, effort_);
+        return true;
+      };
+      cell.parts.erase(std::remove_if(cell.parts.begin(), cell.parts.end(), isSettled), cell.parts.end());
+    }
+    // What one of the parts fills stays so, unless another one faces the other way.
+    const auto addsToIt = [&](std::size_t i) { return parts_[i].facing * cell.winding > 0; };
+    if (cell.winding != 0 && std::all_of(cell.parts.begin(), cell.parts.end(), addsToIt)) return;
+
+    const double distance = surface_.nearest(centre, effort_).distance;
+    cell.bound = distance + reach;
+    if (depth.depth >= 0.0) {
+      int winding = cell.winding;
+      for (const std::size_t i : cell.parts) winding += parts_[i].space.windingNumber(centre, effort_);
+      if (winding == 0)
+        radius_ = std::max(radius_, distance);
+      else
+        cell.bound = reach - distance;
+    }
+    if (cell.bound > floor() && !liesOnOneSide(centre, reach, cell.bound)) cells_.push(std::move(cell));
+  }
+
+  /// Whether all of the mesh that can be nearest to a point within `reach` [m] of the centre, at a distance of up to `bound` [m],
+  /// is on one side of all these points.
+  bool liesOnOneSide(const Vector3d& centre, double reach, double bound) {
+    const double radius = reach + bound;
+    near_.clear();
+    const auto isNear = [&](const Triangle& triangle) {
+      return (nearestPoint(triangle, centre) - centre).norm() <= radius;
+    };
+    Vector3d away = Vector3d::Zero();
+    surface_.anyIn({centre.array() - radius, centre.array() + radius}, effort_, [&](const Triangle& triangle) {
+      if (!isNear(triangle)) return false;
+      near_.push_back(triangle);
+      away += (centre - nearestPoint(triangle, centre)).stableNormalized();
+      return false;
+    });
+    away.stableNormalize();
+    return std::none_of(near_.begin(), near_.end(), [&](const Triangle& triangle) {
+      return anyBeyond(away, away.dot(centre) - reach, triangle, isNear);
+    });
+  }
+
+  struct Part {
+    TriangleTree inside;  ///< its triangles inside of the hull
+    const EnclosedSpace& space;
+    int facing;
+  };
+
+  std::vector<Part> parts_;
+  const TriangleTree& surface_;
+  const Planes planes_;
+  const Rooms::Question question_;
+  double radius_;  // [m] the largest found
+  Effort& effort_;
+  std::priority_queue<Cell> cells_;
+  std::vector<Triangle> near_;
+};
+
+Rooms::Largest Rooms::largestIn(const ConvexHull& hull, const Question& question, Effort& effort) const {
+  if (parts_.empty() || hull.dimension() < 3) return {question.known, question.known};
+  return RoomSearch(*this, hull, question, effort).search();
+}
+
+}  // namespace proximity_server::scene
