@@ -99,25 +99,13 @@ FacePoint passage(const Polytope& polytope, const Polytope::Face& face, const Ep
   return point;
 }
 
-/// The point of a face nearest to the point at the depth along the normal. Unlike passage(), it is accurate for a face
-/// that is narrow or seen from its edge, too.
-FacePoint nearestPoint(const Polytope& polytope, const Polytope::Face& face, const EpaResult& result) {
+/// The point of a triangle nearest to the point at the depth along the normal. Unlike passage(), it is accurate for a
+/// face that is narrow or seen from its edge, too.
+FacePoint nearestPoint(std::array<CsoVertex, 3> corners, const EpaResult& result) {
   const Vector3d target = result.depth * result.normal;
-  Simplex triangle;
-  for (int i = 0; i < 3; ++i) {
-    triangle[i] = polytope.vertex(face.vertices[i]);
-    triangle[i].point -= target;
-  }
-  FacePoint best{Vector3d::Zero(), Vector3d::Zero(), std::numeric_limits<double>::infinity()};
-  for (int newest = 0; newest < 3; ++newest) {  // one call looks at the edges of one corner only
-    triangle.members = 0b111u & ~(1u << newest);
-    const Nearest nearest = nearestToOrigin(triangle, newest);
-    if (!(nearest.distance < best.beside)) continue;
-    triangle.members = nearest.members;
-    const WitnessPoints points = witnessPoints(triangle);
-    best = {points.on_a, points.on_b - target, nearest.distance};
-  }
-  return best;
+  for (CsoVertex& corner : corners) corner.point -= target;
+  const WitnessPoints points = pointsOfTriangle(corners[0], corners[1], corners[2]);
+  return {points.on_a, points.on_b - target, (points.on_a - points.on_b).norm()};
 }
 
 /// Sets the witness points to the point where the ray from the origin along the normal leaves the polytope: through the
@@ -140,7 +128,8 @@ void setWitnesses(const Polytope& polytope, const Polytope::Face* guess, const O
   if (!(best.beside <= std::max(result.depth - result.lower_bound, options.distance_tolerance))) {
     polytope.forEachFace([&](const Polytope::Face& face) {
       if (face.area.dot(result.normal) < 0.0) return;
-      const FacePoint candidate = nearestPoint(polytope, face, result);
+      const auto& [a, b, c] = face.vertices;
+      const FacePoint candidate = nearestPoint({polytope.vertex(a), polytope.vertex(b), polytope.vertex(c)}, result);
       if (candidate.beside < best.beside) best = candidate;
     });
   }

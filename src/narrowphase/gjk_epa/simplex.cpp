@@ -145,6 +145,31 @@ Candidate nearestOf(const Simplex& simplex, int newest) {
   }
 }
 
+double longestEdge2(const CsoVertex& w, const CsoVertex& a, const CsoVertex& b) {
+  return std::max(
+      {(a.point - w.point).squaredNorm(), (b.point - a.point).squaredNorm(), (w.point - b.point).squaredNorm()});
+}
+
+WitnessPoints pointsOfEdge(const CsoVertex& w, const CsoVertex& a) {
+  const Vector3d edge = a.point - w.point;
+  const double of_a = std::clamp(-w.point.dot(edge) / edge.squaredNorm(), 0.0, 1.0);
+  return {w.on_a + of_a * (a.on_a - w.on_a), w.onB() + of_a * (a.onB() - w.onB())};
+}
+
+/// The point of a triangle nearest to the origin, if its plane has it inside of the triangle; otherwise a point of the
+/// triangle. The weights follow from the places along the edge p q and across it, in units of the edge and the height:
+/// the error of the point is a few eps of the edge, however small the height is.
+WitnessPoints pointsAcrossEdge(const CsoVertex& p, const CsoVertex& q, const CsoVertex& r) {
+  const Vector3d edge = q.point - p.point, side = r.point - p.point;
+  const double edge2 = edge.squaredNorm();
+  const double foot_of_r = side.dot(edge) / edge2, foot_of_origin = -p.point.dot(edge) / edge2;
+  const Vector3d height = side - foot_of_r * edge, of_origin = -p.point - foot_of_origin * edge;
+  const double of_r = std::clamp(of_origin.dot(height) / height.squaredNorm(), 0.0, 1.0);
+  const double of_q = std::clamp(foot_of_origin - of_r * foot_of_r, 0.0, 1.0 - of_r);
+  return {p.on_a + of_q * (q.on_a - p.on_a) + of_r * (r.on_a - p.on_a),
+          p.onB() + of_q * (q.onB() - p.onB()) + of_r * (r.onB() - p.onB())};
+}
+
 }  // namespace
 
 Nearest nearestToOrigin(const Simplex& simplex, int newest) {
@@ -168,17 +193,24 @@ double enclosedRadius(const Simplex& tetrahedron) {
                    distance((b - a).cross(c - a), p, (na + nb) * (na + nc))});
 }
 
+WitnessPoints pointsOfTriangle(const CsoVertex& w, const CsoVertex& a, const CsoVertex& b) {
+  const WitnessPoints candidates[] = {pointsAcrossEdge(w, a, b), pointsAcrossEdge(a, b, w), pointsAcrossEdge(b, w, a),
+                                      pointsOfEdge(w, a),        pointsOfEdge(a, b),        pointsOfEdge(b, w)};
+  WitnessPoints best{w.on_a, w.onB()};
+  // Written so that NaN, of an edge or a height without length, is not taken.
+  for (const WitnessPoints& points : candidates)
+    if ((points.on_a - points.on_b).squaredNorm() < (best.on_a - best.on_b).squaredNorm()) best = points;
+  return best;
+}
+
 WitnessPoints witnessPoints(const Simplex& simplex) {
   const auto& [count, places] = kMembers[simplex.members];
   const CsoVertex &w = simplex[places[0]], &a = simplex[places[1]], &b = simplex[places[2]];
   if (count == 1) return {w.on_a, w.onB()};
-  if (count == 2) {
-    const Vector3d edge = a.point - w.point;
-    const double of_a = std::clamp(-w.point.dot(edge) / edge.squaredNorm(), 0.0, 1.0);
-    return {w.on_a + of_a * (a.on_a - w.on_a), w.onB() + of_a * (a.onB() - w.onB())};
-  }
+  if (count == 2) return pointsOfEdge(w, a);
   // The corners are in another order than in nearestToOrigin(), so that rounding may change the sign of a weight.
   const Areas areas(w.point, a.point, b.point);
+  if (isNeedle(areas.area, longestEdge2(w, a, b))) return pointsOfTriangle(w, a, b);
   const Vector3d weights = Vector3d(areas.of_w, areas.of_a, areas.of_b).cwiseMax(0.0);
   const Vector3d parts = weights / weights.sum();
   const double of_w = parts.x(), of_a = parts.y(), of_b = parts.z();

@@ -4,11 +4,17 @@
 
 namespace proximity_server::narrowphase {
 
+/// Whether a triangle is so narrow that rounding spoils its area vector, and the barycentric weights that follow from
+/// it. `length2` [m^2]: square of the longest edge.
+inline bool isNeedle(const Eigen::Vector3d& area, double length2) {
+  constexpr double kNeedle = 1e-4;  // limit of (width / length)^2; above it, the loss is at most 100 eps of the length
+  return area.squaredNorm() <= kNeedle * length2 * length2;
+}
+
 /// The area vector without its component along the longest edge, if the triangle is a needle: the true area vector is
 /// perpendicular to the edge, and this component is rounding.
 inline Eigen::Vector3d withoutRoundingAlong(const Eigen::Vector3d& edge, double length2, const Eigen::Vector3d& area) {
-  constexpr double kNeedle = 1e-4;  // limit of (width / length)^2; above it, the loss is at most 100 eps of the length
-  if (area.squaredNorm() > kNeedle * length2 * length2) return area;
+  if (!isNeedle(area, length2)) return area;
   return area - (area.dot(edge) / length2) * edge;
 }
 

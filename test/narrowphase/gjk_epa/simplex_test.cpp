@@ -250,6 +250,23 @@ TEST(WitnessPoints, StayOnATriangleWhoseWeightRoundingMadeNegative) {
   EXPECT_TRUE(isNear(witnessPoints(simplex).on_a, expected, 1e-14));
 }
 
+/// The distance between the witness points of a triangle of height 1e-13 m about its edge through the origin.
+double missedByNeedle(const std::vector<int>& order) {
+  const Vector3d along = Vector3d(1, 2, 3).normalized(), across = along.unitOrthogonal();
+  const Vector3d corners[] = {-0.31 * along, 0.52 * along, 0.11 * along + 1e-13 * across};
+  Simplex needle;
+  for (int i = 0; i < 3; ++i) needle[i] = {corners[order[i]], corners[order[i]], {0, 0}};
+  needle.members = 0b111;
+  const WitnessPoints points = witnessPoints(needle);
+  return (points.on_a - points.on_b).norm();
+}
+
+// Regression: the signed areas of a needle are rounding, and as weights they gave a point 1e-3 of its length away.
+TEST(WitnessPoints, OfANeedleThroughTheOriginCoincideForAllOrdersOfTheVertices) {
+  for (const std::vector<int>& order : placings(3))
+    if (*std::max_element(order.begin(), order.end()) < 3) EXPECT_LT(missedByNeedle(order), 1e-15);
+}
+
 TEST(Simplex, NamesTheFirstFreePlace) {
   Simplex simplex;
   for (unsigned members = 0; members < 16; ++members) {
