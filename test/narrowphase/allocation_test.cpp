@@ -29,6 +29,15 @@ TEST(Allocation, QueryTakesNoMemory) {
   }
 }
 
+TEST(Allocation, SearchAboutAnAxisTakesNoMemory) {
+  const Shape ellipsoid = Ellipsoid{{0.3, 0.3, 0.4}}, cone = Cone{0.2, 0.6};
+  Eigen::Isometry3d a_T_b(Eigen::AngleAxisd(1e-3, Eigen::Vector3d::UnitX()));
+  const long before = allocations();
+  const SignedDistance result = signedDistance(ellipsoid, cone, a_T_b);
+  EXPECT_EQ(allocations() - before, 0);
+  EXPECT_GE(result.iterations, 64) << "the search about an axis was not reached";
+}
+
 // Regression: nearly all vertices are the farthest within the rounding of their place, in each direction, and each cell
 //             of
 // the table had its own list of them: 88 MB.

@@ -267,14 +267,62 @@ std::vector<PairCase> nearlyCoaxialEllipsoids() {
   return nearlyCoaxial({{"ellipsoid", Ellipsoid{{0.3, 0.3, 0.8}}}}, others);
 }
 
-TEST(Families, NearlyCoaxialEllipsoidsAreProven) {
-  for (const PairCase& c : nearlyCoaxialEllipsoids()) expectProven(c, resultOf(c), truthOf(c));
+TEST(Families, NearlyCoaxialEllipsoids) {
+  for (const PairCase& c : nearlyCoaxialEllipsoids()) expectExact(c);
 }
 
-TEST(Families, NearlyCoaxialEllipsoidsAreRightToAMicrometre) {
-  // The search may end at its iteration limit here: it would have to prove a whole ring of directions.
-  for (const PairCase& c : nearlyCoaxialEllipsoids())
-    EXPECT_LE(errorOf(signedDistance(c.a, c.b, c.a_T_b), truthOf(c)), 1e-6) << describe(c);
+/// Axes that are parallel within 1e-3 rad, and the centres at most a hundredth of the size beside one of them.
+Isometry3d nearOneAxis(std::mt19937& random) {
+  std::uniform_real_distribution<double> exponent(-12.0, 0.0), height(-0.3, 0.3);
+  const double tilt = 1e-3 * std::pow(10.0, exponent(random)), beside = 1e-2 * std::pow(10.0, exponent(random));
+  Vector3d position = beside * randomDirection(random);
+  position.z() = height(random);
+  return turned(tilt, randomDirection(random), position);
+}
+
+// Regression: EPA had too few faces for a ring of nearly equal depths, and ended at its iteration limit in 14 % of such
+// pairs; of two ellipsoids in 20 %, of an ellipsoid and a cone in 30 %.
+TEST(Families, RoundShapesNearOneAxis) {
+  std::mt19937 random(55);
+  std::vector<NamedShape> shapes = roundShapes();
+  shapes.push_back({"flat spheroid", Ellipsoid{{0.4, 0.4, 0.3}}});
+  shapes.push_back({"long spheroid", Shape(Ellipsoid{{0.2, 0.2, 0.4}}).padded(0.05)});
+  shapes.push_back({"nearly round ellipsoid", Ellipsoid{{0.3, 0.301, 0.5}}});
+  for (const NamedShape& a : shapes)
+    for (const NamedShape& b : shapes)
+      for (int i = 0; i < repeats(100); ++i) {
+        const PairCase c{a.name + "-" + b.name + " near one axis", a.shape, b.shape, nearOneAxis(random)};
+        const SignedDistance result = resultOf(c);
+        EXPECT_TRUE(carriesItsProof(c.pair(), result, toleranceFor(c))) << describe(c);
+        EXPECT_EQ(result.status, Status::Converged) << describe(c);
+      }
+}
+
+// The axis of the search is that of the spheroid alone: the frame about it is made of rounding.
+TEST(Families, SphereNearTheCentreOfANearlyRoundEllipsoid) {
+  std::mt19937 random(56);
+  std::uniform_real_distribution<double> exponent(-12.0, -2.0);
+  for (const Vector3d& radii : {Vector3d(0.3, 0.3, 0.4), {0.3, 0.301, 0.4}, {0.4, 0.31, 0.312}, {0.3, 0.3, 0.301}})
+    for (int i = 0; i < repeats(100); ++i) {
+      const double beside = std::pow(10.0, exponent(random));
+      const Isometry3d pose = turned(3.0 * i, randomDirection(random), beside * randomDirection(random));
+      const PairCase c{"near the centre", Sphere{0.2}, Ellipsoid{radii}, pose};
+      EXPECT_TRUE(carriesItsProof(c.pair(), resultOf(c), toleranceFor(c))) << describe(c);
+      const PairCase swapped{"the same, swapped", c.b, c.a, pose.inverse()};
+      const SignedDistance one = resultOf(c), other = resultOf(swapped);
+      EXPECT_LE(one.lower_bound, other.upper_bound) << describe(c);
+      EXPECT_LE(other.lower_bound, one.upper_bound) << describe(c);
+    }
+}
+
+// Regression: they ended at the iteration limit, as nearly every way out is as short here, too.
+TEST(Families, SphereOnTheAxisOfASweptConeOrCylinder) {
+  const Isometry3d along = at({0.0, 0.0, 0.9});
+  for (const double offset : {0.0, 1e-12, 1e-6, 1e-3}) {
+    const Isometry3d pose = at({offset, 0.5 * offset, 0.5});
+    expectExact({"in a swept cylinder", Shape(Cylinder{0.2, 0.4}).sweptTo(along), Sphere{0.1}, pose});
+    expectExact({"in a swept cone", Shape(Cone{0.2, 0.4}).sweptTo(along), Sphere{0.1}, pose});
+  }
 }
 
 const Points kPoint = {{0.3, -0.2, 0.1}};

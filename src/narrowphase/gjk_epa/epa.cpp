@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "narrowphase/closed_form/parallel_axes.h"
+#include "narrowphase/gjk_epa/depth_about_axis.h"
 #include "narrowphase/gjk_epa/epa_start.h"
 #include "narrowphase/gjk_epa/inner_ellipsoid.h"
 #include "narrowphase/gjk_epa/observed.h"
@@ -106,6 +107,31 @@ FacePoint nearestPoint(std::array<CsoVertex, 3> corners, const EpaResult& result
   for (CsoVertex& corner : corners) corner.point -= target;
   const WitnessPoints points = pointsOfTriangle(corners[0], corners[1], corners[2]);
   return {points.on_a, points.on_b - target, (points.on_a - points.on_b).norm()};
+}
+
+/// Sets the witness points to the point nearest to the one at the depth, of a strip of triangles between support points
+/// in directions around the normal. has_points stays false if it is farther than the tolerance, less some rounding.
+void setPointsAround(Cso& cso, double tolerance, EpaResult& result) {
+  // Edges are chords of the CSO: their middle lies below the surface by the squared angle times the radius.
+  const double angle = 0.5 * std::sqrt(tolerance / (cso.a().coreReach() + cso.b().coreReach()));
+  const Vector3d& n = result.normal;
+  const Vector3d along =
+      n.head<2>().norm() > 0.5 ? Vector3d(n.cross(Vector3d::UnitZ()).normalized()) : n.unitOrthogonal();
+  const Vector3d across = n.cross(along);
+  std::array<CsoVertex, 8> strip;
+  std::size_t count = 0;
+  // Between the kinks of two mantles there may be a piece that is seen from less than a millionth of a radian.
+  for (const double row : {-1.0, -3e-5, 3e-5, 1.0})
+    for (const double side : {-1.0, 1.0}) strip[count++] = cso.vertex(n + angle * (side * along + row * across));
+  FacePoint best{Vector3d::Zero(), Vector3d::Zero(), 0.9 * tolerance};
+  for (std::size_t i = 0; i + 2 < count; ++i) {
+    const FacePoint point = nearestPoint({strip[i], strip[i + 1], strip[i + 2]}, result);
+    if (!(point.beside <= best.beside)) continue;
+    best = point;
+    result.has_points = true;
+    result.point_a = point.on_a;
+    result.point_b = point.on_b;
+  }
 }
 
 /// Sets the witness points to the point where the ray from the origin along the normal leaves the polytope: through the
@@ -225,7 +251,22 @@ class Shallowest {
     depth_inside_ = std::max(depth_inside_, depthOfInnerEllipsoid(cso, shallowest_, result_.depth, tolerance));
   }
 
-  /// [m] A lower bound of the depth in all directions, by a solid inside of the CSO; -infinity if none is known.
+  /// Proves by branch and bound that no direction is shallower than the result, and improves the result on the way.
+  /// This is tried once.
+  void proveAboutAxis(Cso& cso, double tolerance) {
+    if (is_searched_) return;
+    is_searched_ = true;
+    const auto refine = [&](const std::array<Vector3d, 2>& directions) {
+      improve(cso, directions);
+      return result_.depth;
+    };
+    const double proven = depthAboutAxis(cso, result_.depth, tolerance, refine);
+    depth_inside_ = std::max(depth_inside_, proven);
+    if (!result_.has_points && proven > 0.0) setPointsAround(cso, tolerance, result_);
+  }
+
+  /// [m] A lower bound of the depth in all directions, by a solid inside of the CSO or by the search about an axis;
+  /// -infinity if none is known.
   double depthInside() const { return depth_inside_; }
   bool provesInside(double depth) const { return depth_inside_ >= depth; }
 
@@ -241,6 +282,24 @@ class Shallowest {
   }
 
  private:
+  /// Replaces the result by the first direction, which is shallower, or by what Newton's method makes of it.
+  void improve(Cso& cso, const std::array<Vector3d, 2>& directions) {
+    Simplex simplex;
+    simplex[0] = cso.vertex(directions[0]);
+    simplex[1] = cso.vertex(directions[1]);
+    simplex.members = 0b11;
+    const double depth = directions[0].dot(simplex[0].point);
+    const std::optional<Refined> direction = refined(cso, simplex, directions[0]);
+    if (direction && direction->depth <= std::min(depth, result_.depth)) {
+      setDirection(*direction, result_);
+    } else if (depth < result_.depth) {
+      result_.depth = depth;
+      result_.normal = directions[0];
+      result_.has_normal = true;
+      result_.has_points = false;
+    }
+  }
+
   static constexpr int kMaxCaps = 8;
   struct Cap {
     Vector3d normal;
@@ -290,6 +349,7 @@ class Shallowest {
   std::array<Cap, kMaxCaps> proven_;
   StationaryDirection shallowest_;  ///< the refined direction of the result, if that has points
   bool is_tried_ = true;
+  bool is_searched_ = false;
   double depth_inside_;
 };
 
@@ -318,6 +378,12 @@ int firstEllipsoid(const Cso& cso) {
   if (!isRound(a) || !isRound(b)) return kManyFaces;
   return a == Shape::Kind::Ellipsoid || b == Shape::Kind::Ellipsoid ? 1 : kSomeFaces;
 }
+
+/// After so many expansions, cores about nearly parallel axes are searched by patches of directions: there is probably
+/// a ring of nearly equal depths. Evidence: 5000 pairs of each two round kinds within 1e-3 rad of one axis, mean of
+/// all: 12.7, 12.5, 12.6 and 13.3 us from 36, 48, 64 and 80 expansions on, 24 us without. From 24 on, two cones take 10
+/// instead of 6 us, as most of them need no more than 48.
+constexpr int kExpansionsBeforePatches = 64;
 
 /// After so many expansions on a curved CSO, the tolerance ends the search as well as the smaller gap of
 /// Cso::finalGap(). Evidence: with 192, the accuracy table has an error of 2e-10 m for cylinder and cone instead of
@@ -369,7 +435,7 @@ EpaResult expandPolytope(Cso& cso, Polytope& polytope, const KnownDepth& known, 
     const double without_face = result.has_normal ? result.depth : 0.0;
     const double reach = face != nullptr ? face->height / length : without_face;
     if (!polytope.surroundsOrigin(reach)) return end(Status::Degenerate, nullptr);
-    // A solid inside of the CSO proves a depth, but the polytope may not know yet where its points are.
+    // depthInside() proves a depth, but the polytope may not know yet where its points are.
     const double proven = result.has_points ? std::max(reach, shallowest.depthInside()) : reach;
     result.lower_bound = std::min(proven, result.depth) - cso.rounding();
     if (-result.lower_bound <= options.stop_below) return end(Status::Threshold, nullptr);
@@ -397,6 +463,7 @@ EpaResult expandPolytope(Cso& cso, Polytope& polytope, const KnownDepth& known, 
       if (shallowest.refineFrom(cso, polytope, *face)) continue;
     }
     if (result.iterations >= first_ellipsoid) shallowest.proveByEllipsoid(cso, options.distance_tolerance);
+    if (result.iterations >= kExpansionsBeforePatches) shallowest.proveAboutAxis(cso, options.distance_tolerance);
     if (polytope.hasCorner(*face, w)) return end(Status::Degenerate, nullptr);
     if (!polytope.expand(*face, w, result.depth)) return end(Status::Degenerate, nullptr);
   }

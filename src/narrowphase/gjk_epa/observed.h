@@ -49,7 +49,8 @@ class Recorder {
   void tests(const Polytope& polytope, const Polytope::Face& closest, const CsoVertex& w,
              const EpaResult& result) const;
   /// EPA ends with this polytope, and does not have the witness points yet unless Newton's method found them.
-  /// `depth_inside` [m]: the lower bound by a solid inside of the CSO; -infinity if none is known.
+  /// `depth_inside` [m]: the lower bound by a solid inside of the CSO, or by the search about an axis; -infinity if
+  /// none is known.
   void ends(const Polytope& polytope, const EpaResult& result, double depth_inside) const;
 
  private:

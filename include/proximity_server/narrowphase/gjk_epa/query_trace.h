@@ -21,8 +21,8 @@ enum class Rung : unsigned char {
   SurfacePlane,  ///< overlap: the origin lies on the surface of the CSO, or the CSO has no volume
   Epa,
   EpaNewton,     ///< EPA, with a direction found by Newton's method
-  EpaEllipsoid,  ///< the same, and an ellipsoid inside of the CSO, or the profiles of solids of revolution with
-                 ///< nearly parallel axes, prove the depth at least as well as the closest face
+  EpaEllipsoid,  ///< the same, and an ellipsoid inside of the CSO, the profiles of solids of revolution with nearly
+                 ///< parallel axes, or a search about these axes prove the depth at least as well as the closest face
 };
 
 /// What a query did, step by step.

@@ -1,0 +1,322 @@
+#include "narrowphase/gjk_epa/depth_about_axis.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <cstddef>
+#include <limits>
+#include <optional>
+
+#include "narrowphase/closed_form/parallel_axes.h"
+
+namespace proximity_server::narrowphase {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Complex = std::complex<double>;  // a vector of the plane across the axis, or a rotation about the axis
+using Kind = Shape::Kind;
+
+/// A vector of length 1; 1 if the vector is too short to have a direction.
+Complex normalized(const Complex& z) {
+  const double length = std::abs(z);
+  return length > support::kShortest ? z / length : Complex(1.0);
+}
+
+constexpr double kNothing = -std::numeric_limits<double>::infinity();
+
+/// The latitude, from -90 to 90 degrees, as a unit vector (cosine, sine). Angles have no other form here: the last
+/// digit of a sine is not the same on every processor.
+using Latitude = Vector2d;
+
+/// A direction in the frame of the search: z is the axis of a, and that of b is tilted towards x.
+struct Direction {
+  Latitude latitude;
+  Complex azimuth;  ///< of length 1
+};
+
+/// The circle of latitude of a core through its support point. That of an ellipsoid may be an ellipse.
+struct Circle {
+  double radius;    ///< [m] the mean one of an ellipse
+  double excess;    ///< [m] half the difference between the radii of an ellipse
+  double height;    ///< [m] of its centre on the axis
+  Complex azimuth;  ///< of the point of the unit circle that becomes the support point
+};
+
+/// A core, or the mirror image of b's, about an axis that is tilted towards x.
+class Body {
+ public:
+  /// `axes` are those of the core in the frame of the search, `axis` is the number of that of revolution; `side` is 1
+  /// for a and -1 for b.
+  Body(const Shape& shape, int axis, const Matrix3d& axes, double side) : shape_(shape), axis_(axis) {
+    const Vector3d up = shape.kind() == Kind::Point ? Vector3d(Vector3d::UnitZ()) : Vector3d(axes.col(axis));
+    const double upwards = std::copysign(1.0, up.z());
+    mirrored_ = side * upwards;
+    sine_ = upwards * up.x();
+    cosine_ = upwards * up.z();
+    const Vector3d across = axes.col((axis + 1) % 3);
+    const Complex first = normalized({cosine_ * across.x() - sine_ * across.z(), across.y()});
+    of_excess_ = first * first;
+  }
+
+  double sine() const { return sine_; }      ///< of the tilt
+  double cosine() const { return cosine_; }  ///< of the tilt
+  /// The square of the azimuth of the axis in which the radius of an ellipse is larger by the excess.
+  const Complex& ofExcess() const { return of_excess_; }
+
+  Circle circle(const Direction& n) const {
+    const Complex across_a = n.latitude.x() * n.azimuth;
+    const Complex beside(cosine_ * across_a.real() - sine_ * n.latitude.y(), across_a.imag());
+    const double along = sine_ * across_a.real() + cosine_ * n.latitude.y();
+    if (shape_.kind() != Kind::Ellipsoid) {
+      int vertex = 0;
+      const Vector3d point = supportPoint(shape_, {std::abs(beside), 0.0, mirrored_ * along}, vertex);
+      return {point.x(), 0.0, mirrored_ * point.z(), normalized(beside)};
+    }
+    const Vector3d& radii = shape_.halfExtents();
+    const double first = radii[(axis_ + 1) % 3], second = radii[(axis_ + 2) % 3];
+    const double mean = 0.5 * (first + second), excess = 0.5 * (first - second);
+    const Complex across = mean * beside + excess * of_excess_ * std::conj(beside);
+    const double up = radii[axis_] * along, length = std::hypot(std::abs(across), up);
+    const double part = std::abs(across) / length;
+    return {part * mean, part * excess, radii[axis_] * up / length, normalized(across)};
+  }
+
+ private:
+  const Shape& shape_;
+  int axis_;
+  double mirrored_;  ///< -1: the axis in the frame of the core points the other way
+  double sine_, cosine_;
+  Complex of_excess_;
+};
+
+/// A function of the azimuth: constant + Re(first e^(ix) + second e^(2ix)), with the azimuth x from the middle of a
+/// patch.
+struct Harmonics {
+  double constant = 0.0;
+  Complex first = 0.0, second = 0.0;
+
+  double inTheMiddle() const { return constant + first.real() + second.real(); }
+
+  /// A lower bound of the minimum over -d <= x <= d, with half_width = e^(id) and d below a right angle. The second
+  /// harmonic is replaced by its tangent: Re(s e^(2ix)) is Re(s) - 2 Im(s) sin(x) - 2 Re(s) sin^2(x)
+  /// + 2 Im(s) sin(x) (1 - cos(x)), and 1 - cos(x) is at most sin^2(x).
+  double minimumWithin(const Complex& half_width) const {
+    const double cosine = first.real(), sine = std::abs(first.imag() + 2.0 * second.imag());
+    const double across = half_width.real(), along = half_width.imag();
+    const bool is_inside = -cosine * along > sine * across;
+    const double least = is_inside ? -std::hypot(cosine, sine) : cosine * across - sine * along;
+    const double rest = 2.0 * along * along * (std::abs(second.real()) + std::abs(second.imag()) * along);
+    return constant + second.real() - rest + least;
+  }
+};
+
+Harmonics operator*(double factor, const Harmonics& h) {
+  return {factor * h.constant, factor * h.first, factor * h.second};
+}
+Harmonics operator+(const Harmonics& g, const Harmonics& h) {
+  return {g.constant + h.constant, g.first + h.first, g.second + h.second};
+}
+
+/// The lower bound L of the support function by the circles through the support points in one direction.
+class CircleBound {
+ public:
+  CircleBound(const Body& a, const Body& b, const Vector3d& offset, const Direction& n) {
+    add(a, n);
+    add(b, n);
+    radial_.first -= Complex(offset.x(), -offset.y()) * n.azimuth;
+    axial_.constant -= offset.z();
+  }
+
+  Harmonics at(const Direction& n) const { return n.latitude.x() * radial_ + n.latitude.y() * axial_; }
+
+ private:
+  /// With the tilt (s, k), the azimuth m of the direction and w of the support point: adds the height of the point of
+  /// the circle at the azimuth w e^(ix) along the direction with the azimuth m e^(ix).
+  void add(const Body& body, const Direction& n) {
+    const Circle circle = body.circle(n);
+    const double s = body.sine(), k = body.cosine();
+    const Complex &m = n.azimuth, &w = circle.azimuth, excess = circle.excess * std::conj(body.ofExcess());
+    radial_.constant += 0.5 * (w * std::conj(m) * ((1.0 + k) * circle.radius - (1.0 - k) * excess)).real();
+    radial_.first += s * circle.height * m;
+    radial_.second += 0.5 * w * m * ((1.0 + k) * excess - (1.0 - k) * circle.radius);
+    axial_.constant += k * circle.height;
+    axial_.first -= s * w * (circle.radius + excess);
+  }
+
+  Harmonics radial_, axial_;
+};
+
+struct Patch {
+  Latitude low, high;
+  Complex middle;      ///< the azimuth
+  Complex half_width;  ///< the rotation by half of the range of azimuths, at most 45 degrees
+};
+
+/// The part of x in x + y, both of which are positive but for rounding.
+double partOf(double x, double y) { return x + y > 0.0 ? std::clamp(x / (x + y), 0.0, 1.0) : 0.5; }
+
+/// The lower bound of the support function h in a patch.
+class PatchBound {
+ public:
+  PatchBound(const Body& a, const Body& b, const Vector3d& offset, const Patch& patch)
+      : low_{patch.low, patch.middle}, high_{patch.high, patch.middle} {
+    const CircleBound by_low(a, b, offset, low_), by_high(a, b, offset, high_);
+    const Harmonics low_by_low = by_low.at(low_), low_by_high = by_high.at(low_);
+    const Harmonics high_by_low = by_low.at(high_), high_by_high = by_high.at(high_);
+    depth_low_ = low_by_low.inTheMiddle();
+    depth_high_ = high_by_high.inTheMiddle();
+    crossing_ = partOf(depth_low_ - low_by_high.inTheMiddle(), depth_high_ - high_by_low.inTheMiddle());
+    // The weights make the lower one of both ends as high as possible.
+    const auto least = [&](const Harmonics& h) { return h.minimumWithin(patch.half_width); };
+    const double part = partOf(least(high_by_high) - least(low_by_high), least(low_by_low) - least(high_by_low));
+    const Harmonics at_low = part * low_by_low + (1.0 - part) * low_by_high;
+    const Harmonics at_high = part * high_by_low + (1.0 - part) * high_by_high;
+    const double least_low = least(at_low), least_high = least(at_high);
+    least_ = std::min(least_low, least_high);
+    in_the_middle_ = (least_low < least_high ? at_low : at_high).inTheMiddle();
+  }
+
+  double least() const { return least_; }
+
+  /// h in the shallower one of both directions.
+  double depth() const { return std::min(depth_low_, depth_high_); }
+  const Direction& shallower() const { return depth_low_ < depth_high_ ? low_ : high_; }
+  const Direction& deeper() const { return depth_low_ < depth_high_ ? high_ : low_; }
+
+  bool losesMoreAcross() const { return depth() - in_the_middle_ > in_the_middle_ - least_; }
+
+  /// The part of the way from low to high at which the bounds by both are equal; not too near to either.
+  double crossing() const { return std::clamp(crossing_, 0.05, 0.95); }
+
+ private:
+  const Direction low_, high_;
+  double depth_low_, depth_high_, crossing_, least_, in_the_middle_;
+};
+
+/// The numbers of the axes about which the cores are round.
+struct Axes {
+  int of_a, of_b;
+};
+
+class Search {
+ public:
+  Search(const Cso& cso, const Axes& axes)
+      : frame_(frameOf(cso, axes)),
+        a_(cso.a(), axes.of_a, frame_.transpose(), 1.0),
+        b_(cso.b(), axes.of_b, frame_.transpose() * cso.bAxes(), -1.0),
+        offset_(frame_.transpose() * cso.bOrigin()) {
+    const double part = std::sqrt(0.5);
+    for (const double x : {-part, part})
+      for (const double y : {-part, part})
+        for (const double pole : {-1.0, 1.0}) {
+          // Beside the pole by less than rounding: from there the support point lies on the rim.
+          const Latitude equator(1.0, 0.0), end(1e-16, pole);
+          open_[count_++] = {pole < 0.0 ? end : equator, pole < 0.0 ? equator : end, {x, y}, {part, part}};
+        }
+  }
+
+  /// The depth in all directions is at least the returned one, which is `gap` below a known one.
+  double run(double depth, double gap, const RefineDirection& refine) {
+    for (int patches = 0; count_ > 0; ++patches) {
+      if (patches == kMaxPatches || count_ >= kMaxOpen || !(depth > gap)) return kNothing;
+      const Patch patch = open_[--count_];
+      const PatchBound bound(a_, b_, offset_, patch);
+      if (bound.least() >= depth - gap) continue;
+      divide(patch, bound);
+      if (bound.depth() < depth - 0.5 * gap)
+        depth = refine({inFrameOfA(bound.shallower()), inFrameOfA(bound.deeper())});
+    }
+    return depth - gap;
+  }
+
+ private:
+  static constexpr std::size_t kMaxOpen = 256;
+  static constexpr int kMaxPatches = 10000;
+
+  /// The axes of the frame of the search, in the frame of a.
+  static Matrix3d frameOf(const Cso& cso, const Axes& axes) {
+    const Vector3d of_b = cso.bAxes().col(axes.of_b).normalized();
+    Matrix3d frame;
+    frame.col(2) = cso.a().kind() == Kind::Point ? of_b : Vector3d(Vector3d::Unit(axes.of_a));
+    const auto across = [&](const Vector3d& v) { return Vector3d(v - v.dot(frame.col(2)) * frame.col(2)); };
+    // Twice, as the first time may leave nothing but rounding, in any direction.
+    const Vector3d tilt = across(across(of_b).stableNormalized());
+    frame.col(0) = tilt.norm() > 0.5 ? Vector3d(tilt.normalized()) : Vector3d(frame.col(2).unitOrthogonal());
+    frame.col(1) = frame.col(2).cross(frame.col(0));
+    return frame;
+  }
+
+  Vector3d inFrameOfA(const Direction& n) const {
+    const Complex across = n.latitude.x() * n.azimuth;
+    return (frame_ * Vector3d(across.real(), across.imag(), n.latitude.y())).normalized();
+  }
+
+  void divide(const Patch& patch, const PatchBound& bound) {
+    if (bound.losesMoreAcross()) {
+      const double part = bound.crossing();
+      const Latitude between = ((1.0 - part) * patch.low + part * patch.high).normalized();
+      open_[count_++] = {patch.low, between, patch.middle, patch.half_width};
+      open_[count_++] = {between, patch.high, patch.middle, patch.half_width};
+    } else {
+      const Complex half = normalized(1.0 + patch.half_width);  // half of the angle
+      open_[count_++] = {patch.low, patch.high, normalized(patch.middle * std::conj(half)), half};
+      open_[count_++] = {patch.low, patch.high, normalized(patch.middle * half), half};
+    }
+  }
+
+  const Matrix3d frame_;
+  const Body a_, b_;
+  const Vector3d offset_;
+  std::size_t count_ = 0;
+  std::array<Patch, kMaxOpen> open_;
+};
+
+/// Whether a core is round about this axis, or nearly: then it is an ellipsoid.
+bool isRoundAbout(const Shape& shape, int axis, double rounding) {
+  constexpr double kNearly = 0.05;  // of the radius
+  if (shape.kind() == Kind::Ellipsoid) {
+    const double first = shape.halfExtents()[(axis + 1) % 3], second = shape.halfExtents()[(axis + 2) % 3];
+    return std::abs(first - second) <= kNearly * first;
+  }
+  if (axis != 2) return false;
+  if (shape.kind() != Kind::Sweep) return isSolidOfRevolution(shape.kind());
+  const Shape& swept = shape.sweep().shape;
+  const Isometry3d& end = shape.sweep().end;
+  const Vector3d beside = end.translation() + swept.coreReach() * end.linear().col(2);
+  const bool is_round = swept.kind() == Kind::Ellipsoid ? swept.halfExtents().x() == swept.halfExtents().y()
+                                                        : isRoundAbout(swept, 2, rounding);
+  return is_round && beside.head<2>().norm() <= rounding && end.translation().head<2>().norm() <= rounding;
+}
+
+/// The two axes that are tilted least against each other. Returns nullopt if the tilt is large.
+std::optional<Axes> nearlyParallelAxes(const Cso& cso) {
+  double greatest = 1.0 - 2e-4;  // cosine of 0.02 rad
+  std::optional<Axes> axes;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      const bool has_point = cso.a().kind() == Kind::Point || cso.b().kind() == Kind::Point;
+      const double cosine = has_point ? 1.0 : std::abs(cso.bAxes()(i, j));
+      if (!(cosine > greatest)) continue;
+      if (!isRoundAbout(cso.a(), i, cso.rounding()) || !isRoundAbout(cso.b(), j, cso.rounding())) continue;
+      greatest = cosine;
+      axes = Axes{i, j};
+    }
+  return axes;
+}
+
+}  // namespace
+
+double depthAboutAxis(const Cso& cso, double depth, double tolerance, const RefineDirection& refine) {
+  const std::optional<Axes> axes = nearlyParallelAxes(cso);
+  if (!axes) return kNothing;
+  // The axes of b need not be perpendicular unit vectors to the last digit.
+  const double skew = (cso.bAxes().transpose() * cso.bAxes() - Matrix3d::Identity()).norm();
+  const double reach = cso.a().coreReach() + cso.b().coreReach() + cso.bOrigin().norm();
+  const double rounding = 12.0 * cso.rounding() + skew * reach, gap = 0.5 * tolerance - rounding;
+  return gap > rounding ? Search(cso, *axes).run(depth, gap, refine) - rounding : kNothing;
+}
+
+}  // namespace proximity_server::narrowphase

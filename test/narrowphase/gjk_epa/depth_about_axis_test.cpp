@@ -1,0 +1,175 @@
+#include "narrowphase/gjk_epa/depth_about_axis.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "narrowphase/gjk_epa/two_cores.h"
+
+namespace proximity_server::narrowphase::depth_about_axis_test {
+
+using Eigen::Isometry3d;
+using Eigen::Translation3d;
+using Eigen::Vector3d;
+
+constexpr double kTolerance = 1e-9;  // [m]
+
+double depthAlong(Cso& cso, const Vector3d& normal) { return normal.dot(cso.vertex(normal).point); }
+
+struct Found {
+  double bound;     ///< [m]
+  Vector3d normal;  ///< the shallowest direction
+};
+
+/// The search from the depth along x, without Newton's method.
+Found search(TwoCores& cores, double tolerance = kTolerance) {
+  Found found{depthAlong(cores.cso, Vector3d::UnitX()), Vector3d::UnitX()};
+  double known = found.bound;
+  const auto take = [&](const std::array<Vector3d, 2>& directions) {
+    const double depth = depthAlong(cores.cso, directions[0]);
+    if (depth < known) found.normal = directions[0];
+    return known = std::min(known, depth);
+  };
+  found.bound = depthAboutAxis(cores.cso, known, tolerance, take);
+  return found;
+}
+
+void expectProves(double depth, TwoCores& cores) {
+  const double bound = search(cores).bound;
+  EXPECT_LE(bound, depth);
+  EXPECT_GE(bound, depth - kTolerance);
+}
+
+void expectNoProof(TwoCores& cores, double tolerance = kTolerance) {
+  EXPECT_EQ(search(cores, tolerance).bound, -std::numeric_limits<double>::infinity());
+}
+
+Isometry3d turnedAbout(const Vector3d& axis, double angle) {
+  return Isometry3d(Eigen::AngleAxisd(angle, axis.normalized()));
+}
+
+// The shortest way out is across the axis, by the sum of the radii.
+TEST(DepthAboutAxis, OfTwoCylindersOnOneAxis) {
+  TwoCores cores(Cylinder{1, 4}, Cylinder{0.5, 4}, Vector3d(0, 0, 0.1));
+  expectProves(1.5, cores);
+}
+
+// The slant of this cone has the normal (0.8, 0, 0.6). From the point on the axis 1 m below the apex it is 0.6 m away.
+TEST(DepthAboutAxis, OfAPointOnTheAxisOfACone) {
+  TwoCores cores(Cone{1.5, 2.0}, Sphere{0.1}, Vector3d::Zero());
+  expectProves(0.6, cores);
+}
+
+TEST(DepthAboutAxis, OfAPointOnTheAxisIsTheSameFromTheOtherSide) {
+  TwoCores cores(Sphere{0.1}, Cone{1.5, 2.0}, turnedAbout(Vector3d::UnitX(), 1.0));
+  expectProves(0.6, cores);
+}
+
+// The segment adds nothing to the radius of the spheroid only in the two directions across both axes.
+TEST(DepthAboutAxis, OfASegmentInASpheroidAtEveryTilt) {
+  for (const double tilt : {0.0, 1e-12, 1e-8, 1e-5, 1e-3, 1e-2}) {
+    TwoCores cores(Ellipsoid{{2, 2, 3}}, Capsule{0.1, 1.0}, turnedAbout({1, 2, 0}, tilt));
+    expectProves(2.0, cores);
+  }
+}
+
+TEST(DepthAboutAxis, OfASpheroidUpsideDown) {
+  TwoCores cores(Capsule{0.1, 1.0}, Ellipsoid{{2, 2, 3}}, turnedAbout({1, 2, 0}, M_PI - 1e-3));
+  expectProves(2.0, cores);
+}
+
+TEST(DepthAboutAxis, OfEllipsoidsThatAreNearlyRound) {
+  for (const Vector3d& radii : {Vector3d(2.0, 2.02, 3.0), Vector3d(3.0, 2.02, 2.0), Vector3d(2.02, 3.0, 2.0)}) {
+    TwoCores cores(Ellipsoid{radii}, Ellipsoid{0.5 * radii}, Vector3d::Zero());
+    expectProves(3.0, cores);
+  }
+}
+
+TEST(DepthAboutAxis, OfASphereOnTheAxisOfASweptCylinder) {
+  const Shape swept = Shape(Cylinder{1, 2}).sweptTo(Isometry3d(Translation3d(0, 0, 4)));
+  TwoCores cores(swept, Sphere{0.1}, Vector3d(0, 0, 2));
+  expectProves(1.0, cores);
+}
+
+TEST(DepthAboutAxis, IsNotProvenForACoreThatIsNotRound) {
+  TwoCores cores(Cylinder{1, 4}, Box{{1, 1, 1}}, Vector3d::Zero());
+  expectNoProof(cores);
+}
+
+TEST(DepthAboutAxis, IsNotProvenForASweepAcrossTheAxis) {
+  TwoCores cores(Shape(Cylinder{1, 2}).sweptTo(Isometry3d(Translation3d(1e-6, 0, 4))), Sphere{0.1}, Vector3d(0, 0, 2));
+  expectNoProof(cores);
+}
+
+TEST(DepthAboutAxis, IsNotProvenForAxesThatAreFarFromParallel) {
+  TwoCores cores(Cylinder{1, 4}, Cylinder{0.5, 4}, turnedAbout(Vector3d::UnitX(), 0.1));
+  expectNoProof(cores);
+}
+
+TEST(DepthAboutAxis, IsNotProvenToLessThanRounding) {
+  TwoCores cores(Cylinder{1, 4}, Cylinder{0.5, 4}, Vector3d::Zero());
+  expectNoProof(cores, 1e-15);
+}
+
+Shape anyRoundCore(std::mt19937& random) {
+  std::uniform_real_distribution<double> size(0.05, 1.0), excess(-0.04, 0.04);
+  const double radius = size(random), length = size(random);
+  switch (random() % 6) {
+    case 0:
+      return Capsule{0.1, length};
+    case 1:
+      return Cylinder{radius, length};
+    case 2:
+      return Cone{radius, length};
+    case 3:
+      return Ellipsoid{{radius, radius, length}};
+    case 4:
+      return Ellipsoid{{radius, radius * (1.0 + excess(random)), length}};
+    default:
+      return Shape(Cone{radius, length}).sweptTo(Isometry3d(Translation3d(0, 0, size(random) - 0.5)));
+  }
+}
+
+Isometry3d nearOneAxis(std::mt19937& random) {
+  std::uniform_real_distribution<double> part(-1.0, 1.0), exponent(-12.0, -1.7);
+  const Vector3d axis(part(random), part(random), part(random));
+  Isometry3d pose = turnedAbout(axis, std::pow(10.0, exponent(random)));
+  if (random() % 2 == 0) pose = pose * turnedAbout(Vector3d::UnitX(), M_PI);
+  pose = pose * turnedAbout(Vector3d::UnitZ(), 4.0 * part(random));
+  const double beside = std::pow(10.0, exponent(random));
+  pose.translation() = Vector3d(beside * part(random), beside * part(random), 0.5 * part(random));
+  return pose;
+}
+
+/// The least depth over directions everywhere, and in the ring about z through the given one.
+double sampledDepth(Cso& cso, const Vector3d& normal, std::mt19937& random) {
+  std::normal_distribution<double> entry;
+  std::uniform_real_distribution<double> angle(0.0, 2.0 * M_PI), exponent(-8.0, 0.0);
+  double least = depthAlong(cso, normal);
+  for (int i = 0; i < 1000; ++i) {
+    const Vector3d noise = std::pow(10.0, exponent(random)) * Vector3d(entry(random), entry(random), entry(random));
+    const Vector3d in_ring = Eigen::AngleAxisd(i % 2 == 0 ? angle(random) : 0.0, Vector3d::UnitZ()) * normal;
+    least = std::min(least, depthAlong(cso, (in_ring + noise).normalized()));
+  }
+  return least;
+}
+
+TEST(DepthAboutAxis, IsNeverMoreThanTheDepthAndNearlyAlwaysProven) {
+  std::mt19937 random(30);
+  int overlaps = 0, proofs = 0;
+  for (int i = 0; i < 3000; ++i) {
+    TwoCores cores(anyRoundCore(random), anyRoundCore(random), nearOneAxis(random));
+    const Found found = search(cores);
+    const double sampled = sampledDepth(cores.cso, found.normal, random);
+    ASSERT_LE(found.bound, sampled) << i;
+    overlaps += sampled > 1e-6 ? 1 : 0;
+    proofs += found.bound > sampled - kTolerance ? 1 : 0;
+  }
+  EXPECT_GT(overlaps, 2000);
+  EXPECT_GT(proofs, 0.97 * overlaps);  // without Newton's method
+}
+
+}  // namespace proximity_server::narrowphase::depth_about_axis_test
