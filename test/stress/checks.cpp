@@ -82,13 +82,18 @@ AssertionResult convergesAsAColdSearch(const StressPair& p, const SignedDistance
   return AssertionFailure() << "a cold search converges, this one does not";
 }
 
-AssertionResult keepsItsPromises(const StressPair& p, const SignedDistance& result) {
+/// `meant`: the same pair, with the pose that the pose of `p` stands for.
+AssertionResult keepsItsPromises(const StressPair& p, const StressPair& meant, const SignedDistance& result) {
   AssertionResult check = isFinite(result);
   if (check) check = iterationsAreBounded(result, p.options);
-  if (check) check = carriesItsProof(p.pair(), result, p.options);
+  if (check) check = carriesItsProof(meant.pair(), result, p.options);
   if (check) check = decidesAsTheWholeSearch(p, result);
   if (check) check = convergesAsAColdSearch(p, result);
   return check;
+}
+
+AssertionResult keepsItsPromises(const StressPair& p, const SignedDistance& result) {
+  return keepsItsPromises(p, p, result);
 }
 
 /// A relative of the pair, whose true distance is the pair's within `apart` [m].
@@ -167,7 +172,7 @@ std::optional<Failure> failureOfSinglePrecision(const StressPair& p) {
   given.a_T_b.matrix() = p.a_T_b.matrix().cast<float>().cast<double>();
   StressPair meant = given;
   meant.a_T_b = rigidPose(given.a_T_b).value();
-  const AssertionResult check = keepsItsPromises(meant, ask(given));
+  const AssertionResult check = keepsItsPromises(given, meant, ask(given));
   if (check) return std::nullopt;
   return Failure{std::string("in single precision: ") + check.message(), given};
 }

@@ -109,10 +109,12 @@ FacePoint nearestPoint(std::array<CsoVertex, 3> corners, const EpaResult& result
   return {points.on_a, points.on_b - target, (points.on_a - points.on_b).norm()};
 }
 
-/// Sets the witness points to the point nearest to the one at the depth, of a strip of triangles between support points
-/// in directions around the normal. has_points stays false if it is farther than the tolerance, less some rounding.
+/// Sets the witness points by a strip of triangles between support points in directions around the normal: to the point of the
+/// strip that is nearest to the one at the depth. has_points stays false if they are farther apart than nine tenths of the
+/// tolerance; the rest is for rounding.
 void setPointsAround(Cso& cso, double tolerance, EpaResult& result) {
-  // Edges are chords of the CSO: their middle lies below the surface by the squared angle times the radius.
+  // The middle of a chord of the CSO lies below the surface by at most the squared angle times the radius: a quarter of the
+  // tolerance.
   const double angle = 0.5 * std::sqrt(tolerance / (cso.a().coreReach() + cso.b().coreReach()));
   const Vector3d& n = result.normal;
   const Vector3d along =
@@ -120,7 +122,7 @@ void setPointsAround(Cso& cso, double tolerance, EpaResult& result) {
   const Vector3d across = n.cross(along);
   std::array<CsoVertex, 8> strip;
   std::size_t count = 0;
-  // Between the kinks of two mantles there may be a piece that is seen from less than a millionth of a radian.
+  // Four rows: the inner two, 3e-5 of the angle from the normal, meet a narrow piece of the surface between two kinks.
   for (const double row : {-1.0, -3e-5, 3e-5, 1.0})
     for (const double side : {-1.0, 1.0}) strip[count++] = cso.vertex(n + angle * (side * along + row * across));
   FacePoint best{Vector3d::Zero(), Vector3d::Zero(), 0.9 * tolerance};

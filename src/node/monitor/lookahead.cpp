@@ -100,6 +100,25 @@ scene::RobotContact firstContact(const Robot& robot, scene::MovingScene& scene, 
   return of_links ? firstOf(*of_links, with_object) : with_object;
 }
 
+/// During the lookahead. Returns nullopt, and says why, if a velocity is too large or a position does not tell the turn.
+std::optional<TimedMotion> motionAhead(const Robot& robot, const LookaheadStart& start,
+                                       const VelocitySnapshot& velocities, const MonitorSettings& settings,
+                                       QueryStatus& status) {
+  std::vector<double> travel = velocities.velocities;
+  for (double& joint : travel) joint *= settings.lookahead;
+  try {
+    if (!std::all_of(travel.begin(), travel.end(), [](double joint) { return std::isfinite(joint); }))
+      throw std::invalid_argument("a velocity times the lookahead is not finite");
+    TimedMotion motion = motionWithinLimits(robot, start.poses, travel, velocities.positions, settings.lookahead);
+    carryObjects(robot, start.frames, start.placed.poses, motion);
+    return motion;
+  } catch (const std::invalid_argument& error) {
+    status.code = QueryStatus::NO_VELOCITY;
+    status.message = error.what();
+    return std::nullopt;
+  }
+}
+
 }  // namespace
 
 Movers moversOf(const Robot& robot, const scene::Objects& objects) {
@@ -137,35 +156,20 @@ Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const Look
   result.status = velocities.status;
   if (result.status.code != QueryStatus::OK) return result;
 
-  std::vector<double> travel = velocities.velocities;
-  for (double& joint : travel) joint *= settings.lookahead;
-  if (!std::all_of(travel.begin(), travel.end(), [](double joint) { return std::isfinite(joint); })) {
-    result.status.code = QueryStatus::NO_VELOCITY;
-    result.status.message = "a velocity times the lookahead is not finite";
-    return result;
-  }
-  std::optional<TimedMotion> limited;
-  try {
-    limited = motionWithinLimits(robot, start.poses, travel, velocities.positions, settings.lookahead);
-  } catch (const std::invalid_argument& error) {  // a position that does not tell the turn
-    result.status.code = QueryStatus::NO_VELOCITY;
-    result.status.message = error.what();
-    return result;
-  }
-  TimedMotion& motion = *limited;
-  carryObjects(robot, start.frames, start.placed.poses, motion);
+  const std::optional<TimedMotion> motion = motionAhead(robot, start, velocities, settings, result.status);
+  if (!motion) return result;
   const scene::MotionQuestion question = questionOf(settings);
-  const scene::RobotContact found = firstContact(robot, scene, motion.motion, question, settings);
+  const scene::RobotContact found = firstContact(robot, scene, motion->motion, question, settings);
   result.status = completeness(found.counts);
   if (result.status.code != QueryStatus::OK) return result;
-  assignStops(result, robot, motion);
+  assignStops(result, robot, *motion);
   result.status = statusOf(found.status, question);
   if (result.status.code == QueryStatus::OK) result.status.message = assumptionOf(start);
-  result.time_free = motion.onClock(found.t_free);
+  result.time_free = motion->onClock(found.t_free);
   if (found.contact) {
     result.state = Lookahead::CONTACT;
-    result.time_to_contact = motion.onClock(found.t_contact);
-    result.pair = toMessage({robot.robotModel(), scene.objects()}, motion, found.t_contact, found.pair);
+    result.time_to_contact = motion->onClock(found.t_contact);
+    result.pair = toMessage({robot.robotModel(), scene.objects()}, *motion, found.t_contact, found.pair);
   } else if (result.status.code == QueryStatus::OK) {
     result.state = Lookahead::FREE;
   }

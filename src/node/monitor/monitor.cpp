@@ -217,12 +217,18 @@ StoppingScale Monitor::velocityScale(const PoseSnapshot& snapshot, const Velocit
   StoppingScale found = stoppingScale(*robot_, movingScene(), *scene_, {snapshot.poses, monitored_.frames, frames},
                                       velocities, joints(), snapshot.age, settings);
   if (found.status.code != QueryStatus::OK) return found;
-  StoppingState state{settings, snapshot.poses, frames.poses, velocities, objects().all, snapshot.age};
-  const ros::Duration period(settings.rate > 0.0 ? 1.0 / settings.rate : 0.0);
+  ScaledState state{snapshot.poses,
+                    frames.poses,
+                    velocities.velocities,
+                    velocities.positions,
+                    objects().all,
+                    stopDistances(settings),
+                    stopLatency(snapshot.age, settings)};
+  const double period = settings.rate > 0.0 ? 1.0 / settings.rate : 0.0;
   if (found.is_complete) {
     scaled_ = std::move(state);
     scale_ = found.scale;
-  } else if (scaled_.holdsFor(state, period)) {
+  } else if (state.latency <= scaled_.latency + period && differInLatencyOnly(state, scaled_)) {
     found.scale = std::max(found.scale, scale_);
   }
   return found;

@@ -63,8 +63,8 @@ class Monitor {
   const ConstraintRows& constraints(const PoseSnapshot& snapshot, const MonitorSettings& settings);
 
   /// The scale of the velocities in the latest cycle, in which `snapshot` and `frames` are the poses. A search that ran out of
-  /// time does not lower what was found before in the same state, as long as the poses have become older by no more than the
-  /// period of the cycles.
+  /// time does not lower what was found before in the same state, as long as the latency has grown by no more than the period
+  /// of the cycles.
   StoppingScale velocityScale(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
                               const MonitorSettings& settings, const FrameSnapshot& frames = {});
 
@@ -101,8 +101,8 @@ class Monitor {
   std::uint8_t self_level_ = Clearance::INVALID;  ///< of pairs of links
   std::uint8_t object_level_ = Clearance::INVALID;  ///< of pairs with an object
   Clearance clearance_;
-  StoppingState scaled_;  ///< the state of the latest search for a scale of the velocities that had time enough
-  double scale_ = 0.0;    ///< what it found
+  ScaledState scaled_;  ///< the state of the latest search for a scale of the velocities that had time enough
+  double scale_ = 0.0;  ///< what it found
   std::vector<Proximity> unlisted_;  ///< allocated entries that Clearance::below_threshold does not need at present
 };
 

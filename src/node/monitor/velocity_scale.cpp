@@ -5,7 +5,6 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
-#include <tuple>
 
 #include "node/services/timed_motion.h"
 #include "proximity_server/scene/derivative/velocity_scale.h"
@@ -33,7 +32,7 @@ QueryStatus knowledgeOf(const Robot& robot, const std::vector<int>& joints) {
 /// Of the other joints the velocity is 0; mimic joints without a number of their own stop with their leaders.
 scene::Braking brakingOf(const Robot& robot, const ros::Duration& age, const MonitorSettings& settings) {
   scene::Braking braking;
-  braking.latency = settings.stop_latency + std::max(0.0, age.toSec());
+  braking.latency = stopLatency(age, settings);
   for (const std::optional<double>& deceleration : robot.maxDecelerations())
     braking.deceleration.push_back(deceleration.value_or(std::numeric_limits<double>::infinity()));
   return braking;
@@ -45,9 +44,8 @@ StoppingScale scaleOf(const Robot& robot, scene::MovingScene& moving_scene, scen
                       const MonitorSettings& settings) {
   const scene::MovingState state{start.poses, velocities.velocities, velocities.positions,
                                  objectFramesAtStart(robot, start.frames, start.placed.poses)};
-  const scene::StopDistances stop{settings.stop_distance, settings.object_stop_distance};
-  const scene::VelocityScale found =
-      scene::velocityScale(moving_scene, scene, state, brakingOf(robot, age, settings), stop, endOfSearch(settings));
+  const scene::VelocityScale found = scene::velocityScale(moving_scene, scene, state, brakingOf(robot, age, settings),
+                                                          stopDistances(settings), endOfSearch(settings));
   StoppingScale result;
   if (found.status != narrowphase::Status::Unknown) {
     result.scale = found.scale;
@@ -67,13 +65,18 @@ bool areSame(const std::vector<std::optional<Eigen::Isometry3d>>& p,
 
 }  // namespace
 
-bool StoppingState::holdsFor(const StoppingState& other, const ros::Duration& later) const {
-  const auto limits = [](const MonitorSettings& of) {
-    return std::tuple(of.stop_distance, of.object_stop_distance, of.stop_latency);
-  };
-  return other.age <= age + later && limits(settings) == limits(other.settings) &&
-         velocities.velocities == other.velocities.velocities && velocities.positions == other.velocities.positions &&
-         objects == other.objects && areSame(poses, other.poses) && areSame(frames, other.frames);
+double stopLatency(const ros::Duration& age, const MonitorSettings& settings) {
+  return settings.stop_latency + std::max(0.0, age.toSec());
+}
+
+scene::StopDistances stopDistances(const MonitorSettings& settings) {
+  return {settings.stop_distance, settings.object_stop_distance};
+}
+
+bool differInLatencyOnly(const ScaledState& p, const ScaledState& q) {
+  return p.stop.links == q.stop.links && p.stop.objects == q.stop.objects && p.objects == q.objects &&
+         p.velocities == q.velocities && p.positions == q.positions && areSame(p.poses, q.poses) &&
+         areSame(p.frames, q.frames);
 }
 
 StoppingScale stoppingScale(const Robot& robot, scene::MovingScene& moving_scene, scene::Scene& scene,
@@ -86,7 +89,7 @@ StoppingScale stoppingScale(const Robot& robot, scene::MovingScene& moving_scene
 
   try {
     return scaleOf(robot, moving_scene, scene, start, velocities, age, settings);
-  } catch (const std::invalid_argument& error) {  // a velocity with which the way to stop is not finite
+  } catch (const std::invalid_argument& error) {  // the way to stop is not finite, or a turn is not known
     result.status.code = QueryStatus::NO_VELOCITY;
     result.status.message = error.what();
     return result;

@@ -3,11 +3,14 @@
 #include <ros/duration.h>
 
 #include <memory>
+#include <optional>
+#include <vector>
 
 #include "node/monitor/joint_velocities.h"
 #include "node/monitor/lookahead.h"
 #include "node/robot/robot.h"
 #include "proximity_server/QueryStatus.h"
+#include "proximity_server/scene/derivative/stop_distances.h"
 #include "proximity_server/scene/motion/moving_scene.h"
 #include "proximity_server/scene/query/scene.h"
 
@@ -20,26 +23,31 @@ struct StoppingScale {
   bool is_complete = false;  ///< false: the search ended before the largest was found
 };
 
-/// What a scale of one robot was searched for, to tell whether a state is the same as one before.
-struct StoppingState {
-  MonitorSettings settings;
+/// The state in which a scale was found, of one robot.
+struct ScaledState {
   scene::BodyPoses poses;
   scene::FramePoses frames;
-  VelocitySnapshot velocities;
+  std::vector<double> velocities;
+  std::vector<std::optional<double>> positions;
   std::shared_ptr<const scene::Objects> objects;
-  ros::Duration age;  ///< of the poses
-
-  /// Whether a scale of this state is one of the other, too: all but the age is the same, and that is at most `later` longer.
-  bool holdsFor(const StoppingState& other, const ros::Duration& later) const;
+  scene::StopDistances stop;
+  double latency = 0.0;  ///< [s] with the age of the poses
 };
+
+/// Whether two states differ in nothing but the latency.
+bool differInLatencyOnly(const ScaledState& p, const ScaledState& q);
 
 /// The largest scale of the joint velocities from which the robot still stops above the stop distances of the settings, with the
 /// decelerations of its parameters. What leads away from a pair is not slowed, see scene::velocityScale(). Until the robot
 /// begins to brake, `age` of the poses and MonitorSettings::stop_latency pass. `joints` are those that move a checked pair.
 /// `scene` and `moving_scene` have the same objects, and `scene` has the poses of the start. The search ends with
-/// endOfSearch(): then the scale is a smaller one, which is safe.
+/// endOfSearch(): then the scale is a smaller one, which is safe, and not complete.
 StoppingScale stoppingScale(const Robot& robot, scene::MovingScene& moving_scene, scene::Scene& scene,
                             const LookaheadStart& start, const VelocitySnapshot& velocities,
                             const std::vector<int>& joints, const ros::Duration& age, const MonitorSettings& settings);
+
+/// [s] Until the robot begins to brake.
+double stopLatency(const ros::Duration& age, const MonitorSettings& settings);
+scene::StopDistances stopDistances(const MonitorSettings& settings);
 
 }  // namespace proximity_server::node

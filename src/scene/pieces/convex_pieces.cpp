@@ -100,8 +100,7 @@ double volumeRatio(const std::vector<TriangleMesh>& components) {
 bool isHullOfAll(const Job& job, const MeshSolid& solid) {
   const std::vector<Vector3d> points = clusterPoints(job.mesh, Partition(job.mesh.triangles.size(), 0)).front();
   job.effort.spend(stepsOfHull(points.size()));
-  const Cover cover{narrowphase::ConvexHull(points), points};
-  return solid.isWithin(job.tolerance(), cover) && solid.hasNoRoom(job.tolerance(), cover.hull);
+  return solid.isWithin(job.tolerance(), {narrowphase::ConvexHull(points), points});
 }
 
 /// Each component to itself, or to the cluster of one whose hull hides it: the union of the hulls stays the same.
@@ -123,8 +122,7 @@ std::optional<Partition> hullsOfComponents(const Job& job, const MeshSolid& soli
     if (!is_hidden) outermost.push_back(&component);
   }
   const bool near = std::all_of(outermost.begin(), outermost.end(), [&](const Component* component) {
-    return solid.isWithin(job.tolerance(), {*component->hull, component->mesh.vertices}) &&
-           solid.hasNoRoom(job.tolerance(), *component->hull);
+    return solid.isWithin(job.tolerance(), {*component->hull, component->mesh.vertices});
   });
   if (!near) return std::nullopt;
   Partition partition;
@@ -150,7 +148,8 @@ std::vector<narrowphase::ConvexHull> hullsOf(const TriangleMesh& mesh, const Par
   return hulls;
 }
 
-/// Of the hulls of clusters. However long it takes, as no piece may be farther than the tolerance.
+/// Whether none of the clusters' hulls fills a room. The budget does not end it, as it decides whether the pieces are within
+/// tolerance.
 bool haveNoRoom(const Job& job, const MeshSolid& solid, const Partition& partition) {
   const Effort left = std::exchange(job.effort, Effort(std::numeric_limits<double>::infinity()));
   const std::vector<narrowphase::ConvexHull> hulls = hullsOf(job.mesh, partition);

@@ -53,14 +53,16 @@ bool isOneOf(const std::vector<Vector3d>& sorted_points, const Vector3d& point) 
   return std::binary_search(sorted_points.begin(), sorted_points.end(), point, before);
 }
 
-/// What the hull of a cluster has to keep to.
+/// The conditions that the hull of every cluster has to meet.
 struct Demand {
   const MeshSolid& solid;
   double tolerance;  // [m]
   RoomChecks rooms;
 
-  bool isMetIn(const narrowphase::ConvexHull& hull) const {
-    return rooms == RoomChecks::None || solid.hasNoRoom(tolerance, hull);
+  /// `surface`: the triangles of the hull that are not known to be within tolerance.
+  bool isMetBy(const Cover& cover, const std::vector<Triangle>& surface) const {
+    return solid.isSurfaceWithin(tolerance, cover, surface) &&
+           (rooms == RoomChecks::None || solid.hasNoRoom(tolerance, cover.hull));
   }
 };
 
@@ -68,7 +70,7 @@ struct Demand {
 std::vector<Vector3d> hullWithin(const Demand& demand, const std::vector<Vector3d>& points) {
   demand.solid.effort().spend(stepsOfHull(points.size()));
   const Cover cover{narrowphase::ConvexHull(points), points};
-  if (!demand.solid.isWithin(demand.tolerance, cover) || !demand.isMetIn(cover.hull)) return {};
+  if (!demand.isMetBy(cover, surfaceOf(cover.hull))) return {};
   return sorted(cover.hull.vertices());
 }
 
@@ -88,7 +90,7 @@ std::vector<Vector3d> commonHullWithin(const Demand& demand, const std::vector<V
     };
     return !isOf(a) && !isOf(b);
   });
-  if (!demand.solid.isWithin(demand.tolerance, cover, bridges) || !demand.isMetIn(cover.hull)) return {};
+  if (!demand.isMetBy(cover, bridges)) return {};
   return sorted(cover.hull.vertices());
 }
 

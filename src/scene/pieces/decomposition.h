@@ -15,11 +15,11 @@ struct Decomposition {
   bool is_complete = true;  ///< false: the effort of the mesh was spent before the end
 };
 
-/// Which hulls of a decomposition are proven to fill no room on the way; to look at all is slow.
+/// Whether each hull that a decomposition tries is proven to fill no room. That is slow, and few meshes have rooms.
 enum class RoomChecks : unsigned char { None, OfEachHull };
 
-/// Divides the triangles into few clusters whose hulls lie within `tolerance` [m] of the mesh, see MeshSolid::isWithin and, with
-/// RoomChecks::OfEachHull, MeshSolid::hasNoRoom.
+/// Divides the triangles into few clusters whose hulls lie within `tolerance` [m] of the mesh: with their surfaces, see
+/// MeshSolid::isSurfaceWithin, and with RoomChecks::OfEachHull wholly, see MeshSolid::hasNoRoom.
 ///
 /// 1. The triangles of each component are halved across their longest side until the hull of each part lies within
 ///    tolerance, at the latest as a single triangle.

@@ -178,7 +178,7 @@ double MeshSolid::deviationOf(const std::vector<Cover>& covers) const {
   return farthest;
 }
 
-bool MeshSolid::isWithin(double tolerance, const Cover& cover, const std::vector<Triangle>& surface) const {
+bool MeshSolid::isSurfaceWithin(double tolerance, const Cover& cover, const std::vector<Triangle>& surface) const {
   constexpr int kLooks = 100000;
   DeviationSearch search(*this, {tolerance, kTooClose * tolerance});
   search.look(cover.hull, surface);

@@ -5,7 +5,7 @@
 
 #include "proximity_server/narrowphase/shape/convex_hull.h"
 #include "scene/pieces/enclosed_space.h"
-#include "scene/pieces/mesh_rounding.h"
+#include "scene/pieces/mesh_parts.h"
 #include "scene/pieces/rooms.h"
 #include "scene/pieces/triangle_tree.h"
 
@@ -46,16 +46,16 @@ class MeshSolid {
   /// limit of steps has proven the result within kMeshRounding; of a room that is found it tells at least the depth.
   double deviationOf(const std::vector<Cover>& covers) const;
 
-  /// Whether the surface of the hull is proven to lie outside of the mesh by no more than `tolerance` [m]. It is false already for
-  /// distances slightly below the tolerance.
+  /// Whether the hull is proven to lie outside of the mesh by no more than `tolerance` [m], on its surface and in the rooms that it
+  /// fills. It is false already for distances slightly below the tolerance.
   bool isWithin(double tolerance, const Cover& cover) const {
-    return isWithin(tolerance, cover, surfaceOf(cover.hull));
+    return isSurfaceWithin(tolerance, cover, surfaceOf(cover.hull)) && hasNoRoom(tolerance, cover.hull);
   }
 
-  /// The same of some triangles of the surface.
-  bool isWithin(double tolerance, const Cover& cover, const std::vector<Triangle>& surface) const;
+  /// The same of some triangles of the hull's surface; rooms are not looked for.
+  bool isSurfaceWithin(double tolerance, const Cover& cover, const std::vector<Triangle>& surface) const;
 
-  /// Whether a hull with its surface within tolerance is proven to be so in all of it: it fills no room that is deeper.
+  /// Whether a hull with its surface within tolerance is proven to fill no room that is deeper.
   bool hasNoRoom(double tolerance, const narrowphase::ConvexHull& hull) const;
 
  private:

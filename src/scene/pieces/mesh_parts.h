@@ -7,6 +7,9 @@
 
 namespace proximity_server::scene {
 
+// Mesh files hold floats or six-digit texts: a coordinate of one metre is rounded by up to 1e-6 m.
+constexpr double kMeshRounding = 1e-6;
+
 /// Merges vertices at the same place. The triangles and their order are kept, also those that become degenerate.
 TriangleMesh welded(const TriangleMesh& mesh);
 

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "scene/pieces/mesh_parts.h"
-#include "scene/pieces/mesh_rounding.h"
 
 namespace proximity_server::scene {
 
@@ -32,8 +31,8 @@ class Planes {
 
   struct Depth {
     double depth =
-        std::numeric_limits<double>::infinity();  ///< [m] how far a point is inside of the first plane outwards
-    std::size_t plane = 0;                        ///< that one
+        std::numeric_limits<double>::infinity();  ///< [m] of a point below the nearest plane; negative outside
+    std::size_t plane = 0;                        ///< the nearest one
   };
   Depth depthOf(const Vector3d& p) const {
     Depth least;
@@ -42,7 +41,8 @@ class Planes {
     return least;
   }
 
-  /// A point of the box that is inside, as far as one is found.
+  /// A point of the box that is inside of all planes: its centre, or else the one below the plane that the centre is outside of.
+  /// Returns nullopt if that is none; there may be others.
   std::optional<Vector3d> pointIn(const Eigen::AlignedBox3d& box, const Depth& of_centre) const {
     const Vector3d centre = box.center();
     if (of_centre.depth >= 0.0) return centre;
@@ -78,7 +78,7 @@ TriangleMesh hullOfAll(const std::vector<TriangleMesh>& meshes) {
   return {hull.vertices(), hull.triangles()};
 }
 
-/// Whether any of the parts of a triangle that lie beyond a plane, at most two triangles, is such a one.
+/// Whether isSuch holds for a part of a triangle that lies beyond a plane; there are at most two parts, which are triangles.
 template <typename IsSuch>
 bool anyBeyond(const Vector3d& normal, double offset, const Triangle& triangle, const IsSuch& isSuch) {
   std::array<Vector3d, 4> corners;  // of what lies beyond, which is convex
@@ -163,8 +163,8 @@ class RoomSearch {
   struct Cell {
     Eigen::AlignedBox3d box;
     double bound;  ///< [m] no ball with its centre in it has a larger radius
-    int winding;   ///< of the parts whose winding number is the same everywhere in it, and in the hull
-    std::vector<std::size_t> parts;  ///< the others
+    int winding;  ///< sum of the winding numbers of the parts that are settled: constant where the cell is inside of the hull
+    std::vector<std::size_t> parts;  ///< those that are not
     bool operator<(const Cell& other) const { return bound < other.bound; }
   };
 
@@ -196,9 +196,9 @@ class RoomSearch {
       };
       cell.parts.erase(std::remove_if(cell.parts.begin(), cell.parts.end(), isSettled), cell.parts.end());
     }
-    // What one of the parts fills stays so, unless another one faces the other way.
-    const auto addsToIt = [&](std::size_t i) { return parts_[i].facing * cell.winding > 0; };
-    if (cell.winding != 0 && std::all_of(cell.parts.begin(), cell.parts.end(), addsToIt)) return;
+    // Where the parts that are settled make a solid, only one that faces the other way can make a hole in it.
+    const auto facesTheSameWay = [&](std::size_t i) { return parts_[i].facing * cell.winding > 0; };
+    if (cell.winding != 0 && std::all_of(cell.parts.begin(), cell.parts.end(), facesTheSameWay)) return;
 
     const double distance = surface_.nearest(centre, effort_).distance;
     cell.bound = distance + reach;
@@ -213,8 +213,8 @@ class RoomSearch {
     if (cell.bound > floor() && !liesOnOneSide(centre, reach, cell.bound)) cells_.push(std::move(cell));
   }
 
-  /// Whether all of the mesh that can be nearest to a point within `reach` [m] of the centre, at a distance of up to `bound` [m],
-  /// is on one side of all these points.
+  /// Whether a plane separates all points within `reach` [m] of the centre from all points of the mesh that can be the nearest of
+  /// one of them, at a distance of up to `bound` [m].
   bool liesOnOneSide(const Vector3d& centre, double reach, double bound) {
     const double radius = reach + bound;
     near_.clear();
@@ -234,13 +234,14 @@ class RoomSearch {
     });
   }
 
-  struct Part {
+  /// A part of the mesh that reaches into the hull.
+  struct PartInside {
     TriangleTree inside;  ///< its triangles inside of the hull
     const EnclosedSpace& space;
     int facing;
   };
 
-  std::vector<Part> parts_;
+  std::vector<PartInside> parts_;
   const TriangleTree& surface_;
   const Planes planes_;
   const Rooms::Question question_;

@@ -27,19 +27,20 @@ class Rooms {
     double at_most;  ///< [m] that is proven to be no smaller
   };
 
-  /// What the search for it is about.
+  /// When the search ends.
   struct Question {
-    double
-        known;  ///< [m] no ball with its centre on the surface of the hull is larger, and up to this none is looked for
-    double too_large;  ///< [m] the search ends when one is found that is larger
-    double enough;     ///< [m] it ends when it is proven that none is larger
-    int looks;         ///< it ends after so many boxes
+    /// [m] Balls up to this radius are not looked for. No ball with its centre on the surface of the hull may be larger than this
+    /// or than `enough`.
+    double known;
+    double too_large;  ///< [m] when a larger ball is found
+    double enough;     ///< [m] when it is proven that there is no larger one
+    int looks;         ///< after so many boxes
   };
 
-  /// Branch and bound over boxes, those that may hold the largest ball first. A box is settled where it is outside of the hull,
-  /// or wholly inside of the solid. The distance from the mesh changes by no more than the way from the middle of the box.
-  /// Where all of the mesh near to a box lies on one side of it, a larger ball is found farther away from that side, so that
-  /// the centre of the largest is elsewhere. May throw Effort::Exceeded.
+  /// Branch and bound over boxes, those that may hold the centre of the largest ball first. The distance from the mesh changes by
+  /// no more than the way from the middle of the box. Three kinds of boxes hold no such centre: those outside of the hull;
+  /// those inside of the solid; and those that a plane separates from all of the mesh that is near, as a ball that moves away
+  /// from the plane can grow. May throw Effort::Exceeded.
   Largest largestIn(const narrowphase::ConvexHull& hull, const Question& question, Effort& effort) const;
 
  private:

@@ -210,8 +210,10 @@ PairProximity PairMeasurement::measure(const ShapeRefPair& pair, const Visit& vi
     return unknown(pair);
   }
   const PairProximity proximity = compute(visit, a_T_b, limit, question);
-  const bool is_unknown = proximity.result.status == narrowphase::Status::Unknown;  // too far for the narrowphase
-  ++(is_unknown ? counts_.unknown : proximity.collision_a > 0 ? counts_.computed : counts_.by_bounds);
+  if (proximity.result.status == narrowphase::Status::Unknown)
+    ++counts_.unknown;  // too far for the narrowphase
+  else
+    ++(proximity.collision_a > 0 ? counts_.computed : counts_.by_bounds);
   return asAsked(pair, visit, proximity);
 }
 

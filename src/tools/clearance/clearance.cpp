@@ -2,7 +2,6 @@
 #include <unistd.h>
 #include <CLI/CLI.hpp>
 
-#include <cerrno>
 #include <cstdint>
 #include <fstream>
 #include <iostream>
@@ -40,7 +39,7 @@ namespace {
 /// Writes rows to a stream, and the text before, between and after them.
 class RowWriter {
  public:
-  /// Of a file of this name. Throws std::invalid_argument, with the reason, where writing fails.
+  /// `name` is that of the file, for messages. This and the functions throw std::invalid_argument if writing fails.
   RowWriter(std::ostream& stream, std::string name, OutputFormat format)
       : stream_(stream), name_(std::move(name)), format_(std::move(format)) {
     put(format_.begin);
@@ -53,25 +52,17 @@ class RowWriter {
     has_row_ = true;
   }
 
-  /// Does nothing where writing failed before.
   void end() {
-    if (!stream_) return;
     put(format_.end);
-    requireWritten(stream_ << std::flush);
+    flushTo(stream_, name_);
   }
 
   std::uint64_t bytes() const { return bytes_; }
 
  private:
   void put(const std::string& text) {
-    errno = 0;
-    requireWritten(stream_ << text);
+    writeTo(stream_, name_, text);
     bytes_ += text.size();
-  }
-
-  void requireWritten(const std::ostream& stream) const {
-    const int cause = errno;
-    if (!stream) throw std::invalid_argument(name_ + ": writing failed" + because(cause));
   }
 
   std::ostream& stream_;
@@ -247,7 +238,10 @@ void answerInto(Answers& answers, const ClearanceOptions& options, const Clearan
   try {
     answers.addAll(states, counter);
   } catch (const std::exception&) {
-    end();
+    try {
+      end();
+    } catch (const std::exception&) {  // the first failure is the one to report
+    }
     throw;
   }
   end();

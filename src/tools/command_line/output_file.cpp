@@ -4,9 +4,19 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <ostream>
 #include <stdexcept>
 
 namespace proximity_server::tools {
+namespace {
+
+/// errno must be that of the writing.
+void requireWritten(const std::ostream& stream, const std::string& name) {
+  const int cause = errno;
+  if (!stream) throw std::invalid_argument(name + ": writing failed" + because(cause));
+}
+
+}  // namespace
 
 void requireWritable(const std::string& path) {
   std::error_code ignored;
@@ -22,6 +32,18 @@ void requireWritable(const std::string& path) {
   if (!existed) std::filesystem::remove(path, ignored);
 }
 
-std::string because(int cause) { return cause != 0 ? std::string(" (") + std::strerror(cause) + ")" : ""; }
+void writeTo(std::ostream& stream, const std::string& name, std::string_view text) {
+  errno = 0;
+  requireWritten(stream << text, name);
+}
+
+void flushTo(std::ostream& stream, const std::string& name) {
+  errno = 0;
+  requireWritten(stream << std::flush, name);
+}
+
+std::string because(int error_number) {
+  return error_number != 0 ? std::string(" (") + std::strerror(error_number) + ")" : "";
+}
 
 }  // namespace proximity_server::tools

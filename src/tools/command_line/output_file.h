@@ -1,6 +1,8 @@
 #pragma once
 
+#include <iosfwd>
 #include <string>
+#include <string_view>
 
 namespace proximity_server::tools {
 
@@ -8,7 +10,13 @@ namespace proximity_server::tools {
 /// computing. An existing file is not changed.
 void requireWritable(const std::string& path);
 
-/// What errno says, behind a message: " (No space left on device)"; "" for 0.
-std::string because(int cause);
+/// Writes to the stream of a file. Throws std::invalid_argument with the name of the file and the reason if that fails.
+void writeTo(std::ostream& stream, const std::string& name, std::string_view text);
+
+/// The same of what the stream has not passed on yet.
+void flushTo(std::ostream& stream, const std::string& name);
+
+/// The text of an error number, in parentheses, to be appended to a message: " (No space left on device)"; "" for 0.
+std::string because(int error_number);
 
 }  // namespace proximity_server::tools

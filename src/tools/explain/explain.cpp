@@ -7,6 +7,7 @@
 #include <string>
 
 #include "tools/command_line/number_options.h"
+#include "tools/command_line/output_file.h"
 #include "tools/command_line/plot_script.h"
 #include "tools/command_line/tool_main.h"
 #include "tools/explain/explanation.h"
@@ -125,8 +126,8 @@ ExitCode run(const Arguments& arguments) {
   const Explanation explanation =
       explain(pairOf(arguments), optionsOf(arguments), vectorOf("--first-direction", arguments.first_direction));
   const bool is_table = arguments.format == Arguments::Format::Table;
-  std::cout << (is_table ? tableOf(explanation) : jsonOf(explanation, CsoSurface::Omitted)) << std::flush;
-  if (!std::cout) throw std::invalid_argument("standard output: writing failed");
+  writeTo(std::cout, "standard output", is_table ? tableOf(explanation) : jsonOf(explanation, CsoSurface::Omitted));
+  flushTo(std::cout, "standard output");
   if (plot) {
     plot->data() << jsonOf(explanation, CsoSurface::Added);
     plot->draw();

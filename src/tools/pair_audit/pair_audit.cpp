@@ -50,8 +50,8 @@ PairStudy studyWithProgress(const std::shared_ptr<const scene::SceneModel>& mode
 /// Throws std::invalid_argument naming the file if it cannot be written.
 void writeFile(const std::string& path, const std::string& text) {
   std::ofstream stream(path, std::ios::binary);
-  stream << text << std::flush;
-  if (!stream) throw std::invalid_argument(path + ": cannot be written");
+  writeTo(stream, path, text);
+  flushTo(stream, path);
 }
 
 ExitCode run(const Arguments& arguments) {
@@ -60,8 +60,8 @@ ExitCode run(const Arguments& arguments) {
   printWarnings(*model);
   const PairStudy study = studyWithProgress(model, arguments.study);
   const bool has_srdf = !arguments.robot.srdf.empty();
-  std::cout << auditReport(*model, study, has_srdf ? SrdfGiven::Yes : SrdfGiven::No) << std::flush;
-  if (!std::cout) throw std::invalid_argument("standard output: writing failed");
+  writeTo(std::cout, "standard output", auditReport(*model, study, has_srdf ? SrdfGiven::Yes : SrdfGiven::No));
+  flushTo(std::cout, "standard output");
   if (arguments.write.empty()) return ExitCode::Done;
   const std::string srdf = has_srdf ? readTextFile(arguments.robot.srdf) : "";
   writeFile(arguments.write, writeSrdf(srdf, model->robot, study));

@@ -7,6 +7,7 @@
 
 #include "tools/command_line/csv.h"
 #include "tools/command_line/number_options.h"
+#include "tools/command_line/output_file.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -66,7 +67,7 @@ SecondOpinion::SecondOpinion(const SecondOpinionOptions& options, std::shared_pt
   if (options_.out.empty()) return;
   list_.emplace(options_.out, std::ofstream::binary);
   if (!*list_) throw std::invalid_argument(options_.out + ": cannot be opened");
-  *list_ << "state,link_a,link_b,ours,lower,upper,fcl,proven_lower,proven_upper,verdict\n";
+  writeTo(*list_, options_.out, "state,link_a,link_b,ours,lower,upper,fcl,proven_lower,proven_upper,verdict\n");
 }
 
 void SecondOpinion::add(long state, const std::vector<scene::PairProximity>& pairs, const scene::Positions& positions,
@@ -81,8 +82,7 @@ void SecondOpinion::add(long state, const std::vector<scene::PairProximity>& pai
 void SecondOpinion::end() {
   askBlock();
   if (!list_) return;
-  *list_ << std::flush;
-  if (!*list_) throw std::invalid_argument(options_.out + ": writing failed");
+  flushTo(*list_, options_.out);
 }
 
 std::vector<SecondOpinion::AskedPair> SecondOpinion::askedPairs() const {
@@ -117,7 +117,7 @@ void SecondOpinion::judgePair(const AskedPair& asked, const OtherOpinion& other)
   ++counts_[static_cast<std::size_t>(judgement.ruling)];
   if (!isListed(judgement.ruling)) return;
   const std::string row = rowOf(asked, other, judgement);
-  if (list_) *list_ << row << '\n';
+  if (list_) writeTo(*list_, options_.out, row + '\n');
   if (judgement.ruling == Ruling::Inside) return;  // a difference, and nobody's error
   const bool is_number = other.end == ChildEnd::Answered && other.answer.kind == OtherAnswer::Kind::Distance;
   const double difference = is_number ? std::abs(other.answer.distance - padding - ours.distance) : 0.0;

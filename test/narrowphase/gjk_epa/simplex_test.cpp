@@ -263,8 +263,9 @@ double missedByNeedle(const std::vector<int>& order) {
 
 // Regression: the signed areas of a needle are rounding, and as weights they gave a point 1e-3 of its length away.
 TEST(WitnessPoints, OfANeedleThroughTheOriginCoincideForAllOrdersOfTheVertices) {
-  for (const std::vector<int>& order : placings(3))
-    if (*std::max_element(order.begin(), order.end()) < 3) EXPECT_LT(missedByNeedle(order), 1e-15);
+  std::vector<int> order{0, 1, 2};
+  do EXPECT_LT(missedByNeedle(order), 1e-15);
+  while (std::next_permutation(order.begin(), order.end()));
 }
 
 TEST(Simplex, NamesTheFirstFreePlace) {

@@ -67,6 +67,12 @@ TEST_F(ClearanceAssertion, NothingIsProvenOfWhatIsNotKnown) {
   }
 }
 
+TEST_F(ClearanceAssertion, NothingIsProvenOfAMotionThatOverflows) {
+  const CommandResult result = assertAbove("0.1", "slide\n-1e31\n1e31\n", "--no-filter --trajectory");
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_TRUE(says(result.errors, "the motion is too large to compute with")) << result.errors;
+}
+
 TEST_F(ClearanceAssertion, NoStatesAreNoProof) {
   const CommandResult result = assertAbove("0.1", "slide\n");
   EXPECT_EQ(result.exit_code, 1);
