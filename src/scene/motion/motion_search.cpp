@@ -25,6 +25,17 @@ bool isOver(const MotionQuestion& question) {
   return question.deadline != Clock::time_point::max() && Clock::now() > question.deadline;
 }
 
+/// The poses at a time where that of the world is not known: in the frame of the poses. Frames in the world have none.
+RobotMotion::State withoutWorld(const RobotMotion& motion, double time) {
+  RobotMotion::State state{motion.at(time), {}};
+  for (const RobotMotion::Segment& frame : motion.objectFrames().moving) {
+    const bool is_carried = frame.is_known && frame.parent >= 0 && state.bodies[frame.parent];
+    state.frames.emplace_back();
+    if (is_carried) state.frames.back() = *state.bodies[frame.parent] * frame.motion.at(time);
+  }
+  return state;
+}
+
 }  // namespace
 
 void MotionSearch::FirstContactBounds::leaveOpen(double time, narrowphase::Status why) {
@@ -330,10 +341,12 @@ bool MotionSearch::isInWorld() {
   return objects() && !objects()->empty() && pairs_.poses().isKnown(pairs_.poses().world());
 }
 
-/// Gives the poses of a time to questions about one state. With objects they are those in the world.
+/// Gives the poses of a time to questions about one state. With objects they are those in the world; where that is not known,
+/// questions about objects in the world must not be asked.
 void MotionSearch::placeStates(double time) {
-  if (!isInWorld()) return states_.update(pairs_.poses().at(time));
-  const RobotMotion::State state = pairs_.poses().motion().inWorld(time);
+  if (!objects() || objects()->empty()) return states_.update(pairs_.poses().at(time));
+  const RobotMotion& motion = pairs_.poses().motion();
+  const RobotMotion::State state = isInWorld() ? motion.inWorld(time) : withoutWorld(motion, time);
   state.frames.empty() ? states_.update(state.bodies) : states_.update(state.bodies, state.frames);
 }
 
@@ -482,7 +495,7 @@ PairProximity MotionSearch::found(const IntervalVisit& visit, narrowphase::Signe
 
 /// A pair whose bounds are those of all pieces of its shapes: found() looks at two, and others may be nearer.
 PairProximity MotionSearch::ofAllPieces(PairProximity pair, double time) {
-  if (!found_pieces_ || ((pair.asked.a.link < 0 || pair.asked.b.link < 0) && !isInWorld())) return pair;
+  if (!found_pieces_) return pair;
   placeStates(time);
   const PairProximity whole = states_.one(pair.asked, {});
   return whole.result.status == narrowphase::Status::Unknown ? pair : fromWorld(whole, time);

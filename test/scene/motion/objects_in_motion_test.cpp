@@ -5,6 +5,8 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <random>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <unsupported/Eigen/MatrixFunctions>
@@ -351,6 +353,116 @@ Vector3l inParent(const Isometry3d& pose, const Vector3l& p) {
   for (int i = 0; i < 4; ++i)
     rotation = 0.5L * rotation * (3.0L * Matrix3l::Identity() - rotation.transpose() * rotation);
   return rotation * p + pose.translation().cast<long double>();
+}
+
+// --- pairs of several pieces
+
+/// Two links, each of balls that turn about the z axis, and an object of balls, with or without a half-space.
+class PairsOfSeveralPieces : public testing::Test {
+ protected:
+  enum class World { Known, Unknown };
+
+  void place(const Placement& placement, bool with_half_space) {
+    std::vector<ObjectShape> shapes = ballsOfAnObject();
+    if (with_half_space) shapes.insert(shapes.begin() + 1, {HalfSpace{{0.3, -0.2, 1.0}, real(-0.6, -0.3)}});
+    // A fixed one, so that the world counts.
+    objects_ = std::make_shared<const Objects>(
+        Objects(model_).changed({AddObject{makeObject("asked", shapes, placement)},
+                                 AddObject{makeObject("far", {{Shape(Sphere{0.1})}}, Fixed{at(0, 0, 50)})}}));
+    moving_.use(objects_);
+    still_.use(objects_);
+  }
+
+  /// Asks about the pair with all kinds of time, and checks what is said about it.
+  void expectBoundsOfTheWholePair(World world) {
+    const ShapeRefPair pair{{model_->robot.findLink("right")}, ShapeRef::ofObject(objects_->find("asked"))};
+    const std::vector<ShapeRefPair> asked{pair};
+    RobotMotion motion = RobotMotion::ofJoints(model_->robot, {real(-3, 3), real(-3, 3)}, {real(-3, 3), real(-3, 3)});
+    RobotMotion::ObjectFrames frames;
+    const Link& left = model_->robot.links[static_cast<std::size_t>(model_->robot.findLink("left"))];
+    if (!objects_->frames().empty()) frames.moving = {RobotMotion::atRest(left.body_T_link, left.body)};
+    if (world == World::Unknown) frames.world = RobotMotion::atRest(std::nullopt);
+    motion.carryObjects(frames);
+    for (int i = 0; i < 12; ++i) {
+      MotionQuestion question;
+      question.contact_distance = real(-0.2, 0.6);
+      const auto deadline = [i] { return std::chrono::steady_clock::now() + std::chrono::microseconds(i * i); };
+      if (i < 11) question.deadline = deadline();
+      const RobotContact contact = moving_.timeOfContact(asked, motion, question);
+      if (contact.contact) expectBoundsOf(contact.pair, motion, contact.t_contact);
+      if (i < 11) question.deadline = deadline();
+      const RobotMinimum minimum = moving_.minimum(asked, motion, question);
+      if (minimum.time >= 0.0) expectBoundsOf(minimum.pair, motion, minimum.time);
+      contacts_ += contact.contact ? 1 : 0;
+      at_deadlines_ += minimum.time >= 0.0 && minimum.status == Status::IterationLimit ? 1 : 0;
+    }
+  }
+
+  double real(double from, double to) { return std::uniform_real_distribution<double>(from, to)(generator_); }
+  Vector3d point(double size) { return {real(-size, size), real(-size, size), real(-size, size)}; }
+
+  std::mt19937 generator_{5};
+  int contacts_ = 0, at_deadlines_ = 0;
+
+ private:
+  static constexpr int kBalls = 4;
+
+  /// The world is where the poses are, or what is asked does not stand in it.
+  void expectBoundsOf(const PairProximity& said, RobotMotion motion, double time) {
+    constexpr double kRounding = 1e-12;
+    motion.carryObjects({{-1, true, {}}, motion.objectFrames().moving});
+    const RobotMotion::State state = motion.inWorld(time);
+    still_.update(state.bodies, state.frames);
+    const SignedDistance truth = still_.proximity(said.asked).result;
+    EXPECT_LE(said.result.lower_bound, truth.upper_bound + kRounding);
+    EXPECT_GE(said.result.upper_bound, truth.lower_bound - kRounding);
+  }
+  std::vector<ObjectShape> ballsOfAnObject() {
+    std::vector<ObjectShape> shapes;
+    for (int i = 0; i < kBalls; ++i)
+      shapes.push_back({Shape(Sphere{real(0.05, 0.2)}), Isometry3d(Eigen::Translation3d(point(0.5)))});
+    return shapes;
+  }
+  std::shared_ptr<const SceneModel> randomModel() {
+    std::ostringstream urdf;
+    urdf << "<robot name='balls'><link name='root'/>";
+    for (const std::string link : {"left", "right"}) {
+      urdf << "<link name='" << link << "'>";
+      for (int i = 0; i < kBalls; ++i)
+        urdf << "<collision><origin xyz='" << point(0.5).transpose() << "'/><geometry><sphere radius='"
+             << real(0.05, 0.2) << "'/></geometry></collision>";
+      urdf << "</link><joint name='to_" << link << "' type='continuous'><parent link='root'/><child link='" << link
+           << "'/><axis xyz='0 0 1'/></joint>";
+    }
+    auto model = std::make_shared<SceneModel>();
+    model->robot = robotOf(urdf.str() + "</robot>");
+    model->pairs = filterPairs(model->robot, "");
+    return model;
+  }
+
+  const std::shared_ptr<const SceneModel> model_ = randomModel();
+  std::shared_ptr<const Objects> objects_;
+  MovingScene moving_{model_};
+  Scene still_{model_};
+};
+
+// Regression: where the pose of the world is not known, the lower bounds of pairs with held objects were those of two pieces.
+TEST_F(PairsOfSeveralPieces, HaveTheBoundsOfAllOfThemInTheWorldAndWithoutIt) {
+  for (int i = 0; i < repeats(60); ++i) {
+    for (const bool with_half_space : {false, true}) {
+      place(Fixed{Isometry3d(Eigen::Translation3d(point(0.5)))}, with_half_space);
+      expectBoundsOfTheWholePair(World::Known);
+    }
+    const Isometry3d left_T_object(Eigen::Translation3d(point(0.5)));
+    for (const Placement& placement :
+         {Placement(Attached{"left", {}, left_T_object}), Placement(Moving{"left", left_T_object})}) {
+      place(placement, false);
+      expectBoundsOfTheWholePair(World::Known);
+      expectBoundsOfTheWholePair(World::Unknown);
+    }
+  }
+  EXPECT_GT(contacts_, 0);
+  EXPECT_GT(at_deadlines_, 0);
 }
 
 TEST(FarInMotion, BoundsHoldWhereverTheOriginsOfThePosesAndOfTheWorldAre) {
