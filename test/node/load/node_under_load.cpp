@@ -11,7 +11,6 @@
 #include "node/load/programs.h"
 #include "node/patience.h"
 #include "node/system/grants_real_time.h"
-#include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/pieces/convex_pieces.h"
 #include "scene/example_robots.h"
 
@@ -24,9 +23,8 @@ namespace {
 const std::string kDemo = PROXIMITY_SOURCE_DIR "/config/demo/robot";
 
 TestRobot robotFrom(const std::string& name, const std::string& urdf_file, const std::string& srdf_file,
-                    const MeshResolver& resolve) {
+                    const MeshResolver& resolve, ModelOptions options = {}) {
   TestRobot robot{name, readFile(urdf_file), readFile(srdf_file), nullptr};
-  ModelOptions options;
   options.mesh_cache = userMeshCache();
   auto model = std::make_shared<SceneModel>();
   model->robot = loadRobotModel(robot.urdf, resolve, options);
@@ -37,8 +35,10 @@ TestRobot robotFrom(const std::string& name, const std::string& urdf_file, const
 
 }  // namespace
 
-TestRobot demoRobotForNode() {
-  return robotFrom("demo", kDemo + ".urdf", kDemo + ".srdf", packageResolver(rosPackagePath()));
+TestRobot demoRobotForNode(double mesh_tolerance) {
+  ModelOptions options;
+  options.mesh_tolerance = mesh_tolerance;
+  return robotFrom("demo", kDemo + ".urdf", kDemo + ".srdf", packageResolver(rosPackagePath()), options);
 }
 
 std::vector<TestRobot> exampleRobotsForNode() {
@@ -58,10 +58,13 @@ void describe(const TestRobot& robot) {
   ros::param::set("/robot_description_semantic", robot.srdf);
 }
 
-std::unique_ptr<ChildProcess> startNode(const std::map<std::string, XmlRpc::XmlRpcValue>& parameters) {
-  ros::param::del(kNodeName);
-  for (const auto& [name, value] : parameters) ros::param::set(kNodeName + "/" + name, value);
-  return startProgram({NODE_EXECUTABLE, "__name:=proximity_server"});
+std::unique_ptr<ChildProcess> startNode(const std::map<std::string, XmlRpc::XmlRpcValue>& parameters,
+                                        const std::string& name, const std::vector<std::string>& remappings) {
+  ros::param::del(name);
+  for (const auto& [parameter, value] : parameters) ros::param::set(name + "/" + parameter, value);
+  std::vector<std::string> command = {NODE_EXECUTABLE, "__name:=" + name.substr(1)};
+  command.insert(command.end(), remappings.begin(), remappings.end());
+  return startProgram(command);
 }
 
 bool awaitService(const std::string& service, double seconds) {

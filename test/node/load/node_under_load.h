@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "node/faults/child_process.h"
+#include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/query/scene.h"
 
 namespace proximity_server::node {
@@ -32,15 +33,18 @@ struct TestRobot {
   std::shared_ptr<const SceneModel> model;
 };
 
-TestRobot demoRobotForNode();
+/// With this mesh tolerance [m], see ModelOptions.
+TestRobot demoRobotForNode(double mesh_tolerance = ModelOptions().mesh_tolerance);
 /// Panda and PR2; none where the package example-robot-data is not found.
 std::vector<TestRobot> exampleRobotsForNode();
 
 /// Puts the descriptions on the parameter server.
 void describe(const TestRobot& robot);
 
-/// The node, with these of its parameters. It needs a described robot.
-std::unique_ptr<ChildProcess> startNode(const std::map<std::string, XmlRpc::XmlRpcValue>& parameters);
+/// The node, with these of its parameters, this name and these remappings ("FROM:=TO"). It needs a described robot.
+std::unique_ptr<ChildProcess> startNode(const std::map<std::string, XmlRpc::XmlRpcValue>& parameters,
+                                        const std::string& name = kNodeName,
+                                        const std::vector<std::string>& remappings = {});
 
 /// Whether there is such a service within so many seconds. Unlike roscpp's own wait it says nothing about it.
 bool awaitService(const std::string& service, double seconds);

@@ -12,6 +12,7 @@
 #include <cstdio>
 #include <deque>
 #include <iostream>
+#include <optional>
 #include <thread>
 
 #include "node/faults/tf_faults.h"
@@ -19,6 +20,7 @@
 #include "node/load/node_under_load.h"
 #include "node/load/programs.h"
 #include "node/load/raw_calls.h"
+#include "node/soak/simulated_node.h"
 #include "node/soak/soak_client.h"
 #include "node/soak/soak_monitor.h"
 #include "node/soak/soak_objects.h"
@@ -53,6 +55,7 @@ void sleepFor(double seconds) { std::this_thread::sleep_for(std::chrono::duratio
 struct SoakOptions {
   double minutes = 60.0;
   std::uint64_t seed = 1;
+  std::string only;  ///< the fault that happens; "": all of them
 };
 
 /// Where it is, and its process.
@@ -68,6 +71,7 @@ class Soak {
       : options_(options),
         master_(master),
         robot_(demoRobotForNode()),
+        simulated_robot_(demoRobotForNode(0.0)),
         motion_(robot_.model->robot),
         monitor_(ros::NodeHandle(), robot_.model, record_, {kMaxTfAge, kLevels}),
         timing_(ros::NodeHandle()),
@@ -177,6 +181,10 @@ class Soak {
                                  {"Reload", &Soak::reload},
                                  {"DeafSubscriber", &Soak::deafSubscriber},
                                  {"DyingClient", &Soak::dyingClient},
+                                 {"StandingClock", &Soak::standingClock},
+                                 {"JumpingClock", &Soak::jumpingClock},
+                                 {"LoopingClock", &Soak::loopingClock},
+                                 {"OverlapThatStays", &Soak::overlapThatStays},
                                  {"KilledNode", &Soak::killedNode, Fault::Phase::WithRestarts},
                                  {"UnwritableCache", &Soak::unwritableCache, Fault::Phase::WithRestarts},
                                  // A node that starts after that would not find us: we are not registered any more.
@@ -188,8 +196,18 @@ class Soak {
   }
 
   void oneFault() {
-    const std::vector<TfFaultKind>& of_tf = tfFaults();
-    const std::vector<Fault> of_others = others();
+    std::vector<TfFaultKind> of_tf = tfFaults();
+    std::vector<Fault> of_others = others();
+    if (!options_.only.empty()) {
+      const auto leaveOthersOut = [this](auto& faults) {
+        faults.erase(std::remove_if(faults.begin(), faults.end(),
+                                    [this](const auto& fault) { return fault.name != options_.only; }),
+                     faults.end());
+      };
+      leaveOthersOut(of_tf);
+      leaveOthersOut(of_others);
+      if (of_tf.empty() && of_others.empty()) return;  // not in this phase
+    }
     const std::size_t chosen = randomIndex(of_tf.size() + of_others.size());
     if (chosen < of_tf.size()) return tfFault(of_tf[chosen]);
     const Fault& fault = of_others[chosen - of_tf.size()];
@@ -268,6 +286,68 @@ class Soak {
     recover(kTfRecovery);
   }
 
+  using Recovery = std::optional<double>;  // [s]; none: too late
+
+  Recovery recoveryOf(SimulatedNode& node) {
+    const Clock::time_point start = Clock::now();
+    if (node.awaitRightAnswer(kTfRecovery)) return since(start);
+    record_.countWrong(fault_name_, "no right answer within " + std::to_string(kTfRecovery) + " s");
+    return std::nullopt;
+  }
+
+  /// `happen` gives the recovery of a second node, which has simulated time.
+  template <class Happen>
+  void inSimulatedTime(double rate, Happen happen) {
+    const double speeds[] = {0.5, 1.0, 2.0};
+    SimulatedNode node(simulated_robot_, record_, kLevels, rate, speeds[randomIndex(std::size(speeds))]);
+    const Recovery recovery = node.awaitRightAnswer(kRestart) ? happen(node) : std::nullopt;
+    record_.countFault(fault_name_, recovery.has_value(), recovery.value_or(0.0));
+    look();
+  }
+
+  double randomRate() {
+    const double rates[] = {0.0, 5.0, kMonitorRate, 500.0};
+    return rates[randomIndex(std::size(rates))];
+  }
+
+  void standingClock() {
+    inSimulatedTime(randomRate(), [this](SimulatedNode& node) {
+      return node.staysInvalidWithoutTime(random(0.0, 2.0)) ? recoveryOf(node) : std::nullopt;
+    });
+  }
+
+  void jumpingClock() {
+    inSimulatedTime(randomRate(), [this](SimulatedNode& node) {
+      Recovery recovery = 0.0;
+      for (int i = 0; i < 4 && recovery; ++i) {
+        node.jump(random(-100.0, 100.0));
+        recovery = recoveryOf(node);
+      }
+      return recovery;
+    });
+  }
+
+  /// As of a bag that is played again and again.
+  void loopingClock() {
+    inSimulatedTime(randomRate(), [this](SimulatedNode& node) {
+      const double begin = node.now(), length = random(0.2, 1.5);
+      Recovery recovery = 0.0;
+      for (int i = 0; i < 5 && recovery; ++i) {
+        rest(length);
+        node.jump(begin - node.now());
+        recovery = recoveryOf(node);
+      }
+      return recovery;
+    });
+  }
+
+  void overlapThatStays() {
+    constexpr double kRate = 2.5;  // [Hz] the search may take 0.1 s
+    inSimulatedTime(kRate, [this](SimulatedNode& node) {
+      return node.isNotSlowedByAnOverlapThatStays(generator_, kRestart) ? Recovery(0.0) : std::nullopt;
+    });
+  }
+
   void killedNode() { restart("user"); }
   void unwritableCache() { restart("/proc/proximity_server"); }
 
@@ -339,7 +419,7 @@ class Soak {
   const SoakOptions options_;
   const Master master_;
   SoakRecord record_;
-  TestRobot robot_;
+  TestRobot robot_, simulated_robot_;  // the other one has exact meshes
   MovingRobot motion_;
   SoakMonitor monitor_;
   MonitorWatch timing_;
@@ -411,6 +491,7 @@ int main(int argc, char** argv) {
   CLI::App app("The node under faults for a long time, every answer checked.");
   app.add_option("--minutes", options.minutes, "how long")->check(CLI::PositiveNumber);
   app.add_option("--seed", options.seed, "of the faults and questions");
+  app.add_option("--only", options.only, "the only fault that happens, as the table at the end names it");
   CLI11_PARSE(app, argc, argv);
   try {
     return soak(argc, argv, options);
