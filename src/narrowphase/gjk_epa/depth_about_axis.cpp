@@ -220,14 +220,19 @@ class Search {
 
   /// The depth in all directions is at least the returned one, which is `gap` below a known one.
   double run(double depth, double gap, const RefineDirection& refine) {
+    int misses = 0;
     for (int patches = 0; count_ > 0; ++patches) {
-      if (patches == kMaxPatches || count_ >= kMaxOpen || !(depth > gap)) return kNothing;
+      if (patches == kMaxPatches || misses == kMaxMisses || count_ >= kMaxOpen || !(depth > gap)) return kNothing;
       const Patch patch = open_[--count_];
       const PatchBound bound(a_, b_, offset_, patch);
       if (bound.least() >= depth - gap) continue;
       divide(patch, bound);
-      if (bound.depth() < depth - 0.5 * gap)
-        depth = refine({inFrameOfA(bound.shallower()), inFrameOfA(bound.deeper())});
+      if (!(bound.depth() < depth - 0.5 * gap)) continue;
+      depth = refine({inFrameOfA(bound.shallower()), inFrameOfA(bound.deeper())});
+      if (!(bound.depth() < depth - gap)) continue;
+      // The CSO reaches farther here than the inner cores. Try all other patches before the parts of this one.
+      ++misses;
+      std::rotate(open_.begin(), open_.begin() + count_ - 2, open_.begin() + count_);
     }
     return depth - gap;
   }
@@ -235,6 +240,7 @@ class Search {
  private:
   static constexpr std::size_t kMaxOpen = 256;
   static constexpr int kMaxPatches = 10000;
+  static constexpr int kMaxMisses = 64;
 
   /// The axes of the frame of the search, in the frame of a.
   static Matrix3d frameOf(const Cso& cso, const Axes& axes) {
@@ -307,16 +313,57 @@ std::optional<Axes> nearlyParallelAxes(const Cso& cso) {
   return axes;
 }
 
+/// A core that lies inside of another one, and its pose in the frame of that.
+struct InnerCore {
+  Shape core;
+  Isometry3d pose = Isometry3d::Identity();
+};
+
+/// The segment between two vertices of a hull from which no vertex is farther than `beside` [m]. Returns nullopt if the hull is
+/// thicker or has no length.
+std::optional<InnerCore> innerSegment(const ConvexHull& hull, double beside) {
+  const auto farthestFrom = [&](const Vector3d& point) {
+    return *std::max_element(hull.vertices().begin(), hull.vertices().end(), [&](const Vector3d& p, const Vector3d& q) {
+      return (p - point).squaredNorm() < (q - point).squaredNorm();
+    });
+  };
+  const Vector3d start = farthestFrom(hull.vertices()[0]), end = farthestFrom(start);
+  const double length = (end - start).norm();
+  if (!(length > beside)) return std::nullopt;
+  const Vector3d axis = (end - start) / length;
+  for (const Vector3d& vertex : hull.vertices())
+    if (!((vertex - start).cross(axis).norm() <= beside)) return std::nullopt;
+  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), axis);
+  return InnerCore{Capsule{1.0, length}, Eigen::Translation3d(start + 0.5 * length * axis) * turn};
+}
+
+/// The core itself; or what may be round instead of it: the segment inside of a hull that is as thin as a quarter of the tolerance,
+/// or the start of a sweep.
+InnerCore innerCore(const Shape& shape, double rounding, double tolerance) {
+  if (shape.kind() == Kind::Hull) return innerSegment(shape.hull(), 0.25 * tolerance).value_or(InnerCore{shape});
+  if (shape.kind() == Kind::Sweep && !isRoundAbout(shape, 2, rounding)) return {shape.sweep().shape};
+  return {shape};
+}
+
 }  // namespace
 
 double depthAboutAxis(const Cso& cso, double depth, double tolerance, const RefineDirection& refine) {
-  const std::optional<Axes> axes = nearlyParallelAxes(cso);
+  if (cso.isPolytope()) return kNothing;
+  const InnerCore a = innerCore(cso.a(), cso.rounding(), tolerance), b = innerCore(cso.b(), cso.rounding(), tolerance);
+  const Isometry3d pose = a.pose.inverse() * cso.pose() * b.pose;
+  WarmStart none;
+  const Cso inner(a.core, b.core, pose, cso.rounding(), none);
+  const std::optional<Axes> axes = nearlyParallelAxes(inner);
   if (!axes) return kNothing;
+  const auto refineOuter = [&](const std::array<Vector3d, 2>& directions) {
+    return refine({a.pose.linear() * directions[0], a.pose.linear() * directions[1]});
+  };
   // The axes of b need not be perpendicular unit vectors to the last digit.
-  const double skew = (cso.bAxes().transpose() * cso.bAxes() - Matrix3d::Identity()).norm();
-  const double reach = cso.a().coreReach() + cso.b().coreReach() + cso.bOrigin().norm();
-  const double rounding = 12.0 * cso.rounding() + skew * reach, gap = 0.5 * tolerance - rounding;
-  return gap > rounding ? Search(cso, *axes).run(depth, gap, refine) - rounding : kNothing;
+  const double skew = (inner.bAxes().transpose() * inner.bAxes() - Matrix3d::Identity()).norm();
+  const double reach = a.core.coreReach() + b.core.coreReach() + inner.bOrigin().norm();
+  // Four of them are for the inner cores and their pose.
+  const double rounding = 16.0 * cso.rounding() + skew * reach, gap = 0.5 * tolerance - rounding;
+  return gap > rounding ? Search(inner, *axes).run(depth, gap, refineOuter) - rounding : kNothing;
 }
 
 }  // namespace proximity_server::narrowphase

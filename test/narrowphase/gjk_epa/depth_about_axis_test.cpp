@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <vector>
 
 #include "narrowphase/gjk_epa/two_cores.h"
 
@@ -94,6 +95,40 @@ TEST(DepthAboutAxis, OfASphereOnTheAxisOfASweptCylinder) {
   expectProves(1.0, cores);
 }
 
+// The vertices beside the segment lie 0.1 nm from it, which is less than a quarter of the tolerance.
+TEST(DepthAboutAxis, OfACylinderAboutAHullThatIsNearlyASegment) {
+  const Shape hull = hullOf({{-1, 3, 2}, {3, 3, 2}, {0, 3 + 1e-10, 2}, {1, 3, 2 - 1e-10}});
+  const Isometry3d pose = turnedAbout(Vector3d::UnitY(), M_PI_2);  // (x, y, z) becomes (z, y, -x)
+  TwoCores cores(Cylinder{0.5, 1.0}, hull, Isometry3d(Translation3d(-2, -3, 1)) * pose);
+  expectProves(0.5, cores);
+  TwoCores swapped(cores.b, cores.a, cores.a_T_b.inverse());
+  expectProves(0.5, swapped);
+}
+
+TEST(DepthAboutAxis, IsNotProvenForAHullThatIsThickerThanTheTolerance) {
+  const Shape hull = hullOf({{0, 0, -2}, {0, 0, 2}, {1e-9, 0, 0}});
+  TwoCores cores(Cylinder{0.5, 1.0}, hull, Vector3d::Zero());
+  expectNoProof(cores);
+}
+
+// Across z the swept cylinder reaches 2 m only where its other end is lower than the start: the turned one reaches
+// sqrt(1 - c^2) * 2 + 0.5 c along a direction whose cosine with the axis is c, less than 2 m for c > 8 / 17.
+TEST(DepthAboutAxis, OfASegmentInAFlatCylinderThatIsTurnedAboutItsDiameter) {
+  for (const double angle : {0.0, 0.3, 0.7, 1.1, 1.5}) {
+    const Isometry3d turn(Eigen::AngleAxisd(M_PI_2, Vector3d(std::cos(angle), std::sin(angle), 0)));
+    TwoCores cores(Shape(Cylinder{2.0, 1.0}).sweptTo(turn), Capsule{0.1, 4.0}, Vector3d::Zero());
+    expectProves(2.0, cores);
+    TwoCores swapped(cores.b, cores.a, cores.a_T_b.inverse());
+    expectProves(2.0, swapped);
+  }
+}
+
+// The start alone has a depth of 0.5 m along -x, where the sweep is 1.5 m deep.
+TEST(DepthAboutAxis, IsNotProvenWhereASweepReachesFartherThanItsStart) {
+  TwoCores cores(Shape(Cylinder{1, 4}).sweptTo(Isometry3d(Translation3d(-1, 0, 0))), Sphere{0.1}, Vector3d(-0.5, 0, 0));
+  expectNoProof(cores);
+}
+
 TEST(DepthAboutAxis, IsNotProvenForACoreThatIsNotRound) {
   TwoCores cores(Cylinder{1, 4}, Box{{1, 1, 1}}, Vector3d::Zero());
   expectNoProof(cores);
@@ -170,6 +205,36 @@ TEST(DepthAboutAxis, IsNeverMoreThanTheDepthAndNearlyAlwaysProven) {
   }
   EXPECT_GT(overlaps, 2000);
   EXPECT_GT(proofs, 0.97 * overlaps);  // without Newton's method
+}
+
+/// A core that is not round, with a round one inside of it.
+Shape anyCoreAroundARoundOne(std::mt19937& random) {
+  std::uniform_real_distribution<double> part(-1.0, 1.0), exponent(-9.0, 0.5);
+  if (random() % 2 == 0) {
+    std::vector<Vector3d> points;
+    for (int i = 0; i < 5; ++i) points.emplace_back(1e-10 * part(random), 1e-10 * part(random), part(random));
+    return hullOf(points);
+  }
+  Isometry3d end = turnedAbout({part(random), part(random), part(random)}, std::pow(10.0, exponent(random)));
+  if (random() % 2 == 0) end.translation() = 0.1 * Vector3d(part(random), part(random), part(random));
+  return anyRoundCore(random).sweptTo(end);
+}
+
+TEST(DepthAboutAxis, IsNeverMoreThanTheDepthOfCoresAroundRoundOnes) {
+  std::mt19937 random(31);
+  int overlaps = 0, proofs = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const Shape around = anyCoreAroundARoundOne(random), round = anyRoundCore(random);
+    const bool is_first = random() % 2 == 0;
+    TwoCores cores(is_first ? around : round, is_first ? round : around, nearOneAxis(random));
+    const Found found = search(cores);
+    const double sampled = sampledDepth(cores.cso, found.normal, random);
+    ASSERT_LE(found.bound, sampled) << i;
+    overlaps += sampled > 1e-6 ? 1 : 0;
+    proofs += found.bound > sampled - kTolerance ? 1 : 0;
+  }
+  EXPECT_GT(overlaps, 2000);
+  EXPECT_GT(proofs, 0.5 * overlaps);  // the depth of many sweeps is more than that of their start
 }
 
 }  // namespace proximity_server::narrowphase::depth_about_axis_test
