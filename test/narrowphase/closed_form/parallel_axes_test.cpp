@@ -117,6 +117,13 @@ TEST(ParallelAxes, MeasureARimBesideTheSlantOfACone) {
   EXPECT_TRUE(isNear(expectDistance(kCone, kNarrow, at(offset), 2.0, kSlant).point_a, {0.5, 0, 0}, 1e-14));
 }
 
+// Regression: the slant of the cone is longer across the axis than along it, but that length is lost beside the radius of the
+// disc. The cone seemed to lie over the inside of the slant, at a distance of 1e-96 m along the axis.
+TEST(ParallelAxes, MeasureATinyConeBesideTheRimOfADisc) {
+  expectDistance(Cylinder{1.0, 1e-300}, Cone{1e-70, 1e-160}, at({1.0 + 0x1p-20, 0, 0}), 0x1p-20, {1, 0, 0});
+  expectDistance(Cone{1e-70, 1e-160}, Cylinder{1.0, 1e-300}, at({1.0 + 0x1p-20, 0, 0}), 0x1p-20, {1, 0, 0});
+}
+
 TEST(ParallelAxes, MeasureASegmentBesideACylinder) {
   expectDistance(kSegment, kNarrow, at({3, 0, 1.25}), 2.5, {1, 0, 0});
   expectDistance(kNarrow, kSegment, at({0, 3, 4.5}), std::hypot(2.5, 3.0),
