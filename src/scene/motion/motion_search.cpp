@@ -25,6 +25,20 @@ bool isOver(const MotionQuestion& question) {
   return question.deadline != Clock::time_point::max() && Clock::now() > question.deadline;
 }
 
+/// The smaller one of two upper bounds [m] of the distance of the pair is that of the minimum, too.
+void takeUpperBound(double of_pair, RobotMinimum& answer) {
+  double& upper_bound = answer.pair.result.upper_bound;
+  answer.upper_bound = upper_bound = std::min(of_pair, upper_bound);
+}
+
+/// The rounding of the poses may have made the bounds of a pair wider than the tolerance.
+void leaveOpenIfWide(PairProximity& pair, const MotionQuestion& question) {
+  narrowphase::SignedDistance& result = pair.result;
+  const double tolerance = narrowphase::usableTolerance(question.tolerance);
+  if (result.status == narrowphase::Status::Converged && !(result.upper_bound - result.lower_bound <= tolerance))
+    result.status = narrowphase::Status::Degenerate;
+}
+
 /// The poses at a time where that of the world is not known: in the frame of the poses. Frames in the world have none.
 RobotMotion::State withoutWorld(const RobotMotion& motion, double time) {
   RobotMotion::State state{motion.at(time), {}};
@@ -248,6 +262,7 @@ RobotContact MotionSearch::firstContact(const Pairs& pairs, const RobotMotion& m
       split(visit, question.contact_distance);
   }
   if (answer.contact) answer.pair = ofAllPieces(answer.pair, answer.t_contact);
+  leaveOpenIfWide(answer.pair, question);
   answer.counts.by_one_bound = answer.counts.pairs - answer.counts.unknown - pairs_.examined();
   answer.t_free = std::min(bounds.undecided, bounds.latest);
   answer.status = bounds.undecided < bounds.latest ? bounds.status : narrowphase::Status::Converged;
@@ -420,12 +435,13 @@ RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion
   answer.counts.by_one_bound = answer.counts.pairs - answer.counts.unknown - pairs_.examined();
   if (answer.status != narrowphase::Status::Converged && answer.time >= 0.0) {
     answer.pair = ofAllPieces(answer.pair, answer.time);
-    answer.upper_bound = std::min(answer.upper_bound, answer.pair.result.upper_bound);
+    takeUpperBound(answer.upper_bound, answer);
   }
   const double open = queue_.empty() ? kInfinity : queue_.front().lower_bound;
   answer.lower_bound = std::min({proven, open, answer.upper_bound});
   // Without the state at the start, what is inside from the start on has not been seen.
   if (!has_states || !(answer.lower_bound > 0.0)) searchInteriors(question, answer);
+  leaveOpenIfWide(answer.pair, question);
   return answer;
 }
 
@@ -440,7 +456,7 @@ MotionSearch::IntervalVisit MotionSearch::withInterior(IntervalVisit visit, Robo
   visit.lower_bound = inside.lower - drift;
   if (inside.upper + rounding < answer.upper_bound) {
     answer.pair = fromWorld(states_.one(moving.asked, {}), middle);
-    answer.upper_bound = std::min(inside.upper + rounding, answer.pair.result.upper_bound);
+    takeUpperBound(inside.upper + rounding, answer);
     answer.time = middle;
   }
   return visit;
@@ -489,7 +505,7 @@ PairProximity MotionSearch::found(const IntervalVisit& visit, narrowphase::Signe
   proximity.result.upper_bound += moving.error;
   proximity.representation = std::max(a.representation, b.representation);
   proximity.depth_is_lower_bound = proximity.result.distance < 0.0 && moving.is_compound;
-  found_pieces_ = moving.is_compound;
+  found_pieces_ = moving.is_compound || !moving.a[moving.a.root].isLeaf() || !moving.b[moving.b.root].isLeaf();
   return proximity;
 }
 

@@ -362,9 +362,7 @@ class PairsOfSeveralPieces : public testing::Test {
  protected:
   enum class World { Known, Unknown };
 
-  void place(const Placement& placement, bool with_half_space) {
-    std::vector<ObjectShape> shapes = ballsOfAnObject();
-    if (with_half_space) shapes.insert(shapes.begin() + 1, {HalfSpace{{0.3, -0.2, 1.0}, real(-0.6, -0.3)}});
+  void place(const std::vector<ObjectShape>& shapes, const Placement& placement) {
     // A fixed one, so that the world counts.
     objects_ = std::make_shared<const Objects>(
         Objects(model_).changed({AddObject{makeObject("asked", shapes, placement)},
@@ -398,6 +396,14 @@ class PairsOfSeveralPieces : public testing::Test {
     }
   }
 
+  std::vector<ObjectShape> ballsOfAnObject() {
+    std::vector<ObjectShape> shapes;
+    for (int i = 0; i < kBalls; ++i)
+      shapes.push_back({Shape(Sphere{real(0.05, 0.2)}), Isometry3d(Eigen::Translation3d(point(0.5)))});
+    return shapes;
+  }
+  ObjectShape someHalfSpace() { return {HalfSpace{{0.3, -0.2, 1.0}, real(-0.6, -0.3)}}; }
+
   double real(double from, double to) { return std::uniform_real_distribution<double>(from, to)(generator_); }
   Vector3d point(double size) { return {real(-size, size), real(-size, size), real(-size, size)}; }
 
@@ -416,12 +422,6 @@ class PairsOfSeveralPieces : public testing::Test {
     const SignedDistance truth = still_.proximity(said.asked).result;
     EXPECT_LE(said.result.lower_bound, truth.upper_bound + kRounding);
     EXPECT_GE(said.result.upper_bound, truth.lower_bound - kRounding);
-  }
-  std::vector<ObjectShape> ballsOfAnObject() {
-    std::vector<ObjectShape> shapes;
-    for (int i = 0; i < kBalls; ++i)
-      shapes.push_back({Shape(Sphere{real(0.05, 0.2)}), Isometry3d(Eigen::Translation3d(point(0.5)))});
-    return shapes;
   }
   std::shared_ptr<const SceneModel> randomModel() {
     std::ostringstream urdf;
@@ -450,19 +450,51 @@ class PairsOfSeveralPieces : public testing::Test {
 TEST_F(PairsOfSeveralPieces, HaveTheBoundsOfAllOfThemInTheWorldAndWithoutIt) {
   for (int i = 0; i < repeats(60); ++i) {
     for (const bool with_half_space : {false, true}) {
-      place(Fixed{Isometry3d(Eigen::Translation3d(point(0.5)))}, with_half_space);
+      std::vector<ObjectShape> shapes = ballsOfAnObject();
+      if (with_half_space) shapes.insert(shapes.begin() + 1, someHalfSpace());
+      place(shapes, Fixed{Isometry3d(Eigen::Translation3d(point(0.5)))});
       expectBoundsOfTheWholePair(World::Known);
     }
     const Isometry3d left_T_object(Eigen::Translation3d(point(0.5)));
     for (const Placement& placement :
          {Placement(Attached{"left", {}, left_T_object}), Placement(Moving{"left", left_T_object})}) {
-      place(placement, false);
+      place(ballsOfAnObject(), placement);
       expectBoundsOfTheWholePair(World::Known);
       expectBoundsOfTheWholePair(World::Unknown);
     }
   }
   EXPECT_GT(contacts_, 0);
   EXPECT_GT(at_deadlines_, 0);
+}
+
+TEST_F(PairsOfSeveralPieces, HaveTheBoundsOfAllOfThemAboveASingleHalfSpace) {
+  for (int i = 0; i < repeats(60); ++i) {
+    place({someHalfSpace()}, Fixed{Isometry3d(Eigen::Translation3d(point(0.5)))});
+    expectBoundsOfTheWholePair(World::Known);
+  }
+  EXPECT_GT(contacts_, 0);
+}
+
+/// The rounding of places far away is more than the tolerance.
+TEST(FarInMotion, APairWhoseBoundsAreWiderThanTheToleranceHasNotConverged) {
+  auto model = std::make_shared<SceneModel>();
+  model->robot = floatingLinks({ball("0.1", "0.3 0.2 0.1"), ball("0.1", "-0.1 0.2 0.3")});
+  model->pairs = filterPairs(model->robot, "");
+  MovingScene scene(model);
+  const std::vector<ShapeRefPair> pairs{{{model->robot.findLink("0")}, {model->robot.findLink("1")}}};
+  Chance chance(4);
+  for (int i = 0; i < 60; ++i) {
+    const Isometry3d far(Eigen::Translation3d(1e6 * chance.direction()));
+    const BodyPoses start{far, far, far * Eigen::Translation3d(chance.direction())};
+    const RobotMotion motion = RobotMotion::ofTwists(start, {{}, {chance.direction(), {}}, {{}, chance.direction()}});
+    MotionQuestion question;
+    question.tolerance = 1e-12;
+    const RobotMinimum minimum = scene.minimum(pairs, motion, question);
+    const SignedDistance& result = minimum.pair.result;
+    EXPECT_GT(result.upper_bound - result.lower_bound, question.tolerance);
+    EXPECT_NE(result.status, Status::Converged);
+    EXPECT_EQ(result.upper_bound, minimum.upper_bound);
+  }
 }
 
 TEST(FarInMotion, BoundsHoldWhereverTheOriginsOfThePosesAndOfTheWorldAre) {
