@@ -18,6 +18,11 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using Random = std::mt19937;
 
+// [decades of m] Nothing is known of lengths below 1e-30 m, and no link may be farther than 1e6 m from its parent.
+constexpr double kSmallestMagnitude = -20, kLargestMagnitude = 5;
+
+constexpr double kFarthestBeyondLimit = 3.1;  // [rad] half a turn is refused
+
 double between(Random& random, double low, double high) { return narrowphase::uniform(random, low, high); }
 
 // --- robots
@@ -51,8 +56,8 @@ std::string someCollision(Random& random, double size) {
   return text.str();
 }
 
-/// A tree of two to five links, few without geometry, joined by any kind of joint.
-std::string someUrdf(Random& random, double size) {
+/// A tree of two to five links, few without geometry, joined by any kind of joint, with limits of up to `limit`.
+std::string someUrdf(Random& random, double size, double limit) {
   const int links = 2 + narrowphase::below(random, 4);
   const char* const types[] = {"revolute", "revolute", "revolute", "prismatic", "fixed", "floating"};
   std::ostringstream urdf;
@@ -65,16 +70,16 @@ std::string someUrdf(Random& random, double size) {
     if (link == 0) continue;
     urdf << "<joint name='j" << link << "' type='" << types[narrowphase::below(random, 6)] << "'><parent link='l"
          << narrowphase::below(random, link) << "'/><child link='l" << link << "'/>" << origin(random, 0.5 * size)
-         << "<axis xyz='0 0.6 0.8'/><limit lower='" << -size << "' upper='" << size
+         << "<axis xyz='0 0.6 0.8'/><limit lower='" << -limit << "' upper='" << limit
          << "' effort='1' velocity='1'/></joint>";
   }
   urdf << "</robot>";
   return urdf.str();
 }
 
-std::shared_ptr<const SceneModel> someRobot(Random& random, double size) {
+std::shared_ptr<const SceneModel> someRobot(Random& random, double size, double limit) {
   auto model = std::make_shared<SceneModel>();
-  model->robot = loadRobotModel(someUrdf(random, size), packageResolver({}));
+  model->robot = loadRobotModel(someUrdf(random, size, limit), packageResolver({}));
   PairFilterOptions options;
   if (narrowphase::below(random, 4) == 0)
     options.pair_padding.push_back({{"l0", "l1"}, between(random, -0.02, 0.02) * size});
@@ -131,6 +136,8 @@ const std::vector<SceneFamily>& sceneFamilies() {
     add("aligned", [](Family& f) { f.poses = Family::Poses::Aligned; });
     add("every size", [](Family& f) { f.smallest = -3, f.largest = 2; });
     add("far from the origin", [](Family& f) { f.farthest = 6; });
+    add("beyond limits", [](Family& f) { f.beyond_limits = 0.5, f.objects = 3; });
+    add("every magnitude", [](Family& f) { f.has_any_size = true, f.farthest_slide = 300, f.objects = 3; });
     add("boxes in bulk", [](Family& f) { f.bulk = 0.6, f.objects = 3, f.rarity = 4; });
     add("many objects", [](Family& f) { f.objects = 60, f.attached = f.moving = 0.05, f.jumps = 0.2, f.rarity = 8; });
     if (!examples().empty())
@@ -143,9 +150,11 @@ const std::vector<SceneFamily>& sceneFamilies() {
 SceneCell::SceneCell(std::size_t family, unsigned seed, std::int64_t number) : family_(sceneFamilies().at(family)) {
   std::seed_seq sequence{static_cast<std::int64_t>(seed), static_cast<std::int64_t>(family), number, number >> 32};
   random_.seed(sequence);
-  size_ = std::pow(10.0, family_.largest);
+  if (family_.has_any_size) magnitude_ = decades(random_, kSmallestMagnitude, kLargestMagnitude);
+  size_ = magnitude_ * std::pow(10.0, family_.largest);
   const bool is_small = family_.robot == SceneFamily::Robot::Small;
-  model_ = is_small ? someRobot(random_, size_)
+  const double limit = family_.beyond_limits > 0.0 ? uniform(0.1, 4.0) : size_;
+  model_ = is_small ? someRobot(random_, size_, limit)
                     : examples()[static_cast<std::size_t>(below(static_cast<int>(examples().size())))].model;
   if (family_.farthest >= 0)
     world_T_cell_ = Eigen::Translation3d(decades(random_, 0, family_.farthest) * 0.5 * randomDirection(random_)) *
@@ -177,6 +186,9 @@ void SceneCell::jump() {
   for (std::size_t joint = 0; joint < positions_.size(); ++joint) {
     const double low = std::max(-3.0, robot.joints[joint].lower), high = std::min(3.0, robot.joints[joint].upper);
     positions_[joint] = uniform(low, std::max(low, high));
+    if (chance(family_.beyond_limits))
+      positions_[joint] = chance(0.5) ? robot.joints[joint].upper + uniform(0.0, kFarthestBeyondLimit)
+                                      : robot.joints[joint].lower - uniform(0.0, kFarthestBeyondLimit);
   }
   for (Isometry3d& pose : floating_) pose = somePose(size_);
   for (Isometry3d& frame : known_frames_) frame = somePose(1.5 * size_);
@@ -185,7 +197,8 @@ void SceneCell::jump() {
 }
 
 void SceneCell::step() {
-  for (double& position : positions_) position += eitherSign(random_, decades(random_, -17, -1));
+  for (std::size_t joint = 0; joint < positions_.size(); ++joint)
+    positions_[joint] += eitherSign(random_, decades(random_, -17, -1)) * unitOf(model_->robot.joints[joint]);
   const double turn = decades(random_, -17, -1), way = size_ * decades(random_, -17, -1);
   const auto moveALittle = [&](Isometry3d& pose) {
     pose =
@@ -195,16 +208,27 @@ void SceneCell::step() {
   std::for_each(known_frames_.begin(), known_frames_.end(), moveALittle);
 }
 
-void SceneCell::place() {
+/// Bodies that a floating one carries move with it.
+BodyPoses SceneCell::posesOf(const std::vector<double>& positions) const {
   const RobotModel& robot = model_->robot;
-  poses_ = forwardKinematics(robot, positions_);
-  for (std::size_t body = 0; body < poses_.size(); ++body) {
-    // A floating joint has no position.
-    const int joint = robot.bodies[body].joint;
-    if (joint >= 0 && !hasOnePosition(robot.joints[static_cast<std::size_t>(joint)])) poses_[body] = floating_[body];
-    if (poses_[body]) poses_[body] = world_T_cell_ * *poses_[body];
-    if (static_cast<int>(body) == missing_body_) poses_[body].reset();
+  const BodyPoses unfloated = forwardKinematics(robot, positions);
+  BodyPoses poses = unfloated;
+  for (std::size_t body = 0; body < poses.size(); ++body) {
+    if (robot.bodies[body].parent < 0) continue;
+    const auto parent = static_cast<std::size_t>(robot.bodies[body].parent);
+    const bool floats = !hasOnePosition(robot.joints[static_cast<std::size_t>(robot.bodies[body].joint)]);
+    if (floats)
+      poses[body] = *poses[parent] * floating_[body];
+    else if (!poses[parent]->isApprox(*unfloated[parent], 0.0))
+      poses[body] = *poses[parent] * (unfloated[parent]->inverse() * *unfloated[body]);
   }
+  for (std::optional<Isometry3d>& pose : poses) pose = world_T_cell_ * *pose;
+  return poses;
+}
+
+void SceneCell::place() {
+  poses_ = posesOf(positions_);
+  if (missing_body_ >= 0) poses_[static_cast<std::size_t>(missing_body_)].reset();
   frame_poses_.clear();
   for (const std::string& name : objects_->frames()) {
     const int frame = name.back() - '0';
@@ -215,9 +239,49 @@ void SceneCell::place() {
   }
 }
 
+// --- how it moves
+
+const PhasedMotion& SceneCell::startMotion() {
+  const std::vector<Joint>& joints = model_->robot.joints;
+  const bool all_move = chance(0.5);
+  travel_.assign(joints.size(), 0.0);
+  for (std::size_t joint = 0; joint < joints.size(); ++joint) {
+    const double beyond = std::max(joints[joint].lower - positions_[joint], positions_[joint] - joints[joint].upper);
+    if (beyond > kFarthestBeyondLimit * unitOf(joints[joint]) || (!all_move && chance(0.5))) continue;
+    const bool slides = joints[joint].type == Joint::Type::Prismatic;
+    const double most = slides ? family_.farthest_slide : 1;
+    travel_[joint] = eitherSign(random_, decades(random_, -3, most)) * unitOf(joints[joint]);
+    if (!std::isfinite(travel_[joint])) travel_[joint] = 0.0;
+  }
+  const std::vector<std::optional<double>> stated(positions_.begin(), positions_.end());
+  motion_ = motionWithinLimits(model_->robot, poses_, travel_, stated).motion;
+  RobotMotion::ObjectFrames frames;
+  for (const std::optional<Isometry3d>& frame : frame_poses_) {
+    const Vector3d way = size_ * decades(random_, -3, 0.5) * randomDirection(random_);
+    frames.moving.push_back(RobotMotion::withTwist(frame, {way, decades(random_, -3, 1) * randomDirection(random_)}));
+  }
+  motion_->carryObjects(frames);
+  return *motion_;
+}
+
+void SceneCell::placeAt(double time) {
+  std::vector<double> positions = positions_;
+  for (std::size_t joint = 0; joint < positions.size(); ++joint) {
+    const Joint& moved = model_->robot.joints[joint];
+    const double start = positions[joint], end = start + time * travel_[joint];
+    positions[joint] = travel_[joint] > 0.0 ? std::max(start, std::min(end, moved.upper))
+                                            : std::min(start, std::max(end, moved.lower));
+  }
+  const RobotMotion::State state = motion_->inWorld(time);
+  poses_ = posesOf(positions);
+  for (std::size_t body = 0; body < poses_.size(); ++body)
+    if (!state.bodies[body]) poses_[body].reset();
+  frame_poses_ = state.frames;
+}
+
 // --- what there is
 
-double SceneCell::shapeSize() { return decades(random_, family_.smallest - 0.5, family_.largest - 0.6); }
+double SceneCell::shapeSize() { return magnitude_ * decades(random_, family_.smallest - 0.5, family_.largest - 0.6); }
 
 Isometry3d SceneCell::somePose(double reach) {
   if (family_.poses == SceneFamily::Poses::Anywhere || chance(0.3)) return randomPose(random_, reach);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "oracle/motion_oracle.h"
+#include "proximity_server/scene/motion/limited_motion.h"
 #include "proximity_server/scene/query/scene.h"
 #include "scene/pieces/interior.h"
 
@@ -34,8 +35,11 @@ struct SceneFamily {
   double jumps = 0.4;  ///< share of the states; in all others little moves
   int smallest = -1;   ///< [decades of m] of the shapes
   int largest = 0;
-  int farthest = -1;  ///< [decades of m] of the cell from the origin of the poses; -1: it stands there
-  int rarity = 1;     ///< a slow family takes part in every so many rounds of a run only
+  int farthest = -1;           ///< [decades of m] of the cell from the origin of the poses; -1: it stands there
+  double beyond_limits = 0.0;  ///< share of the joints
+  bool has_any_size = false;   ///< the cell, from 1e-20 to 1e5 m
+  double farthest_slide = 1;   ///< [decades of the size] of a joint in motion
+  int rarity = 1;              ///< a slow family takes part in every so many rounds of a run only
 };
 
 const std::vector<SceneFamily>& sceneFamilies();
@@ -75,6 +79,11 @@ class SceneCell {
   /// Changes objects, and moves what moves.
   void next();
 
+  /// Begins a motion of the joints, until their limits, and of the frames, from the present state on.
+  const PhasedMotion& startMotion();
+  /// Places everything at a time [0, 1] of the motion: the bodies by the positions of their joints, the frames by their screws.
+  void placeAt(double time);
+
   const std::shared_ptr<const SceneModel>& model() const { return model_; }
   const std::shared_ptr<const Objects>& objects() const { return objects_; }
   const BodyPoses& poses() const { return poses_; }
@@ -107,6 +116,8 @@ class SceneCell {
   double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
   bool chance(double share) { return uniform(0.0, 1.0) < share; }
   int below(int count) { return std::uniform_int_distribution<int>(0, count - 1)(random_); }
+  /// [rad], or [m] of the cell.
+  double unitOf(const Joint& joint) const { return joint.type == Joint::Type::Prismatic ? size_ : 1.0; }
   double shapeSize();
   Eigen::Isometry3d somePose(double reach);
   Shape someShape();
@@ -124,18 +135,21 @@ class SceneCell {
   void jump();
   void step();
   void place();
+  BodyPoses posesOf(const std::vector<double>& positions) const;
   LongPose inCell(const Eigen::Isometry3d& world_T_x) const;
   std::optional<LongPose> worldOf(const Placement& placement) const;
 
   const SceneFamily& family_;
   std::mt19937 random_;
   std::shared_ptr<const SceneModel> model_;
-  double size_ = 1.0;
+  double magnitude_ = 1.0, size_ = 1.0;
   Eigen::Isometry3d world_T_cell_ = Eigen::Isometry3d::Identity();
   std::shared_ptr<const Objects> objects_;
   std::map<std::string, std::vector<Part>> described_;  ///< by id
   std::vector<double> positions_;
-  std::vector<Eigen::Isometry3d> floating_;  ///< by body, of those with a joint without a position
+  std::vector<Eigen::Isometry3d> floating_;  ///< by body, of those with a joint without a position: in the parent body
+  std::vector<double> travel_;               ///< of the motion
+  std::optional<PhasedMotion> motion_;
   std::array<Eigen::Isometry3d, 3> known_frames_;
   int missing_frame_ = -1, missing_body_ = -1;
   int added_ = 0;

@@ -2,15 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <sstream>
-#include <tuple>
 
-#include "oracle/exact_oracle.h"
-#include "oracle/refined_truth.h"
 #include "oracle/shape_pairs.h"
-#include "proximity_server/narrowphase/signed_distance.h"
+#include "scene/query/same_pair.h"
 #include "stress/random_geometry.h"
+#include "stress/scene_motion_checks.h"
+#include "stress/scene_truth.h"
 #include "stress/third_opinion.h"
 
 namespace proximity_server::scene {
@@ -18,196 +15,7 @@ namespace proximity_server::scene {
 using namespace narrowphase;
 namespace {
 
-using Eigen::Isometry3d;
 using Eigen::Vector3d;
-
-constexpr long double kInfinity = std::numeric_limits<long double>::infinity();
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-
-// --- the truth
-
-/// Two convex parts, and what is known of their signed distance.
-struct PartsApart {
-  const WorldPart* a = nullptr;
-  const WorldPart* b = nullptr;
-  Isometry3d a_T_b{};
-  DistanceBounds distance{kInfinity, kInfinity};
-};
-
-Vector3l centreOf(const WorldPart& part) {
-  return part.world_T_part * Vector3l(part.shape.centre().cast<long double>());
-}
-
-/// No point of one sphere is nearer to the other than `low`, and the centres are parts of the shapes.
-DistanceBounds bySpheres(const WorldPart& a, const WorldPart& b) {
-  const long double between = (centreOf(b) - centreOf(a)).norm();
-  const long double rounding = 1e-15L * (radiusOf(a.shape) + radiusOf(b.shape));
-  return {between - radiusOf(a.shape) - radiusOf(b.shape) - rounding, between + rounding};
-}
-
-/// The pose is rounded to double: see exactDistanceAt().
-DistanceBounds widened(long double low, long double high, const ShapePair& pair) {
-  const long double rounding = 2.0L * kEpsilon * pair.scale();
-  return {low - rounding, high + rounding};
-}
-
-DistanceBounds byRefinement(const WorldPart& a, const WorldPart& b, const Isometry3d& a_T_b) {
-  const ShapePair pair{a.shape, b.shape, a_T_b};
-  const SignedDistance guess = signedDistance(a.shape, b.shape, a_T_b);
-  const RefinedTruth truth = refinedTruth(pair, guess.normal, guess.distance);
-  const long double high = std::min<long double>(truth.distance + truth.error_bound, guess.upper_bound);
-  return widened(truth.distance, high, pair);
-}
-
-DistanceBounds byOracle(const PartsApart& parts) {
-  const ShapePair pair{parts.a->shape, parts.b->shape, parts.a_T_b};
-  if (hasPolytopeCore(pair.a) && hasPolytopeCore(pair.b)) {
-    const long double exact = exactDistance(pair).withMargins(pair);
-    return widened(exact, exact, pair);
-  }
-  const Truth truth = signedDistanceOracle(pair, /*max_cells=*/4000);
-  return widened(truth.distance, truth.distance + truth.error_bound, pair);
-}
-
-PartsApart measured(const WorldPart& a, const WorldPart& b) {
-  PartsApart parts{&a, &b, (a.world_T_part.inverse() * b.world_T_part).rounded()};
-  parts.distance = byRefinement(a, b, parts.a_T_b);
-  return parts;
-}
-
-/// Of a part above a plane: its lowest point, in long double.
-DistanceBounds aboveThePlane(const WorldPart& part, const WorldPlane& plane) {
-  const Vector3l down = -(part.world_T_part.rotation.transpose() * plane.normal);
-  const Vector3l lowest = part.world_T_part * coreSupport(part.shape, down);
-  const long double height = plane.normal.dot(lowest) - plane.offset - part.shape.margin();
-  const long double rounding = 1e-18L * (lowest.norm() + std::abs(plane.offset));
-  return {height - rounding, height + rounding};
-}
-
-/// Of the ball within an anchor from the solid inside a closed mesh. The side and the nearest triangle are those of
-/// Interior, which has its own tests; the poses and radii are not.
-DistanceBounds insideOfTheMesh(const WorldPart& solid, const WorldPart& anchor) {
-  const Vector3l centre = solid.world_T_part.inverse() * centreOf(anchor);
-  const Interior::Place place = solid.interior->placeOf(centre.cast<double>());
-  const long double radius = std::max(0.0, anchor.shape.innerRadius()) + anchor.shape.margin() + solid.shape.margin();
-  const long double rounding = 16.0L * kEpsilon * (centre.norm() + solid.interior->box().diagonal().norm() + radius);
-  return {place.lower_bound - radius - rounding, place.upper_bound - radius + rounding};
-}
-
-/// What is known of the distance of a pair of links or objects.
-struct PairTruth {
-  ShapeRefPair pair;
-  bool is_known = false;
-  DistanceBounds distance{kInfinity, kInfinity};
-  PartsApart nearest{};  ///< of the parts; none if a plane is nearer, or the inside of a mesh
-};
-
-/// Parts farther than this, and than the nearest ones by their spheres, are measured by their spheres.
-PairTruth truthOf(const ShapeRefPair& pair, const std::optional<WorldSolid>& a, const std::optional<WorldSolid>& b,
-                  double padding, double near) {
-  PairTruth truth{pair};
-  if (!a || !b) return truth;
-  truth.is_known = true;
-  DistanceBounds& all = truth.distance;
-  const auto offer = [&](const DistanceBounds& distance) {
-    all.low = std::min(all.low, distance.low);
-    all.high = std::min(all.high, distance.high);
-  };
-  for (const WorldPart& part_a : a->parts)
-    for (const WorldPart& part_b : b->parts) {
-      const DistanceBounds rough = bySpheres(part_a, part_b);
-      if (rough.low > all.high) continue;
-      if (rough.low > near) {
-        offer(rough);
-        continue;
-      }
-      const PartsApart parts = measured(part_a, part_b);
-      if (parts.distance.high < all.high) truth.nearest = parts;
-      offer(parts.distance);
-    }
-  const auto offerPlanes = [&](const WorldSolid& solid, const WorldSolid& other) {
-    for (const WorldPart& part : solid.parts)
-      for (const WorldPlane& plane : other.planes) {
-        const DistanceBounds height = aboveThePlane(part, plane);
-        if (height.high < all.high) truth.nearest = {};
-        offer(height);
-      }
-  };
-  const auto offerInteriors = [&](const WorldSolid& solid, const WorldSolid& other) {
-    for (const WorldPart& part : solid.parts)
-      for (const WorldPart& anchor : other.parts) {
-        if (!part.interior || !anchor.is_anchor) continue;
-        const DistanceBounds depth = insideOfTheMesh(part, anchor);
-        if (depth.high < std::min(0.0L, all.high)) truth.nearest = {};
-        if (depth.low < 0) all.low = std::min(all.low, depth.low);
-        if (depth.high < 0) all.high = std::min(all.high, depth.high);
-      }
-  };
-  offerInteriors(*a, *b);
-  offerInteriors(*b, *a);
-  offerPlanes(*a, *b);
-  offerPlanes(*b, *a);
-  all.low -= padding;
-  all.high -= padding;
-  return truth;
-}
-
-using Names = std::tuple<int, int, int, int>;
-Names namesOf(const ShapeRef& a, const ShapeRef& b) {
-  return {a.link, a.link < 0 ? a.object : -1, b.link, b.link < 0 ? b.object : -1};
-}
-
-bool hasObject(const ShapeRefPair& pair) { return pair.a.link < 0 || pair.b.link < 0; }
-
-bool isOfKind(const ShapeRefPair& pair, PairKind kind) {
-  return kind == PairKind::Any || hasObject(pair) == (kind == PairKind::WithObject);
-}
-
-/// The truth of one state.
-class StateTruth {
- public:
-  explicit StateTruth(SceneCell& cell) : cell_(cell) {
-    const double near = below(cell.random(), 8) == 0 ? std::numeric_limits<double>::infinity() : 0.3 * cell.size();
-    for (const ShapeRefPair& pair : cell.checkedPairs()) {
-      known_[namesOf(pair.a, pair.b)] = static_cast<int>(pairs_.size());
-      pairs_.push_back(truthOf(pair, solidOf(pair.a), solidOf(pair.b), cell.paddingOf(pair), near));
-    }
-  }
-
-  const std::vector<PairTruth>& pairs() const { return pairs_; }
-
-  /// nullptr for a pair that is not checked.
-  const PairTruth* find(const ShapeRefPair& pair) const {
-    for (const Names& names : {namesOf(pair.a, pair.b), namesOf(pair.b, pair.a)})
-      if (const auto found = known_.find(names); found != known_.end())
-        return &pairs_[static_cast<std::size_t>(found->second)];
-    return nullptr;
-  }
-
-  PairTruth of(const ShapeRefPair& pair) {
-    return truthOf(pair, solidOf(pair.a), solidOf(pair.b), cell_.paddingOf(pair),
-                   std::numeric_limits<double>::infinity());
-  }
-
-  const std::optional<WorldSolid>& solidOf(const ShapeRef& ref) {
-    const auto [found, is_new] = solids_.try_emplace(std::make_pair(ref.link, ref.link < 0 ? ref.object : -1));
-    if (is_new) found->second = cell_.solidOf(ref);
-    return found->second;
-  }
-
- private:
-  SceneCell& cell_;
-  std::map<std::pair<int, int>, std::optional<WorldSolid>> solids_;
-  std::vector<PairTruth> pairs_;
-  std::map<Names, int> known_;
-};
-
-// --- the checks
-
-std::string nameOf(const SceneCell& cell, const ShapeRef& ref) {
-  if (ref.link >= 0) return cell.model()->robot.links[static_cast<std::size_t>(ref.link)].name;
-  return cell.objects()->object(ref.object)->id;
-}
 
 /// Asks one scene about one state.
 class Examiner {
@@ -373,7 +181,7 @@ class Examiner {
       return ShapeRef::ofObject(numbers[static_cast<std::size_t>(below(random_, static_cast<int>(numbers.size())))]);
     };
     const ShapeRefPair pair{some(), some()};
-    if (namesOf(pair.a, pair.b) == namesOf(pair.b, pair.a)) return;
+    if (isSame(pair.a, pair.b)) return;
     const PairTruth truth = truth_.of(pair);
     const auto planes = [&](const ShapeRef& ref) {
       return truth_.solidOf(ref) && !truth_.solidOf(ref)->planes.empty();
@@ -394,23 +202,8 @@ class Examiner {
 
   void checkAgainst(const std::string& who, const PairProximity& pair, const PairTruth& truth) {
     ++seen_.answers;
-    const SignedDistance& result = pair.result;
-    if (!truth.is_known) {
-      if (result.status != Status::Unknown) fail(who + " has a distance without a pose: " + named(pair));
-      return;
-    }
-    if (result.status == Status::Unknown) return fail(who + " does not know " + named(pair));
-    const long double above = result.lower_bound - truth.distance.high, below = truth.distance.low - result.upper_bound;
-    if (above > 0) fail(who + ": the lower bound is above the distance" + by(above) + " of " + named(pair));
-    if (below > 0) fail(who + ": the upper bound is below the distance" + by(below) + " of " + named(pair));
-    if (result.status == Status::Converged && !(result.upper_bound - result.lower_bound <= question_.tolerance))
-      fail(who + " converged, but its bounds are" + by(result.upper_bound - result.lower_bound) +
-           " apart: " + named(pair));
-    if (result.has_points) {
-      const double off = (result.point_a + result.distance * result.normal - result.point_b).norm();
-      if (off > 16.0 * kEpsilon * (result.point_a.norm() + std::abs(result.distance)))
-        fail(who + ": point_b is not point_a + distance * normal," + by(off) + " off, of " + named(pair));
-    }
+    const std::string problem = problemOf(pair.result, truth, question_.tolerance);
+    if (!problem.empty()) fail(who + ": " + named(pair) + " " + problem);
   }
 
   /// The i-th pair is no farther than the i-th smallest distance.
@@ -434,10 +227,10 @@ class Examiner {
   }
 
   void checkDistinct(const std::string& who, const std::vector<PairProximity>& found) {
-    std::vector<Names> names;
-    for (const PairProximity& pair : found) names.push_back(namesOf(pair.asked.a, pair.asked.b));
-    std::sort(names.begin(), names.end());
-    if (std::adjacent_find(names.begin(), names.end()) != names.end()) fail(who + " has a pair twice");
+    std::vector<const PairTruth*> pairs;
+    for (const PairProximity& pair : found) pairs.push_back(truth_.find(pair.asked));
+    std::sort(pairs.begin(), pairs.end());
+    if (std::adjacent_find(pairs.begin(), pairs.end()) != pairs.end()) fail(who + " has a pair twice");
   }
 
   /// No pair at or below the threshold is left out.
@@ -474,7 +267,7 @@ class Examiner {
   void checkOnItsPart(const PairProximity& pair, const ShapeRef& ref, int number, const Vector3d& world_point) {
     const Vector3l point = world_point.cast<long double>() - cell_.origin().cast<long double>();
     const std::optional<WorldSolid>& solid = truth_.solidOf(ref);
-    long double outside = kInfinity;
+    long double outside = kFar;
     double size = 0.0;
     for (const WorldPart& part : solid->parts) {
       if (part.number != number) continue;
@@ -484,21 +277,13 @@ class Examiner {
     }
     for (const WorldPlane& plane : solid->planes)
       if (plane.number == number) outside = std::min(outside, plane.normal.dot(point) - plane.offset);
-    const double allowed =
-        pair.result.upper_bound - pair.result.lower_bound + 64.0 * kEpsilon * (world_point.norm() + size);
+    const double allowed = pair.result.upper_bound - pair.result.lower_bound +
+                           64.0 * std::numeric_limits<double>::epsilon() * (world_point.norm() + size);
     if (outside > allowed) fail("a point is not on its part," + by(outside) + " off, of " + named(pair));
   }
 
   double slack() const { return question_.tolerance + 1e-9 * cell_.size(); }
-  std::string named(const PairProximity& pair) const {
-    return nameOf(cell_, pair.asked.a) + " and " + nameOf(cell_, pair.asked.b);
-  }
-  static std::string by(long double metres) {
-    std::ostringstream text;
-    text.precision(6);
-    text << " by " << static_cast<double>(metres) << " m";
-    return text.str();
-  }
+  std::string named(const PairProximity& pair) const { return nameOf(cell_, pair.asked); }
   void fail(const std::string& sentence) {
     if (!seen_.failure) seen_.failure = sentence;
   }
@@ -538,9 +323,7 @@ void seekOtherOpinions(const PairTruth& nearest, bool with_oracle, SceneObservat
   const DistanceBounds exact = byOracle(parts);
   const long double apart = std::max(exact.low - parts.distance.high, parts.distance.low - exact.high);
   if (apart > 0 && !seen.failure) {
-    std::ostringstream text;
-    text << "the slow oracle excludes the distance of the nearest parts by " << static_cast<double>(apart) << " m";
-    seen.failure = text.str();
+    seen.failure = "the slow oracle excludes the distance of the nearest parts" + by(apart);
   }
 }
 
@@ -550,6 +333,7 @@ SceneObservation observeScenes(std::size_t family, unsigned seed, std::int64_t n
   SceneObservation seen;
   SceneCell cell(family, seed, number);
   Scene scene(cell.model());
+  MovingScene moving(cell.model());
   for (int state = 0; state < states && !seen.failure; ++state) {
     if (state > 0) cell.next();
     seen.failed_state = state;
@@ -563,6 +347,7 @@ SceneObservation observeScenes(std::size_t family, unsigned seed, std::int64_t n
       Examiner(cell, truth, fresh, seen).run();
     }
     if (const PairTruth* nearest = nearestOf(truth); nearest) seekOtherOpinions(*nearest, with_oracle, seen);
+    if (state % 2 == 1) observeMotion(cell, moving, seen);
     ++seen.scenes;
     for (const PairTruth& pair : truth.pairs()) {
       ++seen.pairs;

@@ -20,6 +20,9 @@ void add(const SceneObservation& other, SceneObservation& sum) {
   sum.with_oracle += other.with_oracle;
   sum.others += other.others;
   sum.others_off += other.others_off;
+  sum.motions += other.motions;
+  sum.contacts += other.contacts;
+  sum.motions_open += other.motions_open;
 }
 
 }  // namespace

@@ -29,23 +29,26 @@ struct SceneStress {
   }
 
   static void print(const std::vector<Summary>& summaries) {
-    std::printf("%-20s %8s %10s %9s %9s %8s %8s %8s %8s %7s %7s %8s %7s %8s\n", "family", "scenes", "pairs",
-                "questions", "answers", "minima", "overlap", "object", "unknown", "oracle", "others", "off", "ms",
-                "failures");
+    std::printf("%-20s %8s %10s %9s %9s %8s %8s %8s %8s %7s %7s %8s %8s %8s %8s %7s %8s\n", "family", "scenes", "pairs",
+                "questions", "answers", "minima", "overlap", "object", "unknown", "oracle", "others", "off", "motions",
+                "contacts", "open", "ms", "failures");
     for (const Summary& summary : summaries) {
       const SceneObservation& s = summary.seen;
       const auto number = [](std::int64_t value) { return static_cast<long long>(value); };
-      std::printf("%-20s %8d %10lld %9lld %9lld %8lld %8lld %8lld %8lld %7lld %7lld %8lld %7.1f %8lld\n",
-                  summary.name.c_str(), s.scenes, number(s.pairs), number(s.questions), number(s.answers),
-                  number(s.minima), number(s.overlaps), number(s.with_object), number(s.unknown), number(s.with_oracle),
-                  number(s.others), number(s.others_off), 1e3 * summary.seconds / std::max(1, s.scenes),
-                  number(summary.failed));
+      std::printf(
+          "%-20s %8d %10lld %9lld %9lld %8lld %8lld %8lld %8lld %7lld %7lld %8lld %8lld %8lld %8lld %7.1f %8lld\n",
+          summary.name.c_str(), s.scenes, number(s.pairs), number(s.questions), number(s.answers), number(s.minima),
+          number(s.overlaps), number(s.with_object), number(s.unknown), number(s.with_oracle), number(s.others),
+          number(s.others_off), number(s.motions), number(s.contacts), number(s.motions_open),
+          1e3 * summary.seconds / std::max(1, s.scenes), number(summary.failed));
     }
     std::printf(
         "answers: pairs that were held against the truth; minima: nearest pairs of a scene; overlap, object: those\n"
         "that overlap, or have an object; oracle, others: nearest parts that the slow oracle, FCL and Bullet were\n"
-        "asked about; off: FCL or Bullet is off by more than 1e-4, and the slow oracle has decided; ms: time of a\n"
-        "scene. A failure ends its cell.\n");
+        "asked about; off: FCL or Bullet is off by more than 1e-4, and the slow oracle has decided; motions: from some "
+        "of\n"
+        "the scenes on; contacts, open: those with a first contact, with an answer that did not converge; ms: time\n"
+        "of a scene. A failure ends its cell.\n");
   }
 
   static nlohmann::json toJson(const Summary& summary) {
@@ -54,6 +57,7 @@ struct SceneStress {
             {"questions", s.questions},     {"answers", s.answers},         {"minima", s.minima},
             {"overlaps", s.overlaps},       {"with_object", s.with_object}, {"unknown", s.unknown},
             {"with_oracle", s.with_oracle}, {"others", s.others},           {"others_off", s.others_off},
+            {"motions", s.motions},         {"contacts", s.contacts},       {"motions_open", s.motions_open},
             {"failures", summary.failed}};
   }
 
