@@ -3,6 +3,7 @@
 #include <ros/console.h>
 
 #include <exception>
+#include <stdexcept>
 #include <string>
 
 #include "node/robot/conversions.h"
@@ -15,26 +16,6 @@ std::string description(const Robot& robot) {
   return "'" + robot.robotModel().name + "': " + std::to_string(robot.robotModel().links.size()) + " links, " +
          std::to_string(robot.sceneModel().pairs.checked.size()) + " of " +
          std::to_string(robot.sceneModel().pairs.pairs.size()) + " pairs are checked";
-}
-
-MonitorSettings monitorSettings(const ProximityConfig& settings) {
-  MonitorSettings monitor;
-  monitor.rate = settings.rate;
-  monitor.threshold = settings.threshold;
-  monitor.warn_distance = settings.warn_distance;
-  monitor.stop_distance = settings.stop_distance;
-  monitor.object_warn_distance = settings.object_warn_distance;
-  monitor.object_stop_distance = settings.object_stop_distance;
-  monitor.hysteresis = settings.hysteresis;
-  monitor.max_reported_pairs = settings.max_reported_pairs;
-  monitor.markers = settings.markers;
-  monitor.lookahead = settings.lookahead;
-  monitor.gradients = settings.gradients;
-  monitor.influence_distance = settings.influence_distance;
-  monitor.damping_gain = settings.damping_gain;
-  monitor.max_constraints = settings.max_constraints;
-  monitor.stop_latency = settings.stop_latency;
-  return monitor;
 }
 
 }  // namespace
@@ -138,15 +119,16 @@ bool ProximityNode::onEnableMonitor(std_srvs::SetBool::Request& request, std_srv
 }
 
 void ProximityNode::onSettings(ProximityConfig& asked) {
-  const MonitorSettings settings = monitorSettings(asked);
-  const std::string problem = problemOf(settings);
-  if (!problem.empty()) {
-    ROS_ERROR_STREAM("the settings stay as they were: " << problem);
+  try {
+    dynamic_reconfigure::Config values;
+    asked.__toMessage__(values);
+    monitor_.configure(monitorSettingsFrom(values, private_nh_.getNamespace()));
+    settings_ = asked;
+  } catch (const std::invalid_argument& refusal) {
+    ROS_ERROR_STREAM("the settings stay as they were: " << refusal.what());
     asked = settings_;
     return;
   }
-  settings_ = asked;
-  monitor_.configure(settings);
   publishObjects();  // their markers may be wanted now, or not any more
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <dynamic_reconfigure/Config.h>
 #include <ros/node_handle.h>
 
 #include <map>
@@ -15,7 +16,7 @@
 
 namespace proximity_server::node {
 
-/// The parameters that may change while the node runs (dynamic_reconfigure). config/proximity.yaml documents each.
+/// The parameters that may change while the node runs (dynamic_reconfigure). parameter_table.cpp explains each.
 struct MonitorSettings {
   double rate = 50.0;                  ///< [Hz]; 0: on every new set of transforms
   double threshold = 0.3;              ///< [m] pairs at or below it are listed
@@ -33,10 +34,6 @@ struct MonitorSettings {
   int max_constraints = 8;
   double stop_latency = 0.1;  ///< [s]
 };
-
-/// Returns why these settings contradict each other ("stop_distance is ..."), or "" if they do not. The range of each
-/// setting is checked elsewhere.
-std::string problemOf(const MonitorSettings& settings);
 
 /// Returns why ~constraints has no rows with these settings ("influence_distance is ..."), or "". That is no reason for the
 /// node not to start, as most users have no controller.
@@ -69,6 +66,7 @@ struct Config {
   std::string tf_prefix;                                            ///< of the robot's frames, see tfFrame()
   std::vector<std::string> allowed_mesh_roots;                      ///< empty: meshes may lie anywhere
   std::vector<std::string> mesh_roots;                              ///< searched for packages before ROS_PACKAGE_PATH
+  std::string mesh_cache = "user";  ///< as it is given; configFrom() sets that of `model`
   scene::ModelOptions model;
   scene::PairFilterOptions filter;
   double tolerance = 1e-9;          ///< [m] accepted gap between the bounds of a distance
@@ -92,14 +90,14 @@ std::vector<RobotSource> robotSources(const Config& config);
 /// Reads the parameters in the namespace of `private_nh`; what is not set keeps its default. tf_prefix is searched
 /// upwards from there, as robot_state_publisher does.
 ///
-/// Failure: throws std::invalid_argument naming the parameter that has the wrong type or lies outside its range. A name
-///          that is no parameter of ours is logged as a warning, with the nearest one that is.
+/// Failure: throws std::invalid_argument naming the parameter that has the wrong type, lies outside its range or contradicts
+///          another one. A name that is no parameter of ours is logged as a warning, with the nearest one that is.
 Config loadConfig(const ros::NodeHandle& private_nh);
 
 /// The same for the values of a namespace: a struct, or any other value if nothing is set there.
 Config configFrom(const XmlRpc::XmlRpcValue& values, const std::string& name_space);
 
-/// The name of every parameter that configFrom() reads.
-std::vector<std::string> parameterNames();
+/// The live ones, of a message of dynamic_reconfigure, with the same checks and failures.
+MonitorSettings monitorSettingsFrom(const dynamic_reconfigure::Config& values, const std::string& name_space);
 
 }  // namespace proximity_server::node

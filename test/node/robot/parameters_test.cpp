@@ -1,168 +1,221 @@
-// Each parameter stands in five places: src/node/robot/config.h and config.cpp (what the node does), config/Proximity.cfg
-// (the live ones, for dynamic_reconfigure), config/proximity.yaml and the table of config/README.md (the documents).
-// The table is compared with the four others: names, defaults, ranges.
+// The table of parameters, what the node reads by it, and the files that are made of it: the table of config/README.md,
+// config/proximity.yaml and config/Proximity.cfg. With PROXIMITY_WRITE_PARAMETERS set (./dev parameters), the tests write
+// these files before they compare them.
 
 #include <gtest/gtest.h>
 #include <proximity_server/ProximityConfig.h>
 
-#include <algorithm>
-#include <cmath>
+#include <cstdlib>
 #include <fstream>
 #include <limits>
-#include <map>
-#include <optional>
 #include <regex>
 #include <sstream>
 #include <stdexcept>
+#include <type_traits>
 
-#include "node/robot/config.h"
+#include "node/robot/parameter_table.h"
+#include "scene/files.h"
 
 namespace proximity_server::node::parameters_test {
 
 using XmlRpc::XmlRpcValue;
+using FreeObjects = scene::ObjectRules::FreeObjects;
 
-struct Range {
-  double lowest, highest;
-  bool operator==(const Range& other) const { return lowest == other.lowest && highest == other.highest; }
-};
-std::ostream& operator<<(std::ostream& stream, const Range& range) {
-  return stream << "[" << range.lowest << ", " << range.highest << "]";
+// ---- The values of fields as YAML has them
+
+std::string yaml(double number) {
+  std::string text = shortest(number);
+  const std::size_t end = std::min(text.find('e'), text.size());
+  return text.find('.') == std::string::npos ? text.insert(end, ".0") : text;  // YAML takes 1e-9 for a text
+}
+std::string yaml(int number) { return std::to_string(number); }
+std::string yaml(bool is_set) { return is_set ? "true" : "false"; }
+std::string yaml(FreeObjects free_objects) { return yaml(free_objects == FreeObjects::Checked); }
+std::string yaml(const std::string& text) { return text.empty() ? R"("")" : text; }
+std::string list(bool is_empty) { return is_empty ? "[]" : "[...]"; }
+std::string map(bool is_empty) { return is_empty ? "{}" : "{...}"; }
+template <class Entry>
+std::string yaml(const std::vector<Entry>& entries) {
+  return list(entries.empty());
+}
+std::string yaml(const scene::ObjectFile& file) { return list(file.objects.empty()); }
+std::string yaml(const std::vector<RobotSource>& robots) { return map(robots.empty()); }
+std::string yaml(const std::map<std::string, double>& numbers) { return map(numbers.empty()); }
+std::string yaml(const MaxDeceleration& limits) { return map(!limits.of_all && limits.of_joint.empty()); }
+
+std::string yaml(const Parameter& parameter) {
+  return std::visit([](const auto* field) { return yaml(*field); }, parameter.field);
 }
 
-/// What a document says of a parameter.
-struct Documented {
-  std::string value;  ///< the default, as YAML
-  std::optional<Range> range;
-  bool is_live = false;  ///< of the table only
-};
-using Document = std::map<std::string, Documented>;
+// ---- The files
 
-/// The first interval of two numbers in a text.
-std::optional<Range> rangeIn(const std::string& text) {
-  const std::regex interval(R"(\[(-?[0-9.]+(?:e[-+]?\d+)?), (-?[0-9.]+(?:e[-+]?\d+)?)\])");
-  std::smatch found;
-  if (!std::regex_search(text, found, interval)) return std::nullopt;
-  return Range{std::stod(found[1]), std::stod(found[2])};
+/// Without the marks of code, and with the name of the file that a link leads to.
+std::string plain(const std::string& markdown) {
+  const std::regex mark("`"), here(R"(\[([^\]]*)\]\(#[^)]*\))"), there(R"(\[([^\]]*)\]\(\.\./([^)#]*)[^)]*\))");
+  const std::string text = std::regex_replace(markdown, mark, "");
+  return std::regex_replace(std::regex_replace(text, here, "$1 in README.md"), there, "$1 in $2");
 }
 
-std::ifstream open(const std::string& path) {
-  std::ifstream file(PROXIMITY_SOURCE_DIR "/" + path);
+/// A comment in lines of at most 130 characters.
+std::string comment(const std::string& text) {
+  std::istringstream words(text);
+  std::string result, line = "#";
+  for (std::string word; words >> word; line += " " + word) {
+    if (line.size() + 1 + word.size() <= 130) continue;
+    result += line + "\n";
+    line = "#";
+  }
+  return result + line + "\n";
+}
+
+std::string rangeText(const Parameter& parameter) {
+  return parameter.range.lowest < parameter.range.highest ? parameter.range.text() : "";
+}
+
+std::string changeText(const Parameter& parameter) {
+  switch (parameter.change) {
+    case Parameter::Change::Live:
+      return "live";
+    case Parameter::Change::Reload:
+      return "reload";
+    default:
+      return "start";
+  }
+}
+
+std::string rowOfReadme(const Parameter& parameter) {
+  const auto cell = [](const std::string& text) { return (text.empty() ? "-" : text) + " | "; };
+  return "| `" + parameter.name + "` | `" + yaml(parameter) + "` | " + cell(rangeText(parameter)) +
+         cell(parameter.unit) + cell(changeText(parameter)) + parameter.text + " |\n";
+}
+
+std::string entryOfYaml(const Parameter& parameter) {
+  const std::string range = rangeText(parameter), unit = parameter.unit.empty() ? "" : " " + parameter.unit;
+  const std::string heading =
+      parameter.heading.empty() ? "" : "\n" + comment("--- " + plain(parameter.heading) + " ---") + "\n";
+  return heading +
+         comment(plain(parameter.text) + " (" + (range.empty() ? "" : range + unit + ", ") + changeText(parameter) +
+                 ")") +
+         parameter.name + ": " + yaml(parameter) + "\n";
+}
+
+/// A live parameter can be one of those that dynamic_reconfigure knows.
+std::string lineOfCfg(const Parameter& parameter) {
+  if (parameter.change != Parameter::Change::Live) return "";
+  const std::string unit = parameter.unit.empty() ? "" : "[" + parameter.unit + "] ";
+  const std::string text =
+      plain(parameter.text.substr(0, std::min(parameter.text.find(". "), parameter.text.size() - 1)));
+  const auto line = [&](const std::string& type, const std::string& numbers) {
+    return "gen.add(\"" + parameter.name + "\", " + type + ", 0, \"" + unit + text + "\", " + numbers + ")\n";
+  };
+  const Range& range = parameter.range;
+  if (const auto* field = std::get_if<double*>(&parameter.field))
+    return line("double_t", yaml(**field) + ", " + yaml(range.lowest) + ", " + yaml(range.highest));
+  if (const auto* field = std::get_if<int*>(&parameter.field))
+    return line("int_t", yaml(**field) + ", " + shortest(range.lowest) + ", " + shortest(range.highest));
+  if (const auto* field = std::get_if<bool*>(&parameter.field)) return line("bool_t", **field ? "True" : "False");
+  throw std::logic_error(parameter.name + " has a type that dynamic_reconfigure does not know");
+}
+
+/// A file of which the part between two texts is made of the table.
+struct MadeFile {
+  std::string path, begin, end;
+  std::string (*entry)(const Parameter&);
+};
+const MadeFile kMadeFiles[] = {
+    {"config/README.md", "|---|---|---|---|---|---|\n", "\n## ", rowOfReadme},
+    {"config/proximity.yaml", "Lengths are in metres, times in seconds.\n", "", entryOfYaml},
+    {"config/Proximity.cfg", "gen = ParameterGenerator()\n", "\nexit(", lineOfCfg},
+};
+
+std::string contentOf(const std::string& path) {
+  std::ifstream file(path);
   if (!file) throw std::runtime_error("cannot read " + path);
-  return file;
+  return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// The rows `name` | `default` | range | unit | live | meaning.
-Document table() {
-  std::ifstream file = open("config/README.md");
-  const std::regex row(R"(\| `(\w+)` \| `([^`]*)` \| ([^|]*) \| ([^|]*) \| (\w+) \| .*)");
-  Document document;
-  std::smatch cell;
-  for (std::string line; std::getline(file, line);) {
-    if (std::regex_match(line, cell, row)) document[cell[1]] = {cell[2], rangeIn(cell[3]), cell[5] == "yes"};
+/// The content with its part replaced.
+std::string withPart(const std::string& content, const MadeFile& file, const std::string& part) {
+  const std::size_t begin = content.find(file.begin);
+  if (begin == std::string::npos) throw std::runtime_error(file.path + " lacks the line " + file.begin);
+  const std::size_t first = begin + file.begin.size();
+  return content.substr(0, first) + part + (file.end.empty() ? "" : content.substr(content.find(file.end, first)));
+}
+
+TEST(ParameterFiles, SayWhatTheTableSays) {
+  Config config;
+  const std::vector<Parameter> table = parameterTable(config);
+  for (const MadeFile& file : kMadeFiles) {
+    const std::string path = PROXIMITY_SOURCE_DIR "/" + file.path;
+    std::string part;
+    for (const Parameter& parameter : table) part += file.entry(parameter);
+    const std::string wanted = withPart(contentOf(path), file, part);
+    if (std::getenv("PROXIMITY_WRITE_PARAMETERS")) std::ofstream(path) << wanted;
+    const std::string found = contentOf(path);
+    for (const Parameter& parameter : table) {
+      EXPECT_TRUE(found.find(file.entry(parameter)) != std::string::npos)
+          << file.path << " differs from src/node/robot/parameter_table.cpp in " << parameter.name
+          << "; ./dev parameters writes it";
+    }
+    EXPECT_EQ(found, wanted) << file.path << "; ./dev parameters writes it";
   }
-  return document;
 }
 
-/// The lines "name: default". The range is in the comment above them, which may be that of several names.
-Document yaml() {
-  std::ifstream file = open("config/proximity.yaml");
-  const std::regex entry(R"((\w+): (.+))");
-  Document document;
-  std::smatch part;
-  std::string comment;
-  bool comment_goes_on = false;
-  for (std::string line; std::getline(file, line);) {
-    const bool is_comment = line.rfind('#', 0) == 0;
-    if (is_comment) comment = comment_goes_on ? comment + line : line;
-    comment_goes_on = is_comment;
-    if (std::regex_match(line, part, entry)) document[part[1]] = {part[2], rangeIn(comment)};
-  }
-  return document;
-}
+// ---- The node
 
-/// A default of a document, with the type that YAML gives it.
-XmlRpcValue valueOf(const std::string& text) {
+/// A value of the parameter that sets a number in it, or none if it has no numbers.
+XmlRpcValue withNumber(const Parameter& parameter, double number) {
   XmlRpcValue value;
-  if (text == "[]") {
-    value.setSize(0);
-  } else if (text == "{}") {
-    value.begin();  // makes it a struct
-  } else if (text == "true" || text == "false") {
-    value = XmlRpcValue(text == "true");
-  } else if (std::regex_match(text, std::regex(R"(-?\d+)"))) {
-    value = std::stoi(text);
-  } else if (std::regex_match(text, std::regex(R"(-?\d[\d.]*(e[-+]?\d+)?)"))) {
-    value = std::stod(text);
-  } else {
-    value = text == R"("")" ? std::string() : text;
+  if (std::holds_alternative<double*>(parameter.field) || std::holds_alternative<MaxDeceleration*>(parameter.field)) {
+    value = number;
+  } else if (std::holds_alternative<int*>(parameter.field)) {
+    value = static_cast<int>(number);
+  } else if (std::holds_alternative<std::map<std::string, double>*>(parameter.field)) {
+    value["link"] = number;
+  } else if (std::holds_alternative<std::vector<std::pair<Parameter::Names, double>>*>(parameter.field)) {
+    value[0]["links"][0] = "a";
+    value[0]["links"][1] = "b";
+    value[0][parameter.name.substr(parameter.name.rfind('_') + 1)] = number;
   }
   return value;
 }
 
-/// All that the parameters set, as text.
-std::string contentOf(const Config& config) {
-  std::ostringstream text;
-  text.precision(17);
-  const auto addNames = [&](const std::pair<std::string, std::string>& names) {
-    text << names.first << '-' << names.second << ' ';
-  };
-  const auto addLengths = [&](const std::map<std::string, double>& lengths) {
-    for (const auto& [name, length] : lengths) text << name << '=' << length << ' ';
-    text << ';';
-  };
-  for (const auto* list : {&config.mesh_roots, &config.allowed_mesh_roots}) {
-    for (const std::string& entry : *list) text << entry << ' ';
-    text << ';';
+/// An allowed value that is not the default.
+XmlRpcValue otherValue(const Parameter& parameter) {
+  const Range& range = parameter.range;
+  double number = (range.lowest + range.highest) / 2.0;
+  if (const auto* field = std::get_if<double*>(&parameter.field))
+    number = (**field + (**field > range.lowest ? range.lowest : range.highest)) / 2.0;
+  XmlRpcValue value = withNumber(parameter, number);
+  if (value.valid()) return value;
+  if (std::holds_alternative<bool*>(parameter.field) || std::holds_alternative<FreeObjects*>(parameter.field)) {
+    value = yaml(parameter) == "false";
+  } else if (std::holds_alternative<std::string*>(parameter.field)) {
+    value = "/other";
+  } else if (std::holds_alternative<std::vector<std::string>*>(parameter.field)) {
+    value[0] = "a";
+  } else if (std::holds_alternative<std::vector<Parameter::Names>*>(parameter.field)) {
+    value[0][0] = "a";
+    value[0][1] = "b";
+  } else if (std::holds_alternative<std::vector<RobotSource>*>(parameter.field)) {
+    value["left"]["description"] = "a";
+  } else if (std::holds_alternative<scene::ObjectFile*>(parameter.field)) {
+    value[0]["id"] = "ball";
+    value[0]["primitives"][0]["type"] = "SPHERE";
+    value[0]["primitives"][0]["dimensions"][0] = 0.1;
   }
-  addLengths(config.model.link_mesh_tolerance);
-  addLengths(config.model.link_padding);
-  addLengths(config.max_deceleration.of_joint);
-  for (const auto& [names, length] : config.filter.pair_padding) {
-    addNames(names);
-    text << length << ' ';
+  return value;
+}
+
+/// The names of the parameters that are not at their default.
+std::vector<std::string> changesIn(Config config) {
+  Config defaults;
+  const std::vector<Parameter> table = parameterTable(config), default_table = parameterTable(defaults);
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    if (yaml(table[i]) != yaml(default_table[i])) names.push_back(table[i].name);
   }
-  for (const auto* list : {&config.filter.exclude_pairs, &config.filter.only_pairs}) {
-    for (const auto& names : *list) addNames(names);
-    text << ';';
-  }
-  for (const std::string& word :
-       {config.robot_description, config.semantic_description, config.reference_frame, config.tf_prefix,
-        config.model.mesh_cache, config.filter.group, config.objects_file}) {
-    text << word << ';';
-  }
-  for (const RobotSource& robot : config.robots) {
-    for (const std::string& word : {robot.name, robot.description, robot.semantic, robot.tf_prefix, robot.joint_states})
-      text << word << ';';
-  }
-  const MonitorSettings& monitor = config.monitor;
-  for (const double number : {config.model.mesh_tolerance,
-                              config.model.mesh_time_budget,
-                              config.model.default_padding,
-                              config.tolerance,
-                              config.max_tf_age,
-                              config.max_tf_skew,
-                              config.tf_timeout,
-                              config.max_request_time,
-                              config.motion_time_budget,
-                              monitor.rate,
-                              monitor.threshold,
-                              monitor.warn_distance,
-                              monitor.stop_distance,
-                              monitor.object_warn_distance,
-                              monitor.object_stop_distance,
-                              monitor.hysteresis,
-                              monitor.lookahead,
-                              monitor.influence_distance,
-                              monitor.damping_gain,
-                              monitor.stop_latency,
-                              config.max_deceleration.of_all.value_or(0.0)}) {
-    text << number << ' ';
-  }
-  text << config.max_batch << ' ' << config.realtime_priority << ' ' << monitor.max_reported_pairs << ' '
-       << monitor.markers << ' ' << monitor.gradients << ' ' << monitor.max_constraints << ' '
-       << config.model.allow_missing_meshes << ' ' << static_cast<int>(config.free_objects)
-       << scene::yamlOf(config.objects);
-  return text.str();
+  return names;
 }
 
 Config configWith(const std::string& name, const XmlRpcValue& value) {
@@ -171,159 +224,91 @@ Config configWith(const std::string& name, const XmlRpcValue& value) {
   return configFrom(values, "/node");
 }
 
-/// A value of a parameter that sets a number somewhere in it, of the form that the default has.
-XmlRpcValue withNumber(const std::string& default_value, double number) {
-  XmlRpcValue value = valueOf(default_value);
-  if (value.getType() == XmlRpcValue::TypeInt) {
-    value = static_cast<int>(number);
-  } else if (value.getType() == XmlRpcValue::TypeStruct) {
-    value["link"] = number;
-  } else if (value.getType() == XmlRpcValue::TypeArray) {
-    value[0]["links"][0] = "a";
-    value[0]["links"][1] = "b";
-    value[0]["padding"] = number;
-  } else {
-    value = number;
-  }
-  return value;
+TEST(Parameters, HaveTheirDefaultsIfNothingIsSet) {
+  EXPECT_EQ(changesIn(configFrom({}, "/node")), std::vector<std::string>());
 }
 
-XmlRpcValue oneObject() {
-  XmlRpcValue objects;
-  objects[0]["id"] = "ball";
-  objects[0]["primitives"][0]["type"] = "SPHERE";
-  objects[0]["primitives"][0]["dimensions"][0] = 0.1;
-  return objects;
-}
-
-/// Values of a parameter of which at least one is allowed and not the default.
-std::vector<XmlRpcValue> otherValues(const std::string& name, const Documented& documented) {
-  if (documented.range) {
-    return {withNumber(documented.value, documented.range->lowest),
-            withNumber(documented.value, documented.range->highest)};
-  }
-  XmlRpcValue value = valueOf(documented.value);
-  if (value.getType() == XmlRpcValue::TypeBoolean) return {XmlRpcValue(!static_cast<bool>(value))};
-  if (value.getType() == XmlRpcValue::TypeString) return {"other", "/other"};
-  if (name == "objects") return {oneObject()};
-  if (value.getType() == XmlRpcValue::TypeStruct) {
-    value["left"]["description"] = "a";
-    return {value};
-  }
-  const bool is_of_pairs = name.find("pairs") != std::string::npos;
-  (is_of_pairs ? value[0][0] : value[0]) = "a";
-  if (is_of_pairs) value[0][1] = "b";
-  return {value};
-}
-
-/// Whether the node takes this value, and contentOf() shows it.
-bool isSeen(const std::string& name, const XmlRpcValue& value) {
-  try {
-    return contentOf(configWith(name, value)) != contentOf(configFrom({}, "/node"));
-  } catch (const std::invalid_argument&) {
-    return false;  // stop_distance is at most warn_distance
+TEST(Parameters, SetTheirOwnFieldAndNoOther) {
+  Config config;
+  for (const Parameter& parameter : parameterTable(config)) {
+    EXPECT_EQ(changesIn(configWith(parameter.name, otherValue(parameter))), std::vector<std::string>{parameter.name});
   }
 }
 
-/// The range of a parameter in the words of the node, which refuses a number below it; nullopt if it is taken.
-std::optional<Range> rangeOfNode(const std::string& name, const std::string& default_value) {
-  try {
-    configWith(name, withNumber(default_value, std::numeric_limits<int>::min()));
-  } catch (const std::invalid_argument& refusal) {
-    const std::string text = std::regex_replace(refusal.what(), std::regex(R"(e\+)"), "e");
-    return text.find("parameter /node/" + name) == 0 ? rangeIn(text) : std::nullopt;
-  }
-  return std::nullopt;
-}
-
-template <typename Map>
-std::vector<std::string> namesOf(const Map& map) {
-  std::vector<std::string> names;
-  for (const auto& [name, rest] : map) names.push_back(name);
-  return names;
-}
-
-TEST(Parameters, ThatTheNodeReadsAreThoseOfTheTable) {
-  std::vector<std::string> names = parameterNames();
-  std::sort(names.begin(), names.end());
-  EXPECT_EQ(names, namesOf(table()));
-}
-
-TEST(Parameters, ThatTheNodeReadsHaveTheDefaultsOfTheTable) {
-  const std::string defaults = contentOf(configFrom({}, "/node"));
-  for (const auto& [name, documented] : table()) {
-    EXPECT_EQ(contentOf(configWith(name, valueOf(documented.value))), defaults) << name;
-  }
-}
-
-// Else the test above would not see a wrong default.
-TEST(Parameters, EachChangeWhatIsCompared) {
-  for (const auto& [name, documented] : table()) {
-    const std::vector<XmlRpcValue> values = otherValues(name, documented);
-    EXPECT_TRUE(std::any_of(values.begin(), values.end(), [&n = name](const auto& value) { return isSeen(n, value); }))
-        << name;
-  }
-}
-
-TEST(Parameters, ThatTheNodeReadsHaveTheRangesOfTheTable) {
+TEST(Parameters, AreRefusedByNameOutsideOfTheirRange) {
+  Config config;
   int count = 0;
-  for (const auto& [name, documented] : table()) {
-    const XmlRpcValue::Type type = valueOf(documented.value).getType();
-    const bool is_number = type == XmlRpcValue::TypeInt || type == XmlRpcValue::TypeDouble;
-    EXPECT_TRUE(documented.range || !is_number) << name << " has no range in the table";
-    if (!documented.range) continue;
-    ++count;
-    EXPECT_EQ(rangeOfNode(name, documented.value), documented.range) << name;
+  for (const Parameter& parameter : parameterTable(config)) {
+    for (const double number : {parameter.range.lowest - 1.0, parameter.range.highest + 1.0}) {
+      const XmlRpcValue value = withNumber(parameter, number);
+      if (!value.valid()) continue;
+      ++count;
+      const std::string refusal = scene::errorOf([&] { configWith(parameter.name, value); });
+      EXPECT_EQ(refusal.find("parameter /node/" + parameter.name), 0u) << refusal;
+      EXPECT_NE(refusal.find(" is " + shortest(number) + ", outside of " + parameter.range.text()), std::string::npos)
+          << parameter.name << ": " << refusal;
+    }
   }
-  EXPECT_GT(count, 15);
+  EXPECT_GT(count, 40);
 }
 
-TEST(Parameters, OfTheYamlFileAreThoseOfTheTable) {
-  const Document rows = table(), entries = yaml();
-  ASSERT_EQ(namesOf(entries), namesOf(rows));
-  for (const auto& [name, documented] : rows) {
-    const Documented& entry = entries.at(name);
-    EXPECT_TRUE(valueOf(entry.value) == valueOf(documented.value)) << name << ": " << entry.value;
-    EXPECT_EQ(entry.range, documented.range) << name;
+TEST(Parameters, TakeBothEndsOfTheirRanges) {
+  for (double Range::*end : {&Range::lowest, &Range::highest}) {
+    Config config;
+    XmlRpcValue values;
+    for (const Parameter& parameter : parameterTable(config)) {
+      const XmlRpcValue value = withNumber(parameter, parameter.range.*end);
+      if (value.valid()) values[parameter.name] = value;
+    }
+    EXPECT_NO_THROW(configFrom(values, "/node"));
   }
 }
 
 // ---- dynamic_reconfigure
 
-/// What the generated code says of a live parameter; true and false are 1 and 0.
-struct Live {
-  double value, lowest, highest;
-};
-std::map<std::string, Live> liveParameters() {
-  const dynamic_reconfigure::ConfigDescription description = ProximityConfig::__getDescriptionMessage__();
-  std::map<std::string, Live> live;
-  const auto add = [&](const auto& values, double Live::*field) {
-    for (const auto& entry : values) live[entry.name].*field = entry.value;
-  };
-  for (const auto& [config, field] : {std::pair{&description.dflt, &Live::value},
-                                      {&description.min, &Live::lowest},
-                                      {&description.max, &Live::highest}}) {
-    add(config->doubles, field);
-    add(config->ints, field);
-    add(config->bools, field);
-  }
-  return live;
+dynamic_reconfigure::Config defaultsOfReconfigure() {
+  dynamic_reconfigure::Config message;
+  ProximityConfig::__getDefault__().__toMessage__(message);
+  return message;
 }
 
-TEST(Parameters, OfDynamicReconfigureAreTheLiveOnesOfTheTable) {
-  Document rows = table();
-  for (auto row = rows.begin(); row != rows.end();) row = row->second.is_live ? std::next(row) : rows.erase(row);
-  const std::map<std::string, Live> live = liveParameters();
-  ASSERT_EQ(namesOf(live), namesOf(rows));
-  EXPECT_GT(rows.size(), 5u);
-  for (const auto& [name, documented] : rows) {
-    XmlRpcValue value = valueOf(documented.value);
-    const double number =
-        value.getType() == XmlRpcValue::TypeBoolean ? static_cast<bool>(value) : std::stod(documented.value);
-    EXPECT_EQ(live.at(name).value, number) << name;
-    const Range booleans{0.0, 1.0};
-    EXPECT_EQ((Range{live.at(name).lowest, live.at(name).highest}), documented.range.value_or(booleans)) << name;
+TEST(LiveParameters, AreThoseOfDynamicReconfigure) {
+  Config config;
+  std::vector<std::string> live;
+  for (const Parameter& parameter : parameterTable(config)) {
+    if (parameter.change == Parameter::Change::Live) live.push_back(parameter.name);
   }
+  std::vector<std::string> sent;
+  for (const auto& entry : ProximityConfig::__getParamDescriptions__()) sent.push_back(entry->name);
+  EXPECT_EQ(sent, live);
+  config.monitor = monitorSettingsFrom(defaultsOfReconfigure(), "/node");
+  EXPECT_EQ(changesIn(config), std::vector<std::string>());
+}
+
+TEST(LiveParameters, AreFieldsOfTheMonitorSettings) {
+  Config defaults;
+  for (const Parameter& parameter : parameterTable(defaults)) {
+    if (parameter.change != Parameter::Change::Live) continue;
+    Config config;
+    config.monitor = configWith(parameter.name, otherValue(parameter)).monitor;
+    EXPECT_EQ(changesIn(config), std::vector<std::string>{parameter.name});
+  }
+}
+
+TEST(LiveParameters, AreRefusedWithTheReason) {
+  const auto refusalOf = [](const std::string& name, double value) {
+    dynamic_reconfigure::Config message = defaultsOfReconfigure();
+    for (auto& entry : message.doubles) {
+      if (entry.name == name) entry.value = value;
+    }
+    return scene::errorOf([&] { monitorSettingsFrom(message, "/node"); });
+  };
+  EXPECT_EQ(refusalOf("rate", std::numeric_limits<double>::quiet_NaN()),
+            "parameter /node/rate is nan, outside of [0, 1000]");
+  EXPECT_EQ(
+      refusalOf("object_stop_distance", 0.1),
+      "parameter /node/object_stop_distance is 0.1, above object_warn_distance, which is 0.05: the level WARN comes "
+      "before STOP");
 }
 
 }  // namespace proximity_server::node::parameters_test

@@ -1,0 +1,182 @@
+#include "node/robot/parameter_table.h"
+
+#include <charconv>
+#include <utility>
+
+namespace proximity_server::node {
+
+std::string shortest(double value) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, value).ptr};
+}
+
+std::string Range::text() const { return "[" + shortest(lowest) + ", " + shortest(highest) + "]"; }
+
+std::vector<Parameter> parameterTable(Config& config) {
+  constexpr auto kLive = Parameter::Change::Live, kReload = Parameter::Change::Reload,
+                 kStart = Parameter::Change::Start;
+  MonitorSettings& monitor = config.monitor;
+  std::vector<Parameter> table;
+  std::string heading;
+  const auto add = [&](const char* name, const Parameter::Field& field, const Range& range, const char* unit,
+                       Parameter::Change change, const char* text) {
+    table.push_back({name, field, range, unit, change, text, std::exchange(heading, "")});
+  };
+
+  heading = "The robot.";
+  add("robot_description", &config.robot_description, {}, "", kReload,
+      "Name of the parameter with the URDF, searched upwards from the node's namespace.");
+  add("semantic_description", &config.semantic_description, {}, "", kReload,
+      "Name of the parameter with the SRDF, searched the same way. Without an SRDF all pairs of links are checked "
+      "except those that a joint joins directly. It is an error if a name other than the default does not exist. "
+      "\"\": no SRDF.");
+  add("reference_frame", &config.reference_frame, {}, "", kReload,
+      "Frame of all answers. \"\": the robot's root link; of several robots, that of the first one by name. The pose "
+      "of a link of the robot follows from the robot's joints, that of any other frame from tf; while tf does not "
+      "know that frame, answers are INVALID.");
+  add("tf_prefix", &config.tf_prefix, {}, "", kReload,
+      "The robot's frames in tf are named PREFIX/link, as robot_state_publisher does with the same parameter. It is "
+      "searched upwards, so that both find it in a common namespace. Requests and answers name links without the "
+      "prefix; header.frame_id has the prefix. \"\": frames have the links' names.");
+  add("robots", &config.robots, {}, "", kReload,
+      "Several robots in this node, by name, instead of `robot_description`, `semantic_description` and `tf_prefix`: "
+      "`{left: {description: /left/robot_description, tf_prefix: left, joint_states: /left/joint_states}}`. See "
+      "[several robots](#several-robots). {}: one robot.");
+  add("mesh_roots", &config.mesh_roots, {}, "", kReload,
+      "Folders that are searched for `package://` before those of ROS_PACKAGE_PATH.");
+  add("allowed_mesh_roots", &config.allowed_mesh_roots, {}, "", kReload,
+      "Folders below which every mesh must lie, once symbolic links are followed, however the URDF names it. []: "
+      "anywhere. In any case only package://, file:// and plain paths are read; another scheme (http://), or a `..` "
+      "out of its package, is refused.");
+  add("allow_missing_meshes", &config.model.allow_missing_meshes, {}, "", kReload,
+      "false: a mesh that cannot be read stops the node. true: the node only warns, and that geometry is NOT checked.");
+  add("mesh_tolerance", &config.model.mesh_tolerance, {0, 1}, "m", kReload,
+      "How far the convex pieces of a mesh may lie from it. Smaller means more pieces, so slower loading and slower "
+      "answers: a mesh is replaced by its hull if that is within the tolerance, else by the hulls of its parts, else "
+      "by a convex decomposition. 0: by its triangles, unless hulls are exact. A closed mesh is solid with each of "
+      "them, see [solid meshes](#solid-meshes); one that is not closed is named in a warning. `~model_info` tells the "
+      "representation of each mesh and its measured distance from the mesh.");
+  add("link_mesh_tolerance", &config.model.link_mesh_tolerance, {0, 1}, "m", kReload,
+      "Replaces `mesh_tolerance` for single links: `{gripper: 0.001}`.");
+  add("mesh_time_budget", &config.model.mesh_time_budget, {1e-3, 3600}, "s", kReload,
+      "How long the decomposition of one mesh may take, roughly in seconds of one core: steps are counted instead of "
+      "time, so that every machine and every start gives the same pieces. When the budget ends, the pieces found so "
+      "far are used: they are within the tolerance, but more than necessary, and a warning names link and file. "
+      "Meshes are read in parallel.");
+  add("mesh_cache", &config.mesh_cache, {}, "", kReload,
+      "Folder of the cache of decomposed meshes, for the next start. user: $XDG_CACHE_HOME/proximity_server, or "
+      "~/.cache/proximity_server. \"\": no cache. If the folder cannot be written, the node warns. Broken files are "
+      "replaced.");
+  add("default_padding", &config.model.default_padding, {0, 10}, "m", kReload,
+      "Offset of every shape, exact: the answers are distances of the padded shapes.");
+  add("link_padding", &config.model.link_padding, {0, 10}, "m", kReload,
+      "Replaces `default_padding` for single links: `{wrist: 0.01}`.");
+  add("pair_padding", &config.filter.pair_padding, {0, 10}, "m", kReload,
+      "Subtracted from the distance of single pairs: `[{links: [wrist, torso], padding: 0.05}]`.");
+  add("exclude_pairs", &config.filter.exclude_pairs, {}, "", kReload,
+      "Pairs that are not checked, besides those that the SRDF disables: `[[wrist, torso], [hand, torso]]`.");
+  add("only_pairs", &config.filter.only_pairs, {}, "", kReload,
+      "If this list is not empty, only its pairs are checked, whatever the SRDF says.");
+  add("group", &config.filter.group, {}, "", kReload,
+      "Only pairs in which a link of this SRDF group moves are checked. \"\": no restriction.");
+  add("tolerance", &config.tolerance, {1e-14, 0.1}, "m", kReload,
+      "Accepted gap between the two certified bounds of a distance. A larger gap is faster.");
+
+  heading = "Transforms.";
+  add("max_tf_age", &config.max_tf_age, {1e-3, 1e6}, "s", kReload,
+      "Largest age of the common time of all needed joints; beyond it there is no answer: level INVALID, code "
+      "TF_STALE. It is also the limit of how far they may be ahead of the clock. It must exceed the longest period "
+      "of the joint states. If the clock itself stands still (a paused simulation), `~clearance` is INVALID after "
+      "two seconds; services still answer.");
+  add("max_tf_skew", &config.max_tf_skew, {0, 1e6}, "s", kReload,
+      "If the latest transforms of the joints differ by more in time, the diagnostics warn. The poses of an answer "
+      "are of one time in any case.");
+  add("tf_timeout", &config.tf_timeout, {0, 10}, "s", kReload,
+      "Longest wall time for which a service waits for transforms that are missing or later.");
+
+  heading = "Requests.";
+  add("max_batch", &config.max_batch, {1, 1e9}, "", kReload,
+      "The most pairs that one `query_pairs` or `query_configuration` may return: for each state one in the modes "
+      "MINIMUM and FIRST, k in K_CLOSEST, every pair in all others. Also the most pairs that a request may list, and "
+      "the most points of one `query_trajectory`. A larger request is refused with OVER_BUDGET. `max_request_time` "
+      "limits the time of a request.");
+  add("max_request_time", &config.max_request_time, {1e-6, 3600}, "s", kReload,
+      "Longest wall time of one request. Pairs that have no answer by then are UNKNOWN, and the status is "
+      "OVER_BUDGET; a longer `time_budget` is refused. Requests run in parallel, so that a long request delays no "
+      "other: up to 64 requests about single pairs, and as many of the others, which may take long, at a lower "
+      "priority.");
+  add("motion_time_budget", &config.motion_time_budget, {1e-4, 3600}, "s", kReload,
+      "Wall time of one `time_of_contact` or `query_trajectory` whose `time_budget` is 0, at most "
+      "`max_request_time`. When it ends, the answer has the status OVER_BUDGET and the numbers that are proven so "
+      "far.");
+
+  heading = "Objects: what the robot holds and what stands around it.";
+  add("objects", &config.objects, {}, "", kStart,
+      "What stands there from the start, in the format of [objects](#objects), `[{id: table, pose: {position: {z: "
+      "-0.5}}, primitives: [{type: BOX, dimensions: [1.0, 2.0, 0.05]}]}]`. In a launch file: `<rosparam "
+      "param=\"objects\" command=\"load\" file=\"cell.yaml\"/>`.");
+  add("objects_file", &config.objects_file, {}, "", kStart,
+      "Absolute path of a file that keeps the objects and their rules for the next start; no other node may use it. "
+      "If the file is there, `objects` is not used. A damaged file stops the node and is not touched. \"\": objects "
+      "do not outlive the node.");
+  add("check_free_objects", &config.free_objects, {}, "", kReload,
+      "true: two objects that no link holds are checked too, if one of them moves with a frame. What a link holds is "
+      "checked against all objects in any case.");
+
+  heading = "The system.";
+  add("realtime_priority", &config.realtime_priority, {0, 99}, "", kStart,
+      "SCHED_FIFO priority of the threads of monitor and tf: they run before every program that is not real-time. 0: "
+      "no real-time priority. If the system refuses it (`ulimit -r`), the node warns. It helps if the processors are "
+      "busy; but then a monitor that takes longer than its period occupies one processor completely.");
+
+  heading = "The monitor.";
+  add("rate", &monitor.rate, {0, 1000}, "Hz", kLive,
+      "Rate of `~clearance` in ROS time; 0: a cycle on every new set of transforms.");
+  add("threshold", &monitor.threshold, {0, 100}, "m", kLive,
+      "Pairs at or below this distance are listed in `~clearance`. A smaller value is faster.");
+  add("warn_distance", &monitor.warn_distance, {0, 100}, "m", kLive,
+      "At or below it the level of `~clearance` is WARN. If two levels apply, the worse one counts.");
+  add("stop_distance", &monitor.stop_distance, {0, 100}, "m", kLive,
+      "At or below it the level is STOP; on contact it is COLLISION. It must be at most `warn_distance`: otherwise "
+      "the node does not start, and a live change is refused.");
+  add("object_warn_distance", &monitor.object_warn_distance, {0, 100}, "m", kLive,
+      "The same as `warn_distance` of pairs with an object.");
+  add("object_stop_distance", &monitor.object_stop_distance, {0, 100}, "m", kLive,
+      "The same as `stop_distance` of pairs with an object. It must be at most `object_warn_distance`.");
+  add("hysteresis", &monitor.hysteresis, {0, 1}, "m", kLive,
+      "A level is left only when the distance exceeds its threshold by more than this.");
+  add("max_reported_pairs", &monitor.max_reported_pairs, {0, 10000}, "", kLive,
+      "The most pairs that `~clearance` lists, closest first. It also has the number of all within `threshold`.");
+  add("markers", &monitor.markers, {}, "", kLive, "Publish `~markers` while somebody listens.");
+  add("lookahead", &monitor.lookahead, {0, 60}, "s", kLive,
+      "How far ahead `~clearance` searches for the first contact; 0: off. Contact is at `stop_distance`, or of "
+      "objects at `object_stop_distance`, if every joint keeps its velocity of joint_states until it stops at its "
+      "limit. If a velocity is missing or older than `max_tf_age`, the result is UNKNOWN. The search may take a "
+      "quarter of the period (2.5 ms at rate 0); if it is not complete then, it is UNKNOWN too.");
+  add("gradients", &monitor.gradients, {}, "", kLive,
+      "true: each pair that `~clearance` lists has its gradient by the joints. The message then has their names and "
+      "positions.");
+
+  heading =
+      "For controllers: `~constraints` and `~collision_velocity_scale`, each published while somebody listens. Both "
+      "keep `stop_distance` and `object_stop_distance`.";
+  add("influence_distance", &monitor.influence_distance, {0, 100}, "m", kLive,
+      "Pairs nearer than this have a row in `~constraints`. It must be above `stop_distance` and "
+      "`object_stop_distance`: otherwise `~constraints` says so in its status, and has no rows.");
+  add("damping_gain", &monitor.damping_gain, {1e-3, 1000}, "m/s", kLive,
+      "How fast a pair at `influence_distance` may come nearer; at its stop distance that is 0, and linear between "
+      "the two. A controller that follows the rows with a delay of T seconds goes below the stop distance unless T "
+      "<= (influence_distance - stop_distance) / (e damping_gain): 0.058 s, two cycles, with the defaults. See "
+      "[constraints](../msg/README.md#constraints).");
+  add("max_constraints", &monitor.max_constraints, {1, 1000}, "", kLive,
+      "The rows of `~constraints`: the closest pairs. Each message has so many.");
+  add("stop_latency", &monitor.stop_latency, {0, 60}, "s", kLive,
+      "For `~collision_velocity_scale`: until the robot begins to brake, after the cycle has its poses. Add up the "
+      "computation, the period of the controller, and all transport. The age of the poses is added by the node.");
+  add("max_deceleration", &config.max_deceleration, {1e-3, 1e6}, "rad/s² or m/s²", kReload,
+      "For `~collision_velocity_scale`: how hard the joints can brake, one number for all joints, or one for each: "
+      "`{elbow: 5.0, slide: 2.0}`. While a joint that moves a checked pair has none, the scale is 0.");
+  return table;
+}
+
+}  // namespace proximity_server::node
