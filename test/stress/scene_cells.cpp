@@ -219,7 +219,7 @@ BodyPoses SceneCell::posesOf(const std::vector<double>& positions) const {
     const bool floats = !hasOnePosition(robot.joints[static_cast<std::size_t>(robot.bodies[body].joint)]);
     if (floats)
       poses[body] = *poses[parent] * floating_[body];
-    else if (!poses[parent]->isApprox(*unfloated[parent], 0.0))
+    else if (poses[parent]->matrix() != unfloated[parent]->matrix())
       poses[body] = *poses[parent] * (unfloated[parent]->inverse() * *unfloated[body]);
   }
   for (std::optional<Isometry3d>& pose : poses) pose = world_T_cell_ * *pose;

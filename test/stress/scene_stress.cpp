@@ -45,10 +45,10 @@ struct SceneStress {
     std::printf(
         "answers: pairs that were held against the truth; minima: nearest pairs of a scene; overlap, object: those\n"
         "that overlap, or have an object; oracle, others: nearest parts that the slow oracle, FCL and Bullet were\n"
-        "asked about; off: FCL or Bullet is off by more than 1e-4, and the slow oracle has decided; motions: from some "
-        "of\n"
-        "the scenes on; contacts, open: those with a first contact, with an answer that did not converge; ms: time\n"
-        "of a scene. A failure ends its cell.\n");
+        "asked about; off: FCL or Bullet is off by more than 1e-4, and the slow oracle has decided; motions: that "
+        "begin in\n"
+        "some of the scenes; contacts, open: motions with a first contact, and motions with an answer that did not\n"
+        "converge; ms: time of a scene. A failure ends its cell.\n");
   }
 
   static nlohmann::json toJson(const Summary& summary) {

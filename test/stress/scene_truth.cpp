@@ -23,7 +23,7 @@ Vector3l centreOf(const WorldPart& part) {
   return part.world_T_part * Vector3l(part.shape.centre().cast<long double>());
 }
 
-/// [m] Of the places of two parts in long double.
+/// [m] The rounding of the places of two parts in long double.
 long double roundingOf(const WorldPart& a, const WorldPart& b) {
   return 1e-18L * (a.world_T_part.translation.norm() + b.world_T_part.translation.norm());
 }
@@ -57,7 +57,7 @@ PartsApart measured(const WorldPart& a, const WorldPart& b) {
   return parts;
 }
 
-/// Of a part above a plane: its lowest point, in long double.
+/// The height of a part's lowest point above a plane, computed in long double.
 DistanceBounds aboveThePlane(const WorldPart& part, const WorldPlane& plane) {
   const Vector3l down = -(part.world_T_part.rotation.transpose() * plane.normal);
   const Vector3l lowest = part.world_T_part * coreSupport(part.shape, down);
@@ -66,8 +66,8 @@ DistanceBounds aboveThePlane(const WorldPart& part, const WorldPlane& plane) {
   return {height - rounding, height + rounding};
 }
 
-/// Of the ball within an anchor from the solid inside a closed mesh. The side and the nearest triangle are those of
-/// Interior, which has its own tests; the poses and radii are not.
+/// The signed distance of the ball within an anchor from the solid inside of a closed mesh. Interior, which has its own tests, tells
+/// the side and the nearest triangle; the poses and radii are computed here.
 DistanceBounds insideOfTheMesh(const WorldPart& solid, const WorldPart& anchor) {
   const Vector3l centre = solid.world_T_part.inverse() * centreOf(anchor);
   const Interior::Place place = solid.interior->placeOf(centre.cast<double>());

@@ -48,7 +48,7 @@ class StateTruth {
   /// nullptr for a pair that is not checked.
   const PairTruth* find(const ShapeRefPair& pair) const;
 
-  /// Of any pair, checked or not.
+  /// What is true of one pair, whether it is checked or not.
   PairTruth of(const ShapeRefPair& pair);
 
   const std::optional<WorldSolid>& solidOf(const ShapeRef& ref);
@@ -63,7 +63,7 @@ class StateTruth {
   std::map<Names, int> known_;
 };
 
-/// Of the nearest parts, by rational numbers or branch and bound.
+/// The distance of two parts by rational numbers, or by branch and bound.
 DistanceBounds byOracle(const PartsApart& parts);
 
 /// "l1 and object 3"
@@ -72,7 +72,8 @@ std::string nameOf(const SceneCell& cell, const ShapeRefPair& pair);
 /// " by 1.5e-09 m"
 std::string by(long double metres);
 
-/// What is wrong with a result about a pair; empty if nothing is. `rounding` [m] is that of the poses it was computed of.
+/// Returns the promise that a result about a pair does not keep, or "". The poses that the result was computed from may be off by
+/// `rounding` [m].
 std::string problemOf(const narrowphase::SignedDistance& result, const PairTruth& truth, double tolerance,
                       double rounding = 0.0);
 

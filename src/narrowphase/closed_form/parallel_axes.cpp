@@ -129,20 +129,24 @@ double roundingOf(const Boundary& boundary, const Vector2d& p) {
   return 8.0 * std::numeric_limits<double>::epsilon() * reach;
 }
 
+/// Whether p lies over the nearest point of an edge, within rounding. It does not if the length of the edge is lost in rounding;
+/// then its corners are as near.
+bool isOver(const Boundary& boundary, std::size_t edge, const Vector2d& p, double height) {
+  return std::hypot(height, boundary.beside(edge, p)) - height <= roundingOf(boundary, p);
+}
+
 /// Of the corners, the one is taken over which p lies along the normal: others may be as near, within rounding.
 Nearest2d nearestOutside(const Boundary& boundary, const Vector2d& p) {
   Nearest2d nearest{std::numeric_limits<double>::infinity(), {}, {}, true};
   double least_beside = std::numeric_limits<double>::infinity();
-  const double rounding = roundingOf(boundary, p);
   for (std::size_t edge = 0; edge < boundary.size(); ++edge) {
     const double height = boundary.height(edge, p);
     if (!(height > 0.0)) continue;  // p lies on the inner side of this edge
     const double place = boundary.place(edge, p);
     const Vector2d of_a = boundary.cornerOfA(edge) + place * (boundary.cornerOfA(edge + 1) - boundary.cornerOfA(edge));
-    // A nearest point inside of an edge is the nearest of all; rounding may make a corner seem nearer. If p does not lie over this
-    // point, the length of the edge is lost in rounding, and its corners are as near.
-    const bool is_over = std::hypot(height, boundary.beside(edge, p)) - height <= rounding;
-    if (place > 0.0 && place < 1.0 && is_over) return {height, boundary.normal(edge), of_a, true};
+    // A nearest point inside of an edge is the nearest of all; rounding may make a corner seem nearer.
+    if (place > 0.0 && place < 1.0 && isOver(boundary, edge, p, height))
+      return {height, boundary.normal(edge), of_a, true};
     const std::size_t corner = edge + (place > 0.0 ? 1 : 0);
     const Vector2d difference = p - boundary.corner(corner);
     const Vector2d normal = cornerNormal(boundary, corner, difference);

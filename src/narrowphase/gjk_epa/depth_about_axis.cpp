@@ -333,7 +333,9 @@ std::optional<InnerCore> innerSegment(const ConvexHull& hull, double beside) {
   const Vector3d axis = (end - start) / length;
   for (const Vector3d& vertex : hull.vertices())
     if (!((vertex - start).cross(axis).norm() <= beside)) return std::nullopt;
-  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), axis);
+  // The shortest rotation of z into one of the two directions of the axis, which is no more than a right angle.
+  const Vector3d up = axis.z() < 0.0 ? Vector3d(-axis) : axis;
+  const Eigen::Quaterniond turn = Eigen::Quaterniond(1.0 + up.z(), -up.y(), up.x(), 0.0).normalized();
   return InnerCore{Capsule{1.0, length}, Eigen::Translation3d(start + 0.5 * length * axis) * turn};
 }
 

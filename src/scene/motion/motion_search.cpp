@@ -25,13 +25,13 @@ bool isOver(const MotionQuestion& question) {
   return question.deadline != Clock::time_point::max() && Clock::now() > question.deadline;
 }
 
-/// The smaller one of two upper bounds [m] of the distance of the pair is that of the minimum, too.
+/// Of the distance of the pair two upper bounds [m] are known. The smaller one is the upper bound of the minimum, too.
 void takeUpperBound(double of_pair, RobotMinimum& answer) {
   double& upper_bound = answer.pair.result.upper_bound;
   answer.upper_bound = upper_bound = std::min(of_pair, upper_bound);
 }
 
-/// The rounding of the poses may have made the bounds of a pair wider than the tolerance.
+/// A pair whose bounds are wider than the tolerance, because of the rounding of its poses, has not converged.
 void leaveOpenIfWide(PairProximity& pair, const MotionQuestion& question) {
   narrowphase::SignedDistance& result = pair.result;
   const double tolerance = narrowphase::usableTolerance(question.tolerance);

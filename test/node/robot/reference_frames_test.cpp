@@ -15,7 +15,7 @@
 #include "node/tf/joint_frames.h"
 #include "sanitized.h"
 
-// Two random robots in one node, with any frame as the reference frame, and a tf that is composed of their joints here.
+// Two random robots in one node, with any frame as the reference frame. The transforms of tf are composed here, from their joints.
 
 namespace proximity_server::node::reference_frames_test {
 
@@ -151,7 +151,7 @@ struct Cell {
     return worldPoseOf(in, state).inverse() * worldPoseOf(frame, state);
   }
 
-  /// What tf says in a state: the edges that the node asks for.
+  /// The transforms that tf has of the frames that the node asks for, in a state.
   JointSnapshot tfIn(const State& state) const {
     const scene::RobotModel& model = robot.robotModel();
     std::vector<int> bodies;

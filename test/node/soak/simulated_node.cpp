@@ -10,7 +10,6 @@
 #include <thread>
 
 #include "node/load/programs.h"
-#include "proximity_server/scene/derivative/velocity_scale.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "scene/solids.h"
 
@@ -57,6 +56,50 @@ shape_msgs::Mesh toMessage(const TriangleMesh& mesh) {
     for (std::size_t i = 0; i < 3; ++i) triangle.vertex_indices[i] = static_cast<std::uint32_t>(corners[i]);
   }
   return message;
+}
+
+/// An object that one link holds and that overlaps another one, by words to the node and as the library has it.
+struct HeldOverlap {
+  proximity_server::ObjectChange change;
+  ObjectShape shape;
+  Eigen::Isometry3d overlapped_T_held;
+};
+
+/// A box or a closed bracket in the middle of the first piece of the link that it overlaps.
+HeldOverlap randomOverlap(const RobotModel& robot, const Link& holder, const Link& overlapped, bool is_mesh) {
+  const Collision& first = robot.collisions[static_cast<std::size_t>(overlapped.collisions.front())];
+  const Piece& piece = robot.pieces[static_cast<std::size_t>(first.pieces.front())];
+  HeldOverlap overlap{
+      {},
+      {Shape(Box{{kSize, kSize, kSize}})},
+      Eigen::Isometry3d(Eigen::Translation3d(overlapped.body_T_link.inverse() * piece.body_T_piece.translation()))};
+  overlap.change.id = "held";
+  overlap.change.link = holder.name;
+  overlap.change.header.frame_id = overlapped.name;
+  if (is_mesh) {
+    const TriangleMesh solid = scaled(bracket(), kSize);
+    overlap.overlapped_T_held.translate(Eigen::Vector3d::Constant(-0.5 * kSize));  // in its corner
+    overlap.shape.geometry = solid;
+    overlap.change.meshes = {toMessage(solid)};
+  } else {
+    overlap.change.primitives.resize(1);
+    overlap.change.primitives[0].type = shape_msgs::SolidPrimitive::BOX;
+    overlap.change.primitives[0].dimensions = {kSize, kSize, kSize};
+  }
+  overlap.change.pose.position = toPoint(overlap.overlapped_T_held.translation());
+  for (const Link& link : robot.links)
+    if (link.name != overlapped.name) overlap.change.touch_links.push_back(link.name);
+  return overlap;
+}
+
+proximity_server::ObjectChange ballAt(const Eigen::Vector3d& centre) {
+  proximity_server::ObjectChange change;
+  change.id = "ahead";
+  change.pose.position = toPoint(centre);
+  change.primitives.resize(1);
+  change.primitives[0].type = shape_msgs::SolidPrimitive::SPHERE;
+  change.primitives[0].dimensions = {kSize};
+  return change;
 }
 
 }  // namespace
@@ -180,8 +223,8 @@ void SimulatedNode::onScale(const std_msgs::Float64& message) {
   arrived_.notify_all();
 }
 
-/// Of an object that is held by the child of a joint without velocity, and overlaps its parent. Nothing where another object is
-/// not what limits the velocities.
+/// The child of a joint without velocity holds an object that overlaps the joint's parent. Returns nullopt where two links limit the
+/// velocities, or where the robot would hardly move.
 std::optional<SimulatedNode::Posture> SimulatedNode::randomPosture(std::mt19937_64& generator) const {
   const RobotModel& robot = robot_.model->robot;
   const auto random = [&](double from, double to) {
@@ -202,68 +245,47 @@ std::optional<SimulatedNode::Posture> SimulatedNode::randomPosture(std::mt19937_
     state.velocities.push_back(i == joint || !isSettable(robot.joints[i]) ? 0.0 : random(-kSpeed, kSpeed));
     if (isSettable(robot.joints[i])) posture.joints.velocity.push_back(state.velocities.back());
   }
+  const HeldOverlap overlap = randomOverlap(robot, holder, overlapped, generator() % 2 == 0);
+  const Eigen::Vector3d ahead(random(-1.0, 1.0), random(-1.0, 1.0), random(0.0, 1.5));
+  posture.objects.changes.changes = {overlap.change, ballAt(ahead)};
 
-  // In the middle of the first piece of the link that it overlaps.
-  const Collision& first = robot.collisions[static_cast<std::size_t>(overlapped.collisions.front())];
-  const Piece& piece = robot.pieces[static_cast<std::size_t>(first.pieces.front())];
-  Eigen::Isometry3d overlapped_T_held(
-      Eigen::Translation3d(overlapped.body_T_link.inverse() * piece.body_T_piece.translation()));
   const auto poseOf = [&](const Link& link) {
     return *state.poses[static_cast<std::size_t>(link.body)] * link.body_T_link;
   };
-  ObjectShape shape{Shape(Box{{kSize, kSize, kSize}})};
-  auto& changes = posture.objects.changes.changes;
-  changes.resize(2);
-  changes[0].id = "held";
-  changes[0].link = holder.name;
-  changes[0].header.frame_id = overlapped.name;
-  if (generator() % 2 == 0) {
-    const TriangleMesh solid = scaled(bracket(), kSize);
-    overlapped_T_held.translate(Eigen::Vector3d::Constant(-0.5 * kSize));  // in its corner
-    shape.geometry = solid;
-    changes[0].meshes = {toMessage(solid)};
-  } else {
-    changes[0].primitives.resize(1);
-    changes[0].primitives[0].type = shape_msgs::SolidPrimitive::BOX;
-    changes[0].primitives[0].dimensions = {kSize, kSize, kSize};
-  }
-  changes[0].pose.position = toPoint(overlapped_T_held.translation());
-  Attached held{holder.name, {}, poseOf(holder).inverse() * poseOf(overlapped) * overlapped_T_held};
-  for (const Link& link : robot.links) {
-    held.touch_links.push_back(link.name);
-    if (link.name != overlapped.name) changes[0].touch_links.push_back(link.name);
-  }
-  const Eigen::Vector3d ahead(random(-1.0, 1.0), random(-1.0, 1.0), random(0.0, 1.5));
-  changes[1].id = "ahead";
-  changes[1].pose.position = toPoint(ahead);
-  changes[1].primitives.resize(1);
-  changes[1].primitives[0].type = shape_msgs::SolidPrimitive::SPHERE;
-  changes[1].primitives[0].dimensions = {kSize};
-
+  Attached held{holder.name, {}, poseOf(holder).inverse() * poseOf(overlapped) * overlap.overlapped_T_held};
+  for (const Link& link : robot.links) held.touch_links.push_back(link.name);
   ObjectOptions exact;
   exact.meshes.tolerance = 0.0;
+  const Fixed ball_place{Eigen::Isometry3d(Eigen::Translation3d(ahead))};
+  const bool is_useful = setScales(
+      state,
+      {makeObject("held", {overlap.shape}, held, exact), makeObject("ahead", {{Shape(Sphere{kSize})}}, ball_place)},
+      posture);
+  return is_useful ? std::optional(posture) : std::nullopt;
+}
+
+/// Sets the scales of a posture, for a robot that may touch what it holds. Returns whether an object limits them, and they are not
+/// nearly 0.
+bool SimulatedNode::setScales(const MovingState& state, const std::vector<Object>& added, Posture& posture) const {
   ObjectRules rules;
   rules.base = ObjectRules::Base::StandsStill;
-  const auto objects = std::make_shared<const Objects>(
-      Objects(robot_.model)
-          .withRules(rules)
-          .changed({AddObject{makeObject("held", {shape}, held, exact)},
-                    AddObject{makeObject("ahead", {{Shape(Sphere{kSize})}},
-                                         Fixed{Eigen::Isometry3d(Eigen::Translation3d(ahead))})}}));
+  std::vector<scene::ObjectChange> changes;
+  for (const Object& object : added) changes.push_back(AddObject{object});
+  const auto objects = std::make_shared<const Objects>(Objects(robot_.model).withRules(rules).changed(changes));
   Scene scene(robot_.model);
   MovingScene moving(robot_.model);
   scene.use(objects);
   moving.use(objects);
   scene.update(state.poses);
   const auto scaleWith = [&](double latency) {
-    const Braking braking{latency, std::vector<double>(positions.size(), kDeceleration)};
+    const Braking braking{latency, std::vector<double>(state.velocities.size(), kDeceleration)};
     return velocityScale(moving, scene, state, braking, {levels_.stop, levels_.stop});
   };
   const VelocityScale scale = scaleWith(kStopLatency);
   posture.fastest = scale.scale;
   posture.slowest = scaleWith(kStopLatency + kMaxTfAge).scale;
   const bool meets_object = scale.pair.asked.a.object >= 0 || scale.pair.asked.b.object >= 0;
-  return meets_object && posture.slowest > kLeastScale ? std::optional(posture) : std::nullopt;
+  return meets_object && posture.slowest > kLeastScale;
 }
 
 bool SimulatedNode::isNotSlowedByAnOverlapThatStays(std::mt19937_64& generator, double patience) {

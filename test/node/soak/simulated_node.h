@@ -16,6 +16,7 @@
 #include "node/load/node_under_load.h"
 #include "node/soak/answer_checks.h"
 #include "node/soak/soak_record.h"
+#include "proximity_server/scene/derivative/velocity_scale.h"
 
 namespace proximity_server::node {
 
@@ -73,6 +74,7 @@ class SimulatedNode {
   void onClearance(const Clearance& message);
   void onScale(const std_msgs::Float64& message);
   std::optional<Posture> randomPosture(std::mt19937_64& generator) const;
+  bool setScales(const MovingState& state, const std::vector<Object>& added, Posture& posture) const;
 
   const TestRobot& robot_;
   SoakRecord& record_;

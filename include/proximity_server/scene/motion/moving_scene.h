@@ -47,7 +47,7 @@ struct RobotContact {
   double t_free = 0.0;
   /// See TimeOfContact.
   double t_contact = std::numeric_limits<double>::quiet_NaN();
-  /// The pair in contact at t_contact, in the frame of the poses.
+  /// The pair in contact at t_contact, in the frame of the poses. Degenerate: rounding makes its bounds wider than the tolerance.
   PairProximity pair;
   MotionCounts counts;
 };
@@ -58,7 +58,7 @@ struct RobotMinimum {
   double lower_bound = -std::numeric_limits<double>::infinity();  ///< [m] of the smallest signed distance of all
   double upper_bound = std::numeric_limits<double>::infinity();   ///< [m] the distance of `pair` at `time`
   double time = std::numeric_limits<double>::quiet_NaN();
-  PairProximity pair;  ///< the closest pair, at `time`, in the frame of the poses
+  PairProximity pair;  ///< the closest pair, at `time`, in the frame of the poses; Degenerate as in RobotContact
   MotionCounts counts;
 };
 
