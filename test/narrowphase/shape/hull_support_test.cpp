@@ -8,6 +8,8 @@
 #include <random>
 #include <vector>
 
+#include "sanitized.h"
+
 namespace proximity_server::narrowphase::hull_support_test {
 
 using Eigen::Vector3d;
@@ -158,7 +160,7 @@ TEST(HullSupport, HasMoreVerticesThanACellCanNumber) {
   std::mt19937 random(7);
   const HullSupport support(ConvexHull(onEllipsoid(70000, {0.5, 0.5, 0.5}, random)));
   ASSERT_GT(support.hull().size(), 0xffff);
-  for (int i = 0; i < 1000; ++i) {
+  for (int i = 0; i < repeats(1000); ++i) {
     const Vector3d direction = randomDirection(random);
     ASSERT_EQ(heightFound(support, direction), greatestHeight(support.hull(), direction));
   }

@@ -583,7 +583,7 @@ BodyPoses randomPoses(std::mt19937& random, std::size_t bodies, double reach) {
 
 class RandomScene : public testing::TestWithParam<unsigned> {
  protected:
-  static constexpr int kStates = 400;
+  static constexpr int kStates = kIsSanitized ? 100 : 400;
 
   BodyPoses nextPoses() { return randomPoses(random_, model_->robot.bodies.size(), spread_(random_)); }
 
