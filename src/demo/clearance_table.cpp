@@ -15,6 +15,7 @@ namespace {
 
 using proximity_server::Clearance;
 using proximity_server::levelName;
+using proximity_server::levelOfThreshold;
 using proximity_server::Proximity;
 
 constexpr std::size_t kRows = 8;  // of the list of pairs below the threshold
@@ -46,10 +47,11 @@ std::string pairLine(const Proximity& pair) {
   return format("%+9.4f m  %s - %s", pair.distance, pair.a.link.c_str(), pair.b.link.c_str());
 }
 
-std::string closestLine(const Clearance& clearance) {
+/// The pair that sets the level, with its threshold.
+std::string decidingLine(const Clearance& clearance) {
   if (clearance.level == Clearance::INVALID) return clearance.status.message;
-  if (clearance.minimum.a.link.empty()) return "no pair within the threshold";
-  return pairLine(clearance.minimum);
+  return pairLine(clearance.deciding) +
+         format(" (%s at %.4f m)", levelOfThreshold(clearance.level), clearance.deciding_threshold);
 }
 
 std::string settledLine(const Clearance& clearance) {
@@ -73,16 +75,17 @@ std::string kindLines(const Clearance& clearance, const std::string& before, con
 }
 
 std::string line(const Clearance& clearance) {
-  return format("%-9s", levelName(clearance.level)) + " " + closestLine(clearance) + kindLines(clearance, " | ", "") +
+  return format("%-9s", levelName(clearance.level)) + " " + decidingLine(clearance) + kindLines(clearance, " | ", "") +
          " | " + settledLine(clearance) + " | " + timeLine(clearance) + "\n";
 }
 
 std::string table(const Clearance& clearance) {
   std::string text = std::string("  ") + colourOf(clearance.level) + format(" %-9s ", levelName(clearance.level)) +
-                     "\033[0m  " + closestLine(clearance) + "\n\n" + kindLines(clearance, "  ", "\n") + "  checked  " +
+                     "\033[0m  " + decidingLine(clearance) + "\n\n" + kindLines(clearance, "  ", "\n") + "  checked  " +
                      settledLine(clearance) + "\n  timing   " + timeLine(clearance) + "\n\n";
   const std::size_t rows = std::min(kRows, clearance.below_threshold.size());
-  for (std::size_t i = 0; i < rows; ++i) text += "  " + pairLine(clearance.below_threshold[i]) + "\n";
+  for (std::size_t i = 0; i < rows; ++i)
+    text += "  " + pairLine(clearance.below_threshold[i]) + "  " + levelName(clearance.levels[i]) + "\n";
   if (clearance.pairs_below_threshold > rows) {
     text += format("             and %u more below the threshold\n",
                    clearance.pairs_below_threshold - static_cast<unsigned>(rows));

@@ -122,7 +122,9 @@ void ProximityNode::onSettings(ProximityConfig& asked) {
   try {
     dynamic_reconfigure::Config values;
     asked.__toMessage__(values);
-    monitor_.configure(monitorSettingsFrom(values, private_nh_.getNamespace()));
+    const MonitorSettings settings = monitorSettingsFrom(values, private_nh_.getNamespace());
+    robot()->useDefaults(settings);
+    monitor_.configure(settings);
     settings_ = asked;
   } catch (const std::invalid_argument& refusal) {
     ROS_ERROR_STREAM("the settings stay as they were: " << refusal.what());

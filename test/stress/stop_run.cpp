@@ -227,7 +227,7 @@ class Cell {
   FramePoses frames_;
   MovingState state_;
   Braking braking_;
-  StopDistances stop_;
+  PairDistances stop_;
   StopSummary& summary_;
 };
 

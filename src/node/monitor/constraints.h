@@ -19,6 +19,7 @@ struct MeasuredCycle {
   const PoseSnapshot& snapshot;
   scene::Scene& scene;
   const Gradients& gradients;
+  const scene::PairDistances& stop;
   Named named;
   std::size_t longest_name;  ///< in characters, of any pair
 };

@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "node/monitor/clearance_level.h"
 #include "node/robot/level_name.h"
 
 namespace proximity_server::node {
@@ -92,6 +91,9 @@ void Diagnostics::reportClearance(Status& status) {
   status.summary(severity(last.level), std::string(levelName(last.level)) + reason);
   status.add("distance [m]", last.minimum.distance);
   status.add("between", last.minimum.a.link + " and " + last.minimum.b.link);
+  status.add("level set by", last.deciding.a.link + " and " + last.deciding.b.link);
+  status.add("at the distance [m]", last.deciding.distance);
+  status.add(std::string("their threshold of ") + levelOfThreshold(last.level) + " [m]", last.deciding_threshold);
   status.add("pairs below threshold", last.pairs_below_threshold);
 }
 

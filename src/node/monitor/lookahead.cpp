@@ -63,41 +63,11 @@ std::string assumptionOf(const LookaheadStart& start) {
   return "objects in frame '" + start.frames.names[*start.placed.may_move] + "' are taken to rest where they are";
 }
 
-scene::MotionQuestion questionOf(const MonitorSettings& settings) {
+scene::MotionQuestion questionOf(const scene::PairDistances& stop, const MonitorSettings& settings) {
   scene::MotionQuestion question;
-  question.contact_distance = settings.stop_distance;
+  question.thresholds = &stop;
   question.deadline = endOfSearch(settings);
   return question;
-}
-
-/// The first contact of all pairs that two searches were about.
-scene::RobotContact firstOf(const scene::RobotContact& p, const scene::RobotContact& q) {
-  scene::RobotContact first = q.contact && !(p.contact && p.t_contact <= q.t_contact) ? q : p;
-  const double until = first.contact ? first.t_contact : 1.0;
-  first.status = narrowphase::Status::Converged;
-  for (const scene::RobotContact* search : {&p, &q}) {
-    if (search->status == narrowphase::Status::Unknown) first.status = narrowphase::Status::Unknown;
-    if (first.status != narrowphase::Status::Unknown && search->t_free < until)
-      first.status = std::max(first.status, search->status);
-  }
-  first.t_free = std::min(p.t_free, q.t_free);
-  first.counts.pairs = p.counts.pairs + q.counts.pairs;
-  first.counts.unknown = p.counts.unknown + q.counts.unknown;
-  return first;
-}
-
-/// Of two links, and with objects, each at their own distance.
-scene::RobotContact firstContact(const Robot& robot, scene::MovingScene& scene, const scene::PhasedMotion& motion,
-                                 scene::MotionQuestion question, const MonitorSettings& settings) {
-  const scene::Candidates& candidates = robot.candidates();
-  const auto search = [&](scene::PairKind kind) {
-    return scene.timeOfContact(scene::Pairs(candidates, kind), motion, question);
-  };
-  if (!scene.objects() || scene.objects()->pairCount() == 0) return search(scene::PairKind::OfLinks);
-  const auto of_links = candidates.empty() ? std::nullopt : std::optional(search(scene::PairKind::OfLinks));
-  question.contact_distance = settings.object_stop_distance;
-  const scene::RobotContact with_object = search(scene::PairKind::WithObject);
-  return of_links ? firstOf(*of_links, with_object) : with_object;
 }
 
 /// During the lookahead. Returns nullopt, and says why, if a velocity is too large or a position does not tell the turn.
@@ -141,7 +111,7 @@ Lookahead noLookahead(const MonitorSettings& settings) {
   result.lookahead = settings.lookahead;
   result.contact_distance = settings.stop_distance;
   result.object_contact_distance = settings.object_stop_distance;
-  result.time_free = result.time_to_contact = kNaN;
+  result.time_free = result.time_to_contact = result.pair_contact_distance = kNaN;
   result.pair = unknownProximity();
   return result;
 }
@@ -151,15 +121,16 @@ std::chrono::steady_clock::time_point endOfSearch(const MonitorSettings& setting
 }
 
 Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const LookaheadStart& start,
-                       const VelocitySnapshot& velocities, const MonitorSettings& settings) {
+                       const VelocitySnapshot& velocities, const scene::PairDistances& stop,
+                       const MonitorSettings& settings) {
   Lookahead result = noLookahead(settings);
   result.status = velocities.status;
   if (result.status.code != QueryStatus::OK) return result;
 
   const std::optional<TimedMotion> motion = motionAhead(robot, start, velocities, settings, result.status);
   if (!motion) return result;
-  const scene::MotionQuestion question = questionOf(settings);
-  const scene::RobotContact found = firstContact(robot, scene, motion->motion, question, settings);
+  const scene::MotionQuestion question = questionOf(stop, settings);
+  const scene::RobotContact found = scene.timeOfContact(robot.candidates(), motion->motion, question);
   result.status = completeness(found.counts);
   if (result.status.code != QueryStatus::OK) return result;
   assignStops(result, robot, *motion);
@@ -169,6 +140,7 @@ Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const Look
   if (found.contact) {
     result.state = Lookahead::CONTACT;
     result.time_to_contact = motion->onClock(found.t_contact);
+    result.pair_contact_distance = stop.of(found.pair.asked);
     result.pair = toMessage({robot.robotModel(), scene.objects()}, *motion, found.t_contact, found.pair);
   } else if (result.status.code == QueryStatus::OK) {
     result.state = Lookahead::FREE;

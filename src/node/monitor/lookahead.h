@@ -35,9 +35,9 @@ struct LookaheadStart {
 std::chrono::steady_clock::time_point endOfSearch(const MonitorSettings& settings);
 
 /// The first contact of a checked pair if the joints keep their velocities, and moving objects rest, which the status says
-/// where tf may move them: of two links at the stop distance, with an object of the scene at that of objects. The search
-/// takes at most a quarter of the monitor's period.
+/// where tf may move them: of each pair at its stop distance. The search takes at most a quarter of the monitor's period.
 Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const LookaheadStart& start,
-                       const VelocitySnapshot& velocities, const MonitorSettings& settings);
+                       const VelocitySnapshot& velocities, const scene::PairDistances& stop,
+                       const MonitorSettings& settings);
 
 }  // namespace proximity_server::node

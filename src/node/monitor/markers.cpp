@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <utility>
 
-#include "node/monitor/clearance_level.h"
 #include "node/robot/level_name.h"
 #include "proximity_server/scene/model/kinematics.h"
 
@@ -148,20 +147,14 @@ std::string inLines(const std::string& text, std::size_t characters) {
 std::string summary(const Clearance& clearance) {
   const std::string level = levelName(clearance.level);
   if (clearance.level == Clearance::INVALID) return level + "\n" + inLines(clearance.status.message, 40);
-  const Proximity& pair = clearance.minimum;
-  return level + "\n" + pair.a.link + " - " + pair.b.link + " " + millimetres(pair.distance);
+  const Proximity& pair = clearance.deciding;
+  const std::string text = level + "\n" + pair.a.link + " - " + pair.b.link + " " + millimetres(pair.distance);
+  if (clearance.level == Clearance::COLLISION) return text;
+  return text + ", " + levelOfThreshold(clearance.level) + " at " + millimetres(clearance.deciding_threshold);
 }
 
-/// The pairs that are drawn, the closest first.
-std::vector<const Proximity*> pairsOf(const Clearance& clearance) {
-  std::vector<const Proximity*> pairs;
-  if (clearance.level == Clearance::INVALID) return pairs;
-  for (const Proximity& pair : clearance.below_threshold) pairs.push_back(&pair);
-  if (pairs.empty()) pairs.push_back(&clearance.minimum);
-  const auto is_nowhere = [](const Proximity* pair) { return !pair->points_valid; };
-  pairs.erase(std::remove_if(pairs.begin(), pairs.end(), is_nowhere), pairs.end());
-  return pairs;
-}
+bool isSame(const ShapeRef& p, const ShapeRef& q) { return p.kind == q.kind && p.robot == q.robot && p.link == q.link; }
+bool areSame(const Proximity& p, const Proximity& q) { return isSame(p.a, q.a) && isSame(p.b, q.b); }
 
 /// A marker for lines of this width [m].
 Marker linesOf(const Marker& base, const std::string& name_space, double width) {
@@ -210,12 +203,27 @@ ClearanceMarkers::ClearanceMarkers(const scene::RobotModel& robot) : box_(robot)
 MarkerArray ClearanceMarkers::draw(const Clearance& clearance, const scene::BodyPoses& poses,
                                    const MonitorSettings& settings) {
   if (const AlignedBox3d box = box_.at(poses); !box.isEmpty()) latest_box_ = box;
-  Drawing drawing{settings, levelColour(clearance.level), base(clearance, settings), {}};
+  Drawing drawing{levelColour(clearance.level), base(clearance, settings), {}};
+  const std::vector<DrawnPair> pairs = pairsOf(clearance);
   addSummary(clearance, drawing);
-  addLines(pairsOf(clearance), drawing);
-  addClosest(pairsOf(clearance), drawing);
-  addLabels(pairsOf(clearance), drawing);
+  addLines(pairs, drawing);
+  addDeciding(pairs, drawing);
+  addLabels(pairs, drawing);
   return drawing.array;
+}
+
+/// The deciding pair, then the listed ones, the closest first.
+std::vector<ClearanceMarkers::DrawnPair> ClearanceMarkers::pairsOf(const Clearance& clearance) {
+  std::vector<DrawnPair> pairs;
+  if (clearance.level == Clearance::INVALID) return pairs;
+  const auto add = [&](const Proximity& pair, std::uint8_t level) {
+    if (pair.points_valid) pairs.push_back({&pair, levelColour(level)});
+  };
+  add(clearance.deciding, clearance.level);
+  for (std::size_t i = 0; i < clearance.below_threshold.size(); ++i)
+    if (!areSame(clearance.below_threshold[i], clearance.deciding))
+      add(clearance.below_threshold[i], clearance.levels[i]);
+  return pairs;
 }
 
 /// A marker with the fields that all markers of a cycle share.
@@ -244,37 +252,38 @@ void ClearanceMarkers::addSummary(const Clearance& clearance, Drawing& drawing) 
   drawing.array.markers.push_back(std::move(marker));
 }
 
-void ClearanceMarkers::addLines(const std::vector<const Proximity*>& pairs, Drawing& drawing) const {
+void ClearanceMarkers::addLines(const std::vector<DrawnPair>& pairs, Drawing& drawing) const {
   Marker lines = linesOf(drawing.base, "witnesses", 0.06 * text_height_);
-  for (const Proximity* pair : pairs) addLine(lines, pair->point_a, pair->point_b, drawing.colourOf(*pair));
+  for (const DrawnPair& drawn : pairs) addLine(lines, drawn.pair->point_a, drawn.pair->point_b, drawn.colour);
   append(std::move(lines), drawing.array);
 }
 
-void ClearanceMarkers::addClosest(const std::vector<const Proximity*>& pairs, Drawing& drawing) const {
-  Marker line = linesOf(drawing.base, "closest", 0.15 * text_height_);
+void ClearanceMarkers::addDeciding(const std::vector<DrawnPair>& pairs, Drawing& drawing) const {
+  Marker line = linesOf(drawing.base, "deciding", 0.15 * text_height_);
   line.color = drawing.level_colour;
-  if (!pairs.empty()) line.points = {pairs.front()->point_a, pairs.front()->point_b};
+  if (!pairs.empty()) line.points = {pairs.front().pair->point_a, pairs.front().pair->point_b};
   append(std::move(line), drawing.array);
 }
 
-void ClearanceMarkers::addLabels(const std::vector<const Proximity*>& pairs, Drawing& drawing) const {
+void ClearanceMarkers::addLabels(const std::vector<DrawnPair>& pairs, Drawing& drawing) const {
   Marker leaders = linesOf(drawing.base, "leaders", 0.03 * text_height_);
   const auto lead = [&](const Proximity& pair, const Vector3d& place, const std_msgs::ColorRGBA& pair_colour) {
     addLine(leaders, point(middleOf(pair)), point(place), pair_colour);
   };
-  if (!pairs.empty()) lead(*pairs.front(), belowSummary(), drawing.level_colour);
-  const std::vector<const Proximity*> labelled = pairsWithLabel(pairs);
+  if (!pairs.empty()) lead(*pairs.front().pair, belowSummary(), drawing.level_colour);
+  const std::vector<DrawnPair> labelled = pairsWithLabel(pairs);
   for (std::size_t i = 0; i < kLabels; ++i) {
     Marker label = drawing.base;
     label.ns = "distances";
     label.id = static_cast<int>(i);
     label.type = Marker::TEXT_VIEW_FACING;
     if (i < labelled.size()) {
-      label.text = millimetres(labelled[i]->distance);
-      label.color = drawing.colourOf(*labelled[i]);
+      const Proximity& pair = *labelled[i].pair;
+      label.text = millimetres(pair.distance);
+      label.color = labelled[i].colour;
       label.scale.z = kLabelHeight * text_height_;
-      label.pose.position = point(placeOfLabel(*labelled[i]));
-      lead(*labelled[i], placeOfLabel(*labelled[i]) - Vector3d(0.0, 0.0, 0.6 * label.scale.z), label.color);
+      label.pose.position = point(placeOfLabel(pair));
+      lead(pair, placeOfLabel(pair) - Vector3d(0.0, 0.0, 0.6 * label.scale.z), label.color);
     } else {
       label.action = Marker::DELETE;
     }
@@ -283,7 +292,7 @@ void ClearanceMarkers::addLabels(const std::vector<const Proximity*>& pairs, Dra
   append(std::move(leaders), drawing.array);
 }
 
-/// The begin of the line from the level's text to the closest pair: above the labels.
+/// The begin of the line from the level's text to the deciding pair: above the labels.
 Vector3d ClearanceMarkers::belowSummary() const {
   const Vector3d centre = latest_box_.center();
   return {centre.x(), centre.y(), latest_box_.max().z() + 3.0 * text_height_};
@@ -297,25 +306,21 @@ Vector3d ClearanceMarkers::placeOfLabel(const Proximity& pair) const {
   return {place.x(), place.y(), latest_box_.max().z() + 1.6 * text_height_};
 }
 
-/// The closest pairs, without the first, whose labels have room: they overlap neither each other nor the line from the
+/// The pairs, without the first, whose labels have room: they overlap neither each other nor the line from the
 /// first pair to the level's text, and their own lines are not too close to that line.
-std::vector<const Proximity*> ClearanceMarkers::pairsWithLabel(const std::vector<const Proximity*>& pairs) const {
+std::vector<ClearanceMarkers::DrawnPair> ClearanceMarkers::pairsWithLabel(const std::vector<DrawnPair>& pairs) const {
   const double width = 5.0 * kLabelHeight * text_height_;  // of "123.4 mm"
-  std::vector<const Proximity*> labelled;
+  std::vector<DrawnPair> labelled;
   for (std::size_t i = 1; i < pairs.size() && labelled.size() < kLabels; ++i) {
-    const Vector3d place = placeOfLabel(*pairs[i]), first = middleOf(*pairs.front()), top = belowSummary();
+    const Proximity& pair = *pairs[i].pair;
+    const Vector3d place = placeOfLabel(pair), first = middleOf(*pairs.front().pair), top = belowSummary();
     const Vector3d line = top + (place.z() - top.z()) / (first.z() - top.z()) * (first - top);
-    const auto is_near = [&](const Proximity* other) { return (place - placeOfLabel(*other)).norm() < width; };
-    if ((place - line).norm() > 0.6 * width && (middleOf(*pairs[i]) - first).norm() > width &&
+    const auto is_near = [&](const DrawnPair& other) { return (place - placeOfLabel(*other.pair)).norm() < width; };
+    if ((place - line).norm() > 0.6 * width && (middleOf(pair) - first).norm() > width &&
         std::none_of(labelled.begin(), labelled.end(), is_near))
       labelled.push_back(pairs[i]);
   }
   return labelled;
-}
-
-std_msgs::ColorRGBA ClearanceMarkers::Drawing::colourOf(const Proximity& pair) const {
-  const bool has_object = pair.a.kind == ShapeRef::OBJECT || pair.b.kind == ShapeRef::OBJECT;
-  return levelColour(clearanceLevel(pair.distance, Clearance::INVALID, has_object ? ofObjects(settings) : settings));
 }
 
 MarkerArray noMarkers() {

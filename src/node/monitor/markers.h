@@ -18,12 +18,12 @@ visualization_msgs::MarkerArray pieceMarkers(const Robot& robot);
 
 /// Draws the clearances of one robot. Every cycle has these markers, by namespace:
 ///
-/// "level"      a text above the robot in the colour of the level: the level, the closest pair and its distance. If the
-///              level is INVALID, the text gives the reason, and nothing else is drawn.
-/// "closest"    a thick line between the closest points of the closest pair, in the colour of the level.
-/// "witnesses"  a line between the closest points of every listed pair, in the colour of the level of its distance.
+/// "level"      a text above the robot in the colour of the level: the level, the pair that sets it, its distance and threshold. If
+///              the level is INVALID, the text gives the reason, and nothing else is drawn.
+/// "deciding"   a thick line between the closest points of that pair, in the colour of the level.
+/// "witnesses"  a line between the closest points of every listed pair, in the colour of its own level.
 /// "distances"  labels with the distances of the next few pairs for which there is room.
-/// "leaders"    thin lines from the text of the level to the closest pair, and from each label to its pair.
+/// "leaders"    thin lines from the text of the level to the pair that sets it, and from each label to its pair.
 ///
 /// RViz hides a text behind the shapes in front of it, so all texts are placed above the bounding box of the robot.
 ///
@@ -38,26 +38,29 @@ class ClearanceMarkers {
                                        const MonitorSettings& settings);
 
  private:
-  static constexpr std::size_t kLabels = 2;    // besides the closest pair, whose distance is in the level's text
+  static constexpr std::size_t kLabels = 2;    // besides the deciding pair, whose distance is in the level's text
   static constexpr double kLabelHeight = 0.6;  // relative to the height of the level's text
 
+  /// A pair that is drawn; the first one is that which sets the level.
+  struct DrawnPair {
+    const Proximity* pair;
+    std_msgs::ColorRGBA colour;  ///< of its level
+  };
   struct Drawing {
-    const MonitorSettings& settings;
     std_msgs::ColorRGBA level_colour;
     visualization_msgs::Marker base;
     visualization_msgs::MarkerArray array;
-
-    std_msgs::ColorRGBA colourOf(const Proximity& pair) const;
   };
 
   visualization_msgs::Marker base(const Clearance& clearance, const MonitorSettings& settings) const;
   void addSummary(const Clearance& clearance, Drawing& drawing) const;
-  void addLines(const std::vector<const Proximity*>& pairs, Drawing& drawing) const;
-  void addClosest(const std::vector<const Proximity*>& pairs, Drawing& drawing) const;
-  void addLabels(const std::vector<const Proximity*>& pairs, Drawing& drawing) const;
+  static std::vector<DrawnPair> pairsOf(const Clearance& clearance);
+  void addLines(const std::vector<DrawnPair>& pairs, Drawing& drawing) const;
+  void addDeciding(const std::vector<DrawnPair>& pairs, Drawing& drawing) const;
+  void addLabels(const std::vector<DrawnPair>& pairs, Drawing& drawing) const;
   Eigen::Vector3d belowSummary() const;
   Eigen::Vector3d placeOfLabel(const Proximity& pair) const;
-  std::vector<const Proximity*> pairsWithLabel(const std::vector<const Proximity*>& pairs) const;
+  std::vector<DrawnPair> pairsWithLabel(const std::vector<DrawnPair>& pairs) const;
 
   scene::RobotBox box_;
   Eigen::AlignedBox3d latest_box_;  ///< in the frame of the clearances; until a pose is known, that of all joints at 0

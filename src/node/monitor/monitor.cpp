@@ -5,7 +5,6 @@
 #include <string>
 #include <utility>
 
-#include "node/monitor/clearance_level.h"
 #include "node/objects/object_needs.h"
 #include "node/robot/conversions.h"
 #include "node/services/pair_questions.h"
@@ -23,6 +22,22 @@ std::size_t longestName(const scene::RobotModel& robot, const scene::Objects& ob
   for (const scene::Member& member : robot.robots) longest = std::max(longest, member.name.size());
   for (const scene::Collision& collision : robot.collisions) longest = std::max(longest, collision.name.size());
   return longest;
+}
+
+std::uint8_t levelCode(scene::ClearanceLevel level) {
+  static_assert(Clearance::CLEAR == static_cast<std::uint8_t>(scene::ClearanceLevel::Clear) &&
+                Clearance::WARN == static_cast<std::uint8_t>(scene::ClearanceLevel::Warn) &&
+                Clearance::STOP == static_cast<std::uint8_t>(scene::ClearanceLevel::Stop) &&
+                Clearance::COLLISION == static_cast<std::uint8_t>(scene::ClearanceLevel::Collision));
+  return static_cast<std::uint8_t>(level);
+}
+
+/// Of two pairs that decide about their kind, whether the first decides about both.
+bool comesFirst(const scene::DecidingPair& p, const scene::DecidingPair& q) {
+  const auto excess = [](const scene::DecidingPair& deciding) {
+    return deciding.pair.result.lower_bound - deciding.level.threshold;
+  };
+  return p.level.level != q.level.level ? p.level.level > q.level.level : excess(p) <= excess(q);
 }
 
 bool hasObject(const scene::PairProximity& pair) { return pair.asked.a.link < 0 || pair.asked.b.link < 0; }
@@ -53,7 +68,8 @@ void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
   robot_ = robot;
   scene_ = robot_->borrowScene();
   moving_scene_ = robot_->borrowMovingScene();
-  self_level_ = object_level_ = Clearance::INVALID;
+  self_level_ = object_level_ = std::nullopt;
+  thresholds_ = *robot_->thresholds();
   scaled_ = {};
   MonitoredObjects objects(*robot_, robot_->objects().get());
   use(objects);
@@ -72,8 +88,10 @@ const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnap
   clearance_.header.frame_id = robot_->referenceFrame();
   clearance_.status = snapshot.status;
   clearance_.objects_revision = objects().revision;
-  for (Proximity* minimum : {&clearance_.minimum, &clearance_.self_minimum, &clearance_.object_minimum})
-    assignUnknown(*minimum);
+  for (Proximity* pair :
+       {&clearance_.deciding, &clearance_.minimum, &clearance_.self_minimum, &clearance_.object_minimum})
+    assignUnknown(*pair);
+  clearance_.deciding_threshold = kNaN;
   clearance_.tf_age = snapshot.age;
   clearance_.tf_skew = snapshot.skew;
   ++clearance_.cycle;
@@ -124,7 +142,9 @@ const ConstraintRows& Monitor::constraints(const PoseSnapshot& snapshot, const M
   derive(snapshot);
   if (!constraints_ || constraints_->capacity() != settings.max_constraints)
     constraints_.emplace(robot_->sharedModel(), settings.max_constraints);
-  return constraints_->in({clearance_, snapshot, *scene_, *gradients_, named(), monitored_.longest_name}, settings);
+  return constraints_->in(
+      {clearance_, snapshot, *scene_, *gradients_, thresholds(settings).stop, named(), monitored_.longest_name},
+      settings);
 }
 
 void Monitor::measure(const PoseSnapshot& snapshot, const FrameSnapshot& frames, const MonitorSettings& settings) {
@@ -148,7 +168,8 @@ void Monitor::measure(const PoseSnapshot& snapshot, const FrameSnapshot& frames,
     judge(snapshot, scene::PairProximity(*minimum), question, settings);
     return;
   }
-  self_level_ = object_level_ = clearance_.level = Clearance::INVALID;
+  self_level_ = object_level_ = std::nullopt;
+  clearance_.level = Clearance::INVALID;
   if (clearance_.status.code != QueryStatus::OK) return;
   const bool nothing = pairs.empty() && objects().all->pairCount() == 0;
   clearance_.status = nothing ? nothingToCheck() : incompleteness(*robot_, scene_->counts(), question);
@@ -160,17 +181,38 @@ void Monitor::judge(const PoseSnapshot& snapshot, const scene::PairProximity& mi
                     const MonitorSettings& settings) {
   say(clearance_.minimum, snapshot, minimum, question, settings);
   clearance_.status.code = statusCode(minimum.result);
+  const auto of_links = judgeKind(scene::PairKind::OfLinks, snapshot, minimum, question, settings);
+  const auto with_object = judgeKind(scene::PairKind::WithObject, snapshot, minimum, question, settings);
+  const scene::DecidingPair& deciding =
+      !with_object || (of_links && comesFirst(*of_links, *with_object)) ? *of_links : *with_object;
+  say(clearance_.deciding, snapshot, deciding.pair, question, settings);
+  clearance_.deciding_threshold = deciding.level.threshold;
+  clearance_.level = levelCode(deciding.level.level);
+}
 
-  const auto of_links = minimumOf(scene::PairKind::OfLinks, minimum, question);
-  if (of_links) say(clearance_.self_minimum, snapshot, *of_links, question, settings);
-  self_level_ = of_links ? clearanceLevel(of_links->result.lower_bound, self_level_, settings)
-                         : static_cast<std::uint8_t>(Clearance::CLEAR);
+/// Of one kind of pairs; nullopt if none is checked.
+std::optional<scene::DecidingPair> Monitor::judgeKind(scene::PairKind kind, const PoseSnapshot& snapshot,
+                                                      const scene::PairProximity& minimum,
+                                                      const scene::Question& question,
+                                                      const MonitorSettings& settings) {
+  const bool of_links = kind == scene::PairKind::OfLinks;
+  std::optional<scene::ClearanceLevel>& level = of_links ? self_level_ : object_level_;
+  const auto closest = minimumOf(kind, minimum, question);
+  if (!closest) {
+    level = scene::ClearanceLevel::Clear;
+    return std::nullopt;
+  }
+  say(of_links ? clearance_.self_minimum : clearance_.object_minimum, snapshot, *closest, question, settings);
+  const scene::DecidingPair deciding =
+      scene::decidingPair(*scene_, scene::Pairs(robot_->candidates(), kind), *closest, thresholds(settings), question,
+                          {level, settings.hysteresis});
+  level = deciding.level.level;
+  return deciding;
+}
 
-  const auto with_object = minimumOf(scene::PairKind::WithObject, minimum, question);
-  if (with_object) say(clearance_.object_minimum, snapshot, *with_object, question, settings);
-  object_level_ = with_object ? clearanceLevel(with_object->result.lower_bound, object_level_, ofObjects(settings))
-                              : static_cast<std::uint8_t>(Clearance::CLEAR);
-  clearance_.level = std::max(self_level_, object_level_);
+const scene::LevelThresholds& Monitor::thresholds(const MonitorSettings& settings) {
+  assignDefaults(thresholds_, settings);
+  return thresholds_;
 }
 
 /// The closest pair of a kind, given the closest of all; nullopt if no pair of this kind is checked.
@@ -190,13 +232,21 @@ void Monitor::report(const PoseSnapshot& snapshot, const scene::PairsBelow& belo
   std::vector<Proximity>& listed = clearance_.below_threshold;
   clearance_.pairs_below_threshold = static_cast<std::uint32_t>(below.count);
   listed.reserve(most);
+  clearance_.levels.reserve(most);
   unlisted_.reserve(most);
   while (listed.size() + unlisted_.size() < most) unlisted_.emplace_back();
   for (Proximity& message : unlisted_) makeRoom(message, settings);
   const std::size_t count = std::min(below.closest.size(), most);
   for (; listed.size() > count; listed.pop_back()) unlisted_.push_back(std::move(listed.back()));
   for (; listed.size() < count; unlisted_.pop_back()) listed.push_back(std::move(unlisted_.back()));
-  for (std::size_t i = 0; i < count; ++i) say(listed[i], snapshot, below.closest[i], question, settings);
+  clearance_.levels.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const scene::PairProximity& pair = below.closest[i];
+    say(listed[i], snapshot, pair, question, settings);
+    const scene::DistanceLevel level = scene::levelOf(pair.result.lower_bound, thresholds(settings).stop.of(pair.asked),
+                                                      thresholds_.warn.of(pair.asked));
+    clearance_.levels[i] = levelCode(level.level);
+  }
 }
 
 void Monitor::lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
@@ -208,21 +258,21 @@ void Monitor::lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& ve
     return;
   }
   const LookaheadStart start{snapshot.poses, monitored_.frames, frames};
-  clearance_.lookahead = contactAhead(*robot_, movingScene(), start, velocities, settings);
+  clearance_.lookahead = contactAhead(*robot_, movingScene(), start, velocities, thresholds(settings).stop, settings);
 }
 
 StoppingScale Monitor::velocityScale(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
                                      const MonitorSettings& settings, const FrameSnapshot& frames) {
   if (clearance_.level == Clearance::INVALID) return {0.0, clearance_.status};
   StoppingScale found = stoppingScale(*robot_, movingScene(), *scene_, {snapshot.poses, monitored_.frames, frames},
-                                      velocities, joints(), snapshot.age, settings);
+                                      velocities, joints(), thresholds(settings).stop, snapshot.age, settings);
   if (found.status.code != QueryStatus::OK) return found;
   ScaledState state{snapshot.poses,
                     frames.poses,
                     velocities.velocities,
                     velocities.positions,
                     objects().all,
-                    stopDistances(settings),
+                    thresholds_.stop,
                     stopLatency(snapshot.age, settings)};
   const double period = settings.rate > 0.0 ? 1.0 / settings.rate : 0.0;
   if (found.is_complete) {

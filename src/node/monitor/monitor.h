@@ -14,6 +14,7 @@
 #include "node/services/gradients.h"
 #include "node/tf/tf_poses.h"
 #include "proximity_server/Clearance.h"
+#include "proximity_server/scene/query/clearance_level.h"
 
 namespace proximity_server::node {
 
@@ -79,8 +80,12 @@ class Monitor {
            const scene::Question& question, const MonitorSettings& settings);
   void derive(const PoseSnapshot& snapshot);
   void nameJoints(const PoseSnapshot& snapshot, const MonitorSettings& settings);
+  const scene::LevelThresholds& thresholds(const MonitorSettings& settings);
   void judge(const PoseSnapshot& snapshot, const scene::PairProximity& minimum, const scene::Question& question,
              const MonitorSettings& settings);
+  std::optional<scene::DecidingPair> judgeKind(scene::PairKind kind, const PoseSnapshot& snapshot,
+                                               const scene::PairProximity& minimum, const scene::Question& question,
+                                               const MonitorSettings& settings);
   std::optional<scene::PairProximity> minimumOf(scene::PairKind kind, const scene::PairProximity& minimum,
                                                 const scene::Question& question);
   const RobotObjects& objects() const { return monitored_.objects; }
@@ -96,10 +101,11 @@ class Monitor {
   ScenePool::Lease scene_;  // declared after robot_, whose pools it and the next return to
   MovingScenePool::Lease moving_scene_;
   MonitoredObjects monitored_;
-  std::optional<Gradients> gradients_;            ///< of this robot and these objects; made when they are wanted first
-  std::optional<Constraints> constraints_;        ///< the same
-  std::uint8_t self_level_ = Clearance::INVALID;  ///< of pairs of links
-  std::uint8_t object_level_ = Clearance::INVALID;  ///< of pairs with an object
+  std::optional<Gradients> gradients_;      ///< of this robot and these objects; made when they are wanted first
+  std::optional<Constraints> constraints_;  ///< the same
+  scene::LevelThresholds thresholds_;       ///< of the robot, with the defaults of the latest settings
+  std::optional<scene::ClearanceLevel> self_level_,
+      object_level_;  ///< of pairs of links, and with an object; nullopt: INVALID
   Clearance clearance_;
   ScaledState scaled_;  ///< the state of the latest search for a scale of the velocities that had time enough
   double scale_ = 0.0;  ///< what it found

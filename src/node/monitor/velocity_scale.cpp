@@ -40,12 +40,12 @@ scene::Braking brakingOf(const Robot& robot, const ros::Duration& age, const Mon
 
 /// The decelerations of all joints that move are known.
 StoppingScale scaleOf(const Robot& robot, scene::MovingScene& moving_scene, scene::Scene& scene,
-                      const LookaheadStart& start, const VelocitySnapshot& velocities, const ros::Duration& age,
-                      const MonitorSettings& settings) {
+                      const LookaheadStart& start, const VelocitySnapshot& velocities, const scene::PairDistances& stop,
+                      const ros::Duration& age, const MonitorSettings& settings) {
   const scene::MovingState state{start.poses, velocities.velocities, velocities.positions,
                                  objectFramesAtStart(robot, start.frames, start.placed.poses)};
-  const scene::VelocityScale found = scene::velocityScale(moving_scene, scene, state, brakingOf(robot, age, settings),
-                                                          stopDistances(settings), endOfSearch(settings));
+  const scene::VelocityScale found =
+      scene::velocityScale(moving_scene, scene, state, brakingOf(robot, age, settings), stop, endOfSearch(settings));
   StoppingScale result;
   if (found.status != narrowphase::Status::Unknown) {
     result.scale = found.scale;
@@ -69,26 +69,22 @@ double stopLatency(const ros::Duration& age, const MonitorSettings& settings) {
   return settings.stop_latency + std::max(0.0, age.toSec());
 }
 
-scene::StopDistances stopDistances(const MonitorSettings& settings) {
-  return {settings.stop_distance, settings.object_stop_distance};
-}
-
 bool differInLatencyOnly(const ScaledState& p, const ScaledState& q) {
-  return p.stop.links == q.stop.links && p.stop.objects == q.stop.objects && p.objects == q.objects &&
-         p.velocities == q.velocities && p.positions == q.positions && areSame(p.poses, q.poses) &&
-         areSame(p.frames, q.frames);
+  return p.stop == q.stop && p.objects == q.objects && p.velocities == q.velocities && p.positions == q.positions &&
+         areSame(p.poses, q.poses) && areSame(p.frames, q.frames);
 }
 
 StoppingScale stoppingScale(const Robot& robot, scene::MovingScene& moving_scene, scene::Scene& scene,
                             const LookaheadStart& start, const VelocitySnapshot& velocities,
-                            const std::vector<int>& joints, const ros::Duration& age, const MonitorSettings& settings) {
+                            const std::vector<int>& joints, const scene::PairDistances& stop, const ros::Duration& age,
+                            const MonitorSettings& settings) {
   StoppingScale result;
   result.status = knowledgeOf(robot, joints);  // first: it stays so, while velocities may come
   if (result.status.code == QueryStatus::OK) result.status = velocities.status;
   if (result.status.code != QueryStatus::OK) return result;
 
   try {
-    return scaleOf(robot, moving_scene, scene, start, velocities, age, settings);
+    return scaleOf(robot, moving_scene, scene, start, velocities, stop, age, settings);
   } catch (const std::invalid_argument& error) {  // the way to stop is not finite, or a turn is not known
     result.status.code = QueryStatus::NO_VELOCITY;
     result.status.message = error.what();

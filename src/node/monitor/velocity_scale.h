@@ -10,8 +10,8 @@
 #include "node/monitor/lookahead.h"
 #include "node/robot/robot.h"
 #include "proximity_server/QueryStatus.h"
-#include "proximity_server/scene/derivative/stop_distances.h"
 #include "proximity_server/scene/motion/moving_scene.h"
+#include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/scene.h"
 
 namespace proximity_server::node {
@@ -30,24 +30,24 @@ struct ScaledState {
   std::vector<double> velocities;
   std::vector<std::optional<double>> positions;
   std::shared_ptr<const scene::Objects> objects;
-  scene::StopDistances stop;
+  scene::PairDistances stop;
   double latency = 0.0;  ///< [s] with the age of the poses
 };
 
 /// Whether two states differ in nothing but the latency.
 bool differInLatencyOnly(const ScaledState& p, const ScaledState& q);
 
-/// The largest scale of the joint velocities from which the robot still stops above the stop distances of the settings, with the
-/// decelerations of its parameters. What leads away from a pair is not slowed, see scene::velocityScale(). Until the robot
+/// The largest scale of the joint velocities from which the robot still stops above the stop distances, with the decelerations of its
+/// parameters. What leads away from a pair is not slowed, see scene::velocityScale(). Until the robot
 /// begins to brake, `age` of the poses and MonitorSettings::stop_latency pass. `joints` are those that move a checked pair.
 /// `scene` and `moving_scene` have the same objects, and `scene` has the poses of the start. The search ends with
 /// endOfSearch(): then the scale is a smaller one, which is safe, and not complete.
 StoppingScale stoppingScale(const Robot& robot, scene::MovingScene& moving_scene, scene::Scene& scene,
                             const LookaheadStart& start, const VelocitySnapshot& velocities,
-                            const std::vector<int>& joints, const ros::Duration& age, const MonitorSettings& settings);
+                            const std::vector<int>& joints, const scene::PairDistances& stop, const ros::Duration& age,
+                            const MonitorSettings& settings);
 
 /// [s] Until the robot begins to brake.
 double stopLatency(const ros::Duration& age, const MonitorSettings& settings);
-scene::StopDistances stopDistances(const MonitorSettings& settings);
 
 }  // namespace proximity_server::node

@@ -183,7 +183,7 @@ class Parameters {
     const double result = is_int ? static_cast<int>(value) : static_cast<double>(value);
     // Written with >= and <= so that NaN is outside of every range.
     require(result >= range.lowest && result <= range.highest, name,
-            "is " + shortest(result) + ", outside of " + range.text());
+            "is " + scene::shortest(result) + ", outside of " + range.text());
     return result;
   }
 
@@ -222,8 +222,8 @@ bool hasRobots(const XmlRpcValue& values) {
 std::string problemOf(const MonitorSettings& settings) {
   const auto contradiction = [](const std::string& kind, double stop, double warn) {
     if (stop <= warn) return std::string();
-    return kind + "stop_distance is " + shortest(stop) + ", above " + kind + "warn_distance, which is " +
-           shortest(warn) + ": the level WARN comes before STOP";
+    return kind + "stop_distance is " + scene::shortest(stop) + ", above " + kind + "warn_distance, which is " +
+           scene::shortest(warn) + ": the level WARN comes before STOP";
   };
   const std::string of_links = contradiction("", settings.stop_distance, settings.warn_distance);
   if (!of_links.empty()) return of_links;
@@ -247,8 +247,8 @@ std::string problemOfDamper(const MonitorSettings& settings) {
                                                            {"object_stop_distance", settings.object_stop_distance}};
   for (const auto& [name, stop] : stop_distances) {
     if (settings.influence_distance > stop) continue;
-    return "influence_distance is " + shortest(settings.influence_distance) + ", not above " + name + ", which is " +
-           shortest(stop);
+    return "influence_distance is " + scene::shortest(settings.influence_distance) + ", not above " + name +
+           ", which is " + scene::shortest(stop);
   }
   return {};
 }

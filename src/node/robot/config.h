@@ -13,6 +13,7 @@
 #include "proximity_server/scene/model/robot_model.h"
 #include "proximity_server/scene/object_files/object_file.h"
 #include "proximity_server/scene/objects/object_rules.h"
+#include "proximity_server/scene/query/level_thresholds.h"
 
 namespace proximity_server::node {
 
@@ -81,6 +82,7 @@ struct Config {
   scene::ObjectFile objects;  ///< what stands there from the start
   std::string objects_file;   ///< an absolute path; "": objects are not kept
   MaxDeceleration max_deceleration;
+  scene::ThresholdRules thresholds;  ///< of single pairs, links and groups, in place of those of `monitor`
   MonitorSettings monitor;
 };
 

@@ -1,16 +1,12 @@
 #include "node/robot/parameter_table.h"
 
-#include <charconv>
 #include <utility>
+
+#include "proximity_server/scene/model/names.h"
 
 namespace proximity_server::node {
 
-std::string shortest(double value) {
-  char text[32];
-  return {text, std::to_chars(text, text + sizeof text, value).ptr};
-}
-
-std::string Range::text() const { return "[" + shortest(lowest) + ", " + shortest(highest) + "]"; }
+std::string Range::text() const { return "[" + scene::shortest(lowest) + ", " + scene::shortest(highest) + "]"; }
 
 std::vector<Parameter> parameterTable(Config& config) {
   constexpr auto kLive = Parameter::Change::Live, kReload = Parameter::Change::Reload,
@@ -139,6 +135,20 @@ std::vector<Parameter> parameterTable(Config& config) {
   add("stop_distance", &monitor.stop_distance, {0, 100}, "m", kLive,
       "At or below it the level is STOP; on contact it is COLLISION. It must be at most `warn_distance`: otherwise "
       "the node does not start, and a live change is refused.");
+  add("pair_warn_distance", &config.thresholds.warn.of_pairs, {0, 100}, "m", kReload,
+      "Replaces `warn_distance` for single pairs, as the parts of a hand that are always near: `[{links: [wrist, "
+      "flange], "
+      "distance: 0.01}]`. See [thresholds of single pairs](#thresholds-of-single-pairs).");
+  add("pair_stop_distance", &config.thresholds.stop.of_pairs, {0, 100}, "m", kReload,
+      "The same of `stop_distance`. It must be at most the warn distance of the pair, and below `influence_distance`.");
+  add("link_warn_distance", &config.thresholds.warn.of_links, {0, 100}, "m", kReload,
+      "Replaces `warn_distance`, and `object_warn_distance`, for the pairs of single links: `{gripper: 0.01}`.");
+  add("link_stop_distance", &config.thresholds.stop.of_links, {0, 100}, "m", kReload,
+      "The same of `stop_distance` and `object_stop_distance`.");
+  add("group_warn_distance", &config.thresholds.warn.of_groups, {0, 100}, "m", kReload,
+      "The same as `link_warn_distance` for the links that move when the joints of an SRDF group do.");
+  add("group_stop_distance", &config.thresholds.stop.of_groups, {0, 100}, "m", kReload,
+      "The same of `stop_distance` and `object_stop_distance`.");
   add("object_warn_distance", &monitor.object_warn_distance, {0, 100}, "m", kLive,
       "The same as `warn_distance` of pairs with an object.");
   add("object_stop_distance", &monitor.object_stop_distance, {0, 100}, "m", kLive,

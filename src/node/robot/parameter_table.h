@@ -40,7 +40,4 @@ struct Parameter {
 /// All parameters, each with its field in `config`. A live one is a field of MonitorSettings.
 std::vector<Parameter> parameterTable(Config& config);
 
-/// The shortest text that reads back as this number: "0.1", "1e-14".
-std::string shortest(double value);
-
 }  // namespace proximity_server::node

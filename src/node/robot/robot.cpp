@@ -154,6 +154,15 @@ std::vector<std::optional<double>> maxDecelerationsOf(const scene::RobotModel& r
   return decelerations;
 }
 
+std::shared_ptr<const scene::LevelThresholds> thresholdsOf(const scene::RobotModel& robot,
+                                                           const std::vector<std::string>& srdfs,
+                                                           const Config& config) {
+  scene::LevelThresholds defaults;
+  assignDefaults(defaults, config.monitor);
+  return std::make_shared<const scene::LevelThresholds>(
+      scene::levelThresholds(robot, srdfs, config.thresholds, defaults));
+}
+
 /// For each robot the index of the edge to its root, see Robot::tfEdges().
 std::vector<int> rootEdgesOf(const Robot& robot) {
   std::vector<int> edges;
@@ -183,11 +192,34 @@ Robot::Robot(const std::vector<RobotTexts>& texts, const Config& config)
       tf_edges_(std::make_shared<const std::vector<TfEdge>>(edgesOf(*this))),
       root_edges_(rootEdgesOf(*this)),
       max_decelerations_(maxDecelerationsOf(model_->robot, config.max_deceleration)),
+      thresholds_(thresholdsOf(model_->robot, srdfs_, config)),
       objects_(std::make_unique<ObjectSlot>(noObjects(model_, reference_link_, config.free_objects))),
       scenes_(std::make_unique<ScenePool>(
           [first = std::make_shared<const scene::Scene>(model_)] { return first->twin(); })),
       moving_scenes_(std::make_unique<MovingScenePool>(
-          [first = std::make_shared<const scene::MovingScene>(model_)] { return first->twin(); })) {}
+          [first = std::make_shared<const scene::MovingScene>(model_)] { return first->twin(); })) {
+  useDefaults(config.monitor);
+}
+
+void Robot::useDefaults(const MonitorSettings& settings) const {
+  const auto next = std::make_shared<scene::LevelThresholds>(*thresholds());
+  assignDefaults(*next, settings);
+  const scene::RobotModel& model = robotModel();
+  scene::requireOrder(model, *next);
+  const auto require = [&](double stop, double by_default, const std::string& who) {
+    if (stop != by_default && stop >= settings.influence_distance)
+      throw std::invalid_argument("the stop distance of " + who + " is " + scene::shortest(stop) +
+                                  ", not below influence_distance, which is " +
+                                  scene::shortest(settings.influence_distance));
+  };
+  for (const scene::ShapeRefPair& pair : candidates_)
+    require(next->stop.of(pair), next->stop.links,
+            model.links[pair.a.link].name + " - " + model.links[pair.b.link].name);
+  for (int link = 0; link < static_cast<int>(model.links.size()); ++link)
+    require(next->stop.of({{link}, scene::ShapeRef::ofObject(0)}), next->stop.objects,
+            model.links[link].name + " and objects");
+  std::atomic_store(&thresholds_, std::shared_ptr<const scene::LevelThresholds>(next));
+}
 
 int Robot::linkOfFrame(const std::string& frame) const { return findFrame(robotModel(), frames_, frame); }
 
@@ -199,6 +231,13 @@ std::vector<scene::ShapeRefPair> Robot::pairsOfGroup(const std::string& group) c
   scene::PairFilterOptions filter = config_.filter;
   filter.group = group;
   return scene::Candidates(scene::filterPairs(robotModel(), srdfs_, filter)).list();
+}
+
+void assignDefaults(scene::LevelThresholds& thresholds, const MonitorSettings& settings) {
+  thresholds.stop.links = settings.stop_distance;
+  thresholds.stop.objects = settings.object_stop_distance;
+  thresholds.warn.links = settings.warn_distance;
+  thresholds.warn.objects = settings.object_warn_distance;
 }
 
 scene::MeshResolver meshResolver(const Config& config) {

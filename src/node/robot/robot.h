@@ -27,8 +27,8 @@ struct RobotTexts {
   std::string srdf;  ///< "": there is none
 };
 
-/// A robot as the parameter server described it, or several that are one model (scene::joined). Besides its objects it does not change after loading: a reload makes a
-/// new Robot, and running requests keep the old one.
+/// A robot as the parameter server described it, or several that are one model (scene::joined). Besides its objects and the default
+/// thresholds it does not change after loading: a reload makes a new Robot, and running requests keep the old one.
 class Robot {
  public:
   /// Reads URDF and SRDF from the parameters that `config` names, searched upwards from the namespace of `nh`.
@@ -75,6 +75,14 @@ class Robot {
   /// How hard each of RobotModel::joints can brake [rad/s^2] or [m/s^2]; nullopt if the parameters do not tell.
   const std::vector<std::optional<double>>& maxDecelerations() const { return max_decelerations_; }
 
+  /// At or below which distances a pair is at a level.
+  std::shared_ptr<const scene::LevelThresholds> thresholds() const { return std::atomic_load(&thresholds_); }
+
+  /// Takes the thresholds of pairs that have none of their own from settings, from now on.
+  /// Failure: throws std::invalid_argument naming a pair whose own do not fit: its stop distance is above its warn distance, or it has
+  ///          one of its own that is not below influence_distance. Then nothing changes.
+  void useDefaults(const MonitorSettings& settings) const;
+
   /// The objects around the robot. Unlike all else of a robot they change while it is used.
   ObjectSlot& objects() const { return *objects_; }
 
@@ -98,10 +106,14 @@ class Robot {
   std::shared_ptr<const std::vector<TfEdge>> tf_edges_;
   std::vector<int> root_edges_;
   std::vector<std::optional<double>> max_decelerations_;
+  mutable std::shared_ptr<const scene::LevelThresholds> thresholds_;  ///< as it is at present, used by std::atomic_load
   std::unique_ptr<ObjectSlot> objects_;
   std::unique_ptr<ScenePool> scenes_;
   std::unique_ptr<MovingScenePool> moving_scenes_;
 };
+
+/// Gives the pairs that have no thresholds of their own those of the settings.
+void assignDefaults(scene::LevelThresholds& thresholds, const MonitorSettings& settings);
 
 /// Finds the mesh files of links and objects: those of packages below the roots of the parameters and of
 /// ROS_PACKAGE_PATH, and only below the allowed roots.

@@ -133,7 +133,8 @@ void findMinima(const TrajectorySearch& search, QueryTrajectoryResponse& respons
 
 FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactRequest& request) {
   return answered(emptyFirstContact(), [&](FirstContactResponse& response) {
-    scene::MotionQuestion question = motionQuestion(request.contact_distance, request.tolerance);
+    const auto thresholds = robot.thresholds();
+    scene::MotionQuestion question = motionQuestion(request.contact_distance, request.tolerance, thresholds->stop);
     const double budget = timeBudget(robot, request.time_budget);
     positive(request.horizon, "horizon");
     const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
@@ -164,7 +165,8 @@ FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactR
 
 QueryTrajectoryResponse answer(const Robot& robot, TfPoses& tf, const QueryTrajectoryRequest& request) {
   return answered(emptyQueryTrajectory(), [&](QueryTrajectoryResponse& response) {
-    scene::MotionQuestion question = motionQuestion(request.contact_distance, request.tolerance);
+    const auto thresholds = robot.thresholds();
+    scene::MotionQuestion question = motionQuestion(request.contact_distance, request.tolerance, thresholds->stop);
     const double budget = timeBudget(robot, request.time_budget);
     const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
     const WayPoints points = wayPointsOf(robot, request);

@@ -119,9 +119,12 @@ TimedMotion motionOfJoints(const Robot& robot, const scene::BodyPoses& poses, co
 
 }  // namespace
 
-scene::MotionQuestion motionQuestion(double contact_distance, double tolerance) {
+scene::MotionQuestion motionQuestion(double contact_distance, double tolerance, const scene::PairDistances& stop) {
   scene::MotionQuestion question;
-  question.contact_distance = notNegative(contact_distance, "contact_distance");
+  if (std::isnan(contact_distance))
+    question.thresholds = &stop;
+  else
+    question.contact_distance = notNegative(contact_distance, "contact_distance");
   if (notNegative(tolerance, "tolerance") > 0.0) question.tolerance = tolerance;
   return question;
 }

@@ -15,7 +15,8 @@
 namespace proximity_server::node {
 
 /// The question that the numbers of either request describe, without a deadline. A tolerance of 0 means the default.
-scene::MotionQuestion motionQuestion(double contact_distance, double tolerance);
+/// A contact distance that is no number stands for the stop distance of each pair; `stop` must outlive the question.
+scene::MotionQuestion motionQuestion(double contact_distance, double tolerance, const scene::PairDistances& stop);
 
 /// The time budget [s] of a search. Throws RequestError OVER_BUDGET if it exceeds Config::max_request_time.
 double timeBudget(const Robot& robot, const ros::Duration& asked);

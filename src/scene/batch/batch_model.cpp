@@ -4,8 +4,8 @@
 #include <limits>
 #include <utility>
 
+#include "proximity_server/scene/query/pair_distances.h"
 #include "scene/batch/pair_order.h"
-#include "scene/query/pair_paddings.h"
 
 namespace proximity_server::scene {
 
@@ -13,7 +13,7 @@ BatchModel::BatchModel(std::shared_ptr<const SceneModel> scene_model)
     : model(std::move(scene_model)), candidates(model->pairs), volumes(std::make_shared<const Volumes>(model->robot)) {
   const RobotModel& robot = model->robot;
   for (int joint = 0; joint < static_cast<int>(robot.joints.size()); ++joint) leaders.push_back(robot.leaderOf(joint));
-  const PairPaddings paddings(model->pairs);
+  const PairDistances paddings = paddingsOf(model->pairs);
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const ShapeRefPair& pair = candidates[i];
     const auto [a, b] = std::minmax({volumes->of(pair.a), volumes->of(pair.b)});

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "scene/model/rounded.h"
-#include "scene/query/pair_paddings.h"
 
 namespace proximity_server::scene {
 namespace {
@@ -81,7 +81,7 @@ LaneModel::LaneModel(const SceneModel& model) {
   findUnread(static_cast<int>(model.robot.joints.size()));
   outlines_.resize(model.robot.links.size());
   const Candidates candidates(model.pairs);
-  const PairPaddings paddings(model.pairs);
+  const PairDistances paddings = paddingsOf(model.pairs);
   for (const ShapeRefPair& candidate : candidates) {
     addLink(model.robot, candidate.a.link);
     addLink(model.robot, candidate.b.link);

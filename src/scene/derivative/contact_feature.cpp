@@ -164,7 +164,7 @@ struct ContactFeatures::Side {
   }
 };
 
-ContactFeatures::ContactFeatures(const SceneModel& model) : model_(model), paddings_(model.pairs) {
+ContactFeatures::ContactFeatures(const SceneModel& model) : model_(model), paddings_(paddingsOf(model.pairs)) {
   const std::size_t most = mostCorners(model.robot.pieces);
   figure_a_.reserve(most);
   figure_b_.reserve(most);

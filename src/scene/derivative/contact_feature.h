@@ -8,10 +8,10 @@
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/objects/objects.h"
+#include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/question.h"
 #include "proximity_server/scene/query/scene.h"
 #include "scene/derivative/plane_figure.h"
-#include "scene/query/pair_paddings.h"
 
 namespace proximity_server::scene {
 
@@ -66,7 +66,7 @@ class ContactFeatures {
   std::optional<Side> sideOfObject(const ShapeRef& ref, const BodyPoses& poses, const FramePoses& frames) const;
 
   const SceneModel& model_;
-  const PairPaddings paddings_;
+  const PairDistances paddings_;
   std::vector<std::vector<int>> pieces_of_link_;
   std::shared_ptr<const Objects> objects_;
   PlaneFigure figure_a_, figure_b_;

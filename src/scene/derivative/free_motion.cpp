@@ -150,12 +150,8 @@ Bubble& FreeMotion::next() {
 void FreeMotion::find(Scene& scene, const FreeMotionQuestion& question) {
   is_known_ = false;
   size_ = 0;
-  const double of_links = question.thresholds.links, of_objects = question.thresholds.objects;
-  if (!std::isfinite(of_links) || !std::isfinite(of_objects) || !std::isfinite(question.influence_distance))
+  if (!question.thresholds.areFinite() || !std::isfinite(question.influence_distance))
     throw std::invalid_argument("the thresholds and the influence distance of a free motion must be finite");
-  const auto thresholdOf = [&](const ShapeRefPair& pair) {
-    return pair.a.link < 0 || pair.b.link < 0 ? of_objects : of_links;
-  };
   if (&scene.model() != &joints_->model()) throw std::invalid_argument("the scene is of another robot");
   if (scene.objects() != joints_->objects()) throw std::invalid_argument("the scene has other objects");
   Question near;
@@ -166,12 +162,12 @@ void FreeMotion::find(Scene& scene, const FreeMotionQuestion& question) {
   for (const PairProximity& pair : pairs) {
     Bubble& bubble = next();
     bubble.pair = pair.asked;
-    bubble.free = std::max(0.0, pair.result.lower_bound - thresholdOf(pair.asked));
+    bubble.free = std::max(0.0, pair.result.lower_bound - question.thresholds.of(pair.asked));
     is_known = is_known && weights(pair.asked, bubble.weights);
   }
   Bubble& others = next();
   others.pair = {};
-  others.free = std::max(0.0, question.influence_distance - std::max(of_links, of_objects));
+  others.free = std::max(0.0, question.influence_distance - question.thresholds.range(PairKind::Any).largest);
   is_known_ = is_known && findLargestWeights(others.weights);
 }
 

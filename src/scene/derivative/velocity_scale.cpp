@@ -36,7 +36,7 @@ void requireCount(std::size_t count, std::size_t joints, const char* what) {
 }
 
 void requireLegal(const RobotModel& model, const MovingState& state, const Braking& braking,
-                  const StopDistances& stop) {
+                  const PairDistances& stop) {
   requireCount(state.velocities.size(), model.joints.size(), "velocities");
   requireCount(braking.deceleration.size(), model.joints.size(), "decelerations");
   if (!(braking.latency >= 0.0) || !std::isfinite(braking.latency))
@@ -45,8 +45,7 @@ void requireLegal(const RobotModel& model, const MovingState& state, const Braki
     if (!(braking.deceleration[i] > 0.0))
       throw std::invalid_argument("the deceleration of joint " + model.joints[i].name + " is " +
                                   std::to_string(braking.deceleration[i]) + ", but must be positive");
-  if (!std::isfinite(stop.links) || !std::isfinite(stop.objects))
-    throw std::invalid_argument("the stop distances must be finite");
+  if (!stop.areFinite()) throw std::invalid_argument("the stop distances must be finite");
   for (const RobotMotion::Segment& frame : state.frames.moving)
     if (frame.is_known && !frame.motion.isRest()) throw std::invalid_argument("a frame of objects moves on its own");
   if (state.frames.world.is_known && !state.frames.world.motion.isRest())
@@ -79,21 +78,22 @@ PhasedMotion motionAlong(const RobotModel& model, const MovingState& state, std:
   return motion;
 }
 
-/// One search: of pairs of links, or of pairs with objects.
+/// The search for the first pair at its stop distance.
 class StopSearch {
  public:
-  StopSearch(MovingScene& moving, Scene& scene, PairKind kind, double stop_distance,
+  StopSearch(MovingScene& moving, Scene& scene, const PairDistances& stop,
              std::chrono::steady_clock::time_point deadline)
-      : moving_(moving), scene_(scene), kind_(kind) {
-    question_.contact_distance = stop_distance;
+      : moving_(moving), scene_(scene) {
+    question_.thresholds = &stop;
     question_.tolerance = 0.25 * kRetreatTolerance;
     question_.deadline = deadline;
   }
 
   RobotContact contact(const PhasedMotion& motion) {
-    const Pairs pairs(scene_.candidates(), kind_);
+    const Pairs pairs(scene_.candidates());
     Question near;
-    near.threshold = question_.contact_distance + kRetreatTolerance;
+    near.threshold = kRetreatTolerance;
+    near.thresholds = question_.thresholds;
     near.deadline = question_.deadline;
     near_ = scene_.below(pairs, near);
     for (const PairProximity& pair : near_)
@@ -138,7 +138,6 @@ class StopSearch {
 
   MovingScene& moving_;
   Scene& scene_;
-  const PairKind kind_;
   MotionQuestion question_;
   std::vector<PairProximity> near_;
 };
@@ -146,38 +145,27 @@ class StopSearch {
 }  // namespace
 
 VelocityScale velocityScale(MovingScene& moving, Scene& scene, const MovingState& state, const Braking& braking,
-                            const StopDistances& stop, std::chrono::steady_clock::time_point deadline) {
+                            const PairDistances& stop, std::chrono::steady_clock::time_point deadline) {
   const RobotModel& model = scene.model().robot;
   requireLegal(model, state, braking, stop);
   const std::vector<double> velocities = leadersOnly(model, state.velocities);
-  VelocityScale result;
-  if (!std::all_of(velocities.begin(), velocities.end(), [](double v) { return std::isfinite(v); })) return result;
+  if (!std::all_of(velocities.begin(), velocities.end(), [](double v) { return std::isfinite(v); })) return {};
 
   const Stop way = stopOf(model, velocities, braking);
   const PhasedMotion motion = motionAlong(model, state, velocities, way.length());
   const bool rests =
       way.length() == 0.0 || std::all_of(velocities.begin(), velocities.end(), [](double v) { return v == 0.0; });
 
-  result = {narrowphase::Status::Converged, 1.0, {}};
-  double length = way.length();
-  for (const auto& [kind, distance] :
-       {std::pair(PairKind::OfLinks, stop.links), std::pair(PairKind::WithObject, stop.objects)}) {
-    StopSearch search(moving, scene, kind, distance, deadline);
-    const RobotContact found = search.contact(motion);
-    if (found.counts.unknown > 0) return {};
-    if (found.counts.pairs == 0 || rests || !(found.t_free < 1.0)) continue;
-    const double free = kRoundedDown * found.t_free * way.length();
-    if (!(free < length)) continue;
-    length = free;
-    const bool ends_in_contact = found.contact && found.status == narrowphase::Status::Converged;
-    result = {found.status, way.scaleOf(free), ends_in_contact ? found.pair : PairProximity()};
-    const PairProximity* near = ends_in_contact ? search.nearAtStart(found.pair) : nullptr;
-    if (near && search.approaches(*near, motionAlong(model, state, velocities, 0.5 * free))) {
-      length = 0.0;
-      result = {found.status, 0.0, *near};
-    }
-  }
-  return result;
+  StopSearch search(moving, scene, stop, deadline);
+  const RobotContact found = search.contact(motion);
+  if (found.counts.unknown > 0) return {};
+  if (found.counts.pairs == 0 || rests || !(found.t_free < 1.0)) return {narrowphase::Status::Converged, 1.0, {}};
+  const double free = kRoundedDown * found.t_free * way.length();
+  const bool ends_in_contact = found.contact && found.status == narrowphase::Status::Converged;
+  const PairProximity* near = ends_in_contact ? search.nearAtStart(found.pair) : nullptr;
+  if (near && search.approaches(*near, motionAlong(model, state, velocities, 0.5 * free)))
+    return {found.status, 0.0, *near};
+  return {found.status, way.scaleOf(free), ends_in_contact ? found.pair : PairProximity()};
 }
 
 }  // namespace proximity_server::scene

@@ -220,6 +220,13 @@ int PairTable::find(int link_a, int link_b) const {
   return found ? static_cast<int>(hit - pairs.begin()) : -1;
 }
 
+std::vector<bool> bodiesMovedBy(const RobotModel& model, const std::vector<std::string>& srdf_xmls,
+                                const std::string& group) {
+  PairTable ignored;  // filterPairs() has the same warnings
+  const Srdf srdf = readSrdfs(model, srdf_xmls, ignored);
+  return bodiesMovedByGroup(model, LinkTable(model), srdf, group, ignored.warnings);
+}
+
 PairTable filterPairs(const RobotModel& model, const std::string& srdf_xml, const PairFilterOptions& options) {
   return filterPairs(model, std::vector<std::string>{srdf_xml}, options);
 }

@@ -1,6 +1,7 @@
 #include "proximity_server/scene/model/names.h"
 
 #include <algorithm>
+#include <charconv>
 #include <numeric>
 
 namespace proximity_server::scene {
@@ -29,6 +30,11 @@ std::string nearestName(const std::string& name, const std::vector<std::string>&
     least = distance;
   }
   return nearest ? *nearest : "";
+}
+
+std::string shortest(double number) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, number).ptr};
 }
 
 std::string quoted(const std::string& name) { return "\"" + name + "\""; }

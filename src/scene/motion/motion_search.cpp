@@ -74,11 +74,12 @@ void MotionSearch::use(std::shared_ptr<const Objects> objects) {
   pairs_.use(std::move(objects));
 }
 
-void MotionSearch::begin(const Pairs& pairs, const RobotMotion& motion,
-                         const std::vector<PairContactDistance>& contact_distances, Order order, MotionCounts& counts) {
-  order_ = order;
+/// Of a question about a contact the earliest comes first, without one the nearest.
+void MotionSearch::begin(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion* contact,
+                         MotionCounts& counts) {
+  order_ = contact ? Order::Earliest : Order::Nearest;
   queue_.clear();
-  pairs_.begin(pairs, motion, contact_distances);
+  pairs_.begin(pairs, motion, contact);
   std::int64_t total = pairs_.asksForLinks(pairs) ? static_cast<std::int64_t>(pairs.size()) : 0;
   std::int64_t unknown = pairs_.unknownOfList();
   if (pairs_.asksForObjects(pairs)) {
@@ -211,8 +212,7 @@ narrowphase::TimeOfContact MotionSearch::contactOf(const IntervalVisit& visit, c
   const MovingBodies::Interval interval(visit.interval);
   const Piece &a = moving.a.pieces[moving.a[visit.a].piece], &b = moving.b.pieces[moving.b[visit.b].piece];
   narrowphase::ContactOptions options;
-  options.contact_distance =
-      std::min(question.contact_distance, moving.contact_distance) + moving.padding + moving.error;
+  options.contact_distance = moving.contact_distance + moving.padding + moving.error;
   options.tolerance = narrowphase::usableTolerance(question.tolerance - 2.0 * moving.error);
   options.begin = interval.begin;
   options.end = std::min(interval.end, latest);
@@ -242,9 +242,9 @@ narrowphase::MinimumOverMotion MotionSearch::minimumOf(const IntervalVisit& visi
 
 RobotContact MotionSearch::firstContact(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question) {
   RobotContact answer;
-  begin(pairs, motion, question.nearer_pairs, Order::Earliest, answer.counts);
+  begin(pairs, motion, &question, answer.counts);
   if (answer.counts.unknown == answer.counts.pairs) return answer;
-  enterAll(question.contact_distance);
+  enterAll(kInfinity);
   FirstContactBounds bounds;
   considerStart(pairs, question, bounds, answer);
   while (!queue_.empty()) {
@@ -259,7 +259,7 @@ RobotContact MotionSearch::firstContact(const Pairs& pairs, const RobotMotion& m
     if (isLeaf(visit))
       measure(visit, question, bounds, answer);
     else
-      split(visit, question.contact_distance);
+      split(visit, kInfinity);
   }
   if (answer.contact) answer.pair = ofAllPieces(answer.pair, answer.t_contact);
   leaveOpenIfWide(answer.pair, question);
@@ -302,7 +302,7 @@ void MotionSearch::considerStart(const Pairs& pairs, const MotionQuestion& quest
     is_placed = true;
     const DistanceBounds inside = states_.interiorOf(moving.asked, 0.0);
     const double rounding = pairs_.roundingOf(moving.asked, 0.0);
-    const double contact_distance = std::min(question.contact_distance, moving.contact_distance);
+    const double contact_distance = moving.contact_distance;
     const bool may_get_inside = !(withSpheres({-kInfinity, i, moving.a.root, moving.b.root, 1, 0.0}).lower_bound > 0.0);
     if (inside.upper + rounding <= contact_distance + narrowphase::usableTolerance(question.tolerance)) {
       answer.contact = true;
@@ -321,12 +321,14 @@ void MotionSearch::considerObjectsAtStart(const Pairs& pairs, const MotionQuesti
   placeStates(0.0);
   Question near;
   near.threshold = question.contact_distance + roundingAtStart();
-  if (question.contact_distance < 0.0) bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
+  near.thresholds = question.thresholds;
+  const double of_objects = question.thresholds ? question.thresholds->range(PairKind::WithObject).smallest : 0.0;
+  if (question.contact_distance + of_objects < 0.0) bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
   // Pairs with contact distances of their own may stand before the one in contact.
   for (const PairProximity& found :
        states_.closest(pairs, 1 + question.nearer_pairs.size(), PairRanking::Goal::Closest, near)) {
     const PairProximity pair = fromWorld(found, 0.0);
-    const double contact_distance = std::min(question.contact_distance, pairs_.contactDistanceOf(pair.asked));
+    const double contact_distance = pairs_.contactDistanceOf(pair.asked);
     if (pair.result.lower_bound > contact_distance) continue;
     if (!(pair.result.upper_bound <= contact_distance + narrowphase::usableTolerance(question.tolerance))) {
       bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
@@ -405,7 +407,7 @@ PairProximity MotionSearch::fromWorld(PairProximity pair, double time) {
 
 RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question) {
   RobotMinimum answer;
-  begin(pairs, motion, {}, Order::Nearest, answer.counts);
+  begin(pairs, motion, nullptr, answer.counts);
   if (answer.counts.unknown == answer.counts.pairs) return answer;
   const bool has_states = considerStates(pairs, answer);
   enterAll(answer.upper_bound);

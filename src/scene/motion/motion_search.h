@@ -56,8 +56,7 @@ class MotionSearch {
   };
   enum class Order : unsigned char { Nearest, Earliest };
 
-  void begin(const Pairs& pairs, const RobotMotion& motion, const std::vector<PairContactDistance>& contact_distances,
-             Order order, MotionCounts& counts);
+  void begin(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion* contact, MotionCounts& counts);
   std::int64_t unknownPairsWithObjects();
   void enterAll(double limit);
   MovingPair& movingPairOf(const IntervalVisit& visit) { return pairs_[visit.pair]; }

@@ -58,12 +58,11 @@ Bounds boundsOf(const Eigen::AlignedBox3d& box) {
 }
 
 MovingPairs::MovingPairs(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes)
-    : model_(std::move(model)), volumes_(std::move(volumes)), paddings_(model_->pairs) {}
+    : model_(std::move(model)), volumes_(std::move(volumes)), paddings_(paddingsOf(model_->pairs)) {}
 
-void MovingPairs::begin(const Pairs& pairs, const RobotMotion& motion,
-                        const std::vector<PairContactDistance>& contact_distances) {
+void MovingPairs::begin(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion* contact) {
   requireFrames(motion);
-  contact_distances_ = contact_distances;
+  contact_ = contact;
   pairs_.clear();
   half_spaces_.clear();
   fixed_frames_.clear();
@@ -164,8 +163,9 @@ bool MovingPairs::add(const Participant& a, const Participant& b) {
 }
 
 double MovingPairs::contactDistanceOf(const ShapeRefPair& pair) const {
-  double distance = std::numeric_limits<double>::infinity();
-  for (const PairContactDistance& own : contact_distances_)
+  if (!contact_) return std::numeric_limits<double>::infinity();
+  double distance = contact_->contact_distance + (contact_->thresholds ? contact_->thresholds->of(pair) : 0.0);
+  for (const PairContactDistance& own : contact_->nearer_pairs)
     if (areSame(own.pair, pair)) distance = std::min(distance, own.contact_distance);
   return distance;
 }
@@ -245,6 +245,7 @@ void MovingPairs::addFixedObjects(const Participant& walker) {
   MovingBodies bodies(*poses_, walker.frame, bounds, poses_->world(), boundsOf(tree()[0].box), SeenFrom::B);
   pairs_.push_back({{walker.ref, {}}, -1, 0.0, 0.0, walker.compound, {}, std::move(bodies)});
   pairs_.back().kind = MovingPair::Kind::FixedObjects;
+  pairs_.back().contact_distance = contactDistanceOf({walker.ref, {}});
 }
 
 /// Of two walkers only the one with the smaller number visits the other.

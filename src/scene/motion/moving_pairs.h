@@ -12,10 +12,10 @@
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/motion/moving_scene.h"
 #include "proximity_server/scene/objects/objects.h"
+#include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "scene/motion/moving_bodies.h"
 #include "scene/objects/placed_object.h"
-#include "scene/query/pair_paddings.h"
 #include "scene/query/placed_robot.h"
 #include "scene/query/volumes.h"
 
@@ -33,9 +33,9 @@ struct MovingPair {
   MovingBodies bodies;
   enum class Kind : unsigned char { Shapes, HalfSpace, FixedObjects };
   Kind kind = Kind::Shapes;
-  double contact_distance = std::numeric_limits<double>::infinity();  ///< [m] of its own, if it has one
-  bool is_compound = false;                                           ///< one of the two has several parts
-  bool is_examined = false;  ///< one bound for the whole motion did not settle it
+  double contact_distance = 0.0;  ///< [m] of the question, for this pair; infinity if it asks for none
+  bool is_compound = false;       ///< one of the two has several parts
+  bool is_examined = false;       ///< one bound for the whole motion did not settle it
 
   bool isOfShapes() const { return kind != Kind::FixedObjects; }
 };
@@ -74,9 +74,10 @@ class MovingPairs {
     return objects_ && !objects_->empty() && pairs.areCandidates() && pairs.kind() != PairKind::OfLinks;
   }
 
+  /// `contact` is the question about a contact, which has to outlive the pairs; nullptr if there is none.
+  ///
   /// Throws std::invalid_argument for a motion of another number of bodies or frames, and for what does not exist.
-  void begin(const Pairs& pairs, const RobotMotion& motion,
-             const std::vector<PairContactDistance>& contact_distances = {});
+  void begin(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion* contact = nullptr);
 
   int size() const { return static_cast<int>(pairs_.size()); }
   MovingPair& operator[](int pair) { return pairs_[static_cast<std::size_t>(pair)]; }
@@ -90,7 +91,7 @@ class MovingPairs {
   /// How many candidates with objects have an answer, those with fixed objects left out that are in the tree.
   int withObjects() const { return asked_ - of_list_; }
 
-  /// [m] The smallest contact distance that a pair has for itself; infinity if it has none.
+  /// [m] See MovingPair::contact_distance.
   double contactDistanceOf(const ShapeRefPair& pair) const;
 
   /// How many pairs of the question one bound did not settle.
@@ -138,11 +139,11 @@ class MovingPairs {
 
   const std::shared_ptr<const SceneModel> model_;
   const std::shared_ptr<const Volumes> volumes_;
-  const PairPaddings paddings_;
+  const PairDistances paddings_;
   std::shared_ptr<const Objects> objects_;
 
   std::optional<PosesInTime> poses_;
-  std::vector<PairContactDistance> contact_distances_;
+  const MotionQuestion* contact_ = nullptr;
   std::vector<MovingPair> pairs_;
   std::deque<HalfSpaceBox> half_spaces_;        ///< to which pairs refer
   std::map<int, int> fixed_frames_;             ///< in PosesInTime, of fixed objects by their number

@@ -66,6 +66,8 @@ std::vector<std::string> Field::texts() const {
   return result;
 }
 
+std::vector<std::string> Field::members() const { return namesOf(map()); }
+
 void Field::requireMembers(const std::vector<std::string>& names) const {
   for (const FileValue::Member& member : map()) {
     if (std::find(names.begin(), names.end(), member.name) != names.end()) continue;

@@ -35,6 +35,9 @@ class Field {
   std::vector<double> numbers() const;
   std::vector<std::string> texts() const;
 
+  /// The names of a map.
+  std::vector<std::string> members() const;
+
   /// Refuses a map with another name, and anything but a map.
   void requireMembers(const std::vector<std::string>& names) const;
 

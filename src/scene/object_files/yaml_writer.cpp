@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstdint>
 #include <stdexcept>
 
@@ -15,15 +14,9 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using narrowphase::Shape;
 
-/// The shortest text that reads back as this number.
-std::string textOf(double number) {
-  std::array<char, 32> text{};
-  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), number).ptr};
-}
-
 std::string listOf(std::initializer_list<double> numbers) {
   std::string list;
-  for (const double number : numbers) list += (list.empty() ? "" : ", ") + textOf(number);
+  for (const double number : numbers) list += (list.empty() ? "" : ", ") + shortest(number);
   return "[" + list + "]";
 }
 std::string listOf(const Vector3d& v) { return listOf({v.x(), v.y(), v.z()}); }
@@ -155,7 +148,7 @@ std::string objectText(const WrittenObject& object) {
   ShapeLists shapes;
   for (const ObjectShape& shape : object.shapes) shapes.add(shape);
   return "- id: " + quotedText(object.id) + "\n" + placeText(object.place) +
-         (object.padding > 0.0 ? "  padding: " + textOf(object.padding) + "\n" : "") + shapes.text();
+         (object.padding > 0.0 ? "  padding: " + shortest(object.padding) + "\n" : "") + shapes.text();
 }
 
 }  // namespace

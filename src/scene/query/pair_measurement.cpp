@@ -60,7 +60,7 @@ PairMeasurement::PairMeasurement(const SceneModel& model, std::shared_ptr<const 
       robot_(model.robot, std::move(volumes)),
       pieces_(robot_, model.robot.pieces.size(), skipping, memory),
       kept_(memory == Memory::None ? 0 : rememberedPairs(model.pairs.checked.size())),
-      paddings_(model.pairs) {}
+      paddings_(paddingsOf(model.pairs)) {}
 
 void PairMeasurement::use(std::shared_ptr<const Objects> objects) {
   pieces_.makeRoomFor(model_.robot.pieces.size() + static_cast<std::size_t>(objects->pieceCount()));
@@ -224,9 +224,9 @@ PairProximity PairMeasurement::settle(const ShapeRefPair& pair, const Question& 
     ++counts_.unknown;
     return unknown(pair);
   }
-  if (question.threshold < kInfinity && !(visit->lower_bound > question.threshold))
-    visit = refined(*visit, question.threshold);
-  if (!(visit->lower_bound > question.threshold)) return measure(pair, *visit, question.threshold, question);
+  const double limit = question.threshold + (question.thresholds ? question.thresholds->of(pair) : 0.0);
+  if (limit < kInfinity && !(visit->lower_bound > limit)) visit = refined(*visit, limit);
+  if (!(visit->lower_bound > limit)) return measure(pair, *visit, limit, question);
   ++countOf(visit->bound, counts_);
   return asAsked(pair, *visit, proof(*visit));
 }

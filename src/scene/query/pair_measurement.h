@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/question.h"
 #include "scene/query/closest_pieces.h"
 #include "scene/query/pair_memory.h"
-#include "scene/query/pair_paddings.h"
 #include "scene/query/placed_robot.h"
 #include "scene/query/visit_queue.h"
 
@@ -104,7 +104,7 @@ class PairMeasurement {
   PlacedRobot robot_;
   PieceSearch pieces_;
   PairMemory<KeptAnswer> kept_;
-  PairPaddings paddings_;
+  PairDistances paddings_;
   PairCounts counts_;
 };
 

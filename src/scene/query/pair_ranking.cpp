@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "proximity_server/scene/query/pair_distances.h"
 #include "scene/model/infinity.h"
 
 namespace proximity_server::scene {
@@ -79,7 +80,7 @@ ShapeRefPair PairRanking::pairOf(int root_a, int root_b) const {
   return {refOf(std::min(root_a, root_b)), refOf(std::max(root_a, root_b))};
 }
 
-/// [m] A pair farther apart than this does not change the answer.
+/// [m] A pair whose distance less its own threshold is larger does not change the answer.
 double PairRanking::limit(const Search& search) const {
   if (skipping_ == Skipping::Off || search.goal == Goal::ClosestAndCount || nearest_.size() < search.k)
     return search.question.threshold;
@@ -87,15 +88,30 @@ double PairRanking::limit(const Search& search) const {
   return is_done ? -kInfinity : std::min(search.question.threshold, nearest_.front().rank);
 }
 
+/// A pair of the list, with its threshold.
+std::optional<Visit> PairRanking::visitOf(int number, const Search& search) const {
+  const ShapeRefPair& pair = search.pairs.list()[static_cast<std::size_t>(number)];
+  std::optional<Visit> visit = measurement_.visitOf(pair, number);
+  if (visit && search.question.thresholds) visit->threshold = search.question.thresholds->of(pair);
+  return visit;
+}
+
+/// The same of a pair with an object.
+std::optional<Visit> PairRanking::objectVisitOf(int a, int b, const Search& search) const {
+  std::optional<Visit> visit = measurement_.objectVisitOf(a, b, kObjectPair);
+  if (visit && search.question.thresholds) visit->threshold = search.question.thresholds->of(pairOf(a, b));
+  return visit;
+}
+
 /// Measures a pair, and ranks it if it is among the nearest so far.
 void PairRanking::consider(const Visit& visit, const Search& search) {
-  const PairProximity proximity =
-      visit.number == kObjectPair
-          ? measurement_.measure(pairOf(visit.a, visit.b), visit, limit(search), search.question)
-          : measurement_.measure(search.pairs.list()[visit.number], visit, limit(search), search.question);
-  if (proximity.result.status == narrowphase::Status::Unknown || isBeyond(proximity.result, limit(search))) return;
+  const ShapeRefPair pair = visit.number == kObjectPair ? pairOf(visit.a, visit.b)
+                                                        : search.pairs.list()[static_cast<std::size_t>(visit.number)];
+  const double limit_of_pair = limit(search) + visit.threshold;
+  const PairProximity proximity = measurement_.measure(pair, visit, limit_of_pair, search.question);
+  if (proximity.result.status == narrowphase::Status::Unknown || isBeyond(proximity.result, limit_of_pair)) return;
   ++below_;
-  nearest_.push_back({rankOf(proximity.result, search.question), visit.number, proximity});
+  nearest_.push_back({rankOf(proximity.result, search.question) - visit.threshold, visit.number, proximity});
   std::push_heap(nearest_.begin(), nearest_.end());
   if (nearest_.size() <= search.k) return;
   std::pop_heap(nearest_.begin(), nearest_.end());
@@ -108,10 +124,10 @@ void PairRanking::considerLikely(const Search& search) {
   const auto known = [&](int number) { return number < static_cast<int>(search.pairs.size()); };
   likely_.erase(std::find_if_not(likely_.begin(), likely_.end(), known), likely_.end());
   for (const int number : likely_) {
-    const std::optional<Visit> visit = measurement_.visitOf(search.pairs.list()[number], number);
+    const std::optional<Visit> visit = visitOf(number, search);
     if (!visit)
       ++measurement_.counts().unknown;
-    else if (visit->lower_bound > limit(search))
+    else if (visit->excess() > limit(search))
       ++countOf(visit->bound, measurement_.counts());
     else
       consider(*visit, search);
@@ -127,9 +143,9 @@ void PairRanking::considerLikelyObjects(const Search& search) {
   likely_objects_.erase(std::remove_if(likely_objects_.begin(), likely_objects_.end(), isOther), likely_objects_.end());
   if (skipping_ == Skipping::Off || search.k == search.total) likely_objects_.clear();
   for (const auto& [a, b] : likely_objects_) {
-    const std::optional<Visit> visit = measurement_.objectVisitOf(a, b, kObjectPair);
+    const std::optional<Visit> visit = objectVisitOf(a, b, search);
     if (!visit) continue;  // counted by enterObjects()
-    if (visit->lower_bound > limit(search))
+    if (visit->excess() > limit(search))
       ++countOf(visit->bound, measurement_.counts());
     else
       consider(*visit, search);
@@ -156,29 +172,31 @@ void PairRanking::enterObjects(const Search& search) {
   if (skipping_ == Skipping::Off) return forEachObjectPair(robot, enter);
   const bool asks_for_all = search.goal == Goal::ClosestAndCount || search.k == search.total;
   if (asks_for_all && search.question.threshold < kInfinity)
-    object_visits_.enterAllWithin(robot, search.question.threshold, enter);
+    object_visits_.enterAllWithin(robot, search.question.threshold + search.with_object, enter);
   else
-    object_visits_.begin(robot, limit(search), enter);
+    object_visits_.begin(robot, limit(search) + search.with_object, enter);
 }
 
 /// Opens the hierarchy of objects where it may hold the pair with the smallest bound.
 void PairRanking::openNearby(const Search& search) {
-  while (!object_visits_.empty() && !(object_visits_.lowestBound() > std::min(queue_.lowestBound(), limit(search))))
-    object_visits_.open(measurement_.robot(), limit(search), [&](int a, int b) { enterObject(a, b, search); });
+  while (!object_visits_.empty() &&
+         !(object_visits_.lowestBound() > std::min(queue_.lowestBound(), limit(search)) + search.with_object))
+    object_visits_.open(measurement_.robot(), limit(search) + search.with_object,
+                        [&](int a, int b) { enterObject(a, b, search); });
 }
 
 void PairRanking::enterObject(int a, int b, const Search& search) {
   if (std::binary_search(likely_objects_.begin(), likely_objects_.end(), std::make_pair(a, b))) return;
-  const std::optional<Visit> visit = measurement_.objectVisitOf(a, b, kObjectPair);
-  if (visit && !(visit->lower_bound > limit(search))) queue_.push(*visit);
+  const std::optional<Visit> visit = objectVisitOf(a, b, search);
+  if (visit && !(visit->excess() > limit(search))) queue_.push(*visit);
 }
 
 void PairRanking::enter(int number, const Search& search) {
   if (std::binary_search(likely_.begin(), likely_.end(), number)) return;
-  const std::optional<Visit> visit = measurement_.visitOf(search.pairs.list()[number], number);
+  const std::optional<Visit> visit = visitOf(number, search);
   if (!visit)
     ++measurement_.counts().unknown;
-  else if (!(visit->lower_bound > limit(search)))
+  else if (!(visit->excess() > limit(search)))
     queue_.push(*visit);
 }
 
@@ -191,7 +209,7 @@ void PairRanking::enterBetween(int group_a, int group_b, const Search& search) {
     enterBetween(a.parts[0], a.parts[0], search);
     enterBetween(a.parts[1], a.parts[1], search);
     enterBetween(a.parts[0], a.parts[1], search);
-  } else if (groups_->gap(group_a, group_b) > limit(search)) {
+  } else if (groups_->gap(group_a, group_b) > limit(search) + search.of_links) {
     return;
   } else if (a.isLink() && b.isLink()) {
     const int number = groups_->candidate(a.link, b.link);
@@ -208,9 +226,9 @@ void PairRanking::enterBetween(int group_a, int group_b, const Search& search) {
 bool PairRanking::needsOnlyCounting(const Visit& visit, const Search& search) const {
   if (search.goal != Goal::ClosestAndCount || nearest_.size() < search.k) return false;
   // If the depth is not wanted, all overlaps are equally close.
-  if (!nearest_.empty() && !(std::isfinite(nearest_.front().rank) && visit.lower_bound > nearest_.front().rank))
+  if (!nearest_.empty() && !(std::isfinite(nearest_.front().rank) && visit.excess() > nearest_.front().rank))
     return false;
-  return measurement_.isStillWithin(visit, search.question.threshold);
+  return measurement_.isStillWithin(visit, search.question.threshold + visit.threshold);
 }
 
 void PairRanking::visitBestFirst(const Search& search) {
@@ -218,8 +236,8 @@ void PairRanking::visitBestFirst(const Search& search) {
     if (search.with_objects) openNearby(search);
     if (queue_.empty() || queue_.lowestBound() > limit(search)) return;
     Visit visit = queue_.pop();
-    if (visit.bound == Visit::Bound::Sphere) visit = measurement_.refined(visit, limit(search));
-    if (visit.lower_bound > std::min(queue_.lowestBound(), limit(search))) {
+    if (visit.bound == Visit::Bound::Sphere) visit = measurement_.refined(visit, limit(search) + visit.threshold);
+    if (visit.excess() > std::min(queue_.lowestBound(), limit(search))) {
       queue_.push(visit);
     } else if (needsOnlyCounting(visit, search)) {
       ++countOf(visit.bound, measurement_.counts());
@@ -257,7 +275,16 @@ const std::vector<PairProximity>& PairRanking::closest(const Pairs& pairs, std::
   const bool with_links = asksForLinks(pairs), with_objects = asksForObjects(pairs);
   std::size_t total = with_links ? pairs.size() : 0;
   if (with_objects) total += static_cast<std::size_t>(objects_->pairCount());
-  const Search search{pairs, with_links, with_objects, total, std::min(k, total), goal, question};
+  const PairDistances* const thresholds = question.thresholds;
+  const Search search{pairs,
+                      with_links,
+                      with_objects,
+                      total,
+                      std::min(k, total),
+                      goal,
+                      question,
+                      thresholds ? thresholds->range(PairKind::OfLinks).largest : 0.0,
+                      thresholds ? thresholds->range(PairKind::WithObject).largest : 0.0};
   measurement_.counts() = {};
   below_ = 0;
   nearest_.clear();

@@ -22,6 +22,9 @@ namespace proximity_server::scene {
 /// 3. Take the pair with the smallest bound. If a better bound is found, put the pair back; otherwise measure it. Pairs
 ///    with objects enter one by one, as soon as a bound from the hierarchy of objects is the smallest.
 /// 4. End when the smallest bound in the queue exceeds the k-th smallest distance so far, or the threshold.
+///
+/// Where pairs have thresholds of their own (Question::thresholds), bounds and distances are compared less these. Bounds of
+/// groups, and of the hierarchy of objects, hold for the largest threshold of all their pairs.
 class PairRanking {
  public:
   enum class Goal : unsigned char {
@@ -66,6 +69,7 @@ class PairRanking {
     const std::size_t k;
     const Goal goal;
     const Question& question;
+    const double of_links, with_object;  ///< [m] no pair of the kind adds more to the threshold
   };
   /// The number of a visit or a result that is about a pair with an object, not about one of the list: its roots tell it.
   static constexpr int kObjectPair = std::numeric_limits<int>::max();
@@ -78,6 +82,8 @@ class PairRanking {
   };
 
   double limit(const Search& search) const;
+  std::optional<Visit> visitOf(int number, const Search& search) const;
+  std::optional<Visit> objectVisitOf(int a, int b, const Search& search) const;
   void consider(const Visit& visit, const Search& search);
   void considerLikely(const Search& search);
   void enterOthers(const Search& search);

@@ -15,9 +15,13 @@ struct Visit {
   int a, b;
   double padding;  ///< [m]
   Bound bound = Bound::Sphere;
+  double threshold = 0.0;  ///< [m] what the pair adds to that of the question
+
+  /// [m] By how much the lower bound is above the threshold of the pair.
+  double excess() const { return lower_bound - threshold; }
 };
 
-/// Visits by their lower bounds, the smallest first.
+/// Visits by their excess, the smallest first.
 class VisitQueue {
  public:
   void reserve(std::size_t size) { heap_.reserve(size); }
@@ -38,15 +42,16 @@ class VisitQueue {
 
   const std::vector<Visit>& remaining() const { return heap_; }
 
-  /// Infinity if the queue is empty.
+  /// [m] The smallest excess, which is the smallest lower bound where no pair has a threshold of its own; infinity if the queue
+  /// is empty.
   double lowestBound() const {
-    return heap_.empty() ? std::numeric_limits<double>::infinity() : heap_.front().lower_bound;
+    return heap_.empty() ? std::numeric_limits<double>::infinity() : heap_.front().excess();
   }
 
  private:
   struct Later {  // a type, so that the heap calls no function for each comparison
     bool operator()(const Visit& a, const Visit& b) const {
-      return a.lower_bound != b.lower_bound ? a.lower_bound > b.lower_bound : a.number > b.number;
+      return a.excess() != b.excess() ? a.excess() > b.excess() : a.number > b.number;
     }
   };
 

@@ -282,7 +282,7 @@ TEST_F(ClearanceTopic, MarkersJoinTheClosestPointsAndTellTheDistance) {
   };
   const auto array = markers.next([&](const MarkerArray& candidate) {
     const auto level = find(candidate, "level");
-    return level != candidate.markers.end() && level->text == "WARN\nbase - ball 40.0 mm";
+    return level != candidate.markers.end() && level->text == "WARN\nbase - ball 40.0 mm, WARN at 50.0 mm";
   });
   ASSERT_TRUE(array);
   const auto lines = find(*array, "witnesses");
@@ -291,7 +291,7 @@ TEST_F(ClearanceTopic, MarkersJoinTheClosestPointsAndTellTheDistance) {
   EXPECT_NEAR(std::min(lines->points[0].x, lines->points[1].x), 0.1, kTolerance);
   EXPECT_NEAR(std::max(lines->points[0].x, lines->points[1].x), 0.14, kTolerance);
   EXPECT_EQ(lines->header.frame_id, "base");
-  const auto closest = find(*array, "closest");
+  const auto closest = find(*array, "deciding");
   ASSERT_NE(closest, array->markers.end());
   EXPECT_EQ(closest->points, lines->points);
   EXPECT_GT(find(*array, "level")->pose.position.z, 0.6);  // the top of the block

@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "node/monitor/clearance_level.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/query/clearance_level.h"
 
 namespace proximity_server::node::markers_test {
 
@@ -73,8 +73,8 @@ const Marker& find(const MarkerArray& array, const std::string& ns, int id = 0) 
   return *hit;
 }
 
-/// The closest pair first, each between the surfaces of base and ball at y = distance; the level is that of the
-/// settings.
+/// The closest pair first, each between the surfaces of base and ball, or another part, at y = distance; the level is that of the
+/// default thresholds.
 Clearance clearanceWith(const std::vector<double>& distances) {
   Clearance clearance;
   clearance.header.frame_id = "base";
@@ -82,16 +82,18 @@ Clearance clearanceWith(const std::vector<double>& distances) {
   for (const double distance : distances) {
     Proximity pair;
     pair.a.link = "base";
-    pair.b.link = "ball";
+    pair.b.link = clearance.below_threshold.empty() ? "ball" : "part " + std::to_string(clearance.levels.size());
     pair.distance = distance;
     pair.points_valid = true;
     pair.point_a.x = pair.point_b.x = 0.5;
     pair.point_b.y = distance;
     pair.point_a.z = pair.point_b.z = 1.0;
     clearance.below_threshold.push_back(pair);
+    clearance.levels.push_back(static_cast<std::uint8_t>(levelOf(distance, 0.02, 0.05).level));
   }
-  clearance.minimum = clearance.below_threshold.at(0);
-  clearance.level = clearanceLevel(distances[0], Clearance::INVALID, MonitorSettings());
+  clearance.minimum = clearance.deciding = clearance.below_threshold.at(0);
+  clearance.level = clearance.levels[0];
+  clearance.deciding_threshold = levelOf(distances[0], 0.02, 0.05).threshold;
   return clearance;
 }
 
@@ -110,15 +112,15 @@ MarkerArray draw(const Clearance& clearance, double height = 1.0, const MonitorS
 bool isRed(const std_msgs::ColorRGBA& colour) { return colour.r > colour.g; }
 bool isGreen(const std_msgs::ColorRGBA& colour) { return colour.g > colour.r; }
 
-TEST(LevelText, TellsTheLevelAndTheClosestPairInTheColourOfTheLevel) {
+TEST(LevelText, TellsTheLevelAndThePairThatSetsItInTheColourOfTheLevel) {
   const Marker stop = find(draw(clearanceWith({0.0123, 0.2})), "level");
   EXPECT_EQ(stop.type, Marker::TEXT_VIEW_FACING);
-  EXPECT_EQ(stop.text, "STOP\nbase - ball 12.3 mm");
+  EXPECT_EQ(stop.text, "STOP\nbase - ball 12.3 mm, STOP at 20.0 mm");
   EXPECT_TRUE(isRed(stop.color));
   const Marker collision = find(draw(clearanceWith({-0.0042})), "level");
   EXPECT_EQ(collision.text, "COLLISION\nbase - ball -4.2 mm");
   const Marker clear = find(draw(clearanceWith({0.25})), "level");
-  EXPECT_EQ(clear.text, "CLEAR\nbase - ball 250.0 mm");
+  EXPECT_EQ(clear.text, "CLEAR\nbase - ball 250.0 mm, WARN at 50.0 mm");
   EXPECT_TRUE(isGreen(clear.color));
 }
 
@@ -182,25 +184,42 @@ TEST(WitnessMarkers, AreColouredByTheLevelOfEachPair) {
   EXPECT_TRUE(isGreen(lines.colors[2]));
 }
 
-TEST(WitnessMarkers, ShowTheClosestPairAlsoWhereNoneIsListed) {
+TEST(WitnessMarkers, ShowTheDecidingPairAlsoWhereNoneIsListed) {
   Clearance clearance = clearanceWith({1.2});
   clearance.below_threshold.clear();
+  clearance.levels.clear();
   const MarkerArray array = draw(clearance);
   EXPECT_EQ(find(array, "witnesses").points.size(), 2u);
-  EXPECT_EQ(find(array, "closest").points.size(), 2u);
+  EXPECT_EQ(find(array, "deciding").points.size(), 2u);
 }
 
 TEST(WitnessMarkers, LeaveOutPairsWithoutPoints) {
   Clearance clearance = clearanceWith({0.01, 0.2});
-  clearance.below_threshold[0].points_valid = false;
+  clearance.deciding.points_valid = false;
   EXPECT_EQ(find(draw(clearance), "witnesses").points.size(), 2u);
 }
 
-TEST(ClosestPair, HasAThickLineInTheColourOfTheLevelAndOneToItsText) {
+TEST(DecidingPair, IsDrawnBeforeACloserOneThatHasABetterLevel) {
+  Clearance clearance = clearanceWith({0.01, 0.03});
+  clearance.deciding = clearance.below_threshold[1];
+  clearance.deciding_threshold = 0.04;
+  clearance.level = clearance.levels[1] = Clearance::STOP;
+  clearance.levels[0] = Clearance::CLEAR;
+  const MarkerArray array = draw(clearance);
+  EXPECT_EQ(find(array, "level").text, "STOP\nbase - part 1 30.0 mm, STOP at 40.0 mm");
+  EXPECT_EQ(find(array, "deciding").points[1].y, 0.03);
+  const Marker lines = find(array, "witnesses");
+  ASSERT_EQ(lines.points.size(), 4u);
+  EXPECT_EQ(lines.points[1].y, 0.03);
+  EXPECT_TRUE(isRed(lines.colors[0]));
+  EXPECT_TRUE(isGreen(lines.colors[2]));
+}
+
+TEST(DecidingPair, HasAThickLineInTheColourOfTheLevelAndOneToItsText) {
   Clearance clearance = clearanceWith({0.0201});
   clearance.level = Clearance::STOP;  // by the hysteresis: alone the distance would mean WARN
   const MarkerArray array = draw(clearance);
-  const Marker line = find(array, "closest"), leader = find(array, "leaders"), text = find(array, "level");
+  const Marker line = find(array, "deciding"), leader = find(array, "leaders"), text = find(array, "level");
   ASSERT_EQ(line.points.size(), 2u);
   EXPECT_EQ(line.points[1].y, 0.0201);
   EXPECT_GT(line.scale.x, find(array, "witnesses").scale.x);

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include <optional>
 #include <string>
 
@@ -102,6 +104,53 @@ TEST_F(MonitorOfObjects, TakesTheWorseLevelOfTheTwoKinds) {
   EXPECT_EQ(clearance.level, Clearance::STOP);
 }
 
+class MonitorWithThresholdsOfPairs : public MonitorOfObjects {
+ protected:
+  void SetUp() override {
+    config_.monitor.influence_distance = 2.0;
+    config_.thresholds.stop.of_pairs = {{{"middle", "left"}, 0.85}};
+    config_.thresholds.warn.of_pairs = {{{"left", "middle"}, 0.9}};
+    config_.thresholds.warn.of_links = {{"right", 0.35}};
+    follow("");
+    settings_.threshold = 1.0;
+  }
+};
+
+TEST_F(MonitorWithThresholdsOfPairs, TellsThePairThatSetsTheLevelAlthoughAnotherIsCloser) {
+  const Clearance& clearance = cycleWithFrames({});
+  EXPECT_EQ(clearance.level, Clearance::STOP);
+  EXPECT_EQ(clearance.deciding.a.link, "left");
+  EXPECT_EQ(clearance.deciding.b.link, "middle");
+  EXPECT_NEAR(clearance.deciding.distance, 0.8, 1e-9);
+  EXPECT_EQ(clearance.deciding_threshold, 0.85);
+  EXPECT_NEAR(clearance.minimum.distance, 0.3, 1e-9);
+  ASSERT_EQ(clearance.levels.size(), 2u);
+  EXPECT_EQ(clearance.levels[0], Clearance::WARN);  // middle - right, at 0.3
+  EXPECT_EQ(clearance.levels[1], Clearance::STOP);
+}
+
+TEST_F(MonitorWithThresholdsOfPairs, TakesAnObjectAtTheThresholdOfItsLink) {
+  config_.thresholds.stop.of_pairs.clear();
+  config_.thresholds.warn.of_pairs.clear();
+  follow("");
+  settings_.warn_distance = settings_.stop_distance = settings_.object_stop_distance = settings_.object_warn_distance =
+      0.0;
+  add(ballAt(standingAt(0.5, 0.5, 0.0)));
+  const Clearance& clearance = cycleWithFrames({});
+  EXPECT_EQ(clearance.deciding.a.link, "middle");  // - right, 0.05 m below; the ball is 0.05 m below too, or above
+  EXPECT_EQ(clearance.level, Clearance::WARN);
+  add(ballAt(standingAt(0.5, -0.4, 0.0), "nearer"));
+  EXPECT_EQ(cycleWithFrames({}).deciding.b.link, "nearer");
+  EXPECT_EQ(cycleWithFrames({}).deciding_threshold, 0.35);
+}
+
+TEST_F(MonitorWithThresholdsOfPairs, KnowsNoDecidingPairWhileTheLevelIsInvalid) {
+  const Clearance& clearance = cycleWithTheRightSphereAt(1e300);
+  EXPECT_EQ(clearance.level, Clearance::INVALID);
+  EXPECT_EQ(clearance.deciding.state, Proximity::UNKNOWN);
+  EXPECT_TRUE(std::isnan(clearance.deciding_threshold));
+}
+
 TEST_F(MonitorOfObjects, FollowsAnObjectInItsFrame) {
   add(ballAt(scene::Moving{"camera", Eigen::Isometry3d(Eigen::Translation3d(0.0, 0.0, 1.0))}));
   EXPECT_EQ(monitor_.frames().names, std::vector<std::string>{"camera"});
@@ -163,6 +212,18 @@ TEST_F(LookaheadWithObjects, MeetsALinkAtTheStopDistanceOfLinksIfThatIsFirst) {
   EXPECT_NEAR(lookahead.time_to_contact, (0.8 - 0.02) / 0.5, 1e-5);
   EXPECT_LE(lookahead.time_free, 1.56);
   EXPECT_EQ(lookahead.pair.b.kind, ShapeRef::LINK);
+}
+
+TEST_F(LookaheadWithObjects, MeetsAPairAtItsOwnStopDistance) {
+  config_.monitor.influence_distance = 1.0;
+  config_.thresholds.stop.of_pairs = {{{"left", "middle"}, 0.4}};
+  config_.thresholds.warn.of_pairs = {{{"left", "middle"}, 0.4}};
+  follow("");
+  const Lookahead lookahead = ahead();
+  ASSERT_EQ(lookahead.state, Lookahead::CONTACT);
+  EXPECT_NEAR(lookahead.time_to_contact, (0.8 - 0.4) / 0.5, 1e-5);
+  EXPECT_EQ(lookahead.pair_contact_distance, 0.4);
+  EXPECT_EQ(lookahead.contact_distance, 0.02);
 }
 
 TEST_F(LookaheadWithObjects, IsFreeOnlyIfBothKindsAre) {

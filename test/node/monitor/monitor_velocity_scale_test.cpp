@@ -140,6 +140,22 @@ TEST_F(ScaleOfSliders, IsThatOfTheSceneToTheLastBit) {
   EXPECT_GT(between, 5);
 }
 
+TEST_F(ScaleOfSliders, KeepsTheStopDistanceOfAPair) {
+  const double before = middleAt(1.0);
+  config_.monitor.influence_distance = 1.0;
+  config_.thresholds.stop.of_pairs = {{{"middle", "right"}, 0.2}};
+  config_.thresholds.warn.of_pairs = {{{"middle", "right"}, 0.2}};
+  follow("");
+  scene::Scene scene(robot_->sharedModel());
+  scene::MovingScene moving(robot_->sharedModel());
+  const PoseSnapshot at = withTheRightSphereAt(*robot_, 0.5);
+  scene.update(at.poses);
+  const scene::MovingState state{at.poses, {0.0, 1.0, 0.0}, {}, {}};
+  const scene::VelocityScale expected = scene::velocityScale(moving, scene, state, {0.1, {2.0, 2.0, 2.0}}, {0.2, 0.2});
+  EXPECT_LT(middleAt(1.0), before);
+  EXPECT_EQ(scaleIn(at, velocities(0.0, 1.0, 0.0)).scale, expected.scale);
+}
+
 TEST_F(ScaleOfSliders, TakesTheDecelerationOfEachJoint) {
   config_.max_deceleration.of_all.reset();
   config_.max_deceleration.of_joint = {{"to_left", 1.0}, {"to_middle", 2.0}, {"to_right", 0.001}};

@@ -14,6 +14,7 @@
 #include <type_traits>
 
 #include "node/robot/parameter_table.h"
+#include "proximity_server/scene/model/names.h"
 #include "scene/files.h"
 
 namespace proximity_server::node::parameters_test {
@@ -24,7 +25,7 @@ using FreeObjects = scene::ObjectRules::FreeObjects;
 // ---- The values of fields as YAML has them
 
 std::string yaml(double number) {
-  std::string text = shortest(number);
+  std::string text = scene::shortest(number);
   const std::size_t end = std::min(text.find('e'), text.size());
   return text.find('.') == std::string::npos ? text.insert(end, ".0") : text;  // YAML takes 1e-9 for a text
 }
@@ -112,7 +113,7 @@ std::string lineOfCfg(const Parameter& parameter) {
   if (const auto* field = std::get_if<double*>(&parameter.field))
     return line("double_t", yaml(**field) + ", " + yaml(range.lowest) + ", " + yaml(range.highest));
   if (const auto* field = std::get_if<int*>(&parameter.field))
-    return line("int_t", yaml(**field) + ", " + shortest(range.lowest) + ", " + shortest(range.highest));
+    return line("int_t", yaml(**field) + ", " + scene::shortest(range.lowest) + ", " + scene::shortest(range.highest));
   if (const auto* field = std::get_if<bool*>(&parameter.field)) return line("bool_t", **field ? "True" : "False");
   throw std::logic_error(parameter.name + " has a type that dynamic_reconfigure does not know");
 }
@@ -245,7 +246,8 @@ TEST(Parameters, AreRefusedByNameOutsideOfTheirRange) {
       ++count;
       const std::string refusal = scene::errorOf([&] { configWith(parameter.name, value); });
       EXPECT_EQ(refusal.find("parameter /node/" + parameter.name), 0u) << refusal;
-      EXPECT_NE(refusal.find(" is " + shortest(number) + ", outside of " + parameter.range.text()), std::string::npos)
+      EXPECT_NE(refusal.find(" is " + scene::shortest(number) + ", outside of " + parameter.range.text()),
+                std::string::npos)
           << parameter.name << ": " << refusal;
     }
   }

@@ -84,6 +84,20 @@ TEST_F(Startup, RefusesAStopDistanceAboveTheWarnDistance) {
   expectRefusal("parameter /broken/stop_distance is 0.1, above warn_distance, which is 0.05");
 }
 
+TEST_F(Startup, RefusesThresholdsOfPairsThatMakeNoSenseByName) {
+  const auto set = [](const std::string& name, const std::string& key, double number) {
+    ros::param::set(kName + "/" + name, std::map<std::string, double>{{key, number}});
+  };
+  set("link_stop_distance", "bal", 0.01);
+  expectRefusal("link_stop_distance: there is no link \"bal\" (did you mean \"ball\"?)");
+  ros::param::del(kName + "/link_stop_distance");
+  set("link_warn_distance", "ball", 0.01);
+  expectRefusal("the stop distance of ball and objects is 0.02, above its warn distance, which is 0.01");
+  set("link_warn_distance", "ball", 0.3);
+  set("link_stop_distance", "ball", 0.2);
+  expectRefusal("the stop distance of base - ball is 0.2, not below influence_distance, which is 0.1");
+}
+
 TEST_F(Startup, WarnsAboutAnUnknownParameterWithTheNearestName) {
   ros::param::set(kName + "/treshold", 0.1);
   ros::param::del("/robot_description");  // ends the node

@@ -90,7 +90,7 @@ class StoppingRobot : public testing::Test {
   MovingScene moving_{model_};
   MovingState state_;
   Braking braking_;
-  StopDistances stop_;
+  PairDistances stop_;
 };
 
 TEST_F(StoppingRobot, IsNotSlowedWhereTheWholeStopIsFree) {

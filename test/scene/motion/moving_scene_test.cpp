@@ -154,6 +154,19 @@ TEST_F(SlideAndSwing, ContactDistanceOfOnePairIsNoneOfAnother) {
   EXPECT_EQ(scene_.timeOfContact(sled_, motion({{"slide", -1.9}}, {{"slide", 1.0}}), question).t_contact, 0.0);
 }
 
+TEST_F(SlideAndSwing, ThresholdOfAPairIsAddedToTheContactDistance) {
+  PairDistances thresholds(0.25, 0.0);
+  MotionQuestion question;
+  question.contact_distance = 0.25;
+  question.thresholds = &thresholds;
+  const RobotMotion towards = motion({}, {{"slide", -2.5}});
+  EXPECT_NEAR(scene_.timeOfContact(sled_, towards, question).t_contact, 1.5 / 2.5, 1e-6);
+  thresholds.setPair(sled_.front().b.link, sled_.front().a.link, 0.75);
+  const RobotContact contact = scene_.timeOfContact(sled_, towards, question);
+  EXPECT_NEAR(contact.t_contact, 1.0 / 2.5, 1e-6);
+  EXPECT_NEAR(contact.pair.result.distance, 1.0, 1e-5);
+}
+
 // Regression: the search ended at once, and said Converged.
 TEST_F(SlideAndSwing, ToleranceThatIsNotANumberCountsAsZero) {
   MotionQuestion question;

@@ -718,6 +718,35 @@ std::pair<std::shared_ptr<const Objects>, MotionAtRandom> nextOf(Motions& motion
   }
 }
 
+/// Thresholds of single pairs: the contact is the earliest of all searches that are each about one pair.
+void expectTheEarliestOfAllPairs(MovingScene& moving, const Candidates& candidates,
+                                 const std::vector<ShapeRefPair>& list, const RobotMotion& motion, Chance& chance) {
+  PairDistances thresholds(chance.between(0.0, 0.03), chance.between(0.0, 0.03));
+  for (const ShapeRefPair& pair : list) {
+    if (chance.below(2) == 0) continue;
+    if (pair.a.link >= 0 && pair.b.link >= 0)
+      thresholds.setPair(pair.a.link, pair.b.link, chance.between(0.0, 0.15));
+    else if (pair.a.link >= 0)
+      thresholds.setWithObjects(pair.a.link, chance.between(0.0, 0.15));
+  }
+  MotionQuestion question;
+  question.thresholds = &thresholds;
+  const RobotContact contact = moving.timeOfContact(candidates, motion, question);
+  double earliest = kInfinity;
+  for (const ShapeRefPair& pair : list) {
+    MotionQuestion alone;
+    alone.contact_distance = thresholds.of(pair);
+    const RobotContact of_pair = moving.timeOfContact(std::vector<ShapeRefPair>{pair}, motion, alone);
+    ASSERT_EQ(of_pair.status, Status::Converged);
+    if (of_pair.contact) earliest = std::min(earliest, of_pair.t_contact);
+  }
+  ASSERT_EQ(contact.status, Status::Converged);
+  ASSERT_EQ(contact.contact, earliest < kInfinity);
+  if (!contact.contact) return;
+  ASSERT_NEAR(contact.t_contact, earliest, 2e-3);
+  ASSERT_LE(contact.pair.result.lower_bound, thresholds.of(contact.pair.asked) + 1e-6);
+}
+
 struct Case {
   const char* name;
   Moved moved;
@@ -733,6 +762,7 @@ TEST_P(ObjectsInMotion, ComeNoCloserOnTheWayThanTheBoundsSayAndSkippingChangesNo
   MovingScene moving(model);
   Scene scene(model);
   const Candidates& candidates = scene.candidates();
+  Chance chance(3);
   int contacts = 0, with_object = 0, with_attached = 0, from_the_beginning = 0, undecided = 0;
   for (int i = 0; i < GetParam().motions && !HasFatalFailure(); ++i) {
     SCOPED_TRACE("motion " + std::to_string(i));
@@ -744,6 +774,7 @@ TEST_P(ObjectsInMotion, ComeNoCloserOnTheWayThanTheBoundsSayAndSkippingChangesNo
     const std::vector<ShapeRefPair> list = listOf(candidates, *objects);
     const RobotContact contact = moving.timeOfContact(candidates, random.motion, question);
     const RobotContact of_list = moving.timeOfContact(list, random.motion, question);
+    if (i % 10 == 1) expectTheEarliestOfAllPairs(moving, candidates, list, random.motion, chance);
     const RobotMinimum minimum = moving.minimum(candidates, random.motion, question);
     const RobotMinimum minimum_of_list = moving.minimum(list, random.motion, question);
     ASSERT_EQ(contact.status, Status::Converged);

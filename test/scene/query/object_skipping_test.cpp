@@ -11,6 +11,7 @@
 #include <tuple>
 #include <vector>
 
+#include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/scene.h"
 #include "sanitized.h"
 #include "scene/random_objects.h"
@@ -163,14 +164,16 @@ class Cell {
 using Names = std::tuple<int, int, int, int>;
 Names namesOf(const ShapeRefPair& pair) { return {pair.a.link, pair.a.object, pair.b.link, pair.b.object}; }
 
-/// The distances of all pairs whose poses are known, without skipping.
+/// The distances of all pairs whose poses are known, without skipping, less their thresholds.
 class Truth {
  public:
-  explicit Truth(const std::vector<PairProximity>& all) {
+  explicit Truth(const std::vector<PairProximity>& all, const PairDistances& thresholds = {})
+      : thresholds_(thresholds) {
     for (const PairProximity& pair : all) {
       if (pair.result.status == Status::Unknown) continue;
-      distances_[namesOf(pair.asked)] = pair.result.distance;
-      sorted_.push_back(pair.result.distance);
+      const double excess = excessOf(pair);
+      distances_[namesOf(pair.asked)] = excess;
+      sorted_.push_back(excess);
     }
     std::sort(sorted_.begin(), sorted_.end());
   }
@@ -178,20 +181,53 @@ class Truth {
   std::size_t size() const { return sorted_.size(); }
   double smallest(std::size_t i) const { return sorted_.at(i); }
   double of(const ShapeRefPair& asked) const { return distances_.at(namesOf(asked)); }
+  double excessOf(const PairProximity& pair) const { return pair.result.distance - thresholds_.of(pair.asked); }
   std::size_t countBelow(double threshold) const {
     return static_cast<std::size_t>(std::upper_bound(sorted_.begin(), sorted_.end(), threshold) - sorted_.begin());
   }
 
  private:
+  const PairDistances thresholds_;
   std::map<Names, double> distances_;
   std::vector<double> sorted_;
 };
 
 void expectClosest(const std::vector<PairProximity>& found, const Truth& truth) {
   for (std::size_t i = 0; i < found.size(); ++i) {
-    ASSERT_NEAR(found[i].result.distance, truth.smallest(i), kAgreement);
-    ASSERT_NEAR(found[i].result.distance, truth.of(found[i].asked), kAgreement);
+    ASSERT_NEAR(truth.excessOf(found[i]), truth.smallest(i), kAgreement);
+    ASSERT_NEAR(truth.excessOf(found[i]), truth.of(found[i].asked), kAgreement);
   }
+}
+
+/// Half of the pairs, and half of the links with objects, have one of their own.
+PairDistances randomThresholds(const RobotModel& robot, Chance& chance) {
+  PairDistances thresholds(chance.between(0.0, 0.1), chance.between(0.0, 0.3));
+  for (int a = 0; a < static_cast<int>(robot.links.size()); ++a) {
+    if (chance.below(2) == 0) thresholds.setWithObjects(a, chance.between(0.0, 0.5));
+    for (int b = a + 1; b < static_cast<int>(robot.links.size()); ++b)
+      if (chance.below(2) == 0) thresholds.setPair(b, a, chance.between(0.0, 0.5));
+  }
+  return thresholds;
+}
+
+/// All questions with thresholds of single pairs.
+void expectSameWithThresholds(Scene& scene, const Pairs& pairs, const std::vector<PairProximity>& all,
+                              const PairDistances& thresholds) {
+  const Truth truth(all, thresholds);
+  Question question;
+  question.tolerance = kTolerance;
+  question.thresholds = &thresholds;
+  expectClosest({*scene.minimum(pairs, question)}, truth);
+  expectClosest(scene.closest(pairs, kClosest, question), truth);
+  question.threshold = 0.02;
+  const std::vector<PairProximity> found = scene.below(pairs, question);
+  ASSERT_GE(found.size(), truth.countBelow(question.threshold - kAgreement));
+  ASSERT_LE(found.size(), truth.countBelow(question.threshold + kAgreement));
+  expectClosest(found, truth);
+  const PairsBelow some = scene.closestBelow(pairs, 2, question);
+  ASSERT_EQ(some.count, static_cast<int>(found.size()));
+  expectClosest(some.closest, truth);
+  ASSERT_EQ(scene.first(pairs, question) != nullptr, !found.empty());
 }
 
 struct Case {
@@ -213,6 +249,8 @@ TEST_P(ChangingObjects, SkippingNeverChangesAnAnswer) {
   Question question, near;
   question.tolerance = near.tolerance = kTolerance;
   near.threshold = 0.05;
+  Chance chance(11);
+  const PairDistances thresholds = randomThresholds(model->robot, chance);
   long overlaps = 0, unknown = 0, changes = 0, with_object = 0, attached = 0;
   PairCounts sum;
   for (int state = 0; state < GetParam().states && !HasFatalFailure(); ++state) {
@@ -226,7 +264,8 @@ TEST_P(ChangingObjects, SkippingNeverChangesAnAnswer) {
     everything.update(cell.poses(), cell.frames());
     for (const PairKind kind : {PairKind::Any, PairKind::OfLinks, PairKind::WithObject}) {
       const Pairs pairs(candidates, kind);
-      const Truth truth(everything.all(pairs, question));
+      const std::vector<PairProximity> distances = everything.all(pairs, question);
+      const Truth truth(distances);
       const PairCounts all = everything.counts();
       ASSERT_EQ(all.computed + all.unknown, all.total);
       if (truth.size() == 0) continue;
@@ -252,6 +291,7 @@ TEST_P(ChangingObjects, SkippingNeverChangesAnAnswer) {
       expectClosest(some.closest, truth);
       const PairProximity* first = scene.first(pairs, near);
       ASSERT_EQ(first != nullptr, !found.empty());
+      expectSameWithThresholds(scene, pairs, distances, thresholds);
 
       if (kind != PairKind::Any) continue;
       overlaps += truth.smallest(0) < 0.0;

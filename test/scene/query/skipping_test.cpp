@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/scene.h"
 #include "sanitized.h"
 #include "scene/two_arms.h"
@@ -214,6 +215,45 @@ TEST_P(MovingRobot, PairsBeyondTheListAreCountedAsIfTheyWereComputed) {
   EXPECT_GT(counted, kListed * GetParam().states);
   if (GetParam().motion == Motion::Coherent || GetParam().motion == Motion::Resting) {
     EXPECT_LT(computed, counted);
+  }
+}
+
+/// Every third pair has a threshold of its own, up to 0.6 m.
+PairDistances someThresholds(const Candidates& pairs) {
+  PairDistances thresholds(0.02, 0.0);
+  for (std::size_t i = 0; i < pairs.size(); i += 3)
+    thresholds.setPair(pairs[i].b.link, pairs[i].a.link, 0.05 * static_cast<double>(i % 13));
+  return thresholds;
+}
+
+TEST_P(MovingRobot, SkippingNeverChangesWhichPairsAreNearestToTheirThresholds) {
+  const auto model = modelOf(GetParam().links());
+  Scene scene(model), everything(model, Skipping::Off);
+  Mover mover(model->robot, GetParam().motion);
+  const Candidates& pairs = scene.candidates();
+  const PairDistances thresholds = someThresholds(pairs);
+  Question question;
+  question.tolerance = kTolerance;
+  long not_closest = 0;
+  for (int state = 0; state < GetParam().states / 10 && !HasFatalFailure(); ++state) {
+    SCOPED_TRACE("state " + std::to_string(state));
+    const BodyPoses poses = mover.next();
+    scene.update(poses);
+    everything.update(poses);
+    question.thresholds = nullptr;
+    const auto excess = [&](const PairProximity& pair) { return pair.result.distance - thresholds.of(pair.asked); };
+    std::vector<double> truth;
+    for (const PairProximity& pair : everything.all(pairs, question)) truth.push_back(excess(pair));
+    std::sort(truth.begin(), truth.end());
+    const ShapeRefPair closest = scene.minimum(pairs, question)->asked;
+
+    question.thresholds = &thresholds;
+    const std::vector<PairProximity>& found = scene.closest(pairs, kClosest, question);
+    for (std::size_t i = 0; i < kClosest; ++i) ASSERT_NEAR(excess(found[i]), truth[i], kAgreement);
+    not_closest += found[0].asked.a.link != closest.a.link || found[0].asked.b.link != closest.b.link;
+  }
+  if (!kIsSanitized) {
+    EXPECT_GT(not_closest, 0);
   }
 }
 

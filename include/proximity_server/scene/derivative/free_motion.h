@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "proximity_server/scene/derivative/degrees_of_freedom.h"
-#include "proximity_server/scene/derivative/stop_distances.h"
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/objects/objects.h"
+#include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/scene.h"
 
 namespace proximity_server::scene {
@@ -25,7 +25,7 @@ struct Bubble {
 };
 
 struct FreeMotionQuestion {
-  StopDistances thresholds;
+  PairDistances thresholds;  ///< [m]
   /// [m] Pairs that are nearer have a bubble each, all others share one. The farther, the more room that one has.
   double influence_distance = 0.2;
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();

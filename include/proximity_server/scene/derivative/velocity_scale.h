@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "proximity_server/scene/derivative/stop_distances.h"
 #include "proximity_server/scene/motion/moving_scene.h"
+#include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/scene.h"
 
 namespace proximity_server::scene {
@@ -64,7 +64,7 @@ constexpr double kRetreatTolerance = 1e-6;
 ///
 /// The poses and objects of both scenes are the same: `scene` has had Scene::update() with those of `state`, which stay.
 VelocityScale velocityScale(
-    MovingScene& moving, Scene& scene, const MovingState& state, const Braking& braking, const StopDistances& stop,
+    MovingScene& moving, Scene& scene, const MovingState& state, const Braking& braking, const PairDistances& stop,
     std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max());
 
 }  // namespace proximity_server::scene

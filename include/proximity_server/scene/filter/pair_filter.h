@@ -81,4 +81,9 @@ PairTable filterPairs(const RobotModel& model, const std::string& srdf_xml, cons
 PairTable filterPairs(const RobotModel& model, const std::vector<std::string>& srdf_xmls,
                       const PairFilterOptions& options = {});
 
+/// Whether each of RobotModel::bodies moves when the joints of an SRDF group do, those that mimic them included.
+/// Failure: throws std::invalid_argument as filterPairs() does, and for a group that does not exist.
+std::vector<bool> bodiesMovedBy(const RobotModel& model, const std::vector<std::string>& srdf_xmls,
+                                const std::string& group);
+
 }  // namespace proximity_server::scene

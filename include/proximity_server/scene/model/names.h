@@ -31,6 +31,9 @@ std::string nearestName(const std::string& name, const std::vector<std::string>&
 /// (Levenshtein distance).
 int editDistance(const std::string& from, const std::string& to);
 
+/// The shortest text that is read back as the same number: "0.02".
+std::string shortest(double number);
+
 /// "name"
 std::string quoted(const std::string& name);
 

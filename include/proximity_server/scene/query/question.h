@@ -11,6 +11,8 @@
 
 namespace proximity_server::scene {
 
+class PairDistances;
+
 /// A link, one of its <collision> elements, or an object.
 struct ShapeRef {
   int link = -1;      ///< -1: an object
@@ -70,6 +72,9 @@ struct Question {
                                 ///< them is the minimum, and points and normal may be missing
   /// A pair that is not computed by then is Unknown.
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
+  /// What each pair adds to `threshold`; nullptr: nothing. Pairs are then sorted by their distance less what they add, and the
+  /// one where this is smallest is the closest. Used until the question is answered.
+  const PairDistances* thresholds = nullptr;
 };
 
 /// Off computes every pair of pieces anew, with the same answers; it is for tests and measurements.

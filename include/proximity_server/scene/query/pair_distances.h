@@ -1,0 +1,67 @@
+#pragma once
+
+#include <vector>
+
+#include "proximity_server/scene/filter/pair_filter.h"
+#include "proximity_server/scene/query/pairs.h"
+#include "proximity_server/scene/query/question.h"
+
+namespace proximity_server::scene {
+
+/// A distance [m] for each pair: a threshold, or a padding. Most robots have one for all pairs of a kind, and then a look-up costs
+/// nothing.
+class PairDistances {
+ public:
+  double links = 0.0;    ///< of two links that have none of their own
+  double objects = 0.0;  ///< of a pair with an object whose link has none of its own
+
+  PairDistances() = default;
+  PairDistances(double of_links, double of_objects) : links(of_links), objects(of_objects) {}
+
+  /// Gives two links a distance of their own, in place of that of an earlier call.
+  void setPair(int link_a, int link_b, double distance);
+
+  /// The same for the pairs of a link with objects.
+  void setWithObjects(int link, double distance);
+
+  /// In either order. Of a pair of <collision> elements that of their links.
+  double of(const ShapeRefPair& pair) const {
+    if (pair.a.link < 0 || pair.b.link < 0) return own_with_objects_.empty() ? objects : withObject(pair);
+    return own_pairs_.empty() ? links : ofLinks(pair.a.link, pair.b.link);
+  }
+
+  struct Range {
+    double smallest, largest;  ///< [m]
+  };
+  Range range(PairKind kind) const;  ///< of all pairs of a kind; the distances are numbers
+
+  bool areFinite() const;
+
+  /// Whether all pairs of a kind have the same.
+  bool areEqual(PairKind kind) const;
+
+  bool operator==(const PairDistances& other) const;
+  bool operator!=(const PairDistances& other) const { return !(*this == other); }
+
+ private:
+  struct Own {
+    int link_a, link_b;  ///< link_a < link_b; of pairs with objects link_b is 0
+    double distance;
+    bool operator==(const Own& other) const {
+      return link_a == other.link_a && link_b == other.link_b && distance == other.distance;
+    }
+  };
+
+  static const Own* find(const std::vector<Own>& all, int link_a, int link_b);
+  static void set(std::vector<Own>& all, const Own& own);
+  double ofLinks(int link_a, int link_b) const;
+  double withObject(const ShapeRefPair& pair) const;
+
+  std::vector<Own> own_pairs_;         ///< sorted by links
+  std::vector<Own> own_with_objects_;  ///< sorted by link
+};
+
+/// What is taken off the distance of each pair, see LinkPair::padding.
+PairDistances paddingsOf(const PairTable& table);
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,63 @@
+#include "proximity_server/scene/query/clearance_level.h"
+
+#include "scene/model/infinity.h"
+
+namespace proximity_server::scene {
+namespace {
+
+/// [m] How far above the threshold of a level a distance still is at that level.
+double keptAbove(ClearanceLevel level, const LevelBefore& before) {
+  return before.level && *before.level >= level ? before.hysteresis : 0.0;
+}
+
+}  // namespace
+
+const char* toString(ClearanceLevel level) {
+  switch (level) {
+    case ClearanceLevel::Clear:
+      return "CLEAR";
+    case ClearanceLevel::Warn:
+      return "WARN";
+    case ClearanceLevel::Stop:
+      return "STOP";
+    case ClearanceLevel::Collision:
+      return "COLLISION";
+  }
+  return "unknown";
+}
+
+DistanceLevel levelOf(double distance, double stop, double warn, const LevelBefore& before) {
+  for (const DistanceLevel& at :
+       {DistanceLevel{ClearanceLevel::Collision, 0.0}, DistanceLevel{ClearanceLevel::Stop, stop},
+        DistanceLevel{ClearanceLevel::Warn, warn}}) {
+    // Written as !(distance > ...) so that NaN gives the worst level.
+    if (!(distance > at.threshold + keptAbove(at.level, before))) return at;
+  }
+  return {ClearanceLevel::Clear, warn};
+}
+
+DecidingPair decidingPair(Scene& scene, const Pairs& pairs, const PairProximity& closest,
+                          const LevelThresholds& thresholds, const Question& question, const LevelBefore& before) {
+  const auto judged = [&](const PairProximity& pair) {
+    return DecidingPair{
+        levelOf(pair.result.lower_bound, thresholds.stop.of(pair.asked), thresholds.warn.of(pair.asked), before), pair};
+  };
+  const PairKind kind = pairs.areCandidates() ? pairs.kind() : PairKind::Any;
+  const DecidingPair of_closest = judged(closest);
+  if (of_closest.level.level == ClearanceLevel::Collision) return of_closest;
+  if (thresholds.stop.areEqual(kind) && thresholds.warn.areEqual(kind)) return of_closest;
+
+  Question near = question;
+  near.thresholds = &thresholds.stop;
+  near.threshold = keptAbove(ClearanceLevel::Stop, before);
+  if (const PairProximity* nearest = scene.minimum(pairs, near)) {
+    const DecidingPair decided = judged(*nearest);
+    if (decided.level.level == ClearanceLevel::Stop) return decided;
+  }
+  near.thresholds = &thresholds.warn;
+  near.threshold = kInfinity;
+  const PairProximity* nearest = scene.minimum(pairs, near);
+  return nearest ? judged(*nearest) : of_closest;
+}
+
+}  // namespace proximity_server::scene
