@@ -484,4 +484,18 @@ double SceneCell::paddingOf(const ShapeRefPair& pair) const {
   return index < 0 ? 0.0 : model_->pairs.pairs[static_cast<std::size_t>(index)].padding;
 }
 
+std::optional<PairDistances> SceneCell::someThresholds() const {
+  std::mt19937 random = random_;
+  if (narrowphase::below(random, 3) != 0) return std::nullopt;
+  const auto some = [&] { return narrowphase::decades(random, -3, 0) * size(); };
+  PairDistances thresholds(some(), some());
+  const int links = static_cast<int>(model_->robot.links.size());
+  for (int a = 0; a < links; ++a) {
+    if (narrowphase::below(random, 2) == 0) thresholds.setWithObjects(a, some());
+    for (int b = a + 1; b < links; ++b)
+      if (narrowphase::below(random, 2) == 0) thresholds.setPair(a, b, some());
+  }
+  return thresholds;
+}
+
 }  // namespace proximity_server::scene

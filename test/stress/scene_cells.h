@@ -10,6 +10,7 @@
 
 #include "oracle/motion_oracle.h"
 #include "proximity_server/scene/motion/limited_motion.h"
+#include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/scene.h"
 #include "scene/pieces/interior.h"
 
@@ -102,6 +103,10 @@ class SceneCell {
   double paddingOf(const ShapeRefPair& pair) const;
 
   std::mt19937& random() { return random_; }
+
+  /// One time in three; of half of the pairs of links, and of half of the links with objects, other ones than of all others. Recorded
+  /// scenes stay what they are: the random numbers that follow are the same.
+  std::optional<PairDistances> someThresholds() const;
 
  private:
   /// A part of an object as it was described.

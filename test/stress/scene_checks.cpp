@@ -28,6 +28,8 @@ class Examiner {
     for (int i = 0; i < 5; ++i) {
       kind_ = static_cast<PairKind>(below(random_, 5) % 3);
       question_ = someQuestion();
+      thresholds_ = cell_.someThresholds();
+      if (thresholds_ && question_.depth == Question::Depth::Wanted) question_.thresholds = &*thresholds_;
       switch (below(random_, 7)) {
         case 0:
           askForAll();
@@ -78,13 +80,29 @@ class Examiner {
     return static_cast<double>(pair.distance.low) + eitherSign(random_, decades(random_, -17, -2)) * cell_.size();
   }
 
+  /// [m] What the pair adds to the threshold of the question.
+  double ownOf(const ShapeRefPair& pair) const { return question_.thresholds ? question_.thresholds->of(pair) : 0.0; }
+  double excessOf(const PairProximity& pair) const { return pair.result.lower_bound - ownOf(pair.asked); }
+
+  /// [m] Where a pair adds something to the threshold, sum and difference are rounded.
+  double roundingOf(const PairProximity& pair) const {
+    return 4.0 * std::numeric_limits<double>::epsilon() * std::abs(ownOf(pair.asked));
+  }
+
+  /// Whether it is at or below its threshold for certain.
+  bool isWithin(const PairTruth& pair) const {
+    const double own = ownOf(pair.pair);
+    const double rounding = 4.0 * std::numeric_limits<double>::epsilon() * std::abs(own);
+    return pair.distance.high <= static_cast<long double>(question_.threshold) + own - rounding;
+  }
+
   bool isAsked(const PairTruth& pair) const { return pair.is_known && isOfKind(pair.pair, kind_); }
 
-  /// The upper bounds of the distances asked for, sorted.
+  /// The upper bounds of the distances asked for, less what their pairs add to the threshold, sorted.
   std::vector<long double> sortedHighs() const {
     std::vector<long double> highs;
     for (const PairTruth& pair : truth_.pairs())
-      if (isAsked(pair)) highs.push_back(pair.distance.high);
+      if (isAsked(pair)) highs.push_back(pair.distance.high - ownOf(pair.pair));
     std::sort(highs.begin(), highs.end());
     return highs;
   }
@@ -152,8 +170,8 @@ class Examiner {
     int least = 0, at_most = 0;
     for (const PairTruth& pair : truth_.pairs()) {
       if (!isAsked(pair)) continue;
-      least += pair.distance.high <= question_.threshold ? 1 : 0;
-      at_most += pair.distance.low <= question_.threshold + slack() ? 1 : 0;
+      least += isWithin(pair) ? 1 : 0;
+      at_most += pair.distance.low <= question_.threshold + ownOf(pair.pair) + slack() ? 1 : 0;
     }
     if (count < least || count > at_most)
       fail("closestBelow() counts " + std::to_string(count) + ", not " + std::to_string(least) + " to " +
@@ -169,7 +187,7 @@ class Examiner {
     if (!found) return checkNothingMissing("first()", {});
     const PairProximity first = *found;
     checkPair("first()", first);
-    if (first.result.lower_bound > question_.threshold) fail("first() is above its threshold");
+    if (excessOf(first) > question_.threshold + roundingOf(first)) fail("first() is above its threshold");
   }
 
   /// Of any pair, checked or not.
@@ -213,11 +231,12 @@ class Examiner {
       checkPair(who, found[i]);
       // Of overlaps without a depth any is the nearest.
       if (question_.depth == Question::Depth::NotWanted && highs[i] < 0) continue;
-      const long double above = found[i].result.lower_bound - highs[i] - question_.tolerance;
+      const long double above = excessOf(found[i]) - highs[i] - question_.tolerance - roundingOf(found[i]);
       if (above > 0)
         fail(who + ": number " + std::to_string(i) + " is farther than another pair" + by(above) + ": " +
              named(found[i]));
-      if (found[i].result.lower_bound > question_.threshold) fail(who + " has a pair above the threshold");
+      if (excessOf(found[i]) > question_.threshold + roundingOf(found[i]))
+        fail(who + " has a pair above the threshold");
     }
     if (question_.depth == Question::Depth::NotWanted && !found.empty() && !highs.empty() && highs[0] < -slack()) {
       const PairTruth* first = truth_.find(found[0].asked);
@@ -236,8 +255,7 @@ class Examiner {
   /// No pair at or below the threshold is left out.
   void checkNothingMissing(const std::string& who, const std::vector<PairProximity>& found) {
     std::size_t least = 0;
-    for (const PairTruth& pair : truth_.pairs())
-      least += isAsked(pair) && pair.distance.high <= question_.threshold ? 1 : 0;
+    for (const PairTruth& pair : truth_.pairs()) least += isAsked(pair) && isWithin(pair) ? 1 : 0;
     if (std::isinf(question_.threshold) && !found.empty()) least = 1;
     if (found.size() < least)
       fail(who + " has " + std::to_string(found.size()) + " pairs, not " + std::to_string(least));
@@ -295,6 +313,7 @@ class Examiner {
   std::mt19937& random_;
   PairKind kind_ = PairKind::Any;
   Question question_;
+  std::optional<PairDistances> thresholds_;
 };
 
 /// Nothing if there is no pair with a distance.

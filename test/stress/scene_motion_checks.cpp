@@ -58,10 +58,12 @@ class MotionExaminer {
       const double less = below(random_, 2) == 0 ? std::numeric_limits<double>::infinity() : decades(random_, -3, 0);
       question_.nearer_pairs.push_back({pair, question_.contact_distance - less * size});
     }
+    thresholds_ = cell_.someThresholds();
+    if (thresholds_) question_.thresholds = &*thresholds_;
   }
 
   double contactDistanceOf(const ShapeRefPair& pair) const {
-    double distance = question_.contact_distance;
+    double distance = question_.contact_distance + (thresholds_ ? thresholds_->of(pair) : 0.0);
     for (const PairContactDistance& nearer : question_.nearer_pairs)
       if (areSame(nearer.pair, pair)) distance = std::min(distance, nearer.contact_distance);
     return distance;
@@ -139,6 +141,7 @@ class MotionExaminer {
   const Candidates candidates_;
   PairKind kind_ = PairKind::Any;
   MotionQuestion question_;
+  std::optional<PairDistances> thresholds_;
   RobotMinimum minimum_;
   RobotContact contact_;
 };
