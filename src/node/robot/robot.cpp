@@ -67,9 +67,18 @@ scene::RobotModel loadModel(const std::vector<RobotTexts>& texts, const Config& 
   return scene::loadRobots(robots, meshResolver(config), options);
 }
 
+scene::LevelThresholds thresholdsOf(const scene::RobotModel& robot, const std::vector<std::string>& srdfs,
+                                    const Config& config) {
+  scene::LevelThresholds defaults;
+  assignDefaults(defaults, config.monitor);
+  return scene::levelThresholds(robot, srdfs, config.thresholds, defaults);
+}
+
 std::shared_ptr<const scene::SceneModel> loadSceneModel(const std::vector<RobotTexts>& texts, const Config& config) {
-  return std::make_shared<const scene::SceneModel>(
-      scene::makeSceneModel(loadModel(texts, config), srdfsOf(texts), config.filter));
+  const std::vector<std::string> srdfs = srdfsOf(texts);
+  scene::SceneModel model = scene::makeSceneModel(loadModel(texts, config), srdfs, config.filter);
+  scene::warnOfDisabledPairs(model, thresholdsOf(model.robot, srdfs, config).stop);
+  return std::make_shared<const scene::SceneModel>(std::move(model));
 }
 
 /// The frames of the links in tf. Throws std::invalid_argument if links of two robots have the same.
@@ -154,15 +163,6 @@ std::vector<std::optional<double>> maxDecelerationsOf(const scene::RobotModel& r
   return decelerations;
 }
 
-std::shared_ptr<const scene::LevelThresholds> thresholdsOf(const scene::RobotModel& robot,
-                                                           const std::vector<std::string>& srdfs,
-                                                           const Config& config) {
-  scene::LevelThresholds defaults;
-  assignDefaults(defaults, config.monitor);
-  return std::make_shared<const scene::LevelThresholds>(
-      scene::levelThresholds(robot, srdfs, config.thresholds, defaults));
-}
-
 /// For each robot the index of the edge to its root, see Robot::tfEdges().
 std::vector<int> rootEdgesOf(const Robot& robot) {
   std::vector<int> edges;
@@ -192,7 +192,7 @@ Robot::Robot(const std::vector<RobotTexts>& texts, const Config& config)
       tf_edges_(std::make_shared<const std::vector<TfEdge>>(edgesOf(*this))),
       root_edges_(rootEdgesOf(*this)),
       max_decelerations_(maxDecelerationsOf(model_->robot, config.max_deceleration)),
-      thresholds_(thresholdsOf(model_->robot, srdfs_, config)),
+      thresholds_(std::make_shared<const scene::LevelThresholds>(thresholdsOf(model_->robot, srdfs_, config))),
       objects_(std::make_unique<ObjectSlot>(noObjects(model_, reference_link_, config.free_objects))),
       scenes_(std::make_unique<ScenePool>(
           [first = std::make_shared<const scene::Scene>(model_)] { return first->twin(); })),

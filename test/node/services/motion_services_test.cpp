@@ -117,6 +117,15 @@ TEST(TimeOfContact, ComesEarlierWithAContactDistance) {
   EXPECT_NEAR(response.pair.distance, 0.3, 1.01 * kMotionTolerance);
 }
 
+TEST(TimeOfContact, IsAtTheStopDistanceIfTheContactDistanceIsNoNumber) {
+  auto request = sliding(-0.5, {1.0, 0.0, 0.0});
+  request.contact_distance = kNaN;
+  const auto response = ask(request);
+  EXPECT_EQ(response.status.code, QueryStatus::OK) << response.status.message;
+  ASSERT_TRUE(response.contact);
+  EXPECT_NEAR(response.pair.distance, 0.02, 1.01 * kMotionTolerance);  // the default of stop_distance
+}
+
 TEST(TimeOfContact, ReachesTheToleranceThatIsAsked) {
   auto request = sliding(-0.5, {1.0, 0.0, 0.0});
   request.tolerance = 1e-3;
@@ -285,10 +294,10 @@ TEST(BadContactRequest, NumbersAreNamed) {
     request.horizon = bad;
     expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "horizon");
   }
+  auto request = good;
+  request.contact_distance = -1.0;
+  expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "contact_distance");
   for (const double bad : {-1.0, kNaN}) {
-    auto request = good;
-    request.contact_distance = bad;
-    expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "contact_distance");
     request = good;
     request.tolerance = bad;
     expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "tolerance");

@@ -11,6 +11,7 @@
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/query/make_scene_model.h"
 #include "scene/random_objects.h"
 
 namespace proximity_server::scene::clearance_level_test {
@@ -238,6 +239,44 @@ TEST(ThresholdFile, IsRefusedWithTheLineAndTheField) {
   EXPECT_EQ(refusal("link_stop_distance:\n  a: -0.1"), "cell.yaml, line 2: link_stop_distance/a: must not be negative");
   EXPECT_EQ(refusal("pair_warn_distance: [{links: [a], distance: 1}]"),
             "cell.yaml, line 1: pair_warn_distance[0]/links: must name two links");
+}
+
+// --- pairs that the SRDF disables
+
+// Around the ball of the base turn, each behind a link without geometry, a ball at a distance of 15 mm, one in its middle and one at 1 m.
+std::string carousel() {
+  const auto ball = [](const std::string& name, const std::string& x) {
+    return "<link name='" + name + "'><collision><origin xyz='" + x +
+           " 0 0'/><geometry><sphere radius='0.1'/></geometry></collision></link>";
+  };
+  std::string text =
+      "<robot name='carousel'>" + ball("base", "0") + ball("near", "0.215") + ball("core", "0.01") + ball("far", "1.2");
+  for (const std::string name : {"near", "core", "far"}) {
+    text += "<link name='hub_of_" + name + "'/>";
+    for (const auto& [parent, child] :
+         {std::pair<std::string, std::string>("base", "hub_of_" + name), {"hub_of_" + name, name}})
+      text += "<joint name='to_" + child + "' type='continuous'><parent link='" + parent + "'/><child link='" + child +
+              "'/><axis xyz='0 0 1'/></joint>";
+  }
+  return text + "</robot>";
+}
+
+TEST(DisabledPairs, AreNamedIfTheyComeWithinTheirStopDistanceAndAreNotAlwaysInContact) {
+  std::string srdf = "<robot name='carousel'>";
+  for (const std::string name : {"near", "core", "far"})
+    srdf += "<disable_collisions link1='base' link2='" + name + "' reason='Never'/>";
+  srdf += "<disable_collisions link1='near' link2='far' reason='Never'/></robot>";
+  SceneModel model = makeSceneModel(loadRobotModel(carousel(), packageResolver({})), srdf);
+  const std::vector<DisabledPair> disabled = disabledPairsBelow(model, {0.02, 0.02});
+  ASSERT_EQ(disabled.size(), 1u);
+  EXPECT_EQ(disabled[0].pair, model.pairs.find(model.robot.findLink("base"), model.robot.findLink("near")));
+  EXPECT_NEAR(disabled[0].smallest, 0.015, 1e-9);
+  EXPECT_TRUE(disabledPairsBelow(model, {0.01, 0.02}).empty());
+  const std::size_t warnings = model.pairs.warnings.size();
+  warnOfDisabledPairs(model, {0.02, 0.02});
+  ASSERT_EQ(model.pairs.warnings.size(), warnings + 1);
+  EXPECT_NE(model.pairs.warnings.back().find("base - near (15.0 mm)"), std::string::npos)
+      << model.pairs.warnings.back();
 }
 
 // --- beside all pairs

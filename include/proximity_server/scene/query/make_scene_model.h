@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/query/pair_distances.h"
 
 namespace proximity_server::scene {
 
@@ -16,5 +17,21 @@ SceneModel makeSceneModel(RobotModel robot, const std::string& srdf_xml, const P
 /// The same with an SRDF for each of RobotModel::robots.
 SceneModel makeSceneModel(RobotModel robot, const std::vector<std::string>& srdf_xmls,
                           const PairFilterOptions& options = {});
+
+/// A pair that nobody checks, and how near it was seen.
+struct DisabledPair {
+  int pair;         ///< index into PairTable::pairs
+  double smallest;  ///< [m] at most its stop distance; 0: contact
+};
+
+/// The pairs that the SRDF disables, but that were seen at or below their stop distance: nothing will tell when they come near. MoveIt's
+/// assistant looks for contact only, and so disables pairs that come as near as that. Neighbours are left out, and pairs that were in
+/// contact in each state: these are meant.
+///
+/// Looks at random states, the same ones each time: 1000, or fewer where there are very many such pairs.
+std::vector<DisabledPair> disabledPairsBelow(const SceneModel& model, const PairDistances& stop);
+
+/// Adds a warning with these pairs by name, if there are any.
+void warnOfDisabledPairs(SceneModel& model, const PairDistances& stop);
 
 }  // namespace proximity_server::scene
