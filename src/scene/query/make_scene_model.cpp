@@ -81,16 +81,16 @@ SceneModel makeSceneModel(RobotModel robot, const std::vector<std::string>& srdf
 std::vector<DisabledPair> disabledPairsBelow(const SceneModel& model, const PairDistances& stop) {
   struct Seen {
     int index;
-    double smallest, largest;
+    ShapeRefPair pair;
+    double smallest = kInfinity, largest = -kInfinity;
   };
   std::vector<Seen> seen;
-  std::vector<ShapeRefPair> pairs;
   for (std::size_t i = 0; i < model.pairs.pairs.size(); ++i) {
     const LinkPair& pair = model.pairs.pairs[i];
-    if (pair.reason != PairReason::SrdfDisabled || model.robot.areNeighbours(pair.link_a, pair.link_b)) continue;
-    pairs.push_back({{pair.link_a}, {pair.link_b}});
-    seen.push_back({static_cast<int>(i), kInfinity, -kInfinity});
+    if (pair.reason == PairReason::SrdfDisabled && !model.robot.areNeighbours(pair.link_a, pair.link_b))
+      seen.push_back({static_cast<int>(i), {{pair.link_a}, {pair.link_b}}});
   }
+  if (seen.empty()) return {};
   Scene scene(lent(model));
   Question question;
   question.threshold = 0.0;
@@ -98,21 +98,20 @@ std::vector<DisabledPair> disabledPairsBelow(const SceneModel& model, const Pair
   question.depth = Question::Depth::NotWanted;
   const std::vector<JointRange> ranges = jointRanges(model.robot);
   std::mt19937_64 random(1);
-  constexpr int kMostStates = 1000, kMostPairs = 1'000'000;  // pairs of all states: about 0.1 s
-  const int states = pairs.empty() ? 0 : std::clamp(kMostPairs / static_cast<int>(pairs.size()), 50, kMostStates);
+  constexpr int kMostStates = 1000, kMostDistances = 1'000'000;
+  const int states = std::clamp(kMostDistances / static_cast<int>(seen.size()), 50, kMostStates);
   for (int state = 0; state < states; ++state) {
     scene.update(forwardKinematics(model.robot, randomPositions(model.robot, ranges, random)));
-    const std::vector<PairProximity>& found = scene.all(pairs, question);
-    for (std::size_t i = 0; i < found.size(); ++i) {
-      const double distance = std::max(0.0, found[i].result.lower_bound);
-      seen[i].smallest = std::min(seen[i].smallest, distance);
-      seen[i].largest = std::max(seen[i].largest, distance);
+    for (Seen& one : seen) {
+      if (one.smallest == 0.0 && one.largest > 0.0) continue;  // more states tell nothing more
+      const double distance = std::max(0.0, scene.proximity(one.pair, question).result.lower_bound);
+      one.smallest = std::min(one.smallest, distance);
+      one.largest = std::max(one.largest, distance);
     }
   }
   std::vector<DisabledPair> near;
-  for (std::size_t i = 0; i < seen.size(); ++i)
-    if (seen[i].largest > 0.0 && seen[i].smallest <= stop.of(pairs[i]))
-      near.push_back({seen[i].index, seen[i].smallest});
+  for (const Seen& one : seen)
+    if (one.largest > 0.0 && one.smallest <= stop.of(one.pair)) near.push_back({one.index, one.smallest});
   return near;
 }
 
