@@ -235,6 +235,56 @@ TEST(SeveralRobots, AreNamedInAnswers) {
   EXPECT_EQ(robotNamed(Robot(kArm, "", Config()), "hand", "base"), " ");
 }
 
+// --- thresholds of single pairs
+
+TEST(ThresholdsOfPairs, StayWhereTheDefaultsOfSettingsChange) {
+  Config config;
+  config.thresholds.stop.of_links = {{"hand", 0.03}};
+  const Robot robot(kArm, "", config);
+  MonitorSettings settings;
+  settings.stop_distance = 0.01;
+  settings.object_stop_distance = 0.015;
+  robot.useDefaults(settings);
+  const int base = robot.robotModel().findLink("base"), hand = robot.robotModel().findLink("hand");
+  EXPECT_EQ(robot.thresholds()->stop.of({{base}, {hand}}), 0.03);
+  EXPECT_EQ(robot.thresholds()->stop.of({{base}, scene::ShapeRef::ofObject(0)}), 0.015);
+  EXPECT_EQ(robot.thresholds()->stop.of({{hand}, scene::ShapeRef::ofObject(0)}), 0.03);
+}
+
+TEST(ThresholdsOfPairs, RefuseSettingsThatContradictThemAndStayAsTheyWere) {
+  Config config;
+  config.thresholds.stop.of_links = {{"hand", 0.03}};
+  const Robot robot(kArm, "", config);
+  const auto before = robot.thresholds();
+  const auto refusal = [&](double warn, double influence) -> std::string {
+    MonitorSettings settings;
+    settings.warn_distance = settings.object_warn_distance = warn;
+    settings.influence_distance = influence;
+    try {
+      robot.useDefaults(settings);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_NE(refusal(0.025, 0.1).find("base - hand is 0.03, above its warn distance, which is 0.025"),
+            std::string::npos);
+  EXPECT_EQ(refusal(0.05, 0.03),
+            "the stop distance of hand and objects is 0.03, not below influence_distance, which is 0.03");
+  EXPECT_EQ(robot.thresholds(), before);
+}
+
+TEST(ThresholdsOfPairs, OfSeveralRobotsHaveTheWholeNamesOfLinks) {
+  XmlRpcValue values = leftAndRight();
+  values["pair_stop_distance"][0]["links"][0] = "left/hand";
+  values["pair_stop_distance"][0]["links"][1] = "right/hand";
+  values["pair_stop_distance"][0]["distance"] = 0.04;
+  const Robot robot = twoArms(values);
+  const auto link = [&](const char* name) { return scene::ShapeRef{robot.robotModel().findLink(name)}; };
+  EXPECT_EQ(robot.thresholds()->stop.of({link("right/hand"), link("left/hand")}), 0.04);
+  EXPECT_EQ(robot.thresholds()->stop.of({link("right/hand"), link("left/base")}), 0.02);
+}
+
 // 20 of the 55 pairs of a Panda are checked, and 11 links of each have geometry.
 TEST(TwoPandas, AreOneModelOfTheNode) {
   const scene::MeshResolver resolve = scene::exampleRobotsResolver();

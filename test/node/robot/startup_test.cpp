@@ -89,7 +89,7 @@ TEST_F(Startup, RefusesThresholdsOfPairsThatMakeNoSenseByName) {
     ros::param::set(kName + "/" + name, std::map<std::string, double>{{key, number}});
   };
   set("link_stop_distance", "bal", 0.01);
-  expectRefusal("link_stop_distance: there is no link \"bal\" (did you mean \"ball\"?)");
+  expectRefusal("link_stop_distance: no link \"bal\" (did you mean \"ball\"?)");
   ros::param::del(kName + "/link_stop_distance");
   set("link_warn_distance", "ball", 0.01);
   expectRefusal("the stop distance of ball and objects is 0.02, above its warn distance, which is 0.01");

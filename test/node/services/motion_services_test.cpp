@@ -302,7 +302,7 @@ TEST(BadContactRequest, NumbersAreNamed) {
     request.tolerance = bad;
     expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "tolerance");
   }
-  auto request = good;
+  request = good;
   request.time_budget = ros::Duration(-1.0);
   expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "time_budget");
 }
