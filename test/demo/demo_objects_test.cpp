@@ -1,5 +1,6 @@
 #include <proximity_server/Clearance.h>
 #include <proximity_server/ObjectList.h>
+#include <std_msgs/Float64.h>
 
 #include <algorithm>
 #include <csignal>
@@ -84,6 +85,12 @@ TEST(DemoObjects, AreSentAgainToANodeThatBeginsAnew) {
 
   EXPECT_TRUE(
       lists.next([&](const ObjectList& list) { return list.node_start != before->node_start && has_all(list); }));
+}
+
+// Regression: the demo had no decelerations, so that the scale was 0 for ever.
+TEST(DemoObjects, TheVelocityScaleOfTheMovingRobotIsNotAlwaysZero) {
+  Inbox<std_msgs::Float64> scales(ros::NodeHandle(), "/demo/proximity_server/collision_velocity_scale");
+  EXPECT_TRUE(nextOfMotion(scales, [](const std_msgs::Float64& scale) { return scale.data > 0.0; }));
 }
 
 }  // namespace proximity_server::node::demo_objects_test
