@@ -307,6 +307,29 @@ class Readme(unittest.TestCase):
                          r"\d+\.\d+ s torso - \w+_upper_arm: distance 0\.0564\d+ m, bounds \[0\.0564\d+, 0\.0564\d+\], "
                          r"level CLEAR; joints: .*left_elbow_flex=")
 
+    def gate(self, text):
+        """Becomes a program, which lets the robot move, holds it at silence and at STOP, and lets it move again."""
+        program = self.folder / "gate.py"
+        program.write_text(text)
+        log = self.start(self.shell, f"python3 {program}")
+        echo = self.start(self.shell, "rostopic echo -p /may_move")
+        says = lambda value: echo.read_text().rstrip().endswith(f",{value}")
+        settings = lambda text: f'rosrun dynamic_reconfigure dynparam set /proximity_server "{{{text}}}"'
+        wait_until(lambda: says(1), "may_move")
+        for hold, resume, reason in (
+                ("rosservice call /proximity_server/enable_monitor false", "rosservice call /proximity_server/enable_monitor true",
+                 "there is no clearance"),
+                (settings("warn_distance: 1.0, stop_distance: 1.0"), settings("warn_distance: 0.05, stop_distance: 0.0"), " m")):
+            self.shell.run(hold)
+            wait_until(lambda: says(0), hold)
+            self.assertIn("The robot holds: ", log.read_text())
+            self.assertIn(reason, log.read_text())
+            self.shell.run(resume)
+            wait_until(lambda: says(1), resume)
+        self.shell.run(settings("stop_distance: 0.02"))
+        for _ in range(2):
+            stop(self.processes.pop())
+
     def find_package(self, text):
         """Kept for the source beside it."""
         type(self).cmake_snippet = text
@@ -400,6 +423,7 @@ BLOCKS = (
     ("rostest ", Readme.rostest),
     ("cmake -S . -B build -DBUILD_TESTING=ON", Readme.commands),
     ("cmake -S . -B build -DPROXIMITY_NARROWPHASE_ONLY=ON", Readme.commands),
+    ("#!/usr/bin/env python3\n\"\"\"Publishes on `may_move`", Readme.gate),
     ("find_package(proximity_server", Readme.find_package),
     ("#include <proximity_server/", Readme.source),
 )
