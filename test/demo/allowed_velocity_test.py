@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The quadratic program of the example controller, without ROS."""
+"""The quadratic programs of the example controller, without ROS."""
 
 import pathlib
 import sys
@@ -9,7 +9,7 @@ import numpy
 import rosunit
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "src/demo/avoiding_controller"))
-from allowed_velocity import Infeasible, allowed_velocity  # noqa: E402
+from allowed_velocity import SLACK, Infeasible, allowed_velocity, nearest_velocity, yielding_velocity  # noqa: E402
 
 UNUSED = -numpy.inf
 ROUNDING = 1e-9
@@ -75,6 +75,44 @@ class AllowedVelocity(unittest.TestCase):
                 self.assertGreaterEqual((nearest - wanted) @ (other - nearest), -ROUNDING)
         self.assertGreater(bent, 200)
 
+    def test_only_rows_that_hold_back_push(self):
+        velocity, pushes = nearest_velocity([-1.0, 0.0], [[2.0, 0.0], [0.0, 1.0]], [-0.4, -1.0])
+        numpy.testing.assert_allclose(velocity, [-0.2, 0.0], atol=ROUNDING)
+        numpy.testing.assert_allclose(pushes, [0.4, 0.0], atol=ROUNDING)  # (-1, 0) + 0.4 * (2, 0)
+
+
+class YieldingVelocity(unittest.TestCase):
+    def velocity(self, wanted, matrix, lower_bounds, limit=numpy.inf):
+        limits = numpy.full(len(wanted), limit)
+        return yielding_velocity(wanted, matrix, lower_bounds, -limits, limits)[0]
+
+    def test_nothing_approaches_faster_than_its_row_allows(self):
+        numpy.testing.assert_allclose(self.velocity([-1.0, 0.5], [[1.0, 0.0]], [-0.1]), [-0.1, 0.5], atol=ROUNDING)
+        self.assertGreaterEqual(self.velocity([-1.0, 0.5], [[0.001, 0.0]], [0.1])[0], -ROUNDING)
+
+    def test_a_pair_parts_at_the_speed_of_damped_least_squares(self):
+        for norm in (1e-6, 0.006, SLACK, 0.5):
+            expected = 0.05 * norm / (norm**2 + SLACK**2)
+            numpy.testing.assert_allclose(self.velocity([0.0, 0.0], [[0.0, norm]], [0.05]), [0.0, expected], atol=ROUNDING)
+
+    # Regression: "the constraints contradict each other", and the robot rested for ever.
+    def test_two_rows_that_ask_for_the_contrary_meet_in_the_middle(self):
+        velocity = self.velocity([0.3, 0.2], [[1.0, 0.0], [-1.0, 0.0]], [0.1, 0.1])
+        numpy.testing.assert_allclose(velocity, [0.0, 0.2], atol=ROUNDING)
+
+    def test_a_bound_that_no_joint_can_change_changes_nothing(self):
+        numpy.testing.assert_allclose(self.velocity([0.3, 0.2], [[0.0, 0.0]], [0.1]), [0.3, 0.2], atol=ROUNDING)
+
+    def test_no_joint_is_faster_than_its_limit(self):
+        numpy.testing.assert_allclose(self.velocity([3.0, 0.0], [[1.0, 1.0]], [-1.0], limit=2.0), [2.0, 0.0], atol=ROUNDING)
+        numpy.testing.assert_allclose(self.velocity([0.0, 0.0], [[0.0, SLACK]], [4.0], limit=2.0), [0.0, 2.0], atol=ROUNDING)
+
+    def test_a_limit_goes_before_a_pair_that_shall_part(self):
+        limits = numpy.array([1.0, 1.0])
+        velocity, pushes = yielding_velocity([0.0, 0.0], [[0.5, 0.0]], [0.1], -limits, [0.0, 1.0])
+        numpy.testing.assert_allclose(velocity, [0.0, 0.0], atol=ROUNDING)
+        self.assertGreater(pushes[0], 0.0)
+
 
 if __name__ == "__main__":
-    rosunit.unitrun("proximity_server", "allowed_velocity_test", AllowedVelocity)
+    rosunit.unitrun("proximity_server", "allowed_velocity_test", __name__)

@@ -4,6 +4,7 @@
 import sys
 import threading
 import unittest
+import xml.etree.ElementTree
 
 import numpy
 import rospy
@@ -41,7 +42,7 @@ class AvoidingController(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         """Waits for the whole motion."""
-        cls.stop_distance = rospy.get_param(f"{NODE}/stop_distance")
+        cls.stop_distance = rospy.get_param(f"{NODE}/stop_distance", 0.02)
         recorder = Recorder()
         recorder.wait_for(lambda: recorder.states, "a state of the robot")
         cls.names = recorder.states[0].name
@@ -79,6 +80,13 @@ class AvoidingController(unittest.TestCase):
         known = [clearance for clearance in self.clearances if clearance.level != Clearance.INVALID]
         self.assertGreater(len(known), 100)
         self.assertGreaterEqual(min(clearance.minimum.lower_bound for clearance in known), self.stop_distance)
+
+    def test_no_joint_is_faster_than_the_urdf_allows(self):
+        limits = {joint.get("name"): float(joint.find("limit").get("velocity"))
+                  for joint in xml.etree.ElementTree.fromstring(rospy.get_param("robot_description")).iter("joint")
+                  if joint.find("limit") is not None}
+        fastest = numpy.abs([state.velocity for state in self.states]).max(axis=0)
+        self.assertTrue((fastest <= [limits[name] + 1e-9 for name in self.names]).all(), fastest)
 
     def test_the_arms_came_so_close_that_they_were_held_back(self):
         distances = self.distances_of([state.position for state in self.states])
