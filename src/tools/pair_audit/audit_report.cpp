@@ -17,33 +17,46 @@ std::string metres(double length) {
   return text.data();
 }
 
-const char* toString(ContactClass contact) {
-  switch (contact) {
-    case ContactClass::Always:
-      return "always in contact";
-    case ContactClass::Never:
-      return "never in contact";
-    case ContactClass::Sometimes:
-      return "in contact in some states";
-    case ContactClass::Undecided:
+/// "in contact", or "within 0.02 m".
+std::string nearText(double near) { return near > kContactDistance ? "within " + metres(near) : "in contact"; }
+
+std::string toText(NearClass near_class, double near) {
+  switch (near_class) {
+    case NearClass::Always:
+      return "always " + nearText(near);
+    case NearClass::Never:
+      return "never " + nearText(near);
+    case NearClass::Sometimes:
+      return nearText(near) + " in some states";
+    case NearClass::Undecided:
       return "not decided";
   }
   return "unknown";
 }
 
+std::string smallestText(const PairEvidence& evidence) {
+  return evidence.contact ? "contact" : metres(evidence.smallest);
+}
+
 /// The evidence for the class of a pair.
 std::string evidenceText(const PairEvidence& evidence) {
-  const std::string not_seen = " in " + std::to_string(evidence.samples) + " samples and a search";
-  switch (evidence.contactClass()) {
-    case ContactClass::Always:
-      return "not seen apart" + not_seen;
-    case ContactClass::Never:
+  const std::string seen_in = " in " + std::to_string(evidence.samples) + " samples and a search";
+  const bool is_proven = evidence.proven && *evidence.proven > evidence.near;
+  switch (evidence.nearClass()) {
+    case NearClass::Always:
+      return evidence.alwaysInContact()
+                 ? "not seen apart" + seen_in
+                 : "from " + smallestText(evidence) + " to " + metres(evidence.largest) + seen_in;
+    case NearClass::Never:
       return "closest seen " + metres(evidence.smallest) + "; " +
-             (evidence.proven ? "proven: at least " + metres(*evidence.proven) : "contact not seen" + not_seen);
-    case ContactClass::Undecided:
-      return std::string(evidence.contact ? "always" : "never") +
-             " in contact so far, but a joint between them can do more than was tried";
-    case ContactClass::Sometimes:
+             (is_proven ? "proven: at least " + metres(*evidence.proven)
+                        : (evidence.near > kContactDistance ? "nothing nearer" : "contact not seen") + seen_in);
+    case NearClass::Undecided:
+      return std::string(evidence.within ? "always " : "never ") + nearText(evidence.near) +
+             " so far, but a joint between them can do more than was tried";
+    case NearClass::Sometimes:
+      if (evidence.near > kContactDistance)
+        return evidence.contact ? "down to contact" : "down to " + metres(evidence.smallest);
       break;
   }
   return "";
@@ -67,21 +80,21 @@ class Report {
     }
   }
 
-  void addClass(ContactClass contact) {
+  void addClass(NearClass near_class) {
     std::vector<std::string> lines;
     for (const PairEvidence& evidence : study_.pairs) {
-      if (evidence.are_neighbours || evidence.contactClass() != contact) continue;
+      if (evidence.are_neighbours || evidence.nearClass() != near_class) continue;
       const std::string proof = evidenceText(evidence);
       lines.push_back(names(evidence) + (proof.empty() ? "" : ": " + proof));
     }
-    addList(toString(contact), lines);
+    addList(toText(near_class, study_.near), lines);
   }
 
   /// Comes before the other lists, because neighbours are not checked at all.
   void addNeighboursThatCollide() {
     std::vector<std::string> lines;
     for (const PairEvidence& evidence : study_.pairs) {
-      if (!evidence.are_neighbours || evidence.contactClass() != ContactClass::Sometimes) continue;
+      if (!evidence.are_neighbours || evidence.nearClass() != NearClass::Sometimes) continue;
       lines.push_back(names(evidence) + ": " + reasonText(evidence) + contactText(evidence));
     }
     addList("adjacent, but apart in some states and in contact in others", lines);
@@ -90,7 +103,8 @@ class Report {
   void addNeighbours() {
     std::vector<std::string> lines;
     for (const PairEvidence& evidence : study_.pairs) {
-      if (evidence.are_neighbours) lines.push_back(names(evidence) + ": " + toString(evidence.contactClass()));
+      if (evidence.are_neighbours)
+        lines.push_back(names(evidence) + ": " + toText(evidence.nearClass(), evidence.near));
     }
     addList("adjacent (joined by one joint)", lines);
   }
@@ -101,7 +115,14 @@ class Report {
     addList("disabled, but they can collide", linesOf(faults.disabled_but_touch, [&](const PairEvidence& evidence) {
               return reasonText(evidence) + contactText(evidence);
             }));
-    addList("checked, but never in contact", linesOf(faults.checked_but_never, evidenceText));
+    if (study_.near > kContactDistance) {
+      addList("disabled, but they come " + nearText(study_.near),
+              linesOf(faults.disabled_but_near, [&](const PairEvidence& evidence) {
+                return reasonText(evidence) + metres(evidence.smallest) + " apart at " +
+                       stateText(model_.robot, evidence.pair, evidence.closest);
+              }));
+    }
+    addList("checked, but never " + nearText(study_.near), linesOf(faults.checked_but_never, evidenceText));
     addList("checked, but always in contact", linesOf(faults.checked_but_always, evidenceText));
     std::vector<std::string> idle;
     for (const scene::IdleEntry& entry : model_.pairs.idle) {
@@ -140,7 +161,8 @@ class Report {
       case SamplingEnd::Quiet:
         return "of which the last " + std::to_string(kQuietSamples) + " changed the class of no pair";
       case SamplingEnd::AllKnown:
-        return "after which every pair had been seen in contact and apart";
+        return "after which every pair had been seen in contact and " +
+               (study_.near > kContactDistance ? "not " + nearText(study_.near) : "apart");
     }
     return "";
   }
@@ -195,13 +217,16 @@ SrdfFaults findSrdfFaults(const scene::SceneModel& model, const PairStudy& study
     const PairEvidence& evidence = study.pairs[i];
     const scene::PairReason reason =
         model.pairs.pairs[model.pairs.find(evidence.pair.a.link, evidence.pair.b.link)].reason;
-    const ContactClass contact = evidence.contactClass();
-    const bool is_disabled =
-        reason == scene::PairReason::SrdfDisabled && !evidence.are_neighbours;  // neighbours have a list of their own
-    if (is_disabled && contact == ContactClass::Sometimes) faults.disabled_but_touch.push_back(i);
+    if (reason == scene::PairReason::SrdfDisabled && !evidence.are_neighbours) {  // neighbours have a list of their own
+      if (evidence.canCollide()) {
+        faults.disabled_but_touch.push_back(i);
+      } else if (evidence.within && !evidence.alwaysInContact()) {
+        faults.disabled_but_near.push_back(i);
+      }
+    }
     if (reason != scene::PairReason::Checked) continue;
-    if (contact == ContactClass::Never) faults.checked_but_never.push_back(i);
-    if (contact == ContactClass::Always) faults.checked_but_always.push_back(i);
+    if (evidence.nearClass() == NearClass::Never) faults.checked_but_never.push_back(i);
+    if (evidence.alwaysInContact()) faults.checked_but_always.push_back(i);
   }
   return faults;
 }
@@ -210,9 +235,8 @@ std::string auditReport(const scene::SceneModel& model, const PairStudy& study, 
   Report report(model, study);
   report.addSummary();
   report.addNeighboursThatCollide();
-  for (const ContactClass contact :
-       {ContactClass::Always, ContactClass::Never, ContactClass::Sometimes, ContactClass::Undecided}) {
-    report.addClass(contact);
+  for (const NearClass near_class : {NearClass::Always, NearClass::Never, NearClass::Sometimes, NearClass::Undecided}) {
+    report.addClass(near_class);
   }
   report.addNeighbours();
   if (srdf == SrdfGiven::Yes) report.addSrdfFaults();

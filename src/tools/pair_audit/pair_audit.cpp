@@ -19,6 +19,8 @@
 namespace proximity_server::tools {
 namespace {
 
+constexpr double kStopDistance = 0.02;  // [m] the default of the node
+
 struct Arguments {
   RobotFiles robot;
   StudyOptions study;
@@ -27,16 +29,19 @@ struct Arguments {
 
 void declare(CLI::App& app, Arguments& arguments) {
   StudyOptions& study = arguments.study;
+  study.distance = kStopDistance;
   const auto addFile = [&](const std::string& name, std::string& path, const std::string& description) {
     return app.add_option(name, path, description)->type_name("FILE");
   };
   addFile("robot", arguments.robot.urdf, "the URDF")->required();
   addFile("--srdf", arguments.robot.srdf, "what to compare with, and what --write keeps the rest of");
   addMeshTolerance(app, arguments.robot.mesh_tolerance);
+  addLength(app, "--distance", study.distance, 0.0,
+            "up to which two links count as near (default: 0.02, the stop distance of the node; 0: contact)");
   addCount(app, "--samples", study.most_samples, 1, 1000000000,
            "most random states (default: 100000); fewer where the classes of the pairs settle before");
   addCount(app, "--seed", study.seed, 0, std::numeric_limits<long>::max(), "of the random states (default: 1)");
-  addFile("--write", arguments.write, "an SRDF that disables what is adjacent, always or never in contact");
+  addFile("--write", arguments.write, "an SRDF that disables what is adjacent, always in contact or never near");
   addThreads(app, study.threads);
 }
 

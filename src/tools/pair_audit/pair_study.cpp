@@ -1,6 +1,7 @@
 #include "tools/pair_audit/pair_study.h"
 
 #include <algorithm>
+#include <numeric>
 #include <random>
 
 #include "proximity_server/scene/model/kinematics.h"
@@ -16,56 +17,75 @@ constexpr int kMaxSearchQueries = 2000;
 /// The evidence of one block about each pair that it sampled.
 using BlockEvidence = std::vector<PairEvidence>;
 
-/// Adds the distance of a pair in one state to the evidence.
+/// Adds the distance of a pair in one state to the evidence. A pair counts as apart only if that is proven.
 void add(const narrowphase::SignedDistance& distance, const scene::Positions& positions, PairEvidence& evidence) {
-  const bool is_contact = !(distance.lower_bound > kContactDistance);  // a pair counts as apart only if that is proven
-  std::optional<scene::Positions>& first = is_contact ? evidence.contact : evidence.apart;
+  const bool is_contact = !(distance.lower_bound > kContactDistance);
+  if (is_contact && !evidence.contact) evidence.contact = positions;
+  std::optional<scene::Positions>& first = distance.lower_bound > evidence.near ? evidence.apart : evidence.within;
   if (!first) first = positions;
   const double seen = is_contact ? 0.0 : distance.distance;
-  if (seen >= evidence.smallest) return;
-  evidence.smallest = seen;
-  evidence.closest = positions;
+  if (seen < evidence.smallest) {
+    evidence.smallest = seen;
+    evidence.closest = positions;
+  }
+  if (seen > evidence.largest) {
+    evidence.largest = seen;
+    evidence.farthest = positions;
+  }
 }
 
 /// Adds the evidence of a later block.
 void add(const PairEvidence& later, PairEvidence& evidence) {
   evidence.samples += later.samples;
   if (!evidence.contact) evidence.contact = later.contact;
+  if (!evidence.within) evidence.within = later.within;
   if (!evidence.apart) evidence.apart = later.apart;
-  if (later.smallest >= evidence.smallest) return;
-  evidence.smallest = later.smallest;
-  evidence.closest = later.closest;
+  if (later.smallest < evidence.smallest) {
+    evidence.smallest = later.smallest;
+    evidence.closest = later.closest;
+  }
+  if (later.largest > evidence.largest) {
+    evidence.largest = later.largest;
+    evidence.farthest = later.farthest;
+  }
 }
 
 bool isOpen(const PairEvidence& evidence) { return !evidence.contact || !evidence.apart; }
 
-BlockEvidence sampleBlock(scene::Scene scene, const std::vector<scene::JointRange>& ranges,
-                          const std::vector<scene::ShapeRefPair>& pairs, std::mt19937_64 random, long states) {
+/// How many kinds of states were seen: in contact, near, not near.
+int kindsSeen(const PairEvidence& evidence) {
+  return evidence.contact.has_value() + evidence.within.has_value() + evidence.apart.has_value();
+}
+
+/// `evidence` is that of pairs of which nothing was seen yet.
+BlockEvidence sampleBlock(scene::Scene scene, const std::vector<scene::JointRange>& ranges, BlockEvidence evidence,
+                          std::mt19937_64 random, long states) {
   scene::Question question;
   question.depth = scene::Question::Depth::NotWanted;
-  BlockEvidence evidence(pairs.size());
   for (long state = 0; state < states; ++state) {
     const scene::Positions positions = scene::randomPositions(scene.model().robot, ranges, random);
     scene.update(scene::forwardKinematics(scene.model().robot, positions));
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-      // For a distance larger than the smallest so far a proof is enough.
-      question.threshold = std::max(evidence[i].smallest, kContactDistance);
-      add(scene.proximity(pairs[i], question).result, positions, evidence[i]);
-      ++evidence[i].samples;
+    for (PairEvidence& each : evidence) {
+      // For a distance larger than the smallest so far a proof is enough, but where the largest is measured.
+      question.threshold = std::max(each.smallest, each.largest > each.measured ? kContactDistance : each.measured);
+      add(scene.proximity(each.pair, question).result, positions, each);
+      ++each.samples;
     }
   }
   return evidence;
 }
 
-/// A search for the kind of state, in contact or apart, in which a pair has not been seen.
-class ContactSearch {
+/// A search for contact, or for a distance beyond PairEvidence::measured.
+class DistanceSearch {
  public:
-  ContactSearch(scene::Scene& scene, const std::vector<scene::JointRange>& ranges, PairEvidence& evidence)
-      : scene_(scene),
+  enum class Goal : unsigned char { Contact, Distance };
+
+  DistanceSearch(Goal goal, scene::Scene& scene, const std::vector<scene::JointRange>& ranges, PairEvidence& evidence)
+      : goal_(goal),
+        scene_(scene),
         ranges_(ranges),
         evidence_(evidence),
-        sign_(evidence.contact ? -1.0 : 1.0),
-        positions_(evidence.contact ? *evidence.contact : evidence.closest),
+        positions_(goal == Goal::Contact ? evidence.closest : evidence.farthest),
         best_(valueAt(positions_)) {}
 
   /// Coordinate descent: steps of one joint at a time, halved when none of them helps.
@@ -81,7 +101,10 @@ class ContactSearch {
   }
 
  private:
-  bool goesOn() const { return isOpen(evidence_) && queries_ < kMaxSearchQueries; }
+  bool goesOn() const {
+    const bool found = goal_ == Goal::Contact ? evidence_.contact.has_value() : evidence_.largest > evidence_.measured;
+    return !found && queries_ < kMaxSearchQueries;
+  }
 
   bool improves(const scene::JointRange& range, double step) {
     if (!goesOn()) return false;
@@ -103,30 +126,37 @@ class ContactSearch {
     const narrowphase::SignedDistance answer = scene_.proximity(evidence_.pair).result;
     ++queries_;
     add(answer, positions, evidence_);
-    return sign_ * answer.distance;
+    return goal_ == Goal::Contact ? answer.distance : -answer.distance;
   }
 
+  const Goal goal_;
   scene::Scene& scene_;
   const std::vector<scene::JointRange>& ranges_;
   PairEvidence& evidence_;
-  const double sign_;
   int queries_ = 0;
   scene::Positions positions_;
   double best_;
 };
 
-/// Searches for the other kind of state, and tries a proof if no contact is found.
+/// Tries to prove that a pair without contact never has any, or, if it was never near, that it never is.
+void prove(scene::Scene& scene, const std::vector<scene::JointRange>& ranges, PairEvidence& evidence) {
+  const SeparationProof proof =
+      proveSeparation(scene, ranges, evidence.pair, evidence.within ? kContactDistance : evidence.near);
+  if (proof.lower_bound > kContactDistance) evidence.proven = proof.lower_bound;
+  if (!proof.near) return;
+  scene.update(scene::forwardKinematics(scene.model().robot, *proof.near));
+  add(scene.proximity(evidence.pair).result, *proof.near, evidence);
+}
+
+/// Searches for the kinds of states that were not seen, and tries a proof if no contact is found.
 void refine(scene::Scene& scene, const std::vector<scene::JointRange>& all_ranges, PairEvidence& evidence) {
+  using Goal = DistanceSearch::Goal;
   const std::vector<scene::JointRange> ranges =
       scene::rangesBetween(scene.model().robot, all_ranges, evidence.pair.a.link, evidence.pair.b.link);
-  ContactSearch(scene, ranges, evidence).run();
-  if (evidence.contact || !evidence.has_known_ranges) return;
-  const SeparationProof proof = proveSeparation(scene, ranges, evidence.pair);
-  if (proof.contact) {
-    evidence.contact = evidence.closest = *proof.contact;
-    evidence.smallest = 0.0;
-  }
-  if (proof.lower_bound > kContactDistance) evidence.proven = proof.lower_bound;
+  const bool always_near = evidence.largest <= evidence.measured;
+  if (!evidence.contact) DistanceSearch(Goal::Contact, scene, ranges, evidence).run();
+  if (always_near) DistanceSearch(Goal::Distance, scene, ranges, evidence).run();
+  if (!evidence.contact && evidence.has_known_ranges) prove(scene, ranges, evidence);
 }
 
 double depthAt(scene::Scene& scene, const scene::Positions& positions, const scene::ShapeRefPair& pair) {
@@ -135,15 +165,19 @@ double depthAt(scene::Scene& scene, const scene::Positions& positions, const sce
 }
 
 PairEvidence refined(scene::Scene scene, const std::vector<scene::JointRange>& ranges, PairEvidence evidence) {
-  if (isOpen(evidence)) refine(scene, ranges, evidence);
+  refine(scene, ranges, evidence);
   if (evidence.contact) evidence.contact_depth = depthAt(scene, *evidence.contact, evidence.pair);
   return evidence;
 }
 
-PairEvidence noEvidence(const scene::RobotModel& robot, const scene::LinkPair& pair) {
+PairEvidence noEvidence(const scene::RobotModel& robot, const scene::LinkPair& pair, const StudyOptions& options) {
   PairEvidence evidence;
   evidence.pair = {{pair.link_a, 0}, {pair.link_b, 0}};
   evidence.are_neighbours = robot.areNeighbours(pair.link_a, pair.link_b);
+  if (!evidence.are_neighbours) {
+    evidence.near = std::max(options.distance, kContactDistance);
+    evidence.measured = std::max(options.warn_distance, evidence.near);
+  }
   const std::vector<int> joints =
       scene::jointsBetween(robot, robot.links[pair.link_a].body, robot.links[pair.link_b].body);
   evidence.has_known_ranges =
@@ -157,8 +191,9 @@ class Studying {
   Studying(const std::shared_ptr<const scene::SceneModel>& model, const StudyOptions& options,
            const StudyProgress& progress)
       : options_(options), progress_(progress), scene_(model), ranges_(scene::jointRanges(model->robot)) {
+    study_.near = std::max(options.distance, kContactDistance);
     for (const scene::LinkPair& pair : model->pairs.pairs) {
-      if (pair.reason != scene::PairReason::SameBody) study_.pairs.push_back(noEvidence(model->robot, pair));
+      if (pair.reason != scene::PairReason::SameBody) study_.pairs.push_back(noEvidence(model->robot, pair, options));
     }
   }
 
@@ -197,12 +232,28 @@ class Studying {
     return open;
   }
 
+  int kindsSeenOfAll() const {
+    return std::accumulate(study_.pairs.begin(), study_.pairs.end(), 0,
+                           [](int sum, const PairEvidence& evidence) { return sum + kindsSeen(evidence); });
+  }
+
+  /// Those pairs, as if nothing had been seen of them.
+  BlockEvidence unseen(const std::vector<std::size_t>& indices) const {
+    BlockEvidence fresh(indices.size());
+    for (std::size_t i = 0; i < indices.size(); ++i) {
+      const PairEvidence& known = study_.pairs[indices[i]];
+      fresh[i].pair = known.pair;
+      fresh[i].near = known.near;
+      fresh[i].measured = known.measured;
+    }
+    return fresh;
+  }
+
   /// Draws one round of states. Returns whether the class of a pair changed.
   bool sampleRound() {
     const std::vector<std::size_t> open = openPairs();
-    std::vector<scene::ShapeRefPair> pairs;
-    for (const std::size_t i : open) pairs.push_back(study_.pairs[i].pair);
-    const bool is_first = study_.samples == 0;
+    const BlockEvidence fresh = unseen(open);
+    const int kinds_before = kindsSeenOfAll();
 
     AnswersInOrder<BlockEvidence> answers(options_.threads, [&](const BlockEvidence& block) {
       for (std::size_t i = 0; i < open.size(); ++i) add(block[i], study_.pairs[open[i]]);
@@ -210,13 +261,13 @@ class Studying {
     for (int block = 0; block < kBlocksInRound && study_.samples < options_.most_samples; ++block) {
       const long states = std::min(kBlockSize, options_.most_samples - study_.samples);
       std::seed_seq seed{options_.seed, static_cast<unsigned long>(study_.samples / kBlockSize)};
-      answers.start([this, &pairs, states, random = std::mt19937_64(seed)] {
-        return sampleBlock(scene_.twin(), ranges_, pairs, random, states);
+      answers.start([this, &fresh, states, random = std::mt19937_64(seed)] {
+        return sampleBlock(scene_.twin(), ranges_, fresh, random, states);
       });
       study_.samples += states;
     }
     answers.finish();
-    return is_first || openPairs().size() < open.size();
+    return kindsSeenOfAll() > kinds_before;
   }
 
   void tell(StudyStage stage, long done, long all) const {
@@ -232,11 +283,15 @@ class Studying {
 
 }  // namespace
 
-ContactClass PairEvidence::contactClass() const {
-  if (contact && apart) return ContactClass::Sometimes;
-  if (!has_known_ranges) return ContactClass::Undecided;
-  return contact ? ContactClass::Always : ContactClass::Never;
+NearClass PairEvidence::nearClass() const {
+  if (within && apart) return NearClass::Sometimes;
+  if (!has_known_ranges) return NearClass::Undecided;
+  return within ? NearClass::Always : NearClass::Never;
 }
+
+bool PairEvidence::canCollide() const { return contact && largest > kContactDistance; }
+
+bool PairEvidence::alwaysInContact() const { return has_known_ranges && contact && largest <= kContactDistance; }
 
 PairStudy studyPairs(const std::shared_ptr<const scene::SceneModel>& model, const StudyOptions& options,
                      const StudyProgress& progress) {

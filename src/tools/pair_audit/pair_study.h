@@ -11,30 +11,39 @@
 
 namespace proximity_server::tools {
 
-/// Whether two links are in contact, over all states that were seen.
-enum class ContactClass : unsigned char {
+/// Whether two links are near, which is within PairEvidence::near, over all states that were seen.
+enum class NearClass : unsigned char {
   Always,
   Never,
   Sometimes,
   Undecided  ///< always or never in the states seen, but a joint between the two has positions that were not sampled
 };
 
-/// The evidence about the contact of two links that do not belong to one body.
+/// The evidence about the distance of two links that do not belong to one body.
 struct PairEvidence {
   scene::ShapeRefPair pair;
   bool are_neighbours = false;   ///< see RobotModel::areNeighbours
   bool has_known_ranges = true;  ///< of all joints between the two, see scene::hasKnownRange()
-  long samples = 0;              ///< random states until both contact and separation had been seen
-  double smallest = std::numeric_limits<double>::infinity();  ///< [m] smallest distance seen; 0: contact
-  scene::Positions closest;                                   ///< the state with that distance
-  std::optional<scene::Positions> contact, apart;             ///< the first state of each kind
-  double contact_depth = 0.0;                                 ///< [m] penetration depth in the state `contact`
-  std::optional<double> proven;                               ///< [m] proven lower bound of the distance; above 0
+  double near =
+      kContactDistance;  ///< [m] that of the options; of neighbours, which are near by design, kContactDistance
+  double measured = kContactDistance;  ///< [m] at least `near`; `largest` is exact up to it
+  long samples = 0;                    ///< random states until both contact and separation had been seen
 
-  ContactClass contactClass() const;
+  double smallest = std::numeric_limits<double>::infinity();  ///< [m] smallest distance seen; 0: contact
+  double largest = -1.0;               ///< [m] largest distance seen, or a value between `measured` and it; 0: contact
+  scene::Positions closest, farthest;  ///< the states with these distances
+  std::optional<scene::Positions> contact, within, apart;  ///< the first state in contact, near, and not near
+  double contact_depth = 0.0;                              ///< [m] penetration depth in the state `contact`
+  std::optional<double> proven;                            ///< [m] proven lower bound of the distance; above 0
+
+  NearClass nearClass() const;
+  bool canCollide() const;       ///< was seen in contact, and not in contact
+  bool alwaysInContact() const;  ///< over known ranges
 };
 
 struct StudyOptions {
+  double distance = 0.0;       ///< [m] two links are near up to this distance; 0: in contact
+  double warn_distance = 0.0;  ///< [m] the largest distance of a pair is measured up to this one
   long most_samples = 100000;
   unsigned long seed = 1;
   int threads = 1;
@@ -48,11 +57,12 @@ constexpr long kQuietSamples = 30000;  ///< 3 / kUnseenShare
 enum class SamplingEnd : unsigned char {
   MaxSamples,  ///< the requested number was reached
   Quiet,       ///< no pair changed its class in the last kQuietSamples
-  AllKnown     ///< every pair was seen both in contact and apart
+  AllKnown     ///< every pair was seen both in contact and not near
 };
 
 struct PairStudy {
   std::vector<PairEvidence> pairs;  ///< all pairs of links that have geometry and do not belong to one body
+  double near = kContactDistance;   ///< [m] of pairs that are no neighbours
   long samples = 0;                 ///< the number of states that were drawn
   SamplingEnd end = SamplingEnd::MaxSamples;
 };
@@ -61,15 +71,16 @@ struct PairStudy {
 enum class StudyStage : unsigned char { Sampling, Searching };
 using StudyProgress = std::function<void(StudyStage, double done)>;  ///< done: from 0 to 1
 
-/// Classifies the pairs of links by whether they are in contact always, never, or in some states.
+/// Classifies the pairs of links by whether they are near always, never, or in some states.
 ///
-/// 1. Draw random states, with joints uniform within their ranges. A pair that was seen both in contact and apart is
+/// 1. Draw random states, with joints uniform within their ranges. A pair that was seen both in contact and not near is
 ///    settled. Sampling ends early if kQuietSamples states in a row changed the class of no pair. By the rule of three,
 ///    the other kind of state then has a share of less than kUnseenShare, at 95 % confidence for each single pair: n
 ///    independent states all miss a share p with the probability (1 - p)^n < exp(-n p), which is 5 % for n p = 3.
 /// 2. Search for states that sampling missed: a coordinate descent of the distance from the closest state of a pair
-///    that was never in contact, and an ascent for a pair that always was.
-/// 3. Try to prove that a pair which is still without contact never has any, see proveSeparation().
+///    that was never in contact, and an ascent from the farthest state of a pair that was never beyond `measured`.
+/// 3. Try to prove that a pair which was never near never is, and one that was never in contact never is, see
+///    proveSeparation().
 ///
 /// States are drawn in blocks of one size, each from a seed of its own, and pairs are settled only between rounds of
 /// blocks. So the result is the same for any number of threads.

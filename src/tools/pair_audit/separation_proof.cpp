@@ -75,10 +75,12 @@ struct Cell {
 /// The subdivision of the box of a pair's joints.
 class Subdivision {
  public:
-  Subdivision(scene::Scene& scene, const std::vector<scene::JointRange>& ranges, const scene::ShapeRefPair& pair)
+  Subdivision(scene::Scene& scene, const std::vector<scene::JointRange>& ranges, const scene::ShapeRefPair& pair,
+              double near)
       : scene_(scene),
         ranges_(ranges),
         pair_(pair),
+        near_(near),
         sensitivities_(sensitivities(scene.model().robot, ranges, pair)),
         positions_(scene.model().robot.joints.size(), 0.0) {}
 
@@ -90,7 +92,7 @@ class Subdivision {
     }
     add(box);
     if (cellsNeeded() > kMaxQueries) return result();
-    while (!contact_ && queries_ < kMaxQueries && cells_.top().lower_bound < 0.5 * smallest_) halveWorst();
+    while (!found_ && queries_ < kMaxQueries && cells_.top().lower_bound < 0.5 * (near_ + smallest_)) halveWorst();
     return result();
   }
 
@@ -102,7 +104,7 @@ class Subdivision {
     question.depth = scene::Question::Depth::NotWanted;
     const narrowphase::SignedDistance answer = scene_.proximity(pair_, question).result;
     ++queries_;
-    if (!(answer.lower_bound > kContactDistance)) contact_ = positions_;
+    if (!(answer.lower_bound > near_)) found_ = positions_;
     smallest_ = std::min(smallest_, answer.lower_bound);
     cell.lower_bound = answer.lower_bound;
     for (std::size_t i = 0; i < ranges_.size(); ++i) cell.lower_bound -= sensitivities_[i] * cell.half[i];
@@ -124,27 +126,28 @@ class Subdivision {
   }
 
   /// A lower estimate of the number of cells, as if the distance at the centre of the box held everywhere. A settled
-  /// cell has sum(sensitivity * half width) <= distance, so its volume is largest if all terms are equal.
+  /// cell has sum(sensitivity * half width) <= distance - near, so its volume is largest if all terms are equal.
   double cellsNeeded() const {
     double cells = 1.0;
-    const double distance = smallest_, joints = static_cast<double>(ranges_.size());
+    const double distance = smallest_ - near_, joints = static_cast<double>(ranges_.size());
     for (std::size_t i = 0; i < ranges_.size(); ++i) {
       cells *= sensitivities_[i] * ranges_[i].width() * joints / (2.0 * distance);
     }
     return cells;
   }
 
-  SeparationProof result() const { return {contact_ ? 0.0 : cells_.top().lower_bound, contact_}; }
+  SeparationProof result() const { return {cells_.top().lower_bound, found_}; }
 
   scene::Scene& scene_;
   const std::vector<scene::JointRange>& ranges_;
   const scene::ShapeRefPair pair_;
+  const double near_;
   const std::vector<double> sensitivities_;
   scene::Positions positions_;
   std::priority_queue<Cell> cells_;
   int queries_ = 0;
   double smallest_ = std::numeric_limits<double>::infinity();  // [m] the smallest distance found
-  std::optional<scene::Positions> contact_;
+  std::optional<scene::Positions> found_;
 };
 
 }  // namespace
@@ -169,8 +172,8 @@ std::vector<double> sensitivities(const scene::RobotModel& robot, const std::vec
 }
 
 SeparationProof proveSeparation(scene::Scene& scene, const std::vector<scene::JointRange>& ranges,
-                                const scene::ShapeRefPair& pair) {
-  return Subdivision(scene, ranges, pair).run();
+                                const scene::ShapeRefPair& pair, double near) {
+  return Subdivision(scene, ranges, pair, near).run();
 }
 
 }  // namespace proximity_server::tools

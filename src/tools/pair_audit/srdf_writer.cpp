@@ -19,17 +19,9 @@ Names ordered(const std::string& a, const std::string& b) { return {std::min(a, 
 
 /// The reason why a pair need not be checked; nullptr if it must be checked.
 const char* reasonOf(const PairEvidence& evidence) {
-  switch (evidence.contactClass()) {
-    case ContactClass::Sometimes:
-      return nullptr;
-    case ContactClass::Always:
-      return evidence.are_neighbours ? "Adjacent" : "Always";
-    case ContactClass::Never:
-      return evidence.are_neighbours ? "Adjacent" : "Never";
-    case ContactClass::Undecided:
-      return evidence.are_neighbours ? "Adjacent" : nullptr;
-  }
-  return nullptr;
+  if (evidence.are_neighbours) return evidence.nearClass() == NearClass::Sometimes ? nullptr : "Adjacent";
+  if (evidence.alwaysInContact()) return "Always";
+  return evidence.nearClass() == NearClass::Never ? "Never" : nullptr;
 }
 
 XMLElement& parse(const std::string& srdf_xml, const std::string& robot, tinyxml2::XMLDocument& document) {

@@ -44,13 +44,32 @@ TEST_F(PairAudit, ListsEveryPairUnderItsClass) {
   ASSERT_EQ(result.exit_code, 0) << result.output;
   EXPECT_TRUE(says(result.output, "Robot \"crossing sliders\": 15 pairs of links, ")) << result.output;
   EXPECT_TRUE(says(result.output, "Joint \"drift\" is floating or planar; it stood still.")) << result.output;
-  EXPECT_EQ(linesUnder("in contact in some states (1)", result.output), Lines{"base - tip"});
+  EXPECT_EQ(linesUnder("within 0.02 m in some states (1)", result.output), Lines{"base - tip: down to contact"});
   EXPECT_EQ(linesUnder("adjacent (joined by one joint)", result.output).size(), 5U);
   EXPECT_EQ(linesUnder("not decided (4)", result.output).size(), 4U);
-  EXPECT_EQ(linesUnder("never in contact (4)", result.output).size(), 4U);
-  EXPECT_TRUE(says(linesUnder("never in contact", result.output).at(0), "base - far: closest seen 3.25 m; proven: "));
-  EXPECT_TRUE(says(linesUnder("always in contact (1)", result.output).at(0), "base - rod: not seen apart in "));
+  EXPECT_EQ(linesUnder("never within 0.02 m (4)", result.output).size(), 4U);
+  EXPECT_TRUE(
+      says(linesUnder("never within 0.02 m", result.output).at(0), "base - far: closest seen 3.25 m; proven: "));
+  EXPECT_TRUE(says(linesUnder("always within 0.02 m (1)", result.output).at(0), "base - rod: not seen apart in "));
   EXPECT_FALSE(says(result.output, "SRDF"));
+}
+
+TEST_F(PairAudit, ClassesAreThoseOfTheDistance) {
+  const std::string in_contact = run("--distance 0").output;
+  EXPECT_EQ(linesUnder("in contact in some states (1)", in_contact), Lines{"base - tip"});
+  EXPECT_EQ(linesUnder("never in contact (4)", in_contact).size(), 4U);
+  EXPECT_EQ(linesUnder("always in contact (1)", in_contact).size(), 1U);
+  EXPECT_FALSE(says(in_contact, "within"));
+
+  const std::string near = run("--distance 3 --samples 2000 --srdf " + srdf_).output;
+  const Lines always = linesUnder("always within 3 m (4)", near);
+  ASSERT_EQ(always.size(), 4U) << near;
+  EXPECT_TRUE(says(always[0], "base - tip: from contact to 2.67 m in ")) << always[0];
+  EXPECT_TRUE(says(always[1], "base - rod: not seen apart in ")) << always[1];
+  EXPECT_TRUE(says(always[3], "far - rod: from 0.75 m to 2.75 m in ")) << always[3];
+  const Lines hidden = linesUnder("disabled, but they come within 3 m (1)", near);
+  ASSERT_EQ(hidden.size(), 1U) << near;
+  EXPECT_TRUE(says(hidden[0], "rod - tip: said to be \"Never\", 0.359 m apart at ")) << hidden[0];
 }
 
 // The forearm hangs below the upper arm and folds back onto it. Its cover is fixed to it, and has the joint between
@@ -79,7 +98,7 @@ TEST_F(PairAudit, NeighboursThatCollideComeFirstAndAreNotDisabled) {
 
 TEST_F(PairAudit, WhatIsFixedToANeighbourIsNoNeighbour) {
   const std::string report = runCommand(PAIR_AUDIT " " + files_.write("arm.urdf", kFoldingArm) + " 2>&1").output;
-  EXPECT_EQ(linesUnder("in contact in some states (1)", report), Lines{"upper - cover"}) << report;
+  EXPECT_EQ(linesUnder("within 0.02 m in some states (1)", report), Lines{"upper - cover: down to contact"}) << report;
   EXPECT_EQ(linesUnder("adjacent (joined by one joint) (1)", report).size(), 1U) << report;
 }
 
@@ -89,7 +108,7 @@ TEST_F(PairAudit, NamesWhatTheSrdfGetsWrong) {
   ASSERT_EQ(dangerous.size(), 1U) << report;
   EXPECT_TRUE(says(dangerous[0], "base - tip: said to be \"User\", in contact, ")) << dangerous[0];
   EXPECT_TRUE(says(dangerous[0], "approach=2.25")) << dangerous[0];
-  EXPECT_EQ(linesUnder("checked, but never in contact (2)", report).size(), 2U);
+  EXPECT_EQ(linesUnder("checked, but never within 0.02 m (2)", report).size(), 2U);
   EXPECT_EQ(linesUnder("checked, but always in contact (1)", report).size(), 1U);
   EXPECT_EQ(
       linesUnder("entries without effect (3)", report),
@@ -102,8 +121,9 @@ TEST_F(PairAudit, WritesAnSrdfInWhichItFindsNoFault) {
   const std::string out = files_.path("out.srdf");
   ASSERT_EQ(run("--srdf " + srdf_ + " --write " + out).exit_code, 0);
   const std::string report = run("--srdf " + out).output;
-  for (const std::string fault : {"disabled, but they can collide (0)", "checked, but never in contact (0)",
-                                  "checked, but always in contact (0)", "entries without effect (0)", "remarks (0)"}) {
+  for (const std::string fault : {"disabled, but they can collide (0)", "disabled, but they come within 0.02 m (0)",
+                                  "checked, but never within 0.02 m (0)", "checked, but always in contact (0)",
+                                  "entries without effect (0)", "remarks (0)"}) {
     EXPECT_TRUE(says(report, fault)) << fault << " is not in\n" << report;
   }
   EXPECT_TRUE(says(readFile(out), "<group_state name=\"home\""));
@@ -129,6 +149,7 @@ TEST_F(PairAudit, NamesWhatIsWrongWithTheInput) {
   expect(run("--srdf /nowhere.srdf"), 1, "pair_audit: /nowhere.srdf: cannot be read");
   expect(run("--srdf " + files_.write("broken.srdf", "<robot")), 1, "broken.srdf: SRDF");
   expect(run("--samples 100 --write /nowhere/out.srdf"), 1, "pair_audit: /nowhere/out.srdf: cannot be written");
+  expect(run("--distance -0.1"), 1, "--distance: '-0.1' is not a finite length of at least 0 m");
   expect(run("--samples 0"), 1, "pair_audit: --samples: '0' is not a whole number from 1 to 1000000000");
   expect(run("--samples many"), 1, "--samples: 'many' is not a whole number");
   expect(run("--seed -1"), 1, "--seed: '-1' is not a whole number");

@@ -44,10 +44,10 @@ class CrossingSliders : public ::testing::Test {
 };
 
 TEST_F(CrossingSliders, EveryPairIsInItsClass) {
-  EXPECT_EQ(evidence(study_, "base", "far").contactClass(), ContactClass::Never);
-  EXPECT_EQ(evidence(study_, "base", "rod").contactClass(), ContactClass::Always);
-  EXPECT_EQ(evidence(study_, "base", "tip").contactClass(), ContactClass::Sometimes);
-  EXPECT_EQ(evidence(study_, "base", "loose").contactClass(), ContactClass::Undecided);
+  EXPECT_EQ(evidence(study_, "base", "far").nearClass(), NearClass::Never);
+  EXPECT_EQ(evidence(study_, "base", "rod").nearClass(), NearClass::Always);
+  EXPECT_EQ(evidence(study_, "base", "tip").nearClass(), NearClass::Sometimes);
+  EXPECT_EQ(evidence(study_, "base", "loose").nearClass(), NearClass::Undecided);
   EXPECT_EQ(study_.pairs.size(), 15U);
 }
 
@@ -99,7 +99,7 @@ TEST_F(CrossingSliders, SearchFindsContactThatSamplesMiss) {
   const PairStudy study = studyPairs(model_, few);
   EXPECT_EQ(study.samples, 10);
   EXPECT_EQ(study.end, SamplingEnd::MaxSamples);
-  EXPECT_EQ(evidence(study, "base", "tip").contactClass(), ContactClass::Sometimes);
+  EXPECT_EQ(evidence(study, "base", "tip").nearClass(), NearClass::Sometimes);
 }
 
 TEST_F(CrossingSliders, SamplingEndsWhenNothingChanges) {
@@ -124,24 +124,94 @@ TEST_F(CrossingSliders, AnotherSeedDrawsOtherStates) {
   options.seed = 2;
   const PairStudy other = studyPairs(model_, options);
   EXPECT_NE(*evidence(other, "base", "far").apart, *evidence(study_, "base", "far").apart);
-  EXPECT_EQ(evidence(other, "base", "far").contactClass(), ContactClass::Never);
+  EXPECT_EQ(evidence(other, "base", "far").nearClass(), NearClass::Never);
+}
+
+using Pairs = std::set<std::set<std::string>>;
+Pairs namesOf(const std::vector<int>& indices, const SceneModel& model, const PairStudy& study) {
+  Pairs names;
+  for (const int i : indices) {
+    const ShapeRefPair& pair = study.pairs[i].pair;
+    names.insert({model.robot.links[pair.a.link].name, model.robot.links[pair.b.link].name});
+  }
+  return names;
 }
 
 TEST_F(CrossingSliders, FaultsOfAnSrdfAreFound) {
   const auto model = modelOf(kCrossingSliders, kFaultySrdf);
   const SrdfFaults faults = findSrdfFaults(*model, study_);
-  const auto namesOf = [&](const std::vector<int>& indices) {
-    std::set<std::set<std::string>> names;
-    for (const int i : indices) {
-      const ShapeRefPair& pair = study_.pairs[i].pair;
-      names.insert({model->robot.links[pair.a.link].name, model->robot.links[pair.b.link].name});
-    }
-    return names;
-  };
-  using Pairs = std::set<std::set<std::string>>;
-  EXPECT_EQ(namesOf(faults.disabled_but_touch), (Pairs{{"base", "tip"}}));
-  EXPECT_EQ(namesOf(faults.checked_but_always), (Pairs{{"base", "rod"}}));
-  EXPECT_EQ(namesOf(faults.checked_but_never), (Pairs{{"rod", "far"}, {"tip", "far"}}));
+  EXPECT_EQ(namesOf(faults.disabled_but_touch, *model, study_), (Pairs{{"base", "tip"}}));
+  EXPECT_EQ(namesOf(faults.disabled_but_near, *model, study_), Pairs{});
+  EXPECT_EQ(namesOf(faults.checked_but_always, *model, study_), (Pairs{{"base", "rod"}}));
+  EXPECT_EQ(namesOf(faults.checked_but_never, *model, study_), (Pairs{{"rod", "far"}, {"tip", "far"}}));
+}
+
+StudyOptions within(double distance) {
+  StudyOptions options;
+  options.distance = distance;
+  options.most_samples = 2000;
+  return options;
+}
+
+// The tip comes as near to the rod as 0.5 - sqrt(0.02), 0.36. The ball is from 0.75 to 2.75 behind the end of the rod.
+TEST_F(CrossingSliders, ADistanceMakesTheClasses) {
+  const PairStudy at_04 = studyPairs(model_, within(0.4));
+  EXPECT_EQ(evidence(at_04, "rod", "tip").nearClass(), NearClass::Sometimes);
+  EXPECT_FALSE(evidence(at_04, "rod", "tip").canCollide());
+  EXPECT_EQ(evidence(at_04, "rod", "far").nearClass(), NearClass::Never);
+  EXPECT_EQ(evidence(at_04, "base", "rod").nearClass(), NearClass::Always);
+  EXPECT_TRUE(evidence(at_04, "base", "rod").alwaysInContact());
+  EXPECT_EQ(evidence(at_04, "base", "tip").nearClass(), NearClass::Sometimes);
+  EXPECT_TRUE(evidence(at_04, "base", "tip").canCollide());
+  EXPECT_EQ(evidence(at_04, "base", "loose").nearClass(), NearClass::Undecided);
+
+  const PairEvidence far = evidence(studyPairs(model_, within(1.0)), "rod", "far");
+  EXPECT_EQ(far.nearClass(), NearClass::Sometimes);
+  EXPECT_NEAR(far.smallest, 0.75, 1e-3);
+}
+
+TEST_F(CrossingSliders, ThatAPairIsNeverWithinADistanceIsProvenForThatDistance) {
+  const PairEvidence far = evidence(studyPairs(model_, within(0.7)), "rod", "far");
+  EXPECT_EQ(far.nearClass(), NearClass::Never);
+  ASSERT_TRUE(far.proven);
+  EXPECT_GT(*far.proven, 0.7);
+  EXPECT_LE(*far.proven, 0.75);
+}
+
+// Ten states are not enough to see the ends of the range, so the searches find them.
+TEST_F(CrossingSliders, BothEndsAreMeasuredOfAPairThatIsAlwaysNear) {
+  StudyOptions few = within(3.0);
+  few.most_samples = 10;
+  const PairEvidence far = evidence(studyPairs(model_, few), "rod", "far");
+  EXPECT_EQ(far.nearClass(), NearClass::Always);
+  EXPECT_FALSE(far.alwaysInContact());
+  EXPECT_NEAR(far.smallest, 0.75, 1e-3);
+  EXPECT_NEAR(far.largest, 2.75, 1e-3);
+  EXPECT_NEAR(distanceAt(far, far.farthest), far.largest, 1e-9);
+}
+
+TEST_F(CrossingSliders, TheLargestDistanceIsMeasuredUpToTheWarnDistance) {
+  StudyOptions options = within(0.7);
+  options.warn_distance = 3.0;
+  const PairStudy study = studyPairs(model_, options);
+  EXPECT_EQ(evidence(study, "rod", "far").nearClass(), NearClass::Never);
+  EXPECT_NEAR(evidence(study, "rod", "far").largest, 2.75, 1e-3);
+  EXPECT_GT(evidence(study, "base", "far").largest, 3.0);
+}
+
+// The tip touches the cart's ball, which is 5 to its side, in no state.
+TEST_F(CrossingSliders, NeighboursAreJudgedByContactWhateverTheDistance) {
+  const PairStudy study = studyPairs(model_, within(10.0));
+  EXPECT_EQ(evidence(study, "cart", "tip").nearClass(), NearClass::Never);
+}
+
+TEST_F(CrossingSliders, DisabledPairsThatComeNearAreFound) {
+  const auto model = modelOf(kCrossingSliders, kFaultySrdf);
+  const PairStudy study = studyPairs(model_, within(0.4));
+  const SrdfFaults faults = findSrdfFaults(*model, study);
+  EXPECT_EQ(namesOf(faults.disabled_but_touch, *model, study), (Pairs{{"base", "tip"}}));
+  EXPECT_EQ(namesOf(faults.disabled_but_near, *model, study), (Pairs{{"rod", "tip"}}));
+  EXPECT_EQ(namesOf(faults.checked_but_never, *model, study), (Pairs{{"rod", "far"}, {"tip", "far"}}));
 }
 
 TEST(JointRanges, AFollowerHasNoRangeOfItsOwn) {

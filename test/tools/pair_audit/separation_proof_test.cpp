@@ -43,9 +43,9 @@ class Robot {
   std::vector<double> sensitivitiesOf(const std::string& a, const std::string& b) const {
     return sensitivities(model(), ranges(pair(a, b)), pair(a, b));
   }
-  SeparationProof prove(const std::string& a, const std::string& b) const {
+  SeparationProof prove(const std::string& a, const std::string& b, double near = kContactDistance) const {
     Scene scene(model_);
-    return proveSeparation(scene, ranges(pair(a, b)), pair(a, b));
+    return proveSeparation(scene, ranges(pair(a, b)), pair(a, b), near);
   }
   double distance(const ShapeRefPair& pair, const Positions& positions) const {
     Scene scene(model_);
@@ -117,17 +117,31 @@ TEST(Sensitivities, NoMoveChangesTheDistanceByMore) {
 TEST(SeparationProof, MeetsContact) {
   const Robot robot(kArm);
   const SeparationProof proof = robot.prove("base", "arm");
-  ASSERT_TRUE(proof.contact);
+  ASSERT_TRUE(proof.near);
   EXPECT_LE(proof.lower_bound, 0.0);
-  EXPECT_LE(robot.distance(robot.pair("base", "arm"), *proof.contact), kContactDistance);
+  EXPECT_LE(robot.distance(robot.pair("base", "arm"), *proof.near), kContactDistance);
 }
 
 // 2.25 + slide, slide at least -1.
 TEST(SeparationProof, BoundIsBelowTheSmallestDistanceAndAboveHalfOfIt) {
   const SeparationProof proof = Robot(kTwoSliders).prove("sled, left", "ball");
-  EXPECT_FALSE(proof.contact);
+  EXPECT_FALSE(proof.near);
   EXPECT_LE(proof.lower_bound, 1.25);
   EXPECT_GE(proof.lower_bound, 0.625);
+}
+
+TEST(SeparationProof, BoundIsHalfWayFromTheDistanceThatIsAskedFor) {
+  const SeparationProof proof = Robot(kTwoSliders).prove("sled, left", "ball", 1.2);
+  EXPECT_FALSE(proof.near);
+  EXPECT_LE(proof.lower_bound, 1.25);
+  EXPECT_GE(proof.lower_bound, 1.225);
+}
+
+TEST(SeparationProof, MeetsAStateWithinTheDistanceThatIsAskedFor) {
+  const Robot robot(kTwoSliders);
+  const SeparationProof proof = robot.prove("sled, left", "ball", 1.3);
+  ASSERT_TRUE(proof.near);
+  EXPECT_LE(robot.distance(robot.pair("sled, left", "ball"), *proof.near), 1.3);
 }
 
 // 1 + slide is 0 at the end of the range: nothing above it is proven, whatever is spent.

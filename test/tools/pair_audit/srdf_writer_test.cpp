@@ -35,6 +35,20 @@ TEST_F(SrdfWriter, ThePairFilterTakesWhatIsWritten) {
   }
 }
 
+// The tip comes to 0.36 of the rod, and the ball is from 0.75 to 2.75 behind its end.
+TEST_F(SrdfWriter, DisablesNothingThatComesNearWithoutBeingAlwaysInContact) {
+  for (const double distance : {0.4, 3.0}) {
+    StudyOptions options;
+    options.distance = distance;
+    options.most_samples = 2000;
+    const std::string srdf = writeSrdf("", model_->robot, studyPairs(model_, options));
+    EXPECT_EQ(pair(srdf, "rod", "tip").reason, PairReason::Checked) << distance;
+    EXPECT_EQ(pair(srdf, "rod", "far").reason == PairReason::Checked, distance == 3.0);
+    EXPECT_EQ(pair(srdf, "base", "rod").detail, "Always") << distance;
+    EXPECT_EQ(pair(srdf, "cart", "tip").detail, "Adjacent") << distance;
+  }
+}
+
 TEST_F(SrdfWriter, KeepsAllElseInItsPlace) {
   const std::string srdf = written(kFaultySrdf);
   const auto comment = srdf.find("<!-- what moves -->"), group = srdf.find("<group name=\"all\">");
