@@ -301,4 +301,16 @@ PairStudy studyPairs(const std::shared_ptr<const scene::SceneModel>& model, cons
   return studying.study();
 }
 
+std::vector<scene::AlwaysNear> alwaysNear(const PairStudy& study, const scene::PairTable& pairs) {
+  std::vector<scene::AlwaysNear> near;
+  for (const PairEvidence& evidence : study.pairs) {
+    const scene::LinkPair& pair = pairs.pairs[pairs.find(evidence.pair.a.link, evidence.pair.b.link)];
+    const bool is_always_near = evidence.has_known_ranges && evidence.largest <= evidence.measured;
+    if (pair.reason != scene::PairReason::Checked || evidence.are_neighbours) continue;
+    if (is_always_near && !evidence.alwaysInContact())
+      near.push_back({evidence.pair, evidence.smallest, evidence.largest});
+  }
+  return near;
+}
+
 }  // namespace proximity_server::tools

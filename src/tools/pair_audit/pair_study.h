@@ -6,7 +6,9 @@
 #include <optional>
 #include <vector>
 
+#include "proximity_server/scene/filter/pair_filter.h"
 #include "proximity_server/scene/model/joint_ranges.h"
+#include "proximity_server/scene/query/always_near.h"
 #include "tools/pair_audit/separation_proof.h"
 
 namespace proximity_server::tools {
@@ -86,5 +88,9 @@ using StudyProgress = std::function<void(StudyStage, double done)>;  ///< done: 
 /// blocks. So the result is the same for any number of threads.
 PairStudy studyPairs(const std::shared_ptr<const scene::SceneModel>& model, const StudyOptions& options,
                      const StudyProgress& progress = {});
+
+/// The pairs that are always within PairEvidence::measured, as far as `pairs` says that they are checked; without neighbours,
+/// pairs that are always in contact, and pairs with a joint that can do more than was tried.
+std::vector<scene::AlwaysNear> alwaysNear(const PairStudy& study, const scene::PairTable& pairs);
 
 }  // namespace proximity_server::tools

@@ -199,6 +199,24 @@ TEST_F(CrossingSliders, TheLargestDistanceIsMeasuredUpToTheWarnDistance) {
   EXPECT_GT(evidence(study, "base", "far").largest, 3.0);
 }
 
+// base - tip and rod - tip are within 3 m too; base - rod is always in contact, and nobody knows of "loose".
+TEST_F(CrossingSliders, CheckedPairsThatAreAlwaysNearAreListed) {
+  const PairStudy study = studyPairs(model_, within(3.0));
+  const auto namesOf = [&](const std::vector<AlwaysNear>& near) {
+    Pairs names;
+    for (const AlwaysNear& each : near) {
+      names.insert({model_->robot.links[each.pair.a.link].name, model_->robot.links[each.pair.b.link].name});
+    }
+    return names;
+  };
+  EXPECT_EQ(namesOf(alwaysNear(study, model_->pairs)), (Pairs{{"base", "tip"}, {"rod", "tip"}, {"rod", "far"}}));
+  const PairTable without_far = filterPairs(
+      model_->robot, R"(<robot name="crossing sliders"><disable_collisions link1="far" link2="rod"/></robot>)");
+  const std::vector<AlwaysNear> left = alwaysNear(study, without_far);
+  EXPECT_EQ(namesOf(left), (Pairs{{"base", "tip"}, {"rod", "tip"}}));
+  EXPECT_TRUE(alwaysNear(studyPairs(model_, within(0.5)), model_->pairs).empty());
+}
+
 // The tip touches the cart's ball, which is 5 to its side, in no state.
 TEST_F(CrossingSliders, NeighboursAreJudgedByContactWhateverTheDistance) {
   const PairStudy study = studyPairs(model_, within(10.0));
