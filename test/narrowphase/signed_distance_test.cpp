@@ -376,6 +376,19 @@ TEST(SignedDistance, TheDepthOfBoxesDecidesAThreshold) {
   EXPECT_GT(signedDistance(plate, plate, pressed, Options::above(-0.06)).lower_bound, -0.06);
 }
 
+// A ball above a face of a cube, which is 2 from its centre: the points that prove the threshold do so by the radius of the ball.
+TEST(SignedDistance, AMarginCountsWhereAThresholdIsDecidedFromBelow) {
+  const Shape cube =
+      ConvexHull({{-1, -1, -1}, {1, -1, -1}, {-1, 1, -1}, {1, 1, -1}, {-1, -1, 1}, {1, -1, 1}, {-1, 1, 1}, {1, 1, 1}});
+  Options options;
+  options.stop_below = 1.9;
+  const Isometry3d above(Eigen::Translation3d(0.3, 0.2, 3));
+  const SignedDistance result = signedDistance(cube, Sphere{0.5}, above, options);
+  EXPECT_EQ(result.status, Status::Threshold);
+  EXPECT_LE(result.upper_bound, 1.9);
+  EXPECT_LE(result.lower_bound, 1.5);
+}
+
 TEST(SignedDistance, ApartReportsAnOverlapAsSuch) {
   int overlaps = 0;
   for (const KnownCase& c : cases()) {

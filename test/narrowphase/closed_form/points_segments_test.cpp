@@ -117,6 +117,20 @@ TEST(PointsAndSegments, KeepTheNormalOfSegmentsThatNearlyTouchAcrossBoth) {
   EXPECT_NEAR(result.lower_bound, 1e-13, 1e-15);
 }
 
+// The same where an end of one segment is next to the middle of the other: the normal is perpendicular to that one only.
+TEST(PointsAndSegments, KeepTheNormalOfAnEndThatNearlyTouchesASegmentAcrossThat) {
+  const Vector3d along(0, 0.6, 0.8), normal(0, -0.8, 0.6), end_of_a(0, 0, 1);
+  const Isometry3d pose = poseOf(end_of_a + 1e-13 * normal + 0.3 * along, zTo(along));
+  const SignedDistance on_b = closedForm(kSegment, kSegment, pose),
+                       on_a = closedForm(kSegment, kSegment, pose.inverse());
+  EXPECT_TRUE(isNear(on_b.normal, normal, 1e-14));
+  EXPECT_TRUE(isNear(on_a.normal, pose.linear().transpose() * -normal, 1e-14));
+  for (const SignedDistance& result : {on_b, on_a}) {
+    EXPECT_NEAR(result.distance, 1e-13, 1e-15);
+    EXPECT_NEAR(result.lower_bound, 1e-13, 1e-15);
+  }
+}
+
 // The second segment crosses in front of the first, at an angle at which its part across the first is mostly rounding
 // if it is found as a difference.
 TEST(PointsAndSegments, KeepTheNormalOfNearlyParallelSegments) {

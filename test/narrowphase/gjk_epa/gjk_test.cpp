@@ -95,6 +95,15 @@ TEST(Gjk, GivesTheDistanceOfParallelFaces) {
   }
 }
 
+// On the way to the corner the search reaches the face around it, where the bounds differ by 1e-11 m: more than the roundings at
+// which it may end, which are 4e-14 m here, see Cso::finalGap().
+TEST(Gjk, TakesTheLastStepToACornerThatIsHardlyHigherThanTheFaceAroundIt) {
+  const Vector3d corner(0.1, 0.2, 1.0 + 1e-11);
+  const Shape roof = hullOf(
+      {{-1, -1, -1}, {1, -1, -1}, {-1, 1, -1}, {1, 1, -1}, {-1, -1, 1}, {1, -1, 1}, {-1, 1, 1}, {1, 1, 1}, corner});
+  expectApart(roof, pointAt({0.1, 0.2, 3}), Vector3d::Zero(), corner, {0.1, 0.2, 3});
+}
+
 // Regression of other libraries: a plate of 3 mm beside a point was "overlapping", as the end of the search weighed a
 // cubic quantity against a length.
 TEST(Gjk, KeepsAThinPlateBesideAPointApart) {
