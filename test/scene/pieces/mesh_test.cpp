@@ -499,7 +499,7 @@ bool inSolid(const std::string& name, const Vector3d& p) {
 
 TEST(ConcaveMeshes, PiecesLieWithinTheToleranceOfTheMeshByIndependentSampling) {
   for (const ConcaveMesh& concave : kConcave) {
-    constexpr double kStep = 0.003;
+    constexpr double kStep = kIsSanitized ? 0.01 : 0.003;
     std::vector<Vector3d> surface;
     for (const auto& [a, b, c] : concave.mesh.triangles) {
       sample(concave.mesh.vertices[a], concave.mesh.vertices[b], concave.mesh.vertices[c], kStep, surface);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "proximity_server/scene/model/load_robot_model.h"
+#include "sanitized.h"
 #include "tools/pair_audit/pair_study.h"
 
 namespace proximity_server::tools {
@@ -51,6 +52,13 @@ inline const char* const kFaultySrdf = R"(<robot name="crossing sliders">
   <group_state name="home" group="all"><joint name="slide" value="0"/></group_state>
 </robot>)";
 
+/// As many states as a study of this robot takes to its end, of which a sanitizer gets a part: each is the same code.
+inline StudyOptions studyOptions() {
+  StudyOptions options;
+  if (kIsSanitized) options.most_samples = 2000;
+  return options;
+}
+
 /// The study of every pair, made once for all tests.
 struct CrossingSlidersStudy {
   std::shared_ptr<const SceneModel> model = [] {
@@ -59,7 +67,7 @@ struct CrossingSlidersStudy {
     made->pairs = filterPairs(made->robot, "");
     return made;
   }();
-  PairStudy study = studyPairs(model, {});
+  PairStudy study = studyPairs(model, studyOptions());
 };
 inline const CrossingSlidersStudy& crossingSlidersStudy() {
   static const CrossingSlidersStudy once;
