@@ -158,7 +158,7 @@ class BesideAFake(unittest.TestCase):
         self.assertRegex(cases["test_rate"], r"the rate is too low: \d+ messages in 1 s: \d+ Hz, at least 20 Hz are wanted")
 
     def test_wrong_parameters(self):
-        for parameters, words in (
+        children = [(Child(**{"duration": 0.4, **parameters}), words) for parameters, words in (
                 ({}, "parameter minimum or worst_level is missing"),
                 ({"minimum": "far"}, "parameter minimum: 'far' is no number"),
                 ({"minimum": 0.0, "duration": 0.0}, "parameter duration is missing, or 0"),
@@ -166,8 +166,9 @@ class BesideAFake(unittest.TestCase):
                 ({"worst_level": "COLLISION"}, "parameter worst_level: 'COLLISION' is none of CLEAR, WARN, STOP"),
                 ({"worst_level": "WARN", "pairs": [["a", "b"]]}, "parameter pairs wants minimum"),
                 ({"minimum": 0.0, "pairs": ["a", "b"]}, "parameter pairs: ['a', 'b'] is no list of pairs"),
-                ({"minimum": 0.0, "minumum": 0.1}, "parameter minumum is unknown; there are: ")):
-            cases = Child(**{"duration": 0.4, **parameters}).cases()
+                ({"minimum": 0.0, "minumum": 0.1}, "parameter minumum is unknown; there are: "))]
+        for child, words in children:
+            cases = child.cases()
             self.assertEqual(list(cases), ["test_parameters"])
             self.assertIn(words, cases["test_parameters"])
 
