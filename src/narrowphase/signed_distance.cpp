@@ -9,6 +9,7 @@
 #include "narrowphase/closed_form/parallel_axes.h"
 #include "narrowphase/closed_form/points_segments.h"
 #include "narrowphase/gjk_epa/observed.h"
+#include "narrowphase/shape/near_origin.h"
 #include "proximity_server/narrowphase/gjk_epa/epa.h"
 #include "proximity_server/narrowphase/gjk_epa/gjk.h"
 #include "proximity_server/narrowphase/shape/rigid_pose.h"
@@ -282,6 +283,25 @@ bool isOpen(Status status) { return status == Status::IterationLimit || status =
 
 double widthOf(const SignedDistance& result) { return result.upper_bound - result.lower_bound; }
 
+Options withoutThresholds(Options options) {
+  options.stop_above = std::numeric_limits<double>::infinity();
+  options.stop_below = -options.stop_above;
+  return options;
+}
+
+/// The answer about two shapes from that about the same shapes near the origins of their frames.
+SignedDistance movedBack(SignedDistance result, const NearOrigin& near, const Options& options) {
+  result.lower_bound -= near.error();
+  result.upper_bound += near.error();
+  result.point_a += near.from();
+  result.point_b = result.point_a + result.distance * result.normal;
+  result.status = statusByBounds(result, options);
+  return result;
+}
+
+// A search near the origins is worth its time only if it is rounded less by this factor.
+constexpr double kMuchLess = 0.25;
+
 // Two roundings are part of the bounds. If the search were asked for less than this, it would turn down what Newton's
 // method finds, and end farther from the truth.
 constexpr double kResolvable = 4.0;
@@ -293,17 +313,18 @@ constexpr double kResolvable = 4.0;
 SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
                               WarmStart& warm_start, QueryTrace& trace) {
   const Recorder observer(trace);
-  const auto again = [&](const Isometry3d& pose, const Options& other) {
-    return signedDistance(a, b, pose, other, warm_start, trace);
+  const auto ask = [&](const Shape& of, const Shape& to, const Isometry3d& pose, const Options& other) {
+    return signedDistance(of, to, pose, other, warm_start, trace);
   };
 #else
 SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
                               WarmStart& warm_start) {
   const Unobserved observer;
-  const auto again = [&](const Isometry3d& pose, const Options& other) {
-    return signedDistance(a, b, pose, other, warm_start);
+  const auto ask = [&](const Shape& of, const Shape& to, const Isometry3d& pose, const Options& other) {
+    return signedDistance(of, to, pose, other, warm_start);
   };
 #endif
+  const auto again = [&](const Isometry3d& pose, const Options& other) { return ask(a, b, pose, other); };
   const double rounding = csoRounding(a, b, a_T_b), departure2 = departure2FromRotation(a_T_b);
   if (!isComputable(rounding)) return {};
   if (!isRotation(departure2)) {
@@ -329,10 +350,7 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& 
   if (result.status == Status::Threshold && !isDecided(result, options)) {
     // The points have widened the bounds that decided the threshold: only the whole search can tell.
     if (search.begun_with) warm_start = *search.begun_with;
-    Options whole = options;
-    whole.stop_above = std::numeric_limits<double>::infinity();
-    whole.stop_below = -whole.stop_above;
-    result = again(a_T_b, whole);
+    result = again(a_T_b, withoutThresholds(options));
     result.status = statusByBounds(result, options);
     return result;
   }
@@ -345,6 +363,13 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Isometry3d& 
     warm_start = coldStart(warm_start);
     const SignedDistance cold = again(a_T_b, options);
     if (!isOpen(cold.status) || widthOf(cold) < widthOf(result)) return cold;
+  } else if (isOpen(result.status) && (a.isFarFromOrigin() || b.isFarFromOrigin())) {
+    const NearOrigin near(a, b, a_T_b);
+    if (!(csoRounding(near.a(), near.b(), near.pose()) < kMuchLess * rounding)) return result;
+    Options inner = withoutThresholds(options);
+    inner.distance_tolerance -= 2.0 * near.error();
+    const SignedDistance other = movedBack(ask(near.a(), near.b(), near.pose(), inner), near, options);
+    if (!isOpen(other.status) || widthOf(other) < widthOf(result)) return other;
   }
   return result;
 }

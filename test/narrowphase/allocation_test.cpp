@@ -39,6 +39,18 @@ TEST(Allocation, SearchAboutAnAxisTakesNoMemory) {
   EXPECT_GE(result.iterations, 64) << "the search about an axis was not reached";
 }
 
+TEST(Allocation, QueryOfAHullFarFromItsOriginTakesNoMemory) {
+  const Eigen::Vector3d far(1e6, 0, 0);
+  const Shape hull = ConvexHull({far, far + Eigen::Vector3d(1, 0, 0), far + Eigen::Vector3d(0, 1, 0)}),
+              box = Box{{1, 1, 1}};
+  ASSERT_TRUE(hull.isFarFromOrigin());
+  const Eigen::Isometry3d a_T_b(Eigen::Translation3d(Eigen::Vector3d(0, 0, 0.5) - far));
+  const long before = allocations();
+  const SignedDistance result = signedDistance(box, hull, a_T_b);
+  EXPECT_EQ(allocations() - before, 0);
+  EXPECT_EQ(result.status, Status::Converged) << "the search near the origin was not reached";
+}
+
 // Regression: nearly all vertices are the farthest within the rounding of their place, in each direction, and each cell
 //             of
 // the table had its own list of them: 88 MB.

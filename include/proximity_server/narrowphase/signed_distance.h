@@ -21,7 +21,9 @@ namespace proximity_server::narrowphase {
 /// 5. Move both points outwards along the normal by the margins.
 /// 6. Set the status by the final bounds: here only is it decided whether they meet the tolerance or a threshold. If a
 ///    threshold ended the search, and the final bounds do not decide it, search again without the threshold.
-/// 7. Look whether the shapes meet along an edge or a face: the points are then one choice of many.
+/// 7. If that leaves the answer open, and a hull lies thousands of its sizes away from the origin of its frame, search again with
+///    the hull moved to that origin (Shape::nearOrigin()): its place, which fills the bounds with rounding, is taken out exactly.
+/// 8. Look whether the shapes meet along an edge or a face: the points are then one choice of many.
 ///
 /// Frame:     that of `a`; `a_T_b` maps coordinates of b into a. Metres.
 /// Pose:      a rotation and a translation. Axes that are a rotation within 7e-15 are taken as they stand; those of single

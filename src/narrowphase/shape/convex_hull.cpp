@@ -216,6 +216,12 @@ void ConvexHull::connectNeighbours() {
   for (const auto& edge : edges) neighbours_.push_back(edge.second);
 }
 
+ConvexHull ConvexHull::movedBy(const Vector3d& offset) const {
+  ConvexHull moved = *this;
+  for (Vector3d& vertex : moved.vertices_) vertex += offset;
+  return moved;
+}
+
 double ConvexHull::volume() const {
   if (dimension_ < 3) return 0.0;
   double six_volumes = 0.0;

@@ -132,6 +132,11 @@ Shape::Shape(ConvexHull hull) : Shape(Kind::Hull, 0.0, Vector3d::Zero(), 0.0, 0.
   const double mean_error = (hull.size() + 2) * std::numeric_limits<double>::epsilon() * core_reach_;
   const double depth = leastDepth(hull, centre_);
   inner_radius_ = depth > 0.0 ? depth : -mean_error;
+  // Nearer hulls are not worth the memory of a copy: their place adds less than 4096 times the rounding of their size, which is
+  // far below 1e-9 m for a hull of 10 m. The copy reaches no farther than three of its radii, and has no copy of its own.
+  constexpr double kFar = 4096.0;
+  if (centre_.norm() > kFar * core_radius_)
+    near_origin_ = std::make_shared<const Shape>(hull.movedBy(-hull.vertices().front()));
   hull_ = std::make_shared<const HullSupport>(std::move(hull));
 }
 
@@ -155,6 +160,8 @@ bool Shape::isPolytope() const {
   if (kind_ == Kind::Sweep) return sweep_->shape.isPolytope();
   return kind_ != Kind::Cylinder && kind_ != Kind::Cone && kind_ != Kind::Ellipsoid;
 }
+
+Shape Shape::nearOrigin() const { return isFarFromOrigin() ? near_origin_->padded(margin_) : *this; }
 
 Shape Shape::padded(double padding) const {
   Shape shape = *this;

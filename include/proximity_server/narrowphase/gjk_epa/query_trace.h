@@ -27,10 +27,11 @@ enum class Rung : unsigned char {
 
 /// What a query did, step by step.
 ///
-/// Frame: that of a; metres.
+/// Frame: that of a; metres. Where a hull that is far from the origin of its frame was moved to it (Shape::nearOrigin()), the
+///        points count from its first vertex; those of the CSO are the same.
 /// Cores: all points and bounds are those of the cores. The signed distance of the shapes is less than that of the
 ///        cores by the sum of the margins.
-/// Steps: if a query was made again without its threshold, those of the second search.
+/// Steps: if a query was made again, without its threshold or with hulls moved, those of the last search.
 struct QueryTrace {
   /// One iteration of GJK: w is found, the bounds are compared, and w is added to the simplex.
   struct GjkStep {

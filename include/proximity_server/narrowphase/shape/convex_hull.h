@@ -44,6 +44,9 @@ class ConvexHull {
     return {neighbours_.data() + offsets_[v], neighbours_.data() + offsets_[v + 1]};
   }
 
+  /// The hull with each vertex moved by `offset` [m], and rounded. Numbers and adjacency are the same.
+  ConvexHull movedBy(const Eigen::Vector3d& offset) const;
+
   /// Enclosed volume [m^3]. It is 0 for a degenerate hull.
   double volume() const;
 

@@ -72,6 +72,11 @@ class Shape {
   const ConvexHull& hull() const { return hull_->hull(); }
   const HullSupport& hullSupport() const { return *hull_; }
 
+  /// Whether this is a hull that lies thousands of times its size away from the origin of its frame. Such a hull has a copy with
+  /// its first vertex at the origin: nearOrigin(), with the same margin. Any other shape is returned as it is.
+  bool isFarFromOrigin() const { return near_origin_ != nullptr; }
+  Shape nearOrigin() const;
+
   /// The shape that is swept, and the pose at which the sweep ends; only for Kind::Sweep.
   struct Sweep;
   const Sweep& sweep() const { return *sweep_; }
@@ -102,6 +107,7 @@ class Shape {
   Eigen::Vector3d half_extents_;
   Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
   std::shared_ptr<const HullSupport> hull_;
+  std::shared_ptr<const Shape> near_origin_;  // without margin
   std::shared_ptr<const Sweep> sweep_;
 };
 
