@@ -267,6 +267,20 @@ StressMotion ofEverySize(Random& random) {
   return result;
 }
 
+/// A round shape that spins about its own axis, or nearly so, in a frame that rests or carries it past the other.
+StressMotion spinning(Random& random) {
+  const double radius = uniform(random, 0.05, 0.5), length = uniform(random, 0.1, 1.0);
+  const Shape round[] = {Cylinder{radius, length}, Cone{radius, length}, Capsule{radius, length},
+                         Ellipsoid{{radius, radius, length}}};
+  const Shape other = solid(random, 1.0), spins = round[below(random, 4)];
+  const double tilt = below(random, 2) == 0 ? 0.0 : decades(random, -16, 0);
+  const double moves = below(random, 2) == 0 ? 0.0 : uniform(random, 0.0, 2.0);
+  const ScrewMotion carrier = screw(random, 1.0, moves, moves);
+  const Vector3d axis = Vector3d::UnitZ() + tilt * randomDirection(random);
+  const ScrewMotion spin{Isometry3d::Identity(), Vector3d::Zero(), uniform(random, 0.5, 10.0) * axis};
+  return meeting(random, asked(random, {other, spins}, {}, {carrier, spin}), 1.5);
+}
+
 Shape offCentre(Random& random, double offset) {
   const Isometry3d pose = randomPose(random, 0.0);
   const Vector3d shift = offset * randomDirection(random);
@@ -322,6 +336,7 @@ const std::vector<MotionFamily>& motionFamilies() {
       {"hardly moving", hardlyMoving},
       {"every size", ofEverySize},
       {"off-centre hulls", offCentreHulls},
+      {"spinning", spinning},
       {"swept shapes", sweptShapes, 16},
       {"anything, few queries", anything},
   };

@@ -66,25 +66,49 @@ ScrewPath::Pose MotionPath::at(double time) const {
   return pose;
 }
 
+namespace {
+
+/// What the turn of a frame does to the points of a ball that is fixed to it, besides moving its centre.
+struct Turning {
+  double speed;         ///< [1] per unit of time: velocities differ by this times the distance from the centre
+  double acceleration;  ///< [1] per unit of time squared
+};
+
+/// Without the spin about its own axis z, a body turns at w' = w - (w . z) z. The angle between w and z stays as it is while z
+/// turns at w, so that |w'| is constant and w' changes at |(w . z) w x z| = |w . z| |w'|. A point at r from the centre then has the
+/// velocity w' x r and the acceleration dw'/dt x r + w' x (w' x r).
+Turning turningOf(const ScrewPath& screw, Symmetry symmetry) {
+  const double turning = screw.turning();
+  if (symmetry == Symmetry::AboutZ) {
+    const ScrewPath::Spin spin = screw.aboutOwnAxis();
+    if (spin.across < spin.along) return {spin.across, spin.across * (spin.along + spin.across)};
+  }
+  return {turning, turning * turning};
+}
+
+}  // namespace
+
 /// The loop runs from the last frame to the first. In each frame `centre` and `radius` are those of a ball that
 /// contains the given ball at all times. A point with speed s in a frame that rotates at w has a Coriolis acceleration
 /// of 2 w s.
-MotionBound MotionPath::bound(const Vector3d& ball_centre, double ball_radius, double begin, double end) const {
+MotionBound MotionPath::bound(const Vector3d& ball_centre, double ball_radius, double begin, double end,
+                              Symmetry symmetry) const {
   const double middle = 0.5 * (begin + end), half = 0.5 * (end - begin);
   Vector3d centre = ball_centre;
   double radius = ball_radius, all_turning = 0.0, speed = 0.0;
   MotionBound bound{Vector3d::Zero(), 0.0, 0.0};
-  for (std::size_t i = size_; i-- > 0;) {
+  for (std::size_t i = size_; i-- > 0; symmetry = Symmetry::None) {
     const ScrewPath& screw = screws_[i];
+    const Turning turning = turningOf(screw, symmetry);
     const ScrewPath::Pose pose = screw.at(middle);
     centre = pose * centre;
     // The field of velocities of a screw does not change with time.
     const Vector3d velocity = screw.velocity(centre);
     const double centripetal = screw.angular().cross(velocity).norm();
-    bound.acceleration += centripetal + screw.turning() * (screw.turning() * radius + 2.0 * speed);
+    bound.acceleration += centripetal + turning.acceleration * radius + 2.0 * screw.turning() * speed;
     bound.velocity = pose.rotation * bound.velocity + velocity;
-    all_turning += screw.turning();
-    speed += velocity.norm() + screw.turning() * radius;
+    all_turning += turning.speed;
+    speed += velocity.norm() + turning.speed * radius;
     radius += half * velocity.norm();
   }
   bound.deviation = all_turning * ball_radius + half * bound.acceleration;

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <cmath>
+#include <limits>
 
 #include "proximity_server/narrowphase/motion/motion.h"
 
@@ -30,6 +32,17 @@ class ScrewPath {
   /// [rad] per unit of time: the angular speed.
   double turning() const { return turning_; }
 
+  /// [rad] per unit of time: the parts of the angular velocity along the z axis of the moving frame and across it. Both stay as
+  /// they are; the second allows for the rounding of the products.
+  struct Spin {
+    double along, across;
+  };
+  Spin aboutOwnAxis() const {
+    const Eigen::Vector3d z = start_.rotation.col(2);
+    constexpr double kRounding = 4.0 * std::numeric_limits<double>::epsilon();
+    return {std::abs(angular_.dot(z)), angular_.cross(z).norm() + kRounding * turning_};
+  }
+
   /// [m] per unit of time: the velocity of the moving body at a point.
   Eigen::Vector3d velocity(const Eigen::Vector3d& point) const {
     return linear_ + angular_.cross(point - start_.origin);
@@ -46,6 +59,9 @@ class ScrewPath {
   Eigen::Vector3d straight_, origin_by_sine_, origin_by_versine_;
 };
 
+/// Whether a body looks the same after any turn about the z axis of its frame.
+enum class Symmetry : unsigned char { None, AboutZ };
+
 /// A chain of such screws. An empty chain is a frame at rest.
 class MotionPath {
  public:
@@ -56,8 +72,10 @@ class MotionPath {
 
   ScrewPath::Pose at(double time) const;
 
-  /// See motionBound().
-  MotionBound bound(const Eigen::Vector3d& centre, double radius, double begin, double end) const;
+  /// See motionBound(). A body with symmetry, whose centre is on its axis, occupies the same space as one that follows its axis
+  /// but does not spin about it: the bound is that of the points of the latter, where they are accelerated less.
+  MotionBound bound(const Eigen::Vector3d& centre, double radius, double begin, double end,
+                    Symmetry symmetry = Symmetry::None) const;
 
  private:
   std::array<ScrewPath, 8> few_;

@@ -23,6 +23,21 @@ Vector3d originOf(const MotionChain& chain) {
   return chain.empty() ? Vector3d(Vector3d::Zero()) : Vector3d(chain.front().start.translation());
 }
 
+/// All of these have their centre on the axis.
+Symmetry symmetryOf(const Shape& shape) {
+  const bool is_round = shape.halfExtents().x() == shape.halfExtents().y();
+  switch (shape.kind()) {
+    case Shape::Kind::Segment:
+    case Shape::Kind::Cylinder:
+    case Shape::Kind::Cone:
+      return Symmetry::AboutZ;
+    case Shape::Kind::Ellipsoid:
+      return is_round ? Symmetry::AboutZ : Symmetry::None;
+    default:
+      return Symmetry::None;  // a point has no radius that a turn could move
+  }
+}
+
 }  // namespace
 
 AxisBound::AxisBound(const End& begin, const End& end, const MotionBound& motion, double duration)
@@ -92,8 +107,8 @@ double MovingPair::gapAlong(const Vector3d& normal, const Poses& poses) {
 }
 
 MotionBound MovingPair::motion(double begin, double end) const {
-  const MotionBound of_a = a_path_.bound(a_.centre(), a_.coreRadius(), begin, end);
-  const MotionBound of_b = b_path_.bound(b_.centre(), b_.coreRadius(), begin, end);
+  const MotionBound of_a = a_path_.bound(a_.centre(), a_.coreRadius(), begin, end, symmetryOf(a_));
+  const MotionBound of_b = b_path_.bound(b_.centre(), b_.coreRadius(), begin, end, symmetryOf(b_));
   return {of_b.velocity - of_a.velocity, of_a.deviation + of_b.deviation, of_a.acceleration + of_b.acceleration};
 }
 

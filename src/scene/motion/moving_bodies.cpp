@@ -44,6 +44,19 @@ void append(const narrowphase::ScrewMotion& screw, narrowphase::MotionChain& cha
     chain.back() = screw.isRest() ? chain.back() * screw.start : chain.back().start * screw;
 }
 
+/// How the two at the ends of a way move, seen from the frame behind its first `half` steps. Neither chain is empty.
+struct Chains {
+  narrowphase::MotionChain a, b;
+};
+Chains chainsOf(const std::vector<Step>& way, std::size_t half) {
+  Chains chains;
+  for (std::size_t i = half; i-- > 0;) append(way[i].motion.inverse(), chains.a);
+  for (std::size_t i = half; i < way.size(); ++i) append(way[i].motion, chains.b);
+  for (narrowphase::MotionChain* chain : {&chains.a, &chains.b})
+    if (chain->empty()) chain->push_back({});
+  return chains;
+}
+
 /// The smallest distance of the origin from the points between two.
 double distanceToSegment(const Vector3d& begin, const Vector3d& end) {
   const Vector3d along = end - begin;
@@ -107,11 +120,21 @@ MovingBodies::MovingBodies(const PosesInTime& poses, int body_a, const Bounds& a
   if (seen_from == SeenFrom::Middle)
     for (std::ptrdiff_t seen = 0; half < way.size() && seen < moving / 2; ++half) seen += !way[half].motion.isRest();
 
+  Chains chains = chainsOf(way, half);
+  if (seen_from == SeenFrom::Middle && moving == 1) {
+    // All of the motion is that of one of the two: a turn moves that one less whose centre is nearer to its axis.
+    Chains other = chainsOf(way, way.size());
+    const auto accelerated = [](const narrowphase::MotionChain& chain, const Bounds& of) {
+      return motionBound(chain, of.centre, of.radius, 0.0, 0.0).acceleration;
+    };
+    if (accelerated(other.a, a) < accelerated(chains.b, b)) {
+      half = way.size();
+      chains = std::move(other);
+    }
+  }
+  chain_a_ = std::move(chains.a);
+  chain_b_ = std::move(chains.b);
   middle_ = half == 0 ? body_a : way[half - 1].body;
-  for (std::size_t i = half; i-- > 0;) append(way[i].motion.inverse(), chain_a_);
-  for (std::size_t i = half; i < way.size(); ++i) append(way[i].motion, chain_b_);
-  for (narrowphase::MotionChain* chain : {&chain_a_, &chain_b_})
-    if (chain->empty()) chain->push_back({});
   bool leaves_the_robot = false;
   for (const Step& step : way) {
     way_ += step.motion.start.translation().norm();

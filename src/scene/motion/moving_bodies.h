@@ -47,7 +47,7 @@ class PosesInTime {
 };
 
 /// The body from which two in motion are seen: that in the middle of the joints that move, so that each of the two moves
-/// little, or one of the two. What is large should be seen at rest, as its far ends move much with every turn.
+/// little (of one joint the side where its turn moves the other less), or one of the two. What is large should be seen at rest, as its far ends move much with every turn.
 enum class SeenFrom : unsigned char { Middle, A, B };
 
 /// Two bodies in motion, or other frames of PosesInTime, seen from a body between them.

@@ -104,4 +104,31 @@ TEST(MotionPath, AddsTheCoriolisAccelerationOfAChain) {
   EXPECT_NEAR(bound.acceleration, 10.0, 1e-14);
 }
 
+// About its own axis, a round body of any size moves as its centre does: on a circle of 3 m at 2 rad, and not at all.
+TEST(MotionPath, DoesNotCountTheSpinOfARoundBody) {
+  const MotionPath orbit({screwFrom({3, 0, 0}, {0, 6, 0}, {0, 0, 2})}),
+      spin({screwFrom({3, 0, 0}, {0, 0, 0}, {0, 0, 2})});
+  EXPECT_NEAR(orbit.bound({0, 0, 0}, 0.5, 0.0, 0.0, Symmetry::AboutZ).acceleration, 12.0, 1e-13);
+  EXPECT_NEAR(orbit.bound({0, 0, 0}, 0.5, 0.0, 0.0, Symmetry::AboutZ).deviation, 0.0, 1e-14);
+  EXPECT_NEAR(spin.bound({0, 0, 0}, 0.5, 0.0, 1.0, Symmetry::AboutZ).deviation, 0.0, 1e-14);
+  EXPECT_NEAR(spin.bound({0, 0, 0}, 0.5, 0.0, 1.0, Symmetry::None).acceleration, 2.0, 1e-14);
+}
+
+// An axis that is tilted against the turn goes round: with 3 rad along the axis and 1 across it, points 0.5 m from the centre
+// are accelerated by 0.5 * 1 * (3 + 1). Across alone there is no spin to leave out.
+TEST(MotionPath, CountsHowTheAxisOfARoundBodyTurns) {
+  const MotionPath tilted({screwFrom({0, 0, 0}, {0, 0, 0}, {1, 0, 3})}),
+      across({screwFrom({0, 0, 0}, {0, 0, 0}, {2, 0, 0})});
+  EXPECT_NEAR(tilted.bound({0, 0, 0}, 0.5, 0.0, 0.0, Symmetry::AboutZ).acceleration, 2.0, 1e-13);
+  EXPECT_NEAR(tilted.bound({0, 0, 0}, 0.5, 0.0, 0.0, Symmetry::AboutZ).deviation, 0.5, 1e-13);
+  EXPECT_EQ(across.bound({0, 0, 0}, 0.5, 0.0, 0.0, Symmetry::AboutZ).acceleration, 2.0);
+}
+
+// The frame that carries the wheel turns the wheel, too: 1 m from its axis at 1 rad, 0.5 m of radius.
+TEST(MotionPath, CountsTheTurnsOfFramesThatCarryARoundBody) {
+  const MotionPath path({screwFrom({0, 0, 0}, {0, 0, 0}, {0, 0, 1}), screwFrom({1, 0, 0}, {0, 0, 0}, {0, 0, 5})});
+  EXPECT_NEAR(path.bound({0, 0, 0}, 0.5, 0.0, 0.0, Symmetry::AboutZ).acceleration, 1.5, 1e-13);
+  EXPECT_NEAR(path.bound({0, 0, 0}, 0.5, 0.0, 0.0, Symmetry::AboutZ).deviation, 0.5, 1e-13);
+}
+
 }  // namespace proximity_server::narrowphase::motion_path_test

@@ -788,6 +788,23 @@ TEST(MinimumDistance, KeepsToItsInterval) {
   EXPECT_EQ(c.minimum(options).time, 0.5);
 }
 
+// Regression: all points of the shape counted as turning, so that a distance that never changes was bounded in 512 pieces of
+// the time, and the search ended there.
+TEST(MinimumDistance, OfAShapeThatSpinsAboutItsAxisNeedsTwoQueries) {
+  const Shape box = Box{{0.3, 0.4, 0.5}};
+  for (const Shape& round : {Shape(Cylinder{0.2, 0.5}), Shape(Cone{0.2, 0.5}), Shape(Capsule{0.2, 0.5}),
+                             Shape(Ellipsoid{{0.2, 0.2, 0.5}}), Shape(Sphere{0.2})}) {
+    std::mt19937 random(78);
+    for (int i = 0; i < 20; ++i) {
+      const Isometry3d start = randomPose(random, 1.0);
+      Case c{round, moving(start, Vector3d::Zero(), 6.0 * start.linear().col(2)), box, still(randomPose(random, 1.0))};
+      const MinimumOverMotion minimum = c.minimum();
+      EXPECT_EQ(minimum.status, Status::Converged);
+      EXPECT_EQ(minimum.queries, 2);
+    }
+  }
+}
+
 TEST(MinimumDistance, WithFewQueriesKeepsItsPromises) {
   std::mt19937 random(80);
   for (int i = 0; i < 50; ++i) {

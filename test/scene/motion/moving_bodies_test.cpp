@@ -89,7 +89,8 @@ TEST(SphereGapOfMovingBodies, IsAboutTheirMotionAgainstEachOther) {
 TEST(SphereGapOfMovingBodies, OfAnArcIsThatOfTheChordLessItsBulge) {
   const double turning = M_PI / 2;
   TwoMoving balls(at(0, 0, 0), {}, at(2, 0, 0), {{0, 2 * turning, 0}, {0, 0, turning}}, Sphere{0.25}, Sphere{0.5});
-  const auto [gap, travel] = balls.bodies.sphereGap(balls.a, balls.b, 1, balls.poses);
+  MovingBodies from_a(balls.poses, 0, balls.a, 1, balls.b, SeenFrom::A);
+  const auto [gap, travel] = from_a.sphereGap(balls.a, balls.b, 1, balls.poses);
   const double bulge = turning * turning * (2.0 + 0.5) / 8.0;
   EXPECT_NEAR(gap, std::sqrt(2.0) - bulge - 0.25 - 0.5, 1e-11);
   EXPECT_NEAR(travel, 2.0 * std::sqrt(2.0) + bulge, 1e-11);
@@ -174,6 +175,14 @@ TEST(MiddleOfMovingBodies, HasAsManyMovingJointsOnEitherSide) {
 TEST(MiddleOfMovingBodies, OfTwoThatMoveOnTheirOwnIsTheFrameOfThePoses) {
   TwoMoving balls(at(0, 0, 0), {{1, 0, 0}, {0, 0, 0}}, at(4, 3, 0), {{0, 1, 0}, {0, 0, 0}}, Sphere{1}, Sphere{1});
   EXPECT_EQ(balls.bodies.middle(), -1);
+}
+
+// The box of link 0 is 0.6 from the axis of joint 0, that of link 1 0.4, and that of link 4 farther than both.
+TEST(MiddleOfMovingBodies, OfOneJointIsWhereItsTurnMovesTheOtherLess) {
+  const Row down({1, 0, 0, 0}, "0", "1"), up({1, 0, 0, 0}, "1", "0"), far({1, 0, 0, 0}, "0", "4");
+  EXPECT_EQ(down.bodies.middle(), bodyOf(down.robot, "0"));
+  EXPECT_EQ(up.bodies.middle(), bodyOf(up.robot, "0"));
+  EXPECT_EQ(far.bodies.middle(), bodyOf(far.robot, "4"));
 }
 
 TEST(ChainsOfMovingBodies, MoveThemAgainstEachOtherAsTheRobotDoes) {

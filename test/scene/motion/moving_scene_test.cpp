@@ -519,4 +519,28 @@ TEST_F(BallAndBracket, HasTheMinimumOfItsPiecesOutsideOfTheBracket) {
   EXPECT_NEAR(outside.lower_bound, 0.1, 1e-6);
 }
 
+// A carriage, and 1.25 from it a wheel on an axle and a ball on a swivel.
+const char* const kWheel = R"(<robot name="wheel">
+  <link name="carriage"><collision><origin xyz="0 2 0"/><geometry><box size="3 1 3"/></geometry></collision></link>
+  <link name="wheel"><collision><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="1" length="0.5"/></geometry></collision></link>
+  <link name="ball"><collision><geometry><sphere radius="0.25"/></geometry></collision></link>
+  <joint name="axle" type="continuous"><parent link="carriage"/><child link="wheel"/><axis xyz="0 1 0"/></joint>
+  <joint name="swivel" type="continuous"><parent link="carriage"/><child link="ball"/><origin xyz="0 2 3"/><axis xyz="0.6 0 0.8"/></joint>
+</robot>)";
+
+// Regression: the wheel or the ball stood still and the carriage went round it, so that 512 queries did not prove a distance
+// that never changes.
+TEST(MovingScene, MinimumOfWhatTurnsAboutItsOwnAxisConverges) {
+  const std::shared_ptr<const SceneModel> model = modelOf(kWheel);
+  const RobotMotion motion =
+      RobotMotion::ofJoints(model->robot, forwardKinematics(model->robot, std::vector<double>{0.0, 0.0}), {4.0, 5.0});
+  MovingScene scene(model);
+  for (const char* const link : {"wheel", "ball"})
+    for (const ShapeRefPair& pair : {pairOf(*model, "carriage", link), pairOf(*model, link, "carriage")}) {
+      const RobotMinimum minimum = scene.minimum(std::vector<ShapeRefPair>{pair}, motion);
+      EXPECT_EQ(minimum.status, Status::Converged) << link;
+      EXPECT_NEAR(minimum.upper_bound, 1.25, 1e-9) << link;
+    }
+}
+
 }  // namespace proximity_server::scene::moving_scene_test
