@@ -5,8 +5,16 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <limits>
+#include <memory>
+#include <random>
 #include <set>
 #include <utility>
+
+#include "proximity_server/scene/model/joint_ranges.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/query/scene.h"
 
 namespace proximity_server::scene {
 namespace {
@@ -35,6 +43,22 @@ std::string millimetres(double length) {
   return text.data();
 }
 
+std::vector<AlwaysNear> checkedPairs(const SceneModel& model) {
+  std::vector<AlwaysNear> pairs;
+  for (const int i : model.pairs.checked) {
+    const LinkPair& pair = model.pairs.pairs[i];
+    if (&model.robot.robotOf(pair.link_a) != &model.robot.robotOf(pair.link_b)) continue;
+    pairs.push_back({{{pair.link_a, 0}, {pair.link_b, 0}}, std::numeric_limits<double>::infinity(), 0.0});
+  }
+  return pairs;
+}
+
+bool hasKnownRanges(const RobotModel& robot, const AlwaysNear& near) {
+  const std::vector<int> joints =
+      jointsBetween(robot, robot.links[near.pair.a.link].body, robot.links[near.pair.b.link].body);
+  return std::all_of(joints.begin(), joints.end(), [&](int joint) { return hasKnownRange(robot, joint); });
+}
+
 }  // namespace
 
 std::string yamlName(const std::string& name) {
@@ -48,6 +72,32 @@ std::string yamlName(const std::string& name) {
   return is_plain ? name : "\"" + escaped + "\"";
 }
 
+std::vector<AlwaysNear> findAlwaysNear(const SceneModel& model, double distance, int states) {
+  const std::vector<JointRange> ranges = jointRanges(model.robot);
+  std::vector<AlwaysNear> near = checkedPairs(model);
+  Scene scene(std::shared_ptr<const SceneModel>(std::shared_ptr<void>(), &model));  // lent: the scene ends first
+  Question question;
+  question.threshold = distance;
+  question.depth = Question::Depth::NotWanted;
+  std::mt19937_64 random(1);
+  for (int state = 0; state < states && !near.empty(); ++state) {
+    scene.update(forwardKinematics(model.robot, randomPositions(model.robot, ranges, random)));
+    const auto is_far = [&](AlwaysNear& each) {
+      const narrowphase::SignedDistance found = scene.proximity(each.pair, question).result;
+      const double seen = found.lower_bound > 0.0 ? found.distance : 0.0;
+      each.smallest = std::min(each.smallest, seen);
+      each.largest = std::max(each.largest, seen);
+      return found.lower_bound > distance;
+    };
+    near.erase(std::remove_if(near.begin(), near.end(), is_far), near.end());
+  }
+  const auto is_useless = [&](const AlwaysNear& each) {
+    return !(each.largest > 0.0) || !hasKnownRanges(model.robot, each);
+  };
+  near.erase(std::remove_if(near.begin(), near.end(), is_useless), near.end());
+  return near;
+}
+
 StopAndWarn fittingThresholds(const AlwaysNear& pair, const StopAndWarn& usual) {
   const double reference = pair.smallest > kSure ? pair.smallest : std::max(pair.smallest, 0.5 * pair.largest);
   return {roundedDown(std::min(usual.stop, 0.5 * reference)), roundedDown(std::min(usual.warn, 0.75 * reference))};
@@ -56,7 +106,7 @@ StopAndWarn fittingThresholds(const AlwaysNear& pair, const StopAndWarn& usual) 
 std::string distancesText(const AlwaysNear& pair) {
   if (pair.smallest > 0.0 && pair.largest - pair.smallest < kSame) return "stays at " + millimetres(pair.smallest);
   const std::string smallest = pair.smallest > 0.0 ? millimetres(pair.smallest) : "contact";
-  return "has " + smallest + " to " + millimetres(pair.largest);
+  return "stays between " + smallest + " and " + millimetres(pair.largest);
 }
 
 std::string thresholdEntry(const RobotModel& robot, const ShapeRefPair& pair, double distance) {
@@ -75,6 +125,17 @@ std::string thresholdsYaml(const RobotModel& robot, const std::vector<AlwaysNear
     }
   }
   return text;
+}
+
+std::string adviceText(const RobotModel& robot, const AlwaysNear& pair, const StopAndWarn& usual) {
+  const Link &a = robot.links[pair.pair.a.link], &b = robot.links[pair.pair.b.link];
+  std::vector<std::string> joints;
+  for (const int joint : jointsBetween(robot, a.body, b.body)) joints.push_back(robot.joints[joint].name);
+  const StopAndWarn fitting = fittingThresholds(pair, usual);
+  return a.name + " - " + b.name + " " + distancesText(pair) + " whatever " + listed(joints) +
+         (joints.size() == 1 ? " does" : " do") + ": pair_stop_distance: [" +
+         thresholdEntry(robot, pair.pair, fitting.stop) + "], pair_warn_distance: [" +
+         thresholdEntry(robot, pair.pair, fitting.warn) + "]";
 }
 
 }  // namespace proximity_server::scene

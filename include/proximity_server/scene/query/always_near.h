@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "proximity_server/scene/model/robot_model.h"
+#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/query/question.h"
 
 // Pairs of links that are near in every state, by design, and stop and warn distances that fit them: at those of all other
@@ -22,6 +22,10 @@ struct AlwaysNear {
   double smallest, largest;  ///< [m] the distances seen; 0: contact
 };
 
+/// Finds the checked pairs of links, each of one robot, that are within `distance` [m] in each of `states` random states of the
+/// joints, without those that are in contact in each, and those with a joint of unknown range between them.
+std::vector<AlwaysNear> findAlwaysNear(const SceneModel& model, double distance, int states = 300);
+
 /// Thresholds of a pair that are below its usual distances and above contact, and at most `usual`.
 ///
 /// Stop is half of a reference, and warn three quarters of it, rounded down to two digits. The reference is the smallest distance
@@ -29,7 +33,7 @@ struct AlwaysNear {
 /// largest distance, if that is more.
 StopAndWarn fittingThresholds(const AlwaysNear& pair, const StopAndWarn& usual);
 
-/// "stays at 15.6 mm", "has 11 mm to 17.7 mm", "has contact to 17.5 mm"
+/// "stays at 15.6 mm", "stays between 11 mm and 20.5 mm", "stays between contact and 17.7 mm"
 std::string distancesText(const AlwaysNear& pair);
 
 /// A name as YAML has it, in quotes if YAML would take it for something else.
@@ -40,5 +44,9 @@ std::string thresholdEntry(const RobotModel& robot, const ShapeRefPair& pair, do
 
 /// YAML of both parameters, an entry and a comment with the distances for each pair.
 std::string thresholdsYaml(const RobotModel& robot, const std::vector<AlwaysNear>& pairs, const StopAndWarn& usual);
+
+/// A sentence for people, with the lines that fit: wrist_2_link - ee_link stays at 15.6 mm whatever wrist_3_joint does:
+/// pair_stop_distance: [{links: [wrist_2_link, ee_link], distance: 0.0078}], pair_warn_distance: [...]
+std::string adviceText(const RobotModel& robot, const AlwaysNear& pair, const StopAndWarn& usual);
 
 }  // namespace proximity_server::scene
