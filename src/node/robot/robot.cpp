@@ -77,7 +77,7 @@ scene::LevelThresholds thresholdsOf(const scene::RobotModel& robot, const std::v
 std::shared_ptr<const scene::SceneModel> loadSceneModel(const std::vector<RobotTexts>& texts, const Config& config) {
   const std::vector<std::string> srdfs = srdfsOf(texts);
   scene::SceneModel model = scene::makeSceneModel(loadModel(texts, config), srdfs, config.filter);
-  scene::warnOfDisabledPairs(model, thresholdsOf(model.robot, srdfs, config).stop);
+  scene::warnOfNearPairs(model, thresholdsOf(model.robot, srdfs, config));
   return std::make_shared<const scene::SceneModel>(std::move(model));
 }
 

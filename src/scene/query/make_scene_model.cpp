@@ -6,6 +6,7 @@
 
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/query/always_near.h"
 #include "proximity_server/scene/query/scene.h"
 #include "scene/filter/link_table.h"
 #include "scene/model/infinity.h"
@@ -115,9 +116,15 @@ std::vector<DisabledPair> disabledPairsBelow(const SceneModel& model, const Pair
   return near;
 }
 
-void warnOfDisabledPairs(SceneModel& model, const PairDistances& stop) {
+void warnOfNearPairs(SceneModel& model, const LevelThresholds& thresholds) {
+  const double largest = thresholds.stop.range(PairKind::OfLinks).largest;
+  for (const AlwaysNear& near : findAlwaysNear(model, largest)) {
+    if (near.largest > thresholds.stop.of(near.pair)) continue;
+    model.pairs.warnings.push_back("Always at STOP: " +
+                                   adviceText(model.robot, near, {thresholds.stop.links, thresholds.warn.links}));
+  }
   std::vector<std::string> names;
-  for (const DisabledPair& disabled : disabledPairsBelow(model, stop)) {
+  for (const DisabledPair& disabled : disabledPairsBelow(model, thresholds.stop)) {
     const LinkPair& pair = model.pairs.pairs[static_cast<std::size_t>(disabled.pair)];
     char distance[32];
     std::snprintf(distance, sizeof distance, " (%.1f mm)", 1e3 * disabled.smallest);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 #include <memory>
 #include <stdexcept>
@@ -273,10 +274,29 @@ TEST(DisabledPairs, AreNamedIfTheyComeWithinTheirStopDistanceAndAreNotAlwaysInCo
   EXPECT_NEAR(disabled[0].smallest, 0.015, 1e-9);
   EXPECT_TRUE(disabledPairsBelow(model, {0.01, 0.02}).empty());
   const std::size_t warnings = model.pairs.warnings.size();
-  warnOfDisabledPairs(model, {0.02, 0.02});
+  warnOfNearPairs(model, {});
   ASSERT_EQ(model.pairs.warnings.size(), warnings + 1);
   EXPECT_NE(model.pairs.warnings.back().find("base - near (15.0 mm)"), std::string::npos)
       << model.pairs.warnings.back();
+}
+
+TEST(CheckedPairs, ThatAreAlwaysAtStopAreNamedWithTheThresholdsThatFit) {
+  SceneModel model = makeSceneModel(loadRobotModel(carousel(), packageResolver({})), "");
+  const auto found = [&](const LevelThresholds& thresholds) {
+    SceneModel copy = model;
+    warnOfNearPairs(copy, thresholds);
+    std::string text;
+    for (const std::string& warning : copy.pairs.warnings)
+      if (warning.find("Always at STOP: ") == 0) text += warning + "\n";
+    return text;
+  };
+  const std::string text = found({});
+  EXPECT_NE(text.find("base - near stays at 15 mm"), std::string::npos) << text;
+  EXPECT_NE(text.find("pair_stop_distance: [{links: [base, near], distance: 0.0075}]"), std::string::npos) << text;
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;  // not of near - far
+  LevelThresholds fitting;
+  fitting.stop.setPair(model.robot.findLink("base"), model.robot.findLink("near"), 0.0075);
+  EXPECT_EQ(found(fitting), "");
 }
 
 // --- beside all pairs

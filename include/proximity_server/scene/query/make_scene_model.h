@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "proximity_server/scene/filter/scene_model.h"
-#include "proximity_server/scene/query/pair_distances.h"
+#include "proximity_server/scene/query/level_thresholds.h"
 
 namespace proximity_server::scene {
 
@@ -31,7 +31,8 @@ struct DisabledPair {
 /// Looks at random states, the same ones each time: 1000, or fewer where there are very many such pairs.
 std::vector<DisabledPair> disabledPairsBelow(const SceneModel& model, const PairDistances& stop);
 
-/// Adds a warning with these pairs by name, if there are any.
-void warnOfDisabledPairs(SceneModel& model, const PairDistances& stop);
+/// Adds warnings about what the thresholds do not fit to: these pairs by name, and each checked pair of links that is at or below its stop
+/// distance in every state, see findAlwaysNear(), with the thresholds that fit.
+void warnOfNearPairs(SceneModel& model, const LevelThresholds& thresholds);
 
 }  // namespace proximity_server::scene
