@@ -243,9 +243,7 @@ void Monitor::report(const PoseSnapshot& snapshot, const scene::PairsBelow& belo
   for (std::size_t i = 0; i < count; ++i) {
     const scene::PairProximity& pair = below.closest[i];
     say(listed[i], snapshot, pair, question, settings);
-    const scene::DistanceLevel level = scene::levelOf(pair.result.lower_bound, thresholds(settings).stop.of(pair.asked),
-                                                      thresholds_.warn.of(pair.asked));
-    clearance_.levels[i] = levelCode(level.level);
+    clearance_.levels[i] = levelCode(scene::levelOf(pair, thresholds(settings)).level);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "scene/model/infinity.h"
+#include "scene/model/rounded.h"
 
 namespace proximity_server::scene {
 namespace {
@@ -19,6 +20,7 @@ constexpr std::size_t kMostRanked = 16;
 NearestPairs::NearestPairs(std::shared_ptr<const BatchModel> batch)
     : batch_(std::move(batch)),
       limits_(LaneBounds::kBlock),
+      limits_of_(LaneBounds::kBlock),
       uppers_(LaneBounds::kBlock * kMostRanked),
       near_(LaneBounds::kBlock),
       lower_(LaneBounds::kBlock),
@@ -34,13 +36,25 @@ NearestPairs::NearestPairs(std::shared_ptr<const BatchModel> batch)
 // --- bounds of a block
 
 void NearestPairs::prepareClosest(const LaneBounds& lanes, int count, std::size_t k) {
+  forgetThresholds();
+  takeBoundsOfClosest(lanes, count, k, kInfinity);
+}
+
+void NearestPairs::prepareClosest(const LaneBounds& lanes, int count, const PairDistances& thresholds, double limit) {
+  thresholds_.clear();
+  for (const ShapeRefPair& pair : batch_->candidates) thresholds_.push_back(thresholds.of(pair));
+  takeBoundsOfClosest(lanes, count, 1, limit + kSettledFor);
+}
+
+void NearestPairs::takeBoundsOfClosest(const LaneBounds& lanes, int count, std::size_t k, double limit) {
   k_ = std::min(k, pairs());
   ranks_bounds_ = k_ > 0 && k_ <= kMostRanked && k_ < pairs();
   std::fill(uppers_.begin(), uppers_.end(), kNothing);
-  if (k_ > 0) takeBounds(lanes, count, kInfinity);
+  if (k_ > 0) takeBounds(lanes, count, limit);
 }
 
 void NearestPairs::prepareBelow(const LaneBounds& lanes, int count, double distance) {
+  forgetThresholds();
   distance_ = distance;
   ranks_bounds_ = false;
   takeBounds(lanes, count, distance + kSettledFor);
@@ -62,15 +76,24 @@ void NearestPairs::takeBounds(const LaneBounds& lanes, int count, double limit) 
     if (of_state == -kInfinity) of_state = limit;
 }
 
+/// [m] The limits of the distance of a pair.
+const double* NearestPairs::limitsOf(int pair) {
+  const double threshold = thresholdOf(pair);
+  if (threshold == 0.0) return limits_.data();
+  std::transform(limits_.begin(), limits_.end(), limits_of_.begin(), [&](double limit) { return limit + threshold; });
+  return limits_of_.data();
+}
+
 /// Keeps a pair in the states in which it may be within the limit.
 void NearestPairs::keepNear(const LaneBounds& lanes, int pair, int count) {
-  const int near = lanes.findNear(pair, limits_.data(), count, near_.data());
+  const double* const limits = limitsOf(pair);
+  const int near = lanes.findNear(pair, limits, count, near_.data());
   lanes.bounds(pair, near_.data(), near, lower_.data(), upper_.data());
   for (std::size_t i = 0; i < static_cast<std::size_t>(near); ++i) {
     const int state = near_[i];
-    if (lower_[i] > limits_[static_cast<std::size_t>(state)]) continue;
+    if (lower_[i] > limits[state]) continue;
     keep(state, pair, lower_[i]);
-    if (ranks_bounds_) lowerLimit(state, upper_[i]);
+    if (ranks_bounds_) lowerLimit(state, roundedUp(static_cast<double>(upper_[i]) - thresholdOf(pair)));
   }
 }
 
@@ -86,7 +109,8 @@ void NearestPairs::lowerLimit(int state, float upper_bound) {
   for (; place > 0 && upper_bound < smallest[place - 1]; --place)
     if (place < k_) smallest[place] = smallest[place - 1];
   if (place < k_) smallest[place] = upper_bound;
-  limits_[static_cast<std::size_t>(state)] = static_cast<double>(smallest[k_ - 1]) + kSettledFor;
+  double& limit = limits_[static_cast<std::size_t>(state)];
+  limit = std::min(limit, static_cast<double>(smallest[k_ - 1]) + kSettledFor);
 }
 
 // --- one state
@@ -101,9 +125,10 @@ void NearestPairs::enter(int state) {
   queue_.clear();
   for (int i = first_[static_cast<std::size_t>(state)]; i >= 0; i = kept_[static_cast<std::size_t>(i)].next) {
     const Kept& kept = kept_[static_cast<std::size_t>(i)];
-    if (kept.lower_bound > first_limit_) continue;
     Visit visit = batch_->visits[static_cast<std::size_t>(kept.pair)];
     visit.lower_bound = kept.lower_bound;
+    visit.threshold = thresholdOf(kept.pair);
+    if (visit.excess() > first_limit_) continue;
     // The boxes of whole links hardly ever improve a bound of the lanes.
     if (kept.lower_bound > -kNothing) visit.bound = Visit::Bound::Box;
     queue_.push(visit);
@@ -119,8 +144,8 @@ const std::vector<PairProximity>& NearestPairs::closest(ExactState& exact, int s
   while (!queue_.empty() && !(queue_.lowestBound() > limit())) {
     Visit visit = queue_.pop();
     if (!exact.isPlaced(visit)) continue;
-    if (visit.bound == Visit::Bound::Sphere) visit = exact.withBoxes(visit, limit());
-    if (visit.lower_bound > std::min(queue_.lowestBound(), limit()))
+    if (visit.bound == Visit::Bound::Sphere) visit = exact.withBoxes(visit, limit() + visit.threshold);
+    if (visit.excess() > std::min(queue_.lowestBound(), limit()))
       queue_.push(visit);
     else
       measure(exact, visit);
@@ -129,8 +154,9 @@ const std::vector<PairProximity>& NearestPairs::closest(ExactState& exact, int s
 }
 
 void NearestPairs::measure(ExactState& exact, const Visit& visit) {
-  PairProximity proximity = exact.measure(visit, limit());
-  if (proximity.result.lower_bound > limit()) return;
+  const double limit_of_pair = limit() + visit.threshold;
+  PairProximity proximity = exact.measure(visit, limit_of_pair);
+  if (proximity.result.lower_bound > limit_of_pair) return;
   if (proximity.result.status != narrowphase::Status::Converged) proximity = exact.measure(visit, kInfinity);
   rank(visit.number, proximity);
   if (found_.size() <= k_) return;
@@ -142,7 +168,7 @@ void NearestPairs::rank(int pair, const PairProximity& proximity) {
   const narrowphase::SignedDistance& result = proximity.result;
   if (result.status == narrowphase::Status::Unknown) return;
   const double by = result.status == narrowphase::Status::Converged ? result.distance : result.lower_bound;
-  found_.push_back({by, pair, measured_.size()});
+  found_.push_back({by - thresholdOf(pair), pair, measured_.size()});
   std::push_heap(found_.begin(), found_.end());
   measured_.push_back(proximity);
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "proximity_server/scene/batch/scene_batch.h"
+#include "proximity_server/scene/query/pair_distances.h"
 #include "scene/batch/exact_state.h"
 #include "scene/batch/lane_bounds.h"
 #include "scene/query/visit_queue.h"
@@ -22,6 +23,8 @@ namespace proximity_server::scene {
 ///    the boxes of the pair give it one first.
 /// 5. End when the smallest bound in the queue is above the limit.
 ///
+/// Where pairs have thresholds of their own, bounds and distances are compared less these.
+///
 /// No answer depends on the bounds, on the order of the visits or on the limits, which decide only what is computed. For a
 /// pair among the closest is nearer than every limit by more than the tolerance, so that its search leaves out no piece that
 /// could be its closest; if it did not converge, it is computed again without limit.
@@ -31,6 +34,9 @@ class NearestPairs {
 
   /// Bounds the pairs in the first `count` states of a block, for the k closest pairs of each.
   void prepareClosest(const LaneBounds& lanes, int count, std::size_t k);
+
+  /// The same for the pair with the smallest distance less its own threshold, if this is at most `limit` [m].
+  void prepareClosest(const LaneBounds& lanes, int count, const PairDistances& thresholds, double limit);
 
   /// The same for all pairs at or below the distance [m].
   void prepareBelow(const LaneBounds& lanes, int count, double distance);
@@ -48,14 +54,18 @@ class NearestPairs {
     int next;           ///< index of the next one of the state; -1: none
   };
   struct Found {
-    double rank;        ///< [m] the distance, or the lower bound if the search did not converge
+    double rank;        ///< [m] the distance, or the lower bound if the search did not converge, less the threshold
     int pair;           ///< decides between equal ranks
     std::size_t index;  ///< among measured_
     bool operator<(const Found& other) const { return rank != other.rank ? rank < other.rank : pair < other.pair; }
   };
 
   std::size_t pairs() const { return batch_->candidates.size(); }
+  void takeBoundsOfClosest(const LaneBounds& lanes, int count, std::size_t k, double limit);
   void takeBounds(const LaneBounds& lanes, int count, double limit);
+  double& thresholdOf(int pair) { return thresholds_[static_cast<std::size_t>(pair)]; }
+  void forgetThresholds() { thresholds_.assign(pairs(), 0.0); }
+  const double* limitsOf(int pair);
   void keepNear(const LaneBounds& lanes, int pair, int count);
   void keep(int state, int pair, float lower_bound);
   void lowerLimit(int state, float upper_bound);
@@ -69,7 +79,9 @@ class NearestPairs {
   std::size_t k_ = 0;
   bool ranks_bounds_ = false;         ///< whether upper bounds lower the limits
   double distance_ = 0.0;             ///< [m] of below()
+  std::vector<double> thresholds_;    ///< [m] what is taken off the distance of each pair
   std::vector<double> limits_;        ///< [m] of each state, with kSettledFor
+  std::vector<double> limits_of_;     ///< [m] the same with the threshold of a pair
   std::vector<float> uppers_;         ///< [m] of each state: the k smallest upper bounds, ascending
   std::vector<int> near_;             ///< states
   std::vector<float> lower_, upper_;  ///< [m] in these

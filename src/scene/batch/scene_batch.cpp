@@ -6,11 +6,13 @@
 #include <string>
 #include <utility>
 
+#include "proximity_server/scene/query/clearance_level.h"
 #include "scene/batch/batch_model.h"
 #include "scene/batch/exact_state.h"
 #include "scene/batch/lane_bounds.h"
 #include "scene/batch/nearest_pairs.h"
 #include "scene/batch/verdicts.h"
+#include "scene/model/infinity.h"
 
 namespace proximity_server::scene {
 
@@ -45,6 +47,42 @@ class SceneBatch::Impl {
     return lanes.isPlaced(i) || exact.isPlaced();  // what the lanes place is near
   }
 
+  /// Fills `closest` with the pair that is first in each state after prepare().
+  template <typename Prepare>
+  const std::vector<PairProximity>& closestOfEach(const States& states, const Prepare& prepare,
+                                                  std::vector<PairProximity>& closest) {
+    closest.assign(static_cast<std::size_t>(states.rows()), {});
+    forEach(
+        states, prepare,
+        [&](std::size_t state, int i) {
+          const std::vector<PairProximity>& found = nearest.closest(exact, i);
+          if (!found.empty()) closest[state] = found.front();
+        },
+        [](std::size_t) {});
+    return closest;
+  }
+
+  /// In those of the `open` states where a pair is at or below its threshold, and by `thresholds` not at a better level than
+  /// `level`, replaces minima by the pair with the smallest distance less its threshold. The other states are open no more.
+  void decide(const States& states, const LevelThresholds& thresholds, const PairDistances& threshold,
+              ClearanceLevel level) {
+    const auto count_of_open = static_cast<Eigen::Index>(open.size());
+    if (open_states.rows() < count_of_open) open_states.resize(states.rows(), states.cols());
+    for (Eigen::Index i = 0; i < count_of_open; ++i)
+      open_states.row(i) = states.row(static_cast<Eigen::Index>(open[static_cast<std::size_t>(i)]));
+    closestOfEach(
+        open_states.topRows(count_of_open), [&](int count) { nearest.prepareClosest(lanes, count, threshold, 0.0); },
+        found_in_open);
+    std::size_t still_open = 0;
+    for (std::size_t i = 0; i < open.size(); ++i) {
+      const PairProximity& found = found_in_open[i];
+      if (found.result.status == narrowphase::Status::Unknown || levelOf(found, thresholds).level < level) continue;
+      minima[open[i]] = found;
+      open[still_open++] = open[i];
+    }
+    open.resize(still_open);
+  }
+
   /// Fills the lists with what pairsOf(state in the block) finds.
   template <typename Prepare, typename PairsOf>
   const StatePairs& listed(const States& states, const Prepare& prepare, const PairsOf& pairsOf) {
@@ -72,6 +110,9 @@ class SceneBatch::Impl {
   NearestPairs nearest;
   Verdicts verdicts;
   std::vector<PairProximity> minima;
+  std::vector<std::size_t> open;  ///< states whose level is not known yet
+  Eigen::MatrixXd open_states;
+  std::vector<PairProximity> found_in_open;
   StatePairs lists;
 };
 
@@ -110,14 +151,28 @@ const std::vector<StateVerdict>& SceneBatch::anyBelow(const States& states, doub
 const std::vector<PairProximity>& SceneBatch::minimum(const States& states) {
   requireColumns(states, model().robot);
   Impl& impl = *impl_;
-  impl.minima.assign(static_cast<std::size_t>(states.rows()), {});
-  impl.forEach(
-      states, [&](int count) { impl.nearest.prepareClosest(impl.lanes, count, 1); },
-      [&](std::size_t state, int i) {
-        const std::vector<PairProximity>& found = impl.nearest.closest(impl.exact, i);
-        if (!found.empty()) impl.minima[state] = found.front();
-      },
-      [](std::size_t) {});
+  return impl.closestOfEach(
+      states, [&](int count) { impl.nearest.prepareClosest(impl.lanes, count, 1); }, impl.minima);
+}
+
+// The pair with the smallest distance less its warn distance tells whether the state is Clear, and then it is the one. Otherwise
+// look for one at Stop, and if there is one for one in Collision: pairs beyond these thresholds are left out, which costs little.
+const std::vector<PairProximity>& SceneBatch::deciding(const States& states, const LevelThresholds& thresholds) {
+  if (thresholds.stop.areEqual(PairKind::OfLinks) && thresholds.warn.areEqual(PairKind::OfLinks))
+    return minimum(states);
+  requireColumns(states, model().robot);
+  Impl& impl = *impl_;
+  impl.closestOfEach(
+      states, [&](int count) { impl.nearest.prepareClosest(impl.lanes, count, thresholds.warn, kInfinity); },
+      impl.minima);
+  impl.open.clear();
+  for (std::size_t state = 0; state < impl.minima.size(); ++state) {
+    const PairProximity& pair = impl.minima[state];
+    if (pair.result.status != narrowphase::Status::Unknown && levelOf(pair, thresholds).level != ClearanceLevel::Clear)
+      impl.open.push_back(state);
+  }
+  impl.decide(states, thresholds, thresholds.stop, ClearanceLevel::Stop);
+  impl.decide(states, thresholds, {}, ClearanceLevel::Collision);
   return impl.minima;
 }
 

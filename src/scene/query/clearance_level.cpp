@@ -36,12 +36,13 @@ DistanceLevel levelOf(double distance, double stop, double warn, const LevelBefo
   return {ClearanceLevel::Clear, warn};
 }
 
+DistanceLevel levelOf(const PairProximity& pair, const LevelThresholds& thresholds, const LevelBefore& before) {
+  return levelOf(pair.result.lower_bound, thresholds.stop.of(pair.asked), thresholds.warn.of(pair.asked), before);
+}
+
 DecidingPair decidingPair(Scene& scene, const Pairs& pairs, const PairProximity& closest,
                           const LevelThresholds& thresholds, const Question& question, const LevelBefore& before) {
-  const auto judged = [&](const PairProximity& pair) {
-    return DecidingPair{
-        levelOf(pair.result.lower_bound, thresholds.stop.of(pair.asked), thresholds.warn.of(pair.asked), before), pair};
-  };
+  const auto judged = [&](const PairProximity& pair) { return DecidingPair{levelOf(pair, thresholds, before), pair}; };
   const PairKind kind = pairs.areCandidates() ? pairs.kind() : PairKind::Any;
   const DecidingPair of_closest = judged(closest);
   if (of_closest.level.level == ClearanceLevel::Collision) return of_closest;

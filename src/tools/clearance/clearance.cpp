@@ -14,6 +14,7 @@
 #include "proximity_server/scene/mesh/mesh_resolver.h"
 #include "proximity_server/scene/object_files/object_file.h"
 #include "proximity_server/scene/pieces/convex_pieces.h"
+#include "proximity_server/scene/query/level_thresholds.h"
 #include "tools/clearance/clearance_assertion.h"
 #include "tools/clearance/clearance_options.h"
 #include "tools/clearance/clearance_rows.h"
@@ -92,10 +93,22 @@ std::shared_ptr<ObjectSchedule> scheduleOf(const ClearanceOptions& options,
   return schedule;
 }
 
+std::optional<scene::LevelThresholds> thresholdsOf(const ClearanceOptions& options, const scene::RobotModel& robot) {
+  if (options.thresholds.empty()) return std::nullopt;
+  const scene::ThresholdFile file = scene::thresholdsFrom(readTextFile(options.thresholds), options.thresholds);
+  const std::string srdf = options.robot.srdf.empty() ? "" : readTextFile(options.robot.srdf);
+  try {
+    return scene::levelThresholds(robot, {srdf}, file.rules, file.defaults);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(options.thresholds + ": " + error.what());
+  }
+}
+
 ClearanceQuestion questionOf(const ClearanceOptions& options) {
   ClearanceQuestion question;
   question.model = loadSceneModel(options.robot);
   printWarnings(*question.model);
+  question.thresholds = thresholdsOf(options, question.model->robot);
   question.filter = options.filter;
   const bool is_filtered = options.filter == PairFilter::On;
   question.pairs = is_filtered ? filteredPairs(*question.model) : unfilteredPairs(*question.model);
@@ -109,7 +122,11 @@ ClearanceQuestion questionOf(const ClearanceOptions& options) {
 
 Sweep sweepOf(const ClearanceOptions& options, const ClearanceQuestion& question) {
   const Smallest smallest = options.assert_above ? Smallest::Always : Smallest::IfListed;
-  return {question, {readPairSelection(options.pairs), options.skipping, smallest}, options.format, options.objects};
+  return {question,
+          {readPairSelection(options.pairs), options.skipping, smallest},
+          options.format,
+          options.objects,
+          options.thresholds};
 }
 
 /// Prints the warnings that are known before the first state.
@@ -138,7 +155,8 @@ std::string checkedPairs(const ClearanceQuestion& question) {
 }
 
 OutputFormat formatOf(const ClearanceOptions& options, RowFormat format) {
-  if (options.rows == RowKind::State) return StateRows::format(readPairSelection(options.pairs), format, 0);
+  const LevelColumn levels = options.thresholds.empty() ? LevelColumn::Without : LevelColumn::With;
+  if (options.rows == RowKind::State) return StateRows::format(readPairSelection(options.pairs), format, 0, levels);
   return {format == RowFormat::Csv ? "csv" : "json",
           rowsBegin(RowKind::Segment, format),
           "\n",
@@ -188,8 +206,8 @@ class Answers {
   void addStates(StateSource& states, AnswerCounter& counter) {
     const Sweep sweep = sweepOf(options_, question_);
     const PairSelection& selection = sweep.state_question.selection;
-    const StateRows rows(selection, options_.format, question_.model->robot, question_.pairs);
-    const StateRows plot_rows(selection, RowFormat::Csv, question_.model->robot, question_.pairs);
+    const StateRows rows(selection, options_.format, question_);
+    const StateRows plot_rows(selection, RowFormat::Csv, question_);
     SweepOutput output{rows, [&](const WrittenRows& written) { writer_.write(written); },
                        [&](std::uint64_t count) { counter.count(count); }};
     if (plot_writer_) {

@@ -25,8 +25,8 @@ void declareTrajectory(CLI::App& app, ClearanceOptions& options) {
       "--trajectory", [&] { options.rows = RowKind::Segment; },
       "the states are way points, joints linear in between, at the times of a column \"time\" [s] or 1 s apart: a row "
       "for each segment, with its closest pair and first contact");
-  for (const char* other :
-       {"--pairs", "--no-skip", "--sample", "--grid", "--shard", "--range", "--summary", "--second-opinion"})
+  for (const char* other : {"--pairs", "--no-skip", "--sample", "--grid", "--shard", "--range", "--summary",
+                            "--second-opinion", "--thresholds"})
     trajectory->excludes(other);
   addLength(app, "--contact-distance", options.motion.contact_distance, 0.0, "what counts as contact (default: 0)")
       ->needs(trajectory);
@@ -69,11 +69,16 @@ void declareClearance(CLI::App& app, ClearanceOptions& options) {
   app.add_option("--objects", options.objects,
                  "what the robot holds and what stands around it: YAML, or a .scene of MoveIt")
       ->type_name("FILE");
+  app.add_option("--thresholds", options.thresholds,
+                 "stop and warn distances, also of single pairs, links and groups: YAML. Each row has the level of its "
+                 "pair by its own thresholds: CLEAR, WARN, STOP, COLLISION or INVALID")
+      ->type_name("FILE");
   declareStateOptions(app, options.states);
-  app.add_option("--pairs", options.pairs,
-                 "all, minimum, below:METRES, k:COUNT, or any:METRES: only whether a pair is as close, and one that is "
-                 "(default: "
-                 "minimum)")
+  app.add_option(
+         "--pairs", options.pairs,
+         "all, minimum, below:METRES, k:COUNT, or any:METRES: only whether a pair is as close, and one that is "
+         "(default: minimum). With --thresholds, minimum is the pair that sets the level: of the worst level the one "
+         "with the smallest distance less its threshold")
       ->check(whyNoSelection);
   addMeshTolerance(app, options.robot.mesh_tolerance);
   app.add_flag_callback(
@@ -107,7 +112,13 @@ void requireConsistent(const ClearanceOptions& options) {
   const bool has_second = options.second_opinion.is_wanted;
   require(!has_second || (is_whole && !is_npy),
           "--second-opinion does not go with --shard, --range, --merge and --format npy");
-  const bool is_any = readPairSelection(options.pairs).kind == PairSelection::Kind::Any;
+  const PairSelection::Kind pairs = readPairSelection(options.pairs).kind;
+  const bool is_any = pairs == PairSelection::Kind::Any, has_thresholds = !options.thresholds.empty();
+  require(!is_merge || !has_thresholds, "--merge needs no --thresholds: the parts have their levels");
+  require(!has_thresholds || !is_npy, "--thresholds does not go with --format npy, whose rows have no level");
+  require(!has_thresholds || !is_any, "--thresholds does not go with --pairs any, which has no levels");
+  require(!has_thresholds || options.plot.empty() || pairs != PairSelection::Kind::Minimum,
+          "--plot shows the closest pairs, and with --thresholds --pairs minimum is another one: add --pairs k:1");
   require(options.plot.empty() || !is_any, "--plot does not go with --pairs any, which has no distances");
   require(!has_second || !is_any, "--second-opinion does not go with --pairs any, which has no distances");
 }

@@ -20,7 +20,7 @@ namespace proximity_server::tools {
 struct ClearanceOptions {
   RobotFiles robot;
   StateOptions states;
-  std::string objects, pairs = "minimum", out, plot;
+  std::string objects, thresholds, pairs = "minimum", out, plot;
   RowFormat format = RowFormat::Csv;
   RowKind rows = RowKind::State;
   scene::MotionQuestion motion;

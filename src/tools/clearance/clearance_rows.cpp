@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "proximity_server/scene/query/clearance_level.h"
 #include "tools/command_line/csv.h"
 
 namespace proximity_server::tools {
@@ -69,10 +70,12 @@ void addContact(const SegmentClearance& answer, const Named& named, Row& row) {
 
 // These functions define the columns and their order. The headers are made by them, too, so that the two cannot differ.
 
-Row stateColumns(long state, const scene::PairProximity& pair, const Named& named) {
+Row stateColumns(long state, const scene::PairProximity& pair, const Named& named,
+                 const scene::LevelThresholds* thresholds) {
   Row row;
   row["state"] = state;
   addPair(pair, named, row);
+  if (thresholds) row["level"] = levelText(pair, *thresholds);
   return row;
 }
 
@@ -116,9 +119,12 @@ std::string jsonObject(const Row& row) { return row.dump(-1, ' ', false, Row::er
 
 }  // namespace
 
-std::string rowsBegin(RowKind kind, RowFormat format) {
+std::string rowsBegin(RowKind kind, RowFormat format, LevelColumn levels) {
   if (format == RowFormat::Json) return "[";
-  const Row row = kind == RowKind::State ? stateColumns(0, {}, {{}, nullptr}) : segmentColumns({}, {});
+  const scene::LevelThresholds any;
+  const Row row = kind == RowKind::State
+                      ? stateColumns(0, {}, {{}, nullptr}, levels == LevelColumn::With ? &any : nullptr)
+                      : segmentColumns({}, {});
   std::string header;
   for (const auto& [name, value] : row.items()) header += (header.empty() ? "" : ",") + name;
   return header;
@@ -129,9 +135,14 @@ std::string nameOf(const scene::RobotModel& robot, const scene::Objects* objects
   return objects && ref.object >= 0 ? objects->object(ref.object)->id : "";
 }
 
+std::string levelText(const scene::PairProximity& pair, const scene::LevelThresholds& thresholds) {
+  if (pair.result.status == narrowphase::Status::Unknown) return "INVALID";
+  return toString(scene::levelOf(pair, thresholds).level);
+}
+
 std::string rowText(long state, const scene::PairProximity& pair, const scene::RobotModel& robot,
-                    const scene::Objects* objects, RowFormat format) {
-  const Row row = stateColumns(state, pair, {robot, objects});
+                    const scene::Objects* objects, RowFormat format, const scene::LevelThresholds* thresholds) {
+  const Row row = stateColumns(state, pair, {robot, objects}, thresholds);
   return format == RowFormat::Csv ? csvLine(row) : jsonObject(row);
 }
 

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "proximity_server/scene/objects/objects.h"
+#include "proximity_server/scene/query/level_thresholds.h"
 #include "proximity_server/scene/query/question.h"
 #include "tools/clearance/trajectory_run.h"
 
@@ -13,8 +14,11 @@ enum class RowFormat : unsigned char { Csv, Json, Npy };
 /// A row describes one pair in a state, or one segment of a trajectory.
 enum class RowKind : unsigned char { State, Segment };
 
+/// Whether the rows of states say the level of their pair.
+enum class LevelColumn : unsigned char { Without, With };
+
 /// The text before the first row: the header of the CSV, or the opening bracket of the JSON array.
-std::string rowsBegin(RowKind kind, RowFormat format);
+std::string rowsBegin(RowKind kind, RowFormat format, LevelColumn levels = LevelColumn::Without);
 
 // Rows are in the root link's frame and have neither separator nor line end. An unknown number is nan in CSV and null
 // in JSON.
@@ -22,9 +26,12 @@ std::string rowsBegin(RowKind kind, RowFormat format);
 /// The id of an object or the name of a link; "" for neither.
 std::string nameOf(const scene::RobotModel& robot, const scene::Objects* objects, const scene::ShapeRef& ref);
 
-/// One pair in one state. Without objects `objects` is nullptr.
+/// The level of a pair by its own thresholds: "STOP"; "INVALID" without an answer.
+std::string levelText(const scene::PairProximity& pair, const scene::LevelThresholds& thresholds);
+
+/// One pair in one state. Without objects `objects` is nullptr. With thresholds the row has a level.
 std::string rowText(long state, const scene::PairProximity& pair, const scene::RobotModel& robot,
-                    const scene::Objects* objects, RowFormat format);
+                    const scene::Objects* objects, RowFormat format, const scene::LevelThresholds* thresholds);
 
 /// One segment: the closest pair at the time when it is closest, with the bounds of the whole segment, then the first
 /// contact; all times are those of the trajectory. A contact that is not decided is `unknown` in CSV and null in JSON.

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/query/clearance_level.h"
 #include "proximity_server/scene/query/scene.h"
 #include "tools/command_line/answers_in_blocks.h"
 #include "tools/command_line/csv.h"
@@ -25,8 +26,16 @@ std::vector<scene::PairProximity> listOf(const scene::PairProximity* pair) {
   return pair ? std::vector<scene::PairProximity>{*pair} : std::vector<scene::PairProximity>{};
 }
 
+/// The pair that sets the level, or without thresholds the closest one.
+std::vector<scene::PairProximity> answerMinimum(const scene::Pairs& pairs, const scene::LevelThresholds* thresholds,
+                                                scene::Scene& scene) {
+  std::vector<scene::PairProximity> closest = listOf(scene.minimum(pairs));
+  if (!thresholds || closest.empty()) return closest;
+  return {decidingPair(scene, pairs, closest.front(), *thresholds).pair};
+}
+
 std::vector<scene::PairProximity> answerState(const scene::Pairs& pairs, const PairSelection& selection,
-                                              scene::Scene& scene) {
+                                              const scene::LevelThresholds* thresholds, scene::Scene& scene) {
   scene::Question near_only;
   switch (selection.kind) {
     case PairSelection::Kind::All:
@@ -42,7 +51,7 @@ std::vector<scene::PairProximity> answerState(const scene::Pairs& pairs, const P
     case PairSelection::Kind::Minimum:
       break;
   }
-  return listOf(scene.minimum(pairs));
+  return answerMinimum(pairs, thresholds, scene);
 }
 
 /// [m] The value by which Scene sorts its answers.
@@ -66,16 +75,17 @@ bool isList(const PairSelection& selection) {
   return selection.kind != PairSelection::Kind::All && selection.kind != PairSelection::Kind::Any;
 }
 
-StateClearance answerNumberedState(const NumberedState& state, const scene::Pairs& pairs, const StateQuestion& question,
-                                   scene::Scene& scene) {
+StateClearance answerNumberedState(const NumberedState& state, const scene::Pairs& pairs, const ClearanceQuestion& all,
+                                   const StateQuestion& question, scene::Scene& scene) {
+  const scene::LevelThresholds* const thresholds = all.thresholds ? &*all.thresholds : nullptr;
   StateClearance answer{
-      state.number, answerState(pairs, question.selection, scene), {}, state.positions, state.objects};
+      state.number, answerState(pairs, question.selection, thresholds, scene), {}, state.positions, state.objects};
   const int unknown_pairs = scene.counts().unknown;
   answer.smallest.unknown_pairs = unknown_pairs;
-  if (listsSmallest(question.selection)) {
+  if (listsSmallest(question.selection, all)) {
     answer.smallest = smallestOf(answer.pairs, unknown_pairs);
   } else if (question.smallest == Smallest::Always) {
-    const std::vector<scene::PairProximity> minimum = answerState(pairs, {}, scene);
+    const std::vector<scene::PairProximity> minimum = answerMinimum(pairs, nullptr, scene);
     answer.smallest = smallestOf(minimum, scene.counts().unknown);
   }
   if (unknown_pairs > 0 && isList(question.selection)) answer.pairs = {scene::PairProximity{}};
@@ -142,8 +152,9 @@ SmallestDistance smallestOf(const std::vector<scene::PairProximity>& pairs, int 
   return smallest;
 }
 
-bool listsSmallest(const PairSelection& selection) {
-  return selection.kind != PairSelection::Kind::Below && selection.kind != PairSelection::Kind::Any;
+bool listsSmallest(const PairSelection& selection, const ClearanceQuestion& question) {
+  return selection.kind == PairSelection::Kind::All || selection.kind == PairSelection::Kind::Closest ||
+         (selection.kind == PairSelection::Kind::Minimum && !question.thresholds);
 }
 
 PairSelection readPairSelection(const std::string& text) {
@@ -225,7 +236,7 @@ void answerStates(const ClearanceQuestion& question, const StateQuestion& state_
     std::vector<StateClearance> answers;
     for (const NumberedState& state : block) {
       placeIn(state, pairs, scene);
-      answers.push_back(answerNumberedState(state, pairs.get(), state_question, scene));
+      answers.push_back(answerNumberedState(state, pairs.get(), question, state_question, scene));
     }
     return answers;
   };

@@ -9,6 +9,7 @@
 
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/joint_ranges.h"
+#include "proximity_server/scene/query/level_thresholds.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/question.h"
 #include "tools/clearance/object_schedule.h"
@@ -31,9 +32,6 @@ struct PairSelection {
 /// Reads "all", "minimum", "below:0.05", "any:0.05" or "k:5". Throws std::invalid_argument naming the text.
 PairSelection readPairSelection(const std::string& text);
 
-/// Whether the closest pair of a state is among the selected ones.
-bool listsSmallest(const PairSelection& selection);
-
 /// The text that is read as the selection, one for each.
 std::string textOf(const PairSelection& selection);
 
@@ -53,7 +51,11 @@ struct ClearanceQuestion {
   std::optional<scene::Candidates>
       candidates;  ///< of the filter, if there are objects; nullopt: all pairs that have geometry
   int threads = 1;
+  std::optional<scene::LevelThresholds> thresholds;  ///< nullopt: there are no levels. Not for trajectories
 };
+
+/// Whether the closest pair of a state is among the selected ones. With thresholds the minimum is the pair that sets the level.
+bool listsSmallest(const PairSelection& selection, const ClearanceQuestion& question);
 
 /// The pairs of a question, those with objects too.
 class AskedPairs {

@@ -43,23 +43,28 @@ int PairNumbers::of(const scene::ShapeRefPair& pair) const {
   return numbers_[static_cast<std::size_t>(pair.a.link) * links_ + static_cast<std::size_t>(pair.b.link)];
 }
 
-StateRows::StateRows(const PairSelection& selection, RowFormat format, const scene::RobotModel& robot,
-                     const std::vector<scene::ShapeRefPair>& pairs)
-    : selection_(selection),
+StateRows::StateRows(const PairSelection& selection, RowFormat format, const ClearanceQuestion& question)
+    : question_(question),
+      selection_(selection),
       format_(format),
-      robot_(robot),
-      pairs_(pairs),
-      numbers_(pairs, robot.links.size()),
-      separator_(StateRows::format(selection, format, pairs.size()).between),
-      integer_(npyIntegerFor(pairs.size())) {
+      robot_(question.model->robot),
+      numbers_(question.pairs, robot_.links.size()),
+      separator_(rowsSeparator(format)),
+      integer_(npyIntegerFor(question.pairs.size())) {
   if (selection.kind != PairSelection::Kind::Any || format == RowFormat::Npy) return;
-  for (const scene::ShapeRefPair& pair : pairs)
-    below_.push_back(restOf(Verdict::Below, robot.links[pair.a.link].name, robot.links[pair.b.link].name));
+  for (const scene::ShapeRefPair& pair : question.pairs)
+    below_.push_back(restOf(Verdict::Below, robot_.links[pair.a.link].name, robot_.links[pair.b.link].name));
   above_ = restOf(Verdict::Above, "", "");
   unknown_ = restOf(Verdict::Unknown, "", "");
 }
 
-OutputFormat StateRows::format(const PairSelection& selection, RowFormat format, std::size_t pairs) {
+OutputFormat StateRows::format() const {
+  const LevelColumn levels = question_.thresholds ? LevelColumn::With : LevelColumn::Without;
+  return StateRows::format(selection_, format_, question_.pairs.size(), levels);
+}
+
+OutputFormat StateRows::format(const PairSelection& selection, RowFormat format, std::size_t pairs,
+                               LevelColumn levels) {
   const bool is_verdict = selection.kind == PairSelection::Kind::Any;
   OutputFormat made;
   if (format == RowFormat::Npy) {
@@ -69,7 +74,7 @@ OutputFormat StateRows::format(const PairSelection& selection, RowFormat format,
   }
   const bool is_csv = format == RowFormat::Csv;
   made.name = is_csv ? "csv" : "json";
-  made.begin = is_csv && is_verdict ? kVerdictHeader : rowsBegin(RowKind::State, format);
+  made.begin = is_csv && is_verdict ? kVerdictHeader : rowsBegin(RowKind::State, format, levels);
   made.between = rowsSeparator(format);
   made.before_first = "\n";
   made.end = rowsEnd(format);
@@ -83,7 +88,8 @@ void StateRows::addPair(std::uint64_t state, const scene::PairProximity& pair, c
               to.bytes);
   } else {
     if (to.rows > 0) to.bytes += separator_;
-    to.bytes += rowText(static_cast<long>(state), pair, robot_, objects, format_);
+    to.bytes += rowText(static_cast<long>(state), pair, robot_, objects, format_,
+                        question_.thresholds ? &*question_.thresholds : nullptr);
   }
   ++to.rows;
 }

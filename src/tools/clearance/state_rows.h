@@ -42,13 +42,12 @@ enum class Verdict : unsigned char { Unknown, Above, Below };
 /// Thread-safe: it never changes.
 class StateRows {
  public:
-  /// `pairs` are those that numbers in .npy mean. The robot must outlive this.
-  StateRows(const PairSelection& selection, RowFormat format, const scene::RobotModel& robot,
-            const std::vector<scene::ShapeRefPair>& pairs);
+  /// The pairs of the question are those that numbers in .npy mean. The question must outlive this.
+  StateRows(const PairSelection& selection, RowFormat format, const ClearanceQuestion& question);
 
   /// What stands around the rows of a selection, of which there are so many pairs.
-  static OutputFormat format(const PairSelection& selection, RowFormat format, std::size_t pairs);
-  OutputFormat format() const { return StateRows::format(selection_, format_, pairs_.size()); }
+  static OutputFormat format(const PairSelection& selection, RowFormat format, std::size_t pairs, LevelColumn levels);
+  OutputFormat format() const;
 
   const PairNumbers& numbers() const { return numbers_; }
 
@@ -65,10 +64,10 @@ class StateRows {
   void addVerdictText(std::uint64_t state, const std::string& rest, WrittenRows& to) const;
   std::string restOf(Verdict verdict, const std::string& link_a, const std::string& link_b) const;
 
+  const ClearanceQuestion& question_;
   PairSelection selection_;
   RowFormat format_;
   const scene::RobotModel& robot_;
-  std::vector<scene::ShapeRefPair> pairs_;
   PairNumbers numbers_;
   std::string separator_;
   NpyInteger integer_;

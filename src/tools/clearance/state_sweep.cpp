@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "proximity_server/scene/batch/scene_batch.h"
+#include "proximity_server/scene/query/clearance_level.h"
 #include "tools/sweep/blocks_in_threads.h"
 
 namespace proximity_server::tools {
@@ -29,6 +31,16 @@ const scene::PairProximity* closestKnown(const scene::PairProximity* begin, cons
   for (const scene::PairProximity* pair = begin; pair != end; ++pair)
     if (isKnown(*pair) && (!closest || pair->result.distance < closest->result.distance)) closest = pair;
   return closest;
+}
+
+/// Counts the level of a state, where the pairs that are listed tell it: all, or the one that sets it.
+void addLevel(const scene::PairProximity* begin, const scene::PairProximity* end, const PairSelection& selection,
+              const std::optional<scene::LevelThresholds>& thresholds, SummaryCounter& counter) {
+  if (!thresholds || (selection.kind != PairSelection::Kind::Minimum && selection.kind != PairSelection::Kind::All))
+    return;
+  scene::ClearanceLevel worst = scene::ClearanceLevel::Clear;
+  for (; begin != end; ++begin) worst = std::max(worst, levelOf(*begin, *thresholds).level);
+  counter.addLevel(worst);
 }
 
 /// Answers by Scene, state by state in the calling thread: for all that SceneBatch does not know.
@@ -83,6 +95,8 @@ class SceneSweep {
     const bool is_known = answer.smallest.unknown_pairs == 0;
     if (is_known && closest) {
       counter_.add(closestOf(state, numberOf(closest->asked, answer), *closest), [&] { return answer.positions; });
+      addLevel(answer.pairs.data(), answer.pairs.data() + answer.pairs.size(), state_question_.selection,
+               question_.thresholds, counter_);
     } else if (is_known && answer.pairs.empty()) {
       counter_.addUnlisted();
     } else {
@@ -188,10 +202,13 @@ class BatchSweep {
         break;
       case PairSelection::Kind::Minimum:
       case PairSelection::Kind::All:  // is not answered here
-        addMinima(worker.batch.minimum(states), block, worker);
+        addMinima(
+            question_.thresholds ? worker.batch.deciding(states, *question_.thresholds) : worker.batch.minimum(states),
+            block, worker);
         break;
     }
-    if (output_.judge && !listsSmallest(state_question_.selection)) judge(worker.batch.minimum(states), block);
+    if (output_.judge && !listsSmallest(state_question_.selection, question_))
+      judge(worker.batch.minimum(states), block);
   }
 
   void addVerdicts(const std::vector<scene::StateVerdict>& verdicts, StateBlock& block, Worker& worker) const {
@@ -251,12 +268,13 @@ class BatchSweep {
     if (listed.is_known && closest) {
       worker.counter.add(closestOf(state, output_.rows.numbers().of(closest->asked), *closest),
                          [&] { return positionsOf(block, i, worker); });
+      addLevel(listed.begin, listed.end, state_question_.selection, question_.thresholds, worker.counter);
     } else if (listed.is_known && listed.begin == listed.end) {
       worker.counter.addUnlisted();
     } else {
       worker.counter.addUnknown();
     }
-    if (output_.judge && listsSmallest(state_question_.selection))
+    if (output_.judge && listsSmallest(state_question_.selection, question_))
       addJudged(i, {listed.begin, listed.end}, listed.is_known, block);
     if (output_.listed) {
       block.listed.emplace_back();

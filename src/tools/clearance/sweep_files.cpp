@@ -48,9 +48,7 @@ Json namesOf(const ClearanceQuestion& question) {
   return names;
 }
 
-StateRows rowsOf(const Sweep& sweep) {
-  return {sweep.state_question.selection, sweep.format, sweep.question.model->robot, sweep.question.pairs};
-}
+StateRows rowsOf(const Sweep& sweep) { return {sweep.state_question.selection, sweep.format, sweep.question}; }
 
 /// Computes a range into a file. Returns its manifest, whose `sweep` is empty.
 SweepManifest compute(const Sweep& sweep, StateSource& states, const StateRange& range, AnswerCounter& counter,
@@ -72,9 +70,11 @@ SweepManifest compute(const Sweep& sweep, StateSource& states, const StateRange&
 /// The format of the files of a sweep. Throws std::invalid_argument if this program does not know it.
 OutputFormat formatOf(const Json& sweep) {
   const std::string name = sweep.at("output").at("format");
-  const PairSelection selection = readPairSelection(sweep.at("question").at("pairs"));
+  const Json& question = sweep.at("question");
+  const PairSelection selection = readPairSelection(question.at("pairs"));
+  const LevelColumn levels = question.value("thresholds", Json()).is_null() ? LevelColumn::Without : LevelColumn::With;
   for (const RowFormat format : {RowFormat::Csv, RowFormat::Json, RowFormat::Npy}) {
-    OutputFormat known = StateRows::format(selection, format, sweep.at("pairs").size());
+    OutputFormat known = StateRows::format(selection, format, sweep.at("pairs").size(), levels);
     if (known.name == name) return known;
   }
   throw std::invalid_argument("format \"" + name + "\": unknown");
@@ -88,12 +88,17 @@ Json describe(const Sweep& sweep, const StateSource& states, std::uint64_t count
   Json json;
   json["program"] = {{"version", kProgram}, {"digest", programDigest()}};
   json["model"] = describeModel(*sweep.question.model);
-  json["question"] = {{"pairs", textOf(sweep.state_question.selection)},
-                      {"filter", sweep.question.filter == PairFilter::On},
-                      {"skipping", sweep.state_question.skipping == scene::Skipping::On},
-                      {"objects", sweep.objects.empty() ? Json() : Json(contentHash(sweep.objects))},
-                      // The meshes of objects lie in files of their own.
-                      {"object_shapes", objects ? Json(shapesDigestOf(objects->all())) : Json()}};
+  json["question"] = {
+      {"pairs", textOf(sweep.state_question.selection)},
+      {"filter", sweep.question.filter == PairFilter::On},
+      {"skipping", sweep.state_question.skipping == scene::Skipping::On},
+      {"objects", sweep.objects.empty() ? Json() : Json(contentHash(sweep.objects))},
+      // The meshes of objects lie in files of their own.
+      {"object_shapes", objects ? Json(shapesDigestOf(objects->all())) : Json()},
+      {"thresholds", sweep.thresholds.empty() ? Json() : Json(contentHash(sweep.thresholds))},
+      // The joints of groups stand in the SRDF.
+      {"thresholds_of_pairs",
+       sweep.question.thresholds ? Json(digestOf(*sweep.question.thresholds, sweep.question.model->robot)) : Json()}};
   json["states"] = {{"identity", states.identity()}, {"count", count}};
   json["output"] = {{"format", format.name}, {"type", format.npy_type}};
   json["pairs"] = namesOf(sweep.question);

@@ -18,7 +18,7 @@ struct Sweep {
   const ClearanceQuestion& question;
   StateQuestion state_question;
   RowFormat format = RowFormat::Csv;
-  std::string objects;  ///< the file; "": none
+  std::string objects, thresholds;  ///< the files; "": none
 };
 
 /// What the answers of a sweep depend on, and the meaning of the numbers in its files; see SweepManifest::sweep.

@@ -117,6 +117,20 @@ ModelDigest digestOf(const scene::SceneModel& model) {
   return {jointsOf(model.robot), shapesOf(model.robot), pairsOf(model.pairs)};
 }
 
+std::string digestOf(const scene::LevelThresholds& thresholds, const scene::RobotModel& robot) {
+  Digest digest;
+  const auto add = [&](const scene::ShapeRefPair& pair) {
+    digest.add(thresholds.stop.of(pair));
+    digest.add(thresholds.warn.of(pair));
+  };
+  const int links = static_cast<int>(robot.links.size());
+  for (int a = 0; a < links; ++a) {
+    add({{a}, scene::ShapeRef::ofObject(0)});
+    for (int b = a + 1; b < links; ++b) add({{a}, {b}});
+  }
+  return digest.text();
+}
+
 std::string shapesDigestOf(const std::vector<scene::Object>& objects) {
   Digest digest;
   for (const scene::Object& object : objects) {

@@ -5,6 +5,7 @@
 
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/objects/object.h"
+#include "proximity_server/scene/query/level_thresholds.h"
 
 namespace proximity_server::tools {
 
@@ -15,6 +16,9 @@ struct ModelDigest {
   std::string pairs;   ///< the pairs of links, with reasons and paddings
 };
 ModelDigest digestOf(const scene::SceneModel& model);
+
+/// A fingerprint of the thresholds of all pairs of links, and of links with objects.
+std::string digestOf(const scene::LevelThresholds& thresholds, const scene::RobotModel& robot);
 
 /// A fingerprint of the pieces of objects, with what was measured of their meshes. Neither half-spaces nor the places of the objects
 /// are in it, as the file of the objects has both.

@@ -12,6 +12,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr scene::ClearanceLevel kLevels[] = {scene::ClearanceLevel::Clear, scene::ClearanceLevel::Warn,
+                                             scene::ClearanceLevel::Stop, scene::ClearanceLevel::Collision};
+
 /// The order of notable states: by distance, then by number.
 template <typename A, typename B>
 bool precedes(const A& a, const B& b) {
@@ -75,6 +78,7 @@ void SweepSummary::add(const SweepSummary& other) {
   not_above_zero += other.not_above_zero;
   below += other.below;
   for (const auto& [bin, count] : other.histogram) histogram[bin] += count;
+  for (const auto& [level, count] : other.levels) levels[level] += count;
   for (const auto& [names, count] : other.pairs) pairs[names] += count;
   notable.insert(notable.end(), other.notable.begin(), other.notable.end());
   std::sort(notable.begin(), notable.end(), [](const auto& a, const auto& b) { return precedes(a, b); });
@@ -95,6 +99,7 @@ Json SweepSummary::toJson() const {
     json["above"] = unlisted;
     json["below"] = below;
   }
+  for (const auto& [level, count] : levels) json["levels"][toString(level)] = count;
   Json& listed = json[has_distances ? "worst" : "first_below"] = Json::array();
   for (const NotableState& state : notable) listed.push_back(tools::toJson(state, kind));
   json["pairs"] = Json::array();
@@ -118,6 +123,9 @@ SweepSummary SweepSummary::fromJson(const Json& json) {
     } else {
       summary.below = json.at("below");
     }
+    for (const scene::ClearanceLevel level : kLevels)
+      if (json.contains("levels") && json["levels"].contains(toString(level)))
+        summary.levels[level] = json["levels"][toString(level)];
     for (const Json& state : json.at(has_distances ? "worst" : "first_below"))
       summary.notable.push_back(notableFrom(state, summary.kind));
     for (const Json& pair : json.at("pairs")) summary.pairs[{pair.at("link_a"), pair.at("link_b")}] = pair.at("states");
@@ -134,6 +142,7 @@ std::string SweepSummary::text() const {
                         : ", " + inText(below) + " below (" + percentOf(below, states) + ")";
   text += ", " + inText(unknown) + " unknown";
   if (has_distances && unlisted > 0) text += ", " + inText(unlisted) + " without a listed pair";
+  for (const auto& [level, count] : levels) text += ", " + inText(count) + " " + toString(level);
   if (!notable.empty()) {
     const NotableState& first = notable.front();
     text += has_distances ? "; the closest is state " + inText(first.state) + " at " + numberText(first.distance) + " m"
@@ -187,6 +196,7 @@ SweepSummary SummaryCounter::withoutNames(const scene::RobotModel& robot) const 
   made.unlisted = unlisted_;
   (kind_ == SummaryKind::Distances ? made.not_above_zero : made.below) =
       kind_ == SummaryKind::Distances ? not_above_zero_ : known_;
+  made.levels = levels_;
   for (std::size_t i = 0; i < bins_.size(); ++i)
     if (bins_[i] > 0) made.histogram[static_cast<int>(i) - kOutermost - 1] = bins_[i];
   const auto ranges = scene::jointRanges(robot);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "proximity_server/scene/model/joint_ranges.h"
+#include "proximity_server/scene/query/clearance_level.h"
 
 namespace proximity_server::tools {
 
@@ -31,13 +32,14 @@ struct SweepSummary {
 
   SummaryKind kind = SummaryKind::Distances;
   std::uint64_t states = 0;
-  std::uint64_t unknown = 0;               ///< states without an answer
-  std::uint64_t unlisted = 0;              ///< states in which no pair is listed
-  std::uint64_t not_above_zero = 0;        ///< of Distances: the closest pair is not proven to be apart
-  std::uint64_t below = 0;                 ///< of Verdicts: not proven to be above the distance
-  std::map<int, std::uint64_t> histogram;  ///< of Distances: states by bin, see SummaryCounter
-  std::vector<NotableState> notable;       ///< the closest, the first of equals first; of Verdicts the first below
-  std::map<Names, std::uint64_t> pairs;    ///< in how many states it is the closest, or the one that was found
+  std::uint64_t unknown = 0;                              ///< states without an answer
+  std::uint64_t unlisted = 0;                             ///< states in which no pair is listed
+  std::uint64_t not_above_zero = 0;                       ///< of Distances: the closest pair is not proven to be apart
+  std::uint64_t below = 0;                                ///< of Verdicts: not proven to be above the distance
+  std::map<int, std::uint64_t> histogram;                 ///< of Distances: states by bin, see SummaryCounter
+  std::map<scene::ClearanceLevel, std::uint64_t> levels;  ///< states by level, where it is known
+  std::vector<NotableState> notable;     ///< the closest, the first of equals first; of Verdicts the first below
+  std::map<Names, std::uint64_t> pairs;  ///< in how many states it is the closest, or the one that was found
 
   void add(const SweepSummary& other);
 
@@ -65,6 +67,9 @@ class SummaryCounter {
 
   void addUnknown() { ++unknown_; }
   void addUnlisted() { ++unlisted_; }
+
+  /// The level of a state that is added besides.
+  void addLevel(scene::ClearanceLevel level) { ++levels_[level]; }
 
   /// A state with its closest pair; of Verdicts one that is below. `positionsOf()` gives the positions of all joints.
   template <typename PositionsOf>
@@ -104,6 +109,7 @@ class SummaryCounter {
 
   SummaryKind kind_;
   std::uint64_t unknown_ = 0, unlisted_ = 0, known_ = 0, not_above_zero_ = 0;
+  std::map<scene::ClearanceLevel, std::uint64_t> levels_;
   std::vector<std::uint64_t> bins_, by_pair_;
   std::vector<Notable> notable_;  ///< sorted
 };

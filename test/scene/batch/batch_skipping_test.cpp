@@ -18,6 +18,7 @@
 #include "from_environment.h"
 #include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/query/clearance_level.h"
 #include "proximity_server/scene/query/scene.h"
 #include "sanitized.h"
 #include "scene/batch/batch_robots.h"
@@ -88,6 +89,20 @@ class Everything {
   const std::vector<PairProximity>& sorted() const { return sorted_; }
   std::vector<PairProximity> closest(std::size_t k) const {
     return {sorted_.begin(), sorted_.begin() + static_cast<std::ptrdiff_t>(std::min(k, sorted_.size()))};
+  }
+  /// The pair that sets the level.
+  PairProximity deciding(const LevelThresholds& thresholds) const {
+    const PairProximity* decides = nullptr;
+    std::pair<int, double> worst;
+    for (const PairProximity& pair : all_) {
+      const DistanceLevel level =
+          levelOf(pair.result.lower_bound, thresholds.stop.of(pair.asked), thresholds.warn.of(pair.asked));
+      const std::pair<int, double> place{-static_cast<int>(level.level), rankOf(pair) - level.threshold};
+      if (decides && !(place < worst)) continue;
+      decides = &pair;
+      worst = place;
+    }
+    return decides ? *decides : PairProximity{};
   }
   std::vector<PairProximity> below(double distance) {
     std::vector<PairProximity> found;
@@ -213,17 +228,69 @@ TEST_P(BatchOf, AnswersAsAllPairsOneByOneDo) {
   }
 }
 
+/// Thresholds of some pairs: a part of them is always near, and a part is to keep far apart.
+LevelThresholds randomThresholds(const SceneModel& model, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> distance(0.0, 0.2);
+  LevelThresholds thresholds;
+  for (const ShapeRefPair& pair : Candidates(model.pairs)) {
+    if (random() % 3 != 0) continue;
+    const auto [stop, warn] = std::minmax({distance(random), distance(random)});
+    thresholds.stop.setPair(pair.a.link, pair.b.link, stop);
+    thresholds.warn.setPair(pair.a.link, pair.b.link, warn);
+  }
+  return thresholds;
+}
+
+TEST_P(BatchOf, DecidingPairIsThatOfAllPairsOneByOne) {
+  const MatrixXd states = variousStates(robot(), repeats(600), 11);
+  SceneBatch batch(model_);
+  Everything everything(model_);
+  const LevelThresholds thresholds = randomThresholds(*model_, 12);
+  const auto minima = batch.minimum(states);
+  const auto& deciding = batch.deciding(states, thresholds);
+  int others = 0;
+  for (Index i = 0; i < states.rows(); ++i) {
+    everything.place(states, i);
+    const auto state = static_cast<std::size_t>(i);
+    ASSERT_TRUE(areSameLists({deciding[state]}, {everything.deciding(thresholds)})) << "state " << i;
+    others += !areSame(deciding[state], minima[state]);
+  }
+  // Something overlaps in every state of Solids.
+  if (std::string("Solids") != GetParam()) EXPECT_GT(others, kIsSanitized ? 0 : states.rows() / 50);
+}
+
+TEST_P(BatchOf, DecidesAsANewSceneDoes) {
+  const MatrixXd states = variousStates(robot(), repeats(60), 13);
+  SceneBatch batch(model_);
+  const Scene fresh(model_);
+  const LevelThresholds thresholds = randomThresholds(*model_, 14);
+  const auto& deciding = batch.deciding(states, thresholds);
+  for (Index i = 0; i < states.rows(); ++i) {
+    Scene scene = fresh.twin();
+    scene.update(forwardKinematics(robot(), positionsOf(states, i)));
+    const PairProximity closest = *scene.minimum(scene.candidates());
+    const DecidingPair expected = decidingPair(scene, scene.candidates(), closest, thresholds);
+    const DistanceLevel found = levelOf(deciding[static_cast<std::size_t>(i)], thresholds);
+    ASSERT_EQ(found.level, expected.level.level) << "state " << i;
+    ASSERT_NEAR(deciding[static_cast<std::size_t>(i)].result.distance - found.threshold,
+                expected.pair.result.distance - expected.level.threshold, 1e-9)
+        << "state " << i;
+  }
+}
+
 // --- what they do not depend on
 
-/// The answers to all four questions, as they may be compared.
+/// The answers to all questions, as they may be compared.
 struct Answers {
-  std::vector<PairProximity> minima;
+  std::vector<PairProximity> minima, deciding;
   StatePairs closest, below;
   std::vector<StateVerdict> verdicts;
 };
 
 Answers answersOf(SceneBatch& batch, const States& states) {
-  return {batch.minimum(states), batch.closest(states, 3), batch.below(states, 0.05), batch.anyBelow(states, 0.05)};
+  return {batch.minimum(states), batch.deciding(states, randomThresholds(batch.model(), 15)), batch.closest(states, 3),
+          batch.below(states, 0.05), batch.anyBelow(states, 0.05)};
 }
 
 /// Expects of the states [first, first + count) of `part` what `whole` says of those with the given numbers.
@@ -232,6 +299,7 @@ void expectSame(const Answers& part, const Answers& whole, const std::vector<Ind
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     const auto number = static_cast<std::size_t>(numbers[i]);
     ASSERT_TRUE(areSame(part.minima[i], whole.minima[number]));
+    ASSERT_TRUE(areSame(part.deciding[i], whole.deciding[number]));
     ASSERT_TRUE(areSameLists(ofState(part.closest, static_cast<Index>(i)), ofState(whole.closest, numbers[i])));
     ASSERT_TRUE(areSameLists(ofState(part.below, static_cast<Index>(i)), ofState(whole.below, numbers[i])));
     ASSERT_EQ(part.verdicts[i].kind, whole.verdicts[number].kind);
@@ -311,8 +379,10 @@ TEST_P(Many, TwinsInTwoThreadsGiveTheSameAnswers) {
 TEST_P(Many, NothingAllocatesAfterTheFirstBatch) {
   if (kIsSanitized) GTEST_SKIP() << "a sanitizer allocates";
   SceneBatch batch(model_);
+  const LevelThresholds thresholds = randomThresholds(*model_, 16);
   const auto askAll = [&] {
     batch.minimum(states_);
+    batch.deciding(states_, thresholds);
     batch.closest(states_, 3);
     batch.below(states_, 0.05);
     batch.anyBelow(states_, 0.05);
@@ -337,12 +407,14 @@ TEST(BatchOfBeads, AStateThatIsNotFiniteHasNoAnswer) {
   states(2, 3) = kInfinity;
   states(3, states.cols() - 1) = -kInfinity;
   const auto minima = batch.minimum(states);
+  const auto deciding = batch.deciding(states, randomThresholds(batch.model(), 17));
   const auto verdicts = batch.anyBelow(states, 100.0);
   const StatePairs closest = batch.closest(states, 2), below = batch.below(states, 100.0);
   for (Index i = 0; i < states.rows(); ++i) {
     const auto at = static_cast<std::size_t>(i);
     const bool is_unknown = i >= 1 && i <= 3;
     EXPECT_EQ(minima[at].result.status == Status::Unknown, is_unknown) << i;
+    EXPECT_EQ(deciding[at].result.status == Status::Unknown, is_unknown) << i;
     EXPECT_EQ(verdicts[at].kind, is_unknown ? Kind::Unknown : Kind::Below) << i;
     EXPECT_EQ(closest.unknown[at], is_unknown) << i;
     EXPECT_EQ(below.unknown[at], is_unknown) << i;

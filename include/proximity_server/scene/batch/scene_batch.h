@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/query/level_thresholds.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/question.h"
 
@@ -68,6 +69,9 @@ class SceneBatch {
 
   /// For each state the pair with the smallest signed distance; Unknown also if there is no candidate pair.
   const std::vector<PairProximity>& minimum(const States& states);
+
+  /// For each state the pair that sets its level, see DecidingPair; levelOf() tells the level. Unknown as in minimum().
+  const std::vector<PairProximity>& deciding(const States& states, const LevelThresholds& thresholds);
 
   /// For each state up to k pairs with the smallest signed distances.
   const StatePairs& closest(const States& states, int k);
