@@ -26,8 +26,14 @@ def proximity(lower, a="hand", b="head"):
     return result
 
 
-def clearance(lower, level=Clearance.CLEAR):
-    return Clearance(level=level, minimum=proximity(lower))
+THRESHOLDS = {Clearance.CLEAR: 0.05, Clearance.WARN: 0.05, Clearance.STOP: 0.02, Clearance.COLLISION: 0.0}
+
+
+def clearance(lower, level=Clearance.CLEAR, deciding=None, threshold=None):
+    """The closest pair decides, unless another one is given with its threshold."""
+    closest = proximity(lower)
+    return Clearance(level=level, minimum=closest, deciding=deciding or closest,
+                     deciding_threshold=THRESHOLDS[level] if threshold is None else threshold)
 
 
 def invalid():
@@ -95,7 +101,7 @@ class BesideAFake(unittest.TestCase):
         distances = {3: 0.03, 5: 0.01, 7: 0.02}
         cases = run_beside(lambda n: clearance(distances.get(n, 0.5), Clearance.WARN), minimum=0.04)
         for words in ("not proven to stay above the minimum of 0.04 m", "at 6.000000 s hand - head",
-                      "distance 0.0105 m", "bounds [0.01, 0.011]", "level WARN", "elbow=1.5, wrist=-1",
+                      "distance 0.0105 m", "bounds [0.01, 0.011]", "level WARN (threshold 0.05 m); joints: elbow=1.5, wrist=-1",
                       "3 of", "the first of 4.000000 s"):
             self.assertIn(words, cases["test_minimum"])
 
@@ -120,6 +126,22 @@ class BesideAFake(unittest.TestCase):
         for words in ("level COLLISION is worse than WARN", "at 7.000000 s hand - head", "2 of", "the first of 5.000000 s",
                       "elbow=1.75"):
             self.assertIn(words, cases["test_worst_level"])
+
+    def test_the_pair_that_sets_the_level_is_named_with_its_threshold(self):
+        # The closest pair keeps 0.012 m, and may be as near. The worst moment is the one in which the other pair is farthest below
+        # its threshold: 0.3 below 0.31, and not 0.2 below 0.205.
+        def message(n):
+            lower, threshold = {4: (0.2, 0.205), 6: (0.3, 0.31)}.get(n, (0.5, 0.2))
+            return clearance(0.012, Clearance.STOP if n in (4, 6) else Clearance.WARN, proximity(lower, "wrist", "shoulder"),
+                             threshold)
+
+        words = run_beside(message, worst_level="WARN")["test_worst_level"]
+        self.assertIn("level STOP is worse than WARN. Worst: at 7.000000 s wrist - shoulder: distance 0.3005 m, bounds [0.3, "
+                      "0.301], level STOP (threshold 0.31 m); joints", words)
+        # The requirement of a distance is one of the closest pair.
+        words = run_beside(lambda _: message(4), minimum=0.02)["test_minimum"]
+        self.assertIn("hand - head: distance 0.0125 m, bounds [0.012, 0.013], level STOP (threshold 0.205 m) of wrist - "
+                      "shoulder: distance 0.2005 m, bounds [0.2, 0.201]; joints", words)
 
     def test_silence_from_the_start(self):
         cases = run_beside(lambda _: None, minimum=0.0, wait_time=1.0)
@@ -312,6 +334,14 @@ class BesideTheNode(unittest.TestCase):
         self.assertEqual(set(cases.values()), {""})
         self.assertIn("ball - block: distance 0.8486", self.run_on(
             "all_pairs", minimum=0.85, pairs=[["ball", "block"]])["test_minimum"])
+
+    def test_a_pair_with_a_threshold_of_its_own(self):
+        # The closest pair, base - ball at 0.2 m, is clear; block - ball at 0.8487 m is not, by its own thresholds.
+        cases = self.run_on("own_thresholds", worst_level="WARN", minimum=0.21)
+        self.assertRegex(cases["test_worst_level"], r"level STOP is worse than WARN. Worst: at [\d.]+ s block - ball: distance "
+                         r"0\.8486\d* m, bounds \[0\.8486\d*, 0\.8486\d*\], level STOP \(threshold 0\.86 m\); joints")
+        self.assertRegex(cases["test_minimum"], r"base - ball: .* level STOP \(threshold 0\.86 m\) of block - ball: distance 0\.8486")
+        self.assertEqual(self.run_on("own_thresholds", worst_level="STOP")["test_worst_level"], "")
 
     def test_a_link_that_does_not_exist(self):
         cases = self.run_on("all_pairs", minimum=0.1, pairs=[["base", "ball"], ["bal", "base"]])
