@@ -77,4 +77,11 @@ std::shared_ptr<const scene::SceneModel> load(const RobotText& text, const LoadO
   });
 }
 
+std::optional<scene::LevelThresholds> thresholdsOf(const RobotText& text, const scene::RobotModel& robot) {
+  if (!text.thresholds) return std::nullopt;
+  const scene::ThresholdFile file = scene::thresholdsFrom(*text.thresholds, text.thresholds_name);
+  return named(text.thresholds_name,
+               [&] { return scene::levelThresholds(robot, {text.srdf}, file.rules, file.defaults); });
+}
+
 }  // namespace proximity_server::python

@@ -9,6 +9,7 @@
 
 #include "proximity_server/scene/filter/pair_filter.h"
 #include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/query/level_thresholds.h"
 
 // No Python here but the error of a file.
 
@@ -26,14 +27,20 @@ struct LoadOptions {
 /// The whole text of a file. With the GIL: throws Python's OSError of the file, such as FileNotFoundError.
 std::string readTextFile(const std::filesystem::path& path);
 
-/// A URDF with its SRDF ("": none), and how errors name them.
+/// A URDF with its SRDF ("": none) and thresholds, and how errors name them.
 struct RobotText {
   std::string urdf, srdf;
   std::string urdf_name, srdf_name;
-  std::filesystem::path folder;  ///< where relative paths of meshes begin
+  std::filesystem::path folder;           ///< where relative paths of meshes begin
+  std::optional<std::string> thresholds;  ///< nullopt: none
+  std::string thresholds_name;
 };
 
 /// Failure: throws std::invalid_argument naming urdf_name or srdf_name, and what the library says is wrong: link, joint, file.
 std::shared_ptr<const scene::SceneModel> load(const RobotText& text, const LoadOptions& options);
+
+/// The thresholds of the text; nullopt if there are none.
+/// Failure: throws std::invalid_argument naming thresholds_name, and the line, link or group that is wrong.
+std::optional<scene::LevelThresholds> thresholdsOf(const RobotText& text, const scene::RobotModel& robot);
 
 }  // namespace proximity_server::python

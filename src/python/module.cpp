@@ -145,16 +145,18 @@ std::unique_ptr<Robot> makeRobot(const RobotText& text, const Keywords& keywords
   const LoadOptions options = loadOptions(keywords);
   const int all_cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   std::shared_ptr<const scene::SceneModel> model;
+  std::optional<scene::LevelThresholds> thresholds;
   {
     const py::gil_scoped_release released;
     model = load(text, options);
+    thresholds = thresholdsOf(text, model->robot);
   }
   for (const std::string& warning : warningsOf(*model)) warn(text.urdf_name + ": " + warning);
-  return std::make_unique<Robot>(std::move(model), keywords.threads.value_or(all_cores));
+  return std::make_unique<Robot>(std::move(model), std::move(thresholds), keywords.threads.value_or(all_cores));
 }
 
 std::unique_ptr<Robot> robotOfFiles(const std::filesystem::path& urdf, const std::optional<std::filesystem::path>& srdf,
-                                    const Keywords& keywords) {
+                                    const std::optional<std::filesystem::path>& thresholds, const Keywords& keywords) {
   if (urdf.native().find('<') != std::string::npos && !std::filesystem::exists(urdf))
     throw std::invalid_argument("the first argument is the path of a URDF; Robot.from_text takes its text");
   RobotText text;
@@ -162,6 +164,8 @@ std::unique_ptr<Robot> robotOfFiles(const std::filesystem::path& urdf, const std
   text.urdf_name = urdf.string();
   text.srdf = srdf ? readTextFile(*srdf) : "";
   text.srdf_name = srdf ? srdf->string() : text.urdf_name;
+  if (thresholds) text.thresholds = readTextFile(*thresholds);
+  text.thresholds_name = thresholds ? thresholds->string() : "";
   text.folder = std::filesystem::absolute(urdf).parent_path();
   return makeRobot(text, keywords);
 }
@@ -179,7 +183,8 @@ are a TypeError. A wrong shape is a ValueError. A state with a position that is 
 Status.UNKNOWN, Verdict.UNKNOWN. Limits of joints are not looked at.
 
 Each answer is a function of its state alone, to the last bit: the other states, their number and the threads do not count,
-nor do the processor and the C library. The fields of the rows are described at the top of the module, help(proximity).)";
+nor do the processor and the C library. The fields of the rows are described at the top of the module, help(proximity); where
+the robot has thresholds, those of PAIR are rows of LEVELED_PAIR.)";
 
 constexpr char kLoadDoc[] = R"(Reads a URDF from a file.
 
@@ -191,6 +196,8 @@ padding          [m] is added to every piece
 group            of the SRDF: only pairs that its joints can move are checked; "": all
 exclude_pairs    pairs of names of links that are not checked
 only_pairs       if there are any, no other pair is checked
+thresholds       path of YAML with the stop and warn distances, also those of single pairs, links and groups; then rows about
+                 pairs have a level. None: they have none
 threads          see Robot.threads; None: as many as there are cores
 
 Pieces of meshes are kept in the user's cache, so that the next time is fast; steps that take long are logged to
@@ -198,7 +205,8 @@ logging.getLogger("proximity").
 Raises OSError (FileNotFoundError, ...) for a file that cannot be read, and ValueError for what is wrong in it, naming file and
 link, joint or mesh. What is odd but legal is a UserWarning.)";
 
-constexpr char kFromTextDoc[] = R"(Reads a URDF from its text; the SRDF is a text too, "" if there is none.
+constexpr char kFromTextDoc[] =
+    R"(Reads a URDF from its text; the SRDF and the thresholds are texts too, "" if there are none.
 
 Relative paths of meshes begin at `folder`. All else is as in Robot(urdf).)";
 
@@ -206,6 +214,14 @@ constexpr char kMinimumDoc[] = R"(The pair with the smallest signed distance in 
 
 Returns rows of the dtype PAIR, of shape (states,); for q of shape (joints,) one row. The status is UNKNOWN if a position is not
 finite, or if the robot has no pair.)";
+
+constexpr char kLevelDoc[] = R"(The level of each state: the pair that sets it, with its level.
+
+That is, of the pairs at the worst level the one with the smallest distance less its threshold (that of WARN if the level is
+CLEAR). It need not be the closest one.
+Returns rows of the dtype LEVELED_PAIR, of shape (states,); for q of shape (joints,) one row. The level is INVALID where the
+status is UNKNOWN, as in minimum.
+Raises ValueError if the robot was made without thresholds.)";
 
 constexpr char kClosestDoc[] = R"(The k pairs with the smallest signed distances in each state, sorted.
 
@@ -261,29 +277,30 @@ void declareJoint(py::module_& module) {
 }
 
 void declareConstructors(py::class_<Robot>& robot) {
-  robot.def(
-      py::init([](const std::filesystem::path& urdf, const std::optional<std::filesystem::path>& srdf,
-                  double mesh_tolerance, std::optional<std::vector<std::filesystem::path>> packages, double padding,
-                  std::string group, NamePairs exclude_pairs, NamePairs only_pairs, std::optional<int> threads) {
-        return robotOfFiles(urdf, srdf,
-                            {mesh_tolerance, std::move(packages), padding, std::move(group), std::move(exclude_pairs),
-                             std::move(only_pairs), threads});
-      }),
-      kLoadDoc, "urdf"_a, "srdf"_a = py::none(), py::kw_only(), "mesh_tolerance"_a = 0.005, "packages"_a = py::none(),
-      "padding"_a = 0.0, "group"_a = "", "exclude_pairs"_a = NamePairs{}, "only_pairs"_a = NamePairs{},
-      "threads"_a = py::none());
+  robot.def(py::init([](const std::filesystem::path& urdf, const std::optional<std::filesystem::path>& srdf,
+                        double mesh_tolerance, std::optional<std::vector<std::filesystem::path>> packages,
+                        double padding, std::string group, NamePairs exclude_pairs, NamePairs only_pairs,
+                        const std::optional<std::filesystem::path>& thresholds, std::optional<int> threads) {
+              return robotOfFiles(urdf, srdf, thresholds,
+                                  {mesh_tolerance, std::move(packages), padding, std::move(group),
+                                   std::move(exclude_pairs), std::move(only_pairs), threads});
+            }),
+            kLoadDoc, "urdf"_a, "srdf"_a = py::none(), py::kw_only(), "mesh_tolerance"_a = 0.005,
+            "packages"_a = py::none(), "padding"_a = 0.0, "group"_a = "", "exclude_pairs"_a = NamePairs{},
+            "only_pairs"_a = NamePairs{}, "thresholds"_a = py::none(), "threads"_a = py::none());
   robot.def_static(
       "from_text",
       [](const std::string& urdf, const std::string& srdf, const std::filesystem::path& folder, double mesh_tolerance,
          std::optional<std::vector<std::filesystem::path>> packages, double padding, std::string group,
-         NamePairs exclude_pairs, NamePairs only_pairs, std::optional<int> threads) {
-        return makeRobot({urdf, srdf, "the URDF", "the SRDF", std::filesystem::absolute(folder)},
+         NamePairs exclude_pairs, NamePairs only_pairs, const std::string& thresholds, std::optional<int> threads) {
+        return makeRobot({urdf, srdf, "the URDF", "the SRDF", std::filesystem::absolute(folder),
+                          thresholds.empty() ? std::nullopt : std::make_optional(thresholds), "the thresholds"},
                          {mesh_tolerance, std::move(packages), padding, std::move(group), std::move(exclude_pairs),
                           std::move(only_pairs), threads});
       },
       kFromTextDoc, "urdf"_a, "srdf"_a = "", py::kw_only(), "folder"_a = ".", "mesh_tolerance"_a = 0.005,
       "packages"_a = py::none(), "padding"_a = 0.0, "group"_a = "", "exclude_pairs"_a = NamePairs{},
-      "only_pairs"_a = NamePairs{}, "threads"_a = py::none());
+      "only_pairs"_a = NamePairs{}, "thresholds"_a = "", "threads"_a = py::none());
 }
 
 void declareProperties(py::class_<Robot>& robot) {
@@ -305,6 +322,7 @@ void declareProperties(py::class_<Robot>& robot) {
 
 void declareQuestions(py::class_<Robot>& robot) {
   robot.def("minimum", &Robot::minimum, kMinimumDoc, "q"_a);
+  robot.def("level", &Robot::level, kLevelDoc, "q"_a);
   robot.def("closest", &Robot::closest, kClosestDoc, "q"_a, "k"_a);
   robot.def("below", &Robot::below, kBelowDoc, "q"_a, "distance"_a);
   robot.def("pairs_below", &Robot::pairsBelow, kPairsBelowDoc, "q"_a, "distance"_a);
@@ -321,6 +339,7 @@ PYBIND11_MODULE(_native, module) {
                        upper, point_a, point_b, normal);
   PYBIND11_NUMPY_DTYPE(VerdictRow, verdict, pair);
   module.attr("PAIR") = pybind11::dtype::of<PairRow>();
+  module.attr("LEVELED_PAIR") = leveledPairType();
   module.attr("VERDICT") = pybind11::dtype::of<VerdictRow>();
   declareJoint(module);
   pybind11::class_<Robot> robot(module, "Robot", kRobotDoc);

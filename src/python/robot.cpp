@@ -1,6 +1,9 @@
 #include "python/robot.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
 #include <limits>
 #include <map>
 #include <memory>
@@ -32,24 +35,61 @@ struct Scratch {
   Eigen::VectorXd by_degrees;                     ///< a gradient by the degrees of freedom
 };
 
+/// Its rows have the fields of PairRow, or all of LevelRow, in the order of the dtype.
+class RowTable {
+ public:
+  explicit RowTable(py::array array)
+      : array_(std::move(array)), data_(static_cast<char*>(array_.mutable_data())), row_size_(array_.itemsize()) {}
+
+  const py::array& array() const { return array_; }
+
+  /// The pair is the beginning of the row. Without the GIL.
+  void write(Eigen::Index index, const LevelRow& row) {
+    std::memcpy(data_ + index * row_size_, &row, static_cast<std::size_t>(row_size_));
+  }
+
+ private:
+  py::array array_;
+  char* data_;
+  py::ssize_t row_size_;
+};
+
+py::dtype leveledPairType() {
+  const py::dtype pair = py::dtype::of<PairRow>();
+  const py::dict fields = pair.attr("fields");
+  py::list names, formats, offsets;
+  for (const py::handle& name : pair.attr("names")) {
+    names.append(name);
+    formats.append(fields[name][py::int_(0)]);
+    offsets.append(fields[name][py::int_(1)]);
+  }
+  names.append("level");
+  formats.append(py::dtype::of<std::int64_t>());
+  offsets.append(offsetof(LevelRow, level));
+  return {names, formats, offsets, sizeof(LevelRow)};
+}
+
 namespace {
 
 constexpr int kMaxThreads = 1024;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// A new array; of one item for a single state, where `shape` goes on behind the states.
-template <typename Item>
-py::array_t<Item> newArray(const JointPositions& positions, std::vector<py::ssize_t> shape) {
+py::array newArray(const py::dtype& type, const JointPositions& positions, std::vector<py::ssize_t> shape) {
   if (!positions.isSingleState()) shape.insert(shape.begin(), positions.count());
-  py::ssize_t bytes = sizeof(Item);
+  py::ssize_t bytes = type.itemsize();
   for (const py::ssize_t length : shape)
     if (__builtin_mul_overflow(bytes, std::max<py::ssize_t>(1, length), &bytes)) throw std::bad_alloc();
-  return py::array_t<Item>(shape);
+  return {type, shape};
+}
+
+template <typename Item>
+py::array_t<Item> newArray(const JointPositions& positions, const std::vector<py::ssize_t>& shape) {
+  return newArray(py::dtype::of<Item>(), positions, shape);
 }
 
 /// An array without dimensions as what it holds: a numpy.void, whose fields are found by their names too.
-template <typename Item>
-py::object scalarIfSingle(const py::array_t<Item>& array) {
+py::object scalarIfSingle(const py::array& array) {
   return array.ndim() == 0 ? py::object(array[py::tuple()]) : py::object(array);
 }
 
@@ -86,37 +126,41 @@ struct Closest {
 constexpr auto kMinimum = [](scene::SceneBatch & batch, const JointPositions::Block& states) -> const auto& {
   return batch.minimum(states);
 };
+struct Deciding {
+  const scene::LevelThresholds& thresholds;
+  const auto& operator()(scene::SceneBatch& batch, const JointPositions::Block& states) const {
+    return batch.deciding(states, thresholds);
+  }
+};
 
-/// Writes k rows about one state; those that there are no pairs for are Unknown.
-void writeRows(Eigen::Index state, const StatePairs& pairs, Eigen::Index k, const scene::Candidates& candidates,
-               PairRow* rows) {
-  for (Eigen::Index i = 0; i < k; ++i)
-    rows[i] = rowOf(state, i < pairs.count ? pairs.first[i] : scene::PairProximity{}, candidates);
+/// The i-th pair of a state; one that there is none for is Unknown.
+scene::PairProximity pairOf(const StatePairs& pairs, Eigen::Index i) {
+  return i < pairs.count ? pairs.first[i] : scene::PairProximity{};
 }
 
 /// The rows of all pairs of a block; a state without an answer has one row, which is Unknown.
-std::vector<PairRow> listedRows(const scene::StatePairs& lists, Eigen::Index first,
-                                const scene::Candidates& candidates) {
-  std::vector<PairRow> rows;
+std::vector<LevelRow> listedRows(const scene::StatePairs& lists, Eigen::Index first,
+                                 const scene::Candidates& candidates, const scene::LevelThresholds* thresholds) {
+  std::vector<LevelRow> rows;
   rows.reserve(lists.pairs.size());
-  for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(lists.unknown.size()); ++i) {
-    const bool is_unknown = lists.unknown[static_cast<std::size_t>(i)] != 0;
-    const StatePairs pairs = pairsOf(lists, i);
-    const auto count = static_cast<std::size_t>(is_unknown ? 1 : pairs.count);
-    rows.resize(rows.size() + count);
-    writeRows(first + i, pairs, static_cast<Eigen::Index>(count), candidates, rows.data() + rows.size() - count);
+  for (Eigen::Index state = 0; state < static_cast<Eigen::Index>(lists.unknown.size()); ++state) {
+    const bool is_unknown = lists.unknown[static_cast<std::size_t>(state)] != 0;
+    const StatePairs pairs = pairsOf(lists, state);
+    for (Eigen::Index i = 0; i < (is_unknown ? 1 : pairs.count); ++i)
+      rows.push_back(rowOf(first + state, pairOf(pairs, i), candidates, thresholds));
   }
   return rows;
 }
 
 /// With the GIL: the rows of all blocks in one array.
-py::array_t<PairRow> joined(const std::map<Eigen::Index, std::vector<PairRow>>& blocks) {
+py::array joined(const std::map<Eigen::Index, std::vector<LevelRow>>& blocks, const py::dtype& type) {
   py::ssize_t count = 0;
   for (const auto& [first, rows] : blocks) count += static_cast<py::ssize_t>(rows.size());
-  py::array_t<PairRow> all(count);
-  PairRow* out = all.mutable_data();
-  for (const auto& [first, rows] : blocks) out = std::copy(rows.begin(), rows.end(), out);
-  return all;
+  RowTable all(py::array(type, std::vector<py::ssize_t>{count}));
+  Eigen::Index next = 0;
+  for (const auto& [first, rows] : blocks)
+    for (const LevelRow& row : rows) all.write(next++, row);
+  return all.array();
 }
 
 /// Whether kinematics looks at the column of the joint.
@@ -157,8 +201,13 @@ void writeGradients(const JointPositions::Block& block, Eigen::Index state, cons
 
 }  // namespace
 
-Robot::Robot(std::shared_ptr<const scene::SceneModel> model, int threads)
-    : model_(std::move(model)), prototype_(model_), threads_(1) {
+Robot::Robot(std::shared_ptr<const scene::SceneModel> model, std::optional<scene::LevelThresholds> thresholds,
+             int threads)
+    : model_(std::move(model)),
+      thresholds_(std::move(thresholds)),
+      row_type_(thresholds_ ? leveledPairType() : py::dtype::of<PairRow>()),
+      prototype_(model_),
+      threads_(1) {
   setThreads(threads);
 }
 
@@ -206,14 +255,15 @@ void Robot::answerBlocks(const JointPositions& positions, const Answer& answer) 
 }
 
 template <typename Ask>
-void Robot::answerRows(const JointPositions& positions, Eigen::Index k, const Ask& ask, PairRow* rows,
+void Robot::answerRows(const JointPositions& positions, Eigen::Index k, const Ask& ask, RowTable& rows,
                        double* gradients) {
   answerBlocks(positions, [&](Scratch& scratch, const JointPositions::Block& block, Eigen::Index first) {
     const auto& answers = ask(scratch.batch, block);
     for (Eigen::Index i = 0; i < block.rows(); ++i) {
       const StatePairs pairs = pairsOf(answers, i);
       const Eigen::Index begin = (first + i) * k;
-      writeRows(first + i, pairs, k, scratch.batch.candidates(), rows + begin);
+      for (Eigen::Index j = 0; j < k; ++j)
+        rows.write(begin + j, rowOf(first + i, pairOf(pairs, j), scratch.batch.candidates(), thresholds()));
       if (gradients) writeGradients(block, i, pairs, k, scratch, gradients + begin * block.cols());
     }
   });
@@ -221,32 +271,40 @@ void Robot::answerRows(const JointPositions& positions, Eigen::Index k, const As
 
 py::object Robot::minimum(const py::object& q) {
   const JointPositions positions(q, model_->robot);
-  py::array_t<PairRow> rows = newArray<PairRow>(positions, {});
-  answerRows(positions, 1, kMinimum, rows.mutable_data(), nullptr);
-  return scalarIfSingle(rows);
+  RowTable rows(newArray(row_type_, positions, {}));
+  answerRows(positions, 1, kMinimum, rows, nullptr);
+  return scalarIfSingle(rows.array());
+}
+
+py::object Robot::level(const py::object& q) {
+  if (!thresholds_) throw std::invalid_argument("the robot was made without thresholds=, and has no levels");
+  const JointPositions positions(q, model_->robot);
+  RowTable rows(newArray(row_type_, positions, {}));
+  answerRows(positions, 1, Deciding{*thresholds_}, rows, nullptr);
+  return scalarIfSingle(rows.array());
 }
 
 py::object Robot::closest(const py::object& q, long k) {
   const JointPositions positions(q, model_->robot);
   const Closest ask{checkedCount(k)};
-  py::array_t<PairRow> rows = newArray<PairRow>(positions, {k});
-  answerRows(positions, k, ask, rows.mutable_data(), nullptr);
-  return std::move(rows);
+  RowTable rows(newArray(row_type_, positions, {k}));
+  answerRows(positions, k, ask, rows, nullptr);
+  return rows.array();
 }
 
 py::tuple Robot::gradient(const py::object& q, std::optional<long> k) {
   const JointPositions positions(q, model_->robot);
   std::vector<py::ssize_t> shape;
   if (k) shape.push_back(checkedCount(*k));
-  py::array_t<PairRow> rows = newArray<PairRow>(positions, shape);
+  RowTable rows(newArray(row_type_, positions, shape));
   shape.push_back(static_cast<py::ssize_t>(model_->robot.joints.size()));
   py::array_t<double> gradients = newArray<double>(positions, shape);
   if (k) {
-    answerRows(positions, *k, Closest{checkedCount(*k)}, rows.mutable_data(), gradients.mutable_data());
+    answerRows(positions, *k, Closest{checkedCount(*k)}, rows, gradients.mutable_data());
   } else {
-    answerRows(positions, 1, kMinimum, rows.mutable_data(), gradients.mutable_data());
+    answerRows(positions, 1, kMinimum, rows, gradients.mutable_data());
   }
-  return py::make_tuple(scalarIfSingle(rows), gradients);
+  return py::make_tuple(scalarIfSingle(rows.array()), gradients);
 }
 
 py::object Robot::below(const py::object& q, double distance) {
@@ -264,13 +322,14 @@ py::object Robot::below(const py::object& q, double distance) {
 py::object Robot::pairsBelow(const py::object& q, double distance) {
   const JointPositions positions(q, model_->robot);
   std::mutex mutex;
-  std::map<Eigen::Index, std::vector<PairRow>> found;  // by the first state of the block
+  std::map<Eigen::Index, std::vector<LevelRow>> found;  // by the first state of the block
   answerBlocks(positions, [&](Scratch& scratch, const JointPositions::Block& block, Eigen::Index first) {
-    std::vector<PairRow> rows = listedRows(scratch.batch.below(block, distance), first, scratch.batch.candidates());
+    std::vector<LevelRow> rows =
+        listedRows(scratch.batch.below(block, distance), first, scratch.batch.candidates(), thresholds());
     const std::lock_guard<std::mutex> lock(mutex);
     found.emplace(first, std::move(rows));
   });
-  return joined(found);
+  return joined(found, row_type_);
 }
 
 }  // namespace proximity_server::python

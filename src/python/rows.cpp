@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "proximity_server/scene/query/clearance_level.h"
+
 namespace proximity_server::python {
 namespace {
 
@@ -19,6 +21,11 @@ static_assert(static_cast<int>(scene::StateVerdict::Kind::Unknown) == 0 &&
 static_assert(static_cast<int>(Representation::Exact) == 0 && static_cast<int>(Representation::ConvexHull) == 1 &&
               static_cast<int>(Representation::Decomposed) == 2 && static_cast<int>(Representation::Triangles) == 3);
 
+static_assert(static_cast<int>(scene::ClearanceLevel::Clear) == 0 &&
+              static_cast<int>(scene::ClearanceLevel::Warn) == 1 &&
+              static_cast<int>(scene::ClearanceLevel::Stop) == 2 &&
+              static_cast<int>(scene::ClearanceLevel::Collision) == 3 && kInvalidLevel == 4);
+
 std::pair<int, int> linksOf(const scene::ShapeRefPair& pair) { return {pair.a.link, pair.b.link}; }
 
 /// The candidates are sorted by their links, as PairTable::pairs are. Returns -1 for no candidate.
@@ -34,11 +41,13 @@ std::array<double, 3> arrayOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), 
 
 }  // namespace
 
-PairRow rowOf(Eigen::Index state, const scene::PairProximity& pair, const scene::Candidates& candidates) {
-  PairRow row;
+LevelRow rowOf(Eigen::Index state, const scene::PairProximity& pair, const scene::Candidates& candidates,
+               const scene::LevelThresholds* thresholds) {
+  LevelRow with_level;
+  PairRow& row = with_level.pair;
   row.state = state;
   const narrowphase::SignedDistance& result = pair.result;
-  if (result.status == Status::Unknown) return row;
+  if (result.status == Status::Unknown) return with_level;
   row.status = static_cast<std::uint8_t>(result.status);
   row.unique = result.unique;
   row.depth_is_lower_bound = pair.depth_is_lower_bound;
@@ -50,7 +59,8 @@ PairRow rowOf(Eigen::Index state, const scene::PairProximity& pair, const scene:
   row.point_a = arrayOf(result.point_a);
   row.point_b = arrayOf(result.point_b);
   row.normal = arrayOf(result.normal);
-  return row;
+  if (thresholds) with_level.level = static_cast<std::int64_t>(levelOf(pair, *thresholds).level);
+  return with_level;
 }
 
 VerdictRow rowOf(const scene::StateVerdict& verdict) { return {static_cast<std::int32_t>(verdict.kind), verdict.pair}; }

@@ -21,6 +21,9 @@ The fields of PAIR, the dtype of rows about a pair in a state:
     point_a, point_b      [m] closest (or deepest) points, on the first and the second link of the pair; NaN if there are none
     normal                unit vector from the first towards the second link: point_b = point_a + distance * normal
 
+LEVELED_PAIR, the dtype of these rows if the robot has thresholds, has one more:
+    level                 see Level; of the pair by its own thresholds, decided by the lower bound
+
 The fields of VERDICT, the dtype of Robot.below:
     verdict               see Verdict
     pair                  number in Robot.pairs of a pair that is below; -1 if there is none
@@ -28,9 +31,9 @@ The fields of VERDICT, the dtype of Robot.below:
 
 import enum
 
-from proximity._native import PAIR, VERDICT, Joint, Robot
+from proximity._native import LEVELED_PAIR, PAIR, VERDICT, Joint, Robot
 
-__all__ = ["PAIR", "VERDICT", "Joint", "Representation", "Robot", "Status", "Verdict"]
+__all__ = ["LEVELED_PAIR", "PAIR", "VERDICT", "Joint", "Level", "Representation", "Robot", "Status", "Verdict"]
 
 
 class Status(enum.IntEnum):
@@ -49,6 +52,16 @@ class Verdict(enum.IntEnum):
     UNKNOWN = 0  #: no answer: a position is not finite
     ABOVE = 1  #: proven: every pair is farther
     BELOW = 2  #: a pair is not proven to be farther
+
+
+class Level(enum.IntEnum):
+    """How near a pair is by its own thresholds; the numbers are those of Clearance.msg, the worst last."""
+
+    CLEAR = 0  #: farther than its warn distance
+    WARN = 1  #: at or below its warn distance
+    STOP = 2  #: at or below its stop distance
+    COLLISION = 3  #: touching or overlapping
+    INVALID = 4  #: no answer
 
 
 class Representation(enum.IntEnum):

@@ -8,6 +8,7 @@ import numpy.typing
 
 _Path = Union[str, os.PathLike[str]]
 
+LEVELED_PAIR: numpy.dtype[numpy.void]
 PAIR: numpy.dtype[numpy.void]
 VERDICT: numpy.dtype[numpy.void]
 
@@ -35,6 +36,7 @@ class Robot:
         group: str = "",
         exclude_pairs: Sequence[tuple[str, str]] = [],
         only_pairs: Sequence[tuple[str, str]] = [],
+        thresholds: Optional[_Path] = None,
         threads: Optional[int] = None,
     ) -> None: ...
     @staticmethod
@@ -49,6 +51,7 @@ class Robot:
         group: str = "",
         exclude_pairs: Sequence[tuple[str, str]] = [],
         only_pairs: Sequence[tuple[str, str]] = [],
+        thresholds: str = "",
         threads: Optional[int] = None,
     ) -> Robot: ...
     @property
@@ -67,8 +70,9 @@ class Robot:
     def threads(self) -> int: ...
     @threads.setter
     def threads(self, threads: int) -> None: ...
-    # An array for many states, a numpy.void for one; both have the fields of PAIR or VERDICT.
+    # An array for many states, a numpy.void for one; both have the fields of PAIR, LEVELED_PAIR or VERDICT.
     def minimum(self, q: numpy.typing.ArrayLike) -> Any: ...
+    def level(self, q: numpy.typing.ArrayLike) -> Any: ...
     def closest(self, q: numpy.typing.ArrayLike, k: int) -> numpy.typing.NDArray[numpy.void]: ...
     def below(self, q: numpy.typing.ArrayLike, distance: float) -> Any: ...
     def pairs_below(self, q: numpy.typing.ArrayLike, distance: float) -> numpy.typing.NDArray[numpy.void]: ...

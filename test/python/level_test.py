@@ -1,0 +1,153 @@
+#!/usr/bin/env python3
+"""Levels by thresholds of pairs, links and groups, held against all pairs."""
+
+import math
+import pathlib
+import tempfile
+import unittest
+
+import numpy
+
+import cases
+from cases import BALLS, balls, demo, proximity, repeats
+from proximity import Level, Status
+
+# Two pairs of the demo's robot with thresholds of their own; a link before a group.
+FILE = """
+stop_distance: 0.03
+warn_distance: 0.08
+pair_stop_distance: [{links: [torso, left_upper_arm], distance: 0.01}, {links: [torso, right_upper_arm], distance: 0.1}]
+pair_warn_distance: [{links: [torso, left_upper_arm], distance: 0.02}, {links: [right_upper_arm, torso], distance: 0.15}]
+link_warn_distance: {head: 0.12}
+"""
+
+
+def thresholds_of(robot):
+    """The stop and the warn distance of each pair of FILE."""
+    stop, warn = numpy.full(len(robot.pairs), 0.03), numpy.full(len(robot.pairs), 0.08)
+    for number, names in enumerate(robot.pairs):
+        if "head" in names:
+            warn[number] = 0.12
+        if set(names) == {"torso", "left_upper_arm"}:
+            stop[number], warn[number] = 0.01, 0.02
+        if set(names) == {"torso", "right_upper_arm"}:
+            stop[number], warn[number] = 0.1, 0.15
+    return stop, warn
+
+
+def levels_of(rows, stop, warn):
+    """The level of each row by its bound."""
+    lower = rows["lower"]
+    return numpy.select([lower <= 0.0, lower <= stop[rows["pair"]], lower <= warn[rows["pair"]]],
+                        [Level.COLLISION, Level.STOP, Level.WARN], Level.CLEAR)
+
+
+class OfTheDemo(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        path = pathlib.Path(cls.folder.name) / "thresholds.yaml"
+        path.write_text(FILE)
+        cls.plain, cls.robot = demo(), demo(thresholds=path)
+        cls.stop, cls.warn = thresholds_of(cls.robot)
+        cls.q = numpy.random.default_rng(5).uniform(*cls.robot.ranges.T, (repeats(1500), len(cls.robot.joints)))
+        cls.all = cls.plain.closest(cls.q, len(cls.plain.pairs))  # of each state
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def test_rows_have_the_level_of_their_pair_and_are_the_same_otherwise(self):
+        for name, ask in (("minimum", lambda robot: robot.minimum(self.q)), ("closest", lambda robot: robot.closest(self.q, 4)),
+                          ("pairs_below", lambda robot: robot.pairs_below(self.q, 0.11)),
+                          ("gradient", lambda robot: robot.gradient(self.q[:50])[0])):
+            with self.subTest(name):
+                rows, plain = ask(self.robot), ask(self.plain)
+                self.assertEqual((proximity.LEVELED_PAIR, proximity.PAIR), (rows.dtype, plain.dtype))
+                numpy.testing.assert_array_equal(levels_of(plain, self.stop, self.warn), rows["level"])
+                for field in plain.dtype.names:
+                    self.assertEqual(plain[field].tobytes(), rows[field].tobytes(), field)
+
+    def test_level_is_the_pair_with_the_worst_level_and_of_these_that_with_the_smallest_difference(self):
+        found = self.robot.level(self.q)
+        levels = levels_of(self.all, self.stop, self.warn)
+        threshold = numpy.choose(levels, [self.warn[self.all["pair"]], self.warn[self.all["pair"]],
+                                          self.stop[self.all["pair"]], 0.0 * self.all["distance"]])
+        excess = numpy.where(levels == levels.max(axis=1, keepdims=True), self.all["distance"] - threshold, math.inf)
+        place = excess.argmin(axis=1)
+        numpy.testing.assert_array_equal(levels.max(axis=1), found["level"])
+        expected = numpy.take_along_axis(self.all, place[:, None], axis=1)[:, 0]
+        for field in ("pair", "distance", "lower", "upper", "point_a", "normal", "state"):
+            numpy.testing.assert_array_equal(expected[field], found[field])
+        # It is not always the closest pair, and every level is there.
+        self.assertGreater((found["pair"] != self.all["pair"][:, 0]).mean(), 0.05)
+        self.assertEqual(set(Level) - {Level.INVALID}, set(found["level"]))
+
+    def test_threads_do_not_matter(self):
+        before = self.robot.level(self.q).tobytes()
+        self.addCleanup(setattr, self.robot, "threads", self.robot.threads)
+        self.robot.threads = 3
+        self.assertEqual(before, self.robot.level(self.q).tobytes())
+
+
+class OnPaper(unittest.TestCase):
+    """Base and arm are 0.7 m apart at 0, base and lamp sqrt(26) - 0.6 = 4.499 m, arm and lamp sqrt(29) - 0.7 = 4.685 m."""
+
+    def test_the_pair_that_sets_the_level_need_not_be_the_closest(self):
+        robot = balls(thresholds="pair_warn_distance: [{links: [lamp, arm], distance: 4.7}]")
+        row = robot.level([0.0, 0.0, 0.0])
+        self.assertEqual(("arm", "lamp", Level.WARN), (*robot.pairs[row["pair"]], row["level"]))
+        self.assertAlmostEqual(math.sqrt(29.0) - 0.7, row["distance"], delta=1e-12)
+        closest = robot.minimum([0.0, 0.0, 0.0])
+        self.assertEqual(("base", "arm", Level.CLEAR), (*robot.pairs[closest["pair"]], closest["level"]))
+
+    def test_a_clear_state_names_the_pair_that_is_nearest_to_its_warn_distance(self):
+        robot = balls(thresholds="link_warn_distance: {lamp: 4}")
+        row = robot.level([[0.0, 0.0, 0.0]])[0]
+        self.assertEqual(("base", "lamp", Level.CLEAR), (*robot.pairs[row["pair"]], row["level"]))
+
+    def test_a_group_is_one_of_the_srdf(self):
+        srdf = '<robot name="balls"><group name="lights"><joint name="up"/></group></robot>'
+        robot = balls(srdf=srdf, thresholds="group_warn_distance: {lights: 4.5}\ngroup_stop_distance: {lights: 4.4}")
+        row = robot.level([0.0, 0.0, 0.0])
+        self.assertEqual(("base", "lamp", Level.WARN), (*robot.pairs[row["pair"]], row["level"]))
+
+    def test_a_state_without_an_answer_is_invalid(self):
+        robot = balls(thresholds="stop_distance: 0")
+        rows = robot.level([[math.nan, 0.0, 0.0], [0.0, 0.0, 0.0]])
+        self.assertEqual([Level.INVALID, Level.CLEAR], list(rows["level"]))
+        self.assertEqual(Status.UNKNOWN, rows["status"][0])
+        self.assertEqual([Level.INVALID], list(robot.pairs_below([[math.nan, 0.0, 0.0]], 1.0)["level"]))
+        self.assertEqual([Level.CLEAR] * 3 + [Level.INVALID], list(robot.closest([0.0, 0.0, 0.0], 4)["level"]))
+
+    def test_a_file_with_nothing_in_it_means_the_defaults(self):
+        self.assertEqual(Level.CLEAR, balls(thresholds="{}").level([0.0, 0.0, 0.0])["level"])
+
+
+class Refusals(unittest.TestCase):
+    def test_without_thresholds_there_are_no_levels(self):
+        robot = balls()
+        self.assertEqual(proximity.PAIR, robot.minimum([[0.0, 0.0, 0.0]]).dtype)
+        with self.assertRaisesRegex(ValueError, "thresholds="):
+            robot.level([0.0, 0.0, 0.0])
+
+    def test_what_is_wrong_is_named_with_its_place(self):
+        for text, words in (("stop_distanc: 1", "the thresholds.*stop_distanc"), ("stop_distance: -1", "the thresholds.*negative"),
+                            ("link_stop_distance: {moon: 1}", "the thresholds: link_stop_distance.*moon"),
+                            ("stop_distance: 1", "the stop distance of two links is 1, above")):
+            with self.subTest(text), self.assertRaisesRegex(ValueError, words):
+                balls(thresholds=text)
+
+    def test_a_file_is_named(self):
+        with tempfile.TemporaryDirectory() as folder:
+            urdf, wrong = pathlib.Path(folder) / "balls.urdf", pathlib.Path(folder) / "wrong.yaml"
+            urdf.write_text(BALLS)
+            wrong.write_text("link_stop_distance: {moon: 1}")
+            with self.assertRaisesRegex(ValueError, "wrong.yaml: link_stop_distance"):
+                proximity.Robot(urdf, thresholds=wrong)
+            with self.assertRaises(FileNotFoundError):
+                proximity.Robot(urdf, thresholds=pathlib.Path(folder) / "absent.yaml")
+
+
+if __name__ == "__main__":
+    cases.main()
