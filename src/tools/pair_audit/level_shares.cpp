@@ -12,24 +12,11 @@
 namespace proximity_server::tools {
 namespace {
 
-using LinkPairs = std::map<std::pair<int, int>, scene::StopAndWarn>;
-
-Eigen::MatrixXd randomStates(const scene::RobotModel& robot, unsigned long seed) {
-  const std::vector<scene::JointRange> ranges = scene::jointRanges(robot);
-  std::mt19937_64 random(seed);
-  Eigen::MatrixXd states(LevelCounts::kStates, robot.joints.size());
-  for (Eigen::Index i = 0; i < states.rows(); ++i) {
-    const scene::Positions positions = scene::randomPositions(robot, ranges, random);
-    states.row(i) = Eigen::Map<const Eigen::RowVectorXd>(positions.data(), states.cols());
-  }
-  return states;
-}
-
-/// 0: CLEAR to 3: COLLISION. As in the node, the lower bound decides.
-std::size_t levelAt(double lower_bound, const scene::StopAndWarn& thresholds) {
-  if (!(lower_bound > 0.0)) return 3;
-  if (!(lower_bound > thresholds.stop)) return 2;
-  return lower_bound > thresholds.warn ? 0 : 1;
+/// As in the node, the lower bound of the distance decides.
+Level levelAt(double lower_bound, const scene::StopAndWarn& thresholds) {
+  if (!(lower_bound > 0.0)) return Level::Collision;
+  if (!(lower_bound > thresholds.stop)) return Level::Stop;
+  return lower_bound > thresholds.warn ? Level::Clear : Level::Warn;
 }
 
 std::string rowText(const char* name, const LevelCounts& counts) {
@@ -44,23 +31,56 @@ std::string rowText(const char* name, const LevelCounts& counts) {
 
 }  // namespace
 
-LevelCounts countLevels(const std::shared_ptr<const scene::SceneModel>& model, const scene::StopAndWarn& usual,
-                        const std::vector<scene::AlwaysNear>& own, unsigned long seed) {
-  LinkPairs fitting;
-  for (const scene::AlwaysNear& each : own) {
-    fitting[{each.pair.a.link, each.pair.b.link}] = scene::fittingThresholds(each, usual);
+const char* toString(Level level) {
+  switch (level) {
+    case Level::Clear:
+      return "CLEAR";
+    case Level::Warn:
+      return "WARN";
+    case Level::Stop:
+      return "STOP";
+    case Level::Collision:
+      return "COLLISION";
+  }
+  return "unknown";
+}
+
+Eigen::MatrixXd randomStates(const scene::RobotModel& robot, unsigned long seed) {
+  const std::vector<scene::JointRange> ranges = scene::jointRanges(robot);
+  std::mt19937_64 random(seed);
+  Eigen::MatrixXd states(LevelCounts::kStates, robot.joints.size());
+  for (Eigen::Index i = 0; i < states.rows(); ++i) {
+    const scene::Positions positions = scene::randomPositions(robot, ranges, random);
+    states.row(i) = Eigen::Map<const Eigen::RowVectorXd>(positions.data(), states.cols());
+  }
+  return states;
+}
+
+std::vector<Level> levelsIn(const Eigen::MatrixXd& states, const std::shared_ptr<const scene::SceneModel>& model,
+                            const PairLevels& thresholds) {
+  std::map<std::pair<int, int>, scene::StopAndWarn> own;
+  for (const scene::AlwaysNear& each : thresholds.own) {
+    own[{each.pair.a.link, each.pair.b.link}] = scene::fittingThresholds(each, thresholds.usual);
   }
   scene::SceneBatch batch(model);
-  const scene::StatePairs& near = batch.below(randomStates(model->robot, seed), usual.warn);
-  LevelCounts counts;
-  for (std::size_t state = 0; state + 1 < near.begins.size(); ++state) {
-    std::size_t level = 0;
+  const scene::StatePairs& near = batch.below(states, thresholds.usual.warn);
+  std::vector<Level> levels(static_cast<std::size_t>(states.rows()), Level::Clear);
+  for (std::size_t state = 0; state < levels.size(); ++state) {
     for (std::size_t i = near.begins[state]; i < near.begins[state + 1]; ++i) {
       const scene::PairProximity& pair = near.pairs[i];
-      const auto found = fitting.find({pair.asked.a.link, pair.asked.b.link});
-      level = std::max(level, levelAt(pair.result.lower_bound, found == fitting.end() ? usual : found->second));
+      const auto found = own.find({pair.asked.a.link, pair.asked.b.link});
+      levels[state] = std::max(levels[state],
+                               levelAt(pair.result.lower_bound, found == own.end() ? thresholds.usual : found->second));
     }
-    ++counts.states[level];
+  }
+  return levels;
+}
+
+LevelCounts countLevels(const std::shared_ptr<const scene::SceneModel>& model, const PairLevels& thresholds,
+                        unsigned long seed) {
+  LevelCounts counts;
+  for (const Level level : levelsIn(randomStates(model->robot, seed), model, thresholds)) {
+    ++counts.states[static_cast<std::size_t>(level)];
   }
   return counts;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <memory>
 #include <string>
@@ -10,16 +11,29 @@
 
 namespace proximity_server::tools {
 
-/// In how many of `kStates` random states the node's level is CLEAR, WARN, STOP and COLLISION.
+enum class Level : unsigned char { Clear, Warn, Stop, Collision };
+const char* toString(Level level);  ///< "CLEAR"
+
+/// What the pairs are held to: those of `own` to the thresholds that fit them, see scene::fittingThresholds(), all others to `usual`.
+struct PairLevels {
+  scene::StopAndWarn usual;
+  std::vector<scene::AlwaysNear> own;
+};
+
+/// Random positions of the joints within their ranges, a row for each state; the same for the same seed.
+Eigen::MatrixXd randomStates(const scene::RobotModel& robot, unsigned long seed);
+
+/// The level of each state: the worst of its checked pairs.
+std::vector<Level> levelsIn(const Eigen::MatrixXd& states, const std::shared_ptr<const scene::SceneModel>& model,
+                            const PairLevels& thresholds);
+
+/// How many of the random states have each level.
 struct LevelCounts {
   static constexpr int kStates = 500;
   std::array<int, 4> states{};
 };
-
-/// The level of a state is the worst of its checked pairs; each is held to `usual` thresholds, but the pairs of `own` to those that
-/// fit them, see scene::fittingThresholds(). Joints are uniform within their ranges.
-LevelCounts countLevels(const std::shared_ptr<const scene::SceneModel>& model, const scene::StopAndWarn& usual,
-                        const std::vector<scene::AlwaysNear>& own, unsigned long seed);
+LevelCounts countLevels(const std::shared_ptr<const scene::SceneModel>& model, const PairLevels& thresholds,
+                        unsigned long seed);
 
 /// A table with a row for each of them.
 std::string levelTable(const LevelCounts& before, const LevelCounts& after);

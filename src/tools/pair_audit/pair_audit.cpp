@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "proximity_server/scene/query/always_near.h"
+#include "tools/command_line/csv.h"
 #include "tools/command_line/number_options.h"
 #include "tools/command_line/output_file.h"
 #include "tools/command_line/progress_bar.h"
@@ -19,6 +20,7 @@
 #include "tools/pair_audit/audit_report.h"
 #include "tools/pair_audit/level_shares.h"
 #include "tools/pair_audit/pair_study.h"
+#include "tools/pair_audit/robot_setup.h"
 #include "tools/pair_audit/srdf_writer.h"
 
 namespace proximity_server::tools {
@@ -29,7 +31,7 @@ constexpr scene::StopAndWarn kUsual{0.02, 0.05};  // [m] the defaults of the nod
 struct Arguments {
   RobotFiles robot;
   StudyOptions study;
-  std::string write, write_thresholds;
+  std::string write, write_thresholds, setup;
 };
 
 void declare(CLI::App& app, Arguments& arguments) {
@@ -52,6 +54,10 @@ void declare(CLI::App& app, Arguments& arguments) {
   addFile("--write", arguments.write, "an SRDF that disables what is adjacent, always in contact or never near");
   addFile("--write-thresholds", arguments.write_thresholds,
           "parameters of the node (YAML): stop and warn distances for the pairs that are always near");
+  app.add_option(
+         "--setup", arguments.setup,
+         "a new folder with all that the node needs for the robot: URDF, SRDF, thresholds, launch file, rostest")
+      ->type_name("DIR");
   addThreads(app, study.threads);
 }
 
@@ -78,51 +84,71 @@ scene::StopAndWarn usualOf(const StudyOptions& options) {
   return {options.distance, std::max(options.distance, options.warn_distance)};
 }
 
-/// What the tool proposes for a robot.
+/// What the tool proposes for a robot, as far as the options ask for it.
 struct Proposal {
   std::string srdf;
-  std::vector<scene::AlwaysNear> near;
+  std::shared_ptr<const scene::SceneModel> model;  ///< with that SRDF
+  PairLevels thresholds;
 };
 
-/// The table of levels with the given SRDF and the usual thresholds, and with the proposal.
-std::string sharesText(const std::shared_ptr<const scene::SceneModel>& model, const Proposal& proposal,
-                       const StudyOptions& options) {
-  const scene::StopAndWarn usual = usualOf(options);
-  const auto proposed = std::make_shared<const scene::SceneModel>(
-      scene::SceneModel{model->robot, scene::filterPairs(model->robot, proposal.srdf)});
-  return levelTable(countLevels(model, usual, {}, options.seed),
-                    countLevels(proposed, usual, proposal.near, options.seed));
+Proposal propose(const Arguments& arguments, const scene::SceneModel& model, const PairStudy& study) {
+  const bool has_srdf = !arguments.write.empty() || !arguments.setup.empty();
+  const bool has_thresholds = !arguments.write_thresholds.empty() || !arguments.setup.empty();
+  const std::string given = srdfOf(arguments);
+  const std::string srdf = has_srdf ? writeSrdf(given, model.robot, study) : given;
+  const auto proposed =
+      std::make_shared<const scene::SceneModel>(scene::SceneModel{model.robot, scene::filterPairs(model.robot, srdf)});
+  const scene::StopAndWarn usual = usualOf(arguments.study);
+  return {
+      srdf, proposed, {usual, has_thresholds ? alwaysNear(study, proposed->pairs) : std::vector<scene::AlwaysNear>()}};
 }
 
-std::string thresholdsText(const scene::SceneModel& model, const Proposal& proposal, const StudyOptions& options) {
-  return "# Stop and warn distances of the pairs of \"" + model.robot.name +
-         "\" that are always near, with the distances that were seen.\n" +
-         scene::thresholdsYaml(model.robot, proposal.near, usualOf(options));
+std::string thresholdsText(const Proposal& proposal) {
+  return "# Stop and warn distances of the pairs that are always near, with the distances that were seen.\n" +
+         scene::thresholdsYaml(proposal.model->robot, proposal.thresholds.own, proposal.thresholds.usual);
 }
 
-/// Writes the files that the options ask for.
+std::string parametersText(const Proposal& proposal, const RobotFiles& files) {
+  const scene::StopAndWarn& usual = proposal.thresholds.usual;
+  return "# Parameters of proximity_server_node; config/README.md of the package has all of them.\nstop_distance: " +
+         numberText(usual.stop) + "\nwarn_distance: " + numberText(usual.warn) + "\n" +
+         (files.mesh_tolerance ? "mesh_tolerance: " + numberText(*files.mesh_tolerance) + "\n" : "") +
+         thresholdsText(proposal);
+}
+
+void writeSetupOf(const Arguments& arguments, const Proposal& proposal) {
+  const RestState rest = restState(proposal.model, proposal.thresholds, arguments.study.seed);
+  writeSetup(arguments.setup, proposal.model->robot,
+             {arguments.robot.urdf, proposal.srdf, parametersText(proposal, arguments.robot), rest});
+  writeTo(std::cout, "standard output",
+          "\n" + arguments.setup + " is ready: roslaunch " + arguments.setup + "/proximity.launch simulate:=true\n");
+}
+
+/// Writes what the options ask for, and the table of levels before and after.
 void writeProposal(const Arguments& arguments, const std::shared_ptr<const scene::SceneModel>& model,
                    const PairStudy& study) {
-  const std::string given = srdfOf(arguments);
-  Proposal proposal{arguments.write.empty() ? given : writeSrdf(given, model->robot, study), {}};
+  const Proposal proposal = propose(arguments, *model, study);
   if (!arguments.write.empty()) writeFile(arguments.write, proposal.srdf);
-  if (!arguments.write_thresholds.empty()) {
-    proposal.near = alwaysNear(study, scene::filterPairs(model->robot, proposal.srdf));
-    writeFile(arguments.write_thresholds, thresholdsText(*model, proposal, arguments.study));
-  }
-  writeTo(std::cout, "standard output", sharesText(model, proposal, arguments.study));
+  if (!arguments.write_thresholds.empty()) writeFile(arguments.write_thresholds, thresholdsText(proposal));
+  const unsigned long seed = arguments.study.seed;
+  writeTo(std::cout, "standard output",
+          levelTable(countLevels(model, {proposal.thresholds.usual, {}}, seed),
+                     countLevels(proposal.model, proposal.thresholds, seed)));
+  if (!arguments.setup.empty()) writeSetupOf(arguments, proposal);
 }
 
 ExitCode run(const Arguments& arguments) {
   for (const std::string& file : {arguments.write, arguments.write_thresholds}) {
     if (!file.empty()) requireWritable(file);
   }
+  if (!arguments.setup.empty()) requireEmpty(arguments.setup);
   const std::shared_ptr<const scene::SceneModel> model = loadSceneModel(arguments.robot);
   printWarnings(*model);
   const PairStudy study = studyWithProgress(model, arguments.study);
   const SrdfGiven srdf = arguments.robot.srdf.empty() ? SrdfGiven::No : SrdfGiven::Yes;
   writeTo(std::cout, "standard output", auditReport(*model, study, srdf));
-  if (!arguments.write.empty() || !arguments.write_thresholds.empty()) writeProposal(arguments, model, study);
+  const bool writes = !arguments.write.empty() || !arguments.write_thresholds.empty() || !arguments.setup.empty();
+  if (writes) writeProposal(arguments, model, study);
   flushTo(std::cout, "standard output");
   return ExitCode::Done;
 }

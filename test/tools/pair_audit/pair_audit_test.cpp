@@ -73,7 +73,7 @@ TEST_F(PairAudit, ClassesAreThoseOfTheDistance) {
   EXPECT_TRUE(says(always[3], "far - rod: from 0.75 m to 2.75 m in ")) << always[3];
   const Lines hidden = linesUnder("disabled, but they come within 3 m (1)", near);
   ASSERT_EQ(hidden.size(), 1U) << near;
-  EXPECT_TRUE(says(hidden[0], "rod - tip: said to be \"Never\", 0.359 m apart at ")) << hidden[0];
+  EXPECT_TRUE(says(hidden[0], "tip - rod: said to be \"Never\", 0.359 m apart at ")) << hidden[0];
 }
 
 // The forearm hangs below the upper arm and folds back onto it. Its cover is fixed to it, and has the joint between
@@ -140,7 +140,7 @@ TEST_F(PairAudit, WritesThresholdsForWhatIsAlwaysNear) {
   ASSERT_EQ(result.exit_code, 0) << result.output;
   const std::string text = readFile(yaml);
   EXPECT_EQ(linesUnder("pair_stop_distance:", text).size(), 0U);  // no indentation
-  EXPECT_TRUE(says(text, "- {links: [far, rod], distance: 0.37}  # has 750 mm to 2.75e+03 mm\n")) << text;
+  EXPECT_TRUE(says(text, "- {links: [far, rod], distance: 0.37}  # stays between 750 mm and 2.75e+03 mm\n")) << text;
   EXPECT_TRUE(says(text, "- {links: [far, rod], distance: 0.56}")) << text;
   EXPECT_FALSE(says(text, "[base, rod]")) << text;
   EXPECT_EQ(linesUnder("The level in 500 random states:", result.output).size(), 3U) << result.output;
@@ -154,6 +154,86 @@ TEST_F(PairAudit, ThresholdsAloneAreThoseOfThePairsThatTheGivenSrdfChecks) {
   ASSERT_EQ(run(options + " --srdf " + srdf_).exit_code, 0);
   EXPECT_FALSE(says(readFile(yaml), "[tip, rod]")) << readFile(yaml);
   EXPECT_TRUE(says(readFile(yaml), "[far, rod]")) << readFile(yaml);
+}
+
+/// The files of a folder, by name.
+std::vector<std::string> filesIn(const std::string& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) names.push_back(entry.path().filename());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+TEST_F(PairAudit, SetupMakesAFolder) {
+  const std::string folder = files_.path("My Robot-2/");
+  const CommandResult result = run("--samples 2000 --srdf " + srdf_ + " --setup '" + folder + "'");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_EQ(filesIn(folder), (Lines{"CMakeLists.txt", "package.xml", "proximity.launch", "proximity.test",
+                                    "proximity.yaml", "rest.yaml", "robot.srdf", "robot.urdf"}));
+  EXPECT_EQ(readFile(folder + "robot.urdf"), kCrossingSliders);
+  EXPECT_TRUE(says(readFile(folder + "robot.srdf"), R"(link1="base" link2="rod" reason="Always")"));
+  EXPECT_TRUE(says(readFile(folder + "package.xml"), "<name>my_robot_2</name>"));
+  EXPECT_TRUE(says(readFile(folder + "CMakeLists.txt"), "project(my_robot_2)"));
+  EXPECT_TRUE(says(readFile(folder + "proximity.yaml"), "stop_distance: 0.02\nwarn_distance: 0.05\n"));
+  EXPECT_TRUE(says(readFile(folder + "proximity.yaml"), "pair_stop_distance: []\n"));
+  EXPECT_TRUE(says(readFile(folder + "rest.yaml"), "level is CLEAR"));
+  EXPECT_TRUE(says(readFile(folder + "rest.yaml"), "joints: [slide, approach, reach, spin]\n"))
+      << readFile(folder + "rest.yaml");
+  EXPECT_TRUE(says(readFile(folder + "rest.yaml"), "- [0, 0, 0, 0, 0]\n"));
+  EXPECT_TRUE(says(readFile(folder + "proximity.test"), R"(<param name="worst_level" value="CLEAR"/>)"));
+}
+
+TEST_F(PairAudit, SetupOverwritesNothing) {
+  const std::string folder = files_.path("robot");
+  std::filesystem::create_directory(folder);
+  std::ofstream(folder + "/robot.srdf") << "mine";
+  const CommandResult result = run("--setup " + folder);
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_TRUE(says(result.output, "robot/robot.srdf: is there already, and --setup overwrites nothing"))
+      << result.output;
+  EXPECT_FALSE(says(result.output, "pairs of links")) << result.output;  // before the study
+  EXPECT_EQ(filesIn(folder), Lines{"robot.srdf"});
+  EXPECT_EQ(readFile(folder + "/robot.srdf"), "mine");
+  EXPECT_TRUE(says(run("--setup " + urdf_).output, urdf_ + ": is not a folder"));
+}
+
+TEST_F(PairAudit, SetupMakesMeshesAbsolute) {
+  files_.write("tip.stl",
+               "solid t\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n"
+               "endfacet\nendsolid t\n");
+  const std::string urdf = files_.write("mesh.urdf", R"(<robot name="m"><link name="a"><collision><geometry>
+      <mesh filename="tip.stl"/></geometry></collision></link></robot>)");
+  const std::string folder = files_.path("meshes");
+  const CommandResult result = runCommand(PAIR_AUDIT " " + urdf + " --setup " + folder + " 2>&1");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_TRUE(says(readFile(folder + "/robot.urdf"), "filename=\"file://" + files_.path("tip.stl") + "\""));
+}
+
+/// The position in which a joint rests that moves a box of 1 m away from another one; at 0 they are `gap` [m] apart.
+double restOf(const TemporaryFiles& files, const std::string& gap) {
+  const std::string urdf = files.write("rest.urdf", R"(<robot name="r">
+      <link name="a"><collision><geometry><box size="1 1 1"/></geometry></collision></link>
+      <link name="b"><collision><origin xyz="1 0 0"/><geometry><box size="1 1 1"/></geometry></collision></link>
+      <joint name="j" type="prismatic"><parent link="a"/><child link="b"/><origin xyz=")" +
+                                                        gap +
+                                                        R"( 0 0"/><axis xyz="1 0 0"/>
+      <limit lower="0" upper="1.5" effort="1" velocity="1"/></joint></robot>)");
+  const std::string srdf =
+      files.write("rest.srdf", R"(<robot name="r"><enable_collisions link1="a" link2="b"/></robot>)");
+  const std::string folder = files.path("rest");
+  const CommandResult result =
+      runCommand(PAIR_AUDIT " " + urdf + " --samples 2000 --srdf " + srdf + " --setup " + folder + " 2>&1");
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  const std::string rest = readFile(folder + "/rest.yaml");
+  std::filesystem::remove_all(folder);
+  const std::size_t row = rest.find("- [0, ");
+  return row == std::string::npos ? -1.0 : std::stod(rest.substr(row + 6));
+}
+
+TEST_F(PairAudit, SetupRestsAtZeroOrInTheMiddleIfTheLevelIsNotStop) {
+  EXPECT_EQ(restOf(files_, "0.03"), 0.0);   // WARN
+  EXPECT_EQ(restOf(files_, "0.01"), 0.75);  // 0 is STOP
+  EXPECT_GT(restOf(files_, "-1"), 1.05);    // the middle is in collision, too
 }
 
 TEST_F(PairAudit, SaysTheSameForAnyNumberOfThreads) {
