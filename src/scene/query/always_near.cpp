@@ -103,6 +103,16 @@ StopAndWarn fittingThresholds(const AlwaysNear& pair, const StopAndWarn& usual) 
   return {roundedDown(std::min(usual.stop, 0.5 * reference)), roundedDown(std::min(usual.warn, 0.75 * reference))};
 }
 
+LevelThresholds fittingThresholds(const std::vector<AlwaysNear>& near, const StopAndWarn& usual) {
+  LevelThresholds thresholds{{usual.stop, usual.stop}, {usual.warn, usual.warn}};
+  for (const AlwaysNear& pair : near) {
+    const StopAndWarn fitting = fittingThresholds(pair, usual);
+    thresholds.stop.setPair(pair.pair.a.link, pair.pair.b.link, fitting.stop);
+    thresholds.warn.setPair(pair.pair.a.link, pair.pair.b.link, fitting.warn);
+  }
+  return thresholds;
+}
+
 std::string distancesText(const AlwaysNear& pair) {
   if (pair.smallest > 0.0 && pair.largest - pair.smallest < kSame) return "stays at " + millimetres(pair.smallest);
   const std::string smallest = pair.smallest > 0.0 ? millimetres(pair.smallest) : "contact";

@@ -1,23 +1,13 @@
 #include "tools/pair_audit/level_shares.h"
 
-#include <algorithm>
 #include <cstdio>
-#include <map>
 #include <random>
-#include <utility>
 
 #include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 
 namespace proximity_server::tools {
 namespace {
-
-/// As in the node, the lower bound of the distance decides.
-Level levelAt(double lower_bound, const scene::StopAndWarn& thresholds) {
-  if (!(lower_bound > 0.0)) return Level::Collision;
-  if (!(lower_bound > thresholds.stop)) return Level::Stop;
-  return lower_bound > thresholds.warn ? Level::Clear : Level::Warn;
-}
 
 std::string rowText(const char* name, const LevelCounts& counts) {
   std::string row = name;
@@ -31,20 +21,6 @@ std::string rowText(const char* name, const LevelCounts& counts) {
 
 }  // namespace
 
-const char* toString(Level level) {
-  switch (level) {
-    case Level::Clear:
-      return "CLEAR";
-    case Level::Warn:
-      return "WARN";
-    case Level::Stop:
-      return "STOP";
-    case Level::Collision:
-      return "COLLISION";
-  }
-  return "unknown";
-}
-
 Eigen::MatrixXd randomStates(const scene::RobotModel& robot, unsigned long seed) {
   const std::vector<scene::JointRange> ranges = scene::jointRanges(robot);
   std::mt19937_64 random(seed);
@@ -56,32 +32,26 @@ Eigen::MatrixXd randomStates(const scene::RobotModel& robot, unsigned long seed)
   return states;
 }
 
-std::vector<Level> levelsIn(const Eigen::MatrixXd& states, const std::shared_ptr<const scene::SceneModel>& model,
-                            const PairLevels& thresholds) {
-  std::map<std::pair<int, int>, scene::StopAndWarn> own;
-  for (const scene::AlwaysNear& each : thresholds.own) {
-    own[{each.pair.a.link, each.pair.b.link}] = scene::fittingThresholds(each, thresholds.usual);
-  }
+std::vector<scene::ClearanceLevel> levelsIn(const Eigen::MatrixXd& states,
+                                            const std::shared_ptr<const scene::SceneModel>& model,
+                                            const scene::LevelThresholds& thresholds) {
   scene::SceneBatch batch(model);
-  const scene::StatePairs& near = batch.below(states, thresholds.usual.warn);
-  std::vector<Level> levels(static_cast<std::size_t>(states.rows()), Level::Clear);
-  for (std::size_t state = 0; state < levels.size(); ++state) {
-    for (std::size_t i = near.begins[state]; i < near.begins[state + 1]; ++i) {
-      const scene::PairProximity& pair = near.pairs[i];
-      const auto found = own.find({pair.asked.a.link, pair.asked.b.link});
-      levels[state] = std::max(levels[state],
-                               levelAt(pair.result.lower_bound, found == own.end() ? thresholds.usual : found->second));
-    }
+  std::vector<scene::ClearanceLevel> levels;
+  for (const scene::PairProximity& pair : batch.deciding(states, thresholds)) {
+    const bool is_known = pair.result.status != narrowphase::Status::Unknown;  // false: no pair is checked
+    levels.push_back(is_known ? scene::levelOf(pair.result.lower_bound, thresholds.stop.of(pair.asked),
+                                               thresholds.warn.of(pair.asked))
+                                    .level
+                              : scene::ClearanceLevel::Clear);
   }
   return levels;
 }
 
-LevelCounts countLevels(const std::shared_ptr<const scene::SceneModel>& model, const PairLevels& thresholds,
+LevelCounts countLevels(const std::shared_ptr<const scene::SceneModel>& model, const scene::LevelThresholds& thresholds,
                         unsigned long seed) {
   LevelCounts counts;
-  for (const Level level : levelsIn(randomStates(model->robot, seed), model, thresholds)) {
+  for (const scene::ClearanceLevel level : levelsIn(randomStates(model->robot, seed), model, thresholds))
     ++counts.states[static_cast<std::size_t>(level)];
-  }
   return counts;
 }
 

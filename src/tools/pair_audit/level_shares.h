@@ -7,32 +7,24 @@
 #include <vector>
 
 #include "proximity_server/scene/filter/scene_model.h"
-#include "proximity_server/scene/query/always_near.h"
+#include "proximity_server/scene/query/clearance_level.h"
 
 namespace proximity_server::tools {
-
-enum class Level : unsigned char { Clear, Warn, Stop, Collision };
-const char* toString(Level level);  ///< "CLEAR"
-
-/// What the pairs are held to: those of `own` to the thresholds that fit them, see scene::fittingThresholds(), all others to `usual`.
-struct PairLevels {
-  scene::StopAndWarn usual;
-  std::vector<scene::AlwaysNear> own;
-};
 
 /// Random positions of the joints within their ranges, a row for each state; the same for the same seed.
 Eigen::MatrixXd randomStates(const scene::RobotModel& robot, unsigned long seed);
 
 /// The level of each state: the worst of its checked pairs.
-std::vector<Level> levelsIn(const Eigen::MatrixXd& states, const std::shared_ptr<const scene::SceneModel>& model,
-                            const PairLevels& thresholds);
+std::vector<scene::ClearanceLevel> levelsIn(const Eigen::MatrixXd& states,
+                                            const std::shared_ptr<const scene::SceneModel>& model,
+                                            const scene::LevelThresholds& thresholds);
 
 /// How many of the random states have each level.
 struct LevelCounts {
   static constexpr int kStates = 500;
   std::array<int, 4> states{};
 };
-LevelCounts countLevels(const std::shared_ptr<const scene::SceneModel>& model, const PairLevels& thresholds,
+LevelCounts countLevels(const std::shared_ptr<const scene::SceneModel>& model, const scene::LevelThresholds& thresholds,
                         unsigned long seed);
 
 /// A table with a row for each of them.

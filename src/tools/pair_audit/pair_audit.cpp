@@ -88,7 +88,10 @@ scene::StopAndWarn usualOf(const StudyOptions& options) {
 struct Proposal {
   std::string srdf;
   std::shared_ptr<const scene::SceneModel> model;  ///< with that SRDF
-  PairLevels thresholds;
+  scene::StopAndWarn usual;
+  std::vector<scene::AlwaysNear> near;  ///< pairs with thresholds of their own
+
+  scene::LevelThresholds thresholds() const { return scene::fittingThresholds(near, usual); }
 };
 
 Proposal propose(const Arguments& arguments, const scene::SceneModel& model, const PairStudy& study) {
@@ -98,18 +101,17 @@ Proposal propose(const Arguments& arguments, const scene::SceneModel& model, con
   const std::string srdf = has_srdf ? writeSrdf(given, model.robot, study) : given;
   const auto proposed =
       std::make_shared<const scene::SceneModel>(scene::SceneModel{model.robot, scene::filterPairs(model.robot, srdf)});
-  const scene::StopAndWarn usual = usualOf(arguments.study);
-  return {
-      srdf, proposed, {usual, has_thresholds ? alwaysNear(study, proposed->pairs) : std::vector<scene::AlwaysNear>()}};
+  return {srdf, proposed, usualOf(arguments.study),
+          has_thresholds ? alwaysNear(study, proposed->pairs) : std::vector<scene::AlwaysNear>()};
 }
 
 std::string thresholdsText(const Proposal& proposal) {
   return "# Stop and warn distances of the pairs that are always near, with the distances that were seen.\n" +
-         scene::thresholdsYaml(proposal.model->robot, proposal.thresholds.own, proposal.thresholds.usual);
+         scene::thresholdsYaml(proposal.model->robot, proposal.near, proposal.usual);
 }
 
 std::string parametersText(const Proposal& proposal, const RobotFiles& files) {
-  const scene::StopAndWarn& usual = proposal.thresholds.usual;
+  const scene::StopAndWarn& usual = proposal.usual;
   return "# Parameters of proximity_server_node; config/README.md of the package has all of them.\nstop_distance: " +
          numberText(usual.stop) + "\nwarn_distance: " + numberText(usual.warn) + "\n" +
          (files.mesh_tolerance ? "mesh_tolerance: " + numberText(*files.mesh_tolerance) + "\n" : "") +
@@ -117,7 +119,7 @@ std::string parametersText(const Proposal& proposal, const RobotFiles& files) {
 }
 
 void writeSetupOf(const Arguments& arguments, const Proposal& proposal) {
-  const RestState rest = restState(proposal.model, proposal.thresholds, arguments.study.seed);
+  const RestState rest = restState(proposal.model, proposal.thresholds(), arguments.study.seed);
   writeSetup(arguments.setup, proposal.model->robot,
              {arguments.robot.urdf, proposal.srdf, parametersText(proposal, arguments.robot), rest});
   writeTo(std::cout, "standard output",
@@ -132,8 +134,8 @@ void writeProposal(const Arguments& arguments, const std::shared_ptr<const scene
   if (!arguments.write_thresholds.empty()) writeFile(arguments.write_thresholds, thresholdsText(proposal));
   const unsigned long seed = arguments.study.seed;
   writeTo(std::cout, "standard output",
-          levelTable(countLevels(model, {proposal.thresholds.usual, {}}, seed),
-                     countLevels(proposal.model, proposal.thresholds, seed)));
+          levelTable(countLevels(model, scene::fittingThresholds({}, proposal.usual), seed),
+                     countLevels(proposal.model, proposal.thresholds(), seed)));
   if (!arguments.setup.empty()) writeSetupOf(arguments, proposal);
 }
 

@@ -131,14 +131,14 @@ std::string restText(const scene::RobotModel& robot, const RestState& rest) {
     positions += ", " + numberText(rest.positions[range.joint]);
   }
   return "# A state in which the level is " + std::string(toString(rest.level)) +
-         ", for demo_motion: the same positions at two times [s].\njoints: [" + names + "]\nkeyframes:\n- [0" + positions +
-         "]\n- [1" + positions + "]\n";
+         ", for demo_motion: the same positions at two times [s].\njoints: [" + names + "]\nkeyframes:\n- [0" +
+         positions + "]\n- [1" + positions + "]\n";
 }
 
 std::vector<SetupFile> setupFiles(const std::string& folder, const scene::RobotModel& robot, const RobotSetup& setup) {
   const std::string package = packageName(folder);
   // A test that demanded what nobody can have would be of no use.
-  const Level demanded = std::min(setup.rest.level, Level::Stop);
+  const scene::ClearanceLevel demanded = std::min(setup.rest.level, scene::ClearanceLevel::Stop);
   return {{"robot.urdf", urdfText(setup.urdf_path)},
           {"robot.srdf", setup.srdf},
           {"proximity.yaml", setup.parameters},
@@ -151,7 +151,7 @@ std::vector<SetupFile> setupFiles(const std::string& folder, const scene::RobotM
 
 }  // namespace
 
-RestState restState(const std::shared_ptr<const scene::SceneModel>& model, const PairLevels& thresholds,
+RestState restState(const std::shared_ptr<const scene::SceneModel>& model, const scene::LevelThresholds& thresholds,
                     unsigned long seed) {
   const Eigen::MatrixXd random = randomStates(model->robot, seed);
   Eigen::MatrixXd states = Eigen::MatrixXd::Zero(random.rows() + 2, random.cols());
@@ -160,8 +160,8 @@ RestState restState(const std::shared_ptr<const scene::SceneModel>& model, const
     states(0, range.joint) = std::clamp(0.0, range.lower, range.upper);
     states(1, range.joint) = range.typeable(0.5 * (range.lower + range.upper));
   }
-  const std::vector<Level> levels = levelsIn(states, model, thresholds);
-  const auto is_usable = [](Level level) { return level <= Level::Warn; };
+  const std::vector<scene::ClearanceLevel> levels = levelsIn(states, model, thresholds);
+  const auto is_usable = [](scene::ClearanceLevel level) { return level <= scene::ClearanceLevel::Warn; };
   const auto usual = std::find_if(levels.begin(), levels.begin() + 2, is_usable);
   const auto chosen = usual != levels.begin() + 2 ? usual : std::min_element(levels.begin(), levels.end());
   const Eigen::Index best = chosen - levels.begin();

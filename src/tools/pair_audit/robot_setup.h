@@ -13,12 +13,12 @@ namespace proximity_server::tools {
 /// A state for a robot that stands still, and its level.
 struct RestState {
   scene::Positions positions;
-  Level level;
+  scene::ClearanceLevel level;
 };
 
 /// All joints at 0, or at the limit next to it; or in the middle of their ranges; the first that is at most at WARN. If neither is, the
 /// random state with the best level.
-RestState restState(const std::shared_ptr<const scene::SceneModel>& model, const PairLevels& thresholds,
+RestState restState(const std::shared_ptr<const scene::SceneModel>& model, const scene::LevelThresholds& thresholds,
                     unsigned long seed);
 
 /// What the files of a folder for a robot are made of.

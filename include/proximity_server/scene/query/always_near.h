@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "proximity_server/scene/filter/scene_model.h"
-#include "proximity_server/scene/query/question.h"
+#include "proximity_server/scene/query/level_thresholds.h"
 
 // Pairs of links that are near in every state, by design, and stop and warn distances that fit them: at those of all other
 // pairs they would be an alarm that never ends.
@@ -32,6 +32,9 @@ std::vector<AlwaysNear> findAlwaysNear(const SceneModel& model, double distance,
 /// seen; but if that is below 2 mm, which is less than what joints and meshes are exact to, the two may touch: then it is half of the
 /// largest distance, if that is more.
 StopAndWarn fittingThresholds(const AlwaysNear& pair, const StopAndWarn& usual);
+
+/// Those of all pairs, where each of `near` has the ones that fit it.
+LevelThresholds fittingThresholds(const std::vector<AlwaysNear>& near, const StopAndWarn& usual);
 
 /// "stays at 15.6 mm", "stays between 11 mm and 20.5 mm", "stays between contact and 17.7 mm"
 std::string distancesText(const AlwaysNear& pair);
