@@ -103,7 +103,7 @@ StopAndWarn fittingThresholds(const AlwaysNear& pair, const StopAndWarn& usual) 
   return {roundedDown(std::min(usual.stop, 0.5 * reference)), roundedDown(std::min(usual.warn, 0.75 * reference))};
 }
 
-LevelThresholds fittingThresholds(const std::vector<AlwaysNear>& near, const StopAndWarn& usual) {
+LevelThresholds thresholdsWith(const std::vector<AlwaysNear>& near, const StopAndWarn& usual) {
   LevelThresholds thresholds{{usual.stop, usual.stop}, {usual.warn, usual.warn}};
   for (const AlwaysNear& pair : near) {
     const StopAndWarn fitting = fittingThresholds(pair, usual);

@@ -91,7 +91,7 @@ struct Proposal {
   scene::StopAndWarn usual;
   std::vector<scene::AlwaysNear> near;  ///< pairs with thresholds of their own
 
-  scene::LevelThresholds thresholds() const { return scene::fittingThresholds(near, usual); }
+  scene::LevelThresholds thresholds() const { return scene::thresholdsWith(near, usual); }
 };
 
 Proposal propose(const Arguments& arguments, const scene::SceneModel& model, const PairStudy& study) {
@@ -134,7 +134,7 @@ void writeProposal(const Arguments& arguments, const std::shared_ptr<const scene
   if (!arguments.write_thresholds.empty()) writeFile(arguments.write_thresholds, thresholdsText(proposal));
   const unsigned long seed = arguments.study.seed;
   writeTo(std::cout, "standard output",
-          levelTable(countLevels(model, scene::fittingThresholds({}, proposal.usual), seed),
+          levelTable(countLevels(model, scene::thresholdsWith({}, proposal.usual), seed),
                      countLevels(proposal.model, proposal.thresholds(), seed)));
   if (!arguments.setup.empty()) writeSetupOf(arguments, proposal);
 }

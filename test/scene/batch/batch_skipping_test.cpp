@@ -257,7 +257,9 @@ TEST_P(BatchOf, DecidingPairIsThatOfAllPairsOneByOne) {
     others += !areSame(deciding[state], minima[state]);
   }
   // Something overlaps in every state of Solids.
-  if (std::string("Solids") != GetParam()) EXPECT_GT(others, kIsSanitized ? 0 : states.rows() / 50);
+  if (std::string("Solids") != GetParam()) {
+    EXPECT_GT(others, kIsSanitized ? 0 : states.rows() / 50);
+  }
 }
 
 TEST_P(BatchOf, DecidesAsANewSceneDoes) {

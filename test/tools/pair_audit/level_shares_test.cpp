@@ -37,16 +37,16 @@ void expectShares(const LevelCounts& counts, std::array<double, 4> shares) {
 }
 
 TEST(LevelShares, AreThoseOfAUniformDistance) {
-  expectShares(countLevels(ballsChecking(kMoving), fittingThresholds({}, kUsual), 1), {0.5, 0.15, 0.1, 0.25});
+  expectShares(countLevels(ballsChecking(kMoving), thresholdsWith({}, kUsual), 1), {0.5, 0.15, 0.1, 0.25});
 }
 
 TEST(LevelShares, TheWorstPairDecidesByItsOwnThresholds) {
   const auto model = ballsChecking(kBoth);
-  const LevelCounts without = countLevels(model, fittingThresholds({}, kUsual), 1);
+  const LevelCounts without = countLevels(model, thresholdsWith({}, kUsual), 1);
   EXPECT_EQ(without.states[0], 0);
   expectShares(without, {0.0, 0.65, 0.1, 0.25});
   const AlwaysNear third{{{model->robot.findLink("second"), 0}, {model->robot.findLink("third"), 0}}, 0.04, 0.04};
-  expectShares(countLevels(model, fittingThresholds({third}, kUsual), 1), {0.5, 0.15, 0.1, 0.25});
+  expectShares(countLevels(model, thresholdsWith({third}, kUsual), 1), {0.5, 0.15, 0.1, 0.25});
 }
 
 TEST(LevelShares, AreATable) {

@@ -34,7 +34,7 @@ std::vector<AlwaysNear> findAlwaysNear(const SceneModel& model, double distance,
 StopAndWarn fittingThresholds(const AlwaysNear& pair, const StopAndWarn& usual);
 
 /// Those of all pairs, where each of `near` has the ones that fit it.
-LevelThresholds fittingThresholds(const std::vector<AlwaysNear>& near, const StopAndWarn& usual);
+LevelThresholds thresholdsWith(const std::vector<AlwaysNear>& near, const StopAndWarn& usual);
 
 /// "stays at 15.6 mm", "stays between 11 mm and 20.5 mm", "stays between contact and 17.7 mm"
 std::string distancesText(const AlwaysNear& pair);
