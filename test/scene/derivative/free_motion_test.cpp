@@ -117,6 +117,18 @@ TEST(FreeMotion, RadiusOfABoxIsThatOfItsFarthestCorner) {
   EXPECT_NEAR(weights[0], 0.5, 1e-12);
 }
 
+TEST(FreeMotion, RadiusOfABoxBesideTheAxisIsThatOfItsFarthestCorner) {
+  for (const char* place : {"1 1 0", "-1 1 0", "1 -1 0", "-1 -1 0"}) {
+    const auto model = modelOf("<robot name='r'>" + link("base", ball("0.1")) + link("plate", box("0.6 0.8 5", place)) +
+                               joint("turn", "continuous", "base", "plate", "<axis xyz='0 0 1'/>") + "</robot>");
+    FreeMotion free(model);
+    free.update(atZero(model->robot));
+    VectorXd weights(1);
+    ASSERT_TRUE(free.weights(pairOf(*model, "base", "plate"), weights));
+    EXPECT_NEAR(weights[0], std::hypot(1.3, 1.4), 1e-12) << place;
+  }
+}
+
 TEST(FreeMotion, PairIsUnknownWhileAPoseBetweenIsMissing) {
   const auto model = modelOf(kCrane);
   FreeMotion free(model);

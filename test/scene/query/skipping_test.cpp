@@ -336,6 +336,24 @@ TEST_F(Rungs, BoundsOfBeforeLessTheMotionAreEnoughForWhatIsFar) {
   EXPECT_EQ(scene_.counts().computed, 0);
 }
 
+TEST_F(Rungs, BoundsOfBeforeAreNotThoseOfWhatHasComeNearer) {
+  scene_.update(posesAt(0.3));
+  const double before = scene_.minimum(scene_.candidates())->result.distance;
+  int nearer = 0;
+  for (const double position : {0.2, 0.4}) {
+    Scene fresh(model_);
+    fresh.update(posesAt(position));
+    Question below;
+    below.threshold = fresh.minimum(fresh.candidates())->result.distance + 1e-6;
+    if (below.threshold < before - 0.001) ++nearer;
+    scene_.update(posesAt(0.3));
+    scene_.all(scene_.candidates());
+    scene_.update(posesAt(position));
+    EXPECT_FALSE(scene_.below(scene_.candidates(), below).empty()) << position;
+  }
+  EXPECT_GT(nearer, 0);
+}
+
 TEST_F(Rungs, BoundsOfBeforePlusTheMotionAreEnoughToCountWhatIsNearButNotListed) {
   Question near;
   near.threshold = 1.0;
