@@ -23,7 +23,7 @@ class RobotSetup(unittest.TestCase):
     def setUpClass(cls):
         cls.temporary = tempfile.TemporaryDirectory(prefix="robot_setup_")
         cls.folder = pathlib.Path(cls.temporary.name, "demo_proximity")
-        subprocess.run([PAIR_AUDIT, DEMO / "robot.urdf", "--srdf", DEMO / "robot.srdf", "--samples", "5000", "--setup", cls.folder],
+        subprocess.run([PAIR_AUDIT, DEMO / "robot.urdf", "--samples", "5000", "--setup", cls.folder],
                        check=True, capture_output=True, timeout=PATIENCE)
 
     @classmethod

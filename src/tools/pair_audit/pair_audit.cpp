@@ -95,7 +95,7 @@ struct Proposal {
 };
 
 Proposal propose(const Arguments& arguments, const scene::SceneModel& model, const PairStudy& study) {
-  const bool has_srdf = !arguments.write.empty() || !arguments.setup.empty();
+  const bool has_srdf = !arguments.write.empty() || (!arguments.setup.empty() && arguments.robot.srdf.empty());
   const bool has_thresholds = !arguments.write_thresholds.empty() || !arguments.setup.empty();
   const std::string given = srdfOf(arguments);
   const std::string srdf = has_srdf ? writeSrdf(given, model.robot, study) : given;

@@ -166,7 +166,7 @@ std::vector<std::string> filesIn(const std::string& folder) {
 
 TEST_F(PairAudit, SetupMakesAFolder) {
   const std::string folder = files_.path("My Robot-2/");
-  const CommandResult result = run("--samples 2000 --srdf " + srdf_ + " --setup '" + folder + "'");
+  const CommandResult result = run("--samples 2000 --setup '" + folder + "'");
   ASSERT_EQ(result.exit_code, 0) << result.output;
   EXPECT_EQ(filesIn(folder), (Lines{"CMakeLists.txt", "package.xml", "proximity.launch", "proximity.test",
                                     "proximity.yaml", "rest.yaml", "robot.srdf", "robot.urdf"}));
@@ -181,6 +181,15 @@ TEST_F(PairAudit, SetupMakesAFolder) {
       << readFile(folder + "rest.yaml");
   EXPECT_TRUE(says(readFile(folder + "rest.yaml"), "- [0, 0, 0, 0, 0]\n"));
   EXPECT_TRUE(says(readFile(folder + "proximity.test"), R"(<param name="worst_level" value="CLEAR"/>)"));
+}
+
+TEST_F(PairAudit, SetupKeepsAGivenSrdfUnlessItIsToBeWritten) {
+  const std::string kept = files_.path("kept"), written = files_.path("written"), out = files_.path("out.srdf");
+  const std::string options = "--samples 2000 --srdf " + srdf_ + " --setup ";
+  ASSERT_EQ(run(options + kept).exit_code, 0);
+  EXPECT_EQ(readFile(kept + "/robot.srdf"), kFaultySrdf);
+  ASSERT_EQ(run(options + written + " --write " + out).exit_code, 0);
+  EXPECT_EQ(readFile(written + "/robot.srdf"), readFile(out));
 }
 
 TEST_F(PairAudit, SetupOverwritesNothing) {
