@@ -102,8 +102,7 @@ TEST_F(ClearanceThresholds, EachPairHasTheLevelOfItsOwnThresholds) {
 TEST_F(ClearanceThresholds, TheMinimumIsThePairThatSetsTheLevel) {
   const auto listed = rowsOf(run(states(), "--no-filter" + thresholds()).output);
   const auto closest = rowsOf(run(states(), "--no-filter").output);
-  const std::vector<Judged> worst =
-      worstOfEachState(rowsOf(run(states(), "--no-filter --pairs all").output));
+  const std::vector<Judged> worst = worstOfEachState(rowsOf(run(states(), "--no-filter --pairs all").output));
   ASSERT_EQ(worst.size(), 1000U);
   ASSERT_EQ(listed.size(), 1001U);
   int others = 0;
@@ -122,13 +121,15 @@ TEST_F(ClearanceThresholds, TheMinimumIsThePairThatSetsTheLevel) {
 TEST_F(ClearanceThresholds, TheMinimumIsThePairThatSetsTheLevelWithTheFilterToo) {
   std::string links = "<link name='base'/>";
   for (const char* name : {"a", "b", "c", "d"})
-    links += std::string("<link name='") + name + "'><collision><geometry><sphere radius='0.1'/></geometry></collision></link>" +
-             "<joint name='to_" + name + "' type='prismatic'><parent link='base'/><child link='" + name +
+    links += std::string("<link name='") + name +
+             "'><collision><geometry><sphere radius='0.1'/></geometry></collision></link>" + "<joint name='to_" + name +
+             "' type='prismatic'><parent link='base'/><child link='" + name +
              "'/><axis xyz='1 0 0'/><limit lower='-1' upper='1' effort='1' velocity='1'/></joint>";
   urdf_ = files_.write("balls.urdf", "<robot name='balls'>" + links + "</robot>");
   const std::string place = "to_a,to_b,to_c,to_d\n0,0.3,0.7,2\n0,0.3,0.6,2\n0,0.15,0.7,2\n0,0.9,1.8,2.7\n";
-  const std::string own =
-      thresholds("pair_stop_distance: [{links: [b, c], distance: 0.15}]\npair_warn_distance: [{links: [c, b], distance: 0.25}]\n");
+  const std::string own = thresholds(R"(
+pair_stop_distance: [{links: [b, c], distance: 0.15}]
+pair_warn_distance: [{links: [c, b], distance: 0.25}])");
   const auto rows = rowsOf(run(place, own).output);
   ASSERT_EQ(rows.size(), 5U);
   const auto told = [&](std::size_t i) { return rows[i][1] + rows[i][2] + " " + rows[i].back(); };
@@ -144,10 +145,12 @@ TEST_F(ClearanceThresholds, PairsWithObjectsHaveThoseOfTheirLink) {
 - {id: wall, pose: {position: [2, 3, 0]}, primitives: [{type: BOX, dimensions: [1, 1, 1]}]}
 )");
   // The sled is at 2 m from the wall, and 2.25 m from the ball.
-  const std::string arguments = "--objects " + files_.path("cell.yaml") + thresholds("object_stop_distance: 1\n"
-                                                                                     "object_warn_distance: 1\n"
-                                                                                     "link_warn_distance: {\"sled, left\": 2.1}\n"
-                                                                                     "link_stop_distance: {\"sled, left\": 2.05}\n");
+  const std::string own = thresholds(R"(
+object_stop_distance: 1
+object_warn_distance: 1
+link_stop_distance: {"sled, left": 2.05}
+link_warn_distance: {"sled, left": 2.1})");
+  const std::string arguments = "--objects " + files_.path("cell.yaml") + own;
   const auto rows = rowsOf(run("slide\n0\n", arguments).output);
   ASSERT_EQ(rows.size(), 2U);
   EXPECT_EQ(rows[1][1] + "|" + rows[1][2] + "|" + rows[1].back(), "sled, left|wall|STOP");
@@ -166,9 +169,10 @@ TEST_F(ClearanceThresholds, AStateWithoutAnAnswerIsInvalid) {
 
 TEST_F(ClearanceThresholds, AssertAboveIsAboutTheClosestPairStill) {
   // At -0.95 base and sled are 0.05 apart, but the ball, 1.3 m from the sled, is farther below its threshold.
-  const CommandResult result =
-      run("slide\n-0.95\n", "--no-filter --assert-above 0.04" + thresholds("pair_stop_distance: [{links: [ball, \"sled, left\"], distance: 2}]\n"
-                                                                           "pair_warn_distance: [{links: [ball, \"sled, left\"], distance: 2}]\n"));
+  const std::string own = thresholds(R"(
+pair_stop_distance: [{links: [ball, "sled, left"], distance: 2}]
+pair_warn_distance: [{links: [ball, "sled, left"], distance: 2}])");
+  const CommandResult result = run("slide\n-0.95\n", "--no-filter --assert-above 0.04" + own);
   EXPECT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_EQ(rowsOf(result.output)[1][1], "ball");
   EXPECT_EQ(run("slide\n-0.95\n", "--no-filter --assert-above 0.06" + thresholds()).exit_code, 2);
@@ -180,7 +184,8 @@ TEST_F(ClearanceThresholds, TheSummaryCountsStatesByLevel) {
   for (const Judged& state : worst) ++expected[state.level];
   ASSERT_EQ(expected.size(), 4U);
   for (const std::string pairs : {"minimum", "all"}) {
-    const CommandResult result = run(states(), "--no-filter --pairs " + pairs + " --summary " + files_.path("summary.json") + thresholds());
+    const CommandResult result =
+        run(states(), "--no-filter --pairs " + pairs + " --summary " + files_.path("summary.json") + thresholds());
     const auto summary = nlohmann::json::parse(readTextFile(files_.path("summary.json")));
     EXPECT_EQ((summary["levels"].get<std::map<std::string, int>>()), expected) << pairs;
     EXPECT_TRUE(says(result.errors, ", " + std::to_string(expected["STOP"]) + " STOP")) << result.errors;
@@ -213,7 +218,8 @@ TEST_F(ClearanceThresholds, MergedPartsHaveTheBytesOfOneRunAndOthersAreRefused) 
 }
 
 TEST_F(ClearanceThresholds, RefusesWhatHasNoLevels) {
-  expectRefusal("--format npy --out " + files_.path("x.npy") + thresholds(), "--thresholds does not go with --format npy");
+  expectRefusal("--format npy --out " + files_.path("x.npy") + thresholds(),
+                "--thresholds does not go with --format npy");
   expectRefusal("--pairs any:1" + thresholds(), "--thresholds does not go with --pairs any");
   expectRefusal("--trajectory" + thresholds(), "--thresholds");
   expectRefusal("--plot " + files_.path("x.png") + thresholds(), "add --pairs k:1");
