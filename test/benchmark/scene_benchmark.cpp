@@ -368,7 +368,7 @@ json measureAddedBoxes(const NamedRobot& robot, int states, const std::regex& wa
 constexpr int kConstraintRows = 8;
 
 /// The second distance is so large that all rows are used.
-const VelocityDamper kDampers[] = {{0.02, 0.02, 0.3, 0.5}, {0.02, 0.02, 1.0, 0.5}};
+const VelocityDamper kDampers[] = {{{0.02, 0.02}, 0.3, 0.5}, {{0.02, 0.02}, 1.0, 0.5}};
 
 /// The steps of a controller's cycle. All questions go to scenes of their own, as each keeps from state to state what helps
 /// it; each step is timed by itself in every state.

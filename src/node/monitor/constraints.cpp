@@ -6,10 +6,6 @@
 namespace proximity_server::node {
 namespace {
 
-scene::VelocityDamper damperOf(const MonitorSettings& settings) {
-  return {settings.stop_distance, settings.object_stop_distance, settings.influence_distance, settings.damping_gain};
-}
-
 QueryStatus statusOf(std::int8_t code, const std::string& message) {
   QueryStatus status;
   status.code = code;
@@ -26,8 +22,8 @@ void assignStart(ConstraintRows& message, const MeasuredCycle& cycle, const Quer
 
 }  // namespace
 
-Constraints::Constraints(const std::shared_ptr<const scene::SceneModel>& model, int capacity)
-    : rows_(model, capacity) {}
+Constraints::Constraints(const Robot& robot, int capacity)
+    : rows_(robot.sharedModel(), capacity, robot.constraintColumns()) {}
 
 const ConstraintRows& Constraints::in(const MeasuredCycle& cycle, const MonitorSettings& settings) {
   const QueryStatus status = update(cycle, settings);
@@ -41,7 +37,10 @@ QueryStatus Constraints::update(const MeasuredCycle& cycle, const MonitorSetting
   if (cycle.clearance.level == Clearance::INVALID) return cycle.clearance.status;
   const std::string problem = problemOfDamper(settings);
   if (!problem.empty()) return statusOf(QueryStatus::INVALID_ARGUMENT, problem);
-  rows_.update(cycle.scene, cycle.gradients.derivatives(), damperOf(settings));
+  damper_.stop = cycle.stop;
+  damper_.influence_distance = settings.influence_distance;
+  damper_.gain = settings.damping_gain;
+  rows_.update(cycle.scene, cycle.gradients.derivatives(), damper_);
   if (rows_.unknown() == 0) return {};
   return statusOf(QueryStatus::NOT_CONVERGED,
                   std::to_string(rows_.unknown()) + " pairs within influence_distance have no distance or no gradient");
@@ -67,6 +66,23 @@ void Constraints::assignRows(const MeasuredCycle& cycle) {
     message_.unique[i] = row.unique;
   }
   message_.left_out = static_cast<std::uint32_t>(rows_.leftOut());
+  message_.unneeded = static_cast<std::uint32_t>(rows_.unneeded());
+  assignStuck(cycle);
+}
+
+void Constraints::assignStuck(const MeasuredCycle& cycle) {
+  const std::vector<scene::ConstraintRows::Stuck>& stuck = rows_.stuck();
+  message_.stuck_a.resize(stuck.size());
+  message_.stuck_b.resize(stuck.size());
+  message_.stuck_distances.resize(stuck.size());
+  message_.stuck_rates.resize(stuck.size());
+  for (std::size_t i = 0; i < stuck.size(); ++i) {
+    assign(message_.stuck_a[i], cycle.named, stuck[i].pair.a);
+    assign(message_.stuck_b[i], cycle.named, stuck[i].pair.b);
+    message_.stuck_distances[i] = stuck[i].distance;
+    message_.stuck_rates[i] = stuck[i].rate;
+  }
+  message_.stuck = static_cast<std::uint32_t>(rows_.stuckCount());
 }
 
 }  // namespace proximity_server::node

@@ -4,6 +4,7 @@
 
 #include "node/robot/config.h"
 #include "node/robot/conversions.h"
+#include "node/robot/robot.h"
 #include "node/services/gradients.h"
 #include "node/tf/tf_poses.h"
 #include "proximity_server/Clearance.h"
@@ -24,11 +25,12 @@ struct MeasuredCycle {
   std::size_t longest_name;  ///< in characters, of any pair
 };
 
-/// The constraint rows of one robot as messages. Not thread-safe. Nothing allocates after the first few messages.
+/// The constraint rows of one robot as messages. Not thread-safe. Nothing allocates after the first few messages, as long as no more
+/// pairs are stuck than in the one before.
 class Constraints {
  public:
   /// Throws std::invalid_argument for a capacity below 1.
-  Constraints(const std::shared_ptr<const scene::SceneModel>& model, int capacity);
+  Constraints(const Robot& robot, int capacity);
 
   int capacity() const { return rows_.capacity(); }
 
@@ -39,8 +41,10 @@ class Constraints {
  private:
   QueryStatus update(const MeasuredCycle& cycle, const MonitorSettings& settings);
   void assignRows(const MeasuredCycle& cycle);
+  void assignStuck(const MeasuredCycle& cycle);
 
   scene::ConstraintRows rows_;
+  scene::VelocityDamper damper_;
   ConstraintRows message_, refusal_;  ///< two, so that a message without rows frees no memory
 };
 

@@ -141,7 +141,7 @@ void Monitor::say(Proximity& message, const PoseSnapshot& snapshot, const scene:
 const ConstraintRows& Monitor::constraints(const PoseSnapshot& snapshot, const MonitorSettings& settings) {
   derive(snapshot);
   if (!constraints_ || constraints_->capacity() != settings.max_constraints)
-    constraints_.emplace(robot_->sharedModel(), settings.max_constraints);
+    constraints_.emplace(*robot_, settings.max_constraints);
   return constraints_->in(
       {clearance_, snapshot, *scene_, *gradients_, thresholds(settings).stop, named(), monitored_.longest_name},
       settings);

@@ -79,8 +79,9 @@ struct Config {
   double motion_time_budget = 1.0;  ///< [s] of wall time, for one search along a motion
   int realtime_priority = 0;        ///< SCHED_FIFO priority of the threads of monitor and tf; 0: none
   scene::ObjectRules::FreeObjects free_objects = scene::ObjectRules::FreeObjects::NotChecked;
-  scene::ObjectFile objects;  ///< what stands there from the start
-  std::string objects_file;   ///< an absolute path; "": objects are not kept
+  scene::ObjectFile objects;                   ///< what stands there from the start
+  std::string objects_file;                    ///< an absolute path; "": objects are not kept
+  std::vector<std::string> constraint_joints;  ///< that the controller of ~constraints moves; empty: all
   MaxDeceleration max_deceleration;
   scene::ThresholdRules thresholds;  ///< of single pairs, links and groups, in place of those of `monitor`
   MonitorSettings monitor;

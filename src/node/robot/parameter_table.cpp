@@ -179,7 +179,11 @@ std::vector<Parameter> parameterTable(Config& config) {
       "<= (influence_distance - stop_distance) / (e damping_gain): 0.058 s, two cycles, with the defaults. See "
       "[constraints](../msg/README.md#constraints).");
   add("max_constraints", &monitor.max_constraints, {1, 1000}, "", kLive,
-      "The rows of `~constraints`: the closest pairs. Each message has so many.");
+      "The rows of `~constraints`: the most demanding pairs that need one. Each message has so many.");
+  add("constraint_joints", &config.constraint_joints, {}, "", kReload,
+      "The joints that the controller of `~constraints` moves, `[left_s0, left_s1]`; all others count as at rest "
+      "there: "
+      "their columns are 0, and pairs whose distance only they change have no row. `[]`: all.");
   add("stop_latency", &monitor.stop_latency, {0, 60}, "s", kLive,
       "For `~collision_velocity_scale`: until the robot begins to brake, after the cycle has its poses. Add up the "
       "computation, the period of the controller, and all transport. The age of the poses is added by the node.");

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "node/robot/tf_frames.h"
+#include "proximity_server/scene/derivative/degrees_of_freedom.h"
 #include "proximity_server/scene/model/joined_robots.h"
 #include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/model/names.h"
@@ -144,14 +145,18 @@ std::vector<TfEdge> edgesOf(const Robot& robot) {
   return edges;
 }
 
+/// Throws std::invalid_argument if there is no such joint; `parameter` begins the sentence.
+int movableJoint(const scene::RobotModel& robot, const std::string& name, const std::string& parameter) {
+  const int joint = scene::findNamed(robot.joints, name);
+  if (joint >= 0) return joint;
+  throw std::invalid_argument(parameter + "the robot has no such movable joint: did you mean '" +
+                              scene::nearestName(name, scene::namesOf(robot.joints)) + "'?");
+}
+
 /// Throws std::invalid_argument if the parameter is about a joint that has no deceleration of its own.
 int jointThatStops(const scene::RobotModel& robot, const std::string& name) {
   const std::string parameter = "parameter max_deceleration/" + name + ": ";
-  const int joint = scene::findNamed(robot.joints, name);
-  if (joint < 0) {
-    throw std::invalid_argument(parameter + "the robot has no such movable joint: did you mean '" +
-                                scene::nearestName(name, scene::namesOf(robot.joints)) + "'?");
-  }
+  const int joint = movableJoint(robot, name, parameter);
   if (!scene::hasOnePosition(robot.joints[joint]))
     throw std::invalid_argument(parameter + "the joint is floating or planar, it has not one velocity");
   return joint;
@@ -161,6 +166,25 @@ std::vector<std::optional<double>> maxDecelerationsOf(const scene::RobotModel& r
   std::vector<std::optional<double>> decelerations(robot.joints.size(), known.of_all);
   for (const auto& [name, deceleration] : known.of_joint) decelerations[jointThatStops(robot, name)] = deceleration;
   return decelerations;
+}
+
+/// Those of all joints if none is named.
+std::vector<int> constraintColumnsOf(const scene::RobotModel& robot, const std::vector<std::string>& joints) {
+  const scene::DegreesOfFreedom all(robot);
+  std::vector<bool> moves(static_cast<std::size_t>(all.size()), joints.empty());
+  for (const std::string& name : joints) {
+    const std::string parameter = "parameter constraint_joints: '" + name + "': ";
+    const int joint = movableJoint(robot, name, parameter);
+    if (robot.joints[joint].mimic)
+      throw std::invalid_argument(parameter + "the joint follows '" + robot.joints[robot.leaderOf(joint).joint].name +
+                                  "': name that one");
+    const scene::DegreesOfFreedom::Columns& own = all.columnsOf(joint);
+    std::fill_n(moves.begin() + own.first, own.count, true);
+  }
+  std::vector<int> columns;
+  for (int column = 0; column < all.size(); ++column)
+    if (moves[static_cast<std::size_t>(column)]) columns.push_back(column);
+  return columns;
 }
 
 /// For each robot the index of the edge to its root, see Robot::tfEdges().
@@ -192,6 +216,7 @@ Robot::Robot(const std::vector<RobotTexts>& texts, const Config& config)
       tf_edges_(std::make_shared<const std::vector<TfEdge>>(edgesOf(*this))),
       root_edges_(rootEdgesOf(*this)),
       max_decelerations_(maxDecelerationsOf(model_->robot, config.max_deceleration)),
+      constraint_columns_(constraintColumnsOf(model_->robot, config.constraint_joints)),
       thresholds_(std::make_shared<const scene::LevelThresholds>(thresholdsOf(model_->robot, srdfs_, config))),
       objects_(std::make_unique<ObjectSlot>(noObjects(model_, reference_link_, config.free_objects))),
       scenes_(std::make_unique<ScenePool>(

@@ -75,6 +75,9 @@ class Robot {
   /// How hard each of RobotModel::joints can brake [rad/s^2] or [m/s^2]; nullopt if the parameters do not tell.
   const std::vector<std::optional<double>>& maxDecelerations() const { return max_decelerations_; }
 
+  /// The columns of scene::DegreesOfFreedom that the controller of ~constraints moves.
+  const std::vector<int>& constraintColumns() const { return constraint_columns_; }
+
   /// At or below which distances a pair is at a level.
   std::shared_ptr<const scene::LevelThresholds> thresholds() const { return std::atomic_load(&thresholds_); }
 
@@ -106,6 +109,7 @@ class Robot {
   std::shared_ptr<const std::vector<TfEdge>> tf_edges_;
   std::vector<int> root_edges_;
   std::vector<std::optional<double>> max_decelerations_;
+  std::vector<int> constraint_columns_;
   mutable std::shared_ptr<const scene::LevelThresholds> thresholds_;  ///< as it is at present, used by std::atomic_load
   std::unique_ptr<ObjectSlot> objects_;
   std::unique_ptr<ScenePool> scenes_;

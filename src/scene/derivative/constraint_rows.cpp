@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "scene/model/infinity.h"
@@ -19,15 +21,18 @@ void require(bool holds, const char* field, double value, const char* what) {
 }
 
 void requireUsable(const VelocityDamper& damper) {
-  const std::pair<const char*, double> fields[] = {{"stop_distance", damper.stop_distance},
-                                                   {"object_stop_distance", damper.object_stop_distance},
+  const double of_links = damper.stop.range(PairKind::OfLinks).largest;
+  const double of_objects = damper.stop.range(PairKind::WithObject).largest;
+  const std::pair<const char*, double> fields[] = {{"stop_distance", of_links},
+                                                   {"object_stop_distance", of_objects},
                                                    {"influence_distance", damper.influence_distance},
                                                    {"gain", damper.gain}};
   for (const auto& [field, value] : fields) require(std::isfinite(value), field, value, "it is not finite");
+  if (!damper.stop.areFinite()) throw std::invalid_argument("the stop distance of a pair is not finite");
   require(damper.gain > 0.0, "gain", damper.gain, "it is not positive");
-  require(damper.influence_distance > damper.stop_distance, "influence_distance", damper.influence_distance,
+  require(damper.influence_distance > of_links, "influence_distance", damper.influence_distance,
           "it is not above stop_distance");
-  require(damper.influence_distance > damper.object_stop_distance, "influence_distance", damper.influence_distance,
+  require(damper.influence_distance > of_objects, "influence_distance", damper.influence_distance,
           "it is not above object_stop_distance");
 }
 
@@ -44,8 +49,12 @@ bool isStillChecked(const ShapeRefPair& pair, const Objects* objects) {
   return objects->linkReason(link.link, object.object) == PairReason::Checked;
 }
 
-double stopDistance(const ShapeRefPair& pair, const VelocityDamper& damper) {
-  return isObject(pair.a) || isObject(pair.b) ? damper.object_stop_distance : damper.stop_distance;
+/// An order of pairs that are equally demanding, the same on every machine.
+bool comesFirst(const ShapeRefPair& p, const ShapeRefPair& q) {
+  const auto key = [](const ShapeRefPair& pair) {
+    return std::tuple(pair.a.link, pair.a.object, pair.b.link, pair.b.object);
+  };
+  return key(p) < key(q);
 }
 
 /// [m/s] The bound of a row. The share has three roundings, the product one: together at most 2.5 epsilon.
@@ -54,17 +63,57 @@ double leastRate(double share, const VelocityDamper& damper) {
   return rate + 4.0 * kEpsilon * std::abs(rate);
 }
 
+/// [rad/s, m/s] How fast the joints can move each column, at most: a joint that follows another one limits that, too.
+Eigen::VectorXd largestSpeeds(const RobotModel& robot) {
+  const DegreesOfFreedom columns(robot);
+  Eigen::VectorXd speeds = Eigen::VectorXd::Constant(columns.size(), kInfinity);
+  for (std::size_t joint = 0; joint < robot.joints.size(); ++joint) {
+    if (!hasOnePosition(robot.joints[joint])) continue;
+    const DegreesOfFreedom::Columns& own = columns.columnsOf(static_cast<int>(joint));
+    if (own.multiplier == 0.0) continue;
+    speeds[own.first] = std::min(speeds[own.first], robot.joints[joint].max_velocity / std::abs(own.multiplier));
+  }
+  return speeds;
+}
+
+std::vector<int> allColumns(const RobotModel& robot) {
+  std::vector<int> columns(static_cast<std::size_t>(DegreesOfFreedom(robot).size()));
+  std::iota(columns.begin(), columns.end(), 0);
+  return columns;
+}
+
+/// [m/s] How fast a distance changes at most. A speed may be infinite.
+double largestRate(const Eigen::VectorXd& gradient, const Eigen::VectorXd& speeds) {
+  double rate = 0.0;
+  for (Eigen::Index i = 0; i < gradient.size(); ++i)
+    if (std::abs(gradient[i]) > ConstraintRows::kNoChange) rate += std::abs(gradient[i]) * speeds[i];
+  return rate;
+}
+
 }  // namespace
 
-ConstraintRows::ConstraintRows(std::shared_ptr<const SceneModel> model, int capacity) : model_(std::move(model)) {
+ConstraintRows::ConstraintRows(std::shared_ptr<const SceneModel> model, int capacity)
+    : ConstraintRows(model, capacity, allColumns(model->robot)) {}
+
+ConstraintRows::ConstraintRows(std::shared_ptr<const SceneModel> model, int capacity, const std::vector<int>& moving)
+    : model_(std::move(model)) {
   if (capacity < 1)
     throw std::invalid_argument("the capacity of the constraint rows is " + std::to_string(capacity) +
                                 ", not at least 1");
+  const Eigen::VectorXd largest = largestSpeeds(model_->robot);
+  speeds_.setZero(largest.size());
+  for (const int column : moving) {
+    if (column < 0 || column >= largest.size())
+      throw std::invalid_argument("the robot has no degree of freedom " + std::to_string(column));
+    speeds_[column] = largest[column];
+  }
   const auto size = static_cast<std::size_t>(capacity);
-  matrix_.setZero(capacity, DegreesOfFreedom(model_->robot).size());
+  matrix_.setZero(capacity, largest.size());
+  gradient_.setZero(largest.size());
   bounds_.setConstant(capacity, -kInfinity);
   rows_.resize(size);
-  offers_.reserve(3 * size);  // pairs of links, pairs with objects, and those that have the rows
+  stuck_.reserve(size);
+  offers_.reserve(model_->pairs.checked.size() + size);
 }
 
 void ConstraintRows::update(Scene& scene, const Derivatives& derivatives, const VelocityDamper& damper) {
@@ -73,60 +122,85 @@ void ConstraintRows::update(Scene& scene, const Derivatives& derivatives, const 
   if (derivatives.degreesOfFreedom().size() != matrix_.cols())
     throw std::invalid_argument("the derivatives are of another robot");
   offers_.clear();
-  left_out_ = unknown_ = 0;
-  offerClosest(scene, PairKind::OfLinks, damper);
-  if (scene.objects() && scene.objects()->pairCount() > 0) offerClosest(scene, PairKind::WithObject, damper);
+  stuck_.clear();
+  left_out_ = unneeded_ = stuck_count_ = unknown_ = 0;
+  offerNear(scene, damper);
   offerKept(scene, damper);
-  choose();
+  choose(derivatives, damper);
   giveRows();
-  for (const Offer& offer : offers_) fill(offer, derivatives, damper);
+  for (const Offer& offer : offers_) fill(offer, derivatives);
 }
 
-void ConstraintRows::offerClosest(Scene& scene, PairKind kind, const VelocityDamper& damper) {
+void ConstraintRows::offerNear(Scene& scene, const VelocityDamper& damper) {
   Question question;
   question.threshold = damper.influence_distance;
-  const PairsBelow below = scene.closestBelow(Pairs(scene.candidates(), kind), capacity(), question);
-  for (const PairProximity& pair : below.closest) offer(pair, damper, rowOf(pair.asked), Reach::Within);
-  left_out_ += below.count;
+  for (const PairProximity& pair : scene.below(scene.candidates(), question)) offer(pair, damper, rowOf(pair.asked));
   unknown_ += scene.counts().unknown;
 }
 
-/// Offers the pairs that have a row and are not among the closest.
+/// Offers the pairs that have a row and are not within the influence distance.
 void ConstraintRows::offerKept(Scene& scene, const VelocityDamper& damper) {
-  const std::size_t closest = offers_.size();
+  const std::size_t near = offers_.size();
   for (int row = 0; row < capacity(); ++row) {
     const Row& kept = rows_[static_cast<std::size_t>(row)];
     const auto is_offered = [&](const Offer& offer) { return offer.row == row; };
-    if (!kept.is_used ||
-        std::any_of(offers_.begin(), offers_.begin() + static_cast<std::ptrdiff_t>(closest), is_offered))
+    if (!kept.is_used || std::any_of(offers_.begin(), offers_.begin() + static_cast<std::ptrdiff_t>(near), is_offered))
       continue;
     if (!isStillChecked(kept.pair, scene.objects())) continue;
-    const double stop = stopDistance(kept.pair, damper);
+    const double stop = damper.stop.of(kept.pair);
     Question question;
     question.threshold = stop + (1.0 + kKeepShare) * (damper.influence_distance - stop);
     const PairProximity pair = scene.proximity(kept.pair, question);
     if (pair.result.status == narrowphase::Status::Unknown || pair.result.lower_bound > question.threshold) continue;
-    // An upper bound, so that the scene has counted each pair that is taken off leftOut().
-    offer(pair, damper, row, pair.result.upper_bound <= damper.influence_distance ? Reach::Within : Reach::Open);
+    offer(pair, damper, row);
+    offers_.back().is_within = false;
   }
 }
 
-void ConstraintRows::offer(const PairProximity& pair, const VelocityDamper& damper, int row, Reach reach) {
-  const double stop = stopDistance(pair.asked, damper);
+void ConstraintRows::offer(const PairProximity& pair, const VelocityDamper& damper, int row) {
+  const double stop = damper.stop.of(pair.asked);
   const double share = (pair.result.lower_bound - stop) / (damper.influence_distance - stop);
-  offers_.push_back({pair.asked, pair.result, share, row, reach});
+  offers_.push_back({pair.asked, pair.result, share, row, true});
 }
 
-/// Leaves the most demanding offers, as many as there are rows.
-void ConstraintRows::choose() {
-  if (offers_.size() > rows_.size()) {
-    const auto comes_first = [](const Offer& a, const Offer& b) { return a.rank() < b.rank(); };
-    const auto end = offers_.begin() + capacity();
-    std::nth_element(offers_.begin(), end, offers_.end(), comes_first);
-    offers_.erase(end, offers_.end());
+/// Leaves the most demanding offers that need a row, as many as there are rows.
+void ConstraintRows::choose(const Derivatives& derivatives, const VelocityDamper& damper) {
+  std::sort(offers_.begin(), offers_.end(), [](const Offer& a, const Offer& b) {
+    return a.rank() != b.rank() ? a.rank() < b.rank() : comesFirst(a.pair, b.pair);
+  });
+  std::size_t chosen = 0;
+  for (Offer& offer : offers_) {
+    const Need need = judge(offer, derivatives, damper);
+    unknown_ += need == Need::Unknown;
+    unneeded_ += need == Need::None && offer.is_within;
+    if (need != Need::Row) continue;
+    if (chosen < rows_.size())
+      offers_[chosen++] = offer;
+    else
+      left_out_ += offer.is_within;
   }
-  left_out_ -= static_cast<int>(
-      std::count_if(offers_.begin(), offers_.end(), [](const Offer& offer) { return offer.reach == Reach::Within; }));
+  offers_.erase(offers_.begin() + static_cast<std::ptrdiff_t>(chosen), offers_.end());
+}
+
+/// Whether a pair needs a row, and with which bound.
+ConstraintRows::Need ConstraintRows::judge(Offer& offer, const Derivatives& derivatives, const VelocityDamper& damper) {
+  if (!std::isfinite(offer.share) || !findGradient(offer, derivatives)) return Need::Unknown;
+  const double bound = leastRate(offer.share, damper), rate = largestRate(gradient_, speeds_);
+  if (bound > rate) {
+    ++stuck_count_;
+    if (stuck_.size() < rows_.size()) stuck_.push_back({offer.pair, offer.result.lower_bound, rate});
+  }
+  if (rate == 0.0 || -bound >= rate + kSpareShare * damper.gain) return Need::None;
+  const double square = gradient_.squaredNorm();
+  offer.bound = bound > 0.0 ? std::min(bound * square / (square + kDamping * kDamping), 0.5 * rate) : bound;
+  return Need::Row;
+}
+
+/// The gradient by the columns that move; false if it is not known.
+bool ConstraintRows::findGradient(const Offer& offer, const Derivatives& derivatives) {
+  if (!derivatives.gradient(PairProximity{offer.pair, 0, 0, offer.result}, gradient_)) return false;
+  gradient_ = (speeds_.array() > 0.0).select(gradient_, 0.0);
+  return true;
 }
 
 /// Frees the rows of pairs that were not chosen, and gives the free rows to those that have none.
@@ -154,14 +228,10 @@ void ConstraintRows::free(int row) {
   rows_[static_cast<std::size_t>(row)] = {};
 }
 
-void ConstraintRows::fill(const Offer& offer, const Derivatives& derivatives, const VelocityDamper& damper) {
-  if (!std::isfinite(offer.share) ||
-      !derivatives.gradient(PairProximity{offer.pair, 0, 0, offer.result}, matrix_.row(offer.row).transpose())) {
-    free(offer.row);
-    ++unknown_;
-    return;
-  }
-  bounds_[offer.row] = leastRate(offer.share, damper);
+void ConstraintRows::fill(const Offer& offer, const Derivatives& derivatives) {
+  findGradient(offer, derivatives);
+  matrix_.row(offer.row) = gradient_.transpose();
+  bounds_[offer.row] = offer.bound;
   rows_[static_cast<std::size_t>(offer.row)] = {offer.pair, offer.result.lower_bound, true, offer.result.unique};
 }
 

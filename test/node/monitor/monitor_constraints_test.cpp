@@ -73,7 +73,7 @@ TEST_F(ConstraintsOfSliders, AreThoseOfTheSceneToTheLastBit) {
     const ConstraintRows& message = rowsIn(at);
     scene.update(at.poses);
     derivatives.update(at.poses);
-    expected.update(scene, derivatives, {0.02, 0.02, 0.5, 0.25});
+    expected.update(scene, derivatives, {{0.02, 0.02}, 0.5, 0.25});
     const auto& matrix = expected.matrix();
     EXPECT_EQ(message.matrix, std::vector<double>(matrix.data(), matrix.data() + matrix.size()));
     for (int row = 0; row < 3; ++row) {
@@ -97,7 +97,9 @@ TEST_F(ConstraintsOfSliders, KeepTheStopDistanceOfObjects) {
   ASSERT_EQ(message.status.code, QueryStatus::OK) << message.status.message;
   EXPECT_NEAR(message.lower_bounds[0], -0.25 * (0.2 - 0.1) / (0.25 - 0.1), 1e-9);
   EXPECT_EQ(message.b[0].kind, ShapeRef::OBJECT);
-  EXPECT_EQ(message.left_out, 1u) << "the wall is as near";
+  EXPECT_EQ(message.b[0].link, "wall");
+  EXPECT_EQ(message.left_out, 0u);
+  EXPECT_EQ(message.unneeded, 1u) << "the ball is as near, but stays so";
 }
 
 TEST_F(ConstraintsOfSliders, MoveWhatIsInTheFrameOfALinkWithTheLink) {
@@ -141,6 +143,44 @@ TEST_F(ConstraintsOfSliders, AreAsManyAsTheSettingsSayFromTheNextCycleOn) {
   EXPECT_EQ(rows().matrix.size(), 15u);
   settings_.max_constraints = 1;
   EXPECT_EQ(rows().a.size(), 1u);
+}
+
+TEST_F(ConstraintsOfSliders, AreThoseOfTheJointsThatTheControllerMoves) {
+  config_.constraint_joints = {"to_left"};
+  follow("");
+  const ConstraintRows& message =
+      rowsIn(withTheRightSphereAt(*robot_, -0.7));  // 0.1 m from the left one, 0.5 m from the middle
+  ASSERT_EQ(message.status.code, QueryStatus::OK) << message.status.message;
+  EXPECT_EQ(message.joint_names.size(), 3u);
+  EXPECT_EQ(message.matrix, (std::vector<double>{-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}));
+  EXPECT_EQ(message.unneeded, 1u) << "right and middle";
+}
+
+TEST_F(ConstraintsOfSliders, NameThePairsThatTheJointsDoNotPart) {
+  config_.constraint_joints = {"to_left"};
+  follow("");
+  const ConstraintRows& message = rowsIn(withTheRightSphereAt(*robot_, 0.21));
+  ASSERT_EQ(message.status.code, QueryStatus::OK) << message.status.message;
+  EXPECT_EQ(message.stuck, 1u);
+  ASSERT_EQ(message.stuck_a.size(), 1u);
+  EXPECT_EQ(message.stuck_a[0].link, "middle");
+  EXPECT_EQ(message.stuck_b[0].link, "right");
+  EXPECT_NEAR(message.stuck_distances[0], 0.01, 1e-9);
+  EXPECT_EQ(message.stuck_rates[0], 0.0);
+  EXPECT_EQ(message.lower_bounds[0], -kInfinity);
+  EXPECT_EQ(rowsIn(withTheRightSphereAt(*robot_, 0.5)).stuck, 0u);
+}
+
+TEST_F(ConstraintsOfSliders, RefuseJointsThatAreNot) {
+  config_.constraint_joints = {"to_left", "to_midle"};
+  try {
+    follow("");
+    ADD_FAILURE();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(
+        error.what(),
+        "parameter constraint_joints: 'to_midle': the robot has no such movable joint: did you mean 'to_middle'?");
+  }
 }
 
 TEST_F(ConstraintsOfSliders, DoNotDependOnWhetherGradientsAreAsked) {
