@@ -66,9 +66,27 @@ class Controller(unittest.TestCase):
         velocity = controller.velocity(numpy.zeros(4), rows([-1.0, 0.0, 0.0, 0.0], -0.02))
         self.assertTrue(controller.rests_early(numpy.zeros(4), velocity), velocity)
         self.assertEqual(controller.held_back_by, ["forearm - wrist (0.0194 m)"])
+        controller = self.controller([1.0, 0.0, 0.0, 0.0])
         velocity = controller.velocity(numpy.zeros(4), rows([1.0, 0.0, 0.0, 0.0], -0.02))
         self.assertFalse(controller.rests_early(numpy.zeros(4), velocity))
         self.assertEqual(controller.held_back_by, [])
+
+    # Regression: a forearm between two places trembled, and its distance shrank with each step.
+    def test_a_pair_between_two_places_does_not_tremble(self):
+        slope, farthest = 0.05, 0.0206  # the distance is farthest - slope |lift - 0.8 elbow|; the target is at a side
+        controller, positions, turns, last = self.controller([3.0, 0.0, 0.0, 0.0]), numpy.array([-0.02, 0.0, 0.0, 0.0]), 0, 0.0
+        for _ in range(500):
+            side = -numpy.sign(positions[0] - 0.8 * positions[1]) or 1.0
+            distance = farthest - slope * abs(positions[0] - 0.8 * positions[1])
+            self.assertGreater(distance, 0.0195)
+            message = rows([slope * side, -0.8 * slope * side, 0.0, 0.0], -0.5 * (distance - 0.02) / 0.08)
+            message.distances = [distance]
+            velocity = controller.velocity(positions, message)
+            if abs(velocity[0]) > 0.005:
+                turns += velocity[0] * last < 0.0
+                last = velocity[0]
+            positions = positions + STEP * velocity
+        self.assertLess(turns, 10)  # with the present rows alone they are 206
 
 
 if __name__ == "__main__":

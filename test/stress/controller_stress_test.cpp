@@ -1,4 +1,4 @@
-// The runs of ./dev stress free-motions and ./dev stress stops that every test run makes.
+// The runs of ./dev stress drives, free-motions and stops that every test run makes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -6,6 +6,7 @@
 
 #include "from_environment.h"
 #include "sanitized.h"
+#include "stress/drive_run.h"
 #include "stress/free_motion_run.h"
 #include "stress/stop_run.h"
 
@@ -50,6 +51,24 @@ TEST(StopStress, NoStopEndsTooNearAndNoRetreatIsSlowed) {
   EXPECT_GT(20 * all.retreats, all.stops);
   EXPECT_GT(20 * all.halted, all.stops);
   EXPECT_LT(2 * all.halted, all.stops);
+}
+
+TEST(DriveStress, RobotsKeepTheirDistanceAndNeitherRaceNorTrembleNorRestWithoutACause) {
+  DriveRun run;
+  run.drives = fromEnvironment("PROXIMITY_STRESS_DRIVES", repeats(12));
+  run.threads = std::max(1u, std::thread::hardware_concurrency());
+  run.duration = 8.0;
+  std::atomic<std::int64_t> done{0};
+  DriveSummary all;
+  for (const DriveSummary& family : runDrives(run, done)) {
+    EXPECT_EQ(family.failed, 0) << family.name << ", cell " << family.failures.front().number << ": "
+                                << family.failures.front().sentence;
+    EXPECT_GT(family.drives, 0) << family.name;
+    all.merge(family);
+  }
+  EXPECT_LE(all.fastest, 1.0 + 1e-9);
+  if (kIsSanitized) return;  // what follows is of the whole test
+  EXPECT_LT(all.nearest, 0.004) << "some pair came near";
 }
 
 }  // namespace proximity_server::scene::controller_stress_test
