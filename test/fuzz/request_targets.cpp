@@ -139,8 +139,10 @@ void search(const RequestedPairs& pairs, TimedMotion motion, MotionQuestion ques
   require(minimum.lower_bound <= minimum.upper_bound, "the lower bound is below the upper one");
 }
 
+const PairDistances kStop(0.02, 0.02);
+
 void ask(const FirstContactRequest& request) {
-  const MotionQuestion question = motionQuestion(request.contact_distance, request.tolerance);
+  const MotionQuestion question = motionQuestion(request.contact_distance, request.tolerance, kStop);
   timeBudget(arm(), request.time_budget);
   positive(request.horizon, "horizon");
   const RequestedPairs pairs = pairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
@@ -148,7 +150,7 @@ void ask(const FirstContactRequest& request) {
 }
 
 void ask(const QueryTrajectoryRequest& request) {
-  const MotionQuestion question = motionQuestion(request.contact_distance, request.tolerance);
+  const MotionQuestion question = motionQuestion(request.contact_distance, request.tolerance, kStop);
   timeBudget(arm(), request.time_budget);
   const RequestedPairs pairs = pairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
   const WayPoints points = wayPointsOf(arm(), request);

@@ -154,7 +154,9 @@ std::vector<Parameter> parameterTable(Config& config) {
   add("object_stop_distance", &monitor.object_stop_distance, {0, 100}, "m", kLive,
       "The same as `stop_distance` of pairs with an object. It must be at most `object_warn_distance`.");
   add("hysteresis", &monitor.hysteresis, {0, 1}, "m", kLive,
-      "A level is left only when the distance exceeds its threshold by more than this.");
+      "A level is left only when the distance exceeds its threshold by more than this; of a pair with a smaller stop "
+      "distance "
+      "of its own by less, in proportion.");
   add("max_reported_pairs", &monitor.max_reported_pairs, {0, 10000}, "", kLive,
       "The most pairs that `~clearance` lists, closest first. It also has the number of all within `threshold`.");
   add("markers", &monitor.markers, {}, "", kLive, "Publish `~markers` while somebody listens.");

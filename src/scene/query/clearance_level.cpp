@@ -37,7 +37,12 @@ DistanceLevel levelOf(double distance, double stop, double warn, const LevelBefo
 }
 
 DistanceLevel levelOf(const PairProximity& pair, const LevelThresholds& thresholds, const LevelBefore& before) {
-  return levelOf(pair.result.lower_bound, thresholds.stop.of(pair.asked), thresholds.warn.of(pair.asked), before);
+  const bool has_object = pair.asked.a.link < 0 || pair.asked.b.link < 0;
+  const double stop = thresholds.stop.of(pair.asked),
+               usual = has_object ? thresholds.stop.objects : thresholds.stop.links;
+  const double scale = stop < usual ? stop / usual : 1.0;
+  return levelOf(pair.result.lower_bound, stop, thresholds.warn.of(pair.asked),
+                 {before.level, scale * before.hysteresis});
 }
 
 DecidingPair decidingPair(Scene& scene, const Pairs& pairs, const PairProximity& closest,

@@ -39,10 +39,7 @@ std::vector<scene::ClearanceLevel> levelsIn(const Eigen::MatrixXd& states,
   std::vector<scene::ClearanceLevel> levels;
   for (const scene::PairProximity& pair : batch.deciding(states, thresholds)) {
     const bool is_known = pair.result.status != narrowphase::Status::Unknown;  // false: no pair is checked
-    levels.push_back(is_known ? scene::levelOf(pair.result.lower_bound, thresholds.stop.of(pair.asked),
-                                               thresholds.warn.of(pair.asked))
-                                    .level
-                              : scene::ClearanceLevel::Clear);
+    levels.push_back(is_known ? scene::levelOf(pair, thresholds).level : scene::ClearanceLevel::Clear);
   }
   return levels;
 }

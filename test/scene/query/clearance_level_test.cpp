@@ -156,6 +156,20 @@ TEST_F(Balls, LevelOfAPairIsKeptWithinTheHysteresis) {
   EXPECT_EQ(decided_.level.level, Level::Clear);
 }
 
+TEST_F(Balls, HysteresisOfASmallThresholdIsSmaller) {
+  scene_.update(forwardKinematics(model_->robot, std::vector<double>(model_->robot.joints.size(), 0.0)));
+  LevelThresholds thresholds;
+  thresholds.stop.setPair(link("a"), link("b"), 0.002);
+  thresholds.warn.setPair(link("a"), link("b"), 0.003);
+  PairProximity pair;
+  pair.asked = {{link("a")}, {link("b")}};
+  pair.result.lower_bound = 0.0035;
+  const LevelBefore before{Level::Warn, 0.002};  // at 0.02: a tenth
+  EXPECT_EQ(levelOf(pair, thresholds, before).level, Level::Clear);
+  pair.result.lower_bound = 0.0031;
+  EXPECT_EQ(levelOf(pair, thresholds, before).level, Level::Warn);
+}
+
 // --- thresholds by name
 
 TEST_F(Balls, PairGoesBeforeLinkBeforeGroupBeforeDefaultAndOfEqualsTheLarger) {

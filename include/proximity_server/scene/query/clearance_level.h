@@ -29,7 +29,9 @@ struct DistanceLevel {
 };
 DistanceLevel levelOf(double distance, double stop, double warn, const LevelBefore& before = {});
 
-/// The level of a pair by its own thresholds, decided by the lower bound: without an answer it is the worst one.
+/// The level of a pair by its own thresholds, decided by the lower bound: without an answer it is the worst one. If its stop distance is
+/// smaller than that of pairs without one of their own, so is the hysteresis, in proportion: a pair that is near by design could else
+/// never leave a level.
 DistanceLevel levelOf(const PairProximity& pair, const LevelThresholds& thresholds, const LevelBefore& before = {});
 
 /// The pair that sets the level of a state: of the worst level, it is the one with the smallest distance less its threshold (that of
