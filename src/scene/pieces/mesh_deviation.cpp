@@ -61,8 +61,7 @@ class DeviationSearch {
  public:
   DeviationSearch(const MeshSolid& mesh, const DecisionThresholds& thresholds) : mesh_(mesh), thresholds_(thresholds) {}
 
-  /// [m] The farthest point found if the search has proven it, otherwise an upper bound.
-  double atMost() const { return isProven() ? farthest_ : std::max(farthest_, patches_.top().bound); }
+  double farthest() const { return farthest_; }
 
   bool isExceeded() const { return farthest_ > thresholds_.above; }
 
@@ -165,14 +164,12 @@ double MeshSolid::distance(const Vector3d& p) const {
 }
 
 double MeshSolid::deviationOf(const std::vector<Cover>& covers) const {
-  // Where a hull is equally far from the mesh over an area, it takes millions of looks to prove this within kMeshRounding. The bound
-  // that these many prove is nearly as good.
-  constexpr int kLooks = 100000, kLooksForRooms = 30000, kFewestLooksForRooms = 100;
+  constexpr int kLooks = 1000000, kLooksForRooms = 30000, kFewestLooksForRooms = 100;
   DeviationSearch search(*this, DecisionThresholds());
   for (const Cover& cover : covers) search.lookAbove(pointsBelow(cover.hull, cover.points), surfaceOf(cover.hull));
   for (const Cover& cover : covers) search.look(cover.hull, surfaceOf(cover.hull));
   search.refine(kLooks);
-  double farthest = search.atMost();
+  double farthest = search.farthest();
   const int looks_for_rooms = std::max(kLooksForRooms / static_cast<int>(covers.size()), kFewestLooksForRooms);
   for (const Cover& cover : covers) {
     const Rooms::Largest room = rooms_.largestIn(cover.hull, {farthest, kInfinity, 0.0, looks_for_rooms}, effort_);

@@ -43,8 +43,7 @@ class MeshSolid {
 
   /// [m] The largest distance outside of the mesh that was found in any of the hulls, at least 0: on its surface, or in a room
   /// that it fills. It finds every hollow that contains a point of the mesh, however small. A search that ends before its
-  /// limit of steps has proven the result within kMeshRounding, and one that does not gives an upper bound; of a room that is found
-  /// it tells at least the depth.
+  /// limit of steps has proven the result within kMeshRounding; of a room that is found it tells at least the depth.
   double deviationOf(const std::vector<Cover>& covers) const;
 
   /// Whether the hull is proven to lie outside of the mesh by no more than `tolerance` [m], on its surface and in the rooms that it
