@@ -298,6 +298,12 @@ class Readme(unittest.TestCase):
         """Becomes a file for the commands behind it; the gtest of its room reads that of config/README.md."""
         (self.folder / "cell.yaml").write_text(text + "\n")
 
+    def thresholds(self, text):
+        """Becomes a file of thresholds of the demo's robot."""
+        (self.folder / "thresholds.yaml").write_text(text + "\n")
+        printed = self.shell.run("clearance config/demo/robot.urdf --srdf config/demo/robot.srdf --sample 3 --thresholds thresholds.yaml")
+        self.assertTrue(printed.splitlines()[0].endswith(",level"), printed)
+
     def rostest(self, text):
         printed = self.shell.run(text)
         self.assertIn("[my_robot.rosunit-robot_keeps_clear/test_minimum][passed]", printed)
@@ -306,7 +312,7 @@ class Readme(unittest.TestCase):
             self.shell.run(text.replace("keeps_clear", "too_close"))
         self.assertRegex(str(failure.exception), r"not proven to stay above the minimum of 0\.06 m of all pairs\. Worst: at "
                          r"\d+\.\d+ s torso - \w+_upper_arm: distance 0\.0564\d+ m, bounds \[0\.0564\d+, 0\.0564\d+\], "
-                         r"level CLEAR; joints: .*left_elbow_flex=")
+                         r"level CLEAR \(threshold 0\.05 m\); joints: .*left_elbow_flex=")
 
     def gate(self, text):
         """Becomes a program, which lets the robot move, holds it at silence and at STOP, and lets it move again."""
@@ -421,6 +427,7 @@ BLOCKS = (
     (">>> ", Readme.python_session),
     ("<launch>", Readme.file_of_test),
     ("objects:", Readme.file_of_objects),
+    ("pair_stop_distance:", Readme.thresholds),
     ("rostest ", Readme.rostest),
     ("cmake -S . -B build -DBUILD_TESTING=ON", Readme.commands),
     ("cmake -S . -B build -DPROXIMITY_NARROWPHASE_ONLY=ON", Readme.commands),

@@ -435,7 +435,7 @@ RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion
     answer.pair = found(visit, pieces.at_minimum, pieces.time);
   }
   answer.counts.by_one_bound = answer.counts.pairs - answer.counts.unknown - pairs_.examined();
-  if (answer.status != narrowphase::Status::Converged && answer.time >= 0.0) {
+  if (answer.time >= 0.0) {
     answer.pair = ofAllPieces(answer.pair, answer.time);
     takeUpperBound(answer.upper_bound, answer);
   }

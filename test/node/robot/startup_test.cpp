@@ -92,7 +92,7 @@ TEST_F(Startup, RefusesThresholdsOfPairsThatMakeNoSenseByName) {
   expectRefusal("link_stop_distance: no link \"bal\" (did you mean \"ball\"?)");
   ros::param::del(kName + "/link_stop_distance");
   set("link_warn_distance", "ball", 0.01);
-  expectRefusal("the stop distance of ball and objects is 0.02, above its warn distance, which is 0.01");
+  expectRefusal("the stop distance of base - ball is 0.02, above its warn distance, which is 0.01");
   set("link_warn_distance", "ball", 0.3);
   set("link_stop_distance", "ball", 0.2);
   expectRefusal("the stop distance of base - ball is 0.2, not below influence_distance, which is 0.1");
