@@ -299,10 +299,13 @@ class Readme(unittest.TestCase):
         (self.folder / "cell.yaml").write_text(text + "\n")
 
     def thresholds(self, text):
-        """Becomes a file of thresholds of the demo's robot."""
+        """Becomes parameters of the demo's node, which takes them."""
         (self.folder / "thresholds.yaml").write_text(text + "\n")
-        printed = self.shell.run("clearance config/demo/robot.urdf --srdf config/demo/robot.srdf --sample 3 --thresholds thresholds.yaml")
-        self.assertTrue(printed.splitlines()[0].endswith(",level"), printed)
+        names = [line.split(":")[0] for line in text.splitlines()]
+        reload = "rosservice call /proximity_server/reload"
+        printed = self.shell.run(f"rosparam load {self.folder}/thresholds.yaml /proximity_server && {reload}")
+        self.assertIn("success: True", printed)
+        self.shell.run(" && ".join(f"rosparam delete /proximity_server/{name}" for name in names) + f" && {reload}")
 
     def rostest(self, text):
         printed = self.shell.run(text)
