@@ -50,6 +50,7 @@ std::string pairLine(const Proximity& pair) {
 /// The pair that sets the level, with its threshold.
 std::string decidingLine(const Clearance& clearance) {
   if (clearance.level == Clearance::INVALID) return clearance.status.message;
+  if (clearance.level == Clearance::COLLISION) return pairLine(clearance.deciding);
   return pairLine(clearance.deciding) +
          format(" (%s at %.4f m)", levelOfThreshold(clearance.level), clearance.deciding_threshold);
 }
