@@ -14,7 +14,7 @@ namespace proximity_server::scene::controller_stress_test {
 
 TEST(FreeMotionStress, NoMotionWithinABubbleLeadsBelowTheThreshold) {
   FreeMotionRun run;
-  run.motions = fromEnvironment("PROXIMITY_STRESS_FREE_MOTIONS", repeats(50000));
+  run.motions = fromEnvironment("PROXIMITY_STRESS_FREE_MOTIONS", kIsSanitized ? 400 : repeats(50000));
   run.threads = std::max(1u, std::thread::hardware_concurrency());
   std::atomic<std::int64_t> done{0};
   double most_used = 0.0;
