@@ -23,7 +23,7 @@ TEST(MotionStress, MotionsOfEveryFamilyKeepEveryPromise) {
   for (const MotionFamilySummary& family : summariesOf(motions, std::max(1u, std::thread::hardware_concurrency()))) {
     EXPECT_GT(family.with_oracle, 0) << family.name;
     EXPECT_TRUE(kIsSanitized || family.contacts > 0) << family.name;
-    EXPECT_LT(family.contacts, family.motions) << family.name;
+    EXPECT_TRUE(kIsSanitized || family.contacts < family.motions) << family.name;
     EXPECT_EQ(family.failed, 0) << family.name << ", motion " << family.failures.front().number << ": "
                                 << family.failures.front().sentence << "\n./dev stress motions records it";
   }
