@@ -57,11 +57,10 @@ Chains chainsOf(const std::vector<Step>& way, std::size_t half) {
   return chains;
 }
 
-/// The smallest distance of the origin from the points between two; 0 where squares of them overflow, as nothing is proven then.
+/// The smallest distance of the origin from the points between two.
 double distanceToSegment(const Vector3d& begin, const Vector3d& end) {
   const Vector3d along = end - begin;
   const double length2 = along.squaredNorm();
-  if (!std::isfinite(length2) || !std::isfinite(begin.squaredNorm())) return 0.0;
   const double part = length2 > 0.0 ? std::clamp(-begin.dot(along) / length2, 0.0, 1.0) : 0.0;
   return (begin + part * along).norm();
 }

@@ -5,6 +5,7 @@
 
 #include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/model/joint_ranges.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -25,7 +26,7 @@ Eigen::MatrixXd randomStates(const scene::RobotModel& robot, unsigned long seed)
   const std::vector<scene::JointRange> ranges = scene::jointRanges(robot);
   std::mt19937_64 random(seed);
   Eigen::MatrixXd states(LevelCounts::kStates, robot.joints.size());
-  for (Eigen::Index i = 0; i < states.rows(); ++i) {
+  for (Eigen::Index i = 0; i < states.rows() && states.cols() > 0; ++i) {
     const scene::Positions positions = scene::randomPositions(robot, ranges, random);
     states.row(i) = Eigen::Map<const Eigen::RowVectorXd>(positions.data(), states.cols());
   }
@@ -35,6 +36,14 @@ Eigen::MatrixXd randomStates(const scene::RobotModel& robot, unsigned long seed)
 std::vector<scene::ClearanceLevel> levelsIn(const Eigen::MatrixXd& states,
                                             const std::shared_ptr<const scene::SceneModel>& model,
                                             const scene::LevelThresholds& thresholds) {
+  if (states.cols() == 0) {  // no joints: the only state there is, which SceneBatch does not take
+    scene::Scene scene(model);
+    scene.update(scene::forwardKinematics(model->robot, {}));
+    const scene::PairProximity* closest = scene.minimum(scene.candidates());
+    const auto level = closest ? scene::decidingPair(scene, scene.candidates(), *closest, thresholds).level.level
+                               : scene::ClearanceLevel::Clear;
+    return std::vector<scene::ClearanceLevel>(static_cast<std::size_t>(states.rows()), level);
+  }
   scene::SceneBatch batch(model);
   std::vector<scene::ClearanceLevel> levels;
   for (const scene::PairProximity& pair : batch.deciding(states, thresholds)) {
