@@ -38,7 +38,7 @@ std::vector<scene::ClearanceLevel> levelsIn(const Eigen::MatrixXd& states,
                                             const scene::LevelThresholds& thresholds) {
   if (states.cols() == 0) {  // no joints: the only state there is, which SceneBatch does not take
     scene::Scene scene(model);
-    scene.update(scene::forwardKinematics(model->robot, {}));
+    scene.update(scene::forwardKinematics(model->robot, scene::Positions()));
     const scene::PairProximity* closest = scene.minimum(scene.candidates());
     const auto level = closest ? scene::decidingPair(scene, scene.candidates(), *closest, thresholds).level.level
                                : scene::ClearanceLevel::Clear;
