@@ -153,6 +153,7 @@ std::vector<SetupFile> setupFiles(const std::string& folder, const scene::RobotM
 
 RestState restState(const std::shared_ptr<const scene::SceneModel>& model, const scene::LevelThresholds& thresholds,
                     unsigned long seed) {
+  if (model->robot.joints.empty()) return {{}, levelsIn(Eigen::MatrixXd(1, 0), model, thresholds).front()};
   const Eigen::MatrixXd random = randomStates(model->robot, seed);
   Eigen::MatrixXd states = Eigen::MatrixXd::Zero(random.rows() + 2, random.cols());
   states.bottomRows(random.rows()) = random;
