@@ -32,7 +32,7 @@ std::uint8_t levelCode(scene::ClearanceLevel level) {
   return static_cast<std::uint8_t>(level);
 }
 
-/// Of two pairs that decide about their kind, whether the first decides about both.
+/// Returns whether `p`, which decides about its kind of pairs, decides about the kind of `q` too.
 bool comesFirst(const scene::DecidingPair& p, const scene::DecidingPair& q) {
   const auto excess = [](const scene::DecidingPair& deciding) {
     return deciding.pair.result.lower_bound - deciding.level.threshold;
@@ -190,7 +190,7 @@ void Monitor::judge(const PoseSnapshot& snapshot, const scene::PairProximity& mi
   clearance_.level = levelCode(deciding.level.level);
 }
 
-/// Of one kind of pairs; nullopt if none is checked.
+/// Judges the pairs of one kind; returns nullopt if none is checked.
 std::optional<scene::DecidingPair> Monitor::judgeKind(scene::PairKind kind, const PoseSnapshot& snapshot,
                                                       const scene::PairProximity& minimum,
                                                       const scene::Question& question,

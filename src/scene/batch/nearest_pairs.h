@@ -23,7 +23,7 @@ namespace proximity_server::scene {
 ///    the boxes of the pair give it one first.
 /// 5. End when the smallest bound in the queue is above the limit.
 ///
-/// Where pairs have thresholds of their own, bounds and distances are compared less these.
+/// If pairs have thresholds of their own, these are subtracted from bounds and distances before they are compared.
 ///
 /// No answer depends on the bounds, on the order of the visits or on the limits, which decide only what is computed. For a
 /// pair among the closest is nearer than every limit by more than the tolerance, so that its search leaves out no piece that

@@ -74,7 +74,7 @@ void MotionSearch::use(std::shared_ptr<const Objects> objects) {
   pairs_.use(std::move(objects));
 }
 
-/// Of a question about a contact the earliest comes first, without one the nearest.
+/// If the question is about a contact, the earliest interval comes first, otherwise the nearest.
 void MotionSearch::begin(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion* contact,
                          MotionCounts& counts) {
   order_ = contact ? Order::Earliest : Order::Nearest;

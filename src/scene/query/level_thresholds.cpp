@@ -41,7 +41,7 @@ class RulesByIndex {
     }
   }
 
-  /// Of two links, or of a link with objects (link_b < 0); nullopt: the default counts.
+  /// Returns the distance of two links, or of a link with objects (link_b < 0); nullopt if the default counts.
   std::optional<double> of(int link_a, int link_b) const {
     if (link_b >= 0) {
       const auto own = of_pairs_.find({link_a, link_b});

@@ -20,7 +20,7 @@ struct MotionQuestion {
   /// [m] Contact is a signed distance, less the pair's padding, at or below it. Below 0, a first contact of two of which
   /// one has a closed mesh with room inside is left open (IterationLimit, t_free 0) unless it is at the start.
   double contact_distance = 0.0;
-  /// What each pair adds to `contact_distance`; nullptr: nothing. Used until the question is answered.
+  /// Each pair adds its own distance to `contact_distance`; nullptr adds nothing. It has to live until the question is answered.
   const PairDistances* thresholds = nullptr;
   /// Pairs that may come nearer than all others, as those that are nearer at the start and shall be allowed to part. Of two
   /// contact distances of a pair the smaller one counts; with minus infinity the pair is left out. If one of them is below 0

@@ -45,7 +45,7 @@ struct DecidingPair {
 ///
 /// 1. The closest pair tells whether there is a collision.
 /// 2. If all pairs of the question have the same thresholds, it tells the level too.
-/// 3. Else search for the pair with the smallest distance less its stop distance, no farther than matters, and if it is no Stop, for
+/// 3. Otherwise search for the pair with the smallest distance less its stop distance, no farther than matters, and if it is no Stop, for
 ///    the one with the smallest distance less its warn distance. The scene has measured most of what is near by then.
 ///
 /// `closest` is what Scene::minimum() answers about the same pairs and question, which has no threshold.

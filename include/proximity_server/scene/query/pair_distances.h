@@ -61,7 +61,7 @@ class PairDistances {
   std::vector<Own> own_with_objects_;  ///< sorted by link
 };
 
-/// What is taken off the distance of each pair, see LinkPair::padding.
+/// The paddings of all pairs, which are subtracted from their distances, see LinkPair::padding.
 PairDistances paddingsOf(const PairTable& table);
 
 }  // namespace proximity_server::scene

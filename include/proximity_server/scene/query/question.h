@@ -72,8 +72,8 @@ struct Question {
                                 ///< them is the minimum, and points and normal may be missing
   /// A pair that is not computed by then is Unknown.
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
-  /// What each pair adds to `threshold`; nullptr: nothing. Pairs are then sorted by their distance less what they add, and the
-  /// one where this is smallest is the closest. Used until the question is answered.
+  /// Each pair adds its own distance to `threshold`; nullptr adds nothing. Pairs are then sorted by their distance less their own, and
+  /// the pair with the smallest difference counts as the closest. It has to live until the question is answered.
   const PairDistances* thresholds = nullptr;
 };
 
