@@ -48,6 +48,9 @@ struct DecidingPair {
 /// 3. Otherwise search for the pair with the smallest distance less its stop distance, no farther than matters, and if it is no Stop, for
 ///    the one with the smallest distance less its warn distance. The scene has measured most of what is near by then.
 ///
+/// Limit: the hysteresis is of the level, not of each pair. Where pairs have thresholds of their own, a Stop may be left within the
+///        hysteresis if another pair, with a smaller hysteresis, is nearer to its stop distance. It is never left at or below a threshold.
+///
 /// `closest` is what Scene::minimum() answers about the same pairs and question, which has no threshold.
 DecidingPair decidingPair(Scene& scene, const Pairs& pairs, const PairProximity& closest,
                           const LevelThresholds& thresholds, const Question& question = {},
