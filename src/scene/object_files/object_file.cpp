@@ -176,9 +176,11 @@ Boxes boxesOf(const Field& field) {
                      std::to_string(centres.size()) + " centres");
   Boxes boxes;
   boxes.boxes.reserve(centres.size());
-  Vector3d half = 0.5 * edgesOf(sizes.front());
+  std::vector<Vector3d> edges;
+  edges.reserve(sizes.size());
+  for (const Field& size : sizes) edges.push_back(edgesOf(size));
   for (std::size_t i = 0; i < centres.size(); ++i) {
-    if (sizes.size() > 1) half = 0.5 * edgesOf(sizes[i]);
+    const Vector3d half = 0.5 * edges[edges.size() == 1 ? 0 : i];
     const Vector3d middle = vectorOf(centres[i]);
     boxes.boxes.emplace_back(middle - half, middle + half);
   }

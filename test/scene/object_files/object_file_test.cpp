@@ -100,6 +100,15 @@ TEST(ObjectFile, BoxesInBulkHaveOneSizeOrOneEach) {
                       .isApprox(std::get<Boxes>(shapes[i].geometry).boxes[k], 1e-15));
 }
 
+TEST(ObjectFile, BoxesInBulkMayBeNone) {
+  for (const char* sizes : {"[]", "[[1, 1, 1]]"}) {
+    const ObjectFile file = read(std::string("[{id: map, boxes: [{centres: [], sizes: ") + sizes + "}]}]");
+    EXPECT_TRUE(std::get<Boxes>(file.objects.at(0).shapes.at(0).geometry).boxes.empty()) << sizes;
+    const ObjectFile again = read(yamlOf(file));
+    EXPECT_TRUE(std::get<Boxes>(again.objects.at(0).shapes.at(0).geometry).boxes.empty()) << sizes;
+  }
+}
+
 TEST(ObjectFile, ReadsRules) {
   const ObjectFile file = read("rules: [{a: table, b: '*', allowed: true}, {a: table, b: hand, allowed: false}]");
   ASSERT_EQ(file.rules.size(), 2U);
