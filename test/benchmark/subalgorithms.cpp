@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "proximity_server/narrowphase/gjk_epa/simplex.h"
+#include "narrowphase/gjk_epa/simplex.h"
 
 namespace proximity_server::benchmark {
 

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "proximity_server/narrowphase/gjk_epa/simplex.h"
+#include "narrowphase/gjk_epa/simplex.h"
 
 namespace proximity_server::narrowphase {
 

@@ -1,4 +1,4 @@
-#include "proximity_server/narrowphase/gjk_epa/gjk.h"
+#include "narrowphase/gjk_epa/gjk.h"
 
 #include <algorithm>
 #include <limits>

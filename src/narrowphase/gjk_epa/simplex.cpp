@@ -1,4 +1,4 @@
-#include "proximity_server/narrowphase/gjk_epa/simplex.h"
+#include "narrowphase/gjk_epa/simplex.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "proximity_server/narrowphase/gjk_epa/epa.h"
+#include "narrowphase/gjk_epa/epa.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include "narrowphase/edge_to_edge.h"
 #include "narrowphase/gjk_epa/two_cores.h"
 #include "narrowphase/near.h"
-#include "proximity_server/narrowphase/gjk_epa/gjk.h"
+#include "narrowphase/gjk_epa/gjk.h"
 
 namespace proximity_server::narrowphase::epa_test {
 

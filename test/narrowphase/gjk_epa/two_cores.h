@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <vector>
 
-#include "proximity_server/narrowphase/gjk_epa/simplex.h"
+#include "narrowphase/gjk_epa/simplex.h"
 
 namespace proximity_server::narrowphase {
 

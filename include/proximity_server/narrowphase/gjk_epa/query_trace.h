@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "proximity_server/narrowphase/gjk_epa/simplex.h"
+#include "proximity_server/narrowphase/gjk_epa/cso.h"
 
 namespace proximity_server::narrowphase {
 

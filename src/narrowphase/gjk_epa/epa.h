@@ -1,6 +1,6 @@
 #pragma once
 
-#include "proximity_server/narrowphase/gjk_epa/simplex.h"
+#include "narrowphase/gjk_epa/simplex.h"
 
 namespace proximity_server::narrowphase {
 
