@@ -90,7 +90,7 @@ class Contest {
     double samples, microseconds;
   };
   Extrapolated sampledAtOurGuarantee(const JointMotion& motion, Asked asked, double until) {
-    const RobotMotion moved = RobotMotion::ofJoints(model_->robot, motion.from, motion.to);
+    const RobotMotion moved = RobotMotion::between(model_->robot, motion.from, motion.to);
     const double step = MotionQuestion{}.tolerance / closingSpeed(moved);
     scene_.update(moved.at(0.0));
     ask(asked);
@@ -107,7 +107,7 @@ class Contest {
 
   /// Whether the robot is as close to itself where ours says so: within the contact distance, or at the minimum.
   bool isConfirmed(const JointMotion& motion, Asked asked, const Answer& ours) {
-    const RobotMotion moved = RobotMotion::ofJoints(model_->robot, motion.from, motion.to);
+    const RobotMotion moved = RobotMotion::between(model_->robot, motion.from, motion.to);
     scene_.update(moved.at(ours.t_contact));
     const PairProximity* closest = scene_.minimum(scene_.candidates());
     const double distance = asked == Asked::Minimum ? ours.distance : contactDistanceOf(asked);
@@ -119,7 +119,7 @@ class Contest {
   template <typename Give>
   Answer timed(const JointMotion& motion, const Give& give) {
     const auto start = Clock::now();
-    Answer answer = give(RobotMotion::ofJoints(model_->robot, motion.from, motion.to));
+    Answer answer = give(RobotMotion::between(model_->robot, motion.from, motion.to));
     answer.microseconds = microsecondsSince(start);
     return answer;
   }

@@ -75,7 +75,7 @@ std::vector<scene::RobotMotion::Segment> segmentsOf(const Robot& robot, const As
 
 TimedMotion motionOfJoints(const Robot& robot, const scene::BodyPoses& poses, const std::vector<double>& travel,
                            double begin, double duration) {
-  return {scene::RobotMotion::ofJoints(robot.robotModel(), inRoot(robot, poses), travel), begin, duration,
+  return {scene::RobotMotion::ofTravel(robot.robotModel(), inRoot(robot, poses), travel), begin, duration,
           referenceFrom(robot, poses), worldOf(robot, poses)};
 }
 

@@ -35,7 +35,7 @@ struct TimedMotion {
 };
 
 /// Moves every joint at constant velocity, also beyond its limits. `poses` are the start, in the reference frame. For
-/// `travel` [rad] or [m] during the whole motion see RobotMotion::ofJoints.
+/// `travel` [rad] or [m] during the whole motion see RobotMotion::ofTravel.
 TimedMotion motionOfJoints(const Robot& robot, const scene::BodyPoses& poses, const std::vector<double>& travel,
                            double begin, double duration);
 

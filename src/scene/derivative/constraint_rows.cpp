@@ -8,6 +8,7 @@
 #include <tuple>
 #include <utility>
 
+#include "scene/filter/given_model.h"
 #include "scene/model/infinity.h"
 #include "scene/query/same_pair.h"
 
@@ -93,14 +94,14 @@ double largestRate(const Eigen::VectorXd& gradient, const Eigen::VectorXd& speed
 }  // namespace
 
 ConstraintRows::ConstraintRows(std::shared_ptr<const SceneModel> model, int capacity)
-    : ConstraintRows(model, capacity, allColumns(model->robot)) {}
+    : ConstraintRows(model, capacity, allColumns(given(model).robot)) {}
 
 ConstraintRows::ConstraintRows(std::shared_ptr<const SceneModel> model, int capacity, const std::vector<int>& moving)
     : model_(std::move(model)) {
   if (capacity < 1)
     throw std::invalid_argument("the capacity of the constraint rows is " + std::to_string(capacity) +
                                 ", not at least 1");
-  const Eigen::VectorXd largest = largestSpeeds(model_->robot);
+  const Eigen::VectorXd largest = largestSpeeds(given(model_).robot);
   speeds_.setZero(largest.size());
   for (const int column : moving) {
     if (column < 0 || column >= largest.size())

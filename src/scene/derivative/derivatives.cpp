@@ -8,12 +8,13 @@
 
 #include "scene/derivative/contact_feature.h"
 #include "scene/derivative/placed_joints.h"
+#include "scene/filter/given_model.h"
 #include "scene/model/usable_pose.h"
 
 namespace proximity_server::scene {
 
 Derivatives::Derivatives(std::shared_ptr<const SceneModel> model)
-    : features_(std::make_unique<ContactFeatures>(*model)), joints_(std::make_unique<PlacedJoints>(std::move(model))) {
+    : features_(std::make_unique<ContactFeatures>(given(model))), joints_(std::make_unique<PlacedJoints>(std::move(model))) {
   row_.resize(degreesOfFreedom().size());
 }
 Derivatives::~Derivatives() = default;

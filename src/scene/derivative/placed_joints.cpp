@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "scene/filter/given_model.h"
 #include "scene/model/usable_pose.h"
 #include "scene/objects/placed_object.h"
 
@@ -21,7 +22,7 @@ Matrix3d planeAxes(const Vector3d& normal) { return turnFromZ(normal.normalized(
 }  // namespace
 
 PlacedJoints::PlacedJoints(std::shared_ptr<const SceneModel> model)
-    : model_(std::move(model)), degrees_of_freedom_(robot()), poses_(robot().bodies.size()) {}
+    : model_(std::move(model)), degrees_of_freedom_(given(model_).robot), poses_(robot().bodies.size()) {}
 
 void PlacedJoints::update(const BodyPoses& poses) {
   if (poses.size() != poses_.size())

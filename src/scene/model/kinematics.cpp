@@ -79,6 +79,11 @@ BodyPoses forwardKinematics(const RobotModel& model, const std::map<std::string,
   return forwardKinematics(model, by_joint);
 }
 
+BodyPoses forwardKinematics(const RobotModel& model,
+                            std::initializer_list<std::pair<const std::string, double>> positions) {
+  return forwardKinematics(model, std::map<std::string, double>(positions));
+}
+
 BodyPoses placedAt(const RobotModel& model, BodyPoses in_roots,
                    const std::vector<std::optional<Isometry3d>>& common_T_roots) {
   for (std::size_t i = 0; i < in_roots.size(); ++i) {

@@ -176,7 +176,7 @@ void PhasedMotion::carryObjects(const RobotMotion::ObjectFrames& frames) {
 
 LimitedMotion motionWithinLimits(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel,
                                  const std::vector<std::optional<double>>& stated) {
-  const RobotMotion unlimited = RobotMotion::ofJoints(model, start, travel);
+  const RobotMotion unlimited = RobotMotion::ofTravel(model, start, travel);
   if (!stated.empty() && stated.size() != model.joints.size())
     throw std::invalid_argument("there are " + std::to_string(stated.size()) + " stated positions for " +
                                 std::to_string(model.joints.size()) + " joints");
@@ -188,7 +188,7 @@ LimitedMotion motionWithinLimits(const RobotModel& model, const BodyPoses& start
   BodyPoses poses = start;
   for (std::size_t i = 0; i + 1 < times.size(); ++i) {
     const std::vector<double> during = travelDuring(times[i], times[i + 1], stops, travel);
-    phases.push_back({times[i], times[i + 1], RobotMotion::ofJoints(model, poses, during)});
+    phases.push_back({times[i], times[i + 1], RobotMotion::ofTravel(model, poses, during)});
     poses = phases.back().motion.at(1.0);
   }
   return {PhasedMotion(std::move(phases)), std::move(stops)};

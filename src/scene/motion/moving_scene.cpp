@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "scene/filter/given_model.h"
 #include "scene/motion/motion_search.h"
 
 namespace proximity_server::scene {
@@ -51,7 +52,7 @@ RobotMinimum followedBy(const RobotMinimum& before, const RobotMinimum& next) {
 }  // namespace
 
 MovingScene::MovingScene(std::shared_ptr<const SceneModel> model)
-    : search_(std::make_unique<MotionSearch>(model, std::make_shared<const Volumes>(model->robot))) {}
+    : search_(std::make_unique<MotionSearch>(model, std::make_shared<const Volumes>(given(model).robot))) {}
 MovingScene::MovingScene(std::unique_ptr<MotionSearch> search) : search_(std::move(search)) {}
 MovingScene::~MovingScene() = default;
 MovingScene::MovingScene(MovingScene&&) noexcept = default;

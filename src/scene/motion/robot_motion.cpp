@@ -57,7 +57,7 @@ void requireCarrier(const RobotMotion::Segment& segment, std::size_t bodies, con
 
 }  // namespace
 
-RobotMotion RobotMotion::ofJoints(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel) {
+RobotMotion RobotMotion::ofTravel(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel) {
   require(start.size(), model.bodies.size(), "poses", "bodies");
   require(travel.size(), model.joints.size(), "travels", "movable joints");
   RobotMotion motion;
@@ -78,13 +78,13 @@ RobotMotion RobotMotion::ofJoints(const RobotModel& model, const BodyPoses& star
   return motion;
 }
 
-RobotMotion RobotMotion::ofJoints(const RobotModel& model, const std::vector<double>& from,
+RobotMotion RobotMotion::between(const RobotModel& model, const std::vector<double>& from,
                                   const std::vector<double>& to) {
   const BodyPoses start = forwardKinematics(model, from);
   require(to.size(), from.size(), "positions to go to", "movable joints");
   std::vector<double> travel(to.size());
   std::transform(to.begin(), to.end(), from.begin(), travel.begin(), std::minus<>());
-  return ofJoints(model, start, travel);
+  return ofTravel(model, start, travel);
 }
 
 RobotMotion RobotMotion::ofTwists(const BodyPoses& start, const std::vector<Twist>& twists) {

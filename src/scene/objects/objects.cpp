@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "proximity_server/scene/model/names.h"
+#include "scene/filter/given_model.h"
 #include "scene/mesh/input_limits.h"
 #include "scene/model/usable_pose.h"
 #include "scene/objects/placed_object.h"
@@ -94,7 +95,9 @@ Placement anyPlacement(const std::variant<Fixed, Moving>& placement) {
 Objects::Objects(std::shared_ptr<const SceneModel> model)
     : model_(std::move(model)),
       rules_(std::make_shared<const ObjectRules>()),
-      fixed_(std::make_shared<FixedObjects>()) {}
+      fixed_(std::make_shared<FixedObjects>()) {
+  given(model_);
+}
 
 Objects Objects::changed(const std::vector<ObjectChange>& changes) const {
   Objects next = *this;

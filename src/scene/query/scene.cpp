@@ -5,13 +5,14 @@
 #include <utility>
 
 #include "proximity_server/scene/model/kinematics.h"
+#include "scene/filter/given_model.h"
 #include "scene/query/pair_ranking.h"
 
 namespace proximity_server::scene {
 
 Scene::Scene(std::shared_ptr<const SceneModel> model, Skipping skipping)
-    : Scene(model, std::make_shared<const Candidates>(model->pairs), std::make_shared<const Volumes>(model->robot),
-            skipping) {}
+    : Scene(model, std::make_shared<const Candidates>(given(model).pairs),
+            std::make_shared<const Volumes>(given(model).robot), skipping) {}
 
 Scene::Scene(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Candidates> candidates,
              std::shared_ptr<const Volumes> volumes, Skipping skipping)

@@ -30,7 +30,7 @@ struct SegmentAndObjects {
 
 scene::RobotMotion motionAlong(const TrajectorySegment& segment, const scene::Objects* objects,
                                const scene::RobotModel& robot) {
-  scene::RobotMotion motion = scene::RobotMotion::ofJoints(robot, segment.from, segment.to);
+  scene::RobotMotion motion = scene::RobotMotion::between(robot, segment.from, segment.to);
   if (objects) motion.carryObjects(framesOnLinks(*objects));
   return motion;
 }

@@ -292,7 +292,7 @@ TEST(MotionWithinLimits, RefusesTheWrongNumberOfStatedPositions) {
 
 TEST(PhasedMotion, RefusesPhasesThatLeaveAGap) {
   const RobotModel robot = load(oneJoint("revolute", limits(-1, 1)));
-  const RobotMotion rest = RobotMotion::ofJoints(robot, std::vector<double>{0.0}, std::vector<double>{0.0});
+  const RobotMotion rest = RobotMotion::between(robot, std::vector<double>{0.0}, std::vector<double>{0.0});
   using Phases = std::vector<PhasedMotion::Phase>;
   EXPECT_THROW(PhasedMotion{Phases{}}, std::invalid_argument);
   EXPECT_THROW((PhasedMotion{Phases{{0.0, 0.4, rest}, {0.5, 1.0, rest}}}), std::invalid_argument);

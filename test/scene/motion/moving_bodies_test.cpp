@@ -142,7 +142,7 @@ struct Row {
       : a(bodyOf(robot, link_a)),
         b(bodyOf(robot, link_b)),
         motion(
-            RobotMotion::ofJoints(robot, forwardKinematics(robot, std::vector<double>{0.3, -0.4, 0.5, 0.6}), travel)) {}
+            RobotMotion::ofTravel(robot, forwardKinematics(robot, std::vector<double>{0.3, -0.4, 0.5, 0.6}), travel)) {}
 
   const Piece& pieceOf(int body) const { return robot.pieces[robot.bodies[body].pieces[0]]; }
 
@@ -214,7 +214,7 @@ TEST(MovingBodies, AreUnknownWhereABodyOrOneThatCarriesItHasNoPose) {
   const auto isKnown = [&](const std::string& missing, const std::string& link_a, const std::string& link_b) {
     BodyPoses start = forwardKinematics(robot, std::vector<double>(4));
     start[bodyOf(robot, missing)].reset();
-    const RobotMotion motion = RobotMotion::ofJoints(robot, start, {1, 1, 1, 1});
+    const RobotMotion motion = RobotMotion::ofTravel(robot, start, {1, 1, 1, 1});
     return MovingBodies(PosesInTime(motion), bodyOf(robot, link_a), Bounds(), bodyOf(robot, link_b), Bounds())
         .isKnown();
   };

@@ -88,7 +88,7 @@ class ManyFixed : public testing::Test {
   const std::shared_ptr<const SceneModel> model_ = arm();
   const Candidates candidates_{model_->pairs};
   const RobotMotion motion_ =
-      RobotMotion::ofJoints(model_->robot, std::vector<double>(5, 0.0), std::vector<double>(5, 1.0));
+      RobotMotion::between(model_->robot, std::vector<double>(5, 0.0), std::vector<double>(5, 1.0));
   std::shared_ptr<const Objects> objects_;
   MovingPairs pairs_{model_, std::make_shared<const Volumes>(model_->robot)};
 };

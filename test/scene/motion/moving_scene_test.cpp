@@ -70,7 +70,7 @@ class SlideAndSwing : public testing::Test {
  protected:
   using State = std::map<std::string, double>;
   RobotMotion motion(const State& from, const State& to) const {
-    return RobotMotion::ofJoints(model_->robot, positions(*model_, from), positions(*model_, to));
+    return RobotMotion::between(model_->robot, positions(*model_, from), positions(*model_, to));
   }
 
   const std::shared_ptr<const SceneModel> model_ = modelOf(kSlideAndSwing);
@@ -235,7 +235,7 @@ TEST_F(SlideAndSwing, PairsFarApartAreSettledByOneBound) {
 TEST_F(SlideAndSwing, MissingPoseMakesThePairUnknownAndCounted) {
   BodyPoses start = forwardKinematics(model_->robot, positions(*model_, {}));
   start[static_cast<std::size_t>(model_->robot.links[static_cast<std::size_t>(linkOf(*model_, "sled"))].body)].reset();
-  const RobotMotion motion = RobotMotion::ofJoints(model_->robot, start, positions(*model_, {{"slide", -2.5}}));
+  const RobotMotion motion = RobotMotion::ofTravel(model_->robot, start, positions(*model_, {{"slide", -2.5}}));
   const RobotContact contact = scene_.timeOfContact(sled_, motion);
   EXPECT_EQ(contact.status, Status::Unknown);
   EXPECT_EQ(contact.counts.unknown, 1);
@@ -275,7 +275,7 @@ TEST(ContactOfLinks, HasTheBoundsOfAllTheirPieces) {
     question.contact_distance = 0.2;
     const RobotContact contact = MovingScene(model).timeOfContact(
         std::vector<ShapeRefPair>{pairOf(*model, "probe", "hand")},
-        RobotMotion::ofJoints(model->robot, std::vector<double>{0.0}, std::vector<double>{1.0}), question);
+        RobotMotion::between(model->robot, std::vector<double>{0.0}, std::vector<double>{1.0}), question);
     ASSERT_TRUE(contact.contact);
     EXPECT_EQ(contact.t_contact, 0.0);
     EXPECT_LE(contact.pair.result.lower_bound, 0.02);
@@ -313,13 +313,13 @@ TEST_F(SlideAndSwing, BadMotionsAreRefused) {
   const BodyPoses start = forwardKinematics(model_->robot, positions(*model_, {}));
   const std::vector<double> still(model_->robot.joints.size(), 0.0);
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(RobotMotion::ofJoints(model_->robot, BodyPoses(1), still), std::invalid_argument);
-  EXPECT_THROW(RobotMotion::ofJoints(model_->robot, start, std::vector<double>(1)), std::invalid_argument);
+  EXPECT_THROW(RobotMotion::ofTravel(model_->robot, BodyPoses(1), still), std::invalid_argument);
+  EXPECT_THROW(RobotMotion::ofTravel(model_->robot, start, std::vector<double>(1)), std::invalid_argument);
   EXPECT_THROW(RobotMotion::ofTwists(start, {}), std::invalid_argument);
   EXPECT_THROW(scene_.minimum(sled_, RobotMotion::ofTwists({start[0]}, {{}})), std::invalid_argument);
   EXPECT_THROW(scene_.minimum(std::vector<ShapeRefPair>{{{99}, {0}}}, motion({}, {})), std::invalid_argument);
   try {
-    RobotMotion::ofJoints(model_->robot, start, positions(*model_, {{"swing", nan}}));
+    RobotMotion::ofTravel(model_->robot, start, positions(*model_, {{"swing", nan}}));
     FAIL() << "not finite, but taken";
   } catch (const std::invalid_argument& error) {
     EXPECT_NE(std::string(error.what()).find("swing"), std::string::npos) << error.what();
@@ -376,7 +376,7 @@ void expectHoldsOnTheWay(const std::shared_ptr<const SceneModel>& model, int mot
   question.contact_distance = contact_distance;
   for (int i = 0; i < motions; ++i) {
     const JointMotions::Ends ends = random.next();
-    const RobotMotion motion = RobotMotion::ofJoints(model->robot, ends.from, ends.to);
+    const RobotMotion motion = RobotMotion::between(model->robot, ends.from, ends.to);
     expectSamePoses(motion.at(0.37), forwardKinematics(model->robot, ends.at(0.37)));
     const RobotContact contact = moving.timeOfContact(pairs, motion, question);
     const RobotMinimum minimum = moving.minimum(pairs, motion, question);
@@ -462,14 +462,14 @@ class BallAndBracket : public testing::Test {
     question.contact_distance = contact_distance;
     return MovingScene(model).timeOfContact(
         std::vector<ShapeRefPair>{pairOf(*model, "bracket", "ball")},
-        RobotMotion::ofJoints(model->robot, positions(*model, {}), positions(*model, {{"slide", to - from}})),
+        RobotMotion::between(model->robot, positions(*model, {}), positions(*model, {{"slide", to - from}})),
         question);
   }
   RobotMinimum minimum(double from, double to) const {
     const auto model = ballAt(from);
     return MovingScene(model).minimum(
         std::vector<ShapeRefPair>{pairOf(*model, "bracket", "ball")},
-        RobotMotion::ofJoints(model->robot, positions(*model, {}), positions(*model, {{"slide", to - from}})));
+        RobotMotion::between(model->robot, positions(*model, {}), positions(*model, {{"slide", to - from}})));
   }
 
  private:
@@ -533,7 +533,7 @@ const char* const kWheel = R"(<robot name="wheel">
 TEST(MovingScene, MinimumOfWhatTurnsAboutItsOwnAxisConverges) {
   const std::shared_ptr<const SceneModel> model = modelOf(kWheel);
   const RobotMotion motion =
-      RobotMotion::ofJoints(model->robot, forwardKinematics(model->robot, std::vector<double>{0.0, 0.0}), {4.0, 5.0});
+      RobotMotion::ofTravel(model->robot, forwardKinematics(model->robot, std::vector<double>{0.0, 0.0}), {4.0, 5.0});
   MovingScene scene(model);
   for (const char* const link : {"wheel", "ball"})
     for (const ShapeRefPair& pair : {pairOf(*model, "carriage", link), pairOf(*model, link, "carriage")}) {

@@ -52,7 +52,7 @@ Object cube(const std::string& id, const Placement& placement, double edge = 1.0
 class CubeAndBall : public testing::Test {
  protected:
   RobotMotion motion(double way, double from = 0.0) const {
-    return RobotMotion::ofJoints(model_->robot, positions(from, 0.0), positions(from + way, 0.0));
+    return RobotMotion::between(model_->robot, positions(from, 0.0), positions(from + way, 0.0));
   }
   /// In the order of the joints.
   std::vector<double> positions(double cube, double ball) const {
@@ -247,7 +247,7 @@ TEST_F(CubeAndBall, PhasesCarryObjectsAsTheWholeMotionDoes) {
   const BodyPoses start = forwardKinematics(model_->robot, positions(0.0, 0.0));
   PhasedMotion phased = motionWithinLimits(model_->robot, start, positions(20.0, 40.0)).motion;
   ASSERT_EQ(phased.phases().size(), 3u);
-  RobotMotion whole = RobotMotion::ofJoints(model_->robot, start, positions(20.0, 40.0));
+  RobotMotion whole = RobotMotion::ofTravel(model_->robot, start, positions(20.0, 40.0));
   const ObjectFrames frames{RobotMotion::withTwist(at(1, 2, 3), {{1, 0, 2}, {0, 0.7, 0.2}}),
                             {RobotMotion::withTwist(at(4, 0, 1), {{-3, 1, 0}, {0.5, 0, 1}})}};
   phased.carryObjects(frames);
@@ -375,7 +375,7 @@ class PairsOfSeveralPieces : public testing::Test {
   void expectBoundsOfTheWholePair(World world) {
     const ShapeRefPair pair{{model_->robot.findLink("right")}, ShapeRef::ofObject(objects_->find("asked"))};
     const std::vector<ShapeRefPair> asked{pair};
-    RobotMotion motion = RobotMotion::ofJoints(model_->robot, {real(-3, 3), real(-3, 3)}, {real(-3, 3), real(-3, 3)});
+    RobotMotion motion = RobotMotion::between(model_->robot, {real(-3, 3), real(-3, 3)}, {real(-3, 3), real(-3, 3)});
     RobotMotion::ObjectFrames frames;
     const Link& left = model_->robot.links[static_cast<std::size_t>(model_->robot.findLink("left"))];
     if (!objects_->frames().empty()) frames.moving = {RobotMotion::atRest(left.body_T_link, left.body)};
@@ -658,7 +658,7 @@ class Motions {
       for (auto& pose : bodies) pose = base * *pose;
       return bodies;
     };
-    return {RobotMotion::ofJoints(model_->robot, poses(0.0), travel), poses, {}, {}};
+    return {RobotMotion::ofTravel(model_->robot, poses(0.0), travel), poses, {}, {}};
   }
 
   /// Each body on its own, the base too.

@@ -51,7 +51,7 @@ void expectPose(const std::optional<Isometry3d>& pose, const Isometry3d& expecte
 }
 
 TEST_F(JointMotion, TurnsAboutTheAxisOfARevoluteJoint) {
-  const RobotMotion motion = RobotMotion::ofJoints(robot_, start(), byJoint({{"turn", M_PI}}));
+  const RobotMotion motion = RobotMotion::ofTravel(robot_, start(), byJoint({{"turn", M_PI}}));
   expectPose(motion.at(0.0)[body("arm")], at(1, 0, 0));
   expectPose(motion.at(0.5)[body("arm")], turned(M_PI / 2, Vector3d::UnitZ(), {1, 0, 0}));
   // The slider is carried: 2 before the arm, and turned by a quarter more.
@@ -60,13 +60,13 @@ TEST_F(JointMotion, TurnsAboutTheAxisOfARevoluteJoint) {
 
 // Its axis is the arm's y axis.
 TEST_F(JointMotion, SlidesAlongTheAxisOfAPrismaticJoint) {
-  const RobotMotion motion = RobotMotion::ofJoints(robot_, start(), byJoint({{"slide", 4.0}}));
+  const RobotMotion motion = RobotMotion::ofTravel(robot_, start(), byJoint({{"slide", 4.0}}));
   expectPose(motion.at(0.25)[body("slider")], turned(M_PI / 2, Vector3d::UnitZ(), {3, 1, 0}));
   expectPose(motion.at(0.25)[body("arm")], at(1, 0, 0));
 }
 
 TEST_F(JointMotion, AFollowerGoesByItsMultipleWhateverItsOwnTravelIs) {
-  const RobotMotion motion = RobotMotion::ofJoints(robot_, start(), byJoint({{"turn", 1.0}, {"follow", 77.0}}));
+  const RobotMotion motion = RobotMotion::ofTravel(robot_, start(), byJoint({{"turn", 1.0}, {"follow", 77.0}}));
   expectPose(motion.at(0.0)[body("follower")], turned(0.5, Vector3d::UnitZ()));
   expectPose(motion.at(0.5)[body("follower")], turned(0.5 + 1.0, Vector3d::UnitZ()));
 }
@@ -74,14 +74,14 @@ TEST_F(JointMotion, AFollowerGoesByItsMultipleWhateverItsOwnTravelIs) {
 TEST_F(JointMotion, AFloatingJointRests) {
   BodyPoses poses = start();
   poses[body("kite")] = at(7, 8, 9);
-  const RobotMotion motion = RobotMotion::ofJoints(robot_, poses, byJoint({{"float", 1.0}}));
+  const RobotMotion motion = RobotMotion::ofTravel(robot_, poses, byJoint({{"float", 1.0}}));
   expectPose(motion.at(1.0)[body("kite")], at(7, 8, 9));
 }
 
 TEST_F(JointMotion, BeginsAtThePosesThatAreGiven) {
   BodyPoses poses = start();
   for (auto& pose : poses) pose = turned(M_PI / 2, Vector3d::UnitX(), {0, 0, 5}) * *pose;
-  const RobotMotion motion = RobotMotion::ofJoints(robot_, poses, byJoint({{"turn", M_PI}}));
+  const RobotMotion motion = RobotMotion::ofTravel(robot_, poses, byJoint({{"turn", M_PI}}));
   expectPose(motion.at(0.5)[body("arm")],
              turned(M_PI / 2, Vector3d::UnitX(), {0, 0, 5}) * turned(M_PI / 2, Vector3d::UnitZ(), {1, 0, 0}));
 }
@@ -89,14 +89,14 @@ TEST_F(JointMotion, BeginsAtThePosesThatAreGiven) {
 TEST_F(JointMotion, ABodyWithoutAPoseHasNoneLaterNorHasWhatItCarries) {
   BodyPoses poses = start();
   poses[body("arm")].reset();
-  const BodyPoses later = RobotMotion::ofJoints(robot_, poses, byJoint({{"turn", 1.0}})).at(0.5);
+  const BodyPoses later = RobotMotion::ofTravel(robot_, poses, byJoint({{"turn", 1.0}})).at(0.5);
   EXPECT_FALSE(later[body("arm")].has_value());
   EXPECT_FALSE(later[body("slider")].has_value());
   EXPECT_TRUE(later[body("follower")].has_value());
 }
 
 TEST_F(JointMotion, BetweenTwoStatesIsLinear) {
-  const RobotMotion motion = RobotMotion::ofJoints(robot_, byJoint({{"turn", -1.0}, {"slide", 1.0}}),
+  const RobotMotion motion = RobotMotion::between(robot_, byJoint({{"turn", -1.0}, {"slide", 1.0}}),
                                                    byJoint({{"turn", 2.0}, {"slide", 5.0}}));
   for (const double time : {0.0, 0.3, 1.0}) {
     const BodyPoses expected =
@@ -107,20 +107,20 @@ TEST_F(JointMotion, BetweenTwoStatesIsLinear) {
 }
 
 TEST_F(JointMotion, RefusesNumbersThatDoNotFitTheRobot) {
-  EXPECT_EQ(errorOf([&] { RobotMotion::ofJoints(robot_, BodyPoses(2), byJoint({})); }),
+  EXPECT_EQ(errorOf([&] { RobotMotion::ofTravel(robot_, BodyPoses(2), byJoint({})); }),
             "the robot has 5 bodies, but there are 2 poses");
-  EXPECT_EQ(errorOf([&] { RobotMotion::ofJoints(robot_, start(), std::vector<double>(3)); }),
+  EXPECT_EQ(errorOf([&] { RobotMotion::ofTravel(robot_, start(), std::vector<double>(3)); }),
             "the robot has 4 movable joints, but there are 3 travels");
-  EXPECT_EQ(errorOf([&] { RobotMotion::ofJoints(robot_, byJoint({}), std::vector<double>(5)); }),
+  EXPECT_EQ(errorOf([&] { RobotMotion::between(robot_, byJoint({}), std::vector<double>(5)); }),
             "the robot has 4 movable joints, but there are 5 positions to go to");
 }
 
 TEST_F(JointMotion, RefusesATravelThatIsNotFiniteNamingTheJoint) {
   EXPECT_EQ(errorOf([&] {
-              RobotMotion::ofJoints(robot_, start(), byJoint({{"slide", kNaN}}));
+              RobotMotion::ofTravel(robot_, start(), byJoint({{"slide", kNaN}}));
             }),
             "the travel of joint slide is not finite");
-  EXPECT_EQ(errorOf([&] { RobotMotion::ofJoints(robot_, start(), byJoint({{"follow", kNaN}})); }), "");
+  EXPECT_EQ(errorOf([&] { RobotMotion::ofTravel(robot_, start(), byJoint({{"follow", kNaN}})); }), "");
 }
 
 // --- twists

@@ -51,6 +51,7 @@ struct StatePairs {
 /// References are valid until the next question.
 class SceneBatch {
  public:
+  /// Throws std::invalid_argument without a model.
   explicit SceneBatch(std::shared_ptr<const SceneModel> model);
   ~SceneBatch();
   SceneBatch(SceneBatch&&) noexcept;

@@ -63,7 +63,7 @@ class ConstraintRows {
 
   /// `moving` are the columns of the degrees of freedom that the controller moves; all others count as at rest, and their columns of
   /// the matrix are 0.
-  /// Throws std::invalid_argument for a capacity below 1, and for a column that does not exist.
+  /// Throws std::invalid_argument without a model, for a capacity below 1, and for a column that does not exist.
   ConstraintRows(std::shared_ptr<const SceneModel> model, int capacity, const std::vector<int>& moving);
 
   /// The same with all of them.

@@ -23,6 +23,7 @@ class PlacedJoints;
 /// carries.
 class Derivatives {
  public:
+  /// Throws std::invalid_argument without a model.
   explicit Derivatives(std::shared_ptr<const SceneModel> model);
   ~Derivatives();
   Derivatives(Derivatives&&) noexcept;

@@ -50,7 +50,7 @@ struct FreeMotionQuestion {
 ///
 /// It takes the same poses as the Scene that gave the answers. The roots of the robots rest, and so do objects that are not
 /// attached to a link. For the way that one straight motion is free at all ask MovingScene::timeOfContact() with
-/// RobotMotion::ofJoints(): `t_free` is the largest s that is proven for s dq. That is a search, and as good as its tolerance.
+/// RobotMotion::ofTravel(): `t_free` is the largest s that is proven for s dq. That is a search, and as good as its tolerance.
 /// scale() costs a few products, and tells less: a random motion to the border of the bubble of a pair is free for at least 4 times
 /// that way in the median (./dev stress free-motions).
 ///
@@ -59,6 +59,7 @@ struct FreeMotionQuestion {
 ///          when it is stretched out.
 class FreeMotion {
  public:
+  /// Throws std::invalid_argument without a model.
   explicit FreeMotion(std::shared_ptr<const SceneModel> model);
   ~FreeMotion();
   FreeMotion(FreeMotion&&) noexcept;

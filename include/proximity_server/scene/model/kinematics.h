@@ -1,9 +1,11 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <initializer_list>
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "proximity_server/scene/model/robot_model.h"
@@ -29,6 +31,10 @@ BodyPoses forwardKinematics(const RobotModel& model, const std::vector<double>& 
 /// The same by name: joints that are not named are at 0. Throws std::invalid_argument for a name that is no movable
 /// joint of the robot.
 BodyPoses forwardKinematics(const RobotModel& model, const std::map<std::string, double>& positions);
+
+/// The same, written out: forwardKinematics(model, {{"elbow", 0.5}}). With {} all joints are at 0.
+BodyPoses forwardKinematics(const RobotModel& model,
+                            std::initializer_list<std::pair<const std::string, double>> positions);
 
 /// The poses in a common frame, in which the root links of the robots have the poses `common_T_roots`, one for each of
 /// RobotModel::robots. `in_roots` are the poses in the frames of these links; the bodies of a robot whose root has no pose

@@ -64,14 +64,14 @@ struct LimitedMotion {
 ///    velocity points further out, and moves if it points back in.
 /// 3. The times of the stops divide the motion into phases: at most one more than there are joints.
 ///
-/// `travel` is as in RobotMotion::ofJoints, for the whole time and without limits. `stated` [rad] has a position for
+/// `travel` is as in RobotMotion::ofTravel, for the whole time and without limits. `stated` [rad] has a position for
 /// each of RobotModel::joints, or is empty. A pose does not tell full turns: of the positions that it may stand for, the one
 /// nearest to the stated position counts, also beyond a limit. Without a stated position the joint is taken to be within its
 /// limits, or beyond one by kBeyondLimit at most, and stops as late as that allows; if it can be neither, it is as near to them
 /// as the pose allows. So a joint that is beyond a limit by more, and whose limits are nearly a turn apart or farther, has to
 /// state it: else it is taken to be a turn away.
 /// Error:   the position at which a joint stops is within rounding of its limit.
-/// Failure: throws as RobotMotion::ofJoints does, and std::invalid_argument for a wrong number of stated positions, and, with the
+/// Failure: throws as RobotMotion::ofTravel does, and std::invalid_argument for a wrong number of stated positions, and, with the
 ///          name of the joint, for one of a joint that moves which is more than half a turn beyond its limits.
 LimitedMotion motionWithinLimits(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel,
                                  const std::vector<std::optional<double>>& stated = {});

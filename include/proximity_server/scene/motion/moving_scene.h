@@ -84,6 +84,7 @@ class MotionSearch;
 ///          objects with half-spaces, and for a motion of another number of bodies or frames.
 class MovingScene {
  public:
+  /// Throws std::invalid_argument without a model.
   explicit MovingScene(std::shared_ptr<const SceneModel> model);
   ~MovingScene();
   MovingScene(MovingScene&&) noexcept;

@@ -23,10 +23,10 @@ class RobotMotion {
   /// a mimic joint is ignored, because it follows its leader. Floating and planar joints rest. A body whose pose is
   /// missing at the start has none later, nor have the bodies that it carries.
   /// Throws std::invalid_argument for a wrong number of poses or joints, and for a travel that is not finite.
-  static RobotMotion ofJoints(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel);
+  static RobotMotion ofTravel(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel);
 
   /// Linear in joint space from one state to another, see forwardKinematics.
-  static RobotMotion ofJoints(const RobotModel& model, const std::vector<double>& from, const std::vector<double>& to);
+  static RobotMotion between(const RobotModel& model, const std::vector<double>& from, const std::vector<double>& to);
 
   /// Each body on its own, at the constant velocities of its origin [m] and turn [rad] per unit of time, in the frame
   /// of the poses.

@@ -54,7 +54,7 @@ class FixedObjects;
 ///        where one of them moves and the rules ask for it. Each has a reason, see reason().
 class Objects {
  public:
-  /// None.
+  /// None. Throws std::invalid_argument without a model.
   explicit Objects(std::shared_ptr<const SceneModel> model);
 
   /// The objects after these changes, one after the other.

@@ -23,6 +23,7 @@ using FramePoses = std::vector<std::optional<Eigen::Isometry3d>>;
 /// Nothing allocates after the first question of a kind. Skipping never changes an answer.
 class Scene {
  public:
+  /// Throws std::invalid_argument without a model.
   explicit Scene(std::shared_ptr<const SceneModel> model, Skipping skipping = Skipping::On);
   ~Scene();
   Scene(Scene&&) noexcept;

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <memory>
+#include <stdexcept>
+
+#include "proximity_server/scene/filter/scene_model.h"
+
+namespace proximity_server::scene {
+
+/// Throws std::invalid_argument where there is none.
+inline const SceneModel& given(const std::shared_ptr<const SceneModel>& model) {
+  if (!model) throw std::invalid_argument("there is no model of a robot");
+  return *model;
+}
+
+}  // namespace proximity_server::scene
