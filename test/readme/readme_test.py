@@ -32,15 +32,6 @@ WITHOUT = " ".join(f"-DCMAKE_DISABLE_FIND_PACKAGE_{package}=ON" for package in (
     "catkin", "assimp", "urdfdom", "console_bridge", "tinyxml2", "CLI11", "nlohmann_json", "fcl", "Bullet", "ccd"))
 
 # A client of scene that links all of it, as it reads a URDF.
-CLIENT_OF_SCENE = """
-#include <proximity_server/scene/model/load_robot_model.h>
-using namespace proximity_server::scene;
-int main() {
-  const char* urdf = "<robot name='r'><link name='a'/></robot>";
-  return loadRobotModel(urdf, packageResolver({})).links.size() == 1 ? 0 : 1;
-}
-"""
-
 # What a whole build takes too long for, and what is done instead.
 CHEAPER = {
     # The build that this test runs from.
@@ -341,17 +332,21 @@ class Readme(unittest.TestCase):
             stop(self.processes.pop())
 
     def find_package(self, text):
-        """Kept for the source beside it."""
+        """Kept for the sources beside it."""
         type(self).cmake_snippet = text
 
     def source(self, text):
-        """A program of both snippets, with each package that there is; and it answers what the comment says."""
+        """A program of both snippets, with each package that there is; and it answers what the comment says. The next one is made
+        with it."""
+        type(self).source_of_narrowphase = text
+
+    def source_of_scene(self, text):
         # Of the build of this test, as after catkin's install; the folder that it wants is not ours to write to.
         self.shell.run(f"DESTDIR=$PWD/installed cmake --install {BUILD}")
         prefix, = (path.parents[3] for path in (self.folder / "installed").rglob("cmake/proximity_serverConfig.cmake"))
         project = self.folder / "project"
         project.mkdir()
-        head, using, rest = re.split(r"(using namespace [\w:]+;\n)", text)
+        head, using, rest = re.split(r"(using namespace [\w:]+;\n)", self.source_of_narrowphase)
         (project / "mine.cpp").write_text(
             f"{head}#include <cmath>\n{using}\nint main() {{\n{rest}\n"
             "return std::abs(answer.distance - 0.6) < 1e-9 && std::abs(answer.point_a.x() - 0.2) < 1e-9 && "
@@ -361,7 +356,8 @@ class Readme(unittest.TestCase):
             f"{self.cmake_snippet}\n"
             "if(TARGET proximity_server::proximity_scene)\n  add_executable(of_scene of_scene.cpp)\n"
             "  target_link_libraries(of_scene PRIVATE proximity_server::proximity_scene)\nendif()\n")
-        (project / "of_scene.cpp").write_text(CLIENT_OF_SCENE)
+        head, rest = re.split(r"(?m)^using namespace proximity_server;$", text)
+        (project / "of_scene.cpp").write_text(f"{head}using namespace proximity_server;\nint main() {{\n{rest}\n}}\n")
         for name, path, options, clients in (
                 ("catkin", prefix, "", ("mine", "of_scene")),
                 ("devel", BUILD / "devel", "", ("mine", "of_scene")),
@@ -372,6 +368,8 @@ class Readme(unittest.TestCase):
             self.assertEqual("of_scene" in clients, (project / name / "of_scene").exists(), name)
             cache = (project / name / "CMakeCache.txt").read_text()
             self.assertIn(f"proximity_server_DIR:PATH={path}", cache)
+        printed = subprocess.check_output(project / "catkin" / "of_scene", text=True)
+        self.assertTrue(says(printed, "".join(f"{line}\n" for line in re.findall(r";  // (.*)", text))), printed)
         # What is installed is found by rosrun and rostest too.
         self.shell.run(f"test -x {prefix}/lib/proximity_server/clearancetest")
         self.shell.run(f"CMAKE_PREFIX_PATH={prefix} ROS_PACKAGE_PATH={prefix}/share rosrun proximity_server clearance --help")
@@ -437,6 +435,7 @@ BLOCKS = (
     ("#!/usr/bin/env python3\n\"\"\"Publishes on `may_move`", Readme.gate),
     ("find_package(proximity_server", Readme.find_package),
     ("#include <proximity_server/", Readme.source),
+    ("#include <iostream>", Readme.source_of_scene),
 )
 
 
