@@ -35,7 +35,7 @@ WITHOUT = " ".join(f"-DCMAKE_DISABLE_FIND_PACKAGE_{package}=ON" for package in (
 # What a whole build takes too long for, and what is done instead.
 CHEAPER = {
     # The build that this test runs from.
-    "cmake -S . -B build -DCMAKE_BUILD_TYPE=Release && cmake --build build": "test -e build/devel/setup.bash",
+    "cmake -S . -B build -DCMAKE_BUILD_TYPE=Release && cmake --build build -j$(nproc)": "test -e build/devel/setup.bash",
     # Without ROS: all is configured, one source of narrowphase is compiled, and the libraries are installed; static, as the build of
     # this test has the shared ones. All other objects are those of that build, as neither layer knows ROS.
     "cmake -S . -B build -DBUILD_TESTING=ON && cmake --build build && ctest --test-dir build && cmake --install build":
@@ -197,6 +197,12 @@ class Readme(unittest.TestCase):
     def test_paths_that_a_readme_names_exist(self):
         self.assertEqual({}, {str(path): found for path in readmes() if (found := list(missing_paths(path)))})
 
+    def test_the_way_of_a_newcomer_leads_to_an_answer(self):
+        kept = {name: os.environ[name] for name in ("PATH", "LANG", "CMAKE_CXX_COMPILER_LAUNCHER") if name in os.environ}
+        result = subprocess.run([SOURCE / "test" / "readme" / "newcomer" / "newcomer.sh", BUILD], capture_output=True, text=True,
+                                env={**kept, "HOME": str(self.folder.parent), "ROS_HOSTNAME": "localhost"}, check=False)
+        self.assertEqual(0, result.returncode, (result.stdout + result.stderr)[-5000:])
+
     def picture(self, text):
         """Nothing: it is no command."""
 
@@ -341,9 +347,10 @@ class Readme(unittest.TestCase):
         type(self).source_of_narrowphase = text
 
     def source_of_scene(self, text):
-        # Of the build of this test, as after catkin's install; the folder that it wants is not ours to write to.
-        self.shell.run(f"DESTDIR=$PWD/installed cmake --install {BUILD}")
-        prefix, = (path.parents[3] for path in (self.folder / "installed").rglob("cmake/proximity_serverConfig.cmake"))
+        # Of the build of this test. All of it goes where it is told to, and nothing into the prefix that was configured.
+        prefix = self.folder / "installed" / "prefix"
+        self.shell.run(f"DESTDIR=$PWD/installed cmake --install {BUILD} --prefix /prefix && "
+                       "test \"$(ls -A installed)\" = prefix && test -e installed/prefix/setup.sh -a -e installed/prefix/.catkin")
         project = self.folder / "project"
         project.mkdir()
         head, using, rest = re.split(r"(using namespace [\w:]+;\n)", self.source_of_narrowphase)
