@@ -150,33 +150,38 @@ class RememberedRows {
   };
 
   /// The gradients to heed as well.
-  std::map<Key, VectorXd> update(const std::map<Key, Place>& latest) {
-    std::map<Key, Place> kept;
-    std::map<Key, VectorXd> gradients;
+  std::vector<std::pair<Key, VectorXd>> update(const std::map<Key, Place>& latest) {
+    std::map<Key, std::vector<Place>> others;
+    std::vector<std::pair<Key, VectorXd>> gradients;
     for (const auto& [pair, now] : latest) {
-      const auto previous = latest_.find(pair), before = before_jump_.find(pair);
-      const Place* place = previous != latest_.end() && jumps(previous->second, now) ? &previous->second
-                           : before != before_jump_.end()                            ? &before->second
-                                                                                     : nullptr;
-      if (!place || !isAboutAsNear(*place, now)) continue;
-      kept.emplace(pair, *place);
-      gradients.emplace(pair, place->gradient);
+      std::vector<Place>& kept = others[pair];
+      const auto previous = latest_.find(pair);
+      if (previous != latest_.end()) keep(previous->second, now, kept);
+      for (const Place& place : others_[pair]) keep(place, now, kept);
+      for (const Place& place : kept) gradients.emplace_back(pair, place.gradient);
     }
-    before_jump_ = std::move(kept);
+    others_ = std::move(others);
     latest_ = latest;
     return gradients;
   }
 
  private:
-  static bool jumps(const Place& place, const Place& now) {
-    return (now.gradient - place.gradient).norm() > 0.3 * std::max(now.gradient.norm(), place.gradient.norm());
+  static void keep(const Place& place, const Place& now, std::vector<Place>& kept) {
+    const auto is_another = [&](const Place& other) { return jumps(place, other); };
+    if (kept.size() < 4 && isAboutAsNear(place, now) && is_another(now) &&
+        std::all_of(kept.begin(), kept.end(), is_another))
+      kept.push_back(place);
+  }
+  static bool jumps(const Place& place, const Place& other) {
+    return (other.gradient - place.gradient).norm() > 0.3 * std::max(other.gradient.norm(), place.gradient.norm());
   }
   static bool isAboutAsNear(const Place& place, const Place& now) {
     const VectorXd way = now.state - place.state;
     return place.distance + place.gradient.dot(way) <= now.distance + 1e-3 && way.norm() <= 0.1;
   }
 
-  std::map<Key, Place> latest_, before_jump_;
+  std::map<Key, Place> latest_;
+  std::map<Key, std::vector<Place>> others_;
 };
 
 class Drive {
@@ -215,7 +220,7 @@ class Drive {
     summary_.steps += step;
     const double often = changes_.maxCoeff() / (step * kStep);
     summary_.sign_changes = std::max(summary_.sign_changes, changes_.maxCoeff() > 3.0 ? often : 0.0);
-    if (family_.near_by_design.empty() && changes_.maxCoeff() > 3.0 && often > kOftenest)
+    if (changes_.maxCoeff() > 3.0 && often > kOftenest)
       fail("a joint goes back and forth", often);
     if (is_there)
       ++summary_.arrived;
@@ -301,7 +306,7 @@ class Drive {
       index[keyOf(row.pair)] = i;
       places.emplace(keyOf(row.pair), RememberedRows::Place{rows_.matrix().row(i).transpose(), row.distance, state_});
     }
-    const std::map<std::pair<int, int>, VectorXd> also = remembered_.update(places);
+    const std::vector<std::pair<RememberedRows::Key, VectorXd>> also = remembered_.update(places);
     VelocityProgram program{wanted(target),
                             Eigen::MatrixXd(rows_.capacity() + static_cast<int>(also.size()), state_.size()),
                             VectorXd(rows_.capacity() + static_cast<int>(also.size())),
