@@ -8,10 +8,10 @@
 #include "narrowphase/closed_form/boxes.h"
 #include "narrowphase/closed_form/parallel_axes.h"
 #include "narrowphase/closed_form/points_segments.h"
-#include "narrowphase/gjk_epa/observed.h"
-#include "narrowphase/shape/near_origin.h"
 #include "narrowphase/gjk_epa/epa.h"
 #include "narrowphase/gjk_epa/gjk.h"
+#include "narrowphase/gjk_epa/observed.h"
+#include "narrowphase/shape/near_origin.h"
 #include "proximity_server/narrowphase/shape/rigid_pose.h"
 
 namespace proximity_server::narrowphase {

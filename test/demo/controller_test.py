@@ -89,5 +89,38 @@ class Controller(unittest.TestCase):
         self.assertLess(turns, 10)  # with the present rows alone they are 206
 
 
+class RememberedRows(unittest.TestCase):
+    PAIR = ("forearm", "wrist")
+
+    def setUp(self):
+        self.remembered = avoiding_controller.RememberedRows()
+
+    def also(self, gradient, distance=0.02, positions=(0.0, 0.0)):
+        rows = {self.PAIR: (numpy.array(gradient), distance)}
+        return [tuple(place) for pair, place in self.remembered.update(numpy.array(positions), rows) if pair == self.PAIR]
+
+    # Regression: with one place more than the present one, a robot went to and fro between three.
+    def test_all_places_that_are_equally_near_are_heeded(self):
+        self.assertEqual([], self.also([0.1, 0.0]))
+        self.assertEqual([(0.1, 0.0)], self.also([-0.1, 0.0]))
+        self.assertEqual([(-0.1, 0.0), (0.1, 0.0)], self.also([0.0, 0.1]))
+        self.assertEqual([(0.0, 0.1), (-0.1, 0.0)], self.also([0.1, 0.0]), "the present one is not remembered, too")
+
+    # Regression: of a UR10, whose gradients differed by 16 % at one place and at the other.
+    def test_places_are_told_apart_where_the_robot_hardly_moves(self):
+        self.also([-0.053, -0.001, -0.002], positions=(0.0, 0.0, 0.0))
+        self.assertEqual(1, len(self.also([-0.058, 0.004, 0.004], positions=(0.0, 2e-4, 3e-4))))
+
+    def test_a_gradient_that_turns_with_the_robot_is_of_one_place(self):
+        for i in range(50):
+            angle = 0.005 * i
+            self.assertEqual([], self.also([numpy.cos(10 * angle), numpy.sin(10 * angle)], positions=(angle, 0.0)))
+
+    def test_a_place_that_is_farther_by_now_is_forgotten(self):
+        self.also([1.0, 0.0])
+        self.assertEqual(1, len(self.also([-1.0, 0.0])))
+        self.assertEqual([], self.also([-1.0, 0.0], positions=(0.002, 0.0), distance=0.018))
+
+
 if __name__ == "__main__":
     rosunit.unitrun("proximity_server", "controller_test", __name__)

@@ -173,7 +173,9 @@ class RememberedRows {
       kept.push_back(place);
   }
   static bool jumps(const Place& place, const Place& other) {
-    return (other.gradient - place.gradient).norm() > 0.3 * std::max(other.gradient.norm(), place.gradient.norm());
+    const double norm = std::max(other.gradient.norm(), place.gradient.norm());
+    const double same = std::min(0.02 + 20.0 * (other.state - place.state).norm(), 0.1);
+    return (other.gradient - place.gradient).norm() > same * norm;
   }
   static bool isAboutAsNear(const Place& place, const Place& now) {
     const VectorXd way = now.state - place.state;
@@ -220,8 +222,7 @@ class Drive {
     summary_.steps += step;
     const double often = changes_.maxCoeff() / (step * kStep);
     summary_.sign_changes = std::max(summary_.sign_changes, changes_.maxCoeff() > 3.0 ? often : 0.0);
-    if (changes_.maxCoeff() > 3.0 && often > kOftenest)
-      fail("a joint goes back and forth", often);
+    if (changes_.maxCoeff() > 3.0 && often > kOftenest) fail("a joint goes back and forth", often);
     if (is_there)
       ++summary_.arrived;
     else if (velocity_.norm() >= kAtRest)
@@ -282,7 +283,8 @@ class Drive {
     if ((target - state_).norm() < kArrived) return false;
     rows_.update(scene_, derivatives_, family_.damper);
     summary_.left_out += rows_.leftOut() > 0;
-    const std::optional<YieldingVelocity> found = yieldingVelocity(program(target));
+    std::optional<YieldingVelocity> found = yieldingVelocity(program(target));
+    if (!found) found = yieldingVelocity(presentProgram(target));
     summary_.not_solved += !found;
     if (!found) fail("no velocity was found at the distance", state_.norm());
     velocity_ = found ? found->velocity : VectorXd(VectorXd::Zero(state_.size()));
@@ -307,20 +309,23 @@ class Drive {
       places.emplace(keyOf(row.pair), RememberedRows::Place{rows_.matrix().row(i).transpose(), row.distance, state_});
     }
     const std::vector<std::pair<RememberedRows::Key, VectorXd>> also = remembered_.update(places);
-    VelocityProgram program{wanted(target),
-                            Eigen::MatrixXd(rows_.capacity() + static_cast<int>(also.size()), state_.size()),
-                            VectorXd(rows_.capacity() + static_cast<int>(also.size())),
-                            ((lower_ - state_) / kStep).cwiseMax(-speeds_).cwiseMin(0.0),
-                            ((upper_ - state_) / kStep).cwiseMin(speeds_).cwiseMax(0.0)};
-    program.matrix.topRows(rows_.capacity()) = rows_.matrix();
-    program.lower_bounds.head(rows_.capacity()) = rows_.bounds();
+    VelocityProgram program = presentProgram(target);
+    const Eigen::Index rows = rows_.capacity() + static_cast<Eigen::Index>(also.size());
+    program.matrix.conservativeResize(rows, Eigen::NoChange);
+    program.lower_bounds.conservativeResize(rows);
     int next = rows_.capacity();
     for (const auto& [pair, gradient] : also) {
       program.matrix.row(next) = gradient.transpose();
-      program.lower_bounds[next++] = rows_.bounds()[index.at(pair)];
+      program.lower_bounds[next++] = program.lower_bounds[index.at(pair)];
     }
-    program.lower_bounds.array() += kAllowance;
     return program;
+  }
+
+  /// Without remembered rows.
+  VelocityProgram presentProgram(const VectorXd& target) const {
+    return {wanted(target), rows_.matrix(), rows_.bounds().array() + kAllowance,
+            ((lower_ - state_) / kStep).cwiseMax(-speeds_).cwiseMin(0.0),
+            ((upper_ - state_) / kStep).cwiseMin(speeds_).cwiseMax(0.0)};
   }
 
   void countDirections() {

@@ -49,6 +49,9 @@ struct DriveRun {
 /// A failure is a pair below its stop distance, or, where it was below it at the start, nearer than there, both by more than 0.1 mm; a
 /// joint that is faster than the URDF allows; one that changes its direction more than five times a second, at more than 0.02 rad/s
 /// or m/s; a rest before the target that no pair explains; a step without a velocity.
+/// Limit: links that are below their stop distance by design and have no stop distance of their own may lose up to 0.25 mm of what is left,
+/// and a joint may still change its direction more often where several of them have many places that are equally near. Such drives are
+/// failures, too.
 /// Every cell depends on seed, family and number only. `done` counts the drives while it runs. Throws std::invalid_argument for an
 /// unknown family.
 std::vector<DriveSummary> runDrives(const DriveRun& run, std::atomic<std::int64_t>& done);

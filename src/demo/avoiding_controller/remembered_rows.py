@@ -11,7 +11,9 @@ import collections
 
 import numpy
 
-JUMP = 0.3  # a gradient that changes in a step by that part of its norm is about another place
+# A gradient is about another place if it differs by more than a part of its norm: by SAME, and by CHANGE [1/rad, 1/m] for the way between
+# the two states, but not more than MOST_ALIKE.
+SAME, CHANGE, MOST_ALIKE = 0.02, 20.0, 0.1
 BAND = 1e-3  # [m] how much farther than the present place a remembered one may be
 REACH = 0.1  # [rad, m] how far its gradient is taken to hold
 MOST = 4  # places of a pair, besides the present one
@@ -42,8 +44,9 @@ class RememberedRows:
 
 
 def jumps(place, other):
-    norms = numpy.linalg.norm(place.gradient), numpy.linalg.norm(other.gradient)
-    return numpy.linalg.norm(other.gradient - place.gradient) > JUMP * max(norms)
+    norm = max(numpy.linalg.norm(place.gradient), numpy.linalg.norm(other.gradient))
+    way = numpy.linalg.norm(other.positions - place.positions)
+    return numpy.linalg.norm(other.gradient - place.gradient) > min(SAME + CHANGE * way, MOST_ALIKE) * norm
 
 
 def is_about_as_near(place, now):

@@ -2,9 +2,9 @@
 
 #include <optional>
 
-#include "narrowphase/gjk_epa/polytope.h"
 #include "narrowphase/gjk_epa/epa.h"
 #include "narrowphase/gjk_epa/gjk.h"
+#include "narrowphase/gjk_epa/polytope.h"
 #include "proximity_server/narrowphase/gjk_epa/query_trace.h"
 
 namespace proximity_server::narrowphase {

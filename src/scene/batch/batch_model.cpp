@@ -5,13 +5,15 @@
 #include <utility>
 
 #include "proximity_server/scene/query/pair_distances.h"
-#include "scene/filter/given_model.h"
 #include "scene/batch/pair_order.h"
+#include "scene/filter/given_model.h"
 
 namespace proximity_server::scene {
 
 BatchModel::BatchModel(std::shared_ptr<const SceneModel> scene_model)
-    : model(std::move(scene_model)), candidates(given(model).pairs), volumes(std::make_shared<const Volumes>(model->robot)) {
+    : model(std::move(scene_model)),
+      candidates(given(model).pairs),
+      volumes(std::make_shared<const Volumes>(model->robot)) {
   const RobotModel& robot = model->robot;
   for (int joint = 0; joint < static_cast<int>(robot.joints.size()); ++joint) leaders.push_back(robot.leaderOf(joint));
   const PairDistances paddings = paddingsOf(model->pairs);

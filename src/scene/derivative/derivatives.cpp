@@ -14,7 +14,8 @@
 namespace proximity_server::scene {
 
 Derivatives::Derivatives(std::shared_ptr<const SceneModel> model)
-    : features_(std::make_unique<ContactFeatures>(given(model))), joints_(std::make_unique<PlacedJoints>(std::move(model))) {
+    : features_(std::make_unique<ContactFeatures>(given(model))),
+      joints_(std::make_unique<PlacedJoints>(std::move(model))) {
   row_.resize(degreesOfFreedom().size());
 }
 Derivatives::~Derivatives() = default;

@@ -79,7 +79,7 @@ RobotMotion RobotMotion::ofTravel(const RobotModel& model, const BodyPoses& star
 }
 
 RobotMotion RobotMotion::between(const RobotModel& model, const std::vector<double>& from,
-                                  const std::vector<double>& to) {
+                                 const std::vector<double>& to) {
   const BodyPoses start = forwardKinematics(model, from);
   require(to.size(), from.size(), "positions to go to", "movable joints");
   std::vector<double> travel(to.size());

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "narrowphase/edge_to_edge.h"
+#include "narrowphase/gjk_epa/gjk.h"
 #include "narrowphase/gjk_epa/two_cores.h"
 #include "narrowphase/near.h"
-#include "narrowphase/gjk_epa/gjk.h"
 
 namespace proximity_server::narrowphase::epa_test {
 

@@ -10,7 +10,10 @@ build=${1:+$(readlink -f "$1")}
 folder=$(mktemp -d)
 node=
 finish() {
-  if [ -n "$node" ]; then kill -INT "$node" 2>/dev/null && wait "$node" || true; fi
+  if [ -n "$node" ]; then
+    kill -INT "$node" 2>/dev/null || true
+    wait "$node" || true
+  fi
   rm -rf "$folder"
 }
 trap finish EXIT

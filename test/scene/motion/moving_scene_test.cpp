@@ -462,8 +462,7 @@ class BallAndBracket : public testing::Test {
     question.contact_distance = contact_distance;
     return MovingScene(model).timeOfContact(
         std::vector<ShapeRefPair>{pairOf(*model, "bracket", "ball")},
-        RobotMotion::between(model->robot, positions(*model, {}), positions(*model, {{"slide", to - from}})),
-        question);
+        RobotMotion::between(model->robot, positions(*model, {}), positions(*model, {{"slide", to - from}})), question);
   }
   RobotMinimum minimum(double from, double to) const {
     const auto model = ballAt(from);

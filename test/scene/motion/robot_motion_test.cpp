@@ -96,8 +96,8 @@ TEST_F(JointMotion, ABodyWithoutAPoseHasNoneLaterNorHasWhatItCarries) {
 }
 
 TEST_F(JointMotion, BetweenTwoStatesIsLinear) {
-  const RobotMotion motion = RobotMotion::between(robot_, byJoint({{"turn", -1.0}, {"slide", 1.0}}),
-                                                   byJoint({{"turn", 2.0}, {"slide", 5.0}}));
+  const RobotMotion motion =
+      RobotMotion::between(robot_, byJoint({{"turn", -1.0}, {"slide", 1.0}}), byJoint({{"turn", 2.0}, {"slide", 5.0}}));
   for (const double time : {0.0, 0.3, 1.0}) {
     const BodyPoses expected =
         forwardKinematics(robot_, byJoint({{"turn", -1.0 + 3.0 * time}, {"slide", 1.0 + 4.0 * time}}));
