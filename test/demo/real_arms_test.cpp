@@ -18,14 +18,19 @@ TEST_P(RealArm, IsDrivenPastPairsThatAreNearByDesign) {
   const scene::MeshResolver resolve = scene::exampleRobotsResolver();
   if (!scene::findsExampleRobots(resolve)) GTEST_SKIP() << scene::kExampleRobotsMissing;
   const std::string robot = scene::exampleRobotFile(resolve, std::string("ur_description/urdf/") + GetParam());
-  const std::string packages = std::filesystem::canonical(robot).parent_path().parent_path().parent_path().parent_path().parent_path();
-  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / (std::string("real_arm_") + GetParam());
+  const std::string packages =
+      std::filesystem::canonical(robot).parent_path().parent_path().parent_path().parent_path().parent_path();
+  const std::filesystem::path folder =
+      std::filesystem::path(testing::TempDir()) / (std::string("real_arm_") + GetParam());
   std::filesystem::create_directory(folder);
-  std::ofstream(folder / "motion.yaml") << "start: {shoulder_lift_joint: -1.5, elbow_joint: 0.5}\n"
-                                           "target: {shoulder_pan_joint: 1.0, shoulder_lift_joint: -1.0, elbow_joint: 2.9}\n";
+  std::ofstream(folder / "motion.yaml")
+      << "start: {shoulder_lift_joint: -1.5, elbow_joint: 0.5}\n"
+         "target: {shoulder_pan_joint: 1.0, shoulder_lift_joint: -1.0, elbow_joint: 2.9}\n";
+  const std::string drive = "rostest " PROXIMITY_SOURCE_DIR "/test/demo/real_arm.test robot:=" + robot +
+                            " motion:=" + (folder / "motion.yaml").string();
   const tools::CommandResult result = tools::runCommand(
-      "ROS_HOME=" + folder.string() + " ROS_TEST_RESULTS_DIR=" + folder.string() + " " ENVIRONMENT " sh -c \"ROS_PACKAGE_PATH=\\$ROS_PACKAGE_PATH:/usr/share:" + packages + " rostest " PROXIMITY_SOURCE_DIR "/test/demo/real_arm.test robot:=" + robot + " motion:=" +
-      (folder / "motion.yaml").string() + "\" 2>&1");
+      "ROS_HOME=" + folder.string() + " ROS_TEST_RESULTS_DIR=" + folder.string() +
+      " " ENVIRONMENT " sh -c 'ROS_PACKAGE_PATH=$ROS_PACKAGE_PATH:/usr/share:" + packages + " " + drive + "' 2>&1");
   EXPECT_EQ(result.exit_code, 0) << result.output;
   EXPECT_NE(result.output.find("RESULT: SUCCESS"), std::string::npos) << result.output;
   std::filesystem::remove_all(folder);

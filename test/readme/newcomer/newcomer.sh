@@ -76,6 +76,26 @@ source "$folder/own/devel/setup.bash"
 set -u
 ROS_PACKAGE_PATH=$ROS_PACKAGE_PATH:/usr/share
 
+step "a project without catkin"
+mkdir "$folder/plain"
+cat >"$folder/plain/CMakeLists.txt" <<'CMAKE'
+cmake_minimum_required(VERSION 3.16)
+project(plain CXX)
+find_package(proximity_server REQUIRED)
+add_executable(links links.cpp)
+target_link_libraries(links PRIVATE proximity_server::proximity_scene)
+CMAKE
+cat >"$folder/plain/links.cpp" <<'CPP'
+#include <proximity_server/scene/model/load_robot_model.h>
+int main() {
+  using namespace proximity_server::scene;
+  return loadRobotModel("<robot name='r'><link name='a'/></robot>", packageResolver({})).links.size() == 1 ? 0 : 1;
+}
+CPP
+env -u CMAKE_PREFIX_PATH cmake -S "$folder/plain" -B "$folder/plain/build" "-Dproximity_server_DIR=$workspace/install/share/proximity_server/cmake"
+cmake --build "$folder/plain/build"
+"$folder/plain/build/links"
+
 step "a test of his robot"
 rostest client keeps_clear.test
 
