@@ -62,10 +62,11 @@ inline std::string readFile(const std::string& path) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// A sanitized run, in which a decomposition takes minutes, makes each only once: all of its tests share those of the user.
+/// For tests that are not about decompositions: each is made once, and all tests share those of the user. They take seconds, and under a
+/// sanitizer minutes.
 inline ModelOptions cachedLoading() {
   ModelOptions options;
-  if (kIsSanitized) options.mesh_cache = userMeshCache();
+  options.mesh_cache = userMeshCache();
   return options;
 }
 

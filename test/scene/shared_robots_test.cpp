@@ -186,7 +186,7 @@ TEST_F(SharedRobots, LargeMeshesBecomeFewPiecesWithinTheTimeBudget) {
     std::size_t most_pieces;  // a tenth of what there was
   } cases[] = {{"hyq_description/robots/hyq_no_sensors.urdf", 600}, {"b1_description/urdf/b1-z1.urdf", 6600}};
   for (const auto& robot : cases) {
-    const RobotModel model = load({"", robot.urdf, ""}, ModelOptions{}.mesh_tolerance);
+    const RobotModel model = loadRobotModel(read(robot.urdf), resolve_);
     EXPECT_LT(model.pieces.size(), robot.most_pieces) << robot.urdf;
     for (const Collision& collision : model.collisions) {
       EXPECT_LE(collision.deviation, ModelOptions{}.mesh_tolerance) << collision.description;

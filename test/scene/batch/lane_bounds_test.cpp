@@ -36,7 +36,7 @@ using Model = std::shared_ptr<const SceneModel>;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-int statesToTest() { return static_cast<int>(fromEnvironment("PROXIMITY_LANE_STATES", repeats(600))); }
+int statesToTest() { return static_cast<int>(fromEnvironment("PROXIMITY_LANE_STATES", repeats(200))); }
 
 Vector3d randomVector(std::mt19937_64& random) {
   std::normal_distribution<double> normal;
