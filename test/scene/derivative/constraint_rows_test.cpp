@@ -12,6 +12,9 @@
 
 #include "allocations.h"
 #include "from_environment.h"
+#include "proximity_server/scene/batch/scene_batch.h"
+#include "proximity_server/scene/derivative/free_motion.h"
+#include "proximity_server/scene/motion/moving_scene.h"
 #include "proximity_server/scene/query/make_scene_model.h"
 #include "sanitized.h"
 #include "scene/example_robots.h"
@@ -842,6 +845,19 @@ TEST(ConstraintRows, ArmsComeBelowTheStopDistanceByNoMoreThanTheirCurvatureInASt
   if (kIsSanitized) return;
   EXPECT_GT(arrived_at_stop, kRobots / 3);
   EXPECT_GT(would_overlap, kRobots * 2 / 3);
+}
+
+// Regression: each of them crashed.
+TEST(WithoutAModel, NothingCanBeAsked) {
+  const std::shared_ptr<const SceneModel> none;
+  EXPECT_THROW(Scene{none}, std::invalid_argument);
+  EXPECT_THROW(MovingScene{none}, std::invalid_argument);
+  EXPECT_THROW(SceneBatch{none}, std::invalid_argument);
+  EXPECT_THROW(Objects{none}, std::invalid_argument);
+  EXPECT_THROW(Derivatives{none}, std::invalid_argument);
+  EXPECT_THROW(FreeMotion{none}, std::invalid_argument);
+  EXPECT_THROW(ConstraintRows(none, 1), std::invalid_argument);
+  EXPECT_THROW(ConstraintRows(none, 1, {}), std::invalid_argument);
 }
 
 }  // namespace proximity_server::scene::constraint_rows_test

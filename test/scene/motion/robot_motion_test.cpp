@@ -147,4 +147,14 @@ TEST(TwistMotion, RefusesTwistsThatAreNotFiniteOrTooFew) {
             "the robot has 2 poses, but there are 1 twists");
 }
 
+TEST_F(JointMotion, PosesAreThoseOfPositionsByName) {
+  expectPose(*forwardKinematics(robot_, {{"turn", M_PI}})[body("slider")],
+             *forwardKinematics(robot_, byJoint({{"turn", M_PI}}))[body("slider")]);
+  expectPose(*forwardKinematics(robot_, {})[body("slider")], *forwardKinematics(robot_, byJoint({}))[body("slider")]);
+  EXPECT_EQ(errorOf([&] {
+              forwardKinematics(robot_, {{"turm", 1.0}});
+            }),
+            "no movable joint \"turm\" (did you mean \"turn\"?)");
+}
+
 }  // namespace proximity_server::scene::robot_motion_test
