@@ -313,13 +313,13 @@ TEST_P(ChangingObjects, SkippingNeverChangesAnAnswer) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Motions, ChangingObjects,
-                         testing::Values(Case{"Random", Motion::Random, 12, repeats(1000)},
-                                         Case{"Coherent", Motion::Coherent, 12, repeats(1000)},
-                                         Case{"Resting", Motion::Resting, 12, repeats(1000)},
+                         testing::Values(Case{"Random", Motion::Random, 12, repeats(400)},
+                                         Case{"Coherent", Motion::Coherent, 12, repeats(400)},
+                                         Case{"Resting", Motion::Resting, 12, repeats(400)},
                                          Case{"ManyCoherent", Motion::Coherent, 120, repeats(100)},
                                          Case{"ManyRandom", Motion::Random, 120, repeats(100)},
-                                         Case{"SolidsRandom", Motion::Random, 6, repeats(400), Meshes::Solid},
-                                         Case{"SolidsCoherent", Motion::Coherent, 6, repeats(400), Meshes::Solid},
+                                         Case{"SolidsRandom", Motion::Random, 6, repeats(200), Meshes::Solid},
+                                         Case{"SolidsCoherent", Motion::Coherent, 6, repeats(200), Meshes::Solid},
                                          Case{"SolidsResting", Motion::Resting, 6, repeats(1000), Meshes::Solid}),
                          [](const testing::TestParamInfo<Case>& test) { return test.param.name; });
 
