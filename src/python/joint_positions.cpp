@@ -1,7 +1,6 @@
 #include "python/joint_positions.h"
 
 #include <stdexcept>
-#include <string>
 
 #include "proximity_server/scene/model/names.h"
 
@@ -12,22 +11,13 @@ namespace py = pybind11;
 
 std::string textOf(const py::handle& object) { return py::str(object).cast<std::string>(); }
 
-py::array asFloat64(const py::object& q) {
-  const py::array given =
-      py::isinstance<py::array>(q) ? py::array(q) : py::array(py::module_::import("numpy").attr("asarray")(q));
-  if (py::isinstance<py::array_t<double>>(given)) return given;
-  const py::dtype wanted = py::dtype::of<double>();
-  if (!py::module_::import("numpy").attr("can_cast")(given.dtype(), wanted).cast<bool>())
-    throw py::type_error("q has the dtype " + textOf(given.dtype()) + ", which numpy does not cast to float64 safely");
-  return py::array(given.attr("astype")(wanted));
-}
-
-void requireShape(const py::array& q, const scene::RobotModel& robot) {
+py::array checkedArray(const py::object& q, const scene::RobotModel& robot, const std::string& name) {
+  const py::array array = float64Array(q, name);
   const auto joints = static_cast<py::ssize_t>(robot.joints.size());
-  if ((q.ndim() == 1 || q.ndim() == 2) && q.shape(q.ndim() - 1) == joints) return;
+  if (array.ndim() > 0 && array.shape(array.ndim() - 1) == joints) return array;
   const std::string count = std::to_string(joints);
-  throw std::invalid_argument("q has the shape " + textOf(q.attr("shape")) + ", but it must be (states, " + count +
-                              ") or (" + count + ",): the robot has " + count + " joints" + (joints > 0 ? ": " : "") +
+  throw std::invalid_argument(name + " has the shape " + shapeText(array) + ", but it must be (..., " + count +
+                              "): the robot has " + count + " joints" + (joints > 0 ? ": " : "") +
                               scene::listed(scene::namesOf(robot.joints)));
 }
 
@@ -41,19 +31,60 @@ bool isUsable(const py::array& q) {
 
 }  // namespace
 
-JointPositions::JointPositions(const py::object& q, const scene::RobotModel& robot) : array_(asFloat64(q)) {
-  requireShape(array_, robot);
+py::array float64Array(const py::object& argument, const std::string& name) {
+  const py::module_ numpy = py::module_::import("numpy");
+  if (numpy.attr("ma").attr("isMaskedArray")(argument).cast<bool>())
+    throw py::type_error(name + " is a masked array, whose mask would be lost: take " + name +
+                         ".filled(numpy.nan); a state with a NaN has no answer");
+  const py::array given =
+      py::isinstance<py::array>(argument) ? py::array(argument) : py::array(numpy.attr("asarray")(argument));
+  if (py::isinstance<py::array_t<double>>(given)) return given;
+  const py::dtype wanted = py::dtype::of<double>();
+  if (!numpy.attr("can_cast")(given.dtype(), wanted).cast<bool>())
+    throw py::type_error(name + " has the dtype " + textOf(given.dtype()) +
+                         ", which numpy does not cast to float64 safely");
+  return py::array(given.attr("astype")(wanted));
+}
+
+std::string shapeText(const py::array& array) { return textOf(array.attr("shape")); }
+
+JointPositions::JointPositions(const py::object& q, const scene::RobotModel& robot, const std::string& name)
+    : JointPositions(checkedArray(q, robot, name)) {}
+
+JointPositions::JointPositions(const py::array& checked)
+    : shape_(checked.shape(), checked.shape() + checked.ndim() - 1),
+      count_(1),
+      joints_(checked.shape(checked.ndim() - 1)) {
+  for (const py::ssize_t length : shape_) count_ *= length;
+  array_ = py::array(checked.attr("reshape")(count_, joints_));  // which copies if it has to
   if (!isUsable(array_)) array_ = py::array(array_.attr("copy")());
   constexpr auto kSize = static_cast<Eigen::Index>(sizeof(double));
   data_ = static_cast<const double*>(array_.data());
-  joints_ = array_.shape(array_.ndim() - 1);
-  joint_stride_ = array_.strides(array_.ndim() - 1) / kSize;
-  count_ = isSingleState() ? 1 : array_.shape(0);
-  state_stride_ = isSingleState() ? 1 : array_.strides(0) / kSize;
+  state_stride_ = array_.strides(0) / kSize;
+  joint_stride_ = array_.strides(1) / kSize;
+}
+
+JointPositions::Edges JointPositions::edges(const py::object& start, const py::object& goal,
+                                            const scene::RobotModel& robot) {
+  const py::array from = checkedArray(start, robot, "start"), to = checkedArray(goal, robot, "goal");
+  py::object both;
+  try {
+    both = py::module_::import("numpy").attr("broadcast_arrays")(from, to);
+  } catch (const py::error_already_set& error) {
+    if (!error.matches(PyExc_ValueError)) throw;
+    throw std::invalid_argument("start has the shape " + shapeText(from) + ", and goal " + shapeText(to) +
+                                ": these do not broadcast to one shape");
+  }
+  return {JointPositions(py::array(both[py::int_(0)])), JointPositions(py::array(both[py::int_(1)]))};
 }
 
 JointPositions::Block JointPositions::block(Eigen::Index first, Eigen::Index count) const {
   return {data_ + first * state_stride_, count, joints_, {joint_stride_, state_stride_}};
+}
+
+void positionsOf(const JointPositions::Block& block, Eigen::Index state, std::vector<double>& positions) {
+  positions.resize(static_cast<std::size_t>(block.cols()));
+  for (Eigen::Index j = 0; j < block.cols(); ++j) positions[static_cast<std::size_t>(j)] = block(state, j);
 }
 
 }  // namespace proximity_server::python

@@ -43,6 +43,10 @@ scene::ModelOptions modelOptions(const LoadOptions& options) {
   return model;
 }
 
+scene::MeshResolver resolverOf(const RobotText& text, const LoadOptions& options) {
+  return scene::packageResolver(options.packages ? *options.packages : scene::rosPackagePath(), text.folder);
+}
+
 /// What `make` returns. Its errors begin with the name of the text.
 template <typename Make>
 auto named(const std::string& name, const Make& make) {
@@ -68,13 +72,20 @@ std::string readTextFile(const std::filesystem::path& path) {
 
 std::shared_ptr<const scene::SceneModel> load(const RobotText& text, const LoadOptions& options) {
   const scene::ModelOptions model_options = modelOptions(options);
-  const scene::MeshResolver resolve =
-      scene::packageResolver(options.packages ? *options.packages : scene::rosPackagePath(), text.folder);
   scene::RobotModel robot =
-      named(text.urdf_name, [&] { return scene::loadRobotModel(text.urdf, resolve, model_options); });
+      named(text.urdf_name, [&] { return scene::loadRobotModel(text.urdf, resolverOf(text, options), model_options); });
   return named(text.srdf_name, [&] {
     return std::make_shared<const scene::SceneModel>(scene::makeSceneModel(std::move(robot), text.srdf, options.pairs));
   });
+}
+
+scene::ObjectOptions objectOptions(const RobotText& text, const LoadOptions& options) {
+  scene::ObjectOptions objects;
+  objects.resolve = resolverOf(text, options);
+  objects.meshes.tolerance = options.mesh_tolerance;
+  objects.meshes.cache = scene::userMeshCache();
+  objects.meshes.progress = options.progress;
+  return objects;
 }
 
 std::optional<scene::LevelThresholds> thresholdsOf(const RobotText& text, const scene::RobotModel& robot) {

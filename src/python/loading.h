@@ -9,6 +9,7 @@
 
 #include "proximity_server/scene/filter/pair_filter.h"
 #include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/objects/object.h"
 #include "proximity_server/scene/query/level_thresholds.h"
 
 // No Python here but the error of a file.
@@ -38,6 +39,9 @@ struct RobotText {
 
 /// Failure: throws std::invalid_argument naming urdf_name or srdf_name, and what the library says is wrong: link, joint, file.
 std::shared_ptr<const scene::SceneModel> load(const RobotText& text, const LoadOptions& options);
+
+/// How objects of the robot are made: relative paths, packages and meshes as those of the links.
+scene::ObjectOptions objectOptions(const RobotText& text, const LoadOptions& options);
 
 /// The thresholds of the text; nullopt if there are none.
 /// Failure: throws std::invalid_argument naming thresholds_name, and the line, link or group that is wrong.

@@ -14,11 +14,15 @@
 #include <thread>
 #include <tuple>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/motion/frames_on_links.h"
+#include "proximity_server/scene/object_files/object_file.h"
 #include "python/loading.h"
+#include "python/object_arguments.h"
 #include "python/robot.h"
 #include "python/rows.h"
 
@@ -78,14 +82,17 @@ py::array_t<double> rangesOf(const Robot& robot) {
   return ranges;
 }
 
-using LinkNames = std::pair<std::string, std::string>;
+using PairNames = std::pair<std::string, std::string>;
 
-std::vector<LinkNames> pairsOf(const Robot& robot) {
-  const scene::RobotModel& model = robot.model().robot;
-  std::vector<LinkNames> names;
-  for (const scene::ShapeRefPair& pair : robot.candidates())
-    names.emplace_back(model.links[static_cast<std::size_t>(pair.a.link)].name,
-                       model.links[static_cast<std::size_t>(pair.b.link)].name);
+std::string nameOf(const Robot& robot, const scene::ShapeRef& ref) {
+  return ref.link >= 0 ? robot.model().robot.links[static_cast<std::size_t>(ref.link)].name
+                       : robot.objects().object(ref.object)->id;
+}
+
+std::vector<PairNames> pairsOf(const Robot& robot) {
+  std::vector<PairNames> names;
+  for (const scene::ShapeRefPair& pair : robot.pairs().list())
+    names.emplace_back(nameOf(robot, pair.a), nameOf(robot, pair.b));
   return names;
 }
 
@@ -108,8 +115,12 @@ std::vector<std::string> warningsOf(const scene::SceneModel& model) {
 
 std::string describe(const Robot& robot) {
   return "<proximity.Robot " + scene::quoted(robot.model().robot.name) + ": " +
-         std::to_string(robot.model().robot.joints.size()) + " joints, " + std::to_string(robot.candidates().size()) +
-         " pairs>";
+         std::to_string(robot.model().robot.joints.size()) + " joints, " + std::to_string(robot.pairs().list().size()) +
+         " pairs" +
+         (robot.objects().empty() ? ""
+                                  : ", " + std::to_string(robot.objects().size()) +
+                                        (robot.objects().size() == 1 ? " object" : " objects")) +
+         ">";
 }
 
 /// The keyword arguments of both ways to make a robot.
@@ -126,7 +137,11 @@ LoadOptions loadOptions(const Keywords& keywords) {
   LoadOptions options;
   options.mesh_tolerance = keywords.mesh_tolerance;
   options.padding = keywords.padding;
-  if (keywords.packages) options.packages.emplace(keywords.packages->begin(), keywords.packages->end());
+  if (keywords.packages) {
+    options.packages.emplace();
+    for (const std::filesystem::path& folder : *keywords.packages)
+      options.packages->push_back(folder.empty() ? "" : std::filesystem::absolute(folder).string());
+  }
   options.pairs.group = keywords.group;
   options.pairs.exclude_pairs = keywords.exclude_pairs;
   options.pairs.only_pairs = keywords.only_pairs;
@@ -141,18 +156,15 @@ void warn(const std::string& text) {
   if (PyErr_WarnEx(PyExc_UserWarning, text.c_str(), 1) != 0) throw py::error_already_set();
 }
 
-std::unique_ptr<Robot> makeRobot(const RobotText& text, const Keywords& keywords) {
-  const LoadOptions options = loadOptions(keywords);
+std::unique_ptr<Robot> makeRobot(RobotText text, const Keywords& keywords) {
   const int all_cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  std::shared_ptr<const scene::SceneModel> model;
-  std::optional<scene::LevelThresholds> thresholds;
-  {
-    const py::gil_scoped_release released;
-    model = load(text, options);
-    thresholds = thresholdsOf(text, model->robot);
-  }
-  for (const std::string& warning : warningsOf(*model)) warn(text.urdf_name + ": " + warning);
-  return std::make_unique<Robot>(std::move(model), std::move(thresholds), keywords.threads.value_or(all_cores));
+  const py::gil_scoped_release released;
+  return std::make_unique<Robot>(std::move(text), loadOptions(keywords), keywords.threads.value_or(all_cores));
+}
+
+std::unique_ptr<Robot> withWarnings(std::unique_ptr<Robot> robot) {
+  for (const std::string& warning : warningsOf(robot->model())) warn(robot->text().urdf_name + ": " + warning);
+  return robot;
 }
 
 std::unique_ptr<Robot> robotOfFiles(const std::filesystem::path& urdf, const std::optional<std::filesystem::path>& srdf,
@@ -167,24 +179,154 @@ std::unique_ptr<Robot> robotOfFiles(const std::filesystem::path& urdf, const std
   if (thresholds) text.thresholds = readTextFile(*thresholds);
   text.thresholds_name = thresholds ? thresholds->string() : "";
   text.folder = std::filesystem::absolute(urdf).parent_path();
-  return makeRobot(text, keywords);
+  return withWarnings(makeRobot(std::move(text), keywords));
 }
 
-constexpr char kRobotDoc[] = R"(A robot with the pairs of its links that are checked against each other.
+// --- objects
 
-It never changes, but for `threads`. It may be used by many threads of Python at once: the GIL is released while a question
-is computed. Ctrl-C ends a question.
+/// Robots with these objects, which are described as the fields of proximity.Object; warns unless they are `Known`.
+enum class Oddities : unsigned char { New, Known };
+std::unique_ptr<Robot> withObjects(const Robot& robot, std::vector<scene::WrittenObject> objects,
+                                   const std::vector<scene::WrittenRule>& rules, Oddities oddities) {
+  std::vector<std::string> warnings;
+  std::unique_ptr<Robot> next;
+  {
+    const py::gil_scoped_release released;  // meshes may take long
+    next = robot.with(std::move(objects), rules, warnings);
+  }
+  if (oddities == Oddities::New)
+    for (const std::string& warning : warnings) warn(warning);
+  return next;
+}
 
-The argument q of each question holds joint positions [rad] or [m]: shape (states, joints), or (joints,) for one state, in
-the order of Robot.joints, which need not be that of the URDF. The columns of mimic joints are ignored, as they follow their
-leaders, and so are those of floating and planar joints, which stay where they are at 0. Any array that numpy casts to float64
-safely is taken, in C or Fortran order; other strides and types are copied (float32 exactly), complex numbers and objects
-are a TypeError. A wrong shape is a ValueError. A state with a position that is not finite, in any column, has no answer:
-Status.UNKNOWN, Verdict.UNKNOWN. Limits of joints are not looked at.
+scene::WrittenObject objectOf(const std::string& name, const py::object& shapes, const py::object& pose,
+                              const std::string& link, std::vector<std::string> touch_links, const std::string& frame,
+                              double padding) {
+  const std::string where = "object " + scene::quoted(name) + ": ";
+  if (!link.empty() && !frame.empty()) throw std::invalid_argument(where + "it has a link or a frame, but not both");
+  if (link.empty() && !touch_links.empty())
+    throw std::invalid_argument(where + "touch_links goes with a link that holds the object");
+  try {
+    return {name, {link, std::move(touch_links), frame, poseOf(pose)}, padding, shapesOf(shapes), ""};
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(where + error.what());
+  }
+}
+
+scene::WrittenObject objectOf(const std::string& name, const py::object& object) {
+  return objectOf(name, object.attr("shapes"), object.attr("pose"), object.attr("link").cast<std::string>(),
+                  object.attr("touch_links").cast<std::vector<std::string>>(), object.attr("frame").cast<std::string>(),
+                  object.attr("padding").cast<double>());
+}
+
+/// The object of the module that tells where an object is now.
+py::object describedObject(const Robot& robot, const scene::Object& object) {
+  const scene::WrittenObject& written = robot.written(object);
+  const auto* const held = std::get_if<scene::Attached>(&object.placement);
+  const auto* const moving = std::get_if<scene::Moving>(&object.placement);
+  return py::module_::import("proximity._shapes")
+      .attr("Object")(shapesOf(written.shapes), matrixOf(scene::poseInCarrier(object)), held ? held->link : "",
+                      py::tuple(py::cast(held ? held->touch_links : std::vector<std::string>())),
+                      moving ? moving->frame : "", written.padding);
+}
+
+py::dict objectsOf(const Robot& robot) {
+  py::dict objects;
+  for (const int number : robot.objects().numbers()) {
+    const scene::Object& object = *robot.objects().object(number);
+    objects[py::str(object.id)] = describedObject(robot, object);
+  }
+  return objects;
+}
+
+std::unique_ptr<Robot> withObjectFile(const Robot& robot, const std::filesystem::path& path) {
+  static_cast<void>(readTextFile(path));  // for the OSError of a file that cannot be read
+  scene::ObjectFile file = scene::readObjectFile(path.string());
+  if (!file.changes.empty())
+    throw std::invalid_argument(path.string() +
+                                ": it has changes, which are those of states on a way: the tool clearance makes them");
+  return withObjects(robot, std::move(file.objects), file.rules, Oddities::New);
+}
+
+/// The pose of an object that is put elsewhere: given, or the one that it has in the state q.
+Eigen::Isometry3d poseOrPlace(const Robot& robot, const std::string& name, const std::string& frame,
+                              const py::object& pose, const py::object& q) {
+  if (pose.is_none() == q.is_none())
+    throw std::invalid_argument("object " + scene::quoted(name) +
+                                ": needs either its pose, or the state q in which it stays where it is");
+  return q.is_none() ? poseOf(pose) : robot.placeIn(frame, name, q);
+}
+
+// --- pickles
+
+py::dict stateOf(const Robot& robot) {
+  const RobotText& text = robot.text();
+  const LoadOptions& options = robot.options();
+  std::vector<std::pair<int, std::string>> names;  // by their numbers, which decide the order of two objects of a pair
+  for (const int number : robot.objects().numbers()) names.emplace_back(number, robot.objects().object(number)->id);
+  std::sort(names.begin(), names.end());
+  py::list objects, rules;
+  for (const auto& [number, name] : names)
+    objects.append(py::make_tuple(name, describedObject(robot, *robot.objects().object(number))));
+  for (const scene::WrittenRule& rule : robot.rules())
+    rules.append(py::make_tuple(rule.a, rule.b, rule.rule == scene::AllowedPairs::Rule::Allowed));
+  using namespace py::literals;
+  return py::dict("urdf"_a = text.urdf, "srdf"_a = text.srdf, "urdf_name"_a = text.urdf_name,
+                  "srdf_name"_a = text.srdf_name, "folder"_a = text.folder.string(), "thresholds"_a = text.thresholds,
+                  "thresholds_name"_a = text.thresholds_name, "mesh_tolerance"_a = options.mesh_tolerance,
+                  "padding"_a = options.padding, "packages"_a = options.packages, "group"_a = options.pairs.group,
+                  "exclude_pairs"_a = options.pairs.exclude_pairs, "only_pairs"_a = options.pairs.only_pairs,
+                  "threads"_a = robot.threads(), "objects"_a = objects, "rules"_a = rules);
+}
+
+template <typename Value>
+Value valueOf(const py::dict& state, const char* name) {
+  return state[name].cast<Value>();
+}
+
+std::unique_ptr<Robot> robotOf(const py::dict& state) {
+  using Text = std::string;
+  RobotText text{valueOf<Text>(state, "urdf"),           valueOf<Text>(state, "srdf"),
+                 valueOf<Text>(state, "urdf_name"),      valueOf<Text>(state, "srdf_name"),
+                 valueOf<Text>(state, "folder"),         valueOf<std::optional<Text>>(state, "thresholds"),
+                 valueOf<Text>(state, "thresholds_name")};
+  const Keywords keywords{valueOf<double>(state, "mesh_tolerance"),
+                          valueOf<std::optional<std::vector<std::filesystem::path>>>(state, "packages"),
+                          valueOf<double>(state, "padding"),
+                          valueOf<Text>(state, "group"),
+                          valueOf<NamePairs>(state, "exclude_pairs"),
+                          valueOf<NamePairs>(state, "only_pairs"),
+                          valueOf<int>(state, "threads")};
+  std::unique_ptr<Robot> robot = makeRobot(std::move(text), keywords);
+  std::vector<scene::WrittenObject> objects;
+  for (const auto& [name, object] : valueOf<std::vector<std::pair<Text, py::object>>>(state, "objects"))
+    objects.push_back(objectOf(name, object));
+  std::vector<scene::WrittenRule> rules;
+  for (const auto& [a, b, is_allowed] : valueOf<std::vector<std::tuple<Text, Text, bool>>>(state, "rules"))
+    rules.push_back({a, b, is_allowed ? scene::AllowedPairs::Rule::Allowed : scene::AllowedPairs::Rule::Checked});
+  if (objects.empty() && rules.empty()) return robot;
+  return withObjects(*robot, std::move(objects), rules, Oddities::Known);
+}
+
+constexpr char kRobotDoc[] = R"(A robot with the pairs of its links, and of objects, that are checked.
+
+It never changes, but for `threads`: with_object(), moved(), attached() and the like return another robot, which shares all that is
+the same. So the numbers of pairs in rows that are there keep their meaning, a question that another thread asks is not
+disturbed, and the robot without objects is still there. It may be used by many threads of Python at once: the GIL is
+released while a question is computed. Ctrl-C ends a question. A robot can be pickled; it is loaded again from the texts of its
+files, and from meshes where they were.
+
+The argument q of each question holds joint positions [rad] or [m]: shape (..., joints), or (joints,) for one state, in
+the order of Robot.joints, which need not be that of the URDF. The answer has the leading shape. The columns of mimic joints are
+ignored, as they follow their leaders, and so are those of floating and planar joints, which stay where they are at 0. Any array
+that numpy casts to float64 safely is taken, in C or Fortran order; other strides and types are copied (float32 exactly),
+complex numbers, objects and masked arrays are a TypeError. A wrong shape is a ValueError. A state with a position that is not
+finite, in any column, has no answer: Status.UNKNOWN, Verdict.UNKNOWN. Limits of joints are not looked at.
 
 Each answer is a function of its state alone, to the last bit: the other states, their number and the threads do not count,
-nor do the processor and the C library. The fields of the rows are described at the top of the module, help(proximity); where
-the robot has thresholds, those of PAIR are rows of LEVELED_PAIR.)";
+nor do the processor and the C library. Among objects it is so within the accepted gap of the bounds, 1e-9 m: there a state is
+answered from the state before it, in blocks of 256 states of a question. The fields of the rows are described at the top of the
+module, help(proximity); where the robot has thresholds, those of PAIR are rows of LEVELED_PAIR.)";
 
 constexpr char kLoadDoc[] = R"(Reads a URDF from a file.
 
@@ -212,27 +354,27 @@ Relative paths of meshes begin at `folder`. All else is as in Robot(urdf).)";
 
 constexpr char kMinimumDoc[] = R"(The pair with the smallest signed distance in each state.
 
-Returns rows of the dtype PAIR, of shape (states,); for q of shape (joints,) one row. The status is UNKNOWN if a position is not
+Returns rows of the dtype PAIR, of the shape of the states; for q of shape (joints,) one row. The status is UNKNOWN if a position is not
 finite, or if the robot has no pair.)";
 
 constexpr char kLevelDoc[] = R"(The level of each state: the pair that sets it, with its level.
 
 That is, of the pairs at the worst level the one with the smallest distance less its threshold (that of WARN if the level is
 CLEAR). It need not be the closest one.
-Returns rows of the dtype LEVELED_PAIR, of shape (states,); for q of shape (joints,) one row. The level is INVALID where the
+Returns rows of the dtype LEVELED_PAIR, of the shape of the states; for q of shape (joints,) one row. The level is INVALID where the
 status is UNKNOWN, as in minimum.
 Raises ValueError if the robot was made without thresholds.)";
 
 constexpr char kClosestDoc[] = R"(The k pairs with the smallest signed distances in each state, sorted.
 
-Returns rows of the dtype PAIR, of shape (states, k); for q of shape (joints,) of shape (k,). If there are fewer pairs than
+Returns rows of the dtype PAIR, of the shape of the states and k; for q of shape (joints,) of shape (k,). If there are fewer pairs than
 k, the rows behind them have the status UNKNOWN and the pair -1.
 Raises ValueError if k is less than 1.)";
 
 constexpr char kBelowDoc[] =
     R"(Whether anything is at or below a signed distance [m] in each state: much cheaper than minimum.
 
-Returns rows of the dtype VERDICT, of shape (states,); for q of shape (joints,) one row. ABOVE is proven; a pair counts as below
+Returns rows of the dtype VERDICT, of the shape of the states; for q of shape (joints,) one row. ABOVE is proven; a pair counts as below
 unless its lower bound proves otherwise.
 Raises ValueError if the distance is NaN.)";
 
@@ -251,6 +393,69 @@ answer has NaN.
 The distance has a kink where the field `unique` is False: this is then the derivative of one choice of points.
 The smallest distance has another kink where two pairs are equally close, which rows of closest(q, 2) show.
 Raises ValueError if k is less than 1.)";
+
+constexpr char kLinkPosesDoc[] = R"(The pose of each link in the frame of the root link.
+
+Returns float64 of the shape of the states, the links in the order of Robot.links, and (4, 4): a matrix that maps coordinates of the link
+into the root link. A state with a position that is not finite has NaN.)";
+
+constexpr char kFirstContactDoc[] = R"(When anything first comes to a signed distance [m] on the way from start to goal.
+
+All joints move at once, each at constant speed; the time is 0 at the start and 1 at the goal. start and goal are arrays as q, of shapes that
+broadcast to one.
+Returns rows of the dtype CONTACT, of the shape of the edges; for one edge one row. Nothing is missed between samples: until
+t_free every pair is proven to be farther than the distance.
+tolerance  [m] of the distance at which a contact is found
+Raises ValueError if distance or tolerance is NaN.)";
+
+constexpr char kMinimumBetweenDoc[] = R"(The smallest signed distance on the way from start to goal.
+
+The way is that of first_contact.
+Returns rows of the dtype EDGE_MINIMUM, of the shape of the edges; for one edge one row. lower and upper are proven for the whole
+way, and upper is the distance of the pair at the time.
+tolerance  [m] between lower and upper
+Raises ValueError if tolerance is NaN.)";
+
+constexpr char kWithObjectDoc[] = R"(Returns the robot with one more object; one of the same name is replaced.
+
+name         neither that of a link nor "*"; the pairs with the object are named by it
+shapes       a shape (proximity.Box, Sphere, Mesh, ...), or a list of shapes and of pairs of a shape and its pose in the object
+pose         of the object, in the frame of the root link, or in that of `link` or `frame`: a matrix (4, 4), or a position (3,);
+             None: the identity
+link         that holds the object, so that they do not touch each other; "": none
+touch_links  other links that it may touch then
+frame        a link that the object moves with, but that may not touch it; "": it stands still
+padding      [m] is added to every shape
+Meshes become convex pieces with the robot's mesh_tolerance. An object that stands still is not checked against links that do.
+Raises ValueError naming the object and what is wrong.)";
+
+constexpr char kWithObjectsDoc[] =
+    R"(Returns the robot with the objects of a file, and with its rules about what may touch.
+
+The file is what `clearance --objects` reads: YAML, or MoveIt's text if the name ends with ".scene". Objects that have the name of one
+that is there replace it.
+Raises OSError for a file that cannot be read, and ValueError naming file, line and object; also if the file has changes.)";
+
+constexpr char kMovedDoc[] =
+    R"(Returns the robot with an object in another place, in which it stands or moves with a frame.
+
+The arguments are those of with_object(). Raises ValueError for an object that a link holds: see detached().)";
+
+constexpr char kAttachedDoc[] = R"(Returns the robot with a link that holds an object.
+
+Either `pose`, in the frame of the link, or a state q in which the object stays where it is. Raises ValueError for an object with a
+half-space.)";
+
+constexpr char kDetachedDoc[] = R"(Returns the robot with an object that no link holds any more.
+
+Either `pose`, in the frame of `frame` or of the root link, or a state q in which the object stays where it is.)";
+
+constexpr char kWithoutDoc[] = R"(Returns the robot without an object.)";
+
+constexpr char kAllowingDoc[] =
+    R"(Returns the robot with two that may touch each other: an object, and a link or another object.
+
+"*" stands for all others. Pairs of two links are those of the SRDF, exclude_pairs and only_pairs.)";
 
 constexpr char kThreadsDoc[] = R"(How many threads a question uses, from 1 to 1024; fewer if there are few states.
 
@@ -293,10 +498,11 @@ void declareConstructors(py::class_<Robot>& robot) {
       [](const std::string& urdf, const std::string& srdf, const std::filesystem::path& folder, double mesh_tolerance,
          std::optional<std::vector<std::filesystem::path>> packages, double padding, std::string group,
          NamePairs exclude_pairs, NamePairs only_pairs, const std::string& thresholds, std::optional<int> threads) {
-        return makeRobot({urdf, srdf, "the URDF", "the SRDF", std::filesystem::absolute(folder),
-                          thresholds.empty() ? std::nullopt : std::make_optional(thresholds), "the thresholds"},
-                         {mesh_tolerance, std::move(packages), padding, std::move(group), std::move(exclude_pairs),
-                          std::move(only_pairs), threads});
+        return withWarnings(
+            makeRobot({urdf, srdf, "the URDF", "the SRDF", std::filesystem::absolute(folder),
+                       thresholds.empty() ? std::nullopt : std::make_optional(thresholds), "the thresholds"},
+                      {mesh_tolerance, std::move(packages), padding, std::move(group), std::move(exclude_pairs),
+                       std::move(only_pairs), threads}));
       },
       kFromTextDoc, "urdf"_a, "srdf"_a = "", py::kw_only(), "folder"_a = ".", "mesh_tolerance"_a = 0.005,
       "packages"_a = py::none(), "padding"_a = 0.0, "group"_a = "", "exclude_pairs"_a = NamePairs{},
@@ -308,8 +514,13 @@ void declareProperties(py::class_<Robot>& robot) {
       "name", [](const Robot& self) { return self.model().robot.name; }, "of the robot in the URDF");
   robot.def_property_readonly("joints", &jointsOf, "The joints that move, in the order of the columns of q.");
   robot.def_property_readonly("ranges", &rangesOf, kRangesDoc);
+  robot.def_property_readonly("pairs", &pairsOf,
+                              "The checked pairs, as the names of two links, or of a link and an object, or of two "
+                              "objects; the field `pair` is an index of it.");
   robot.def_property_readonly(
-      "pairs", &pairsOf, "The checked pairs, as the names of their two links; the field `pair` is an index of it.");
+      "links", [](const Robot& self) { return scene::namesOf(self.model().robot.links); },
+      "The names of all links, in the order of link_poses; the root is the first.");
+  robot.def_property_readonly("objects", &objectsOf, "The objects by their names: where each is now, and its shapes.");
   robot.def_property_readonly(
       "unchecked", &uncheckedOf,
       "The pairs of links with geometry that are not checked: the names of both links, and the reason.");
@@ -320,6 +531,45 @@ void declareProperties(py::class_<Robot>& robot) {
   robot.def("__repr__", &describe);
 }
 
+using Names = std::vector<std::string>;
+
+void declareObjects(py::class_<Robot>& robot) {
+  robot.def(
+      "with_object",
+      [](const Robot& self, const std::string& name, const py::object& shapes, const py::object& pose,
+         const std::string& link, Names touch_links, const std::string& frame, double padding) {
+        std::vector<scene::WrittenObject> objects{
+            objectOf(name, shapes, pose, link, std::move(touch_links), frame, padding)};
+        return withObjects(self, std::move(objects), {}, Oddities::New);
+      },
+      kWithObjectDoc, "name"_a, "shapes"_a, "pose"_a = py::none(), py::kw_only(), "link"_a = "",
+      "touch_links"_a = Names{}, "frame"_a = "", "padding"_a = 0.0);
+  robot.def("with_objects", &withObjectFile, kWithObjectsDoc, "file"_a);
+  robot.def(
+      "moved",
+      [](const Robot& self, const std::string& name, const py::object& pose, const std::string& frame) {
+        return self.moved(name, {"", {}, frame, poseOf(pose)});
+      },
+      kMovedDoc, "name"_a, "pose"_a, py::kw_only(), "frame"_a = "");
+  robot.def(
+      "attached",
+      [](const Robot& self, const std::string& name, const std::string& link, const py::object& pose,
+         const py::object& q, Names touch_links) {
+        return self.attached(name, {link, std::move(touch_links), "", poseOrPlace(self, name, link, pose, q)});
+      },
+      kAttachedDoc, "name"_a, "link"_a, "pose"_a = py::none(), py::kw_only(), "q"_a = py::none(),
+      "touch_links"_a = Names{});
+  robot.def(
+      "detached",
+      [](const Robot& self, const std::string& name, const py::object& pose, const py::object& q,
+         const std::string& frame) {
+        return self.detached(name, {"", {}, frame, poseOrPlace(self, name, frame, pose, q)});
+      },
+      kDetachedDoc, "name"_a, "pose"_a = py::none(), py::kw_only(), "q"_a = py::none(), "frame"_a = "");
+  robot.def("without", &Robot::without, kWithoutDoc, "name"_a);
+  robot.def("allowing", &Robot::allowing, kAllowingDoc, "a"_a, "b"_a);
+}
+
 void declareQuestions(py::class_<Robot>& robot) {
   robot.def("minimum", &Robot::minimum, kMinimumDoc, "q"_a);
   robot.def("level", &Robot::level, kLevelDoc, "q"_a);
@@ -327,6 +577,11 @@ void declareQuestions(py::class_<Robot>& robot) {
   robot.def("below", &Robot::below, kBelowDoc, "q"_a, "distance"_a);
   robot.def("pairs_below", &Robot::pairsBelow, kPairsBelowDoc, "q"_a, "distance"_a);
   robot.def("gradient", &Robot::gradient, kGradientDoc, "q"_a, "k"_a = py::none());
+  robot.def("link_poses", &Robot::linkPoses, kLinkPosesDoc, "q"_a);
+  robot.def("first_contact", &Robot::firstContact, kFirstContactDoc, "start"_a, "goal"_a, "distance"_a = 0.0,
+            py::kw_only(), "tolerance"_a = 1e-6);
+  robot.def("minimum_between", &Robot::minimumBetween, kMinimumBetweenDoc, "start"_a, "goal"_a, py::kw_only(),
+            "tolerance"_a = 1e-6);
 }
 
 }  // namespace
@@ -338,6 +593,11 @@ PYBIND11_MODULE(_native, module) {
   PYBIND11_NUMPY_DTYPE(PairRow, state, status, unique, depth_is_lower_bound, representation, pair, distance, lower,
                        upper, point_a, point_b, normal);
   PYBIND11_NUMPY_DTYPE(VerdictRow, verdict, pair);
+  PYBIND11_NUMPY_DTYPE(ContactRow, edge, status, contact, unique, representation, pair, t_free, t_contact, distance,
+                       lower, upper, point_a, point_b, normal);
+  module.attr("__version__") = PROXIMITY_VERSION;
+  module.attr("CONTACT") = pybind11::dtype::of<ContactRow>();
+  module.attr("EDGE_MINIMUM") = minimumType();
   module.attr("PAIR") = pybind11::dtype::of<PairRow>();
   module.attr("LEVELED_PAIR") = leveledPairType();
   module.attr("VERDICT") = pybind11::dtype::of<VerdictRow>();
@@ -346,5 +606,7 @@ PYBIND11_MODULE(_native, module) {
   robot.attr("__module__") = "proximity";
   declareConstructors(robot);
   declareProperties(robot);
+  declareObjects(robot);
+  robot.def(pybind11::pickle(&stateOf, &robotOf));
   declareQuestions(robot);
 }

@@ -11,21 +11,18 @@
 namespace proximity_server::python {
 namespace {
 
-/// So many that the beginning of a block does not count, and so few that many threads have work.
-constexpr Eigen::Index kBlock = 256;
-
 class Blocks {
  public:
-  explicit Blocks(Eigen::Index count) : count_(count) {}
+  Blocks(Eigen::Index count, Eigen::Index block) : count_(count), block_(block) {}
 
   /// Never throws.
   void work(const std::function<BlockWork()>& start, const std::function<bool()>& goes_on) {
     try {
       const BlockWork answer = start();
       while (!is_over_ && goes_on()) {
-        const Eigen::Index first = next_.fetch_add(kBlock);
+        const Eigen::Index first = next_.fetch_add(block_);
         if (first >= count_) return;
-        answer(first, std::min(kBlock, count_ - first));
+        answer(first, std::min(block_, count_ - first));
       }
       is_over_ = true;
     } catch (...) {
@@ -40,7 +37,7 @@ class Blocks {
   }
 
  private:
-  const Eigen::Index count_;
+  const Eigen::Index count_, block_;
   std::atomic<Eigen::Index> next_{0};
   std::atomic<bool> is_over_{false};
   std::mutex mutex_;
@@ -61,10 +58,10 @@ std::vector<std::thread> startThreads(Eigen::Index count, const std::function<vo
 
 }  // namespace
 
-void workInBlocks(Eigen::Index count, int threads, const std::function<BlockWork()>& start,
+void workInBlocks(Eigen::Index count, Eigen::Index block, int threads, const std::function<BlockWork()>& start,
                   const std::function<bool()>& goes_on) {
-  Blocks blocks(count);
-  const Eigen::Index useful = std::max<Eigen::Index>(1, std::min<Eigen::Index>(threads, (count + kBlock - 1) / kBlock));
+  Blocks blocks(count, block);
+  const Eigen::Index useful = std::max<Eigen::Index>(1, std::min<Eigen::Index>(threads, (count + block - 1) / block));
   std::vector<std::thread> others = startThreads(useful - 1, [&] { blocks.work(start, [] { return true; }); });
   blocks.work(start, goes_on);
   for (std::thread& thread : others) thread.join();

@@ -1,6 +1,7 @@
 #include "python/robot.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -17,6 +18,9 @@
 
 #include "proximity_server/scene/derivative/derivatives.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/motion/frames_on_links.h"
+#include "python/object_states.h"
 #include "python/parallel_blocks.h"
 #include "python/signal_watch.h"
 
@@ -24,18 +28,69 @@ namespace proximity_server::python {
 
 namespace py = pybind11;
 
-struct Scratch {
-  Scratch(std::shared_ptr<const scene::SceneModel> shared, scene::SceneBatch questions)
-      : model(std::move(shared)), batch(std::move(questions)) {}
+struct LoadedRobot {
+  LoadedRobot(RobotText robot_text, LoadOptions load_options)
+      : text(std::move(robot_text)),
+        options(std::move(load_options)),
+        model(load(text, options)),
+        thresholds(thresholdsOf(text, model->robot)),
+        batch(model) {}
 
+  /// Scenes of the model, which answer no question: their twins do. Made when they are first asked for; they have their own volumes.
+  const scene::Scene& scene() const {
+    std::call_once(has_scene, [this] { fresh_scene.emplace(model); });
+    return *fresh_scene;
+  }
+  const scene::MovingScene& movingScene() const {
+    std::call_once(has_moving_scene, [this] { fresh_moving_scene.emplace(model); });
+    return *fresh_moving_scene;
+  }
+
+  RobotText text;
+  LoadOptions options;
   std::shared_ptr<const scene::SceneModel> model;
-  scene::SceneBatch batch;
-  std::optional<scene::Derivatives> derivatives;  ///< made for the first gradient
-  std::vector<double> positions;                  ///< of one state
-  Eigen::VectorXd by_degrees;                     ///< a gradient by the degrees of freedom
+  std::optional<scene::LevelThresholds> thresholds;
+  scene::SceneBatch batch;  ///< answers no question: its twins do
+  mutable std::once_flag has_scene, has_moving_scene;
+  mutable std::optional<scene::Scene> fresh_scene;
+  mutable std::optional<scene::MovingScene> fresh_moving_scene;
 };
 
-/// Its rows have the fields of PairRow, or all of LevelRow, in the order of the dtype.
+/// What it holds is made when it is first needed.
+struct Scratch {
+  Scratch(std::shared_ptr<const LoadedRobot> shared, std::shared_ptr<const scene::Objects> among)
+      : loaded(std::move(shared)), objects(std::move(among)) {}
+
+  scene::SceneBatch& states() {
+    if (!batch) batch.emplace(loaded->batch.twin());
+    return *batch;
+  }
+  const scene::Scene& freshScene() {
+    if (!scene) {
+      scene.emplace(loaded->scene().twin());
+      scene->use(objects);
+    }
+    return *scene;
+  }
+  const scene::MovingScene& freshMovingScene() {
+    if (!moving_scene) {
+      moving_scene.emplace(loaded->movingScene().twin());
+      moving_scene->use(objects);
+    }
+    return *moving_scene;
+  }
+
+  std::shared_ptr<const LoadedRobot> loaded;
+  std::shared_ptr<const scene::Objects> objects;
+  std::optional<scene::SceneBatch> batch;
+  std::optional<scene::Scene> scene;  ///< without poses, as it answers no question: its twins do
+  std::optional<scene::MovingScene> moving_scene;
+  std::optional<scene::Derivatives> derivatives;
+  std::vector<double> positions, goal;  ///< of one state, or of an edge
+  Eigen::VectorXd by_degrees;           ///< a gradient by the degrees of freedom
+};
+
+/// Its rows have the fields of a PairRow, or of another row that begins with them, in the order of the dtype.
 class RowTable {
  public:
   explicit RowTable(py::array array)
@@ -43,8 +98,9 @@ class RowTable {
 
   const py::array& array() const { return array_; }
 
-  /// The pair is the beginning of the row. Without the GIL.
-  void write(Eigen::Index index, const LevelRow& row) {
+  /// The fields of the array are the beginning of the row. Without the GIL.
+  template <typename Row>
+  void write(Eigen::Index index, const Row& row) {
     std::memcpy(data_ + index * row_size_, &row, static_cast<std::size_t>(row_size_));
   }
 
@@ -54,29 +110,47 @@ class RowTable {
   py::ssize_t row_size_;
 };
 
-py::dtype leveledPairType() {
+namespace {
+
+/// PAIR with one more field at its end; `rename` has new names of fields.
+py::dtype pairTypeAnd(const std::string& name, const py::dtype& type, std::size_t offset, std::size_t size,
+                      const std::map<std::string, std::string>& rename) {
   const py::dtype pair = py::dtype::of<PairRow>();
   const py::dict fields = pair.attr("fields");
   py::list names, formats, offsets;
-  for (const py::handle& name : pair.attr("names")) {
-    names.append(name);
-    formats.append(fields[name][py::int_(0)]);
-    offsets.append(fields[name][py::int_(1)]);
+  for (const py::handle& field : pair.attr("names")) {
+    const auto renamed = rename.find(field.cast<std::string>());
+    names.append(renamed == rename.end() ? py::object(py::str(field)) : py::str(renamed->second));
+    formats.append(fields[field][py::int_(0)]);
+    offsets.append(fields[field][py::int_(1)]);
   }
-  names.append("level");
-  formats.append(py::dtype::of<std::int64_t>());
-  offsets.append(offsetof(LevelRow, level));
-  return {names, formats, offsets, sizeof(LevelRow)};
+  names.append(name);
+  formats.append(type);
+  offsets.append(offset);
+  return {names, formats, offsets, static_cast<py::ssize_t>(size)};
+}
+
+}  // namespace
+
+py::dtype leveledPairType() {
+  return pairTypeAnd("level", py::dtype::of<std::int64_t>(), offsetof(LevelRow, level), sizeof(LevelRow), {});
+}
+
+py::dtype minimumType() {
+  return pairTypeAnd("time", py::dtype::of<double>(), offsetof(MinimumRow, time), sizeof(MinimumRow),
+                     {{"state", "edge"}});
 }
 
 namespace {
 
+using RowMajor4d = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+
 constexpr int kMaxThreads = 1024;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// A new array; of one item for a single state, where `shape` goes on behind the states.
+/// A new array, where `shape` goes on behind the states.
 py::array newArray(const py::dtype& type, const JointPositions& positions, std::vector<py::ssize_t> shape) {
-  if (!positions.isSingleState()) shape.insert(shape.begin(), positions.count());
+  shape.insert(shape.begin(), positions.shape().begin(), positions.shape().end());
   py::ssize_t bytes = type.itemsize();
   for (const py::ssize_t length : shape)
     if (__builtin_mul_overflow(bytes, std::max<py::ssize_t>(1, length), &bytes)) throw std::bad_alloc();
@@ -100,6 +174,37 @@ int checkedCount(long k) {
   return static_cast<int>(k);
 }
 
+double numberOf(double value, const char* name) {
+  if (std::isnan(value)) throw std::invalid_argument(std::string("the ") + name + " is not a number");
+  return value;
+}
+
+py::dtype rowType(const scene::LevelThresholds* thresholds) {
+  return thresholds ? leveledPairType() : py::dtype::of<PairRow>();
+}
+
+/// Writes a matrix for each link; NaN where a position is not finite.
+void writePoses(const scene::RobotModel& robot, const std::vector<double>& positions, double* out) {
+  const bool is_finite = std::all_of(positions.begin(), positions.end(), [](double p) { return std::isfinite(p); });
+  if (!is_finite) {
+    std::fill_n(out, 16 * robot.links.size(), kNaN);
+    return;
+  }
+  const scene::BodyPoses poses = scene::forwardKinematics(robot, positions);
+  for (int link = 0; link < static_cast<int>(robot.links.size()); ++link, out += 16)
+    Eigen::Map<RowMajor4d>{out} = scene::poseOfLink(robot, link, poses).matrix();
+}
+
+/// An error begins with the place in the file, if it comes from one.
+scene::Object madeOf(const scene::WrittenObject& object, const scene::RobotModel& robot,
+                     const scene::ObjectOptions& options) {
+  try {
+    return scene::makeObject(object.id, object.shapes, placementOf(robot, object.place), options);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(object.source + (object.source.empty() ? "" : ": ") + error.what());
+  }
+}
+
 /// The closest pairs of one state, sorted.
 struct StatePairs {
   const scene::PairProximity* first;
@@ -119,16 +224,18 @@ StatePairs pairsOf(const std::vector<scene::PairProximity>& minima, Eigen::Index
 // The questions that have the same number of pairs for each state.
 struct Closest {
   int k;
-  const scene::StatePairs& operator()(scene::SceneBatch& batch, const JointPositions::Block& states) const {
+  template <typename Batch>
+  const scene::StatePairs& operator()(Batch& batch, const JointPositions::Block& states) const {
     return batch.closest(states, k);
   }
 };
-constexpr auto kMinimum = [](scene::SceneBatch & batch, const JointPositions::Block& states) -> const auto& {
+constexpr auto kMinimum = [](auto& batch, const JointPositions::Block& states) -> const auto& {
   return batch.minimum(states);
 };
 struct Deciding {
   const scene::LevelThresholds& thresholds;
-  const auto& operator()(scene::SceneBatch& batch, const JointPositions::Block& states) const {
+  template <typename Batch>
+  const auto& operator()(Batch& batch, const JointPositions::Block& states) const {
     return batch.deciding(states, thresholds);
   }
 };
@@ -139,15 +246,15 @@ scene::PairProximity pairOf(const StatePairs& pairs, Eigen::Index i) {
 }
 
 /// The rows of all pairs of a block; a state without an answer has one row, which is Unknown.
-std::vector<LevelRow> listedRows(const scene::StatePairs& lists, Eigen::Index first,
-                                 const scene::Candidates& candidates, const scene::LevelThresholds* thresholds) {
+std::vector<LevelRow> listedRows(const scene::StatePairs& lists, Eigen::Index first, const PairNumbers& numbers,
+                                 const scene::LevelThresholds* thresholds) {
   std::vector<LevelRow> rows;
   rows.reserve(lists.pairs.size());
   for (Eigen::Index state = 0; state < static_cast<Eigen::Index>(lists.unknown.size()); ++state) {
     const bool is_unknown = lists.unknown[static_cast<std::size_t>(state)] != 0;
     const StatePairs pairs = pairsOf(lists, state);
     for (Eigen::Index i = 0; i < (is_unknown ? 1 : pairs.count); ++i)
-      rows.push_back(rowOf(first + state, pairOf(pairs, i), candidates, thresholds));
+      rows.push_back(rowOf(first + state, pairOf(pairs, i), numbers, thresholds));
   }
   return rows;
 }
@@ -170,16 +277,24 @@ bool countsPosition(const scene::Joint& joint) {
 
 /// Places the robot of the derivatives in a state of the block.
 void place(const JointPositions::Block& block, Eigen::Index state, Scratch& scratch) {
-  if (!scratch.derivatives) scratch.derivatives.emplace(scratch.model);
-  scratch.positions.resize(static_cast<std::size_t>(block.cols()));
-  for (Eigen::Index j = 0; j < block.cols(); ++j) scratch.positions[static_cast<std::size_t>(j)] = block(state, j);
-  scratch.derivatives->update(scene::forwardKinematics(scratch.model->robot, scratch.positions));
+  const scene::RobotModel& robot = scratch.loaded->model->robot;
+  const scene::Objects& objects = *scratch.objects;
+  if (!scratch.derivatives) {
+    scratch.derivatives.emplace(scratch.loaded->model);
+    scene::ObjectCarriers carriers;
+    for (const std::string& frame : objects.frames())
+      carriers.of_frames.push_back(robot.links[static_cast<std::size_t>(robot.findLink(frame))].body);
+    scratch.derivatives->use(scratch.objects, carriers);
+  }
+  positionsOf(block, state, scratch.positions);
+  const scene::BodyPoses poses = scene::forwardKinematics(robot, scratch.positions);
+  scratch.derivatives->update(poses, scene::framePoses(objects, poses));
 }
 
 /// Writes the derivative of a pair's distance by each column of q. A column that moves nothing has 0: that of a mimic joint,
 /// whose part is in the column of its leader, and that of a floating or planar joint.
 void writeGradient(const scene::PairProximity& pair, Scratch& scratch, double* gradient) {
-  const std::vector<scene::Joint>& joints = scratch.model->robot.joints;
+  const std::vector<scene::Joint>& joints = scratch.loaded->model->robot.joints;
   const scene::DegreesOfFreedom& degrees = scratch.derivatives->degreesOfFreedom();
   scratch.by_degrees.resize(degrees.size());
   const bool is_known = scratch.derivatives->gradient(pair, scratch.by_degrees);
@@ -201,17 +316,35 @@ void writeGradients(const JointPositions::Block& block, Eigen::Index state, cons
 
 }  // namespace
 
-Robot::Robot(std::shared_ptr<const scene::SceneModel> model, std::optional<scene::LevelThresholds> thresholds,
-             int threads)
-    : model_(std::move(model)),
-      thresholds_(std::move(thresholds)),
-      row_type_(thresholds_ ? leveledPairType() : py::dtype::of<PairRow>()),
-      prototype_(model_),
-      threads_(1) {
+Robot::Robot(RobotText text, LoadOptions options, int threads)
+    : loaded_(std::make_shared<const LoadedRobot>(std::move(text), std::move(options))), threads_(1) {
+  scene::ObjectRules rules;
+  rules.base = scene::ObjectRules::Base::StandsStill;  // all poses are in the frame of the root link
+  objects_ = std::make_shared<const scene::Objects>(scene::Objects(loaded_->model).withRules(rules));
   setThreads(threads);
 }
 
+Robot::Robot(std::shared_ptr<const LoadedRobot> loaded, std::shared_ptr<const scene::Objects> objects,
+             WrittenObjects written, std::vector<scene::WrittenRule> rules, int threads)
+    : loaded_(std::move(loaded)),
+      objects_(std::move(objects)),
+      written_(std::move(written)),
+      rules_(std::move(rules)),
+      threads_(threads) {}
+
 Robot::~Robot() = default;
+
+const scene::SceneModel& Robot::model() const { return *loaded_->model; }
+const RobotText& Robot::text() const { return loaded_->text; }
+const LoadOptions& Robot::options() const { return loaded_->options; }
+const scene::LevelThresholds* Robot::thresholds() const {
+  return loaded_->thresholds ? &*loaded_->thresholds : nullptr;
+}
+
+const PairNumbers& Robot::pairs() const {
+  std::call_once(numbered_, [this] { pairs_ = std::make_unique<PairNumbers>(loaded_->batch.candidates(), *objects_); });
+  return *pairs_;
+}
 
 void Robot::setThreads(int threads) {
   if (threads < 1 || threads > kMaxThreads)
@@ -220,13 +353,94 @@ void Robot::setThreads(int threads) {
   threads_ = threads;
 }
 
+// --- objects
+
+std::unique_ptr<Robot> Robot::with(std::vector<scene::WrittenObject> objects,
+                                   const std::vector<scene::WrittenRule>& rules,
+                                   std::vector<std::string>& warnings) const {
+  scene::ObjectOptions options = objectOptions(loaded_->text, loaded_->options);
+  WrittenObjects written = written_;
+  std::vector<scene::ObjectChange> changes;
+  for (scene::WrittenObject& object : objects) {
+    options.padding = object.padding;
+    scene::Object made = madeOf(object, model().robot, options);
+    const std::vector<std::string>& oddities = scene::warningsOf(made);
+    warnings.insert(warnings.end(), oddities.begin(), oddities.end());
+    if (written_.count(object.id))
+      changes.emplace_back(scene::ReplaceObject{std::move(made)});
+    else
+      changes.emplace_back(scene::AddObject{std::move(made)});
+    const std::string id = object.id;
+    written[id] = std::make_shared<const scene::WrittenObject>(std::move(object));
+  }
+  scene::Objects next = objects_->changed(changes);
+  std::vector<scene::WrittenRule> all_rules = rules_;
+  if (!rules.empty()) {
+    all_rules.insert(all_rules.end(), rules.begin(), rules.end());
+    scene::ObjectRules applied = next.rules();
+    for (const scene::WrittenRule& rule : rules) applied.allowed.set(rule.a, rule.b, rule.rule);
+    next = next.withRules(std::move(applied));
+  }
+  return std::unique_ptr<Robot>(new Robot(loaded_, std::make_shared<const scene::Objects>(std::move(next)),
+                                          std::move(written), std::move(all_rules), threads_));
+}
+
+Eigen::Isometry3d Robot::placeIn(const std::string& frame, const std::string& name, const py::object& q) const {
+  const scene::RobotModel& robot = model().robot;
+  const JointPositions state(q, robot);
+  const int number = objects_->find(name), link = frame.empty() ? robot.bodies.front().link : robot.findLink(frame);
+  if (number < 0) throw std::invalid_argument("there is no object " + scene::quoted(name));
+  if (link < 0)
+    throw std::invalid_argument("there is no link " + scene::unknownName(frame, scene::namesOf(robot.links)));
+  if (!state.shape().empty() || !state.block(0, 1).allFinite())
+    throw std::invalid_argument("q has to be one state, and finite, for the place of an object");
+  std::vector<double> positions;
+  positionsOf(state.block(0, 1), 0, positions);
+  return scene::seenFrom(robot, link, *objects_->object(number), scene::forwardKinematics(robot, positions));
+}
+
+std::unique_ptr<Robot> Robot::changed(const scene::ObjectChange& change) const {
+  return std::unique_ptr<Robot>(new Robot(loaded_, std::make_shared<const scene::Objects>(objects_->changed({change})),
+                                          written_, rules_, threads_));
+}
+
+std::unique_ptr<Robot> Robot::moved(const std::string& name, const scene::WrittenPlace& place) const {
+  return changed(scene::MoveObject{name, scene::standingIn(model().robot, place.frame, place.pose)});
+}
+
+std::unique_ptr<Robot> Robot::attached(const std::string& name, const scene::WrittenPlace& place) const {
+  return changed(scene::AttachObject{name, {place.link, place.touch_links, place.pose}});
+}
+
+std::unique_ptr<Robot> Robot::detached(const std::string& name, const scene::WrittenPlace& place) const {
+  return changed(scene::DetachObject{name, scene::standingIn(model().robot, place.frame, place.pose)});
+}
+
+std::unique_ptr<Robot> Robot::without(const std::string& name) const {
+  std::unique_ptr<Robot> next = changed(scene::RemoveObject{name});
+  next->written_.erase(name);
+  return next;
+}
+
+std::unique_ptr<Robot> Robot::allowing(const std::string& a, const std::string& b) const {
+  std::vector<std::string> known = scene::namesOf(model().robot.links);
+  for (const auto& [name, object] : written_) known.push_back(name);
+  for (const std::string& name : {a, b})
+    if (name != "*" && std::find(known.begin(), known.end(), name) == known.end())
+      throw std::invalid_argument("there is no link or object " + scene::unknownName(name, known));
+  std::vector<std::string> warnings;
+  return with({}, {{a, b, scene::AllowedPairs::Rule::Allowed}}, warnings);
+}
+
+// --- questions
+
 std::shared_ptr<Scratch> Robot::borrow() {
   std::unique_ptr<Scratch> scratch;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (free_.empty()) {
       free_.reserve(++made_);  // so that what is given back always has room
-      scratch = std::make_unique<Scratch>(model_, prototype_.twin());
+      scratch = std::make_unique<Scratch>(loaded_, objects_);
     } else {
       scratch = std::move(free_.back());
       free_.pop_back();
@@ -239,65 +453,72 @@ std::shared_ptr<Scratch> Robot::borrow() {
 }
 
 template <typename Answer>
-void Robot::answerBlocks(const JointPositions& positions, const Answer& answer) {
+void Robot::answerBlocks(Eigen::Index count, Eigen::Index block, const Answer& answer) {
   SignalWatch signals;
   const int threads = threads_;
   {
     const py::gil_scoped_release released;
     const auto start = [&]() -> BlockWork {
-      return [&, scratch = borrow()](Eigen::Index first, Eigen::Index count) {
-        answer(*scratch, positions.block(first, count), first);
-      };
+      return [&, scratch = borrow()](Eigen::Index first, Eigen::Index size) { answer(*scratch, first, size); };
     };
-    workInBlocks(positions.count(), threads, start, [&] { return signals.goesOn(); });
+    workInBlocks(count, block, threads, start, [&] { return signals.goesOn(); });
   }
   signals.rethrow();
+}
+
+template <typename Answer>
+void Robot::answerStates(const JointPositions& positions, const Answer& answer) {
+  answerBlocks(positions.count(), kBlock, [&](Scratch& scratch, Eigen::Index first, Eigen::Index count) {
+    if (objects_->empty()) return answer(scratch.states(), scratch, positions.block(first, count), first);
+    ObjectStates states(scratch.freshScene(), pairs());
+    answer(states, scratch, positions.block(first, count), first);
+  });
 }
 
 template <typename Ask>
 void Robot::answerRows(const JointPositions& positions, Eigen::Index k, const Ask& ask, RowTable& rows,
                        double* gradients) {
-  answerBlocks(positions, [&](Scratch& scratch, const JointPositions::Block& block, Eigen::Index first) {
-    const auto& answers = ask(scratch.batch, block);
+  answerStates(positions, [&](auto& batch, Scratch& scratch, const JointPositions::Block& block, Eigen::Index first) {
+    const auto& answers = ask(batch, block);
     for (Eigen::Index i = 0; i < block.rows(); ++i) {
-      const StatePairs pairs = pairsOf(answers, i);
+      const StatePairs of_state = pairsOf(answers, i);
       const Eigen::Index begin = (first + i) * k;
       for (Eigen::Index j = 0; j < k; ++j)
-        rows.write(begin + j, rowOf(first + i, pairOf(pairs, j), scratch.batch.candidates(), thresholds()));
-      if (gradients) writeGradients(block, i, pairs, k, scratch, gradients + begin * block.cols());
+        rows.write(begin + j, rowOf(first + i, pairOf(of_state, j), pairs(), thresholds()));
+      if (gradients) writeGradients(block, i, of_state, k, scratch, gradients + begin * block.cols());
     }
   });
 }
 
 py::object Robot::minimum(const py::object& q) {
-  const JointPositions positions(q, model_->robot);
-  RowTable rows(newArray(row_type_, positions, {}));
+  const JointPositions positions(q, model().robot);
+  RowTable rows(newArray(rowType(thresholds()), positions, {}));
   answerRows(positions, 1, kMinimum, rows, nullptr);
   return scalarIfSingle(rows.array());
 }
 
 py::object Robot::level(const py::object& q) {
-  if (!thresholds_) throw std::invalid_argument("the robot was made without thresholds=, and has no levels");
-  const JointPositions positions(q, model_->robot);
-  RowTable rows(newArray(row_type_, positions, {}));
-  answerRows(positions, 1, Deciding{*thresholds_}, rows, nullptr);
+  if (!thresholds()) throw std::invalid_argument("the robot was made without thresholds=, and has no levels");
+  const JointPositions positions(q, model().robot);
+  RowTable rows(newArray(rowType(thresholds()), positions, {}));
+  answerRows(positions, 1, Deciding{*thresholds()}, rows, nullptr);
   return scalarIfSingle(rows.array());
 }
 
 py::object Robot::closest(const py::object& q, long k) {
-  const JointPositions positions(q, model_->robot);
+  const JointPositions positions(q, model().robot);
   const Closest ask{checkedCount(k)};
-  RowTable rows(newArray(row_type_, positions, {k}));
+  RowTable rows(newArray(rowType(thresholds()), positions, {k}));
   answerRows(positions, k, ask, rows, nullptr);
   return rows.array();
 }
 
 py::tuple Robot::gradient(const py::object& q, std::optional<long> k) {
-  const JointPositions positions(q, model_->robot);
+  const JointPositions positions(q, model().robot);
   std::vector<py::ssize_t> shape;
   if (k) shape.push_back(checkedCount(*k));
-  RowTable rows(newArray(row_type_, positions, shape));
-  shape.push_back(static_cast<py::ssize_t>(model_->robot.joints.size()));
+  RowTable rows(newArray(rowType(thresholds()), positions, shape));
+  shape.push_back(static_cast<py::ssize_t>(model().robot.joints.size()));
   py::array_t<double> gradients = newArray<double>(positions, shape);
   if (k) {
     answerRows(positions, *k, Closest{checkedCount(*k)}, rows, gradients.mutable_data());
@@ -308,11 +529,11 @@ py::tuple Robot::gradient(const py::object& q, std::optional<long> k) {
 }
 
 py::object Robot::below(const py::object& q, double distance) {
-  const JointPositions positions(q, model_->robot);
+  const JointPositions positions(q, model().robot);
   py::array_t<VerdictRow> rows = newArray<VerdictRow>(positions, {});
   VerdictRow* const out = rows.mutable_data();
-  answerBlocks(positions, [&](Scratch& scratch, const JointPositions::Block& block, Eigen::Index first) {
-    const std::vector<scene::StateVerdict>& verdicts = scratch.batch.anyBelow(block, distance);
+  answerStates(positions, [&](auto& batch, Scratch&, const JointPositions::Block& block, Eigen::Index first) {
+    const std::vector<scene::StateVerdict>& verdicts = batch.anyBelow(block, distance);
     std::transform(verdicts.begin(), verdicts.end(), out + first,
                    [](const scene::StateVerdict& verdict) { return rowOf(verdict); });
   });
@@ -320,16 +541,71 @@ py::object Robot::below(const py::object& q, double distance) {
 }
 
 py::object Robot::pairsBelow(const py::object& q, double distance) {
-  const JointPositions positions(q, model_->robot);
+  const JointPositions positions(q, model().robot);
   std::mutex mutex;
   std::map<Eigen::Index, std::vector<LevelRow>> found;  // by the first state of the block
-  answerBlocks(positions, [&](Scratch& scratch, const JointPositions::Block& block, Eigen::Index first) {
-    std::vector<LevelRow> rows =
-        listedRows(scratch.batch.below(block, distance), first, scratch.batch.candidates(), thresholds());
+  answerStates(positions, [&](auto& batch, Scratch&, const JointPositions::Block& block, Eigen::Index first) {
+    std::vector<LevelRow> rows = listedRows(batch.below(block, distance), first, pairs(), thresholds());
     const std::lock_guard<std::mutex> lock(mutex);
     found.emplace(first, std::move(rows));
   });
-  return joined(found, row_type_);
+  return joined(found, rowType(thresholds()));
+}
+
+py::object Robot::linkPoses(const py::object& q) {
+  const scene::RobotModel& robot = model().robot;
+  const JointPositions positions(q, robot);
+  py::array_t<double> poses = newArray<double>(positions, {static_cast<py::ssize_t>(robot.links.size()), 4, 4});
+  double* const out = poses.mutable_data();
+  answerBlocks(positions.count(), kBlock, [&](Scratch& scratch, Eigen::Index first, Eigen::Index count) {
+    const JointPositions::Block block = positions.block(first, count);
+    for (Eigen::Index state = 0; state < count; ++state) {
+      positionsOf(block, state, scratch.positions);
+      writePoses(robot, scratch.positions, out + (first + state) * 16 * static_cast<Eigen::Index>(robot.links.size()));
+    }
+  });
+  return poses;
+}
+
+template <typename Ask>
+py::object Robot::answerEdges(const py::object& start, const py::object& goal, const py::dtype& type, const Ask& ask) {
+  const JointPositions::Edges edges = JointPositions::edges(start, goal, model().robot);
+  RowTable rows(newArray(type, edges.start, {}));
+  constexpr Eigen::Index kEdgesInBlock = 16;  // an edge takes much longer than a state
+  answerBlocks(edges.start.count(), kEdgesInBlock, [&](Scratch& scratch, Eigen::Index first, Eigen::Index count) {
+    const JointPositions::Block from = edges.start.block(first, count), to = edges.goal.block(first, count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      scene::MovingScene fresh = scratch.freshMovingScene().twin();  // so that no edge depends on those before it
+      decltype(ask(fresh, std::declval<scene::RobotMotion>())) answer;
+      if ((to.row(i) - from.row(i)).allFinite()) {
+        positionsOf(from, i, scratch.positions);
+        positionsOf(to, i, scratch.goal);
+        auto motion = scene::RobotMotion::between(model().robot, scratch.positions, scratch.goal);
+        motion.carryObjects(scene::framesOnLinks(*objects_));
+        answer = ask(fresh, motion);
+      }
+      rows.write(first + i, rowOf(first + i, answer, pairs()));
+    }
+  });
+  return scalarIfSingle(rows.array());
+}
+
+py::object Robot::firstContact(const py::object& start, const py::object& goal, double distance, double tolerance) {
+  scene::MotionQuestion question;
+  question.contact_distance = numberOf(distance, "distance");
+  question.tolerance = numberOf(tolerance, "tolerance");
+  return answerEdges(start, goal, py::dtype::of<ContactRow>(),
+                     [&](scene::MovingScene& scene, const scene::RobotMotion& motion) {
+                       return scene.timeOfContact(loaded_->batch.candidates(), motion, question);
+                     });
+}
+
+py::object Robot::minimumBetween(const py::object& start, const py::object& goal, double tolerance) {
+  scene::MotionQuestion question;
+  question.tolerance = numberOf(tolerance, "tolerance");
+  return answerEdges(start, goal, minimumType(), [&](scene::MovingScene& scene, const scene::RobotMotion& motion) {
+    return scene.minimum(loaded_->batch.candidates(), motion, question);
+  });
 }
 
 }  // namespace proximity_server::python

@@ -1,8 +1,5 @@
 #include "python/rows.h"
 
-#include <algorithm>
-#include <utility>
-
 #include "proximity_server/scene/query/clearance_level.h"
 
 namespace proximity_server::python {
@@ -26,22 +23,11 @@ static_assert(static_cast<int>(scene::ClearanceLevel::Clear) == 0 &&
               static_cast<int>(scene::ClearanceLevel::Stop) == 2 &&
               static_cast<int>(scene::ClearanceLevel::Collision) == 3 && kInvalidLevel == 4);
 
-std::pair<int, int> linksOf(const scene::ShapeRefPair& pair) { return {pair.a.link, pair.b.link}; }
-
-/// The candidates are sorted by their links, as PairTable::pairs are. Returns -1 for no candidate.
-std::int32_t numberOf(const scene::ShapeRefPair& pair, const scene::Candidates& candidates) {
-  const auto place = std::lower_bound(
-      candidates.begin(), candidates.end(), pair,
-      [](const scene::ShapeRefPair& a, const scene::ShapeRefPair& b) { return linksOf(a) < linksOf(b); });
-  if (place == candidates.end() || linksOf(*place) != linksOf(pair)) return -1;
-  return static_cast<std::int32_t>(place - candidates.begin());
-}
-
 std::array<double, 3> arrayOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 }  // namespace
 
-LevelRow rowOf(Eigen::Index state, const scene::PairProximity& pair, const scene::Candidates& candidates,
+LevelRow rowOf(Eigen::Index state, const scene::PairProximity& pair, const PairNumbers& numbers,
                const scene::LevelThresholds* thresholds) {
   LevelRow with_level;
   PairRow& row = with_level.pair;
@@ -52,7 +38,7 @@ LevelRow rowOf(Eigen::Index state, const scene::PairProximity& pair, const scene
   row.unique = result.unique;
   row.depth_is_lower_bound = pair.depth_is_lower_bound;
   row.representation = static_cast<std::uint8_t>(pair.representation);
-  row.pair = numberOf(pair.asked, candidates);
+  row.pair = numbers.of(pair.asked);
   row.distance = result.distance;
   row.lower = result.lower_bound;
   row.upper = result.upper_bound;
@@ -61,6 +47,37 @@ LevelRow rowOf(Eigen::Index state, const scene::PairProximity& pair, const scene
   row.normal = arrayOf(result.normal);
   if (thresholds) with_level.level = static_cast<std::int64_t>(levelOf(pair, *thresholds).level);
   return with_level;
+}
+
+MinimumRow rowOf(Eigen::Index edge, const scene::RobotMinimum& minimum, const PairNumbers& numbers) {
+  MinimumRow row;
+  row.pair = rowOf(edge, minimum.pair, numbers, nullptr).pair;
+  row.pair.status = static_cast<std::uint8_t>(minimum.status);
+  row.pair.lower = minimum.lower_bound;
+  row.pair.upper = minimum.upper_bound;
+  row.time = minimum.time;
+  return row;
+}
+
+ContactRow rowOf(Eigen::Index edge, const scene::RobotContact& contact, const PairNumbers& numbers) {
+  ContactRow row;
+  row.edge = edge;
+  row.status = static_cast<std::uint8_t>(contact.status);
+  row.t_free = contact.t_free;
+  if (!contact.contact) return row;
+  const PairRow pair = rowOf(edge, contact.pair, numbers, nullptr).pair;
+  row.contact = true;
+  row.t_contact = contact.t_contact;
+  row.unique = pair.unique;
+  row.representation = pair.representation;
+  row.pair = pair.pair;
+  row.distance = pair.distance;
+  row.lower = pair.lower;
+  row.upper = pair.upper;
+  row.point_a = pair.point_a;
+  row.point_b = pair.point_b;
+  row.normal = pair.normal;
+  return row;
 }
 
 VerdictRow rowOf(const scene::StateVerdict& verdict) { return {static_cast<std::int32_t>(verdict.kind), verdict.pair}; }

@@ -7,7 +7,9 @@
 #include <limits>
 
 #include "proximity_server/scene/batch/scene_batch.h"
+#include "proximity_server/scene/motion/moving_scene.h"
 #include "proximity_server/scene/query/level_thresholds.h"
+#include "python/pair_numbers.h"
 
 // The rows of the answers, as numpy sees them: every field is named and aligned, and no byte is left over between them, so that
 // a file of them is a function of the answers.
@@ -47,9 +49,37 @@ struct VerdictRow {
   std::int32_t pair = -1;
 };
 
-/// The row of a pair, which is Unknown if it is none of the candidates. Without thresholds (nullptr) it has no level.
-LevelRow rowOf(Eigen::Index state, const scene::PairProximity& pair, const scene::Candidates& candidates,
+/// RobotMinimum of an edge: the closest pair at its time, with the bounds of the whole edge. Numpy sees the fields of the pair, of which
+/// `state` is called `edge`, and the time.
+struct MinimumRow {
+  PairRow pair;
+  double time = std::numeric_limits<double>::quiet_NaN();
+};
+static_assert(sizeof(MinimumRow) == sizeof(PairRow) + 8 && offsetof(MinimumRow, pair) == 0);
+
+/// RobotContact of an edge. Without a contact there is no pair.
+struct ContactRow {
+  std::int64_t edge = 0;
+  std::uint8_t status = 0;
+  bool contact = false;
+  bool unique = false;
+  std::uint8_t representation = 0;
+  std::int32_t pair = -1;
+  double t_free = 0.0;
+  double t_contact = std::numeric_limits<double>::quiet_NaN();
+  double distance = t_contact;
+  double lower = -std::numeric_limits<double>::infinity();
+  double upper = std::numeric_limits<double>::infinity();
+  std::array<double, 3> point_a{t_contact, t_contact, t_contact};
+  std::array<double, 3> point_b = point_a;
+  std::array<double, 3> normal = point_a;
+};
+
+/// The row of a pair, which is Unknown if it has no number. Without thresholds (nullptr) it has no level.
+LevelRow rowOf(Eigen::Index state, const scene::PairProximity& pair, const PairNumbers& numbers,
                const scene::LevelThresholds* thresholds);
+MinimumRow rowOf(Eigen::Index edge, const scene::RobotMinimum& minimum, const PairNumbers& numbers);
+ContactRow rowOf(Eigen::Index edge, const scene::RobotContact& contact, const PairNumbers& numbers);
 VerdictRow rowOf(const scene::StateVerdict& verdict);
 
 }  // namespace proximity_server::python

@@ -103,6 +103,21 @@ class Shapes(unittest.TestCase):
         self.assertEqual(self.robot.pairs_below(q, 9.0).tobytes(), self.robot.pairs_below(q[0], 9.0).tobytes())
         self.assertIsInstance(float(self.robot.minimum(q[0])["distance"]), float)
 
+    def test_more_dimensions_are_those_of_the_answer(self):
+        q = random_states(self.robot, 24, 1)
+        grid = q.reshape(2, 3, 4, 3)
+        self.assertEqual((2, 3, 4), self.robot.minimum(grid).shape)
+        self.assertEqual((2, 3, 4, 2), self.robot.closest(grid, 2).shape)
+        self.assertEqual((2, 3, 4, 2, 3), self.robot.gradient(grid, 2)[1].shape)
+        self.assertEqual((2, 0, 4), self.robot.below(numpy.zeros((2, 0, 4, 3)), 1.0).shape)
+        self.assertEqual((2, 1, 2), self.robot.minimum(q[:4].reshape(2, 1, 2, 3).tolist()).shape)
+        self.assertEqual(answers(self.robot, q), answers(self.robot, grid))
+        # Steps of edges as a planner has them, which numpy does not see as one dimension.
+        turned = numpy.moveaxis(grid, 0, 2)
+        self.assertEqual(answers(self.robot, turned.copy()), answers(self.robot, turned))
+        place = numpy.unravel_index(self.robot.pairs_below(grid, 9.0)["state"], grid.shape[:-1])
+        self.assertEqual(q[self.robot.pairs_below(q, 9.0)["state"]].tolist(), grid[place].tolist())
+
     def test_no_state_has_no_row(self):
         q = numpy.empty((0, 3))
         self.assertEqual([(0,), (0, 2), (0,), (0,)], [answer.shape for answer in (
@@ -180,6 +195,12 @@ class Positions(unittest.TestCase):
             with self.subTest(dtype), self.assertRaisesRegex(TypeError, "q has the dtype .*float64"):
                 self.robot.minimum(self.q.astype(dtype))
 
+    def test_a_masked_array_is_refused(self):
+        q = numpy.ma.masked_array(self.q, self.q > 0.0)
+        with self.assertRaisesRegex(TypeError, r"q is a masked array.*q\.filled\(numpy\.nan\)"):
+            self.robot.minimum(q)
+        self.assertEqual((Status.UNKNOWN,), tuple(set(self.robot.minimum(q.filled(math.nan))["status"])))
+
     def test_the_array_is_not_written_to(self):
         q = self.q.copy()
         answers(self.robot, q)
@@ -187,12 +208,12 @@ class Positions(unittest.TestCase):
 
     def test_other_shapes_are_refused_with_both(self):
         joints = len(self.robot.joints)
-        for shape in ((), (joints - 1,), (3, joints + 1), (joints, 3), (0,), (2, 2, joints)):
+        for shape in ((), (joints - 1,), (3, joints + 1), (joints, 3), (0,), (joints, 2, 2)):
             with self.subTest(shape):
                 with self.assertRaises(ValueError) as failure:
                     self.robot.minimum(numpy.zeros(shape))
                 self.assertIn(f"q has the shape {shape}", str(failure.exception))
-                self.assertIn(f"(states, {joints})", str(failure.exception))
+                self.assertIn(f"(..., {joints})", str(failure.exception))
         with self.assertRaises(ValueError):
             self.robot.minimum([[0.0], [0.0, 1.0]])
 

@@ -2,13 +2,18 @@
 """Making a robot, what it tells of itself, and what it refuses."""
 
 import math
+import multiprocessing
 import pathlib
+import pickle
+import re
 import tempfile
 import unittest
 import warnings
 
+import numpy
+
 import cases
-from cases import ARM_AND_BASE, BALLS, DEMO, balls, demo, package_roots, panda, proximity
+from cases import ARM_AND_BASE, BALLS, DEMO, SOURCE, balls, demo, package_roots, panda, proximity
 
 TRIANGLE = """solid s
 facet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 endloop endfacet
@@ -49,6 +54,10 @@ class Properties(unittest.TestCase):
         self.assertEqual('<proximity.Robot "balls": 3 joints, 3 pairs>', repr(balls()))
         self.assertEqual("balls", balls().name)
 
+    def test_the_module_has_the_version_of_the_package(self):
+        manifest = (SOURCE / "package.xml").read_text()
+        self.assertEqual(re.search("<version>(.*)</version>", manifest).group(1), proximity.__version__)
+
     def test_the_example_robots_have_pairs_and_joints(self):
         for make, joints, mimics in ((demo, 16, []), (panda, 9, ["panda_finger_joint2"])):
             with self.subTest(make.__name__):
@@ -60,6 +69,52 @@ class Properties(unittest.TestCase):
 
 def balls_of(urdf):
     return proximity.Robot.from_text(urdf, only_pairs=ARM_AND_BASE)
+
+
+def minimum_of(robot):
+    """What a process of a pool calls."""
+    return robot.minimum([[0.1] * len(robot.joints)])["distance"][0]
+
+
+class Pickles(unittest.TestCase):
+    def test_a_robot_comes_back_as_it_was(self):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            robots = [balls(srdf='<robot name="balls"><group name="lights"><joint name="up"/></group></robot>', group="lights",
+                            exclude_pairs=[("arm", "lamp")], only_pairs=[], padding=0.01, threads=3, thresholds="stop_distance: 0.01"),
+                      demo(mesh_tolerance=0.01)]
+        for robot in robots:
+            with self.subTest(robot.name), warnings.catch_warnings():
+                warnings.simplefilter("error")  # they were told when it was made
+                again = pickle.loads(pickle.dumps(robot))
+                self.assertEqual((robot.pairs, robot.threads, robot.warnings, robot.name),
+                                 (again.pairs, again.threads, again.warnings, again.name))
+                q = numpy.random.default_rng(1).uniform(*robot.ranges.T, (20, len(robot.joints)))
+                self.assertEqual(robot.minimum(q).tobytes(), again.minimum(q).tobytes())
+
+    def test_objects_and_what_is_allowed_come_along(self):
+        shapes = [proximity.Sphere(0.3), (proximity.Box((0.1, 0.2, 0.3)), (0.3, 0.2, 0.1)), proximity.Capsule(0.1, 0.7),
+                  proximity.Cylinder(0.1, 0.3), proximity.Cone(0.1, 0.3), proximity.Ellipsoid((0.1, 0.2, 0.3)),
+                  proximity.Boxes([[0, 0, 0]], [[0.1, 0.2, 0.3]]),
+                  proximity.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])]
+        robot = (balls().with_object("z", shapes, (3, 1, 0)).with_object("cup", proximity.Sphere(0.1), (0, 0, 1), link="arm")
+                 .with_object("a", proximity.HalfSpace((0, 0.6, 0.8), -3.0), padding=0.01)
+                 .with_object("shade", proximity.Sphere(0.2), (0, 0, 1), frame="lamp").moved("z", (4, 1, 0.5))
+                 .detached("cup", (9, 9, 9)).attached("cup", "lamp", (0, 0, 1), touch_links=["arm"]).allowing("z", "lamp"))
+        again = pickle.loads(pickle.dumps(robot))
+        self.assertEqual(robot.pairs, again.pairs)
+        self.assertEqual(repr(robot.objects), repr(again.objects))
+        q = numpy.random.default_rng(1).uniform(*robot.ranges.T, (20, 3))
+        expected, found = robot.closest(q, 9), again.closest(q, 9)
+        self.assertEqual(expected["pair"].tolist(), found["pair"].tolist())
+        numpy.testing.assert_allclose(found["distance"], expected["distance"], atol=2e-9)
+
+    def test_the_processes_of_a_pool_take_it(self):
+        robot = balls(threads=1).with_object("ball", proximity.Sphere(0.5), (0.0, 4.0, 0.0))
+        if cases.IS_SANITIZED:
+            self.skipTest("a child of an instrumented process would load the module without the runtime of the sanitizers")
+        with multiprocessing.get_context("fork").Pool(2) as pool:
+            self.assertEqual([minimum_of(robot)] * 3, pool.map(minimum_of, [robot] * 3))
 
 
 class Loading(unittest.TestCase):

@@ -6,8 +6,13 @@ from typing import Any, Optional, Sequence, Union
 import numpy
 import numpy.typing
 
+from proximity._shapes import Object
+
 _Path = Union[str, os.PathLike[str]]
 
+__version__: str
+CONTACT: numpy.dtype[numpy.void]
+EDGE_MINIMUM: numpy.dtype[numpy.void]
 LEVELED_PAIR: numpy.dtype[numpy.void]
 PAIR: numpy.dtype[numpy.void]
 VERDICT: numpy.dtype[numpy.void]
@@ -63,6 +68,10 @@ class Robot:
     @property
     def pairs(self) -> list[tuple[str, str]]: ...
     @property
+    def links(self) -> list[str]: ...
+    @property
+    def objects(self) -> dict[str, Object]: ...
+    @property
     def unchecked(self) -> list[tuple[str, str, str]]: ...
     @property
     def warnings(self) -> list[str]: ...
@@ -70,6 +79,39 @@ class Robot:
     def threads(self) -> int: ...
     @threads.setter
     def threads(self, threads: int) -> None: ...
+    # A shape of proximity._shapes, or a list of them or of pairs of one and its pose.
+    def with_object(
+        self,
+        name: str,
+        shapes: Any,
+        pose: Optional[numpy.typing.ArrayLike] = None,
+        *,
+        link: str = "",
+        touch_links: Sequence[str] = [],
+        frame: str = "",
+        padding: float = 0.0,
+    ) -> Robot: ...
+    def with_objects(self, file: _Path) -> Robot: ...
+    def moved(self, name: str, pose: Optional[numpy.typing.ArrayLike], *, frame: str = "") -> Robot: ...
+    def attached(
+        self,
+        name: str,
+        link: str,
+        pose: Optional[numpy.typing.ArrayLike] = None,
+        *,
+        q: Optional[numpy.typing.ArrayLike] = None,
+        touch_links: Sequence[str] = [],
+    ) -> Robot: ...
+    def detached(
+        self,
+        name: str,
+        pose: Optional[numpy.typing.ArrayLike] = None,
+        *,
+        q: Optional[numpy.typing.ArrayLike] = None,
+        frame: str = "",
+    ) -> Robot: ...
+    def without(self, name: str) -> Robot: ...
+    def allowing(self, a: str, b: str) -> Robot: ...
     # An array for many states, a numpy.void for one; both have the fields of PAIR, LEVELED_PAIR or VERDICT.
     def minimum(self, q: numpy.typing.ArrayLike) -> Any: ...
     def level(self, q: numpy.typing.ArrayLike) -> Any: ...
@@ -79,3 +121,16 @@ class Robot:
     def gradient(
         self, q: numpy.typing.ArrayLike, k: Optional[int] = None
     ) -> tuple[Any, numpy.typing.NDArray[numpy.float64]]: ...
+    def link_poses(self, q: numpy.typing.ArrayLike) -> numpy.typing.NDArray[numpy.float64]: ...
+    # As above: the fields of CONTACT and EDGE_MINIMUM.
+    def first_contact(
+        self,
+        start: numpy.typing.ArrayLike,
+        goal: numpy.typing.ArrayLike,
+        distance: float = 0.0,
+        *,
+        tolerance: float = 1e-6,
+    ) -> Any: ...
+    def minimum_between(
+        self, start: numpy.typing.ArrayLike, goal: numpy.typing.ArrayLike, *, tolerance: float = 1e-6
+    ) -> Any: ...

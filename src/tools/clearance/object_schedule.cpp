@@ -24,25 +24,6 @@ auto at(const scene::WrittenObject& object, Act act) {
   }
 }
 
-int rootOf(const RobotModel& robot) { return robot.bodies.front().link; }
-
-Isometry3d poseOf(const RobotModel& robot, int link, const scene::BodyPoses& poses) {
-  return *poses[robot.links[link].body] * robot.links[link].body_T_link;
-}
-
-const Isometry3d& poseInCarrier(const scene::Object& object) {
-  if (const auto* fixed = std::get_if<scene::Fixed>(&object.placement)) return fixed->world_T_object;
-  if (const auto* moving = std::get_if<scene::Moving>(&object.placement)) return moving->frame_T_object;
-  return std::get<scene::Attached>(object.placement).link_T_object;
-}
-
-/// The pose of an object that is there, seen from a link.
-Isometry3d seenFrom(const RobotModel& robot, int link, const scene::Object& object, const scene::BodyPoses& poses) {
-  const int carrier = carrierOf(robot, object);
-  if (carrier == link) return poseInCarrier(object);
-  return poseOf(robot, link, poses).inverse() * poseOf(robot, carrier, poses) * poseInCarrier(object);
-}
-
 int linkNamed(const RobotModel& robot, const std::string& name, const std::string& field) {
   const int link = robot.findLink(name);
   if (link < 0)
@@ -144,7 +125,7 @@ scene::ObjectChange ObjectSchedule::changeFor(const Step& step, const scene::Bod
       if (now_->find(id) < 0) return scene::AddObject{step.object};
       return scene::ReplaceObject{step.object};
     case Operation::Move:
-      return scene::MoveObject{id, standingIn(place.frame, place.pose)};
+      return scene::MoveObject{id, standingIn(robot, place.frame, place.pose)};
     default:
       break;
   }
@@ -152,8 +133,8 @@ scene::ObjectChange ObjectSchedule::changeFor(const Step& step, const scene::Bod
   if (number < 0) throw std::invalid_argument("there is no object with this id then");
   const scene::Object& object = *now_->object(number);
   if (step.change.operation == Operation::Detach) {
-    const int frame = place.frame.empty() ? rootOf(robot) : linkNamed(robot, place.frame, "frame");
-    return scene::DetachObject{id, standingIn(place.frame, seenFrom(robot, frame, object, poses))};
+    const int frame = place.frame.empty() ? robot.bodies.front().link : linkNamed(robot, place.frame, "frame");
+    return scene::DetachObject{id, standingIn(robot, place.frame, seenFrom(robot, frame, object, poses))};
   }
   const int link = linkNamed(robot, place.link, "link");
   const bool stays = step.change.pose == scene::WrittenChange::Pose::Kept;
@@ -164,47 +145,13 @@ scene::ObjectChange ObjectSchedule::changeFor(const Step& step, const scene::Bod
 scene::Object ObjectSchedule::made(const scene::WrittenObject& object, const scene::ObjectOptions& options) {
   scene::ObjectOptions padded = options;
   padded.padding = object.padding;
-  scene::Object result =
-      at(object, [&] { return scene::makeObject(object.id, object.shapes, placementOf(object.place), padded); });
+  scene::Object result = at(object, [&] {
+    return scene::makeObject(object.id, object.shapes, placementOf(model_->robot, object.place), padded);
+  });
   for (const std::string& warning : scene::warningsOf(result))
     warnings_.push_back("object " + scene::quoted(object.id) + ": " + warning);
   all_.push_back(result);
   return result;
-}
-
-scene::Placement ObjectSchedule::placementOf(const scene::WrittenPlace& place) const {
-  if (!place.link.empty()) return scene::Attached{place.link, place.touch_links, place.pose};
-  return std::visit([](auto&& standing) { return scene::Placement(standing); }, standingIn(place.frame, place.pose));
-}
-
-std::variant<scene::Fixed, scene::Moving> ObjectSchedule::standingIn(const std::string& frame,
-                                                                     const Isometry3d& pose) const {
-  const RobotModel& robot = model_->robot;
-  if (frame.empty() || linkNamed(robot, frame, "frame") == rootOf(robot)) return scene::Fixed{pose};
-  return scene::Moving{frame, pose};
-}
-
-int carrierOf(const RobotModel& robot, const scene::Object& object) {
-  if (const auto* moving = std::get_if<scene::Moving>(&object.placement)) return robot.findLink(moving->frame);
-  if (const auto* held = std::get_if<scene::Attached>(&object.placement)) return robot.findLink(held->link);
-  return rootOf(robot);
-}
-
-scene::FramePoses framePoses(const scene::Objects& objects, const scene::BodyPoses& poses) {
-  const RobotModel& robot = objects.model().robot;
-  scene::FramePoses frames;
-  for (const std::string& frame : objects.frames()) frames.emplace_back(poseOf(robot, robot.findLink(frame), poses));
-  return frames;
-}
-
-scene::RobotMotion::ObjectFrames framesOnLinks(const scene::Objects& objects) {
-  const RobotModel& robot = objects.model().robot;
-  scene::RobotMotion::ObjectFrames frames;
-  for (const std::string& frame : objects.frames()) {
-    const scene::Link& link = robot.links[robot.findLink(frame)];
-    frames.moving.push_back(scene::RobotMotion::atRest(link.body_T_link, link.body));
-  }
-  return frames;
 }
 
 }  // namespace proximity_server::tools

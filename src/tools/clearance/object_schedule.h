@@ -9,10 +9,9 @@
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/motion/robot_motion.h"
+#include "proximity_server/scene/motion/frames_on_links.h"
 #include "proximity_server/scene/object_files/object_file.h"
 #include "proximity_server/scene/objects/objects.h"
-#include "proximity_server/scene/query/scene.h"
 
 namespace proximity_server::tools {
 
@@ -55,8 +54,6 @@ class ObjectSchedule {
   void make(const Step& step, const scene::BodyPoses& poses);
   scene::ObjectChange changeFor(const Step& step, const scene::BodyPoses& poses) const;
   scene::Object made(const scene::WrittenObject& object, const scene::ObjectOptions& options);
-  scene::Placement placementOf(const scene::WrittenPlace& place) const;
-  std::variant<scene::Fixed, scene::Moving> standingIn(const std::string& frame, const Eigen::Isometry3d& pose) const;
 
   std::shared_ptr<const scene::SceneModel> model_;
   std::shared_ptr<const scene::Objects> now_;
@@ -65,14 +62,5 @@ class ObjectSchedule {
   std::vector<scene::Object> all_;
   std::vector<std::string> warnings_;
 };
-
-/// The link in whose frame an object stands or moves.
-int carrierOf(const scene::RobotModel& robot, const scene::Object& object);
-
-/// The poses of the frames of moving objects, as an update takes them.
-scene::FramePoses framePoses(const scene::Objects& objects, const scene::BodyPoses& poses);
-
-/// The same for a motion: each frame rests in its link.
-scene::RobotMotion::ObjectFrames framesOnLinks(const scene::Objects& objects);
 
 }  // namespace proximity_server::tools
