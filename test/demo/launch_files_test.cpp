@@ -1,8 +1,10 @@
 #include <dynamic_reconfigure/Config.h>
 #include <proximity_server/ModelInfo.h>
 
+#include <csignal>
 #include <map>
 
+#include "node/faults/running_node.h"
 #include "node/gantry.h"
 
 // The launch files change no parameter of a user's. The numbers are those of launch_files.test and launch_files.yaml.
@@ -43,6 +45,16 @@ TEST(ProximityLaunch, LeavesTheDefaultsToTheNode) {
   auto settings = settingsOf("/untouched/proximity_server");
   EXPECT_EQ(settings["rate"], 50.0);
   EXPECT_EQ(settings["threshold"], 0.3);
+}
+
+TEST(ProximityLaunch, StartsANodeThatHasEndedAgainWhereThatIsAsked) {
+  const std::string node = "/respawned/proximity_server";
+  EXPECT_EQ(settingsOf(node)["rate"], 50.0);  // it runs
+  const pid_t first = processOf(node);
+  ASSERT_GT(first, 0);
+  ASSERT_EQ(kill(first, SIGKILL), 0);
+  const auto is_another = [&] { return processOf(node) > 0 && processOf(node) != first; };
+  EXPECT_TRUE(holdsWithin(kPatience, is_another));
 }
 
 TEST(DemoLaunch, TakesAFileOfTheUsersAndKeepsWhatWasSetBefore) {
