@@ -118,7 +118,7 @@ TEST(LevelText, TellsTheLevelAndThePairThatSetsItInTheColourOfTheLevel) {
   EXPECT_EQ(stop.text, "STOP\nbase - ball 12.3 mm, STOP at 20.0 mm");
   EXPECT_TRUE(isRed(stop.color));
   const Marker collision = find(draw(clearanceWith({-0.0042})), "level");
-  EXPECT_EQ(collision.text, "COLLISION\nbase - ball -4.2 mm");
+  EXPECT_EQ(collision.text, "COLLISION\nbase - ball 4.2 mm deep");
   const Marker clear = find(draw(clearanceWith({0.25})), "level");
   EXPECT_EQ(clear.text, "CLEAR\nbase - ball 250.0 mm, WARN at 50.0 mm");
   EXPECT_TRUE(isGreen(clear.color));
