@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "node/robot/level_name.h"
 #include "node/system/real_time.h"
 #include "node/system/request_queue.h"
 #include "proximity_server/scene/model/kinematics.h"
@@ -23,6 +24,11 @@ ros::WallDuration keepAlivePeriod(const MonitorSettings& settings, const Config&
   return ros::WallDuration(settings.rate > 0.0 ? std::max(1.0, 2.0 / settings.rate) : std::min(1.0, config.max_tf_age));
 }
 
+/// The wall time [s] that the first transforms may take to come without a warning.
+const ros::WallDuration kUntilTransformsCome(1.0);
+/// From one warning about the level INVALID to the next one at least, in wall time [s].
+const ros::WallDuration kBetweenWarnings(10.0);
+
 }  // namespace
 
 MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, TfPoses& tf,
@@ -34,6 +40,7 @@ MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       steady_timer_(robot->config().realtime_priority, [this] { cycle(); }) {
   health_.enabled = true;
   health_.settings = robot->config().monitor;
+  next_warning_ = ros::SteadyTime::now() + kUntilTransformsCome;
   monitor_.follow(robot);
   lookup_.emplace(*robot, edgesTo(*robot, monitor_.bodies()));
   clearance_pub_ = nh_.advertise<Clearance>("clearance", 1);
@@ -204,11 +211,20 @@ void MonitorLoop::publish(const PoseSnapshot& snapshot) {
   const VelocitySnapshot velocities = lookUpVelocities();
   const Clearance& clearance = monitor_.cycle(snapshot, velocities, health_.settings, frames);
   clearance_pub_.publish(clearance);
+  warnIfInvalid(clearance);
   if (constraints_pub_.getNumSubscribers() > 0)
     constraints_pub_.publish(monitor_.constraints(snapshot, health_.settings));
   if (velocity_scale_pub_.getNumSubscribers() > 0) publishVelocityScale(snapshot, velocities, frames);
   if (health_.settings.markers && markers_pub_.getNumSubscribers() > 0) publishMarkers(clearance, snapshot.poses);
   health_.slowest_cycle = std::max(health_.slowest_cycle, ros::Duration((ros::SteadyTime::now() - begin).toSec()));
+}
+
+void MonitorLoop::warnIfInvalid(const Clearance& clearance) {
+  if (clearance.level != Clearance::INVALID) return;
+  const ros::SteadyTime now = ros::SteadyTime::now();
+  if (now < next_warning_) return;
+  next_warning_ = now + kBetweenWarnings;
+  ROS_WARN_STREAM("~clearance is INVALID: " << statusName(clearance.status.code) << ": " << clearance.status.message);
 }
 
 void MonitorLoop::publishVelocityScale(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,

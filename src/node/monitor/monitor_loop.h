@@ -33,7 +33,7 @@ struct MonitorHealth {
 ///
 /// A cycle runs at the rate of the settings, in ROS time, or on every new set of transforms if the rate is 0. If
 /// neither the clock nor the transforms advance, a wall timer publishes nevertheless; then the age of the poses is
-/// unknown, and the level is INVALID. Thread-safe.
+/// unknown, and the level is INVALID, of which a throttled warning tells the cause. Thread-safe.
 class MonitorLoop {
  public:
   /// Subscribes to joint_states in the namespace of `nh`, and publishes in that of `private_nh`.
@@ -65,6 +65,7 @@ class MonitorLoop {
   visualization_msgs::MarkerArray pieces() const;
   void redrawPieces();
   void sendPieces(const ros::SingleSubscriberPublisher& subscriber);
+  void warnIfInvalid(const Clearance& clearance);
   PoseSnapshot lookUpInStandingTime();
   bool isToCycle() const;
   const PoseSnapshot& lookUp();
@@ -93,6 +94,7 @@ class MonitorLoop {
   std::optional<TfLookup> lookup_;           // of the monitor's robot
   MonitorHealth health_{};                   // without `last`, which the monitor has
   bool alive_ = false;                       // a cycle ran since the last keep-alive
+  ros::SteadyTime next_warning_;             // not before then is a warning about INVALID logged
   ros::Time kept_alive_at_;                  // ROS time of the last keep-alive
   bool stands_still_ = false;                // the clock did not advance between the last two of them
   std::optional<ClearanceMarkers> markers_;  // of the monitor's robot; made for the first subscriber
