@@ -33,7 +33,6 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       monitor_(nh_, private_nh_, tf_, robot_),
       diagnostics_(
           nh_, [this] { return monitor_.health(); }, [this] { return robot(); }, [this] { return tf_.jumps(); }),
-      settings_server_(private_nh_),
       model_info_pub_(private_nh_.advertise<ModelInfo>("model_info", 1, /*latch=*/true)),
       objects_pub_(private_nh_.advertise<ObjectList>("objects", 1, /*latch=*/true)),
       object_markers_pub_(private_nh_.advertise<visualization_msgs::MarkerArray>("object_markers", 1, /*latch=*/true)),
@@ -55,11 +54,11 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       apply_objects_sub_(withQueue(private_nh_, arrivals_)
                              .subscribe("apply_objects", kArrivingChanges, &ChangeStream::take, &change_stream_,
                                         ros::TransportHints().tcpNoDelay())),
+      settings_server_(private_nh_, [this](const MonitorSettings& settings) { onSettings(settings); }),
       reload_srv_(withQueue(private_nh_, long_requests_).advertiseService("reload", &ProximityNode::onReload, this)),
       enable_monitor_srv_(
           withQueue(private_nh_, requests_).advertiseService("enable_monitor", &ProximityNode::onEnableMonitor, this)) {
   tf_.watch(*robot_);
-  settings_server_.setCallback([this](ProximityConfig& settings, std::uint32_t) { onSettings(settings); });
   announce(*robot_);
   publishObjects();
   arrivals_spinner_.start();
@@ -87,14 +86,17 @@ void ProximityNode::publishObjects() {
   published_robot_ = now.robot;
   object_keeper_.keep();
   objects_pub_.publish(list);
-  object_markers_pub_.publish(settings_.markers ? objectMarkers(*now.robot, now.objects) : noMarkers());
+  object_markers_pub_.publish(object_markers_ ? objectMarkers(*now.robot, now.objects) : noMarkers());
 }
 
 bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
   // Only one reload at a time, so that monitor and services do not end with different robots.
   const std::lock_guard<std::mutex> lock(reload_mutex_);
   try {
-    const auto loaded = std::make_shared<const Robot>(nh_, loadConfig(private_nh_));
+    const Config config = loadConfig(private_nh_);
+    const MonitorSettings in_force = settings_server_.settings();
+    const auto loaded = std::make_shared<const Robot>(nh_, config);
+    loaded->useDefaults(in_force);
     objects_.follow(loaded, [&] {
       std::atomic_store(&robot_, loaded);
       monitor_.follow(loaded);
@@ -103,6 +105,10 @@ bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Res
     announce(*loaded);
     response.success = true;
     response.message = description(*loaded);
+    const std::string left = differences(in_force, config.monitor);
+    if (!left.empty())
+      response.message += "; live parameters stay as they are, unlike on the parameter server: " + left +
+                          "; the service set_parameters (dynamic_reconfigure) changes them";
   } catch (const std::exception& error) {
     response.message = std::string("the model stays as it was: ") + error.what();
     ROS_ERROR_STREAM("reload: " << response.message);
@@ -118,19 +124,10 @@ bool ProximityNode::onEnableMonitor(std_srvs::SetBool::Request& request, std_srv
   return true;
 }
 
-void ProximityNode::onSettings(ProximityConfig& asked) {
-  try {
-    dynamic_reconfigure::Config values;
-    asked.__toMessage__(values);
-    const MonitorSettings settings = monitorSettingsFrom(values, private_nh_.getNamespace());
-    robot()->useDefaults(settings);
-    monitor_.configure(settings);
-    settings_ = asked;
-  } catch (const std::invalid_argument& refusal) {
-    ROS_ERROR_STREAM("the settings stay as they were: " << refusal.what());
-    asked = settings_;
-    return;
-  }
+void ProximityNode::onSettings(const MonitorSettings& settings) {
+  robot()->useDefaults(settings);
+  monitor_.configure(settings);
+  object_markers_ = settings.markers;
   publishObjects();  // their markers may be wanted now, or not any more
 }
 

@@ -1,12 +1,12 @@
 #pragma once
 
-#include <dynamic_reconfigure/server.h>
 #include <ros/callback_queue.h>
 #include <ros/node_handle.h>
 #include <ros/spinner.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
+#include <atomic>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -19,11 +19,11 @@
 #include "node/objects/object_keeper.h"
 #include "node/objects/object_store.h"
 #include "node/robot/robot.h"
+#include "node/robot/settings_server.h"
 #include "node/services/queries.h"
 #include "node/system/registration.h"
 #include "node/system/request_queue.h"
 #include "node/tf/tf_poses.h"
-#include "proximity_server/ProximityConfig.h"
 
 namespace proximity_server::node {
 
@@ -52,8 +52,8 @@ class ProximityNode {
   bool onReload(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool onEnableMonitor(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
 
-  /// Applies new settings. If they contradict each other, `asked` becomes the settings in force, which the client sees.
-  void onSettings(ProximityConfig& asked);
+  /// Throws std::invalid_argument if they contradict each other, or what the robot has; then nothing changes.
+  void onSettings(const MonitorSettings& settings);
 
   /// [s] at least between two messages on ~objects, as one with many objects is long.
   static constexpr double kObjectsPeriod = 0.1;
@@ -78,11 +78,10 @@ class ProximityNode {
   ObjectKeeper object_keeper_;
   MonitorLoop monitor_;
   Diagnostics diagnostics_;
-  ProximityConfig settings_ = ProximityConfig::__getDefault__();  // those in force; only onSettings() uses it
-  dynamic_reconfigure::Server<ProximityConfig> settings_server_;
   ros::Publisher model_info_pub_;
   ros::Publisher objects_pub_;
   ros::Publisher object_markers_pub_;
+  std::atomic<bool> object_markers_{true};      // whether these are wanted
   std::uint64_t published_revision_ = 0;        // of objects_pub_; only the main thread uses it
   std::weak_ptr<const Robot> published_robot_;  // the same: a reload may give the frames other names
   ros::WallTime publish_objects_after_;         // as published_revision_
@@ -103,6 +102,7 @@ class ProximityNode {
   ros::ServiceServer query_trajectory_srv_;
   ros::ServiceServer apply_objects_srv_;
   ros::Subscriber apply_objects_sub_;
+  SettingsServer settings_server_;
   ros::ServiceServer reload_srv_;
   ros::ServiceServer enable_monitor_srv_;
   Registration registration_;  // last, as it registers all services and topics above

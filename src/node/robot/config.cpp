@@ -253,6 +253,26 @@ std::string problemOfDamper(const MonitorSettings& settings) {
   return {};
 }
 
+std::string differences(const MonitorSettings& in_force, const MonitorSettings& others) {
+  Config here, there;
+  here.monitor = in_force;
+  there.monitor = others;
+  const std::vector<Parameter> row_here = parameterTable(here), row_there = parameterTable(there);
+  const auto text = [](const Parameter& parameter) -> std::string {
+    if (const auto* const* number = std::get_if<double*>(&parameter.field)) return scene::shortest(**number);
+    if (const auto* const* count = std::get_if<int*>(&parameter.field)) return std::to_string(**count);
+    if (const auto* const* flag = std::get_if<bool*>(&parameter.field)) return **flag ? "true" : "false";
+    return {};  // no live parameter is of another type
+  };
+  std::string result;
+  for (std::size_t i = 0; i < row_here.size(); ++i) {
+    if (row_here[i].change != Parameter::Change::Live || text(row_here[i]) == text(row_there[i])) continue;
+    result += (result.empty() ? "" : ", ") + row_here[i].name + " is " + text(row_here[i]) + ", there it is " +
+              text(row_there[i]);
+  }
+  return result;
+}
+
 Config configFrom(const XmlRpcValue& values, const std::string& name_space) {
   Config config;
   Parameters parameters(values, name_space);

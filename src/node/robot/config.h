@@ -40,6 +40,10 @@ struct MonitorSettings {
 /// node not to start, as most users have no controller.
 std::string problemOfDamper(const MonitorSettings& settings);
 
+/// Names the settings in which others differ from those in force, with both values: "threshold is 0.3, there it is 0.5"; "" if none
+/// does.
+std::string differences(const MonitorSettings& in_force, const MonitorSettings& others);
+
 /// Where the node finds one robot.
 struct RobotSource {
   std::string name;            ///< "left"; "" for the only robot of a node without the parameter `robots`

@@ -1,11 +1,17 @@
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <proximity_server/Clearance.h>
+#include <rosgraph_msgs/Log.h>
 #include <std_srvs/SetBool.h>
+#include <std_srvs/Trigger.h>
+#include <sys/wait.h>
 #include <visualization_msgs/MarkerArray.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <set>
+#include <string>
+#include <utility>
 
 #include "node/gantry.h"
 
@@ -160,6 +166,23 @@ TEST_F(ClearanceTopic, IsInvalidWhileOneJointIsMissing) {
   EXPECT_NE(old->status.message.find("'lift'"), std::string::npos) << old->status.message;
 }
 
+// Regression: the node logged nothing while its level was INVALID.
+TEST_F(ClearanceTopic, LogsWhyItIsInvalidNotMoreThanOnceWithinTenSeconds) {
+  Inbox<rosgraph_msgs::Log> log(ros::NodeHandle(), "/rosout");
+  hold(0.4);
+  ASSERT_TRUE(at(0.2));
+  gantry().release();
+  const auto is_warning = [](const rosgraph_msgs::Log& entry) {
+    return entry.name == "/proximity_server" && entry.level == rosgraph_msgs::Log::WARN &&
+           entry.msg.find("~clearance is INVALID: ") == 0;
+  };
+  std::optional<rosgraph_msgs::Log> first = log.next(is_warning), second = log.next(is_warning);
+  ASSERT_TRUE(first && second);
+  EXPECT_EQ(first->msg.find("~clearance is INVALID: TF_STALE: "), 0u) << first->msg;
+  EXPECT_NE(first->msg.find("joint '"), std::string::npos) << first->msg;
+  EXPECT_GE((second->header.stamp - first->header.stamp).toSec(), 9.9);
+}
+
 TEST_F(ClearanceTopic, TakesNewSettingsWhileItRuns) {
   hold(0.4);
   const auto before = at(0.2);
@@ -179,30 +202,78 @@ TEST_F(ClearanceTopic, TakesNewSettingsWhileItRuns) {
   EXPECT_TRUE(withLevel(Clearance::CLEAR));
 }
 
-/// What the node then works with.
-double settingAfter(const std::string& name, double value) {
+/// Whether the node takes the value, and what it then works with.
+std::pair<bool, double> settingAfter(const std::string& name, double value) {
   dynamic_reconfigure::ReconfigureRequest request;
   request.config.doubles.resize(1);
   request.config.doubles[0].name = name;
   request.config.doubles[0].value = value;
-  const auto response = call<dynamic_reconfigure::ReconfigureResponse>("/proximity_server/set_parameters", request);
-  for (const auto& number : response.config.doubles) {
-    if (number.name == name) return number.value;
+  dynamic_reconfigure::ReconfigureResponse response;
+  const bool is_taken = ros::service::call("/proximity_server/set_parameters", request, response);
+  if (!is_taken) {
+    Inbox<dynamic_reconfigure::Config> updates(ros::NodeHandle(), "/proximity_server/parameter_updates");
+    if (const auto update = updates.next()) response.config = *update;
   }
-  return -1.0;
+  for (const auto& number : response.config.doubles) {
+    if (number.name == name) return {is_taken, number.value};
+  }
+  return {is_taken, -1.0};
 }
 
-TEST_F(ClearanceTopic, KeepsItsSettingsWhereNewOnesContradictEachOtherOrAreNoNumbers) {
-  EXPECT_EQ(settingAfter("stop_distance", 0.2), 0.02);  // warn_distance is 0.05
-  EXPECT_EQ(settingAfter("warn_distance", 0.01), 0.05);
+TEST_F(ClearanceTopic, RefusesSettingsThatContradictEachOtherOrAreOutOfRangeAndKeepsThoseInForce) {
+  using Outcome = std::pair<bool, double>;
+  EXPECT_EQ(settingAfter("stop_distance", 0.2), Outcome(false, 0.02));  // warn_distance is 0.05
+  EXPECT_EQ(settingAfter("warn_distance", 0.01), Outcome(false, 0.05));
+  EXPECT_EQ(settingAfter("hysteresis", -1.0).first, false);
+  EXPECT_EQ(settingAfter("no_such_parameter", 1.0), Outcome(false, -1.0));
   for (const std::string name : {"threshold", "rate", "lookahead", "stop_distance"}) {
-    EXPECT_FALSE(std::isnan(settingAfter(name, std::nan("")))) << name;
+    const auto [is_taken, kept] = settingAfter(name, std::nan(""));
+    EXPECT_FALSE(is_taken) << name;
+    EXPECT_FALSE(std::isnan(kept)) << name;
   }
-  EXPECT_EQ(settingAfter("stop_distance", 0.03), 0.03);
-  EXPECT_EQ(settingAfter("stop_distance", 0.02), 0.02);
+  EXPECT_EQ(settingAfter("stop_distance", 0.03), Outcome(true, 0.03));
+  EXPECT_EQ(settingAfter("stop_distance", 0.02), Outcome(true, 0.02));
   double stored = 0.0;
   ASSERT_TRUE(ros::param::get("/proximity_server/warn_distance", stored));
   EXPECT_EQ(stored, 0.05);
+}
+
+/// What dynparam prints, and its exit code.
+std::pair<int, std::string> dynparam(const std::string& arguments) {
+  FILE* pipe = popen(("rosrun dynamic_reconfigure dynparam set /proximity_server " + arguments + " 2>&1").c_str(), "r");
+  std::string output;
+  for (int byte = fgetc(pipe); byte != EOF; byte = fgetc(pipe)) output += static_cast<char>(byte);
+  return {WEXITSTATUS(pclose(pipe)), output};
+}
+
+// Regression: it ended with 0, and the reason was in the log of the node alone.
+TEST_F(ClearanceTopic, LetsDynparamFailWithTheReasonWhereItRefusesAValue) {
+  const auto [code, output] = dynparam("stop_distance 0.2");
+  EXPECT_EQ(code, 1) << output;
+  EXPECT_NE(output.find("stop_distance is 0.2, above warn_distance, which is 0.05"), std::string::npos) << output;
+  const auto [code_of_range, output_of_range] = dynparam("rate 5000");
+  EXPECT_EQ(code_of_range, 1) << output_of_range;
+  EXPECT_NE(output_of_range.find("/proximity_server/rate"), std::string::npos) << output_of_range;
+  const auto [code_of_right, output_of_right] = dynparam("stop_distance 0.02");
+  EXPECT_EQ(code_of_right, 0) << output_of_right;
+}
+
+// Regression: it said nothing of them, and users believed that they had changed.
+TEST_F(ClearanceTopic, ReloadNamesTheLiveParametersThatItLeaves) {
+  const auto reload = [] {
+    return call<std_srvs::TriggerResponse>("/proximity_server/reload", std_srvs::TriggerRequest()).message;
+  };
+  EXPECT_EQ(reload().find("live parameters"), std::string::npos);
+  ros::param::set("/proximity_server/warn_distance", 0.25);
+  const std::string message = reload();
+  EXPECT_NE(message.find("unlike on the parameter server: warn_distance is 0.05, there it is 0.25; the service"),
+            std::string::npos)
+      << message;
+  hold(0.4);
+  const auto after = at(0.2);
+  ASSERT_TRUE(after);
+  EXPECT_EQ(after->level, Clearance::CLEAR);
+  ros::param::set("/proximity_server/warn_distance", 0.05);
 }
 
 TEST_F(ClearanceTopic, IsSilentWhileTheMonitorIsDisabled) {
