@@ -3,10 +3,12 @@
 #include <proximity_server/Clearance.h>
 #include <ros/ros.h>
 #include <rosgraph_msgs/Log.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 #include <string>
 
 #include "node/robot/level_name.h"
@@ -19,6 +21,7 @@ using proximity_server::levelOfThreshold;
 using proximity_server::Proximity;
 
 constexpr std::size_t kRows = 8;  // of the list of pairs below the threshold
+constexpr std::size_t kUnlimited = std::numeric_limits<std::size_t>::max();
 
 template <typename... Values>
 std::string format(const char* pattern, Values... values) {
@@ -43,16 +46,73 @@ const char* colourOf(std::uint8_t level) {
   }
 }
 
-std::string pairLine(const Proximity& pair) {
-  return format("%+9.4f m  %s - %s", pair.distance, pair.a.link.c_str(), pair.b.link.c_str());
+/// The columns of the terminal; 100 if it does not tell.
+std::size_t columnsOfTerminal() {
+  winsize size{};
+  return ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 100;
 }
 
-/// The pair that sets the level, with its threshold.
-std::string decidingLine(const Clearance& clearance) {
-  if (clearance.level == Clearance::INVALID) return clearance.status.message;
-  if (clearance.level == Clearance::COLLISION) return pairLine(clearance.deciding);
-  return pairLine(clearance.deciding) +
-         format(" (%s at %.4f m)", levelOfThreshold(clearance.level), clearance.deciding_threshold);
+/// Whether the byte continues a character of UTF-8.
+bool continues(char byte) { return (static_cast<unsigned char>(byte) & 0xC0u) == 0x80u; }
+
+/// The columns that a text takes, without escape sequences.
+std::size_t columns(const std::string& text) {
+  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char byte) { return !continues(byte); }));
+}
+
+/// The byte at which this column begins.
+std::size_t byteOf(const std::string& text, std::size_t column) {
+  std::size_t byte = 0;
+  for (; byte < text.size(); ++byte)
+    if (!continues(text[byte]) && column-- == 0) break;
+  return byte;
+}
+
+constexpr std::size_t kDots = 3;  // columns of "..."
+
+/// The text, cut at its end to this many columns: a line that is broken by the terminal spoils the table, which is redrawn by
+/// counting lines.
+std::string clipped(const std::string& text, std::size_t width) {
+  if (columns(text) <= width) return text;
+  return text.substr(0, byteOf(text, width - std::min(width, kDots))) + std::string(std::min(width, kDots), '.');
+}
+
+/// A name, cut in its middle: what tells names of a robot apart are their ends ("left_...", "..._finger_tip").
+std::string shortened(const std::string& name, std::size_t width) {
+  if (columns(name) <= width) return name;
+  const std::size_t kept = width - std::min(width, kDots), front = kept / 2;
+  return name.substr(0, byteOf(name, front)) + "..." + name.substr(byteOf(name, columns(name) - (kept - front)));
+}
+
+/// The names of a pair in this many columns; the shorter one leaves to the other what it does not need.
+std::string names(const Proximity& pair, std::size_t width) {
+  const std::string between = " - ";
+  const std::string &a = pair.a.link, &b = pair.b.link;
+  if (columns(a) + columns(b) + between.size() <= width) return a + between + b;
+  constexpr std::size_t kLeast = 2 + kDots;  // columns of a name
+  const std::size_t both = std::max(width, 2 * kLeast + between.size()) - between.size(), half = both / 2;
+  const std::size_t of_a = std::max(std::min(columns(a), half), both - std::min(columns(b), both - half));
+  return shortened(a, of_a) + between + shortened(b, both - std::min(columns(a), of_a));
+}
+
+/// Distance and names in this many columns.
+std::string pairLine(const Proximity& pair, std::size_t width = kUnlimited) {
+  const std::string distance = format("%+9.4f m  ", pair.distance);
+  return distance + names(pair, width - std::min(width, distance.size()));
+}
+
+/// The first line of a text.
+std::string firstLine(const std::string& text) { return text.substr(0, text.find('\n')); }
+
+/// The pair that sets the level, with its threshold where that leaves room for the names.
+std::string decidingLine(const Clearance& clearance, std::size_t width = kUnlimited) {
+  if (clearance.level == Clearance::INVALID) return clipped(firstLine(clearance.status.message), width);
+  if (clearance.level == Clearance::COLLISION) return pairLine(clearance.deciding, width);
+  const std::string threshold =
+      format(" (%s at %.4f m)", levelOfThreshold(clearance.level), clearance.deciding_threshold);
+  constexpr std::size_t kLeastOfPair = 40;  // columns
+  if (width < kLeastOfPair + threshold.size()) return pairLine(clearance.deciding, width);
+  return pairLine(clearance.deciding, width - threshold.size()) + threshold;
 }
 
 std::string settledLine(const Clearance& clearance) {
@@ -67,12 +127,16 @@ std::string timeLine(const Clearance& clearance) {
                 1e3 * clearance.tf_age.toSec());
 }
 
-/// The closest pair of each kind, each after `before` and before `after`; "" where no pair with an object is checked.
-std::string kindLines(const Clearance& clearance, const std::string& before, const std::string& after) {
-  const bool has_links = !clearance.self_minimum.a.link.empty();
+/// The closest pair of each kind, each after `before` and before `after`, in this many columns; "" where no pair with an object is
+/// checked.
+std::string kindLines(const Clearance& clearance, const std::string& before, const std::string& after,
+                      std::size_t width = kUnlimited) {
   if (clearance.object_minimum.a.link.empty()) return "";
-  return (has_links ? before + "links    " + pairLine(clearance.self_minimum) + after : "") + before + "objects  " +
-         pairLine(clearance.object_minimum) + after;
+  const auto kind = [&](const std::string& name, const Proximity& pair) {
+    return before + name + pairLine(pair, width - std::min(width, before.size() + name.size())) + after;
+  };
+  const bool has_links = !clearance.self_minimum.a.link.empty();
+  return (has_links ? kind("links    ", clearance.self_minimum) : "") + kind("objects  ", clearance.object_minimum);
 }
 
 std::string line(const Clearance& clearance) {
@@ -80,13 +144,20 @@ std::string line(const Clearance& clearance) {
          " | " + settledLine(clearance) + " | " + timeLine(clearance) + "\n";
 }
 
-std::string table(const Clearance& clearance) {
-  std::string text = std::string("  ") + colourOf(clearance.level) + format(" %-9s ", levelName(clearance.level)) +
-                     "\033[0m  " + decidingLine(clearance) + "\n\n" + kindLines(clearance, "  ", "\n") + "  checked  " +
-                     settledLine(clearance) + "\n  timing   " + timeLine(clearance) + "\n\n";
+/// No line is longer than this many columns.
+std::string table(const Clearance& clearance, std::size_t width) {
+  const std::string level = format(" %-9s ", levelName(clearance.level)), margin = "  ";
+  const std::size_t beside_level = width - std::min(width, level.size() + 2 * margin.size());
+  std::string text = margin + colourOf(clearance.level) + level + "\033[0m" + margin +
+                     decidingLine(clearance, beside_level) + "\n\n" + kindLines(clearance, margin, "\n", width) +
+                     clipped("  checked  " + settledLine(clearance), width) + "\n" +
+                     clipped("  timing   " + timeLine(clearance), width) + "\n\n";
   const std::size_t rows = std::min(kRows, clearance.below_threshold.size());
-  for (std::size_t i = 0; i < rows; ++i)
-    text += "  " + pairLine(clearance.below_threshold[i]) + "  " + levelName(clearance.levels[i]) + "\n";
+  for (std::size_t i = 0; i < rows; ++i) {
+    const std::string behind = margin + levelName(clearance.levels[i]);
+    text += margin + pairLine(clearance.below_threshold[i], width - std::min(width, margin.size() + behind.size())) +
+            behind + "\n";
+  }
   if (clearance.pairs_below_threshold > rows) {
     text += format("             and %u more below the threshold\n",
                    clearance.pairs_below_threshold - static_cast<unsigned>(rows));
@@ -96,18 +167,6 @@ std::string table(const Clearance& clearance) {
 
 /// The name of the node that has this private topic.
 std::string nodeOf(const std::string& topic) { return topic.substr(0, topic.find_last_of('/')); }
-
-/// The first line of a text, cut so that it fits into one line of the terminal: the table is redrawn by counting lines.
-std::string firstLine(const std::string& text) {
-  constexpr std::size_t kLongest = 60;
-  std::size_t end = std::min(text.find('\n'), text.size());
-  if (end <= kLongest) return text.substr(0, end);
-  const auto continues = [&](std::size_t i) {
-    return (static_cast<unsigned char>(text[i]) & 0xC0u) == 0x80u;
-  };  // UTF-8
-  for (end = kLongest; continues(end);) --end;
-  return text.substr(0, end) + "...";
-}
 
 class Display {
  public:
@@ -124,7 +183,8 @@ class Display {
 
   /// Keeps the node's last log message, which is shown as long as no clearance arrives, as while the node loads.
   void onLog(const rosgraph_msgs::Log::ConstPtr& log) {
-    if (log->name == nodeOf(subscriber_.getTopic())) last_message_ = firstLine(log->msg);
+    constexpr std::size_t kLongest = 63;  // columns: the table shows it in a line of its own
+    if (log->name == nodeOf(subscriber_.getTopic())) last_message_ = clipped(firstLine(log->msg), kLongest);
   }
 
   void onTimer(const ros::WallTimerEvent&) { show(text()); }
@@ -136,7 +196,7 @@ class Display {
           last_message_.empty() ? "" : (is_terminal_ ? "\n  the node says: " : "; the node says: ") + last_message_;
       return format("  nothing has arrived on %s for %.0f s", subscriber_.getTopic().c_str(), silence) + message + "\n";
     }
-    return is_terminal_ ? table(*clearance_) : line(*clearance_);
+    return is_terminal_ ? table(*clearance_, columnsOfTerminal()) : line(*clearance_);
   }
 
   void show(const std::string& text) {

@@ -15,6 +15,7 @@
 
 #include "demo/demo_objects.h"
 #include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/model/robot_model.h"
 
 namespace {
@@ -91,6 +92,40 @@ std::vector<Keyframe> keyframes(const ros::NodeHandle& nh, std::size_t joints) {
   return script;
 }
 
+/// Throws std::invalid_argument naming the first of ~joints that the robot does not have, or that nothing drives.
+void requireJoints(const std::vector<Joint>& joints, const std::vector<std::string>& names) {
+  std::vector<std::string> known;
+  for (const Joint& joint : joints) known.push_back(joint.name);
+  for (const std::string& name : names) {
+    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    throw std::invalid_argument(
+        "~joints: '" + name + "' is no joint of the robot that can be driven" +
+        (known.empty() ? "" : ": did you mean '" + proximity_server::scene::nearestName(name, known) + "'?"));
+  }
+}
+
+/// Throws std::invalid_argument naming the first position that is beyond the limits of its joint, which has this column.
+void requireWithinLimits(const Joint& joint, std::size_t column, const std::vector<Keyframe>& script) {
+  using proximity_server::scene::shortest;
+  constexpr double kRounding = 1e-6;  // [rad] or [m] of limits and positions that were written with six decimals
+  const std::string unit = joint.type == Joint::Type::Prismatic ? " m" : " rad";
+  for (std::size_t row = 0; row < script.size(); ++row) {
+    const double position = script[row][column];
+    // Written so that NaN is beyond.
+    if (position >= joint.lower - kRounding && position <= joint.upper + kRounding) continue;
+    throw std::invalid_argument("row " + std::to_string(row + 1) + " of ~keyframes: '" + joint.name + "' is at " +
+                                shortest(position) + unit + ", beyond its limits, which are " + shortest(joint.lower) +
+                                " and " + shortest(joint.upper) + unit);
+  }
+}
+
+/// Whether every row of a script has the same positions.
+bool rests(const std::vector<Keyframe>& script) {
+  return std::all_of(script.begin(), script.end(), [&](const Keyframe& row) {
+    return std::equal(row.begin() + 1, row.end(), script.front().begin() + 1);
+  });
+}
+
 /// The column of a joint in ~keyframes; 0, which is that of the time, if it is not in ~joints.
 std::size_t columnOf(const std::string& joint, const std::vector<std::string>& joints) {
   const auto found = std::find(joints.begin(), joints.end(), joint);
@@ -102,16 +137,24 @@ class Motion {
  public:
   Motion(const ros::NodeHandle& private_nh, std::vector<Joint> joints) : joints_(std::move(joints)) {
     const auto names = private_nh.param("joints", std::vector<std::string>());
+    requireJoints(joints_, names);
     script_ = keyframes(private_nh, names.size());
-    for (const Joint& joint : joints_) columns_.push_back(columnOf(joint.name, names));
+    for (const Joint& joint : joints_) {
+      columns_.push_back(columnOf(joint.name, names));
+      if (columns_.back() != 0) requireWithinLimits(joint, columns_.back(), script_);
+    }
+    if (joints_.empty()) ROS_WARN("the robot does not move: it has no joint that can be driven");
+    if (!script_.empty() && rests(script_))
+      ROS_WARN("the robot does not move: every row of ~keyframes has the same positions");
   }
 
   const std::vector<Joint>& joints() const { return joints_; }
 
-  /// Joints that the script does not name stay at 0.
+  /// Joints that the script does not name stay at 0, or at the limit nearest to it.
   double position(std::size_t joint, double time) const {
     if (script_.empty()) return sweep(joints_[joint], joint, time);
-    return columns_[joint] == 0 ? 0.0 : follow(script_, columns_[joint], time);
+    if (columns_[joint] == 0) return std::max(joints_[joint].lower, std::min(0.0, joints_[joint].upper));
+    return follow(script_, columns_[joint], time);
   }
 
   double timeInScript(double time) const { return script_.empty() ? time : timeOfScript(script_, time); }

@@ -6,6 +6,7 @@
 #include <shape_msgs/SolidPrimitive.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace proximity_server::demo {
@@ -92,17 +93,37 @@ DemoObjects::DemoObjects(ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
       held_from_(parameter<double>(private_nh, "held/from")),
       held_until_(parameter<double>(private_nh, "held/until")),
       apply_(nh.serviceClient<ApplyObjects>("proximity_server/apply_objects")),
-      objects_(nh.subscribe<ObjectList>("proximity_server/objects", 1,
-                                        [this](const ObjectList::ConstPtr& list) { node_start_ = list->node_start; })) {
+      objects_(nh.subscribe("proximity_server/objects", 1, &DemoObjects::onObjects, this)) {}
+
+void DemoObjects::onObjects(const ObjectList::ConstPtr& list) {
+  present_ = list;
+  node_start_ = list->node_start;
 }
 
 void DemoObjects::update(double time) {
+  const bool begins = time < time_;
+  time_ = time;
   if (node_start_ == 0) return;
   if (node_start_ != known_to_) sendAll();
-  if (node_start_ != known_to_) return;
-  const bool is_held = held_from_ <= time && time < held_until_;
-  if (is_held && !is_held_) pickUp();
-  if (!is_held && is_held_) putDown();
+  // What others do is seen in the list; until it has our own changes, too, nothing is known.
+  if (node_start_ != known_to_ || present_->node_start != node_start_ || present_->revision < revision_) return;
+  if (begins && isAnyMissing()) return sendAll();
+  const ObjectInfo* bar = find(kBar);
+  if (!bar) return;
+  const bool is_held = held_from_ <= time && time < held_until_, hand_has_it = bar->link == grip_.link;
+  if (is_held && !hand_has_it) pickUp();
+  if (!is_held && hand_has_it) putDown();
+}
+
+const ObjectInfo* DemoObjects::find(const std::string& id) const {
+  const auto has_id = [&](const ObjectInfo& object) { return object.id == id; };
+  const auto found = std::find_if(present_->objects.begin(), present_->objects.end(), has_id);
+  return found == present_->objects.end() ? nullptr : &*found;
+}
+
+bool DemoObjects::isAnyMissing() const {
+  const auto is_missing = [&](const ObjectChange& box) { return !find(box.id); };
+  return !find(kBar) || std::any_of(boxes_.begin(), boxes_.end(), is_missing);
 }
 
 void DemoObjects::sendAll() {
@@ -111,15 +132,13 @@ void DemoObjects::sendAll() {
   changes.changes.push_back(bar_);
   changes.set_rules = true;
   changes.rules = rules_;
-  if (!apply(changes)) return;
-  known_to_ = node_start_;
-  is_held_ = false;
+  if (apply(changes)) known_to_ = node_start_;
 }
 
 void DemoObjects::pickUp() {
   ObjectChanges changes;
   changes.changes = {grip_};
-  is_held_ = apply(changes);
+  apply(changes);
 }
 
 void DemoObjects::putDown() {
@@ -127,19 +146,20 @@ void DemoObjects::putDown() {
   place.pose = bar_.pose;
   ObjectChanges changes;
   changes.changes = {change(ObjectChange::DETACH, kBar), place};
-  is_held_ = !apply(changes);
+  apply(changes);
 }
 
-/// False if nothing was changed: then the node has to be told everything again.
+/// False if nothing was changed.
 bool DemoObjects::apply(const ObjectChanges& changes) {
   ApplyObjects call;
   call.request.changes = changes;
-  const bool answered = apply_.call(call);
-  if (answered) node_start_ = call.response.node_start;
-  if (answered && call.response.success) return true;
-  known_to_ = 0;
-  if (answered) ROS_ERROR_STREAM_THROTTLE(5.0, "the objects of the demo are refused: " << call.response.status.message);
-  return false;
+  if (!apply_.call(call)) return false;
+  node_start_ = call.response.node_start;
+  revision_ = call.response.revision;
+  // Somebody may have removed the bar just now, or the node has begun anew: then the next list tells so.
+  if (!call.response.success)
+    ROS_WARN_STREAM_THROTTLE(5.0, "the objects of the demo are refused: " << call.response.status.message);
+  return call.response.success;
 }
 
 }  // namespace proximity_server::demo

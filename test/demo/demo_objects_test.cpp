@@ -1,5 +1,7 @@
+#include <proximity_server/ApplyObjects.h>
 #include <proximity_server/Clearance.h>
 #include <proximity_server/ObjectList.h>
+#include <rosgraph_msgs/Log.h>
 #include <std_msgs/Float64.h>
 
 #include <algorithm>
@@ -91,6 +93,41 @@ TEST(DemoObjects, AreSentAgainToANodeThatBeginsAnew) {
 TEST(DemoObjects, TheVelocityScaleOfTheMovingRobotIsNotAlwaysZero) {
   Inbox<std_msgs::Float64> scales(ros::NodeHandle(), "/demo/proximity_server/collision_velocity_scale");
   EXPECT_TRUE(nextOfMotion(scales, [](const std_msgs::Float64& scale) { return scale.data > 0.0; }));
+}
+
+/// Removes an object beside the demo; "*": all.
+void remove(const std::string& node, const std::string& id) {
+  ApplyObjectsRequest request;
+  request.changes.changes.resize(1);
+  request.changes.changes[0].operation = ObjectChange::REMOVE;
+  request.changes.changes[0].id = id;
+  EXPECT_TRUE(call<ApplyObjectsResponse>(node + "/apply_objects", request).success) << id;
+}
+
+// Regression: a bar that somebody had removed was refused as an error again and again.
+TEST(DemoObjects, WhatOthersRemoveStaysAwayUntilTheMotionBeginsAnew) {
+  const std::string node = "/removed/proximity_server";
+  Inbox<rosgraph_msgs::Log> log(ros::NodeHandle(), "/rosout");
+  Inbox<ObjectList> lists(ros::NodeHandle(), node + "/objects");
+  const auto has_all = [](const ObjectList& list) { return ids(list) == kObjects; };
+  for (const std::string removed : {"table", "bar", "*"}) {
+    ASSERT_TRUE(lists.next(isHeld)) << "before " << removed;
+    remove(node, removed);
+    std::set<std::string> rest = kObjects;
+    removed == "*" ? rest.clear() : void(rest.erase(removed));
+    EXPECT_TRUE(lists.next([&](const ObjectList& list) { return ids(list) == rest; })) << removed;
+    // Only all of them at once come back.
+    EXPECT_TRUE(lists.next([&](const ObjectList& list) {
+      EXPECT_TRUE(ids(list) == rest || has_all(list)) << removed;
+      return has_all(list) && stands(list);
+    })) << removed;
+  }
+  EXPECT_TRUE(lists.next(isHeld));
+  ROS_INFO("that was all");
+  EXPECT_TRUE(log.next([](const rosgraph_msgs::Log& entry) {
+    EXPECT_FALSE(entry.name == "/removed/demo_motion" && entry.level >= rosgraph_msgs::Log::WARN) << entry.msg;
+    return entry.msg == "that was all";
+  }));
 }
 
 }  // namespace proximity_server::node::demo_objects_test

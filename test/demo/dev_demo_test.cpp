@@ -77,16 +77,27 @@ class Demo {
   pid_t pid_;
 };
 
+/// What git sees in the sources that is not committed.
+std::string statusOfSources() {
+  FILE* pipe = popen("git -C " PROXIMITY_SOURCE_DIR " status --porcelain 2>&1", "r");
+  std::string status;
+  for (int byte = fgetc(pipe); byte != EOF; byte = fgetc(pipe)) status += static_cast<char>(byte);
+  pclose(pipe);
+  return status;
+}
+
 void expectNothingLeft(const Demo& demo) {
   EXPECT_TRUE(holdsWithin(kEnd, [&] { return demo.processes().empty(); })) << demo.processes().size() << " are left";
 }
 
 // Regression: the demo ended with an abort, as a parameter was named after each joint.
 TEST(DevDemo, ShowsARobotWhoseNamesAreNoNamesOfRos) {
+  const std::string before = statusOfSources();
   Demo demo("--seconds 10");
   EXPECT_NE(demo.next(" pairs: "), "") << "there is no line of the table";
   EXPECT_EQ(demo.exitCode(), 0);
   expectNothingLeft(demo);
+  EXPECT_EQ(statusOfSources(), before);
 }
 
 TEST(DevDemo, LeavesNothingBehindWhereItIsEndedBeforeItBegan) {

@@ -1,0 +1,136 @@
+// Shows the robot of robot_description in RViz, which it becomes: a view from a file, whose camera is moved so that the robot fills the
+// window, however large it is. usage: demo_view FILE.rviz [options of rviz]
+#include <ros/ros.h>
+#include <unistd.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/model/robot_box.h"
+
+namespace {
+
+using proximity_server::scene::RobotModel;
+using proximity_server::scene::shortest;
+
+RobotModel loadRobot(const ros::NodeHandle& nh) {
+  std::string urdf;
+  if (!nh.getParam("robot_description", urdf)) throw std::invalid_argument("there is no parameter robot_description");
+  proximity_server::scene::ModelOptions options;
+  options.mesh_tolerance = 1.0;  // [m] a view needs no more than the hull of a mesh
+  options.allow_missing_meshes = true;
+  using namespace proximity_server::scene;
+  return loadRobotModel(urdf, packageResolver(rosPackagePath()), options);
+}
+
+/// What the robot takes, with the texts above it, in the frame of its root: with all joints at 0 (or the limit nearest to it), and in
+/// the middle of their limits.
+Eigen::AlignedBox3d boxOf(const RobotModel& robot) {
+  std::vector<double> near_zero, middle;
+  for (const auto& joint : robot.joints) {
+    near_zero.push_back(std::max(joint.lower, std::min(0.0, joint.upper)));
+    const bool limited = std::isfinite(joint.lower) && std::isfinite(joint.upper);
+    middle.push_back(limited ? 0.5 * (joint.lower + joint.upper) : 0.0);
+  }
+  const proximity_server::scene::RobotBox of_robot(robot);
+  Eigen::AlignedBox3d box = of_robot.at(forwardKinematics(robot, near_zero));
+  box.extend(of_robot.at(forwardKinematics(robot, middle)));
+  if (box.isEmpty()) box = Eigen::AlignedBox3d(Eigen::Vector3d::Constant(-0.5), Eigen::Vector3d::Constant(0.5));
+  constexpr double kTexts = 0.2;  // of the diagonal, see ClearanceMarkers
+  box.max().z() += kTexts * box.diagonal().norm();
+  return box;
+}
+
+/// 1, 2 or 5 times a power of ten, not above `length`.
+double roundLength(double length) {
+  const double power = std::pow(10.0, std::floor(std::log10(length)));
+  return power * (length >= 5.0 * power ? 5.0 : length >= 2.0 * power ? 2.0 : 1.0);
+}
+
+/// Replaces what stands behind "KEY:" in each line of this key; throws std::invalid_argument if there is none.
+void replaceValue(std::vector<std::string>& lines, const std::string& key, const std::string& value) {
+  bool found = false;
+  for (std::string& line : lines) {
+    const std::size_t begin = line.find_first_not_of(" -");
+    if (begin == std::string::npos || line.compare(begin, key.size() + 1, key + ":") != 0) continue;
+    line = line.substr(0, begin) + key + ": " + value;
+    found = true;
+  }
+  if (!found) throw std::invalid_argument("the view has no line '" + key + ": ...'");
+}
+
+/// The view of `file` with the camera at such a distance that a ball around the box fills the height of the window.
+std::string viewOf(const std::string& file, const RobotModel& robot) {
+  std::ifstream stream(file);
+  if (!stream) throw std::invalid_argument("cannot read " + file);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+
+  const Eigen::AlignedBox3d box = boxOf(robot);
+  const double radius = 0.5 * box.diagonal().norm();
+  const double half_of_view = M_PI / 8.0;  // RViz's cameras see 45 degrees
+  const auto rounded = [](double number) { return shortest(std::round(1e3 * number) / 1e3 + 0.0); };  // no -0
+  const Eigen::Vector3d centre = box.center();
+  const std::string& root = robot.links[robot.bodies.front().link].name;
+  replaceValue(lines, "Distance", rounded(radius / std::sin(half_of_view)));
+  replaceValue(lines, "Focal Point",
+               "{X: " + rounded(centre.x()) + ", Y: " + rounded(centre.y()) + ", Z: " + rounded(centre.z()) + "}");
+  replaceValue(lines, "Target Frame", "\"" + root + "\"");
+  replaceValue(lines, "Fixed Frame", "\"" + root + "\"");
+  replaceValue(lines, "Cell Size", shortest(roundLength(0.2 * radius)));
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  return text;
+}
+
+/// Where nodes may write.
+std::filesystem::path rosHome() {
+  const char* const home = std::getenv("ROS_HOME");
+  if (home && *home) return home;
+  const char* const user = std::getenv("HOME");
+  return std::filesystem::path(user ? user : "/tmp") / ".ros";
+}
+
+/// Writes the view of `file` for the robot; returns the path.
+std::string writeView(const std::string& file) {
+  const std::filesystem::path path = rosHome() / "proximity_server_demo.rviz";
+  const std::string view = viewOf(file, loadRobot(ros::NodeHandle()));
+  std::filesystem::create_directories(path.parent_path());
+  if (!(std::ofstream(path) << view).flush()) throw std::runtime_error("cannot write " + path.string());
+  return path;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::vector<std::string> of_rviz(argv + 1, argv + argc);  // with the remappings
+  ros::init(argc, argv, "demo_view", ros::init_options::AnonymousName);
+  try {
+    if (argc < 2) throw std::invalid_argument("usage: demo_view FILE.rviz [options of rviz]");
+    of_rviz.erase(of_rviz.begin());
+    const std::string view = writeView(argv[1]);
+    std::vector<std::string> words{"rviz", "-d", view};
+    words.insert(words.end(), of_rviz.begin(), of_rviz.end());
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    ros::shutdown();
+    execvp("rviz", arguments.data());
+    throw std::runtime_error("cannot start rviz");
+  } catch (const std::exception& error) {
+    ROS_FATAL("%s", error.what());
+    return 1;
+  }
+}
