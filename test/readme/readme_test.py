@@ -61,6 +61,10 @@ SLURM_TASK = re.compile(r"^sbatch --array=1-8 ")
 # Options with which a command ends with an exit code of its own; then the README shows standard error too.
 EXIT_CODES = {"--assert-above": 2, "--second-opinion": 3}
 
+# What this test writes beside the examples.
+OWN_FILES = {"environment", "gate.py", "installed", "installed_narrowphase", "installed_without_ros", "narrowphase", "project",
+             "session.txt", "too_close.test", "without_ros"}
+
 # Commands that run until somebody ends them.
 ENDLESS = ("roslaunch ", "rostopic echo ")
 
@@ -185,6 +189,18 @@ class Readme(unittest.TestCase):
         with open(output, "w") as file:
             cls.processes.append(shell.start(command, file))
         return output
+
+    def test_what_the_examples_leave_is_ignored_by_git(self):
+        """The last test case, by its name."""
+        if not shutil.which("git"):
+            self.skipTest("there is no git")
+        left = {path.name for path in self.folder.iterdir() if not path.is_symlink()} - OWN_FILES
+        self.assertIn("states.npy", left)
+        subprocess.run(["git", "init", "-q", self.folder], check=True)
+        ignored = subprocess.run(["git", "-C", self.folder, "check-ignore", *(path + "/" if (self.folder / path).is_dir() else path
+                                                                             for path in sorted(left))],
+                                 stdout=subprocess.PIPE, text=True).stdout.split()
+        self.assertEqual(left - {".git"}, {name.rstrip("/") for name in ignored})
 
     # --- What is done with a block.
 
