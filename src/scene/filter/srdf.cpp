@@ -4,6 +4,7 @@
 #include <initializer_list>
 #include <stdexcept>
 
+#include "proximity_server/scene/model/names.h"
 #include "scene/mesh/input_limits.h"
 #include "scene/model/xml_text.h"
 
@@ -12,10 +13,32 @@ namespace {
 
 using tinyxml2::XMLElement;
 
+[[noreturn]] void fail(const XMLElement& element, const std::string& what) {
+  throw std::invalid_argument("SRDF, line " + std::to_string(element.GetLineNum()) + ": " + what);
+}
+
+/// Refuses misspelt children, which would have no effect.
+void refuseMisspeltChildren(const XMLElement& parent, const std::vector<std::string>& known) {
+  for (auto* child = parent.FirstChildElement(); child; child = child->NextSiblingElement()) {
+    const std::string meant = misspelledName(child->Name(), known);
+    if (!meant.empty())
+      fail(*child, "unknown element <" + std::string(child->Name()) + ">, did you mean <" + meant + ">?");
+  }
+}
+
+/// The same of the attributes of an element.
+void refuseMisspeltAttributes(const XMLElement& element, const std::vector<std::string>& known) {
+  for (auto* attribute = element.FirstAttribute(); attribute; attribute = attribute->Next()) {
+    const std::string meant = misspelledName(attribute->Name(), known);
+    if (meant.empty() || element.Attribute(meant.c_str())) continue;
+    fail(element, "<" + std::string(element.Name()) + "> has the unknown attribute " + attribute->Name() +
+                      ", did you mean " + meant + "?");
+  }
+}
+
 std::string required(const XMLElement& element, const char* name) {
   if (const char* value = element.Attribute(name)) return value;
-  throw std::invalid_argument("SRDF, line " + std::to_string(element.GetLineNum()) + ": <" + element.Name() +
-                              "> has no attribute " + name);
+  fail(element, "<" + std::string(element.Name()) + "> has no attribute " + name);
 }
 
 std::string optional(const XMLElement& element, const char* name) {
@@ -33,13 +56,23 @@ auto readAll(const XMLElement& parent, const char* name, const Read& read) {
   return result;
 }
 
-std::string readName(const XMLElement& element) { return required(element, "name"); }
+std::string readName(const XMLElement& element) {
+  refuseMisspeltAttributes(element, {"name"});
+  return required(element, "name");
+}
 
-std::string readLink(const XMLElement& element) { return required(element, "link"); }
+std::string readLink(const XMLElement& element) {
+  refuseMisspeltAttributes(element, {"link"});
+  return required(element, "link");
+}
 
-Srdf::Names readLinks(const XMLElement& element) { return {required(element, "link1"), required(element, "link2")}; }
+Srdf::Names readLinks(const XMLElement& element) {
+  refuseMisspeltAttributes(element, {"link1", "link2", "reason"});
+  return {required(element, "link1"), required(element, "link2")};
+}
 
 Srdf::Names readChain(const XMLElement& element) {
+  refuseMisspeltAttributes(element, {"base_link", "tip_link"});
   return {required(element, "base_link"), required(element, "tip_link")};
 }
 
@@ -48,6 +81,7 @@ Srdf::DisabledPair readDisabledPair(const XMLElement& element) {
 }
 
 Srdf::Group readGroup(const XMLElement& element) {
+  refuseMisspeltChildren(element, {"link", "joint", "chain", "group"});
   Srdf::Group group;
   group.name = readName(element);
   group.links = readAll(element, "link", readName);
@@ -86,9 +120,9 @@ void refuseUrdf(const XMLElement& robot, const Srdf& srdf) {
   // One file that is both is odd, but says which pairs it means.
   const XMLElement* element = saysAnything(srdf) ? nullptr : findUrdfElement(robot);
   if (!element) return;
-  throw std::invalid_argument(
-      "SRDF, line " + std::to_string(element->GetLineNum()) + ": this is a URDF: it describes the " + element->Name() +
-      " \"" + optional(*element, "name") + "\", and has nothing that an SRDF has (disable_collisions, groups)");
+  fail(*element, "this is a URDF: it describes the " + std::string(element->Name()) + " " +
+                     quoted(optional(*element, "name")) +
+                     ", and has nothing that an SRDF has (disable_collisions, groups)");
 }
 
 }  // namespace
@@ -104,6 +138,8 @@ Srdf readSrdf(const std::string& srdf_xml) {
   }
   const XMLElement* robot = document.FirstChildElement("robot");
   if (!robot) throw std::invalid_argument("SRDF: no <robot> element");
+  refuseMisspeltChildren(
+      *robot, {"disable_collisions", "enable_collisions", "disable_default_collisions", "virtual_joint", "group"});
   srdf.robot = optional(*robot, "name");
   srdf.disable_collisions = readAll(*robot, "disable_collisions", readDisabledPair);
   srdf.enable_collisions = readAll(*robot, "enable_collisions", readLinks);

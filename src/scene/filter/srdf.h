@@ -28,7 +28,7 @@ struct Srdf {
 };
 
 /// Reads an SRDF; an empty text is an empty SRDF. Throws std::invalid_argument with the line: unreadable XML, no
-/// <robot>, a missing attribute, a URDF in place of the SRDF.
+/// <robot>, a missing or misspelt attribute, a misspelt element, a URDF in place of the SRDF.
 Srdf readSrdf(const std::string& srdf_xml);
 
 /// Replaces each name of a link, joint or group by rename(name).

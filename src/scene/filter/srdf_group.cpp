@@ -37,7 +37,9 @@ class GroupJoints {
       if (group.name == name) return group;
       names.push_back(group.name);
     }
-    throw std::invalid_argument("the SRDF has no group " + unknownName(name, names));
+    constexpr std::size_t kMostGroups = 30;
+    const std::string all = names.empty() ? "it has none" : "it has " + listed(names, kMostGroups);
+    throw std::invalid_argument("the SRDF has no group " + unknownName(name, names) + "; " + all);
   }
 
   /// A link stands for the joint that carries it.

@@ -9,6 +9,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "proximity_server/scene/mesh/readable_file.h"
 #include "scene/mesh/child_process.h"
 #include "scene/mesh/input_limits.h"
 #include "scene/mesh/mesh_import.h"
@@ -22,9 +23,11 @@ using Eigen::Vector3d;
 
 /// The size of the file [byte].
 std::size_t checkFile(const std::string& path) {
+  if (const std::string why = whyUnreadable(path); !why.empty())
+    throw std::invalid_argument("cannot be read (" + why + ")");
   // Not a pipe, which could keep one waiting for ever.
   std::error_code failed;
-  if (!std::filesystem::is_regular_file(path, failed)) throw std::invalid_argument("no such file");
+  if (!std::filesystem::is_regular_file(path, failed)) throw std::invalid_argument("is no file");
   const std::uintmax_t size = std::filesystem::file_size(path, failed);
   if (failed) throw std::invalid_argument(failed.message());
   if (size > kMaxBytes) throw std::invalid_argument("it has " + std::to_string(size) + " bytes, more than 256 MiB");

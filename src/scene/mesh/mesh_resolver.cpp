@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "proximity_server/scene/mesh/mesh_resolver.h"
+#include "proximity_server/scene/mesh/readable_file.h"
 
 namespace proximity_server::scene {
 namespace {
@@ -23,6 +24,38 @@ const std::string kFile = "file://";
 
 bool startsWith(const std::string& text, const std::string& prefix) {
   return text.compare(0, prefix.size(), prefix) == 0;
+}
+
+std::optional<int> hexDigit(char digit) {
+  if (digit >= '0' && digit <= '9') return digit - '0';
+  if (digit >= 'a' && digit <= 'f') return digit - 'a' + 10;
+  if (digit >= 'A' && digit <= 'F') return digit - 'A' + 10;
+  return std::nullopt;
+}
+
+/// Without percent-encoding. What is none ("%", "%zz") stays.
+std::string decoded(const std::string& uri) {
+  std::string text;
+  for (std::size_t i = 0; i < uri.size(); ++i) {
+    const auto high = uri[i] == '%' && i + 2 < uri.size() ? hexDigit(uri[i + 1]) : std::nullopt;
+    const auto low = high ? hexDigit(uri[i + 2]) : std::nullopt;
+    text += low ? static_cast<char>(16 * *high + *low) : uri[i];
+    if (low) i += 2;
+  }
+  if (text.find('\0') != std::string::npos) throw std::invalid_argument(uri + ": %00 is no part of a path");
+  return text;
+}
+
+[[noreturn]] void refuseScheme(const std::string& uri) {
+  throw std::invalid_argument(uri + ": only package://, file:// and plain paths are known");
+}
+
+bool isPlainPath(const std::string& uri) { return uri.find("://") == std::string::npos; }
+
+std::string textOf(const std::vector<std::string>& roots) {
+  std::string text;
+  for (const std::string& root : roots) text += (text.empty() ? "" : ", ") + root;
+  return text.empty() ? "none, as ROS_PACKAGE_PATH and the like are empty" : text;
 }
 
 /// The name that a package.xml gives; "" where it cannot be read.
@@ -87,42 +120,65 @@ class PackageSearch {
   std::map<std::string, fs::path> found_;
 };
 
-/// package://name/path or package:///name/path.
-fs::path packageFile(const std::string& uri, std::vector<PackageSearch>& searches) {
-  const std::size_t name_begin = uri.find_first_not_of('/', kPackage.size());
-  const std::size_t name_end = uri.find('/', name_begin);
-  if (name_begin == std::string::npos || name_end == std::string::npos) {
-    throw std::invalid_argument(uri + ": expected package://<package>/<path>");
+/// The packages below all roots.
+class Packages {
+ public:
+  explicit Packages(const std::vector<std::string>& roots) : roots_(roots), searches_(roots.begin(), roots.end()) {}
+
+  /// The file of package://name/path or package:///name/path.
+  fs::path file(const std::string& uri) {
+    const std::string text = decoded(uri);
+    const std::size_t name_begin = text.find_first_not_of('/', kPackage.size());
+    const std::size_t name_end = text.find('/', name_begin);
+    if (name_begin == std::string::npos || name_end == std::string::npos) {
+      throw std::invalid_argument(uri + ": expected package://<package>/<path>");
+    }
+    const std::string name = text.substr(name_begin, name_end - name_begin);
+    const fs::path within = fs::path(text.substr(name_end)).relative_path();
+    if (*within.lexically_normal().begin() == "..") throw std::invalid_argument(uri + ": leaves the package " + name);
+    for (PackageSearch& search : searches_) {
+      if (const std::optional<fs::path> folder = search.find(name)) return *folder / within;
+    }
+    throw std::invalid_argument(uri + ": no package named " + name +
+                                " below the folders that are searched: " + textOf(roots_));
   }
-  const std::string name = uri.substr(name_begin, name_end - name_begin);
-  const fs::path within = fs::path(uri.substr(name_end)).relative_path();
-  if (*within.lexically_normal().begin() == "..") throw std::invalid_argument(uri + ": leaves the package " + name);
-  for (PackageSearch& search : searches) {
-    if (const std::optional<fs::path> folder = search.find(name)) return *folder / within;
-  }
-  throw std::invalid_argument(uri + ": no package named " + name + " below the search roots");
-}
+
+ private:
+  std::vector<std::string> roots_;
+  std::vector<PackageSearch> searches_;
+};
 
 }  // namespace
 
+std::string absoluteUri(const std::string& uri, const std::string& folder) {
+  if (startsWith(uri, kPackage) || startsWith(uri, kFile)) return uri;
+  if (!isPlainPath(uri)) refuseScheme(uri);
+  if (fs::path(uri).is_absolute()) return uri;
+  if (folder.empty()) {
+    throw std::invalid_argument("'" + uri + "' is a relative path, and there is no folder in which it begins; an " +
+                                "absolute path, package:// or file:// is needed");
+  }
+  return fs::path(folder) / uri;
+}
+
 MeshResolver packageResolver(const std::vector<std::string>& roots, const std::string& base_dir) {
-  const auto searches = std::make_shared<std::vector<PackageSearch>>();
-  for (const std::string& root : roots) searches->emplace_back(root);
-  return [searches, base = fs::path(base_dir)](const std::string& uri) {
+  const auto packages = std::make_shared<Packages>(roots);
+  return [packages, base = fs::path(base_dir)](const std::string& uri) {
     fs::path path;
     if (startsWith(uri, kPackage)) {
-      path = packageFile(uri, *searches);
+      path = packages->file(uri);
     } else if (startsWith(uri, kFile)) {
-      path = uri.substr(kFile.size());
+      path = decoded(uri).substr(kFile.size());
       if (!path.is_absolute()) throw std::invalid_argument(uri + ": expected file:///<absolute path>");
-    } else if (uri.find("://") == std::string::npos) {
+    } else if (isPlainPath(uri)) {
       path = base / uri;
     } else {
-      throw std::invalid_argument(uri + ": only package://, file:// and plain paths are known");
+      refuseScheme(uri);
     }
-    if (std::error_code failed; !fs::is_regular_file(path, failed)) {
-      throw std::invalid_argument(uri + ": no such file: " + path.string());
-    }
+    if (const std::string why = whyUnreadable(path); !why.empty())
+      throw std::invalid_argument(uri + ": " + path.string() + ": cannot be read (" + why + ")");
+    if (std::error_code failed; !fs::is_regular_file(path, failed))
+      throw std::invalid_argument(uri + ": " + path.string() + " is no file");
     return path.string();
   };
 }

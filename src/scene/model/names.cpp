@@ -32,6 +32,12 @@ std::string nearestName(const std::string& name, const std::vector<std::string>&
   return nearest ? *nearest : "";
 }
 
+std::string misspelledName(const std::string& name, const std::vector<std::string>& known) {
+  const std::string nearest = nearestName(name, known);
+  const int distance = editDistance(name, nearest), most = std::max(2, static_cast<int>(nearest.size() / 4));
+  return !nearest.empty() && distance > 0 && distance <= most ? nearest : "";
+}
+
 std::string shortest(double number) {
   char text[32];
   return {text, std::to_chars(text, text + sizeof text, number).ptr};
@@ -39,10 +45,10 @@ std::string shortest(double number) {
 
 std::string quoted(const std::string& name) { return "\"" + name + "\""; }
 
-std::string listed(const std::vector<std::string>& items) {
+std::string listed(const std::vector<std::string>& items, std::size_t most) {
   std::string text;
-  for (std::size_t i = 0; i < std::min(items.size(), kMaxListed); ++i) text += (i > 0 ? ", " : "") + items[i];
-  if (items.size() > kMaxListed) text += " and " + std::to_string(items.size() - kMaxListed) + " more";
+  for (std::size_t i = 0; i < std::min(items.size(), most); ++i) text += (i > 0 ? ", " : "") + items[i];
+  if (items.size() > most) text += " and " + std::to_string(items.size() - most) + " more";
   return text;
 }
 

@@ -472,9 +472,39 @@ TEST_F(PairGroup, UnknownNamesInAGroupAreReportedWithTheNearest) {
   EXPECT_TRUE(says(text, "no link \"tors\" (did you mean \"torso\"?)")) << text;
 }
 
+// Regression: a misspelt element was passed over without a word, so that the pairs that it names were checked, or not.
+TEST_F(PairGroup, MisspeltElementsAndAttributesThrowWithWhatIsMeant) {
+  const std::pair<std::string, std::string> typos[] = {
+      {"<disable_collision link1='torso' link2='head'/>",
+       "SRDF, line 1: unknown element <disable_collision>, did you mean <disable_collisions>?"},
+      {"\n<enable_colisions link1='torso' link2='head'/>",
+       "SRDF, line 2: unknown element <enable_colisions>, did you mean <enable_collisions>?"},
+      {"<groups name='arm'/>", "SRDF, line 1: unknown element <groups>, did you mean <group>?"},
+      {"<group name='arm'><chian base_link='torso' tip_link='head'/></group>",
+       "SRDF, line 1: unknown element <chian>, did you mean <chain>?"},
+      {"<disable_collisions lnk1='torso' link2='head'/>",
+       "SRDF, line 1: <disable_collisions> has the unknown attribute lnk1, did you mean link1?"},
+      {"<disable_collisions link1='torso' link2='head' raeson='Never'/>",
+       "SRDF, line 1: <disable_collisions> has the unknown attribute raeson, did you mean reason?"},
+      {"<group name='arm'><chain base_lnk='torso' tip_link='head'/></group>",
+       "SRDF, line 1: <chain> has the unknown attribute base_lnk, did you mean base_link?"},
+      {"<disable_collisions link2='head'/>", "SRDF, line 1: <disable_collisions> has no attribute link1"}};
+  for (const auto& [srdf, said] : typos) EXPECT_EQ(error(srdf), said);
+  // Elements of an SRDF that are of no concern here, and those of others.
+  EXPECT_EQ(error("<group_state name='home' group='arm'/><end_effector name='hand'/><passive_joint name='j'/>"
+                  "<link_sphere_approximation link='torso'/><joint_property joint_name='j'/><comment/>"),
+            "");
+}
+
 TEST_F(PairGroup, UnknownGroupThrowsWithTheNearestName) {
   EXPECT_TRUE(says(errorOfGroup("left_chian"), "did you mean \"left_chain\"?"));
   EXPECT_TRUE(says(errorOfGroup("dangling"), "\"left_chian\""));
+}
+
+TEST_F(PairGroup, UnknownGroupThrowsWithAllThatThereAre) {
+  const std::string said = errorOfGroup("arm");
+  for (const std::string group : {"left_chain", "dangling", "circle"}) EXPECT_TRUE(says(said, group)) << said;
+  EXPECT_TRUE(says(error("", inGroup("arm")), "no group \"arm\"; it has none"));
 }
 
 TEST_F(PairGroup, GroupThatContainsItselfThrows) { EXPECT_TRUE(says(errorOfGroup("circle"), "contains itself")); }

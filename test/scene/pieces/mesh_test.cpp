@@ -878,6 +878,39 @@ TEST_F(Resolver, WhatCannotBeOpenedThrowsNamingTheUri) {
   }
 }
 
+TEST_F(Resolver, DecodesThePercentEncodingOfUrisAndNotOfPlainPaths) {
+  const std::string mesh = files_.write("src/arms/left/meshes/upper arm.stl", "blank");
+  EXPECT_EQ(resolver()("package://left_arm/meshes/upper%20arm.stl"), mesh);
+  EXPECT_EQ(resolver()("package://left_arm/meshes/upper%20%61rm.stl"), mesh);
+  EXPECT_EQ(resolver()("file://" + files_.path("src/arms/left/meshes/upper%20arm.stl")), mesh);
+  EXPECT_EQ(resolver()("package://left_arm/meshes/upper arm.stl"), mesh);
+  EXPECT_NE(errorOf([&] { resolver()("left/meshes/upper%20arm.stl"); }), "");
+  const std::string odd = files_.write("src/arms/left/meshes/100%.stl", "no code");
+  EXPECT_EQ(resolver()("package://left_arm/meshes/100%.stl"), odd);
+  EXPECT_NE(errorOf([&] { resolver()("package://left_arm/%2e%2e/package.xml"); }).find("leaves the package"),
+            std::string::npos);
+  EXPECT_NE(errorOf([&] { resolver()("package://left_arm/meshes/a.stl%00b"); }).find("%00"), std::string::npos);
+}
+
+TEST_F(Resolver, APackageThatIsNotFoundIsAnErrorWithTheFoldersThatWereSearched) {
+  const MeshResolver resolve = packageResolver({files_.path("src"), files_.path("overlay")});
+  EXPECT_EQ(errorOf([&] { resolve("package://absent/a.stl"); }),
+            "package://absent/a.stl: no package named absent below the folders that are searched: " +
+                files_.path("src") + ", " + files_.path("overlay"));
+  EXPECT_NE(errorOf([] { packageResolver({})("package://absent/a.stl"); }).find("ROS_PACKAGE_PATH"), std::string::npos);
+}
+
+TEST_F(Resolver, AFileThatCannotBeReadIsAnErrorWithTheReason) {
+  const auto expect = [&](const std::string& path, const std::string& reason) {
+    EXPECT_EQ(errorOf([&] { resolver()(path); }), path + ": " + path + ": cannot be read (" + reason + ")");
+  };
+  expect(files_.path("absent.stl"), "No such file or directory");
+  expect(files_.path("src"), "Is a directory");
+  expect(files_.path("src/arms/left/meshes/a.stl/b.stl"), "Not a directory");
+  std::filesystem::create_symlink(files_.path("loop.stl"), files_.path("loop.stl"));
+  expect(files_.path("loop.stl"), "Too many levels of symbolic links");
+}
+
 TEST(RosPackagePath, SplitsTheVariableAtColons) {
   setenv("ROS_PACKAGE_PATH", "/one:/two::/three", 1);
   EXPECT_EQ(rosPackagePath(), (std::vector<std::string>{"/one", "/two", "/three"}));

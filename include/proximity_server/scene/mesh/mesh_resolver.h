@@ -10,9 +10,14 @@ namespace proximity_server::scene {
 /// Throws std::invalid_argument naming the URI if that fails.
 using MeshResolver = std::function<std::string(const std::string& uri)>;
 
+/// The URI of a mesh with an absolute path: a relative plain path begins in `folder`, all others stay as they are.
+/// Throws std::invalid_argument naming the URI for a scheme that no resolver knows, and for a relative path if `folder` is empty.
+std::string absoluteUri(const std::string& uri, const std::string& folder);
+
 /// The resolver for everybody without ROS: file:// and plain paths as they are (relative ones against `base_dir`),
 /// package://name/path (two or three slashes) searched for below `roots` as ROS_PACKAGE_PATH does it: a folder with a
-/// package.xml that names the package; no path of it leaves the package through "..". Any other scheme is refused.
+/// package.xml that names the package; no path of it leaves the package through "..". Any other scheme is refused. The
+/// percent-encoding of the two schemes is decoded ("%20" is a blank); a plain path has none.
 MeshResolver packageResolver(const std::vector<std::string>& roots, const std::string& base_dir = {});
 
 /// The same files, but only those that lie below one of `roots` once all links are followed; all if there are no roots.

@@ -31,6 +31,10 @@ std::string nearestName(const std::string& name, const std::vector<std::string>&
 /// (Levenshtein distance).
 int editDistance(const std::string& from, const std::string& to);
 
+/// The known name that `name` probably is a misspelling of: the nearest one, if it can be made of it by two edits, or by as
+/// many as a quarter of its characters; "" if there is none, and if `name` itself is known.
+std::string misspelledName(const std::string& name, const std::vector<std::string>& known);
+
 /// The shortest text that is read back as the same number: "0.02".
 std::string shortest(double number);
 
@@ -40,10 +44,10 @@ std::string quoted(const std::string& name);
 /// "name" (did you mean "nearest"?)
 std::string unknownName(const std::string& name, const std::vector<std::string>& known);
 
-/// The number of items that listed() writes out.
+/// The number of items that listed() writes out where no other is asked for.
 constexpr std::size_t kMaxListed = 5;
 
 /// a, b, c, d, e and 12 more
-std::string listed(const std::vector<std::string>& items);
+std::string listed(const std::vector<std::string>& items, std::size_t most = kMaxListed);
 
 }  // namespace proximity_server::scene
