@@ -1,5 +1,6 @@
 #include "scene/model/kinematic_tree.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -130,12 +131,12 @@ std::vector<bool> linksThatCarryGeometry(const urdf::ModelInterface& urdf, const
   return carries;
 }
 
-/// The joints that mimic another one. A mimic that makes no sense is an error where the joint moves geometry; else it
-/// is a warning, and the joint has a position of its own.
+/// The joints that mimic another one. A mimic that makes no sense is an error where the joint moves geometry, unless the
+/// options allow it; else it is a warning, and the joint has a position of its own.
 class MimicReader {
  public:
-  MimicReader(const urdf::ModelInterface& urdf, RobotModel& model)
-      : urdf_(urdf), model_(model), carries_geometry_(linksThatCarryGeometry(urdf, model)) {}
+  MimicReader(const urdf::ModelInterface& urdf, const ModelOptions& options, RobotModel& model)
+      : urdf_(urdf), options_(options), model_(model), carries_geometry_(linksThatCarryGeometry(urdf, model)) {}
 
   void readAll() {
     for (Joint& joint : model_.joints) read(joint);
@@ -161,11 +162,13 @@ class MimicReader {
   }
 
   void refuse(Joint& joint, const std::string& fault) {
-    if (carries_geometry_[joint.child_link]) {
-      throw std::invalid_argument("URDF: joint " + quoted(joint.name) + " " + fault);
+    const bool carries_geometry = carries_geometry_[joint.child_link];
+    if (carries_geometry && !options_.allow_broken_mimics) {
+      throw std::invalid_argument("URDF: joint " + quoted(joint.name) + " " + fault +
+                                  "; with allow_broken_mimics it is a joint of its own");
     }
     joint.mimic.reset();
-    warn(joint, fault + ", but moves no geometry");
+    warn(joint, fault + (carries_geometry ? "" : ", but moves no geometry"));
   }
 
   void warn(const Joint& joint, const std::string& fault) {
@@ -173,15 +176,38 @@ class MimicReader {
   }
 
   const urdf::ModelInterface& urdf_;
+  const ModelOptions& options_;
   RobotModel& model_;
   const std::vector<bool> carries_geometry_;
 };
 
+/// Whether a revolute joint's limits can hardly be in radians, but are usual in degrees: two turns or more, a multiple of half a
+/// degree, and at most two turns in degrees. Joints that do turn so often mostly have limits that are multiples of pi, or very large.
+bool seemsInDegrees(const Joint& joint) {
+  if (joint.type != Joint::Type::Revolute) return false;
+  const double largest = std::max(std::abs(joint.lower), std::abs(joint.upper));
+  const auto isHalves = [](double limit) { return limit * 2.0 == std::round(limit * 2.0); };
+  constexpr double kTwoTurns = 12.566370614359172, kTwoTurnsInDegrees = 720.0;
+  return largest >= kTwoTurns && largest <= kTwoTurnsInDegrees && isHalves(joint.lower) && isHalves(joint.upper);
+}
+
+void warnOfDegrees(RobotModel& model) {
+  std::vector<std::string> joints;
+  for (const Joint& joint : model.joints) {
+    if (seemsInDegrees(joint))
+      joints.push_back(quoted(joint.name) + " from " + shortest(joint.lower) + " to " + shortest(joint.upper));
+  }
+  if (joints.empty()) return;
+  model.warnings.push_back("Limits that look like degrees, but count as radians: joint " + listed(joints) +
+                           ". If they are in degrees, multiply them by pi / 180.");
+}
+
 }  // namespace
 
-void addKinematicTree(const urdf::ModelInterface& urdf, RobotModel& model) {
+void addKinematicTree(const urdf::ModelInterface& urdf, const ModelOptions& options, RobotModel& model) {
   addTree(urdf, model);
-  MimicReader(urdf, model).readAll();
+  MimicReader(urdf, options, model).readAll();
+  warnOfDegrees(model);
 }
 
 }  // namespace proximity_server::scene

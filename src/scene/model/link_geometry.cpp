@@ -1,9 +1,11 @@
 #include "scene/model/link_geometry.h"
 
 #include <algorithm>
+#include <optional>
 #include <set>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 #include "proximity_server/scene/model/names.h"
 #include "scene/mesh/input_limits.h"
@@ -30,24 +32,66 @@ MeshOptions meshOptionsOf(const std::string& link, const ModelOptions& options) 
   return meshes;
 }
 
-void addOnce(const std::string& warning, std::vector<std::string>& warnings) {
-  if (std::find(warnings.begin(), warnings.end(), warning) == warnings.end()) warnings.push_back(warning);
-}
+/// Where a <collision> is.
+struct Place {
+  std::string link;
+  int number;  ///< n-th of its link, counted from 1
+
+  std::string text() const { return "link " + quoted(link) + ", <collision> " + std::to_string(number); }
+};
+
+/// Warnings about <collision> elements. What is said of several, as of a mesh that many links have, becomes one sentence.
+class GeometryWarnings {
+ public:
+  /// What has no place is said of the whole robot. The sentence ends without a full stop.
+  void add(const std::string& sentence, const std::optional<Place>& place = std::nullopt) {
+    const auto is_same = [&](const Entry& entry) { return entry.sentence == sentence; };
+    auto entry = std::find_if(entries_.begin(), entries_.end(), is_same);
+    if (entry == entries_.end()) entry = entries_.insert(entry, {sentence, {}});
+    if (place) entry->places.push_back(*place);
+  }
+
+  /// In the order in which they came.
+  std::vector<std::string> sentences() const {
+    std::vector<std::string> result;
+    for (const auto& [sentence, places] : entries_) {
+      const std::string where = places.size() == 1 ? places.front().text() : severalOf(places);
+      result.push_back(where + (where.empty() ? "" : ": ") + sentence + ".");
+    }
+    return result;
+  }
+
+ private:
+  struct Entry {
+    std::string sentence;
+    std::vector<Place> places;
+  };
+
+  static std::string severalOf(const std::vector<Place>& places) {
+    if (places.empty()) return "";
+    std::vector<std::string> links;
+    for (const Place& place : places)
+      if (links.empty() || links.back() != quoted(place.link)) links.push_back(quoted(place.link));
+    return std::to_string(places.size()) + " <collision> elements of the " + (links.size() == 1 ? "link " : "links ") +
+           listed(links);
+  }
+
+  std::vector<Entry> entries_;
+};
 
 /// The geometry of one <collision>; none, with a warning, for a mesh that cannot be read where that is allowed.
-CollisionGeometry readGeometry(const urdf::Geometry& geometry, const std::string& where, const std::string& link,
-                               const ModelOptions& options, GeometryReader& reader,
-                               std::vector<std::string>& warnings) {
+CollisionGeometry readGeometry(const urdf::Geometry& geometry, const Place& place, const ModelOptions& options,
+                               GeometryReader& reader, GeometryWarnings& warnings) {
   try {
-    CollisionGeometry result = reader.read(geometry, meshOptionsOf(link, options));
-    for (const std::string& warning : result.warnings) addOnce(warning + ".", warnings);
+    CollisionGeometry result = reader.read(geometry, meshOptionsOf(place.link, options));
+    for (const std::string& warning : result.warnings) warnings.add(warning);
     for (const std::string& text : {result.shortfall, result.openness})
-      if (!text.empty()) warnings.push_back(where + ", " + text + ".");
+      if (!text.empty()) warnings.add(text, place);
     return result;
   } catch (const std::invalid_argument& error) {
     const auto* mesh = dynamic_cast<const urdf::Mesh*>(&geometry);
     if (!mesh || !options.allow_missing_meshes) throw;
-    warnings.push_back(where + " has no geometry: " + error.what() + ".");
+    warnings.add(std::string("no geometry: ") + error.what(), place);
     return {"mesh " + mesh->filename + ", missing", {}};
   }
 }
@@ -63,8 +107,8 @@ void checkReach(const Piece& piece) {
 /// Across the box around a mesh [m]: no link of a robot is that large, but one of 2 cm in millimetres is.
 constexpr double kOddlyLarge = 20.0;
 
-void warnOfMillimetres(const urdf::Geometry& urdf, const CollisionGeometry& geometry, const std::string& where,
-                       std::vector<std::string>& warnings) {
+void warnOfMillimetres(const urdf::Geometry& urdf, const CollisionGeometry& geometry, const Place& place,
+                       GeometryWarnings& warnings) {
   if (!dynamic_cast<const urdf::Mesh*>(&urdf)) return;
   Eigen::AlignedBox3d box;
   for (const narrowphase::Shape& shape : geometry.shapes) {
@@ -73,20 +117,20 @@ void warnOfMillimetres(const urdf::Geometry& urdf, const CollisionGeometry& geom
   const double size = geometry.shapes.empty() ? 0.0 : box.diagonal().norm();
   if (size < kOddlyLarge) return;
   std::ostringstream text;
-  text << where << ": " << geometry.description << " is " << size << " m across. If it is in millimetres, it needs "
-       << "scale=\"0.001 0.001 0.001\".";
-  warnings.push_back(text.str());
+  text << geometry.description << " is " << size << " m across. If it is in millimetres, it needs "
+       << "scale=\"0.001 0.001 0.001\"";
+  warnings.add(text.str(), place);
 }
 
 /// Adds one <collision> and the pieces that stand for it alone.
 void addCollision(int link, const urdf::Collision& urdf, const ModelOptions& options, GeometryReader& reader,
-                  RobotModel& model) {
+                  GeometryWarnings& warnings, RobotModel& model) {
   Link& owner = model.links[link];
   const int number = static_cast<int>(owner.collisions.size()) + 1;
-  const std::string where = "link " + quoted(owner.name) + ", <collision> " + std::to_string(number);
+  const Place place{owner.name, number};
   try {
-    CollisionGeometry geometry = readGeometry(*urdf.geometry, where, owner.name, options, reader, model.warnings);
-    warnOfMillimetres(*urdf.geometry, geometry, where, model.warnings);
+    CollisionGeometry geometry = readGeometry(*urdf.geometry, place, options, reader, warnings);
+    warnOfMillimetres(*urdf.geometry, geometry, place, warnings);
     const Isometry3d body_T_collision = owner.body_T_link * toEigen(urdf.origin);
     if (!body_T_collision.matrix().allFinite()) throw std::invalid_argument("its pose is not finite");
     if (model.collisions.size() == kMaxCollisions || model.pieces.size() + geometry.shapes.size() > kMaxPieces) {
@@ -106,7 +150,7 @@ void addCollision(int link, const urdf::Collision& urdf, const ModelOptions& opt
     }
     owner.collisions.push_back(append(model.collisions, std::move(collision)));
   } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument("URDF: " + where + ": " + error.what());
+    throw std::invalid_argument("URDF: " + place.text() + ": " + error.what());
   }
 }
 
@@ -152,11 +196,13 @@ void addGeometry(const urdf::ModelInterface& urdf, const MeshResolver& resolve, 
                  RobotModel& model) {
   GeometryReader reader(resolve);
   readMeshesAhead(urdf, options, model, reader);
+  GeometryWarnings warnings;
   for (int link = 0; link < static_cast<int>(model.links.size()); ++link) {
     const auto& collisions = urdf.getLink(model.links[link].name)->collision_array;
-    for (const auto& collision : collisions) addCollision(link, *collision, options, reader, model);
+    for (const auto& collision : collisions) addCollision(link, *collision, options, reader, warnings, model);
     addPiecesToBody(link, findCapsules(collisions), options, model);
   }
+  for (std::string& warning : warnings.sentences()) model.warnings.push_back(std::move(warning));
   if (model.pieces.empty()) model.warnings.push_back("No link of the robot has collision geometry.");
 }
 

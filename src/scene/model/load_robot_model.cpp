@@ -33,8 +33,8 @@ double ModelOptions::meshToleranceOf(const std::string& link) const {
 }
 
 void requireLinks(const ModelOptions& options, const RobotModel& model) {
-  requireLinks("padding", options.link_padding, model);
-  requireLinks("mesh tolerance", options.link_mesh_tolerance, model);
+  requireLinks("link_padding", options.link_padding, model);
+  requireLinks("link_mesh_tolerance", options.link_mesh_tolerance, model);
 }
 
 RobotModel loadRobotModel(const std::string& urdf_xml, const MeshResolver& resolve, const ModelOptions& options) {
@@ -42,7 +42,7 @@ RobotModel loadRobotModel(const std::string& urdf_xml, const MeshResolver& resol
   const urdf::ModelInterfaceSharedPtr urdf = readUrdf(urdf_xml, model.warnings);
   model.name = urdf->getName();
   model.robots.front().urdf_name = model.name;
-  addKinematicTree(*urdf, model);
+  addKinematicTree(*urdf, options, model);
   requireLinks(options, model);
   addGeometry(*urdf, resolve, options, model);
   return model;

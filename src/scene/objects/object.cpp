@@ -1,5 +1,6 @@
 #include "proximity_server/scene/objects/object.h"
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
@@ -176,7 +177,11 @@ void add(const ObjectShape& shape, const ObjectOptions& options, Parts& all) {
   all.shapes.back().pieces = static_cast<int>(parts.parts.size() + parts.half_spaces.size());
   for (const Piece& part : parts.parts)
     if (part.shape.kind() == Shape::Kind::Hull) all.shapes.back().vertices += part.shape.hull().size();
-  for (const std::string& warning : parts.warnings) all.warnings.push_back(warning + ".");
+  for (const std::string& warning : parts.warnings) {  // once, however many shapes have the same mesh
+    const std::string sentence = warning + ".";
+    if (std::find(all.warnings.begin(), all.warnings.end(), sentence) == all.warnings.end())
+      all.warnings.push_back(sentence);
+  }
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 #include "proximity_server/scene/model/robot_model.h"
+#include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/model/names.h"
@@ -10,6 +11,7 @@
 #include <limits>
 #include <sstream>
 #include <thread>
+#include <utility>
 
 #include "scene/files.h"
 
@@ -84,6 +86,16 @@ TEST(NearestName, HasTheFewestEdits) {
   EXPECT_EQ(nearestName("elbov", {"shoulder", "elbow", "wrist"}), "elbow");
   EXPECT_EQ(nearestName("l_wrist_link", {"r_wrist_flex_link", "l_wrist_links"}), "l_wrist_links");
   EXPECT_EQ(nearestName("elbow", {}), "");
+}
+
+TEST(MisspelledName, IsNearAndUnknown) {
+  const std::vector<std::string> known = {"group", "disable_collisions"};
+  EXPECT_EQ(misspelledName("disable_collision", known), "disable_collisions");
+  EXPECT_EQ(misspelledName("disabled-colision", known), "disable_collisions");
+  EXPECT_EQ(misspelledName("groop", known), "group");
+  EXPECT_EQ(misspelledName("group", known), "");
+  EXPECT_EQ(misspelledName("group_state", known), "");
+  EXPECT_EQ(misspelledName("group", {}), "");
 }
 
 // --- shapes
@@ -209,8 +221,7 @@ TEST(RobotModel, PaddingOfAnUnknownLinkThrowsWithTheNearestName) {
   ModelOptions options;
   options.link_padding["elbov"] = 0.05;
   const std::string said = errorOfLoading(link("elbow", kUnitBox), options);
-  expectSays(said, "elbov");
-  expectSays(said, "\"elbow\"");
+  EXPECT_EQ(said, "link_padding: no link \"elbov\" (did you mean \"elbow\"?)");
 }
 
 TEST(RobotModel, PaddingThatLeavesNothingThrowsNamingTheLink) {
@@ -377,7 +388,68 @@ TEST(RobotModel, MimicInACircleThrows) {
 }
 
 TEST(RobotModel, MimicOfAnUnknownJointThrowsWithTheNearestName) {
-  expectSays(errorOfLoading(twoLinks("continuous", "<mimic joint='elbov'/>")), "did you mean \"elbow\"");
+  EXPECT_EQ(errorOfLoading(twoLinks("continuous", "<mimic joint='elbov'/>")),
+            "URDF: joint \"elbow\" mimics the unknown joint \"elbov\" (did you mean \"elbow\"?); with "
+            "allow_broken_mimics it is a joint of its own");
+}
+
+TEST(RobotModel, MimicsThatMakeNoSenseAreWarningsWhereAllowed) {
+  ModelOptions options;
+  options.allow_broken_mimics = true;
+  const RobotModel model =
+      load(kFourLinks + slider("jb", "b", "<mimic joint='nobody'/>") + slider("jc", "c", "<mimic joint='jc'/>") +
+               slider("jd", "d", "<mimic joint='jb' multiplier='2'/>"),
+           options);
+  EXPECT_FALSE(model.joints.at(findNamed(model.joints, "jb")).mimic);
+  EXPECT_FALSE(model.joints.at(findNamed(model.joints, "jc")).mimic);
+  EXPECT_TRUE(model.joints.at(findNamed(model.joints, "jd")).mimic) << "the others stay";
+  expectWarns(model, "joint \"jb\" mimics the unknown joint \"nobody\" (did you mean ");
+  expectWarns(model, "joint \"jc\" mimics itself in a circle; taken as a joint of its own.");
+  const BodyPoses poses = forwardKinematics(model, {{"jb", 0.25}, {"jc", 1.5}});
+  EXPECT_NEAR(poses[model.links[model.findLink("b")].body]->translation().x(), 0.25, 1e-12);
+  EXPECT_NEAR(poses[model.links[model.findLink("c")].body]->translation().x(), 1.5, 1e-12);
+}
+
+RobotModel revoluteWith(const std::vector<std::string>& limits) {
+  std::string body = link("base", kUnitBox);
+  for (std::size_t i = 0; i < limits.size(); ++i) {
+    const std::string number = std::to_string(i + 1);
+    body += link("l" + number, kUnitBox) +
+            joint("j" + number, "revolute", "base", "l" + number, "<limit " + limits[i] + " effort='1' velocity='1'/>");
+  }
+  return load(body);
+}
+
+TEST(RobotModel, LimitsThatLookLikeDegreesAreOneWarningForAllJoints) {
+  const RobotModel model =
+      revoluteWith({"lower='-180' upper='180'", "lower='0' upper='1.5'", "lower='-22.5' upper='90'"});
+  EXPECT_EQ(model.warnings, std::vector<std::string>{
+                                "Limits that look like degrees, but count as radians: joint \"j1\" from -180 to 180, "
+                                "\"j3\" from -22.5 to 90. If they are in degrees, multiply them by pi / 180."});
+}
+
+TEST(RobotModel, LimitsOfSeveralTurnsAreNoWarning) {
+  // Ten turns as a multiple of pi; about one and a half turns; a joint that turns for ever; limits as good as none.
+  const RobotModel model =
+      revoluteWith({"lower='-31.41592653589793' upper='31.41592653589793'", "lower='-10' upper='10'",
+                    "lower='-1000' upper='1000'", "lower='-1e5' upper='1e5'"});
+  EXPECT_TRUE(model.warnings.empty()) << model.warnings.front();
+}
+
+TEST(JointRanges, AreTheLimitsOrOneTurn) {
+  const auto range = [](const RobotModel& model) {
+    const JointRange only = jointRanges(model).at(0);
+    return std::make_pair(only.lower, only.upper);
+  };
+  EXPECT_EQ(range(revoluteWith({"lower='-1' upper='2'"})), std::make_pair(-1.0, 2.0));
+  const auto [lower, upper] = range(revoluteWith({"lower='-5' upper='7'"}));
+  EXPECT_NEAR(lower, 1.0 - kPi, 1e-15) << "about the middle";
+  EXPECT_NEAR(upper, 1.0 + kPi, 1e-15);
+  const std::string with_follower = "<limit lower='-5' upper='7' effort='1' velocity='1'/>";
+  const RobotModel followed = load(kFourLinks + joint("jb", "revolute", "a", "b", with_follower) +
+                                   slider("jc", "c", "<mimic joint='jb'/>") + joint("jd", "fixed", "a", "d"));
+  EXPECT_EQ(range(followed), std::make_pair(-5.0, 7.0));
+  EXPECT_EQ(range(load(twoLinks("continuous", ""))), std::make_pair(-kPi, kPi));
 }
 
 // Regression: each of these refused the whole robot.
@@ -580,7 +652,7 @@ TEST_F(MeshRobot, MeshToleranceOfAnUnknownLinkThrowsWithTheNearestName) {
   ModelOptions options;
   options.link_mesh_tolerance = {{"wrst", 0.01}};
   const std::string said = errorOf([&] { load(link("wrist", mesh("package://boxes/two.obj")), options); });
-  EXPECT_NE(said.find("mesh tolerance"), std::string::npos) << said;
+  EXPECT_NE(said.find("link_mesh_tolerance"), std::string::npos) << said;
   EXPECT_NE(said.find("\"wrist\""), std::string::npos) << said;
 }
 
@@ -737,6 +809,22 @@ TEST_F(MeshRobot, FirstOfSeveralBrokenMeshesIsTheError) {
     options.threads = threads;
     expectSays(errorOf([&] { load(body, options); }), "b1.stl");
   }
+}
+
+// Regression: a mesh that many links have was said to be open once for each of them.
+TEST_F(MeshRobot, WhatIsSaidOfSeveralCollisionsIsOneWarningWithTheLinks) {
+  files_.write("boxes/open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 4 2\nf 1 3 4\n");
+  const std::string open = mesh("package://boxes/open.obj");
+  std::string body = link("a", open) + link("other", mesh("package://boxes/two.obj", "100 100 100"));
+  body += joint("to_other", "fixed", "a", "other");
+  for (const std::string name : {"b", "c", "d", "e", "f"})
+    body += link(name, open + open) + joint("to_" + name, "fixed", "a", name);
+  const RobotModel model = load(body);
+  ASSERT_EQ(model.warnings.size(), 2U);
+  expectWarns(model,
+              "11 <collision> elements of the links \"a\", \"b\", \"c\", \"d\", \"e\" and 1 more: mesh "
+              "package://boxes/open.obj: it is not a closed surface; ");
+  expectWarns(model, "link \"other\", <collision> 1: mesh package://boxes/two.obj is 331.662 m across");
 }
 
 TEST_F(MeshRobot, MissingMeshIsAWarningWhereAllowed) {

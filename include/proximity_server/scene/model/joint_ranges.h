@@ -10,10 +10,12 @@ namespace proximity_server::scene {
 /// One position for each of RobotModel::joints, [rad] or [m].
 using Positions = std::vector<double>;
 
-/// The range of positions that is sampled for a joint without mimic.
+/// The range of positions that is sampled for a joint without mimic: its limits, with three exceptions.
 ///
-/// A continuous joint makes one full turn. A prismatic joint without limits is tried from -1 m to 1 m, which is a
-/// guess. Mimic joints follow their leader, and limits of their own do not count.
+/// A continuous joint makes one full turn, from -pi to pi, and so does a revolute joint with a limit that is missing. A revolute
+/// joint whose limits are more than a full turn apart makes one full turn about the middle of its limits, as more of them repeat
+/// the same poses; but where other joints mimic it, it has its limits. A prismatic joint of which a limit is missing is tried
+/// from -1 m to 1 m, which is a guess. Mimic joints follow their leader, and limits of their own do not count.
 struct JointRange {
   int joint;  ///< index into RobotModel::joints
   double lower, upper;

@@ -24,6 +24,10 @@ struct ModelOptions {
   /// If true, a mesh that cannot be read becomes a warning and no geometry, instead of an error.
   bool allow_missing_meshes = false;
 
+  /// If true, a mimic that makes no sense (of a joint that does not exist, of itself, with a number beyond 1e6) becomes a
+  /// warning, and the joint has a position of its own, instead of an error.
+  bool allow_broken_mimics = false;
+
   /// [m] The value for a link: its own, or the default.
   double paddingOf(const std::string& link) const;
   double meshToleranceOf(const std::string& link) const;
@@ -33,8 +37,8 @@ struct ModelOptions {
 ///
 /// Every <collision> of every link counts. A cylinder with a sphere of the same radius at both of its ends, in the same
 /// link, becomes the capsule that they are.
-/// Failure: throws std::invalid_argument naming link and file, joint, or element: unreadable XML, an unresolved mesh
-///          (unless allowed), zero-size or non-finite geometry, a padding or mesh tolerance for an unknown link.
+/// Failure: throws std::invalid_argument naming link and file, joint, or element: unreadable XML, an unresolved mesh or a
+///          mimic that makes no sense (unless allowed), zero-size or non-finite geometry, a padding or mesh tolerance for an unknown link.
 RobotModel loadRobotModel(const std::string& urdf_xml, const MeshResolver& resolve, const ModelOptions& options = {});
 
 }  // namespace proximity_server::scene
