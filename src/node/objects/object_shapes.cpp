@@ -91,13 +91,10 @@ scene::TriangleMesh meshOf(const shape_msgs::Mesh& message) {
   return mesh;
 }
 
-bool beginsWith(const std::string& text, const std::string& start) { return text.compare(0, start.size(), start) == 0; }
-
 scene::MeshFile meshFileOf(const MeshFile& message) {
   scene::requireUtf8(message.uri);
-  if (!beginsWith(message.uri, "package://") && !beginsWith(message.uri, "file://"))
-    throw std::invalid_argument("uri '" + message.uri + "' begins neither with package:// nor with file://");
-  scene::MeshFile file{message.uri, {message.scale.x, message.scale.y, message.scale.z}};
+  // There is no folder in which a relative path could begin: the client may run elsewhere.
+  scene::MeshFile file{scene::absoluteUri(message.uri, ""), {message.scale.x, message.scale.y, message.scale.z}};
   if (file.scale == Vector3d::Zero()) file.scale.setOnes();
   if (!file.scale.allFinite() || (file.scale.array() == 0.0).any())
     throw std::invalid_argument("scale has a number that is zero or not finite");

@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "proximity_server/scene/mesh/mesh_resolver.h"
+#include "proximity_server/scene/mesh/readable_file.h"
 #include "proximity_server/scene/model/names.h"
 #include "scene/object_files/field.h"
 
@@ -133,12 +135,15 @@ TriangleMesh meshOf(const Field& field) {
   return mesh;
 }
 
-MeshFile meshFileOf(const Field& field) {
+MeshFile meshFileOf(const Field& field, const std::string& folder) {
   field.requireMembers({"uri", "scale"});
   const Field uri = field.member("uri");
-  MeshFile file{uri.text()};
-  if (file.uri.rfind("package://", 0) != 0 && file.uri.rfind("file://", 0) != 0)
-    uri.refuse("'" + file.uri + "' begins neither with package:// nor with file://");
+  MeshFile file;
+  try {
+    file.uri = absoluteUri(uri.text(), folder);
+  } catch (const std::invalid_argument& error) {
+    uri.refuse(error.what());
+  }
   if (const auto scale = field.find("scale")) {
     file.scale = vectorOf(*scale);
     if (file.scale == Vector3d::Zero()) file.scale.setOnes();
@@ -229,7 +234,7 @@ WrittenPlace placeOf(const Field& field) {
 }
 
 /// Reads what Add and Replace take, without asking for other fields.
-WrittenObject shapedObject(const Field& field) {
+WrittenObject shapedObject(const Field& field, const std::string& folder) {
   WrittenObject object;
   object.source = field.place();
   object.id = field.member("id").text();
@@ -241,15 +246,16 @@ WrittenObject shapedObject(const Field& field) {
   addShapes(field, "primitives", "primitive_poses", primitiveOf, object.shapes);
   addShapes(field, "boxes", "boxes_poses", boxesOf, object.shapes);
   addShapes(field, "meshes", "mesh_poses", meshOf, object.shapes);
-  addShapes(field, "mesh_files", "mesh_file_poses", meshFileOf, object.shapes);
+  const auto readMeshFile = [&](const Field& mesh) { return meshFileOf(mesh, folder); };
+  addShapes(field, "mesh_files", "mesh_file_poses", readMeshFile, object.shapes);
   addShapes(field, "planes", "plane_poses", halfSpaceOf, object.shapes);
   if (object.shapes.empty()) field.refuse("has no shape: none of primitives, boxes, meshes, mesh_files and planes");
   return object;
 }
 
-WrittenObject objectOf(const Field& field) {
+WrittenObject objectOf(const Field& field, const std::string& folder) {
   field.requireMembers(fields({{"id"}, kPlaceFields, kShapeFields}));
-  return shapedObject(field);
+  return shapedObject(field, folder);
 }
 
 WrittenRule ruleOf(const Field& field) {
@@ -294,14 +300,14 @@ Moment momentOf(const Field& field) {
   return AtTime{time->number()};
 }
 
-WrittenChange changeOf(const Field& field) {
+WrittenChange changeOf(const Field& field, const std::string& folder) {
   const OperationFields& operation = operationOf(field.member("operation"));
   field.requireMembers(fields({{"at", "operation", "id"}, operation.takes}));
   WrittenChange change;
   change.at = momentOf(field.member("at"));
   change.operation = operation.operation;
   if (change.operation == Operation::Add || change.operation == Operation::Replace) {
-    change.object = shapedObject(field);
+    change.object = shapedObject(field, folder);
     return change;
   }
   change.object.source = field.place();
@@ -333,11 +339,11 @@ void requireOrder(const std::vector<Field>& entries, const std::vector<WrittenCh
 
 }  // namespace
 
-ObjectFile objectFileFrom(const FileValue& value, const std::string& source) {
+ObjectFile objectFileFrom(const FileValue& value, const std::string& source, const std::string& folder) {
   const Field root(value, source);
   ObjectFile file;
   const auto readObjects = [&](const Field& list) {
-    for (const Field& entry : list.entries()) file.objects.push_back(objectOf(entry));
+    for (const Field& entry : list.entries()) file.objects.push_back(objectOf(entry, folder));
   };
   if (root.isList()) {
     readObjects(root);
@@ -349,23 +355,23 @@ ObjectFile objectFileFrom(const FileValue& value, const std::string& source) {
     for (const Field& entry : rules->entries()) file.rules.push_back(ruleOf(entry));
   if (const auto changes = root.find("changes")) {
     const std::vector<Field> entries = changes->entries();
-    for (const Field& entry : entries) file.changes.push_back(changeOf(entry));
+    for (const Field& entry : entries) file.changes.push_back(changeOf(entry, folder));
     requireOrder(entries, file.changes);
   }
   return file;
 }
 
 ObjectFile readObjectFile(const std::string& path) {
+  requireReadable(path);
   std::error_code failed;
   const std::uintmax_t size = std::filesystem::file_size(path, failed);
-  std::ifstream stream(path, std::ios::binary);
-  if (failed || !stream || !std::filesystem::is_regular_file(path))
-    throw std::invalid_argument(path + ": cannot be read" + (failed ? " (" + failed.message() + ")" : ""));
+  if (failed) throw std::invalid_argument(path + ": is no file");  // such as a pipe
   if (size > kLargestFile) throw std::invalid_argument(path + ": is larger than 256 MiB");
+  std::ifstream stream(path, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(stream), {}};
-  if (stream.bad()) throw std::invalid_argument(path + ": cannot be read");
-  const bool is_moveits = std::filesystem::path(path).extension() == ".scene";
-  return is_moveits ? readMoveitScene(text, path) : objectFileFrom(readYaml(text, path), path);
+  if (stream.bad()) throw std::invalid_argument(path + ": reading failed");
+  if (std::filesystem::path(path).extension() == ".scene") return readMoveitScene(text, path);
+  return objectFileFrom(readYaml(text, path), path, std::filesystem::absolute(path).parent_path());
 }
 
 }  // namespace proximity_server::scene

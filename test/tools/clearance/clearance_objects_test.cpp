@@ -266,10 +266,12 @@ TEST_F(ClearanceObjects, AMeshIsReadFromItsFile) {
   const std::string mesh = files_.write("a.stl",
                                         "solid a\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
                                         "vertex 0 1 0\nendloop\nendfacet\nendsolid a\n");
-  const auto answers = rows(
-      "- {id: plate, pose: {position: [1.9, 0, 0.6]}, mesh_files: [{uri: \"file://" + mesh + "\"}]}", "slide\n0\n");
-  EXPECT_EQ(pairOf(answers.at(0)), "sled, left|plate");
-  EXPECT_NEAR(number(answers.at(0), "distance"), 0.1, 1e-9);
+  for (const std::string& uri : {"file://" + mesh, mesh, std::string("a.stl")}) {  // relative to the file of objects
+    const auto answers =
+        rows("- {id: plate, pose: {position: [1.9, 0, 0.6]}, mesh_files: [{uri: \"" + uri + "\"}]}", "slide\n0\n");
+    EXPECT_EQ(pairOf(answers.at(0)), "sled, left|plate") << uri;
+    EXPECT_NEAR(number(answers.at(0), "distance"), 0.1, 1e-9) << uri;
+  }
 }
 
 TEST_F(ClearanceObjects, RefusesBadObjectsWithTheirPlaceAndName) {

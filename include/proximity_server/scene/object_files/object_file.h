@@ -66,12 +66,13 @@ struct ObjectFile {
   std::vector<WrittenChange> changes;  ///< in their order
 };
 
-/// Reads a list of objects, or a map of `objects`, `rules` and `changes`.
+/// Reads a list of objects, or a map of `objects`, `rules` and `changes`. The plain path of a mesh begins in `folder` if it is
+/// relative, and becomes an absolute one.
 ///
 /// Failure: throws std::invalid_argument naming `source`, the line, the field with the id of its object, and the reason: a field that
-///          is unknown, missing or of the wrong type, a number that is not finite, a size that is not positive, a URI that
-///          is neither package:// nor file://, another number of poses than of shapes, a change that is to be made before the one above it.
-ObjectFile objectFileFrom(const FileValue& value, const std::string& source);
+///          is unknown, missing or of the wrong type, a number that is not finite, a size that is not positive, a URI of
+///          another scheme than package:// and file://, a relative path without a folder, another number of poses than of shapes, a change that is to be made before the one above it.
+ObjectFile objectFileFrom(const FileValue& value, const std::string& source, const std::string& folder = {});
 
 /// Reads the text that MoveIt's RViz plugin writes and reads (.scene), with and without poses and subframes of objects. Subframes and
 /// colours are left out. Poses are in the frame of the answers. A plane is the half-space a x + b y + c z + d <= 0.
@@ -79,7 +80,8 @@ ObjectFile objectFileFrom(const FileValue& value, const std::string& source);
 /// Failure: throws std::invalid_argument naming `source`, the line, the object and the reason; an octree is refused.
 ObjectFile readMoveitScene(const std::string& text, const std::string& source);
 
-/// Reads a file of at most 256 MiB: MoveIt's text if the name ends with ".scene", else YAML.
+/// Reads a file of at most 256 MiB: MoveIt's text if the name ends with ".scene", else YAML. Relative paths of meshes begin in its
+/// folder.
 /// Failure: throws std::invalid_argument naming the file, as above, and if it cannot be read.
 ObjectFile readObjectFile(const std::string& path);
 
