@@ -49,7 +49,8 @@ std::vector<Vector3d> rowsOf(const py::object& argument, const std::string& name
 double number(const py::object& shape, const char* field) { return shape.attr(field).cast<double>(); }
 
 Geometry boxesOf(const py::object& shape) {
-  const std::vector<Vector3d> lower = rowsOf(shape.attr("lower"), "lower"), upper = rowsOf(shape.attr("upper"), "upper");
+  const std::vector<Vector3d> lower = rowsOf(shape.attr("lower"), "lower"),
+                              upper = rowsOf(shape.attr("upper"), "upper");
   if (lower.size() != upper.size())
     throw std::invalid_argument("lower has " + std::to_string(lower.size()) + " corners, but upper has " +
                                 std::to_string(upper.size()));
@@ -94,11 +95,18 @@ const std::vector<std::pair<std::string, std::function<Geometry(const py::object
   static const std::vector<std::pair<std::string, Reader>> all{
       {"Sphere", [](const py::object& s) { return Shape(narrowphase::Sphere{number(s, "radius")}); }},
       {"Capsule",
-       [](const py::object& s) { return Shape(narrowphase::Capsule{number(s, "radius"), number(s, "length")}); }},
+       [](const py::object& s) {
+         return Shape(narrowphase::Capsule{number(s, "radius"), number(s, "length")});
+       }},
       {"Box", [](const py::object& s) { return Shape(narrowphase::Box{vectorOf(s.attr("size"), "size")}); }},
       {"Cylinder",
-       [](const py::object& s) { return Shape(narrowphase::Cylinder{number(s, "radius"), number(s, "length")}); }},
-      {"Cone", [](const py::object& s) { return Shape(narrowphase::Cone{number(s, "radius"), number(s, "length")}); }},
+       [](const py::object& s) {
+         return Shape(narrowphase::Cylinder{number(s, "radius"), number(s, "length")});
+       }},
+      {"Cone",
+       [](const py::object& s) {
+         return Shape(narrowphase::Cone{number(s, "radius"), number(s, "length")});
+       }},
       {"Ellipsoid",
        [](const py::object& s) { return Shape(narrowphase::Ellipsoid{vectorOf(s.attr("radii"), "radii")}); }},
       {"HalfSpace",
@@ -125,9 +133,10 @@ scene::ObjectShape shapeOf(const py::object& entry) {
     const py::object shape = entry[py::int_(0)];
     if (const auto* reader = readerOf(shape)) return {(*reader)(shape), poseOf(entry[py::int_(1)])};
   }
-  throw py::type_error("a shape is a proximity.Sphere, Capsule, Box, Cylinder, Cone, Ellipsoid, HalfSpace, Boxes, Mesh or "
-                       "MeshFile, or a pair of one and its pose, but not " +
-                       py::repr(entry).cast<std::string>());
+  throw py::type_error(
+      "a shape is a proximity.Sphere, Capsule, Box, Cylinder, Cone, Ellipsoid, HalfSpace, Boxes, Mesh or "
+      "MeshFile, or a pair of one and its pose, but not " +
+      py::repr(entry).cast<std::string>());
 }
 
 py::tuple tupleOf(const Vector3d& v) { return py::make_tuple(v.x(), v.y(), v.z()); }

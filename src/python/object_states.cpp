@@ -78,12 +78,14 @@ const std::vector<PairProximity>& ObjectStates::deciding(const scene::States& st
 }
 
 const scene::StatePairs& ObjectStates::closest(const scene::States& states, int k) {
-  return listed(states, [&]() -> const auto& { return scene_.closest(scene_.candidates(), k); });
+  return listed(
+      states, [&]() -> const auto& { return scene_.closest(scene_.candidates(), k); });
 }
 
 const scene::StatePairs& ObjectStates::below(const scene::States& states, double distance) {
   const scene::Question question = questionOf(distance);
-  return listed(states, [&]() -> const auto& { return scene_.below(scene_.candidates(), question); });
+  return listed(
+      states, [&]() -> const auto& { return scene_.below(scene_.candidates(), question); });
 }
 
 const std::vector<scene::StateVerdict>& ObjectStates::anyBelow(const scene::States& states, double distance) {
@@ -95,8 +97,8 @@ const std::vector<scene::StateVerdict>& ObjectStates::anyBelow(const scene::Stat
     if (!place(states, state)) continue;
     const PairProximity* const first = scene_.first(scene_.candidates(), question);
     if (!isComplete()) continue;
-    verdicts_[static_cast<std::size_t>(state)] = first ? scene::StateVerdict{Kind::Below, numbers_.of(first->asked)}
-                                                       : scene::StateVerdict{Kind::Above, -1};
+    verdicts_[static_cast<std::size_t>(state)] =
+        first ? scene::StateVerdict{Kind::Below, numbers_.of(first->asked)} : scene::StateVerdict{Kind::Above, -1};
   }
   return verdicts_;
 }

@@ -11,7 +11,8 @@ PairNumbers::PairNumbers(const scene::Candidates& candidates, const scene::Objec
     : links_(objects.model().robot.links.size()), list_(candidates.list()) {
   for (int link = 0; link < static_cast<int>(links_); ++link)
     for (const int number : objects.numbers())
-      if (objects.linkReason(link, number) == PairReason::Checked) list_.push_back({{link}, ShapeRef::ofObject(number)});
+      if (objects.linkReason(link, number) == PairReason::Checked)
+        list_.push_back({{link}, ShapeRef::ofObject(number)});
   const std::vector<int>& walkers = objects.walkers();
   for (const int walker : walkers) {
     for (const int number : objects.numbers()) {

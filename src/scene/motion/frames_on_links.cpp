@@ -14,8 +14,7 @@ int rootOf(const RobotModel& robot) { return robot.bodies.front().link; }
 
 int linkOfFrame(const RobotModel& robot, const std::string& frame) {
   const int link = robot.findLink(frame);
-  if (link < 0)
-    throw std::invalid_argument("frame: there is no link " + unknownName(frame, namesOf(robot.links)));
+  if (link < 0) throw std::invalid_argument("frame: there is no link " + unknownName(frame, namesOf(robot.links)));
   return link;
 }
 
@@ -56,7 +55,8 @@ Isometry3d seenFrom(const RobotModel& robot, int link, const Object& object, con
 FramePoses framePoses(const Objects& objects, const BodyPoses& poses) {
   const RobotModel& robot = objects.model().robot;
   FramePoses frames;
-  for (const std::string& frame : objects.frames()) frames.emplace_back(poseOfLink(robot, robot.findLink(frame), poses));
+  for (const std::string& frame : objects.frames())
+    frames.emplace_back(poseOfLink(robot, robot.findLink(frame), poses));
   return frames;
 }
 

@@ -17,7 +17,8 @@ namespace proximity_server::scene {
 
 /// The placement of an object in the frame of a link; in that of the root link, or in none, it stands still.
 /// Throws std::invalid_argument for a link that does not exist.
-std::variant<Fixed, Moving> standingIn(const RobotModel& robot, const std::string& frame, const Eigen::Isometry3d& pose);
+std::variant<Fixed, Moving> standingIn(const RobotModel& robot, const std::string& frame,
+                                       const Eigen::Isometry3d& pose);
 Placement placementOf(const RobotModel& robot, const WrittenPlace& place);
 
 /// The link in whose frame an object stands, moves or is held.
