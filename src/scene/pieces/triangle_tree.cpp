@@ -9,12 +9,22 @@ namespace {
 
 using Eigen::Vector3d;
 
-Vector3d nearestPointOnSegment(const Vector3d& a, const Vector3d& b, const Vector3d& p) {
-  const Vector3d ab = b - a;
-  const double along = ab.dot(p - a);
+/// `ab`: b - a, `ap`: p - a.
+Vector3d nearestPointOnSegment(const Vector3d& a, const Vector3d& b, const Vector3d& ab, const Vector3d& ap) {
+  const double along = ab.dot(ap);
   if (!(along > 0)) return a;
   const double whole = ab.squaredNorm();
   return along < whole ? Vector3d(a + along / whole * ab) : b;
+}
+Vector3d nearestPointOnSegment(const Vector3d& a, const Vector3d& b, const Vector3d& p) {
+  return nearestPointOnSegment(a, b, b - a, p - a);
+}
+
+/// box.squaredExteriorDistance(p) without branches, which no processor foretells here.
+double squaredDistance(const Eigen::AlignedBox3d& box, const Vector3d& p) {
+  const auto outside = [&](int i) { return std::max(std::max(box.min()[i] - p[i], p[i] - box.max()[i]), 0.0); };
+  const double x = outside(0), y = outside(1), z = outside(2);
+  return x * x + y * y + z * z;
 }
 
 Vector3d centroid(const Triangle& t) { return (t[0] + t[1] + t[2]) / 3.0; }
@@ -60,15 +70,21 @@ bool areApart(const Triangle& s, Triangle t) {
 
 Vector3d nearestPoint(const Triangle& triangle, const Vector3d& p) {
   const auto& [a, b, c] = triangle;
-  const Vector3d normal = (b - a).cross(c - a);
-  const bool above_face = normal.dot((b - a).cross(p - a)) > 0 && normal.dot((c - b).cross(p - b)) > 0 &&
-                          normal.dot((a - c).cross(p - c)) > 0;
-  if (above_face) return p - normal.dot(p - a) / normal.squaredNorm() * normal;
+  const Vector3d ab = b - a, bc = c - b, ca = a - c, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
+  const Vector3d normal = ab.cross(ac);
+  const bool above_face = normal.dot(ab.cross(ap)) > 0 && normal.dot(bc.cross(bp)) > 0 && normal.dot(ca.cross(cp)) > 0;
+  if (above_face) return p - normal.dot(ap) / normal.squaredNorm() * normal;
 
-  Vector3d best = nearestPointOnSegment(a, b, p);
-  for (const Vector3d& candidate : {nearestPointOnSegment(b, c, p), nearestPointOnSegment(c, a, p)}) {
-    if ((candidate - p).squaredNorm() < (best - p).squaredNorm()) best = candidate;
-  }
+  Vector3d best = nearestPointOnSegment(a, b, ab, ap);
+  double best_squared = (best - p).squaredNorm();
+  const auto offer = [&](const Vector3d& candidate) {
+    const double squared = (candidate - p).squaredNorm();
+    if (!(squared < best_squared)) return;
+    best = candidate;
+    best_squared = squared;
+  };
+  offer(nearestPointOnSegment(b, c, bc, bp));
+  offer(nearestPointOnSegment(c, a, ca, cp));
   return best;
 }
 
@@ -119,17 +135,24 @@ TriangleTree::Nearest TriangleTree::nearest(const Vector3d& p, Effort& effort, c
   const Triangle* best_triangle = likely ? likely : &triangles.front();
   Vector3d best = nearestPoint(*best_triangle, p);
   double best_squared = (best - p).squaredNorm();
+  struct Pending {
+    int node;
+    double squared;  // [m^2] of the distance from its box
+  };
   // Halving leaves at most 31 levels below an int's worth of triangles; each holds one sibling back.
-  std::array<int, 64> pending{0};
+  std::array<Pending, 64> pending;
+  pending[0] = {0, squaredDistance(nodes[0].box, p)};
   for (int count = 1; count > 0;) {
-    const TriangleBoxes::Node& node = nodes[pending[--count]];
+    const Pending& next = pending[--count];
     steps += kStepsPerNode;
-    if (node.box.squaredExteriorDistance(p) >= best_squared) continue;
+    if (next.squared >= best_squared) continue;
+    const TriangleBoxes::Node& node = nodes[next.node];
     if (node.left >= 0) {
-      const bool left_first =
-          nodes[node.left].box.squaredExteriorDistance(p) < nodes[node.left + 1].box.squaredExteriorDistance(p);
-      pending[count++] = left_first ? node.left + 1 : node.left;
-      pending[count++] = left_first ? node.left : node.left + 1;
+      const Pending left{node.left, squaredDistance(nodes[node.left].box, p)};
+      const Pending right{node.left + 1, squaredDistance(nodes[node.left + 1].box, p)};
+      const bool left_first = left.squared < right.squared;
+      pending[count++] = left_first ? right : left;
+      pending[count++] = left_first ? left : right;
       continue;
     }
     steps += kStepsPerTriangle * static_cast<std::size_t>(node.end - node.begin);
