@@ -34,7 +34,7 @@ class Installation(unittest.TestCase):
                                      check=True, capture_output=True).stdout.split()
             self.assertEqual([], [path for path in printed if not path.startswith(f"{moved}/")])
             self.assertTrue(any("_native" in path for path in printed))
-            self.assertEqual({"__init__.py", "_native.pyi", "py.typed"},
+            self.assertEqual({"__init__.py", "_native.pyi", "_shapes.py", "py.typed"},
                              {path.name for path in package.parent.iterdir() if path.suffix != ".so" and path.is_file()})
             self.assertEqual(["joint_space.py"], [path.name for path in moved.rglob("examples/*")])
 
