@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "demo/demo_objects.h"
+#include "node/system/log_fatal.h"
 #include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/model/robot_model.h"
@@ -206,10 +207,10 @@ int main(int argc, char** argv) {
   try {
     move(nh, private_nh);
   } catch (const XmlRpc::XmlRpcException& error) {  // not derived from std::exception
-    ROS_FATAL("~keyframes or ~boxes: %s", error.getMessage().c_str());
+    proximity_server::node::logFatal("~keyframes or ~boxes: " + error.getMessage());
     return 1;
   } catch (const std::exception& error) {
-    ROS_FATAL("%s", error.what());
+    proximity_server::node::logFatal(error.what());
     return 1;
   }
   return 0;

@@ -1,6 +1,7 @@
 #include <ros/ros.h>
 
 #include "node/proximity_node.h"
+#include "node/system/log_fatal.h"
 #include "node/system/process.h"
 
 int main(int argc, char** argv) {
@@ -12,7 +13,7 @@ int main(int argc, char** argv) {
     proximity_server::node::ProximityNode node(nh, private_nh);
     ros::spin();  // runs the short callbacks; requests and the monitor have threads of their own
   } catch (const std::exception& error) {
-    ROS_FATAL_STREAM(error.what());
+    proximity_server::node::logFatal(error.what());
     return 1;
   }
 }

@@ -27,7 +27,7 @@ class Child:
 
     def cases(self):
         """{test case: words of its failure, or ""}; waits for the end, which has code 0 only if nothing failed."""
-        output = self.process.communicate(timeout=PATIENCE)[0]
+        output = self.output = self.process.communicate(timeout=PATIENCE)[0]
         suite = ElementTree.parse(self.file).getroot()
         found = {case.get("name"): "".join(part.text for part in case) for case in suite.iter("testcase")}
         failed = sum(1 for words in found.values() if words)

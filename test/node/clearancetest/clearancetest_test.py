@@ -2,10 +2,12 @@
 """Holds clearancetest to passing and to each way of failing, in its own words."""
 
 import math
+import subprocess
 import threading
 import unittest
 
 import geometry_msgs.msg
+import roslib.packages
 import rosgraph_msgs.msg
 import rospy
 import rostest
@@ -17,6 +19,18 @@ from proximity_server.srv import QueryPairs, QueryPairsResponse
 
 PERIOD = 0.02  # [s] of the fake
 TOPIC = "/fake/clearance"
+
+# The robot of the fake. The elbow turns in every message.
+ARM = """<robot name="arm"><link name="base"/><link name="upper"/><link name="lower"/><link name="hand"/>
+  <joint name="shoulder" type="fixed"><parent link="base"/><child link="upper"/></joint>
+  <joint name="elbow" type="continuous"><parent link="upper"/><child link="lower"/><axis xyz="0 1 0"/></joint>
+  <joint name="wrist" type="revolute"><parent link="lower"/><child link="hand"/><axis xyz="0 1 0"/>
+    <limit lower="-1.5" upper="0.5" effort="1" velocity="1"/></joint></robot>"""
+
+
+def arm(n):
+    """{joint: position} of the n-th message."""
+    return {"elbow": 0.25 * n, "wrist": -1.0}
 
 
 def proximity(lower, a="hand", b="head"):
@@ -45,8 +59,10 @@ def invalid():
 class Fake:
     """Publishes what `messages` says of the n-th message (None: nothing), from the moment on when somebody listens."""
 
-    def __init__(self, messages, answer=None):
-        self.messages, self.count = messages, 0
+    def __init__(self, messages, answer=None, positions=arm):
+        self.messages, self.positions, self.count = messages, positions, 0
+        rospy.set_param("/arm_description", ARM)
+        rospy.set_param("/fake/robot_description", "arm_description")
         self.publisher = rospy.Publisher(TOPIC, Clearance, queue_size=100)
         self.joints = rospy.Publisher("/joint_states", sensor_msgs.msg.JointState, queue_size=100)
         self.service = rospy.Service("/fake/query_pairs", QueryPairs, answer) if answer else None
@@ -75,15 +91,16 @@ class Fake:
                 continue
             # Stamps that are easily recognised: the n-th message is of the n-th second.
             message.header.stamp = rospy.Time(self.count)
-            state = sensor_msgs.msg.JointState(name=["elbow", "wrist"], position=[0.25 * self.count, -1.0])
+            positions = self.positions(self.count)
+            state = sensor_msgs.msg.JointState(name=list(positions), position=list(positions.values()))
             state.header.stamp = message.header.stamp
             self.joints.publish(state)
             self.publisher.publish(message)
 
 
-def run_beside(messages, answer=None, **parameters):
+def run_beside(messages, answer=None, positions=arm, **parameters):
     """{case: failure} of clearancetest beside a fake."""
-    with Fake(messages, answer):
+    with Fake(messages, answer, positions):
         return Child(**{"topic": TOPIC, "duration": 0.4, "max_silence": 5.0, **parameters}).cases()
 
 
@@ -91,11 +108,12 @@ class BesideAFake(unittest.TestCase):
     def test_passes_where_all_is_clear(self):
         cases = run_beside(lambda _: clearance(0.05), minimum=0.049, worst_level="CLEAR", min_rate=1.0)
         self.assertEqual(cases, dict.fromkeys(
-            ["test_minimum", "test_worst_level", "test_invalid", "test_silence", "test_rate"], ""))
+            ["test_minimum", "test_worst_level", "test_invalid", "test_silence", "test_rate", "test_joints", "test_limits",
+             "test_motion"], ""))
 
     def test_cases_that_are_not_asked_are_not_reported(self):
-        self.assertEqual(sorted(run_beside(lambda _: clearance(0.05), worst_level="STOP")),
-                         ["test_invalid", "test_silence", "test_worst_level"])
+        self.assertEqual(sorted(run_beside(lambda _: clearance(0.05), worst_level="STOP", moving_joints=[])),
+                         ["test_invalid", "test_joints", "test_limits", "test_silence", "test_worst_level"])
 
     def test_names_the_worst_moment_with_its_joints(self):
         distances = {3: 0.03, 5: 0.01, 7: 0.02}
@@ -104,6 +122,29 @@ class BesideAFake(unittest.TestCase):
                       "distance 0.0105 m", "bounds [0.01, 0.011]", "level WARN (threshold 0.05 m); joints: elbow=1.5, wrist=-1",
                       "3 of", "the first of 4.000000 s"):
             self.assertIn(words, cases["test_minimum"])
+
+    def test_names_every_pair_below_with_its_worst_moment(self):
+        def message(n):
+            result = clearance(0.01)
+            result.below_threshold = [result.minimum, proximity(0.03 if n == 4 else 0.035, "wrist", "chest"),
+                                      proximity(0.05, "knee", "floor")]
+            return result
+
+        words = run_beside(message, minimum=0.04)["test_minimum"]
+        self.assertRegex(words, r"These 2 pairs, each at its worst:\n"
+                         r"  hand - head: distance 0\.0105 m, bounds \[0\.01, 0\.011\], at 1\.0+ s, in \d+ messages\n"
+                         r"  chest - wrist: distance 0\.0305 m, bounds \[0\.03, 0\.031\], at 5\.0+ s, in \d+ messages$")
+
+    def test_names_every_pair_at_a_level_that_is_worse(self):
+        def message(n):
+            result = clearance(0.01, Clearance.STOP)
+            result.below_threshold = [result.minimum, proximity(0.03, "wrist", "chest"), proximity(0.04, "knee", "floor")]
+            result.levels = [Clearance.STOP, Clearance.STOP, Clearance.WARN]
+            return result
+
+        words = run_beside(message, worst_level="WARN")["test_worst_level"]
+        self.assertRegex(words, r"(?s)These 2 pairs, each at its worst:\n  hand - head: STOP, distance 0\.0105 m, .*\n"
+                         r"  chest - wrist: STOP, distance 0\.0305 m, [^\n]* messages$")
 
     def test_the_lower_bound_decides(self):
         # The distance is 0.0405, proven is 0.04: not above it.
@@ -179,6 +220,73 @@ class BesideAFake(unittest.TestCase):
         cases = run_beside(lambda n: clearance(0.5) if n % 10 == 0 else None, minimum=0.0, duration=1.0, min_rate=20.0)
         self.assertRegex(cases["test_rate"], r"the rate is too low: \d+ messages in 1 s: \d+ Hz, at least 20 Hz are wanted")
 
+    def test_a_joint_that_the_robot_does_not_have(self):
+        misspelt = lambda n: {"elbow": 0.25 * n, "wirst": -1.0, "gripper": 1.0}
+        words = run_beside(lambda _: clearance(0.5), positions=misspelt, minimum=0.0)["test_joints"]
+        self.assertIn("/joint_states has joints that the URDF does not have: 'gripper', 'wirst' (did you mean 'wrist'?)", words)
+        words = run_beside(lambda _: clearance(0.5), positions=misspelt, minimum=0.0, other_joints=["gripper", "wirst"])
+        self.assertEqual(set(words.values()), {""})
+
+    def test_unknown_joints_are_told_where_nothing_becomes_valid(self):
+        words = run_beside(lambda _: invalid(), positions=lambda _: {"elbw": 0.0}, minimum=0.0, wait_time=1.0)["test_first_message"]
+        self.assertIn("TF_STALE: joint elbow is 3 s old. /joint_states has joints that the URDF does not have: 'elbw' (did you mean "
+                      "'elbow'?)", words)
+
+    def test_positions_beyond_limits(self):
+        beyond = lambda n: {"elbow": 100.0 + n, "wrist": {4: 0.6, 6: -9.9}.get(n, 0.5005)}
+        cases = run_beside(lambda _: clearance(0.5), positions=beyond, minimum=0.0)
+        self.assertEqual(cases["test_limits"], "positions beyond the limits of the URDF by more than 0.001, the worst of each joint: "
+                         "wrist=-9.9 at 6.000000 s, limits [-1.5, 0.5] rad")
+        cases = run_beside(lambda _: clearance(0.5), positions=beyond, minimum=0.0, limit_tolerance=9.0)
+        self.assertEqual(cases["test_limits"], "")
+
+    def test_a_robot_that_does_not_move(self):
+        rest = lambda n: {"elbow": 2.0 + 0.0004 * (n % 2), "wrist": -1.0}
+        cases = run_beside(lambda _: clearance(0.5), positions=rest, minimum=0.0)
+        self.assertRegex(cases["test_motion"], r"the robot does not move: within 0\.4 s no more than 0\.001 rad or m: elbow=2(\.0004)?, "
+                         r"wrist=-1\. If the robot may rest")
+        cases = run_beside(lambda _: clearance(0.5), positions=rest, minimum=0.0, moving_joints=[])
+        self.assertEqual(set(cases.values()), {""})
+
+    def test_a_robot_whose_joints_nobody_tells(self):
+        cases = run_beside(lambda _: clearance(0.5), positions=lambda _: {}, minimum=0.0)
+        self.assertIn("nothing was heard on /joint_states", cases["test_motion"])
+
+    def test_joints_that_have_to_move(self):
+        cases = run_beside(lambda _: clearance(0.5), minimum=0.0, moving_joints=["elbow"])
+        self.assertEqual(set(cases.values()), {""})
+        only_elbow = lambda n: {"elbow": 0.25 * n}
+        words = run_beside(lambda _: clearance(0.5), minimum=0.0, moving_joints=["elbow", "wrist"])["test_motion"]
+        self.assertIn("these joints do not move: within 0.4 s no more than 0.001 rad or m: wrist=-1", words)
+        words = run_beside(lambda _: clearance(0.5), positions=only_elbow, minimum=0.0, moving_joints=["wrist"])["test_motion"]
+        self.assertIn("wrist (not on /joint_states)", words)
+        words = run_beside(lambda _: clearance(0.5), minimum=0.0, moving_joints=["wirst"])["test_parameters"]
+        self.assertEqual(words, "parameter moving_joints: there is no joint 'wirst' (did you mean 'wrist'?)")
+
+    def test_why_the_node_has_ended(self):
+        log = rospy.Publisher("/rosout", rosgraph_msgs.msg.Log, queue_size=10)
+        ended = rosgraph_msgs.msg.Log(level=rosgraph_msgs.msg.Log.FATAL, name="/fake", msg="there is no mesh\nof 'hand'")
+        other = rosgraph_msgs.msg.Log(level=rosgraph_msgs.msg.Log.FATAL, name="/another", msg="no joint 'elbw'")
+        harmless = rosgraph_msgs.msg.Log(level=rosgraph_msgs.msg.Log.ERROR, name="/fake", msg="all is well")
+        hears = lambda: log.get_num_connections() > 0  # rosout
+        while not hears():
+            rospy.sleep(0.02)
+        # Before clearancetest starts, as it does where the node cannot load its robot.
+        for message in (other, harmless, ended):
+            log.publish(message)
+        child = Child(topic=TOPIC, minimum=0.0, duration=0.4, wait_time=1.0)
+        words = child.cases()["test_first_message"]
+        self.assertTrue(words.startswith("no message on /fake/clearance within the wait_time of 1 s; /fake ended with: there is no mesh\n"
+                                         "of 'hand'; "), words)
+        self.assertIn("; /another ended with: no joint 'elbw'", words)
+        self.assertNotIn("all is well", words)
+
+    def test_a_failure_is_the_words_alone(self):
+        child = Child(topic=TOPIC, duration=0.4, minimum="far")
+        self.assertEqual(child.cases(), {"test_parameters": "parameter minimum: 'far' is no number of at least -1e+06"})
+        for part in ("Traceback", "line ", "clearancetest.py"):
+            self.assertNotIn(part, child.output)
+
     def test_wrong_parameters(self):
         children = [(Child(**{"duration": 0.4, **parameters}), words) for parameters, words in (
                 ({}, "parameter minimum or worst_level is missing"),
@@ -188,6 +296,9 @@ class BesideAFake(unittest.TestCase):
                 ({"worst_level": "COLLISION"}, "parameter worst_level: 'COLLISION' is none of CLEAR, WARN, STOP"),
                 ({"worst_level": "WARN", "pairs": [["a", "b"]]}, "parameter pairs wants minimum"),
                 ({"minimum": 0.0, "pairs": ["a", "b"]}, "parameter pairs: ['a', 'b'] is no list of pairs"),
+                ({"worst_level": "WARN", "except_pairs": [["a", "b"]]}, "parameter except_pairs wants minimum"),
+                ({"minimum": 0.0, "pairs": [["a", "b"]], "except_pairs": [["a", "c"]]}, "parameter except_pairs leaves out of all pairs"),
+                ({"minimum": 0.0, "moving_joints": "elbow"}, "parameter moving_joints: 'elbow' is no list of names"),
                 ({"minimum": 0.0, "minumum": 0.1}, "parameter minumum is unknown; there are: "))]
         for child, words in children:
             cases = child.cases()
@@ -312,12 +423,12 @@ class BesideTheNode(unittest.TestCase):
         cls.robot.join()
 
     def run_on(self, node, **parameters):
-        # What a busy machine does to tf is not the subject.
-        return Child(**{"topic": f"/{node}/clearance", "duration": 1.0, "max_invalid": 1.0, "max_silence": 5.0,
+        # What a busy machine does to tf is not the subject; and the robot rests.
+        return Child(**{"topic": f"/{node}/clearance", "duration": 1.0, "max_invalid": 1.0, "max_silence": 5.0, "moving_joints": [],
                         **parameters}).cases()
 
     def test_the_default_topic_is_that_of_the_launch_file(self):
-        cases = Child(duration=1.0, minimum=0.19, max_invalid=1.0, max_silence=5.0).cases()
+        cases = Child(duration=1.0, minimum=0.19, max_invalid=1.0, max_silence=5.0, moving_joints=[]).cases()
         self.assertEqual(set(cases.values()), {""})
 
     def test_a_robot_that_keeps_clear(self):
@@ -342,6 +453,31 @@ class BesideTheNode(unittest.TestCase):
                          r"0\.8486\d* m, bounds \[0\.8486\d*, 0\.8486\d*\], level STOP \(threshold 0\.86 m\); joints")
         self.assertRegex(cases["test_minimum"], r"base - ball: .* level STOP \(threshold 0\.86 m\) of block - ball: distance 0\.8486")
         self.assertEqual(self.run_on("own_thresholds", worst_level="STOP")["test_worst_level"], "")
+
+    def test_a_node_that_cannot_start(self):
+        program = roslib.packages.find_node("proximity_server", "proximity_server_node")[0]
+        ended = subprocess.run([program, "__name:=dead", "_robot_description:=no_such_text"], capture_output=True, timeout=60)
+        self.assertEqual(ended.returncode, 1)
+        words = Child(topic="/dead/clearance", minimum=0.0, duration=1.0, wait_time=1.0).cases()["test_first_message"]
+        self.assertRegex(words, r"^no message on /dead/clearance within the wait_time of 1 s; /dead ended with: .*no_such_text")
+
+    def test_all_pairs_without_some(self):
+        # Without base - ball, at 0.2 m, ball - block at 0.8487 m is the closest.
+        left_out = [["ball", "base"]]
+        cases = self.run_on("all_pairs", minimum=0.84, except_pairs=left_out)
+        self.assertEqual(set(cases.values()), {""})
+        words = self.run_on("all_pairs", minimum=0.85, except_pairs=left_out)["test_minimum"]
+        self.assertRegex(words, r"above the minimum of 0\.85 m of all other pairs\. Worst: at [\d.]+ s block - ball: distance 0\.8486")
+
+    def test_every_pair_below_is_named_though_the_message_lists_one(self):
+        words = self.run_on("all_pairs", minimum=0.85)["test_minimum"]
+        self.assertRegex(words, r"(?s)These 2 pairs, each at its worst:\n  ball - base: distance (0\.2|0\.1999|0\.2000).*\n  ball - block: "
+                         r"distance 0\.8486")
+
+    def test_a_pair_that_is_left_out_has_links(self):
+        cases = self.run_on("all_pairs", minimum=0.1, except_pairs=[["bal", "base"]])
+        self.assertEqual(list(cases), ["test_pairs"])
+        self.assertIn("UNKNOWN_LINK: there is no link 'bal'", cases["test_pairs"])
 
     def test_a_link_that_does_not_exist(self):
         cases = self.run_on("all_pairs", minimum=0.1, pairs=[["base", "ball"], ["bal", "base"]])
