@@ -58,6 +58,22 @@ double RobotModel::reachOf(int link, const Eigen::Vector3d& point) const {
   return reach;
 }
 
+const char* toString(Joint::Type type) {
+  switch (type) {
+    case Joint::Type::Revolute:
+      return "revolute";
+    case Joint::Type::Continuous:
+      return "continuous";
+    case Joint::Type::Prismatic:
+      return "prismatic";
+    case Joint::Type::Floating:
+      return "floating";
+    case Joint::Type::Planar:
+      return "planar";
+  }
+  return "unknown";
+}
+
 bool hasOnePosition(const Joint& joint) {
   return joint.type != Joint::Type::Floating && joint.type != Joint::Type::Planar;
 }

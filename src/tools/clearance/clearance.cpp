@@ -2,6 +2,7 @@
 #include <unistd.h>
 #include <CLI/CLI.hpp>
 
+#include <cerrno>
 #include <cstdint>
 #include <fstream>
 #include <iostream>
@@ -19,6 +20,7 @@
 #include "tools/clearance/clearance_options.h"
 #include "tools/clearance/clearance_rows.h"
 #include "tools/clearance/clearance_run.h"
+#include "tools/clearance/joint_list.h"
 #include "tools/clearance/object_schedule.h"
 #include "tools/clearance/state_rows.h"
 #include "tools/clearance/state_sweep.h"
@@ -76,8 +78,10 @@ class RowWriter {
 /// Opens the named file; returns standard output if there is no name.
 std::ostream& openOutput(const std::string& path, std::optional<std::ofstream>& file) {
   if (path.empty()) return std::cout;
+  errno = 0;
   file.emplace(path, std::ofstream::binary);
-  if (!*file) throw std::invalid_argument(path + ": cannot be opened");
+  const int cause = errno;
+  if (!*file) throw std::invalid_argument(path + ": cannot be opened" + because(cause));
   return *file;
 }
 
@@ -89,7 +93,7 @@ std::shared_ptr<ObjectSchedule> scheduleOf(const ClearanceOptions& options,
   if (options.robot.mesh_tolerance) how.meshes.tolerance = *options.robot.mesh_tolerance;
   how.meshes.cache = scene::userMeshCache();
   auto schedule = std::make_shared<ObjectSchedule>(model, scene::readObjectFile(options.objects), how);
-  for (const std::string& warning : schedule->warnings()) std::cerr << "warning: " << warning << '\n';
+  printWarnings(schedule->warnings(), options.robot.warnings);
   return schedule;
 }
 
@@ -107,7 +111,7 @@ std::optional<scene::LevelThresholds> thresholdsOf(const ClearanceOptions& optio
 ClearanceQuestion questionOf(const ClearanceOptions& options) {
   ClearanceQuestion question;
   question.model = loadSceneModel(options.robot);
-  printWarnings(*question.model);
+  printWarningsOf(*question.model, options.robot.warnings);
   question.thresholds = thresholdsOf(options, question.model->robot);
   question.filter = options.filter;
   const bool is_filtered = options.filter == PairFilter::On;
@@ -131,7 +135,7 @@ Sweep sweepOf(const ClearanceOptions& options, const ClearanceQuestion& question
 
 /// Prints the warnings that are known before the first state.
 void warn(const StateSource& states, const ClearanceOptions& options, const ObjectSchedule* objects) {
-  for (const std::string& warning : states.warnings()) std::cerr << "warning: " << warning << '\n';
+  printWarnings(states.warnings(), options.robot.warnings);
   if (options.rows == RowKind::Segment) return;
   const bool objects_have_times = objects && objects->hasTimes();
   if (objects_have_times && !states.hasTimes()) {
@@ -139,14 +143,13 @@ void warn(const StateSource& states, const ClearanceOptions& options, const Obje
   }
   const bool has_column = states.hasTimes() && options.states.bag.file.empty();  // a bag has times in any case
   if (has_column && !objects_have_times) {
-    std::cerr << "warning: " << states.source() << ": column \"time\" is not used without --trajectory.\n";
+    printWarnings({states.source() + ": column \"time\" is not used without --trajectory."}, options.robot.warnings);
   }
 }
 
 /// Prints the warnings that are known after the last state.
-void warnAtTheEnd(const StateSource& states, const ObjectSchedule* objects) {
-  for (const std::string& warning : {states.limitWarning(), objects ? objects->leftOver() : ""})
-    if (!warning.empty()) std::cerr << "warning: " << warning << '\n';
+void warnAtTheEnd(const StateSource& states, const ClearanceOptions& options, const ObjectSchedule* objects) {
+  printWarnings({states.limitWarning(), objects ? objects->leftOver() : ""}, options.robot.warnings);
 }
 
 std::string checkedPairs(const ClearanceQuestion& question) {
@@ -251,7 +254,7 @@ void answerInto(Answers& answers, const ClearanceOptions& options, const Clearan
   const auto end = [&] {
     counter.clear();
     answers.end();
-    warnAtTheEnd(states, question.objects.get());
+    warnAtTheEnd(states, options, question.objects.get());
   };
   try {
     answers.addAll(states, counter);
@@ -282,7 +285,7 @@ ExitCode judge(const ClearanceAssertion& assertion, const StateSource& states) {
 
 ExitCode runParts(const ClearanceOptions& options, const ClearanceQuestion& question, StateSource& states) {
   computePart(sweepOf(options, question), options.sweep, states, options.out);
-  warnAtTheEnd(states, question.objects.get());
+  warnAtTheEnd(states, options, question.objects.get());
   return ExitCode::Done;
 }
 
@@ -291,7 +294,7 @@ ExitCode runNpy(const ClearanceOptions& options, const ClearanceQuestion& questi
   AnswerCounter counter("states", totalOf(states, RowKind::State));
   std::uint64_t bytes = 0;
   const SweepSummary summary = computeNpy(sweepOf(options, question), states, options.out, counter, bytes);
-  warnAtTheEnd(states, nullptr);
+  warnAtTheEnd(states, options, nullptr);
   summarize(options, summary, time, bytes);
   return ExitCode::Done;
 }
@@ -300,6 +303,11 @@ ExitCode run(const ClearanceOptions& options) {
   requireConsistent(options);
   if (!options.sweep.merge.empty()) {
     mergeParts(options.sweep, options.out);
+    return ExitCode::Done;
+  }
+  if (options.list) {
+    writeTo(std::cout, "standard output", jointList(loadJoints(options.robot)));
+    flushTo(std::cout, "standard output");
     return ExitCode::Done;
   }
   std::optional<PlotScript> plot;

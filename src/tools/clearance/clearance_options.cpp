@@ -25,7 +25,7 @@ void declareTrajectory(CLI::App& app, ClearanceOptions& options) {
       "--trajectory", [&] { options.rows = RowKind::Segment; },
       "the states are way points, joints linear in between, at the times of a column \"time\" [s] or 1 s apart: a row "
       "for each segment, with its closest pair and first contact");
-  for (const char* other : {"--pairs", "--no-skip", "--sample", "--grid", "--shard", "--range", "--summary",
+  for (const char* other : {"--pairs", "--no-skip", "--sample", "--grid", "--zero", "--shard", "--range", "--summary",
                             "--second-opinion", "--thresholds"})
     trajectory->excludes(other);
   addLength(app, "--contact-distance", options.motion.contact_distance, 0.0, "what counts as contact (default: 0)")
@@ -73,6 +73,7 @@ void declareClearance(CLI::App& app, ClearanceOptions& options) {
                  "stop and warn distances, also of single pairs, links and groups: YAML. Each row has the level of its "
                  "pair by its own thresholds: CLEAR, WARN, STOP, COLLISION or INVALID")
       ->type_name("FILE");
+  app.add_flag("--list", options.list, "only list the joints of the robot, a line each: name, type, limits, unit");
   declareStateOptions(app, options.states);
   app.add_option(
          "--pairs", options.pairs,
@@ -80,7 +81,8 @@ void declareClearance(CLI::App& app, ClearanceOptions& options) {
          "(default: minimum). With --thresholds, minimum is the pair that sets the level: of the worst level the one "
          "with the smallest distance less its threshold")
       ->check(whyNoSelection);
-  addMeshTolerance(app, options.robot.mesh_tolerance);
+  addRobotOptions(app, options.robot);
+  addQuiet(app, options.robot.warnings);
   app.add_flag_callback(
       "--no-filter", [&] { options.filter = PairFilter::Off; },
       "every pair of links with geometry that are not one body, neighbours too");
@@ -101,6 +103,7 @@ void requireConsistent(const ClearanceOptions& options) {
   const bool is_part = options.sweep.isPart(), is_whole = !is_part && !is_merge;
   require(is_merge || !options.robot.urdf.empty(), "robot is required: the URDF");
   require(!is_merge || options.robot.urdf.empty(), "--merge needs no robot: the manifests know it");
+  require(!is_merge || !options.list, "--list does not go with --merge");
   require(!is_merge || !options.out.empty(), "--merge needs --out FILE");
   require(!is_part || !options.out.empty(), "--shard and --range need --out DIR");
   require(!is_npy || !options.out.empty(), "--format npy needs --out FILE");

@@ -19,6 +19,7 @@ namespace proximity_server::tools {
 /// What the command line of `clearance` says.
 struct ClearanceOptions {
   RobotFiles robot;
+  bool list = false;  ///< the joints, and no states
   StateOptions states;
   std::string objects, thresholds, pairs = "minimum", out, plot;
   RowFormat format = RowFormat::Csv;

@@ -10,6 +10,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "proximity_server/scene/mesh/readable_file.h"
+
 namespace proximity_server::tools {
 namespace {
 
@@ -46,8 +48,8 @@ std::string ContentHash::text() const {
 }
 
 std::string contentHash(const std::string& path) {
+  scene::requireReadable(path);
   std::ifstream stream(path, std::ios::binary);
-  if (!stream) throw std::invalid_argument(path + ": cannot be opened");
   ContentHash hash;
   std::vector<char> buffer(std::size_t{1} << 20);
   while (stream.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) || stream.gcount() > 0)

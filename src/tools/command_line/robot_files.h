@@ -3,26 +3,51 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/model/robot_model.h"
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
 
 namespace proximity_server::tools {
+
+/// Whether warnings, and the steps of loading that take long, are printed on standard error.
+enum class Warnings : unsigned char { Shown, Hidden };
 
 /// The files of a robot, and how to read them.
 struct RobotFiles {
   std::string urdf;
   std::string srdf;                      ///< "": none
   std::optional<double> mesh_tolerance;  ///< [m]; nullopt: the default of the library
+  bool allow_missing_meshes = false;     ///< see scene::ModelOptions, as the next
+  bool allow_broken_mimics = false;
+  Warnings warnings = Warnings::Shown;
 };
 
-/// The whole text of a file. Throws std::invalid_argument naming it if it cannot be read.
+/// Adds --mesh-tolerance, --allow-missing-meshes and --allow-broken-mimics, and returns them.
+std::vector<CLI::Option*> addRobotOptions(CLI::App& app, RobotFiles& files);
+
+/// Adds --quiet.
+void addQuiet(CLI::App& app, Warnings& warnings);
+
+/// The whole text of a file. Throws std::invalid_argument with its name and the reason if it cannot be read.
 std::string readTextFile(const std::string& path);
 
 /// Loads the same robot and pairs as the node would. Mesh packages are searched on ROS_PACKAGE_PATH; relative paths
 /// start at the folder of the URDF. Throws std::invalid_argument naming file and link.
 std::shared_ptr<const scene::SceneModel> loadSceneModel(const RobotFiles& files);
 
-/// Prints every warning about robot and SRDF on standard error, one per line, with the text that the node logs.
-void printWarnings(const scene::SceneModel& model);
+/// The links and joints alone: no mesh is read, and what is odd is not told.
+scene::RobotModel loadJoints(const RobotFiles& files);
+
+/// Prints sentences on standard error, each as a line "warning: ...", unless warnings are hidden. "" is none.
+void printWarnings(const std::vector<std::string>& sentences, Warnings warnings);
+
+/// The same for all warnings about robot and SRDF, with the text that the node logs.
+void printWarningsOf(const scene::SceneModel& model, Warnings warnings);
 
 }  // namespace proximity_server::tools

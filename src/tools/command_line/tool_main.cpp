@@ -34,6 +34,7 @@ int parseAndRun(CLI::App& app, int argc, char** argv, const std::function<ExitCo
 
 int runTool(CLI::App& app, int argc, char** argv, const std::function<ExitCode()>& run) {
   std::ios::sync_with_stdio(false);
+  app.set_version_flag("--version", app.get_name() + " of proximity_server " PROXIMITY_VERSION);
   std::signal(SIGXFSZ, SIG_IGN);  // so that a file which may not grow further is named like one on a full disk
   const std::string& tool = app.get_name();
   try {

@@ -16,7 +16,7 @@ enum class ExitCode : int {
   Refuted = 3          ///< --second-opinion of clearance
 };
 
-/// The main() of a tool: parses the options of the command line, then calls `run`.
+/// The main() of a tool: adds --version, parses the options of the command line, then calls `run`.
 ///
 /// An exception of an option or of `run` becomes a message on standard error, which begins with the name of `app`, and
 /// the exit code BadInput.

@@ -66,7 +66,7 @@ void declarePair(CLI::App& app, Arguments& arguments) {
           "positions of its joints; the others are at 0. The two closest pieces of the links are explained")
       ->type_name("\"JOINT=POSITION ...\"")
       ->needs(urdf);
-  addMeshTolerance(app, arguments.robot.mesh_tolerance)->needs(urdf);
+  for (CLI::Option* option : addRobotOptions(app, arguments.robot)) option->needs(urdf);
 }
 
 void declareQuestion(CLI::App& app, Arguments& arguments) {
@@ -91,6 +91,7 @@ void declareOutput(CLI::App& app, Arguments& arguments) {
   addText(app, "--plot", arguments.plot,
           "a picture (.png, .pdf or .svg): the CSO, the simplex of each iteration, the polytope of EPA, the bounds")
       ->type_name("FILE");
+  addQuiet(app, arguments.robot.warnings);
   app.footer("Exit codes: 0: done; 1: bad input, or memory or disk did not suffice.");
 }
 

@@ -1,6 +1,5 @@
 #include "tools/explain/link_pieces.h"
 
-#include <iostream>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -35,7 +34,7 @@ int linkOf(const RobotModel& robot, const std::string& urdf, const std::string& 
 }
 
 /// The positions of "joint=position ...", read as a table of states is.
-std::vector<double> positionsOf(const RobotModel& robot, const std::string& state) {
+std::vector<double> positionsOf(const RobotModel& robot, const std::string& state, Warnings warnings) {
   std::istringstream words(state);
   std::string names, values;
   bool is_first = true;
@@ -55,8 +54,8 @@ std::vector<double> positionsOf(const RobotModel& robot, const std::string& stat
   if (states.hasTimes()) throw std::invalid_argument("--state: \"time\" is no joint");
   std::vector<double> positions;
   if (!states.next(positions)) throw std::invalid_argument("--state: no positions");
-  for (const std::string& warning : states.warnings()) std::cerr << "warning: " << warning << '\n';
-  if (const std::string warning = states.limitWarning(); !warning.empty()) std::cerr << "warning: " << warning << '\n';
+  printWarnings(states.warnings(), warnings);
+  printWarnings({states.limitWarning()}, warnings);
   return positions;
 }
 
@@ -97,11 +96,11 @@ ExplainedPair closestPieces(const RobotFiles& files, const std::string& link_a, 
                             const std::optional<std::string>& state) {
   const std::shared_ptr<const scene::SceneModel> model = loadSceneModel(files);
   const RobotModel& robot = model->robot;
-  printWarnings(*model);
+  printWarnings(robot.warnings, files.warnings);  // not those about pairs: it is about one, and there is no SRDF
   const int a = linkOf(robot, files.urdf, link_a), b = linkOf(robot, files.urdf, link_b);
   if (a == b) throw std::invalid_argument(files.urdf + ": the two links are the same, \"" + link_a + '"');
   const std::vector<double> positions =
-      state ? positionsOf(robot, *state) : std::vector<double>(robot.joints.size(), 0.0);
+      state ? positionsOf(robot, *state, files.warnings) : std::vector<double>(robot.joints.size(), 0.0);
   const scene::BodyPoses poses = scene::forwardKinematics(robot, positions);
   const std::vector<PlacedPiece> of_a = piecesOf(robot, a, poses), of_b = piecesOf(robot, b, poses);
   const PlacedPiece *closest_a = nullptr, *closest_b = nullptr;

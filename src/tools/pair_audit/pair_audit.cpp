@@ -43,7 +43,8 @@ void declare(CLI::App& app, Arguments& arguments) {
   };
   addFile("robot", arguments.robot.urdf, "the URDF")->required();
   addFile("--srdf", arguments.robot.srdf, "what to compare with, and what --write keeps the rest of");
-  addMeshTolerance(app, arguments.robot.mesh_tolerance);
+  addRobotOptions(app, arguments.robot);
+  addQuiet(app, arguments.robot.warnings);
   addLength(app, "--distance", study.distance, 0.0,
             "up to which two links count as near (default: 0.02, the stop distance of the node; 0: contact)");
   addLength(app, "--warn-distance", study.warn_distance, 0.0,
@@ -145,7 +146,7 @@ ExitCode run(const Arguments& arguments) {
   }
   if (!arguments.setup.empty()) requireEmpty(arguments.setup);
   const std::shared_ptr<const scene::SceneModel> model = loadSceneModel(arguments.robot);
-  printWarnings(*model);
+  printWarningsOf(*model, arguments.robot.warnings);
   const PairStudy study = studyWithProgress(model, arguments.study);
   const SrdfGiven srdf = arguments.robot.srdf.empty() ? SrdfGiven::No : SrdfGiven::Yes;
   writeTo(std::cout, "standard output", auditReport(*model, study, srdf));

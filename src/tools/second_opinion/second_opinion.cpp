@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <stdexcept>
 
@@ -65,8 +66,10 @@ CLI::Option* declareSecondOpinion(CLI::App& app, SecondOpinionOptions& options) 
 SecondOpinion::SecondOpinion(const SecondOpinionOptions& options, std::shared_ptr<const scene::SceneModel> model)
     : options_(options), model_(std::move(model)) {
   if (options_.out.empty()) return;
+  errno = 0;
   list_.emplace(options_.out, std::ofstream::binary);
-  if (!*list_) throw std::invalid_argument(options_.out + ": cannot be opened");
+  const int cause = errno;
+  if (!*list_) throw std::invalid_argument(options_.out + ": cannot be opened" + because(cause));
   writeTo(*list_, options_.out, "state,link_a,link_b,ours,lower,upper,fcl,proven_lower,proven_upper,verdict\n");
 }
 

@@ -8,6 +8,8 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "tools/command_line/output_file.h"
+
 namespace proximity_server::tools {
 
 FileBytes::FileBytes(const std::string& path)
@@ -16,9 +18,10 @@ FileBytes::FileBytes(const std::string& path)
 FileBytes::FileBytes(int descriptor, const std::string& name) : descriptor_(descriptor) {
   struct stat status {};
   const bool is_open = descriptor_ >= 0 && fstat(descriptor_, &status) == 0;
+  const int cause = is_open ? 0 : errno;
   const bool is_file = is_open && S_ISREG(status.st_mode);
   if (!is_file && descriptor_ >= 0) close(descriptor_);
-  if (!is_open) throw std::invalid_argument(name + ": cannot be opened");
+  if (!is_open) throw std::invalid_argument(name + ": cannot be read" + because(cause));
   if (!is_file) throw std::invalid_argument(name + ": no file; arrays are not read from pipes or folders");
   size_ = static_cast<std::uint64_t>(status.st_size);
 }

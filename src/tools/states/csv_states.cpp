@@ -6,6 +6,7 @@
 #include <streambuf>
 #include <utility>
 
+#include "proximity_server/scene/mesh/readable_file.h"
 #include "tools/command_line/content_hash.h"
 #include "tools/command_line/csv.h"
 
@@ -13,7 +14,8 @@ namespace proximity_server::tools {
 
 CsvStates::CsvStates(const std::string& file, const scene::RobotModel& robot)
     : StateSource(file, robot), file_(std::in_place, file, std::ios::binary), stream_(*file_) {
-  if (!*file_) throw std::invalid_argument(file + ": cannot be opened");
+  scene::requireReadable(file);
+  if (!*file_) throw std::invalid_argument(file + ": cannot be read");
   readHeader();
 }
 

@@ -1,5 +1,6 @@
 #include "tools/states/state_options.h"
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <fstream>
@@ -7,6 +8,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "proximity_server/scene/mesh/readable_file.h"
 #include "tools/command_line/csv.h"
 #include "tools/command_line/number_options.h"
 #include "tools/states/csv_states.h"
@@ -17,7 +19,8 @@
 namespace proximity_server::tools {
 namespace {
 
-const char* const kGroup = "States (one of --states, --bag, --sample and --grid; without any: CSV from standard input)";
+const char* const kGroup =
+    "States (one of --states, --bag, --sample, --grid and --zero; without any: CSV from standard input)";
 
 /// Whether a file is a .npy or .npz. A pipe is not looked into, as its bytes would be gone.
 bool isNumpy(const std::string& file) {
@@ -105,32 +108,46 @@ CLI::Option* declareGrid(CLI::App& app, StateOptions& options) {
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
 }
 
+CLI::Option* declareZero(CLI::App& app, StateOptions& options) {
+  return app.add_flag(
+      "--zero", options.is_zero,
+      "one state: every joint is at 0, or at the limit that is nearest to 0 if that is beyond its limits");
+}
+
+/// Joints without an axis are at 0.
+std::vector<GridAxis> zeroAxes(const scene::RobotModel& robot) {
+  std::vector<GridAxis> axes;
+  for (const scene::Joint& joint : robot.joints) {
+    const double position = std::clamp(0.0, joint.lower, joint.upper);
+    if (position != 0.0 && !joint.mimic) axes.push_back({joint.name, position, position, 1});
+  }
+  return axes;
+}
+
 }  // namespace
 
 void declareStateOptions(CLI::App& app, StateOptions& options) {
   std::vector<CLI::Option*> sources{declareFile(app, options), declareBag(app, options.bag),
-                                    declareSample(app, options), declareGrid(app, options)};
+                                    declareSample(app, options), declareGrid(app, options), declareZero(app, options)};
   for (CLI::Option* one : sources)
     for (CLI::Option* other : sources)
       if (one != other) one->excludes(other);
-  for (const char* name : {"--states", "--joints", "--bag", "--topic", "--rate", "--sample", "--seed", "--grid"})
+  for (const char* name :
+       {"--states", "--joints", "--bag", "--topic", "--rate", "--sample", "--seed", "--grid", "--zero"})
     app.get_option(name)->group(kGroup);
 }
 
 void requireReadable(const StateOptions& options) {
-  if (options.sample || !options.grid.empty()) return;
+  if (options.sample || !options.grid.empty() || options.is_zero) return;
   const std::string& file = options.bag.file.empty() ? options.file : options.bag.file;
-  // A pipe is not tried: closing it would be the end for who writes into it.
-  const auto type = std::filesystem::status(file).type();
-  if (file == "-" || (type != std::filesystem::file_type::regular && type != std::filesystem::file_type::not_found))
-    return;
-  if (!std::ifstream(file, std::ios::binary)) throw std::invalid_argument(file + ": cannot be opened");
+  if (file != "-") scene::requireReadable(file);
 }
 
 std::unique_ptr<StateSource> openStates(const StateOptions& options, const scene::RobotModel& robot) {
   if (!options.bag.file.empty()) return openBag(options.bag, robot);
   if (options.sample) return std::make_unique<SampledStates>(*options.sample, options.seed, robot);
   if (!options.grid.empty()) return std::make_unique<GridStates>(options.grid, robot);
+  if (options.is_zero) return std::make_unique<GridStates>(zeroAxes(robot), robot);
   const bool is_stream = options.file == "-";
   if (!is_stream && isNumpy(options.file)) return std::make_unique<NumpyStates>(options.file, options.joints, robot);
   if (!options.joints.empty())

@@ -22,12 +22,13 @@ struct StateOptions {
   std::optional<std::uint64_t> sample;
   std::uint64_t seed = 0;      ///< of the sample
   std::vector<GridAxis> grid;  ///< if there is one
+  bool is_zero = false;        ///< one state, all joints at 0 or nearest to it
 };
 
-/// Declares the options of the states: --states, --joints, --bag, --topic, --rate, --sample, --seed, --grid.
+/// Declares the options of the states: --states, --joints, --bag, --topic, --rate, --sample, --seed, --grid, --zero.
 void declareStateOptions(CLI::App& app, StateOptions& options);
 
-/// Throws std::invalid_argument naming the file if it cannot be opened, so that this is known before the robot is loaded.
+/// Throws std::invalid_argument with the name of the file and the reason if it cannot be read, so that this is known before the robot is loaded.
 void requireReadable(const StateOptions& options);
 
 /// The robot must outlive the source. What a file is, it says by its first bytes, or else by its suffix.

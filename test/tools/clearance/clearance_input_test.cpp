@@ -20,11 +20,12 @@ TEST_F(Clearance, NamesWhatIsWrongWithTheInput) {
   };
   expect(run("", ""), "empty");
   expect(run("elbow\n1\n", ""), "no such joint");
-  expect(runCommandApart(CLEARANCE " /nowhere.urdf < /dev/null"), "/nowhere.urdf: cannot be read");
-  expect(run("slide\n0\n", "--srdf /nowhere.srdf"), "/nowhere.srdf: cannot be read");
-  expect(run("slide\n0\n", "--out /nowhere/out.csv"), "/nowhere/out.csv: cannot be opened");
+  expect(runCommandApart(CLEARANCE " /nowhere.urdf < /dev/null"),
+         "/nowhere.urdf: cannot be read (No such file or directory)");
+  expect(run("slide\n0\n", "--srdf /nowhere.srdf"), "/nowhere.srdf: cannot be read (No such file or directory)");
+  expect(run("slide\n0\n", "--out /nowhere/out.csv"), "/nowhere/out.csv: cannot be opened (No such file or directory)");
   expect(run("slide\n0\n", "--srdf " + urdf_), urdf_ + ": SRDF, line 2: this is a URDF");
-  expect(runCommandApart(CLEARANCE " " + urdf_ + " --states /tmp"), "reading failed");
+  expect(runCommandApart(CLEARANCE " " + urdf_ + " --states /tmp"), "/tmp: cannot be read (Is a directory)");
 }
 
 TEST_F(Clearance, NamesWhatIsWrongWithAnOption) {
@@ -126,7 +127,7 @@ TEST_F(Clearance, NamesWhatIsWrongWithTheOptionsOfTheStates) {
   expect("--sample 3 --seed -1", "--seed: '-1' is not a whole number from 0 to 9223372036854775807\n");
   expect("--bag x.bag --rate 0", "--rate: '0' is not a rate from 1e-06 to 1e+06 Hz\n");
   expect("--bag x.bag --rate nan", "--rate: 'nan' is not a rate from 1e-06 to 1e+06 Hz\n");
-  expect("--bag /nowhere.bag", "/nowhere.bag: cannot be opened\n");
+  expect("--bag /nowhere.bag", "/nowhere.bag: cannot be read (No such file or directory)\n");
   expect("--grid slide=0:1", "--grid: 'slide=0:1': expected JOINT=LOWER:UPPER:COUNT, JOINT=POSITION or COUNT\n");
   expect("--grid slid=0", "--grid: joint \"slid\": no such joint (did you mean \"slide\"?)\n");
   expect("--sample 3 --trajectory", "--sample excludes --trajectory");
@@ -135,7 +136,7 @@ TEST_F(Clearance, NamesWhatIsWrongWithTheOptionsOfTheStates) {
          "--joints goes with a .npy or .npz: the header of a CSV names its joints\n");
   expect("--states " + npy + " --joints '\"slide'", "--joints: '\"slide': a quote does not end\n");
   expect("--states " + npy, npy + ": the joints of its 1 columns are not named");
-  expect("--states /nowhere.npy --joints slide", "/nowhere.npy: cannot be opened\n");
+  expect("--states /nowhere.npy --joints slide", "/nowhere.npy: cannot be read (No such file or directory)\n");
 }
 
 TEST_F(Clearance, HelpIsTextAndTellsTheExitCodes) {
@@ -155,6 +156,80 @@ TEST_F(Clearance, PrintsTheWarningsOfModelAndSrdf) {
     EXPECT_TRUE(says(result.errors, "warning: " + warning + "\n")) << result.errors;
   }
   EXPECT_EQ(rowsOf(result.output).size(), 2U);
+}
+
+TEST_F(Clearance, IsQuietIfAsked) {
+  urdf_ = files_.write("crossing.urdf", kCrossingSliders);
+  const std::string srdf = "--srdf " + files_.write("faulty.srdf", kFaultySrdf);
+  const CommandResult loud = run("time,slide\n0,9\n", srdf), quiet = run("time,slide\n0,9\n", srdf + " --quiet");
+  for (const std::string what : {"disable_collisions", "column \"time\"", "beyond the limits"})
+    EXPECT_TRUE(says(loud.errors, what)) << loud.errors;
+  EXPECT_EQ(quiet.errors, "");
+  EXPECT_EQ(quiet.output, loud.output);
+}
+
+// One joint of each type, one that follows another, and a mesh that is not there.
+const char* const kAllJoints = R"(<robot name="all">
+  <link name="base"><collision><geometry><box size="1 1 1"/></geometry></collision></link>
+  <link name="a"><collision><geometry><mesh filename="package://nowhere/a.stl"/></geometry></collision></link>
+  <link name="b"/><link name="c"/><link name="d"/><link name="e"/><link name="f"/>
+  <joint name="turn" type="revolute"><parent link="base"/><child link="a"/>
+    <limit lower="-2.5" upper="-0.5" effort="1" velocity="1"/></joint>
+  <joint name="wheel, left" type="continuous"><parent link="base"/><child link="b"/></joint>
+  <joint name="slide" type="prismatic"><parent link="base"/><child link="c"/>
+    <limit lower="0.25" upper="1" effort="1" velocity="1"/></joint>
+  <joint name="drift" type="floating"><parent link="base"/><child link="d"/></joint>
+  <joint name="finger" type="prismatic"><parent link="base"/><child link="e"/>
+    <limit lower="0.5" upper="1" effort="1" velocity="1"/><mimic joint="slide" multiplier="2"/></joint>
+  <joint name="weld" type="fixed"><parent link="base"/><child link="f"/></joint>
+</robot>)";
+
+TEST_F(Clearance, ListsTheJointsWithoutReadingAMesh) {
+  const CommandResult result = runCommandApart(CLEARANCE " " + files_.write("all.urdf", kAllJoints) + " --list");
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_EQ(result.errors, "");
+  EXPECT_EQ(result.output,
+            "joint,type,lower,upper,unit,mimic\n"
+            "drift,floating,-inf,inf,,\n"
+            "finger,prismatic,0.5,1,m,slide\n"
+            "slide,prismatic,0.25,1,m,\n"
+            "turn,revolute,-2.5,-0.5,rad,\n"
+            "\"wheel, left\",continuous,-inf,inf,rad,\n");
+}
+
+TEST_F(Clearance, AllowsAMeshThatIsNotThereIfAsked) {
+  const std::string robot = CLEARANCE " " + files_.write("all.urdf", kAllJoints) + " --zero --no-filter";
+  EXPECT_TRUE(
+      says(runCommandApart(robot).errors, "link \"a\", <collision> 1: package://nowhere/a.stl: no package named"));
+  EXPECT_TRUE(says(runCommandApart(robot + " --allow-missing-meshes").errors,
+                   "warning: link \"a\", <collision> 1: no geometry: package://nowhere/a.stl: "));
+}
+
+TEST_F(Clearance, ZeroIsTheStateNearestToZeroWithinTheLimits) {
+  std::string urdf = kAllJoints;
+  const std::string mesh = R"(<mesh filename="package://nowhere/a.stl"/>)";
+  urdf.replace(urdf.find(mesh), mesh.size(), R"(<sphere radius="0.1"/>)");
+  const std::string robot = CLEARANCE " " + files_.write("all.urdf", urdf);
+  const CommandResult zero = runCommandApart(robot + " --no-filter --zero --assert-above 0");
+  EXPECT_TRUE(says(zero.errors, "with turn=-0.5")) << zero.errors;
+  const std::string sliders = CLEARANCE " " + urdf_ + " ";
+  EXPECT_EQ(runCommandApart(sliders + "--zero").output, run("slide\n0\n", "").output);
+  EXPECT_TRUE(says(runCommandApart(sliders + "--zero --sample 1").errors, "excludes")) << "two sources";
+}
+
+TEST_F(Clearance, AllowsAMimicThatMakesNoSenseIfAsked) {
+  std::string urdf = kAllJoints;
+  urdf.replace(urdf.find("joint=\"slide\" multiplier"), 13, "joint=\"slyde\"");
+  urdf.replace(urdf.find("<link name=\"e\"/>"), 16,
+               "<link name=\"e\"><collision><geometry><sphere radius=\"0.1\"/></geometry></collision></link>");
+  const std::string list = CLEARANCE " " + files_.write("broken.urdf", urdf) + " --list";
+  const CommandResult refused = runCommandApart(list);
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_TRUE(says(refused.errors,
+                   "joint \"finger\" mimics the unknown joint \"slyde\" (did you mean \"slide\"?); with "
+                   "allow_broken_mimics"))
+      << refused.errors;
+  EXPECT_TRUE(says(runCommandApart(list + " --allow-broken-mimics").output, "finger,prismatic,0.5,1,m,\n"));
 }
 
 TEST_F(Clearance, ReportsStatesBeyondTheLimitsAtTheEnd) {

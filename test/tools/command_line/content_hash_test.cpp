@@ -37,7 +37,7 @@ TEST(ContentHash, OfAFileIsThatOfItsBytes) {
 TEST(ContentHash, NamesTheFileThatCannotBeRead) {
   const TemporaryFiles files;
   const std::string nowhere = files.path("nowhere"), folder = files.path("");
-  EXPECT_EQ(errorOf([&] { contentHash(nowhere); }), nowhere + ": cannot be opened");
+  EXPECT_EQ(errorOf([&] { contentHash(nowhere); }), nowhere + ": cannot be read (No such file or directory)");
   EXPECT_EQ(errorOf([&] { contentHash(folder); }), folder + ": reading failed");
 }
 

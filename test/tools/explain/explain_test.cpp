@@ -171,7 +171,7 @@ TEST_F(ExplainLinks, AWrongOneIsNamed) {
   expect("base ball" + robot() + " --state time=4", "--state: \"time\" is no joint\n");
   expect("base ball" + robot() + " --state ' '", "--state: no positions\n");
   expect("base ball" + robot() + " --state slide=x", "--state, line 2: column \"slide\": \"x\" is no finite number\n");
-  expect("base ball --urdf /nowhere.urdf", "/nowhere.urdf: cannot be read\n");
+  expect("base ball --urdf /nowhere.urdf", "/nowhere.urdf: cannot be read (No such file or directory)\n");
   expect("base ball --xyz '1 2 3'" + robot(), "--xyz excludes --urdf\n");
   EXPECT_TRUE(says(explainCommand("base ball" + robot() + slideAt(5.0)).errors, "beyond the limits of a joint"));
 }

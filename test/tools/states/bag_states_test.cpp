@@ -123,7 +123,7 @@ TEST_F(BagStates, NameTheMessageThatIsWrong) {
 TEST_F(BagStates, AreNotReadFromWhatIsNoWholeBag) {
   EXPECT_EQ(errorIn(files_.write("text.bag", "elbow\n1\n")), "text.bag: no bag of version 2.0");
   EXPECT_EQ(errorIn(files_.write("old.bag", "#ROSBAG V1.2\n")), "old.bag: no bag of version 2.0");
-  EXPECT_EQ(errorIn(files_.path("nowhere.bag")), "nowhere.bag: cannot be opened");
+  EXPECT_EQ(errorIn(files_.path("nowhere.bag")), "nowhere.bag: cannot be read (No such file or directory)");
   rosbag::Bag bag(files_.path("recording.bag"), rosbag::bagmode::Write);
   bag.write("/joint_states", ros::Time(1.0), message(1.0, {"elbow"}, {0.1}));
   EXPECT_EQ(errorIn(files_.path("recording.bag")),

@@ -153,7 +153,7 @@ TEST_F(NumpyFile, IsRefusedWithWhatIsWrong) {
   EXPECT_EQ(errorInBytes("elbow,lift\n1,2\n"), "s.npy: no NumPy array: it does not begin as a .npy");
   EXPECT_EQ(errorInBytes(npyHeader(npyDictionary("<f8", "(2, 2)"), 4) + data),
             "s.npy: version 4 of .npy; known are 1 to 3");
-  EXPECT_EQ(errorIn("nowhere.npy"), "nowhere.npy: cannot be opened");
+  EXPECT_EQ(errorIn("nowhere.npy"), "nowhere.npy: cannot be read (No such file or directory)");
 }
 
 TEST_F(NumpyFile, IsRefusedIfItsHeaderIsDamaged) {

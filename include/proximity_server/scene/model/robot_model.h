@@ -138,6 +138,9 @@ struct RobotModel {
   double reachOf(int link, const Eigen::Vector3d& point) const;
 };
 
+/// "revolute", "continuous", "prismatic", "floating" or "planar".
+const char* toString(Joint::Type type);
+
 /// Whether the joint has one degree of freedom; false for floating and planar joints.
 bool hasOnePosition(const Joint& joint);
 
