@@ -38,6 +38,8 @@ scene::ModelOptions modelOptions(const LoadOptions& options) {
   scene::ModelOptions model;
   model.mesh_tolerance = options.mesh_tolerance;
   model.default_padding = options.padding;
+  model.allow_missing_meshes = options.allow_missing_meshes;
+  model.allow_broken_mimics = options.allow_broken_mimics;
   model.mesh_cache = scene::userMeshCache();
   model.progress = options.progress;
   return model;

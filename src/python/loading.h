@@ -22,6 +22,8 @@ struct LoadOptions {
   double padding;                                    ///< [m] see scene::ModelOptions::default_padding
   std::optional<std::vector<std::string>> packages;  ///< folders of packages; nullopt: those of ROS_PACKAGE_PATH
   scene::PairFilterOptions pairs;
+  bool allow_missing_meshes;  ///< see scene::ModelOptions, as the next
+  bool allow_broken_mimics;
   std::function<void(const std::string&)> progress;  ///< is called in the calling thread
 };
 

@@ -42,29 +42,13 @@ struct JointInfo {
   std::optional<std::string> mimic;
 };
 
-const char* typeName(scene::Joint::Type type) {
-  switch (type) {
-    case scene::Joint::Type::Revolute:
-      return "revolute";
-    case scene::Joint::Type::Continuous:
-      return "continuous";
-    case scene::Joint::Type::Prismatic:
-      return "prismatic";
-    case scene::Joint::Type::Floating:
-      return "floating";
-    case scene::Joint::Type::Planar:
-      return "planar";
-  }
-  return "unknown";
-}
-
 std::vector<JointInfo> jointsOf(const Robot& robot) {
   const std::vector<scene::Joint>& joints = robot.model().robot.joints;
   std::vector<JointInfo> list;
   for (const scene::Joint& joint : joints) {
     std::optional<std::string> mimic;
     if (joint.mimic) mimic = joints[static_cast<std::size_t>(joint.mimic->joint)].name;
-    list.push_back({joint.name, typeName(joint.type), joint.lower, joint.upper, mimic});
+    list.push_back({joint.name, toString(joint.type), joint.lower, joint.upper, mimic});
   }
   return list;
 }
@@ -130,6 +114,7 @@ struct Keywords {
   double padding;
   std::string group;
   NamePairs exclude_pairs, only_pairs;
+  bool allow_missing_meshes, allow_broken_mimics;
   std::optional<int> threads;
 };
 
@@ -145,6 +130,8 @@ LoadOptions loadOptions(const Keywords& keywords) {
   options.pairs.group = keywords.group;
   options.pairs.exclude_pairs = keywords.exclude_pairs;
   options.pairs.only_pairs = keywords.only_pairs;
+  options.allow_missing_meshes = keywords.allow_missing_meshes;
+  options.allow_broken_mimics = keywords.allow_broken_mimics;
   options.progress = [](const std::string& what) {
     const py::gil_scoped_acquire gil;
     py::module_::import("logging").attr("getLogger")("proximity").attr("info")("%s", what);
@@ -340,6 +327,9 @@ exclude_pairs    pairs of names of links that are not checked
 only_pairs       if there are any, no other pair is checked
 thresholds       path of YAML with the stop and warn distances, also those of single pairs, links and groups; then rows about
                  pairs have a level. None: they have none
+allow_missing_meshes  True: a mesh that cannot be read is a warning, and that geometry is NOT checked
+allow_broken_mimics   True: a mimic that makes no sense, as of a joint that does not exist, is a warning, and the joint has a
+                 column of its own
 threads          see Robot.threads; None: as many as there are cores
 
 Pieces of meshes are kept in the user's cache, so that the next time is fast; steps that take long are logged to
@@ -465,8 +455,10 @@ constexpr char kRangesDoc[] =
     R"(Lowest and highest position of each joint, [rad] or [m], of shape (joints, 2), for sampling:
     numpy.random.default_rng(1).uniform(*robot.ranges.T, (states, len(robot.joints)))
 
-The limits of the URDF; a full turn of a continuous joint; -1 m to 1 m, a guess, for a prismatic joint without limits; 0 for
-joints whose positions are ignored.)";
+The limits of the URDF, except for these: a continuous joint, and a revolute one without limits, makes one turn, from -pi to pi;
+a revolute joint whose limits are more than a turn apart makes one turn about the middle of its limits, unless other joints
+mimic it; a prismatic joint without limits goes from -1 m to 1 m, a guess; joints whose positions are ignored have 0. The limits
+themselves are in Robot.joints.)";
 
 void declareJoint(py::module_& module) {
   py::class_<JointInfo> joint(module, "Joint", "A joint that moves: a column of q.");
@@ -482,31 +474,36 @@ void declareJoint(py::module_& module) {
 }
 
 void declareConstructors(py::class_<Robot>& robot) {
-  robot.def(py::init([](const std::filesystem::path& urdf, const std::optional<std::filesystem::path>& srdf,
-                        double mesh_tolerance, std::optional<std::vector<std::filesystem::path>> packages,
-                        double padding, std::string group, NamePairs exclude_pairs, NamePairs only_pairs,
-                        const std::optional<std::filesystem::path>& thresholds, std::optional<int> threads) {
-              return robotOfFiles(urdf, srdf, thresholds,
-                                  {mesh_tolerance, std::move(packages), padding, std::move(group),
-                                   std::move(exclude_pairs), std::move(only_pairs), threads});
-            }),
-            kLoadDoc, "urdf"_a, "srdf"_a = py::none(), py::kw_only(), "mesh_tolerance"_a = 0.005,
-            "packages"_a = py::none(), "padding"_a = 0.0, "group"_a = "", "exclude_pairs"_a = NamePairs{},
-            "only_pairs"_a = NamePairs{}, "thresholds"_a = py::none(), "threads"_a = py::none());
+  robot.def(
+      py::init([](const std::filesystem::path& urdf, const std::optional<std::filesystem::path>& srdf,
+                  double mesh_tolerance, std::optional<std::vector<std::filesystem::path>> packages, double padding,
+                  std::string group, NamePairs exclude_pairs, NamePairs only_pairs,
+                  const std::optional<std::filesystem::path>& thresholds, bool allow_missing_meshes,
+                  bool allow_broken_mimics, std::optional<int> threads) {
+        return robotOfFiles(urdf, srdf, thresholds,
+                            {mesh_tolerance, std::move(packages), padding, std::move(group), std::move(exclude_pairs),
+                             std::move(only_pairs), allow_missing_meshes, allow_broken_mimics, threads});
+      }),
+      kLoadDoc, "urdf"_a, "srdf"_a = py::none(), py::kw_only(), "mesh_tolerance"_a = 0.005, "packages"_a = py::none(),
+      "padding"_a = 0.0, "group"_a = "", "exclude_pairs"_a = NamePairs{}, "only_pairs"_a = NamePairs{},
+      "thresholds"_a = py::none(), "allow_missing_meshes"_a = false, "allow_broken_mimics"_a = false,
+      "threads"_a = py::none());
   robot.def_static(
       "from_text",
       [](const std::string& urdf, const std::string& srdf, const std::filesystem::path& folder, double mesh_tolerance,
          std::optional<std::vector<std::filesystem::path>> packages, double padding, std::string group,
-         NamePairs exclude_pairs, NamePairs only_pairs, const std::string& thresholds, std::optional<int> threads) {
+         NamePairs exclude_pairs, NamePairs only_pairs, const std::string& thresholds, bool allow_missing_meshes,
+         bool allow_broken_mimics, std::optional<int> threads) {
         return withWarnings(
             makeRobot({urdf, srdf, "the URDF", "the SRDF", std::filesystem::absolute(folder),
                        thresholds.empty() ? std::nullopt : std::make_optional(thresholds), "the thresholds"},
                       {mesh_tolerance, std::move(packages), padding, std::move(group), std::move(exclude_pairs),
-                       std::move(only_pairs), threads}));
+                       std::move(only_pairs), allow_missing_meshes, allow_broken_mimics, threads}));
       },
       kFromTextDoc, "urdf"_a, "srdf"_a = "", py::kw_only(), "folder"_a = ".", "mesh_tolerance"_a = 0.005,
       "packages"_a = py::none(), "padding"_a = 0.0, "group"_a = "", "exclude_pairs"_a = NamePairs{},
-      "only_pairs"_a = NamePairs{}, "thresholds"_a = "", "threads"_a = py::none());
+      "only_pairs"_a = NamePairs{}, "thresholds"_a = "", "allow_missing_meshes"_a = false,
+      "allow_broken_mimics"_a = false, "threads"_a = py::none());
 }
 
 void declareProperties(py::class_<Robot>& robot) {

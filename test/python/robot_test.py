@@ -39,6 +39,15 @@ class Properties(unittest.TestCase):
         turning = BALLS.replace('type="revolute"', 'type="continuous"')
         self.assertEqual([[-math.pi, math.pi], [0.0, 1.0], [0.0, 0.0]], balls_of(turning).ranges.tolist())
 
+    def test_ranges_of_more_than_a_turn_are_one_turn_about_their_middle(self):
+        wide = BALLS.replace('lower="-2" upper="3"', 'lower="-5" upper="7"')
+        lower, upper = balls_of(wide).ranges[0]
+        self.assertAlmostEqual(1.0 - math.pi, lower, delta=1e-15)
+        self.assertAlmostEqual(1.0 + math.pi, upper, delta=1e-15)
+
+    def test_the_robot_of_the_demo_warns_of_nothing(self):
+        self.assertEqual([], demo().warnings)
+
     def test_pairs_are_those_that_are_checked_by_name(self):
         self.assertEqual([("base", "arm"), ("base", "lamp"), ("arm", "lamp")], balls().pairs)
         self.assertEqual(ARM_AND_BASE, balls(only_pairs=ARM_AND_BASE).pairs)
@@ -176,6 +185,21 @@ class Loading(unittest.TestCase):
             robot = proximity.Robot(path, self.file("balls.srdf", '<robot name="balls"><disable_collisions link1="arm" '
                                                                   'link2="moon" reason="Never"/></robot>'))
         self.assertTrue(any("moon" in text for text in robot.warnings))
+
+    def test_a_mesh_that_cannot_be_read_is_a_warning_if_allowed(self):
+        with self.assertRaisesRegex(ValueError, r"absent.stl: cannot be read \(No such file or directory\)"):
+            proximity.Robot.from_text(MESH.format("absent.stl"), folder=self.folder)
+        with self.assertWarnsRegex(UserWarning, 'link "stone".*absent.stl'):
+            proximity.Robot.from_text(MESH.format("absent.stl"), folder=self.folder, allow_missing_meshes=True)
+
+    def test_a_mimic_that_makes_no_sense_is_a_warning_if_allowed(self):
+        broken = BALLS.replace('mimic joint="up"', 'mimic joint="pu"')
+        self.assertNotEqual(BALLS, broken)
+        with self.assertRaisesRegex(ValueError, '"up_twice" mimics the unknown joint "pu" .*allow_broken_mimics'):
+            proximity.Robot.from_text(broken)
+        with self.assertWarnsRegex(UserWarning, '"up_twice" mimics the unknown joint "pu" .*a joint of its own'):
+            robot = proximity.Robot.from_text(broken, allow_broken_mimics=True)
+        self.assertIsNone(robot.joints[2].mimic)
 
     # --- What is refused.
 

@@ -42,6 +42,8 @@ class Robot:
         exclude_pairs: Sequence[tuple[str, str]] = [],
         only_pairs: Sequence[tuple[str, str]] = [],
         thresholds: Optional[_Path] = None,
+        allow_missing_meshes: bool = False,
+        allow_broken_mimics: bool = False,
         threads: Optional[int] = None,
     ) -> None: ...
     @staticmethod
@@ -57,6 +59,8 @@ class Robot:
         exclude_pairs: Sequence[tuple[str, str]] = [],
         only_pairs: Sequence[tuple[str, str]] = [],
         thresholds: str = "",
+        allow_missing_meshes: bool = False,
+        allow_broken_mimics: bool = False,
         threads: Optional[int] = None,
     ) -> Robot: ...
     @property
