@@ -15,6 +15,7 @@
 
 #include "demo/demo_objects.h"
 #include "node/system/log_fatal.h"
+#include "node/system/version.h"
 #include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/model/robot_model.h"
@@ -202,6 +203,7 @@ void move(ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (proximity_server::node::tellsVersion(argc, argv, "demo_motion")) return 0;
   ros::init(argc, argv, "demo_motion");
   ros::NodeHandle nh, private_nh("~");
   try {

@@ -3,8 +3,10 @@
 #include "node/proximity_node.h"
 #include "node/system/log_fatal.h"
 #include "node/system/process.h"
+#include "node/system/version.h"
 
 int main(int argc, char** argv) {
+  if (proximity_server::node::tellsVersion(argc, argv, "proximity_server_node")) return 0;
   proximity_server::node::askForShortTurns();
   proximity_server::node::giveBackLargeMemory();
   ros::init(argc, argv, "proximity_server");
