@@ -1,5 +1,6 @@
 #include <proximity_server/ApplyObjects.h>
 #include <proximity_server/Clearance.h>
+#include <proximity_server/ModelInfo.h>
 #include <proximity_server/ObjectList.h>
 #include <rosgraph_msgs/Log.h>
 #include <std_msgs/Float64.h>
@@ -9,6 +10,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "node/answers.h"
 #include "node/faults/running_node.h"
@@ -40,6 +42,14 @@ std::optional<Message> nextOfMotion(Inbox<Message>& inbox, Accept accept) {
   std::optional<Message> found;
   for (int turn = 0; turn < 3 && !found; ++turn) found = inbox.next(accept);
   return found;
+}
+
+TEST(DemoObjects, BelongToARobotThatTheNodeWarnsOfNothing) {
+  Inbox<ModelInfo> inbox(ros::NodeHandle(), "/demo/proximity_server/model_info");
+  const auto info = inbox.next();
+  ASSERT_TRUE(info);
+  EXPECT_EQ(info->robot, "proximity_demo");
+  EXPECT_EQ(info->warnings, std::vector<std::string>());
 }
 
 TEST(DemoObjects, ABarIsCarriedPastBodyAndTableAndPutBackWhereItStood) {
