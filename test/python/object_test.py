@@ -13,8 +13,8 @@ import warnings
 import numpy
 
 import cases
-from cases import ARM_AND_BASE, DEMO, balls, demo, proximity, repeats
-from proximity import Box, Boxes, Capsule, Cone, Cylinder, Ellipsoid, HalfSpace, Level, Mesh, MeshFile, Sphere, Status, Verdict
+from cases import ARM_AND_BASE, DEMO, balls, demo, repeats
+from proximity import Box, Boxes, Capsule, Cone, Cylinder, Ellipsoid, HalfSpace, Level, Mesh, MeshFile, Sphere, Verdict
 
 AT_ZERO = [0.0, 0.0, 0.0]
 
@@ -63,7 +63,8 @@ class OnPaper(unittest.TestCase):
             "sphere": (Sphere(0.3), (3.5, 0, 0)), "box": (Box((0.4, 2, 2)), (3.4, 0, 0)),
             "capsule": (Capsule(0.1, 0.6), (2, 0, 1.6)), "cylinder": (Cylinder(0.1, 0.6), (2, 0, 1.5)),
             "cone": (Cone(0.1, 0.6), (2, 0, -1.5)), "ellipsoid": (Ellipsoid((0.1, 0.2, 0.3)), (2, 1.4, 0)),
-            "half-space": (HalfSpace((-1, 0, 0), -3.2), None), "boxes": (Boxes([[3.2, -1, -1], [9, 9, 9]], [[4, 1, 1], [10, 10, 10]]), None),
+            "half-space": (HalfSpace((-1, 0, 0), -3.2), None),
+            "boxes": (Boxes([[3.2, -1, -1], [9, 9, 9]], [[4, 1, 1], [10, 10, 10]]), None),
             "mesh": (Mesh(CORNERS, FACES), (3.2, -0.1, -0.1)),
         }
         for name, (shape, pose) in shapes.items():
@@ -186,7 +187,8 @@ objects:
 - {id: floor, planes: [{coef: [0, 0, 1, 0.1]}]}
 - id: corner
   pose: {position: [-0.6, 0.2, 0.9]}
-  meshes: [{vertices: [[0, 0, 0], [0.3, 0, 0], [0, 0.3, 0], [0, 0, 0.3]], triangles: [{vertex_indices: [0, 2, 1]}, {vertex_indices: [0, 1, 3]}, {vertex_indices: [0, 3, 2]}, {vertex_indices: [1, 2, 3]}]}]
+  meshes: [{vertices: [[0, 0, 0], [0.3, 0, 0], [0, 0.3, 0], [0, 0, 0.3]],
+    triangles: [{vertex_indices: [0, 2, 1]}, {vertex_indices: [0, 1, 3]}, {vertex_indices: [0, 3, 2]}, {vertex_indices: [1, 2, 3]}]}]
 rules:
 - {a: table, b: torso, allowed: true}
 """
