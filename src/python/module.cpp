@@ -263,7 +263,8 @@ py::dict stateOf(const Robot& robot) {
                   "thresholds_name"_a = text.thresholds_name, "mesh_tolerance"_a = options.mesh_tolerance,
                   "padding"_a = options.padding, "packages"_a = options.packages, "group"_a = options.pairs.group,
                   "exclude_pairs"_a = options.pairs.exclude_pairs, "only_pairs"_a = options.pairs.only_pairs,
-                  "threads"_a = robot.threads(), "objects"_a = objects, "rules"_a = rules);
+                  "allow_missing_meshes"_a = options.allow_missing_meshes,
+                  "allow_broken_mimics"_a = options.allow_broken_mimics, "threads"_a = robot.threads(), "objects"_a = objects, "rules"_a = rules);
 }
 
 template <typename Value>
@@ -283,6 +284,8 @@ std::unique_ptr<Robot> robotOf(const py::dict& state) {
                           valueOf<Text>(state, "group"),
                           valueOf<NamePairs>(state, "exclude_pairs"),
                           valueOf<NamePairs>(state, "only_pairs"),
+                          valueOf<bool>(state, "allow_missing_meshes"),
+                          valueOf<bool>(state, "allow_broken_mimics"),
                           valueOf<int>(state, "threads")};
   std::unique_ptr<Robot> robot = makeRobot(std::move(text), keywords);
   std::vector<scene::WrittenObject> objects;

@@ -200,6 +200,7 @@ class Loading(unittest.TestCase):
         with self.assertWarnsRegex(UserWarning, '"up_twice" mimics the unknown joint "pu" .*a joint of its own'):
             robot = proximity.Robot.from_text(broken, allow_broken_mimics=True)
         self.assertIsNone(robot.joints[2].mimic)
+        self.assertIsNone(pickle.loads(pickle.dumps(robot)).joints[2].mimic)
 
     # --- What is refused.
 
