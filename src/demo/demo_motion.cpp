@@ -64,6 +64,7 @@ std::vector<Joint> drivenJoints(const ros::NodeHandle& nh) {
   const auto no_mesh = [](const std::string& uri) -> std::string { throw std::invalid_argument(uri); };
   proximity_server::scene::ModelOptions options;
   options.allow_missing_meshes = true;
+  options.allow_broken_mimics = true;  // the node decides whether that is allowed
   auto joints = proximity_server::scene::loadRobotModel(urdf, no_mesh, options).joints;
   joints.erase(std::remove_if(joints.begin(), joints.end(), [](const Joint& j) { return !isDriven(j); }), joints.end());
   return joints;

@@ -105,7 +105,7 @@ void DemoObjects::update(double time) {
   time_ = time;
   if (node_start_ == 0) return;
   if (node_start_ != known_to_) sendAll();
-  // What others do is seen in the list; until it has our own changes, too, nothing is known.
+  // The list tells what others did; one that is older than our last change says nothing.
   if (node_start_ != known_to_ || present_->node_start != node_start_ || present_->revision < revision_) return;
   if (begins && isAnyMissing()) return sendAll();
   const ObjectInfo* bar = find(kBar);

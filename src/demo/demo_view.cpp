@@ -5,8 +5,10 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -15,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "node/system/log_fatal.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/model/names.h"
@@ -31,11 +34,12 @@ RobotModel loadRobot(const ros::NodeHandle& nh) {
   proximity_server::scene::ModelOptions options;
   options.mesh_tolerance = 1.0;  // [m] a view needs no more than the hull of a mesh
   options.allow_missing_meshes = true;
+  options.allow_broken_mimics = true;  // the node decides whether that is allowed
   using namespace proximity_server::scene;
   return loadRobotModel(urdf, packageResolver(rosPackagePath()), options);
 }
 
-/// What the robot takes, with the texts above it, in the frame of its root: with all joints at 0 (or the limit nearest to it), and in
+/// The box around the robot and the texts above it, in the frame of its root: with all joints at 0 (or the limit nearest to it), and in
 /// the middle of their limits.
 Eigen::AlignedBox3d boxOf(const RobotModel& robot) {
   std::vector<double> near_zero, middle;
@@ -95,7 +99,7 @@ std::string viewOf(const std::string& file, const RobotModel& robot) {
   return text;
 }
 
-/// Where nodes may write.
+/// The folder in which nodes may write.
 std::filesystem::path rosHome() {
   const char* const home = std::getenv("ROS_HOME");
   if (home && *home) return home;
@@ -126,11 +130,11 @@ int main(int argc, char** argv) {
     std::vector<char*> arguments;
     for (std::string& word : words) arguments.push_back(word.data());
     arguments.push_back(nullptr);
-    ros::shutdown();
     execvp("rviz", arguments.data());
-    throw std::runtime_error("cannot start rviz");
+    throw std::runtime_error(std::string("cannot start rviz (") + std::strerror(errno) + ")");
   } catch (const std::exception& error) {
-    ROS_FATAL("%s", error.what());
+    proximity_server::node::logFatal(error.what());
+    ros::shutdown();
     return 1;
   }
 }

@@ -93,19 +93,22 @@ bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Res
   // Only one reload at a time, so that monitor and services do not end with different robots.
   const std::lock_guard<std::mutex> lock(reload_mutex_);
   try {
-    const Config config = loadConfig(private_nh_);
-    const MonitorSettings in_force = settings_server_.settings();
+    Config config = loadConfig(private_nh_);
+    const std::string left = differences(settings_server_.settings(), config.monitor);
+    config.monitor = settings_server_.settings();
     const auto loaded = std::make_shared<const Robot>(nh_, config);
-    loaded->useDefaults(in_force);
-    objects_.follow(loaded, [&] {
-      std::atomic_store(&robot_, loaded);
-      monitor_.follow(loaded);
+    // They may have changed while the robot was read, which takes seconds.
+    settings_server_.whileTheyStay([&](const MonitorSettings& in_force) {
+      loaded->useDefaults(in_force);
+      objects_.follow(loaded, [&] {
+        std::atomic_store(&robot_, loaded);
+        monitor_.follow(loaded);
+      });
     });
     tf_.watch(*loaded);
     announce(*loaded);
     response.success = true;
     response.message = description(*loaded);
-    const std::string left = differences(in_force, config.monitor);
     if (!left.empty())
       response.message += "; live parameters stay as they are, unlike on the parameter server: " + left +
                           "; the service set_parameters (dynamic_reconfigure) changes them";

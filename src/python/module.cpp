@@ -264,7 +264,8 @@ py::dict stateOf(const Robot& robot) {
                   "padding"_a = options.padding, "packages"_a = options.packages, "group"_a = options.pairs.group,
                   "exclude_pairs"_a = options.pairs.exclude_pairs, "only_pairs"_a = options.pairs.only_pairs,
                   "allow_missing_meshes"_a = options.allow_missing_meshes,
-                  "allow_broken_mimics"_a = options.allow_broken_mimics, "threads"_a = robot.threads(), "objects"_a = objects, "rules"_a = rules);
+                  "allow_broken_mimics"_a = options.allow_broken_mimics, "threads"_a = robot.threads(),
+                  "objects"_a = objects, "rules"_a = rules);
 }
 
 template <typename Value>

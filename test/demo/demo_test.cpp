@@ -45,12 +45,32 @@ std::pair<int, std::string> outputOf(const std::string& command) {
   return {WEXITSTATUS(pclose(pipe)), output};
 }
 
-/// What demo_motion prints with these parameters, which end it, or do not within 5 s.
-std::string outputWith(const std::string& joints, const std::string& keyframes, int expected_code) {
-  const auto [code, output] = outputOf("rosparam set /ending \"{joints: " + joints + ", keyframes: " + keyframes +
-                                       "}\" && timeout --preserve-status --signal=INT 5 " DEMO_MOTION
-                                       " __name:=ending joint_states:=/ending/joint_states");
-  EXPECT_EQ(code, expected_code) << output;
+/// Runs demo_motion with these parameters.
+std::string demoMotionWith(const std::string& joints, const std::string& keyframes) {
+  return "rosparam set /ending \"{joints: " + joints + ", keyframes: " + keyframes +
+         "}\" && exec timeout --signal=INT 60 " DEMO_MOTION " __name:=ending joint_states:=/ending/joint_states";
+}
+
+/// What it prints with parameters that end it.
+std::string lastWordsWith(const std::string& joints, const std::string& keyframes) {
+  const auto [code, output] = outputOf(demoMotionWith(joints, keyframes));
+  EXPECT_EQ(code, 1) << output;
+  return output;
+}
+
+/// What a command prints up to a line that contains `part`; the command ends there.
+std::string outputUntil(const std::string& command, const std::string& part) {
+  FILE* pipe = popen(("echo $$; " + command + " 2>&1").c_str(), "r");
+  std::string output, line;
+  pid_t process = 0;
+  for (int byte = fgetc(pipe); byte != EOF; byte = fgetc(pipe)) {
+    line += static_cast<char>(byte);
+    if (byte != '\n') continue;
+    if (process == 0) process = std::stoi(line);
+    if (line.find(part) != std::string::npos) kill(process, SIGTERM);
+    output += std::exchange(line, "");
+  }
+  pclose(pipe);
   return output;
 }
 
@@ -60,17 +80,18 @@ void expectIn(const std::string& text, const std::string& part) {
 
 // Regression: it published 0 of every joint, and tests of a robot that should move passed.
 TEST(DemoMotion, EndsWhereTheScriptNamesAJointThatTheRobotDoesNotHave) {
-  expectIn(outputWith("[elbow flx]", "[[0, 0], [1, 1]]", 1),
+  expectIn(lastWordsWith("[elbow flx]", "[[0, 0], [1, 1]]"),
            "~joints: 'elbow flx' is no joint of the robot that can be driven: did you mean 'elbow flex'?");
 }
 
 TEST(DemoMotion, EndsWhereAPositionIsBeyondTheLimits) {
-  expectIn(outputWith("[shoulder.pan, elbow flex]", "[[0, 0, 1], [1, 1, 9.9]]", 1),
+  expectIn(lastWordsWith("[shoulder.pan, elbow flex]", "[[0, 0, 1], [1, 1, 9.9]]"),
            "row 2 of ~keyframes: 'elbow flex' is at 9.9 rad, beyond its limits, which are -1 and 1 rad");
 }
 
 TEST(DemoMotion, WarnsOfAScriptThatDoesNotMove) {
-  expectIn(outputWith("[elbow flex]", "[[0, 1], [1, 1]]", 0), "the robot does not move: every row of ~keyframes");
+  const std::string warning = "the robot does not move: every row of ~keyframes";
+  expectIn(outputUntil(demoMotionWith("[elbow flex]", "[[0, 1], [1, 1]]"), warning), warning);
 }
 
 // Regression: the camera stood where it fits the robot of the demo, and the fixed frame was a link of that robot.
@@ -147,11 +168,15 @@ class Terminal {
     close(terminal_);
   }
 
-  /// The next line without escape sequences; "" at the end.
-  std::string next() {
+  /// The next line without escape sequences; nullopt at the end.
+  std::optional<std::string> next() {
     std::string line;
     char byte = 0;
-    while (read(terminal_, &byte, 1) == 1 && byte != '\n') line += byte;
+    for (;;) {
+      if (read(terminal_, &byte, 1) != 1) return std::nullopt;
+      if (byte == '\n') break;
+      line += byte;
+    }
     return std::regex_replace(line, std::regex("\x1b\\[[0-9;]*[A-Za-z]|\r"), "");
   }
 
@@ -176,10 +201,16 @@ std::vector<std::string> tableOf(const Clearance& clearance, int columns) {
   std::vector<std::string> lines;
   // The table is redrawn every 0.1 s; it begins with the level, and one that nobody publishes any more ends after a second.
   const auto begins = [&](const std::string& line) { return line.find(levelName(clearance.level)) == 3; };
-  std::string line = terminal.next();
-  while (!begins(line)) line = terminal.next();
-  do lines.push_back(line);
-  while (!begins(line = terminal.next()));
+  std::optional<std::string> line = terminal.next();
+  while (line && !begins(*line)) line = terminal.next();
+  do {
+    if (!line) {
+      ADD_FAILURE() << "the table has ended";
+      break;
+    }
+    lines.push_back(*line);
+    line = terminal.next();
+  } while (!line || !begins(*line));
   return lines;
 }
 

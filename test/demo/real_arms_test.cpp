@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 
 #include "scene/example_robots.h"
+#include "scene/files.h"
 #include "tools/command_line/run_command.h"
 
 // The example of a controller on real arms, each with a ROS master of its own; what is asked of it is in real_arm.py.
@@ -20,20 +20,18 @@ TEST_P(RealArm, IsDrivenPastPairsThatAreNearByDesign) {
   const std::string robot = scene::exampleRobotFile(resolve, std::string("ur_description/urdf/") + GetParam());
   const std::string packages =
       std::filesystem::canonical(robot).parent_path().parent_path().parent_path().parent_path().parent_path();
-  const std::filesystem::path folder =
-      std::filesystem::path(testing::TempDir()) / (std::string("real_arm_") + GetParam());
-  std::filesystem::create_directory(folder);
-  std::ofstream(folder / "motion.yaml")
-      << "start: {shoulder_lift_joint: -1.5, elbow_joint: 0.5}\n"
-         "target: {shoulder_pan_joint: 1.0, shoulder_lift_joint: -1.0, elbow_joint: 2.9}\n";
-  const std::string drive = "rostest " PROXIMITY_SOURCE_DIR "/test/demo/real_arm.test robot:=" + robot +
-                            " motion:=" + (folder / "motion.yaml").string();
+  const scene::TemporaryFiles files;
+  const std::string motion =
+      files.write("motion.yaml",
+                  "start: {shoulder_lift_joint: -1.5, elbow_joint: 0.5}\n"
+                  "target: {shoulder_pan_joint: 1.0, shoulder_lift_joint: -1.0, elbow_joint: 2.9}\n");
+  const std::string drive =
+      "rostest " PROXIMITY_SOURCE_DIR "/test/demo/real_arm.test robot:=" + robot + " motion:=" + motion;
   const tools::CommandResult result = tools::runCommand(
-      "ROS_HOME=" + folder.string() + " ROS_TEST_RESULTS_DIR=" + folder.string() +
+      "ROS_HOME=" + files.path("") + " ROS_TEST_RESULTS_DIR=" + files.path("") +
       " " ENVIRONMENT " sh -c 'ROS_PACKAGE_PATH=$ROS_PACKAGE_PATH:/usr/share:" + packages + " " + drive + "' 2>&1");
   EXPECT_EQ(result.exit_code, 0) << result.output;
   EXPECT_NE(result.output.find("RESULT: SUCCESS"), std::string::npos) << result.output;
-  std::filesystem::remove_all(folder);
 }
 
 INSTANTIATE_TEST_SUITE_P(Shared, RealArm, testing::Values("ur10_robot.urdf", "ur5_robot.urdf"));

@@ -4,6 +4,7 @@
 import csv
 import io
 import math
+import os
 import pathlib
 import subprocess
 import tempfile
@@ -17,6 +18,7 @@ from cases import ARM_AND_BASE, DEMO, balls, demo, repeats
 from proximity import Box, Boxes, Capsule, Cone, Cylinder, Ellipsoid, HalfSpace, Level, Mesh, MeshFile, Sphere, Verdict
 
 AT_ZERO = [0.0, 0.0, 0.0]
+CLEARANCE = os.environ.get("CLEARANCE")  # the tool
 
 # A tetrahedron with a corner at the origin and edges of 1 m along the axes.
 CORNERS = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
@@ -167,6 +169,7 @@ class OnPaper(unittest.TestCase):
             robot.below(q, math.nan)
 
 
+@unittest.skipUnless(CLEARANCE, "the tool clearance is not built")
 class BesideTheTool(unittest.TestCase):
     CELL = """
 objects:
@@ -221,10 +224,9 @@ rules:
         writer = csv.writer(states)
         writer.writerow([joint.name for joint in self.robot.joints])
         writer.writerows([repr(position) for position in state] for state in q.tolist())
-        program = pathlib.Path(cases.ANSWERS).parent / "clearance"
-        printed = subprocess.run([program, DEMO / "robot.urdf", "--srdf", DEMO / "robot.srdf", *options], input=states.getvalue(),
+        printed = subprocess.run([CLEARANCE, DEMO / "robot.urdf", "--srdf", DEMO / "robot.srdf", *options], input=states.getvalue(),
                                  text=True, check=True, capture_output=True,
-                                 env={**cases.os.environ, "ROS_PACKAGE_PATH": ":".join(map(str, cases.package_roots()))}).stdout
+                                 env={**os.environ, "ROS_PACKAGE_PATH": ":".join(map(str, cases.package_roots()))}).stdout
         return list(csv.DictReader(io.StringIO(printed)))
 
     def test_the_closest_pair_and_its_distance_are_those_that_the_tool_prints(self):

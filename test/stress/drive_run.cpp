@@ -139,7 +139,7 @@ const std::vector<DriveFamily>& driveFamilies() {
   return families;
 }
 
-/// As src/demo/avoiding_controller/remembered_rows.py, where it is explained.
+/// As src/demo/avoiding_controller/remembered_rows.py, where it is explained, with the same constants.
 class RememberedRows {
  public:
   using Key = std::pair<int, int>;
@@ -166,20 +166,23 @@ class RememberedRows {
   }
 
  private:
+  static constexpr std::size_t kMost = 4;
+  static constexpr double kSame = 0.02, kChange = 20.0, kMostAlike = 0.1, kBand = 1e-3, kReach = 0.1;
+
   static void keep(const Place& place, const Place& now, std::vector<Place>& kept) {
     const auto is_another = [&](const Place& other) { return jumps(place, other); };
-    if (kept.size() < 4 && isAboutAsNear(place, now) && is_another(now) &&
+    if (kept.size() < kMost && isAboutAsNear(place, now) && is_another(now) &&
         std::all_of(kept.begin(), kept.end(), is_another))
       kept.push_back(place);
   }
   static bool jumps(const Place& place, const Place& other) {
     const double norm = std::max(other.gradient.norm(), place.gradient.norm());
-    const double same = std::min(0.02 + 20.0 * (other.state - place.state).norm(), 0.1);
+    const double same = std::min(kSame + kChange * (other.state - place.state).norm(), kMostAlike);
     return (other.gradient - place.gradient).norm() > same * norm;
   }
   static bool isAboutAsNear(const Place& place, const Place& now) {
     const VectorXd way = now.state - place.state;
-    return place.distance + place.gradient.dot(way) <= now.distance + 1e-3 && way.norm() <= 0.1;
+    return place.distance + place.gradient.dot(way) <= now.distance + kBand && way.norm() <= kReach;
   }
 
   std::map<Key, Place> latest_;

@@ -68,6 +68,11 @@ MonitorSettings SettingsServer::settings() const {
   return settingsOf(values_);
 }
 
+void SettingsServer::whileTheyStay(const std::function<void(const MonitorSettings& settings)>& act) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  act(settingsOf(values_));
+}
+
 MonitorSettings SettingsServer::settingsOf(const ProximityConfig& values) const {
   dynamic_reconfigure::Config message;
   values.__toMessage__(message);

@@ -25,6 +25,9 @@ class SettingsServer {
   /// Those in force.
   MonitorSettings settings() const;
 
+  /// Calls `act` with those in force, which do not change meanwhile.
+  void whileTheyStay(const std::function<void(const MonitorSettings& settings)>& act) const;
+
  private:
   bool onSet(dynamic_reconfigure::Reconfigure::Request& request, dynamic_reconfigure::Reconfigure::Response& response);
   MonitorSettings settingsOf(const ProximityConfig& values) const;

@@ -175,10 +175,11 @@ MeshResolver packageResolver(const std::vector<std::string>& roots, const std::s
     } else {
       refuseScheme(uri);
     }
+    const std::string name = uri == path ? uri : uri + ": " + path.string();
     if (const std::string why = whyUnreadable(path); !why.empty())
-      throw std::invalid_argument(uri + ": " + path.string() + ": cannot be read (" + why + ")");
+      throw std::invalid_argument(name + ": cannot be read (" + why + ")");
     if (std::error_code failed; !fs::is_regular_file(path, failed))
-      throw std::invalid_argument(uri + ": " + path.string() + " is no file");
+      throw std::invalid_argument(name + " is not a regular file");
     return path.string();
   };
 }

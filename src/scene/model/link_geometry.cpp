@@ -32,7 +32,7 @@ MeshOptions meshOptionsOf(const std::string& link, const ModelOptions& options) 
   return meshes;
 }
 
-/// Where a <collision> is.
+/// The place of a <collision> in the URDF.
 struct Place {
   std::string link;
   int number;  ///< n-th of its link, counted from 1

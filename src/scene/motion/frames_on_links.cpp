@@ -30,9 +30,9 @@ Placement placementOf(const RobotModel& robot, const WrittenPlace& place) {
   return std::visit([](auto&& standing) { return Placement(standing); }, standingIn(robot, place.frame, place.pose));
 }
 
-int carrierOf(const RobotModel& robot, const Object& object) {
-  if (const auto* moving = std::get_if<Moving>(&object.placement)) return robot.findLink(moving->frame);
-  if (const auto* held = std::get_if<Attached>(&object.placement)) return robot.findLink(held->link);
+int carryingLink(const RobotModel& robot, const Object& object) {
+  if (const auto* moving = std::get_if<Moving>(&object.placement)) return linkOfFrame(robot, moving->frame);
+  if (const auto* held = std::get_if<Attached>(&object.placement)) return linkOfFrame(robot, held->link);
   return rootOf(robot);
 }
 
@@ -47,7 +47,7 @@ Isometry3d poseOfLink(const RobotModel& robot, int link, const BodyPoses& poses)
 }
 
 Isometry3d seenFrom(const RobotModel& robot, int link, const Object& object, const BodyPoses& poses) {
-  const int carrier = carrierOf(robot, object);
+  const int carrier = carryingLink(robot, object);
   if (carrier == link) return poseInCarrier(object);
   return poseOfLink(robot, link, poses).inverse() * poseOfLink(robot, carrier, poses) * poseInCarrier(object);
 }
@@ -56,7 +56,7 @@ FramePoses framePoses(const Objects& objects, const BodyPoses& poses) {
   const RobotModel& robot = objects.model().robot;
   FramePoses frames;
   for (const std::string& frame : objects.frames())
-    frames.emplace_back(poseOfLink(robot, robot.findLink(frame), poses));
+    frames.emplace_back(poseOfLink(robot, linkOfFrame(robot, frame), poses));
   return frames;
 }
 
@@ -64,7 +64,7 @@ RobotMotion::ObjectFrames framesOnLinks(const Objects& objects) {
   const RobotModel& robot = objects.model().robot;
   RobotMotion::ObjectFrames frames;
   for (const std::string& frame : objects.frames()) {
-    const Link& link = robot.links[robot.findLink(frame)];
+    const Link& link = robot.links[linkOfFrame(robot, frame)];
     frames.moving.push_back(RobotMotion::atRest(link.body_T_link, link.body));
   }
   return frames;

@@ -133,9 +133,8 @@ void warnOfNearPairs(SceneModel& model, const LevelThresholds& thresholds) {
   }
   addPairsWarning(
       "Not checked, as the SRDF disables them, although they come within their stop distance in random states; to "
-      "check one, take out its disable_collisions, and give it a pair_stop_distance if it is near by design; to leave "
-      "it "
-      "out knowingly, name it in exclude_pairs, too",
+      "check one, take out its disable_collisions, and give it a pair_stop_distance if it is near by design; to "
+      "silence this warning, add it to exclude_pairs",
       names, model.pairs);
 }
 

@@ -88,7 +88,7 @@ ClearanceAssertion::Verdict ClearanceAssertion::verdictOf(const Row& row) const 
 std::string ClearanceAssertion::joints(const scene::ShapeRefPair& pair, const scene::Objects* objects,
                                        const scene::Positions& positions) const {
   const auto link = [&](const scene::ShapeRef& ref) {
-    return ref.link >= 0 ? ref.link : carrierOf(robot_, *objects->object(ref.object));
+    return ref.link >= 0 ? ref.link : carryingLink(robot_, *objects->object(ref.object));
   };
   const std::string text = stateText(robot_, {{link(pair.a)}, {link(pair.b)}}, positions);
   return text.size() > kLongestJoints ? "" : text;

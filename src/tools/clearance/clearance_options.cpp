@@ -104,6 +104,7 @@ void requireConsistent(const ClearanceOptions& options) {
   require(is_merge || !options.robot.urdf.empty(), "robot is required: the URDF");
   require(!is_merge || options.robot.urdf.empty(), "--merge needs no robot: the manifests know it");
   require(!is_merge || !options.list, "--list does not go with --merge");
+  require(!options.list || options.out.empty(), "--list prints to standard output, without --out");
   require(!is_merge || !options.out.empty(), "--merge needs --out FILE");
   require(!is_part || !options.out.empty(), "--shard and --range need --out DIR");
   require(!is_npy || !options.out.empty(), "--format npy needs --out FILE");

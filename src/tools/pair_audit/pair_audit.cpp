@@ -116,7 +116,8 @@ std::string parametersText(const Proposal& proposal, const RobotFiles& files) {
   return "# Parameters of proximity_server_node; config/README.md of the package has all of them.\nstop_distance: " +
          numberText(usual.stop) + "\nwarn_distance: " + numberText(usual.warn) + "\n" +
          (files.mesh_tolerance ? "mesh_tolerance: " + numberText(*files.mesh_tolerance) + "\n" : "") +
-         thresholdsText(proposal);
+         (files.allow_missing_meshes ? "allow_missing_meshes: true\n" : "") +
+         (files.allow_broken_mimics ? "allow_broken_mimics: true\n" : "") + thresholdsText(proposal);
 }
 
 void writeSetupOf(const Arguments& arguments, const Proposal& proposal) {

@@ -54,6 +54,7 @@ const char* const kTest = R"text(<launch>
     <param name="duration" value="3"/>
     <param name="wait_time" value="90"/>
     <param name="max_invalid" value="0.5"/>
+    <rosparam param="moving_joints">[]</rosparam>
   </test>
 </launch>
 )text";

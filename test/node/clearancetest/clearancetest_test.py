@@ -248,6 +248,13 @@ class BesideAFake(unittest.TestCase):
         cases = run_beside(lambda _: clearance(0.5), positions=rest, minimum=0.0, moving_joints=[])
         self.assertEqual(set(cases.values()), {""})
 
+    # Regression: every joint was taken for one of the robot.
+    def test_a_robot_whose_urdf_is_nowhere(self):
+        with Fake(lambda _: clearance(0.5)):
+            rospy.set_param("/fake/robot_description", "nowhere")
+            words = Child(topic=TOPIC, duration=0.4, max_silence=5.0, minimum=0.0).cases()["test_joints"]
+        self.assertIn("no URDF with joints was found in the parameter nowhere of /fake", words)
+
     def test_a_robot_whose_joints_nobody_tells(self):
         cases = run_beside(lambda _: clearance(0.5), positions=lambda _: {}, minimum=0.0)
         self.assertIn("nothing was heard on /joint_states", cases["test_motion"])

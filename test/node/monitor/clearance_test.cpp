@@ -269,11 +269,11 @@ TEST_F(ClearanceTopic, ReloadNamesTheLiveParametersThatItLeaves) {
   EXPECT_NE(message.find("unlike on the parameter server: warn_distance is 0.05, there it is 0.25; the service"),
             std::string::npos)
       << message;
+  ros::param::set("/proximity_server/warn_distance", 0.05);
   hold(0.4);
   const auto after = at(0.2);
   ASSERT_TRUE(after);
   EXPECT_EQ(after->level, Clearance::CLEAR);
-  ros::param::set("/proximity_server/warn_distance", 0.05);
 }
 
 TEST_F(ClearanceTopic, IsSilentWhileTheMonitorIsDisabled) {

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# The way of somebody who has a catkin workspace, and another python3 first on PATH: he builds the package without a build type, installs it,
-# and uses library, node, objects and tests from a package of his own.
+# The way of somebody who has a catkin workspace, and another python3 first on PATH: he builds the package without a build type,
+# installs it, and uses library, node, objects and tests from a package of his own.
 #
-#   newcomer.sh [BUILD]    BUILD: takes what this build of the package has made, instead of building it (15 minutes)
+#   newcomer.sh [BUILD]    BUILD: takes what this build of the package has made; nothing of the package is compiled then, which takes
+#                          15 minutes
 set -euo pipefail
 here=$(readlink -f "$(dirname "$0")")
 source=$(readlink -f "$here/../../..")
@@ -11,7 +12,7 @@ folder=$(mktemp -d)
 node=
 finish() {
   if [ -n "$node" ]; then
-    kill -INT "$node" 2>/dev/null || true
+    kill "$node" 2>/dev/null || true
     wait "$node" || true
   fi
   rm -rf "$folder"
@@ -54,7 +55,7 @@ if [ -n "$build" ]; then taken=(-DCMAKE_BUILD_WITH_INSTALL_RPATH=ON); fi  # as p
 cmake -S "$workspace/src" -B "$workspace/build" "-DCATKIN_DEVEL_PREFIX=$workspace/devel" "-DCMAKE_INSTALL_PREFIX=$workspace/install" \
   "${taken[@]}"
 if [ -n "$build" ]; then
-  cp -r --no-clobber "$build/devel/." "$workspace/devel"
+  tar -C "$build/devel" -c . | tar -C "$workspace/devel" -x --skip-old-files
 else
   cmake --build "$workspace/build" -j "$(nproc)"
 fi
@@ -92,7 +93,8 @@ int main() {
   return loadRobotModel("<robot name='r'><link name='a'/></robot>", packageResolver({})).links.size() == 1 ? 0 : 1;
 }
 CPP
-env -u CMAKE_PREFIX_PATH cmake -S "$folder/plain" -B "$folder/plain/build" "-Dproximity_server_DIR=$workspace/install/share/proximity_server/cmake"
+env -u CMAKE_PREFIX_PATH cmake -S "$folder/plain" -B "$folder/plain/build" \
+  "-Dproximity_server_DIR=$workspace/install/share/proximity_server/cmake"
 cmake --build "$folder/plain/build"
 "$folder/plain/build/links"
 

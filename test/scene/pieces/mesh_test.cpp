@@ -902,7 +902,7 @@ TEST_F(Resolver, APackageThatIsNotFoundIsAnErrorWithTheFoldersThatWereSearched) 
 
 TEST_F(Resolver, AFileThatCannotBeReadIsAnErrorWithTheReason) {
   const auto expect = [&](const std::string& path, const std::string& reason) {
-    EXPECT_EQ(errorOf([&] { resolver()(path); }), path + ": " + path + ": cannot be read (" + reason + ")");
+    EXPECT_EQ(errorOf([&] { resolver()(path); }), path + ": cannot be read (" + reason + ")");
   };
   expect(files_.path("absent.stl"), "No such file or directory");
   expect(files_.path("src"), "Is a directory");

@@ -209,8 +209,9 @@ TEST_F(Balls, ThresholdsThatMakeNoSenseAreRefusedByName) {
   EXPECT_EQ(refusal(pair("a", "b", -0.1)), "pair_stop_distance of a - b is -0.1, but must not be negative");
   EXPECT_EQ(refusal({{}, {{"a", std::numeric_limits<double>::infinity()}}, {}}),
             "link_stop_distance/a is inf, but must not be negative");
-  EXPECT_EQ(refusal({{}, {}, {{"rigth", 0.1}}}),
-            "group_stop_distance: the SRDF has no group \"rigth\" (did you mean \"right\"?); it has right");
+  EXPECT_EQ(
+      refusal({{}, {}, {{"rigth", 0.1}}}),
+      "group_stop_distance: the SRDF has no group \"rigth\" (did you mean \"right\"?); it has left, right, inner");
   EXPECT_EQ(
       refusal(pair("b", "a", 0.95)),
       "the stop distance of a - b is 0.95, above its warn distance, which is 0.9: the level WARN comes before STOP");

@@ -38,7 +38,7 @@ TEST(ContentHash, NamesTheFileThatCannotBeRead) {
   const TemporaryFiles files;
   const std::string nowhere = files.path("nowhere"), folder = files.path("");
   EXPECT_EQ(errorOf([&] { contentHash(nowhere); }), nowhere + ": cannot be read (No such file or directory)");
-  EXPECT_EQ(errorOf([&] { contentHash(folder); }), folder + ": reading failed");
+  EXPECT_EQ(errorOf([&] { contentHash(folder); }), folder + ": cannot be read (Is a directory)");
 }
 
 }  // namespace proximity_server::tools::content_hash_test

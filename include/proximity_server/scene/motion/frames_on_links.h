@@ -15,25 +15,26 @@
 
 namespace proximity_server::scene {
 
-/// The placement of an object in the frame of a link; in that of the root link, or in none, it stands still.
-/// Throws std::invalid_argument for a link that does not exist.
+// Failure: each function throws std::invalid_argument for a frame that is no link of the robot.
+
+/// The placement of an object whose pose is given in the frame of a link. In that of the root link, or in none, it stands still.
 std::variant<Fixed, Moving> standingIn(const RobotModel& robot, const std::string& frame,
                                        const Eigen::Isometry3d& pose);
 Placement placementOf(const RobotModel& robot, const WrittenPlace& place);
 
 /// The link in whose frame an object stands, moves or is held.
-int carrierOf(const RobotModel& robot, const Object& object);
+int carryingLink(const RobotModel& robot, const Object& object);
 
-/// The pose of an object in the frame of that link.
+/// The pose of an object in the frame of its carrying link.
 const Eigen::Isometry3d& poseInCarrier(const Object& object);
 
-/// The pose of a link that has one.
+/// The pose of a link in the frame of the poses, among which must be that of its body.
 Eigen::Isometry3d poseOfLink(const RobotModel& robot, int link, const BodyPoses& poses);
 
-/// The pose of an object, seen from a link. Both have poses.
+/// The pose of an object in the frame of a link. Among the poses must be those of both bodies.
 Eigen::Isometry3d seenFrom(const RobotModel& robot, int link, const Object& object, const BodyPoses& poses);
 
-/// The poses of the frames of moving objects, as an update takes them.
+/// The poses of the frames of moving objects, as Scene::update() takes them.
 FramePoses framePoses(const Objects& objects, const BodyPoses& poses);
 
 /// The same for a motion: each frame rests in its link.
