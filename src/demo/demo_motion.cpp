@@ -54,7 +54,7 @@ double sweep(const Joint& joint, std::size_t number, double time) {
 }
 
 bool isDriven(const Joint& joint) {
-  return !joint.mimic && joint.type != Joint::Type::Floating && joint.type != Joint::Type::Planar;
+  return !joint.mimic && proximity_server::scene::hasOnePosition(joint);
 }
 
 std::vector<Joint> drivenJoints(const ros::NodeHandle& nh) {

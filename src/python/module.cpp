@@ -316,8 +316,9 @@ finite, in any column, has no answer: Status.UNKNOWN, Verdict.UNKNOWN. Limits of
 
 Each answer is a function of its state alone, to the last bit: the other states, their number and the threads do not count,
 nor do the processor and the C library. Among objects it is so within the accepted gap of the bounds, 1e-9 m: there a state is
-answered from the state before it, in blocks of 256 states of a question. The fields of the rows are described at the top of the
-module, help(proximity); where the robot has thresholds, those of PAIR are rows of LEVELED_PAIR.)";
+answered from the state before it, in blocks of 256 states of a question, and the pair that below() names may be another one.
+The fields of the rows are described at the top of the module, help(proximity); where the robot has thresholds, those of PAIR are
+rows of LEVELED_PAIR.)";
 
 constexpr char kLoadDoc[] = R"(Reads a URDF from a file.
 

@@ -270,11 +270,6 @@ py::array joined(const std::map<Eigen::Index, std::vector<LevelRow>>& blocks, co
   return all.array();
 }
 
-/// Whether kinematics looks at the column of the joint.
-bool countsPosition(const scene::Joint& joint) {
-  return joint.type != scene::Joint::Type::Floating && joint.type != scene::Joint::Type::Planar;
-}
-
 /// Places the robot of the derivatives in a state of the block.
 void place(const JointPositions::Block& block, Eigen::Index state, Scratch& scratch) {
   const scene::RobotModel& robot = scratch.loaded->model->robot;
@@ -301,7 +296,7 @@ void writeGradient(const scene::PairProximity& pair, Scratch& scratch, double* g
   std::fill_n(gradient, joints.size(), is_known ? 0.0 : kNaN);
   for (int i = 0; is_known && i < degrees.size(); ++i) {
     const auto joint = static_cast<std::size_t>(degrees[i].joint);
-    if (countsPosition(joints[joint])) gradient[joint] = scratch.by_degrees[i];
+    if (scene::hasOnePosition(joints[joint])) gradient[joint] = scratch.by_degrees[i];
   }
 }
 

@@ -217,7 +217,8 @@ class Readme(unittest.TestCase):
     def test_the_way_of_a_newcomer_leads_to_an_answer(self):
         kept = {name: os.environ[name] for name in ("PATH", "LANG", "CMAKE_CXX_COMPILER_LAUNCHER") if name in os.environ}
         result = subprocess.run([SOURCE / "test" / "readme" / "newcomer" / "newcomer.sh", BUILD], capture_output=True, text=True,
-                                env={**kept, "HOME": str(self.folder.parent), "ROS_HOSTNAME": "localhost"}, check=False, timeout=5 * PATIENCE)
+                                env={**kept, "HOME": str(self.folder.parent), "ROS_HOSTNAME": "localhost"}, check=False,
+                                timeout=5 * PATIENCE)
         self.assertEqual(0, result.returncode, (result.stdout + result.stderr)[-5000:])
 
     def picture(self, text):

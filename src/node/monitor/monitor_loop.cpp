@@ -9,7 +9,7 @@
 #include <optional>
 #include <utility>
 
-#include "node/robot/level_name.h"
+#include "node/robot/status_name.h"
 #include "node/system/real_time.h"
 #include "node/system/request_queue.h"
 #include "proximity_server/scene/model/kinematics.h"
