@@ -53,9 +53,7 @@ double sweep(const Joint& joint, std::size_t number, double time) {
   return middle + half_range * std::sin(speed / half_range * time);
 }
 
-bool isDriven(const Joint& joint) {
-  return !joint.mimic && proximity_server::scene::hasOnePosition(joint);
-}
+bool isDriven(const Joint& joint) { return !joint.mimic && proximity_server::scene::hasOnePosition(joint); }
 
 std::vector<Joint> drivenJoints(const ros::NodeHandle& nh) {
   std::string urdf;
