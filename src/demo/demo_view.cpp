@@ -11,6 +11,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <regex>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -28,9 +29,28 @@ namespace {
 using proximity_server::scene::RobotModel;
 using proximity_server::scene::shortest;
 
-RobotModel loadRobot(const ros::NodeHandle& nh) {
+std::string descriptionOf(const ros::NodeHandle& nh) {
   std::string urdf;
   if (!nh.getParam("robot_description", urdf)) throw std::invalid_argument("there is no parameter robot_description");
+  return urdf;
+}
+
+/// Whether a mesh of the URDF is not there: many packages have those of <collision> only, and RViz draws nothing for the others.
+bool lacksMeshes(const std::string& urdf) {
+  const auto resolve = proximity_server::scene::packageResolver(proximity_server::scene::rosPackagePath());
+  const std::regex mesh("<mesh\\s[^>]*filename\\s*=\\s*[\"']([^\"']+)[\"']");
+  const auto is_missing = [&](const std::smatch& match) {
+    try {
+      resolve(match[1]);
+      return false;
+    } catch (const std::invalid_argument&) {
+      return true;
+    }
+  };
+  return std::any_of(std::sregex_iterator(urdf.begin(), urdf.end(), mesh), std::sregex_iterator(), is_missing);
+}
+
+RobotModel loadRobot(const std::string& urdf) {
   proximity_server::scene::ModelOptions options;
   options.mesh_tolerance = 1.0;  // [m] a view needs no more than the hull of a mesh
   options.allow_missing_meshes = true;
@@ -76,7 +96,8 @@ void replaceValue(std::vector<std::string>& lines, const std::string& key, const
 }
 
 /// The view of `file` with the camera at such a distance that a ball around the box fills the height of the window.
-std::string viewOf(const std::string& file, const RobotModel& robot) {
+std::string viewOf(const std::string& file, const std::string& urdf) {
+  const RobotModel robot = loadRobot(urdf);
   std::ifstream stream(file);
   if (!stream) throw std::invalid_argument("cannot read " + file);
   std::vector<std::string> lines;
@@ -93,6 +114,7 @@ std::string viewOf(const std::string& file, const RobotModel& robot) {
                "{X: " + rounded(centre.x()) + ", Y: " + rounded(centre.y()) + ", Z: " + rounded(centre.z()) + "}");
   replaceValue(lines, "Target Frame", "\"" + root + "\"");
   replaceValue(lines, "Fixed Frame", "\"" + root + "\"");
+  if (lacksMeshes(urdf)) replaceValue(lines, "Collision Enabled", "true");
   replaceValue(lines, "Cell Size", shortest(roundLength(0.2 * radius)));
   std::string text;
   for (const std::string& line : lines) text += line + "\n";
@@ -110,7 +132,7 @@ std::filesystem::path rosHome() {
 /// Writes the view of `file` for the robot; returns the path.
 std::string writeView(const std::string& file) {
   const std::filesystem::path path = rosHome() / "proximity_server_demo.rviz";
-  const std::string view = viewOf(file, loadRobot(ros::NodeHandle()));
+  const std::string view = viewOf(file, descriptionOf(ros::NodeHandle()));
   std::filesystem::create_directories(path.parent_path());
   if (!(std::ofstream(path) << view).flush()) throw std::runtime_error("cannot write " + path.string());
   return path;

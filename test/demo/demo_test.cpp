@@ -94,23 +94,39 @@ TEST(DemoMotion, WarnsOfAScriptThatDoesNotMove) {
   expectIn(outputUntil(demoMotionWith("[elbow flex]", "[[0, 1], [1, 1]]"), warning), warning);
 }
 
-// Regression: the camera stood where it fits the robot of the demo, and the fixed frame was a link of that robot.
-TEST(DemoView, HasACameraThatFitsTheRobot) {
+/// The view that RViz gets for the robot of a namespace, and its options.
+std::string viewIn(const std::string& name_space) {
   char folder[] = "/tmp/demo_view_XXXXXX";
-  ASSERT_NE(mkdtemp(folder), nullptr);
+  EXPECT_NE(mkdtemp(folder), nullptr);
   const std::string place = folder, view = PROXIMITY_SOURCE_DIR "/config/demo/view.rviz";
   std::ofstream(place + "/rviz") << "#!/bin/sh\ncat \"$2\"; echo \"options: $3\"\n";
   std::filesystem::permissions(place + "/rviz", std::filesystem::perms::owner_all);
-  const std::string shown =
-      outputOf("ROS_HOME=" + place + " PATH=" + place + ":$PATH " DEMO_VIEW " " + view + " --fullscreen").second;
+  const std::string shown = outputOf("ROS_HOME=" + place + " ROS_NAMESPACE=" + name_space + " PATH=" + place +
+                                     ":$PATH " DEMO_VIEW " " + view + " --fullscreen")
+                                .second;
   std::filesystem::remove_all(place);
+  return shown;
+}
+
+// Regression: the camera stood where it fits the robot of the demo, and the fixed frame was a link of that robot.
+TEST(DemoView, HasACameraThatFitsTheRobot) {
+  const std::string shown = viewIn("/");
   // The box of odd_names.urdf is 0.2 m wide, from z = -0.1 m to the top of the hand at 1.45 m: its diagonal is sqrt(0.08 + 1.55^2) =
   // 1.5756 m, of which a fifth stays for the texts above it. A ball around both, of radius 0.9432 m, is seen with 45 degrees from
   // 0.9432 / sin(22.5 deg) m.
   for (const std::string line :
        {"Distance: 2.465", "Focal Point: {X: 0, Y: 0, Z: 0.833}", "Target Frame: \"base\"", "Fixed Frame: \"base\"",
-        "Cell Size: 0.1", "Class: rviz/RobotModel", "options: --fullscreen"})
+        "Cell Size: 0.1", "Class: rviz/RobotModel", "Collision Enabled: false", "options: --fullscreen"})
     expectIn(shown, line + "\n");
+}
+
+// Regression: of robots whose visual meshes are elsewhere nothing was seen.
+TEST(DemoView, ShowsCollisionGeometryWhereMeshesAreMissing) {
+  ros::param::set(
+      "/lacking/robot_description",
+      "<robot name='lacking'><link name='base'><visual><geometry>"
+      "<mesh scale='1 1 1' filename='package://no_such_package/base.dae'/></geometry></visual></link></robot>");
+  expectIn(viewIn("/lacking"), "Collision Enabled: true\n");
 }
 
 /// The lines of a table that runs, which ends with its reader.
