@@ -26,7 +26,7 @@ void PairDistances::set(std::vector<Own>& all, const Own& own) {
 const PairDistances::Own* PairDistances::find(const std::vector<Own>& all, int link_a, int link_b) {
   const auto place = std::lower_bound(
       all.begin(), all.end(), std::make_pair(link_a, link_b),
-      [](const Own& own, const std::pair<int, int>& links) { return std::make_pair(own.link_a, own.link_b) < links; });
+      [](const Own& own, const std::pair<int, int>& asked) { return std::make_pair(own.link_a, own.link_b) < asked; });
   return place != all.end() && place->link_a == link_a && place->link_b == link_b ? &*place : nullptr;
 }
 
