@@ -94,8 +94,9 @@ bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Res
   const std::lock_guard<std::mutex> lock(reload_mutex_);
   try {
     Config config = loadConfig(private_nh_);
-    const std::string left = differences(settings_server_.settings(), config.monitor);
-    config.monitor = settings_server_.settings();
+    const MonitorSettings at_first = settings_server_.settings();
+    const std::string left = differences(at_first, config.monitor);
+    config.monitor = at_first;
     const auto loaded = std::make_shared<const Robot>(nh_, config);
     // They may have changed while the robot was read, which takes seconds.
     settings_server_.whileTheyStay([&](const MonitorSettings& in_force) {

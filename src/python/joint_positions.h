@@ -11,7 +11,7 @@
 
 namespace proximity_server::python {
 
-/// What numpy makes of an argument with this name: an array of float64 is returned as it is; others are converted.
+/// The argument with this name as an array of float64; one that is such an array already is returned as it is.
 /// Failure: throws py::type_error for what numpy does not cast to float64 safely, and for a masked array; what numpy throws for what is no
 ///          array.
 pybind11::array float64Array(const pybind11::object& argument, const std::string& name);

@@ -56,7 +56,7 @@ struct LoadedRobot {
   mutable std::optional<scene::MovingScene> fresh_moving_scene;
 };
 
-/// What it holds is made when it is first needed.
+/// The scenes of one thread. Each is made when a question first needs it.
 struct Scratch {
   Scratch(std::shared_ptr<const LoadedRobot> shared, std::shared_ptr<const scene::Objects> among)
       : loaded(std::move(shared)), objects(std::move(among)) {}

@@ -22,7 +22,7 @@ namespace proximity_server::python {
 /// What one thread needs for its questions.
 struct Scratch;
 
-/// What robots of one model with other objects share.
+/// The part that robots share whose objects differ: the model, and the scenes from which twins are made.
 struct LoadedRobot;
 
 /// An array of rows about pairs.

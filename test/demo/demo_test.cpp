@@ -51,14 +51,14 @@ std::string demoMotionWith(const std::string& joints, const std::string& keyfram
          "}\" && exec timeout --signal=INT 60 " DEMO_MOTION " __name:=ending joint_states:=/ending/joint_states";
 }
 
-/// What it prints with parameters that end it.
+/// Runs demo_motion with parameters that it refuses, and returns its output.
 std::string lastWordsWith(const std::string& joints, const std::string& keyframes) {
   const auto [code, output] = outputOf(demoMotionWith(joints, keyframes));
   EXPECT_EQ(code, 1) << output;
   return output;
 }
 
-/// What a command prints up to a line that contains `part`; the command ends there.
+/// Runs a command, ends it at the first line that contains `part`, and returns its output.
 std::string outputUntil(const std::string& command, const std::string& part) {
   FILE* pipe = popen(("echo $$; " + command + " 2>&1").c_str(), "r");
   std::string output, line;
@@ -260,7 +260,7 @@ TEST(ClearanceTable, FitsTheTerminalAndShowsTheEndsOfLongNames) {
     EXPECT_TRUE(std::any_of(lines.begin(), lines.end(),
                             [](const std::string& line) { return line == "    -0.0123 m  short - pair  WARN"; }));
   }
-  // What has room is whole.
+  // Names for which there is room are not cut.
   expectIn(tableOf(clearance, 100)[3], "  a - " + wheel);
   expectIn(tableOf(clearance, 200)[0], finger + " - " + wheel);
 }

@@ -77,7 +77,7 @@ class Demo {
   pid_t pid_;
 };
 
-/// What git sees in the sources that is not committed.
+/// The changes in the sources that git shows as not committed.
 std::string statusOfSources() {
   FILE* pipe = popen("git -C " PROXIMITY_SOURCE_DIR " status --porcelain 2>&1", "r");
   std::string status;

@@ -43,7 +43,7 @@ struct Place {
 /// Warnings about <collision> elements. What is said of several, as of a mesh that many links have, becomes one sentence.
 class GeometryWarnings {
  public:
-  /// What has no place is said of the whole robot. The sentence ends without a full stop.
+  /// Adds a warning about a place, or without one about the whole robot. The sentence ends without a full stop.
   void add(const std::string& sentence, const std::optional<Place>& place = std::nullopt) {
     const auto is_same = [&](const Entry& entry) { return entry.sentence == sentence; };
     auto entry = std::find_if(entries_.begin(), entries_.end(), is_same);

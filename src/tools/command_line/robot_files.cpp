@@ -16,7 +16,7 @@ namespace {
 
 std::string folderOf(const std::string& file) { return std::filesystem::absolute(file).parent_path(); }
 
-/// What `load` returns. Its errors begin with the name of the file that they are about.
+/// Calls `load` and returns its result; puts the name of the file that an error is about in front of the error.
 template <typename Load>
 auto namingFiles(const RobotFiles& files, const Load& load) {
   try {

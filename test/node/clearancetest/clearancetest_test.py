@@ -271,13 +271,15 @@ class BesideAFake(unittest.TestCase):
         self.assertEqual(words, "parameter moving_joints: there is no joint 'wirst' (did you mean 'wrist'?)")
 
     def test_why_the_node_has_ended(self):
-        log = rospy.Publisher("/rosout", rosgraph_msgs.msg.Log, queue_size=10)
+        listens = threading.Event()
+        listener = rospy.SubscribeListener()
+        listener.peer_subscribe = lambda *_: listens.set()
+        log = rospy.Publisher("/rosout", rosgraph_msgs.msg.Log, subscriber_listener=listener, queue_size=10)
         ended = rosgraph_msgs.msg.Log(level=rosgraph_msgs.msg.Log.FATAL, name="/fake", msg="there is no mesh\nof 'hand'")
         other = rosgraph_msgs.msg.Log(level=rosgraph_msgs.msg.Log.FATAL, name="/another", msg="no joint 'elbw'")
         harmless = rosgraph_msgs.msg.Log(level=rosgraph_msgs.msg.Log.ERROR, name="/fake", msg="all is well")
         child = Child(topic=TOPIC, minimum=0.0, duration=0.4, wait_time=5.0)
-        while log.get_num_connections() == 0 and child.process.poll() is None:
-            rospy.sleep(0.02)
+        self.assertTrue(listens.wait(30.0), "clearancetest does not listen to /rosout")
         for message in (other, harmless, ended):
             log.publish(message)
         words = child.cases()["test_first_message"]
@@ -428,7 +430,7 @@ class BesideTheNode(unittest.TestCase):
         cls.robot.join()
 
     def run_on(self, node, **parameters):
-        # What a busy machine does to tf is not the subject; and the robot rests.
+        # The limits are wide, as a busy machine delays tf. The robot rests.
         return Child(**{"topic": f"/{node}/clearance", "duration": 1.0, "max_invalid": 1.0, "max_silence": 5.0, "moving_joints": [],
                         **parameters}).cases()
 
