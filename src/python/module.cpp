@@ -68,15 +68,12 @@ py::array_t<double> rangesOf(const Robot& robot) {
 
 using PairNames = std::pair<std::string, std::string>;
 
-std::string nameOf(const Robot& robot, const scene::ShapeRef& ref) {
-  return ref.link >= 0 ? robot.model().robot.links[static_cast<std::size_t>(ref.link)].name
-                       : robot.objects().object(ref.object)->id;
-}
-
 std::vector<PairNames> pairsOf(const Robot& robot) {
   std::vector<PairNames> names;
-  for (const scene::ShapeRefPair& pair : robot.pairs().list())
-    names.emplace_back(nameOf(robot, pair.a), nameOf(robot, pair.b));
+  const auto nameOf = [&](const scene::ShapeRef& ref) {
+    return scene::nameOf(ref, robot.model().robot, &robot.objects());
+  };
+  for (const scene::ShapeRefPair& pair : robot.pairs().list()) names.emplace_back(nameOf(pair.a), nameOf(pair.b));
   return names;
 }
 

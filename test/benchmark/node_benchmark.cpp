@@ -296,8 +296,8 @@ class NodeBenchmark {
     const std::vector<ShapeRefPair> pairs = batchOfPairs(model);
     QueryPairsRequest listed;
     for (const ShapeRefPair& pair : pairs) {
-      listed.a.push_back(shape(model.robot, pair.a.link));
-      listed.b.push_back(shape(model.robot, pair.b.link));
+      listed.a.push_back(shape(model.robot, pair.a.link()));
+      listed.b.push_back(shape(model.robot, pair.b.link()));
     }
     listed.mode = QueryPairsRequest::PER_PAIR;
     measureBatch("query_pairs, 1000 pairs", "query_pairs", rawRequest(listed), [&](const ros::SerializedMessage& raw) {

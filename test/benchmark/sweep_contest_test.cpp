@@ -114,10 +114,10 @@ double distanceOfSpheres(const SphereScene& spheres, const RobotModel& robot, co
   const auto poseOf = [&](int link) {
     return *poses[static_cast<std::size_t>(robot.links[static_cast<std::size_t>(link)].body)];
   };
-  for (const auto& a : spheres.spheresOf(pair.a.link))
-    for (const auto& b : spheres.spheresOf(pair.b.link))
+  for (const auto& a : spheres.spheresOf(pair.a.link()))
+    for (const auto& b : spheres.spheresOf(pair.b.link()))
       nearest = std::min(
-          nearest, (poseOf(pair.a.link) * a.centre - poseOf(pair.b.link) * b.centre).norm() - a.radius - b.radius);
+          nearest, (poseOf(pair.a.link()) * a.centre - poseOf(pair.b.link()) * b.centre).norm() - a.radius - b.radius);
   return nearest;
 }
 

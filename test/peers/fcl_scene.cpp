@@ -73,7 +73,7 @@ void FclScene::addObjects(const Objects& objects) {
   for (const int number : objects.numbers()) {
     for (std::size_t link = 0; link < links_; ++link)
       is_checked_[link * objects_ + static_cast<std::size_t>(number)] =
-          objects.linkReason(static_cast<int>(link), number) == PairReason::Checked;
+          objects.isChecked(static_cast<int>(link), ShapeRef::ofObject(number));
     const PlacedObject& object = *objects.placed(number);
     std::vector<const Piece*> pieces;
     for (const Piece& piece : object.geometry->pieces()) pieces.push_back(&piece);

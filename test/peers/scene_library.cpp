@@ -11,7 +11,7 @@ using namespace scene;
 namespace {
 
 bool isBefore(const ShapeRefPair& a, const ShapeRefPair& b) {
-  return std::tie(a.a.link, a.b.link) < std::tie(b.a.link, b.b.link);
+  return std::pair(a.a.link(), a.b.link()) < std::pair(b.a.link(), b.b.link());
 }
 
 }  // namespace
@@ -24,8 +24,8 @@ Question within(double distance) {
 
 /// The candidates are sorted as the pairs of the filter are.
 int numberOf(const ShapeRefPair& pair, const Candidates& candidates, const Objects* objects) {
-  if (pair.b.link < 0)
-    return static_cast<int>(candidates.size()) + pair.a.link * objects->numberLimit() + pair.b.object;
+  if (pair.b.isObject())
+    return static_cast<int>(candidates.size()) + pair.a.link() * objects->numberLimit() + pair.b.object();
   return static_cast<int>(std::lower_bound(candidates.begin(), candidates.end(), pair, isBefore) - candidates.begin());
 }
 

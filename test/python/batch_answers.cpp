@@ -54,8 +54,8 @@ void print(const char* question, Eigen::Index state, const SceneModel& model, co
   const narrowphase::SignedDistance& result = pair.result;
   std::printf("%s %d %d", question, static_cast<int>(state), static_cast<int>(result.status));
   if (result.status != narrowphase::Status::Unknown) {
-    std::printf(" %s %s %d %d %d %a %a %a", model.robot.links[pair.asked.a.link].name.c_str(),
-                model.robot.links[pair.asked.b.link].name.c_str(), result.unique ? 1 : 0,
+    std::printf(" %s %s %d %d %d %a %a %a", model.robot.links[pair.asked.a.link()].name.c_str(),
+                model.robot.links[pair.asked.b.link()].name.c_str(), result.unique ? 1 : 0,
                 pair.depth_is_lower_bound ? 1 : 0, static_cast<int>(pair.representation), result.distance,
                 result.lower_bound, result.upper_bound);
     for (const Eigen::Vector3d& vector : {result.point_a, result.point_b, result.normal})

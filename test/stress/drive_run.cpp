@@ -44,7 +44,7 @@ struct DriveFamily {
 /// The stop distances of pairs that are near by design.
 enum class Thresholds : unsigned char { Default, Own };
 
-std::pair<int, int> keyOf(const ShapeRefPair& pair) { return std::minmax(pair.a.link, pair.b.link); }
+std::pair<int, int> keyOf(const ShapeRefPair& pair) { return std::minmax(pair.a.link(), pair.b.link()); }
 
 VectorXd randomState(const RobotModel& robot, const DegreesOfFreedom& columns, Chance& chance) {
   VectorXd state = VectorXd::Zero(columns.size());
@@ -345,7 +345,7 @@ class Drive {
       const double above = pair.result.distance - (start == least_.end() ? stopOf(pair) : start->second);
       summary_.nearest = std::min(summary_.nearest, above);
       if (above < -kLoss)
-        fail(robot_.links[pair.asked.a.link].name + " - " + robot_.links[pair.asked.b.link].name +
+        fail(robot_.links[pair.asked.a.link()].name + " - " + robot_.links[pair.asked.b.link()].name +
                  " come too near, by [m]",
              -above);
     }

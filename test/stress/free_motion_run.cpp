@@ -65,14 +65,16 @@ class Cell {
  private:
   void place(const BodyPoses& poses) { objects_ ? scene_.update(poses, frames_) : scene_.update(poses); }
 
-  bool isUnbounded(const ShapeRef& ref) const { return ref.link < 0 && objects_->placed(ref.object)->isUnbounded(); }
+  bool isUnbounded(const ShapeRef& ref) const {
+    return ref.isObject() && objects_->placed(ref.object())->isUnbounded();
+  }
 
   ShapeRefPair somePair() {
     for (;;) {
       const auto one = [&] { return refs_[static_cast<std::size_t>(chance_.below(static_cast<int>(refs_.size())))]; };
       const ShapeRefPair pair{one(), one()};
-      if ((pair.a.link < 0 && pair.b.link < 0 && pair.a.object == pair.b.object) ||
-          (pair.a.link >= 0 && pair.a.link == pair.b.link) || (isUnbounded(pair.a) && isUnbounded(pair.b)))
+      if (pair.a == pair.b || (pair.a.isLink() && pair.a.link() == pair.b.link()) ||
+          (isUnbounded(pair.a) && isUnbounded(pair.b)))
         continue;
       return pair;
     }

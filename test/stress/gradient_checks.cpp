@@ -169,10 +169,10 @@ VectorXd GradientObserver::scaledVelocity(const GradientSample& sample, VectorXd
 Vector3d GradientObserver::shiftOf(const ShapeRef& ref, const Vector3d& point, const BodyPoses& before,
                                    const BodyPoses& after) const {
   int body = -1;
-  if (ref.link >= 0)
-    body = family_.model->robot.links[static_cast<std::size_t>(ref.link)].body;
+  if (ref.isLink())
+    body = family_.model->robot.links[static_cast<std::size_t>(ref.link())].body;
   else
-    body = family_.objects->placed(ref.object)->body;
+    body = family_.objects->placed(ref.object())->body;
   if (body < 0) return Vector3d::Zero();
   const auto index = static_cast<std::size_t>(body);
   const Vector3d in_body = poses_[index]->inverse(Eigen::Isometry) * point;

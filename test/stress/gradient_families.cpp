@@ -103,7 +103,7 @@ GradientFamily twoRobots(const std::string& name, const RobotModel& one, double 
             scene.update(posture.poses());
             ShapeRefPair pair;
             do pair = drawPairOfLinks(scene, chance);
-            while (&robot.robotOf(pair.a.link) == &robot.robotOf(pair.b.link) && chance.below(20) > 0);
+            while (&robot.robotOf(pair.a.link()) == &robot.robotOf(pair.b.link()) && chance.below(20) > 0);
             return GradientSample{posture, pair};
           }};
 }

@@ -419,10 +419,9 @@ std::vector<ShapeRefPair> SceneCell::checkedPairs() const {
   for (int number = 0; number < objects_->numberLimit(); ++number) {
     if (!objects_->object(number)) continue;
     for (int link = 0; link < static_cast<int>(model_->robot.links.size()); ++link)
-      if (objects_->linkReason(link, number) == PairReason::Checked)
-        pairs.push_back({{link}, ShapeRef::ofObject(number)});
+      if (objects_->isChecked(link, ShapeRef::ofObject(number))) pairs.push_back({link, ShapeRef::ofObject(number)});
     for (int other = 0; other < number; ++other)
-      if (objects_->object(other) && objects_->objectReason(other, number) == PairReason::Checked)
+      if (objects_->object(other) && objects_->isChecked(ShapeRef::ofObject(other), ShapeRef::ofObject(number)))
         pairs.push_back({ShapeRef::ofObject(other), ShapeRef::ofObject(number)});
   }
   return pairs;
@@ -452,17 +451,17 @@ std::optional<LongPose> SceneCell::worldOf(const Placement& placement) const {
 
 std::optional<WorldSolid> SceneCell::solidOf(const ShapeRef& ref) const {
   WorldSolid solid;
-  if (ref.link >= 0) {
+  if (ref.isLink()) {
     const RobotModel& robot = model_->robot;
-    const auto& pose = poses_[static_cast<std::size_t>(robot.links[static_cast<std::size_t>(ref.link)].body)];
+    const auto& pose = poses_[static_cast<std::size_t>(robot.links[static_cast<std::size_t>(ref.link())].body)];
     if (!pose) return std::nullopt;
-    for (const Piece* piece : peers::piecesOfLink(robot, ref.link))
+    for (const Piece* piece : peers::piecesOfLink(robot, ref.link()))
       solid.parts.push_back({piece->shape, inCell(*pose) * longPose(piece->body_T_piece),
                              robot.collisions[static_cast<std::size_t>(piece->collision)].number, piece->interior,
                              piece->is_anchor});
     return solid.parts.empty() ? std::nullopt : std::optional(solid);
   }
-  const Object& object = *objects_->object(ref.object);
+  const Object& object = *objects_->object(ref.object());
   const std::optional<LongPose> world_T_object = worldOf(object.placement);
   if (!world_T_object) return std::nullopt;
   for (const Part& part : described_.at(object.id)) {
@@ -479,8 +478,8 @@ std::optional<WorldSolid> SceneCell::solidOf(const ShapeRef& ref) const {
 }
 
 double SceneCell::paddingOf(const ShapeRefPair& pair) const {
-  if (pair.a.link < 0 || pair.b.link < 0) return 0.0;
-  const int index = model_->pairs.find(pair.a.link, pair.b.link);
+  if (pair.hasObject()) return 0.0;
+  const int index = model_->pairs.find(pair.a.link(), pair.b.link());
   return index < 0 ? 0.0 : model_->pairs.pairs[static_cast<std::size_t>(index)].padding;
 }
 

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "oracle/shape_pairs.h"
-#include "scene/query/same_pair.h"
 #include "stress/random_geometry.h"
 #include "stress/scene_motion_checks.h"
 #include "stress/scene_truth.h"
@@ -199,7 +198,7 @@ class Examiner {
       return ShapeRef::ofObject(numbers[static_cast<std::size_t>(below(random_, static_cast<int>(numbers.size())))]);
     };
     const ShapeRefPair pair{some(), some()};
-    if (isSame(pair.a, pair.b)) return;
+    if (pair.a == pair.b) return;
     const PairTruth truth = truth_.of(pair);
     const auto planes = [&](const ShapeRef& ref) {
       return truth_.solidOf(ref) && !truth_.solidOf(ref)->planes.empty();

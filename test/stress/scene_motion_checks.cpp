@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "scene/query/same_pair.h"
 #include "stress/random_geometry.h"
 #include "stress/scene_truth.h"
 
@@ -65,7 +64,7 @@ class MotionExaminer {
   double contactDistanceOf(const ShapeRefPair& pair) const {
     double distance = question_.contact_distance + (thresholds_ ? thresholds_->of(pair) : 0.0);
     for (const PairContactDistance& nearer : question_.nearer_pairs)
-      if (areSame(nearer.pair, pair)) distance = std::min(distance, nearer.contact_distance);
+      if (nearer.pair.isSameAs(pair)) distance = std::min(distance, nearer.contact_distance);
     return distance;
   }
 

@@ -127,13 +127,13 @@ PairTruth truthOf(const ShapeRefPair& pair, const std::optional<WorldSolid>& a, 
 }
 
 std::string nameOf(const SceneCell& cell, const ShapeRef& ref) {
-  if (ref.link >= 0) return cell.model()->robot.links[static_cast<std::size_t>(ref.link)].name;
-  return cell.objects()->object(ref.object)->id;
+  if (ref.isLink()) return cell.model()->robot.links[static_cast<std::size_t>(ref.link())].name;
+  return cell.objects()->object(ref.object())->id;
 }
 
 }  // namespace
 
-bool hasObject(const ShapeRefPair& pair) { return pair.a.link < 0 || pair.b.link < 0; }
+bool hasObject(const ShapeRefPair& pair) { return pair.hasObject(); }
 
 bool isOfKind(const ShapeRefPair& pair, PairKind kind) {
   return kind == PairKind::Any || hasObject(pair) == (kind == PairKind::WithObject);
@@ -148,7 +148,7 @@ StateTruth::StateTruth(SceneCell& cell) : cell_(cell) {
 }
 
 StateTruth::Names StateTruth::namesOf(const ShapeRefPair& pair) {
-  const auto name = [](const ShapeRef& ref) { return std::make_pair(ref.link, ref.link < 0 ? ref.object : -1); };
+  const auto name = [](const ShapeRef& ref) { return std::make_pair(ref.link(), ref.isObject() ? ref.object() : -1); };
   return std::tuple_cat(std::min(name(pair.a), name(pair.b)), std::max(name(pair.a), name(pair.b)));
 }
 
@@ -162,7 +162,7 @@ PairTruth StateTruth::of(const ShapeRefPair& pair) {
 }
 
 const std::optional<WorldSolid>& StateTruth::solidOf(const ShapeRef& ref) {
-  const auto [found, is_new] = solids_.try_emplace(std::make_pair(ref.link, ref.link < 0 ? ref.object : -1));
+  const auto [found, is_new] = solids_.try_emplace(std::make_pair(ref.link(), ref.isObject() ? ref.object() : -1));
   if (is_new) found->second = cell_.solidOf(ref);
   return found->second;
 }

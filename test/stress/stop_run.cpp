@@ -76,7 +76,9 @@ class Cell {
 
  private:
   using Key = std::tuple<int, int, int, int>;
-  static Key keyOf(const ShapeRefPair& pair) { return {pair.a.link, pair.a.object, pair.b.link, pair.b.object}; }
+  static Key keyOf(const ShapeRefPair& pair) {
+    return {pair.a.link(), pair.a.object(), pair.b.link(), pair.b.object()};
+  }
 
   void choosePositions() {
     positions_.assign(model_->robot.joints.size(), 0.0);
@@ -120,9 +122,7 @@ class Cell {
 
   void place(const BodyPoses& poses) { objects_ ? scene_.update(poses, frames_) : scene_.update(poses); }
 
-  double stopDistanceOf(const ShapeRefPair& pair) const {
-    return pair.a.link < 0 || pair.b.link < 0 ? stop_.objects : stop_.links;
-  }
+  double stopDistanceOf(const ShapeRefPair& pair) const { return pair.hasObject() ? stop_.objects : stop_.links; }
 
   /// Where the joints are after they moved as long as the velocities need for a way; at their limits they rest.
   BodyPoses posesAfter(double way) const {

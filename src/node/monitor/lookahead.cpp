@@ -40,7 +40,7 @@ std::set<std::pair<int, int>> checkedBodies(const Robot& robot, const scene::Obj
   const scene::RobotModel& model = robot.robotModel();
   std::set<std::pair<int, int>> bodies;
   for (const scene::ShapeRefPair& pair : robot.candidates())
-    bodies.emplace(model.links[pair.a.link].body, model.links[pair.b.link].body);
+    bodies.emplace(model.links[pair.a.link()].body, model.links[pair.b.link()].body);
 
   std::map<int, std::vector<int>> carried;  // the objects of each body
   for (const int number : objects.numbers()) carried[carrierOf(robot, *objects.object(number))].push_back(number);
@@ -51,9 +51,12 @@ std::set<std::pair<int, int>> checkedBodies(const Robot& robot, const scene::Obj
     }
   };
   for (std::size_t link = 0; link < model.links.size(); ++link)
-    add(model.links[link].body, [&](int number) { return objects.linkReason(static_cast<int>(link), number); });
+    add(model.links[link].body,
+        [&](int number) { return objects.reason(static_cast<int>(link), scene::ShapeRef::ofObject(number)); });
   for (const int walker : objects.walkers())
-    add(carrierOf(robot, *objects.object(walker)), [&](int number) { return objects.objectReason(walker, number); });
+    add(carrierOf(robot, *objects.object(walker)), [&](int number) {
+      return objects.reason(scene::ShapeRef::ofObject(walker), scene::ShapeRef::ofObject(number));
+    });
   return bodies;
 }
 

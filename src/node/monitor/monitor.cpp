@@ -40,7 +40,7 @@ bool comesFirst(const scene::DecidingPair& p, const scene::DecidingPair& q) {
   return p.level.level != q.level.level ? p.level.level > q.level.level : excess(p) <= excess(q);
 }
 
-bool hasObject(const scene::PairProximity& pair) { return pair.asked.a.link < 0 || pair.asked.b.link < 0; }
+bool hasObject(const scene::PairProximity& pair) { return pair.asked.hasObject(); }
 
 /// The status for a robot of which the filter leaves no pair.
 QueryStatus nothingToCheck() {

@@ -28,7 +28,7 @@ int carrierOf(const Robot& robot, const std::string& frame) {
 }
 
 bool isChecked(const scene::Objects& objects, int link) {
-  const auto is_checked = [&](int number) { return objects.linkReason(link, number) == scene::PairReason::Checked; };
+  const auto is_checked = [&](int number) { return objects.isChecked(link, scene::ShapeRef::ofObject(number)); };
   return std::any_of(objects.numbers().begin(), objects.numbers().end(), is_checked);
 }
 
@@ -62,7 +62,7 @@ std::vector<int> bodiesOf(const Robot& robot, const scene::Objects& objects,
   std::set<int> bodies(of_links.begin(), of_links.end());
   for (const scene::ShapeRefPair& pair : pairs) {
     for (const scene::ShapeRef& ref : {pair.a, pair.b}) {
-      const int body = ref.link < 0 ? bodyOf(robot.robotModel(), *objects.object(ref.object)) : -1;
+      const int body = ref.isObject() ? bodyOf(robot.robotModel(), *objects.object(ref.object())) : -1;
       if (body >= 0) bodies.insert(body);
     }
   }
@@ -75,7 +75,7 @@ AskedFrames framesOf(const scene::Objects& objects, const std::vector<scene::Sha
   std::set<int> asked;
   for (const scene::ShapeRefPair& pair : pairs) {
     for (const scene::ShapeRef& ref : {pair.a, pair.b}) {
-      const scene::Object* object = ref.link < 0 ? objects.object(ref.object) : nullptr;
+      const scene::Object* object = ref.isObject() ? objects.object(ref.object()) : nullptr;
       const auto* moving = object ? std::get_if<scene::Moving>(&object->placement) : nullptr;
       if (!moving) continue;
       const auto place = std::lower_bound(frames.names.begin(), frames.names.end(), moving->frame);

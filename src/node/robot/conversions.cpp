@@ -26,8 +26,8 @@ Eigen::Vector3d seenFrom(const Eigen::Isometry3d& pose, const Eigen::Vector3d& p
 
 /// The link with which a shape moves: itself, or the one that holds the object; -1 if none holds it.
 int linkOf(const Named& named, const scene::ShapeRef& ref) {
-  if (ref.link >= 0) return ref.link;
-  const auto* held = std::get_if<scene::Attached>(&named.objects->object(ref.object)->placement);
+  if (ref.isLink()) return ref.link();
+  const auto* held = std::get_if<scene::Attached>(&named.objects->object(ref.object())->placement);
   return held ? named.robot.findLink(held->link) : -1;
 }
 
@@ -120,22 +120,22 @@ PairInfo pairInfo(const scene::RobotModel& robot, const scene::LinkPair& pair) {
 }  // namespace
 
 void assign(ShapeRef& message, const Named& named, const scene::ShapeRef& ref) {
-  message.index = static_cast<std::uint32_t>(ref.collision);
+  message.index = static_cast<std::uint32_t>(ref.collision());
   message.name.clear();
   const int link_of_ref = linkOf(named, ref);
   if (link_of_ref < 0)
     message.robot.clear();
   else
     message.robot = named.robot.robotOf(link_of_ref).name;
-  if (ref.link < 0) {
+  if (ref.isObject()) {
     message.kind = ShapeRef::OBJECT;
-    message.link = named.objects->object(ref.object)->id;
+    message.link = nameOf(ref, named.robot, named.objects);
     return;
   }
   message.kind = ShapeRef::LINK;
-  const scene::Link& link = named.robot.links[ref.link];
+  const scene::Link& link = named.robot.links[ref.link()];
   message.link = link.name;
-  if (ref.collision > 0) message.name = named.robot.collisions[link.collisions[ref.collision - 1]].name;
+  if (ref.collision() > 0) message.name = named.robot.collisions[link.collisions[ref.collision() - 1]].name;
 }
 
 void clear(ShapeRef& message) {
@@ -152,11 +152,8 @@ void makeRoom(ShapeRef& message, std::size_t characters) {
 
 void assign(Proximity& message, const Named& named, const scene::BodyPoses& poses, const scene::PairProximity& pair,
             const scene::Question& question) {
-  scene::ShapeRef a = pair.asked.a, b = pair.asked.b;
-  if (pair.collision_a) a.collision = pair.collision_a;
-  if (pair.collision_b) b.collision = pair.collision_b;
-  assign(message.a, named, a);
-  assign(message.b, named, b);
+  assign(message.a, named, pair.asked.a.part(pair.collision_a));
+  assign(message.b, named, pair.asked.b.part(pair.collision_b));
   message.gradient.clear();
   message.representation = static_cast<std::uint8_t>(pair.representation);
   message.depth_is_lower_bound = pair.depth_is_lower_bound;
@@ -164,8 +161,8 @@ void assign(Proximity& message, const Named& named, const scene::BodyPoses& pose
     assignUnknownResult(message);
   } else {
     assignResult(message, pair.result, question.threshold);
-    assign(message.point_a_link, inLink(named, poses, a, pair.result.point_a));
-    assign(message.point_b_link, inLink(named, poses, b, pair.result.point_b));
+    assign(message.point_a_link, inLink(named, poses, pair.asked.a, pair.result.point_a));
+    assign(message.point_b_link, inLink(named, poses, pair.asked.b, pair.result.point_b));
   }
 }
 

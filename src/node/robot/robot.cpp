@@ -238,8 +238,7 @@ void Robot::useDefaults(const MonitorSettings& settings) const {
                                   scene::shortest(settings.influence_distance));
   };
   for (const scene::ShapeRefPair& pair : candidates_)
-    require(next->stop.of(pair), next->stop.links,
-            model.links[pair.a.link].name + " - " + model.links[pair.b.link].name);
+    require(next->stop.of(pair), next->stop.links, nameOf(pair.a, model) + " - " + nameOf(pair.b, model));
   for (int link = 0; link < static_cast<int>(model.links.size()); ++link)
     require(next->stop.of({{link}, scene::ShapeRef::ofObject(0)}), next->stop.objects,
             model.links[link].name + " and objects");
@@ -274,7 +273,7 @@ scene::MeshResolver meshResolver(const Config& config) {
 std::vector<int> bodiesOf(const scene::RobotModel& robot, const std::vector<scene::ShapeRefPair>& pairs) {
   std::vector<bool> is_asked(robot.bodies.size(), false);
   for (const scene::ShapeRefPair& pair : pairs) {
-    for (const int link : {pair.a.link, pair.b.link})
+    for (const int link : {pair.a.link(), pair.b.link()})
       if (link >= 0) is_asked[robot.links[link].body] = true;
   }
   std::vector<int> bodies;

@@ -81,27 +81,23 @@ scene::ShapeRef shapeRefOf(const Asked& asked, const ShapeRef& ref) {
 
 bool isEmpty(const ShapeRef& ref) { return ref.link.empty() && ref.index == 0 && ref.name.empty(); }
 
-bool isObject(const scene::ShapeRef& ref) { return ref.link < 0; }
-
 bool isSame(const scene::ShapeRef& a, const scene::ShapeRef& b) {
-  if (isObject(a) || isObject(b)) return isObject(a) && isObject(b) && a.object == b.object;
-  return a.link == b.link && (a.collision == b.collision || a.collision == 0 || b.collision == 0);
+  const bool is_part = a.isLink() && a.link() == b.link() && (a.collision() == 0 || b.collision() == 0);
+  return a == b || is_part;
 }
 
 /// Two half-spaces always meet, so a scene has no distance of them.
 bool areHalfSpaces(const scene::Objects& objects, const scene::ShapeRef& a, const scene::ShapeRef& b) {
   const auto is_half_space = [&](const scene::ShapeRef& ref) {
-    return isObject(ref) && std::binary_search(objects.unbounded().begin(), objects.unbounded().end(), ref.object);
+    return std::binary_search(objects.unbounded().begin(), objects.unbounded().end(), ref.object());
   };
   return is_half_space(a) && is_half_space(b);
 }
 
 scene::PairReason reasonOf(const Asked& asked, const scene::ShapeRef& a, const scene::ShapeRef& b) {
-  if (isObject(a) && isObject(b)) return asked.all().objectReason(a.object, b.object);
-  if (isObject(a)) return asked.all().linkReason(b.link, a.object);
-  if (isObject(b)) return asked.all().linkReason(a.link, b.object);
+  if (a.isObject() || b.isObject()) return asked.all().reason(a, b);
   const scene::PairTable& table = asked.robot.sceneModel().pairs;
-  const int row = table.find(a.link, b.link);
+  const int row = table.find(a.link(), b.link());
   return row < 0 ? scene::PairReason::SameBody : table.pairs[row].reason;
 }
 
@@ -151,13 +147,10 @@ void addObjectPairs(const Asked& asked, const scene::ShapeRef& subject, Filter f
 
 /// Adds the checked pairs of two objects, each once.
 void addPairsOfObjects(const Asked& asked, std::vector<scene::ShapeRefPair>& pairs) {
-  const std::vector<int>& walkers = asked.all().walkers();
-  for (const int walker : walkers) {
-    for (const int other : asked.all().numbers()) {
-      const bool comes_twice = other < walker && std::binary_search(walkers.begin(), walkers.end(), other);
-      if (!comes_twice && asked.all().objectReason(walker, other) == scene::PairReason::Checked)
-        pairs.push_back({scene::ShapeRef::ofObject(walker), scene::ShapeRef::ofObject(other)});
-    }
+  for (const int number : asked.all().walkers()) {
+    const scene::ShapeRef walker = scene::ShapeRef::ofObject(number);
+    for (const int other : asked.all().numbers())
+      if (asked.all().isCheckedBy(walker, other)) pairs.push_back({walker, scene::ShapeRef::ofObject(other)});
   }
 }
 
@@ -187,8 +180,8 @@ RequestedPairs pairsWithLink(const Asked& asked, const scene::ShapeRef& subject,
   std::vector<scene::ShapeRefPair> pairs;
   for (const scene::LinkPair& pair : asked.robot.sceneModel().pairs.pairs) {
     if (filter == Filter::Applies && pair.reason != scene::PairReason::Checked) continue;
-    if (pair.link_a == subject.link) pairs.push_back({subject, {pair.link_b}});
-    if (pair.link_b == subject.link) pairs.push_back({subject, {pair.link_a}});
+    if (pair.link_a == subject.link()) pairs.push_back({subject, {pair.link_b}});
+    if (pair.link_b == subject.link()) pairs.push_back({subject, {pair.link_a}});
   }
   addObjectPairs(asked, subject, filter, pairs);
   return {asked.robot, asked.objects, std::move(pairs)};
@@ -198,7 +191,7 @@ RequestedPairs pairsWithObject(const Asked& asked, const scene::ShapeRef& subjec
   std::vector<scene::ShapeRefPair> pairs;
   for (std::size_t link = 0; link < asked.model().links.size(); ++link) {
     const scene::ShapeRef other{static_cast<int>(link), 0};
-    if (!asked.model().hasGeometry(other.link)) continue;
+    if (!asked.model().hasGeometry(other.link())) continue;
     if (filter == Filter::Ignored || reasonOf(asked, subject, other) == scene::PairReason::Checked)
       pairs.push_back({subject, other});
   }
@@ -208,7 +201,7 @@ RequestedPairs pairsWithObject(const Asked& asked, const scene::ShapeRef& subjec
 
 RequestedPairs pairsWith(const Asked& asked, const ShapeRef& a, Filter filter) {
   const scene::ShapeRef subject = shapeRefOf(asked, a);
-  return isObject(subject) ? pairsWithObject(asked, subject, filter) : pairsWithLink(asked, subject, filter);
+  return subject.isObject() ? pairsWithObject(asked, subject, filter) : pairsWithLink(asked, subject, filter);
 }
 
 /// Pairs of links alone if a group is named.

@@ -95,7 +95,7 @@ PairProximity ExactState::proximity(int pair, double threshold) {
 
 bool ExactState::isPlaced(const Visit& visit) {
   const PlacedRobot& robot = measurement_->robot();
-  const int body_a = robot.at(visit.a).body, body_b = robot.at(visit.b).body;
+  const int body_a = robot[visit.a].body, body_b = robot[visit.b].body;
   placeBody(body_a);
   placeBody(body_b);
   return robot.isKnown(body_a) && robot.isKnown(body_b);

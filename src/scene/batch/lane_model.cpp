@@ -83,10 +83,10 @@ LaneModel::LaneModel(const SceneModel& model) {
   const Candidates candidates(model.pairs);
   const PairDistances paddings = paddingsOf(model.pairs);
   for (const ShapeRefPair& candidate : candidates) {
-    addLink(model.robot, candidate.a.link);
-    addLink(model.robot, candidate.b.link);
-    const Link *a = outlines_[static_cast<std::size_t>(candidate.a.link)].get(),
-               *b = outlines_[static_cast<std::size_t>(candidate.b.link)].get();
+    addLink(model.robot, candidate.a.link());
+    addLink(model.robot, candidate.b.link());
+    const Link *a = outlines_[static_cast<std::size_t>(candidate.a.link())].get(),
+               *b = outlines_[static_cast<std::size_t>(candidate.b.link())].get();
     pairs.push_back(a && b ? pairOf(*a, *b, paddings.of(candidate)) : Pair{});
   }
 }

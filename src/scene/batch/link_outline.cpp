@@ -96,13 +96,6 @@ Surface surfaceOf(const Shape& shape) {
   return cube;
 }
 
-std::vector<int> piecesOfLink(const RobotModel& model, int link) {
-  std::vector<int> pieces;
-  for (const int piece : model.bodies[model.links[link].body].pieces)
-    if (model.collisions[model.pieces[piece].collision].link == link) pieces.push_back(piece);
-  return pieces;
-}
-
 // --- depth
 
 /// Bounds the depth of points in a piece.
@@ -337,7 +330,7 @@ bool isExact(const RobotModel& model, const std::vector<int>& pieces) {
 double depthIn(const Piece& piece, const Vector3d& point) { return Depth(piece).at(point); }
 
 LinkOutline outlineOf(const RobotModel& model, int link) {
-  const std::vector<int> pieces = piecesOfLink(model, link);
+  const std::vector<int> pieces = model.piecesOf(link);
   LinkOutline outline;
   outline.is_exact = isExact(model, pieces);
   std::vector<Depth> depths;

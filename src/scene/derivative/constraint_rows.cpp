@@ -10,7 +10,6 @@
 
 #include "scene/filter/given_model.h"
 #include "scene/model/infinity.h"
-#include "scene/query/same_pair.h"
 
 namespace proximity_server::scene {
 namespace {
@@ -37,23 +36,18 @@ void requireUsable(const VelocityDamper& damper) {
           "it is not above object_stop_distance");
 }
 
-bool isObject(const ShapeRef& ref) { return ref.link < 0; }
-
 /// Whether the objects of the scene still have a pair that it had before.
 bool isStillChecked(const ShapeRefPair& pair, const Objects* objects) {
-  if (!isObject(pair.a) && !isObject(pair.b)) return true;
+  if (!pair.hasObject()) return true;
   for (const ShapeRef& ref : {pair.a, pair.b})
-    if (isObject(ref) && !(objects && objects->object(ref.object))) return false;
-  if (isObject(pair.a) && isObject(pair.b))
-    return objects->objectReason(pair.a.object, pair.b.object) == PairReason::Checked;
-  const ShapeRef &link = isObject(pair.a) ? pair.b : pair.a, &object = isObject(pair.a) ? pair.a : pair.b;
-  return objects->linkReason(link.link, object.object) == PairReason::Checked;
+    if (ref.isObject() && !(objects && objects->object(ref.object()))) return false;
+  return objects->isChecked(pair.a, pair.b);
 }
 
 /// An order of pairs that are equally demanding, the same on every machine.
 bool comesFirst(const ShapeRefPair& p, const ShapeRefPair& q) {
   const auto key = [](const ShapeRefPair& pair) {
-    return std::tuple(pair.a.link, pair.a.object, pair.b.link, pair.b.object);
+    return std::tuple(pair.a.link(), pair.a.object(), pair.b.link(), pair.b.object());
   };
   return key(p) < key(q);
 }
@@ -219,7 +213,7 @@ void ConstraintRows::giveRows() {
 
 int ConstraintRows::rowOf(const ShapeRefPair& pair) const {
   const auto found =
-      std::find_if(rows_.begin(), rows_.end(), [&](const Row& row) { return row.is_used && areSame(row.pair, pair); });
+      std::find_if(rows_.begin(), rows_.end(), [&](const Row& row) { return row.is_used && row.pair.isSameAs(pair); });
   return found == rows_.end() ? kNone : static_cast<int>(found - rows_.begin());
 }
 

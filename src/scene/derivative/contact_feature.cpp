@@ -168,14 +168,8 @@ ContactFeatures::ContactFeatures(const SceneModel& model) : model_(model), paddi
   const std::size_t most = mostCorners(model.robot.pieces);
   figure_a_.reserve(most);
   figure_b_.reserve(most);
-  pieces_of_link_.resize(model.robot.links.size());
-  for (const Body& body : model.robot.bodies) {
-    for (const int piece : body.pieces) {
-      const int collision = model.robot.pieces[static_cast<std::size_t>(piece)].collision;
-      const int link = model.robot.collisions[static_cast<std::size_t>(collision)].link;
-      pieces_of_link_[static_cast<std::size_t>(link)].push_back(piece);
-    }
-  }
+  for (int link = 0; link < static_cast<int>(model.robot.links.size()); ++link)
+    pieces_of_link_.push_back(model.robot.piecesOf(link));
 }
 
 void ContactFeatures::use(std::shared_ptr<const Objects> objects) {
@@ -190,25 +184,23 @@ void ContactFeatures::use(std::shared_ptr<const Objects> objects) {
 
 std::optional<ContactFeatures::Side> ContactFeatures::sideOfLink(const ShapeRef& ref, const BodyPoses& poses) const {
   const RobotModel& robot = model_.robot;
-  const Link& link = robot.links[static_cast<std::size_t>(ref.link)];
+  const Link& link = robot.links[static_cast<std::size_t>(ref.link())];
   const std::optional<Isometry3d>& pose = poses[static_cast<std::size_t>(link.body)];
   if (!pose) return std::nullopt;
-  if (ref.collision > 0) {
-    const int index = link.collisions[static_cast<std::size_t>(ref.collision - 1)];
+  if (ref.collision() > 0) {
+    const int index = link.collisions[static_cast<std::size_t>(ref.collision() - 1)];
     return Side{&robot.pieces, &robot.collisions[static_cast<std::size_t>(index)].pieces, nullptr, *pose};
   }
-  return Side{&robot.pieces, &pieces_of_link_[static_cast<std::size_t>(ref.link)], nullptr, *pose};
+  return Side{&robot.pieces, &pieces_of_link_[static_cast<std::size_t>(ref.link())], nullptr, *pose};
 }
 
 std::optional<ContactFeatures::Side> ContactFeatures::sideOfObject(const ShapeRef& ref, const BodyPoses& poses,
                                                                    const FramePoses& frames) const {
-  const PlacedObject& object = *objects_->placed(ref.object);
+  const PlacedObject& object = *objects_->placed(ref.object());
   std::optional<Isometry3d> pose = object.world_T_object;
   if (object.kind == PlacedObject::Kind::Attached) pose = poses[static_cast<std::size_t>(object.body)];
-  if (object.kind == PlacedObject::Kind::Moving) {
-    const auto& names = objects_->frames();
-    pose = frames[static_cast<std::size_t>(std::find(names.begin(), names.end(), object.frame) - names.begin())];
-  }
+  if (object.kind == PlacedObject::Kind::Moving)
+    pose = frames[static_cast<std::size_t>(objects_->frameOf(ref.object()))];
   if (!pose) return std::nullopt;
   return Side{&object.geometry->pieces(), nullptr, &object.geometry->halfSpaces(), *pose};
 }
@@ -217,7 +209,7 @@ double ContactFeatures::least(const PairProximity& pair, const Vector3d& slope, 
                               const FramePoses& frames) {
   const narrowphase::SignedDistance& result = pair.result;
   const auto sideOf = [&](const ShapeRef& ref) {
-    return ref.link >= 0 ? sideOfLink(ref, poses) : sideOfObject(ref, poses, frames);
+    return ref.isLink() ? sideOfLink(ref, poses) : sideOfObject(ref, poses, frames);
   };
   const std::optional<Side> a = sideOf(pair.asked.a), b = sideOf(pair.asked.b);
   if (!a || !b) return std::numeric_limits<double>::quiet_NaN();

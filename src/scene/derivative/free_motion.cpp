@@ -84,11 +84,9 @@ void FreeMotion::update(const BodyPoses& poses) {
 
 /// Adds those of the joints that carry one of a pair, but not the other.
 bool FreeMotion::addWeights(const ShapeRef& ref, int body, int other_body, Eigen::Ref<VectorXd> weights) const {
-  const int root = volumes_->of(ref);
   if (body < 0) return true;
   if (!joints_->poses()[body] || !joints_->knowsBetween(body, other_body)) return false;
-  const Bounds& bounds = root < volumes_->size() ? (*volumes_)[root].bounds
-                                                 : joints_->objects()->placed(ref.object)->geometry->root().bounds;
+  const Bounds& bounds = volumes_->part(ref, joints_->objects()).whole().bounds;
   const RobotModel& robot = joints_->robot();
   joints_->forEachBetween(body, other_body, [&](int carried, PlacedJoints::Side side) {
     if (side != PlacedJoints::Side::A) return;

@@ -55,9 +55,9 @@ void PlacedJoints::use(std::shared_ptr<const Objects> objects, ObjectCarriers ca
 }
 
 int PlacedJoints::bodyOf(const ShapeRef& ref) const {
-  if (ref.link >= 0) return robot().links[static_cast<std::size_t>(ref.link)].body;
-  const PlacedObject* object = objects_ ? objects_->placed(ref.object) : nullptr;
-  if (!object) throw std::invalid_argument("there is no object of number " + std::to_string(ref.object));
+  if (ref.isLink()) return robot().links[static_cast<std::size_t>(ref.link())].body;
+  const PlacedObject* object = objects_ ? objects_->placed(ref.object()) : nullptr;
+  if (!object) throw std::invalid_argument("there is no object of number " + std::to_string(ref.object()));
   switch (object->kind) {
     case PlacedObject::Kind::Attached:
       return object->body;
@@ -66,9 +66,7 @@ int PlacedJoints::bodyOf(const ShapeRef& ref) const {
     case PlacedObject::Kind::Moving:
       break;
   }
-  const std::vector<std::string>& frames = objects_->frames();  // sorted
-  const auto place = std::lower_bound(frames.begin(), frames.end(), object->frame);
-  return carriers_.of_frames[static_cast<std::size_t>(place - frames.begin())];
+  return carriers_.of_frames[static_cast<std::size_t>(objects_->frameOf(ref.object()))];
 }
 
 bool PlacedJoints::knowsJointOf(int body) const {

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "proximity_server/scene/motion/limited_motion.h"
-#include "scene/query/same_pair.h"
 
 namespace proximity_server::scene {
 namespace {
@@ -105,7 +104,7 @@ class StopSearch {
 
   /// The pair of a contact as it is at the start, if it is one that is too near there already; else nullptr.
   const PairProximity* nearAtStart(const PairProximity& pair) const {
-    const auto isIt = [&](const PairProximity& near) { return areSame(near.asked, pair.asked); };
+    const auto isIt = [&](const PairProximity& near) { return near.asked.isSameAs(pair.asked); };
     const auto found = std::find_if(near_.begin(), near_.end(), isIt);
     return found == near_.end() ? nullptr : &*found;
   }

@@ -1,6 +1,7 @@
 #include "proximity_server/scene/model/robot_model.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "proximity_server/scene/model/names.h"
 #include "scene/model/bounds.h"
@@ -8,6 +9,14 @@
 namespace proximity_server::scene {
 
 int RobotModel::findLink(const std::string& link_name) const { return findNamed(links, link_name); }
+
+std::vector<int> RobotModel::piecesOf(int link) const {
+  const std::vector<int>& all = bodies[links[link].body].pieces;
+  std::vector<int> own;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(own),
+               [&](int piece) { return collisionOf(pieces[piece]).link == link; });
+  return own;
+}
 
 bool RobotModel::hasGeometry(int link) const {
   const std::vector<int>& own = links[link].collisions;

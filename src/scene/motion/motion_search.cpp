@@ -271,7 +271,7 @@ RobotContact MotionSearch::firstContact(const Pairs& pairs, const RobotMotion& m
 
 /// Of two shapes; what stands for a half-space has none.
 bool MotionSearch::hasInterior(const MovingPair& moving) {
-  return moving.kind == MovingPair::Kind::Shapes && haveInterior(moving.a[moving.a.root], moving.b[moving.b.root]);
+  return moving.kind == MovingPair::Kind::Shapes && haveInterior(moving.a, moving.b);
 }
 
 /// Whether candidates with objects may have an interior.
@@ -279,19 +279,12 @@ bool MotionSearch::hasInteriors(const Pairs& pairs) const {
   return pairs_.asksForObjects(pairs) && (links_have_interiors_ || objects_have_interiors_);
 }
 
-bool MotionSearch::hasInterior(const ShapeRef& ref) const {
-  const int root = volumes_->of(ref);
-  if (root < volumes_->size()) return (*volumes_)[root].has_interior;
-  const PlacedObject* object = objects() ? objects()->placed(ref.object) : nullptr;
-  return object && object->geometry->root().has_interior;
-}
-
 /// Finds what is inside a closed mesh at the start. Depths that are reached later are left open.
 void MotionSearch::considerStart(const Pairs& pairs, const MotionQuestion& question, FirstContactBounds& bounds,
                                  RobotContact& answer) {
   for (const PairContactDistance& own : question.nearer_pairs)
     if (own.contact_distance < 0.0 && std::isfinite(own.contact_distance) &&
-        (hasInterior(own.pair.a) || hasInterior(own.pair.b)))
+        haveInterior(partOf(own.pair.a), partOf(own.pair.b)))
       bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
   if (hasInteriors(pairs) && isInWorld()) considerObjectsAtStart(pairs, question, bounds, answer);
   bool is_placed = false;
@@ -507,7 +500,7 @@ PairProximity MotionSearch::found(const IntervalVisit& visit, narrowphase::Signe
   proximity.result.upper_bound += moving.error;
   proximity.representation = std::max(a.representation, b.representation);
   proximity.depth_is_lower_bound = proximity.result.distance < 0.0 && moving.is_compound;
-  found_pieces_ = moving.is_compound || !moving.a[moving.a.root].isLeaf() || !moving.b[moving.b.root].isLeaf();
+  found_pieces_ = moving.is_compound || !moving.a.whole().isLeaf() || !moving.b.whole().isLeaf();
   return proximity;
 }
 

@@ -78,7 +78,7 @@ class MotionSearch {
 
   static bool hasInterior(const MovingPair& moving);
   bool hasInteriors(const Pairs& pairs) const;
-  bool hasInterior(const ShapeRef& ref) const;
+  Part partOf(const ShapeRef& ref) const { return volumes_->part(ref, objects().get()); }
   void considerStart(const Pairs& pairs, const MotionQuestion& question, FirstContactBounds& bounds,
                      RobotContact& answer);
   void considerObjectsAtStart(const Pairs& pairs, const MotionQuestion& question, FirstContactBounds& bounds,

@@ -7,7 +7,6 @@
 #include <string>
 
 #include "proximity_server/scene/model/kinematics.h"
-#include "scene/query/same_pair.h"
 
 namespace proximity_server::scene {
 namespace {
@@ -99,41 +98,27 @@ int MovingPairs::examined() const {
 
 double MovingPairs::roundingOf(const ShapeRefPair& pair, double time) {
   const Participant a = participant(pair.a), b = participant(pair.b);
-  return MovingBodies(*poses_, a.frame, a.root().bounds, b.frame, b.root().bounds).roundingAt(time, *poses_);
+  return MovingBodies(*poses_, a.body, a.whole().bounds, b.body, b.whole().bounds).roundingAt(time, *poses_);
 }
 
 int MovingPairs::collisionNumber(const ShapeRef& ref, const Piece& piece) const {
-  return ref.link < 0 ? piece.collision + 1 : model_->robot.collisions[piece.collision].number;
+  return ref.isObject() ? 1 + piece.collision : model_->robot.collisionOf(piece).number;
 }
 
 // --- who takes part
 
 MovingPairs::Participant MovingPairs::participant(const ShapeRef& ref) {
-  const int root = volumes_->of(ref);
-  if (root >= volumes_->size()) return participant(ref.object);
-  return {ref, (*volumes_)[root].body, {volumes_->data(), model_->robot.pieces.data(), root, 0}, nullptr};
-}
-
-MovingPairs::Participant MovingPairs::participant(int number) {
-  const PlacedObject* object = objects_ ? objects_->placed(number) : nullptr;
-  if (!object) throw std::invalid_argument("there is no object " + std::to_string(number));
-  const ObjectGeometry& geometry = *object->geometry;
-  return {ShapeRef::ofObject(number),
-          frameOf(number, *object),
-          {geometry.volumes().data(), geometry.pieces().data(), 0, 0},
-          object};
+  Participant who{volumes_->part(ref, objects_.get()), ref};
+  if (who.object) who.body = frameOf(ref.object(), *who.object);
+  return who;
 }
 
 int MovingPairs::frameOf(int number, const PlacedObject& object) {
   switch (object.kind) {
     case PlacedObject::Kind::Attached:
       return object.body;
-    case PlacedObject::Kind::Moving: {
-      if (!has_frames_) return kNoFrame;
-      const std::vector<std::string>& frames = objects_->frames();
-      const auto place = std::lower_bound(frames.begin(), frames.end(), object.frame) - frames.begin();
-      return poses_->moving(static_cast<int>(place));
-    }
+    case PlacedObject::Kind::Moving:
+      return has_frames_ ? poses_->moving(objects_->frameOf(number)) : kNoFrame;
     case PlacedObject::Kind::Fixed:
       break;
   }
@@ -144,7 +129,7 @@ int MovingPairs::frameOf(int number, const PlacedObject& object) {
 
 bool MovingPairs::isKnown(const Participant& who) const {
   if (who.isFree() && !poses_->isKnown(poses_->world())) return false;
-  return who.frame != kNoFrame && poses_->isKnown(who.frame);
+  return who.body != kNoFrame && poses_->isKnown(who.body);
 }
 
 // --- pairs
@@ -166,20 +151,20 @@ double MovingPairs::contactDistanceOf(const ShapeRefPair& pair) const {
   if (!contact_) return std::numeric_limits<double>::infinity();
   double distance = contact_->contact_distance + (contact_->thresholds ? contact_->thresholds->of(pair) : 0.0);
   for (const PairContactDistance& own : contact_->nearer_pairs)
-    if (areSame(own.pair, pair)) distance = std::min(distance, own.contact_distance);
+    if (own.pair.isSameAs(pair)) distance = std::min(distance, own.contact_distance);
   return distance;
 }
 
 void MovingPairs::addSolids(const Participant& a, const Participant& b) {
-  const Volume &root_a = a.root(), &root_b = b.root();
+  const Volume &root_a = a.whole(), &root_b = b.whole();
   if (root_a.isEmpty() || root_b.isEmpty()) return;
   const ShapeRefPair asked{a.ref, b.ref};
   const SeenFrom from = b.isFree() ? SeenFrom::B : a.isFree() ? SeenFrom::A : SeenFrom::Middle;
-  MovingBodies bodies(*poses_, a.frame, root_a.bounds, b.frame, root_b.bounds, from);
+  MovingBodies bodies(*poses_, a.body, root_a.bounds, b.body, root_b.bounds, from);
   double error = bodies.chainRounding();
   for (const Participant* who : {&a, &b})
     if (who->object) error += who->object->geometry->excessRounding();
-  pairs_.push_back({asked, asked_, paddings_.of(asked), error, a.compound, b.compound, std::move(bodies)});
+  pairs_.push_back({asked, asked_, paddings_.of(asked), error, a, b, std::move(bodies)});
   const bool has_half_space = a.isUnbounded() || b.isUnbounded();
   pairs_.back().is_compound = !root_a.isLeaf() || !root_b.isLeaf() || has_half_space;
 }
@@ -188,30 +173,30 @@ void MovingPairs::addSolids(const Participant& a, const Participant& b) {
 void MovingPairs::addHalfSpaces(const Participant& a, const Participant& b) {
   const bool in_a = a.isUnbounded();
   const Participant &solid = in_a ? b : a, &unbounded = in_a ? a : b;
-  if (solid.root().isEmpty()) return;
+  if (solid.whole().isEmpty()) return;
   const SeenFrom from = in_a ? SeenFrom::A : SeenFrom::B;
   const auto bodies = [&](const Bounds& stand_in) {
-    return MovingBodies(*poses_, a.frame, in_a ? stand_in : a.root().bounds, b.frame, in_a ? b.root().bounds : stand_in,
+    return MovingBodies(*poses_, a.body, in_a ? stand_in : a.whole().bounds, b.body, in_a ? b.whole().bounds : stand_in,
                         from);
   };
   const MovingBodies without_box = bodies(Bounds());
   const double reach = without_box.reach(), rounding = without_box.chainRounding();
   const double rounding_of_solid = solid.object ? solid.object->geometry->excessRounding() : 0.0;
   if (!(reach <= kFarthestReach)) return;
-  const std::vector<PlacedHalfSpace>& half_spaces = unbounded.object->geometry->halfSpaces();
+  const std::vector<PlacedHalfSpace>& half_spaces = unbounded.halfSpaces();
   for (const PlacedHalfSpace& half_space : half_spaces) {
     const HalfSpaceBox& box = half_spaces_.emplace_back(half_space, reach);
-    const Compound stand_in{&box.volume, &box.piece, 0, 0};
+    const Part stand_in{&box.volume, &box.piece};
     pairs_.push_back({{a.ref, b.ref},
                       asked_,
                       0.0,
                       box.error + rounding + rounding_of_solid,
-                      in_a ? stand_in : a.compound,
-                      in_a ? b.compound : stand_in,
+                      in_a ? stand_in : a,
+                      in_a ? b : stand_in,
                       bodies(box.volume.bounds)});
     pairs_.back().kind = MovingPair::Kind::HalfSpace;
     // The way out of one half-space is the same for all pieces.
-    pairs_.back().is_compound = half_spaces.size() > 1 || !unbounded.root().isEmpty();
+    pairs_.back().is_compound = half_spaces.size() > 1 || !unbounded.whole().isEmpty();
   }
 }
 
@@ -219,8 +204,8 @@ void MovingPairs::addHalfSpaces(const Participant& a, const Participant& b) {
 
 void MovingPairs::addObjectPairs() {
   for (int link = 0; link < static_cast<int>(model_->robot.links.size()); ++link)
-    if (model_->robot.hasGeometry(link)) addPairsOf(participant(ShapeRef{link}));
-  for (const int walker : objects_->walkers()) addPairsOf(participant(walker));
+    if (model_->robot.hasGeometry(link)) addPairsOf(participant(link));
+  for (const int walker : objects_->walkers()) addPairsOf(participant(ShapeRef::ofObject(walker)));
 }
 
 /// As ObjectVisits visits them, but moving objects are in no tree.
@@ -241,25 +226,17 @@ void MovingPairs::addPairsOf(const Participant& walker) {
 
 void MovingPairs::addFixedObjects(const Participant& walker) {
   if (tree().empty() || !poses_->isKnown(poses_->world())) return;
-  const Bounds bounds = walker.root().bounds;
-  MovingBodies bodies(*poses_, walker.frame, bounds, poses_->world(), boundsOf(tree()[0].box), SeenFrom::B);
-  pairs_.push_back({{walker.ref, {}}, -1, 0.0, 0.0, walker.compound, {}, std::move(bodies)});
+  const Bounds bounds = walker.whole().bounds;
+  MovingBodies bodies(*poses_, walker.body, bounds, poses_->world(), boundsOf(tree()[0].box), SeenFrom::B);
+  pairs_.push_back({{walker.ref, {}}, -1, 0.0, 0.0, walker, {}, std::move(bodies)});
   pairs_.back().kind = MovingPair::Kind::FixedObjects;
   pairs_.back().contact_distance = contactDistanceOf({walker.ref, {}});
 }
 
-/// Of two walkers only the one with the smaller number visits the other.
-bool MovingPairs::isCheckedHere(const Participant& walker, int number) const {
-  if (!walker.object) return objects_->linkReason(walker.ref.link, number) == PairReason::Checked;
-  const std::vector<int>& walkers = objects_->walkers();
-  if (number < walker.ref.object && std::binary_search(walkers.begin(), walkers.end(), number)) return false;
-  return objects_->objectReason(walker.ref.object, number) == PairReason::Checked;
-}
-
 void MovingPairs::addIfChecked(const Participant& walker, int number) {
-  if (!isCheckedHere(walker, number)) return;
-  const Participant other = participant(number);
-  const bool is_first = !walker.object || walker.ref.object < number;
+  if (!objects_->isCheckedBy(walker.ref, number)) return;
+  const Participant other = participant(ShapeRef::ofObject(number));
+  const bool is_first = walker.ref.isLink() || walker.ref.object() < number;
   const bool is_added = is_first ? add(walker, other) : add(other, walker);
   too_far_ += !is_added && isKnown(other);
 }

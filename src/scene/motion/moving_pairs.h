@@ -21,7 +21,7 @@
 
 namespace proximity_server::scene {
 
-/// Two compounds in motion: what a pair of a question consists of, or a link or object and all fixed objects.
+/// Two parts in motion: what a pair of a question consists of, or a link or object and all fixed objects.
 struct MovingPair {
   ShapeRefPair asked;  ///< without b if b is all fixed objects
   int number;          ///< of the pair of the question; an object with half-spaces makes several with one number
@@ -29,7 +29,7 @@ struct MovingPair {
   /// [m] By how much the distance may be off: MovingBodies::chainRounding(), and of a half-space that of what stands for
   /// it, see HalfSpaceBox.
   double error;
-  Compound a, b;
+  Part a, b;
   MovingBodies bodies;
   enum class Kind : unsigned char { Shapes, HalfSpace, FixedObjects };
   Kind kind = Kind::Shapes;
@@ -111,20 +111,12 @@ class MovingPairs {
   int collisionNumber(const ShapeRef& ref, const Piece& piece) const;
 
  private:
-  /// What a link, a <collision> or an object is in a motion.
-  struct Participant {
+  /// A part whose body is a frame of PosesInTime.
+  struct Participant : Part {
     ShapeRef ref;
-    int frame;
-    Compound compound;
-    const PlacedObject* object;  ///< nullptr for what belongs to a link
-
-    const Volume& root() const { return compound[compound.root]; }
-    bool isFree() const { return object && object->kind != PlacedObject::Kind::Attached; }
-    bool isUnbounded() const { return object && object->isUnbounded(); }
   };
 
   Participant participant(const ShapeRef& ref);
-  Participant participant(int number);
   int frameOf(int number, const PlacedObject& object);
   bool isKnown(const Participant& who) const;
   bool add(const Participant& a, const Participant& b);
@@ -134,7 +126,6 @@ class MovingPairs {
   void addPairsOf(const Participant& walker);
   void addIfChecked(const Participant& walker, int number);
   void addFixedObjects(const Participant& walker);
-  bool isCheckedHere(const Participant& walker, int number) const;
   void requireFrames(const RobotMotion& motion) const;
 
   const std::shared_ptr<const SceneModel> model_;

@@ -112,18 +112,10 @@ Objects Objects::withRules(ObjectRules rules) const {
   Objects next = *this;
   next.rules_ = std::make_shared<const ObjectRules>(std::move(rules));
   next.walkers_.clear();
+  for (int number = 0; number < next.numberLimit(); ++number)
+    if (next.placed(number) && next.isWalker(number)) next.walkers_.push_back(number);
   next.pair_count_ = 0;
-  for (int number = 0; number < next.numberLimit(); ++number) {
-    if (!next.placed(number)) continue;
-    if (next.isWalker(number)) next.walkers_.push_back(number);
-  }
-  for (const int number : next.by_id_) next.pair_count_ += next.linkPairsOf(number);
-  for (const int walker : next.walkers_) {
-    for (const int other : next.by_id_) {
-      const bool is_counted = next.isWalker(other) && other < walker;
-      next.pair_count_ += !is_counted && next.objectReason(walker, other) == PairReason::Checked;
-    }
-  }
+  next.forEachCheckedPair([&](const ShapeRef&, const ShapeRef&) { ++next.pair_count_; });
   return next;
 }
 
@@ -235,6 +227,11 @@ void Objects::findFrames() {
   std::set<std::string> frames;
   for (const int number : moving_) frames.insert(placed(number)->frame);
   frames_.assign(frames.begin(), frames.end());
+  frame_of_.assign(slots_.size(), -1);
+  for (const int number : moving_) {
+    const auto place = std::lower_bound(frames_.begin(), frames_.end(), placed(number)->frame);
+    frame_of_[static_cast<std::size_t>(number)] = static_cast<int>(place - frames_.begin());
+  }
 }
 
 // --- what is there
@@ -262,16 +259,11 @@ bool Objects::isWalker(int number) const {
   return kind == Kind::Attached || (kind == Kind::Moving && rules_->free_objects == ObjectRules::FreeObjects::Checked);
 }
 
-std::int64_t Objects::linkPairsOf(int number) const {
+/// The number of checked pairs with an object. Of the pairs of objects, one is a walker.
+std::int64_t Objects::pairsOf(int number) const {
   std::int64_t count = 0;
   for (int link = 0; link < static_cast<int>(model_->robot.links.size()); ++link)
     count += linkReason(link, number) == PairReason::Checked;
-  return count;
-}
-
-/// The number of checked pairs with an object. Of the pairs of objects, one is a walker.
-std::int64_t Objects::pairsOf(int number) const {
-  std::int64_t count = linkPairsOf(number);
   for (const int other : isWalker(number) ? by_id_ : walkers_)
     count += objectReason(number, other) == PairReason::Checked;
   return count;
@@ -285,6 +277,19 @@ const PlacedObject& required(const PlacedObject* object, int number) {
 }
 
 }  // namespace
+
+PairReason Objects::reason(const ShapeRef& a, const ShapeRef& b) const {
+  if (a.isObject() && b.isObject()) return objectReason(a.object(), b.object());
+  if (a.isObject()) return linkReason(b.link(), a.object());
+  if (b.isObject()) return linkReason(a.link(), b.object());
+  throw std::invalid_argument("neither of the two is an object");
+}
+
+bool Objects::isCheckedBy(const ShapeRef& walker, int object) const {
+  const bool other_looks =
+      walker.isObject() && object < walker.object() && std::binary_search(walkers_.begin(), walkers_.end(), object);
+  return !other_looks && isChecked(walker, ShapeRef::ofObject(object));
+}
 
 PairReason Objects::linkReason(int link, int number) const {
   const RobotModel& robot = model_->robot;
@@ -315,6 +320,13 @@ PairReason Objects::objectReason(int number_a, int number_b) const {
   const bool attached = a.kind == Kind::Attached || b.kind == Kind::Attached;
   if (!attached && rules_->free_objects == ObjectRules::FreeObjects::NotChecked) return PairReason::FreeObjects;
   return a.isUnbounded() && b.isUnbounded() ? PairReason::BothHalfSpaces : PairReason::Checked;
+}
+
+const std::string& nameOf(const ShapeRef& ref, const RobotModel& robot, const Objects* objects) {
+  static const std::string none;
+  if (ref.isLink()) return robot.links[static_cast<std::size_t>(ref.link())].name;
+  const Object* object = objects ? objects->object(ref.object()) : nullptr;
+  return object ? object->id : none;
 }
 
 }  // namespace proximity_server::scene

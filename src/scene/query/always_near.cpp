@@ -55,7 +55,7 @@ std::vector<AlwaysNear> checkedPairs(const SceneModel& model) {
 
 bool hasKnownRanges(const RobotModel& robot, const AlwaysNear& near) {
   const std::vector<int> joints =
-      jointsBetween(robot, robot.links[near.pair.a.link].body, robot.links[near.pair.b.link].body);
+      jointsBetween(robot, robot.links[near.pair.a.link()].body, robot.links[near.pair.b.link()].body);
   return std::all_of(joints.begin(), joints.end(), [&](int joint) { return hasKnownRange(robot, joint); });
 }
 
@@ -107,8 +107,8 @@ LevelThresholds thresholdsWith(const std::vector<AlwaysNear>& near, const StopAn
   LevelThresholds thresholds{{usual.stop, usual.stop}, {usual.warn, usual.warn}};
   for (const AlwaysNear& pair : near) {
     const StopAndWarn fitting = fittingThresholds(pair, usual);
-    thresholds.stop.setPair(pair.pair.a.link, pair.pair.b.link, fitting.stop);
-    thresholds.warn.setPair(pair.pair.a.link, pair.pair.b.link, fitting.warn);
+    thresholds.stop.setPair(pair.pair.a.link(), pair.pair.b.link(), fitting.stop);
+    thresholds.warn.setPair(pair.pair.a.link(), pair.pair.b.link(), fitting.warn);
   }
   return thresholds;
 }
@@ -120,7 +120,7 @@ std::string distancesText(const AlwaysNear& pair) {
 }
 
 std::string thresholdEntry(const RobotModel& robot, const ShapeRefPair& pair, double distance) {
-  return "{links: [" + yamlName(robot.links[pair.a.link].name) + ", " + yamlName(robot.links[pair.b.link].name) +
+  return "{links: [" + yamlName(nameOf(pair.a, robot)) + ", " + yamlName(nameOf(pair.b, robot)) +
          "], distance: " + numberText(distance) + "}";
 }
 
@@ -138,7 +138,7 @@ std::string thresholdsYaml(const RobotModel& robot, const std::vector<AlwaysNear
 }
 
 std::string adviceText(const RobotModel& robot, const AlwaysNear& pair, const StopAndWarn& usual) {
-  const Link &a = robot.links[pair.pair.a.link], &b = robot.links[pair.pair.b.link];
+  const Link &a = robot.links[pair.pair.a.link()], &b = robot.links[pair.pair.b.link()];
   std::vector<std::string> joints;
   for (const int joint : jointsBetween(robot, a.body, b.body)) joints.push_back(robot.joints[joint].name);
   const StopAndWarn fitting = fittingThresholds(pair, usual);

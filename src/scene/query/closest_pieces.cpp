@@ -76,8 +76,8 @@ ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b,
                                    const Question& question, const ClosestPieces* found) {
   ClosestPieces closest;
   if (found) closest = *found;
-  a_ = robot_.compoundOf(pair.a);
-  b_ = robot_.compoundOf(pair.b);
+  a_ = robot_[pair.a];
+  b_ = robot_[pair.b];
   const auto current_limit = [&] {
     return skipping_ == Skipping::On ? closest.limit(limit, question) : question.threshold;
   };
@@ -85,7 +85,7 @@ ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b,
     const narrowphase::Options options = optionsFor(question, current_limit(), pair.padding);
     closest.offer(leaves, distance(leaves, pair, a_T_b, options), limit);
   };
-  if (a_[a_.root].isLeaf() && b_[b_.root].isLeaf()) {
+  if (a_.whole().isLeaf() && b_.whole().isLeaf()) {
     compute({a_.root, b_.root});
     return closest;
   }
@@ -106,13 +106,13 @@ ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b,
 }
 
 bool PieceSearch::areBeyond(const Visit& pair, const RelativePose& a_T_b, double limit) {
-  a_ = robot_.compoundOf(pair.a);
-  b_ = robot_.compoundOf(pair.b);
+  a_ = robot_[pair.a];
+  b_ = robot_[pair.b];
   const narrowphase::Options options = narrowphase::Options::above(limit + pair.padding);
   const auto isBeyondIt = [&](const Visit& leaves) {
     return isBeyond(distance({leaves.a, leaves.b}, pair, a_T_b, options), limit);
   };
-  if (a_[a_.root].isLeaf() && b_[b_.root].isLeaf()) return isBeyondIt({-kInfinity, 0, a_.root, b_.root, pair.padding});
+  if (a_.whole().isLeaf() && b_.whole().isLeaf()) return isBeyondIt({-kInfinity, 0, a_.root, b_.root, pair.padding});
   for (begin(pair, a_T_b, limit); !queue_.empty() && !(queue_.lowestBound() > limit);) {
     Visit visit = queue_.pop();
     if (visit.bound == Visit::Bound::Sphere) visit = withBoxes(visit, a_T_b);
@@ -147,7 +147,7 @@ void PieceSearch::begin(const Visit& pair, const RelativePose& a_T_b, double lim
   queue_.clear();
   visits_ = 0;
   left_out_ = kInfinity;
-  if (skipping_ == Skipping::On && !robot_.isObject(pair.a) && !robot_.isObject(pair.b)) {
+  if (skipping_ == Skipping::On && !a_.object && !b_.object) {
     const LeafBoxes &a = robot_.volumes().leavesOf(pair.a), &b = robot_.volumes().leavesOf(pair.b);
     if (LeafGaps::areFew(a, b, a_T_b)) {
       for (const LeafGaps::Gap& gap : gaps_.between(a, b, a_T_b, pair.padding, limit))

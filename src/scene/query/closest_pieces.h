@@ -17,15 +17,17 @@ bool isFinal(const narrowphase::SignedDistance& result, const Question& question
 /// The distance less a padding [m]: both surfaces moved outwards by half of it.
 narrowphase::SignedDistance padded(narrowphase::SignedDistance result, double padding);
 
-/// Two leaves, by their numbers in their compounds; or a leaf and a half-space of the other.
+/// Two leaves, by their numbers in their parts; or a leaf and a half-space of the other.
 struct LeafPair {
   int a = -1, b = -1;
+  int half_space = -1;  ///< in place of b
 
-  static LeafPair withHalfSpace(int a, int half_space) { return {a, -2 - half_space}; }
-  bool hasHalfSpace() const { return b < -1; }
-  int halfSpace() const { return -2 - b; }
+  static LeafPair withHalfSpace(int a, int half_space) { return {a, -1, half_space}; }
+  bool hasHalfSpace() const { return half_space >= 0; }
   bool areLeaves() const { return b >= 0; }
-  bool operator==(const LeafPair& other) const { return a == other.a && b == other.b; }
+  bool operator==(const LeafPair& other) const {
+    return a == other.a && b == other.b && half_space == other.half_space;
+  }
 };
 
 /// The closest of the pairs of pieces that were computed, and what all of them prove together.
@@ -53,7 +55,7 @@ enum class Memory : unsigned char {
   None        ///< nothing: every answer is that of the first question
 };
 
-/// Finds the closest pieces of two compounds: walks their hierarchies at once, the closest parts first; or bounds all their
+/// Finds the closest pieces of two parts: walks their hierarchies at once, the closest parts first; or bounds all their
 /// pieces at once, if these are few. The one query of components, convex parts and triangles, in any mixture.
 ///
 /// Source: Larsen, Gottschalk, Lin, Manocha, Fast Proximity Queries with Swept Sphere Volumes, 1999 (two hierarchies,
@@ -82,7 +84,7 @@ class PieceSearch {
   void split(const Visit& visit, const RelativePose& a_T_b, double limit);
 
   const PlacedRobot& robot_;
-  Compound a_{}, b_{};  ///< of the pair that is asked about
+  Part a_, b_;  ///< of the pair that is asked about
   const Skipping skipping_;
   const Memory memory_;
   WarmStarts warm_starts_;

@@ -27,10 +27,10 @@ class HalfSpaceSearch {
  public:
   HalfSpaceSearch(const PlacedRobot& robot, const Visit& pair, const RelativePose& a_T_b, double limit,
                   const Question& question, Skipping skipping)
-      : a_(robot.compoundOf(pair.a)),
-        half_spaces_(robot.halfSpacesOf(pair.b)),
+      : a_(robot[pair.a]),
+        half_spaces_(robot[pair.b].halfSpaces()),
         a_T_b_(a_T_b),
-        rounding_(PlacedRobot::rounding(robot.at(pair.a), robot.at(pair.b), a_T_b)),
+        rounding_(PlacedRobot::rounding(a_.whole(), robot[pair.b].whole(), a_T_b)),
         limit_(limit),
         padding_(pair.padding),
         question_(question),
@@ -68,7 +68,7 @@ class HalfSpaceSearch {
     for (std::size_t i = 0; i < 2; ++i) visit(parts[i], half_space, gaps[i]);
   }
 
-  const Compound a_;
+  const Part& a_;
   const std::vector<PlacedHalfSpace>& half_spaces_;
   const RelativePose& a_T_b_;
   const double rounding_, limit_, padding_;

@@ -31,12 +31,12 @@ class InteriorSearch {
  public:
   InteriorSearch(const PlacedRobot& robot, const Visit& pair, const RelativePose& a_T_b, double limit,
                  const Question& question, Skipping skipping, double within, ClosestPieces& closest)
-      : a_(robot.compoundOf(pair.a)),
-        b_(robot.compoundOf(pair.b)),
+      : a_(robot[pair.a]),
+        b_(robot[pair.b]),
         a_T_b_(a_T_b),
         // Twice for the poses, as the way into the frame of the mesh is longer than that between two pieces. The side of
         // a point that is as near to the surface as that may be the wrong one: twice its distance.
-        rounding_(4.0 * PlacedRobot::rounding(a_[a_.root], b_[b_.root], a_T_b)),
+        rounding_(4.0 * PlacedRobot::rounding(a_.whole(), b_.whole(), a_T_b)),
         limit_(limit),
         padding_(pair.padding),
         question_(question),
@@ -54,8 +54,8 @@ class InteriorSearch {
   }
 
  private:
-  const Compound& outer() const { return outer_ == Outer::A ? a_ : b_; }
-  const Compound& inner() const { return outer_ == Outer::A ? b_ : a_; }
+  const Part& outer() const { return outer_ == Outer::A ? a_ : b_; }
+  const Part& inner() const { return outer_ == Outer::A ? b_ : a_; }
 
   void visitOuter(int volume) {
     const Volume& here = outer()[volume];
@@ -125,7 +125,7 @@ class InteriorSearch {
     closest_.offer(leaves, padded(result, padding_), limit_);
   }
 
-  const Compound a_, b_;
+  const Part &a_, &b_;
   const RelativePose& a_T_b_;
   const double rounding_, limit_, padding_;
   const Question& question_;

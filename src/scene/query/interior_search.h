@@ -4,15 +4,15 @@
 
 namespace proximity_server::scene {
 
-/// Whether interiors belong to the distance of two volumes.
-inline bool haveInterior(const Volume& a, const Volume& b) { return a.has_interior || b.has_interior; }
+/// Whether interiors belong to the distance of two parts.
+inline bool haveInterior(const Part& a, const Part& b) { return a.whole().has_interior || b.whole().has_interior; }
 
-/// Finds how deep parts of one compound lie in the interiors of the other, see Interior, where the pieces of both may be
+/// Finds how deep pieces of one part lie in the interiors of the other, see Interior, where the pieces of both may be
 /// apart.
 ///
-/// 1. The surface of an interior is in the pieces of its compound. So where no pieces meet, each connected part of a
-///    compound lies wholly inside the interior of the other, or wholly outside; one anchor of each part tells which.
-/// 2. Walk from each interior through the volumes of the other compound to the anchors, without what is outside of the
+/// 1. The surface of an interior is in the pieces of its part. So where no pieces meet, what hangs together of a
+///    part lies wholly inside the interior of the other, or wholly outside; one anchor of each such component tells which.
+/// 2. Walk from each interior through the volumes of the other part to the anchors, without what is outside of the
 ///    box of the interior.
 /// 3. The answer about an anchor is the signed distance of the ball at its centre, see Shape::innerRadius(), from the
 ///    solid: no shorter translation takes the ball out of it, so the depth of the whole is not less.

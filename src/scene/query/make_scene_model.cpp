@@ -70,7 +70,7 @@ SceneModel makeSceneModel(RobotModel robot, const std::vector<std::string>& srdf
   SceneModel model{std::move(robot), std::move(table)};
   std::vector<std::string> names;
   for (const ShapeRefPair& pair : alwaysInContact(model)) {
-    names.push_back(LinkTable(model.robot).names({pair.a.link, pair.b.link}));
+    names.push_back(LinkTable(model.robot).names({pair.a.link(), pair.b.link()}));
   }
   addPairsWarning("Checked, but in contact in each of " + std::to_string(kStates) +
                       " states of the joint between them, which is nearly always an overlap of the model itself; to "

@@ -11,18 +11,10 @@ constexpr double kTooLoose = 1.5;
 }  // namespace
 
 bool isCheckedPair(const PlacedRobot& robot, int a, int b) {
-  const Objects* objects = robot.objects();
-  const int number_a = a - robot.firstObject(), number_b = b - robot.firstObject();
-  if (!objects || !objects->placed(number_b) || (number_a >= 0 && !objects->placed(number_a))) return false;
-  const PairReason reason = number_a < 0 ? objects->linkReason(a, number_b) : objects->objectReason(number_a, number_b);
-  return reason == PairReason::Checked;
-}
-
-/// Of two walkers only the one with the smaller number visits the other.
-bool ObjectVisits::isCheckedHere(const PlacedRobot& robot, int walker, int object) {
-  if (!isCheckedPair(robot, walker, object)) return false;
-  const std::vector<int>& walkers = robot.objects()->walkers();
-  return walker < object || !std::binary_search(walkers.begin(), walkers.end(), object - robot.firstObject());
+  const ShapeRef ref_a = robot.refOf(a), ref_b = robot.refOf(b);
+  for (const ShapeRef& ref : {ref_a, ref_b})
+    if (ref.isObject() && !(robot.objects() && robot.objects()->placed(ref.object()))) return false;
+  return robot.objects()->isChecked(ref_a, ref_b);
 }
 
 void ObjectVisits::fit(const PlacedRobot& robot) {
@@ -31,21 +23,20 @@ void ObjectVisits::fit(const PlacedRobot& robot) {
   unknown_pairs_ = 0;
   const Objects* objects = robot.objects();
   if (!objects || objects->empty()) return;
-  const int first = robot.firstObject();
   for (int link = 0; link < static_cast<int>(objects->model().robot.links.size()); ++link) addWalker(robot, link);
   for (const int number : objects->walkers()) {
     if (objects->placed(number)->kind == PlacedObject::Kind::Attached) attached_.push_back(number);
-    addWalker(robot, first + number);
+    addWalker(robot, robot.numberOfObject(number));
   }
   fitMoving(robot);
   countUnknown(robot);
 }
 
-void ObjectVisits::addWalker(const PlacedRobot& robot, int root) {
-  if (!robot.isPlaced(root)) return;
-  const bool is_unbounded = robot.isUnbounded(root);
-  walkers_.push_back({static_cast<int>(walkers_.size()), root, is_unbounded,
-                      is_unbounded ? Eigen::AlignedBox3d() : robot.worldBox(root)});
+void ObjectVisits::addWalker(const PlacedRobot& robot, int part) {
+  if (!robot.isPlaced(part)) return;
+  const bool is_unbounded = robot[part].isUnbounded();
+  walkers_.push_back({static_cast<int>(walkers_.size()), part, robot.refOf(part), is_unbounded,
+                      is_unbounded ? Eigen::AlignedBox3d() : robot.worldBox(part)});
 }
 
 /// The boxes of moving objects. One whose pose is missing has an empty box, so that nothing comes near it.
@@ -54,8 +45,8 @@ void ObjectVisits::fitMoving(const PlacedRobot& robot) {
   numbers.clear();
   moving_boxes_.clear();
   for (const int number : robot.objects()->moving()) {
-    const int object = robot.firstObject() + number;
-    if (robot.isUnbounded(object)) continue;
+    const int object = robot.numberOfObject(number);
+    if (robot[object].isUnbounded()) continue;
     numbers.push_back(number);
     moving_boxes_.push_back(robot.isPlaced(object) ? robot.worldBox(object) : Eigen::AlignedBox3d());
   }
@@ -67,25 +58,22 @@ void ObjectVisits::fitMoving(const PlacedRobot& robot) {
 
 void ObjectVisits::countUnknown(const PlacedRobot& robot) {
   const Objects& objects = *robot.objects();
-  const int first = robot.firstObject();
   missing_.clear();
-  const auto missesItsPose = [&](int number) { return !robot.isPlaced(first + number); };
-  for (const int number : objects.moving())
-    if (missesItsPose(number)) missing_.push_back(number);
-  for (const int number : attached_)
-    if (missesItsPose(number)) missing_.push_back(number);
+  const auto isMissing = [&](int number) { return !robot.isPlaced(robot.numberOfObject(number)); };
+  std::copy_if(objects.moving().begin(), objects.moving().end(), std::back_inserter(missing_), isMissing);
+  std::copy_if(attached_.begin(), attached_.end(), std::back_inserter(missing_), isMissing);
   for (int link = 0; link < static_cast<int>(objects.model().robot.links.size()); ++link) {
-    if (robot.at(link).isEmpty()) continue;
+    if (robot[link].whole().isEmpty()) continue;
     for (const int number : robot.isPlaced(link) ? missing_ : objects.numbers())
-      unknown_pairs_ += objects.linkReason(link, number) == PairReason::Checked;
+      unknown_pairs_ += objects.isChecked(link, ShapeRef::ofObject(number));
   }
   const std::vector<int>& walkers = objects.walkers();
   for (const int walker : walkers) {
-    for (const int number : missesItsPose(walker) ? objects.numbers() : missing_) {
+    for (const int number : isMissing(walker) ? objects.numbers() : missing_) {
       // Of two walkers without a pose the one with the smaller number counts, of one without a pose only that one.
       const bool is_walker = std::binary_search(walkers.begin(), walkers.end(), number);
-      const bool was_counted = is_walker && missesItsPose(number) && (!missesItsPose(walker) || number < walker);
-      unknown_pairs_ += !was_counted && objects.objectReason(walker, number) == PairReason::Checked;
+      const bool was_counted = is_walker && isMissing(number) && (!isMissing(walker) || number < walker);
+      unknown_pairs_ += !was_counted && objects.isChecked(ShapeRef::ofObject(walker), ShapeRef::ofObject(number));
     }
   }
 }

@@ -27,7 +27,7 @@ class ObjectVisits {
   /// After new objects or new poses.
   void fit(const PlacedRobot& robot);
 
-  /// Calls enter(a, b), two roots with a < b, for each checked pair that is in no tree, and enters the walkers into the
+  /// Calls enter(a, b), two parts with a < b, for each checked pair that is in no tree, and enters the walkers into the
   /// trees. Nothing farther than `limit` [m] is needed.
   template <typename Enter>
   void begin(const PlacedRobot& robot, double limit, const Enter& enter) {
@@ -89,7 +89,8 @@ class ObjectVisits {
 
   struct Walker {
     int index;  ///< of this walker
-    int root;
+    int part;
+    ShapeRef ref;
     bool is_unbounded;
     Eigen::AlignedBox3d box;  ///< unless it is unbounded
   };
@@ -106,16 +107,16 @@ class ObjectVisits {
   };
 
   template <typename Enter>
-  void meetObject(const PlacedRobot& robot, int walker, int number, const Enter& enter) {
-    const int object = robot.firstObject() + number;
-    if (isCheckedHere(robot, walker, object) && robot.isPlaced(object))
-      enter(std::min(walker, object), std::max(walker, object));
+  void meetObject(const PlacedRobot& robot, const Walker& walker, int number, const Enter& enter) {
+    const int object = robot.numberOfObject(number);
+    if (robot.objects()->isCheckedBy(walker.ref, number) && robot.isPlaced(object))
+      enter(std::min(walker.part, object), std::max(walker.part, object));
   }
 
   template <typename Enter>
   void meetWhatIsInNoTree(const PlacedRobot& robot, const Walker& walker, const Enter& enter) {
     const auto meetAll = [&](const std::vector<int>& numbers) {
-      for (const int number : numbers) meetObject(robot, walker.root, number, enter);
+      for (const int number : numbers) meetObject(robot, walker, number, enter);
     };
     if (walker.is_unbounded) return meetAll(robot.objects()->numbers());
     meetAll(robot.objects()->fixed().loose());
@@ -126,7 +127,7 @@ class ObjectVisits {
   template <typename Enter>
   void meetItem(const PlacedRobot& robot, const Walker& walker, Tree tree, int item, const Enter& enter) {
     const int number = objectOf(tree, item, robot);
-    if (number >= 0) meetObject(robot, walker.root, number, enter);
+    if (number >= 0) meetObject(robot, walker, number, enter);
   }
 
   template <typename Enter>
@@ -145,10 +146,9 @@ class ObjectVisits {
     }
   }
 
-  static bool isCheckedHere(const PlacedRobot& robot, int walker, int object);
   void push(const NodeVisit& visit, double limit);
   NodeVisit pop();
-  void addWalker(const PlacedRobot& robot, int root);
+  void addWalker(const PlacedRobot& robot, int part);
   void fitMoving(const PlacedRobot& robot);
   void countUnknown(const PlacedRobot& robot);
   int objectOf(Tree tree, int item, const PlacedRobot& robot) const;
@@ -167,27 +167,7 @@ class ObjectVisits {
   std::int64_t unknown_pairs_ = 0;
 };
 
-/// Whether a pair of roots, of which the larger is an object, is checked. False for an object that does not exist.
+/// Whether a pair of parts with an object is checked. False for an object that does not exist.
 bool isCheckedPair(const PlacedRobot& robot, int a, int b);
-
-/// Calls visit(a, b), a < b, for each checked pair of roots with an object, whether its poses are known or not: first those of
-/// the links, each with all objects in the order of their ids, then those of the walkers among the objects.
-template <typename Visitor>
-void forEachObjectPair(const PlacedRobot& robot, const Visitor& visit) {
-  const Objects* objects = robot.objects();
-  if (!objects) return;
-  const int first = robot.firstObject();
-  for (int link = 0; link < static_cast<int>(objects->model().robot.links.size()); ++link)
-    for (const int number : objects->numbers())
-      if (objects->linkReason(link, number) == PairReason::Checked) visit(link, first + number);
-  const std::vector<int>& walkers = objects->walkers();
-  for (const int walker : walkers) {
-    for (const int number : objects->numbers()) {
-      const bool was_visited = number < walker && std::binary_search(walkers.begin(), walkers.end(), number);
-      if (!was_visited && objects->objectReason(walker, number) == PairReason::Checked)
-        visit(first + std::min(walker, number), first + std::max(walker, number));
-    }
-  }
-}
 
 }  // namespace proximity_server::scene

@@ -69,36 +69,26 @@ void PairMeasurement::use(std::shared_ptr<const Objects> objects) {
   kept_.grow(rememberedPairs(model_.pairs.checked.size() + near));
   const std::vector<int> changed = robot_.use(std::move(objects));
   if (changed.empty()) return;
-  const auto isChanged = [&](int root) {
-    return robot_.isObject(root) && std::binary_search(changed.begin(), changed.end(), root - robot_.firstObject());
-  };
+  const auto isChanged = [&](int part) { return std::binary_search(changed.begin(), changed.end(), part); };
   kept_.forget([&](int a, int b) { return isChanged(a) || isChanged(b); });
 }
 
+/// What has half-spaces becomes the second.
 std::optional<Visit> PairMeasurement::visitOf(const ShapeRefPair& pair, int number) const {
-  const auto [a, b] = std::minmax({robot_.volumes().of(pair.a), robot_.volumes().of(pair.b)});
-  if (robot_.isObject(b)) return objectVisitOf(a, b, number);
-  if (!robot_.isLinkPlaced(a) || !robot_.isLinkPlaced(b)) return std::nullopt;
+  auto [a, b] = std::minmax({robot_.numberOf(pair.a), robot_.numberOf(pair.b)});
+  if (!robot_.isPlaced(a) || !robot_.isPlaced(b)) return std::nullopt;
+  if (robot_[a].isUnbounded()) std::swap(a, b);
+  if (robot_[a].isUnbounded()) throw std::invalid_argument("the distance of two half-spaces is not defined");
   Visit visit{-kInfinity, number, a, b, paddings_.of(pair)};
   if (skipping_ == Skipping::On) visit.lower_bound = robot_.sphereGap(a, b) - visit.padding;
-  return visit;
-}
-
-/// What has half-spaces becomes the second.
-std::optional<Visit> PairMeasurement::objectVisitOf(int a, int b, int number) const {
-  if (!robot_.isPlaced(a) || !robot_.isPlaced(b)) return std::nullopt;
-  if (robot_.isUnbounded(a)) std::swap(a, b);
-  if (robot_.isUnbounded(a)) throw std::invalid_argument("the distance of two half-spaces is not defined");
-  Visit visit{-kInfinity, number, a, b, 0.0};
-  if (skipping_ == Skipping::On) visit.lower_bound = robot_.objectGap(a, b);
   return visit;
 }
 
 Visit PairMeasurement::refined(Visit visit, double limit) const {
   visit.bound = Visit::Bound::Box;
   if (skipping_ == Skipping::Off) return visit;
-  const Volume &a = robot_.at(visit.a), &b = robot_.at(visit.b);
-  const RelativePose a_T_b = robot_.relative(a, b);
+  const Part &a = robot_[visit.a], &b = robot_[visit.b];
+  const RelativePose a_T_b = robot_.relative(visit.a, visit.b);
   if (const KeptAnswer* kept = keptOf(visit)) {
     const RelativeMotionBound motion = PlacedRobot::relativeMotion(a, b, kept->a_T_b, a_T_b);
     const double bound = kept->proximity.result.lower_bound - motion.distance_change;
@@ -107,8 +97,8 @@ Visit PairMeasurement::refined(Visit visit, double limit) const {
       visit.bound = motion.is_rest ? Visit::Bound::Rest : Visit::Bound::Motion;
     }
   }
-  if (!(visit.lower_bound > limit) && PlacedRobot::boxesPay(a, b) && b.bounds.radius < kInfinity) {
-    const double bound = PlacedRobot::boxGap(a, b, a_T_b) - visit.padding;
+  if (!(visit.lower_bound > limit) && PlacedRobot::boxesPay(a.whole(), b.whole()) && !b.isUnbounded()) {
+    const double bound = PlacedRobot::boxGap(a.whole(), b.whole(), a_T_b) - visit.padding;
     if (bound > visit.lower_bound) {
       visit.lower_bound = bound;
       visit.bound = Visit::Bound::Box;
@@ -120,7 +110,7 @@ Visit PairMeasurement::refined(Visit visit, double limit) const {
 /// The answer that the lower bound of a visit proves, without computing anything.
 PairProximity PairMeasurement::proof(const Visit& visit) const {
   PairProximity proximity;
-  proximity.representation = std::max(robot_.at(visit.a).representation, robot_.at(visit.b).representation);
+  proximity.representation = std::max(robot_[visit.a].whole().representation, robot_[visit.b].whole().representation);
   proximity.result.lower_bound = visit.lower_bound;
   proximity.result = onlyProof(proximity.result);
   return proximity;
@@ -131,7 +121,7 @@ std::optional<PairProximity> PairMeasurement::answerAtRest(const Visit& visit, c
                                                            const Question& question) const {
   const KeptAnswer* kept = skipping_ == Skipping::On ? keptOf(visit) : nullptr;
   if (!kept || kept->proximity.result.status != narrowphase::Status::Converged) return std::nullopt;
-  const RelativeMotionBound motion = robot_.relativeMotion(visit.a, visit.b, kept->a_T_b, a_T_b);
+  const RelativeMotionBound motion = PlacedRobot::relativeMotion(robot_[visit.a], robot_[visit.b], kept->a_T_b, a_T_b);
   if (!motion.is_rest) return std::nullopt;
   PairProximity proximity = kept->proximity;
   proximity.result.lower_bound -= motion.distance_change;
@@ -143,21 +133,20 @@ std::optional<PairProximity> PairMeasurement::answerAtRest(const Visit& visit, c
 
 /// Whether no translation shorter than the depth of the closest pieces separates the two.
 bool PairMeasurement::depthIsExact(const Visit& visit) const {
-  const Volume &a = robot_.at(visit.a), &b = robot_.at(visit.b);
+  const Part &a = robot_[visit.a], &b = robot_[visit.b];
   // The way out of one half-space is the same for all pieces.
-  if (robot_.isUnbounded(visit.b)) return b.isEmpty() && robot_.halfSpacesOf(visit.b).size() == 1;
-  return a.isLeaf() && b.isLeaf();
+  if (b.isUnbounded()) return b.whole().isEmpty() && b.halfSpaces().size() == 1;
+  return a.whole().isLeaf() && b.whole().isLeaf();
 }
 
 /// Of all pieces, half-spaces and interiors.
 ClosestPieces PairMeasurement::closestOf(const Visit& visit, const RelativePose& a_T_b, const LeafPair& likely,
                                          double limit, const Question& question) {
-  const Volume &a = robot_.at(visit.a), &b = robot_.at(visit.b);
-  const bool has_half_spaces = robot_.isUnbounded(visit.b);
-  if (!has_half_spaces && !haveInterior(a, b)) return pieces_.between(visit, a_T_b, likely, limit, question);
+  const Part &a = robot_[visit.a], &b = robot_[visit.b];
+  if (!b.isUnbounded() && !haveInterior(a, b)) return pieces_.between(visit, a_T_b, likely, limit, question);
   ClosestPieces closest;
-  if (has_half_spaces) closest = closestToHalfSpaces(robot_, visit, a_T_b, limit, question, skipping_);
-  if (b.isEmpty()) return closest;
+  if (b.isUnbounded()) closest = closestToHalfSpaces(robot_, visit, a_T_b, limit, question, skipping_);
+  if (b.whole().isEmpty()) return closest;
   if (haveInterior(a, b)) offerInterior(robot_, visit, a_T_b, limit, question, skipping_, 0.0, closest);
   return pieces_.between(visit, a_T_b, likely, limit, question, &closest);
 }
@@ -173,10 +162,14 @@ PairProximity PairMeasurement::compute(const Visit& visit, const RelativePose& a
   proximity.result.lower_bound = closest.lower_bound;
   proximity.result.upper_bound = closest.upper_bound;
   if (!closest.empty()) {
-    proximity.collision_a = robot_.collisionNumber(visit.a, closest.leaves.a);
-    proximity.collision_b = robot_.collisionNumber(visit.b, closest.leaves.b);
-    proximity.representation = std::max(robot_.representationOf(visit.a, closest.leaves.a),
-                                        robot_.representationOf(visit.b, closest.leaves.b));
+    const LeafPair& leaves = closest.leaves;
+    const bool is_plane = leaves.hasHalfSpace();  // that of a half-space is exact
+    proximity.collision_a = robot_.collisionNumber(visit.a, leaves.a);
+    proximity.collision_b =
+        is_plane ? robot_.shapeNumber(visit.b, leaves.half_space) : robot_.collisionNumber(visit.b, leaves.b);
+    proximity.representation = robot_[visit.a][leaves.a].representation;
+    if (!is_plane)
+      proximity.representation = std::max(proximity.representation, robot_[visit.b][leaves.b].representation);
     const bool too_wide = closest.upper_bound - closest.lower_bound > narrowphase::usableTolerance(question.tolerance);
     if (closest.result.status == narrowphase::Status::Converged && too_wide)
       proximity.result.status = closest.lower_bound_status;
@@ -191,7 +184,7 @@ PairProximity PairMeasurement::compute(const Visit& visit, const RelativePose& a
 PairProximity PairMeasurement::asAsked(const ShapeRefPair& pair, const Visit& visit, PairProximity proximity) const {
   proximity.asked = pair;
   proximity.result = robot_.inPosesFrame(visit.a, proximity.result);
-  if (robot_.volumes().of(pair.a) == visit.a) return proximity;
+  if (robot_.numberOf(pair.a) == visit.a) return proximity;
   std::swap(proximity.collision_a, proximity.collision_b);
   std::swap(proximity.result.point_a, proximity.result.point_b);
   proximity.result.normal = -proximity.result.normal;
@@ -236,7 +229,7 @@ bool PairMeasurement::isProvenBeyond(const Visit& visit, double distance) {
   const Visit box = refined(visit, distance);
   if (box.lower_bound > distance) return true;
   const RelativePose a_T_b = robot_.relative(box.a, box.b);
-  if (haveInterior(robot_.at(box.a), robot_.at(box.b))) {
+  if (haveInterior(robot_[box.a], robot_[box.b])) {
     ClosestPieces inside;
     offerInterior(robot_, box, a_T_b, distance, {}, skipping_, 0.0, inside);
     if (!(inside.lower_bound > distance)) return false;
@@ -258,7 +251,7 @@ bool PairMeasurement::isStillWithin(const Visit& visit, double threshold) const 
   const KeptAnswer* kept = keptOf(visit);
   if (!kept) return false;
   const RelativeMotionBound motion =
-      robot_.relativeMotion(visit.a, visit.b, kept->a_T_b, robot_.relative(visit.a, visit.b));
+      PlacedRobot::relativeMotion(robot_[visit.a], robot_[visit.b], kept->a_T_b, robot_.relative(visit.a, visit.b));
   return kept->proximity.result.upper_bound + motion.distance_change <= threshold;
 }
 

@@ -47,12 +47,9 @@ class PairMeasurement {
   void use(std::shared_ptr<const Objects> objects);
 
   /// The pair with the bound of its spheres; nullopt if a pose or all geometry is missing. `number` decides between
-  /// equal bounds. A pair that is asked in the other order gives the same numbers.
+  /// equal bounds. The order of the two in the visit may be the other one: a pair that is asked in either order gives the same
+  /// numbers.
   std::optional<Visit> visitOf(const ShapeRefPair& pair, int number) const;
-
-  /// The same by the numbers of two volumes that Volumes::of returned, one of which is an object. The order of the two in
-  /// the visit may be the other one.
-  std::optional<Visit> objectVisitOf(int a, int b, int number) const;
 
   /// Improves the bound of a visit by the steps that cost less than computing, until it is above the limit [m].
   Visit refined(Visit visit, double limit) const;

@@ -66,18 +66,11 @@ const std::vector<PairProximity>& PairRanking::all(const Pairs& pairs, const Que
   results_.reserve(pairs.size());
   if (asksForLinks(pairs))
     for (const ShapeRefPair& pair : pairs.list()) results_.push_back(measurement_.settle(pair, question));
-  if (asksForObjects(pairs)) {
-    forEachObjectPair(measurement_.robot(),
-                      [&](int a, int b) { results_.push_back(measurement_.settle(pairOf(a, b), question)); });
-  }
+  if (asksForObjects(pairs))
+    objects_->forEachCheckedPair([&](const ShapeRef& a, const ShapeRef& b) {
+      results_.push_back(measurement_.settle({a, b}, question));
+    });
   return results_;
-}
-
-ShapeRefPair PairRanking::pairOf(int root_a, int root_b) const {
-  const auto refOf = [first = measurement_.robot().firstObject()](int root) {
-    return root < first ? ShapeRef{root} : ShapeRef::ofObject(root - first);
-  };
-  return {refOf(std::min(root_a, root_b)), refOf(std::max(root_a, root_b))};
 }
 
 /// [m] A pair whose distance less its own threshold is larger does not change the answer.
@@ -88,25 +81,28 @@ double PairRanking::limit(const Search& search) const {
   return is_done ? -kInfinity : std::min(search.question.threshold, nearest_.front().rank);
 }
 
-/// A pair of the list, with its threshold.
-std::optional<Visit> PairRanking::visitOf(int number, const Search& search) const {
+PairRanking::AskedPair PairRanking::inList(int number, const Search& search) const {
   const ShapeRefPair& pair = search.pairs.list()[static_cast<std::size_t>(number)];
-  std::optional<Visit> visit = measurement_.visitOf(pair, number);
-  if (visit && search.question.thresholds) visit->threshold = search.question.thresholds->of(pair);
-  return visit;
+  return {number, measurement_.robot().numberOf(pair.a), measurement_.robot().numberOf(pair.b)};
 }
 
-/// The same of a pair with an object.
-std::optional<Visit> PairRanking::objectVisitOf(int a, int b, const Search& search) const {
-  std::optional<Visit> visit = measurement_.objectVisitOf(a, b, kObjectPair);
-  if (visit && search.question.thresholds) visit->threshold = search.question.thresholds->of(pairOf(a, b));
+ShapeRefPair PairRanking::refsOf(const AskedPair& pair, const Search& search) const {
+  if (pair.isInList()) return search.pairs.list()[static_cast<std::size_t>(pair.number)];
+  const PlacedRobot& robot = measurement_.robot();
+  return {robot.refOf(std::min(pair.a, pair.b)), robot.refOf(std::max(pair.a, pair.b))};
+}
+
+/// With the threshold of the pair.
+std::optional<Visit> PairRanking::visitOf(const AskedPair& pair, const Search& search) const {
+  const ShapeRefPair refs = refsOf(pair, search);
+  std::optional<Visit> visit = measurement_.visitOf(refs, pair.number);
+  if (visit && search.question.thresholds) visit->threshold = search.question.thresholds->of(refs);
   return visit;
 }
 
 /// Measures a pair, and ranks it if it is among the nearest so far.
 void PairRanking::consider(const Visit& visit, const Search& search) {
-  const ShapeRefPair pair = visit.number == kObjectPair ? pairOf(visit.a, visit.b)
-                                                        : search.pairs.list()[static_cast<std::size_t>(visit.number)];
+  const ShapeRefPair pair = refsOf({visit.number, visit.a, visit.b}, search);
   const double limit_of_pair = limit(search) + visit.threshold;
   const PairProximity proximity = measurement_.measure(pair, visit, limit_of_pair, search.question);
   if (proximity.result.status == narrowphase::Status::Unknown || isBeyond(proximity.result, limit_of_pair)) return;
@@ -118,34 +114,23 @@ void PairRanking::consider(const Visit& visit, const Search& search) {
   nearest_.pop_back();
 }
 
-/// Measures the pairs that were closest the last time, see step 1 of PairRanking.
+/// Measures the pairs that were closest the last time, as far as they are asked for and there: step 1 of PairRanking.
 void PairRanking::considerLikely(const Search& search) {
-  if (skipping_ == Skipping::Off || search.k == search.total || !search.with_links) likely_.clear();
-  const auto known = [&](int number) { return number < static_cast<int>(search.pairs.size()); };
-  likely_.erase(std::find_if_not(likely_.begin(), likely_.end(), known), likely_.end());
-  for (const int number : likely_) {
-    const std::optional<Visit> visit = visitOf(number, search);
-    if (!visit)
-      ++measurement_.counts().unknown;
-    else if (visit->excess() > limit(search))
-      ++countOf(visit->bound, measurement_.counts());
-    else
-      consider(*visit, search);
-  }
-}
-
-/// The same of the pairs with objects, as far as they are still checked.
-void PairRanking::considerLikelyObjects(const Search& search) {
-  const PlacedRobot& robot = measurement_.robot();
-  const auto isOther = [&](const std::pair<int, int>& roots) {
-    return !isCheckedPair(robot, roots.first, roots.second);
+  const bool is_useless = skipping_ == Skipping::Off || search.k == search.total;
+  const auto isForgotten = [&](const AskedPair& pair) {
+    if (!isAskedFor(pair, search)) return false;
+    const bool is_there = pair.isInList() ? pair.number < static_cast<int>(search.pairs.size())
+                                          : isCheckedPair(measurement_.robot(), pair.a, pair.b);
+    return is_useless || !is_there;
   };
-  likely_objects_.erase(std::remove_if(likely_objects_.begin(), likely_objects_.end(), isOther), likely_objects_.end());
-  if (skipping_ == Skipping::Off || search.k == search.total) likely_objects_.clear();
-  for (const auto& [a, b] : likely_objects_) {
-    const std::optional<Visit> visit = objectVisitOf(a, b, search);
-    if (!visit) continue;  // counted by enterObjects()
-    if (visit->excess() > limit(search))
+  likely_.erase(std::remove_if(likely_.begin(), likely_.end(), isForgotten), likely_.end());
+  for (AskedPair& pair : likely_) {
+    if (!isAskedFor(pair, search)) continue;
+    if (pair.isInList()) pair = inList(pair.number, search);  // the list may be another one
+    const std::optional<Visit> visit = visitOf(pair, search);
+    if (!visit)
+      measurement_.counts().unknown += pair.isInList();  // the others are counted by enterObjects()
+    else if (visit->excess() > limit(search))
       ++countOf(visit->bound, measurement_.counts());
     else
       consider(*visit, search);
@@ -161,41 +146,38 @@ void PairRanking::enterOthers(const Search& search) {
   if (search.with_objects) enterObjects(search);
   if (!search.with_links) return;
   if (groups_fit_ && search.pairs.areCandidates()) return enterBetween(0, 0, search);
-  for (int number = 0; number < static_cast<int>(search.pairs.size()); ++number) enter(number, search);
+  for (int number = 0; number < static_cast<int>(search.pairs.size()); ++number) enter(inList(number, search), search);
 }
 
 /// Puts the pairs with objects into the queue that are in no hierarchy, and begins the walk of the others.
 void PairRanking::enterObjects(const Search& search) {
   const PlacedRobot& robot = measurement_.robot();
   measurement_.counts().unknown += static_cast<int>(object_visits_.unknownPairs());
-  const auto enter = [&](int a, int b) { enterObject(a, b, search); };
-  if (skipping_ == Skipping::Off) return forEachObjectPair(robot, enter);
+  const auto enter_pair = [&](int a, int b) { enter({kNotInList, a, b}, search); };
+  if (skipping_ == Skipping::Off)
+    return objects_->forEachCheckedPair(
+        [&](const ShapeRef& a, const ShapeRef& b) { enter_pair(robot.numberOf(a), robot.numberOf(b)); });
   const bool asks_for_all = search.goal == Goal::ClosestAndCount || search.k == search.total;
   if (asks_for_all && search.question.threshold < kInfinity)
-    object_visits_.enterAllWithin(robot, search.question.threshold + search.with_object, enter);
+    object_visits_.enterAllWithin(robot, search.question.threshold + search.with_object, enter_pair);
   else
-    object_visits_.begin(robot, limit(search) + search.with_object, enter);
+    object_visits_.begin(robot, limit(search) + search.with_object, enter_pair);
 }
 
 /// Opens the hierarchy of objects where it may hold the pair with the smallest bound.
 void PairRanking::openNearby(const Search& search) {
   while (!object_visits_.empty() &&
          !(object_visits_.lowestBound() > std::min(queue_.lowestBound(), limit(search)) + search.with_object))
-    object_visits_.open(measurement_.robot(), limit(search) + search.with_object,
-                        [&](int a, int b) { enterObject(a, b, search); });
+    object_visits_.open(measurement_.robot(), limit(search) + search.with_object, [&](int a, int b) {
+      enter({kNotInList, a, b}, search);
+    });
 }
 
-void PairRanking::enterObject(int a, int b, const Search& search) {
-  if (std::binary_search(likely_objects_.begin(), likely_objects_.end(), std::make_pair(a, b))) return;
-  const std::optional<Visit> visit = objectVisitOf(a, b, search);
-  if (visit && !(visit->excess() > limit(search))) queue_.push(*visit);
-}
-
-void PairRanking::enter(int number, const Search& search) {
-  if (std::binary_search(likely_.begin(), likely_.end(), number)) return;
-  const std::optional<Visit> visit = visitOf(number, search);
+void PairRanking::enter(const AskedPair& pair, const Search& search) {
+  if (std::binary_search(likely_.begin(), likely_.end(), pair)) return;
+  const std::optional<Visit> visit = visitOf(pair, search);
   if (!visit)
-    ++measurement_.counts().unknown;
+    measurement_.counts().unknown += pair.isInList();  // the others are counted by enterObjects()
   else if (!(visit->excess() > limit(search)))
     queue_.push(*visit);
 }
@@ -213,7 +195,7 @@ void PairRanking::enterBetween(int group_a, int group_b, const Search& search) {
     return;
   } else if (a.isLink() && b.isLink()) {
     const int number = groups_->candidate(a.link, b.link);
-    if (number >= 0) enter(number, search);
+    if (number >= 0) enter(inList(number, search), search);
   } else if (b.isLink() || (!a.isLink() && a.box.volume() >= b.box.volume())) {
     for (const int part : a.parts) enterBetween(part, group_b, search);
   } else {
@@ -259,15 +241,16 @@ void PairRanking::countTheRest(const Search& search) {
   counts.by_bounds = counts.total - counts.unknown - counts.at_rest - counts.by_motion - counts.computed;
 }
 
-/// Keeps for the next question which of the nearest pairs are with objects.
-void PairRanking::keepLikelyObjects() {
-  const Volumes& volumes = measurement_.robot().volumes();
-  likely_objects_.clear();
+/// Keeps the nearest pairs for the next question, and those of the last question about others.
+void PairRanking::keepLikely(const Search& search) {
+  const auto isReplaced = [&](const AskedPair& pair) { return isAskedFor(pair, search); };
+  likely_.erase(std::remove_if(likely_.begin(), likely_.end(), isReplaced), likely_.end());
+  const PlacedRobot& robot = measurement_.robot();
   for (const Ranked& ranked : nearest_) {
-    const ShapeRefPair& asked = ranked.proximity.asked;
-    if (ranked.number == kObjectPair) likely_objects_.emplace_back(volumes.of(asked.a), volumes.of(asked.b));
+    const ShapeRefPair& refs = ranked.proximity.asked;
+    likely_.push_back({ranked.number, robot.numberOf(refs.a), robot.numberOf(refs.b)});
   }
-  std::sort(likely_objects_.begin(), likely_objects_.end());
+  std::sort(likely_.begin(), likely_.end());
 }
 
 const std::vector<PairProximity>& PairRanking::closest(const Pairs& pairs, std::size_t k, Goal goal,
@@ -295,16 +278,11 @@ const std::vector<PairProximity>& PairRanking::closest(const Pairs& pairs, std::
   likely_.reserve(expected);
   results_.reserve(expected);
   considerLikely(search);
-  if (search.with_objects) considerLikelyObjects(search);
   enterOthers(search);
   visitBestFirst(search);
   countTheRest(search);
 
-  likely_.clear();
-  for (const Ranked& ranked : nearest_)
-    if (ranked.number != kObjectPair) likely_.push_back(ranked.number);
-  std::sort(likely_.begin(), likely_.end());
-  if (search.with_objects) keepLikelyObjects();
+  keepLikely(search);
   std::sort_heap(nearest_.begin(), nearest_.end());
   results_.clear();
   for (const Ranked& ranked : nearest_) results_.push_back(ranked.proximity);

@@ -4,7 +4,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 #include "proximity_server/scene/query/pairs.h"
@@ -71,8 +71,17 @@ class PairRanking {
     const Question& question;
     const double of_links, with_object;  ///< [m] no pair of the kind adds more to the threshold
   };
-  /// The number of a visit or a result that is about a pair with an object, not about one of the list: its roots tell it.
-  static constexpr int kObjectPair = std::numeric_limits<int>::max();
+
+  /// A pair that is asked about: one of the list by its place there, or a candidate with an object.
+  struct AskedPair {
+    int number;  ///< in the list; kNotInList of a candidate with an object
+    int a, b;    ///< parts, see PlacedRobot; of a candidate with an object a < b
+    bool isInList() const { return number != kNotInList; }
+    bool operator<(const AskedPair& other) const {
+      return std::tie(number, a, b) < std::tie(other.number, other.a, other.b);
+    }
+  };
+  static constexpr int kNotInList = std::numeric_limits<int>::max();
 
   struct Ranked {
     double rank;
@@ -82,26 +91,27 @@ class PairRanking {
   };
 
   double limit(const Search& search) const;
-  std::optional<Visit> visitOf(int number, const Search& search) const;
-  std::optional<Visit> objectVisitOf(int a, int b, const Search& search) const;
+  AskedPair inList(int number, const Search& search) const;
+  ShapeRefPair refsOf(const AskedPair& pair, const Search& search) const;
+  bool isAskedFor(const AskedPair& pair, const Search& search) const {
+    return pair.isInList() ? search.with_links : search.with_objects;
+  }
+  std::optional<Visit> visitOf(const AskedPair& pair, const Search& search) const;
   void consider(const Visit& visit, const Search& search);
   void considerLikely(const Search& search);
   void enterOthers(const Search& search);
-  void enter(int number, const Search& search);
-  void considerLikelyObjects(const Search& search);
   void enterObjects(const Search& search);
-  void enterObject(int a, int b, const Search& search);
+  void enter(const AskedPair& pair, const Search& search);
   void openNearby(const Search& search);
   bool asksForLinks(const Pairs& pairs) const { return !pairs.areCandidates() || pairs.kind() != PairKind::WithObject; }
   bool asksForObjects(const Pairs& pairs) const {
     return objects_ && !objects_->empty() && pairs.areCandidates() && pairs.kind() != PairKind::OfLinks;
   }
-  ShapeRefPair pairOf(int root_a, int root_b) const;
   void enterBetween(int group_a, int group_b, const Search& search);
   bool needsOnlyCounting(const Visit& visit, const Search& search) const;
   void visitBestFirst(const Search& search);
   void countTheRest(const Search& search);
-  void keepLikelyObjects();
+  void keepLikely(const Search& search);
 
   const Skipping skipping_;
   const std::size_t candidate_count_;  // number of candidates of this robot
@@ -113,9 +123,8 @@ class PairRanking {
   ObjectVisits object_visits_;
 
   VisitQueue queue_;
-  std::vector<Ranked> nearest_;                      // a heap, the farthest in front
-  std::vector<int> likely_;                          // numbers of the pairs that were nearest the last time, ascending
-  std::vector<std::pair<int, int>> likely_objects_;  // the same of pairs with objects, by their roots
+  std::vector<Ranked> nearest_;    // a heap, the farthest in front
+  std::vector<AskedPair> likely_;  // those that were nearest the last time, ascending
   std::vector<PairProximity> results_;
   int below_ = 0;
 };

@@ -20,11 +20,11 @@ using Eigen::Vector3d;
 PlacedRobot::PlacedRobot(const RobotModel& model, std::shared_ptr<const Volumes> volumes)
     : model_(model),
       volumes_(std::move(volumes)),
-      first_object_(volumes_->size()),
       bodies_(model.bodies.size()),
       spheres_(static_cast<std::size_t>(volumes_->rootCount())),
       next_piece_(static_cast<int>(model.pieces.size())) {
   for (std::size_t i = 0; i < bodies_.size(); ++i) bodies_[i].is_used = !model.bodies[i].pieces.empty();
+  for (int part = 0; part < volumes_->rootCount(); ++part) parts_.push_back(volumes_->part(part));
 }
 
 void PlacedRobot::update(const BodyPoses& poses) {
@@ -50,26 +50,22 @@ void PlacedRobot::placeBody(const std::optional<Isometry3d>& pose, BodyPlace& bo
 
 std::vector<int> PlacedRobot::use(std::shared_ptr<const Objects> objects) {
   std::vector<int> changed;
-  const auto count = static_cast<std::size_t>(objects->numberLimit());
+  const int first = volumes_->rootCount();
   // No number is ever lost: those of the objects of before stay, without an object.
-  if (count > places_.size()) {
-    places_.resize(count);
-    bodies_.resize(model_.bodies.size() + count);
+  if (const auto end = static_cast<std::size_t>(first + objects->numberLimit()); end > parts_.size()) {
+    parts_.resize(end);
+    bodies_.resize(model_.bodies.size() + static_cast<std::size_t>(objects->numberLimit()));
   }
-  for (int number = 0; number < static_cast<int>(places_.size()); ++number) {
-    const PlacedObject *before = objects_ ? objects_->placed(number) : nullptr, *next = objects->placed(number);
+  for (int part = first; part < static_cast<int>(parts_.size()); ++part) {
+    const int number = part - first;
+    const PlacedObject *before = (*this)[part].object, *next = objects->placed(number);
     if (next == before) continue;
-    if (before && !(next && next->geometry == before->geometry)) changed.push_back(number);
+    if (before && !(next && next->geometry == before->geometry)) changed.push_back(part);
     if (next)
       occupy(number, *next);
     else
       bodies_[model_.bodies.size() + static_cast<std::size_t>(number)].known = false;
-    places_[static_cast<std::size_t>(number)].object = next;
-  }
-  for (const int number : objects->moving()) {
-    const std::vector<std::string>& frames = objects->frames();
-    const auto frame = std::lower_bound(frames.begin(), frames.end(), objects->placed(number)->frame);
-    places_[static_cast<std::size_t>(number)].frame = static_cast<int>(frame - frames.begin());
+    parts_[static_cast<std::size_t>(part)].object = next;
   }
   objects_ = std::move(objects);
   return changed;
@@ -77,27 +73,26 @@ std::vector<int> PlacedRobot::use(std::shared_ptr<const Objects> objects) {
 
 /// Gives an object the place of the one that had its number.
 void PlacedRobot::occupy(int number, const PlacedObject& object) {
-  ObjectPlace& place = places_[static_cast<std::size_t>(number)];
+  Part& part = parts_[static_cast<std::size_t>(volumes_->rootCount() + number)];
+  const PlacedObject* before = part.object;
   const auto own_body = model_.bodies.size() + static_cast<std::size_t>(number);
   BodyPlace& body = bodies_[own_body];
-  const bool is_new = !place.object || place.object->geometry != object.geometry;
-  const bool keeps_its_frame = place.object && object.kind == PlacedObject::Kind::Moving &&
-                               place.object->kind == object.kind && place.object->frame == object.frame;
+  const bool keeps_its_frame = before && object.kind == PlacedObject::Kind::Moving && before->kind == object.kind &&
+                               before->frame == object.frame;
   body.known = object.kind == PlacedObject::Kind::Fixed || (keeps_its_frame && body.known);
   if (object.kind == PlacedObject::Kind::Fixed) {
     body.rotation = object.world_T_object.linear();
     body.origin = object.world_T_object.translation();
   }
-  if (is_new) {
-    place.root = object.geometry->root();
-    if (object.isUnbounded()) place.root.bounds.radius = std::numeric_limits<double>::infinity();
+  if (!before || before->geometry != object.geometry) {
+    part = partOf(object);
     // When the numbers end they begin anew: a warm start of other pieces is as legal as any.
     const int pieces = static_cast<int>(object.geometry->pieces().size());
     if (next_piece_ > std::numeric_limits<int>::max() - pieces) next_piece_ = static_cast<int>(model_.pieces.size());
-    place.first_piece = next_piece_;
+    part.first_piece = next_piece_;
     next_piece_ += pieces;
   }
-  place.root.body = object.kind == PlacedObject::Kind::Attached ? object.body : static_cast<int>(own_body);
+  part.body = object.kind == PlacedObject::Kind::Attached ? object.body : static_cast<int>(own_body);
   if (object.kind == PlacedObject::Kind::Attached) bodies_[object.body].is_used = true;
 }
 
@@ -112,8 +107,8 @@ void PlacedRobot::updateFrames(const std::vector<std::optional<Isometry3d>>& pos
   requireFrames(poses.size());
   if (!objects_) return;
   for (const int number : objects_->moving()) {
-    const auto index = static_cast<std::size_t>(number);
-    placeBody(poses[static_cast<std::size_t>(places_[index].frame)], bodies_[model_.bodies.size() + index]);
+    const auto body = model_.bodies.size() + static_cast<std::size_t>(number);
+    placeBody(poses[static_cast<std::size_t>(objects_->frameOf(number))], bodies_[body]);
   }
 }
 
@@ -123,61 +118,61 @@ void PlacedRobot::forgetFrames() {
     bodies_[model_.bodies.size() + static_cast<std::size_t>(number)].known = false;
 }
 
-bool PlacedRobot::isObjectPlaced(int root) const {
-  const auto number = static_cast<std::size_t>(root - first_object_);
-  if (number >= places_.size() || !places_[number].object)
-    throw std::invalid_argument("there is no object " + std::to_string(number));
-  return bodyOf(root).known;
+ShapeRef PlacedRobot::refOf(int part) const {
+  const int links = static_cast<int>(model_.links.size());
+  if (isObject(part)) return ShapeRef::ofObject(part - volumes_->rootCount());
+  if (part < links) return ShapeRef(part);
+  const Collision& collision = model_.collisions[static_cast<std::size_t>(part - links)];
+  return {collision.link, collision.number};
 }
 
-Compound PlacedRobot::compoundOfObject(int root) const {
-  const ObjectGeometry& geometry = *placedAt(root).geometry;
-  const ObjectPlace& place = places_[static_cast<std::size_t>(root - first_object_)];
-  return {geometry.volumes().data(), geometry.pieces().data(), 0, place.first_piece};
+const Part& PlacedRobot::existing(int object) const {
+  if (static_cast<std::size_t>(object) >= parts_.size() || !(*this)[object].object)
+    throw std::invalid_argument("there is no object " + std::to_string(object - volumes_->rootCount()));
+  return (*this)[object];
 }
 
-int PlacedRobot::shapeNumber(int root, int leaf) const {
-  const ObjectGeometry& geometry = *placedAt(root).geometry;
-  if (leaf < 0) return 1 + geometry.halfSpaces()[static_cast<std::size_t>(-2 - leaf)].shape;
-  return 1 + geometry.pieces()[static_cast<std::size_t>(geometry.volumes()[static_cast<std::size_t>(leaf)].piece)]
-                 .collision;
+int PlacedRobot::collisionNumber(int part, int leaf) const {
+  const Part& here = (*this)[part];
+  const Piece& piece = here.pieces[here[leaf].piece];
+  return here.object ? 1 + piece.collision : model_.collisionOf(piece).number;
 }
 
-/// As placeSpheres() does it.
-PlacedRobot::Sphere PlacedRobot::sphereAround(int root) const {
-  if (!isObject(root)) return sphereOf(root);
-  const Volume& volume = at(root);
-  const BodyPlace& body = bodies_[volume.body];
+PlacedRobot::Sphere PlacedRobot::sphereAround(int part) const {
+  const Bounds& bounds = (*this)[part].whole().bounds;
+  const BodyPlace& body = bodyOf(part);
   Sphere sphere;
   sphere.is_placed = body.known;
-  sphere.centre = (body.origin - origin_) + body.rotation * volume.bounds.centre;
-  sphere.radius = volume.bounds.radius + kPoseRounding * sphere.centre.norm();
+  sphere.centre = (body.origin - origin_) + body.rotation * bounds.centre;
+  sphere.radius = bounds.radius + kPoseRounding * sphere.centre.norm();
   return sphere;
 }
 
-double PlacedRobot::objectGap(int a, int b) const {
-  const Sphere sphere_a = sphereAround(a);
-  if (!isUnbounded(b)) {
-    const Sphere sphere_b = sphereAround(b);
-    return (sphere_b.centre - sphere_a.centre).norm() - (sphere_a.radius + sphere_b.radius);
-  }
-  const BodyPlace& body = bodyOf(b);
-  const Vector3d from_b = sphere_a.centre - (body.origin - origin_);
-  double gap = std::numeric_limits<double>::infinity();
-  for (const PlacedHalfSpace& half_space : halfSpacesOf(b)) {
-    const double height = (body.rotation * half_space.normal).dot(from_b) - half_space.offset;
-    gap = std::min(gap, height - kPoseRounding * (from_b.norm() + half_space.way));
-  }
-  gap -= sphere_a.radius;
-  const Volume& root = placedAt(b).geometry->root();
-  if (root.isEmpty()) return gap;
-  const Vector3d between = body.rotation * root.bounds.centre - from_b;
-  return std::min(gap, (1.0 - kPoseRounding) * between.norm() - (sphere_a.radius + root.bounds.radius));
+double PlacedRobot::sphereGap(int a, int b) const {
+  if ((*this)[b].isUnbounded()) return halfSpaceGap(sphereOf(a), b);
+  const Sphere sphere_a = sphereOf(a), sphere_b = sphereOf(b);
+  return (sphere_b.centre - sphere_a.centre).norm() - (sphere_a.radius + sphere_b.radius);
 }
 
-Eigen::AlignedBox3d PlacedRobot::worldBox(int root) const {
-  const BodyPlace& body = bodyOf(root);
-  return scene::boxAround(at(root).bounds, body.rotation, body.origin);
+/// Of an object with half-spaces.
+double PlacedRobot::halfSpaceGap(const Sphere& sphere, int object) const {
+  const BodyPlace& body = bodyOf(object);
+  const Vector3d from_object = sphere.centre - (body.origin - origin_);
+  double gap = std::numeric_limits<double>::infinity();
+  for (const PlacedHalfSpace& half_space : (*this)[object].halfSpaces()) {
+    const double height = (body.rotation * half_space.normal).dot(from_object) - half_space.offset;
+    gap = std::min(gap, height - kPoseRounding * (from_object.norm() + half_space.way));
+  }
+  gap -= sphere.radius;
+  const Volume& root = (*this)[object].whole();
+  if (root.isEmpty()) return gap;
+  const Vector3d between = body.rotation * root.bounds.centre - from_object;
+  return std::min(gap, (1.0 - kPoseRounding) * between.norm() - (sphere.radius + root.bounds.radius));
+}
+
+Eigen::AlignedBox3d PlacedRobot::worldBox(int part) const {
+  const BodyPlace& body = bodyOf(part);
+  return scene::boxAround((*this)[part].whole().bounds, body.rotation, body.origin);
 }
 
 // --- spheres and boxes
@@ -187,35 +182,27 @@ void PlacedRobot::placeSpheres() {
   const auto end = bodies_.begin() + static_cast<std::ptrdiff_t>(model_.bodies.size());
   const auto first = std::find_if(bodies_.begin(), end, known);
   if (first != end) origin_ = first->origin;
-  for (int root = 0; root < volumes_->rootCount(); ++root) placeSphere(root);
+  for (int part = 0; part < volumes_->rootCount(); ++part) placeSphere(part);
 }
 
-void PlacedRobot::placeSphere(int root) {
-  const Volume& volume = (*volumes_)[root];
-  const BodyPlace& body = bodies_[volume.body];
-  Sphere& sphere = spheres_[root];
-  sphere.is_placed = body.known && !volume.isEmpty();
-  if (!sphere.is_placed) return;
-  sphere.centre = (body.origin - origin_) + body.rotation * volume.bounds.centre;
-  sphere.radius = volume.bounds.radius + kPoseRounding * sphere.centre.norm();
+void PlacedRobot::placeSphere(int part) {
+  Sphere& sphere = spheres_[part];
+  sphere.is_placed = false;
+  if (bodyOf(part).known && !(*this)[part].whole().isEmpty()) sphere = sphereAround(part);
 }
 
-RelativePose PlacedRobot::relative(const Volume& a, const Volume& b) const {
-  if (a.body == b.body) return {};
-  const BodyPlace &body_a = bodies_[a.body], &body_b = bodies_[b.body];
+RelativePose PlacedRobot::relative(int a, int b) const {
+  const Part &part_a = (*this)[a], &part_b = (*this)[b];
+  if (part_a.body == part_b.body) return {};
+  const BodyPlace &body_a = bodies_[part_a.body], &body_b = bodies_[part_b.body];
   RelativePose a_T_b;
   a_T_b.rotation.noalias() = body_a.rotation.transpose() * body_b.rotation;
   a_T_b.translation.noalias() = body_a.rotation.transpose() * (body_b.origin - body_a.origin);
   return a_T_b;
 }
 
-double PlacedRobot::sphereGap(int a, int b) const {
-  const Sphere &sphere_a = sphereOf(a), &sphere_b = sphereOf(b);
-  return (sphere_b.centre - sphere_a.centre).norm() - (sphere_a.radius + sphere_b.radius);
-}
-
-Eigen::AlignedBox3d PlacedRobot::boxAround(int root) const {
-  const Sphere& sphere = sphereOf(root);
+Eigen::AlignedBox3d PlacedRobot::boxAround(int part) const {
+  const Sphere& sphere = spheres_[part];
   return {sphere.centre.array() - sphere.radius, sphere.centre.array() + sphere.radius};
 }
 
@@ -238,23 +225,22 @@ double PlacedRobot::rounding(const Volume& a, const Volume& b, const RelativePos
 /// No point of b moves farther in the frame of a than the centre of its sphere does, plus the turn's chord at the
 /// radius; and the same the other way round. A turn by t moves a point at distance 1 from its axis by 2 sin(t/2), which
 /// is the Frobenius norm of the difference of the two rotations over sqrt(2).
-RelativeMotionBound PlacedRobot::relativeMotion(const Volume& a, const Volume& b, const RelativePose& before,
+RelativeMotionBound PlacedRobot::relativeMotion(const Part& a, const Part& b, const RelativePose& before,
                                                 const RelativePose& now) {
   const double chord = std::sqrt(0.5) * (now.rotation - before.rotation).norm();
   const Vector3d step = now.translation - before.translation;
   if (chord == 0.0 && step.isZero(0.0)) return {0.0, true};
 
-  const Bounds &bounds_a = a.bounds, &bounds_b = b.bounds;
+  const Bounds &bounds_a = a.whole().bounds, &bounds_b = b.whole().bounds;
   const auto seenFrom_b = [&](const RelativePose& a_T_b) {
     return Vector3d(a_T_b.rotation.transpose() * (bounds_a.centre - a_T_b.translation));
   };
   const double of_a = (seenFrom_b(now) - seenFrom_b(before)).norm() + chord * bounds_a.radius;
-  // Of infinite radius: infinity, or NaN without a turn; std::min() then returns its first argument.
-  const double of_b = ((now.rotation - before.rotation) * bounds_b.centre + step).norm() + chord * bounds_b.radius;
-  const double distance = std::min(of_a, of_b), margin = rounding(a, b, now);
+  const double margin = rounding(a.whole(), b.whole(), now);
   // Points on b are kept in the frame of a; those on a half-space are where those of a are.
-  const bool has_end = bounds_b.radius < std::numeric_limits<double>::infinity();
-  return {distance + margin, (has_end ? of_b : of_a) <= margin};
+  if (b.isUnbounded()) return {of_a + margin, of_a <= margin};
+  const double of_b = ((now.rotation - before.rotation) * bounds_b.centre + step).norm() + chord * bounds_b.radius;
+  return {std::min(of_a, of_b) + margin, of_b <= margin};
 }
 
 narrowphase::SignedDistance PlacedRobot::distance(const Leaf& a, const Leaf& b, const RelativePose& a_T_b,

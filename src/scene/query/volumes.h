@@ -2,14 +2,12 @@
 
 #include <vector>
 
-#include "proximity_server/scene/query/question.h"
-#include "scene/model/volume_tree.h"
+#include "proximity_server/scene/filter/shape_ref.h"
+#include "proximity_server/scene/objects/objects.h"
 #include "scene/query/leaf_boxes.h"
+#include "scene/query/part.h"
 
 namespace proximity_server::scene {
-
-/// The <collision> element of a piece (index into RobotModel::pieces).
-const Collision& collisionOf(const RobotModel& model, int piece);
 
 /// The links and <collision> elements of a robot as hierarchies of bounding volumes over their pieces.
 class Volumes {
@@ -17,18 +15,19 @@ class Volumes {
   explicit Volumes(const RobotModel& model);
 
   const Volume& operator[](int volume) const { return volumes_[volume]; }
-  const Volume* data() const { return volumes_.data(); }
-  int size() const { return static_cast<int>(volumes_.size()); }
 
-  /// The number of a link or a <collision> element; that of an object follows after all volumes: size() plus the number
-  /// of the object. Throws std::invalid_argument for a link or <collision> that does not exist, and for a part of an
-  /// object; whether the object exists is not known here.
+  /// The number of a part: first the links, then the <collision> elements, then the objects by their own numbers.
+  /// Throws std::invalid_argument for a link or <collision> that does not exist; whether an object exists is not known here.
   int of(const ShapeRef& ref) const {
-    return ref.collision == 0 && ref.link >= 0 && ref.link < link_count_ ? ref.link : ofOther(ref);
+    return ref.collision() == 0 && ref.link() >= 0 && ref.link() < link_count_ ? ref.link() : ofOther(ref);
   }
 
-  /// The volumes that `of` may return for a robot are 0 to rootCount() - 1, the links first.
+  /// How many parts the robot has. They are the first of its volumes.
   int rootCount() const { return root_count_; }
+  Part part(int number) const { return {volumes_.data(), model_.pieces.data(), number, volumes_[number].body}; }
+
+  /// The part that a reference names. Throws std::invalid_argument as of() does, and for an object that does not exist.
+  Part part(const ShapeRef& ref, const Objects* objects) const;
 
   /// The leaves of such a volume.
   const LeafBoxes& leavesOf(int root) const { return leaves_[static_cast<std::size_t>(root)]; }

@@ -69,7 +69,7 @@ void ClearanceAssertion::addRow(Row row, const scene::ShapeRefPair& pair, const 
   const bool is_first = !is_proven && !first_;
   const bool is_worst = !is_proven && (!worst_ || row.upper_bound < worst_->upper_bound);
   if ((is_closest || is_first || is_worst) && isNamed(pair)) {
-    row.pair = nameOf(robot_, objects, pair.a) + " - " + nameOf(robot_, objects, pair.b);
+    row.pair = nameOf(pair.a, robot_, objects) + " - " + nameOf(pair.b, robot_, objects);
     row.joints = joints(pair, objects, positions);
   }
   if (is_closest) closest_ = row;
@@ -88,7 +88,7 @@ ClearanceAssertion::Verdict ClearanceAssertion::verdictOf(const Row& row) const 
 std::string ClearanceAssertion::joints(const scene::ShapeRefPair& pair, const scene::Objects* objects,
                                        const scene::Positions& positions) const {
   const auto link = [&](const scene::ShapeRef& ref) {
-    return ref.link >= 0 ? ref.link : carryingLink(robot_, *objects->object(ref.object));
+    return ref.isLink() ? ref.link() : carryingLink(robot_, *objects->object(ref.object()));
   };
   const std::string text = stateText(robot_, {{link(pair.a)}, {link(pair.b)}}, positions);
   return text.size() > kLongestJoints ? "" : text;

@@ -39,8 +39,8 @@ struct Named {
 };
 
 void addNames(const std::string& prefix, const scene::ShapeRefPair& pair, const Named& named, Row& row) {
-  row[prefix + "link_a"] = nameOf(named.robot, named.objects, pair.a);
-  row[prefix + "link_b"] = nameOf(named.robot, named.objects, pair.b);
+  row[prefix + "link_a"] = nameOf(pair.a, named.robot, named.objects);
+  row[prefix + "link_b"] = nameOf(pair.b, named.robot, named.objects);
 }
 
 void addPair(const scene::PairProximity& pair, const Named& named, Row& row) {
@@ -128,11 +128,6 @@ std::string rowsBegin(RowKind kind, RowFormat format, LevelColumn levels) {
   std::string header;
   for (const auto& [name, value] : row.items()) header += (header.empty() ? "" : ",") + name;
   return header;
-}
-
-std::string nameOf(const scene::RobotModel& robot, const scene::Objects* objects, const scene::ShapeRef& ref) {
-  if (ref.link >= 0) return robot.links[ref.link].name;
-  return objects && ref.object >= 0 ? objects->object(ref.object)->id : "";
 }
 
 std::string levelText(const scene::PairProximity& pair, const scene::LevelThresholds& thresholds) {

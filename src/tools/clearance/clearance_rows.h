@@ -23,9 +23,6 @@ std::string rowsBegin(RowKind kind, RowFormat format, LevelColumn levels = Level
 // Rows are in the root link's frame and have neither separator nor line end. An unknown number is nan in CSV and null
 // in JSON.
 
-/// The id of an object or the name of a link; "" for neither.
-std::string nameOf(const scene::RobotModel& robot, const scene::Objects* objects, const scene::ShapeRef& ref);
-
 /// The level of a pair by its own thresholds: "STOP"; "INVALID" without an answer.
 std::string levelText(const scene::PairProximity& pair, const scene::LevelThresholds& thresholds);
 

@@ -112,10 +112,10 @@ void addUnfilteredPairs(const scene::Objects& objects, std::vector<scene::ShapeR
   for (const int object : objects.numbers()) {
     const scene::ShapeRef ref = scene::ShapeRef::ofObject(object);
     for (int link = 0; link < links; ++link)
-      if (isWanted(objects.linkReason(link, object))) pairs.push_back({{link, 0}, ref});
+      if (isWanted(objects.reason(link, ref))) pairs.push_back({link, ref});
     for (const int other : objects.numbers())
-      if (other > object && isWanted(objects.objectReason(object, other)))
-        pairs.push_back({ref, scene::ShapeRef::ofObject(other)});
+      if (const auto second = scene::ShapeRef::ofObject(other); other > object && isWanted(objects.reason(ref, second)))
+        pairs.push_back({ref, second});
   }
 }
 

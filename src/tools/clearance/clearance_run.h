@@ -19,7 +19,7 @@
 namespace proximity_server::tools {
 
 /// Whether a list has a pair there: the answer about a state without one names none.
-inline bool isNamed(const scene::ShapeRefPair& pair) { return pair.a.link >= 0 || pair.a.object >= 0; }
+inline bool isNamed(const scene::ShapeRefPair& pair) { return pair.a != scene::ShapeRef(); }
 
 /// The pairs of a state that are written.
 struct PairSelection {

@@ -33,14 +33,14 @@ constexpr const char* kVerdictBegin = "{\"state\":";
 PairNumbers::PairNumbers(const std::vector<scene::ShapeRefPair>& pairs, std::size_t links)
     : links_(links), numbers_(links * links, -1) {
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const auto a = static_cast<std::size_t>(pairs[i].a.link), b = static_cast<std::size_t>(pairs[i].b.link);
+    const auto a = static_cast<std::size_t>(pairs[i].a.link()), b = static_cast<std::size_t>(pairs[i].b.link());
     numbers_[a * links + b] = static_cast<int>(i);
   }
 }
 
 int PairNumbers::of(const scene::ShapeRefPair& pair) const {
-  if (pair.a.link < 0 || pair.b.link < 0) return -1;
-  return numbers_[static_cast<std::size_t>(pair.a.link) * links_ + static_cast<std::size_t>(pair.b.link)];
+  if (pair.hasObject()) return -1;
+  return numbers_[static_cast<std::size_t>(pair.a.link()) * links_ + static_cast<std::size_t>(pair.b.link())];
 }
 
 StateRows::StateRows(const PairSelection& selection, RowFormat format, const ClearanceQuestion& question)
@@ -53,7 +53,7 @@ StateRows::StateRows(const PairSelection& selection, RowFormat format, const Cle
       integer_(npyIntegerFor(question.pairs.size())) {
   if (selection.kind != PairSelection::Kind::Any || format == RowFormat::Npy) return;
   for (const scene::ShapeRefPair& pair : question.pairs)
-    below_.push_back(restOf(Verdict::Below, robot_.links[pair.a.link].name, robot_.links[pair.b.link].name));
+    below_.push_back(restOf(Verdict::Below, nameOf(pair.a, robot_), nameOf(pair.b, robot_)));
   above_ = restOf(Verdict::Above, "", "");
   unknown_ = restOf(Verdict::Unknown, "", "");
 }
@@ -112,7 +112,7 @@ void StateRows::addVerdict(std::uint64_t state, Verdict verdict, int pair, Writt
 void StateRows::addVerdict(std::uint64_t state, Verdict verdict, const scene::ShapeRefPair& pair,
                            const scene::Objects* objects, WrittenRows& to) const {
   if (format_ == RowFormat::Npy || verdict != Verdict::Below) return addVerdict(state, verdict, numbers_.of(pair), to);
-  addVerdictText(state, restOf(verdict, nameOf(robot_, objects, pair.a), nameOf(robot_, objects, pair.b)), to);
+  addVerdictText(state, restOf(verdict, nameOf(pair.a, robot_, objects), nameOf(pair.b, robot_, objects)), to);
 }
 
 void StateRows::addVerdictText(std::uint64_t state, const std::string& rest, WrittenRows& to) const {

@@ -107,8 +107,8 @@ class SceneSweep {
   /// Pairs are numbered as they come, because objects come and go.
   int numberOf(const scene::ShapeRefPair& pair, const StateClearance& answer) {
     const scene::RobotModel& robot = question_.model->robot;
-    const SweepSummary::Names names{nameOf(robot, answer.objects.get(), pair.a),
-                                    nameOf(robot, answer.objects.get(), pair.b)};
+    const SweepSummary::Names names{nameOf(pair.a, robot, answer.objects.get()),
+                                    nameOf(pair.b, robot, answer.objects.get())};
     const auto [place, is_new] = numbers_.emplace(names, static_cast<int>(names_.size()));
     if (is_new) names_.push_back(names);
     return place->second;
@@ -318,8 +318,8 @@ class BatchSweep {
 
   SweepSummary::Names namesOf(int pair) const {
     const scene::ShapeRefPair& links = question_.pairs[static_cast<std::size_t>(pair)];
-    const std::vector<scene::Link>& all = question_.model->robot.links;
-    return {all[links.a.link].name, all[links.b.link].name};
+    const scene::RobotModel& robot = question_.model->robot;
+    return {nameOf(links.a, robot), nameOf(links.b, robot)};
   }
 
   const ClearanceQuestion& question_;

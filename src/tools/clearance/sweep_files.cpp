@@ -42,9 +42,9 @@ Json describeModel(const scene::SceneModel& model) {
 
 Json namesOf(const ClearanceQuestion& question) {
   Json names = Json::array();
-  const std::vector<scene::Link>& links = question.model->robot.links;
+  const scene::RobotModel& robot = question.model->robot;
   for (const scene::ShapeRefPair& pair : question.pairs)
-    names.push_back({links[pair.a.link].name, links[pair.b.link].name});
+    names.push_back({nameOf(pair.a, robot), nameOf(pair.b, robot)});
   return names;
 }
 

@@ -8,7 +8,7 @@ std::string stateText(const scene::RobotModel& robot, const scene::ShapeRefPair&
                       const scene::Positions& positions) {
   std::string text;
   for (const scene::JointRange& range :
-       scene::rangesBetween(robot, scene::jointRanges(robot), pair.a.link, pair.b.link)) {
+       scene::rangesBetween(robot, scene::jointRanges(robot), pair.a.link(), pair.b.link())) {
     text += (text.empty() ? "" : " ") + robot.joints[range.joint].name + "=" + numberText(positions[range.joint]);
   }
   return text;

@@ -146,7 +146,7 @@ class Report {
 
   /// The contact of a pair, with a remark if only the convex pieces may be in contact and not the meshes.
   std::string contactText(const PairEvidence& evidence) const {
-    const double deviation = deviationOf(evidence.pair.a.link) + deviationOf(evidence.pair.b.link);
+    const double deviation = deviationOf(evidence.pair.a.link()) + deviationOf(evidence.pair.b.link());
     const std::string doubt = evidence.contact_depth > deviation || deviation <= kContactDistance
                                   ? ""
                                   : " (in doubt: what is checked lies up to " + metres(deviation) + " from the meshes)";
@@ -168,7 +168,7 @@ class Report {
   }
 
   std::string names(const PairEvidence& evidence) const {
-    return model_.robot.links[evidence.pair.a.link].name + " - " + model_.robot.links[evidence.pair.b.link].name;
+    return nameOf(evidence.pair.a, model_.robot) + " - " + nameOf(evidence.pair.b, model_.robot);
   }
 
   void addList(const std::string& title, const std::vector<std::string>& lines) {
@@ -186,7 +186,7 @@ class Report {
   /// The reason that the SRDF gives.
   std::string reasonText(const PairEvidence& evidence) const {
     const scene::PairTable& table = model_.pairs;
-    const scene::LinkPair& pair = table.pairs[table.find(evidence.pair.a.link, evidence.pair.b.link)];
+    const scene::LinkPair& pair = table.pairs[table.find(evidence.pair.a.link(), evidence.pair.b.link())];
     return pair.detail.empty() ? "" : "said to be \"" + pair.detail + "\", ";
   }
 
@@ -216,7 +216,7 @@ SrdfFaults findSrdfFaults(const scene::SceneModel& model, const PairStudy& study
   for (int i = 0; i < static_cast<int>(study.pairs.size()); ++i) {
     const PairEvidence& evidence = study.pairs[i];
     const scene::PairReason reason =
-        model.pairs.pairs[model.pairs.find(evidence.pair.a.link, evidence.pair.b.link)].reason;
+        model.pairs.pairs[model.pairs.find(evidence.pair.a.link(), evidence.pair.b.link())].reason;
     if (reason == scene::PairReason::SrdfDisabled && !evidence.are_neighbours) {  // neighbours have a list of their own
       if (evidence.canCollide()) {
         faults.disabled_but_touch.push_back(i);

@@ -152,7 +152,7 @@ void prove(scene::Scene& scene, const std::vector<scene::JointRange>& ranges, Pa
 void refine(scene::Scene& scene, const std::vector<scene::JointRange>& all_ranges, PairEvidence& evidence) {
   using Goal = DistanceSearch::Goal;
   const std::vector<scene::JointRange> ranges =
-      scene::rangesBetween(scene.model().robot, all_ranges, evidence.pair.a.link, evidence.pair.b.link);
+      scene::rangesBetween(scene.model().robot, all_ranges, evidence.pair.a.link(), evidence.pair.b.link());
   const bool always_near = evidence.largest <= evidence.measured;
   if (!evidence.contact) DistanceSearch(Goal::Contact, scene, ranges, evidence).run();
   if (always_near) DistanceSearch(Goal::Distance, scene, ranges, evidence).run();
@@ -304,7 +304,7 @@ PairStudy studyPairs(const std::shared_ptr<const scene::SceneModel>& model, cons
 std::vector<scene::AlwaysNear> alwaysNear(const PairStudy& study, const scene::PairTable& pairs) {
   std::vector<scene::AlwaysNear> near;
   for (const PairEvidence& evidence : study.pairs) {
-    const scene::LinkPair& pair = pairs.pairs[pairs.find(evidence.pair.a.link, evidence.pair.b.link)];
+    const scene::LinkPair& pair = pairs.pairs[pairs.find(evidence.pair.a.link(), evidence.pair.b.link())];
     const bool is_always_near = evidence.has_known_ranges && evidence.largest <= evidence.measured;
     if (pair.reason != scene::PairReason::Checked || evidence.are_neighbours) continue;
     if (is_always_near && !evidence.alwaysInContact())

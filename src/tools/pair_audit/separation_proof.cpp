@@ -33,8 +33,8 @@ double largestPosition(const scene::RobotModel& robot, int joint, const std::vec
 std::vector<Hinge> hingesBetween(const scene::RobotModel& robot, const std::vector<scene::JointRange>& ranges,
                                  const scene::ShapeRefPair& pair) {
   std::vector<Hinge> hinges;
-  int body = robot.links[pair.a.link].body;
-  for (const int index : scene::jointsBetween(robot, body, robot.links[pair.b.link].body)) {
+  int body = robot.links[pair.a.link()].body;
+  for (const int index : scene::jointsBetween(robot, body, robot.links[pair.b.link()].body)) {
     const scene::Joint& joint = robot.joints[index];
     const bool upwards = robot.bodies[body].joint == index;
     const scene::Link& parent = robot.links[joint.parent_link];
@@ -155,8 +155,8 @@ class Subdivision {
 std::vector<double> sensitivities(const scene::RobotModel& robot, const std::vector<scene::JointRange>& ranges,
                                   const scene::ShapeRefPair& pair) {
   const std::vector<Hinge> hinges = hingesBetween(robot, ranges, pair);
-  const std::vector<double> to_b = reachesBehind(hinges, robot, pair.b.link);
-  std::vector<double> to_a = reachesBehind(reversed(hinges), robot, pair.a.link);
+  const std::vector<double> to_b = reachesBehind(hinges, robot, pair.b.link());
+  std::vector<double> to_a = reachesBehind(reversed(hinges), robot, pair.a.link());
   std::reverse(to_a.begin(), to_a.end());
 
   std::vector<double> result(ranges.size(), 0.0);

@@ -70,7 +70,7 @@ std::string writeSrdf(const std::string& srdf_xml, const scene::RobotModel& robo
   tinyxml2::XMLNode* before = removeDisabled(root);
   for (const PairEvidence& evidence : study.pairs) {
     const char* reason = reasonOf(evidence);
-    const std::string &a = robot.links[evidence.pair.a.link].name, &b = robot.links[evidence.pair.b.link].name;
+    const std::string &a = nameOf(evidence.pair.a, robot), &b = nameOf(evidence.pair.b, robot);
     if (!reason || enabled.count(ordered(a, b))) continue;
     XMLElement* entry = document.NewElement(kDisable);
     entry->SetAttribute("link1", a.c_str());

@@ -33,19 +33,15 @@ void add(const scene::Piece& piece, const Isometry3d& pose, PlacedPieces& placed
 PlacedPieces placedPieces(const scene::ShapeRef& ref, const RobotModel& robot, const scene::Objects* objects,
                           const BodyPoses& poses) {
   PlacedPieces placed;
-  if (ref.link < 0) {
-    const scene::Object& object = *objects->object(ref.object);
+  if (ref.isObject()) {
+    const scene::Object& object = *objects->object(ref.object());
     const Isometry3d pose = poseOf(object, robot, poses);
     for (const scene::Piece& piece : scene::piecesOf(object)) add(piece, pose, placed);
     placed.has_half_space = scene::hasHalfSpace(object);
     return placed;
   }
-  const int body = robot.links[static_cast<std::size_t>(ref.link)].body;
-  for (const int index : robot.bodies[static_cast<std::size_t>(body)].pieces) {
-    const scene::Piece& piece = robot.pieces[static_cast<std::size_t>(index)];
-    const int link = robot.collisions[static_cast<std::size_t>(piece.collision)].link;
-    if (link == ref.link) add(piece, *poses[static_cast<std::size_t>(body)], placed);
-  }
+  const Isometry3d& pose = *poses[static_cast<std::size_t>(robot.links[static_cast<std::size_t>(ref.link())].body)];
+  for (const int piece : robot.piecesOf(ref.link())) add(robot.pieces[static_cast<std::size_t>(piece)], pose, placed);
   return placed;
 }
 

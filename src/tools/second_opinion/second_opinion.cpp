@@ -30,10 +30,6 @@ const char* toText(ChildEnd end) {
   return "";
 }
 
-std::string nameOf(const scene::ShapeRef& ref, const scene::RobotModel& robot, const scene::Objects* objects) {
-  return ref.link >= 0 ? robot.links[static_cast<std::size_t>(ref.link)].name : objects->object(ref.object)->id;
-}
-
 std::string otherText(const OtherOpinion& other, double padding) {
   if (other.end != ChildEnd::Answered) return toText(other.end);
   return other.answer.kind == OtherAnswer::Kind::Overlap ? "overlap" : numberText(other.answer.distance - padding);
@@ -136,8 +132,8 @@ PlacedPieces SecondOpinion::piecesOf(const scene::ShapeRef& ref, const AskedStat
 
 /// [m] see LinkPair::padding
 double SecondOpinion::paddingOf(const scene::ShapeRefPair& pair) const {
-  if (pair.a.link < 0 || pair.b.link < 0) return 0.0;
-  const int index = model_->pairs.find(pair.a.link, pair.b.link);
+  if (pair.hasObject()) return 0.0;
+  const int index = model_->pairs.find(pair.a.link(), pair.b.link());
   return index < 0 ? 0.0 : model_->pairs.pairs[static_cast<std::size_t>(index)].padding;
 }
 

@@ -81,8 +81,7 @@ class GradientsOfTheDemo : public testing::Test {
   /// The gradient for the points and the normal of a message.
   std::vector<double> gradientFor(const Proximity& message) {
     scene::PairProximity pair;
-    pair.asked.a.link = robot_->robotModel().findLink(message.a.link);
-    pair.asked.b.link = robot_->robotModel().findLink(message.b.link);
+    pair.asked = {robot_->robotModel().findLink(message.a.link), robot_->robotModel().findLink(message.b.link)};
     pair.result.status = narrowphase::Status::Converged;
     pair.result.has_points = message.points_valid;
     pair.result.point_a = vector(message.point_a);

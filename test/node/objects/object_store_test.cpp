@@ -257,7 +257,8 @@ TEST_F(ObjectsOfASlider, MayTouchWhatTheRulesAllow) {
   message.rules[1].b = "bar";
   store_.apply(message);
   const auto objects = robot_->objects().get().all;
-  EXPECT_EQ(objects->linkReason(robot_->robotModel().findLink("hand"), 0), scene::PairReason::Checked);
+  EXPECT_EQ(objects->reason(robot_->robotModel().findLink("hand"), scene::ShapeRef::ofObject(0)),
+            scene::PairReason::Checked);
   EXPECT_EQ(objects->pairCount(), 1);
   EXPECT_EQ(store_.list().rules.size(), 2u);
 }
@@ -428,9 +429,9 @@ TEST_F(ObjectsFromTheStart, AreThereBeforeAnyChangeAndWithoutTf) {
   EXPECT_EQ(list.objects[2].padding, 0.01);
   ASSERT_EQ(list.rules.size(), 1u);
   const auto objects = robot_->objects().get().all;
-  EXPECT_EQ(objects->linkReason(robot_->robotModel().findLink("hand"), objects->find("table")),
+  EXPECT_EQ(objects->reason(robot_->robotModel().findLink("hand"), scene::ShapeRef::ofObject(objects->find("table"))),
             scene::PairReason::Allowed);
-  EXPECT_EQ(objects->linkReason(robot_->robotModel().findLink("hand"), objects->find("part")),
+  EXPECT_EQ(objects->reason(robot_->robotModel().findLink("hand"), scene::ShapeRef::ofObject(objects->find("part"))),
             scene::PairReason::Checked);
 }
 
@@ -538,7 +539,8 @@ TEST_F(ObjectsOfASlider, FreeObjectsAreCheckedIfTheConfigurationAsksForIt) {
     changes.set_rules = true;  // must not forget what the configuration asks for
     store.apply(changes);
     const auto objects = robot->objects().get().all;
-    return objects->objectReason(objects->find("table"), objects->find("cart"));
+    return objects->reason(scene::ShapeRef::ofObject(objects->find("table")),
+                           scene::ShapeRef::ofObject(objects->find("cart")));
   };
   EXPECT_EQ(reasonWith(scene::ObjectRules::FreeObjects::NotChecked), scene::PairReason::FreeObjects);
   EXPECT_EQ(reasonWith(scene::ObjectRules::FreeObjects::Checked), scene::PairReason::Checked);

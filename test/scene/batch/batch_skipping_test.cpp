@@ -49,10 +49,10 @@ testing::AssertionResult areSameLists(const std::vector<PairProximity>& found,
     return testing::AssertionFailure() << found.size() << " pairs instead of " << expected.size();
   for (std::size_t i = 0; i < found.size(); ++i)
     if (!areSame(found[i], expected[i]))
-      return testing::AssertionFailure() << "pair " << i << ": links " << found[i].asked.a.link << " and "
-                                         << found[i].asked.b.link << " at " << found[i].result.distance
-                                         << " instead of links " << expected[i].asked.a.link << " and "
-                                         << expected[i].asked.b.link << " at " << expected[i].result.distance;
+      return testing::AssertionFailure() << "pair " << i << ": links " << found[i].asked.a.link() << " and "
+                                         << found[i].asked.b.link() << " at " << found[i].result.distance
+                                         << " instead of links " << expected[i].asked.a.link() << " and "
+                                         << expected[i].asked.b.link() << " at " << expected[i].result.distance;
   return testing::AssertionSuccess();
 }
 
@@ -236,8 +236,8 @@ LevelThresholds randomThresholds(const SceneModel& model, unsigned seed) {
   for (const ShapeRefPair& pair : Candidates(model.pairs)) {
     if (random() % 3 != 0) continue;
     const auto [stop, warn] = std::minmax({distance(random), distance(random)});
-    thresholds.stop.setPair(pair.a.link, pair.b.link, stop);
-    thresholds.warn.setPair(pair.a.link, pair.b.link, warn);
+    thresholds.stop.setPair(pair.a.link(), pair.b.link(), stop);
+    thresholds.warn.setPair(pair.a.link(), pair.b.link(), warn);
   }
   return thresholds;
 }

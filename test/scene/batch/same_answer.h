@@ -15,7 +15,7 @@ inline bool areSameBits(const Eigen::Vector3d& x, const Eigen::Vector3d& y) {
 /// Whether all that is written about a pair is the same to the last bit.
 inline bool areSame(const PairProximity& p, const PairProximity& q) {
   const narrowphase::SignedDistance &x = p.result, &y = q.result;
-  return p.asked.a.link == q.asked.a.link && p.asked.b.link == q.asked.b.link && p.collision_a == q.collision_a &&
+  return p.asked.a == q.asked.a && p.asked.b == q.asked.b && p.collision_a == q.collision_a &&
          p.collision_b == q.collision_b && p.representation == q.representation &&
          p.depth_is_lower_bound == q.depth_is_lower_bound && x.status == y.status && x.has_points == y.has_points &&
          x.unique == y.unique && x.iterations == y.iterations && areSameBits(x.distance, y.distance) &&

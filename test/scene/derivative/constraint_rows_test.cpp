@@ -83,7 +83,7 @@ struct Controlled {
     const int a = model->robot.findLink(link_a), b = model->robot.findLink(link_b);
     for (int i = 0; i < rows.capacity(); ++i) {
       const ConstraintRows::Row& row = rows.rows()[static_cast<std::size_t>(i)];
-      if (row.is_used && std::minmax(row.pair.a.link, row.pair.b.link) == std::minmax(a, b)) return i;
+      if (row.is_used && std::minmax(row.pair.a.link(), row.pair.b.link()) == std::minmax(a, b)) return i;
     }
     return -1;
   }
@@ -148,7 +148,7 @@ TEST(ConstraintRows, TheMostDemandingPairsAreChosenAcrossBothStopDistances) {
   robot.use(withBall(robot.model, "ball", -0.31));
   robot.update({0.0, 0.3});  // the object is 0.11 m from link 0 and nearer to its stop distance than link 1, at 0.1 m
   ASSERT_TRUE(robot.rows.rows()[0].is_used);
-  EXPECT_EQ(robot.rows.rows()[0].pair.b.object, 0);
+  EXPECT_EQ(robot.rows.rows()[0].pair.b.object(), 0);
   EXPECT_EQ(robot.rows.leftOut(), 1);
 }
 
@@ -301,7 +301,7 @@ TEST(ConstraintRows, AnObjectThatLeavesTakesItsRowAlong) {
   Controlled robot(ballsOnRails(2), 1);
   robot.use(withBall(robot.model, "ball", 0.22));
   robot.update({0.0, 0.45});
-  ASSERT_EQ(robot.rows.rows()[0].pair.b.object, 0);
+  ASSERT_EQ(robot.rows.rows()[0].pair.b.object(), 0);
   robot.use(std::make_shared<const Objects>(robot.model));
   robot.update({0.0, 0.3});
   EXPECT_EQ(robot.rowOf("0", "1"), 0);
@@ -362,7 +362,7 @@ TEST(ConstraintRows, APairThatNoJointPartsHasNoRowAndIsNamed) {
   EXPECT_EQ(robot.rows.stuckCount(), 1);
   EXPECT_EQ(robot.rows.stuck()[0].rate, 0.0);
   EXPECT_NEAR(robot.rows.stuck()[0].distance, 0.01, kTolerance);
-  EXPECT_EQ(robot.model->robot.links[robot.rows.stuck()[0].pair.a.link].name, "base");
+  EXPECT_EQ(robot.model->robot.links[robot.rows.stuck()[0].pair.a.link()].name, "base");
 }
 
 TEST(ConstraintRows, APairThatStaysAboveItsStopDistanceNeedsNoRow) {
@@ -529,9 +529,7 @@ void walk(const RobotModel& robot, Chance& chance, double step, std::vector<doub
   }
 }
 
-bool isSame(const ShapeRefPair& a, const ShapeRefPair& b) {
-  return a.a.link == b.a.link && a.b.link == b.b.link && a.a.object == b.a.object && a.b.object == b.b.object;
-}
+bool isSame(const ShapeRefPair& a, const ShapeRefPair& b) { return a.a == b.a && a.b == b.b; }
 
 int rowWith(const std::vector<ConstraintRows::Row>& rows, const ShapeRefPair& pair) {
   const auto found = std::find_if(

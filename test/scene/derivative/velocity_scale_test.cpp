@@ -82,7 +82,7 @@ class StoppingRobot : public testing::Test {
   }
 
   std::set<std::string> namesOf(const PairProximity& pair) const {
-    return {robot().links[pair.asked.a.link].name, robot().links[pair.asked.b.link].name};
+    return {robot().links[pair.asked.a.link()].name, robot().links[pair.asked.b.link()].name};
   }
 
   const std::shared_ptr<const SceneModel> model_ = load();
@@ -197,7 +197,7 @@ TEST_F(StoppingRobot, RetreatIsLimitedByWhatIsBehind) {
   placeObjects({makeObject("fence", {{narrowphase::Box{{1, 1, 1}}}}, Fixed{at(2.55, 0, 0)})});
   const VelocityScale scale = ask();  // 0.5 m to the fence, of which 0.2 m have to stay
   EXPECT_NEAR(scale.scale, 0.3, 1e-6);
-  EXPECT_GE(scale.pair.asked.b.object, 0);
+  EXPECT_GE(scale.pair.asked.b.object(), 0);
 }
 
 TEST_F(StoppingRobot, RetreatThatComesBackIsLimitedToWhereItIsAsNearAsBefore) {

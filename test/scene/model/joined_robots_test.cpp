@@ -296,11 +296,11 @@ TEST_F(DistancesOfJoinedRobots, AreInEachRobotThoseOfTheRobotAloneBitForBit) {
   for (int state = 0; state < 300; ++state) {
     put(randomly(alone_->robot, chance), randomly(alone_->robot, chance));
     for (const PairProximity& pair : both_.all(both_.candidates())) {
-      const bool of_left = pair.asked.b.link < links_, of_right = pair.asked.a.link >= links_;
+      const bool of_left = pair.asked.b.link() < links_, of_right = pair.asked.a.link() >= links_;
       if (!of_left && !of_right) continue;
       Scene& single = of_left ? left_ : right_;
       const int first = of_left ? 0 : links_;
-      const PairProximity own = single.proximity({{pair.asked.a.link - first}, {pair.asked.b.link - first}});
+      const PairProximity own = single.proximity({{pair.asked.a.link() - first}, {pair.asked.b.link() - first}});
       EXPECT_TRUE(isSame(pair.result, own.result)) << "state " << state;
       overlaps += pair.result.distance < 0.0;
       ++compared;
@@ -318,8 +318,8 @@ TEST_F(DistancesOfJoinedRobots, AreBetweenThemThoseOfTheirPieces) {
     double smallest = std::numeric_limits<double>::infinity();
     for (const PairProximity& pair : both_.all(both_.candidates())) {
       smallest = std::min(smallest, pair.result.distance);
-      if (pair.asked.a.link >= links_ || pair.asked.b.link < links_) continue;
-      EXPECT_NEAR(pair.result.distance, between(pair.asked.a.link, pair.asked.b.link - links_), 1e-8);
+      if (pair.asked.a.link() >= links_ || pair.asked.b.link() < links_) continue;
+      EXPECT_NEAR(pair.result.distance, between(pair.asked.a.link(), pair.asked.b.link() - links_), 1e-8);
       (pair.result.distance < 0.0 ? overlaps : apart) += 1;
     }
     EXPECT_DOUBLE_EQ(both_.minimum(both_.candidates())->result.distance, smallest);
@@ -335,7 +335,7 @@ TEST_F(DistancesOfJoinedRobots, AreUnknownWhereOneOfThemHasNoPlace) {
   const std::vector<double> zero(model_->robot.joints.size(), 0.0);
   both_.update(placedAt(model_->robot, forwardKinematics(model_->robot, zero), {left.root, std::nullopt}));
   for (const PairProximity& pair : both_.all(both_.candidates())) {
-    const bool is_of_left = pair.asked.b.link < links_;
+    const bool is_of_left = pair.asked.b.link() < links_;
     EXPECT_EQ(pair.result.status == narrowphase::Status::Unknown, !is_of_left);
   }
 }

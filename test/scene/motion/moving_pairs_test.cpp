@@ -115,7 +115,7 @@ TEST_F(ManyFixed, BecomeAPairOnceAtTheirLeaf) {
   const int pair = pairs_.pairAt(2, 7);
   ASSERT_EQ(pair, 5);
   EXPECT_TRUE(pairs_[pair].isOfShapes());
-  EXPECT_EQ(pairs_[pair].asked.a.link, pairs_[2].asked.a.link);
+  EXPECT_EQ(pairs_[pair].asked.a.link(), pairs_[2].asked.a.link());
   EXPECT_EQ(pairs_.pairAt(2, 7), pair);
   EXPECT_EQ(pairs_.pairAt(3, 7), pair + 1);
 }

@@ -161,7 +161,7 @@ TEST_F(SlideAndSwing, ThresholdOfAPairIsAddedToTheContactDistance) {
   question.thresholds = &thresholds;
   const RobotMotion towards = motion({}, {{"slide", -2.5}});
   EXPECT_NEAR(scene_.timeOfContact(sled_, towards, question).t_contact, 1.5 / 2.5, 1e-6);
-  thresholds.setPair(sled_.front().b.link, sled_.front().a.link, 0.75);
+  thresholds.setPair(sled_.front().b.link(), sled_.front().a.link(), 0.75);
   const RobotContact contact = scene_.timeOfContact(sled_, towards, question);
   EXPECT_NEAR(contact.t_contact, 1.0 / 2.5, 1e-6);
   EXPECT_NEAR(contact.pair.result.distance, 1.0, 1e-5);
@@ -210,7 +210,7 @@ TEST_F(SlideAndSwing, FirstOfSeveralContactsWins) {
   const RobotContact contact = scene_.timeOfContact(std::vector<ShapeRefPair>{sled_[0], arm_[0]}, both);
   ASSERT_TRUE(contact.contact);
   EXPECT_NEAR(contact.t_contact, swing / kPi, 1e-6);
-  EXPECT_EQ(contact.pair.asked.a.link, linkOf(*model_, "post"));
+  EXPECT_EQ(contact.pair.asked.a.link(), linkOf(*model_, "post"));
   const RobotMinimum minimum = scene_.minimum(std::vector<ShapeRefPair>{sled_[0], arm_[0]}, both);
   EXPECT_NEAR(minimum.upper_bound, -0.5, 1e-6);  // both overlap by a half: the ball in the post, the sled in the wall
 }

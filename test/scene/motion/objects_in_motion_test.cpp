@@ -68,7 +68,7 @@ class CubeAndBall : public testing::Test {
   RobotContact contact(const RobotMotion& motion, const MotionQuestion& question = {}) {
     return scene_.timeOfContact(candidates_, motion, question);
   }
-  std::string nameOfB(const PairProximity& pair) const { return objects_->object(pair.asked.b.object)->id; }
+  std::string nameOfB(const PairProximity& pair) const { return objects_->object(pair.asked.b.object())->id; }
 
   const std::shared_ptr<const SceneModel> model_ = cubeAndBall();
   const Candidates candidates_{model_->pairs};
@@ -124,7 +124,7 @@ TEST_F(CubeAndBall, AttachedObjectGoesAheadOfItsLink) {
   const RobotContact found = contact(motion(6.0));
   ASSERT_TRUE(found.contact);
   EXPECT_NEAR(found.t_contact, 2.5 / 6.0, 1e-6);
-  EXPECT_EQ(found.pair.asked.a.link, -1);
+  EXPECT_EQ(found.pair.asked.a.link(), -1);
 }
 
 TEST_F(CubeAndBall, MovingObjectRestsInItsFrameUnlessATwistIsGiven) {
@@ -154,7 +154,7 @@ TEST_F(CubeAndBall, WorldThatABodyCarriesTakesItsFixedObjectsAlong) {
   const RobotContact found = contact(carried);
   ASSERT_TRUE(found.contact);
   EXPECT_NEAR(found.t_contact, 3.0 / 6.0, 1e-6);
-  EXPECT_EQ(found.pair.asked.a.link, model_->robot.findLink("ball"));
+  EXPECT_EQ(found.pair.asked.a.link(), model_->robot.findLink("ball"));
   EXPECT_NEAR(found.pair.result.point_b.x(), -0.5, 1e-5) << "in the frame of the poses";
 }
 
@@ -687,10 +687,9 @@ std::vector<ShapeRefPair> listOf(const Candidates& candidates, const Objects& ob
   std::vector<ShapeRefPair> pairs = candidates.list();
   for (const int number : objects.numbers()) {
     for (int link = 0; link < static_cast<int>(objects.model().robot.links.size()); ++link)
-      if (objects.linkReason(link, number) == PairReason::Checked)
-        pairs.push_back({{link}, ShapeRef::ofObject(number)});
+      if (objects.isChecked(link, ShapeRef::ofObject(number))) pairs.push_back({link, ShapeRef::ofObject(number)});
     for (const int other : objects.numbers()) {
-      if (other < number && objects.objectReason(other, number) == PairReason::Checked)
+      if (other < number && objects.isChecked(ShapeRef::ofObject(other), ShapeRef::ofObject(number)))
         pairs.push_back({ShapeRef::ofObject(other), ShapeRef::ofObject(number)});
     }
   }
@@ -699,7 +698,7 @@ std::vector<ShapeRefPair> listOf(const Candidates& candidates, const Objects& ob
 
 bool isAttached(const Objects& objects, const ShapeRefPair& pair) {
   const auto is_attached = [&](const ShapeRef& ref) {
-    return ref.link < 0 && std::holds_alternative<Attached>(objects.object(ref.object)->placement);
+    return ref.isObject() && std::holds_alternative<Attached>(objects.object(ref.object())->placement);
   };
   return is_attached(pair.a) || is_attached(pair.b);
 }
@@ -724,10 +723,10 @@ void expectTheEarliestOfAllPairs(MovingScene& moving, const Candidates& candidat
   PairDistances thresholds(chance.between(0.0, 0.03), chance.between(0.0, 0.03));
   for (const ShapeRefPair& pair : list) {
     if (chance.below(2) == 0) continue;
-    if (pair.a.link >= 0 && pair.b.link >= 0)
-      thresholds.setPair(pair.a.link, pair.b.link, chance.between(0.0, 0.15));
-    else if (pair.a.link >= 0)
-      thresholds.setWithObjects(pair.a.link, chance.between(0.0, 0.15));
+    if (!pair.hasObject())
+      thresholds.setPair(pair.a.link(), pair.b.link(), chance.between(0.0, 0.15));
+    else if (pair.a.isLink())
+      thresholds.setWithObjects(pair.a.link(), chance.between(0.0, 0.15));
   }
   MotionQuestion question;
   question.thresholds = &thresholds;
@@ -817,8 +816,8 @@ TEST_P(ObjectsInMotion, ComeNoCloserOnTheWayThanTheBoundsSayAndSkippingChangesNo
     ASSERT_LE(scene.proximity(contact.pair.asked).result.lower_bound, question.contact_distance + question.tolerance);
     ++contacts;
     from_the_beginning += contact.t_contact == 0.0;
-    with_object += contact.pair.asked.b.link < 0;
-    with_attached += contact.pair.asked.b.link < 0 && isAttached(*objects, contact.pair.asked);
+    with_object += contact.pair.asked.b.link() < 0;
+    with_attached += contact.pair.asked.b.link() < 0 && isAttached(*objects, contact.pair.asked);
   }
   if (kIsSanitized) return;  // what follows is of the whole test
   EXPECT_GT(contacts - from_the_beginning, GetParam().motions / 20);

@@ -49,10 +49,10 @@ class ObjectsOfAnArm : public testing::Test {
  protected:
   int link(const char* name) const { return model_->robot.findLink(name); }
   PairReason reason(const Objects& objects, const char* link_name, const std::string& id) const {
-    return objects.linkReason(link(link_name), objects.find(id));
+    return objects.reason(link(link_name), ShapeRef::ofObject(objects.find(id)));
   }
   static PairReason between(const Objects& objects, const std::string& a, const std::string& b) {
-    return objects.objectReason(objects.find(a), objects.find(b));
+    return objects.reason(ShapeRef::ofObject(objects.find(a)), ShapeRef::ofObject(objects.find(b)));
   }
   std::string refusal(const std::vector<ObjectChange>& changes) const {
     return errorOf([&] { some_.changed(changes); });

@@ -100,7 +100,7 @@ class Balls : public testing::Test {
     const PairProximity closest = *scene_.minimum(scene_.candidates());
     decided_ = decidingPair(scene_, scene_.candidates(), closest, thresholds, {}, before);
     const ShapeRefPair& pair = decided_.pair.asked;
-    return model_->robot.links[pair.a.link].name + " - " + model_->robot.links[pair.b.link].name;
+    return model_->robot.links[pair.a.link()].name + " - " + model_->robot.links[pair.b.link()].name;
   }
 
   LevelThresholds thresholds(const DistanceRules& stop, const DistanceRules& warn = {}) const {

@@ -162,7 +162,7 @@ class Cell {
 };
 
 using Names = std::tuple<int, int, int, int>;
-Names namesOf(const ShapeRefPair& pair) { return {pair.a.link, pair.a.object, pair.b.link, pair.b.object}; }
+Names namesOf(const ShapeRefPair& pair) { return {pair.a.link(), pair.a.object(), pair.b.link(), pair.b.object()}; }
 
 /// The distances of all pairs whose poses are known, without skipping, less their thresholds.
 class Truth {
@@ -296,8 +296,8 @@ TEST_P(ChangingObjects, SkippingNeverChangesAnAnswer) {
       if (kind != PairKind::Any) continue;
       overlaps += truth.smallest(0) < 0.0;
       unknown += counts.unknown;
-      with_object += minimum.asked.b.object >= 0;
-      attached += minimum.asked.a.object >= 0;
+      with_object += minimum.asked.b.object() >= 0;
+      attached += minimum.asked.a.object() >= 0;
     }
   }
   if (kIsSanitized) return;  // what follows is of the whole test

@@ -22,11 +22,27 @@ struct Placed {
   explicit Placed(const std::vector<std::string>& links) : model(floatingLinks(links)) {}
 
   void update(const std::vector<Isometry3d>& poses) { robot.update(posesOf(model, poses)); }
-  int link(const char* name) const { return model.findLink(name); }  // also the number of its volume
+  int link(const char* name) const { return model.findLink(name); }  // also the number of its part
+
+  // What is asked of two parts, here of links.
+  double sphereGap(int p, int q, const RelativePose& p_T_q) const {
+    return PlacedRobot::sphereGap(robot[p].whole(), robot[q].whole(), p_T_q);
+  }
+  double boxGap(int p, int q, const RelativePose& p_T_q) const {
+    return PlacedRobot::boxGap(robot[p].whole(), robot[q].whole(), p_T_q);
+  }
+  bool boxesPay(int p, int q) const { return PlacedRobot::boxesPay(robot[p].whole(), robot[q].whole()); }
+  RelativeMotionBound relativeMotion(int p, int q, const RelativePose& before, const RelativePose& now) const {
+    return PlacedRobot::relativeMotion(robot[p], robot[q], before, now);
+  }
+  SignedDistance distance(int p, int q, const RelativePose& p_T_q, const Options& options = {}) {
+    return PlacedRobot::distance({robot[p], p}, {robot[q], q}, p_T_q, options, warm_starts.of(p, q));
+  }
 
   const RobotModel model;
   PlacedRobot robot{model, std::make_shared<const Volumes>(model)};
   const int a = link("0"), b = link("1");
+  WarmStarts warm_starts{64};
 };
 
 RelativePose relativePose(const Isometry3d& pose) { return {pose.linear(), pose.translation()}; }
@@ -45,8 +61,8 @@ TEST(RelativePoseOfPlacedRobot, IsThatOfBInTheFrameOfA) {
 TEST(RelativePoseOfPlacedRobot, IsTheIdentityWithinABody) {
   Placed placed({ball("1") + ball("1", "3 0 0"), ball("1")});
   placed.update({turned(1.0, {1, 2, 3}, {1e6, 0, 0}), at(0, 0, 0)});
-  const auto& parts = placed.robot.volumes()[placed.a].parts;
-  const RelativePose relative = placed.robot.relative(parts[0], parts[1]);
+  const int first = placed.robot.numberOf({placed.a, 1}), second = placed.robot.numberOf({placed.a, 2});
+  const RelativePose relative = placed.robot.relative(first, second);
   EXPECT_EQ(relative.rotation, Matrix3d::Identity());
   EXPECT_EQ(relative.translation, Vector3d::Zero());
 }
@@ -85,7 +101,7 @@ TEST(SphereGapOfPlacedRobot, IsTheDistanceOfTheSpheresInAnyFrame) {
   EXPECT_NEAR(placed.robot.sphereGap(placed.a, placed.b), 2.0, 1e-12);
   EXPECT_NEAR(placed.robot.sphereGap(placed.b, placed.a), 2.0, 1e-12);
   const RelativePose a_T_b = placed.robot.relative(placed.a, placed.b);
-  EXPECT_NEAR(placed.robot.sphereGap(placed.a, placed.b, a_T_b), 2.0, 1e-12);
+  EXPECT_NEAR(placed.sphereGap(placed.a, placed.b, a_T_b), 2.0, 1e-12);
 }
 
 TEST(SphereGapOfPlacedRobot, IsTheSameFarFromTheFrameOfThePoses) {
@@ -99,7 +115,7 @@ TEST(BoxGapOfPlacedRobot, IsTheDistanceOfTheBoxes) {
   Placed placed({box("2 2 2", "0 3 0"), box("1 1 1", "0 0 1")});
   placed.update({turned(M_PI / 2, Vector3d::UnitZ()), at(1, 0, 0)});
   const RelativePose a_T_b = placed.robot.relative(placed.a, placed.b);
-  EXPECT_NEAR(placed.robot.boxGap(placed.a, placed.b, a_T_b), 2.5, 1e-12);
+  EXPECT_NEAR(placed.boxGap(placed.a, placed.b, a_T_b), 2.5, 1e-12);
 }
 
 // The same cube, but slanted within b: an edge looks at a's face.
@@ -107,7 +123,7 @@ TEST(BoxGapOfPlacedRobot, TurnsTheAxesOfB) {
   Placed placed({box("2 2 2"), box("2 2 2", "0 0 0", "0 0 0.5")});
   placed.update({at(0, 0, 0), turned(M_PI / 4 - 0.5, Vector3d::UnitZ(), {4, 0, 0})});
   const RelativePose a_T_b = placed.robot.relative(placed.a, placed.b);
-  EXPECT_NEAR(placed.robot.boxGap(placed.a, placed.b, a_T_b), 3.0 - std::sqrt(2.0), 1e-12);
+  EXPECT_NEAR(placed.boxGap(placed.a, placed.b, a_T_b), 3.0 - std::sqrt(2.0), 1e-12);
 }
 
 TEST(PlacedRobot, HasABoxAroundTheSphereOfALink) {
@@ -120,9 +136,9 @@ TEST(PlacedRobot, HasABoxAroundTheSphereOfALink) {
 
 TEST(PlacedRobot, ComputesNoBoxesForTwoClosedForms) {
   const Placed placed({ball("1"), ball("1"), box("1 1 1")});
-  EXPECT_FALSE(placed.robot.boxesPay(placed.a, placed.b));
-  EXPECT_TRUE(placed.robot.boxesPay(placed.a, placed.link("2")));
-  EXPECT_TRUE(placed.robot.boxesPay(placed.link("2"), placed.b));
+  EXPECT_FALSE(placed.boxesPay(placed.a, placed.b));
+  EXPECT_TRUE(placed.boxesPay(placed.a, placed.link("2")));
+  EXPECT_TRUE(placed.boxesPay(placed.link("2"), placed.b));
 }
 
 // --- motion
@@ -130,7 +146,7 @@ TEST(PlacedRobot, ComputesNoBoxesForTwoClosedForms) {
 TEST(MotionBoundOfPlacedRobot, IsZeroForEqualPoses) {
   const Placed placed({box("1 2 3"), box("3 2 1")});
   const RelativePose pose = relativePose(turned(0.3, {1, 2, 3}, {4, 5, 6}));
-  const RelativeMotionBound motion = placed.robot.relativeMotion(placed.a, placed.b, pose, pose);
+  const RelativeMotionBound motion = placed.relativeMotion(placed.a, placed.b, pose, pose);
   EXPECT_EQ(motion.distance_change, 0.0);
   EXPECT_TRUE(motion.is_rest);
 }
@@ -138,7 +154,7 @@ TEST(MotionBoundOfPlacedRobot, IsZeroForEqualPoses) {
 TEST(MotionBoundOfPlacedRobot, IsTheLengthOfAShift) {
   const Placed placed({box("1 2 3"), box("3 2 1")});
   const RelativeMotionBound motion =
-      placed.robot.relativeMotion(placed.a, placed.b, relativePose(at(9, 0, 0)), relativePose(at(9, 0.3, -0.4)));
+      placed.relativeMotion(placed.a, placed.b, relativePose(at(9, 0, 0)), relativePose(at(9, 0.3, -0.4)));
   EXPECT_NEAR(motion.distance_change, 0.5, 1e-12);
   EXPECT_GT(motion.distance_change, 0.5) << "rounding";
   EXPECT_FALSE(motion.is_rest);
@@ -149,8 +165,7 @@ TEST(MotionBoundOfPlacedRobot, IsTheLengthOfAShift) {
 TEST(MotionBoundOfPlacedRobot, OfATurnAboutTheCentreIsTheChordAtTheRadius) {
   const Placed placed({box("1 1 1"), box("2 4 4")});
   const Isometry3d before = at(20, 0, 0), now = before * turned(M_PI / 3, {0, 1, 2});
-  const RelativeMotionBound motion =
-      placed.robot.relativeMotion(placed.a, placed.b, relativePose(before), relativePose(now));
+  const RelativeMotionBound motion = placed.relativeMotion(placed.a, placed.b, relativePose(before), relativePose(now));
   EXPECT_NEAR(motion.distance_change, 3.0, 1e-12);
 }
 
@@ -158,8 +173,7 @@ TEST(MotionBoundOfPlacedRobot, OfATurnAboutTheCentreIsTheChordAtTheRadius) {
 TEST(MotionBoundOfPlacedRobot, OfATurnAboutTheOtherOneIsTheChordAtThatOnesRadius) {
   const Placed placed({box("2 4 4"), box("1 1 1")});
   const Isometry3d before = at(20, 0, 0), now = turned(M_PI / 3, {0, 0, 1}) * before;
-  const RelativeMotionBound motion =
-      placed.robot.relativeMotion(placed.a, placed.b, relativePose(before), relativePose(now));
+  const RelativeMotionBound motion = placed.relativeMotion(placed.a, placed.b, relativePose(before), relativePose(now));
   EXPECT_NEAR(motion.distance_change, 3.0, 1e-12);
 }
 
@@ -168,7 +182,7 @@ TEST(MotionBoundOfPlacedRobot, CountsFromTheCentreOfTheSphere) {
   const Placed placed({ball("10"), ball("1", "2 0 0")});
   const Isometry3d now = turned(M_PI / 2, Vector3d::UnitZ());
   const RelativeMotionBound motion =
-      placed.robot.relativeMotion(placed.a, placed.b, relativePose(Isometry3d::Identity()), relativePose(now));
+      placed.relativeMotion(placed.a, placed.b, relativePose(Isometry3d::Identity()), relativePose(now));
   EXPECT_NEAR(motion.distance_change, std::sqrt(2.0) * (2.0 + 1.0), 1e-12);
 }
 
@@ -177,8 +191,7 @@ TEST(MotionBoundOfPlacedRobot, CountsFromTheCentreOfTheSphere) {
 TEST(MotionBoundOfPlacedRobot, OfWhatGoesRoundASmallBallIsNoRest) {
   const Placed placed({ball("0.001"), ball("1")});
   const Isometry3d before = at(100, 0, 0), now = turned(2e-11, {0, 0, 1}) * before;
-  const RelativeMotionBound motion =
-      placed.robot.relativeMotion(placed.a, placed.b, relativePose(before), relativePose(now));
+  const RelativeMotionBound motion = placed.relativeMotion(placed.a, placed.b, relativePose(before), relativePose(now));
   EXPECT_LT(motion.distance_change, 1e-11);
   EXPECT_FALSE(motion.is_rest);
 }
@@ -186,8 +199,7 @@ TEST(MotionBoundOfPlacedRobot, OfWhatGoesRoundASmallBallIsNoRest) {
 TEST(MotionBoundOfPlacedRobot, OfNoMoreThanRoundingIsRest) {
   const Placed placed({ball("1"), ball("1")});
   const auto shiftedBy = [&](double shift) {
-    return placed.robot.relativeMotion(placed.a, placed.b, relativePose(at(8, 0, 0)),
-                                       relativePose(at(8 + shift, 0, 0)));
+    return placed.relativeMotion(placed.a, placed.b, relativePose(at(8, 0, 0)), relativePose(at(8 + shift, 0, 0)));
   };
   const double rounding = kPoseRounding * (8.0 + 1.0 + 1.0);
   EXPECT_TRUE(shiftedBy(0.9 * rounding).is_rest);
@@ -196,17 +208,16 @@ TEST(MotionBoundOfPlacedRobot, OfNoMoreThanRoundingIsRest) {
 }
 
 TEST(MotionBoundOfPlacedRobot, IsNeverBelowTheChangeOfTheDistance) {
-  const Placed placed({box("0.5 1 2", "0.3 0 0", "0.1 0.2 0.3"), cylinder("0.4", "1.5", "0 0.5 0")});
+  Placed placed({box("0.5 1 2", "0.3 0 0", "0.1 0.2 0.3"), cylinder("0.4", "1.5", "0 0.5 0")});
   Chance chance(31);
-  WarmStarts memory(1);
   int close = 0;
   for (int i = 0; i < 1000; ++i) {
     const Isometry3d before = chance.pose(2.5),
                      step = turned(chance.between(0, 0.2), chance.direction(), 0.2 * chance.direction());
     const RelativePose first = relativePose(before), second = relativePose(step * before);
-    const double change = placed.robot.distance(placed.a, placed.b, second, {}, memory).distance -
-                          placed.robot.distance(placed.a, placed.b, first, {}, memory).distance;
-    const double bound = placed.robot.relativeMotion(placed.a, placed.b, first, second).distance_change;
+    const double change =
+        placed.distance(placed.a, placed.b, second).distance - placed.distance(placed.a, placed.b, first).distance;
+    const double bound = placed.relativeMotion(placed.a, placed.b, first, second).distance_change;
     EXPECT_LE(std::abs(change), bound + 2e-9);
     close += std::abs(change) > 0.5 * bound;
   }
@@ -220,9 +231,8 @@ TEST(MotionBoundOfPlacedRobot, IsNeverBelowTheChangeOfTheDistance) {
 TEST(DistanceOfPlacedRobot, IsThatOnPaperInTheFrameOfA) {
   Placed placed({box("2 2 2"), ball("1", "0 0 0.25")});
   placed.update({turned(M_PI / 2, Vector3d::UnitZ(), {0, 0, 7}), turned(2.0, Vector3d::UnitZ(), {-0.5, 5, 7})});
-  WarmStarts memory(1);
   const RelativePose a_T_b = placed.robot.relative(placed.a, placed.b);
-  const SignedDistance result = placed.robot.distance(placed.a, placed.b, a_T_b, {}, memory);
+  const SignedDistance result = placed.distance(placed.a, placed.b, a_T_b);
   EXPECT_EQ(result.status, Status::Converged);
   EXPECT_NEAR(result.distance, 3.0, 1e-12);
   EXPECT_LE((result.normal - Vector3d(1, 0, 0)).norm(), 1e-12);
@@ -241,18 +251,15 @@ TEST(DistanceOfPlacedRobot, IsThatOnPaperInTheFrameOfA) {
 TEST(DistanceOfPlacedRobot, CountsThePosesOfThePiecesInTheirBodies) {
   Placed placed({box("4 2 2", "1 0 0", "0 0 1.5707963267948966"), box("4 2 2", "0 1 0", "0 0 1.5707963267948966")});
   placed.update({at(0, 0, 0), at(1, 7, 0)});
-  WarmStarts memory(1);
-  const SignedDistance result =
-      placed.robot.distance(placed.a, placed.b, placed.robot.relative(placed.a, placed.b), {}, memory);
+  const SignedDistance result = placed.distance(placed.a, placed.b, placed.robot.relative(placed.a, placed.b));
   EXPECT_NEAR(result.distance, 8.0 - 2.0 - 2.0, 1e-12);
   EXPECT_LE((result.normal - Vector3d(0, 1, 0)).norm(), 1e-12);
 }
 
 // Two balls that reach 1 and 2 from the origins of their bodies, which are 5 apart.
 TEST(DistanceOfPlacedRobot, HasBoundsThatAllowForTheRoundingOfThePoses) {
-  const Placed placed({ball("1"), ball("2")});
-  WarmStarts memory(1);
-  const SignedDistance result = placed.robot.distance(placed.a, placed.b, relativePose(at(0, 5, 0)), {}, memory);
+  Placed placed({ball("1"), ball("2")});
+  const SignedDistance result = placed.distance(placed.a, placed.b, relativePose(at(0, 5, 0)));
   const double rounding = kPoseRounding * (5.0 + 1.0 + 2.0);
   EXPECT_LE(result.lower_bound, 2.0 - 0.9 * rounding);
   EXPECT_GE(result.lower_bound, 2.0 - 2.0 * rounding);
@@ -261,28 +268,24 @@ TEST(DistanceOfPlacedRobot, HasBoundsThatAllowForTheRoundingOfThePoses) {
 }
 
 TEST(DistanceOfPlacedRobot, HasNotConvergedWithinAToleranceBelowTheRoundingOfThePoses) {
-  const Placed placed({ball("1"), ball("2")});
-  WarmStarts memory(1);
+  Placed placed({ball("1"), ball("2")});
   Options options;
   options.distance_tolerance = kPoseRounding * (5.0 + 1.0 + 2.0);  // the bounds are twice as far apart
-  EXPECT_EQ(placed.robot.distance(placed.a, placed.b, relativePose(at(0, 5, 0)), options, memory).status,
-            Status::Degenerate);
+  EXPECT_EQ(placed.distance(placed.a, placed.b, relativePose(at(0, 5, 0)), options).status, Status::Degenerate);
   options.distance_tolerance *= 5.0;
-  EXPECT_EQ(placed.robot.distance(placed.a, placed.b, relativePose(at(0, 5, 0)), options, memory).status,
-            Status::Converged);
+  EXPECT_EQ(placed.distance(placed.a, placed.b, relativePose(at(0, 5, 0)), options).status, Status::Converged);
 }
 
 // A face before a cylinder, 3 away. Its bounds are off by the rounding: a threshold between them and the distance is
 // not decided.
 TEST(DistanceOfPlacedRobot, DecidesNoThresholdWithinTheRoundingOfThePoses) {
-  const Placed placed({box("2 2 2"), cylinder("1", "2")});
+  Placed placed({box("2 2 2"), cylinder("1", "2")});
   const double rounding = kPoseRounding * (5.0 + std::sqrt(3.0) + std::sqrt(2.0));
   int decided = 0;
   for (int i = -400; i <= 400; ++i) {
     const double threshold = 3.0 + 0.05 * i * rounding;
-    WarmStarts memory(1);
     const SignedDistance result =
-        placed.robot.distance(placed.a, placed.b, relativePose(at(5, 0, 0)), Options::above(threshold), memory);
+        placed.distance(placed.a, placed.b, relativePose(at(5, 0, 0)), Options::above(threshold));
     if (result.status != Status::Threshold) continue;
     EXPECT_TRUE(result.lower_bound > threshold || result.upper_bound <= threshold) << i;
     ++decided;
@@ -295,7 +298,6 @@ TEST(LowerBoundsOfPlacedRobot, AreNeverAboveTheDistance) {
                                        ball("0.6", "0 0 0.2"), box("1 0.1 1", "0.2 0.1 0")};
   Placed placed(links);
   Chance chance(41);
-  WarmStarts memory(64);
   int apart = 0;
   for (int i = 0; i < 300; ++i) {
     placed.update({chance.pose(2.0), chance.pose(2.0), chance.pose(2.0), chance.pose(2.0)});
@@ -304,10 +306,10 @@ TEST(LowerBoundsOfPlacedRobot, AreNeverAboveTheDistance) {
         const int a = placed.link(name_a), b = placed.link(name_b);
         if (a == b) continue;
         const RelativePose a_T_b = placed.robot.relative(a, b);
-        const SignedDistance result = placed.robot.distance(a, b, a_T_b, {}, memory);
+        const SignedDistance result = placed.distance(a, b, a_T_b);
         EXPECT_LE(placed.robot.sphereGap(a, b), result.upper_bound);
-        EXPECT_LE(placed.robot.sphereGap(a, b, a_T_b), result.upper_bound);
-        EXPECT_LE(placed.robot.boxGap(a, b, a_T_b), result.upper_bound);
+        EXPECT_LE(placed.sphereGap(a, b, a_T_b), result.upper_bound);
+        EXPECT_LE(placed.boxGap(a, b, a_T_b), result.upper_bound);
         apart += result.distance > 0.0;
       }
     }

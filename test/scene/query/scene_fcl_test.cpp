@@ -145,7 +145,7 @@ class SceneAndFcl : public testing::TestWithParam<ExampleRobot> {
     return model;
   }
 
-  const LinkMesh& meshOf(const ShapeRef& subject) const { return *meshes_[static_cast<std::size_t>(subject.link)]; }
+  const LinkMesh& meshOf(const ShapeRef& subject) const { return *meshes_[static_cast<std::size_t>(subject.link())]; }
 
   const MeshResolver resolve_ = exampleRobotsResolver();
   std::shared_ptr<const SceneModel> model_;
@@ -164,8 +164,8 @@ TEST_P(SceneAndFcl, EveryCandidatePairOfRandomStatesAgreesWhereApart) {
       const double reference = fclDistance(meshOf(pair.asked.a), meshOf(pair.asked.b), poses);
       (reference > 0.0 ? apart : meeting) += 1;
       EXPECT_NEAR(std::max(0.0, pair.result.distance), reference, kAgreement)
-          << model_->robot.links[static_cast<std::size_t>(pair.asked.a.link)].name << " - "
-          << model_->robot.links[static_cast<std::size_t>(pair.asked.b.link)].name << " in state " << state;
+          << model_->robot.links[static_cast<std::size_t>(pair.asked.a.link())].name << " - "
+          << model_->robot.links[static_cast<std::size_t>(pair.asked.b.link())].name << " in state " << state;
       EXPECT_EQ(pair.result.status, Status::Converged);
       smallest = std::min(smallest, reference);
     }
@@ -187,7 +187,9 @@ struct Meshes {
       links.push_back(std::make_unique<LinkMesh>(model->robot, static_cast<int>(link)));
   }
   double distance(const ShapeRefPair& pair, const BodyPoses& poses) const {
-    const auto mesh = [this](const ShapeRef& s) -> const LinkMesh& { return *links[static_cast<std::size_t>(s.link)]; };
+    const auto mesh = [this](const ShapeRef& s) -> const LinkMesh& {
+      return *links[static_cast<std::size_t>(s.link())];
+    };
     return fclDistance(mesh(pair.a), mesh(pair.b), poses);
   }
 };
@@ -248,7 +250,7 @@ TEST(TwoPandasAndFcl, EveryPairBetweenThemAgreesWhereApartInRandomStates) {
     const BodyPoses poses = placedAt(model->robot, randomState(model->robot, random), {Isometry3d::Identity(), right});
     scene.update(poses);
     for (const PairProximity& pair : scene.all(scene.candidates())) {
-      if (model->robot.robotOf(pair.asked.a.link).name == model->robot.robotOf(pair.asked.b.link).name) continue;
+      if (model->robot.robotOf(pair.asked.a.link()).name == model->robot.robotOf(pair.asked.b.link()).name) continue;
       const double reference = truth.distance(pair.asked, poses);
       (reference > 0.0 ? apart : meeting) += 1;
       EXPECT_NEAR(std::max(0.0, pair.result.distance), reference, kAgreement) << "state " << state;

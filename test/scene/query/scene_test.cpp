@@ -138,8 +138,8 @@ bool sameNumbers(const SignedDistance& a, const SignedDistance& b) {
 }
 
 bool sameBits(const PairProximity& a, const PairProximity& b) {
-  return a.asked.a.link == b.asked.a.link && a.asked.b.link == b.asked.b.link && a.collision_a == b.collision_a &&
-         a.collision_b == b.collision_b && sameNumbers(a.result, b.result) &&
+  return a.asked.a.link() == b.asked.a.link() && a.asked.b.link() == b.asked.b.link() &&
+         a.collision_a == b.collision_a && a.collision_b == b.collision_b && sameNumbers(a.result, b.result) &&
          sameBits(a.result.point_a, b.result.point_a) && sameBits(a.result.point_b, b.result.point_b);
 }
 
@@ -203,7 +203,7 @@ TEST(Scene, OneCollisionIsMeasuredWithoutTheOthersOfItsLink) {
   const PairProximity found = scene.proximity({{0, 2}, {1, 0}});
   EXPECT_NEAR(found.result.distance, 5.0, kTolerance);
   EXPECT_EQ(found.collision_a, 2);
-  EXPECT_EQ(found.asked.a.collision, 2);
+  EXPECT_EQ(found.asked.a.collision(), 2);
 }
 
 // A body that holds a capsule instead of the cylinder and the two spheres that it is made of.
@@ -256,10 +256,10 @@ TEST(Scene, CandidatesAreTheCheckedPairsOfTheFilter) {
   model.pairs.checked = {0, 2};
   const Scene scene(std::make_shared<SceneModel>(model));
   ASSERT_EQ(scene.candidates().size(), 2u);
-  EXPECT_EQ(scene.candidates()[0].b.link, 1);
-  EXPECT_EQ(scene.candidates()[1].a.link, 1);
-  EXPECT_EQ(scene.candidates()[1].b.link, 2);
-  EXPECT_EQ(scene.candidates()[1].b.collision, 0);
+  EXPECT_EQ(scene.candidates()[0].b.link(), 1);
+  EXPECT_EQ(scene.candidates()[1].a.link(), 1);
+  EXPECT_EQ(scene.candidates()[1].b.link(), 2);
+  EXPECT_EQ(scene.candidates()[1].b.collision(), 0);
 }
 
 // --- what is not known is never far
@@ -291,13 +291,13 @@ TEST_P(UnknownPose, MakesThePairUnknownAndCounted) {
   for (const int unknown : {1, 2}) {
     EXPECT_EQ(all[static_cast<std::size_t>(unknown)].result.status, Status::Unknown);
     EXPECT_TRUE(std::isnan(all[static_cast<std::size_t>(unknown)].result.distance));
-    EXPECT_EQ(all[static_cast<std::size_t>(unknown)].asked.b.link, 2);
+    EXPECT_EQ(all[static_cast<std::size_t>(unknown)].asked.b.link(), 2);
   }
   EXPECT_EQ(scene.counts().unknown, 2);
 
   const PairProximity* minimum = scene.minimum(scene.candidates());
   ASSERT_TRUE(minimum);
-  EXPECT_EQ(minimum->asked.b.link, 1);
+  EXPECT_EQ(minimum->asked.b.link(), 1);
   EXPECT_EQ(scene.counts().unknown, 2);
   EXPECT_EQ(scene.counts().total, 3);
 }
@@ -522,12 +522,12 @@ TEST(Scene, EqualDistancesComeInTheOrderOfThePairs) {
   scene.update({at(0, 0, 0), at(1, 0, 0), at(-1, 0, 0), at(0, 1, 0), at(0, -1, 0), at(0, 0, 1), at(0, 0, -1)});
   std::vector<ShapeRefPair> pairs;
   for (const int other : {4, 2, 6, 1, 5, 3}) pairs.push_back({{0, 0}, {other, 0}});
-  EXPECT_EQ(scene.minimum(pairs)->asked.b.link, 4);
+  EXPECT_EQ(scene.minimum(pairs)->asked.b.link(), 4);
   const std::vector<PairProximity> three = scene.closest(pairs, 3);
   ASSERT_EQ(three.size(), 3u);
-  EXPECT_EQ(three[0].asked.b.link, 4);
-  EXPECT_EQ(three[1].asked.b.link, 2);
-  EXPECT_EQ(three[2].asked.b.link, 6);
+  EXPECT_EQ(three[0].asked.b.link(), 4);
+  EXPECT_EQ(three[1].asked.b.link(), 2);
+  EXPECT_EQ(three[2].asked.b.link(), 6);
   EXPECT_EQ(scene.closest(pairs, 9).size(), 6u);
   EXPECT_TRUE(scene.closest(pairs, 0).empty());
 }
@@ -813,8 +813,8 @@ LinkTruth linkTruth(const RobotModel& robot, const ShapeRefPair& pair, const Bod
   LinkTruth truth;
   for (const Piece& a : robot.pieces)
     for (const Piece& b : robot.pieces) {
-      if (robot.collisions[static_cast<std::size_t>(a.collision)].link != pair.a.link) continue;
-      if (robot.collisions[static_cast<std::size_t>(b.collision)].link != pair.b.link) continue;
+      if (robot.collisions[static_cast<std::size_t>(a.collision)].link != pair.a.link()) continue;
+      if (robot.collisions[static_cast<std::size_t>(b.collision)].link != pair.b.link()) continue;
       const Isometry3d a_T_b = piecePose(robot, a, poses).inverse() * piecePose(robot, b, poses);
       const ShapePair shapes{a.shape, b.shape, a_T_b};
       // The deepest of all, so that a bad lower bound of any of them shows.
@@ -829,8 +829,8 @@ LinkTruth linkTruth(const RobotModel& robot, const ShapeRefPair& pair, const Bod
 /// Whether a point lies on the surface of a piece of a <collision>, enlarged by `padding`.
 bool liesOn(const RobotModel& robot, const ShapeRef& ref, double padding, const BodyPoses& poses,
             const Vector3d& point) {
-  const Link& link = robot.links[static_cast<std::size_t>(ref.link)];
-  const int index = link.collisions[static_cast<std::size_t>(ref.collision - 1)];
+  const Link& link = robot.links[static_cast<std::size_t>(ref.link())];
+  const int index = link.collisions[static_cast<std::size_t>(ref.collision() - 1)];
   for (const int piece_index : robot.collisions[static_cast<std::size_t>(index)].pieces) {
     const Piece& piece = robot.pieces[static_cast<std::size_t>(piece_index)];
     const Vector3d in_piece = piecePose(robot, piece, poses).inverse() * point;

@@ -106,7 +106,7 @@ class Truth {
 
   double of(const ShapeRefPair& asked) const {
     const auto found = std::find_if(all_.begin(), all_.end(), [&](const PairProximity& pair) {
-      return pair.asked.a.link == asked.a.link && pair.asked.b.link == asked.b.link;
+      return pair.asked.a.link() == asked.a.link() && pair.asked.b.link() == asked.b.link();
     });
     return found->result.distance;
   }
@@ -222,7 +222,7 @@ TEST_P(MovingRobot, PairsBeyondTheListAreCountedAsIfTheyWereComputed) {
 PairDistances someThresholds(const Candidates& pairs) {
   PairDistances thresholds(0.02, 0.0);
   for (std::size_t i = 0; i < pairs.size(); i += 3)
-    thresholds.setPair(pairs[i].b.link, pairs[i].a.link, 0.05 * static_cast<double>(i % 13));
+    thresholds.setPair(pairs[i].b.link(), pairs[i].a.link(), 0.05 * static_cast<double>(i % 13));
   return thresholds;
 }
 
@@ -250,7 +250,7 @@ TEST_P(MovingRobot, SkippingNeverChangesWhichPairsAreNearestToTheirThresholds) {
     question.thresholds = &thresholds;
     const std::vector<PairProximity>& found = scene.closest(pairs, kClosest, question);
     for (std::size_t i = 0; i < kClosest; ++i) ASSERT_NEAR(excess(found[i]), truth[i], kAgreement);
-    not_closest += found[0].asked.a.link != closest.a.link || found[0].asked.b.link != closest.b.link;
+    not_closest += found[0].asked.a != closest.a || found[0].asked.b != closest.b;
   }
   if (!kIsSanitized) {
     EXPECT_GT(not_closest, 0);

@@ -237,9 +237,9 @@ TEST(Solid, IsFoundByItsCollisionElementAsByItsLink) {
   Meshes meshes;
   Cell cell({box("0.1 0.1 0.1", "0 0 9") + meshes.of(bracket(), "0 0 1"), ball("0.1")});
   cell.put({at(0, 0, 0), at(0.5, 0.5, 1.4)});
-  EXPECT_NEAR(cell.between({cell.link("0").link, 2}, cell.link("1")).result.distance, -0.5, 1e-12);
+  EXPECT_NEAR(cell.between({cell.link("0").link(), 2}, cell.link("1")).result.distance, -0.5, 1e-12);
   EXPECT_EQ(cell.between(cell.link("0"), cell.link("1")).collision_a, 2);
-  EXPECT_GT(cell.between({cell.link("0").link, 1}, cell.link("1")).result.distance, 7.0);
+  EXPECT_GT(cell.between({cell.link("0").link(), 1}, cell.link("1")).result.distance, 7.0);
 }
 
 // --- objects

@@ -28,7 +28,7 @@ class CrossingSliders : public ::testing::Test {
   const PairEvidence& evidence(const PairStudy& study, const std::string& a, const std::string& b) const {
     const int link_a = model_->robot.findLink(a), link_b = model_->robot.findLink(b);
     for (const PairEvidence& each : study.pairs) {
-      if (each.pair.a.link == std::min(link_a, link_b) && each.pair.b.link == std::max(link_a, link_b)) return each;
+      if (each.pair.a.link() == std::min(link_a, link_b) && each.pair.b.link() == std::max(link_a, link_b)) return each;
     }
     throw std::invalid_argument("no pair " + a + " - " + b);
   }
@@ -134,7 +134,7 @@ Pairs namesOf(const std::vector<int>& indices, const SceneModel& model, const Pa
   Pairs names;
   for (const int i : indices) {
     const ShapeRefPair& pair = study.pairs[i].pair;
-    names.insert({model.robot.links[pair.a.link].name, model.robot.links[pair.b.link].name});
+    names.insert({model.robot.links[pair.a.link()].name, model.robot.links[pair.b.link()].name});
   }
   return names;
 }
@@ -207,7 +207,7 @@ TEST_F(CrossingSliders, CheckedPairsThatAreAlwaysNearAreListed) {
   const auto namesOf = [&](const std::vector<AlwaysNear>& near) {
     Pairs names;
     for (const AlwaysNear& each : near) {
-      names.insert({model_->robot.links[each.pair.a.link].name, model_->robot.links[each.pair.b.link].name});
+      names.insert({model_->robot.links[each.pair.a.link()].name, model_->robot.links[each.pair.b.link()].name});
     }
     return names;
   };

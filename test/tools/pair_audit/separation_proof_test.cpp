@@ -38,7 +38,7 @@ class Robot {
     return {{model().findLink(a), 0}, {model().findLink(b), 0}};
   }
   std::vector<JointRange> ranges(const ShapeRefPair& pair) const {
-    return rangesBetween(model(), jointRanges(model()), pair.a.link, pair.b.link);
+    return rangesBetween(model(), jointRanges(model()), pair.a.link(), pair.b.link());
   }
   std::vector<double> sensitivitiesOf(const std::string& a, const std::string& b) const {
     return sensitivities(model(), ranges(pair(a, b)), pair(a, b));

@@ -112,6 +112,14 @@ struct RobotModel {
   /// Whether the link has collision geometry.
   bool hasGeometry(int link) const;
 
+  /// The <collision> element of a piece.
+  const Collision& collisionOf(const Piece& piece) const {
+    return collisions[static_cast<std::size_t>(piece.collision)];
+  }
+
+  /// Those of its body that belong to the <collision> elements of a link; indices into `pieces`.
+  std::vector<int> piecesOf(int link) const;
+
   /// The robot of a link.
   const Member& robotOf(int link) const { return robots[bodies[links[link].body].robot]; }
 

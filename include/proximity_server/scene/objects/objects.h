@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -7,6 +8,7 @@
 #include <vector>
 
 #include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/filter/shape_ref.h"
 #include "proximity_server/scene/objects/object.h"
 #include "proximity_server/scene/objects/object_rules.h"
 
@@ -89,10 +91,26 @@ class Objects {
   /// The frames of moving objects, each once. An update gives their poses in this order.
   const std::vector<std::string>& frames() const { return frames_; }
 
+  /// Which of these a moving object has; -1 of any other object.
+  int frameOf(int number) const { return frame_of_[static_cast<std::size_t>(number)]; }
+
   /// Why a pair with an object is checked or not. The order of the two does not matter; an object and itself are one
-  /// body. Both throw std::invalid_argument for a link or an object that does not exist.
-  PairReason linkReason(int link, int object) const;
-  PairReason objectReason(int object_a, int object_b) const;
+  /// body. Throws std::invalid_argument for a link or an object that does not exist, and for two links.
+  PairReason reason(const ShapeRef& a, const ShapeRef& b) const;
+  bool isChecked(const ShapeRef& a, const ShapeRef& b) const { return reason(a, b) == PairReason::Checked; }
+
+  /// Calls visit(a, b) for each checked pair with an object: first the links, each with all objects in the order of their
+  /// ids, then the objects that are checked against others, the smaller number as a.
+  template <typename Visit>
+  void forEachCheckedPair(const Visit& visit) const {
+    for (int link = 0; link < static_cast<int>(model_->robot.links.size()); ++link)
+      for (const int number : by_id_)
+        if (const ShapeRef object = ShapeRef::ofObject(number); isChecked(link, object)) visit(ShapeRef(link), object);
+    for (const int walker : walkers_)
+      for (const int number : by_id_)
+        if (isCheckedBy(ShapeRef::ofObject(walker), number))
+          visit(ShapeRef::ofObject(std::min(walker, number)), ShapeRef::ofObject(std::max(walker, number)));
+  }
 
   /// How many pairs with an object are checked.
   std::int64_t pairCount() const { return pair_count_; }
@@ -105,6 +123,8 @@ class Objects {
   const FixedObjects& fixed() const { return *fixed_; }
   /// The objects that are checked against all others, ascending: the attached ones, and the moving ones if the rules ask.
   const std::vector<int>& walkers() const { return walkers_; }
+  /// Whether a pair is checked, and a link or walker has to look for the object: of two walkers the one with the smaller number.
+  bool isCheckedBy(const ShapeRef& walker, int object) const;
   /// Moving objects, and those with a half-space that are not attached; ascending.
   const std::vector<int>& moving() const { return moving_; }
   const std::vector<int>& unbounded() const { return unbounded_; }
@@ -122,7 +142,8 @@ class Objects {
   void enlist(int number);
   void strike(int number);
   bool isWalker(int number) const;
-  std::int64_t linkPairsOf(int number) const;
+  PairReason linkReason(int link, int object) const;
+  PairReason objectReason(int object_a, int object_b) const;
   std::int64_t pairsOf(int number) const;
   void findFrames();
 
@@ -133,9 +154,13 @@ class Objects {
   std::vector<int> free_;  ///< numbers below slots_.size() that no object has
   std::vector<int> walkers_, moving_, unbounded_;
   std::vector<std::string> frames_;
+  std::vector<int> frame_of_;            ///< by number of the object, index into frames_
   std::shared_ptr<FixedObjects> fixed_;  ///< changed only while a change makes the next objects
   std::int64_t pair_count_ = 0, piece_count_ = 0;
   std::uint64_t next_serial_ = 1;
 };
+
+/// The name of a link, or of that of a <collision>; the id of an object that is there, else "".
+const std::string& nameOf(const ShapeRef& ref, const RobotModel& robot, const Objects* objects = nullptr);
 
 }  // namespace proximity_server::scene

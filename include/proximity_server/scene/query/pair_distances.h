@@ -26,8 +26,8 @@ class PairDistances {
 
   /// In either order. Of a pair of <collision> elements that of their links.
   double of(const ShapeRefPair& pair) const {
-    if (pair.a.link < 0 || pair.b.link < 0) return own_with_objects_.empty() ? objects : withObject(pair);
-    return own_pairs_.empty() ? links : ofLinks(pair.a.link, pair.b.link);
+    if (pair.hasObject()) return own_with_objects_.empty() ? objects : withObject(pair);
+    return own_pairs_.empty() ? links : ofLinks(pair.a.link(), pair.b.link());
   }
 
   struct Range {
@@ -41,7 +41,6 @@ class PairDistances {
   bool areEqual(PairKind kind) const;
 
   bool operator==(const PairDistances& other) const;
-  bool operator!=(const PairDistances& other) const { return !(*this == other); }
 
  private:
   struct Own {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "proximity_server/narrowphase/query_types.h"
+#include "proximity_server/scene/filter/shape_ref.h"
 #include "proximity_server/scene/pieces/representation.h"
 
 // The questions to a scene, and its answers.
@@ -12,18 +13,6 @@
 namespace proximity_server::scene {
 
 class PairDistances;
-
-/// A link, one of its <collision> elements, or an object.
-struct ShapeRef {
-  int link = -1;      ///< -1: an object
-  int collision = 0;  ///< n-th <collision> of the link, counted from 1; 0 = the whole link, and for an object
-  int object = -1;    ///< its number, see Objects; used only if there is no link
-
-  static ShapeRef ofObject(int number) { return {-1, 0, number}; }
-};
-struct ShapeRefPair {
-  ShapeRef a, b;
-};
 
 /// The answer about two shapes, in the order asked: the signed distance of their closest (or deepest) pieces, less the
 /// padding of the pair of links. The bounds hold for the whole shapes; the normal belongs to these pieces.

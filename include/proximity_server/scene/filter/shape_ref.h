@@ -1,0 +1,63 @@
+#pragma once
+
+namespace proximity_server::scene {
+
+/// What can be near something: a link, one of its <collision> elements, or an object.
+class ShapeRef {
+ public:
+  enum class Kind : unsigned char { None, Link, Object };
+
+  /// None of them.
+  ShapeRef() = default;
+
+  /// A link, or its n-th <collision>, counted from 1; 0: the whole link.
+  ShapeRef(int link, int collision = 0)  // NOLINT: implicit, as most pairs are of links
+      : kind_(Kind::Link), number_(link), collision_(collision) {}
+
+  /// An object by its number, see Objects.
+  static ShapeRef ofObject(int number) {
+    ShapeRef ref(number);
+    ref.kind_ = Kind::Object;
+    return ref;
+  }
+
+  /// Its n-th <collision> or shape, counted from 1; itself for 0.
+  ShapeRef part(int number) const {
+    ShapeRef part = *this;
+    if (number != 0) part.collision_ = number;
+    return part;
+  }
+
+  Kind kind() const { return kind_; }
+  bool isLink() const { return kind_ == Kind::Link; }  ///< or a <collision> of one
+  bool isObject() const { return kind_ == Kind::Object; }
+
+  /// The link, of a link or <collision>; -1 of anything else.
+  int link() const { return isLink() ? number_ : -1; }
+  int collision() const { return collision_; }  ///< of an object: the shape, see part()
+  /// The number of an object; -1 of anything else.
+  int object() const { return isObject() ? number_ : -1; }
+
+  bool operator==(const ShapeRef& other) const {
+    return kind_ == other.kind_ && number_ == other.number_ && collision_ == other.collision_;
+  }
+  bool operator!=(const ShapeRef& other) const { return !(*this == other); }
+
+ private:
+  Kind kind_ = Kind::None;
+  int number_ = -1;
+  int collision_ = 0;
+};
+
+struct ShapeRefPair {
+  ShapeRef a, b;
+
+  bool hasObject() const { return a.isObject() || b.isObject(); }
+
+  /// Whether the two pairs are of the same shapes, in any order.
+  bool isSameAs(const ShapeRefPair& other) const {
+    return (a == other.a && b == other.b) || (a == other.b && b == other.a);
+  }
+};
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <vector>
+
+#include "proximity_server/scene/model/robot_model.h"
+#include "scene/model/volume_tree.h"
+#include "scene/objects/placed_object.h"
+
+namespace proximity_server::scene {
+
+/// What can be near something, in the frame of its body: the volumes and pieces of a link, of a <collision> or of an object,
+/// and the half-spaces of an object.
+struct Part {
+  const Volume* volumes = nullptr;  ///< among which its own are
+  const Piece* pieces = nullptr;
+  int root = 0;  ///< the volume of the whole
+  /// The body that carries it. An object that no link holds has one of its own, whose number depends on the owner of the part.
+  int body = -1;
+  const PlacedObject* object = nullptr;  ///< nullptr: it belongs to the robot
+  int first_piece = 0;                   ///< the number of the first of `pieces` in WarmStarts
+
+  const Volume& operator[](int volume) const { return volumes[volume]; }
+  const Volume& whole() const { return volumes[root]; }
+
+  /// Whether it has half-spaces. Its bounds are infinite then, and it has to be the second of a pair.
+  bool isUnbounded() const { return object && object->isUnbounded(); }
+  const std::vector<PlacedHalfSpace>& halfSpaces() const { return object->geometry->halfSpaces(); }
+
+  /// Whether it is an object that no link holds.
+  bool isFree() const { return object && object->kind != PlacedObject::Kind::Attached; }
+};
+
+inline Part partOf(const PlacedObject& object) {
+  const ObjectGeometry& geometry = *object.geometry;
+  return {geometry.volumes().data(), geometry.pieces().data(), 0, object.body, &object};
+}
+
+}  // namespace proximity_server::scene
