@@ -7,10 +7,12 @@ A room is a folder below src/ and include/proximity_server/, or a file with its 
 * each file belongs to a room of the list, and each room of the list has a file;
 * a file includes only files of its own room and of rooms that stand before it, and these exist;
 * what UNRELATED lists does not include each other;
+* a room has at most MOST_UNITS units, headers with their sources, and these do not include each other in a circle;
 * a header below src/ is private to its layer, the first folder of its path, and to those that SHARED_WITH names.
 Includes with angle brackets are checked where they name a public header. Tests are not checked.
 """
 
+import collections
 import pathlib
 import re
 import sys
@@ -20,6 +22,7 @@ import unittest
 SOURCE = pathlib.Path(sys.argv[1]).resolve()
 PUBLIC = "include/proximity_server"
 SUFFIXES = (".h", ".cpp")
+MOST_UNITS = 12
 UNRELATED = (("tools", "node"), ("tools", "demo"), ("python", "tools"), ("python", "node"), ("python", "demo"))  # layers
 SHARED_WITH = {"node": ("demo",)}  # layers whose private headers others may include, and who
 # Every other name below "proximity_server/" is a public header; these are generated from msg/, srv/ and config/.
@@ -98,7 +101,49 @@ def problems(source):
                 yield f'{path}: #include "{include}" {problem}'
 
 
+def circle_from(start, edges):
+    """The shortest way along the edges from a unit back to itself, or None."""
+    ways = [[start]]
+    seen = set()
+    for way in ways:
+        for unit in sorted(edges.get(way[-1], ())):
+            if unit == start:
+                return [*way, unit]
+            if unit not in seen:
+                seen.add(unit)
+                ways.append([*way, unit])
+    return None
+
+
+def problems_within_rooms(source):
+    """Rooms with too many units, and circles of units in a room, as one line each."""
+    rooms = rooms_of((source / "src/README.md").read_text())
+    files = [path.relative_to(source).as_posix() for tree in (PUBLIC, "src")
+             for path in (source / tree).rglob("*") if path.suffix in SUFFIXES]
+    units = collections.defaultdict(set)  # of each room
+    edges = collections.defaultdict(set)  # from a unit to others of its room
+    for path in files:
+        room, unit = room_of(path, rooms), name_of(path)
+        units[room].add(unit)
+        for include in includes((source / path).read_text()):
+            other = file_of(include)
+            if other in files and room_of(other, rooms) == room and name_of(other) != unit:
+                edges[unit].add(name_of(other))
+    for room in rooms:
+        if len(units[room]) > MOST_UNITS:
+            yield f"{room} has {len(units[room])} units"
+        told = set()  # of the units in circles
+        for unit in sorted(units[room]):
+            circle = circle_from(unit, edges)
+            if circle and not told.intersection(circle):
+                yield "runs in a circle: " + " -> ".join(circle)
+                told.update(circle)
+
+
 class Rooms(unittest.TestCase):
+    def test_rooms_are_small_and_have_no_circles(self):
+        self.assertEqual([], list(problems_within_rooms(SOURCE)))
+
     def test_no_include_of_a_layer_runs_back_up(self):
         self.assertEqual([], list(problems(SOURCE)))
 
@@ -140,7 +185,7 @@ class BrokenRules(unittest.TestCase):
                 file = pathlib.Path(folder, path)
                 file.parent.mkdir(parents=True, exist_ok=True)
                 file.write_text(text)
-            return list(problems(pathlib.Path(folder)))
+            return [*problems(pathlib.Path(folder)), *problems_within_rooms(pathlib.Path(folder))]
 
     def test_includes_of_the_same_and_of_lower_rooms_are_right(self):
         self.assertEqual([], self.found({
@@ -172,6 +217,16 @@ class BrokenRules(unittest.TestCase):
 
     def test_a_file_that_belongs_to_no_room_is_named(self):
         self.assertEqual(["src/scene/helpers.h belongs to no room"], self.found({"src/scene/helpers.h": ""}))
+
+    def test_a_circle_of_units_is_told(self):
+        self.assertEqual(["runs in a circle: scene/query/pair_search -> scene/query/scene -> scene/query/pair_search"], self.found({
+            "src/scene/query/scene.cpp": '#include "scene/query/pair_search.h"',
+            "src/scene/query/pair_search.h": '#include "proximity_server/scene/query/scene.h"',
+            "include/proximity_server/scene/query/scene.h": ""}))
+
+    def test_a_room_of_too_many_units_is_named(self):
+        self.assertEqual([f"scene/mesh has {MOST_UNITS + 1} units"],
+                         self.found({f"src/scene/mesh/unit_{i}.h": "" for i in range(MOST_UNITS)}))
 
     def test_a_room_without_a_file_is_named(self):
         self.assertEqual(["the room scene/motion has no file"],

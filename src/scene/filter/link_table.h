@@ -8,8 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "proximity_server/scene/filter/pair_filter.h"
+#include "proximity_server/scene/filter/pair_table.h"
 #include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/model/robot_model.h"
 
 namespace proximity_server::scene {
 

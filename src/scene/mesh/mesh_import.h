@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "proximity_server/scene/mesh/mesh.h"
+#include "proximity_server/scene/mesh/triangle_mesh.h"
 
 namespace proximity_server::scene {
 

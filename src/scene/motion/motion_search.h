@@ -5,7 +5,8 @@
 #include <memory>
 #include <vector>
 
-#include "proximity_server/scene/motion/moving_scene.h"
+#include "proximity_server/scene/motion/motion_question.h"
+#include "proximity_server/scene/motion/robot_motion.h"
 #include "scene/motion/moving_pairs.h"
 #include "scene/query/interior_search.h"
 #include "scene/query/pair_ranking.h"

@@ -10,7 +10,8 @@
 #include <vector>
 
 #include "proximity_server/scene/filter/scene_model.h"
-#include "proximity_server/scene/motion/moving_scene.h"
+#include "proximity_server/scene/motion/motion_question.h"
+#include "proximity_server/scene/motion/robot_motion.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/pairs.h"

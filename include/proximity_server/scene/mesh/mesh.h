@@ -1,18 +1,10 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <array>
 #include <string>
-#include <vector>
 
-#include "proximity_server/narrowphase/shape/eigen_alignment.h"
+#include "proximity_server/scene/mesh/triangle_mesh.h"
 
 namespace proximity_server::scene {
-
-struct TriangleMesh {
-  std::vector<Eigen::Vector3d> vertices;  ///< [m], in the frame of the <geometry>
-  std::vector<std::array<int, 3>> triangles;
-};
 
 /// All triangles of a mesh file (.stl and .ply, binary or ASCII, .dae, .obj), instances and node transforms applied,
 /// then scaled.
