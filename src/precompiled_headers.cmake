@@ -4,13 +4,15 @@
 # replace no #include: `./dev lint` compiles each source without them. What is not here costs more than it brings: with CLI11 each
 # source would take 4.6 s longer, as its inline functions make the compiler instantiate their templates.
 #
+#   system_headers                      the standard library, and then the guard of the layer
 #   narrowphase_headers, scene_headers  Eigen and the standard library, and then the guard of the layer
 #   proximity_headers                   the same without a guard: tools, python
 #   ros_headers                         and ROS: node, demo
 #   test_headers, ros_test_headers      and GTest: test/CMakeLists.txt
-set(precompiled_std <Eigen/Geometry> <algorithm> <array> <atomic> <charconv> <chrono> <cmath> <condition_variable> <cstdint>
+set(precompiled_std <algorithm> <array> <atomic> <charconv> <chrono> <cmath> <condition_variable> <cstdint>
   <fstream> <functional> <iostream> <limits> <map> <memory> <mutex> <numeric> <optional> <random> <set> <sstream>
   <stdexcept> <string> <thread> <tuple> <utility> <variant> <vector>)
+set(precompiled_eigen <Eigen/Geometry> ${precompiled_std})
 set(precompiled_ros <diagnostic_msgs/DiagnosticArray.h> <dynamic_reconfigure/Reconfigure.h> <geometry_msgs/TransformStamped.h>
   <ros/callback_queue.h> <ros/ros.h> <ros/serialization.h> <sensor_msgs/JointState.h> <shape_msgs/SolidPrimitive.h>
   <std_srvs/Trigger.h> <tf2/buffer_core.h> <tf2_msgs/TFMessage.h> <trajectory_msgs/JointTrajectory.h>
@@ -57,12 +59,13 @@ function(proximity_compile_rooms target)
 endfunction()
 
 find_package(Eigen3 REQUIRED NO_MODULE)
+proximity_add_headers(system_headers ${precompiled_std} ${PROJECT_SOURCE_DIR}/src/system/layer_guard.h)
 foreach(layer narrowphase scene)
-  proximity_add_headers(${layer}_headers ${precompiled_std} ${PROJECT_SOURCE_DIR}/src/${layer}/layer_guard.h)
+  proximity_add_headers(${layer}_headers ${precompiled_eigen} ${PROJECT_SOURCE_DIR}/src/${layer}/layer_guard.h)
 endforeach()
-proximity_add_headers(proximity_headers ${precompiled_std})
+proximity_add_headers(proximity_headers ${precompiled_eigen})
 set(precompiled_headers proximity_headers)
 if(catkin_FOUND)
-  proximity_add_headers(ros_headers ${precompiled_std} ${precompiled_ros})
+  proximity_add_headers(ros_headers ${precompiled_eigen} ${precompiled_ros})
   target_include_directories(ros_headers SYSTEM PRIVATE ${catkin_INCLUDE_DIRS})
 endif()

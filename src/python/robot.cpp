@@ -1,6 +1,7 @@
 #include "python/robot.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -21,12 +22,15 @@
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
 #include "python/object_states.h"
-#include "python/parallel_blocks.h"
 #include "python/signal_watch.h"
+#include "system/pipeline.h"
 
 namespace proximity_server::python {
 
 namespace py = pybind11;
+
+/// The usual number of states in a block: so many that its beginning does not count, and so few that many threads have work.
+constexpr Eigen::Index kBlock = 256;
 
 struct LoadedRobot {
   LoadedRobot(RobotText robot_text, LoadOptions load_options)
@@ -450,13 +454,26 @@ std::shared_ptr<Scratch> Robot::borrow() {
 template <typename Answer>
 void Robot::answerBlocks(Eigen::Index count, Eigen::Index block, const Answer& answer) {
   SignalWatch signals;
-  const int threads = threads_;
+  const auto useful = static_cast<int>(std::min<Eigen::Index>(threads_, (count + block - 1) / block));
   {
     const py::gil_scoped_release released;
-    const auto start = [&]() -> BlockWork {
-      return [&, scratch = borrow()](Eigen::Index first, Eigen::Index size) { answer(*scratch, first, size); };
+    std::vector<std::shared_ptr<Scratch>> scratch(static_cast<std::size_t>(std::max(1, useful)));  // of each thread
+    std::atomic<bool> goes_on{true};
+    Eigen::Index next = 0;
+    const auto read = [&](Eigen::Index& first) {
+      first = next;
+      next += block;
+      return goes_on && first < count;
     };
-    workInBlocks(count, block, threads, start, [&] { return signals.goesOn(); });
+    const auto work = [&](Eigen::Index first, int thread) {
+      if (thread == 0) goes_on = signals.goesOn();
+      if (!goes_on) return;
+      std::shared_ptr<Scratch>& own = scratch[static_cast<std::size_t>(thread)];
+      if (!own) own = borrow();
+      answer(*own, first, std::min(block, count - first));
+    };
+    system::runPipeline<Eigen::Index>({read, work},
+                                      {static_cast<int>(scratch.size()), system::PipelineThreads::TooFew::Enough});
   }
   signals.rethrow();
 }

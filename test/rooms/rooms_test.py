@@ -24,7 +24,8 @@ PUBLIC = "include/proximity_server"
 SUFFIXES = (".h", ".cpp")
 MOST_UNITS = 12
 UNRELATED = (("tools", "node"), ("tools", "demo"), ("python", "tools"), ("python", "node"), ("python", "demo"))  # layers
-SHARED_WITH = {"node": ("demo",)}  # layers whose private headers others may include, and who
+# Layers whose private headers others may include, and who.
+SHARED_WITH = {"system": ("scene", "tools", "python", "node", "demo"), "node": ("demo",)}
 # Every other name below "proximity_server/" is a public header; these are generated from msg/, srv/ and config/.
 GENERATED = re.compile(r"proximity_server/[A-Z]\w*\.h")
 
@@ -153,6 +154,7 @@ class Rooms(unittest.TestCase):
 
 
 MAP = """```rooms
+system
 narrowphase/shape
 scene/mesh
 scene/query
@@ -164,6 +166,7 @@ demo
 # A source folder of one file per room, without any include.
 FILES = {
     "src/README.md": MAP,
+    "src/system/pipeline.h": "",
     "include/proximity_server/narrowphase/shape/shape.h": "",
     "src/narrowphase/shape/triangle.h": "",
     "src/scene/mesh/mesh.cpp": "",
@@ -190,6 +193,7 @@ class BrokenRules(unittest.TestCase):
     def test_includes_of_the_same_and_of_lower_rooms_are_right(self):
         self.assertEqual([], self.found({
             "src/scene/query/scene.cpp": '#include "scene/query/pair_search.h"\n'
+                                         '#include "system/pipeline.h"\n'
                                          '#include "proximity_server/narrowphase/shape/shape.h"\n'
                                          "#include <vector>\n",
             "src/node/main.cpp": '#include "node/system/process.h"\n#include <proximity_server/ShapeRef.h>\n'}))
@@ -210,6 +214,10 @@ class BrokenRules(unittest.TestCase):
     def test_a_private_header_is_of_its_layer_only(self):
         found, = self.found({"src/scene/mesh/mesh.cpp": '# include "narrowphase/shape/triangle.h"'})
         self.assertIn("is private to narrowphase (narrowphase/shape), and scene/mesh is not of it", found)
+
+    def test_the_narrowphase_includes_no_header_of_the_system(self):
+        found, = self.found({"src/narrowphase/shape/shape.cpp": '#include "system/pipeline.h"'})
+        self.assertIn("is private to system (system), and narrowphase/shape is not of it", found)
 
     def test_a_header_in_angle_brackets_is_checked_too(self):
         found, = self.found({"src/scene/mesh/mesh.cpp": "#include <proximity_server/scene/gone.h>"})

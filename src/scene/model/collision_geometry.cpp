@@ -1,14 +1,17 @@
 #include "scene/model/collision_geometry.h"
 
+#include <algorithm>
 #include <atomic>
 #include <limits>
 #include <optional>
 #include <set>
 #include <sstream>
 #include <stdexcept>
+#include <thread>
 #include <type_traits>
 
-#include "scene/model/parallel_work.h"
+#include "system/pipeline.h"
+#include "system/relay.h"
 
 namespace urdf {
 class Capsule;  // not in every urdfdom
@@ -52,6 +55,25 @@ int findSphere(const std::vector<urdf::CollisionSharedPtr>& collisions, double r
     if ((vectorOf(collisions[i]->origin.position) - centre).norm() <= rounding) return static_cast<int>(i);
   }
   return -1;
+}
+
+#if defined(__SANITIZE_ADDRESS__)
+constexpr bool kMayForkBesideThreads = false;
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+constexpr bool kMayForkBesideThreads = false;  // its malloc may stay locked in the child
+#else
+constexpr bool kMayForkBesideThreads = true;
+#endif
+#else
+constexpr bool kMayForkBesideThreads = true;
+#endif
+
+/// Threads that read so many meshes, each in child processes.
+int usefulThreads(std::size_t meshes, int threads) {
+  if (!kMayForkBesideThreads) return 1;
+  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  return std::min(static_cast<int>(meshes), threads > 0 ? threads : cores);
 }
 
 }  // namespace
@@ -107,37 +129,49 @@ GeometryReader::Outcome GeometryReader::outcomeOf(const MeshKey& key, const std:
 }
 
 void GeometryReader::readAhead(const std::vector<MeshRequest>& requests, int threads, Failure failure) {
-  struct Entry {
-    MeshKey key;
-    const MeshRequest* request;
-    Outcome outcome;
-    bool is_done = false;
-  };
-  std::vector<Entry> entries;
+  std::vector<MeshAhead> entries;
   std::set<MeshKey> seen;
   for (const MeshRequest& request : requests) {
     try {
       const MeshKey key = keyOf(*request.mesh, request.options);
-      if (meshes_.count(key) == 0 && seen.insert(key).second) entries.push_back({key, &request, {}});
+      if (meshes_.count(key) == 0 && seen.insert(key).second) entries.push_back({key, &request});
     } catch (const std::invalid_argument&) {
       if (failure == Failure::EndsIt) return;
     }
   }
-  std::atomic<bool> ended{false};
-  const auto work = [&](int i, const std::function<void(const std::string&)>& tell) {
-    Entry& entry = entries[i];
-    if (ended) return;
-    MeshOptions options = entry.request->options;
-    if (options.progress) options.progress = tell;
-    entry.outcome = outcomeOf(entry.key, entry.request->mesh->filename, options);
-    entry.is_done = true;
-    if (entry.outcome.error && failure == Failure::EndsIt) ended = true;
-  };
-  workInParallel(static_cast<int>(entries.size()), threads, work,
-                 [&](int i, const std::string& text) { entries[i].request->options.progress(text); });
-  for (Entry& entry : entries) {
+  if (!entries.empty()) readAll(entries, usefulThreads(entries.size(), threads), failure);
+  for (MeshAhead& entry : entries) {
     if (entry.is_done) meshes_.emplace(std::move(entry.key), std::move(entry.outcome));
   }
+}
+
+void GeometryReader::readAll(std::vector<MeshAhead>& meshes, int threads, Failure failure) {
+  std::atomic<bool> ended{false};
+  const auto tell = [&](const MeshAhead& mesh, const std::string& text) {
+    try {
+      mesh.request->options.progress(text);
+    } catch (...) {
+      ended = true;
+      throw;
+    }
+  };
+  auto begin = meshes.begin();
+  const auto next = [&](MeshAhead*& mesh) {
+    if (ended || begin == meshes.end()) return false;
+    mesh = &*begin++;
+    return true;
+  };
+  system::runRelayed([&](const system::CallHere& callHere) {
+    const auto read = [&](MeshAhead* mesh, int) {
+      MeshOptions options = mesh->request->options;
+      if (options.progress)
+        options.progress = [&, mesh](const std::string& text) { callHere([&tell, mesh, text] { tell(*mesh, text); }); };
+      mesh->outcome = outcomeOf(mesh->key, mesh->request->mesh->filename, options);
+      mesh->is_done = true;
+      if (mesh->outcome.error && failure == Failure::EndsIt) ended = true;
+    };
+    system::runPipeline<MeshAhead*>({next, read}, {threads, system::PipelineThreads::TooFew::Enough});
+  });
 }
 
 std::vector<CapsuleParts> findCapsules(const std::vector<urdf::CollisionSharedPtr>& collisions) {

@@ -70,8 +70,16 @@ class GeometryReader {
     std::exception_ptr error;  // instead of the geometry
   };
 
+  struct MeshAhead {
+    MeshKey key;
+    const MeshRequest* request;
+    Outcome outcome = {};
+    bool is_done = false;
+  };
+
   MeshKey keyOf(const urdf::Mesh& mesh, const MeshOptions& options) const;
   static Outcome outcomeOf(const MeshKey& key, const std::string& uri, const MeshOptions& options);
+  static void readAll(std::vector<MeshAhead>& meshes, int threads, Failure failure);
 
   MeshResolver resolve_;
   std::map<MeshKey, Outcome> meshes_;

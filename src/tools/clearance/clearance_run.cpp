@@ -8,7 +8,7 @@
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/query/clearance_level.h"
 #include "proximity_server/scene/query/scene.h"
-#include "tools/command_line/answers_in_blocks.h"
+#include "system/pipeline.h"
 #include "tools/command_line/csv.h"
 
 namespace proximity_server::tools {
@@ -243,7 +243,8 @@ void answerStates(const ClearanceQuestion& question, const StateQuestion& state_
   const auto handleInRange = [&](const StateClearance& answer) {
     if (static_cast<std::uint64_t>(answer.state) >= range.begin) handle(answer);
   };
-  answerInBlocks<NumberedState, StateClearance>({kBlockSize, next, answerBlock, handleInRange}, question.threads);
+  system::answerInBlocks<NumberedState, StateClearance>({kBlockSize, next, answerBlock, handleInRange},
+                                                        question.threads);
 }
 
 void refuseEnd(const StateSource& states, std::uint64_t count, const StateRange& range) {

@@ -8,7 +8,7 @@
 
 #include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/query/clearance_level.h"
-#include "tools/sweep/blocks_in_threads.h"
+#include "system/pipeline.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -147,12 +147,11 @@ class BatchSweep {
   SweepSummary run(StateSource& states, const StateRange& range) {
     if (range.begin > 0) states.skipTo(range.begin);
     std::uint64_t next = range.begin;
-    BlocksInThreads<StateBlock> blocks(
+    system::runPipeline<StateBlock>(
         {[&](StateBlock& block) { return read(states, range, next, block); },
          [&](StateBlock& block, int thread) { answer(block, workers_[static_cast<std::size_t>(thread)]); },
          [&](StateBlock& block) { write(block); }},
-        question_.threads);
-    blocks.run();
+        {question_.threads});
     SweepSummary summary;
     summary.kind = summaryKindOf(state_question_.selection);
     for (const Worker& worker : workers_)

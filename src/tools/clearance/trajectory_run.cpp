@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "tools/command_line/answers_in_blocks.h"
+#include "system/pipeline.h"
 #include "tools/command_line/csv.h"
 
 namespace proximity_server::tools {
@@ -137,7 +137,8 @@ void answerSegments(const ClearanceQuestion& question, const scene::MotionQuesti
     }
     return answers;
   };
-  answerInBlocks<SegmentAndObjects, SegmentClearance>({kSegmentsInBlock, next, answerBlock, handle}, question.threads);
+  system::answerInBlocks<SegmentAndObjects, SegmentClearance>({kSegmentsInBlock, next, answerBlock, handle},
+                                                              question.threads);
 }
 
 }  // namespace proximity_server::tools

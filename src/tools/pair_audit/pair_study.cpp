@@ -5,7 +5,7 @@
 #include <random>
 
 #include "proximity_server/scene/model/kinematics.h"
-#include "tools/command_line/answers_in_order.h"
+#include "system/pipeline.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -16,6 +16,12 @@ constexpr int kMaxSearchQueries = 2000;
 
 /// The evidence of one block about each pair that it sampled.
 using BlockEvidence = std::vector<PairEvidence>;
+
+struct SampledBlock {
+  long states = 0;
+  std::mt19937_64 random;  ///< from which they are drawn
+  BlockEvidence evidence;
+};
 
 /// Adds the distance of a pair in one state to the evidence. A pair counts as apart only if that is proven.
 void add(const narrowphase::SignedDistance& distance, const scene::Positions& positions, PairEvidence& evidence) {
@@ -210,14 +216,18 @@ class Studying {
 
   void refine() {
     std::vector<PairEvidence> refined_pairs;
-    AnswersInOrder<PairEvidence> answers(options_.threads, [&](PairEvidence evidence) {
-      refined_pairs.push_back(std::move(evidence));
+    auto next = study_.pairs.begin();
+    const auto read = [&](PairEvidence& evidence) {
+      if (next == study_.pairs.end()) return false;
+      evidence = *next++;
+      return true;
+    };
+    const auto refineOne = [&](PairEvidence& evidence, int) { evidence = refined(scene_.twin(), ranges_, evidence); };
+    const auto keep = [&](const PairEvidence& evidence) {
+      refined_pairs.push_back(evidence);
       tell(StudyStage::Searching, static_cast<long>(refined_pairs.size()), static_cast<long>(study_.pairs.size()));
-    });
-    for (const PairEvidence& evidence : study_.pairs) {
-      answers.start([this, &evidence] { return refined(scene_.twin(), ranges_, evidence); });
-    }
-    answers.finish();
+    };
+    system::runPipeline<PairEvidence>({read, refineOne, keep}, {options_.threads});
     study_.pairs = std::move(refined_pairs);
   }
 
@@ -255,18 +265,23 @@ class Studying {
     const BlockEvidence fresh = unseen(open);
     const int kinds_before = kindsSeenOfAll();
 
-    AnswersInOrder<BlockEvidence> answers(options_.threads, [&](const BlockEvidence& block) {
-      for (std::size_t i = 0; i < open.size(); ++i) add(block[i], study_.pairs[open[i]]);
-    });
-    for (int block = 0; block < kBlocksInRound && study_.samples < options_.most_samples; ++block) {
-      const long states = std::min(kBlockSize, options_.most_samples - study_.samples);
+    int blocks = 0;
+    const auto draw = [&](SampledBlock& block) {
+      if (blocks == kBlocksInRound || study_.samples >= options_.most_samples) return false;
+      ++blocks;
+      block.states = std::min(kBlockSize, options_.most_samples - study_.samples);
       std::seed_seq seed{options_.seed, static_cast<unsigned long>(study_.samples / kBlockSize)};
-      answers.start([this, &fresh, states, random = std::mt19937_64(seed)] {
-        return sampleBlock(scene_.twin(), ranges_, fresh, random, states);
-      });
-      study_.samples += states;
-    }
-    answers.finish();
+      block.random.seed(seed);
+      study_.samples += block.states;
+      return true;
+    };
+    const auto sample = [&](SampledBlock& block, int) {
+      block.evidence = sampleBlock(scene_.twin(), ranges_, fresh, block.random, block.states);
+    };
+    const auto addBlock = [&](const SampledBlock& block) {
+      for (std::size_t i = 0; i < open.size(); ++i) add(block.evidence[i], study_.pairs[open[i]]);
+    };
+    system::runPipeline<SampledBlock>({draw, sample, addBlock}, {options_.threads});
     return kindsSeenOfAll() > kinds_before;
   }
 
