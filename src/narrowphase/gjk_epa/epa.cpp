@@ -8,7 +8,6 @@
 #include "narrowphase/gjk_epa/depth_about_axis.h"
 #include "narrowphase/gjk_epa/epa_start.h"
 #include "narrowphase/gjk_epa/inner_ellipsoid.h"
-#include "narrowphase/gjk_epa/observed.h"
 #include "narrowphase/gjk_epa/polytope.h"
 #include "narrowphase/gjk_epa/refinement.h"
 
@@ -270,7 +269,6 @@ class Shallowest {
   /// [m] A lower bound of the depth in all directions, by a solid inside of the CSO or by the search about an axis;
   /// -infinity if none is known.
   double depthInside() const { return depth_inside_; }
-  bool provesInside(double depth) const { return depth_inside_ >= depth; }
 
   /// Sets a face aside if one proven cap contains all directions about it in which the depth could still be smaller,
   /// and with it the other faces of these directions. Returns false if no cap does.
@@ -279,8 +277,9 @@ class Shallowest {
   /// normals of the faces closer than this depth, and end between such a face and each neighbour that is not closer.
   /// The cap is convex, so it suffices that it contains these normals and these ends.
   bool setAsideIfProven(Polytope& polytope, const Polytope::Face& face) const {
-    return std::any_of(proven_.begin(), proven_.begin() + caps_,
-                       [&](const Cap& cap) { return setAsideIfIn(cap, polytope, face); });
+    for (int i = 0; i < caps_; ++i)
+      if (setAsideIfIn(proven_[i], polytope, face)) return true;
+    return false;
   }
 
  private:
@@ -398,85 +397,152 @@ struct KnownDepth {
   double depth = std::numeric_limits<double>::infinity();
 };
 
-EpaResult expandPolytope(Cso& cso, Polytope& polytope, const KnownDepth& known, const Options& options,
-                         Observer observer) {
-  observer.begins();
-  EpaResult result;
-  result.depth = known.depth;
-  result.normal = known.normal;
-  result.has_normal = std::isfinite(known.depth);
-  Shallowest shallowest(cso, result);
-  const bool is_round = isRound(cso.a().kind()) && isRound(cso.b().kind());
-  const int first_ellipsoid = firstEllipsoid(cso);
-  // The lower bound is lowered by rounding where it is set; the upper bound is raised by it here.
-  const auto gap = [&] { return result.depth + cso.rounding() - result.lower_bound; };
-  // A depth found by Newton's method is more accurate than its lower bound, so the tolerance suffices for the gap; and
-  // it has to suffice where a curved CSO needs many faces.
-  const auto isFinal = [&, final_gap = cso.finalGap(options.distance_tolerance)] {
-    const bool is_long = !cso.isPolytope() && result.iterations > kMaxForAccuracy;
-    return gap() <= (result.has_points || is_long ? options.distance_tolerance : final_gap);
-  };
-  const auto end = [&](Status status, const Polytope::Face* face) {
-    result.lower_bound =
-        std::max(result.lower_bound, std::min(shallowest.depthInside(), result.depth) - cso.rounding());
-    const bool converged = status != Status::Threshold && gap() <= options.distance_tolerance;
-    result.status = converged ? Status::Converged : status;
-    observer.ends(polytope, result, shallowest.depthInside());
-    if (!result.has_normal) return result;
-    if (!result.has_points) setWitnesses(polytope, face, options, result);
-    result.unique = isUnique(polytope, result, options) &&
-                    !(shallowest.provesInside(result.lower_bound + cso.rounding()) && isInRing(cso, result, options));
-    return result;
-  };
+/// The expansion of a polytope: steps 3 to 7 of epa().
+template <typename Observer>
+class Expansion {
+ public:
+  Expansion(Cso& cso, Polytope& polytope, const KnownDepth& known, const Options& options, Observer observer)
+      : cso_(cso),
+        polytope_(polytope),
+        options_(options),
+        observer_(observer),
+        final_gap_(cso.finalGap(options.distance_tolerance)),
+        first_ellipsoid_(firstEllipsoid(cso)),
+        is_round_(isRound(cso.a().kind()) && isRound(cso.b().kind())),
+        result_(resultOf(known)),
+        shallowest_(cso, result_) {}
 
-  for (result.iterations = 1;; ++result.iterations) {
-    const Polytope::Face* face = polytope.closest();
-    while (face != nullptr && shallowest.setAsideIfProven(polytope, *face)) face = polytope.closest();
-    const double length = face != nullptr ? std::sqrt(face->area2) : 1.0;
-    // Without a face the polytope proves only that the origin is inside, until a depth is known.
-    const double without_face = result.has_normal ? result.depth : 0.0;
-    const double reach = face != nullptr ? face->height / length : without_face;
-    if (!polytope.surroundsOrigin(reach)) return end(Status::Degenerate, nullptr);
-    // depthInside() proves a depth, but the polytope may not know yet where its points are.
-    const double proven = result.has_points ? std::max(reach, shallowest.depthInside()) : reach;
-    result.lower_bound = std::min(proven, result.depth) - cso.rounding();
-    if (-result.lower_bound <= options.stop_below) return end(Status::Threshold, nullptr);
-    if (isFinal()) return end(Status::Converged, face);
-    if (face == nullptr) return end(Status::Degenerate, nullptr);
-
-    // Along the area vector: the support point need not wait for the root and the division of the normal.
-    const CsoVertex w = cso.vertex(face->area);
-    const Vector3d normal = face->area / length;
-    const double depth = normal.dot(w.point);
-    observer.tests(polytope, *face, w, result);
-    // A direction with points, found by Newton's method, is not replaced by one that is shallower by rounding only.
-    if (depth < result.depth - (result.has_points ? cso.rounding() : 0.0)) {
-      result.depth = depth;
-      result.normal = normal;
-      result.has_normal = true;
-      result.has_points = false;
-      if (isFinal()) return end(Status::Converged, face);
+  EpaResult run() {
+    observer_.begins();
+    for (result_.iterations = 1;; ++result_.iterations) {
+      const Closest closest = closestFace();
+      if (const auto ending = endingBelow(closest)) return finished(*ending);
+      // Along the area vector: the support point need not wait for the root and the division of the normal.
+      const Polytope::Face& face = *closest.face;
+      const CsoVertex w = cso_.vertex(face.area);
+      const Vector3d normal = face.area / closest.length;
+      const double depth = normal.dot(w.point);
+      observer_.tests(polytope_, face, w, {result_.lower_bound, result_.depth});
+      if (const auto ending = endingAbove(face, normal, depth)) return finished(*ending);
+      if (isWorthRefining(closest, depth) && shallowest_.refineFrom(cso_, polytope_, face)) continue;
+      proveInside();
+      if (polytope_.hasCorner(face, w) || !polytope_.expand(face, w, result_.depth))
+        return finished({Status::Degenerate, nullptr});
     }
-    if (-(result.depth + cso.rounding()) > options.stop_above) return end(Status::Threshold, nullptr);
-    if (result.iterations >= options.max_iterations || polytope.full()) return end(Status::IterationLimit, nullptr);
-    const bool is_near = !cso.isPolytope() && reach > kWorthRefining * depth;
-    const bool ring_likely = is_round || result.iterations >= kManyFaces;
-    if (is_near && (!(depth > result.depth) || (ring_likely && !result.has_points))) {
-      if (shallowest.refineFrom(cso, polytope, *face)) continue;
-    }
-    if (result.iterations >= first_ellipsoid) shallowest.proveByEllipsoid(cso, options.distance_tolerance);
-    if (result.iterations >= kExpansionsBeforePatches) shallowest.proveAboutAxis(cso, options.distance_tolerance);
-    if (polytope.hasCorner(*face, w)) return end(Status::Degenerate, nullptr);
-    if (!polytope.expand(*face, w, result.depth)) return end(Status::Degenerate, nullptr);
   }
-}
+
+ private:
+  struct Closest {
+    const Polytope::Face* face;  ///< nullptr if there is none
+    double length;               ///< of its area vector
+    double reach;  ///< [m] distance of the face from the origin, or without a face what is known of the depth
+  };
+  /// How the search ends, and the face through which the normal leaves the polytope, if that is known.
+  struct Ending {
+    Status status;
+    const Polytope::Face* face;
+  };
+
+  static EpaResult resultOf(const KnownDepth& known) {
+    EpaResult result;
+    result.depth = known.depth;
+    result.normal = known.normal;
+    result.has_normal = std::isfinite(known.depth);
+    return result;
+  }
+
+  /// The closest face of those whose directions no cap has proven.
+  Closest closestFace() {
+    const Polytope::Face* face = polytope_.closest();
+    while (face != nullptr && shallowest_.setAsideIfProven(polytope_, *face)) face = polytope_.closest();
+    // Without a face the polytope proves only that the origin is inside, until a depth is known.
+    if (face == nullptr) return {nullptr, 1.0, result_.has_normal ? result_.depth : 0.0};
+    const double length = std::sqrt(face->area2);
+    return {face, length, face->height / length};
+  }
+
+  /// Sets the lower bound. Returns how the search ends by it, or without a face to go on with.
+  std::optional<Ending> endingBelow(const Closest& closest) {
+    if (!polytope_.surroundsOrigin(closest.reach)) return Ending{Status::Degenerate, nullptr};
+    // depthInside() proves a depth, but the polytope may not know yet where its points are.
+    const double proven = result_.has_points ? std::max(closest.reach, shallowest_.depthInside()) : closest.reach;
+    result_.lower_bound = std::min(proven, result_.depth) - cso_.rounding();
+    if (-result_.lower_bound <= options_.stop_below) return Ending{Status::Threshold, nullptr};
+    if (isFinal()) return Ending{Status::Converged, closest.face};
+    if (closest.face == nullptr) return Ending{Status::Degenerate, nullptr};
+    return std::nullopt;
+  }
+
+  /// Keeps the direction of a face if it is the shallowest. Returns how the search ends by the depth along it, or by its length.
+  std::optional<Ending> endingAbove(const Polytope::Face& face, const Vector3d& normal, double depth) {
+    // A direction with points, found by Newton's method, is not replaced by one that is shallower by rounding only.
+    if (depth < result_.depth - (result_.has_points ? cso_.rounding() : 0.0)) {
+      result_.depth = depth;
+      result_.normal = normal;
+      result_.has_normal = true;
+      result_.has_points = false;
+      if (isFinal()) return Ending{Status::Converged, &face};
+    }
+    if (-(result_.depth + cso_.rounding()) > options_.stop_above) return Ending{Status::Threshold, nullptr};
+    if (result_.iterations >= options_.max_iterations || polytope_.full())
+      return Ending{Status::IterationLimit, nullptr};
+    return std::nullopt;
+  }
+
+  bool isWorthRefining(const Closest& closest, double depth) const {
+    const bool is_near = !cso_.isPolytope() && closest.reach > kWorthRefining * depth;
+    const bool ring_likely = is_round_ || result_.iterations >= kManyFaces;
+    return is_near && (!(depth > result_.depth) || (ring_likely && !result_.has_points));
+  }
+
+  /// After some expansions: looks for a proof of the depth that needs no faces.
+  void proveInside() {
+    if (result_.iterations >= first_ellipsoid_) shallowest_.proveByEllipsoid(cso_, options_.distance_tolerance);
+    if (result_.iterations >= kExpansionsBeforePatches) shallowest_.proveAboutAxis(cso_, options_.distance_tolerance);
+  }
+
+  /// The lower bound is lowered by rounding where it is set; the upper bound is raised by it here.
+  double gap() const { return result_.depth + cso_.rounding() - result_.lower_bound; }
+
+  /// A depth found by Newton's method is more accurate than its lower bound, so the tolerance suffices for the gap; and
+  /// it has to suffice where a curved CSO needs many faces.
+  bool isFinal() const {
+    const bool is_long = !cso_.isPolytope() && result_.iterations > kMaxForAccuracy;
+    return gap() <= (result_.has_points || is_long ? options_.distance_tolerance : final_gap_);
+  }
+
+  EpaResult finished(const Ending& ending) {
+    const double inside = shallowest_.depthInside();
+    result_.lower_bound = std::max(result_.lower_bound, std::min(inside, result_.depth) - cso_.rounding());
+    const bool converged = ending.status != Status::Threshold && gap() <= options_.distance_tolerance;
+    result_.status = converged ? Status::Converged : ending.status;
+    observer_.ends(polytope_, result_.depth);
+    if (result_.has_points) observer_.endsWithPoints(polytope_, {inside, result_.depth});
+    if (!result_.has_normal) return result_;
+    if (!result_.has_points) setWitnesses(polytope_, ending.face, options_, result_);
+    result_.unique = isUnique(polytope_, result_, options_) &&
+                     !(inside >= result_.lower_bound + cso_.rounding() && isInRing(cso_, result_, options_));
+    return result_;
+  }
+
+  Cso& cso_;
+  Polytope& polytope_;
+  const Options& options_;
+  const Observer observer_;
+  const double final_gap_;
+  const int first_ellipsoid_;
+  const bool is_round_;
+  EpaResult result_;
+  Shallowest shallowest_;
+};
 
 /// Not inlined: the large polytope would cost a query that ends without one 10 ns.
+template <typename Observer>
 [[gnu::noinline]] EpaResult fromTetrahedron(Cso& cso, const std::array<CsoVertex, 4>& tetrahedron,
                                             const Options& options, Observer observer) {
   const auto coplanar = cso.isPolytope() ? Polytope::Coplanar::Replaced : Polytope::Coplanar::Kept;
   Polytope polytope(tetrahedron, cso.rounding(), coplanar);
-  const EpaResult result = expandPolytope(cso, polytope, KnownDepth(), options, observer);
+  const EpaResult result = Expansion(cso, polytope, KnownDepth(), options, observer).run();
   if (cso.isPolytope() && cso.warmStart().polytope != nullptr) polytope.keep(*cso.warmStart().polytope);
   return result;
 }
@@ -491,7 +557,8 @@ EpaResult decidedBy(double lower_bound) {
 
 }  // namespace
 
-EpaResult epaObserved(Cso& cso, const Simplex& simplex, const Options& options, Observer observer) {
+template <typename Observer>
+EpaResult epa(Cso& cso, const Simplex& simplex, const Options& options, Observer observer) {
   observer.reaches(Rung::EnclosedBall);
   if (simplex.members == 0b1111 && std::isfinite(options.stop_below)) {
     const double enclosed = enclosedRadius(simplex) - cso.rounding();
@@ -505,6 +572,7 @@ EpaResult epaObserved(Cso& cso, const Simplex& simplex, const Options& options, 
   return result;
 }
 
+template <typename Observer>
 std::optional<EpaResult> epaRecalled(Cso& cso, const Vector3d& normal, const CsoVertex& w, const Options& options,
                                      Observer observer) {
   WarmPolytope* const last = cso.warmStart().polytope;
@@ -514,7 +582,7 @@ std::optional<EpaResult> epaRecalled(Cso& cso, const Vector3d& normal, const Cso
   // A face in the support plane is asked, too: the witness points lie on it.
   if (polytope.recall(*last, cso, known.depth + 2.0 * cso.rounding())) {
     observer.reaches(Rung::Epa);
-    const EpaResult result = expandPolytope(cso, polytope, known, options, observer);
+    const EpaResult result = Expansion(cso, polytope, known, options, observer).run();
     if (result.iterations > 1) polytope.keep(*last);  // otherwise it is the same
     const bool is_answer = result.status == Status::Converged && result.has_points;
     if (is_answer || result.status == Status::Threshold) return result;
@@ -523,10 +591,9 @@ std::optional<EpaResult> epaRecalled(Cso& cso, const Vector3d& normal, const Cso
   return std::nullopt;
 }
 
-#ifndef PROXIMITY_WATCHED
-EpaResult epa(Cso& cso, const Simplex& simplex, const Options& options) {
-  return epaObserved(cso, simplex, options, Unobserved());
-}
-#endif
+template EpaResult epa(Cso&, const Simplex&, const Options&, Unobserved);
+template EpaResult epa(Cso&, const Simplex&, const Options&, Recorder);
+template std::optional<EpaResult> epaRecalled(Cso&, const Vector3d&, const CsoVertex&, const Options&, Unobserved);
+template std::optional<EpaResult> epaRecalled(Cso&, const Vector3d&, const CsoVertex&, const Options&, Recorder);
 
 }  // namespace proximity_server::narrowphase

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <optional>
+
+#include "narrowphase/gjk_epa/observer.h"
 #include "narrowphase/gjk_epa/simplex.h"
 
 namespace proximity_server::narrowphase {
@@ -47,6 +50,15 @@ struct EpaResult {
 /// Source:  van den Bergen, Proximity Queries and Penetration Depth Computation on 3D Game Objects, GDC 2001.
 /// Differs: every visible face is deleted instead of splitting edges, which leaves fewer slivers and needs no repair;
 ///          Newton's method, its proven caps and solids inside of the CSO finish curved pairs.
-EpaResult epa(Cso& cso, const Simplex& simplex, const Options& options);
+template <typename Observer = Unobserved>
+EpaResult epa(Cso& cso, const Simplex& simplex, const Options& options, Observer observer = {});
+
+/// The depth by EPA, begun with the polytope that the last query of two polytopes has kept, and without GJK. The warm
+/// start must have a WarmPolytope. `w` is the vertex of the CSO farthest along the unit vector `normal`. Returns
+/// nullopt if no polytope was kept, if it does not surround the origin in the present pose, or if it leads to no
+/// answer; then it is not kept any more.
+template <typename Observer = Unobserved>
+std::optional<EpaResult> epaRecalled(Cso& cso, const Eigen::Vector3d& normal, const CsoVertex& w,
+                                     const Options& options, Observer observer = {});
 
 }  // namespace proximity_server::narrowphase

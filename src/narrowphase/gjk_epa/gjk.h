@@ -1,5 +1,6 @@
 #pragma once
 
+#include "narrowphase/gjk_epa/observer.h"
 #include "narrowphase/gjk_epa/simplex.h"
 
 namespace proximity_server::narrowphase {
@@ -40,6 +41,8 @@ struct GjkResult {
 ///          van den Bergen, A Fast and Robust GJK Implementation for Collision Detection of Convex Objects, 1999.
 /// Differs: the tolerance is absolute, not relative; the subalgorithm tests Voronoi regions instead of Johnson's
 ///          determinants; Newton's method finishes curved pairs.
-GjkResult gjk(Cso& cso, const Eigen::Vector3d& normal_guess, const CsoVertex& first, const Options& options);
+template <typename Observer = Unobserved>
+GjkResult gjk(Cso& cso, const Eigen::Vector3d& normal_guess, const CsoVertex& first, const Options& options,
+              Observer observer = {});
 
 }  // namespace proximity_server::narrowphase

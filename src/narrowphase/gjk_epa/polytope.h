@@ -98,7 +98,8 @@ class Polytope {
 
   const CsoVertex& vertex(int index) const { return vertices_[index]; }
   bool hasCorner(const Face& face, const CsoVertex& w) const {
-    return std::any_of(face.vertices.begin(), face.vertices.end(), [&](int v) { return vertex(v).point == w.point; });
+    const auto isAt = [&](int v) { return vertex(v).point == w.point; };
+    return isAt(face.vertices[0]) || isAt(face.vertices[1]) || isAt(face.vertices[2]);
   }
   bool full() const { return vertex_count_ == kMaxVertices; }
 

@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "narrowphase/gjk_epa/observed.h"
+#include "narrowphase/gjk_epa/observer.h"
 #include "narrowphase/gjk_epa/polytope.h"
 #include "narrowphase/gjk_epa/two_cores.h"
 #include "proximity_server/narrowphase/gjk_epa/query_trace.h"

@@ -1,7 +1,8 @@
-#include <algorithm>
-#include <limits>
+#include "narrowphase/gjk_epa/observer.h"
 
-#include "narrowphase/gjk_epa/observed.h"
+#include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace proximity_server::narrowphase {
 
@@ -22,8 +23,8 @@ void Recorder::endsAtFirst(Rung rung, const SignedDistance& result, const CsoVer
   trace_->gjk.push_back(foundVertex(first, result.normal, result.lower_bound));
 }
 
-void Recorder::supports(const GjkResult& result, const CsoVertex& w) const {
-  QueryTrace::GjkStep step = foundVertex(w, result.normal, result.lower_bound);
+void Recorder::supports(const CsoVertex& w, const Vector3d& normal, double lower_bound) const {
+  QueryTrace::GjkStep step = foundVertex(w, normal, lower_bound);
   if (!trace_->gjk.empty()) {
     const QueryTrace::GjkStep& last = trace_->gjk.back();
     step.upper_bound = last.upper_bound;
@@ -49,19 +50,21 @@ void Recorder::begins() const {
 }
 
 void Recorder::tests(const Polytope& polytope, const Polytope::Face& closest, const CsoVertex& w,
-                     const EpaResult& result) const {
+                     const DepthBounds& bounds) const {
   const Vector3d normal = closest.normal();
-  const double depth = std::min(result.depth, normal.dot(w.point));
-  trace_->epa.push_back({facesOf(polytope), closest.vertices, normal, w, result.lower_bound, depth});
+  const double depth = std::min(bounds.upper, normal.dot(w.point));
+  trace_->epa.push_back({facesOf(polytope), closest.vertices, normal, w, bounds.lower, depth});
 }
 
-void Recorder::ends(const Polytope& polytope, const EpaResult& result, double depth_inside) const {
+void Recorder::ends(const Polytope& polytope, double depth) const {
   trace_->final_faces = facesOf(polytope);
-  if (!trace_->epa.empty() && result.has_normal) trace_->epa.back().depth = result.depth;
-  if (!result.has_points) return;
+  if (!trace_->epa.empty() && std::isfinite(depth)) trace_->epa.back().depth = depth;
+}
+
+void Recorder::endsWithPoints(const Polytope& polytope, const DepthBounds& bounds) const {
   const Polytope::Face* closest = polytope.closest();
-  const double reach = closest != nullptr ? closest->distance() : result.depth;
-  reaches(depth_inside >= reach ? Rung::EpaEllipsoid : Rung::EpaNewton);
+  const double reach = closest != nullptr ? closest->distance() : bounds.upper;
+  reaches(bounds.lower >= reach ? Rung::EpaEllipsoid : Rung::EpaNewton);
 }
 
 /// The faces as indices into trace_->polytope, which receives the vertices that it does not have yet.

@@ -1,0 +1,67 @@
+#pragma once
+
+#include "narrowphase/gjk_epa/polytope.h"
+#include "narrowphase/gjk_epa/simplex.h"
+#include "proximity_server/narrowphase/gjk_epa/query_trace.h"
+
+namespace proximity_server::narrowphase {
+
+// A query tells an observer what it does: signedDistance(), gjk() and epa() are templates of its type, which their sources
+// instantiate for both observers. An observer is passed by value: an empty one needs no register, and its calls leave no
+// machine code.
+
+/// [m] What EPA knows of the depth.
+struct DepthBounds {
+  double lower;
+  double upper;  ///< the depth along the shallowest direction; infinite if there is none yet
+};
+
+/// Watches nothing.
+struct Unobserved {
+  void reaches(Rung) const {}
+  void endsAtFirst(Rung, const SignedDistance&, const CsoVertex&) const {}
+  void supports(const CsoVertex&, const Eigen::Vector3d&, double) const {}
+  void reduces(const Simplex&, const Nearest&, double) const {}
+  void begins() const {}
+  void tests(const Polytope&, const Polytope::Face&, const CsoVertex&, const DepthBounds&) const {}
+  void ends(const Polytope&, double) const {}
+  void endsWithPoints(const Polytope&, const DepthBounds&) const {}
+};
+
+/// Writes down what it sees.
+class Recorder {
+ public:
+  /// `trace` is emptied.
+  explicit Recorder(QueryTrace& trace) : trace_(&trace) { trace = QueryTrace(); }
+
+  QueryTrace& trace() const { return *trace_; }
+
+  /// The last rung that a query reaches gives its answer.
+  void reaches(Rung rung) const { trace_->rung = rung; }
+
+  /// The query ends with this rung, before GJK. The first vertex proves the lower bound of the result along its normal.
+  void endsAtFirst(Rung rung, const SignedDistance& result, const CsoVertex& first) const;
+  /// GJK has found w along the normal, which proves the lower bound.
+  void supports(const CsoVertex& w, const Eigen::Vector3d& normal, double lower_bound) const;
+  /// GJK has reduced the simplex with w to what the nearest point needs. `rounding` [m] is that of the CSO.
+  void reduces(const Simplex& simplex, const Nearest& nearest, double rounding) const;
+
+  /// EPA begins with a polytope. The steps with a recalled one that led to no answer are forgotten: their faces name
+  /// other vertices.
+  void begins() const;
+  /// EPA has found w along the normal of the closest face. The bounds are those before it compares the depths.
+  void tests(const Polytope& polytope, const Polytope::Face& closest, const CsoVertex& w,
+             const DepthBounds& bounds) const;
+  /// EPA ends with this polytope and depth [m], which is infinite if it knows none.
+  void ends(const Polytope& polytope, double depth) const;
+  /// After that: Newton's method has found the witness points. The lower bound is that by a solid inside of the CSO, or by
+  /// the search about an axis; -infinity if there is none.
+  void endsWithPoints(const Polytope& polytope, const DepthBounds& bounds) const;
+
+ private:
+  std::vector<std::array<int, 3>> facesOf(const Polytope& polytope) const;
+
+  QueryTrace* trace_;
+};
+
+}  // namespace proximity_server::narrowphase
