@@ -36,25 +36,55 @@ Candidate nearestOfVertex(const Simplex& simplex, int w) {
   return {-p, norm2, norm2, bit(w)};
 }
 
+/// The line through w and a has the points p = l_w w + l_a a with l_w + l_a = 1. In the nearest one, p is perpendicular to
+/// the edge e = a - w:
+///
+///   [ 1      1     ] [ l_w ]   [ 1 ]
+///   [ w . e  a . e ] [ l_a ] = [ 0 ]
+///
+/// The determinant is e . e, and so l_a = -(w . e) / (e . e) and l_w = (a . e) / (e . e) = 1 - l_a. The signs of both tell the
+/// region in which the origin lies:
+///
+///   region w:  l_a <= 0
+///   region a:  l_w <= 0
+///   region wa: both are positive; p lies inside of the edge
+///
+/// In region wa the normal is (w x e) x e = (w . e) e - (e . e) w = -(e . e) p, which leads from p to the origin. As
+/// |w x e|^2 = (e . e) (p . p), this is the height |p| times the length of the normal.
 Candidate nearestOfEdge(const Simplex& simplex, int w, int a) {
   const Vector3d& pw = simplex[w].point;
   const Vector3d edge = simplex[a].point - pw;
-  const double of_a = -pw.dot(edge);
-  if (!(of_a > 0.0)) return nearestOfVertex(simplex, w);
+  const double of_a = -pw.dot(edge);                      // l_a, times the square of the edge
+  if (!(of_a > 0.0)) return nearestOfVertex(simplex, w);  // region w
   const double edge2 = edge.squaredNorm();
-  if (!(of_a < edge2)) return nearestOfVertex(simplex, a);
-  if (edge2 < kShortestEdge2) return nearestOfVertex(simplex, w);
-  // By products, as a projection would wait for a division, and leave the rounding error of a long vector in a short
-  // one.
+  if (!(of_a < edge2)) return nearestOfVertex(simplex, a);         // region a
+  if (edge2 < kShortestEdge2) return nearestOfVertex(simplex, w);  // the edge has no direction
+  // Region wa. By products, as a projection would wait for a division, and leave the rounding error of a long vector in a
+  // short one.
   const Vector3d moment = pw.cross(edge), normal = moment.cross(edge);
   return {normal, normal.squaredNorm(), moment.squaredNorm(), bit(w) | bit(a)};
 }
 
-/// Area vector of a triangle, and the barycentric weights (times the squared area) of the point of its plane nearest to
-/// the origin: the signed areas which that point spans with the edges.
+/// Area vector of a triangle, and the barycentric weights of the point of its plane nearest to the origin, times the squared
+/// area.
+///
+/// The plane has the points p = l_w w + l_a a + l_b b with l_w + l_a + l_b = 1. In the nearest one, p is perpendicular to two
+/// edges, and so parallel to their product, the area vector n = (a - w) x (b - w):
+///
+///   [ 1            1            1           ] [ l_w ]   [ 1 ]
+///   [ w . (a - w)  a . (a - w)  b . (a - w) ] [ l_a ] = [ 0 ]
+///   [ w . (b - w)  a . (b - w)  b . (b - w) ] [ l_b ]   [ 0 ]
+///
+/// The determinant is n . n. A weight is the part of the area that p spans with the opposite edge, that of w
+/// n . ((a - p) x (b - p)) / (n . n); the terms with p vanish, as p is parallel to n:
+///
+///   l_w (n . n) = n . (a x b),   l_a (n . n) = n . (b x w),   l_b (n . n) = n . (w x a)
+///
+/// Their sum is n . n. Each product is taken with an edge in place of one of its vertices, a x b = a x (b - a), so that it does
+/// not cancel far from the origin.
 struct Areas {
   Vector3d area;
-  double of_w, of_a, of_b;
+  double of_w, of_a, of_b;  ///< l_w, l_a and l_b, times n . n
 
   Areas(const Vector3d& w, const Vector3d& a, const Vector3d& b) {
     const Vector3d wa = a - w, ab = b - a, bw = w - b;
@@ -65,15 +95,25 @@ struct Areas {
   }
 };
 
+/// The signs of the weights tell where p, the point of the plane nearest to the origin, lies:
+///
+///   region wab: all are positive; p is inside of the triangle, and nearest
+///   region wa:  only l_b <= 0; p lies beyond the line w a only, so that the nearest point is on this edge
+///   region wb:  only l_a <= 0; likewise
+///   the others: p lies beyond two lines, or beyond a b. The edge a b was there before w was found, and cannot be nearer
+///               than the nearest point was then; so it is the nearer point of the edges w a and w b.
+///
+/// In region wab the normal is the area vector, towards the origin, and the height times its length is |n . w|.
 Candidate nearestOfTriangle(const Simplex& simplex, int w, int a, int b) {
   const Areas areas(simplex[w].point, simplex[a].point, simplex[b].point);
   const double area2 = areas.area.squaredNorm();
+  // Region wab
   if (areas.of_w > 0.0 && areas.of_a > 0.0 && areas.of_b > 0.0 && area2 > kSmallestArea2) {
     const double height = -areas.area.dot(simplex[w].point);
     return {height < 0.0 ? Vector3d(-areas.area) : areas.area, area2, std::abs(height), bit(w) | bit(a) | bit(b)};
   }
-  if (areas.of_a > 0.0 && areas.of_w > 0.0) return nearestOfEdge(simplex, w, a);
-  if (areas.of_b > 0.0 && areas.of_w > 0.0) return nearestOfEdge(simplex, w, b);
+  if (areas.of_a > 0.0 && areas.of_w > 0.0) return nearestOfEdge(simplex, w, a);  // region wa
+  if (areas.of_b > 0.0 && areas.of_w > 0.0) return nearestOfEdge(simplex, w, b);  // region wb
   return nearer(nearestOfEdge(simplex, w, a), nearestOfEdge(simplex, w, b));
 }
 
@@ -82,6 +122,11 @@ Candidate nearestOfTriangle(const Simplex& simplex, int w, int a, int b) {
 constexpr double kTripleProduct = 6.0 * std::numeric_limits<double>::epsilon();
 
 /// For each of the faces w a b, w b c, w c a: false only if the origin surely lies on the inner side of the face.
+///
+/// With a, b and c relative to w, the determinant (a x b) . c is the volume, times six. Its sign is the side of the plane w a b
+/// on which c lies: the inner side. The origin is at -w, so it lies there too if (a x b) . -w has the same sign. The planes w b c
+/// and w c a follow by turning the letters, which leaves the determinant as it is. A sign counts if it exceeds the rounding error;
+/// if that of the volume does not, no side is known.
 struct FacesTowardsOrigin {
   bool wab, wbc, wca;
 };
@@ -99,7 +144,8 @@ FacesTowardsOrigin facesTowardsOrigin(const Simplex& simplex, int w, int pa, int
           !(side * ca.dot(pw) < -k * nc * na * nw)};
 }
 
-/// The nearest point of the faces that may have the origin on their outer side. It has no members if there are none.
+/// The nearest point of the faces that may have the origin on their outer side. It has no members if there are none: region
+/// wabc, inside of the tetrahedron. The face a b c was there before w was found, with the origin on the side of w.
 Candidate nearestOfTetrahedron(const Simplex& simplex, int w, int a, int b, int c) {
   const FacesTowardsOrigin faces = facesTowardsOrigin(simplex, w, a, b, c);
   Candidate best{Vector3d::Zero(), 1.0, std::numeric_limits<double>::infinity(), 0};
@@ -150,6 +196,7 @@ double longestEdge2(const CsoVertex& w, const CsoVertex& a, const CsoVertex& b) 
       {(a.point - w.point).squaredNorm(), (b.point - a.point).squaredNorm(), (w.point - b.point).squaredNorm()});
 }
 
+/// The weight of a is l_a of nearestOfEdge().
 WitnessPoints pointsOfEdge(const CsoVertex& w, const CsoVertex& a) {
   const Vector3d edge = a.point - w.point;
   const double of_a = std::clamp(-w.point.dot(edge) / edge.squaredNorm(), 0.0, 1.0);
@@ -157,8 +204,15 @@ WitnessPoints pointsOfEdge(const CsoVertex& w, const CsoVertex& a) {
 }
 
 /// The point of a triangle nearest to the origin, if its plane has it inside of the triangle; otherwise a point of the
-/// triangle. The weights follow from the places along the edge p q and across it, in units of the edge and the height:
-/// the error of the point is a few eps of the edge, however small the height is.
+/// triangle.
+///
+/// With e = q - p, s = r - p and the foot f = (s . e) / (e . e) of r on the edge, the height h = s - f e is perpendicular to e. A
+/// point p + l_q e + l_r s = p + (l_q + l_r f) e + l_r h is nearest to the origin if its parts along e and h are those of -p:
+///
+///   l_r = -(p . h) / (h . h),   l_q = -(p . e) / (e . e) - l_r f
+///
+/// So the places are in units of the edge and the height: the error of the point is a few eps of the edge, however small the
+/// height is.
 WitnessPoints pointsAcrossEdge(const CsoVertex& p, const CsoVertex& q, const CsoVertex& r) {
   const Vector3d edge = q.point - p.point, side = r.point - p.point;
   const double edge2 = edge.squaredNorm();
