@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/model/robot_model.h"
+#include "proximity_server/scene/model/states.h"
 
 namespace proximity_server::python {
 

@@ -22,8 +22,8 @@
 #include "benchmark/sweep_agreement.h"
 #include "peers/robots.h"
 #include "peers/sweep_library.h"
-#include "scene/batch/lane_kernels.h"
 #include "scene/example_robots.h"
+#include "scene/lanes/lane_kernels.h"
 
 namespace proximity_server::benchmark {
 

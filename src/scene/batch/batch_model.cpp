@@ -1,14 +1,62 @@
 #include "scene/batch/batch_model.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
+#include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/query/pair_distances.h"
-#include "scene/batch/pair_order.h"
 #include "scene/filter/given_model.h"
+#include "scene/lanes/lane_bounds.h"
 
 namespace proximity_server::scene {
+namespace {
+
+constexpr int kBlocks = 4;
+constexpr double kNear = 0.05;  // [m]
+
+/// Multiples of an irrational number for each joint, which fill the unit cube evenly.
+/// Source: Weyl, Ueber die Gleichverteilung von Zahlen mod. Eins, 1916.
+Eigen::MatrixXd spreadStates(const RobotModel& robot, int count, int first) {
+  Eigen::MatrixXd states = Eigen::MatrixXd::Zero(count, static_cast<Eigen::Index>(robot.joints.size()));
+  for (const JointRange& range : jointRanges(robot)) {
+    const double multiple = std::sqrt(2.0 + 3.0 * range.joint) + 0.1;
+    for (int i = 0; i < count; ++i) {
+      const double place = multiple * (first + i + 1);
+      states(i, range.joint) = range.lower + (place - std::floor(place)) * range.width();
+    }
+  }
+  return states;
+}
+
+/// The numbers of the candidates, those first that are proven nearer than 5 cm most often in some states that are always the
+/// same: spread evenly over the ranges of the joints.
+std::vector<int> pairOrder(const RobotModel& robot, const std::shared_ptr<const LaneModel>& lanes) {
+  LaneBounds bounds(lanes);
+  const int pairs = static_cast<int>(lanes->pairs.size());
+  std::vector<int> near_count(static_cast<std::size_t>(pairs), 0), states;
+  for (int block = 0; block < kBlocks; ++block) {
+    bounds.place(spreadStates(robot, LaneBounds::kBlock, block * LaneBounds::kBlock), 0, LaneBounds::kBlock);
+    for (int pair = 0; pair < pairs; ++pair) {
+      states.clear();
+      for (int i = 0; i < LaneBounds::kBlock; ++i)
+        if (bounds.isPlaced(i)) states.push_back(i);
+      const int count = bounds.keepNear(pair, kNear, states.data(), static_cast<int>(states.size()));
+      for (const LaneBounds::Side side : bounds.sides(pair, kNear, states.data(), count))
+        near_count[static_cast<std::size_t>(pair)] += side == LaneBounds::Side::Below ? 1 : 0;
+    }
+  }
+  std::vector<int> order(static_cast<std::size_t>(pairs));
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    return near_count[static_cast<std::size_t>(a)] > near_count[static_cast<std::size_t>(b)];
+  });
+  return order;
+}
+
+}  // namespace
 
 BatchModel::BatchModel(std::shared_ptr<const SceneModel> scene_model)
     : model(std::move(scene_model)),
@@ -22,7 +70,7 @@ BatchModel::BatchModel(std::shared_ptr<const SceneModel> scene_model)
     const auto [a, b] = std::minmax({volumes->of(pair.a), volumes->of(pair.b)});
     visits.push_back({-std::numeric_limits<double>::infinity(), static_cast<int>(i), a, b, paddings.of(pair)});
   }
-  lanes = std::make_shared<const LaneModel>(*model);
+  lanes = std::make_shared<const LaneModel>(*model, *volumes);
   order = pairOrder(robot, lanes);
 }
 

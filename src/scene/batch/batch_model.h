@@ -5,7 +5,7 @@
 
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/query/pairs.h"
-#include "scene/batch/lane_model.h"
+#include "scene/lanes/lane_model.h"
 #include "scene/query/visit_queue.h"
 #include "scene/query/volumes.h"
 
@@ -25,7 +25,7 @@ struct BatchModel {
   std::vector<Visit> visits;
 
   std::shared_ptr<const LaneModel> lanes;
-  std::vector<int> order;  ///< of the candidates: those that are near most often come first, see pairOrder()
+  std::vector<int> order;  ///< of the candidates: those that are near most often come first
 };
 
 }  // namespace proximity_server::scene

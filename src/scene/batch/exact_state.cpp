@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "proximity_server/scene/model/kinematics.h"
 #include "scene/model/body_pose.h"
 
 namespace proximity_server::scene {
@@ -36,7 +37,8 @@ const Isometry3d& ExactState::poseOf(int body) {
   const RobotModel& robot = batch_->model->robot;
   const Body& here = robot.bodies[index];
   if (here.joint < 0 || pose_of_[index] == state_) return poses_[index];  // a root body stays at the identity
-  poses_[index] = poseOnParent(robot, here, poseOf(here.parent), positionOf(here.joint));
+  poses_[index] =
+      poseOnParent(robot, here, poseOf(here.parent), jointMotion(robot.joints[here.joint], positionOf(here.joint)));
   pose_of_[index] = state_;
   return poses_[index];
 }

@@ -6,16 +6,11 @@
 #include <memory>
 #include <vector>
 
-#include "proximity_server/scene/batch/scene_batch.h"
+#include "proximity_server/scene/model/states.h"
 #include "scene/batch/batch_model.h"
 #include "scene/query/pair_measurement.h"
 
 namespace proximity_server::scene {
-
-/// [m] How much farther than a distance a pair has to be for certain so that Scene finds it beyond that distance, too: its
-/// search ends within the tolerance of 1e-9 m, and the lower bound that it finds may be that much below the truth. Twice that,
-/// for the rounding of the poses.
-constexpr double kSettledFor = 2e-9;
 
 /// One state after the other, exactly: what a Scene answers that has seen nothing before, bit for bit. It does only what the
 /// asked pairs need:

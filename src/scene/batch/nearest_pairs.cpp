@@ -117,7 +117,7 @@ void NearestPairs::lowerLimit(int state, float upper_bound) {
 
 /// [m] A pair that is farther for certain is not among the closest; nor is it in the answer of a new Scene.
 double NearestPairs::limit() const {
-  const double kth = found_.size() < k_ ? kInfinity : found_.front().rank + kSettledFor;
+  const double kth = found_.size() < k_ ? kInfinity : found_.first().rank + kSettledFor;
   return std::min(first_limit_, kth);
 }
 
@@ -159,17 +159,14 @@ void NearestPairs::measure(ExactState& exact, const Visit& visit) {
   if (proximity.result.lower_bound > limit_of_pair) return;
   if (proximity.result.status != narrowphase::Status::Converged) proximity = exact.measure(visit, kInfinity);
   rank(visit.number, proximity);
-  if (found_.size() <= k_) return;
-  std::pop_heap(found_.begin(), found_.end());
-  found_.pop_back();
+  if (found_.size() > k_) found_.pop();
 }
 
 void NearestPairs::rank(int pair, const PairProximity& proximity) {
   const narrowphase::SignedDistance& result = proximity.result;
   if (result.status == narrowphase::Status::Unknown) return;
   const double by = result.status == narrowphase::Status::Converged ? result.distance : result.lower_bound;
-  found_.push_back({by - thresholdOf(pair), pair, measured_.size()});
-  std::push_heap(found_.begin(), found_.end());
+  found_.push({by - thresholdOf(pair), pair, measured_.size()});
   measured_.push_back(proximity);
 }
 
@@ -185,9 +182,8 @@ const std::vector<PairProximity>& NearestPairs::below(ExactState& exact, int sta
 }
 
 const std::vector<PairProximity>& NearestPairs::sorted() {
-  std::sort_heap(found_.begin(), found_.end());
   answers_.clear();
-  for (const Found& found : found_) answers_.push_back(measured_[found.index]);
+  for (const Found& found : found_.sorted()) answers_.push_back(measured_[found.index]);
   return answers_;
 }
 

@@ -4,10 +4,10 @@
 #include <memory>
 #include <vector>
 
-#include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "scene/batch/exact_state.h"
-#include "scene/batch/lane_bounds.h"
+#include "scene/bounds/heap.h"
+#include "scene/lanes/lane_bounds.h"
 #include "scene/query/visit_queue.h"
 
 namespace proximity_server::scene {
@@ -91,7 +91,7 @@ class NearestPairs {
   double first_limit_ = 0.0;  ///< [m] of the state
   VisitQueue queue_;
   std::vector<PairProximity> measured_, answers_;
-  std::vector<Found> found_;  ///< the closest so far: a heap, the farthest in front
+  Heap<Found> found_;  ///< the closest so far, the farthest first
 };
 
 }  // namespace proximity_server::scene

@@ -9,9 +9,9 @@
 #include "proximity_server/scene/query/clearance_level.h"
 #include "scene/batch/batch_model.h"
 #include "scene/batch/exact_state.h"
-#include "scene/batch/lane_bounds.h"
 #include "scene/batch/nearest_pairs.h"
 #include "scene/batch/verdicts.h"
+#include "scene/lanes/lane_bounds.h"
 #include "scene/model/infinity.h"
 
 namespace proximity_server::scene {

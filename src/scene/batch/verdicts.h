@@ -3,9 +3,10 @@
 #include <memory>
 #include <vector>
 
-#include "proximity_server/scene/batch/scene_batch.h"
+#include "proximity_server/scene/batch/state_verdict.h"
+#include "proximity_server/scene/model/states.h"
 #include "scene/batch/exact_state.h"
-#include "scene/batch/lane_bounds.h"
+#include "scene/lanes/lane_bounds.h"
 
 namespace proximity_server::scene {
 

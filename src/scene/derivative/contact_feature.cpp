@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "proximity_server/narrowphase/shape/support.h"
-#include "scene/model/bounds.h"
+#include "scene/bounds/bounds.h"
 #include "scene/objects/placed_object.h"
 
 namespace proximity_server::scene {

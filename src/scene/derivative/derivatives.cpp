@@ -9,7 +9,7 @@
 #include "scene/derivative/contact_feature.h"
 #include "scene/derivative/placed_joints.h"
 #include "scene/filter/given_model.h"
-#include "scene/model/usable_pose.h"
+#include "scene/model/body_pose.h"
 
 namespace proximity_server::scene {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "scene/bounds/bounds.h"
 #include "scene/derivative/placed_joints.h"
-#include "scene/model/bounds.h"
 #include "scene/model/infinity.h"
 #include "scene/objects/placed_object.h"
 #include "scene/query/volumes.h"

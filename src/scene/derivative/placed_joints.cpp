@@ -5,7 +5,7 @@
 #include <string>
 
 #include "scene/filter/given_model.h"
-#include "scene/model/usable_pose.h"
+#include "scene/model/body_pose.h"
 #include "scene/objects/placed_object.h"
 
 namespace proximity_server::scene {

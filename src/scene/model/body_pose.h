@@ -1,19 +1,25 @@
 #pragma once
 
-#include "proximity_server/scene/model/kinematics.h"
+#include <Eigen/Geometry>
+#include <optional>
+
+#include "proximity_server/scene/model/robot_model.h"
 
 namespace proximity_server::scene {
 
-/// The pose of a body that a joint carries, in the frame in which its parent body has the pose `parent`; the joint stands at
-/// `position` [rad] or [m]. Whoever computes poses by this function gets the bits of forwardKinematics().
+/// The pose with the rotation nearest to its matrix; nullopt if it is missing, not finite, or no rotation within
+/// single precision.
+std::optional<Eigen::Isometry3d> usablePose(const std::optional<Eigen::Isometry3d>& pose);
+
+/// The pose of a body that a joint carries, in the frame in which its parent body has the pose `parent`; `motion` is the
+/// jointMotion() of the joint. Whoever computes poses by this function gets the bits of forwardKinematics().
 inline Eigen::Isometry3d poseOnParent(const RobotModel& model, const Body& body, const Eigen::Isometry3d& parent,
-                                      double position) {
+                                      const Eigen::Isometry3d& motion) {
   const Joint& joint = model.joints[body.joint];
   const Link& link = model.links[joint.parent_link];
   // Most joints begin in the frame of their parent body, which is that of its first link.
   const bool is_first = model.bodies[link.body].link == joint.parent_link;
   Eigen::Isometry3d pose = is_first ? parent * joint.parent_T_joint : parent * link.body_T_link * joint.parent_T_joint;
-  const Eigen::Isometry3d motion = jointMotion(joint, position);
   if (joint.type == Joint::Type::Prismatic)
     pose.translation() += pose.linear() * motion.translation();
   else

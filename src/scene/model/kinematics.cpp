@@ -64,7 +64,8 @@ BodyPoses forwardKinematics(const RobotModel& model, const std::vector<double>& 
       poses[i] = Isometry3d::Identity();
       continue;
     }
-    poses[i] = poseOnParent(model, body, *poses[body.parent], jointPosition(model, body.joint, positions));
+    const Isometry3d motion = jointMotion(model.joints[body.joint], jointPosition(model, body.joint, positions));
+    poses[i] = poseOnParent(model, body, *poses[body.parent], motion);
   }
   return poses;
 }

@@ -4,7 +4,6 @@
 #include <iterator>
 
 #include "proximity_server/scene/model/names.h"
-#include "scene/model/bounds.h"
 
 namespace proximity_server::scene {
 
@@ -57,14 +56,6 @@ Joint::Mimic RobotModel::leaderOf(int joint) const {
     leader.joint = mimic->joint;
   }
   return leader;
-}
-
-double RobotModel::reachOf(int link, const Eigen::Vector3d& point) const {
-  double reach = 0.0;
-  for (const int collision : links[link].collisions) {
-    for (const int piece : collisions[collision].pieces) reach = std::max(reach, reachFrom(point, pieces[piece]));
-  }
-  return reach;
 }
 
 const char* toString(Joint::Type type) {

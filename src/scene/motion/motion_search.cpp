@@ -106,27 +106,10 @@ void MotionSearch::enterAll(double limit) {
   }
 }
 
-bool MotionSearch::goesLater(const IntervalVisit& p, const IntervalVisit& q) const {
-  if (order_ == Order::Earliest) {
-    const double of_p = MovingBodies::Interval(p.interval).begin, of_q = MovingBodies::Interval(q.interval).begin;
-    if (of_p != of_q) return of_p > of_q;
-  }
-  return p.lower_bound > q.lower_bound;
-}
-
-void MotionSearch::push(const IntervalVisit& visit) {
+void MotionSearch::push(IntervalVisit visit) {
   movingPairOf(visit).is_examined = true;
-  queue_.push_back(visit);
-  std::push_heap(queue_.begin(), queue_.end(),
-                 [this](const IntervalVisit& p, const IntervalVisit& q) { return goesLater(p, q); });
-}
-
-MotionSearch::IntervalVisit MotionSearch::pop() {
-  std::pop_heap(queue_.begin(), queue_.end(),
-                [this](const IntervalVisit& p, const IntervalVisit& q) { return goesLater(p, q); });
-  const IntervalVisit first = queue_.back();
-  queue_.pop_back();
-  return first;
+  visit.earliest = order_ == Order::Earliest ? MovingBodies::Interval(visit.interval).begin : 0.0;
+  queue_.push(visit);
 }
 
 MotionSearch::IntervalVisit MotionSearch::withSpheres(IntervalVisit visit) {
@@ -248,7 +231,7 @@ RobotContact MotionSearch::firstContact(const Pairs& pairs, const RobotMotion& m
   FirstContactBounds bounds;
   considerStart(pairs, question, bounds, answer);
   while (!queue_.empty()) {
-    const IntervalVisit visit = pop();
+    const IntervalVisit visit = queue_.pop();
     const double time = MovingBodies::Interval(visit.interval).begin;
     if (answer.contact && !(time < bounds.latest)) break;
     ++answer.counts.intervals;
@@ -407,13 +390,13 @@ RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion
   answer.status = narrowphase::Status::Converged;
   double proven = kInfinity;  // [m] the smallest bound of all pieces that were measured
   while (!queue_.empty() &&
-         answer.upper_bound - queue_.front().lower_bound > narrowphase::usableTolerance(question.tolerance)) {
+         answer.upper_bound - queue_.first().lower_bound > narrowphase::usableTolerance(question.tolerance)) {
     ++answer.counts.intervals;
     if (isOver(question)) {
       answer.status = narrowphase::Status::IterationLimit;
       break;
     }
-    const IntervalVisit visit = pop();
+    const IntervalVisit visit = queue_.pop();
     if (!isLeaf(visit)) {
       split(visit, answer.upper_bound);
       continue;
@@ -432,7 +415,7 @@ RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion
     answer.pair = ofAllPieces(answer.pair, answer.time);
     takeUpperBound(answer.upper_bound, answer);
   }
-  const double open = queue_.empty() ? kInfinity : queue_.front().lower_bound;
+  const double open = queue_.empty() ? kInfinity : queue_.first().lower_bound;
   answer.lower_bound = std::min({proven, open, answer.upper_bound});
   // Without the state at the start, what is inside from the start on has not been seen.
   if (!has_states || !(answer.lower_bound > 0.0)) searchInteriors(question, answer);
@@ -465,8 +448,8 @@ void MotionSearch::searchInteriors(const MotionQuestion& question, RobotMinimum&
       push(withInterior({-kInfinity, i, moving.a.root, moving.b.root, 1, 0.0}, answer));
   double proven = kInfinity;  // [m] the smallest bound of the intervals that are not divided further
   for (int i = 0; i < kMaxInteriorIntervals && !queue_.empty() && !isOver(question); ++i) {
-    if (!(answer.upper_bound - queue_.front().lower_bound > narrowphase::usableTolerance(question.tolerance))) break;
-    const IntervalVisit visit = pop();
+    if (!(answer.upper_bound - queue_.first().lower_bound > narrowphase::usableTolerance(question.tolerance))) break;
+    const IntervalVisit visit = queue_.pop();
     ++answer.counts.intervals;
     if (visit.interval >= 1 << kMaxInteriorLevels) {
       proven = std::min(proven, visit.lower_bound);
@@ -476,7 +459,7 @@ void MotionSearch::searchInteriors(const MotionQuestion& question, RobotMinimum&
     for (half.interval = 2 * visit.interval; half.interval <= 2 * visit.interval + 1; ++half.interval)
       push(withInterior(half, answer));
   }
-  const double open = queue_.empty() ? kInfinity : queue_.front().lower_bound;
+  const double open = queue_.empty() ? kInfinity : queue_.first().lower_bound;
   answer.lower_bound = std::min({answer.lower_bound, proven, open, answer.upper_bound});
   if (answer.upper_bound - answer.lower_bound > narrowphase::usableTolerance(question.tolerance))
     answer.status = lessComplete(answer.status, narrowphase::Status::IterationLimit);

@@ -7,6 +7,7 @@
 
 #include "proximity_server/scene/motion/motion_question.h"
 #include "proximity_server/scene/motion/robot_motion.h"
+#include "scene/bounds/heap.h"
 #include "scene/motion/moving_pairs.h"
 #include "scene/query/interior_search.h"
 #include "scene/query/pair_ranking.h"
@@ -46,7 +47,12 @@ class MotionSearch {
     double lower_bound;  ///< [m] of their signed distance less the padding
     int pair;            ///< index into pairs_
     int a, b, interval;
-    double travel;  ///< [m] of b as seen from a
+    double travel;          ///< [m] of b as seen from a
+    double earliest = 0.0;  ///< the begin of the interval, for a search by Order::Earliest; set by push()
+
+    bool operator<(const IntervalVisit& other) const {
+      return earliest != other.earliest ? earliest > other.earliest : lower_bound > other.lower_bound;
+    }
   };
   /// What a search knows so far about the time of the first contact.
   struct FirstContactBounds {
@@ -65,9 +71,7 @@ class MotionSearch {
     return visit.lower_bound > std::min(limit, movingPairOf(visit).contact_distance);
   }
 
-  bool goesLater(const IntervalVisit& p, const IntervalVisit& q) const;
-  void push(const IntervalVisit& visit);
-  IntervalVisit pop();
+  void push(IntervalVisit visit);
 
   IntervalVisit withSpheres(IntervalVisit visit);
   IntervalVisit withBoxes(IntervalVisit visit);
@@ -106,7 +110,7 @@ class MotionSearch {
   bool found_pieces_ = false;  ///< whether found() has given the last pair, about two pieces of several
   bool links_have_interiors_ = false, objects_have_interiors_ = false;
   Order order_ = Order::Nearest;
-  std::vector<IntervalVisit> queue_;  ///< a heap
+  Heap<IntervalVisit> queue_;
 };
 
 }  // namespace proximity_server::scene

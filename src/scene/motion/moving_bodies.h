@@ -5,7 +5,7 @@
 
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/robot_motion.h"
-#include "scene/model/bounds.h"
+#include "scene/bounds/bounds.h"
 
 namespace proximity_server::scene {
 

@@ -46,16 +46,6 @@ Volume leafOver(const Piece& piece) {
 HalfSpaceBox::HalfSpaceBox(const PlacedHalfSpace& half_space, double reach)
     : piece(boxBelow(half_space, reach)), volume(leafOver(piece)), error(kPoseRounding * (reach + half_space.way)) {}
 
-Bounds boundsOf(const Eigen::AlignedBox3d& box) {
-  Bounds bounds;
-  bounds.centre = box.center();
-  bounds.half = 0.5 * box.sizes();
-  bounds.reach = bounds.centre.norm() + bounds.half.norm();
-  bounds.half.array() += kPoseRounding * bounds.reach;
-  bounds.radius = (1.0 + kPoseRounding) * bounds.half.norm();
-  return bounds;
-}
-
 MovingPairs::MovingPairs(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes)
     : model_(std::move(model)), volumes_(std::move(volumes)), paddings_(paddingsOf(model_->pairs)) {}
 

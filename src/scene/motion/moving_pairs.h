@@ -144,7 +144,4 @@ class MovingPairs {
   int asked_ = 0, of_list_ = 0, unknown_ = 0, too_far_ = 0;
 };
 
-/// The bounds of a box along the axes of its frame.
-Bounds boundsOf(const Eigen::AlignedBox3d& box);
-
 }  // namespace proximity_server::scene

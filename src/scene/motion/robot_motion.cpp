@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "proximity_server/scene/model/kinematics.h"
-#include "scene/model/usable_pose.h"
+#include "scene/model/body_pose.h"
 
 namespace proximity_server::scene {
 namespace {

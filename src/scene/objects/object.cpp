@@ -8,7 +8,8 @@
 
 #include "proximity_server/scene/model/names.h"
 #include "scene/mesh/input_limits.h"
-#include "scene/model/usable_pose.h"
+#include "scene/model/body_pose.h"
+#include "scene/model/pieces.h"
 #include "scene/objects/object_geometry.h"
 
 namespace proximity_server::scene {

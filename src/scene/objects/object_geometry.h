@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "proximity_server/scene/objects/object.h"
-#include "scene/model/volume_tree.h"
+#include "scene/bounds/volume_tree.h"
 
 namespace proximity_server::scene {
 

@@ -8,7 +8,7 @@
 #include "proximity_server/scene/model/names.h"
 #include "scene/filter/given_model.h"
 #include "scene/mesh/input_limits.h"
-#include "scene/model/usable_pose.h"
+#include "scene/model/body_pose.h"
 #include "scene/objects/placed_object.h"
 
 namespace proximity_server::scene {

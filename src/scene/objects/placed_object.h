@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "proximity_server/scene/objects/objects.h"
-#include "scene/objects/box_tree.h"
+#include "scene/bounds/box_tree.h"
 #include "scene/objects/object_geometry.h"
 
 namespace proximity_server::scene {

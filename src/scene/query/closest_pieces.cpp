@@ -136,7 +136,7 @@ narrowphase::SignedDistance PieceSearch::distance(const LeafPair& leaves, const 
 Visit PieceSearch::withBoxes(Visit visit, const RelativePose& a_T_b) const {
   if (skipping_ == Skipping::On && PlacedRobot::boxesPay(a_[visit.a], b_[visit.b]))
     visit.lower_bound =
-        std::max(visit.lower_bound, PlacedRobot::boxGap(a_[visit.a], b_[visit.b], a_T_b) - visit.padding);
+        std::max(visit.lower_bound, boxGap(a_[visit.a].bounds, b_[visit.b].bounds, a_T_b) - visit.padding);
   visit.bound = Visit::Bound::Box;
   return visit;
 }
@@ -169,7 +169,7 @@ void PieceSearch::split(const Visit& visit, const RelativePose& a_T_b, double li
     // What holds for a whole holds for its parts.
     if (skipping_ == Skipping::On)
       next.lower_bound =
-          std::max(visit.lower_bound, PlacedRobot::sphereGap(a_[next.a], b_[next.b], a_T_b) - visit.padding);
+          std::max(visit.lower_bound, sphereGap(a_[next.a].bounds, b_[next.b].bounds, a_T_b) - visit.padding);
     if (next.lower_bound > limit)
       left_out_ = std::min(left_out_, next.lower_bound);
     else

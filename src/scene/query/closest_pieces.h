@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "proximity_server/scene/query/question.h"
-#include "scene/query/leaf_boxes.h"
+#include "scene/bounds/leaf_boxes.h"
 #include "scene/query/placed_robot.h"
 #include "scene/query/visit_queue.h"
 

@@ -1,7 +1,6 @@
 #include "scene/query/link_groups.h"
 
 #include <algorithm>
-#include <limits>
 
 #include "scene/model/infinity.h"
 
@@ -36,52 +35,33 @@ std::vector<int> linksInOrder(const SceneModel& model) {
 }  // namespace
 
 LinkGroups::LinkGroups(const SceneModel& model)
-    : candidates_(model.robot.links.size() * model.robot.links.size(), -1), links_(model.robot.links.size()) {
+    : links_(linksInOrder(model)),
+      tree_(BoxTree::inOrder(links_)),
+      candidates_(model.robot.links.size() * model.robot.links.size(), -1),
+      link_count_(model.robot.links.size()) {
   for (std::size_t i = 0; i < model.pairs.checked.size(); ++i) {
     const LinkPair& pair = model.pairs.pairs[model.pairs.checked[i]];
-    candidates_[static_cast<std::size_t>(pair.link_a) * links_ + static_cast<std::size_t>(pair.link_b)] =
+    candidates_[static_cast<std::size_t>(pair.link_a) * link_count_ + static_cast<std::size_t>(pair.link_b)] =
         static_cast<int>(i);
     largest_padding_ = std::max(largest_padding_, pair.padding);
   }
-  const std::vector<int> links = linksInOrder(model);
-  if (!links.empty()) add(links.begin(), links.end());
-}
-
-int LinkGroups::add(std::vector<int>::const_iterator begin, std::vector<int>::const_iterator end) {
-  const auto index = groups_.size();
-  groups_.emplace_back();
-  if (end - begin == 1) {
-    groups_[index].link = *begin;
-  } else {
-    const auto middle = begin + (end - begin) / 2;
-    const int first = add(begin, middle), second = add(middle, end);
-    groups_[index].parts = {first, second};
-  }
-  return static_cast<int>(index);
 }
 
 bool LinkGroups::refit(const PlacedRobot& robot) {
-  for (std::size_t i = groups_.size(); i-- > 0;) {
-    Group& group = groups_[i];
-    if (group.isLink()) {
-      if (!robot.isPlaced(group.link)) return false;
-      group.box = robot.boxAround(group.link);
-    } else {
-      group.box = (*this)[group.parts[0]].box.merged((*this)[group.parts[1]].box);
-    }
-  }
-  rounding_ = kPoseRounding * groups_.front().box.diagonal().norm();
+  if (!std::all_of(links_.begin(), links_.end(), [&](int link) { return robot.isPlaced(link); })) return false;
+  tree_.refit([&](int link) { return robot.boxAround(link); });
+  rounding_ = kPoseRounding * tree_[0].box.diagonal().norm();
   return true;
 }
 
 double LinkGroups::gap(int a, int b) const {
-  const double distance = (*this)[a].box.exteriorDistance((*this)[b].box);
+  const double distance = tree_[a].box.exteriorDistance(tree_[b].box);
   return distance > 0.0 ? distance - rounding_ - largest_padding_ : -kInfinity;
 }
 
 int LinkGroups::candidate(int link_a, int link_b) const {
   const auto [a, b] = std::minmax(link_a, link_b);
-  return candidates_[static_cast<std::size_t>(a) * links_ + static_cast<std::size_t>(b)];
+  return candidates_[static_cast<std::size_t>(a) * link_count_ + static_cast<std::size_t>(b)];
 }
 
 }  // namespace proximity_server::scene

@@ -1,10 +1,9 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <array>
 #include <vector>
 
 #include "proximity_server/scene/filter/scene_model.h"
+#include "scene/bounds/box_tree.h"
 #include "scene/query/placed_robot.h"
 
 namespace proximity_server::scene {
@@ -18,15 +17,8 @@ class LinkGroups {
  public:
   explicit LinkGroups(const SceneModel& model);
 
-  /// One link, or two groups that together are this one. The root is group 0.
-  struct Group {
-    int link = -1;
-    std::array<int, 2> parts{-1, -1};
-    Eigen::AlignedBox3d box;  ///< in the frame of the poses, moved to the origin of a body
-    bool isLink() const { return link >= 0; }
-  };
-  const Group& operator[](int group) const { return groups_[group]; }
-  bool empty() const { return groups_.empty(); }
+  /// A group is a node; the items are links. The boxes are in the frame of the poses, moved to the origin of a body.
+  const BoxTree& tree() const { return tree_; }
 
   /// Fits the boxes to the poses. Returns false if the pose of a link is missing.
   bool refit(const PlacedRobot& robot);
@@ -38,11 +30,10 @@ class LinkGroups {
   int candidate(int link_a, int link_b) const;
 
  private:
-  int add(std::vector<int>::const_iterator begin, std::vector<int>::const_iterator end);
-
-  std::vector<Group> groups_;  // parts behind their whole
-  std::vector<int> candidates_;
-  std::size_t links_;
+  std::vector<int> links_;  ///< of the candidates
+  BoxTree tree_;
+  std::vector<int> candidates_;  ///< by both links
+  std::size_t link_count_;
   double largest_padding_ = 0.0;  ///< [m]
   double rounding_ = 0.0;         ///< [m] of a gap
 };

@@ -78,19 +78,6 @@ void ObjectVisits::countUnknown(const PlacedRobot& robot) {
   }
 }
 
-void ObjectVisits::push(const NodeVisit& visit, double limit) {
-  if (visit.lower_bound > limit) return;
-  queue_.push_back(visit);
-  std::push_heap(queue_.begin(), queue_.end());
-}
-
-ObjectVisits::NodeVisit ObjectVisits::pop() {
-  std::pop_heap(queue_.begin(), queue_.end());
-  const NodeVisit visit = queue_.back();
-  queue_.pop_back();
-  return visit;
-}
-
 /// -1 if the object is not there any more as it was.
 int ObjectVisits::objectOf(Tree tree, int item, const PlacedRobot& robot) const {
   if (tree == Tree::Moving) return moving_[static_cast<std::size_t>(item)];

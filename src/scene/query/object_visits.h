@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "proximity_server/scene/objects/objects.h"
+#include "scene/bounds/heap.h"
 #include "scene/query/placed_robot.h"
 
 namespace proximity_server::scene {
@@ -58,13 +59,13 @@ class ObjectVisits {
 
   /// [m] Infinity if nothing is left.
   double lowestBound() const {
-    return queue_.empty() ? std::numeric_limits<double>::infinity() : queue_.front().lower_bound;
+    return queue_.empty() ? std::numeric_limits<double>::infinity() : queue_.first().lower_bound;
   }
 
   /// Takes the node with the smallest bound, and opens it; calls enter(a, b) if it ends at a checked pair.
   template <typename Enter>
   void open(const PlacedRobot& robot, double limit, const Enter& enter) {
-    NodeVisit visit = pop();
+    NodeVisit visit = queue_.pop();
     const BoxTree& boxes = treeOf(visit.tree, robot);
     const Walker& walker = walkers_[static_cast<std::size_t>(visit.walker)];
     while (!boxes[visit.node].isLeaf()) {
@@ -146,8 +147,9 @@ class ObjectVisits {
     }
   }
 
-  void push(const NodeVisit& visit, double limit);
-  NodeVisit pop();
+  void push(const NodeVisit& visit, double limit) {
+    if (!(visit.lower_bound > limit)) queue_.push(visit);
+  }
   void addWalker(const PlacedRobot& robot, int part);
   void fitMoving(const PlacedRobot& robot);
   void countUnknown(const PlacedRobot& robot);
@@ -163,7 +165,7 @@ class ObjectVisits {
   std::vector<int> scratch_;
   std::vector<Eigen::AlignedBox3d> moving_boxes_;
   BoxTree moving_tree_;
-  std::vector<NodeVisit> queue_;  ///< a heap
+  Heap<NodeVisit> queue_;
   std::int64_t unknown_pairs_ = 0;
 };
 

@@ -98,7 +98,7 @@ Visit PairMeasurement::refined(Visit visit, double limit) const {
     }
   }
   if (!(visit.lower_bound > limit) && PlacedRobot::boxesPay(a.whole(), b.whole()) && !b.isUnbounded()) {
-    const double bound = PlacedRobot::boxGap(a.whole(), b.whole(), a_T_b) - visit.padding;
+    const double bound = boxGap(a.whole().bounds, b.whole().bounds, a_T_b) - visit.padding;
     if (bound > visit.lower_bound) {
       visit.lower_bound = bound;
       visit.bound = Visit::Bound::Box;

@@ -78,7 +78,7 @@ double PairRanking::limit(const Search& search) const {
   if (skipping_ == Skipping::Off || search.goal == Goal::ClosestAndCount || nearest_.size() < search.k)
     return search.question.threshold;
   const bool is_done = search.goal == Goal::Any || nearest_.empty();
-  return is_done ? -kInfinity : std::min(search.question.threshold, nearest_.front().rank);
+  return is_done ? -kInfinity : std::min(search.question.threshold, nearest_.first().rank);
 }
 
 PairRanking::AskedPair PairRanking::inList(int number, const Search& search) const {
@@ -107,11 +107,8 @@ void PairRanking::consider(const Visit& visit, const Search& search) {
   const PairProximity proximity = measurement_.measure(pair, visit, limit_of_pair, search.question);
   if (proximity.result.status == narrowphase::Status::Unknown || isBeyond(proximity.result, limit_of_pair)) return;
   ++below_;
-  nearest_.push_back({rankOf(proximity.result, search.question) - visit.threshold, visit.number, proximity});
-  std::push_heap(nearest_.begin(), nearest_.end());
-  if (nearest_.size() <= search.k) return;
-  std::pop_heap(nearest_.begin(), nearest_.end());
-  nearest_.pop_back();
+  nearest_.push({rankOf(proximity.result, search.question) - visit.threshold, visit.number, proximity});
+  if (nearest_.size() > search.k) nearest_.pop();
 }
 
 /// Measures the pairs that were closest the last time, as far as they are asked for and there: step 1 of PairRanking.
@@ -185,18 +182,18 @@ void PairRanking::enter(const AskedPair& pair, const Search& search) {
 /// Puts the candidate pairs between the links of two groups into the queue, unless the bound of the groups excludes
 /// them. Divides the larger group until both are single links.
 void PairRanking::enterBetween(int group_a, int group_b, const Search& search) {
-  const LinkGroups::Group &a = (*groups_)[group_a], &b = (*groups_)[group_b];
+  const BoxTree::Node &a = groups_->tree()[group_a], &b = groups_->tree()[group_b];
   if (group_a == group_b) {
-    if (a.isLink()) return;
+    if (a.isLeaf()) return;
     enterBetween(a.parts[0], a.parts[0], search);
     enterBetween(a.parts[1], a.parts[1], search);
     enterBetween(a.parts[0], a.parts[1], search);
   } else if (groups_->gap(group_a, group_b) > limit(search) + search.of_links) {
     return;
-  } else if (a.isLink() && b.isLink()) {
-    const int number = groups_->candidate(a.link, b.link);
+  } else if (a.isLeaf() && b.isLeaf()) {
+    const int number = groups_->candidate(a.item, b.item);
     if (number >= 0) enter(inList(number, search), search);
-  } else if (b.isLink() || (!a.isLink() && a.box.volume() >= b.box.volume())) {
+  } else if (b.isLeaf() || (!a.isLeaf() && a.box.volume() >= b.box.volume())) {
     for (const int part : a.parts) enterBetween(part, group_b, search);
   } else {
     for (const int part : b.parts) enterBetween(group_a, part, search);
@@ -208,7 +205,7 @@ void PairRanking::enterBetween(int group_a, int group_b, const Search& search) {
 bool PairRanking::needsOnlyCounting(const Visit& visit, const Search& search) const {
   if (search.goal != Goal::ClosestAndCount || nearest_.size() < search.k) return false;
   // If the depth is not wanted, all overlaps are equally close.
-  if (!nearest_.empty() && !(std::isfinite(nearest_.front().rank) && visit.excess() > nearest_.front().rank))
+  if (!nearest_.empty() && !(std::isfinite(nearest_.first().rank) && visit.excess() > nearest_.first().rank))
     return false;
   return measurement_.isStillWithin(visit, search.question.threshold + visit.threshold);
 }
@@ -234,7 +231,7 @@ void PairRanking::visitBestFirst(const Search& search) {
 void PairRanking::countTheRest(const Search& search) {
   PairCounts& counts = measurement_.counts();
   counts.total = static_cast<int>(search.total);
-  for (const Visit& visit : queue_.remaining()) {
+  for (const Visit& visit : queue_.all()) {
     counts.at_rest += visit.bound == Visit::Bound::Rest;
     counts.by_motion += visit.bound == Visit::Bound::Motion;
   }
@@ -246,7 +243,7 @@ void PairRanking::keepLikely(const Search& search) {
   const auto isReplaced = [&](const AskedPair& pair) { return isAskedFor(pair, search); };
   likely_.erase(std::remove_if(likely_.begin(), likely_.end(), isReplaced), likely_.end());
   const PlacedRobot& robot = measurement_.robot();
-  for (const Ranked& ranked : nearest_) {
+  for (const Ranked& ranked : nearest_.all()) {
     const ShapeRefPair& refs = ranked.proximity.asked;
     likely_.push_back({ranked.number, robot.numberOf(refs.a), robot.numberOf(refs.b)});
   }
@@ -283,9 +280,8 @@ const std::vector<PairProximity>& PairRanking::closest(const Pairs& pairs, std::
   countTheRest(search);
 
   keepLikely(search);
-  std::sort_heap(nearest_.begin(), nearest_.end());
   results_.clear();
-  for (const Ranked& ranked : nearest_) results_.push_back(ranked.proximity);
+  for (const Ranked& ranked : nearest_.sorted()) results_.push_back(ranked.proximity);
   return results_;
 }
 

@@ -123,7 +123,7 @@ class PairRanking {
   ObjectVisits object_visits_;
 
   VisitQueue queue_;
-  std::vector<Ranked> nearest_;    // a heap, the farthest in front
+  Heap<Ranked> nearest_;           // the farthest first
   std::vector<AskedPair> likely_;  // those that were nearest the last time, ascending
   std::vector<PairProximity> results_;
   int below_ = 0;

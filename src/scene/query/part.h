@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "proximity_server/scene/model/robot_model.h"
-#include "scene/model/volume_tree.h"
+#include "scene/bounds/volume_tree.h"
 #include "scene/objects/placed_object.h"
 
 namespace proximity_server::scene {

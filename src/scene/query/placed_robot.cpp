@@ -9,7 +9,7 @@
 
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "scene/model/usable_pose.h"
+#include "scene/model/body_pose.h"
 
 namespace proximity_server::scene {
 
@@ -204,18 +204,6 @@ RelativePose PlacedRobot::relative(int a, int b) const {
 Eigen::AlignedBox3d PlacedRobot::boxAround(int part) const {
   const Sphere& sphere = spheres_[part];
   return {sphere.centre.array() - sphere.radius, sphere.centre.array() + sphere.radius};
-}
-
-double PlacedRobot::sphereGap(const Volume& a, const Volume& b, const RelativePose& a_T_b) {
-  const Bounds &bounds_a = a.bounds, &bounds_b = b.bounds;
-  const Vector3d between = a_T_b.translation + (a_T_b.rotation * bounds_b.centre - bounds_a.centre);
-  return scene::sphereGap(between, bounds_a, bounds_b);
-}
-
-double PlacedRobot::boxGap(const Volume& a, const Volume& b, const RelativePose& a_T_b) {
-  const Bounds &bounds_a = a.bounds, &bounds_b = b.bounds;
-  const Vector3d between = a_T_b.translation + (a_T_b.rotation * bounds_b.centre - bounds_a.centre);
-  return scene::boxGap(between, bounds_a, bounds_a.axes, bounds_b, a_T_b.rotation * bounds_b.axes);
 }
 
 double PlacedRobot::rounding(const Volume& a, const Volume& b, const RelativePose& a_T_b) {

@@ -9,7 +9,6 @@
 #include "proximity_server/scene/objects/objects.h"
 #include "scene/objects/placed_object.h"
 #include "scene/query/pair_memory.h"
-#include "scene/query/relative_pose.h"
 #include "scene/query/volumes.h"
 
 namespace proximity_server::scene {
@@ -94,11 +93,8 @@ class PlacedRobot {
   /// The pose of part b's body in the frame of part a's body.
   RelativePose relative(int a, int b) const;
 
-  /// Lower bounds [m] of the signed distance of two parts, of which only the second may have half-spaces, or of two of their
-  /// volumes.
+  /// Lower bounds [m] of the signed distance of two parts, of which only the second may have half-spaces.
   double sphereGap(int a, int b) const;
-  static double sphereGap(const Volume& a, const Volume& b, const RelativePose& a_T_b);
-  static double boxGap(const Volume& a, const Volume& b, const RelativePose& a_T_b);
 
   /// The box of the sphere of a placed link or <collision>, in the frame of the poses moved to one of the bodies.
   Eigen::AlignedBox3d boxAround(int part) const;

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <algorithm>
 #include <limits>
-#include <vector>
+
+#include "scene/bounds/heap.h"
 
 namespace proximity_server::scene {
 
@@ -19,43 +19,18 @@ struct Visit {
 
   /// [m] By how much the lower bound is above the threshold of the pair.
   double excess() const { return lower_bound - threshold; }
+
+  bool operator<(const Visit& other) const {
+    return excess() != other.excess() ? excess() > other.excess() : number > other.number;
+  }
 };
 
 /// Visits by their excess, the smallest first.
-class VisitQueue {
+class VisitQueue : public Heap<Visit> {
  public:
-  void reserve(std::size_t size) { heap_.reserve(size); }
-  void clear() { heap_.clear(); }
-  bool empty() const { return heap_.empty(); }
-
-  void push(const Visit& visit) {
-    heap_.push_back(visit);
-    std::push_heap(heap_.begin(), heap_.end(), Later{});
-  }
-
-  Visit pop() {
-    std::pop_heap(heap_.begin(), heap_.end(), Later{});
-    const Visit first = heap_.back();
-    heap_.pop_back();
-    return first;
-  }
-
-  const std::vector<Visit>& remaining() const { return heap_; }
-
   /// [m] The smallest excess, which is the smallest lower bound where no pair has a threshold of its own; infinity if the queue
   /// is empty.
-  double lowestBound() const {
-    return heap_.empty() ? std::numeric_limits<double>::infinity() : heap_.front().excess();
-  }
-
- private:
-  struct Later {  // a type, so that the heap calls no function for each comparison
-    bool operator()(const Visit& a, const Visit& b) const {
-      return a.excess() != b.excess() ? a.excess() > b.excess() : a.number > b.number;
-    }
-  };
-
-  std::vector<Visit> heap_;
+  double lowestBound() const { return empty() ? std::numeric_limits<double>::infinity() : first().excess(); }
 };
 
 }  // namespace proximity_server::scene

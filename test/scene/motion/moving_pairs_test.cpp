@@ -54,21 +54,6 @@ TEST(HalfSpaceBox, EndsAtThePlane) {
 
 // --- the tree of fixed objects
 
-TEST(BoundsOfABox, HoldItsCorners) {
-  Chance chance(3);
-  for (int i = 0; i < 1000; ++i) {
-    Eigen::AlignedBox3d box(Vector3d(1e3 * chance.direction()));
-    box.extend(1e3 * chance.direction());
-    const Bounds bounds = boundsOf(box);
-    for (int corner = 0; corner < 8; ++corner) {
-      const Vector3d point = box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner));
-      EXPECT_LE((point - bounds.centre).norm(), bounds.radius);
-      EXPECT_TRUE(((point - bounds.centre).cwiseAbs().array() <= bounds.half.array()).all());
-      EXPECT_LE(point.norm(), bounds.reach * (1.0 + 1e-15));
-    }
-  }
-}
-
 class ManyFixed : public testing::Test {
  protected:
   ManyFixed() {

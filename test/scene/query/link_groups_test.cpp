@@ -37,15 +37,17 @@ struct Grouped {
 };
 
 int groupOf(const LinkGroups& groups, int link, int below = 0) {
-  if (groups[below].isLink()) return groups[below].link == link ? below : -1;
-  const int found = groupOf(groups, link, groups[below].parts[0]);
-  return found >= 0 ? found : groupOf(groups, link, groups[below].parts[1]);
+  const BoxTree::Node& group = groups.tree()[below];
+  if (group.isLeaf()) return group.item == link ? below : -1;
+  const int found = groupOf(groups, link, group.parts[0]);
+  return found >= 0 ? found : groupOf(groups, link, group.parts[1]);
 }
 
 std::vector<int> linksOf(const LinkGroups& groups, int group) {
-  if (groups[group].isLink()) return {groups[group].link};
-  std::vector<int> links = linksOf(groups, groups[group].parts[0]);
-  const std::vector<int> others = linksOf(groups, groups[group].parts[1]);
+  const BoxTree::Node& here = groups.tree()[group];
+  if (here.isLeaf()) return {here.item};
+  std::vector<int> links = linksOf(groups, here.parts[0]);
+  const std::vector<int> others = linksOf(groups, here.parts[1]);
   links.insert(links.end(), others.begin(), others.end());
   return links;
 }
@@ -90,15 +92,15 @@ TEST(LinkGroups, LeaveOutLinksOfNoCandidate) {
 
 TEST(LinkGroups, AreNoneWithoutCandidates) {
   const Grouped robot(floatingLinks({ball("1")}));
-  EXPECT_TRUE(LinkGroups(robot.model).empty());
-  EXPECT_FALSE(LinkGroups(Grouped(floatingLinks(kFiveBalls)).model).empty());
+  EXPECT_TRUE(LinkGroups(robot.model).tree().empty());
+  EXPECT_FALSE(LinkGroups(Grouped(floatingLinks(kFiveBalls)).model).tree().empty());
 }
 
 TEST(LinkGroups, KeepABranchOfTheKinematicTreeTogether) {
   const Grouped robot(robotOf(kTwoArms));
   const LinkGroups groups(robot.model);
-  const std::set<Links> arms{namesOf(robot, linksOf(groups, groups[0].parts[0])),
-                             namesOf(robot, linksOf(groups, groups[0].parts[1]))};
+  const std::set<Links> arms{namesOf(robot, linksOf(groups, groups.tree()[0].parts[0])),
+                             namesOf(robot, linksOf(groups, groups.tree()[0].parts[1]))};
   EXPECT_EQ(arms, (std::set<Links>{{"left upper", "left fore"}, {"right upper", "right fore"}}));
 }
 
@@ -110,10 +112,10 @@ TEST(LinkGroups, HaveTheBoxAroundTheirLinks) {
   LinkGroups groups(robot.model);
   const std::vector<Isometry3d> poses{at(10, 0, 1), at(10, 2, 1), at(10, 4, 1), at(10, 6, 1), at(10, 8, 1)};
   ASSERT_TRUE(groups.refit(robot.placed(poses)));
-  EXPECT_LE((groups[0].box.sizes() - Vector3d(1, 9, 1)).norm(), 1e-12);
+  EXPECT_LE((groups.tree()[0].box.sizes() - Vector3d(1, 9, 1)).norm(), 1e-12);
   const int first = groupOf(groups, robot.link("0")), last = groupOf(groups, robot.link("4"));
-  EXPECT_LE((groups[first].box.sizes() - Vector3d(1, 1, 1)).norm(), 1e-12);
-  EXPECT_LE((groups[last].box.center() - groups[first].box.center() - Vector3d(0, 8, 0)).norm(), 1e-12);
+  EXPECT_LE((groups.tree()[first].box.sizes() - Vector3d(1, 1, 1)).norm(), 1e-12);
+  EXPECT_LE((groups.tree()[last].box.center() - groups.tree()[first].box.center() - Vector3d(0, 8, 0)).norm(), 1e-12);
 }
 
 TEST(LinkGroups, HoldTheBoxesOfTheirParts) {
@@ -125,11 +127,11 @@ TEST(LinkGroups, HoldTheBoxesOfTheirParts) {
   ASSERT_TRUE(groups.refit(robot.placed(poses)));
   std::vector<int> pending{0};
   while (!pending.empty()) {
-    const LinkGroups::Group& group = groups[pending.back()];
+    const BoxTree::Node& group = groups.tree()[pending.back()];
     pending.pop_back();
-    if (group.isLink()) continue;
+    if (group.isLeaf()) continue;
     for (const int part : group.parts) {
-      EXPECT_TRUE(group.box.contains(groups[part].box));
+      EXPECT_TRUE(group.box.contains(groups.tree()[part].box));
       pending.push_back(part);
     }
   }
@@ -164,7 +166,7 @@ TEST(GapOfLinkGroups, IsThatOfTheirBoxes) {
   const Grouped robot(floatingLinks({ball("0.5"), ball("0.5"), ball("0.5"), ball("0.5")}), options);
   LinkGroups groups(robot.model);
   ASSERT_TRUE(groups.refit(robot.placed({at(0, 0, 0), at(1, 0, 0), at(0, 10, 0), at(1, 10, 0)})));
-  const auto [first, second] = groups[0].parts;
+  const auto [first, second] = groups.tree()[0].parts;
   ASSERT_EQ(linksOf(groups, first).size(), 2u);
   EXPECT_NEAR(groups.gap(first, second), 9.0, 1e-12);
   EXPECT_NEAR(groups.gap(second, first), 9.0, 1e-12);

@@ -26,10 +26,10 @@ struct Placed {
 
   // What is asked of two parts, here of links.
   double sphereGap(int p, int q, const RelativePose& p_T_q) const {
-    return PlacedRobot::sphereGap(robot[p].whole(), robot[q].whole(), p_T_q);
+    return scene::sphereGap(robot[p].whole().bounds, robot[q].whole().bounds, p_T_q);
   }
   double boxGap(int p, int q, const RelativePose& p_T_q) const {
-    return PlacedRobot::boxGap(robot[p].whole(), robot[q].whole(), p_T_q);
+    return scene::boxGap(robot[p].whole().bounds, robot[q].whole().bounds, p_T_q);
   }
   bool boxesPay(int p, int q) const { return PlacedRobot::boxesPay(robot[p].whole(), robot[q].whole()); }
   RelativeMotionBound relativeMotion(int p, int q, const RelativePose& before, const RelativePose& now) const {

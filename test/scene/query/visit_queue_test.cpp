@@ -55,15 +55,15 @@ TEST(VisitQueue, KeepsAllOfAVisit) {
   EXPECT_EQ(visit.bound, Visit::Bound::Motion);
 }
 
-TEST(VisitQueue, RemainingAreThoseThatWereNotGiven) {
+TEST(VisitQueue, HoldsThoseThatWereNotGiven) {
   VisitQueue queue;
   for (int i = 0; i < 4; ++i) queue.push(visitOf(i, i));
   queue.pop();
-  EXPECT_EQ(queue.remaining().size(), 3u);
-  for (const Visit& visit : queue.remaining()) EXPECT_GT(visit.number, 0);
+  EXPECT_EQ(queue.all().size(), 3u);
+  for (const Visit& visit : queue.all()) EXPECT_GT(visit.number, 0);
   queue.clear();
   EXPECT_TRUE(queue.empty());
-  EXPECT_TRUE(queue.remaining().empty());
+  EXPECT_TRUE(queue.all().empty());
 }
 
 }  // namespace proximity_server::scene::visit_queue_test

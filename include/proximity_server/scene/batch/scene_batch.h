@@ -1,30 +1,17 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <memory>
 #include <vector>
 
+#include "proximity_server/scene/batch/state_verdict.h"
 #include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/model/states.h"
 #include "proximity_server/scene/query/level_thresholds.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/question.h"
 
 namespace proximity_server::scene {
-
-/// Joint positions [rad] or [m] of many states: a row for each state, a column for each of RobotModel::joints; those of
-/// mimic joints are ignored. With any strides, so that the positions of a joint or those of a state may be side by side.
-using States = Eigen::Ref<const Eigen::MatrixXd, 0, Eigen::Stride<Eigen::Dynamic, Eigen::Dynamic>>;
-
-/// Whether some candidate pair of a state is at or below a distance.
-struct StateVerdict {
-  enum class Kind : unsigned char { Unknown, Above, Below };
-  Kind kind = Kind::Unknown;
-
-  /// Of Below: such a pair, a number among the candidates; of several, that which is found first. It is a function of the state
-  /// and the distance alone.
-  int pair = -1;
-};
 
 /// Pairs of many states, state by state.
 struct StatePairs {

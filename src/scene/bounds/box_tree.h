@@ -1,0 +1,78 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <vector>
+
+namespace proximity_server::scene {
+
+/// A lower bound [m] of the signed distance of what two boxes along the axes of one frame hold: their distance, or, where
+/// they overlap, minus the shortest way along an axis that separates them. Infinity if one is empty.
+double boxGap(const Eigen::AlignedBox3d& a, const Eigen::AlignedBox3d& b);
+
+/// Puts the half of some items first that has the smaller keys, of equal ones the smaller numbers. Returns where it ends.
+template <typename Key>
+std::vector<int>::iterator halve(std::vector<int>::iterator begin, std::vector<int>::iterator end, const Key& keyOf) {
+  const auto middle = begin + (end - begin) / 2;
+  std::nth_element(begin, middle, end, [&](int a, int b) {
+    const double of_a = keyOf(a), of_b = keyOf(b);
+    return of_a != of_b ? of_a < of_b : a < b;
+  });
+  return middle;
+}
+
+/// A binary tree of boxes along the axes of one frame.
+///
+/// 1. Build: halve the items along the longest edge of the box of their centres, down to single ones; or in a given order.
+/// 2. Refit: new boxes of the same items, from the leaves up; what is near in the tree need not be near any more, so
+///    that a tree which has grown too loose is better built anew, see looseness().
+///
+/// Source: van den Bergen, Efficient Collision Detection of Complex Deformable Models Using AABB Trees, J. Graphics
+///         Tools 1997.
+class BoxTree {
+ public:
+  /// A leaf holds one item, all others two nodes behind themselves. The root is node 0.
+  struct Node {
+    Eigen::AlignedBox3d box;
+    int item = -1;
+    std::array<int, 2> parts{-1, -1};
+    bool isLeaf() const { return item >= 0; }
+  };
+
+  BoxTree() = default;
+
+  /// The items are the indices of the boxes.
+  explicit BoxTree(const std::vector<Eigen::AlignedBox3d>& boxes);
+
+  /// Halves items as they are listed. They have no boxes before refit().
+  static BoxTree inOrder(std::vector<int> items);
+
+  bool empty() const { return nodes_.empty(); }
+  const Node& operator[](int node) const { return nodes_[static_cast<std::size_t>(node)]; }
+
+  /// Takes the boxes boxOf(item). An item whose box is empty is infinitely far from everything.
+  template <typename BoxOf>
+  void refit(const BoxOf& boxOf) {
+    for (std::size_t i = nodes_.size(); i-- > 0;) {
+      Node& node = nodes_[i];
+      node.box = node.isLeaf() ? boxOf(node.item) : (*this)[node.parts[0]].box.merged((*this)[node.parts[1]].box);
+    }
+  }
+  void refit(const std::vector<Eigen::AlignedBox3d>& boxes) {
+    refit([&](int item) -> const Eigen::AlignedBox3d& { return boxes[static_cast<std::size_t>(item)]; });
+  }
+
+  /// How much larger the boxes are, in the sum of their diagonals, than they were when the tree was built; at least 1.
+  double looseness() const;
+
+ private:
+  template <typename Halve>
+  int add(std::vector<int>::iterator begin, std::vector<int>::iterator end, const Halve& halve);
+  double sumOfDiagonals() const;
+
+  std::vector<Node> nodes_;
+  double built_with_ = 0.0;  ///< [m] sum of diagonals
+};
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+namespace proximity_server::scene {
+
+/// A std::priority_queue, the largest first, for which one can reserve room, and of which one can see what is left.
+template <typename Thing>
+class Heap {
+ public:
+  void reserve(std::size_t size) { things_.reserve(size); }
+  void clear() { things_.clear(); }
+  bool empty() const { return things_.empty(); }
+  std::size_t size() const { return things_.size(); }
+  const Thing& first() const { return things_.front(); }
+
+  void push(const Thing& thing) {
+    things_.push_back(thing);
+    std::push_heap(things_.begin(), things_.end());
+  }
+
+  Thing pop() {
+    std::pop_heap(things_.begin(), things_.end());
+    const Thing first = things_.back();
+    things_.pop_back();
+    return first;
+  }
+
+  const std::vector<Thing>& all() const { return things_; }
+
+  /// All, the smallest first. Then nothing can be pushed before clear().
+  const std::vector<Thing>& sorted() {
+    std::sort_heap(things_.begin(), things_.end());
+    return things_;
+  }
+
+ private:
+  std::vector<Thing> things_;
+};
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,69 @@
+// Vectors of PROXIMITY_LANES floats, and the gap of boxes in each lane. Included by sources that are compiled for one kind of
+// processor; everything is local to them, so that the linker cannot keep a copy that an older processor does not understand.
+//
+// No product is fused with a sum (-ffp-contract=off), and no sum is in another order: so the bits do not depend on the number
+// of lanes.
+//
+// Vectors of the compiler (GCC, clang) rather than a library: they need nothing but operators here, their code is the same
+// as that of xsimd (vmaxps, vblendmps), and they bring no inline function into sources with other options.
+
+namespace proximity_server::scene::lanes {
+namespace {
+
+constexpr int kLanes = PROXIMITY_LANES;
+using Float = float __attribute__((vector_size(4 * kLanes)));
+using Int = int __attribute__((vector_size(4 * kLanes)));
+
+Float all(float value) { return Float{} + value; }
+Float larger(Float a, Float b) { return a > b ? a : b; }
+Float smaller(Float a, Float b) { return a < b ? a : b; }
+Float absolute(Float a) { return reinterpret_cast<Float>(reinterpret_cast<Int>(a) & 0x7fffffff); }
+Float root(Float a) {
+  Float result;
+  for (int i = 0; i < kLanes; ++i) result[i] = __builtin_sqrtf(a[i]);
+  return result;
+}
+
+bool any(Int mask) {
+  int found = 0;
+  for (int i = 0; i < kLanes; ++i) found |= mask[i];
+  return found != 0;
+}
+
+struct Point {
+  Float x, y, z;
+};
+Point operator-(const Point& a, const Point& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+Float dot(const Point& a, const Point& b) { return (a.x * b.x + a.y * b.y) + a.z * b.z; }
+
+/// The distance of a point from a box about the origin, less than 0 inside: a lower bound.
+Float fromBox(const Float* gaps) {
+  Float largest = larger(larger(gaps[0], gaps[1]), gaps[2]), sum = all(0.0f);
+  for (int k = 0; k < 3; ++k) {
+    const Float positive = larger(gaps[k], all(0.0f));
+    sum = sum + positive * positive;
+  }
+  return largest > all(0.0f) ? root(sum) : largest;
+}
+
+/// The distance of box a from the bounding box of b along the axes of a, or the same with a and b exchanged, whichever is
+/// larger; less than 0 in overlap. The axes k of a and j of b have the cosine 3 k + j; `way_in_a` and `way_in_b` are the way
+/// between the centres along the axes of a and of b. `error` is taken off each gap along an axis.
+template <typename HalfA, typename HalfB>
+Float boxGap(const Float* cosines, const Float* way_in_a, const Float* way_in_b, const HalfA* half_a,
+             const HalfB* half_b, float error) {
+  Float gaps_a[3], gaps_b[3];
+  for (int k = 0; k < 3; ++k) {
+    Float width_b = all(0.0f), width_a = all(0.0f);
+    for (int j = 0; j < 3; ++j) {
+      width_b = width_b + absolute(cosines[3 * k + j]) * half_b[j];
+      width_a = width_a + absolute(cosines[3 * j + k]) * half_a[j];
+    }
+    gaps_a[k] = ((absolute(way_in_a[k]) - half_a[k]) - width_b) - error;
+    gaps_b[k] = ((absolute(way_in_b[k]) - half_b[k]) - width_a) - error;
+  }
+  return larger(fromBox(gaps_a), fromBox(gaps_b));
+}
+
+}  // namespace
+}  // namespace proximity_server::scene::lanes

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "scene/bounds/bounds.h"
+#include "scene/bounds/volume_tree.h"
+
+namespace proximity_server::scene {
+
+/// The spheres and boxes of the leaves of a link or <collision>, as Bounds has them, in float and side by side.
+class LeafBoxes {
+ public:
+  static constexpr int kLanes = 4;
+  using Lanes = float __attribute__((vector_size(4 * kLanes)));
+
+  /// A leaf in each lane. Where there are no more leaves it is the last one again.
+  struct Pack {
+    Lanes centre[3], half[3];
+    Lanes axes[9];  ///< row by row
+    Lanes radius;
+  };
+
+  /// Of all leaves below a root; none if there are more than kMostLeaves.
+  LeafBoxes(const std::vector<Volume>& volumes, int root);
+  static constexpr int kMostLeaves = 32;
+
+  const std::vector<int>& leaves() const { return leaves_; }  ///< their numbers among the volumes
+  const std::vector<Pack>& packs() const { return packs_; }
+  double reach() const { return reach_; }  ///< [m] of the boxes and spheres from the origin of the body, at most
+
+ private:
+  std::vector<int> leaves_;
+  std::vector<Pack> packs_;
+  double reach_ = 0.0;
+};
+
+/// Lower bounds of the distances of all pairs of leaves of two links, several at a time: for links of not too many pieces less
+/// work than to walk their hierarchies.
+///
+/// Bounds:  those of sphereGap() and boxGap().
+/// Error:   with u = 2^-24: 4 u of the lengths for each centre, 12 u for each cosine of two axes, so 40 u for the width of a box
+///          along an axis and 64 u for a gap, and the root of three squares takes at most 1.8 times that: less than kError of
+///          the lengths, by which every bound is lowered. The direction of the centres may be off, and proves the gap along
+///          itself all the same. No product is fused with a sum, so that the bits are the same on every
+///          processor.
+class LeafGaps {
+ public:
+  static constexpr double kError = 0x1p-17;  // 128 u
+
+  /// [m] The squares of shorter ways are finite in float.
+  static constexpr double kMostReach = 1e15;
+
+  LeafGaps();
+
+  /// Whether both have leaves that between() can place.
+  static bool areFew(const LeafBoxes& a, const LeafBoxes& b, const RelativePose& a_T_b) {
+    return !a.leaves().empty() && !b.leaves().empty() && reachOf(a, b, a_T_b) < kMostReach;
+  }
+
+  struct Gap {
+    double lower_bound;  ///< [m] of the distance less the padding
+    int a, b;            ///< leaves, numbers among the volumes
+  };
+
+  /// The pairs of leaves whose distance less the padding may be at most the limit [m], always in the same order; valid until the
+  /// next call.
+  const std::vector<Gap>& between(const LeafBoxes& a, const LeafBoxes& b, const RelativePose& a_T_b, double padding,
+                                  double limit);
+
+  /// [m] The smallest lower bound of the others; infinity if there are none.
+  double smallestOfOthers() const { return smallest_of_others_; }
+
+ private:
+  static double reachOf(const LeafBoxes& a, const LeafBoxes& b, const RelativePose& a_T_b) {
+    return a_T_b.translation.norm() + a.reach() + b.reach();
+  }
+
+  std::vector<LeafBoxes::Pack> b_;  ///< the packs of b in the frame of a
+  std::vector<Gap> gaps_;
+  double smallest_of_others_ = std::numeric_limits<double>::infinity();
+};
+
+}  // namespace proximity_server::scene

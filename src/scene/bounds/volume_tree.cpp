@@ -1,0 +1,73 @@
+#include "scene/bounds/volume_tree.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "scene/bounds/box_tree.h"
+#include "scene/model/append.h"
+
+namespace proximity_server::scene {
+namespace {
+
+bool hasClosedForm(const narrowphase::Shape& shape) {
+  return shape.kind() == narrowphase::Shape::Kind::Point || shape.kind() == narrowphase::Shape::Kind::Segment;
+}
+
+}  // namespace
+
+bool splitsFirst(const Volume& a, const Volume& b) {
+  return !a.isLeaf() && (b.isLeaf() || a.bounds.radius >= b.bounds.radius);
+}
+
+VolumeBuilder::VolumeBuilder(const std::vector<Piece>& pieces, std::vector<Representation> representations)
+    : pieces_(pieces), representations_(std::move(representations)) {
+  bounds_of_pieces_.reserve(pieces.size());
+  for (const Piece& piece : pieces) bounds_of_pieces_.push_back(boundsOf(piece));
+}
+
+Volume VolumeBuilder::over(int body, std::vector<int> pieces, std::vector<Volume>& volumes) const {
+  return volumeOf(body, pieces.begin(), pieces.end(), volumes);
+}
+
+Volume VolumeBuilder::leafOf(int body, int piece) const {
+  Volume leaf;
+  leaf.body = body;
+  leaf.piece = piece;
+  leaf.representation = representations_[piece];
+  leaf.has_closed_form = hasClosedForm(pieces_[piece].shape);
+  leaf.has_interior = pieces_[piece].interior != nullptr;
+  leaf.has_anchor = pieces_[piece].is_anchor;
+  leaf.bounds = bounds_of_pieces_[piece];
+  return leaf;
+}
+
+/// Halves the pieces along the longest edge of their box, by their centres, down to single ones.
+Volume VolumeBuilder::volumeOf(int body, std::vector<int>::iterator begin, std::vector<int>::iterator end,
+                               std::vector<Volume>& volumes) const {
+  if (end - begin == 1) return leafOf(body, *begin);
+  Volume volume;
+  volume.body = body;
+  if (begin == end) return volume;
+
+  std::vector<const Piece*> pieces;
+  std::vector<const Bounds*> bounds;
+  for (auto piece = begin; piece != end; ++piece) {
+    pieces.push_back(&pieces_[*piece]);
+    bounds.push_back(&bounds_of_pieces_[*piece]);
+    volume.representation = std::max(volume.representation, representations_[*piece]);
+    volume.has_interior |= pieces_[*piece].interior != nullptr;
+    volume.has_anchor |= pieces_[*piece].is_anchor;
+  }
+  volume.bounds = boundsOf(pieces, bounds);
+
+  Eigen::Index longest = 0;
+  volume.bounds.half.maxCoeff(&longest);
+  const Eigen::Vector3d axis = volume.bounds.axes.col(longest);
+  const auto middle = halve(begin, end, [&](int piece) { return axis.dot(bounds_of_pieces_[piece].centre); });
+  const Volume first = volumeOf(body, begin, middle, volumes), second = volumeOf(body, middle, end, volumes);
+  const int first_part = append(volumes, first);
+  volume.parts = {first_part, append(volumes, second)};
+  return volume;
+}
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "proximity_server/scene/model/robot_model.h"
+#include "scene/bounds/bounds.h"
+
+namespace proximity_server::scene {
+
+/// Some pieces of one body: a leaf (one piece), or two volumes.
+struct Volume {
+  int body;
+  int piece = -1;                                         ///< of a leaf
+  std::array<int, 2> parts{-1, -1};                       ///< of all others
+  Representation representation = Representation::Exact;  ///< the least exact of its pieces
+  bool has_closed_form = false;                           ///< a single sphere or capsule
+  bool has_interior = false;                              ///< one of its pieces has
+  bool has_anchor = false;                                ///< one of its pieces is
+  Bounds bounds;
+
+  bool isLeaf() const { return piece >= 0; }
+  bool isEmpty() const { return piece < 0 && parts[0] < 0; }
+};
+
+/// Whether a search that refines a pair of volumes splits a rather than b: the larger of the two that has parts.
+bool splitsFirst(const Volume& a, const Volume& b);
+
+/// Builds hierarchies of bounding volumes over convex pieces.
+class VolumeBuilder {
+ public:
+  /// `representations` has one entry for each piece. The pieces must outlive the builder.
+  VolumeBuilder(const std::vector<Piece>& pieces, std::vector<Representation> representations);
+
+  /// The volume over some pieces of a body. Its parts, and their parts, are appended to `volumes`.
+  Volume over(int body, std::vector<int> pieces, std::vector<Volume>& volumes) const;
+
+ private:
+  Volume leafOf(int body, int piece) const;
+  Volume volumeOf(int body, std::vector<int>::iterator begin, std::vector<int>::iterator end,
+                  std::vector<Volume>& volumes) const;
+
+  const std::vector<Piece>& pieces_;
+  std::vector<Representation> representations_;
+  std::vector<Bounds> bounds_of_pieces_;
+};
+
+}  // namespace proximity_server::scene

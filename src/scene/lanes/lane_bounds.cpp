@@ -1,0 +1,191 @@
+#include "scene/lanes/lane_bounds.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "scene/model/rounded.h"
+
+namespace proximity_server::scene {
+namespace {
+
+constexpr float kFloatInfinity = std::numeric_limits<float>::infinity();
+
+// How many steps settle most pairs that they settle at all; measured with Panda and PR2 at 5 cm.
+constexpr int kStepsWithFew = 4, kStepsWithAll = 8;
+static_assert(kStepsWithFew + kStepsWithAll <= lanes::kMostSteps);
+
+}  // namespace
+
+LaneBounds::LaneBounds(const SceneModel& model)
+    : LaneBounds(std::make_shared<const LaneModel>(model, Volumes(model.robot))) {}
+
+LaneBounds::LaneBounds(std::shared_ptr<const LaneModel> model, const lanes::Kernels& kernels)
+    : model_(std::move(model)),
+      kernels_(&kernels),
+      is_placed_(kBlock, 0),
+      sines_(model_->turns.size()),
+      cosines_(model_->turns.size()),
+      positions_(model_->slides.size()),
+      body_poses_(kBlock / lanes::kTile * model_->bodies.size()),
+      link_poses_(kBlock / lanes::kTile * model_->links.size()),
+      column_(kBlock, 0.0),
+      items_(std::make_unique<lanes::Items>()),
+      near_(kBlock, 0),
+      places_(kBlock, 0) {
+  std::memset(items_.get(), 0, sizeof(lanes::Items));
+  sides_.reserve(kBlock);
+}
+
+// --- frames
+
+/// A position that is beyond the limit, or not finite, is replaced by 0, and its state is not placed.
+void LaneBounds::takePositions(const States& states, Eigen::Index first, int count, const LaneModel::Column& column) {
+  const double* position = states.data() + first * states.rowStride() + column.joint * states.colStride();
+  for (int i = 0; i < count; ++i, position += states.rowStride()) {
+    const double value = column.offset + column.multiplier * *position;
+    const bool is_legal = std::abs(value) <= column.limit;
+    column_[static_cast<std::size_t>(i)] = is_legal ? value : 0.0;
+    is_placed_[static_cast<std::size_t>(i)] &= static_cast<unsigned char>(is_legal);
+  }
+}
+
+void LaneBounds::place(const States& states, Eigen::Index first, int count) {
+  std::fill(is_placed_.begin(), is_placed_.begin() + count, static_cast<unsigned char>(1));
+  for (std::size_t row = 0; row < model_->turns.size(); ++row) {
+    takePositions(states, first, count, model_->turns[row]);
+    kernels_->turn(column_.data(), count, sines_[row].row, cosines_[row].row);
+  }
+  for (std::size_t row = 0; row < model_->slides.size(); ++row) {
+    takePositions(states, first, count, model_->slides[row]);
+    for (int i = 0; i < count; ++i) positions_[row].row[i] = static_cast<float>(column_[static_cast<std::size_t>(i)]);
+  }
+  for (const int joint : model_->unread)
+    for (int i = 0; i < count; ++i)
+      is_placed_[static_cast<std::size_t>(i)] &= static_cast<unsigned char>(std::isfinite(states(first + i, joint)));
+  kernels_->place(model_->bodies.data(), static_cast<int>(model_->bodies.size()), model_->links.data(),
+                  static_cast<int>(model_->links.size()), count, rowsOf(sines_), rowsOf(cosines_), rowsOf(positions_),
+                  tilesOf(body_poses_), tilesOf(link_poses_));
+}
+
+Eigen::Isometry3d LaneBounds::bodyPose(int body, int state) const {
+  const std::size_t index =
+      static_cast<std::size_t>(state / lanes::kTile) * model_->bodies.size() + static_cast<std::size_t>(body);
+  const lanes::Tile& rows = body_poses_[index].tile;
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  for (int k = 0; k < 9; ++k) pose.linear()(k / 3, k % 3) = static_cast<double>(rows[k][state % lanes::kTile]);
+  for (int k = 0; k < 3; ++k) pose.translation()[k] = static_cast<double>(rows[9 + k][state % lanes::kTile]);
+  return pose;
+}
+
+// --- bounds
+
+int LaneBounds::keepNear(int pair, double threshold, int* states, int count) const {
+  const LaneModel::Pair& shapes = pairAt(pair);
+  if (!shapes.hasGeometry()) return 0;
+  const double reach = shapes.radius_a + shapes.radius_b + shapes.padding + threshold + shapes.centre_error;
+  if (!(reach >= 0.0)) return 0;
+  // The square of a distance in float has an error of 2 u from the differences, and of 4 u from products and sums.
+  const float limit = roundedUp(reach * reach * (1.0 + 0x1p-20));
+  const int end = count > 0 ? 1 + *std::max_element(states, states + count) : 0;
+  kernels_->far(linkTiles(shapes.a), linkTiles(shapes.b), linkCount(), end, limit, near_.data());
+  int kept = 0;
+  for (int i = 0; i < count; ++i) {
+    states[kept] = states[i];
+    kept += near_[static_cast<std::size_t>(states[i])];
+  }
+  return kept;
+}
+
+int LaneBounds::findNear(int pair, const double* thresholds, int count, int* states) const {
+  const LaneModel::Pair& shapes = pairAt(pair);
+  if (!shapes.hasGeometry()) return 0;
+  const double reach = shapes.radius_a + shapes.radius_b + shapes.padding + shapes.centre_error;
+  const lanes::Tile *tile_a = linkTiles(shapes.a), *tile_b = linkTiles(shapes.b);
+  for (int first = 0; first < count; first += lanes::kTile, tile_a += linkCount(), tile_b += linkCount()) {
+    const lanes::Tile &a = *tile_a, &b = *tile_b;
+    for (int i = 0; i < lanes::kTile; ++i) {
+      const float x = b[9][i] - a[9][i], y = b[10][i] - a[10][i], z = b[11][i] - a[11][i];  // of the origins
+      const auto distance2 = static_cast<double>((x * x + y * y) + z * z);
+      const double within = reach + thresholds[first + i];
+      // As in keepNear(); written so that NaN counts as near.
+      const bool is_far = (distance2 > within * within * (1.0 + 0x1p-20)) | (within < 0.0);
+      near_[static_cast<std::size_t>(first + i)] = static_cast<unsigned char>(!is_far);
+    }
+  }
+  int found = 0;
+  for (int i = 0; i < count; ++i) {
+    states[found] = i;
+    found += near_[static_cast<std::size_t>(i)];
+  }
+  return found;
+}
+
+void LaneBounds::bounds(int pair, const int* states, int count, float* lower, float* upper) const {
+  const LaneModel::Pair& shapes = pairAt(pair);
+  if (!shapes.hasGeometry()) {
+    std::fill(lower, lower + count, -kFloatInfinity);
+    std::fill(upper, upper + count, kFloatInfinity);
+    return;
+  }
+  constexpr float kNever = std::numeric_limits<float>::quiet_NaN();
+  const lanes::PairShapes& of = shapes.shapes;
+  kernels_->relate(linkTiles(shapes.a), linkTiles(shapes.b), linkCount(), states, count, of, *items_);
+  kernels_->search(of, shapes.few_a, shapes.few_b, shapes.uncovered_by_few, kStepsWithFew, kNever, kNever, count,
+                   *items_);
+  kernels_->meet(of, count, *items_);
+  for (int i = 0; i < count; ++i) {
+    lower[i] = roundedDown(static_cast<double>(items_->lower[i]) - shapes.padding);
+    upper[i] = roundedUp(static_cast<double>(items_->upper[i]) - shapes.padding);
+  }
+}
+
+/// Notes the sides of the items that are decided, and moves the others together; returns their number.
+int LaneBounds::keepUndecided(const Limits& limits, int count) const {
+  int kept = 0;
+  for (int i = 0; i < count; ++i) {
+    const auto place = static_cast<std::size_t>(places_[static_cast<std::size_t>(i)]);
+    if (items_->lower[i] > limits.above) {
+      sides_[place] = Side::Above;
+    } else if (items_->upper[i] <= limits.below) {
+      sides_[place] = Side::Below;
+    } else {
+      if (kept != i) {
+        for (Row& row : items_->pose) row[kept] = row[i];
+        for (Row& row : items_->way) row[kept] = row[i];
+        items_->lower[kept] = items_->lower[i];
+        items_->upper[kept] = items_->upper[i];
+        places_[static_cast<std::size_t>(kept)] = places_[static_cast<std::size_t>(i)];
+      }
+      ++kept;
+    }
+  }
+  return kept;
+}
+
+const std::vector<LaneBounds::Side>& LaneBounds::sides(int pair, double threshold, const int* states, int count) const {
+  sides_.assign(static_cast<std::size_t>(count), Side::Unknown);
+  const LaneModel::Pair& shapes = pairAt(pair);
+  if (!shapes.hasGeometry()) return sides_;
+  const lanes::PairShapes& of = shapes.shapes;
+  const Limits limits{roundedUp(threshold + shapes.padding + kSettledFor), roundedDown(threshold + shapes.padding)};
+  std::iota(places_.begin(), places_.begin() + count, 0);
+  kernels_->relate(linkTiles(shapes.a), linkTiles(shapes.b), linkCount(), states, count, of, *items_);
+  count = keepUndecided(limits, count);
+  kernels_->search(of, shapes.few_a, shapes.few_b, shapes.uncovered_by_few, kStepsWithFew, limits.above, limits.below,
+                   count, *items_);
+  count = keepUndecided(limits, count);
+  kernels_->meet(of, count, *items_);
+  count = keepUndecided(limits, count);
+  kernels_->search(of, of.outline_a.count, of.outline_b.count, of.uncovered, kStepsWithAll, limits.above, limits.below,
+                   count, *items_);
+  count = keepUndecided(limits, count);
+  kernels_->meet(of, count, *items_);
+  keepUndecided(limits, count);
+  return sides_;
+}
+
+}  // namespace proximity_server::scene

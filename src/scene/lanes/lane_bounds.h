@@ -1,0 +1,99 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <memory>
+#include <vector>
+
+#include "proximity_server/scene/model/states.h"
+#include "scene/lanes/lane_kernels.h"
+#include "scene/lanes/lane_model.h"
+
+namespace proximity_server::scene {
+
+/// [m] How much farther than a distance a pair has to be for certain so that Scene finds it beyond that distance, too: its
+/// search ends within the tolerance of 1e-9 m, and the lower bound that it finds may be that much below the truth. Twice that,
+/// for the rounding of the poses.
+constexpr double kSettledFor = 2e-9;
+
+/// Bounds of the signed distances of the candidate pairs in a block of states, found in lanes over the states.
+///
+/// 1. place() finds the frames of all bodies and links in float, with a bound of their errors (LaneError).
+/// 2. Enclosing balls, then boxes give lower bounds.
+/// 3. A search in the Minkowski difference of the outlines of two links walks from point to point towards the origin: the
+///    support plane at each point is a lower bound, and the point itself an upper one if the links are convex. First with few
+///    corners, then with all.
+/// 4. Inner balls near the point reached give upper bounds.
+///
+/// All bounds hold for the whole links: paddings of pairs, interiors of closed meshes and rounding included. Each is a function
+/// of the state and the pair alone, with the same bits on every processor.
+///
+/// Source: Frank, Wolfe, An Algorithm for Quadratic Programming, 1956 (the step of the search); Gilbert, Johnson, Keerthi, 1988
+///         (the lower bound). Without the simplex of GJK, lanes take the same steps.
+class LaneBounds {
+ public:
+  static constexpr int kBlock = lanes::kBlock;  ///< most states at once
+
+  explicit LaneBounds(const SceneModel& model);
+  explicit LaneBounds(std::shared_ptr<const LaneModel> model, const lanes::Kernels& kernels = lanes::kernels());
+
+  /// Takes up to kBlock states from the `first` on.
+  void place(const States& states, Eigen::Index first, int count);
+
+  /// false: a position is not finite, or beyond the range in which the errors hold. Then there are no bounds.
+  bool isPlaced(int state) const { return is_placed_[static_cast<std::size_t>(state)] != 0; }
+
+  /// lower[i] <= signed distance <= upper[i] [m] of a candidate pair in each of the placed states listed.
+  void bounds(int pair, const int* states, int count, float* lower, float* upper) const;
+
+  // The same in steps, for a question with a threshold.
+
+  /// Keeps those of the states whose balls do not prove a distance above the threshold [m]; returns their number.
+  int keepNear(int pair, double threshold, int* states, int count) const;
+
+  /// Of the first `count` states, those whose balls do not prove a distance above the threshold [m] of the state. Writes their
+  /// numbers to `states`, ascending, and returns how many they are. Both arrays have kBlock entries.
+  int findNear(int pair, const double* thresholds, int count, int* states) const;
+
+  /// Whether a pair in a state is proven to be on one side of the threshold, or neither.
+  enum class Side : unsigned char { Unknown, Above, Below };
+
+  /// For each of the states listed; the result is valid until the next question.
+  const std::vector<Side>& sides(int pair, double threshold, const int* states, int count) const;
+
+  /// The frame of a body, as the lanes have it. For tests.
+  Eigen::Isometry3d bodyPose(int body, int state) const;
+
+ private:
+  using Row = lanes::Row;
+  struct alignas(64) AlignedRow {
+    Row row;
+  };
+  using Rows = std::vector<AlignedRow>;
+  static const Row* rowsOf(const Rows& rows) { return rows.empty() ? nullptr : &rows.front().row; }
+  struct alignas(64) AlignedTile {
+    lanes::Tile tile;
+  };
+  using Tiles = std::vector<AlignedTile>;
+  static lanes::Tile* tilesOf(Tiles& tiles) { return tiles.empty() ? nullptr : &tiles.front().tile; }
+  const LaneModel::Pair& pairAt(int pair) const { return model_->pairs[static_cast<std::size_t>(pair)]; }
+  int linkCount() const { return static_cast<int>(model_->links.size()); }
+  const lanes::Tile* linkTiles(int link) const { return &link_poses_[static_cast<std::size_t>(link)].tile; }
+  void takePositions(const States& states, Eigen::Index first, int count, const LaneModel::Column& column);
+  struct Limits {
+    float above, below;
+  };
+  int keepUndecided(const Limits& limits, int count) const;
+
+  std::shared_ptr<const LaneModel> model_;
+  const lanes::Kernels* kernels_;
+  std::vector<unsigned char> is_placed_;
+  Rows sines_, cosines_, positions_;
+  Tiles body_poses_, link_poses_;
+  std::vector<double> column_;
+  std::unique_ptr<lanes::Items> items_;
+  mutable std::vector<unsigned char> near_;
+  mutable std::vector<Side> sides_;
+  mutable std::vector<int> places_;
+};
+
+}  // namespace proximity_server::scene

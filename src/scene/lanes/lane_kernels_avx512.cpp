@@ -1,0 +1,11 @@
+#define PROXIMITY_LANES 16
+#include "scene/lanes/lane_code.h"
+
+namespace proximity_server::scene::lanes {
+
+const Kernels& avx512Kernels() {
+  static const Kernels kernels{"avx512", turn, place, far, relate, search, meet};
+  return kernels;
+}
+
+}  // namespace proximity_server::scene::lanes

@@ -1,0 +1,11 @@
+#define PROXIMITY_LANES 4
+#include "scene/lanes/lane_code.h"
+
+namespace proximity_server::scene::lanes {
+
+const Kernels& baselineKernels() {
+  static const Kernels kernels{"baseline", turn, place, far, relate, search, meet};
+  return kernels;
+}
+
+}  // namespace proximity_server::scene::lanes

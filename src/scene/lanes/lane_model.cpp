@@ -1,0 +1,227 @@
+#include "scene/lanes/lane_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "proximity_server/scene/query/pair_distances.h"
+#include "proximity_server/scene/query/pairs.h"
+#include "scene/model/rounded.h"
+
+namespace proximity_server::scene {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kUnit = 0x1p-24;      // the relative rounding error of float
+constexpr double kSecondOrder = 1.01;  // for products of errors, and the rounding of all of this in double
+const double kNormOfRotation = std::sqrt(3.0);
+
+// A sliding joint without limits [m]: more may stand in a state, and is left to other steps.
+constexpr double kMostSlide = 10.0;
+
+void assign(const Matrix3d& matrix, float (&rows)[9]) {
+  for (int i = 0; i < 9; ++i) rows[i] = static_cast<float>(matrix(i / 3, i % 3));
+}
+void assign(const Vector3d& vector, float (&values)[3]) {
+  for (int i = 0; i < 3; ++i) values[i] = static_cast<float>(vector[i]);
+}
+
+/// Where something stands on a parent: see LaneError.
+struct Step {
+  double rotation_error;
+  double origin_error;  ///< [m]
+  double length;        ///< [m] between the origins, at most
+};
+
+LaneError errorOn(const LaneError& parent, const Step& step) {
+  LaneError error;
+  const double norm = kNormOfRotation + parent.rotation;
+  error.rotation = kSecondOrder * (parent.rotation * (1.0 + step.rotation_error) + step.rotation_error +
+                                   3.0 * kUnit * norm * (kNormOfRotation + step.rotation_error));
+  error.reach = parent.reach + step.length;
+  error.origin = kSecondOrder * (parent.origin + parent.rotation * step.length + step.origin_error * norm +
+                                 3.0 * kUnit * norm * step.length + kUnit * error.reach);
+  return error;
+}
+
+Matrix3d crossMatrix(const Vector3d& axis) {
+  Matrix3d matrix;
+  matrix << 0.0, -axis.z(), axis.y(), axis.z(), 0.0, -axis.x(), -axis.y(), axis.x(), 0.0;
+  return matrix;
+}
+
+/// The largest position of a joint that its leader reaches within its limits.
+double mostOf(const Joint& leader, const Joint::Mimic& mimic) {
+  const double most = std::max(std::abs(leader.lower), std::abs(leader.upper));
+  const double position = std::abs(mimic.offset) + std::abs(mimic.multiplier) * most;
+  return std::isfinite(position) ? std::clamp(position, 1e-3, kMostSlide) : kMostSlide;
+}
+
+lanes::Balls ballsOf(const std::array<std::vector<float>, 4>& rows) {
+  return {static_cast<int>(rows[0].size()), rows[0].data(), rows[1].data(), rows[2].data(), rows[3].data()};
+}
+
+/// In the frame of the box.
+std::array<std::vector<float>, 4> rowsOf(const std::vector<Ball>& balls, const Bounds& bounds) {
+  std::array<std::vector<float>, 4> rows;
+  for (const Ball& ball : balls) {
+    const Vector3d centre = bounds.axes.transpose() * (ball.centre - bounds.centre);
+    for (int k = 0; k < 3; ++k) rows[static_cast<std::size_t>(k)].push_back(static_cast<float>(centre[k]));
+    rows[3].push_back(static_cast<float>(ball.radius));
+  }
+  return rows;
+}
+
+}  // namespace
+
+LaneModel::LaneModel(const SceneModel& model, const Volumes& volumes) {
+  addBodies(model.robot);
+  findUnread(static_cast<int>(model.robot.joints.size()));
+  outlines_.resize(model.robot.links.size());
+  const Candidates candidates(model.pairs);
+  const PairDistances paddings = paddingsOf(model.pairs);
+  for (const ShapeRefPair& candidate : candidates) {
+    const int link_a = candidate.a.link(), link_b = candidate.b.link();
+    for (const int link : {link_a, link_b}) addLink(model.robot, link, volumes[link].bounds);
+    const Link *a = outlines_[static_cast<std::size_t>(link_a)].get(), *b = outlines_[static_cast<std::size_t>(link_b)].get();
+    pairs.push_back(a && b ? pairOf(*a, *b, paddings.of(candidate)) : Pair{});
+  }
+}
+
+/// The row of the position that a joint is at.
+int LaneModel::rowOf(const RobotModel& robot, int joint, std::vector<Column>& columns) {
+  const Joint::Mimic leader = robot.leaderOf(joint);
+  const double limit =
+      &columns == &turns ? lanes::kMostAngle : mostOf(robot.joints[static_cast<std::size_t>(leader.joint)], leader);
+  columns.push_back({leader.joint, leader.multiplier, leader.offset, limit});
+  return static_cast<int>(columns.size()) - 1;
+}
+
+void LaneModel::findUnread(int joints) {
+  std::vector<bool> is_read(static_cast<std::size_t>(joints), false);
+  for (const Column& column : turns) is_read[static_cast<std::size_t>(column.joint)] = true;
+  for (const Column& column : slides) is_read[static_cast<std::size_t>(column.joint)] = true;
+  for (int joint = 0; joint < joints; ++joint)
+    if (!is_read[static_cast<std::size_t>(joint)]) unread.push_back(joint);
+}
+
+void LaneModel::addBodies(const RobotModel& robot) {
+  for (const Body& body : robot.bodies) {
+    lanes::BodyPlan plan{};
+    plan.parent = plan.turn = plan.slide = -1;
+    if (body.joint < 0) {
+      assign(Matrix3d::Identity(), plan.fixed);
+      bodies.push_back(plan);
+      body_errors.emplace_back();
+      continue;
+    }
+    const Joint& joint = robot.joints[static_cast<std::size_t>(body.joint)];
+    const Eigen::Isometry3d parent_T_joint =
+        robot.links[static_cast<std::size_t>(joint.parent_link)].body_T_link * joint.parent_T_joint;
+    const Matrix3d& turned = parent_T_joint.linear();
+    const Vector3d& axis = joint.axis;
+    Matrix3d fixed = turned, by_sine = Matrix3d::Zero(), by_cosine = Matrix3d::Zero();
+    Vector3d direction = Vector3d::Zero();
+    double most_slide = 0.0;
+    plan.parent = body.parent;
+    switch (joint.type) {
+      case Joint::Type::Revolute:
+      case Joint::Type::Continuous:
+        plan.turn = rowOf(robot, body.joint, turns);
+        fixed = turned * axis * axis.transpose();
+        by_sine = turned * crossMatrix(axis);
+        by_cosine = turned - fixed;
+        break;
+      case Joint::Type::Prismatic:
+        plan.slide = rowOf(robot, body.joint, slides);
+        direction = turned * axis;
+        most_slide = slides.back().limit;
+        break;
+      case Joint::Type::Floating:
+      case Joint::Type::Planar:
+        break;
+    }
+    assign(fixed, plan.fixed);
+    assign(by_sine, plan.by_sine);
+    assign(by_cosine, plan.by_cosine);
+    assign(parent_T_joint.translation(), plan.origin);
+    assign(direction, plan.direction);
+    bodies.push_back(plan);
+    const double moving = by_sine.norm() + by_cosine.norm();
+    const double length = parent_T_joint.translation().norm() + most_slide;
+    const Step step{4.0 * kUnit * (fixed.norm() + moving) + lanes::kSineError * moving, 4.0 * kUnit * length, length};
+    body_errors.push_back(errorOn(body_errors[static_cast<std::size_t>(body.parent)], step));
+  }
+}
+
+void LaneModel::addLink(const RobotModel& robot, int link, const Bounds& bounds) {
+  std::unique_ptr<Link>& added = outlines_[static_cast<std::size_t>(link)];
+  if (added || !robot.hasGeometry(link)) return;
+  added = std::make_unique<Link>();
+  added->outline = outlineOf(robot, link, bounds);
+  added->number = static_cast<int>(links.size());
+  added->extent = bounds.half.norm();
+  for (const Ball& corner : added->outline.corners)
+    added->extent = std::max(added->extent, (corner.centre - bounds.centre).norm() + corner.radius);
+  added->corners = rowsOf(added->outline.corners, bounds);
+  added->inner = rowsOf(added->outline.inner, bounds);
+  lanes::LinkPlan plan{};
+  plan.body = robot.links[static_cast<std::size_t>(link)].body;
+  assign(bounds.axes, plan.rotation);
+  assign(bounds.centre, plan.origin);
+  links.push_back(plan);
+  const Step step{kUnit * kNormOfRotation, kUnit * bounds.centre.norm(), bounds.centre.norm()};
+  link_errors.push_back(errorOn(body_errors[static_cast<std::size_t>(plan.body)], step));
+}
+
+/// With C and x the rotation and origin of b in the frame of a, of which the errors are as in LaneError, and n a direction that
+/// is a unit vector within 4 u: what a bound adds to the errors of C and x is a few u of the lengths.
+///
+/// Support heights along n: C n has an error of (|C - true C| + 6 u), a height 4 u of the extent beside that, its constants u,
+/// the length of n 5 u; the sum of three heights 3 u of all lengths. Together at most 20 u of the lengths.
+/// Points of the CSO: 8 u for a point, and 4 u for each step of the search, of which there are at most kMostSteps.
+/// Boxes: 6 u for each width, 12 u with the sums; the distance from three gaps has the root of 3 times their error, and 4 u.
+LaneModel::Pair LaneModel::pairOf(const Link& a, const Link& b, double padding) const {
+  const LaneError &error_a = link_errors[static_cast<std::size_t>(a.number)],
+                  &error_b = link_errors[static_cast<std::size_t>(b.number)];
+  const double apart = error_a.reach + error_b.reach;
+  const double of_origins = error_a.origin + error_b.origin;
+  const double rotation = kSecondOrder * (error_a.rotation + error_b.rotation + 9.0 * kUnit);
+  const double origin = kSecondOrder * (error_a.rotation * apart + of_origins + kUnit * apart + 6.0 * kUnit * apart);
+  const double lengths = a.extent + b.extent + apart, moved = origin + rotation * (a.extent + b.extent);
+
+  Pair pair;
+  pair.a = a.number;
+  pair.b = b.number;
+  pair.padding = padding;
+  pair.centre_error = kSecondOrder * of_origins;
+  pair.radius_a = a.outline.bounds.radius + a.outline.uncovered;
+  pair.radius_b = b.outline.bounds.radius + b.outline.uncovered;
+  lanes::PairShapes& shapes = pair.shapes;
+  shapes.outline_a = ballsOf(a.corners);
+  shapes.outline_b = ballsOf(b.corners);
+  shapes.inner_a = ballsOf(a.inner);
+  shapes.inner_b = ballsOf(b.inner);
+  shapes.uncovered = roundedUp(a.outline.uncovered + b.outline.uncovered);
+  const auto in_link = [](const Link& link) -> Vector3d {
+    return link.outline.bounds.axes.transpose() * (link.outline.inside - link.outline.bounds.centre);
+  };
+  assign(in_link(a), shapes.centre_a);
+  assign(in_link(b), shapes.centre_b);
+  for (int k = 0; k < 3; ++k) {
+    shapes.half_a[k] = roundedUp(a.outline.bounds.half[k] + a.outline.uncovered);
+    shapes.half_b[k] = roundedUp(b.outline.bounds.half[k] + b.outline.uncovered);
+  }
+  shapes.is_exact = a.outline.is_exact && b.outline.is_exact;
+  shapes.box_error = roundedUp(kSecondOrder * (moved + rotation * apart + 16.0 * kUnit * lengths));
+  shapes.lower_error = roundedUp(kSecondOrder * (moved + 20.0 * kUnit * lengths));
+  shapes.upper_error = roundedUp(kSecondOrder * (moved + (16.0 + 4.0 * lanes::kMostSteps) * kUnit * lengths));
+  pair.few_a = static_cast<int>(a.outline.few);
+  pair.few_b = static_cast<int>(b.outline.few);
+  pair.uncovered_by_few = roundedUp(a.outline.uncovered_by_few + b.outline.uncovered_by_few);
+  return pair;
+}
+
+}  // namespace proximity_server::scene

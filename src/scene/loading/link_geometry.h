@@ -1,0 +1,18 @@
+#pragma once
+
+#include <urdf_model/model.h>
+
+#include "proximity_server/scene/model/load_robot_model.h"
+
+namespace proximity_server::scene {
+
+/// Throws std::invalid_argument naming a link of the options that the model does not have.
+void requireLinks(const ModelOptions& options, const RobotModel& model);
+
+/// Adds the <collision> elements of all links of a model, and the convex pieces that stand for them.
+///
+/// Failure: throws std::invalid_argument naming link and <collision>, see loadRobotModel().
+void addGeometry(const urdf::ModelInterface& urdf, const MeshResolver& resolve, const ModelOptions& options,
+                 RobotModel& model);
+
+}  // namespace proximity_server::scene

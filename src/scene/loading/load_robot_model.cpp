@@ -1,0 +1,35 @@
+#include "proximity_server/scene/model/load_robot_model.h"
+
+#include "scene/loading/kinematic_tree.h"
+#include "scene/loading/link_geometry.h"
+#include "scene/loading/urdf_document.h"
+
+namespace proximity_server::scene {
+namespace {
+
+/// The link's own value, or the default.
+double valueOf(const std::string& link, const std::map<std::string, double>& own_values, double default_value) {
+  const auto own = own_values.find(link);
+  return own == own_values.end() ? default_value : own->second;
+}
+
+}  // namespace
+
+double ModelOptions::paddingOf(const std::string& link) const { return valueOf(link, link_padding, default_padding); }
+
+double ModelOptions::meshToleranceOf(const std::string& link) const {
+  return valueOf(link, link_mesh_tolerance, mesh_tolerance);
+}
+
+RobotModel loadRobotModel(const std::string& urdf_xml, const MeshResolver& resolve, const ModelOptions& options) {
+  RobotModel model;
+  const urdf::ModelInterfaceSharedPtr urdf = readUrdf(urdf_xml, model.warnings);
+  model.name = urdf->getName();
+  model.robots.front().urdf_name = model.name;
+  addKinematicTree(*urdf, options, model);
+  requireLinks(options, model);
+  addGeometry(*urdf, resolve, options, model);
+  return model;
+}
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "proximity_server/scene/model/robot_model.h"
+
+namespace proximity_server::scene {
+
+/// [m] Upper bound of the distance of any point of a piece from a point in the frame of its body.
+double reachFrom(const Eigen::Vector3d& point, const Piece& piece);
+
+}  // namespace proximity_server::scene

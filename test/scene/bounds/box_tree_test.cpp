@@ -1,0 +1,118 @@
+#include "scene/bounds/box_tree.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "scene/small_robots.h"
+
+namespace proximity_server::scene::box_tree_test {
+
+using Eigen::AlignedBox3d;
+using Eigen::Vector3d;
+
+std::vector<AlignedBox3d> someBoxes(int count, Chance& chance) {
+  std::vector<AlignedBox3d> boxes;
+  for (int i = 0; i < count; ++i) {
+    const Vector3d corner(chance.between(-5, 5), chance.between(-5, 5), chance.between(-5, 5));
+    boxes.emplace_back(corner, corner + Vector3d::Constant(chance.between(0, 1)));
+  }
+  return boxes;
+}
+
+/// The items below a node, whose box has to hold theirs.
+std::vector<int> itemsOf(const BoxTree& tree, int node, const std::vector<AlignedBox3d>& boxes) {
+  const BoxTree::Node& here = tree[node];
+  std::vector<int> items;
+  if (here.isLeaf()) {
+    items.push_back(here.item);
+  } else {
+    for (const int part : here.parts) {
+      EXPECT_GT(part, node);
+      const std::vector<int> of_part = itemsOf(tree, part, boxes);
+      items.insert(items.end(), of_part.begin(), of_part.end());
+    }
+  }
+  for (const int item : items) EXPECT_TRUE(here.box.contains(boxes[static_cast<std::size_t>(item)]));
+  return items;
+}
+
+void expectHoldsAll(const BoxTree& tree, const std::vector<AlignedBox3d>& boxes) {
+  std::vector<int> items = itemsOf(tree, 0, boxes);
+  std::sort(items.begin(), items.end());
+  ASSERT_EQ(items.size(), boxes.size());
+  for (int i = 0; i < static_cast<int>(items.size()); ++i) EXPECT_EQ(items[static_cast<std::size_t>(i)], i);
+}
+
+AlignedBox3d cube(double x, double y, double z) { return {Vector3d(x, y, z), Vector3d(x + 1, y + 1, z + 1)}; }
+
+TEST(BoxGap, IsTheDistanceOfBoxesThatLieApart) {
+  EXPECT_NEAR(boxGap(cube(0, 0, 0), cube(3, 0.5, -0.5)), 2.0, 1e-12);
+  EXPECT_NEAR(boxGap(cube(3, 0.5, -0.5), cube(0, 0, 0)), 2.0, 1e-12);
+  EXPECT_NEAR(boxGap(cube(0, 0, 0), cube(-4, 5, 0)), 5.0, 1e-12);  // 3 and 4
+  EXPECT_LE(boxGap(cube(0, 0, 0), cube(3, 0.5, -0.5)), 2.0);
+}
+
+TEST(BoxGap, IsMinusTheShortestWayAlongAnAxisThatSeparatesBoxesInOverlap) {
+  EXPECT_NEAR(boxGap(cube(0, 0, 0), cube(0.25, -0.75, 0.5)), -0.25, 1e-12);  // overlaps of 0.75, 0.25 and 0.5
+  EXPECT_LE(boxGap(cube(0, 0, 0), cube(0.25, -0.75, 0.5)), -0.25);
+}
+
+TEST(BoxGap, IsInfiniteToABoxWithoutAPlace) {
+  EXPECT_EQ(boxGap(cube(0, 0, 0), AlignedBox3d()), std::numeric_limits<double>::infinity());
+  EXPECT_EQ(boxGap(AlignedBox3d(), cube(0, 0, 0)), std::numeric_limits<double>::infinity());
+}
+
+TEST(BoxTree, OfNothingIsEmpty) { EXPECT_TRUE(BoxTree(std::vector<AlignedBox3d>()).empty()); }
+
+TEST(BoxTree, HoldsEachItemOnceAndItsBoxInAllNodesAbove) {
+  Chance chance(1);
+  for (const int count : {1, 2, 3, 17, 200}) {
+    const std::vector<AlignedBox3d> boxes = someBoxes(count, chance);
+    expectHoldsAll(BoxTree(boxes), boxes);
+  }
+}
+
+TEST(BoxTree, InOrderKeepsTheItemsAsListed) {
+  const std::vector<int> items{4, 0, 3, 1, 2};
+  Chance chance(4);
+  const std::vector<AlignedBox3d> boxes = someBoxes(5, chance);
+  BoxTree tree = BoxTree::inOrder(items);
+  tree.refit(boxes);
+  EXPECT_EQ(itemsOf(tree, 0, boxes), items);
+  EXPECT_TRUE(BoxTree::inOrder({}).empty());
+}
+
+TEST(BoxTree, HoldsItemsThatStandInOnePlace) {
+  const std::vector<AlignedBox3d> boxes(9, AlignedBox3d(Vector3d(0, 0, 0), Vector3d(1, 1, 1)));
+  expectHoldsAll(BoxTree(boxes), boxes);
+}
+
+TEST(BoxTree, HoldsTheItemsWhereTheyAreAfterARefit) {
+  Chance chance(2);
+  BoxTree tree(someBoxes(50, chance));
+  const std::vector<AlignedBox3d> moved = someBoxes(50, chance);
+  tree.refit(moved);
+  expectHoldsAll(tree, moved);
+}
+
+TEST(BoxTree, IsLooseAfterItsItemsHaveMixed) {
+  Chance chance(3);
+  BoxTree tree(someBoxes(50, chance));
+  EXPECT_EQ(tree.looseness(), 1.0);
+  tree.refit(someBoxes(50, chance));
+  EXPECT_GT(tree.looseness(), 1.5);
+}
+
+TEST(BoxTree, PutsAnItemWithoutAPlaceInfinitelyFarAway) {
+  const BoxTree tree(std::vector<AlignedBox3d>{{Vector3d(0, 0, 0), Vector3d(1, 1, 1)}, AlignedBox3d()});
+  EXPECT_EQ(tree[0].box.max(), Vector3d(1, 1, 1));
+  for (const int part : tree[0].parts) {
+    const BoxTree::Node& leaf = tree[part];
+    const double gap = boxGap(leaf.box, cube(2, 0, 0));
+    EXPECT_NEAR(std::min(gap, 9.0), leaf.item == 0 ? 1.0 : 9.0, 1e-12);
+  }
+}
+
+}  // namespace proximity_server::scene::box_tree_test

@@ -1,0 +1,131 @@
+// Bounds of all pairs of leaves at once, beside the distances of the pieces and the bounds of Bounds.
+#include "scene/bounds/leaf_boxes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include "oracle/shape_pairs.h"
+#include "proximity_server/narrowphase/signed_distance.h"
+#include "sanitized.h"
+
+namespace proximity_server::scene::leaf_boxes_test {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using narrowphase::randomPose;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Boxes, each a piece of one link, at most so far from the origin of their body.
+class Boxes {
+ public:
+  Boxes(std::mt19937& random, int count, double reach) {
+    std::uniform_real_distribution<double> length(0.001, 0.5);
+    std::vector<int> numbers;
+    for (int i = 0; i < count; ++i) {
+      pieces_.push_back(
+          {narrowphase::Box{Vector3d(length(random), length(random), length(random))}, randomPose(random, reach), 0});
+      numbers.push_back(i);
+    }
+    const VolumeBuilder builder(pieces_, std::vector<Representation>(pieces_.size(), Representation::Exact));
+    const Volume root = builder.over(0, numbers, volumes_);
+    volumes_.push_back(root);
+  }
+  LeafBoxes leaves() const { return {volumes_, static_cast<int>(volumes_.size()) - 1}; }
+  const Volume& at(int leaf) const { return volumes_[static_cast<std::size_t>(leaf)]; }
+  const Piece& pieceOf(int leaf) const { return pieces_[static_cast<std::size_t>(at(leaf).piece)]; }
+
+ private:
+  std::vector<Piece> pieces_;
+  std::vector<Volume> volumes_;
+};
+
+RelativePose relativePose(const Isometry3d& pose) { return {pose.linear(), pose.translation()}; }
+
+/// The larger of the bounds of Bounds, in double.
+double boundOf(const Volume& a, const Volume& b, const RelativePose& a_T_b) {
+  const Vector3d between = a_T_b.translation + (a_T_b.rotation * b.bounds.centre - a.bounds.centre);
+  return std::max(sphereGap(between, a.bounds, b.bounds),
+                  boxGap(between, a.bounds, a.bounds.axes, b.bounds, a_T_b.rotation * b.bounds.axes));
+}
+
+TEST(LeafGaps, AreLowerBoundsOfTheDistances) {
+  std::mt19937 random(1);
+  for (const double reach : {0.3, 3.0, 1000.0}) {
+    for (int i = 0; i < repeats(200); ++i) {
+      const int count = 1 + i % 9;
+      const Boxes boxes_a(random, count, 0.3), boxes_b(random, 10 - count, 0.3);
+      const LeafBoxes a = boxes_a.leaves(), b = boxes_b.leaves();
+      const Isometry3d pose = randomPose(random, reach);
+      const RelativePose a_T_b = relativePose(pose);
+      LeafGaps gaps;
+      const std::vector<LeafGaps::Gap> found = gaps.between(a, b, a_T_b, 0.0, kInfinity);
+      ASSERT_EQ(found.size(), a.leaves().size() * b.leaves().size());
+      EXPECT_EQ(gaps.smallestOfOthers(), kInfinity);
+      for (const LeafGaps::Gap& gap : found) {
+        const Piece &piece_a = boxes_a.pieceOf(gap.a), &piece_b = boxes_b.pieceOf(gap.b);
+        const Isometry3d pieces = piece_a.body_T_piece.inverse() * pose * piece_b.body_T_piece;
+        ASSERT_LE(gap.lower_bound, signedDistance(piece_a.shape, piece_b.shape, pieces).upper_bound);
+        const double in_double = boundOf(boxes_a.at(gap.a), boxes_b.at(gap.b), a_T_b);
+        const double allowed = 2.0 * LeafGaps::kError * (pose.translation().norm() + a.reach() + b.reach());
+        ASSERT_LE(gap.lower_bound, in_double);
+        ASSERT_LE(in_double - gap.lower_bound, allowed);
+      }
+    }
+  }
+}
+
+TEST(LeafGaps, LeaveOutOnlyWhatIsBeyondTheLimit) {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> some(-0.1, 1.0);
+  int left_out = 0, kept = 0;
+  for (int i = 0; i < repeats(300); ++i) {
+    const Boxes boxes_a(random, 1 + i % 32, 0.5), boxes_b(random, 1 + i % 7, 0.5);
+    const LeafBoxes a = boxes_a.leaves(), b = boxes_b.leaves();
+    const RelativePose a_T_b = relativePose(randomPose(random, 1.0));
+    const double limit = some(random), padding = 0.01 * some(random);
+    LeafGaps gaps;
+    std::map<std::pair<int, int>, double> all;
+    for (const LeafGaps::Gap& gap : gaps.between(a, b, a_T_b, padding, kInfinity))
+      all[{gap.a, gap.b}] = gap.lower_bound;
+    double smallest = kInfinity;
+    std::size_t within = 0;
+    for (const auto& [pair, bound] : all) {
+      if (bound <= limit) ++within;
+    }
+    for (const LeafGaps::Gap& gap : gaps.between(a, b, a_T_b, padding, limit)) {
+      ASSERT_TRUE(all.count({gap.a, gap.b}));
+      ASSERT_LE(gap.lower_bound, limit);
+      ASSERT_EQ((all[{gap.a, gap.b}]), gap.lower_bound);
+      all.erase({gap.a, gap.b});
+      ++kept;
+      --within;
+    }
+    EXPECT_EQ(within, 0u);
+    for (const auto& [pair, bound] : all) smallest = std::min(smallest, bound);
+    left_out += static_cast<int>(all.size());
+    ASSERT_GT(gaps.smallestOfOthers(), limit);
+    ASSERT_LE(gaps.smallestOfOthers(), smallest);  // spheres may have been enough
+  }
+  EXPECT_GT(left_out, kept / 10);
+  EXPECT_GT(kept, left_out / 10);
+}
+
+TEST(LeafBoxes, OfManyPiecesAreNone) {
+  std::mt19937 random(3);
+  EXPECT_EQ(Boxes(random, LeafBoxes::kMostLeaves, 1.0).leaves().leaves().size(), LeafBoxes::kMostLeaves);
+  EXPECT_TRUE(Boxes(random, LeafBoxes::kMostLeaves + 1, 1.0).leaves().leaves().empty());
+  const LeafBoxes few = Boxes(random, 2, 1.0).leaves();
+  EXPECT_TRUE(LeafGaps::areFew(few, few, {}));
+  RelativePose far;
+  far.translation.x() = 1e20;
+  EXPECT_FALSE(LeafGaps::areFew(few, few, far));
+}
+
+}  // namespace proximity_server::scene::leaf_boxes_test

@@ -1,0 +1,440 @@
+// What lanes prove: frames within their error, outlines around and balls inside of the links, bounds around the distances, and
+// verdicts that are those of a Scene. With the same bits on every processor.
+//
+// PROXIMITY_LANE_STATES: how many states of each robot are compared.
+#include "scene/lanes/lane_bounds.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <random>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "from_environment.h"
+#include "proximity_server/narrowphase/shape/support.h"
+#include "proximity_server/narrowphase/signed_distance.h"
+#include "proximity_server/scene/model/joint_ranges.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/query/scene.h"
+#include "sanitized.h"
+#include "scene/batch/batch_robots.h"
+#include "scene/batch/verdicts.h"
+#include "scene/lanes/link_outline.h"
+
+namespace proximity_server::scene::lane_bounds_test {
+
+using Eigen::Isometry3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Kind = StateVerdict::Kind;
+using Model = std::shared_ptr<const SceneModel>;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+int statesToTest() { return static_cast<int>(fromEnvironment("PROXIMITY_LANE_STATES", repeats(200))); }
+
+Vector3d randomVector(std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  return {normal(random), normal(random), normal(random)};
+}
+
+/// A chain of joints of all kinds about any axes, with long and short links. `size` [m] of the links.
+Model randomChain(unsigned seed, double size = 1.0) {
+  std::mt19937_64 random(seed);
+  const auto text = [&](double scale) {
+    const Vector3d v = scale * randomVector(random);
+    std::ostringstream stream;
+    stream << v.x() << " " << v.y() << " " << v.z();
+    return stream.str();
+  };
+  const char* types[] = {"revolute", "continuous", "prismatic", "revolute", "fixed", "planar", "floating"};
+  std::ostringstream box, radius;
+  box << "<box size='" << 0.1 * size << " " << 0.2 * size << " " << 0.05 * size << "'/>";
+  radius << 0.05 * size;
+  std::string urdf = "<link name='l0'>" + ball(radius.str()) + "</link>";
+  for (int i = 1; i <= 14; ++i) {
+    const std::string name = "l" + std::to_string(i), type = types[random() % 7];
+    const double length = size * std::pow(10.0, std::uniform_real_distribution<double>(-3.0, 0.5)(random));
+    urdf += "<link name='" + name + "'>" + collision(box.str(), text(0.1 * size)) + "</link><joint name='to_" + name +
+            "' type='" + type + "'><parent link='l" + std::to_string(i - 1) + "'/><child link='" + name +
+            "'/><origin xyz='" + text(length) + "' rpy='" + text(2.0) + "'/><axis xyz='" + text(1.0) +
+            "'/><limit lower='-2' upper='1.5' effort='1' velocity='1'/></joint>";
+  }
+  return modelWith(robotOf("<robot name='chain'>" + urdf + "</robot>"));
+}
+
+struct NamedModel {
+  std::string name;
+  Model model;
+};
+
+std::vector<NamedModel> robots() {
+  std::vector<NamedModel> robots;
+  for (const char* name : {"TwoArms", "Beads", "JoinedArms", "Solids", "SolidsInParts", "Demo", "Panda", "Ur5", "Pr2"})
+    if (const Model model = robotNamed(name)) robots.push_back({name, model});
+  for (unsigned seed = 1; seed <= 4; ++seed) robots.push_back({"chain " + std::to_string(seed), randomChain(seed)});
+  robots.push_back({"chain of kilometres", randomChain(5, 1e3)});
+  robots.push_back({"chain of millimetres", randomChain(6, 1e-3)});
+  return robots;
+}
+
+/// Within the ranges of the joints; every fifth state has angles of many turns.
+MatrixXd statesOfManyTurns(const RobotModel& robot, int count, unsigned seed) {
+  std::mt19937_64 random(seed);
+  const std::vector<JointRange> ranges = jointRanges(robot);
+  MatrixXd states(count, static_cast<Eigen::Index>(robot.joints.size()));
+  for (int i = 0; i < count; ++i) {
+    const Positions positions = randomPositions(robot, ranges, random);
+    for (std::size_t j = 0; j < positions.size(); ++j) {
+      const bool turns = robot.joints[j].type != Joint::Type::Prismatic && i % 5 == 4;
+      states(i, static_cast<Eigen::Index>(j)) = positions[j] * (turns ? 1000.0 : 1.0);
+    }
+  }
+  return states;
+}
+
+std::vector<double> positionsOf(const MatrixXd& states, Eigen::Index state) {
+  std::vector<double> positions(static_cast<std::size_t>(states.cols()));
+  for (std::size_t j = 0; j < positions.size(); ++j) positions[j] = states(state, static_cast<Eigen::Index>(j));
+  return positions;
+}
+
+std::vector<const lanes::Kernels*> allKernels() {
+  std::vector<const lanes::Kernels*> all;
+  for (const lanes::Kernels* const* kernels = lanes::allKernels(); *kernels; ++kernels) all.push_back(*kernels);
+  return all;
+}
+
+std::vector<int> numbers(int count) {
+  std::vector<int> all(static_cast<std::size_t>(count));
+  std::iota(all.begin(), all.end(), 0);
+  return all;
+}
+
+TEST(LaneKernels, SineAndCosineAreWithinTheirError) {
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> exponent(-6.0, std::log10(lanes::kMostAngle)), sign(-1.0, 1.0);
+  alignas(64) lanes::Row sines, cosines;
+  std::vector<double> angles(lanes::kBlock);
+  double most = 0.0;
+  for (int round = 0; round < 2 * statesToTest(); ++round) {
+    for (int i = 0; i < lanes::kBlock; ++i) {
+      double angle = std::copysign(std::pow(10.0, exponent(random)), sign(random));
+      if (i % 4 == 0) angle = std::remainder(angle, 2.0 * std::acos(-1.0));
+      if (i % 16 == 1)
+        angle = std::nextafter(std::acos(-1.0) / 4.0 * static_cast<double>(random() % 1000), sign(random));
+      angles[static_cast<std::size_t>(i)] = angle;
+    }
+    lanes::kernels().turn(angles.data(), lanes::kBlock, sines, cosines);
+    for (int i = 0; i < lanes::kBlock; ++i) {
+      const double angle = angles[static_cast<std::size_t>(i)];
+      most = std::max({most, std::abs(static_cast<double>(sines[i]) - std::sin(angle)),
+                       std::abs(static_cast<double>(cosines[i]) - std::cos(angle))});
+    }
+  }
+  EXPECT_LT(most, lanes::kSineError);
+  EXPECT_GT(most, 0.3 * lanes::kSineError);
+}
+
+TEST(LaneBounds, FramesAreWithinTheirError) {
+  for (const NamedModel& robot : robots()) {
+    SCOPED_TRACE(robot.name);
+    const auto model = std::make_shared<const LaneModel>(*robot.model, Volumes(robot.model->robot));
+    LaneBounds bounds(model);
+    const int count = statesToTest();
+    const MatrixXd states = statesOfManyTurns(robot.model->robot, count, 3);
+    double most = 0.0;
+    for (int first = 0; first < count; first += LaneBounds::kBlock) {
+      const int placed = std::min(LaneBounds::kBlock, count - first);
+      bounds.place(states, first, placed);
+      for (int i = 0; i < placed; ++i) {
+        ASSERT_TRUE(bounds.isPlaced(i));
+        const BodyPoses poses = forwardKinematics(robot.model->robot, positionsOf(states, first + i));
+        for (std::size_t body = 0; body < poses.size(); ++body) {
+          const Isometry3d pose = bounds.bodyPose(static_cast<int>(body), i);
+          const LaneError& error = model->body_errors[body];
+          const double turned = (pose.linear() - poses[body]->linear()).norm();
+          const double moved = (pose.translation() - poses[body]->translation()).norm();
+          ASSERT_LE(turned, error.rotation + 1e-14);
+          ASSERT_LE(moved, error.origin + 1e-14);
+          ASSERT_LE(poses[body]->translation().norm(), error.reach + 1e-14);
+          if (error.rotation > 0.0) most = std::max(most, turned / error.rotation);
+        }
+      }
+    }
+    EXPECT_GT(most, 0.01);  // a bound, and not a guess of any size
+  }
+}
+
+/// How far a link sticks out of what its outline says, along a direction.
+double uncoveredAlong(const Vector3d& direction, const LinkOutline& outline, std::size_t corners, double uncovered,
+                      double extent) {
+  double height = -kInfinity;
+  for (std::size_t i = 0; i < corners; ++i)
+    height = std::max(height, direction.dot(outline.corners[i].centre) + outline.corners[i].radius);
+  return extent - (height + uncovered);
+}
+
+TEST(LinkOutline, ContainsTheLinkAndItsBallsAreInside) {
+  std::mt19937_64 random(9);
+  int balls = 0, simplified = 0;
+  for (const NamedModel& robot : robots()) {
+    SCOPED_TRACE(robot.name);
+    const RobotModel& model = robot.model->robot;
+    const Volumes volumes(model);
+    for (int link = 0; link < static_cast<int>(model.links.size()); ++link) {
+      if (!model.hasGeometry(link)) continue;
+      const LinkOutline outline = outlineOf(model, link, volumes[link].bounds);
+      const std::vector<const Piece*> pieces = peers::piecesOfLink(model, link);
+      simplified += outline.few < outline.corners.size() ? 1 : 0;
+      for (int i = 0; i < repeats(300); ++i) {
+        const Vector3d direction = randomVector(random).normalized();
+        double extent = -kInfinity;
+        for (const Piece* piece : pieces) {
+          int vertex = 0;
+          const Vector3d in_piece = piece->body_T_piece.linear().transpose() * direction;
+          const Vector3d point = piece->body_T_piece * narrowphase::supportPoint(piece->shape, in_piece, vertex) +
+                                 piece->shape.margin() * direction;
+          extent = std::max(extent, direction.dot(point));
+          const Vector3d in_box = outline.bounds.axes.transpose() * (point - outline.bounds.centre);
+          ASSERT_LE((in_box.cwiseAbs() - outline.bounds.half).maxCoeff(), 0.0);
+          ASSERT_LE(in_box.norm(), outline.bounds.radius);
+        }
+        ASSERT_LE(uncoveredAlong(direction, outline, outline.corners.size(), outline.uncovered, extent), 1e-14);
+        ASSERT_LE(uncoveredAlong(direction, outline, outline.few, outline.uncovered_by_few, extent), 1e-14);
+      }
+      for (const Ball& ball : outline.inner) {
+        // The ball moved into the piece by its depth is as deep as it can be: no translation shorter than its radius and that
+        // of a small ball at its centre takes the small ball out.
+        double deepest = kInfinity;
+        for (const Piece* piece : pieces) {
+          Isometry3d piece_T_ball = Isometry3d::Identity();
+          piece_T_ball.translation() = piece->body_T_piece.inverse() * ball.centre;
+          deepest = std::min(deepest, signedDistance(piece->shape, narrowphase::Sphere{1e-3}, piece_T_ball).distance);
+        }
+        ASSERT_LE(deepest, -(ball.radius + 1e-3) + 2e-9);
+        ++balls;
+      }
+    }
+  }
+  EXPECT_GT(balls, 100);
+  EXPECT_GT(simplified, 3);
+}
+
+TEST(LaneBounds, HoldTheSignedDistance) {
+  for (const NamedModel& robot : robots()) {
+    SCOPED_TRACE(robot.name);
+    LaneBounds bounds(*robot.model);
+    Scene scene(robot.model);
+    const Candidates& candidates = scene.candidates();
+    const int count = std::min(LaneBounds::kBlock, statesToTest() / 10);
+    const MatrixXd states = statesOfManyTurns(robot.model->robot, count, 21);
+    bounds.place(states, 0, count);
+    const std::vector<int> all = numbers(count);
+    std::vector<std::vector<float>> lower(candidates.size()), upper(candidates.size());
+    for (std::size_t pair = 0; pair < candidates.size(); ++pair) {
+      lower[pair].resize(all.size());
+      upper[pair].resize(all.size());
+      bounds.bounds(static_cast<int>(pair), all.data(), count, lower[pair].data(), upper[pair].data());
+    }
+    int with_upper = 0, narrow = 0;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      scene.update(forwardKinematics(robot.model->robot, positionsOf(states, static_cast<Eigen::Index>(i))));
+      for (std::size_t pair = 0; pair < candidates.size(); ++pair) {
+        const narrowphase::SignedDistance truth = scene.proximity(candidates[pair]).result;
+        // The truth is between its bounds.
+        ASSERT_LE(static_cast<double>(lower[pair][i]), truth.upper_bound);
+        ASSERT_GE(static_cast<double>(upper[pair][i]), truth.lower_bound);
+        with_upper += std::isfinite(upper[pair][i]) ? 1 : 0;
+        narrow += upper[pair][i] - lower[pair][i] < 0.05F ? 1 : 0;
+      }
+    }
+    if (!kIsSanitized && !candidates.empty()) {
+      EXPECT_GT(with_upper, 0);
+      EXPECT_GT(narrow, 0);
+    }
+  }
+}
+
+TEST(LaneBounds, EveryKindOfProcessorGivesTheSameBits) {
+  const std::vector<const lanes::Kernels*> kernels = allKernels();
+  ASSERT_FALSE(kernels.empty());
+  EXPECT_STREQ(kernels.back()->name, "baseline");
+  for (const NamedModel& robot : robots()) {
+    SCOPED_TRACE(robot.name);
+    const auto model = std::make_shared<const LaneModel>(*robot.model, Volumes(robot.model->robot));
+    const int count = LaneBounds::kBlock - 5;
+    const MatrixXd states = statesOfManyTurns(robot.model->robot, count, 33);
+    const std::vector<int> all = numbers(count);
+    LaneBounds expected(model, *kernels.front());
+    expected.place(states, 0, count);
+    std::vector<float> lower(all.size()), upper(all.size()), other_lower(all.size()), other_upper(all.size());
+    for (std::size_t k = 1; k < kernels.size(); ++k) {
+      SCOPED_TRACE(kernels[k]->name);
+      LaneBounds other(model, *kernels[k]);
+      other.place(states, 0, count);
+      for (int i = 0; i < count; ++i)
+        for (int body = 0; body < static_cast<int>(model->bodies.size()); ++body)
+          ASSERT_EQ(expected.bodyPose(body, i).matrix(), other.bodyPose(body, i).matrix());
+      for (int pair = 0; pair < static_cast<int>(model->pairs.size()); ++pair) {
+        expected.bounds(pair, all.data(), count, lower.data(), upper.data());
+        other.bounds(pair, all.data(), count, other_lower.data(), other_upper.data());
+        ASSERT_EQ(lower, other_lower);
+        ASSERT_EQ(upper, other_upper);
+        ASSERT_EQ(expected.sides(pair, 0.05, all.data(), count), other.sides(pair, 0.05, all.data(), count));
+        std::vector<int> near = all, other_near = all;
+        near.resize(static_cast<std::size_t>(expected.keepNear(pair, 0.05, near.data(), count)));
+        other_near.resize(static_cast<std::size_t>(other.keepNear(pair, 0.05, other_near.data(), count)));
+        ASSERT_EQ(near, other_near);
+      }
+    }
+  }
+}
+
+// With thresholds as near to the distance as can be, so that a bound without its error is noticed.
+TEST(LaneBounds, ProveNoSideOfAThresholdThatIsWrong) {
+  int above = 0, below = 0;
+  for (const NamedModel& robot : robots()) {
+    SCOPED_TRACE(robot.name);
+    LaneBounds bounds(*robot.model);
+    Scene scene(robot.model);
+    const int count = std::min(LaneBounds::kBlock, repeats(20));
+    const MatrixXd states = statesOfManyTurns(robot.model->robot, count, 22);
+    bounds.place(states, 0, count);
+    std::vector<double> thresholds(LaneBounds::kBlock, -kInfinity);
+    std::vector<int> near(LaneBounds::kBlock);
+    for (int i = 0; i < count; ++i) {
+      scene.update(forwardKinematics(robot.model->robot, positionsOf(states, i)));
+      for (int pair = 0; pair < static_cast<int>(scene.candidates().size()); ++pair) {
+        const narrowphase::SignedDistance truth =
+            scene.proximity(scene.candidates()[static_cast<std::size_t>(pair)]).result;
+        const double not_above = truth.upper_bound, not_below = truth.lower_bound - 1e-12;
+        int state = i;
+        ASSERT_EQ(bounds.keepNear(pair, not_above, &state, 1), 1);
+        thresholds[static_cast<std::size_t>(i)] = not_above;
+        ASSERT_EQ(bounds.findNear(pair, thresholds.data(), count, near.data()), 1);
+        ASSERT_EQ(near.front(), i);
+        ASSERT_NE(bounds.sides(pair, not_above, &i, 1).front(), LaneBounds::Side::Above);
+        ASSERT_NE(bounds.sides(pair, not_below, &i, 1).front(), LaneBounds::Side::Below);
+        above += bounds.sides(pair, not_below - 0.01, &i, 1).front() == LaneBounds::Side::Above ? 1 : 0;
+        below += bounds.sides(pair, not_above + 0.05, &i, 1).front() == LaneBounds::Side::Below ? 1 : 0;
+      }
+      thresholds[static_cast<std::size_t>(i)] = -kInfinity;
+    }
+  }
+  if (!kIsSanitized) {
+    EXPECT_GT(above, 1000);
+    EXPECT_GT(below, 1000);
+  }
+}
+
+/// Whether anything is below, by one Scene for the state.
+Kind kindByScene(Scene& scene, const RobotModel& robot, const std::vector<double>& positions, double distance) {
+  Question question;
+  question.threshold = distance;
+  scene.update(forwardKinematics(robot, positions));
+  for (const ShapeRefPair& pair : scene.candidates())
+    if (!(scene.proximity(pair, question).result.lower_bound > distance)) return Kind::Below;
+  return Kind::Above;
+}
+
+TEST(Verdicts, AreThoseOfAScene) {
+  int below = 0, above = 0;
+  long exact = 0;
+  for (const NamedModel& robot : robots()) {
+    SCOPED_TRACE(robot.name);
+    Verdicts verdicts(std::make_shared<const BatchModel>(robot.model));
+    Scene scene(robot.model, Skipping::On);
+    const int count = statesToTest() / 2;
+    const MatrixXd states = statesOfManyTurns(robot.model->robot, count, 41);
+    for (const double distance : {-0.02, 0.0, 0.05, 0.3}) {
+      const std::vector<StateVerdict>& found = verdicts.anyBelow(states, distance);
+      exact += verdicts.counts().exact_states;
+      for (int i = 0; i < count; ++i) {
+        const std::vector<double> positions = positionsOf(states, i);
+        const StateVerdict& verdict = found[static_cast<std::size_t>(i)];
+        ASSERT_EQ(verdict.kind, kindByScene(scene, robot.model->robot, positions, distance)) << i << " at " << distance;
+        if (verdict.kind == Kind::Below) {
+          Question question;
+          question.threshold = distance;
+          const ShapeRefPair& pair = scene.candidates()[static_cast<std::size_t>(verdict.pair)];
+          ASSERT_FALSE(scene.proximity(pair, question).result.lower_bound > distance);
+        } else {
+          ASSERT_EQ(verdict.pair, -1);
+        }
+        ++(verdict.kind == Kind::Below ? below : above);
+      }
+    }
+  }
+  if (!kIsSanitized) {
+    EXPECT_GT(below, 1000);
+    EXPECT_GT(above, 1000);
+    EXPECT_GT(exact, 20);
+  }
+}
+
+TEST(Verdicts, DependOnTheStateAlone) {
+  for (const char* name : {"TwoArms", "Solids", "Panda"}) {
+    const Model model = robotNamed(name);
+    if (!model) continue;
+    SCOPED_TRACE(name);
+    const auto batch = std::make_shared<const BatchModel>(model);
+    Verdicts verdicts(batch), twin(batch);
+    const int count = 2 * LaneBounds::kBlock + 77;
+    const MatrixXd states = statesOfManyTurns(model->robot, count, 43);
+    const std::vector<StateVerdict> expected = verdicts.anyBelow(states, 0.05);
+    std::mt19937_64 random(1);
+    std::vector<int> order = numbers(count);
+    std::shuffle(order.begin(), order.end(), random);
+    MatrixXd shuffled(states.rows(), states.cols());
+    for (int i = 0; i < count; ++i) shuffled.row(i) = states.row(order[static_cast<std::size_t>(i)]);
+    for (int first = 0, size = 1; first < count; first += size, size = size * 3 % 401 + 1) {
+      size = std::min(size, count - first);
+      const MatrixXd part = shuffled.middleRows(first, size);
+      const std::vector<StateVerdict>& found = twin.anyBelow(part, 0.05);
+      for (int i = 0; i < size; ++i) {
+        const StateVerdict& other = expected[static_cast<std::size_t>(order[static_cast<std::size_t>(first + i)])];
+        ASSERT_EQ(found[static_cast<std::size_t>(i)].kind, other.kind);
+        ASSERT_EQ(found[static_cast<std::size_t>(i)].pair, other.pair);
+      }
+    }
+  }
+}
+
+TEST(Verdicts, StatesBeyondTheLanesAreDecidedExactly) {
+  const Model model = robotNamed("TwoArms");
+  Verdicts verdicts(std::make_shared<const BatchModel>(model));
+  MatrixXd states = statesOfManyTurns(model->robot, 40, 47);
+  for (int i = 0; i < 20; ++i) states(i, i % states.cols()) = i % 2 == 0 ? 3e5 : -1e12;
+  states(30, 1) = std::numeric_limits<double>::quiet_NaN();
+  states(31, 2) = kInfinity;
+  const std::vector<StateVerdict>& found = verdicts.anyBelow(states, 0.05);
+  EXPECT_EQ(verdicts.counts().unplaced_states, 20);
+  Scene scene(model);
+  for (int i = 0; i < 40; ++i) {
+    const Kind kind = found[static_cast<std::size_t>(i)].kind;
+    if (i == 30 || i == 31) {
+      EXPECT_EQ(kind, Kind::Unknown);
+    } else {
+      EXPECT_EQ(kind, kindByScene(scene, model->robot, positionsOf(states, i), 0.05)) << i;
+    }
+  }
+}
+
+TEST(Verdicts, OfNoPairsAndOfInfiniteDistances) {
+  Verdicts nothing(std::make_shared<const BatchModel>(nothingToCheck()));
+  EXPECT_EQ(nothing.anyBelow(MatrixXd::Zero(3, 1), 1.0)[2].kind, Kind::Above);
+  EXPECT_TRUE(nothing.anyBelow(MatrixXd::Zero(0, 1), 1.0).empty());
+  const Model model = robotNamed("TwoArms");
+  Verdicts verdicts(std::make_shared<const BatchModel>(model));
+  const MatrixXd states = statesOfManyTurns(model->robot, 10, 3);
+  EXPECT_EQ(verdicts.anyBelow(states, kInfinity)[4].kind, Kind::Below);
+  EXPECT_EQ(verdicts.anyBelow(states, -kInfinity)[4].kind, Kind::Above);
+}
+
+}  // namespace proximity_server::scene::lane_bounds_test
