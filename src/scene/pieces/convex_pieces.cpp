@@ -21,15 +21,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// A connected component of the mesh and its hull.
+/// A connected component of the mesh.
 struct Component {
-  Component(int component, TriangleMesh part, Effort& effort) : number(component), mesh(std::move(part)) {
-    effort.spend(stepsOfHull(mesh.vertices.size()));
-    hull.emplace(mesh.vertices);
-  }
   int number;
-  TriangleMesh mesh;
-  std::optional<narrowphase::ConvexHull> hull;
+  Cover cover;  // its hull
 };
 
 /// Whether all of `inner` lies in `outer`, within the rounding of the test.
@@ -58,8 +53,7 @@ struct ConnectedMesh {
 
 /// A mesh while it is divided into pieces.
 struct Job {
-  const TriangleMesh& mesh;  // welded
-  const Partition& components;
+  const ConnectedMesh& mesh;
   const MeshOptions& options;
   Effort& effort;
   double tolerance() const { return std::max(options.tolerance, kMeshRounding); }
@@ -67,8 +61,8 @@ struct Job {
 
 std::vector<Component> componentsOf(const Job& job) {
   std::vector<Component> components;
-  for (TriangleMesh& part : partsOf(job.mesh, job.components))
-    components.emplace_back(static_cast<int>(components.size()), std::move(part), job.effort);
+  for (const TriangleMesh& part : job.mesh.parts)
+    components.push_back({static_cast<int>(components.size()), coverOf(part.vertices, job.effort)});
   return components;
 }
 
@@ -98,23 +92,24 @@ double volumeRatio(const std::vector<TriangleMesh>& components) {
 
 /// Whether one hull of all is near enough.
 bool isHullOfAll(const Job& job, const MeshSolid& solid) {
-  const std::vector<Vector3d> points = clusterPoints(job.mesh, Partition(job.mesh.triangles.size(), 0)).front();
-  job.effort.spend(stepsOfHull(points.size()));
-  return solid.isWithin(job.tolerance(), {narrowphase::ConvexHull(points), points});
+  const Partition one(job.mesh.components.size(), 0);
+  return solid.isWithin(job.tolerance(), coverOf(clusterPoints(job.mesh.welded, one).front(), job.effort));
 }
 
 /// Each component to itself, or to the cluster of one whose hull hides it: the union of the hulls stays the same.
 /// Returns nullopt if one of the hulls is not within tolerance.
 std::optional<Partition> hullsOfComponents(const Job& job, const MeshSolid& solid) {
   std::vector<Component> components = componentsOf(job);
-  std::stable_sort(components.begin(), components.end(),
-                   [](const Component& a, const Component& b) { return a.hull->volume() > b.hull->volume(); });
+  std::stable_sort(components.begin(), components.end(), [](const Component& a, const Component& b) {
+    return a.cover.hull.volume() > b.cover.hull.volume();
+  });
   std::vector<const Component*> outermost;
   std::vector<int> hider(components.size());
   for (const Component& component : components) {
     const auto hides = [&](const Component* other) {
-      job.effort.spend(1 + other->hull->triangles().size() * component.hull->vertices().size());
-      return contains(*other->hull, *component.hull);
+      const narrowphase::ConvexHull &outer = other->cover.hull, &inner = component.cover.hull;
+      job.effort.spend(1 + outer.triangles().size() * inner.vertices().size());
+      return contains(outer, inner);
     };
     const auto found = std::find_if(outermost.begin(), outermost.end(), hides);
     const bool is_hidden = found != outermost.end();
@@ -122,11 +117,11 @@ std::optional<Partition> hullsOfComponents(const Job& job, const MeshSolid& soli
     if (!is_hidden) outermost.push_back(&component);
   }
   const bool near = std::all_of(outermost.begin(), outermost.end(), [&](const Component* component) {
-    return solid.isWithin(job.tolerance(), {*component->hull, component->mesh.vertices});
+    return solid.isWithin(job.tolerance(), component->cover);
   });
   if (!near) return std::nullopt;
   Partition partition;
-  for (const int component : job.components) partition.push_back(hider[component]);
+  for (const int component : job.mesh.components) partition.push_back(hider[component]);
   return partition;
 }
 
@@ -152,7 +147,7 @@ std::vector<narrowphase::ConvexHull> hullsOf(const TriangleMesh& mesh, const Par
 /// tolerance.
 bool haveNoRoom(const Job& job, const MeshSolid& solid, const Partition& partition) {
   const Effort left = std::exchange(job.effort, Effort(std::numeric_limits<double>::infinity()));
-  const std::vector<narrowphase::ConvexHull> hulls = hullsOf(job.mesh, partition);
+  const std::vector<narrowphase::ConvexHull> hulls = hullsOf(job.mesh.welded, partition);
   const bool have_none = std::all_of(hulls.begin(), hulls.end(), [&](const narrowphase::ConvexHull& hull) {
     return solid.hasNoRoom(job.tolerance(), hull);
   });
@@ -166,7 +161,7 @@ Clustering nearestEnough(const Job& job, const MeshSolid& solid) {
   const Effort for_decomposition = job.effort.half();
   try {
     if (isHullOfAll(job, solid)) {
-      clustering.partition.assign(job.mesh.triangles.size(), 0);
+      clustering.partition.assign(job.mesh.components.size(), 0);
       clustering.representation = Representation::ConvexHull;
       return clustering;
     }
@@ -180,18 +175,21 @@ Clustering nearestEnough(const Job& job, const MeshSolid& solid) {
   }
   job.effort.add(for_decomposition);
   if (job.options.tolerance <= kMeshRounding) {
-    Clustering triangles = trianglesThemselves(job.mesh.triangles.size());
+    Clustering triangles = trianglesThemselves(job.mesh.components.size());
     triangles.is_complete = clustering.is_complete;
     return triangles;
   }
   if (job.options.progress) {
-    job.options.progress("decomposing " + std::to_string(job.mesh.triangles.size()) + " triangles");
+    job.options.progress("decomposing " + std::to_string(job.mesh.components.size()) + " triangles");
   }
   // Not the outermost components only: what lies in a hollow is hidden by a hull, not by its clusters.
-  Decomposition found = decompose(job.mesh, job.components, solid, job.options.tolerance);
+  const auto divided = [&](RoomChecks rooms) {
+    return decompose(job.mesh.welded, job.mesh.components, solid, job.options.tolerance, rooms);
+  };
+  Decomposition found = divided(RoomChecks::None);
   if (!haveNoRoom(job, solid, found.partition)) {
     job.effort = Effort(job.options.time_budget);
-    found = decompose(job.mesh, job.components, solid, job.options.tolerance, RoomChecks::OfEachHull);
+    found = divided(RoomChecks::OfEachHull);
   }
   clustering.partition = std::move(found.partition);
   clustering.is_complete = clustering.is_complete && found.is_complete;
@@ -202,10 +200,8 @@ Clustering nearestEnough(const Job& job, const MeshSolid& solid) {
 /// How far the hulls lie from the mesh; they are proven to be within the tolerance.
 void measure(const TriangleMesh& mesh, const MeshSolid& solid, double tolerance, Clustering& clustering) {
   std::vector<Cover> covers;
-  for (std::vector<Vector3d>& points : clusterPoints(mesh, clustering.partition)) {
-    narrowphase::ConvexHull hull(points);
-    covers.push_back({std::move(hull), std::move(points)});
-  }
+  for (std::vector<Vector3d>& points : clusterPoints(mesh, clustering.partition))
+    covers.push_back(coverOf(std::move(points), solid.effort()));
   clustering.deviation = std::min(solid.deviationOf(covers), tolerance);
   for (const Cover& cover : covers)
     clustering.uncovered = std::max(clustering.uncovered, farthestOutside(cover, solid.effort()));
@@ -216,7 +212,7 @@ Clustering compute(const TriangleMesh& mesh, const ConnectedMesh& connected, con
                    const MeshCache& cache, std::vector<std::string>& warnings) {
   Effort effort(options.time_budget);
   const std::vector<TriangleMesh> closed = closedParts(connected.parts);
-  const Job job{connected.welded, connected.components, options, effort};
+  const Job job{connected, options, effort};
   const MeshSolid solid(trianglesOf(mesh.vertices, mesh.triangles), allTriangles(closed), effort,
                         Rooms(connected.parts));
   Clustering clustering = nearestEnough(job, solid);

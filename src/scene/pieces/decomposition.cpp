@@ -40,17 +40,13 @@ Cluster takeHalf(const TriangleMesh& mesh, Cluster& cluster) {
   return upper;
 }
 
-bool before(const Vector3d& a, const Vector3d& b) {
-  return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
-}
-
 std::vector<Vector3d> sorted(std::vector<Vector3d> points) {
-  std::sort(points.begin(), points.end(), before);
+  std::sort(points.begin(), points.end(), isBefore);
   return points;
 }
 
 bool isOneOf(const std::vector<Vector3d>& sorted_points, const Vector3d& point) {
-  return std::binary_search(sorted_points.begin(), sorted_points.end(), point, before);
+  return std::binary_search(sorted_points.begin(), sorted_points.end(), point, isBefore);
 }
 
 /// The conditions that the hull of every cluster has to meet.
@@ -68,8 +64,7 @@ struct Demand {
 
 /// Returns the sorted vertices of the hull of all points; none if it is not within tolerance.
 std::vector<Vector3d> hullWithin(const Demand& demand, const std::vector<Vector3d>& points) {
-  demand.solid.effort().spend(stepsOfHull(points.size()));
-  const Cover cover{narrowphase::ConvexHull(points), points};
+  const Cover cover = coverOf(points, demand.solid.effort());
   if (!demand.isMetBy(cover, surfaceOf(cover.hull))) return {};
   return sorted(cover.hull.vertices());
 }
@@ -80,8 +75,7 @@ std::vector<Vector3d> commonHullWithin(const Demand& demand, const std::vector<V
                                        const std::vector<Vector3d>& b) {
   std::vector<Vector3d> points = a;
   points.insert(points.end(), b.begin(), b.end());
-  demand.solid.effort().spend(stepsOfHull(points.size()));
-  const Cover cover{narrowphase::ConvexHull(points), points};
+  const Cover cover = coverOf(std::move(points), demand.solid.effort());
   const std::vector<Triangle> surface = surfaceOf(cover.hull);
   std::vector<Triangle> bridges;
   std::copy_if(surface.begin(), surface.end(), std::back_inserter(bridges), [&](const Triangle& triangle) {
@@ -383,23 +377,21 @@ class Fusion {
 
 }  // namespace
 
-std::size_t stepsOfHull(std::size_t points) { return 5000 + 1000 * points; }
+Cover coverOf(std::vector<Vector3d> points, Effort& effort) {
+  effort.spend(5000 + 1000 * points.size());
+  narrowphase::ConvexHull hull(points);
+  return {std::move(hull), std::move(points)};
+}
 
 Decomposition decompose(const TriangleMesh& mesh, const Partition& components, const MeshSolid& solid, double tolerance,
                         RoomChecks rooms) {
-  std::vector<Cluster> wholes;
-  for (int t = 0; t < static_cast<int>(mesh.triangles.size()); ++t) {
-    const auto number = static_cast<std::size_t>(components[t]);
-    if (number >= wholes.size()) wholes.resize(number + 1);
-    wholes[number].push_back(t);
-  }
   // Halving alone leaves many parts, so it may take half of the effort.
   Effort& effort = solid.effort();
   const Effort for_fusion = effort.half();
   const Demand demand{solid, tolerance, rooms};
   Halving halving(mesh, demand);
   Fusion fusion(mesh, demand);
-  for (Cluster& whole : wholes) {
+  for (Cluster& whole : byNumber(components)) {
     for (Part& part : halving.partsOf(std::move(whole))) fusion.add(std::move(part));
   }
   effort.add(for_fusion);
@@ -416,14 +408,8 @@ Decomposition decompose(const TriangleMesh& mesh, const Partition& components, c
 }
 
 std::vector<std::vector<Vector3d>> clusterPoints(const TriangleMesh& mesh, const Partition& partition) {
-  std::vector<Cluster> clusters;
-  for (std::size_t t = 0; t < partition.size(); ++t) {
-    const auto number = static_cast<std::size_t>(partition[t]);
-    if (number >= clusters.size()) clusters.resize(number + 1);
-    clusters[number].push_back(static_cast<int>(t));
-  }
   std::vector<std::vector<Vector3d>> points;
-  for (const Cluster& cluster : clusters) {
+  for (const Cluster& cluster : byNumber(partition)) {
     if (!cluster.empty()) points.push_back(pointsOf(mesh, cluster));
   }
   return points;

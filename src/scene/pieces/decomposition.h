@@ -38,8 +38,8 @@ enum class RoomChecks : unsigned char { None, OfEachHull };
 Decomposition decompose(const TriangleMesh& mesh, const Partition& components, const MeshSolid& solid, double tolerance,
                         RoomChecks rooms = RoomChecks::None);
 
-/// The steps, see Effort, that building the hull of so many points takes.
-std::size_t stepsOfHull(std::size_t points);
+/// The piece over some points; first spends the steps that its hull takes.
+Cover coverOf(std::vector<Eigen::Vector3d> points, Effort& effort);
 
 /// The points of each cluster, in the order of their numbers.
 std::vector<std::vector<Eigen::Vector3d>> clusterPoints(const TriangleMesh& mesh, const Partition& partition);

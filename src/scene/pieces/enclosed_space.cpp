@@ -96,24 +96,19 @@ EnclosedSpace::Winding EnclosedSpace::View::winding(const Vector3d& point, Effor
   std::size_t steps = 0;
   const Vector3d p = turn_ * point;
   Winding winding;
-  // Halving leaves at most 31 levels below an int's worth of triangles; each holds one sibling back.
-  std::array<int, 64> pending{0};
-  for (int count = 1; count > 0;) {
-    const TriangleBoxes::Node& node = tree_.nodes[pending[--count]];
+  const auto mayMeetRay = [&](const Eigen::AlignedBox3d& box) {
     steps += kStepsPerNode;
-    if (!mayMeet(node.box, p)) continue;
-    if (node.left >= 0) {
-      pending[count++] = node.left + 1;
-      pending[count++] = node.left;
-      continue;
-    }
-    steps += kStepsPerTriangle * static_cast<std::size_t>(node.end - node.begin);
-    for (int i = node.begin; i < node.end; ++i) {
+    return mayMeet(box, p);
+  };
+  tree_.anyLeaf(mayMeetRay, [&](const TriangleBoxes::Node& leaf) {
+    steps += kStepsPerTriangle * static_cast<std::size_t>(leaf.end - leaf.begin);
+    for (int i = leaf.begin; i < leaf.end; ++i) {
       const Crossing crossing = crossingOf(tree_.triangles[i], p);
       winding.number += crossing.sign;
       winding.is_certain &= crossing.is_certain;
     }
-  }
+    return false;
+  });
   effort.spend(steps);
   return winding;
 }

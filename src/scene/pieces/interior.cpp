@@ -1,7 +1,6 @@
 #include "scene/pieces/interior.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -48,20 +47,10 @@ struct NearestTriangle {
 /// Depth first, the nearer part first. A part that is farther than what was found changes neither bound.
 NearestTriangle nearestOf(const TriangleBoxes& tree, const Vector3d& p, double reach) {
   NearestTriangle nearest(reach);
-  // Halving leaves at most 31 levels below an int's worth of triangles; each holds one sibling back.
-  std::array<int, 64> pending{0};
-  for (int count = 1; count > 0;) {
-    const TriangleBoxes::Node& node = tree.nodes[pending[--count]];
-    if (node.box.exteriorDistance(p) > nearest.upper_bound) continue;
-    if (node.left < 0) {
-      for (int i = node.begin; i < node.end; ++i) nearest.consider(tree.triangles[i], p);
-      continue;
-    }
-    const auto gap = [&](int part) { return tree.nodes[part].box.squaredExteriorDistance(p); };
-    const int nearer = gap(node.left) < gap(node.left + 1) ? node.left : node.left + 1;
-    pending[count++] = 2 * node.left + 1 - nearer;
-    pending[count++] = nearer;
-  }
+  const auto isFar = [&](double squared) { return std::sqrt(squared) > nearest.upper_bound; };
+  tree.lookAround(p, isFar, [&](const TriangleBoxes::Node& leaf) {
+    for (int i = leaf.begin; i < leaf.end; ++i) nearest.consider(tree.triangles[i], p);
+  });
   return nearest;
 }
 

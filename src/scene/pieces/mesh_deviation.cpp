@@ -45,13 +45,10 @@ std::vector<Triangle> surfaceOf(const narrowphase::ConvexHull& hull) {
 }
 
 std::vector<Vector3d> pointsBelow(const narrowphase::ConvexHull& hull, const std::vector<Vector3d>& points) {
-  const auto before = [](const Vector3d& a, const Vector3d& b) {
-    return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
-  };
   std::vector<Vector3d> corners = hull.vertices(), below;
-  std::sort(corners.begin(), corners.end(), before);
+  std::sort(corners.begin(), corners.end(), isBefore);
   for (const Vector3d& point : points) {
-    if (!std::binary_search(corners.begin(), corners.end(), point, before)) below.push_back(point);
+    if (!std::binary_search(corners.begin(), corners.end(), point, isBefore)) below.push_back(point);
   }
   return below;
 }

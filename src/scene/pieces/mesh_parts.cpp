@@ -12,10 +12,7 @@ using Eigen::Vector3d;
 
 /// For each vertex the representative of all vertices at the same place.
 std::vector<int> weld(const std::vector<Vector3d>& vertices) {
-  const auto before = [&](int a, int b) {
-    const Vector3d &p = vertices[a], &q = vertices[b];
-    return std::lexicographical_compare(p.data(), p.data() + 3, q.data(), q.data() + 3);
-  };
+  const auto before = [&](int a, int b) { return isBefore(vertices[a], vertices[b]); };
   std::vector<int> order(vertices.size());
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), before);
@@ -69,13 +66,18 @@ std::vector<int> componentNumbers(const TriangleMesh& welded_mesh) {
   return numbers;
 }
 
-std::vector<TriangleMesh> partsOf(const TriangleMesh& mesh, const std::vector<int>& numbers) {
+std::vector<std::vector<int>> byNumber(const std::vector<int>& numbers) {
   std::vector<std::vector<int>> triangles;
   for (std::size_t t = 0; t < numbers.size(); ++t) {
     const auto number = static_cast<std::size_t>(numbers[t]);
     if (number >= triangles.size()) triangles.resize(number + 1);
     triangles[number].push_back(static_cast<int>(t));
   }
+  return triangles;
+}
+
+std::vector<TriangleMesh> partsOf(const TriangleMesh& mesh, const std::vector<int>& numbers) {
+  const std::vector<std::vector<int>> triangles = byNumber(numbers);
   std::vector<TriangleMesh> parts(triangles.size());
   std::vector<int> index_in_part(mesh.vertices.size());
   for (std::size_t number = 0; number < parts.size(); ++number) {

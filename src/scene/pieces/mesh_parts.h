@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "proximity_server/scene/mesh/mesh.h"
@@ -10,11 +11,19 @@ namespace proximity_server::scene {
 // Mesh files hold floats or six-digit texts: a coordinate of one metre is rounded by up to 1e-6 m.
 constexpr double kMeshRounding = 1e-6;
 
+/// The order by x, then y, then z.
+inline bool isBefore(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+}
+
 /// Merges vertices at the same place. The triangles and their order are kept, also those that become degenerate.
 TriangleMesh welded(const TriangleMesh& mesh);
 
 /// For each triangle of a welded mesh the number of its connected component, in the order of their first triangles.
 std::vector<int> componentNumbers(const TriangleMesh& welded_mesh);
+
+/// The indices of the triangles of each number.
+std::vector<std::vector<int>> byNumber(const std::vector<int>& numbers);
 
 /// The triangles of each number, with only the vertices that they need.
 std::vector<TriangleMesh> partsOf(const TriangleMesh& mesh, const std::vector<int>& numbers);

@@ -20,13 +20,6 @@ Vector3d nearestPointOnSegment(const Vector3d& a, const Vector3d& b, const Vecto
   return nearestPointOnSegment(a, b, b - a, p - a);
 }
 
-/// box.squaredExteriorDistance(p) without branches, which no processor foretells here.
-double squaredDistance(const Eigen::AlignedBox3d& box, const Vector3d& p) {
-  const auto outside = [&](int i) { return std::max(std::max(box.min()[i] - p[i], p[i] - box.max()[i]), 0.0); };
-  const double x = outside(0), y = outside(1), z = outside(2);
-  return x * x + y * y + z * z;
-}
-
 Vector3d centroid(const Triangle& t) { return (t[0] + t[1] + t[2]) / 3.0; }
 
 /// Whether planes across `axis` keep both triangles apart, whatever the rounding: that of a scalar product of three terms
@@ -131,40 +124,24 @@ void TriangleBoxes::split(int index, SplitAxes axes) {
 TriangleTree::Nearest TriangleTree::nearest(const Vector3d& p, Effort& effort, const Triangle* likely) const {
   constexpr std::size_t kStepsPerNode = 4, kStepsPerTriangle = 20;
   std::size_t steps = 0;
-  const auto& [triangles, nodes] = tree_;
-  const Triangle* best_triangle = likely ? likely : &triangles.front();
+  const Triangle* best_triangle = likely ? likely : &tree_.triangles.front();
   Vector3d best = nearestPoint(*best_triangle, p);
   double best_squared = (best - p).squaredNorm();
-  struct Pending {
-    int node;
-    double squared;  // [m^2] of the distance from its box
-  };
-  // Halving leaves at most 31 levels below an int's worth of triangles; each holds one sibling back.
-  std::array<Pending, 64> pending;
-  pending[0] = {0, squaredDistance(nodes[0].box, p)};
-  for (int count = 1; count > 0;) {
-    const Pending& next = pending[--count];
+  const auto isFar = [&](double squared) {
     steps += kStepsPerNode;
-    if (next.squared >= best_squared) continue;
-    const TriangleBoxes::Node& node = nodes[next.node];
-    if (node.left >= 0) {
-      const Pending left{node.left, squaredDistance(nodes[node.left].box, p)};
-      const Pending right{node.left + 1, squaredDistance(nodes[node.left + 1].box, p)};
-      const bool left_first = left.squared < right.squared;
-      pending[count++] = left_first ? right : left;
-      pending[count++] = left_first ? left : right;
-      continue;
-    }
-    steps += kStepsPerTriangle * static_cast<std::size_t>(node.end - node.begin);
-    for (int i = node.begin; i < node.end; ++i) {
-      const Vector3d candidate = nearestPoint(triangles[i], p);
+    return squared >= best_squared;
+  };
+  tree_.lookAround(p, isFar, [&](const TriangleBoxes::Node& leaf) {
+    steps += kStepsPerTriangle * static_cast<std::size_t>(leaf.end - leaf.begin);
+    for (int i = leaf.begin; i < leaf.end; ++i) {
+      const Vector3d candidate = nearestPoint(tree_.triangles[i], p);
       const double squared = (candidate - p).squaredNorm();
       if (squared >= best_squared) continue;
       best_squared = squared;
       best = candidate;
-      best_triangle = &triangles[i];
+      best_triangle = &tree_.triangles[i];
     }
-  }
+  });
   effort.spend(steps);
   return {best, best_triangle, std::sqrt(best_squared)};
 }

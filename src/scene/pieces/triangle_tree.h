@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <utility>
 #include <vector>
@@ -33,10 +34,63 @@ struct TriangleBoxes {
 
   TriangleBoxes(std::vector<Triangle> all, SplitAxes axes);
 
+  /// Looks at the leaves below all boxes for which mayMatter(box), until look(leaf) returns true; returns whether one did.
+  template <typename MayMatter, typename Look>
+  bool anyLeaf(const MayMatter& mayMatter, const Look& look) const {
+    std::array<int, kMostPending> pending{0};
+    for (int count = 1; count > 0;) {
+      const Node& node = nodes[pending[--count]];
+      if (!mayMatter(node.box)) continue;
+      if (node.left < 0) {
+        if (look(node)) return true;
+        continue;
+      }
+      pending[count++] = node.left + 1;
+      pending[count++] = node.left;
+    }
+    return false;
+  }
+
+  /// Looks at the leaves, the nearer part of each node first, without those for which isFar(squared distance of the box from the
+  /// point [m^2]) when their turn comes.
+  template <typename IsFar, typename Look>
+  void lookAround(const Eigen::Vector3d& p, const IsFar& isFar, const Look& look) const {
+    struct Pending {
+      int node;
+      double squared;
+    };
+    const auto pendingOf = [&](int node) { return Pending{node, squaredDistance(nodes[node].box, p)}; };
+    std::array<Pending, kMostPending> pending;
+    pending[0] = pendingOf(0);
+    for (int count = 1; count > 0;) {
+      const Pending& next = pending[--count];
+      if (isFar(next.squared)) continue;
+      const Node& node = nodes[next.node];
+      if (node.left < 0) {
+        look(node);
+        continue;
+      }
+      const Pending left = pendingOf(node.left), right = pendingOf(node.left + 1);
+      const bool left_first = left.squared < right.squared;
+      pending[count++] = left_first ? right : left;
+      pending[count++] = left_first ? left : right;
+    }
+  }
+
   std::vector<Triangle> triangles;
   std::vector<Node> nodes;  ///< the first one is the root
 
  private:
+  // Halving leaves at most 31 levels below an int's worth of triangles; each holds one sibling back.
+  static constexpr std::size_t kMostPending = 64;
+
+  /// box.squaredExteriorDistance(p) without branches, which no processor foretells here.
+  static double squaredDistance(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& p) {
+    const auto outside = [&](int i) { return std::max(std::max(box.min()[i] - p[i], p[i] - box.max()[i]), 0.0); };
+    const double x = outside(0), y = outside(1), z = outside(2);
+    return x * x + y * y + z * z;
+  }
+
   void split(int node, SplitAxes axes);
 };
 
@@ -63,22 +117,16 @@ class TriangleTree {
   template <typename IsSuch>
   bool anyIn(const Eigen::AlignedBox3d& box, Effort& effort, const IsSuch& isSuch) const {
     constexpr std::size_t kStepsPerNode = 2, kStepsPerTriangle = 20;
-    // Halving leaves at most 31 levels below an int's worth of triangles; each holds one sibling back.
-    std::array<int, 64> pending{0};
-    for (int count = 1; count > 0;) {
-      const TriangleBoxes::Node& node = tree_.nodes[pending[--count]];
+    const auto reachesInto = [&](const Eigen::AlignedBox3d& other) {
       effort.spend(kStepsPerNode);
-      if (!node.box.intersects(box)) continue;
-      if (node.left >= 0) {
-        pending[count++] = node.left + 1;
-        pending[count++] = node.left;
-        continue;
-      }
-      effort.spend(kStepsPerTriangle * static_cast<std::size_t>(node.end - node.begin));
-      for (int i = node.begin; i < node.end; ++i)
+      return other.intersects(box);
+    };
+    return tree_.anyLeaf(reachesInto, [&](const TriangleBoxes::Node& leaf) {
+      effort.spend(kStepsPerTriangle * static_cast<std::size_t>(leaf.end - leaf.begin));
+      for (int i = leaf.begin; i < leaf.end; ++i)
         if (isSuch(tree_.triangles[i])) return true;
-    }
-    return false;
+      return false;
+    });
   }
 
  private:
