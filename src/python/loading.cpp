@@ -10,9 +10,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/pieces/convex_pieces.h"
-#include "proximity_server/scene/query/make_scene_model.h"
 
 namespace proximity_server::python {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "proximity_server/scene/filter/pair_filter.h"
 #include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/objects/object.h"
-#include "proximity_server/scene/query/level_thresholds.h"
 
 // No Python here but the error of a file.
 

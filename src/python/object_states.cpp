@@ -3,9 +3,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "proximity_server/scene/levels/clearance_level.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
-#include "proximity_server/scene/query/clearance_level.h"
 
 namespace proximity_server::python {
 

@@ -1,6 +1,6 @@
 #include "python/rows.h"
 
-#include "proximity_server/scene/query/clearance_level.h"
+#include "proximity_server/scene/levels/clearance_level.h"
 
 namespace proximity_server::python {
 namespace {

@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "proximity_server/scene/batch/scene_batch.h"
+#include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/motion/moving_scene.h"
-#include "proximity_server/scene/query/level_thresholds.h"
 #include "python/pair_numbers.h"
 
 // The rows of the answers, as numpy sees them: every field is named and aligned, and no byte is left over between them, so that

@@ -7,12 +7,12 @@
 #include <stdexcept>
 
 #include "fuzz/require.h"
+#include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/mesh/mesh.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/object_files/object_file.h"
 #include "proximity_server/scene/pieces/convex_pieces.h"
-#include "proximity_server/scene/query/make_scene_model.h"
 #include "proximity_server/scene/query/scene.h"
 #include "scene/files.h"
 #include "tools/clearance/object_schedule.h"

@@ -16,10 +16,10 @@
 #include <vector>
 
 #include "proximity_server/scene/batch/scene_batch.h"
+#include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/mesh/mesh_resolver.h"
 #include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/pieces/convex_pieces.h"
-#include "proximity_server/scene/query/make_scene_model.h"
 
 namespace proximity_server::scene {
 namespace {

@@ -11,8 +11,8 @@
 #include <sstream>
 #include <utility>
 
+#include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/model/load_robot_model.h"
-#include "proximity_server/scene/query/make_scene_model.h"
 #include "proximity_server/scene/query/scene.h"
 #include "scene/example_robots.h"
 

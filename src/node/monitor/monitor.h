@@ -14,7 +14,7 @@
 #include "node/services/gradients.h"
 #include "node/tf/tf_poses.h"
 #include "proximity_server/Clearance.h"
-#include "proximity_server/scene/query/clearance_level.h"
+#include "proximity_server/scene/levels/clearance_level.h"
 
 namespace proximity_server::node {
 

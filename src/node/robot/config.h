@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "proximity_server/scene/filter/pair_filter.h"
+#include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/model/robot_model.h"
 #include "proximity_server/scene/object_files/object_file.h"
 #include "proximity_server/scene/objects/object_rules.h"
-#include "proximity_server/scene/query/level_thresholds.h"
 
 namespace proximity_server::node {
 

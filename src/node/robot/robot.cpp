@@ -9,10 +9,10 @@
 
 #include "node/robot/tf_frames.h"
 #include "proximity_server/scene/derivative/degrees_of_freedom.h"
+#include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/model/joined_robots.h"
 #include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/model/names.h"
-#include "proximity_server/scene/query/make_scene_model.h"
 
 namespace proximity_server::node {
 namespace {

@@ -6,8 +6,8 @@
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "scene/lanes/lane_model.h"
-#include "scene/query/visit_queue.h"
-#include "scene/query/volumes.h"
+#include "scene/parts/visit_queue.h"
+#include "scene/parts/volumes.h"
 
 namespace proximity_server::scene {
 

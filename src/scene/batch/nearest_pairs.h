@@ -8,7 +8,7 @@
 #include "scene/batch/exact_state.h"
 #include "scene/bounds/heap.h"
 #include "scene/lanes/lane_bounds.h"
-#include "scene/query/visit_queue.h"
+#include "scene/parts/visit_queue.h"
 
 namespace proximity_server::scene {
 

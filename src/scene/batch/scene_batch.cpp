@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "proximity_server/scene/query/clearance_level.h"
+#include "proximity_server/scene/levels/clearance_level.h"
 #include "scene/batch/batch_model.h"
 #include "scene/batch/exact_state.h"
 #include "scene/batch/nearest_pairs.h"

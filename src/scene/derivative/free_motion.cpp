@@ -11,7 +11,7 @@
 #include "scene/derivative/placed_joints.h"
 #include "scene/model/infinity.h"
 #include "scene/objects/placed_object.h"
-#include "scene/query/volumes.h"
+#include "scene/parts/volumes.h"
 
 namespace proximity_server::scene {
 namespace {

@@ -85,7 +85,8 @@ LaneModel::LaneModel(const SceneModel& model, const Volumes& volumes) {
   for (const ShapeRefPair& candidate : candidates) {
     const int link_a = candidate.a.link(), link_b = candidate.b.link();
     for (const int link : {link_a, link_b}) addLink(model.robot, link, volumes[link].bounds);
-    const Link *a = outlines_[static_cast<std::size_t>(link_a)].get(), *b = outlines_[static_cast<std::size_t>(link_b)].get();
+    const Link *a = outlines_[static_cast<std::size_t>(link_a)].get(),
+               *b = outlines_[static_cast<std::size_t>(link_b)].get();
     pairs.push_back(a && b ? pairOf(*a, *b, paddings.of(candidate)) : Pair{});
   }
 }

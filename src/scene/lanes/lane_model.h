@@ -8,7 +8,7 @@
 #include "proximity_server/scene/filter/scene_model.h"
 #include "scene/lanes/lane_kernels.h"
 #include "scene/lanes/link_outline.h"
-#include "scene/query/volumes.h"
+#include "scene/parts/volumes.h"
 
 namespace proximity_server::scene {
 

@@ -9,9 +9,9 @@
 #include "proximity_server/scene/motion/robot_motion.h"
 #include "scene/bounds/heap.h"
 #include "scene/motion/moving_pairs.h"
+#include "scene/parts/volumes.h"
 #include "scene/query/interior_search.h"
 #include "scene/query/pair_ranking.h"
-#include "scene/query/volumes.h"
 
 namespace proximity_server::scene {
 

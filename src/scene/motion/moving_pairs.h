@@ -17,8 +17,8 @@
 #include "proximity_server/scene/query/pairs.h"
 #include "scene/motion/moving_bodies.h"
 #include "scene/objects/placed_object.h"
-#include "scene/query/placed_robot.h"
-#include "scene/query/volumes.h"
+#include "scene/parts/placed_robot.h"
+#include "scene/parts/volumes.h"
 
 namespace proximity_server::scene {
 

@@ -4,8 +4,8 @@
 
 #include "proximity_server/scene/query/question.h"
 #include "scene/bounds/leaf_boxes.h"
-#include "scene/query/placed_robot.h"
-#include "scene/query/visit_queue.h"
+#include "scene/parts/placed_robot.h"
+#include "scene/parts/visit_queue.h"
 
 namespace proximity_server::scene {
 

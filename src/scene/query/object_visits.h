@@ -9,7 +9,7 @@
 
 #include "proximity_server/scene/objects/objects.h"
 #include "scene/bounds/heap.h"
-#include "scene/query/placed_robot.h"
+#include "scene/parts/placed_robot.h"
 
 namespace proximity_server::scene {
 

@@ -7,10 +7,10 @@
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/question.h"
+#include "scene/parts/pair_memory.h"
+#include "scene/parts/placed_robot.h"
+#include "scene/parts/visit_queue.h"
 #include "scene/query/closest_pieces.h"
-#include "scene/query/pair_memory.h"
-#include "scene/query/placed_robot.h"
-#include "scene/query/visit_queue.h"
 
 namespace proximity_server::scene {
 

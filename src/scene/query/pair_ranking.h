@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "proximity_server/scene/query/pairs.h"
-#include "scene/query/link_groups.h"
+#include "scene/parts/link_groups.h"
 #include "scene/query/object_visits.h"
 #include "scene/query/pair_measurement.h"
 

@@ -12,10 +12,10 @@
 #include <string>
 #include <utility>
 
+#include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/mesh/mesh_resolver.h"
 #include "proximity_server/scene/object_files/object_file.h"
 #include "proximity_server/scene/pieces/convex_pieces.h"
-#include "proximity_server/scene/query/level_thresholds.h"
 #include "tools/clearance/clearance_assertion.h"
 #include "tools/clearance/clearance_options.h"
 #include "tools/clearance/clearance_rows.h"

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "proximity_server/scene/query/clearance_level.h"
+#include "proximity_server/scene/levels/clearance_level.h"
 #include "tools/command_line/csv.h"
 
 namespace proximity_server::tools {

@@ -2,8 +2,8 @@
 
 #include <string>
 
+#include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/objects/objects.h"
-#include "proximity_server/scene/query/level_thresholds.h"
 #include "proximity_server/scene/query/question.h"
 #include "tools/clearance/trajectory_run.h"
 

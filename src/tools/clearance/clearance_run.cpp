@@ -5,8 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "proximity_server/scene/levels/clearance_level.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/query/clearance_level.h"
 #include "proximity_server/scene/query/scene.h"
 #include "system/pipeline.h"
 #include "tools/command_line/csv.h"

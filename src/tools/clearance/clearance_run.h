@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/model/joint_ranges.h"
-#include "proximity_server/scene/query/level_thresholds.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/question.h"
 #include "tools/clearance/object_schedule.h"

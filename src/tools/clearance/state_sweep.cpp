@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "proximity_server/scene/batch/scene_batch.h"
-#include "proximity_server/scene/query/clearance_level.h"
+#include "proximity_server/scene/levels/clearance_level.h"
 #include "system/pipeline.h"
 
 namespace proximity_server::tools {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "proximity_server/scene/filter/scene_model.h"
-#include "proximity_server/scene/query/clearance_level.h"
+#include "proximity_server/scene/levels/clearance_level.h"
 
 namespace proximity_server::tools {
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "proximity_server/scene/query/always_near.h"
+#include "proximity_server/scene/levels/always_near.h"
 #include "tools/command_line/csv.h"
 #include "tools/command_line/number_options.h"
 #include "tools/command_line/output_file.h"

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "proximity_server/scene/filter/pair_filter.h"
+#include "proximity_server/scene/levels/always_near.h"
 #include "proximity_server/scene/model/joint_ranges.h"
-#include "proximity_server/scene/query/always_near.h"
 #include "tools/pair_audit/separation_proof.h"
 
 namespace proximity_server::tools {

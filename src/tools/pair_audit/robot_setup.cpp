@@ -7,7 +7,7 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "proximity_server/scene/query/always_near.h"
+#include "proximity_server/scene/levels/always_near.h"
 #include "tools/command_line/csv.h"
 #include "tools/command_line/output_file.h"
 #include "tools/command_line/robot_files.h"

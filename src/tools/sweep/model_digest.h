@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/objects/object.h"
-#include "proximity_server/scene/query/level_thresholds.h"
 
 namespace proximity_server::tools {
 

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "proximity_server/scene/levels/clearance_level.h"
 #include "proximity_server/scene/model/joint_ranges.h"
-#include "proximity_server/scene/query/clearance_level.h"
 
 namespace proximity_server::tools {
 

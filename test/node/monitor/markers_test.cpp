@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
+#include "proximity_server/scene/levels/clearance_level.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/load_robot_model.h"
-#include "proximity_server/scene/query/clearance_level.h"
 
 namespace proximity_server::node::markers_test {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "proximity_server/scene/derivative/derivatives.h"
+#include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/model/load_robot_model.h"
-#include "proximity_server/scene/query/make_scene_model.h"
 #include "proximity_server/scene/query/scene.h"
 
 namespace proximity_server::scene::object_carriers_test {

@@ -5,8 +5,8 @@
 #include <limits>
 #include <set>
 
+#include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/model/load_robot_model.h"
-#include "proximity_server/scene/query/make_scene_model.h"
 #include "proximity_server/scene/query/scene.h"
 #include "scene/files.h"
 

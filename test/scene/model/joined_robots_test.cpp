@@ -8,9 +8,9 @@
 
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "proximity_server/scene/filter/pair_filter.h"
+#include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/names.h"
-#include "proximity_server/scene/query/make_scene_model.h"
 #include "proximity_server/scene/query/scene.h"
 #include "scene/files.h"
 #include "scene/small_robots.h"

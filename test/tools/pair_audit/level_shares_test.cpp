@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "proximity_server/scene/levels/always_near.h"
+#include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/model/load_robot_model.h"
-#include "proximity_server/scene/query/always_near.h"
-#include "proximity_server/scene/query/make_scene_model.h"
 
 namespace proximity_server::tools::level_shares_test {
 

@@ -6,8 +6,8 @@
 
 #include "proximity_server/scene/batch/state_verdict.h"
 #include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/model/states.h"
-#include "proximity_server/scene/query/level_thresholds.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/question.h"
 

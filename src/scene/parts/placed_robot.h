@@ -8,8 +8,8 @@
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "scene/objects/placed_object.h"
-#include "scene/query/pair_memory.h"
-#include "scene/query/volumes.h"
+#include "scene/parts/pair_memory.h"
+#include "scene/parts/volumes.h"
 
 namespace proximity_server::scene {
 

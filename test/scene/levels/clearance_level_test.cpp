@@ -1,4 +1,4 @@
-#include "proximity_server/scene/query/clearance_level.h"
+#include "proximity_server/scene/levels/clearance_level.h"
 
 #include <gtest/gtest.h>
 
@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/load_robot_model.h"
-#include "proximity_server/scene/query/make_scene_model.h"
 #include "scene/random_objects.h"
 
 namespace proximity_server::scene::clearance_level_test {

@@ -1,4 +1,4 @@
-#include "scene/query/visit_queue.h"
+#include "scene/parts/visit_queue.h"
 
 #include <gtest/gtest.h>
 #include "scene/model/infinity.h"

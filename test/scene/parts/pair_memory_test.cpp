@@ -1,4 +1,4 @@
-#include "scene/query/pair_memory.h"
+#include "scene/parts/pair_memory.h"
 
 #include <gtest/gtest.h>
 

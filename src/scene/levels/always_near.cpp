@@ -1,4 +1,4 @@
-#include "proximity_server/scene/query/always_near.h"
+#include "proximity_server/scene/levels/always_near.h"
 
 #include <algorithm>
 #include <array>

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "proximity_server/scene/filter/scene_model.h"
-#include "proximity_server/scene/query/level_thresholds.h"
+#include "proximity_server/scene/levels/level_thresholds.h"
 
 // Pairs of links that are near in every state, by design, and stop and warn distances that fit them: at those of all other
 // pairs they would be an alarm that never ends.

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "proximity_server/scene/query/level_thresholds.h"
+#include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/query/scene.h"
 
 namespace proximity_server::scene {

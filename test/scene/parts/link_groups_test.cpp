@@ -1,4 +1,4 @@
-#include "scene/query/link_groups.h"
+#include "scene/parts/link_groups.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "scene/query/volumes.h"
+#include "scene/parts/volumes.h"
 
 #include <stdexcept>
 #include <string>

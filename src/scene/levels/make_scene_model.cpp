@@ -1,12 +1,12 @@
-#include "proximity_server/scene/query/make_scene_model.h"
+#include "proximity_server/scene/levels/make_scene_model.h"
 
 #include <algorithm>
 #include <cstdio>
 #include <random>
 
+#include "proximity_server/scene/levels/always_near.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/query/always_near.h"
 #include "proximity_server/scene/query/scene.h"
 #include "scene/filter/link_table.h"
 #include "scene/model/infinity.h"

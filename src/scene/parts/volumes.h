@@ -5,7 +5,7 @@
 #include "proximity_server/scene/filter/shape_ref.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "scene/bounds/leaf_boxes.h"
-#include "scene/query/part.h"
+#include "scene/parts/part.h"
 
 namespace proximity_server::scene {
 

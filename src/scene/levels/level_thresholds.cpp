@@ -1,4 +1,4 @@
-#include "proximity_server/scene/query/level_thresholds.h"
+#include "proximity_server/scene/levels/level_thresholds.h"
 
 #include <algorithm>
 #include <cmath>

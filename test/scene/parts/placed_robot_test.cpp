@@ -1,4 +1,4 @@
-#include "scene/query/placed_robot.h"
+#include "scene/parts/placed_robot.h"
 
 #include <gtest/gtest.h>
 

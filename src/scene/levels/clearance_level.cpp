@@ -1,4 +1,4 @@
-#include "proximity_server/scene/query/clearance_level.h"
+#include "proximity_server/scene/levels/clearance_level.h"
 
 #include "scene/model/infinity.h"
 

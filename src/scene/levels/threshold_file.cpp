@@ -1,8 +1,8 @@
 #include <string>
 #include <vector>
 
+#include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/object_files/file_value.h"
-#include "proximity_server/scene/query/level_thresholds.h"
 #include "scene/object_files/field.h"
 
 namespace proximity_server::scene {

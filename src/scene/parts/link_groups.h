@@ -4,7 +4,7 @@
 
 #include "proximity_server/scene/filter/scene_model.h"
 #include "scene/bounds/box_tree.h"
-#include "scene/query/placed_robot.h"
+#include "scene/parts/placed_robot.h"
 
 namespace proximity_server::scene {
 
