@@ -16,7 +16,7 @@
 #include "demo/demo_objects.h"
 #include "node/system/log_fatal.h"
 #include "node/system/version.h"
-#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/model/robot_model.h"
 

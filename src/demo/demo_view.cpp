@@ -19,8 +19,8 @@
 #include <vector>
 
 #include "node/system/log_fatal.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/model/robot_box.h"
 

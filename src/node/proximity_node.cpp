@@ -1,4 +1,5 @@
 #include "node/proximity_node.h"
+#include "node/robot/load_config.h"
 
 #include <ros/console.h>
 

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "proximity_server/scene/levels/make_scene_model.h"
-#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/pieces/convex_pieces.h"
 
 namespace proximity_server::python {

@@ -27,8 +27,8 @@
 #include "node/load/node_under_load.h"
 #include "node/load/programs.h"
 #include "node/system/grants_real_time.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/model/load_robot_model.h"
 
 namespace proximity_server::benchmark {
 

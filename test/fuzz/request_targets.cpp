@@ -11,7 +11,7 @@
 #include "fuzz/targets.h"
 #include "node/objects/apply_objects.h"
 #include "node/objects/object_store.h"
-#include "node/robot/config.h"
+#include "node/robot/load_config.h"
 #include "node/services/gradients.h"
 #include "node/services/joint_requests.h"
 #include "node/services/motion_requests.h"

@@ -5,7 +5,7 @@
 #include <regex>
 #include <sstream>
 
-#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "scene/example_robots.h"
 
 namespace proximity_server::peers {

@@ -17,8 +17,8 @@
 
 #include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/levels/make_scene_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/mesh/mesh_resolver.h"
-#include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/pieces/convex_pieces.h"
 
 namespace proximity_server::scene {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/mesh/mesh_resolver.h"
-#include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/pieces/convex_pieces.h"
 #include "sanitized.h"
 

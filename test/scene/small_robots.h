@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/model/robot_model.h"
 
 namespace proximity_server::scene {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "proximity_server/scene/filter/scene_model.h"
-#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 
 namespace proximity_server::scene {
 

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "scene/example_robots.h"
 #include "scene/random_objects.h"
 

@@ -10,7 +10,7 @@
 
 #include "proximity_server/scene/derivative/constraint_rows.h"
 #include "proximity_server/scene/levels/make_scene_model.h"
-#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "scene/example_robots.h"
 #include "stress/rounds.h"
 #include "stress/yielding_velocity.h"

@@ -2,7 +2,7 @@
 
 #include "oracle/shape_pairs.h"
 #include "peers/robots.h"
-#include "proximity_server/scene/model/joined_robots.h"
+#include "proximity_server/scene/loading/joined_robots.h"
 #include "scene/example_robots.h"
 #include "stress/gradient_checks.h"
 

@@ -6,7 +6,7 @@
 
 #include "oracle/shape_pairs.h"
 #include "peers/robots.h"
-#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "stress/random_geometry.h"
 
 namespace proximity_server::scene {

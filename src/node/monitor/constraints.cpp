@@ -1,4 +1,5 @@
 #include "node/monitor/constraints.h"
+#include "node/robot/load_config.h"
 
 #include <limits>
 #include <string>

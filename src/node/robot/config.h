@@ -1,8 +1,5 @@
 #pragma once
 
-#include <dynamic_reconfigure/Config.h>
-#include <ros/node_handle.h>
-
 #include <map>
 #include <optional>
 #include <string>
@@ -10,7 +7,7 @@
 
 #include "proximity_server/scene/filter/pair_filter.h"
 #include "proximity_server/scene/levels/level_thresholds.h"
-#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/robot_model.h"
 #include "proximity_server/scene/object_files/object_file.h"
 #include "proximity_server/scene/objects/object_rules.h"
@@ -35,14 +32,6 @@ struct MonitorSettings {
   int max_constraints = 8;
   double stop_latency = 0.1;  ///< [s]
 };
-
-/// Returns why ~constraints has no rows with these settings ("influence_distance is ..."), or "". That is no reason for the
-/// node not to start, as most users have no controller.
-std::string problemOfDamper(const MonitorSettings& settings);
-
-/// Names the settings in which others differ from those in force, with both values: "threshold is 0.3, there it is 0.5"; "" if none
-/// does.
-std::string differences(const MonitorSettings& in_force, const MonitorSettings& others);
 
 /// Where the node finds one robot.
 struct RobotSource {
@@ -90,21 +79,5 @@ struct Config {
   scene::ThresholdRules thresholds;  ///< of single pairs, links and groups, in place of those of `monitor`
   MonitorSettings monitor;
 };
-
-/// The robots of the parameters, at least one.
-std::vector<RobotSource> robotSources(const Config& config);
-
-/// Reads the parameters in the namespace of `private_nh`; what is not set keeps its default. tf_prefix is searched
-/// upwards from there, as robot_state_publisher does.
-///
-/// Failure: throws std::invalid_argument naming the parameter that has the wrong type, lies outside its range or contradicts
-///          another one. A name that is no parameter of ours is logged as a warning, with the nearest one that is.
-Config loadConfig(const ros::NodeHandle& private_nh);
-
-/// The same for the values of a namespace: a struct, or any other value if nothing is set there.
-Config configFrom(const XmlRpc::XmlRpcValue& values, const std::string& name_space);
-
-/// The live ones, of a message of dynamic_reconfigure, with the same checks and failures.
-MonitorSettings monitorSettingsFrom(const dynamic_reconfigure::Config& values, const std::string& name_space);
 
 }  // namespace proximity_server::node

@@ -1,6 +1,6 @@
 #include "node/robot/conversions.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/model/load_robot_model.h"
 
 #include <algorithm>
 #include <limits>

@@ -1,4 +1,5 @@
 #include "node/robot/robot.h"
+#include "node/robot/load_config.h"
 
 #include <ros/console.h>
 
@@ -10,8 +11,8 @@
 #include "node/robot/tf_frames.h"
 #include "proximity_server/scene/derivative/degrees_of_freedom.h"
 #include "proximity_server/scene/levels/make_scene_model.h"
-#include "proximity_server/scene/model/joined_robots.h"
-#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/loading/joined_robots.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/names.h"
 
 namespace proximity_server::node {

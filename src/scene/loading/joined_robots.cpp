@@ -1,4 +1,4 @@
-#include "proximity_server/scene/model/joined_robots.h"
+#include "proximity_server/scene/loading/joined_robots.h"
 
 #include <map>
 #include <set>

@@ -1,4 +1,4 @@
-#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 
 #include "scene/loading/kinematic_tree.h"
 #include "scene/loading/link_geometry.h"

@@ -1,7 +1,7 @@
 #include "tools/command_line/robot_files.h"
 #include "proximity_server/scene/levels/make_scene_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/mesh/readable_file.h"
-#include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/pieces/convex_pieces.h"
 #include "tools/command_line/number_options.h"
 

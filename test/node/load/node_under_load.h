@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "node/faults/child_process.h"
-#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/query/scene.h"
 
 namespace proximity_server::node {

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "proximity_server/scene/levels/clearance_level.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/model/load_robot_model.h"
 
 namespace proximity_server::node::markers_test {
 

@@ -7,8 +7,8 @@
 #include <string>
 
 #include "proximity_server/QueryStatus.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/model/load_robot_model.h"
 
 namespace proximity_server::node::conversions_test {
 

@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <type_traits>
 
+#include "node/robot/load_config.h"
 #include "node/robot/parameter_table.h"
 #include "proximity_server/scene/model/names.h"
 #include "scene/files.h"

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "node/robot/load_config.h"
 #include "node/robot/robot.h"
 #include "node/services/joint_requests.h"
 #include "node/services/timed_motion.h"

@@ -1,4 +1,5 @@
 #include "node/robot/robot.h"
+#include "node/robot/load_config.h"
 
 #include <gtest/gtest.h>
 

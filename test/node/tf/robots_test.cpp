@@ -7,7 +7,7 @@
 #include <string>
 
 #include "node/gantry.h"
-#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/robot_model.h"
 #include "sanitized.h"
 

@@ -87,7 +87,7 @@ add_executable(links links.cpp)
 target_link_libraries(links PRIVATE proximity_server::proximity_scene)
 CMAKE
 cat >"$folder/plain/links.cpp" <<'CPP'
-#include <proximity_server/scene/model/load_robot_model.h>
+#include <proximity_server/scene/loading/load_robot_model.h>
 int main() {
   using namespace proximity_server::scene;
   return loadRobotModel("<robot name='r'><link name='a'/></robot>", packageResolver({})).links.size() == 1 ? 0 : 1;

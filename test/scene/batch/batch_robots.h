@@ -7,7 +7,7 @@
 
 #include "peers/robots.h"
 #include "proximity_server/scene/filter/scene_model.h"
-#include "proximity_server/scene/model/joined_robots.h"
+#include "proximity_server/scene/loading/joined_robots.h"
 #include "sanitized.h"
 #include "scene/files.h"
 #include "scene/small_robots.h"

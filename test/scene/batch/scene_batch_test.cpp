@@ -7,9 +7,9 @@
 #include <memory>
 #include <random>
 
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/query/scene.h"
 
 namespace proximity_server::scene::scene_batch_test {

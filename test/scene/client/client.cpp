@@ -9,8 +9,8 @@
 #include "proximity_server/narrowphase/motion/motion.h"
 #include "proximity_server/narrowphase/shape/support.h"
 #include "proximity_server/narrowphase/signed_distance.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/model/load_robot_model.h"
 
 namespace {
 

@@ -9,7 +9,7 @@
 
 #include "allocations.h"
 #include "proximity_server/narrowphase/shape/support.h"
-#include "proximity_server/scene/model/joined_robots.h"
+#include "proximity_server/scene/loading/joined_robots.h"
 #include "sanitized.h"
 #include "scene/example_robots.h"
 #include "stress/gradient_checks.h"

@@ -8,7 +8,7 @@
 
 #include "proximity_server/scene/derivative/derivatives.h"
 #include "proximity_server/scene/levels/make_scene_model.h"
-#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/query/scene.h"
 
 namespace proximity_server::scene::object_carriers_test {

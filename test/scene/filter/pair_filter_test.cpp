@@ -6,7 +6,7 @@
 #include <set>
 
 #include "proximity_server/scene/levels/make_scene_model.h"
-#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/query/scene.h"
 #include "scene/files.h"
 

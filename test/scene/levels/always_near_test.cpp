@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "proximity_server/scene/levels/make_scene_model.h"
-#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/object_files/file_value.h"
 
 namespace proximity_server::scene::always_near_test {

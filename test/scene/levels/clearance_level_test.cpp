@@ -11,8 +11,8 @@
 
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/levels/make_scene_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/model/load_robot_model.h"
 #include "scene/random_objects.h"
 
 namespace proximity_server::scene::clearance_level_test {

@@ -8,8 +8,8 @@
 #include <functional>
 
 #include "proximity_server/scene/filter/pair_filter.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/mesh/mesh.h"
-#include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/model/robot_model.h"
 #include "sanitized.h"
 #include "scene/files.h"

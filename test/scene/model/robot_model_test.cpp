@@ -1,7 +1,7 @@
 #include "proximity_server/scene/model/robot_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/model/names.h"
 
 #include <gtest/gtest.h>

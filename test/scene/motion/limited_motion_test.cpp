@@ -8,8 +8,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/motion/moving_scene.h"
 
 namespace proximity_server::scene::limited_motion_test {

@@ -7,8 +7,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/model/load_robot_model.h"
 #include "sanitized.h"
 #include "scene/example_robots.h"
 #include "scene/solids.h"

@@ -14,9 +14,9 @@
 #include <random>
 #include <string>
 
-#include "proximity_server/scene/model/joined_robots.h"
+#include "proximity_server/scene/loading/joined_robots.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/query/scene.h"
 #include "sanitized.h"
 #include "scene/example_robots.h"

@@ -5,8 +5,8 @@
 #include <random>
 #include <thread>
 
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/model/load_robot_model.h"
 #include "proximity_server/scene/motion/moving_scene.h"
 #include "proximity_server/scene/query/scene.h"
 #include "sanitized.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "scene/files.h"
 #include "tools/clearance/clearance_rows.h"
 #include "tools/command_line/csv.h"

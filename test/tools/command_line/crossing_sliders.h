@@ -1,6 +1,6 @@
 #pragma once
 
-#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "sanitized.h"
 #include "tools/pair_audit/pair_study.h"
 

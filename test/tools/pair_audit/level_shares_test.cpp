@@ -4,7 +4,7 @@
 
 #include "proximity_server/scene/levels/always_near.h"
 #include "proximity_server/scene/levels/make_scene_model.h"
-#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 
 namespace proximity_server::tools::level_shares_test {
 

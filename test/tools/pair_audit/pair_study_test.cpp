@@ -5,8 +5,8 @@
 #include <cmath>
 #include <set>
 
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/model/load_robot_model.h"
 #include "tools/command_line/crossing_sliders.h"
 #include "tools/command_line/two_sliders.h"
 #include "tools/pair_audit/audit_report.h"

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/model/load_robot_model.h"
 #include "tools/command_line/two_sliders.h"
 
 namespace proximity_server::tools::separation_proof_test {

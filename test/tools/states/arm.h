@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/joint_ranges.h"
-#include "proximity_server/scene/model/load_robot_model.h"
 
 namespace proximity_server::tools {
 

@@ -5,8 +5,8 @@
 #include <limits>
 #include <sstream>
 
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/model/load_robot_model.h"
 #include "scene/files.h"
 #include "tools/command_line/csv.h"
 #include "tools/command_line/two_sliders.h"

@@ -4,7 +4,7 @@
 
 #include <sstream>
 
-#include "proximity_server/scene/model/load_robot_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "scene/files.h"
 #include "tools/command_line/two_sliders.h"
 #include "tools/states/csv_states.h"

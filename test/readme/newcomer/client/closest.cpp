@@ -1,7 +1,7 @@
 // Asks the node for the closest pair of links, and the library for a distance that is known.
 #include <proximity_server/QueryPairs.h>
 #include <proximity_server/narrowphase/signed_distance.h>
-#include <proximity_server/scene/model/load_robot_model.h>
+#include <proximity_server/scene/loading/load_robot_model.h>
 #include <ros/ros.h>
 
 #include <cstdio>
