@@ -50,9 +50,7 @@ RelativePose relativePose(const Isometry3d& pose) { return {pose.linear(), pose.
 
 /// The larger of the bounds of Bounds, in double.
 double boundOf(const Volume& a, const Volume& b, const RelativePose& a_T_b) {
-  const Vector3d between = a_T_b.translation + (a_T_b.rotation * b.bounds.centre - a.bounds.centre);
-  return std::max(sphereGap(between, a.bounds, b.bounds),
-                  boxGap(between, a.bounds, a.bounds.axes, b.bounds, a_T_b.rotation * b.bounds.axes));
+  return std::max(sphereGap(a.bounds, b.bounds, a_T_b), boxGap(a.bounds, b.bounds, a_T_b));
 }
 
 TEST(LeafGaps, AreLowerBoundsOfTheDistances) {
