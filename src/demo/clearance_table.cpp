@@ -12,7 +12,7 @@
 #include <string>
 
 #include "node/robot/level_name.h"
-#include "node/system/version.h"
+#include "system/version.h"
 
 namespace {
 
@@ -221,7 +221,7 @@ class Display {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (proximity_server::node::tellsVersion(argc, argv, "clearance_table")) return 0;
+  if (proximity_server::system::tellsVersion(argc, argv, "clearance_table")) return 0;
   ros::init(argc, argv, "clearance_table", ros::init_options::AnonymousName);
   ros::NodeHandle nh;
   Display display(nh);

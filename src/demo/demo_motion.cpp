@@ -14,11 +14,11 @@
 #include <vector>
 
 #include "demo/demo_objects.h"
-#include "node/system/log_fatal.h"
-#include "node/system/version.h"
+#include "node/log_fatal.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/model/robot_model.h"
+#include "system/version.h"
 
 namespace {
 
@@ -202,7 +202,7 @@ void move(ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (proximity_server::node::tellsVersion(argc, argv, "demo_motion")) return 0;
+  if (proximity_server::system::tellsVersion(argc, argv, "demo_motion")) return 0;
   ros::init(argc, argv, "demo_motion");
   ros::NodeHandle nh, private_nh("~");
   try {

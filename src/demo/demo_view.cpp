@@ -18,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-#include "node/system/log_fatal.h"
+#include "node/log_fatal.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/names.h"

@@ -1,14 +1,14 @@
 #include <ros/ros.h>
 
+#include "node/log_fatal.h"
 #include "node/proximity_node.h"
-#include "node/system/log_fatal.h"
-#include "node/system/process.h"
-#include "node/system/version.h"
+#include "system/process.h"
+#include "system/version.h"
 
 int main(int argc, char** argv) {
-  if (proximity_server::node::tellsVersion(argc, argv, "proximity_server_node")) return 0;
-  proximity_server::node::askForShortTurns();
-  proximity_server::node::giveBackLargeMemory();
+  if (proximity_server::system::tellsVersion(argc, argv, "proximity_server_node")) return 0;
+  proximity_server::system::askForShortTurns();
+  proximity_server::system::giveBackLargeMemory();
   ros::init(argc, argv, "proximity_server");
   ros::NodeHandle nh, private_nh("~");  // outlive the node: without a handle its last messages are not logged
   try {

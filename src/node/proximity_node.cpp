@@ -8,7 +8,7 @@
 #include <string>
 
 #include "node/robot/conversions.h"
-#include "node/system/process.h"
+#include "system/process.h"
 
 namespace proximity_server::node {
 namespace {
@@ -118,7 +118,7 @@ bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Res
     response.message = std::string("the model stays as it was: ") + error.what();
     ROS_ERROR_STREAM("reload: " << response.message);
   }
-  giveBackFreeMemory();  // loading needs many times the memory of the model
+  system::giveBackFreeMemory();  // loading needs many times the memory of the model
   return true;
 }
 

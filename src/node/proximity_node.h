@@ -18,12 +18,12 @@
 #include "node/objects/change_stream.h"
 #include "node/objects/object_keeper.h"
 #include "node/objects/object_store.h"
+#include "node/registration.h"
 #include "node/robot/robot.h"
 #include "node/robot/settings_server.h"
 #include "node/services/queries.h"
-#include "node/system/registration.h"
-#include "node/system/request_queue.h"
 #include "node/tf/tf_poses.h"
+#include "node/threads/request_queue.h"
 
 namespace proximity_server::node {
 

@@ -26,7 +26,7 @@
 #include "node/load/moving_robot.h"
 #include "node/load/node_under_load.h"
 #include "node/load/programs.h"
-#include "node/system/grants_real_time.h"
+#include "node/threads/grants_real_time.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 

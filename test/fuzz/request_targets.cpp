@@ -18,12 +18,12 @@
 #include "node/services/pair_questions.h"
 #include "node/services/requests.h"
 #include "node/services/timed_motion.h"
-#include "node/system/durations.h"
 #include "proximity_server/MinimumDistanceRequest.h"
 #include "proximity_server/QueryConfigurationRequest.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/object_files/object_file.h"
 #include "scene/files.h"
+#include "system/durations.h"
 
 namespace proximity_server::fuzz {
 
@@ -131,7 +131,7 @@ void ask(const QueryConfigurationRequest& request) {
 /// A search that ends after a millisecond, whatever was asked.
 void search(const RequestedPairs& pairs, TimedMotion motion, MotionQuestion question) {
   carryObjects(arm(), pairs.frames(), {}, motion);
-  question.deadline = deadlineIn(1e-3);
+  question.deadline = system::deadlineIn(1e-3);
   const MovingScenePool::Lease scene = pairs.borrowMovingScene();
   const RobotContact contact = scene->timeOfContact(pairs.asked(), motion.motion, question);
   require(contact.t_free >= 0.0 && contact.t_free <= 1.0, "what is proven free lies within the motion");

@@ -15,8 +15,8 @@
 #include "node/objects/object_needs.h"
 #include "node/robot/conversions.h"
 #include "node/services/timed_motion.h"
-#include "node/system/durations.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "system/durations.h"
 
 namespace proximity_server::node {
 namespace {
@@ -120,7 +120,7 @@ Lookahead noLookahead(const MonitorSettings& settings) {
 }
 
 std::chrono::steady_clock::time_point endOfSearch(const MonitorSettings& settings) {
-  return deadlineIn(settings.rate > 0.0 ? 0.25 / settings.rate : 0.0025);
+  return system::deadlineIn(settings.rate > 0.0 ? 0.25 / settings.rate : 0.0025);
 }
 
 Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const LookaheadStart& start,

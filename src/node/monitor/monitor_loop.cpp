@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "node/robot/status_name.h"
-#include "node/system/real_time.h"
-#include "node/system/request_queue.h"
+#include "node/threads/real_time.h"
+#include "node/threads/request_queue.h"
 #include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
@@ -37,7 +37,7 @@ MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       velocities_(nh),
       nh_(withQueue(private_nh, queue_)),
       spinner_(1, &queue_),
-      steady_timer_(robot->config().realtime_priority, [this] { cycle(); }) {
+      steady_timer_([priority = robot->config().realtime_priority] { runInRealTime(priority); }, [this] { cycle(); }) {
   health_.enabled = true;
   health_.settings = robot->config().monitor;
   next_warning_ = ros::SteadyTime::now() + kUntilTransformsCome;

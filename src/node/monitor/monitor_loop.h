@@ -14,9 +14,9 @@
 
 #include "node/monitor/markers.h"
 #include "node/monitor/monitor.h"
-#include "node/system/steady_timer.h"
 #include "node/tf/tf_poses.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "system/steady_timer.h"
 
 namespace proximity_server::node {
 
@@ -106,7 +106,7 @@ class MonitorLoop {
   ros::Timer simulated_timer_;  // used with a simulated clock
   ros::WallTimer keep_alive_;
   ros::AsyncSpinner spinner_;
-  SteadyTimer steady_timer_;  // destroyed first, as it calls cycle()
+  system::SteadyTimer steady_timer_;  // destroyed first, as it calls cycle()
 };
 
 }  // namespace proximity_server::node

@@ -11,7 +11,7 @@
 #include <system_error>
 #include <utility>
 
-#include "node/system/atomic_file.h"
+#include "system/whole_file.h"
 
 namespace proximity_server::node {
 namespace {
@@ -49,6 +49,7 @@ scene::ObjectFile objectsAtStart(const Config& config) {
 
 ObjectKeeper::ObjectKeeper(std::string file, const ObjectStore& store) : file_(followed(file)), store_(store) {
   if (file_.empty()) return;
+  system::removeLeftOvers(file_);
   try {
     exists(file_) ? requireWritable(file_) : writeIfChanged();
   } catch (const std::exception& error) {
@@ -98,7 +99,7 @@ void ObjectKeeper::run() {
 void ObjectKeeper::writeIfChanged() {
   if (written_ == store_.revision()) return;
   const ObjectStore::Snapshot now = store_.snapshot();
-  replaceFile(file_, scene::yamlOf(now.file));
+  system::replaceFile(file_, scene::yamlOf(now.file));
   written_ = now.revision;
 }
 

@@ -7,8 +7,8 @@
 #include "node/services/joint_requests.h"
 #include "node/services/motion_requests.h"
 #include "node/services/queries.h"
-#include "node/system/durations.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "system/durations.h"
 
 namespace proximity_server::node {
 namespace {
@@ -151,7 +151,7 @@ FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactR
 
     const Named named(robot.robotModel(), &pairs.objects());
     const MovingScenePool::Lease scene = pairs.borrowMovingScene();
-    question.deadline = deadlineIn(budget);
+    question.deadline = system::deadlineIn(budget);
     const scene::RobotContact found = scene->timeOfContact(pairs.asked(), motion.motion, question);
     require(completeness(found.counts));
     response.status = statusOf(found.status, question);
@@ -179,7 +179,7 @@ QueryTrajectoryResponse answer(const Robot& robot, TfPoses& tf, const QueryTraje
     require(frames.status);
     const std::vector<TimedMotion> segments = segmentsOf(robot, points, from_tf, asked_frames, frames.poses);
     const MovingScenePool::Lease scene = pairs.borrowMovingScene();
-    question.deadline = deadlineIn(budget);
+    question.deadline = system::deadlineIn(budget);
     const TrajectorySearch search{
         {robot.robotModel(), &pairs.objects()}, pairs.asked(), points, segments, question, *scene};
     findContact(search, response);

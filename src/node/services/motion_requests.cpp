@@ -7,8 +7,8 @@
 #include <string>
 
 #include "node/services/joint_requests.h"
-#include "node/system/durations.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "system/durations.h"
 
 namespace proximity_server::node {
 namespace {
@@ -133,8 +133,8 @@ double timeBudget(const Robot& robot, const ros::Duration& asked) {
   const double budget = notNegative(asked.toSec(), "time_budget");
   const double longest = robot.config().max_request_time;
   if (budget > longest) {
-    throw RequestError(QueryStatus::OVER_BUDGET,
-                       "time_budget is " + secondsText(budget) + ", max_request_time is " + secondsText(longest));
+    throw RequestError(QueryStatus::OVER_BUDGET, "time_budget is " + system::secondsText(budget) +
+                                                     ", max_request_time is " + system::secondsText(longest));
   }
   return budget > 0.0 ? budget : std::min(robot.config().motion_time_budget, longest);
 }

@@ -8,7 +8,7 @@
 #include "node/objects/object_needs.h"
 #include "node/robot/conversions.h"
 #include "node/services/requests.h"
-#include "node/system/durations.h"
+#include "system/durations.h"
 
 namespace proximity_server::node {
 namespace {
@@ -55,7 +55,7 @@ double thresholdOrNone(double threshold) {
 scene::Question questionOf(const Robot& robot) {
   scene::Question question;
   question.tolerance = robot.config().tolerance;
-  question.deadline = deadlineIn(robot.config().max_request_time);
+  question.deadline = system::deadlineIn(robot.config().max_request_time);
   return question;
 }
 
@@ -109,7 +109,7 @@ QueryStatus incompleteness(const Robot& robot, const scene::PairCounts& counts, 
   QueryStatus status;
   status.code = is_late ? QueryStatus::OVER_BUDGET : QueryStatus::TF_UNAVAILABLE;
   status.message = is_late ? "the time was over: " + pairs + "answer, max_request_time is " +
-                                 secondsText(robot.config().max_request_time)
+                                 system::secondsText(robot.config().max_request_time)
                            : pairs + "usable pose";
   return status;
 }

@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "node/robot/tf_frames.h"
-#include "node/system/durations.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "system/durations.h"
 
 namespace proximity_server::node {
 namespace {
@@ -69,7 +69,7 @@ ros::Duration elapsed(const ros::Time& from, const ros::Time& to) {
 
 /// A duration as text for a message, rounded to milliseconds: "0.512 s".
 std::string durationText(const ros::Duration& duration) {
-  return secondsText(1e-3 * std::round(1e3 * duration.toSec()));
+  return system::secondsText(1e-3 * std::round(1e3 * duration.toSec()));
 }
 
 /// The links of the robot at the ends of an edge, as the URDF names them.

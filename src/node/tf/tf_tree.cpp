@@ -5,8 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "node/system/real_time.h"
-#include "node/system/request_queue.h"
+#include "node/threads/real_time.h"
+#include "node/threads/request_queue.h"
 
 namespace proximity_server::node {
 namespace {

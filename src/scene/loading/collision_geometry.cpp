@@ -10,6 +10,7 @@
 #include <thread>
 #include <type_traits>
 
+#include "system/child_process.h"
 #include "system/pipeline.h"
 #include "system/relay.h"
 
@@ -57,21 +58,9 @@ int findSphere(const std::vector<urdf::CollisionSharedPtr>& collisions, double r
   return -1;
 }
 
-#if defined(__SANITIZE_ADDRESS__)
-constexpr bool kMayForkBesideThreads = false;
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-constexpr bool kMayForkBesideThreads = false;  // its malloc may stay locked in the child
-#else
-constexpr bool kMayForkBesideThreads = true;
-#endif
-#else
-constexpr bool kMayForkBesideThreads = true;
-#endif
-
 /// Threads that read so many meshes, each in child processes.
 int usefulThreads(std::size_t meshes, int threads) {
-  if (!kMayForkBesideThreads) return 1;
+  if (!system::kMayForkBesideThreads) return 1;
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   return std::min(static_cast<int>(meshes), threads > 0 ? threads : cores);
 }

@@ -10,9 +10,9 @@
 #include <stdexcept>
 
 #include "proximity_server/scene/mesh/readable_file.h"
-#include "scene/mesh/child_process.h"
 #include "scene/mesh/input_limits.h"
 #include "scene/mesh/mesh_import.h"
+#include "system/child_process.h"
 
 namespace proximity_server::scene {
 namespace {
@@ -145,8 +145,8 @@ TriangleMesh loadMesh(const std::string& path, const Vector3d& scale) try {
     throw std::invalid_argument("its scale must be finite and not zero");
   }
   checkFormat(path, checkFile(path));
-  const ProcessLimits limits{kMaxReadingMemory, kMaxReadingProcessorTime, kMaxReadingTime, maxBytesOfMesh()};
-  TriangleMesh mesh = meshFromBytes(answerOfChild([&] { return toBytes(importMesh(path, scale)); }, limits));
+  const system::ProcessLimits limits{kMaxReadingMemory, kMaxReadingProcessorTime, kMaxReadingTime, maxBytesOfMesh()};
+  TriangleMesh mesh = meshFromBytes(system::answerOfChild([&] { return toBytes(importMesh(path, scale)); }, limits));
   checkMesh(mesh);
   return mesh;
 } catch (const std::exception& error) {

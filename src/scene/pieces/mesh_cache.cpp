@@ -1,9 +1,6 @@
 #include "scene/pieces/mesh_cache.h"
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -11,6 +8,9 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <stdexcept>
+
+#include "system/whole_file.h"
 
 namespace proximity_server::scene {
 namespace {
@@ -111,12 +111,6 @@ std::filesystem::path fileOf(const std::string& folder, const std::string& key) 
   return std::filesystem::path(folder) / (key + ".pieces");
 }
 
-/// A name that neither another process nor another thread takes.
-std::filesystem::path unfinished(const std::filesystem::path& file) {
-  static std::atomic<unsigned> count{0};
-  return file.string() + "." + std::to_string(getpid()) + "." + std::to_string(count++);
-}
-
 }  // namespace
 
 MeshCache::MeshCache(std::string folder, const TriangleMesh& mesh, double tolerance, double time_budget)
@@ -139,19 +133,14 @@ std::optional<Clustering> MeshCache::find() const {
 
 std::string MeshCache::store(const Clustering& clustering) const {
   if (folder_.empty()) return {};
-  const std::filesystem::path file = fileOf(folder_, key_), draft = unfinished(file);
   std::error_code failed;
   std::filesystem::create_directories(folder_, failed);
-  if (!failed) {
-    std::ofstream stream(draft, std::ios::binary);
+  try {
     const std::string content = write(key_, clustering);
-    stream << content << checksumOf(content);
-    stream.close();
-    if (stream) std::filesystem::rename(draft, file, failed);
-    if (stream && !failed) return {};
+    if (!failed) system::replaceFile(fileOf(folder_, key_), content + checksumOf(content));
+    if (!failed) return {};
+  } catch (const std::invalid_argument&) {  // a disk that is full
   }
-  std::error_code ignored;
-  std::filesystem::remove(draft, ignored);
   return "mesh cache " + folder_ + " cannot be written" + (failed ? ": " + failed.message() : "") +
          "; decompositions are computed again at each start";
 }

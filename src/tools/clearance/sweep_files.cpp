@@ -7,6 +7,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "system/whole_file.h"
 #include "tools/clearance/state_sweep.h"
 #include "tools/command_line/content_hash.h"
 #include "tools/sweep/model_digest.h"
@@ -14,7 +15,6 @@
 #include "tools/sweep/row_file.h"
 #include "tools/sweep/sweep_folder.h"
 #include "tools/sweep/sweep_manifest.h"
-#include "tools/sweep/whole_file.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -128,7 +128,7 @@ void computePart(const Sweep& sweep, const SweepOptions& options, StateSource& s
 
 SweepSummary computeNpy(const Sweep& sweep, StateSource& states, const std::string& out, AnswerCounter& counter,
                         std::uint64_t& bytes) {
-  removeLeftOvers(out);
+  system::removeLeftOvers(out);
   Json described = describe(sweep, states, 0);  // before the run, which may outlast the files that it was made of
   RowFile file(out, rowsOf(sweep).format());
   SweepManifest manifest = compute(sweep, states, {0, kToTheEnd}, counter, file);
@@ -141,7 +141,7 @@ SweepSummary computeNpy(const Sweep& sweep, StateSource& states, const std::stri
 
 void mergeParts(const SweepOptions& options, const std::string& out) {
   const CompleteSweep sweep = completeSweep(options.merge);
-  removeLeftOvers(out);
+  system::removeLeftOvers(out);
   const OutputFormat format = formatOf(sweep.manifests.front().sweep);
   const SweepManifest whole = mergeSweep(sweep, format, out);
   if (!format.isText()) writeManifest(whole, out);
@@ -150,9 +150,7 @@ void mergeParts(const SweepOptions& options, const std::string& out) {
 }
 
 void writeSummary(const SweepSummary& summary, const std::string& file) {
-  WholeFile written(file);
-  written.append(summary.toJson().dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
-  written.complete();
+  system::replaceFile(file, summary.toJson().dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
 CoreTime::CoreTime() : begin_(coreSeconds()) {}

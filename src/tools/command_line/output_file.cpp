@@ -1,7 +1,6 @@
 #include "tools/command_line/output_file.h"
 
 #include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <ostream>
@@ -40,10 +39,6 @@ void writeTo(std::ostream& stream, const std::string& name, std::string_view tex
 void flushTo(std::ostream& stream, const std::string& name) {
   errno = 0;
   requireWritten(stream << std::flush, name);
-}
-
-std::string because(int error_number) {
-  return error_number != 0 ? std::string(" (") + std::strerror(error_number) + ")" : "";
 }
 
 }  // namespace proximity_server::tools

@@ -4,6 +4,8 @@
 #include <string>
 #include <string_view>
 
+#include "system/whole_file.h"
+
 namespace proximity_server::tools {
 
 /// Throws std::invalid_argument naming the file if it cannot be written, so that this is known before hours of
@@ -16,7 +18,6 @@ void writeTo(std::ostream& stream, const std::string& name, std::string_view tex
 /// The same of what the stream has not passed on yet.
 void flushTo(std::ostream& stream, const std::string& name);
 
-/// The text of an error number, in parentheses, to be appended to a message: " (No space left on device)"; "" for 0.
-std::string because(int error_number);
+using system::because;
 
 }  // namespace proximity_server::tools

@@ -3,10 +3,10 @@
 #include <string>
 #include <string_view>
 
+#include "system/whole_file.h"
 #include "tools/command_line/content_hash.h"
 #include "tools/sweep/output_format.h"
 #include "tools/sweep/sweep_manifest.h"
-#include "tools/sweep/whole_file.h"
 
 namespace proximity_server::tools {
 
@@ -30,7 +30,7 @@ class RowFile {
 
  private:
   OutputFormat format_;
-  WholeFile file_;
+  system::WholeFile file_;
   ContentHash hash_;  ///< of what append() and beginRows() wrote, less before_first
   std::uint64_t rows_ = 0;
 };

@@ -2,8 +2,8 @@
 
 #include <stdexcept>
 
+#include "system/whole_file.h"
 #include "tools/command_line/robot_files.h"
-#include "tools/sweep/whole_file.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -67,9 +67,7 @@ SweepManifest readManifest(const std::string& path) {
 }
 
 void writeManifest(const SweepManifest& manifest, const std::string& file) {
-  WholeFile written(manifestPath(file));
-  written.append(manifest.toText());
-  written.complete();
+  system::replaceFile(manifestPath(file), manifest.toText());
 }
 
 std::string differences(const Json& there, const Json& here) {

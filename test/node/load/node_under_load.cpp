@@ -10,7 +10,7 @@
 
 #include "node/load/programs.h"
 #include "node/patience.h"
-#include "node/system/grants_real_time.h"
+#include "node/threads/grants_real_time.h"
 #include "proximity_server/scene/pieces/convex_pieces.h"
 #include "scene/example_robots.h"
 

@@ -11,7 +11,7 @@
 #include "node/faults/child_process.h"
 #include "node/faults/running_node.h"
 #include "node/gantry.h"
-#include "node/system/grants_real_time.h"
+#include "node/threads/grants_real_time.h"
 #include "sanitized.h"
 
 // A node that cannot do its job must not start, and say why.

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace proximity_server::tools {
+namespace proximity_server::system {
 
 /// A file that has its name only once it is complete. Until then it is a temporary one beside it, ".NAME.HOST-PID-0.tmp", which
 /// complete() writes to the disk and renames; if the process is killed it stays, and removeLeftOvers() removes it. Two
@@ -40,10 +40,16 @@ class WholeFile {
   std::uint64_t size_ = 0;
 };
 
+/// Makes a file of the text, or replaces one, as a whole.
+void replaceFile(const std::string& path, std::string_view text);
+
 /// Removes the temporary files of a name that killed processes left behind; those of running ones stay.
 void removeLeftOvers(const std::string& path);
 
 /// The same for all names in a folder that begin so.
 void removeLeftOvers(const std::string& folder, const std::string& begin);
 
-}  // namespace proximity_server::tools
+/// The text of an error number, in parentheses, to be appended to a message: " (No space left on device)"; "" for 0.
+std::string because(int error_number);
+
+}  // namespace proximity_server::system

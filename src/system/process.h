@@ -2,7 +2,7 @@
 
 // Settings of the process that the node requests from the operating system.
 
-namespace proximity_server::node {
+namespace proximity_server::system {
 
 /// Requests short time slices for this thread and all that it starts later, so that a thread that wakes up need not
 /// wait for the end of a long time slice of another program. Call it before other threads start. Linux supports this
@@ -18,4 +18,4 @@ void giveBackLargeMemory();
 /// Returns all memory that is free now to the system; otherwise glibc keeps it for the threads that allocated it.
 void giveBackFreeMemory();
 
-}  // namespace proximity_server::node
+}  // namespace proximity_server::system

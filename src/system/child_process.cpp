@@ -1,4 +1,4 @@
-#include "scene/mesh/child_process.h"
+#include "system/child_process.h"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -14,19 +14,20 @@
 #include <cerrno>
 #include <fstream>
 #include <new>
+#include <optional>
 #include <stdexcept>
 #include <system_error>
 
-namespace proximity_server::scene {
+namespace proximity_server::system {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
 [[noreturn]] void failWithErrno(const char* what) { throw std::system_error(errno, std::generic_category(), what); }
 
-/// In front of an answer: what it is and how long.
+/// In front of a message: what it is and how long.
 struct Head {
-  enum Kind : std::size_t { Answer, Refusal };
+  enum Kind : std::size_t { Message, End, Refusal };
   Kind kind;
   std::size_t size;  ///< [byte]
 };
@@ -79,7 +80,7 @@ void setLimits(const ProcessLimits& limits) {
   // Ends an endless recursion, also where the stack has no limit.
   constexpr rlim_t kStack = rlim_t{64} << 20;
   lowerLimit(RLIMIT_STACK, kStack, kStack);
-  lowerLimit(RLIMIT_CORE, 0, 0);
+  std::set_new_handler([] { _exit(kOutOfMemory); });
 }
 
 void send(const char* bytes, std::size_t size) {
@@ -92,21 +93,21 @@ void send(const char* bytes, std::size_t size) {
   }
 }
 
-void send(Head::Kind kind, const std::string& text) {
+void send(Head::Kind kind, std::string_view text) {
   const Head head{kind, text.size()};
   send(reinterpret_cast<const char*>(&head), sizeof head);
   send(text.data(), text.size());
 }
 
 /// Leaves by _exit(): what is registered with atexit() belongs to the parent.
-[[noreturn]] void beChild(int output, const std::function<std::string()>& work, const ProcessLimits& limits) {
+[[noreturn]] void beChild(int output, const std::function<void()>& work) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);  // it does not outlive the thread that waits for it
   keepOnly(output);
   forgetSignalHandlers();
-  std::set_new_handler([] { _exit(kOutOfMemory); });
   try {
-    setLimits(limits);
-    send(Head::Answer, work());
+    lowerLimit(RLIMIT_CORE, 0, 0);
+    work();
+    send(Head::End, "");
   } catch (const std::bad_alloc&) {
     _exit(kOutOfMemory);
   } catch (const std::exception& error) {
@@ -149,13 +150,20 @@ pid_t forkSilently() {
   return child;
 }
 
-/// A child process, until it has ended and left nothing behind.
+/// A child process that does some work, until it has ended and left nothing behind.
 class Child {
  public:
-  explicit Child(pid_t id) : id_(id) {}
+  explicit Child(const std::function<void()>& work) {
+    id_ = forkSilently();
+    if (id_ < 0) failWithErrno("no child process");
+    if (id_ == 0) beChild(pipe_.output, work);
+    pipe_.closeOutput();
+  }
   ~Child() { end(); }
   Child(const Child&) = delete;
   Child& operator=(const Child&) = delete;
+
+  int input() const { return pipe_.input; }
 
   /// Its status as of waitpid(); nothing is killed that ended by itself. -1 where somebody else has collected it.
   int end() {
@@ -171,6 +179,7 @@ class Child {
   }
 
  private:
+  Pipe pipe_;
   pid_t id_;
   int status_ = -1;
 };
@@ -192,7 +201,9 @@ std::string describeEnding(int status, const ProcessLimits& limits) {
 
 class Reader {
  public:
-  Reader(int input, Clock::time_point deadline) : input_(input), deadline_(deadline) {}
+  /// Without a deadline it waits for ever.
+  explicit Reader(int input, std::optional<Clock::time_point> deadline = std::nullopt)
+      : input_(input), deadline_(deadline) {}
 
   enum class End { Complete, TooEarly, TooLate };
   End read(char* bytes, std::size_t size) const {
@@ -211,17 +222,19 @@ class Reader {
   /// Until there is something to read, or the end; false beyond the deadline.
   bool awaitBytes() const {
     while (true) {
-      const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline_ - Clock::now());
-      if (left.count() <= 0) return false;
+      int left = -1;  // [ms]
+      if (deadline_)
+        left = static_cast<int>(std::chrono::ceil<std::chrono::milliseconds>(*deadline_ - Clock::now()).count());
+      if (deadline_ && left <= 0) return false;
       pollfd one{input_, POLLIN, 0};
-      const int ready = poll(&one, 1, static_cast<int>(left.count()));
+      const int ready = poll(&one, 1, left);
       if (ready > 0) return true;
       if (ready < 0 && errno != EINTR) failWithErrno("poll");
     }
   }
 
   int input_;
-  Clock::time_point deadline_;
+  std::optional<Clock::time_point> deadline_;
 };
 
 /// `what`, read in full. Else throws saying how the child ended.
@@ -239,15 +252,12 @@ void receive(char* bytes, std::size_t size, const Reader& reader, Child& child, 
 }  // namespace
 
 std::string answerOfChild(const std::function<std::string()>& work, const ProcessLimits& limits) {
-  Pipe pipe;
-  const pid_t id = forkSilently();
-  if (id < 0) failWithErrno("no child process");
-  if (id == 0) beChild(pipe.output, work, limits);
-  Child child(id);
-  pipe.closeOutput();
-
+  Child child([&] {
+    setLimits(limits);
+    send(Head::Message, work());
+  });
   // Read to its stated length, not to the end of the pipe: a child that another thread makes may hold that open.
-  const Reader reader(pipe.input, Clock::now() + limits.time);
+  const Reader reader(child.input(), Clock::now() + limits.time);
   Head head{};
   receive(reinterpret_cast<char*>(&head), sizeof head, reader, child, limits);
   if (head.size > limits.answer) {
@@ -256,8 +266,26 @@ std::string answerOfChild(const std::function<std::string()>& work, const Proces
   }
   std::string text(head.size, '\0');
   receive(text.data(), text.size(), reader, child, limits);
-  if (head.kind != Head::Answer) throw std::runtime_error(text);
+  if (head.kind != Head::Message) throw std::runtime_error(text);
   return text;
 }
 
-}  // namespace proximity_server::scene
+int messagesOfChild(const std::function<void(const SendMessage&)>& work,
+                    const std::function<void(const std::string&)>& receive) {
+  Child child([&] { work([](std::string_view message) { send(Head::Message, message); }); });
+  const Reader reader(child.input());
+  const auto readAll = [&](void* bytes, std::size_t size) {
+    return reader.read(static_cast<char*>(bytes), size) == Reader::End::Complete;
+  };
+  for (Head head{}; readAll(&head, sizeof head);) {
+    std::string text(head.size, '\0');
+    if (!readAll(text.data(), text.size())) break;
+    if (head.kind == Head::End) return 0;
+    if (head.kind == Head::Refusal) throw std::runtime_error(text);
+    receive(text);
+  }
+  const int status = child.end();
+  return WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+}
+
+}  // namespace proximity_server::system

@@ -1,4 +1,4 @@
-#include "scene/mesh/child_process.h"
+#include "system/child_process.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@
 
 #include "sanitized.h"
 
-namespace proximity_server::scene::child_process_test {
+namespace proximity_server::system::child_process_test {
 
 using std::chrono::seconds;
 
@@ -185,4 +185,45 @@ TEST_F(ChildProcess, AnswersInAProcessOfManyBusyThreads) {
   for (std::thread& thread : busy) thread.join();
 }
 
-}  // namespace proximity_server::scene::child_process_test
+// --- messages
+
+TEST_F(ChildProcess, SendsMessagesUntilItsWorkIsDone) {
+  std::vector<std::string> received;
+  const auto work = [](const SendMessage& send) {
+    for (const char* message : {"a", "", "b"}) send(message);
+    send(std::string(1000000, 'c'));
+  };
+  EXPECT_EQ(messagesOfChild(work, [&](const std::string& message) { received.push_back(message); }), 0);
+  EXPECT_EQ(received, (std::vector<std::string>{"a", "", "b", std::string(1000000, 'c')}));
+}
+
+TEST_F(ChildProcess, MessagesBeforeACrashAreThereWithItsSignal) {
+  std::vector<std::string> received;
+  const auto work = [](const SendMessage& send) {
+    send("before");
+    raise(SIGPROF);
+    send("after");
+  };
+  EXPECT_EQ(messagesOfChild(work, [&](const std::string& message) { received.push_back(message); }), SIGPROF);
+  EXPECT_EQ(received, std::vector<std::string>{"before"});
+}
+
+TEST_F(ChildProcess, EndsWhereWorkOrReceiverThrows) {
+  const auto refuse = [](const std::string& message) { throw std::runtime_error("refused: " + message); };
+  const auto sendForEver = [](const SendMessage& send) {
+    while (true) send("x");
+  };
+  const auto fail = [](const SendMessage&) { throw std::invalid_argument("no such thing"); };
+  const auto errorOf = [&](const std::function<void(const SendMessage&)>& work) -> std::string {
+    try {
+      messagesOfChild(work, refuse);
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(errorOf(sendForEver), "refused: x");
+  EXPECT_EQ(errorOf(fail), "no such thing");
+}
+
+}  // namespace proximity_server::system::child_process_test

@@ -1,4 +1,4 @@
-#include "node/system/real_time.h"
+#include "node/threads/real_time.h"
 
 #include <gtest/gtest.h>
 #include <sched.h>
@@ -9,8 +9,7 @@
 #include <string>
 #include <thread>
 
-#include "node/system/grants_real_time.h"
-#include "node/system/process.h"
+#include "node/threads/grants_real_time.h"
 
 namespace proximity_server::node::real_time_test {
 
@@ -60,16 +59,6 @@ TEST(RunInRealTime, WarnsWhereItIsNotGranted) {
   const std::string said = testing::internal::GetCapturedStderr();
   setrlimit(RLIMIT_RTPRIO, &before);
   EXPECT_NE(said.find("realtime_priority 7 is not granted"), std::string::npos) << said;
-}
-
-// Regression: a node that was started with `chrt --fifo 20` lost its policy. SCHED_BATCH is granted to everybody.
-TEST(AskForShortTurns, KeepsAPolicyThatSomebodyChose) {
-  inAThread([] {
-    const sched_param parameter{};
-    ASSERT_EQ(sched_setscheduler(0, SCHED_BATCH, &parameter), 0);
-    askForShortTurns();
-    EXPECT_EQ(policy(), SCHED_BATCH);
-  });
 }
 
 }  // namespace proximity_server::node::real_time_test

@@ -6,7 +6,7 @@
 #include <mutex>
 #include <thread>
 
-namespace proximity_server::node {
+namespace proximity_server::system {
 
 /// Calls a function at a steady rate of wall time, in a thread of its own. A call that is a period late is skipped.
 ///
@@ -14,8 +14,8 @@ namespace proximity_server::node {
 /// coarse for 1 kHz. Thread-safe.
 class SteadyTimer {
  public:
-  /// `tick` is called in a thread with this priority, see runInRealTime, as soon as start() was called.
-  SteadyTimer(int realtime_priority, std::function<void()> tick);
+  /// In a thread of its own `begin` is called at once, and `tick` as soon as start() was called.
+  SteadyTimer(std::function<void()> begin, std::function<void()> tick);
   ~SteadyTimer();
   SteadyTimer(const SteadyTimer&) = delete;
   SteadyTimer& operator=(const SteadyTimer&) = delete;
@@ -38,4 +38,4 @@ class SteadyTimer {
   std::thread thread_;  // last, as it uses the members above
 };
 
-}  // namespace proximity_server::node
+}  // namespace proximity_server::system

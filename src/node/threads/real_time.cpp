@@ -1,4 +1,4 @@
-#include "node/system/real_time.h"
+#include "node/threads/real_time.h"
 
 #include <ros/console.h>
 #include <sched.h>

@@ -3,7 +3,7 @@
 #include <iostream>
 #include <string>
 
-namespace proximity_server::node {
+namespace proximity_server::system {
 
 /// Prints the version of the package if --version is the only argument, and returns whether it is.
 inline bool tellsVersion(int argc, char** argv, const std::string& program) {
@@ -12,4 +12,4 @@ inline bool tellsVersion(int argc, char** argv, const std::string& program) {
   return true;
 }
 
-}  // namespace proximity_server::node
+}  // namespace proximity_server::system

@@ -4,8 +4,20 @@
 #include <cstddef>
 #include <functional>
 #include <string>
+#include <string_view>
 
-namespace proximity_server::scene {
+namespace proximity_server::system {
+
+/// Whether a child may be made while other threads run: not with AddressSanitizer, whose malloc may stay locked in the child.
+#if defined(__SANITIZE_ADDRESS__)
+inline constexpr bool kMayForkBesideThreads = false;
+#elif !defined(__has_feature)
+inline constexpr bool kMayForkBesideThreads = true;
+#elif __has_feature(address_sanitizer)
+inline constexpr bool kMayForkBesideThreads = false;
+#else
+inline constexpr bool kMayForkBesideThreads = true;
+#endif
 
 /// The limits on a child process.
 struct ProcessLimits {
@@ -29,4 +41,13 @@ struct ProcessLimits {
 ///          memory", "it crashes: Segmentation fault"; std::system_error where no child can be made.
 std::string answerOfChild(const std::function<std::string()>& work, const ProcessLimits& limits);
 
-}  // namespace proximity_server::scene
+using SendMessage = std::function<void(std::string_view)>;
+
+/// The same without limits, for work that sends any number of messages. `receive` gets each as soon as it is here.
+/// Returns the signal that ended the child before its work, or 0.
+/// Failure: throws std::runtime_error saying what `work` threw; std::system_error where no child can be made; and what `receive`
+///          throws.
+int messagesOfChild(const std::function<void(const SendMessage&)>& work,
+                    const std::function<void(const std::string&)>& receive);
+
+}  // namespace proximity_server::system

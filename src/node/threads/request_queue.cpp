@@ -1,4 +1,4 @@
-#include "node/system/request_queue.h"
+#include "node/threads/request_queue.h"
 
 #include <sys/resource.h>
 

@@ -3,7 +3,7 @@
 #include <chrono>
 #include <string>
 
-namespace proximity_server::node {
+namespace proximity_server::system {
 
 /// A duration [s] as text for a message, with up to six significant digits: "0.5 s".
 std::string secondsText(double seconds);
@@ -11,4 +11,4 @@ std::string secondsText(double seconds);
 /// The point of time that is `seconds` [s] from now.
 std::chrono::steady_clock::time_point deadlineIn(double seconds);
 
-}  // namespace proximity_server::node
+}  // namespace proximity_server::system

@@ -1,14 +1,12 @@
-#include "node/system/steady_timer.h"
+#include "system/steady_timer.h"
 
 #include <utility>
 
-#include "node/system/real_time.h"
+namespace proximity_server::system {
 
-namespace proximity_server::node {
-
-SteadyTimer::SteadyTimer(int realtime_priority, std::function<void()> tick)
-    : tick_(std::move(tick)), thread_([this, realtime_priority] {
-        runInRealTime(realtime_priority);
+SteadyTimer::SteadyTimer(std::function<void()> begin, std::function<void()> tick)
+    : tick_(std::move(tick)), thread_([this, begin = std::move(begin)] {
+        begin();
         run();
       }) {}
 
@@ -53,4 +51,4 @@ void SteadyTimer::run() {
   }
 }
 
-}  // namespace proximity_server::node
+}  // namespace proximity_server::system

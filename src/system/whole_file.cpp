@@ -1,4 +1,4 @@
-#include "tools/sweep/whole_file.h"
+#include "system/whole_file.h"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -6,14 +6,13 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <stdexcept>
 #include <system_error>
 #include <vector>
 
-#include "tools/command_line/output_file.h"
-
-namespace proximity_server::tools {
+namespace proximity_server::system {
 namespace {
 
 namespace fs = std::filesystem;
@@ -129,6 +128,12 @@ void WholeFile::complete() {
 
 void WholeFile::fail(const std::string& what) const { throw std::invalid_argument(path_ + ": " + what); }
 
+void replaceFile(const std::string& path, std::string_view text) {
+  WholeFile file(path);
+  file.append(text);
+  file.complete();
+}
+
 void removeLeftOvers(const std::string& path) {
   removeLeftOvers(folderOf(path), temporaryBegin(fs::path(path).filename()));
 }
@@ -142,4 +147,8 @@ void removeLeftOvers(const std::string& folder, const std::string& begin) {
   }
 }
 
-}  // namespace proximity_server::tools
+std::string because(int error_number) {
+  return error_number != 0 ? std::string(" (") + std::strerror(error_number) + ")" : "";
+}
+
+}  // namespace proximity_server::system

@@ -1,4 +1,4 @@
-#include "tools/sweep/whole_file.h"
+#include "system/whole_file.h"
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -10,12 +10,16 @@
 
 #include "sanitized.h"
 #include "scene/files.h"
-#include "tools/command_line/robot_files.h"
 
-namespace proximity_server::tools::whole_file_test {
+namespace proximity_server::system::whole_file_test {
 
 using scene::errorOf;
 using scene::TemporaryFiles;
+
+std::string readTextFile(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
 
 std::size_t filesIn(const TemporaryFiles& files) {
   const std::filesystem::directory_iterator begin(files.path(""));
@@ -137,4 +141,4 @@ TEST(WholeFile, TwoProcessesMayWriteTheSameOne) {
   EXPECT_EQ(filesIn(files), 1U);
 }
 
-}  // namespace proximity_server::tools::whole_file_test
+}  // namespace proximity_server::system::whole_file_test

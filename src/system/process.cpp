@@ -1,4 +1,4 @@
-#include "node/system/process.h"
+#include "system/process.h"
 
 #include <linux/sched.h>
 #include <linux/sched/types.h>
@@ -7,7 +7,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
-namespace proximity_server::node {
+namespace proximity_server::system {
 
 void askForShortTurns() {
   const bool is_ordinary = syscall(SYS_sched_getscheduler, 0) == SCHED_NORMAL;
@@ -30,4 +30,4 @@ void giveBackLargeMemory() {
 
 void giveBackFreeMemory() { malloc_trim(0); }
 
-}  // namespace proximity_server::node
+}  // namespace proximity_server::system

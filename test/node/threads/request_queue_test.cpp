@@ -1,5 +1,5 @@
 // The threads of a request queue.
-#include "node/system/request_queue.h"
+#include "node/threads/request_queue.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>

@@ -1,8 +1,8 @@
-#include "node/system/durations.h"
+#include "system/durations.h"
 
 #include <cstdio>
 
-namespace proximity_server::node {
+namespace proximity_server::system {
 
 std::string secondsText(double seconds) {
   char text[32];
@@ -15,4 +15,4 @@ std::chrono::steady_clock::time_point deadlineIn(double seconds) {
   return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
-}  // namespace proximity_server::node
+}  // namespace proximity_server::system

@@ -1,4 +1,4 @@
-#include "node/system/registration.h"
+#include "node/registration.h"
 
 #include <ros/connection_manager.h>
 #include <ros/console.h>
