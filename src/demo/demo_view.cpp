@@ -108,7 +108,7 @@ std::string viewOf(const std::string& file, const std::string& urdf) {
   const double half_of_view = M_PI / 8.0;  // RViz's cameras see 45 degrees
   const auto rounded = [](double number) { return shortest(std::round(1e3 * number) / 1e3 + 0.0); };  // no -0
   const Eigen::Vector3d centre = box.center();
-  const std::string& root = robot.links[robot.bodies.front().link].name;
+  const std::string& root = robot.links[robot.rootLink()].name;
   replaceValue(lines, "Distance", rounded(radius / std::sin(half_of_view)));
   replaceValue(lines, "Focal Point",
                "{X: " + rounded(centre.x()) + ", Y: " + rounded(centre.y()) + ", Z: " + rounded(centre.z()) + "}");

@@ -108,7 +108,7 @@ int findFrame(const scene::RobotModel& robot, const std::vector<std::string>& fr
 
 /// The link of the reference frame, or -1. The parameter may name the link, or its frame with the prefix.
 int referenceLinkOf(const scene::RobotModel& robot, const std::vector<std::string>& frames, const Config& config) {
-  if (config.reference_frame.empty()) return robot.bodies.front().link;
+  if (config.reference_frame.empty()) return robot.rootLink();
   return findFrame(robot, frames, config.reference_frame);
 }
 

@@ -13,4 +13,7 @@ inline const SceneModel& given(const std::shared_ptr<const SceneModel>& model) {
   return *model;
 }
 
+/// Lends a model to a scene, which must end first.
+inline std::shared_ptr<const SceneModel> lent(const SceneModel& model) { return {std::shared_ptr<void>(), &model}; }
+
 }  // namespace proximity_server::scene

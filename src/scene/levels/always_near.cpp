@@ -15,6 +15,7 @@
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/query/scene.h"
+#include "scene/filter/given_model.h"
 
 namespace proximity_server::scene {
 namespace {
@@ -75,7 +76,7 @@ std::string yamlName(const std::string& name) {
 std::vector<AlwaysNear> findAlwaysNear(const SceneModel& model, double distance, int states) {
   const std::vector<JointRange> ranges = jointRanges(model.robot);
   std::vector<AlwaysNear> near = checkedPairs(model);
-  Scene scene(std::shared_ptr<const SceneModel>(std::shared_ptr<void>(), &model));  // lent: the scene ends first
+  Scene scene(lent(model));
   Question question;
   question.threshold = distance;
   question.depth = Question::Depth::NotWanted;

@@ -8,14 +8,12 @@
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/query/scene.h"
+#include "scene/filter/given_model.h"
 #include "scene/filter/link_table.h"
 #include "scene/model/infinity.h"
 
 namespace proximity_server::scene {
 namespace {
-
-/// The model, lent to a scene that ends before it.
-std::shared_ptr<const SceneModel> lent(const SceneModel& model) { return {std::shared_ptr<void>(), &model}; }
 
 constexpr int kStates = 300;  // of each joint, from one end of its range to the other
 

@@ -123,8 +123,9 @@ struct RobotModel {
   /// The robot of a link.
   const Member& robotOf(int link) const { return robots[bodies[links[link].body].robot]; }
 
-  /// The root body of each of `robots`.
+  /// The root body of each of `robots`, and the root link of the first one.
   std::vector<int> roots() const;
+  int rootLink() const { return bodies.front().link; }
 
   /// The path between two links: how many movable joints it has, and whether a third link on it has geometry. Counting
   /// ends as soon as there are several joints and such a link. Nothing joins links of different robots: nullopt.
