@@ -83,11 +83,11 @@ void ProximityNode::publishObjects() {
   const ObjectStore::Present now = objects_.present();
   ObjectList list = objects_.list(now);
   list.header.stamp = ros::Time::now();
-  published_revision_ = now.revision;
+  published_revision_ = now.objects.revision;
   published_robot_ = now.robot;
   object_keeper_.keep();
   objects_pub_.publish(list);
-  object_markers_pub_.publish(object_markers_ ? objectMarkers(*now.robot, now.objects) : noMarkers());
+  object_markers_pub_.publish(object_markers_ ? objectMarkers(*now.robot, *now.objects.all) : noMarkers());
 }
 
 bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {

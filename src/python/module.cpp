@@ -168,9 +168,11 @@ std::unique_ptr<Robot> robotOfFiles(const std::filesystem::path& urdf, const std
 
 // --- objects
 
+using Operation = scene::ObjectEdit::Operation;
+
 /// Robots with these objects, which are described as the fields of proximity.Object; warns unless they are `Known`.
 enum class Oddities : unsigned char { New, Known };
-std::unique_ptr<Robot> withObjects(const Robot& robot, std::vector<scene::WrittenObject> objects,
+std::unique_ptr<Robot> withObjects(const Robot& robot, std::vector<scene::ObjectEdit> objects,
                                    const std::vector<scene::WrittenRule>& rules, Oddities oddities) {
   std::vector<std::string> warnings;
   std::unique_ptr<Robot> next;
@@ -183,9 +185,9 @@ std::unique_ptr<Robot> withObjects(const Robot& robot, std::vector<scene::Writte
   return next;
 }
 
-scene::WrittenObject objectOf(const std::string& name, const py::object& shapes, const py::object& pose,
-                              const std::string& link, std::vector<std::string> touch_links, const std::string& frame,
-                              double padding) {
+scene::ObjectEdit objectOf(const std::string& name, const py::object& shapes, const py::object& pose,
+                           const std::string& link, std::vector<std::string> touch_links, const std::string& frame,
+                           double padding) {
   const std::string where = "object " + scene::quoted(name) + ": ";
   if (!link.empty() && !frame.empty()) throw std::invalid_argument(where + "it has a link or a frame, but not both");
   if (link.empty() && !touch_links.empty())
@@ -197,28 +199,28 @@ scene::WrittenObject objectOf(const std::string& name, const py::object& shapes,
   }
 }
 
-scene::WrittenObject objectOf(const std::string& name, const py::object& object) {
+scene::ObjectEdit objectOf(const std::string& name, const py::object& object) {
   return objectOf(name, object.attr("shapes"), object.attr("pose"), object.attr("link").cast<std::string>(),
                   object.attr("touch_links").cast<std::vector<std::string>>(), object.attr("frame").cast<std::string>(),
                   object.attr("padding").cast<double>());
 }
 
 /// The object of the module that tells where an object is now.
-py::object describedObject(const Robot& robot, const scene::Object& object) {
-  const scene::WrittenObject& written = robot.written(object);
+py::object describedObject(const scene::Object& object) {
   const auto* const held = std::get_if<scene::Attached>(&object.placement);
   const auto* const moving = std::get_if<scene::Moving>(&object.placement);
   return py::module_::import("proximity._shapes")
-      .attr("Object")(shapesOf(written.shapes), matrixOf(scene::poseInCarrier(object)), held ? held->link : "",
+      .attr("Object")(shapesOf(scene::givenShapesOf(object)), matrixOf(scene::poseInCarrier(object)),
+                      held ? held->link : "",
                       py::tuple(py::cast(held ? held->touch_links : std::vector<std::string>())),
-                      moving ? moving->frame : "", written.padding);
+                      moving ? moving->frame : "", scene::paddingOf(object));
 }
 
 py::dict objectsOf(const Robot& robot) {
   py::dict objects;
   for (const int number : robot.objects().numbers()) {
     const scene::Object& object = *robot.objects().object(number);
-    objects[py::str(object.id)] = describedObject(robot, object);
+    objects[py::str(object.id)] = describedObject(object);
   }
   return objects;
 }
@@ -232,13 +234,23 @@ std::unique_ptr<Robot> withObjectFile(const Robot& robot, const std::filesystem:
   return withObjects(robot, std::move(file.objects), file.rules, Oddities::New);
 }
 
-/// The pose of an object that is put elsewhere: given, or the one that it has in the state q.
-Eigen::Isometry3d poseOrPlace(const Robot& robot, const std::string& name, const std::string& frame,
-                              const py::object& pose, const py::object& q) {
+/// Puts an object elsewhere: at a pose, or where it is in the state q.
+std::unique_ptr<Robot> replaced(const Robot& robot, scene::ObjectEdit edit, const py::object& pose,
+                                const py::object& q) {
   if (pose.is_none() == q.is_none())
-    throw std::invalid_argument("object " + scene::quoted(name) +
+    throw std::invalid_argument("object " + scene::quoted(edit.id) +
                                 ": needs either its pose, or the state q in which it stays where it is");
-  return q.is_none() ? poseOf(pose) : robot.placeIn(frame, name, q);
+  edit.place.pose = poseOf(pose);
+  return robot.edited(std::move(edit), q);
+}
+
+/// An operation on an object, without a pose.
+scene::ObjectEdit editOf(Operation operation, const std::string& name, scene::ObjectPlace place = {}) {
+  scene::ObjectEdit edit;
+  edit.id = name;
+  edit.place = std::move(place);
+  edit.operation = operation;
+  return edit;
 }
 
 // --- pickles
@@ -251,7 +263,7 @@ py::dict stateOf(const Robot& robot) {
   std::sort(names.begin(), names.end());
   py::list objects, rules;
   for (const auto& [number, name] : names)
-    objects.append(py::make_tuple(name, describedObject(robot, *robot.objects().object(number))));
+    objects.append(py::make_tuple(name, describedObject(*robot.objects().object(number))));
   for (const scene::WrittenRule& rule : robot.rules())
     rules.append(py::make_tuple(rule.a, rule.b, rule.rule == scene::AllowedPairs::Rule::Allowed));
   using namespace py::literals;
@@ -286,7 +298,7 @@ std::unique_ptr<Robot> robotOf(const py::dict& state) {
                           valueOf<bool>(state, "allow_broken_mimics"),
                           valueOf<int>(state, "threads")};
   std::unique_ptr<Robot> robot = makeRobot(std::move(text), keywords);
-  std::vector<scene::WrittenObject> objects;
+  std::vector<scene::ObjectEdit> objects;
   for (const auto& [name, object] : valueOf<std::vector<std::pair<Text, py::object>>>(state, "objects"))
     objects.push_back(objectOf(name, object));
   std::vector<scene::WrittenRule> rules;
@@ -537,7 +549,7 @@ void declareObjects(py::class_<Robot>& robot) {
       "with_object",
       [](const Robot& self, const std::string& name, const py::object& shapes, const py::object& pose,
          const std::string& link, Names touch_links, const std::string& frame, double padding) {
-        std::vector<scene::WrittenObject> objects{
+        std::vector<scene::ObjectEdit> objects{
             objectOf(name, shapes, pose, link, std::move(touch_links), frame, padding)};
         return withObjects(self, std::move(objects), {}, Oddities::New);
       },
@@ -547,14 +559,14 @@ void declareObjects(py::class_<Robot>& robot) {
   robot.def(
       "moved",
       [](const Robot& self, const std::string& name, const py::object& pose, const std::string& frame) {
-        return self.moved(name, {"", {}, frame, poseOf(pose)});
+        return self.edited(editOf(Operation::Move, name, {"", {}, frame, poseOf(pose)}), py::none());
       },
       kMovedDoc, "name"_a, "pose"_a, py::kw_only(), "frame"_a = "");
   robot.def(
       "attached",
       [](const Robot& self, const std::string& name, const std::string& link, const py::object& pose,
          const py::object& q, Names touch_links) {
-        return self.attached(name, {link, std::move(touch_links), "", poseOrPlace(self, name, link, pose, q)});
+        return replaced(self, editOf(Operation::Attach, name, {link, std::move(touch_links), ""}), pose, q);
       },
       kAttachedDoc, "name"_a, "link"_a, "pose"_a = py::none(), py::kw_only(), "q"_a = py::none(),
       "touch_links"_a = Names{});
@@ -562,10 +574,15 @@ void declareObjects(py::class_<Robot>& robot) {
       "detached",
       [](const Robot& self, const std::string& name, const py::object& pose, const py::object& q,
          const std::string& frame) {
-        return self.detached(name, {"", {}, frame, poseOrPlace(self, name, frame, pose, q)});
+        return replaced(self, editOf(Operation::Detach, name, {"", {}, frame}), pose, q);
       },
       kDetachedDoc, "name"_a, "pose"_a = py::none(), py::kw_only(), "q"_a = py::none(), "frame"_a = "");
-  robot.def("without", &Robot::without, kWithoutDoc, "name"_a);
+  robot.def(
+      "without",
+      [](const Robot& self, const std::string& name) {
+        return self.edited(editOf(Operation::Remove, name), py::none());
+      },
+      kWithoutDoc, "name"_a);
   robot.def("allowing", &Robot::allowing, kAllowingDoc, "a"_a, "b"_a);
 }
 

@@ -149,6 +149,8 @@ namespace {
 
 using RowMajor4d = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
 
+using Operation = scene::ObjectEdit::Operation;
+
 constexpr int kMaxThreads = 1024;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -197,16 +199,6 @@ void writePoses(const scene::RobotModel& robot, const std::vector<double>& posit
   const scene::BodyPoses poses = scene::forwardKinematics(robot, positions);
   for (int link = 0; link < static_cast<int>(robot.links.size()); ++link, out += 16)
     Eigen::Map<RowMajor4d>{out} = scene::poseOfLink(robot, link, poses).matrix();
-}
-
-/// An error begins with the place in the file, if it comes from one.
-scene::Object madeOf(const scene::WrittenObject& object, const scene::RobotModel& robot,
-                     const scene::ObjectOptions& options) {
-  try {
-    return scene::makeObject(object.id, object.shapes, placementOf(robot, object.place), options);
-  } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument(object.source + (object.source.empty() ? "" : ": ") + error.what());
-  }
 }
 
 /// The closest pairs of one state, sorted.
@@ -324,12 +316,8 @@ Robot::Robot(RobotText text, LoadOptions options, int threads)
 }
 
 Robot::Robot(std::shared_ptr<const LoadedRobot> loaded, std::shared_ptr<const scene::Objects> objects,
-             WrittenObjects written, std::vector<scene::WrittenRule> rules, int threads)
-    : loaded_(std::move(loaded)),
-      objects_(std::move(objects)),
-      written_(std::move(written)),
-      rules_(std::move(rules)),
-      threads_(threads) {}
+             std::vector<scene::WrittenRule> rules, int threads)
+    : loaded_(std::move(loaded)), objects_(std::move(objects)), rules_(std::move(rules)), threads_(threads) {}
 
 Robot::~Robot() = default;
 
@@ -354,76 +342,63 @@ void Robot::setThreads(int threads) {
 
 // --- objects
 
-std::unique_ptr<Robot> Robot::with(std::vector<scene::WrittenObject> objects,
-                                   const std::vector<scene::WrittenRule>& rules,
+std::unique_ptr<Robot> Robot::with(std::vector<scene::ObjectEdit> objects, const std::vector<scene::WrittenRule>& rules,
                                    std::vector<std::string>& warnings) const {
-  scene::ObjectOptions options = objectOptions(loaded_->text, loaded_->options);
-  WrittenObjects written = written_;
-  std::vector<scene::ObjectChange> changes;
-  for (scene::WrittenObject& object : objects) {
-    options.padding = object.padding;
-    scene::Object made = madeOf(object, model().robot, options);
-    const std::vector<std::string>& oddities = scene::warningsOf(made);
+  const scene::ObjectOptions options = objectOptions(loaded_->text, loaded_->options);
+  scene::LinkFrames frames(model().robot);
+  scene::ObjectEditor editor(*objects_, frames, options);
+  for (scene::ObjectEdit& object : objects) {
+    const std::string id = object.id, source = object.source;
+    object.operation = objects_->find(id) >= 0 ? Operation::Replace : Operation::Add;
+    try {
+      editor.apply(std::move(object));
+    } catch (const std::invalid_argument& error) {  // it begins with the place in the file, if it comes from one
+      throw std::invalid_argument(source + (source.empty() ? "" : ": ") + error.what());
+    }
+    const std::vector<std::string>& oddities = scene::warningsOf(*editor.find(id));
     warnings.insert(warnings.end(), oddities.begin(), oddities.end());
-    if (written_.count(object.id))
-      changes.emplace_back(scene::ReplaceObject{std::move(made)});
-    else
-      changes.emplace_back(scene::AddObject{std::move(made)});
-    const std::string id = object.id;
-    written[id] = std::make_shared<const scene::WrittenObject>(std::move(object));
   }
-  scene::Objects next = objects_->changed(changes);
-  std::vector<scene::WrittenRule> all_rules = rules_;
-  if (!rules.empty()) {
-    all_rules.insert(all_rules.end(), rules.begin(), rules.end());
-    scene::ObjectRules applied = next.rules();
-    for (const scene::WrittenRule& rule : rules) applied.allowed.set(rule.a, rule.b, rule.rule);
-    next = next.withRules(std::move(applied));
-  }
-  return std::unique_ptr<Robot>(new Robot(loaded_, std::make_shared<const scene::Objects>(std::move(next)),
-                                          std::move(written), std::move(all_rules), threads_));
-}
-
-Eigen::Isometry3d Robot::placeIn(const std::string& frame, const std::string& name, const py::object& q) const {
-  const scene::RobotModel& robot = model().robot;
-  const JointPositions state(q, robot);
-  const int number = objects_->find(name), link = frame.empty() ? robot.bodies.front().link : robot.findLink(frame);
-  if (number < 0) throw std::invalid_argument("there is no object " + scene::quoted(name));
-  if (link < 0)
-    throw std::invalid_argument("there is no link " + scene::unknownName(frame, scene::namesOf(robot.links)));
-  if (!state.shape().empty() || !state.block(0, 1).allFinite())
-    throw std::invalid_argument("q has to be one state, and finite, for the place of an object");
-  std::vector<double> positions;
-  positionsOf(state.block(0, 1), 0, positions);
-  return scene::seenFrom(robot, link, *objects_->object(number), scene::forwardKinematics(robot, positions));
-}
-
-std::unique_ptr<Robot> Robot::changed(const scene::ObjectChange& change) const {
-  return std::unique_ptr<Robot>(new Robot(loaded_, std::make_shared<const scene::Objects>(objects_->changed({change})),
-                                          written_, rules_, threads_));
-}
-
-std::unique_ptr<Robot> Robot::moved(const std::string& name, const scene::WrittenPlace& place) const {
-  return changed(scene::MoveObject{name, scene::standingIn(model().robot, place.frame, place.pose)});
-}
-
-std::unique_ptr<Robot> Robot::attached(const std::string& name, const scene::WrittenPlace& place) const {
-  return changed(scene::AttachObject{name, {place.link, place.touch_links, place.pose}});
-}
-
-std::unique_ptr<Robot> Robot::detached(const std::string& name, const scene::WrittenPlace& place) const {
-  return changed(scene::DetachObject{name, scene::standingIn(model().robot, place.frame, place.pose)});
-}
-
-std::unique_ptr<Robot> Robot::without(const std::string& name) const {
-  std::unique_ptr<Robot> next = changed(scene::RemoveObject{name});
-  next->written_.erase(name);
+  std::unique_ptr<Robot> next = after(editor);
+  if (rules.empty()) return next;
+  next->rules_.insert(next->rules_.end(), rules.begin(), rules.end());
+  scene::ObjectRules applied = next->objects().rules();
+  for (const scene::WrittenRule& rule : rules) applied.allowed.set(rule.a, rule.b, rule.rule);
+  next->objects_ = std::make_shared<const scene::Objects>(next->objects().withRules(std::move(applied)));
   return next;
+}
+
+std::unique_ptr<Robot> Robot::edited(scene::ObjectEdit edit, const py::object& q) const {
+  const scene::RobotModel& robot = model().robot;
+  scene::BodyPoses poses;
+  if (!q.is_none()) {
+    const JointPositions state(q, robot);
+    if (objects_->find(edit.id) < 0) throw std::invalid_argument("there is no object " + scene::quoted(edit.id));
+    const std::string& frame = edit.place.link.empty() ? edit.place.frame : edit.place.link;
+    if (!frame.empty() && robot.findLink(frame) < 0)
+      throw std::invalid_argument("there is no link " + scene::unknownName(frame, scene::namesOf(robot.links)));
+    if (!state.shape().empty() || !state.block(0, 1).allFinite())
+      throw std::invalid_argument("q has to be one state, and finite, for the place of an object");
+    std::vector<double> positions;
+    positionsOf(state.block(0, 1), 0, positions);
+    poses = scene::forwardKinematics(robot, positions);
+    edit.pose = scene::ObjectEdit::Pose::Kept;
+  }
+  const scene::ObjectOptions options;  // no geometry is made
+  scene::LinkFrames frames(robot, poses);
+  scene::ObjectEditor editor(*objects_, frames, options);
+  editor.require(edit.id);
+  editor.apply(std::move(edit));
+  return after(editor);
+}
+
+std::unique_ptr<Robot> Robot::after(const scene::ObjectEditor& editor) const {
+  return std::unique_ptr<Robot>(new Robot(
+      loaded_, std::make_shared<const scene::Objects>(objects_->changed(editor.difference())), rules_, threads_));
 }
 
 std::unique_ptr<Robot> Robot::allowing(const std::string& a, const std::string& b) const {
   std::vector<std::string> known = scene::namesOf(model().robot.links);
-  for (const auto& [name, object] : written_) known.push_back(name);
+  for (const int number : objects_->numbers()) known.push_back(objects_->object(number)->id);
   for (const std::string& name : {a, b})
     if (name != "*" && std::find(known.begin(), known.end(), name) == known.end())
       throw std::invalid_argument("there is no link or object " + scene::unknownName(name, known));

@@ -57,21 +57,16 @@ class Robot {
   // --- objects, see object_file.h. What is wrong is an std::invalid_argument that names the object.
 
   const scene::Objects& objects() const { return *objects_; }
-  const scene::WrittenObject& written(const scene::Object& object) const { return *written_.at(object.id); }
   const std::vector<scene::WrittenRule>& rules() const { return rules_; }
 
   /// Objects that have the name of one that is there replace it; the rules come behind those that are there. Adds what is odd about
   /// the objects to `warnings`.
-  std::unique_ptr<Robot> with(std::vector<scene::WrittenObject> objects, const std::vector<scene::WrittenRule>& rules,
+  std::unique_ptr<Robot> with(std::vector<scene::ObjectEdit> objects, const std::vector<scene::WrittenRule>& rules,
                               std::vector<std::string>& warnings) const;
 
-  /// The place of an object that is in the same place in a state, but in the frame of another link ("": the root).
-  Eigen::Isometry3d placeIn(const std::string& frame, const std::string& name, const pybind11::object& q) const;
+  /// Another operation on one object, which stays where it is in the state q if that is not None.
+  std::unique_ptr<Robot> edited(scene::ObjectEdit edit, const pybind11::object& q) const;
 
-  std::unique_ptr<Robot> moved(const std::string& name, const scene::WrittenPlace& place) const;
-  std::unique_ptr<Robot> attached(const std::string& name, const scene::WrittenPlace& place) const;
-  std::unique_ptr<Robot> detached(const std::string& name, const scene::WrittenPlace& place) const;
-  std::unique_ptr<Robot> without(const std::string& name) const;
   std::unique_ptr<Robot> allowing(const std::string& a, const std::string& b) const;
 
   // --- The questions. What they return and throw is documented where Python reads it, in module.cpp.
@@ -89,11 +84,9 @@ class Robot {
   pybind11::object minimumBetween(const pybind11::object& start, const pybind11::object& goal, double tolerance);
 
  private:
-  using WrittenObjects = std::map<std::string, std::shared_ptr<const scene::WrittenObject>>;
-
   Robot(std::shared_ptr<const LoadedRobot> loaded, std::shared_ptr<const scene::Objects> objects,
-        WrittenObjects written, std::vector<scene::WrittenRule> rules, int threads);
-  std::unique_ptr<Robot> changed(const scene::ObjectChange& change) const;
+        std::vector<scene::WrittenRule> rules, int threads);
+  std::unique_ptr<Robot> after(const scene::ObjectEditor& editor) const;
 
   std::shared_ptr<Scratch> borrow();
 
@@ -118,7 +111,6 @@ class Robot {
 
   std::shared_ptr<const LoadedRobot> loaded_;
   std::shared_ptr<const scene::Objects> objects_;
-  WrittenObjects written_;  ///< the objects by name, as they were described; their places may be others
   std::vector<scene::WrittenRule> rules_;
   int threads_;
   mutable std::once_flag numbered_;

@@ -212,7 +212,7 @@ void checkKeeping(const ObjectStore& store) {
   ObjectFile file = objectFileFrom(readYaml(yamlOf(now.file), "file"), "file");
   require(file.objects.size() == now.file.objects.size(), "all objects are kept");
   // Geometry of the very limits may lie beyond them after a rounding.
-  for (const WrittenObject& object : file.objects) require(!object.shapes.empty(), "all shapes are kept");
+  for (const ObjectEdit& object : file.objects) require(!object.shapes.empty(), "all shapes are kept");
 }
 
 }  // namespace

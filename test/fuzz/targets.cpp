@@ -76,7 +76,7 @@ void checkStates(StateSource&& states) {
   require(states.count().value_or(count) == count, "there are as many states as the source says");
 }
 
-void checkObject(const WrittenObject& object) {
+void checkObject(const ObjectEdit& object) {
   require(!object.shapes.empty() && !object.source.empty(), "an object has shapes and a place");
   require(object.padding >= 0.0 && std::isfinite(object.padding), "a padding is finite");
   require(object.place.pose.matrix().allFinite(), "a pose is finite");
@@ -101,14 +101,14 @@ void checkWriting(const ObjectFile& file) {
 }
 
 bool hasMeshes(const ObjectFile& file) {
-  const auto has = [](const WrittenObject& object) {
+  const auto has = [](const ObjectEdit& object) {
     return std::any_of(object.shapes.begin(), object.shapes.end(), [](const ObjectShape& shape) {
       return std::holds_alternative<TriangleMesh>(shape.geometry) || std::holds_alternative<MeshFile>(shape.geometry);
     });
   };
   return std::any_of(file.objects.begin(), file.objects.end(), has) ||
          std::any_of(file.changes.begin(), file.changes.end(),
-                     [&](const WrittenChange& change) { return has(change.object); });
+                     [&](const WrittenChange& change) { return has(change.edit); });
 }
 
 }  // namespace
@@ -162,9 +162,9 @@ void tryObjectFile(const std::string& bytes) {
   try {
     const ObjectFile file =
         bytes[0] == 's' ? readMoveitScene(text, "file") : objectFileFrom(readYaml(text, "file"), "file");
-    for (const WrittenObject& object : file.objects) checkObject(object);
+    for (const ObjectEdit& object : file.objects) checkObject(object);
     for (const WrittenChange& change : file.changes)
-      if (!change.object.shapes.empty()) checkObject(change.object);
+      if (!change.edit.shapes.empty()) checkObject(change.edit);
     if (bytes[0] != 's') checkWriting(file);  // an id in MoveIt's text may be of any bytes
     if (hasMeshes(file)) return;              // their decomposition takes too long for one of millions of inputs
     ObjectSchedule schedule(robot, file, {});

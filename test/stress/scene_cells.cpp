@@ -101,11 +101,6 @@ Matrix3l nearestRotation(const Matrix3l& matrix) {
   return rotation;
 }
 
-template <typename OfKind>
-Placement asPlacement(const OfKind& placement) {
-  return std::visit([](const auto& of_kind) -> Placement { return of_kind; }, placement);
-}
-
 TriangleMesh meshOf(const ConvexHull& hull) {
   TriangleMesh mesh;
   mesh.vertices.assign(hull.vertices().begin(), hull.vertices().end());
@@ -348,7 +343,7 @@ Object SceneCell::someObject(const std::string& id, const Placement& placement) 
   return makeObject(id, shapes, placement, options);
 }
 
-std::variant<Fixed, Moving> SceneCell::freePlacement() {
+Placement SceneCell::freePlacement() {
   if (chance(family_.moving / std::max(1e-3, 1.0 - family_.attached)))
     return Moving{"frame " + std::to_string(below(3)), chance(0.3) ? Isometry3d::Identity() : somePose(0.2 * size_)};
   return Fixed{world_T_cell_ * somePose(1.5 * size_)};
@@ -365,7 +360,7 @@ Attached SceneCell::attachment() {
 
 Placement SceneCell::anyPlacement() {
   if (chance(family_.attached)) return attachment();
-  return asPlacement(freePlacement());
+  return freePlacement();
 }
 
 ObjectRules SceneCell::someRules() {
@@ -397,11 +392,10 @@ ObjectChange SceneCell::someChange() {
     case 1:
       return ReplaceObject{someObject(id, anyPlacement())};
     case 2:
-      if (can_be_attached && chance(2.0 * family_.attached)) return AttachObject{id, attachment()};
+      if (can_be_attached && chance(2.0 * family_.attached)) return ReplaceObject{{id, object.geometry, attachment()}};
       [[fallthrough]];
     default:
-      if (std::holds_alternative<Attached>(object.placement)) return DetachObject{id, freePlacement()};
-      return MoveObject{id, freePlacement()};
+      return ReplaceObject{{id, object.geometry, freePlacement()}};
   }
 }
 

@@ -128,7 +128,7 @@ class SceneCell {
   Shape someShape();
   ObjectShape someObjectShape(std::vector<Part>& parts, bool with_planes, double padding);
   Object someObject(const std::string& id, const Placement& placement);
-  std::variant<Fixed, Moving> freePlacement();
+  Placement freePlacement();
   Attached attachment();
   Placement anyPlacement();
   ObjectRules someRules();

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "node/monitor/markers.h"
+#include "node/objects/change_frames.h"
 #include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
@@ -122,17 +123,18 @@ std_msgs::ColorRGBA colourOf(const scene::Placement& placement) {
 
 }  // namespace
 
-MarkerArray objectMarkers(const Robot& robot, const StoredObjects& objects) {
+MarkerArray objectMarkers(const Robot& robot, const scene::Objects& objects) {
   MarkerArray array = noMarkers();
-  for (const auto& [id, stored] : objects) {
-    const Carried carried = carriedBy(robot, stored->object.placement);
+  const ChangeFrames frames(robot);
+  for (const int number : objects.numbers()) {
+    const scene::Object& object = *objects.object(number);
     Marker base;
-    base.header.frame_id = carried.frame;
-    base.ns = id;
+    base.header.frame_id = scene::carrierOf(object, frames);
+    base.ns = object.id;
     base.frame_locked = true;
-    base.color = colourOf(stored->object.placement);
-    ShapeDrawing drawing(base, carried.frame_T_object, array);
-    for (const SourceShape& shape : *stored->shapes) drawing.draw(shape.shape);
+    base.color = colourOf(object.placement);
+    ShapeDrawing drawing(base, scene::poseInCarrier(object), array);
+    for (const scene::ObjectShape& shape : scene::givenShapesOf(object)) drawing.draw(shape);
   }
   return array;
 }

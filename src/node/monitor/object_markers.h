@@ -2,13 +2,13 @@
 
 #include <visualization_msgs/MarkerArray.h>
 
-#include "node/objects/object_batch.h"
 #include "node/robot/robot.h"
+#include "proximity_server/scene/objects/objects.h"
 
 namespace proximity_server::node {
 
 /// The shapes of all objects as they were sent, each fixed in the frame that carries its object, with the object's id as
 /// namespace; before them what deletes those of before. Half-spaces are squares of 10 m. Paddings are not drawn.
-visualization_msgs::MarkerArray objectMarkers(const Robot& robot, const StoredObjects& objects);
+visualization_msgs::MarkerArray objectMarkers(const Robot& robot, const scene::Objects& objects);
 
 }  // namespace proximity_server::node

@@ -30,17 +30,4 @@ ApplyObjectsResponse answer(ObjectStore& store, const ApplyObjectsRequest& reque
   return response;
 }
 
-FindFrame frameFinder(TfPoses& tf) {
-  return [&tf](const Robot& robot, const std::string& frame) -> Eigen::Isometry3d {
-    const AskedFrames asked{{frame}, {0}};
-    const PoseSnapshot at = tf.await(robot, bodiesOf(robot, asked), ros::Time());
-    const FrameSnapshot found = tf.awaitFrames(robot, asked, at, ros::Time());
-    if (found.poses.front()) return *found.poses.front();
-    const QueryStatus& why = at.status.code == QueryStatus::OK ? found.status : at.status;
-    const bool says_why = why.code != QueryStatus::OK;
-    throw ChangeError(says_why ? why.code : static_cast<std::int8_t>(QueryStatus::TF_UNAVAILABLE),
-                      "frame '" + frame + "' has no pose: " + why.message);
-  };
-}
-
 }  // namespace proximity_server::node

@@ -1,5 +1,6 @@
 #include "node/objects/object_store.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -11,60 +12,65 @@ namespace proximity_server::node {
 namespace {
 
 using Lock = std::lock_guard<std::mutex>;
+using Rule = scene::AllowedPairs::Rule;
 
-/// `rules` for pairs with objects, beside the other rules of `before`.
-scene::ObjectRules rulesFrom(const std::vector<PairRule>& rules, scene::ObjectRules before) {
-  before.allowed = {};
-  for (std::size_t i = 0; i < rules.size(); ++i) {
-    const PairRule& rule = rules[i];
-    const std::string place = "rules[" + std::to_string(i) + "]: ";
-    if (rule.a.empty() || rule.b.empty()) throw std::invalid_argument(place + "a name is empty");
+std::vector<scene::WrittenRule> rulesOf(const std::vector<PairRule>& messages) {
+  std::vector<scene::WrittenRule> rules;
+  for (const PairRule& message : messages) {
+    const std::string field = "rules[" + std::to_string(rules.size()) + "]";
+    if (message.a.empty() || message.b.empty()) refuseField(field, "a name is empty");
     try {
-      scene::requireUtf8(rule.a);
-      scene::requireUtf8(rule.b);
+      scene::requireUtf8(message.a);
+      scene::requireUtf8(message.b);
     } catch (const std::invalid_argument& error) {
-      throw std::invalid_argument(place + error.what());
+      refuseField(field, error.what());
     }
-    using Rule = scene::AllowedPairs::Rule;
-    before.allowed.set(rule.a, rule.b, rule.allowed ? Rule::Allowed : Rule::Checked);
+    rules.push_back({message.a, message.b, message.allowed ? Rule::Allowed : Rule::Checked});
   }
-  return before;
+  return rules;
 }
 
-std::vector<PairRule> messagesOf(const std::vector<scene::WrittenRule>& rules) {
-  std::vector<PairRule> messages(rules.size());
-  for (std::size_t i = 0; i < rules.size(); ++i) {
-    messages[i].a = rules[i].a;
-    messages[i].b = rules[i].b;
-    messages[i].allowed = rules[i].rule == scene::AllowedPairs::Rule::Allowed;
-  }
-  return messages;
+PairRule messageOf(const scene::WrittenRule& rule) {
+  PairRule message;
+  message.a = rule.a;
+  message.b = rule.b;
+  message.allowed = rule.rule == Rule::Allowed;
+  return message;
 }
 
-scene::WrittenObject written(const Robot& robot, const StoredObject& stored) {
-  scene::WrittenObject object;
-  object.id = stored.object.id;
-  object.padding = stored.padding;
-  const Carried carried = carriedBy(robot, stored.object.placement);
-  object.place.pose = carried.frame_T_object;
-  if (const auto* held = std::get_if<scene::Attached>(&stored.object.placement)) {
-    object.place.link = held->link;
-    object.place.touch_links = held->touch_links;
-  } else {
-    object.place.frame = carried.frame;  // also the reference frame: the next start may have another one
+/// The same objects with these rules for pairs; the other rules stay.
+scene::Objects withRules(const scene::Objects& objects, const std::vector<scene::WrittenRule>& rules) {
+  scene::ObjectRules next = objects.rules();
+  next.allowed = {};
+  for (const scene::WrittenRule& rule : rules) next.allowed.set(rule.a, rule.b, rule.rule);
+  return objects.withRules(std::move(next));
+}
+
+const scene::Attached* holderOf(const scene::Object& object) { return std::get_if<scene::Attached>(&object.placement); }
+
+scene::ObjectEdit written(const ChangeFrames& frames, const scene::Object& object) {
+  scene::ObjectEdit edit;
+  edit.id = object.id;
+  edit.padding = scene::paddingOf(object);
+  edit.place.pose = scene::poseInCarrier(object);
+  if (const auto* held = holderOf(object)) {
+    edit.place.link = held->link;
+    edit.place.touch_links = held->touch_links;
+  } else {  // also in the reference frame: the next start may have another one
+    edit.place.frame = scene::carrierOf(object, frames);
   }
-  for (const SourceShape& shape : *stored.shapes) object.shapes.push_back(shape.shape);
-  return object;
+  edit.shapes = scene::givenShapesOf(object);
+  return edit;
 }
 
 /// Throws std::invalid_argument if an object stands in a reference frame that is another one now.
-void requireSameReference(const StoredObjects& stored, const Robot& before, const Robot& now) {
+void requireSameReference(const scene::Objects& objects, const Robot& before, const Robot& now) {
   if (before.referenceFrame() == now.referenceFrame()) return;
-  for (const auto& [id, object] : stored) {
-    if (std::holds_alternative<scene::Fixed>(object->object.placement))
-      throw std::invalid_argument("object " + scene::quoted(id) + ": it stands in the reference frame '" +
-                                  before.referenceFrame() + "', which would be '" + now.referenceFrame() +
-                                  "': remove it first");
+  for (const int number : objects.numbers()) {
+    if (std::holds_alternative<scene::Fixed>(objects.object(number)->placement))
+      throw std::invalid_argument("object " + scene::quoted(objects.object(number)->id) +
+                                  ": it stands in the reference frame '" + before.referenceFrame() +
+                                  "', which would be '" + now.referenceFrame() + "': remove it first");
   }
 }
 
@@ -83,41 +89,43 @@ ShapeInfo shapeInfo(const std::string& id, std::size_t index, const scene::Objec
   return info;
 }
 
-ObjectInfo objectInfo(const Robot& robot, const StoredObject& stored) {
+ObjectInfo objectInfo(const ChangeFrames& frames, const scene::Object& object) {
   ObjectInfo info;
-  info.id = stored.object.id;
-  if (const auto* held = std::get_if<scene::Attached>(&stored.object.placement)) {
+  info.id = object.id;
+  if (const auto* held = holderOf(object)) {
     info.link = held->link;
     info.touch_links = held->touch_links;
   }
-  const Carried carried = carriedBy(robot, stored.object.placement);
-  info.frame = carried.frame;
-  info.pose = toMessage(carried.frame_T_object);
-  info.padding = stored.padding;
-  const std::vector<scene::ObjectShapeInfo>& shapes = scene::shapesOf(stored.object);
+  info.frame = scene::carrierOf(object, frames);
+  info.pose = toMessage(scene::poseInCarrier(object));
+  info.padding = scene::paddingOf(object);
+  const std::vector<scene::ObjectShapeInfo>& shapes = scene::shapesOf(object);
   for (std::size_t i = 0; i < shapes.size(); ++i) info.shapes.push_back(shapeInfo(info.id, i, shapes[i]));
-  info.warnings = scene::warningsOf(stored.object);
+  info.warnings = scene::warningsOf(object);
   return info;
 }
 
-void add(const ObjectChanges& message, ObjectBatch& batch) {
-  for (std::size_t i = 0; i < message.changes.size(); ++i) {
-    try {
-      batch.apply(message.changes[i]);
-    } catch (const std::invalid_argument& error) {
-      throw ChangeError::within("changes[" + std::to_string(i) + "]", error);
-    }
-  }
-}
-
-std::int64_t trianglesOf(const StoredObject* stored) {
+std::int64_t trianglesOf(const scene::Object* object) {
   std::int64_t count = 0;
-  if (!stored) return count;
-  for (const SourceShape& shape : *stored->shapes) {
-    const auto* mesh = std::get_if<scene::TriangleMesh>(&shape.shape.geometry);
+  if (!object) return count;
+  for (const scene::ObjectShape& shape : scene::givenShapesOf(*object)) {
+    const auto* mesh = std::get_if<scene::TriangleMesh>(&shape.geometry);
     if (mesh) count += static_cast<std::int64_t>(mesh->triangles.size());
   }
   return count;
+}
+
+/// In the order of the ids, which is that of the numbers that new objects get, however a message lists them.
+std::vector<scene::ObjectChange> sortedDifference(const scene::ObjectEditor& edited) {
+  struct Id {
+    const std::string& operator()(const scene::RemoveObject& change) const { return change.id; }
+    const std::string& operator()(const scene::AddObject& change) const { return change.object.id; }
+    const std::string& operator()(const scene::ReplaceObject& change) const { return change.object.id; }
+  };
+  std::vector<scene::ObjectChange> changes = edited.difference();
+  std::sort(changes.begin(), changes.end(),
+            [](const auto& a, const auto& b) { return std::visit(Id(), a) < std::visit(Id(), b); });
+  return changes;
 }
 
 void requireAtMost(std::int64_t limit, std::int64_t count, const std::string& what) {
@@ -141,18 +149,14 @@ ObjectStore::ObjectStore(std::shared_ptr<const Robot> robot, std::uint64_t node_
 
 void ObjectStore::begin(const scene::ObjectFile& file) {
   if (!file.changes.empty()) {
-    throw std::invalid_argument(file.changes.front().object.source +
+    throw std::invalid_argument(file.changes.front().edit.source +
                                 ": only the tool clearance makes changes at a row or time");
   }
-  const MadeObjects none;
-  ObjectBatch batch(*robot_, stored_, find_frame_, none);
-  for (const scene::WrittenObject& object : file.objects) batch.add(object);
-  const std::vector<PairRule> rules = messagesOf(file.rules);
-  auto first = std::make_shared<const scene::Objects>(objectsAfter(batch, &rules));
-  triangles_ = trianglesAfter(batch);
-  stored_ = batch.touched();
-  rules_ = rules;
-  robot_->objects().set({std::move(first), revision_});
+  const MadeAhead none;
+  const RobotObjects before = robot_->objects().get();
+  ObjectBatch batch(*robot_, *before.all, find_frame_, none);
+  for (const scene::ObjectEdit& object : file.objects) batch.add(object);
+  commit(batch.objects(), file.rules, before.revision);
 }
 
 std::uint64_t ObjectStore::apply(const ObjectChanges& changes) {
@@ -161,12 +165,12 @@ std::uint64_t ObjectStore::apply(const ObjectChanges& changes) {
 
 std::uint64_t ObjectStore::applyTogether(const std::vector<const ObjectChanges*>& messages, const Refused& refused) {
   const std::shared_ptr<const Robot> robot = robotNow();
-  MadeObjects made;
+  MadeAhead made;
   for (const ObjectChanges* message : messages) made.merge(madeAhead(*robot, *message));
   const Lock only_one(changing_);
   if (robot != robot_) made.clear();  // a reload may have changed how meshes are read
   applyLocked(messages, refused, made);
-  return revision_;
+  return revision();
 }
 
 std::shared_ptr<const Robot> ObjectStore::robotNow() const {
@@ -175,24 +179,22 @@ std::shared_ptr<const Robot> ObjectStore::robotNow() const {
 }
 
 void ObjectStore::applyLocked(const std::vector<const ObjectChanges*>& messages, const Refused& refused,
-                              const MadeObjects& made) {
-  ObjectBatch batch(*robot_, stored_, find_frame_, made);
-  const std::vector<PairRule>* rules = nullptr;
+                              const MadeAhead& made) {
+  const RobotObjects before = robot_->objects().get();
+  ObjectBatch batch(*robot_, *before.all, find_frame_, made);
+  Rules rules;
   for (const ObjectChanges* message : messages) {
-    batch.keep();
+    batch.objects().keep();
     try {
-      add(*message, batch);
-      if (message->set_rules) {
-        rulesFrom(message->rules, {});  // throws if one is wrong
-        rules = &message->rules;
-      }
+      batch.apply(*message);
+      if (message->set_rules) rules = rulesOf(message->rules);
     } catch (const std::exception& error) {
-      batch.undo();
+      batch.objects().undo();
       refused(error);
     }
   }
   try {
-    commit(batch, rules);
+    if (commit(batch.objects(), rules, before.revision + 1)) in_use_(*robot_);
   } catch (const std::exception& error) {
     // Rare, because nearly all is checked before: the one to blame is found by trying each.
     if (messages.size() == 1) return refused(error);
@@ -200,55 +202,36 @@ void ObjectStore::applyLocked(const std::vector<const ObjectChanges*>& messages,
   }
 }
 
-/// Makes the objects of a batch those of the robot.
-void ObjectStore::commit(const ObjectBatch& batch, const std::vector<PairRule>* rules) {
-  if (batch.difference().empty() && !rules) return;
-  auto next = std::make_shared<const scene::Objects>(objectsAfter(batch, rules));
-  const std::int64_t triangles = trianglesAfter(batch);
-  {
-    const Lock lock(mutex_);
-    for (const auto& [id, object] : batch.touched()) {
-      if (object)
-        stored_[id] = object;
-      else
-        stored_.erase(id);
-    }
-    if (rules) rules_ = *rules;
-    triangles_ = triangles;
-    ++revision_;
-  }
-  robot_->objects().set({std::move(next), revision_});
-  in_use_(*robot_);
-}
-
-/// The objects and, if there are any, the rules of a batch, within the limits.
-scene::Objects ObjectStore::objectsAfter(const ObjectBatch& batch, const std::vector<PairRule>* rules) const {
-  requireAtMost(limits_.triangles, trianglesAfter(batch), "triangles");
-  scene::Objects next = robot_->objects().get().all->changed(batch.difference());
-  if (rules) next = next.withRules(rulesFrom(*rules, next.rules()));
-  requireAtMost(limits_.objects, next.size(), "ids");
-  requireAtMost(limits_.pieces, next.pieceCount(), "convex pieces");
-  requireAtMost(limits_.frames, static_cast<std::int64_t>(next.frames().size()), "tf frames");
-  return next;
-}
-
-std::int64_t ObjectStore::trianglesAfter(const ObjectBatch& batch) const {
-  std::int64_t count = triangles_;
-  for (const auto& [id, object] : batch.touched()) {
-    const auto before = stored_.find(id);
-    count += trianglesOf(object.get()) - (before == stored_.end() ? 0 : trianglesOf(before->second.get()));
-  }
-  return count;
+/// Makes what was edited, with the rules if there are any, the objects of the robot, if they are within the limits. False if that
+/// changes nothing.
+bool ObjectStore::commit(const scene::ObjectEditor& edited, const Rules& rules, std::uint64_t revision) {
+  const scene::Objects& before = edited.before();
+  const std::vector<scene::ObjectChange> changes = sortedDifference(edited);
+  if (changes.empty() && !rules) return false;
+  std::int64_t triangles = triangles_;
+  for (const auto& [id, object] : edited.touched())
+    triangles += trianglesOf(object.get()) - trianglesOf(before.object(before.find(id)));
+  requireAtMost(limits_.triangles, triangles, "triangles");
+  auto next = std::make_shared<scene::Objects>(before.changed(changes));
+  if (rules) *next = withRules(*next, *rules);
+  requireAtMost(limits_.objects, next->size(), "ids");
+  requireAtMost(limits_.pieces, next->pieceCount(), "convex pieces");
+  requireAtMost(limits_.frames, static_cast<std::int64_t>(next->frames().size()), "tf frames");
+  const Lock lock(mutex_);
+  robot_->objects().set({std::move(next), revision});
+  if (rules) rules_ = *rules;
+  triangles_ = triangles;
+  return true;
 }
 
 void ObjectStore::follow(const std::shared_ptr<const Robot>& robot, const std::function<void()>& replace) {
   const Lock only_one(changing_);
-  requireSameReference(stored_, *robot_, *robot);
-  const std::shared_ptr<const scene::Objects> none = robot->objects().get().all;
+  const RobotObjects now = robot_->objects().get();
+  requireSameReference(*now.all, *robot_, *robot);
   std::vector<scene::ObjectChange> additions;
-  for (const auto& [id, object] : stored_) additions.emplace_back(scene::AddObject{object->object});
-  scene::Objects next = none->withRules(rulesFrom(rules_, none->rules())).changed(additions);
-  robot->objects().set({std::make_shared<const scene::Objects>(std::move(next)), revision_});
+  for (const int number : now.all->numbers()) additions.emplace_back(scene::AddObject{*now.all->object(number)});
+  scene::Objects next = withRules(*robot->objects().get().all, rules_).changed(additions);
+  robot->objects().set({std::make_shared<const scene::Objects>(std::move(next)), now.revision});
   {
     const Lock lock(mutex_);
     robot_ = robot;
@@ -258,7 +241,7 @@ void ObjectStore::follow(const std::shared_ptr<const Robot>& robot, const std::f
 
 ObjectStore::Present ObjectStore::present() const {
   const Lock lock(mutex_);
-  return {robot_, stored_, rules_, revision_};
+  return {robot_, robot_->objects().get(), rules_};
 }
 
 // Many objects make a long message: it is written without the lock, so that no change waits for it.
@@ -266,26 +249,24 @@ ObjectList ObjectStore::list(const Present& now) const {
   ObjectList list;
   list.header.frame_id = now.robot->referenceFrame();
   list.node_start = node_start_;
-  list.revision = now.revision;
-  for (const auto& [id, object] : now.objects) list.objects.push_back(objectInfo(*now.robot, *object));
-  list.rules = now.rules;
+  list.revision = now.objects.revision;
+  const ChangeFrames frames(*now.robot);
+  for (const int number : now.objects.all->numbers())
+    list.objects.push_back(objectInfo(frames, *now.objects.all->object(number)));
+  for (const scene::WrittenRule& rule : now.rules) list.rules.push_back(messageOf(rule));
   return list;
 }
 
 ObjectStore::Snapshot ObjectStore::snapshot() const {
   const Present now = present();
-  Snapshot snapshot{{}, now.revision};
-  for (const auto& [id, object] : now.objects) snapshot.file.objects.push_back(written(*now.robot, *object));
-  for (const PairRule& rule : now.rules) {
-    using Rule = scene::AllowedPairs::Rule;
-    snapshot.file.rules.push_back({rule.a, rule.b, rule.allowed ? Rule::Allowed : Rule::Checked});
-  }
+  const ChangeFrames frames(*now.robot);
+  Snapshot snapshot{{}, now.objects.revision};
+  for (const int number : now.objects.all->numbers())
+    snapshot.file.objects.push_back(written(frames, *now.objects.all->object(number)));
+  snapshot.file.rules = now.rules;
   return snapshot;
 }
 
-std::uint64_t ObjectStore::revision() const {
-  const Lock lock(mutex_);
-  return revision_;
-}
+std::uint64_t ObjectStore::revision() const { return robotNow()->objects().get().revision; }
 
 }  // namespace proximity_server::node

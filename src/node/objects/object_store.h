@@ -5,13 +5,14 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "node/objects/object_batch.h"
 #include "node/robot/robot.h"
 #include "proximity_server/ObjectChanges.h"
 #include "proximity_server/ObjectList.h"
-#include "proximity_server/PairRule.h"
+#include "proximity_server/scene/object_files/object_file.h"
 
 namespace proximity_server::node {
 
@@ -56,12 +57,11 @@ class ObjectStore {
   ///          frame is gone, or a link has its id. The robot of before stays then.
   void follow(const std::shared_ptr<const Robot>& robot, const std::function<void()>& replace);
 
-  /// What is there, with what it was made of, and the robot that has it.
+  /// What is there, and the robot that has it.
   struct Present {
     std::shared_ptr<const Robot> robot;
-    StoredObjects objects;
-    std::vector<PairRule> rules;
-    std::uint64_t revision = 0;
+    RobotObjects objects;
+    std::vector<scene::WrittenRule> rules;
   };
   Present present() const;
 
@@ -80,24 +80,23 @@ class ObjectStore {
   std::uint64_t revision() const;
 
  private:
+  using Rules = std::optional<std::vector<scene::WrittenRule>>;
+
   void begin(const scene::ObjectFile& file);
-  scene::Objects objectsAfter(const ObjectBatch& batch, const std::vector<PairRule>* rules) const;
-  void applyLocked(const std::vector<const ObjectChanges*>& messages, const Refused& refused, const MadeObjects& made);
+  void applyLocked(const std::vector<const ObjectChanges*>& messages, const Refused& refused, const MadeAhead& made);
   std::shared_ptr<const Robot> robotNow() const;
-  void commit(const ObjectBatch& batch, const std::vector<PairRule>* rules);
-  std::int64_t trianglesAfter(const ObjectBatch& batch) const;
+  bool commit(const scene::ObjectEditor& edited, const Rules& rules, std::uint64_t revision);
 
   const std::uint64_t node_start_;
   const FindFrame find_frame_;
   const std::function<void(const Robot&)> in_use_;
   const ObjectLimits limits_;
-  std::mutex changing_;       // held by one change or reload from its beginning to its end
-  mutable std::mutex mutex_;  // guards the members below; only who holds changing_ writes them
+  std::mutex changing_;  // held by one change or reload from its beginning to its end
+  mutable std::mutex
+      mutex_;  // guards the members below, and that the objects of the robot fit to them; only who holds changing_ writes them
   std::shared_ptr<const Robot> robot_;
-  StoredObjects stored_;
-  std::vector<PairRule> rules_;
+  std::vector<scene::WrittenRule> rules_;
   std::int64_t triangles_ = 0;  ///< of all meshes that were sent
-  std::uint64_t revision_ = 0;
 };
 
 }  // namespace proximity_server::node

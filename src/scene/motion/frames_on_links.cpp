@@ -10,8 +10,6 @@ using Eigen::Isometry3d;
 
 namespace {
 
-int rootOf(const RobotModel& robot) { return robot.bodies.front().link; }
-
 int linkOfFrame(const RobotModel& robot, const std::string& frame) {
   const int link = robot.findLink(frame);
   if (link < 0) throw std::invalid_argument("frame: there is no link " + unknownName(frame, namesOf(robot.links)));
@@ -20,36 +18,24 @@ int linkOfFrame(const RobotModel& robot, const std::string& frame) {
 
 }  // namespace
 
-std::variant<Fixed, Moving> standingIn(const RobotModel& robot, const std::string& frame, const Isometry3d& pose) {
-  if (frame.empty() || linkOfFrame(robot, frame) == rootOf(robot)) return Fixed{pose};
-  return Moving{frame, pose};
+std::string LinkFrames::named(const std::string& name) const {
+  return robot_.links[name.empty() ? robot_.rootLink() : linkOfFrame(robot_, name)].name;
 }
 
-Placement placementOf(const RobotModel& robot, const WrittenPlace& place) {
-  if (!place.link.empty()) return Attached{place.link, place.touch_links, place.pose};
-  return std::visit([](auto&& standing) { return Placement(standing); }, standingIn(robot, place.frame, place.pose));
+Isometry3d LinkFrames::seenFrom(const std::string& frame, const std::string& other, const Isometry3d& pose) {
+  if (frame == other) return pose;
+  const auto poseOf = [this](const std::string& link) { return poseOfLink(robot_, linkOfFrame(robot_, link), poses_); };
+  return poseOf(frame).inverse() * poseOf(other) * pose;
 }
 
 int carryingLink(const RobotModel& robot, const Object& object) {
   if (const auto* moving = std::get_if<Moving>(&object.placement)) return linkOfFrame(robot, moving->frame);
   if (const auto* held = std::get_if<Attached>(&object.placement)) return linkOfFrame(robot, held->link);
-  return rootOf(robot);
-}
-
-const Isometry3d& poseInCarrier(const Object& object) {
-  if (const auto* fixed = std::get_if<Fixed>(&object.placement)) return fixed->world_T_object;
-  if (const auto* moving = std::get_if<Moving>(&object.placement)) return moving->frame_T_object;
-  return std::get<Attached>(object.placement).link_T_object;
+  return robot.rootLink();
 }
 
 Isometry3d poseOfLink(const RobotModel& robot, int link, const BodyPoses& poses) {
   return *poses[robot.links[link].body] * robot.links[link].body_T_link;
-}
-
-Isometry3d seenFrom(const RobotModel& robot, int link, const Object& object, const BodyPoses& poses) {
-  const int carrier = carryingLink(robot, object);
-  if (carrier == link) return poseInCarrier(object);
-  return poseOfLink(robot, link, poses).inverse() * poseOfLink(robot, carrier, poses) * poseInCarrier(object);
 }
 
 FramePoses framePoses(const Objects& objects, const BodyPoses& poses) {

@@ -59,9 +59,9 @@ class SceneReader {
   }
 
  private:
-  WrittenObject object(std::string id) {
+  ObjectEdit object(std::string id) {
     object_ = id;
-    WrittenObject result;
+    ObjectEdit result;
     result.id = std::move(id);
     result.source = place();
     const bool has_pose = trimmed(lineBehindThis()).find_first_of(kSpaces) != std::string_view::npos;
@@ -105,10 +105,9 @@ class SceneReader {
 
   HalfSpace plane() {
     const Vector3d normal = vector();
-    const double d = number(), length = normal.stableNorm(), offset = -d / length;
-    if (!(length > 0.0) || !std::isfinite(length) || !std::isfinite(offset))
-      refuse("a, b and c of the plane are zero, or beyond what a number can be");
-    return {normal / length, offset};
+    const auto half_space = halfSpaceOf(normal, number());
+    if (!half_space) refuse("a, b and c of the plane are zero, or beyond what a number can be");
+    return *half_space;
   }
 
   TriangleMesh mesh() {

@@ -1,5 +1,6 @@
 #include "proximity_server/scene/object_files/object_file.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -72,42 +73,19 @@ Isometry3d poseOf(const Field& field) {
 
 // --- shapes
 
-/// The names of SolidPrimitive.msg with their numbers there, and what their dimensions are.
-struct PrimitiveType {
-  const char* name;
-  int number;
-  std::size_t dimensions;
-  const char* meaning;
-};
-constexpr std::array<PrimitiveType, 4> kPrimitiveTypes = {{{"BOX", 1, 3, "3, the edges along x, y and z"},
-                                                           {"SPHERE", 2, 1, "1, the radius"},
-                                                           {"CYLINDER", 3, 2, "2, height and radius"},
-                                                           {"CONE", 4, 2, "2, height and radius"}}};
-
-const PrimitiveType& primitiveTypeOf(const Field& field) {
-  for (const PrimitiveType& type : kPrimitiveTypes)
-    if (field.isText() ? field.text() == type.name : field.number() == type.number) return type;
-  field.refuse("is none of BOX, SPHERE, CYLINDER and CONE");
-}
-
-narrowphase::Shape primitiveOf(const Field& field) {
+narrowphase::Shape shapeOf(const Field& field) {
   field.requireMembers({"type", "dimensions"});
-  const PrimitiveType& type = primitiveTypeOf(field.member("type"));
-  const Field dimensions = field.member("dimensions");
+  const Field type = field.member("type"), dimensions = field.member("dimensions");
+  const auto is_meant = [&](const PrimitiveType& known) {
+    return type.isText() ? type.text() == known.name : type.number() == known.number;
+  };
+  const auto known = std::find_if(primitiveTypes().begin(), primitiveTypes().end(), is_meant);
+  if (known == primitiveTypes().end()) type.refuse("is none of BOX, SPHERE, CYLINDER and CONE");
   const std::vector<double> size = dimensions.numbers();
-  if (size.size() != type.dimensions)
-    dimensions.refuse("has " + std::to_string(size.size()) + " numbers instead of " + type.meaning);
+  if (size.size() != known->dimensions)
+    dimensions.refuse("has " + std::to_string(size.size()) + " numbers instead of " + known->meaning);
   try {
-    switch (type.number) {
-      case 1:
-        return narrowphase::Box{{size[0], size[1], size[2]}};
-      case 2:
-        return narrowphase::Sphere{size[0]};
-      case 3:
-        return narrowphase::Cylinder{size[1], size[0]};
-      default:
-        return narrowphase::Cone{size[1], size[0]};
-    }
+    return primitiveOf(*known, size);
   } catch (const std::invalid_argument& error) {
     dimensions.refuse(error.what());
   }
@@ -153,17 +131,14 @@ MeshFile meshFileOf(const Field& field, const std::string& folder) {
 }
 
 /// The half-space a x + b y + c z + d <= 0.
-HalfSpace halfSpaceOf(const Field& field) {
+HalfSpace planeOf(const Field& field) {
   field.requireMembers({"coef"});
   const Field coef = field.member("coef");
   const std::vector<double> numbers = coef.numbers();
   if (numbers.size() != 4) coef.refuse("has " + std::to_string(numbers.size()) + " numbers instead of 4");
-  const Vector3d normal(numbers[0], numbers[1], numbers[2]);
-  const double length = normal.stableNorm();
-  const double offset = -numbers[3] / length;
-  if (!(length > 0.0) || !std::isfinite(length) || !std::isfinite(offset))
-    coef.refuse("a, b and c are zero, or beyond what a number can be");
-  return {normal / length, offset};
+  const auto half_space = halfSpaceOf({numbers[0], numbers[1], numbers[2]}, numbers[3]);
+  if (!half_space) coef.refuse("a, b and c are zero, or beyond what a number can be");
+  return *half_space;
 }
 
 Vector3d edgesOf(const Field& field) {
@@ -221,8 +196,8 @@ std::vector<std::string> fields(std::initializer_list<std::vector<std::string>> 
   return all;
 }
 
-WrittenPlace placeOf(const Field& field) {
-  WrittenPlace place;
+ObjectPlace placeOf(const Field& field) {
+  ObjectPlace place;
   const auto link = field.find("link"), touch_links = field.find("touch_links"), frame = field.find("frame");
   if (link) place.link = link->text();
   if (frame) place.frame = frame->text();
@@ -233,27 +208,34 @@ WrittenPlace placeOf(const Field& field) {
   return place;
 }
 
-/// Reads what Add and Replace take, without asking for other fields.
-WrittenObject shapedObject(const Field& field, const std::string& folder) {
-  WrittenObject object;
+// Without asking for other fields.
+
+ObjectEdit placedObject(const Field& field) {
+  ObjectEdit object;
   object.source = field.place();
   object.id = field.member("id").text();
   object.place = placeOf(field);
+  return object;
+}
+
+/// Reads what Add and Replace take.
+ObjectEdit shapedObject(const Field& field, const std::string& folder) {
+  ObjectEdit object = placedObject(field);
   if (const auto padding = field.find("padding")) {
     object.padding = padding->number();
     if (object.padding < 0.0) padding->refuse("is negative");
   }
-  addShapes(field, "primitives", "primitive_poses", primitiveOf, object.shapes);
+  addShapes(field, "primitives", "primitive_poses", shapeOf, object.shapes);
   addShapes(field, "boxes", "boxes_poses", boxesOf, object.shapes);
   addShapes(field, "meshes", "mesh_poses", meshOf, object.shapes);
   const auto readMeshFile = [&](const Field& mesh) { return meshFileOf(mesh, folder); };
   addShapes(field, "mesh_files", "mesh_file_poses", readMeshFile, object.shapes);
-  addShapes(field, "planes", "plane_poses", halfSpaceOf, object.shapes);
+  addShapes(field, "planes", "plane_poses", planeOf, object.shapes);
   if (object.shapes.empty()) field.refuse("has no shape: none of primitives, boxes, meshes, mesh_files and planes");
   return object;
 }
 
-WrittenObject objectOf(const Field& field, const std::string& folder) {
+ObjectEdit objectOf(const Field& field, const std::string& folder) {
   field.requireMembers(fields({{"id"}, kPlaceFields, kShapeFields}));
   return shapedObject(field, folder);
 }
@@ -271,7 +253,7 @@ WrittenRule ruleOf(const Field& field) {
 
 // --- changes
 
-using Operation = WrittenChange::Operation;
+using Operation = ObjectEdit::Operation;
 
 struct OperationFields {
   const char* name;
@@ -303,24 +285,19 @@ Moment momentOf(const Field& field) {
 WrittenChange changeOf(const Field& field, const std::string& folder) {
   const OperationFields& operation = operationOf(field.member("operation"));
   field.requireMembers(fields({{"at", "operation", "id"}, operation.takes}));
-  WrittenChange change;
-  change.at = momentOf(field.member("at"));
-  change.operation = operation.operation;
-  if (change.operation == Operation::Add || change.operation == Operation::Replace) {
-    change.object = shapedObject(field, folder);
-    return change;
-  }
-  change.object.source = field.place();
-  change.object.id = field.member("id").text();
-  change.object.place = placeOf(field);
-  if (change.operation != Operation::Attach) return change;
+  const bool has_shapes = operation.operation == Operation::Add || operation.operation == Operation::Replace;
+  const Moment at = momentOf(field.member("at"));
+  ObjectEdit edit = has_shapes ? shapedObject(field, folder) : placedObject(field);
+  edit.operation = operation.operation;
+  if (edit.operation == Operation::Detach) edit.pose = ObjectEdit::Pose::Kept;
+  if (edit.operation != Operation::Attach) return {at, edit};
   field.member("link");
   const auto keep_pose = field.find("keep_pose");
   if (keep_pose && keep_pose->truth()) {
     if (const auto pose = field.find("pose")) pose->refuse("it goes without keep_pose only");
-    change.pose = WrittenChange::Pose::Kept;
+    edit.pose = ObjectEdit::Pose::Kept;
   }
-  return change;
+  return {at, edit};
 }
 
 /// Refuses a change that would be made before the one above it.
@@ -338,6 +315,33 @@ void requireOrder(const std::vector<Field>& entries, const std::vector<WrittenCh
 }
 
 }  // namespace
+
+const std::array<PrimitiveType, 4>& primitiveTypes() {
+  static const std::array<PrimitiveType, 4> all = {{{"BOX", 1, 3, "3, the edges along x, y and z"},
+                                                    {"SPHERE", 2, 1, "1, the radius"},
+                                                    {"CYLINDER", 3, 2, "2, height and radius"},
+                                                    {"CONE", 4, 2, "2, height and radius"}}};
+  return all;
+}
+
+narrowphase::Shape primitiveOf(const PrimitiveType& type, const std::vector<double>& dimensions) {
+  switch (type.number) {
+    case 1:
+      return narrowphase::Box{{dimensions[0], dimensions[1], dimensions[2]}};
+    case 2:
+      return narrowphase::Sphere{dimensions[0]};
+    case 3:
+      return narrowphase::Cylinder{dimensions[1], dimensions[0]};
+    default:
+      return narrowphase::Cone{dimensions[1], dimensions[0]};
+  }
+}
+
+std::optional<HalfSpace> halfSpaceOf(const Vector3d& normal, double d) {
+  const double length = normal.stableNorm(), offset = -d / length;
+  if (!(length > 0.0) || !std::isfinite(length) || !std::isfinite(offset)) return std::nullopt;
+  return HalfSpace{normal / length, offset};
+}
 
 ObjectFile objectFileFrom(const FileValue& value, const std::string& source, const std::string& folder) {
   const Field root(value, source);

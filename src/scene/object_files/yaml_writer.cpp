@@ -132,7 +132,7 @@ class ShapeLists {
   const Isometry3d* pose_ = nullptr;
 };
 
-std::string placeText(const WrittenPlace& place) {
+std::string placeText(const ObjectPlace& place) {
   std::string text;
   if (!place.link.empty()) text += "  link: " + quotedText(place.link) + "\n";
   if (!place.touch_links.empty()) {
@@ -144,7 +144,7 @@ std::string placeText(const WrittenPlace& place) {
   return text + "  pose: " + poseText(place.pose) + "\n";
 }
 
-std::string objectText(const WrittenObject& object) {
+std::string objectText(const ObjectEdit& object) {
   ShapeLists shapes;
   for (const ObjectShape& shape : object.shapes) shapes.add(shape);
   return "- id: " + quotedText(object.id) + "\n" + placeText(object.place) +
@@ -155,7 +155,7 @@ std::string objectText(const WrittenObject& object) {
 
 std::string yamlOf(const ObjectFile& file) {
   std::string text = file.objects.empty() ? "objects: []\n" : "objects:\n";
-  for (const WrittenObject& object : file.objects) {
+  for (const ObjectEdit& object : file.objects) {
     try {
       text += objectText(object);
     } catch (const std::invalid_argument& error) {

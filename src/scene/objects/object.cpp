@@ -187,7 +187,7 @@ void add(const ObjectShape& shape, const ObjectOptions& options, Parts& all) {
 
 }  // namespace
 
-Object makeObject(const std::string& id, const std::vector<ObjectShape>& shapes, const Placement& placement,
+Object makeObject(const std::string& id, std::vector<ObjectShape> shapes, const Placement& placement,
                   const ObjectOptions& options) {
   const std::string where = "object " + quoted(id) + ": ";
   if (shapes.empty()) throw std::invalid_argument(where + "it has no shape");
@@ -201,11 +201,16 @@ Object makeObject(const std::string& id, const std::vector<ObjectShape>& shapes,
     }
   }
   for (std::string& warning : all.warnings) warning = where + warning;
+  const auto source = std::make_shared<const ObjectSource>(ObjectSource{std::move(shapes), options.padding});
   return {id,
-          std::make_shared<const ObjectGeometry>(std::move(all.pieces), std::move(all.ways), std::move(all.half_spaces),
-                                                 std::move(all.shapes), std::move(all.warnings)),
+          std::make_shared<const ObjectGeometry>(source, std::move(all.pieces), std::move(all.ways),
+                                                 std::move(all.half_spaces), std::move(all.shapes),
+                                                 std::move(all.warnings)),
           placement};
 }
+
+const std::vector<ObjectShape>& givenShapesOf(const Object& object) { return object.geometry->source().shapes; }
+double paddingOf(const Object& object) { return object.geometry->source().padding; }
 
 const std::vector<ObjectShapeInfo>& shapesOf(const Object& object) { return object.geometry->shapes(); }
 const std::vector<Piece>& piecesOf(const Object& object) { return object.geometry->pieces(); }

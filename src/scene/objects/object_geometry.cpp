@@ -24,15 +24,16 @@ std::vector<Volume> volumesOf(const std::vector<Piece>& pieces, const std::vecto
 
 }  // namespace
 
-ObjectGeometry::ObjectGeometry(std::vector<Piece> pieces, std::vector<double> ways,
-                               std::vector<PlacedHalfSpace> half_spaces, std::vector<ObjectShapeInfo> shapes,
-                               std::vector<std::string> warnings)
+ObjectGeometry::ObjectGeometry(std::shared_ptr<const ObjectSource> source, std::vector<Piece> pieces,
+                               std::vector<double> ways, std::vector<PlacedHalfSpace> half_spaces,
+                               std::vector<ObjectShapeInfo> shapes, std::vector<std::string> warnings)
     : pieces_(std::move(pieces)),
       ways_(std::move(ways)),
       half_spaces_(std::move(half_spaces)),
       shapes_(std::move(shapes)),
       warnings_(std::move(warnings)),
-      volumes_(volumesOf(pieces_, shapes_)) {
+      volumes_(volumesOf(pieces_, shapes_)),
+      source_(std::move(source)) {
   if (!volumes_.front().isEmpty()) countWays(volumes_.front());
   for (const PlacedHalfSpace& half_space : half_spaces_) {
     Bounds& bounds = volumes_.front().bounds;
@@ -69,8 +70,8 @@ std::shared_ptr<const ObjectGeometry> ObjectGeometry::in(const Isometry3d& frame
     half_space.offset += half_space.normal.dot(frame_T_object.translation());
     half_space.way += length;
   }
-  return std::make_shared<const ObjectGeometry>(std::move(pieces), std::move(ways), std::move(half_spaces),
-                                                geometry->shapes_, geometry->warnings_);
+  return std::make_shared<const ObjectGeometry>(geometry->source_, std::move(pieces), std::move(ways),
+                                                std::move(half_spaces), geometry->shapes_, geometry->warnings_);
 }
 
 }  // namespace proximity_server::scene

@@ -18,6 +18,12 @@ struct PlacedHalfSpace {
   double way;              ///< [m] see ObjectGeometry
 };
 
+/// What an object was made of.
+struct ObjectSource {
+  std::vector<ObjectShape> shapes;
+  double padding;  ///< [m]
+};
+
 /// The convex pieces and half-spaces of an object in one frame, with the bounding volumes of the pieces.
 ///
 /// The way of a piece or a half-space is the sum of the lengths of all poses that led it into this frame, and of its own
@@ -25,13 +31,15 @@ struct PlacedHalfSpace {
 class ObjectGeometry {
  public:
   /// Piece::collision is the index of a shape. `ways` [m] has one entry for each piece.
-  ObjectGeometry(std::vector<Piece> pieces, std::vector<double> ways, std::vector<PlacedHalfSpace> half_spaces,
-                 std::vector<ObjectShapeInfo> shapes, std::vector<std::string> warnings);
+  ObjectGeometry(std::shared_ptr<const ObjectSource> source, std::vector<Piece> pieces, std::vector<double> ways,
+                 std::vector<PlacedHalfSpace> half_spaces, std::vector<ObjectShapeInfo> shapes,
+                 std::vector<std::string> warnings);
 
   /// The same geometry in the frame `frame`; this one if the pose is the identity.
   static std::shared_ptr<const ObjectGeometry> in(const Eigen::Isometry3d& frame_T_object,
                                                   const std::shared_ptr<const ObjectGeometry>& geometry);
 
+  const ObjectSource& source() const { return *source_; }
   const std::vector<Piece>& pieces() const { return pieces_; }
   const std::vector<PlacedHalfSpace>& halfSpaces() const { return half_spaces_; }
   const std::vector<ObjectShapeInfo>& shapes() const { return shapes_; }
@@ -54,7 +62,8 @@ class ObjectGeometry {
   std::vector<ObjectShapeInfo> shapes_;
   std::vector<std::string> warnings_;
   std::vector<Volume> volumes_;
-  double excess_ = 0.0;  ///< [m] of a way over the reach
+  double excess_ = 0.0;                         ///< [m] of a way over the reach
+  std::shared_ptr<const ObjectSource> source_;  ///< shared by the geometry in all frames
 };
 
 }  // namespace proximity_server::scene

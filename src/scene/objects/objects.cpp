@@ -17,19 +17,15 @@ namespace {
 using Eigen::Isometry3d;
 using Kind = PlacedObject::Kind;
 
-[[noreturn]] void refuse(const std::string& id, const std::string& reason) {
-  throw std::invalid_argument("object " + quoted(id) + ": " + reason);
-}
-
 Isometry3d required(const Isometry3d& pose, const std::string& id) {
   const auto usable = usablePose(pose);
-  if (!usable) refuse(id, "its pose is not finite, or no rotation");
+  if (!usable) refuseObject(id, "its pose is not finite, or no rotation");
   return *usable;
 }
 
 int requireLink(const RobotModel& robot, const std::string& link, const std::string& what, const std::string& id) {
   const int found = robot.findLink(link);
-  if (found < 0) refuse(id, what + ": no link " + unknownName(link, namesOf(robot.links)));
+  if (found < 0) refuseObject(id, what + ": no link " + unknownName(link, namesOf(robot.links)));
   return found;
 }
 
@@ -49,7 +45,7 @@ class Placing {
   }
 
   PlacedObject operator()(const Moving& moving) const {
-    if (moving.frame.empty()) refuse(object_.id, "the name of its frame is empty");
+    if (moving.frame.empty()) refuseObject(object_.id, "the name of its frame is empty");
     PlacedObject placed{object_, Kind::Moving, in(moving.frame_T_object)};
     placed.frame = moving.frame;
     return placed;
@@ -57,7 +53,7 @@ class Placing {
 
   PlacedObject operator()(const Attached& attached) const {
     const Link& link = robot_.links[requireLink(robot_, attached.link, "attach", object_.id)];
-    if (!object_.geometry->halfSpaces().empty()) refuse(object_.id, "a half-space cannot be attached");
+    if (!object_.geometry->halfSpaces().empty()) refuseObject(object_.id, "a half-space cannot be attached");
     PlacedObject placed{object_, Kind::Attached, in(link.body_T_link * required(attached.link_T_object, object_.id))};
     placed.body = link.body;
     for (const std::string& name : attached.touch_links)
@@ -69,7 +65,8 @@ class Placing {
  private:
   std::shared_ptr<const ObjectGeometry> in(const Isometry3d& frame_T_object) const {
     auto geometry = ObjectGeometry::in(required(frame_T_object, object_.id), object_.geometry);
-    if (!(geometry->root().bounds.reach <= kFarthest)) refuse(object_.id, "it is farther than 1e6 m from its frame");
+    if (!(geometry->root().bounds.reach <= kFarthest))
+      refuseObject(object_.id, "it is farther than 1e6 m from its frame");
     return geometry;
   }
 
@@ -86,11 +83,11 @@ void eraseSorted(int number, std::vector<int>& numbers) {
   if (found != numbers.end() && *found == number) numbers.erase(found);
 }
 
-Placement anyPlacement(const std::variant<Fixed, Moving>& placement) {
-  return std::visit([](const auto& of_kind) -> Placement { return of_kind; }, placement);
-}
-
 }  // namespace
+
+void refuseObject(const std::string& id, const std::string& reason) {
+  throw std::invalid_argument("object " + quoted(id) + ": " + reason);
+}
 
 Objects::Objects(std::shared_ptr<const SceneModel> model)
     : model_(std::move(model)),
@@ -123,13 +120,13 @@ Objects Objects::withRules(ObjectRules rules) const {
 
 void Objects::apply(const AddObject& change) {
   const std::string& id = change.object.id;
-  if (id.empty()) refuse(id, "its id is empty");
-  if (id == "*") refuse(id, "the id stands for all objects in the allowed pairs");
-  if (model_->robot.findLink(id) >= 0) refuse(id, "a link has this name");
+  if (id.empty()) refuseObject(id, "its id is empty");
+  if (id == "*") refuseObject(id, "the id stands for all objects in the allowed pairs");
+  if (model_->robot.findLink(id) >= 0) refuseObject(id, "a link has this name");
   const auto place = std::lower_bound(by_id_.begin(), by_id_.end(), id, [&](int number, const std::string& wanted) {
     return placed(number)->object.id < wanted;
   });
-  if (place != by_id_.end() && placed(*place)->object.id == id) refuse(id, "there is one with this id already");
+  if (place != by_id_.end() && placed(*place)->object.id == id) refuseObject(id, "there is one with this id already");
   int number = numberLimit();
   if (free_.empty()) {
     slots_.emplace_back();
@@ -145,34 +142,6 @@ void Objects::apply(const ReplaceObject& change) {
   const int number = require(change.object.id);
   strike(number);
   give(number, change.object);
-}
-
-void Objects::apply(const MoveObject& change) {
-  const int number = require(change.id);
-  Object object = placed(number)->object;
-  if (placed(number)->kind == Kind::Attached)
-    refuse(change.id, "it is attached to link " + quoted(std::get<Attached>(object.placement).link) +
-                          "; detach it, or attach it elsewhere");
-  object.placement = anyPlacement(change.placement);
-  strike(number);
-  give(number, object);
-}
-
-void Objects::apply(const AttachObject& change) {
-  const int number = require(change.id);
-  Object object = placed(number)->object;
-  object.placement = change.placement;
-  strike(number);
-  give(number, object);
-}
-
-void Objects::apply(const DetachObject& change) {
-  const int number = require(change.id);
-  Object object = placed(number)->object;
-  if (placed(number)->kind != Kind::Attached) refuse(change.id, "it is not attached");
-  object.placement = anyPlacement(change.placement);
-  strike(number);
-  give(number, object);
 }
 
 void Objects::apply(const RemoveObject& change) {
@@ -193,7 +162,7 @@ int Objects::require(const std::string& id) const {
 
 /// Gives a number an object, and enters it into the lists.
 void Objects::give(int number, const Object& object) {
-  if (!object.geometry) refuse(object.id, "it has no geometry");
+  if (!object.geometry) refuseObject(object.id, "it has no geometry");
   auto placed = std::make_shared<PlacedObject>(std::visit(Placing(model_->robot, object), object.placement));
   placed->serial = next_serial_++;
   slots_[static_cast<std::size_t>(number)] = std::move(placed);

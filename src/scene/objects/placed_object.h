@@ -30,6 +30,9 @@ struct PlacedObject {
   bool isUnbounded() const { return !geometry->halfSpaces().empty(); }
 };
 
+/// Throws std::invalid_argument naming the object and the reason.
+[[noreturn]] void refuseObject(const std::string& id, const std::string& reason);
+
 /// [m] The box along the axes of the world that holds the pieces of a geometry, with the rounding of its place.
 Eigen::AlignedBox3d boxAround(const Bounds& bounds, const Eigen::Matrix3d& rotation, const Eigen::Vector3d& origin);
 

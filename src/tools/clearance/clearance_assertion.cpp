@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "proximity_server/scene/motion/frames_on_links.h"
 #include "tools/command_line/csv.h"
 #include "tools/command_line/state_text.h"
 

@@ -7,6 +7,7 @@
 
 #include "proximity_server/scene/levels/clearance_level.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/motion/frames_on_links.h"
 #include "proximity_server/scene/query/scene.h"
 #include "system/pipeline.h"
 #include "tools/command_line/csv.h"

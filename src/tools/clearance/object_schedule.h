@@ -9,7 +9,6 @@
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/motion/frames_on_links.h"
 #include "proximity_server/scene/object_files/object_file.h"
 #include "proximity_server/scene/objects/objects.h"
 
@@ -39,25 +38,20 @@ class ObjectSchedule {
   /// A warning about changes that are not made yet; "" if there are none.
   std::string leftOver() const;
 
-  /// All objects that the file makes: those from the start, then those of its changes, as they are first placed.
+  /// All objects that the file makes, without a place: those from the start, then those of its changes.
   const std::vector<scene::Object>& all() const { return all_; }
 
   /// One sentence about each oddity of a mesh.
   const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
-  struct Step {
-    scene::WrittenChange change;
-    scene::Object object;  ///< of Add and Replace
-  };
-  void addOneByOne(const std::vector<scene::WrittenObject>& objects, const std::vector<scene::ObjectChange>& additions);
-  void make(const Step& step, const scene::BodyPoses& poses);
-  scene::ObjectChange changeFor(const Step& step, const scene::BodyPoses& poses) const;
-  scene::Object made(const scene::WrittenObject& object, const scene::ObjectOptions& options);
+  void apply(const std::vector<scene::ObjectEdit>& edits, const scene::BodyPoses& poses);
+  void make(scene::ObjectEdit& edit);
 
   std::shared_ptr<const scene::SceneModel> model_;
+  const scene::ObjectOptions options_;
   std::shared_ptr<const scene::Objects> now_;
-  std::vector<Step> steps_;
+  std::vector<scene::WrittenChange> steps_;
   std::size_t next_ = 0;
   std::vector<scene::Object> all_;
   std::vector<std::string> warnings_;

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "proximity_server/scene/motion/frames_on_links.h"
 #include "system/pipeline.h"
 #include "tools/command_line/csv.h"
 

@@ -33,7 +33,7 @@ std::vector<Marker> markersOf(ObjectChange change) {
   change.id = "thing";
   changes.changes = {change};
   store.apply(changes);
-  std::vector<Marker> markers = objectMarkers(*robot, store.present().objects).markers;
+  std::vector<Marker> markers = objectMarkers(*robot, *robot->objects().get().all).markers;
   EXPECT_FALSE(markers.empty());
   EXPECT_EQ(markers.front().action, Marker::DELETEALL);
   markers.erase(markers.begin());

@@ -100,9 +100,9 @@ TEST_F(BusyStream, AppliesAllThatWaitsInOneChangeInItsOrder) {
   for (int i = 1; i <= 1000; ++i) stream_.take(message({moveTo("first", i)}));
   finish();
   EXPECT_EQ(changes_, 2);
-  EXPECT_EQ(
-      std::get<scene::Fixed>(store_.present().objects.at("first")->object.placement).world_T_object.translation().x(),
-      1000.0);
+  const auto objects = robot_->objects().get().all;
+  EXPECT_EQ(std::get<scene::Fixed>(objects->object(objects->find("first"))->placement).world_T_object.translation().x(),
+            1000.0);
   EXPECT_TRUE(refusals().empty());
 }
 

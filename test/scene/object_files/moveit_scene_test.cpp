@@ -13,7 +13,7 @@ ObjectFile read(const std::string& text) { return readMoveitScene(text, "cell.sc
 std::string refusal(const std::string& text) {
   return refusalOf([&] { read(text); });
 }
-const Shape& shapeOf(const WrittenObject& object, std::size_t index) {
+const Shape& shapeOf(const ObjectEdit& object, std::size_t index) {
   return std::get<Shape>(object.shapes.at(index).geometry);
 }
 
@@ -58,7 +58,7 @@ sphere
 TEST(MoveitScene, ReadsObjectsWithPosesAndSubframes) {
   const ObjectFile file = read(kNew);
   ASSERT_EQ(file.objects.size(), 2U);
-  const WrittenObject& table = file.objects[0];
+  const ObjectEdit& table = file.objects[0];
   EXPECT_EQ(table.id, "work table");
   EXPECT_EQ(table.source, "cell.scene, line 2: object \"work table\"");
   EXPECT_EQ(table.place.frame, "");

@@ -18,7 +18,7 @@ std::string refusal(const std::string& yaml) {
   return refusalOf([&] { read(yaml); });
 }
 
-const Shape& shapeOf(const WrittenObject& object, std::size_t index) {
+const Shape& shapeOf(const ObjectEdit& object, std::size_t index) {
   return std::get<Shape>(object.shapes.at(index).geometry);
 }
 
@@ -37,7 +37,7 @@ objects:
   mesh_files: [{uri: "package://cell/bar.stl", scale: [1, 1, -1]}]
 )");
   ASSERT_EQ(file.objects.size(), 2U);
-  const WrittenObject& table = file.objects[0];
+  const ObjectEdit& table = file.objects[0];
   EXPECT_EQ(table.id, "table");
   EXPECT_EQ(table.place.frame, "cell");
   EXPECT_EQ(table.padding, 0.01);
@@ -51,7 +51,7 @@ objects:
   EXPECT_EQ(shapeOf(table, 1).halfExtents(), Eigen::Vector3d(0.1, 0.1, 0.25)) << "height, then radius";
   EXPECT_EQ(table.shapes[1].object_T_shape.translation().z(), 0.25);
 
-  const WrittenObject& bar = file.objects[1];
+  const ObjectEdit& bar = file.objects[1];
   EXPECT_EQ(bar.place.link, "hand");
   EXPECT_EQ(bar.place.touch_links, (std::vector<std::string>{"finger", "thumb"}));
   EXPECT_TRUE(bar.place.pose.isApprox(Eigen::Isometry3d::Identity(), 0.0));
@@ -127,18 +127,18 @@ changes:
 - {at: {time: 2}, operation: REMOVE, id: bar}
 - {at: {time: 3}, operation: ADD, id: ball, primitives: [{type: SPHERE, dimensions: [1]}]}
 )");
-  using Operation = WrittenChange::Operation;
+  using Operation = ObjectEdit::Operation;
   ASSERT_EQ(file.changes.size(), 6U);
   EXPECT_EQ(std::get<AtRow>(file.changes[0].at).row, 3);
-  EXPECT_EQ(file.changes[0].operation, Operation::Attach);
-  EXPECT_EQ(file.changes[0].pose, WrittenChange::Pose::Kept);
-  EXPECT_EQ(file.changes[0].object.place.touch_links, std::vector<std::string>{"finger"});
-  EXPECT_EQ(file.changes[1].pose, WrittenChange::Pose::Given);
-  EXPECT_EQ(file.changes[1].object.place.pose.translation().z(), 1.0);
+  EXPECT_EQ(file.changes[0].edit.operation, Operation::Attach);
+  EXPECT_EQ(file.changes[0].edit.pose, ObjectEdit::Pose::Kept);
+  EXPECT_EQ(file.changes[0].edit.place.touch_links, std::vector<std::string>{"finger"});
+  EXPECT_EQ(file.changes[1].edit.pose, ObjectEdit::Pose::Given);
+  EXPECT_EQ(file.changes[1].edit.place.pose.translation().z(), 1.0);
   EXPECT_EQ(std::get<AtTime>(file.changes[2].at).time, 1.5);
-  EXPECT_EQ(file.changes[3].object.place.frame, "cell");
-  EXPECT_EQ(file.changes[4].operation, Operation::Remove);
-  EXPECT_EQ(file.changes[5].object.shapes.size(), 1U);
+  EXPECT_EQ(file.changes[3].edit.place.frame, "cell");
+  EXPECT_EQ(file.changes[4].edit.operation, Operation::Remove);
+  EXPECT_EQ(file.changes[5].edit.shapes.size(), 1U);
 }
 
 struct Refusal {
@@ -253,7 +253,7 @@ TEST(ObjectFile, PlainPathsOfMeshesBeginInItsFolder) {
   EXPECT_EQ(uri(shapes.at(0)), files.path("cell/meshes/bar.stl"));
   EXPECT_EQ(uri(shapes.at(1)), "/abs/bar.stl");
   EXPECT_EQ(uri(shapes.at(2)), "package://cell/bar.stl");
-  EXPECT_EQ(uri(file.changes.at(0).object.shapes.at(0)), files.path("cell/b.stl"));
+  EXPECT_EQ(uri(file.changes.at(0).edit.shapes.at(0)), files.path("cell/b.stl"));
   // What is written of it does not depend on the folder.
   const ObjectFile again = objectFileFrom(readYaml(yamlOf({file.objects, {}, {}}), "again"), "again");
   EXPECT_EQ(uri(again.objects.at(0).shapes.at(0)), files.path("cell/meshes/bar.stl"));

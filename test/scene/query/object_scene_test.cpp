@@ -36,6 +36,9 @@ struct Cell {
     objects = std::make_shared<const Objects>(objects->changed(changes));
     scene.use(objects);
   }
+  void move(const std::string& id, const Placement& placement) {
+    change({ReplaceObject{{id, objects->object(objects->find(id))->geometry, placement}}});
+  }
   void put(const std::vector<Isometry3d>& poses, const FramePoses& frames = {}) {
     scene.update(posesOf(model->robot, poses), frames);
   }
@@ -84,7 +87,7 @@ TEST(FixedObject, IsWhereItWasMovedToAtOnce) {
   Cell cell({ball("1")});
   cell.change({add("box", {{Shape(Box{{2, 2, 2}})}}, Fixed{at(5, 0, 0)})});
   cell.put({at(1, 0, 0)});
-  cell.change({MoveObject{"box", Fixed{at(8, 0, 0)}}});
+  cell.move("box", Fixed{at(8, 0, 0)});
   EXPECT_NEAR(cell.scene.minimum(cell.scene.candidates())->result.distance, 5.0, 1e-12);
 }
 
@@ -116,9 +119,9 @@ TEST(MovingObject, HasNoPoseInAnotherFrameUntilTheNextUpdate) {
   Cell cell({ball("1")});
   cell.change({add("cart", {{Shape(Sphere{1})}}, Moving{"first"})});
   cell.put({at(0, 0, 0)}, {at(5, 0, 0)});
-  cell.change({MoveObject{"cart", Moving{"first", at(1, 0, 0)}}});
+  cell.move("cart", Moving{"first", at(1, 0, 0)});
   EXPECT_NEAR(cell.between(cell.link("0"), cell.object("cart")).result.distance, 4.0, 1e-12);
-  cell.change({MoveObject{"cart", Moving{"second"}}});
+  cell.move("cart", Moving{"second"});
   EXPECT_EQ(cell.between(cell.link("0"), cell.object("cart")).result.status, Status::Unknown);
   cell.put({at(0, 0, 0)}, {at(7, 0, 0)});
   EXPECT_NEAR(cell.between(cell.link("0"), cell.object("cart")).result.distance, 5.0, 1e-12);
@@ -492,7 +495,9 @@ TEST(ASceneWithObjects, IsNotDisturbedByChangesInAnotherThread) {
     Objects now = *shared;
     for (int i = 0; i < 200; ++i) {
       const Fixed place{at(2, 0, 0.01 * i)};
-      now = now.changed({add("near " + std::to_string(i), {{Shape(Sphere{1})}}, place), MoveObject{"box 0", place}});
+      const Object& box = *now.object(now.find("box 0"));
+      now = now.changed({add("near " + std::to_string(i), {{Shape(Sphere{1})}}, place),
+                         ReplaceObject{{box.id, box.geometry, place}}});
     }
     EXPECT_EQ(now.size(), 240);
   });

@@ -89,7 +89,7 @@ class Cell {
     }
   }
 
-  std::variant<Fixed, Moving> freePlacement() {
+  Placement freePlacement() {
     if (chance_.below(3) == 0) return Moving{"frame " + std::to_string(chance_.below(3)), chance_.pose(0.2)};
     return Fixed{chance_.pose(1.0)};
   }
@@ -104,7 +104,7 @@ class Cell {
 
   Placement anyPlacement() {
     if (chance_.below(5) == 0) return attachment();
-    return std::visit([](const auto& of_kind) -> Placement { return of_kind; }, freePlacement());
+    return freePlacement();
   }
 
   Object newObject(const std::string& id, const Placement& placement) {
@@ -130,7 +130,6 @@ class Cell {
     if (objects_->empty() || too_few) return AddObject{newObject("object " + std::to_string(added_++), anyPlacement())};
     const std::string id = someId();
     const Object& object = *objects_->object(objects_->find(id));
-    const bool is_attached = std::holds_alternative<Attached>(object.placement);
     const bool can_be_attached = shapesOf(object).front().description != "half-space";
     switch (chance_.below(4)) {
       case 0:
@@ -138,11 +137,10 @@ class Cell {
       case 1:
         return ReplaceObject{newObject(id, anyPlacement())};
       case 2:
-        if (can_be_attached) return AttachObject{id, attachment()};
+        if (can_be_attached) return ReplaceObject{{id, object.geometry, attachment()}};
         [[fallthrough]];
       default:
-        if (is_attached) return DetachObject{id, freePlacement()};
-        return MoveObject{id, freePlacement()};
+        return ReplaceObject{{id, object.geometry, freePlacement()}};
     }
   }
 

@@ -2,11 +2,11 @@
 
 #include <Eigen/Geometry>
 #include <string>
-#include <variant>
+#include <utility>
 
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/robot_motion.h"
-#include "proximity_server/scene/object_files/object_file.h"
+#include "proximity_server/scene/objects/object_editor.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/scene.h"
 
@@ -17,22 +17,27 @@ namespace proximity_server::scene {
 
 // Failure: each function throws std::invalid_argument for a frame that is no link of the robot.
 
-/// The placement of an object whose pose is given in the frame of a link. In that of the root link, or in none, it stands still.
-std::variant<Fixed, Moving> standingIn(const RobotModel& robot, const std::string& frame,
-                                       const Eigen::Isometry3d& pose);
-Placement placementOf(const RobotModel& robot, const WrittenPlace& place);
+/// The frames for operations on objects, in one state.
+class LinkFrames : public ObjectFrames {
+ public:
+  /// `poses` are needed only to carry objects over from one frame into another. The robot must outlive it.
+  explicit LinkFrames(const RobotModel& robot, BodyPoses poses = {}) : robot_(robot), poses_(std::move(poses)) {}
+
+  std::string named(const std::string& name) const override;
+  std::string ofLink(const std::string& link) const override { return link; }
+  Eigen::Isometry3d seenFrom(const std::string& frame, const std::string& other,
+                             const Eigen::Isometry3d& pose) override;
+
+ private:
+  const RobotModel& robot_;
+  BodyPoses poses_;
+};
 
 /// The link in whose frame an object stands, moves or is held.
 int carryingLink(const RobotModel& robot, const Object& object);
 
-/// The pose of an object in the frame of its carrying link.
-const Eigen::Isometry3d& poseInCarrier(const Object& object);
-
 /// The pose of a link in the frame of the poses, among which must be that of its body.
 Eigen::Isometry3d poseOfLink(const RobotModel& robot, int link, const BodyPoses& poses);
-
-/// The pose of an object in the frame of a link. Among the poses must be those of both bodies.
-Eigen::Isometry3d seenFrom(const RobotModel& robot, int link, const Object& object, const BodyPoses& poses);
 
 /// The poses of the frames of moving objects, as Scene::update() takes them.
 FramePoses framePoses(const Objects& objects, const BodyPoses& poses);

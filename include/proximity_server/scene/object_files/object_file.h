@@ -1,35 +1,21 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
+#include <cstddef>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "proximity_server/scene/object_files/file_value.h"
-#include "proximity_server/scene/objects/object.h"
+#include "proximity_server/scene/objects/object_editor.h"
 #include "proximity_server/scene/objects/object_rules.h"
 
 // Objects as files and parameters describe them: what is said of them, before any robot is known. The names of the fields
 // are those of ObjectChange.msg; config/README.md describes the format.
 
 namespace proximity_server::scene {
-
-/// Where an object is: in the frame of the link that holds it, or in the frame that it moves with.
-struct WrittenPlace {
-  std::string link;                                        ///< "": none holds it
-  std::vector<std::string> touch_links;                    ///< that it may touch besides its own link
-  std::string frame;                                       ///< if no link holds it; "": the frame of the answers
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< in the frame of link or `frame`
-};
-
-/// The shapes are those that the format has: box, sphere, cylinder and cone without margin, Boxes, TriangleMesh, MeshFile, HalfSpace.
-struct WrittenObject {
-  std::string id;
-  WrittenPlace place;
-  double padding = 0.0;  ///< [m]
-  std::vector<ObjectShape> shapes;
-  std::string source;  ///< begins messages about it: "cell.yaml, line 3: objects[0] "table""
-};
 
 /// The last rule that names a pair decides, see AllowedPairs.
 struct WrittenRule {
@@ -46,25 +32,35 @@ struct AtTime {
 };
 using Moment = std::variant<AtRow, AtTime>;
 
-/// A change on the way through recorded or planned states.
+/// A change on the way through recorded or planned states. Detach always leaves the object where it is.
 struct WrittenChange {
   Moment at;
-
-  enum class Operation : unsigned char { Add, Replace, Move, Attach, Detach, Remove };
-  Operation operation = Operation::Add;
-
-  /// Attach: where the object is then, or at the place's pose. Detach always leaves it where it is.
-  enum class Pose : unsigned char { Given, Kept };
-  Pose pose = Pose::Given;
-
-  WrittenObject object;  ///< Add, Replace: all of it; else id and place
+  ObjectEdit edit;
 };
 
+/// Places are in the frames that carry the objects. Shapes are those that the format has: box, sphere, cylinder and cone without margin,
+/// Boxes, TriangleMesh, MeshFile, HalfSpace.
 struct ObjectFile {
-  std::vector<WrittenObject> objects;
+  std::vector<ObjectEdit> objects;  ///< that are added
   std::vector<WrittenRule> rules;
   std::vector<WrittenChange> changes;  ///< in their order
 };
+
+// Shapes as messages and files have them: the numbers are those of SolidPrimitive.msg.
+
+struct PrimitiveType {
+  const char* name;
+  int number;
+  std::size_t dimensions;  ///< how many it has
+  const char* meaning;     ///< "1, the radius"
+};
+const std::array<PrimitiveType, 4>& primitiveTypes();
+
+/// Failure: throws std::invalid_argument for a size that is not positive.
+narrowphase::Shape primitiveOf(const PrimitiveType& type, const std::vector<double>& dimensions);
+
+/// All points x with normal . x + d <= 0; nullopt if the normal is zero, or a number beyond what it can be.
+std::optional<HalfSpace> halfSpaceOf(const Eigen::Vector3d& normal, double d);
 
 /// Reads a list of objects, or a map of `objects`, `rules` and `changes`. The plain path of a mesh begins in `folder` if it is
 /// relative, and becomes an absolute one.

@@ -81,8 +81,12 @@ struct ObjectOptions {
 /// Failure: throws std::invalid_argument naming the object and the shape: no shape; a size that is zero, negative or not
 ///          finite; a pose that is no pose; a mesh that cannot be read; geometry farther than 1e6 m from the frame of the
 ///          object; more than a million convex pieces.
-Object makeObject(const std::string& id, const std::vector<ObjectShape>& shapes, const Placement& placement,
+Object makeObject(const std::string& id, std::vector<ObjectShape> shapes, const Placement& placement,
                   const ObjectOptions& options = {});
+
+/// What an object was made of: its shapes, and the padding of each [m].
+const std::vector<ObjectShape>& givenShapesOf(const Object& object);
+double paddingOf(const Object& object);
 
 /// A shape of an object as the queries see it.
 struct ObjectShapeInfo {

@@ -14,34 +14,20 @@
 
 namespace proximity_server::scene {
 
-// The changes of a set of objects. An id is new where an object is added, and known in all others.
+// The changes of a set of objects; ObjectEditor makes them of operations on objects.
 
+/// Its id is new.
 struct AddObject {
   Object object;
 };
-/// Gives an id another geometry and placement.
+/// Gives an id that is there another geometry or placement.
 struct ReplaceObject {
   Object object;
-};
-/// Gives a fixed or moving object another place, or makes it the one of the other. Not for an attached object.
-struct MoveObject {
-  std::string id;
-  std::variant<Fixed, Moving> placement;
-};
-/// Attaches an object to a link, or to another link or in another place than before.
-struct AttachObject {
-  std::string id;
-  Attached placement;
-};
-/// Puts an attached object down.
-struct DetachObject {
-  std::string id;
-  std::variant<Fixed, Moving> placement;
 };
 struct RemoveObject {
   std::string id;
 };
-using ObjectChange = std::variant<AddObject, ReplaceObject, MoveObject, AttachObject, DetachObject, RemoveObject>;
+using ObjectChange = std::variant<AddObject, ReplaceObject, RemoveObject>;
 
 struct PlacedObject;
 class FixedObjects;
@@ -63,8 +49,7 @@ class Objects {
   ///
   /// Failure: throws std::invalid_argument naming the object and the reason: an id that is empty, "*", the name of a
   ///          link, there already or not there; a link that does not exist; an empty name of a frame; a pose that is not
-  ///          finite or no rotation within single precision; to attach a half-space; to move an attached object; to
-  ///          detach another one. Then none of the changes is made.
+  ///          finite or no rotation within single precision; to attach a half-space. Then none of the changes is made.
   Objects changed(const std::vector<ObjectChange>& changes) const;
 
   /// The same objects with other rules.
@@ -132,9 +117,6 @@ class Objects {
  private:
   void apply(const AddObject& change);
   void apply(const ReplaceObject& change);
-  void apply(const MoveObject& change);
-  void apply(const AttachObject& change);
-  void apply(const DetachObject& change);
   void apply(const RemoveObject& change);
 
   int require(const std::string& id) const;
