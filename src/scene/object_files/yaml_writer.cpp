@@ -1,11 +1,12 @@
+#include <iconv.h>
+
 #include <algorithm>
 #include <array>
-#include <cstdint>
+#include <cstdio>
 #include <stdexcept>
 
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/object_files/object_file.h"
-#include "scene/object_files/utf8.h"
 
 namespace proximity_server::scene {
 namespace {
@@ -21,22 +22,35 @@ std::string listOf(std::initializer_list<double> numbers) {
 }
 std::string listOf(const Vector3d& v) { return listOf({v.x(), v.y(), v.z()}); }
 
-std::string hexadecimal(std::uint32_t code, int digits) {
-  std::string text(static_cast<std::size_t>(digits), '0');
-  for (int i = digits - 1; i >= 0; --i, code >>= 4) text[static_cast<std::size_t>(i)] = "0123456789abcdef"[code & 0xF];
-  return text;
+/// The Unicode characters of a text in UTF-8. Throws std::invalid_argument if it is none: a file cannot hold it.
+std::wstring charactersOf(const std::string& text) {
+  std::wstring characters(text.size(), L'\0');  // each has at least a byte
+  char* from = const_cast<char*>(text.data());
+  char* to = reinterpret_cast<char*>(characters.data());
+  std::size_t unread = text.size(), room = characters.size() * sizeof(wchar_t);
+  const iconv_t converter = iconv_open("WCHAR_T", "UTF-8");
+  const bool is_read = iconv(converter, &from, &unread, &to, &room) != static_cast<std::size_t>(-1);
+  iconv_close(converter);
+  characters.resize(characters.size() - room / sizeof(wchar_t));
+  const auto is_none = [](wchar_t character) { return character > 0x10FFFF; };
+  if (!is_read || std::any_of(characters.begin(), characters.end(), is_none))
+    throw std::invalid_argument("it is no text in UTF-8");
+  return characters;
 }
 
 /// In quotes, and in ASCII: whatever the text holds, YAML reads it back.
 std::string quotedText(const std::string& text) {
   std::string result = "\"";
-  for (const std::uint32_t code : codePointsOf(text)) {
-    if (code == '"' || code == '\\')
-      result += std::string("\\") + static_cast<char>(code);
-    else if (code >= 0x20 && code < 0x7F)
+  for (const wchar_t character : charactersOf(text)) {
+    const auto code = static_cast<unsigned>(character);
+    if (code >= 0x20 && code < 0x7F) {
+      if (code == '"' || code == '\\') result += "\\";
       result += static_cast<char>(code);
-    else
-      result += code <= 0xFFFF ? "\\u" + hexadecimal(code, 4) : "\\U" + hexadecimal(code, 8);
+    } else {
+      std::array<char, 16> escape{};
+      std::snprintf(escape.data(), escape.size(), code <= 0xFFFF ? "\\u%04x" : "\\U%08x", code);
+      result += escape.data();
+    }
   }
   return result + "\"";
 }
@@ -152,6 +166,8 @@ std::string objectText(const ObjectEdit& object) {
 }
 
 }  // namespace
+
+void requireUtf8(const std::string& text) { charactersOf(text); }
 
 std::string yamlOf(const ObjectFile& file) {
   std::string text = file.objects.empty() ? "objects: []\n" : "objects:\n";
