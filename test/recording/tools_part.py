@@ -1,6 +1,7 @@
 """The tools: each question is a command of the shell, in a folder with the files that prepare() makes."""
 
 import hashlib
+import io
 import os
 import pathlib
 import random
@@ -96,9 +97,10 @@ def fingerprints():
 
 
 def text_of(data):
-    """Bytes as text; of a table of numpy what it is, and its hash."""
+    """Bytes as text; of a table of numpy its hash, its fields, and its rows."""
     if data.startswith(b"\x93NUMPY"):
-        return f"{data[10:10 + data[8]].decode().strip()}\n{len(data)} bytes, sha256 {digest(data)}"
+        rows = numpy.load(io.BytesIO(data))
+        return "\n".join([f"{len(data)} bytes, sha256 {digest(data)}", f"{rows.dtype.descr} {rows.shape}", *map(repr, rows.tolist())])
     try:
         return data.decode()
     except UnicodeDecodeError:
