@@ -1,18 +1,12 @@
 #include "node/monitor/constraints.h"
 #include "node/robot/load_config.h"
 
-#include <limits>
 #include <string>
+
+#include "node/robot/query_status.h"
 
 namespace proximity_server::node {
 namespace {
-
-QueryStatus statusOf(std::int8_t code, const std::string& message) {
-  QueryStatus status;
-  status.code = code;
-  status.message = message;
-  return status;
-}
 
 void assignStart(ConstraintRows& message, const MeasuredCycle& cycle, const QueryStatus& status) {
   message.header = cycle.clearance.header;
@@ -63,7 +57,7 @@ void Constraints::assignRows(const MeasuredCycle& cycle) {
     };
     say(message_.a[i], row.pair.a);
     say(message_.b[i], row.pair.b);
-    message_.distances[i] = row.is_used ? row.distance : std::numeric_limits<double>::quiet_NaN();
+    message_.distances[i] = row.is_used ? row.distance : kNaN;
     message_.unique[i] = row.unique;
   }
   message_.left_out = static_cast<std::uint32_t>(rows_.leftOut());

@@ -2,10 +2,10 @@
 
 #include <cstddef>
 
+#include "node/answers/conversions.h"
+#include "node/answers/gradients.h"
 #include "node/robot/config.h"
-#include "node/robot/conversions.h"
 #include "node/robot/robot.h"
-#include "node/services/gradients.h"
 #include "node/tf/tf_poses.h"
 #include "proximity_server/Clearance.h"
 #include "proximity_server/ConstraintRows.h"

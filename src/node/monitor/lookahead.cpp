@@ -12,9 +12,11 @@
 #include <string>
 #include <utility>
 
+#include "node/answers/conversions.h"
+#include "node/answers/statuses.h"
+#include "node/answers/timed_motion.h"
 #include "node/objects/object_needs.h"
-#include "node/robot/conversions.h"
-#include "node/services/timed_motion.h"
+#include "node/robot/query_status.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "system/durations.h"
 
@@ -86,8 +88,7 @@ std::optional<TimedMotion> motionAhead(const Robot& robot, const LookaheadStart&
     carryObjects(robot, start.frames, start.placed.poses, motion);
     return motion;
   } catch (const std::invalid_argument& error) {
-    status.code = QueryStatus::NO_VELOCITY;
-    status.message = error.what();
+    status = statusOf(QueryStatus::NO_VELOCITY, error.what());
     return std::nullopt;
   }
 }

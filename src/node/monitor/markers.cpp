@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "node/objects/object_shapes.h"
 #include "node/robot/level_name.h"
 #include "proximity_server/scene/model/kinematics.h"
 
@@ -54,15 +55,6 @@ std_msgs::ColorRGBA levelColour(std::uint8_t level) {
   }
 }
 
-void setPose(Marker& marker, const Eigen::Isometry3d& pose) {
-  const Eigen::Quaterniond rotation(pose.linear());
-  marker.pose.position = point(pose.translation());
-  marker.pose.orientation.w = rotation.w();
-  marker.pose.orientation.x = rotation.x();
-  marker.pose.orientation.y = rotation.y();
-  marker.pose.orientation.z = rotation.z();
-}
-
 /// Appends the markers of one piece to an array.
 class PieceDrawing {
  public:
@@ -105,7 +97,7 @@ class PieceDrawing {
     Marker marker = base_;
     marker.type = type;
     marker.id = static_cast<int>(array_.markers.size());
-    setPose(marker, link_T_piece_ * Eigen::Translation3d(0.0, 0.0, height));
+    marker.pose = toMessage(link_T_piece_ * Eigen::Translation3d(0.0, 0.0, height));
     setSize(marker, size);
     array_.markers.push_back(std::move(marker));
   }

@@ -5,10 +5,9 @@
 #include <string>
 #include <utility>
 
+#include "node/answers/statuses.h"
 #include "node/objects/object_needs.h"
-#include "node/robot/conversions.h"
-#include "node/services/pair_questions.h"
-#include "node/services/requests.h"
+#include "node/robot/query_status.h"
 
 namespace proximity_server::node {
 namespace {
@@ -41,14 +40,6 @@ bool comesFirst(const scene::DecidingPair& p, const scene::DecidingPair& q) {
 }
 
 bool hasObject(const scene::PairProximity& pair) { return pair.asked.hasObject(); }
-
-/// The status for a robot of which the filter leaves no pair.
-QueryStatus nothingToCheck() {
-  QueryStatus status;
-  status.code = QueryStatus::NO_COLLISION_GEOMETRY;
-  status.message = "the filter leaves no pair to check";
-  return status;
-}
 
 }  // namespace
 
@@ -96,7 +87,7 @@ const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnap
   clearance_.tf_skew = snapshot.skew;
   ++clearance_.cycle;
   nameJoints(snapshot, settings);
-  measure(snapshot, frames, settings);
+  measure({snapshot, frames, settings, {}});
   lookAhead(snapshot, velocities, settings, frames);
 
   const std::chrono::duration<double> elapsed = Clock::now() - start;
@@ -131,11 +122,10 @@ void Monitor::makeRoom(Proximity& message, const MonitorSettings& settings) cons
   if (settings.gradients) message.gradient.reserve(gradients_->names().size());
 }
 
-void Monitor::say(Proximity& message, const PoseSnapshot& snapshot, const scene::PairProximity& pair,
-                  const scene::Question& question, const MonitorSettings& settings) {
-  makeRoom(message, settings);
-  assign(message, named(), snapshot.poses, pair, question);
-  if (settings.gradients) gradients_->assign(message, pair);
+void Monitor::say(Proximity& message, const Cycle& cycle, const scene::PairProximity& pair) {
+  makeRoom(message, cycle.settings);
+  assign(message, named(), cycle.snapshot.poses, pair, cycle.question);
+  if (cycle.settings.gradients) gradients_->assign(message, pair);
 }
 
 const ConstraintRows& Monitor::constraints(const PoseSnapshot& snapshot, const MonitorSettings& settings) {
@@ -147,65 +137,64 @@ const ConstraintRows& Monitor::constraints(const PoseSnapshot& snapshot, const M
       settings);
 }
 
-void Monitor::measure(const PoseSnapshot& snapshot, const FrameSnapshot& frames, const MonitorSettings& settings) {
-  scene::Question question;
-  question.tolerance = robot_->config().tolerance;
-  question.threshold = settings.threshold;
+void Monitor::measure(Cycle cycle) {
+  const FrameSnapshot& frames = cycle.frames;
+  cycle.question.tolerance = robot_->config().tolerance;
+  cycle.question.threshold = cycle.settings.threshold;
   const scene::Candidates& pairs = robot_->candidates();
   if (frames.poses.size() == monitored_.frames.names.size())
-    scene_->update(snapshot.poses, frames.poses);
+    scene_->update(cycle.snapshot.poses, frames.poses);
   else
-    scene_->update(snapshot.poses);
+    scene_->update(cycle.snapshot.poses);
 
-  const scene::PairsBelow below = scene_->closestBelow(pairs, std::max(1, settings.max_reported_pairs), question);
-  report(snapshot, below, question, settings);
+  const scene::PairsBelow below =
+      scene_->closestBelow(pairs, std::max(1, cycle.settings.max_reported_pairs), cycle.question);
+  report(cycle, below);
   const scene::PairProximity* minimum = below.closest.empty() ? nullptr : &below.closest.front();
-  question.threshold = scene::Question().threshold;
-  if (!minimum) minimum = scene_->minimum(pairs, question);
+  cycle.question.threshold = scene::Question().threshold;
+  if (!minimum) minimum = scene_->minimum(pairs, cycle.question);
   countPairs();
 
   if (minimum && clearance_.pairs_unknown == 0) {
-    judge(snapshot, scene::PairProximity(*minimum), question, settings);
+    judge(cycle, scene::PairProximity(*minimum));
     return;
   }
   self_level_ = object_level_ = std::nullopt;
   clearance_.level = Clearance::INVALID;
   if (clearance_.status.code != QueryStatus::OK) return;
   const bool nothing = pairs.empty() && objects().all->pairCount() == 0;
-  clearance_.status = nothing ? nothingToCheck() : incompleteness(*robot_, scene_->counts(), question);
+  clearance_.status = nothing ? statusOf(QueryStatus::NO_COLLISION_GEOMETRY, "the filter leaves no pair to check")
+                              : incompleteness(*robot_, scene_->counts(), cycle.question);
   if (!nothing && frames.status.code != QueryStatus::OK) clearance_.status = frames.status;
 }
 
 /// The level and the minimum of each kind of pairs; all poses are known.
-void Monitor::judge(const PoseSnapshot& snapshot, const scene::PairProximity& minimum, const scene::Question& question,
-                    const MonitorSettings& settings) {
-  say(clearance_.minimum, snapshot, minimum, question, settings);
+void Monitor::judge(const Cycle& cycle, const scene::PairProximity& minimum) {
+  say(clearance_.minimum, cycle, minimum);
   clearance_.status.code = statusCode(minimum.result);
-  const auto of_links = judgeKind(scene::PairKind::OfLinks, snapshot, minimum, question, settings);
-  const auto with_object = judgeKind(scene::PairKind::WithObject, snapshot, minimum, question, settings);
+  const auto of_links = judgeKind(scene::PairKind::OfLinks, cycle, minimum);
+  const auto with_object = judgeKind(scene::PairKind::WithObject, cycle, minimum);
   const scene::DecidingPair& deciding =
       !with_object || (of_links && comesFirst(*of_links, *with_object)) ? *of_links : *with_object;
-  say(clearance_.deciding, snapshot, deciding.pair, question, settings);
+  say(clearance_.deciding, cycle, deciding.pair);
   clearance_.deciding_threshold = deciding.level.threshold;
   clearance_.level = levelCode(deciding.level.level);
 }
 
 /// Judges the pairs of one kind; returns nullopt if none is checked.
-std::optional<scene::DecidingPair> Monitor::judgeKind(scene::PairKind kind, const PoseSnapshot& snapshot,
-                                                      const scene::PairProximity& minimum,
-                                                      const scene::Question& question,
-                                                      const MonitorSettings& settings) {
+std::optional<scene::DecidingPair> Monitor::judgeKind(scene::PairKind kind, const Cycle& cycle,
+                                                      const scene::PairProximity& minimum) {
   const bool of_links = kind == scene::PairKind::OfLinks;
   std::optional<scene::ClearanceLevel>& level = of_links ? self_level_ : object_level_;
-  const auto closest = minimumOf(kind, minimum, question);
+  const auto closest = minimumOf(kind, minimum, cycle.question);
   if (!closest) {
     level = scene::ClearanceLevel::Clear;
     return std::nullopt;
   }
-  say(of_links ? clearance_.self_minimum : clearance_.object_minimum, snapshot, *closest, question, settings);
+  say(of_links ? clearance_.self_minimum : clearance_.object_minimum, cycle, *closest);
   const scene::DecidingPair deciding =
-      scene::decidingPair(*scene_, scene::Pairs(robot_->candidates(), kind), *closest, thresholds(settings), question,
-                          {level, settings.hysteresis});
+      scene::decidingPair(*scene_, scene::Pairs(robot_->candidates(), kind), *closest, thresholds(cycle.settings),
+                          cycle.question, {level, cycle.settings.hysteresis});
   level = deciding.level.level;
   return deciding;
 }
@@ -226,24 +215,23 @@ std::optional<scene::PairProximity> Monitor::minimumOf(scene::PairKind kind, con
   return *found;
 }
 
-void Monitor::report(const PoseSnapshot& snapshot, const scene::PairsBelow& below, const scene::Question& question,
-                     const MonitorSettings& settings) {
-  const auto most = static_cast<std::size_t>(settings.max_reported_pairs);
+void Monitor::report(const Cycle& cycle, const scene::PairsBelow& below) {
+  const auto most = static_cast<std::size_t>(cycle.settings.max_reported_pairs);
   std::vector<Proximity>& listed = clearance_.below_threshold;
   clearance_.pairs_below_threshold = static_cast<std::uint32_t>(below.count);
   listed.reserve(most);
   clearance_.levels.reserve(most);
   unlisted_.reserve(most);
   while (listed.size() + unlisted_.size() < most) unlisted_.emplace_back();
-  for (Proximity& message : unlisted_) makeRoom(message, settings);
+  for (Proximity& message : unlisted_) makeRoom(message, cycle.settings);
   const std::size_t count = std::min(below.closest.size(), most);
   for (; listed.size() > count; listed.pop_back()) unlisted_.push_back(std::move(listed.back()));
   for (; listed.size() < count; unlisted_.pop_back()) listed.push_back(std::move(unlisted_.back()));
   clearance_.levels.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
     const scene::PairProximity& pair = below.closest[i];
-    say(listed[i], snapshot, pair, question, settings);
-    clearance_.levels[i] = levelCode(scene::levelOf(pair, thresholds(settings)).level);
+    say(listed[i], cycle, pair);
+    clearance_.levels[i] = levelCode(scene::levelOf(pair, thresholds(cycle.settings)).level);
   }
 }
 

@@ -5,13 +5,13 @@
 #include <optional>
 #include <vector>
 
+#include "node/answers/conversions.h"
+#include "node/answers/gradients.h"
 #include "node/monitor/constraints.h"
 #include "node/monitor/joint_velocities.h"
 #include "node/monitor/lookahead.h"
 #include "node/monitor/velocity_scale.h"
-#include "node/robot/conversions.h"
 #include "node/robot/robot.h"
-#include "node/services/gradients.h"
 #include "node/tf/tf_poses.h"
 #include "proximity_server/Clearance.h"
 #include "proximity_server/scene/levels/clearance_level.h"
@@ -73,25 +73,28 @@ class Monitor {
   const Clearance& latest() const { return clearance_; }
 
  private:
-  void measure(const PoseSnapshot& snapshot, const FrameSnapshot& frames, const MonitorSettings& settings);
+  /// What a cycle is about.
+  struct Cycle {
+    const PoseSnapshot& snapshot;
+    const FrameSnapshot& frames;
+    const MonitorSettings& settings;
+    scene::Question question;
+  };
+  void measure(Cycle cycle);
   void makeRoom(Proximity& message, const MonitorSettings& settings) const;
   /// Fills in a pair of this cycle.
-  void say(Proximity& message, const PoseSnapshot& snapshot, const scene::PairProximity& pair,
-           const scene::Question& question, const MonitorSettings& settings);
+  void say(Proximity& message, const Cycle& cycle, const scene::PairProximity& pair);
   void derive(const PoseSnapshot& snapshot);
   void nameJoints(const PoseSnapshot& snapshot, const MonitorSettings& settings);
   const scene::LevelThresholds& thresholds(const MonitorSettings& settings);
-  void judge(const PoseSnapshot& snapshot, const scene::PairProximity& minimum, const scene::Question& question,
-             const MonitorSettings& settings);
-  std::optional<scene::DecidingPair> judgeKind(scene::PairKind kind, const PoseSnapshot& snapshot,
-                                               const scene::PairProximity& minimum, const scene::Question& question,
-                                               const MonitorSettings& settings);
+  void judge(const Cycle& cycle, const scene::PairProximity& minimum);
+  std::optional<scene::DecidingPair> judgeKind(scene::PairKind kind, const Cycle& cycle,
+                                               const scene::PairProximity& minimum);
   std::optional<scene::PairProximity> minimumOf(scene::PairKind kind, const scene::PairProximity& minimum,
                                                 const scene::Question& question);
   const RobotObjects& objects() const { return monitored_.objects; }
   Named named() const { return {robot_->robotModel(), objects().all.get()}; }
-  void report(const PoseSnapshot& snapshot, const scene::PairsBelow& below, const scene::Question& question,
-              const MonitorSettings& settings);
+  void report(const Cycle& cycle, const scene::PairsBelow& below);
   void lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities, const MonitorSettings& settings,
                  const FrameSnapshot& frames);
   scene::MovingScene& movingScene();

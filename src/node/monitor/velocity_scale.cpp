@@ -6,17 +6,16 @@
 #include <stdexcept>
 #include <string>
 
-#include "node/services/timed_motion.h"
+#include "node/answers/timed_motion.h"
+#include "node/robot/query_status.h"
 #include "proximity_server/scene/derivative/velocity_scale.h"
 
 namespace proximity_server::node {
 namespace {
 
 QueryStatus unbrakedJoint(const scene::Joint& joint) {
-  QueryStatus status;
-  status.code = QueryStatus::INVALID_ARGUMENT;
-  status.message = "the parameter max_deceleration has no number for joint '" + joint.name + "'";
-  return status;
+  return statusOf(QueryStatus::INVALID_ARGUMENT,
+                  "the parameter max_deceleration has no number for joint '" + joint.name + "'");
 }
 
 /// OK, or the first of `joints` whose deceleration is not known. Floating and planar joints can have none: of them
@@ -52,8 +51,7 @@ StoppingScale scaleOf(const Robot& robot, scene::MovingScene& moving_scene, scen
     result.is_complete = found.status == narrowphase::Status::Converged;
     return result;
   }
-  result.status.code = QueryStatus::TF_UNAVAILABLE;
-  result.status.message = "a pair has no usable pose, or a joint no finite velocity";
+  result.status = statusOf(QueryStatus::TF_UNAVAILABLE, "a pair has no usable pose, or a joint no finite velocity");
   return result;
 }
 
@@ -86,8 +84,7 @@ StoppingScale stoppingScale(const Robot& robot, scene::MovingScene& moving_scene
   try {
     return scaleOf(robot, moving_scene, scene, start, velocities, stop, age, settings);
   } catch (const std::invalid_argument& error) {  // the way to stop is not finite, or a turn is not known
-    result.status.code = QueryStatus::NO_VELOCITY;
-    result.status.message = error.what();
+    result.status = statusOf(QueryStatus::NO_VELOCITY, error.what());
     return result;
   }
 }

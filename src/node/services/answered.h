@@ -12,11 +12,8 @@ namespace proximity_server::node {
 
 /// The status of an answer that failed because of a defect of this package. Logs the defect, so that it can be mended.
 inline QueryStatus internalError(const std::string& what) {
-  QueryStatus status;
-  status.code = QueryStatus::INTERNAL_ERROR;
-  status.message = "internal error: " + what;
   ROS_ERROR_STREAM("a request has no answer because of a defect of proximity_server: " << what);
-  return status;
+  return statusOf(QueryStatus::INTERNAL_ERROR, "internal error: " + what);
 }
 
 /// Runs `ask`, which fills the response. An exception becomes the status of a response without numbers: a RequestError

@@ -55,7 +55,7 @@ QueryConfigurationResponse answer(const Robot& robot, TfPoses& tf, const QueryCo
     const scene::Question question = questionOf(robot, in_each);
     const auto pairs = pairsOf(robot, in_each);
     requireAnswersWithinBatch(robot, in_each, pairs.size(), request.states.size());
-    if (request.states.empty()) throw RequestError(QueryStatus::INVALID_ARGUMENT, "states is empty");
+    if (request.states.empty()) refuse("states is empty");
     const std::vector<JointValues> states = statesOf(robot.robotModel(), request);
 
     const JointSnapshot from_tf = missingFromTf(robot, tf, pairs.bodies(), states, request.stamp);

@@ -10,21 +10,18 @@
 namespace proximity_server::node {
 namespace {
 
-[[noreturn]] void refuse(const std::string& where, const std::string& what) {
-  throw RequestError(QueryStatus::INVALID_ARGUMENT, where + ": " + what);
-}
-
 int jointNamed(const scene::RobotModel& robot, const std::string& name, const std::string& where) {
   const int index = scene::findNamed(robot.joints, name);
   if (index < 0) {
     if (std::count(robot.fixed_joints.begin(), robot.fixed_joints.end(), name) > 0) {
-      refuse(where, "joint '" + name + "' is fixed");
+      refuse(where + ": " + "joint '" + name + "' is fixed");
     }
     const std::string nearest = scene::nearestName(name, scene::namesOf(robot.joints));
-    refuse(where, "there is no joint '" + name + "'" + (nearest.empty() ? "" : ": did you mean '" + nearest + "'?"));
+    refuse(where + ": " + "there is no joint '" + name + "'" +
+           (nearest.empty() ? "" : ": did you mean '" + nearest + "'?"));
   }
   if (!scene::hasOnePosition(robot.joints[index])) {
-    refuse(where, "joint '" + name + "' is floating or planar, it has not one position");
+    refuse(where + ": " + "joint '" + name + "' is floating or planar, it has not one position");
   }
   return index;
 }
@@ -36,7 +33,8 @@ std::vector<int> jointsNamed(const scene::RobotModel& robot, const std::vector<s
   std::vector<int> joints;
   for (const std::string& name : names) {
     const int joint = jointNamed(robot, name, where);
-    if (std::count(joints.begin(), joints.end(), joint) > 0) refuse(where, "joint '" + name + "' is named twice");
+    if (std::count(joints.begin(), joints.end(), joint) > 0)
+      refuse(where + ": " + "joint '" + name + "' is named twice");
     joints.push_back(joint);
   }
   return joints;
@@ -45,14 +43,14 @@ std::vector<int> jointsNamed(const scene::RobotModel& robot, const std::vector<s
 JointValues valuesOf(const scene::RobotModel& robot, const std::vector<int>& joints, const std::vector<double>& values,
                      const std::string& what, const std::string& where) {
   const auto nameOf = [&](std::size_t i) { return robot.joints[joints[i]].name; };
-  if (values.size() < joints.size()) refuse(where, "joint '" + nameOf(values.size()) + "' has no " + what);
+  if (values.size() < joints.size()) refuse(where + ": " + "joint '" + nameOf(values.size()) + "' has no " + what);
   if (values.size() > joints.size()) {
-    refuse(where, "one " + what + " too many for " + std::to_string(joints.size()) + " joints" +
-                      (joints.empty() ? "" : ", after that of joint '" + nameOf(joints.size() - 1) + "'"));
+    refuse(where + ": " + "one " + what + " too many for " + std::to_string(joints.size()) + " joints" +
+           (joints.empty() ? "" : ", after that of joint '" + nameOf(joints.size() - 1) + "'"));
   }
   JointValues result(robot.joints.size());
   for (std::size_t i = 0; i < joints.size(); ++i) {
-    if (!std::isfinite(values[i])) refuse(where, "the " + what + " of joint '" + nameOf(i) + "' is not finite");
+    if (!std::isfinite(values[i])) refuse(where + ": " + "the " + what + " of joint '" + nameOf(i) + "' is not finite");
     result[joints[i]] = values[i];
   }
   return result;
@@ -65,7 +63,7 @@ MissingJoints missingJoints(std::uint8_t code) {
     case QueryConfigurationRequest::ZERO:
       return MissingJoints::AtZero;
     default:
-      throw RequestError(QueryStatus::INVALID_ARGUMENT, "missing_joints " + std::to_string(code) + " does not exist");
+      refuse("missing_joints " + std::to_string(code) + " does not exist");
   }
 }
 

@@ -2,7 +2,8 @@
 #include <sstream>
 #include <string>
 
-#include "node/robot/conversions.h"
+#include "node/answers/conversions.h"
+#include "node/answers/statuses.h"
 #include "node/services/answered.h"
 #include "node/services/joint_requests.h"
 #include "node/services/motion_requests.h"
@@ -12,10 +13,6 @@
 
 namespace proximity_server::node {
 namespace {
-
-void require(const QueryStatus& status) {
-  if (status.code != QueryStatus::OK) throw RequestError(status);
-}
 
 FirstContactResponse emptyFirstContact() {
   FirstContactResponse response;

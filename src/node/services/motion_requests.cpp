@@ -15,8 +15,6 @@ namespace {
 
 using Twist = scene::RobotMotion::Twist;
 
-[[noreturn]] void refuse(const std::string& what) { throw RequestError(QueryStatus::INVALID_ARGUMENT, what); }
-
 Eigen::Vector3d toEigen(const geometry_msgs::Vector3& vector) { return {vector.x, vector.y, vector.z}; }
 
 /// Converts the twist of a link into that of its body: the linear velocity is that of another point of the same screw.

@@ -2,8 +2,8 @@
 
 #include <vector>
 
+#include "node/answers/timed_motion.h"
 #include "node/services/requests.h"
-#include "node/services/timed_motion.h"
 #include "node/tf/joint_frames.h"
 #include "proximity_server/FirstContactRequest.h"
 #include "proximity_server/QueryTrajectoryRequest.h"

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <boost/range/iterator_range.hpp>
-#include <chrono>
 #include <limits>
 
+#include "node/answers/conversions.h"
+#include "node/answers/statuses.h"
 #include "node/objects/object_needs.h"
-#include "node/robot/conversions.h"
 #include "node/services/requests.h"
 #include "system/durations.h"
 
@@ -37,7 +37,7 @@ Answers askByMode(scene::Scene& scene, const RequestedPairs& requested, const Qu
     case QueryPairsRequest::BELOW_THRESHOLD:
       return list(scene.below(pairs, question));
     default:
-      throw RequestError(QueryStatus::INVALID_ARGUMENT, "mode " + std::to_string(request.mode) + " does not exist");
+      refuse("mode " + std::to_string(request.mode) + " does not exist");
   }
 }
 
@@ -101,17 +101,6 @@ StateProximity askPairs(const Robot& robot, scene::Scene& scene, const PosedStat
   const auto closest = std::min_element(answer.pairs.begin(), answer.pairs.end(), isCloser);
   if (closest != answer.pairs.end()) answer.minimum = *closest;
   return answer;
-}
-
-QueryStatus incompleteness(const Robot& robot, const scene::PairCounts& counts, const scene::Question& question) {
-  const bool is_late = std::chrono::steady_clock::now() > question.deadline;
-  const std::string pairs = std::to_string(counts.unknown) + " of " + std::to_string(counts.total) + " pairs have no ";
-  QueryStatus status;
-  status.code = is_late ? QueryStatus::OVER_BUDGET : QueryStatus::TF_UNAVAILABLE;
-  status.message = is_late ? "the time was over: " + pairs + "answer, max_request_time is " +
-                                 system::secondsText(robot.config().max_request_time)
-                           : pairs + "usable pose";
-  return status;
 }
 
 }  // namespace proximity_server::node

@@ -3,8 +3,8 @@
 #include <optional>
 #include <vector>
 
+#include "node/answers/gradients.h"
 #include "node/robot/robot.h"
-#include "node/services/gradients.h"
 #include "node/services/requests.h"
 #include "proximity_server/QueryPairsRequest.h"
 #include "proximity_server/StateProximity.h"
@@ -36,9 +36,5 @@ std::optional<Gradients> gradientsOf(const Robot& robot, const RequestedPairs& p
 StateProximity askPairs(const Robot& robot, scene::Scene& scene, const PosedState& state, const RequestedPairs& pairs,
                         const QueryPairsRequest& request, const scene::Question& question,
                         std::optional<Gradients>& gradients);
-
-/// The status for pairs that have no answer although tf knows all poses: the deadline has passed, or a pose is so far
-/// away that the numbers overflow.
-QueryStatus incompleteness(const Robot& robot, const scene::PairCounts& counts, const scene::Question& question);
 
 }  // namespace proximity_server::node

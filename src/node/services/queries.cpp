@@ -5,7 +5,8 @@
 #include <optional>
 #include <utility>
 
-#include "node/robot/conversions.h"
+#include "node/answers/conversions.h"
+#include "node/answers/statuses.h"
 #include "node/services/answered.h"
 #include "node/services/pair_questions.h"
 #include "node/services/requests.h"
@@ -37,13 +38,14 @@ struct PosedScene {
   std_msgs::Header header;
 };
 
-void requireAllPoses(const PosedScene& posed) {
-  if (posed.snapshot.status.code != QueryStatus::OK) throw RequestError(posed.snapshot.status);
-}
-
-/// The closest of `pairs`; the poses of all are known. Sets `status` to that of the distance.
-Proximity closestPair(const Robot& robot, const PosedScene& posed, const RequestedPairs& pairs,
-                      const scene::Question& question, QueryStatus& status) {
+/// Fills header, status and pair with the closest of the requested pairs.
+template <class Response, class Request>
+void answerClosest(const Robot& robot, TfPoses& tf, const Request& request, const scene::Question& question,
+                   Response& response) {
+  const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
+  const PosedScene posed(robot, tf, pairs, request.stamp);
+  response.header = posed.header;
+  require(posed.snapshot.status);
   scene::PairProximity only;
   const scene::PairProximity* closest = nullptr;
   if (pairs.list() && pairs.size() == 1) {
@@ -53,9 +55,8 @@ Proximity closestPair(const Robot& robot, const PosedScene& posed, const Request
     closest = posed.scene->minimum(pairs.asked(), question);
   }
   if (posed.scene->counts().unknown > 0) throw RequestError(incompleteness(robot, posed.scene->counts(), question));
-  if (!closest) return beyondThreshold(question.threshold);
-  status.code = statusCode(closest->result);
-  return posed.message(*closest, question);
+  response.pair = closest ? posed.message(*closest, question) : beyondThreshold(question.threshold);
+  if (closest) response.status.code = statusCode(closest->result);
 }
 
 geometry_msgs::Vector3 nowhere() {
@@ -102,11 +103,7 @@ MinimumDistanceResponse answer(const Robot& robot, TfPoses& tf, const MinimumDis
   return answered(emptyMinimumDistance(), [&](MinimumDistanceResponse& response) {
     scene::Question question = questionOf(robot);
     question.threshold = thresholdOrNone(request.threshold);
-    const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
-    const PosedScene posed(robot, tf, pairs, request.stamp);
-    response.header = posed.header;
-    requireAllPoses(posed);
-    response.pair = closestPair(robot, posed, pairs, question, response.status);
+    answerClosest(robot, tf, request, question, response);
   });
 }
 
@@ -115,11 +112,7 @@ SeparationAxisResponse answer(const Robot& robot, TfPoses& tf, const SeparationA
     const double margin = notNegative(request.margin, "margin");
     scene::Question question = questionOf(robot);
     question.depth = scene::Question::Depth::NotWanted;
-    const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
-    const PosedScene posed(robot, tf, pairs, request.stamp);
-    response.header = posed.header;
-    requireAllPoses(posed);
-    response.pair = closestPair(robot, posed, pairs, question, response.status);
+    answerClosest(robot, tf, request, question, response);
     response.separated = response.pair.lower_bound > margin;
     if (response.pair.state != Proximity::SEPARATED) return;
     response.gap = response.pair.lower_bound;
@@ -133,11 +126,7 @@ PenetrationDepthResponse answer(const Robot& robot, TfPoses& tf, const Penetrati
   return answered(emptyPenetrationDepth(), [&](PenetrationDepthResponse& response) {
     scene::Question question = questionOf(robot);
     question.threshold = -notNegative(request.threshold, "threshold");
-    const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
-    const PosedScene posed(robot, tf, pairs, request.stamp);
-    response.header = posed.header;
-    requireAllPoses(posed);
-    response.pair = closestPair(robot, posed, pairs, question, response.status);
+    answerClosest(robot, tf, request, question, response);
     response.penetrating = response.pair.state == Proximity::PENETRATING;
     response.depth_lower_bound = std::max(0.0, -response.pair.upper_bound);
     response.depth_upper_bound = response.pair.depth_is_lower_bound ? std::numeric_limits<double>::infinity()

@@ -44,16 +44,14 @@ int shapeNamed(const scene::RobotModel& robot, const scene::Link& link, const st
   for (const scene::Collision& collision : collisions) {
     if (collision.name == name) return collision.number;
   }
-  throw RequestError(QueryStatus::INVALID_ARGUMENT, "link '" + link.name + "' has no <collision> '" + name +
-                                                        "': did you mean '" +
-                                                        scene::nearestName(name, scene::namesOf(collisions)) + "'?");
+  refuse("link '" + link.name + "' has no <collision> '" + name + "': did you mean '" +
+         scene::nearestName(name, scene::namesOf(collisions)) + "'?");
 }
 
 int shapeNumbered(const scene::Link& link, std::uint32_t number) {
   if (number <= link.collisions.size()) return static_cast<int>(number);
-  throw RequestError(QueryStatus::INVALID_ARGUMENT,
-                     "link '" + link.name + "' has " + std::to_string(link.collisions.size()) +
-                         " <collision> elements, asked was number " + std::to_string(number));
+  refuse("link '" + link.name + "' has " + std::to_string(link.collisions.size()) +
+         " <collision> elements, asked was number " + std::to_string(number));
 }
 
 scene::ShapeRef linkRefOf(const scene::RobotModel& robot, int index, const ShapeRef& ref) {
@@ -75,8 +73,7 @@ scene::ShapeRef shapeRefOf(const Asked& asked, const ShapeRef& ref) {
   if (number < 0)
     asked.all().empty() ? static_cast<void>(linkNamed(asked.model(), ref.link)) : refuseName(asked, ref.link);
   if (ref.index == 0 && ref.name.empty()) return scene::ShapeRef::ofObject(number);
-  throw RequestError(QueryStatus::INVALID_ARGUMENT,
-                     "object '" + ref.link + "' is asked as a whole only: index must be 0, and name empty");
+  refuse("object '" + ref.link + "' is asked as a whole only: index must be 0, and name empty");
 }
 
 bool isEmpty(const ShapeRef& ref) { return ref.link.empty() && ref.index == 0 && ref.name.empty(); }
@@ -104,9 +101,8 @@ scene::PairReason reasonOf(const Asked& asked, const scene::ShapeRef& a, const s
 scene::ShapeRefPair onePair(const Asked& asked, const ShapeRef& a, const ShapeRef& b, Filter filter) {
   const scene::ShapeRefPair pair{shapeRefOf(asked, a), shapeRefOf(asked, b)};
   const auto names = [&] { return "'" + a.link + "' and '" + b.link + "'"; };
-  if (isSame(pair.a, pair.b)) throw RequestError(QueryStatus::INVALID_ARGUMENT, names() + " are the same");
-  if (areHalfSpaces(asked.all(), pair.a, pair.b))
-    throw RequestError(QueryStatus::INVALID_ARGUMENT, names() + " have a half-space each, and these always meet");
+  if (isSame(pair.a, pair.b)) refuse(names() + " are the same");
+  if (areHalfSpaces(asked.all(), pair.a, pair.b)) refuse(names() + " have a half-space each, and these always meet");
   if (filter == Filter::Ignored) return pair;
 
   const scene::PairReason reason = reasonOf(asked, pair.a, pair.b);
@@ -208,22 +204,22 @@ RequestedPairs pairsWith(const Asked& asked, const ShapeRef& a, Filter filter) {
 RequestedPairs groupOrEveryPair(const Asked& asked, const std::string& group, Filter filter) {
   if (group.empty()) return everyPair(asked, filter);
   if (filter == Filter::Ignored) {
-    throw RequestError(QueryStatus::INVALID_ARGUMENT, "group and ignore_filter exclude each other");
+    refuse("group and ignore_filter exclude each other");
   }
   try {
     return {asked.robot, asked.objects, asked.robot.pairsOfGroup(group)};
   } catch (const std::invalid_argument& error) {
-    throw RequestError(QueryStatus::INVALID_ARGUMENT, error.what());
+    refuse(error.what());
   }
 }
 
 void requirePairs(const RequestedPairs& pairs) {
-  if (pairs.size() == 0) throw RequestError(QueryStatus::INVALID_ARGUMENT, "the filter leaves no pair to check");
+  if (pairs.size() == 0) refuse("the filter leaves no pair to check");
 }
 
 RequestedPairs pairsOf(const Asked& asked, const ShapeRef& a, const ShapeRef& b, Filter filter) {
   if (!isEmpty(a) && !isEmpty(b)) return {asked.robot, asked.objects, {onePair(asked, a, b, filter)}};
-  if (!isEmpty(b)) throw RequestError(QueryStatus::INVALID_ARGUMENT, "b without a: name a, or neither of them");
+  if (!isEmpty(b)) refuse("b without a: name a, or neither of them");
   RequestedPairs pairs = isEmpty(a) ? everyPair(asked, filter) : pairsWith(asked, a, filter);
   requirePairs(pairs);
   return pairs;
@@ -244,9 +240,9 @@ void append(const Asked& asked, const RequestedPairs& more, std::vector<scene::S
 /// The pairs of the lists a and b. A single entry may stand for many pairs, so the limit is checked after each entry.
 RequestedPairs listedPairs(const Asked& asked, const QueryPairsRequest& request) {
   const Robot& robot = asked.robot;
-  if (!request.group.empty()) throw RequestError(QueryStatus::INVALID_ARGUMENT, "group goes with empty a and b only");
+  if (!request.group.empty()) refuse("group goes with empty a and b only");
   if (!request.b.empty() && request.b.size() != request.a.size()) {
-    throw RequestError(QueryStatus::INVALID_ARGUMENT, "a and b must have the same length, or b none");
+    refuse("a and b must have the same length, or b none");
   }
   const std::size_t entries = request.a.size();
   if (!isWithinBatch(robot, entries)) refuseBatch(robot, "a", std::to_string(entries) + " entries");
@@ -276,11 +272,10 @@ std::size_t maxReturned(const QueryPairsRequest& request, std::size_t asked) {
 
 }  // namespace
 
-QueryStatus RequestError::status() const {
-  QueryStatus status;
-  status.code = code_;
-  status.message = what();
-  return status;
+void refuse(const std::string& what) { throw RequestError(QueryStatus::INVALID_ARGUMENT, what); }
+
+void require(const QueryStatus& status) {
+  if (status.code != QueryStatus::OK) throw RequestError(status);
 }
 
 int linkNamed(const scene::RobotModel& robot, const std::string& name) {
@@ -291,18 +286,18 @@ int linkNamed(const scene::RobotModel& robot, const std::string& name) {
 }
 
 double finite(double value, const std::string& name) {
-  if (!std::isfinite(value)) throw RequestError(QueryStatus::INVALID_ARGUMENT, name + " is not finite");
+  if (!std::isfinite(value)) refuse(name + " is not finite");
   return value;
 }
 
 double notNegative(double value, const std::string& name) {
   if (finite(value, name) >= 0.0) return value;
-  throw RequestError(QueryStatus::INVALID_ARGUMENT, name + " must not be negative");
+  refuse(name + " must not be negative");
 }
 
 double positive(double value, const std::string& name) {
   if (finite(value, name) > 0.0) return value;
-  throw RequestError(QueryStatus::INVALID_ARGUMENT, name + " must be positive");
+  refuse(name + " must be positive");
 }
 
 std::size_t RequestedPairs::size() const {

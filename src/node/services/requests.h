@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "node/robot/query_status.h"
 #include "node/robot/robot.h"
 #include "node/tf/tf_poses.h"
 #include "proximity_server/QueryPairsRequest.h"
@@ -17,14 +18,20 @@ namespace proximity_server::node {
 /// The error of a request that cannot be answered, with the code and message of its QueryStatus.
 class RequestError : public std::runtime_error {
  public:
-  RequestError(std::int8_t code, const std::string& message) : std::runtime_error(message), code_(code) {}
-  explicit RequestError(const QueryStatus& status) : RequestError(status.code, status.message) {}
+  explicit RequestError(const QueryStatus& status) : std::runtime_error(status.message), status_(status) {}
+  RequestError(std::int8_t code, const std::string& message) : RequestError(statusOf(code, message)) {}
 
-  QueryStatus status() const;
+  const QueryStatus& status() const { return status_; }
 
  private:
-  std::int8_t code_;
+  QueryStatus status_;
 };
+
+/// Throws RequestError INVALID_ARGUMENT.
+[[noreturn]] void refuse(const std::string& what);
+
+/// Throws RequestError unless the status is OK.
+void require(const QueryStatus& status);
 
 enum class Filter { Applies, Ignored };
 inline Filter filterOf(bool ignore_filter) { return ignore_filter ? Filter::Ignored : Filter::Applies; }

@@ -6,17 +6,16 @@
 #include <stdexcept>
 #include <utility>
 
+#include "node/robot/query_status.h"
+
 namespace proximity_server::node {
 namespace {
 
 /// tf refuses quaternions whose squared norm differs from 1 by more than this, too.
 constexpr double kUnitNormTolerance = 0.01;
 
-QueryStatus status(std::int8_t code, const TfEdge& edge, const std::string& why) {
-  QueryStatus result;
-  result.code = code;
-  result.message = edge.name + ": " + why;
-  return result;
+QueryStatus statusOfEdge(std::int8_t code, const TfEdge& edge, const std::string& why) {
+  return statusOf(code, edge.name + ": " + why);
 }
 
 }  // namespace
@@ -38,15 +37,15 @@ EdgeTransform lookUpEdge(const tf2::BufferCore& buffer, const TfEdge& edge, cons
     result.stamp = found.header.stamp;
     result.pose = rigidMotion(found.transform);
     if (!result.pose) {
-      result.status =
-          status(QueryStatus::TF_UNAVAILABLE, edge, "its transform is not finite, or its quaternion has not length 1");
+      result.status = statusOfEdge(QueryStatus::TF_UNAVAILABLE, edge,
+                                   "its transform is not finite, or its quaternion has not length 1");
     }
   } catch (const tf2::ExtrapolationException& error) {
-    result.status = status(QueryStatus::TF_EXTRAPOLATION, edge, error.what());
+    result.status = statusOfEdge(QueryStatus::TF_EXTRAPOLATION, edge, error.what());
   } catch (const tf2::TransformException& error) {
-    result.status = status(QueryStatus::TF_UNAVAILABLE, edge, error.what());
+    result.status = statusOfEdge(QueryStatus::TF_UNAVAILABLE, edge, error.what());
   } catch (const std::runtime_error&) {  // thrown by ros::Time for an overflow, which tf does not handle
-    result.status = status(QueryStatus::TF_EXTRAPOLATION, edge, "its transforms are decades away from the stamp");
+    result.status = statusOfEdge(QueryStatus::TF_EXTRAPOLATION, edge, "its transforms are decades away from the stamp");
   }
   return result;
 }

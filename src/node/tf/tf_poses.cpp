@@ -10,19 +10,13 @@
 #include <stdexcept>
 #include <utility>
 
+#include "node/robot/query_status.h"
 #include "node/robot/tf_frames.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "system/durations.h"
 
 namespace proximity_server::node {
 namespace {
-
-QueryStatus status(std::int8_t code, std::string message = {}) {
-  QueryStatus result;
-  result.code = code;
-  result.message = std::move(message);
-  return result;
-}
 
 bool available(const TfLookup::Edge& edge) { return edge.transform.status.code == QueryStatus::OK; }
 
@@ -123,12 +117,12 @@ QueryStatus freshness(const EdgeTransform& latest, const std::string& name, cons
                       const ros::Duration& max_age) {
   const ros::Duration age = elapsed(latest.stamp, now);
   if (age > max_age) {
-    return status(QueryStatus::TF_STALE, name + ": its latest transform is " + durationText(age) +
-                                             " old, max_tf_age is " + durationText(max_age));
+    return statusOf(QueryStatus::TF_STALE, name + ": its latest transform is " + durationText(age) +
+                                               " old, max_tf_age is " + durationText(max_age));
   }
   if (-age > max_age) {
-    return status(QueryStatus::TF_STALE,
-                  name + ": its latest transform is " + durationText(-age) + " ahead of the clock");
+    return statusOf(QueryStatus::TF_STALE,
+                    name + ": its latest transform is " + durationText(-age) + " ahead of the clock");
   }
   return {};
 }
@@ -240,7 +234,8 @@ const JointSnapshot& TfPoses::lookUpJoints(TfLookup& lookup, const ros::Time& st
   startAt(stamp, snapshot);
   const ros::Time now = readClock();
   if (now.isZero()) {
-    snapshot.status = status(QueryStatus::TF_UNAVAILABLE, "waiting for the clock: use_sim_time is set, /clock is not");
+    snapshot.status =
+        statusOf(QueryStatus::TF_UNAVAILABLE, "waiting for the clock: use_sim_time is set, /clock is not");
     return snapshot;
   }
 
@@ -303,9 +298,9 @@ QueryStatus TfPoses::standingStill(const Robot& robot, const std::vector<int>& r
     const EdgeTransform found = lookUpEdge(*buffer, edge, ros::Time());
     if (found.pose && found.stamp.isZero()) continue;
     const std::string& name = robot.sources()[robots[i]].name;
-    return status(QueryStatus::NO_VELOCITY, (name.empty() ? "the robot" : "robot '" + name + "'") + ": its base '" +
-                                                edge.child + "' may move against '" + edge.parent +
-                                                "', as /tf_static does not join them");
+    return statusOf(QueryStatus::NO_VELOCITY, (name.empty() ? "the robot" : "robot '" + name + "'") + ": its base '" +
+                                                  edge.child + "' may move against '" + edge.parent +
+                                                  "', as /tf_static does not join them");
   }
   return {};
 }

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "node/robot/load_config.h"
+#include "node/answers/timed_motion.h"
 #include "node/robot/robot.h"
 #include "node/services/joint_requests.h"
-#include "node/services/timed_motion.h"
 #include "node/tf/joint_frames.h"
 #include "sanitized.h"
 

@@ -7,8 +7,8 @@
 #include <set>
 #include <string>
 
+#include "node/answers/conversions.h"
 #include "node/monitor/lookahead.h"
-#include "node/robot/conversions.h"
 #include "node/tf/joint_frames.h"
 #include "proximity_server/scene/model/names.h"
 #include "scene/example_robots.h"

@@ -5,17 +5,16 @@
 #include <optional>
 #include <vector>
 
-#include "node/robot/conversions.h"
+#include "node/answers/conversions.h"
 #include "node/robot/robot.h"
 #include "node/tf/joint_frames.h"
 #include "node/tf/tf_poses.h"
 #include "proximity_server/MotionMinimum.h"
 #include "proximity_server/Proximity.h"
-#include "proximity_server/QueryStatus.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/moving_scene.h"
 
-// The motion of a request in the time of its answer, and its results as messages.
+// A motion in the time of its answer, and its results as messages.
 
 namespace proximity_server::node {
 
@@ -76,11 +75,5 @@ MotionMinimum toMessage(const Named& named, const TimedMotion& motion, const sce
 
 /// A minimum of which nothing is known: all numbers are NaN.
 MotionMinimum unknownMinimum();
-
-/// OK, or TF_UNAVAILABLE if a pose or all geometry of some pairs is missing.
-QueryStatus completeness(const scene::MotionCounts& counts);
-
-/// OK if the search is complete; otherwise OVER_BUDGET if the deadline has passed, else NOT_CONVERGED.
-QueryStatus statusOf(narrowphase::Status status, const scene::MotionQuestion& question);
 
 }  // namespace proximity_server::node

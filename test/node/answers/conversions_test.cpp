@@ -1,4 +1,4 @@
-#include "node/robot/conversions.h"
+#include "node/answers/conversions.h"
 
 #include <gtest/gtest.h>
 

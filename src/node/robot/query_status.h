@@ -1,5 +1,9 @@
 #pragma once
 
+#include <cstdint>
+#include <string>
+#include <utility>
+
 #include "proximity_server/QueryStatus.h"
 
 namespace proximity_server {
@@ -34,4 +38,14 @@ inline const char* statusName(QueryStatus::_code_type code) {
   }
 }
 
+namespace node {
+
+inline QueryStatus statusOf(std::int8_t code, std::string message) {
+  QueryStatus status;
+  status.code = code;
+  status.message = std::move(message);
+  return status;
+}
+
+}  // namespace node
 }  // namespace proximity_server

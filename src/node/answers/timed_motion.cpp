@@ -1,11 +1,11 @@
-#include "node/services/timed_motion.h"
+#include "node/answers/timed_motion.h"
 
 #include <algorithm>
 #include <limits>
 #include <string>
 #include <utility>
 
-#include "node/robot/conversions.h"
+#include "node/answers/conversions.h"
 #include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
@@ -127,24 +127,6 @@ MotionMinimum unknownMinimum() {
   message.lower_bound = message.upper_bound = message.time = kNaN;
   message.pair = unknownProximity();
   return message;
-}
-
-QueryStatus completeness(const scene::MotionCounts& counts) {
-  QueryStatus result;
-  if (counts.unknown == 0) return result;
-  result.code = QueryStatus::TF_UNAVAILABLE;
-  result.message = std::to_string(counts.unknown) + " of " + std::to_string(counts.pairs) +
-                   " pairs have no usable pose, or no geometry";
-  return result;
-}
-
-QueryStatus statusOf(narrowphase::Status status, const scene::MotionQuestion& question) {
-  QueryStatus result;
-  if (status == narrowphase::Status::Converged || status == narrowphase::Status::Threshold) return result;
-  const bool is_late = std::chrono::steady_clock::now() >= question.deadline;
-  result.code = is_late ? QueryStatus::OVER_BUDGET : QueryStatus::NOT_CONVERGED;
-  result.message = is_late ? "the time budget ended; what is said is proven" : "undecided within the tolerance";
-  return result;
 }
 
 }  // namespace proximity_server::node

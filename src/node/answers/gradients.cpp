@@ -1,10 +1,10 @@
-#include "node/services/gradients.h"
+#include "node/answers/gradients.h"
 
 #include <Eigen/Core>
-#include <limits>
 #include <optional>
 #include <utility>
 
+#include "node/answers/conversions.h"
 #include "proximity_server/scene/motion/limited_motion.h"
 
 namespace proximity_server::node {
@@ -14,7 +14,7 @@ namespace {
 double positionOf(const scene::RobotModel& robot, const scene::Joint& joint, const scene::BodyPoses& poses) {
   const std::optional<Eigen::Isometry3d>& parent = poses[robot.links[joint.parent_link].body];
   const std::optional<Eigen::Isometry3d>& child = poses[robot.links[joint.child_link].body];
-  if (!scene::hasOnePosition(joint) || !parent || !child) return std::numeric_limits<double>::quiet_NaN();
+  if (!scene::hasOnePosition(joint) || !parent || !child) return kNaN;
   return scene::jointPosition(robot, joint, parent->inverse() * *child);
 }
 

@@ -1,0 +1,35 @@
+#include "node/answers/statuses.h"
+
+#include <chrono>
+#include <string>
+
+#include "node/robot/query_status.h"
+#include "system/durations.h"
+
+namespace proximity_server::node {
+namespace {
+
+bool hasPassed(std::chrono::steady_clock::time_point deadline) { return std::chrono::steady_clock::now() >= deadline; }
+
+}  // namespace
+
+QueryStatus incompleteness(const Robot& robot, const scene::PairCounts& counts, const scene::Question& question) {
+  const std::string pairs = std::to_string(counts.unknown) + " of " + std::to_string(counts.total) + " pairs have no ";
+  if (!hasPassed(question.deadline)) return statusOf(QueryStatus::TF_UNAVAILABLE, pairs + "usable pose");
+  return statusOf(QueryStatus::OVER_BUDGET, "the time was over: " + pairs + "answer, max_request_time is " +
+                                                system::secondsText(robot.config().max_request_time));
+}
+
+QueryStatus completeness(const scene::MotionCounts& counts) {
+  if (counts.unknown == 0) return {};
+  return statusOf(QueryStatus::TF_UNAVAILABLE, std::to_string(counts.unknown) + " of " + std::to_string(counts.pairs) +
+                                                   " pairs have no usable pose, or no geometry");
+}
+
+QueryStatus statusOf(narrowphase::Status status, const scene::MotionQuestion& question) {
+  if (status == narrowphase::Status::Converged || status == narrowphase::Status::Threshold) return {};
+  if (!hasPassed(question.deadline)) return statusOf(QueryStatus::NOT_CONVERGED, "undecided within the tolerance");
+  return statusOf(QueryStatus::OVER_BUDGET, "the time budget ended; what is said is proven");
+}
+
+}  // namespace proximity_server::node
