@@ -8,9 +8,9 @@
 #include "narrowphase/closed_form/boxes.h"
 #include "narrowphase/closed_form/parallel_axes.h"
 #include "narrowphase/closed_form/points_segments.h"
+#include "narrowphase/cso/observer.h"
 #include "narrowphase/gjk_epa/epa.h"
 #include "narrowphase/gjk_epa/gjk.h"
-#include "narrowphase/gjk_epa/observer.h"
 #include "narrowphase/shape/near_origin.h"
 #include "proximity_server/narrowphase/shape/rigid_pose.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "narrowphase/gjk_epa/simplex.h"
+#include "narrowphase/cso/simplex.h"
 
 namespace proximity_server::benchmark {
 

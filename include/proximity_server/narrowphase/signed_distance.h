@@ -49,7 +49,7 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Eigen::Isome
 
 struct QueryTrace;
 
-/// The same, and writes into `trace` what each step of the search did (gjk_epa/query_trace.h). The answer has the same
+/// The same, and writes into `trace` what each step of the search did (cso/query_trace.h). The answer has the same
 /// bits; the trace allocates.
 SignedDistance signedDistance(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, const Options& options,
                               WarmStart& warm_start, QueryTrace& trace);

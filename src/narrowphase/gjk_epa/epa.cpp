@@ -5,11 +5,11 @@
 #include <limits>
 
 #include "narrowphase/closed_form/parallel_axes.h"
-#include "narrowphase/gjk_epa/depth_about_axis.h"
+#include "narrowphase/cso/polytope.h"
+#include "narrowphase/curved/depth_about_axis.h"
+#include "narrowphase/curved/inner_ellipsoid.h"
+#include "narrowphase/curved/refinement.h"
 #include "narrowphase/gjk_epa/epa_start.h"
-#include "narrowphase/gjk_epa/inner_ellipsoid.h"
-#include "narrowphase/gjk_epa/polytope.h"
-#include "narrowphase/gjk_epa/refinement.h"
 
 namespace proximity_server::narrowphase {
 namespace {

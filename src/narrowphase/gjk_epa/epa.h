@@ -2,8 +2,8 @@
 
 #include <optional>
 
-#include "narrowphase/gjk_epa/observer.h"
-#include "narrowphase/gjk_epa/simplex.h"
+#include "narrowphase/cso/observer.h"
+#include "narrowphase/cso/simplex.h"
 
 namespace proximity_server::narrowphase {
 

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "narrowphase/gjk_epa/simplex.h"
+#include "narrowphase/cso/simplex.h"
 
 namespace proximity_server::narrowphase {
 

@@ -4,7 +4,7 @@
 #include <limits>
 #include <optional>
 
-#include "narrowphase/gjk_epa/refinement.h"
+#include "narrowphase/curved/refinement.h"
 #include "narrowphase/shape/triangle.h"
 
 namespace proximity_server::narrowphase {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "narrowphase/gjk_epa/observer.h"
-#include "narrowphase/gjk_epa/simplex.h"
+#include "narrowphase/cso/observer.h"
+#include "narrowphase/cso/simplex.h"
 
 namespace proximity_server::narrowphase {
 

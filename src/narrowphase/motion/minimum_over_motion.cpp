@@ -138,11 +138,7 @@ class TimeSubdivision {
 
 MinimumOverMotion minimumDistance(const Shape& a, const MotionChain& a_motion, const Shape& b,
                                   const MotionChain& b_motion, const MinimumOptions& options) {
-  MovingPair pair(a, a_motion, b, b_motion);
-  const bool is_answerable = pair.isRigid() && isInterval(options.begin, options.end);
-  MinimumOptions usable = options;
-  usable.tolerance = usableTolerance(options.tolerance);
-  return is_answerable ? TimeSubdivision(pair, usable).run() : MinimumOverMotion();
+  return searched<TimeSubdivision>(a, a_motion, b, b_motion, options);
 }
 
 }  // namespace proximity_server::narrowphase

@@ -1,26 +1,14 @@
 #include "proximity_server/narrowphase/motion/motion.h"
 
-#include <algorithm>
 #include <cmath>
 
-#include "narrowphase/motion/motion_path.h"
+#include "narrowphase/motion/screw_path.h"
 
 namespace proximity_server::narrowphase {
 
 using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-namespace {
-
-Isometry3d isometry(const ScrewPath::Pose& pose) {
-  Isometry3d result = Isometry3d::Identity();
-  result.linear() = pose.rotation;
-  result.translation() = pose.origin;
-  return result;
-}
-
-}  // namespace
 
 /// The translation along the axis is uniform. Across the axis, a velocity v leads to the displacement
 /// 1/x (sin(x) v + (1 - cos(x)) axis x v), see at(); this equation is solved for v.
@@ -34,7 +22,7 @@ ScrewMotion ScrewMotion::between(const Isometry3d& start, const Isometry3d& end)
   return {start, along + half_cotangent * (way - along) - half * axis.cross(way), turn.angle() * axis};
 }
 
-Isometry3d ScrewMotion::at(double time) const { return isometry(ScrewPath(*this).at(time)); }
+Isometry3d ScrewMotion::at(double time) const { return ScrewPath(start, linear, angular).at(time).isometry(); }
 
 ScrewMotion ScrewMotion::inverse() const {
   const Isometry3d back = start.inverse();
@@ -50,8 +38,6 @@ ScrewMotion operator*(const ScrewMotion& screw, const Isometry3d& pose) {
   return {screw.start * pose, screw.linear + screw.angular.cross(offset), screw.angular};
 }
 
-Isometry3d poseAt(const MotionChain& chain, double time) { return isometry(MotionPath(chain).at(time)); }
-
 double roundedLengths(const MotionChain& chain, double reach, const Vector3d& origin) {
   double sum = reach;
   for (std::size_t i = chain.size(); i-- > 0;) {
@@ -60,17 +46,6 @@ double roundedLengths(const MotionChain& chain, double reach, const Vector3d& or
     sum += (1.0 + chain[i].angular.norm()) * reach;
   }
   return sum;
-}
-
-MotionBound motionBound(const MotionChain& chain, const Vector3d& centre, double radius, double begin, double end) {
-  return MotionPath(chain).bound(centre, radius, begin, end);
-}
-
-Shape sweptShape(const Shape& shape, const ScrewMotion& motion, double begin, double end) {
-  const double duration = end - begin;
-  const Isometry3d begin_T_end = motion.at(begin).inverse() * motion.at(end);
-  const double acceleration = motionBound({motion}, shape.centre(), shape.coreRadius(), begin, end).acceleration;
-  return shape.sweptTo(begin_T_end).padded(acceleration * duration * duration / 8.0);
 }
 
 }  // namespace proximity_server::narrowphase

@@ -1,50 +1,11 @@
 #include "narrowphase/motion/motion_path.h"
 
 #include <algorithm>
-#include <cmath>
-
-#include "proximity_server/narrowphase/shape/rigid_pose.h"
 
 namespace proximity_server::narrowphase {
 
+using Eigen::Isometry3d;
 using Eigen::Vector3d;
-
-namespace {
-
-Eigen::Matrix3d axesOf(const Eigen::Isometry3d& pose) {
-  const bool is_usable = isRotation(departure2FromRotation(pose));
-  return (is_usable ? pose : rigidPose(pose).value_or(pose)).linear();
-}
-
-}  // namespace
-
-ScrewPath::ScrewPath(const ScrewMotion& motion, const Vector3d& from)
-    : start_{axesOf(motion.start), motion.start.translation() - from},
-      linear_(motion.linear),
-      angular_(motion.angular),
-      turning_(motion.angular.norm()),
-      straight_(motion.linear) {
-  if (turning_ == 0.0) return;
-  const Vector3d axis = angular_ / turning_;
-  for (int column = 0; column < 3; ++column) {
-    rotation_by_sine_.col(column) = axis.cross(start_.rotation.col(column));
-    rotation_by_versine_.col(column) = axis.cross(rotation_by_sine_.col(column));
-  }
-  straight_ = axis.dot(linear_) * axis;
-  origin_by_sine_ = (linear_ - straight_) / turning_;
-  origin_by_versine_ = axis.cross(linear_) / turning_;
-}
-
-ScrewPath::Pose ScrewPath::at(double time) const {
-  Pose pose{start_.rotation, start_.origin + time * straight_};
-  if (turning_ == 0.0) return pose;
-  // 1 - cosine is computed from half of the angle, which avoids cancellation.
-  const double half = 0.5 * turning_ * time, half_sine = std::sin(half), half_cosine = std::cos(half);
-  const double sine = 2.0 * half_sine * half_cosine, versine = 2.0 * half_sine * half_sine;
-  pose.rotation += sine * rotation_by_sine_ + versine * rotation_by_versine_;
-  pose.origin += sine * origin_by_sine_ + versine * origin_by_versine_;
-  return pose;
-}
 
 MotionPath::MotionPath(const MotionChain& chain, const Vector3d& from)
     : screws_(few_.data()), size_(std::max<std::size_t>(1, chain.size())) {
@@ -52,8 +13,9 @@ MotionPath::MotionPath(const MotionChain& chain, const Vector3d& from)
     many_.resize(size_);
     screws_ = many_.data();
   }
-  screws_[0] = ScrewPath(chain.empty() ? ScrewMotion() : chain.front(), from);
-  for (std::size_t i = 1; i < size_; ++i) screws_[i] = ScrewPath(chain[i]);
+  const ScrewMotion rest, &first = chain.empty() ? rest : chain.front();
+  screws_[0] = ScrewPath(first.start, first.linear, first.angular, from);
+  for (std::size_t i = 1; i < size_; ++i) screws_[i] = ScrewPath(chain[i].start, chain[i].linear, chain[i].angular);
 }
 
 ScrewPath::Pose MotionPath::at(double time) const {
@@ -113,6 +75,19 @@ MotionBound MotionPath::bound(const Vector3d& ball_centre, double ball_radius, d
   }
   bound.deviation = all_turning * ball_radius + half * bound.acceleration;
   return bound;
+}
+
+Isometry3d poseAt(const MotionChain& chain, double time) { return MotionPath(chain).at(time).isometry(); }
+
+MotionBound motionBound(const MotionChain& chain, const Vector3d& centre, double radius, double begin, double end) {
+  return MotionPath(chain).bound(centre, radius, begin, end);
+}
+
+Shape sweptShape(const Shape& shape, const ScrewMotion& motion, double begin, double end) {
+  const double duration = end - begin;
+  const Isometry3d begin_T_end = motion.at(begin).inverse() * motion.at(end);
+  const double acceleration = motionBound({motion}, shape.centre(), shape.coreRadius(), begin, end).acceleration;
+  return shape.sweptTo(begin_T_end).padded(acceleration * duration * duration / 8.0);
 }
 
 }  // namespace proximity_server::narrowphase

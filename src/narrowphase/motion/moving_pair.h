@@ -43,9 +43,6 @@ class AxisBound {
   double shortest_;   ///< smallest length of the axis
 };
 
-/// Whether an interval of time lies within [0, 1].
-inline bool isInterval(double begin, double end) { return 0.0 <= begin && begin <= end && end <= 1.0; }
-
 /// Two shapes that move along chains: poses, distances and bounds at any time.
 ///
 /// Frame: the axes are those of the common frame of the chains; the origin is at the start of a's chain, so that the
@@ -85,5 +82,17 @@ class MovingPair {
   WarmStart warm_start_;
   int vertex_a_ = 0, vertex_b_ = 0;  ///< support vertices of the last gapAlong()
 };
+
+/// What a search tells of two moving shapes: nothing if a motion is not rigid, or if the options have no interval within [0, 1].
+template <typename Search, typename Options>
+auto searched(const Shape& a, const MotionChain& a_motion, const Shape& b, const MotionChain& b_motion,
+              Options options) {
+  MovingPair pair(a, a_motion, b, b_motion);
+  using Answer = decltype(Search(pair, options).run());
+  const bool is_interval = 0.0 <= options.begin && options.begin <= options.end && options.end <= 1.0;
+  if (!pair.isRigid() || !is_interval) return Answer();
+  options.tolerance = usableTolerance(options.tolerance);
+  return Search(pair, options).run();
+}
 
 }  // namespace proximity_server::narrowphase

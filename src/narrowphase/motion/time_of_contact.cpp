@@ -132,11 +132,7 @@ class Advancement {
 
 TimeOfContact timeOfContact(const Shape& a, const MotionChain& a_motion, const Shape& b, const MotionChain& b_motion,
                             const ContactOptions& options) {
-  MovingPair pair(a, a_motion, b, b_motion);
-  const bool is_answerable = pair.isRigid() && isInterval(options.begin, options.end);
-  ContactOptions usable = options;
-  usable.tolerance = usableTolerance(options.tolerance);
-  return is_answerable ? Advancement(pair, usable).run() : TimeOfContact();
+  return searched<Advancement>(a, a_motion, b, b_motion, options);
 }
 
 }  // namespace proximity_server::narrowphase

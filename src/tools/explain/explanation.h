@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "proximity_server/narrowphase/gjk_epa/query_trace.h"
+#include "proximity_server/narrowphase/cso/query_trace.h"
 #include "proximity_server/narrowphase/query_types.h"
 #include "tools/explain/explained_pair.h"
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "proximity_server/narrowphase/gjk_epa/cso.h"
+#include "proximity_server/narrowphase/cso/cso.h"
 #include "tools/explain/explained_pair.h"
 
 namespace proximity_server::tools {

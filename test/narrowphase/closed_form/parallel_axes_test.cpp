@@ -6,7 +6,7 @@
 #include <random>
 
 #include "narrowphase/near.h"
-#include "proximity_server/narrowphase/gjk_epa/cso.h"
+#include "proximity_server/narrowphase/cso/cso.h"
 
 namespace proximity_server::narrowphase::parallel_axes_test {
 

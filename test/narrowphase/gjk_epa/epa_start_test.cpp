@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "narrowphase/gjk_epa/two_cores.h"
+#include "narrowphase/cso/two_cores.h"
 #include "narrowphase/near.h"
 
 namespace proximity_server::narrowphase::epa_start_test {

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <vector>
 
+#include "narrowphase/cso/two_cores.h"
 #include "narrowphase/edge_to_edge.h"
 #include "narrowphase/gjk_epa/gjk.h"
-#include "narrowphase/gjk_epa/two_cores.h"
 #include "narrowphase/near.h"
 
 namespace proximity_server::narrowphase::epa_test {

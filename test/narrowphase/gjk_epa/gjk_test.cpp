@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "narrowphase/cso/two_cores.h"
 #include "narrowphase/edge_to_edge.h"
-#include "narrowphase/gjk_epa/two_cores.h"
 #include "narrowphase/near.h"
 #include "narrowphase/rotation_between.h"
 

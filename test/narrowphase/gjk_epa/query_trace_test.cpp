@@ -1,4 +1,4 @@
-#include "proximity_server/narrowphase/gjk_epa/query_trace.h"
+#include "proximity_server/narrowphase/cso/query_trace.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "narrowphase/gjk_epa/two_cores.h"
+#include "narrowphase/cso/two_cores.h"
 #include "narrowphase/near.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 

@@ -8,10 +8,10 @@
 #include <random>
 #include <vector>
 
-#include "narrowphase/gjk_epa/observer.h"
-#include "narrowphase/gjk_epa/polytope.h"
-#include "narrowphase/gjk_epa/two_cores.h"
-#include "proximity_server/narrowphase/gjk_epa/query_trace.h"
+#include "narrowphase/cso/observer.h"
+#include "narrowphase/cso/polytope.h"
+#include "narrowphase/cso/two_cores.h"
+#include "proximity_server/narrowphase/cso/query_trace.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 
 namespace proximity_server::narrowphase::warm_polytope_test {

@@ -17,9 +17,14 @@ ScrewMotion screwFrom(const Vector3d& start, const Vector3d& linear, const Vecto
   return {Isometry3d(Eigen::Translation3d(start)), linear, angular};
 }
 
+ScrewPath pathFrom(const Vector3d& start, const Vector3d& linear, const Vector3d& angular,
+                   const Vector3d& from = Vector3d::Zero()) {
+  return {Isometry3d(Eigen::Translation3d(start)), linear, angular, from};
+}
+
 // A point that is 1 m from the axis moves at pi / 2 m per unit of time: about the origin of the fixed frame.
 TEST(ScrewPath, TurnsAboutAnAxisThatStandsStill) {
-  const ScrewPath path(screwFrom({1, 0, 0}, {0, kQuarter, 0}, {0, 0, kQuarter}));
+  const ScrewPath path = pathFrom({1, 0, 0}, {0, kQuarter, 0}, {0, 0, kQuarter});
   EXPECT_TRUE(isNear(path.at(0.0).origin, {1, 0, 0}, 1e-15));
   EXPECT_TRUE(isNear(path.at(1.0).origin, {0, 1, 0}, 1e-15));
   EXPECT_TRUE(isNear(path.at(2.0).origin, {-1, 0, 0}, 1e-15));
@@ -28,25 +33,25 @@ TEST(ScrewPath, TurnsAboutAnAxisThatStandsStill) {
 }
 
 TEST(ScrewPath, SlidesAlongItsAxisWhileItTurns) {
-  const ScrewPath path(screwFrom({1, 0, 0}, {0, kQuarter, 3}, {0, 0, kQuarter}));
+  const ScrewPath path = pathFrom({1, 0, 0}, {0, kQuarter, 3}, {0, 0, kQuarter});
   EXPECT_TRUE(isNear(path.at(1.0).origin, {0, 1, 3}, 1e-15));
   EXPECT_TRUE(isNear(path.at(0.5).origin, {std::sqrt(0.5), std::sqrt(0.5), 1.5}, 1e-15));
 }
 
 TEST(ScrewPath, GoesStraightWithoutATurn) {
-  const ScrewPath path(screwFrom({1, 2, 3}, {4, 5, 6}, {0, 0, 0}));
+  const ScrewPath path = pathFrom({1, 2, 3}, {4, 5, 6}, {0, 0, 0});
   EXPECT_EQ(path.at(0.5).origin, Vector3d(3, 4.5, 6));
   EXPECT_EQ(path.at(0.5).rotation, Eigen::Matrix3d::Identity());
   EXPECT_EQ(path.turning(), 0.0);
 }
 
 TEST(ScrewPath, CountsPositionsFromAPoint) {
-  const ScrewPath path(screwFrom({1, 0, 0}, {0, kQuarter, 0}, {0, 0, kQuarter}), {1, 2, 3});
+  const ScrewPath path = pathFrom({1, 0, 0}, {0, kQuarter, 0}, {0, 0, kQuarter}, {1, 2, 3});
   EXPECT_TRUE(isNear(path.at(1.0).origin, {-1, -1, -3}, 1e-15));
 }
 
 TEST(ScrewPath, KnowsTheVelocityOfAPoint) {
-  const ScrewPath path(screwFrom({1, 0, 0}, {0, 2, 3}, {0, 0, 2}));
+  const ScrewPath path = pathFrom({1, 0, 0}, {0, 2, 3}, {0, 0, 2});
   EXPECT_EQ(path.velocity({1, 0, 0}), Vector3d(0, 2, 3));
   EXPECT_EQ(path.velocity({0, 0, 7}), Vector3d(0, 0, 3));  // on the axis
   EXPECT_EQ(path.velocity({0, 5, 0}), Vector3d(-10, 0, 3));

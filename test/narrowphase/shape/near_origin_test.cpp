@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "proximity_server/narrowphase/gjk_epa/cso.h"
+#include "proximity_server/narrowphase/cso/cso.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 
 namespace proximity_server::narrowphase::near_origin_test {

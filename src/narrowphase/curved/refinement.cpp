@@ -1,11 +1,11 @@
-#include "narrowphase/gjk_epa/refinement.h"
+#include "narrowphase/curved/refinement.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
-#include "narrowphase/gjk_epa/stationary_rims.h"
+#include "narrowphase/curved/stationary_rims.h"
 
 namespace proximity_server::narrowphase {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "proximity_server/narrowphase/gjk_epa/cso.h"
+#include "proximity_server/narrowphase/cso/cso.h"
 
 namespace proximity_server::narrowphase {
 

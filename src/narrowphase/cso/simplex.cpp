@@ -1,4 +1,4 @@
-#include "narrowphase/gjk_epa/simplex.h"
+#include "narrowphase/cso/simplex.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "narrowphase/gjk_epa/refinement.h"
+#include "narrowphase/curved/stationary_direction.h"
 
 namespace proximity_server::narrowphase {
 

@@ -1,11 +1,11 @@
-#include "narrowphase/gjk_epa/stationary_rims.h"
+#include "narrowphase/curved/stationary_rims.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <vector>
 
-#include "narrowphase/gjk_epa/two_cores.h"
+#include "narrowphase/cso/two_cores.h"
 #include "narrowphase/near.h"
 
 namespace proximity_server::narrowphase::stationary_rims_test {

@@ -1,4 +1,4 @@
-#include "narrowphase/gjk_epa/depth_about_axis.h"
+#include "narrowphase/curved/depth_about_axis.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "narrowphase/gjk_epa/two_cores.h"
+#include "narrowphase/cso/two_cores.h"
 #include "sanitized.h"
 
 namespace proximity_server::narrowphase::depth_about_axis_test {

@@ -1,4 +1,4 @@
-#include "narrowphase/gjk_epa/depth_about_axis.h"
+#include "narrowphase/curved/depth_about_axis.h"
 
 #include <algorithm>
 #include <cmath>
@@ -201,9 +201,10 @@ struct Axes {
   int of_a, of_b;
 };
 
-class Search {
+/// Branch and bound over patches of directions.
+class PatchSearch {
  public:
-  Search(const Cso& cso, const Axes& axes)
+  PatchSearch(const Cso& cso, const Axes& axes)
       : frame_(frameOf(cso, axes)),
         a_(cso.a(), axes.of_a, frame_.transpose(), 1.0),
         b_(cso.b(), axes.of_b, frame_.transpose() * cso.bAxes(), -1.0),
@@ -365,7 +366,7 @@ double depthAboutAxis(const Cso& cso, double depth, double tolerance, const Refi
   const double reach = a.core.coreReach() + b.core.coreReach() + inner.bOrigin().norm();
   // Four of them are for the inner cores and their pose.
   const double rounding = 16.0 * cso.rounding() + skew * reach, gap = 0.5 * tolerance - rounding;
-  return gap > rounding ? Search(inner, *axes).run(depth, gap, refineOuter) - rounding : kNothing;
+  return gap > rounding ? PatchSearch(inner, *axes).run(depth, gap, refineOuter) - rounding : kNothing;
 }
 
 }  // namespace proximity_server::narrowphase

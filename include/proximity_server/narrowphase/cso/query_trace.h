@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "proximity_server/narrowphase/gjk_epa/cso.h"
+#include "proximity_server/narrowphase/cso/cso.h"
 
 namespace proximity_server::narrowphase {
 

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <vector>
 
-#include "narrowphase/gjk_epa/simplex.h"
+#include "narrowphase/cso/simplex.h"
 
 namespace proximity_server::narrowphase {
 

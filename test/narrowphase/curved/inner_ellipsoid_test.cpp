@@ -1,4 +1,4 @@
-#include "narrowphase/gjk_epa/inner_ellipsoid.h"
+#include "narrowphase/curved/inner_ellipsoid.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "narrowphase/gjk_epa/two_cores.h"
+#include "narrowphase/cso/two_cores.h"
 
 namespace proximity_server::narrowphase::inner_ellipsoid_test {
 

@@ -1,4 +1,4 @@
-#include "proximity_server/narrowphase/gjk_epa/cso.h"
+#include "proximity_server/narrowphase/cso/cso.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "narrowphase/gjk_epa/polytope.h"
-#include "narrowphase/gjk_epa/simplex.h"
-#include "proximity_server/narrowphase/gjk_epa/query_trace.h"
+#include "narrowphase/cso/polytope.h"
+#include "narrowphase/cso/simplex.h"
+#include "proximity_server/narrowphase/cso/query_trace.h"
 
 namespace proximity_server::narrowphase {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "proximity_server/narrowphase/gjk_epa/cso.h"
+#include "proximity_server/narrowphase/cso/cso.h"
 
 namespace proximity_server::narrowphase {
 

@@ -1,4 +1,4 @@
-#include "narrowphase/gjk_epa/polytope.h"
+#include "narrowphase/cso/polytope.h"
 
 #include <cstring>
 #include <limits>

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "narrowphase/gjk_epa/refinement.h"
+#include "narrowphase/curved/stationary_direction.h"
 
 namespace proximity_server::narrowphase {
 

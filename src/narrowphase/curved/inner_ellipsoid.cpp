@@ -1,4 +1,4 @@
-#include "narrowphase/gjk_epa/inner_ellipsoid.h"
+#include "narrowphase/curved/inner_ellipsoid.h"
 
 #include <algorithm>
 #include <array>

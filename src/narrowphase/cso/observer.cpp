@@ -1,4 +1,4 @@
-#include "narrowphase/gjk_epa/observer.h"
+#include "narrowphase/cso/observer.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "narrowphase/gjk_epa/simplex.h"
+#include "narrowphase/cso/simplex.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "narrowphase/gjk_epa/two_cores.h"
+#include "narrowphase/cso/two_cores.h"
 #include "narrowphase/near.h"
 
 namespace proximity_server::narrowphase::simplex_test {

@@ -1,4 +1,4 @@
-#include "narrowphase/gjk_epa/refinement.h"
+#include "narrowphase/curved/refinement.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "narrowphase/gjk_epa/two_cores.h"
+#include "narrowphase/cso/two_cores.h"
 #include "narrowphase/near.h"
 
 namespace proximity_server::narrowphase::refinement_test {

@@ -1,4 +1,4 @@
-#include "narrowphase/gjk_epa/polytope.h"
+#include "narrowphase/cso/polytope.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <random>
 #include <vector>
 
-#include "narrowphase/gjk_epa/two_cores.h"
+#include "narrowphase/cso/two_cores.h"
 #include "narrowphase/near.h"
 
 namespace proximity_server::narrowphase::polytope_test {

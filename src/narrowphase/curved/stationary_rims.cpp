@@ -1,4 +1,4 @@
-#include "narrowphase/gjk_epa/stationary_rims.h"
+#include "narrowphase/curved/stationary_rims.h"
 
 #include <algorithm>
 #include <cmath>
