@@ -4,7 +4,7 @@
 
 #include "scene/example_robots.h"
 #include "scene/files.h"
-#include "tools/command_line/run_command.h"
+#include "tools/program/run_command.h"
 
 // The example of a controller on real arms, each with a ROS master of its own; what is asked of it is in real_arm.py.
 

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "proximity_server/scene/motion/frames_on_links.h"
-#include "tools/command_line/csv.h"
-#include "tools/command_line/state_text.h"
+#include "tools/robot/robot_text.h"
+#include "tools/text/csv.h"
 
 namespace proximity_server::tools {
 namespace {

@@ -6,9 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "tools/clearance/clearance_rows.h"
-#include "tools/clearance/clearance_run.h"
-#include "tools/clearance/trajectory_run.h"
+#include "tools/clearance/clearance_question.h"
 
 namespace proximity_server::tools {
 

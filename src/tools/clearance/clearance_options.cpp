@@ -1,9 +1,8 @@
 #include "tools/clearance/clearance_options.h"
 
-#include <map>
 #include <stdexcept>
 
-#include "tools/command_line/number_options.h"
+#include "tools/program/options.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -36,16 +35,13 @@ void declareTrajectory(CLI::App& app, ClearanceOptions& options) {
 }
 
 void declareOutput(CLI::App& app, ClearanceOptions& options) {
-  const auto readFormat = [&](const std::string& name) {
-    const std::map<std::string, RowFormat> formats{
-        {"csv", RowFormat::Csv}, {"json", RowFormat::Json}, {"npy", RowFormat::Npy}};
-    const auto format = formats.find(name);
-    if (format == formats.end()) throw CLI::ValidationError("--format", "'" + name + "' is neither csv, json nor npy");
-    options.format = format->second;
+  const auto readFormat = [](const std::string& name) {
+    const std::optional<RowFormat> format = rowFormatNamed(name);
+    if (!format) throw std::invalid_argument("'" + name + "' is neither csv, json nor npy");
+    return *format;
   };
-  app.add_option_function<std::string>("--format", readFormat,
-                                       "csv, json, or npy: numbers for numpy, and FILE.manifest with the names of the "
-                                       "pairs (default: csv)")
+  addRead(app, "--format", options.format, readFormat,
+          "csv, json, or npy: numbers for numpy, and FILE.manifest with the names of the pairs (default: csv)")
       ->type_name("NAME");
   app.add_option("--out", options.out, "where to write (default: standard output); the folder of --shard and --range")
       ->type_name("FILE");

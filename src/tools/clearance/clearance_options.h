@@ -7,12 +7,12 @@
 
 #include "proximity_server/scene/motion/moving_scene.h"
 #include "proximity_server/scene/query/question.h"
-#include "tools/clearance/clearance_rows.h"
-#include "tools/clearance/clearance_run.h"
-#include "tools/command_line/robot_files.h"
+#include "tools/clearance/clearance_question.h"
+#include "tools/robot/robot_files.h"
 #include "tools/second_opinion/second_opinion.h"
 #include "tools/states/state_options.h"
-#include "tools/sweep/sweep_options.h"
+#include "tools/sweep/output_format.h"
+#include "tools/sweep/state_range.h"
 
 namespace proximity_server::tools {
 

@@ -1,42 +1,82 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/question.h"
 #include "tools/clearance/trajectory_run.h"
+#include "proximity_server/scene/batch/scene_batch.h"
+#include "tools/clearance/clearance_question.h"
+#include "tools/sweep/row_output.h"
 
 namespace proximity_server::tools {
-
-enum class RowFormat : unsigned char { Csv, Json, Npy };
-
-/// A row describes one pair in a state, or one segment of a trajectory.
-enum class RowKind : unsigned char { State, Segment };
-
-/// Whether the rows of states say the level of their pair.
-enum class LevelColumn : unsigned char { Without, With };
-
-/// The text before the first row: the header of the CSV, or the opening bracket of the JSON array.
-std::string rowsBegin(RowKind kind, RowFormat format, LevelColumn levels = LevelColumn::Without);
 
 // Rows are in the root link's frame and have neither separator nor line end. An unknown number is nan in CSV and null
 // in JSON.
 
-/// The level of a pair by its own thresholds: "STOP"; "INVALID" without an answer.
-std::string levelText(const scene::PairProximity& pair, const scene::LevelThresholds& thresholds);
+/// Whether the rows of states say the level of their pair.
+enum class LevelColumn : unsigned char { Without, With };
 
-/// One pair in one state. Without objects `objects` is nullptr. With thresholds the row has a level.
-std::string rowText(long state, const scene::PairProximity& pair, const scene::RobotModel& robot,
-                    const scene::Objects* objects, RowFormat format, const scene::LevelThresholds* thresholds);
+/// What stands around the rows of states, where so many pairs of links have numbers; and around those of segments.
+OutputFormat stateFormat(RowFormat format, const PairSelection& selection, std::size_t pairs, LevelColumn levels);
+OutputFormat segmentFormat(RowFormat format);
 
 /// One segment: the closest pair at the time when it is closest, with the bounds of the whole segment, then the first
 /// contact; all times are those of the trajectory. A contact that is not decided is `unknown` in CSV and null in JSON.
 /// JSON also has the positions of the joints at contact, without mimic joints.
 std::string rowText(const SegmentClearance& answer, const scene::RobotModel& robot, RowFormat format);
 
-/// The text between two rows, and that after the last row.
-std::string rowsSeparator(RowFormat format);
-std::string rowsEnd(RowFormat format);
+/// The numbers of pairs of links: their places in a list.
+class PairNumbers {
+ public:
+  PairNumbers(const std::vector<scene::ShapeRefPair>& pairs, std::size_t links);
+
+  /// -1 for a pair that is not in the list, and one with an object.
+  int of(const scene::ShapeRefPair& pair) const;
+
+ private:
+  std::size_t links_;
+  std::vector<int> numbers_;  ///< of link a * links + link b
+};
+
+/// What is known of a state where the question is whether any pair is at or below a distance.
+using Verdict = scene::StateVerdict::Kind;
+
+/// The rows of states in one format. Lists have a row for each selected pair, and one for a state without an answer; for "any"
+/// there is one for each state.
+/// Thread-safe: it never changes.
+class StateRows {
+ public:
+  /// The pairs of the question are those that numbers in .npy mean. The question must outlive this.
+  StateRows(const ClearanceQuestion& question, RowFormat format);
+
+  OutputFormat format() const;
+  const PairNumbers& numbers() const { return numbers_; }
+
+  /// One pair of a state. One without links is that of a state without an answer. Without objects `objects` is nullptr.
+  void addPair(std::uint64_t state, const scene::PairProximity& pair, const scene::Objects* objects,
+               WrittenRows& to) const;
+
+  /// The verdict about a state, with the pair that is below.
+  void addVerdict(std::uint64_t state, Verdict verdict, const scene::ShapeRefPair& pair, const scene::Objects* objects,
+                  WrittenRows& to) const;
+
+ private:
+  void separate(WrittenRows& to) const;
+  void addVerdictText(std::uint64_t state, const std::string& rest, WrittenRows& to) const;
+  std::string restOf(Verdict verdict, const std::string& link_a, const std::string& link_b) const;
+
+  const ClearanceQuestion& question_;
+  RowFormat format_;
+  std::string between_;
+  PairNumbers numbers_;
+  NpyInteger integer_;
+  // The text of a verdict before its state, and what follows: for each pair that is below, and for those without a pair.
+  std::string verdict_begin_, above_, unknown_;
+  std::vector<std::string> below_;
+};
 
 }  // namespace proximity_server::tools

@@ -4,342 +4,400 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <utility>
 
 #include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/levels/clearance_level.h"
 #include "system/pipeline.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/query/scene.h"
+#include "tools/clearance/clearance_rows.h"
+#include "tools/robot/robot_text.h"
 
 namespace proximity_server::tools {
 namespace {
 
-SummaryKind summaryKindOf(const PairSelection& selection) {
-  return selection.kind == PairSelection::Kind::Any ? SummaryKind::Verdicts : SummaryKind::Distances;
+/// So many that taking turns costs nothing beside the answers, and so few that a block stays in the cache of a core.
+constexpr int kBlockOfBatch = 2048;
+
+/// So many that the cold start is a small part of the work.
+constexpr int kBlockOfScene = 256;
+
+/// States that lie side by side, what is answered about them, and their rows.
+struct StateBlock {
+  std::uint64_t first = 0;
+  int size = 0;
+  Eigen::MatrixXd positions;
+  std::vector<std::shared_ptr<const scene::Objects>> objects;  ///< in each state; empty: there are none
+  WrittenRows rows, plot_rows;
+  std::vector<StateClearance> answers;  ///< for the assertion and the second opinion
+};
+
+scene::Positions positionsOf(const StateBlock& block, int i) {
+  scene::Positions positions(static_cast<std::size_t>(block.positions.cols()));
+  for (std::size_t j = 0; j < positions.size(); ++j) positions[j] = block.positions(i, static_cast<Eigen::Index>(j));
+  return positions;
 }
+
+/// The pairs that are listed of a state.
+struct Listed {
+  const scene::PairProximity* begin;
+  const scene::PairProximity* end;
+  int unknown = 0;  ///< pairs without an answer
+};
 
 bool isKnown(const scene::PairProximity& pair) {
   return isNamed(pair.asked) && pair.result.status != narrowphase::Status::Unknown;
 }
 
-SummaryCounter::Closest closestOf(std::uint64_t state, int number, const scene::PairProximity& pair) {
-  return {state, number, pair.result.distance, pair.result.lower_bound, pair.result.upper_bound};
-}
-
 /// The closest of the pairs that have an answer, as `all` lists them in another order; nullptr: none has.
-const scene::PairProximity* closestKnown(const scene::PairProximity* begin, const scene::PairProximity* end) {
+const scene::PairProximity* closestKnown(const Listed& listed) {
   const scene::PairProximity* closest = nullptr;
-  for (const scene::PairProximity* pair = begin; pair != end; ++pair)
+  for (const scene::PairProximity* pair = listed.begin; pair != listed.end; ++pair)
     if (isKnown(*pair) && (!closest || pair->result.distance < closest->result.distance)) closest = pair;
   return closest;
 }
 
-/// Counts the level of a state, where the pairs that are listed tell it: all, or the one that sets it.
-void addLevel(const scene::PairProximity* begin, const scene::PairProximity* end, const PairSelection& selection,
-              const std::optional<scene::LevelThresholds>& thresholds, SummaryCounter& counter) {
-  if (!thresholds || (selection.kind != PairSelection::Kind::Minimum && selection.kind != PairSelection::Kind::All))
-    return;
-  scene::ClearanceLevel worst = scene::ClearanceLevel::Clear;
-  for (; begin != end; ++begin) worst = std::max(worst, levelOf(*begin, *thresholds).level);
-  counter.addLevel(worst);
+/// [m] The value by which Scene sorts its answers.
+double placeOf(const narrowphase::SignedDistance& result) {
+  return result.status == narrowphase::Status::Converged ? result.distance : result.lower_bound;
 }
 
-/// Answers by Scene, state by state in the calling thread: for all that SceneBatch does not know.
-class SceneSweep {
+/// The smallest distance, from an answer that lists the smallest and all that is closer. A pair that is not listed is not
+/// closer in the order of Scene, but its lower bound may be below that of the smallest by the tolerance.
+SmallestDistance smallestOf(const Listed& listed) {
+  SmallestDistance smallest;
+  smallest.unknown_pairs = listed.unknown;
+  double place = std::numeric_limits<double>::infinity();
+  for (const scene::PairProximity* pair = listed.begin; pair != listed.end; ++pair) {
+    if (pair->result.status == narrowphase::Status::Unknown || !(placeOf(pair->result) < place)) continue;
+    place = placeOf(pair->result);
+    smallest.pair = *pair;
+    smallest.lower_bound = std::min(pair->result.lower_bound, place - scene::Question{}.tolerance);
+  }
+  return smallest;
+}
+
+Listed listOf(const std::vector<scene::PairProximity>& pairs, int unknown) {
+  return {pairs.data(), pairs.data() + pairs.size(), unknown};
+}
+
+std::vector<scene::PairProximity> listOf(const scene::PairProximity* pair) {
+  return pair ? std::vector<scene::PairProximity>{*pair} : std::vector<scene::PairProximity>{};
+}
+
+class StateSweep {
  public:
-  SceneSweep(const ClearanceQuestion& question, const StateQuestion& state_question, const SweepOutput& output)
+  StateSweep(const ClearanceQuestion& question, StateSource& states, const StateRange& range, AnswerOutput& output)
       : question_(question),
-        state_question_(state_question),
+        kind_(question.selection.kind),
+        states_(states),
+        range_(range),
         output_(output),
-        counter_(summaryKindOf(state_question.selection)) {}
-
-  SweepSummary run(StateSource& states, const StateRange& range) {
-    answerStates(question_, state_question_, states, range, [&](const StateClearance& answer) { add(answer); });
-    return counter_.summary(question_.model->robot, [&](int pair) { return names_[static_cast<std::size_t>(pair)]; });
-  }
-
- private:
-  void add(const StateClearance& answer) {
-    if (state_question_.selection.kind == PairSelection::Kind::Any) {
-      addVerdict(answer);
+        rows_(question, output.format),
+        plot_rows_(question, RowFormat::Csv) {
+    // SceneBatch knows the candidates of the filter, which then are the pairs of the question, in their order.
+    const bool is_for_batch = question.filter == PairFilter::On && !question.objects &&
+                              question.skipping == scene::Skipping::On && kind_ != PairSelection::Kind::All;
+    std::optional<scene::SceneBatch> batch;
+    if (is_for_batch) {
+      batch.emplace(question.model);
     } else {
-      addPairs(answer);
+      fresh_.emplace(question.model, question.skipping);
     }
-    output_.write(rows_);
-    rows_.clear();
-    if (output_.judge) output_.judge(answer);
-    if (output_.listed) output_.listed(answer);
-    output_.count(1);
-  }
-
-  void addVerdict(const StateClearance& answer) {
-    const bool is_below = !answer.pairs.empty() && isKnown(answer.pairs.front());
-    const Verdict verdict = is_below                            ? Verdict::Below
-                            : answer.smallest.unknown_pairs > 0 ? Verdict::Unknown
-                                                                : Verdict::Above;
-    const scene::ShapeRefPair pair = is_below ? answer.pairs.front().asked : scene::ShapeRefPair{};
-    const auto state = static_cast<std::uint64_t>(answer.state);
-    output_.rows.addVerdict(state, verdict, pair, answer.objects.get(), rows_);
-    if (verdict == Verdict::Above) return counter_.addUnlisted();
-    if (verdict == Verdict::Unknown) return counter_.addUnknown();
-    counter_.add({state, numberOf(pair, answer)}, [&] { return answer.positions; });
-  }
-
-  void addPairs(const StateClearance& answer) {
-    const auto state = static_cast<std::uint64_t>(answer.state);
-    for (const scene::PairProximity& pair : answer.pairs) {
-      output_.rows.addPair(state, pair, answer.objects.get(), rows_);
-      if (output_.plot_rows) output_.plot_rows->addPair(state, pair, answer.objects.get(), plot_rows_);
-    }
-    if (output_.plot_rows) output_.plot(std::exchange(plot_rows_, {}));
-    const scene::PairProximity* closest = closestKnown(answer.pairs.data(), answer.pairs.data() + answer.pairs.size());
-    const bool is_known = answer.smallest.unknown_pairs == 0;
-    if (is_known && closest) {
-      counter_.add(closestOf(state, numberOf(closest->asked, answer), *closest), [&] { return answer.positions; });
-      addLevel(answer.pairs.data(), answer.pairs.data() + answer.pairs.size(), state_question_.selection,
-               question_.thresholds, counter_);
-    } else if (is_known && answer.pairs.empty()) {
-      counter_.addUnlisted();
-    } else {
-      counter_.addUnknown();
-    }
-  }
-
-  /// Pairs are numbered as they come, because objects come and go.
-  int numberOf(const scene::ShapeRefPair& pair, const StateClearance& answer) {
-    const scene::RobotModel& robot = question_.model->robot;
-    const SweepSummary::Names names{nameOf(pair.a, robot, answer.objects.get()),
-                                    nameOf(pair.b, robot, answer.objects.get())};
-    const auto [place, is_new] = numbers_.emplace(names, static_cast<int>(names_.size()));
-    if (is_new) names_.push_back(names);
-    return place->second;
-  }
-
-  const ClearanceQuestion& question_;
-  const StateQuestion& state_question_;
-  const SweepOutput& output_;
-  SummaryCounter counter_;
-  WrittenRows rows_, plot_rows_;
-  std::map<SweepSummary::Names, int> numbers_;
-  std::vector<SweepSummary::Names> names_;
-};
-
-/// States that lie side by side, and their rows.
-struct StateBlock {
-  std::uint64_t first = 0;
-  int size = 0;
-  Eigen::MatrixXd positions;
-  WrittenRows rows, plot_rows;
-  std::vector<StateClearance> judged, listed;
-};
-
-/// So many that taking turns costs nothing beside the answers, and so few that a block stays in the cache of a core.
-constexpr int kBlockOfBatch = 2048;
-
-/// Answers by SceneBatch, in blocks that threads take.
-class BatchSweep {
- public:
-  BatchSweep(const ClearanceQuestion& question, const StateQuestion& state_question, const SweepOutput& output)
-      : question_(question), state_question_(state_question), output_(output), batch_(question.model) {
     for (int i = 0; i < question.threads; ++i)
-      workers_.push_back({batch_.twin(), SummaryCounter(summaryKindOf(state_question.selection)), {}});
+      workers_.push_back({batch ? std::optional(batch->twin()) : std::nullopt, SummaryCounter(summaryKind()), {}, {}});
+    next_ = is_for_batch ? range.begin : range.begin / kBlockOfScene * kBlockOfScene;
+    if (question.objects) next_ = 0;  // they change on the way there
   }
 
-  SweepSummary run(StateSource& states, const StateRange& range) {
-    if (range.begin > 0) states.skipTo(range.begin);
-    std::uint64_t next = range.begin;
+  SweepSummary run() {
+    if (next_ > 0) states_.skipTo(next_);
+    constexpr int kLists = 1, kStates = 4;  // blocks for each thread: lists of all pairs are large
     system::runPipeline<StateBlock>(
-        {[&](StateBlock& block) { return read(states, range, next, block); },
+        {[&](StateBlock& block) { return read(block); },
          [&](StateBlock& block, int thread) { answer(block, workers_[static_cast<std::size_t>(thread)]); },
          [&](StateBlock& block) { write(block); }},
-        {question_.threads});
+        {question_.threads, system::PipelineThreads::TooFew::Refused, fresh_ ? kLists : kStates});
     SweepSummary summary;
-    summary.kind = summaryKindOf(state_question_.selection);
+    summary.kind = summaryKind();
     for (const Worker& worker : workers_)
-      summary.add(worker.counter.summary(question_.model->robot, [&](int pair) { return namesOf(pair); }));
+      summary.add(worker.counter.summary(question_.model->robot, [&](int pair) { return namesOf(pair, worker); }));
     return summary;
   }
 
  private:
+  /// What a thread keeps.
   struct Worker {
-    scene::SceneBatch batch;
+    std::optional<scene::SceneBatch> batch;
     SummaryCounter counter;
-    scene::Positions positions;  ///< scratch
-  };
-  struct Listed {
-    const scene::PairProximity* begin;
-    const scene::PairProximity* end;
-    bool is_known;
+    std::map<SweepSummary::Names, int> object_pairs;  ///< numbered as they come, because objects come and go
+    std::vector<SweepSummary::Names> object_names;    ///< of these
   };
 
-  bool read(StateSource& states, const StateRange& range, std::uint64_t& next, StateBlock& block) const {
-    const auto joints = static_cast<Eigen::Index>(question_.model->robot.joints.size());
-    if (block.positions.rows() == 0) block.positions.resize(kBlockOfBatch, joints);
-    const auto wanted = static_cast<Eigen::Index>(std::min<std::uint64_t>(range.end - next, kBlockOfBatch));
+  SummaryKind summaryKind() const {
+    return kind_ == PairSelection::Kind::Any ? SummaryKind::Verdicts : SummaryKind::Distances;
+  }
+  const scene::LevelThresholds* thresholds() const { return question_.thresholds ? &*question_.thresholds : nullptr; }
+
+  /// Whether the closest pair of a state is among those that are listed.
+  bool listsSmallest() const {
+    return kind_ == PairSelection::Kind::All || kind_ == PairSelection::Kind::Closest ||
+           (kind_ == PairSelection::Kind::Minimum && !question_.thresholds);
+  }
+
+  /// Whether the assertion needs the closest pair besides those that are listed.
+  bool needsSmallest() const { return output_.assertion && !listsSmallest(); }
+
+  /// Reads the next block; an error of reading ends it, and is thrown by the next call.
+  bool read(StateBlock& block) {
+    const Eigen::Index size = fresh_ ? kBlockOfScene : kBlockOfBatch;
+    if (block.positions.rows() == 0)
+      block.positions.resize(size, static_cast<Eigen::Index>(question_.model->robot.joints.size()));
+    const auto wanted = static_cast<Eigen::Index>(std::min(range_.end - next_, static_cast<std::uint64_t>(size)));
     if (wanted == 0) return false;
-    block.size = states.read(block.positions.topRows(wanted));
-    block.first = next;
-    next += static_cast<std::uint64_t>(block.size);
-    if (block.size == 0 && range.end != kToTheEnd) refuseEnd(states, next, range);
+    block.first = next_;
+    block.objects.clear();
+    block.size = states_.read(block.positions.topRows(wanted), [&](const scene::Positions& positions) {
+      if (!question_.objects) return;
+      const std::size_t state = block.first + block.objects.size();
+      question_.objects->advance(static_cast<long>(state), states_.time(), positions);
+      block.objects.push_back(question_.objects->now());
+    });
+    next_ += static_cast<std::uint64_t>(block.size);
+    if (block.size == 0 && range_.end != kToTheEnd)
+      throw std::invalid_argument(states_.source() + ": ends after " + std::to_string(next_) +
+                                  " states, before those of " + textOf(range_));
     return block.size > 0;
   }
 
   void answer(StateBlock& block, Worker& worker) const {
     block.rows.clear();
     block.plot_rows.clear();
-    block.judged.clear();
-    block.listed.clear();
+    block.answers.clear();
+    if (worker.batch) {
+      answerByBatch(block, worker);
+    } else if (block.first + static_cast<std::uint64_t>(block.size) > range_.begin) {
+      answerByScene(block, worker);
+    }
+  }
+
+  void answerByBatch(StateBlock& block, Worker& worker) const {
     const scene::States states = block.positions.topRows(block.size);
-    switch (state_question_.selection.kind) {
+    const PairSelection& selection = question_.selection;
+    switch (kind_) {
       case PairSelection::Kind::Any:
-        addVerdicts(worker.batch.anyBelow(states, state_question_.selection.threshold), block, worker);
+        addVerdicts(worker.batch->anyBelow(states, selection.threshold), block, worker);
         break;
       case PairSelection::Kind::Below:
-        addLists(worker.batch.below(states, state_question_.selection.threshold), block, worker);
+        addLists(worker.batch->below(states, selection.threshold), block, worker);
         break;
       case PairSelection::Kind::Closest:
-        addLists(worker.batch.closest(states, state_question_.selection.count), block, worker);
+        addLists(worker.batch->closest(states, selection.count), block, worker);
         break;
       case PairSelection::Kind::Minimum:
       case PairSelection::Kind::All:  // is not answered here
-        addMinima(
-            question_.thresholds ? worker.batch.deciding(states, *question_.thresholds) : worker.batch.minimum(states),
-            block, worker);
+        addMinima(thresholds() ? worker.batch->deciding(states, *thresholds()) : worker.batch->minimum(states), block,
+                  worker);
         break;
     }
-    if (output_.judge && !listsSmallest(state_question_.selection, question_))
-      judge(worker.batch.minimum(states), block);
+    if (!needsSmallest()) return;
+    const std::vector<scene::PairProximity>& minima = worker.batch->minimum(states);
+    for (std::size_t i = 0; i < block.answers.size(); ++i) block.answers[i].smallest = smallestOf(ofMinimum(minima[i]));
   }
 
   void addVerdicts(const std::vector<scene::StateVerdict>& verdicts, StateBlock& block, Worker& worker) const {
+    scene::PairProximity below;
+    below.result.status = narrowphase::Status::Converged;
     for (int i = 0; i < block.size; ++i) {
       const scene::StateVerdict& found = verdicts[static_cast<std::size_t>(i)];
-      const std::uint64_t state = block.first + static_cast<std::uint64_t>(i);
-      const Verdict verdict = verdictOf(found);
-      output_.rows.addVerdict(state, verdict, found.pair, block.rows);
-      if (verdict == Verdict::Above) {
-        worker.counter.addUnlisted();
-      } else if (verdict == Verdict::Unknown) {
-        worker.counter.addUnknown();
-      } else {
-        worker.counter.add({state, found.pair}, [&] { return positionsOf(block, i, worker); });
-      }
+      const bool is_below = found.kind == Verdict::Below;
+      if (is_below) below.asked = question_.pairs[static_cast<std::size_t>(found.pair)];
+      add(i, {&below, &below + (is_below ? 1 : 0), found.kind == Verdict::Unknown ? allPairs() : 0}, block, worker);
     }
-  }
-
-  static Verdict verdictOf(const scene::StateVerdict& found) {
-    switch (found.kind) {
-      case scene::StateVerdict::Kind::Above:
-        return Verdict::Above;
-      case scene::StateVerdict::Kind::Below:
-        return Verdict::Below;
-      case scene::StateVerdict::Kind::Unknown:
-        break;
-    }
-    return Verdict::Unknown;
   }
 
   void addMinima(const std::vector<scene::PairProximity>& minima, StateBlock& block, Worker& worker) const {
-    for (int i = 0; i < block.size; ++i) {
-      const scene::PairProximity* pair = &minima[static_cast<std::size_t>(i)];
-      addState(i, {pair, pair + 1, isNamed(pair->asked)}, block, worker);
-    }
+    for (int i = 0; i < block.size; ++i) add(i, ofMinimum(minima[static_cast<std::size_t>(i)]), block, worker);
   }
 
   void addLists(const scene::StatePairs& lists, StateBlock& block, Worker& worker) const {
-    const scene::PairProximity no_answer;  // has a row too, as no row says that no pair is listed
+    const scene::PairProximity* const pairs = lists.pairs.data();
     for (int i = 0; i < block.size; ++i) {
       const auto state = static_cast<std::size_t>(i);
-      const scene::PairProximity* pairs = lists.pairs.data();
-      if (lists.unknown[state] != 0)
-        addState(i, {&no_answer, &no_answer + 1, false}, block, worker);
-      else
-        addState(i, {pairs + lists.begins[state], pairs + lists.begins[state + 1], true}, block, worker);
+      const int unknown = lists.unknown[state] != 0 ? allPairs() : 0;
+      add(i, {pairs + lists.begins[state], pairs + lists.begins[state + 1], unknown}, block, worker);
     }
   }
 
-  void addState(int i, const Listed& listed, StateBlock& block, Worker& worker) const {
-    const std::uint64_t state = block.first + static_cast<std::uint64_t>(i);
-    for (const scene::PairProximity* pair = listed.begin; pair != listed.end; ++pair) {
-      output_.rows.addPair(state, *pair, nullptr, block.rows);
-      if (output_.plot_rows) output_.plot_rows->addPair(state, *pair, nullptr, block.plot_rows);
+  /// SceneBatch has no answer about a state if one of its pairs has none.
+  int allPairs() const { return static_cast<int>(question_.pairs.size()); }
+  Listed ofMinimum(const scene::PairProximity& pair) const {
+    return {&pair, &pair + 1, isNamed(pair.asked) ? 0 : allPairs()};
+  }
+
+  void answerByScene(StateBlock& block, Worker& worker) const {
+    scene::Scene scene = fresh_->twin();
+    AskedPairs pairs(question_);
+    for (int i = 0; i < block.size; ++i) {
+      const scene::BodyPoses poses = scene::forwardKinematics(scene.model().robot, positionsOf(block, i));
+      if (block.objects.empty()) {
+        scene.update(poses);
+      } else {
+        const auto& objects = block.objects[static_cast<std::size_t>(i)];
+        pairs.use(objects, scene);
+        scene.update(poses, framePoses(*objects, poses));
+      }
+      const std::vector<scene::PairProximity> listed = askScene(pairs.get(), scene);
+      const std::size_t answers = block.answers.size();
+      add(i, listOf(listed, scene.counts().unknown), block, worker);
+      if (!needsSmallest() || block.answers.size() == answers) continue;
+      const std::vector<scene::PairProximity> minimum = listOf(scene.minimum(pairs.get()));
+      block.answers.back().smallest = smallestOf(listOf(minimum, scene.counts().unknown));
     }
-    const scene::PairProximity* closest = closestKnown(listed.begin, listed.end);
-    if (listed.is_known && closest) {
-      worker.counter.add(closestOf(state, output_.rows.numbers().of(closest->asked), *closest),
-                         [&] { return positionsOf(block, i, worker); });
-      addLevel(listed.begin, listed.end, state_question_.selection, question_.thresholds, worker.counter);
-    } else if (listed.is_known && listed.begin == listed.end) {
+  }
+
+  std::vector<scene::PairProximity> askScene(const scene::Pairs& pairs, scene::Scene& scene) const {
+    const PairSelection& selection = question_.selection;
+    scene::Question near_only;
+    switch (kind_) {
+      case PairSelection::Kind::All:
+        return scene.all(pairs);
+      case PairSelection::Kind::Closest:
+        return scene.closest(pairs, selection.count);
+      case PairSelection::Kind::Below:
+        near_only.threshold = selection.threshold;
+        return scene.below(pairs, near_only);
+      case PairSelection::Kind::Any:
+        near_only.threshold = selection.threshold;
+        return listOf(scene.first(pairs, near_only));
+      case PairSelection::Kind::Minimum:
+        break;
+    }
+    std::vector<scene::PairProximity> closest = listOf(scene.minimum(pairs));
+    if (thresholds() && !closest.empty())
+      closest = {scene::decidingPair(scene, pairs, closest.front(), *thresholds()).pair};
+    return closest;
+  }
+
+  /// Adds the answer about a state to the rows, the summary, and what is asked further.
+  void add(int i, const Listed& listed, StateBlock& block, Worker& worker) const {
+    const std::uint64_t state = block.first + static_cast<std::uint64_t>(i);
+    if (state < range_.begin) return;
+    const scene::Objects* const objects =
+        block.objects.empty() ? nullptr : block.objects[static_cast<std::size_t>(i)].get();
+    addRows(state, listed, objects, block);
+    count(i, state, listed, objects, block, worker);
+    if (!output_.assertion && !output_.second_opinion) return;
+    StateClearance& answer = block.answers.emplace_back();
+    answer.state = static_cast<long>(state);
+    if (output_.second_opinion && !isOpen(listed)) answer.pairs.assign(listed.begin, listed.end);
+    if (output_.assertion && listsSmallest()) answer.smallest = smallestOf(listed);
+    answer.positions = positionsOf(block, i);
+    if (objects) answer.objects = block.objects[static_cast<std::size_t>(i)];
+  }
+
+  /// Whether unknown pairs leave open what is to be listed.
+  bool isOpen(const Listed& listed) const {
+    return listed.unknown > 0 && kind_ != PairSelection::Kind::All && kind_ != PairSelection::Kind::Any;
+  }
+
+  void addRows(std::uint64_t state, const Listed& listed, const scene::Objects* objects, StateBlock& block) const {
+    if (kind_ == PairSelection::Kind::Any) {
+      const scene::PairProximity* const below = closestKnown(listed);
+      const Verdict verdict = below ? Verdict::Below : listed.unknown > 0 ? Verdict::Unknown : Verdict::Above;
+      return rows_.addVerdict(state, verdict, below ? below->asked : scene::ShapeRefPair{}, objects, block.rows);
+    }
+    const scene::PairProximity no_answer;  // has a row too, as no row says that no pair is listed
+    const Listed written = isOpen(listed) ? Listed{&no_answer, &no_answer + 1} : listed;
+    for (const scene::PairProximity* pair = written.begin; pair != written.end; ++pair) {
+      rows_.addPair(state, *pair, objects, block.rows);
+      if (output_.plot) plot_rows_.addPair(state, *pair, objects, block.plot_rows);
+    }
+  }
+
+  void count(int i, std::uint64_t state, const Listed& listed, const scene::Objects* objects, const StateBlock& block,
+             Worker& worker) const {
+    const scene::PairProximity* const closest = closestKnown(listed);
+    const bool is_any = kind_ == PairSelection::Kind::Any;
+    if (closest && (is_any || listed.unknown == 0)) {
+      SummaryCounter::Closest counted{state, numberOf(closest->asked, objects, worker)};
+      if (!is_any) {
+        counted.distance = closest->result.distance;
+        counted.lower = closest->result.lower_bound;
+        counted.upper = closest->result.upper_bound;
+      }
+      worker.counter.add(counted, [&] { return positionsOf(block, i); });
+      countLevel(listed, worker);
+    } else if (listed.unknown == 0 && listed.begin == listed.end) {
       worker.counter.addUnlisted();
     } else {
       worker.counter.addUnknown();
     }
-    if (output_.judge && listsSmallest(state_question_.selection, question_))
-      addJudged(i, {listed.begin, listed.end}, listed.is_known, block);
-    if (output_.listed) {
-      block.listed.emplace_back();
-      block.listed.back().state = static_cast<long>(state);
-      block.listed.back().pairs.assign(listed.begin, listed.end);
-      block.listed.back().positions = positionsOf(block, i);
-    }
   }
 
-  void judge(const std::vector<scene::PairProximity>& minima, StateBlock& block) const {
-    for (int i = 0; i < block.size; ++i) {
-      const scene::PairProximity& pair = minima[static_cast<std::size_t>(i)];
-      addJudged(i, {pair}, isNamed(pair.asked), block);
-    }
+  /// Counts the level of a state, where the pairs that are listed tell it: all, or the one that sets it.
+  void countLevel(const Listed& listed, Worker& worker) const {
+    if (!thresholds() || (kind_ != PairSelection::Kind::Minimum && kind_ != PairSelection::Kind::All)) return;
+    scene::ClearanceLevel worst = scene::ClearanceLevel::Clear;
+    for (const scene::PairProximity* pair = listed.begin; pair != listed.end; ++pair)
+      worst = std::max(worst, levelOf(*pair, *thresholds()).level);
+    worker.counter.addLevel(worst);
   }
 
-  void addJudged(int i, const std::vector<scene::PairProximity>& pairs, bool is_known, StateBlock& block) const {
-    StateClearance answer;
-    answer.state = static_cast<long>(block.first) + i;
-    answer.smallest = smallestOf(pairs, is_known ? 0 : static_cast<int>(question_.pairs.size()));
-    answer.positions = positionsOf(block, i);
-    block.judged.push_back(std::move(answer));
+  int numberOf(const scene::ShapeRefPair& pair, const scene::Objects* objects, Worker& worker) const {
+    const int number = rows_.numbers().of(pair);
+    if (number >= 0) return number;
+    const scene::RobotModel& robot = question_.model->robot;
+    const SweepSummary::Names names{nameOf(pair.a, robot, objects), nameOf(pair.b, robot, objects)};
+    const auto [place, is_new] =
+        worker.object_pairs.emplace(names, allPairs() + static_cast<int>(worker.object_names.size()));
+    if (is_new) worker.object_names.push_back(names);
+    return place->second;
   }
 
-  static scene::Positions positionsOf(const StateBlock& block, int i) {
-    scene::Positions positions(static_cast<std::size_t>(block.positions.cols()));
-    for (std::size_t j = 0; j < positions.size(); ++j) positions[j] = block.positions(i, static_cast<Eigen::Index>(j));
-    return positions;
-  }
-  static const scene::Positions& positionsOf(const StateBlock& block, int i, Worker& worker) {
-    return worker.positions = positionsOf(block, i);
+  SweepSummary::Names namesOf(int number, const Worker& worker) const {
+    if (number >= allPairs()) return worker.object_names[static_cast<std::size_t>(number - allPairs())];
+    const scene::ShapeRefPair& pair = question_.pairs[static_cast<std::size_t>(number)];
+    const scene::RobotModel& robot = question_.model->robot;
+    return {nameOf(pair.a, robot), nameOf(pair.b, robot)};
   }
 
   void write(const StateBlock& block) const {
-    output_.write(block.rows);
-    if (output_.plot_rows) output_.plot(block.plot_rows);
-    for (const StateClearance& answer : block.judged) output_.judge(answer);
-    for (const StateClearance& answer : block.listed) output_.listed(answer);
-    output_.count(static_cast<std::uint64_t>(block.size));
-  }
-
-  SweepSummary::Names namesOf(int pair) const {
-    const scene::ShapeRefPair& links = question_.pairs[static_cast<std::size_t>(pair)];
-    const scene::RobotModel& robot = question_.model->robot;
-    return {nameOf(links.a, robot), nameOf(links.b, robot)};
+    output_.rows.write(block.rows);
+    if (output_.plot) output_.plot->write(block.plot_rows);
+    for (const StateClearance& answer : block.answers) {
+      if (output_.assertion) output_.assertion->add(answer);
+      if (output_.second_opinion)
+        output_.second_opinion->add(answer.state, answer.pairs, answer.positions, answer.objects);
+    }
+    output_.counter.count(static_cast<std::uint64_t>(block.size));
   }
 
   const ClearanceQuestion& question_;
-  const StateQuestion& state_question_;
-  const SweepOutput& output_;
-  scene::SceneBatch batch_;
-  std::vector<Worker> workers_;
+  const PairSelection::Kind kind_;
+  StateSource& states_;
+  const StateRange range_;
+  AnswerOutput& output_;
+  const StateRows rows_, plot_rows_;
+  std::optional<scene::Scene> fresh_;  ///< for all that SceneBatch does not know
+  std::vector<Worker> workers_;        ///< one for each thread
+  std::uint64_t next_ = 0;             ///< the state to be read
 };
-
-/// Whether SceneBatch knows the question. Its candidates are then the pairs of the question, in their order.
-bool isForBatch(const ClearanceQuestion& question, const StateQuestion& state_question) {
-  return question.filter == PairFilter::On && !question.objects && state_question.skipping == scene::Skipping::On &&
-         state_question.selection.kind != PairSelection::Kind::All;
-}
 
 }  // namespace
 
-SweepSummary sweepStates(const ClearanceQuestion& question, const StateQuestion& state_question, StateSource& states,
-                         const StateRange& range, const SweepOutput& output) {
-  if (isForBatch(question, state_question)) return BatchSweep(question, state_question, output).run(states, range);
-  return SceneSweep(question, state_question, output).run(states, range);
+void AnswerOutput::end() {
+  counter.clear();
+  rows.end();
+  if (plot) plot->end();
+  if (second_opinion) second_opinion->end();
+}
+
+SweepSummary sweepStates(const ClearanceQuestion& question, StateSource& states, const StateRange& range,
+                         AnswerOutput& output) {
+  return StateSweep(question, states, range, output).run();
 }
 
 }  // namespace proximity_server::tools

@@ -1,20 +1,23 @@
 #include "tools/clearance/sweep_files.h"
 
+#include <unistd.h>
+
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <ctime>
 #include <iostream>
-#include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include "system/whole_file.h"
+#include "tools/clearance/clearance_rows.h"
 #include "tools/clearance/state_sweep.h"
-#include "tools/command_line/content_hash.h"
-#include "tools/sweep/model_digest.h"
-#include "tools/sweep/program_digest.h"
-#include "tools/sweep/row_file.h"
+#include "tools/robot/robot_text.h"
+#include "tools/sweep/digests.h"
 #include "tools/sweep/sweep_folder.h"
 #include "tools/sweep/sweep_manifest.h"
+#include "tools/text/content_hash.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -48,68 +51,67 @@ Json namesOf(const ClearanceQuestion& question) {
   return names;
 }
 
-StateRows rowsOf(const Sweep& sweep) { return {sweep.state_question.selection, sweep.format, sweep.question}; }
-
-/// Computes a range into a file. Returns its manifest, whose `sweep` is empty.
-SweepManifest compute(const Sweep& sweep, StateSource& states, const StateRange& range, AnswerCounter& counter,
-                      RowFile& file) {
-  const StateRows rows = rowsOf(sweep);
-  const auto write = [&](const WrittenRows& written) {
-    file.beginRows(written.rows);
-    file.append(written.bytes);
-  };
+/// Computes a range into a file, with a manifest of this sweep beside it. Returns the manifest.
+SweepManifest compute(const ClearanceQuestion& question, RowFormat format, StateSource& states, const StateRange& range,
+                      const std::string& path, Json sweep) {
+  AnswerCounter counter("states", range.end == kToTheEnd ? totalOf(states, RowKind::State) : range.size());
+  RowOutput file(path, StateRows(question, format).format());
+  AnswerOutput output{format, file, counter};
   SweepManifest manifest;
-  manifest.summary = sweepStates(sweep.question, sweep.state_question, states, range,
-                                 {rows, write, [&](std::uint64_t count) { counter.count(count); }});
+  manifest.summary = sweepStates(question, states, range, output);
   counter.clear();
   manifest.range = {range.begin, range.begin + manifest.summary.states};
-  file.complete(manifest);
+  manifest.sweep = std::move(sweep);
+  manifest.sweep["states"]["count"] = std::max<std::uint64_t>(manifest.statesOfSweep(), manifest.range.end);
+  file.end();
+  manifest.rows = file.rows();
+  manifest.bytes = file.bytes();
+  manifest.hash = file.hash();
+  writeManifest(manifest, path);
   return manifest;
 }
 
 /// The format of the files of a sweep. Throws std::invalid_argument if this program does not know it.
 OutputFormat formatOf(const Json& sweep) {
   const std::string name = sweep.at("output").at("format");
+  const std::optional<RowFormat> format = rowFormatNamed(name);
+  if (!format) throw std::invalid_argument("format \"" + name + "\": unknown");
   const Json& question = sweep.at("question");
-  const PairSelection selection = readPairSelection(question.at("pairs"));
-  const LevelColumn levels = question.value("thresholds", Json()).is_null() ? LevelColumn::Without : LevelColumn::With;
-  for (const RowFormat format : {RowFormat::Csv, RowFormat::Json, RowFormat::Npy}) {
-    OutputFormat known = StateRows::format(selection, format, sweep.at("pairs").size(), levels);
-    if (known.name == name) return known;
-  }
-  throw std::invalid_argument("format \"" + name + "\": unknown");
+  return stateFormat(*format, readPairSelection(question.at("pairs")), sweep.at("pairs").size(),
+                     question.value("thresholds", Json()).is_null() ? LevelColumn::Without : LevelColumn::With);
 }
+
+Json hashOf(const std::string& file) { return file.empty() ? Json() : Json(contentHash(file)); }
 
 }  // namespace
 
-Json describe(const Sweep& sweep, const StateSource& states, std::uint64_t count) {
-  const OutputFormat format = rowsOf(sweep).format();
-  const ObjectSchedule* const objects = sweep.question.objects.get();
+Json describe(const ClearanceQuestion& question, RowFormat format, const StateSource& states, std::uint64_t count) {
+  const ObjectSchedule* const objects = question.objects.get();
+  const auto& thresholds = question.thresholds;
   Json json;
   json["program"] = {{"version", kProgram}, {"digest", programDigest()}};
-  json["model"] = describeModel(*sweep.question.model);
+  json["model"] = describeModel(*question.model);
   json["question"] = {
-      {"pairs", textOf(sweep.state_question.selection)},
-      {"filter", sweep.question.filter == PairFilter::On},
-      {"skipping", sweep.state_question.skipping == scene::Skipping::On},
-      {"objects", sweep.objects.empty() ? Json() : Json(contentHash(sweep.objects))},
+      {"pairs", textOf(question.selection)},
+      {"filter", question.filter == PairFilter::On},
+      {"skipping", question.skipping == scene::Skipping::On},
+      {"objects", hashOf(question.objects_file)},
       // The meshes of objects lie in files of their own.
       {"object_shapes", objects ? Json(shapesDigestOf(objects->all())) : Json()},
-      {"thresholds", sweep.thresholds.empty() ? Json() : Json(contentHash(sweep.thresholds))},
+      {"thresholds", hashOf(question.thresholds_file)},
       // The joints of groups stand in the SRDF.
-      {"thresholds_of_pairs",
-       sweep.question.thresholds ? Json(digestOf(*sweep.question.thresholds, sweep.question.model->robot)) : Json()}};
+      {"thresholds_of_pairs", thresholds ? Json(digestOf(*thresholds, question.model->robot)) : Json()}};
   json["states"] = {{"identity", states.identity()}, {"count", count}};
-  json["output"] = {{"format", format.name}, {"type", format.npy_type}};
-  json["pairs"] = namesOf(sweep.question);
+  json["output"] = {{"format", toString(format)}, {"type", StateRows(question, format).format().npy_type}};
+  json["pairs"] = namesOf(question);
   return json;
 }
 
-void computePart(const Sweep& sweep, const SweepOptions& options, StateSource& states, const std::string& folder) {
+void computePart(const ClearanceQuestion& question, RowFormat format, const SweepOptions& options, StateSource& states,
+                 const std::string& folder) {
   const std::optional<std::uint64_t> count = states.count();
   const StateRange range = rangeOf(options, count, states.source());
-  const Json described = describe(sweep, states, *count);
-  const OutputFormat format = rowsOf(sweep).format();
+  const Json described = describe(question, format, states, *count);
   const SweepFolder parts(folder);
   const std::string path = parts.file(range, format);
   if (parts.isDone(described, range, format)) {
@@ -117,26 +119,16 @@ void computePart(const Sweep& sweep, const SweepOptions& options, StateSource& s
     return;
   }
   const CoreTime time;
-  AnswerCounter counter("states", range.size());
-  RowFile file(path, format);
-  SweepManifest manifest = compute(sweep, states, range, counter, file);
-  manifest.sweep = described;
-  writeManifest(manifest, path);
+  const SweepManifest manifest = compute(question, format, states, range, path, described);
   std::cerr << "clearance: " << path << ": " << manifest.summary.text() << "\n  "
             << time.text(range.size(), manifest.bytes) << '\n';
 }
 
-SweepSummary computeNpy(const Sweep& sweep, StateSource& states, const std::string& out, AnswerCounter& counter,
-                        std::uint64_t& bytes) {
+SweepManifest computeNpy(const ClearanceQuestion& question, StateSource& states, const std::string& out) {
   system::removeLeftOvers(out);
-  Json described = describe(sweep, states, 0);  // before the run, which may outlast the files that it was made of
-  RowFile file(out, rowsOf(sweep).format());
-  SweepManifest manifest = compute(sweep, states, {0, kToTheEnd}, counter, file);
-  described["states"]["count"] = manifest.range.end;
-  manifest.sweep = described;
-  writeManifest(manifest, out);
-  bytes = manifest.bytes;
-  return manifest.summary;
+  // Before the run, which may outlast the files that it was made of.
+  Json described = describe(question, RowFormat::Npy, states, 0);
+  return compute(question, RowFormat::Npy, states, {0, kToTheEnd}, out, std::move(described));
 }
 
 void mergeParts(const SweepOptions& options, const std::string& out) {
@@ -144,9 +136,15 @@ void mergeParts(const SweepOptions& options, const std::string& out) {
   system::removeLeftOvers(out);
   const OutputFormat format = formatOf(sweep.manifests.front().sweep);
   const SweepManifest whole = mergeSweep(sweep, format, out);
-  if (!format.isText()) writeManifest(whole, out);
+  if (format.rows == RowFormat::Npy) writeManifest(whole, out);
   if (!options.summary.empty()) writeSummary(whole.summary, options.summary);
   std::cerr << "clearance: " << out << ": " << whole.summary.text() << '\n';
+}
+
+std::optional<std::uint64_t> totalOf(const StateSource& states, RowKind rows) {
+  if (isatty(STDERR_FILENO) == 0) return std::nullopt;
+  const std::optional<std::uint64_t> count = states.count();
+  return count && rows == RowKind::Segment && *count > 0 ? *count - 1 : count;
 }
 
 void writeSummary(const SweepSummary& summary, const std::string& file) {

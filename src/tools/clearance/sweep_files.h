@@ -1,38 +1,31 @@
 #pragma once
 
 #include <cstdint>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 
-#include "tools/clearance/clearance_run.h"
-#include "tools/clearance/state_rows.h"
-#include "tools/command_line/answer_counter.h"
+#include "tools/clearance/clearance_question.h"
 #include "tools/states/state_source.h"
-#include "tools/sweep/sweep_options.h"
-#include "tools/sweep/sweep_summary.h"
+#include "tools/sweep/output_format.h"
+#include "tools/sweep/state_range.h"
+#include "tools/sweep/sweep_manifest.h"
 
 namespace proximity_server::tools {
 
-/// The question of a sweep, and how its answers are written.
-struct Sweep {
-  const ClearanceQuestion& question;
-  StateQuestion state_question;
-  RowFormat format = RowFormat::Csv;
-  std::string objects, thresholds;  ///< the files; "": none
-};
-
 /// What the answers of a sweep depend on, and the meaning of the numbers in its files; see SweepManifest::sweep.
-nlohmann::ordered_json describe(const Sweep& sweep, const StateSource& states, std::uint64_t count);
+nlohmann::ordered_json describe(const ClearanceQuestion& question, RowFormat format, const StateSource& states,
+                                std::uint64_t count);
 
 /// Computes a part into the folder, unless it is there already, and says on standard error what it did.
-/// Failure: throws std::invalid_argument as SweepFolder, RowFile, rangeOf() and sweepStates(); then nothing new has the
+/// Failure: throws std::invalid_argument as SweepFolder, RowOutput, rangeOf() and sweepStates(); then nothing new has the
 ///          name of the part.
-void computePart(const Sweep& sweep, const SweepOptions& options, StateSource& states, const std::string& folder);
+void computePart(const ClearanceQuestion& question, RowFormat format, const SweepOptions& options, StateSource& states,
+                 const std::string& folder);
 
-/// Writes all rows into one .npy file, with a manifest beside it. Returns the summary.
+/// Writes all rows into one .npy file, with a manifest beside it. Returns the manifest.
 /// Failure: throws std::invalid_argument; then the file is what it was.
-SweepSummary computeNpy(const Sweep& sweep, StateSource& states, const std::string& out, AnswerCounter& counter,
-                        std::uint64_t& bytes);
+SweepManifest computeNpy(const ClearanceQuestion& question, StateSource& states, const std::string& out);
 
 /// Joins the parts in the folder options.merge to a file, and writes their summary if that is asked for.
 /// Failure: throws std::invalid_argument naming the part that is missing or wrong; then the file is what it was.
@@ -51,5 +44,8 @@ class CoreTime {
  private:
   double begin_;  ///< [s]
 };
+
+/// The number of answers that are to come, if it is known without reading all states and somebody watches.
+std::optional<std::uint64_t> totalOf(const StateSource& states, RowKind rows);
 
 }  // namespace proximity_server::tools

@@ -8,7 +8,8 @@
 
 #include "proximity_server/scene/motion/frames_on_links.h"
 #include "system/pipeline.h"
-#include "tools/command_line/csv.h"
+#include "tools/clearance/clearance_rows.h"
+#include "tools/text/csv.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -48,48 +49,40 @@ SegmentClearance answerSegment(const SegmentAndObjects& asked, const scene::Pair
 
 }  // namespace
 
-double TrajectorySegment::timeAt(double fraction) const {
-  if (fraction >= 1.0) return end;
-  const double time = begin + fraction * (end - begin);
-  return time > end ? end : time;  // not std::min, so that NaN gives NaN
-}
-
-scene::Positions TrajectorySegment::positionsAt(double fraction) const {
-  scene::Positions positions = from;
-  for (std::size_t i = 0; i < positions.size(); ++i) positions[i] += fraction * (to[i] - from[i]);
-  return positions;
-}
-
 bool TrajectorySegments::next(TrajectorySegment& segment) {
+  if (rest_) {
+    segment = *std::exchange(rest_, std::nullopt);
+  } else if (!nextWhole(segment)) {
+    return false;
+  }
+  segment.number = count_++;
+  if (objects_) divide(segment);
+  return true;
+}
+
+bool TrajectorySegments::nextWhole(TrajectorySegment& segment) {
   if (!last_) last_ = readWayPoint();
   std::optional<WayPoint> way_point = last_ ? readWayPoint() : std::nullopt;
-  if (!way_point && segments_ == 0) {
+  if (!way_point && way_points_ == 0) {
     throw std::invalid_argument(states_.source() + ": a trajectory has at least two way points, this one has " +
                                 (last_ ? "1" : "none"));
   }
   if (!way_point) return false;
-  segment = {segments_++, last_->time, way_point->time, last_->positions, way_point->positions};
+  ++way_points_;
+  segment = {0, last_->time, way_point->time, last_->positions, way_point->positions};
   last_ = std::move(way_point);
   return true;
 }
 
-bool SegmentsWithObjects::next(TrajectorySegment& segment) {
-  if (rest_) {
-    segment = *rest_;
-    rest_.reset();
-  } else {
-    if (!segments_.next(segment)) return false;
-    way_point_ = segment.number;
-  }
-  segment.number = count_++;
-  objects_.advance(way_point_, segment.begin, segment.from);
-  const std::optional<double> change = objects_.nextTime();
-  if (!change || !(*change < segment.end)) return true;
+/// Cuts the segment where objects change next, and keeps the rest of it.
+void TrajectorySegments::divide(TrajectorySegment& segment) {
+  objects_->advance(way_points_ - 1, segment.begin, segment.from);
+  const std::optional<double> change = objects_->nextTime();
+  if (!change || !(*change < segment.end)) return;
   rest_ = segment;
   rest_->begin = segment.end = *change;
   const double fraction = (*change - segment.begin) / (rest_->end - segment.begin);
   rest_->from = segment.to = segment.positionsAt(fraction);
-  return true;
 }
 
 std::optional<TrajectorySegments::WayPoint> TrajectorySegments::readWayPoint() {
@@ -113,16 +106,12 @@ void TrajectorySegments::check(const WayPoint& from, const WayPoint& to) const {
   }
 }
 
-void answerSegments(const ClearanceQuestion& question, const scene::MotionQuestion& motion_question,
-                    StateSource& states, const std::function<void(const SegmentClearance&)>& handle) {
-  TrajectorySegments segments(states);
-  std::optional<SegmentsWithObjects> divided;
-  if (question.objects) divided.emplace(segments, *question.objects);
+void answerSegments(const ClearanceQuestion& question, StateSource& states, AnswerOutput& output) {
+  TrajectorySegments segments(states, question.objects.get());
   const scene::MovingScene fresh(question.model);
   const auto next = [&](SegmentAndObjects& item) {
-    if (!divided) return segments.next(item.segment);
-    const bool is_there = divided->next(item.segment);
-    item.objects = question.objects->now();
+    const bool is_there = segments.next(item.segment);
+    if (question.objects) item.objects = question.objects->now();
     return is_there;
   };
   const auto answerBlock = [&](const std::vector<SegmentAndObjects>& block) {
@@ -130,16 +119,19 @@ void answerSegments(const ClearanceQuestion& question, const scene::MotionQuesti
     AskedPairs pairs(question);
     std::vector<SegmentClearance> answers;
     for (const SegmentAndObjects& item : block) {
-      if (item.objects && scene.objects() != item.objects.get()) {
-        scene.use(item.objects);
-        pairs.use(*item.objects);
-      }
-      answers.push_back(answerSegment(item, pairs.get(), motion_question, scene));
+      pairs.use(item.objects, scene);
+      answers.push_back(answerSegment(item, pairs.get(), question.motion, scene));
     }
     return answers;
   };
-  system::answerInBlocks<SegmentAndObjects, SegmentClearance>({kSegmentsInBlock, next, answerBlock, handle},
-                                                              question.threads);
+  const auto write = [&](const SegmentClearance& answer) {
+    const scene::RobotModel& robot = question.model->robot;
+    output.rows.write({rowText(answer, robot, output.format), 1});
+    if (output.plot) output.plot->write({rowText(answer, robot, RowFormat::Csv), 1});
+    if (output.assertion) output.assertion->add(answer);
+    output.counter.count(1);
+  };
+  system::answerInBlocks<SegmentAndObjects, SegmentClearance>({kSegmentsInBlock, next, answerBlock, write}, question.threads);
 }
 
 }  // namespace proximity_server::tools

@@ -6,13 +6,13 @@
 #include <stdexcept>
 #include <string>
 
-#include "tools/command_line/number_options.h"
-#include "tools/command_line/output_file.h"
-#include "tools/command_line/plot_script.h"
-#include "tools/command_line/tool_main.h"
 #include "tools/explain/explanation.h"
 #include "tools/explain/link_pieces.h"
 #include "tools/explain/shape_text.h"
+#include "tools/program/options.h"
+#include "tools/program/plot_script.h"
+#include "tools/program/tool_main.h"
+#include "tools/text/output_file.h"
 
 namespace proximity_server::tools {
 namespace {

@@ -10,8 +10,8 @@
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/names.h"
-#include "tools/command_line/csv.h"
 #include "tools/states/csv_states.h"
+#include "tools/text/csv.h"
 
 namespace proximity_server::tools {
 namespace {

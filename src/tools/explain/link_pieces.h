@@ -3,8 +3,8 @@
 #include <optional>
 #include <string>
 
-#include "tools/command_line/robot_files.h"
 #include "tools/explain/explained_pair.h"
+#include "tools/robot/robot_files.h"
 
 namespace proximity_server::tools {
 

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "tools/command_line/csv.h"
+#include "tools/text/csv.h"
 
 namespace proximity_server::tools {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <sstream>
 
-#include "tools/command_line/state_text.h"
+#include "tools/robot/robot_text.h"
 
 namespace proximity_server::tools {
 namespace {

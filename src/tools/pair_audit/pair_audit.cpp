@@ -11,17 +11,17 @@
 #include <vector>
 
 #include "proximity_server/scene/levels/always_near.h"
-#include "tools/command_line/csv.h"
-#include "tools/command_line/number_options.h"
-#include "tools/command_line/output_file.h"
-#include "tools/command_line/progress_bar.h"
-#include "tools/command_line/robot_files.h"
-#include "tools/command_line/tool_main.h"
 #include "tools/pair_audit/audit_report.h"
 #include "tools/pair_audit/level_shares.h"
 #include "tools/pair_audit/pair_study.h"
 #include "tools/pair_audit/robot_setup.h"
 #include "tools/pair_audit/srdf_writer.h"
+#include "tools/program/options.h"
+#include "tools/program/progress.h"
+#include "tools/program/tool_main.h"
+#include "tools/robot/robot_files.h"
+#include "tools/text/csv.h"
+#include "tools/text/output_file.h"
 
 namespace proximity_server::tools {
 namespace {

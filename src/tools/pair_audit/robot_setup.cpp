@@ -8,9 +8,9 @@
 #include <stdexcept>
 
 #include "proximity_server/scene/levels/always_near.h"
-#include "tools/command_line/csv.h"
-#include "tools/command_line/output_file.h"
-#include "tools/command_line/robot_files.h"
+#include "tools/robot/robot_files.h"
+#include "tools/text/csv.h"
+#include "tools/text/output_file.h"
 
 namespace proximity_server::tools {
 namespace {

@@ -2,13 +2,13 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <stdexcept>
 
-#include "tools/command_line/csv.h"
-#include "tools/command_line/number_options.h"
-#include "tools/command_line/output_file.h"
+#include "tools/program/options.h"
+#include "tools/robot/robot_text.h"
+#include "tools/text/csv.h"
+#include "tools/text/output_file.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -62,10 +62,7 @@ CLI::Option* declareSecondOpinion(CLI::App& app, SecondOpinionOptions& options) 
 SecondOpinion::SecondOpinion(const SecondOpinionOptions& options, std::shared_ptr<const scene::SceneModel> model)
     : options_(options), model_(std::move(model)) {
   if (options_.out.empty()) return;
-  errno = 0;
-  list_.emplace(options_.out, std::ofstream::binary);
-  const int cause = errno;
-  if (!*list_) throw std::invalid_argument(options_.out + ": cannot be opened" + because(cause));
+  list_ = openOutput(options_.out);
   writeTo(*list_, options_.out, "state,link_a,link_b,ours,lower,upper,fcl,proven_lower,proven_upper,verdict\n");
 }
 

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "proximity_server/scene/mesh/readable_file.h"
-#include "tools/command_line/content_hash.h"
-#include "tools/command_line/csv.h"
+#include "tools/text/content_hash.h"
+#include "tools/text/csv.h"
 
 namespace proximity_server::tools {
 
@@ -27,11 +27,10 @@ CsvStates::CsvStates(std::istream& stream, std::string source, const scene::Robo
 void CsvStates::readHeader() {
   if (!nextFields()) throw std::invalid_argument(source() + ": empty; expected a header of joint names");
   try {
-    columns_ = jointColumns(fields_, robot());
+    setColumns(fields_);
   } catch (const std::invalid_argument& error) {
     fail(error.what());
   }
-  for (const std::string& sentence : unusedColumns(columns_, robot())) warn(sentence);
 }
 
 bool CsvStates::next(scene::Positions& positions) {
@@ -39,23 +38,14 @@ bool CsvStates::next(scene::Positions& positions) {
   if (fields_.size() != columns_.size()) {
     fail(std::to_string(fields_.size()) + " numbers for " + std::to_string(columns_.size()) + " columns");
   }
-  positions.assign(robot().joints.size(), 0.0);
-  limits().beginState(state_, line_);
-  for (std::size_t i = 0; i < columns_.size(); ++i) {
-    const int joint = columns_[i].joint;
-    if (joint == JointColumn::kTime) {
-      time_ = number(i);
-    } else {
-      positions[joint] = number(i);
-      limits().add(joint, positions[joint]);
-    }
-  }
-  ++state_;
+  begin(line_, positions);
+  for (std::size_t i = 0; i < columns_.size(); ++i) set(columns_[i], number(i), positions);
+  passState();
   return true;
 }
 
 void CsvStates::skipTo(std::uint64_t state) {
-  for (std::string text; state_ < state && nextRecord(text);) ++state_;
+  for (std::string text; this->state() < state && nextRecord(text);) passState();
 }
 
 std::optional<std::uint64_t> CsvStates::count() const {

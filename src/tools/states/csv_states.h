@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "tools/states/joint_columns.h"
 #include "tools/states/state_source.h"
 
 namespace proximity_server::tools {
@@ -30,8 +29,6 @@ class CsvStates : public StateSource {
   void skipTo(std::uint64_t state) override;
   std::optional<std::uint64_t> count() const override;
   std::string identity() const override;
-  bool hasTimes() const override { return hasTime(columns_); }
-  std::optional<double> time() const override { return time_; }
   std::string place() const override;
 
  private:
@@ -43,10 +40,7 @@ class CsvStates : public StateSource {
 
   std::optional<std::ifstream> file_;
   std::istream& stream_;
-  std::vector<JointColumn> columns_;
   std::vector<std::string> fields_;  ///< of the current line
-  std::optional<double> time_;
-  std::uint64_t state_ = 0;  ///< number of the next one
   long line_ = 0;
   mutable std::optional<std::uint64_t> count_;
   mutable std::string identity_;

@@ -1,15 +1,14 @@
 #include "tools/states/grid_states.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
-#include "tools/command_line/content_hash.h"
-#include "tools/command_line/csv.h"
 #include "tools/states/joint_columns.h"
 #include "tools/states/sampled_states.h"
+#include "tools/text/content_hash.h"
+#include "tools/text/csv.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -27,12 +26,10 @@ double readPosition(const std::string& text, const std::string& number) {
 }
 
 std::uint64_t readPositions(const std::string& text, const std::string& number) {
-  std::uint64_t value = 0;
-  const char* end = number.data() + number.size();
-  const auto [stop, error] = std::from_chars(number.data(), end, value);
-  if (error != std::errc() || stop != end || value < 1 || value > kMostPositions)
+  const auto value = numberIn<std::uint64_t>(number);
+  if (!value || *value < 1 || *value > kMostPositions)
     failIn(text, inQuotes(number) + " is no whole number of positions from 1 to " + std::to_string(kMostPositions));
-  return value;
+  return *value;
 }
 
 /// Whether the range of a joint is a full turn, so that its ends are the same.
@@ -68,7 +65,7 @@ GridAxis readGridAxis(const std::string& text) {
 }
 
 GridStates::GridStates(const std::vector<GridAxis>& axes, const scene::RobotModel& robot)
-    : StateSource("--grid", robot), positions_(robot.joints.size(), 0.0) {
+    : StateSource("--grid", robot) {
   const bool has_all = std::any_of(axes.begin(), axes.end(), [](const GridAxis& axis) { return axis.joint.empty(); });
   if (has_all && axes.size() > 1) throw std::invalid_argument("--grid: a number for all joints stands alone");
   for (const GridAxis& axis : axes) {
@@ -79,7 +76,6 @@ GridStates::GridStates(const std::vector<GridAxis>& axes, const scene::RobotMode
     }
   }
   countStates();
-  for (const Axis& axis : axes_) place(axis);
 }
 
 void GridStates::addNamed(const GridAxis& axis) {
@@ -93,9 +89,9 @@ void GridStates::addNamed(const GridAxis& axis) {
     refuse(error.what());
   }
   if (const std::string reason = whyNotUsed(robot(), joint); !reason.empty()) refuse(reason);
-  if (std::any_of(axes_.begin(), axes_.end(), [&](const Axis& other) { return other.joint == joint; }))
+  if (std::any_of(columns_.begin(), columns_.end(), [&](const JointColumn& other) { return other.joint == joint; }))
     refuse("named twice");
-  axes_.push_back({joint, axis.lower, axis.upper, axis.count, axis.count - 1});
+  add(joint, {axis.lower, axis.upper, axis.count, axis.count - 1});
 }
 
 void GridStates::addAll(std::uint64_t count) {
@@ -107,9 +103,15 @@ void GridStates::addAll(std::uint64_t count) {
       throw std::invalid_argument("--grid: joint " + inQuotes(joint.name) + ": its limits are too wide");
     const std::uint64_t positions = range.width() > 0.0 ? count : 1;
     const std::uint64_t intervals = isFullTurn(joint, range) ? positions : positions - 1;
-    axes_.push_back({range.joint, range.lower, range.upper, positions, intervals});
+    add(range.joint, {range.lower, range.upper, positions, intervals});
   }
   for (const std::string& sentence : guessedRanges(robot(), ranges)) warn(sentence);
+}
+
+void GridStates::add(int joint, const Axis& axis) {
+  columns_.push_back({robot().joints[joint].name, joint});
+  axes_.push_back(axis);
+  numbers_.push_back(axis.position());
 }
 
 void GridStates::countStates() {
@@ -128,38 +130,29 @@ double GridStates::Axis::position() const {
   return std::min(lower + static_cast<double>(index) * step, upper);
 }
 
-bool GridStates::next(scene::Positions& positions) {
-  if (state_ >= count_) return false;
-  positions = positions_;
-  limits().beginState(state_, 0);
-  for (const Axis& axis : axes_) limits().add(axis.joint, positions[axis.joint]);
-  ++state_;
-  for (auto axis = axes_.rbegin(); axis != axes_.rend(); ++axis) {
-    axis->index = axis->index + 1 < axis->count ? axis->index + 1 : 0;
-    place(*axis);
-    if (axis->index != 0) break;
+bool GridStates::fetch(const double*& numbers) {
+  if (state() >= count_) return false;
+  // The steps that are left for an axis, once the axes behind it have made theirs: one, or many after skipTo().
+  std::uint64_t steps = state() - at_;
+  at_ = state();
+  for (std::size_t i = axes_.size(); i-- > 0 && steps > 0;) {
+    Axis& axis = axes_[i];
+    axis.index += steps;
+    steps = axis.index < axis.count ? 0 : axis.index / axis.count;
+    if (steps > 0) axis.index %= axis.count;
+    numbers_[i] = axis.position();
   }
+  numbers = numbers_.data();
   return true;
-}
-
-void GridStates::skipTo(std::uint64_t state) {
-  state_ = state;
-  for (auto axis = axes_.rbegin(); axis != axes_.rend(); ++axis) {
-    axis->index = state % axis->count;
-    state /= axis->count;
-    place(*axis);
-  }
 }
 
 std::string GridStates::identity() const {
   ContentHash hash;
-  for (const Axis& axis : axes_) {
-    hash.add(robot().joints[axis.joint].name).add(numberText(axis.lower)).add(numberText(axis.upper));
-    hash.add(std::to_string(axis.count)).add(std::to_string(axis.intervals));
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    hash.add(columns_[i].name).add(numberText(axes_[i].lower)).add(numberText(axes_[i].upper));
+    hash.add(std::to_string(axes_[i].count)).add(std::to_string(axes_[i].intervals));
   }
   return "grid " + std::to_string(count_) + " " + hash.text();
 }
-
-std::string GridStates::place() const { return "--grid, state " + std::to_string(state_ == 0 ? 0 : state_ - 1); }
 
 }  // namespace proximity_server::tools

@@ -31,30 +31,29 @@ class GridStates : public StateSource {
   ///          a named joint beside all joints, no joint, too many states for a signed number of 64 bits.
   GridStates(const std::vector<GridAxis>& axes, const scene::RobotModel& robot);
 
-  bool next(scene::Positions& positions) override;
-  void skipTo(std::uint64_t state) override;
   std::optional<std::uint64_t> count() const override { return count_; }
   std::string identity() const override;
-  std::string place() const override;
+
+ protected:
+  bool fetch(const double*& numbers) override;
 
  private:
   struct Axis {
-    int joint;
     double lower, upper;
     std::uint64_t count, intervals;  ///< positions, and intervals from lower to upper
-    std::uint64_t index = 0;         ///< in the next state
+    std::uint64_t index = 0;         ///< of the position
 
     double position() const;
   };
   void addNamed(const GridAxis& axis);
   void addAll(std::uint64_t count);
+  void add(int joint, const Axis& axis);
   void countStates();
-  void place(const Axis& axis) { positions_[axis.joint] = axis.position(); }
 
-  std::vector<Axis> axes_;
+  std::vector<Axis> axes_;  ///< of the columns
   std::uint64_t count_ = 1;
-  std::uint64_t state_ = 0;     ///< number of the next one
-  scene::Positions positions_;  ///< of the next one
+  std::uint64_t at_ = 0;  ///< the state in which the axes are
+  std::vector<double> numbers_;
 };
 
 }  // namespace proximity_server::tools

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
+#include <cctype>
 #include <cstring>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
 #include <utility>
+
+#include "tools/text/csv.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -15,111 +18,55 @@ constexpr std::size_t kLongestHeader = 65535;  // as many as version 1 can have
 constexpr std::uint64_t kMostTextBytes = std::uint64_t{16} << 20;
 constexpr char kNativeOrder = __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__ ? '<' : '>';
 
-/// Reads the text of the header: a Python dictionary of texts, truth values and tuples of whole numbers.
-class HeaderText {
- public:
-  explicit HeaderText(std::string text) : text_(std::move(text)) {}
+[[noreturn]] void refuseHeader() { throw std::invalid_argument("the header of the array is damaged"); }
 
-  NpyHeader read() {
-    NpyHeader header;
-    expect('{');
-    while (!take('}')) {
-      readEntry(header);
-      if (!take(',') && !sees('}')) fail();
-    }
-    skipBlanks();
-    if (at_ != text_.size() || keys_ != kAllKeys) fail();
-    return header;
-  }
-
- private:
-  enum Key : unsigned { kDescr = 1, kOrder = 2, kShape = 4, kAllKeys = 7 };
-
-  void readEntry(NpyHeader& header) {
-    const std::string key = string();
-    expect(':');
-    if (key == "descr") {
-      add(kDescr);
-      readDtype(header);
-    } else if (key == "fortran_order") {
-      add(kOrder);
-      header.order = truth() ? NpyHeader::Order::Fortran : NpyHeader::Order::C;
-    } else if (key == "shape") {
-      add(kShape);
-      header.shape = tuple();
-    } else {
-      fail();
+/// The text of a header as JSON: it is a Python dictionary of texts, truth values and tuples of whole numbers, which differs in
+/// its quotes, words and parentheses, and in commas behind the last item.
+std::string jsonOf(const std::string& python) {
+  std::string json;
+  for (std::size_t i = 0; i < python.size(); ++i) {
+    const char letter = python[i];
+    if (letter == '\'' || letter == '"') {
+      const std::size_t end = python.find(letter, i + 1);
+      if (end == std::string::npos) refuseHeader();
+      json += nlohmann::json(python.substr(i + 1, end - i - 1))
+                  .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+      i = end;
+    } else if (letter == ')' || letter == ']' || letter == '}') {
+      if (!json.empty() && json.back() == ',') json.pop_back();
+      json += letter == ')' ? ']' : letter;
+    } else if (python.compare(i, 5, "False") == 0 || python.compare(i, 4, "True") == 0) {
+      json += letter == 'F' ? "false" : "true";
+      i += letter == 'F' ? 4 : 3;
+    } else if (std::isalpha(static_cast<unsigned char>(letter)) != 0) {
+      if (letter != 'L' || i == 0 || std::isdigit(static_cast<unsigned char>(python[i - 1])) == 0) refuseHeader();
+    } else if (std::isspace(static_cast<unsigned char>(letter)) == 0 || json.empty() || json.back() != ',') {
+      json += letter == '(' ? '[' : letter;
     }
   }
+  return json;
+}
 
-  void readDtype(NpyHeader& header) {
-    if (sees('[')) throw std::invalid_argument("a structured array; expected a table of float64 or float32");
-    header.dtype = string();
+NpyHeader headerOf(const std::string& python) {
+  int keys = 0;
+  const auto countKeys = [&](int, nlohmann::json::parse_event_t event, const nlohmann::json&) {
+    if (event == nlohmann::json::parse_event_t::key) ++keys;
+    return true;
+  };
+  const nlohmann::json json = nlohmann::json::parse(jsonOf(python), countKeys, false);
+  const bool is_whole = json.is_object() && keys == 3 && json.contains("descr") && json.contains("shape") &&
+                        json.value("fortran_order", nlohmann::json()).is_boolean() && json["shape"].is_array();
+  if (!is_whole) refuseHeader();
+  if (json["descr"].is_array())
+    throw std::invalid_argument("a structured array; expected a table of float64 or float32");
+  if (!json["descr"].is_string()) refuseHeader();
+  NpyHeader header{json["descr"], json["fortran_order"] ? NpyHeader::Order::Fortran : NpyHeader::Order::C, {}, 0};
+  for (const nlohmann::json& size : json["shape"]) {
+    if (!size.is_number_unsigned()) refuseHeader();
+    header.shape.push_back(size);
   }
-
-  std::string string() {
-    skipBlanks();
-    if (at_ == text_.size() || (text_[at_] != '\'' && text_[at_] != '"')) fail();
-    const std::size_t end = text_.find(text_[at_], at_ + 1);
-    if (end == std::string::npos) fail();
-    const std::string content = text_.substr(at_ + 1, end - at_ - 1);
-    at_ = end + 1;
-    return content;
-  }
-
-  bool truth() {
-    skipBlanks();
-    for (const std::string word : {"False", "True"}) {
-      if (text_.compare(at_, word.size(), word) != 0) continue;
-      at_ += word.size();
-      return word == "True";
-    }
-    fail();
-  }
-
-  std::vector<std::uint64_t> tuple() {
-    std::vector<std::uint64_t> numbers;
-    expect('(');
-    while (!take(')')) {
-      numbers.push_back(number());
-      if (!take(',') && !sees(')')) fail();
-    }
-    return numbers;
-  }
-
-  std::uint64_t number() {
-    skipBlanks();
-    std::uint64_t value = 0;
-    const auto [stop, error] = std::from_chars(text_.data() + at_, text_.data() + text_.size(), value);
-    if (error != std::errc()) fail();
-    at_ = static_cast<std::size_t>(stop - text_.data());
-    take('L');  // Python 2 wrote long numbers so
-    return value;
-  }
-
-  void add(Key key) {
-    if ((keys_ & key) != 0) fail();
-    keys_ |= key;
-  }
-  void skipBlanks() { at_ = std::min(text_.find_first_not_of(" \t\n", at_), text_.size()); }
-  bool sees(char letter) {
-    skipBlanks();
-    return at_ < text_.size() && text_[at_] == letter;
-  }
-  bool take(char letter) {
-    const bool is_there = sees(letter);
-    if (is_there) ++at_;
-    return is_there;
-  }
-  void expect(char letter) {
-    if (!take(letter)) fail();
-  }
-  [[noreturn]] static void fail() { throw std::invalid_argument("the header of the array is damaged"); }
-
-  std::string text_;
-  std::size_t at_ = 0;
-  unsigned keys_ = 0;
-};
+  return header;
+}
 
 /// The bytes from `first` to `last` as a little-endian number.
 std::size_t littleEndian(const unsigned char* first, const unsigned char* last) {
@@ -217,21 +164,19 @@ std::string textAt(const char* from, std::size_t characters, const NpyHeader& he
 std::vector<std::string> readTexts(Bytes& bytes) {
   const NpyHeader header = readNpyHeader(bytes);
   const std::string& dtype = header.dtype;
-  std::uint64_t characters = 0;
-  const char* end = dtype.data() + dtype.size();
-  const bool is_text = dtype.size() > 2 && (dtype[1] == 'U' || dtype[1] == 'S') &&
-                       std::from_chars(dtype.data() + 2, end, characters).ptr == end;
+  const auto characters = numberIn<std::uint64_t>(dtype.substr(std::min<std::size_t>(dtype.size(), 2)));
+  const bool is_text = characters && (dtype[1] == 'U' || dtype[1] == 'S');
   if (!is_text || header.shape.size() != 1)
     throw std::invalid_argument("dtype " + dtype + ", shape " + shapeText(header.shape) + "; expected a list of texts");
   const std::uint64_t width = dtype[1] == 'U' ? 4 : 1;
-  checkSize(bytes, header, header.shape[0], characters, width);
+  checkSize(bytes, header, header.shape[0], *characters, width);
   const std::uint64_t size = bytes.size() - header.data_begin;
   if (size > kMostTextBytes || (size == 0 && header.shape[0] > 0)) throw std::invalid_argument("no names of joints");
   std::vector<char> raw(size);
   bytes.read(header.data_begin, raw.data(), raw.size());
   std::vector<std::string> texts;
   for (std::uint64_t i = 0; i < header.shape[0]; ++i)
-    texts.push_back(textAt(raw.data() + i * characters * width, characters, header));
+    texts.push_back(textAt(raw.data() + i * *characters * width, *characters, header));
   return texts;
 }
 
@@ -255,7 +200,7 @@ NpyHeader readNpyHeader(Bytes& bytes) {
   if (bytes.size() - text_begin < length) throw std::invalid_argument("truncated: ends in the header");
   std::string text(length, '\0');
   bytes.read(text_begin, text.data(), length);
-  NpyHeader header = HeaderText(std::move(text)).read();
+  NpyHeader header = headerOf(text);
   header.data_begin = text_begin + length;
   return header;
 }
@@ -278,12 +223,12 @@ NpyTable::NpyTable(std::unique_ptr<Bytes> bytes, std::string source)
   }
 }
 
-void NpyTable::read(std::uint64_t first, std::size_t count, double* to) {
+void NpyTable::read(std::uint64_t first, std::size_t count, std::size_t stride, double* to) {
   try {
     if (header_.dtype[2] == '8') {
-      readAs<double>(first, count, to);
+      readAs<double>(first, count, stride, to);
     } else {
-      readAs<float>(first, count, to);
+      readAs<float>(first, count, stride, to);
     }
   } catch (const std::invalid_argument& error) {
     fail(error.what());
@@ -291,26 +236,20 @@ void NpyTable::read(std::uint64_t first, std::size_t count, double* to) {
 }
 
 template <typename Number>
-void NpyTable::readAs(std::uint64_t first, std::size_t count, double* to) {
-  const bool is_c = header_.order == NpyHeader::Order::C;
-  const auto numbers = [&](std::uint64_t begin, std::size_t size) {
-    raw_.resize(size * sizeof(Number));
+void NpyTable::readAs(std::uint64_t first, std::size_t count, std::size_t stride, double* to) {
+  const bool is_c = header_.order == NpyHeader::Order::C, is_native = header_.dtype[0] == kNativeOrder;
+  // A run is of numbers that lie side by side: all rows, or a column of them.
+  const std::uint64_t runs = is_c ? 1 : columns_, width = is_c ? columns_ : 1;
+  raw_.resize(count * width * sizeof(Number));
+  for (std::uint64_t run = 0; run < runs; ++run) {
+    const std::uint64_t begin = is_c ? first * columns_ : run * rows_ + first;
     bytes_->read(header_.data_begin + begin * sizeof(Number), raw_.data(), raw_.size());
-  };
-  const auto convert = [&](std::size_t size, std::size_t stride, double* place) {
-    const bool is_native = header_.dtype[0] == kNativeOrder;
-    for (std::size_t i = 0; i < size; ++i) {
-      const auto number = numberAt<Number>(raw_.data() + i * sizeof(Number));
-      place[i * stride] = static_cast<double>(is_native ? number : swapped(number));
-    }
-  };
-  if (is_c) {
-    numbers(first * columns_, count * columns_);
-    convert(count * columns_, 1, to);
-  } else {
-    for (std::uint64_t column = 0; column < columns_; ++column) {
-      numbers(column * rows_ + first, count);
-      convert(count, columns_, to + column);
+    const char* from = raw_.data();
+    for (std::size_t row = 0; row < count; ++row) {
+      for (std::size_t i = 0; i < width; ++i, from += sizeof(Number)) {
+        const auto number = numberAt<Number>(from);
+        to[row * stride + run + i] = static_cast<double>(is_native ? number : swapped(number));
+      }
     }
   }
 }

@@ -38,12 +38,12 @@ class NpyTable {
   int dimensions() const { return dimensions_; }
   const std::string& source() const { return source_; }
 
-  /// `count` rows from `first` on, row by row. They must be there.
-  void read(std::uint64_t first, std::size_t count, double* to);
+  /// `count` rows from `first` on, which must be there; they begin `stride` numbers apart.
+  void read(std::uint64_t first, std::size_t count, std::size_t stride, double* to);
 
  private:
   template <typename Number>
-  void readAs(std::uint64_t first, std::size_t count, double* to);
+  void readAs(std::uint64_t first, std::size_t count, std::size_t stride, double* to);
   [[noreturn]] void fail(const std::string& what) const;
 
   std::unique_ptr<Bytes> bytes_;

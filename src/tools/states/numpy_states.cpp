@@ -2,17 +2,16 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
 
-#include "tools/command_line/content_hash.h"
-#include "tools/command_line/csv.h"
-#include "tools/command_line/robot_files.h"
-#include "tools/states/zip_archive.h"
+#include "tools/robot/robot_files.h"
+#include "tools/states/bytes.h"
+#include "tools/text/content_hash.h"
+#include "tools/text/csv.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -88,7 +87,7 @@ NumpyStates::NumpyStates(const std::string& file, const std::vector<std::string>
   if (table_->dimensions() != 2)
     throw std::invalid_argument(table_->source() + ": an array of one dimension; expected a row for each state");
   if (names.empty()) names = namesBeside(file);
-  setColumns(names);
+  nameColumns(names);
 }
 
 /// Opens the table of an archive, and the times if it has them. Reads the names if there are none.
@@ -104,7 +103,7 @@ void NumpyStates::openMembers(std::vector<std::string>& names) {
                               " states");
 }
 
-void NumpyStates::setColumns(const std::vector<std::string>& names) {
+void NumpyStates::nameColumns(const std::vector<std::string>& names) {
   const auto refuse = [&](const std::string& what) { throw std::invalid_argument(table_->source() + ": " + what); };
   const std::string columns = std::to_string(table_->columns()) + " columns";
   if (names.empty()) {
@@ -113,65 +112,42 @@ void NumpyStates::setColumns(const std::vector<std::string>& names) {
   }
   if (names.size() != table_->columns()) refuse(columns + " for " + std::to_string(names.size()) + " names of joints");
   try {
-    columns_ = jointColumns(names, robot());
+    setColumns(names);
   } catch (const std::invalid_argument& error) {
     refuse(error.what());
   }
-  if (times_ && hasTime(columns_)) refuse("a column \"time\", and an array \"time\" beside it");
-  for (const std::string& sentence : unusedColumns(columns_, robot())) warn(sentence);
+  if (!times_) return;
+  if (hasTimes()) refuse("a column \"time\", and an array \"time\" beside it");
+  columns_.push_back({"time", JointColumn::kTime});
 }
 
-bool NumpyStates::next(scene::Positions& positions) {
-  if (state_ >= table_->rows()) return false;
-  if (state_ < block_begin_ || state_ >= block_end_) readBlock();
-  const std::size_t row = state_++ - block_begin_;
-  const double* numbers = block_.data() + row * columns_.size();
-  positions.assign(robot().joints.size(), 0.0);
-  limits().beginState(state_ - 1, 0);
-  for (std::size_t i = 0; i < columns_.size(); ++i) {
-    const double value = number(numbers[i], columns_[i].name);
-    const int joint = columns_[i].joint;
-    if (joint == JointColumn::kTime) {
-      time_ = value;
-    } else {
-      positions[joint] = value;
-      limits().add(joint, value);
-    }
-  }
-  if (times_) time_ = number(block_times_[row], "time");
+bool NumpyStates::fetch(const double*& numbers) {
+  if (state() >= table_->rows()) return false;
+  if (state() < block_begin_ || state() >= block_end_) readBlock();
+  numbers = block_.data() + (state() - block_begin_) * columns_.size();
   return true;
 }
 
 std::string NumpyStates::place() const {
-  return table_->source() + ", state " + std::to_string(state_ == 0 ? 0 : state_ - 1);
+  return table_->source() + StateSource::place().substr(source().size());  // of an archive with the name of the table
 }
-
-void NumpyStates::skipTo(std::uint64_t state) { state_ = state; }
 
 /// Reads the block that begins with the next state.
 void NumpyStates::readBlock() {
   const std::uint64_t most = std::max<std::uint64_t>(1, kBlockNumbers / columns_.size());
-  const std::size_t count = std::min(most, table_->rows() - state_);
+  const std::size_t count = std::min(most, table_->rows() - state());
   block_.resize(count * columns_.size());
   block_end_ = block_begin_;  // nothing is there if reading fails
-  table_->read(state_, count, block_.data());
-  if (times_) {
-    block_times_.resize(count);
-    times_->read(state_, count, block_times_.data());
-  }
-  block_begin_ = state_;
-  block_end_ = state_ + count;
-}
-
-double NumpyStates::number(double value, const std::string& column) const {
-  if (!std::isfinite(value)) fail(notFinite(column, numberText(value)));
-  return value;
+  table_->read(state(), count, columns_.size(), block_.data());
+  if (times_) times_->read(state(), count, columns_.size(), block_.data() + table_->columns());
+  block_begin_ = state();
+  block_end_ = state() + count;
 }
 
 std::string NumpyStates::identity() const {
   if (identity_.empty()) {
     ContentHash names;
-    for (const JointColumn& column : columns_) names.add(column.name);
+    for (std::uint64_t i = 0; i < table_->columns(); ++i) names.add(columns_[i].name);
     identity_ = "numpy " + contentHash(source()) + " " + names.text();
   }
   return identity_;

@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "tools/states/joint_columns.h"
 #include "tools/states/npy_array.h"
 #include "tools/states/state_source.h"
 
@@ -25,27 +24,22 @@ class NumpyStates : public StateSource {
   /// `joints` may be empty.
   NumpyStates(const std::string& file, const std::vector<std::string>& joints, const scene::RobotModel& robot);
 
-  bool next(scene::Positions& positions) override;
-  void skipTo(std::uint64_t state) override;
   std::optional<std::uint64_t> count() const override { return table_->rows(); }
   std::string identity() const override;
-  bool hasTimes() const override { return times_ || hasTime(columns_); }
-  std::optional<double> time() const override { return time_; }
   std::string place() const override;
+
+ protected:
+  bool fetch(const double*& numbers) override;
 
  private:
   void openMembers(std::vector<std::string>& names);
-  void setColumns(const std::vector<std::string>& names);
+  void nameColumns(const std::vector<std::string>& names);
   void readBlock();
-  double number(double value, const std::string& column) const;
 
-  std::optional<NpyTable> table_, times_;
-  std::vector<JointColumn> columns_;
-  std::optional<double> time_;
-  std::uint64_t state_ = 0;  ///< number of the next one
+  std::optional<NpyTable> table_, times_;  ///< the times are one more column, behind those of the table
   // The block of rows that was read last.
   std::uint64_t block_begin_ = 0, block_end_ = 0;
-  std::vector<double> block_, block_times_;
+  std::vector<double> block_;  ///< row by row, a number for each column
   mutable std::string identity_;
 };
 

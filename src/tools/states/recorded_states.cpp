@@ -6,9 +6,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "tools/command_line/content_hash.h"
-#include "tools/command_line/csv.h"
 #include "tools/states/joint_columns.h"
+#include "tools/text/content_hash.h"
+#include "tools/text/csv.h"
 
 namespace proximity_server::tools {
 void JointRecording::add(double time, const std::vector<std::string>& names, const std::vector<double>& positions) {
@@ -66,7 +66,8 @@ void RecordedStates::addStates(const JointRecording& recording) {
   std::stable_sort(messages.begin(), messages.end(), [](const auto& a, const auto& b) { return a.time < b.time; });
   std::set<int> unknown;
   for (const JointRecording::Position& position : recording.positions_) unknown.insert(position.joint);
-  joints_.assign(unknown.begin(), unknown.end());
+  columns_.push_back({"time", JointColumn::kTime});
+  for (const int joint : unknown) columns_.push_back({robot().joints[joint].name, joint});
   scene::Positions now(robot().joints.size(), 0.0);
   int last = -1;  // the joint that becomes known last
   std::size_t left_out = 0;
@@ -82,7 +83,8 @@ void RecordedStates::addStates(const JointRecording& recording) {
       continue;
     }
     times_.push_back(messages[i].time);
-    for (const int joint : joints_) states_.push_back(now[joint]);
+    for (const JointColumn& column : columns_)
+      states_.push_back(column.joint == JointColumn::kTime ? messages[i].time : now[column.joint]);
   }
   if (left_out == 0) return;
   warn("the states of the first " + std::to_string(left_out) + " times are left out: joint " +
@@ -100,35 +102,32 @@ double RecordedStates::tick(std::uint64_t number) const {
   return times_.front() + static_cast<double>(number) / *rate_;
 }
 
-bool RecordedStates::next(scene::Positions& positions) {
-  if (state_ >= *count()) return false;
-  std::size_t row = state_;
+bool RecordedStates::fetch(const double*& numbers) {
+  if (state() >= *count()) return false;
+  std::size_t row = state();
   if (rate_) {
-    const auto later = std::upper_bound(times_.begin(), times_.end(), tick(state_));
+    const auto later = std::upper_bound(times_.begin(), times_.end(), tick(state()));
     row = static_cast<std::size_t>(later - times_.begin()) - 1;
   }
-  time_ = rate_ ? tick(state_) : times_[row];
-  positions.assign(robot().joints.size(), 0.0);
-  limits().beginState(state_, 0);
-  const double* state = states_.data() + row * joints_.size();
-  for (std::size_t i = 0; i < joints_.size(); ++i) {
-    positions[joints_[i]] = state[i];
-    limits().add(joints_[i], state[i]);
-  }
-  ++state_;
+  double* const found = states_.data() + row * columns_.size();
+  if (rate_) *found = tick(state());
+  numbers = found;
   return true;
 }
 
 std::string RecordedStates::identity() const {
+  const std::size_t width = columns_.size(), joints = width - 1;
   ContentHash hash;
-  for (const int joint : joints_) hash.add(robot().joints[joint].name);
-  hash.add(times_.data(), times_.size() * sizeof(double)).add(states_.data(), states_.size() * sizeof(double));
+  for (std::size_t i = 1; i < width; ++i) hash.add(columns_[i].name);
+  hash.add(times_.data(), times_.size() * sizeof(double));
+  for (std::size_t row = 0; row < times_.size(); ++row)
+    hash.add(states_.data() + row * width + 1, joints * sizeof(double));
   return "recorded " + hash.text() + " " + (rate_ ? numberText(*rate_) : "every");
 }
 
 std::string RecordedStates::place() const {
-  const std::string number = source() + ", state " + std::to_string(state_ == 0 ? 0 : state_ - 1);
-  return time_ ? number + " at " + numberText(*time_) + " s" : number;
+  const std::string place = StateSource::place();
+  return time() ? place + " at " + numberText(*time()) + " s" : place;
 }
 
 }  // namespace proximity_server::tools

@@ -52,13 +52,12 @@ class RecordedStates : public StateSource {
   /// Failure: throws std::invalid_argument naming the source if there is no state.
   RecordedStates(std::string source, const JointRecording& recording, std::optional<double> rate);
 
-  bool next(scene::Positions& positions) override;
-  void skipTo(std::uint64_t state) override { state_ = state; }
   std::optional<std::uint64_t> count() const override { return rate_ ? ticks_ : times_.size(); }
   std::string identity() const override;
-  bool hasTimes() const override { return true; }
-  std::optional<double> time() const override { return time_; }
   std::string place() const override;
+
+ protected:
+  bool fetch(const double*& numbers) override;
 
  private:
   void addStates(const JointRecording& recording);
@@ -66,12 +65,10 @@ class RecordedStates : public StateSource {
   double tick(std::uint64_t number) const;
 
   std::optional<double> rate_;
-  std::vector<int> joints_;     ///< that the recording names
-  std::vector<double> times_;   ///< [s] of the states of the messages, strictly increasing
-  std::vector<double> states_;  ///< the positions of joints_, state by state
-  std::uint64_t ticks_ = 0;     ///< states at the rate
-  std::uint64_t state_ = 0;     ///< number of the next one
-  std::optional<double> time_;
+  std::vector<double> times_;  ///< [s] of the states of the messages, strictly increasing
+  std::vector<double>
+      states_;  ///< what the columns say, state by state: the time, then the joints that the recording names
+  std::uint64_t ticks_ = 0;  ///< states at the rate
 };
 
 /// The limits of a rate [Hz]; beyond them the times of a recording cannot tell states apart.

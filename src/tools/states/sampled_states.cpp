@@ -6,8 +6,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "tools/command_line/content_hash.h"
-#include "tools/command_line/csv.h"
+#include "tools/text/content_hash.h"
+#include "tools/text/csv.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -48,14 +48,14 @@ SampledStates::SampledStates(std::uint64_t count, std::uint64_t seed, const scen
 }
 
 bool SampledStates::next(scene::Positions& positions) {
-  if (state_ >= count_) return false;
+  if (state() >= count_) return false;
   positions.assign(robot().joints.size(), 0.0);
   for (std::size_t first = 0; first < ranges_.size(); first += 2) {
-    const std::array<double, 2> numbers = uniformNumbers(seed_, state_, static_cast<std::uint32_t>(first / 2));
+    const std::array<double, 2> numbers = uniformNumbers(seed_, state(), static_cast<std::uint32_t>(first / 2));
     positions[ranges_[first].joint] = positionAt(ranges_[first], numbers[0]);
     if (first + 1 < ranges_.size()) positions[ranges_[first + 1].joint] = positionAt(ranges_[first + 1], numbers[1]);
   }
-  ++state_;
+  passState();
   return true;
 }
 
@@ -64,10 +64,6 @@ std::string SampledStates::identity() const {
   for (const scene::JointRange& range : ranges_)
     ranges.add(robot().joints[range.joint].name).add(numberText(range.lower)).add(numberText(range.upper));
   return "sample " + std::to_string(count_) + " " + std::to_string(seed_) + " " + ranges.text();
-}
-
-std::string SampledStates::place() const {
-  return source() + ", state " + std::to_string(state_ == 0 ? 0 : state_ - 1);
 }
 
 std::vector<std::string> guessedRanges(const scene::RobotModel& robot, const std::vector<scene::JointRange>& ranges) {

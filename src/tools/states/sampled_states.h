@@ -25,15 +25,12 @@ class SampledStates : public StateSource {
   SampledStates(std::uint64_t count, std::uint64_t seed, const scene::RobotModel& robot);
 
   bool next(scene::Positions& positions) override;
-  void skipTo(std::uint64_t state) override { state_ = state; }
   std::optional<std::uint64_t> count() const override { return count_; }
   std::string identity() const override;
-  std::string place() const override;
 
  private:
   std::uint64_t count_, seed_;
   std::vector<scene::JointRange> ranges_;
-  std::uint64_t state_ = 0;  ///< number of the next one
 };
 
 /// The sentences about joints without limits, whose ranges are a guess.

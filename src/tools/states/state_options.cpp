@@ -9,12 +9,12 @@
 #include <stdexcept>
 
 #include "proximity_server/scene/mesh/readable_file.h"
-#include "tools/command_line/csv.h"
-#include "tools/command_line/number_options.h"
+#include "tools/program/options.h"
 #include "tools/states/csv_states.h"
 #include "tools/states/numpy_states.h"
 #include "tools/states/recorded_states.h"
 #include "tools/states/sampled_states.h"
+#include "tools/text/csv.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -36,23 +36,15 @@ bool isNumpy(const std::string& file) {
 double readRate(const std::string& text) {
   const std::optional<double> rate = finiteNumber(text);
   if (rate && *rate >= kLowestRate && *rate <= kHighestRate) return *rate;
-  throw CLI::ValidationError("--rate", "'" + text + "' is not a rate from " + numberText(kLowestRate) + " to " +
-                                           numberText(kHighestRate) + " Hz");
+  throw std::invalid_argument("'" + text + "' is not a rate from " + numberText(kLowestRate) + " to " +
+                              numberText(kHighestRate) + " Hz");
 }
 
 std::vector<std::string> readNames(const std::string& text) {
   try {
     return csvFields(text);
   } catch (const std::invalid_argument& error) {
-    throw CLI::ValidationError("--joints", "'" + text + "': " + error.what());
-  }
-}
-
-GridAxis readAxis(const std::string& text) {
-  try {
-    return readGridAxis(text);
-  } catch (const std::invalid_argument& error) {
-    throw CLI::ValidationError("--grid", error.what());
+    throw std::invalid_argument("'" + text + "': " + error.what());
   }
 }
 
@@ -62,10 +54,9 @@ CLI::Option* declareFile(CLI::App& app, StateOptions& options) {
              "--states", options.file,
              "CSV: a header of joint names, a row for each state; -: standard input; or a table of NumPy (.npy, .npz)")
           ->type_name("FILE");
-  const auto readJoints = [&](const std::string& text) { options.joints = readNames(text); };
-  app.add_option_function<std::string>("--joints", readJoints,
-                                       "the joints of the columns of a .npy or .npz (default: those in the .npz, or in "
-                                       "the file with the suffix .joints)")
+  addRead(app, "--joints", options.joints, readNames,
+          "the joints of the columns of a .npy or .npz (default: those in the .npz, or in "
+          "the file with the suffix .joints)")
       ->type_name("NAME,...")
       ->needs(file);
   return file;
@@ -75,9 +66,8 @@ CLI::Option* declareBag(CLI::App& app, BagOptions& options) {
   CLI::Option* bag =
       app.add_option("--bag", options.file, "a rosbag with messages sensor_msgs/JointState")->type_name("FILE");
   app.add_option("--topic", options.topic, "of the bag (default: /joint_states)")->type_name("NAME")->needs(bag);
-  const auto read = [&](const std::string& text) { options.rate = readRate(text); };
-  app.add_option_function<std::string>("--rate", read,
-                                       "that many states a second of the bag (default: one for every message)")
+  addRead(app, "--rate", options.rate, readRate,
+          "that many states a second of the bag (default: one for every message)")
       ->type_name("HZ")
       ->needs(bag);
   return bag;
@@ -95,7 +85,11 @@ CLI::Option* declareSample(CLI::App& app, StateOptions& options) {
 
 CLI::Option* declareGrid(CLI::App& app, StateOptions& options) {
   const auto read = [&](const std::vector<std::string>& texts) {
-    for (const std::string& text : texts) options.grid.push_back(readAxis(text));
+    try {
+      for (const std::string& text : texts) options.grid.push_back(readGridAxis(text));
+    } catch (const std::invalid_argument& error) {
+      throw CLI::ValidationError("--grid", error.what());
+    }
     return true;
   };
   return app

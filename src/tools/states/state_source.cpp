@@ -1,16 +1,62 @@
 #include "tools/states/state_source.h"
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
+#include "tools/text/csv.h"
+
 namespace proximity_server::tools {
 
-int StateSource::read(Eigen::Ref<Eigen::MatrixXd> block) {
+bool StateSource::next(scene::Positions& positions) {
+  const double* number = nullptr;
+  if (!fetch(number)) return false;
+  begin(0, positions);
+  passState();
+  for (const JointColumn& column : columns_) {
+    if (!std::isfinite(*number)) fail(notFinite(column.name, numberText(*number)));
+    set(column, *number++, positions);
+  }
+  return true;
+}
+
+void StateSource::begin(long line, scene::Positions& positions) {
+  positions.assign(robot_.joints.size(), 0.0);
+  limits_.beginState(state_, line);
+}
+
+void StateSource::set(const JointColumn& column, double number, scene::Positions& positions) {
+  if (column.joint == JointColumn::kTime) {
+    time_ = number;
+  } else {
+    positions[column.joint] = number;
+    limits_.add(column.joint, number);
+  }
+}
+
+void StateSource::setColumns(const std::vector<std::string>& names) {
+  columns_ = jointColumns(names, robot_);
+  for (const JointColumn& column : columns_) {
+    const std::string reason = column.joint == JointColumn::kTime ? "" : whyNotUsed(robot_, column.joint);
+    if (!reason.empty()) warn("column " + inQuotes(column.name) + " is not used: " + reason + ".");
+  }
+}
+
+bool StateSource::hasTimes() const {
+  return std::any_of(columns_.begin(), columns_.end(),
+                     [](const JointColumn& column) { return column.joint == JointColumn::kTime; });
+}
+
+std::string StateSource::place() const { return source_ + ", state " + std::to_string(state_ == 0 ? 0 : state_ - 1); }
+
+int StateSource::read(Eigen::Ref<Eigen::MatrixXd> block, const std::function<void(const scene::Positions&)>& each) {
   if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
   int count = 0;
   try {
     for (; count < block.rows() && next(row_); ++count) {
       for (Eigen::Index joint = 0; joint < block.cols(); ++joint) block(count, joint) = row_[joint];
+      if (each) each(row_);
     }
   } catch (const std::invalid_argument&) {
     if (count == 0) throw;

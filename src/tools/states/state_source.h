@@ -3,13 +3,14 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <exception>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/robot_model.h"
-#include "tools/states/limit_check.h"
+#include "tools/states/joint_columns.h"
 
 namespace proximity_server::tools {
 
@@ -25,15 +26,16 @@ class StateSource {
   StateSource& operator=(const StateSource&) = delete;
 
   /// The next state, one position for each of RobotModel::joints; false at the end.
-  virtual bool next(scene::Positions& positions) = 0;
+  virtual bool next(scene::Positions& positions);
 
   /// The next states, as many as the block has rows, from its first row on; one column for each of RobotModel::joints. Returns
-  /// how many there are: fewer only at the end, or before a state that is wrong, of which the next call throws.
-  int read(Eigen::Ref<Eigen::MatrixXd> block);
+  /// how many there are: fewer only at the end, or before a state that is wrong, of which the next call throws. `each` gets every
+  /// state as soon as it is read; if it throws std::invalid_argument the state is wrong.
+  int read(Eigen::Ref<Eigen::MatrixXd> block, const std::function<void(const scene::Positions&)>& each = nullptr);
 
   /// next() then returns the state of this number, or false if there are not so many. Forward only. Takes a constant time,
   /// except that CSV is read on.
-  virtual void skipTo(std::uint64_t state) = 0;
+  virtual void skipTo(std::uint64_t state) { state_ = state; }
 
   /// How many states there are; nullopt if that is known at the end only, as of a stream. The first call may read the file.
   virtual std::optional<std::uint64_t> count() const = 0;
@@ -43,12 +45,12 @@ class StateSource {
   virtual std::string identity() const = 0;
 
   /// Whether the states have times, and the time [s] of the last state.
-  virtual bool hasTimes() const { return false; }
-  virtual std::optional<double> time() const { return std::nullopt; }
+  bool hasTimes() const;
+  std::optional<double> time() const { return time_; }
 
   const scene::RobotModel& robot() const { return robot_; }
   const std::string& source() const { return source_; }  ///< the name of the file, or what it is, for messages
-  virtual std::string place() const = 0;                 ///< source and place in it of the last state, for messages
+  virtual std::string place() const;                     ///< source and place in it of the last state, for messages
   const std::vector<std::string>& warnings() const {
     return warnings_;
   }  ///< those that are known before the first state
@@ -61,16 +63,33 @@ class StateSource {
   StateSource(std::string source, const scene::RobotModel& robot)
       : source_(std::move(source)), robot_(robot), limits_(robot) {}
 
+  /// Takes the columns of these names, and warns of those that are not used.
+  /// Failure: throws std::invalid_argument as jointColumns().
+  void setColumns(const std::vector<std::string>& names);
+
+  /// Finds the numbers of the state state(), one for each column; false at the end. They may be not finite, which next() refuses.
+  virtual bool fetch(const double*& /*numbers*/) { return false; }
+
+  // The parts of next(): it begins a state, whose place in a text is a line (0: it has none), and sets what each column says.
+  void begin(long line, scene::Positions& positions);
+  void set(const JointColumn& column, double number, scene::Positions& positions);
+
   /// Throws std::invalid_argument that begins with place().
   [[noreturn]] void fail(const std::string& what) const;
   void warn(const std::string& sentence) { warnings_.push_back(source_ + ": " + sentence); }
-  LimitCheck& limits() { return limits_; }
+
+  std::uint64_t state() const { return state_; }  ///< the number of the next one
+  void passState() { ++state_; }
+
+  std::vector<JointColumn> columns_;
 
  private:
   std::string source_;
   const scene::RobotModel& robot_;
   std::vector<std::string> warnings_;
   LimitCheck limits_;
+  std::uint64_t state_ = 0;
+  std::optional<double> time_;
   scene::Positions row_;      ///< scratch of read()
   std::exception_ptr error_;  ///< of the state that ended the last block
 };

@@ -30,7 +30,45 @@ float roundedUp(double value) { return -roundedDown(-value); }
 
 }  // namespace
 
-std::string OutputFormat::header(std::uint64_t rows) const { return isText() ? begin : npyHeader(npy_type, rows); }
+const char* toString(RowFormat format) {
+  switch (format) {
+    case RowFormat::Csv:
+      return "csv";
+    case RowFormat::Json:
+      return "json";
+    case RowFormat::Npy:
+      return "npy";
+  }
+  return "";
+}
+
+std::optional<RowFormat> rowFormatNamed(const std::string& name) {
+  for (const RowFormat format : {RowFormat::Csv, RowFormat::Json, RowFormat::Npy})
+    if (name == toString(format)) return format;
+  return std::nullopt;
+}
+
+OutputFormat::OutputFormat(RowFormat format, const std::string& csv_header, const std::string& type) : rows(format) {
+  switch (format) {
+    case RowFormat::Csv:
+      begin = csv_header;
+      before_first = between = end = "\n";
+      return;
+    case RowFormat::Json:
+      begin = "[";
+      before_first = "\n";
+      between = ",\n";
+      end = "\n]\n";
+      return;
+    case RowFormat::Npy:
+      npy_type = type;
+      return;
+  }
+}
+
+std::string OutputFormat::header(std::uint64_t count) const {
+  return rows == RowFormat::Npy ? npyHeader(npy_type, count) : begin;
+}
 
 std::string npyHeader(const std::string& type, std::uint64_t rows) {
   const std::string text =

@@ -1,18 +1,28 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
-#include <string_view>
 
 namespace proximity_server::tools {
 
+/// How rows are written.
+enum class RowFormat : unsigned char { Csv, Json, Npy };
+
+/// csv, json or npy; also the suffix of files.
+const char* toString(RowFormat format);
+
+/// The format of a name; nullopt: there is none.
+std::optional<RowFormat> rowFormatNamed(const std::string& name);
+
 /// What stands around and between the rows of a file, so that files can be cut and joined at rows.
 struct OutputFormat {
-  std::string name;  ///< csv, json or npy; also the suffix of files
+  RowFormat rows = RowFormat::Csv;
   std::string begin, before_first, between, end;
   std::string npy_type;  ///< numpy's description of the type of a row; "" for text
 
-  bool isText() const { return npy_type.empty(); }
+  /// `csv_header` is used by Csv only, `npy_type` by Npy.
+  OutputFormat(RowFormat rows, const std::string& csv_header, const std::string& npy_type);
 
   /// What stands before the rows. Of .npy it depends on their number, but its size does not.
   std::string header(std::uint64_t rows) const;

@@ -1,23 +1,19 @@
 #include "tools/sweep/state_range.h"
 
-#include <charconv>
 #include <stdexcept>
 
+#include "tools/program/options.h"
+#include "tools/text/csv.h"
+
 namespace proximity_server::tools {
-namespace {
 
-/// The two whole numbers on either side of a sign; nullopt if the text is anything else.
 std::optional<std::pair<std::uint64_t, std::uint64_t>> twoNumbers(const std::string& text, char between) {
-  std::uint64_t first = 0, second = 0;
-  const char* end = text.data() + text.size();
-  const auto [middle, error] = std::from_chars(text.data(), end, first);
-  if (error != std::errc() || middle == end || *middle != between) return std::nullopt;
-  const auto [stop, second_error] = std::from_chars(middle + 1, end, second);
-  if (second_error != std::errc() || stop != end) return std::nullopt;
-  return std::pair{first, second};
+  const std::size_t middle = text.find(between);
+  if (middle == std::string::npos) return std::nullopt;
+  const auto first = numberIn<std::uint64_t>(text.substr(0, middle));
+  const auto second = numberIn<std::uint64_t>(text.substr(middle + 1));
+  return first && second ? std::optional(std::pair(*first, *second)) : std::nullopt;
 }
-
-}  // namespace
 
 ShardNumber readShard(const std::string& text) {
   const auto numbers = twoNumbers(text, '/');
@@ -49,5 +45,32 @@ StateRange rangeOf(const ShardNumber& shard, std::uint64_t count) {
 }
 
 std::string textOf(const StateRange& range) { return std::to_string(range.begin) + ":" + std::to_string(range.end); }
+
+void declareSweepOptions(CLI::App& app, SweepOptions& options) {
+  CLI::Option* shard = addRead(app, "--shard", options.shard, readShard,
+                               "only the I-th of N parts of the states, into a file of the folder --out, unless it is "
+                               "there already")
+                           ->type_name("I/N");
+  CLI::Option* range =
+      addRead(app, "--range", options.range, readRange, "the same, of the states A to B - 1")->type_name("A:B");
+  shard->excludes(range);
+  CLI::Option* merge = app.add_option("--merge", options.merge,
+                                      "join the parts in a folder to the file --out, which one run would have written")
+                           ->type_name("DIR");
+  CLI::Option* summary = app.add_option("--summary", options.summary,
+                                        "JSON with a histogram, the worst states and the most frequent pairs")
+                             ->type_name("FILE");
+  for (CLI::Option* part : {shard, range}) part->excludes(merge)->excludes(summary);
+}
+
+StateRange rangeOf(const SweepOptions& options, const std::optional<std::uint64_t>& count, const std::string& source) {
+  if (!count) throw std::invalid_argument(source + ": a stream has no parts; give --shard and --range a file");
+  if (*count == 0) throw std::invalid_argument(source + ": no state");
+  if (!options.range) return rangeOf(*options.shard, *count);
+  if (options.range->end > *count)
+    throw std::invalid_argument("--range " + textOf(*options.range) + ": " + source +
+                                " has the states 0:" + std::to_string(*count));
+  return *options.range;
+}
 
 }  // namespace proximity_server::tools

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <CLI/CLI.hpp>
+
 #include <cstdint>
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace proximity_server::tools {
 
@@ -23,6 +26,9 @@ struct ShardNumber {
   std::uint64_t number = 1, of = 1;
 };
 
+/// The two whole numbers on either side of a sign; nullopt if the text is anything else.
+std::optional<std::pair<std::uint64_t, std::uint64_t>> twoNumbers(const std::string& text, char between);
+
 /// "3/8" with a number from 1 to 8, and "1000:2000". Throw std::invalid_argument naming the text.
 ShardNumber readShard(const std::string& text);
 StateRange readRange(const std::string& text);
@@ -32,5 +38,21 @@ StateRange rangeOf(const ShardNumber& shard, std::uint64_t count);
 
 /// "1000:2000", which readRange() understands.
 std::string textOf(const StateRange& range);
+
+/// What the command line says of a sweep and its parts.
+struct SweepOptions {
+  std::optional<ShardNumber> shard;
+  std::optional<StateRange> range;
+  std::string summary;  ///< file; "": none
+  std::string merge;    ///< folder; "": nothing is merged
+
+  bool isPart() const { return shard || range; }
+};
+
+void declareSweepOptions(CLI::App& app, SweepOptions& options);
+
+/// The states that a part has. `source` names them in messages.
+/// Failure: throws std::invalid_argument if there are no states, fewer than the range wants, or if their number is not known.
+StateRange rangeOf(const SweepOptions& options, const std::optional<std::uint64_t>& count, const std::string& source);
 
 }  // namespace proximity_server::tools

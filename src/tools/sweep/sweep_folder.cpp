@@ -1,7 +1,6 @@
 #include "tools/sweep/sweep_folder.h"
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -10,9 +9,9 @@
 #include <system_error>
 #include <utility>
 
-#include "tools/command_line/content_hash.h"
-#include "tools/command_line/output_file.h"
-#include "tools/sweep/row_file.h"
+#include "tools/sweep/row_output.h"
+#include "tools/text/content_hash.h"
+#include "tools/text/output_file.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -34,14 +33,11 @@ std::string beginOfName(const StateRange& range) { return kBegin + padded(range.
 /// The range in the name of a part; nullopt of another file.
 std::optional<StateRange> rangeInName(const std::string& path) {
   const std::string name = fs::path(path).filename();
-  StateRange range;
-  const char* end = name.data() + name.size();
-  const std::size_t begin = std::string(kBegin).size();
-  if (name.compare(0, begin, kBegin) != 0) return std::nullopt;
-  const auto [middle, error] = std::from_chars(name.data() + begin, end, range.begin);
-  if (error != std::errc() || middle == end || *middle != '-') return std::nullopt;
-  const auto [stop, end_error] = std::from_chars(middle + 1, end, range.end);
-  return end_error == std::errc() && stop != end && *stop == '.' ? std::optional(range) : std::nullopt;
+  const std::string begin = kBegin;
+  const std::size_t suffix = name.find('.');
+  if (name.compare(0, begin.size(), begin) != 0 || suffix == std::string::npos) return std::nullopt;
+  const auto numbers = twoNumbers(name.substr(begin.size(), suffix - begin.size()), '-');
+  return numbers ? std::optional(StateRange{numbers->first, numbers->second}) : std::nullopt;
 }
 
 bool overlap(const StateRange& a, const StateRange& b) { return std::max(a.begin, b.begin) < std::min(a.end, b.end); }
@@ -104,12 +100,11 @@ SweepFolder::SweepFolder(std::string path) : path_(std::move(path)) {
   }
 }
 
-std::string SweepFolder::file(const StateRange& range, const OutputFormat& format) const {
-  return fs::path(path_) / (beginOfName(range) + "." + format.name);
+std::string SweepFolder::file(const StateRange& range, RowFormat format) const {
+  return fs::path(path_) / (beginOfName(range) + "." + toString(format));
 }
 
-bool SweepFolder::isDone(const nlohmann::ordered_json& sweep, const StateRange& range,
-                         const OutputFormat& format) const {
+bool SweepFolder::isDone(const nlohmann::ordered_json& sweep, const StateRange& range, RowFormat format) const {
   const std::string path = file(range, format);
   // Of the others one is enough: all were compared with one when they were made, and completeSweep() compares them all.
   const std::vector<std::string> others = manifestsIn(path_);
@@ -168,7 +163,7 @@ CompleteSweep completeSweep(const std::string& folder) {
 
 SweepManifest mergeSweep(const CompleteSweep& sweep, const OutputFormat& format, const std::string& out) {
   SweepManifest whole = sweep.manifests.front();
-  RowFile file(out, format);
+  RowOutput file(out, format);
   whole.summary = {};
   whole.summary.kind = sweep.manifests.front().summary.kind;
   for (std::size_t i = 0; i < sweep.files.size(); ++i) {
@@ -178,7 +173,10 @@ SweepManifest mergeSweep(const CompleteSweep& sweep, const OutputFormat& format,
     whole.summary.add(part.summary);
   }
   whole.range = {0, whole.statesOfSweep()};
-  file.complete(whole);
+  file.end();
+  whole.rows = file.rows();
+  whole.bytes = file.bytes();
+  whole.hash = file.hash();
   return whole;
 }
 

@@ -15,13 +15,13 @@ class SweepFolder {
   explicit SweepFolder(std::string path);
 
   /// The file of a range.
-  std::string file(const StateRange& range, const OutputFormat& format) const;
+  std::string file(const StateRange& range, RowFormat format) const;
 
   /// Whether the part of this sweep and range is complete, so that nothing is left to do. Removes what killed processes
   /// left of it.
   /// Failure: throws std::invalid_argument naming the manifest and what differs if the folder has parts of another sweep,
   ///          or other parts with some of the states.
-  bool isDone(const nlohmann::ordered_json& sweep, const StateRange& range, const OutputFormat& format) const;
+  bool isDone(const nlohmann::ordered_json& sweep, const StateRange& range, RowFormat format) const;
 
  private:
   std::string path_;

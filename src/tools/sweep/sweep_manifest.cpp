@@ -3,7 +3,7 @@
 #include <stdexcept>
 
 #include "system/whole_file.h"
-#include "tools/command_line/robot_files.h"
+#include "tools/robot/robot_files.h"
 
 namespace proximity_server::tools {
 namespace {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
@@ -16,10 +15,16 @@ namespace proximity_server::tools {
 /// What is said of each state: the smallest of the listed distances, or only whether something is below a distance.
 enum class SummaryKind : unsigned char { Distances, Verdicts };
 
-/// A state that is worth to be looked at, with its closest pair; distances [m].
-struct NotableState {
+/// A state with its closest pair; distances [m].
+struct ClosestOfState {
   std::uint64_t state = 0;
+  int pair = -1;  ///< its number
   double distance = 0.0, lower = 0.0, upper = 0.0;
+};
+
+/// A state that is worth to be looked at.
+struct NotableState {
+  ClosestOfState closest;
   std::string link_a, link_b;
   std::vector<std::pair<std::string, double>> positions;  ///< of the joints that lead
 };
@@ -32,10 +37,9 @@ struct SweepSummary {
 
   SummaryKind kind = SummaryKind::Distances;
   std::uint64_t states = 0;
-  std::uint64_t unknown = 0;                              ///< states without an answer
-  std::uint64_t unlisted = 0;                             ///< states in which no pair is listed
-  std::uint64_t not_above_zero = 0;                       ///< of Distances: the closest pair is not proven to be apart
-  std::uint64_t below = 0;                                ///< of Verdicts: not proven to be above the distance
+  std::uint64_t unknown = 0;   ///< states without an answer
+  std::uint64_t unlisted = 0;  ///< states in which no pair is listed
+  std::uint64_t below = 0;     ///< not proven to be above: of Distances above 0, of Verdicts above the distance
   std::map<int, std::uint64_t> histogram;                 ///< of Distances: states by bin, see SummaryCounter
   std::map<scene::ClearanceLevel, std::uint64_t> levels;  ///< states by level, where it is known
   std::vector<NotableState> notable;     ///< the closest, the first of equals first; of Verdicts the first below
@@ -57,19 +61,21 @@ struct SweepSummary {
 /// from 10 m on are in the outermost bins.
 class SummaryCounter {
  public:
-  explicit SummaryCounter(SummaryKind kind) : kind_(kind), bins_(kBins, 0) {}
+  using Closest = ClosestOfState;
 
-  struct Closest {
-    std::uint64_t state = 0;
-    int pair = -1;  ///< its number
-    double distance = 0.0, lower = 0.0, upper = 0.0;
-  };
+  explicit SummaryCounter(SummaryKind kind) : bins_(kBins, 0) { counts_.kind = kind; }
 
-  void addUnknown() { ++unknown_; }
-  void addUnlisted() { ++unlisted_; }
+  void addUnknown() {
+    ++counts_.states;
+    ++counts_.unknown;
+  }
+  void addUnlisted() {
+    ++counts_.states;
+    ++counts_.unlisted;
+  }
 
   /// The level of a state that is added besides.
-  void addLevel(scene::ClearanceLevel level) { ++levels_[level]; }
+  void addLevel(scene::ClearanceLevel level) { ++counts_.levels[level]; }
 
   /// A state with its closest pair; of Verdicts one that is below. `positionsOf()` gives the positions of all joints.
   template <typename PositionsOf>
@@ -107,9 +113,7 @@ class SummaryCounter {
   void keep(const Closest& closest, const scene::Positions& positions);
   SweepSummary withoutNames(const scene::RobotModel& robot) const;
 
-  SummaryKind kind_;
-  std::uint64_t unknown_ = 0, unlisted_ = 0, known_ = 0, not_above_zero_ = 0;
-  std::map<scene::ClearanceLevel, std::uint64_t> levels_;
+  SweepSummary counts_;  ///< without what follows
   std::vector<std::uint64_t> bins_, by_pair_;
   std::vector<Notable> notable_;  ///< sorted
 };

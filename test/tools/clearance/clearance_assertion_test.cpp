@@ -1,6 +1,6 @@
 // --assert-above of the executable, on robots whose distances are worked out on paper.
-#include "tools/command_line/clearance_command.h"
-#include "tools/command_line/crossing_sliders.h"
+#include "tools/program/clearance_command.h"
+#include "tools/robot/crossing_sliders.h"
 
 namespace proximity_server::tools::clearance_assertion_test {
 

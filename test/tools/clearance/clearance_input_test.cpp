@@ -3,8 +3,8 @@
 #include <filesystem>
 
 #include "sanitized.h"
-#include "tools/command_line/clearance_command.h"
-#include "tools/command_line/crossing_sliders.h"
+#include "tools/program/clearance_command.h"
+#include "tools/robot/crossing_sliders.h"
 #include "tools/states/numpy_bytes.h"
 
 namespace proximity_server::tools::clearance_input_test {

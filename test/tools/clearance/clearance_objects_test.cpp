@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "tools/command_line/clearance_command.h"
+#include "tools/program/clearance_command.h"
 
 namespace proximity_server::tools::clearance_objects_test {
 

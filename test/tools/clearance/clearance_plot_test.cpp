@@ -1,7 +1,7 @@
 // --plot of the executable. What a picture shows is asked of the script that draws it.
 #include <random>
 
-#include "tools/command_line/clearance_command.h"
+#include "tools/program/clearance_command.h"
 
 namespace proximity_server::tools::clearance_plot_test {
 

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "tools/command_line/clearance_command.h"
+#include "tools/program/clearance_command.h"
 
 namespace proximity_server::tools::clearance_test {
 

@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "tools/command_line/clearance_command.h"
-#include "tools/command_line/robot_files.h"
+#include "tools/program/clearance_command.h"
+#include "tools/robot/robot_files.h"
 
 namespace proximity_server::tools::clearance_thresholds_test {
 

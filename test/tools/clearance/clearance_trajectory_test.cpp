@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "tools/command_line/clearance_command.h"
-#include "tools/command_line/crossing_sliders.h"
+#include "tools/program/clearance_command.h"
+#include "tools/robot/crossing_sliders.h"
 
 namespace proximity_server::tools::clearance_trajectory_test {
 

@@ -8,9 +8,9 @@
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "scene/files.h"
 #include "tools/clearance/clearance_rows.h"
-#include "tools/command_line/csv.h"
-#include "tools/command_line/two_sliders.h"
+#include "tools/robot/two_sliders.h"
 #include "tools/states/csv_states.h"
+#include "tools/text/csv.h"
 
 namespace proximity_server::tools::trajectory_run_test {
 
@@ -78,7 +78,7 @@ TEST(TrajectorySegment, EndsWhereItEnds) {
 }
 
 TEST(SegmentRow, SaysWhereNothingIsKnown) {
-  const std::vector<std::string> names = csvFields(rowsBegin(RowKind::Segment, RowFormat::Csv));
+  const std::vector<std::string> names = csvFields(segmentFormat(RowFormat::Csv).begin);
   const std::vector<std::string> fields = csvFields(rowText(SegmentClearance{}, robot(), RowFormat::Csv));
   ASSERT_EQ(fields.size(), names.size());
   const auto field = [&](const std::string& name) {

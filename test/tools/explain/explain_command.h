@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "tools/command_line/run_command.h"
+#include "tools/program/run_command.h"
 
 namespace proximity_server::tools {
 

@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "proximity_server/narrowphase/signed_distance.h"
-#include "tools/command_line/csv.h"
-#include "tools/command_line/two_sliders.h"
 #include "tools/explain/explain_command.h"
+#include "tools/robot/two_sliders.h"
+#include "tools/text/csv.h"
 
 namespace proximity_server::tools::explain_test {
 

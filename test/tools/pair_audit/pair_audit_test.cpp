@@ -6,8 +6,8 @@
 #include "sanitized.h"
 #include "scene/example_robots.h"
 #include "scene/files.h"
-#include "tools/command_line/crossing_sliders.h"
-#include "tools/command_line/run_command.h"
+#include "tools/program/run_command.h"
+#include "tools/robot/crossing_sliders.h"
 
 namespace proximity_server::tools::pair_audit_test {
 

@@ -7,9 +7,9 @@
 
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "tools/command_line/crossing_sliders.h"
-#include "tools/command_line/two_sliders.h"
 #include "tools/pair_audit/audit_report.h"
+#include "tools/robot/crossing_sliders.h"
+#include "tools/robot/two_sliders.h"
 
 namespace proximity_server::tools::pair_study_test {
 

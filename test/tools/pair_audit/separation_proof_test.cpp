@@ -6,7 +6,7 @@
 
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "tools/command_line/two_sliders.h"
+#include "tools/robot/two_sliders.h"
 
 namespace proximity_server::tools::separation_proof_test {
 

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "scene/files.h"
-#include "tools/command_line/crossing_sliders.h"
+#include "tools/robot/crossing_sliders.h"
 
 namespace proximity_server::tools::srdf_writer_test {
 

@@ -5,7 +5,7 @@
 
 #include "sanitized.h"
 #include "scene/files.h"
-#include "tools/command_line/clearance_command.h"
+#include "tools/program/clearance_command.h"
 #include "tools/second_opinion/other_library.h"
 
 namespace proximity_server::tools::clearance_second_opinion_test {

@@ -8,8 +8,8 @@
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "scene/files.h"
-#include "tools/command_line/csv.h"
-#include "tools/command_line/two_sliders.h"
+#include "tools/robot/two_sliders.h"
+#include "tools/text/csv.h"
 
 namespace proximity_server::tools::csv_states_test {
 

@@ -1,4 +1,4 @@
-#include "tools/states/limit_check.h"
+#include "tools/states/joint_columns.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "scene/files.h"
-#include "tools/command_line/two_sliders.h"
+#include "tools/robot/two_sliders.h"
 #include "tools/states/csv_states.h"
 
 namespace proximity_server::tools::limit_check_test {

@@ -7,7 +7,7 @@
 
 #include "sanitized.h"
 #include "scene/files.h"
-#include "tools/command_line/run_command.h"
+#include "tools/program/run_command.h"
 #include "tools/states/arm.h"
 #include "tools/states/numpy_bytes.h"
 

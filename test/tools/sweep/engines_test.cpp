@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "sanitized.h"
-#include "tools/command_line/run_command.h"
+#include "tools/program/run_command.h"
 
 namespace proximity_server::tools::engines_test {
 

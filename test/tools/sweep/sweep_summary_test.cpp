@@ -10,7 +10,7 @@
 
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "scene/files.h"
-#include "tools/command_line/two_sliders.h"
+#include "tools/robot/two_sliders.h"
 
 namespace proximity_server::tools::sweep_summary_test {
 

@@ -9,8 +9,8 @@
 #include <random>
 
 #include "sanitized.h"
-#include "tools/command_line/clearance_command.h"
-#include "tools/command_line/robot_files.h"
+#include "tools/program/clearance_command.h"
+#include "tools/robot/robot_files.h"
 
 namespace proximity_server::tools::sweep_tool_test {
 

@@ -1,0 +1,124 @@
+#pragma once
+
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/levels/level_thresholds.h"
+#include "proximity_server/scene/model/joint_ranges.h"
+#include "proximity_server/scene/motion/moving_scene.h"
+#include "proximity_server/scene/query/pairs.h"
+#include "proximity_server/scene/query/question.h"
+#include "tools/clearance/object_schedule.h"
+
+namespace proximity_server::tools {
+
+/// The pairs of a state that are written.
+struct PairSelection {
+  enum class Kind : unsigned char { All, Minimum, Below, Closest, Any };
+  Kind kind = Kind::Minimum;
+  double threshold = std::numeric_limits<double>::infinity();  ///< [m] for Below and Any
+  int count = 1;                                               ///< for Closest
+};
+
+/// Reads "all", "minimum", "below:0.05", "any:0.05" or "k:5". Throws std::invalid_argument naming the text.
+PairSelection readPairSelection(const std::string& text);
+
+/// The text that is read as the selection, one for each.
+std::string textOf(const PairSelection& selection);
+
+/// A row describes one pair in a state, or one segment of a trajectory.
+enum class RowKind : unsigned char { State, Segment };
+
+/// Whether neighbours and disabled pairs are left out.
+enum class PairFilter : unsigned char { On, Off };
+
+/// The pairs of links that the filter leaves, of those that have geometry and do not belong to one body.
+std::vector<scene::ShapeRefPair> checkedPairs(const scene::SceneModel& model, PairFilter filter);
+
+/// What is asked about each state or segment.
+struct ClearanceQuestion {
+  std::shared_ptr<const scene::SceneModel> model;
+  PairFilter filter = PairFilter::On;
+  std::vector<scene::ShapeRefPair> pairs;   ///< of links, as the filter says
+  std::shared_ptr<ObjectSchedule> objects;  ///< nullptr: there are none
+  std::optional<scene::Candidates>
+      candidates;  ///< of the filter, if there are objects; nullopt: all pairs that have geometry
+  std::optional<scene::LevelThresholds> thresholds;  ///< nullopt: there are no levels. Not for segments
+  std::string objects_file, thresholds_file;         ///< "": none
+  PairSelection selection;                           ///< of states
+  scene::Skipping skipping = scene::Skipping::On;    ///< of states
+  scene::MotionQuestion motion;                      ///< of segments
+  int threads = 1;
+};
+
+/// The pairs of a question, those with objects too.
+class AskedPairs {
+ public:
+  /// The question must outlive this.
+  explicit AskedPairs(const ClearanceQuestion& question) : question_(question) {}
+
+  /// Gives objects to a Scene or MovingScene and takes their pairs, if they are others than those of before.
+  template <typename Scene>
+  void use(const std::shared_ptr<const scene::Objects>& objects, Scene& scene) {
+    if (!objects || scene.objects() == objects.get()) return;
+    scene.use(objects);
+    take(*objects);
+  }
+
+  scene::Pairs get() const {
+    if (question_.candidates) return *question_.candidates;
+    return question_.objects ? with_objects_ : question_.pairs;
+  }
+
+ private:
+  void take(const scene::Objects& objects);
+
+  const ClearanceQuestion& question_;
+  std::vector<scene::ShapeRefPair> with_objects_;  ///< without filter
+};
+
+/// Whether a list has a pair there: the answer about a state without one names none.
+inline bool isNamed(const scene::ShapeRefPair& pair) { return pair.a != scene::ShapeRef(); }
+
+/// The smallest signed distance of a state.
+struct SmallestDistance {
+  scene::PairProximity pair;                                      ///< without links if no pair has an answer
+  double lower_bound = -std::numeric_limits<double>::infinity();  ///< [m] of all pairs that have an answer
+  int unknown_pairs = 0;                                          ///< pairs without one, as a pose is not finite
+};
+
+/// The answer about one state, for those who ask further.
+struct StateClearance {
+  long state = 0;  ///< counted from 0
+  std::vector<scene::PairProximity> pairs;
+  SmallestDistance smallest;
+  scene::Positions positions;
+  std::shared_ptr<const scene::Objects> objects = nullptr;  ///< in this state; nullptr: there are none
+};
+
+/// The motion from one way point to the next: every joint moves at constant velocity. A continuous joint moves by the
+/// difference of its positions, which may be several turns.
+struct TrajectorySegment {
+  long number = 0;                ///< counted from 0
+  double begin = 0.0, end = 1.0;  ///< [s] in the time of the trajectory
+  scene::Positions from, to;
+
+  /// `fraction` is 0 at the begin and 1 at the end. The time is rounded, but never outside of the segment; NaN gives
+  /// NaN.
+  double timeAt(double fraction) const;
+  scene::Positions positionsAt(double fraction) const;
+};
+
+/// The answer about one segment; its times are fractions of the segment.
+struct SegmentClearance {
+  TrajectorySegment segment;
+  scene::RobotMinimum minimum;
+  scene::RobotContact contact;
+  std::shared_ptr<const scene::Objects> objects = nullptr;  ///< during this segment; nullptr: there are none
+};
+
+}  // namespace proximity_server::tools

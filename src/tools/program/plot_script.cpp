@@ -1,0 +1,81 @@
+#include "tools/program/plot_script.h"
+
+#include <spawn.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cctype>
+#include <filesystem>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "tools/text/output_file.h"
+
+namespace proximity_server::tools {
+namespace {
+
+/// Runs Debian's Python, which has Debian's matplotlib, and returns whether it exited with 0. It uses no shell, because
+/// file names may contain any characters.
+bool runPython(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), "/usr/bin/python3");
+  std::vector<char*> pointers;
+  for (std::string& argument : arguments) pointers.push_back(argument.data());
+  pointers.push_back(nullptr);
+  pid_t child = 0;
+  if (posix_spawn(&child, pointers[0], nullptr, nullptr, pointers.data(), environ) != 0) return false;
+  int status = 0;
+  return waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+/// The format by the suffix of the name. Throws std::invalid_argument for any other suffix.
+std::string formatOf(const std::string& picture) {
+  std::string format = std::filesystem::path(picture).extension();
+  for (char& letter : format) letter = static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
+  if (format != ".png" && format != ".pdf" && format != ".svg") {
+    throw std::invalid_argument("--plot: " + picture + ": the name ends in none of .png, .pdf and .svg");
+  }
+  return format.substr(1);
+}
+
+std::string besideExecutable(const std::string& name) {
+  return std::filesystem::read_symlink("/proc/self/exe").parent_path() / name;
+}
+
+}  // namespace
+
+PlotScript::PlotScript(const std::string& script, std::string picture)
+    : picture_(std::move(picture)), format_(formatOf(picture_)), script_(besideExecutable(script)) {
+  try {
+    requireWritable(picture_);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(std::string("--plot: ") + error.what());
+  }
+  if (!std::filesystem::exists(script_)) throw std::invalid_argument("--plot: there is no " + script_);
+  if (!runPython({script_})) {
+    throw std::invalid_argument("--plot: /usr/bin/python3 cannot use matplotlib (Debian package python3-matplotlib)");
+  }
+  std::string path = std::filesystem::temp_directory_path() / "plot_XXXXXX";
+  const int file = mkstemp(path.data());
+  if (file < 0) throw std::invalid_argument("--plot: no temporary file in " + path);
+  close(file);
+  data_path_ = path;
+  data_.open(data_path_, std::ios::binary);
+}
+
+PlotScript::~PlotScript() {
+  std::error_code ignored;
+  std::filesystem::remove(data_path_, ignored);
+}
+
+void PlotScript::draw(const std::vector<std::string>& more_arguments) {
+  data_.close();
+  std::vector<std::string> arguments{script_, data_path_, picture_, format_};
+  arguments.insert(arguments.end(), more_arguments.begin(), more_arguments.end());
+  if (!runPython(std::move(arguments))) {
+    throw std::invalid_argument("--plot: " + picture_ + " could not be drawn");
+  }
+}
+
+}  // namespace proximity_server::tools

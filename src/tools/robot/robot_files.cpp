@@ -1,0 +1,89 @@
+#include "proximity_server/scene/levels/make_scene_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
+#include "tools/robot/robot_files.h"
+#include "proximity_server/scene/mesh/readable_file.h"
+#include "proximity_server/scene/pieces/convex_pieces.h"
+#include "tools/program/options.h"
+
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <stdexcept>
+
+namespace proximity_server::tools {
+namespace {
+
+std::string folderOf(const std::string& file) { return std::filesystem::absolute(file).parent_path(); }
+
+/// Calls `load` and returns its result; puts the name of the file that an error is about in front of the error.
+template <typename Load>
+auto namingFiles(const RobotFiles& files, const Load& load) {
+  try {
+    return load();
+  } catch (const std::invalid_argument& error) {
+    const std::string what = error.what();
+    if (what.compare(0, files.urdf.size(), files.urdf) == 0) throw;
+    const bool from_srdf = what.compare(0, 4, "SRDF") == 0;
+    throw std::invalid_argument((from_srdf ? files.srdf : files.urdf) + ": " + what);
+  }
+}
+
+}  // namespace
+
+std::vector<CLI::Option*> addRobotOptions(CLI::App& app, RobotFiles& files) {
+  return {
+      addMeshTolerance(app, files.mesh_tolerance),
+      app.add_flag("--allow-missing-meshes", files.allow_missing_meshes,
+                   "a mesh that cannot be read is a warning, and that geometry is NOT checked"),
+      app.add_flag("--allow-broken-mimics", files.allow_broken_mimics,
+                   "a mimic that makes no sense, as of a joint that does not exist, is a warning, and the joint has "
+                   "a position of its own")};
+}
+
+void addQuiet(CLI::App& app, Warnings& warnings) {
+  app.add_flag_callback(
+      "--quiet", [&] { warnings = Warnings::Hidden; }, "no warnings and no steps of loading on standard error");
+}
+
+std::string readTextFile(const std::string& path) {
+  scene::requireReadable(path);
+  std::ifstream stream(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+std::shared_ptr<const scene::SceneModel> loadSceneModel(const RobotFiles& files) {
+  scene::ModelOptions options;
+  if (files.mesh_tolerance) options.mesh_tolerance = *files.mesh_tolerance;
+  options.allow_missing_meshes = files.allow_missing_meshes;
+  options.allow_broken_mimics = files.allow_broken_mimics;
+  options.mesh_cache = scene::userMeshCache();
+  if (files.warnings == Warnings::Shown) options.progress = [](const std::string& what) { std::cerr << what << '\n'; };
+  const std::string srdf = files.srdf.empty() ? "" : readTextFile(files.srdf);
+  return namingFiles(files, [&] {
+    const scene::MeshResolver resolve = scene::packageResolver(scene::rosPackagePath(), folderOf(files.urdf));
+    scene::RobotModel robot = scene::loadRobotModel(readTextFile(files.urdf), resolve, options);
+    return std::make_shared<const scene::SceneModel>(scene::makeSceneModel(std::move(robot), srdf));
+  });
+}
+
+scene::RobotModel loadJoints(const RobotFiles& files) {
+  scene::ModelOptions options;
+  options.allow_missing_meshes = true;
+  options.allow_broken_mimics = files.allow_broken_mimics;
+  const scene::MeshResolver no_mesh = [](const std::string& uri) -> std::string { throw std::invalid_argument(uri); };
+  return namingFiles(files, [&] { return scene::loadRobotModel(readTextFile(files.urdf), no_mesh, options); });
+}
+
+void printWarnings(const std::vector<std::string>& sentences, Warnings warnings) {
+  if (warnings == Warnings::Hidden) return;
+  for (const std::string& sentence : sentences)
+    if (!sentence.empty()) std::cerr << "warning: " << sentence << '\n';
+}
+
+void printWarningsOf(const scene::SceneModel& model, Warnings warnings) {
+  printWarnings(model.robot.warnings, warnings);
+  printWarnings(model.pairs.warnings, warnings);
+}
+
+}  // namespace proximity_server::tools

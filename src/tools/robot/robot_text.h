@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+
+#include "proximity_server/scene/model/joint_ranges.h"
+#include "proximity_server/scene/model/robot_model.h"
+#include "proximity_server/scene/objects/objects.h"
+#include "proximity_server/scene/query/question.h"
+
+namespace proximity_server::tools {
+
+/// CSV with a row for each joint that moves: joint, type, lower, upper, unit, mimic. The limits are inf where there are none, the
+/// unit is that of a position (rad, m), and mimic is the joint that it follows.
+std::string jointList(const scene::RobotModel& robot);
+
+/// The positions, as `joint=position`, of the joints that move the pair; all others do not matter.
+std::string stateText(const scene::RobotModel& robot, const scene::ShapeRefPair& pair,
+                      const scene::Positions& positions);
+
+}  // namespace proximity_server::tools

@@ -1,0 +1,56 @@
+#include "tools/sweep/row_output.h"
+
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include "tools/sweep/sweep_manifest.h"
+#include "tools/text/output_file.h"
+
+namespace proximity_server::tools {
+
+RowOutput::RowOutput(std::ostream& stream, std::string name, OutputFormat format)
+    : format_(std::move(format)), stream_(&stream), name_(std::move(name)) {
+  put(format_.header(0));
+}
+
+RowOutput::RowOutput(const std::string& file, OutputFormat format)
+    : format_(std::move(format)), file_(std::in_place, file), name_(file) {
+  put(format_.header(0));
+}
+
+void RowOutput::beginRows(std::uint64_t count) {
+  if (count == 0) return;
+  if (rows_ == 0) {
+    put(format_.before_first);
+  } else {
+    append(format_.between);
+  }
+  rows_ += count;
+}
+
+void RowOutput::append(std::string_view bytes) {
+  hash_.add(bytes.data(), bytes.size());
+  put(bytes);
+}
+
+void RowOutput::end() {
+  put(format_.end);
+  if (!file_) return flushTo(*stream_, name_);
+  if (format_.rows == RowFormat::Npy) file_->replaceBegin(format_.header(rows_));
+  // An older one does not belong to the new rows, should this process end before it writes the manifest.
+  std::error_code ignored;
+  std::filesystem::remove(manifestPath(name_), ignored);
+  file_->complete();
+}
+
+void RowOutput::put(std::string_view bytes) {
+  bytes_ += bytes.size();
+  if (file_) {
+    file_->append(bytes);
+  } else {
+    writeTo(*stream_, name_, bytes);
+  }
+}
+
+}  // namespace proximity_server::tools

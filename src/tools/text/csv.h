@@ -1,0 +1,41 @@
+#pragma once
+
+#include <charconv>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <vector>
+
+namespace proximity_server::tools {
+
+/// The fields of one record of comma-separated values (RFC 4180), without the blanks around unquoted fields.
+/// Throws std::invalid_argument for a quote that does not end.
+std::vector<std::string> csvFields(const std::string& record);
+
+/// The text as one field, in quotes if necessary.
+std::string csvField(const std::string& text);
+
+/// The number that the whole of a text is, without blanks; nullopt if it is anything else.
+template <typename Number>
+std::optional<Number> numberIn(std::string_view text) {
+  Number value{};
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  return error == std::errc() && stop == end ? std::optional<Number>(value) : std::nullopt;
+}
+
+/// The same of a text that may begin with a plus sign.
+template <typename Number>
+std::optional<Number> signedNumberIn(std::string_view text) {
+  const bool has_plus = text.size() > 1 && text[0] == '+' && text[1] != '-';
+  return numberIn<Number>(text.substr(has_plus ? 1 : 0));
+}
+
+/// The finite number that a text is, with or without a plus sign; nullopt if it is anything else.
+std::optional<double> finiteNumber(const std::string& text);
+
+/// The shortest text that reads back as the same double; also nan, inf and -inf.
+std::string numberText(double value);
+
+}  // namespace proximity_server::tools
