@@ -7,8 +7,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "system/process.h"
 #include "node/answers/conversions.h"
+#include "system/process.h"
 
 namespace proximity_server::node {
 namespace {

@@ -8,7 +8,7 @@
 #include "peers/aborts.h"
 #include "peers/robots.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "scene/model/infinity.h"
+#include "scene/model/numbers.h"
 #include "scene/objects/placed_object.h"
 #include "tools/second_opinion/fcl_shape.h"
 

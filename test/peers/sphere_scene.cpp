@@ -7,7 +7,7 @@
 
 #include "oracle/oracle.h"
 #include "peers/robots.h"
-#include "scene/model/infinity.h"
+#include "scene/model/numbers.h"
 
 namespace proximity_server::peers {
 

@@ -23,7 +23,7 @@ def prepare(options):
     pathlib.Path("thresholds.yaml").write_text("stop_distance: 0.1\nwarn_distance: 0.3\nobject_stop_distance: 0.05\n"
                                                "pair_stop_distance: [{links: [torso, left_upper_arm], distance: 0.01}]\n")
     pathlib.Path("crossing.urdf").write_text(
-        robots.text_of_header("tools/command_line/crossing_sliders.h", "kCrossingSliders"))
+        robots.text_of_header("tools/robot/crossing_sliders.h", "kCrossingSliders"))
     for path in sorted((robots.PLACES["CORPUS"] / "object_files").iterdir()):  # their first byte is for the fuzzer
         pathlib.Path(path.name).write_bytes(path.read_bytes()[1:])
 

@@ -67,9 +67,9 @@ def prepare(options):
     robots.ENVIRONMENT["PATH"] = f"{options.programs}:{os.environ['PATH']}"
     arm = [f"left_{joint}" for joint in ("shoulder_pan", "shoulder_lift", "upper_arm_roll", "elbow_flex", "wrist_flex")]
     files = {
-        "sliders.urdf": robots.text_of_header("tools/command_line/two_sliders.h", "kTwoSliders"),
-        "crossing.urdf": robots.text_of_header("tools/command_line/crossing_sliders.h", "kCrossingSliders"),
-        "crossing.srdf": robots.text_of_header("tools/command_line/crossing_sliders.h", "kFaultySrdf"),
+        "sliders.urdf": robots.text_of_header("tools/robot/two_sliders.h", "kTwoSliders"),
+        "crossing.urdf": robots.text_of_header("tools/robot/crossing_sliders.h", "kCrossingSliders"),
+        "crossing.srdf": robots.text_of_header("tools/robot/crossing_sliders.h", "kFaultySrdf"),
         "arm.urdf": robots.text_of_header("tools/states/arm.h", "kArm"),
         "angle.obj": ANGLE, "angle.urdf": MESHES.format("angle.obj"), "no_mesh.urdf": MESHES.format("absent.stl"),
         "thresholds.yaml": THRESHOLDS, "schedule.yaml": SCHEDULE, "timed.yaml": TIMED,

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "node/objects/object_shapes.h"
+#include "node/objects/change_fields.h"
 #include "node/robot/level_name.h"
 #include "proximity_server/scene/model/kinematics.h"
 

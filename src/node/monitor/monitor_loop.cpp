@@ -9,9 +9,9 @@
 #include <optional>
 #include <utility>
 
+#include "node/robot/query_status.h"
 #include "node/threads/real_time.h"
 #include "node/threads/request_queue.h"
-#include "node/robot/query_status.h"
 #include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {

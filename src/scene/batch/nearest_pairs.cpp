@@ -4,8 +4,7 @@
 #include <limits>
 #include <utility>
 
-#include "scene/model/infinity.h"
-#include "scene/model/rounded.h"
+#include "scene/model/numbers.h"
 
 namespace proximity_server::scene {
 namespace {

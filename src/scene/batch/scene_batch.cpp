@@ -12,7 +12,7 @@
 #include "scene/batch/nearest_pairs.h"
 #include "scene/batch/verdicts.h"
 #include "scene/lanes/lane_bounds.h"
-#include "scene/model/infinity.h"
+#include "scene/model/numbers.h"
 
 namespace proximity_server::scene {
 

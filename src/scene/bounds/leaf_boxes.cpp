@@ -6,7 +6,7 @@
 #include <type_traits>
 
 #include "scene/bounds/lane_vectors.h"
-#include "scene/model/rounded.h"
+#include "scene/model/numbers.h"
 
 namespace proximity_server::scene {
 namespace {

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "scene/bounds/box_tree.h"
-#include "scene/model/append.h"
+#include "system/append.h"
 
 namespace proximity_server::scene {
 namespace {
@@ -65,8 +65,8 @@ Volume VolumeBuilder::volumeOf(int body, std::vector<int>::iterator begin, std::
   const Eigen::Vector3d axis = volume.bounds.axes.col(longest);
   const auto middle = halve(begin, end, [&](int piece) { return axis.dot(bounds_of_pieces_[piece].centre); });
   const Volume first = volumeOf(body, begin, middle, volumes), second = volumeOf(body, middle, end, volumes);
-  const int first_part = append(volumes, first);
-  volume.parts = {first_part, append(volumes, second)};
+  const int first_part = system::append(volumes, first);
+  volume.parts = {first_part, system::append(volumes, second)};
   return volume;
 }
 

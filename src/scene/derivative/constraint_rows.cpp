@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "scene/filter/given_model.h"
-#include "scene/model/infinity.h"
+#include "scene/model/numbers.h"
 
 namespace proximity_server::scene {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "scene/bounds/bounds.h"
 #include "scene/derivative/placed_joints.h"
-#include "scene/model/infinity.h"
+#include "scene/model/numbers.h"
 #include "scene/objects/placed_object.h"
 #include "scene/parts/volumes.h"
 

@@ -5,8 +5,8 @@
 #include <stdexcept>
 
 #include "proximity_server/scene/model/names.h"
+#include "scene/loading/xml_text.h"
 #include "scene/mesh/input_limits.h"
-#include "scene/model/xml_text.h"
 
 namespace proximity_server::scene {
 namespace {

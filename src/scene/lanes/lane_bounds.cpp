@@ -7,7 +7,7 @@
 #include <numeric>
 #include <utility>
 
-#include "scene/model/rounded.h"
+#include "scene/model/numbers.h"
 
 namespace proximity_server::scene {
 namespace {

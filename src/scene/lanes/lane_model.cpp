@@ -6,7 +6,7 @@
 
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/pairs.h"
-#include "scene/model/rounded.h"
+#include "scene/model/numbers.h"
 
 namespace proximity_server::scene {
 namespace {

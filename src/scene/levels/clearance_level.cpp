@@ -1,6 +1,6 @@
 #include "proximity_server/scene/levels/clearance_level.h"
 
-#include "scene/model/infinity.h"
+#include "scene/model/numbers.h"
 
 namespace proximity_server::scene {
 namespace {

@@ -10,7 +10,7 @@
 #include "proximity_server/scene/query/scene.h"
 #include "scene/filter/given_model.h"
 #include "scene/filter/link_table.h"
-#include "scene/model/infinity.h"
+#include "scene/model/numbers.h"
 
 namespace proximity_server::scene {
 namespace {

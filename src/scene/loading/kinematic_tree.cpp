@@ -8,8 +8,8 @@
 #include "proximity_server/scene/model/names.h"
 #include "scene/loading/collision_geometry.h"
 #include "scene/mesh/input_limits.h"
-#include "scene/model/append.h"
-#include "scene/model/infinity.h"
+#include "scene/model/numbers.h"
+#include "system/append.h"
 
 namespace proximity_server::scene {
 namespace {
@@ -75,18 +75,18 @@ Joint readJoint(const urdf::Joint& joint, int parent_link, int child_link, std::
 
 /// Adds a link, in the body of its parent or, below a movable joint, in one of its own. Returns its index.
 int addLink(const urdf::Link& link, int parent_link, RobotModel& model) {
-  const int index = append(model.links, Link{link.name, -1, Isometry3d::Identity(), {}, parent_link});
+  const int index = system::append(model.links, Link{link.name, -1, Isometry3d::Identity(), {}, parent_link});
   Link& added = model.links[index];
   if (parent_link < 0) {
-    added.body = append(model.bodies, Body{index, -1, -1, {}, {}});
+    added.body = system::append(model.bodies, Body{index, -1, -1, {}, {}});
   } else if (const urdf::Joint& joint = *link.parent_joint; joint.type == urdf::Joint::FIXED) {
     const Link& parent = model.links[parent_link];
     added.body = parent.body;
     added.body_T_link = parent.body_T_link * originOf(joint);
     model.fixed_joints.push_back(joint.name);
   } else {
-    const int carrier = append(model.joints, readJoint(joint, parent_link, index, model.warnings));
-    added.body = append(model.bodies, Body{index, carrier, model.links[parent_link].body, {}, {}});
+    const int carrier = system::append(model.joints, readJoint(joint, parent_link, index, model.warnings));
+    added.body = system::append(model.bodies, Body{index, carrier, model.links[parent_link].body, {}, {}});
   }
   model.bodies[added.body].links.push_back(index);
   return index;

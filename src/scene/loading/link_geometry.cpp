@@ -10,8 +10,8 @@
 #include "proximity_server/scene/model/names.h"
 #include "scene/loading/collision_geometry.h"
 #include "scene/mesh/input_limits.h"
-#include "scene/model/append.h"
 #include "scene/model/pieces.h"
+#include "system/append.h"
 
 namespace proximity_server::scene {
 namespace {
@@ -152,10 +152,10 @@ void addCollision(int link, const urdf::Collision& urdf, const ModelOptions& opt
       Piece piece{geometry.shapes[i].padded(options.paddingOf(owner.name)), body_T_collision, index};
       if (!geometry.mesh.is_anchor.empty()) piece.is_anchor = geometry.mesh.is_anchor[i];
       if (i == 0) piece.interior = geometry.mesh.interior;
-      collision.pieces.push_back(append(model.pieces, std::move(piece)));
+      collision.pieces.push_back(system::append(model.pieces, std::move(piece)));
       checkReach(model.pieces.back());
     }
-    owner.collisions.push_back(append(model.collisions, std::move(collision)));
+    owner.collisions.push_back(system::append(model.collisions, std::move(collision)));
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument("URDF: " + place.text() + ": " + error.what());
   }
@@ -172,7 +172,7 @@ void addPiecesToBody(int link, const std::vector<CapsuleParts>& capsules, const 
     Collision& cylinder = model.collisions[index];
     const Isometry3d body_T_capsule = model.pieces[cylinder.pieces.front()].body_T_piece;
     const narrowphase::Shape padded = narrowphase::Shape(parts.capsule).padded(options.paddingOf(owner.name));
-    body_pieces.push_back(append(model.pieces, Piece{padded, body_T_capsule, index}));
+    body_pieces.push_back(system::append(model.pieces, Piece{padded, body_T_capsule, index}));
     cylinder.description += ", a capsule with <collision> " + std::to_string(parts.spheres[0] + 1) + " and " +
                             std::to_string(parts.spheres[1] + 1);
     replaced.insert({parts.cylinder, parts.spheres[0], parts.spheres[1]});

@@ -2,7 +2,9 @@
 
 #include <urdf_model/model.h>
 
-#include "proximity_server/scene/loading/load_robot_model.h"
+#include "proximity_server/scene/loading/model_options.h"
+#include "proximity_server/scene/mesh/mesh_resolver.h"
+#include "proximity_server/scene/model/robot_model.h"
 
 namespace proximity_server::scene {
 

@@ -1,6 +1,6 @@
 #include "proximity_server/scene/motion/limited_motion.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "scene/model/infinity.h"
+#include "scene/model/numbers.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "scene/model/infinity.h"
+#include "scene/model/numbers.h"
 #include "scene/query/closest_pieces.h"
 
 namespace proximity_server::scene {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "proximity_server/scene/objects/object.h"
+#include "proximity_server/scene/objects/object_shape.h"
 #include "scene/bounds/volume_tree.h"
 
 namespace proximity_server::scene {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "proximity_server/scene/objects/objects.h"
+#include "proximity_server/scene/objects/object.h"
 #include "scene/bounds/box_tree.h"
 #include "scene/objects/object_geometry.h"
 

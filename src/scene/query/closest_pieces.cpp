@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "scene/model/infinity.h"
+#include "scene/model/numbers.h"
 
 namespace proximity_server::scene {
 namespace {

@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "scene/model/infinity.h"
+#include "scene/model/numbers.h"
 #include "scene/query/half_space.h"
 #include "scene/query/interior_search.h"
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "proximity_server/scene/query/pair_distances.h"
-#include "scene/model/infinity.h"
+#include "scene/model/numbers.h"
 
 namespace proximity_server::scene {
 namespace {

@@ -131,7 +131,8 @@ void answerSegments(const ClearanceQuestion& question, StateSource& states, Answ
     if (output.assertion) output.assertion->add(answer);
     output.counter.count(1);
   };
-  system::answerInBlocks<SegmentAndObjects, SegmentClearance>({kSegmentsInBlock, next, answerBlock, write}, question.threads);
+  system::answerInBlocks<SegmentAndObjects, SegmentClearance>({kSegmentsInBlock, next, answerBlock, write},
+                                                              question.threads);
 }
 
 }  // namespace proximity_server::tools

@@ -1,6 +1,6 @@
+#include "tools/robot/robot_files.h"
 #include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
-#include "tools/robot/robot_files.h"
 #include "proximity_server/scene/mesh/readable_file.h"
 #include "proximity_server/scene/pieces/convex_pieces.h"
 #include "tools/program/options.h"

@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
-#include "tools/sweep/output_format.h"
 #include "system/whole_file.h"
+#include "tools/sweep/output_format.h"
 #include "tools/text/content_hash.h"
 
 namespace proximity_server::tools {

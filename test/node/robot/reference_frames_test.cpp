@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "node/robot/load_config.h"
 #include "node/answers/timed_motion.h"
+#include "node/robot/load_config.h"
 #include "node/robot/robot.h"
 #include "node/services/joint_requests.h"
 #include "node/tf/joint_frames.h"

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "proximity_server/scene/filter/pair_filter.h"
-#include "scene/model/infinity.h"
+#include "scene/model/numbers.h"
 #include "scene/small_robots.h"
 
 namespace proximity_server::scene::link_groups_test {

@@ -1,7 +1,7 @@
 #include "scene/parts/visit_queue.h"
 
 #include <gtest/gtest.h>
-#include "scene/model/infinity.h"
+#include "scene/model/numbers.h"
 
 namespace proximity_server::scene::visit_queue_test {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "proximity_server/narrowphase/signed_distance.h"
-#include "scene/model/infinity.h"
+#include "scene/model/numbers.h"
 #include "scene/small_robots.h"
 
 namespace proximity_server::scene::closest_pieces_test {

@@ -7,37 +7,13 @@
 #include <variant>
 #include <vector>
 
-#include "proximity_server/narrowphase/shape/shape.h"
-#include "proximity_server/scene/mesh/mesh.h"
 #include "proximity_server/scene/mesh/mesh_resolver.h"
+#include "proximity_server/scene/objects/object_shape.h"
 #include "proximity_server/scene/pieces/convex_pieces.h"
 
 namespace proximity_server::scene {
 
 // What the robot holds and what stands around it.
-
-/// A solid without an end: all points x with normal . x <= offset. Its boundary is a plane.
-struct HalfSpace {
-  Eigen::Vector3d normal;  ///< outwards; need not be of unit length
-  double offset = 0.0;     ///< [m] of the plane from the origin, along the unit normal
-};
-
-/// Many boxes along the axes of the shape's frame, as from a map.
-struct Boxes {
-  std::vector<Eigen::AlignedBox3d> boxes;  ///< [m]
-};
-
-/// A mesh that is read from a file, see loadMesh().
-struct MeshFile {
-  std::string uri;
-  Eigen::Vector3d scale = Eigen::Vector3d::Ones();
-};
-
-/// A part of an object, at its place.
-struct ObjectShape {
-  std::variant<narrowphase::Shape, Boxes, TriangleMesh, MeshFile, HalfSpace> geometry;
-  Eigen::Isometry3d object_T_shape = Eigen::Isometry3d::Identity();
-};
 
 /// Stands still in the world, which is the frame of the poses of an update.
 struct Fixed {
@@ -87,17 +63,6 @@ Object makeObject(const std::string& id, std::vector<ObjectShape> shapes, const 
 /// What an object was made of: its shapes, and the padding of each [m].
 const std::vector<ObjectShape>& givenShapesOf(const Object& object);
 double paddingOf(const Object& object);
-
-/// A shape of an object as the queries see it.
-struct ObjectShapeInfo {
-  std::string description;  ///< "sphere", "mesh package://...", for people
-  Representation representation = Representation::Exact;
-  double deviation = 0.0;  ///< [m] see MeshPieces, as the next two
-  double uncovered = 0.0;
-  double volume_ratio = std::numeric_limits<double>::quiet_NaN();
-  int pieces = 0;    ///< convex pieces and half-spaces
-  int vertices = 0;  ///< of all hulls together
-};
 
 /// The shapes of an object, in the order in which they were given.
 const std::vector<ObjectShapeInfo>& shapesOf(const Object& object);

@@ -3,7 +3,7 @@
 #include <utility>
 #include <vector>
 
-namespace proximity_server::scene {
+namespace proximity_server::system {
 
 /// Adds a thing and returns its index.
 template <typename Thing>
@@ -12,4 +12,4 @@ int append(std::vector<Thing>& things, Thing thing) {
   return static_cast<int>(things.size()) - 1;
 }
 
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::system

@@ -5,6 +5,8 @@
 
 namespace proximity_server::scene {
 
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
 /// The float that is nearest to a number and not below it, or not above it.
 inline float roundedUp(double value) {
   const auto nearest = static_cast<float>(value);

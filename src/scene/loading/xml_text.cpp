@@ -1,4 +1,4 @@
-#include "scene/model/xml_text.h"
+#include "scene/loading/xml_text.h"
 
 #include <algorithm>
 #include <cstring>

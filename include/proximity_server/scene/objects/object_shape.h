@@ -1,0 +1,49 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <limits>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "proximity_server/narrowphase/shape/shape.h"
+#include "proximity_server/scene/mesh/triangle_mesh.h"
+#include "proximity_server/scene/pieces/representation.h"
+
+namespace proximity_server::scene {
+
+/// A solid without an end: all points x with normal . x <= offset. Its boundary is a plane.
+struct HalfSpace {
+  Eigen::Vector3d normal;  ///< outwards; need not be of unit length
+  double offset = 0.0;     ///< [m] of the plane from the origin, along the unit normal
+};
+
+/// Many boxes along the axes of the shape's frame, as from a map.
+struct Boxes {
+  std::vector<Eigen::AlignedBox3d> boxes;  ///< [m]
+};
+
+/// A mesh that is read from a file, see loadMesh().
+struct MeshFile {
+  std::string uri;
+  Eigen::Vector3d scale = Eigen::Vector3d::Ones();
+};
+
+/// A part of an object, at its place.
+struct ObjectShape {
+  std::variant<narrowphase::Shape, Boxes, TriangleMesh, MeshFile, HalfSpace> geometry;
+  Eigen::Isometry3d object_T_shape = Eigen::Isometry3d::Identity();
+};
+
+/// A shape of an object as the queries see it.
+struct ObjectShapeInfo {
+  std::string description;  ///< "sphere", "mesh package://...", for people
+  Representation representation = Representation::Exact;
+  double deviation = 0.0;  ///< [m] see MeshPieces, as the next two
+  double uncovered = 0.0;
+  double volume_ratio = std::numeric_limits<double>::quiet_NaN();
+  int pieces = 0;    ///< convex pieces and half-spaces
+  int vertices = 0;  ///< of all hulls together
+};
+
+}  // namespace proximity_server::scene
