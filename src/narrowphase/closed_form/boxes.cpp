@@ -3,6 +3,8 @@
 #include <cmath>
 #include <limits>
 
+#include "proximity_server/narrowphase/assertion.h"
+
 namespace proximity_server::narrowphase {
 namespace {
 
@@ -61,11 +63,13 @@ BoxPair::BoxPair(const Vector3d& half_a, const Vector3d& half_b, const Eigen::Is
 }
 
 void BoxPair::measure(int axis, double separation) {
+  PROXIMITY_ASSERT(isPlace(axis, separations_.size()), "There are six normals of faces and nine products of edges.");
   separations_[axis] = separation;
   if (separation > separations_[best_]) best_ = axis;
 }
 
 Vector3d BoxPair::axisOf(int axis) const {
+  PROXIMITY_ASSERT(isPlace(axis, separations_.size()), "There are six normals of faces and nine products of edges.");
   if (axis < 3) return Vector3d::Unit(axis);
   if (axis < 6) return a_T_b_.linear().col(axis - 3).normalized();
   const Vector3d edge_a = Vector3d::Unit((axis - 6) / 3), edge_b = a_T_b_.linear().col((axis - 6) % 3);

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "proximity_server/narrowphase/assertion.h"
+
 namespace proximity_server::narrowphase {
 namespace {
 
@@ -98,6 +100,8 @@ struct Nearest2d {
 };
 
 Nearest2d onEdge(const Boundary& boundary, std::size_t edge, const Vector2d& p, double tolerance) {
+  PROXIMITY_ASSERT(edge < boundary.size(),
+                   "The boundary has no such edge: edges have the numbers of their first corners.");
   const double distance = boundary.height(edge, p);
   const double place = boundary.place(edge, p);
   bool unique = true;
@@ -177,6 +181,7 @@ std::size_t edgeUnder(const Boundary& boundary, const Vector2d& p) {
 }
 
 Nearest2d nearestOnBoundary(const Boundary& boundary, const Vector2d& p, double tolerance) {
+  PROXIMITY_ASSERT(boundary.size() > 0, "The boundary has no edge: the difference of two profiles has at least one.");
   const std::size_t edge = edgeUnder(boundary, p);
   if (boundary.height(edge, p) <= 0.0) return onEdge(boundary, edge, p, tolerance);
   return nearestOutside(boundary, p);

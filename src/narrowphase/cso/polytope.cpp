@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "narrowphase/shape/triangle.h"
+#include "proximity_server/narrowphase/assertion.h"
 
 namespace proximity_server::narrowphase {
 
@@ -70,6 +71,8 @@ Polytope::Polytope(const std::array<CsoVertex, 4>& corners, double rounding, Cop
 }
 
 void Polytope::addFace(int a, int b, int c) {
+  PROXIMITY_ASSERT(a != b && b != c && c != a,
+                   "A face has a corner twice: the horizon is not a loop of different vertices, see findHorizon().");
   const int index = face_end_++;
   Face& f = face(index);
   f.vertices = {a, b, c};
@@ -219,6 +222,9 @@ void Polytope::addCone(int apex, double ceiling) {
 }
 
 bool Polytope::expand(const Face& seen, const CsoVertex& w, double ceiling) {
+  PROXIMITY_ASSERT(!full(), "There is no room for another vertex: look at full() before each expansion.");
+  PROXIMITY_ASSERT(!seen.isRemoved(),
+                   "The face was removed by an earlier vertex: ask closest() again after each expansion.");
   is_open_ = !findHorizon(seen, w.point);
   if (is_open_) return false;
   const int apex = vertex_count_++;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "narrowphase/shape/triangle.h"
+#include "proximity_server/narrowphase/assertion.h"
 
 namespace proximity_server::narrowphase {
 namespace {
@@ -227,6 +228,8 @@ WitnessPoints pointsAcrossEdge(const CsoVertex& p, const CsoVertex& q, const Cso
 }  // namespace
 
 Nearest nearestToOrigin(const Simplex& simplex, int newest) {
+  PROXIMITY_ASSERT(simplex.has(newest),
+                   "The newest place holds no vertex: add the vertex to the members before the simplex is asked.");
   const Candidate nearest = nearestOf(simplex, newest);
   if (nearest.members == 0) return {0.0, Vector3d::Zero(), 0.0, simplex.members | bit(newest), true};
   // A nearest point at the origin has no direction; the caller sees the distance 0 and does not use the direction.
@@ -236,6 +239,9 @@ Nearest nearestToOrigin(const Simplex& simplex, int newest) {
 }
 
 double enclosedRadius(const Simplex& tetrahedron) {
+  PROXIMITY_ASSERT(
+      tetrahedron.members == 0b1111,
+      "The simplex is no tetrahedron: ask only after nearestToOrigin() has found that it encloses the origin.");
   const Vector3d &o = tetrahedron[3].point, &p = tetrahedron[0].point;
   const Vector3d a = p - o, b = tetrahedron[1].point - o, c = tetrahedron[2].point - o;
   const double na = a.norm(), nb = b.norm(), nc = c.norm();
@@ -258,6 +264,8 @@ WitnessPoints pointsOfTriangle(const CsoVertex& w, const CsoVertex& a, const Cso
 }
 
 WitnessPoints witnessPoints(const Simplex& simplex) {
+  PROXIMITY_ASSERT(simplex.members != 0 && simplex.members != 0b1111,
+                   "The simplex is empty or a tetrahedron: reduce it by nearestToOrigin() first.");
   const auto& [count, places] = kMembers[simplex.members];
   const CsoVertex &w = simplex[places[0]], &a = simplex[places[1]], &b = simplex[places[2]];
   if (count == 1) return {w.on_a, w.onB()};

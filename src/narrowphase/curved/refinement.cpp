@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "narrowphase/curved/stationary_rims.h"
+#include "proximity_server/narrowphase/assertion.h"
 
 namespace proximity_server::narrowphase {
 namespace {
@@ -495,6 +496,8 @@ std::optional<StationaryDirection> onPieces(const Cso& cso, const Simplex& simpl
 }  // namespace
 
 std::optional<StationaryDirection> refine(Cso& cso, const Simplex& simplex, const Vector3d& normal) {
+  PROXIMITY_ASSERT(isUnit(normal), "The normal has another length than 1: normalise it before it is refined.");
+  PROXIMITY_ASSERT(simplex.members != 0, "The simplex is empty: Newton's method begins with its vertices.");
   if (isCurvedSweep(cso.a()) || isCurvedSweep(cso.b())) return std::nullopt;
   if (const auto flat = onFlatEnd(cso, normal)) return flat;
   if (const auto crossing = acrossAxes(cso, normal)) return crossing;

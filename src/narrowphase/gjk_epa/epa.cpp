@@ -10,6 +10,7 @@
 #include "narrowphase/curved/inner_ellipsoid.h"
 #include "narrowphase/curved/refinement.h"
 #include "narrowphase/gjk_epa/epa_start.h"
+#include "proximity_server/narrowphase/assertion.h"
 
 namespace proximity_server::narrowphase {
 namespace {
@@ -559,6 +560,7 @@ EpaResult decidedBy(double lower_bound) {
 
 template <typename Observer>
 EpaResult epa(Cso& cso, const Simplex& simplex, const Options& options, Observer observer) {
+  PROXIMITY_ASSERT(simplex.members != 0, "The simplex is empty: EPA begins with that of GJK.");
   observer.reaches(Rung::EnclosedBall);
   if (simplex.members == 0b1111 && std::isfinite(options.stop_below)) {
     const double enclosed = enclosedRadius(simplex) - cso.rounding();

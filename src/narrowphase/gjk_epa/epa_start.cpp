@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "narrowphase/shape/triangle.h"
+#include "proximity_server/narrowphase/assertion.h"
 
 namespace proximity_server::narrowphase {
 namespace {
@@ -99,6 +100,7 @@ std::optional<SurfacePlane> growTriangle(Cso& cso, Start& start) {
 }  // namespace
 
 EpaStart epaStart(Cso& cso, const Simplex& simplex) {
+  PROXIMITY_ASSERT(simplex.members != 0, "The simplex is empty: the tetrahedron grows from at least one vertex of it.");
   Start start(simplex);
   if (start.size == 3) dropFromSliver(cso, start);
   if (start.size == 1 && !growPoint(cso, start)) return {start.vertices, planeAcross(cso, start)};

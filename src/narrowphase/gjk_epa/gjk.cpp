@@ -6,6 +6,7 @@
 
 #include "narrowphase/curved/refinement.h"
 #include "narrowphase/shape/triangle.h"
+#include "proximity_server/narrowphase/assertion.h"
 
 namespace proximity_server::narrowphase {
 namespace {
@@ -99,6 +100,8 @@ void improveLowerBound(Cso& cso, const Simplex& simplex, int newest, GjkResult& 
 
 /// Stores the simplex for the next query.
 void remember(Cso& cso, const Simplex& simplex) {
+  PROXIMITY_ASSERT(simplex.members != 0,
+                   "The simplex is empty: an ending of GJK without a vertex has nothing to remember.");
   WarmStart& warm_start = cso.warmStart();
   warm_start.simplex_size = 0;
   for (int place = 0; place < 4 && warm_start.simplex_size < 3; ++place)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "proximity_server/narrowphase/assertion.h"
 #include "proximity_server/narrowphase/shape/rigid_pose.h"
 #include "proximity_server/narrowphase/shape/support.h"
 #include "proximity_server/narrowphase/signed_distance.h"
@@ -100,6 +101,7 @@ SignedDistance MovingPair::distance(const Poses& poses, const Options& options) 
 }
 
 double MovingPair::gapAlong(const Vector3d& normal, const Poses& poses) {
+  PROXIMITY_ASSERT(isUnit(normal), "The normal has another length than 1, which would scale the gap: normalise it.");
   const Vector3d on_a = supportPoint(a_, poses.a.rotation.transpose() * normal, vertex_a_);
   const Vector3d on_b = supportPoint(b_, -(poses.b.rotation.transpose() * normal), vertex_b_);
   const Vector3d between = poses.b.origin - poses.a.origin + (poses.b.rotation * on_b - poses.a.rotation * on_a);

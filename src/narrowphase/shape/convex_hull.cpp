@@ -13,6 +13,8 @@ extern "C" {
 #include <libqhull_r/qhull_ra.h>
 }
 
+#include "proximity_server/narrowphase/assertion.h"
+
 namespace proximity_server::narrowphase {
 namespace {
 
@@ -116,6 +118,7 @@ std::vector<int> polygonCorners(const Points& points, const AffineFrame& frame) 
 }
 
 Triangles fan(int corners) {
+  PROXIMITY_ASSERT(corners >= 3, "A polygon has at least three corners: points on a line become a segment.");
   Triangles triangles;
   for (int i = 2; i < corners; ++i) triangles.push_back({0, i - 1, i});
   return triangles;

@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "proximity_server/narrowphase/assertion.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "scene/model/body_pose.h"
 
@@ -83,12 +84,16 @@ void ExactState::placePair(int pair) {
 }
 
 bool ExactState::isBelow(int pair, double distance) {
+  PROXIMITY_ASSERT(narrowphase::isPlace(pair, batch_->candidates.size()),
+                   "No candidate has this number: pairs are numbered as in BatchModel::candidates.");
   placePair(pair);
   const std::optional<Visit> visit = measurement_->visitOf(candidate(pair), pair);
   return visit && !measurement_->isProvenBeyond(*visit, distance);
 }
 
 PairProximity ExactState::proximity(int pair, double threshold) {
+  PROXIMITY_ASSERT(narrowphase::isPlace(pair, batch_->candidates.size()),
+                   "No candidate has this number: pairs are numbered as in BatchModel::candidates.");
   placePair(pair);
   Question question;
   question.threshold = threshold;

@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "proximity_server/narrowphase/assertion.h"
 #include "scene/model/numbers.h"
 
 namespace proximity_server::scene {
@@ -35,6 +36,8 @@ NearestPairs::NearestPairs(std::shared_ptr<const BatchModel> batch)
 // --- bounds of a block
 
 void NearestPairs::prepareClosest(const LaneBounds& lanes, int count, std::size_t k) {
+  PROXIMITY_ASSERT(k > 0 && count > 0,
+                   "Nothing is asked: a block has at least one state, of which at least one pair is wanted.");
   forgetThresholds();
   takeBoundsOfClosest(lanes, count, k, kInfinity);
 }

@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "proximity_server/narrowphase/assertion.h"
 #include "scene/filter/given_model.h"
 #include "scene/model/body_pose.h"
 #include "scene/objects/placed_object.h"
@@ -81,6 +82,8 @@ bool PlacedJoints::knowsBetween(int a, int b) const {
 }
 
 JointTwists PlacedJoints::twistsOf(int body) const {
+  PROXIMITY_ASSERT(narrowphase::isPlace(body, poses_.size()) && knowsJointOf(body),
+                   "The pose of the body or of its parent is not known: ask knowsBetween() first.");
   const Body& moved = robot().bodies[static_cast<std::size_t>(body)];
   const Joint& joint = robot().joints[moved.joint];
   const Vector3d origin = poses_[body]->translation();

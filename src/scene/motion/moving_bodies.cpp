@@ -1,4 +1,5 @@
 #include "scene/motion/moving_bodies.h"
+#include "proximity_server/narrowphase/assertion.h"
 #include "proximity_server/scene/model/kinematics.h"
 
 #include <algorithm>
@@ -163,6 +164,8 @@ narrowphase::MotionChain MovingBodies::fixedTo(narrowphase::MotionChain chain, c
 }
 
 MovingBodies::Interval::Interval(int number) {
+  PROXIMITY_ASSERT(number >= 1,
+                   "Intervals are numbered from 1, the whole motion, and the halves of n are 2 n and 2 n + 1.");
   const int level = std::ilogb(number);
   const double length = std::ldexp(1.0, -level);
   begin = (number - (1 << level)) * length;

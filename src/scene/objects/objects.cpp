@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "proximity_server/narrowphase/assertion.h"
 #include "proximity_server/scene/model/names.h"
 #include "scene/filter/given_model.h"
 #include "scene/mesh/input_limits.h"
@@ -170,6 +171,7 @@ void Objects::give(int number, const Object& object) {
 }
 
 void Objects::enlist(int number) {
+  PROXIMITY_ASSERT(placed(number), "No object has this number: give() puts it into its slot first.");
   const PlacedObject& object = *placed(number);
   if (isWalker(number)) insertSorted(number, walkers_);
   if (object.kind == Kind::Moving) insertSorted(number, moving_);
@@ -183,6 +185,7 @@ void Objects::enlist(int number) {
 
 /// Takes an object out of the lists.
 void Objects::strike(int number) {
+  PROXIMITY_ASSERT(placed(number), "No object has this number: it was struck before.");
   const PlacedObject& object = *placed(number);
   pair_count_ -= pairsOf(number);
   piece_count_ -= static_cast<std::int64_t>(object.geometry->pieces().size());

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "proximity_server/narrowphase/assertion.h"
 #include "scene/model/numbers.h"
 
 namespace proximity_server::scene {
@@ -60,6 +61,8 @@ double LinkGroups::gap(int a, int b) const {
 }
 
 int LinkGroups::candidate(int link_a, int link_b) const {
+  PROXIMITY_ASSERT(narrowphase::isPlace(link_a, link_count_) && narrowphase::isPlace(link_b, link_count_),
+                   "One of the two is no link: only leaves of the tree have links.");
   const auto [a, b] = std::minmax(link_a, link_b);
   return candidates_[static_cast<std::size_t>(a) * link_count_ + static_cast<std::size_t>(b)];
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "proximity_server/narrowphase/assertion.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "scene/model/body_pose.h"
@@ -119,6 +120,8 @@ void PlacedRobot::forgetFrames() {
 }
 
 ShapeRef PlacedRobot::refOf(int part) const {
+  PROXIMITY_ASSERT(narrowphase::isPlace(part, parts_.size()),
+                   "No part has this number: it may be that of an object before use() was told of it.");
   const int links = static_cast<int>(model_.links.size());
   if (isObject(part)) return ShapeRef::ofObject(part - volumes_->rootCount());
   if (part < links) return ShapeRef(part);
@@ -149,6 +152,8 @@ PlacedRobot::Sphere PlacedRobot::sphereAround(int part) const {
 }
 
 double PlacedRobot::sphereGap(int a, int b) const {
+  PROXIMITY_ASSERT(!(*this)[a].isUnbounded(),
+                   "The first of the two has half-spaces: exchange them, as PairMeasurement::visitOf() does.");
   if ((*this)[b].isUnbounded()) return halfSpaceGap(sphereOf(a), b);
   const Sphere sphere_a = sphereOf(a), sphere_b = sphereOf(b);
   return (sphere_b.centre - sphere_a.centre).norm() - (sphere_a.radius + sphere_b.radius);
@@ -186,12 +191,16 @@ void PlacedRobot::placeSpheres() {
 }
 
 void PlacedRobot::placeSphere(int part) {
+  PROXIMITY_ASSERT(narrowphase::isPlace(part, spheres_.size()),
+                   "Only parts of the robot keep their spheres: that of an object is made when it is asked.");
   Sphere& sphere = spheres_[part];
   sphere.is_placed = false;
   if (bodyOf(part).known && !(*this)[part].whole().isEmpty()) sphere = sphereAround(part);
 }
 
 RelativePose PlacedRobot::relative(int a, int b) const {
+  PROXIMITY_ASSERT(narrowphase::isPlace(a, parts_.size()) && narrowphase::isPlace(b, parts_.size()),
+                   "No part has one of these numbers: they may be volumes within a part.");
   const Part &part_a = (*this)[a], &part_b = (*this)[b];
   if (part_a.body == part_b.body) return {};
   const BodyPlace &body_a = bodies_[part_a.body], &body_b = bodies_[part_b.body];

@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <string>
 #include <vector>
 
 #include "narrowphase/cso/two_cores.h"
 #include "narrowphase/near.h"
+#include "proximity_server/narrowphase/assertion.h"
 
 namespace proximity_server::narrowphase::simplex_test {
 
@@ -276,6 +278,27 @@ TEST(Simplex, NamesTheFirstFreePlace) {
     EXPECT_FALSE(simplex.has(place));  // of place 4 there is no bit
     for (int before = 0; before < place; ++before) EXPECT_TRUE(simplex.has(before));
   }
+}
+
+// --- preconditions
+
+TEST(Assertion, EndsTheProgramWithTheConditionAndAdvice) {
+#ifdef NDEBUG
+  GTEST_SKIP() << "assertions are compiled in the sanitized builds only";
+#else
+  EXPECT_DEATH(nearestToOrigin(Simplex(), 0),
+               "simplex.cpp:.*: assertion failed: simplex.has\\(newest\\)\nThe newest place");
+  EXPECT_DEATH(witnessPoints(Simplex()), "reduce it by nearestToOrigin\\(\\) first");
+#endif
+}
+
+TEST(Assertion, KnowsUnitVectorsAndPlaces) {
+  EXPECT_TRUE(isUnit(Vector3d(1, 2, 3).normalized()));
+  EXPECT_FALSE(isUnit(Vector3d(1, 0, 1e-4)));
+  EXPECT_FALSE(isUnit(Vector3d::Constant(std::numeric_limits<double>::quiet_NaN())));
+  EXPECT_TRUE(isPlace(0, 1u));
+  EXPECT_FALSE(isPlace(-1, 4u));
+  EXPECT_FALSE(isPlace(4, 4u));
 }
 
 }  // namespace proximity_server::narrowphase::simplex_test
