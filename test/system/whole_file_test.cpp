@@ -10,7 +10,6 @@
 
 #include "sanitized.h"
 #include "scene/files.h"
-#include "tools/robot/robot_files.h"
 
 namespace proximity_server::system::whole_file_test {
 
