@@ -202,7 +202,7 @@ void writePoses(const scene::RobotModel& robot, const std::vector<double>& posit
 }
 
 /// The closest pairs of one state, sorted.
-struct StatePairs {
+struct AnsweredPairs {
   const scene::PairProximity* first;
   Eigen::Index count;
 };
@@ -212,7 +212,7 @@ StatePairs pairsOf(const scene::StatePairs& lists, Eigen::Index state) {
   return {lists.pairs.data() + lists.begins[i], static_cast<Eigen::Index>(lists.begins[i + 1] - lists.begins[i])};
 }
 
-StatePairs pairsOf(const std::vector<scene::PairProximity>& minima, Eigen::Index state) {
+AnsweredPairs pairsOf(const std::vector<scene::PairProximity>& minima, Eigen::Index state) {
   const scene::PairProximity& minimum = minima[static_cast<std::size_t>(state)];
   return {&minimum, minimum.result.status == narrowphase::Status::Unknown ? 0 : 1};
 }
@@ -237,7 +237,7 @@ struct Deciding {
 };
 
 /// The i-th pair of a state; one that there is none for is Unknown.
-scene::PairProximity pairOf(const StatePairs& pairs, Eigen::Index i) {
+scene::PairProximity pairOf(const AnsweredPairs& pairs, Eigen::Index i) {
   return i < pairs.count ? pairs.first[i] : scene::PairProximity{};
 }
 
@@ -248,7 +248,7 @@ std::vector<LevelRow> listedRows(const scene::StatePairs& lists, Eigen::Index fi
   rows.reserve(lists.pairs.size());
   for (Eigen::Index state = 0; state < static_cast<Eigen::Index>(lists.unknown.size()); ++state) {
     const bool is_unknown = lists.unknown[static_cast<std::size_t>(state)] != 0;
-    const StatePairs pairs = pairsOf(lists, state);
+    const AnsweredPairs pairs = pairsOf(lists, state);
     for (Eigen::Index i = 0; i < (is_unknown ? 1 : pairs.count); ++i)
       rows.push_back(rowOf(first + state, pairOf(pairs, i), numbers, thresholds));
   }
@@ -297,7 +297,7 @@ void writeGradient(const scene::PairProximity& pair, Scratch& scratch, double* g
 }
 
 /// Writes k gradients about one state; those that there are no pairs for are NaN.
-void writeGradients(const JointPositions::Block& block, Eigen::Index state, const StatePairs& pairs, Eigen::Index k,
+void writeGradients(const JointPositions::Block& block, Eigen::Index state, const AnsweredPairs& pairs, Eigen::Index k,
                     Scratch& scratch, double* gradients) {
   const Eigen::Index known = std::min(k, pairs.count);
   if (known > 0) place(block, state, scratch);
@@ -468,7 +468,7 @@ void Robot::answerRows(const JointPositions& positions, Eigen::Index k, const As
   answerStates(positions, [&](auto& batch, Scratch& scratch, const JointPositions::Block& block, Eigen::Index first) {
     const auto& answers = ask(batch, block);
     for (Eigen::Index i = 0; i < block.rows(); ++i) {
-      const StatePairs of_state = pairsOf(answers, i);
+      const AnsweredPairs of_state = pairsOf(answers, i);
       const Eigen::Index begin = (first + i) * k;
       for (Eigen::Index j = 0; j < k; ++j)
         rows.write(begin + j, rowOf(first + i, pairOf(of_state, j), pairs(), thresholds()));

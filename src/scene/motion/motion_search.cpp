@@ -113,7 +113,7 @@ void MotionSearch::push(IntervalVisit visit) {
 }
 
 MotionSearch::IntervalVisit MotionSearch::withSpheres(IntervalVisit visit) {
-  MovingPair& moving = movingPairOf(visit);
+  PairInMotion& moving = movingPairOf(visit);
   const Bounds& a = moving.a[visit.a].bounds;
   const MovingBodies::SphereGap spheres =
       moving.isOfShapes()
@@ -125,7 +125,7 @@ MotionSearch::IntervalVisit MotionSearch::withSpheres(IntervalVisit visit) {
 }
 
 MotionSearch::IntervalVisit MotionSearch::withBoxes(IntervalVisit visit) {
-  MovingPair& moving = movingPairOf(visit);
+  PairInMotion& moving = movingPairOf(visit);
   const Bounds& a = moving.a[visit.a].bounds;
   const double gap =
       moving.isOfShapes()
@@ -136,7 +136,7 @@ MotionSearch::IntervalVisit MotionSearch::withBoxes(IntervalVisit visit) {
 }
 
 bool MotionSearch::isLeaf(const IntervalVisit& visit) {
-  const MovingPair& moving = movingPairOf(visit);
+  const PairInMotion& moving = movingPairOf(visit);
   return moving.isOfShapes() && moving.a[visit.a].isLeaf() && moving.b[visit.b].isLeaf();
 }
 
@@ -157,7 +157,7 @@ void MotionSearch::enterHalves(const IntervalVisit& visit, double limit) {
 
 /// Splits the interval if the volumes move farther than they are large, else one of the volumes, see splitsFirst().
 void MotionSearch::split(const IntervalVisit& visit, double limit) {
-  const MovingPair& moving = movingPairOf(visit);
+  const PairInMotion& moving = movingPairOf(visit);
   if (!moving.isOfShapes()) return splitFixedObjects(visit, limit);
   const Volume &a = moving.a[visit.a], &b = moving.b[visit.b];
   const bool split_a = splitsFirst(a, b);
@@ -191,7 +191,7 @@ void MotionSearch::splitFixedObjects(const IntervalVisit& visit, double limit) {
 
 narrowphase::TimeOfContact MotionSearch::contactOf(const IntervalVisit& visit, const MotionQuestion& question,
                                                    double latest) {
-  const MovingPair& moving = movingPairOf(visit);
+  const PairInMotion& moving = movingPairOf(visit);
   const MovingBodies::Interval interval(visit.interval);
   const Piece &a = moving.a.pieces[moving.a[visit.a].piece], &b = moving.b.pieces[moving.b[visit.b].piece];
   narrowphase::ContactOptions options;
@@ -208,7 +208,7 @@ narrowphase::TimeOfContact MotionSearch::contactOf(const IntervalVisit& visit, c
 
 narrowphase::MinimumOverMotion MotionSearch::minimumOf(const IntervalVisit& visit, const MotionQuestion& question,
                                                        double upper_bound) {
-  const MovingPair& moving = movingPairOf(visit);
+  const PairInMotion& moving = movingPairOf(visit);
   const MovingBodies::Interval interval(visit.interval);
   const Piece &a = moving.a.pieces[moving.a[visit.a].piece], &b = moving.b.pieces[moving.b[visit.b].piece];
   narrowphase::MinimumOptions options;
@@ -253,8 +253,8 @@ RobotContact MotionSearch::firstContact(const Pairs& pairs, const RobotMotion& m
 }
 
 /// Of two shapes; what stands for a half-space has none.
-bool MotionSearch::hasInterior(const MovingPair& moving) {
-  return moving.kind == MovingPair::Kind::Shapes && haveInterior(moving.a, moving.b);
+bool MotionSearch::hasInterior(const PairInMotion& moving) {
+  return moving.kind == PairInMotion::Kind::Shapes && haveInterior(moving.a, moving.b);
 }
 
 /// Whether candidates with objects may have an interior.
@@ -272,7 +272,7 @@ void MotionSearch::considerStart(const Pairs& pairs, const MotionQuestion& quest
   if (hasInteriors(pairs) && isInWorld()) considerObjectsAtStart(pairs, question, bounds, answer);
   bool is_placed = false;
   for (int i = 0; i < pairs_.size() && !answer.contact; ++i) {
-    const MovingPair& moving = pairs_[i];
+    const PairInMotion& moving = pairs_[i];
     if (!hasInterior(moving)) continue;
     if (!is_placed) placeStates(0.0);
     is_placed = true;
@@ -425,7 +425,7 @@ RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion
 
 /// Bounds by the interiors of a pair during an interval: by how deep something is in its middle, less the way from there.
 MotionSearch::IntervalVisit MotionSearch::withInterior(IntervalVisit visit, RobotMinimum& answer) {
-  MovingPair& moving = movingPairOf(visit);
+  PairInMotion& moving = movingPairOf(visit);
   const MovingBodies::Interval interval(visit.interval);
   const double middle = 0.5 * (interval.begin + interval.end), rounding = pairs_.roundingOf(moving.asked, middle);
   const double drift = moving.bodies.driftIn(visit.interval, pairs_.poses()) + rounding;
@@ -444,7 +444,7 @@ MotionSearch::IntervalVisit MotionSearch::withInterior(IntervalVisit visit, Robo
 void MotionSearch::searchInteriors(const MotionQuestion& question, RobotMinimum& answer) {
   queue_.clear();
   for (int i = 0; i < pairs_.size(); ++i)
-    if (const MovingPair& moving = pairs_[i]; hasInterior(moving))
+    if (const PairInMotion& moving = pairs_[i]; hasInterior(moving))
       push(withInterior({-kInfinity, i, moving.a.root, moving.b.root, 1, 0.0}, answer));
   double proven = kInfinity;  // [m] the smallest bound of the intervals that are not divided further
   for (int i = 0; i < kMaxInteriorIntervals && !queue_.empty() && !isOver(question); ++i) {
@@ -467,7 +467,7 @@ void MotionSearch::searchInteriors(const MotionQuestion& question, RobotMinimum&
 
 /// A result of the narrowphase as an answer about links and objects, in the frame of the poses.
 PairProximity MotionSearch::found(const IntervalVisit& visit, narrowphase::SignedDistance result, double time) {
-  const MovingPair& moving = movingPairOf(visit);
+  const PairInMotion& moving = movingPairOf(visit);
   const Volume &a = moving.a[visit.a], &b = moving.b[visit.b];
   if (moving.bodies.middle() >= 0) {
     const Eigen::Isometry3d pose = pairs_.poses().pose(moving.bodies.middle(), time);

@@ -66,7 +66,7 @@ class MotionSearch {
   void begin(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion* contact, MotionCounts& counts);
   std::int64_t unknownPairsWithObjects();
   void enterAll(double limit);
-  MovingPair& movingPairOf(const IntervalVisit& visit) { return pairs_[visit.pair]; }
+  PairInMotion& movingPairOf(const IntervalVisit& visit) { return pairs_[visit.pair]; }
   bool isSettled(const IntervalVisit& visit, double limit) {
     return visit.lower_bound > std::min(limit, movingPairOf(visit).contact_distance);
   }
@@ -81,7 +81,7 @@ class MotionSearch {
   void split(const IntervalVisit& visit, double limit);
   void splitFixedObjects(const IntervalVisit& visit, double limit);
 
-  static bool hasInterior(const MovingPair& moving);
+  static bool hasInterior(const PairInMotion& moving);
   bool hasInteriors(const Pairs& pairs) const;
   Part partOf(const ShapeRef& ref) const { return volumes_->part(ref, objects().get()); }
   void considerStart(const Pairs& pairs, const MotionQuestion& question, FirstContactBounds& bounds,

@@ -78,8 +78,8 @@ void MovingPairs::requireFrames(const RobotMotion& motion) const {
 
 int MovingPairs::examined() const {
   int count = 0, last = -1;
-  for (const MovingPair& pair : pairs_) {
-    if (!pair.is_examined || pair.kind == MovingPair::Kind::FixedObjects || pair.number == last) continue;
+  for (const PairInMotion& pair : pairs_) {
+    if (!pair.is_examined || pair.kind == PairInMotion::Kind::FixedObjects || pair.number == last) continue;
     last = pair.number;
     ++count;
   }
@@ -184,7 +184,7 @@ void MovingPairs::addHalfSpaces(const Participant& a, const Participant& b) {
                       in_a ? stand_in : a,
                       in_a ? b : stand_in,
                       bodies(box.volume.bounds)});
-    pairs_.back().kind = MovingPair::Kind::HalfSpace;
+    pairs_.back().kind = PairInMotion::Kind::HalfSpace;
     // The way out of one half-space is the same for all pieces.
     pairs_.back().is_compound = half_spaces.size() > 1 || !unbounded.whole().isEmpty();
   }
@@ -219,7 +219,7 @@ void MovingPairs::addFixedObjects(const Participant& walker) {
   const Bounds bounds = walker.whole().bounds;
   MovingBodies bodies(*poses_, walker.body, bounds, poses_->world(), boundsOf(tree()[0].box), SeenFrom::B);
   pairs_.push_back({{walker.ref, {}}, -1, 0.0, 0.0, walker, {}, std::move(bodies)});
-  pairs_.back().kind = MovingPair::Kind::FixedObjects;
+  pairs_.back().kind = PairInMotion::Kind::FixedObjects;
   pairs_.back().contact_distance = contactDistanceOf({walker.ref, {}});
 }
 

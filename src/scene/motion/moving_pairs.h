@@ -23,7 +23,7 @@
 namespace proximity_server::scene {
 
 /// Two parts in motion: what a pair of a question consists of, or a link or object and all fixed objects.
-struct MovingPair {
+struct PairInMotion {
   ShapeRefPair asked;  ///< without b if b is all fixed objects
   int number;          ///< of the pair of the question; an object with half-spaces makes several with one number
   double padding;      ///< [m]
@@ -51,7 +51,7 @@ struct MovingPair {
 ///    least (w - reach) |u_lateral| + d u_up, or (w - reach) |u_lateral| + (h - d) |u_up| if u points down, where w is half the
 ///    width of the box and h its height. With w = reach + D and h = 2 D neither is less than d.
 ///
-/// So the box has the distance of the half-space, up to the rounding of the box's pose (MovingPair::error).
+/// So the box has the distance of the half-space, up to the rounding of the box's pose (PairInMotion::error).
 struct HalfSpaceBox {
   HalfSpaceBox(const PlacedHalfSpace& half_space, double reach);
 
@@ -81,7 +81,7 @@ class MovingPairs {
   void begin(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion* contact = nullptr);
 
   int size() const { return static_cast<int>(pairs_.size()); }
-  MovingPair& operator[](int pair) { return pairs_[static_cast<std::size_t>(pair)]; }
+  PairInMotion& operator[](int pair) { return pairs_[static_cast<std::size_t>(pair)]; }
   PosesInTime& poses() { return *poses_; }
 
   /// Of the pairs of the list, how many have no pose or no geometry; and how many candidates with objects have no answer
@@ -92,7 +92,7 @@ class MovingPairs {
   /// How many candidates with objects have an answer, those with fixed objects left out that are in the tree.
   int withObjects() const { return asked_ - of_list_; }
 
-  /// [m] See MovingPair::contact_distance.
+  /// [m] See PairInMotion::contact_distance.
   double contactDistanceOf(const ShapeRefPair& pair) const;
 
   /// How many pairs of the question one bound did not settle.
@@ -136,7 +136,7 @@ class MovingPairs {
 
   std::optional<PosesInTime> poses_;
   const MotionQuestion* contact_ = nullptr;
-  std::vector<MovingPair> pairs_;
+  std::vector<PairInMotion> pairs_;
   std::deque<HalfSpaceBox> half_spaces_;        ///< to which pairs refer
   std::map<int, int> fixed_frames_;             ///< in PosesInTime, of fixed objects by their number
   std::map<std::pair<int, int>, int> at_leaf_;  ///< results of pairAt()

@@ -171,7 +171,7 @@ std::string rowText(const SegmentClearance& answer, const scene::RobotModel& rob
   return textOf(row, format);
 }
 
-PairNumbers::PairNumbers(const std::vector<scene::ShapeRefPair>& pairs, std::size_t links)
+PairColumns::PairColumns(const std::vector<scene::ShapeRefPair>& pairs, std::size_t links)
     : links_(links), numbers_(links * links, -1) {
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const auto a = static_cast<std::size_t>(pairs[i].a.link()), b = static_cast<std::size_t>(pairs[i].b.link());
@@ -179,7 +179,7 @@ PairNumbers::PairNumbers(const std::vector<scene::ShapeRefPair>& pairs, std::siz
   }
 }
 
-int PairNumbers::of(const scene::ShapeRefPair& pair) const {
+int PairColumns::of(const scene::ShapeRefPair& pair) const {
   if (pair.hasObject()) return -1;
   return numbers_[static_cast<std::size_t>(pair.a.link()) * links_ + static_cast<std::size_t>(pair.b.link())];
 }

@@ -29,9 +29,9 @@ OutputFormat segmentFormat(RowFormat format);
 std::string rowText(const SegmentClearance& answer, const scene::RobotModel& robot, RowFormat format);
 
 /// The numbers of pairs of links: their places in a list.
-class PairNumbers {
+class PairColumns {
  public:
-  PairNumbers(const std::vector<scene::ShapeRefPair>& pairs, std::size_t links);
+  PairColumns(const std::vector<scene::ShapeRefPair>& pairs, std::size_t links);
 
   /// -1 for a pair that is not in the list, and one with an object.
   int of(const scene::ShapeRefPair& pair) const;
@@ -53,7 +53,7 @@ class StateRows {
   StateRows(const ClearanceQuestion& question, RowFormat format);
 
   OutputFormat format() const;
-  const PairNumbers& numbers() const { return numbers_; }
+  const PairColumns& numbers() const { return numbers_; }
 
   /// One pair of a state. One without links is that of a state without an answer. Without objects `objects` is nullptr.
   void addPair(std::uint64_t state, const scene::PairProximity& pair, const scene::Objects* objects,
@@ -71,7 +71,7 @@ class StateRows {
   const ClearanceQuestion& question_;
   RowFormat format_;
   std::string between_;
-  PairNumbers numbers_;
+  PairColumns numbers_;
   NpyInteger integer_;
   // The text of a verdict before its state, and what follows: for each pair that is below, and for those without a pair.
   std::string verdict_begin_, above_, unknown_;
