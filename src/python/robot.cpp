@@ -207,7 +207,7 @@ struct AnsweredPairs {
   Eigen::Index count;
 };
 
-StatePairs pairsOf(const scene::StatePairs& lists, Eigen::Index state) {
+AnsweredPairs pairsOf(const scene::StatePairs& lists, Eigen::Index state) {
   const auto i = static_cast<std::size_t>(state);
   return {lists.pairs.data() + lists.begins[i], static_cast<Eigen::Index>(lists.begins[i + 1] - lists.begins[i])};
 }
