@@ -439,7 +439,7 @@ def missing_paths(path):
 
 # What is done with the blocks that begin like this.
 BLOCKS = (
-    ("narrowphase/layer_guard", Readme.picture),  # the order of the rooms, which rooms_test reads
+    ("system\nnarrowphase/layer_guard", Readme.picture),  # the order of the rooms, which rooms_test reads
     ("./dev ", Readme.dev),
     ("cmake -S . -B build -DCMAKE_BUILD_TYPE=Release", Readme.workspace),
     ("rosservice call ", Readme.service_calls),
