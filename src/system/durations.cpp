@@ -11,8 +11,8 @@ std::string secondsText(double seconds) {
 }
 
 std::chrono::steady_clock::time_point deadlineIn(double seconds) {
-  using Clock = std::chrono::steady_clock;
-  return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+  const std::chrono::duration<double> length(seconds);
+  return std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::steady_clock::duration>(length);
 }
 
 }  // namespace proximity_server::system

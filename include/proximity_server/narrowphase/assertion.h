@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "proximity_server/narrowphase/shape/eigen_alignment.h"
+
 /// PROXIMITY_ASSERT(condition, advice): a precondition of an inner function, which no input of a user can break. Without NDEBUG,
 /// as in the sanitized builds and the fuzzers, the program ends where it does not hold, with the place, the condition and the
 /// advice: the likely cause, and the cure. In a release build it is compiled, but takes no instruction.

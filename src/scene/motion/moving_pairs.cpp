@@ -218,9 +218,10 @@ void MovingPairs::addFixedObjects(const Participant& walker) {
   if (tree().empty() || !poses_->isKnown(poses_->world())) return;
   const Bounds bounds = walker.whole().bounds;
   MovingBodies bodies(*poses_, walker.body, bounds, poses_->world(), boundsOf(tree()[0].box), SeenFrom::B);
-  pairs_.push_back({{walker.ref, {}}, -1, 0.0, 0.0, walker, {}, std::move(bodies)});
+  const ShapeRefPair asked{walker.ref, ShapeRef::ofObject(-1)};  // all: no single one has this number
+  pairs_.push_back({asked, -1, 0.0, 0.0, walker, {}, std::move(bodies)});
   pairs_.back().kind = PairInMotion::Kind::FixedObjects;
-  pairs_.back().contact_distance = contactDistanceOf({walker.ref, {}});
+  pairs_.back().contact_distance = contactDistanceOf(asked);
 }
 
 void MovingPairs::addIfChecked(const Participant& walker, int number) {

@@ -24,7 +24,7 @@ namespace proximity_server::scene {
 
 /// Two parts in motion: what a pair of a question consists of, or a link or object and all fixed objects.
 struct PairInMotion {
-  ShapeRefPair asked;  ///< without b if b is all fixed objects
+  ShapeRefPair asked;  ///< b is no object of a number if it is all fixed ones
   int number;          ///< of the pair of the question; an object with half-spaces makes several with one number
   double padding;      ///< [m]
   /// [m] By how much the distance may be off: MovingBodies::chainRounding(), and of a half-space that of what stands for

@@ -92,6 +92,22 @@ TEST_F(CubeAndBall, FixedObjectIsMetWhenTheGapIsCovered) {
   EXPECT_FALSE(contact(motion(2.9)).contact);
 }
 
+// Of so many that they are in a tree. Those of two links touch at 0, those with objects at 0.5: the wall at x = 4 then.
+TEST_F(CubeAndBall, FixedObjectsAreMetAtTheirOwnContactDistance) {
+  std::vector<ObjectChange> changes;
+  for (int i = 0; i < 100; ++i) changes.push_back(AddObject{cube(std::to_string(i), Fixed{at(0, 50 + 2 * i, 0)})});
+  changes.push_back(AddObject{cube("wall", Fixed{at(4, 0, 0)})});
+  objects_ = std::make_shared<const Objects>(objects_->changed(changes));
+  scene_.use(objects_);
+  const PairDistances thresholds(0.0, 0.5);
+  MotionQuestion question;
+  question.thresholds = &thresholds;
+  const RobotContact found = contact(motion(2.8), question);
+  ASSERT_TRUE(found.contact);
+  EXPECT_NEAR(found.t_contact, 2.5 / 2.8, 1e-6);
+  EXPECT_EQ(nameOfB(found.pair), "wall");
+}
+
 TEST_F(CubeAndBall, MinimumIsThatOfTheObjectBesideTheWay) {
   add(cube("beside", Fixed{at(4, 3, 0)}));
   const RobotMinimum minimum = scene_.minimum(candidates_, motion(6.0));

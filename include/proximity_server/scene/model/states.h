@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 
+#include "proximity_server/narrowphase/shape/eigen_alignment.h"
+
 namespace proximity_server::scene {
 
 /// Joint positions [rad] or [m] of many states: a row for each state, a column for each of RobotModel::joints; those of
