@@ -228,8 +228,7 @@ WitnessPoints pointsAcrossEdge(const CsoVertex& p, const CsoVertex& q, const Cso
 }  // namespace
 
 Nearest nearestToOrigin(const Simplex& simplex, int newest) {
-  PROXIMITY_ASSERT(simplex.has(newest),
-                   "The newest place holds no vertex: add the vertex to the members before the simplex is asked.");
+  PROXIMITY_ASSERT(!simplex.has(newest), "The newest place is a member already: take it from freePlace().");
   const Candidate nearest = nearestOf(simplex, newest);
   if (nearest.members == 0) return {0.0, Vector3d::Zero(), 0.0, simplex.members | bit(newest), true};
   // A nearest point at the origin has no direction; the caller sees the distance 0 and does not use the direction.

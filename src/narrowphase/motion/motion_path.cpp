@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "proximity_server/narrowphase/assertion.h"
-
 namespace proximity_server::narrowphase {
 
 using Eigen::Isometry3d;
@@ -82,13 +80,10 @@ MotionBound MotionPath::bound(const Vector3d& ball_centre, double ball_radius, d
 Isometry3d poseAt(const MotionChain& chain, double time) { return MotionPath(chain).at(time).isometry(); }
 
 MotionBound motionBound(const MotionChain& chain, const Vector3d& centre, double radius, double begin, double end) {
-  PROXIMITY_ASSERT(begin <= end && radius >= 0.0,
-                   "The interval ends before it begins, or the sphere has a negative radius.");
   return MotionPath(chain).bound(centre, radius, begin, end);
 }
 
 Shape sweptShape(const Shape& shape, const ScrewMotion& motion, double begin, double end) {
-  PROXIMITY_ASSERT(begin <= end, "The interval ends before it begins.");
   const double duration = end - begin;
   const Isometry3d begin_T_end = motion.at(begin).inverse() * motion.at(end);
   const double acceleration = motionBound({motion}, shape.centre(), shape.coreRadius(), begin, end).acceleration;

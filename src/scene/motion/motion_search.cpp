@@ -262,12 +262,18 @@ bool MotionSearch::hasInteriors(const Pairs& pairs) const {
   return pairs_.asksForObjects(pairs) && (links_have_interiors_ || objects_have_interiors_);
 }
 
+/// False for an object that is not there.
+bool MotionSearch::hasInterior(const ShapeRef& ref) const {
+  if (ref.isObject() && !(objects() && objects()->placed(ref.object()))) return false;
+  return volumes_->part(ref, objects().get()).whole().has_interior;
+}
+
 /// Finds what is inside a closed mesh at the start. Depths that are reached later are left open.
 void MotionSearch::considerStart(const Pairs& pairs, const MotionQuestion& question, FirstContactBounds& bounds,
                                  RobotContact& answer) {
   for (const PairContactDistance& own : question.nearer_pairs)
     if (own.contact_distance < 0.0 && std::isfinite(own.contact_distance) &&
-        haveInterior(partOf(own.pair.a), partOf(own.pair.b)))
+        (hasInterior(own.pair.a) || hasInterior(own.pair.b)))
       bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
   if (hasInteriors(pairs) && isInWorld()) considerObjectsAtStart(pairs, question, bounds, answer);
   bool is_placed = false;

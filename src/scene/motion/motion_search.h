@@ -83,7 +83,7 @@ class MotionSearch {
 
   static bool hasInterior(const PairInMotion& moving);
   bool hasInteriors(const Pairs& pairs) const;
-  Part partOf(const ShapeRef& ref) const { return volumes_->part(ref, objects().get()); }
+  bool hasInterior(const ShapeRef& ref) const;
   void considerStart(const Pairs& pairs, const MotionQuestion& question, FirstContactBounds& bounds,
                      RobotContact& answer);
   void considerObjectsAtStart(const Pairs& pairs, const MotionQuestion& question, FirstContactBounds& bounds,

@@ -146,7 +146,7 @@ class PlacedRobot {
 
   const RobotModel& model_;
   const std::shared_ptr<const Volumes> volumes_;
-  std::vector<Part> parts_;                           ///< without volumes where an object has gone
+  std::vector<Part> parts_;                           ///< without an object where one has gone
   std::vector<BodyPlace> bodies_;                     ///< of the robot, then one for each number of an object
   std::vector<Sphere> spheres_;                       ///< of the parts of the robot
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();  ///< from which the spheres are seen

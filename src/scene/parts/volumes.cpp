@@ -34,7 +34,11 @@ Volumes::Volumes(const RobotModel& model)
 
 /// Of anything but a whole link.
 int Volumes::ofOther(const ShapeRef& ref) const {
-  if (ref.isObject()) return root_count_ + ref.object();
+  if (ref.isObject()) {
+    if (ref.object() < 0) throw std::invalid_argument("there is no object " + std::to_string(ref.object()));
+    if (ref.collision() != 0) throw std::invalid_argument("a part of an object cannot be asked about");
+    return root_count_ + ref.object();
+  }
   if (ref.link() < 0 || ref.link() >= link_count_)
     throw std::invalid_argument("there is no link " + std::to_string(ref.link()));
   const Link& link = model_.links[ref.link()];

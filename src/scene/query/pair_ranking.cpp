@@ -115,7 +115,7 @@ void PairRanking::consider(const Visit& visit, const Search& search) {
 void PairRanking::considerLikely(const Search& search) {
   const bool is_useless = skipping_ == Skipping::Off || search.k == search.total;
   const auto isForgotten = [&](const AskedPair& pair) {
-    if (!isAskedFor(pair, search)) return false;
+    if (!isAskedFor(pair, search)) return pair.isInList();
     const bool is_there = pair.isInList() ? pair.number < static_cast<int>(search.pairs.size())
                                           : isCheckedPair(measurement_.robot(), pair.a, pair.b);
     return is_useless || !is_there;
@@ -272,7 +272,7 @@ const std::vector<PairProximity>& PairRanking::closest(const Pairs& pairs, std::
   // Of pairs with objects nobody knows how many will be near.
   const std::size_t expected = std::min(search.k, pairs.size());
   nearest_.reserve(expected + 1);
-  likely_.reserve(expected);
+  likely_.reserve(2 * expected);
   results_.reserve(expected);
   considerLikely(search);
   enterOthers(search);

@@ -286,8 +286,10 @@ TEST(Assertion, EndsTheProgramWithTheConditionAndAdvice) {
 #ifdef NDEBUG
   GTEST_SKIP() << "assertions are compiled in the sanitized builds only";
 #else
-  EXPECT_DEATH(nearestToOrigin(Simplex(), 0),
-               "simplex.cpp:.*: assertion failed: simplex.has\\(newest\\)\nThe newest place");
+  Simplex point;
+  point.members = 0b1;
+  EXPECT_DEATH(nearestToOrigin(point, 0),
+               "simplex.cpp:.*: assertion failed: !simplex.has\\(newest\\)\nThe newest place");
   EXPECT_DEATH(witnessPoints(Simplex()), "reduce it by nearestToOrigin\\(\\) first");
 #endif
 }

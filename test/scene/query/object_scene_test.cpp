@@ -441,6 +441,9 @@ TEST(ASceneWithObjects, RefusesWhatIsNotThere) {
   cell.change({add("floor", {{kFloor}}, Fixed{}), add("wall", {{kFloor}}, Fixed{})});
   cell.put({at(0, 0, 5)});
   EXPECT_EQ(errorOf([&] { cell.between(cell.link("0"), ShapeRef::ofObject(7)); }), "there is no object 7");
+  EXPECT_EQ(errorOf([&] { cell.between(cell.link("0"), ShapeRef::ofObject(-1)); }), "there is no object -1");
+  EXPECT_EQ(errorOf([&] { cell.between(cell.link("0"), cell.object("floor").part(1)); }),
+            "a part of an object cannot be asked about");
   EXPECT_EQ(errorOf([&] { cell.between(cell.object("floor"), cell.object("wall")); }),
             "the distance of two half-spaces is not defined");
   const ShapeRef removed = cell.object("wall");
