@@ -349,7 +349,7 @@ std::unique_ptr<Robot> Robot::with(std::vector<scene::ObjectEdit> objects, const
   scene::ObjectEditor editor(*objects_, frames, options);
   for (scene::ObjectEdit& object : objects) {
     const std::string id = object.id, source = object.source;
-    object.operation = objects_->find(id) >= 0 ? Operation::Replace : Operation::Add;
+    object.operation = editor.find(id) ? Operation::Replace : Operation::Add;
     try {
       editor.apply(std::move(object));
     } catch (const std::invalid_argument& error) {  // it begins with the place in the file, if it comes from one

@@ -38,8 +38,8 @@ class Pipeline {
 
   void work(int thread) {
     while (const std::optional<Numbered> next = nextBlock()) {
-      startAnother();
       try {
+        startAnother();
         steps_.work(next->block, thread);
         writeInTurn(*next);
       } catch (...) {

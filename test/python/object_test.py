@@ -325,6 +325,16 @@ class Refusals(unittest.TestCase):
                 with self.subTest(text), self.assertRaisesRegex(ValueError, words):
                     self.robot.with_objects(path)
 
+    def test_of_two_objects_of_a_file_with_one_id_the_second_counts(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "cell.yaml"
+            sphere = "{id: pin, pose: {position: {y: 4}}, primitives: [{type: SPHERE, dimensions: [%s]}]}"
+            path.write_text(f"objects: [{sphere % 0.25}, {sphere % 0.5}]")
+            twice = self.robot.with_objects(path)
+        once = self.robot.with_object("pin", Sphere(0.5), (0.0, 4.0, 0.0))
+        quarter = [math.pi / 2, 0.0, 0.0]
+        self.assertEqual(once.minimum(quarter)["distance"], twice.minimum(quarter)["distance"])
+
     def test_an_open_mesh_is_a_warning(self):
         with self.assertWarnsRegex(UserWarning, '"sheet".*not a closed surface'):
             self.robot.with_object("sheet", Mesh(CORNERS, FACES[:2]))

@@ -372,7 +372,9 @@ class StateSweep {
       if (output_.second_opinion)
         output_.second_opinion->add(answer.state, answer.pairs, answer.positions, answer.objects);
     }
-    output_.counter.count(static_cast<std::uint64_t>(block.size));
+    const std::uint64_t end =
+        block.first + static_cast<std::uint64_t>(block.size);  // a block may begin before the range
+    output_.counter.count(end - std::min(end, std::max(block.first, range_.begin)));
   }
 
   const ClearanceQuestion& question_;

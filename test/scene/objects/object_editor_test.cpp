@@ -67,7 +67,7 @@ class AnEditor : public testing::Test {
 
   const Objects before_ = tableAndBar();
   FramesOnALine frames_;
-  const ObjectOptions options_;
+  const ObjectOptions options_{};
   ObjectEditor editor_{before_, frames_, options_};
 };
 
