@@ -1,11 +1,8 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-
-#include "proximity_server/narrowphase/shape/eigen_alignment.h"
 
 /// PROXIMITY_ASSERT(condition, advice): a precondition of an inner function, which no input of a user can break. Without NDEBUG,
 /// as in the sanitized builds and the fuzzers, the program ends where it does not hold, with the place, the condition and the
@@ -26,10 +23,11 @@ namespace proximity_server::narrowphase {
   std::abort();
 }
 
-/// Whether a vector has the length 1, up to the rounding of some steps. False for NaN.
-inline bool isUnit(const Eigen::Vector3d& v) {
-  constexpr double kRounding = 1e-9;
-  return std::abs(v.squaredNorm() - 1.0) <= kRounding;
+/// Whether a vector of Eigen has the length 1, within 5e-10: a normalised one is off by a few eps, and one that was forgotten to
+/// be normalised by more. False for NaN.
+template <typename Vector>
+bool isUnit(const Vector& v) {
+  return std::abs(v.squaredNorm() - 1.0) <= 1e-9;
 }
 
 /// Whether a number is the place of one of `size` elements.
