@@ -472,7 +472,7 @@ std::optional<WorldSolid> SceneCell::solidOf(const ShapeRef& ref) const {
 }
 
 double SceneCell::paddingOf(const ShapeRefPair& pair) const {
-  if (pair.hasObject()) return 0.0;
+  if (!pair.areLinks()) return 0.0;
   const int index = model_->pairs.find(pair.a.link(), pair.b.link());
   return index < 0 ? 0.0 : model_->pairs.pairs[static_cast<std::size_t>(index)].padding;
 }

@@ -133,7 +133,7 @@ std::string nameOf(const SceneCell& cell, const ShapeRef& ref) {
 
 }  // namespace
 
-bool hasObject(const ShapeRefPair& pair) { return pair.hasObject(); }
+bool hasObject(const ShapeRefPair& pair) { return !pair.areLinks(); }
 
 bool isOfKind(const ShapeRefPair& pair, PairKind kind) {
   return kind == PairKind::Any || hasObject(pair) == (kind == PairKind::WithObject);

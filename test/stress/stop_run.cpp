@@ -122,7 +122,7 @@ class Cell {
 
   void place(const BodyPoses& poses) { objects_ ? scene_.update(poses, frames_) : scene_.update(poses); }
 
-  double stopDistanceOf(const ShapeRefPair& pair) const { return pair.hasObject() ? stop_.objects : stop_.links; }
+  double stopDistanceOf(const ShapeRefPair& pair) const { return !pair.areLinks() ? stop_.objects : stop_.links; }
 
   /// Where the joints are after they moved as long as the velocities need for a way; at their limits they rest.
   BodyPoses posesAfter(double way) const {

@@ -39,7 +39,7 @@ bool comesFirst(const scene::DecidingPair& p, const scene::DecidingPair& q) {
   return p.level.level != q.level.level ? p.level.level > q.level.level : excess(p) <= excess(q);
 }
 
-bool hasObject(const scene::PairProximity& pair) { return pair.asked.hasObject(); }
+bool hasObject(const scene::PairProximity& pair) { return !pair.asked.areLinks(); }
 
 }  // namespace
 

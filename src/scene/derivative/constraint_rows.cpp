@@ -38,7 +38,7 @@ void requireUsable(const VelocityDamper& damper) {
 
 /// Whether the objects of the scene still have a pair that it had before.
 bool isStillChecked(const ShapeRefPair& pair, const Objects* objects) {
-  if (!pair.hasObject()) return true;
+  if (pair.areLinks()) return true;
   for (const ShapeRef& ref : {pair.a, pair.b})
     if (ref.isObject() && !(objects && objects->object(ref.object()))) return false;
   return objects->isChecked(pair.a, pair.b);

@@ -56,7 +56,7 @@ void PlacedJoints::use(std::shared_ptr<const Objects> objects, ObjectCarriers ca
 }
 
 int PlacedJoints::bodyOf(const ShapeRef& ref) const {
-  if (ref.link() >= 0) return robot().links[static_cast<std::size_t>(ref.link())].body;
+  if (ref.isLink()) return robot().links[static_cast<std::size_t>(ref.link())].body;
   const PlacedObject* object = objects_ ? objects_->placed(ref.object()) : nullptr;
   if (!object) throw std::invalid_argument("there is no object of number " + std::to_string(ref.object()));
   switch (object->kind) {

@@ -37,7 +37,7 @@ DistanceLevel levelOf(double distance, double stop, double warn, const LevelBefo
 }
 
 DistanceLevel levelOf(const PairProximity& pair, const LevelThresholds& thresholds, const LevelBefore& before) {
-  const bool has_object = pair.asked.hasObject();
+  const bool has_object = !pair.asked.areLinks();
   const double stop = thresholds.stop.of(pair.asked),
                usual = has_object ? thresholds.stop.objects : thresholds.stop.links;
   const double scale = stop < usual ? stop / usual : 1.0;

@@ -80,9 +80,9 @@ void MotionSearch::begin(const Pairs& pairs, const RobotMotion& motion, const Mo
   order_ = contact ? Order::Earliest : Order::Nearest;
   queue_.clear();
   pairs_.begin(pairs, motion, contact);
-  std::int64_t total = pairs_.asksForLinks(pairs) ? static_cast<std::int64_t>(pairs.size()) : 0;
+  std::int64_t total = pairs.includeLinks() ? static_cast<std::int64_t>(pairs.size()) : 0;
   std::int64_t unknown = pairs_.unknownOfList();
-  if (pairs_.asksForObjects(pairs)) {
+  if (pairs.includeObjects(objects().get())) {
     total += objects()->pairCount();
     unknown += unknownPairsWithObjects() + pairs_.tooFar();
   }
@@ -259,7 +259,7 @@ bool MotionSearch::hasInterior(const PairInMotion& moving) {
 
 /// Whether candidates with objects may have an interior.
 bool MotionSearch::hasInteriors(const Pairs& pairs) const {
-  return pairs_.asksForObjects(pairs) && (links_have_interiors_ || objects_have_interiors_);
+  return pairs.includeObjects(objects().get()) && (links_have_interiors_ || objects_have_interiors_);
 }
 
 /// False for an object that is not there.

@@ -59,10 +59,10 @@ void MovingPairs::begin(const Pairs& pairs, const RobotMotion& motion, const Mot
   asked_ = unknown_ = too_far_ = 0;
   poses_.emplace(motion);
   has_frames_ = !motion.objectFrames().moving.empty();
-  if (asksForLinks(pairs))
+  if (pairs.includeLinks())
     for (const ShapeRefPair& pair : pairs.list()) unknown_ += !add(participant(pair.a), participant(pair.b));
   of_list_ = asked_;
-  if (asksForObjects(pairs)) addObjectPairs();
+  if (pairs.includeObjects(objects_.get())) addObjectPairs();
 }
 
 void MovingPairs::requireFrames(const RobotMotion& motion) const {
@@ -218,7 +218,7 @@ void MovingPairs::addFixedObjects(const Participant& walker) {
   if (tree().empty() || !poses_->isKnown(poses_->world())) return;
   const Bounds bounds = walker.whole().bounds;
   MovingBodies bodies(*poses_, walker.body, bounds, poses_->world(), boundsOf(tree()[0].box), SeenFrom::B);
-  const ShapeRefPair asked{walker.ref, ShapeRef::ofObject(-1)};  // all: no single one has this number
+  const ShapeRefPair asked{walker.ref, ShapeRef()};
   pairs_.push_back({asked, -1, 0.0, 0.0, walker, {}, std::move(bodies)});
   pairs_.back().kind = PairInMotion::Kind::FixedObjects;
   pairs_.back().contact_distance = contactDistanceOf(asked);

@@ -24,7 +24,7 @@ namespace proximity_server::scene {
 
 /// Two parts in motion: what a pair of a question consists of, or a link or object and all fixed objects.
 struct PairInMotion {
-  ShapeRefPair asked;  ///< b is no object of a number if it is all fixed ones
+  ShapeRefPair asked;  ///< without b if b is all fixed objects
   int number;          ///< of the pair of the question; an object with half-spaces makes several with one number
   double padding;      ///< [m]
   /// [m] By how much the distance may be off: MovingBodies::chainRounding(), and of a half-space that of what stands for
@@ -69,11 +69,6 @@ class MovingPairs {
   void use(std::shared_ptr<const Objects> objects) { objects_ = std::move(objects); }
   /// nullptr before the first use().
   const std::shared_ptr<const Objects>& objects() const { return objects_; }
-
-  bool asksForLinks(const Pairs& pairs) const { return !pairs.areCandidates() || pairs.kind() != PairKind::WithObject; }
-  bool asksForObjects(const Pairs& pairs) const {
-    return objects_ && !objects_->empty() && pairs.areCandidates() && pairs.kind() != PairKind::OfLinks;
-  }
 
   /// `contact` is the question about a contact, which has to outlive the pairs; nullptr if there is none.
   ///

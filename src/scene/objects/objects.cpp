@@ -296,7 +296,7 @@ PairReason Objects::objectReason(int number_a, int number_b) const {
 
 const std::string& nameOf(const ShapeRef& ref, const RobotModel& robot, const Objects* objects) {
   static const std::string none;
-  if (ref.link() >= 0) return robot.links[static_cast<std::size_t>(ref.link())].name;
+  if (ref.isLink()) return robot.links[static_cast<std::size_t>(ref.link())].name;
   const Object* object = objects ? objects->object(ref.object()) : nullptr;
   return object ? object->id : none;
 }

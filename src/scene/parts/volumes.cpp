@@ -39,7 +39,7 @@ int Volumes::ofOther(const ShapeRef& ref) const {
     if (ref.collision() != 0) throw std::invalid_argument("a part of an object cannot be asked about");
     return root_count_ + ref.object();
   }
-  if (ref.link() < 0 || ref.link() >= link_count_)
+  if (!ref.isLink() || ref.link() >= link_count_)
     throw std::invalid_argument("there is no link " + std::to_string(ref.link()));
   const Link& link = model_.links[ref.link()];
   if (ref.collision() < 0 || ref.collision() > static_cast<int>(link.collisions.size()))

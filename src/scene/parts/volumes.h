@@ -19,7 +19,7 @@ class Volumes {
   /// The number of a part: first the links, then the <collision> elements, then the objects by their own numbers.
   /// Throws std::invalid_argument for a link or <collision> that does not exist; whether an object exists is not known here.
   int of(const ShapeRef& ref) const {
-    return ref.collision() == 0 && ref.link() >= 0 && ref.link() < link_count_ ? ref.link() : ofOther(ref);
+    return ref.isLink() && ref.collision() == 0 && ref.link() < link_count_ ? ref.link() : ofOther(ref);
   }
 
   /// How many parts the robot has. They are the first of its volumes.

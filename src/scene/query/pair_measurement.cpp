@@ -74,8 +74,8 @@ void PairMeasurement::use(std::shared_ptr<const Objects> objects) {
 }
 
 /// What has half-spaces becomes the second.
-std::optional<Visit> PairMeasurement::visitOf(const ShapeRefPair& pair, int number) const {
-  auto [a, b] = std::minmax({robot_.numberOf(pair.a), robot_.numberOf(pair.b)});
+std::optional<Visit> PairMeasurement::visitOf(const ShapeRefPair& pair, int a, int b, int number) const {
+  if (b < a) std::swap(a, b);
   if (!robot_.isPlaced(a) || !robot_.isPlaced(b)) return std::nullopt;
   if (robot_[a].isUnbounded()) std::swap(a, b);
   if (robot_[a].isUnbounded()) throw std::invalid_argument("the distance of two half-spaces is not defined");

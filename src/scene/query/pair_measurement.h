@@ -49,7 +49,12 @@ class PairMeasurement {
   /// The pair with the bound of its spheres; nullopt if a pose or all geometry is missing. `number` decides between
   /// equal bounds. The order of the two in the visit may be the other one: a pair that is asked in either order gives the same
   /// numbers.
-  std::optional<Visit> visitOf(const ShapeRefPair& pair, int number) const;
+  std::optional<Visit> visitOf(const ShapeRefPair& pair, int number) const {
+    return visitOf(pair, robot_.numberOf(pair.a), robot_.numberOf(pair.b), number);
+  }
+
+  /// The same by the numbers of the two parts, in any order.
+  std::optional<Visit> visitOf(const ShapeRefPair& pair, int a, int b, int number) const;
 
   /// Improves the bound of a visit by the steps that cost less than computing, until it is above the limit [m].
   Visit refined(Visit visit, double limit) const;

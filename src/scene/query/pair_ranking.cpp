@@ -64,9 +64,9 @@ const std::vector<PairProximity>& PairRanking::all(const Pairs& pairs, const Que
   measurement_.counts() = {};
   results_.clear();
   results_.reserve(pairs.size());
-  if (asksForLinks(pairs))
+  if (pairs.includeLinks())
     for (const ShapeRefPair& pair : pairs.list()) results_.push_back(measurement_.settle(pair, question));
-  if (asksForObjects(pairs))
+  if (pairs.includeObjects(objects_.get()))
     objects_->forEachCheckedPair([&](const ShapeRef& a, const ShapeRef& b) {
       results_.push_back(measurement_.settle({a, b}, question));
     });
@@ -95,7 +95,7 @@ ShapeRefPair PairRanking::refsOf(const AskedPair& pair, const Search& search) co
 /// With the threshold of the pair.
 std::optional<Visit> PairRanking::visitOf(const AskedPair& pair, const Search& search) const {
   const ShapeRefPair refs = refsOf(pair, search);
-  std::optional<Visit> visit = measurement_.visitOf(refs, pair.number);
+  std::optional<Visit> visit = measurement_.visitOf(refs, pair.a, pair.b, pair.number);
   if (visit && search.question.thresholds) visit->threshold = search.question.thresholds->of(refs);
   return visit;
 }
@@ -238,7 +238,7 @@ void PairRanking::countTheRest(const Search& search) {
   counts.by_bounds = counts.total - counts.unknown - counts.at_rest - counts.by_motion - counts.computed;
 }
 
-/// Keeps the nearest pairs for the next question, and those of the last question about others.
+/// Keeps the nearest pairs for the next question; after one about links alone, also those with objects of the question before.
 void PairRanking::keepLikely(const Search& search) {
   const auto isReplaced = [&](const AskedPair& pair) { return isAskedFor(pair, search); };
   likely_.erase(std::remove_if(likely_.begin(), likely_.end(), isReplaced), likely_.end());
@@ -252,7 +252,7 @@ void PairRanking::keepLikely(const Search& search) {
 
 const std::vector<PairProximity>& PairRanking::closest(const Pairs& pairs, std::size_t k, Goal goal,
                                                        const Question& question) {
-  const bool with_links = asksForLinks(pairs), with_objects = asksForObjects(pairs);
+  const bool with_links = pairs.includeLinks(), with_objects = pairs.includeObjects(objects_.get());
   std::size_t total = with_links ? pairs.size() : 0;
   if (with_objects) total += static_cast<std::size_t>(objects_->pairCount());
   const PairDistances* const thresholds = question.thresholds;

@@ -103,10 +103,6 @@ class PairRanking {
   void enterObjects(const Search& search);
   void enter(const AskedPair& pair, const Search& search);
   void openNearby(const Search& search);
-  bool asksForLinks(const Pairs& pairs) const { return !pairs.areCandidates() || pairs.kind() != PairKind::WithObject; }
-  bool asksForObjects(const Pairs& pairs) const {
-    return objects_ && !objects_->empty() && pairs.areCandidates() && pairs.kind() != PairKind::OfLinks;
-  }
   void enterBetween(int group_a, int group_b, const Search& search);
   bool needsOnlyCounting(const Visit& visit, const Search& search) const;
   void visitBestFirst(const Search& search);

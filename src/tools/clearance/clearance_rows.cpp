@@ -180,7 +180,7 @@ PairColumns::PairColumns(const std::vector<scene::ShapeRefPair>& pairs, std::siz
 }
 
 int PairColumns::of(const scene::ShapeRefPair& pair) const {
-  if (!pair.a.isLink() || !pair.b.isLink()) return -1;  // with an object, or no pair at all
+  if (!pair.areLinks()) return -1;
   return numbers_[static_cast<std::size_t>(pair.a.link()) * links_ + static_cast<std::size_t>(pair.b.link())];
 }
 

@@ -284,7 +284,7 @@ bool SimulatedNode::setScales(const MovingState& state, const std::vector<Object
   const VelocityScale scale = scaleWith(kStopLatency);
   posture.fastest = scale.scale;
   posture.slowest = scaleWith(kStopLatency + kMaxTfAge).scale;
-  const bool meets_object = scale.pair.asked.hasObject();
+  const bool meets_object = !scale.pair.asked.areLinks();
   return meets_object && posture.slowest > kLeastScale;
 }
 

@@ -739,7 +739,7 @@ void expectTheEarliestOfAllPairs(MovingScene& moving, const Candidates& candidat
   PairDistances thresholds(chance.between(0.0, 0.03), chance.between(0.0, 0.03));
   for (const ShapeRefPair& pair : list) {
     if (chance.below(2) == 0) continue;
-    if (!pair.hasObject())
+    if (pair.areLinks())
       thresholds.setPair(pair.a.link(), pair.b.link(), chance.between(0.0, 0.15));
     else if (pair.a.isLink())
       thresholds.setWithObjects(pair.a.link(), chance.between(0.0, 0.15));

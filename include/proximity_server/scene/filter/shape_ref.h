@@ -10,14 +10,15 @@ class ShapeRef {
   /// None of them.
   ShapeRef() = default;
 
-  /// A link, or its n-th <collision>, counted from 1; 0: the whole link.
+  /// A link, or its n-th <collision>, counted from 1; 0: the whole link. None for a link that was not found (-1).
   ShapeRef(int link, int collision = 0)  // NOLINT: implicit, as most pairs are of links
-      : kind_(Kind::Link), number_(link), collision_(collision) {}
+      : kind_(link < 0 ? Kind::None : Kind::Link), number_(link), collision_(collision) {}
 
   /// An object by its number, see Objects.
   static ShapeRef ofObject(int number) {
-    ShapeRef ref(number);
+    ShapeRef ref;
     ref.kind_ = Kind::Object;
+    ref.number_ = number;
     return ref;
   }
 
@@ -52,7 +53,7 @@ class ShapeRef {
 struct ShapeRefPair {
   ShapeRef a, b;
 
-  bool hasObject() const { return a.isObject() || b.isObject(); }
+  bool areLinks() const { return a.isLink() && b.isLink(); }
 
   /// Whether the two pairs are of the same shapes, in any order.
   bool isSameAs(const ShapeRefPair& other) const {

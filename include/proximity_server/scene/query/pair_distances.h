@@ -26,7 +26,7 @@ class PairDistances {
 
   /// In either order. Of a pair of <collision> elements that of their links.
   double of(const ShapeRefPair& pair) const {
-    if (pair.hasObject()) return own_with_objects_.empty() ? objects : withObject(pair);
+    if (!pair.areLinks()) return own_with_objects_.empty() ? objects : withObject(pair);
     return own_pairs_.empty() ? links : ofLinks(pair.a.link(), pair.b.link());
   }
 

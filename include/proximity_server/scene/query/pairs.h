@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "proximity_server/scene/filter/pair_filter.h"
+#include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/question.h"
 
 namespace proximity_server::scene {
@@ -44,6 +45,12 @@ class Pairs {
   std::size_t size() const { return list_.size(); }
   bool areCandidates() const { return are_candidates_; }
   PairKind kind() const { return kind_; }
+
+  /// Whether those of the list are meant, and the checked pairs with objects; nullptr: there are none.
+  bool includeLinks() const { return kind_ != PairKind::WithObject; }
+  bool includeObjects(const Objects* objects) const {
+    return are_candidates_ && kind_ != PairKind::OfLinks && objects && !objects->empty();
+  }
 
  private:
   const std::vector<ShapeRefPair>& list_;
