@@ -301,7 +301,7 @@ Options withoutThresholds(Options options) {
   return options;
 }
 
-/// What is asked of the cores of two shapes with these margins [m] together.
+/// The options for the cores of two shapes whose margins add up to `margins` [m].
 Options optionsOfCores(Options options, double margins, double rounding) {
   // Two roundings are part of the bounds. If the search were asked for less than this, it would turn down what Newton's
   // method finds, and end farther from the truth.

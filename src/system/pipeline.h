@@ -9,7 +9,7 @@ namespace proximity_server::system {
 
 /// The threads of a pipeline; the calling one is one of them, and has the number 0.
 struct PipelineThreads {
-  /// What happens where the system gives no more: an error that asks for fewer with --threads, or there are fewer.
+  /// If the system refuses to start a thread: throw an error that asks for fewer with --threads, or go on with those there are.
   enum class TooFew : unsigned char { Refused, Enough };
 
   int count = 1;  ///< the most of them: each is started once there is a block for it
@@ -17,7 +17,7 @@ struct PipelineThreads {
   int blocks = 4;  ///< that are read but not written, for each thread: with 4 a slow block does not stop the others
 };
 
-/// What happens to each block of a sequence.
+/// The three steps of a pipeline.
 template <typename Block>
 struct PipelineSteps {
   std::function<bool(Block&)> read;  ///< fills the next block; false at the end. One call at a time

@@ -83,7 +83,7 @@ class MovingPair {
   int vertex_a_ = 0, vertex_b_ = 0;  ///< support vertices of the last gapAlong()
 };
 
-/// What a search tells of two moving shapes: nothing if a motion is not rigid, or if the options have no interval within [0, 1].
+/// Runs a search on two moving shapes. The answer is empty if a motion is not rigid, or if the options have no interval within [0, 1].
 template <typename Search, typename Options>
 auto searched(const Shape& a, const MotionChain& a_motion, const Shape& b, const MotionChain& b_motion,
               Options options) {

@@ -73,7 +73,7 @@ class Monitor {
   const Clearance& latest() const { return clearance_; }
 
  private:
-  /// What a cycle is about.
+  /// The input of one cycle.
   struct Cycle {
     const PoseSnapshot& snapshot;
     const FrameSnapshot& frames;

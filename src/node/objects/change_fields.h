@@ -30,7 +30,7 @@ class ChangeError : public std::invalid_argument {
 /// Throws std::invalid_argument naming the field and the reason.
 [[noreturn]] void refuseField(const std::string& field, const std::string& reason);
 
-/// Of a client's name in a field: every cycle of the monitor may have to say it.
+/// Refuses a name of a client that is too long, as every cycle of the monitor may have to publish it.
 void requireLength(const std::string& name, const std::string& field);
 
 /// A name for an error, which is logged, of bounded length.
@@ -39,7 +39,7 @@ std::string shortened(const std::string& name);
 /// The pose, which is finite and not too far from its frame.
 Eigen::Isometry3d requireReach(const Eigen::Isometry3d& pose);
 
-/// What a change says, before it is known whether there are such objects, links and frames. Of a MOVE without the shapes.
+/// Reads a change; whether its objects, links and frames exist is not known here. The shapes of a MOVE are read by movedShapes().
 /// Failure: throws std::invalid_argument naming the field and the reason.
 scene::ObjectEdit editOf(const ObjectChange& change);
 

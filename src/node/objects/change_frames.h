@@ -13,7 +13,7 @@
 
 namespace proximity_server::node {
 
-/// Where a tf frame is now, in the reference frame of a robot. Throws ChangeError naming the frame if that is not known.
+/// Finds the pose of a tf frame now, in the reference frame of a robot. Throws ChangeError naming the frame if that is not known.
 using FindFrame = std::function<Eigen::Isometry3d(const Robot& robot, const std::string& frame)>;
 
 /// Finds frames in tf; waits at most Config::tf_timeout for the robot, and as long for the frame.

@@ -57,7 +57,7 @@ class ObjectStore {
   ///          frame is gone, or a link has its id. The robot of before stays then.
   void follow(const std::shared_ptr<const Robot>& robot, const std::function<void()>& replace);
 
-  /// What is there, and the robot that has it.
+  /// The objects that are there now, and the robot that has them.
   struct Present {
     std::shared_ptr<const Robot> robot;
     RobotObjects objects;

@@ -31,10 +31,10 @@ Bounds boundsOf(const Piece& piece);
 /// `each` are the bounds of the `pieces`.
 Bounds boundsOf(const std::vector<const Piece*>& pieces, const std::vector<const Bounds*>& each);
 
-/// Of a box along the axes of its frame.
+/// The bounds of a box along the axes of its frame.
 Bounds boundsOf(const Eigen::AlignedBox3d& box);
 
-/// Where one body stands in the frame of another.
+/// The pose of one body in the frame of another.
 struct RelativePose {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();

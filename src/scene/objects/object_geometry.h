@@ -18,7 +18,7 @@ struct PlacedHalfSpace {
   double way;              ///< [m] see ObjectGeometry
 };
 
-/// What an object was made of.
+/// The shapes of which an object was made.
 struct ObjectSource {
   std::vector<ObjectShape> shapes;
   double padding;  ///< [m]

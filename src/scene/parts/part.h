@@ -8,8 +8,8 @@
 
 namespace proximity_server::scene {
 
-/// What can be near something, in the frame of its body: the volumes and pieces of a link, of a <collision> or of an object,
-/// and the half-spaces of an object.
+/// The geometry of a link, of a <collision> or of an object, in the frame of its body: volumes over convex pieces, and the
+/// half-spaces of an object.
 struct Part {
   const Volume* volumes = nullptr;  ///< among which its own are
   const Piece* pieces = nullptr;

@@ -159,7 +159,7 @@ double PlacedRobot::sphereGap(int a, int b) const {
   return (sphere_b.centre - sphere_a.centre).norm() - (sphere_a.radius + sphere_b.radius);
 }
 
-/// Of an object with half-spaces.
+/// The gap between a sphere and an object with half-spaces.
 double PlacedRobot::halfSpaceGap(const Sphere& sphere, int object) const {
   const BodyPlace& body = bodyOf(object);
   const Vector3d from_object = sphere.centre - (body.origin - origin_);

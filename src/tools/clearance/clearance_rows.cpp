@@ -250,7 +250,7 @@ void StateRows::addVerdictText(std::uint64_t state, const std::string& rest, Wri
   to.bytes += rest;
 }
 
-/// What follows the number of the state.
+/// The text of a row behind the number of its state.
 std::string StateRows::restOf(Verdict verdict, const std::string& link_a, const std::string& link_b) const {
   const std::string row = textOf(verdictColumns(0, verdict, link_a, link_b), format_);
   return row.substr(row.find('0') + 1);

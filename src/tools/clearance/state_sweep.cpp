@@ -128,7 +128,7 @@ class StateSweep {
   }
 
  private:
-  /// What a thread keeps.
+  /// The state of one thread.
   struct Worker {
     std::optional<scene::SceneBatch> batch;
     SummaryCounter counter;
@@ -372,8 +372,8 @@ class StateSweep {
       if (output_.second_opinion)
         output_.second_opinion->add(answer.state, answer.pairs, answer.positions, answer.objects);
     }
-    const std::uint64_t end =
-        block.first + static_cast<std::uint64_t>(block.size);  // a block may begin before the range
+    // A block may begin before the range.
+    const std::uint64_t end = block.first + static_cast<std::uint64_t>(block.size);
     output_.counter.count(end - std::min(end, std::max(block.first, range_.begin)));
   }
 

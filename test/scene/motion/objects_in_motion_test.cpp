@@ -92,7 +92,8 @@ TEST_F(CubeAndBall, FixedObjectIsMetWhenTheGapIsCovered) {
   EXPECT_FALSE(contact(motion(2.9)).contact);
 }
 
-// Of so many that they are in a tree. Those of two links touch at 0, those with objects at 0.5: the wall at x = 4 then.
+// There are so many objects that they are in a tree. Two links are in contact at 0 m, a link and an object at 0.5 m: the cube
+// meets the wall when it has gone 2.5 m.
 TEST_F(CubeAndBall, FixedObjectsAreMetAtTheirOwnContactDistance) {
   std::vector<ObjectChange> changes;
   for (int i = 0; i < 100; ++i) changes.push_back(AddObject{cube(std::to_string(i), Fixed{at(0, 50 + 2 * i, 0)})});

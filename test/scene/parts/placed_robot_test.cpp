@@ -24,7 +24,7 @@ struct Placed {
   void update(const std::vector<Isometry3d>& poses) { robot.update(posesOf(model, poses)); }
   int link(const char* name) const { return model.findLink(name); }  // also the number of its part
 
-  // What is asked of two parts, here of links.
+  // Questions about two parts, which are links here.
   double sphereGap(int p, int q, const RelativePose& p_T_q) const {
     return scene::sphereGap(robot[p].whole().bounds, robot[q].whole().bounds, p_T_q);
   }

@@ -2,7 +2,7 @@
 
 namespace proximity_server::scene {
 
-/// What can be near something: a link, one of its <collision> elements, or an object.
+/// Names a link, one of its <collision> elements, or an object: anything whose distance can be asked for.
 class ShapeRef {
  public:
   enum class Kind : unsigned char { None, Link, Object };

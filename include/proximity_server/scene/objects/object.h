@@ -60,7 +60,7 @@ struct ObjectOptions {
 Object makeObject(const std::string& id, std::vector<ObjectShape> shapes, const Placement& placement,
                   const ObjectOptions& options = {});
 
-/// What an object was made of: its shapes, and the padding of each [m].
+/// The shapes of which an object was made, and the padding [m] that each of them got.
 const std::vector<ObjectShape>& givenShapesOf(const Object& object);
 double paddingOf(const Object& object);
 

@@ -15,7 +15,7 @@
 
 namespace proximity_server::scene {
 
-/// Where an object is: in the frame of the link that holds it, or in the frame that it moves with.
+/// The place of an object, in the frame of the link that holds it or of the frame that it moves with.
 struct ObjectPlace {
   std::string link;                                        ///< "": none holds it
   std::vector<std::string> touch_links;                    ///< that it may touch besides its own link
@@ -42,7 +42,7 @@ struct ObjectEdit {
   std::shared_ptr<const ObjectGeometry> geometry = nullptr;  ///< Add, Replace: of the shapes, if it is made already
 };
 
-/// What is known of frames: by tf, or by a state of the robot.
+/// Looks up frames and poses: in tf, or in a state of the robot.
 class ObjectFrames {
  public:
   virtual ~ObjectFrames() = default;
@@ -51,7 +51,7 @@ class ObjectFrames {
   virtual std::string named(const std::string& name) const = 0;
   virtual std::string ofLink(const std::string& link) const = 0;
 
-  /// What has the pose `pose` in the frame `other`, seen from `frame`. Throws std::invalid_argument naming a frame without a pose.
+  /// Transforms a pose from the frame `other` into `frame`. Throws std::invalid_argument naming a frame without a pose.
   virtual Eigen::Isometry3d seenFrom(const std::string& frame, const std::string& other,
                                      const Eigen::Isometry3d& pose) = 0;
 };
@@ -93,7 +93,7 @@ class ObjectEditor {
   const Objects& before() const { return before_; }
   const Touched& touched() const { return touched_; }
 
-  /// What makes these objects of those of before, in the order in which they were first touched.
+  /// The changes that lead from the objects of before to these, in the order in which ids were first changed.
   std::vector<ObjectChange> difference() const;
 
  private:
@@ -107,7 +107,7 @@ class ObjectEditor {
   ObjectFrames& frames_;
   const ObjectOptions& options_;
   Touched touched_;
-  /// What touched_ had of ids before they were touched, in this order; nullopt: nothing.
+  /// The steps that undo() takes back: the id, and its entry in touched_ before the step; nullopt: it had none.
   std::vector<std::pair<std::string, std::optional<std::shared_ptr<const Object>>>> log_;
   std::size_t kept_ = 0;  ///< how much of the log stays
 };
