@@ -27,7 +27,7 @@ struct Component {
   Cover cover;  // its hull
 };
 
-/// Whether all of `inner` lies in `outer`, within the rounding of the test.
+/// True if all of `inner` lies in `outer`, within the rounding of the test.
 bool contains(const narrowphase::ConvexHull& outer, const narrowphase::ConvexHull& inner) {
   if (outer.dimension() < 3) return false;
   double scale = 0.0;
@@ -47,8 +47,8 @@ struct ConnectedMesh {
   explicit ConnectedMesh(const TriangleMesh& mesh)
       : welded(scene::welded(mesh)), components(componentNumbers(welded)), parts(partsOf(welded, components)) {}
   TriangleMesh welded;
-  Partition components;             // of its triangles
-  std::vector<TriangleMesh> parts;  // by number of the component
+  Partition components;             // for each triangle its component
+  std::vector<TriangleMesh> parts;  // index: the number of the component
 };
 
 /// A mesh while it is divided into pieces.
@@ -79,7 +79,7 @@ std::vector<Triangle> allTriangles(const std::vector<TriangleMesh>& parts) {
   return all;
 }
 
-/// Hull over mesh, of the components together; NaN where one of them is open.
+/// The volume of the hulls of all components divided by the volume that they enclose. NaN if one of them is open.
 double volumeRatio(const std::vector<TriangleMesh>& components) {
   double hulls = 0.0, meshes = 0.0;
   if (!std::all_of(components.begin(), components.end(), isClosed)) return std::numeric_limits<double>::quiet_NaN();
@@ -90,14 +90,14 @@ double volumeRatio(const std::vector<TriangleMesh>& components) {
   return meshes > 0.0 ? hulls / meshes : std::numeric_limits<double>::quiet_NaN();
 }
 
-/// Whether one hull of all is near enough.
+/// True if one hull of the whole mesh is within tolerance.
 bool isHullOfAll(const Job& job, const MeshSolid& solid) {
   const Partition one(job.mesh.components.size(), 0);
   return solid.isWithin(job.tolerance(), coverOf(clusterPoints(job.mesh.welded, one).front(), job.effort));
 }
 
-/// Each component to itself, or to the cluster of one whose hull hides it: the union of the hulls stays the same.
-/// Returns nullopt if one of the hulls is not within tolerance.
+/// Assigns each component to a cluster of its own, or to the cluster of another component whose hull contains its hull:
+/// the union of the hulls stays the same. Returns nullopt if one of the hulls is not within tolerance.
 std::optional<Partition> hullsOfComponents(const Job& job, const MeshSolid& solid) {
   std::vector<Component> components = componentsOf(job);
   std::stable_sort(components.begin(), components.end(), [](const Component& a, const Component& b) {
@@ -143,8 +143,8 @@ std::vector<narrowphase::ConvexHull> hullsOf(const TriangleMesh& mesh, const Par
   return hulls;
 }
 
-/// Whether none of the clusters' hulls fills a room. The budget does not end it, as it decides whether the pieces are within
-/// tolerance.
+/// True if no hull of a cluster fills a room. The effort is not limited here, because this decides whether the pieces
+/// are within tolerance.
 bool haveNoRoom(const Job& job, const MeshSolid& solid, const Partition& partition) {
   const Effort left = std::exchange(job.effort, Effort(std::numeric_limits<double>::infinity()));
   const std::vector<narrowphase::ConvexHull> hulls = hullsOf(job.mesh.welded, partition);
@@ -155,7 +155,8 @@ bool haveNoRoom(const Job& job, const MeshSolid& solid, const Partition& partiti
   return have_none;
 }
 
-/// Clusters that are near enough, in the first representation that is, fewest pieces first.
+/// Returns the clusters of the first representation that is within tolerance. Representations with fewer pieces are
+/// tried first.
 Clustering nearestEnough(const Job& job, const MeshSolid& solid) {
   Clustering clustering;
   const Effort for_decomposition = job.effort.half();
@@ -182,7 +183,8 @@ Clustering nearestEnough(const Job& job, const MeshSolid& solid) {
   if (job.options.progress) {
     job.options.progress("decomposing " + std::to_string(job.mesh.components.size()) + " triangles");
   }
-  // Not the outermost components only: what lies in a hollow is hidden by a hull, not by its clusters.
+  // All components take part, not only the outermost ones: the hull of a component can contain another component that
+  // lies in a hollow of it, but the hulls of its clusters need not contain that one.
   const auto divided = [&](RoomChecks rooms) {
     return decompose(job.mesh.welded, job.mesh.components, solid, job.options.tolerance, rooms);
   };
@@ -197,7 +199,7 @@ Clustering nearestEnough(const Job& job, const MeshSolid& solid) {
   return clustering;
 }
 
-/// How far the hulls lie from the mesh; they are proven to be within the tolerance.
+/// Measures how far the hulls lie from the mesh. They are proven to be within the tolerance.
 void measure(const TriangleMesh& mesh, const MeshSolid& solid, double tolerance, Clustering& clustering) {
   std::vector<Cover> covers;
   for (std::vector<Vector3d>& points : clusterPoints(mesh, clustering.partition))
@@ -217,7 +219,7 @@ Clustering compute(const TriangleMesh& mesh, const ConnectedMesh& connected, con
                         Rooms(connected.parts));
   Clustering clustering = nearestEnough(job, solid);
   clustering.volume_ratio = volumeRatio(connected.parts);
-  // What is left to do takes time in proportion to the mesh, so nothing has to end it.
+  // The remaining steps take time in proportion to the size of the mesh, so they need no limit.
   effort = Effort(std::numeric_limits<double>::infinity());
   if (clustering.representation != Representation::Triangles) measure(mesh, solid, job.tolerance(), clustering);
   const std::string trouble = cache.store(clustering);
@@ -235,7 +237,8 @@ std::string shortfallOf(const TriangleMesh& mesh, const MeshOptions& options, st
 
 /// For each triangle the number of its hull, see hullsOf().
 Partition hullNumbers(const Partition& partition) {
-  std::vector<int> numbers(partition.size(), 0);  // by number of the cluster, which is below the number of triangles
+  // index: the number of the cluster, which is below the number of triangles
+  std::vector<int> numbers(partition.size(), 0);
   for (const int cluster : partition) numbers[cluster] = 1;
   std::exclusive_scan(numbers.begin(), numbers.end(), numbers.begin(), 0);
   Partition result;
@@ -243,7 +246,7 @@ Partition hullNumbers(const Partition& partition) {
   return result;
 }
 
-/// Whether a component is closed and encloses more than the rounding of its file.
+/// True if a component is closed and encloses more than the rounding of its file.
 bool isSolid(const TriangleMesh& component) {
   if (!isClosed(component)) return false;
   double area = 0.0;
@@ -252,7 +255,7 @@ bool isSolid(const TriangleMesh& component) {
   return std::abs(enclosedVolume(component)) > kMeshRounding * area;
 }
 
-/// What is open, and what follows if a single hull stands for each open part, or else.
+/// How the text about open components ends: the first if a single hull stands for each of them, else the second.
 constexpr char kIsSolidAsHull[] = "; a convex hull stands for each such part, and is solid";
 constexpr char kHoldsNothing[] = "; what lies inside and touches none of its convex pieces counts as apart";
 std::string opennessOf(std::size_t open, std::size_t parts) {
@@ -261,7 +264,7 @@ std::string opennessOf(std::size_t open, std::size_t parts) {
   return "it is not closed in any of its " + std::to_string(parts) + " parts";
 }
 
-/// Adds to the hulls what is inside of the mesh.
+/// Adds to the pieces what describes the solid: the anchors, the interior and the text about open components.
 void addSolid(const ConnectedMesh& mesh, const Partition& partition, MeshPieces& pieces) {
   const Partition hulls = hullNumbers(partition);
   std::vector<int> first_hull(mesh.parts.size(), -1);
@@ -332,7 +335,7 @@ std::string userMeshCache() {
     const char* value = std::getenv(variable);
     return std::string(value ? value : "");
   };
-  // The XDG specification: a relative path is to be ignored.
+  // The XDG specification says that a relative path is to be ignored.
   if (const std::string cache = folder("XDG_CACHE_HOME"); !cache.empty() && cache.front() == '/') {
     return cache + "/proximity_server";
   }

@@ -9,7 +9,7 @@ namespace proximity_server::scene {
 namespace {
 
 using Eigen::Vector3d;
-using Cluster = std::vector<int>;  // indices of triangles
+using Cluster = std::vector<int>;  // the indices of its triangles
 
 std::vector<Vector3d> pointsOf(const TriangleMesh& mesh, const Cluster& cluster) {
   std::vector<int> indices;
@@ -22,7 +22,7 @@ std::vector<Vector3d> pointsOf(const TriangleMesh& mesh, const Cluster& cluster)
   return points;
 }
 
-/// Splits a cluster in the middle of its longest side; returns the upper half.
+/// Splits a cluster in the middle of the longest side of its box. Returns the upper half.
 Cluster takeHalf(const TriangleMesh& mesh, Cluster& cluster) {
   const auto centre = [&](int t) {
     const auto& [a, b, c] = mesh.triangles[t];
@@ -49,28 +49,29 @@ bool isOneOf(const std::vector<Vector3d>& sorted_points, const Vector3d& point) 
   return std::binary_search(sorted_points.begin(), sorted_points.end(), point, isBefore);
 }
 
-/// The conditions that the hull of every cluster has to meet.
+/// The conditions that the hull of every cluster must meet.
 struct Demand {
   const MeshSolid& solid;
   double tolerance;  // [m]
   RoomChecks rooms;
 
-  /// `surface`: the triangles of the hull that are not known to be within tolerance.
+  /// `surface`: the triangles of the hull that are not yet known to be within tolerance.
   bool isMetBy(const Cover& cover, const std::vector<Triangle>& surface) const {
     return solid.isSurfaceWithin(tolerance, cover, surface) &&
            (rooms == RoomChecks::None || solid.hasNoRoom(tolerance, cover.hull));
   }
 };
 
-/// Returns the sorted vertices of the hull of all points; none if it is not within tolerance.
+/// Returns the sorted vertices of the hull of all points, or no vertices if the hull is not within tolerance.
 std::vector<Vector3d> hullWithin(const Demand& demand, const std::vector<Vector3d>& points) {
   const Cover cover = coverOf(points, demand.solid.effort());
   if (!demand.isMetBy(cover, surfaceOf(cover.hull))) return {};
   return sorted(cover.hull.vertices());
 }
 
-/// The same of two hulls that lie within tolerance. A triangle of their common hull that has its corners in one of them
-/// lies in that one, and so within tolerance.
+/// Returns the sorted vertices of the common hull of two hulls that lie within tolerance, or no vertices if the common
+/// hull is not within tolerance. A triangle of the common hull whose corners all belong to one of the two lies in that
+/// one, and so within tolerance.
 std::vector<Vector3d> commonHullWithin(const Demand& demand, const std::vector<Vector3d>& a,
                                        const std::vector<Vector3d>& b) {
   std::vector<Vector3d> points = a;
@@ -90,7 +91,7 @@ std::vector<Vector3d> commonHullWithin(const Demand& demand, const std::vector<V
 
 struct Part {
   Cluster triangles;
-  std::vector<Vector3d> corners;  // of its hull, sorted
+  std::vector<Vector3d> corners;  // the sorted vertices of its hull
 };
 
 /// Cuts clusters into parts that are within tolerance.
@@ -98,8 +99,8 @@ class Halving {
  public:
   Halving(const TriangleMesh& mesh, const Demand& demand) : mesh_(mesh), demand_(demand) {}
 
-  /// The component as it is where that is within tolerance. Else in parts, each cut twice more than it need be, so that
-  /// its triangles may join what lies beside it.
+  /// Returns the whole component if its hull is within tolerance. Otherwise returns its parts, each cut twice more than
+  /// necessary, so that its triangles can join neighbouring parts.
   std::vector<Part> partsOf(Cluster component) {
     std::vector<Part> parts = halved({std::move(component)});
     if (parts.size() <= 1) return parts;
@@ -107,11 +108,11 @@ class Halving {
     return parts;
   }
 
-  /// Whether the effort was enough for all so far.
+  /// True if the effort was enough for all calls so far.
   bool isComplete() const { return is_complete_; }
 
  private:
-  /// Halves until all are within tolerance, at the latest as single triangles.
+  /// Halves clusters until the hull of each is within tolerance; a single triangle always is.
   std::vector<Part> halved(std::vector<Cluster> pending) {
     std::vector<Part> parts;
     while (!pending.empty()) {
@@ -145,7 +146,7 @@ class Halving {
     return result;
   }
 
-  /// Returns nullopt if the hull is not within tolerance, or if the effort is spent.
+  /// Returns no corners if the hull is not within tolerance, or if the effort is spent.
   std::vector<Vector3d> cornersOf(const Cluster& cluster) try {
     if (cluster.size() == 1) return sorted(narrowphase::ConvexHull(pointsOf(mesh_, cluster)).vertices());
     if (!is_complete_) return {};
@@ -160,7 +161,7 @@ class Halving {
   bool is_complete_ = true;
 };
 
-/// Clusters that become one, two at a time.
+/// Merges clusters, two at a time.
 class Fusion {
  public:
   Fusion(const TriangleMesh& mesh, const Demand& demand)
@@ -174,7 +175,8 @@ class Fusion {
     triangles_.push_back(std::move(part.triangles));
   }
 
-  /// Those that share a vertex of the mesh become neighbours; an edge, where very many share the vertex.
+  /// Makes neighbours of nodes that share a vertex of the mesh. If very many share a vertex, only nodes that share an
+  /// edge become neighbours.
   void joinAtVertices() {
     constexpr std::size_t kMany = 16;
     std::vector<std::vector<int>> at_vertex(mesh_.vertices.size());
@@ -194,7 +196,7 @@ class Fusion {
     join(std::move(pairs));
   }
 
-  /// Those whose boxes are no farther apart than the tolerance become neighbours.
+  /// Makes neighbours of nodes whose boxes are no farther apart than the tolerance.
   void joinNearBoxes() {
     std::vector<int> alive;
     for (int i = 0; i < static_cast<int>(nodes_.size()); ++i)
@@ -216,7 +218,7 @@ class Fusion {
     join(std::move(pairs));
   }
 
-  /// Until no two neighbours may become one.
+  /// Merges neighbours until no two of them can be merged.
   void fuse() {
     while (!pairs_.empty()) {
       const Pair pair = pairs_.top();
@@ -247,10 +249,10 @@ class Fusion {
 
  private:
   using NodePair = std::pair<int, int>;              // the smaller number first
-  static constexpr std::size_t kMaxPairs = 2000000;  // 100 MB
+  static constexpr std::size_t kMaxPairs = 2000000;  // this many need 100 MB
   enum class Relation : unsigned char { Untried, Apart };
   struct Neighbour {
-    int node;  // or a part of it
+    int node;  // a node, or one that has become a part of it
     Relation relation;
     bool operator<(const Neighbour& other) const {
       return std::tie(node, relation) < std::tie(other.node, other.relation);
@@ -259,8 +261,8 @@ class Fusion {
   struct Node {
     std::vector<Vector3d> corners;  // sorted
     Eigen::AlignedBox3d box;
-    std::vector<Neighbour> neighbours;  // may hold one several times
-    int whole = -1;                     // what it has become part of
+    std::vector<Neighbour> neighbours;  // may hold the same node several times
+    int whole = -1;                     // the node that it has become a part of; -1: none
   };
   struct Pair {
     double growth;  // [m^2]
@@ -296,7 +298,7 @@ class Fusion {
     return node;
   }
 
-  /// Makes neighbours of those that are not yet.
+  /// Makes neighbours of the pairs that are not neighbours yet.
   void join(std::vector<NodePair> pairs) {
     std::sort(pairs.begin(), pairs.end());
     pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
@@ -316,7 +318,7 @@ class Fusion {
     }
   }
 
-  /// Those that add least to the surface of their boxes come first.
+  /// Puts a pair into the queue. The pair whose common box has the smallest growth of surface comes first.
   void push(int a, int b) {
     const auto surface = [](const Eigen::AlignedBox3d& box) {
       const Vector3d size = box.sizes();
@@ -326,7 +328,8 @@ class Fusion {
     pairs_.push({surface(box_a.merged(box_b)) - surface(box_a) - surface(box_b), std::min(a, b), std::max(a, b)});
   }
 
-  /// The same, each once as the node that it is part of now, and Apart where it was ever found so.
+  /// Replaces each neighbour by the node that it is a part of now, and keeps each of these once: as Apart if it was
+  /// ever found so.
   std::vector<Neighbour> resolved(std::vector<Neighbour> neighbours) const {
     for (Neighbour& neighbour : neighbours) neighbour.node = wholeOf(neighbour.node);
     std::sort(neighbours.begin(), neighbours.end());
@@ -340,7 +343,8 @@ class Fusion {
     return result;
   }
 
-  /// The neighbours of the two are those of the whole; what may not become one with a part may not with the whole.
+  /// Merges two nodes. The neighbours of both become neighbours of the whole. A node that cannot be merged with a part
+  /// cannot be merged with the whole.
   void unite(int a, int b, std::vector<Vector3d> corners) {
     const int whole = static_cast<int>(nodes_.size());
     Node node;
@@ -370,7 +374,7 @@ class Fusion {
   const MeshSolid& solid_;
   const double tolerance_;
   const Demand demand_;
-  std::vector<Cluster> triangles_;  // of the first nodes
+  std::vector<Cluster> triangles_;  // of the nodes that were added
   std::vector<Node> nodes_;
   std::priority_queue<Pair> pairs_;
 };
@@ -385,7 +389,7 @@ Cover coverOf(std::vector<Vector3d> points, Effort& effort) {
 
 Decomposition decompose(const TriangleMesh& mesh, const Partition& components, const MeshSolid& solid, double tolerance,
                         RoomChecks rooms) {
-  // Halving alone leaves many parts, so it may take half of the effort.
+  // Halving can leave many parts, so it may use only half of the effort.
   Effort& effort = solid.effort();
   const Effort for_fusion = effort.half();
   const Demand demand{solid, tolerance, rooms};

@@ -7,7 +7,7 @@
 
 namespace proximity_server::scene {
 
-/// For each triangle of a mesh the number of its cluster; the hull of a cluster is a convex piece.
+/// For each triangle of a mesh the number of its cluster. The hull of a cluster is a convex piece.
 using Partition = std::vector<int>;
 
 struct Decomposition {
@@ -15,30 +15,32 @@ struct Decomposition {
   bool is_complete = true;  ///< false: the effort of the mesh was spent before the end
 };
 
-/// Whether each hull that a decomposition tries is proven to fill no room. That is slow, and few meshes have rooms.
+/// OfEachHull: each hull that a decomposition tries must be proven to fill no room. That is slow, and few meshes have
+/// rooms.
 enum class RoomChecks : unsigned char { None, OfEachHull };
 
-/// Divides the triangles into few clusters whose hulls lie within `tolerance` [m] of the mesh: with their surfaces, see
-/// MeshSolid::isSurfaceWithin, and with RoomChecks::OfEachHull wholly, see MeshSolid::hasNoRoom.
+/// Divides the triangles into few clusters whose hulls lie within `tolerance` [m] of the mesh. This holds for the
+/// surfaces of the hulls, see MeshSolid::isSurfaceWithin, and with RoomChecks::OfEachHull for the whole hulls, see
+/// MeshSolid::hasNoRoom.
 ///
 /// 1. The triangles of each component are halved across their longest side until the hull of each part lies within
 ///    tolerance, at the latest as a single triangle.
 /// 2. Two clusters that share a vertex are merged if the hull of both lies within tolerance; the pair with the smallest
 ///    common box comes first.
-/// 3. The same is done with clusters of any components whose boxes are no farther apart than the tolerance.
+/// 3. Clusters of any components whose boxes are no farther apart than the tolerance are merged in the same way.
 ///
 /// A hull that deviates too much also does so as a part of a larger hull. So a pair that cannot be merged is not tried
 /// again after one of the two has grown, and there are at most as many tries as pairs of neighbours at the start.
 /// Every triangle belongs to a cluster at any time: when the effort is spent, the clusters at that time are the result.
 ///
 /// `components`: for each triangle the number of its connected component.
-/// Source:  bottom-up clustering as of Mamou, Ghorbel: A Simple and Efficient Approach for 3D Mesh Approximate Convex
-///          Decomposition, ICIP 2009 (HACD). Unlike there, what decides is the distance of the hull from the mesh and
-///          not its concavity, and the first clusters are parts instead of triangles.
+/// Source:  bottom-up clustering as in Mamou, Ghorbel: A Simple and Efficient Approach for 3D Mesh Approximate Convex
+///          Decomposition, ICIP 2009 (HACD). Unlike there, the distance of the hull from the mesh decides and not its
+///          concavity, and the first clusters are parts instead of triangles.
 Decomposition decompose(const TriangleMesh& mesh, const Partition& components, const MeshSolid& solid, double tolerance,
                         RoomChecks rooms = RoomChecks::None);
 
-/// The piece over some points; first spends the steps that its hull takes.
+/// Makes the hull of some points, and first spends the steps that this takes.
 Cover coverOf(std::vector<Eigen::Vector3d> points, Effort& effort);
 
 /// The points of each cluster, in the order of their numbers.

@@ -11,16 +11,16 @@ class Effort {
  public:
   struct Exceeded {};
 
-  /// `seconds`: of one core of 2020, roughly; infinity is legal.
+  /// `seconds`: the approximate time of one core of 2020; infinity is legal.
   explicit Effort(double seconds) : left_(seconds * kStepsPerSecond) {}
 
-  /// Throws Exceeded when nothing is left. `steps`: of about 3 ns each.
+  /// Throws Exceeded when nothing is left. `steps`: each stands for about 3 ns.
   void spend(std::size_t steps) {
     left_ -= static_cast<double>(steps);
     if (left_ < 0.0) throw Exceeded();
   }
 
-  /// Gives up half of what is left, and returns as much, for a later step.
+  /// Removes half of the remaining effort and returns the other half, for a later step.
   Effort half() {
     left_ = std::max(0.0, 0.5 * left_);
     return *this;

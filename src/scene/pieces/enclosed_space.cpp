@@ -22,26 +22,28 @@ std::vector<Triangle> turned(const std::vector<Triangle>& triangles, const Matri
   return result;
 }
 
-/// Whether a ray from `p` upwards may meet something in the box.
+/// True if a ray from `p` upwards may meet a triangle in the box.
 bool mayMeet(const Eigen::AlignedBox3d& box, const Vector3d& p) {
   const Vector3d &low = box.min(), &high = box.max();
   return low.x() <= p.x() && p.x() <= high.x() && low.y() <= p.y() && p.y() <= high.y() && p.z() <= high.z();
 }
 
-/// What the ray from `p` upwards meets in one triangle.
+/// How the ray from `p` upwards crosses one triangle.
 struct Crossing {
-  int sign = 0;            ///< 1 where it sees the corners counter-clockwise, -1 clockwise, 0 where it misses
-  bool is_certain = true;  ///< rounding cannot have changed it
+  /// 1 if the corners are counter-clockwise as seen from above, -1 if clockwise, 0 if the ray misses the triangle
+  int sign = 0;
+  bool is_certain = true;  ///< true if rounding cannot have changed the sign
 };
 
-/// The differences of coordinates have a relative error of eps/2, the products of two such of 3/2 eps, their difference
-/// of 2 eps of the sum of their sizes, to first order in eps; the weighted heights add as much. Rounded up to 8.
+/// The relative error of the differences of coordinates is eps/2, that of a product of two differences 3/2 eps, and
+/// that of the difference of two products 2 eps of the sum of their sizes, to first order in eps. The weighted heights
+/// add as much. Rounded up to 8.
 Crossing crossingOf(const Triangle& t, const Vector3d& p) {
   constexpr double kRounding = 8.0 * std::numeric_limits<double>::epsilon();
   const std::array<Vector3d, 3> corners{t[0] - p, t[1] - p, t[2] - p};
-  std::array<double, 3> weights{};  // twice the areas beside the ray, as seen from above
+  std::array<double, 3> weights{};  // twice the signed areas beside the ray, as seen from above
   std::array<double, 3> errors{};
-  int positive = 0, negative = 0;  // weights, beyond rounding
+  int positive = 0, negative = 0;  // the number of weights with this sign, beyond rounding
   for (std::size_t i = 0; i < 3; ++i) {
     const Vector3d &b = corners[(i + 1) % 3], &c = corners[(i + 2) % 3];
     weights[i] = cross(b.head<2>(), c.head<2>());
@@ -52,7 +54,7 @@ Crossing crossingOf(const Triangle& t, const Vector3d& p) {
   const bool is_beside = positive > 0 && negative > 0;
   const bool is_below = corners[0].z() < 0 && corners[1].z() < 0 && corners[2].z() < 0;
   if (is_beside || is_below) return {};
-  double height = 0.0, error = 0.0;  // of the triangle above p, times its area
+  double height = 0.0, error = 0.0;  // the height of the triangle above p, times its area
   for (std::size_t i = 0; i < 3; ++i) {
     height += weights[i] * corners[i].z();
     error += (errors[i] + kRounding * std::abs(weights[i])) * std::abs(corners[i].z());

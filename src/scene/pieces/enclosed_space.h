@@ -8,34 +8,34 @@
 
 namespace proximity_server::scene {
 
-/// The solid inside closed triangles, whichever way they overlap.
+/// The space that closed triangles enclose, even if they overlap.
 ///
 /// Method: a ray from the point counts the triangles that it crosses, with the sign of their side (the winding number,
-///         which is 0 outside, and in a cavity whose wall faces into it). There are two rays in directions that are
+///         which is 0 outside, and 0 in a cavity whose wall faces into it). There are two rays, in directions that are
 ///         unusual in files. A tree of boxes for each direction finds the triangles that the ray may cross.
 class EnclosedSpace {
  public:
   explicit EnclosedSpace(const std::vector<Triangle>& closed);
 
-  /// Two rays must agree, so that a ray which grazes an edge does not turn outside into inside. May throw
-  /// Effort::Exceeded.
+  /// True if p is inside. Both rays must agree, so that a ray that grazes an edge does not turn outside into inside.
+  /// May throw Effort::Exceeded.
   bool holds(const Eigen::Vector3d& p, Effort& effort) const;
 
-  /// How often the triangles surround a point, with the sign of their side; of two rays that disagree the smaller number. May
-  /// throw Effort::Exceeded.
+  /// The winding number: how often the triangles surround a point, with the sign of their side. If the two rays
+  /// disagree, the smaller number is returned. May throw Effort::Exceeded.
   int windingNumber(const Eigen::Vector3d& p, Effort& effort) const;
 
-  /// False only where that is proven: by a ray on which no rounding can change a crossing, for points that are farther
-  /// from the triangles than rounding. True also where neither ray is such a one.
+  /// False only if p is proven to be outside. The proof is a ray whose crossings rounding cannot change, for a point
+  /// that is farther from the triangles than rounding. True also if neither ray gives a proof.
   bool mayHold(const Eigen::Vector3d& p) const;
 
  private:
   struct Winding {
     int number = 0;
-    bool is_certain = true;  ///< rounding cannot have changed it
+    bool is_certain = true;  ///< true if rounding cannot have changed the number
   };
 
-  /// The triangles in a frame whose z axis is the ray, which begins at a point and goes up.
+  /// The triangles in a frame whose z axis is the direction of the ray.
   class View {
    public:
     View(const Eigen::Matrix3d& turn, const std::vector<Triangle>& closed);
@@ -43,7 +43,7 @@ class EnclosedSpace {
 
    private:
     Eigen::Matrix3d turn_;
-    TriangleBoxes tree_;  ///< split along x and y only, across the ray
+    TriangleBoxes tree_;  ///< split along x and y only, which are perpendicular to the ray
   };
 
   std::array<View, 2> views_;

@@ -13,8 +13,9 @@ Vector3d normalOf(const Triangle& triangle) {
   return (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).stableNormalized();
 }
 
-/// [m] A lower bound of the distance of a triangle from p: no corner is less far along some direction. Along the normal
-/// it is tight however near p is, along the way to the nearest point where that is on an edge.
+/// [m] A lower bound of the distance of a triangle from p: the distance of the nearest corner along a fixed direction.
+/// The bound along the normal is tight however near p is; the bound along `way`, towards the nearest point, is tight if
+/// that point is on an edge.
 double provenDistance(const Triangle& triangle, const Vector3d& p, const Vector3d& way) {
   const auto along = [&](const Vector3d& direction) {
     double least = std::numeric_limits<double>::infinity();
@@ -25,13 +26,13 @@ double provenDistance(const Triangle& triangle, const Vector3d& p, const Vector3
   return std::max({0.0, along(way.stableNormalized()), along(normal), along(-normal)});
 }
 
-/// The nearest of the triangles so far, as far as it is nearer than the first upper bound.
+/// The nearest of the triangles considered so far. Only triangles nearer than the first upper bound count.
 struct NearestTriangle {
   explicit NearestTriangle(double reach) : lower_bound(reach), upper_bound(reach) {}
 
   const Triangle* triangle = nullptr;
   Vector3d point = Vector3d::Zero();
-  double lower_bound, upper_bound;  ///< [m] of the distance of all
+  double lower_bound, upper_bound;  ///< [m] of the distance from all triangles considered
 
   void consider(const Triangle& candidate, const Vector3d& p) {
     const Vector3d on_it = nearestCombination(candidate, p);
@@ -44,7 +45,8 @@ struct NearestTriangle {
   }
 };
 
-/// Depth first, the nearer part first. A part that is farther than what was found changes neither bound.
+/// Searches depth first, the nearer part first. A part that is farther away than the nearest triangle found changes
+/// neither bound.
 NearestTriangle nearestOf(const TriangleBoxes& tree, const Vector3d& p, double reach) {
   NearestTriangle nearest(reach);
   const auto isFar = [&](double squared) { return std::sqrt(squared) > nearest.upper_bound; };

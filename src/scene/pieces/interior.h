@@ -19,23 +19,25 @@ class Interior {
   /// `closed`: at least one triangle.
   explicit Interior(const std::vector<Triangle>& closed);
 
-  /// Of all that is inside.
+  /// The box of the whole solid.
   const Eigen::AlignedBox3d& box() const { return box_; }
 
-  /// Where a point lies relative to the solid.
+  /// The place of a point relative to the solid.
   struct Place {
-    double lower_bound, upper_bound;  ///< [m] of its signed distance from the nearest triangle, negative inside
-    Eigen::Vector3d nearest;          ///< on that triangle
-    Eigen::Vector3d outwards;         ///< unit: the shortest way out, or from the triangle to a point outside of it
+    double lower_bound, upper_bound;  ///< [m] bounds of its signed distance from the nearest triangle, negative inside
+    Eigen::Vector3d nearest;          ///< the nearest point on that triangle
+    /// A unit vector: the shortest way out, or, for a point outside, the direction from the triangle to the point.
+    Eigen::Vector3d outwards;
   };
 
-  /// A point outside that is farther than `reach` [m] may have an infinite upper bound.
+  /// Finds the place of a point. For a point outside that is farther than `reach` [m], the upper bound may be infinite.
   ///
-  /// The nearest triangle may lie within the solid where closed parts overlap; the depth in the solid is then larger.
-  /// Error:  the bounds hold beside the rounding of a few eps of the coordinates. They are wider than that only at
+  /// Where closed parts overlap, the nearest triangle may lie within the solid; the depth in the solid is then larger.
+  /// Error:  the bounds hold except for a rounding of a few eps of the coordinates. They are wider than that only at
   ///         triangles whose height is near to rounding.
-  /// Source: Ericson, Real-Time Collision Detection, 2005 (nearest point of a triangle). Unlike there, the nearest point
-  ///         is the best of face and edges, and the corner that is least far along the way to it proves the lower bound.
+  /// Source: Ericson, Real-Time Collision Detection, 2005 (nearest point of a triangle). Unlike there, the nearest
+  ///         point is the best of face and edges, and the corner that is least far along the way to it proves the lower
+  ///         bound.
   Place placeOf(const Eigen::Vector3d& p, double reach = std::numeric_limits<double>::infinity()) const;
 
  private:

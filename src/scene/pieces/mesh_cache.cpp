@@ -57,7 +57,7 @@ std::uint64_t bitsOf(double number) {
   return bits;
 }
 
-/// Reads what bitsOf() made; false where there is nothing like it.
+/// Reads a number that was written as bitsOf() it. Returns false if there is no integer.
 bool readBits(std::istream& stream, double& number) {
   std::uint64_t bits = 0;
   if (!(stream >> bits)) return false;
@@ -75,7 +75,8 @@ std::string write(const std::string& key, const Clustering& clustering) {
   return text.str();
 }
 
-/// Returns nullopt unless the text is exactly what write() makes of a clustering of `triangles` triangles for this key.
+/// Returns nullopt unless the text is exactly what write() returns for a clustering of `triangles` triangles and this
+/// key.
 std::optional<Clustering> read(const std::string& text, const std::string& key, std::size_t triangles) {
   std::istringstream stream(text);
   std::string version, found_key, completeness;
@@ -98,7 +99,7 @@ std::optional<Clustering> read(const std::string& text, const std::string& key, 
   return result;
 }
 
-/// Whether convexPieces may have come to these numbers. Written so that NaN is refused.
+/// True if these numbers can be a result of convexPieces. Written so that NaN is refused.
 bool isPlausible(const Clustering& clustering, double tolerance) {
   const bool is_exact = clustering.representation == Representation::Exact;
   const double largest = is_exact ? kMeshRounding : std::max(tolerance, kMeshRounding);
@@ -139,7 +140,7 @@ std::string MeshCache::store(const Clustering& clustering) const {
     const std::string content = write(key_, clustering);
     if (!failed) system::replaceFile(fileOf(folder_, key_), content + checksumOf(content));
     if (!failed) return {};
-  } catch (const std::invalid_argument&) {  // a disk that is full
+  } catch (const std::invalid_argument&) {  // for example if the disk is full
   }
   return "mesh cache " + folder_ + " cannot be written" + (failed ? ": " + failed.message() : "") +
          "; decompositions are computed again at each start";

@@ -14,12 +14,12 @@ using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Without a gap to the tolerance, a hull at exactly this distance would never be decided.
+// Without this gap to the tolerance, a hull at exactly the tolerance would never be decided.
 constexpr double kTooClose = 0.98;
 
-constexpr std::size_t kStepsPerTreeTriangle = 20;  // of building a tree
+constexpr std::size_t kStepsPerTreeTriangle = 20;  // to build a tree
 
-/// The surface of a hull, in a tree.
+/// A tree of the triangles of a hull's surface.
 TriangleTree treeOf(const std::vector<Triangle>& surface, Effort& effort) {
   effort.spend(kStepsPerTreeTriangle * surface.size());
   return TriangleTree(surface);
@@ -62,10 +62,10 @@ class DeviationSearch {
 
   bool isExceeded() const { return farthest_ > thresholds_.above; }
 
-  /// Whether no part is left that may lie farther outside than the farthest point found, or than the threshold `below`.
+  /// True if no part is left that may lie farther outside than the farthest point found, or than the threshold `below`.
   bool isProven() const { return !isExceeded() && (patches_.empty() || patches_.top().bound <= floor()); }
 
-  /// Measures at triangles of the hull's surface.
+  /// Measures at some triangles of the hull's surface.
   void look(const narrowphase::ConvexHull& hull, const std::vector<Triangle>& surface) {
     Vector3d middle = Vector3d::Zero();
     for (const Vector3d& vertex : hull.vertices()) middle += vertex / static_cast<double>(hull.vertices().size());
@@ -75,14 +75,14 @@ class DeviationSearch {
     }
   }
 
-  /// Measures at the points of the hull's surface that are nearest to the points below it.
+  /// Measures at the points of the hull's surface that are nearest to the points `below` it.
   void lookAbove(const std::vector<Vector3d>& below, const std::vector<Triangle>& surface) {
     if (below.empty() || surface.empty() || isExceeded()) return;
     const TriangleTree tree = treeOf(surface, mesh_.effort());
     for (const Vector3d& point : below) {
       if (isExceeded()) return;
-      // The point belongs to the mesh, so its distance from the point above it bounds the distance of that from the
-      // mesh.
+      // The point belongs to the mesh. So its distance from the surface point above it is an upper bound of the
+      // distance of that surface point from the mesh.
       const TriangleTree::Nearest above = tree.nearest(point, mesh_.effort());
       if (above.distance > floor()) farthest_ = std::max(farthest_, mesh_.distance(above.point));
     }
@@ -107,9 +107,9 @@ class DeviationSearch {
  private:
   struct Patch {
     Triangle corners;
-    const Triangle* near;  // of the mesh
+    const Triangle* near;  // the triangle of the mesh that is nearest to its centre
     Vector3d middle_of_hull;
-    double bound;  // [m] no point of it lies farther outside
+    double bound;  // [m] an upper bound of the distance outside of the mesh, for all points of the patch
     bool operator<(const Patch& other) const { return bound < other.bound; }
   };
 
@@ -135,9 +135,9 @@ class DeviationSearch {
     patches_.push({t, nearest.triangle, middle_of_hull, signed_bound});
   }
 
-  /// Whether a part of a hull is proven to lie outside by kMeshRounding at most, because it is inside when each of its
-  /// points moves by so little towards the middle of the hull. This settles at once what cuts through the solid from
-  /// edge to edge, or lies in the plane of several triangles of the mesh.
+  /// True if a part of a hull is proven to lie outside by kMeshRounding at most, because it is inside after each of its
+  /// points has moved by so little towards the middle of the hull. This settles triangles that cut through the solid
+  /// from edge to edge, or that lie in the plane of several triangles of the mesh.
   bool isCovered(const Triangle& t, const Vector3d& centre, const Vector3d& middle_of_hull) const {
     double way = kMeshRounding;
     for (const Vector3d& corner : t) way = std::max(way, (middle_of_hull - corner).norm());
@@ -200,7 +200,7 @@ double farthestOutside(const Cover& cover, Effort& effort) {
   for (const Vector3d& point : below) {
     const double distance = tree.nearest(point, effort).distance;
     if (distance <= farthest || (inside && inside->holds(point, effort))) continue;
-    // A ray that grazes an edge counts too few crossings.
+    // A ray that grazes an edge counts too few crossings, so the point may be inside all the same.
     if (inside && isInHull(cover.hull, point)) continue;
     farthest = distance;
   }

@@ -17,7 +17,7 @@ struct Cover {
   std::vector<Eigen::Vector3d> points;  ///< hull contains all of them
 };
 
-/// The surface of a hull; a segment or a point is a triangle without area.
+/// The triangles of the surface of a hull. For a segment or a point this is one triangle without area.
 std::vector<Triangle> surfaceOf(const narrowphase::ConvexHull& hull);
 
 /// The solid of a mesh, from which distances are measured: its surface and the space that its closed parts enclose.
@@ -29,8 +29,8 @@ std::vector<Triangle> surfaceOf(const narrowphase::ConvexHull& hull);
 /// 2. Halve the triangle whose upper bound of the distance is largest, and measure at both halves.
 /// 3. Three facts give the upper bound. The distance changes by no more than the length of the way along the surface;
 ///    the distance from one triangle of the mesh is a convex function, so it is largest at a corner; and a triangle is
-///    inside if one of its points is and it does not meet the surface. Therefore most triangles of a hull that lie along
-///    the mesh, or cut through it, are settled by one measurement.
+///    inside if one of its points is and it does not meet the surface. Therefore most triangles of a hull that lie
+///    along the mesh, or cut through it, are settled by one measurement.
 class MeshSolid {
  public:
   /// `surface`: all triangles, at least one; `closed`: those of the closed parts. `effort` must outlive this.
@@ -38,24 +38,25 @@ class MeshSolid {
 
   Effort& effort() const { return effort_; }
 
-  /// [m] from p to the surface, negative inside.
+  /// [m] The distance from p to the surface, negative inside.
   double distance(const Eigen::Vector3d& p) const;
 
-  /// [m] The largest distance outside of the mesh that was found in any of the hulls, at least 0: on its surface, or in a room
-  /// that it fills. It finds every hollow that contains a point of the mesh, however small. A search that ends before its
-  /// limit of steps has proven the result within kMeshRounding; of a room that is found it tells at least the depth.
+  /// [m] The largest distance outside of the mesh that was found for any of the hulls, at least 0. It is searched for
+  /// on the surfaces of the hulls, and in the rooms that they fill. Every hollow that contains a point of the mesh is
+  /// found, however small. If a search ends before its limit of steps, the result is proven within kMeshRounding. For a
+  /// room that was found, the result is at least its depth.
   double deviationOf(const std::vector<Cover>& covers) const;
 
-  /// Whether the hull is proven to lie outside of the mesh by no more than `tolerance` [m], on its surface and in the rooms that it
-  /// fills. It is false already for distances slightly below the tolerance.
+  /// True if the hull is proven to lie outside of the mesh by no more than `tolerance` [m], on its surface and in the
+  /// rooms that it fills. Distances slightly below the tolerance are refused, too.
   bool isWithin(double tolerance, const Cover& cover) const {
     return isSurfaceWithin(tolerance, cover, surfaceOf(cover.hull)) && hasNoRoom(tolerance, cover.hull);
   }
 
-  /// The same of some triangles of the hull's surface; rooms are not looked for.
+  /// Like isWithin, for some triangles of the hull's surface only and without rooms.
   bool isSurfaceWithin(double tolerance, const Cover& cover, const std::vector<Triangle>& surface) const;
 
-  /// Whether a hull with its surface within tolerance is proven to fill no room that is deeper.
+  /// True if a hull whose surface is within tolerance is proven to fill no room that is deeper than the tolerance.
   bool hasNoRoom(double tolerance, const narrowphase::ConvexHull& hull) const;
 
  private:
@@ -67,12 +68,12 @@ class MeshSolid {
   Effort& effort_;
 };
 
-/// The points that are not vertices of the hull.
+/// Returns the points that are not vertices of the hull.
 std::vector<Eigen::Vector3d> pointsBelow(const narrowphase::ConvexHull& hull,
                                          const std::vector<Eigen::Vector3d>& points);
 
-/// [m] The largest distance of a point outside of the hull. The distance from a convex set is a convex function, so no
-/// point of a triangle lies farther outside than its corners.
+/// [m] The largest distance outside of the hull of a point that it covers. The distance from a convex set is a convex
+/// function, so no point of a triangle lies farther outside than its corners.
 double farthestOutside(const Cover& cover, Effort& effort);
 
 }  // namespace proximity_server::scene

@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// For each vertex the representative of all vertices at the same place.
+/// For each vertex the index of the one vertex that represents all vertices at the same place.
 std::vector<int> weld(const std::vector<Vector3d>& vertices) {
   const auto before = [&](int a, int b) { return isBefore(vertices[a], vertices[b]); };
   std::vector<int> order(vertices.size());
@@ -25,7 +25,7 @@ std::vector<int> weld(const std::vector<Vector3d>& vertices) {
   return representative;
 }
 
-/// Sets that grow together.
+/// Disjoint sets that can be united (union-find).
 class DisjointSets {
  public:
   explicit DisjointSets(std::size_t size) : parent_(size) { std::iota(parent_.begin(), parent_.end(), 0); }
@@ -123,7 +123,7 @@ bool isClosed(const TriangleMesh& component) {
 }
 
 double enclosedVolume(const TriangleMesh& component) {
-  // About a corner of its own, so that a mesh far from the origin loses nothing.
+  // The volume is computed about a vertex of the component, so that a mesh far from the origin loses no digits.
   const Vector3d origin = component.vertices.front();
   double six_volumes = 0.0;
   for (const auto& [a, b, c] : trianglesOf(component.vertices, component.triangles)) {

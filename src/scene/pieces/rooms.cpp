@@ -16,7 +16,7 @@ using narrowphase::ConvexHull;
 
 namespace {
 
-/// The planes of the faces of a hull, moved inwards by kMeshRounding: what lies on its surface counts as outside.
+/// The planes of the faces of a hull, moved inwards by kMeshRounding, so that points on its surface count as outside.
 class Planes {
  public:
   explicit Planes(const ConvexHull& hull) {
@@ -30,9 +30,9 @@ class Planes {
   std::size_t size() const { return normals_.size(); }
 
   struct Depth {
-    double depth =
-        std::numeric_limits<double>::infinity();  ///< [m] of a point below the nearest plane; negative outside
-    std::size_t plane = 0;                        ///< the nearest one
+    /// [m] the depth of a point below the nearest plane, negative outside
+    double depth = std::numeric_limits<double>::infinity();
+    std::size_t plane = 0;  ///< the nearest plane
   };
   Depth depthOf(const Vector3d& p) const {
     Depth least;
@@ -41,8 +41,8 @@ class Planes {
     return least;
   }
 
-  /// A point of the box that is inside of all planes: its centre, or else the one below the plane that the centre is outside of.
-  /// Returns nullopt if that is none; there may be others.
+  /// Returns a point of the box that is inside of all planes. Tries the centre, and then the point below the plane that
+  /// the centre is outside of. Returns nullopt if neither is such a point; the box may hold others.
   std::optional<Vector3d> pointIn(const Eigen::AlignedBox3d& box, const Depth& of_centre) const {
     const Vector3d centre = box.center();
     if (of_centre.depth >= 0.0) return centre;
@@ -50,13 +50,14 @@ class Planes {
     return box.contains(p) && depthOf(p).depth >= 0.0 ? std::optional(p) : std::nullopt;
   }
 
-  /// Whether one of the planes has all of these points outside.
+  /// True if all of these points are outside of one of the planes.
   bool areOutside(const Triangle& points) const {
     const auto isOutsideOf = [&](std::size_t i) {
       return std::all_of(points.begin(), points.end(),
                          [&](const Vector3d& p) { return normals_[i].dot(p) >= offsets_[i]; });
     };
-    if (last_ < size() && isOutsideOf(last_)) return true;  // that of the triangle before, which is often its neighbour
+    // often separates the next triangle too, which is often a neighbour
+    if (last_ < size() && isOutsideOf(last_)) return true;
     for (std::size_t i = 0; i < size(); ++i) {
       if (!isOutsideOf(i)) continue;
       last_ = i;
@@ -78,10 +79,10 @@ TriangleMesh hullOfAll(const std::vector<TriangleMesh>& meshes) {
   return {hull.vertices(), hull.triangles()};
 }
 
-/// Whether isSuch holds for a part of a triangle that lies beyond a plane; there are at most two parts, which are triangles.
+/// True if isSuch holds for one of the at most two triangles that make up the part of a triangle beyond a plane.
 template <typename IsSuch>
 bool anyBeyond(const Vector3d& normal, double offset, const Triangle& triangle, const IsSuch& isSuch) {
-  std::array<Vector3d, 4> corners;  // of what lies beyond, which is convex
+  std::array<Vector3d, 4> corners;  // of the part beyond the plane, which is convex
   std::size_t count = 0;
   for (std::size_t i = 0; i < 3; ++i) {
     const Vector3d &p = triangle[i], &q = triangle[(i + 1) % 3];
@@ -162,16 +163,18 @@ class RoomSearch {
  private:
   struct Cell {
     Eigen::AlignedBox3d box;
-    double bound;  ///< [m] no ball with its centre in it has a larger radius
-    int winding;  ///< sum of the winding numbers of the parts that are settled: constant where the cell is inside of the hull
-    std::vector<std::size_t> parts;  ///< those that are not
+    double bound;  ///< [m] an upper bound of the radius of a ball with its centre in the cell
+    /// The sum of the winding numbers of the settled parts. A part is settled if its winding number is constant where
+    /// the cell is inside of the hull.
+    int winding;
+    std::vector<std::size_t> parts;  ///< the parts that are not settled
     bool operator<(const Cell& other) const { return bound < other.bound; }
   };
 
   double floor() const { return std::max(radius_ + kMeshRounding, question_.enough); }
   bool isDecided() const { return radius_ > question_.too_large || cells_.empty() || cells_.top().bound <= floor(); }
 
-  /// Those of a part that may be inside of the hull.
+  /// The triangles of a part that may be inside of the hull.
   std::vector<Triangle> trianglesInside(const Rooms::Part& part, const Eigen::AlignedBox3d& box) {
     std::vector<Triangle> inside;
     part.surface.anyIn(box, effort_, [&](const Triangle& triangle) {
@@ -196,7 +199,7 @@ class RoomSearch {
       };
       cell.parts.erase(std::remove_if(cell.parts.begin(), cell.parts.end(), isSettled), cell.parts.end());
     }
-    // Where the parts that are settled make a solid, only one that faces the other way can make a hole in it.
+    // Where the settled parts make a solid, only a part that faces the other way can make a hole in it.
     const auto facesTheSameWay = [&](std::size_t i) { return parts_[i].facing * cell.winding > 0; };
     if (cell.winding != 0 && std::all_of(cell.parts.begin(), cell.parts.end(), facesTheSameWay)) return;
 
@@ -213,8 +216,8 @@ class RoomSearch {
     if (cell.bound > floor() && !liesOnOneSide(centre, reach, cell.bound)) cells_.push(std::move(cell));
   }
 
-  /// Whether a plane separates all points within `reach` [m] of the centre from all points of the mesh that can be the nearest of
-  /// one of them, at a distance of up to `bound` [m].
+  /// True if a plane separates all points within `reach` [m] of the centre from all points of the mesh that can be
+  /// nearest to one of them, at a distance of up to `bound` [m].
   bool liesOnOneSide(const Vector3d& centre, double reach, double bound) {
     const double radius = reach + bound;
     near_.clear();
@@ -245,7 +248,7 @@ class RoomSearch {
   const TriangleTree& surface_;
   const Planes planes_;
   const Rooms::Question question_;
-  double radius_;  // [m] the largest found
+  double radius_;  // [m] the radius of the largest ball found
   Effort& effort_;
   std::priority_queue<Cell> cells_;
   std::vector<Triangle> near_;

@@ -11,11 +11,11 @@
 
 namespace proximity_server::scene {
 
-/// The empty space in a mesh that a hull around it would fill: cavities, and rooms whose openings are narrower than the
-/// tolerance. The surface of the hull tells nothing of them.
+/// A room is empty space in a mesh that a hull around the mesh would fill: a cavity, or a hollow whose openings are
+/// narrower than the tolerance. The surface of the hull does not show it.
 ///
-/// The solid is where the winding number of the closed components is not 0; of all open components together it is their hull.
-/// A mesh without a closed component has no rooms.
+/// The solid is where the winding number of the closed components is not 0. The solid of all open components together
+/// is their hull. A mesh without a closed component has no rooms.
 class Rooms {
  public:
   Rooms() = default;
@@ -23,24 +23,24 @@ class Rooms {
 
   /// The radius of the largest ball of empty space whose centre is in a hull.
   struct Largest {
-    double radius;   ///< [m] that was found, at least Question::known
-    double at_most;  ///< [m] that is proven to be no smaller
+    double radius;   ///< [m] the radius of the largest ball found, at least Question::known
+    double at_most;  ///< [m] a proven upper bound of the radius
   };
 
-  /// When the search ends.
+  /// The facts that are known at the start of a search, and the conditions that end it.
   struct Question {
-    /// [m] Balls up to this radius are not looked for. No ball with its centre on the surface of the hull may be larger than this
-    /// or than `enough`.
+    /// [m] Balls up to this radius are not searched for. No ball with its centre on the surface of the hull may be
+    /// larger than this or than `enough`.
     double known;
-    double too_large;  ///< [m] when a larger ball is found
-    double enough;     ///< [m] when it is proven that there is no larger one
-    int looks;         ///< after so many boxes
+    double too_large;  ///< [m] the search ends when a ball larger than this is found
+    double enough;     ///< [m] the search ends when it is proven that no ball is larger than this
+    int looks;         ///< the search ends after so many boxes
   };
 
-  /// Branch and bound over boxes, those that may hold the centre of the largest ball first. The distance from the mesh changes by
-  /// no more than the way from the middle of the box. Three kinds of boxes hold no such centre: those outside of the hull;
-  /// those inside of the solid; and those that a plane separates from all of the mesh that is near, as a ball that moves away
-  /// from the plane can grow. May throw Effort::Exceeded.
+  /// Searches by branch and bound over boxes; the box that may hold the centre of the largest ball comes first. The
+  /// distance from the mesh changes by no more than the distance from the middle of the box. Three kinds of boxes
+  /// cannot hold that centre: boxes outside of the hull; boxes inside of the solid; and boxes that a plane separates
+  /// from all of the mesh that is near, as a ball that moves away from the plane can grow. May throw Effort::Exceeded.
   Largest largestIn(const narrowphase::ConvexHull& hull, const Question& question, Effort& effort) const;
 
  private:
@@ -49,10 +49,10 @@ class Rooms {
     explicit Part(const TriangleMesh& mesh);
     TriangleTree surface;
     EnclosedSpace space;
-    int facing;  ///< the sign of its winding number; 1 where it faces outwards
+    int facing;  ///< The sign of its winding number: 1 if it faces outwards.
   };
   std::vector<Part> parts_;
-  std::optional<TriangleTree> surface_;  ///< of all parts, and of open components
+  std::optional<TriangleTree> surface_;  ///< the surface of all parts and of the open components
 };
 
 }  // namespace proximity_server::scene

@@ -9,7 +9,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// `ab`: b - a, `ap`: p - a.
+/// The point of the segment from a to b that is nearest to p. `ab`: b - a, `ap`: p - a.
 Vector3d nearestPointOnSegment(const Vector3d& a, const Vector3d& b, const Vector3d& ab, const Vector3d& ap) {
   const double along = ab.dot(ap);
   if (!(along > 0)) return a;
@@ -22,8 +22,9 @@ Vector3d nearestPointOnSegment(const Vector3d& a, const Vector3d& b, const Vecto
 
 Vector3d centroid(const Triangle& t) { return (t[0] + t[1] + t[2]) / 3.0; }
 
-/// Whether planes across `axis` keep both triangles apart, whatever the rounding: that of a scalar product of three terms
-/// is at most 3/2 eps of the sum of their sizes, and that of the coordinates 1/2 eps; there are two. Rounded up to 8.
+/// True if planes perpendicular to `axis` keep both triangles apart in spite of rounding. The rounding of a scalar
+/// product of three terms is at most 3/2 eps of the sum of their sizes, and that of the coordinates 1/2 eps; there are
+/// two products. Rounded up to 8.
 bool separates(const Vector3d& axis, const Triangle& s, const Triangle& t) {
   constexpr double kRounding = 8.0 * std::numeric_limits<double>::epsilon();
   const Eigen::Array3d along_s(axis.dot(s[0]), axis.dot(s[1]), axis.dot(s[2]));
@@ -36,11 +37,12 @@ bool separates(const Vector3d& axis, const Triangle& s, const Triangle& t) {
   return gap > kRounding * size;
 }
 
-/// Whether a plane across one of these axes is proven to keep the triangles apart: both normals, the products of an edge of
-/// each, and the normals of the edges within their plane. Of triangles with an area, that do not touch within rounding,
-/// one of these does, as in Gottschalk, Lin, Manocha, OBBTree, SIGGRAPH 1996, Theorem 1; without an area it may be none.
+/// True if a plane perpendicular to one of these axes is proven to keep the triangles apart: both normals, the cross
+/// products of an edge of each, and the normals of the edges within their planes. For triangles with an area that do
+/// not touch within rounding, one of these axes separates, as in Gottschalk, Lin, Manocha, OBBTree, SIGGRAPH 1996,
+/// Theorem 1. For triangles without an area there may be no such axis.
 bool areApart(const Triangle& s, Triangle t) {
-  // The nearer the origin, the smaller the rounding.
+  // The nearer the triangles are to the origin, the smaller is the rounding.
   Triangle at_origin;
   for (std::size_t i = 0; i < 3; ++i) at_origin[i] = s[i] - s[0];
   for (Vector3d& corner : t) corner -= s[0];
@@ -98,7 +100,7 @@ Vector3d nearestCombination(const Triangle& triangle, const Vector3d& p) {
 
 TriangleBoxes::TriangleBoxes(std::vector<Triangle> all, SplitAxes axes) : triangles(std::move(all)) {
   nodes.push_back({{}, 0, static_cast<int>(triangles.size())});
-  // split() appends the children, which are then split in turn.
+  // split() appends the children, which the loop splits later.
   for (int node = 0; node < static_cast<int>(nodes.size()); ++node) split(node, axes);
 }
 

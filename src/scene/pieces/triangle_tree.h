@@ -12,29 +12,31 @@ namespace proximity_server::scene {
 
 using Triangle = std::array<Eigen::Vector3d, 3>;
 
-/// The point of a triangle nearest to `p`; any triangle is legal, a segment and a point too.
+/// The point of a triangle that is nearest to `p`. A triangle that is a segment or a point is legal.
 Eigen::Vector3d nearestPoint(const Triangle& triangle, const Eigen::Vector3d& p);
 
-/// The same as a convex combination of the corners, so that it lies on the triangle within a few eps of the coordinates
-/// and its distance from `p` is an upper bound of that of the triangle, however thin the triangle is.
+/// The point of a triangle that is nearest to `p`, computed as a convex combination of the corners. So it lies on the
+/// triangle within a few eps of the coordinates, and its distance from `p` is an upper bound of the distance of the
+/// triangle, however thin the triangle is.
 Eigen::Vector3d nearestCombination(const Triangle& triangle, const Eigen::Vector3d& p);
 
 /// Triangles in a binary tree of bounding boxes.
 ///
-/// A node with more than four triangles is halved by their centroids along the longest of its box's edges that may be
-/// split, so that both children have equally many.
+/// A node with more than four triangles is halved by their centroids along the longest edge of its box, or of its x and
+/// y edges with SplitAxes::XY. Both children have equally many triangles.
 struct TriangleBoxes {
   enum class SplitAxes : unsigned char { XY = 2, XYZ = 3 };
 
   struct Node {
     Eigen::AlignedBox3d box;
-    int begin, end;  ///< its triangles
-    int left = -1;   ///< its children are left and left + 1; -1: a leaf
+    int begin, end;  ///< the range of its triangles
+    int left = -1;   ///< The index of its first child; the second child is left + 1. -1: a leaf.
   };
 
   TriangleBoxes(std::vector<Triangle> all, SplitAxes axes);
 
-  /// Looks at the leaves below all boxes for which mayMatter(box), until look(leaf) returns true; returns whether one did.
+  /// Calls look(leaf) for the leaves below boxes for which mayMatter(box) is true, until look returns true. Returns
+  /// true if it did.
   template <typename MayMatter, typename Look>
   bool anyLeaf(const MayMatter& mayMatter, const Look& look) const {
     std::array<int, kMostPending> pending{0};
@@ -51,8 +53,8 @@ struct TriangleBoxes {
     return false;
   }
 
-  /// Looks at the leaves, the nearer part of each node first, without those for which isFar(squared distance of the box from the
-  /// point [m^2]) when their turn comes.
+  /// Calls look(leaf) for the leaves, the nearer part of each node first. Skips nodes for which isFar is true when
+  /// their turn comes; its argument is the squared distance [m^2] of the box from the point.
   template <typename IsFar, typename Look>
   void lookAround(const Eigen::Vector3d& p, const IsFar& isFar, const Look& look) const {
     struct Pending {
@@ -81,10 +83,10 @@ struct TriangleBoxes {
   std::vector<Node> nodes;  ///< the first one is the root
 
  private:
-  // Halving leaves at most 31 levels below an int's worth of triangles; each holds one sibling back.
+  // Halving as many triangles as an int can count gives at most 31 levels, and each level leaves one sibling waiting.
   static constexpr std::size_t kMostPending = 64;
 
-  /// box.squaredExteriorDistance(p) without branches, which no processor foretells here.
+  /// Like box.squaredExteriorDistance(p), but without branches, which the processor cannot predict here.
   static double squaredDistance(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& p) {
     const auto outside = [&](int i) { return std::max(std::max(box.min()[i] - p[i], p[i] - box.max()[i]), 0.0); };
     const double x = outside(0), y = outside(1), z = outside(2);
@@ -97,23 +99,24 @@ struct TriangleBoxes {
 /// Finds the point of some triangles that is nearest to a given one.
 class TriangleTree {
  public:
-  /// At least one triangle.
+  /// Needs at least one triangle.
   explicit TriangleTree(std::vector<Triangle> triangles) : tree_(std::move(triangles), TriangleBoxes::SplitAxes::XYZ) {}
 
   /// The point of the triangles that is nearest to a given one.
   struct Nearest {
     Eigen::Vector3d point;
-    const Triangle* triangle;  ///< the one with this point
+    const Triangle* triangle;  ///< the triangle that contains the point
     double distance;           ///< [m]
   };
-  /// `likely`: one of the triangles, which is near if this is to be quick. May throw Effort::Exceeded.
+  /// `likely`: one of the triangles; the search is quick if it is near. May throw Effort::Exceeded.
   Nearest nearest(const Eigen::Vector3d& p, Effort& effort, const Triangle* likely = nullptr) const;
 
-  /// Whether any of them may have a point in common with another triangle. False only where that is proven. May throw
-  /// Effort::Exceeded.
+  /// True if any of the triangles may have a point in common with another triangle. False only if it is proven that
+  /// none has. May throw Effort::Exceeded.
   bool mayMeet(const Triangle& other, Effort& effort) const;
 
-  /// Whether any of the triangles whose boxes reach into a box is such a one; asks until one is. May throw Effort::Exceeded.
+  /// True if isSuch is true for a triangle of a leaf whose box meets `box`. Stops at the first one. May throw
+  /// Effort::Exceeded.
   template <typename IsSuch>
   bool anyIn(const Eigen::AlignedBox3d& box, Effort& effort, const IsSuch& isSuch) const {
     constexpr std::size_t kStepsPerNode = 2, kStepsPerTriangle = 20;

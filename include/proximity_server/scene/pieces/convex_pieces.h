@@ -16,12 +16,13 @@ class Interior;
 
 /// How a mesh becomes convex pieces.
 struct MeshOptions {
-  double tolerance = 0.005;  ///< [m] how far the pieces may lie from the mesh; 0: the triangles, unless hulls are exact
-  std::string cache;         ///< folder of what meshes have become before; "": none is read or written
-  std::function<void(const std::string&)> progress;  ///< is called before a step that takes long; may be empty
-  /// [s] of one core, roughly: steps are counted instead of time, so that every machine and every run comes to the same
-  /// pieces. When it is spent, the pieces found so far are the result; all of them are within tolerance. A mesh whose clusters
-  /// fill a room is divided a second time, with as much again.
+  /// [m] The pieces may lie this far from the mesh. 0: the triangles are the pieces, unless hulls are exact.
+  double tolerance = 0.005;
+  std::string cache;  ///< The folder that keeps the pieces of earlier meshes. If it is "", nothing is read or written.
+  std::function<void(const std::string&)> progress;  ///< Called before a step that takes long; may be empty.
+  /// [s] The approximate time of one core of 2020. Steps are counted instead of time, so that every machine and every
+  /// run computes the same pieces. When it is spent, the pieces found so far are the result; all of them are within
+  /// tolerance. If a cluster of a mesh fills a room, the mesh is divided a second time, with the same budget again.
   double time_budget = 10.0;
 };
 
@@ -32,35 +33,41 @@ struct MeshOptions {
 struct MeshPieces {
   std::vector<narrowphase::ConvexHull> hulls;
   Representation representation = Representation::Exact;
-  double deviation = 0.0;  ///< [m] farthest that a point of the pieces was found to lie outside of the mesh
-  double uncovered = 0.0;  ///< [m] farthest that a point of the mesh's triangles was found to lie outside of the pieces
-  double volume_ratio = std::numeric_limits<double>::quiet_NaN();  ///< hulls of the components over what they enclose;
-                                                                   ///< NaN where one is open or encloses nothing
-  std::vector<std::string> warnings;                               ///< the cache cannot be written
-  std::string shortfall;  ///< why these may be more pieces than need be, where the time budget ended; else ""
-  /// For each hull whether it is the one that stands for a connected component when others look for it in their
-  /// interiors. Every component has one.
+  /// [m] the largest distance from the mesh that was found for a point of the pieces outside of the mesh
+  double deviation = 0.0;
+  /// [m] the largest distance from the pieces that was found for a point of the mesh's triangles
+  double uncovered = 0.0;
+  /// The volume of the hulls of the components divided by the volume that the components enclose. NaN if a component is
+  /// open, or if they enclose nothing.
+  double volume_ratio = std::numeric_limits<double>::quiet_NaN();
+  std::vector<std::string> warnings;  ///< not empty if the cache cannot be written
+  /// If the time budget ended the search: a text that says that fewer pieces might be enough; else "".
+  std::string shortfall;
+  /// For each hull: true if it is an anchor. An anchor represents a connected component when other shapes test whether
+  /// that component lies in their interiors. Every component has one.
   std::vector<bool> is_anchor;
   /// The space inside the closed components, if hulls may leave some of it empty; else nullptr. It is not in the hulls.
   std::shared_ptr<const Interior> interior;
-  std::string openness;  ///< which of its components enclose no volume, and what follows; "" for a closed mesh
+  /// A text that says which components enclose no volume, and what follows from that; "" for a closed mesh.
+  std::string openness;
 };
 
-/// The fewest pieces within tolerance of the mesh, tried in this order: the hull of all; the hulls of the connected
-/// components (vertices at the same place are connected; none for a component inside another one's hull); the hulls of
-/// clusters of triangles, see decomposition.h; the triangles. "Within rounding", 1e-6 m, always counts as within.
+/// Finds the fewest pieces within tolerance of the mesh. These are tried in this order: the hull of the whole mesh; the
+/// hulls of the connected components (vertices at the same place are connected; a component inside the hull of another
+/// one has no hull of its own); the hulls of clusters of triangles, see decomposition.h; the triangles. A piece within
+/// rounding, 1e-6 m, always counts as within tolerance.
 ///
-/// Solid:   a component is closed if each of its edges, between vertices at the same places, occurs equally often in both
-///          directions, and if it encloses a volume. The solid is where the winding number of all closed components
-///          is not 0, see Interior. Clusters and triangles stand for its surface, hulls for all of it.
-/// Limit:   what lies wholly inside an open component may be in none of the pieces, and then counts as apart from it; in
-///          overlap the depth of the deepest two pieces is a lower bound of that of the solids.
+/// Solid:   a component is closed if each of its edges, between vertices at the same places, occurs equally often in
+///          both directions, and if it encloses a volume. The solid is where the winding number of all closed
+///          components is not 0, see Interior. Clusters and triangles stand for its surface, hulls for all of it.
+/// Limit:   a shape that lies wholly inside an open component may touch none of the pieces, and then counts as apart
+///          from it. In overlap, the depth of the deepest two pieces is a lower bound of the depth of the solids.
 /// Failure: throws std::invalid_argument for a tolerance that is negative or not finite, or a time budget that is not
 ///          above 0.
 MeshPieces convexPieces(const TriangleMesh& mesh, const MeshOptions& options = {});
 
-/// The folder of a user's decompositions: $XDG_CACHE_HOME/proximity_server, else ~/.cache/proximity_server; "" if
-/// neither is known.
+/// Returns the folder of the user's decompositions: $XDG_CACHE_HOME/proximity_server, else ~/.cache/proximity_server;
+/// "" if neither is known.
 std::string userMeshCache();
 
 }  // namespace proximity_server::scene
