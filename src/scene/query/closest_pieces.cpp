@@ -15,7 +15,7 @@ narrowphase::Options optionsFor(const Question& question, double limit, double p
   return options;
 }
 
-/// Pairs of pieces that are remembered: all of a robot of up to 256 pieces.
+/// The number of pairs of pieces that are remembered: all pairs of a robot of up to 256 pieces.
 std::size_t rememberedPieces(std::size_t pieces) { return std::min<std::size_t>(pieces * pieces / 2, 1u << 15); }
 
 }  // namespace
@@ -68,7 +68,7 @@ PieceSearch::PieceSearch(const PlacedRobot& robot, std::size_t pieces, Skipping 
 }
 
 void PieceSearch::makeRoomFor(std::size_t pieces) {
-  // Only the pairs that are near are computed again and again.
+  // Only pairs that are near are computed again and again.
   warm_starts_.grow(std::min<std::size_t>(rememberedPieces(pieces), 1u << 12));
 }
 
@@ -141,8 +141,8 @@ Visit PieceSearch::withBoxes(Visit visit, const RelativePose& a_T_b) const {
   return visit;
 }
 
-/// Fills the queue with what has to be visited. The bound of the pair is not used, so that of pieces that are equally close the
-/// same are found whatever is known of the pair.
+/// Fills the queue with the volumes to visit. The bound of the pair is not used, so that among equally close pieces the
+/// same ones are found, whatever is known of the pair.
 void PieceSearch::begin(const Visit& pair, const RelativePose& a_T_b, double limit) {
   queue_.clear();
   visits_ = 0;
@@ -159,14 +159,14 @@ void PieceSearch::begin(const Visit& pair, const RelativePose& a_T_b, double lim
   split({-kInfinity, 0, a_.root, b_.root, pair.padding}, a_T_b, limit);
 }
 
-/// Replaces a pair of volumes by the pairs with the parts of one of them, see splitsFirst(), without those that are beyond the
-/// limit [m].
+/// Replaces a pair of volumes by the pairs with the parts of one of them, see splitsFirst(). Pairs beyond the limit [m]
+/// are left out.
 void PieceSearch::split(const Visit& visit, const RelativePose& a_T_b, double limit) {
   const Volume &a = a_[visit.a], &b = b_[visit.b];
   const bool split_a = splitsFirst(a, b);
   for (const int part : split_a ? a.parts : b.parts) {
     Visit next{-kInfinity, visits_++, split_a ? part : visit.a, split_a ? visit.b : part, visit.padding};
-    // What holds for a whole holds for its parts.
+    // A bound of a whole also holds for its parts.
     if (skipping_ == Skipping::On)
       next.lower_bound =
           std::max(visit.lower_bound, sphereGap(a_[next.a].bounds, b_[next.b].bounds, a_T_b) - visit.padding);

@@ -11,16 +11,17 @@ namespace proximity_server::scene {
 
 inline bool isBeyond(const narrowphase::SignedDistance& result, double limit) { return result.lower_bound > limit; }
 
-/// Whether no other pair of pieces can be closer: an overlap if the question does not ask for its depth.
+/// True if no other pair of pieces can be closer. That is so for an overlap, if the question does not ask for its
+/// depth.
 bool isFinal(const narrowphase::SignedDistance& result, const Question& question);
 
-/// The distance less a padding [m]: both surfaces moved outwards by half of it.
+/// Subtracts a padding [m] from a distance: both surfaces move outwards by half of it.
 narrowphase::SignedDistance padded(narrowphase::SignedDistance result, double padding);
 
-/// Two leaves, by their numbers in their parts; or a leaf and a half-space of the other.
+/// Two leaves, by their numbers in their parts; or a leaf of one part and a half-space of the other part.
 struct LeafPair {
   int a = -1, b = -1;
-  int half_space = -1;  ///< in place of b
+  int half_space = -1;  ///< takes the place of b
 
   static LeafPair withHalfSpace(int a, int half_space) { return {a, -1, half_space}; }
   bool hasHalfSpace() const { return half_space >= 0; }
@@ -30,49 +31,52 @@ struct LeafPair {
   }
 };
 
-/// The closest of the pairs of pieces that were computed, and what all of them prove together.
+/// The closest of the pairs of pieces that were computed, and the bounds that all of them prove together.
 struct ClosestPieces {
-  LeafPair leaves;  ///< none if bounds were enough
+  LeafPair leaves;  ///< no leaves if bounds were enough
   narrowphase::SignedDistance result;
-  bool is_beyond = true;                                         ///< the limit
-  double lower_bound = std::numeric_limits<double>::infinity();  ///< of the closest, whichever it is
+  bool is_beyond = true;  ///< true if it is beyond the limit
+  /// [m] of the distance of the closest pieces, whether they were computed or not
+  double lower_bound = std::numeric_limits<double>::infinity();
   double upper_bound = std::numeric_limits<double>::infinity();
   narrowphase::Status lower_bound_status = narrowphase::Status::Threshold;
 
   bool empty() const { return leaves.a < 0; }
   void offer(const LeafPair& pair, const narrowphase::SignedDistance& other, double limit);
 
-  /// Others are not computed, as their distance [m] is not below this.
+  /// States that the other pairs are not computed, because their distance [m] is not below this.
   void leaveOut(double lower_bound_of_others);
 
-  /// [m] A pair of pieces farther apart than this cannot change the answer.
+  /// [m] Pieces that are farther apart than this cannot change the answer.
   double limit(double outer_limit, const Question& question) const;
 };
 
-/// What is known of earlier answers.
+/// The data that a search keeps from earlier answers.
 enum class Memory : unsigned char {
-  OfAnswers,  ///< the last answer about a pair, and where the search of its pieces ended
-  None        ///< nothing: every answer is that of the first question
+  OfAnswers,  ///< the last answer about a pair, and the pieces at which its search ended
+  None        ///< nothing: every question is answered like the first one
 };
 
-/// Finds the closest pieces of two parts: walks their hierarchies at once, the closest parts first; or bounds all their
-/// pieces at once, if these are few. The one query of components, convex parts and triangles, in any mixture.
+/// Finds the closest pieces of two parts. It walks the hierarchies of both at the same time, the closest volumes first;
+/// if the two have few pieces, it bounds all pairs of pieces at once. It serves components, convex parts and triangles,
+/// in any mixture.
 ///
 /// Source: Larsen, Gottschalk, Lin, Manocha, Fast Proximity Queries with Swept Sphere Volumes, 1999 (two hierarchies,
-///         the closest parts first); here with spheres, then boxes, and GJK at the leaves.
+///         the closest parts first). Unlike there, the volumes are spheres, then boxes, and GJK measures the leaves.
 class PieceSearch {
  public:
   PieceSearch(const PlacedRobot& robot, std::size_t pieces, Skipping skipping, Memory memory = Memory::OfAnswers);
 
-  /// Remembers more warm starts, for so many pieces of robot and objects together.
+  /// Makes room for the warm starts of so many pieces, of the robot and its objects together.
   void makeRoomFor(std::size_t pieces);
 
-  /// Finds the closest pieces that are closer than `limit` [m]. The pair `likely` is computed first, as a guess. If
-  /// something is found already, it is part of the answer.
+  /// Finds the closest pieces that are closer than `limit` [m]. The pair `likely` is a guess and is computed first.
+  /// `found` is an earlier result that becomes part of the answer.
   ClosestPieces between(const Visit& pair, const RelativePose& a_T_b, const LeafPair& likely, double limit,
                         const Question& question, const ClosestPieces* found = nullptr);
 
-  /// Whether the lower bounds of all pieces are above the limit [m]. It ends with the first that is not.
+  /// True if the lower bounds of all pairs of pieces are above the limit [m]. Stops at the first pair whose bound is
+  /// not.
   bool areBeyond(const Visit& pair, const RelativePose& a_T_b, double limit);
 
  private:
@@ -84,14 +88,14 @@ class PieceSearch {
   void split(const Visit& visit, const RelativePose& a_T_b, double limit);
 
   const PlacedRobot& robot_;
-  Part a_, b_;  ///< of the pair that is asked about
+  Part a_, b_;  ///< of the pair that the question is about
   const Skipping skipping_;
   const Memory memory_;
   WarmStarts warm_starts_;
   LeafGaps gaps_;
   VisitQueue queue_;
   int visits_ = 0;
-  double left_out_ = 0.0;  ///< [m] the smallest lower bound of the pairs that never entered the queue
+  double left_out_ = 0.0;  ///< [m] the smallest lower bound of all pairs that were not put into the queue
 };
 
 }  // namespace proximity_server::scene

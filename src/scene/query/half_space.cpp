@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 using narrowphase::SignedDistance;
 using narrowphase::Status;
 
-/// The plane in the frame of the body of the other.
+/// The plane in the frame of the body of the piece.
 struct Plane {
   Plane(const PlacedHalfSpace& half_space, const RelativePose& a_T_b)
       : normal((a_T_b.rotation * half_space.normal).normalized()),
@@ -22,7 +22,7 @@ struct Plane {
   double offset;  ///< [m]
 };
 
-/// Walks the volumes of a, the nearer parts first.
+/// Walks the volumes of a, the nearer one first.
 class HalfSpaceSearch {
  public:
   HalfSpaceSearch(const PlacedRobot& robot, const Visit& pair, const RelativePose& a_T_b, double limit,
@@ -87,8 +87,8 @@ SignedDistance halfSpaceDistance(const Piece& piece, const PlacedHalfSpace& half
   const Vector3d lowest = piece.body_T_piece * supportPoint(piece.shape, down, vertex);
   SignedDistance result;
   result.distance = plane.normal.dot(lowest) - plane.offset - piece.shape.margin();
-  // Beside the rounding of the poses there is that of the support point, of less than 4 eps of the piece's radius, and
-  // of the sums here; both are less than the first.
+  // Besides the rounding of the poses there is that of the support point, less than 4 eps of the piece's radius, and
+  // that of the sums here. Both are smaller than the rounding of the poses.
   result.lower_bound = result.distance - 2.0 * rounding;
   result.upper_bound = result.distance + 2.0 * rounding;
   result.normal = -plane.normal;

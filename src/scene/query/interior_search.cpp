@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 using narrowphase::SignedDistance;
 using narrowphase::Status;
 
-/// Which of the two has the interior.
+/// Tells which of the two parts has the interior.
 enum class Outer : unsigned char { A, B };
 
 RelativePose inverse(const RelativePose& a_T_b) {
@@ -21,7 +21,8 @@ RelativePose inverse(const RelativePose& a_T_b) {
   return b_T_a;
 }
 
-/// [m] Of a point from a box, negative inside: a lower bound of that from what the box holds.
+/// [m] The signed distance of a point from a box, negative inside. It is a lower bound of the distance from the content
+/// of the box.
 double signedDistance(const Eigen::AlignedBox3d& box, const Vector3d& p) {
   const double depth = std::min((p - box.min()).minCoeff(), (box.max() - p).minCoeff());
   return depth >= 0.0 ? -depth : box.exteriorDistance(p);
@@ -34,8 +35,9 @@ class InteriorSearch {
       : a_(robot[pair.a]),
         b_(robot[pair.b]),
         a_T_b_(a_T_b),
-        // Twice for the poses, as the way into the frame of the mesh is longer than that between two pieces. The side of
-        // a point that is as near to the surface as that may be the wrong one: twice its distance.
+        // Twice for the poses, because the chain of transforms into the frame of the mesh is longer than that between
+        // two pieces. Twice again, because a point that is this near to the surface may be taken for one on the other
+        // side of it.
         rounding_(4.0 * PlacedRobot::rounding(a_.whole(), b_.whole(), a_T_b)),
         limit_(limit),
         padding_(pair.padding),
@@ -64,12 +66,12 @@ class InteriorSearch {
     for (const int part : here.parts) visitOuter(part);
   }
 
-  /// A point of the body of the inner one in the frame of the mesh.
+  /// Maps a point from the frame of the body of the inner part to the frame of the mesh.
   Vector3d inMesh(const Piece& outer, const Vector3d& p) const {
     return outer.body_T_piece.inverse(Eigen::Isometry) * (outer_T_inner_.rotation * p + outer_T_inner_.translation);
   }
 
-  /// Whether what has this lower bound [m], without padding, does not matter.
+  /// True if something with this lower bound [m], without padding, cannot change the answer.
   bool isLeftOut(double lower_bound) {
     if (lower_bound >= within_) return true;
     if (skipping_ == Skipping::Off || !(lower_bound - padding_ > closest_.limit(limit_, question_))) return false;
@@ -106,7 +108,7 @@ class InteriorSearch {
     offer(place, solid, result);
   }
 
-  /// Adds the points to a result, and offers it.
+  /// Adds points and normal to a result, and offers it.
   void offer(const Interior::Place& place, const Piece& solid, SignedDistance result) {
     const Vector3d outwards = (solid.body_T_piece.linear() * place.outwards).normalized();
     const Vector3d on_solid = solid.body_T_piece * place.nearest + solid.shape.margin() * outwards;

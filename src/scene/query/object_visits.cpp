@@ -5,7 +5,8 @@
 namespace proximity_server::scene {
 namespace {
 
-/// A tree that has grown so much looser is built anew. A larger number saves building; a smaller one saves visits.
+/// A tree that has become looser than this factor is built anew. A larger number saves building; a smaller one saves
+/// visits.
 constexpr double kTooLoose = 1.5;
 
 }  // namespace
@@ -39,7 +40,7 @@ void ObjectVisits::addWalker(const PlacedRobot& robot, int part) {
                       is_unbounded ? Eigen::AlignedBox3d() : robot.worldBox(part)});
 }
 
-/// The boxes of moving objects. One whose pose is missing has an empty box, so that nothing comes near it.
+/// Fits the boxes of moving objects. An object without a pose gets an empty box, so that nothing is near it.
 void ObjectVisits::fitMoving(const PlacedRobot& robot) {
   std::vector<int>& numbers = scratch_;
   numbers.clear();
@@ -70,7 +71,8 @@ void ObjectVisits::countUnknown(const PlacedRobot& robot) {
   const std::vector<int>& walkers = objects.walkers();
   for (const int walker : walkers) {
     for (const int number : isMissing(walker) ? objects.numbers() : missing_) {
-      // Of two walkers without a pose the one with the smaller number counts, of one without a pose only that one.
+      // A pair of two walkers without a pose is counted for the walker with the smaller number. If only one of the two
+      // has no pose, the pair is counted for that one.
       const bool is_walker = std::binary_search(walkers.begin(), walkers.end(), number);
       const bool was_counted = is_walker && isMissing(number) && (!isMissing(walker) || number < walker);
       unknown_pairs_ += !was_counted && objects.isChecked(ShapeRef::ofObject(walker), ShapeRef::ofObject(number));
@@ -78,7 +80,7 @@ void ObjectVisits::countUnknown(const PlacedRobot& robot) {
   }
 }
 
-/// -1 if the object is not there any more as it was.
+/// The number of the object of an item of a tree; -1 if the object is gone or has changed.
 int ObjectVisits::objectOf(Tree tree, int item, const PlacedRobot& robot) const {
   if (tree == Tree::Moving) return moving_[static_cast<std::size_t>(item)];
   const FixedObjects::Item& entry = robot.objects()->fixed().item(item);

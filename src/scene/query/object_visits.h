@@ -13,23 +13,24 @@
 
 namespace proximity_server::scene {
 
-/// Finds the pairs with objects that are near, the nearest first, without looking at those that are far.
+/// Finds the pairs with objects that are near, the nearest first, without looking at the objects that are far.
 ///
-/// A walker is a link, an attached object, or, where pairs of free objects are checked, a moving one. Each walks the tree
-/// of fixed objects and that of moving ones; the others are few, and each walker visits all of them: attached objects,
-/// those with a half-space, and those that came after the tree was built. A walker with a half-space visits all.
+/// A walker is a link, an attached object, or, if pairs of free objects are checked, a moving object. Each walker walks
+/// the tree of the fixed objects and that of the moving ones. The objects that are in no tree are few, and each walker
+/// visits all of them: attached objects, objects with a half-space, and objects that came after the tree was built. A
+/// walker with a half-space visits all objects.
 ///
 /// 1. Enter each walker with the root of each tree into a queue.
 /// 2. Take the node with the smallest lower bound, and go down to its nearer part while no other node is nearer; the
-///    other part enters the queue. A leaf is a pair. What is beyond the limit of the question is left out.
-/// If the limit cannot become smaller, all that is within it is found in one walk without a queue.
+///    other part enters the queue. A leaf is a pair. A node beyond the limit of the question is left out.
+/// If the limit cannot become smaller, all objects within it are found in one walk without a queue.
 class ObjectVisits {
  public:
-  /// After new objects or new poses.
+  /// Adapts to new objects or new poses.
   void fit(const PlacedRobot& robot);
 
-  /// Calls enter(a, b), two parts with a < b, for each checked pair that is in no tree, and enters the walkers into the
-  /// trees. Nothing farther than `limit` [m] is needed.
+  /// Calls enter(a, b), two parts with a < b, for each checked pair that is in no tree, and puts the walkers with the
+  /// roots of the trees into the queue. Pairs farther than `limit` [m] may be left out.
   template <typename Enter>
   void begin(const PlacedRobot& robot, double limit, const Enter& enter) {
     queue_.clear();
@@ -42,8 +43,8 @@ class ObjectVisits {
     }
   }
 
-  /// Calls enter(a, b) for each checked pair that is in no tree, and for those in the trees whose boxes are within
-  /// `limit` [m].
+  /// Calls enter(a, b) for each checked pair that is in no tree, and for each checked pair of the trees whose boxes are
+  /// within `limit` [m] of each other.
   template <typename Enter>
   void enterAllWithin(const PlacedRobot& robot, double limit, const Enter& enter) {
     queue_.clear();
@@ -57,12 +58,12 @@ class ObjectVisits {
 
   bool empty() const { return queue_.empty(); }
 
-  /// [m] Infinity if nothing is left.
+  /// [m] The smallest lower bound in the queue; infinity if the queue is empty.
   double lowestBound() const {
     return queue_.empty() ? std::numeric_limits<double>::infinity() : queue_.first().lower_bound;
   }
 
-  /// Takes the node with the smallest bound, and opens it; calls enter(a, b) if it ends at a checked pair.
+  /// Takes the node with the smallest bound and opens it. Calls enter(a, b) if it ends at a checked pair.
   template <typename Enter>
   void open(const PlacedRobot& robot, double limit, const Enter& enter) {
     NodeVisit visit = queue_.pop();
@@ -82,7 +83,7 @@ class ObjectVisits {
     meetItem(robot, walker, visit.tree, boxes[visit.node].item, enter);
   }
 
-  /// How many checked pairs have no distance because a pose is missing.
+  /// The number of checked pairs that have no distance because a pose is missing.
   std::int64_t unknownPairs() const { return unknown_pairs_; }
 
  private:
@@ -93,7 +94,7 @@ class ObjectVisits {
     int part;
     ShapeRef ref;
     bool is_unbounded;
-    Eigen::AlignedBox3d box;  ///< unless it is unbounded
+    Eigen::AlignedBox3d box;  ///< empty if it is unbounded
   };
 
   struct NodeVisit {
@@ -158,10 +159,10 @@ class ObjectVisits {
     return tree == Tree::Fixed ? robot.objects()->fixed().tree() : moving_tree_;
   }
 
-  std::vector<Walker> walkers_;  ///< those whose pose is known
-  std::vector<int> attached_;    ///< numbers
-  std::vector<int> moving_;      ///< numbers of the items of the tree
-  std::vector<int> missing_;     ///< numbers of the objects whose pose is missing
+  std::vector<Walker> walkers_;  ///< the walkers whose pose is known
+  std::vector<int> attached_;    ///< the numbers of the attached objects
+  std::vector<int> moving_;      ///< the numbers of the objects in the tree of moving objects
+  std::vector<int> missing_;     ///< the numbers of the objects whose pose is missing
   std::vector<int> scratch_;
   std::vector<Eigen::AlignedBox3d> moving_boxes_;
   BoxTree moving_tree_;
@@ -169,7 +170,7 @@ class ObjectVisits {
   std::int64_t unknown_pairs_ = 0;
 };
 
-/// Whether a pair of parts with an object is checked. False for an object that does not exist.
+/// True if a pair of parts with an object is checked. False if the object does not exist.
 bool isCheckedPair(const PlacedRobot& robot, int a, int b);
 
 }  // namespace proximity_server::scene

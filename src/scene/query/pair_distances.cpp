@@ -36,7 +36,7 @@ double PairDistances::ofLinks(int link_a, int link_b) const {
 }
 
 double PairDistances::withObject(const ShapeRefPair& pair) const {
-  const Own* own = find(own_with_objects_, std::max(pair.a.link(), pair.b.link()), 0);  // none of two objects
+  const Own* own = find(own_with_objects_, std::max(pair.a.link(), pair.b.link()), 0);  // two objects have none
   return own ? own->distance : objects;
 }
 

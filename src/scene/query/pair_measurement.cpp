@@ -22,7 +22,7 @@ PairProximity unknown(const ShapeRefPair& pair) {
   return proximity;
 }
 
-/// Keeps of a result beyond the threshold only the lower bound that proves it.
+/// Keeps only the lower bound of a result beyond the threshold: it proves the answer.
 narrowphase::SignedDistance onlyProof(narrowphase::SignedDistance result) {
   const narrowphase::SignedDistance nothing;
   result.status = narrowphase::Status::Threshold;
@@ -32,7 +32,7 @@ narrowphase::SignedDistance onlyProof(narrowphase::SignedDistance result) {
   return result;
 }
 
-/// The number of pairs whose answers are kept: the candidates, and as many others that are asked about.
+/// The number of pairs whose answers are kept: all candidates, and equally many other pairs.
 std::size_t rememberedPairs(std::size_t candidates) {
   return std::clamp<std::size_t>(2 * candidates, 1u << 8, 1u << 14);
 }
@@ -64,7 +64,7 @@ PairMeasurement::PairMeasurement(const SceneModel& model, std::shared_ptr<const 
 
 void PairMeasurement::use(std::shared_ptr<const Objects> objects) {
   pieces_.makeRoomFor(model_.robot.pieces.size() + static_cast<std::size_t>(objects->pieceCount()));
-  // Of many objects few are near, and what is far is settled by the hierarchy.
+  // Of many objects few are near; the hierarchy settles those that are far.
   const auto near = std::min<std::size_t>(static_cast<std::size_t>(objects->pairCount()), 1u << 10);
   kept_.grow(rememberedPairs(model_.pairs.checked.size() + near));
   const std::vector<int> changed = robot_.use(std::move(objects));
@@ -73,7 +73,7 @@ void PairMeasurement::use(std::shared_ptr<const Objects> objects) {
   kept_.forget([&](int a, int b) { return isChanged(a) || isChanged(b); });
 }
 
-/// What has half-spaces becomes the second.
+/// The part with half-spaces becomes the second one.
 std::optional<Visit> PairMeasurement::visitOf(const ShapeRefPair& pair, int a, int b, int number) const {
   if (b < a) std::swap(a, b);
   if (!robot_.isPlaced(a) || !robot_.isPlaced(b)) return std::nullopt;
@@ -116,7 +116,7 @@ PairProximity PairMeasurement::proof(const Visit& visit) const {
   return proximity;
 }
 
-/// The kept answer if the two are at rest; its bounds allow for the rounding of the new poses.
+/// The kept answer if the two are at rest. Its bounds allow for the rounding of the new poses.
 std::optional<PairProximity> PairMeasurement::answerAtRest(const Visit& visit, const RelativePose& a_T_b,
                                                            const Question& question) const {
   const KeptAnswer* kept = skipping_ == Skipping::On ? keptOf(visit) : nullptr;
@@ -131,7 +131,7 @@ std::optional<PairProximity> PairMeasurement::answerAtRest(const Visit& visit, c
   return proximity;
 }
 
-/// Whether no translation shorter than the depth of the closest pieces separates the two.
+/// True if no translation shorter than the depth of the closest pieces separates the two parts.
 bool PairMeasurement::depthIsExact(const Visit& visit) const {
   const Part &a = robot_[visit.a], &b = robot_[visit.b];
   // The way out of one half-space is the same for all pieces.
@@ -139,7 +139,7 @@ bool PairMeasurement::depthIsExact(const Visit& visit) const {
   return a.whole().isLeaf() && b.whole().isLeaf();
 }
 
-/// Of all pieces, half-spaces and interiors.
+/// The closest pair among all pieces, half-spaces and interiors.
 ClosestPieces PairMeasurement::closestOf(const Visit& visit, const RelativePose& a_T_b, const LeafPair& likely,
                                          double limit, const Question& question) {
   const Part &a = robot_[visit.a], &b = robot_[visit.b];
@@ -163,7 +163,7 @@ PairProximity PairMeasurement::compute(const Visit& visit, const RelativePose& a
   proximity.result.upper_bound = closest.upper_bound;
   if (!closest.empty()) {
     const LeafPair& leaves = closest.leaves;
-    const bool is_plane = leaves.hasHalfSpace();  // that of a half-space is exact
+    const bool is_plane = leaves.hasHalfSpace();  // a half-space is exact
     proximity.collision_a = robot_.collisionNumber(visit.a, leaves.a);
     proximity.collision_b =
         is_plane ? robot_.shapeNumber(visit.b, leaves.half_space) : robot_.collisionNumber(visit.b, leaves.b);

@@ -14,24 +14,24 @@
 
 namespace proximity_server::scene {
 
-/// The counter of the pairs that a bound of this kind settled.
+/// The counter of the pairs that bounds of this kind settled.
 int& countOf(Visit::Bound bound, PairCounts& counts);
 
 struct DistanceBounds {
   double lower, upper;  ///< [m]
 };
 
-/// Measures pairs one by one, and computes as few as it can. The steps are tried from the cheapest to the most
+/// Measures pairs one by one, and computes as few as possible. The steps are tried from the cheapest to the most
 /// expensive:
 ///
 /// 1. the bounding spheres of both shapes;
-/// 2. the kept answer less a bound on the motion since then, or the kept answer itself if the two are at rest;
+/// 2. the kept answer minus a bound on the motion since then, or the kept answer itself if the two are at rest;
 /// 3. the bounding boxes of both shapes;
-/// 4. the interiors of closed meshes, and the narrowphase, on the closest pieces of both.
+/// 4. the interiors of closed meshes and the closest pieces of both, by the narrowphase.
 ///
-/// Spheres and boxes of whole shapes are convex, so that they contain the interiors too.
+/// Spheres and boxes of whole shapes are convex, so they contain the interiors too.
 ///
-/// It counts how each pair was settled.
+/// All steps count the pairs that they settle.
 class PairMeasurement {
  public:
   PairMeasurement(const SceneModel& model, std::shared_ptr<const Volumes> volumes, Skipping skipping,
@@ -46,14 +46,14 @@ class PairMeasurement {
   /// Takes the next objects, and forgets the answers about those that have changed.
   void use(std::shared_ptr<const Objects> objects);
 
-  /// The pair with the bound of its spheres; nullopt if a pose or all geometry is missing. `number` decides between
-  /// equal bounds. The order of the two in the visit may be the other one: a pair that is asked in either order gives the same
-  /// numbers.
+  /// Returns the pair with the bound of its spheres, or nullopt if a pose or all geometry is missing. `number` decides
+  /// between equal bounds. The visit may have the two in the opposite order: the numbers are the same, in whichever
+  /// order a pair is asked.
   std::optional<Visit> visitOf(const ShapeRefPair& pair, int number) const {
     return visitOf(pair, robot_.numberOf(pair.a), robot_.numberOf(pair.b), number);
   }
 
-  /// The same by the numbers of the two parts, in any order.
+  /// Like the other visitOf(), with the numbers of the two parts in any order.
   std::optional<Visit> visitOf(const ShapeRefPair& pair, int a, int b, int number) const;
 
   /// Improves the bound of a visit by the steps that cost less than computing, until it is above the limit [m].
@@ -63,20 +63,22 @@ class PairMeasurement {
   /// the answer is Unknown.
   PairProximity measure(const ShapeRefPair& pair, const Visit& visit, double limit, const Question& question);
 
-  /// Answers about one pair by all steps: by bounds if they decide the question's threshold, otherwise it is computed.
+  /// Answers a question about one pair with all steps: by bounds if they decide the question's threshold, otherwise it
+  /// is computed.
   PairProximity settle(const ShapeRefPair& pair, const Question& question);
 
-  /// Whether the lower bound of a pair is above `distance` [m], as settle() finds it with this threshold. How near a pair is
-  /// that is not so far is not computed. `visit`: the pair with the bound of its spheres.
+  /// True if the lower bound of a pair is above `distance` [m]. The result is the same as that of settle() with this
+  /// threshold, but the distance of nearer pairs is not computed. `visit`: the pair with the bound of its spheres.
   bool isProvenBeyond(const Visit& visit, double distance);
 
-  /// What interiors add to the distance of a pair, see offerInterior(); infinity if it is not below `within` [m].
+  /// The bounds that interiors add to the distance of a pair, see offerInterior(); infinite if that distance is not
+  /// below `within` [m].
   DistanceBounds interiorOf(const ShapeRefPair& pair, double within) const;
 
-  /// Whether the kept answer plus a bound on the motion since then proves a signed distance of at most `threshold` [m].
+  /// True if the kept answer plus a bound on the motion since then proves a signed distance of at most `threshold` [m].
   bool isStillWithin(const Visit& visit, double threshold) const;
 
-  /// The counts of all pairs since the caller reset them. A search of many pairs adds those that it settles itself.
+  /// The counts of all pairs since the caller reset them. A search of many pairs adds the pairs that it settles itself.
   PairCounts& counts() { return counts_; }
   const PairCounts& counts() const { return counts_; }
 

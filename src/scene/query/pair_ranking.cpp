@@ -13,15 +13,15 @@
 namespace proximity_server::scene {
 namespace {
 
-/// [m] The value by which results that are not beyond the threshold are sorted.
+/// [m] The value by which the results within the threshold are sorted.
 double rankOf(const narrowphase::SignedDistance& result, const Question& question) {
   if (isFinal(result, question)) return -kInfinity;
   return result.status == narrowphase::Status::Converged ? result.distance : result.lower_bound;
 }
 
-/// Groups of links are used for more candidates than this. Measured on chains of boxes (the minimum in 300 states of a
-/// slow motion, AMD EPYC, 2026-11): groups are 1.6 times as fast at 528 pairs, 4.1 times at 4,851, and 9.9 times at
-/// 124,251. Smaller numbers were not measured.
+/// Groups of links are used if there are more candidates than this. Measured on chains of boxes (the minimum in 300
+/// states of a slow motion, AMD EPYC, 2026-11): groups are 1.6 times as fast at 528 pairs, 4.1 times at 4,851, and 9.9
+/// times at 124,251. Smaller numbers were not measured.
 constexpr std::size_t kManyPairs = 500;
 
 }  // namespace
@@ -73,7 +73,7 @@ const std::vector<PairProximity>& PairRanking::all(const Pairs& pairs, const Que
   return results_;
 }
 
-/// [m] A pair whose distance less its own threshold is larger does not change the answer.
+/// [m] A pair whose distance minus its own threshold is larger than this does not change the answer.
 double PairRanking::limit(const Search& search) const {
   if (skipping_ == Skipping::Off || search.goal == Goal::ClosestAndCount || nearest_.size() < search.k)
     return search.question.threshold;
@@ -92,7 +92,7 @@ ShapeRefPair PairRanking::refsOf(const AskedPair& pair, const Search& search) co
   return {robot.refOf(std::min(pair.a, pair.b)), robot.refOf(std::max(pair.a, pair.b))};
 }
 
-/// With the threshold of the pair.
+/// The visit of a pair, with the threshold of the pair.
 std::optional<Visit> PairRanking::visitOf(const AskedPair& pair, const Search& search) const {
   const ShapeRefPair refs = refsOf(pair, search);
   std::optional<Visit> visit = measurement_.visitOf(refs, pair.a, pair.b, pair.number);
@@ -100,7 +100,7 @@ std::optional<Visit> PairRanking::visitOf(const AskedPair& pair, const Search& s
   return visit;
 }
 
-/// Measures a pair, and ranks it if it is among the nearest so far.
+/// Measures a pair, and ranks it if it is one of the nearest so far.
 void PairRanking::consider(const Visit& visit, const Search& search) {
   const ShapeRefPair pair = refsOf({visit.number, visit.a, visit.b}, search);
   const double limit_of_pair = limit(search) + visit.threshold;
@@ -111,7 +111,8 @@ void PairRanking::consider(const Visit& visit, const Search& search) {
   if (nearest_.size() > search.k) nearest_.pop();
 }
 
-/// Measures the pairs that were closest the last time, as far as they are asked for and there: step 1 of PairRanking.
+/// Step 1 of PairRanking: measures the pairs that were closest the last time, if they still exist and the question is
+/// about them.
 void PairRanking::considerLikely(const Search& search) {
   const bool is_useless = skipping_ == Skipping::Off || search.k == search.total;
   const auto isForgotten = [&](const AskedPair& pair) {
@@ -123,10 +124,10 @@ void PairRanking::considerLikely(const Search& search) {
   likely_.erase(std::remove_if(likely_.begin(), likely_.end(), isForgotten), likely_.end());
   for (AskedPair& pair : likely_) {
     if (!isAskedFor(pair, search)) continue;
-    if (pair.isInList()) pair = inList(pair.number, search);  // the list may be another one
+    if (pair.isInList()) pair = inList(pair.number, search);  // the list may be a different one now
     const std::optional<Visit> visit = visitOf(pair, search);
     if (!visit)
-      measurement_.counts().unknown += pair.isInList();  // the others are counted by enterObjects()
+      measurement_.counts().unknown += pair.isInList();  // enterObjects() counts the others
     else if (visit->excess() > limit(search))
       ++countOf(visit->bound, measurement_.counts());
     else
@@ -134,7 +135,7 @@ void PairRanking::considerLikely(const Search& search) {
   }
 }
 
-/// Puts all other pairs that may be close enough into the queue.
+/// Step 2 of PairRanking: puts all other pairs that may be close enough into the queue.
 void PairRanking::enterOthers(const Search& search) {
   queue_.clear();
   if (search.pairs.areCandidates() && search.pairs.size() != candidate_count_)
@@ -146,7 +147,7 @@ void PairRanking::enterOthers(const Search& search) {
   for (int number = 0; number < static_cast<int>(search.pairs.size()); ++number) enter(inList(number, search), search);
 }
 
-/// Puts the pairs with objects into the queue that are in no hierarchy, and begins the walk of the others.
+/// Puts the pairs with objects that are in no hierarchy into the queue, and begins the walk through the hierarchies.
 void PairRanking::enterObjects(const Search& search) {
   const PlacedRobot& robot = measurement_.robot();
   measurement_.counts().unknown += static_cast<int>(object_visits_.unknownPairs());
@@ -161,7 +162,7 @@ void PairRanking::enterObjects(const Search& search) {
     object_visits_.begin(robot, limit(search) + search.with_object, enter_pair);
 }
 
-/// Opens the hierarchy of objects where it may hold the pair with the smallest bound.
+/// Opens the hierarchy of objects while it may hold the pair with the smallest bound.
 void PairRanking::openNearby(const Search& search) {
   while (!object_visits_.empty() &&
          !(object_visits_.lowestBound() > std::min(queue_.lowestBound(), limit(search)) + search.with_object))
@@ -174,7 +175,7 @@ void PairRanking::enter(const AskedPair& pair, const Search& search) {
   if (std::binary_search(likely_.begin(), likely_.end(), pair)) return;
   const std::optional<Visit> visit = visitOf(pair, search);
   if (!visit)
-    measurement_.counts().unknown += pair.isInList();  // the others are counted by enterObjects()
+    measurement_.counts().unknown += pair.isInList();  // enterObjects() counts the others
   else if (!(visit->excess() > limit(search)))
     queue_.push(*visit);
 }
@@ -200,11 +201,11 @@ void PairRanking::enterBetween(int group_a, int group_b, const Search& search) {
   }
 }
 
-/// Whether a pair is farther apart than the wanted ones, and its kept answer proves that it is not beyond the
-/// threshold: then it need only be counted.
+/// True if a pair is farther apart than the wanted pairs, and its kept answer proves that it is not beyond the
+/// threshold. Then the pair is counted without being measured.
 bool PairRanking::needsOnlyCounting(const Visit& visit, const Search& search) const {
   if (search.goal != Goal::ClosestAndCount || nearest_.size() < search.k) return false;
-  // If the depth is not wanted, all overlaps are equally close.
+  // If the depth is not wanted, all overlaps count as equally close.
   if (!nearest_.empty() && !(std::isfinite(nearest_.first().rank) && visit.excess() > nearest_.first().rank))
     return false;
   return measurement_.isStillWithin(visit, search.question.threshold + visit.threshold);
@@ -227,7 +228,7 @@ void PairRanking::visitBestFirst(const Search& search) {
   }
 }
 
-/// Completes the counts: bounds settled the pairs that are left in the queue, and those that never entered it.
+/// Completes the counts: bounds settled the pairs that are still in the queue, and the pairs that never entered it.
 void PairRanking::countTheRest(const Search& search) {
   PairCounts& counts = measurement_.counts();
   counts.total = static_cast<int>(search.total);
@@ -238,7 +239,8 @@ void PairRanking::countTheRest(const Search& search) {
   counts.by_bounds = counts.total - counts.unknown - counts.at_rest - counts.by_motion - counts.computed;
 }
 
-/// Keeps the nearest pairs for the next question; after one about links alone, also those with objects of the question before.
+/// Keeps the nearest pairs for the next question. After a question about links alone, the pairs with objects of the
+/// question before are kept too.
 void PairRanking::keepLikely(const Search& search) {
   const auto isReplaced = [&](const AskedPair& pair) { return isAskedFor(pair, search); };
   likely_.erase(std::remove_if(likely_.begin(), likely_.end(), isReplaced), likely_.end());
@@ -269,7 +271,7 @@ const std::vector<PairProximity>& PairRanking::closest(const Pairs& pairs, std::
   below_ = 0;
   nearest_.clear();
   queue_.reserve(pairs.size());
-  // Of pairs with objects nobody knows how many will be near.
+  // It is not known how many pairs with objects will be near.
   const std::size_t expected = std::min(search.k, pairs.size());
   nearest_.reserve(expected + 1);
   likely_.reserve(2 * expected);

@@ -16,20 +16,20 @@ namespace proximity_server::scene {
 
 /// Finds the closest of many pairs and measures as few of them as it can.
 ///
-/// 1. Measure the pairs that were closest the last time: if little has moved, their distances exclude most others.
+/// 1. Measure the pairs that were closest the last time: if little has moved, their distances exclude most other pairs.
 /// 2. Put all other pairs into a queue, sorted by the bound of their spheres. Candidates enter by groups of links: one
 ///    bound of two groups excludes all pairs between them.
 /// 3. Take the pair with the smallest bound. If a better bound is found, put the pair back; otherwise measure it. Pairs
 ///    with objects enter one by one, as soon as a bound from the hierarchy of objects is the smallest.
 /// 4. End when the smallest bound in the queue exceeds the k-th smallest distance so far, or the threshold.
 ///
-/// Where pairs have thresholds of their own (Question::thresholds), bounds and distances are compared less these. Bounds of
-/// groups, and of the hierarchy of objects, hold for the largest threshold of all their pairs.
+/// If pairs have thresholds of their own (Question::thresholds), these are subtracted before bounds and distances are
+/// compared. Bounds of groups, and of the hierarchy of objects, hold for the largest threshold of all their pairs.
 class PairRanking {
  public:
   enum class Goal : unsigned char {
     Closest,          ///< the k closest pairs
-    ClosestAndCount,  ///< and how many pairs are at or below the threshold, see countBelow
+    ClosestAndCount,  ///< the k closest pairs, and how many pairs are at or below the threshold, see countBelow
     Any               ///< the first pair found at or below the threshold
   };
 
@@ -41,15 +41,15 @@ class PairRanking {
   /// nullptr before the first use().
   const std::shared_ptr<const Objects>& objects() const { return objects_; }
 
-  /// Without frames, the poses of moving objects are missing. If it throws, nothing has changed.
+  /// Without frames, moving objects have no poses. If it throws, nothing has changed.
   void update(const BodyPoses& poses);
   void update(const BodyPoses& poses, const std::vector<std::optional<Eigen::Isometry3d>>& frames);
   const PairCounts& counts() const { return measurement_.counts(); }
 
-  /// How many of the checked pairs with an object have no distance because a pose is missing.
+  /// The number of checked pairs with an object that have no distance because a pose is missing.
   std::int64_t unknownPairsWithObjects() const { return object_visits_.unknownPairs(); }
 
-  /// See PairMeasurement.
+  /// See PairMeasurement::interiorOf().
   DistanceBounds interiorOf(const ShapeRefPair& pair, double within) const {
     return measurement_.interiorOf(pair, within);
   }
@@ -65,17 +65,17 @@ class PairRanking {
   struct Search {
     const Pairs& pairs;
     const bool with_links, with_objects;
-    const std::size_t total;  ///< of all pairs
+    const std::size_t total;  ///< the number of all pairs
     const std::size_t k;
     const Goal goal;
     const Question& question;
-    const double of_links, with_object;  ///< [m] no pair of the kind adds more to the threshold
+    const double of_links, with_object;  ///< [m] the largest threshold of a pair of links, and of a pair with an object
   };
 
-  /// A pair that is asked about: one of the list by its place there, or a candidate with an object.
+  /// A pair that the question is about: one of the list, by its place there, or a candidate with an object.
   struct AskedPair {
-    int number;  ///< in the list; kNotInList of a candidate with an object
-    int a, b;    ///< parts, see PlacedRobot; of a candidate with an object a < b
+    int number;  ///< the place in the list; kNotInList for a candidate with an object
+    int a, b;    ///< the two parts, see PlacedRobot; a < b for a candidate with an object
     bool isInList() const { return number != kNotInList; }
     bool operator<(const AskedPair& other) const {
       return std::tie(number, a, b) < std::tie(other.number, other.a, other.b);
@@ -112,15 +112,15 @@ class PairRanking {
   const Skipping skipping_;
   const std::size_t candidate_count_;  // number of candidates of this robot
   PairMeasurement measurement_;
-  std::optional<LinkGroups> groups_;  // only if there are many candidates
-  bool groups_fit_ = false;           // whether the groups have the boxes of the latest poses
+  std::optional<LinkGroups> groups_;  // only used if there are many candidates
+  bool groups_fit_ = false;           // true if the groups have the boxes of the latest poses
 
   std::shared_ptr<const Objects> objects_;
   ObjectVisits object_visits_;
 
   VisitQueue queue_;
   Heap<Ranked> nearest_;           // the farthest first
-  std::vector<AskedPair> likely_;  // those that were nearest the last time, ascending
+  std::vector<AskedPair> likely_;  // the pairs that were nearest the last time, ascending
   std::vector<PairProximity> results_;
   int below_ = 0;
 };

@@ -8,23 +8,23 @@
 
 namespace proximity_server::scene {
 
-/// A distance [m] for each pair: a threshold, or a padding. Most robots have one for all pairs of a kind, and then a look-up costs
-/// nothing.
+/// A distance [m] for each pair: a threshold or a padding. Most robots have one distance for all pairs of a kind, and
+/// then a look-up costs nothing.
 class PairDistances {
  public:
-  double links = 0.0;    ///< of two links that have none of their own
-  double objects = 0.0;  ///< of a pair with an object whose link has none of its own
+  double links = 0.0;    ///< [m] for two links without a distance of their own
+  double objects = 0.0;  ///< [m] for a pair with an object, if its link has no distance of its own
 
   PairDistances() = default;
   PairDistances(double of_links, double of_objects) : links(of_links), objects(of_objects) {}
 
-  /// Gives two links a distance of their own, in place of that of an earlier call.
+  /// Gives two links a distance of their own. It replaces that of an earlier call.
   void setPair(int link_a, int link_b, double distance);
 
-  /// The same for the pairs of a link with objects.
+  /// Gives the pairs of a link with objects a distance of their own.
   void setWithObjects(int link, double distance);
 
-  /// In either order. Of a pair of <collision> elements that of their links.
+  /// The distance of a pair, in either order. A pair of <collision> elements has the distance of their links.
   double of(const ShapeRefPair& pair) const {
     if (!pair.areLinks()) return own_with_objects_.empty() ? objects : withObject(pair);
     return own_pairs_.empty() ? links : ofLinks(pair.a.link(), pair.b.link());
@@ -33,18 +33,18 @@ class PairDistances {
   struct Range {
     double smallest, largest;  ///< [m]
   };
-  Range range(PairKind kind) const;  ///< of all pairs of a kind; the distances are numbers
+  Range range(PairKind kind) const;  ///< over all pairs of a kind; the distances must not be NaN
 
   bool areFinite() const;
 
-  /// Whether all pairs of a kind have the same.
+  /// True if all pairs of a kind have the same distance.
   bool areEqual(PairKind kind) const;
 
   bool operator==(const PairDistances& other) const;
 
  private:
   struct Own {
-    int link_a, link_b;  ///< link_a < link_b; of pairs with objects link_b is 0
+    int link_a, link_b;  ///< link_a < link_b; for pairs with objects link_b is 0
     double distance;
     bool operator==(const Own& other) const {
       return link_a == other.link_a && link_b == other.link_b && distance == other.distance;
@@ -60,7 +60,7 @@ class PairDistances {
   std::vector<Own> own_with_objects_;  ///< sorted by link
 };
 
-/// The paddings of all pairs, which are subtracted from their distances, see LinkPair::padding.
+/// The paddings of all pairs, see LinkPair::padding. They are subtracted from the distances.
 PairDistances paddingsOf(const PairTable& table);
 
 }  // namespace proximity_server::scene

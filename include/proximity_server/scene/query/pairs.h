@@ -9,7 +9,7 @@
 
 namespace proximity_server::scene {
 
-/// The candidate pairs of links of a robot, as whole links, in the order of PairTable::checked.
+/// The candidate pairs of a robot, as pairs of whole links, in the order of PairTable::checked.
 class Candidates {
  public:
   explicit Candidates(const PairTable& table);
@@ -25,11 +25,11 @@ class Candidates {
   std::vector<ShapeRefPair> list_;
 };
 
-/// Which of the candidates are meant: those of two links, those with an object, or both.
+/// The kind of candidates that a question is about: pairs of two links, pairs with an object, or both.
 enum class PairKind : unsigned char { Any, OfLinks, WithObject };
 
-/// The pairs that a question is about: a list of any pairs, or the candidates of the scene's own robot, to which all
-/// checked pairs with the scene's objects belong (see Objects). A scene settles many candidates at once by groups of links
+/// The pairs that a question is about: a list of any pairs, or the candidates of the scene's own robot together with
+/// all checked pairs with the scene's objects (see Objects). A scene settles many candidates at once by groups of links
 /// and by a hierarchy of the objects; it examines the pairs of a list one by one.
 ///
 /// It refers to the list or the candidates, which must outlive the question.
@@ -40,13 +40,13 @@ class Pairs {
   Pairs(const Candidates& candidates) : list_(candidates.list()), are_candidates_(true) {}  // NOLINT: implicit
   Pairs(const Candidates& candidates, PairKind kind) : list_(candidates.list()), are_candidates_(true), kind_(kind) {}
 
-  /// Without those with objects, if these are the candidates.
+  /// If these are the candidates, the list holds no pairs with objects.
   const std::vector<ShapeRefPair>& list() const { return list_; }
   std::size_t size() const { return list_.size(); }
   bool areCandidates() const { return are_candidates_; }
   PairKind kind() const { return kind_; }
 
-  /// Whether those of the list are meant, and the checked pairs with objects; nullptr: there are none.
+  /// True if the pairs of the list belong to the question.
   bool includeLinks() const { return kind_ != PairKind::WithObject; }
   bool includeObjects(const Objects* objects) const {
     return are_candidates_ && kind_ != PairKind::OfLinks && objects && !objects->empty();

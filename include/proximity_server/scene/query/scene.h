@@ -15,12 +15,13 @@ namespace proximity_server::scene {
 class PairRanking;
 class Volumes;
 
-/// Poses of the frames of moving objects, in the order of Objects::frames(); nullopt if a pose is not known.
+/// The poses of the frames of moving objects, in the order of Objects::frames(); nullopt if a pose is not known.
 using FramePoses = std::vector<std::optional<Eigen::Isometry3d>>;
 
-/// One robot with its objects in one set of poses: the scratch of one caller. Not thread-safe; make a twin for each thread.
+/// One robot with its objects in one set of poses, and the working memory of one caller. Not thread-safe; make a twin
+/// for each thread.
 ///
-/// Nothing allocates after the first question of a kind. Skipping never changes an answer.
+/// After the first question of each kind nothing is allocated. Skipping never changes an answer.
 class Scene {
  public:
   /// Throws std::invalid_argument without a model.
@@ -29,28 +30,28 @@ class Scene {
   Scene(Scene&&) noexcept;
   Scene& operator=(Scene&&) noexcept;
 
-  /// Returns another scene of the same model and objects, without poses. The two share what never changes.
+  /// Returns another scene of the same model and objects, without poses. The two share all data that never change.
   Scene twin() const;
 
   const SceneModel& model() const { return *model_; }
 
-  /// Takes the next objects of the robot, and keeps what it knows of those that stay. A fixed object stands in its place
-  /// at once. An attached one moves with the poses of the last update, unless its link's body has no geometry; then, as a
-  /// moving object, it has no pose until the next update.
+  /// Takes the next objects of the robot, and keeps what is known of the objects that stay. A fixed object stands in
+  /// its place at once. An attached object has the poses of the last update, unless the body of its link has no
+  /// geometry; then it has no pose until the next update, and neither has a moving object.
   /// Failure: throws std::invalid_argument for the objects of another model.
   void use(std::shared_ptr<const Objects> objects);
 
   /// nullptr before the first use().
   const Objects* objects() const;
 
-  /// Takes one consistent set of poses, one for each body and all in one frame; the answers are in that frame. Moving
-  /// objects have no pose then.
+  /// Takes one consistent set of poses: one for each body, all in one frame. The answers are in that frame. Moving
+  /// objects then have no pose.
   ///
-  /// A pose that is not finite, or whose matrix is no rotation within single precision, counts as missing.
+  /// A pose that is not finite, or whose matrix is not a rotation within single precision, counts as missing.
   /// Failure: throws std::invalid_argument if there is not one pose for each body.
   void update(const BodyPoses& poses);
 
-  /// The same with one pose for each of Objects::frames(), in the frame of the poses of the bodies.
+  /// Takes one pose for each body and one for each of Objects::frames(), all in one frame.
   /// Failure: throws std::invalid_argument also if there is not one pose for each frame.
   void update(const BodyPoses& poses, const FramePoses& frames);
 
@@ -65,10 +66,10 @@ class Scene {
 
   // Each of the following visits `pairs` and returns a reference that is valid until the next question.
   // A pair is Unknown if a pose is missing, if the deadline passed before it was computed, or if it is too far away for
-  // the narrowphase: it is counted, all() returns it, and the other questions leave it out. A distance that did not converge is sorted by its lower bound, as
-  // it may be the smallest.
+  // the narrowphase. It is counted, and all() returns it; the other questions leave it out. A distance that did not
+  // converge is sorted by its lower bound, because it may be the smallest.
 
-  /// The pair with the smallest signed distance; nullptr if there is none (or none nearer than the threshold).
+  /// The pair with the smallest signed distance; nullptr if there is none, or none nearer than the threshold.
   const PairProximity* minimum(const Pairs& pairs, const Question& question = {});
 
   /// Up to k pairs with the smallest signed distances, sorted.
@@ -77,13 +78,14 @@ class Scene {
   /// All pairs with a signed distance of at most question.threshold, sorted by distance.
   const std::vector<PairProximity>& below(const Pairs& pairs, const Question& question);
 
-  /// The `most` closest of the pairs that below() finds, and the number of all: cheaper than below() for long lists.
+  /// Up to `most` of the closest pairs that below() finds, and the number of all of them. Cheaper than below() for long
+  /// lists.
   PairsBelow closestBelow(const Pairs& pairs, int most, const Question& question);
 
   /// The first pair found at or below question.threshold ("is anything too close?"); nullptr if there is none.
   const PairProximity* first(const Pairs& pairs, const Question& question);
 
-  /// Every pair, in the order given; of the candidates, first those of links. As many as there are.
+  /// All pairs, in the order given. For the candidates: first the pairs of links, then those with objects.
   const std::vector<PairProximity>& all(const Pairs& pairs, const Question& question = {});
 
   /// How the pairs of the last question were settled.
