@@ -17,10 +17,10 @@ using Eigen::Vector3d;
 
 constexpr double kTurn = 2.0 * 3.14159265358979323846;
 
-/// A position as a pose tells it: one of value + n * spacing.
+/// The position that a pose tells: one of the numbers value + n * spacing.
 struct PosedPosition {
   double value;
-  double spacing;  ///< 0: there is only this one
+  double spacing;  ///< 0: the value is the only one
 
   PosedPosition mirrored() const { return {-value, spacing}; }
   double atOrAbove(double position) const { return value + std::ceil((position - value) / spacing) * spacing; }
@@ -35,8 +35,8 @@ struct Limits {
   double excess(double position) const { return std::max(lower - position, position - upper); }
 };
 
-/// The one nearest to the stated position; without one, of those that the limits allow the one farthest from the upper limit,
-/// and of none the nearest to the limits.
+/// Returns the position nearest to the stated one. Without a stated one, returns the lowest of the positions that the
+/// limits allow, or, if they allow none, the position nearest to the limits.
 double positionWithin(const Limits& limits, const PosedPosition& position, const std::optional<double>& stated) {
   if (!(position.spacing > 0.0)) return position.value;
   if (stated) return position.nearestTo(*stated);
@@ -45,7 +45,7 @@ double positionWithin(const Limits& limits, const PosedPosition& position, const
   return lowest > highest && limits.excess(highest) < limits.excess(lowest) ? highest : lowest;
 }
 
-/// The time of [0, 1] at which a joint reaches a limit; infinity where there is none on its way.
+/// The time in [0, 1] at which a joint reaches a limit; infinity if it reaches none.
 double stopTime(PosedPosition position, Limits limits, std::optional<double> stated, double travel) {
   if (travel == 0.0) return kInfinity;
   if (travel < 0.0) {
@@ -60,7 +60,7 @@ double stopTime(PosedPosition position, Limits limits, std::optional<double> sta
 bool turns(const Joint& joint) { return joint.type == Joint::Type::Revolute || joint.type == Joint::Type::Continuous; }
 bool slides(const Joint& joint) { return joint.type == Joint::Type::Prismatic; }
 
-/// Throws unless each joint that moves is stated near enough to its limits to tell the turn.
+/// Throws unless the stated position of each joint that moves is so near to its limits that the turn is known.
 void requireNearLimits(const RobotModel& model, const std::vector<double>& travel,
                        const std::vector<std::optional<double>>& stated) {
   for (std::size_t i = 0; i < stated.size(); ++i) {
@@ -73,7 +73,8 @@ void requireNearLimits(const RobotModel& model, const std::vector<double>& trave
   }
 }
 
-/// For each of RobotModel::joints that leads, the position that its pose or else that of a follower tells.
+/// For each of RobotModel::joints that is a leader, the position that its own pose tells, or else the pose of a
+/// follower.
 std::vector<std::optional<PosedPosition>> positionsOf(const RobotModel& model, const RobotMotion& motion) {
   std::vector<std::optional<PosedPosition>> positions(model.joints.size());
   for (std::size_t i = 0; i < model.bodies.size(); ++i) {
@@ -107,7 +108,7 @@ std::vector<JointStop> stopsOf(const RobotModel& model, const RobotMotion& unlim
   return stops;
 }
 
-/// 0, the different times of the stops, 1.
+/// Returns 0, the different times of the stops, and 1.
 std::vector<double> borders(const std::vector<JointStop>& stops) {
   std::vector<double> times{0.0};
   for (const JointStop& stop : stops) {
@@ -126,7 +127,8 @@ std::vector<double> travelDuring(double begin, double end, const std::vector<Joi
   return travel;
 }
 
-/// A part of a motion, from its own begin on: the velocity of the origin at that time belongs to the same screw.
+/// Returns a part of a motion, beginning at the time `begin`. The velocity of the origin at that time belongs to the
+/// same screw.
 RobotMotion::Segment during(double begin, double end, RobotMotion::Segment segment) {
   narrowphase::ScrewMotion& motion = segment.motion;
   if (!segment.is_known || motion.isRest()) return segment;
@@ -199,7 +201,7 @@ double jointPosition(const RobotModel& model, const Joint& joint, const Isometry
   const Isometry3d moved = (parent.body_T_link * joint.parent_T_joint).inverse() * parent_T_child;
   if (slides(joint)) return joint.axis.dot(moved.translation());
   const Quaterniond turned(moved.linear());
-  // Between -2 pi and 2 pi; the same rotation has two quaternions.
+  // The angle is between -2 pi and 2 pi, because two quaternions stand for the same rotation.
   const double angle = 2.0 * std::atan2(joint.axis.dot(turned.vec()), turned.w());
   return std::remainder(angle, kTurn);
 }

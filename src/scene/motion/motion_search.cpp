@@ -12,10 +12,10 @@
 namespace proximity_server::scene {
 namespace {
 
-constexpr int kMaxLevels = 6;  // of halved intervals; the narrowphase divides shorter ones itself
+constexpr int kMaxLevels = 6;  // levels of halved intervals; the narrowphase divides shorter intervals itself
 
-// The same where nothing divides shorter ones: of a motion of a metre the shortest are 1e-7 m. Each keeps the poses of the
-// robot, about 10 kB, for a time of its own.
+// Levels of halved intervals in the search of interiors. No other step divides shorter intervals: for a motion of one
+// metre the shortest are 1e-7 m long. Each interval keeps the poses of the robot at one time, about 10 kB.
 constexpr int kMaxInteriorLevels = 23;
 constexpr int kMaxInteriorIntervals = 1000;
 
@@ -25,13 +25,14 @@ bool isOver(const MotionQuestion& question) {
   return question.deadline != Clock::time_point::max() && Clock::now() > question.deadline;
 }
 
-/// Of the distance of the pair two upper bounds [m] are known. The smaller one is the upper bound of the minimum, too.
+/// Two upper bounds [m] of the distance of the pair are known. The smaller one is also an upper bound of the minimum.
 void takeUpperBound(double of_pair, RobotMinimum& answer) {
   double& upper_bound = answer.pair.result.upper_bound;
   answer.upper_bound = upper_bound = std::min(of_pair, upper_bound);
 }
 
-/// A pair whose bounds are wider than the tolerance, because of the rounding of its poses, has not converged.
+/// A pair whose bounds are wider than the tolerance, because of the rounding of its poses, has not converged: marks it
+/// as Degenerate.
 void leaveOpenIfWide(PairProximity& pair, const MotionQuestion& question) {
   narrowphase::SignedDistance& result = pair.result;
   const double tolerance = narrowphase::usableTolerance(question.tolerance);
@@ -39,7 +40,8 @@ void leaveOpenIfWide(PairProximity& pair, const MotionQuestion& question) {
     result.status = narrowphase::Status::Degenerate;
 }
 
-/// The poses at a time where that of the world is not known: in the frame of the poses. Frames in the world have none.
+/// The poses at one time, in the frame of the poses, for a motion in which the pose of the world is not known. Frames
+/// in the world have no pose.
 RobotMotion::State withoutWorld(const RobotMotion& motion, double time) {
   RobotMotion::State state{motion.at(time), {}};
   for (const RobotMotion::Segment& frame : motion.objectFrames().moving) {
@@ -74,7 +76,7 @@ void MotionSearch::use(std::shared_ptr<const Objects> objects) {
   pairs_.use(std::move(objects));
 }
 
-/// If the question is about a contact, the earliest interval comes first, otherwise the nearest.
+/// If the question is about a contact, the earliest interval comes first; otherwise the nearest.
 void MotionSearch::begin(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion* contact,
                          MotionCounts& counts) {
   order_ = contact ? Order::Earliest : Order::Nearest;
@@ -91,14 +93,15 @@ void MotionSearch::begin(const Pairs& pairs, const RobotMotion& motion, const Mo
   counts.unknown = static_cast<int>(std::min({unknown, total, kMost}));
 }
 
-/// Of the candidates. What has a pose at the beginning has one at all times.
+/// The number of candidates with objects that have no pose. A frame that has a pose at the beginning has one at all
+/// times.
 std::int64_t MotionSearch::unknownPairsWithObjects() {
   if (!isInWorld()) return objects()->pairCount() - pairs_.withObjects() - pairs_.tooFar();
   placeStates(0.0);
   return states_.unknownPairsWithObjects();
 }
 
-/// Queues what one bound for the whole motion does not settle.
+/// Puts all pairs that one bound for the whole motion does not settle into the queue.
 void MotionSearch::enterAll(double limit) {
   for (int i = 0; i < pairs_.size(); ++i) {
     const IntervalVisit visit = withSpheres({-kInfinity, i, pairs_[i].a.root, pairs_[i].b.root, 1, 0.0});
@@ -140,7 +143,7 @@ bool MotionSearch::isLeaf(const IntervalVisit& visit) {
   return moving.isOfShapes() && moving.a[visit.a].isLeaf() && moving.b[visit.b].isLeaf();
 }
 
-/// Queues a visit that its bounds do not settle.
+/// Puts a visit into the queue if its bounds do not settle it.
 void MotionSearch::enter(IntervalVisit visit, double limit) {
   visit = withSpheres(visit);
   if (!isSettled(visit, limit)) visit = withBoxes(visit);
@@ -155,7 +158,7 @@ void MotionSearch::enterHalves(const IntervalVisit& visit, double limit) {
   }
 }
 
-/// Splits the interval if the volumes move farther than they are large, else one of the volumes, see splitsFirst().
+/// Splits the interval if the volumes move farther than their size, otherwise one of the volumes, see splitsFirst().
 void MotionSearch::split(const IntervalVisit& visit, double limit) {
   const PairInMotion& moving = movingPairOf(visit);
   if (!moving.isOfShapes()) return splitFixedObjects(visit, limit);
@@ -170,7 +173,7 @@ void MotionSearch::split(const IntervalVisit& visit, double limit) {
   }
 }
 
-/// The same of a node of the tree. At a leaf the pair with its object goes on.
+/// Splits a visit of a node of the tree of fixed objects. At a leaf, the search continues with the pair of its object.
 void MotionSearch::splitFixedObjects(const IntervalVisit& visit, double limit) {
   const BoxTree::Node& node = pairs_.tree()[visit.b];
   IntervalVisit part = visit;
@@ -199,7 +202,7 @@ narrowphase::TimeOfContact MotionSearch::contactOf(const IntervalVisit& visit, c
   options.tolerance = narrowphase::usableTolerance(question.tolerance - 2.0 * moving.error);
   options.begin = interval.begin;
   options.end = std::min(interval.end, latest);
-  // About a millisecond: longer than that no two pieces hold up a question that has a deadline.
+  // 256 queries take about a millisecond, so that two pieces never delay a question with a deadline for longer.
   constexpr int kQueriesBetweenLooksAtTheClock = 256;
   if (question.deadline != Clock::time_point::max()) options.max_queries = kQueriesBetweenLooksAtTheClock;
   return timeOfContact(a.shape, moving.bodies.chainOfA(a.body_T_piece), b.shape, moving.bodies.chainOfB(b.body_T_piece),
@@ -252,23 +255,23 @@ RobotContact MotionSearch::firstContact(const Pairs& pairs, const RobotMotion& m
   return answer;
 }
 
-/// Of two shapes; what stands for a half-space has none.
+/// True if an interior matters to the distance of two shapes. The box that stands for a half-space has no interior.
 bool MotionSearch::hasInterior(const PairInMotion& moving) {
   return moving.kind == PairInMotion::Kind::Shapes && haveInterior(moving.a, moving.b);
 }
 
-/// Whether candidates with objects may have an interior.
+/// True if candidates with objects may have an interior.
 bool MotionSearch::hasInteriors(const Pairs& pairs) const {
   return pairs.includeObjects(objects().get()) && (links_have_interiors_ || objects_have_interiors_);
 }
 
-/// False for an object that is not there.
+/// False for an object that does not exist.
 bool MotionSearch::hasInterior(const ShapeRef& ref) const {
   if (ref.isObject() && !(objects() && objects()->placed(ref.object()))) return false;
   return volumes_->part(ref, objects().get()).whole().has_interior;
 }
 
-/// Finds what is inside a closed mesh at the start. Depths that are reached later are left open.
+/// Finds shapes that are inside a closed mesh at the start. Depths that are reached later are left open.
 void MotionSearch::considerStart(const Pairs& pairs, const MotionQuestion& question, FirstContactBounds& bounds,
                                  RobotContact& answer) {
   for (const PairContactDistance& own : question.nearer_pairs)
@@ -297,7 +300,8 @@ void MotionSearch::considerStart(const Pairs& pairs, const MotionQuestion& quest
   }
 }
 
-/// The same of all candidates with objects at once, as those with fixed objects are not known yet one by one.
+/// Like considerStart(), for all candidates with objects at once, because the pairs with fixed objects are not in
+/// pairs_ yet.
 void MotionSearch::considerObjectsAtStart(const Pairs& pairs, const MotionQuestion& question,
                                           FirstContactBounds& bounds, RobotContact& answer) {
   placeStates(0.0);
@@ -306,7 +310,7 @@ void MotionSearch::considerObjectsAtStart(const Pairs& pairs, const MotionQuesti
   near.thresholds = question.thresholds;
   const double of_objects = question.thresholds ? question.thresholds->range(PairKind::WithObject).smallest : 0.0;
   if (question.contact_distance + of_objects < 0.0) bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
-  // Pairs with contact distances of their own may stand before the one in contact.
+  // Pairs with contact distances of their own may come before the pair in contact.
   for (const PairProximity& found :
        states_.closest(pairs, 1 + question.nearer_pairs.size(), PairRanking::Goal::Closest, near)) {
     const PairProximity pair = fromWorld(found, 0.0);
@@ -323,7 +327,8 @@ void MotionSearch::considerObjectsAtStart(const Pairs& pairs, const MotionQuesti
   }
 }
 
-/// Measures two pieces: they may be in contact earlier than those before, or leave a contact undecided.
+/// Measures two pieces. They may be in contact earlier than the contact found before, or leave it undecided whether
+/// there is a contact.
 void MotionSearch::measure(const IntervalVisit& visit, const MotionQuestion& question, FirstContactBounds& bounds,
                            RobotContact& answer) {
   const narrowphase::TimeOfContact contact = contactOf(visit, question, bounds.latest);
@@ -335,13 +340,13 @@ void MotionSearch::measure(const IntervalVisit& visit, const MotionQuestion& que
   answer.pair = found(visit, contact.at_contact, contact.t_contact);
 }
 
-/// Whether there are objects, and it is known where the fixed ones stand.
+/// True if there are objects, and the pose of the world is known.
 bool MotionSearch::isInWorld() {
   return objects() && !objects()->empty() && pairs_.poses().isKnown(pairs_.poses().world());
 }
 
-/// Gives the poses of a time to questions about one state. With objects they are those in the world; where that is not known,
-/// questions about objects in the world must not be asked.
+/// Sets the poses at one time for questions about one state. If there are objects, the poses are in the world. If the
+/// pose of the world is not known, questions about objects in the world must not be asked.
 void MotionSearch::placeStates(double time) {
   if (!objects() || objects()->empty()) return states_.update(pairs_.poses().at(time));
   const RobotMotion& motion = pairs_.poses().motion();
@@ -350,7 +355,7 @@ void MotionSearch::placeStates(double time) {
 }
 
 /// Measures a few states of the motion first: their smallest distance is an upper bound, which leaves little to search.
-/// Returns false if there is no state of all, as it is not known where the fixed objects stand.
+/// Returns false if no state contains all shapes, because the pose of the fixed objects is not known.
 bool MotionSearch::considerStates(const Pairs& pairs, RobotMinimum& answer) {
   if (objects() && !objects()->empty() && !isInWorld()) return false;
   for (const double time : {0.0, 0.25, 0.5, 0.75, 1.0}) {
@@ -364,7 +369,7 @@ bool MotionSearch::considerStates(const Pairs& pairs, RobotMinimum& answer) {
   return true;
 }
 
-/// [m] What the way of the poses into the world adds at time 0 to the rounding of any distance.
+/// [m] What the transform of the poses into the world adds at time 0 to the rounding of any distance.
 double MotionSearch::roundingAtStart() {
   double farthest = 0.0;
   for (const std::optional<Eigen::Isometry3d>& pose : pairs_.poses().at(0.0))
@@ -372,7 +377,8 @@ double MotionSearch::roundingAtStart() {
   return kPoseRounding * (pairs_.poses().pose(pairs_.poses().world(), 0.0).translation().norm() + farthest);
 }
 
-/// An answer about the state at a time as seen in the frame of the poses. The bounds hold the rounding of the state.
+/// Transforms an answer about the state at one time into the frame of the poses, and widens its bounds by the rounding
+/// of the state.
 PairProximity MotionSearch::fromWorld(PairProximity pair, double time) {
   found_pieces_ = false;
   const double rounding = pairs_.roundingOf(pair.asked, time);
@@ -394,7 +400,7 @@ RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion
   const bool has_states = considerStates(pairs, answer);
   enterAll(answer.upper_bound);
   answer.status = narrowphase::Status::Converged;
-  double proven = kInfinity;  // [m] the smallest bound of all pieces that were measured
+  double proven = kInfinity;  // [m] the smallest lower bound of all pieces that were measured
   while (!queue_.empty() &&
          answer.upper_bound - queue_.first().lower_bound > narrowphase::usableTolerance(question.tolerance)) {
     ++answer.counts.intervals;
@@ -423,13 +429,14 @@ RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion
   }
   const double open = queue_.empty() ? kInfinity : queue_.first().lower_bound;
   answer.lower_bound = std::min({proven, open, answer.upper_bound});
-  // Without the state at the start, what is inside from the start on has not been seen.
+  // If the start was not measured, a shape may have been inside a closed mesh from the start on.
   if (!has_states || !(answer.lower_bound > 0.0)) searchInteriors(question, answer);
   leaveOpenIfWide(answer.pair, question);
   return answer;
 }
 
-/// Bounds by the interiors of a pair during an interval: by how deep something is in its middle, less the way from there.
+/// Bounds a pair with interiors during an interval: the depth in the middle of the interval, minus how far the shapes
+/// can move from there.
 MotionSearch::IntervalVisit MotionSearch::withInterior(IntervalVisit visit, RobotMinimum& answer) {
   PairInMotion& moving = movingPairOf(visit);
   const MovingBodies::Interval interval(visit.interval);
@@ -446,13 +453,13 @@ MotionSearch::IntervalVisit MotionSearch::withInterior(IntervalVisit visit, Robo
   return visit;
 }
 
-/// Looks for what is deeper in a closed mesh than pieces tell, the deepest first.
+/// Searches for depths in closed meshes that are larger than those of the pieces, the deepest first.
 void MotionSearch::searchInteriors(const MotionQuestion& question, RobotMinimum& answer) {
   queue_.clear();
   for (int i = 0; i < pairs_.size(); ++i)
     if (const PairInMotion& moving = pairs_[i]; hasInterior(moving))
       push(withInterior({-kInfinity, i, moving.a.root, moving.b.root, 1, 0.0}, answer));
-  double proven = kInfinity;  // [m] the smallest bound of the intervals that are not divided further
+  double proven = kInfinity;  // [m] the smallest lower bound of the intervals that are not divided further
   for (int i = 0; i < kMaxInteriorIntervals && !queue_.empty() && !isOver(question); ++i) {
     if (!(answer.upper_bound - queue_.first().lower_bound > narrowphase::usableTolerance(question.tolerance))) break;
     const IntervalVisit visit = queue_.pop();
@@ -471,7 +478,7 @@ void MotionSearch::searchInteriors(const MotionQuestion& question, RobotMinimum&
     answer.status = lessComplete(answer.status, narrowphase::Status::IterationLimit);
 }
 
-/// A result of the narrowphase as an answer about links and objects, in the frame of the poses.
+/// Turns a result of the narrowphase into an answer about links and objects, in the frame of the poses.
 PairProximity MotionSearch::found(const IntervalVisit& visit, narrowphase::SignedDistance result, double time) {
   const PairInMotion& moving = movingPairOf(visit);
   const Volume &a = moving.a[visit.a], &b = moving.b[visit.b];
@@ -493,7 +500,8 @@ PairProximity MotionSearch::found(const IntervalVisit& visit, narrowphase::Signe
   return proximity;
 }
 
-/// A pair whose bounds are those of all pieces of its shapes: found() looks at two, and others may be nearer.
+/// Widens the bounds of a pair to those of all pieces of its shapes: found() measures two pieces, and others may be
+/// nearer.
 PairProximity MotionSearch::ofAllPieces(PairProximity pair, double time) {
   if (!found_pieces_) return pair;
   placeStates(time);

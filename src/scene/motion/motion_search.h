@@ -15,18 +15,18 @@
 
 namespace proximity_server::scene {
 
-/// The less complete of two statuses: Unknown, or else the one that stands later in the enumeration.
+/// The less complete of two statuses: Unknown, or else the one that comes later in the enumeration.
 inline narrowphase::Status lessComplete(narrowphase::Status p, narrowphase::Status q) {
   return std::min(p, q) == narrowphase::Status::Unknown ? narrowphase::Status::Unknown : std::max(p, q);
 }
 
 /// Answers questions about pairs of shapes in motion. It divides volumes and time together, and the narrowphase
 /// computes only the pieces and intervals that neither spheres nor boxes settle. The tree of fixed objects is divided
-/// likewise, as one pair with each link.
+/// in the same way; it forms one pair with each link.
 ///
-/// What is wholly inside a closed mesh is so from the start, or has come there through a contact of pieces. So interiors
-/// matter to a first contact at the start only, and to a minimum only if it is no more than 0. A fixed object that is not
-/// examined is farther away than matters, its interior too.
+/// A shape that is wholly inside a closed mesh was there at the start, or a contact of pieces came before. So interiors
+/// matter to a first contact at the start only, and to a minimum only if it is at most 0. A fixed object that is not
+/// examined is too far away to matter, and so is its interior.
 class MotionSearch {
  public:
   MotionSearch(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes);
@@ -44,20 +44,21 @@ class MotionSearch {
  private:
   /// Two volumes during an interval of time, see MovingBodies::Interval; or a volume and a node of the tree.
   struct IntervalVisit {
-    double lower_bound;  ///< [m] of their signed distance less the padding
+    double lower_bound;  ///< [m] of their signed distance minus the padding
     int pair;            ///< index into pairs_
     int a, b, interval;
-    double travel;          ///< [m] of b as seen from a
-    double earliest = 0.0;  ///< the begin of the interval, for a search by Order::Earliest; set by push()
+    double travel;          ///< [m] how far b moves as seen from a
+    double earliest = 0.0;  ///< the begin of the interval for a search in Order::Earliest; push() sets it
 
     bool operator<(const IntervalVisit& other) const {
       return earliest != other.earliest ? earliest > other.earliest : lower_bound > other.lower_bound;
     }
   };
-  /// What a search knows so far about the time of the first contact.
+  /// The bounds of the time of the first contact that a search has found so far.
   struct FirstContactBounds {
-    double latest = 1.0;                                          ///< of a contact that was found, or the end
-    double undecided = std::numeric_limits<double>::infinity();   ///< from then on a pair may be in contact, undecided
+    double latest = 1.0;  ///< the time of a contact that was found, or the end
+    /// from this time on it is not decided whether a pair is in contact
+    double undecided = std::numeric_limits<double>::infinity();
     narrowphase::Status status = narrowphase::Status::Converged;  ///< the reason why it is undecided
     void leaveOpen(double time, narrowphase::Status why);
   };
@@ -105,9 +106,9 @@ class MotionSearch {
 
   const std::shared_ptr<const SceneModel> model_;
   const std::shared_ptr<const Volumes> volumes_;
-  PairRanking states_;  ///< answers about the state at one time
+  PairRanking states_;  ///< answers questions about the state at one time
   MovingPairs pairs_;
-  bool found_pieces_ = false;  ///< whether found() has given the last pair, about two pieces of several
+  bool found_pieces_ = false;  ///< true if found() made the last pair, from two of several pieces
   bool links_have_interiors_ = false, objects_have_interiors_ = false;
   Order order_ = Order::Nearest;
   Heap<IntervalVisit> queue_;

@@ -11,17 +11,17 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// The bodies from one up to the root of the motion, which is -1.
+/// A body and all its ancestors up to the root of the motion, which is -1.
 std::vector<int> ancestry(const PosesInTime& poses, int body) {
   std::vector<int> bodies{body};
   while (bodies.back() >= 0) bodies.push_back(poses.segment(bodies.back()).parent);
   return bodies;
 }
 
-/// The joints on the way from body a to body b, each as the motion of the frame behind it in the one before it.
+/// One step on the way from body a to body b: the motion of the frame after the step, in the frame before it.
 struct Step {
-  int body;   ///< behind it
-  int frame;  ///< the one of the two that the other carries
+  int body;   ///< the frame after the step
+  int frame;  ///< the child frame of the joint of the step
   narrowphase::ScrewMotion motion;
 };
 std::vector<Step> wayBetween(const PosesInTime& poses, int body_a, int body_b) {
@@ -37,7 +37,7 @@ std::vector<Step> wayBetween(const PosesInTime& poses, int body_a, int body_b) {
   return way;
 }
 
-/// The product of a chain and one more screw; what rests becomes a part of its neighbour.
+/// Multiplies a chain by one more screw. A screw at rest is merged with its neighbour.
 void append(const narrowphase::ScrewMotion& screw, narrowphase::MotionChain& chain) {
   if (chain.empty() || !(screw.isRest() || chain.back().isRest()))
     chain.push_back(screw);
@@ -45,7 +45,8 @@ void append(const narrowphase::ScrewMotion& screw, narrowphase::MotionChain& cha
     chain.back() = screw.isRest() ? chain.back() * screw.start : chain.back().start * screw;
 }
 
-/// How the two at the ends of a way move, seen from the frame behind its first `half` steps. Neither chain is empty.
+/// The motions of the frames at both ends of a way, seen from the frame after its first `half` steps. Neither chain is
+/// empty.
 struct Chains {
   narrowphase::MotionChain a, b;
 };
@@ -58,7 +59,7 @@ Chains chainsOf(const std::vector<Step>& way, std::size_t half) {
   return chains;
 }
 
-/// The smallest distance of the origin from the points between two.
+/// The smallest distance of the origin from the points of a segment.
 double distanceToSegment(const Vector3d& begin, const Vector3d& end) {
   const Vector3d along = end - begin;
   const double length2 = along.squaredNorm();
@@ -123,7 +124,8 @@ MovingBodies::MovingBodies(const PosesInTime& poses, int body_a, const Bounds& a
 
   Chains chains = chainsOf(way, half);
   if (seen_from == SeenFrom::Middle && moving == 1) {
-    // All of the motion is that of one of the two: a turn moves that one less whose centre is nearer to its axis.
+    // Only one joint moves, and either body may be seen as the moving one. The body whose centre is nearer to the axis
+    // moves less.
     Chains other = chainsOf(way, way.size());
     const auto accelerated = [](const narrowphase::MotionChain& chain, const Bounds& of) {
       return motionBound(chain, of.centre, of.radius, 0.0, 0.0).acceleration;
@@ -152,8 +154,8 @@ double MovingBodies::roundingAt(double time, PosesInTime& poses) const {
   return kPoseRounding * (length_ + 4.0 * far);
 }
 
-/// The velocity of the origin of a screw is constant in length, so no frame of a chain goes farther from the one before than
-/// its start and its linear velocity lead; roundedLengths() counts each of these at least once.
+/// The origin of a screw moves at a constant speed. So a frame of a chain is never farther from the frame before it
+/// than its start plus its linear velocity; roundedLengths() counts each of these at least once.
 double MovingBodies::reach() const {
   return std::max(narrowphase::roundedLengths(chain_a_, a_.reach), narrowphase::roundedLengths(chain_b_, b_.reach));
 }

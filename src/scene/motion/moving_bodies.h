@@ -9,10 +9,11 @@
 
 namespace proximity_server::scene {
 
-/// The poses of a robot and its objects in motion, those of the robot computed once for each time.
+/// The poses of a robot and its objects in motion. The poses of the robot are computed once for each time.
 ///
-/// A frame has a number: -1 is the frame of the poses, and a body of the robot has its own. After these come the world, if
-/// it is not the frame of the poses, the frames of moving objects, and what add() is given.
+/// A frame has a number. -1 is the frame of the poses, and each body of the robot has its own number. The next numbers
+/// are those of the world, if it is not the frame of the poses, of the frames of moving objects, and of the frames that
+/// add() added.
 class PosesInTime {
  public:
   using Segment = RobotMotion::Segment;
@@ -33,10 +34,10 @@ class PosesInTime {
   /// Adds a frame that rests in the world, and returns its number.
   int add(const Eigen::Isometry3d& world_T_frame);
 
-  /// Whether the poses of a frame and of all that carry it are known.
+  /// True if the poses of a frame and of all its ancestors are known.
   bool isKnown(int frame) const;
 
-  /// Of a known frame, in the frame of the poses.
+  /// The pose of a known frame in the frame of the poses.
   Eigen::Isometry3d pose(int frame, double time);
 
  private:
@@ -46,14 +47,15 @@ class PosesInTime {
   std::map<double, BodyPoses> known_;
 };
 
-/// The body from which two in motion are seen: that in the middle of the joints that move, so that each of the two moves
-/// little (of one joint the side where its turn moves the other less), or one of the two. What is large should be seen at rest, as its far ends move much with every turn.
+/// The body from which two moving bodies are seen. Middle: the body in the middle of the moving joints, so that each of
+/// the two moves little; if only one joint moves, the body from which the other one moves less. A or B: one of the two.
+/// A large shape should be seen at rest, because its far ends move much with every turn.
 enum class SeenFrom : unsigned char { Middle, A, B };
 
 /// Two bodies in motion, or other frames of PosesInTime, seen from a body between them.
 class MovingBodies {
  public:
-  /// `a` and `b` bound all of the bodies that will be asked about.
+  /// `a` and `b` bound all parts of the bodies that later calls are about.
   MovingBodies(const PosesInTime& poses, int body_a, const Bounds& a, int body_b, const Bounds& b,
                SeenFrom seen_from = SeenFrom::Middle);
 
@@ -73,37 +75,40 @@ class MovingBodies {
     double begin, end;
   };
 
-  /// [m] Upper bound of the distance of any point of the two from the origin of the body from which they are seen, at any
-  /// time.
+  /// [m] An upper bound of the distance of any point of the two from the origin of the body from which they are seen,
+  /// at any time.
   double reach() const;
 
-  /// A lower bound [m] of the signed distance, during an interval, of the contents of two spheres that are fixed to the
-  /// bodies; and how far [m] the sphere of b moves as seen from that of a.
+  /// `gap`: a lower bound [m] of the signed distance, during an interval, of the contents of two spheres that are fixed
+  /// to the bodies. `travel`: how far [m] the sphere of b moves as seen from that of a.
   struct SphereGap {
     double gap, travel;
   };
   SphereGap sphereGap(const Bounds& a, const Bounds& b, int interval, PosesInTime& poses);
 
-  /// [m] Upper bound of the effect on a distance of what chainOfA() and chainOfB() have rounded. On a way that leaves the
-  /// robot, frames may be far from each other, and some of them become one in the chains.
+  /// [m] An upper bound of the effect of the rounding of chainOfA() and chainOfB() on a distance. It is 0 if all frames
+  /// between the two are bodies of the robot. Otherwise frames may be far from each other, and the chains merge frames
+  /// at rest.
   double chainRounding() const { return kPoseRounding * way_; }
 
-  /// [m] Upper bound of the effect of the rounding of poses on a distance at one time, also of poses in the world.
+  /// [m] An upper bound of the effect of the rounding of poses on a distance at one time, which includes poses in the
+  /// world.
   double roundingAt(double time, PosesInTime& poses) const;
 
-  /// [m] How far any point of one body moves during an interval, seen from the other, from where it is in the middle of
-  /// the interval; with the rounding of a distance.
+  /// [m] An upper bound of how far a point of one body moves during an interval, seen from the other body, from its
+  /// place in the middle of the interval; plus the rounding of a distance.
   double driftIn(int interval, PosesInTime& poses);
 
-  /// The same bound for their boxes: the gap in the middle of the interval, less how far any point moves from there.
+  /// [m] A lower bound like that of sphereGap(), for boxes: the gap in the middle of the interval, minus how far a
+  /// point can move from there.
   double boxGap(const Bounds& a, const Bounds& b, int interval, PosesInTime& poses);
 
  private:
   /// The motion of both bodies during an interval; it is the same for all of their parts.
   struct IntervalMotion {
     Eigen::Isometry3d a_begin, b_begin, a_middle, b_middle, a_end, b_end;
-    double bulge;     ///< [m] how far a point of b, seen from one of a, leaves the chord from its begin to its end
-    double drift;     ///< [m] how far it leaves its place in the middle of the interval
+    double bulge;     ///< [m] how far a point of b, seen from a point of a, leaves the chord from its begin to its end
+    double drift;     ///< [m] how far it moves from its place in the middle of the interval
     double rounding;  ///< [m] of a distance
   };
 
@@ -113,10 +118,10 @@ class MovingBodies {
   const int body_a_, body_b_;
   bool is_known_ = true;
   int middle_ = -1;
-  narrowphase::MotionChain chain_a_, chain_b_;  ///< without those that rest; never empty
+  narrowphase::MotionChain chain_a_, chain_b_;  ///< screws at rest are merged; never empty
   Bounds a_, b_;
-  double way_ = 0.0;                                ///< [m] from frame to frame, if it leaves the robot
-  double length_ = 0.0;                             ///< [m] of the chains and the way, in which each pose is rounded
+  double way_ = 0.0;  ///< [m] the sum of the distances from frame to frame; 0 if all of these are bodies of the robot
+  double length_ = 0.0;  ///< [m] of the chains and the way together; the poses of all of them are rounded
   std::map<int, IntervalMotion> interval_motions_;  ///< by the number of the interval
 };
 

@@ -14,14 +14,14 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr int kNoFrame = -2;  // of a moving object where the motion has no frames
+constexpr int kNoFrame = -2;  // the frame of a moving object, if the motion has no frames
 
-// [m] Pairs with a half-space are unknown in a motion that leads farther away from it.
+// [m] A pair with a half-space is unknown in a motion that leads farther away from the half-space.
 constexpr double kFarthestReach = 1e12;
 
-/// The box of HalfSpaceBox, with its upper face on the plane.
+/// The box of HalfSpaceBox; its upper face is on the plane.
 Piece boxBelow(const PlacedHalfSpace& half_space, double reach) {
-  constexpr double kSmallest = 1e-3;  // [m] so that the box of a point at the origin has a size
+  constexpr double kSmallest = 1e-3;  // [m] so that the box has a size even for a point at the origin
   const double deepest = std::max(reach + std::abs(half_space.offset), kSmallest);
   const double width = 2.0 * (reach + deepest), height = 2.0 * deepest;
   Isometry3d pose = Isometry3d::Identity();
@@ -41,8 +41,9 @@ Volume leafOver(const Piece& piece) {
 
 }  // namespace
 
-// The axes of the box are unit and perpendicular within 8 eps, which moves a point of the face by as much of its distance
-// from the middle, at most `reach` where it counts. The middle itself is off by less than 8 eps of the height of the box.
+// The axes of the box are unit vectors and perpendicular within 8 eps. That moves a point of the face by the same
+// fraction of its distance from the middle, which is at most `reach` for the points that matter. The middle itself is
+// off by less than 8 eps of the height of the box.
 HalfSpaceBox::HalfSpaceBox(const PlacedHalfSpace& half_space, double reach)
     : piece(boxBelow(half_space, reach)), volume(leafOver(piece)), error(kPoseRounding * (reach + half_space.way)) {}
 
@@ -95,7 +96,7 @@ int MovingPairs::collisionNumber(const ShapeRef& ref, const Piece& piece) const 
   return ref.isObject() ? 1 + piece.collision : model_->robot.collisionOf(piece).number;
 }
 
-// --- who takes part
+// --- participants
 
 MovingPairs::Participant MovingPairs::participant(const ShapeRef& ref) {
   Participant who{volumes_->part(ref, objects_.get()), ref};
@@ -124,7 +125,7 @@ bool MovingPairs::isKnown(const Participant& who) const {
 
 // --- pairs
 
-/// Returns false if a pose or all geometry is missing.
+/// Adds the pairs in motion for a pair of the question. Returns false if a pose or all geometry is missing.
 bool MovingPairs::add(const Participant& a, const Participant& b) {
   if (a.isUnbounded() && b.isUnbounded()) throw std::invalid_argument("the distance of two half-spaces is not defined");
   if (!isKnown(a) || !isKnown(b)) return false;
@@ -159,7 +160,7 @@ void MovingPairs::addSolids(const Participant& a, const Participant& b) {
   pairs_.back().is_compound = !root_a.isLeaf() || !root_b.isLeaf() || has_half_space;
 }
 
-/// One of the two has half-spaces, and is seen at rest.
+/// Adds the pairs of a solid and half-spaces. The half-spaces are seen at rest.
 void MovingPairs::addHalfSpaces(const Participant& a, const Participant& b) {
   const bool in_a = a.isUnbounded();
   const Participant &solid = in_a ? b : a, &unbounded = in_a ? a : b;
@@ -198,7 +199,7 @@ void MovingPairs::addObjectPairs() {
   for (const int walker : objects_->walkers()) addPairsOf(participant(ShapeRef::ofObject(walker)));
 }
 
-/// As ObjectVisits visits them, but moving objects are in no tree.
+/// Adds the pairs that ObjectVisits visits; but here moving objects are in no tree.
 void MovingPairs::addPairsOf(const Participant& walker) {
   if (!isKnown(walker)) return;
   const auto addAll = [&](const std::vector<int>& numbers) {

@@ -22,34 +22,35 @@
 
 namespace proximity_server::scene {
 
-/// Two parts in motion: what a pair of a question consists of, or a link or object and all fixed objects.
+/// Two parts in motion: a pair that a question is about, or a link or object together with all fixed objects.
 struct PairInMotion {
-  ShapeRefPair asked;  ///< without b if b is all fixed objects
-  int number;          ///< of the pair of the question; an object with half-spaces makes several with one number
-  double padding;      ///< [m]
-  /// [m] By how much the distance may be off: MovingBodies::chainRounding(), and of a half-space that of what stands for
-  /// it, see HalfSpaceBox.
+  ShapeRefPair asked;  ///< b is missing if it stands for all fixed objects
+  /// number of the pair in the question; the pairs that an object with half-spaces makes have the same number
+  int number;
+  double padding;  ///< [m]
+  /// [m] How far the distance may be off: MovingBodies::chainRounding(), and for a half-space also the error of the box
+  /// that stands for it, see HalfSpaceBox.
   double error;
   Part a, b;
   MovingBodies bodies;
   enum class Kind : unsigned char { Shapes, HalfSpace, FixedObjects };
   Kind kind = Kind::Shapes;
-  double contact_distance = 0.0;  ///< [m] of the question, for this pair; infinity if it asks for none
-  bool is_compound = false;       ///< one of the two has several parts
+  double contact_distance = 0.0;  ///< [m] for this pair; infinity if the question is not about a contact
+  bool is_compound = false;       ///< one of the two has several pieces or half-spaces
   bool is_examined = false;       ///< one bound for the whole motion did not settle it
 
   bool isOfShapes() const { return kind != Kind::FixedObjects; }
 };
 
-/// A box that stands for a half-space. No point of the other shape is farther than `reach` from the origin during the
-/// motion, so that its lateral distance from the middle of the box's upper face, the point of the plane next to the
-/// origin, is at most `reach`, and so is any depth below the plane, with |offset| added: D.
+/// A box that stands for a half-space. During the motion, no point of the other shape is farther than `reach` from the
+/// origin. So its lateral distance from the middle of the upper face of the box, which is the point of the plane next
+/// to the origin, is at most `reach`, and its depth below the plane is at most D = reach + |offset|.
 ///
-/// 1. Apart, the point of the half-space that is next to a point of the shape is below that point, on the face if the face
-///    extends farther than `reach`.
-/// 2. In overlap by d <= D, take the deepest point of the shape. To get out in another unit direction u than up takes at
-///    least (w - reach) |u_lateral| + d u_up, or (w - reach) |u_lateral| + (h - d) |u_up| if u points down, where w is half the
-///    width of the box and h its height. With w = reach + D and h = 2 D neither is less than d.
+/// 1. Apart: the point of the half-space nearest to a point of the shape is straight below it, and it is on the face if
+///    the face extends farther than `reach`.
+/// 2. In overlap by d <= D: take the deepest point of the shape. The way out in a unit direction u other than up is at
+///    least (w - reach) |u_lateral| + d u_up, or (w - reach) |u_lateral| + (h - d) |u_up| if u points down. Here w is
+///    half the width of the box and h its height. With w = reach + D and h = 2 D neither is less than d.
 ///
 /// So the box has the distance of the half-space, up to the rounding of the box's pose (PairInMotion::error).
 struct HalfSpaceBox {
@@ -60,8 +61,8 @@ struct HalfSpaceBox {
   double error;  ///< [m]
 };
 
-/// The pairs of a question about a motion. Pairs with fixed objects are made when a search has come to their leaf of the
-/// tree of fixed objects; all others are made at once.
+/// The pairs of a question about a motion. Pairs with fixed objects are made when a search has reached their leaf of
+/// the tree of fixed objects; all others are made at once.
 class MovingPairs {
  public:
   MovingPairs(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes);
@@ -70,40 +71,41 @@ class MovingPairs {
   /// nullptr before the first use().
   const std::shared_ptr<const Objects>& objects() const { return objects_; }
 
-  /// `contact` is the question about a contact, which has to outlive the pairs; nullptr if there is none.
+  /// `contact` is the question about a contact, and must outlive the pairs; nullptr if there is none.
   ///
-  /// Throws std::invalid_argument for a motion of another number of bodies or frames, and for what does not exist.
+  /// Throws std::invalid_argument for a motion with a different number of bodies or frames, and for a link, <collision>
+  /// or object that does not exist.
   void begin(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion* contact = nullptr);
 
   int size() const { return static_cast<int>(pairs_.size()); }
   PairInMotion& operator[](int pair) { return pairs_[static_cast<std::size_t>(pair)]; }
   PosesInTime& poses() { return *poses_; }
 
-  /// Of the pairs of the list, how many have no pose or no geometry; and how many candidates with objects have no answer
-  /// although all poses are known: the motion leads too far away.
+  /// unknownOfList(): the number of pairs of the list without a pose or geometry. tooFar(): the number of candidates
+  /// with objects that have no answer, although all poses are known, because the motion leads too far away.
   int unknownOfList() const { return unknown_; }
   int tooFar() const { return too_far_; }
 
-  /// How many candidates with objects have an answer, those with fixed objects left out that are in the tree.
+  /// The number of candidates with objects that have an answer, without the pairs with fixed objects of the tree.
   int withObjects() const { return asked_ - of_list_; }
 
   /// [m] See PairInMotion::contact_distance.
   double contactDistanceOf(const ShapeRefPair& pair) const;
 
-  /// How many pairs of the question one bound did not settle.
+  /// The number of pairs of the question that one bound did not settle.
   int examined() const;
 
-  /// [m] See MovingBodies::roundingAt(); of a pair whose poses are known.
+  /// [m] See MovingBodies::roundingAt(). The poses of the pair must be known.
   double roundingOf(const ShapeRefPair& pair, double time);
 
   /// The tree of the fixed objects, in the world.
   const BoxTree& tree() const { return objects_->fixed().tree(); }
 
-  /// The pair of the link or object of a pair with all fixed objects, and the fixed object of a leaf of the tree; -1 if
-  /// the object is not there any more, or the two are not checked.
+  /// Returns the pair of the object of a leaf of the tree with the link or object a of the pair `with_all`. Returns -1
+  /// if the object does not exist any more, or if the two are not checked.
   int pairAt(int with_all, int item);
 
-  /// The <collision> or the shape of a leaf, counted from 1.
+  /// The number of the <collision> or shape that a piece belongs to, counted from 1.
   int collisionNumber(const ShapeRef& ref, const Piece& piece) const;
 
  private:
@@ -132,10 +134,10 @@ class MovingPairs {
   std::optional<PosesInTime> poses_;
   const MotionQuestion* contact_ = nullptr;
   std::vector<PairInMotion> pairs_;
-  std::deque<HalfSpaceBox> half_spaces_;        ///< to which pairs refer
-  std::map<int, int> fixed_frames_;             ///< in PosesInTime, of fixed objects by their number
+  std::deque<HalfSpaceBox> half_spaces_;  ///< pairs refer to them
+  std::map<int, int> fixed_frames_;       ///< the frame in PosesInTime of each fixed object, by the object's number
   std::map<std::pair<int, int>, int> at_leaf_;  ///< results of pairAt()
-  bool has_frames_ = false;                     ///< the motion knows those of moving objects
+  bool has_frames_ = false;                     ///< true if the motion has the frames of moving objects
   int asked_ = 0, of_list_ = 0, unknown_ = 0, too_far_ = 0;
 };
 

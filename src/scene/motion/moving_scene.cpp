@@ -27,7 +27,7 @@ RobotContact onWhole(const Phase& phase, RobotContact found) {
   return found;
 }
 
-/// `before` found no contact. What it left open stays open.
+/// Joins the answers of successive phases. `before` found no contact. What it left open stays open.
 RobotContact followedBy(const RobotContact& before, RobotContact next) {
   next.counts = together(before.counts, next.counts);
   if (before.status == narrowphase::Status::Converged) return next;

@@ -22,7 +22,7 @@ void require(std::size_t number, std::size_t expected, const std::string& what, 
                               std::to_string(number) + " " + what);
 }
 
-/// [rad] or [m] by which a joint moves, given what the leaders do.
+/// [rad] or [m] The travel of a joint, computed from that of its leader.
 double travelOf(const RobotModel& model, int joint, const std::vector<double>& travel) {
   const Joint::Mimic leader = model.leaderOf(joint);
   const double own = leader.multiplier * travel[leader.joint];
@@ -30,7 +30,7 @@ double travelOf(const RobotModel& model, int joint, const std::vector<double>& t
   throw std::invalid_argument("the travel of joint " + model.joints[joint].name + " is not finite");
 }
 
-/// From where the child of a joint stands in the frame of its parent.
+/// The motion of a joint, beginning where its child stands in the frame of its parent.
 narrowphase::ScrewMotion jointScrew(const Joint& joint, double travel, const Isometry3d& parent_T_child) {
   const Vector3d axis = travel * (parent_T_child.linear() * joint.axis);
   switch (joint.type) {

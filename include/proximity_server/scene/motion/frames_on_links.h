@@ -10,17 +10,17 @@
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/scene.h"
 
-// Objects where there is no tf: their frames are links of the robot, whose poses follow from its state. The root link of the first robot
-// is the frame in which things stand still.
+// Objects where there is no tf: their frames are links of the robot, whose poses follow from the robot's state. The
+// root link of the first robot is the frame in which fixed objects stand.
 
 namespace proximity_server::scene {
 
-// Failure: each function throws std::invalid_argument for a frame that is no link of the robot.
+// Failure: each function throws std::invalid_argument for a frame that is not a link of the robot.
 
-/// The frames for operations on objects, in one state.
+/// The frames for operations on objects, in one state of the robot.
 class LinkFrames : public ObjectFrames {
  public:
-  /// `poses` are needed only to carry objects over from one frame into another. The robot must outlive it.
+  /// `poses` are needed only to change the frame of an object. The robot must outlive it.
   explicit LinkFrames(const RobotModel& robot, BodyPoses poses = {}) : robot_(robot), poses_(std::move(poses)) {}
 
   std::string named(const std::string& name) const override;
@@ -33,16 +33,16 @@ class LinkFrames : public ObjectFrames {
   BodyPoses poses_;
 };
 
-/// The link in whose frame an object stands, moves or is held.
+/// The link in whose frame an object stands or moves, or which holds it.
 int carryingLink(const RobotModel& robot, const Object& object);
 
-/// The pose of a link in the frame of the poses, among which must be that of its body.
+/// The pose of a link in the frame of the poses. The poses must contain that of the link's body.
 Eigen::Isometry3d poseOfLink(const RobotModel& robot, int link, const BodyPoses& poses);
 
 /// The poses of the frames of moving objects, as Scene::update() takes them.
 FramePoses framePoses(const Objects& objects, const BodyPoses& poses);
 
-/// The same for a motion: each frame rests in its link.
+/// The frames of moving objects for a motion: each frame is at rest relative to its link.
 RobotMotion::ObjectFrames framesOnLinks(const Objects& objects);
 
 }  // namespace proximity_server::scene

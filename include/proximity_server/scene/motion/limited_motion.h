@@ -9,18 +9,18 @@
 
 namespace proximity_server::scene {
 
-/// A motion over the time [0, 1] in phases, each a RobotMotion that begins where the one before ended.
+/// A motion over the time [0, 1] in phases. Each phase is a RobotMotion that begins where the phase before ended.
 class PhasedMotion {
  public:
   struct Phase {
-    double begin, end;   ///< of the whole's time; the first begins at 0, the last ends at 1
-    RobotMotion motion;  ///< over this phase
+    double begin, end;   ///< in the time of the whole motion; the first begins at 0, the last ends at 1
+    RobotMotion motion;  ///< the motion over this phase, in a time [0, 1] of its own
 
-    /// The whole's time at a time [0, 1] of this phase.
+    /// Maps a time [0, 1] of this phase to the time of the whole motion.
     double onWhole(double time) const { return time < 1.0 ? std::min(end, begin + time * (end - begin)) : end; }
   };
 
-  /// In one phase.
+  /// A motion in one phase.
   PhasedMotion(RobotMotion motion);  // NOLINT(google-explicit-constructor): the same motion
 
   /// Throws std::invalid_argument if there is no phase, or if their times leave a gap.
@@ -29,7 +29,7 @@ class PhasedMotion {
   const std::vector<Phase>& phases() const { return phases_; }
   BodyPoses at(double time) const;
 
-  /// Gives every phase its part of what carries objects; `frames` are those of the whole time. Throws as
+  /// Splits the motion of the frames that carry objects, which is over the whole time, into the phases. Throws as
   /// RobotMotion::carryObjects does.
   void carryObjects(const RobotMotion::ObjectFrames& frames);
 
@@ -42,13 +42,13 @@ class PhasedMotion {
   std::vector<Phase> phases_;
 };
 
-/// [rad] An encoder may tell as much beyond a limit.
+/// [rad] An encoder may report a position this far beyond a limit.
 constexpr double kBeyondLimit = 0.05;
 
 /// A joint that stops at a limit.
 struct JointStop {
   int joint;    ///< index into RobotModel::joints; never a mimic joint
-  double time;  ///< of [0, 1)
+  double time;  ///< in [0, 1)
 };
 
 struct LimitedMotion {
@@ -56,27 +56,32 @@ struct LimitedMotion {
   std::vector<JointStop> stops;  ///< in the order of their times
 };
 
-/// Every joint at constant velocity until it reaches a limit, where it rests from then on.
+/// Moves every joint at constant velocity until it reaches a limit, where it rests from then on.
 ///
-/// 1. Read the position of each joint off the poses. If the pose of a leader is missing, its position follows from that
-///    of a mimic joint. The limits are those of the leader, and all its followers stop with it.
+/// 1. Compute the position of each joint from the poses. If the pose of a leader is missing, its position follows from
+///    that of a mimic joint. The limits are those of the leader, and all its followers stop with it.
 /// 2. The distance to the limit and the velocity give the time of the stop. A joint beyond a limit rests if its
 ///    velocity points further out, and moves if it points back in.
 /// 3. The times of the stops divide the motion into phases: at most one more than there are joints.
 ///
 /// `travel` is as in RobotMotion::ofTravel, for the whole time and without limits. `stated` [rad] has a position for
-/// each of RobotModel::joints, or is empty. A pose does not tell full turns: of the positions that it may stand for, the one
-/// nearest to the stated position counts, also beyond a limit. Without a stated position the joint is taken to be within its
-/// limits, or beyond one by kBeyondLimit at most, and stops as late as that allows; if it can be neither, it is as near to them
-/// as the pose allows. So a joint that is beyond a limit by more, and whose limits are nearly a turn apart or farther, has to
-/// state it: else it is taken to be a turn away.
+/// each of RobotModel::joints, or is empty. A pose does not tell full turns, so that it stands for several positions:
+///
+/// * With a stated position, the one nearest to it counts, even beyond a limit.
+/// * Without a stated position, the joint is taken to be within its limits, or beyond one by kBeyondLimit at most. Of
+///   such positions the one counts with which it stops last. If there is none, the one nearest to the limits counts.
+///
+/// So, if the limits of a joint are nearly a turn apart or farther, and it is beyond one by more than kBeyondLimit, its
+/// position must be stated; otherwise it is taken to be a turn away.
 /// Error:   the position at which a joint stops is within rounding of its limit.
-/// Failure: throws as RobotMotion::ofTravel does, and std::invalid_argument for a wrong number of stated positions, and, with the
-///          name of the joint, for one of a joint that moves which is more than half a turn beyond its limits.
+/// Failure: throws as RobotMotion::ofTravel does. Throws std::invalid_argument for a wrong number of stated positions,
+///          and, with the name of the joint, for a stated position of a moving joint more than half a turn beyond its
+///          limits.
 LimitedMotion motionWithinLimits(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel,
                                  const std::vector<std::optional<double>>& stated = {});
 
-/// A one-dof joint's position [rad] in (-pi, pi] or [m], given the pose of its child body in its parent body.
+/// Returns the position of a joint with one degree of freedom, [rad] in (-pi, pi] or [m], given the pose of its child
+/// body in its parent body.
 double jointPosition(const RobotModel& model, const Joint& joint, const Eigen::Isometry3d& parent_T_child);
 
 }  // namespace proximity_server::scene
