@@ -14,7 +14,7 @@ namespace {
 
 constexpr float kFloatInfinity = std::numeric_limits<float>::infinity();
 
-// How many steps settle most pairs that they settle at all; measured with Panda and PR2 at 5 cm.
+// After so many steps, nearly all pairs are settled that a search can settle; measured with Panda and PR2 at 5 cm.
 constexpr int kStepsWithFew = 4, kStepsWithAll = 8;
 static_assert(kStepsWithFew + kStepsWithAll <= lanes::kMostSteps);
 
@@ -42,7 +42,8 @@ LaneBounds::LaneBounds(std::shared_ptr<const LaneModel> model, const lanes::Kern
 
 // --- frames
 
-/// A position that is beyond the limit, or not finite, is replaced by 0, and its state is not placed.
+/// Computes a position for each state of the block. A position that is beyond the limit, or not finite, becomes 0, and
+/// its state counts as not placed.
 void LaneBounds::takePositions(const States& states, Eigen::Index first, int count, const LaneModel::Column& column) {
   const double* position = states.data() + first * states.rowStride() + column.joint * states.colStride();
   for (int i = 0; i < count; ++i, position += states.rowStride()) {
@@ -88,7 +89,8 @@ int LaneBounds::keepNear(int pair, double threshold, int* states, int count) con
   if (!shapes.hasGeometry()) return 0;
   const double reach = shapes.radius_a + shapes.radius_b + shapes.padding + threshold + shapes.centre_error;
   if (!(reach >= 0.0)) return 0;
-  // The square of a distance in float has an error of 2 u from the differences, and of 4 u from products and sums.
+  // The square of a distance in float has a relative error of 2 u from the differences and of 4 u from products and
+  // sums.
   const float limit = roundedUp(reach * reach * (1.0 + 0x1p-20));
   const int end = count > 0 ? 1 + *std::max_element(states, states + count) : 0;
   kernels_->far(linkTiles(shapes.a), linkTiles(shapes.b), linkCount(), end, limit, near_.data());
@@ -108,10 +110,10 @@ int LaneBounds::findNear(int pair, const double* thresholds, int count, int* sta
   for (int first = 0; first < count; first += lanes::kTile, tile_a += linkCount(), tile_b += linkCount()) {
     const lanes::Tile &a = *tile_a, &b = *tile_b;
     for (int i = 0; i < lanes::kTile; ++i) {
-      const float x = b[9][i] - a[9][i], y = b[10][i] - a[10][i], z = b[11][i] - a[11][i];  // of the origins
+      const float x = b[9][i] - a[9][i], y = b[10][i] - a[10][i], z = b[11][i] - a[11][i];  // between the origins
       const auto distance2 = static_cast<double>((x * x + y * y) + z * z);
       const double within = reach + thresholds[first + i];
-      // As in keepNear(); written so that NaN counts as near.
+      // The same rounding as in keepNear(). Written so that NaN counts as near.
       const bool is_far = (distance2 > within * within * (1.0 + 0x1p-20)) | (within < 0.0);
       near_[static_cast<std::size_t>(first + i)] = static_cast<unsigned char>(!is_far);
     }
@@ -143,7 +145,7 @@ void LaneBounds::bounds(int pair, const int* states, int count, float* lower, fl
   }
 }
 
-/// Notes the sides of the items that are decided, and moves the others together; returns their number.
+/// Stores the sides of the decided items and moves the undecided ones together. Returns the number of undecided items.
 int LaneBounds::keepUndecided(const Limits& limits, int count) const {
   int kept = 0;
   for (int i = 0; i < count; ++i) {

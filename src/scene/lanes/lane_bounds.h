@@ -10,57 +10,59 @@
 
 namespace proximity_server::scene {
 
-/// [m] How much farther than a distance a pair has to be for certain so that Scene finds it beyond that distance, too: its
-/// search ends within the tolerance of 1e-9 m, and the lower bound that it finds may be that much below the truth. Twice that,
-/// for the rounding of the poses.
+/// [m] If a pair is proven to be farther than a distance by this much, Scene finds it beyond that distance, too: the
+/// search of Scene ends within the tolerance of 1e-9 m, and its lower bound may be that much below the truth. Twice the
+/// tolerance, because of the rounding of the poses.
 constexpr double kSettledFor = 2e-9;
 
-/// Bounds of the signed distances of the candidate pairs in a block of states, found in lanes over the states.
+/// Bounds of the signed distances of the candidate pairs in a block of states. Each lane of a vector has one state.
 ///
-/// 1. place() finds the frames of all bodies and links in float, with a bound of their errors (LaneError).
+/// 1. place() computes the frames of all bodies and links in float, with a bound of their errors (LaneError).
 /// 2. Enclosing balls, then boxes give lower bounds.
-/// 3. A search in the Minkowski difference of the outlines of two links walks from point to point towards the origin: the
-///    support plane at each point is a lower bound, and the point itself an upper one if the links are convex. First with few
-///    corners, then with all.
-/// 4. Inner balls near the point reached give upper bounds.
+/// 3. A search in the Minkowski difference of the outlines of two links moves a point towards the origin, step by step.
+///    The support plane at each point gives a lower bound, and the point itself gives an upper bound if the links are
+///    convex. It is run first with few corners, then with all.
+/// 4. Inner balls near the last point give upper bounds.
 ///
-/// All bounds hold for the whole links: paddings of pairs, interiors of closed meshes and rounding included. Each is a function
-/// of the state and the pair alone, with the same bits on every processor.
+/// All bounds hold for the whole links and include the paddings of pairs, the interiors of closed meshes, and rounding.
+/// Each bound is a function of the state and the pair alone, with the same bits on every processor.
 ///
-/// Source: Frank, Wolfe, An Algorithm for Quadratic Programming, 1956 (the step of the search); Gilbert, Johnson, Keerthi, 1988
-///         (the lower bound). Without the simplex of GJK, lanes take the same steps.
+/// Source: Frank, Wolfe, An Algorithm for Quadratic Programming, 1956 (the step of the search); Gilbert, Johnson,
+///         Keerthi, 1988 (the lower bound). Unlike GJK, it keeps no simplex, so all lanes take the same steps.
 class LaneBounds {
  public:
-  static constexpr int kBlock = lanes::kBlock;  ///< most states at once
+  static constexpr int kBlock = lanes::kBlock;  ///< the largest number of states at once
 
   explicit LaneBounds(const SceneModel& model);
   explicit LaneBounds(std::shared_ptr<const LaneModel> model, const lanes::Kernels& kernels = lanes::kernels());
 
-  /// Takes up to kBlock states from the `first` on.
+  /// Takes up to kBlock states, beginning with row `first`.
   void place(const States& states, Eigen::Index first, int count);
 
-  /// false: a position is not finite, or beyond the range in which the errors hold. Then there are no bounds.
+  /// False if a position is not finite, or beyond the range in which the errors hold. Then the state has no bounds.
   bool isPlaced(int state) const { return is_placed_[static_cast<std::size_t>(state)] != 0; }
 
-  /// lower[i] <= signed distance <= upper[i] [m] of a candidate pair in each of the placed states listed.
+  /// Bounds a candidate pair in each of the listed, placed states: lower[i] <= signed distance <= upper[i] [m].
   void bounds(int pair, const int* states, int count, float* lower, float* upper) const;
 
-  // The same in steps, for a question with a threshold.
+  // The following functions find bounds in steps, for a question with a threshold.
 
-  /// Keeps those of the states whose balls do not prove a distance above the threshold [m]; returns their number.
+  /// Keeps the states in which the balls of the pair do not prove a distance above the threshold [m]. Returns their
+  /// number.
   int keepNear(int pair, double threshold, int* states, int count) const;
 
-  /// Of the first `count` states, those whose balls do not prove a distance above the threshold [m] of the state. Writes their
-  /// numbers to `states`, ascending, and returns how many they are. Both arrays have kBlock entries.
+  /// Finds those of the first `count` states in which the balls of the pair do not prove a distance above the state's
+  /// own threshold [m]. Writes the numbers of the states to `states`, ascending, and returns how many there are. Both
+  /// arrays have kBlock entries.
   int findNear(int pair, const double* thresholds, int count, int* states) const;
 
-  /// Whether a pair in a state is proven to be on one side of the threshold, or neither.
+  /// The side of the threshold on which a pair is proven to be in one state.
   enum class Side : unsigned char { Unknown, Above, Below };
 
-  /// For each of the states listed; the result is valid until the next question.
+  /// Returns the side for each of the listed states. The result is valid until the next question.
   const std::vector<Side>& sides(int pair, double threshold, const int* states, int count) const;
 
-  /// The frame of a body, as the lanes have it. For tests.
+  /// The frame of a body, as computed in lanes. For tests.
   Eigen::Isometry3d bodyPose(int body, int state) const;
 
  private:

@@ -33,7 +33,7 @@ Point turnedBack(const Float* rotation, const Point& p) {
           (rotation[2] * p.x + rotation[5] * p.y) + rotation[8] * p.z};
 }
 
-/// From 12 rows.
+/// Loads a pose from 12 rows.
 template <typename Rows>
 Pose loadPose(const Rows& rows, int column) {
   Pose pose;
@@ -50,7 +50,7 @@ void storePose(const Pose& pose, Rows& rows, int column) {
   store(pose.origin.z, rows[11] + column);
 }
 
-/// The pose of what stands on a parent with the rotation and the origin.
+/// The pose of a frame that has this rotation and origin on its parent.
 Pose stacked(const Pose& parent, const Float* rotation, const Point& origin) {
   Pose pose;
   for (int row = 0; row < 3; ++row)
@@ -64,8 +64,9 @@ Pose stacked(const Pose& parent, const Float* rotation, const Point& origin) {
 
 // --- kinematics
 
-/// The angle less the nearest multiple of a quarter turn, in two parts of which the first has 33 bits, so that its product
-/// with the number of quarters is exact. Then Taylor's polynomials up to pi / 4: what they leave out is below 2e-9.
+/// Subtracts the nearest multiple of a quarter turn from each angle. The quarter turn has two parts, the first with 33
+/// bits, so that its product with the number of quarters is exact. Then evaluates Taylor's polynomials up to pi / 4,
+/// whose remainder is below 2e-9.
 void turn(const double* angles, int count, float* sines, float* cosines) {
   constexpr double kQuartersPerRadian = 0.63661977236758138;
   constexpr double kQuarter = 1.5707963267341256, kRestOfQuarter = 6.0771005065061922e-11;
@@ -91,7 +92,7 @@ void turn(const double* angles, int count, float* sines, float* cosines) {
   }
 }
 
-/// `tile` has the poses of the bodies before it.
+/// `tile` has the poses of the bodies before this one.
 Pose placed(const BodyPlan& body, int column, const Row* sines, const Row* cosines, const Row* positions,
             const Tile* tile) {
   Float rotation[9];
@@ -178,7 +179,7 @@ void relate(const Tile* pose_a, const Tile* pose_b, int link_count, const int* c
   }
 }
 
-/// The point of the balls that lies farthest along a unit direction, and how far that is.
+/// The point of the balls that is farthest in a unit direction, and its height along the direction.
 struct Support {
   Float height;
   Point point;
@@ -208,11 +209,11 @@ void search(const PairShapes& shapes, int balls_a, int balls_b, float uncovered,
     Float lower = load(items.lower + first), upper = load(items.upper + first);
     for (int step = 0; step < steps; ++step) {
       const Float square = dot(way, way);
-      // A shorter way has no direction to trust.
+      // If the way is shorter, rounding makes its direction useless.
       const Int has_direction = square > all(1e-12f);
       const Float length = root(has_direction ? square : one);
       if (shapes.is_exact) upper = smaller(upper, (has_direction ? length : all(1e-6f)) + shapes.upper_error);
-      const Point direction = (-1.0f / length) * way;  // from a to b
+      const Point direction = (-1.0f / length) * way;  // points from a to b
       const Point in_b = turnedBack(a_T_b.rotation, direction);
       const Support a = support(shapes.outline_a, balls_a, direction);
       const Support b = support(shapes.outline_b, balls_b, Point{-in_b.x, -in_b.y, -in_b.z});
@@ -232,7 +233,7 @@ void search(const PairShapes& shapes, int balls_a, int balls_b, float uncovered,
   }
 }
 
-/// The ball that is nearest to a point, and how near its surface is.
+/// The ball that is nearest to a point, and the distance of its surface.
 struct Nearest {
   Float gap, radius;
   Point centre;
@@ -250,8 +251,8 @@ Nearest nearest(const Balls& balls, const Point& p) {
   return best;
 }
 
-/// From the ball of b that lies farthest against the way to the nearest ball of a, from there to the nearest ball of b, and
-/// once more: each step shortens the distance.
+/// Begins at the ball of b that is farthest towards a along the way. Goes to the nearest ball of a, from there to the
+/// nearest ball of b, and repeats this once: each step shortens the distance.
 void meet(const PairShapes& shapes, int count, Items& items) {
   if (shapes.inner_a.count == 0 || shapes.inner_b.count == 0) return;
   for (int first = 0; first < count; first += kLanes) {

@@ -1,46 +1,47 @@
 #pragma once
 
-// Included by sources that are compiled for newer processors than the rest of the program. So neither this nor what they
-// include otherwise may bring an inline function or a template, of which the linker could keep the copy that an older
-// processor does not understand.
+// This file is included by sources that are compiled for newer processors than the rest of the program. So neither this
+// file nor the others that those sources include may define an inline function or a template: the linker could keep a
+// copy of it that older processors cannot run.
 
 namespace proximity_server::scene::lanes {
 
-/// States that are placed at once. More of them fill the lanes better with those that a bound leaves, and need more cache.
+/// The number of states that are placed at once. A larger block fills the lanes better after bounds have excluded
+/// states, but needs more cache.
 constexpr int kBlock = 512;
 
-/// Numbers of a pose, one row for each: the rotation row by row, then the translation.
+/// The numbers of a pose, each in a row of its own: the rotation row by row, then the translation.
 constexpr int kPoseRows = 12;
 
 using Row = float[kBlock];
 
-/// Poses are kept in tiles of so many columns: all poses of a tile are side by side, each in kPoseRows rows. Whole rows of a
-/// block would lie so far from each other that they push one another out of the first cache.
+/// Poses are kept in tiles of this many columns. All poses of a tile are side by side, each in kPoseRows rows. Rows of
+/// a whole block would be so far apart in memory that they push each other out of the first-level cache.
 constexpr int kTile = 16;
 using Tile = float[kPoseRows][kTile];
 static_assert(kBlock % kTile == 0);
 
-/// How a body stands on its parent: the rotation is fixed + sine * by_sine + cosine * by_cosine, the translation is
-/// origin + position * slide.
+/// The pose of a body on its parent: the rotation is fixed + sine * by_sine + cosine * by_cosine, the translation is
+/// origin + position * direction.
 struct BodyPlan {
-  int parent;      ///< a number among the bodies before it; -1: the body does not move from the identity
+  int parent;      ///< number of an earlier body; -1: the body is fixed at the identity
   int turn;        ///< row of the angle; -1: the joint does not turn
   int slide;       ///< row of the position; -1: the joint does not slide
-  float fixed[9];  ///< row by row, as all matrices
+  float fixed[9];  ///< row by row, like all matrices
   float by_sine[9];
   float by_cosine[9];
   float origin[3];
   float direction[3];
 };
 
-/// The frame of a link, which is that of its box, on its body.
+/// The frame of a link, which is the frame of its box, on its body.
 struct LinkPlan {
   int body;
   float rotation[9];
   float origin[3];
 };
 
-/// Points with the radii of the balls about them.
+/// Balls: their centres and radii.
 struct Balls {
   int count;
   const float* x;
@@ -49,12 +50,12 @@ struct Balls {
   const float* radius;
 };
 
-/// The shapes of a pair, each in the frame of its link, and what is added to the errors of its bounds.
+/// The shapes of a pair, each in the frame of its link, and the errors of its bounds.
 struct PairShapes {
   Balls outline_a, outline_b;  ///< the link is in the hull of these balls
-  float uncovered;             ///< [m] that it may stick out of it, of both links
+  float uncovered;             ///< [m] how far both links together may stick out of these hulls
   float centre_a[3], centre_b[3];
-  Balls inner_a, inner_b;  ///< contained in the link
+  Balls inner_a, inner_b;  ///< each ball is contained in the link
   float half_a[3], half_b[3];
   bool is_exact;      ///< both links are convex, and contain the hull of the balls
   float box_error;    ///< [m] of the bounds of boxes
@@ -62,36 +63,39 @@ struct PairShapes {
   float upper_error;  ///< [m] of the upper bounds
 };
 
-/// Pairs of frames, one in each column: the pose of link b in the frame of link a, the point of the CSO that the search has
-/// reached, and the bounds.
+/// Pairs of frames, one in each column: the pose of link b in the frame of link a, the point of the Minkowski
+/// difference that the search has reached, and the bounds.
 struct alignas(64) Items {
   Row pose[kPoseRows];
   Row way[3];
   Row lower, upper;
 };
 
-/// Loops over the lanes, compiled for one kind of processor. Counts need not be multiples of the lanes: rows have room up to
-/// kBlock, and what is there beyond the count is read and written, but does not matter. All give the same bits.
+/// Loops over the lanes, compiled for one kind of processor. Counts need not be multiples of the number of lanes: rows
+/// have room for kBlock columns, and columns beyond the count are read and written without effect on the results. All
+/// kernels give the same bits.
 struct Kernels {
   const char* name;
 
-  /// Sines and cosines of angles [rad] up to kMostAngle in `count` columns, within kSineError.
+  /// Computes sines and cosines of angles [rad] up to kMostAngle in `count` columns, within kSineError.
   void (*turn)(const double* angles, int count, float* sines, float* cosines);
 
-  /// Poses of the bodies and of the links in `count` columns; one tile for each, then those of the next columns.
+  /// Computes the poses of the bodies and of the links in `count` columns. One tile for each comes first, then the
+  /// tiles of the next columns.
   void (*place)(const BodyPlan* bodies, int body_count, const LinkPlan* links, int link_count, int count,
                 const Row* sines, const Row* cosines, const Row* positions, Tile* body_poses, Tile* link_poses);
 
-  /// Sets near[i] to 0 where the square of the distance of the origins of two links is above a limit, else to 1.
+  /// Sets near[i] to 0 if the squared distance of the origins of two links is above a limit, otherwise to 1.
   void (*far)(const Tile* pose_a, const Tile* pose_b, int link_count, int count, float limit, unsigned char* near);
 
-  /// Fills the items with the relative poses of the two links in the columns listed, with the lower bound of their boxes, and
-  /// without upper bound.
+  /// Fills the items with the relative poses of the two links in the listed columns and with the lower bounds of their
+  /// boxes. The upper bounds are infinite.
   void (*relate)(const Tile* pose_a, const Tile* pose_b, int link_count, const int* columns, int count,
                  const PairShapes& shapes, Items& items);
 
-  /// Raises the lower bounds, and lowers the upper ones, by steps towards the point of the CSO nearest to the origin, with the
-  /// first balls of both outlines only. Ends early where each lower bound is above a limit, or the upper one not above another. `way` has to be in the CSO.
+  /// Raises the lower bounds and lowers the upper bounds by steps towards the point of the Minkowski difference nearest
+  /// to the origin. Uses only the first balls of both outlines. Ends early when each item has a lower bound above the
+  /// limit `above` or an upper bound not above the limit `below`. `way` must be in the Minkowski difference.
   void (*search)(const PairShapes& shapes, int balls_a, int balls_b, float uncovered, int steps, float above,
                  float below, int count, Items& items);
 
@@ -101,12 +105,12 @@ struct Kernels {
 
 constexpr double kMostAngle = 1e5;     ///< [rad]
 constexpr double kSineError = 1.5e-7;  ///< tested
-constexpr int kMostSteps = 32;         ///< of all searches of an item together, to which the upper error belongs
+constexpr int kMostSteps = 32;         ///< the sum over all searches of an item; the upper error depends on it
 
-/// The best that this processor can do.
+/// The best kernels for this processor.
 const Kernels& kernels();
 
-/// All that this processor can do, the best first; nullptr ends them.
+/// All kernels for this processor, the best first, then nullptr.
 const Kernels* const* allKernels();
 
 const Kernels& baselineKernels();

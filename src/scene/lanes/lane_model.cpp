@@ -15,10 +15,10 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kUnit = 0x1p-24;      // the relative rounding error of float
-constexpr double kSecondOrder = 1.01;  // for products of errors, and the rounding of all of this in double
+constexpr double kSecondOrder = 1.01;  // for products of errors, and the rounding in double of these bounds
 const double kNormOfRotation = std::sqrt(3.0);
 
-// A sliding joint without limits [m]: more may stand in a state, and is left to other steps.
+// [m] For a sliding joint without limits. A state may have a larger position; the lanes then leave it to other steps.
 constexpr double kMostSlide = 10.0;
 
 void assign(const Matrix3d& matrix, float (&rows)[9]) {
@@ -28,11 +28,11 @@ void assign(const Vector3d& vector, float (&values)[3]) {
   for (int i = 0; i < 3; ++i) values[i] = static_cast<float>(vector[i]);
 }
 
-/// Where something stands on a parent: see LaneError.
+/// The bounds of a frame on its parent, see LaneError.
 struct Step {
   double rotation_error;
   double origin_error;  ///< [m]
-  double length;        ///< [m] between the origins, at most
+  double length;        ///< [m] upper bound of the distance of the origins
 };
 
 LaneError errorOn(const LaneError& parent, const Step& step) {
@@ -52,7 +52,7 @@ Matrix3d crossMatrix(const Vector3d& axis) {
   return matrix;
 }
 
-/// The largest position of a joint that its leader reaches within its limits.
+/// The largest position that a joint reaches while its leader is within its limits.
 double mostOf(const Joint& leader, const Joint::Mimic& mimic) {
   const double most = std::max(std::abs(leader.lower), std::abs(leader.upper));
   const double position = std::abs(mimic.offset) + std::abs(mimic.multiplier) * most;
@@ -63,7 +63,7 @@ lanes::Balls ballsOf(const std::array<std::vector<float>, 4>& rows) {
   return {static_cast<int>(rows[0].size()), rows[0].data(), rows[1].data(), rows[2].data(), rows[3].data()};
 }
 
-/// In the frame of the box.
+/// Converts balls to the frame of the box.
 std::array<std::vector<float>, 4> rowsOf(const std::vector<Ball>& balls, const Bounds& bounds) {
   std::array<std::vector<float>, 4> rows;
   for (const Ball& ball : balls) {
@@ -91,7 +91,7 @@ LaneModel::LaneModel(const SceneModel& model, const Volumes& volumes) {
   }
 }
 
-/// The row of the position that a joint is at.
+/// Adds a column for the position of a joint and returns its row.
 int LaneModel::rowOf(const RobotModel& robot, int joint, std::vector<Column>& columns) {
   const Joint::Mimic leader = robot.leaderOf(joint);
   const double limit =
@@ -177,13 +177,15 @@ void LaneModel::addLink(const RobotModel& robot, int link, const Bounds& bounds)
   link_errors.push_back(errorOn(body_errors[static_cast<std::size_t>(plan.body)], step));
 }
 
-/// With C and x the rotation and origin of b in the frame of a, of which the errors are as in LaneError, and n a direction that
-/// is a unit vector within 4 u: what a bound adds to the errors of C and x is a few u of the lengths.
+/// Let C and x be the rotation and origin of b in the frame of a, with errors as in LaneError, and n a direction that
+/// is a unit vector within 4 u. A bound adds a few u of the lengths to the errors of C and x:
 ///
-/// Support heights along n: C n has an error of (|C - true C| + 6 u), a height 4 u of the extent beside that, its constants u,
-/// the length of n 5 u; the sum of three heights 3 u of all lengths. Together at most 20 u of the lengths.
-/// Points of the CSO: 8 u for a point, and 4 u for each step of the search, of which there are at most kMostSteps.
-/// Boxes: 6 u for each width, 12 u with the sums; the distance from three gaps has the root of 3 times their error, and 4 u.
+/// * Support heights along n: C n has an error of |C - true C| + 6 u. A height adds 4 u of the extent, its constants u,
+///   and the length of n 5 u; the sum of three heights adds 3 u of all lengths. Together at most 20 u of the lengths.
+/// * Points of the Minkowski difference: 8 u for a point, and 4 u for each of the at most kMostSteps steps of the
+///   search.
+/// * Boxes: 6 u for each width, 12 u with the sums. The distance from three gaps has sqrt(3) times their error, and 4
+///   u.
 LaneModel::Pair LaneModel::pairOf(const Link& a, const Link& b, double padding) const {
   const LaneError &error_a = link_errors[static_cast<std::size_t>(a.number)],
                   &error_b = link_errors[static_cast<std::size_t>(b.number)];

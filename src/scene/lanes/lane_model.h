@@ -12,38 +12,41 @@
 
 namespace proximity_server::scene {
 
-/// How far what the lanes compute of a frame in float is from the truth, in any state in the ranges of LaneModel::columns.
+/// An upper bound of the error of a frame that the lanes compute in float, in any state within the limits of
+/// LaneModel::Column.
 ///
-/// Let u be 2^-24. A matrix counts by its Frobenius norm. With A + sine B + cosine C as the rotation of a body on its parent:
-/// its constants, products and sums have an error of at most 4 u (|A| + |B| + |C|), and sine and cosine add
-/// lanes::kSineError (|B| + |C|). Where a frame with the error e stands on one with the error E, the product of the two
-/// rotations has E (1 + e) + e, and 3 u |R| |M| from its dot products of three terms; the origin, at the distance m from that
-/// of the parent, adds E m, the error of m, 3 u |R| m, and u of the sum.
+/// Let u be 2^-24, and measure matrices by their Frobenius norm. Let A + sine B + cosine C be the rotation of a body on
+/// its parent. Its constants, products and sums have an error of at most 4 u (|A| + |B| + |C|), and sine and cosine add
+/// lanes::kSineError (|B| + |C|). Let a frame with the error e stand on a parent R with the error E, with the rotation
+/// M and the origin at the distance m from that of the parent. The product of the two rotations has the error E (1 + e)
+/// + e, and 3 u |R| |M| from its dot products of three terms. The origin has the error E m, plus the error of its own
+/// position, 3 u |R| m, and u of the sum.
 ///
-/// Source: Higham, Accuracy and Stability of Numerical Algorithms, 2002, sections 3.1 and 3.5 (dot and matrix products).
+/// Source: Higham, Accuracy and Stability of Numerical Algorithms, 2002, sections 3.1 and 3.5 (dot and matrix
+///         products).
 struct LaneError {
   double rotation = 0.0;
   double origin = 0.0;  ///< [m]
-  double reach = 0.0;   ///< [m] upper bound of the distance of the origin from that of the root
+  double reach = 0.0;   ///< [m] upper bound of the distance from the origin of the root
 };
 
-/// What the lanes know of a robot: constants in float, and bounds of their errors. Never changes; twins share it.
+/// The constants of a robot in float, and bounds of their errors. It never changes; twins share it.
 class LaneModel {
  public:
   LaneModel(const SceneModel& model, const Volumes& volumes);
   LaneModel(const LaneModel&) = delete;
   LaneModel& operator=(const LaneModel&) = delete;
 
-  /// A position that is read: of a joint that moves itself, or of the leader of one that follows.
+  /// A column of the states that is read: the position of a joint, or of its leader if it is a mimic joint.
   struct Column {
     int joint;                  ///< index into RobotModel::joints, and column of the states
-    double multiplier, offset;  ///< of the one that follows
-    double limit;               ///< [rad] or [m] Beyond this the errors do not hold.
+    double multiplier, offset;  ///< of the mimic joint
+    double limit;               ///< [rad] or [m] Beyond this the errors do not hold
   };
-  std::vector<Column> turns, slides;  ///< rows of lanes::BodyPlan
-  std::vector<int> unread;            ///< the other joints
+  std::vector<Column> turns, slides;  ///< the rows that lanes::BodyPlan refers to
+  std::vector<int> unread;            ///< the joints of all other columns
   std::vector<lanes::BodyPlan> bodies;
-  std::vector<lanes::LinkPlan> links;  ///< of the candidates
+  std::vector<lanes::LinkPlan> links;  ///< the links of the candidates
   std::vector<LaneError> link_errors;
   std::vector<LaneError> body_errors;
 
@@ -53,17 +56,17 @@ class LaneModel {
     double centre_error;  ///< [m] of the distance of the origins of the links
     double radius_a, radius_b;
     lanes::PairShapes shapes;
-    int few_a, few_b;  ///< corners that are searched first
+    int few_a, few_b;  ///< the number of corners that are searched first
     float uncovered_by_few;
 
     bool hasGeometry() const { return a >= 0; }
   };
-  std::vector<Pair> pairs;  ///< by number of the candidate
+  std::vector<Pair> pairs;  ///< index: the number of the candidate
 
  private:
   struct Link {
     LinkOutline outline;
-    double extent;  ///< [m] of the link from the origin of its frame
+    double extent;  ///< [m] how far the link extends from the origin of its frame
     std::array<std::vector<float>, 4> corners, inner;
     int number;
   };
@@ -74,7 +77,7 @@ class LaneModel {
   void addLink(const RobotModel& robot, int link, const Bounds& bounds);
   Pair pairOf(const Link& a, const Link& b, double padding) const;
 
-  std::vector<std::unique_ptr<Link>> outlines_;  ///< by index into RobotModel::links; nullptr: not needed
+  std::vector<std::unique_ptr<Link>> outlines_;  ///< index into RobotModel::links; nullptr if not needed
 };
 
 }  // namespace proximity_server::scene

@@ -18,11 +18,11 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using narrowphase::Shape;
 
-// [1] of the reach: qhull leaves out points that are no farther than 2e-14 of the size of the cloud from the hull, and the
-// corners of simplices have roundings of few eps.
+// [1] Relative to the reach: qhull leaves out points that are outside of the hull by at most 2e-14 of the size of the
+// cloud, and the corners of simplices have a rounding of a few eps.
 constexpr double kRounding = 1e-12;
 
-/// A surface of triangles about a convex core, and a point inside of it.
+/// A surface of triangles around a convex core, and a point inside of it.
 struct Surface {
   std::vector<Vector3d> points;
   std::vector<std::array<int, 3>> triangles;
@@ -46,7 +46,7 @@ Surface surfaceOfBox(const Vector3d& half) {
   return box;
 }
 
-/// A prism about the cylinder.
+/// The surface of a prism around the cylinder.
 Surface surfaceOfCylinder(double radius, double half_length) {
   constexpr int kSides = 24;
   const double pi = std::acos(-1.0), outer = radius / std::cos(pi / kSides);
@@ -72,7 +72,7 @@ Surface surfaceOfHull(const narrowphase::ConvexHull& hull, const Vector3d& centr
   return surface;
 }
 
-/// One that contains the core.
+/// A surface that contains the core.
 Surface surfaceOf(const Shape& shape) {
   const Vector3d& half = shape.halfExtents();
   switch (shape.kind()) {
@@ -119,7 +119,7 @@ class Depth {
     const Vector3d p = piece_T_body_ * point;
     const double lengths = point.norm() + piece_->shape.coreReach() + piece_->body_T_piece.translation().norm();
     const double depth = depthInCore(p) - kRounding * lengths;
-    // Outside of a core with planes the distance of the planes is not that of the core.
+    // For a point outside of a core with planes, the distance from the planes is not the distance from the core.
     return depth >= 0.0 || isRound() ? depth + piece_->shape.margin() : depth;
   }
 
@@ -129,7 +129,7 @@ class Depth {
     double offset;
   };
 
-  /// Whether depthInCore() tells the distance from a ball within the core, or from the core itself.
+  /// True if depthInCore() is the distance from a ball within the core, or from the core itself.
   bool isRound() const {
     const Shape::Kind kind = piece_->shape.kind();
     return kind != Shape::Kind::Box && kind != Shape::Kind::Cylinder && planes_.empty();
@@ -198,9 +198,10 @@ std::vector<SurfacePoint> surfacePoints(const std::vector<Depth>& pieces) {
   return samples;
 }
 
-/// The largest ball about a point behind the sample that leaves hardly more gap than there is.
+/// The largest ball with its centre on the inward normal of the sample whose gap to the sample is accepted: hardly more
+/// than the gap that there is anyway.
 Ball touchingBall(const SurfacePoint& sample, double largest) {
-  constexpr double kGap = 2e-4;  // [m] that is given up for a larger ball
+  constexpr double kGap = 2e-4;  // [m] a gap that is accepted in exchange for a larger ball
   const auto gapAt = [&](double t) { return t - sample.piece->at(sample.point + t * sample.inwards); };
   const double accepted = std::max(0.0, gapAt(0.0)) + kGap;
   double low = 0.0, high = largest;
@@ -252,7 +253,8 @@ std::vector<Ball> fitInner(const std::vector<Depth>& pieces, double largest) {
 
 // --- outline
 
-/// The corners of the pieces that matter, with the margins.
+/// The corners of the pieces, with their margins as radii. If all margins are equal, only the corners of the common
+/// hull.
 std::vector<Ball> cornersOf(const RobotModel& model, const std::vector<int>& pieces) {
   std::vector<Vector3d> points;
   std::vector<Ball> corners;
@@ -273,7 +275,7 @@ std::vector<Ball> cornersOf(const RobotModel& model, const std::vector<int>& pie
   return corners;
 }
 
-/// Sorts balls so that each is the farthest from all before it.
+/// Sorts balls so that each one is the farthest from all before it.
 void sortSpread(std::vector<Ball>& balls) {
   Vector3d mean = Vector3d::Zero();
   for (const Ball& ball : balls) mean += ball.centre / static_cast<double>(balls.size());
@@ -291,7 +293,7 @@ void sortSpread(std::vector<Ball>& balls) {
   }
 }
 
-/// [m] How far balls stick out of the hull of the first `count` of them, at most.
+/// [m] An upper bound of how far balls stick out of the hull of the first `count` balls.
 double uncoveredBy(const std::vector<Ball>& balls, std::size_t count) {
   std::vector<Vector3d> points;
   double least_radius = std::numeric_limits<double>::infinity(), uncovered = 0.0;
@@ -301,7 +303,7 @@ double uncoveredBy(const std::vector<Ball>& balls, std::size_t count) {
   }
   const Shape hull{narrowphase::ConvexHull(points)};
   for (std::size_t i = count; i < balls.size(); ++i) {
-    constexpr double kRadius = 1e-3;  // any, as a point is no shape
+    constexpr double kRadius = 1e-3;  // any value, because a point is not a shape
     Isometry3d hull_T_ball = Isometry3d::Identity();
     hull_T_ball.translation() = balls[i].centre;
     const double distance = signedDistance(hull, narrowphase::Sphere{kRadius}, hull_T_ball).upper_bound + kRadius;
@@ -310,7 +312,7 @@ double uncoveredBy(const std::vector<Ball>& balls, std::size_t count) {
   return uncovered;
 }
 
-/// Whether the hull of the corners is the link, and not more.
+/// True if the hull of the corners is exactly the link.
 bool isExact(const RobotModel& model, const std::vector<int>& pieces) {
   if (pieces.size() != 1) return false;
   const Piece& piece = model.pieces[pieces.front()];

@@ -10,43 +10,45 @@
 
 namespace proximity_server::scene {
 
-/// A ball. Frame: the body's. Metres.
+/// A ball in the frame of the body. Metres.
 struct Ball {
   Eigen::Vector3d centre;
   double radius;
 };
 
 constexpr std::size_t kFewCorners = 24;
-constexpr int kInnerBalls = 24;  ///< at most, of a link
+constexpr int kInnerBalls = 24;  ///< the largest number for a link
 
-/// What a link is contained in, and what it contains, without paddings of pairs.
+/// Shapes that contain a link and shapes that it contains, without the paddings of pairs.
 struct LinkOutline {
   Bounds bounds;  ///< sphere and box
 
-  /// The link, and what is inside of its closed meshes, is in the hull of these balls, the corners of its pieces with their
-  /// margins; or sticks out of it by no more than `uncovered` [m]. A cylinder has the corners of a prism about it.
+  /// These balls are the corners of the pieces of the link, with their margins. The link, with the space inside of its
+  /// closed meshes, is in the hull of the balls, or sticks out of it by at most `uncovered` [m]. A cylinder has the
+  /// corners of a prism around it.
   std::vector<Ball> corners;
   double uncovered = 0.0;
 
-  /// The same of the first `few` of the corners, which are spread.
+  /// The first `few` corners are far apart. The link sticks out of their hull by at most `uncovered_by_few` [m].
   std::size_t few = 0;
   double uncovered_by_few = 0.0;
 
-  bool is_exact = false;                             ///< the link is the hull of the corners
-  Eigen::Vector3d inside = Eigen::Vector3d::Zero();  ///< in the hull of the centres
+  bool is_exact = false;                             ///< the hull of the corners is exactly the link
+  Eigen::Vector3d inside = Eigen::Vector3d::Zero();  ///< a point in the hull of the centres
 
-  /// Each lies inside of one of the pieces, the ball of the largest radius first.
+  /// Each ball lies inside of one of the pieces. The largest ball comes first.
   std::vector<Ball> inner;
 };
 
-/// The outline of a link that has geometry, with these bounds.
+/// Makes the outline of a link that has geometry; `bounds` are those of the link.
 ///
-/// Inner balls: take the point of the surface that is farthest from all balls so far, and the ball that touches the surface
-/// there, as large as the depth of its centre, which is proven by the planes of the surface, allows. A capsule has balls along
-/// its axis.
+/// Inner balls: take the surface point that is farthest from all balls so far. Add the ball that touches the surface
+/// there and whose radius is the depth of its centre, which is proven by the planes of the surface. A capsule has balls
+/// along its axis.
 LinkOutline outlineOf(const RobotModel& model, int link, const Bounds& bounds);
 
-/// [m] A lower bound of the depth of a point in a piece, both in the body's frame; negative if it may be outside.
+/// [m] A lower bound of the depth of a point in a piece, both in the body's frame; negative if the point may be
+/// outside.
 double depthIn(const Piece& piece, const Eigen::Vector3d& point);
 
 }  // namespace proximity_server::scene
