@@ -17,7 +17,8 @@ namespace {
 constexpr int kBlocks = 4;
 constexpr double kNear = 0.05;  // [m]
 
-/// Multiples of an irrational number for each joint, which fill the unit cube evenly.
+/// States whose positions are multiples of an irrational number, a different one for each joint. They fill the unit
+/// cube evenly.
 /// Source: Weyl, Ueber die Gleichverteilung von Zahlen mod. Eins, 1916.
 Eigen::MatrixXd spreadStates(const RobotModel& robot, int count, int first) {
   Eigen::MatrixXd states = Eigen::MatrixXd::Zero(count, static_cast<Eigen::Index>(robot.joints.size()));
@@ -31,8 +32,8 @@ Eigen::MatrixXd spreadStates(const RobotModel& robot, int count, int first) {
   return states;
 }
 
-/// The numbers of the candidates, those first that are proven nearer than 5 cm most often in some states that are always the
-/// same: spread evenly over the ranges of the joints.
+/// The numbers of the candidates. Those come first that are proven nearer than 5 cm most often in a fixed set of
+/// states, which are spread evenly over the ranges of the joints.
 std::vector<int> pairOrder(const RobotModel& robot, const std::shared_ptr<const LaneModel>& lanes) {
   LaneBounds bounds(lanes);
   const int pairs = static_cast<int>(lanes->pairs.size());

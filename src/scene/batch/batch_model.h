@@ -11,21 +11,21 @@
 
 namespace proximity_server::scene {
 
-/// What all states and all twins of a SceneBatch share, and what never changes.
+/// The constant data that all states and all twins of a SceneBatch share.
 struct BatchModel {
   explicit BatchModel(std::shared_ptr<const SceneModel> scene_model);
 
   std::shared_ptr<const SceneModel> model;
   Candidates candidates;
   std::shared_ptr<const Volumes> volumes;
-  std::vector<Joint::Mimic> leaders;  ///< of each joint, see RobotModel::leaderOf()
+  std::vector<Joint::Mimic> leaders;  ///< for each joint, see RobotModel::leaderOf()
 
-  /// The candidate pairs by the numbers of their volumes, as PairMeasurement::visitOf() finds them, with the bound minus
-  /// infinity.
+  /// The candidate pairs by the numbers of their parts, as PairMeasurement::visitOf() finds them, with minus infinity
+  /// as bound.
   std::vector<Visit> visits;
 
   std::shared_ptr<const LaneModel> lanes;
-  std::vector<int> order;  ///< of the candidates: those that are near most often come first
+  std::vector<int> order;  ///< the numbers of the candidates; those that are near most often come first
 };
 
 }  // namespace proximity_server::scene

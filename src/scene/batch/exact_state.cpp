@@ -51,7 +51,7 @@ void ExactState::placeBody(int body) {
   state = state_;
 }
 
-/// As PlacedRobot::update() chooses it.
+/// Chooses the origin as PlacedRobot::update() does.
 void ExactState::placeOrigin() {
   if (origin_of_ == state_) return;
   PlacedRobot& robot = measurement_->robot();
@@ -75,7 +75,7 @@ void ExactState::placeSphere(int root) {
 
 // --- pairs
 
-/// All that visitOf() of the pair reads is placed.
+/// Places all that visitOf() of the pair reads.
 void ExactState::placePair(int pair) {
   const Visit& visit = visitOf(pair);
   placeOrigin();

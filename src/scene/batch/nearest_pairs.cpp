@@ -12,7 +12,7 @@ namespace {
 
 constexpr float kNothing = std::numeric_limits<float>::infinity();
 
-/// For more pairs than this the k-th smallest upper bound is not looked for: hardly any pair would be left out.
+/// For more pairs than this, the k-th smallest upper bound is not computed: it would exclude hardly any pair.
 constexpr std::size_t kMostRanked = 16;
 
 }  // namespace
@@ -70,7 +70,7 @@ void NearestPairs::takeBounds(const LaneBounds& lanes, int count, double limit) 
   for (int state = 0; state < count; ++state) {
     if (has_limit && lanes.isPlaced(state)) continue;
     for (int pair = 0; pair < static_cast<int>(pairs()); ++pair) keep(state, pair, -kNothing);
-    limits_[static_cast<std::size_t>(state)] = -kInfinity;  // no lane has to look for more
+    limits_[static_cast<std::size_t>(state)] = -kInfinity;  // so that the lanes find no pair near in this state
   }
   if (has_limit)
     for (const int pair : batch_->order) keepNear(lanes, pair, count);
@@ -78,7 +78,7 @@ void NearestPairs::takeBounds(const LaneBounds& lanes, int count, double limit) 
     if (of_state == -kInfinity) of_state = limit;
 }
 
-/// [m] The limits of the distance of a pair.
+/// [m] For each state the limit of the distance of a pair.
 const double* NearestPairs::limitsOf(int pair) {
   const double threshold = thresholdOf(pair);
   if (threshold == 0.0) return limits_.data();
@@ -117,7 +117,7 @@ void NearestPairs::lowerLimit(int state, float upper_bound) {
 
 // --- one state
 
-/// [m] A pair that is farther for certain is not among the closest; nor is it in the answer of a new Scene.
+/// [m] A pair that is proven to be farther than this is not among the closest, and not in the answer of a new Scene.
 double NearestPairs::limit() const {
   const double kth = found_.size() < k_ ? kInfinity : found_.first().rank + kSettledFor;
   return std::min(first_limit_, kth);

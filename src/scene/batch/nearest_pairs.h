@@ -12,22 +12,22 @@
 
 namespace proximity_server::scene {
 
-/// The closest candidate pairs in each state of a block.
+/// Finds the closest candidate pairs in each state of a block.
 ///
-/// 1. Each state has a limit: the distance that is asked, or the k-th smallest upper bound so far, as the k closest pairs are
-///    not farther.
-/// 2. Go through the pairs, those first that are near most often. Keep the states in which the balls of the pair are within
-///    the limit, and let lanes bound the distance in these: it may lower the limit.
-/// 3. State by state: the kept pairs whose lower bound is within the limit enter a queue, the smallest bound first.
-/// 4. Take the first pair and compute it. The k-th smallest distance so far is the next limit. Without a bound of the lanes,
-///    the boxes of the pair give it one first.
+/// 1. Each state has a limit: the distance of the question, or the k-th smallest upper bound so far, because the k
+///    closest pairs are not farther.
+/// 2. Go through the pairs; those that are near most often come first. Keep the states in which the balls of the pair
+///    are within the limit, and bound the distance in these states in lanes. This may lower the limit.
+/// 3. For each state: put the kept pairs whose lower bound is within the limit into a queue, the smallest bound first.
+/// 4. Take the first pair and compute it. The k-th smallest distance so far is the next limit. A pair without a bound
+///    of the lanes gets one from its boxes first.
 /// 5. End when the smallest bound in the queue is above the limit.
 ///
 /// If pairs have thresholds of their own, these are subtracted from bounds and distances before they are compared.
 ///
-/// No answer depends on the bounds, on the order of the visits or on the limits, which decide only what is computed. For a
-/// pair among the closest is nearer than every limit by more than the tolerance, so that its search leaves out no piece that
-/// could be its closest; if it did not converge, it is computed again without limit.
+/// No answer depends on the bounds, on the order of the visits or on the limits; they decide only which pairs are
+/// computed. The reason: a pair among the closest is nearer than every limit by more than the tolerance, so its search
+/// leaves out no piece that could be its closest one. If it did not converge, it is computed again without limit.
 class NearestPairs {
  public:
   explicit NearestPairs(std::shared_ptr<const BatchModel> batch);
@@ -35,14 +35,14 @@ class NearestPairs {
   /// Bounds the pairs in the first `count` states of a block, for the k closest pairs of each.
   void prepareClosest(const LaneBounds& lanes, int count, std::size_t k);
 
-  /// The same for the pair with the smallest distance less its own threshold, if this is at most `limit` [m].
+  /// Prepares for the pair with the smallest distance minus its own threshold, if this is at most `limit` [m].
   void prepareClosest(const LaneBounds& lanes, int count, const PairDistances& thresholds, double limit);
 
-  /// The same for all pairs at or below the distance [m].
+  /// Prepares for all pairs at or below the distance [m].
   void prepareBelow(const LaneBounds& lanes, int count, double distance);
 
-  /// Finds the pairs that were prepared for, in one state of the block, which is placed in `exact`. Sorted; valid until the
-  /// next call.
+  /// Finds the prepared pairs in one state of the block. The state is placed in `exact`. The result is sorted, and
+  /// valid until the next call.
   const std::vector<PairProximity>& closest(ExactState& exact, int state);
   const std::vector<PairProximity>& below(ExactState& exact, int state);
 
@@ -51,12 +51,13 @@ class NearestPairs {
   struct Kept {
     int pair;
     float lower_bound;  ///< [m]
-    int next;           ///< index of the next one of the state; -1: none
+    int next;           ///< index of the next kept pair of the state; -1: none
   };
   struct Found {
-    double rank;        ///< [m] the distance, or the lower bound if the search did not converge, less the threshold
+    /// [m] the distance minus the threshold; the lower bound minus the threshold if the search did not converge
+    double rank;
     int pair;           ///< decides between equal ranks
-    std::size_t index;  ///< among measured_
+    std::size_t index;  ///< index into measured_
     bool operator<(const Found& other) const { return rank != other.rank ? rank < other.rank : pair < other.pair; }
   };
 
@@ -77,21 +78,21 @@ class NearestPairs {
 
   std::shared_ptr<const BatchModel> batch_;
   std::size_t k_ = 0;
-  bool ranks_bounds_ = false;         ///< whether upper bounds lower the limits
-  double distance_ = 0.0;             ///< [m] of below()
-  std::vector<double> thresholds_;    ///< [m] what is taken off the distance of each pair
-  std::vector<double> limits_;        ///< [m] of each state, with kSettledFor
-  std::vector<double> limits_of_;     ///< [m] the same with the threshold of a pair
-  std::vector<float> uppers_;         ///< [m] of each state: the k smallest upper bounds, ascending
-  std::vector<int> near_;             ///< states
-  std::vector<float> lower_, upper_;  ///< [m] in these
-  std::vector<int> first_;            ///< of each state: index of a kept pair; -1: none
+  bool ranks_bounds_ = false;         ///< true if upper bounds lower the limits
+  double distance_ = 0.0;             ///< [m] for below()
+  std::vector<double> thresholds_;    ///< [m] for each pair: subtracted from its distance
+  std::vector<double> limits_;        ///< [m] for each state, with kSettledFor
+  std::vector<double> limits_of_;     ///< [m] for each state: the limit plus the threshold of a pair
+  std::vector<float> uppers_;         ///< [m] for each state: the k smallest upper bounds, ascending
+  std::vector<int> near_;             ///< the states in which a pair is near
+  std::vector<float> lower_, upper_;  ///< [m] for each of these states
+  std::vector<int> first_;            ///< for each state: index of a kept pair; -1: none
   std::vector<Kept> kept_;
 
-  double first_limit_ = 0.0;  ///< [m] of the state
+  double first_limit_ = 0.0;  ///< [m] for the current state
   VisitQueue queue_;
   std::vector<PairProximity> measured_, answers_;
-  Heap<Found> found_;  ///< the closest so far, the farthest first
+  Heap<Found> found_;  ///< the closest pairs so far, the farthest first
 };
 
 }  // namespace proximity_server::scene

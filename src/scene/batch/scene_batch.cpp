@@ -21,8 +21,8 @@ class SceneBatch::Impl {
   explicit Impl(std::shared_ptr<const BatchModel> shared)
       : batch(std::move(shared)), lanes(batch->lanes), exact(batch), nearest(batch), verdicts(batch) {}
 
-  /// Calls answer(state, state in the block) for each state that has an answer, block by block, after
-  /// prepare(count of the block); and skip(state) for the others.
+  /// Goes through the states block by block. Calls prepare(number of states in the block) first. Then calls
+  /// answer(state, state in the block) for each state that has an answer, and skip(state) for each other state.
   template <typename Prepare, typename Answer, typename Skip>
   void forEach(const States& states, const Prepare& prepare, const Answer& answer, const Skip& skip) {
     for (Eigen::Index first = 0; first < states.rows(); first += LaneBounds::kBlock) {
@@ -40,14 +40,15 @@ class SceneBatch::Impl {
     }
   }
 
-  /// Places a state, which is the i-th of the block. False if it has no answer: a position or the pose of a pair is not finite.
+  /// Places a state, which is the i-th of the block. Returns false if it has no answer: a position or the pose of a
+  /// pair is not finite.
   bool takeState(const States& states, Eigen::Index state, int i) {
     if (!states.row(state).allFinite()) return false;
     exact.place(states, state);
-    return lanes.isPlaced(i) || exact.isPlaced();  // what the lanes place is near
+    return lanes.isPlaced(i) || exact.isPlaced();  // the poses of a state that the lanes place are finite
   }
 
-  /// Fills `closest` with the pair that is first in each state after prepare().
+  /// Fills `closest` with the first pair that is found in each state after prepare().
   template <typename Prepare>
   const std::vector<PairProximity>& closestOfEach(const States& states, const Prepare& prepare,
                                                   std::vector<PairProximity>& closest) {
@@ -62,8 +63,9 @@ class SceneBatch::Impl {
     return closest;
   }
 
-  /// In those of the `open` states where a pair is at or below its threshold, and by `thresholds` not at a better level than
-  /// `level`, replaces minima by the pair with the smallest distance less its threshold. The other states are open no more.
+  /// Examines the `open` states. If some pair is at or below its threshold, and its level by `thresholds` is not better
+  /// than `level`, the pair with the smallest distance minus its threshold replaces the one in `minima`. All other
+  /// states are removed from `open`.
   void decide(const States& states, const LevelThresholds& thresholds, const PairDistances& threshold,
               ClearanceLevel level) {
     const auto count_of_open = static_cast<Eigen::Index>(open.size());
@@ -83,7 +85,7 @@ class SceneBatch::Impl {
     open.resize(still_open);
   }
 
-  /// Fills the lists with what pairsOf(state in the block) finds.
+  /// Fills the lists with the pairs that pairsOf(state in the block) returns.
   template <typename Prepare, typename PairsOf>
   const StatePairs& listed(const States& states, const Prepare& prepare, const PairsOf& pairsOf) {
     lists.pairs.clear();
@@ -110,7 +112,7 @@ class SceneBatch::Impl {
   NearestPairs nearest;
   Verdicts verdicts;
   std::vector<PairProximity> minima;
-  std::vector<std::size_t> open;  ///< states whose level is not known yet
+  std::vector<std::size_t> open;  ///< the states whose level is not known yet
   Eigen::MatrixXd open_states;
   std::vector<PairProximity> found_in_open;
   StatePairs lists;
@@ -155,8 +157,9 @@ const std::vector<PairProximity>& SceneBatch::minimum(const States& states) {
       states, [&](int count) { impl.nearest.prepareClosest(impl.lanes, count, 1); }, impl.minima);
 }
 
-// The pair with the smallest distance less its warn distance tells whether the state is Clear, and then it is the one. Otherwise
-// look for one at Stop, and if there is one for one in Collision: pairs beyond these thresholds are left out, which costs little.
+// If the pair with the smallest distance minus its warn distance is Clear, the state is Clear, and this pair decides.
+// Otherwise search for a pair at Stop, and if there is one, for a pair in Collision. Pairs beyond these thresholds are
+// left out, so these searches cost little.
 const std::vector<PairProximity>& SceneBatch::deciding(const States& states, const LevelThresholds& thresholds) {
   if (thresholds.stop.areEqual(PairKind::OfLinks) && thresholds.warn.areEqual(PairKind::OfLinks))
     return minimum(states);

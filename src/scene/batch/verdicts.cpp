@@ -32,7 +32,7 @@ const std::vector<StateVerdict>& Verdicts::anyBelow(const States& states, double
   return verdicts_;
 }
 
-/// Finishes states in which a pair is below, and collects the leftovers of the others.
+/// Decides the states in which a pair is below, and collects the leftovers of the other states.
 void Verdicts::decideInLanes(int count, double distance) {
   leftovers_.clear();
   std::fill_n(first_leftover_.begin(), count, -1);
@@ -69,7 +69,7 @@ void Verdicts::decideInLanes(int count, double distance) {
   }
 }
 
-/// Decides the leftovers, and all pairs of states that the lanes could not place.
+/// Decides the leftovers, and all pairs of the states that the lanes could not place.
 void Verdicts::decideExactly(const States& states, Eigen::Index first, int count, double distance) {
   for (int i = 0; i < count; ++i) {
     StateVerdict& verdict = block_[i];

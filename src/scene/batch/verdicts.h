@@ -10,32 +10,32 @@
 
 namespace proximity_server::scene {
 
-/// Whether anything is at or below a distance, for many states: SceneBatch::anyBelow.
+/// Tells for many states whether any pair is at or below a distance, see SceneBatch::anyBelow.
 ///
 /// 1. Place a block of states in lanes.
-/// 2. Go through the pairs in an order that is the same for all states, those that are near most often first. Keep the states
-///    in which the balls of the pair are near, and let LaneBounds find the side of the distance. A state in which a pair is
-///    proven to be below is finished.
-/// 3. What is left over, pairs that the lanes can prove neither above nor below in states that are not finished, is decided
-///    exactly, in the same order of pairs, up to the first that is below.
+/// 2. Go through the pairs in an order that is the same for all states; those that are near most often come first. Keep
+///    the states in which the balls of the pair are near, and let LaneBounds find the side of the distance. A state in
+///    which a pair is proven to be below is decided.
+/// 3. The leftovers are pairs that the lanes prove neither above nor below, in states that are not decided. Decide them
+///    exactly, in the same order of pairs, up to the first one that is below.
 ///
-/// So the pair of a verdict is the first in the order that the lanes prove to be below, or else the first that is so exactly:
-/// a function of the state and the distance.
+/// So the pair of a verdict is the first one in the order that the lanes prove to be below; if there is none, the first
+/// one that is exactly below. It depends on the state and the distance alone.
 class Verdicts {
  public:
   explicit Verdicts(std::shared_ptr<const BatchModel> batch);
 
-  /// For each state; valid until the next question. Unknown where a position or a pose is not finite. There is one column for
-  /// each joint, and the distance [m] is a number.
+  /// Returns a verdict for each state; valid until the next question. Unknown if a position or a pose is not finite.
+  /// There must be one column for each joint, and the distance [m] must be a number.
   const std::vector<StateVerdict>& anyBelow(const States& states, double distance);
 
-  /// How many states or pairs of states reached which step in the last question.
+  /// The numbers of states and of pairs in states that reached a step in the last question.
   struct Counts {
     long states = 0;
-    long near_pairs = 0;       ///< pairs that the balls left
+    long near_pairs = 0;       ///< pairs that the balls did not exclude
     long exact_pairs = 0;      ///< pairs that were decided exactly
     long exact_states = 0;     ///< states with such pairs
-    long unplaced_states = 0;  ///< beyond the range of the lanes
+    long unplaced_states = 0;  ///< states beyond the range of the lanes
   };
   const Counts& counts() const { return counts_; }
 
@@ -50,10 +50,10 @@ class Verdicts {
   StateVerdict* block_ = nullptr;
   std::vector<int> open_, near_;  ///< states of the block
   struct Leftover {
-    int pair, next;  ///< the next one of the state; -1: none
+    int pair, next;  ///< next: the next leftover of the state; -1: none
   };
   std::vector<Leftover> leftovers_;
-  std::vector<int> first_leftover_, last_leftover_;  ///< of each state; -1: none
+  std::vector<int> first_leftover_, last_leftover_;  ///< for each state; -1: none
   Counts counts_;
 };
 

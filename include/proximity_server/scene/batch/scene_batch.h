@@ -13,28 +13,29 @@
 
 namespace proximity_server::scene {
 
-/// Pairs of many states, state by state.
+/// Pairs of many states, listed state by state.
 struct StatePairs {
-  std::vector<PairProximity> pairs;    ///< of all states; those of one state are sorted by distance
-  std::vector<std::size_t> begins;     ///< those of state i begin here, and end at begins[i + 1]
-  std::vector<unsigned char> unknown;  ///< 1 for a state that has no answer, and so no pairs
+  std::vector<PairProximity> pairs;    ///< the pairs of all states; those of one state are sorted by distance
+  std::vector<std::size_t> begins;     ///< the pairs of state i begin at begins[i] and end at begins[i + 1]
+  std::vector<unsigned char> unknown;  ///< 1 for a state that has no answer, and so has no pairs
 };
 
-/// The candidate pairs of one robot in many states, each in the frame of the root links: planners, audits and data sets ask
-/// for millions. The scratch of one caller. Not thread-safe; make a twin for each thread.
+/// Answers questions about the candidate pairs of one robot in many states, each in the frame of the root links.
+/// Planners, audits and data sets ask about millions of states. It has the working memory of one caller. Not
+/// thread-safe; make a twin for each thread.
 ///
-/// The answer about a state depends on that state alone, to the last bit: not on the states beside it, the number of them,
-/// the threads or the processor. It is what a new Scene answers that has seen no other state, with the default tolerance; but
-/// where a Scene chooses between pairs or pieces whose distances differ by less than the tolerance, its choice may depend on
-/// the order of its search. Here the closest pairs are always those with the smallest Scene::proximity(), and what is said of
-/// them is what that says. Equal distances are in the order of the candidates. A distance that did not converge is ranked by
-/// its lower bound.
-/// Nothing allocates after the first batch of its size, unless more pairs are listed than ever before.
+/// The answer about a state depends on that state alone, to the last bit: not on other states, their number, the
+/// threads or the processor. It is the answer of a new Scene that has seen no other state, with the default tolerance.
+/// There is one exception: if the distances of pairs or pieces differ by less than the tolerance, the choice of a Scene
+/// may depend on the order of its search. Here the closest pairs are always those with the smallest Scene::proximity(),
+/// and all facts about them are those of Scene::proximity(). Equal distances are in the order of the candidates. A
+/// distance that did not converge is ranked by its lower bound.
+/// After the first batch of a size nothing is allocated, unless more pairs are listed than ever before.
 ///
-/// A state with a position that is not finite, or so large that the pose of a checked link is not, has no answer: Unknown. A pair
-/// that is too far apart for the narrowphase, 1e30 m, is left out.
-/// Every question throws std::invalid_argument if there is not one column for each joint, and for a distance that is NaN or a
-/// k below 1.
+/// A state has no answer (Unknown) if a position is not finite, or so large that the pose of a checked link is not
+/// finite. A pair that is too far apart for the narrowphase, 1e30 m, is left out.
+/// Every question throws std::invalid_argument if there is not one column for each joint, if a distance is NaN, or if k
+/// is below 1.
 /// References are valid until the next question.
 class SceneBatch {
  public:
@@ -44,27 +45,29 @@ class SceneBatch {
   SceneBatch(SceneBatch&&) noexcept;
   SceneBatch& operator=(SceneBatch&&) noexcept;
 
-  /// Another one of the same model. The two share what never changes.
+  /// Returns another batch of the same model. The two share all data that never change.
   SceneBatch twin() const;
 
   const SceneModel& model() const;
 
-  /// What StateVerdict::pair counts.
+  /// The candidate pairs; StateVerdict::pair is an index into them.
   const Candidates& candidates() const;
 
-  /// For each state: is anything at or below the distance [m]? A pair counts as below unless its lower bound proves otherwise.
+  /// Tells for each state whether any pair is at or below the distance [m]. A pair counts as below unless its lower
+  /// bound proves otherwise.
   const std::vector<StateVerdict>& anyBelow(const States& states, double distance);
 
-  /// For each state the pair with the smallest signed distance; Unknown also if there is no candidate pair.
+  /// Finds for each state the pair with the smallest signed distance; Unknown also if there is no candidate pair.
   const std::vector<PairProximity>& minimum(const States& states);
 
-  /// For each state the pair that sets its level, see DecidingPair; levelOf() tells the level. Unknown as in minimum().
+  /// Finds for each state the pair that decides its level, see DecidingPair; levelOf() returns the level. Unknown as in
+  /// minimum().
   const std::vector<PairProximity>& deciding(const States& states, const LevelThresholds& thresholds);
 
-  /// For each state up to k pairs with the smallest signed distances.
+  /// Finds for each state up to k pairs with the smallest signed distances.
   const StatePairs& closest(const States& states, int k);
 
-  /// For each state all pairs with a signed distance of at most `distance` [m].
+  /// Finds for each state all pairs with a signed distance of at most `distance` [m].
   const StatePairs& below(const States& states, double distance);
 
  private:

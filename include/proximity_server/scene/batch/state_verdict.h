@@ -2,13 +2,13 @@
 
 namespace proximity_server::scene {
 
-/// Whether some candidate pair of a state is at or below a distance.
+/// Tells whether any candidate pair of a state is at or below a distance.
 struct StateVerdict {
   enum class Kind : unsigned char { Unknown, Above, Below };
   Kind kind = Kind::Unknown;
 
-  /// Of Below: such a pair, a number among the candidates; of several, that which is found first. It is a function of the state
-  /// and the distance alone.
+  /// For Below: the number of such a candidate. If there are several, it is the one that is found first; that depends
+  /// on the state and the distance alone.
   int pair = -1;
 };
 
