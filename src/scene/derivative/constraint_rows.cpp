@@ -36,7 +36,7 @@ void requireUsable(const VelocityDamper& damper) {
           "it is not above object_stop_distance");
 }
 
-/// Whether the objects of the scene still have a pair that it had before.
+/// True if the objects of the scene still have this pair.
 bool isStillChecked(const ShapeRefPair& pair, const Objects* objects) {
   if (pair.areLinks()) return true;
   for (const ShapeRef& ref : {pair.a, pair.b})
@@ -44,7 +44,7 @@ bool isStillChecked(const ShapeRefPair& pair, const Objects* objects) {
   return objects->isChecked(pair.a, pair.b);
 }
 
-/// An order of pairs that are equally demanding, the same on every machine.
+/// Orders pairs that are equally demanding, in the same way on every machine.
 bool comesFirst(const ShapeRefPair& p, const ShapeRefPair& q) {
   const auto key = [](const ShapeRefPair& pair) {
     return std::tuple(pair.a.link(), pair.a.object(), pair.b.link(), pair.b.object());
@@ -52,13 +52,13 @@ bool comesFirst(const ShapeRefPair& p, const ShapeRefPair& q) {
   return key(p) < key(q);
 }
 
-/// [m/s] The bound of a row. The share has three roundings, the product one: together at most 2.5 epsilon.
+/// [m/s] The bound of a row. The share has three roundings and the product one: together at most 2.5 epsilon.
 double leastRate(double share, const VelocityDamper& damper) {
   const double rate = -damper.gain * share;
   return rate + 4.0 * kEpsilon * std::abs(rate);
 }
 
-/// [rad/s, m/s] How fast the joints can move each column, at most: a joint that follows another one limits that, too.
+/// [rad/s, m/s] The largest speed of each column. The velocity of a mimic joint limits the column of its leader, too.
 Eigen::VectorXd largestSpeeds(const RobotModel& robot) {
   const DegreesOfFreedom columns(robot);
   Eigen::VectorXd speeds = Eigen::VectorXd::Constant(columns.size(), kInfinity);
@@ -77,7 +77,7 @@ std::vector<int> allColumns(const RobotModel& robot) {
   return columns;
 }
 
-/// [m/s] How fast a distance changes at most. A speed may be infinite.
+/// [m/s] The largest rate of change of a distance. A speed may be infinite.
 double largestRate(const Eigen::VectorXd& gradient, const Eigen::VectorXd& speeds) {
   double rate = 0.0;
   for (Eigen::Index i = 0; i < gradient.size(); ++i)
@@ -158,7 +158,7 @@ void ConstraintRows::offer(const PairProximity& pair, const VelocityDamper& damp
   offers_.push_back({pair.asked, pair.result, share, row, true});
 }
 
-/// Leaves the most demanding offers that need a row, as many as there are rows.
+/// Keeps the most demanding offers that need a row, at most as many as there are rows.
 void ConstraintRows::choose(const Derivatives& derivatives, const VelocityDamper& damper) {
   std::sort(offers_.begin(), offers_.end(), [](const Offer& a, const Offer& b) {
     return a.rank() != b.rank() ? a.rank() < b.rank() : comesFirst(a.pair, b.pair);
@@ -177,7 +177,7 @@ void ConstraintRows::choose(const Derivatives& derivatives, const VelocityDamper
   offers_.erase(offers_.begin() + static_cast<std::ptrdiff_t>(chosen), offers_.end());
 }
 
-/// Whether a pair needs a row, and with which bound.
+/// Decides whether a pair needs a row, and sets its bound.
 ConstraintRows::Need ConstraintRows::judge(Offer& offer, const Derivatives& derivatives, const VelocityDamper& damper) {
   if (!std::isfinite(offer.share) || !findGradient(offer, derivatives)) return Need::Unknown;
   const double bound = leastRate(offer.share, damper), rate = largestRate(gradient_, speeds_);
@@ -191,14 +191,14 @@ ConstraintRows::Need ConstraintRows::judge(Offer& offer, const Derivatives& deri
   return Need::Row;
 }
 
-/// The gradient by the columns that move; false if it is not known.
+/// Sets the gradient by the columns that move. Returns false if it is not known.
 bool ConstraintRows::findGradient(const Offer& offer, const Derivatives& derivatives) {
   if (!derivatives.gradient(PairProximity{offer.pair, 0, 0, offer.result}, gradient_)) return false;
   gradient_ = (speeds_.array() > 0.0).select(gradient_, 0.0);
   return true;
 }
 
-/// Frees the rows of pairs that were not chosen, and gives the free rows to those that have none.
+/// Frees the rows of pairs that were not chosen, and gives free rows to pairs that have none.
 void ConstraintRows::giveRows() {
   for (int row = 0; row < capacity(); ++row)
     if (std::none_of(offers_.begin(), offers_.end(), [&](const Offer& offer) { return offer.row == row; })) free(row);

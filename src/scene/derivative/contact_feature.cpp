@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 using narrowphase::Shape;
 using Kind = narrowphase::Shape::Kind;
 
-/// How many vertices of a shape may be in one plane.
+/// An upper bound of the number of vertices of a shape in one plane.
 std::size_t mostCorners(const Shape& shape) {
   constexpr std::size_t kBox = 8, kPolygonOfDisc = 16;
   if (shape.kind() == Kind::Hull) return static_cast<std::size_t>(shape.hull().size());
@@ -33,7 +33,8 @@ std::size_t mostCorners(const std::vector<Piece>& pieces) {
   return most;
 }
 
-/// Adds the points of a core that are above a height over a plane to a figure, or makes it the disc that they are.
+/// Adds the points of a core that are above a height over a plane to a figure. If these points are a disc, the figure
+/// becomes the disc.
 class Collector {
  public:
   Collector(const ContactPlane& plane, double lowest, double tolerance, PlaneFigure& figure)
@@ -73,7 +74,7 @@ class Collector {
     return supportPoint(shape, pose.linear().transpose() * plane_.normal, vertex);
   }
 
-  /// An end, a line of the side, or a point of a rim.
+  /// Adds an end, a line of the side, or a point of a rim.
   void addSolidOfRevolution(const Shape& shape, const Isometry3d& pose) {
     const Vector3d direction = pose.linear().transpose() * plane_.normal, half = shape.halfExtents();
     const double radial = narrowphase::support::radialPart(direction);
@@ -104,7 +105,7 @@ class Collector {
   bool is_swept_ = false;
 };
 
-/// Unit vectors across a normal and each other.
+/// Unit vectors that are perpendicular to a normal and to each other.
 Eigen::Matrix<double, 3, 2> axesAcross(const Vector3d& normal) {
   Eigen::Matrix<double, 3, 2> axes;
   axes.col(0) = normal.unitOrthogonal();
@@ -116,7 +117,7 @@ Eigen::Matrix<double, 3, 2> axesAcross(const Vector3d& normal) {
 
 std::optional<double> findSupportFigure(const Shape& shape, const Isometry3d& frame_T_shape, const ContactPlane& plane,
                                         double tolerance, double gap, PlaneFigure& figure) {
-  // Most pieces of a mesh are too far to look at their support point.
+  // Most pieces of a mesh are so far away that their support point is not needed.
   const double reach = shape.coreRadius() + shape.margin() + tolerance;
   if (plane.heightOf(frame_T_shape * shape.centre()) < -reach) return std::nullopt;
   int vertex = 0;
@@ -129,15 +130,15 @@ std::optional<double> findSupportFigure(const Shape& shape, const Isometry3d& fr
   return sidewaysError(shape, direction, gap);
 }
 
-/// One of the two shapes at its place.
+/// One of the two shapes of a pair, in its pose.
 struct ContactFeatures::Side {
   const std::vector<Piece>* pieces;
-  const std::vector<int>* numbers;                  ///< of the pieces; nullptr: all
+  const std::vector<int>* numbers;                  ///< the numbers of its pieces; nullptr: all pieces
   const std::vector<PlacedHalfSpace>* half_spaces;  ///< nullptr: none
   Isometry3d pose;
 
-  /// Whether the plane is that of a half-space. Directions count as equal if points that are 1 m apart do so within 1e-6 m: more
-  /// common points only make the least value smaller.
+  /// True if the plane is that of a half-space. Directions count as equal if they move points that are 1 m away by at
+  /// most 1e-6 m. More common points can only make the smallest value smaller.
   bool fills(const ContactPlane& plane, double tolerance) const {
     constexpr double kSameDirection = 1e-6;
     if (!half_spaces) return false;

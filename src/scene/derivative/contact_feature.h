@@ -15,53 +15,58 @@
 
 namespace proximity_server::scene {
 
-/// A plane through a witness point across the normal, with coordinates [m] in it.
+/// A plane through a witness point, perpendicular to the normal, with coordinates [m] in it.
 struct ContactPlane {
   Eigen::Vector2d inPlane(const Eigen::Vector3d& point) const { return axes.transpose() * (point - origin); }
   double heightOf(const Eigen::Vector3d& point) const { return normal.dot(point - origin); }
 
   Eigen::Vector3d origin;            ///< the witness point
-  Eigen::Vector3d normal;            ///< unit, out of the shape
-  Eigen::Matrix<double, 3, 2> axes;  ///< of the coordinates; unit, and across the normal
+  Eigen::Vector3d normal;            ///< unit vector that points out of the shape
+  Eigen::Matrix<double, 3, 2> axes;  ///< the axes of the coordinates; unit vectors perpendicular to the normal
 };
 
-/// Sets `figure` to the points of a shape that are farthest along the normal of the plane, seen in the plane: all that are
-/// within `tolerance` [m] of the farthest. Returns how far they may lie beside their true place [m], see sidewaysError(), for
-/// bounds with this gap [m]; nullopt if the farthest points are not within `tolerance` of the plane.
+/// Sets `figure` to the points of a shape that are farthest along the normal of the plane, projected into the plane:
+/// all points within `tolerance` [m] of the farthest. Returns how far they may lie beside their true place [m], see
+/// sidewaysError(), for bounds with this gap [m]. Returns nullopt if the farthest points are not within `tolerance` of
+/// the plane.
 ///
 /// A disc that is the end of a swept cylinder or cone becomes a polygon around it.
 std::optional<double> findSupportFigure(const narrowphase::Shape& shape, const Eigen::Isometry3d& frame_T_shape,
                                         const ContactPlane& plane, double tolerance, double gap, PlaneFigure& figure);
 
-/// The contact features of the pairs of one robot: where their witness points may be. It is the scratch of one caller, and
-/// allocates nothing after use() where no shape has more vertices than those of the robot and its objects.
+/// The contact features of the pairs of one robot: the points that may be their witness points. It has the working
+/// memory of one caller. After use() nothing is allocated if no shape has more vertices than those of the robot and its
+/// objects.
 class ContactFeatures {
  public:
   explicit ContactFeatures(const SceneModel& model);
 
-  /// nullptr: none.
+  /// nullptr: no objects.
   void use(std::shared_ptr<const Objects> objects);
 
-  /// The smallest value of slope . (x - point_a) over the witness points x that a pair may have on the first of the two
-  /// with the normal of its result, for a slope across the normal. 0 or less, as point_a is one of them.
+  /// The smallest value of slope . (x - point_a) over all points x that may be the witness point on the first shape of
+  /// a pair with the normal of its result. The slope is perpendicular to the normal. It is at most 0, because point_a
+  /// is one of these points.
   ///
-  /// 1. Find the pieces of both links or objects that reach the plane through their witness point, and no farther. The answer
-  ///    does not name the closest ones, and there may be several.
-  /// 2. With d the signed distance and n the normal, the witness pairs of two pieces are (x, x + d n), with x in F_a and in
-  ///    F_b - d n, where F_a and F_b are the points of the pieces that are farthest along n and -n. A half-space has all
-  ///    points of its plane.
-  /// 3. Seen along n that is the intersection of two plane figures; a linear function is smallest at a corner of it.
+  /// 1. Find the pieces of both links or objects that reach the plane through their witness point, and not beyond it.
+  ///    The answer does not name the closest pieces, and there may be several.
+  /// 2. Let d be the signed distance and n the normal. The witness pairs of two pieces are (x, x + d n) for all x in
+  ///    both F_a and F_b - d n, where F_a and F_b are the points of the pieces that are farthest along n and -n. A
+  ///    half-space has all points of its plane.
+  /// 3. Projected along n, these x are the intersection of two plane figures. A linear function is smallest at a corner
+  ///    of it.
   ///
-  /// Error:   points that miss the planes or each other by no more than the tolerance count: that is the gap of the bounds and
-  ///          at least that of a Question by default, and the rounding of the poses. It makes the value smaller only.
-  /// Failure: NaN if the place of one of them is not known.
+  /// Error:   points count that miss the planes or each other by no more than the tolerance: the gap of the bounds, or
+  ///          the default tolerance of a Question if that is larger, plus the rounding of the poses. This can only make
+  ///          the value smaller.
+  /// Failure: NaN if the pose of one of the two is not known.
   double least(const PairProximity& pair, const Eigen::Vector3d& slope, const BodyPoses& poses,
                const FramePoses& frames);
 
  private:
   struct Side;
 
-  /// nullopt if the place is not known.
+  /// Returns nullopt if the pose is not known.
   std::optional<Side> sideOfLink(const ShapeRef& ref, const BodyPoses& poses) const;
   std::optional<Side> sideOfObject(const ShapeRef& ref, const BodyPoses& poses, const FramePoses& frames) const;
 

@@ -83,7 +83,7 @@ double Derivatives::rate(const PairProximity& pair, const Eigen::Ref<const Eigen
   if (!gradient(pair, row_)) return std::numeric_limits<double>::quiet_NaN();
   const double at_points = row_.dot(velocity);
   if (pair.result.unique) return at_points;
-  // From one witness pair to another that is x farther, the rate changes by n . (turn x x) = (n x turn) . x.
+  // If the witness pair moves by x, the rate changes by n . (turn x x) = (n x turn) . x.
   const Eigen::Vector3d turn =
       joints_->relativeTurn(joints_->bodyOf(pair.asked.a), joints_->bodyOf(pair.asked.b), velocity);
   return at_points + features_->least(pair, pair.result.normal.cross(turn), joints_->poses(), frames_);

@@ -19,7 +19,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-/// Bounds of a body's geometry as seen from a point, in the axes of the poses.
+/// The bounds of a body's geometry relative to a point, along the axes of the frame of the poses.
 struct SeenBounds {
   SeenBounds(const Bounds& bounds, const Eigen::Isometry3d& body, const Vector3d& from)
       : centre(body.linear() * bounds.centre + (body.translation() - from)),
@@ -32,9 +32,10 @@ struct SeenBounds {
   double radius, rounding;
 };
 
-/// [m] Upper bound of the distance of any point of the geometry from the line through the origin along a unit vector. The distance is
-/// convex, so that no point of the box is farther than one of its corners.
-/// One box of a whole link: the boxes of its pieces make the radius smaller by 0.3 % (Panda) to 3 % (PR2) in the mean.
+/// [m] An upper bound of the distance of any point of the geometry from the line through the origin along a unit
+/// vector. The distance is convex, so no point of the box is farther than one of its corners.
+/// There is one box for a whole link: the boxes of its pieces would make the radius smaller by only 0.3 % (Panda) to 3
+/// % (PR2) on average.
 double radiusAbout(const Vector3d& axis, const SeenBounds& seen) {
   const auto across = [&](const Vector3d& vector) -> Vector3d { return vector - axis.dot(vector) * axis; };
   const Vector3d centre = across(seen.centre);
@@ -47,7 +48,7 @@ double radiusAbout(const Vector3d& axis, const SeenBounds& seen) {
   return (1.0 + kPoseRounding) * radius + seen.rounding;
 }
 
-/// [m] The same of the distance from the origin.
+/// [m] An upper bound of the distance of any point of the geometry from the origin.
 double radiusAboutOrigin(const SeenBounds& seen) {
   return (1.0 + kPoseRounding) * (seen.centre.norm() + seen.radius) + seen.rounding;
 }
@@ -82,7 +83,7 @@ void FreeMotion::update(const BodyPoses& poses) {
 
 // --- weights
 
-/// Adds those of the joints that carry one of a pair, but not the other.
+/// Adds the weights of the joints that carry one shape of a pair, but not the other one.
 bool FreeMotion::addWeights(const ShapeRef& ref, int body, int other_body, Eigen::Ref<VectorXd> weights) const {
   if (body < 0) return true;
   if (!joints_->poses()[body] || !joints_->knowsBetween(body, other_body)) return false;
@@ -119,8 +120,8 @@ bool FreeMotion::weights(const ShapeRefPair& pair, Eigen::Ref<VectorXd> weights)
 
 // --- all pairs of a scene
 
-/// Weights that no pair exceeds: the largest of all that is carried. A degree of freedom that several joints follow may move
-/// both of a pair, any other one moves only one of them. What has no pose is in no known pair.
+/// Sets weights that no pair exceeds: the largest of all links and objects. A degree of freedom with mimic joints may
+/// move both shapes of a pair; any other one moves only one of them. A shape without a pose is in no known pair.
 bool FreeMotion::findLargestWeights(VectorXd& weights) {
   const RobotModel& robot = joints_->robot();
   weights.setZero();
@@ -178,7 +179,7 @@ double FreeMotion::scale(const Eigen::Ref<const VectorXd>& motion) const {
   double scale = 1.0;
   for (int i = 0; i < size_; ++i) {
     const Bubble& bubble = (*this)[i];
-    // The sum of n products is off by at most n + 1 of its eps, the quotient by one.
+    // The sum of n products has a relative error of at most (n + 1) eps, and the quotient of one eps.
     const double rounding = static_cast<double>(motion.size() + 4) * std::numeric_limits<double>::epsilon();
     const double way = (1.0 + rounding) * bubble.weights.dot(motion.cwiseAbs());
     if (!(way <= bubble.free)) scale = std::min(scale, bubble.free / way * (1.0 - rounding));

@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 
 bool needsParent(const Joint& joint) { return !hasOnePosition(joint); }
 
-/// The axes of a planar joint in its own frame: two of the plane, and the normal.
+/// The axes of a planar joint in its own frame: two axes of the plane, and the normal.
 Matrix3d planeAxes(const Vector3d& normal) { return turnFromZ(normal.normalized()).toRotationMatrix(); }
 
 }  // namespace

@@ -15,7 +15,7 @@
 
 namespace proximity_server::scene {
 
-/// How a body, and all that it carries, moves at one unit of a degree of freedom, if no other joint moves.
+/// The motion of a body and all that it carries for one unit of a degree of freedom, if no other joint moves.
 struct UnitTwist {
   Eigen::Vector3d linear;   ///< [m] of `origin`, per unit
   Eigen::Vector3d angular;  ///< [rad] per unit
@@ -30,8 +30,8 @@ struct JointTwists {
   std::array<UnitTwist, 6> twists;
 };
 
-/// The joints of a robot in one set of poses, as the derivatives of its distances need them. The poses are in one frame, and so
-/// are the twists. Nothing allocates after the first update.
+/// The joints of a robot in one set of poses, for the derivatives of its distances. The poses and the twists are in one
+/// frame. After the first update nothing is allocated.
 class PlacedJoints {
  public:
   explicit PlacedJoints(std::shared_ptr<const SceneModel> model);
@@ -40,11 +40,12 @@ class PlacedJoints {
   const RobotModel& robot() const { return model_->robot; }
   const DegreesOfFreedom& degreesOfFreedom() const { return degrees_of_freedom_; }
 
-  /// All objects that no link holds rest where the roots do.
+  /// All objects that no link holds are at rest like the roots.
   /// Throws std::invalid_argument for the objects of another model.
   void use(std::shared_ptr<const Objects> objects);
 
-  /// Throws std::invalid_argument also if there is not one carrier for each frame, and for one that is no body.
+  /// Throws std::invalid_argument also if there is not one carrier for each frame, and for a carrier that is not a
+  /// body.
   void use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers);
   const Objects* objects() const { return objects_.get(); }
 
@@ -53,13 +54,14 @@ class PlacedJoints {
 
   const BodyPoses& poses() const { return poses_; }
 
-  /// The body that carries a link or an object; -1 for an object that nothing carries: it is taken to rest where the roots
-  /// of the robots do.
+  /// The body that carries a link or an object. -1 for an object that nothing carries: it is taken to be at rest like
+  /// the roots of the robots.
   int bodyOf(const ShapeRef& ref) const;
 
-  enum class Side : unsigned char { A, B };  ///< which of the two bodies a joint carries
+  enum class Side : unsigned char { A, B };  ///< tells which of the two bodies a joint carries
 
-  /// Calls `visit(joint's body, side)` for each body with a joint between two bodies, of which -1 is where the roots rest.
+  /// Calls `visit(joint's body, side)` for each body with a joint between two bodies. The body -1 is the place where
+  /// the roots rest.
   template <class Visit>
   void forEachBetween(int a, int b, const Visit& visit) const {
     while (a != b) {
@@ -69,13 +71,14 @@ class PlacedJoints {
     }
   }
 
-  /// Whether all poses are known that twistsOf() needs for the joints between two bodies.
+  /// True if all poses are known that twistsOf() needs for the joints between two bodies.
   bool knowsBetween(int a, int b) const;
 
-  /// The twists of the joint that carries a body, whose pose is known.
+  /// The twists of the joint that carries a body. The pose of the body must be known.
   JointTwists twistsOf(int body) const;
 
-  /// [rad/s] How body b turns as seen from body a at a velocity of the degrees of freedom; knowsBetween() is true for them.
+  /// [rad/s] The angular velocity of body b relative to body a at a velocity of the degrees of freedom. knowsBetween()
+  /// must be true for the two.
   Eigen::Vector3d relativeTurn(int a, int b, const Eigen::Ref<const Eigen::VectorXd>& velocity) const;
 
  private:

@@ -15,7 +15,7 @@ struct Edge {
   Vector2d start, along;
 };
 
-/// Calls `visit(edge)` for each edge; one for a segment, none for a point.
+/// Calls `visit(edge)` for each edge. A segment has one edge, a point has none.
 template <class Visit>
 void forEachEdge(const PlaneFigure& polygon, const Visit& visit) {
   const std::vector<Vector2d>& corners = polygon.corners();
@@ -29,21 +29,21 @@ double distanceFrom(const Edge& edge, const Vector2d& point) {
   return (edge.start + at * edge.along - point).norm();
 }
 
-/// Whether a ray along x from the point leaves through the edge.
+/// True if a ray from the point along x crosses the edge.
 bool isLeftOf(const Vector2d& point, const Edge& edge) {
   const Vector2d end = edge.start + edge.along;
   if ((edge.start.y() > point.y()) == (end.y() > point.y())) return false;
   return point.x() < edge.start.x() + edge.along.x() * (point.y() - edge.start.y()) / edge.along.y();
 }
 
-/// Visits the common points that may be the lowest ones, some of them twice.
+/// Visits all common points that may be the lowest one, some of them twice.
 class Lowest {
  public:
   Lowest(const Vector2d& slope, double tolerance) : slope_(slope), tolerance_(tolerance) {}
 
   double value() const { return value_; }
 
-  /// Corners of one figure, and the lowest point of a disc, where they lie in the other one.
+  /// Offers the corners of one figure, or the lowest point of a disc, if they lie in the other figure.
   void offerOwn(const PlaneFigure& figure, const PlaneFigure& other) {
     for (const Vector2d& corner : figure.corners())
       if (other.contains(corner, tolerance_)) offer(corner);
@@ -64,12 +64,12 @@ class Lowest {
  private:
   void offer(const Vector2d& point) { value_ = std::min(value_, slope_.dot(point)); }
 
-  /// The point of an edge that is nearest to that at `part` of its line.
+  /// The point of an edge that is nearest to the point at the fraction `part` of its line.
   static Vector2d pointOn(const Edge& edge, double part) {
     return edge.start + std::clamp(part, 0.0, 1.0) * edge.along;
   }
 
-  /// Whether the point at `at` [m] from the start of an edge belongs to it.
+  /// True if the point at `at` [m] from the start of an edge belongs to it.
   bool isOn(double at, double length) const { return at >= -tolerance_ && at <= length + tolerance_; }
 
   void offerCrossing(const Edge& e, const Edge& f) {
@@ -77,7 +77,8 @@ class Lowest {
     if (sine == 0.0) return;
     const Vector2d apart = f.start - e.start;
     const Vector2d on_e = pointOn(e, cross(apart, f.along) / sine), on_f = pointOn(f, cross(apart, e.along) / sine);
-    // If the edges are nearly parallel, rounding has spoilt the crossing; the ends of one are in the other then.
+    // If the edges are nearly parallel, rounding makes the crossing useless; but then the ends of one edge are in the
+    // other figure.
     if ((on_e - on_f).norm() <= tolerance_) offer(on_e);
   }
 
@@ -142,7 +143,7 @@ void PlaneFigure::close() {
   if (points_.size() < 2) return;
   const std::size_t lower = corners_.size() - 1;
   for (auto point = points_.rbegin() + 1; point != points_.rend(); ++point) extend(*point, lower);
-  corners_.pop_back();  // the first one again
+  corners_.pop_back();  // the first one, which was added again
 }
 
 void PlaneFigure::becomeDisc(const Vector2d& centre, double radius) {
@@ -154,7 +155,7 @@ void PlaneFigure::becomeDisc(const Vector2d& centre, double radius) {
 bool PlaneFigure::contains(const Vector2d& point, double tolerance) const {
   if (isDisc()) return (point - centre_).norm() <= radius_ + tolerance;
   if (corners_.size() == 1) return (point - corners_[0]).norm() <= tolerance;
-  // The side of each edge would not do: rounding turns short edges, and far from them it would matter.
+  // It is not enough to test the side of each edge: rounding turns short edges, and far from them that would matter.
   bool is_near = false, is_inside = false;
   forEachEdge(*this, [&](const Edge& edge) {
     is_near = is_near || distanceFrom(edge, point) <= tolerance;

@@ -23,27 +23,27 @@ class PlaneFigure {
   const Eigen::Vector2d& centre() const { return centre_; }
   double radius() const { return radius_; }
 
-  /// Counter-clockwise; two of a segment, and none of a disc.
+  /// Counter-clockwise; a segment has two, and a disc none.
   const std::vector<Eigen::Vector2d>& corners() const { return corners_; }
 
-  /// Whether the point is in the figure, or no farther from it than `tolerance` [m].
+  /// True if the point is in the figure, or no farther from it than `tolerance` [m].
   bool contains(const Eigen::Vector2d& point, double tolerance) const;
 
  private:
   std::vector<Eigen::Vector2d> points_, corners_;
   Eigen::Vector2d centre_ = Eigen::Vector2d::Zero();
-  double radius_ = 0.0;  ///< 0: no disc
+  double radius_ = 0.0;  ///< 0: it is not a disc
 };
 
 /// The smallest value of slope . x over the points x of a figure; infinity if it is empty.
 double leastOn(const PlaneFigure& figure, const Eigen::Vector2d& slope);
 
-/// The smallest value of slope . x over the points x that two figures have in common; infinity if there are none. Corners that are
-/// outside of the other figure by no more than `tolerance` [m] count as common, so it is smaller than the truth
-/// by |slope| * tolerance at most.
+/// The smallest value of slope . x over the points x that two figures have in common; infinity if there are none.
+/// Corners that are outside of the other figure by no more than `tolerance` [m] count as common, so the result is
+/// smaller than the true value by at most |slope| * tolerance.
 ///
-/// A linear function is smallest at a corner of the intersection: a corner of one figure in the other, a crossing of the two
-/// outlines, or the point of a disc that lies farthest against the slope.
+/// A linear function is smallest at a corner of the intersection: a corner of one figure in the other one, a crossing
+/// of the two outlines, or the point of a disc that is farthest against the slope.
 double leastInCommon(const PlaneFigure& a, const PlaneFigure& b, const Eigen::Vector2d& slope, double tolerance);
 
 }  // namespace proximity_server::scene

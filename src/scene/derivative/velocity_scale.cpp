@@ -14,13 +14,13 @@ namespace {
 
 constexpr double kRoundedDown = 1.0 - 8.0 * std::numeric_limits<double>::epsilon();
 
-/// The way to a stop, in the time [s] that the velocities take for it.
+/// The length of the way to a stop, in the time [s] that it takes at the full velocities.
 struct Stop {
   double latency, braking;  ///< [s] T and tau
 
   double length() const { return latency + 0.5 * braking; }
 
-  /// The scale whose way has a length, rounded down.
+  /// The scale at which the way to a stop has a given length, rounded down.
   double scaleOf(double length) const {
     if (!(length > 0.0)) return 0.0;
     const double scale = 2.0 * length / (latency + std::sqrt(latency * latency + 2.0 * braking * length));
@@ -51,7 +51,7 @@ void requireLegal(const RobotModel& model, const MovingState& state, const Braki
     throw std::invalid_argument("the world moves on its own");
 }
 
-/// The velocities of the joints that lead; all others are ignored, and are 0 here.
+/// The velocities of the joints that are leaders. All others are ignored, and are set to 0.
 std::vector<double> leadersOnly(const RobotModel& model, std::vector<double> velocities) {
   for (std::size_t i = 0; i < model.joints.size(); ++i)
     if (model.joints[i].mimic || !hasOnePosition(model.joints[i])) velocities[i] = 0.0;
@@ -68,7 +68,7 @@ Stop stopOf(const RobotModel& model, const std::vector<double>& velocities, cons
   return stop;
 }
 
-/// For a length [s] at constant velocities, or until a joint is at its limit.
+/// The motion for a length [s] at constant velocities; a joint stops at its limit.
 PhasedMotion motionAlong(const RobotModel& model, const MovingState& state, std::vector<double> velocities,
                          double length) {
   for (double& joint : velocities) joint *= length;
@@ -77,7 +77,7 @@ PhasedMotion motionAlong(const RobotModel& model, const MovingState& state, std:
   return motion;
 }
 
-/// The search for the first pair at its stop distance.
+/// Searches for the first pair at its stop distance.
 class StopSearch {
  public:
   StopSearch(MovingScene& moving, Scene& scene, const PairDistances& stop,
@@ -102,15 +102,17 @@ class StopSearch {
     return is_left_open && leaveOutRetreats(motion) ? moving_.timeOfContact(pairs, motion, question_) : found;
   }
 
-  /// The pair of a contact as it is at the start, if it is one that is too near there already; else nullptr.
+  /// The pair of a contact as it is at the start, if it is one of those that are too near at the start; otherwise
+  /// nullptr.
   const PairProximity* nearAtStart(const PairProximity& pair) const {
     const auto isIt = [&](const PairProximity& near) { return near.asked.isSameAs(pair.asked); };
     const auto found = std::find_if(near_.begin(), near_.end(), isIt);
     return found == near_.end() ? nullptr : &*found;
   }
 
-  /// Whether a pair that comes nearer than at the start does so in the first half of its way already: even if that begins
-  /// without velocity, the square of a half is more than the sixteenth that is asked for.
+  /// True if a pair that comes nearer than at the start does so already in the first half of its way. Even if the
+  /// approach begins without velocity, the pair has come nearer by a quarter of kRetreatTolerance after half of the
+  /// way, and only a sixteenth is asked for.
   bool approaches(const PairProximity& near, const PhasedMotion& first_half) {
     MotionQuestion question = question_;
     question.tolerance = kRetreatTolerance / 100.0;
@@ -119,8 +121,8 @@ class StopSearch {
   }
 
  private:
-  /// Contacts of overlaps with closed meshes are left open. What comes no nearer during the whole motion has none. Returns whether
-  /// there is such a pair.
+  /// Contacts of overlaps with closed meshes are left open. This leaves out those that come no nearer during the whole
+  /// motion. Returns true if there are any.
   bool leaveOutRetreats(const PhasedMotion& motion) {
     MotionQuestion question = question_;
     question.nearer_pairs.clear();

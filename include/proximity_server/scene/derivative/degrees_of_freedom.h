@@ -10,19 +10,21 @@ namespace proximity_server::scene {
 /// One coordinate of the velocity of a robot, and with it one column of every derivative.
 struct DegreeOfFreedom {
   enum class Kind : unsigned char { Rotation, Translation };
-  std::string name;  ///< of its joint; of a planar or floating one with a suffix, see DegreesOfFreedom
+  std::string name;  ///< the name of its joint; for planar and floating joints with a suffix, see DegreesOfFreedom
   int joint;         ///< index into RobotModel::joints; never a mimic joint
-  Kind kind;         ///< its velocity is in [rad/s] or [m/s]
+  Kind kind;         ///< the unit of its velocity is [rad/s] or [m/s]
 };
 
-/// What the derivatives of a robot are taken by: the velocities of all joints that follow no other, in the order of
-/// RobotModel::joints.
+/// The coordinates by which the derivatives of a robot are taken: the velocities of all joints that are not mimic
+/// joints, in the order of RobotModel::joints.
 ///
-/// Revolute, continuous and prismatic joints have one, with the name of the joint.
-/// A planar joint has three: "/x" and "/y", of the child's origin along two axes of the plane, and "/theta" around the normal. The
-///          first axis is what the shortest turn of z to the normal makes of x: x itself for the normal z.
-/// A floating joint has six: "/trans_x", "/trans_y", "/trans_z", of the child's origin, and "/rot_x", "/rot_y", "/rot_z", the
-///          angular velocity. Both are along the axes of the joint's frame, which is fixed in the parent.
+/// Revolute, continuous and prismatic joints have one, with the name of the joint. A planar joint has three: "/x" and
+/// "/y" move the child's origin along two axes of the plane, and "/theta" turns it around
+///          the normal. The first axis is the x axis after the shortest rotation from z to the normal; for the normal z
+///          it is x itself.
+/// A floating joint has six: "/trans_x", "/trans_y", "/trans_z" move the child's origin, and "/rot_x", "/rot_y",
+/// "/rot_z"
+///          are the angular velocity. All are along the axes of the joint's frame, which is fixed in the parent.
 class DegreesOfFreedom {
  public:
   explicit DegreesOfFreedom(const RobotModel& model);
@@ -31,8 +33,8 @@ class DegreesOfFreedom {
   const DegreeOfFreedom& operator[](int column) const { return list_[static_cast<std::size_t>(column)]; }
   const std::vector<DegreeOfFreedom>& list() const { return list_; }
 
-  /// What a joint does at given velocities: `multiplier` times what those of the columns from `first` on say. That is 1 unless
-  /// it follows another joint, whose columns these are then.
+  /// The velocity of a joint is `multiplier` times the velocities in `count` columns, beginning with `first`. The
+  /// multiplier is 1, except for a mimic joint, which has the columns of its leader.
   struct Columns {
     int first;
     int count;

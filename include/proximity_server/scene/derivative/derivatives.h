@@ -16,11 +16,11 @@ namespace proximity_server::scene {
 class ContactFeatures;
 class PlacedJoints;
 
-/// The derivatives of the distances of one robot by its degrees of freedom, in one set of poses: the scratch of one
-/// caller. Not thread-safe. Nothing allocates after the first update.
+/// The derivatives of the distances of one robot by its degrees of freedom, in one set of poses, and the working memory
+/// of one caller. Not thread-safe. After the first update nothing is allocated.
 ///
-/// It takes the same poses as the Scene that gave the answers. The roots of the robots rest, and so do objects that nothing
-/// carries.
+/// It takes the same poses as the Scene that gave the answers. The roots of the robots are at rest, and so are objects
+/// that nothing carries.
 class Derivatives {
  public:
   /// Throws std::invalid_argument without a model.
@@ -31,53 +31,57 @@ class Derivatives {
 
   const DegreesOfFreedom& degreesOfFreedom() const;
 
-  /// Takes the objects of the scene. All that no link holds rest where the roots do.
+  /// Takes the objects of the scene. All objects that no link holds are at rest like the roots.
   /// Throws std::invalid_argument for the objects of another model.
   void use(std::shared_ptr<const Objects> objects);
 
-  /// The same with objects that bodies of the robot carry in other ways.
-  /// Throws std::invalid_argument also if there is not one carrier for each frame, and for one that is no body.
+  /// Takes the objects of the scene, and the bodies of the robot that carry objects that no link holds.
+  /// Throws std::invalid_argument also if there is not one carrier for each frame, and for a carrier that is not a
+  /// body.
   void use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers);
 
-  /// Throws std::invalid_argument if there is not one pose for each body. Moving objects have no pose then: gradient() does not
-  /// need it, rate() does.
+  /// Throws std::invalid_argument if there is not one pose for each body. Moving objects then have no pose; gradient()
+  /// does not need it, but rate() does.
   void update(const BodyPoses& poses);
 
-  /// The same with one pose for each of Objects::frames(), as Scene takes them.
+  /// Takes also one pose for each of Objects::frames(), as Scene does.
   /// Throws std::invalid_argument also if there is not one pose for each frame.
   void update(const BodyPoses& poses, const FramePoses& frames);
 
   /// The derivative of a pair's signed distance by each degree of freedom.
   ///
   /// Units:   [m/rad] and [m/m], one entry for each of degreesOfFreedom(); 0 for joints that are not between the two.
-  /// Sign:    positive where the distance grows; in overlap, where the depth shrinks.
-  /// Formula: n . (v_b - v_a), where v is the velocity of each body at its own point. As the distance is the smallest one of
-  ///          two points, how these two move on the surfaces does not count (Danskin, The Theory of Max-Min, with
-  ///          Applications, 1966).
-  /// Error:   that of the normal and the points, and the rounding of the poses. The normal of two convex pieces that are apart
-  ///          is off by no more than acos(lower_bound / upper_bound) [rad]; test/README.md tells what random states showed.
-  ///          Where PairProximity::result.unique is false the distance has a kink: this is the derivative for one choice of
-  ///          points, rate() has that of a direction. The same is so where two pairs of pieces are equally close, which is not
-  ///          noticed.
-  /// Failure: returns false, with NaN, if the pair is Unknown or has no points, or if a pose between the two is missing.
-  ///          Throws std::invalid_argument for another size of `gradient`, and for an object that does not exist.
+  /// Sign:    positive if the distance grows, or if the depth of an overlap shrinks.
+  /// Formula: n . (v_b - v_a), where v is the velocity of each body at its own witness point. The distance is the
+  ///          smallest one of two points, so it does not matter how these two move on the surfaces (Danskin, The Theory
+  ///          of Max-Min, with Applications, 1966).
+  /// Error:   that of the normal and the points, and the rounding of the poses. The normal of two convex pieces that
+  ///          are apart is off by no more than acos(lower_bound / upper_bound) [rad]; test/README.md has results for
+  ///          random states. If PairProximity::result.unique is false, the distance has a kink, and this is the
+  ///          derivative for one choice of points; rate() computes that of a direction. If two pairs of pieces are
+  ///          equally close, the distance has a kink, too, but this is not detected.
+  /// Failure: returns false, with NaN, if the pair is Unknown or has no points, or if a pose between the two is
+  ///          missing.
+  ///          Throws std::invalid_argument for a wrong size of `gradient`, and for an object that does not exist.
   bool gradient(const PairProximity& pair, Eigen::Ref<Eigen::VectorXd> gradient) const;
 
-  /// How fast a pair's signed distance changes at a velocity, to the future side: where the distance has a kink it is its
-  /// one-sided derivative.
+  /// The rate of change of a pair's signed distance at a velocity, towards the future: if the distance has a kink, this
+  /// is its one-sided derivative.
   ///
   /// Units:   [m/s] for a velocity in [rad/s] and [m/s], one entry for each of degreesOfFreedom().
-  /// Sign:    as that of gradient().
-  /// Formula: gradient() . velocity where the result is unique; otherwise the smallest of n . (v_b - v_a) over all pairs of
-  ///          witness points of the contact feature, as where two faces are parallel (Danskin, as above; in overlap the depth
-  ///          is the height of a face of the CSO, whose concave envelope moves as the highest of these pairs does).
-  /// Error:   that of gradient(). On the safe side, never too large, are: faces and edges that are parallel within the
-  ///          tolerance, as points are taken into account that are as far as the accepted gap of the bounds; and pairs
-  ///          whose normal is one of several (concentric shapes, equally short ways out of an overlap), as the distance
-  ///          is the largest one of these ways. Pieces of the two that meet in the same plane are part of the feature where the
-  ///          result is not unique; other pieces that are equally close, as two balls over a floor, are not noticed.
-  /// Failure: NaN where gradient() fails, and for a moving object whose pose is not known if the result is not unique. Throws
-  ///          std::invalid_argument for another size of `velocity`, and for an object that does not exist.
+  /// Sign:    as for gradient().
+  /// Formula: gradient() . velocity if the result is unique. Otherwise the smallest value of n . (v_b - v_a) over all
+  ///          pairs of witness points of the contact feature, for example of two parallel faces (Danskin, as above; in
+  ///          overlap the depth is the height of a face of the CSO, whose concave envelope moves like the highest of
+  ///          these pairs).
+  /// Error:   that of gradient(). The result is on the safe side, never too large, in two cases. Faces and edges may be
+  ///          parallel within the tolerance, because points count that are as far as the accepted gap of the bounds.
+  ///          The normal may be one of several (concentric shapes, equally short ways out of an overlap), because the
+  ///          distance is the largest one of these ways. If the result is not unique, pieces of the two that meet in
+  ///          the same plane are part of the feature. Other pieces that are equally close, such as two balls over a
+  ///          floor, are not detected.
+  /// Failure: NaN if gradient() fails, or if the result is not unique and the pose of a moving object is not known.
+  ///          Throws std::invalid_argument for a wrong size of `velocity`, and for an object that does not exist.
   double rate(const PairProximity& pair, const Eigen::Ref<const Eigen::VectorXd>& velocity);
 
  private:
@@ -86,7 +90,7 @@ class Derivatives {
   std::unique_ptr<ContactFeatures> features_;
   std::unique_ptr<PlacedJoints> joints_;
   FramePoses frames_;    ///< of moving objects
-  Eigen::VectorXd row_;  ///< scratch
+  Eigen::VectorXd row_;  ///< working memory
 };
 
 }  // namespace proximity_server::scene
