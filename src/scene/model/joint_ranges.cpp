@@ -8,7 +8,7 @@ namespace proximity_server::scene {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kGuess = 1.0;  // [m] either way, for a prismatic joint without limits
+constexpr double kGuess = 1.0;  // [m] in both directions, for a prismatic joint without limits
 
 bool hasLimits(const Joint& joint) { return std::isfinite(joint.lower) && std::isfinite(joint.upper); }
 
@@ -33,7 +33,7 @@ JointRange rangeOf(const RobotModel& robot, int index) {
 
 double JointRange::typeable(double position) const {
   if (!(width() > 0)) return lower;
-  // A division by a power of ten gives the number that the decimals stand for; a product with 0.0001 does not.
+  // Dividing by a power of ten gives the number that the decimals stand for; multiplying by 0.0001 does not.
   const double per_unit = std::pow(10.0, 4.0 - std::floor(std::log10(width())));
   return std::clamp(std::round(position * per_unit) / per_unit, lower, upper);
 }
@@ -50,7 +50,7 @@ std::vector<JointRange> jointRanges(const RobotModel& robot) {
 bool hasKnownRange(const RobotModel& robot, int joint) {
   const int leader = robot.leaderOf(joint).joint;
   if (hasLimits(robot.joints[leader])) return true;
-  // A full turn of a leader is all that it can do, but not all that its followers can.
+  // A full turn of a leader covers all of its own poses, but not all of its followers' poses.
   return leader == joint && hasOnePosition(robot.joints[joint]) && robot.joints[joint].type != Joint::Type::Prismatic;
 }
 
@@ -65,7 +65,7 @@ Positions randomPositions(const RobotModel& robot, const std::vector<JointRange>
 
 std::vector<int> jointsBetween(const RobotModel& robot, int body_a, int body_b) {
   std::vector<int> up, down;
-  while (body_a != body_b) {  // bodies come parents first, so the later one has its joint on the way
+  while (body_a != body_b) {  // parents come first, so the later body is the one whose joint is on the path
     const bool from_a = body_a > body_b;
     int& body = from_a ? body_a : body_b;
     if (robot.bodies[body].joint >= 0) (from_a ? up : down).push_back(robot.bodies[body].joint);

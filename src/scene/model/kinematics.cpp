@@ -13,7 +13,7 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// Where a joint stands: mimic joints follow their leader.
+/// The position of a joint; mimic joints follow their leader.
 double jointPosition(const RobotModel& model, int joint, const std::vector<double>& positions) {
   const Joint::Mimic leader = model.leaderOf(joint);
   return followedPosition(leader, positions[leader.joint]);
@@ -44,11 +44,11 @@ Isometry3d jointMotion(const Joint& joint, double position) {
   return Isometry3d::Identity();
 }
 
-// Eigen's FromTwoVectors() does the same, but its templates take the compiler seven seconds in each source.
+// Eigen's FromTwoVectors() computes the same, but compiling its templates takes seven seconds in each source.
 Eigen::Quaterniond turnFromZ(const Vector3d& unit) {
   const double sine2 = unit.head<2>().squaredNorm();
   if (unit.z() < 0.0 && sine2 == 0.0) return {0.0, 1.0, 0.0, 0.0};
-  const double one_plus_cosine = unit.z() < 0.0 ? sine2 / (1.0 - unit.z()) : 1.0 + unit.z();  // without cancellation
+  const double one_plus_cosine = unit.z() < 0.0 ? sine2 / (1.0 - unit.z()) : 1.0 + unit.z();  // avoids cancellation
   return Eigen::Quaterniond(one_plus_cosine, -unit.y(), unit.x(), 0.0).normalized();
 }
 

@@ -7,7 +7,8 @@
 namespace proximity_server::scene {
 
 int editDistance(const std::string& from, const std::string& to) {
-  std::vector<int> row(to.size() + 1);  // row[j]: distance from the part of `from` so far to the first j of `to`
+  // row[j]: distance from the part of `from` so far to the first j characters of `to`
+  std::vector<int> row(to.size() + 1);
   std::iota(row.begin(), row.end(), 0);
   for (const char character : from) {
     int diagonal = row[0]++;

@@ -7,7 +7,7 @@ namespace proximity_server::scene {
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// The float that is nearest to a number and not below it, or not above it.
+/// roundedUp(): the nearest float that is not below a number. roundedDown(): the nearest float that is not above it.
 inline float roundedUp(double value) {
   const auto nearest = static_cast<float>(value);
   return static_cast<double>(nearest) < value ? std::nextafter(nearest, std::numeric_limits<float>::infinity())

@@ -6,7 +6,7 @@
 
 namespace proximity_server::scene {
 
-/// [m] Upper bound of the distance of any point of a piece from a point in the frame of its body.
+/// [m] An upper bound of the distance of any point of a piece from a point in the frame of its body.
 double reachFrom(const Eigen::Vector3d& point, const Piece& piece);
 
 }  // namespace proximity_server::scene

@@ -9,7 +9,7 @@ namespace {
 using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 
-/// In the frame of the body.
+/// The box of a piece in the frame of the body.
 AlignedBox3d boxOf(const Piece& piece) {
   AlignedBox3d box;
   int vertex = 0;

@@ -34,7 +34,7 @@ std::optional<RobotModel::Connection> RobotModel::connection(int link_a, int lin
   Connection way;
   const auto is_decided = [&] { return way.passes_geometry && way.movable_joints > 1; };
   for (int a = link_a, b = link_b; a != b && !is_decided();) {
-    int& lower = a > b ? a : b;  // links come parents first, so the later one hangs below the way
+    int& lower = a > b ? a : b;  // parents come first, so the later link is the one that is lower on the path
     if (bodies[links[lower].body].link == lower) ++way.movable_joints;
     lower = links[lower].parent;
     const bool is_end = lower == link_a || lower == link_b;

@@ -13,23 +13,23 @@ constexpr double kQuarter = 0x1.921fb544p+0, kSecondPart = 0x1.0b4611a6p-34, kTh
 constexpr double kQuartersPerRadian = 0x1.45f306dc9c883p-1;
 constexpr double kMostReduced = 0x1p20 * kQuarter;  // [rad]
 constexpr double kHalfPi = 0x1.921fb54442d18p+0, kHalfPiRest = 0x1.1a62633145c07p-54;
-constexpr double kRounds = 0x1.8p52;  // a sum with it is a whole number
+constexpr double kRounds = 0x1.8p52;  // adding it gives a whole number
 
 constexpr double inverseFactorial(int n) { return n < 2 ? 1.0 : inverseFactorial(n - 1) / n; }
 
-/// Of an angle of at most an eighth of a turn, which is r + rest, where the rest is below the last place of r. What
-/// Taylor's polynomials leave out is below 3e-18.
+/// The sine and the cosine of r + rest, an angle of at most an eighth of a turn. The rest is below the last place of r.
+/// The remainder of Taylor's polynomials is below 3e-18.
 SineCosine withinEighth(double r, double rest) {
   constexpr auto f = inverseFactorial;
   const double z = r * r, half = 0.5 * z, z2 = z * z, z4 = z2 * z2;
   const double of_sine =
       ((-f(3) + z * f(5)) + z2 * (-f(7) + z * f(9))) + z4 * ((-f(11) + z * f(13)) + z2 * (-f(15) + z * f(17)));
   const double of_cosine = ((f(4) - z * f(6)) + z2 * (f(8) - z * f(10))) + z4 * ((f(12) - z * f(14)) + z2 * f(16));
-  const double most = 1.0 - half;  // of the cosine, and what that rounds away
+  const double most = 1.0 - half;  // the largest part of the cosine; the difference from it is added below
   return {r + (r * z * of_sine + rest * most), most + (((1.0 - most) - half) + (z2 * of_cosine - r * rest))};
 }
 
-/// The sine and the cosine of an angle, of which an eighth of a turn is left besides quarter turns.
+/// The sine and the cosine of an angle that consists of quarter turns and a rest of at most an eighth of a turn.
 SineCosine afterQuarters(std::int64_t quarters, const SineCosine& of_rest) {
   switch (quarters & 3) {
     case 0:
@@ -43,7 +43,7 @@ SineCosine afterQuarters(std::int64_t quarters, const SineCosine& of_rest) {
   }
 }
 
-/// The bits of 2 / pi, 32 in a word, behind 64 zeros: all that the largest double needs.
+/// The bits of 2 / pi, 32 in a word, after 64 zeros: as many as the largest double needs.
 constexpr std::array<std::uint32_t, 39> kTwoOverPi{
     0x00000000, 0x00000000, 0xa2f9836e, 0x4e441529, 0xfc2757d1, 0xf534ddc0, 0xdb629599, 0x3c439041,
     0xfe5163ab, 0xdebbc561, 0xb7246e3a, 0x424dd2e0, 0x06492eea, 0x09d1921c, 0xfe1deb1c, 0xb129a73e,
@@ -51,7 +51,7 @@ constexpr std::array<std::uint32_t, 39> kTwoOverPi{
     0x1ff897ff, 0xde05980f, 0xef2f118b, 0x5a0a6d1f, 0x6d367ecf, 0x27cb09b7, 0x4f463f66, 0x9e5fea2d,
     0x7527bac7, 0xebe5f17b, 0x3d0739f7, 0x8a5292ea, 0x6bfb5fb1, 0x1f8d5d08, 0x56033046};
 
-/// A whole number of 192 bits, the lowest word first; sums and products leave out what lies above.
+/// A whole number of 192 bits, the lowest word first. Sums and products drop higher bits.
 using Bits192 = std::array<std::uint32_t, 6>;
 
 Bits192 times(const Bits192& bits, std::uint64_t factor) {
@@ -68,12 +68,14 @@ Bits192 times(const Bits192& bits, std::uint64_t factor) {
   return product;
 }
 
-/// An angle beyond kMostReduced. It is mantissa * 2^shift, so only 192 bits of 2 / pi count for its quarter turns: those
-/// above give whole turns, and those below less than 2^-137 quarters, while no double is nearer than 2^-62 to one of them.
+/// The sine and the cosine of an angle beyond kMostReduced. The angle is mantissa * 2^shift, so only 192 bits of 2 / pi
+/// matter for its quarter turns: higher bits give whole turns, and lower bits give less than 2^-137 quarters, while no
+/// double is nearer than 2^-62 to a quarter.
 SineCosine ofLarge(double angle) {
   int exponent = 0;
   const auto mantissa = static_cast<std::uint64_t>(std::ldexp(std::frexp(std::abs(angle), &exponent), 53));
-  // The bit of the weight 2^-k in 2 / pi counts 2^(shift - k) quarters for each one of the mantissa: from two on.
+  // In 2 / pi, the bit with the weight 2^-k counts 2^(shift - k) quarters for each unit of the mantissa. The bits begin
+  // with two quarters.
   const int first = 64 + (exponent - 53) - 2, word = first / 32, within = first % 32;
   Bits192 bits;
   for (int i = 0; i < 6; ++i) {
@@ -81,11 +83,11 @@ SineCosine ofLarge(double angle) {
                               kTwoOverPi[static_cast<std::size_t>(word + i + 1)];
     bits[static_cast<std::size_t>(5 - i)] = static_cast<std::uint32_t>(two << within >> 32);
   }
-  Bits192 quarters = times(bits, mantissa);  // of which the upper two bits are whole
+  Bits192 quarters = times(bits, mantissa);  // the upper two bits are whole quarters
   const bool is_rounded_up = (quarters[5] >> 29 & 1u) != 0;
   const std::int64_t whole = (quarters[5] >> 30) + (is_rounded_up ? 1 : 0);
   quarters[5] &= 0x3fffffffu;
-  if (is_rounded_up) {  // what is missing to the next quarter
+  if (is_rounded_up) {  // replaces the fraction by what is missing to the next quarter
     std::uint64_t carry = 1;
     for (std::uint32_t& part : quarters) {
       carry += static_cast<std::uint32_t>(~part);

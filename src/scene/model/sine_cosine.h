@@ -6,15 +6,15 @@ struct SineCosine {
   double sine, cosine;
 };
 
-/// Of an angle [rad], by sums and products alone: the same bits on every processor and with every C library, so that what is
-/// computed of a robot does not depend on the host.
+/// The sine and the cosine of an angle [rad], computed by sums and products alone. They have the same bits on every
+/// processor and with every C library, so that the poses of a robot do not depend on the host.
 ///
 /// Error:   below 0.9 units in the last place.
 /// Failure: NaN if the angle is not finite.
-/// Source:  Cody, Waite, Software Manual for the Elementary Functions, 1980 (the reduction by pi / 2 in parts, up to 1.6e6
-///          rad); Payne, Hanek, Radian Reduction for Trigonometric Functions, ACM SIGNUM 1983 (beyond); Taylor's
-///          polynomials up to pi / 4; Knuth, The Art of Computer Programming, volume 2, 1997, section 4.2.2 (what a difference
-///          rounds away).
+/// Source:  Cody, Waite, Software Manual for the Elementary Functions, 1980 (the reduction by pi / 2 in parts, up to
+///          1.6e6 rad); Payne, Hanek, Radian Reduction for Trigonometric Functions, ACM SIGNUM 1983 (larger angles);
+///          Taylor's polynomials up to pi / 4; Knuth, The Art of Computer Programming, volume 2, 1997, section 4.2.2
+///          (the rounding error of a difference).
 SineCosine sineAndCosine(double angle);
 
 }  // namespace proximity_server::scene

@@ -12,10 +12,11 @@
 
 namespace proximity_server::scene {
 
-/// Poses of the bodies in one common frame, indexed as RobotModel::bodies; nullopt if a pose is not known.
+/// The poses of the bodies in one common frame, indexed like RobotModel::bodies; nullopt if a pose is not known.
 using BodyPoses = std::vector<std::optional<Eigen::Isometry3d>>;
 
-/// Motion of a one-dof joint at `position` [rad] or [m]; the identity for floating and planar joints.
+/// The motion of a joint with one degree of freedom at `position` [rad] or [m]; the identity for floating and planar
+/// joints.
 /// Error: a few units in the last place; the same bits on every processor.
 Eigen::Isometry3d jointMotion(const Joint& joint, double position);
 
@@ -23,22 +24,23 @@ Eigen::Isometry3d jointMotion(const Joint& joint, double position);
 /// Error: a few units in the last place.
 Eigen::Quaterniond turnFromZ(const Eigen::Vector3d& unit);
 
-/// Poses of all bodies, each in the frame of the root link of its robot. `positions` [rad] or [m] has one entry for each of RobotModel::joints;
-/// that of a mimic joint is ignored, it follows its leader. Floating and planar joints stay at the identity.
+/// The poses of all bodies, each in the frame of the root link of its robot. `positions` [rad] or [m] has one entry for
+/// each of RobotModel::joints; the entry of a mimic joint is ignored, because it follows its leader. Floating and
+/// planar joints stay at the identity.
 /// Throws std::invalid_argument if there is not one position for each joint.
 BodyPoses forwardKinematics(const RobotModel& model, const std::vector<double>& positions);
 
-/// The same by name: joints that are not named are at 0. Throws std::invalid_argument for a name that is no movable
-/// joint of the robot.
+/// Takes positions by name; joints that are not named are at 0. Throws std::invalid_argument for a name that is not the
+/// name of a movable joint of the robot.
 BodyPoses forwardKinematics(const RobotModel& model, const std::map<std::string, double>& positions);
 
-/// The same, written out: forwardKinematics(model, {{"elbow", 0.5}}). With {} all joints are at 0.
+/// Takes positions that are written out: forwardKinematics(model, {{"elbow", 0.5}}). With {} all joints are at 0.
 BodyPoses forwardKinematics(const RobotModel& model,
                             std::initializer_list<std::pair<const std::string, double>> positions);
 
-/// The poses in a common frame, in which the root links of the robots have the poses `common_T_roots`, one for each of
-/// RobotModel::robots. `in_roots` are the poses in the frames of these links; the bodies of a robot whose root has no pose
-/// have none either.
+/// Transforms poses into a common frame, in which the root links of the robots have the poses `common_T_roots`, one for
+/// each of RobotModel::robots. `in_roots` are the poses in the frames of these links. If the root of a robot has no
+/// pose, its bodies have none either.
 BodyPoses placedAt(const RobotModel& model, BodyPoses in_roots,
                    const std::vector<std::optional<Eigen::Isometry3d>>& common_T_roots);
 

@@ -8,7 +8,7 @@ namespace proximity_server::scene {
 
 // Names of links, joints and groups, and how messages write them.
 
-/// The names of the things, in their order.
+/// The names of some things, in their order.
 template <typename Named>
 std::vector<std::string> namesOf(const std::vector<Named>& things) {
   std::vector<std::string> names;
@@ -17,7 +17,7 @@ std::vector<std::string> namesOf(const std::vector<Named>& things) {
   return names;
 }
 
-/// Index of the first thing of that name, or -1.
+/// The index of the first thing with that name, or -1.
 template <typename Named>
 int findNamed(const std::vector<Named>& things, const std::string& name) {
   const auto hit = std::find_if(things.begin(), things.end(), [&](const Named& thing) { return thing.name == name; });
@@ -31,23 +31,23 @@ std::string nearestName(const std::string& name, const std::vector<std::string>&
 /// (Levenshtein distance).
 int editDistance(const std::string& from, const std::string& to);
 
-/// The known name that `name` probably is a misspelling of: the nearest one, if it can be made of it by two edits, or by as
-/// many as a quarter of its characters; "" if there is none, and if `name` itself is known.
+/// The known name of which `name` is probably a misspelling: the nearest one, if the number of edits between the two is
+/// at most two or at most a quarter of its characters. "" if there is none, or if `name` itself is known.
 std::string misspelledName(const std::string& name, const std::vector<std::string>& known);
 
-/// The shortest text that is read back as the same number: "0.02".
+/// The shortest text that gives the same number when it is read: "0.02".
 std::string shortest(double number);
 
-/// "name"
+/// Returns "name" in quotes.
 std::string quoted(const std::string& name);
 
-/// "name" (did you mean "nearest"?)
+/// Returns a text like: "name" (did you mean "nearest"?)
 std::string unknownName(const std::string& name, const std::vector<std::string>& known);
 
-/// The number of items that listed() writes out where no other is asked for.
+/// The number of items that listed() writes out by default.
 constexpr std::size_t kMaxListed = 5;
 
-/// a, b, c, d, e and 12 more
+/// Returns a text like: a, b, c, d, e and 12 more
 std::string listed(const std::vector<std::string>& items, std::size_t most = kMaxListed);
 
 }  // namespace proximity_server::scene
