@@ -19,7 +19,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using narrowphase::Shape;
 
-/// The convex shapes, in the frame of the object's shape, that represent it.
+/// The convex shapes that represent one shape of an object.
 struct ConvexParts {
   ObjectShapeInfo info;
   std::vector<Piece> parts;  ///< in the frame of the shape, without padding
@@ -101,7 +101,7 @@ class PartsReader {
   }
 
  private:
-  /// What loadMesh() promises of a file.
+  /// Requires what loadMesh() guarantees for a file.
   static void checkMesh(const TriangleMesh& mesh) {
     if (mesh.triangles.empty()) throw std::invalid_argument("the mesh has no triangle");
     if (mesh.triangles.size() > kMaxTriangles)
@@ -141,7 +141,7 @@ void checkReach(const Piece& piece) {
   throw std::invalid_argument(text.str());
 }
 
-/// What the shapes of an object add up to.
+/// The parts of all shapes of an object together.
 struct Parts {
   std::vector<Piece> pieces;
   std::vector<double> ways;  ///< [m] of the pieces
@@ -178,7 +178,7 @@ void add(const ObjectShape& shape, const ObjectOptions& options, Parts& all) {
   all.shapes.back().pieces = static_cast<int>(parts.parts.size() + parts.half_spaces.size());
   for (const Piece& part : parts.parts)
     if (part.shape.kind() == Shape::Kind::Hull) all.shapes.back().vertices += part.shape.hull().size();
-  for (const std::string& warning : parts.warnings) {  // once, however many shapes have the same mesh
+  for (const std::string& warning : parts.warnings) {  // only once, even if several shapes have the same mesh
     const std::string sentence = warning + ".";
     if (std::find(all.warnings.begin(), all.warnings.end(), sentence) == all.warnings.end())
       all.warnings.push_back(sentence);

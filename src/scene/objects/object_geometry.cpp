@@ -42,7 +42,7 @@ ObjectGeometry::ObjectGeometry(std::shared_ptr<const ObjectSource> source, std::
   }
 }
 
-/// Returns the longest way in a volume [m].
+/// Adds the ways to the bounds of a volume. Returns the longest way in it [m].
 double ObjectGeometry::countWays(Volume& volume) {
   const auto ofPart = [&](int part) { return countWays(volumes_[static_cast<std::size_t>(part)]); };
   const double way = volume.isLeaf() ? ways_[static_cast<std::size_t>(volume.piece)]

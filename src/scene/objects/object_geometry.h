@@ -10,15 +10,15 @@
 
 namespace proximity_server::scene {
 
-/// A half-space of an object, padding included.
+/// A half-space of an object, with its padding.
 struct PlacedHalfSpace {
   Eigen::Vector3d normal;  ///< unit, outwards
-  double offset;           ///< [m] of the plane from the origin along the normal
-  int shape;               ///< index of the shape of the object
+  double offset;           ///< [m] the distance of the plane from the origin along the normal
+  int shape;               ///< the index of the shape in its object
   double way;              ///< [m] see ObjectGeometry
 };
 
-/// The shapes of which an object was made.
+/// The shapes from which an object was made.
 struct ObjectSource {
   std::vector<ObjectShape> shapes;
   double padding;  ///< [m]
@@ -26,8 +26,9 @@ struct ObjectSource {
 
 /// The convex pieces and half-spaces of an object in one frame, with the bounding volumes of the pieces.
 ///
-/// The way of a piece or a half-space is the sum of the lengths of all poses that led it into this frame, and of its own
-/// reach. The poses were rounded on it, and may have cancelled each other; so it counts as reach in the bounds.
+/// The way of a piece or a half-space is the sum of the lengths of all transforms that brought it into this frame, and
+/// of its own reach. The rounding of its pose depends on this sum, even if the transforms have cancelled each other; so
+/// the bounds count it as reach.
 class ObjectGeometry {
  public:
   /// Piece::collision is the index of a shape. `ways` [m] has one entry for each piece.
@@ -35,7 +36,7 @@ class ObjectGeometry {
                  std::vector<PlacedHalfSpace> half_spaces, std::vector<ObjectShapeInfo> shapes,
                  std::vector<std::string> warnings);
 
-  /// The same geometry in the frame `frame`; this one if the pose is the identity.
+  /// The same geometry in another frame; the same object if the pose is the identity.
   static std::shared_ptr<const ObjectGeometry> in(const Eigen::Isometry3d& frame_T_object,
                                                   const std::shared_ptr<const ObjectGeometry>& geometry);
 
@@ -45,12 +46,12 @@ class ObjectGeometry {
   const std::vector<ObjectShapeInfo>& shapes() const { return shapes_; }
   const std::vector<std::string>& warnings() const { return warnings_; }
 
-  /// Of the pieces; the first is the root. The root is empty if there are half-spaces only. Its representation and its
-  /// reach are those of the whole object.
+  /// The volumes of the pieces; the first is the root. The root is empty if there are half-spaces only. Its
+  /// representation and its reach are those of the whole object.
   const std::vector<Volume>& volumes() const { return volumes_; }
   const Volume& root() const { return volumes_.front(); }
 
-  /// [m] By how much the rounding of a way exceeds that of where it leads to, at most.
+  /// [m] An upper bound of the rounding along a way that the reach of the result does not include.
   double excessRounding() const { return kPoseRounding * excess_; }
 
  private:
@@ -62,7 +63,7 @@ class ObjectGeometry {
   std::vector<ObjectShapeInfo> shapes_;
   std::vector<std::string> warnings_;
   std::vector<Volume> volumes_;
-  double excess_ = 0.0;                         ///< [m] of a way over the reach
+  double excess_ = 0.0;                         ///< [m] how much a way exceeds the reach
   std::shared_ptr<const ObjectSource> source_;  ///< shared by the geometry in all frames
 };
 

@@ -19,7 +19,7 @@ void AllowedPairs::set(const std::string& name_a, const std::string& name_b, Rul
   rules_[inOrder(name_a, name_b)] = {++set_, rule};
 }
 
-/// The rule of exactly these names; that of number 0 if there is none.
+/// The rule for exactly these names; an entry with number 0 if there is none.
 const AllowedPairs::Entry& AllowedPairs::find(const std::string& name_a, const std::string& name_b) const {
   static const Entry kNone;
   const auto found = rules_.find(inOrder(name_a, name_b));

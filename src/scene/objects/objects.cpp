@@ -30,7 +30,7 @@ int requireLink(const RobotModel& robot, const std::string& link, const std::str
   return found;
 }
 
-/// Compiles an object into the frame of its body, for each kind of placement.
+/// Transforms an object into the frame of its body, for each kind of placement.
 class Placing {
  public:
   Placing(const RobotModel& robot, const Object& object) : robot_(robot), object_(object) {}
@@ -161,7 +161,7 @@ int Objects::require(const std::string& id) const {
   throw std::invalid_argument("there is no object " + unknownName(id, known));
 }
 
-/// Gives a number an object, and enters it into the lists.
+/// Gives an object a number, and adds it to the lists.
 void Objects::give(int number, const Object& object) {
   if (!object.geometry) refuseObject(object.id, "it has no geometry");
   auto placed = std::make_shared<PlacedObject>(std::visit(Placing(model_->robot, object), object.placement));
@@ -183,7 +183,7 @@ void Objects::enlist(int number) {
   piece_count_ += static_cast<std::int64_t>(object.geometry->pieces().size());
 }
 
-/// Takes an object out of the lists.
+/// Removes an object from the lists.
 void Objects::strike(int number) {
   PROXIMITY_ASSERT(placed(number), "No object has this number: it was struck before.");
   const PlacedObject& object = *placed(number);
@@ -206,7 +206,7 @@ void Objects::findFrames() {
   }
 }
 
-// --- what is there
+// --- look-up
 
 int Objects::find(const std::string& id) const {
   const auto found = std::lower_bound(by_id_.begin(), by_id_.end(), id, [&](int number, const std::string& wanted) {
@@ -231,7 +231,7 @@ bool Objects::isWalker(int number) const {
   return kind == Kind::Attached || (kind == Kind::Moving && rules_->free_objects == ObjectRules::FreeObjects::Checked);
 }
 
-/// The number of checked pairs with an object. Of the pairs of objects, one is a walker.
+/// The number of checked pairs with an object. In a pair of two objects, one is a walker.
 std::int64_t Objects::pairsOf(int number) const {
   std::int64_t count = 0;
   for (int link = 0; link < static_cast<int>(model_->robot.links.size()); ++link)

@@ -12,7 +12,7 @@ Eigen::AlignedBox3d boxAround(const Bounds& bounds, const Eigen::Matrix3d& rotat
   return {centre - half - Eigen::Vector3d::Constant(rounding), centre + half + Eigen::Vector3d::Constant(rounding)};
 }
 
-/// It is in the list, or else in the tree.
+/// The number is in the list, or otherwise in the tree.
 void FixedObjects::remove(int number) {
   const auto loose = std::find(loose_.begin(), loose_.end(), number);
   if (loose == loose_.end())
@@ -22,7 +22,7 @@ void FixedObjects::remove(int number) {
 }
 
 void FixedObjects::tidy(const std::vector<std::shared_ptr<const PlacedObject>>& slots) {
-  // The list costs a question its length for each link, and the tree a change its size divided by this.
+  // The list costs each question its length for each link; the tree costs each change its size divided by this number.
   const double wanted = 16.0 + 2.0 * std::sqrt(static_cast<double>(items_->size()));
   if (static_cast<double>(loose_.size() + gone_) <= wanted) return;
   std::vector<Item> items;

@@ -12,20 +12,20 @@
 
 namespace proximity_server::scene {
 
-/// An object of a robot's scene, compiled into the frame of the body that carries it. It never changes.
+/// An object of a robot's scene, in the frame of the body that carries it. It never changes.
 struct PlacedObject {
   enum class Kind : unsigned char { Fixed, Moving, Attached };
 
   Object object;
   Kind kind;
-  /// In the frame of the link's body, of the tf frame, or, for a fixed object, of the object itself.
+  /// In the frame of the link's body, in the tf frame, or, for a fixed object, in the frame of the object itself.
   std::shared_ptr<const ObjectGeometry> geometry;
-  int body = -1;                   ///< of an attached object, index into RobotModel::bodies
+  int body = -1;                   ///< of an attached object: index into RobotModel::bodies
   std::vector<int> touch_links{};  ///< of an attached object, ascending
   std::string frame{};             ///< of a moving object
   Eigen::Isometry3d world_T_object = Eigen::Isometry3d::Identity();  ///< of a fixed object
   Eigen::AlignedBox3d box{};  ///< [m] of a fixed object without half-spaces, in the world
-  std::uint64_t serial = 0;   ///< no two of one history are the same
+  std::uint64_t serial = 0;   ///< unique among all objects of the sets that follow from one another
 
   bool isUnbounded() const { return !geometry->halfSpaces().empty(); }
 };
@@ -33,11 +33,13 @@ struct PlacedObject {
 /// Throws std::invalid_argument naming the object and the reason.
 [[noreturn]] void refuseObject(const std::string& id, const std::string& reason);
 
-/// [m] The box along the axes of the world that holds the pieces of a geometry, with the rounding of its place.
+/// [m] The box along the axes of the world that contains the pieces of a geometry. It includes the rounding of the
+/// pose.
 Eigen::AlignedBox3d boxAround(const Bounds& bounds, const Eigen::Matrix3d& rotation, const Eigen::Vector3d& origin);
 
-/// The fixed objects without half-spaces: a tree over most of them, and a list of those that came since the tree was
-/// built. What has gone or changed since then is still in the tree, with the serial that it had.
+/// The fixed objects without half-spaces: a tree of most of them, and a list of those that were added after the tree
+/// was built. Objects that have been removed or changed since then are still in the tree, with the serial that they
+/// had.
 class FixedObjects {
  public:
   struct Item {
@@ -52,14 +54,14 @@ class FixedObjects {
   void add(int number) { loose_.push_back(number); }
   void remove(int number);
 
-  /// Builds the tree anew if so much has changed that it pays.
+  /// Builds the tree anew if so many objects have changed that it pays.
   void tidy(const std::vector<std::shared_ptr<const PlacedObject>>& slots);
 
  private:
   std::shared_ptr<const BoxTree> tree_ = std::make_shared<const BoxTree>();
   std::shared_ptr<const std::vector<Item>> items_ = std::make_shared<const std::vector<Item>>();
   std::vector<int> loose_;
-  std::size_t gone_ = 0;  ///< items of the tree that are not there any more
+  std::size_t gone_ = 0;  ///< the number of items of the tree that do not exist any more
 };
 
 }  // namespace proximity_server::scene

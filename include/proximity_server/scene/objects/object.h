@@ -13,20 +13,20 @@
 
 namespace proximity_server::scene {
 
-// What the robot holds and what stands around it.
+// Objects that the robot holds or that stand around it.
 
-/// Stands still in the world, which is the frame of the poses of an update.
+/// The object stands still in the world, which is the frame of the poses of an update.
 struct Fixed {
   Eigen::Isometry3d world_T_object = Eigen::Isometry3d::Identity();
 };
 
-/// Moves with a frame whose pose is given in every update.
+/// The object moves with a frame whose pose is given in every update.
 struct Moving {
   std::string frame;
   Eigen::Isometry3d frame_T_object = Eigen::Isometry3d::Identity();
 };
 
-/// Moves with a link, which it may touch, and so may all links that are joined to it by fixed joints.
+/// The object moves with a link. It may touch that link and all links that are joined to it by fixed joints.
 struct Attached {
   std::string link;
   std::vector<std::string> touch_links = {};  ///< other links that it may touch
@@ -38,7 +38,7 @@ using Placement = std::variant<Fixed, Moving, Attached>;
 class ObjectGeometry;
 struct Piece;
 
-/// An object, ready to be added to a scene. Copies share the geometry, which never changes.
+/// An object that can be added to a scene. Copies share the geometry, which never changes.
 struct Object {
   std::string id;
   std::shared_ptr<const ObjectGeometry> geometry;
@@ -47,32 +47,32 @@ struct Object {
 
 struct ObjectOptions {
   double padding = 0.0;     ///< [m] added to every shape as margin
-  MeshResolver resolve;     ///< of the URIs of meshes; may be empty if there are none
-  MeshOptions meshes = {};  ///< how meshes become convex pieces, as those of links
+  MeshResolver resolve;     ///< finds the files of mesh URIs; may be empty if there are none
+  MeshOptions meshes = {};  ///< how meshes become convex pieces, as for the meshes of links
 };
 
-/// Makes an object of its shapes: reads meshes, and makes convex pieces and their bounding volumes. That may take long,
-/// but needs no scene, and what is made can be placed, moved and attached at once.
+/// Makes an object from its shapes: reads meshes, and makes convex pieces and their bounding volumes. That may take
+/// long, but needs no scene. The object can then be placed, moved and attached quickly.
 ///
-/// Failure: throws std::invalid_argument naming the object and the shape: no shape; a size that is zero, negative or not
-///          finite; a pose that is no pose; a mesh that cannot be read; geometry farther than 1e6 m from the frame of the
-///          object; more than a million convex pieces.
+/// Failure: throws std::invalid_argument, naming the object and the shape: no shape; a size that is zero, negative or
+///          not finite; a pose that is not valid; a mesh that cannot be read; geometry farther than 1e6 m from the
+///          frame of the object; more than a million convex pieces.
 Object makeObject(const std::string& id, std::vector<ObjectShape> shapes, const Placement& placement,
                   const ObjectOptions& options = {});
 
-/// The shapes of which an object was made, and the padding [m] that each of them got.
+/// givenShapesOf(): the shapes from which an object was made. paddingOf(): the padding [m] of each of them.
 const std::vector<ObjectShape>& givenShapesOf(const Object& object);
 double paddingOf(const Object& object);
 
 /// The shapes of an object, in the order in which they were given.
 const std::vector<ObjectShapeInfo>& shapesOf(const Object& object);
 
-/// The convex pieces of an object in its frame, padding included; Piece::collision is the index of a shape. Half-spaces have
-/// no pieces.
+/// The convex pieces of an object in its frame, with their padding. Piece::collision is the index of a shape.
+/// Half-spaces have no pieces.
 const std::vector<Piece>& piecesOf(const Object& object);
 bool hasHalfSpace(const Object& object);
 
-/// One sentence each about input that is odd but legal.
+/// Each warning is one sentence about input that is odd but legal.
 const std::vector<std::string>& warningsOf(const Object& object);
 
 }  // namespace proximity_server::scene

@@ -7,12 +7,13 @@
 
 namespace proximity_server::scene {
 
-/// Which pairs with an object may touch. Names are those of links and objects, and need not exist: an object may come
-/// later. Pairs of two links are decided by the pair filter alone.
+/// The rules that tell which pairs with an object may touch. Names are those of links and objects, and need not exist:
+/// an object may be added later. Pairs of two links are decided by the pair filter alone.
 ///
-/// Of the rules that name both of a pair, one of them and all others ("*"), or all with all ("*" and "*"), the one that
-/// was set last decides. Without any rule a pair is checked. The allowed collision matrix of MoveIt is such a list: first
-/// the names whose default allows, then those whose default forbids, then the entries of two names.
+/// Three kinds of rules apply to a pair: for both of its names, for one of them and all others ("*"), and for all pairs
+/// ("*" and "*"). Among these, the rule that was set last decides. Without any rule a pair is checked. The allowed
+/// collision matrix of MoveIt is such a list: first the names whose default allows, then those whose default forbids,
+/// then the entries of two names.
 class AllowedPairs {
  public:
   enum class Rule : unsigned char { Allowed, Checked };
@@ -32,19 +33,20 @@ class AllowedPairs {
   };
   const Entry& find(const std::string& name_a, const std::string& name_b) const;
 
-  std::map<std::pair<std::string, std::string>, Entry> rules_;  ///< names in their order
-  int set_ = 0;                                                 ///< how many rules were set
+  std::map<std::pair<std::string, std::string>, Entry> rules_;  ///< the two names in alphabetical order
+  int set_ = 0;                                                 ///< the number of rules that were set
 };
 
-/// What is checked beside the objects themselves.
+/// The rules that decide which pairs with objects are checked.
 struct ObjectRules {
   AllowedPairs allowed;
 
-  /// Pairs of two objects that are not attached, of which one moves.
+  /// Pairs of two objects that are not attached, if one of them moves.
   enum class FreeObjects : unsigned char { NotChecked, Checked };
   FreeObjects free_objects = FreeObjects::NotChecked;
 
-  /// Whether the root link of the robot stands still in the world: then its body is not checked against fixed objects.
+  /// Tells whether the root link of the robot stands still in the world. If it does, its body is not checked against
+  /// fixed objects.
   enum class Base : unsigned char { MayMove, StandsStill };
   Base base = Base::MayMove;
 };

@@ -14,13 +14,13 @@
 
 namespace proximity_server::scene {
 
-// The changes of a set of objects; ObjectEditor makes them of operations on objects.
+// The changes of a set of objects. ObjectEditor makes them from operations on objects.
 
-/// Its id is new.
+/// Adds an object with a new id.
 struct AddObject {
   Object object;
 };
-/// Gives an id that is there another geometry or placement.
+/// Gives an existing id another geometry or placement.
 struct ReplaceObject {
   Object object;
 };
@@ -32,27 +32,28 @@ using ObjectChange = std::variant<AddObject, ReplaceObject, RemoveObject>;
 struct PlacedObject;
 class FixedObjects;
 
-/// The objects of one robot, and what pairs they make. It never changes: a change makes the next one, which shares all
-/// that is the same, so that questions to scenes of this one are not disturbed.
+/// The objects of one robot, and the pairs that they are part of. It never changes: a change makes a new set, which
+/// shares all data that are the same, so that questions to scenes that use the old set are not disturbed.
 ///
-/// An object has a number, which it keeps while it is there, also when it is moved, attached or replaced. The number of
-/// a removed object is given to another later.
+/// An object has a number, which it keeps as long as it exists, even when it is moved, attached or replaced. The number
+/// of a removed object is given to another object later.
 ///
 /// Pairs: objects against links; attached objects also against all other objects; other objects against each other only
-///        where one of them moves and the rules ask for it. Each has a reason, see reason().
+///        if one of them moves and the rules ask for it. Each pair has a reason, see reason().
 class Objects {
  public:
-  /// None. Throws std::invalid_argument without a model.
+  /// An empty set. Throws std::invalid_argument without a model.
   explicit Objects(std::shared_ptr<const SceneModel> model);
 
-  /// The objects after these changes, one after the other.
+  /// The objects after these changes, which are made one after the other.
   ///
-  /// Failure: throws std::invalid_argument naming the object and the reason: an id that is empty, "*", the name of a
-  ///          link, there already or not there; a link that does not exist; an empty name of a frame; a pose that is not
-  ///          finite or no rotation within single precision; to attach a half-space. Then none of the changes is made.
+  /// Failure: throws std::invalid_argument, naming the object and the reason: an id that is empty or "*", the name of a
+  ///          link, an id that exists already (to add) or does not exist; a link that does not exist; an empty name of
+  ///          a frame; a pose that is not finite or not a rotation within single precision; a half-space that is
+  ///          attached. Then none of the changes is made.
   Objects changed(const std::vector<ObjectChange>& changes) const;
 
-  /// The same objects with other rules.
+  /// Returns a set of the same objects with other rules.
   Objects withRules(ObjectRules rules) const;
 
   const SceneModel& model() const { return *model_; }
@@ -76,16 +77,17 @@ class Objects {
   /// The frames of moving objects, each once. An update gives their poses in this order.
   const std::vector<std::string>& frames() const { return frames_; }
 
-  /// Which of these a moving object has; -1 of any other object.
+  /// The index of the frame of a moving object in frames(); -1 for any other object.
   int frameOf(int number) const { return frame_of_[static_cast<std::size_t>(number)]; }
 
-  /// Why a pair with an object is checked or not. The order of the two does not matter; an object and itself are one
-  /// body. Throws std::invalid_argument for a link or an object that does not exist, and for two links.
+  /// The reason why a pair with an object is checked or not. The order of the two does not matter; an object and itself
+  /// are one body. Throws std::invalid_argument for a link or an object that does not exist, and for two links.
   PairReason reason(const ShapeRef& a, const ShapeRef& b) const;
   bool isChecked(const ShapeRef& a, const ShapeRef& b) const { return reason(a, b) == PairReason::Checked; }
 
-  /// Calls visit(a, b) for each checked pair with an object: first the links, each with all objects in the order of their
-  /// ids, then the objects that are checked against others, the smaller number as a.
+  /// Calls visit(a, b) for each checked pair with an object: first the links, each with all objects in the order of
+  /// their ids, then the objects that are checked against other objects. Of two objects, a is the one with the smaller
+  /// number.
   template <typename Visit>
   void forEachCheckedPair(const Visit& visit) const {
     for (int link = 0; link < static_cast<int>(model_->robot.links.size()); ++link)
@@ -97,20 +99,23 @@ class Objects {
           visit(ShapeRef::ofObject(std::min(walker, number)), ShapeRef::ofObject(std::max(walker, number)));
   }
 
-  /// How many pairs with an object are checked.
+  /// The number of checked pairs with an object.
   std::int64_t pairCount() const { return pair_count_; }
 
-  /// How many convex pieces all objects have.
+  /// The number of convex pieces of all objects together.
   std::int64_t pieceCount() const { return piece_count_; }
 
-  // For the queries.
+  // For the queries:
   const PlacedObject* placed(int number) const;  ///< nullptr if no object has the number
   const FixedObjects& fixed() const { return *fixed_; }
-  /// The objects that are checked against all others, ascending: the attached ones, and the moving ones if the rules ask.
+  /// The objects that are checked against all others, ascending: attached objects, and moving objects if the rules ask
+  /// for it.
   const std::vector<int>& walkers() const { return walkers_; }
-  /// Whether a pair is checked, and a link or walker has to look for the object: of two walkers the one with the smaller number.
+  /// True if the pair is checked and `walker`, a link or a walker, has to visit the object. Of two walkers, the one
+  /// with the smaller number visits the other.
   bool isCheckedBy(const ShapeRef& walker, int object) const;
-  /// Moving objects, and those with a half-space that are not attached; ascending.
+  /// moving(): the moving objects. unbounded(): the objects with a half-space that are not attached. Both are
+  /// ascending.
   const std::vector<int>& moving() const { return moving_; }
   const std::vector<int>& unbounded() const { return unbounded_; }
 
@@ -131,18 +136,18 @@ class Objects {
 
   std::shared_ptr<const SceneModel> model_;
   std::shared_ptr<const ObjectRules> rules_;
-  std::vector<std::shared_ptr<const PlacedObject>> slots_;  ///< by number; nullptr: free
+  std::vector<std::shared_ptr<const PlacedObject>> slots_;  ///< by number; nullptr: the number is free
   std::vector<int> by_id_;
-  std::vector<int> free_;  ///< numbers below slots_.size() that no object has
+  std::vector<int> free_;  ///< the numbers below slots_.size() that no object has
   std::vector<int> walkers_, moving_, unbounded_;
   std::vector<std::string> frames_;
-  std::vector<int> frame_of_;            ///< by number of the object, index into frames_
-  std::shared_ptr<FixedObjects> fixed_;  ///< changed only while a change makes the next objects
+  std::vector<int> frame_of_;            ///< by number of the object: index into frames_
+  std::shared_ptr<FixedObjects> fixed_;  ///< changed only while a change makes the next set
   std::int64_t pair_count_ = 0, piece_count_ = 0;
   std::uint64_t next_serial_ = 1;
 };
 
-/// The name of a link, or of that of a <collision>; the id of an object that is there, else "".
+/// The name of a link, or of the link of a <collision>; the id of an object, or "" if it does not exist.
 const std::string& nameOf(const ShapeRef& ref, const RobotModel& robot, const Objects* objects = nullptr);
 
 }  // namespace proximity_server::scene
