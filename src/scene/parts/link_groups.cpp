@@ -8,7 +8,7 @@
 namespace proximity_server::scene {
 namespace {
 
-/// The links of the candidate pairs, those of a branch of the kinematic tree together.
+/// The links of the candidate pairs. The links of a branch of the kinematic tree are together.
 std::vector<int> linksInOrder(const SceneModel& model) {
   std::vector<bool> is_candidate(model.robot.links.size(), false);
   for (const int index : model.pairs.checked) {

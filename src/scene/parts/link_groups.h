@@ -8,11 +8,11 @@
 
 namespace proximity_server::scene {
 
-/// The links of the candidate pairs in groups of neighbours: a binary tree of boxes along the kinematic tree, so that
-/// many pairs are settled at once.
+/// The links of the candidate pairs in groups of neighbours: a binary tree of boxes, built along the kinematic tree, so
+/// that one bound settles many pairs.
 ///
 /// Source: Teschner et al., Collision Detection for Deformable Objects, 2005: hierarchies that are refitted, not
-/// rebuilt.
+///         rebuilt.
 class LinkGroups {
  public:
   explicit LinkGroups(const SceneModel& model);
@@ -23,16 +23,17 @@ class LinkGroups {
   /// Fits the boxes to the poses. Returns false if the pose of a link is missing.
   bool refit(const PlacedRobot& robot);
 
-  /// A lower bound [m] of the signed distance of any link of one from any of the other, less their padding.
+  /// [m] A lower bound of the signed distance of any link of one group from any link of the other one, minus their
+  /// padding.
   double gap(int a, int b) const;
 
-  /// Index of the pair among the candidates, or -1.
+  /// The index of the pair among the candidates, or -1.
   int candidate(int link_a, int link_b) const;
 
  private:
-  std::vector<int> links_;  ///< of the candidates
+  std::vector<int> links_;  ///< the links of the candidates
   BoxTree tree_;
-  std::vector<int> candidates_;  ///< by both links
+  std::vector<int> candidates_;  ///< the index of each pair of links among the candidates, or -1
   std::size_t link_count_;
   double largest_padding_ = 0.0;  ///< [m]
   double rounding_ = 0.0;         ///< [m] of a gap

@@ -6,15 +6,15 @@
 
 namespace proximity_server::scene {
 
-/// A hash table of fixed size that keeps values about pairs of numbers >= 0 for the next question. When the places of a
-/// new pair are full, it replaces an old one.
+/// A hash table of fixed size that keeps values for pairs of numbers >= 0 until later questions. If the places for a
+/// new pair are occupied, it replaces an old pair.
 template <typename Value>
 class PairMemory {
  public:
-  /// Room for at least so many pairs.
+  /// Makes a table with room for at least so many pairs.
   explicit PairMemory(std::size_t pairs) : entries_(placesFor(pairs)) {}
 
-  /// nullptr for a pair that is not known.
+  /// nullptr for a pair that is not in the table.
   const Value* find(int a, int b) const {
     for (std::size_t i = 0; i < kWindow; ++i) {
       const Entry& entry = entries_[place(a, b, i)];
@@ -23,14 +23,14 @@ class PairMemory {
     return nullptr;
   }
 
-  /// Forgets the pairs of numbers (a, b) for which isVoid(a, b).
+  /// Removes the pairs of numbers (a, b) for which isVoid(a, b) is true.
   template <typename Predicate>
   void forget(const Predicate& isVoid) {
     for (Entry& entry : entries_)
       if (entry.a >= 0 && isVoid(entry.a, entry.b)) entry = {};
   }
 
-  /// Makes room for at least so many pairs, and keeps what is known, as far as it finds a place.
+  /// Makes room for at least so many pairs. Keeps the pairs that it knows, if they find a place.
   void grow(std::size_t pairs) {
     if (placesFor(pairs) <= entries_.size()) return;
     PairMemory larger(pairs);
@@ -39,7 +39,7 @@ class PairMemory {
     entries_ = std::move(larger.entries_);
   }
 
-  /// A new Value for a pair that is not known.
+  /// The value of a pair; a new Value if the pair is not in the table.
   Value& of(int a, int b) {
     Entry* free = nullptr;
     for (std::size_t i = 0; i < kWindow; ++i) {
@@ -66,9 +66,10 @@ class PairMemory {
     Value value;
   };
 
-  /// The i-th place where a pair may be.
+  /// The i-th place at which a pair may be.
   std::size_t place(int a, int b, std::size_t i) const {
-    // Golden ratio and prime multipliers spread neighbours (Knuth, TAOCP 3, 6.4); the high bits are the best mixed.
+    // The golden ratio and a prime as multipliers spread neighbours (Knuth, TAOCP 3, 6.4); the high bits are mixed
+    // best.
     const std::size_t key =
         static_cast<std::size_t>(a) * 0x9E3779B97F4A7C15u + static_cast<std::size_t>(b) * 0xC2B2AE3D27D4EB4Fu;
     return ((key >> 32) + i) & (entries_.size() - 1);

@@ -8,25 +8,26 @@
 
 namespace proximity_server::scene {
 
-/// The geometry of a link, of a <collision> or of an object, in the frame of its body: volumes over convex pieces, and the
-/// half-spaces of an object.
+/// The geometry of a link, of a <collision> or of an object, in the frame of its body: volumes over convex pieces, and
+/// the half-spaces of an object.
 struct Part {
-  const Volume* volumes = nullptr;  ///< among which its own are
+  const Volume* volumes = nullptr;  ///< an array that contains its volumes
   const Piece* pieces = nullptr;
-  int root = 0;  ///< the volume of the whole
-  /// The body that carries it. An object that no link holds has one of its own, whose number depends on the owner of the part.
+  int root = 0;  ///< the volume of the whole part
+  /// The body that carries it. An object that no link holds has a body of its own, whose number depends on the owner of
+  /// the part.
   int body = -1;
-  const PlacedObject* object = nullptr;  ///< nullptr: it belongs to the robot
+  const PlacedObject* object = nullptr;  ///< nullptr if it belongs to the robot
   int first_piece = 0;                   ///< the number of the first of `pieces` in WarmStarts
 
   const Volume& operator[](int volume) const { return volumes[volume]; }
   const Volume& whole() const { return volumes[root]; }
 
-  /// Whether it has half-spaces. Its bounds are infinite then, and it has to be the second of a pair.
+  /// True if it has half-spaces. Then its bounds are infinite, and it must be the second part of a pair.
   bool isUnbounded() const { return object && object->isUnbounded(); }
   const std::vector<PlacedHalfSpace>& halfSpaces() const { return object->geometry->halfSpaces(); }
 
-  /// Whether it is an object that no link holds.
+  /// True if it is an object that no link holds.
   bool isFree() const { return object && object->kind != PlacedObject::Kind::Attached; }
 };
 

@@ -52,7 +52,7 @@ void PlacedRobot::placeBody(const std::optional<Isometry3d>& pose, BodyPlace& bo
 std::vector<int> PlacedRobot::use(std::shared_ptr<const Objects> objects) {
   std::vector<int> changed;
   const int first = volumes_->rootCount();
-  // No number is ever lost: those of the objects of before stay, without an object.
+  // Numbers are never removed: a number of an old object stays, without an object.
   if (const auto end = static_cast<std::size_t>(first + objects->numberLimit()); end > parts_.size()) {
     parts_.resize(end);
     bodies_.resize(model_.bodies.size() + static_cast<std::size_t>(objects->numberLimit()));
@@ -72,7 +72,7 @@ std::vector<int> PlacedRobot::use(std::shared_ptr<const Objects> objects) {
   return changed;
 }
 
-/// Gives an object the place of the one that had its number.
+/// Puts an object into the place of its number. There may have been another object before.
 void PlacedRobot::occupy(int number, const PlacedObject& object) {
   Part& part = parts_[static_cast<std::size_t>(volumes_->rootCount() + number)];
   const PlacedObject* before = part.object;
@@ -87,7 +87,7 @@ void PlacedRobot::occupy(int number, const PlacedObject& object) {
   }
   if (!before || before->geometry != object.geometry) {
     part = partOf(object);
-    // When the numbers end they begin anew: a warm start of other pieces is as legal as any.
+    // When the numbers are used up, they begin anew: a warm start of other pieces is legal, too.
     const int pieces = static_cast<int>(object.geometry->pieces().size());
     if (next_piece_ > std::numeric_limits<int>::max() - pieces) next_piece_ = static_cast<int>(model_.pieces.size());
     part.first_piece = next_piece_;
@@ -159,7 +159,7 @@ double PlacedRobot::sphereGap(int a, int b) const {
   return (sphere_b.centre - sphere_a.centre).norm() - (sphere_a.radius + sphere_b.radius);
 }
 
-/// The gap between a sphere and an object with half-spaces.
+/// A lower bound of the gap between a sphere and an object with half-spaces.
 double PlacedRobot::halfSpaceGap(const Sphere& sphere, int object) const {
   const BodyPlace& body = bodyOf(object);
   const Vector3d from_object = sphere.centre - (body.origin - origin_);
@@ -219,9 +219,9 @@ double PlacedRobot::rounding(const Volume& a, const Volume& b, const RelativePos
   return kPoseRounding * (a_T_b.translation.norm() + a.bounds.reach + b.bounds.reach);
 }
 
-/// No point of b moves farther in the frame of a than the centre of its sphere does, plus the turn's chord at the
-/// radius; and the same the other way round. A turn by t moves a point at distance 1 from its axis by 2 sin(t/2), which
-/// is the Frobenius norm of the difference of the two rotations over sqrt(2).
+/// In the frame of a, no point of b moves farther than the centre of its sphere, plus the chord of the turn at the
+/// radius; and the other way round. A turn by t moves a point at distance 1 from its axis by 2 sin(t/2), which is the
+/// Frobenius norm of the difference of the two rotations divided by sqrt(2).
 RelativeMotionBound PlacedRobot::relativeMotion(const Part& a, const Part& b, const RelativePose& before,
                                                 const RelativePose& now) {
   const double chord = std::sqrt(0.5) * (now.rotation - before.rotation).norm();
@@ -234,7 +234,7 @@ RelativeMotionBound PlacedRobot::relativeMotion(const Part& a, const Part& b, co
   };
   const double of_a = (seenFrom_b(now) - seenFrom_b(before)).norm() + chord * bounds_a.radius;
   const double margin = rounding(a.whole(), b.whole(), now);
-  // Points on b are kept in the frame of a; those on a half-space are where those of a are.
+  // Points on b are kept in the frame of a; the points on a half-space move with those of a.
   if (b.isUnbounded()) return {of_a + margin, of_a <= margin};
   const double of_b = ((now.rotation - before.rotation) * bounds_b.centre + step).norm() + chord * bounds_b.radius;
   return {std::min(of_a, of_b) + margin, of_b <= margin};
@@ -246,14 +246,14 @@ narrowphase::SignedDistance PlacedRobot::distance(const Leaf& a, const Leaf& b, 
   const Piece &piece_a = a.piece, &piece_b = b.piece;
   const Matrix3d rotation_a = piece_a.body_T_piece.linear();
   const Vector3d origin_a = piece_a.body_T_piece.translation();
-  Isometry3d pose = Isometry3d::Identity();  // of piece b in the frame of piece a
+  Isometry3d pose = Isometry3d::Identity();  // the pose of piece b in the frame of piece a
   pose.linear() = rotation_a.transpose() * (a_T_b.rotation * piece_b.body_T_piece.linear());
   pose.translation() =
       rotation_a.transpose() * (a_T_b.translation + (a_T_b.rotation * piece_b.body_T_piece.translation() - origin_a));
 
   const double margin = rounding(a.volume, b.volume, a_T_b);
   narrowphase::Options inner = options;
-  // Twice what the bounds lose, so that the sums below cannot take a decision back.
+  // Twice the margin that the bounds lose below, so that these subtractions cannot reverse a decision.
   inner.distance_tolerance = std::max(0.0, options.distance_tolerance - 4.0 * margin);
   inner.stop_above += 2.0 * margin;
   inner.stop_below -= 2.0 * margin;

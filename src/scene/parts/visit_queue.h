@@ -8,16 +8,16 @@ namespace proximity_server::scene {
 
 /// A pair of volumes that may have to be examined, see Volumes.
 struct Visit {
-  /// The origin of the lower bound. After any but Sphere only computing can improve it.
+  /// How the lower bound was found. Only a Sphere bound can be improved without computing the pair.
   enum class Bound : unsigned char { Sphere, Box, Motion, Rest };
-  double lower_bound;  ///< [m] of their signed distance less the padding
+  double lower_bound;  ///< [m] of their signed distance minus the padding
   int number;          ///< decides between equal bounds
   int a, b;
   double padding;  ///< [m]
   Bound bound = Bound::Sphere;
-  double threshold = 0.0;  ///< [m] what the pair adds to that of the question
+  double threshold = 0.0;  ///< [m] the threshold of the pair, which is added to that of the question
 
-  /// [m] By how much the lower bound is above the threshold of the pair.
+  /// [m] How far the lower bound is above the threshold of the pair.
   double excess() const { return lower_bound - threshold; }
 
   bool operator<(const Visit& other) const {
@@ -25,11 +25,11 @@ struct Visit {
   }
 };
 
-/// Visits by their excess, the smallest first.
+/// A queue of visits, the smallest excess first.
 class VisitQueue : public Heap<Visit> {
  public:
-  /// [m] The smallest excess, which is the smallest lower bound where no pair has a threshold of its own; infinity if the queue
-  /// is empty.
+  /// [m] The smallest excess; infinity if the queue is empty. If no pair has a threshold of its own, this is the
+  /// smallest lower bound.
   double lowestBound() const { return empty() ? std::numeric_limits<double>::infinity() : first().excess(); }
 };
 

@@ -32,7 +32,7 @@ Volumes::Volumes(const RobotModel& model)
   for (root = 0; root < root_count_; ++root) leaves_.emplace_back(volumes_, root);
 }
 
-/// Of anything but a whole link.
+/// The number of an object or a <collision>; throws for all that does not exist.
 int Volumes::ofOther(const ShapeRef& ref) const {
   if (ref.isObject()) {
     if (ref.object() < 0) throw std::invalid_argument("there is no object " + std::to_string(ref.object()));

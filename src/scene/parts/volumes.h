@@ -9,7 +9,7 @@
 
 namespace proximity_server::scene {
 
-/// The links and <collision> elements of a robot as hierarchies of bounding volumes over their pieces.
+/// The links and <collision> elements of a robot, each as a hierarchy of bounding volumes over its pieces.
 class Volumes {
  public:
   explicit Volumes(const RobotModel& model);
@@ -17,19 +17,20 @@ class Volumes {
   const Volume& operator[](int volume) const { return volumes_[volume]; }
 
   /// The number of a part: first the links, then the <collision> elements, then the objects by their own numbers.
-  /// Throws std::invalid_argument for a link or <collision> that does not exist; whether an object exists is not known here.
+  /// Throws std::invalid_argument for a link or <collision> that does not exist. It does not check that an object
+  /// exists.
   int of(const ShapeRef& ref) const {
     return ref.isLink() && ref.collision() == 0 && ref.link() < link_count_ ? ref.link() : ofOther(ref);
   }
 
-  /// How many parts the robot has. They are the first of its volumes.
+  /// The number of parts of the robot. Their root volumes are the first of its volumes.
   int rootCount() const { return root_count_; }
   Part part(int number) const { return {volumes_.data(), model_.pieces.data(), number, volumes_[number].body}; }
 
   /// The part that a reference names. Throws std::invalid_argument as of() does, and for an object that does not exist.
   Part part(const ShapeRef& ref, const Objects* objects) const;
 
-  /// The leaves of such a volume.
+  /// The leaves of the volume of a part of the robot.
   const LeafBoxes& leavesOf(int root) const { return leaves_[static_cast<std::size_t>(root)]; }
 
  private:
@@ -37,7 +38,7 @@ class Volumes {
 
   const RobotModel& model_;
   std::vector<Volume> volumes_;
-  std::vector<LeafBoxes> leaves_;  ///< by root
+  std::vector<LeafBoxes> leaves_;  ///< index: the root
   int link_count_;
   int root_count_;
 };
