@@ -13,12 +13,12 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Pieces = std::vector<const Piece*>;
 
-/// Centre b less centre a, in the frame of a.
+/// The centre of b minus the centre of a, in the frame of a.
 Vector3d wayBetween(const Bounds& a, const Bounds& b, const RelativePose& a_T_b) {
   return a_T_b.translation + (a_T_b.rotation * b.centre - a.centre);
 }
 
-/// The farthest coordinate of a piece along a unit direction, in the body's frame.
+/// The largest coordinate of a piece along a unit direction, in the body's frame.
 double extentAlong(const Vector3d& direction, const Piece& piece) {
   int vertex = 0;
   const Vector3d in_piece = piece.body_T_piece.linear().transpose() * direction;
@@ -31,7 +31,7 @@ double extentAlong(const Vector3d& direction, const Pieces& pieces) {
   return extent;
 }
 
-/// The smallest box with these axes; no sphere yet.
+/// The smallest box with these axes, without a sphere.
 Bounds boxAlong(const Matrix3d& axes, const Pieces& pieces) {
   Bounds box;
   box.axes = axes;
@@ -49,7 +49,7 @@ double reachFrom(const Vector3d& centre, const Pieces& pieces) {
   return reach;
 }
 
-/// The box whose edges are shortest in sum, with the sphere about its centre.
+/// The box with the smallest sum of edges, and the sphere about its centre.
 Bounds smallest(const std::vector<Matrix3d>& choices, const Pieces& pieces) {
   Bounds bounds = boxAlong(choices.front(), pieces);
   for (const Matrix3d& axes : choices) {
@@ -72,8 +72,8 @@ Matrix3d principalAxes(const std::vector<Vector3d>& points) {
   return Eigen::SelfAdjointEigenSolver<Matrix3d>(covariance).eigenvectors();
 }
 
-/// Distance from the origin of the box `half` about `offset`, along coordinate axes; if the origin is
-/// inside, minus its distance to the nearest side.
+/// The distance of the origin from a box along the coordinate axes with the centre `offset` and the half edges `half`.
+/// If the origin is inside, minus its distance from the nearest side.
 double distanceFromBox(const Vector3d& offset, const Vector3d& half) {
   const Vector3d gaps = offset.cwiseAbs() - half;
   const double largest = gaps.maxCoeff();
@@ -91,7 +91,7 @@ Bounds boundsOf(const Piece& piece) {
 }
 
 Bounds boundsOf(const Pieces& pieces, const std::vector<const Bounds*>& each) {
-  constexpr std::size_t kFewPieces = 8;  // more than these do not get a choice for each, which is quadratic
+  constexpr std::size_t kFewPieces = 8;  // more pieces are not tried one by one, because that takes quadratic time
   if (pieces.size() == 1) return *each.front();
   std::vector<Matrix3d> choices{Matrix3d::Identity()};
   if (pieces.size() <= kFewPieces) {

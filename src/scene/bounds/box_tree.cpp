@@ -65,7 +65,7 @@ double BoxTree::sumOfDiagonals() const {
 
 double BoxTree::looseness() const {
   const double sum = sumOfDiagonals();
-  return sum > built_with_ ? sum / built_with_ : 1.0;  // infinity if it was built of boxes without a place
+  return sum > built_with_ ? sum / built_with_ : 1.0;  // infinity if all boxes were empty when it was built
 }
 
 }  // namespace proximity_server::scene

@@ -7,11 +7,13 @@
 
 namespace proximity_server::scene {
 
-/// A lower bound [m] of the signed distance of what two boxes along the axes of one frame hold: their distance, or, where
-/// they overlap, minus the shortest way along an axis that separates them. Infinity if one is empty.
+/// [m] A lower bound of the signed distance between the contents of two boxes along the axes of one frame: the distance
+/// of the boxes, or, if they overlap, minus the shortest way along an axis that separates them. Infinity if one is
+/// empty.
 double boxGap(const Eigen::AlignedBox3d& a, const Eigen::AlignedBox3d& b);
 
-/// Puts the half of some items first that has the smaller keys, of equal ones the smaller numbers. Returns where it ends.
+/// Puts the half of the items with the smaller keys first; of equal keys, the smaller numbers. Returns the end of that
+/// half.
 template <typename Key>
 std::vector<int>::iterator halve(std::vector<int>::iterator begin, std::vector<int>::iterator end, const Key& keyOf) {
   const auto middle = begin + (end - begin) / 2;
@@ -24,15 +26,16 @@ std::vector<int>::iterator halve(std::vector<int>::iterator begin, std::vector<i
 
 /// A binary tree of boxes along the axes of one frame.
 ///
-/// 1. Build: halve the items along the longest edge of the box of their centres, down to single ones; or in a given order.
-/// 2. Refit: new boxes of the same items, from the leaves up; what is near in the tree need not be near any more, so
-///    that a tree which has grown too loose is better built anew, see looseness().
+/// 1. Build: halve the items along the longest edge of the box of their centres, down to single items; or in a given
+///    order.
+/// 2. Refit: take new boxes of the same items, and fit the nodes from the leaves up. Items that are near in the tree
+///    need not be near any more, so a tree that has grown too loose should be built anew, see looseness().
 ///
 /// Source: van den Bergen, Efficient Collision Detection of Complex Deformable Models Using AABB Trees, J. Graphics
 ///         Tools 1997.
 class BoxTree {
  public:
-  /// A leaf holds one item, all others two nodes behind themselves. The root is node 0.
+  /// A leaf holds one item; every other node has two children, which come after it. The root is node 0.
   struct Node {
     Eigen::AlignedBox3d box;
     int item = -1;
@@ -42,10 +45,10 @@ class BoxTree {
 
   BoxTree() = default;
 
-  /// The items are the indices of the boxes.
+  /// Builds a tree whose items are the indices of the boxes.
   explicit BoxTree(const std::vector<Eigen::AlignedBox3d>& boxes);
 
-  /// Halves items as they are listed. They have no boxes before refit().
+  /// Builds a tree by halving a list of items in its order. The items have no boxes before refit().
   static BoxTree inOrder(std::vector<int> items);
 
   bool empty() const { return nodes_.empty(); }
@@ -63,7 +66,7 @@ class BoxTree {
     refit([&](int item) -> const Eigen::AlignedBox3d& { return boxes[static_cast<std::size_t>(item)]; });
   }
 
-  /// How much larger the boxes are, in the sum of their diagonals, than they were when the tree was built; at least 1.
+  /// The sum of the diagonals of all boxes, divided by that sum when the tree was built; at least 1.
   double looseness() const;
 
  private:
@@ -72,7 +75,7 @@ class BoxTree {
   double sumOfDiagonals() const;
 
   std::vector<Node> nodes_;
-  double built_with_ = 0.0;  ///< [m] sum of diagonals
+  double built_with_ = 0.0;  ///< [m] the sum of diagonals when it was built
 };
 
 }  // namespace proximity_server::scene

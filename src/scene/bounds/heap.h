@@ -5,7 +5,7 @@
 
 namespace proximity_server::scene {
 
-/// A std::priority_queue, the largest first, for which one can reserve room, and of which one can see what is left.
+/// A std::priority_queue, the largest first, that can reserve memory and lets the caller read all its elements.
 template <typename Thing>
 class Heap {
  public:
@@ -29,7 +29,7 @@ class Heap {
 
   const std::vector<Thing>& all() const { return things_; }
 
-  /// All, the smallest first. Then nothing can be pushed before clear().
+  /// All elements, the smallest first. Afterwards nothing can be pushed before clear().
   const std::vector<Thing>& sorted() {
     std::sort_heap(things_.begin(), things_.end());
     return things_;

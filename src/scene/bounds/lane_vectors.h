@@ -1,11 +1,13 @@
-// Vectors of PROXIMITY_LANES floats, and the gap of boxes in each lane. Included by sources that are compiled for one kind of
-// processor; everything is local to them, so that the linker cannot keep a copy that an older processor does not understand.
+// Vectors of PROXIMITY_LANES floats, and the gap of boxes in each lane. This file is included by sources that are
+// compiled for one kind of processor. Everything is local to them, so that the linker cannot keep a copy that older
+// processors cannot run.
 //
-// No product is fused with a sum (-ffp-contract=off), and no sum is in another order: so the bits do not depend on the number
-// of lanes.
+// No product is fused with a sum (-ffp-contract=off), and the order of sums is fixed: so the bits do not depend on the
+// number of lanes.
 //
-// Vectors of the compiler (GCC, clang) rather than a library: they need nothing but operators here, their code is the same
-// as that of xsimd (vmaxps, vblendmps), and they bring no inline function into sources with other options.
+// The vectors are those of the compiler (GCC, clang) and not those of a library. They need only operators here, their
+// code is the same as that of xsimd (vmaxps, vblendmps), and they define no inline function in sources with other
+// options.
 
 namespace proximity_server::scene::lanes {
 namespace {
@@ -36,7 +38,7 @@ struct Point {
 Point operator-(const Point& a, const Point& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 Float dot(const Point& a, const Point& b) { return (a.x * b.x + a.y * b.y) + a.z * b.z; }
 
-/// The distance of a point from a box about the origin, less than 0 inside: a lower bound.
+/// A lower bound of the distance of a point from a box about the origin; negative inside.
 Float fromBox(const Float* gaps) {
   Float largest = larger(larger(gaps[0], gaps[1]), gaps[2]), sum = all(0.0f);
   for (int k = 0; k < 3; ++k) {
@@ -46,9 +48,10 @@ Float fromBox(const Float* gaps) {
   return largest > all(0.0f) ? root(sum) : largest;
 }
 
-/// The distance of box a from the bounding box of b along the axes of a, or the same with a and b exchanged, whichever is
-/// larger; less than 0 in overlap. The axes k of a and j of b have the cosine 3 k + j; `way_in_a` and `way_in_b` are the way
-/// between the centres along the axes of a and of b. `error` is taken off each gap along an axis.
+/// The larger one of two distances: of box a from the bounding box of b along the axes of a, and of box b from the
+/// bounding box of a along the axes of b; negative in overlap. The axes k of a and j of b have the cosine 3 k + j.
+/// `way_in_a` and `way_in_b` are the vector between the centres along the axes of a and of b. `error` is subtracted
+/// from each gap along an axis.
 template <typename HalfA, typename HalfB>
 Float boxGap(const Float* cosines, const Float* way_in_a, const Float* way_in_b, const HalfA* half_a,
              const HalfB* half_b, float error) {

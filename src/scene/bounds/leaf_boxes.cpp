@@ -44,7 +44,7 @@ void setLane(const Bounds& bounds, int lane, Pack& pack) {
   pack.radius[lane] = roundedUp(bounds.radius);
 }
 
-/// One leaf in all lanes.
+/// A pack with one leaf in all lanes.
 Pack spread(const Pack& pack, int lane) {
   Pack leaf;
   for (int k = 0; k < 3; ++k) {
@@ -67,7 +67,8 @@ Pack placed(const Pack& b, const RelativePose& a_T_b) {
   return in_a;
 }
 
-/// As boxGap() in bounds.h. `way` leads from the centre of a to that of b, in their common frame, and is `distance` long.
+/// Like boxGap() in bounds.h. `way` is the vector from the centre of a to that of b, in their common frame, and
+/// `distance` is its length.
 Lanes boxGap(const Pack& a, const Pack& b, const Point& way, Lanes distance) {
   Lanes cosines[9], way_in_a[3], way_in_b[3], along_way = all(0.0f);
   for (int k = 0; k < 3; ++k) {
@@ -125,7 +126,7 @@ const std::vector<LeafGaps::Gap>& LeafGaps::between(const LeafBoxes& a, const Le
   smallest_of_others_ = std::numeric_limits<double>::infinity();
   for (int k = 0; k < kLanes; ++k)
     smallest_of_others_ = std::min(smallest_of_others_, static_cast<double>(others[k]) - less);
-  // What is left out is beyond the limit; the difference above may be rounded to it.
+  // Pairs that are left out are beyond the limit; but the difference above may be rounded to the limit.
   smallest_of_others_ = std::max(smallest_of_others_, std::nextafter(limit, std::numeric_limits<double>::infinity()));
   return gaps_;
 }

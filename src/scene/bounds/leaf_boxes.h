@@ -8,26 +8,27 @@
 
 namespace proximity_server::scene {
 
-/// The spheres and boxes of the leaves of a link or <collision>, as Bounds has them, in float and side by side.
+/// The spheres and boxes of the leaves of a link or <collision>, see Bounds, in float and side by side.
 class LeafBoxes {
  public:
   static constexpr int kLanes = 4;
   using Lanes = float __attribute__((vector_size(4 * kLanes)));
 
-  /// A leaf in each lane. Where there are no more leaves it is the last one again.
+  /// One leaf in each lane. If there are too few leaves, the last one is repeated.
   struct Pack {
     Lanes centre[3], half[3];
     Lanes axes[9];  ///< row by row
     Lanes radius;
   };
 
-  /// Of all leaves below a root; none if there are more than kMostLeaves.
+  /// The boxes of all leaves below a root; none if there are more than kMostLeaves.
   LeafBoxes(const std::vector<Volume>& volumes, int root);
   static constexpr int kMostLeaves = 32;
 
-  const std::vector<int>& leaves() const { return leaves_; }  ///< their numbers among the volumes
+  const std::vector<int>& leaves() const { return leaves_; }  ///< the numbers of the volumes
   const std::vector<Pack>& packs() const { return packs_; }
-  double reach() const { return reach_; }  ///< [m] of the boxes and spheres from the origin of the body, at most
+  /// [m] upper bound of the distance of any point of the boxes and spheres from the origin of the body
+  double reach() const { return reach_; }
 
  private:
   std::vector<int> leaves_;
@@ -35,40 +36,40 @@ class LeafBoxes {
   double reach_ = 0.0;
 };
 
-/// Lower bounds of the distances of all pairs of leaves of two links, several at a time: for links of not too many pieces less
-/// work than to walk their hierarchies.
+/// Lower bounds of the distances of all pairs of leaves of two links, several at a time. If the links have few pieces,
+/// this is less work than walking their hierarchies.
 ///
 /// Bounds:  those of sphereGap() and boxGap().
-/// Error:   with u = 2^-24: 4 u of the lengths for each centre, 12 u for each cosine of two axes, so 40 u for the width of a box
-///          along an axis and 64 u for a gap, and the root of three squares takes at most 1.8 times that: less than kError of
-///          the lengths, by which every bound is lowered. The direction of the centres may be off, and proves the gap along
-///          itself all the same. No product is fused with a sum, so that the bits are the same on every
-///          processor.
+/// Error:   let u be 2^-24. The error is 4 u of the lengths for each centre and 12 u for each cosine of two axes. So it
+///          is 40 u for the width of a box along an axis and 64 u for a gap, and at most 1.8 times that for the root of
+///          three squares: less than kError of the lengths, which is subtracted from every bound. An error in the
+///          direction of the centres does no harm, because the gap along any direction is a bound. No product is fused
+///          with a sum, so that the bits are the same on every processor.
 class LeafGaps {
  public:
   static constexpr double kError = 0x1p-17;  // 128 u
 
-  /// [m] The squares of shorter ways are finite in float.
+  /// [m] The squares of shorter vectors are finite in float.
   static constexpr double kMostReach = 1e15;
 
   LeafGaps();
 
-  /// Whether both have leaves that between() can place.
+  /// True if both have leaves that between() can process.
   static bool areFew(const LeafBoxes& a, const LeafBoxes& b, const RelativePose& a_T_b) {
     return !a.leaves().empty() && !b.leaves().empty() && reachOf(a, b, a_T_b) < kMostReach;
   }
 
   struct Gap {
-    double lower_bound;  ///< [m] of the distance less the padding
-    int a, b;            ///< leaves, numbers among the volumes
+    double lower_bound;  ///< [m] of the distance minus the padding
+    int a, b;            ///< leaves, as numbers of volumes
   };
 
-  /// The pairs of leaves whose distance less the padding may be at most the limit [m], always in the same order; valid until the
-  /// next call.
+  /// The pairs of leaves whose distance minus the padding may be at most the limit [m], always in the same order. Valid
+  /// until the next call.
   const std::vector<Gap>& between(const LeafBoxes& a, const LeafBoxes& b, const RelativePose& a_T_b, double padding,
                                   double limit);
 
-  /// [m] The smallest lower bound of the others; infinity if there are none.
+  /// [m] The smallest lower bound of all other pairs; infinity if there are none.
   double smallestOfOthers() const { return smallest_of_others_; }
 
  private:

@@ -41,7 +41,7 @@ Volume VolumeBuilder::leafOf(int body, int piece) const {
   return leaf;
 }
 
-/// Halves the pieces along the longest edge of their box, by their centres, down to single ones.
+/// Halves the pieces along the longest edge of their box, by their centres, down to single pieces.
 Volume VolumeBuilder::volumeOf(int body, std::vector<int>::iterator begin, std::vector<int>::iterator end,
                                std::vector<Volume>& volumes) const {
   if (end - begin == 1) return leafOf(body, *begin);

@@ -8,22 +8,23 @@
 
 namespace proximity_server::scene {
 
-/// Some pieces of one body: a leaf (one piece), or two volumes.
+/// Some pieces of one body: a leaf with one piece, or a volume with two parts.
 struct Volume {
   int body;
-  int piece = -1;                                         ///< of a leaf
-  std::array<int, 2> parts{-1, -1};                       ///< of all others
-  Representation representation = Representation::Exact;  ///< the least exact of its pieces
-  bool has_closed_form = false;                           ///< a single sphere or capsule
-  bool has_interior = false;                              ///< one of its pieces has
-  bool has_anchor = false;                                ///< one of its pieces is
+  int piece = -1;                                         ///< the piece of a leaf
+  std::array<int, 2> parts{-1, -1};                       ///< the two volumes that any other volume consists of
+  Representation representation = Representation::Exact;  ///< the least exact one of its pieces
+  bool has_closed_form = false;                           ///< true for a single sphere or capsule
+  bool has_interior = false;                              ///< true if one of its pieces has an interior
+  bool has_anchor = false;                                ///< true if one of its pieces is an anchor
   Bounds bounds;
 
   bool isLeaf() const { return piece >= 0; }
   bool isEmpty() const { return piece < 0 && parts[0] < 0; }
 };
 
-/// Whether a search that refines a pair of volumes splits a rather than b: the larger of the two that has parts.
+/// True if a search that refines a pair of volumes splits a rather than b: it splits the larger one of those that have
+/// parts.
 bool splitsFirst(const Volume& a, const Volume& b);
 
 /// Builds hierarchies of bounding volumes over convex pieces.
