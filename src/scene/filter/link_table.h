@@ -14,7 +14,7 @@
 
 namespace proximity_server::scene {
 
-/// A pair of links in the order of their indices, so that a list of names may have them in either.
+/// A pair of links in the order of their indices, so that a list of names may have them in either order.
 struct OrderedPair {
   OrderedPair(int a, int b) : link_a(std::min(a, b)), link_b(std::max(a, b)) {}
   bool operator<(const OrderedPair& other) const {
@@ -32,9 +32,9 @@ class LinkTable {
   std::string names(const OrderedPair& pair) const { return names_[pair.link_a] + " - " + names_[pair.link_b]; }
   std::string unknown(const std::string& name) const { return unknownName(name, names_); }
 
-  /// Index of a link, or -1.
+  /// The index of a link, or -1.
   int find(const std::string& name) const;
-  /// Throws std::invalid_argument naming the list if there is no such link.
+  /// Throws std::invalid_argument, with the name of the list, if there is no such link.
   int require(const std::string& name, const std::string& list) const;
 
   int body(int link) const { return model_.links[link].body; }
@@ -44,7 +44,7 @@ class LinkTable {
     return model_.bodies[body(pair.link_a)].robot == model_.bodies[body(pair.link_b)].robot;
   }
   bool adjacent(const OrderedPair& pair) const { return model_.areNeighbours(pair.link_a, pair.link_b); }
-  /// Joined by several movable joints, with nothing but links without geometry between them.
+  /// True if the two are joined by several movable joints, with only links without geometry between them.
   bool adjacentButForEmptyLinks(const OrderedPair& pair) const;
 
  private:
@@ -54,10 +54,10 @@ class LinkTable {
   std::vector<bool> has_geometry_;
 };
 
-/// "what (2): a - b, c - d.", with every pair by name; does nothing if there is none.
+/// Adds the warning "what (2): a - b, c - d.", with all pairs by name. Does nothing if there are none.
 void addPairsWarning(const std::string& what, const std::vector<std::string>& pairs, PairTable& table);
 
-/// Looks up the pairs of one list of names and keeps those that have no effect.
+/// Looks up the pairs of one list of names, and collects the entries that have no effect.
 class PairListReader {
  public:
   PairListReader(std::string list, const LinkTable& links) : list_(std::move(list)), links_(links) {}
@@ -65,10 +65,10 @@ class PairListReader {
   /// For lists in which an unknown link is an error: throws std::invalid_argument.
   OrderedPair require(const std::pair<std::string, std::string>& names);
 
-  /// For lists in which an unknown link is a warning: returns nullopt then.
+  /// For lists in which an unknown link is a warning: returns nullopt for it.
   std::optional<OrderedPair> find(const std::pair<std::string, std::string>& names);
 
-  /// The entries without effect, one sentence for all of them, and one for all unknown names.
+  /// Adds warnings: one sentence for all entries without effect, and one for all unknown names.
   void report(PairTable& table) const;
 
  private:

@@ -14,7 +14,7 @@
 namespace proximity_server::scene {
 namespace {
 
-/// The errors name the robot.
+/// Reads the SRDF of one robot. The errors name the robot.
 Srdf readSrdfOf(const Member& robot, const std::string& srdf_xml) {
   try {
     return readSrdf(srdf_xml);
@@ -23,7 +23,7 @@ Srdf readSrdfOf(const Member& robot, const std::string& srdf_xml) {
   }
 }
 
-/// One SRDF of all robots, with the names of the model.
+/// Reads all SRDFs into one, with the names of the model.
 Srdf readSrdfs(const RobotModel& model, const std::vector<std::string>& srdf_xmls, PairTable& table) {
   if (srdf_xmls.size() != model.robots.size()) {
     throw std::invalid_argument("there are " + std::to_string(srdf_xmls.size()) + " SRDFs for " +
@@ -48,8 +48,8 @@ struct Rules {
   bool only_listed = false;
   std::set<OrderedPair> only, excluded, enabled;
   std::map<OrderedPair, std::string> disabled;  // with the SRDF's reason
-  std::set<int> disabled_by_default;            // links
-  std::vector<bool> moved;                      // by body; empty: no group was chosen
+  std::set<int> disabled_by_default;            // indices of links
+  std::vector<bool> moved;                      // index: the body; empty if no group was chosen
 };
 
 std::set<OrderedPair> readConfigPairs(const std::string& list, const std::vector<PairFilterOptions::Names>& entries,
@@ -77,7 +77,7 @@ void readDisabled(const Srdf& srdf, const LinkTable& links, Rules& rules, PairTa
   if (!unknown.empty()) table.warnings.push_back("disable_default_collisions: no link " + listed(unknown) + ".");
 }
 
-/// Within one robot: an SRDF is about its own alone.
+/// True only for two links of one robot, because an SRDF is about its own robot alone.
 bool disabledByDefault(const OrderedPair& pair, const LinkTable& links, const Rules& rules) {
   if (!links.sameRobot(pair)) return false;
   return rules.disabled_by_default.count(pair.link_a) || rules.disabled_by_default.count(pair.link_b);
@@ -149,7 +149,7 @@ void addPadding(const PairFilterOptions& options, const LinkTable& links, PairTa
 
 /// Warnings about the result that a user should know.
 void audit(const LinkTable& links, PairTable& table) {
-  std::vector<std::string> silent, nearly_adjacent;  // named one by one: nobody should have to guess
+  std::vector<std::string> silent, nearly_adjacent;  // all are named, so that nobody has to guess
   for (const LinkPair& entry : table.pairs) {
     const OrderedPair pair(entry.link_a, entry.link_b);
     if (entry.reason == PairReason::Adjacent) silent.push_back(links.names(pair));
@@ -222,7 +222,7 @@ int PairTable::find(int link_a, int link_b) const {
 
 std::vector<bool> bodiesMovedBy(const RobotModel& model, const std::vector<std::string>& srdf_xmls,
                                 const std::string& group) {
-  PairTable ignored;  // filterPairs() has the same warnings
+  PairTable ignored;  // filterPairs() gives the same warnings
   const Srdf srdf = readSrdfs(model, srdf_xmls, ignored);
   return bodiesMovedByGroup(model, LinkTable(model), srdf, group, ignored.warnings);
 }

@@ -17,7 +17,7 @@ using tinyxml2::XMLElement;
   throw std::invalid_argument("SRDF, line " + std::to_string(element.GetLineNum()) + ": " + what);
 }
 
-/// Refuses misspelt children, which would have no effect.
+/// Refuses misspelt child elements, which would have no effect.
 void refuseMisspeltChildren(const XMLElement& parent, const std::vector<std::string>& known) {
   for (auto* child = parent.FirstChildElement(); child; child = child->NextSiblingElement()) {
     const std::string meant = misspelledName(child->Name(), known);
@@ -26,7 +26,7 @@ void refuseMisspeltChildren(const XMLElement& parent, const std::vector<std::str
   }
 }
 
-/// The same of the attributes of an element.
+/// Refuses misspelt attributes of an element.
 void refuseMisspeltAttributes(const XMLElement& element, const std::vector<std::string>& known) {
   for (auto* attribute = element.FirstAttribute(); attribute; attribute = attribute->Next()) {
     const std::string meant = misspelledName(attribute->Name(), known);
@@ -46,7 +46,7 @@ std::string optional(const XMLElement& element, const char* name) {
   return value ? value : "";
 }
 
-/// read(child) for each child of that name, in order.
+/// Calls read(child) for each child of that name, in order, and returns the results.
 template <typename Read>
 auto readAll(const XMLElement& parent, const char* name, const Read& read) {
   std::vector<decltype(read(parent))> result;
@@ -96,8 +96,9 @@ void appendAll(const std::vector<Thing>& more, std::vector<Thing>& things) {
   things.insert(things.end(), more.begin(), more.end());
 }
 
-/// The first element that makes the text a URDF, or nullptr: a joint with a parent and a child, or a link that has a
-/// body. Neither stands directly below the <robot> of an SRDF, which knows <joint> and <link> in its groups only.
+/// Returns the first element that shows that the text is a URDF, or nullptr: a joint with a parent and a child, or a
+/// link with geometry or inertia. Neither can be directly below the <robot> of an SRDF, which has <joint> and <link>
+/// only inside its groups.
 const XMLElement* findUrdfElement(const XMLElement& robot) {
   const auto hasAny = [](const XMLElement& element, std::initializer_list<const char*> names) {
     return std::any_of(names.begin(), names.end(), [&](const char* name) { return element.FirstChildElement(name); });
@@ -110,14 +111,14 @@ const XMLElement* findUrdfElement(const XMLElement& robot) {
   return nullptr;
 }
 
-/// Whether the element has any child that this package reads from an SRDF.
+/// True if the SRDF has any entry that this package reads.
 bool saysAnything(const Srdf& srdf) {
   return !srdf.disable_collisions.empty() || !srdf.enable_collisions.empty() ||
          !srdf.disable_default_collisions.empty() || !srdf.virtual_joints.empty() || !srdf.groups.empty();
 }
 
 void refuseUrdf(const XMLElement& robot, const Srdf& srdf) {
-  // One file that is both is odd, but says which pairs it means.
+  // A file that is both is odd, but it tells which pairs it means.
   const XMLElement* element = saysAnything(srdf) ? nullptr : findUrdfElement(robot);
   if (!element) return;
   fail(*element, "this is a URDF: it describes the " + std::string(element->Name()) + " " +

@@ -7,7 +7,7 @@
 
 namespace proximity_server::scene {
 
-/// The collision entries and groups of an SRDF, by name; the names are not checked.
+/// The collision entries and groups of an SRDF, by name. The names are not checked.
 struct Srdf {
   using Names = std::pair<std::string, std::string>;
   struct DisabledPair {
@@ -27,8 +27,8 @@ struct Srdf {
   std::vector<Group> groups;
 };
 
-/// Reads an SRDF; an empty text is an empty SRDF. Throws std::invalid_argument with the line: unreadable XML, no
-/// <robot>, a missing or misspelt attribute, a misspelt element, a URDF in place of the SRDF.
+/// Reads an SRDF; an empty text is an empty SRDF. Throws std::invalid_argument with the line: for unreadable XML, a
+/// missing <robot>, a missing or misspelt attribute, a misspelt element, or a URDF in place of the SRDF.
 Srdf readSrdf(const std::string& srdf_xml);
 
 /// Replaces each name of a link, joint or group by rename(name).

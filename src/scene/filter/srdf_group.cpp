@@ -18,7 +18,7 @@ class GroupJoints {
     if (std::find(within.begin(), within.end(), name) != within.end()) {
       throw std::invalid_argument("SRDF: the group " + quoted(name) + " contains itself");
     }
-    if (!added_.insert(name).second) return;  // else groups of groups of groups would double with each level
+    if (!added_.insert(name).second) return;  // otherwise the work would double with each level of nested groups
     within.push_back(name);
     const Srdf::Group& group = find(name);
     for (const std::string& link : group.links) addLink(link);
@@ -42,7 +42,7 @@ class GroupJoints {
     throw std::invalid_argument("the SRDF has no group " + unknownName(name, names) + "; " + all);
   }
 
-  /// A link stands for the joint that carries it.
+  /// Adds the joint that carries a link.
   void addLink(const std::string& name) {
     const int link = findLink(name);
     if (link < 0) return;
@@ -64,7 +64,7 @@ class GroupJoints {
     unknown_.push_back("no joint " + unknownName(name, known));
   }
 
-  /// The joints between two links: those above one of them, but not above both.
+  /// Adds the joints between two links: those above one of them, but not above both.
   void addChain(const std::string& base, const std::string& tip) {
     const int base_link = findLink(base), tip_link = findLink(tip);
     if (base_link < 0 || tip_link < 0) return;
@@ -112,7 +112,7 @@ std::vector<bool> bodiesMovedByGroup(const RobotModel& model, const LinkTable& l
     return true;
   };
   std::vector<bool> moved;
-  for (const Body& body : model.bodies) {  // parents first
+  for (const Body& body : model.bodies) {  // parents come first
     moved.push_back(body.joint >= 0 && (moved[body.parent] || follows(body.joint)));
   }
   return moved;

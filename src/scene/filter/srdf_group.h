@@ -8,8 +8,9 @@
 
 namespace proximity_server::scene {
 
-/// Whether each body moves when the joints of a group do, and those that mimic them. Names in the group that do not
-/// exist become warnings. Throws std::invalid_argument for a group that does not exist or that contains itself.
+/// Tells for each body whether it moves when the joints of a group move, including their mimic joints. Names in the
+/// group that do not exist become warnings. Throws std::invalid_argument for a group that does not exist or that
+/// contains itself.
 std::vector<bool> bodiesMovedByGroup(const RobotModel& model, const LinkTable& links, const Srdf& srdf,
                                      const std::string& group, std::vector<std::string>& warnings);
 

@@ -7,10 +7,11 @@ class ShapeRef {
  public:
   enum class Kind : unsigned char { None, Link, Object };
 
-  /// None of them.
+  /// Names nothing (Kind::None).
   ShapeRef() = default;
 
-  /// A link, or its n-th <collision>, counted from 1; 0: the whole link. None for a link that was not found (-1).
+  /// A link, or its n-th <collision>, counted from 1; 0: the whole link. A link that was not found (-1) gives
+  /// Kind::None.
   ShapeRef(int link, int collision = 0)  // NOLINT: implicit, as most pairs are of links
       : kind_(link < 0 ? Kind::None : Kind::Link), number_(link), collision_(collision) {}
 
@@ -22,7 +23,7 @@ class ShapeRef {
     return ref;
   }
 
-  /// Its n-th <collision> or shape, counted from 1; itself for 0.
+  /// Its n-th <collision> or shape, counted from 1; for 0 the reference itself.
   ShapeRef part(int number) const {
     ShapeRef part = *this;
     if (number != 0) part.collision_ = number;
@@ -30,13 +31,13 @@ class ShapeRef {
   }
 
   Kind kind() const { return kind_; }
-  bool isLink() const { return kind_ == Kind::Link; }  ///< or a <collision> of one
+  bool isLink() const { return kind_ == Kind::Link; }  ///< also true for a <collision> of a link
   bool isObject() const { return kind_ == Kind::Object; }
 
-  /// The link, of a link or <collision>; -1 of anything else.
+  /// The link of a link or <collision>; -1 for anything else.
   int link() const { return isLink() ? number_ : -1; }
-  int collision() const { return collision_; }  ///< of an object: the shape, see part()
-  /// The number of an object; -1 of anything else.
+  int collision() const { return collision_; }  ///< for an object: the shape, see part()
+  /// The number of an object; -1 for anything else.
   int object() const { return isObject() ? number_ : -1; }
 
   bool operator==(const ShapeRef& other) const {
@@ -55,7 +56,7 @@ struct ShapeRefPair {
 
   bool areLinks() const { return a.isLink() && b.isLink(); }
 
-  /// Whether the two pairs are of the same shapes, in any order.
+  /// True if the two pairs are of the same shapes, in any order.
   bool isSameAs(const ShapeRefPair& other) const {
     return (a == other.a && b == other.b) || (a == other.b && b == other.a);
   }
