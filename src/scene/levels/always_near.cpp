@@ -20,18 +20,18 @@
 namespace proximity_server::scene {
 namespace {
 
-constexpr double kSure = 0.002;  // [m] below it the distance of two links of a real robot says nothing
+constexpr double kSure = 0.002;  // [m] a smaller distance of two links of a real robot is not reliable
 constexpr double kSame = 5e-5;   // [m] distances that differ by less are written as one
 
-/// The largest number with two digits that is not above a length; 0 for 0.
+/// The largest number with two digits that is at most a length; 0 for 0.
 double roundedDown(double length) {
   if (!(length > 0.0)) return 0.0;
-  // Divided by a power of ten, the result is the number that its decimals stand for. 0.02 must not become 0.019.
+  // Dividing by a power of ten gives the number that the decimals stand for. 0.02 must not become 0.019.
   const double per_metre = std::pow(10.0, 1.0 - std::floor(std::log10(length)));
   return std::floor(length * per_metre * (1.0 + 1e-12)) / per_metre;
 }
 
-/// Without an exponent: the YAML of rosparam reads 1e-05 as a text.
+/// The text of a number without an exponent: the YAML reader of rosparam takes 1e-05 for a text.
 std::string numberText(double number) {
   std::array<char, 400> text{};
   return {text.data(), std::to_chars(text.data(), text.data() + text.size(), number, std::chars_format::fixed).ptr};

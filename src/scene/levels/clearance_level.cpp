@@ -5,7 +5,7 @@
 namespace proximity_server::scene {
 namespace {
 
-/// [m] How far above the threshold of a level a distance still is at that level.
+/// [m] A distance that exceeds the threshold of a level by less than this is still at that level.
 double keptAbove(ClearanceLevel level, const LevelBefore& before) {
   return before.level && *before.level >= level ? before.hysteresis : 0.0;
 }

@@ -10,7 +10,7 @@
 namespace proximity_server::scene {
 namespace {
 
-/// The rules of one level by index of link. Its lists are called pair_NAME, link_NAME and group_NAME.
+/// The rules for one threshold by index of link. Their lists are called pair_NAME, link_NAME and group_NAME.
 class RulesByIndex {
  public:
   RulesByIndex(const RobotModel& model, const std::vector<std::string>& srdf_xmls, const DistanceRules& rules,
@@ -41,7 +41,7 @@ class RulesByIndex {
     }
   }
 
-  /// Returns the distance of two links, or of a link with objects (link_b < 0); nullopt if the default counts.
+  /// Returns the distance of two links, or of a link with objects (link_b < 0). Returns nullopt if the default counts.
   std::optional<double> of(int link_a, int link_b) const {
     if (link_b >= 0) {
       const auto own = of_pairs_.find({link_a, link_b});
@@ -50,7 +50,7 @@ class RulesByIndex {
     for (const auto* list : {&of_links_, &of_groups_}) {
       std::optional<double> larger = (*list)[static_cast<std::size_t>(link_a)];
       if (link_b >= 0)
-        larger = std::max(larger, (*list)[static_cast<std::size_t>(link_b)]);  // nullopt is less than any
+        larger = std::max(larger, (*list)[static_cast<std::size_t>(link_b)]);  // nullopt is smaller than any number
       if (larger) return larger;
     }
     return std::nullopt;

@@ -15,9 +15,9 @@
 namespace proximity_server::scene {
 namespace {
 
-constexpr int kStates = 300;  // of each joint, from one end of its range to the other
+constexpr int kStates = 300;  // the number of states of each joint, from one end of its range to the other
 
-/// The checked pairs that one joint moves against each other. Neighbours among them are checked because somebody asked.
+/// The checked pairs with one joint between them. Neighbours among them are checked because a user asked for it.
 std::vector<ShapeRefPair> pairsOfOneJoint(const SceneModel& model, const std::vector<JointRange>& ranges) {
   std::vector<ShapeRefPair> pairs;
   for (const int i : model.pairs.checked) {
@@ -30,14 +30,14 @@ std::vector<ShapeRefPair> pairsOfOneJoint(const SceneModel& model, const std::ve
   return pairs;
 }
 
-/// All joints at the same fraction, from 0 to 1, of their ranges.
+/// The positions in which all joints are at the same fraction, from 0 to 1, of their ranges.
 Positions positionsAt(double fraction, const std::vector<JointRange>& ranges, const RobotModel& robot) {
   Positions positions(robot.joints.size(), 0.0);
   for (const JointRange& range : ranges) positions[range.joint] = range.lower + fraction * range.width();
   return positions;
 }
 
-/// Those of them that are proven to be apart in none of kStates states.
+/// The pairs of one joint that are not proven to be apart in any of kStates states.
 std::vector<ShapeRefPair> alwaysInContact(const SceneModel& model) {
   const std::vector<JointRange> ranges = jointRanges(model.robot);
   std::vector<ShapeRefPair> pairs = pairsOfOneJoint(model, ranges);
@@ -102,7 +102,7 @@ std::vector<DisabledPair> disabledPairsBelow(const SceneModel& model, const Pair
   for (int state = 0; state < states; ++state) {
     scene.update(forwardKinematics(model.robot, randomPositions(model.robot, ranges, random)));
     for (Seen& one : seen) {
-      if (one.smallest == 0.0 && one.largest > 0.0) continue;  // more states tell nothing more
+      if (one.smallest == 0.0 && one.largest > 0.0) continue;  // more states give no more information
       const double distance = std::max(0.0, scene.proximity(one.pair, question).result.lower_bound);
       one.smallest = std::min(one.smallest, distance);
       one.largest = std::max(one.largest, distance);

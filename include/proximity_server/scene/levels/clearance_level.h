@@ -7,51 +7,55 @@
 
 namespace proximity_server::scene {
 
-/// How near a robot is, the best first.
+/// How near a robot is to contact. The best level comes first.
 enum class ClearanceLevel : unsigned char {
   Clear,
   Warn,      ///< a pair is at or below its warn distance
-  Stop,      ///< at or below its stop distance
-  Collision  ///< touching or overlapping
+  Stop,      ///< a pair is at or below its stop distance
+  Collision  ///< a pair touches or overlaps
 };
 const char* toString(ClearanceLevel level);  ///< "CLEAR"
 
-/// A level is left only when the distance exceeds its threshold by more than `hysteresis` [m].
+/// The level of the state before. A level is left only when the distance exceeds its threshold by more than
+/// `hysteresis` [m].
 struct LevelBefore {
-  std::optional<ClearanceLevel> level;  ///< of the state before; nullopt: no level is kept
+  std::optional<ClearanceLevel> level;  ///< nullopt: no level is kept
   double hysteresis = 0.0;
 };
 
-/// The level of one distance [m], and the threshold that it is at or below, or, if it is Clear, above.
+/// The level of one distance [m]. `threshold` is the threshold of the level, or, for Clear, that of Warn.
 struct DistanceLevel {
   ClearanceLevel level = ClearanceLevel::Clear;
   double threshold = 0.0;  ///< [m]
 };
 DistanceLevel levelOf(double distance, double stop, double warn, const LevelBefore& before = {});
 
-/// The level of a pair by its own thresholds, decided by the lower bound: without an answer it is the worst one. If its stop distance is
-/// smaller than that of pairs without one of their own, so is the hysteresis, in proportion: a pair that is near by design could else
-/// never leave a level.
+/// The level of a pair by its own thresholds, decided by the lower bound; a pair without an answer has the worst level.
+/// If the stop distance of the pair is smaller than the default, the hysteresis is smaller in the same proportion:
+/// otherwise a pair that is near by design could never leave a level.
 DistanceLevel levelOf(const PairProximity& pair, const LevelThresholds& thresholds, const LevelBefore& before = {});
 
-/// The pair that sets the level of a state: of the worst level, it is the one with the smallest distance less its threshold (that of
-/// WARN if the level is Clear). It need not be the closest one.
+/// The pair that decides the level of a state. Among the pairs of the worst level, it is the one with the smallest
+/// distance minus its threshold (that of WARN if the level is Clear). It need not be the closest pair.
 struct DecidingPair {
   DistanceLevel level;
   PairProximity pair;
 };
 
-/// Decides by the lower bounds of the distances.
+/// Finds the deciding pair by the lower bounds of the distances.
 ///
 /// 1. The closest pair tells whether there is a collision.
-/// 2. If all pairs of the question have the same thresholds, it tells the level too.
-/// 3. Otherwise search for the pair with the smallest distance less its stop distance, no farther than matters, and if it is no Stop, for
-///    the one with the smallest distance less its warn distance. The scene has measured most of what is near by then.
+/// 2. If all pairs of the question have the same thresholds, the closest pair also tells the level.
+/// 3. Otherwise search for the pair with the smallest distance minus its stop distance, up to the distance that
+///    matters. If it is not at Stop, search for the pair with the smallest distance minus its warn distance. By then
+///    the scene has measured most of the near pairs.
 ///
-/// Limit: the hysteresis is of the level, not of each pair. Where pairs have thresholds of their own, a Stop may be left within the
-///        hysteresis if another pair, with a smaller hysteresis, is nearer to its stop distance. It is never left at or below a threshold.
+/// Limit: the hysteresis belongs to the level, not to each pair. If pairs have thresholds of their own, a Stop may be
+///        left within the hysteresis if another pair, with a smaller hysteresis, is nearer to its stop distance. It is
+///        never left at or below a threshold.
 ///
-/// `closest` is what Scene::minimum() answers about the same pairs and question, which has no threshold.
+/// `closest` must be the answer of Scene::minimum() about the same pairs and question, and that question has no
+/// threshold.
 DecidingPair decidingPair(Scene& scene, const Pairs& pairs, const PairProximity& closest,
                           const LevelThresholds& thresholds, const Question& question = {},
                           const LevelBefore& before = {});
