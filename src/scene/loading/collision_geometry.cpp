@@ -15,7 +15,7 @@
 #include "system/relay.h"
 
 namespace urdf {
-class Capsule;  // not in every urdfdom
+class Capsule;  // not every version of urdfdom has it
 }
 
 namespace proximity_server::scene {
@@ -32,7 +32,7 @@ std::string text(const Parts&... parts) {
   return stream.str();
 }
 
-/// A <capsule>, where this urdfdom has a class for it.
+/// Reads a <capsule> if this version of urdfdom has a class for it.
 template <typename UrdfCapsule, typename = void>
 struct CapsuleReader {
   static std::optional<CollisionGeometry> read(const urdf::Geometry& /*geometry*/) { return std::nullopt; }
@@ -47,7 +47,7 @@ struct CapsuleReader<UrdfCapsule, std::void_t<decltype(sizeof(UrdfCapsule))>> {
   }
 };
 
-/// The collision that is a sphere of this radius centred here, or -1.
+/// Returns the index of the collision that is a sphere of this radius with this centre, or -1.
 int findSphere(const std::vector<urdf::CollisionSharedPtr>& collisions, double radius, const Vector3d& centre,
                double rounding) {
   for (std::size_t i = 0; i < collisions.size(); ++i) {
@@ -58,7 +58,7 @@ int findSphere(const std::vector<urdf::CollisionSharedPtr>& collisions, double r
   return -1;
 }
 
-/// Threads that read so many meshes, each in child processes.
+/// The number of threads that read so many meshes. Each thread uses child processes.
 int usefulThreads(std::size_t meshes, int threads) {
   if (!system::kMayForkBesideThreads) return 1;
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -166,7 +166,8 @@ std::vector<CapsuleParts> findCapsules(const std::vector<urdf::CollisionSharedPt
     const auto* cylinder = dynamic_cast<const urdf::Cylinder*>(collisions[i]->geometry.get());
     if (!cylinder) continue;
     const Eigen::Isometry3d pose = toEigen(collisions[i]->origin);
-    // Sines of rpy, the quaternion's products and the sums of a rotated end: each adds an eps or two of the lengths.
+    // The sines of rpy, the products of the quaternion and the sums of a rotated end each add one or two eps of the
+    // lengths.
     const double rounding =
         16.0 * std::numeric_limits<double>::epsilon() * (pose.translation().norm() + cylinder->length);
     const auto sphereAt = [&](double z) {

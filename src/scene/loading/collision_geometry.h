@@ -22,7 +22,8 @@ Eigen::Isometry3d toEigen(const urdf::Pose& pose);
 struct CollisionGeometry {
   std::string description;
   std::vector<narrowphase::Shape> shapes;
-  MeshPieces mesh = {};  ///< of a mesh, without the hulls, which are the shapes; its sentences name the mesh
+  /// the pieces of a mesh without their hulls, which are in `shapes`; its sentences name the mesh
+  MeshPieces mesh = {};
 };
 
 /// A mesh of a link, and the options of its pieces.
@@ -36,14 +37,15 @@ class GeometryReader {
  public:
   explicit GeometryReader(MeshResolver resolve) : resolve_(std::move(resolve)) {}
 
-  /// The reaction to a mesh that cannot be read: an error, or a warning and no geometry.
+  /// The reaction to a mesh that cannot be read: it ends everything with an error, or it is passed over with a warning
+  /// and has no geometry.
   enum class Failure : unsigned char { EndsIt, IsPassedOver };
 
   /// Reads meshes in up to `threads` threads (0: one for each core), so that read() finds them. Errors are kept, and
   /// read() throws them. The calling thread reports progress.
   void readAhead(const std::vector<MeshRequest>& requests, int threads, Failure failure);
 
-  /// Throws std::invalid_argument: a size that is zero or not finite, a mesh that cannot be read.
+  /// Throws std::invalid_argument for a size that is zero or not finite, and for a mesh that cannot be read.
   CollisionGeometry read(const urdf::Geometry& geometry, const MeshOptions& options);
 
  private:
@@ -75,14 +77,15 @@ class GeometryReader {
   std::map<MeshKey, Outcome> meshes_;
 };
 
-/// Three <collision> elements of a link that together form a capsule, which has the frame of the cylinder.
+/// Three <collision> elements of a link that together form a capsule. The frame of the capsule is that of the cylinder.
 struct CapsuleParts {
   int cylinder;                ///< index into the link's collisions
-  std::array<int, 2> spheres;  ///< the same, of the spheres at its lower and upper end
+  std::array<int, 2> spheres;  ///< indices of the spheres at its lower and upper end
   narrowphase::Capsule capsule;
 };
 
-/// All cylinders of a link that have a sphere of their radius at both ends. A sphere may end several of them.
+/// Finds all cylinders of a link that have a sphere of their radius at both ends. A sphere may be the end of several
+/// cylinders.
 std::vector<CapsuleParts> findCapsules(const std::vector<urdf::CollisionSharedPtr>& collisions);
 
 }  // namespace proximity_server::scene

@@ -19,14 +19,15 @@ void requireName(const std::string& name, std::set<std::string>& names) {
   if (!names.insert(name).second) throw std::invalid_argument("two robots have the name " + quoted(name));
 }
 
-/// The number that an index of a robot's own model has in the whole model, of which `before` come first; -1 stays.
+/// Converts an index in a robot's own model to an index in the whole model, in which `before` elements come first. -1
+/// stays -1.
 int shifted(int index, std::size_t before) { return index < 0 ? index : index + static_cast<int>(before); }
 
 void shift(std::vector<int>& indices, std::size_t before) {
   for (int& index : indices) index = shifted(index, before);
 }
 
-/// Adds a robot after those that the model has.
+/// Adds a robot after the robots that the model already has.
 class Addition {
  public:
   Addition(RobotModel& whole, const NamedRobot& robot) : whole_(whole), robot_(robot.model) {
@@ -89,10 +90,11 @@ class Addition {
   RobotModel& whole_;
   const RobotModel& robot_;
   Member member_;
-  std::size_t links_, joints_, bodies_, collisions_, pieces_;  ///< of the model before
+  /// the numbers of elements of the model before the addition
+  std::size_t links_, joints_, bodies_, collisions_, pieces_;
 };
 
-/// The values of a robot's own links, with the names of its URDF.
+/// The values of one robot's own links, by the names of its URDF.
 std::map<std::string, double> ofRobot(const Member& robot, const std::map<std::string, double>& by_link) {
   std::map<std::string, double> own;
   const std::string begin = robot.nameInModel("");

@@ -43,7 +43,7 @@ Vector3d axisOf(const urdf::Joint& joint) {
   return axis;
 }
 
-/// Of the joint in its parent link.
+/// The pose of a joint in its parent link.
 Isometry3d originOf(const urdf::Joint& joint) {
   const Isometry3d origin = toEigen(joint.parent_to_joint_origin_transform);
   // Written as !(norm <= farthest) so that NaN is refused too.
@@ -58,7 +58,7 @@ Joint readJoint(const urdf::Joint& joint, int parent_link, int child_link, std::
   Joint result{joint.name,    typeOf(joint), parent_link, child_link, originOf(joint),
                axisOf(joint), -kInfinity,    kInfinity,   kInfinity,  std::nullopt};
   if (!joint.limits) return result;
-  // Many URDFs write 0 for "unknown"; a joint that may not move would be a fixed one.
+  // Many URDFs write 0 for an unknown velocity; a joint that must not move would be a fixed joint.
   if (joint.limits->velocity > 0) result.max_velocity = joint.limits->velocity;
   if (result.type != Joint::Type::Revolute && result.type != Joint::Type::Prismatic) return result;
   if (joint.limits->lower > joint.limits->upper) {
@@ -73,7 +73,8 @@ Joint readJoint(const urdf::Joint& joint, int parent_link, int child_link, std::
   return result;
 }
 
-/// Adds a link, in the body of its parent or, below a movable joint, in one of its own. Returns its index.
+/// Adds a link. It belongs to the body of its parent, or, below a movable joint, to a body of its own. Returns its
+/// index.
 int addLink(const urdf::Link& link, int parent_link, RobotModel& model) {
   const int index = system::append(model.links, Link{link.name, -1, Isometry3d::Identity(), {}, parent_link});
   Link& added = model.links[index];
@@ -92,7 +93,7 @@ int addLink(const urdf::Link& link, int parent_link, RobotModel& model) {
   return index;
 }
 
-/// Links, joints and bodies, depth first from the root, so parents first.
+/// Adds links, joints and bodies, depth first from the root, so that parents come first.
 void addTree(const urdf::ModelInterface& urdf, RobotModel& model) {
   struct Pending {
     urdf::LinkConstSharedPtr link;
@@ -121,7 +122,7 @@ std::string faultOfMimic(const RobotModel& model, int joint) {
   return is_small ? "" : "mimics with a multiplier or an offset beyond 1e6";
 }
 
-/// For each link, whether it or a link that hangs on it has a <collision>.
+/// For each link: true if it has a <collision>, or a link below it has one.
 std::vector<bool> linksThatCarryGeometry(const urdf::ModelInterface& urdf, const RobotModel& model) {
   std::vector<bool> carries;
   for (const Link& link : model.links) carries.push_back(!urdf.getLink(link.name)->collision_array.empty());
@@ -131,8 +132,8 @@ std::vector<bool> linksThatCarryGeometry(const urdf::ModelInterface& urdf, const
   return carries;
 }
 
-/// The joints that mimic another one. A mimic that makes no sense is an error where the joint moves geometry, unless the
-/// options allow it; else it is a warning, and the joint has a position of its own.
+/// Reads the mimic joints. If an invalid mimic moves geometry, it is an error unless the options allow it. Otherwise it
+/// is a warning, and the joint has a position of its own.
 class MimicReader {
  public:
   MimicReader(const urdf::ModelInterface& urdf, const ModelOptions& options, RobotModel& model)
@@ -140,7 +141,8 @@ class MimicReader {
 
   void readAll() {
     for (Joint& joint : model_.joints) read(joint);
-    std::vector<std::pair<int, std::string>> faults;  // all of them first: without one, another would look right
+    // all faults are collected first, because another mimic may look valid after one is removed
+    std::vector<std::pair<int, std::string>> faults;
     for (int i = 0; i < static_cast<int>(model_.joints.size()); ++i) {
       if (const std::string fault = faultOfMimic(model_, i); !fault.empty()) faults.emplace_back(i, fault);
     }
@@ -181,8 +183,9 @@ class MimicReader {
   const std::vector<bool> carries_geometry_;
 };
 
-/// Whether a revolute joint's limits can hardly be in radians, but are usual in degrees: two turns or more, a multiple of half a
-/// degree, and at most two turns in degrees. Joints that do turn so often mostly have limits that are multiples of pi, or very large.
+/// True if the limits of a revolute joint are hardly in radians, but usual in degrees: two turns or more, a multiple of
+/// half a degree, and at most two turns in degrees. Joints that really turn so often mostly have limits that are
+/// multiples of pi, or very large.
 bool seemsInDegrees(const Joint& joint) {
   if (joint.type != Joint::Type::Revolute) return false;
   const double largest = std::max(std::abs(joint.lower), std::abs(joint.upper));

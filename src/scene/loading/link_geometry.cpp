@@ -42,15 +42,16 @@ MeshOptions meshOptionsOf(const std::string& link, const ModelOptions& options) 
 /// The place of a <collision> in the URDF.
 struct Place {
   std::string link;
-  int number;  ///< n-th of its link, counted from 1
+  int number;  ///< counted from 1 within its link
 
   std::string text() const { return "link " + quoted(link) + ", <collision> " + std::to_string(number); }
 };
 
-/// Warnings about <collision> elements. What is said of several, as of a mesh that many links have, becomes one sentence.
+/// Collects warnings about <collision> elements. The same warning about several elements, such as those with the same
+/// mesh, becomes one sentence.
 class GeometryWarnings {
  public:
-  /// Adds a warning about a place, or without one about the whole robot. The sentence ends without a full stop.
+  /// Adds a warning about a place, or, without a place, about the whole robot. The sentence has no full stop.
   void add(const std::string& sentence, const std::optional<Place>& place = std::nullopt) {
     const auto is_same = [&](const Entry& entry) { return entry.sentence == sentence; };
     auto entry = std::find_if(entries_.begin(), entries_.end(), is_same);
@@ -58,7 +59,7 @@ class GeometryWarnings {
     if (place) entry->places.push_back(*place);
   }
 
-  /// In the order in which they came.
+  /// The sentences in the order in which they were added.
   std::vector<std::string> sentences() const {
     std::vector<std::string> result;
     for (const auto& [sentence, places] : entries_) {
@@ -86,7 +87,8 @@ class GeometryWarnings {
   std::vector<Entry> entries_;
 };
 
-/// The geometry of one <collision>; none, with a warning, for a mesh that cannot be read where that is allowed.
+/// Reads the geometry of one <collision>. If a mesh cannot be read and that is allowed, adds a warning and returns no
+/// geometry.
 CollisionGeometry readGeometry(const urdf::Geometry& geometry, const Place& place, const ModelOptions& options,
                                GeometryReader& reader, GeometryWarnings& warnings) {
   try {
@@ -111,7 +113,8 @@ void checkReach(const Piece& piece) {
   throw std::invalid_argument(text.str());
 }
 
-/// Across the box around a mesh [m]: no link of a robot is that large, but one of 2 cm in millimetres is.
+/// [m] The diagonal of the box around a mesh. No link of a robot is that large, but a link of 2 cm is if its mesh is in
+/// millimetres.
 constexpr double kOddlyLarge = 20.0;
 
 void warnOfMillimetres(const urdf::Geometry& urdf, const CollisionGeometry& geometry, const Place& place,
@@ -161,7 +164,8 @@ void addCollision(int link, const urdf::Collision& urdf, const ModelOptions& opt
   }
 }
 
-/// Gives the body the pieces of a link: those of its collisions, but a capsule instead of its three parts.
+/// Adds the pieces of a link to its body: those of its collisions, but a capsule instead of the three parts that form
+/// it.
 void addPiecesToBody(int link, const std::vector<CapsuleParts>& capsules, const ModelOptions& options,
                      RobotModel& model) {
   const Link& owner = model.links[link];

@@ -7,7 +7,7 @@
 namespace proximity_server::scene {
 namespace {
 
-/// The link's own value, or the default.
+/// The value of a link: its own, or the default.
 double valueOf(const std::string& link, const std::map<std::string, double>& own_values, double default_value) {
   const auto own = own_values.find(link);
   return own == own_values.end() ? default_value : own->second;

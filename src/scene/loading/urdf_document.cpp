@@ -26,13 +26,14 @@ std::string attribute(const XMLElement& element, const char* name) {
   return value ? value : "";
 }
 
-/// Keeps urdfdom's errors from the console while it lives. Its logger is global, so one reader at a time.
+/// While it exists, it keeps urdfdom's errors from the console. The logger of urdfdom is global, so only one reader
+/// runs at a time.
 class UrdfdomErrors : console_bridge::OutputHandler {
  public:
   UrdfdomErrors() : alone_(mutex_) { console_bridge::useOutputHandler(this); }
   ~UrdfdomErrors() override { console_bridge::restorePreviousOutputHandler(); }
 
-  /// What was said, "" where nothing was.
+  /// The errors; "" if there were none.
   const std::string& text() const { return text_; }
 
  private:
@@ -51,7 +52,7 @@ bool isOneOf(const std::string& name, const std::vector<std::string>& names) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// Removes all other elements, and what is no element: texts, comments.
+/// Removes all other elements, and all nodes that are not elements: texts, comments.
 void keepOnly(XMLElement& parent, const std::vector<std::string>& names) {
   tinyxml2::XMLNode* next = nullptr;
   for (tinyxml2::XMLNode* child = parent.FirstChild(); child; child = next) {
@@ -61,7 +62,7 @@ void keepOnly(XMLElement& parent, const std::vector<std::string>& names) {
   }
 }
 
-/// Whether one of these elements is this one, or somewhere in it.
+/// True if the element or one inside of it has one of these names.
 bool holds(const XMLElement& element, const std::vector<std::string>& names) {
   if (isOneOf(element.Name(), names)) return true;
   for (auto* child = element.FirstChildElement(); child; child = child->NextSiblingElement()) {
@@ -70,7 +71,8 @@ bool holds(const XMLElement& element, const std::vector<std::string>& names) {
   return false;
 }
 
-/// Names the elements of `parent` that urdfdom drops without a word although they hold geometry, links or joints.
+/// Adds a warning about each element of `parent` that urdfdom ignores silently although it holds geometry, links or
+/// joints.
 void warnOfDropped(const XMLElement& parent, const std::string& where, const std::vector<std::string>& known,
                    std::vector<std::string>& warnings) {
   for (auto* child = parent.FirstChildElement(); child; child = child->NextSiblingElement()) {
@@ -104,14 +106,14 @@ void checkNumber(const XMLElement& robot, const char* name) {
   fail("the robot has " + std::to_string(number) + " " + name + "s, more than " + std::to_string(kMaxLinks));
 }
 
-/// urdfdom takes the first of several shapes or origins.
+/// urdfdom would take the first of several shapes or origins.
 void checkCollision(const XMLElement& collision, const std::string& where) {
   if (count(&collision, "geometry") != 1) fail(where + ": expected one <geometry>");
   if (count(collision.FirstChildElement("geometry")) != 1) fail(where + ": expected one shape in its <geometry>");
   if (count(&collision, "origin") > 1) fail(where + ": more than one <origin>");
 }
 
-/// urdfdom takes no notice of an element with a misspelt name.
+/// urdfdom ignores an element with a misspelt name.
 void checkLink(const XMLElement& link) {
   const std::string name = attribute(link, "name");
   if (name.empty()) fail("a link without a name, line " + std::to_string(link.GetLineNum()));
@@ -126,7 +128,7 @@ void checkLink(const XMLElement& link) {
   }
 }
 
-/// urdfdom hands what it cannot read as a number to printf, as the format.
+/// urdfdom passes a text that it cannot read as a number to printf, as the format.
 void checkNumbers(const XMLElement& element, const std::string& where) {
   static const std::vector<std::string> kNames = {"name", "type", "link", "joint", "filename"};
   for (auto* attribute = element.FirstAttribute(); attribute; attribute = attribute->Next()) {
@@ -145,12 +147,12 @@ std::string linkOf(const XMLElement& joint, const char* end) {
   return element ? attribute(*element, "link") : "";
 }
 
-/// urdfdom never frees links that hang in a loop.
+/// urdfdom never frees links that form a loop.
 void checkTree(const XMLElement& robot) {
   std::map<std::string, std::string> parent_of;
   for (auto* joint = robot.FirstChildElement("joint"); joint; joint = joint->NextSiblingElement("joint")) {
     const std::string child = linkOf(*joint, "child");
-    if (child.empty()) continue;  // urdfdom will say so
+    if (child.empty()) continue;  // urdfdom reports this error
     if (!parent_of.emplace(child, linkOf(*joint, "parent")).second) {
       fail("link " + quoted(child) + " is the child of two joints, one of them " + quoted(attribute(*joint, "name")));
     }
@@ -194,7 +196,7 @@ urdf::ModelInterfaceSharedPtr readUrdf(const std::string& urdf_xml, std::vector<
   }
   checkTree(*robot);
 
-  // The robot alone: the declarations and comments before it are what urdfdom's own parser (TinyXML 1) fails on.
+  // Only the robot is passed on: urdfdom's own parser (TinyXML 1) fails on some declarations and comments before it.
   tinyxml2::XMLPrinter printer(nullptr, true);
   robot->Accept(&printer);
   const UrdfdomErrors errors;

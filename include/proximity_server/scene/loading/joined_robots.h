@@ -14,11 +14,12 @@ struct NamedRobot {
   RobotModel model;
 };
 
-/// Makes one model of several robots, robot by robot in their order: its links and joints are named "left/elbow", and all
-/// else of them is as it was. The robots are not joined to each other: each has its own root, see placedAt().
+/// Makes one model of several robots, robot by robot in their order. Its links and joints have names like "left/elbow";
+/// everything else is as in the models of the robots. The robots are not joined to each other: each has its own root,
+/// see placedAt().
 ///
-/// Failure: throws std::invalid_argument for a name that is empty, has a slash, or is that of two robots, for no robot, and for a
-///          model that was joined itself.
+/// Failure: throws std::invalid_argument for a name that is empty, has a slash, or is used for two robots, for an empty
+///          list of robots, and for a model that consists of several robots itself.
 RobotModel joined(const std::vector<NamedRobot>& robots);
 
 struct NamedUrdf {
@@ -26,9 +27,9 @@ struct NamedUrdf {
   std::string urdf_xml;
 };
 
-/// Reads several URDFs and joins the robots. Links are named "left/elbow" in the options.
+/// Reads several URDFs and joins the robots. In the options, links have names like "left/elbow".
 ///
-/// Failure: as loadRobotModel() and joined(), naming the robot.
+/// Failure: throws as loadRobotModel() and joined() do, naming the robot.
 RobotModel loadRobots(const std::vector<NamedUrdf>& robots, const MeshResolver& resolve,
                       const ModelOptions& options = {});
 

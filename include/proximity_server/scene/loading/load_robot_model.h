@@ -10,10 +10,11 @@ namespace proximity_server::scene {
 
 /// Reads a URDF.
 ///
-/// Every <collision> of every link counts. A cylinder with a sphere of the same radius at both of its ends, in the same
-/// link, becomes the capsule that they are.
-/// Failure: throws std::invalid_argument naming link and file, joint, or element: unreadable XML, an unresolved mesh or a
-///          mimic that makes no sense (unless allowed), zero-size or non-finite geometry, a padding or mesh tolerance for an unknown link.
+/// Every <collision> of every link counts. If a link has a cylinder with a sphere of the same radius at both of its
+/// ends, the three become a capsule, which is the same solid.
+/// Failure: throws std::invalid_argument, naming link and file, joint, or element, for unreadable XML, an unresolved
+///          mesh or an invalid mimic (unless allowed), geometry that has size zero or is not finite, and a padding or
+///          mesh tolerance for an unknown link.
 RobotModel loadRobotModel(const std::string& urdf_xml, const MeshResolver& resolve, const ModelOptions& options = {});
 
 }  // namespace proximity_server::scene

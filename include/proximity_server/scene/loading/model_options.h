@@ -8,24 +8,24 @@ namespace proximity_server::scene {
 
 struct ModelOptions {
   double default_padding = 0.0;                       ///< [m] added to every piece as margin
-  std::map<std::string, double> link_padding;         ///< [m] replaces default_padding, by link name
+  std::map<std::string, double> link_padding;         ///< [m] replaces default_padding for single links, by name
   double mesh_tolerance = 0.005;                      ///< [m] see MeshOptions::tolerance
-  std::map<std::string, double> link_mesh_tolerance;  ///< [m] replaces mesh_tolerance, by link name
+  std::map<std::string, double> link_mesh_tolerance;  ///< [m] replaces mesh_tolerance for single links, by name
   std::string mesh_cache;                             ///< see MeshOptions::cache
   double mesh_time_budget = 10.0;                     ///< [s] for each mesh, see MeshOptions::time_budget
-  int threads = 0;                                    ///< of reading meshes; 0: as many as cores
+  int threads = 0;                                    ///< threads that read meshes; 0: as many as cores
 
-  /// Is called with link and mesh before a step that takes long; it may be empty.
+  /// Called with link and mesh before a step that takes long; may be empty.
   std::function<void(const std::string&)> progress;
 
-  /// If true, a mesh that cannot be read becomes a warning and no geometry, instead of an error.
+  /// True: a mesh that cannot be read becomes a warning and has no geometry. False: it is an error.
   bool allow_missing_meshes = false;
 
-  /// If true, a mimic that makes no sense (of a joint that does not exist, of itself, with a number beyond 1e6) becomes a
-  /// warning, and the joint has a position of its own, instead of an error.
+  /// True: an invalid mimic (of a joint that does not exist, of the joint itself, or with a number beyond 1e6) becomes
+  /// a warning, and the joint has a position of its own. False: it is an error.
   bool allow_broken_mimics = false;
 
-  /// [m] The value for a link: its own, or the default.
+  /// [m] The value of a link: its own, or the default.
   double paddingOf(const std::string& link) const;
   double meshToleranceOf(const std::string& link) const;
 };
