@@ -21,11 +21,11 @@ using Eigen::Vector3d;
 
 // --- before a file is read
 
-/// The size of the file [byte].
+/// Checks the file and returns its size [byte].
 std::size_t checkFile(const std::string& path) {
   if (const std::string why = whyUnreadable(path); !why.empty())
     throw std::invalid_argument("cannot be read (" + why + ")");
-  // Not a pipe, which could keep one waiting for ever.
+  // A pipe is refused, because one could wait for it for ever.
   std::error_code failed;
   if (!std::filesystem::is_regular_file(path, failed)) throw std::invalid_argument("is no file");
   const std::uintmax_t size = std::filesystem::file_size(path, failed);
@@ -41,7 +41,7 @@ std::string extensionOf(const std::string& path) {
   return extension;
 }
 
-/// At most `count` bytes.
+/// Reads at most `count` bytes.
 std::string bytesOf(const std::string& path, std::size_t begin, std::size_t count) {
   std::string bytes(count, '\0');
   std::ifstream stream(path, std::ios::binary);
@@ -51,9 +51,10 @@ std::string bytesOf(const std::string& path, std::size_t begin, std::size_t coun
   return bytes;
 }
 
-constexpr std::size_t kStlCount = 80, kStlFacets = 84, kStlFacet = 50;  // where they stand in a binary file [byte]
+constexpr std::size_t kStlCount = 80, kStlFacets = 84, kStlFacet = 50;  // positions and size in a binary file [byte]
 
-/// No file below kMaxBytes can declare so many triangles that the count has no zero byte.
+/// True if an STL file is a text. No binary file below kMaxBytes can declare so many triangles that the count has no
+/// zero byte.
 bool isText(const std::string& stl_header) {
   const std::size_t first = std::min(stl_header.find_first_not_of(" \t\r\n"), stl_header.size());
   return stl_header.compare(first, 5, "solid") == 0 && stl_header.find('\0') == std::string::npos;
@@ -70,7 +71,7 @@ void checkStl(const std::string& path, std::size_t size) {
     return;
   }
   if (header.size() < kStlFacets) throw std::invalid_argument("it is shorter than the header of a binary STL file");
-  std::uint32_t declared = 0;  // little endian, as the machines that this runs on
+  std::uint32_t declared = 0;  // little endian, like the machines on which this runs
   std::memcpy(&declared, header.data() + kStlCount, sizeof declared);
   const std::size_t present = (size - kStlFacets) / kStlFacet;
   if (declared > present) {
@@ -84,7 +85,7 @@ struct PlyElement {
   std::vector<bool> properties;  // true: a list, which begins with its length
 };
 
-/// The elements that an ASCII PLY file declares; nullopt for a binary one. Leaves the stream behind the header.
+/// Reads the elements that an ASCII PLY file declares; none for a binary file. Leaves the stream after the header.
 std::vector<PlyElement> plyTextElements(std::istream& stream) {
   std::vector<PlyElement> elements;
   for (std::string line; std::getline(stream, line) && line.compare(0, 10, "end_header") != 0;) {
@@ -98,7 +99,7 @@ std::vector<PlyElement> plyTextElements(std::istream& stream) {
   return elements;
 }
 
-/// assimp takes the faces that are left of a text; of bytes it notices that some are missing.
+/// assimp accepts a text with missing faces; in a binary file it notices that bytes are missing.
 void checkPly(const std::string& path) {
   std::ifstream stream(path, std::ios::binary);
   std::string word;
@@ -125,7 +126,7 @@ void checkFormat(const std::string& path, std::size_t size) {
   }
 }
 
-// --- after it
+// --- after a file is read
 
 void checkMesh(const TriangleMesh& mesh) {
   if (mesh.triangles.empty()) throw std::invalid_argument("it has no triangle");

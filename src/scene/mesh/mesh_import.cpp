@@ -18,11 +18,11 @@ namespace {
 using Eigen::Affine3d;
 using Eigen::Vector3d;
 
-/// The file system as if it had one file.
+/// A file system that has only one file.
 class OneFile : public Assimp::DefaultIOSystem {
  public:
   explicit OneFile(std::string path) : path_(std::move(path)) {}
-  // Opens it too.
+  // assimp opens the file to test this.
   bool Exists(const char* path) const override { return path_ == path && DefaultIOSystem::Exists(path); }
   Assimp::IOStream* Open(const char* path, const char* mode) override {
     return path_ == path ? DefaultIOSystem::Open(path, mode) : nullptr;
@@ -38,7 +38,7 @@ Affine3d toEigen(const aiMatrix4x4& m) {
   return transform;
 }
 
-/// Nodes may be instances of other nodes, so that few lines can stand for any number.
+/// Nodes may be instances of other nodes, so that a few lines can stand for any number of triangles.
 void requireRoom(const aiMesh& part, const TriangleMesh& mesh) {
   if (mesh.triangles.size() + part.mNumFaces > kMaxTriangles ||
       mesh.vertices.size() + part.mNumVertices > 3 * kMaxTriangles) {
@@ -83,10 +83,10 @@ std::size_t sizeOf(const Counts& counts) {
 
 TriangleMesh importMesh(const std::string& path, const Vector3d& scale) {
   Assimp::Importer importer;
-  importer.SetIOHandler(new OneFile(path));  // which the importer deletes
-  // Else the root node turns Z_UP and X_UP to Y_UP; it always carries the unit.
+  importer.SetIOHandler(new OneFile(path));  // the importer deletes it
+  // Without this, the root node turns Z_UP and X_UP to Y_UP; it always has the unit.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
-  // Else a scene without geometry gets triangles that stand for its nodes.
+  // Without this, a scene without geometry gets triangles that stand for its nodes.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
   const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate);
   if (!scene || !scene->mRootNode) throw std::runtime_error(importer.GetErrorString());
@@ -107,7 +107,7 @@ std::string toBytes(const TriangleMesh& mesh) {
 TriangleMesh meshFromBytes(const std::string& bytes) {
   Counts counts{};
   if (bytes.size() >= sizeof counts) std::memcpy(&counts, bytes.data(), sizeof counts);
-  // The counts first, so that no product of them overflows.
+  // The counts are checked first, so that no product of them overflows.
   if (counts.triangles > kMaxTriangles || counts.vertices > 3 * kMaxTriangles || bytes.size() != sizeOf(counts)) {
     throw std::runtime_error("what was read of it is no mesh");
   }

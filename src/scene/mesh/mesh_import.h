@@ -6,11 +6,11 @@
 
 namespace proximity_server::scene {
 
-/// Reads the triangles of a mesh file with assimp, and scales them. A child process must call it, because the time and
-/// memory that assimp needs for a malformed file are not bounded. It opens no other file, even if the file names one
-/// (materials of an OBJ).
-/// Throws std::runtime_error with the message of assimp, or for more than kMaxTriangles triangles, or for more than
-/// three vertices for each of so many.
+/// Reads the triangles of a mesh file with assimp, and scales them. It must run in a child process, because the time
+/// and memory that assimp needs for a malformed file are not bounded. It opens no other file, even if the file names
+/// one (materials of an OBJ).
+/// Throws std::runtime_error with the message of assimp, for more than kMaxTriangles triangles, and for more than three
+/// vertices for each of that many triangles.
 TriangleMesh importMesh(const std::string& path, const Eigen::Vector3d& scale);
 
 // --- a mesh as bytes, for the pipe between the processes

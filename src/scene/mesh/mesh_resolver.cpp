@@ -33,7 +33,7 @@ std::optional<int> hexDigit(char digit) {
   return std::nullopt;
 }
 
-/// Without percent-encoding. What is none ("%", "%zz") stays.
+/// Decodes the percent-encoding. A percent sign that is not part of a code ("%", "%zz") stays.
 std::string decoded(const std::string& uri) {
   std::string text;
   for (std::size_t i = 0; i < uri.size(); ++i) {
@@ -58,7 +58,7 @@ std::string textOf(const std::vector<std::string>& roots) {
   return text.empty() ? "none, as ROS_PACKAGE_PATH and the like are empty" : text;
 }
 
-/// The name that a package.xml gives; "" where it cannot be read.
+/// The name in a package.xml; "" if it cannot be read.
 std::string packageName(const fs::path& package_xml) {
   // 1 MiB is far more than any manifest has.
   std::error_code failed;
@@ -70,8 +70,8 @@ std::string packageName(const fs::path& package_xml) {
   return name && name->GetText() ? name->GetText() : "";
 }
 
-/// The packages below one root, found as rospack does: not below a package, a CATKIN_IGNORE or a hidden folder.
-/// Breadth first and only as far as needed, since a root may be as large as /usr/share.
+/// Finds the packages below one root, as rospack does: it does not search below a package, a CATKIN_IGNORE or a hidden
+/// folder. It searches breadth first and only as far as needed, because a root may be as large as /usr/share.
 class PackageSearch {
  public:
   explicit PackageSearch(const fs::path& root) { enqueue(root, 0); }
@@ -87,7 +87,7 @@ class PackageSearch {
     fs::path path;
     int depth;
   };
-  // Far above any workspace; they end the crawl of a root that is none ("/").
+  // More than any workspace has. They end the search of a root that is not a workspace ("/").
   static constexpr int kMaxDepth = 16;
   static constexpr std::size_t kMaxFolders = 200000;
 
@@ -116,7 +116,7 @@ class PackageSearch {
   }
 
   std::deque<Folder> frontier_;
-  std::set<fs::path> seen_;  // real paths, so that circles of links end
+  std::set<fs::path> seen_;  // real paths, so that circular links end
   std::map<std::string, fs::path> found_;
 };
 

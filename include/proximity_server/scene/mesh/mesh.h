@@ -6,16 +6,17 @@
 
 namespace proximity_server::scene {
 
-/// All triangles of a mesh file (.stl and .ply, binary or ASCII, .dae, .obj), instances and node transforms applied,
-/// then scaled.
+/// Reads all triangles of a mesh file (.stl and .ply, binary or ASCII, .dae, .obj). Instances and node transforms are
+/// applied, then the scale.
 ///
-/// Lengths are read as metres and axes are not turned, as ROS tools do (a Collada up axis is ignored, its unit counts).
+/// Lengths are read as metres, and axes are not turned, as ROS tools do (a Collada up axis is ignored; a Collada unit
+/// counts).
 /// A mirrored scale (one or three negative factors) turns the triangles so that they still face outwards.
 /// A child process reads the file, so that a malformed file cannot harm this process.
 /// Limit:   at most 256 MiB, 200,000 triangles, and 1e6 m from the origin; 1 GiB of memory, 10 s of processor time and
 ///          60 s to read it.
-/// Failure: throws std::invalid_argument naming the file: missing, unreadable, malformed, cut off (where its format
-///          tells), no triangle, a number not finite, beyond a limit.
+/// Failure: throws std::invalid_argument, naming the file: missing, unreadable, malformed, cut off (if its format shows
+///          it), without a triangle, with a number that is not finite, or beyond a limit.
 TriangleMesh loadMesh(const std::string& path, const Eigen::Vector3d& scale);
 
 }  // namespace proximity_server::scene

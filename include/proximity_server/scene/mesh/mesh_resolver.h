@@ -6,21 +6,23 @@
 
 namespace proximity_server::scene {
 
-/// Turns a mesh URI of a URDF (package://, file://, a plain path) into a path that can be opened.
-/// Throws std::invalid_argument naming the URI if that fails.
+/// Converts a mesh URI of a URDF (package://, file://, a plain path) to a path that can be opened. Throws
+/// std::invalid_argument, naming the URI, if that fails.
 using MeshResolver = std::function<std::string(const std::string& uri)>;
 
-/// The URI of a mesh with an absolute path: a relative plain path begins in `folder`, all others stay as they are.
-/// Throws std::invalid_argument naming the URI for a scheme that no resolver knows, and for a relative path if `folder` is empty.
+/// Returns the URI of a mesh with an absolute path: a relative plain path begins in `folder`, all others stay
+/// unchanged. Throws std::invalid_argument, naming the URI, for a scheme that no resolver knows, and for a relative
+/// path if `folder` is empty.
 std::string absoluteUri(const std::string& uri, const std::string& folder);
 
-/// The resolver for everybody without ROS: file:// and plain paths as they are (relative ones against `base_dir`),
-/// package://name/path (two or three slashes) searched for below `roots` as ROS_PACKAGE_PATH does it: a folder with a
-/// package.xml that names the package; no path of it leaves the package through "..". Any other scheme is refused. The
-/// percent-encoding of the two schemes is decoded ("%20" is a blank); a plain path has none.
+/// The resolver for programs without ROS. file:// and plain paths are taken as they are; relative paths begin in
+/// `base_dir`. package://name/path (two or three slashes) is searched for below `roots` like in ROS_PACKAGE_PATH: a
+/// folder with a package.xml that names the package. No path leaves the package through "..". Any other scheme is
+/// refused. The percent-encoding of the two schemes is decoded ("%20" is a blank); a plain path has none.
 MeshResolver packageResolver(const std::vector<std::string>& roots, const std::string& base_dir = {});
 
-/// The same files, but only those that lie below one of `roots` once all links are followed; all if there are no roots.
+/// Resolves the same files, but only those below one of `roots` after all links are followed; all files if there are no
+/// roots.
 /// Throws std::invalid_argument for a root that does not exist; the resolver throws it for a file outside of the roots.
 MeshResolver withinRoots(MeshResolver resolve, const std::vector<std::string>& roots);
 
