@@ -36,7 +36,7 @@ double Field::number() const {
 }
 
 long Field::wholeNumber() const {
-  constexpr double kMost = 1e15;  // whole numbers are exact up to there
+  constexpr double kMost = 1e15;  // whole numbers are exact up to this one
   const double value = number();
   if (!(value >= 0.0 && value <= kMost) || value != std::floor(value)) refuse("must be a whole number of at least 0");
   return static_cast<long>(value);

@@ -10,17 +10,17 @@
 
 namespace proximity_server::scene {
 
-/// A value with the way that leads to it, so that a message can name its place: "cell.yaml, line 3: objects[0] "table"/padding".
-/// It refers to the value and to the field that it is in, which must outlive it.
+/// A value with its path in the file, so that a message can name its place: "cell.yaml, line 3: objects[0]
+/// "table"/padding". It refers to the value and to the field that contains it, which must outlive it.
 ///
-/// Failure: all functions throw std::invalid_argument naming the place and the reason.
+/// Failure: all functions throw std::invalid_argument with the place and the reason.
 class Field {
  public:
   Field(const FileValue& value, const std::string& source) : value_(value), source_(source) {}
 
-  /// The member of a map; nullopt if it is not there or null.
+  /// The member of a map; nullopt if it does not exist or is null.
   std::optional<Field> find(const std::string& name) const;
-  /// The same for one that must be there.
+  /// Like find(), but throws if the member does not exist.
   Field member(const std::string& name) const;
   /// The entries of a list.
   std::vector<Field> entries() const;
@@ -35,15 +35,15 @@ class Field {
   std::vector<double> numbers() const;
   std::vector<std::string> texts() const;
 
-  /// The names of a map.
+  /// The names of the members of a map.
   std::vector<std::string> members() const;
 
-  /// Refuses a map with another name, and anything but a map.
+  /// Refuses a map with any other name, and a value that is not a map.
   void requireMembers(const std::vector<std::string>& names) const;
 
   [[noreturn]] void refuse(const std::string& reason) const;
 
-  /// "cell.yaml, line 3: objects[0] "table""
+  /// Returns a text like: cell.yaml, line 3: objects[0] "table"
   std::string place() const;
 
  private:
@@ -56,8 +56,8 @@ class Field {
   const FileValue& value_;
   const std::string& source_;
   const Field* parent_ = nullptr;
-  std::string name_;  ///< of a member
-  int index_ = -1;    ///< of an entry of a list
+  std::string name_;  ///< if it is a member of a map
+  int index_ = -1;    ///< if it is an entry of a list
 };
 
 }  // namespace proximity_server::scene

@@ -8,7 +8,7 @@
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/object_files/object_file.h"
 
-// The text of MoveIt, as its RViz plugin exports it, word by word; names stand in lines of their own:
+// The text format of MoveIt, as its RViz plugin exports it. It consists of words; names have lines of their own:
 //
 //   scene name
 //   * id                        an object, to the end of the file or "."
@@ -23,8 +23,9 @@
 //     x y z   qx qy qz qw
 //   .
 //
-// Sources: the documentation of RViz' "Export As Text" in MoveIt, and files of it. The line behind "* id" tells the version:
-// it holds the position of the object, which has spaces, or the number of shapes, which has none.
+// Sources: the documentation of "Export As Text" in MoveIt's RViz plugin, and files that it wrote. The line after "*
+//          id" tells the version: it holds either the position of the object, which contains spaces, or the number of
+//          shapes, which contains none.
 
 namespace proximity_server::scene {
 namespace {
@@ -161,7 +162,7 @@ class SceneReader {
     return value;
   }
 
-  /// How many there are of something, or which of them.
+  /// Reads a number of things, or the number of one thing.
   long count(const std::string& of) {
     const std::string_view text = word();
     long value = 0;
@@ -185,7 +186,7 @@ class SceneReader {
     return found;
   }
 
-  /// What is left of this line, without spaces around it; if nothing is left, the next line.
+  /// The rest of this line, without spaces around it; if nothing is left, the next line.
   std::string_view line() {
     if (!rest_.empty() && rest_.front() == '\n') {
       rest_.remove_prefix(1);
@@ -212,7 +213,7 @@ class SceneReader {
 
   std::string_view rest_;
   const std::string& source_;
-  std::string object_;  ///< the id of the one that is read
+  std::string object_;  ///< the id of the object that is being read
   long line_ = 1;
 };
 

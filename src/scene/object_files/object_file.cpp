@@ -23,7 +23,7 @@ using Eigen::Vector3d;
 
 constexpr std::uintmax_t kLargestFile = std::uintmax_t{256} << 20;
 
-/// Numbers by their names, of which a missing one is 0, or in their order.
+/// Reads numbers by their names, where a missing one is 0, or as a list in their order.
 template <std::size_t N>
 std::array<double, N> numbersOf(const Field& field, const std::array<const char*, N>& names) {
   std::array<double, N> numbers{};
@@ -167,7 +167,7 @@ Boxes boxesOf(const Field& field) {
   return boxes;
 }
 
-/// Adds the shapes of one kind at their poses; `read` makes the geometry of one.
+/// Adds the shapes of one kind in their poses; `read` makes the geometry of one shape.
 template <class Read>
 void addShapes(const Field& object, const std::string& kind, const std::string& poses_name, Read read,
                std::vector<ObjectShape>& shapes) {
@@ -208,7 +208,7 @@ ObjectPlace placeOf(const Field& field) {
   return place;
 }
 
-// Without asking for other fields.
+// Reads the id and the place of an object, and ignores other fields.
 
 ObjectEdit placedObject(const Field& field) {
   ObjectEdit object;
@@ -218,7 +218,7 @@ ObjectEdit placedObject(const Field& field) {
   return object;
 }
 
-/// Reads what Add and Replace take.
+/// Reads an object with its shapes, for Add and Replace.
 ObjectEdit shapedObject(const Field& field, const std::string& folder) {
   ObjectEdit object = placedObject(field);
   if (const auto padding = field.find("padding")) {
@@ -300,7 +300,7 @@ WrittenChange changeOf(const Field& field, const std::string& folder) {
   return {at, edit};
 }
 
-/// Refuses a change that would be made before the one above it.
+/// Refuses a change that would be made before the change above it.
 void requireOrder(const std::vector<Field>& entries, const std::vector<WrittenChange>& changes) {
   long row = 0;
   double time = -std::numeric_limits<double>::infinity();
@@ -369,7 +369,7 @@ ObjectFile readObjectFile(const std::string& path) {
   requireReadable(path);
   std::error_code failed;
   const std::uintmax_t size = std::filesystem::file_size(path, failed);
-  if (failed) throw std::invalid_argument(path + ": is no file");  // such as a pipe
+  if (failed) throw std::invalid_argument(path + ": is no file");  // for example a pipe
   if (size > kLargestFile) throw std::invalid_argument(path + ": is larger than 256 MiB");
   std::ifstream stream(path, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(stream), {}};

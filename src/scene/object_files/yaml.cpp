@@ -13,12 +13,12 @@
 namespace proximity_server::scene {
 namespace {
 
-/// A mesh of 200,000 triangles, the most that is read, has some 2 million values.
+/// A mesh of 200,000 triangles, the largest that is read, has about 2 million values.
 constexpr int kMostValues = 10'000'000;
-/// Objects nest seven deep.
+/// The fields of objects are nested at most seven deep.
 constexpr int kDeepest = 50;
 
-/// One step of the parser, deleted at the end of its scope.
+/// One step of the parser. Its memory is freed at the end of its scope.
 class Event {
  public:
   explicit Event(yaml_parser_t& parser) : is_read_(yaml_parser_parse(&parser, &event_) != 0) {}
@@ -41,7 +41,7 @@ std::string_view textOf(const yaml_event_t& scalar) {
   return {reinterpret_cast<const char*>(scalar.data.scalar.value), scalar.data.scalar.length};
 }
 
-/// The number that a text is, finite; false if it is none.
+/// Reads a text as a finite number; returns false if it is not one.
 bool isNumber(std::string_view text, double& number) {
   if (!text.empty() && text.front() == '+') text.remove_prefix(1);
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);

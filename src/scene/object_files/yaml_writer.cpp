@@ -22,9 +22,10 @@ std::string listOf(std::initializer_list<double> numbers) {
 }
 std::string listOf(const Vector3d& v) { return listOf({v.x(), v.y(), v.z()}); }
 
-/// The Unicode characters of a text in UTF-8. Throws std::invalid_argument if it is none: a file cannot hold it.
+/// The Unicode characters of a text in UTF-8. Throws std::invalid_argument if it is not UTF-8: then a file cannot
+/// contain it.
 std::wstring charactersOf(const std::string& text) {
-  std::wstring characters(text.size(), L'\0');  // each has at least a byte
+  std::wstring characters(text.size(), L'\0');  // each character has at least one byte
   char* from = const_cast<char*>(text.data());
   char* to = reinterpret_cast<char*>(characters.data());
   std::size_t unread = text.size(), room = characters.size() * sizeof(wchar_t);
@@ -38,7 +39,7 @@ std::wstring charactersOf(const std::string& text) {
   return characters;
 }
 
-/// In quotes, and in ASCII: whatever the text holds, YAML reads it back.
+/// The text in quotes, and in ASCII. YAML reads back the same text, whatever it contains.
 std::string quotedText(const std::string& text) {
   std::string result = "\"";
   for (const wchar_t character : charactersOf(text)) {
@@ -68,7 +69,7 @@ std::string primitiveText(const char* type, std::initializer_list<double> dimens
   return std::string("{type: ") + type + ", dimensions: " + listOf(dimensions) + "}";
 }
 
-/// The lists of the shapes and poses of one object.
+/// Writes the lists of the shapes and poses of one object.
 class ShapeLists {
  public:
   void add(const ObjectShape& shape) {

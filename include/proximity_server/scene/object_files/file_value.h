@@ -6,26 +6,26 @@
 
 namespace proximity_server::scene {
 
-/// A value as YAML and the parameters of ROS have it, before anybody knows what it means.
+/// A value of YAML or of the parameters of ROS, before its meaning is known.
 struct FileValue {
   struct Member;
   using List = std::vector<FileValue>;
   using Map = std::vector<Member>;  ///< in the order of the text; each name once
 
   std::variant<std::monostate, bool, double, std::string, List, Map> content;
-  int line = 0;  ///< of the text, counted from 1; 0: it comes from no text
+  int line = 0;  ///< the line of the text, counted from 1; 0 if there is no text
 };
 struct FileValue::Member {
   std::string name;
   FileValue value;
 };
 
-/// Reads YAML with one document. Numbers, true, false and null (also ~ and nothing) are what they look like, anything else
-/// and what is quoted is a text. Of YAML the anchors, aliases and tags are left out.
+/// Reads YAML with one document. Numbers, true, false and null (also ~ and an empty value) have their usual meaning;
+/// all other and all quoted values are texts. Anchors, aliases and tags of YAML are refused.
 ///
 /// Limit:   10 million values, nested 50 deep.
-/// Failure: throws std::invalid_argument naming `source`, the line and the reason: no YAML, two documents, a name twice in
-///          a map, a name that is no text, an alias or a tag, beyond a limit.
+/// Failure: throws std::invalid_argument with `source`, the line and the reason: not YAML, two documents, a name twice
+///          in a map, a name that is not a text, an alias or a tag, beyond a limit.
 FileValue readYaml(const std::string& text, const std::string& source);
 
 }  // namespace proximity_server::scene

@@ -12,18 +12,18 @@
 #include "proximity_server/scene/objects/object_editor.h"
 #include "proximity_server/scene/objects/object_rules.h"
 
-// Objects as files and parameters describe them: what is said of them, before any robot is known. The names of the fields
-// are those of ObjectChange.msg; config/README.md describes the format.
+// Objects in the form of files and parameters, before a robot is known. The names of the fields are those of
+// ObjectChange.msg; config/README.md describes the format.
 
 namespace proximity_server::scene {
 
-/// The last rule that names a pair decides, see AllowedPairs.
+/// A rule for a pair of names. The last rule that names a pair decides, see AllowedPairs.
 struct WrittenRule {
   std::string a, b;
   AllowedPairs::Rule rule = AllowedPairs::Rule::Allowed;
 };
 
-/// The moment of a change: before a state of this number, counted from 0, or at a time [s] of the states.
+/// The moment of a change: before the state with this number, counted from 0, or at a time [s] of the states.
 struct AtRow {
   long row = 0;
 };
@@ -32,61 +32,63 @@ struct AtTime {
 };
 using Moment = std::variant<AtRow, AtTime>;
 
-/// A change on the way through recorded or planned states. Detach always leaves the object where it is.
+/// A change during a sequence of recorded or planned states. Detach always leaves the object where it is.
 struct WrittenChange {
   Moment at;
   ObjectEdit edit;
 };
 
-/// Places are in the frames that carry the objects. Shapes are those that the format has: box, sphere, cylinder and cone without margin,
-/// Boxes, TriangleMesh, MeshFile, HalfSpace.
+/// Places are in the frames that carry the objects. The shapes of the format are box, sphere, cylinder and cone without
+/// margin, Boxes, TriangleMesh, MeshFile, and HalfSpace.
 struct ObjectFile {
-  std::vector<ObjectEdit> objects;  ///< that are added
+  std::vector<ObjectEdit> objects;  ///< the objects that are added
   std::vector<WrittenRule> rules;
-  std::vector<WrittenChange> changes;  ///< in their order
+  std::vector<WrittenChange> changes;  ///< in the order in which they are made
 };
 
-// Shapes as messages and files have them: the numbers are those of SolidPrimitive.msg.
+// The primitive shapes of messages and files. The numbers are those of SolidPrimitive.msg.
 
 struct PrimitiveType {
   const char* name;
   int number;
-  std::size_t dimensions;  ///< how many it has
-  const char* meaning;     ///< "1, the radius"
+  std::size_t dimensions;  ///< the number of its dimensions
+  const char* meaning;     ///< for messages: "1, the radius"
 };
 const std::array<PrimitiveType, 4>& primitiveTypes();
 
 /// Failure: throws std::invalid_argument for a size that is not positive.
 narrowphase::Shape primitiveOf(const PrimitiveType& type, const std::vector<double>& dimensions);
 
-/// All points x with normal . x + d <= 0; nullopt if the normal is zero, or a number beyond what it can be.
+/// All points x with normal . x + d <= 0. Returns nullopt if the normal is zero, or if a number is out of range.
 std::optional<HalfSpace> halfSpaceOf(const Eigen::Vector3d& normal, double d);
 
-/// Reads a list of objects, or a map of `objects`, `rules` and `changes`. The plain path of a mesh begins in `folder` if it is
-/// relative, and becomes an absolute one.
+/// Reads a list of objects, or a map of `objects`, `rules` and `changes`. If the plain path of a mesh is relative, it
+/// begins in `folder` and becomes an absolute path.
 ///
-/// Failure: throws std::invalid_argument naming `source`, the line, the field with the id of its object, and the reason: a field that
-///          is unknown, missing or of the wrong type, a number that is not finite, a size that is not positive, a URI of
-///          another scheme than package:// and file://, a relative path without a folder, another number of poses than of shapes, a change that is to be made before the one above it.
+/// Failure: throws std::invalid_argument with `source`, the line, the field with the id of its object, and the reason:
+///          a field that is unknown, missing or of the wrong type; a number that is not finite; a size that is not
+///          positive; a URI with a scheme other than package:// and file://; a relative path without a folder;
+///          different numbers of poses and shapes; a change that comes before the change above it.
 ObjectFile objectFileFrom(const FileValue& value, const std::string& source, const std::string& folder = {});
 
-/// Reads the text that MoveIt's RViz plugin writes and reads (.scene), with and without poses and subframes of objects. Subframes and
-/// colours are left out. Poses are in the frame of the answers. A plane is the half-space a x + b y + c z + d <= 0.
+/// Reads the text that MoveIt's RViz plugin writes and reads (.scene), with and without poses and subframes of objects.
+/// Subframes and colours are ignored. Poses are in the frame of the answers. A plane is the half-space a x + b y + c z
+/// + d <= 0.
 ///
-/// Failure: throws std::invalid_argument naming `source`, the line, the object and the reason; an octree is refused.
+/// Failure: throws std::invalid_argument with `source`, the line, the object and the reason; an octree is refused.
 ObjectFile readMoveitScene(const std::string& text, const std::string& source);
 
-/// Reads a file of at most 256 MiB: MoveIt's text if the name ends with ".scene", else YAML. Relative paths of meshes begin in its
-/// folder.
-/// Failure: throws std::invalid_argument naming the file, as above, and if it cannot be read.
+/// Reads a file of at most 256 MiB: MoveIt's text if the name ends with ".scene", otherwise YAML. Relative paths of
+/// meshes begin in its folder.
+/// Failure: throws std::invalid_argument, naming the file, as the functions above, and if it cannot be read.
 ObjectFile readObjectFile(const std::string& path);
 
-/// Objects and rules as YAML. What is read of it is equal, but for the order of shapes of different kinds; a rotation and a normal may
-/// differ by roundings.
-/// Failure: throws std::invalid_argument naming the object with a shape that the format does not have.
+/// Writes objects and rules as YAML. Reading it gives the same objects and rules; only the order of shapes of different
+/// kinds may differ, and rotations and normals may differ by roundings.
+/// Failure: throws std::invalid_argument, naming the object, for a shape that the format does not have.
 std::string yamlOf(const ObjectFile& file);
 
-/// Throws std::invalid_argument if the text is not in UTF-8: then no file can hold it.
+/// Throws std::invalid_argument if the text is not UTF-8: then no file can contain it.
 void requireUtf8(const std::string& text);
 
 }  // namespace proximity_server::scene
