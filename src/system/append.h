@@ -5,7 +5,7 @@
 
 namespace proximity_server::system {
 
-/// Adds a thing and returns its index.
+/// Appends a thing to a vector and returns its index.
 template <typename Thing>
 int append(std::vector<Thing>& things, Thing thing) {
   things.push_back(std::move(thing));

@@ -25,7 +25,7 @@ using Clock = std::chrono::steady_clock;
 
 [[noreturn]] void failWithErrno(const char* what) { throw std::system_error(errno, std::generic_category(), what); }
 
-/// In front of a message: what it is and how long.
+/// Precedes each message: its kind and its length.
 struct Head {
   enum Kind : std::size_t { Message, End, Refusal };
   Kind kind;
@@ -34,12 +34,12 @@ struct Head {
 
 // --- in the child
 
-constexpr int kOutOfMemory = 3;  // how it exits
-constexpr int kOutput = 3;       // its only descriptor, behind the standard ones
+constexpr int kOutOfMemory = 3;  // exit code
+constexpr int kOutput = 3;       // the only descriptor of the child, after the standard ones
 
 void keepOnly(int output) {
   dup2(output, kOutput);
-  // Where the kernel does not know it (before Linux 5.9) they stay open until the child ends.
+  // A kernel that does not know the call (before Linux 5.9) leaves them open until the child ends.
   close_range(kOutput + 1, ~0U, 0);
   close(STDIN_FILENO);
   open("/dev/null", O_RDWR);
@@ -61,7 +61,7 @@ void lowerLimit(decltype(RLIMIT_CPU) resource, rlim_t soft, rlim_t hard) {
   if (setrlimit(resource, &limit) != 0) failWithErrno("setrlimit");
 }
 
-/// [byte] what RLIMIT_DATA counts.
+/// [byte] The memory that RLIMIT_DATA counts.
 rlim_t dataInUse() {
   std::ifstream statm("/proc/self/statm");
   rlim_t size, resident, shared, text, library, data;  // in pages
@@ -74,10 +74,10 @@ rlim_t dataInUse() {
 void setLimits(const ProcessLimits& limits) {
   const rlim_t data = dataInUse() + limits.memory;
   lowerLimit(RLIMIT_DATA, data, data);
-  // The first ends it by SIGXCPU, by which it is told from one that was killed.
+  // The soft limit ends the child by SIGXCPU. That distinguishes it from a child that was killed.
   const auto seconds = static_cast<rlim_t>(limits.processor_time.count());
   lowerLimit(RLIMIT_CPU, seconds, seconds + 1);
-  // Ends an endless recursion, also where the stack has no limit.
+  // Ends an endless recursion, even if the stack has no limit.
   constexpr rlim_t kStack = rlim_t{64} << 20;
   lowerLimit(RLIMIT_STACK, kStack, kStack);
   std::set_new_handler([] { _exit(kOutOfMemory); });
@@ -99,9 +99,9 @@ void send(Head::Kind kind, std::string_view text) {
   send(text.data(), text.size());
 }
 
-/// Leaves by _exit(): what is registered with atexit() belongs to the parent.
+/// Leaves by _exit(), because functions that are registered with atexit() belong to the parent.
 [[noreturn]] void beChild(int output, const std::function<void()>& work) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);  // it does not outlive the thread that waits for it
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // the child does not outlive the thread that waits for it
   keepOnly(output);
   forgetSignalHandlers();
   try {
@@ -138,7 +138,7 @@ struct Pipe {
   int input, output;
 };
 
-/// Without signals in between: our handlers must not run in the child.
+/// Forks while all signals are blocked, because the handlers of this process must not run in the child.
 pid_t forkSilently() {
   sigset_t all, before;
   sigfillset(&all);
@@ -150,7 +150,7 @@ pid_t forkSilently() {
   return child;
 }
 
-/// A child process that does some work, until it has ended and left nothing behind.
+/// A child process that does some work. It has ended and is collected when this object is destroyed.
 class Child {
  public:
   explicit Child(const std::function<void()>& work) {
@@ -165,7 +165,8 @@ class Child {
 
   int input() const { return pipe_.input; }
 
-  /// Its status as of waitpid(); nothing is killed that ended by itself. -1 where somebody else has collected it.
+  /// Returns its status as waitpid() gives it; -1 if another part of the program has collected it. The kill has no
+  /// effect on a child that has ended by itself.
   int end() {
     if (id_ < 0) return status_;
     kill(id_, SIGKILL);
@@ -201,7 +202,7 @@ std::string describeEnding(int status, const ProcessLimits& limits) {
 
 class Reader {
  public:
-  /// Without a deadline it waits for ever.
+  /// Without a deadline, it waits for ever.
   explicit Reader(int input, std::optional<Clock::time_point> deadline = std::nullopt)
       : input_(input), deadline_(deadline) {}
 
@@ -219,10 +220,10 @@ class Reader {
   }
 
  private:
-  /// Until there is something to read, or the end; false beyond the deadline.
+  /// Waits until there is something to read, or until the end of the pipe. Returns false after the deadline.
   bool awaitBytes() const {
     while (true) {
-      int left = -1;  // [ms]
+      int left = -1;  // [ms] the time that is left
       if (deadline_)
         left = static_cast<int>(std::chrono::ceil<std::chrono::milliseconds>(*deadline_ - Clock::now()).count());
       if (deadline_ && left <= 0) return false;
@@ -237,7 +238,7 @@ class Reader {
   std::optional<Clock::time_point> deadline_;
 };
 
-/// `what`, read in full. Else throws saying how the child ended.
+/// Reads all of `bytes`. If that fails, throws an error that tells how the child ended.
 void receive(char* bytes, std::size_t size, const Reader& reader, Child& child, const ProcessLimits& limits) {
   switch (reader.read(bytes, size)) {
     case Reader::End::Complete:
@@ -256,7 +257,7 @@ std::string answerOfChild(const std::function<std::string()>& work, const Proces
     setLimits(limits);
     send(Head::Message, work());
   });
-  // Read to its stated length, not to the end of the pipe: a child that another thread makes may hold that open.
+  // Read to the stated length, not to the end of the pipe: a child that another thread makes may hold the pipe open.
   const Reader reader(child.input(), Clock::now() + limits.time);
   Head head{};
   receive(reinterpret_cast<char*>(&head), sizeof head, reader, child, limits);

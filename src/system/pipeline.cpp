@@ -25,7 +25,7 @@ class Pipeline {
 
   void run() {
     work(0);
-    // A thread starts others before it ends itself: so none is added once all that are known have ended.
+    // A thread starts others before it ends itself. So no thread is added once all known threads have ended.
     for (std::size_t i = 0; std::thread* other = otherThread(i); ++i) other->join();
     if (error_) std::rethrow_exception(error_);
   }
@@ -43,12 +43,12 @@ class Pipeline {
         steps_.work(next->block, thread);
         writeInTurn(*next);
       } catch (...) {
-        keep(next->number, std::current_exception());  // its turn never comes
+        keep(next->number, std::current_exception());  // its turn to be written never comes
       }
     }
   }
 
-  /// nullopt at the end, and after an error.
+  /// Reads the next block. Returns nullopt at the end, and after an error.
   std::optional<Numbered> nextBlock() {
     const std::lock_guard reading(read_mutex_);
     const std::optional<std::size_t> block = freeBlock();
@@ -63,7 +63,7 @@ class Pipeline {
     return std::nullopt;
   }
 
-  /// Waits until enough blocks are written; nullopt where no more are wanted.
+  /// Waits until a block is free. Returns nullopt if no more blocks are needed.
   std::optional<std::size_t> freeBlock() {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return is_read_ || !free_.empty(); });
@@ -73,7 +73,8 @@ class Pipeline {
     return block;
   }
 
-  /// Writes the blocks whose turn has come, unless another thread is at it: that one looks again after each.
+  /// Writes the blocks whose turn has come, unless another thread is writing: that thread checks again after each
+  /// block.
   void writeInTurn(const Numbered& next) {
     std::unique_lock lock(mutex_);
     if (!steps_.write) return setFree(next.block);
@@ -88,7 +89,7 @@ class Pipeline {
         steps_.write(block);
       } catch (...) {
         keep(written_count_, std::current_exception());
-        return;  // as the one that writes, so that no other thread does
+        return;  // is_writing_ stays true, so that no other thread writes
       }
       lock.lock();
       ++written_count_;
@@ -97,7 +98,7 @@ class Pipeline {
     is_writing_ = false;
   }
 
-  /// With mutex_.
+  /// mutex_ must be locked.
   void setFree(std::size_t block) {
     free_.push_back(block);
     changed_.notify_one();  // only the thread that reads waits
@@ -118,7 +119,7 @@ class Pipeline {
     }
   }
 
-  /// nullptr where there are not so many.
+  /// nullptr if there are fewer threads.
   std::thread* otherThread(std::size_t i) {
     const std::lock_guard lock(mutex_);
     return i < others_.size() ? &others_[i] : nullptr;
@@ -141,17 +142,17 @@ class Pipeline {
   std::mutex read_mutex_;  ///< for `read` and read_count_; locked before mutex_
   std::size_t read_count_ = 0;
 
-  std::mutex mutex_;  ///< for all that follows
+  std::mutex mutex_;  ///< for all members below
   std::condition_variable changed_;
-  std::size_t most_;                           ///< threads
-  std::vector<std::thread> others_;            ///< never moves
-  bool is_read_ = false;                       ///< no more blocks are wanted, or there are none
-  std::vector<std::size_t> free_;              ///< blocks
-  std::map<std::size_t, std::size_t> worked_;  ///< blocks that wait for their turn, by number
+  std::size_t most_;                           ///< the largest number of threads
+  std::vector<std::thread> others_;            ///< reserved, so that its elements never move
+  bool is_read_ = false;                       ///< no more blocks are needed, or there are none
+  std::vector<std::size_t> free_;              ///< free blocks
+  std::map<std::size_t, std::size_t> worked_;  ///< blocks that wait to be written, by number
   std::size_t written_count_ = 0;
   bool is_writing_ = false;
   std::size_t failed_ = std::numeric_limits<std::size_t>::max();  ///< the number of the first block that has failed
-  std::exception_ptr error_;                                      ///< its error
+  std::exception_ptr error_;                                      ///< the error of that block
 };
 
 }  // namespace

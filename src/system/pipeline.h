@@ -7,33 +7,36 @@
 
 namespace proximity_server::system {
 
-/// The threads of a pipeline; the calling one is one of them, and has the number 0.
+/// The threads of a pipeline. The calling thread is one of them, and has the number 0.
 struct PipelineThreads {
-  /// If the system refuses to start a thread: throw an error that asks for fewer with --threads, or go on with those there are.
+  /// The reaction if the system refuses to start a thread. Refused: an error that asks for fewer with --threads.
+  /// Enough: continue with the threads that there are.
   enum class TooFew : unsigned char { Refused, Enough };
 
-  int count = 1;  ///< the most of them: each is started once there is a block for it
+  int count = 1;  ///< the largest number; each thread is started when there is a block for it
   TooFew too_few = TooFew::Refused;
-  int blocks = 4;  ///< that are read but not written, for each thread: with 4 a slow block does not stop the others
+  /// the number of blocks for each thread that are read but not yet written; with 4, a slow block does not stop the
+  /// others
+  int blocks = 4;
 };
 
 /// The three steps of a pipeline.
 template <typename Block>
 struct PipelineSteps {
-  std::function<bool(Block&)> read;  ///< fills the next block; false at the end. One call at a time
+  std::function<bool(Block&)> read;  ///< fills the next block; returns false at the end. One call at a time
   std::function<void(Block&, int thread)>
       work;  ///< several calls at a time; threads may keep what they need for the next
   std::function<void(Block&)> write = nullptr;  ///< one call at a time, in the order of reading; may be empty
 };
 
-/// The same for blocks that are told by a number, from 0 to `blocks` - 1.
+/// Runs a pipeline of blocks that have numbers from 0 to `blocks` - 1.
 void runPipeline(const PipelineSteps<const std::size_t>& steps, std::size_t blocks, const PipelineThreads& threads);
 
-/// Reads, works on and writes a sequence of blocks in several threads: each reads the next block, works on it, and then
-/// writes all blocks whose turn has come. Blocks are used again, so that their memory is allocated once, and their number
-/// is the bound on what is in memory.
-/// Failure: throws what a step throws: of several blocks that fail, of the first one in their order. The blocks before it
-///          are written, no other one is, and no more are read. Throws std::runtime_error if threads are refused.
+/// Reads, works on and writes a sequence of blocks in several threads. Each thread reads the next block, works on it,
+/// and then writes all blocks whose turn has come. Blocks are reused, so that their memory is allocated once, and their
+/// number bounds the memory.
+/// Failure: throws the error of a step; if several blocks fail, that of the first one in their order. The blocks before
+///          it are written, no other block is, and no more are read. Throws std::runtime_error if threads are refused.
 template <typename Block>
 void runPipeline(const PipelineSteps<Block>& steps, const PipelineThreads& threads) {
   std::vector<Block> blocks(static_cast<std::size_t>(threads.count) * static_cast<std::size_t>(threads.blocks));
@@ -44,18 +47,19 @@ void runPipeline(const PipelineSteps<Block>& steps, const PipelineThreads& threa
   runPipeline(numbered, blocks.size(), threads);
 }
 
-/// A sequence of items that are answered in blocks. The answers about a block do not depend on other blocks, so they have
-/// the same bits for any number of threads; warm starts that were kept from one block to the next would change the last digits.
+/// A sequence of items that are answered in blocks. The answers about a block do not depend on other blocks, so they
+/// have the same bits for any number of threads; warm starts that are kept between blocks would change the last digits.
 template <typename Item, typename Answer>
 struct ItemsInBlocks {
   std::size_t block_size = 1;
   std::function<bool(Item&)> next;                                      ///< reads one item; false at the end
-  std::function<std::vector<Answer>(const std::vector<Item>&)> answer;  ///< about one block
-  std::function<void(const Answer&)> handle;                            ///< gets the answers in order
+  std::function<std::vector<Answer>(const std::vector<Item>&)> answer;  ///< answers one block
+  std::function<void(const Answer&)> handle;                            ///< receives the answers in order
 };
 
 /// Reads all items, answers them and handles the answers, as a pipeline of blocks of one size.
-/// Failure: as runPipeline(); an error of `next` is thrown after the answers about all items before it were handled.
+/// Failure: throws as runPipeline() does. An error of `next` is thrown after the answers about all items before it were
+///          handled.
 template <typename Item, typename Answer>
 void answerInBlocks(const ItemsInBlocks<Item, Answer>& items, int threads) {
   struct Block {
@@ -76,7 +80,7 @@ void answerInBlocks(const ItemsInBlocks<Item, Answer>& items, int threads) {
   const auto write = [&](Block& block) {
     for (const Answer& answer : block.answers) items.handle(answer);
   };
-  constexpr int kBlocks = 1;  // lists of all pairs are large
+  constexpr int kBlocks = 1;  // one is enough, because lists of all pairs are large
   runPipeline<Block>({read, work, write}, {threads, PipelineThreads::TooFew::Refused, kBlocks});
   if (error) std::rethrow_exception(error);
 }

@@ -11,7 +11,7 @@ namespace proximity_server::system {
 
 void askForShortTurns() {
   const bool is_ordinary = syscall(SYS_sched_getscheduler, 0) == SCHED_NORMAL;
-  if (!is_ordinary) return;  // somebody chose another policy, as chrt does
+  if (!is_ordinary) return;  // the process was started with another policy, as by chrt
 
   constexpr __u64 kSlice = 100'000;  // [ns] the shortest time slice that Linux allows
   sched_attr attributes{};
@@ -23,7 +23,7 @@ void askForShortTurns() {
 }
 
 void giveBackLargeMemory() {
-  constexpr int kLarge = 1 << 20;  // [byte] more than a usual answer takes
+  constexpr int kLarge = 1 << 20;  // [byte] more than a usual answer needs
   mallopt(M_MMAP_THRESHOLD, kLarge);
   mallopt(M_TRIM_THRESHOLD, kLarge);
 }

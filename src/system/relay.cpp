@@ -24,7 +24,7 @@ class Calls {
     has_ended_ = true;
     changed_.notify_one();
   }
-  /// Waits for one; an empty function at the end.
+  /// Waits for the next call. Returns an empty function at the end.
   Call next() {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return has_ended_ || !calls_.empty(); });
@@ -46,7 +46,7 @@ struct EndOfCalls {
   ~EndOfCalls() { calls.end(); }
 };
 
-/// Without one where the system gives no thread.
+/// Starts a thread. Returns an invalid future if the system refuses to.
 std::future<void> startThread(const std::function<void()>& work) {
   try {
     return std::async(std::launch::async, work);

@@ -4,12 +4,14 @@
 
 namespace proximity_server::system {
 
-/// Calls a function in the thread that waits for the work, later. Thread-safe.
+/// Calls a function later in the thread that waits for the work. Thread-safe.
 using CallHere = std::function<void(std::function<void()>)>;
 
-/// Runs `work` in another thread, and in this one, one after the other, what it passes to its argument. Returns when the work and
-/// all calls are done. Where the system gives no other thread, both run in this one.
-/// Failure: throws what `work` throws. If a call throws, no other one is made, and its exception is thrown when the work is done.
+/// Runs `work` in another thread. Functions that `work` passes to its argument are called in this thread, one after the
+/// other. Returns when the work and all calls are done. If the system refuses another thread, everything runs in this
+/// one.
+/// Failure: throws what `work` throws. If a call throws, no other call is made, and its exception is thrown when the
+///          work is done.
 void runRelayed(const std::function<void(const CallHere&)>& work);
 
 }  // namespace proximity_server::system

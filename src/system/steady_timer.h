@@ -14,7 +14,7 @@ namespace proximity_server::system {
 /// coarse for 1 kHz. Thread-safe.
 class SteadyTimer {
  public:
-  /// In a thread of its own `begin` is called at once, and `tick` as soon as start() was called.
+  /// In a thread of its own, calls `begin` at once, and `tick` as soon as start() has been called.
   SteadyTimer(std::function<void()> begin, std::function<void()> tick);
   ~SteadyTimer();
   SteadyTimer(const SteadyTimer&) = delete;
@@ -32,10 +32,10 @@ class SteadyTimer {
   const std::function<void()> tick_;
   std::mutex mutex_;  // guards the members below
   std::condition_variable changed_;
-  Clock::duration period_{};  // 0: stopped
+  Clock::duration period_{};  // 0 if stopped
   Clock::time_point next_;
   bool ends_ = false;
-  std::thread thread_;  // last, as it uses the members above
+  std::thread thread_;  // the last member, because it uses the members above
 };
 
 }  // namespace proximity_server::system

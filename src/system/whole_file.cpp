@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kBuffer = std::size_t{1} << 20;  ///< bytes; large enough that the system's calls cost nothing
+constexpr std::size_t kBuffer = std::size_t{1} << 20;  ///< [byte] so large that system calls cost hardly anything
 constexpr const char* kSuffix = ".tmp";
 
 bool writeAll(int file, std::string_view bytes) {
@@ -37,22 +37,22 @@ fs::path folderOf(const std::string& path) {
 
 std::string temporaryBegin(const std::string& name) { return "." + name + "."; }
 
-/// Opens a temporary file that was not there, whose name begins so, and locks it, so that others see that its process lives.
-/// Returns -1 with errno on failure.
+/// Creates a temporary file with a new name that begins with `begin`, and locks it, so that others see that its process
+/// lives. Returns -1 with errno on failure.
 int openLocked(const std::string& begin, std::string& path) {
   for (int attempt = 0;; ++attempt) {
     path = begin + "-" + std::to_string(attempt) + kSuffix;
     const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (file < 0 && errno == EEXIST) continue;
     if (file < 0) return -1;
-    ::flock(file, LOCK_EX);  // without locks in this file system nobody removes what is left
+    ::flock(file, LOCK_EX);  // if the file system has no locks, left-over files are never removed
     struct stat status {};
     if (::fstat(file, &status) == 0 && status.st_nlink > 0) return file;
-    ::close(file);  // somebody took it for a left-over before it was locked
+    ::close(file);  // another process took it for a left-over file before it was locked
   }
 }
 
-/// Makes a name in a folder outlast a loss of power. Some file systems refuse that; then it is theirs.
+/// Makes a name in a folder survive a loss of power. Some file systems refuse this, and that is ignored.
 void syncFolder(const fs::path& folder) {
   const int file = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (file < 0) return;
@@ -62,13 +62,14 @@ void syncFolder(const fs::path& folder) {
 
 /// Removes a temporary file unless a process holds its lock.
 void removeIfLeft(const fs::path& path) {
-  const int file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);  // NFS locks only what is open for writing
+  const int file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);  // NFS locks only files that are open for writing
   if (file < 0) return;
   if (::flock(file, LOCK_EX | LOCK_NB) == 0) ::unlink(path.c_str());
   ::close(file);
 }
 
-/// Of this process. Others may have the same, where containers have equal names and numbers of their own.
+/// A name for this process. It may not be unique, because containers may have equal host names and their own process
+/// numbers.
 std::string processName() {
   std::vector<char> host(256, '\0');
   ::gethostname(host.data(), host.size() - 1);
