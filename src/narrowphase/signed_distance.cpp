@@ -20,25 +20,25 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// Whether products of lengths can be computed with: an ellipsoid squares a direction that GJK has from the third power
-/// of lengths, one of which may be as small as rounding. `rounding` [m] is csoRounding(), of lengths from 1e-30 to 1e30
-/// m; it is 0 if two points coincide.
+/// True if products of the lengths neither overflow nor underflow: an ellipsoid squares a direction that GJK computes
+/// from the third power of lengths, one of which may be as small as rounding. `rounding` [m] is csoRounding(), of
+/// lengths from 1e-30 to 1e30 m; it is 0 if two points coincide.
 bool isComputable(double rounding) {
   constexpr double kOfOneMetre = 8.0 * std::numeric_limits<double>::epsilon();
   return rounding < 1e30 * kOfOneMetre && !(rounding > 0.0 && rounding < 1e-30 * kOfOneMetre);
 }
 
-/// [m] What a closed form loses where it takes the transpose of the axes for their inverse: both differ by twice the distance
-/// from a rotation. The rounding allows for axes whose entries have been rounded.
+/// [m] The error of a closed form that uses the transpose of the axes as their inverse: the two differ by twice the
+/// distance from a rotation. The rounding allows for axes whose entries have been rounded.
 double transposeError(const Shape& b, const Isometry3d& a_T_b, double departure2) {
   constexpr double kRoundedEntries = 4.0 * std::numeric_limits<double>::epsilon();
   if (departure2 <= kRoundedEntries * kRoundedEntries) return 0.0;
   return 6.0 * std::sqrt(departure2) * (b.coreReach() + a_T_b.translation().lpNorm<1>());
 }
 
-/// Whether, within the tolerance, only one pair of points of the cores has this distance: the features of the cores
-/// along the normal of the result (vertex, edge or face) have no direction in common. `numbers`: of the vertices that are
-/// the farthest along the normal, if they are known.
+/// True if, within the tolerance, only one pair of points of the cores has this distance: the features of the cores
+/// along the normal of the result (vertex, edge or face) have no direction in common. `numbers`: those of the vertices
+/// that are the farthest along the normal, if they are known.
 bool meetInOnePoint(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const SignedDistance& result,
                     double tolerance, const WarmStart::Pair& numbers) {
   const Vector3d& normal = result.normal;
@@ -168,9 +168,10 @@ double distanceOfInnerBalls(const Cso& cso) {
 
 bool areBoxes(const Shape& a, const Shape& b) { return a.kind() == Shape::Kind::Box && b.kind() == Shape::Kind::Box; }
 
-/// What the fifteen axes of two boxes tell: the signed distance of boxes that overlap, or that a threshold is decided.
-/// Returns nullopt if the boxes are apart within the threshold, or if the points are not unique. Inlined, as the compiler does
-/// by itself only with what one observer calls: a call takes 1 % of the query.
+/// The answer that the fifteen axes of two boxes give: the signed distance of boxes that overlap, or that a threshold
+/// is decided. Returns nullopt if the boxes are apart within the threshold, or if the points are not unique. It is
+/// inlined explicitly, because the compiler inlines only functions that one observer calls: a call takes 1 % of the
+/// query.
 [[gnu::always_inline]] inline std::optional<SignedDistance> byBoxAxes(const Cso& cso, const Isometry3d& a_T_b,
                                                                       const Options& options) {
   const double rounding = cso.rounding();
@@ -185,15 +186,15 @@ bool areBoxes(const Shape& a, const Shape& b) { return a.kind() == Shape::Kind::
   return certified(*exact, rounding + transposeError(cso.b(), a_T_b, departure2FromRotation(a_T_b)));
 }
 
-/// What a query remembers of its search by GJK and EPA; unchanged if there was none.
+/// The data that a query remembers of its search by GJK and EPA; unchanged if there was no search.
 struct SearchState {
   /// The warm start with which it began, if a threshold may end it: the copy takes a twentieth of a query without GJK.
   std::optional<WarmStart> begun_with;
   WarmStart::Pair newest{0, 0};  ///< numbers of the vertex of the CSO that was found last
 };
 
-/// [m] By how much the tilt of the axes of two solids of revolution moves a point of b at most. Returns nullopt if that is more
-/// than a small part of the tolerance, and the axes do not count as parallel.
+/// [m] An upper bound of how far the tilt of the axes of two solids of revolution moves a point of b. Returns nullopt
+/// if that is more than a small part of the tolerance, because the axes then do not count as parallel.
 std::optional<double> turnedByTilt(const Shape& a, const Shape& b, const Isometry3d& a_T_b, double tolerance) {
   if (!isSolidOfRevolution(a.kind()) || !isSolidOfRevolution(b.kind())) return std::nullopt;
   const double turned = axesTilt(a, b, a_T_b) * b.coreReach();
@@ -241,8 +242,8 @@ SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_
   return result;
 }
 
-/// The signed distance of the shapes from that of their cores: the margins move both surfaces outwards along the
-/// normal.
+/// Computes the signed distance of the shapes from that of their cores: the margins move both surfaces outwards along
+/// the normal.
 SignedDistance withMargins(SignedDistance result, double margin_a, double margin_b) {
   result.distance -= margin_a + margin_b;
   result.lower_bound -= margin_a + margin_b;
@@ -289,7 +290,7 @@ WarmStart coldStart(const WarmStart& warm_start) {
 
 bool isOpen(Status status) { return status == Status::IterationLimit || status == Status::Degenerate; }
 
-/// Whether the answer of a second search says more than an open one.
+/// True if the answer of a second search says more than an open one.
 bool saysMore(const SignedDistance& second, const SignedDistance& open) {
   const auto widthOf = [](const SignedDistance& result) { return result.upper_bound - result.lower_bound; };
   return !isOpen(second.status) || widthOf(second) < widthOf(open);
@@ -314,7 +315,7 @@ Options optionsOfCores(Options options, double margins, double rounding) {
   return options;
 }
 
-/// The answer about two shapes from that about the same shapes near the origins of their frames.
+/// Converts the answer about two shapes near the origins of their frames to the answer about the original shapes.
 SignedDistance movedBack(SignedDistance result, const NearOrigin& near, const Options& options) {
   result.lower_bound -= near.error();
   result.upper_bound += near.error();
@@ -324,7 +325,7 @@ SignedDistance movedBack(SignedDistance result, const NearOrigin& near, const Op
   return result;
 }
 
-/// signedDistance() once more, from its beginning.
+/// Calls signedDistance() once more, from its beginning.
 SignedDistance ask(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
                    WarmStart& warm_start, Unobserved) {
   return signedDistance(a, b, a_T_b, options, warm_start);
@@ -338,7 +339,8 @@ SignedDistance ask(const Shape& a, const Shape& b, const Isometry3d& a_T_b, cons
 template <typename Observer>
 std::optional<SignedDistance> nearOrigins(const Shape& a, const Shape& b, const Isometry3d& a_T_b,
                                           const Options& options, WarmStart& warm_start, Observer observer) {
-  constexpr double kMuchLess = 0.25;  // a search is worth its time only if it is rounded less by this factor
+  // a second search is worth its time only if its rounding is smaller by this factor
+  constexpr double kMuchLess = 0.25;
   if (!a.isFarFromOrigin() && !b.isFarFromOrigin()) return std::nullopt;
   const NearOrigin near(a, b, a_T_b);
   if (!(csoRounding(near.a(), near.b(), near.pose()) < kMuchLess * csoRounding(a, b, a_T_b))) return std::nullopt;
@@ -357,7 +359,7 @@ SignedDistance bySearch(const Shape& a, const Shape& b, const Isometry3d& a_T_b,
   SignedDistance result = withMargins(coreDistance(a, b, a_T_b, core_options, rounding, warm_start, search, observer),
                                       a.margin(), b.margin());
   if (result.status == Status::Threshold && !isDecided(result, options)) {
-    // The points have widened the bounds that decided the threshold: only the whole search can tell.
+    // The points have widened the bounds that decided the threshold: only the whole search can decide it.
     if (search.begun_with) warm_start = *search.begun_with;
     result = ask(a, b, a_T_b, withoutThresholds(options), warm_start, observer);
     result.status = statusByBounds(result, options);
@@ -368,7 +370,7 @@ SignedDistance bySearch(const Shape& a, const Shape& b, const Isometry3d& a_T_b,
   if (result.status == Status::Converged && result.unique)
     result.unique = meetInOnePoint(a, b, a_T_b, result, options.distance_tolerance, search.newest);
   if (isOpen(result.status) && is_warm) {
-    // From another beginning the search meets other vertices, and rounding may stop it elsewhere.
+    // A search from another start meets other vertices, and rounding may stop it elsewhere.
     warm_start = coldStart(warm_start);
     const SignedDistance cold = ask(a, b, a_T_b, options, warm_start, observer);
     if (saysMore(cold, result)) result = cold;

@@ -4,9 +4,10 @@
 #include <cstdio>
 #include <cstdlib>
 
-/// PROXIMITY_ASSERT(condition, advice): a precondition of an inner function, which no input of a user can break. Without NDEBUG,
-/// as in the sanitized builds and the fuzzers, the program ends where it does not hold, with the place, the condition and the
-/// advice: the likely cause, and the cure. In a release build it is compiled, but takes no instruction.
+/// PROXIMITY_ASSERT(condition, advice) states a precondition of an inner function, which no input of a user can break.
+/// Without NDEBUG, as in the sanitized builds and the fuzzers, the program ends if the condition is false, and prints
+/// the place, the condition and the advice: the likely cause and the cure. In a release build the condition is
+/// compiled, but no instruction is executed.
 #ifndef NDEBUG
 #define PROXIMITY_ASSERT(condition, advice) \
   ((condition) ? static_cast<void>(0)       \
@@ -23,14 +24,14 @@ namespace proximity_server::narrowphase {
   std::abort();
 }
 
-/// Whether a vector of Eigen has the length 1, within 5e-10: a normalised one is off by a few eps, and one that was forgotten to
-/// be normalised by more. False for NaN.
+/// True if a vector of Eigen has the length 1, within 5e-10: a normalised vector is off by a few eps, and one that was
+/// not normalised by more. False for NaN.
 template <typename Vector>
 bool isUnit(const Vector& v) {
   return std::abs(v.squaredNorm() - 1.0) <= 1e-9;
 }
 
-/// Whether a number is the place of one of `size` elements.
+/// True if a number is the index of one of `size` elements.
 template <typename Number, typename Size>
 bool isPlace(Number place, Size size) {
   return static_cast<long>(place) >= 0 && static_cast<long>(place) < static_cast<long>(size);

@@ -72,8 +72,8 @@ struct SignedDistance {
 
 struct WarmPolytope;
 
-/// The end of one query, where the next query of the same two shapes begins. Every value is legal; a good one saves
-/// iterations. The default starts without knowledge.
+/// The state at the end of one query, from which the next query of the same two shapes begins. Every value is legal; a
+/// good one saves iterations. The default is to begin without knowledge.
 struct WarmStart {
   Eigen::Vector3d axis = Eigen::Vector3d::Zero();  ///< separating axis, a's frame, a towards b; 0: none
   struct Pair {

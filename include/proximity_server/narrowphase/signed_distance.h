@@ -21,19 +21,20 @@ namespace proximity_server::narrowphase {
 /// 5. Move both points outwards along the normal by the margins.
 /// 6. Set the status by the final bounds: here only is it decided whether they meet the tolerance or a threshold. If a
 ///    threshold ended the search, and the final bounds do not decide it, search again without the threshold.
-/// 7. If that leaves the answer open, and a hull lies thousands of its sizes away from the origin of its frame, search again with
-///    the hull moved to that origin (Shape::nearOrigin()): its place, which fills the bounds with rounding, is taken out exactly.
+/// 7. If that leaves the answer open, and a hull lies thousands of its sizes away from the origin of its frame, search
+///    again with the hull moved to that origin (Shape::nearOrigin()): its place, which fills the bounds with rounding,
+///    is taken out exactly.
 /// 8. Look whether the shapes meet along an edge or a face: the points are then one choice of many.
 ///
 /// Frame:     that of `a`; `a_T_b` maps coordinates of b into a. Metres.
-/// Pose:      a rotation and a translation. Axes that are a rotation within 7e-15 are taken as they stand; those of single
-///            precision, within 2e-6, stand for the nearest rotation (rigidPose()).
+/// Pose:      a rotation and a translation. Axes that are a rotation within 7e-15 are used unchanged; axes of single
+///            precision, within 2e-6, are replaced by the nearest rotation (rigidPose()).
 /// Sign:      see SignedDistance.
 /// Error:     status Converged: within options.distance_tolerance. Otherwise the truth still lies in
 ///            [lower_bound, upper_bound].
 /// Failure:   never throws, allocates or logs; shapes were validated when they were made. A pose that is not finite, or
-///            whose axes are no rotation (scaled, mirrored, zero), or lengths that add up to more than 1e30 m or less than
-///            1e-30 m, give Status::Unknown. A tolerance that is NaN counts as 0.
+///            whose axes are no rotation (scaled, mirrored, zero), or lengths that add up to more than 1e30 m or less
+///            than 1e-30 m, give Status::Unknown. A tolerance that is NaN counts as 0.
 /// Source:    Gilbert, Johnson, Keerthi, A Fast Procedure for Computing the Distance Between Complex Objects in
 ///            Three-Dimensional Space, IEEE J. Robotics and Automation 1988; van den Bergen, Proximity Queries and
 ///            Penetration Depth Computation on 3D Game Objects, GDC 2001.
@@ -42,15 +43,15 @@ namespace proximity_server::narrowphase {
 SignedDistance signedDistance(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b,
                               const Options& options = {});
 
-/// The same for a series of queries of the same two shapes: begins with what the last query left in `warm_start`, and
-/// updates it. If that does not converge, it begins anew without.
+/// For a series of queries of the same two shapes: begins with the state that the last query left in `warm_start`, and
+/// updates it. If that does not converge, it begins anew without it.
 SignedDistance signedDistance(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, const Options& options,
                               WarmStart& warm_start);
 
 struct QueryTrace;
 
-/// The same, and writes into `trace` what each step of the search did (cso/query_trace.h). The answer has the same
-/// bits; the trace allocates.
+/// Writes into `trace` what each step of the search did (cso/query_trace.h). The answer has the same bits; the trace
+/// allocates.
 SignedDistance signedDistance(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, const Options& options,
                               WarmStart& warm_start, QueryTrace& trace);
 

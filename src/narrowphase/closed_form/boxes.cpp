@@ -81,7 +81,7 @@ Vector3d BoxPair::normalOf(int axis) const {
   return direction.dot(a_T_b_.translation()) >= 0.0 ? direction : Vector3d(-direction);
 }
 
-/// Whether all axes with the greatest separation, within the tolerance, are near the best one; see isUnique() of
+/// True if all axes with the greatest separation, within the tolerance, are near the best one; see isUnique() of
 /// epa.cpp.
 bool BoxPair::isUnique(const Vector3d& best, double tolerance) const {
   constexpr double kSameDirection = 1e-2;

@@ -15,7 +15,7 @@ using Kind = Shape::Kind;
 
 // In vectors of the half plane, x is the radius and y the height.
 
-/// The unit vector of any that is not zero, also of one whose square underflows.
+/// The unit vector of any vector that is not zero, even if its square underflows.
 Vector2d unitOf(const Vector2d& v) { return (v / v.cwiseAbs().maxCoeff()).normalized(); }
 
 /// Half of the section of a core through its axis. The radius of a segment or a point is 0.
@@ -133,13 +133,13 @@ double roundingOf(const Boundary& boundary, const Vector2d& p) {
   return 8.0 * std::numeric_limits<double>::epsilon() * reach;
 }
 
-/// Whether p lies over the nearest point of an edge, within rounding. It does not if the length of the edge is lost in rounding;
-/// then its corners are as near.
+/// True if p lies over the nearest point of an edge, within rounding. False if the length of the edge is lost in
+/// rounding; then its corners are equally near.
 bool isOver(const Boundary& boundary, std::size_t edge, const Vector2d& p, double height) {
   return std::hypot(height, boundary.beside(edge, p)) - height <= roundingOf(boundary, p);
 }
 
-/// Of the corners, the one is taken over which p lies along the normal: others may be as near, within rounding.
+/// Takes the corner over which p lies along the normal: other corners may be equally near, within rounding.
 Nearest2d nearestOutside(const Boundary& boundary, const Vector2d& p) {
   Nearest2d nearest{std::numeric_limits<double>::infinity(), {}, {}, true};
   double least_beside = std::numeric_limits<double>::infinity();

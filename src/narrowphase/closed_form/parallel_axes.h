@@ -5,7 +5,7 @@
 
 namespace proximity_server::narrowphase {
 
-/// Whether a core is a solid of revolution about z: points, segments, cylinders and cones.
+/// True if a core is a solid of revolution about z: points, segments, cylinders and cones.
 inline bool isSolidOfRevolution(Shape::Kind kind) {
   return kind == Shape::Kind::Point || kind == Shape::Kind::Segment || kind == Shape::Kind::Cylinder ||
          kind == Shape::Kind::Cone;

@@ -11,7 +11,7 @@
 
 namespace proximity_server::narrowphase {
 
-/// Whether closedForm() answers this pair: points and segments in any combination, and a point with a box.
+/// True if closedForm() answers this pair: points and segments in any combination, and a point with a box.
 inline bool hasClosedForm(Shape::Kind a, Shape::Kind b) {
   const auto is_line = [](Shape::Kind kind) { return kind == Shape::Kind::Point || kind == Shape::Kind::Segment; };
   return (is_line(a) && is_line(b)) || (a == Shape::Kind::Box && b == Shape::Kind::Point) ||
@@ -182,7 +182,7 @@ inline SignedDistance closedForm(const Shape& a, const Shape& b, const Eigen::Is
                                      {a_T_b.translation(), b.halfExtents().z() * a_T_b.linear().col(2)});
 }
 
-/// Whether, within the tolerance, only one pair of points of two cores with a closed form has this distance, given that
+/// True if, within the tolerance, only one pair of points of two cores with a closed form has this distance, given that
 /// only one direction does: the cores are not two segments perpendicular to the normal and parallel to each other.
 inline bool meetInOnePoint(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b,
                            const Eigen::Vector3d& normal, double tolerance) {

@@ -6,17 +6,17 @@
 
 namespace proximity_server::narrowphase {
 
-// A query tells an observer what it does: signedDistance(), gjk() and epa() are templates of its type, which their sources
-// instantiate for both observers. An observer is passed by value: an empty one needs no register, and its calls leave no
-// machine code.
+// A query tells an observer what it does: signedDistance(), gjk() and epa() are templates of its type, which their
+// sources instantiate for both observers. An observer is passed by value: an empty one needs no register, and its calls
+// leave no machine code.
 
-/// [m] What EPA knows of the depth.
+/// [m] The bounds of the depth that EPA knows.
 struct DepthBounds {
   double lower;
   double upper;  ///< the depth along the shallowest direction; infinite if there is none yet
 };
 
-/// Watches nothing.
+/// An observer that does nothing.
 struct Unobserved {
   void reaches(Rung) const {}
   void endsAtFirst(Rung, const SignedDistance&, const CsoVertex&) const {}
@@ -28,7 +28,7 @@ struct Unobserved {
   void endsWithPoints(const Polytope&, const DepthBounds&) const {}
 };
 
-/// Writes down what it sees.
+/// An observer that records what it sees.
 class Recorder {
  public:
   /// `trace` is emptied.
@@ -54,8 +54,8 @@ class Recorder {
              const DepthBounds& bounds) const;
   /// EPA ends with this polytope and depth [m], which is infinite if it knows none.
   void ends(const Polytope& polytope, double depth) const;
-  /// After that: Newton's method has found the witness points. The lower bound is that by a solid inside of the CSO, or by
-  /// the search about an axis; -infinity if there is none.
+  /// After that: Newton's method has found the witness points. The lower bound is that by a solid inside of the CSO, or
+  /// by the search about an axis; -infinity if there is none.
   void endsWithPoints(const Polytope& polytope, const DepthBounds& bounds) const;
 
  private:

@@ -235,7 +235,7 @@ bool Polytope::expand(const Face& seen, const CsoVertex& w, double ceiling) {
 
 namespace {
 
-/// Whether each half-edge has a twin that runs along the same edge in the opposite direction.
+/// True if each half-edge has a twin that runs along the same edge in the opposite direction.
 bool twinsMatch(const WarmPolytope& last) {
   if (last.vertex_count < 4 || last.vertex_count > WarmPolytope::kMaxVertices) return false;
   // expand() has room for the faces of kMaxVertices vertices on a sphere, 2 V - 4.

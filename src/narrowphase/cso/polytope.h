@@ -52,13 +52,13 @@ class Polytope {
     bool hasNormal() const { return area2 > 0.0; }
     Eigen::Vector3d normal() const { return area / std::sqrt(area2); }  ///< unit
     double distance() const { return height / std::sqrt(area2); }       ///< [m] from the origin, along the normal
-    /// Whether the distance is less than `limit` [m]; false for a sliver.
+    /// True if the distance is less than `limit` [m]; false for a sliver.
     bool isCloserThan(double limit) const { return height * std::abs(height) < limit * std::abs(limit) * area2; }
   };
 
-  /// What becomes of a face in one plane with a new vertex. Replaced by the cone, it leaves fewer and wider triangles.
-  /// The flat end of a curved core has new vertices again and again, and would be made anew with each: there it is
-  /// kept.
+  /// What happens to a face that lies in one plane with a new vertex. If it is replaced by the cone, the faces are
+  /// fewer and wider. The flat end of a curved core gets new vertices again and again, and its faces would be made anew
+  /// with each; there they are kept.
   ///
   /// Kept: a vertex may lie up to `rounding` above a face that stays, and a narrow triangle beside it may be tilted, so
   /// that the polytope is convex only as a surface, within rounding, and not by the planes of its faces. The least
@@ -83,7 +83,7 @@ class Polytope {
   /// them, at least one.
   bool recall(const WarmPolytope& last, const Cso& cso, double ceiling);
 
-  /// Whether every ray from the origin still meets a face after expand(), if `least` [m] is the distance of the
+  /// True if every ray from the origin still meets a face after expand(), if `least` [m] is the distance of the
   /// closest.
   ///
   /// For a polytope that began with a tetrahedron this is said by its convexity. For one that was recalled: to replace
@@ -144,7 +144,7 @@ class Polytope {
   Face& face(int index) { return faces_[index]; }
   const Face& face(int index) const { return faces_[index]; }
   int indexOf(const Face& face) const { return static_cast<int>(&face - faces_.data()); }
-  // By shifts, as a half-edge is never negative.
+  // Computed by shifts, because a half-edge is never negative.
   static int indexOf(int half_edge) { return static_cast<int>(static_cast<unsigned>(half_edge) / kStride); }
   static std::size_t edgeOf(int half_edge) { return static_cast<unsigned>(half_edge) % kStride; }
   const Face& faceOf(int half_edge) const { return face(indexOf(half_edge)); }

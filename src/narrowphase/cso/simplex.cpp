@@ -24,8 +24,8 @@ struct Candidate {
 double distance2(const Candidate& c) { return c.height / c.normal2 * c.height; }
 const Candidate& nearer(const Candidate& a, const Candidate& b) { return distance2(a) <= distance2(b) ? a : b; }
 
-/// An edge of 1e-48 m is shorter than the rounding of lengths from 1e-30 m on: its ends are as near as any of its points. The
-/// squares of shorter edges, and of smaller triangles, would lose digits.
+/// An edge of 1e-48 m is shorter than the rounding of lengths from 1e-30 m on: its ends are as near as any of its
+/// points. The squares of shorter edges, and of smaller triangles, would lose digits.
 constexpr double kShortestEdge2 = 1e-96;                            // [m^2]
 constexpr double kSmallestArea2 = kShortestEdge2 * kShortestEdge2;  // [m^4]
 
@@ -37,14 +37,14 @@ Candidate nearestOfVertex(const Simplex& simplex, int w) {
   return {-p, norm2, norm2, bit(w)};
 }
 
-/// The line through w and a has the points p = l_w w + l_a a with l_w + l_a = 1. In the nearest one, p is perpendicular to
-/// the edge e = a - w:
+/// The line through w and a has the points p = l_w w + l_a a with l_w + l_a = 1. In the nearest one, p is perpendicular
+/// to the edge e = a - w:
 ///
 ///   [ 1      1     ] [ l_w ]   [ 1 ]
 ///   [ w . e  a . e ] [ l_a ] = [ 0 ]
 ///
-/// The determinant is e . e, and so l_a = -(w . e) / (e . e) and l_w = (a . e) / (e . e) = 1 - l_a. The signs of both tell the
-/// region in which the origin lies:
+/// The determinant is e . e, and so l_a = -(w . e) / (e . e) and l_w = (a . e) / (e . e) = 1 - l_a. The signs of both
+/// tell the region in which the origin lies:
 ///
 ///   region w:  l_a <= 0
 ///   region a:  l_w <= 0
@@ -60,17 +60,17 @@ Candidate nearestOfEdge(const Simplex& simplex, int w, int a) {
   const double edge2 = edge.squaredNorm();
   if (!(of_a < edge2)) return nearestOfVertex(simplex, a);         // region a
   if (edge2 < kShortestEdge2) return nearestOfVertex(simplex, w);  // the edge has no direction
-  // Region wa. By products, as a projection would wait for a division, and leave the rounding error of a long vector in a
-  // short one.
+  // Region wa. By products, as a projection would wait for a division, and leave the rounding error of a long vector in
+  // a short one.
   const Vector3d moment = pw.cross(edge), normal = moment.cross(edge);
   return {normal, normal.squaredNorm(), moment.squaredNorm(), bit(w) | bit(a)};
 }
 
-/// Area vector of a triangle, and the barycentric weights of the point of its plane nearest to the origin, times the squared
-/// area.
+/// Area vector of a triangle, and the barycentric weights of the point of its plane nearest to the origin, times the
+/// squared area.
 ///
-/// The plane has the points p = l_w w + l_a a + l_b b with l_w + l_a + l_b = 1. In the nearest one, p is perpendicular to two
-/// edges, and so parallel to their product, the area vector n = (a - w) x (b - w):
+/// The plane has the points p = l_w w + l_a a + l_b b with l_w + l_a + l_b = 1. In the nearest one, p is perpendicular
+/// to two edges, and so parallel to their product, the area vector n = (a - w) x (b - w):
 ///
 ///   [ 1            1            1           ] [ l_w ]   [ 1 ]
 ///   [ w . (a - w)  a . (a - w)  b . (a - w) ] [ l_a ] = [ 0 ]
@@ -81,8 +81,8 @@ Candidate nearestOfEdge(const Simplex& simplex, int w, int a) {
 ///
 ///   l_w (n . n) = n . (a x b),   l_a (n . n) = n . (b x w),   l_b (n . n) = n . (w x a)
 ///
-/// Their sum is n . n. Each product is taken with an edge in place of one of its vertices, a x b = a x (b - a), so that it does
-/// not cancel far from the origin.
+/// Their sum is n . n. Each product is taken with an edge in place of one of its vertices, a x b = a x (b - a), so that
+/// it does not cancel far from the origin.
 struct Areas {
   Vector3d area;
   double of_w, of_a, of_b;  ///< l_w, l_a and l_b, times n . n
@@ -101,8 +101,8 @@ struct Areas {
 ///   region wab: all are positive; p is inside of the triangle, and nearest
 ///   region wa:  only l_b <= 0; p lies beyond the line w a only, so that the nearest point is on this edge
 ///   region wb:  only l_a <= 0; likewise
-///   the others: p lies beyond two lines, or beyond a b. The edge a b was there before w was found, and cannot be nearer
-///               than the nearest point was then; so it is the nearer point of the edges w a and w b.
+///   the others: p lies beyond two lines, or beyond a b. The edge a b was there before w was found, and cannot be
+///               nearer than the nearest point was then; so it is the nearer point of the edges w a and w b.
 ///
 /// In region wab the normal is the area vector, towards the origin, and the height times its length is |n . w|.
 Candidate nearestOfTriangle(const Simplex& simplex, int w, int a, int b) {
@@ -124,10 +124,10 @@ constexpr double kTripleProduct = 6.0 * std::numeric_limits<double>::epsilon();
 
 /// For each of the faces w a b, w b c, w c a: false only if the origin surely lies on the inner side of the face.
 ///
-/// With a, b and c relative to w, the determinant (a x b) . c is the volume, times six. Its sign is the side of the plane w a b
-/// on which c lies: the inner side. The origin is at -w, so it lies there too if (a x b) . -w has the same sign. The planes w b c
-/// and w c a follow by turning the letters, which leaves the determinant as it is. A sign counts if it exceeds the rounding error;
-/// if that of the volume does not, no side is known.
+/// With a, b and c relative to w, the determinant (a x b) . c is the volume, times six. Its sign is the side of the
+/// plane w a b on which c lies: the inner side. The origin is at -w, so it lies there too if (a x b) . -w has the same
+/// sign. The planes w b c and w c a follow by turning the letters, which leaves the determinant as it is. A sign counts
+/// if it exceeds the rounding error; if that of the volume does not, no side is known.
 struct FacesTowardsOrigin {
   bool wab, wbc, wca;
 };
@@ -145,8 +145,9 @@ FacesTowardsOrigin facesTowardsOrigin(const Simplex& simplex, int w, int pa, int
           !(side * ca.dot(pw) < -k * nc * na * nw)};
 }
 
-/// The nearest point of the faces that may have the origin on their outer side. It has no members if there are none: region
-/// wabc, inside of the tetrahedron. The face a b c was there before w was found, with the origin on the side of w.
+/// The nearest point of the faces that may have the origin on their outer side. It has no members if there are none:
+/// region wabc, inside of the tetrahedron. The face a b c was there before w was found, with the origin on the side of
+/// w.
 Candidate nearestOfTetrahedron(const Simplex& simplex, int w, int a, int b, int c) {
   const FacesTowardsOrigin faces = facesTowardsOrigin(simplex, w, a, b, c);
   Candidate best{Vector3d::Zero(), 1.0, std::numeric_limits<double>::infinity(), 0};
@@ -207,13 +208,14 @@ WitnessPoints pointsOfEdge(const CsoVertex& w, const CsoVertex& a) {
 /// The point of a triangle nearest to the origin, if its plane has it inside of the triangle; otherwise a point of the
 /// triangle.
 ///
-/// With e = q - p, s = r - p and the foot f = (s . e) / (e . e) of r on the edge, the height h = s - f e is perpendicular to e. A
-/// point p + l_q e + l_r s = p + (l_q + l_r f) e + l_r h is nearest to the origin if its parts along e and h are those of -p:
+/// With e = q - p, s = r - p and the foot f = (s . e) / (e . e) of r on the edge, the height h = s - f e is
+/// perpendicular to e. A point p + l_q e + l_r s = p + (l_q + l_r f) e + l_r h is nearest to the origin if its parts
+/// along e and h are those of -p:
 ///
 ///   l_r = -(p . h) / (h . h),   l_q = -(p . e) / (e . e) - l_r f
 ///
-/// So the places are in units of the edge and the height: the error of the point is a few eps of the edge, however small the
-/// height is.
+/// So the places are in units of the edge and the height: the error of the point is a few eps of the edge, however
+/// small the height is.
 WitnessPoints pointsAcrossEdge(const CsoVertex& p, const CsoVertex& q, const CsoVertex& r) {
   const Vector3d edge = q.point - p.point, side = r.point - p.point;
   const double edge2 = edge.squaredNorm();

@@ -64,9 +64,9 @@ struct WitnessPoints {
 };
 WitnessPoints witnessPoints(const Simplex& simplex);
 
-/// The same of the triangle w a b, whose nearest point may be on an edge or a corner: of the points by the face and by
-/// the edges, those whose difference is the least. They are accurate for a triangle without width, too: none needs its
-/// normal.
+/// The points on a and b whose difference is the point nearest to the origin of the triangle w a b; this may be on an
+/// edge or a corner. Computes points by the face and by the edges, and takes those with the smallest difference. They
+/// are accurate for a triangle without width, too, because none of them needs its normal.
 WitnessPoints pointsOfTriangle(const CsoVertex& w, const CsoVertex& a, const CsoVertex& b);
 
 }  // namespace proximity_server::narrowphase

@@ -281,7 +281,7 @@ class PatchSearch {
   std::array<Patch, kMaxOpen> open_;
 };
 
-/// Whether a core is round about this axis, or nearly: then it is an ellipsoid.
+/// True if a core is round about this axis, or nearly: then it is an ellipsoid.
 bool isRoundAbout(const Shape& shape, int axis, double rounding) {
   constexpr double kNearly = 0.05;  // of the radius
   if (shape.kind() == Kind::Ellipsoid) {
@@ -320,8 +320,8 @@ struct InnerCore {
   Isometry3d pose = Isometry3d::Identity();
 };
 
-/// The segment between two vertices of a hull from which no vertex is farther than `beside` [m]. Returns nullopt if the hull is
-/// thicker or has no length.
+/// The segment between two vertices of a hull from which no vertex is farther than `beside` [m]. Returns nullopt if the
+/// hull is thicker or has no length.
 std::optional<InnerCore> innerSegment(const ConvexHull& hull, double beside) {
   const auto farthestFrom = [&](const Vector3d& point) {
     return *std::max_element(hull.vertices().begin(), hull.vertices().end(), [&](const Vector3d& p, const Vector3d& q) {
@@ -340,8 +340,8 @@ std::optional<InnerCore> innerSegment(const ConvexHull& hull, double beside) {
   return InnerCore{Capsule{1.0, length}, Eigen::Translation3d(start + 0.5 * length * axis) * turn};
 }
 
-/// The core itself; or what may be round instead of it: the segment inside of a hull that is as thin as a quarter of the tolerance,
-/// or the start of a sweep.
+/// Returns the core itself, or an inner core that may be round: the segment inside of a hull that is as thin as a
+/// quarter of the tolerance, or the start of a sweep.
 InnerCore innerCore(const Shape& shape, double rounding, double tolerance) {
   if (shape.kind() == Kind::Hull) return innerSegment(shape.hull(), 0.25 * tolerance).value_or(InnerCore{shape});
   if (shape.kind() == Kind::Sweep && !isRoundAbout(shape, 2, rounding)) return {shape.sweep().shape};

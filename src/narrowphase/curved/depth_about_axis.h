@@ -32,17 +32,18 @@ using RefineDirection = std::function<double(const std::array<Eigen::Vector3d, 2
 ///    bounds are equal, or in the middle of its azimuths, depending on where more is lost. A direction that is
 ///    shallower than the known depth is refined, and its depth known from then on.
 ///
-/// A hull that is nearly a segment is replaced by the segment between two of its vertices, and a sweep that is not along the axis
-/// by its start. The search then bounds the depth of these inner cores, which is at most that of the CSO, while the known depth is
-/// always that of the CSO. Where the CSO reaches farther than the inner cores, all other patches come first: it may reach as far
-/// as they do in a part of the ring only. After 64 such directions the search is given up.
+/// A hull that is nearly a segment is replaced by the segment between two of its vertices, and a sweep that is not
+/// along the axis by its start. The search then bounds the depth of these inner cores, which is at most that of the
+/// CSO, while the known depth is always that of the CSO. Where the CSO reaches farther than the inner cores, all other
+/// patches come first: it may reach as far as they do in a part of the ring only. After 64 such directions the search
+/// is given up.
 ///
 /// The loss is of second order in the size of the patch across the ring, and in the tilt times its size along the ring.
 /// So some hundred patches suffice, whatever the amplitude of the depth along the ring is.
 ///
 /// Kinds:   ellipsoids of which two radii are nearly equal, solids of revolution, and their sweeps along the axis. The
-///          axes may be tilted by 0.02 rad. Hulls whose vertices lie within a quarter of the tolerance of a segment, and other
-///          sweeps if the depth is that of their start.
+///          axes may be tilted by 0.02 rad. Hulls whose vertices lie within a quarter of the tolerance of a segment,
+///          and other sweeps if the depth is that of their start.
 /// Returns: [m] the bound, which is half the tolerance below the least depth that was known or found; -infinity for
 ///          other cores, for a tolerance that rounding exceeds, or if the search is given up.
 /// Source:  Land, Doig, An Automatic Method of Solving Discrete Programming Problems, Econometrica 1960 (branch and

@@ -22,9 +22,9 @@ struct Spheroid {
 };
 
 /// The spheroid that touches the slant in the circle of this radius. With the normal (cos b, sin b) of the slant, its
-/// support function s along the normal is the free parameter: radial^2 = s radius / cos b, and
-/// axial^2 = s (s - radius cos b) / sin^2 b. It touches the base if s (2 k - radius cos b) = k^2, k = length sin b. Then
-/// axial = (k - s) / sin b, which does not cancel at the rim.
+/// support function s along the normal is the free parameter: radial^2 = s radius / cos b, and axial^2 = s (s - radius
+/// cos b) / sin^2 b. It touches the base if s (2 k - radius cos b) = k^2, k = length sin b. Then axial = (k - s) / sin
+/// b, which does not cancel at the rim.
 Spheroid insideCone(const Vector3d& half, double radius) {
   const double length = 2.0 * half.z(), slant = std::hypot(length, half.x());
   const double cosine = length / slant, sine = half.x() / slant;
@@ -33,8 +33,8 @@ Spheroid insideCone(const Vector3d& half, double radius) {
   return {std::sqrt(s * part) / cosine, rest / sine, half.z() - s / sine};
 }
 
-/// What of a segment that is inclined to the normal becomes part of the ellipsoid: all of it, or only the end that lies
-/// farthest along the normal, so that the ellipsoid stays one of revolution about the other axis.
+/// The part of a segment inclined to the normal that becomes a part of the ellipsoid: the whole segment, or only the
+/// end that is farthest along the normal, so that the ellipsoid stays one of revolution about the other axis.
 enum class Segments { Whole, Ends };
 
 /// The ellipsoid inside of the CSO that touches it in the direction `normal`, see steps 1 to 3.
@@ -196,8 +196,8 @@ class InnerEllipsoid {
     if (apex_over_rim < 0.0) addDisc(core, at);
   }
 
-  /// Adds a part R D R'. Its support function is |D R' n|, which may be less than |R D R' n| if R is not a rotation to the
-  /// last digit.
+  /// Adds a part R D R'. Its support function is |D R' n|, which may be less than |R D R' n| if R is not a rotation to
+  /// the last digit.
   void addPart(const Core& core, const Matrix3d& s) { parts_[count_++] = core.shrunk * s; }
 
   /// Sums up the parts, each turned so that the support points along the normal have one direction.
@@ -219,8 +219,8 @@ class InnerEllipsoid {
     if (length <= touching_) return part;
     const Vector3d from = point / length, axis = from.cross(direction);
     const double cosine = from.dot(direction);
-    constexpr double kLeastCosine =
-        -0.5;  // beyond, the part is left out, which is safe: its support function is not negative
+    // A part that would turn farther is left out. That is safe, because its support function is not negative.
+    constexpr double kLeastCosine = -0.5;
     if (cosine < kLeastCosine) return Matrix3d::Zero();
     Matrix3d turned;
     for (int i = 0; i < 3; ++i) {

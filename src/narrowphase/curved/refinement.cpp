@@ -36,7 +36,7 @@ Tangents tangentsOf(const Vector3d& normal) {
   return tangents;
 }
 
-/// Whether a support function stays above `height` in a cap, if at the angle s from its middle it is at least
+/// True if a support function stays above `height` in a cap, if at the angle s from its middle it is at least
 /// height cos(s) + climb sin(s). The condition is climb sin(s) >= height (1 - cos(s)).
 bool climbHolds(double height, double climb, double cosine) {
   return climb * (1.0 + cosine) >= height * std::sqrt(1.0 - cosine * cosine);
@@ -182,7 +182,7 @@ class Pieces {
     }
   }
 
-  /// Whether the weighted slopes vanish, up to rounding.
+  /// True if the weighted slopes vanish, up to rounding.
   bool isStationary() const {
     Vector2d slope = Vector2d::Zero();
     for (int i = 0; i < count_; ++i) slope += piece(i).weight * piece(i).slope;

@@ -145,8 +145,8 @@ std::optional<StationaryDirection> betweenRimAndMantle(const Cso& cso, const Rim
   return StationaryDirection{towards_b, towards_b.dot(on_a - on_b), {on_a, on_b}, 1.0};
 }
 
-/// The end that corrects a wrong case: of a rim whose normal points away from the end, the mantle; of a mantle whose
-/// point lies beyond an end, this end.
+/// The end that corrects a wrong case. For a rim whose normal points away from the end, it is the mantle; for a mantle
+/// whose point lies beyond an end, it is this end.
 double corrected(double end, double height, double half, double towards_end) {
   if (end != 0.0) return end * towards_end < 0.0 ? 0.0 : end;
   return std::abs(height) > half ? std::copysign(1.0, height) : 0.0;

@@ -12,7 +12,7 @@ struct RimEnds {
   double of_a, of_b;
 };
 
-/// Whether both cores are cylinders or segments.
+/// True if both cores are cylinders or segments.
 bool haveMantles(const Cso& cso);
 
 struct StationaryRims {

@@ -109,12 +109,12 @@ FacePoint nearestPoint(std::array<CsoVertex, 3> corners, const EpaResult& result
   return {points.on_a, points.on_b - target, (points.on_a - points.on_b).norm()};
 }
 
-/// Sets the witness points by a strip of triangles between support points in directions around the normal: to the point of the
-/// strip that is nearest to the one at the depth. has_points stays false if they are farther apart than nine tenths of the
-/// tolerance; the rest is for rounding.
+/// Sets the witness points by a strip of triangles between support points in directions around the normal: to the point
+/// of the strip that is nearest to the one at the depth. has_points stays false if they are farther apart than nine
+/// tenths of the tolerance; the rest is for rounding.
 void setPointsAround(Cso& cso, double tolerance, EpaResult& result) {
-  // The middle of a chord of the CSO lies below the surface by at most the squared angle times the radius: a quarter of the
-  // tolerance.
+  // The middle of a chord of the CSO lies below the surface by at most the squared angle times the radius: a quarter of
+  // the tolerance.
   const double angle = 0.5 * std::sqrt(tolerance / (cso.a().coreReach() + cso.b().coreReach()));
   const Vector3d& n = result.normal;
   const Vector3d along =
@@ -166,7 +166,8 @@ void setWitnesses(const Polytope& polytope, const Polytope::Face* guess, const O
   result.point_b = best.on_b;
 }
 
-/// The same from the simplex with which GJK ended, if rounding has spoilt the polytope before it knew the face.
+/// Sets the witness points from the simplex with which GJK ended, for a polytope that rounding has spoilt before it
+/// knew the face.
 void setWitnesses(const Simplex& simplex, const Options& options, EpaResult& result) {
   const WitnessPoints points = witnessPoints(simplex);
   const double beside = (points.on_a - points.on_b - result.depth * result.normal).norm();
@@ -176,7 +177,7 @@ void setWitnesses(const Simplex& simplex, const Options& options, EpaResult& res
   result.point_b = points.on_b;
 }
 
-/// Whether only directions near the normal have this depth, within the tolerance. Directions within 1e-2 rad count as
+/// True if only directions near the normal have this depth, within the tolerance. Directions within 1e-2 rad count as
 /// the same: on a curved CSO the depths of neighbouring faces differ by half the squared angle times the radius, which
 /// may be less than the tolerance.
 bool isUnique(const Polytope& polytope, const EpaResult& result, const Options& options) {
@@ -190,7 +191,7 @@ bool isUnique(const Polytope& polytope, const EpaResult& result, const Options& 
   return unique;
 }
 
-/// Whether a direction beside the normal, or the opposite one, has this depth within the tolerance. The ellipsoid that
+/// True if a direction beside the normal, or the opposite one, has this depth within the tolerance. The ellipsoid that
 /// proves a depth says nothing about such directions, and the polytope has no faces there yet.
 bool isInRing(Cso& cso, const EpaResult& result, const Options& options) {
   constexpr double kBeside = 1.1e-2;  // sine of the angle; more than kSameDirection of isUnique()
@@ -284,7 +285,8 @@ class Shallowest {
   }
 
  private:
-  /// Replaces the result by the first direction, which is shallower, or by what Newton's method makes of it.
+  /// Replaces the result by the first direction, which is shallower, or by the direction to which Newton's method
+  /// refines it.
   void improve(Cso& cso, const std::array<Vector3d, 2>& directions) {
     Simplex simplex;
     simplex[0] = cso.vertex(directions[0]);
@@ -335,7 +337,8 @@ class Shallowest {
           closer[count++] = &next;
           continue;
         }
-        // From the direction that divides both normals in proportion to the distances on, the edge reaches the depth.
+        // The edge reaches the depth in the direction that divides both normals in proportion to the distances, and
+        // beyond it.
         if (!next.hasNormal()) return false;
         const Seen beyond(cap, next);
         const double part = (result_.depth - at.distance) / (beyond.distance - at.distance);
@@ -362,7 +365,7 @@ class Shallowest {
 /// shallow" and "cylinder, deep" of ./dev bench narrowphase repeat it for cylinders.
 constexpr double kWorthRefining = 0.6;
 
-/// Whether two cores of such kinds often have a depth that is the same, or nearly, in a ring of directions, or in two
+/// True if two cores of such kinds often have a depth that is the same, or nearly, in a ring of directions, or in two
 /// opposite ones. For other curved pairs this is assumed only after kManyFaces expansions.
 bool isRound(Shape::Kind kind) {
   return kind == Shape::Kind::Point || kind == Shape::Kind::Segment || kind == Shape::Kind::Cylinder ||
@@ -436,7 +439,7 @@ class Expansion {
   struct Closest {
     const Polytope::Face* face;  ///< nullptr if there is none
     double length;               ///< of its area vector
-    double reach;  ///< [m] distance of the face from the origin, or without a face what is known of the depth
+    double reach;                ///< [m] distance of the face from the origin; without a face, the known depth
   };
   /// How the search ends, and the face through which the normal leaves the polytope, if that is known.
   struct Ending {
@@ -474,7 +477,8 @@ class Expansion {
     return std::nullopt;
   }
 
-  /// Keeps the direction of a face if it is the shallowest. Returns how the search ends by the depth along it, or by its length.
+  /// Keeps the direction of a face if it is the shallowest. Returns how the search ends by the depth along this
+  /// direction, or because it has taken too many steps.
   std::optional<Ending> endingAbove(const Polytope::Face& face, const Vector3d& normal, double depth) {
     // A direction with points, found by Newton's method, is not replaced by one that is shallower by rounding only.
     if (depth < result_.depth - (result_.has_points ? cso_.rounding() : 0.0)) {
@@ -537,7 +541,7 @@ class Expansion {
   Shallowest shallowest_;
 };
 
-/// Not inlined: the large polytope would cost a query that ends without one 10 ns.
+/// It is not inlined, because the large polytope would cost a query that ends without one 10 ns.
 template <typename Observer>
 [[gnu::noinline]] EpaResult fromTetrahedron(Cso& cso, const std::array<CsoVertex, 4>& tetrahedron,
                                             const Options& options, Observer observer) {

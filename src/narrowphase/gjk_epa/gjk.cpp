@@ -54,7 +54,7 @@ Outcome outcomeWithoutProgress(const Cso& cso, double upper_bound, const Options
   return upper_bound + 3.0 * cso.rounding() <= options.distance_tolerance ? Outcome::Overlap : Outcome::Apart;
 }
 
-/// Whether a step adds a vertex to the simplex while the distance changes by no more than rounding. A face at the edge
+/// True if a step adds a vertex to the simplex while the distance changes by no more than rounding. A face at the edge
 /// nearest to the origin is not nearer than the edge, but its normal is more accurate.
 bool isSideways(const Nearest& nearest, const Nearest& next, double rounding) {
   const bool has_all = (next.members & nearest.members) == nearest.members && next.members != nearest.members;
@@ -79,8 +79,9 @@ void improveLowerBound(Cso& cso, const Simplex& simplex, int newest, GjkResult& 
     }
 }
 
-/// Adds those vertices of the last simplex of the previous query that bring the simplex nearer to the origin. Inlined, as the
-/// compiler does by itself only with what one observer calls: a call costs 45 instructions, 1 to 2 % of a query of polytopes apart.
+/// Adds those vertices of the last simplex of the previous query that bring the simplex nearer to the origin. It is
+/// inlined explicitly, because the compiler inlines only functions that one observer calls: a call costs 45
+/// instructions, 1 to 2 % of a query of polytopes apart.
 [[gnu::always_inline]] inline Nearest recall(Cso& cso, Simplex& simplex, Nearest nearest) {
   const WarmStart& warm_start = cso.warmStart();
   const auto count = static_cast<std::size_t>(std::clamp(warm_start.simplex_size, 0, 3));
@@ -125,7 +126,8 @@ void finish(Cso& cso, const Nearest& nearest, const Options& options, const Endi
   if (cso.isPolytope() && ending.outcome != Outcome::Threshold) remember(cso, result.simplex);
 }
 
-/// The end of a search whose next vertex brings no progress. Returns nullopt if Newton's method has completed the result.
+/// The end of a search whose next vertex brings no progress. Returns nullopt if Newton's method has completed the
+/// result.
 template <typename Observer>
 std::optional<Ending> endWithoutProgress(Cso& cso, const Nearest& nearest, int newest, const Options& options,
                                          Observer observer, GjkResult& result) {
@@ -139,8 +141,8 @@ std::optional<Ending> endWithoutProgress(Cso& cso, const Nearest& nearest, int n
   return Ending{isOpen() ? outcomeWithoutProgress(cso, upper_bound, options) : Outcome::Apart, Status::Degenerate};
 }
 
-/// Searches until the result is decided: all of it but what finish() sets. Returns nullopt if Newton's method has
-/// completed it.
+/// Searches until the result is decided, and sets all of it except the parts that finish() sets. Returns nullopt if
+/// Newton's method has completed it.
 template <typename Observer>
 std::optional<Ending> search(Cso& cso, const CsoVertex& first, const Options& options, Observer observer,
                              Nearest& nearest, GjkResult& result) {

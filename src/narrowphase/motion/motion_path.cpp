@@ -30,15 +30,15 @@ ScrewPath::Pose MotionPath::at(double time) const {
 
 namespace {
 
-/// What the turn of a frame does to the points of a ball that is fixed to it, besides moving its centre.
+/// The effect of the turn of a frame on the points of a ball that is fixed to it, besides moving its centre.
 struct Turning {
   double speed;         ///< [1] per unit of time: velocities differ by this times the distance from the centre
   double acceleration;  ///< [1] per unit of time squared
 };
 
-/// Without the spin about its own axis z, a body turns at w' = w - (w . z) z. The angle between w and z stays as it is while z
-/// turns at w, so that |w'| is constant and w' changes at |(w . z) w x z| = |w . z| |w'|. A point at r from the centre then has the
-/// velocity w' x r and the acceleration dw'/dt x r + w' x (w' x r).
+/// Without the spin about its own axis z, a body turns at w' = w - (w . z) z. The angle between w and z is constant
+/// while z turns at w. So |w'| is constant, and w' changes at |(w . z) w x z| = |w . z| |w'|. A point at r from the
+/// centre then has the velocity w' x r and the acceleration dw'/dt x r + w' x (w' x r).
 Turning turningOf(const ScrewPath& screw, Symmetry symmetry) {
   const double turning = screw.turning();
   if (symmetry == Symmetry::AboutZ) {

@@ -7,10 +7,10 @@
 
 namespace proximity_server::narrowphase {
 
-/// Whether a body looks the same after any turn about the z axis of its frame.
+/// AboutZ: the body looks the same after any turn about the z axis of its frame.
 enum class Symmetry : unsigned char { None, AboutZ };
 
-/// A chain of such screws. An empty chain is a frame at rest.
+/// A chain of screws with their precomputed data. An empty chain is a frame at rest.
 class MotionPath {
  public:
   /// Allocates only for more than 8 screws.
@@ -20,8 +20,9 @@ class MotionPath {
 
   ScrewPath::Pose at(double time) const;
 
-  /// See motionBound(). A body with symmetry, whose centre is on its axis, occupies the same space as one that follows its axis
-  /// but does not spin about it: the bound is that of the points of the latter, where they are accelerated less.
+  /// See motionBound(). A symmetric body, whose centre is on its axis, occupies the same space as a body that follows
+  /// the axis but does not spin about it. So the bound is that of the points of the latter, if their acceleration is
+  /// smaller.
   MotionBound bound(const Eigen::Vector3d& centre, double radius, double begin, double end,
                     Symmetry symmetry = Symmetry::None) const;
 

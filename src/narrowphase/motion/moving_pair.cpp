@@ -24,7 +24,7 @@ Vector3d originOf(const MotionChain& chain) {
   return chain.empty() ? Vector3d(Vector3d::Zero()) : Vector3d(chain.front().start.translation());
 }
 
-/// All of these have their centre on the axis.
+/// The shapes with symmetry have their centre on the axis.
 Symmetry symmetryOf(const Shape& shape) {
   const bool is_round = shape.halfExtents().x() == shape.halfExtents().y();
   switch (shape.kind()) {

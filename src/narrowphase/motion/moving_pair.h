@@ -56,7 +56,7 @@ class MovingPair {
   /// All arguments must outlive the pair.
   MovingPair(const Shape& a, const MotionChain& a_motion, const Shape& b, const MotionChain& b_motion);
 
-  /// Whether all numbers of both motions are finite, and all screws begin with a pose for rigidPose().
+  /// True if all numbers of both motions are finite, and all screws begin with a pose that rigidPose() accepts.
   bool isRigid() const;
 
   Poses at(double time) const { return {a_path_.at(time), b_path_.at(time)}; }
@@ -83,7 +83,8 @@ class MovingPair {
   int vertex_a_ = 0, vertex_b_ = 0;  ///< support vertices of the last gapAlong()
 };
 
-/// Runs a search on two moving shapes. The answer is empty if a motion is not rigid, or if the options have no interval within [0, 1].
+/// Runs a search on two moving shapes. The answer is empty if a motion is not rigid, or if the options have no interval
+/// within [0, 1].
 template <typename Search, typename Options>
 auto searched(const Shape& a, const MotionChain& a_motion, const Shape& b, const MotionChain& b_motion,
               Options options) {

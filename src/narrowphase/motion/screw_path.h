@@ -32,8 +32,8 @@ class ScrewPath {
   /// [rad] per unit of time: the angular speed.
   double turning() const { return turning_; }
 
-  /// [rad] per unit of time: the parts of the angular velocity along the z axis of the moving frame and across it. Both stay as
-  /// they are; the second allows for the rounding of the products.
+  /// [rad] per unit of time: the parts of the angular velocity along the z axis of the moving frame and perpendicular
+  /// to it. Both are constant; the second one allows for the rounding of the products.
   struct Spin {
     double along, across;
   };

@@ -43,8 +43,8 @@ struct AffineFrame {
   }
 };
 
-/// The part of v perpendicular to the first `axes` axes. It is projected twice: the first projection leaves the rounding
-/// error of a long vector in a short one, which would tilt the next axis, and a second one is enough.
+/// The part of v perpendicular to the first `axes` axes. It is projected twice: the first projection leaves the
+/// rounding error of a long vector in a short one, which would tilt the next axis, and a second one is enough.
 /// Source: Giraud, Langou, Rozloznik, The Loss of Orthogonality in the Gram-Schmidt Orthogonalization Process,
 ///         Computers and Mathematics with Applications 2005.
 Vector3d acrossAxes(Vector3d v, const AffineFrame& frame, std::size_t axes) {

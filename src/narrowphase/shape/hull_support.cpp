@@ -146,8 +146,8 @@ int cellOf(const Vector3d& direction, int cells) {
   const int is_y = static_cast<int>(size.y() > size.x()) & (1 - is_z);
   const int axis = 2 * is_z + is_y;
   const double half = 0.5 * cells, scale = half / std::max(std::max(size.z(), kShortest), largest_xy);
-  // In this order the minimum turns NaN, of a direction without a length, into a place. None is below -4 eps * half,
-  // which becomes 0.
+  // A direction without a length gives NaN here; the minimum with its arguments in this order turns NaN into a place.
+  // No place is below -4 eps * half, which becomes 0.
   const auto place = [&](int along) {
     return static_cast<int>(std::min(cells - 1.0, direction[along] * scale + half));
   };

@@ -6,23 +6,23 @@
 
 namespace proximity_server::narrowphase {
 
-/// A pair of shapes, with the hulls that lie far from the origins of their frames moved to them: the same distance, of numbers
-/// that are smaller and so are rounded less.
+/// A pair of shapes in which hulls that are far from the origins of their frames are moved to them: the distance is the
+/// same, and the numbers are smaller, so they are rounded less.
 ///
-/// A hull a is moved by -p, b by -q, where p and q are vertices of them; of a shape that is not far p or q is 0. A point y of b
-/// is at R y + t in the frame of a, and less a point x of a this is
+/// A hull a is moved by -p, b by -q, where p and q are vertices of them; for a shape that is not far, p or q is 0. A
+/// point y of b is at R y + t in the frame of a. Minus a point x of a this is
 ///   R (y - q) + (R q + t - p) - (x - p).
-/// So the axes R and the direction of every normal stay as they are, and the offset is the one in brackets.
+/// So the axes R and the direction of every normal stay unchanged, and the offset is the term in the second brackets.
 ///
-/// Error: a distance, and a height along a unit vector, change by at most error(). With eps / 2 the unit roundoff, and x - p, y - q
-///        within the reach of the moved shapes:
-///        * Each coordinate of x - p and of y - q is rounded once. No point moves by more than eps / 2 of its distance from
-///          the origin, the moved hull is that of the moved vertices, and the axes of a pose that is used as it stands
-///          lengthen nothing by more than 32 eps. Together less than eps (reach_a + reach_b).
+/// Error: a distance, and a height along a unit vector, change by at most error(). With eps / 2 the unit roundoff, and
+///        x - p, y - q within the reach of the moved shapes:
+///        * Each coordinate of x - p and of y - q is rounded once. No point moves by more than eps / 2 of its distance
+///          from the origin, the moved hull is that of the moved vertices, and the axes of a pose that is used as it
+///          stands lengthen nothing by more than 32 eps. Together less than eps (reach_a + reach_b).
 ///        * A coordinate of the offset is a sum of five terms, three of them products, as if computed with twice the
-///          digits: its error is eps / 2 of itself and (5 eps / 2)^2 / (1 - 5 eps) of the sum of the terms' sizes. The sums of
-///          the three coordinates are a vector of at most sqrt(3) |q| + |t| + |p|. Together less than
-///          eps |offset| + 16 eps^2 (|p| + |q| + |t|).
+///          digits: its error is eps / 2 of itself and (5 eps / 2)^2 / (1 - 5 eps) of the sum of the terms' sizes. The
+///          sums of the three coordinates are a vector of at most sqrt(3) |q| + |t| + |p|. Together less than eps
+///          |offset| + 16 eps^2 (|p| + |q| + |t|).
 /// Source: Ogita, Rump, Oishi, Accurate Sum and Dot Product, SIAM J. Sci. Comput. 2005 (Dot2, Proposition 5.5).
 class NearOrigin {
  public:

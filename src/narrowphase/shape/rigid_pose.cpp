@@ -9,7 +9,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 
-/// What a rotation matrix made of single precision numbers may be off: few float eps in each product of columns.
+/// The error that a rotation matrix of single precision numbers may have: a few float eps in each product of columns.
 constexpr double kRotationTolerance = 16.0 * std::numeric_limits<float>::epsilon();
 
 /// The largest entry of R^T R - 1.
@@ -22,8 +22,8 @@ bool isPose(const Isometry3d& pose, double error) {
   return error <= kRotationTolerance && pose.linear().determinant() > 0.0 && pose.translation().allFinite();
 }
 
-/// The rotation nearest to a matrix that is one within `error`, which is at most kRotationTolerance: the Newton-Schulz step
-/// squares the error.
+/// The rotation nearest to a matrix that is a rotation within `error`, which is at most kRotationTolerance: the
+/// Newton-Schulz step squares the error.
 Matrix3d nearestRotation(Matrix3d matrix, double error) {
   for (; error > 4.0 * std::numeric_limits<double>::epsilon(); error *= error)
     matrix = 0.5 * matrix * (3.0 * Matrix3d::Identity() - matrix.transpose() * matrix);

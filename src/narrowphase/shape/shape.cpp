@@ -38,7 +38,7 @@ Vector3d roundExtents(double radius, double length, const char* radius_name, con
   return {radius, radius, 0.5 * positive(length, length_name)};
 }
 
-/// Whether the triangles are a closed surface: every edge is passed as often in one direction as in the other.
+/// True if the triangles are a closed surface: every edge is passed equally often in both directions.
 bool isClosed(const ConvexHull& hull) {
   const int* const first = hull.neighbours(0).begin();
   std::vector<int> passed(static_cast<std::size_t>(hull.neighbours(hull.size() - 1).end() - first), 0);
@@ -132,8 +132,9 @@ Shape::Shape(ConvexHull hull) : Shape(Kind::Hull, 0.0, Vector3d::Zero(), 0.0, 0.
   const double mean_error = (hull.size() + 2) * std::numeric_limits<double>::epsilon() * core_reach_;
   const double depth = leastDepth(hull, centre_);
   inner_radius_ = depth > 0.0 ? depth : -mean_error;
-  // Nearer hulls are not worth the memory of a copy: their place adds less than 4096 times the rounding of their size, which is
-  // far below 1e-9 m for a hull of 10 m. The copy reaches no farther than three of its radii, and has no copy of its own.
+  // Nearer hulls are not worth the memory of a copy: their place adds less than 4096 times the rounding of their size,
+  // which is far below 1e-9 m for a hull of 10 m. The copy reaches no farther than three of its radii, and has no copy
+  // of its own.
   constexpr double kFar = 4096.0;
   if (centre_.norm() > kFar * core_radius_)
     near_origin_ = std::make_shared<const Shape>(hull.movedBy(-hull.vertices().front()));

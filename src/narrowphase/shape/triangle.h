@@ -4,8 +4,8 @@
 
 namespace proximity_server::narrowphase {
 
-/// Whether a triangle is so narrow that rounding spoils its area vector, and the barycentric weights that follow from
-/// it. `length2` [m^2]: square of the longest edge.
+/// True if a triangle is so narrow that rounding makes its area vector useless, and the barycentric weights that follow
+/// from it. `length2` [m^2]: the square of the longest edge.
 inline bool isNeedle(const Eigen::Vector3d& area, double length2) {
   constexpr double kNeedle = 1e-4;  // limit of (width / length)^2; above it, the loss is at most 100 eps of the length
   return area.squaredNorm() <= kNeedle * length2 * length2;

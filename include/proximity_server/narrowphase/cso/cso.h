@@ -66,7 +66,7 @@ class Cso {
 
   WarmStart& warmStart() { return warm_start_; }
 
-  /// From the centre of a's core to that of b's.
+  /// The vector from the centre of a's core to that of b's core.
   Eigen::Vector3d centreDifference() const { return bAxes() * b_.centre() + bOrigin() - a_.centre(); }
 
   /// [m] Gap between the bounds at which a search ends. It is smaller than the tolerance, as the search on a polytope

@@ -25,10 +25,10 @@ enum class Rung : unsigned char {
                  ///< parallel axes, or a search about these axes prove the depth at least as well as the closest face
 };
 
-/// What a query did, step by step.
+/// The steps of a query.
 ///
-/// Frame: that of a; metres. Where a hull that is far from the origin of its frame was moved to it (Shape::nearOrigin()), the
-///        points count from its first vertex; those of the CSO are the same.
+/// Frame: that of a; metres. If a hull that is far from the origin of its frame was moved to it (Shape::nearOrigin()),
+///        the points are relative to its first vertex; those of the CSO are unchanged.
 /// Cores: all points and bounds are those of the cores. The signed distance of the shapes is less than that of the
 ///        cores by the sum of the margins.
 /// Steps: if a query was made again, without its threshold or with hulls moved, those of the last search.
@@ -39,9 +39,9 @@ struct QueryTrace {
     CsoVertex w;
     double lower_bound;  ///< [m] of the distance, by the support plane at w
     double upper_bound;  ///< [m] by the nearest point; infinity before there is one
-    std::vector<CsoVertex>
-        simplex;              ///< with w, and without what the nearest point does not need; as it was before if w
-                              ///< brings no progress
+    /// The simplex with w, without the vertices that the nearest point does not need. If w brings no progress, the
+    /// simplex of the step before.
+    std::vector<CsoVertex> simplex;
     Eigen::Vector3d nearest;  ///< point of this simplex nearest to the origin; NaN if the simplex is empty
     bool has_progress;        ///< false: the search ended at w, and the simplex is that of the step before
   };

@@ -40,8 +40,8 @@ using MotionChain = std::vector<ScrewMotion>;
 
 Eigen::Isometry3d poseAt(const MotionChain& chain, double time);
 
-/// [m] Sum of the lengths along a chain that enter its rounding error. At all times the position of a point within
-/// `reach` of the origin of the last frame has an error below 32 eps times this sum. Positions are relative to
+/// [m] The sum of the lengths along a chain that contribute to its rounding error. At all times the position of a point
+/// within `reach` of the origin of the last frame has an error below 32 eps times this sum. Positions are relative to
 /// `origin`.
 double roundedLengths(const MotionChain& chain, double reach, const Eigen::Vector3d& origin = Eigen::Vector3d::Zero());
 
@@ -110,7 +110,8 @@ struct TimeOfContact {
 /// Error:   see TimeOfContact. If it is not certain within the tolerance whether there is contact (grazing), the answer
 ///          is contact.
 /// Failure: none; no allocation, except for chains of more than 8 screws. The status is Unknown if a motion is not
-///          finite or begins with a pose whose axes are no rotation, or if begin and end are not an interval within [0, 1].
+///          finite or begins with a pose whose axes are no rotation, or if begin and end are not an interval
+///          within [0, 1].
 /// Source:  Mirtich, Impulse-based Dynamic Simulation of Rigid Body Systems, 1996 (conservative advancement); Zhang,
 ///          Redon, Lee, Kim, Continuous Collision Detection for Articulated Models using Taylor Models and Temporal
 ///          Culling, 2007.

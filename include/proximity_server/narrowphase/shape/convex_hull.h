@@ -56,7 +56,7 @@ class ConvexHull {
   int dimension_ = 0;
   std::vector<Eigen::Vector3d> vertices_;
   std::vector<std::array<int, 3>> triangles_;
-  std::vector<int> offsets_;     // where the neighbours of each vertex begin in neighbours_
+  std::vector<int> offsets_;     // the begin of the neighbours of each vertex in neighbours_
   std::vector<int> neighbours_;  // grouped by vertex
 };
 

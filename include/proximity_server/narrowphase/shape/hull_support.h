@@ -41,9 +41,9 @@ class HullSupport {
   int farthestVertex(const Eigen::Vector3d& direction) const;
 
  private:
-  using Candidates = std::array<std::uint16_t, 4>;  // a number may stand there more than once
-  /// Stands in place of the first candidate of a cell with a longer list. The next two are then the upper and the lower
-  /// half of the place in crowded_ where the list begins.
+  using Candidates = std::array<std::uint16_t, 4>;  // may contain a number more than once
+  /// Takes the place of the first candidate of a cell with a longer list. The next two candidates are then the upper
+  /// and the lower half of the index in crowded_ at which the list begins.
   static constexpr std::uint16_t kCrowded = 0xffff;
 
   int scan(const Eigen::Vector3d& direction) const;
@@ -55,7 +55,7 @@ class HullSupport {
   ConvexHull hull_;
   int cells_ = 0;  // along an edge of the cube; 0: the hull is scanned
   std::vector<Candidates> table_;
-  std::vector<int> crowded_;  // the lists that do not fit into their cell, each behind its length
+  std::vector<int> crowded_;  // the lists that do not fit into their cell, each after its length
 };
 
 }  // namespace proximity_server::narrowphase

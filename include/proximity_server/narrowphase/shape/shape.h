@@ -52,13 +52,13 @@ class Shape {
   Shape(const Ellipsoid& ellipsoid);  // NOLINT(google-explicit-constructor)
   Shape(ConvexHull hull);             // NOLINT(google-explicit-constructor)
 
-  /// The same core with the margin enlarged by `padding` [m]: an exact offset of the surface.
+  /// Returns the same core with the margin enlarged by `padding` [m]: an exact offset of the surface.
   /// Throws std::invalid_argument if the margin would become negative or not finite.
   Shape padded(double padding) const;
 
-  /// The convex hull of the shape at its own place and the shape moved by `end`. Its support point is the farther of
-  /// the two support points. If `end` is a translation, this is the swept volume; see sweptShape() for other motions.
-  /// Throws std::invalid_argument if `end` is no rigidPose().
+  /// Returns the convex hull of the shape in its own place and the shape moved by `end`. Its support point is the
+  /// farther one of the two support points. If `end` is a translation, this is the swept volume; see sweptShape() for
+  /// other motions. Throws std::invalid_argument if rigidPose() refuses `end`.
   Shape sweptTo(const Eigen::Isometry3d& end) const;
 
   Kind kind() const { return kind_; }
@@ -72,8 +72,9 @@ class Shape {
   const ConvexHull& hull() const { return hull_->hull(); }
   const HullSupport& hullSupport() const { return *hull_; }
 
-  /// Whether this is a hull that lies thousands of times its size away from the origin of its frame. Such a hull has a copy with
-  /// its first vertex at the origin: nearOrigin(), with the same margin. Any other shape is returned as it is.
+  /// True if this is a hull whose distance from the origin of its frame is thousands of times its size. Such a hull has
+  /// a copy with its first vertex at the origin: nearOrigin(), with the same margin. For any other shape, nearOrigin()
+  /// returns the shape itself.
   bool isFarFromOrigin() const { return near_origin_ != nullptr; }
   Shape nearOrigin() const;
 
@@ -81,7 +82,7 @@ class Shape {
   struct Sweep;
   const Sweep& sweep() const { return *sweep_; }
 
-  /// Whether the core is the hull of finitely many points.
+  /// True if the core is the hull of finitely many points.
   bool isPolytope() const;
 
   /// A point inside of the core, and the radius [m] of a ball about it that contains the core (without the margin).
