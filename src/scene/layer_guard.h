@@ -1,2 +1,2 @@
-// Included before every source of this layer by the build: there is no ROS here, so that its names do not compile.
+// The build includes this file before every source of this layer. There is no ROS here; its names do not compile.
 #pragma GCC poison ros tf2 tf2_ros

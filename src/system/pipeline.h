@@ -24,8 +24,8 @@ struct PipelineThreads {
 template <typename Block>
 struct PipelineSteps {
   std::function<bool(Block&)> read;  ///< fills the next block; returns false at the end. One call at a time
-  std::function<void(Block&, int thread)>
-      work;  ///< several calls at a time; threads may keep what they need for the next
+  /// several calls at a time; threads may keep what they need for the next
+  std::function<void(Block&, int thread)> work;
   std::function<void(Block&)> write = nullptr;  ///< one call at a time, in the order of reading; may be empty
 };
 

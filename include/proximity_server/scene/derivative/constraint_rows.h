@@ -59,10 +59,10 @@ struct VelocityDamper {
 class ConstraintRows {
  public:
   static constexpr double kKeepShare = 0.05;
-  static constexpr double kSpareShare =
-      0.1;  ///< the share of the gain that a controller may add to a bound without making a missing row bind
-  static constexpr double kNoChange =
-      1e-6;  ///< [m/rad, m/m] larger than the error that the errors of normals cause in a gradient of 0
+  /// the share of the gain that a controller may add to a bound without making a missing row bind
+  static constexpr double kSpareShare = 0.1;
+  /// [m/rad, m/m] larger than the error that the errors of normals cause in a gradient of 0
+  static constexpr double kNoChange = 1e-6;
   static constexpr double kDamping = 0.02;  ///< [m/rad, m/m]
 
   /// `moving` are the columns of the degrees of freedom that the controller moves. All others count as at rest, and

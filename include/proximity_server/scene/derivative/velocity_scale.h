@@ -23,8 +23,8 @@ struct Braking {
 /// A moving robot.
 struct MovingState {
   BodyPoses poses;  ///< the poses of the scene
-  std::vector<double>
-      velocities;  ///< [rad/s] or [m/s], one for each of RobotModel::joints; those of mimic joints are ignored
+  /// [rad/s] or [m/s], one for each of RobotModel::joints; those of mimic joints are ignored
+  std::vector<double> velocities;
   std::vector<std::optional<double>> positions{};  ///< [rad] stated positions, see motionWithinLimits(); or empty
   RobotMotion::ObjectFrames frames{};              ///< the frames that carry objects; each at rest in its parent
 };

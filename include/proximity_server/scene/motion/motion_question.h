@@ -38,8 +38,8 @@ struct MotionQuestion {
 struct MotionCounts {
   int pairs = 0;    ///< the pairs of links and objects
   int unknown = 0;  ///< pairs without an answer, because a pose or all geometry is missing
-  int by_one_bound =
-      0;  ///< pairs that one bound settled for the whole motion, or that bounds of many objects settled at once
+  /// pairs that one bound settled for the whole motion, or that bounds of many objects settled at once
+  int by_one_bound = 0;
   int intervals = 0;  ///< examined intervals of time of pairs of volumes, or of a volume and many objects
   int queries = 0;    ///< queries of the narrowphase about one time
 };
