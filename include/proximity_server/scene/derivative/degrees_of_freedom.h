@@ -18,13 +18,12 @@ struct DegreeOfFreedom {
 /// The coordinates by which the derivatives of a robot are taken: the velocities of all joints that are not mimic
 /// joints, in the order of RobotModel::joints.
 ///
-/// Revolute, continuous and prismatic joints have one, with the name of the joint. A planar joint has three: "/x" and
-/// "/y" move the child's origin along two axes of the plane, and "/theta" turns it around
-///          the normal. The first axis is the x axis after the shortest rotation from z to the normal; for the normal z
-///          it is x itself.
-/// A floating joint has six: "/trans_x", "/trans_y", "/trans_z" move the child's origin, and "/rot_x", "/rot_y",
-/// "/rot_z"
-///          are the angular velocity. All are along the axes of the joint's frame, which is fixed in the parent.
+/// * A revolute, continuous or prismatic joint has one, with the name of the joint.
+/// * A planar joint has three: "/x" and "/y" move the child's origin along two axes of the plane, and "/theta" turns it
+///   around the normal. The first axis is the x axis after the shortest rotation from z to the normal; for the normal z
+///   it is x itself.
+/// * A floating joint has six: "/trans_x", "/trans_y" and "/trans_z" move the child's origin, and "/rot_x", "/rot_y"
+///   and "/rot_z" are the angular velocity. All are along the axes of the joint's frame, which is fixed in the parent.
 class DegreesOfFreedom {
  public:
   explicit DegreesOfFreedom(const RobotModel& model);

@@ -74,9 +74,9 @@ class Derivatives {
   ///          pairs of witness points of the contact feature, for example of two parallel faces (Danskin, as above; in
   ///          overlap the depth is the height of a face of the CSO, whose concave envelope moves like the highest of
   ///          these pairs).
-  /// Error:   that of gradient(). The result is on the safe side, never too large, in two cases. Faces and edges may be
-  ///          parallel within the tolerance, because points count that are as far as the accepted gap of the bounds.
-  ///          The normal may be one of several (concentric shapes, equally short ways out of an overlap), because the
+  /// Error:   that of gradient(). In two cases the result is on the safe side, never too large. First, if faces or
+  ///          edges are parallel within the tolerance: points count that are as far as the accepted gap of the bounds.
+  ///          Second, if the normal is one of several (concentric shapes, equally short ways out of an overlap): the
   ///          distance is the largest one of these ways. If the result is not unique, pieces of the two that meet in
   ///          the same plane are part of the feature. Other pieces that are equally close, such as two balls over a
   ///          floor, are not detected.

@@ -45,9 +45,9 @@ constexpr double kRetreatTolerance = 1e-6;
 /// Finds the largest s in [0, 1] such that a robot whose joints move at s times their velocities still stops above the
 /// stop distances. Motions that only lead away from pairs that are already too near are not slowed.
 ///
-/// 1. At s times the velocities v, the robot needs the way of v during L(s) = s T + s^2 tau / 2 to stop. T is the
-///    latency, and tau = max_j |v_j| / a_j is the time that braking from v takes. The paths of all s begin in the same
-///    way.
+/// 1. At s times the velocities v, the robot moves until it stops as far as v would take it in the time L(s) = s T +
+///    s^2 tau / 2. T is the latency, and tau = max_j |v_j| / a_j is the time that braking from v takes. The paths of
+///    all s begin in the same way.
 /// 2. So only the path for s = 1 is searched, see MovingScene::timeOfContact(); joints rest after they reach their
 ///    limits. The path is free until L_free, and s = 2 L_free / (T + sqrt(T^2 + 2 tau L_free)).
 /// 3. A pair that is at or below the stop distance at the start is in contact if it comes nearer than it was at the

@@ -46,7 +46,8 @@ class Pairs {
   bool areCandidates() const { return are_candidates_; }
   PairKind kind() const { return kind_; }
 
-  /// True if the pairs of the list belong to the question.
+  /// includeLinks(): true if the pairs of the list belong to the question. includeObjects(): true if the checked pairs
+  /// with objects do; nullptr: there are no objects.
   bool includeLinks() const { return kind_ != PairKind::WithObject; }
   bool includeObjects(const Objects* objects) const {
     return are_candidates_ && kind_ != PairKind::OfLinks && objects && !objects->empty();

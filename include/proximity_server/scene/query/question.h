@@ -17,9 +17,9 @@ class PairDistances;
 /// The answer about two shapes, in the order asked: the signed distance of their closest (or deepest) pieces, minus the
 /// padding of the pair of links. The bounds hold for the whole shapes; the normal belongs to these pieces.
 ///
-/// A shape that lies wholly inside a closed mesh, and touches none of its pieces, overlaps it. Its depth is then the
-/// depth of a ball inside of the shape, the point of the ball is not on the surface of the shape, and the normal is the
-/// shortest way out for the ball. The depth of the whole shape is not less.
+/// A shape that lies wholly inside a closed mesh, and touches none of its pieces, overlaps it. The depth is then that
+/// of a ball inside of the shape: its witness point is not on the surface of the shape, and the normal is the shortest
+/// way out for the ball. The depth of the whole shape is not less.
 struct PairProximity {
   ShapeRefPair asked;
   /// The closest <collision> of link a, or the closest shape of object a, counted from 1; 0 if bounds were enough.
@@ -58,9 +58,8 @@ struct Question {
   /// bound proves otherwise.
   double threshold = std::numeric_limits<double>::infinity();
   enum class Depth : unsigned char { Wanted, NotWanted };
-  /// NotWanted: an overlap is reported (Status::Threshold) without its depth, any overlap is the minimum, and points
-  ///            and
-  /// normal may be missing.
+  /// With NotWanted an overlap is reported (Status::Threshold) without its depth, any overlap is the minimum, and
+  /// points and normal may be missing.
   Depth depth = Depth::Wanted;
   /// A pair that is not computed before this time is Unknown.
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
