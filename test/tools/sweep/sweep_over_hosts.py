@@ -111,7 +111,7 @@ class Faults:
 
 
 def engine(sweep, hosts, jobs):
-    """GNU parallel, with the options that the README of the tools names."""
+    """GNU parallel, with the options that src/tools/sweep/README.md names."""
     hosts_file = sweep.folder / "hosts.txt"
     hosts_file.write_text("".join(f"{jobs}/{name}\n" for name in Hosts.NAMES))
     # The names have no spaces: --resume-failed does not understand a log with others.
