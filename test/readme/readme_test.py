@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Runs every block of every README.md, literally, and compares what it prints with what the README shows. Also looks
-whether the files and headings that a README links to, and the paths that it names, exist.
+whether the files and headings that a README links to, and the files that it names, exist.
 
 usage: readme_test.py SOURCE_DIR BUILD_DIR [--gtest_output=xml:FILE]
 
@@ -10,6 +10,7 @@ with a build in it, beside a ROS master of its own and the moving robot of the d
 CHEAPER lists. A line "..." of a README stands for any lines.
 """
 
+import functools
 import os
 import pathlib
 import re
@@ -430,10 +431,20 @@ def broken_links(path):
             yield link
 
 
+@functools.lru_cache
+def names_of_sources():
+    """The names of all source files of the repository, without their folders."""
+    return {path.name for tree in ("include", "src", "test") for path in (SOURCE / tree).rglob("*.*")}
+
+
 def missing_paths(path):
-    """What a README names as `src/...`, from the top of the repository, and what is not there."""
-    for name in re.findall(r"`((?:src|include|test|msg|srv|config|launch)/[\w./-]+)`", path.read_text()):
+    """The files that a README names and that are not there: `src/...` from the top of the repository, and `shape.cpp` in any folder."""
+    text = path.read_text()
+    for name in re.findall(r"`((?:src|include|test|msg|srv|config|launch)/[\w./-]+)`", text):
         if not (SOURCE / name).exists():
+            yield name
+    for name in re.findall(r"`(\w+\.(?:cpp|h|pyi?))`", text):
+        if name not in names_of_sources():
             yield name
 
 
