@@ -1,13 +1,18 @@
-// The accuracy table of README.md, measured. It fails when a pair gets worse, and when it gets much better than stated.
+// The accuracy table of the README.md beside this file, measured. It fails when a pair gets worse, and when it gets much
+// better than stated.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <iomanip>
 #include <iostream>
+#include <limits>
 #include <map>
 #include <regex>
 #include <sstream>
+#include <string>
+#include <utility>
 
 #include "from_environment.h"
 #include "narrowphase/certificate.h"
@@ -33,7 +38,7 @@ struct Accuracy {
 constexpr int kFullPoses = 100000;
 constexpr int kProvenPoses = 100;
 
-/// `./dev accuracy` asks for kFullPoses, which the table in README.md states; other runs take the first few of them.
+/// `./dev accuracy` asks for kFullPoses, which the table states; other runs take the first few of them.
 int poses() { return static_cast<int>(fromEnvironment("PROXIMITY_ACCURACY_POSES", repeats(8000))); }
 
 long double errorByBranchAndBound(const PairCase& c, const SignedDistance& result) {
@@ -74,9 +79,9 @@ Accuracy measured(const Shape& a, const Shape& b, const std::string& name) {
   return worst;
 }
 
-/// Rows "| sphere-box | 2e-16 | 3e-16 |" between the markers of README.md: pair, apart, overlapping.
-std::map<std::string, Accuracy> stated() {
-  std::ifstream file(std::string(PROXIMITY_SOURCE_DIR) + "/README.md");
+/// The rows "| sphere-box | 2e-16 | 3e-16 |" between the markers of a README.md: pair, apart, overlapping.
+std::map<std::string, Accuracy> statedIn(const std::string& path) {
+  std::ifstream file(PROXIMITY_SOURCE_DIR "/" + path);
   std::stringstream text;
   text << file.rdbuf();
   const std::string readme = text.str();
@@ -88,6 +93,18 @@ std::map<std::string, Accuracy> stated() {
   for (std::sregex_iterator it(block.begin(), block.end(), row), end; it != end; ++it)
     rows[(*it)[1]] = {std::stod((*it)[2]), std::stod((*it)[3])};
   return rows;
+}
+
+std::map<std::string, Accuracy> statedForAllPairs() { return statedIn("test/narrowphase/README.md"); }
+
+/// The smallest and the largest error of a column of a table.
+std::pair<double, double> range(const std::map<std::string, Accuracy>& table, double Accuracy::*column) {
+  std::pair<double, double> ends(std::numeric_limits<double>::infinity(), 0.0);
+  for (const auto& [pair, stated] : table) {
+    ends.first = std::min(ends.first, stated.*column);
+    ends.second = std::max(ends.second, stated.*column);
+  }
+  return ends;
 }
 
 struct Row {
@@ -106,7 +123,7 @@ std::vector<Row> allMeasured() {
   return rows;
 }
 
-/// One digit, never below the error: as README.md states it.
+/// One digit, never below the error: as the table states it.
 std::string roundedUp(double error) {
   const double unit = std::pow(10.0, std::floor(std::log10(error)));
   std::ostringstream out;
@@ -115,22 +132,33 @@ std::string roundedUp(double error) {
 }
 
 void expectAsStated(const std::string& what, double error, double limit) {
-  EXPECT_LE(error, limit) << what << " is worse than README.md states";
+  EXPECT_LE(error, limit) << what << " is worse than the table states";
   // A share of the poses may miss the worst one.
   if (poses() < kFullPoses) return;
-  EXPECT_GE(error, limit / 10.0) << what << " is much better than README.md states: tell the users";
+  EXPECT_GE(error, limit / 10.0) << what << " is much better than the table states: tell the users";
 }
 
-TEST(Accuracy, IsAsStatedInTheReadme) {
-  const std::map<std::string, Accuracy> table = stated();
+TEST(Accuracy, IsAsStatedInTheTable) {
+  const std::map<std::string, Accuracy> table = statedForAllPairs();
   const std::vector<Row> rows = allMeasured();
   for (const auto& [pair, worst] : rows)
     std::cout << "| " << pair << " | " << roundedUp(worst.apart) << " | " << roundedUp(worst.depth) << " |\n";
   for (const auto& [pair, worst] : rows) {
-    ASSERT_TRUE(table.count(pair)) << "README.md has no row for " << pair;
+    ASSERT_TRUE(table.count(pair)) << "the table has no row for " << pair;
     expectAsStated(pair + " apart", worst.apart, table.at(pair).apart);
     expectAsStated(pair + " overlapping", worst.depth, table.at(pair).depth);
   }
+}
+
+TEST(Accuracy, TopReadmeHasTheBestAndTheWorstRows) {
+  const std::map<std::string, Accuracy> all = statedForAllPairs(), shown = statedIn("README.md");
+  for (const auto& [pair, stated] : shown) {
+    ASSERT_TRUE(all.count(pair)) << pair;
+    EXPECT_EQ(stated.apart, all.at(pair).apart) << pair;
+    EXPECT_EQ(stated.depth, all.at(pair).depth) << pair;
+  }
+  for (double Accuracy::*column : {&Accuracy::apart, &Accuracy::depth})
+    EXPECT_EQ(range(shown, column), range(all, column));
 }
 
 }  // namespace proximity_server::narrowphase::accuracy_test
