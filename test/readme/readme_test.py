@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Runs every block of every README.md, literally, and compares what it prints with what the README shows. Also looks
-whether the files and headings that a README links to, and the files that it names, exist.
+whether the files and headings that a document links to, and the files that it names, exist.
 
 usage: readme_test.py SOURCE_DIR BUILD_DIR [--gtest_output=xml:FILE]
 
@@ -206,14 +206,14 @@ class Readme(unittest.TestCase):
 
     # --- What is done with a block.
 
-    def test_links_of_every_readme_lead_to_a_file_and_a_heading(self):
-        self.assertEqual({}, {str(path): found for path in readmes() if (found := list(broken_links(path)))})
+    def test_links_of_every_document_lead_to_a_file_and_a_heading(self):
+        self.assertEqual({}, {str(path): found for path in documents() if (found := list(broken_links(path)))})
 
     def test_the_top_readme_takes_ten_kilobytes_at_most(self):
         self.assertLessEqual((SOURCE / "README.md").stat().st_size, 10_000)
 
-    def test_paths_that_a_readme_names_exist(self):
-        self.assertEqual({}, {str(path): found for path in readmes() if (found := list(missing_paths(path)))})
+    def test_files_that_a_document_names_exist(self):
+        self.assertEqual({}, {str(path): found for path in documents() if (found := list(missing_paths(path)))})
 
     def test_the_way_of_a_newcomer_leads_to_an_answer(self):
         kept = {name: os.environ[name] for name in ("PATH", "LANG", "CMAKE_CXX_COMPILER_LAUNCHER") if name in os.environ}
@@ -408,6 +408,12 @@ def inputs_of_all():
     return (BUILD / "CMakeFiles" / "Makefile2").read_text()
 
 
+def documents():
+    """Every document in Markdown, but those of which others are made."""
+    return readmes() + sorted(path for path in SOURCE.glob("**/[A-Z]*.md") if path.name != "README.md" and ".template" not in path.name
+                              and path.relative_to(SOURCE).parts[0] != "build")
+
+
 def readmes():
     """Every README.md of the repository, the top one first; the blocks run in this order."""
     return sorted(SOURCE.glob("README.md")) + sorted(
@@ -415,13 +421,13 @@ def readmes():
 
 
 def anchors(path):
-    """The anchors of the headings of a README, as a browser of the repository makes them."""
+    """The anchors of the headings of a document, as a browser of the repository makes them."""
     headings = re.findall(r"(?m)^#+ (.*)$", path.read_text())
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
 def broken_links(path):
-    """The relative links of a README that lead to no file, or to no heading of a README."""
+    """The relative links of a document that lead to no file, or to no heading of a document."""
     for link in re.findall(r"\]\(([^)\s]+)\)", path.read_text()):
         file, _, anchor = link.partition("#")
         target = (path.parent / file).resolve() if file else path
@@ -438,7 +444,7 @@ def names_of_sources():
 
 
 def missing_paths(path):
-    """The files that a README names and that are not there: `src/...` from the top of the repository, and `shape.cpp` in any folder."""
+    """The files that a document names and that are not there: `src/...` from the top of the repository, and `shape.cpp` in any folder."""
     text = path.read_text()
     for name in re.findall(r"`((?:src|include|test|msg|srv|config|launch)/[\w./-]+)`", text):
         if not (SOURCE / name).exists():

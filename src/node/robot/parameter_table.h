@@ -17,7 +17,7 @@ struct Range {
   std::string text() const;  ///< "[0, 100]"
 };
 
-/// A row of the table of parameters. The node reads its parameters by these rows, and the table of config/README.md,
+/// A row of the table of parameters. The node reads its parameters by these rows, and the table of config/PARAMETERS.md,
 /// config/proximity.yaml and config/Proximity.cfg are made of them: `./dev parameters`.
 struct Parameter {
   /// When a new value counts: at once (dynamic_reconfigure), with the service ~reload, or at the next start of the node.

@@ -1,4 +1,4 @@
-// The table of parameters, what the node reads by it, and the files that are made of it: the table of config/README.md,
+// The table of parameters, what the node reads by it, and the files that are made of it: config/PARAMETERS.md,
 // config/proximity.yaml and config/Proximity.cfg. With PROXIMITY_WRITE_PARAMETERS set (./dev parameters), the tests write
 // these files before they compare them.
 
@@ -85,10 +85,12 @@ std::string changeText(const Parameter& parameter) {
   }
 }
 
-std::string rowOfReadme(const Parameter& parameter) {
+/// The text has links to headings of README.md.
+std::string rowOfTable(const Parameter& parameter) {
   const auto cell = [](const std::string& text) { return (text.empty() ? "-" : text) + " | "; };
   return "| `" + parameter.name + "` | `" + yaml(parameter) + "` | " + cell(rangeText(parameter)) +
-         cell(parameter.unit) + cell(changeText(parameter)) + parameter.text + " |\n";
+         cell(parameter.unit) + cell(changeText(parameter)) +
+         std::regex_replace(parameter.text, std::regex(R"(\]\(#)"), "](README.md#") + " |\n";
 }
 
 std::string entryOfYaml(const Parameter& parameter) {
@@ -125,7 +127,7 @@ struct MadeFile {
   std::string (*entry)(const Parameter&);
 };
 const MadeFile kMadeFiles[] = {
-    {"config/README.md", "|---|---|---|---|---|---|\n", "\n## ", rowOfReadme},
+    {"config/PARAMETERS.md", "|---|---|---|---|---|---|\n", "", rowOfTable},
     {"config/proximity.yaml", "Lengths are in metres, times in seconds.\n", "", entryOfYaml},
     {"config/Proximity.cfg", "gen = ParameterGenerator()\n", "\nexit(", lineOfCfg},
 };
