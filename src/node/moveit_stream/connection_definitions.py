@@ -1,7 +1,7 @@
-"""Reads messages of which only the definition in their connection header is known.
+"""Reads messages of types that are not installed, by the definition in the header of the connection.
 
-genpy makes the classes, as for rosbag. It writes Python source and runs it, so a definition that holds anything but names and
-numbers is refused before: who may publish a message shall not thereby run code here.
+genpy makes the classes, as it does for rosbag. It writes Python source and runs it. A definition that holds anything
+but names and numbers is therefore refused before: a publisher must not be able to run code in this process.
 """
 
 import re
@@ -15,7 +15,7 @@ LINE = re.compile(r"""MSG:\ \w+/\w+ | =+
 
 
 class Unusable(Exception):
-    """The message cannot be read; the words say why."""
+    """The message cannot be read. The text is the reason."""
 
 
 class Definitions:
@@ -25,7 +25,7 @@ class Definitions:
         self.classes = {}
 
     def read(self, any_msg, wanted):
-        """The message in a rospy.AnyMsg, which must be of the type `wanted`. Raises Unusable.
+        """Returns the message in a rospy.AnyMsg, which must be of the type `wanted`. Raises Unusable if that fails.
 
         Limit: each definition that differs keeps a class and a module until the end of the process.
         """
@@ -45,13 +45,13 @@ class Definitions:
             raise Unusable(f"the publisher sends no definition of {wanted} in its connection header")
         key = md5, definition
         if key not in self.classes:
-            self.classes[key] = made(definition, wanted, md5)
+            self.classes[key] = make_class(definition, wanted, md5)
         return self.classes[key]
 
 
-def made(definition, wanted, md5):
+def make_class(definition, wanted, md5):
     try:
-        result = genpy.dynamic.generate_dynamic(wanted, plain(definition))[wanted]
+        result = genpy.dynamic.generate_dynamic(wanted, without_comments(definition))[wanted]
     except (genmsg.InvalidMsgSpec, genmsg.MsgGenerationException, genmsg.MsgNotFound, KeyError, RecursionError,
             ValueError) as error:
         raise Unusable(f"the definition of {wanted} in the connection header cannot be used: {error}") from error
@@ -61,8 +61,8 @@ def made(definition, wanted, md5):
     return result
 
 
-def plain(definition):
-    """The definition without comments. Raises Unusable if it holds more than names and numbers."""
+def without_comments(definition):
+    """Returns the definition without comments. Raises Unusable if it holds anything but names and numbers."""
     lines = [line.partition("#")[0].strip() for line in definition.splitlines()]
     for line in filter(None, lines):
         if not LINE.fullmatch(line):

@@ -1,32 +1,36 @@
-"""What MoveIt's messages say of objects, as changes for ~apply_objects. Needs no ROS master: messages in, messages out.
+"""Translates MoveIt's messages about objects into changes for ~apply_objects. It needs no ROS master.
 
-1. A MoveItScene is what MoveIt's scene holds after the messages so far: what is in the world, and what is attached to which
-   link.
-2. A message is read by the rules of its type. Each step of it becomes an ObjectChange, and changes a copy of the scene.
-3. The caller has the changes applied and goes on with the new scene; if they are refused, it keeps the old one. After a
-   restart of the node, the scene says how to make its objects again.
+1. A MoveItScene knows the objects of MoveIt's scene after the messages so far: those in the world, and those that are
+   attached to links.
+2. A message is read by the rules of its type. Each of its operations becomes an ObjectChange, and changes a copy of the
+   scene.
+3. The caller applies the changes, and continues with the new scene; if the changes are refused, it keeps the old one.
+   After a restart of the node, the scene makes changes that add all its objects again.
 
-Source: the comments in moveit_msgs; for what they leave open, how planning_scene of Melodic and Noetic behaves. The messages of
-both are read. They differ in the field `pose` of CollisionObject, which came with Noetic:
-* Without it, the poses of shapes are in the frame of the header. With it they are relative to `pose`, and may be left out.
-* With it, a single shape with an empty `pose` gives the object its own frame, as in Noetic.
-* MOVE: without it, every shape has a new pose. With it, the poses of shapes are given only if they change too.
+Source: the comments in moveit_msgs, and where they are not clear, planning_scene of Melodic and Noetic.
+Messages of both versions are read. They differ in the field `pose` of CollisionObject, which only Noetic has:
+* Without `pose`, the poses of shapes are in the frame of the header. With it they are relative to `pose`, and may be
+  missing.
+* With `pose`, if it is empty and there is a single shape, the pose of this shape is that of the object, as in Noetic.
+* MOVE without `pose` has a new pose for every shape. With `pose`, it has poses of shapes only if they change, too.
 
-Where:   A world object stays where it is in the planning frame, whatever the frame of its header does later: the node asks tf
-         once, for the newest transform. MoveIt does not use stamps either. A leading '/' of a frame is dropped, as in MoveIt.
-Pairs:   Where the allowed-collision matrix has an entry for two names, it decides; else their defaults do, both of them if
-         both names have one, as AllowedCollisionMatrix.msg says. touch_links allow on top of it. An entry that is not
-         symmetric allows nothing.
+Frames:  an object of the world stands still in the planning frame, even if the frame of its header moves later: the
+         node looks up the newest transform once. MoveIt does not use stamps either. A leading '/' of a frame is
+         dropped, as in MoveIt.
+Pairs:   if the allowed-collision matrix has an entry for two names, this decides. Otherwise their defaults decide; if
+         both names have a default, both must allow the pair, as AllowedCollisionMatrix.msg says. touch_links allow
+         pairs in addition. An entry that is not symmetric allows nothing.
 
 Deviations from MoveIt:
-* A plane is solid below it (a x + b y + c z + d <= 0); in MoveIt it is a surface. So its normal has to point to the free side.
-* APPEND places its shapes by its own header and `pose`, as Melodic does and as the comments say. Noetic takes the frame of the
-  object, which is the same if `pose` is the object's. An attached object does not move by it.
+* A plane is solid below it (a x + b y + c z + d <= 0); in MoveIt it is a surface. So its normal has to point to the
+  free side.
+* APPEND places its shapes by its own header and `pose`, as Melodic does and as the comments say. Noetic uses the frame
+  of the object, which is the same if `pose` is that of the object. APPEND does not move an attached object.
 * In MoveIt the world may have an object with the id of an attached one. Here it is called "<id> (world)".
-* Octomaps are not supported. link_padding and link_scale are not taken over: paddings are parameters of the node, and a
-  message shall not lower them. A warning says so, and names the parameter.
+* Octomaps are not supported. link_padding and link_scale are not used: paddings are parameters of the node, and a
+  message must not lower them. A warning tells that, and names the parameter.
 * A frame that is an object of the scene, or a subframe of one, is refused, because tf does not know it.
-* One malformed object leaves out the whole message.
+* If one object is malformed, the whole message is ignored.
 """
 
 import collections
@@ -46,33 +50,34 @@ DIMENSIONS = {SolidPrimitive.BOX: 3, SolidPrimitive.SPHERE: 1, SolidPrimitive.CY
 
 
 class Refused(Exception):
-    """The message cannot be read: it is left out whole. The words name the object and the field."""
+    """The message cannot be read, so all of it is ignored. The text names the object and the field."""
 
 
 class Entry(collections.namedtuple("Entry", "name link touch_links counts shapes place")):
     """An object in MoveIt's scene.
 
     name:   its id in the node
-    link:   that holds it, "" in the world
-    counts: of its shapes, for each of KINDS
-    shapes: the fields of an ObjectChange with the shapes and one pose for each; None if not all poses are known in one frame
-    place:  the header and pose that say where it is until the next change; None if that depends on tf at a time that is over
+    link:   the link that holds it; "" if it is in the world
+    counts: the number of its shapes of each of KINDS
+    shapes: the fields of an ObjectChange with the shapes and a pose for each; None if their poses are not all known in
+            one frame
+    place:  the header and pose where it stays until the next change; None if they depend on transforms of the past
     """
 
     def moved(self, frame, header, pose):
-        """With the place that a change gives it; `frame` is the one that it moves with."""
+        """The entry after a change that gives it a place. `frame` is the frame with which it moves."""
         return self._replace(place=(header, pose) if header.frame_id == frame else None)
 
     def with_more(self, change):
-        """With the shapes of an APPEND."""
+        """The entry after an APPEND."""
         shapes = None
         if self.shapes and self.place == (change.header, change.pose):
             more = shapes_of(change)
             shapes = {field: self.shapes[field] + more[field] for field in more}
         return self._replace(counts=added(self.counts, counts_of(change)), shapes=shapes)
 
-    def again(self, frame):
-        """The change that makes it in a node that does not know it, or None."""
+    def recreated(self, frame):
+        """The change that adds the object to a node without objects; None if its shapes or its place are not known."""
         if not self.shapes or not self.place:
             return None
         header, pose = self.place
@@ -80,48 +85,49 @@ class Entry(collections.namedtuple("Entry", "name link touch_links counts shapes
                             frame="" if self.link else frame, header=header, pose=pose, **self.shapes)
 
 
-# What one message says. changes: ObjectChanges, maybe none. warnings: sentences. scene: MoveIt's scene after it.
+# The content of a message: `changes` are ObjectChanges, maybe none, and `scene` is MoveIt's scene after the message.
 Translation = collections.namedtuple("Translation", "changes warnings scene")
 
 
 class MoveItScene:
-    """What MoveIt's scene holds, as far as messages tell of other objects.
+    """The objects in MoveIt's scene, and its rules for pairs.
 
-    planning_frame: the tf frame in which MoveIt's world rests; "": the reference frame of the node.
-    links:          the names in the node of links that MoveIt knows by other names
+    planning_frame: the tf frame in which MoveIt's world rests; "" for the reference frame of the node
+    links:          the names in the node of those links that have another name in MoveIt
     """
 
     def __init__(self, planning_frame=""):
         self.planning_frame = planning_frame
         self.links = {}
         self.world, self.attached = {}, {}  # id: Entry
-        self.rules = None  # [PairRule], None: MoveIt did not send a matrix
-        self.told = set()  # the warnings that are given once
+        self.rules = None  # [PairRule]; None if MoveIt has not sent a matrix
+        self.given_warnings = set()  # warnings that were given and are not repeated
 
     def translate(self, message, read):
-        """The Translation of a message by one of the readers in TOPICS; this scene stays as it is. Raises Refused."""
-        step = Step(self)
+        """Translates a message by `read`, one of the methods in TOPICS. This scene stays as it is. May raise
+        Refused."""
+        reader = MessageReader(self)
         try:
-            read(step, message)
+            read(reader, message)
         except (AttributeError, TypeError) as error:
             raise Refused(f"a field is missing, or has another type: {error}") from error
-        return Translation(step.changes, step.warnings, step.scene)
+        return Translation(reader.changes, reader.warnings, reader.scene)
 
-    def call_links(self, links):
-        """From now on, links[name] is the name in the node of MoveIt's link `name`, also of its frame."""
+    def set_link_names(self, links):
+        """Sets the names in the node: links[name] is the name of MoveIt's link `name`, and of its frame."""
         self.links = links
         self.planning_frame = links.get(self.planning_frame, self.planning_frame)
 
-    def again(self):
-        """(ObjectChanges that make all of it in a node without objects, names of those that cannot be placed).
+    def recreated(self):
+        """(ObjectChanges that make the scene in a node without objects, names of the objects whose place is not known).
 
-        They are no longer part of this scene.
+        The latter are removed from this scene.
         """
         changes = ObjectChanges(set_rules=self.rules is not None, rules=self.rules or [])
         lost = []
         for entries in (self.world, self.attached):
             for key, entry in list(entries.items()):
-                change = entry.again(self.planning_frame)
+                change = entry.recreated(self.planning_frame)
                 if change:
                     changes.changes.append(change)
                 else:
@@ -129,13 +135,13 @@ class MoveItScene:
         return changes, lost
 
 
-class Step:
-    """One message in the course of being read."""
+class MessageReader:
+    """Reads one message: collects its changes and warnings, and applies them to a copy of the scene."""
 
     def __init__(self, scene):
         self.scene = copy.copy(scene)
         self.scene.world, self.scene.attached = dict(scene.world), dict(scene.attached)
-        self.scene.told = set(scene.told)
+        self.scene.given_warnings = set(scene.given_warnings)
         self.changes = ObjectChanges()
         self.warnings = []
 
@@ -143,8 +149,8 @@ class Step:
         self.warnings.append(words)
 
     def warn_once(self, words):
-        if words not in self.scene.told:
-            self.scene.told.add(words)
+        if words not in self.scene.given_warnings:
+            self.scene.given_warnings.add(words)
             self.warn(words)
 
     def change(self, operation, name, **fields):
@@ -153,7 +159,7 @@ class Step:
         return result
 
     def replace(self, name, message, frame="", link="", touch_links=()):
-        """Makes an object from the shapes of a CollisionObject. Raises Refused."""
+        """Makes an object from the shapes of a CollisionObject. May raise Refused."""
         change = self.change(ObjectChange.REPLACE, name, frame=frame, link=link, touch_links=list(touch_links),
                              **self.placed_shapes(message))
         entry = Entry(name, link, change.touch_links, counts_of(change), shapes_of(change), None)
@@ -162,7 +168,7 @@ class Step:
     # --- One object.
 
     def collision_object(self, message):
-        """CollisionObject: an object of the world."""
+        """Reads a CollisionObject: an operation on an object of the world."""
         check_id(message)
         operations = {ADD: self.add, APPEND: self.append, MOVE: self.move, REMOVE: self.remove}
         if message.operation not in operations:
@@ -170,8 +176,8 @@ class Step:
         operations[message.operation](message)
 
     def add(self, message):
-        there = self.scene.world.get(message.id)
-        name = there.name if there else self.name_in_world(message.id)
+        entry = self.scene.world.get(message.id)
+        name = entry.name if entry else self.name_in_world(message.id)
         self.scene.world[message.id] = self.replace(name, message, frame=self.scene.planning_frame)
 
     def name_in_world(self, key):
@@ -179,37 +185,37 @@ class Step:
         return f"{key} (world)" if attached and attached.name == key else key
 
     def append(self, message):
-        there = self.scene.world.get(message.id)
-        if there is None:
+        entry = self.scene.world.get(message.id)
+        if entry is None:
             self.add(message)
             return
-        change = self.change(ObjectChange.APPEND, there.name, **self.placed_shapes(message))
-        self.scene.world[message.id] = there.with_more(change)
+        change = self.change(ObjectChange.APPEND, entry.name, **self.placed_shapes(message))
+        self.scene.world[message.id] = entry.with_more(change)
 
     def move(self, message):
-        there = self.scene.world.get(message.id)
-        if there is None:
+        entry = self.scene.world.get(message.id)
+        if entry is None:
             self.warn(f"object '{message.id}': MOVE of what is not in the world has no effect")
             return
         given = tuple(len(getattr(message, poses)) for _, poses in KINDS)
-        if given != there.counts and (any(given) or not has_pose(message)):
-            raise Refused(f"object '{message.id}': MOVE has {listed(given, 1)} for {listed(there.counts, 0)}")
+        if given != entry.counts and (any(given) or not has_pose(message)):
+            raise Refused(f"object '{message.id}': MOVE has {listed(given, 1)} for {listed(entry.counts, 0)}")
         if any(counts_of(message)):
             self.warn(f"object '{message.id}': MOVE does not read the shapes in its message")
         poses = {poses: getattr(message, poses) for _, poses in KINDS if getattr(message, poses)}
-        change = self.change(ObjectChange.MOVE, there.name, frame=self.scene.planning_frame, pose=pose_of(message),
+        change = self.change(ObjectChange.MOVE, entry.name, frame=self.scene.planning_frame, pose=pose_of(message),
                              header=self.header_of(message), **poses)
-        shapes = there.shapes and {**there.shapes, **poses}
-        self.scene.world[message.id] = there._replace(shapes=shapes).moved(change.frame, change.header, change.pose)
+        shapes = entry.shapes and {**entry.shapes, **poses}
+        self.scene.world[message.id] = entry._replace(shapes=shapes).moved(change.frame, change.header, change.pose)
 
     def remove(self, message):
-        """REMOVE: one object of the world, or with id "" all of them; those that are attached stay."""
+        """Reads a REMOVE: it removes one object of the world, or with the id "" all of them. Attached objects stay."""
         if not message.id:
             self.remove_world()
         elif message.id in self.scene.world:
             self.change(ObjectChange.REMOVE, self.scene.world.pop(message.id).name)
         elif message.id not in self.scene.attached:
-            # The node may have it from before this process was started.
+            # The node may have got this object before this process was started.
             self.change(ObjectChange.REMOVE, message.id)
 
     def remove_world(self):
@@ -220,7 +226,7 @@ class Step:
     # --- One attached object.
 
     def attached_object(self, message):
-        """AttachedCollisionObject: attaches one, or detaches one or many."""
+        """Reads an AttachedCollisionObject: it attaches one object, or detaches one or many."""
         check_id(message.object)
         operation = message.object.operation
         if operation in (ADD, APPEND):
@@ -244,7 +250,7 @@ class Step:
             self.attach_shapes(message)
 
     def attach_from_world(self, message):
-        """ADD without geometry: the link holds an object of the world from now on, where it is."""
+        """Reads an ADD without geometry: from now on the link holds an object of the world, which stays where it is."""
         key = message.object.id
         if key not in self.scene.world:
             self.warn(f"attached object '{key}': it has no shapes, and there is none of this id in the world: no effect")
@@ -267,7 +273,7 @@ class Step:
         self.scene.attached[key] = entry.with_more(change)._replace(touch_links=entry.touch_links + touch_links)
 
     def attach_shapes(self, message):
-        """ADD, or APPEND to nothing: replaces what is attached, and what is in the world, under this id."""
+        """Reads an ADD, or an APPEND to an id that is not attached: it replaces the objects of this id."""
         key = message.object.id
         entry, in_world = self.scene.attached.get(key), self.scene.world.pop(key, None)
         if entry and in_world:
@@ -277,7 +283,8 @@ class Step:
                                                 touch_links=self.all_in_node(message.touch_links))
 
     def detach(self, message):
-        """REMOVE: puts one object back into the world, or with id "" all of the link, or with link_name "" too all."""
+        """Reads a REMOVE: it puts an object back into the world; with the id "" all objects of the link, or of all
+        links if link_name is "", too."""
         key, link = message.object.id, self.in_node(message.link_name)
         if key:
             entry = self.scene.attached.get(key)
@@ -302,7 +309,7 @@ class Step:
     # --- Whole scenes.
 
     def planning_scene(self, message):
-        """PlanningScene: a diff to the scene that is there, or another one."""
+        """Reads a PlanningScene: either a diff to the present scene, or a new scene."""
         matrix = message.allowed_collision_matrix
         self.robot_state(message)
         if not message.is_diff or matrix.entry_names or matrix.default_entry_names:
@@ -313,15 +320,15 @@ class Step:
         self.world_objects(message.world)
 
     def monitored_scene(self, message):
-        """PlanningScene, from move_group: first the whole scene, then diffs."""
+        """Reads a PlanningScene of move_group, which sends the whole scene first, and then diffs."""
         missed = "monitored_planning_scene began with a diff: what MoveIt's scene held before is not known here"
         if message.is_diff:
             self.warn_once(missed)
         self.planning_scene(message)
-        self.scene.told.add(missed)
+        self.scene.given_warnings.add(missed)
 
     def replace_world(self, message):
-        """PlanningSceneWorld: another world; what is attached stays."""
+        """Reads a PlanningSceneWorld: it replaces the objects of the world. Attached objects stay."""
         self.remove_world()
         self.world_objects(message)
 
@@ -332,11 +339,11 @@ class Step:
             self.warn_once("octomaps are not supported: the octomap in MoveIt's scene is not checked")
 
     def robot_state(self, message):
-        """PlanningScene.robot_state: what is attached, instead of or in addition to what was."""
+        """Reads PlanningScene.robot_state: its attached objects replace the present ones, or are added to them."""
         state = message.robot_state
         has_joints = state.joint_state.name or state.multi_dof_joint_state.joint_names
-        is_diff = getattr(state, "is_diff", message.is_diff)  # Groovy had no such field
-        # In a diff, MoveIt does not take a state without joints for a state, though it attaches its objects.
+        is_diff = getattr(state, "is_diff", message.is_diff)  # Groovy does not have this field
+        # In a diff, MoveIt ignores a state without joints, but attaches its objects.
         if not is_diff and (has_joints or not message.is_diff):
             for entry in self.scene.attached.values():
                 self.change(ObjectChange.REMOVE, entry.name)
@@ -366,14 +373,15 @@ class Step:
     # --- Fields.
 
     def in_node(self, name):
-        """The name in the node of what MoveIt calls so."""
+        """The name in the node of a link or frame that has this name in MoveIt."""
         return self.scene.links.get(name, name)
 
     def all_in_node(self, names):
         return [self.in_node(name) for name in names]
 
     def placed_shapes(self, message):
-        """The fields of an ObjectChange for shapes with their poses, and for the pose of their frame. Raises Refused."""
+        """The fields of an ObjectChange for shapes with their poses, and for the pose of the object. May raise
+        Refused."""
         check_shapes(message)
         fields = {name: getattr(message, name) for kind in KINDS for name in kind}
         fields["header"], fields["pose"] = self.header_of(message), pose_of(message)
@@ -420,7 +428,7 @@ def check_shapes(message):
 
 
 def has_pose(message):
-    """Whether the definition of CollisionObject has `pose`, as from Noetic on."""
+    """Returns whether the definition of CollisionObject has the field `pose`, which came with Noetic."""
     return hasattr(message, "pose")
 
 
@@ -429,13 +437,13 @@ def pose_of(message):
 
 
 def is_empty(pose):
-    """Whether nothing was filled in: no translation, and the identity, or zeros, as quaternion."""
+    """Returns whether a pose was not filled in: its position is 0, and its quaternion is the identity or all zeros."""
     p, q = pose.position, pose.orientation
     return (p.x, p.y, p.z, q.x, q.y, q.z) == (0.0,) * 6 and q.w in (0.0, 1.0)
 
 
 def shapes_of(change):
-    """Its shapes with one pose for each."""
+    """The fields of a change for its shapes, with a pose for each shape."""
     fields = {}
     for kind, poses in KINDS:
         fields[kind] = list(getattr(change, kind))
@@ -456,10 +464,11 @@ def listed(counts, column):
 
 
 def rules_of(matrix):
-    """[PairRule] that say of every pair what an AllowedCollisionMatrix says. Raises Refused.
+    """Makes [PairRule] with the same meaning as an AllowedCollisionMatrix. Raises Refused.
 
-    A later rule wins, and a pair without a rule is checked. Defaults that forbid come after those that allow, because both
-    names of a pair must allow it if both have a default. Entries come last; those that equal the defaults are left out.
+    A later rule replaces an earlier one, and a pair without a rule is checked. Defaults that forbid come after those
+    that allow, because both names of a pair must allow it if both have a default. Entries come last, without those that
+    agree with the defaults.
     """
     check_matrix(matrix)
     defaults = dict(zip(matrix.default_entry_names, map(bool, matrix.default_entry_values)))
@@ -493,11 +502,11 @@ def check_matrix(matrix):
             raise Refused(f"{where} a name is empty, \"*\", or there twice")
 
 
-# topic: (the type of its messages, how they are read)
+# topic: (type of its messages, method that reads them)
 TOPICS = {
-    "collision_object": ("moveit_msgs/CollisionObject", Step.collision_object),
-    "attached_collision_object": ("moveit_msgs/AttachedCollisionObject", Step.attached_object),
-    "planning_scene": ("moveit_msgs/PlanningScene", Step.planning_scene),
-    "planning_scene_world": ("moveit_msgs/PlanningSceneWorld", Step.replace_world),
-    "monitored_planning_scene": ("moveit_msgs/PlanningScene", Step.monitored_scene),
+    "collision_object": ("moveit_msgs/CollisionObject", MessageReader.collision_object),
+    "attached_collision_object": ("moveit_msgs/AttachedCollisionObject", MessageReader.attached_object),
+    "planning_scene": ("moveit_msgs/PlanningScene", MessageReader.planning_scene),
+    "planning_scene_world": ("moveit_msgs/PlanningSceneWorld", MessageReader.replace_world),
+    "monitored_planning_scene": ("moveit_msgs/PlanningScene", MessageReader.monitored_scene),
 }

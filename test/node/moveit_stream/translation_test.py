@@ -407,7 +407,7 @@ class LinksOfOneOfSeveralRobots(Case):
     def setUp(self):
         super().setUp()
         self.scene = MoveItScene("base")
-        self.scene.call_links({name: f"left/{name}" for name in ("base", "hand", "finger")})
+        self.scene.set_link_names({name: f"left/{name}" for name in ("base", "hand", "finger")})
 
     def test_hold_and_touch_by_the_name_that_the_node_gives_them(self):
         for words in self.each_version():
@@ -480,7 +480,7 @@ class AfterARestart(Case):
     """What is sent again to a node that has lost everything."""
 
     def again(self):
-        changes, lost = self.scene.again()
+        changes, lost = self.scene.recreated()
         return [in_words(change) for change in changes.changes], lost
 
     def test_what_rests_where_its_message_said_is_made_again(self):
@@ -505,7 +505,7 @@ class AfterARestart(Case):
         self.changes(OBJECT, words.object("box", 0, at=[1]))
         self.changes(OBJECT, words.object("box", words.constant("APPEND"), at=[2]))
         self.changes(OBJECT, words.object("box", words.constant("MOVE"), primitive_poses=[words.pose(5), words.pose(6)]))
-        change, = self.scene.again()[0].changes
+        change, = self.scene.recreated()[0].changes
         self.assertEqual((2, [5, 6]), (len(change.primitives), [pose.position.x for pose in change.primitive_poses]))
 
     def test_shapes_that_were_appended_in_another_frame_cannot_come_again(self):
@@ -519,10 +519,10 @@ class AfterARestart(Case):
             message = words.scene(True)
             message.allowed_collision_matrix = words.matrix("ab", [[0, 1], [1, 0]])
             self.changes(SCENE, message)
-            changes, _ = self.scene.again()
+            changes, _ = self.scene.recreated()
             self.assertEqual((True, 1), (changes.set_rules, len(changes.rules)))
         self.setUp()
-        self.assertFalse(self.scene.again()[0].set_rules)
+        self.assertFalse(self.scene.recreated()[0].set_rules)
 
 
 if __name__ == "__main__":
