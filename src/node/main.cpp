@@ -10,7 +10,7 @@ int main(int argc, char** argv) {
   proximity_server::system::askForShortTurns();
   proximity_server::system::giveBackLargeMemory();
   ros::init(argc, argv, "proximity_server");
-  ros::NodeHandle nh, private_nh("~");  // outlive the node: without a handle its last messages are not logged
+  ros::NodeHandle nh, private_nh("~");  // they outlive the node, because nothing is logged without a handle
   try {
     proximity_server::node::ProximityNode node(nh, private_nh);
     ros::spin();  // runs the short callbacks; requests and the monitor have threads of their own

@@ -53,7 +53,7 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       apply_objects_srv_(
           withQueue(private_nh_, changes_).advertiseService("apply_objects", &ProximityNode::onApplyObjects, this)),
       apply_objects_sub_(withQueue(private_nh_, arrivals_)
-                             .subscribe("apply_objects", kArrivingChanges, &ChangeStream::take, &change_stream_,
+                             .subscribe("apply_objects", kTopicQueueSize, &ChangeStream::enqueue, &change_stream_,
                                         ros::TransportHints().tcpNoDelay())),
       settings_server_(private_nh_, [this](const MonitorSettings& settings) { onSettings(settings); }),
       reload_srv_(withQueue(private_nh_, long_requests_).advertiseService("reload", &ProximityNode::onReload, this)),
@@ -76,11 +76,11 @@ void ProximityNode::publishChangedObjects() {
   if (!is_new || start < publish_objects_after_) return;
   publishObjects();
   const ros::WallTime end = ros::WallTime::now();
-  publish_objects_after_ = end + (end - start) * kObjectsPause;
+  publish_objects_after_ = end + (end - start) * kPauseFactor;
 }
 
 void ProximityNode::publishObjects() {
-  const ObjectStore::Present now = objects_.present();
+  const ObjectStore::CurrentObjects now = objects_.current();
   ObjectList list = objects_.list(now);
   list.header.stamp = ros::Time::now();
   published_revision_ = now.objects.revision;
@@ -91,17 +91,17 @@ void ProximityNode::publishObjects() {
 }
 
 bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
-  // Only one reload at a time, so that monitor and services do not end with different robots.
+  // Two reloads must not run at the same time: the monitor and the services could end with different robots.
   const std::lock_guard<std::mutex> lock(reload_mutex_);
   try {
     Config config = loadConfig(private_nh_);
-    const MonitorSettings at_first = settings_server_.settings();
-    const std::string left = differences(at_first, config.monitor);
-    config.monitor = at_first;
+    const MonitorSettings settings = settings_server_.settings();
+    const std::string ignored = differences(settings, config.monitor);
+    config.monitor = settings;
     const auto loaded = std::make_shared<const Robot>(nh_, config);
-    // They may have changed while the robot was read, which takes seconds.
-    settings_server_.whileTheyStay([&](const MonitorSettings& in_force) {
-      loaded->useDefaults(in_force);
+    // The settings may have changed while the robot was read, which takes seconds.
+    settings_server_.withSettingsLocked([&](const MonitorSettings& current) {
+      loaded->useDefaults(current);
       objects_.follow(loaded, [&] {
         std::atomic_store(&robot_, loaded);
         monitor_.follow(loaded);
@@ -111,8 +111,8 @@ bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Res
     announce(*loaded);
     response.success = true;
     response.message = description(*loaded);
-    if (!left.empty())
-      response.message += "; live parameters stay as they are, unlike on the parameter server: " + left +
+    if (!ignored.empty())
+      response.message += "; live parameters stay as they are, unlike on the parameter server: " + ignored +
                           "; the service set_parameters (dynamic_reconfigure) changes them";
   } catch (const std::exception& error) {
     response.message = std::string("the model stays as it was: ") + error.what();
@@ -133,7 +133,7 @@ void ProximityNode::onSettings(const MonitorSettings& settings) {
   robot()->useDefaults(settings);
   monitor_.configure(settings);
   object_markers_ = settings.markers;
-  publishObjects();  // their markers may be wanted now, or not any more
+  publishObjects();  // the settings may have switched the markers of objects on or off
 }
 
 void ProximityNode::announce(const Robot& robot) {

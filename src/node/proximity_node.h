@@ -48,20 +48,22 @@ class ProximityNode {
   }
   bool onApplyObjects(ApplyObjects::Request& request, ApplyObjects::Response& response);
   void publishChangedObjects();
-  void publishObjects();  // and has them kept
+  void publishObjects();  // also lets object_keeper_ write them
   bool onReload(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool onEnableMonitor(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
 
-  /// Throws std::invalid_argument if they contradict each other, or what the robot has; then nothing changes.
+  /// Throws std::invalid_argument if the settings contradict each other, or thresholds of the robot. Then nothing
+  /// changes.
   void onSettings(const MonitorSettings& settings);
 
-  /// [s] at least between two messages on ~objects, as one with many objects is long.
+  /// [s] Shortest time between two messages on ~objects, because a message about many objects is long.
   static constexpr double kObjectsPeriod = 0.1;
-  /// Times the duration of such a message from its end to the next one, while objects change all the time: a tenth of a
-  /// thread is spent on them, however many objects there are.
-  static constexpr double kObjectsPause = 9.0;
-  /// Messages of ~apply_objects that wait for the thread that hands them to the stream; further ones push out the oldest.
-  static constexpr std::uint32_t kArrivingChanges = 1000;
+  /// While objects change all the time, the pause between two such messages is this factor times the duration of making
+  /// one. So a thread spends a tenth of its time on them, however many objects there are.
+  static constexpr double kPauseFactor = 9.0;
+  /// Number of messages on ~apply_objects that may wait for the thread that hands them to the stream. Further messages
+  /// replace the oldest ones.
+  static constexpr std::uint32_t kTopicQueueSize = 1000;
 
   /// Long requests have a lower priority than the monitor, tf and requests about single pairs.
   static constexpr int kNicenessOfLongRequests = 5;
@@ -74,21 +76,23 @@ class ProximityNode {
   std::shared_ptr<const Robot> robot_;  // a reload replaces it, so access needs std::atomic_load and atomic_store
   std::mutex reload_mutex_;
   TfPoses tf_;
-  ObjectStore objects_;  // before the monitor, whose first cycle knows what stands there from the start
+  ObjectStore objects_;  // declared before monitor_, so that its first cycle knows the objects at the start
   ObjectKeeper object_keeper_;
   MonitorLoop monitor_;
   Diagnostics diagnostics_;
   ros::Publisher model_info_pub_;
   ros::Publisher objects_pub_;
   ros::Publisher object_markers_pub_;
-  std::atomic<bool> object_markers_{true};      // whether these are wanted
-  std::uint64_t published_revision_ = 0;        // of objects_pub_; only the main thread uses it
-  std::weak_ptr<const Robot> published_robot_;  // the same: a reload may give the frames other names
-  ros::WallTime publish_objects_after_;         // as published_revision_
+  std::atomic<bool> object_markers_{true};  // true if the settings want markers of objects
+  // Only the main thread uses the next three members.
+  std::uint64_t published_revision_ = 0;        // revision of the latest message on ~objects
+  std::weak_ptr<const Robot> published_robot_;  // robot of this message; a reload may give the frames other names
+  ros::WallTime publish_objects_after_;         // the earliest time of the next message
   ros::WallTimer objects_timer_;
   RequestQueue requests_{0};
   RequestQueue long_requests_{kNicenessOfLongRequests};
-  // Changes are applied one after the other. Those that wait do not take the threads of other requests.
+  // Changes of objects have a queue of their own, because they wait for each other and would occupy the threads of
+  // other requests.
   RequestQueue changes_{kNicenessOfLongRequests};
   ChangeStream change_stream_;
   ros::CallbackQueue arrivals_;
@@ -105,7 +109,7 @@ class ProximityNode {
   SettingsServer settings_server_;
   ros::ServiceServer reload_srv_;
   ros::ServiceServer enable_monitor_srv_;
-  Registration registration_;  // last, as it registers all services and topics above
+  Registration registration_;  // the last member, because it registers all services and topics above
 };
 
 }  // namespace proximity_server::node

@@ -1,5 +1,6 @@
-# Chooses the Python that catkin runs: the one asked for, that on PATH, or Debian's; the first one that has catkin's packages. catkin
-# itself takes what comes first on PATH, and keeps it in the cache after PATH is mended.
+# Chooses the Python that catkin runs: the first one with catkin's packages of PYTHON_EXECUTABLE, python3 on PATH, and
+# Debian's python3. catkin itself takes the first one on PATH, and keeps it in the cache even if PATH is corrected
+# later.
 foreach(python IN ITEMS "${PYTHON_EXECUTABLE}" python3 /usr/bin/python3)
   if(NOT python STREQUAL "")
     execute_process(COMMAND ${python} -c "import catkin_pkg, em, sys; print(sys.executable)"

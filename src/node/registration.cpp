@@ -20,7 +20,8 @@ using XmlRpc::XmlRpcValue;
 
 constexpr double kPeriod = 1.0;  // [s] of wall time between two checks
 
-/// The master's answer to `method`; nullopt if it refuses or cannot be reached. Does not wait for a missing master.
+/// Calls a method of the master, and returns its answer; nullopt if it refuses or cannot be reached. Does not wait for
+/// the master.
 template <class... Arguments>
 std::optional<XmlRpcValue> askMaster(const std::string& method, const Arguments&... arguments) {
   XmlRpcValue request, response, payload;
@@ -42,7 +43,7 @@ std::vector<std::string> registeredServices() {
   std::vector<std::string> services;
   XmlRpcValue request, response, state;
   request[0] = ros::this_node::getName();
-  // Waits for the master, as advertising does.
+  // This waits for the master, as advertising a service does.
   if (!ros::master::execute("getSystemState", request, response, state, /*wait_for_master=*/true)) return services;
   constexpr int kServices = 2;  // the state lists publishers, subscribers, services
   XmlRpcValue& all = state[kServices];
@@ -55,7 +56,7 @@ std::vector<std::string> registeredServices() {
   return services;
 }
 
-/// Tells this node, as the master does, who publishes a topic.
+/// Sends this node the list of the publishers of a topic, as the master does.
 void announcePublishers(const std::string& topic, const XmlRpcValue& publishers) {
   const auto& xmlrpc = ros::XMLRPCManager::instance();
   XmlRpcValue request, response;
@@ -103,14 +104,14 @@ Registration::~Registration() {
 
 void Registration::check() {
   if (services_.empty()) return;  // ROS was shut down during the start
-  // The last service is registered last: if the master knows it, it knows all.
+  // The services are registered in their order, so a master that knows the last one knows all.
   if (askMaster("lookupService", services_.back()) || !ros::master::check()) return;
-  if (ros::isShuttingDown()) return;  // then the master does not know the service because roscpp has removed it
+  if (ros::isShuttingDown()) return;  // the master does not know the service because roscpp has removed it
   ROS_WARN_STREAM("the master at " << ros::master::getURI() << " has forgotten this node: registering again");
-  renew();
+  registerAgain();
 }
 
-void Registration::renew() const {
+void Registration::registerAgain() const {
   registerPublishers(api_);
   registerSubscribers(api_);
   for (const std::string& service : services_) askMaster("registerService", service, service_api_, api_);

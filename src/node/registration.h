@@ -9,25 +9,27 @@
 
 namespace proximity_server::node {
 
-/// Registers the node again if the ROS master was restarted. roscpp registers only once, so a new master does not know
-/// the running nodes: a node that starts later does not find them, and they do not find it.
+/// Registers the node again after a restart of the ROS master. roscpp registers a node only once, so a new master does
+/// not know the running nodes: a node that starts later does not find them, and they do not find it.
 ///
-/// A thread of its own asks the master every second. Existing connections are not affected. Limit: if the master is
-/// restarted while this node starts, the services and topics that were registered before are missing in the new one.
+/// A thread of its own asks the master every second. Existing connections are not affected.
+/// Limit: if the master is restarted while this node starts, the new master does not get the services and topics that
+///        were registered before the restart.
 class Registration {
  public:
-  /// Takes care of the services and topics that the node offers now, and of the topics that it offers later.
+  /// Registers the services and topics that the node offers now, and the topics that it offers later.
   Registration();
   ~Registration();
 
  private:
   void check();
-  void renew() const;
+  void registerAgain() const;
 
-  // The addresses of the node, stored because roscpp knows them only while it runs, which may end before this object.
+  // The addresses of the node. They are stored because roscpp may end before this object, and then does not know them
+  // any more.
   const std::string api_;
   const std::string service_api_;
-  const std::vector<std::string> services_;  // the names that the first master listed
+  const std::vector<std::string> services_;  // names of the services, as the first master listed them
   ros::CallbackQueue queue_;
   ros::NodeHandle nh_;
   ros::WallTimer timer_;

@@ -1,5 +1,5 @@
-# Installs setup.bash and what belongs to it. catkin puts these files into the prefix that was configured; ours go where
-# `cmake --install --prefix` says, as everything else does.
+# Installs setup.bash and the files that it needs. catkin would install them into the prefix that was configured. They
+# are installed into the prefix of `cmake --install --prefix` instead, like all other files.
 install(CODE "
   set(templates \"${catkin_EXTRAS_DIR}/templates\")
   set(made \"${CMAKE_BINARY_DIR}/setup_files\")

@@ -10,7 +10,7 @@
 namespace proximity_server::node {
 namespace {
 
-const Eigen::Vector3d kNowhere = Eigen::Vector3d::Constant(kNaN);
+const Eigen::Vector3d kUnknownPoint = Eigen::Vector3d::Constant(kNaN);
 
 template <class Message>
 void assign(Message& message, const Eigen::Vector3d& vector) {
@@ -20,29 +20,29 @@ void assign(Message& message, const Eigen::Vector3d& vector) {
 }
 
 /// Transforms `point` into the frame that has this pose.
-Eigen::Vector3d seenFrom(const Eigen::Isometry3d& pose, const Eigen::Vector3d& point) {
+Eigen::Vector3d toFrame(const Eigen::Isometry3d& pose, const Eigen::Vector3d& point) {
   return pose.linear().transpose() * (point - pose.translation());
 }
 
-/// The link with which a shape moves: itself, or the one that holds the object; -1 if none holds it.
-int linkOf(const Named& named, const scene::ShapeRef& ref) {
+/// The link with which a shape moves: the link itself, or the link that holds the object; -1 if none holds it.
+int linkOf(const RobotAndObjects& model, const scene::ShapeRef& ref) {
   if (ref.isLink()) return ref.link();
-  const auto* held = std::get_if<scene::Attached>(&named.objects->object(ref.object())->placement);
-  return held ? named.robot.findLink(held->link) : -1;
+  const auto* held = std::get_if<scene::Attached>(&model.objects->object(ref.object())->placement);
+  return held ? model.robot.findLink(held->link) : -1;
 }
 
-/// Transforms `point` from the frame of the poses into the frame of the shape's link; NaN if there is none, or if its
-/// pose is not known.
-Eigen::Vector3d inLink(const Named& named, const scene::BodyPoses& poses, const scene::ShapeRef& ref,
+/// Transforms `point` from the frame of the poses into the frame of linkOf(). Returns NaN if there is no such link, or
+/// if its pose is not known.
+Eigen::Vector3d inLink(const RobotAndObjects& model, const scene::BodyPoses& poses, const scene::ShapeRef& ref,
                        const Eigen::Vector3d& point) {
-  const int index = linkOf(named, ref);
-  if (index < 0) return kNowhere;
-  const scene::Link& link = named.robot.links[index];
+  const int index = linkOf(model, ref);
+  if (index < 0) return kUnknownPoint;
+  const scene::Link& link = model.robot.links[index];
   const std::optional<Eigen::Isometry3d>& pose = poses[link.body];
-  return pose ? seenFrom(link.body_T_link, seenFrom(*pose, point)) : kNowhere;
+  return pose ? toFrame(link.body_T_link, toFrame(*pose, point)) : kUnknownPoint;
 }
 
-/// The state that the bounds prove.
+/// The state of a pair, as far as the bounds of its distance prove it.
 std::uint8_t stateOf(const narrowphase::SignedDistance& result, double threshold) {
   if (result.status == narrowphase::Status::Unknown) return Proximity::UNKNOWN;
   if (result.lower_bound > threshold) return Proximity::BEYOND_THRESHOLD;
@@ -67,7 +67,7 @@ void assignResult(Proximity& message, const narrowphase::SignedDistance& result,
 
 ShapeInfo shapeInfo(const scene::RobotModel& robot, const scene::Collision& collision) {
   ShapeInfo info;
-  assign(info.shape, Named(robot), scene::ShapeRef{collision.link, collision.number});
+  assign(info.shape, RobotAndObjects(robot), scene::ShapeRef{collision.link, collision.number});
   info.description = collision.description;
   info.representation = static_cast<std::uint8_t>(collision.representation);
   info.deviation = collision.deviation;
@@ -86,11 +86,11 @@ void assignUnknownResult(Proximity& message) {
   message.state = Proximity::UNKNOWN;
   message.distance = message.lower_bound = message.upper_bound = kNaN;
   message.points_valid = message.unique = false;
-  assign(message.point_a, kNowhere);
-  assign(message.point_b, kNowhere);
-  assign(message.normal, kNowhere);
-  assign(message.point_a_link, kNowhere);
-  assign(message.point_b_link, kNowhere);
+  assign(message.point_a, kUnknownPoint);
+  assign(message.point_b, kUnknownPoint);
+  assign(message.normal, kUnknownPoint);
+  assign(message.point_a_link, kUnknownPoint);
+  assign(message.point_b_link, kUnknownPoint);
   message.iterations = 0;
 }
 
@@ -119,23 +119,23 @@ PairInfo pairInfo(const scene::RobotModel& robot, const scene::LinkPair& pair) {
 
 }  // namespace
 
-void assign(ShapeRef& message, const Named& named, const scene::ShapeRef& ref) {
+void assign(ShapeRef& message, const RobotAndObjects& model, const scene::ShapeRef& ref) {
   message.index = static_cast<std::uint32_t>(ref.collision());
   message.name.clear();
-  const int link_of_ref = linkOf(named, ref);
+  const int link_of_ref = linkOf(model, ref);
   if (link_of_ref < 0)
     message.robot.clear();
   else
-    message.robot = named.robot.robotOf(link_of_ref).name;
+    message.robot = model.robot.robotOf(link_of_ref).name;
   if (ref.isObject()) {
     message.kind = ShapeRef::OBJECT;
-    message.link = nameOf(ref, named.robot, named.objects);
+    message.link = nameOf(ref, model.robot, model.objects);
     return;
   }
   message.kind = ShapeRef::LINK;
-  const scene::Link& link = named.robot.links[ref.link()];
+  const scene::Link& link = model.robot.links[ref.link()];
   message.link = link.name;
-  if (ref.collision() > 0) message.name = named.robot.collisions[link.collisions[ref.collision() - 1]].name;
+  if (ref.collision() > 0) message.name = model.robot.collisions[link.collisions[ref.collision() - 1]].name;
 }
 
 void clear(ShapeRef& message) {
@@ -146,14 +146,14 @@ void clear(ShapeRef& message) {
   message.robot.clear();
 }
 
-void makeRoom(ShapeRef& message, std::size_t characters) {
+void reserveNames(ShapeRef& message, std::size_t characters) {
   for (std::string* name : {&message.link, &message.name, &message.robot}) name->reserve(characters);
 }
 
-void assign(Proximity& message, const Named& named, const scene::BodyPoses& poses, const scene::PairProximity& pair,
-            const scene::Question& question) {
-  assign(message.a, named, pair.asked.a.part(pair.collision_a));
-  assign(message.b, named, pair.asked.b.part(pair.collision_b));
+void assign(Proximity& message, const RobotAndObjects& model, const scene::BodyPoses& poses,
+            const scene::PairProximity& pair, const scene::Question& question) {
+  assign(message.a, model, pair.asked.a.part(pair.collision_a));
+  assign(message.b, model, pair.asked.b.part(pair.collision_b));
   message.gradient.clear();
   message.representation = static_cast<std::uint8_t>(pair.representation);
   message.depth_is_lower_bound = pair.depth_is_lower_bound;
@@ -161,15 +161,15 @@ void assign(Proximity& message, const Named& named, const scene::BodyPoses& pose
     assignUnknownResult(message);
   } else {
     assignResult(message, pair.result, question.threshold);
-    assign(message.point_a_link, inLink(named, poses, pair.asked.a, pair.result.point_a));
-    assign(message.point_b_link, inLink(named, poses, pair.asked.b, pair.result.point_b));
+    assign(message.point_a_link, inLink(model, poses, pair.asked.a, pair.result.point_a));
+    assign(message.point_b_link, inLink(model, poses, pair.asked.b, pair.result.point_b));
   }
 }
 
-Proximity toMessage(const Named& named, const scene::BodyPoses& poses, const scene::PairProximity& pair,
+Proximity toMessage(const RobotAndObjects& model, const scene::BodyPoses& poses, const scene::PairProximity& pair,
                     const scene::Question& question) {
   Proximity message;
-  assign(message, named, poses, pair, question);
+  assign(message, model, poses, pair, question);
   return message;
 }
 

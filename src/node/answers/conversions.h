@@ -22,34 +22,35 @@ namespace proximity_server::node {
 
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// What the numbers of an answer name: the links of a robot, and the objects of the scene that answered, if it had any.
-struct Named {
-  Named(const scene::RobotModel& of_robot, const scene::Objects* all = nullptr)  // NOLINT: implicit
+/// The robot and the objects of the scene that answered: the links and objects that the numbers in its answer stand
+/// for.
+struct RobotAndObjects {
+  RobotAndObjects(const scene::RobotModel& of_robot, const scene::Objects* all = nullptr)  // NOLINT: implicit
       : robot(of_robot), objects(all) {}
 
   const scene::RobotModel& robot;
-  const scene::Objects* objects;
+  const scene::Objects* objects;  ///< nullptr if the scene has none
 };
 
-/// `poses` are those of the scene that answered; they transform the points into the frames of the links. The gradient stays
-/// empty.
-Proximity toMessage(const Named& named, const scene::BodyPoses& poses, const scene::PairProximity& pair,
+/// Converts a pair. `poses` are those of the scene that answered; they transform the points into the frames of the
+/// links. The gradient stays empty.
+Proximity toMessage(const RobotAndObjects& model, const scene::BodyPoses& poses, const scene::PairProximity& pair,
                     const scene::Question& question);
 
-/// The same in place: it allocates nothing if the strings of the message have enough capacity.
-void assign(Proximity& message, const Named& named, const scene::BodyPoses& poses, const scene::PairProximity& pair,
-            const scene::Question& question);
+/// Writes a pair into an existing message. It allocates nothing if the strings of the message have enough capacity.
+void assign(Proximity& message, const RobotAndObjects& model, const scene::BodyPoses& poses,
+            const scene::PairProximity& pair, const scene::Question& question);
 
-/// The same for one of the two.
-void assign(ShapeRef& message, const Named& named, const scene::ShapeRef& ref);
+/// Writes the names of a link, <collision> or object into an existing message.
+void assign(ShapeRef& message, const RobotAndObjects& model, const scene::ShapeRef& ref);
 
-/// No link, shape or object.
+/// Makes the message name no link, shape or object.
 void clear(ShapeRef& message);
 
-/// Reserves memory for names of so many characters.
-void makeRoom(ShapeRef& message, std::size_t characters);
+/// Reserves memory for names of this many characters.
+void reserveNames(ShapeRef& message, std::size_t characters);
 
-/// A pair of which nothing is known.
+/// A pair about which nothing is known.
 Proximity unknownProximity();
 void assignUnknown(Proximity& message);
 
@@ -61,7 +62,7 @@ std::int8_t statusCode(const narrowphase::SignedDistance& result);
 
 ModelInfo toMessage(const Robot& robot, const ros::Time& loaded);
 
-/// Fills the counters of a message that says how the pairs of a question were settled.
+/// Fills the counters of a message, which tell how the distances of the pairs of a question were found.
 template <class Message>
 void assignCounts(Message& message, const scene::PairCounts& counts) {
   message.pairs_total = static_cast<std::uint32_t>(counts.total);

@@ -10,7 +10,7 @@
 namespace proximity_server::node {
 namespace {
 
-/// The position of a one-dof joint, or NaN.
+/// The position of a joint with one degree of freedom; NaN for other joints, and if a pose is missing.
 double positionOf(const scene::RobotModel& robot, const scene::Joint& joint, const scene::BodyPoses& poses) {
   const std::optional<Eigen::Isometry3d>& parent = poses[robot.links[joint.parent_link].body];
   const std::optional<Eigen::Isometry3d>& child = poses[robot.links[joint.child_link].body];

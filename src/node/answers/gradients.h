@@ -11,29 +11,29 @@
 
 namespace proximity_server::node {
 
-/// The derivatives of a robot's distances, as messages have them: the scratch of one caller. Not thread-safe. Nothing allocates
-/// in messages that have held as much before.
+/// Writes the derivatives of a robot's distances into messages. Each caller needs an object of its own, because it is
+/// not thread-safe. Messages that have held as many numbers before allocate no memory.
 class Gradients {
  public:
   explicit Gradients(const Robot& robot);
 
-  /// Takes the objects of the scene; `carriers` are those of carriersOf().
+  /// Sets the objects of the scene. `carriers` is the result of carriersOf().
   void use(std::shared_ptr<const scene::Objects> objects, scene::ObjectCarriers carriers);
 
-  /// Takes the poses of the scene that answers, in the reference frame.
+  /// Sets the poses of the scene that answers, in the reference frame.
   void update(const scene::BodyPoses& poses) { derivatives_.update(poses); }
 
-  /// The same poses and objects.
+  /// The derivatives at these poses, with these objects.
   const scene::Derivatives& derivatives() const { return derivatives_; }
 
-  /// The names of the columns.
+  /// The names of the columns of a gradient.
   const std::vector<std::string>& names() const { return names_; }
 
-  /// Fills the gradient of a message about this pair; it is empty if it is not known.
+  /// Writes the gradient of a pair's distance into its message; it is empty if it is not known.
   void assign(Proximity& message, const scene::PairProximity& pair) const;
 
-  /// The position of each column [rad] in (-pi, pi] or [m] in these poses; NaN if a pose is missing, and for planar and
-  /// floating joints.
+  /// Writes the position of each column at these poses, [rad] in (-pi, pi] or [m]. It is NaN if a pose is missing, and
+  /// for planar and floating joints.
   void assignPositions(std::vector<double>& positions, const scene::BodyPoses& poses) const;
 
  private:

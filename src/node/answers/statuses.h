@@ -5,18 +5,19 @@
 #include "proximity_server/scene/motion/moving_scene.h"
 #include "proximity_server/scene/query/question.h"
 
-// Why an answer is not complete.
+// The statuses of answers that may be incomplete.
 
 namespace proximity_server::node {
 
-/// The status for pairs that have no answer although tf knows all poses: the deadline has passed, or a pose is so far
-/// away that the numbers overflow.
+/// The status of an answer in which some pairs are unknown although tf knows all poses: OVER_BUDGET if the deadline has
+/// passed, otherwise TF_UNAVAILABLE, because a pose is so far away that the numbers overflow.
 QueryStatus incompleteness(const Robot& robot, const scene::PairCounts& counts, const scene::Question& question);
 
-/// OK, or TF_UNAVAILABLE if a pose or all geometry of some pairs is missing.
+/// The status of a search along a motion: TF_UNAVAILABLE if a pose or all geometry of some pairs is missing, otherwise
+/// OK.
 QueryStatus completeness(const scene::MotionCounts& counts);
 
-/// OK if the search is complete; otherwise OVER_BUDGET if the deadline has passed, else NOT_CONVERGED.
+/// The status of a search: OK if it is complete, OVER_BUDGET if the deadline has ended it, otherwise NOT_CONVERGED.
 QueryStatus statusOf(narrowphase::Status status, const scene::MotionQuestion& question);
 
 }  // namespace proximity_server::node

@@ -25,14 +25,14 @@ scene::PairProximity inFrame(const Eigen::Isometry3d& frame_T_poses, scene::Pair
   return pair;
 }
 
-/// The pose of the first root link that is known. The joints move no root.
+/// The first known pose of a root link, which no joint moves.
 const Eigen::Isometry3d& rootOf(const Robot& robot, const scene::BodyPoses& poses) {
   const std::vector<int> roots = robot.robotModel().roots();
   const auto hit = std::find_if(roots.begin(), roots.end(), [&](int root) { return poses[root].has_value(); });
   return poses[hit == roots.end() ? roots.front() : *hit].value();
 }
 
-/// The poses in the frame of that root link.
+/// Transforms the poses into the frame of the root link of rootOf().
 scene::BodyPoses inRoot(const Robot& robot, const scene::BodyPoses& poses) {
   return inFrame(rootOf(robot, poses).inverse(), poses);
 }
@@ -45,7 +45,7 @@ std::function<Eigen::Isometry3d(const scene::BodyPoses&)> referenceFrom(const Ro
   };
 }
 
-/// The reference frame in a motion of joints, which is seen from that root link. All roots rest.
+/// The reference frame in a motion of joints, which is in the frame of the root link of rootOf(). All roots rest.
 scene::RobotMotion::Segment worldOf(const Robot& robot, const scene::BodyPoses& poses) {
   using Motion = scene::RobotMotion;
   if (robot.referenceLink() < 0) return Motion::atRest(rootOf(robot, poses).inverse());
@@ -59,8 +59,8 @@ scene::RobotMotion::Segment segmentOf(const Robot& robot, int index) {
   return scene::RobotMotion::atRest(link.body_T_link, link.body);
 }
 
-/// The frames of moving objects: those of links move with them, all others rest.
-std::vector<scene::RobotMotion::Segment> segmentsOf(const Robot& robot, const AskedFrames& frames,
+/// The motions of the frames of moving objects: those of links move with the links, all others rest.
+std::vector<scene::RobotMotion::Segment> segmentsOf(const Robot& robot, const CarrierFrames& frames,
                                                     const scene::FramePoses& poses) {
   std::vector<scene::RobotMotion::Segment> segments;
   for (std::size_t i = 0; i < frames.names.size(); ++i) {
@@ -93,11 +93,12 @@ TimedMotion motionOfTwists(const scene::BodyPoses& poses, const std::vector<scen
           scene::RobotMotion::ObjectFrames().world};
 }
 
-void carryObjects(const Robot& robot, const AskedFrames& frames, const scene::FramePoses& poses, TimedMotion& motion) {
+void carryObjects(const Robot& robot, const CarrierFrames& frames, const scene::FramePoses& poses,
+                  TimedMotion& motion) {
   motion.motion.carryObjects({motion.world, segmentsOf(robot, frames, poses)});
 }
 
-scene::RobotMotion::ObjectFrames objectFramesAtStart(const Robot& robot, const AskedFrames& frames,
+scene::RobotMotion::ObjectFrames objectFramesAtStart(const Robot& robot, const CarrierFrames& frames,
                                                      const scene::FramePoses& poses) {
   using Motion = scene::RobotMotion;
   const int index = robot.referenceLink();
@@ -106,19 +107,20 @@ scene::RobotMotion::ObjectFrames objectFramesAtStart(const Robot& robot, const A
           segmentsOf(robot, frames, poses)};
 }
 
-Proximity toMessage(const Named& named, const TimedMotion& motion, double time, const scene::PairProximity& pair) {
-  const scene::BodyPoses poses = motion.motion.at(time);
+Proximity toMessage(const RobotAndObjects& model, const TimedMotion& motion, double parameter,
+                    const scene::PairProximity& pair) {
+  const scene::BodyPoses poses = motion.motion.at(parameter);
   const Eigen::Isometry3d reference_T_poses = motion.reference_T_poses(poses);
-  return toMessage(named, inFrame(reference_T_poses, poses), inFrame(reference_T_poses, pair), scene::Question());
+  return toMessage(model, inFrame(reference_T_poses, poses), inFrame(reference_T_poses, pair), scene::Question());
 }
 
-MotionMinimum toMessage(const Named& named, const TimedMotion& motion, const scene::RobotMinimum& minimum) {
+MotionMinimum toMessage(const RobotAndObjects& model, const TimedMotion& motion, const scene::RobotMinimum& minimum) {
   MotionMinimum message = unknownMinimum();
   message.lower_bound = minimum.lower_bound;
   message.upper_bound = minimum.upper_bound;
   if (!(minimum.time >= 0.0)) return message;
-  message.time = motion.onClock(minimum.time);
-  message.pair = toMessage(named, motion, minimum.time, minimum.pair);
+  message.time = motion.timeAt(minimum.time);
+  message.pair = toMessage(model, motion, minimum.time, minimum.pair);
   return message;
 }
 

@@ -14,46 +14,51 @@
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/moving_scene.h"
 
-// A motion in the time of its answer, and its results as messages.
+// Motions whose parameter stands for a time [s], and their results as messages.
 
 namespace proximity_server::node {
 
-/// A motion over the parameter [0, 1], which stands for an interval of the answer's time.
+/// A motion over a parameter in [0, 1], which stands for an interval of time.
 struct TimedMotion {
   scene::PhasedMotion motion;
   double begin;     ///< [s]
   double duration;  ///< [s]
-  /// The transform into the reference frame at a time, given the poses of that time in the frame of the motion.
+  /// Returns the transform from the frame of the motion into the reference frame at a time, given the poses at that
+  /// time.
   std::function<Eigen::Isometry3d(const scene::BodyPoses&)> reference_T_poses;
-  /// The reference frame as the motion has it: fixed objects stand there, and moving ones rest there.
+  /// The motion of the reference frame in the frame of the motion. Fixed objects stand in it, and so do objects that
+  /// move with frames of tf which are not those of links.
   scene::RobotMotion::Segment world;
 
-  std::vector<scene::JointStop> stops = {};  ///< of joints at their limits, with times in [0, 1]
+  std::vector<scene::JointStop> stops = {};  ///< stops of joints at their limits, with parameters in [0, 1]
 
-  double onClock(double time) const { return begin + time * duration; }
+  /// The time [s] for which the parameter stands.
+  double timeAt(double parameter) const { return begin + parameter * duration; }
 };
 
-/// Moves every joint at constant velocity, also beyond its limits. `poses` are the start, in the reference frame. For
-/// `travel` [rad] or [m] during the whole motion see RobotMotion::ofTravel.
+/// Moves every joint at constant velocity, also beyond its limits, for `duration` [s] from the time `begin` [s] on.
+/// `poses` are those at the start, in the reference frame. `travel` is the change of each position [rad] or [m] during
+/// the whole motion, see RobotMotion::ofTravel().
 TimedMotion motionOfJoints(const Robot& robot, const scene::BodyPoses& poses, const std::vector<double>& travel,
                            double begin, double duration);
 
-/// The same, but each joint stops when it reaches a limit. For `stated` positions see scene::motionWithinLimits. The
-/// time begins at 0.
+/// Moves every joint at constant velocity until it reaches a limit, where it stops. The time begins at 0. The positions
+/// that the caller states are used as in scene::motionWithinLimits().
 TimedMotion motionWithinLimits(const Robot& robot, const scene::BodyPoses& poses, const std::vector<double>& travel,
                                const JointValues& stated, double duration);
 
-/// Moves each body by its own twist, relative to the reference frame. `poses` are the start, in that frame; the twists
-/// are per duration of the whole motion.
+/// Moves each body by its own twist relative to the reference frame. `poses` are those at the start, in that frame. A
+/// twist is the motion during the whole duration.
 TimedMotion motionOfTwists(const scene::BodyPoses& poses, const std::vector<scene::RobotMotion::Twist>& twists,
                            double duration);
 
-/// Lets the frames of moving objects take part, which have these poses in the reference frame at the start. A frame of a
-/// link of the robot moves with the link; all others rest in the reference frame, as nothing tells their velocity.
-void carryObjects(const Robot& robot, const AskedFrames& frames, const scene::FramePoses& poses, TimedMotion& motion);
+/// Adds the frames of moving objects to a motion; `poses` are their poses in the reference frame at the start. A frame
+/// of a link moves with the link. All others rest in the reference frame, because nothing tells their velocity.
+void carryObjects(const Robot& robot, const CarrierFrames& frames, const scene::FramePoses& poses, TimedMotion& motion);
 
-/// What carries objects in a motion whose poses are in the reference frame, as it stands at the start, with the same `frames`.
-scene::RobotMotion::ObjectFrames objectFramesAtStart(const Robot& robot, const AskedFrames& frames,
+/// The frames that carry objects, for a motion whose poses are in the frame in which the reference frame is at the
+/// start.
+scene::RobotMotion::ObjectFrames objectFramesAtStart(const Robot& robot, const CarrierFrames& frames,
                                                      const scene::FramePoses& poses);
 
 /// Writes into a message which joints stop at a limit, and when.
@@ -63,17 +68,18 @@ void assignStops(Message& message, const Robot& robot, const TimedMotion& motion
   message.limit_times.clear();
   for (const scene::JointStop& stop : motion.stops) {
     message.joints_at_limit.push_back(robot.robotModel().joints[stop.joint].name);
-    message.limit_times.push_back(motion.onClock(stop.time));
+    message.limit_times.push_back(motion.timeAt(stop.time));
   }
 }
 
-/// A pair that was found at a time of the motion, in the reference frame at that time.
-Proximity toMessage(const Named& named, const TimedMotion& motion, double time, const scene::PairProximity& pair);
+/// Converts a pair that was found at a parameter of the motion. Its points are in the reference frame at that time.
+Proximity toMessage(const RobotAndObjects& model, const TimedMotion& motion, double parameter,
+                    const scene::PairProximity& pair);
 
-/// Bounds, time and pair; the pair is UNKNOWN if none was found.
-MotionMinimum toMessage(const Named& named, const TimedMotion& motion, const scene::RobotMinimum& minimum);
+/// Converts the bounds, time and pair of a minimum. The pair is UNKNOWN if none was found.
+MotionMinimum toMessage(const RobotAndObjects& model, const TimedMotion& motion, const scene::RobotMinimum& minimum);
 
-/// A minimum of which nothing is known: all numbers are NaN.
+/// A minimum about which nothing is known: all numbers are NaN.
 MotionMinimum unknownMinimum();
 
 }  // namespace proximity_server::node

@@ -20,9 +20,9 @@ void assignStart(ConstraintRows& message, const MeasuredCycle& cycle, const Quer
 Constraints::Constraints(const Robot& robot, int capacity)
     : rows_(robot.sharedModel(), capacity, robot.constraintColumns()) {}
 
-const ConstraintRows& Constraints::in(const MeasuredCycle& cycle, const MonitorSettings& settings) {
+const ConstraintRows& Constraints::rowsOf(const MeasuredCycle& cycle, const MonitorSettings& settings) {
   const QueryStatus status = update(cycle, settings);
-  ConstraintRows& message = status.code == QueryStatus::OK ? message_ : refusal_;
+  ConstraintRows& message = status.code == QueryStatus::OK ? message_ : empty_message_;
   assignStart(message, cycle, status);
   if (status.code == QueryStatus::OK) assignRows(cycle);
   return message;
@@ -30,7 +30,7 @@ const ConstraintRows& Constraints::in(const MeasuredCycle& cycle, const MonitorS
 
 QueryStatus Constraints::update(const MeasuredCycle& cycle, const MonitorSettings& settings) {
   if (cycle.clearance.level == Clearance::INVALID) return cycle.clearance.status;
-  const std::string problem = problemOfDamper(settings);
+  const std::string problem = problemOfInfluenceDistance(settings);
   if (!problem.empty()) return statusOf(QueryStatus::INVALID_ARGUMENT, problem);
   damper_.stop = cycle.stop;
   damper_.influence_distance = settings.influence_distance;
@@ -51,12 +51,12 @@ void Constraints::assignRows(const MeasuredCycle& cycle) {
   message_.unique.resize(size);
   for (std::size_t i = 0; i < size; ++i) {
     const scene::ConstraintRows::Row& row = rows_.rows()[i];
-    const auto say = [&](ShapeRef& message, const scene::ShapeRef& ref) {
-      makeRoom(message, cycle.longest_name);
-      row.is_used ? assign(message, cycle.named, ref) : clear(message);
+    const auto assign_name = [&](ShapeRef& message, const scene::ShapeRef& ref) {
+      reserveNames(message, cycle.longest_name);
+      row.is_used ? assign(message, cycle.model, ref) : clear(message);
     };
-    say(message_.a[i], row.pair.a);
-    say(message_.b[i], row.pair.b);
+    assign_name(message_.a[i], row.pair.a);
+    assign_name(message_.b[i], row.pair.b);
     message_.distances[i] = row.is_used ? row.distance : kNaN;
     message_.unique[i] = row.unique;
   }
@@ -72,8 +72,8 @@ void Constraints::assignStuck(const MeasuredCycle& cycle) {
   message_.stuck_distances.resize(stuck.size());
   message_.stuck_rates.resize(stuck.size());
   for (std::size_t i = 0; i < stuck.size(); ++i) {
-    assign(message_.stuck_a[i], cycle.named, stuck[i].pair.a);
-    assign(message_.stuck_b[i], cycle.named, stuck[i].pair.b);
+    assign(message_.stuck_a[i], cycle.model, stuck[i].pair.a);
+    assign(message_.stuck_b[i], cycle.model, stuck[i].pair.b);
     message_.stuck_distances[i] = stuck[i].distance;
     message_.stuck_rates[i] = stuck[i].rate;
   }

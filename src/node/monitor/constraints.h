@@ -14,19 +14,19 @@
 
 namespace proximity_server::node {
 
-/// A cycle of the monitor, with the scene and the gradients that have its poses and objects.
+/// The results of a cycle of the monitor, with the scene and the gradients that have its poses and objects.
 struct MeasuredCycle {
   const Clearance& clearance;
   const PoseSnapshot& snapshot;
   scene::Scene& scene;
   const Gradients& gradients;
   const scene::PairDistances& stop;
-  Named named;
-  std::size_t longest_name;  ///< in characters, of any pair
+  RobotAndObjects model;
+  std::size_t longest_name;  ///< [characters] of the names in any pair
 };
 
-/// The constraint rows of one robot as messages. Not thread-safe. Nothing allocates after the first few messages, as long as no more
-/// pairs are stuck than in the one before.
+/// Makes messages with the constraint rows of one robot. Not thread-safe. After the first few messages no memory is
+/// allocated, unless more pairs are stuck than in any message before.
 class Constraints {
  public:
   /// Throws std::invalid_argument for a capacity below 1.
@@ -34,9 +34,9 @@ class Constraints {
 
   int capacity() const { return rows_.capacity(); }
 
-  /// The rows in the poses of a cycle; the message is valid until the next call. It has no rows if nothing is known of some
-  /// pair, or if the settings contradict each other, as its status tells.
-  const ConstraintRows& in(const MeasuredCycle& cycle, const MonitorSettings& settings);
+  /// The rows at the poses of a cycle. The message is valid until the next call. It has no rows, and a status with the
+  /// reason, if the distance of a pair is unknown or if the settings contradict each other.
+  const ConstraintRows& rowsOf(const MeasuredCycle& cycle, const MonitorSettings& settings);
 
  private:
   QueryStatus update(const MeasuredCycle& cycle, const MonitorSettings& settings);
@@ -45,7 +45,8 @@ class Constraints {
 
   scene::ConstraintRows rows_;
   scene::VelocityDamper damper_;
-  ConstraintRows message_, refusal_;  ///< two, so that a message without rows frees no memory
+  ConstraintRows message_;
+  ConstraintRows empty_message_;  ///< for a message without rows, so that `message_` keeps its memory
 };
 
 }  // namespace proximity_server::node

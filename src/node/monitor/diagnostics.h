@@ -13,7 +13,8 @@
 
 namespace proximity_server::node {
 
-/// Publishes on /diagnostics once per second of wall time, so that it also reports a simulated clock that stands still.
+/// Publishes on /diagnostics once per second. This is wall time, so that a simulated clock that stands still is
+/// reported, too.
 class Diagnostics {
  public:
   Diagnostics(const ros::NodeHandle& nh, std::function<MonitorHealth()> health,

@@ -14,7 +14,7 @@ int robotOf(const scene::RobotModel& robots, const scene::Joint& joint) {
   return robots.bodies[robots.links[joint.child_link].body].robot;
 }
 
-/// Whether the URDFs of two robots that publish on one topic name a joint alike.
+/// Returns whether another robot on the same topic has a joint that its URDF calls `own_name`, too.
 bool isAmbiguous(const scene::RobotModel& robots, const std::vector<std::string>& topics, int member,
                  const std::string& own_name) {
   for (int other = 0; other < static_cast<int>(robots.robots.size()); ++other) {
@@ -33,7 +33,7 @@ std::vector<std::string> JointVelocities::topicsOf(const Robot& robot) const {
 }
 
 void JointVelocities::listen(const Robot& robot) {
-  std::map<std::string, std::string> topics;  // as the parameters name them, by whole name
+  std::map<std::string, std::string> topics;  // the names in the parameters, by full name
   const std::vector<std::string> whole_names = topicsOf(robot);
   for (std::size_t i = 0; i < whole_names.size(); ++i) topics[whole_names[i]] = robot.sources()[i].joint_states;
   for (auto known = subscribers_.begin(); known != subscribers_.end();)
@@ -42,11 +42,11 @@ void JointVelocities::listen(const Robot& robot) {
     if (subscribers_.count(topic)) continue;
     subscribers_[topic] = nh_.subscribe<sensor_msgs::JointState>(
         named, 10, [this, name = topic](const sensor_msgs::JointState::ConstPtr& state) { onJointState(*state, name); },
-        ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());  // for the reason given in TfTree
+        ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());  // TfTree's constructor tells why
   }
 }
 
-void JointVelocities::ignore() {
+void JointVelocities::stopListening() {
   subscribers_.clear();
   const std::lock_guard<std::mutex> lock(mutex_);
   latest_.clear();

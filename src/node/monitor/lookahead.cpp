@@ -23,7 +23,7 @@
 namespace proximity_server::node {
 namespace {
 
-/// The joints from a body to the root; none for the body -1, which is the frame of the poses.
+/// The joints from a body to its root, in ascending order; none for the body -1, which is the frame of the poses.
 std::vector<int> chainOf(const scene::RobotModel& robot, int body) {
   std::vector<int> joints;
   for (; body >= 0 && robot.bodies[body].joint >= 0; body = robot.bodies[body].parent)
@@ -37,14 +37,14 @@ int rootOf(const scene::RobotModel& robot, int body) {
   return body < 0 ? TfPoses::kReferenceFrame : robot.bodies[body].robot;
 }
 
-/// The bodies of checked pairs, each two once.
+/// The two bodies of each checked pair. Pairs with the same bodies are one entry.
 std::set<std::pair<int, int>> checkedBodies(const Robot& robot, const scene::Objects& objects) {
   const scene::RobotModel& model = robot.robotModel();
   std::set<std::pair<int, int>> bodies;
   for (const scene::ShapeRefPair& pair : robot.candidates())
     bodies.emplace(model.links[pair.a.link()].body, model.links[pair.b.link()].body);
 
-  std::map<int, std::vector<int>> carried;  // the objects of each body
+  std::map<int, std::vector<int>> carried;  // the objects that each body carries
   for (const int number : objects.numbers()) carried[carrierOf(robot, *objects.object(number))].push_back(number);
   const auto add = [&](int body, const auto& reason_with) {
     for (const auto& [carrier, numbers] : carried) {
@@ -62,20 +62,21 @@ std::set<std::pair<int, int>> checkedBodies(const Robot& robot, const scene::Obj
   return bodies;
 }
 
-/// What is taken for granted of moving objects; "" if tf says that they rest.
+/// Tells that moving objects are assumed to rest; returns "" if it is known that they do.
 std::string assumptionOf(const LookaheadStart& start) {
-  if (!start.placed.may_move) return {};
-  return "objects in frame '" + start.frames.names[*start.placed.may_move] + "' are taken to rest where they are";
+  if (!start.frame_poses.may_move) return {};
+  return "objects in frame '" + start.frames.names[*start.frame_poses.may_move] + "' are taken to rest where they are";
 }
 
 scene::MotionQuestion questionOf(const scene::PairDistances& stop, const MonitorSettings& settings) {
   scene::MotionQuestion question;
   question.thresholds = &stop;
-  question.deadline = endOfSearch(settings);
+  question.deadline = searchDeadline(settings);
   return question;
 }
 
-/// During the lookahead. Returns nullopt, and says why, if a velocity is too large or a position does not tell the turn.
+/// The motion of the joints during the lookahead. Returns nullopt, with the reason in `status`, if a velocity is too
+/// large or a position is too far beyond the limits of its joint.
 std::optional<TimedMotion> motionAhead(const Robot& robot, const LookaheadStart& start,
                                        const VelocitySnapshot& velocities, const MonitorSettings& settings,
                                        QueryStatus& status) {
@@ -85,7 +86,7 @@ std::optional<TimedMotion> motionAhead(const Robot& robot, const LookaheadStart&
     if (!std::all_of(travel.begin(), travel.end(), [](double joint) { return std::isfinite(joint); }))
       throw std::invalid_argument("a velocity times the lookahead is not finite");
     TimedMotion motion = motionWithinLimits(robot, start.poses, travel, velocities.positions, settings.lookahead);
-    carryObjects(robot, start.frames, start.placed.poses, motion);
+    carryObjects(robot, start.frames, start.frame_poses.poses, motion);
     return motion;
   } catch (const std::invalid_argument& error) {
     status = statusOf(QueryStatus::NO_VELOCITY, error.what());
@@ -95,7 +96,7 @@ std::optional<TimedMotion> motionAhead(const Robot& robot, const LookaheadStart&
 
 }  // namespace
 
-Movers moversOf(const Robot& robot, const scene::Objects& objects) {
+MotionSources motionSourcesOf(const Robot& robot, const scene::Objects& objects) {
   const scene::RobotModel& model = robot.robotModel();
   std::set<int> joints, roots;
   for (const auto& [body_a, body_b] : checkedBodies(robot, objects)) {
@@ -120,7 +121,7 @@ Lookahead noLookahead(const MonitorSettings& settings) {
   return result;
 }
 
-std::chrono::steady_clock::time_point endOfSearch(const MonitorSettings& settings) {
+std::chrono::steady_clock::time_point searchDeadline(const MonitorSettings& settings) {
   return system::deadlineIn(settings.rate > 0.0 ? 0.25 / settings.rate : 0.0025);
 }
 
@@ -140,10 +141,10 @@ Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const Look
   assignStops(result, robot, *motion);
   result.status = statusOf(found.status, question);
   if (result.status.code == QueryStatus::OK) result.status.message = assumptionOf(start);
-  result.time_free = motion->onClock(found.t_free);
+  result.time_free = motion->timeAt(found.t_free);
   if (found.contact) {
     result.state = Lookahead::CONTACT;
-    result.time_to_contact = motion->onClock(found.t_contact);
+    result.time_to_contact = motion->timeAt(found.t_contact);
     result.pair_contact_distance = stop.of(found.pair.asked);
     result.pair = toMessage({robot.robotModel(), scene.objects()}, *motion, found.t_contact, found.pair);
   } else if (result.status.code == QueryStatus::OK) {

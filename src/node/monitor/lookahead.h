@@ -12,30 +12,32 @@
 
 namespace proximity_server::node {
 
-/// What moves the two of a checked pair relative to each other: links, and objects with the link or frame that carries
-/// them.
-struct Movers {
-  std::vector<int> joints;  ///< indices into RobotModel::joints, ascending; the leader stands for each mimic joint
-  std::vector<int> roots;   ///< as TfPoses::standingStill() takes them: of nothing else than tf says how they move
+/// The joints and roots that can move the two parts of a checked pair relative to each other. The parts are links and
+/// objects; an object moves with the link or frame that carries it.
+struct MotionSources {
+  std::vector<int> joints;  ///< indices into RobotModel::joints, ascending; a mimic joint is replaced by its leader
+  std::vector<int> roots;   ///< an argument for TfPoses::standingStill(); only tf tells how roots move
 };
-Movers moversOf(const Robot& robot, const scene::Objects& objects);
+MotionSources motionSourcesOf(const Robot& robot, const scene::Objects& objects);
 
 /// A lookahead without a result: OFF if the settings switch it off, else UNKNOWN.
 Lookahead noLookahead(const MonitorSettings& settings);
 
-/// Where the robot and the frames of moving objects are when a lookahead, or a stop, begins; all that is needed is known.
+/// The poses at which a lookahead, or a stop, begins. All poses that are needed are known.
 struct LookaheadStart {
   const scene::BodyPoses& poses;
-  const AskedFrames& frames;
-  const FrameSnapshot& placed;  ///< of `frames`
+  const CarrierFrames& frames;
+  const FrameSnapshot& frame_poses;  ///< the poses of `frames`
 };
 
-/// The end of a search that begins now: a quarter of the monitor's period, so that the rest of the cycle is in time. At rate 0
-/// every new set of transforms starts a cycle; few robots publish more than a hundred sets per second.
-std::chrono::steady_clock::time_point endOfSearch(const MonitorSettings& settings);
+/// The deadline of a search that begins now. It may take a quarter of the monitor's period, so that the whole cycle
+/// ends in time. At rate 0 every new set of transforms starts a cycle; it then has a quarter of 10 ms, because few
+/// robots publish more than a hundred sets per second.
+std::chrono::steady_clock::time_point searchDeadline(const MonitorSettings& settings);
 
-/// The first contact of a checked pair if the joints keep their velocities, and moving objects rest, which the status says
-/// where tf may move them: of each pair at its stop distance. The search takes at most a quarter of the monitor's period.
+/// Searches for the first contact of a checked pair, if the joints keep their velocities and moving objects rest. A
+/// contact of a pair is at its stop distance. If tf may move an object, the message of the status says that it is taken
+/// to rest. The search ends at searchDeadline().
 Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const LookaheadStart& start,
                        const VelocitySnapshot& velocities, const scene::PairDistances& stop,
                        const MonitorSettings& settings);

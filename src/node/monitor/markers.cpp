@@ -87,7 +87,7 @@ class PieceDrawing {
         return addTriangles();
       case narrowphase::Shape::Kind::Cone:
       case narrowphase::Shape::Kind::Sweep:
-        return;  // a URDF has no such shapes, and RViz no such markers
+        return;  // a URDF cannot have these shapes, and RViz has no markers for them
     }
   }
 
@@ -119,14 +119,14 @@ class PieceDrawing {
   Marker base_;
 };
 
-/// "12.3 mm", of an overlap "9.4 mm deep": RViz's font loses a thin minus in small texts, and has no other one.
+/// Formats a distance: "12.3 mm", or for an overlap "9.4 mm deep". A minus sign is hard to see in small texts of RViz.
 std::string millimetres(double distance) {
   char text[32];
   std::snprintf(text, sizeof text, "%.1f mm%s", 1000.0 * std::abs(distance), distance < 0.0 ? " deep" : "");
   return text;
 }
 
-/// Breaks the text into lines of about so many characters, between words.
+/// Breaks the text between words into lines of about this many characters.
 std::string inLines(const std::string& text, std::size_t characters) {
   std::string result = text;
   std::size_t begin = 0;
@@ -165,7 +165,7 @@ void addLine(Marker& lines, const geometry_msgs::Point& from, const geometry_msg
   lines.colors.insert(lines.colors.end(), 2, line_colour);
 }
 
-/// Appends the lines; if there are none, they delete those of the last cycle.
+/// Appends a marker with lines. If it has no lines, it deletes those of the last cycle.
 void append(Marker lines, MarkerArray& array) {
   if (lines.points.empty()) lines.action = Marker::DELETE;
   array.markers.push_back(std::move(lines));
@@ -190,8 +190,8 @@ MarkerArray pieceMarkers(const Robot& robot) {
 ClearanceMarkers::ClearanceMarkers(const scene::RobotModel& robot) : box_(robot) {
   const AlignedBox3d at_zero = box_.at(scene::forwardKinematics(robot, std::vector<double>(robot.joints.size(), 0.0)));
   latest_box_ = at_zero.isEmpty() ? AlignedBox3d(Vector3d::Zero()) : at_zero;
-  constexpr double kPartOfRobot = 0.035;  // readable when the robot fills the view, and not larger than necessary
-  text_height_ = std::max(0.01, kPartOfRobot * latest_box_.sizes().norm());
+  constexpr double kRelativeTextHeight = 0.035;  // just readable when the robot fills the view
+  text_height_ = std::max(0.01, kRelativeTextHeight * latest_box_.sizes().norm());
 }
 
 MarkerArray ClearanceMarkers::draw(const Clearance& clearance, const scene::BodyPoses& poses,
@@ -206,7 +206,7 @@ MarkerArray ClearanceMarkers::draw(const Clearance& clearance, const scene::Body
   return drawing.array;
 }
 
-/// The deciding pair, then the listed ones, the closest first.
+/// The deciding pair, and behind it the listed pairs, the closest one first.
 std::vector<ClearanceMarkers::DrawnPair> ClearanceMarkers::pairsOf(const Clearance& clearance) {
   std::vector<DrawnPair> pairs;
   if (clearance.level == Clearance::INVALID) return pairs;
@@ -222,13 +222,13 @@ std::vector<ClearanceMarkers::DrawnPair> ClearanceMarkers::pairsOf(const Clearan
 
 /// A marker with the fields that all markers of a cycle share.
 Marker ClearanceMarkers::base(const Clearance& clearance, const MonitorSettings& settings) const {
-  constexpr double kShortestLife = 3.0;  // [s]; a running monitor publishes at least once per second
+  constexpr double kMinLifetime = 3.0;  // [s]; a running monitor publishes at least once per second
   Marker marker;
   marker.header = clearance.header;
-  // Without current poses RViz places the text by the latest transforms that it has, which stamp 0 asks for.
+  // The stamp 0 lets RViz place the text by the latest transforms that it has, because current ones are missing.
   if (clearance.level == Clearance::INVALID) marker.header.stamp = ros::Time();
   marker.pose.orientation.w = 1.0;
-  marker.lifetime = ros::Duration(settings.rate > 0.0 ? std::max(kShortestLife, 3.0 / settings.rate) : kShortestLife);
+  marker.lifetime = ros::Duration(settings.rate > 0.0 ? std::max(kMinLifetime, 3.0 / settings.rate) : kMinLifetime);
   return marker;
 }
 
@@ -241,8 +241,8 @@ void ClearanceMarkers::addSummary(const Clearance& clearance, Drawing& drawing) 
   marker.scale.z = text_height_;
   // RViz centres a text, and its lines are about 1.2 heights apart.
   const auto lines = static_cast<double>(1 + std::count(marker.text.begin(), marker.text.end(), '\n'));
-  const Vector3d half_of_it(0.0, 0.0, (0.6 * lines + 0.25) * text_height_);
-  marker.pose.position = point(belowSummary() + half_of_it);
+  const Vector3d half_height(0.0, 0.0, (0.6 * lines + 0.25) * text_height_);
+  marker.pose.position = point(belowSummary() + half_height);
   drawing.array.markers.push_back(std::move(marker));
 }
 
@@ -261,10 +261,10 @@ void ClearanceMarkers::addDeciding(const std::vector<DrawnPair>& pairs, Drawing&
 
 void ClearanceMarkers::addLabels(const std::vector<DrawnPair>& pairs, Drawing& drawing) const {
   Marker leaders = linesOf(drawing.base, "leaders", 0.03 * text_height_);
-  const auto lead = [&](const Proximity& pair, const Vector3d& place, const std_msgs::ColorRGBA& pair_colour) {
+  const auto add_leader = [&](const Proximity& pair, const Vector3d& place, const std_msgs::ColorRGBA& pair_colour) {
     addLine(leaders, point(middleOf(pair)), point(place), pair_colour);
   };
-  if (!pairs.empty()) lead(*pairs.front().pair, belowSummary(), drawing.level_colour);
+  if (!pairs.empty()) add_leader(*pairs.front().pair, belowSummary(), drawing.level_colour);
   const std::vector<DrawnPair> labelled = pairsWithLabel(pairs);
   for (std::size_t i = 0; i < kLabels; ++i) {
     Marker label = drawing.base;
@@ -277,7 +277,7 @@ void ClearanceMarkers::addLabels(const std::vector<DrawnPair>& pairs, Drawing& d
       label.color = labelled[i].colour;
       label.scale.z = kLabelHeight * text_height_;
       label.pose.position = point(placeOfLabel(pair));
-      lead(pair, placeOfLabel(pair) - Vector3d(0.0, 0.0, 0.6 * label.scale.z), label.color);
+      add_leader(pair, placeOfLabel(pair) - Vector3d(0.0, 0.0, 0.6 * label.scale.z), label.color);
     } else {
       label.action = Marker::DELETE;
     }
@@ -286,24 +286,24 @@ void ClearanceMarkers::addLabels(const std::vector<DrawnPair>& pairs, Drawing& d
   append(std::move(leaders), drawing.array);
 }
 
-/// The begin of the line from the level's text to the deciding pair: above the labels.
+/// The point below the level's text, and above the labels, where the line to the deciding pair begins.
 Vector3d ClearanceMarkers::belowSummary() const {
   const Vector3d centre = latest_box_.center();
   return {centre.x(), centre.y(), latest_box_.max().z() + 3.0 * text_height_};
 }
 
-/// The position of a label: above the robot, so that no shape is in front of it or behind it in a view from the side.
-/// It is somewhat closer to the middle of the robot than its pair is, because to a viewer who looks down a label that
-/// is closer appears lower.
+/// The position of a label. It is above the robot, so that in a view from the side no shape is in front of it or behind
+/// it. It is somewhat closer to the middle of the robot than its pair, because a label that is closer to a viewer who
+/// looks down appears lower.
 Vector3d ClearanceMarkers::placeOfLabel(const Proximity& pair) const {
   const Vector3d place = 0.7 * middleOf(pair) + 0.3 * latest_box_.center();
   return {place.x(), place.y(), latest_box_.max().z() + 1.6 * text_height_};
 }
 
-/// The pairs, without the first, whose labels have room: they overlap neither each other nor the line from the
+/// The pairs with a label. The first pair never has one. The labels overlap neither each other nor the line from the
 /// first pair to the level's text, and their own lines are not too close to that line.
 std::vector<ClearanceMarkers::DrawnPair> ClearanceMarkers::pairsWithLabel(const std::vector<DrawnPair>& pairs) const {
-  const double width = 5.0 * kLabelHeight * text_height_;  // of "123.4 mm"
+  const double width = 5.0 * kLabelHeight * text_height_;  // the width of "123.4 mm"
   std::vector<DrawnPair> labelled;
   for (std::size_t i = 1; i < pairs.size() && labelled.size() < kLabels; ++i) {
     const Proximity& pair = *pairs[i].pair;

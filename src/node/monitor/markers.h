@@ -13,13 +13,13 @@
 
 namespace proximity_server::node {
 
-/// The convex pieces that the queries use, each fixed in the frame of its link. Paddings are not drawn.
+/// Draws the convex pieces that the queries use, each fixed in the frame of its link. Paddings are not drawn.
 visualization_msgs::MarkerArray pieceMarkers(const Robot& robot);
 
 /// Draws the clearances of one robot. Every cycle has these markers, by namespace:
 ///
-/// "level"      a text above the robot in the colour of the level: the level, the pair that sets it, its distance and threshold. If
-///              the level is INVALID, the text gives the reason, and nothing else is drawn.
+/// "level"      a text above the robot in the colour of the level: the level, the pair that sets it, its distance and
+///              threshold. If the level is INVALID, the text gives the reason, and nothing else is drawn.
 /// "deciding"   a thick line between the closest points of that pair, in the colour of the level.
 /// "witnesses"  a line between the closest points of every listed pair, in the colour of its own level.
 /// "distances"  labels with the distances of the next few pairs for which there is room.
@@ -27,24 +27,25 @@ visualization_msgs::MarkerArray pieceMarkers(const Robot& robot);
 ///
 /// RViz hides a text behind the shapes in front of it, so all texts are placed above the bounding box of the robot.
 ///
-/// Every cycle has the same markers, with the same namespaces and ids; those that are not needed are deleted. All of
-/// them have a lifetime, so that they disappear when no cycle follows.
+/// Every cycle has the same markers, with the same namespaces and ids; a marker that is not needed has the action
+/// DELETE. All markers have a lifetime, so that they disappear when no cycle follows.
 class ClearanceMarkers {
  public:
   explicit ClearanceMarkers(const scene::RobotModel& robot);
 
-  /// `poses` are those of the clearance, in its frame. If none is known, the text stays at its last position.
+  /// Draws a clearance. `poses` are those of the clearance, in its frame. If no pose is known, the text stays where it
+  /// was.
   visualization_msgs::MarkerArray draw(const Clearance& clearance, const scene::BodyPoses& poses,
                                        const MonitorSettings& settings);
 
  private:
-  static constexpr std::size_t kLabels = 2;    // besides the deciding pair, whose distance is in the level's text
+  static constexpr std::size_t kLabels = 2;    // without the deciding pair, which the level's text is about
   static constexpr double kLabelHeight = 0.6;  // relative to the height of the level's text
 
-  /// A pair that is drawn; the first one is that which sets the level.
+  /// A pair that is drawn. The first one in a list is the pair that sets the level.
   struct DrawnPair {
     const Proximity* pair;
-    std_msgs::ColorRGBA colour;  ///< of its level
+    std_msgs::ColorRGBA colour;  ///< the colour of the pair's level
   };
   struct Drawing {
     std_msgs::ColorRGBA level_colour;
@@ -63,7 +64,7 @@ class ClearanceMarkers {
   std::vector<DrawnPair> pairsWithLabel(const std::vector<DrawnPair>& pairs) const;
 
   scene::RobotBox box_;
-  Eigen::AlignedBox3d latest_box_;  ///< in the frame of the clearances; until a pose is known, that of all joints at 0
+  Eigen::AlignedBox3d latest_box_;  ///< in the frame of the clearances; at first, with all joints at 0
   double text_height_;              ///< [m]
 };
 

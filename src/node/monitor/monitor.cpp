@@ -31,8 +31,9 @@ std::uint8_t levelCode(scene::ClearanceLevel level) {
   return static_cast<std::uint8_t>(level);
 }
 
-/// Returns whether `p`, which decides about its kind of pairs, decides about the kind of `q` too.
-bool comesFirst(const scene::DecidingPair& p, const scene::DecidingPair& q) {
+/// Returns whether the level of all pairs is set by `p`, and not by `q`. Each of the two sets the level of its kind of
+/// pairs.
+bool outranks(const scene::DecidingPair& p, const scene::DecidingPair& q) {
   const auto excess = [](const scene::DecidingPair& deciding) {
     return deciding.pair.result.lower_bound - deciding.level.threshold;
   };
@@ -46,7 +47,7 @@ bool hasObject(const scene::PairProximity& pair) { return !pair.asked.areLinks()
 MonitoredObjects::MonitoredObjects(const Robot& robot, const RobotObjects& present)
     : objects(present),
       bodies(bodiesOfCheckedPairs(robot, *present.all)),
-      movers(moversOf(robot, *present.all)),
+      motion_sources(motionSourcesOf(robot, *present.all)),
       frames(framesOf(*present.all)),
       carriers(carriersOf(robot, *present.all)),
       longest_name(longestName(robot.robotModel(), *present.all)) {}
@@ -61,7 +62,7 @@ void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
   moving_scene_ = robot_->borrowMovingScene();
   self_level_ = object_level_ = std::nullopt;
   thresholds_ = *robot_->thresholds();
-  scaled_ = {};
+  scale_input_ = {};
   MonitoredObjects objects(*robot_, robot_->objects().get());
   use(objects);
 }
@@ -86,8 +87,8 @@ const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnap
   clearance_.tf_age = snapshot.age;
   clearance_.tf_skew = snapshot.skew;
   ++clearance_.cycle;
-  nameJoints(snapshot, settings);
-  measure({snapshot, frames, settings, {}});
+  assignJoints(snapshot, settings);
+  measurePairs({snapshot, frames, settings, {}});
   lookAhead(snapshot, velocities, settings, frames);
 
   const std::chrono::duration<double> elapsed = Clock::now() - start;
@@ -95,8 +96,8 @@ const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnap
   return clearance_;
 }
 
-/// The derivatives in the poses of this cycle.
-void Monitor::derive(const PoseSnapshot& snapshot) {
+/// Prepares the gradients at the poses of this cycle.
+void Monitor::updateGradients(const PoseSnapshot& snapshot) {
   if (!gradients_) {
     gradients_.emplace(*robot_);
     gradients_->use(objects().all, monitored_.carriers);
@@ -104,40 +105,40 @@ void Monitor::derive(const PoseSnapshot& snapshot) {
   gradients_->update(snapshot.poses);
 }
 
-void Monitor::nameJoints(const PoseSnapshot& snapshot, const MonitorSettings& settings) {
+void Monitor::assignJoints(const PoseSnapshot& snapshot, const MonitorSettings& settings) {
   if (!settings.gradients) {
     clearance_.joint_names.clear();
     clearance_.joint_positions.clear();
     return;
   }
-  derive(snapshot);
+  updateGradients(snapshot);
   clearance_.joint_names = gradients_->names();
   gradients_->assignPositions(clearance_.joint_positions, snapshot.poses);
 }
 
-/// Reserves the memory that any pair needs.
-void Monitor::makeRoom(Proximity& message, const MonitorSettings& settings) const {
-  node::makeRoom(message.a, monitored_.longest_name);
-  node::makeRoom(message.b, monitored_.longest_name);
+/// Reserves as much memory as any pair needs.
+void Monitor::reserveMemory(Proximity& message, const MonitorSettings& settings) const {
+  node::reserveNames(message.a, monitored_.longest_name);
+  node::reserveNames(message.b, monitored_.longest_name);
   if (settings.gradients) message.gradient.reserve(gradients_->names().size());
 }
 
-void Monitor::say(Proximity& message, const Cycle& cycle, const scene::PairProximity& pair) {
-  makeRoom(message, cycle.settings);
-  assign(message, named(), cycle.snapshot.poses, pair, cycle.question);
+void Monitor::assignPair(Proximity& message, const Cycle& cycle, const scene::PairProximity& pair) {
+  reserveMemory(message, cycle.settings);
+  assign(message, model(), cycle.snapshot.poses, pair, cycle.question);
   if (cycle.settings.gradients) gradients_->assign(message, pair);
 }
 
 const ConstraintRows& Monitor::constraints(const PoseSnapshot& snapshot, const MonitorSettings& settings) {
-  derive(snapshot);
+  updateGradients(snapshot);
   if (!constraints_ || constraints_->capacity() != settings.max_constraints)
     constraints_.emplace(*robot_, settings.max_constraints);
-  return constraints_->in(
-      {clearance_, snapshot, *scene_, *gradients_, thresholds(settings).stop, named(), monitored_.longest_name},
+  return constraints_->rowsOf(
+      {clearance_, snapshot, *scene_, *gradients_, thresholds(settings).stop, model(), monitored_.longest_name},
       settings);
 }
 
-void Monitor::measure(Cycle cycle) {
+void Monitor::measurePairs(Cycle cycle) {
   const FrameSnapshot& frames = cycle.frames;
   cycle.question.tolerance = robot_->config().tolerance;
   cycle.question.threshold = cycle.settings.threshold;
@@ -149,14 +150,14 @@ void Monitor::measure(Cycle cycle) {
 
   const scene::PairsBelow below =
       scene_->closestBelow(pairs, std::max(1, cycle.settings.max_reported_pairs), cycle.question);
-  report(cycle, below);
+  listPairs(cycle, below);
   const scene::PairProximity* minimum = below.closest.empty() ? nullptr : &below.closest.front();
   cycle.question.threshold = scene::Question().threshold;
   if (!minimum) minimum = scene_->minimum(pairs, cycle.question);
   countPairs();
 
   if (minimum && clearance_.pairs_unknown == 0) {
-    judge(cycle, scene::PairProximity(*minimum));
+    assignLevels(cycle, scene::PairProximity(*minimum));
     return;
   }
   self_level_ = object_level_ = std::nullopt;
@@ -168,22 +169,23 @@ void Monitor::measure(Cycle cycle) {
   if (!nothing && frames.status.code != QueryStatus::OK) clearance_.status = frames.status;
 }
 
-/// The level and the minimum of each kind of pairs; all poses are known.
-void Monitor::judge(const Cycle& cycle, const scene::PairProximity& minimum) {
-  say(clearance_.minimum, cycle, minimum);
+/// Sets the level and the minima of the clearance. All poses are known.
+void Monitor::assignLevels(const Cycle& cycle, const scene::PairProximity& minimum) {
+  assignPair(clearance_.minimum, cycle, minimum);
   clearance_.status.code = statusCode(minimum.result);
-  const auto of_links = judgeKind(scene::PairKind::OfLinks, cycle, minimum);
-  const auto with_object = judgeKind(scene::PairKind::WithObject, cycle, minimum);
+  const auto of_links = levelOfKind(scene::PairKind::OfLinks, cycle, minimum);
+  const auto with_object = levelOfKind(scene::PairKind::WithObject, cycle, minimum);
   const scene::DecidingPair& deciding =
-      !with_object || (of_links && comesFirst(*of_links, *with_object)) ? *of_links : *with_object;
-  say(clearance_.deciding, cycle, deciding.pair);
+      !with_object || (of_links && outranks(*of_links, *with_object)) ? *of_links : *with_object;
+  assignPair(clearance_.deciding, cycle, deciding.pair);
   clearance_.deciding_threshold = deciding.level.threshold;
   clearance_.level = levelCode(deciding.level.level);
 }
 
-/// Judges the pairs of one kind; returns nullopt if none is checked.
-std::optional<scene::DecidingPair> Monitor::judgeKind(scene::PairKind kind, const Cycle& cycle,
-                                                      const scene::PairProximity& minimum) {
+/// Sets the minimum and the level of one kind of pairs, and returns the pair that sets this level; nullopt if no pair
+/// of this kind is checked.
+std::optional<scene::DecidingPair> Monitor::levelOfKind(scene::PairKind kind, const Cycle& cycle,
+                                                        const scene::PairProximity& minimum) {
   const bool of_links = kind == scene::PairKind::OfLinks;
   std::optional<scene::ClearanceLevel>& level = of_links ? self_level_ : object_level_;
   const auto closest = minimumOf(kind, minimum, cycle.question);
@@ -191,7 +193,7 @@ std::optional<scene::DecidingPair> Monitor::judgeKind(scene::PairKind kind, cons
     level = scene::ClearanceLevel::Clear;
     return std::nullopt;
   }
-  say(of_links ? clearance_.self_minimum : clearance_.object_minimum, cycle, *closest);
+  assignPair(of_links ? clearance_.self_minimum : clearance_.object_minimum, cycle, *closest);
   const scene::DecidingPair deciding =
       scene::decidingPair(*scene_, scene::Pairs(robot_->candidates(), kind), *closest, thresholds(cycle.settings),
                           cycle.question, {level, cycle.settings.hysteresis});
@@ -204,7 +206,7 @@ const scene::LevelThresholds& Monitor::thresholds(const MonitorSettings& setting
   return thresholds_;
 }
 
-/// The closest pair of a kind, given the closest of all; nullopt if no pair of this kind is checked.
+/// The closest pair of a kind; nullopt if no pair of this kind is checked. `minimum` is the closest pair of all kinds.
 std::optional<scene::PairProximity> Monitor::minimumOf(scene::PairKind kind, const scene::PairProximity& minimum,
                                                        const scene::Question& question) {
   if (hasObject(minimum) == (kind == scene::PairKind::WithObject)) return minimum;
@@ -215,7 +217,7 @@ std::optional<scene::PairProximity> Monitor::minimumOf(scene::PairKind kind, con
   return *found;
 }
 
-void Monitor::report(const Cycle& cycle, const scene::PairsBelow& below) {
+void Monitor::listPairs(const Cycle& cycle, const scene::PairsBelow& below) {
   const auto most = static_cast<std::size_t>(cycle.settings.max_reported_pairs);
   std::vector<Proximity>& listed = clearance_.below_threshold;
   clearance_.pairs_below_threshold = static_cast<std::uint32_t>(below.count);
@@ -223,14 +225,14 @@ void Monitor::report(const Cycle& cycle, const scene::PairsBelow& below) {
   clearance_.levels.reserve(most);
   unlisted_.reserve(most);
   while (listed.size() + unlisted_.size() < most) unlisted_.emplace_back();
-  for (Proximity& message : unlisted_) makeRoom(message, cycle.settings);
+  for (Proximity& message : unlisted_) reserveMemory(message, cycle.settings);
   const std::size_t count = std::min(below.closest.size(), most);
   for (; listed.size() > count; listed.pop_back()) unlisted_.push_back(std::move(listed.back()));
   for (; listed.size() < count; unlisted_.pop_back()) listed.push_back(std::move(unlisted_.back()));
   clearance_.levels.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
     const scene::PairProximity& pair = below.closest[i];
-    say(listed[i], cycle, pair);
+    assignPair(listed[i], cycle, pair);
     clearance_.levels[i] = levelCode(scene::levelOf(pair, thresholds(cycle.settings)).level);
   }
 }
@@ -253,18 +255,18 @@ StoppingScale Monitor::velocityScale(const PoseSnapshot& snapshot, const Velocit
   StoppingScale found = stoppingScale(*robot_, movingScene(), *scene_, {snapshot.poses, monitored_.frames, frames},
                                       velocities, joints(), thresholds(settings).stop, snapshot.age, settings);
   if (found.status.code != QueryStatus::OK) return found;
-  ScaledState state{snapshot.poses,
-                    frames.poses,
-                    velocities.velocities,
-                    velocities.positions,
-                    objects().all,
-                    thresholds_.stop,
-                    stopLatency(snapshot.age, settings)};
+  ScaleInput state{snapshot.poses,
+                   frames.poses,
+                   velocities.velocities,
+                   velocities.positions,
+                   objects().all,
+                   thresholds_.stop,
+                   stopLatency(snapshot.age, settings)};
   const double period = settings.rate > 0.0 ? 1.0 / settings.rate : 0.0;
   if (found.is_complete) {
-    scaled_ = std::move(state);
+    scale_input_ = std::move(state);
     scale_ = found.scale;
-  } else if (state.latency <= scaled_.latency + period && differInLatencyOnly(state, scaled_)) {
+  } else if (state.latency <= scale_input_.latency + period && differInLatencyOnly(state, scale_input_)) {
     found.scale = std::max(found.scale, scale_);
   }
   return found;

@@ -19,15 +19,17 @@ namespace {
 
 using Lock = std::lock_guard<std::mutex>;
 
-/// The longest wall time [s] without a message: two periods, or, at rate 0, the age at which the transforms are stale.
+/// The longest wall time [s] without a message: two periods and at least 1 s, or at rate 0 the age at which transforms
+/// are stale, and at most 1 s.
 ros::WallDuration keepAlivePeriod(const MonitorSettings& settings, const Config& config) {
   return ros::WallDuration(settings.rate > 0.0 ? std::max(1.0, 2.0 / settings.rate) : std::min(1.0, config.max_tf_age));
 }
 
-/// The wall time [s] that the first transforms may take to come without a warning.
-const ros::WallDuration kUntilTransformsCome(1.0);
-/// From one warning about the level INVALID to the next one at least, in wall time [s].
-const ros::WallDuration kBetweenWarnings(10.0);
+/// [s] During this wall time after the start no warning is logged, because the first transforms may take so long to
+/// arrive.
+const ros::WallDuration kFirstTransformsTimeout(1.0);
+/// [s] Shortest wall time between two warnings about the level INVALID.
+const ros::WallDuration kWarningPeriod(10.0);
 
 }  // namespace
 
@@ -40,7 +42,7 @@ MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       steady_timer_([priority = robot->config().realtime_priority] { runInRealTime(priority); }, [this] { cycle(); }) {
   health_.enabled = true;
   health_.settings = robot->config().monitor;
-  next_warning_ = ros::SteadyTime::now() + kUntilTransformsCome;
+  next_warning_ = ros::SteadyTime::now() + kFirstTransformsTimeout;
   monitor_.follow(robot);
   lookup_.emplace(*robot, edgesTo(*robot, monitor_.bodies()));
   clearance_pub_ = nh_.advertise<Clearance>("clearance", 1);
@@ -79,7 +81,7 @@ MonitorLoop::~MonitorLoop() {
 void MonitorLoop::follow(const std::shared_ptr<const Robot>& robot) {
   const Lock lock(mutex_);
   {
-    const Lock of_the_robot_before(exchange_);
+    const Lock exchange_lock(exchange_mutex_);  // the objects in next_ are those of the previous robot
     next_.reset();
   }
   lookup_.reset();  // it refers to the robot that is replaced next
@@ -93,14 +95,14 @@ void MonitorLoop::follow(const std::shared_ptr<const Robot>& robot) {
 
 void MonitorLoop::takeObjects(const Robot& robot) {
   auto objects = std::make_unique<MonitoredObjects>(robot, robot.objects().get());
-  std::unique_ptr<MonitoredObjects> former;
+  std::unique_ptr<MonitoredObjects> previous;
   {
-    const Lock lock(exchange_);
+    const Lock lock(exchange_mutex_);
     next_.swap(objects);
-    former_.swap(former);
+    previous_.swap(previous);
   }
-  // A cycle that has begun with those of before publishes them now. This thread may have a low priority, so that it must
-  // do nothing while it has the lock.
+  // A cycle that has begun with the previous objects publishes its message before this lock is granted. This thread
+  // must do nothing while it has the lock, because it may have a low priority.
   { const Lock cycle_has_ended(mutex_); }
   if (on_tf_ && !changed_pending_.exchange(true)) queue_.addCallback(changed_);
 }
@@ -108,15 +110,15 @@ void MonitorLoop::takeObjects(const Robot& robot) {
 void MonitorLoop::useNextObjects() {
   std::unique_ptr<MonitoredObjects> objects;
   {
-    const Lock lock(exchange_);
+    const Lock lock(exchange_mutex_);
     next_.swap(objects);
   }
   if (!objects) return;
   monitor_.use(*objects);
   if (monitor_.bodies() != objects->bodies)
     lookup_.emplace(*monitor_.robot(), edgesTo(*monitor_.robot(), monitor_.bodies()));
-  const Lock lock(exchange_);
-  former_.swap(objects);
+  const Lock lock(exchange_mutex_);
+  previous_.swap(objects);
 }
 
 const PoseSnapshot& MonitorLoop::lookUp() {
@@ -169,14 +171,15 @@ void MonitorLoop::onTransform() {
 void MonitorLoop::onKeepAlive() {
   const Lock lock(mutex_);
   const ros::Time now = ros::Time::now();
-  stands_still_ = now == kept_alive_at_;
-  if ((!alive_ || stands_still_) && health_.enabled) publish(stands_still_ ? lookUpInStandingTime() : lookUp());
-  alive_ = false;
-  kept_alive_at_ = now;
+  clock_stands_still_ = now == last_keep_alive_;
+  if ((!has_cycled_ || clock_stands_still_) && health_.enabled)
+    publish(clock_stands_still_ ? lookUpWithStoppedClock() : lookUp());
+  has_cycled_ = false;
+  last_keep_alive_ = now;
 }
 
-/// No poses: how old they are is not known.
-PoseSnapshot MonitorLoop::lookUpInStandingTime() {
+/// Returns no poses, because their age is not known.
+PoseSnapshot MonitorLoop::lookUpWithStoppedClock() {
   PoseSnapshot snapshot = lookUp();
   if (snapshot.status.code != QueryStatus::OK) return snapshot;
   std::fill(snapshot.poses.begin(), snapshot.poses.end(), std::nullopt);
@@ -185,14 +188,15 @@ PoseSnapshot MonitorLoop::lookUpInStandingTime() {
   return snapshot;
 }
 
-/// Whether the monitor is on. A clock that stands still leaves the messages to onKeepAlive().
-bool MonitorLoop::isToCycle() const {
-  return health_.enabled && !(stands_still_ && ros::Time::now() == kept_alive_at_);
+/// Returns whether a timer or new transforms start a cycle now: not if the monitor is disabled, and not while the clock
+/// stands still, because onKeepAlive() then publishes.
+bool MonitorLoop::mustCycle() const {
+  return health_.enabled && !(clock_stands_still_ && ros::Time::now() == last_keep_alive_);
 }
 
 void MonitorLoop::cycleIfNew() {
   const Lock lock(mutex_);
-  if (!isToCycle()) return;
+  if (!mustCycle()) return;
   const PoseSnapshot& snapshot = lookUp();
   const bool moved = snapshot.stamp != monitor_.latest().header.stamp;
   if (moved || !monitor_.frames().names.empty() || snapshot.status.code != monitor_.latest().status.code)
@@ -201,12 +205,12 @@ void MonitorLoop::cycleIfNew() {
 
 void MonitorLoop::cycle() {
   const Lock lock(mutex_);
-  if (isToCycle()) publish(lookUp());
+  if (mustCycle()) publish(lookUp());
 }
 
 void MonitorLoop::publish(const PoseSnapshot& snapshot) {
   const ros::SteadyTime begin = ros::SteadyTime::now();
-  alive_ = true;
+  has_cycled_ = true;
   const FrameSnapshot frames = tf_.lookUpFrames(*monitor_.robot(), monitor_.frames(), snapshot);
   const VelocitySnapshot velocities = lookUpVelocities();
   const Clearance& clearance = monitor_.cycle(snapshot, velocities, health_.settings, frames);
@@ -223,7 +227,7 @@ void MonitorLoop::warnIfInvalid(const Clearance& clearance) {
   if (clearance.level != Clearance::INVALID) return;
   const ros::SteadyTime now = ros::SteadyTime::now();
   if (now < next_warning_) return;
-  next_warning_ = now + kBetweenWarnings;
+  next_warning_ = now + kWarningPeriod;
   ROS_WARN_STREAM("~clearance is INVALID: " << statusName(clearance.status.code) << ": " << clearance.status.message);
 }
 
@@ -242,7 +246,7 @@ bool MonitorLoop::needsVelocities() const {
 }
 
 void MonitorLoop::listenToVelocities() {
-  needsVelocities() ? velocities_.listen(*monitor_.robot()) : velocities_.ignore();
+  needsVelocities() ? velocities_.listen(*monitor_.robot()) : velocities_.stopListening();
 }
 
 VelocitySnapshot MonitorLoop::lookUpVelocities() {

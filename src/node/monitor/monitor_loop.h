@@ -25,15 +25,16 @@ struct MonitorHealth {
   Clearance last;  ///< its `cycle` is 0 before the first cycle
   MonitorSettings settings;
   bool enabled;
-  ros::Duration slowest_cycle;  ///< with all that it publishes, since the previous call of MonitorLoop::health()
+  ros::Duration slowest_cycle;  ///< since the previous call of MonitorLoop::health(); it includes publishing
 };
 
-/// Runs a Monitor in threads of its own and publishes its results on ~clearance, and while somebody listens on ~constraints,
-/// ~collision_velocity_scale and ~markers.
+/// Runs a Monitor in threads of its own, and publishes its results on ~clearance. It also publishes on ~constraints,
+/// ~collision_velocity_scale and ~markers while these have subscribers.
 ///
 /// A cycle runs at the rate of the settings, in ROS time, or on every new set of transforms if the rate is 0. If
-/// neither the clock nor the transforms advance, a wall timer publishes nevertheless; then the age of the poses is
-/// unknown, and the level is INVALID, of which a throttled warning tells the cause. Thread-safe.
+/// neither the clock nor the transforms advance, a wall timer publishes nevertheless: the level is then INVALID,
+/// because the age of the poses is unknown. If the level is INVALID, a warning with the reason is logged from time to
+/// time. Thread-safe.
 class MonitorLoop {
  public:
   /// Subscribes to joint_states in the namespace of `nh`, and publishes in that of `private_nh`.
@@ -43,8 +44,8 @@ class MonitorLoop {
 
   void follow(const std::shared_ptr<const Robot>& robot);
 
-  /// Takes the objects that the robot, which it follows, has now: every later message knows them. Waits for the end of a
-  /// cycle that runs. The robot must not be replaced meanwhile.
+  /// Takes the present objects of the robot, which must be the monitored one until this returns. Every message that is
+  /// published after the return is about these objects: it waits for the end of a cycle that is running.
   void takeObjects(const Robot& robot);
 
   void configure(const MonitorSettings& settings);
@@ -66,8 +67,8 @@ class MonitorLoop {
   void redrawPieces();
   void sendPieces(const ros::SingleSubscriberPublisher& subscriber);
   void warnIfInvalid(const Clearance& clearance);
-  PoseSnapshot lookUpInStandingTime();
-  bool isToCycle() const;
+  PoseSnapshot lookUpWithStoppedClock();
+  bool mustCycle() const;
   const PoseSnapshot& lookUp();
   void useNextObjects();
   VelocitySnapshot lookUpVelocities();
@@ -80,24 +81,25 @@ class MonitorLoop {
   ros::NodeHandle nh_;
   std::atomic<bool> on_tf_{false};
   std::atomic<bool> wake_pending_{false};
-  ros::CallbackInterfacePtr wake_;  // at rate 0, for new transforms
+  ros::CallbackInterfacePtr wake_;  // runs a cycle for new transforms, at rate 0
   std::atomic<bool> changed_pending_{false};
-  ros::CallbackInterfacePtr changed_;  // at rate 0, for changed objects: one cycle for all that wait
+  ros::CallbackInterfacePtr changed_;  // runs one cycle for all changes of objects that wait, at rate 0
 
-  // Objects go to and fro through these, so that neither a cycle nor a change waits for the other: guards the next two.
-  std::mutex exchange_;
-  std::unique_ptr<MonitoredObjects> next_;    // for the next cycle
-  std::unique_ptr<MonitoredObjects> former_;  // which no cycle needs any more; the next change destroys them
+  // A change hands objects to the cycle, and the cycle hands previous objects back, through the next two members. So
+  // neither has to wait for the other. The mutex guards these two.
+  std::mutex exchange_mutex_;
+  std::unique_ptr<MonitoredObjects> next_;      // the objects for the next cycle
+  std::unique_ptr<MonitoredObjects> previous_;  // objects that no cycle needs any more; the next change destroys them
 
   std::mutex mutex_;  // guards the members from here to the publishers
   Monitor monitor_;
-  std::optional<TfLookup> lookup_;           // of the monitor's robot
-  MonitorHealth health_{};                   // without `last`, which the monitor has
-  bool alive_ = false;                       // a cycle ran since the last keep-alive
-  ros::SteadyTime next_warning_;             // not before then is a warning about INVALID logged
-  ros::Time kept_alive_at_;                  // ROS time of the last keep-alive
-  bool stands_still_ = false;                // the clock did not advance between the last two of them
-  std::optional<ClearanceMarkers> markers_;  // of the monitor's robot; made for the first subscriber
+  std::optional<TfLookup> lookup_;           // for the poses of the monitor's robot
+  MonitorHealth health_{};                   // its `last` is not used, because the monitor has it
+  bool has_cycled_ = false;                  // true if a cycle ran since the last keep-alive
+  ros::SteadyTime next_warning_;             // the earliest time of the next warning about INVALID
+  ros::Time last_keep_alive_;                // ROS time of the last keep-alive
+  bool clock_stands_still_ = false;          // true if the clock did not advance between the last two keep-alives
+  std::optional<ClearanceMarkers> markers_;  // for the monitor's robot; made for the first subscriber
 
   ros::Publisher clearance_pub_;
   ros::Publisher constraints_pub_;
@@ -106,7 +108,7 @@ class MonitorLoop {
   ros::Timer simulated_timer_;  // used with a simulated clock
   ros::WallTimer keep_alive_;
   ros::AsyncSpinner spinner_;
-  system::SteadyTimer steady_timer_;  // destroyed first, as it calls cycle()
+  system::SteadyTimer steady_timer_;  // destroyed first, because it calls cycle()
 };
 
 }  // namespace proximity_server::node

@@ -20,10 +20,10 @@ using Eigen::Vector3d;
 using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
 
-constexpr double kPlaneSize = 10.0;        // [m] of the square that stands for a half-space
-constexpr double kPlaneThickness = 0.002;  // [m] so that it is seen from its edge
+constexpr double kPlaneSize = 10.0;        // [m] edge of the square that is drawn for a half-space
+constexpr double kPlaneThickness = 0.002;  // [m] so that the square is visible from the side
 constexpr double kMicrometre = 1e-6;       // [m]
-constexpr int kConeSides = 24;             // RViz has no cones: as many triangles look round
+constexpr int kConeSides = 24;             // RViz has no cones; a pyramid with this many sides looks round
 
 void addTriangle(const Vector3d& a, const Vector3d& b, const Vector3d& c, Marker& marker) {
   for (const Vector3d& corner : {a, b, c}) marker.points.push_back(point(corner));
@@ -51,7 +51,7 @@ class ShapeDrawing {
     return array_.markers.back();
   }
 
-  /// The primitives of shape_msgs.
+  /// Draws a primitive of shape_msgs.
   void drawGeometry(const narrowphase::Shape& shape) {
     using Kind = narrowphase::Shape::Kind;
     const Vector3d size = 2.0 * shape.halfExtents();
@@ -61,7 +61,7 @@ class ShapeDrawing {
     if (shape.kind() == Kind::Cone) drawCone(0.5 * size);
   }
 
-  /// Its base is at z = -half.z, its apex at z = half.z.
+  /// Draws a cone with its base at z = -half.z and its apex at z = half.z.
   void drawCone(const Vector3d& half) {
     Marker& marker = add(Marker::TRIANGLE_LIST, Vector3d::Ones());
     const auto onRim = [&](int side) {
@@ -74,7 +74,7 @@ class ShapeDrawing {
     }
   }
 
-  /// All boxes of one size share a marker: a map has one size, or one for each level of its octree.
+  /// Draws all boxes of one size with one marker. A map has few sizes: one, or one for each level of its octree.
   void drawGeometry(const scene::Boxes& boxes) {
     std::map<std::array<long long, 3>, std::vector<geometry_msgs::Point>> centres;  // by the size in micrometres
     for (const Eigen::AlignedBox3d& box : boxes.boxes) {
@@ -96,7 +96,7 @@ class ShapeDrawing {
 
   void drawGeometry(const scene::MeshFile& file) { add(Marker::MESH_RESOURCE, file.scale).mesh_resource = file.uri; }
 
-  /// A square in the plane, at the point that is nearest to the origin of the shape.
+  /// Draws a square in the plane, around the point that is nearest to the origin of the shape.
   void drawGeometry(const scene::HalfSpace& half_space) {
     const Vector3d normal = half_space.normal.normalized();
     Isometry3d shape_T_plane(scene::turnFromZ(normal));

@@ -7,8 +7,9 @@
 
 namespace proximity_server::node {
 
-/// The shapes of all objects as they were sent, each fixed in the frame that carries its object, with the object's id as
-/// namespace; before them what deletes those of before. Half-spaces are squares of 10 m. Paddings are not drawn.
+/// Draws the shapes of all objects as they were sent, each fixed in the frame that carries its object, with the
+/// object's id as namespace. The first marker deletes all earlier ones. Half-spaces are drawn as squares of 10 m.
+/// Paddings are not drawn.
 visualization_msgs::MarkerArray objectMarkers(const Robot& robot, const scene::Objects& objects);
 
 }  // namespace proximity_server::node

@@ -13,22 +13,23 @@
 namespace proximity_server::node {
 namespace {
 
-QueryStatus unbrakedJoint(const scene::Joint& joint) {
+QueryStatus missingDeceleration(const scene::Joint& joint) {
   return statusOf(QueryStatus::INVALID_ARGUMENT,
                   "the parameter max_deceleration has no number for joint '" + joint.name + "'");
 }
 
-/// OK, or the first of `joints` whose deceleration is not known. Floating and planar joints can have none: of them
-/// the velocities are not known, which says more.
-QueryStatus knowledgeOf(const Robot& robot, const std::vector<int>& joints) {
+/// Names the first of `joints` whose deceleration is not known; OK if all are known. Floating and planar joints are not
+/// named, because the status of their velocities tells more.
+QueryStatus decelerationStatus(const Robot& robot, const std::vector<int>& joints) {
   for (const int joint : joints) {
     const scene::Joint& model = robot.robotModel().joints[joint];
-    if (scene::hasOnePosition(model) && !robot.maxDecelerations()[joint]) return unbrakedJoint(model);
+    if (scene::hasOnePosition(model) && !robot.maxDecelerations()[joint]) return missingDeceleration(model);
   }
   return {};
 }
 
-/// Of the other joints the velocity is 0; mimic joints without a number of their own stop with their leaders.
+/// The latency and decelerations for scene::velocityScale(). A joint without a deceleration gets infinity: it does not
+/// move, or it is a mimic joint and stops with its leader.
 scene::Braking brakingOf(const Robot& robot, const ros::Duration& age, const MonitorSettings& settings) {
   scene::Braking braking;
   braking.latency = stopLatency(age, settings);
@@ -37,14 +38,14 @@ scene::Braking brakingOf(const Robot& robot, const ros::Duration& age, const Mon
   return braking;
 }
 
-/// The decelerations of all joints that move are known.
-StoppingScale scaleOf(const Robot& robot, scene::MovingScene& moving_scene, scene::Scene& scene,
-                      const LookaheadStart& start, const VelocitySnapshot& velocities, const scene::PairDistances& stop,
-                      const ros::Duration& age, const MonitorSettings& settings) {
+/// Searches for the scale. The decelerations of all joints that move must be known.
+StoppingScale searchScale(const Robot& robot, scene::MovingScene& moving_scene, scene::Scene& scene,
+                          const LookaheadStart& start, const VelocitySnapshot& velocities,
+                          const scene::PairDistances& stop, const ros::Duration& age, const MonitorSettings& settings) {
   const scene::MovingState state{start.poses, velocities.velocities, velocities.positions,
-                                 objectFramesAtStart(robot, start.frames, start.placed.poses)};
+                                 objectFramesAtStart(robot, start.frames, start.frame_poses.poses)};
   const scene::VelocityScale found =
-      scene::velocityScale(moving_scene, scene, state, brakingOf(robot, age, settings), stop, endOfSearch(settings));
+      scene::velocityScale(moving_scene, scene, state, brakingOf(robot, age, settings), stop, searchDeadline(settings));
   StoppingScale result;
   if (found.status != narrowphase::Status::Unknown) {
     result.scale = found.scale;
@@ -67,7 +68,7 @@ double stopLatency(const ros::Duration& age, const MonitorSettings& settings) {
   return settings.stop_latency + std::max(0.0, age.toSec());
 }
 
-bool differInLatencyOnly(const ScaledState& p, const ScaledState& q) {
+bool differInLatencyOnly(const ScaleInput& p, const ScaleInput& q) {
   return p.stop == q.stop && p.objects == q.objects && p.velocities == q.velocities && p.positions == q.positions &&
          areSame(p.poses, q.poses) && areSame(p.frames, q.frames);
 }
@@ -77,13 +78,14 @@ StoppingScale stoppingScale(const Robot& robot, scene::MovingScene& moving_scene
                             const std::vector<int>& joints, const scene::PairDistances& stop, const ros::Duration& age,
                             const MonitorSettings& settings) {
   StoppingScale result;
-  result.status = knowledgeOf(robot, joints);  // first: it stays so, while velocities may come
+  // A missing deceleration is reported first, because it is permanent, while missing velocities may still arrive.
+  result.status = decelerationStatus(robot, joints);
   if (result.status.code == QueryStatus::OK) result.status = velocities.status;
   if (result.status.code != QueryStatus::OK) return result;
 
   try {
-    return scaleOf(robot, moving_scene, scene, start, velocities, stop, age, settings);
-  } catch (const std::invalid_argument& error) {  // the way to stop is not finite, or a turn is not known
+    return searchScale(robot, moving_scene, scene, start, velocities, stop, age, settings);
+  } catch (const std::invalid_argument& error) {  // a stopping distance is infinite, or a position far off its limits
     result.status = statusOf(QueryStatus::NO_VELOCITY, error.what());
     return result;
   }

@@ -16,38 +16,39 @@
 
 namespace proximity_server::node {
 
-/// By how much the velocities must be scaled so that the robot can still stop in time.
+/// The factor of the velocities with which the robot can still stop in time.
 struct StoppingScale {
-  double scale = 0.0;        ///< of [0, 1]
-  QueryStatus status;        ///< not OK: nothing is known, the scale is 0
-  bool is_complete = false;  ///< false: the search ended before the largest was found
+  double scale = 0.0;        ///< in [0, 1]
+  QueryStatus status;        ///< if it is not OK, nothing is known, and the scale is 0
+  bool is_complete = false;  ///< false if the search ended before it found the largest scale
 };
 
-/// The state in which a scale was found, of one robot.
-struct ScaledState {
+/// The state of a robot for which a scale was found.
+struct ScaleInput {
   scene::BodyPoses poses;
   scene::FramePoses frames;
   std::vector<double> velocities;
   std::vector<std::optional<double>> positions;
   std::shared_ptr<const scene::Objects> objects;
   scene::PairDistances stop;
-  double latency = 0.0;  ///< [s] with the age of the poses
+  double latency = 0.0;  ///< [s] including the age of the poses
 };
 
-/// Whether two states differ in nothing but the latency.
-bool differInLatencyOnly(const ScaledState& p, const ScaledState& q);
+/// Returns whether two states are equal except for the latency.
+bool differInLatencyOnly(const ScaleInput& p, const ScaleInput& q);
 
-/// The largest scale of the joint velocities from which the robot still stops above the stop distances, with the decelerations of its
-/// parameters. What leads away from a pair is not slowed, see scene::velocityScale(). Until the robot
-/// begins to brake, `age` of the poses and MonitorSettings::stop_latency pass. `joints` are those that move a checked pair.
-/// `scene` and `moving_scene` have the same objects, and `scene` has the poses of the start. The search ends with
-/// endOfSearch(): then the scale is a smaller one, which is safe, and not complete.
+/// Searches for the largest scale of the joint velocities from which the robot can stop above the stop distances, with
+/// the decelerations in the parameters. Motions away from a near pair are not slowed, see scene::velocityScale(). The
+/// robot begins to brake after stopLatency(). `age` is that of the poses, and `joints` are those that move a checked
+/// pair. `scene` and `moving_scene` must have the same objects, and `scene` must have the poses of the start. If
+/// searchDeadline() ends the search, the scale is smaller than the largest one, which is safe, and is_complete is
+/// false.
 StoppingScale stoppingScale(const Robot& robot, scene::MovingScene& moving_scene, scene::Scene& scene,
                             const LookaheadStart& start, const VelocitySnapshot& velocities,
                             const std::vector<int>& joints, const scene::PairDistances& stop, const ros::Duration& age,
                             const MonitorSettings& settings);
 
-/// [s] Until the robot begins to brake.
+/// The time [s] until the robot begins to brake: `age` of the poses and MonitorSettings::stop_latency.
 double stopLatency(const ros::Duration& age, const MonitorSettings& settings);
 
 }  // namespace proximity_server::node

@@ -5,7 +5,7 @@
 
 namespace proximity_server::node {
 
-/// The service apply_objects. Never throws: an error becomes the status of the response.
+/// Answers a request of the service apply_objects. Never throws: an error becomes the status of the response.
 ApplyObjectsResponse answer(ObjectStore& store, const ApplyObjectsRequest& request);
 
 }  // namespace proximity_server::node

@@ -15,11 +15,9 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// [m] As far as the geometry of an object may reach from its frame.
-constexpr double kFarthest = 1e6;
+constexpr double kMaxReach = 1e6;  // [m] an object must not be farther from its frame
 
-/// Characters of a name of a client, as of one in a URDF.
-constexpr std::size_t kLongestName = 1024;
+constexpr std::size_t kMaxNameLength = 1024;  // [characters] as for names in a URDF
 
 std::string entry(const std::string& list, std::size_t index) { return list + "[" + std::to_string(index) + "]"; }
 
@@ -34,7 +32,7 @@ narrowphase::Shape shapeOf(const shape_msgs::SolidPrimitive& primitive) {
   throw std::invalid_argument("type " + std::to_string(primitive.type) + " is none of BOX, SPHERE, CYLINDER and CONE");
 }
 
-/// Which of the boxes is too thin or not finite is found when the object is made of them.
+/// Boxes that are too thin or not finite are refused later, when the object is made of them.
 scene::Boxes boxesOf(const Boxes& message) {
   if (message.sizes.size() != 1 && message.sizes.size() != message.centres.size()) {
     throw std::invalid_argument("sizes has " + std::to_string(message.sizes.size()) + " entries, neither 1 nor the " +
@@ -73,7 +71,7 @@ scene::TriangleMesh meshOf(const shape_msgs::Mesh& message) {
 
 scene::MeshFile meshFileOf(const MeshFile& message) {
   scene::requireUtf8(message.uri);
-  // There is no folder in which a relative path could begin: the client may run elsewhere.
+  // A relative path is refused: the client may run on another machine, so there is no folder in which it could begin.
   scene::MeshFile file{scene::absoluteUri(message.uri, ""), {message.scale.x, message.scale.y, message.scale.z}};
   if (file.scale == Vector3d::Zero()) file.scale.setOnes();
   if (!file.scale.allFinite() || (file.scale.array() == 0.0).any())
@@ -81,7 +79,7 @@ scene::MeshFile meshFileOf(const MeshFile& message) {
   return file;
 }
 
-/// The half-space a x + b y + c z + d <= 0.
+/// Makes the half-space a x + b y + c z + d <= 0.
 scene::HalfSpace halfSpaceOf(const shape_msgs::Plane& plane) {
   const auto half_space = scene::halfSpaceOf({plane.coef[0], plane.coef[1], plane.coef[2]}, plane.coef[3]);
   if (!half_space) throw std::invalid_argument("coef: a number is not finite, or a, b and c are zero");
@@ -99,28 +97,29 @@ Isometry3d poseFrom(const geometry_msgs::Pose& pose, const std::string& field) {
   return Eigen::Translation3d(position) * rotation;
 }
 
-/// A kind of shapes with the names of its lists, in the order in which scene::ObjectShape has the kinds of geometry.
-struct Kind {
+/// A kind of shapes with the names of its lists in the message.
+struct ShapeKind {
   const char* shapes;
   const char* poses;
   decltype(&ObjectChange::primitive_poses) pose_list;
 };
-const std::array<Kind, 5> kKinds = {{{"primitives", "primitive_poses", &ObjectChange::primitive_poses},
-                                     {"boxes", "boxes_poses", &ObjectChange::boxes_poses},
-                                     {"meshes", "mesh_poses", &ObjectChange::mesh_poses},
-                                     {"mesh_files", "mesh_file_poses", &ObjectChange::mesh_file_poses},
-                                     {"planes", "plane_poses", &ObjectChange::plane_poses}}};
+/// In the order of the kinds of geometry in scene::ObjectShape.
+const std::array<ShapeKind, 5> kKinds = {{{"primitives", "primitive_poses", &ObjectChange::primitive_poses},
+                                          {"boxes", "boxes_poses", &ObjectChange::boxes_poses},
+                                          {"meshes", "mesh_poses", &ObjectChange::mesh_poses},
+                                          {"mesh_files", "mesh_file_poses", &ObjectChange::mesh_file_poses},
+                                          {"planes", "plane_poses", &ObjectChange::plane_poses}}};
 
-std::vector<Isometry3d> posesOf(const ObjectChange& change, const Kind& kind) {
+std::vector<Isometry3d> posesOf(const ObjectChange& change, const ShapeKind& kind) {
   std::vector<Isometry3d> poses;
   for (const geometry_msgs::Pose& pose : change.*kind.pose_list)
     poses.push_back(poseFrom(pose, entry(kind.poses, poses.size())));
   return poses;
 }
 
-/// Adds the shapes of one kind at their poses; `read` makes the geometry of one.
+/// Adds the shapes of one kind at their poses. `read` makes the geometry of a shape from its message.
 template <class Messages, class Read>
-void addAll(const ObjectChange& change, const Kind& kind, const Messages& messages, Read read,
+void addAll(const ObjectChange& change, const ShapeKind& kind, const Messages& messages, Read read,
             std::vector<scene::ObjectShape>& shapes) {
   const std::vector<Isometry3d> poses = posesOf(change, kind);
   if (!poses.empty() && poses.size() != messages.size()) {
@@ -148,35 +147,35 @@ std::vector<scene::ObjectShape> shapesOf(const ObjectChange& change) {
 
 // --- fields
 
-/// Which of the optional fields an operation takes.
-struct Takes {
+/// The optional fields that an operation may have.
+struct OperationFields {
   const char* name;
   bool shapes, shape_poses, padding, link, touch_links, keep_pose, frame;
 };
-/// By the numbers of the message, which are those of scene::ObjectEdit::Operation.
-constexpr std::array<Takes, 7> kOperations = {{{"ADD", true, true, true, true, true, false, true},
-                                               {"REPLACE", true, true, true, true, true, false, true},
-                                               {"APPEND", true, true, false, false, true, false, false},
-                                               {"MOVE", false, true, false, false, false, false, true},
-                                               {"ATTACH", false, false, false, true, true, true, false},
-                                               {"DETACH", false, false, false, false, false, false, true},
-                                               {"REMOVE", false, false, false, false, false, false, false}}};
+/// The index is the number of the operation in the message, which is also that of scene::ObjectEdit::Operation.
+constexpr std::array<OperationFields, 7> kOperations = {{{"ADD", true, true, true, true, true, false, true},
+                                                         {"REPLACE", true, true, true, true, true, false, true},
+                                                         {"APPEND", true, true, false, false, true, false, false},
+                                                         {"MOVE", false, true, false, false, false, false, true},
+                                                         {"ATTACH", false, false, false, true, true, true, false},
+                                                         {"DETACH", false, false, false, false, false, false, true},
+                                                         {"REMOVE", false, false, false, false, false, false, false}}};
 
-void requireFieldsOf(const Takes& takes, const ObjectChange& change) {
-  const auto require_empty = [&](bool is_taken, bool is_empty, const char* field) {
-    if (!is_taken && !is_empty) refuseField(field, std::string(takes.name) + " does not take it");
+void requireFieldsOf(const OperationFields& allowed, const ObjectChange& change) {
+  const auto require_empty = [&](bool is_allowed, bool is_empty, const char* field) {
+    if (!is_allowed && !is_empty) refuseField(field, std::string(allowed.name) + " does not take it");
   };
   const bool has_no_shapes = change.primitives.empty() && change.boxes.empty() && change.meshes.empty() &&
                              change.mesh_files.empty() && change.planes.empty();
-  require_empty(takes.shapes, has_no_shapes, "shapes");
-  for (const Kind& kind : kKinds) require_empty(takes.shape_poses, (change.*kind.pose_list).empty(), kind.poses);
-  require_empty(takes.padding, change.padding == 0.0, "padding");
-  require_empty(takes.link, change.link.empty(), "link");
-  require_empty(takes.touch_links, change.touch_links.empty(), "touch_links");
-  require_empty(takes.keep_pose, !change.keep_pose, "keep_pose");
-  require_empty(takes.frame, change.frame.empty(), "frame");
-  if (takes.link && !change.link.empty() && !change.frame.empty()) refuseField("frame", "it goes without link only");
-  const bool adds = takes.padding;
+  require_empty(allowed.shapes, has_no_shapes, "shapes");
+  for (const ShapeKind& kind : kKinds) require_empty(allowed.shape_poses, (change.*kind.pose_list).empty(), kind.poses);
+  require_empty(allowed.padding, change.padding == 0.0, "padding");
+  require_empty(allowed.link, change.link.empty(), "link");
+  require_empty(allowed.touch_links, change.touch_links.empty(), "touch_links");
+  require_empty(allowed.keep_pose, !change.keep_pose, "keep_pose");
+  require_empty(allowed.frame, change.frame.empty(), "frame");
+  if (allowed.link && !change.link.empty() && !change.frame.empty()) refuseField("frame", "it goes without link only");
+  const bool adds = allowed.padding;
   if (adds && change.link.empty() && !change.touch_links.empty()) refuseField("touch_links", "they go with link only");
   if (adds && (!(change.padding >= 0.0) || !std::isfinite(change.padding)))
     refuseField("padding", "it is negative, or not finite");
@@ -203,17 +202,17 @@ void refuseField(const std::string& field, const std::string& reason) {
 }
 
 void requireLength(const std::string& name, const std::string& field) {
-  if (name.size() > kLongestName)
+  if (name.size() > kMaxNameLength)
     refuseField(field,
-                "it has " + std::to_string(name.size()) + " characters, more than " + std::to_string(kLongestName));
+                "it has " + std::to_string(name.size()) + " characters, more than " + std::to_string(kMaxNameLength));
 }
 
 std::string shortened(const std::string& name) {
-  return scene::quoted(name.size() > kLongestName ? name.substr(0, 40) + "..." : name);
+  return scene::quoted(name.size() > kMaxNameLength ? name.substr(0, 40) + "..." : name);
 }
 
 Isometry3d requireReach(const Isometry3d& pose) {
-  if (!pose.matrix().allFinite() || pose.translation().norm() > kFarthest)
+  if (!pose.matrix().allFinite() || pose.translation().norm() > kMaxReach)
     refuseField("pose", "it is farther than 1e6 m from its frame, or not finite");
   return pose;
 }

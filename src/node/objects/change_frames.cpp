@@ -8,11 +8,11 @@ using Eigen::Isometry3d;
 
 FindFrame frameFinder(TfPoses& tf) {
   return [&tf](const Robot& robot, const std::string& frame) -> Isometry3d {
-    const AskedFrames asked{{frame}, {0}};
-    const PoseSnapshot at = tf.await(robot, bodiesOf(robot, asked), ros::Time());
-    const FrameSnapshot found = tf.awaitFrames(robot, asked, at, ros::Time());
+    const CarrierFrames frames{{frame}, {0}};
+    const PoseSnapshot robot_poses = tf.await(robot, bodiesOf(robot, frames), ros::Time());
+    const FrameSnapshot found = tf.awaitFrames(robot, frames, robot_poses, ros::Time());
     if (found.poses.front()) return *found.poses.front();
-    const QueryStatus& why = at.status.code == QueryStatus::OK ? found.status : at.status;
+    const QueryStatus& why = robot_poses.status.code == QueryStatus::OK ? found.status : robot_poses.status;
     const bool says_why = why.code != QueryStatus::OK;
     throw ChangeError(says_why ? why.code : static_cast<std::int8_t>(QueryStatus::TF_UNAVAILABLE),
                       "frame '" + frame + "' has no pose: " + why.message);

@@ -13,19 +13,23 @@
 
 namespace proximity_server::node {
 
-/// Finds the pose of a tf frame now, in the reference frame of a robot. Throws ChangeError naming the frame if that is not known.
+/// Finds the present pose of a tf frame in the reference frame of a robot. Throws ChangeError naming the frame if the
+/// pose is not known.
 using FindFrame = std::function<Eigen::Isometry3d(const Robot& robot, const std::string& frame)>;
 
-/// Finds frames in tf; waits at most Config::tf_timeout for the robot, and as long for the frame.
+/// Makes a function that finds frames in tf. It waits at most Config::tf_timeout for the robot, and then at most as
+/// long for the frame.
 FindFrame frameFinder(TfPoses& tf);
 
-/// The frames of tf for changes of objects: each is looked up once, and none that has no pose is waited for twice.
+/// The frames of tf for changes of objects. Each frame is looked up once, also one that has no pose, so that nothing
+/// waits for it twice.
 class ChangeFrames : public scene::ObjectFrames {
  public:
   /// The robot must outlive it.
   explicit ChangeFrames(const Robot& robot, FindFrame find = {}) : robot_(robot), find_(std::move(find)) {}
 
-  /// "" is the reference frame, and a link has its frame; a slash in front counts for nothing.
+  /// The tf frame that `name` stands for: "" is the reference frame, and the name of a link stands for the frame of the
+  /// link. A slash in front of the name is ignored.
   std::string named(const std::string& name) const override;
   std::string ofLink(const std::string& link) const override;
   Eigen::Isometry3d seenFrom(const std::string& frame, const std::string& other,

@@ -24,18 +24,18 @@ ChangeStream::ChangeStream(ObjectStore& store, std::function<void(const std::str
 ChangeStream::~ChangeStream() {
   {
     const UniqueLock lock(mutex_);
-    ends_ = true;
+    is_stopping_ = true;
     waiting_.clear();
   }
   changed_.notify_all();
   thread_.join();
 }
 
-void ChangeStream::take(const boost::shared_ptr<const ObjectChanges>& message) {
+void ChangeStream::enqueue(const boost::shared_ptr<const ObjectChanges>& message) {
   const std::size_t bytes = ros::serialization::serializationLength(*message);
   {
     const UniqueLock lock(mutex_);
-    const bool fits = waiting_.size() < kMostMessages && waiting_bytes_ + bytes <= kMostBytes;
+    const bool fits = waiting_.size() < kMaxMessages && waiting_bytes_ + bytes <= kMaxBytes;
     if (fits || waiting_.empty()) {
       waiting_.push_back({message, bytes});
       waiting_bytes_ += bytes;
@@ -62,10 +62,11 @@ void ChangeStream::run() {
   }
 }
 
-/// Waits for messages, and takes those that can be applied together; none at the end.
+/// Waits for messages, and takes those from the queue that can be applied together. Returns none if the thread has to
+/// end.
 ChangeStream::Messages ChangeStream::next() {
   UniqueLock lock(mutex_);
-  changed_.wait(lock, [this] { return ends_ || !waiting_.empty(); });
+  changed_.wait(lock, [this] { return is_stopping_ || !waiting_.empty(); });
   Messages messages;
   while (!waiting_.empty()) {
     const bool alone = hasMesh(*waiting_.front().message);

@@ -15,29 +15,30 @@
 
 namespace proximity_server::node {
 
-/// Applies the changes that come by topic, in their order, in a thread of its own.
+/// Applies the changes that come by topic, in the order of their arrival, in a thread of its own.
 ///
-/// 1. take() puts a message behind those that wait, or refuses it if they are too many. It never waits.
-/// 2. The thread applies all that wait in one change, because a change costs the more the more objects there are: so it
-///    keeps up with any number of messages. A message with meshes, which may take seconds, is applied alone.
+/// 1. enqueue() adds a message to the queue, or refuses it if the queue is full. It never waits.
+/// 2. The thread applies all messages of the queue in one change, because a change takes the longer the more objects
+///    there are. So it keeps up with any number of messages. A message with meshes, which may take seconds, is applied
+///    alone.
 class ChangeStream {
  public:
-  /// What may wait: a message that would make it more is refused. A single one may be larger.
-  static constexpr std::size_t kMostMessages = 10000;
-  static constexpr std::size_t kMostBytes = std::size_t{64} << 20;
+  /// Limits of the queue. A message that would exceed them is refused, unless the queue is empty.
+  static constexpr std::size_t kMaxMessages = 10000;
+  static constexpr std::size_t kMaxBytes = std::size_t{64} << 20;
 
   using Messages = std::vector<boost::shared_ptr<const ObjectChanges>>;
 
-  /// `refused` gets the reason for each message that is left out. The store must outlive this.
+  /// `refused` is called with the reason for each message that is refused. The store must outlive this object.
   ChangeStream(ObjectStore& store, std::function<void(const std::string& reason)> refused);
 
-  /// Leaves out what still waits.
+  /// Drops the messages that are still in the queue.
   ~ChangeStream();
 
-  void take(const boost::shared_ptr<const ObjectChanges>& message);
+  void enqueue(const boost::shared_ptr<const ObjectChanges>& message);
 
  private:
-  struct Waiting {
+  struct QueuedMessage {
     boost::shared_ptr<const ObjectChanges> message;
     std::size_t bytes;
   };
@@ -49,10 +50,10 @@ class ChangeStream {
   const std::function<void(const std::string&)> refused_;
   std::mutex mutex_;  // guards the members below
   std::condition_variable changed_;
-  std::deque<Waiting> waiting_;
+  std::deque<QueuedMessage> waiting_;
   std::size_t waiting_bytes_ = 0;
-  bool ends_ = false;
-  std::thread thread_;  // last: it uses all of the above
+  bool is_stopping_ = false;
+  std::thread thread_;  // the last member, because the thread uses all others
 };
 
 }  // namespace proximity_server::node

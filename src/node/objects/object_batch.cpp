@@ -14,11 +14,11 @@ namespace {
 
 using Operation = scene::ObjectEdit::Operation;
 
-/// Objects among which the nearest name to an unknown one is looked for. More take longer than a change may, when a
-/// stream of changes names what is not there.
-constexpr std::size_t kMostSuggested = 1000;
+/// The nearest name to an unknown one is searched among no more objects than this: the search must not slow down a
+/// stream of changes that all name unknown objects.
+constexpr std::size_t kMaxSearchedNames = 1000;
 
-/// Other bytes cannot be kept in a file, and clients in Python cannot read them.
+/// Refuses text that is not UTF-8: it cannot be written into a file, and clients in Python cannot read it.
 void requireText(const std::string& text, const std::string& field) {
   try {
     scene::requireUtf8(text);
@@ -41,7 +41,7 @@ void requireLink(const scene::RobotModel& robot, const std::string& link, const 
                            scene::nearestName(link, scene::namesOf(robot.links)) + "'?)");
 }
 
-bool isWhole(const scene::ObjectEdit& edit) {
+bool makesObject(const scene::ObjectEdit& edit) {
   return edit.operation == Operation::Add || edit.operation == Operation::Replace;
 }
 
@@ -55,8 +55,9 @@ scene::ObjectOptions objectOptions(const Robot& robot) {
   return options;
 }
 
-/// The same error with the name of the object, shortened, in front of the field; that of the scene is left out.
-ChangeError ofObject(const std::string& id, const std::invalid_argument& error) {
+/// Puts the shortened name of the object in front of the error. If the error already begins with the whole name, that
+/// is removed.
+ChangeError withObjectName(const std::string& id, const std::invalid_argument& error) {
   const std::string name = "object " + shortened(id), text = error.what();
   const std::string start = "object " + scene::quoted(id) + ": ";
   if (dynamic_cast<const ChangeError*>(&error) || text.compare(0, start.size(), start) != 0)
@@ -66,27 +67,27 @@ ChangeError ofObject(const std::string& id, const std::invalid_argument& error) 
 
 }  // namespace
 
-MadeAhead madeAhead(const Robot& robot, const ObjectChanges& message) {
-  MadeAhead made;
+PreparedGeometry prepareGeometry(const Robot& robot, const ObjectChanges& message) {
+  PreparedGeometry prepared;
   scene::ObjectOptions options = objectOptions(robot);
   for (const ObjectChange& change : message.changes) {
     if (change.meshes.empty() && change.mesh_files.empty()) continue;
     try {
       const scene::ObjectEdit edit = editOf(change);
-      if (!isWhole(edit)) continue;
+      if (!makesObject(edit)) continue;
       options.padding = edit.padding;
-      made.emplace(&change, scene::makeObject(edit.id, edit.shapes, scene::Fixed{}, options).geometry);
+      prepared.emplace(&change, scene::makeObject(edit.id, edit.shapes, scene::Fixed{}, options).geometry);
     } catch (const std::invalid_argument&) {
-      break;  // it is found again, and told, when it is the turn of the change, and the message is refused
+      break;  // ObjectBatch::apply() finds the same error, and then refuses the message
     }
   }
-  return made;
+  return prepared;
 }
 
 ObjectBatch::ObjectBatch(const Robot& robot, const scene::Objects& before, const FindFrame& find_frame,
-                         const MadeAhead& made)
+                         const PreparedGeometry& prepared)
     : robot_(robot),
-      made_(made),
+      prepared_(prepared),
       frames_(robot, find_frame),
       options_(objectOptions(robot)),
       objects_(before, frames_, options_) {}
@@ -96,7 +97,7 @@ void ObjectBatch::apply(const ObjectChanges& message) {
     try {
       apply(message.changes[i]);
     } catch (const std::invalid_argument& error) {
-      throw ChangeError::within("changes[" + std::to_string(i) + "]", ofObject(message.changes[i].id, error));
+      throw ChangeError::within("changes[" + std::to_string(i) + "]", withObjectName(message.changes[i].id, error));
     }
   }
 }
@@ -106,7 +107,7 @@ void ObjectBatch::apply(const ObjectChange& change) {
   check(edit);
   if (edit.operation == Operation::Move)
     edit.shapes = movedShapes(change, scene::givenShapesOf(*objects_.find(edit.id)));
-  if (const auto made = made_.find(&change); made != made_.end()) edit.geometry = made->second;
+  if (const auto found = prepared_.find(&change); found != prepared_.end()) edit.geometry = found->second;
   objects_.apply(std::move(edit));
 }
 
@@ -118,17 +119,17 @@ void ObjectBatch::add(const scene::ObjectEdit& object) {
     check(object);
     objects_.apply(object);
   } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument(object.source + ": " + ofObject(object.id, error).what());
+    throw std::invalid_argument(object.source + ": " + withObjectName(object.id, error).what());
   }
 }
 
 void ObjectBatch::check(const scene::ObjectEdit& edit) const {
   if (edit.operation == Operation::Remove) {
     if (edit.id.empty()) refuseField("id", "it is empty");
-  } else if (isWhole(edit)) {
+  } else if (makesObject(edit)) {
     if (edit.operation == Operation::Add && objects_.find(edit.id))
       refuseField("id", "there is an object with this id already");
-    requireLegal(edit.id);
+    requireUsableId(edit.id);
     checkPlace(edit, nullptr);
   } else {
     checkPlace(edit, &require(edit.id));
@@ -155,7 +156,7 @@ void ObjectBatch::checkPlace(const scene::ObjectEdit& edit, const scene::Object*
   for (const std::string& link : place.touch_links) requireLink(robot_.robotModel(), link, "touch_links");
 }
 
-void ObjectBatch::requireLegal(const std::string& id) const {
+void ObjectBatch::requireUsableId(const std::string& id) const {
   if (id.empty()) refuseField("id", "it is empty");
   if (id == "*") refuseField("id", "it stands for all objects");
   requireLength(id, "id");
@@ -166,7 +167,7 @@ void ObjectBatch::requireLegal(const std::string& id) const {
 const scene::Object& ObjectBatch::require(const std::string& id) const {
   if (const scene::Object* found = objects_.find(id)) return *found;
   const std::size_t count = static_cast<std::size_t>(objects_.before().size()) + objects_.touched().size();
-  const std::string nearest = count > kMostSuggested ? "" : scene::nearestName(id, objects_.ids());
+  const std::string nearest = count > kMaxSearchedNames ? "" : scene::nearestName(id, objects_.ids());
   refuseField("id", "there is no object with this id" + (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));
 }
 

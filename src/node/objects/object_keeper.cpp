@@ -16,11 +16,11 @@
 namespace proximity_server::node {
 namespace {
 
-/// [s] until a file that could not be written is tried again: a full disk stays full for a while.
+/// Time until a file that could not be written is tried again, because a full disk stays full for a while.
 constexpr std::chrono::seconds kRetryPeriod{1};
 
-/// A symbolic link stays what it is: the file that it leads to is replaced.
-std::string followed(const std::string& path) {
+/// Resolves symbolic links, so that the file that a link leads to is replaced, and not the link.
+std::string resolvedPath(const std::string& path) {
   std::error_code failed;
   const std::filesystem::path target = std::filesystem::weakly_canonical(path, failed);
   return path.empty() || failed ? path : target.string();
@@ -31,7 +31,7 @@ bool exists(const std::string& path) {
   return !path.empty() && std::filesystem::exists(path, ignored);
 }
 
-/// Throws std::system_error if no file can be made in the folder of this one, which is not touched.
+/// Throws std::system_error if no file can be made in the folder of `file`. The file itself is not touched.
 void requireWritable(const std::string& file) {
   const std::string folder = std::filesystem::path(file).parent_path();
   if (access(folder.c_str(), W_OK | X_OK) != 0) throw std::system_error(errno, std::generic_category(), folder);
@@ -47,7 +47,7 @@ scene::ObjectFile objectsAtStart(const Config& config) {
   return file;
 }
 
-ObjectKeeper::ObjectKeeper(std::string file, const ObjectStore& store) : file_(followed(file)), store_(store) {
+ObjectKeeper::ObjectKeeper(std::string file, const ObjectStore& store) : file_(resolvedPath(file)), store_(store) {
   if (file_.empty()) return;
   system::removeLeftOvers(file_);
   try {
@@ -63,7 +63,7 @@ ObjectKeeper::~ObjectKeeper() {
   if (!thread_.joinable()) return;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    is_over_ = true;
+    is_stopping_ = true;
   }
   wake_.notify_one();
   thread_.join();
@@ -72,19 +72,19 @@ ObjectKeeper::~ObjectKeeper() {
 void ObjectKeeper::keep() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    is_asked_ = true;
+    is_write_requested_ = true;
   }
   wake_.notify_one();
 }
 
 void ObjectKeeper::run() {
-  for (bool is_over = false; !is_over;) {
+  for (bool is_last = false; !is_last;) {
     {
       std::unique_lock<std::mutex> lock(mutex_);
-      const auto is_wanted = [this] { return is_asked_ || is_over_; };
-      has_failed_ ? static_cast<void>(wake_.wait_for(lock, kRetryPeriod, is_wanted)) : wake_.wait(lock, is_wanted);
-      is_asked_ = false;
-      is_over = is_over_;
+      const auto must_wake = [this] { return is_write_requested_ || is_stopping_; };
+      has_failed_ ? static_cast<void>(wake_.wait_for(lock, kRetryPeriod, must_wake)) : wake_.wait(lock, must_wake);
+      is_write_requested_ = false;
+      is_last = is_stopping_;
     }
     try {
       writeIfChanged();

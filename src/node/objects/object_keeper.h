@@ -13,24 +13,25 @@
 
 namespace proximity_server::node {
 
-/// What stands there when the node starts: what Config::objects_file holds if this file exists, else Config::objects.
+/// The objects at the start of the node: those of Config::objects_file if this file exists, otherwise Config::objects.
 /// Failure: throws std::invalid_argument naming the file, the line and the reason. The file stays as it is.
 scene::ObjectFile objectsAtStart(const Config& config);
 
-/// Keeps the objects of a store in a file, for the next start of the node. A thread of its own writes them, so that nobody waits for a
-/// disk; of several changes in short order only the last is written. The file is replaced as a whole: whenever the node or the machine stops, it holds
-/// what was there before or after a change.
+/// Keeps the objects of a store in a file, for the next start of the node. A thread of its own writes the file, so that
+/// nobody waits for a disk. If several changes follow each other quickly, only the result of the last one is written.
+/// The file is replaced as a whole, so that it always holds the objects before or after a change, whenever the node or
+/// the machine stops.
 class ObjectKeeper {
  public:
-  /// `file` is an absolute path; "": nothing is kept. The store must outlive this.
-  /// Failure: throws std::invalid_argument if there is no such file and none can be written.
+  /// `file` is an absolute path; if it is "", nothing is kept. The store must outlive this object.
+  /// Failure: throws std::invalid_argument if the file cannot be written.
   ObjectKeeper(std::string file, const ObjectStore& store);
-  /// Writes what is not written yet.
+  /// Writes the last change if it is not written yet.
   ~ObjectKeeper();
   ObjectKeeper(const ObjectKeeper&) = delete;
   ObjectKeeper& operator=(const ObjectKeeper&) = delete;
 
-  /// Has the objects written if they have changed. Returns at once.
+  /// Lets the thread write the objects if they have changed. Returns at once.
   void keep();
 
  private:
@@ -39,11 +40,11 @@ class ObjectKeeper {
 
   const std::string file_;
   const ObjectStore& store_;
-  std::optional<std::uint64_t> written_;  ///< revision; only the thread uses it while it runs
-  bool has_failed_ = false;               ///< the same
+  std::optional<std::uint64_t> written_;  ///< revision of the file; used by the thread only, while it runs
+  bool has_failed_ = false;               ///< true if the last attempt to write has failed; used by the thread only
   std::mutex mutex_;
   std::condition_variable wake_;
-  bool is_asked_ = false, is_over_ = false;  // guarded by mutex_
+  bool is_write_requested_ = false, is_stopping_ = false;  // guarded by mutex_
   std::thread thread_;
 };
 

@@ -8,7 +8,7 @@
 namespace proximity_server::node {
 namespace {
 
-std::vector<int> listed(const std::set<int>& numbers) { return {numbers.begin(), numbers.end()}; }
+std::vector<int> toVector(const std::set<int>& numbers) { return {numbers.begin(), numbers.end()}; }
 
 /// The body that holds an object, or -1.
 int bodyOf(const scene::RobotModel& robot, const scene::Object& object) {
@@ -16,12 +16,13 @@ int bodyOf(const scene::RobotModel& robot, const scene::Object& object) {
   return held ? robot.links[robot.findLink(held->link)].body : -1;
 }
 
-/// The body of a link; -1 for the link -1.
+/// The body of a link; -1 if `link` is -1.
 int bodyOfLink(const Robot& robot, int link) { return link < 0 ? -1 : robot.robotModel().links[link].body; }
 
 int bodyOfReferenceFrame(const Robot& robot) { return bodyOfLink(robot, robot.referenceLink()); }
 
-/// The body that carries what is in a tf frame: that of the link with this frame, or of the reference frame, where it rests.
+/// The body that carries a tf frame: that of the link with this frame. Any other frame counts as at rest in the
+/// reference frame.
 int carrierOf(const Robot& robot, const std::string& frame) {
   const int link = robot.linkOfFrame(frame);
   return link >= 0 ? bodyOfLink(robot, link) : bodyOfReferenceFrame(robot);
@@ -37,7 +38,7 @@ bool isChecked(const scene::Objects& objects, int link) {
 std::vector<int> bodiesOfCheckedPairs(const Robot& robot, const scene::Objects& objects) {
   const scene::RobotModel& model = robot.robotModel();
   std::set<int> bodies(robot.candidateBodies().begin(), robot.candidateBodies().end());
-  if (objects.empty()) return listed(bodies);
+  if (objects.empty()) return toVector(bodies);
   for (std::size_t link = 0; link < model.links.size(); ++link) {
     if (bodies.count(model.links[link].body) == 0 && isChecked(objects, static_cast<int>(link)))
       bodies.insert(model.links[link].body);
@@ -47,12 +48,12 @@ std::vector<int> bodiesOfCheckedPairs(const Robot& robot, const scene::Objects& 
     if (body >= 0) bodies.insert(body);
   }
   for (const int body : bodiesOf(robot, framesOf(objects))) bodies.insert(body);
-  return listed(bodies);
+  return toVector(bodies);
 }
 
-AskedFrames framesOf(const scene::Objects& objects) {
-  AskedFrames frames{objects.frames(), {}};
-  for (std::size_t i = 0; i < frames.names.size(); ++i) frames.asked.push_back(static_cast<int>(i));
+CarrierFrames framesOf(const scene::Objects& objects) {
+  CarrierFrames frames{objects.frames(), {}};
+  for (std::size_t i = 0; i < frames.names.size(); ++i) frames.needed.push_back(static_cast<int>(i));
   return frames;
 }
 
@@ -67,11 +68,11 @@ std::vector<int> bodiesOf(const Robot& robot, const scene::Objects& objects,
     }
   }
   for (const int body : bodiesOf(robot, framesOf(objects, pairs))) bodies.insert(body);
-  return listed(bodies);
+  return toVector(bodies);
 }
 
-AskedFrames framesOf(const scene::Objects& objects, const std::vector<scene::ShapeRefPair>& pairs) {
-  AskedFrames frames{objects.frames(), {}};
+CarrierFrames framesOf(const scene::Objects& objects, const std::vector<scene::ShapeRefPair>& pairs) {
+  CarrierFrames frames{objects.frames(), {}};
   std::set<int> asked;
   for (const scene::ShapeRefPair& pair : pairs) {
     for (const scene::ShapeRef& ref : {pair.a, pair.b}) {
@@ -82,7 +83,7 @@ AskedFrames framesOf(const scene::Objects& objects, const std::vector<scene::Sha
       asked.insert(static_cast<int>(place - frames.names.begin()));
     }
   }
-  frames.asked = listed(asked);
+  frames.needed = toVector(asked);
   return frames;
 }
 

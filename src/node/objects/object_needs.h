@@ -8,26 +8,28 @@
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/question.h"
 
-// Which poses a question needs, and with what objects move.
+// The poses that a question needs, and the bodies with which objects move.
 
 namespace proximity_server::node {
 
-/// The bodies for all checked pairs of a robot, with objects and without.
+/// The bodies whose poses are needed for all checked pairs: those of links, and those with objects.
 std::vector<int> bodiesOfCheckedPairs(const Robot& robot, const scene::Objects& objects);
 
-/// The frames of all moving objects.
-AskedFrames framesOf(const scene::Objects& objects);
+/// The frames of moving objects, all of which are needed.
+CarrierFrames framesOf(const scene::Objects& objects);
 
-// The same for the pairs of a list.
+/// The bodies whose poses are needed for the pairs of a list.
 std::vector<int> bodiesOf(const Robot& robot, const scene::Objects& objects,
                           const std::vector<scene::ShapeRefPair>& pairs);
-AskedFrames framesOf(const scene::Objects& objects, const std::vector<scene::ShapeRefPair>& pairs);
 
-/// The body with which an object moves: that of its link, of the link whose frame carries it, or of the reference frame if that
-/// is a link; -1 if it rests in a reference frame that is none.
+/// The frames of moving objects; those of objects in the pairs of a list are needed.
+CarrierFrames framesOf(const scene::Objects& objects, const std::vector<scene::ShapeRefPair>& pairs);
+
+/// The body with which an object moves: the body of the link that holds it, or of the link whose frame carries it, or
+/// otherwise of the reference link. It is -1 if the object rests in a reference frame that is not that of a link.
 int carrierOf(const Robot& robot, const scene::Object& object);
 
-/// The same of all objects that no link holds.
+/// The bodies with which all objects move that no link holds.
 scene::ObjectCarriers carriersOf(const Robot& robot, const scene::Objects& objects);
 
 }  // namespace proximity_server::node

@@ -38,7 +38,7 @@ PairRule messageOf(const scene::WrittenRule& rule) {
   return message;
 }
 
-/// The same objects with these rules for pairs; the other rules stay.
+/// Returns the objects with these rules for pairs. Their other rules stay.
 scene::Objects withRules(const scene::Objects& objects, const std::vector<scene::WrittenRule>& rules) {
   scene::ObjectRules next = objects.rules();
   next.allowed = {};
@@ -48,7 +48,8 @@ scene::Objects withRules(const scene::Objects& objects, const std::vector<scene:
 
 const scene::Attached* holderOf(const scene::Object& object) { return std::get_if<scene::Attached>(&object.placement); }
 
-scene::ObjectEdit written(const ChangeFrames& frames, const scene::Object& object) {
+/// The operation that adds an object at the next start of the node.
+scene::ObjectEdit fileEntryOf(const ChangeFrames& frames, const scene::Object& object) {
   scene::ObjectEdit edit;
   edit.id = object.id;
   edit.padding = scene::paddingOf(object);
@@ -56,14 +57,14 @@ scene::ObjectEdit written(const ChangeFrames& frames, const scene::Object& objec
   if (const auto* held = holderOf(object)) {
     edit.place.link = held->link;
     edit.place.touch_links = held->touch_links;
-  } else {  // also in the reference frame: the next start may have another one
+  } else {  // also if this is the reference frame: at the next start, another one may be set
     edit.place.frame = scene::carrierOf(object, frames);
   }
   edit.shapes = scene::givenShapesOf(object);
   return edit;
 }
 
-/// Throws std::invalid_argument if an object stands in a reference frame that is another one now.
+/// Throws std::invalid_argument if the reference frame has changed and an object is fixed in it.
 void requireSameReference(const scene::Objects& objects, const Robot& before, const Robot& now) {
   if (before.referenceFrame() == now.referenceFrame()) return;
   for (const int number : objects.numbers()) {
@@ -115,7 +116,8 @@ std::int64_t trianglesOf(const scene::Object* object) {
   return count;
 }
 
-/// In the order of the ids, which is that of the numbers that new objects get, however a message lists them.
+/// The changes in the order of the ids, so that the numbers that new objects get do not depend on the order in a
+/// message.
 std::vector<scene::ObjectChange> sortedDifference(const scene::ObjectEditor& edited) {
   struct Id {
     const std::string& operator()(const scene::RemoveObject& change) const { return change.id; }
@@ -137,22 +139,22 @@ void requireAtMost(std::int64_t limit, std::int64_t count, const std::string& wh
 }  // namespace
 
 ObjectStore::ObjectStore(std::shared_ptr<const Robot> robot, std::uint64_t node_start, FindFrame find_frame,
-                         std::function<void(const Robot&)> in_use, const ObjectLimits& limits,
+                         std::function<void(const Robot&)> on_change, const ObjectLimits& limits,
                          const scene::ObjectFile& at_start)
     : node_start_(node_start),
       find_frame_(std::move(find_frame)),
-      in_use_(std::move(in_use)),
+      on_change_(std::move(on_change)),
       limits_(limits),
       robot_(std::move(robot)) {
-  begin(at_start);
+  loadAtStart(at_start);
 }
 
-void ObjectStore::begin(const scene::ObjectFile& file) {
+void ObjectStore::loadAtStart(const scene::ObjectFile& file) {
   if (!file.changes.empty()) {
     throw std::invalid_argument(file.changes.front().edit.source +
                                 ": only the tool clearance makes changes at a row or time");
   }
-  const MadeAhead none;
+  const PreparedGeometry none;
   const RobotObjects before = robot_->objects().get();
   ObjectBatch batch(*robot_, *before.all, find_frame_, none);
   for (const scene::ObjectEdit& object : file.objects) batch.add(object);
@@ -164,24 +166,24 @@ std::uint64_t ObjectStore::apply(const ObjectChanges& changes) {
 }
 
 std::uint64_t ObjectStore::applyTogether(const std::vector<const ObjectChanges*>& messages, const Refused& refused) {
-  const std::shared_ptr<const Robot> robot = robotNow();
-  MadeAhead made;
-  for (const ObjectChanges* message : messages) made.merge(madeAhead(*robot, *message));
-  const Lock only_one(changing_);
-  if (robot != robot_) made.clear();  // a reload may have changed how meshes are read
-  applyLocked(messages, refused, made);
+  const std::shared_ptr<const Robot> robot = currentRobot();
+  PreparedGeometry prepared;
+  for (const ObjectChanges* message : messages) prepared.merge(prepareGeometry(*robot, *message));
+  const Lock only_one(change_mutex_);
+  if (robot != robot_) prepared.clear();  // a reload may have changed how meshes are read
+  applyLocked(messages, refused, prepared);
   return revision();
 }
 
-std::shared_ptr<const Robot> ObjectStore::robotNow() const {
+std::shared_ptr<const Robot> ObjectStore::currentRobot() const {
   const Lock lock(mutex_);
   return robot_;
 }
 
 void ObjectStore::applyLocked(const std::vector<const ObjectChanges*>& messages, const Refused& refused,
-                              const MadeAhead& made) {
+                              const PreparedGeometry& prepared) {
   const RobotObjects before = robot_->objects().get();
-  ObjectBatch batch(*robot_, *before.all, find_frame_, made);
+  ObjectBatch batch(*robot_, *before.all, find_frame_, prepared);
   Rules rules;
   for (const ObjectChanges* message : messages) {
     batch.objects().keep();
@@ -194,16 +196,17 @@ void ObjectStore::applyLocked(const std::vector<const ObjectChanges*>& messages,
     }
   }
   try {
-    if (commit(batch.objects(), rules, before.revision + 1)) in_use_(*robot_);
+    if (commit(batch.objects(), rules, before.revision + 1)) on_change_(*robot_);
   } catch (const std::exception& error) {
-    // Rare, because nearly all is checked before: the one to blame is found by trying each.
+    // This is rare, because nearly everything is checked before. Applying each message alone finds the one that is
+    // wrong.
     if (messages.size() == 1) return refused(error);
-    for (const ObjectChanges* message : messages) applyLocked({message}, refused, made);
+    for (const ObjectChanges* message : messages) applyLocked({message}, refused, prepared);
   }
 }
 
-/// Makes what was edited, with the rules if there are any, the objects of the robot, if they are within the limits. False if that
-/// changes nothing.
+/// Gives the edited objects to the robot, with the rules if there are any. Returns false if nothing has changed.
+/// Failure: throws std::invalid_argument if the objects exceed a limit.
 bool ObjectStore::commit(const scene::ObjectEditor& edited, const Rules& rules, std::uint64_t revision) {
   const scene::Objects& before = edited.before();
   const std::vector<scene::ObjectChange> changes = sortedDifference(edited);
@@ -225,7 +228,7 @@ bool ObjectStore::commit(const scene::ObjectEditor& edited, const Rules& rules, 
 }
 
 void ObjectStore::follow(const std::shared_ptr<const Robot>& robot, const std::function<void()>& replace) {
-  const Lock only_one(changing_);
+  const Lock only_one(change_mutex_);
   const RobotObjects now = robot_->objects().get();
   requireSameReference(*now.all, *robot_, *robot);
   std::vector<scene::ObjectChange> additions;
@@ -239,13 +242,13 @@ void ObjectStore::follow(const std::shared_ptr<const Robot>& robot, const std::f
   replace();
 }
 
-ObjectStore::Present ObjectStore::present() const {
+ObjectStore::CurrentObjects ObjectStore::current() const {
   const Lock lock(mutex_);
   return {robot_, robot_->objects().get(), rules_};
 }
 
-// Many objects make a long message: it is written without the lock, so that no change waits for it.
-ObjectList ObjectStore::list(const Present& now) const {
+// The message of many objects is long. It is made without the lock, so that no change waits for it.
+ObjectList ObjectStore::list(const CurrentObjects& now) const {
   ObjectList list;
   list.header.frame_id = now.robot->referenceFrame();
   list.node_start = node_start_;
@@ -258,15 +261,15 @@ ObjectList ObjectStore::list(const Present& now) const {
 }
 
 ObjectStore::Snapshot ObjectStore::snapshot() const {
-  const Present now = present();
+  const CurrentObjects now = current();
   const ChangeFrames frames(*now.robot);
   Snapshot snapshot{{}, now.objects.revision};
   for (const int number : now.objects.all->numbers())
-    snapshot.file.objects.push_back(written(frames, *now.objects.all->object(number)));
+    snapshot.file.objects.push_back(fileEntryOf(frames, *now.objects.all->object(number)));
   snapshot.file.rules = now.rules;
   return snapshot;
 }
 
-std::uint64_t ObjectStore::revision() const { return robotNow()->objects().get().revision; }
+std::uint64_t ObjectStore::revision() const { return currentRobot()->objects().get().revision; }
 
 }  // namespace proximity_server::node

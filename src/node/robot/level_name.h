@@ -20,7 +20,7 @@ inline const char* levelName(Clearance::_level_type level) {
   }
 }
 
-/// The name of the level to which Clearance::deciding_threshold belongs: of CLEAR it is that of WARN.
+/// The name of the level to which Clearance::deciding_threshold belongs. For the level CLEAR this is WARN.
 inline const char* levelOfThreshold(Clearance::_level_type level) {
   return levelName(level == Clearance::CLEAR ? Clearance::_level_type{Clearance::WARN} : level);
 }

@@ -17,15 +17,16 @@ namespace {
 
 using XmlRpc::XmlRpcValue;
 
-/// An example of a list of pairs for an error message; it has the names of the user's flat list if that begins with
-/// two.
-std::string rightForm(XmlRpcValue& flat) {
+/// An example of a list of pairs for an error message. If the user's flat list begins with two names, the example has
+/// these.
+std::string exampleOfPairs(XmlRpcValue& flat) {
   const auto isText = [&](int i) { return i < flat.size() && flat[i].getType() == XmlRpcValue::TypeString; };
   if (!isText(0) || !isText(1)) return "[[a, b]]";
   return "[[" + static_cast<std::string>(flat[0]) + ", " + static_cast<std::string>(flat[1]) + "]]";
 }
 
-/// Whether it is the name of a robot: letters, digits and underscores, as in names of ROS, so that "left/elbow" is unique.
+/// Returns whether `name` may be the name of a robot: letters, digits and underscores, as in names of ROS. It has no
+/// slash, so that "left/elbow" is unique.
 bool isRobotName(const std::string& name) {
   const auto is_allowed = [](unsigned char c) { return std::isalnum(c) || c == '_'; };
   return !name.empty() && std::isalpha(static_cast<unsigned char>(name.front())) &&
@@ -41,7 +42,7 @@ bool isTopic(const std::string& name) {
   return !name.empty() && name.front() != '~' && ros::names::validate(name, problem);
 }
 
-/// The parameters of one namespace. It remembers the names that were read, so that it can warn about all others.
+/// Reads the parameters of one namespace, and remembers their names, so that it can warn about all others.
 class Parameters {
  public:
   Parameters(const XmlRpcValue& values, std::string name_space) : namespace_(std::move(name_space)) {
@@ -57,8 +58,8 @@ class Parameters {
     if (!condition) throw std::invalid_argument("parameter " + fullName(name) + " " + demand);
   }
 
-  /// Accepts a parameter of another library in this namespace.
-  void tolerate(const std::string& name) { known_.push_back(name); }
+  /// Accepts a parameter that another library reads in this namespace.
+  void acceptUnread(const std::string& name) { known_.push_back(name); }
 
   void warnAboutUnknown() {
     if (!values_.valid()) return;
@@ -111,7 +112,7 @@ class Parameters {
   void set(std::vector<Parameter::Names>& target, XmlRpcValue& value, const Parameter& parameter) {
     for (XmlRpcValue* entry : entries(value, parameter.name)) {
       require(entry->getType() == XmlRpcValue::TypeArray, parameter.name,
-              "must be a list of pairs, with brackets around each of them: " + rightForm(value));
+              "must be a list of pairs, with brackets around each of them: " + exampleOfPairs(value));
       target.push_back(pairOfNames(*entry, parameter.name));
     }
   }
@@ -211,7 +212,7 @@ class Parameters {
   std::vector<std::string> known_;
 };
 
-/// Whether these parameters describe several robots.
+/// Returns whether these parameters describe robots by the parameter `robots`.
 bool hasRobots(const XmlRpcValue& values) {
   if (values.getType() != XmlRpcValue::TypeStruct || !values.hasMember("robots")) return false;
   XmlRpcValue robots = XmlRpcValue(values)["robots"];
@@ -219,7 +220,7 @@ bool hasRobots(const XmlRpcValue& values) {
 }
 
 /// Returns why these settings contradict each other ("stop_distance is ..."), or "" if they do not.
-std::string problemOf(const MonitorSettings& settings) {
+std::string contradictionIn(const MonitorSettings& settings) {
   const auto contradiction = [](const std::string& kind, double stop, double warn) {
     if (stop <= warn) return std::string();
     return kind + "stop_distance is " + scene::shortest(stop) + ", above " + kind + "warn_distance, which is " +
@@ -242,7 +243,7 @@ std::vector<RobotSource> robotSources(const Config& config) {
   return {robot};
 }
 
-std::string problemOfDamper(const MonitorSettings& settings) {
+std::string problemOfInfluenceDistance(const MonitorSettings& settings) {
   const std::pair<const char*, double> stop_distances[] = {{"stop_distance", settings.stop_distance},
                                                            {"object_stop_distance", settings.object_stop_distance}};
   for (const auto& [name, stop] : stop_distances) {
@@ -277,12 +278,12 @@ Config configFrom(const XmlRpcValue& values, const std::string& name_space) {
   Config config;
   Parameters parameters(values, name_space);
   for (const Parameter& parameter : parameterTable(config)) parameters.read(parameter);
-  parameters.tolerate("diagnostic_period");  // of diagnostic_updater
+  parameters.acceptUnread("diagnostic_period");  // diagnostic_updater reads it
   parameters.warnAboutUnknown();
   config.model.mesh_cache = config.mesh_cache == "user" ? scene::userMeshCache() : config.mesh_cache;
   const bool is_path = config.objects_file.empty() || config.objects_file.front() == '/';
   parameters.require(is_path, "objects_file", "is '" + config.objects_file + "', no absolute path");
-  const std::string problem = problemOf(config.monitor);
+  const std::string problem = contradictionIn(config.monitor);
   if (!problem.empty()) throw std::invalid_argument("parameter " + name_space + "/" + problem);
   return config;
 }
@@ -301,7 +302,7 @@ Config loadConfig(const ros::NodeHandle& private_nh) {
   std::string found;
   const bool may_have_members = !values.valid() || values.getType() == XmlRpcValue::TypeStruct;
   const bool is_found = private_nh.searchParam("tf_prefix", found) && found != private_nh.resolveName("tf_prefix");
-  // Several robots have a prefix each.
+  // Each of several robots has a prefix of its own, so a common one is not searched then.
   if (may_have_members && is_found && !hasRobots(values)) private_nh.getParam(found, values["tf_prefix"]);
   return configFrom(values, private_nh.getNamespace());
 }

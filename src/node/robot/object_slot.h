@@ -15,8 +15,8 @@ struct RobotObjects {
   std::uint64_t revision = 0;
 };
 
-/// The objects that requests and the monitor use now. A request takes them once, and keeps those until it is answered.
-/// Thread-safe.
+/// Holds the objects that requests and the monitor use now. A request takes them once, and keeps them until it is
+/// answered. Thread-safe.
 class ObjectSlot {
  public:
   explicit ObjectSlot(RobotObjects objects) : objects_(std::move(objects)) {}
@@ -27,7 +27,7 @@ class ObjectSlot {
   }
   void set(RobotObjects objects) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    std::swap(objects_, objects);  // those of before are destroyed without the lock
+    std::swap(objects_, objects);  // the previous objects are destroyed after the lock is released
   }
 
  private:

@@ -6,7 +6,8 @@
 
 namespace proximity_server::node {
 
-/// A parameter as a file would have it. What YAML cannot say, binary data and dates, becomes null.
+/// Converts a parameter into the value that a file of the same text would have. Binary data and dates, which YAML does
+/// not have, become null.
 scene::FileValue fileValueOf(XmlRpc::XmlRpcValue& parameter);
 
 }  // namespace proximity_server::node

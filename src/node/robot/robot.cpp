@@ -18,7 +18,7 @@
 namespace proximity_server::node {
 namespace {
 
-/// The text of a parameter, searched upwards; "" if there is none.
+/// Reads the text of a parameter, which is searched upwards; returns "" if there is none.
 std::string descriptionOf(const ros::NodeHandle& nh, const std::string& name) {
   std::string found, text;
   if (!nh.searchParam(name, found)) return {};
@@ -36,7 +36,7 @@ std::string urdfOf(const ros::NodeHandle& nh, const RobotSource& robot) {
   return urdf;
 }
 
-/// The text of the SRDF; "" if the parameter is not set, which is an error only if a user named the parameter.
+/// Reads the text of the SRDF. Returns "" if the parameter is not set, and throws if a user has named that parameter.
 std::string srdfOf(const ros::NodeHandle& nh, const RobotSource& robot) {
   if (robot.semantic.empty()) return {};
   std::string found;
@@ -83,7 +83,7 @@ std::shared_ptr<const scene::SceneModel> loadSceneModel(const std::vector<RobotT
   return std::make_shared<const scene::SceneModel>(std::move(model));
 }
 
-/// The frames of the links in tf. Throws std::invalid_argument if links of two robots have the same.
+/// The frames of the links in tf. Throws std::invalid_argument if links of two robots have the same frame.
 std::vector<std::string> framesOf(const scene::RobotModel& robots, const std::vector<RobotSource>& sources) {
   std::vector<std::string> frames;
   std::map<std::string, int> robot_of;
@@ -100,19 +100,19 @@ std::vector<std::string> framesOf(const scene::RobotModel& robots, const std::ve
   return frames;
 }
 
-/// The link of this frame in tf, or of this name; -1 if there is none.
+/// The link that has this frame in tf, or this name; -1 if there is none.
 int findFrame(const scene::RobotModel& robot, const std::vector<std::string>& frames, const std::string& frame) {
   const auto hit = std::find(frames.begin(), frames.end(), frame);
   return hit == frames.end() ? robot.findLink(frame) : static_cast<int>(hit - frames.begin());
 }
 
-/// The link of the reference frame, or -1. The parameter may name the link, or its frame with the prefix.
+/// The link that has the reference frame, or -1. The parameter may name the link, or its frame with the prefix.
 int referenceLinkOf(const scene::RobotModel& robot, const std::vector<std::string>& frames, const Config& config) {
   if (config.reference_frame.empty()) return robot.rootLink();
   return findFrame(robot, frames, config.reference_frame);
 }
 
-/// No objects, and rules for a robot whose base stands still if it carries the reference frame.
+/// Makes an empty set of objects. By its rules the robot's base stands still if the base carries the reference frame.
 RobotObjects noObjects(const std::shared_ptr<const scene::SceneModel>& model, int reference_link,
                        scene::ObjectRules::FreeObjects free_objects) {
   scene::ObjectRules rules;
@@ -122,7 +122,7 @@ RobotObjects noObjects(const std::shared_ptr<const scene::SceneModel>& model, in
   return {std::make_shared<const scene::Objects>(scene::Objects(model).withRules(rules)), 0};
 }
 
-/// In messages: the only robot is not named.
+/// The name of an edge to a root in messages. The robot is not named if there is only one.
 std::string nameOfRootEdge(const Robot& robot, int number, const std::string& parent, const std::string& root) {
   const std::string& name = robot.sources()[number].name;
   if (name.empty()) return "reference_frame '" + robot.referenceFrame() + "'";
@@ -146,7 +146,8 @@ std::vector<TfEdge> edgesOf(const Robot& robot) {
   return edges;
 }
 
-/// Throws std::invalid_argument if there is no such joint; `parameter` begins the sentence.
+/// Finds a movable joint. Throws std::invalid_argument if there is none of this name; the message begins with
+/// `parameter`.
 int movableJoint(const scene::RobotModel& robot, const std::string& name, const std::string& parameter) {
   const int joint = scene::findNamed(robot.joints, name);
   if (joint >= 0) return joint;
@@ -154,7 +155,8 @@ int movableJoint(const scene::RobotModel& robot, const std::string& name, const 
                               scene::nearestName(name, scene::namesOf(robot.joints)) + "'?");
 }
 
-/// Throws std::invalid_argument if the parameter is about a joint that has no deceleration of its own.
+/// Finds a joint of the parameter max_deceleration. Throws std::invalid_argument if the joint cannot have a
+/// deceleration.
 int jointThatStops(const scene::RobotModel& robot, const std::string& name) {
   const std::string parameter = "parameter max_deceleration/" + name + ": ";
   const int joint = movableJoint(robot, name, parameter);
@@ -169,7 +171,7 @@ std::vector<std::optional<double>> maxDecelerationsOf(const scene::RobotModel& r
   return decelerations;
 }
 
-/// Those of all joints if none is named.
+/// The columns of the named joints; those of all joints if none is named.
 std::vector<int> constraintColumnsOf(const scene::RobotModel& robot, const std::vector<std::string>& joints) {
   const scene::DegreesOfFreedom all(robot);
   std::vector<bool> moves(static_cast<std::size_t>(all.size()), joints.empty());
@@ -188,7 +190,7 @@ std::vector<int> constraintColumnsOf(const scene::RobotModel& robot, const std::
   return columns;
 }
 
-/// For each robot the index of the edge to its root, see Robot::tfEdges().
+/// Returns for each robot the index of the edge to its root, see Robot::tfEdges().
 std::vector<int> rootEdgesOf(const Robot& robot) {
   std::vector<int> edges;
   int next = static_cast<int>(robot.robotModel().joints.size());
@@ -272,14 +274,14 @@ scene::MeshResolver meshResolver(const Config& config) {
 }
 
 std::vector<int> bodiesOf(const scene::RobotModel& robot, const std::vector<scene::ShapeRefPair>& pairs) {
-  std::vector<bool> is_asked(robot.bodies.size(), false);
+  std::vector<bool> is_in_pairs(robot.bodies.size(), false);
   for (const scene::ShapeRefPair& pair : pairs) {
     for (const int link : {pair.a.link(), pair.b.link()})
-      if (link >= 0) is_asked[robot.links[link].body] = true;
+      if (link >= 0) is_in_pairs[robot.links[link].body] = true;
   }
   std::vector<int> bodies;
-  for (std::size_t body = 0; body < is_asked.size(); ++body)
-    if (is_asked[body]) bodies.push_back(static_cast<int>(body));
+  for (std::size_t body = 0; body < is_in_pairs.size(); ++body)
+    if (is_in_pairs[body]) bodies.push_back(static_cast<int>(body));
   return bodies;
 }
 

@@ -21,14 +21,14 @@ struct TfEdge {
   std::string name;           ///< in messages: "joint 'elbow'"
 };
 
-/// The texts of one robot.
+/// The texts that describe one robot.
 struct RobotTexts {
   std::string urdf;
-  std::string srdf;  ///< "": there is none
+  std::string srdf;  ///< "" if there is none
 };
 
-/// A robot as the parameter server described it, or several that are one model (scene::joined). Besides its objects and the default
-/// thresholds it does not change after loading: a reload makes a new Robot, and running requests keep the old one.
+/// A robot as the parameter server described it, or several robots in one model (scene::loadRobots). Only its objects
+/// and its default thresholds change after loading: a reload makes a new Robot, and running requests keep the old one.
 class Robot {
  public:
   /// Reads URDF and SRDF from the parameters that `config` names, searched upwards from the namespace of `nh`.
@@ -36,10 +36,10 @@ class Robot {
   /// Failure: throws std::invalid_argument naming the parameter, file, link or element that is missing or broken.
   Robot(const ros::NodeHandle& nh, const Config& config);
 
-  /// Reads the texts of each of robotSources(config).
+  /// Makes the robots from their texts, one for each of robotSources(config).
   Robot(const std::vector<RobotTexts>& texts, const Config& config);
 
-  /// The same for a single robot.
+  /// Makes a single robot from its texts.
   Robot(const std::string& urdf, const std::string& srdf, const Config& config);
 
   const Config& config() const { return config_; }
@@ -47,52 +47,56 @@ class Robot {
   const std::shared_ptr<const scene::SceneModel>& sharedModel() const { return model_; }
   const scene::RobotModel& robotModel() const { return model_->robot; }
 
-  /// Where the robots of the model come from, in the order of RobotModel::robots.
+  /// The sources of the robots of the model, in the order of RobotModel::robots.
   const std::vector<RobotSource>& sources() const { return sources_; }
 
   /// The frame of a link in tf, with the prefix of its robot.
   const std::string& frameOf(int link) const { return frames_[link]; }
 
-  /// The link whose frame in tf this is, with or without the prefix; -1 if there is none.
+  /// The link that has this frame in tf, which may be given with or without the prefix; -1 if there is none.
   int linkOfFrame(const std::string& frame) const;
 
-  /// The frame of all answers, and the link whose frame it is; -1 if it is not the frame of a link.
+  /// The frame of all answers, and the link that has this frame; -1 if no link has it.
   const std::string& referenceFrame() const { return reference_frame_; }
   int referenceLink() const { return reference_link_; }
 
-  /// The robot that the reference frame is a link of, as an index into RobotModel::robots; -1 if it is no link.
+  /// The robot with the reference link, as an index into RobotModel::robots; -1 if the reference frame is not that of a
+  /// link.
   int referenceRobot() const;
 
-  /// One edge for each of RobotModel::joints. Then one to the root of each robot of which the reference frame is no link, from
-  /// the reference frame, or from the root of the robot that has it: rootEdge() is its index, -1 for that robot.
+  /// The transforms that the robot needs from tf. There is one edge for each of RobotModel::joints. Behind them there
+  /// is one edge to the root of each robot but referenceRobot(). It begins at the root of referenceRobot(), or at the
+  /// reference frame if there is no such robot. rootEdge() is the index of this edge; it is -1 for referenceRobot().
   const std::shared_ptr<const std::vector<TfEdge>>& tfEdges() const { return tf_edges_; }
   int rootEdge(int robot) const { return root_edges_[robot]; }
 
-  /// The pairs that are checked, and the bodies of their links, each once.
+  /// The pairs that are checked, and the bodies of their links, each body once.
   const scene::Candidates& candidates() const { return candidates_; }
   const std::vector<int>& candidateBodies() const { return candidate_bodies_; }
 
-  /// How hard each of RobotModel::joints can brake [rad/s^2] or [m/s^2]; nullopt if the parameters do not tell.
+  /// The largest deceleration of each of RobotModel::joints [rad/s^2] or [m/s^2]; nullopt if the parameters have none
+  /// for it.
   const std::vector<std::optional<double>>& maxDecelerations() const { return max_decelerations_; }
 
   /// The columns of scene::DegreesOfFreedom that the controller of ~constraints moves.
   const std::vector<int>& constraintColumns() const { return constraint_columns_; }
 
-  /// At or below which distances a pair is at a level.
+  /// The distances at or below which a pair has a level.
   std::shared_ptr<const scene::LevelThresholds> thresholds() const { return std::atomic_load(&thresholds_); }
 
-  /// Takes the thresholds of pairs that have none of their own from settings, from now on.
-  /// Failure: throws std::invalid_argument naming a pair whose own do not fit: its stop distance is above its warn distance, or it has
-  ///          one of its own that is not below influence_distance. Then nothing changes.
+  /// Gives all pairs without thresholds of their own those of `settings`.
+  /// Failure: throws std::invalid_argument naming a pair if its stop distance is above its warn distance, or if a stop
+  ///          distance of its own is not below influence_distance. Then nothing changes.
   void useDefaults(const MonitorSettings& settings) const;
 
-  /// The objects around the robot. Unlike all else of a robot they change while it is used.
+  /// The objects around the robot. They may change while the robot is used.
   ObjectSlot& objects() const { return *objects_; }
 
-  /// Candidate pairs in which a link of this SRDF group moves. Throws std::invalid_argument for an unknown group.
+  /// The candidate pairs in which a link of this SRDF group moves. Throws std::invalid_argument for an unknown group.
   std::vector<scene::ShapeRefPair> pairsOfGroup(const std::string& group) const;
 
-  /// A scene for one request; it may still have the poses of an earlier one. The lease must end before the robot.
+  /// Lends a scene to one request. The scene may still have the poses of an earlier request. The lease must end before
+  /// the robot is destroyed.
   ScenePool::Lease borrowScene() const { return scenes_->borrow(); }
   MovingScenePool::Lease borrowMovingScene() const { return moving_scenes_->borrow(); }
 
@@ -101,7 +105,7 @@ class Robot {
   std::vector<RobotSource> sources_;
   std::vector<std::string> srdfs_;
   std::shared_ptr<const scene::SceneModel> model_;
-  std::vector<std::string> frames_;  ///< of the links
+  std::vector<std::string> frames_;  ///< the tf frame of each link
   scene::Candidates candidates_;
   std::vector<int> candidate_bodies_;
   int reference_link_;
@@ -110,7 +114,7 @@ class Robot {
   std::vector<int> root_edges_;
   std::vector<std::optional<double>> max_decelerations_;
   std::vector<int> constraint_columns_;
-  mutable std::shared_ptr<const scene::LevelThresholds> thresholds_;  ///< as it is at present, used by std::atomic_load
+  mutable std::shared_ptr<const scene::LevelThresholds> thresholds_;  ///< accessed by std::atomic_load and atomic_store
   std::unique_ptr<ObjectSlot> objects_;
   std::unique_ptr<ScenePool> scenes_;
   std::unique_ptr<MovingScenePool> moving_scenes_;
@@ -119,8 +123,8 @@ class Robot {
 /// Gives the pairs that have no thresholds of their own those of the settings.
 void assignDefaults(scene::LevelThresholds& thresholds, const MonitorSettings& settings);
 
-/// Finds the mesh files of links and objects: those of packages below the roots of the parameters and of
-/// ROS_PACKAGE_PATH, and only below the allowed roots.
+/// Makes the function that finds the mesh files of links and objects. It searches packages below the roots of the
+/// parameters and of ROS_PACKAGE_PATH, and refuses files that are not below one of the allowed roots.
 scene::MeshResolver meshResolver(const Config& config);
 
 /// The bodies of all links in `pairs`, each once, in ascending order. Objects are left out.

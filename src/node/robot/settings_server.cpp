@@ -14,12 +14,12 @@ namespace {
 
 using dynamic_reconfigure::Reconfigure;
 
-/// A service whose callback may throw std::invalid_argument: the client gets its text as the error of the call, for which roscpp has no
-/// way of its own. It sends nothing but an empty text where call() returns false, and the response as it is where it returns true: so
-/// this returns true, and the response says by its first byte that the call has failed.
-class ReasonToClient : public ros::ServiceCallbackHelper {
+/// Makes the text of an std::invalid_argument, which the callback of a service throws, the error that the client gets.
+/// roscpp cannot do that: if call() returns false, it sends an empty error, and if call() returns true, it sends the
+/// response as it is. So call() returns true here, with a response whose first byte says that the call has failed.
+class ReasonAsReply : public ros::ServiceCallbackHelper {
  public:
-  explicit ReasonToClient(ros::ServiceCallbackHelperPtr callback) : callback_(std::move(callback)) {}
+  explicit ReasonAsReply(ros::ServiceCallbackHelperPtr callback) : callback_(std::move(callback)) {}
 
   bool call(ros::ServiceCallbackHelperCallParams& params) override {
     try {
@@ -34,7 +34,8 @@ class ReasonToClient : public ros::ServiceCallbackHelper {
   ros::ServiceCallbackHelperPtr callback_;
 };
 
-/// Throws std::invalid_argument naming the first entry that is no live parameter of this type: the generated code only logs that.
+/// Throws std::invalid_argument naming the first entry that is no live parameter of this type. The generated code would
+/// only log it.
 template <class Entries>
 void requireKnown(const Entries& entries, const Entries& known) {
   for (const auto& entry : entries) {
@@ -55,12 +56,12 @@ SettingsServer::SettingsServer(const ros::NodeHandle& private_nh, Apply apply)
   values_.__fromServer__(private_nh_);
   apply_(settingsOf(values_));
   descriptions_pub_.publish(ProximityConfig::__getDescriptionMessage__());
-  tell();
+  publishSettings();
   ros::AdvertiseServiceOptions options;
   options.init<Reconfigure::Request, Reconfigure::Response>(
       "set_parameters",
       [this](Reconfigure::Request& request, Reconfigure::Response& response) { return onSet(request, response); });
-  options.helper = boost::make_shared<ReasonToClient>(options.helper);
+  options.helper = boost::make_shared<ReasonAsReply>(options.helper);
   set_srv_ = private_nh_.advertiseService(options);
 }
 
@@ -69,9 +70,9 @@ MonitorSettings SettingsServer::settings() const {
   return settingsOf(values_);
 }
 
-void SettingsServer::whileTheyStay(const std::function<void(const MonitorSettings& settings)>& act) const {
+void SettingsServer::withSettingsLocked(const std::function<void(const MonitorSettings& settings)>& function) const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  act(settingsOf(values_));
+  function(settingsOf(values_));
 }
 
 MonitorSettings SettingsServer::settingsOf(const ProximityConfig& values) const {
@@ -84,27 +85,27 @@ bool SettingsServer::onSet(Reconfigure::Request& request, Reconfigure::Response&
   const std::lock_guard<std::mutex> lock(mutex_);
   dynamic_reconfigure::Config known;
   values_.__toMessage__(known);
-  ProximityConfig asked = values_;
+  ProximityConfig requested = values_;
   try {
     requireKnown(request.config.doubles, known.doubles);
     requireKnown(request.config.ints, known.ints);
     requireKnown(request.config.bools, known.bools);
     requireKnown(request.config.strs, known.strs);
-    asked.__fromMessage__(request.config);
-    apply_(settingsOf(asked));
+    requested.__fromMessage__(request.config);
+    apply_(settingsOf(requested));
   } catch (const std::invalid_argument& refusal) {
     ROS_ERROR_STREAM("the settings stay as they were: " << refusal.what());
-    updates_pub_.publish(known);  // so that graphical clients show what is in force
+    updates_pub_.publish(known);  // graphical clients then show the settings in force again
     throw;
   }
-  values_ = asked;
+  values_ = requested;
   values_.__toMessage__(response.config);
-  tell();
+  publishSettings();
   return true;
 }
 
-/// To the parameter server and to all clients.
-void SettingsServer::tell() {
+/// Sends the settings in force to the parameter server and to all clients.
+void SettingsServer::publishSettings() {
   values_.__toServer__(private_nh_);
   dynamic_reconfigure::Config message;
   values_.__toMessage__(message);

@@ -11,31 +11,31 @@
 
 namespace proximity_server::node {
 
-/// The live parameters for clients of dynamic_reconfigure, in place of its own server, which cannot refuse a change: the call of
-/// `set_parameters` fails with the reason, and no parameter changes.
+/// Offers the live parameters to clients of dynamic_reconfigure. It replaces the server of dynamic_reconfigure, which
+/// cannot refuse a change: here the call of `set_parameters` fails with the reason, and no parameter changes.
 class SettingsServer {
  public:
-  /// Takes new settings; throws std::invalid_argument with the reason why it does not.
+  /// Applies new settings. Throws std::invalid_argument with the reason if it refuses them.
   using Apply = std::function<void(const MonitorSettings& settings)>;
 
-  /// Begins with the values of the parameter server, which `apply` gets at once, and offers the service afterwards.
+  /// Reads the values of the parameter server, calls `apply` with them, and then offers the service.
   /// Failure: throws what `apply` throws.
   SettingsServer(const ros::NodeHandle& private_nh, Apply apply);
 
-  /// Those in force.
+  /// The settings in force.
   MonitorSettings settings() const;
 
-  /// Calls `act` with those in force, which do not change meanwhile.
-  void whileTheyStay(const std::function<void(const MonitorSettings& settings)>& act) const;
+  /// Calls `function` with the settings in force. They do not change until it returns.
+  void withSettingsLocked(const std::function<void(const MonitorSettings& settings)>& function) const;
 
  private:
   bool onSet(dynamic_reconfigure::Reconfigure::Request& request, dynamic_reconfigure::Reconfigure::Response& response);
   MonitorSettings settingsOf(const ProximityConfig& values) const;
-  void tell();
+  void publishSettings();
 
   ros::NodeHandle private_nh_;
   Apply apply_;
-  mutable std::mutex mutex_;  // guards the next
+  mutable std::mutex mutex_;  // guards values_
   ProximityConfig values_ = ProximityConfig::__getDefault__();
   ros::Publisher descriptions_pub_;
   ros::Publisher updates_pub_;

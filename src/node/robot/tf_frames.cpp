@@ -6,7 +6,7 @@
 namespace proximity_server::node {
 namespace {
 
-constexpr std::size_t kMaxNamed = 3;  // the most frames that a hint names
+constexpr std::size_t kMaxNamedFrames = 3;  // a hint names no more frames than this
 
 bool endsWith(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
@@ -19,7 +19,7 @@ std::vector<std::string> framesOf(const std::string& link, const std::vector<std
     if (frame == link || endsWith(frame, "/" + link)) result.push_back(frame);
   }
   std::sort(result.begin(), result.end());
-  if (result.size() > kMaxNamed) result.resize(kMaxNamed);
+  if (result.size() > kMaxNamedFrames) result.resize(kMaxNamedFrames);
   return result;
 }
 

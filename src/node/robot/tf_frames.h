@@ -13,8 +13,8 @@ namespace proximity_server::node {
 /// front of the prefix is left out, because tf2 has no leading slashes.
 std::string tfFrame(const std::string& prefix, const std::string& link);
 
-/// A hint for the user if tf does not know the frames of `links` of a robot but has frames of them with another prefix: names
-/// these frames and the prefix that fits. "" if there are none.
+/// A hint for the user in case tf does not know the frames of these links of a robot, but knows frames of them with
+/// another prefix. It names these frames and the prefix that fits. Returns "" if there are none.
 std::string prefixHint(const tf2::BufferCore& buffer, const RobotSource& robot, const std::vector<std::string>& links);
 
 }  // namespace proximity_server::node

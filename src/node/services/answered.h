@@ -10,14 +10,15 @@
 
 namespace proximity_server::node {
 
-/// The status of an answer that failed because of a defect of this package. Logs the defect, so that it can be mended.
+/// The status of an answer that failed because of a defect of this package. Logs the defect, so that users can report
+/// it.
 inline QueryStatus internalError(const std::string& what) {
   ROS_ERROR_STREAM("a request has no answer because of a defect of proximity_server: " << what);
   return statusOf(QueryStatus::INTERNAL_ERROR, "internal error: " + what);
 }
 
-/// Runs `ask`, which fills the response. An exception becomes the status of a response without numbers: a RequestError
-/// has its own status, any other exception becomes INTERNAL_ERROR. Never throws.
+/// Returns a response that `ask` fills. If `ask` throws, the response is `empty`, with the status of a RequestError, or
+/// with INTERNAL_ERROR for any other exception. Never throws.
 template <class Response, class Ask>
 Response answered(const Response& empty, Ask ask) {
   Response response = empty;

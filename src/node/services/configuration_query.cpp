@@ -10,7 +10,7 @@
 namespace proximity_server::node {
 namespace {
 
-/// The same question as a batch, which is asked in every state.
+/// The question about pairs that is asked in every state.
 QueryPairsRequest questionInEachState(const QueryConfigurationRequest& request) {
   QueryPairsRequest question;
   question.a = request.a;
@@ -61,7 +61,7 @@ QueryConfigurationResponse answer(const Robot& robot, TfPoses& tf, const QueryCo
     const JointSnapshot from_tf = missingFromTf(robot, tf, pairs.bodies(), states, request.stamp);
     response.header.stamp = from_tf.stamp;
     response.header.frame_id = robot.referenceFrame();
-    const AskedFrames asked_frames = pairs.frames();
+    const CarrierFrames asked_frames = pairs.frames();
     FrameSnapshot frames = framesFromTf(robot, tf, asked_frames, from_tf, request.stamp);
     const QueryStatus& status = from_tf.status.code == QueryStatus::OK ? frames.status : from_tf.status;
     const ScenePool::Lease scene = pairs.borrowScene();

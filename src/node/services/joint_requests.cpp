@@ -78,8 +78,8 @@ JointSnapshot missingFromTf(const Robot& robot, TfPoses& tf, const std::vector<i
   const int joints = static_cast<int>(robot.robotModel().joints.size());
   std::vector<int> missing;
   for (const int edge : edgesTo(robot, bodies)) {
-    const auto leavesOpen = [&](const JointValues& state) { return !isGiven(robot.robotModel(), edge, state); };
-    if (edge >= joints || std::any_of(states.begin(), states.end(), leavesOpen)) missing.push_back(edge);
+    const auto lacks_position = [&](const JointValues& state) { return !hasPosition(robot.robotModel(), edge, state); };
+    if (edge >= joints || std::any_of(states.begin(), states.end(), lacks_position)) missing.push_back(edge);
   }
   if (!missing.empty()) return tf.awaitJoints(robot, missing, stamp);
   JointSnapshot nothing;
@@ -88,13 +88,13 @@ JointSnapshot missingFromTf(const Robot& robot, TfPoses& tf, const std::vector<i
   return nothing;
 }
 
-FrameSnapshot framesFromTf(const Robot& robot, TfPoses& tf, AskedFrames frames, const JointSnapshot& joints,
+FrameSnapshot framesFromTf(const Robot& robot, TfPoses& tf, CarrierFrames frames, const JointSnapshot& joints,
                            const ros::Time& stamp) {
   const auto is_link = [&](int index) { return robot.linkOfFrame(frames.names[index]) >= 0; };
-  frames.asked.erase(std::remove_if(frames.asked.begin(), frames.asked.end(), is_link), frames.asked.end());
-  PoseSnapshot at;
-  at.stamp = joints.stamp.isZero() ? ros::Time::now() : joints.stamp;
-  return tf.awaitFrames(robot, frames, at, stamp);
+  frames.needed.erase(std::remove_if(frames.needed.begin(), frames.needed.end(), is_link), frames.needed.end());
+  PoseSnapshot robot_poses;
+  robot_poses.stamp = joints.stamp.isZero() ? ros::Time::now() : joints.stamp;
+  return tf.awaitFrames(robot, frames, robot_poses, stamp);
 }
 
 scene::BodyPoses posesInRoot(const Robot& robot, const JointValues& positions, const JointSnapshot& from_tf) {

@@ -9,19 +9,19 @@
 #include "node/tf/tf_poses.h"
 #include "proximity_server/scene/model/kinematics.h"
 
-// Reads the joints of a request. `where` begins the error messages: "state 2".
-// Failure: throw RequestError INVALID_ARGUMENT naming `where` and the joint: an unknown joint (with the nearest known
-//          name), a repeated or fixed one, a floating or planar one; too few or too many numbers; a number that is not
-//          finite.
+// These functions read the joints of a request. Error messages begin with `where`: "state 2".
+// Failure: they throw RequestError INVALID_ARGUMENT naming `where` and the joint for a joint that is unknown (with the
+//          nearest known name), repeated, fixed, floating or planar; for too few or too many numbers; for a number that
+//          is not finite.
 
 namespace proximity_server::node {
 
-/// The joints of these names, as indices into RobotModel::joints.
+/// The joints with these names, as indices into RobotModel::joints.
 std::vector<int> jointsNamed(const scene::RobotModel& robot, const std::vector<std::string>& names,
                              const std::string& where);
 
-/// Checks the `values` of a request: one finite number for each of `joints`, of which none is repeated. `what` names
-/// one value in error messages: "position".
+/// Returns the `values` of a request by joint. There must be one finite number for each of `joints`. Error messages
+/// call a value `what`: "position".
 JointValues valuesOf(const scene::RobotModel& robot, const std::vector<int>& joints, const std::vector<double>& values,
                      const std::string& what, const std::string& where);
 
@@ -29,22 +29,22 @@ JointValues valuesOf(const scene::RobotModel& robot, const std::vector<int>& joi
 enum class MissingJoints { FromTf, AtZero };
 MissingJoints missingJoints(std::uint8_t code);
 
-/// The positions of a request; missing joints are at 0 if `missing` is AtZero.
+/// Sets missing positions to 0 if `missing` is AtZero.
 JointValues completed(JointValues positions, MissingJoints missing);
 
-/// Looks up in tf the joints that `bodies` need and that some of `states` does not give, and where the roots of the robots
-/// stand if their joints do not tell it. Waits at most Config::tf_timeout. If nothing is missing, tf is not asked and the stamp
-/// is 0.
+/// Looks up in tf those joints that the poses of `bodies` need and that are missing in at least one of `states`, and
+/// the edges to the roots of robots. Waits at most Config::tf_timeout. If nothing is missing, tf is not asked, and the
+/// stamp is 0.
 JointSnapshot missingFromTf(const Robot& robot, TfPoses& tf, const std::vector<int>& bodies,
                             const std::vector<JointValues>& states, const ros::Time& stamp);
 
-/// Looks up in tf the frames that are none of the robot's links, at the time of its joints. Waits at most
+/// Looks up in tf the needed frames that are not those of links, at the time of the joints. Waits at most
 /// Config::tf_timeout.
-FrameSnapshot framesFromTf(const Robot& robot, TfPoses& tf, AskedFrames frames, const JointSnapshot& joints,
+FrameSnapshot framesFromTf(const Robot& robot, TfPoses& tf, CarrierFrames frames, const JointSnapshot& joints,
                            const ros::Time& stamp);
 
-/// The poses of the bodies in the frame of the root link of their robot, with the given positions and all other joints
-/// from tf.
+/// The poses of the bodies in the frame of the root link of their robot. Joints without a given position are taken from
+/// tf.
 scene::BodyPoses posesInRoot(const Robot& robot, const JointValues& positions, const JointSnapshot& from_tf);
 
 }  // namespace proximity_server::node

@@ -30,19 +30,20 @@ QueryTrajectoryResponse emptyQueryTrajectory() {
   return response;
 }
 
-/// Writes the result of a search for the first contact into a response, in the time of the answer.
+/// Writes the result of a search for the first contact into a response, with times in seconds.
 template <class Response>
-void fillContact(Response& response, const Named& named, const TimedMotion& motion, const scene::RobotContact& found) {
-  response.t_free = motion.onClock(found.t_free);
+void fillContact(Response& response, const RobotAndObjects& model, const TimedMotion& motion,
+                 const scene::RobotContact& found) {
+  response.t_free = motion.timeAt(found.t_free);
   response.contact = found.contact;
   if (!found.contact) return;
-  response.t_contact = motion.onClock(found.t_contact);
-  response.pair = toMessage(named, motion, found.t_contact, found.pair);
+  response.t_contact = motion.timeAt(found.t_contact);
+  response.pair = toMessage(model, motion, found.t_contact, found.pair);
 }
 
-/// The motions between successive way points, with the frames of objects.
+/// The motions between successive way points, with the objects that they carry.
 std::vector<TimedMotion> segmentsOf(const Robot& robot, const WayPoints& points, const JointSnapshot& from_tf,
-                                    const AskedFrames& frames, const scene::FramePoses& poses_of_frames) {
+                                    const CarrierFrames& frames, const scene::FramePoses& poses_of_frames) {
   std::vector<TimedMotion> segments;
   for (std::size_t i = 0; i + 1 < points.times.size(); ++i) {
     const scene::BodyPoses start = inReference(robot, posesInRoot(robot, points.positions[i], from_tf), from_tf.roots);
@@ -53,23 +54,23 @@ std::vector<TimedMotion> segmentsOf(const Robot& robot, const WayPoints& points,
   return segments;
 }
 
-/// The positions of the named joints at a time in [0, 1] between two way points.
+/// The positions of the named joints at a parameter in [0, 1] of the segment between two way points.
 sensor_msgs::JointState stateBetween(const scene::RobotModel& robot, const WayPoints& points, std::size_t segment,
-                                     double time) {
+                                     double parameter) {
   const JointValues& from = points.positions[segment];
   const JointValues& to = points.positions[segment + 1];
   sensor_msgs::JointState state;
   for (const int index : points.joints) {
     const auto joint = static_cast<std::size_t>(index);
     state.name.push_back(robot.joints[joint].name);
-    state.position.push_back(*from[joint] + time * (*to[joint] - *from[joint]));
+    state.position.push_back(*from[joint] + parameter * (*to[joint] - *from[joint]));
   }
   return state;
 }
 
 /// A trajectory and the question about it.
 struct TrajectorySearch {
-  const Named named;
+  const RobotAndObjects model;
   const scene::Pairs pairs;
   const WayPoints& points;
   const std::vector<TimedMotion>& segments;
@@ -79,7 +80,7 @@ struct TrajectorySearch {
 
 /// A warning about the first point of the trajectory at which a joint is beyond its limit; "" if there is none.
 std::string beyondLimits(const scene::RobotModel& robot, const WayPoints& points) {
-  constexpr double kRounding = 1e-6;  // [rad] or [m] of positions that were written with six decimals
+  constexpr double kRounding = 1e-6;  // [rad] or [m], because positions may be written with six decimals
   std::ostringstream text;
   for (std::size_t i = 0; i < points.positions.size(); ++i) {
     for (const int index : points.joints) {
@@ -95,17 +96,17 @@ std::string beyondLimits(const scene::RobotModel& robot, const WayPoints& points
   return {};
 }
 
-/// Searches segment by segment, until a contact is found or a segment is left undecided.
+/// Searches segment by segment until a contact is found, or until the search of a segment is not complete.
 void findContact(const TrajectorySearch& search, QueryTrajectoryResponse& response) {
   for (std::size_t i = 0; i < search.segments.size(); ++i) {
     const TimedMotion& motion = search.segments[i];
     const scene::RobotContact found = search.scene.timeOfContact(search.pairs, motion.motion, search.question);
     require(completeness(found.counts));
     response.status = statusOf(found.status, search.question);
-    fillContact(response, search.named, motion, found);
+    fillContact(response, search.model, motion, found);
     if (found.contact) {
       response.segment = static_cast<std::int32_t>(i);
-      response.state = stateBetween(search.named.robot, search.points, i, found.t_contact);
+      response.state = stateBetween(search.model.robot, search.points, i, found.t_contact);
     }
     if (found.contact || response.status.code != QueryStatus::OK) return;
   }
@@ -116,7 +117,7 @@ void findMinima(const TrajectorySearch& search, QueryTrajectoryResponse& respons
   for (std::size_t i = 0; i < search.segments.size(); ++i) {
     const TimedMotion& motion = search.segments[i];
     const scene::RobotMinimum found = search.scene.minimum(search.pairs, motion.motion, search.question);
-    response.segments[i] = toMessage(search.named, motion, found);
+    response.segments[i] = toMessage(search.model, motion, found);
     const QueryStatus status = statusOf(found.status, search.question);
     if (status.code != QueryStatus::OK) {
       response.status = status;
@@ -139,23 +140,23 @@ FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactR
     response.header.stamp = start.stamp;
     response.header.frame_id = robot.referenceFrame();
     require(start.status);
-    const AskedFrames asked_frames = pairs.frames();
+    const CarrierFrames asked_frames = pairs.frames();
     const FrameSnapshot frames = tf.awaitFrames(robot, asked_frames, start, request.stamp);
     require(frames.status);
     TimedMotion motion = motionOf(robot, start.poses, request);
     carryObjects(robot, asked_frames, frames.poses, motion);
     assignStops(response, robot, motion);
 
-    const Named named(robot.robotModel(), &pairs.objects());
+    const RobotAndObjects model(robot.robotModel(), &pairs.objects());
     const MovingScenePool::Lease scene = pairs.borrowMovingScene();
     question.deadline = system::deadlineIn(budget);
     const scene::RobotContact found = scene->timeOfContact(pairs.asked(), motion.motion, question);
     require(completeness(found.counts));
     response.status = statusOf(found.status, question);
-    fillContact(response, named, motion, found);
+    fillContact(response, model, motion, found);
     if (found.contact || request.skip_minimum || response.status.code != QueryStatus::OK) return;
     const scene::RobotMinimum minimum = scene->minimum(pairs.asked(), motion.motion, question);
-    response.minimum = toMessage(named, motion, minimum);
+    response.minimum = toMessage(model, motion, minimum);
     response.status = statusOf(minimum.status, question);
   });
 }
@@ -171,7 +172,7 @@ QueryTrajectoryResponse answer(const Robot& robot, TfPoses& tf, const QueryTraje
     response.header.stamp = from_tf.stamp;
     response.header.frame_id = robot.referenceFrame();
     require(from_tf.status);
-    const AskedFrames asked_frames = pairs.frames();
+    const CarrierFrames asked_frames = pairs.frames();
     const FrameSnapshot frames = framesFromTf(robot, tf, asked_frames, from_tf, request.stamp);
     require(frames.status);
     const std::vector<TimedMotion> segments = segmentsOf(robot, points, from_tf, asked_frames, frames.poses);

@@ -17,7 +17,7 @@ using Twist = scene::RobotMotion::Twist;
 
 Eigen::Vector3d toEigen(const geometry_msgs::Vector3& vector) { return {vector.x, vector.y, vector.z}; }
 
-/// Converts the twist of a link into that of its body: the linear velocity is that of another point of the same screw.
+/// Converts the twist of a link into that of its body. The two differ in the point whose linear velocity they have.
 Twist twistOfBody(const scene::Link& link, const Eigen::Isometry3d& body_pose, const geometry_msgs::Twist& twist) {
   const Eigen::Vector3d angular = toEigen(twist.angular);
   const Eigen::Vector3d link_to_body = -(body_pose.linear() * link.body_T_link.translation());
@@ -26,8 +26,8 @@ Twist twistOfBody(const scene::Link& link, const Eigen::Isometry3d& body_pose, c
 
 bool isRest(const Twist& twist) { return twist.linear.isZero(0.0) && twist.angular.isZero(0.0); }
 
-/// Whether two twists of one body, over `horizon` [s], move a point within one metre of the body's origin to places
-/// that may be more than `tolerance` [m] apart.
+/// Returns whether two twists of one body may move a point within one metre of its origin, during `horizon` [s], to
+/// places that are more than `tolerance` [m] apart.
 bool disagree(const Twist& a, const Twist& b, double horizon, double tolerance) {
   return ((a.linear - b.linear).norm() + (a.angular - b.angular).norm()) * horizon > tolerance;
 }
@@ -36,7 +36,7 @@ int bodyOfReference(const Robot& robot) {
   return robot.referenceLink() < 0 ? -1 : robot.robotModel().links[robot.referenceLink()].body;
 }
 
-/// The twists [m/s, rad/s] of all bodies that a request describes.
+/// The twists [m/s, rad/s] of all bodies, as a request describes them.
 class BodyTwists {
  public:
   BodyTwists(const Robot& robot, const scene::BodyPoses& poses, const FirstContactRequest& request)
@@ -53,7 +53,7 @@ class BodyTwists {
       refuse("the twist of link '" + name + "' is not finite");
     }
     const auto body = static_cast<std::size_t>(link.body);
-    if (!poses_[body]) return;  // none of the requested pairs needs it
+    if (!poses_[body]) return;  // no requested pair needs this body
     const Twist twist = twistOfBody(link, *poses_[body], message);
     if (link.body == bodyOfReference(robot_) && !isRest(twist)) {
       refuse("link '" + name + "' carries the frame '" + robot_.referenceFrame() +
@@ -83,7 +83,7 @@ TimedMotion motionOfTwists(const Robot& robot, const scene::BodyPoses& poses, co
   return node::motionOfTwists(poses, twists, request.horizon);
 }
 
-/// The positions [rad] or [m] that the request states; NaN means that a position is not known.
+/// The positions [rad] or [m] in the request. NaN means that a position is not known.
 JointValues statedPositions(const scene::RobotModel& robot, const std::vector<int>& joints,
                             const std::vector<double>& positions) {
   JointValues stated(robot.joints.size());
@@ -110,7 +110,7 @@ TimedMotion motionOfJoints(const Robot& robot, const scene::BodyPoses& poses, co
   }
   try {
     return motionWithinLimits(robot, poses, travel, stated, request.horizon);
-  } catch (const std::invalid_argument& error) {  // a position that does not tell the turn
+  } catch (const std::invalid_argument& error) {  // a stated position is too far beyond the limits of its joint
     refuse(std::string("joints: ") + error.what());
   }
 }

@@ -9,26 +9,28 @@
 #include "proximity_server/QueryTrajectoryRequest.h"
 #include "proximity_server/scene/model/kinematics.h"
 
-// Reads the motion of a request.
-// Failure: throw RequestError INVALID_ARGUMENT naming the number, point, joint or link.
+// These functions read the motion of a request.
+// Failure: they throw RequestError INVALID_ARGUMENT naming the number, point, joint or link that is wrong.
 
 namespace proximity_server::node {
 
-/// The question that the numbers of either request describe, without a deadline. A tolerance of 0 means the default.
-/// A contact distance that is no number stands for the stop distance of each pair; `stop` must outlive the question.
+/// The question that the numbers of a FirstContact or QueryTrajectory request describe, without a deadline. A tolerance
+/// of 0 means the default. A contact distance of NaN means the stop distance of each pair; `stop` must outlive the
+/// question.
 scene::MotionQuestion motionQuestion(double contact_distance, double tolerance, const scene::PairDistances& stop);
 
-/// The time budget [s] of a search. Throws RequestError OVER_BUDGET if it exceeds Config::max_request_time.
+/// The time budget [s] of a search; the default if `asked` is 0. Throws RequestError OVER_BUDGET if it exceeds
+/// Config::max_request_time.
 double timeBudget(const Robot& robot, const ros::Duration& asked);
 
-/// The requested motion; it starts at `poses`, which are in the reference frame.
+/// The requested motion. It starts at `poses`, which are in the reference frame.
 TimedMotion motionOf(const Robot& robot, const scene::BodyPoses& poses, const FirstContactRequest& request);
 
 /// The points of a trajectory.
 struct WayPoints {
-  std::vector<int> joints;             ///< the named joints, as indices into RobotModel::joints
-  std::vector<JointValues> positions;  ///< [rad] or [m] of each point
-  std::vector<double> times;           ///< [s]
+  std::vector<int> joints;             ///< the joints that the trajectory names, as indices into RobotModel::joints
+  std::vector<JointValues> positions;  ///< [rad] or [m] at each point
+  std::vector<double> times;           ///< [s] of each point
 };
 WayPoints wayPointsOf(const Robot& robot, const QueryTrajectoryRequest& request);
 

@@ -13,7 +13,7 @@
 namespace proximity_server::node {
 namespace {
 
-/// Answers in the memory of the scene, valid until its next question.
+/// Answers in the memory of the scene. They are valid until its next question.
 using Answers = boost::iterator_range<const scene::PairProximity*>;
 
 Answers askByMode(scene::Scene& scene, const RequestedPairs& requested, const QueryPairsRequest& request,
@@ -61,8 +61,9 @@ scene::Question questionOf(const Robot& robot) {
 
 scene::Question questionOf(const Robot& robot, const QueryPairsRequest& request) {
   scene::Question question = questionOf(robot);
-  const bool literal = request.mode == QueryPairsRequest::FIRST || request.mode == QueryPairsRequest::BELOW_THRESHOLD;
-  question.threshold = literal ? finite(request.threshold, "threshold") : thresholdOrNone(request.threshold);
+  const bool is_literal =
+      request.mode == QueryPairsRequest::FIRST || request.mode == QueryPairsRequest::BELOW_THRESHOLD;
+  question.threshold = is_literal ? finite(request.threshold, "threshold") : thresholdOrNone(request.threshold);
   if (request.skip_penetration) question.depth = scene::Question::Depth::NotWanted;
   return question;
 }

@@ -15,24 +15,25 @@ namespace proximity_server::node {
 /// A question with the tolerance of the parameters and a deadline of Config::max_request_time from now.
 scene::Question questionOf(const Robot& robot);
 
-/// The question that the options of a batch describe. Throws RequestError for a number that is not finite.
+/// The question that the options of a request describe. Throws RequestError for a number that is not finite.
 scene::Question questionOf(const Robot& robot, const QueryPairsRequest& request);
 
-/// The threshold [m] of a request in which <= 0 means none. Throws RequestError if it is not finite.
+/// The threshold [m] of a request; it is infinite if the number is <= 0, which means none. Throws RequestError if the
+/// number is not finite.
 double thresholdOrNone(double threshold);
 
-/// The poses of a scene, and the status that says which of them are missing.
+/// The poses of a scene, with a status that names the first pose that is missing.
 struct PosedState {
   const scene::BodyPoses& poses;
   const QueryStatus& status;
 };
 
-/// The gradients of the pairs that a batch asks about; nullopt if it does not want them.
+/// Makes the object that computes the gradients of the requested pairs; nullopt if the request does not want gradients.
 std::optional<Gradients> gradientsOf(const Robot& robot, const RequestedPairs& pairs, const QueryPairsRequest& request);
 
-/// Asks a scene about `pairs`, as the mode of a batch says, and for `gradients` if there are some. If a pose of some pair is
-/// missing, the answer has the status of `state`; if the deadline passed before some pair was computed, OVER_BUDGET. Throws
-/// RequestError for a mode that does not exist.
+/// Asks a scene about `pairs` in the mode of the request, and adds their gradients if `gradients` has a value. If a
+/// pose of some pair is missing, the answer has the status of `state`. If the deadline has passed before all pairs were
+/// computed, the status is OVER_BUDGET. Throws RequestError for a mode that does not exist.
 StateProximity askPairs(const Robot& robot, scene::Scene& scene, const PosedState& state, const RequestedPairs& pairs,
                         const QueryPairsRequest& request, const scene::Question& question,
                         std::optional<Gradients>& gradients);

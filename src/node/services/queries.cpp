@@ -14,10 +14,10 @@
 namespace proximity_server::node {
 namespace {
 
-/// A scene with the poses that a request needs, and the header of the answer.
+/// A scene at the poses that a request needs, and the header of the answer.
 struct PosedScene {
   PosedScene(const Robot& asked_robot, TfPoses& tf, const RequestedPairs& pairs, const ros::Time& stamp)
-      : named(asked_robot.robotModel(), &pairs.objects()),
+      : model(asked_robot.robotModel(), &pairs.objects()),
         snapshot(tf.await(asked_robot, pairs.bodies(), stamp)),
         frames(tf.awaitFrames(asked_robot, pairs.frames(), snapshot, stamp)),
         scene(pairs.borrowScene()) {
@@ -28,17 +28,17 @@ struct PosedScene {
   }
 
   Proximity message(const scene::PairProximity& pair, const scene::Question& question) const {
-    return toMessage(named, snapshot.poses, pair, question);
+    return toMessage(model, snapshot.poses, pair, question);
   }
 
-  Named named;
+  RobotAndObjects model;
   PoseSnapshot snapshot;
   FrameSnapshot frames;
   ScenePool::Lease scene;
   std_msgs::Header header;
 };
 
-/// Fills header, status and pair with the closest of the requested pairs.
+/// Fills the header, the status and the pair of a response about the closest of the requested pairs.
 template <class Response, class Request>
 void answerClosest(const Robot& robot, TfPoses& tf, const Request& request, const scene::Question& question,
                    Response& response) {
@@ -59,7 +59,7 @@ void answerClosest(const Robot& robot, TfPoses& tf, const Request& request, cons
   if (closest) response.status.code = statusCode(closest->result);
 }
 
-geometry_msgs::Vector3 nowhere() {
+geometry_msgs::Vector3 unknownVector() {
   geometry_msgs::Vector3 vector;
   vector.x = vector.y = vector.z = kNaN;
   return vector;
@@ -74,7 +74,7 @@ MinimumDistanceResponse emptyMinimumDistance() {
 SeparationAxisResponse emptySeparationAxis() {
   SeparationAxisResponse response;
   response.pair = unknownProximity();
-  response.axis = nowhere();
+  response.axis = unknownVector();
   response.gap = response.plane_offset = kNaN;
   return response;
 }
@@ -82,7 +82,7 @@ SeparationAxisResponse emptySeparationAxis() {
 PenetrationDepthResponse emptyPenetrationDepth() {
   PenetrationDepthResponse response;
   response.pair = unknownProximity();
-  response.direction = nowhere();
+  response.direction = unknownVector();
   response.depth = response.depth_lower_bound = response.depth_upper_bound = kNaN;
   return response;
 }
@@ -93,7 +93,7 @@ QueryPairsResponse emptyQueryPairs() {
   return response;
 }
 
-double along(const geometry_msgs::Vector3& axis, const geometry_msgs::Point& point) {
+double projection(const geometry_msgs::Vector3& axis, const geometry_msgs::Point& point) {
   return axis.x * point.x + axis.y * point.y + axis.z * point.z;
 }
 
@@ -118,7 +118,7 @@ SeparationAxisResponse answer(const Robot& robot, TfPoses& tf, const SeparationA
     response.gap = response.pair.lower_bound;
     response.axis = response.pair.normal;
     response.plane_offset =
-        0.5 * (along(response.axis, response.pair.point_a) + along(response.axis, response.pair.point_b));
+        0.5 * (projection(response.axis, response.pair.point_a) + projection(response.axis, response.pair.point_b));
   });
 }
 

@@ -10,9 +10,10 @@
 #include "proximity_server/QueryTrajectory.h"
 #include "proximity_server/SeparationAxis.h"
 
-// The services, one function each. They never throw: an error becomes the status of the response, and then every number
-// that is not proven is NaN. They wait at most Config::tf_timeout for the robot, and as long
-// for the frames of moving objects. Any number of threads may call them concurrently.
+// Each function answers a request of one service. It never throws: an error becomes the status of the response, in
+// which every number that is not proven is then NaN. It waits at most Config::tf_timeout for the transforms of the
+// robot, and then at most as long for the frames of moving objects. Several threads may call the functions at the same
+// time.
 
 namespace proximity_server::node {
 

@@ -11,13 +11,13 @@ namespace {
 
 bool hasGeometry(const scene::RobotModel& robot, int collision) { return !robot.collisions[collision].pieces.empty(); }
 
-/// A robot with the objects of the moment of a request.
-struct Asked {
+/// The robot and the objects that a request is about; the objects are those at its beginning.
+struct RequestContext {
   const Robot& robot;
   RobotObjects objects;
 
   const scene::RobotModel& model() const { return robot.robotModel(); }
-  const scene::Objects& all() const { return *objects.all; }
+  const scene::Objects& sceneObjects() const { return *objects.all; }
 };
 
 int linkWithGeometry(const scene::RobotModel& robot, int link) {
@@ -26,9 +26,9 @@ int linkWithGeometry(const scene::RobotModel& robot, int link) {
                      "link '" + robot.links[link].name + "' has no collision geometry");
 }
 
-[[noreturn]] void refuseName(const Asked& asked, const std::string& name) {
-  std::vector<std::string> known = scene::namesOf(asked.model().links);
-  for (const int number : asked.all().numbers()) known.push_back(asked.all().object(number)->id);
+[[noreturn]] void refuseName(const RequestContext& context, const std::string& name) {
+  std::vector<std::string> known = scene::namesOf(context.model().links);
+  for (const int number : context.sceneObjects().numbers()) known.push_back(context.sceneObjects().object(number)->id);
   throw RequestError(QueryStatus::UNKNOWN_LINK, "there is no link or object '" + name + "': did you mean '" +
                                                     scene::nearestName(name, known) + "'?");
 }
@@ -66,24 +66,25 @@ scene::ShapeRef linkRefOf(const scene::RobotModel& robot, int index, const Shape
   return {index, number};
 }
 
-scene::ShapeRef shapeRefOf(const Asked& asked, const ShapeRef& ref) {
-  const int link = asked.model().findLink(ref.link);
-  if (link >= 0) return linkRefOf(asked.model(), link, ref);
-  const int number = asked.all().find(ref.link);
+scene::ShapeRef shapeRefOf(const RequestContext& context, const ShapeRef& ref) {
+  const int link = context.model().findLink(ref.link);
+  if (link >= 0) return linkRefOf(context.model(), link, ref);
+  const int number = context.sceneObjects().find(ref.link);
   if (number < 0)
-    asked.all().empty() ? static_cast<void>(linkNamed(asked.model(), ref.link)) : refuseName(asked, ref.link);
+    context.sceneObjects().empty() ? static_cast<void>(linkNamed(context.model(), ref.link))
+                                   : refuseName(context, ref.link);
   if (ref.index == 0 && ref.name.empty()) return scene::ShapeRef::ofObject(number);
   refuse("object '" + ref.link + "' is asked as a whole only: index must be 0, and name empty");
 }
 
 bool isEmpty(const ShapeRef& ref) { return ref.link.empty() && ref.index == 0 && ref.name.empty(); }
 
-bool isSame(const scene::ShapeRef& a, const scene::ShapeRef& b) {
+bool overlap(const scene::ShapeRef& a, const scene::ShapeRef& b) {
   const bool is_part = a.isLink() && a.link() == b.link() && (a.collision() == 0 || b.collision() == 0);
   return a == b || is_part;
 }
 
-/// Two half-spaces always meet, so a scene has no distance of them.
+/// Two half-spaces have no distance, because they always intersect each other.
 bool areHalfSpaces(const scene::Objects& objects, const scene::ShapeRef& a, const scene::ShapeRef& b) {
   const auto is_half_space = [&](const scene::ShapeRef& ref) {
     return std::binary_search(objects.unbounded().begin(), objects.unbounded().end(), ref.object());
@@ -91,21 +92,22 @@ bool areHalfSpaces(const scene::Objects& objects, const scene::ShapeRef& a, cons
   return is_half_space(a) && is_half_space(b);
 }
 
-scene::PairReason reasonOf(const Asked& asked, const scene::ShapeRef& a, const scene::ShapeRef& b) {
-  if (a.isObject() || b.isObject()) return asked.all().reason(a, b);
-  const scene::PairTable& table = asked.robot.sceneModel().pairs;
+scene::PairReason reasonOf(const RequestContext& context, const scene::ShapeRef& a, const scene::ShapeRef& b) {
+  if (a.isObject() || b.isObject()) return context.sceneObjects().reason(a, b);
+  const scene::PairTable& table = context.robot.sceneModel().pairs;
   const int row = table.find(a.link(), b.link());
   return row < 0 ? scene::PairReason::SameBody : table.pairs[row].reason;
 }
 
-scene::ShapeRefPair onePair(const Asked& asked, const ShapeRef& a, const ShapeRef& b, Filter filter) {
-  const scene::ShapeRefPair pair{shapeRefOf(asked, a), shapeRefOf(asked, b)};
+scene::ShapeRefPair onePair(const RequestContext& context, const ShapeRef& a, const ShapeRef& b, Filter filter) {
+  const scene::ShapeRefPair pair{shapeRefOf(context, a), shapeRefOf(context, b)};
   const auto names = [&] { return "'" + a.link + "' and '" + b.link + "'"; };
-  if (isSame(pair.a, pair.b)) refuse(names() + " are the same");
-  if (areHalfSpaces(asked.all(), pair.a, pair.b)) refuse(names() + " have a half-space each, and these always meet");
+  if (overlap(pair.a, pair.b)) refuse(names() + " are the same");
+  if (areHalfSpaces(context.sceneObjects(), pair.a, pair.b))
+    refuse(names() + " have a half-space each, and these always meet");
   if (filter == Filter::Ignored) return pair;
 
-  const scene::PairReason reason = reasonOf(asked, pair.a, pair.b);
+  const scene::PairReason reason = reasonOf(context, pair.a, pair.b);
   if (reason != scene::PairReason::Checked) {
     throw RequestError(QueryStatus::PAIR_EXCLUDED,
                        names() + " are not checked: " + toString(reason) + "; ignore_filter asks anyway");
@@ -113,7 +115,7 @@ scene::ShapeRefPair onePair(const Asked& asked, const ShapeRef& a, const ShapeRe
   return pair;
 }
 
-/// A scene that was borrowed, with the objects of a request.
+/// Gives the objects of a request to a scene that was borrowed.
 template <class Lease>
 Lease withObjects(Lease scene, const RobotObjects& objects) {
   if (scene->objects() != objects.all.get()) scene->use(objects.all);
@@ -130,84 +132,86 @@ bool isWithinBatch(const Robot& robot, std::size_t count) {
                      field + ": " + what + ", max_batch is " + std::to_string(robot.config().max_batch));
 }
 
-/// Adds the pairs of `subject` with objects, in this order; never a pair of two half-spaces.
-void addObjectPairs(const Asked& asked, const scene::ShapeRef& subject, Filter filter,
+/// Adds the pairs of `subject` and an object; `subject` is the first of each pair. Pairs of two half-spaces are not
+/// added.
+void addObjectPairs(const RequestContext& context, const scene::ShapeRef& subject, Filter filter,
                     std::vector<scene::ShapeRefPair>& pairs) {
-  for (const int number : asked.all().numbers()) {
+  for (const int number : context.sceneObjects().numbers()) {
     const scene::ShapeRef other = scene::ShapeRef::ofObject(number);
-    if (isSame(subject, other) || areHalfSpaces(asked.all(), subject, other)) continue;
-    if (filter == Filter::Ignored || reasonOf(asked, subject, other) == scene::PairReason::Checked)
+    if (overlap(subject, other) || areHalfSpaces(context.sceneObjects(), subject, other)) continue;
+    if (filter == Filter::Ignored || reasonOf(context, subject, other) == scene::PairReason::Checked)
       pairs.push_back({subject, other});
   }
 }
 
 /// Adds the checked pairs of two objects, each once.
-void addPairsOfObjects(const Asked& asked, std::vector<scene::ShapeRefPair>& pairs) {
-  for (const int number : asked.all().walkers()) {
+void addPairsOfObjects(const RequestContext& context, std::vector<scene::ShapeRefPair>& pairs) {
+  for (const int number : context.sceneObjects().walkers()) {
     const scene::ShapeRef walker = scene::ShapeRef::ofObject(number);
-    for (const int other : asked.all().numbers())
-      if (asked.all().isCheckedBy(walker, other)) pairs.push_back({walker, scene::ShapeRef::ofObject(other)});
+    for (const int other : context.sceneObjects().numbers())
+      if (context.sceneObjects().isCheckedBy(walker, other))
+        pairs.push_back({walker, scene::ShapeRef::ofObject(other)});
   }
 }
 
-/// Every pair of links, every pair of a link and an object, and the checked pairs of two objects.
-RequestedPairs unfilteredPairs(const Asked& asked) {
+/// Returns every pair of links, every pair of a link and an object, and the checked pairs of two objects.
+RequestedPairs unfilteredPairs(const RequestContext& context) {
   std::vector<scene::ShapeRefPair> pairs;
-  for (const scene::LinkPair& pair : asked.robot.sceneModel().pairs.pairs)
+  for (const scene::LinkPair& pair : context.robot.sceneModel().pairs.pairs)
     pairs.push_back({{pair.link_a}, {pair.link_b}});
-  const std::size_t objects = asked.all().numbers().size();
-  if (objects > 0 && !isWithinBatch(asked.robot, pairs.size() + objects * asked.model().links.size()))
-    refuseBatch(asked.robot, "ignore_filter", "all pairs with " + std::to_string(objects) + " objects");
-  for (std::size_t link = 0; link < asked.model().links.size(); ++link) {
+  const std::size_t objects = context.sceneObjects().numbers().size();
+  if (objects > 0 && !isWithinBatch(context.robot, pairs.size() + objects * context.model().links.size()))
+    refuseBatch(context.robot, "ignore_filter", "all pairs with " + std::to_string(objects) + " objects");
+  for (std::size_t link = 0; link < context.model().links.size(); ++link) {
     const int index = static_cast<int>(link);
-    if (asked.model().hasGeometry(index)) addObjectPairs(asked, {index, 0}, Filter::Ignored, pairs);
+    if (context.model().hasGeometry(index)) addObjectPairs(context, {index, 0}, Filter::Ignored, pairs);
   }
-  addPairsOfObjects(asked, pairs);
-  return {asked.robot, asked.objects, std::move(pairs)};
+  addPairsOfObjects(context, pairs);
+  return {context.robot, context.objects, std::move(pairs)};
 }
 
-RequestedPairs everyPair(const Asked& asked, Filter filter) {
-  if (filter == Filter::Applies) return {asked.robot, asked.objects};
-  return unfilteredPairs(asked);
+RequestedPairs everyPair(const RequestContext& context, Filter filter) {
+  if (filter == Filter::Applies) return {context.robot, context.objects};
+  return unfilteredPairs(context);
 }
 
-/// All pairs with the link `subject` or its <collision>, in which it comes first.
-RequestedPairs pairsWithLink(const Asked& asked, const scene::ShapeRef& subject, Filter filter) {
+/// Returns all pairs with `subject`, a link or one of its <collision> elements, as the first of the two.
+RequestedPairs pairsWithLink(const RequestContext& context, const scene::ShapeRef& subject, Filter filter) {
   std::vector<scene::ShapeRefPair> pairs;
-  for (const scene::LinkPair& pair : asked.robot.sceneModel().pairs.pairs) {
+  for (const scene::LinkPair& pair : context.robot.sceneModel().pairs.pairs) {
     if (filter == Filter::Applies && pair.reason != scene::PairReason::Checked) continue;
     if (pair.link_a == subject.link()) pairs.push_back({subject, {pair.link_b}});
     if (pair.link_b == subject.link()) pairs.push_back({subject, {pair.link_a}});
   }
-  addObjectPairs(asked, subject, filter, pairs);
-  return {asked.robot, asked.objects, std::move(pairs)};
+  addObjectPairs(context, subject, filter, pairs);
+  return {context.robot, context.objects, std::move(pairs)};
 }
 
-RequestedPairs pairsWithObject(const Asked& asked, const scene::ShapeRef& subject, Filter filter) {
+RequestedPairs pairsWithObject(const RequestContext& context, const scene::ShapeRef& subject, Filter filter) {
   std::vector<scene::ShapeRefPair> pairs;
-  for (std::size_t link = 0; link < asked.model().links.size(); ++link) {
+  for (std::size_t link = 0; link < context.model().links.size(); ++link) {
     const scene::ShapeRef other{static_cast<int>(link), 0};
-    if (!asked.model().hasGeometry(other.link())) continue;
-    if (filter == Filter::Ignored || reasonOf(asked, subject, other) == scene::PairReason::Checked)
+    if (!context.model().hasGeometry(other.link())) continue;
+    if (filter == Filter::Ignored || reasonOf(context, subject, other) == scene::PairReason::Checked)
       pairs.push_back({subject, other});
   }
-  addObjectPairs(asked, subject, filter, pairs);
-  return {asked.robot, asked.objects, std::move(pairs)};
+  addObjectPairs(context, subject, filter, pairs);
+  return {context.robot, context.objects, std::move(pairs)};
 }
 
-RequestedPairs pairsWith(const Asked& asked, const ShapeRef& a, Filter filter) {
-  const scene::ShapeRef subject = shapeRefOf(asked, a);
-  return subject.isObject() ? pairsWithObject(asked, subject, filter) : pairsWithLink(asked, subject, filter);
+RequestedPairs pairsWith(const RequestContext& context, const ShapeRef& a, Filter filter) {
+  const scene::ShapeRef subject = shapeRefOf(context, a);
+  return subject.isObject() ? pairsWithObject(context, subject, filter) : pairsWithLink(context, subject, filter);
 }
 
-/// Pairs of links alone if a group is named.
-RequestedPairs groupOrEveryPair(const Asked& asked, const std::string& group, Filter filter) {
-  if (group.empty()) return everyPair(asked, filter);
+/// Returns the pairs of links in which the group moves; if no group is named, every pair.
+RequestedPairs groupOrEveryPair(const RequestContext& context, const std::string& group, Filter filter) {
+  if (group.empty()) return everyPair(context, filter);
   if (filter == Filter::Ignored) {
     refuse("group and ignore_filter exclude each other");
   }
   try {
-    return {asked.robot, asked.objects, asked.robot.pairsOfGroup(group)};
+    return {context.robot, context.objects, context.robot.pairsOfGroup(group)};
   } catch (const std::invalid_argument& error) {
     refuse(error.what());
   }
@@ -217,29 +221,30 @@ void requirePairs(const RequestedPairs& pairs) {
   if (pairs.size() == 0) refuse("the filter leaves no pair to check");
 }
 
-RequestedPairs pairsOf(const Asked& asked, const ShapeRef& a, const ShapeRef& b, Filter filter) {
-  if (!isEmpty(a) && !isEmpty(b)) return {asked.robot, asked.objects, {onePair(asked, a, b, filter)}};
+RequestedPairs pairsOf(const RequestContext& context, const ShapeRef& a, const ShapeRef& b, Filter filter) {
+  if (!isEmpty(a) && !isEmpty(b)) return {context.robot, context.objects, {onePair(context, a, b, filter)}};
   if (!isEmpty(b)) refuse("b without a: name a, or neither of them");
-  RequestedPairs pairs = isEmpty(a) ? everyPair(asked, filter) : pairsWith(asked, a, filter);
+  RequestedPairs pairs = isEmpty(a) ? everyPair(context, filter) : pairsWith(context, a, filter);
   requirePairs(pairs);
   return pairs;
 }
 
 /// Adds all pairs of `more`.
-void append(const Asked& asked, const RequestedPairs& more, std::vector<scene::ShapeRefPair>& pairs) {
+void append(const RequestContext& context, const RequestedPairs& more, std::vector<scene::ShapeRefPair>& pairs) {
   if (more.list()) {
     pairs.insert(pairs.end(), more.list()->begin(), more.list()->end());
     return;
   }
-  pairs.insert(pairs.end(), asked.robot.candidates().begin(), asked.robot.candidates().end());
-  for (std::size_t link = 0; link < asked.model().links.size(); ++link)
-    addObjectPairs(asked, {static_cast<int>(link), 0}, Filter::Applies, pairs);
-  addPairsOfObjects(asked, pairs);
+  pairs.insert(pairs.end(), context.robot.candidates().begin(), context.robot.candidates().end());
+  for (std::size_t link = 0; link < context.model().links.size(); ++link)
+    addObjectPairs(context, {static_cast<int>(link), 0}, Filter::Applies, pairs);
+  addPairsOfObjects(context, pairs);
 }
 
-/// The pairs of the lists a and b. A single entry may stand for many pairs, so the limit is checked after each entry.
-RequestedPairs listedPairs(const Asked& asked, const QueryPairsRequest& request) {
-  const Robot& robot = asked.robot;
+/// Returns the pairs of the lists a and b. A single entry may stand for many pairs, so the limit is checked after each
+/// entry.
+RequestedPairs listedPairs(const RequestContext& context, const QueryPairsRequest& request) {
+  const Robot& robot = context.robot;
   if (!request.group.empty()) refuse("group goes with empty a and b only");
   if (!request.b.empty() && request.b.size() != request.a.size()) {
     refuse("a and b must have the same length, or b none");
@@ -250,23 +255,23 @@ RequestedPairs listedPairs(const Asked& asked, const QueryPairsRequest& request)
   std::vector<scene::ShapeRefPair> pairs;
   for (std::size_t i = 0; i < entries; ++i) {
     const ShapeRef& b = request.b.empty() ? any : request.b[i];
-    append(asked, pairsOf(asked, request.a[i], b, filterOf(request.ignore_filter)), pairs);
+    append(context, pairsOf(context, request.a[i], b, filterOf(request.ignore_filter)), pairs);
     if (isWithinBatch(robot, pairs.size())) continue;
     refuseBatch(robot, "a", std::to_string(pairs.size()) + " pairs in its first " + std::to_string(i + 1) + " entries");
   }
-  return {robot, asked.objects, std::move(pairs)};
+  return {robot, context.objects, std::move(pairs)};
 }
 
-/// The largest number of pairs that the mode returns for one state, of `asked` pairs.
-std::size_t maxReturned(const QueryPairsRequest& request, std::size_t asked) {
+/// The largest number of pairs that the mode returns for one state if it checks this many.
+std::size_t maxReturned(const QueryPairsRequest& request, std::size_t checked) {
   switch (request.mode) {
     case QueryPairsRequest::MINIMUM:
     case QueryPairsRequest::FIRST:
       return 1;
     case QueryPairsRequest::K_CLOSEST:
-      return std::min<std::size_t>(std::max<std::size_t>(request.k, 1), asked);
+      return std::min<std::size_t>(std::max<std::size_t>(request.k, 1), checked);
     default:
-      return asked;
+      return checked;
   }
 }
 
@@ -309,7 +314,7 @@ std::vector<int> RequestedPairs::bodies() const {
   return own_ ? bodiesOf(*robot_, objects(), *own_) : bodiesOfCheckedPairs(*robot_, objects());
 }
 
-AskedFrames RequestedPairs::frames() const { return own_ ? framesOf(objects(), *own_) : framesOf(objects()); }
+CarrierFrames RequestedPairs::frames() const { return own_ ? framesOf(objects(), *own_) : framesOf(objects()); }
 
 ScenePool::Lease RequestedPairs::borrowScene() const { return withObjects(robot_->borrowScene(), objects_); }
 
@@ -318,21 +323,21 @@ MovingScenePool::Lease RequestedPairs::borrowMovingScene() const {
 }
 
 RequestedPairs pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter) {
-  return pairsOf(Asked{robot, robot.objects().get()}, a, b, filter);
+  return pairsOf(RequestContext{robot, robot.objects().get()}, a, b, filter);
 }
 
 RequestedPairs pairsOf(const Robot& robot, const QueryPairsRequest& request) {
-  const Asked asked{robot, robot.objects().get()};
+  const RequestContext context{robot, robot.objects().get()};
   const bool lists = !request.a.empty() || !request.b.empty();
   RequestedPairs pairs =
-      lists ? listedPairs(asked, request) : groupOrEveryPair(asked, request.group, filterOf(request.ignore_filter));
+      lists ? listedPairs(context, request) : groupOrEveryPair(context, request.group, filterOf(request.ignore_filter));
   requirePairs(pairs);
   return pairs;
 }
 
-void requireAnswersWithinBatch(const Robot& robot, const QueryPairsRequest& request, std::size_t asked,
+void requireAnswersWithinBatch(const Robot& robot, const QueryPairsRequest& request, std::size_t context,
                                std::size_t states) {
-  const std::size_t each = maxReturned(request, asked);
+  const std::size_t each = maxReturned(request, context);
   if (isWithinBatch(robot, each * states)) return;
   if (states == 1) refuseBatch(robot, "a and b", std::to_string(each) + " returned pairs");
   refuseBatch(robot, "states",

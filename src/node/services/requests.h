@@ -27,7 +27,7 @@ class RequestError : public std::runtime_error {
   QueryStatus status_;
 };
 
-/// Throws RequestError INVALID_ARGUMENT.
+/// Throws RequestError INVALID_ARGUMENT with this message.
 [[noreturn]] void refuse(const std::string& what);
 
 /// Throws RequestError unless the status is OK.
@@ -36,17 +36,18 @@ void require(const QueryStatus& status);
 enum class Filter { Applies, Ignored };
 inline Filter filterOf(bool ignore_filter) { return ignore_filter ? Filter::Ignored : Filter::Applies; }
 
-// Checks of the numbers of a request.
-// Failure: throw RequestError INVALID_ARGUMENT naming the number.
+// These functions return a number of a request if it is valid.
+// Failure: they throw RequestError INVALID_ARGUMENT naming the number.
 double finite(double value, const std::string& name);
 double notNegative(double value, const std::string& name);
 double positive(double value, const std::string& name);
 
-/// Index of a link, with or without geometry. Throws RequestError UNKNOWN_LINK naming the nearest one.
+/// The index of a link, which may have no geometry. Throws RequestError UNKNOWN_LINK with the nearest name if there is
+/// none.
 int linkNamed(const scene::RobotModel& robot, const std::string& name);
 
-/// The pairs that a request asks about: a list of its own, or all candidates of the robot, which must outlive it, with
-/// all checked pairs of its objects. It keeps the objects of the moment of the request.
+/// The pairs that a request asks about: either a list, or all candidates of the robot with all checked pairs of its
+/// objects. The objects are those at the time of the request. The robot must outlive it.
 class RequestedPairs {
  public:
   RequestedPairs(const Robot& robot, RobotObjects objects, std::vector<scene::ShapeRefPair> pairs)
@@ -56,18 +57,18 @@ class RequestedPairs {
   const scene::Objects& objects() const { return *objects_.all; }
   const std::shared_ptr<const scene::Objects>& sharedObjects() const { return objects_.all; }
 
-  /// nullptr: all candidates.
+  /// The list of pairs; nullptr if all checked pairs are requested.
   const std::vector<scene::ShapeRefPair>* list() const { return own_ ? &*own_ : nullptr; }
   std::size_t size() const;
 
-  /// The pairs as a question to a scene takes them; it refers to this object.
+  /// The pairs for a question to a scene. The result refers to this object.
   scene::Pairs asked() const { return own_ ? scene::Pairs(*own_) : scene::Pairs(robot_->candidates()); }
 
   /// The bodies and frames whose poses the pairs need.
   std::vector<int> bodies() const;
-  AskedFrames frames() const;
+  CarrierFrames frames() const;
 
-  /// A scene that has the objects.
+  /// Lends a scene that has the objects.
   ScenePool::Lease borrowScene() const;
   MovingScenePool::Lease borrowMovingScene() const;
 
@@ -77,21 +78,21 @@ class RequestedPairs {
   std::optional<std::vector<scene::ShapeRefPair>> own_;
 };
 
-// Find the pairs that a request names, of links and of the objects that the robot has now. The pairs keep the request's
+// These functions find the pairs that a request names, of links and of the present objects of the robot. They keep the
 // order of a and b.
-// Failure: throw RequestError for a link, shape or object that does not exist or has no geometry, for a pair that the
-//          filter excludes, and if no pair is left.
+// Failure: they throw RequestError for a link, shape or object that does not exist or has no geometry, for a pair that
+//          the filter excludes, and if no pair is left.
 
-/// If both are empty, every pair; if b is empty, all pairs with a; otherwise the pair of a and b.
+/// Returns every pair if both are empty, all pairs with a if b is empty, and otherwise the pair of a and b.
 RequestedPairs pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter);
 
-/// The same for the lists of a batch. Also throws RequestError OVER_BUDGET if the lists name more than
-/// Config::max_batch pairs, before it allocates memory for them.
+/// Returns the pairs of the lists of a request. It also throws RequestError OVER_BUDGET if the lists name more than
+/// Config::max_batch pairs, and then has not allocated memory for all of them.
 RequestedPairs pairsOf(const Robot& robot, const QueryPairsRequest& request);
 
-/// Throws RequestError OVER_BUDGET if the answers about so many states could return more than Config::max_batch pairs.
-/// `asked` is the number of pairs in the question about each state; the mode of the request says how many of them an
-/// answer returns.
+/// Throws RequestError OVER_BUDGET if the answers about `states` states could return more than Config::max_batch pairs.
+/// `asked` is the number of pairs in the question about each state; by the mode of the request an answer may return
+/// fewer.
 void requireAnswersWithinBatch(const Robot& robot, const QueryPairsRequest& request, std::size_t asked,
                                std::size_t states = 1);
 

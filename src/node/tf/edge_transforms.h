@@ -17,21 +17,21 @@
 
 namespace proximity_server::node {
 
-/// The transform of tf for one edge of a robot's tree.
+/// The transform that tf has for one edge of a robot's tree.
 struct EdgeTransform {
-  ros::Time stamp;                        ///< of the transform; 0 for a static one
+  ros::Time stamp;                        ///< 0 for a static transform
   std::optional<Eigen::Isometry3d> pose;  ///< parent_T_child
   QueryStatus status;                     ///< OK, or the reason why there is no pose, with the name of the joint
 };
 
-/// Returns nullopt if a number is not finite or the quaternion does not have length 1.
+/// Converts a transform. Returns nullopt if a number is not finite or the quaternion does not have length 1.
 std::optional<Eigen::Isometry3d> rigidMotion(const geometry_msgs::Transform& transform);
 
 /// Looks up the transform at `stamp`, or the latest one if `stamp` is 0.
 EdgeTransform lookUpEdge(const tf2::BufferCore& buffer, const TfEdge& edge, const ros::Time& stamp);
 
-/// A cache of the latest transforms of a robot's edges: between two messages of tf, each edge is looked up once for all
-/// requests. Thread-safe.
+/// A cache of the latest transforms of a robot's edges. Each edge is looked up once between two messages of tf, however
+/// many requests there are. Thread-safe.
 class LatestTransforms {
  public:
   struct Edge {
@@ -40,7 +40,7 @@ class LatestTransforms {
     EdgeTransform transform;
   };
 
-  /// Fills in the latest transforms of the edges.
+  /// Sets Edge::transform of each edge to its latest transform.
   void find(const TfTree::View& tf, const Robot& robot, std::vector<Edge>& edges);
 
  private:
@@ -50,7 +50,7 @@ class LatestTransforms {
   };
 
   std::mutex mutex_;
-  std::shared_ptr<const std::vector<TfEdge>> edges_;  // the edges of the entries
+  std::shared_ptr<const std::vector<TfEdge>> edges_;  // one for each entry
   std::vector<Entry> entries_;
 };
 

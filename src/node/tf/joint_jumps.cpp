@@ -10,17 +10,18 @@
 namespace proximity_server::node {
 namespace {
 
-constexpr double kMargin = 2.0;           // factor, as real joints exceed the velocity limits of their URDF
-constexpr double kJitter = 0.02;          // [s] the largest error of the stamps of one publisher
-constexpr double kMoment = 0.05;          // [s] in it no joint without a velocity limit crosses half of its range
-constexpr double kQuarterTurn = M_PI_2;   // [rad] replaces half of a large range, as a pose does not show full turns
-constexpr double kLongestGap = 1.0;       // [s] between the stamps of two transforms that are compared
-constexpr double kLongestStepBack = 0.1;  // [s] between the stamps of two publishers that alternate
+constexpr double kVelocityFactor = 2.0;  // because real joints exceed the velocity limits of their URDF
+constexpr double kStampJitter = 0.02;    // [s] largest error of the stamps of one publisher
+constexpr double kCrossingTime = 0.05;   // [s] no joint without a velocity limit crosses half of its range faster
+constexpr double kQuarterTurn =
+    M_PI_2;                          // [rad] replaces half of a large range, because a pose does not show full turns
+constexpr double kLongestGap = 1.0;  // [s] largest difference of the stamps of two transforms that are compared
+constexpr double kLongestStepBack = 0.1;  // [s] by which the stamps of two publishers that alternate may go back
 
-constexpr std::chrono::seconds kTogether{2};    // the longest time between a jump and the one back
-constexpr std::chrono::seconds kRemembered{5};  // the time for which a jump back is reported
+constexpr std::chrono::seconds kLongestReturn{2};  // longest time between a jump and the jump back
+constexpr std::chrono::seconds kReportPeriod{5};   // a jump back is reported for this time
 
-/// The frame name without a leading slash, which tf1 allowed.
+/// Returns the frame name without the leading slash that tf1 allowed.
 std::string_view frameName(std::string_view name) {
   return !name.empty() && name.front() == '/' ? name.substr(1) : name;
 }
@@ -67,7 +68,7 @@ void JointJumps::add(const geometry_msgs::TransformStamped& transform, Clock::ti
   if (time > kLongestGap || time < -kLongestStepBack || !isJump(joint, step, std::abs(time))) return;
 
   const std::optional<Jump> first = std::exchange(joint.jump, Jump{now, before->pose, step, std::abs(time)});
-  if (!first || now - first->when > kTogether) return;
+  if (!first || now - first->when > kLongestReturn) return;
   if (stepBetween(joint, first->from, sample.pose) < 0.5 * first->step) joint.confirmed = now;
 }
 
@@ -83,7 +84,7 @@ std::vector<std::string> JointJumps::recent(Clock::time_point now) const {
   const std::lock_guard<std::mutex> lock(mutex_);
   std::vector<std::string> sentences;
   for (const TrackedJoint& joint : joints_) {
-    if (!joint.confirmed || !joint.jump || now - *joint.confirmed > kRemembered) continue;
+    if (!joint.confirmed || !joint.jump || now - *joint.confirmed > kReportPeriod) continue;
     sentences.push_back(sentence(joint.name, joint.jump->step, isRotation(joint.type) ? "rad" : "m", joint.jump->time));
   }
   return sentences;
@@ -95,8 +96,8 @@ double JointJumps::stepBetween(const TrackedJoint& joint, const Eigen::Isometry3
 }
 
 bool JointJumps::isJump(const TrackedJoint& joint, double step, double time) {
-  if (std::isfinite(joint.max_velocity)) return step > kMargin * joint.max_velocity * (time + kJitter);
-  if (time >= kMoment || !std::isfinite(joint.range)) return false;
+  if (std::isfinite(joint.max_velocity)) return step > kVelocityFactor * joint.max_velocity * (time + kStampJitter);
+  if (time >= kCrossingTime || !std::isfinite(joint.range)) return false;
   const double longest = isRotation(joint.type) ? std::min(0.5 * joint.range, kQuarterTurn) : 0.5 * joint.range;
   return step > longest;
 }

@@ -18,10 +18,10 @@
 namespace proximity_server::node {
 namespace {
 
-bool available(const TfLookup::Edge& edge) { return edge.transform.status.code == QueryStatus::OK; }
+bool isAvailable(const TfLookup::Edge& edge) { return edge.transform.status.code == QueryStatus::OK; }
 
-/// Clears a snapshot, so that nothing is known at `stamp`.
-void startAt(const ros::Time& stamp, JointSnapshot& snapshot) {
+/// Clears a snapshot, and sets its stamp.
+void clearSnapshot(const ros::Time& stamp, JointSnapshot& snapshot) {
   std::fill(snapshot.joints.begin(), snapshot.joints.end(), std::nullopt);
   std::fill(snapshot.roots.begin(), snapshot.roots.end(), std::nullopt);
   snapshot.stamp = stamp;
@@ -41,27 +41,27 @@ int robotOf(const Robot& robot, int edge) {
 
 /// Copies the transforms of the edges into the snapshot.
 void copyTransforms(TfLookup& lookup) {
-  JointSnapshot& found = lookup.found;
+  JointSnapshot& found = lookup.joint_snapshot;
   for (const TfLookup::Edge& edge : lookup.edges) {
     const bool is_joint = edge.number < static_cast<int>(found.joints.size());
     (is_joint ? found.joints[edge.number] : found.roots[robotOf(*lookup.robot, edge.number)]) = edge.transform.pose;
   }
 }
 
-PoseSnapshot placed(const Robot& robot, const JointSnapshot& joints, scene::BodyPoses room) {
-  return {inReference(robot, posesInRoot(robot.robotModel(), joints.joints, std::move(room)), joints.roots),
+PoseSnapshot posesFrom(const Robot& robot, const JointSnapshot& joints, scene::BodyPoses reused) {
+  return {inReference(robot, posesInRoot(robot.robotModel(), joints.joints, std::move(reused)), joints.roots),
           joints.stamp, joints.age, joints.skew, joints.status};
 }
 
-/// The difference of two stamps, clamped to 63 years, because ros::Duration throws beyond 68 years and stamps come from
-/// other programs.
+/// The difference of two stamps, clamped to 63 years: stamps of other programs may have any value, and ros::Duration
+/// throws for more than 68 years.
 ros::Duration elapsed(const ros::Time& from, const ros::Time& to) {
   constexpr std::int64_t kLongest = 2'000'000'000'000'000'000;  // [ns]
   const std::int64_t difference = static_cast<std::int64_t>(to.toNSec()) - static_cast<std::int64_t>(from.toNSec());
   return ros::Duration().fromNSec(std::clamp(difference, -kLongest, kLongest));
 }
 
-/// A duration as text for a message, rounded to milliseconds: "0.512 s".
+/// Formats a duration for a message, rounded to milliseconds: "0.512 s".
 std::string durationText(const ros::Duration& duration) {
   return system::secondsText(1e-3 * std::round(1e3 * duration.toSec()));
 }
@@ -74,17 +74,18 @@ std::vector<std::string> linksOf(const scene::RobotModel& robot, int member, int
   return {name(joint.parent_link), name(joint.child_link)};
 }
 
-/// What to do if an edge is unknown because of the prefix of its robot; "" if it is not.
+/// Tells what to do if tf does not know an edge because of the prefix of its robot. Returns "" if the prefix is not the
+/// cause.
 std::string hintFor(const tf2::BufferCore& buffer, const Robot& robot, int edge) {
   const int member = robotOf(robot, edge);
   const RobotSource& source = robot.sources()[member];
   return prefixHint(buffer, source, linksOf(robot.robotModel(), member, edge));
 }
 
-/// The status of the first edge that is not available, with the number of all; OK if there is none.
+/// The status of the first edge that is not available, with the number of such edges; OK if all are available.
 QueryStatus summary(const TfLookup& lookup, const tf2::BufferCore& buffer) {
   const std::vector<TfLookup::Edge>& edges = lookup.edges;
-  const auto broken = [](const TfLookup::Edge& edge) { return !available(edge); };
+  const auto broken = [](const TfLookup::Edge& edge) { return !isAvailable(edge); };
   const auto first = std::find_if(edges.begin(), edges.end(), broken);
   if (first == edges.end()) return {};
   QueryStatus result = first->transform.status;
@@ -96,7 +97,7 @@ QueryStatus summary(const TfLookup& lookup, const tf2::BufferCore& buffer) {
   return result;
 }
 
-/// The edges with the oldest and the newest of the latest transforms; static ones do not count.
+/// The edges with the oldest and the newest transform. Static transforms are not considered.
 struct CommonTime {
   const TfLookup::Edge* oldest = nullptr;
   const TfLookup::Edge* newest = nullptr;
@@ -105,15 +106,15 @@ CommonTime commonTime(const std::vector<TfLookup::Edge>& edges) {
   const auto stamp = [](const TfLookup::Edge* edge) { return edge->transform.stamp; };
   CommonTime common;
   for (const TfLookup::Edge& edge : edges) {
-    if (!available(edge) || stamp(&edge).isZero()) continue;
+    if (!isAvailable(edge) || stamp(&edge).isZero()) continue;
     if (!common.oldest || stamp(&edge) < stamp(common.oldest)) common.oldest = &edge;
     if (!common.newest || stamp(&edge) > stamp(common.newest)) common.newest = &edge;
   }
   return common;
 }
 
-/// Why the latest transform of an edge is too far from the clock; OK if it is not.
-QueryStatus freshness(const EdgeTransform& latest, const std::string& name, const ros::Time& now,
+/// TF_STALE if the latest transform of an edge is too far from the clock, otherwise OK.
+QueryStatus ageStatus(const EdgeTransform& latest, const std::string& name, const ros::Time& now,
                       const ros::Duration& max_age) {
   const ros::Duration age = elapsed(latest.stamp, now);
   if (age > max_age) {
@@ -127,24 +128,24 @@ QueryStatus freshness(const EdgeTransform& latest, const std::string& name, cons
   return {};
 }
 
-QueryStatus freshness(const CommonTime& common, const ros::Time& now, const ros::Duration& max_age) {
-  const QueryStatus of_oldest = freshness(common.oldest->transform, common.oldest->frames->name, now, max_age);
+QueryStatus ageStatus(const CommonTime& common, const ros::Time& now, const ros::Duration& max_age) {
+  const QueryStatus of_oldest = ageStatus(common.oldest->transform, common.oldest->frames->name, now, max_age);
   if (of_oldest.code != QueryStatus::OK) return of_oldest;
-  return freshness(common.newest->transform, common.newest->frames->name, now, max_age);
+  return ageStatus(common.newest->transform, common.newest->frames->name, now, max_age);
 }
 
 struct FrameTime {
-  ros::Time robot;  ///< of the robot's poses
+  ros::Time robot;  ///< time of the robot's poses
   ros::Time now;
   ros::Duration max_age;
 };
 
-/// The transform at the time of the robot's poses, or the latest one if tf does not have that time and the latest one is
-/// near the clock.
-EdgeTransform lookUpNear(const tf2::BufferCore& buffer, const TfEdge& edge, const FrameTime& time) {
+/// The transform at the time of the robot's poses. If tf does not have one at that time, the latest transform, which
+/// must be near the clock.
+EdgeTransform lookUpNearTime(const tf2::BufferCore& buffer, const TfEdge& edge, const FrameTime& time) {
   EdgeTransform latest = lookUpEdge(buffer, edge, ros::Time());
   if (!latest.pose || latest.stamp.isZero()) return latest;
-  latest.status = freshness(latest, edge.name, time.now, time.max_age);
+  latest.status = ageStatus(latest, edge.name, time.now, time.max_age);
   if (latest.status.code != QueryStatus::OK) {
     latest.pose.reset();
     return latest;
@@ -163,25 +164,25 @@ std::optional<Eigen::Isometry3d> poseOfLink(const scene::RobotModel& robot, int 
 
 }  // namespace
 
-TfLookup::TfLookup(const Robot& asked, const std::vector<int>& wanted) : robot(&asked) {
+TfLookup::TfLookup(const Robot& asked, const std::vector<int>& numbers) : robot(&asked) {
   const std::vector<TfEdge>& all = *asked.tfEdges();
-  for (const int edge : wanted) edges.push_back({edge, &all[edge], {}});
-  found.joints.resize(asked.robotModel().joints.size());
-  found.roots.resize(asked.robotModel().robots.size());
+  for (const int edge : numbers) edges.push_back({edge, &all[edge], {}});
+  joint_snapshot.joints.resize(asked.robotModel().joints.size());
+  joint_snapshot.roots.resize(asked.robotModel().robots.size());
 }
 
-std::vector<int> bodiesOf(const Robot& robot, const AskedFrames& frames) {
+std::vector<int> bodiesOf(const Robot& robot, const CarrierFrames& frames) {
   std::vector<int> bodies;
-  for (const int index : frames.asked) {
+  for (const int index : frames.needed) {
     const int link = robot.linkOfFrame(frames.names[index]);
     if (link >= 0) bodies.push_back(robot.robotModel().links[link].body);
   }
   return bodies;
 }
 
-void placeFramesOfLinks(const Robot& robot, const AskedFrames& frames, const scene::BodyPoses& poses,
+void placeFramesOfLinks(const Robot& robot, const CarrierFrames& frames, const scene::BodyPoses& poses,
                         scene::FramePoses& placed) {
-  for (const int index : frames.asked) {
+  for (const int index : frames.needed) {
     const int link = robot.linkOfFrame(frames.names[index]);
     if (link >= 0) placed[index] = poseOfLink(robot.robotModel(), link, poses);
   }
@@ -214,12 +215,12 @@ ros::Time TfPoses::readClock() {
 }
 
 const PoseSnapshot& TfPoses::lookUp(TfLookup& lookup, const ros::Time& stamp) {
-  lookup.placed = placed(*lookup.robot, lookUpJoints(lookup, stamp), std::move(lookup.placed.poses));
-  return lookup.placed;
+  lookup.pose_snapshot = posesFrom(*lookup.robot, lookUpJoints(lookup, stamp), std::move(lookup.pose_snapshot.poses));
+  return lookup.pose_snapshot;
 }
 
 PoseSnapshot TfPoses::await(const Robot& robot, const std::vector<int>& bodies, const ros::Time& stamp) {
-  return placed(robot, awaitJoints(robot, edgesTo(robot, bodies), stamp), {});
+  return posesFrom(robot, awaitJoints(robot, edgesTo(robot, bodies), stamp), {});
 }
 
 std::shared_ptr<const tf2::BufferCore> TfPoses::latestOf(const Robot& robot, std::vector<TfLookup::Edge>& edges) {
@@ -229,9 +230,9 @@ std::shared_ptr<const tf2::BufferCore> TfPoses::latestOf(const Robot& robot, std
 }
 
 const JointSnapshot& TfPoses::lookUpJoints(TfLookup& lookup, const ros::Time& stamp) {
-  JointSnapshot& snapshot = lookup.found;
+  JointSnapshot& snapshot = lookup.joint_snapshot;
   std::vector<TfLookup::Edge>& edges = lookup.edges;
-  startAt(stamp, snapshot);
+  clearSnapshot(stamp, snapshot);
   const ros::Time now = readClock();
   if (now.isZero()) {
     snapshot.status =
@@ -243,7 +244,8 @@ const JointSnapshot& TfPoses::lookUpJoints(TfLookup& lookup, const ros::Time& st
   const CommonTime common = commonTime(edges);
   snapshot.status = summary(lookup, *buffer);
   if (!common.oldest && snapshot.status.code != QueryStatus::OK) return snapshot;
-  const ros::Time oldest = common.oldest ? common.oldest->transform.stamp : now;  // static transforms hold at any time
+  // Static transforms hold at any time, so a robot that has only these gets the time of the clock.
+  const ros::Time oldest = common.oldest ? common.oldest->transform.stamp : now;
   const ros::Time newest = common.newest ? common.newest->transform.stamp : now;
   if (common.oldest) snapshot.skew = elapsed(oldest, newest);
 
@@ -251,13 +253,14 @@ const JointSnapshot& TfPoses::lookUpJoints(TfLookup& lookup, const ros::Time& st
   snapshot.age = elapsed(snapshot.stamp, now);
   if (stamp.isZero() && common.oldest) {
     const ros::Duration max_age(lookup.robot->config().max_tf_age);
-    snapshot.status = freshness(common, now, max_age);
-    // A transform from before a jump of the clock: tf would refuse all new ones as too old.
+    snapshot.status = ageStatus(common, now, max_age);
+    // A transform that is far ahead of the clock may be from before the clock jumped back. tf would then refuse all new
+    // transforms, because they are older.
     if (elapsed(now, newest) > max_age) tree_.clear();
     if (snapshot.status.code != QueryStatus::OK) return snapshot;
   }
   for (TfLookup::Edge& edge : edges) {
-    if (available(edge) && edge.transform.stamp != snapshot.stamp) {
+    if (isAvailable(edge) && edge.transform.stamp != snapshot.stamp) {
       edge.transform = lookUpEdge(*buffer, *edge.frames, snapshot.stamp);
     }
   }
@@ -305,35 +308,35 @@ QueryStatus TfPoses::standingStill(const Robot& robot, const std::vector<int>& r
   return {};
 }
 
-FrameSnapshot TfPoses::lookUpFrames(const Robot& robot, const AskedFrames& frames, const PoseSnapshot& at,
+FrameSnapshot TfPoses::lookUpFrames(const Robot& robot, const CarrierFrames& frames, const PoseSnapshot& robot_poses,
                                     const ros::Time& stamp) {
   FrameSnapshot snapshot;
   snapshot.poses.resize(frames.names.size());
-  if (frames.asked.empty()) return snapshot;
-  if (at.stamp.isZero()) {
-    snapshot.status = at.status;
+  if (frames.needed.empty()) return snapshot;
+  if (robot_poses.stamp.isZero()) {
+    snapshot.status = robot_poses.status;
     return snapshot;
   }
   const ros::Time now = readClock();
   const std::shared_ptr<const tf2::BufferCore> buffer = tree_.view().buffer;
-  for (const int index : frames.asked) {
+  for (const int index : frames.needed) {
     const std::string& frame = frames.names[index];
     if (robot.linkOfFrame(frame) >= 0) continue;
     const TfEdge edge{robot.referenceFrame(), frame, "frame '" + frame + "' of objects"};
-    const FrameTime time{at.stamp, now, ros::Duration(robot.config().max_tf_age)};
-    const EdgeTransform found = stamp.isZero() ? lookUpNear(*buffer, edge, time) : lookUpEdge(*buffer, edge, stamp);
+    const FrameTime time{robot_poses.stamp, now, ros::Duration(robot.config().max_tf_age)};
+    const EdgeTransform found = stamp.isZero() ? lookUpNearTime(*buffer, edge, time) : lookUpEdge(*buffer, edge, stamp);
     snapshot.poses[index] = found.pose;
     if (!found.stamp.isZero() && !snapshot.may_move) snapshot.may_move = index;
     if (!found.pose && snapshot.status.code == QueryStatus::OK) snapshot.status = found.status;
   }
-  placeFramesOfLinks(robot, frames, at.poses, snapshot.poses);
+  placeFramesOfLinks(robot, frames, robot_poses.poses, snapshot.poses);
   return snapshot;
 }
 
-FrameSnapshot TfPoses::awaitFrames(const Robot& robot, const AskedFrames& frames, const PoseSnapshot& at,
+FrameSnapshot TfPoses::awaitFrames(const Robot& robot, const CarrierFrames& frames, const PoseSnapshot& robot_poses,
                                    const ros::Time& stamp) {
-  if (at.status.code != QueryStatus::OK) return lookUpFrames(robot, frames, at, stamp);
-  return await(robot.config().tf_timeout, [&] { return lookUpFrames(robot, frames, at, stamp); });
+  if (robot_poses.status.code != QueryStatus::OK) return lookUpFrames(robot, frames, robot_poses, stamp);
+  return await(robot.config().tf_timeout, [&] { return lookUpFrames(robot, frames, robot_poses, stamp); });
 }
 
 }  // namespace proximity_server::node

@@ -26,46 +26,48 @@ namespace proximity_server::node {
 
 /// The transforms of a robot's joints at one time, with a status that says which are missing and why.
 struct JointSnapshot {
-  JointFrames joints;  ///< nullopt if unknown or not asked for
-  RootPoses roots;     ///< the same
-  ros::Time stamp;     ///< the common time; 0 where there is none
+  JointFrames joints;  ///< nullopt if unknown or not needed
+  RootPoses roots;     ///< nullopt if unknown or not needed
+  ros::Time stamp;     ///< the common time of all transforms; 0 if there is none
   ros::Duration age;   ///< now - stamp
-  ros::Duration skew;  ///< newest - oldest of the latest transforms
-  QueryStatus status;  ///< OK, or what is missing, stale or out of reach
+  ros::Duration skew;  ///< stamp of the newest minus stamp of the oldest of the latest transforms
+  QueryStatus status;  ///< OK, or the first transform that is missing, stale or not known at this time
 };
 
 /// The poses of a robot's bodies at one time, or the reason why there are none.
 struct PoseSnapshot {
-  scene::BodyPoses poses;  ///< in Robot::referenceFrame(); nullopt if unknown or not asked for
-  ros::Time stamp;         ///< the common time; 0 where there is none
+  scene::BodyPoses poses;  ///< in Robot::referenceFrame(); nullopt if unknown or not needed
+  ros::Time stamp;         ///< the common time of all transforms; 0 if there is none
   ros::Duration age;       ///< now - stamp
-  ros::Duration skew;      ///< newest - oldest of the latest transforms
-  QueryStatus status;      ///< OK, or what is missing, stale or out of reach, with the name of the joint
+  ros::Duration skew;      ///< stamp of the newest minus stamp of the oldest of the latest transforms
+  QueryStatus
+      status;  ///< OK, or the name of the first joint whose transform is missing, stale or not known at this time
 };
 
 /// The poses of tf frames that carry objects, in Robot::referenceFrame().
 struct FrameSnapshot {
-  scene::FramePoses poses;  ///< nullopt if unknown or not asked for
-  QueryStatus status;       ///< OK, or why the first one that tf does not know is not, with its name
-  /// The first asked frame that may move against the reference frame, as it is no link, and /tf_static does not join the two.
+  scene::FramePoses poses;  ///< nullopt if unknown or not needed
+  QueryStatus status;       ///< OK, or the name of the first frame whose pose tf does not know, with the reason
+  /// The first needed frame that may move relative to the reference frame: it is not the frame of a link, and
+  /// /tf_static does not connect the two.
   std::optional<int> may_move;
 };
 
-/// Frames that carry objects, and those of them that matter.
-struct AskedFrames {
+/// The tf frames that carry objects, and those of them whose poses are needed.
+struct CarrierFrames {
   std::vector<std::string> names;
-  std::vector<int> asked;  ///< indices into `names`
+  std::vector<int> needed;  ///< indices into `names`
 };
 
-/// The links that carry some of the frames: a frame of the robot itself moves with the robot's joints.
-std::vector<int> bodiesOf(const Robot& robot, const AskedFrames& frames);
+/// The bodies of the links that have one of the needed frames. Such a frame moves with the robot's joints.
+std::vector<int> bodiesOf(const Robot& robot, const CarrierFrames& frames);
 
-/// Fills in the asked frames that are those of links of the robot; the others stay as they are.
-void placeFramesOfLinks(const Robot& robot, const AskedFrames& frames, const scene::BodyPoses& poses,
+/// Sets the poses of the needed frames that are frames of links of the robot. The other poses stay as they are.
+void placeFramesOfLinks(const Robot& robot, const CarrierFrames& frames, const scene::BodyPoses& poses,
                         scene::FramePoses& placed);
 
-/// A question to tf about some edges of a robot, with the memory for its answers: asked again, it allocates nothing
-/// besides what tf2 allocates during a look-up. The robot must outlive it.
+/// A question to tf about some edges of a robot, with the memory for its answers. If it is asked again, only tf2
+/// allocates memory, during its look-ups. The robot must outlive it.
 struct TfLookup {
   /// `edges` are indices into Robot::tfEdges(), see edgesTo().
   TfLookup(const Robot& robot, const std::vector<int>& edges);
@@ -74,20 +76,20 @@ struct TfLookup {
 
   const Robot* robot;
   std::vector<Edge> edges;
-  JointSnapshot found;
-  PoseSnapshot placed;
+  JointSnapshot joint_snapshot;
+  PoseSnapshot pose_snapshot;
 };
 
 /// Follows the bodies of a robot through tf.
 ///
 /// It looks up the transform between the two links of every movable joint, all at one common time: the earliest of the
-/// latest stamps of all joints, so that nothing is extrapolated. Fixed joints come from the URDF, so /tf_static is not
-/// needed. If a transform is missing, not finite or no rotation, the poses of the bodies beyond it are unknown; if one
-/// is too far from the clock, all poses are unknown. If the clock jumps back, all transforms are forgotten.
-/// Thread-safe; a thread of its own receives the transforms.
+/// latest stamps of all joints, so that nothing is extrapolated. Fixed joints are taken from the URDF, so /tf_static is
+/// not needed. If a transform is missing, is not finite or is no rotation, the poses of the bodies beyond it are
+/// unknown. If the stamp of a transform is too far from the clock, all poses are unknown. If the clock jumps back, all
+/// transforms are forgotten. Thread-safe; a thread of its own receives the transforms.
 class TfPoses {
  public:
-  /// For the priority of the listening thread see runInRealTime.
+  /// The listening thread has the given priority, see runInRealTime().
   explicit TfPoses(int realtime_priority = 0)
       : tree_(
             realtime_priority, [this](const auto& transform) { jumps_.add(transform); },
@@ -98,42 +100,45 @@ class TfPoses {
   /// Sets the function that the listening thread calls after every message of tf.
   void onChange(std::function<void()> listener);
 
-  /// Chooses the robot whose joints `jumps` reports.
+  /// Sets the robot whose joints jumps() reports.
   void watch(const Robot& robot) { jumps_.watch(robot); }
 
   /// See JointJumps::recent().
   std::vector<std::string> jumps() const { return jumps_.recent(); }
 
-  /// The poses, at `stamp` or at the latest common time if that is 0, of the bodies that the edges of `lookup` carry.
-  /// Never waits. Valid until `lookup` is used again.
+  /// The poses of the bodies that the edges of `lookup` carry, at `stamp`; if that is 0, at the latest common time.
+  /// Never waits. The result is valid until `lookup` is used again.
   const PoseSnapshot& lookUp(TfLookup& lookup, const ros::Time& stamp = {});
 
-  /// The poses of `bodies` and of the bodies that carry them. Waits for missing transforms, at most Config::tf_timeout
-  /// of wall time.
+  /// The poses of `bodies` and of the bodies that carry them, at `stamp`; if that is 0, at the latest common time.
+  /// Waits for missing transforms, at most Config::tf_timeout of wall time.
   PoseSnapshot await(const Robot& robot, const std::vector<int>& bodies, const ros::Time& stamp);
 
-  /// The poses of frames for the poses `at` of the robot, which were asked for at `stamp`. Never waits.
+  /// The poses of frames that belong to the poses of the robot; these were looked up at `stamp`. Never waits.
   ///
-  /// A frame of a link of the robot follows from `at`, which must have the bodies of bodiesOf(). Any other is taken from tf
-  /// at the time of `at`. If `stamp` is 0 and tf does not have that time of it, it is taken from its latest transform, which
-  /// must not be farther from the clock than Config::max_tf_age.
-  FrameSnapshot lookUpFrames(const Robot& robot, const AskedFrames& frames, const PoseSnapshot& at,
+  /// The pose of a frame of a link follows from `robot_poses`, which must have the bodies of bodiesOf(). Any other
+  /// frame is looked up in tf at the time of `robot_poses`. If tf does not know the frame at that time, and `stamp` is
+  /// 0, its latest transform is taken, which must not be farther from the clock than Config::max_tf_age.
+  FrameSnapshot lookUpFrames(const Robot& robot, const CarrierFrames& frames, const PoseSnapshot& robot_poses,
                              const ros::Time& stamp = {});
 
-  /// The same; waits for missing transforms, at most Config::tf_timeout of wall time, but not if `at` misses any itself.
-  FrameSnapshot awaitFrames(const Robot& robot, const AskedFrames& frames, const PoseSnapshot& at,
+  /// Does the same as lookUpFrames(), but waits for missing transforms, at most Config::tf_timeout of wall time. It
+  /// does not wait if `robot_poses` has missing transforms itself.
+  FrameSnapshot awaitFrames(const Robot& robot, const CarrierFrames& frames, const PoseSnapshot& robot_poses,
                             const ros::Time& stamp);
 
-  // The same for the transforms of chosen edges, as indices into Robot::tfEdges().
+  // lookUpJoints() and awaitJoints() return transforms of edges instead of poses of bodies. Edges are indices into
+  // Robot::tfEdges().
 
   const JointSnapshot& lookUpJoints(TfLookup& lookup, const ros::Time& stamp = {});
   JointSnapshot awaitJoints(const Robot& robot, const std::vector<int>& edges, const ros::Time& stamp);
 
-  /// In standingStill(): the reference frame itself, which is no link.
+  /// An argument of standingStill(): it stands for a reference frame that is not that of a link.
   static constexpr int kReferenceFrame = -1;
 
-  /// OK if tf knows by static transforms alone how the roots of these robots (ascending indices into RobotModel::robots, or
-  /// kReferenceFrame) stand to each other; else NO_VELOCITY, naming the first robot whose root may move against the first.
+  /// Returns whether the roots of these robots stand still relative to each other. `robots` are ascending indices into
+  /// RobotModel::robots, or kReferenceFrame. The status is OK if static transforms of tf connect all of them. Otherwise
+  /// it is NO_VELOCITY, and names the first robot whose root may move relative to the first one of the list.
   QueryStatus standingStill(const Robot& robot, const std::vector<int>& robots);
 
  private:
@@ -145,17 +150,17 @@ class TfPoses {
 
   ros::Time readClock();  ///< forgets all transforms if the clock jumped back
 
-  /// Fills in the latest transforms, and returns the buffer that has them.
+  /// Fills in the latest transforms of the edges, and returns the buffer that has them.
   std::shared_ptr<const tf2::BufferCore> latestOf(const Robot& robot, std::vector<TfLookup::Edge>& edges);
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::atomic<std::uint64_t> changes_{0};  // of the buffer
+  std::atomic<std::uint64_t> changes_{0};  // number of changes of tree_
   std::function<void()> listener_;
   ros::Time last_now_;
   LatestTransforms latest_;
   JointJumps jumps_;
-  TfTree tree_;  // destroyed first, as it calls transformsChanged()
+  TfTree tree_;  // destroyed first, because it calls transformsChanged()
 };
 
 }  // namespace proximity_server::node

@@ -11,13 +11,13 @@
 namespace proximity_server::node {
 namespace {
 
-constexpr std::uint32_t kQueue = 100;  // messages, as in tf2_ros
+constexpr std::uint32_t kQueueSize = 100;  // [messages] as in tf2_ros
 
-constexpr double kQuiet = 5.0;  // [s] between two warnings
+constexpr double kWarningPeriod = 5.0;  // [s] shortest time between two equal warnings
 
-const std::string kAuthority = "tf";  // of all transforms; tf2 uses it in its own warnings only
+const std::string kAuthority = "tf";  // the publisher of all transforms; tf2 names it in its warnings only
 
-/// The frame name without a leading slash, which tf1 allowed; tf2 compares names in the same way.
+/// Returns the frame name without the leading slash that tf1 allowed. tf2 compares names in the same way.
 std::string frameName(const std::string& name) { return !name.empty() && name.front() == '/' ? name.substr(1) : name; }
 
 void warnAboutBoth(const std::string& child) {
@@ -34,8 +34,8 @@ TfTree::TfTree(int realtime_priority, OnMoving on_moving, std::function<void()> 
   nh_.setCallbackQueue(&queue_);
   // Without this option the publisher's kernel delays small messages by tens of milliseconds (Nagle's algorithm).
   const ros::TransportHints at_once = ros::TransportHints().tcpNoDelay();
-  moving_sub_ = nh_.subscribe("/tf", kQueue, &TfTree::onMoving, this, at_once);
-  static_sub_ = nh_.subscribe("/tf_static", kQueue, &TfTree::onStatic, this, at_once);
+  moving_sub_ = nh_.subscribe("/tf", kQueueSize, &TfTree::onMoving, this, at_once);
+  static_sub_ = nh_.subscribe("/tf_static", kQueueSize, &TfTree::onStatic, this, at_once);
   queue_.addCallback(callbackOf([realtime_priority] { runInRealTime(realtime_priority); }));
   spinner_.start();
 }
@@ -83,7 +83,7 @@ void TfTree::keepMoving(const geometry_msgs::TransformStamped& transform) {
   const std::string child = frameName(transform.child_frame_id);
   if (transform.header.stamp.isZero()) {
     // tf2 would return it as the latest transform at every time.
-    ROS_WARN_STREAM_THROTTLE(kQuiet, "frame '" << child << "' comes on /tf without a stamp: ignored");
+    ROS_WARN_STREAM_THROTTLE(kWarningPeriod, "frame '" << child << "' comes on /tf without a stamp: ignored");
     return;
   }
   on_moving_(transform);
@@ -108,7 +108,7 @@ void TfTree::keep(const geometry_msgs::TransformStamped& transform, Kind kind) {
   try {
     buffer_->setTransform(transform, kAuthority, kind == Kind::Static);
   } catch (const std::runtime_error& error) {  // thrown by ros::Time for an overflow, which tf does not handle
-    ROS_WARN_STREAM_THROTTLE(kQuiet, "frame '" << transform.child_frame_id << "' is ignored: " << error.what());
+    ROS_WARN_STREAM_THROTTLE(kWarningPeriod, "frame '" << transform.child_frame_id << "' is ignored: " << error.what());
   }
 }
 

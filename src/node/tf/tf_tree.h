@@ -18,21 +18,22 @@ namespace proximity_server::node {
 
 /// The transforms of /tf and /tf_static, received by a thread of its own. Thread-safe.
 ///
-/// Unlike with tf2_ros::TransformListener, a frame that was on /tf never counts as static. tf2 decides by the first
-/// transform of a frame, for ever: a joint that was once on /tf_static would look fresh when nobody publishes it any
-/// more. A transform on /tf without a stamp is ignored for the same reason.
+/// Unlike with tf2_ros::TransformListener, a frame that was on /tf never counts as static. tf2 decides once for ever,
+/// by the first transform of a frame: a joint that was once on /tf_static would look up to date even when nobody
+/// publishes it any more. A transform on /tf without a stamp is ignored for the same reason.
 class TfTree {
  public:
   using OnMoving = std::function<void(const geometry_msgs::TransformStamped&)>;
 
   /// The listening thread calls `on_moving` with each transform of /tf that has a stamp, and `on_change` after every
-  /// message. For its priority see runInRealTime.
+  /// message. It has the given priority, see runInRealTime().
   TfTree(int realtime_priority, OnMoving on_moving, std::function<void()> on_change);
   ~TfTree();
   TfTree(const TfTree&) = delete;
   TfTree& operator=(const TfTree&) = delete;
 
-  /// The state between two messages. While a view exists no message is applied, so that it never has a part of one.
+  /// The state between two messages. No message is applied while a view exists, so a view never has only a part of a
+  /// message.
   struct View {
     std::unique_lock<std::mutex> lock;
     std::shared_ptr<const tf2::BufferCore> buffer;
@@ -40,7 +41,7 @@ class TfTree {
   };
   View view() const;
 
-  /// Forgets all transforms but the static ones.
+  /// Forgets all transforms except the static ones.
   void clear();
 
  private:

@@ -22,14 +22,14 @@ class Call : public ros::CallbackInterface {
 
 }  // namespace
 
-// On Linux the niceness is that of a thread.
+// On Linux each thread has a niceness of its own.
 RequestQueue::RequestQueue(int niceness) : niceness_(getpriority(PRIO_PROCESS, 0) + niceness) {}
 
 RequestQueue::~RequestQueue() {
   waiting_.disable();
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    ends_ = true;
+    is_stopping_ = true;
   }
   changed_.notify_all();
   for (std::thread& thread : threads_) thread.join();
@@ -39,26 +39,27 @@ void RequestQueue::addCallback(const ros::CallbackInterfacePtr& callback, std::u
   waiting_.addCallback(callback, owner_id);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (ends_) return;
+    if (is_stopping_) return;
     ++waiting_count_;
-    if (++open_ > threads_.size() && threads_.size() < kMaxThreads) threads_.emplace_back([this] { work(); });
+    if (++unfinished_count_ > threads_.size() && threads_.size() < kMaxThreads)
+      threads_.emplace_back([this] { work(); });
   }
   changed_.notify_one();
 }
 
 void RequestQueue::work() {
-  // Every user may raise it. It is not added to that of the thread now, which has it already if it was started by
-  // another thread of this queue: those read the next request of a connection.
+  // Every user may raise the niceness. It is set as an absolute value, because a thread of this queue may start another
+  // one (when it reads the next request of a connection), and that one inherits the raised niceness.
   setpriority(PRIO_PROCESS, 0, niceness_);
   std::unique_lock<std::mutex> lock(mutex_);
   while (true) {
-    changed_.wait(lock, [this] { return ends_ || waiting_count_ > 0; });
-    if (ends_) return;
+    changed_.wait(lock, [this] { return is_stopping_ || waiting_count_ > 0; });
+    if (is_stopping_) return;
     --waiting_count_;
     lock.unlock();
     waiting_.callOne();  // does nothing if the callback was removed
     lock.lock();
-    --open_;
+    --unfinished_count_;
   }
 }
 

@@ -13,17 +13,17 @@
 
 namespace proximity_server::node {
 
-/// Runs the callbacks of services in threads of its own, as many as the most requests that were open at once. So a
-/// request that takes long, or waits for tf, delays no other. Not for topics: the callback of a subscriber that is busy
-/// asks to be called again later, and no thread here would do that.
+/// Runs the callbacks of services in threads of its own. It has as many threads as there have been unfinished requests
+/// at the same time, so that a request that takes long, or waits for tf, delays no other. It is not suited for topics:
+/// the callback of a subscriber that is busy asks to be called again later, and no thread of this queue does that.
 class RequestQueue : public ros::CallbackQueueInterface {
  public:
-  /// The largest number of threads; further requests wait.
+  /// The queue never has more threads than this; further requests wait.
   static constexpr std::size_t kMaxThreads = 64;
 
-  /// `niceness` is added to that of the calling thread for the threads of this queue, see nice(2).
+  /// The threads of this queue have the niceness of the calling thread plus `niceness`, see nice(2).
   explicit RequestQueue(int niceness);
-  /// All services that use it must be destroyed before.
+  /// All services that use the queue must be destroyed before it.
   ~RequestQueue() override;
 
   void addCallback(const ros::CallbackInterfacePtr& callback, std::uint64_t owner_id) override;
@@ -36,9 +36,9 @@ class RequestQueue : public ros::CallbackQueueInterface {
   ros::CallbackQueue waiting_;
   std::mutex mutex_;  // guards the members below
   std::condition_variable changed_;
-  std::size_t open_ = 0;           // callbacks that wait or run
-  std::size_t waiting_count_ = 0;  // callbacks that no thread has taken yet
-  bool ends_ = false;
+  std::size_t unfinished_count_ = 0;  // callbacks that wait or run
+  std::size_t waiting_count_ = 0;     // callbacks that no thread has taken yet
+  bool is_stopping_ = false;
   std::vector<std::thread> threads_;
 };
 

@@ -55,7 +55,7 @@ boost::shared_ptr<const ObjectChanges> message(const std::vector<ObjectChange>& 
 class BusyStream : public testing::Test {
  protected:
   void SetUp() override {
-    stream_.take(message({add("first")}));
+    stream_.enqueue(message({add("first")}));
     is_busy_.get_future().wait();
   }
   void TearDown() override { release(); }
@@ -67,7 +67,7 @@ class BusyStream : public testing::Test {
 
   /// When all that was taken is applied or left out.
   void finish() {
-    stream_.take(message({add("last")}));
+    stream_.enqueue(message({add("last")}));
     release();
     is_finished_.get_future().wait();
   }
@@ -97,7 +97,7 @@ class BusyStream : public testing::Test {
 
 // Before, each of a thousand messages made the next objects of the robot, and let the monitor take them.
 TEST_F(BusyStream, AppliesAllThatWaitsInOneChangeInItsOrder) {
-  for (int i = 1; i <= 1000; ++i) stream_.take(message({moveTo("first", i)}));
+  for (int i = 1; i <= 1000; ++i) stream_.enqueue(message({moveTo("first", i)}));
   finish();
   EXPECT_EQ(changes_, 2);
   const auto objects = robot_->objects().get().all;
@@ -108,8 +108,8 @@ TEST_F(BusyStream, AppliesAllThatWaitsInOneChangeInItsOrder) {
 
 TEST_F(BusyStream, LeavesOutOnlyTheMessagesThatAreToBlame) {
   for (int i = 0; i < 100; ++i) {
-    stream_.take(message({add("object" + std::to_string(i))}));
-    stream_.take(message({moveTo("missing" + std::to_string(i), 1.0)}));
+    stream_.enqueue(message({add("object" + std::to_string(i))}));
+    stream_.enqueue(message({moveTo("missing" + std::to_string(i), 1.0)}));
   }
   finish();
   EXPECT_EQ(refusals().size(), 100u);
@@ -117,9 +117,9 @@ TEST_F(BusyStream, LeavesOutOnlyTheMessagesThatAreToBlame) {
 }
 
 TEST_F(BusyStream, AppliesAMessageWithAMeshAloneSoThatNoOtherWaitsForIt) {
-  stream_.take(message({add("before")}));
-  stream_.take(message({addMesh("mesh")}));
-  stream_.take(message({add("after")}));
+  stream_.enqueue(message({add("before")}));
+  stream_.enqueue(message({addMesh("mesh")}));
+  stream_.enqueue(message({add("after")}));
   finish();
   EXPECT_EQ(changes_, 4);
   EXPECT_EQ(store_.list().objects.size(), 5u);
@@ -127,7 +127,7 @@ TEST_F(BusyStream, AppliesAMessageWithAMeshAloneSoThatNoOtherWaitsForIt) {
 
 TEST_F(BusyStream, RefusesMessagesBeyondTheirLimit) {
   const auto moved = message({moveTo("first", 1.0)});
-  for (std::size_t i = 0; i < ChangeStream::kMostMessages + 3; ++i) stream_.take(moved);
+  for (std::size_t i = 0; i < ChangeStream::kMaxMessages + 3; ++i) stream_.enqueue(moved);
   ASSERT_EQ(refusals().size(), 3u);
   EXPECT_NE(refusals()[0].find("too many changes wait"), std::string::npos);
 }
@@ -138,7 +138,7 @@ TEST_F(BusyStream, RefusesMessagesBeyondTheirBytes) {
   many.boxes[0].centres.resize(1000000);  // 24 MB
   many.boxes[0].sizes.resize(1);
   const auto large = message({many});
-  for (int i = 0; i < 4; ++i) stream_.take(large);
+  for (int i = 0; i < 4; ++i) stream_.enqueue(large);
   EXPECT_EQ(refusals().size(), 2u) << "64 MB may wait";
 }
 

@@ -676,7 +676,7 @@ TEST_F(ObjectsOfASlider, MeshesAreMadeBeforeItIsTheTurnOfTheirChange) {
   ObjectChange placed = tetrahedron("mesh");
   placed.pose = at(3.0, 0.0, 0.0);
   const ObjectChanges message = all({addBall("ball"), placed});
-  const MadeAhead made = madeAhead(*robot_, message);
+  const PreparedGeometry made = prepareGeometry(*robot_, message);
   ASSERT_EQ(made.size(), 1u) << "only the mesh";
   const scene::Objects none(robot_->sharedModel());
   const FindFrame find_frame;

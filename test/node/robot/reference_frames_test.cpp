@@ -262,7 +262,7 @@ TEST(ReferenceFrames, OfAnyLinkDoNotCarryTheOtherRobotAlongATrajectory) {
     for (int sample = 0; sample <= 20; ++sample)
       ASSERT_GE(balls.distance(cell, at(0.05 * sample)), found.lower_bound - kRounding) << what;
 
-    const Proximity said = toMessage(Named(model), motion, found.time, found.pair);
+    const Proximity said = toMessage(RobotAndObjects(model), motion, found.time, found.pair);
     const Isometry3d reference_T_world = cell.worldPoseOf(cell.reference, at(found.time)).inverse();
     const Vector3d a = reference_T_world * cell.worldPoseOf(balls.left, at(found.time)).translation();
     const Vector3d b = reference_T_world * cell.worldPoseOf(balls.right, at(found.time)).translation();

@@ -199,7 +199,7 @@ std::vector<int> rootsWithABall(const XmlRpcValue& values, const std::optional<s
     const std::vector<scene::ObjectShape> ball = {{narrowphase::Shape(narrowphase::Sphere{0.1})}};
     objects = objects.changed({scene::AddObject{scene::makeObject("ball", ball, *placement)}});
   }
-  return moversOf(robot, objects).roots;
+  return motionSourcesOf(robot, objects).roots;
 }
 
 TEST(SeveralRobots, HaveToRestAgainstEachOtherWhereAPairBetweenThemIsChecked) {
