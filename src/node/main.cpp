@@ -7,7 +7,7 @@
 
 int main(int argc, char** argv) {
   if (proximity_server::system::tellsVersion(argc, argv, "proximity_server_node")) return 0;
-  proximity_server::system::askForShortTurns();
+  proximity_server::system::requestShortTimeSlices();
   proximity_server::system::giveBackLargeMemory();
   ros::init(argc, argv, "proximity_server");
   ros::NodeHandle nh, private_nh("~");  // they outlive the node, because nothing is logged without a handle

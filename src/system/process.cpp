@@ -9,7 +9,7 @@
 
 namespace proximity_server::system {
 
-void askForShortTurns() {
+void requestShortTimeSlices() {
   const bool is_ordinary = syscall(SYS_sched_getscheduler, 0) == SCHED_NORMAL;
   if (!is_ordinary) return;  // the process was started with another policy, as by chrt
 

@@ -8,7 +8,7 @@ namespace proximity_server::system {
 /// wait for the end of a long time slice of another program. Call it before other threads start. Linux supports this
 /// for every user from version 6.12 on. Otherwise, and if the process was started with another scheduling policy,
 /// nothing changes.
-void askForShortTurns();
+void requestShortTimeSlices();
 
 /// Lets malloc return large blocks to the system as soon as they are freed, so that the memory of a huge request is not
 /// kept after its answer; by default glibc keeps it for each thread that had such a request. Call it before other

@@ -12,7 +12,7 @@ TEST(AskForShortTurns, KeepsAPolicyThatSomebodyChose) {
   std::thread([] {
     const sched_param parameter{};
     ASSERT_EQ(sched_setscheduler(0, SCHED_BATCH, &parameter), 0);
-    askForShortTurns();
+    requestShortTimeSlices();
     EXPECT_EQ(sched_getscheduler(0) & ~SCHED_RESET_ON_FORK, SCHED_BATCH);
   }).join();
 }
