@@ -21,7 +21,7 @@ using proximity_server::levelName;
 using proximity_server::levelOfThreshold;
 using proximity_server::Proximity;
 
-constexpr std::size_t kRows = 8;  // of the list of pairs below the threshold
+constexpr std::size_t kRows = 8;  // the table lists at most this many pairs below the threshold
 constexpr std::size_t kUnlimited = std::numeric_limits<std::size_t>::max();
 
 template <typename... Values>
@@ -47,21 +47,21 @@ const char* colourOf(std::uint8_t level) {
   }
 }
 
-/// The columns of the terminal; 100 if it does not tell.
+/// The number of columns of the terminal; 100 if it is not known.
 std::size_t columnsOfTerminal() {
   winsize size{};
   return ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 100;
 }
 
-/// Whether the byte continues a character of UTF-8.
+/// Returns whether the byte continues a character of UTF-8.
 bool continues(char byte) { return (static_cast<unsigned char>(byte) & 0xC0u) == 0x80u; }
 
-/// The columns that a text takes, without escape sequences.
+/// The number of columns of a text that has no escape sequences.
 std::size_t columns(const std::string& text) {
   return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char byte) { return !continues(byte); }));
 }
 
-/// The byte at which this column begins.
+/// The index of the byte at which this column of a text begins.
 std::size_t byteOf(const std::string& text, std::size_t column) {
   std::size_t byte = 0;
   for (; byte < text.size(); ++byte)
@@ -69,50 +69,49 @@ std::size_t byteOf(const std::string& text, std::size_t column) {
   return byte;
 }
 
-constexpr std::size_t kDots = 3;  // columns of "..."
+constexpr std::size_t kDots = 3;  // [columns] of "..."
 
-/// The text, cut at its end to this many columns: a line that is broken by the terminal spoils the table, which is redrawn by
-/// counting lines.
+/// Cuts a text at its end to this many columns. A line must fit into the terminal: the table is redrawn by counting
+/// lines, which fails if the terminal breaks one.
 std::string clipped(const std::string& text, std::size_t width) {
   if (columns(text) <= width) return text;
   return text.substr(0, byteOf(text, width - std::min(width, kDots))) + std::string(std::min(width, kDots), '.');
 }
 
-/// A name, cut in its middle: what tells names of a robot apart are their ends ("left_...", "..._finger_tip").
+/// Cuts a name in its middle, because names of one robot mostly differ at their ends ("left_...", "..._finger_tip").
 std::string shortened(const std::string& name, std::size_t width) {
   if (columns(name) <= width) return name;
   const std::size_t kept = width - std::min(width, kDots), front = kept / 2;
   return name.substr(0, byteOf(name, front)) + "..." + name.substr(byteOf(name, columns(name) - (kept - front)));
 }
 
-/// The names of a pair in this many columns; the shorter one leaves to the other what it does not need.
+/// The names of a pair in this many columns. If one name is short, the other one gets the columns that are left.
 std::string names(const Proximity& pair, std::size_t width) {
   const std::string between = " - ";
   const std::string &a = pair.a.link, &b = pair.b.link;
   if (columns(a) + columns(b) + between.size() <= width) return a + between + b;
-  constexpr std::size_t kLeast = 2 + kDots;  // columns of a name
-  const std::size_t both = std::max(width, 2 * kLeast + between.size()) - between.size(), half = both / 2;
+  constexpr std::size_t kMinNameColumns = 2 + kDots;
+  const std::size_t both = std::max(width, 2 * kMinNameColumns + between.size()) - between.size(), half = both / 2;
   const std::size_t of_a = std::max(std::min(columns(a), half), both - std::min(columns(b), both - half));
   return shortened(a, of_a) + between + shortened(b, both - std::min(columns(a), of_a));
 }
 
-/// Distance and names in this many columns.
+/// The distance and the names of a pair in this many columns.
 std::string pairLine(const Proximity& pair, std::size_t width = kUnlimited) {
   const std::string distance = format("%+9.4f m  ", pair.distance);
   return distance + names(pair, width - std::min(width, distance.size()));
 }
 
-/// The first line of a text.
 std::string firstLine(const std::string& text) { return text.substr(0, text.find('\n')); }
 
-/// The pair that sets the level, with its threshold where that leaves room for the names.
+/// The pair that sets the level. Its threshold follows if there is enough room for the names.
 std::string decidingLine(const Clearance& clearance, std::size_t width = kUnlimited) {
   if (clearance.level == Clearance::INVALID) return clipped(firstLine(clearance.status.message), width);
   if (clearance.level == Clearance::COLLISION) return pairLine(clearance.deciding, width);
   const std::string threshold =
       format(" (%s at %.4f m)", levelOfThreshold(clearance.level), clearance.deciding_threshold);
-  constexpr std::size_t kLeastOfPair = 40;  // columns
-  if (width < kLeastOfPair + threshold.size()) return pairLine(clearance.deciding, width);
+  constexpr std::size_t kMinPairColumns = 40;
+  if (width < kMinPairColumns + threshold.size()) return pairLine(clearance.deciding, width);
   return pairLine(clearance.deciding, width - threshold.size()) + threshold;
 }
 
@@ -128,16 +127,17 @@ std::string timeLine(const Clearance& clearance) {
                 1e3 * clearance.tf_age.toSec());
 }
 
-/// The closest pair of each kind, each after `before` and before `after`, in this many columns; "" where no pair with an object is
-/// checked.
+/// The closest pair of links and the closest pair with an object, each between `before` and `after`, in this many
+/// columns. Returns "" if no pair with an object is checked.
 std::string kindLines(const Clearance& clearance, const std::string& before, const std::string& after,
                       std::size_t width = kUnlimited) {
   if (clearance.object_minimum.a.link.empty()) return "";
-  const auto kind = [&](const std::string& name, const Proximity& pair) {
+  const auto kind_line = [&](const std::string& name, const Proximity& pair) {
     return before + name + pairLine(pair, width - std::min(width, before.size() + name.size())) + after;
   };
   const bool has_links = !clearance.self_minimum.a.link.empty();
-  return (has_links ? kind("links    ", clearance.self_minimum) : "") + kind("objects  ", clearance.object_minimum);
+  return (has_links ? kind_line("links    ", clearance.self_minimum) : "") +
+         kind_line("objects  ", clearance.object_minimum);
 }
 
 std::string line(const Clearance& clearance) {
@@ -145,7 +145,7 @@ std::string line(const Clearance& clearance) {
          " | " + settledLine(clearance) + " | " + timeLine(clearance) + "\n";
 }
 
-/// No line is longer than this many columns.
+/// The table about a clearance. No line is longer than this many columns.
 std::string table(const Clearance& clearance, std::size_t width) {
   const std::string level = format(" %-9s ", levelName(clearance.level)), margin = "  ";
   const std::size_t beside_level = width - std::min(width, level.size() + 2 * margin.size());
@@ -155,9 +155,9 @@ std::string table(const Clearance& clearance, std::size_t width) {
                      clipped("  timing   " + timeLine(clearance), width) + "\n\n";
   const std::size_t rows = std::min(kRows, clearance.below_threshold.size());
   for (std::size_t i = 0; i < rows; ++i) {
-    const std::string behind = margin + levelName(clearance.levels[i]);
-    text += margin + pairLine(clearance.below_threshold[i], width - std::min(width, margin.size() + behind.size())) +
-            behind + "\n";
+    const std::string suffix = margin + levelName(clearance.levels[i]);
+    text += margin + pairLine(clearance.below_threshold[i], width - std::min(width, margin.size() + suffix.size())) +
+            suffix + "\n";
   }
   if (clearance.pairs_below_threshold > rows) {
     text += format("             and %u more below the threshold\n",
@@ -182,9 +182,9 @@ class Display {
     arrival_ = ros::WallTime::now();
   }
 
-  /// Keeps the node's last log message, which is shown as long as no clearance arrives, as while the node loads.
+  /// Keeps the node's last log message. It is shown as long as no clearance arrives, for example while the node loads.
   void onLog(const rosgraph_msgs::Log::ConstPtr& log) {
-    constexpr std::size_t kLongest = 63;  // columns: the table shows it in a line of its own
+    constexpr std::size_t kLongest = 63;  // [columns], so that it fits into a line of its own
     if (log->name == nodeOf(subscriber_.getTopic())) last_message_ = clipped(firstLine(log->msg), kLongest);
   }
 
@@ -204,13 +204,13 @@ class Display {
     // Moves the cursor up to the first line of the last table, and erases everything from there.
     if (lines_ > 0) std::printf("\033[%ldA\033[J", lines_);
     std::fputs(text.c_str(), stdout);
-    if (std::fflush(stdout) != 0) ros::shutdown();  // the reader of the output has ended
+    if (std::fflush(stdout) != 0) ros::shutdown();  // the program that reads the output has ended
     if (is_terminal_) lines_ = std::count(text.begin(), text.end(), '\n');
   }
 
   const bool is_terminal_ = isatty(STDOUT_FILENO) != 0;
-  long lines_ = 0;            // of the table in the terminal
-  std::string last_message_;  // of the node's log
+  long lines_ = 0;            // number of lines of the table in the terminal
+  std::string last_message_;  // the node's last log message
   Clearance::ConstPtr clearance_;
   ros::WallTime arrival_ = ros::WallTime::now();
   ros::Subscriber subscriber_;

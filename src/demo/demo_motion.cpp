@@ -1,6 +1,6 @@
-// Moves a robot for ./dev demo: publishes joint_states at 100 Hz. The motion is the script in ~joints and ~keyframes, or,
-// if there is none, a slow sweep of every joint between its limits. With ~boxes the robot has something around it, see
-// DemoObjects.
+// Moves a robot for ./dev demo: it publishes joint_states at 100 Hz. The motion is the script in ~joints and
+// ~keyframes. If there is no script, every joint moves slowly between its limits. With ~boxes there are objects around
+// the robot, see DemoObjects.
 #include <ros/ros.h>
 #include <sensor_msgs/JointState.h>
 #include <xmlrpcpp/XmlRpcException.h>
@@ -25,15 +25,15 @@ namespace {
 using proximity_server::demo::DemoObjects;
 using proximity_server::scene::Joint;
 
-using Keyframe = std::vector<double>;  // its time [s], then the positions
+using Keyframe = std::vector<double>;  // the time [s], and behind it the positions
 
-/// The time within the script, which is repeated. A simulated clock may jump back to before the start.
+/// The time within the script, which is repeated. `time` may be negative, because a simulated clock may jump back.
 double timeOfScript(const std::vector<Keyframe>& script, double time) {
   return std::fmod(std::max(0.0, time), script.back().front());
 }
 
-/// A position between the keyframes. `column` is that of the joint.
-double follow(const std::vector<Keyframe>& script, std::size_t column, double time) {
+/// The position of the joint with this column in the script, interpolated between two keyframes.
+double positionInScript(const std::vector<Keyframe>& script, std::size_t column, double time) {
   const double t = timeOfScript(script, time);
   const auto is_later = [](double moment, const Keyframe& keyframe) { return moment < keyframe.front(); };
   const auto next = std::upper_bound(script.begin(), script.end(), t, is_later);
@@ -42,8 +42,9 @@ double follow(const std::vector<Keyframe>& script, std::size_t column, double ti
   return from[column] + blend * (to[column] - from[column]);
 }
 
-/// A sine between the limits, or half a radian or metre about zero if there are none, at most at half of the velocity
-/// limit. `number` gives each joint a period of its own, so that the motion of the robot does not repeat itself soon.
+/// The position of a joint that moves by a sine between its limits, or within half a radian or metre of 0 if it has
+/// none. It is never faster than half of its velocity limit. `number` gives each joint a period of its own, so that the
+/// motion of the whole robot repeats itself only after a long time.
 double sweep(const Joint& joint, std::size_t number, double time) {
   const bool limited = std::isfinite(joint.lower) && std::isfinite(joint.upper);
   const double middle = limited ? 0.5 * (joint.lower + joint.upper) : 0.0;
@@ -53,18 +54,19 @@ double sweep(const Joint& joint, std::size_t number, double time) {
   return middle + half_range * std::sin(speed / half_range * time);
 }
 
-bool isDriven(const Joint& joint) { return !joint.mimic && proximity_server::scene::hasOnePosition(joint); }
+bool canBeDriven(const Joint& joint) { return !joint.mimic && proximity_server::scene::hasOnePosition(joint); }
 
 std::vector<Joint> drivenJoints(const ros::NodeHandle& nh) {
   std::string urdf;
   if (!nh.getParam("robot_description", urdf)) throw std::invalid_argument("there is no parameter robot_description");
-  // Only the joints are needed, so no mesh is read.
+  // No mesh is read, because only the joints are needed.
   const auto no_mesh = [](const std::string& uri) -> std::string { throw std::invalid_argument(uri); };
   proximity_server::scene::ModelOptions options;
   options.allow_missing_meshes = true;
-  options.allow_broken_mimics = true;  // the node decides whether that is allowed
+  options.allow_broken_mimics = true;  // the node decides whether these are an error
   auto joints = proximity_server::scene::loadRobotModel(urdf, no_mesh, options).joints;
-  joints.erase(std::remove_if(joints.begin(), joints.end(), [](const Joint& j) { return !isDriven(j); }), joints.end());
+  joints.erase(std::remove_if(joints.begin(), joints.end(), [](const Joint& j) { return !canBeDriven(j); }),
+               joints.end());
   return joints;
 }
 
@@ -72,7 +74,7 @@ double number(XmlRpc::XmlRpcValue& value) {
   return value.getType() == XmlRpc::XmlRpcValue::TypeInt ? static_cast<int>(value) : static_cast<double>(value);
 }
 
-/// The rows of ~keyframes; none if there is no such parameter.
+/// Reads the rows of ~keyframes; returns none if there is no such parameter.
 std::vector<Keyframe> keyframes(const ros::NodeHandle& nh, std::size_t joints) {
   std::vector<Keyframe> script;
   XmlRpc::XmlRpcValue rows;
@@ -93,7 +95,7 @@ std::vector<Keyframe> keyframes(const ros::NodeHandle& nh, std::size_t joints) {
   return script;
 }
 
-/// Throws std::invalid_argument naming the first of ~joints that the robot does not have, or that nothing drives.
+/// Throws std::invalid_argument naming the first of ~joints that the robot does not have, or that cannot be driven.
 void requireJoints(const std::vector<Joint>& joints, const std::vector<std::string>& names) {
   std::vector<std::string> known;
   for (const Joint& joint : joints) known.push_back(joint.name);
@@ -105,14 +107,15 @@ void requireJoints(const std::vector<Joint>& joints, const std::vector<std::stri
   }
 }
 
-/// Throws std::invalid_argument naming the first position that is beyond the limits of its joint, which has this column.
+/// Throws std::invalid_argument naming the first position in a column of the script that is beyond the limits of the
+/// joint.
 void requireWithinLimits(const Joint& joint, std::size_t column, const std::vector<Keyframe>& script) {
   using proximity_server::scene::shortest;
-  constexpr double kRounding = 1e-6;  // [rad] or [m] of limits and positions that were written with six decimals
+  constexpr double kRounding = 1e-6;  // [rad] or [m], because limits and positions may be written with six decimals
   const std::string unit = joint.type == Joint::Type::Prismatic ? " m" : " rad";
   for (std::size_t row = 0; row < script.size(); ++row) {
     const double position = script[row][column];
-    // Written so that NaN is beyond.
+    // The comparison is written so that NaN counts as beyond the limits.
     if (position >= joint.lower - kRounding && position <= joint.upper + kRounding) continue;
     throw std::invalid_argument("row " + std::to_string(row + 1) + " of ~keyframes: '" + joint.name + "' is at " +
                                 shortest(position) + unit + ", beyond its limits, which are " + shortest(joint.lower) +
@@ -120,14 +123,14 @@ void requireWithinLimits(const Joint& joint, std::size_t column, const std::vect
   }
 }
 
-/// Whether every row of a script has the same positions.
-bool rests(const std::vector<Keyframe>& script) {
+/// Returns whether every row of a script has the same positions.
+bool neverMoves(const std::vector<Keyframe>& script) {
   return std::all_of(script.begin(), script.end(), [&](const Keyframe& row) {
     return std::equal(row.begin() + 1, row.end(), script.front().begin() + 1);
   });
 }
 
-/// The column of a joint in ~keyframes; 0, which is that of the time, if it is not in ~joints.
+/// The column of a joint in ~keyframes. It is 0, the column of the time, if the joint is not in ~joints.
 std::size_t columnOf(const std::string& joint, const std::vector<std::string>& joints) {
   const auto found = std::find(joints.begin(), joints.end(), joint);
   return found == joints.end() ? 0 : static_cast<std::size_t>(found - joints.begin()) + 1;
@@ -145,17 +148,18 @@ class Motion {
       if (columns_.back() != 0) requireWithinLimits(joint, columns_.back(), script_);
     }
     if (joints_.empty()) ROS_WARN("the robot does not move: it has no joint that can be driven");
-    if (!script_.empty() && rests(script_))
+    if (!script_.empty() && neverMoves(script_))
       ROS_WARN("the robot does not move: every row of ~keyframes has the same positions");
   }
 
   const std::vector<Joint>& joints() const { return joints_; }
 
-  /// Joints that the script does not name stay at 0, or at the limit nearest to it.
+  /// The position of a joint at a time [s]. Joints that the script does not name stay at 0, or at the limit nearest to
+  /// 0.
   double position(std::size_t joint, double time) const {
     if (script_.empty()) return sweep(joints_[joint], joint, time);
     if (columns_[joint] == 0) return std::max(joints_[joint].lower, std::min(0.0, joints_[joint].upper));
-    return follow(script_, columns_[joint], time);
+    return positionInScript(script_, columns_[joint], time);
   }
 
   double timeInScript(double time) const { return script_.empty() ? time : timeOfScript(script_, time); }
@@ -163,17 +167,17 @@ class Motion {
  private:
   std::vector<Joint> joints_;
   std::vector<Keyframe> script_;
-  std::vector<std::size_t> columns_;  // of the joints in the script
+  std::vector<std::size_t> columns_;  // for each joint its column in the script
 };
 
-/// The state of the joints at this time [s] of the motion.
+/// The state of the joints at a time [s] of the motion.
 sensor_msgs::JointState stateAt(const Motion& motion, double time) {
-  constexpr double kMoment = 1e-3;  // [s]
+  constexpr double kTimeStep = 1e-3;  // [s]
   sensor_msgs::JointState state;
   for (std::size_t i = 0; i < motion.joints().size(); ++i) {
     state.name.push_back(motion.joints()[i].name);
     state.position.push_back(motion.position(i, time));
-    state.velocity.push_back((motion.position(i, time + kMoment) - state.position[i]) / kMoment);
+    state.velocity.push_back((motion.position(i, time + kTimeStep) - state.position[i]) / kTimeStep);
   }
   return state;
 }
@@ -188,7 +192,8 @@ void move(ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
   const ros::Timer timer = nh.createTimer(ros::Duration(0.05), [&](const ros::TimerEvent&) {
     if (objects) objects->update(motion.timeInScript((ros::Time::now() - start).toSec()));
   });
-  // Beside the loop below, because the node may let a call wait. It is one thread, so that DemoObjects needs no lock.
+  // Calls of the node may have to wait, so they run in another thread than the loop below. It is a single thread, so
+  // that DemoObjects needs no lock.
   ros::AsyncSpinner spinner(1);
   spinner.start();
   for (ros::Rate rate(100.0); ros::ok(); rate.sleep()) {
@@ -207,7 +212,7 @@ int main(int argc, char** argv) {
   ros::NodeHandle nh, private_nh("~");
   try {
     move(nh, private_nh);
-  } catch (const XmlRpc::XmlRpcException& error) {  // not derived from std::exception
+  } catch (const XmlRpc::XmlRpcException& error) {  // it is not derived from std::exception
     proximity_server::node::logFatal("~keyframes or ~boxes: " + error.getMessage());
     return 1;
   } catch (const std::exception& error) {

@@ -62,7 +62,7 @@ ObjectChange barOf(const ros::NodeHandle& nh) {
                parameter<std::vector<double>>(nh, "bar/position"));
 }
 
-ObjectChange gripOf(const ros::NodeHandle& nh) {
+ObjectChange attachmentOf(const ros::NodeHandle& nh) {
   ObjectChange result = change(ObjectChange::ATTACH, kBar);
   result.link = parameter<std::string>(nh, "held/link");
   result.touch_links = parameter<std::vector<std::string>>(nh, "held/touch_links");
@@ -89,36 +89,36 @@ DemoObjects::DemoObjects(ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
     : boxes_(boxesOf(private_nh)),
       bar_(barOf(private_nh)),
       rules_(rulesOf(private_nh)),
-      grip_(gripOf(private_nh)),
+      attach_bar_(attachmentOf(private_nh)),
       held_from_(parameter<double>(private_nh, "held/from")),
       held_until_(parameter<double>(private_nh, "held/until")),
       apply_(nh.serviceClient<ApplyObjects>("proximity_server/apply_objects")),
       objects_(nh.subscribe("proximity_server/objects", 1, &DemoObjects::onObjects, this)) {}
 
 void DemoObjects::onObjects(const ObjectList::ConstPtr& list) {
-  present_ = list;
+  latest_list_ = list;
   node_start_ = list->node_start;
 }
 
 void DemoObjects::update(double time) {
-  const bool begins = time < time_;
+  const bool starts_again = time < time_;
   time_ = time;
   if (node_start_ == 0) return;
-  if (node_start_ != known_to_) sendAll();
-  // The list tells what others did; one that is older than our last change says nothing.
-  if (node_start_ != known_to_ || present_->node_start != node_start_ || present_->revision < revision_) return;
-  if (begins && isAnyMissing()) return sendAll();
+  if (node_start_ != sent_to_) sendAll();
+  // The list shows what others have changed. A list that is older than our last change is of no use.
+  if (node_start_ != sent_to_ || latest_list_->node_start != node_start_ || latest_list_->revision < revision_) return;
+  if (starts_again && isAnyMissing()) return sendAll();
   const ObjectInfo* bar = find(kBar);
   if (!bar) return;
-  const bool is_held = held_from_ <= time && time < held_until_, hand_has_it = bar->link == grip_.link;
-  if (is_held && !hand_has_it) pickUp();
-  if (!is_held && hand_has_it) putDown();
+  const bool is_held = held_from_ <= time && time < held_until_, is_in_hand = bar->link == attach_bar_.link;
+  if (is_held && !is_in_hand) pickUp();
+  if (!is_held && is_in_hand) putDown();
 }
 
 const ObjectInfo* DemoObjects::find(const std::string& id) const {
   const auto has_id = [&](const ObjectInfo& object) { return object.id == id; };
-  const auto found = std::find_if(present_->objects.begin(), present_->objects.end(), has_id);
-  return found == present_->objects.end() ? nullptr : &*found;
+  const auto found = std::find_if(latest_list_->objects.begin(), latest_list_->objects.end(), has_id);
+  return found == latest_list_->objects.end() ? nullptr : &*found;
 }
 
 bool DemoObjects::isAnyMissing() const {
@@ -132,12 +132,12 @@ void DemoObjects::sendAll() {
   changes.changes.push_back(bar_);
   changes.set_rules = true;
   changes.rules = rules_;
-  if (apply(changes)) known_to_ = node_start_;
+  if (apply(changes)) sent_to_ = node_start_;
 }
 
 void DemoObjects::pickUp() {
   ObjectChanges changes;
-  changes.changes = {grip_};
+  changes.changes = {attach_bar_};
   apply(changes);
 }
 
@@ -149,14 +149,15 @@ void DemoObjects::putDown() {
   apply(changes);
 }
 
-/// False if nothing was changed.
+/// Calls the service; returns false if it has changed nothing.
 bool DemoObjects::apply(const ObjectChanges& changes) {
   ApplyObjects call;
   call.request.changes = changes;
   if (!apply_.call(call)) return false;
   node_start_ = call.response.node_start;
   revision_ = call.response.revision;
-  // Somebody may have removed the bar just now, or the node has begun anew: then the next list tells so.
+  // The change may be refused because somebody has just removed the bar, or because the node was restarted. The next
+  // list shows that.
   if (!call.response.success)
     ROS_WARN_STREAM_THROTTLE(5.0, "the objects of the demo are refused: " << call.response.status.message);
   return call.response.success;

@@ -10,17 +10,18 @@
 
 namespace proximity_server::demo {
 
-/// What stands around the robot of the demo, and the bar that it carries: gives them to the node, also after each start of it.
+/// Gives the node the objects around the robot of the demo, and the bar that the robot carries; also after a restart of
+/// the node. If somebody removes an object, it comes back when the motion begins anew. A bar that was removed is not
+/// carried until then.
 ///
-/// Others:     What others remove stays away until the motion begins anew, which puts back what is missing; a bar that is not there is
-///             not carried meanwhile.
-/// Parameters: see config/demo/objects.yaml; std::invalid_argument names the one that is missing.
-/// Failure:    what the node refuses is logged as a warning, and tried again.
+/// Parameters: see config/demo/objects.yaml. The constructor throws std::invalid_argument naming a parameter that is
+///             missing.
+/// Failure:    if the node refuses changes, a warning is logged, and they are tried again.
 class DemoObjects {
  public:
   DemoObjects(ros::NodeHandle& nh, const ros::NodeHandle& private_nh);
 
-  /// Sends what the node does not know yet at this time [s] of the motion.
+  /// Sends the changes that are due at this time [s] of the motion and that the node does not have yet.
   void update(double time);
 
  private:
@@ -33,16 +34,16 @@ class DemoObjects {
   bool apply(const ObjectChanges& changes);
 
   std::vector<ObjectChange> boxes_;
-  ObjectChange bar_;  ///< as it stands on its place
+  ObjectChange bar_;  ///< puts the bar on its place
   std::vector<PairRule> rules_;
-  ObjectChange grip_;              ///< attaches the bar to the hand
-  double held_from_, held_until_;  ///< [s] of the motion
+  ObjectChange attach_bar_;        ///< attaches the bar to the hand
+  double held_from_, held_until_;  ///< [s] times of the motion between which the robot holds the bar
 
-  std::uint64_t node_start_ = 0;  ///< the latest start of the node that is known; 0: none
-  std::uint64_t known_to_ = 0;    ///< the start of the node that everything was sent to
-  std::uint64_t revision_ = 0;    ///< of the objects after our latest change
-  double time_ = 0.0;             ///< [s] of the motion, at the latest update
-  ObjectList::ConstPtr present_;  ///< the latest list
+  std::uint64_t node_start_ = 0;      ///< the latest start of the node that is known; 0: none
+  std::uint64_t sent_to_ = 0;         ///< the start of the node that everything was sent to
+  std::uint64_t revision_ = 0;        ///< revision of the objects after our latest change
+  double time_ = 0.0;                 ///< [s] time of the motion at the latest update
+  ObjectList::ConstPtr latest_list_;  ///< the latest list
   ros::ServiceClient apply_;
   ros::Subscriber objects_;
 };

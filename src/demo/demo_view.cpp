@@ -1,5 +1,5 @@
-// Shows the robot of robot_description in RViz, which it becomes: a view from a file, whose camera is moved so that the robot fills the
-// window, however large it is. usage: demo_view FILE.rviz [options of rviz]
+// Shows the robot of robot_description in RViz. It moves the camera in a view from a file so that the robot fills the
+// window, whatever size the robot has, and then replaces itself by RViz. usage: demo_view FILE.rviz [options of rviz]
 #include <ros/ros.h>
 #include <unistd.h>
 
@@ -35,7 +35,8 @@ std::string descriptionOf(const ros::NodeHandle& nh) {
   return urdf;
 }
 
-/// Whether a mesh of the URDF is not there: many packages have those of <collision> only, and RViz draws nothing for the others.
+/// Returns whether a mesh file of the URDF is missing. Many packages have only the meshes of <collision> elements, and
+/// RViz draws nothing for a missing mesh.
 bool lacksMeshes(const std::string& urdf) {
   const auto resolve = proximity_server::scene::packageResolver(proximity_server::scene::rosPackagePath());
   const std::regex mesh("<mesh\\s[^>]*filename\\s*=\\s*[\"']([^\"']+)[\"']");
@@ -52,15 +53,15 @@ bool lacksMeshes(const std::string& urdf) {
 
 RobotModel loadRobot(const std::string& urdf) {
   proximity_server::scene::ModelOptions options;
-  options.mesh_tolerance = 1.0;  // [m] a view needs no more than the hull of a mesh
+  options.mesh_tolerance = 1.0;  // [m] large, because the hulls of meshes are enough for a view
   options.allow_missing_meshes = true;
-  options.allow_broken_mimics = true;  // the node decides whether that is allowed
+  options.allow_broken_mimics = true;  // the node decides whether these are an error
   using namespace proximity_server::scene;
   return loadRobotModel(urdf, packageResolver(rosPackagePath()), options);
 }
 
-/// The box around the robot and the texts above it, in the frame of its root: with all joints at 0 (or the limit nearest to it), and in
-/// the middle of their limits.
+/// The box around the robot and the texts above it, in the frame of its root. It contains the robot with all joints at
+/// 0 (or at the limit nearest to 0), and with all joints in the middle of their limits.
 Eigen::AlignedBox3d boxOf(const RobotModel& robot) {
   std::vector<double> near_zero, middle;
   for (const auto& joint : robot.joints) {
@@ -72,18 +73,18 @@ Eigen::AlignedBox3d boxOf(const RobotModel& robot) {
   Eigen::AlignedBox3d box = of_robot.at(forwardKinematics(robot, near_zero));
   box.extend(of_robot.at(forwardKinematics(robot, middle)));
   if (box.isEmpty()) box = Eigen::AlignedBox3d(Eigen::Vector3d::Constant(-0.5), Eigen::Vector3d::Constant(0.5));
-  constexpr double kTexts = 0.2;  // of the diagonal, see ClearanceMarkers
+  constexpr double kTexts = 0.2;  // height of the texts relative to the diagonal, see ClearanceMarkers
   box.max().z() += kTexts * box.diagonal().norm();
   return box;
 }
 
-/// 1, 2 or 5 times a power of ten, not above `length`.
+/// The largest number not above `length` that is 1, 2 or 5 times a power of ten.
 double roundLength(double length) {
   const double power = std::pow(10.0, std::floor(std::log10(length)));
   return power * (length >= 5.0 * power ? 5.0 : length >= 2.0 * power ? 2.0 : 1.0);
 }
 
-/// Replaces what stands behind "KEY:" in each line of this key; throws std::invalid_argument if there is none.
+/// Replaces the value in each line "KEY: VALUE" of this key. Throws std::invalid_argument if there is no such line.
 void replaceValue(std::vector<std::string>& lines, const std::string& key, const std::string& value) {
   bool found = false;
   for (std::string& line : lines) {
@@ -95,7 +96,8 @@ void replaceValue(std::vector<std::string>& lines, const std::string& key, const
   if (!found) throw std::invalid_argument("the view has no line '" + key + ": ...'");
 }
 
-/// The view of `file` with the camera at such a distance that a ball around the box fills the height of the window.
+/// Returns the view of `file` with the camera at such a distance that a ball around the box fills the height of the
+/// window.
 std::string viewOf(const std::string& file, const std::string& urdf) {
   const RobotModel robot = loadRobot(urdf);
   std::ifstream stream(file);
@@ -105,8 +107,8 @@ std::string viewOf(const std::string& file, const std::string& urdf) {
 
   const Eigen::AlignedBox3d box = boxOf(robot);
   const double radius = 0.5 * box.diagonal().norm();
-  const double half_of_view = M_PI / 8.0;  // RViz's cameras see 45 degrees
-  const auto rounded = [](double number) { return shortest(std::round(1e3 * number) / 1e3 + 0.0); };  // no -0
+  const double half_of_view = M_PI / 8.0;  // cameras of RViz see 45 degrees
+  const auto rounded = [](double number) { return shortest(std::round(1e3 * number) / 1e3 + 0.0); };  // 0.0 avoids "-0"
   const Eigen::Vector3d centre = box.center();
   const std::string& root = robot.links[robot.rootLink()].name;
   replaceValue(lines, "Distance", rounded(radius / std::sin(half_of_view)));
@@ -129,7 +131,7 @@ std::filesystem::path rosHome() {
   return std::filesystem::path(user ? user : "/tmp") / ".ros";
 }
 
-/// Writes the view of `file` for the robot; returns the path.
+/// Writes the view of `file` for the robot into the folder of ROS; returns the path of the new file.
 std::string writeView(const std::string& file) {
   const std::filesystem::path path = rosHome() / "proximity_server_demo.rviz";
   const std::string view = viewOf(file, descriptionOf(ros::NodeHandle()));
@@ -141,14 +143,15 @@ std::string writeView(const std::string& file) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::vector<std::string> of_rviz(argv + 1, argv + argc);  // with the remappings
+  std::vector<std::string> rviz_arguments(argv + 1,
+                                          argv + argc);  // ros::init() takes remappings off argv, but RViz needs them
   ros::init(argc, argv, "demo_view", ros::init_options::AnonymousName);
   try {
     if (argc < 2) throw std::invalid_argument("usage: demo_view FILE.rviz [options of rviz]");
-    of_rviz.erase(of_rviz.begin());
+    rviz_arguments.erase(rviz_arguments.begin());
     const std::string view = writeView(argv[1]);
     std::vector<std::string> words{"rviz", "-d", view};
-    words.insert(words.end(), of_rviz.begin(), of_rviz.end());
+    words.insert(words.end(), rviz_arguments.begin(), rviz_arguments.end());
     std::vector<char*> arguments;
     for (std::string& word : words) arguments.push_back(word.data());
     arguments.push_back(nullptr);

@@ -1,9 +1,9 @@
-"""The velocity nearest to a wanted one that keeps linear constraints: quadratic programs, without ROS.
+"""Finds the velocity that keeps linear constraints and is nearest to a wanted one: quadratic programs, without ROS.
 
-1. Shift the unknown to the difference from the wanted velocity: the shortest y with matrix * y >= missing, where missing is
-   how far the wanted velocity is from each bound.
-2. Solve that by non-negative least squares: with the residual r of min |E u - f|, u >= 0, for E = [matrix'; missing'] and
-   f = (0, ..., 0, 1), it is y = -r / r_last. There is none if r is 0.
+1. Let y be the difference from the wanted velocity, and `missing` the differences of the bounds from the values of the
+   rows at the wanted velocity. The problem is then to find the shortest y with matrix * y >= missing.
+2. Solve this by non-negative least squares: let r be the residual of min |E u - f|, u >= 0, for E = [matrix'; missing']
+   and f = (0, ..., 0, 1). Then y = -r / r_last. If r is 0, there is no solution.
 
 Source: Lawson, Hanson, Solving Least Squares Problems, 1974, chapter 23, algorithm LDP.
 """
@@ -11,7 +11,7 @@ Source: Lawson, Hanson, Solving Least Squares Problems, 1974, chapter 23, algori
 import numpy
 import scipy.optimize
 
-FEASIBLE = 1e-9  # [m/s] what rounding may leave of a bound
+ROUNDING = 1e-9  # [m/s] by which a solution may violate a bound because of rounding
 SLACK = 0.02  # [m/rad, m/m] see yielding_velocity()
 
 
@@ -20,15 +20,17 @@ class Infeasible(Exception):
 
 
 def allowed_velocity(wanted, matrix, lower_bounds):
-    """The velocity nearest to `wanted` with matrix * velocity >= lower_bounds; a bound of -infinity does not count.
+    """Returns the velocity nearest to `wanted` with matrix * velocity >= lower_bounds. A bound of -infinity is ignored.
 
-    Failure: raises Infeasible if there is none, or if rounding does not find it; ValueError for a number that is NaN.
+    Failure: raises Infeasible if there is no such velocity, or if it is not found because of rounding; raises
+             ValueError for a number that is NaN.
     """
     return nearest_velocity(wanted, matrix, lower_bounds)[0]
 
 
 def nearest_velocity(wanted, matrix, lower_bounds):
-    """The same, and how hard each row pushes: velocity = wanted + push * matrix. It is 0 for a row that could be left out."""
+    """Returns the velocity of allowed_velocity(), and the pushes of the rows: velocity = wanted + pushes * matrix. The
+    push of a row that has no effect is 0."""
     wanted, matrix, lower_bounds = (numpy.asarray(values, dtype=float) for values in (wanted, matrix, lower_bounds))
     if numpy.isnan(wanted).any() or numpy.isnan(matrix).any() or numpy.isnan(lower_bounds).any():
         raise ValueError("a constraint or the wanted velocity is NaN")
@@ -50,38 +52,38 @@ def nearest_velocity(wanted, matrix, lower_bounds):
         raise Infeasible("the constraints contradict each other")
     velocity = wanted - residual[:-1] / residual[-1]
     worst = (lower_bounds[counts] - rows @ velocity).max()
-    if not worst <= FEASIBLE * max(1.0, numpy.abs(lower_bounds[counts]).max()):
+    if not worst <= ROUNDING * max(1.0, numpy.abs(lower_bounds[counts]).max()):
         raise Infeasible("no velocity was found that keeps all constraints")
     pushes[counts] = -multipliers / residual[-1]
     return velocity, pushes
 
 
 def yielding_velocity(wanted, matrix, lower_bounds, lower, upper):
-    """The velocity nearest to `wanted` within [lower, upper] that keeps the rows, and how hard each row pushes. A row with a
-    positive bound asks two things to part. It yields where they cannot, or where another row asks for the contrary: of
-    all velocities with
+    """Returns the velocity nearest to `wanted` within [lower, upper] that keeps the rows, and the pushes of the rows. A
+    row with a positive bound demands that a pair separates. Such a row may be violated if the joints cannot separate
+    the pair, or if another row demands the contrary. Of all velocities with
 
         matrix * velocity >= min(lower_bounds, 0)        matrix * velocity + slack >= lower_bounds
 
-    it is the one with the smallest |velocity - wanted|^2 + |slack / SLACK|^2. So nothing approaches faster than its row allows,
-    and rest is allowed by every row, as long as it is by the limits. Alone at rest, a row of the norm g with the bound b gives
-    its direction the speed b g / (g^2 + SLACK^2): b / g where the joints part the two easily, at most b / (2 SLACK), and
-    nothing where they do not part them at all. With b / g it would be ever faster there, and this way at one step and that way
-    at the next.
+    the result is the one with the smallest |velocity - wanted|^2 + |slack / SLACK|^2. So no pair approaches faster than
+    its row allows, and a velocity of 0 is always allowed if the limits allow it. If `wanted` is 0 and there is a single
+    row with the norm g and the bound b, the speed along the row is b g / (g^2 + SLACK^2). It is b / g if the joints
+    separate the pair easily, 0 if they do not separate it at all, and never more than b / (2 SLACK). A speed of b / g
+    in all cases would grow without limit for small g, and its direction would change from step to step.
 
     Failure: as allowed_velocity().
-    Source: Wampler, Manipulator inverse kinematic solutions based on vector formulations and damped least-squares methods,
-            IEEE Transactions on Systems, Man, and Cybernetics, 1986.
+    Source: Wampler, Manipulator inverse kinematic solutions based on vector formulations and damped least-squares
+            methods, IEEE Transactions on Systems, Man, and Cybernetics, 1986.
     """
     wanted, matrix, lower_bounds = (numpy.asarray(values, dtype=float) for values in (wanted, matrix, lower_bounds))
-    joints, parting = len(wanted), lower_bounds > 0.0
-    slacks = numpy.count_nonzero(parting)
+    joints, is_positive = len(wanted), lower_bounds > 0.0
+    slacks = numpy.count_nonzero(is_positive)
     limits = numpy.eye(joints, joints + slacks)
     rows = numpy.hstack([matrix, numpy.zeros((len(matrix), slacks))])
-    soft = numpy.hstack([matrix[parting], SLACK * numpy.eye(slacks)])
+    soft = numpy.hstack([matrix[is_positive], SLACK * numpy.eye(slacks)])
     velocity, pushes = nearest_velocity(
         numpy.concatenate([wanted, numpy.zeros(slacks)]), numpy.vstack([rows, soft, limits, -limits]),
-        numpy.concatenate([numpy.minimum(lower_bounds, 0.0), lower_bounds[parting], lower, -numpy.asarray(upper)]))
+        numpy.concatenate([numpy.minimum(lower_bounds, 0.0), lower_bounds[is_positive], lower, -numpy.asarray(upper)]))
     pushes_of_rows = pushes[:len(matrix)]
-    pushes_of_rows[parting] += pushes[len(matrix):len(matrix) + slacks]
+    pushes_of_rows[is_positive] += pushes[len(matrix):len(matrix) + slacks]
     return velocity[:joints], pushes_of_rows

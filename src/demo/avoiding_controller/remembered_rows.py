@@ -1,34 +1,37 @@
-"""Rows that pairs had before their closest points jumped, without ROS.
+"""Remembers rows that pairs had before their closest points jumped, without ROS.
 
-Where several places of a pair are equally near, its distance has a kink: the row is about one place in this step, and about another
-one in the next. Who heeds the present row alone goes to and fro between them, and loses distance with each step. So the rows
-of before are heeded too, as bundle methods do, for as long as their own places stay about as near as the present one.
+If several places of a pair are equally near, its distance has a kink: its row may be about one place in this step, and
+about another place in the next step. A controller that uses only the present row moves to and fro between these places,
+and loses distance in each step. So it also uses earlier rows, as bundle methods do, as long as their places are about
+as near as the present one.
 
-Source: Lemarechal, An extension of Davidon methods to non differentiable problems, Mathematical Programming Study, 1975.
+Source: Lemarechal, An extension of Davidon methods to non differentiable problems, Mathematical Programming Study,
+        1975.
 """
 
 import collections
 
 import numpy
 
-# A gradient is about another place if it differs by more than a part of its norm: by SAME, and by CHANGE [1/rad, 1/m] for the way between
-# the two states, but not more than MOST_ALIKE.
-SAME, CHANGE, MOST_ALIKE = 0.02, 20.0, 0.1
-BAND = 1e-3  # [m] how much farther than the present place a remembered one may be
-REACH = 0.1  # [rad, m] how far its gradient is taken to hold
-MOST = 4  # places of a pair, besides the present one
+# Two gradients are about different places if they differ by more than a part of their norm. This part is MIN_CHANGE
+# plus CHANGE_PER_TRAVEL [1/rad, 1/m] times the distance between the two states, but at most MAX_CHANGE.
+MIN_CHANGE, CHANGE_PER_TRAVEL, MAX_CHANGE = 0.02, 20.0, 0.1
+NEAR = 1e-3  # [m] a remembered place may be farther than the present one by this much
+MAX_TRAVEL = 0.1  # [rad, m] a gradient is not used farther from the state in which it was computed
+MAX_PLACES = 4  # places of a pair that are remembered
 
-# The row of a pair in one step, and the state of the robot then.
+# The row of a pair in one step, and the positions of the joints in this step.
 Place = collections.namedtuple("Place", "gradient distance positions")
 
 
 class RememberedRows:
     def __init__(self):
-        self.latest, self.others = {}, {}  # by pair: the place of the last step, and the other places that were near, the newest first
+        self.latest = {}  # {pair: its place in the last step}
+        self.others = {}  # {pair: its other places that were near, the newest first}
 
     def update(self, positions, rows):
-        """Takes the rows of a step, {pair: (gradient, distance)}. Returns [(pair, gradient)] of those to heed as well, with the
-        bounds that the pairs have at present."""
+        """Adds the rows of a step, {pair: (gradient, distance)}. Returns [(pair, gradient)] of the remembered rows that
+        have to be kept, too; their bounds are those that the pairs have now."""
         latest = {pair: Place(gradient, distance, positions) for pair, (gradient, distance) in rows.items()}
         self.others = {pair: self._others(pair, now) for pair, now in latest.items()}
         self.latest = latest
@@ -38,17 +41,19 @@ class RememberedRows:
         before = [self.latest[pair]] if pair in self.latest else []
         kept = []
         for place in before + self.others.get(pair, []):
-            if is_about_as_near(place, now) and all(jumps(place, other) for other in [now, *kept]):
+            if is_nearly_as_near(place, now) and all(is_another_place(place, other) for other in [now, *kept]):
                 kept.append(place)
-        return kept[:MOST]
+        return kept[:MAX_PLACES]
 
 
-def jumps(place, other):
+def is_another_place(place, other):
     norm = max(numpy.linalg.norm(place.gradient), numpy.linalg.norm(other.gradient))
-    way = numpy.linalg.norm(other.positions - place.positions)
-    return numpy.linalg.norm(other.gradient - place.gradient) > min(SAME + CHANGE * way, MOST_ALIKE) * norm
+    travel = numpy.linalg.norm(other.positions - place.positions)
+    change = min(MIN_CHANGE + CHANGE_PER_TRAVEL * travel, MAX_CHANGE)
+    return numpy.linalg.norm(other.gradient - place.gradient) > change * norm
 
 
-def is_about_as_near(place, now):
-    way = now.positions - place.positions
-    return place.distance + place.gradient @ way <= now.distance + BAND and numpy.linalg.norm(way) <= REACH
+def is_nearly_as_near(place, now):
+    travel = now.positions - place.positions
+    distance = place.distance + place.gradient @ travel
+    return distance <= now.distance + NEAR and numpy.linalg.norm(travel) <= MAX_TRAVEL
