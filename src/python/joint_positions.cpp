@@ -21,8 +21,9 @@ py::array checkedArray(const py::object& q, const scene::RobotModel& robot, cons
                               scene::listed(scene::namesOf(robot.joints)));
 }
 
-/// Eigen takes a stride of 0 for the usual one, and no negative ones.
-bool isUsable(const py::array& q) {
+/// Returns whether Eigen can use the array in place. For Eigen a stride of 0 means the default stride, and negative
+/// strides are not allowed.
+bool hasUsableStrides(const py::array& q) {
   constexpr int kAligned = py::detail::npy_api::NPY_ARRAY_ALIGNED_;
   for (py::ssize_t i = 0; i < q.ndim(); ++i)
     if (q.strides(i) <= 0 || q.strides(i) % static_cast<py::ssize_t>(sizeof(double)) != 0) return false;
@@ -56,8 +57,8 @@ JointPositions::JointPositions(const py::array& checked)
       count_(1),
       joints_(checked.shape(checked.ndim() - 1)) {
   for (const py::ssize_t length : shape_) count_ *= length;
-  array_ = py::array(checked.attr("reshape")(count_, joints_));  // which copies if it has to
-  if (!isUsable(array_)) array_ = py::array(array_.attr("copy")());
+  array_ = py::array(checked.attr("reshape")(count_, joints_));  // numpy copies only if this is necessary
+  if (!hasUsableStrides(array_)) array_ = py::array(array_.attr("copy")());
   constexpr auto kSize = static_cast<Eigen::Index>(sizeof(double));
   data_ = static_cast<const double*>(array_.data());
   state_stride_ = array_.strides(0) / kSize;

@@ -11,26 +11,29 @@
 
 namespace proximity_server::python {
 
-/// The argument with this name as an array of float64; one that is such an array already is returned as it is.
-/// Failure: throws py::type_error for what numpy does not cast to float64 safely, and for a masked array; what numpy throws for what is no
-///          array.
+/// Converts an argument into an array of float64. An array of float64 is returned as it is. Error messages have the
+/// `name`.
+/// Failure: throws py::type_error for a masked array, and for types that numpy does not cast to float64 safely; throws
+///          as numpy does if the argument cannot be converted into an array.
 pybind11::array float64Array(const pybind11::object& argument, const std::string& name);
 
-/// "(2, 3)"
+/// The shape of an array as text: "(2, 3)".
 std::string shapeText(const pybind11::array& array);
 
-/// The joint positions [rad] or [m] of a question, of shape (..., joints): the joints are in the last dimension, and the others, if
-/// there are any, are those of the states.
+/// The joint positions [rad] or [m] of a question. The array has the shape (..., joints): its last dimension has the
+/// joints, and the others, if there are any, have the states.
 ///
-/// An array of float64 with any layout of strides that are positive and whole is used in place, if numpy can see its states as one
-/// dimension; others are copied. Types that numpy casts to float64 safely are converted: float32 exactly, and integers.
-/// Failure: the constructor throws as float64Array() does, and std::invalid_argument for another shape, naming both.
+/// An array of float64 is used in place if its strides are positive multiples of the size of a number, and if numpy can
+/// reshape the states to one dimension without a copy. Other arrays are copied. Types that numpy casts to float64
+/// safely are converted, such as integers and float32.
+/// Failure: the constructor throws as float64Array() does, and std::invalid_argument for a wrong shape, naming the
+///          right one, too.
 class JointPositions {
  public:
   JointPositions(const pybind11::object& q, const scene::RobotModel& robot, const std::string& name = "q");
 
-  /// Both of one shape, that to which numpy broadcasts them.
-  /// Failure: throws std::invalid_argument also if there is none.
+  /// The positions at the start and at the goal of edges. Both get the shape to which numpy broadcasts the two.
+  /// Failure: throws as the constructor does, and std::invalid_argument if they do not broadcast to one shape.
   struct Edges;
   static Edges edges(const pybind11::object& start, const pybind11::object& goal, const scene::RobotModel& robot);
 
@@ -38,8 +41,8 @@ class JointPositions {
   const std::vector<pybind11::ssize_t>& shape() const { return shape_; }
   Eigen::Index count() const { return count_; }
 
-  /// The states first, first + 1, ... in the order of their numbers: the last dimension of shape() is the fastest. Does not need the
-  /// GIL.
+  /// The states first, first + 1, ... in the order of their numbers; numbers are counted along the last dimension of
+  /// shape() first. Does not need the GIL.
   using Block = Eigen::Map<const Eigen::MatrixXd, 0, Eigen::Stride<Eigen::Dynamic, Eigen::Dynamic>>;
   Block block(Eigen::Index first, Eigen::Index count) const;
 

@@ -49,9 +49,9 @@ scene::MeshResolver resolverOf(const RobotText& text, const LoadOptions& options
   return scene::packageResolver(options.packages ? *options.packages : scene::rosPackagePath(), text.folder);
 }
 
-/// What `make` returns. Its errors begin with the name of the text.
+/// Returns the result of `make`. Puts `name` in front of its errors.
 template <typename Make>
-auto named(const std::string& name, const Make& make) {
+auto withNameInErrors(const std::string& name, const Make& make) {
   try {
     return make();
   } catch (const std::invalid_argument& error) {
@@ -74,9 +74,9 @@ std::string readTextFile(const std::filesystem::path& path) {
 
 std::shared_ptr<const scene::SceneModel> load(const RobotText& text, const LoadOptions& options) {
   const scene::ModelOptions model_options = modelOptions(options);
-  scene::RobotModel robot =
-      named(text.urdf_name, [&] { return scene::loadRobotModel(text.urdf, resolverOf(text, options), model_options); });
-  return named(text.srdf_name, [&] {
+  scene::RobotModel robot = withNameInErrors(
+      text.urdf_name, [&] { return scene::loadRobotModel(text.urdf, resolverOf(text, options), model_options); });
+  return withNameInErrors(text.srdf_name, [&] {
     return std::make_shared<const scene::SceneModel>(scene::makeSceneModel(std::move(robot), text.srdf, options.pairs));
   });
 }
@@ -93,8 +93,8 @@ scene::ObjectOptions objectOptions(const RobotText& text, const LoadOptions& opt
 std::optional<scene::LevelThresholds> thresholdsOf(const RobotText& text, const scene::RobotModel& robot) {
   if (!text.thresholds) return std::nullopt;
   const scene::ThresholdFile file = scene::thresholdsFrom(*text.thresholds, text.thresholds_name);
-  return named(text.thresholds_name,
-               [&] { return scene::levelThresholds(robot, {text.srdf}, file.rules, file.defaults); });
+  return withNameInErrors(text.thresholds_name,
+                          [&] { return scene::levelThresholds(robot, {text.srdf}, file.rules, file.defaults); });
 }
 
 }  // namespace proximity_server::python

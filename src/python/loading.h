@@ -12,37 +12,39 @@
 #include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/objects/object.h"
 
-// No Python here but the error of a file.
+// Reading robots. Only the errors of files use Python.
 
 namespace proximity_server::python {
 
-/// How a robot is read, and which pairs are checked.
+/// The options of reading a robot and of its pairs.
 struct LoadOptions {
   double mesh_tolerance;                             ///< [m] see scene::ModelOptions
   double padding;                                    ///< [m] see scene::ModelOptions::default_padding
   std::optional<std::vector<std::string>> packages;  ///< folders of packages; nullopt: those of ROS_PACKAGE_PATH
   scene::PairFilterOptions pairs;
-  bool allow_missing_meshes;  ///< see scene::ModelOptions, as the next
-  bool allow_broken_mimics;
+  bool allow_missing_meshes;                         ///< see scene::ModelOptions
+  bool allow_broken_mimics;                          ///< see scene::ModelOptions
   std::function<void(const std::string&)> progress;  ///< is called in the calling thread
 };
 
-/// The whole text of a file. With the GIL: throws Python's OSError of the file, such as FileNotFoundError.
+/// Reads the whole text of a file. Needs the GIL. Throws Python's OSError of the file, such as FileNotFoundError.
 std::string readTextFile(const std::filesystem::path& path);
 
-/// A URDF with its SRDF ("": none) and thresholds, and how errors name them.
+/// The texts of a robot, and the names that errors have for them.
 struct RobotText {
-  std::string urdf, srdf;
+  std::string urdf;
+  std::string srdf;  ///< "" if there is none
   std::string urdf_name, srdf_name;
-  std::filesystem::path folder;           ///< where relative paths of meshes begin
-  std::optional<std::string> thresholds;  ///< nullopt: none
+  std::filesystem::path folder;           ///< relative paths of meshes begin here
+  std::optional<std::string> thresholds;  ///< nullopt if there are none
   std::string thresholds_name;
 };
 
-/// Failure: throws std::invalid_argument naming urdf_name or srdf_name, and what the library says is wrong: link, joint, file.
+/// Makes the model of a robot from its texts.
+/// Failure: throws std::invalid_argument naming urdf_name or srdf_name, and the link, joint or file that is wrong.
 std::shared_ptr<const scene::SceneModel> load(const RobotText& text, const LoadOptions& options);
 
-/// How objects of the robot are made: relative paths, packages and meshes as those of the links.
+/// The options for objects of the robot. Relative paths, packages and meshes are treated like those of the links.
 scene::ObjectOptions objectOptions(const RobotText& text, const LoadOptions& options);
 
 /// The thresholds of the text; nullopt if there are none.

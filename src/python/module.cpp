@@ -1,5 +1,5 @@
-// The extension module proximity._native; src/python/proximity/__init__.py is what users import. The docstrings are the reference of
-// the module: help(proximity.Robot).
+// The extension module proximity._native. Users import it through src/python/proximity/__init__.py. The docstrings are
+// the reference of the module: help(proximity.Robot).
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
@@ -53,7 +53,7 @@ std::vector<JointInfo> jointsOf(const Robot& robot) {
   return list;
 }
 
-/// A row (lower, upper) for each joint.
+/// An array with a row (lower, upper) for each joint.
 py::array_t<double> rangesOf(const Robot& robot) {
   const scene::RobotModel& model = robot.model().robot;
   py::array_t<double> ranges({static_cast<py::ssize_t>(model.joints.size()), py::ssize_t{2}});
@@ -104,7 +104,7 @@ std::string describe(const Robot& robot) {
          ">";
 }
 
-/// The keyword arguments of both ways to make a robot.
+/// The keyword arguments of Robot() and Robot.from_text().
 struct Keywords {
   double mesh_tolerance;
   std::optional<std::vector<std::filesystem::path>> packages;
@@ -170,17 +170,17 @@ std::unique_ptr<Robot> robotOfFiles(const std::filesystem::path& urdf, const std
 
 using Operation = scene::ObjectEdit::Operation;
 
-/// Robots with these objects, which are described as the fields of proximity.Object; warns unless they are `Known`.
-enum class Oddities : unsigned char { New, Known };
+/// Returns the robot with these objects and rules. Gives the warnings about the objects unless they are to be omitted.
+enum class ObjectWarnings : unsigned char { Give, Omit };
 std::unique_ptr<Robot> withObjects(const Robot& robot, std::vector<scene::ObjectEdit> objects,
-                                   const std::vector<scene::WrittenRule>& rules, Oddities oddities) {
+                                   const std::vector<scene::WrittenRule>& rules, ObjectWarnings object_warnings) {
   std::vector<std::string> warnings;
   std::unique_ptr<Robot> next;
   {
     const py::gil_scoped_release released;  // meshes may take long
     next = robot.with(std::move(objects), rules, warnings);
   }
-  if (oddities == Oddities::New)
+  if (object_warnings == ObjectWarnings::Give)
     for (const std::string& warning : warnings) warn(warning);
   return next;
 }
@@ -205,7 +205,7 @@ scene::ObjectEdit objectOf(const std::string& name, const py::object& object) {
                   object.attr("padding").cast<double>());
 }
 
-/// The object of the module that tells where an object is now.
+/// Makes the proximity.Object that describes an object.
 py::object describedObject(const scene::Object& object) {
   const auto* const held = std::get_if<scene::Attached>(&object.placement);
   const auto* const moving = std::get_if<scene::Moving>(&object.placement);
@@ -226,17 +226,18 @@ py::dict objectsOf(const Robot& robot) {
 }
 
 std::unique_ptr<Robot> withObjectFile(const Robot& robot, const std::filesystem::path& path) {
-  static_cast<void>(readTextFile(path));  // for the OSError of a file that cannot be read
+  static_cast<void>(readTextFile(path));  // throws OSError if the file cannot be read
   scene::ObjectFile file = scene::readObjectFile(path.string());
   if (!file.changes.empty())
     throw std::invalid_argument(path.string() +
                                 ": it has changes, which are those of states on a way: the tool clearance makes them");
-  return withObjects(robot, std::move(file.objects), file.rules, Oddities::New);
+  return withObjects(robot, std::move(file.objects), file.rules, ObjectWarnings::Give);
 }
 
-/// Puts an object elsewhere: at a pose, or where it is in the state q.
-std::unique_ptr<Robot> replaced(const Robot& robot, scene::ObjectEdit edit, const py::object& pose,
-                                const py::object& q) {
+/// Returns the robot after an operation that places an object: at `pose`, or where the object is in the state q. The
+/// other one of the two is None.
+std::unique_ptr<Robot> editedAtPoseOrState(const Robot& robot, scene::ObjectEdit edit, const py::object& pose,
+                                           const py::object& q) {
   if (pose.is_none() == q.is_none())
     throw std::invalid_argument("object " + scene::quoted(edit.id) +
                                 ": needs either its pose, or the state q in which it stays where it is");
@@ -258,7 +259,7 @@ scene::ObjectEdit editOf(Operation operation, const std::string& name, scene::Ob
 py::dict stateOf(const Robot& robot) {
   const RobotText& text = robot.text();
   const LoadOptions& options = robot.options();
-  std::vector<std::pair<int, std::string>> names;  // by their numbers, which decide the order of two objects of a pair
+  std::vector<std::pair<int, std::string>> names;  // sorted by number, which decides the order of two objects in a pair
   for (const int number : robot.objects().numbers()) names.emplace_back(number, robot.objects().object(number)->id);
   std::sort(names.begin(), names.end());
   py::list objects, rules;
@@ -305,51 +306,53 @@ std::unique_ptr<Robot> robotOf(const py::dict& state) {
   for (const auto& [a, b, is_allowed] : valueOf<std::vector<std::tuple<Text, Text, bool>>>(state, "rules"))
     rules.push_back({a, b, is_allowed ? scene::AllowedPairs::Rule::Allowed : scene::AllowedPairs::Rule::Checked});
   if (objects.empty() && rules.empty()) return robot;
-  return withObjects(*robot, std::move(objects), rules, Oddities::Known);
+  return withObjects(*robot, std::move(objects), rules, ObjectWarnings::Omit);
 }
 
 constexpr char kRobotDoc[] = R"(A robot with the pairs of its links, and of objects, that are checked.
 
-It never changes, but for `threads`: with_object(), moved(), attached() and the like return another robot, which shares all that is
-the same. So the numbers of pairs in rows that are there keep their meaning, a question that another thread asks is not
-disturbed, and the robot without objects is still there. It may be used by many threads of Python at once: the GIL is
-released while a question is computed. Ctrl-C ends a question. A robot can be pickled; it is loaded again from the texts of its
-files, and from meshes where they were.
+Only its `threads` can be changed: with_object(), moved(), attached() and the like return another robot, which shares
+all unchanged data. So the numbers of pairs in existing rows keep their meaning, a question of another thread is not
+disturbed, and the robot without objects stays as it is. Many threads of Python may use a robot at once: the GIL is
+released while a question is computed. Ctrl-C ends a question. A robot can be pickled; it is loaded again from the texts
+of its files, and its meshes are read again from their files.
 
 The argument q of each question holds joint positions [rad] or [m]: shape (..., joints), or (joints,) for one state, in
-the order of Robot.joints, which need not be that of the URDF. The answer has the leading shape. The columns of mimic joints are
-ignored, as they follow their leaders, and so are those of floating and planar joints, which stay where they are at 0. Any array
-that numpy casts to float64 safely is taken, in C or Fortran order; other strides and types are copied (float32 exactly),
-complex numbers, objects and masked arrays are a TypeError. A wrong shape is a ValueError. A state with a position that is not
-finite, in any column, has no answer: Status.UNKNOWN, Verdict.UNKNOWN. Limits of joints are not looked at.
+the order of Robot.joints, which need not be that of the URDF. The answer has the leading shape. The columns of mimic
+joints are ignored, as they follow their leaders, and so are those of floating and planar joints, which stay where they
+are at 0. Any array that numpy casts to float64 safely is taken, in C or Fortran order; other strides and types are
+copied (float32 exactly), complex numbers, objects and masked arrays are a TypeError. A wrong shape is a ValueError. A
+state with a position that is not finite, in any column, has no answer: Status.UNKNOWN, Verdict.UNKNOWN. Limits of
+joints are not looked at.
 
-Each answer is a function of its state alone, to the last bit: the other states, their number and the threads do not count,
-nor do the processor and the C library. Among objects it is so within the accepted gap of the bounds, 1e-9 m: there a state is
-answered from the state before it, in blocks of 256 states of a question, and the pair that below() names may be another one.
-The fields of the rows are described at the top of the module, help(proximity); where the robot has thresholds, those of PAIR are
-rows of LEVELED_PAIR.)";
+Each answer depends on its state alone, to the last bit: not on the other states and their number, nor on the threads,
+the processor and the C library. With objects this holds within the accepted gap of the bounds, 1e-9 m: the answer about
+a state starts from that about the state before it, in blocks of 256 states of a question, and below() may name another
+pair. The fields of the rows are described at the top of the module, help(proximity); where the robot has thresholds,
+those of PAIR are rows of LEVELED_PAIR.)";
 
 constexpr char kLoadDoc[] = R"(Reads a URDF from a file.
 
 urdf             path of the file; Robot.from_text takes the text
-srdf             path of a file that tells which pairs not to check; None: neighbours are not checked, all other pairs are
+srdf             path of a file that tells which pairs not to check; None: neighbours are not checked, but all other
+                 pairs are
 mesh_tolerance   [m] how far the convex pieces may lie from the mesh that they stand for; 0: its triangles
 packages         folders in which package:// is looked for, as in ROS_PACKAGE_PATH; None: those of that variable
 padding          [m] is added to every piece
 group            of the SRDF: only pairs that its joints can move are checked; "": all
 exclude_pairs    pairs of names of links that are not checked
 only_pairs       if there are any, no other pair is checked
-thresholds       path of YAML with the stop and warn distances, also those of single pairs, links and groups; then rows about
-                 pairs have a level. None: they have none
+thresholds       path of YAML with the stop and warn distances, also those of single pairs, links and groups; then rows
+                 about pairs have a level. None: they have none
 allow_missing_meshes  True: a mesh that cannot be read is a warning, and that geometry is NOT checked
-allow_broken_mimics   True: a mimic that makes no sense, as of a joint that does not exist, is a warning, and the joint has a
-                 column of its own
+allow_broken_mimics   True: a mimic that makes no sense, as of a joint that does not exist, is a warning, and the joint
+                 has a column of its own
 threads          see Robot.threads; None: as many as there are cores
 
 Pieces of meshes are kept in the user's cache, so that the next time is fast; steps that take long are logged to
 logging.getLogger("proximity").
-Raises OSError (FileNotFoundError, ...) for a file that cannot be read, and ValueError for what is wrong in it, naming file and
-link, joint or mesh. What is odd but legal is a UserWarning.)";
+Raises OSError (FileNotFoundError, ...) for a file that cannot be read, and ValueError for what is wrong in it, naming
+file and link, joint or mesh. What is odd but legal is a UserWarning.)";
 
 constexpr char kFromTextDoc[] =
     R"(Reads a URDF from its text; the SRDF and the thresholds are texts too, "" if there are none.
@@ -358,87 +361,90 @@ Relative paths of meshes begin at `folder`. All else is as in Robot(urdf).)";
 
 constexpr char kMinimumDoc[] = R"(The pair with the smallest signed distance in each state.
 
-Returns rows of the dtype PAIR, of the shape of the states; for q of shape (joints,) one row. The status is UNKNOWN if a position is not
-finite, or if the robot has no pair.)";
+Returns rows of the dtype PAIR, of the shape of the states; for q of shape (joints,) one row. The status is UNKNOWN if a
+position is not finite, or if the robot has no pair.)";
 
 constexpr char kLevelDoc[] = R"(The level of each state: the pair that sets it, with its level.
 
-That is, of the pairs at the worst level the one with the smallest distance less its threshold (that of WARN if the level is
-CLEAR). It need not be the closest one.
-Returns rows of the dtype LEVELED_PAIR, of the shape of the states; for q of shape (joints,) one row. The level is INVALID where the
-status is UNKNOWN, as in minimum.
+That is, of the pairs at the worst level the one with the smallest distance less its threshold (that of WARN if the
+level is CLEAR). It need not be the closest one.
+Returns rows of the dtype LEVELED_PAIR, of the shape of the states; for q of shape (joints,) one row. The level is
+INVALID where the status is UNKNOWN, as in minimum.
 Raises ValueError if the robot was made without thresholds.)";
 
 constexpr char kClosestDoc[] = R"(The k pairs with the smallest signed distances in each state, sorted.
 
-Returns rows of the dtype PAIR, of the shape of the states and k; for q of shape (joints,) of shape (k,). If there are fewer pairs than
-k, the rows behind them have the status UNKNOWN and the pair -1.
+Returns rows of the dtype PAIR, of the shape of the states and k; for q of shape (joints,) of shape (k,). If there are
+fewer pairs than k, the rows behind them have the status UNKNOWN and the pair -1.
 Raises ValueError if k is less than 1.)";
 
 constexpr char kBelowDoc[] =
     R"(Whether anything is at or below a signed distance [m] in each state: much cheaper than minimum.
 
-Returns rows of the dtype VERDICT, of the shape of the states; for q of shape (joints,) one row. ABOVE is proven; a pair counts as below
-unless its lower bound proves otherwise.
+Returns rows of the dtype VERDICT, of the shape of the states; for q of shape (joints,) one row. ABOVE is proven; a pair
+counts as below unless its lower bound proves otherwise.
 Raises ValueError if the distance is NaN.)";
 
 constexpr char kPairsBelowDoc[] = R"(All pairs at or below a signed distance [m] in each state.
 
-Returns rows of the dtype PAIR in one dimension, sorted by state, and within a state by distance. A state without an answer
-has one row, of status UNKNOWN and pair -1: a state without a row is proven to be above the distance.
+Returns rows of the dtype PAIR in one dimension, sorted by state, and within a state by distance. A state without an
+answer has one row, of status UNKNOWN and pair -1: a state without a row is proven to be above the distance.
 Raises ValueError if the distance is NaN.)";
 
 constexpr char kGradientDoc[] = R"(Distances with their derivatives by q.
 
-Returns the rows of minimum(q), or those of closest(q, k) if k is given, and the gradients of their distances: the same shape
-with one more dimension, for the columns of q. Units are [m/rad] and [m/m]; positive where the distance grows, in overlap where
-the depth shrinks. Columns that are ignored have 0: the part of a mimic joint is in the column of its leader. A row without an
-answer has NaN.
+Returns the rows of minimum(q), or those of closest(q, k) if k is given, and the gradients of their distances: the same
+shape with one more dimension, for the columns of q. Units are [m/rad] and [m/m]; positive where the distance grows, in
+overlap where the depth shrinks. Columns that are ignored have 0: the part of a mimic joint is in the column of its
+leader. A row without an answer has NaN.
 The distance has a kink where the field `unique` is False: this is then the derivative of one choice of points.
 The smallest distance has another kink where two pairs are equally close, which rows of closest(q, 2) show.
 Raises ValueError if k is less than 1.)";
 
 constexpr char kLinkPosesDoc[] = R"(The pose of each link in the frame of the root link.
 
-Returns float64 of the shape of the states, the links in the order of Robot.links, and (4, 4): a matrix that maps coordinates of the link
-into the root link. A state with a position that is not finite has NaN.)";
+Returns float64 of the shape of the states, the links in the order of Robot.links, and (4, 4): a matrix that maps
+coordinates of the link into the root link. A state with a position that is not finite has NaN.)";
 
 constexpr char kFirstContactDoc[] = R"(When anything first comes to a signed distance [m] on the way from start to goal.
 
-All joints move at once, each at constant speed; the time is 0 at the start and 1 at the goal. start and goal are arrays as q, of shapes that
-broadcast to one.
-Returns rows of the dtype CONTACT, of the shape of the edges; for one edge one row. Nothing is missed between samples: until
-t_free every pair is proven to be farther than the distance.
+All joints move at once, each at constant speed; the time is 0 at the start and 1 at the goal. start and goal are arrays
+as q, of shapes that broadcast to one.
+Returns rows of the dtype CONTACT, of the shape of the edges; for one edge one row. Nothing is missed between samples:
+until t_free every pair is proven to be farther than the distance.
 tolerance  [m] of the distance at which a contact is found
 Raises ValueError if distance or tolerance is NaN.)";
 
 constexpr char kMinimumBetweenDoc[] = R"(The smallest signed distance on the way from start to goal.
 
 The way is that of first_contact.
-Returns rows of the dtype EDGE_MINIMUM, of the shape of the edges; for one edge one row. lower and upper are proven for the whole
-way, and upper is the distance of the pair at the time.
+Returns rows of the dtype EDGE_MINIMUM, of the shape of the edges; for one edge one row. lower and upper are proven for
+the whole way, and upper is the distance of the pair at the time.
 tolerance  [m] between lower and upper
 Raises ValueError if tolerance is NaN.)";
 
 constexpr char kWithObjectDoc[] = R"(Returns the robot with one more object; one of the same name is replaced.
 
 name         neither that of a link nor "*"; the pairs with the object are named by it
-shapes       a shape (proximity.Box, Sphere, Mesh, ...), or a list of shapes and of pairs of a shape and its pose in the object
-pose         of the object, in the frame of the root link, or in that of `link` or `frame`: a matrix (4, 4), or a position (3,);
+shapes       a shape (proximity.Box, Sphere, Mesh, ...), or a list of shapes and of pairs of a shape and its pose in the
+             object
+pose         of the object, in the frame of the root link, or in that of `link` or `frame`: a matrix (4, 4), or a
+             position (3,);
              None: the identity
 link         that holds the object, so that they do not touch each other; "": none
 touch_links  other links that it may touch then
 frame        a link that the object moves with, but that may not touch it; "": it stands still
 padding      [m] is added to every shape
-Meshes become convex pieces with the robot's mesh_tolerance. An object that stands still is not checked against links that do.
-Raises ValueError naming the object and what is wrong.)";
+Meshes become convex pieces with the robot's mesh_tolerance. An object that stands still is not checked against links
+that do. Raises ValueError naming the object and what is wrong.)";
 
 constexpr char kWithObjectsDoc[] =
     R"(Returns the robot with the objects of a file, and with its rules about what may touch.
 
-The file is what `clearance --objects` reads: YAML, or MoveIt's text if the name ends with ".scene". Objects that have the name of one
-that is there replace it.
-Raises OSError for a file that cannot be read, and ValueError naming file, line and object; also if the file has changes.)";
+The file is what `clearance --objects` reads: YAML, or MoveIt's text if the name ends with ".scene". Objects that have
+the name of one that is there replace it.
+Raises OSError for a file that cannot be read, and ValueError naming file, line and object; also if the file has
+changes.)";
 
 constexpr char kMovedDoc[] =
     R"(Returns the robot with an object in another place, in which it stands or moves with a frame.
@@ -447,8 +453,8 @@ The arguments are those of with_object(). Raises ValueError for an object that a
 
 constexpr char kAttachedDoc[] = R"(Returns the robot with a link that holds an object.
 
-Either `pose`, in the frame of the link, or a state q in which the object stays where it is. Raises ValueError for an object with a
-half-space.)";
+Either `pose`, in the frame of the link, or a state q in which the object stays where it is. Raises ValueError for an
+object with a half-space.)";
 
 constexpr char kDetachedDoc[] = R"(Returns the robot with an object that no link holds any more.
 
@@ -469,10 +475,10 @@ constexpr char kRangesDoc[] =
     R"(Lowest and highest position of each joint, [rad] or [m], of shape (joints, 2), for sampling:
     numpy.random.default_rng(1).uniform(*robot.ranges.T, (states, len(robot.joints)))
 
-The limits of the URDF, except for these: a continuous joint, and a revolute one without limits, makes one turn, from -pi to pi;
-a revolute joint whose limits are more than a turn apart makes one turn about the middle of its limits, unless other joints
-mimic it; a prismatic joint without limits goes from -1 m to 1 m, a guess; joints whose positions are ignored have 0. The limits
-themselves are in Robot.joints.)";
+The limits of the URDF, except for these: a continuous joint, and a revolute one without limits, makes one turn, from
+-pi to pi; a revolute joint whose limits are more than a turn apart makes one turn about the middle of its limits,
+unless other joints mimic it; a prismatic joint without limits goes from -1 m to 1 m, a guess; joints whose positions
+are ignored have 0. The limits themselves are in Robot.joints.)";
 
 void declareJoint(py::module_& module) {
   py::class_<JointInfo> joint(module, "Joint", "A joint that moves: a column of q.");
@@ -551,7 +557,7 @@ void declareObjects(py::class_<Robot>& robot) {
          const std::string& link, Names touch_links, const std::string& frame, double padding) {
         std::vector<scene::ObjectEdit> objects{
             objectOf(name, shapes, pose, link, std::move(touch_links), frame, padding)};
-        return withObjects(self, std::move(objects), {}, Oddities::New);
+        return withObjects(self, std::move(objects), {}, ObjectWarnings::Give);
       },
       kWithObjectDoc, "name"_a, "shapes"_a, "pose"_a = py::none(), py::kw_only(), "link"_a = "",
       "touch_links"_a = Names{}, "frame"_a = "", "padding"_a = 0.0);
@@ -566,7 +572,7 @@ void declareObjects(py::class_<Robot>& robot) {
       "attached",
       [](const Robot& self, const std::string& name, const std::string& link, const py::object& pose,
          const py::object& q, Names touch_links) {
-        return replaced(self, editOf(Operation::Attach, name, {link, std::move(touch_links), ""}), pose, q);
+        return editedAtPoseOrState(self, editOf(Operation::Attach, name, {link, std::move(touch_links), ""}), pose, q);
       },
       kAttachedDoc, "name"_a, "link"_a, "pose"_a = py::none(), py::kw_only(), "q"_a = py::none(),
       "touch_links"_a = Names{});
@@ -574,7 +580,7 @@ void declareObjects(py::class_<Robot>& robot) {
       "detached",
       [](const Robot& self, const std::string& name, const py::object& pose, const py::object& q,
          const std::string& frame) {
-        return replaced(self, editOf(Operation::Detach, name, {"", {}, frame}), pose, q);
+        return editedAtPoseOrState(self, editOf(Operation::Detach, name, {"", {}, frame}), pose, q);
       },
       kDetachedDoc, "name"_a, "pose"_a = py::none(), py::kw_only(), "q"_a = py::none(), "frame"_a = "");
   robot.def(

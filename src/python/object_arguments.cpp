@@ -24,7 +24,8 @@ using narrowphase::Shape;
 using Geometry = decltype(scene::ObjectShape::geometry);
 using RowMajor4d = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
 
-/// An array with this many columns; a single row if there are `ndim` = 1 dimensions.
+/// Converts an argument into an array of numbers with this many columns: a single row if `ndim` is 1, and many rows if
+/// it is 2.
 py::array_t<double, py::array::c_style> numbersOf(const py::object& argument, const std::string& name, py::ssize_t ndim,
                                                   py::ssize_t columns) {
   const py::array array = float64Array(argument, name);
@@ -89,7 +90,7 @@ Geometry meshFileOf(const py::object& shape) {
                          vectorOf(shape.attr("scale"), "scale")};
 }
 
-/// The classes of proximity/_shapes.py, and what they are here.
+/// The classes of proximity/_shapes.py by name, with the functions that read them.
 const std::vector<std::pair<std::string, std::function<Geometry(const py::object&)>>>& readers() {
   using Reader = std::function<Geometry(const py::object&)>;
   static const std::vector<std::pair<std::string, Reader>> all{
@@ -148,7 +149,8 @@ py::array_t<double> arrayOf(const std::vector<Rows>& rows, const std::function<V
   return array;
 }
 
-/// Makes the object of Python that shapeOf() reads. Sizes are halved and doubled again, without rounding.
+/// Makes the object of Python that shapeOf() would read as this shape. Sizes are halved there and doubled here, which
+/// is exact.
 struct PythonShape {
   py::object operator()(const Shape& shape) const {
     const Vector3d& half = shape.halfExtents();

@@ -7,22 +7,24 @@
 
 #include "proximity_server/scene/objects/object.h"
 
-// Objects as Python has them: the classes of proximity/_shapes.py.
+// Conversions of shapes and poses from and into Python, with the classes of proximity/_shapes.py.
 
 namespace proximity_server::python {
 
-/// A pose: None, three numbers (a position) or a matrix of shape (4, 4). What is no rotation is found by who uses the pose.
+/// Reads a pose: None (the identity), three numbers (a position) or a matrix of shape (4, 4). It is not checked whether
+/// the matrix has a rotation; the functions that use the pose do that.
 /// Failure: throws std::invalid_argument for another shape or last row, and as float64Array() does.
 Eigen::Isometry3d poseOf(const pybind11::object& pose);
 
-/// A matrix of shape (4, 4).
+/// Converts a pose into a matrix of shape (4, 4).
 pybind11::array_t<double> matrixOf(const Eigen::Isometry3d& pose);
 
-/// A shape, or a sequence of shapes and of pairs of a shape and its pose.
-/// Failure: throws py::type_error for what is none, and std::invalid_argument for one with a wrong size, naming the shape.
+/// Reads a shape, or a sequence of shapes and of pairs (shape, pose).
+/// Failure: throws py::type_error if an entry is not a shape, and std::invalid_argument naming a shape with a wrong
+///          size.
 std::vector<scene::ObjectShape> shapesOf(const pybind11::object& shapes);
 
-/// The same back: a tuple of pairs of a shape and its pose.
+/// Converts shapes into a tuple of pairs (shape, pose).
 pybind11::tuple shapesOf(const std::vector<scene::ObjectShape>& shapes);
 
 }  // namespace proximity_server::python

@@ -22,8 +22,8 @@ scene::Question questionOf(double distance) {
 
 }  // namespace
 
-/// False for a state with a position that is not finite.
-bool ObjectStates::place(const scene::States& states, Eigen::Index state) {
+/// Moves the scene to a state. Returns false if a position of the state is not finite.
+bool ObjectStates::setState(const scene::States& states, Eigen::Index state) {
   if (!states.row(state).allFinite()) return false;
   positions_.resize(static_cast<std::size_t>(states.cols()));
   for (Eigen::Index j = 0; j < states.cols(); ++j) positions_[static_cast<std::size_t>(j)] = states(state, j);
@@ -32,25 +32,26 @@ bool ObjectStates::place(const scene::States& states, Eigen::Index state) {
   return true;
 }
 
-/// `ask` returns nullptr where there is no pair.
+/// Returns the pair that `ask` returns in each state. `ask` returns nullptr if there is no pair.
 template <typename Ask>
-const std::vector<PairProximity>& ObjectStates::oneOfEach(const scene::States& states, const Ask& ask) {
-  ones_.assign(static_cast<std::size_t>(states.rows()), {});
+const std::vector<PairProximity>& ObjectStates::answerEach(const scene::States& states, const Ask& ask) {
+  answers_.assign(static_cast<std::size_t>(states.rows()), {});
   for (Eigen::Index state = 0; state < states.rows(); ++state) {
-    if (!place(states, state)) continue;
-    const PairProximity* const one = ask();
-    if (one && isComplete()) ones_[static_cast<std::size_t>(state)] = *one;
+    if (!setState(states, state)) continue;
+    const PairProximity* const pair = ask();
+    if (pair && isComplete()) answers_[static_cast<std::size_t>(state)] = *pair;
   }
-  return ones_;
+  return answers_;
 }
 
+/// Returns the list of pairs that `ask` returns in each state.
 template <typename Ask>
-const scene::StatePairs& ObjectStates::listed(const scene::States& states, const Ask& ask) {
+const scene::StatePairs& ObjectStates::listEach(const scene::States& states, const Ask& ask) {
   lists_.pairs.clear();
   lists_.begins.assign(1, 0);
   lists_.unknown.clear();
   for (Eigen::Index state = 0; state < states.rows(); ++state) {
-    bool is_known = place(states, state);
+    bool is_known = setState(states, state);
     if (is_known) {
       const std::vector<PairProximity>& found = ask();
       is_known = isComplete();
@@ -63,13 +64,13 @@ const scene::StatePairs& ObjectStates::listed(const scene::States& states, const
 }
 
 const std::vector<PairProximity>& ObjectStates::minimum(const scene::States& states) {
-  return oneOfEach(states, [&] { return scene_.minimum(scene_.candidates()); });
+  return answerEach(states, [&] { return scene_.minimum(scene_.candidates()); });
 }
 
 const std::vector<PairProximity>& ObjectStates::deciding(const scene::States& states,
                                                          const scene::LevelThresholds& thresholds) {
   PairProximity decided;
-  return oneOfEach(states, [&]() -> const PairProximity* {
+  return answerEach(states, [&]() -> const PairProximity* {
     const PairProximity* const closest = scene_.minimum(scene_.candidates());
     if (!closest || !isComplete()) return closest;
     decided = scene::decidingPair(scene_, scene_.candidates(), PairProximity(*closest), thresholds).pair;
@@ -78,13 +79,13 @@ const std::vector<PairProximity>& ObjectStates::deciding(const scene::States& st
 }
 
 const scene::StatePairs& ObjectStates::closest(const scene::States& states, int k) {
-  return listed(
+  return listEach(
       states, [&]() -> const auto& { return scene_.closest(scene_.candidates(), k); });
 }
 
 const scene::StatePairs& ObjectStates::below(const scene::States& states, double distance) {
   const scene::Question question = questionOf(distance);
-  return listed(
+  return listEach(
       states, [&]() -> const auto& { return scene_.below(scene_.candidates(), question); });
 }
 
@@ -94,7 +95,7 @@ const std::vector<scene::StateVerdict>& ObjectStates::anyBelow(const scene::Stat
   question.depth = scene::Question::Depth::NotWanted;
   verdicts_.assign(static_cast<std::size_t>(states.rows()), {});
   for (Eigen::Index state = 0; state < states.rows(); ++state) {
-    if (!place(states, state)) continue;
+    if (!setState(states, state)) continue;
     const PairProximity* const first = scene_.first(scene_.candidates(), question);
     if (!isComplete()) continue;
     verdicts_[static_cast<std::size_t>(state)] =

@@ -10,14 +10,15 @@
 
 namespace proximity_server::python {
 
-/// The checked pairs of a robot in the order of Robot.pairs: those of links, then those with objects.
+/// The checked pairs of a robot in the order of Robot.pairs: first the pairs of links, then those with objects.
 class PairNumbers {
  public:
   PairNumbers(const scene::Candidates& candidates, const scene::Objects& objects);
 
   const std::vector<scene::ShapeRefPair>& list() const { return list_; }
 
-  /// The place of a pair in the list, in the order in which a scene answers; -1 for one that is not there.
+  /// The index of a pair in the list; -1 if it is not in the list. The two of the pair are in the order in which a
+  /// scene names them.
   std::int32_t of(const scene::ShapeRefPair& pair) const;
 
  private:

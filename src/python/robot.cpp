@@ -29,7 +29,8 @@ namespace proximity_server::python {
 
 namespace py = pybind11;
 
-/// The usual number of states in a block: so many that its beginning does not count, and so few that many threads have work.
+/// The number of states in a block: large enough that the time to begin a block does not matter, and small enough that
+/// many threads have work.
 constexpr Eigen::Index kBlock = 256;
 
 struct LoadedRobot {
@@ -40,7 +41,8 @@ struct LoadedRobot {
         thresholds(thresholdsOf(text, model->robot)),
         batch(model) {}
 
-  /// Scenes of the model, which answer no question: their twins do. Made when they are first asked for; they have their own volumes.
+  /// Scenes of the model. Questions are asked of copies made by twin(), so that these stay without memory of answers.
+  /// They are made when they are first needed.
   const scene::Scene& scene() const {
     std::call_once(has_scene, [this] { fresh_scene.emplace(model); });
     return *fresh_scene;
@@ -54,16 +56,16 @@ struct LoadedRobot {
   LoadOptions options;
   std::shared_ptr<const scene::SceneModel> model;
   std::optional<scene::LevelThresholds> thresholds;
-  scene::SceneBatch batch;  ///< answers no question: its twins do
+  scene::SceneBatch batch;  ///< questions are asked of copies made by twin()
   mutable std::once_flag has_scene, has_moving_scene;
   mutable std::optional<scene::Scene> fresh_scene;
   mutable std::optional<scene::MovingScene> fresh_moving_scene;
 };
 
-/// The scenes of one thread. Each is made when a question first needs it.
+/// The scenes of one thread. Each of them is made when a question first needs it.
 struct Scratch {
-  Scratch(std::shared_ptr<const LoadedRobot> shared, std::shared_ptr<const scene::Objects> among)
-      : loaded(std::move(shared)), objects(std::move(among)) {}
+  Scratch(std::shared_ptr<const LoadedRobot> shared, std::shared_ptr<const scene::Objects> robot_objects)
+      : loaded(std::move(shared)), objects(std::move(robot_objects)) {}
 
   scene::SceneBatch& states() {
     if (!batch) batch.emplace(loaded->batch.twin());
@@ -87,14 +89,14 @@ struct Scratch {
   std::shared_ptr<const LoadedRobot> loaded;
   std::shared_ptr<const scene::Objects> objects;
   std::optional<scene::SceneBatch> batch;
-  std::optional<scene::Scene> scene;  ///< without poses, as it answers no question: its twins do
+  std::optional<scene::Scene> scene;  ///< without poses; questions are asked of copies made by twin()
   std::optional<scene::MovingScene> moving_scene;
   std::optional<scene::Derivatives> derivatives;
   std::vector<double> positions, goal;  ///< of one state, or of an edge
-  Eigen::VectorXd by_degrees;           ///< a gradient by the degrees of freedom
+  Eigen::VectorXd by_degrees;           ///< a gradient with respect to the degrees of freedom
 };
 
-/// Its rows have the fields of a PairRow, or of another row that begins with them, in the order of the dtype.
+/// An array of rows. A row has the fields of a PairRow, or of another struct that begins with these fields.
 class RowTable {
  public:
   explicit RowTable(py::array array)
@@ -102,7 +104,7 @@ class RowTable {
 
   const py::array& array() const { return array_; }
 
-  /// The fields of the array are the beginning of the row. Without the GIL.
+  /// Writes the beginning of `row`, as much as the fields of the array need. Does not need the GIL.
   template <typename Row>
   void write(Eigen::Index index, const Row& row) {
     std::memcpy(data_ + index * row_size_, &row, static_cast<std::size_t>(row_size_));
@@ -116,7 +118,7 @@ class RowTable {
 
 namespace {
 
-/// PAIR with one more field at its end; `rename` has new names of fields.
+/// Makes the dtype of PAIR with one more field at its end. `rename` maps names of fields to new names.
 py::dtype pairTypeAnd(const std::string& name, const py::dtype& type, std::size_t offset, std::size_t size,
                       const std::map<std::string, std::string>& rename) {
   const py::dtype pair = py::dtype::of<PairRow>();
@@ -154,7 +156,7 @@ using Operation = scene::ObjectEdit::Operation;
 constexpr int kMaxThreads = 1024;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// A new array, where `shape` goes on behind the states.
+/// Makes a new array. Its shape is that of the states, followed by `shape`.
 py::array newArray(const py::dtype& type, const JointPositions& positions, std::vector<py::ssize_t> shape) {
   shape.insert(shape.begin(), positions.shape().begin(), positions.shape().end());
   py::ssize_t bytes = type.itemsize();
@@ -168,7 +170,7 @@ py::array_t<Item> newArray(const JointPositions& positions, const std::vector<py
   return newArray(py::dtype::of<Item>(), positions, shape);
 }
 
-/// An array without dimensions as what it holds: a numpy.void, whose fields are found by their names too.
+/// Converts an array without dimensions into its single element, a numpy.void, whose fields also have names.
 py::object scalarIfSingle(const py::array& array) {
   return array.ndim() == 0 ? py::object(array[py::tuple()]) : py::object(array);
 }
@@ -180,7 +182,7 @@ int checkedCount(long k) {
   return static_cast<int>(k);
 }
 
-double numberOf(double value, const char* name) {
+double requireNumber(double value, const char* name) {
   if (std::isnan(value)) throw std::invalid_argument(std::string("the ") + name + " is not a number");
   return value;
 }
@@ -189,7 +191,7 @@ py::dtype rowType(const scene::LevelThresholds* thresholds) {
   return thresholds ? leveledPairType() : py::dtype::of<PairRow>();
 }
 
-/// Writes a matrix for each link; NaN where a position is not finite.
+/// Writes the matrix of each link's pose. All numbers are NaN if a position is not finite.
 void writePoses(const scene::RobotModel& robot, const std::vector<double>& positions, double* out) {
   const bool is_finite = std::all_of(positions.begin(), positions.end(), [](double p) { return std::isfinite(p); });
   if (!is_finite) {
@@ -217,7 +219,7 @@ AnsweredPairs pairsOf(const std::vector<scene::PairProximity>& minima, Eigen::In
   return {&minimum, minimum.result.status == narrowphase::Status::Unknown ? 0 : 1};
 }
 
-// The questions that have the same number of pairs for each state.
+// These function objects ask the questions that return a fixed number of pairs for each state.
 struct Closest {
   int k;
   template <typename Batch>
@@ -236,7 +238,7 @@ struct Deciding {
   }
 };
 
-/// The i-th pair of a state; one that there is none for is Unknown.
+/// The i-th pair of a state. If there are fewer pairs, an Unknown one is returned.
 scene::PairProximity pairOf(const AnsweredPairs& pairs, Eigen::Index i) {
   return i < pairs.count ? pairs.first[i] : scene::PairProximity{};
 }
@@ -255,7 +257,7 @@ std::vector<LevelRow> listedRows(const scene::StatePairs& lists, Eigen::Index fi
   return rows;
 }
 
-/// With the GIL: the rows of all blocks in one array.
+/// Joins the rows of all blocks in one array. Needs the GIL.
 py::array joined(const std::map<Eigen::Index, std::vector<LevelRow>>& blocks, const py::dtype& type) {
   py::ssize_t count = 0;
   for (const auto& [first, rows] : blocks) count += static_cast<py::ssize_t>(rows.size());
@@ -266,8 +268,8 @@ py::array joined(const std::map<Eigen::Index, std::vector<LevelRow>>& blocks, co
   return all.array();
 }
 
-/// Places the robot of the derivatives in a state of the block.
-void place(const JointPositions::Block& block, Eigen::Index state, Scratch& scratch) {
+/// Sets the poses of the derivatives to a state of the block.
+void placeDerivatives(const JointPositions::Block& block, Eigen::Index state, Scratch& scratch) {
   const scene::RobotModel& robot = scratch.loaded->model->robot;
   const scene::Objects& objects = *scratch.objects;
   if (!scratch.derivatives) {
@@ -282,8 +284,8 @@ void place(const JointPositions::Block& block, Eigen::Index state, Scratch& scra
   scratch.derivatives->update(poses, scene::framePoses(objects, poses));
 }
 
-/// Writes the derivative of a pair's distance by each column of q. A column that moves nothing has 0: that of a mimic joint,
-/// whose part is in the column of its leader, and that of a floating or planar joint.
+/// Writes the derivative of a pair's distance with respect to each column of q. It is 0 for floating and planar joints,
+/// and for mimic joints, whose part is in the column of the leader.
 void writeGradient(const scene::PairProximity& pair, Scratch& scratch, double* gradient) {
   const std::vector<scene::Joint>& joints = scratch.loaded->model->robot.joints;
   const scene::DegreesOfFreedom& degrees = scratch.derivatives->degreesOfFreedom();
@@ -296,11 +298,11 @@ void writeGradient(const scene::PairProximity& pair, Scratch& scratch, double* g
   }
 }
 
-/// Writes k gradients about one state; those that there are no pairs for are NaN.
+/// Writes the gradients of k pairs in one state. If there are fewer pairs, the other gradients are NaN.
 void writeGradients(const JointPositions::Block& block, Eigen::Index state, const AnsweredPairs& pairs, Eigen::Index k,
                     Scratch& scratch, double* gradients) {
   const Eigen::Index known = std::min(k, pairs.count);
-  if (known > 0) place(block, state, scratch);
+  if (known > 0) placeDerivatives(block, state, scratch);
   for (Eigen::Index i = 0; i < known; ++i) writeGradient(pairs.first[i], scratch, gradients + i * block.cols());
   std::fill(gradients + known * block.cols(), gradients + k * block.cols(), kNaN);
 }
@@ -310,7 +312,7 @@ void writeGradients(const JointPositions::Block& block, Eigen::Index state, cons
 Robot::Robot(RobotText text, LoadOptions options, int threads)
     : loaded_(std::make_shared<const LoadedRobot>(std::move(text), std::move(options))), threads_(1) {
   scene::ObjectRules rules;
-  rules.base = scene::ObjectRules::Base::StandsStill;  // all poses are in the frame of the root link
+  rules.base = scene::ObjectRules::Base::StandsStill;  // because all poses are in the frame of the root link
   objects_ = std::make_shared<const scene::Objects>(scene::Objects(loaded_->model).withRules(rules));
   setThreads(threads);
 }
@@ -329,7 +331,8 @@ const scene::LevelThresholds* Robot::thresholds() const {
 }
 
 const PairNumbers& Robot::pairs() const {
-  std::call_once(numbered_, [this] { pairs_ = std::make_unique<PairNumbers>(loaded_->batch.candidates(), *objects_); });
+  std::call_once(pairs_made_,
+                 [this] { pairs_ = std::make_unique<PairNumbers>(loaded_->batch.candidates(), *objects_); });
   return *pairs_;
 }
 
@@ -352,13 +355,13 @@ std::unique_ptr<Robot> Robot::with(std::vector<scene::ObjectEdit> objects, const
     object.operation = editor.find(id) ? Operation::Replace : Operation::Add;
     try {
       editor.apply(std::move(object));
-    } catch (const std::invalid_argument& error) {  // it begins with the place in the file, if it comes from one
+    } catch (const std::invalid_argument& error) {  // the message gets the place in the file, if there is one
       throw std::invalid_argument(source + (source.empty() ? "" : ": ") + error.what());
     }
-    const std::vector<std::string>& oddities = scene::warningsOf(*editor.find(id));
-    warnings.insert(warnings.end(), oddities.begin(), oddities.end());
+    const std::vector<std::string>& object_warnings = scene::warningsOf(*editor.find(id));
+    warnings.insert(warnings.end(), object_warnings.begin(), object_warnings.end());
   }
-  std::unique_ptr<Robot> next = after(editor);
+  std::unique_ptr<Robot> next = withEdits(editor);
   if (rules.empty()) return next;
   next->rules_.insert(next->rules_.end(), rules.begin(), rules.end());
   scene::ObjectRules applied = next->objects().rules();
@@ -383,15 +386,15 @@ std::unique_ptr<Robot> Robot::edited(scene::ObjectEdit edit, const py::object& q
     poses = scene::forwardKinematics(robot, positions);
     edit.pose = scene::ObjectEdit::Pose::Kept;
   }
-  const scene::ObjectOptions options;  // no geometry is made
+  const scene::ObjectOptions options;  // they are not used, because no geometry is made
   scene::LinkFrames frames(robot, poses);
   scene::ObjectEditor editor(*objects_, frames, options);
   editor.require(edit.id);
   editor.apply(std::move(edit));
-  return after(editor);
+  return withEdits(editor);
 }
 
-std::unique_ptr<Robot> Robot::after(const scene::ObjectEditor& editor) const {
+std::unique_ptr<Robot> Robot::withEdits(const scene::ObjectEditor& editor) const {
   return std::unique_ptr<Robot>(new Robot(
       loaded_, std::make_shared<const scene::Objects>(objects_->changed(editor.difference())), rules_, threads_));
 }
@@ -412,37 +415,37 @@ std::shared_ptr<Scratch> Robot::borrow() {
   std::unique_ptr<Scratch> scratch;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (free_.empty()) {
-      free_.reserve(++made_);  // so that what is given back always has room
+    if (free_scratches_.empty()) {
+      free_scratches_.reserve(++scratch_count_);  // so that returning a scratch never allocates memory
       scratch = std::make_unique<Scratch>(loaded_, objects_);
     } else {
-      scratch = std::move(free_.back());
-      free_.pop_back();
+      scratch = std::move(free_scratches_.back());
+      free_scratches_.pop_back();
     }
   }
   return {scratch.release(), [this](Scratch* used) {
             const std::lock_guard<std::mutex> lock(mutex_);
-            free_.emplace_back(used);
+            free_scratches_.emplace_back(used);
           }};
 }
 
 template <typename Answer>
 void Robot::answerBlocks(Eigen::Index count, Eigen::Index block, const Answer& answer) {
   SignalWatch signals;
-  const auto useful = static_cast<int>(std::min<Eigen::Index>(threads_, (count + block - 1) / block));
+  const auto thread_count = static_cast<int>(std::min<Eigen::Index>(threads_, (count + block - 1) / block));
   {
     const py::gil_scoped_release released;
-    std::vector<std::shared_ptr<Scratch>> scratch(static_cast<std::size_t>(std::max(1, useful)));  // of each thread
-    std::atomic<bool> goes_on{true};
+    std::vector<std::shared_ptr<Scratch>> scratch(static_cast<std::size_t>(std::max(1, thread_count)));
+    std::atomic<bool> may_continue{true};
     Eigen::Index next = 0;
     const auto read = [&](Eigen::Index& first) {
       first = next;
       next += block;
-      return goes_on && first < count;
+      return may_continue && first < count;
     };
     const auto work = [&](Eigen::Index first, int thread) {
-      if (thread == 0) goes_on = signals.goesOn();
-      if (!goes_on) return;
+      if (thread == 0) may_continue = signals.mayContinue();
+      if (!may_continue) return;
       std::shared_ptr<Scratch>& own = scratch[static_cast<std::size_t>(thread)];
       if (!own) own = borrow();
       answer(*own, first, std::min(block, count - first));
@@ -558,11 +561,11 @@ template <typename Ask>
 py::object Robot::answerEdges(const py::object& start, const py::object& goal, const py::dtype& type, const Ask& ask) {
   const JointPositions::Edges edges = JointPositions::edges(start, goal, model().robot);
   RowTable rows(newArray(type, edges.start, {}));
-  constexpr Eigen::Index kEdgesInBlock = 16;  // an edge takes much longer than a state
+  constexpr Eigen::Index kEdgesInBlock = 16;  // fewer than states, because an edge takes much longer
   answerBlocks(edges.start.count(), kEdgesInBlock, [&](Scratch& scratch, Eigen::Index first, Eigen::Index count) {
     const JointPositions::Block from = edges.start.block(first, count), to = edges.goal.block(first, count);
     for (Eigen::Index i = 0; i < count; ++i) {
-      scene::MovingScene fresh = scratch.freshMovingScene().twin();  // so that no edge depends on those before it
+      scene::MovingScene fresh = scratch.freshMovingScene().twin();  // no edge depends on the edges before it
       decltype(ask(fresh, std::declval<scene::RobotMotion>())) answer;
       if ((to.row(i) - from.row(i)).allFinite()) {
         positionsOf(from, i, scratch.positions);
@@ -579,8 +582,8 @@ py::object Robot::answerEdges(const py::object& start, const py::object& goal, c
 
 py::object Robot::firstContact(const py::object& start, const py::object& goal, double distance, double tolerance) {
   scene::MotionQuestion question;
-  question.contact_distance = numberOf(distance, "distance");
-  question.tolerance = numberOf(tolerance, "tolerance");
+  question.contact_distance = requireNumber(distance, "distance");
+  question.tolerance = requireNumber(tolerance, "tolerance");
   return answerEdges(start, goal, py::dtype::of<ContactRow>(),
                      [&](scene::MovingScene& scene, const scene::RobotMotion& motion) {
                        return scene.timeOfContact(loaded_->batch.candidates(), motion, question);
@@ -589,7 +592,7 @@ py::object Robot::firstContact(const py::object& start, const py::object& goal, 
 
 py::object Robot::minimumBetween(const py::object& start, const py::object& goal, double tolerance) {
   scene::MotionQuestion question;
-  question.tolerance = numberOf(tolerance, "tolerance");
+  question.tolerance = requireNumber(tolerance, "tolerance");
   return answerEdges(start, goal, minimumType(), [&](scene::MovingScene& scene, const scene::RobotMotion& motion) {
     return scene.minimum(loaded_->batch.candidates(), motion, question);
   });

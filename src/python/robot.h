@@ -19,27 +19,30 @@
 
 namespace proximity_server::python {
 
-/// What one thread needs for its questions.
+/// The scenes and the memory that one thread needs for its questions.
 struct Scratch;
 
-/// The part that robots share whose objects differ: the model, and the scenes from which twins are made.
+/// The data that robots share which differ in their objects only: the model, and the scenes that are copied for
+/// questions.
 struct LoadedRobot;
 
 /// An array of rows about pairs.
 class RowTable;
 
-/// The dtype of LevelRow, with the fields of PairRow beside the level; and that of MinimumRow.
+/// The dtype of LevelRow. It has the fields of PairRow, and the level.
 pybind11::dtype leveledPairType();
+
+/// The dtype of MinimumRow. It has the fields of PairRow, and the time.
 pybind11::dtype minimumType();
 
-/// A robot with its objects and candidate pairs: the class `Robot` of the module. All but its number of threads never changes: a change of the
-/// objects makes another robot, which shares all that is the same.
+/// A robot with its objects and candidate pairs: the class `Robot` of the module. Only its number of threads can be
+/// changed: a change of the objects makes another robot, which shares all unchanged data.
 ///
-/// Each question releases the GIL while it computes, and may be asked by many Python threads at once: each thread of a
-/// question borrows a scratch. Ctrl-C ends a question.
+/// Many Python threads may ask questions at once. A question releases the GIL while it computes, and each of its
+/// threads borrows a scratch. Ctrl-C ends a question.
 class Robot {
  public:
-  /// Without objects.
+  /// Loads a robot without objects.
   /// Failure: throws as load() and thresholdsOf() do, and as setThreads() does.
   Robot(RobotText text, LoadOptions options, int threads);
   ~Robot();
@@ -49,32 +52,33 @@ class Robot {
   const LoadOptions& options() const;
   const PairNumbers& pairs() const;
 
-  /// How many threads a question has, from 1 to 1024.
+  /// The largest number of threads of a question, from 1 to 1024.
   int threads() const { return threads_; }
   /// Throws std::invalid_argument for another number.
   void setThreads(int threads);
 
-  // --- objects, see object_file.h. What is wrong is an std::invalid_argument that names the object.
+  // --- objects, see object_file.h. Errors are an std::invalid_argument that names the object.
 
   const scene::Objects& objects() const { return *objects_; }
   const std::vector<scene::WrittenRule>& rules() const { return rules_; }
 
-  /// Objects that have the name of one that is there replace it; the rules come behind those that are there. Adds what is odd about
-  /// the objects to `warnings`.
+  /// Returns the robot with these objects and rules. An object with the name of a present one replaces it, and the
+  /// rules are added behind the present ones. Warnings about the objects are added to `warnings`.
   std::unique_ptr<Robot> with(std::vector<scene::ObjectEdit> objects, const std::vector<scene::WrittenRule>& rules,
                               std::vector<std::string>& warnings) const;
 
-  /// Another operation on one object, which stays where it is in the state q if that is not None.
+  /// Returns the robot after an operation on one object. If q is not None, the object stays where it is in the state q.
   std::unique_ptr<Robot> edited(scene::ObjectEdit edit, const pybind11::object& q) const;
 
+  /// Returns the robot with a rule that allows a pair to touch.
   std::unique_ptr<Robot> allowing(const std::string& a, const std::string& b) const;
 
-  // --- The questions. What they return and throw is documented where Python reads it, in module.cpp.
+  // --- The questions. The docstrings in module.cpp document their results and errors.
 
   pybind11::object minimum(const pybind11::object& q);
   pybind11::object level(const pybind11::object& q);
   pybind11::object closest(const pybind11::object& q, long k);
-  /// The rows and gradients of minimum(), or of closest() if there is a k.
+  /// Returns the rows and gradients of minimum(), or of closest() if k has a value.
   pybind11::tuple gradient(const pybind11::object& q, std::optional<long> k);
   pybind11::object below(const pybind11::object& q, double distance);
   pybind11::object pairsBelow(const pybind11::object& q, double distance);
@@ -86,23 +90,25 @@ class Robot {
  private:
   Robot(std::shared_ptr<const LoadedRobot> loaded, std::shared_ptr<const scene::Objects> objects,
         std::vector<scene::WrittenRule> rules, int threads);
-  std::unique_ptr<Robot> after(const scene::ObjectEditor& editor) const;
+  std::unique_ptr<Robot> withEdits(const scene::ObjectEditor& editor) const;
 
   std::shared_ptr<Scratch> borrow();
 
-  /// Calls `answer(scratch, first, count)` for all blocks of so many items, without the GIL.
+  /// Calls `answer(scratch, first, count)` for all blocks of `block` items, without the GIL. There are `count` items.
   template <typename Answer>
   void answerBlocks(Eigen::Index count, Eigen::Index block, const Answer& answer);
 
-  /// Calls `answer(batch, scratch, block, first)` for all blocks of states; `batch` is a SceneBatch, or ObjectStates if there are objects.
+  /// Calls `answer(batch, scratch, block, first)` for all blocks of states; `batch` is a SceneBatch, or ObjectStates if
+  /// there are objects.
   template <typename Answer>
   void answerStates(const JointPositions& positions, const Answer& answer);
 
-  /// Writes k rows for each state, and k gradients unless that is nullptr, about what `ask(batch, block)` returns.
+  /// Writes k rows for each state about the pairs that `ask(batch, block)` returns, and k gradients unless `gradients`
+  /// is nullptr.
   template <typename Ask>
   void answerRows(const JointPositions& positions, Eigen::Index k, const Ask& ask, RowTable& rows, double* gradients);
 
-  /// The row of each edge about what `ask(scene, pairs, motion)` returns.
+  /// Returns the row of each edge about the result of `ask(scene, motion)`.
   template <typename Ask>
   pybind11::object answerEdges(const pybind11::object& start, const pybind11::object& goal, const pybind11::dtype& type,
                                const Ask& ask);
@@ -113,11 +119,11 @@ class Robot {
   std::shared_ptr<const scene::Objects> objects_;
   std::vector<scene::WrittenRule> rules_;
   int threads_;
-  mutable std::once_flag numbered_;
+  mutable std::once_flag pairs_made_;
   mutable std::unique_ptr<PairNumbers> pairs_;
   std::mutex mutex_;
-  std::vector<std::unique_ptr<Scratch>> free_;  ///< scratches that nobody has borrowed
-  std::size_t made_ = 0;                        ///< all scratches
+  std::vector<std::unique_ptr<Scratch>> free_scratches_;  ///< those that are not borrowed
+  std::size_t scratch_count_ = 0;                         ///< number of all scratches
 };
 
 }  // namespace proximity_server::python

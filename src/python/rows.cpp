@@ -8,7 +8,7 @@ namespace {
 using narrowphase::Status;
 using scene::Representation;
 
-// The numbers of src/python/proximity/__init__.py.
+// The enumerations in src/python/proximity/__init__.py have the same numbers.
 static_assert(static_cast<int>(Status::Unknown) == 0 && static_cast<int>(Status::Converged) == 1 &&
               static_cast<int>(Status::Threshold) == 2 && static_cast<int>(Status::IterationLimit) == 3 &&
               static_cast<int>(Status::Degenerate) == 4);

@@ -11,12 +11,12 @@
 #include "proximity_server/scene/motion/moving_scene.h"
 #include "python/pair_numbers.h"
 
-// The rows of the answers, as numpy sees them: every field is named and aligned, and no byte is left over between them, so that
-// a file of them is a function of the answers.
+// The rows of the answers, in the layout of numpy. All fields are aligned without unused bytes between them, so that
+// files of equal answers have equal bytes.
 
 namespace proximity_server::python {
 
-/// PairProximity about one state. The default is no answer: narrowphase::Status::Unknown.
+/// The row of a PairProximity in one state. The default is a row without an answer: narrowphase::Status::Unknown.
 struct PairRow {
   std::int64_t state = 0;
   std::uint8_t status = 0;
@@ -33,31 +33,32 @@ struct PairRow {
 };
 static_assert(sizeof(PairRow) == 8 + 4 + 4 + 12 * 8);
 
-/// The number of a level that is not known, as a pair has no answer.
+/// The level of a pair that has no answer.
 constexpr std::int64_t kInvalidLevel = 4;
 
-/// The row of a robot with thresholds. Numpy sees the fields of the pair beside the level; without thresholds it sees the pair only.
+/// The row of a pair with its level. In numpy the fields of the pair and the level are side by side; if the robot has
+/// no thresholds, the level is left out.
 struct LevelRow {
   PairRow pair;
   std::int64_t level = kInvalidLevel;
 };
 static_assert(sizeof(LevelRow) == sizeof(PairRow) + 8 && offsetof(LevelRow, pair) == 0);
 
-/// StateVerdict about one state.
+/// The row of a StateVerdict.
 struct VerdictRow {
   std::int32_t verdict = 0;
   std::int32_t pair = -1;
 };
 
-/// RobotMinimum of an edge: the closest pair at its time, with the bounds of the whole edge. Numpy sees the fields of the pair, of which
-/// `state` is called `edge`, and the time.
+/// The row of a RobotMinimum of an edge: the closest pair at its time, with the bounds of the whole edge. In numpy the
+/// fields of the pair and the time are side by side, and the field `state` is called `edge`.
 struct MinimumRow {
   PairRow pair;
   double time = std::numeric_limits<double>::quiet_NaN();
 };
 static_assert(sizeof(MinimumRow) == sizeof(PairRow) + 8 && offsetof(MinimumRow, pair) == 0);
 
-/// RobotContact of an edge. Without a contact there is no pair.
+/// The row of a RobotContact of an edge. Without a contact it has no pair.
 struct ContactRow {
   std::int64_t edge = 0;
   std::uint8_t status = 0;
@@ -75,7 +76,7 @@ struct ContactRow {
   std::array<double, 3> normal = point_a;
 };
 
-/// The row of a pair, which is Unknown if it has no number. Without thresholds (nullptr) it has no level.
+/// Makes the row of a pair. If `thresholds` is nullptr, its level stays at the default.
 LevelRow rowOf(Eigen::Index state, const scene::PairProximity& pair, const PairNumbers& numbers,
                const scene::LevelThresholds* thresholds);
 MinimumRow rowOf(Eigen::Index edge, const scene::RobotMinimum& minimum, const PairNumbers& numbers);

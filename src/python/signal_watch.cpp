@@ -6,7 +6,7 @@ namespace proximity_server::python {
 
 namespace py = pybind11;
 
-bool SignalWatch::goesOn() {
+bool SignalWatch::mayContinue() {
   using namespace std::chrono_literals;
   const auto now = std::chrono::steady_clock::now();
   if (is_interrupted_ || now - last_ < 100ms) return !is_interrupted_;

@@ -4,13 +4,14 @@
 
 namespace proximity_server::python {
 
-/// Lets Python handle its signals now and then while the GIL is released, so that Ctrl-C ends a long question.
+/// Lets Python handle signals from time to time while the GIL is released, so that Ctrl-C ends a long question.
 class SignalWatch {
  public:
-  /// False once a handler has raised an exception, which is then pending in Python. For the thread that released the GIL.
-  bool goesOn();
+  /// Returns false after a handler of Python has raised an exception, which is then pending in Python. It must be
+  /// called by the thread that has released the GIL.
+  bool mayContinue();
 
-  /// With the GIL: throws what is pending.
+  /// Throws the pending exception, if there is one. Needs the GIL.
   void rethrow() const;
 
  private:

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Looks at the joint space of a robot: how close it is to itself in random states, and in a slice over two joints.
+"""Shows the joint space of a robot: its clearance in random states, and in a slice over two joints.
 
 The left half of the picture is a histogram of the clearance in random states within the limits. The right half is the
-clearance over two joints: red is overlap, and the line is contact. All other joints are where --at puts them; else at 0, or
-at the limit that is nearest to 0.
+clearance over two joints: red means overlap, and the line is contact. All other joints have the positions of --at, or
+are at 0 or at the limit that is nearest to 0.
 
     joint_space.py robot.urdf --srdf robot.srdf --joints shoulder elbow --at wrist=0.5 --out slice.png
 """
@@ -23,7 +23,7 @@ def random_states(robot, count, seed=1):
 
 
 def slice_states(robot, joints, cells, rest):
-    """A grid over two joints: its axes, and its states of shape (cells * cells, joints of the robot)."""
+    """Makes a grid over two joints: its axes, and its states of shape (cells * cells, joints of the robot)."""
     axes = [numpy.linspace(*robot.ranges[joint], cells) for joint in joints]
     q = numpy.tile(rest, (cells * cells, 1))
     q[:, joints] = numpy.stack(numpy.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
@@ -81,7 +81,7 @@ def make_parser():
 def main():
     parser = make_parser()
     options = parser.parse_args()
-    warnings.simplefilter("ignore", UserWarning)  # proximity.Robot.warnings has them
+    warnings.simplefilter("ignore", UserWarning)  # they are also in proximity.Robot.warnings
     try:
         robot = proximity.Robot(options.urdf, options.srdf, packages=options.package)
     except (OSError, ValueError) as error:

@@ -1,44 +1,47 @@
-"""How close a robot is to itself and to objects, in many states and on the way between them: distances with proven bounds.
+"""How close a robot is to itself and to objects, in many states and between them: distances with proven bounds.
 
     robot = proximity.Robot("robot.urdf", srdf="robot.srdf")
     answer = robot.minimum(q)      # q: float64 of shape (states, joints), in the order of robot.joints
     answer["distance"]             # [m] of shape (states,), negative in overlap
     robot.pairs[answer["pair"][0]] # the two links that are closest in the first state
 
-    cell = robot.with_object("table", proximity.Box((1.0, 0.6, 0.05)), (0.7, 0.0, 0.4))   # another robot, with the table
+    cell = robot.with_object("table", proximity.Box((1.0, 0.6, 0.05)), (0.7, 0.0, 0.4))  # a robot with the table
     contact = cell.first_contact(start, goal)    # on the straight way in joint space
 
-Every question is a method of Robot, and answers with a structured array of numpy, one row for each state, pair or edge. A q of
-shape (joints,) is one state, and its answer one row; more dimensions are those of the answer too. Lengths are in metres, angles
-in radian; points and normals are in the frame of the root link.
+Every question is a method of Robot, and answers with a structured array of numpy, one row for each state, pair or edge.
+A q of shape (joints,) is one state, and its answer one row; more dimensions are those of the answer too. Lengths are in
+metres, angles in radian; points and normals are in the frame of the root link.
 
 The fields of PAIR, the dtype of rows about a pair in a state:
     state                 number of the state, from 0; with several dimensions as numpy.ndarray.flat counts
     status                see Status; 0 is "no answer", and then no other field but `state` has a meaning
     unique                False: points and normal are one choice of many, and the distance has a kink there
     depth_is_lower_bound  True: the two overlap, possibly deeper, as one of them has several pieces
-    representation        what stands for the geometry, see Representation; the less exact one of the two
+    representation        how the geometry is represented, see Representation; the less exact one of the two
     pair                  number in Robot.pairs; -1 without an answer
     distance              [m] signed: minus the penetration depth in overlap; paddings are taken off
     lower, upper          [m] proven bounds of the true distance
-    point_a, point_b      [m] closest (or deepest) points, on the first and the second of the pair; NaN if there are none
+    point_a, point_b      [m] closest (or deepest) points, on the first and the second of the pair; NaN if there are
+                          none
     normal                unit vector from the first towards the second: point_b = point_a + distance * normal
 
 LEVELED_PAIR, the dtype of these rows if the robot has thresholds, has one more:
     level                 see Level; of the pair by its own thresholds, decided by the lower bound
 
-EDGE_MINIMUM, the dtype of Robot.minimum_between, has the fields of PAIR with `edge` in place of `state`, the bounds of the smallest
-distance of the whole edge, and one more:
+EDGE_MINIMUM, the dtype of Robot.minimum_between, has the fields of PAIR with `edge` in place of `state`, the bounds of
+the smallest distance of the whole edge, and one more:
     time                  from 0 at the start to 1 at the goal, when the pair is so close
 
 The fields of CONTACT, the dtype of Robot.first_contact:
     edge                  number of the edge, from 0
-    status                CONVERGED: complete. ITERATION_LIMIT, DEGENERATE: t_free holds, but a contact may come later. UNKNOWN:
-                          nothing is known, as a position is not finite
-    contact               True: there is one, which the fields behind t_free are about
+    status                CONVERGED: complete. ITERATION_LIMIT, DEGENERATE: t_free holds, but a contact may come later.
+                          UNKNOWN: nothing is known, as a position is not finite
+    contact               True: there is a contact
     unique, representation, pair, distance, lower, upper, point_a, point_b, normal   as in PAIR, at the contact
-    t_free                until this time every pair is proven to be farther than the distance of the question; 1: all the way
-    t_contact             when the pair is proven to be as near as that, but for the tolerance; NaN without a contact
+    t_free                until this time every pair is proven to be farther than the distance of the question; 1: the
+                          whole edge
+    t_contact             time at which the pair is proven to be at this distance, up to the tolerance; NaN without a
+                          contact
 
 The fields of VERDICT, the dtype of Robot.below:
     verdict               see Verdict
@@ -87,7 +90,7 @@ class Level(enum.IntEnum):
 
 
 class Representation(enum.IntEnum):
-    """What stands for the geometry of a link."""
+    """How the geometry of a link is represented."""
 
     EXACT = 0  #: a primitive, or a mesh that is convex
     CONVEX_HULL = 1  #: the hull of a mesh

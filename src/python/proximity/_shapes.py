@@ -1,4 +1,4 @@
-"""What objects are made of. Lengths are in metres; each shape is in its own frame."""
+"""The shapes of objects. Lengths are in metres; each shape is in its own frame."""
 
 import dataclasses
 import os
@@ -68,7 +68,8 @@ class Boxes:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Mesh:
-    """A mesh of triangles: `vertices` of shape (vertices, 3), and `triangles`, whole numbers of shape (triangles, 3)."""
+    """A mesh of triangles: `vertices` of shape (vertices, 3), and `triangles`, whole numbers of shape
+    (triangles, 3)."""
 
     vertices: Any
     triangles: Any
