@@ -170,7 +170,7 @@ ExitCode runText(const ClearanceOptions& options, const ClearanceQuestion& quest
   if (options.assert_above)
     output.assertion.emplace(*options.assert_above, options.rows, question.model->robot, textOfPairs(question));
   const SweepSummary summary = answerAll(options, question, states, output);
-  if (plot) plot->draw({numberText(options.motion.contact_distance)});
+  if (plot) plot->draw({shortest(options.motion.contact_distance)});
   if (!options.sweep.summary.empty()) summarize(options, summary, time, rows.bytes());
   if (output.second_opinion) {
     std::cerr << "clearance: " << output.second_opinion->summary() << '\n';

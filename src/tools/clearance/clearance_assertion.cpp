@@ -14,11 +14,11 @@ namespace {
 constexpr std::size_t kLongestJoints = 300;
 
 /// Whether a pair is one of links or objects; otherwise no pair has an answer.
-std::string metres(double length) { return numberText(length) + " m"; }
+std::string metres(double length) { return shortest(length) + " m"; }
 
 std::string placeIn(const TrajectorySegment& segment, double fraction) {
-  return " (" + numberText(segment.begin) + " to " + numberText(segment.end) + " s)" +
-         (std::isfinite(fraction) ? ", at " + numberText(segment.timeAt(fraction)) + " s" : "");
+  return " (" + shortest(segment.begin) + " to " + shortest(segment.end) + " s)" +
+         (std::isfinite(fraction) ? ", at " + shortest(segment.timeAt(fraction)) + " s" : "");
 }
 
 /// "a", "a and b", "a, b and c"

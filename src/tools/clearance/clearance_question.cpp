@@ -61,9 +61,9 @@ std::string textOf(const PairSelection& selection) {
     case PairSelection::Kind::All:
       return "all";
     case PairSelection::Kind::Below:
-      return "below:" + numberText(selection.threshold);
+      return "below:" + shortest(selection.threshold);
     case PairSelection::Kind::Any:
-      return "any:" + numberText(selection.threshold);
+      return "any:" + shortest(selection.threshold);
     case PairSelection::Kind::Closest:
       return "k:" + std::to_string(selection.count);
     case PairSelection::Kind::Minimum:

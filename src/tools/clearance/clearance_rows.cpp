@@ -133,7 +133,7 @@ std::string csvHeader(const Row& columns) {
 std::string fieldOf(const Row& value) {
   if (value.is_null()) return "unknown";
   if (value.is_string()) return csvField(value.get<std::string>());
-  return value.is_number_float() ? numberText(value.get<double>()) : value.dump();
+  return value.is_number_float() ? shortest(value.get<double>()) : value.dump();
 }
 
 std::string textOf(const Row& row, RowFormat format) {

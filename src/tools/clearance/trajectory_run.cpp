@@ -95,8 +95,8 @@ std::optional<TrajectorySegments::WayPoint> TrajectorySegments::readWayPoint() {
 
 void TrajectorySegments::check(const WayPoint& from, const WayPoint& to) const {
   const auto fail = [&](const std::string& column, double of_to, const std::string& what, double of_from) {
-    throw std::invalid_argument(states_.place() + ": column \"" + column + "\": " + numberText(of_to) + what +
-                                numberText(of_from));
+    throw std::invalid_argument(states_.place() + ": column \"" + column + "\": " + shortest(of_to) + what +
+                                shortest(of_from));
   };
   if (to.time <= from.time) fail("time", to.time, " is not later than ", from.time);
   if (!std::isfinite(to.time - from.time)) fail("time", to.time, " is too far from ", from.time);

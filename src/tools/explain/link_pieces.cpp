@@ -22,13 +22,8 @@ using scene::RobotModel;
 /// Index of a link with geometry.
 int linkOf(const RobotModel& robot, const std::string& urdf, const std::string& name) {
   const int link = robot.findLink(name);
-  if (link < 0) {
-    std::vector<std::string> known;
-    for (const scene::Link& other : robot.links) known.push_back(other.name);
-    const std::string nearest = scene::nearestName(name, known);
-    throw std::invalid_argument(urdf + ": no link \"" + name + '"' +
-                                (nearest.empty() ? "" : " (did you mean \"" + nearest + "\"?)"));
-  }
+  if (link < 0)
+    throw std::invalid_argument(urdf + ": no link " + scene::unknownName(name, scene::namesOf(robot.links)));
   if (!robot.hasGeometry(link)) throw std::invalid_argument(urdf + ": link \"" + name + "\" has no collision geometry");
   return link;
 }

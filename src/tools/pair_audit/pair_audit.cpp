@@ -114,8 +114,8 @@ std::string thresholdsText(const Proposal& proposal) {
 std::string parametersText(const Proposal& proposal, const RobotFiles& files) {
   const scene::StopAndWarn& usual = proposal.usual;
   return "# Parameters of proximity_server_node; config/README.md of the package has all of them.\nstop_distance: " +
-         numberText(usual.stop) + "\nwarn_distance: " + numberText(usual.warn) + "\n" +
-         (files.mesh_tolerance ? "mesh_tolerance: " + numberText(*files.mesh_tolerance) + "\n" : "") +
+         shortest(usual.stop) + "\nwarn_distance: " + shortest(usual.warn) + "\n" +
+         (files.mesh_tolerance ? "mesh_tolerance: " + shortest(*files.mesh_tolerance) + "\n" : "") +
          (files.allow_missing_meshes ? "allow_missing_meshes: true\n" : "") +
          (files.allow_broken_mimics ? "allow_broken_mimics: true\n" : "") + thresholdsText(proposal);
 }

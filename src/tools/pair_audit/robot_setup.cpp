@@ -129,7 +129,7 @@ std::string restText(const scene::RobotModel& robot, const RestState& rest) {
   std::string names, positions;
   for (const scene::JointRange& range : scene::jointRanges(robot)) {
     names += (names.empty() ? "" : ", ") + scene::yamlName(robot.joints[range.joint].name);
-    positions += ", " + numberText(rest.positions[range.joint]);
+    positions += ", " + shortest(rest.positions[range.joint]);
   }
   return "# A state in which the level is " + std::string(toString(rest.level)) +
          ", for demo_motion: the same positions at two times [s].\njoints: [" + names + "]\nkeyframes:\n- [0" +

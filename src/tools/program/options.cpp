@@ -16,7 +16,7 @@ constexpr int kMaxThreads = 1024;
 double readLength(const std::string& option, const std::string& text, double least) {
   const std::optional<double> value = finiteNumber(text);
   if (!value || *value < least) {
-    throw CLI::ValidationError(option, "'" + text + "' is not a finite length of at least " + numberText(least) + " m");
+    throw CLI::ValidationError(option, "'" + text + "' is not a finite length of at least " + shortest(least) + " m");
   }
   return *value;
 }

@@ -17,8 +17,8 @@ std::string jointList(const scene::RobotModel& robot) {
   std::string text = "joint,type,lower,upper,unit,mimic\n";
   for (const scene::Joint& joint : robot.joints) {
     const std::string leader = joint.mimic ? robot.joints[joint.mimic->joint].name : "";
-    for (const std::string& field : {csvField(joint.name), std::string(toString(joint.type)), numberText(joint.lower),
-                                     numberText(joint.upper), unitOf(joint)})
+    for (const std::string& field : {csvField(joint.name), std::string(toString(joint.type)), shortest(joint.lower),
+                                     shortest(joint.upper), unitOf(joint)})
       text += field + ",";
     text += csvField(leader) + "\n";
   }
@@ -30,7 +30,7 @@ std::string stateText(const scene::RobotModel& robot, const scene::ShapeRefPair&
   std::string text;
   for (const scene::JointRange& range :
        scene::rangesBetween(robot, scene::jointRanges(robot), pair.a.link(), pair.b.link())) {
-    text += (text.empty() ? "" : " ") + robot.joints[range.joint].name + "=" + numberText(positions[range.joint]);
+    text += (text.empty() ? "" : " ") + robot.joints[range.joint].name + "=" + shortest(positions[range.joint]);
   }
   return text;
 }

@@ -2,6 +2,8 @@
 
 #include <variant>
 
+#include "proximity_server/scene/motion/frames_on_links.h"
+
 namespace proximity_server::tools {
 namespace {
 
@@ -9,18 +11,12 @@ using Eigen::Isometry3d;
 using scene::BodyPoses;
 using scene::RobotModel;
 
-Isometry3d poseOfLink(const RobotModel& robot, const std::string& name, const BodyPoses& poses) {
-  const scene::Link& link = robot.links[static_cast<std::size_t>(robot.findLink(name))];
-  return *poses[static_cast<std::size_t>(link.body)] * link.body_T_link;
-}
-
 /// Moving objects stand in frames that are links, as a tool has no tf.
 Isometry3d poseOf(const scene::Object& object, const RobotModel& robot, const BodyPoses& poses) {
   if (const auto* fixed = std::get_if<scene::Fixed>(&object.placement)) return fixed->world_T_object;
-  if (const auto* moving = std::get_if<scene::Moving>(&object.placement))
-    return poseOfLink(robot, moving->frame, poses) * moving->frame_T_object;
-  const auto& attached = std::get<scene::Attached>(object.placement);
-  return poseOfLink(robot, attached.link, poses) * attached.link_T_object;
+  const Isometry3d pose = scene::poseOfLink(robot, scene::carryingLink(robot, object), poses);
+  if (const auto* moving = std::get_if<scene::Moving>(&object.placement)) return pose * moving->frame_T_object;
+  return pose * std::get<scene::Attached>(object.placement).link_T_object;
 }
 
 void add(const scene::Piece& piece, const Isometry3d& pose, PlacedPieces& placed) {

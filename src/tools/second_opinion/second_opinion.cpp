@@ -32,7 +32,7 @@ const char* toText(ChildEnd end) {
 
 std::string otherText(const OtherOpinion& other, double padding) {
   if (other.end != ChildEnd::Answered) return toText(other.end);
-  return other.answer.kind == OtherAnswer::Kind::Overlap ? "overlap" : numberText(other.answer.distance - padding);
+  return other.answer.kind == OtherAnswer::Kind::Overlap ? "overlap" : shortest(other.answer.distance - padding);
 }
 
 bool isListed(Ruling ruling) { return ruling != Ruling::Agrees && ruling != Ruling::NotAsked; }
@@ -141,10 +141,10 @@ std::string SecondOpinion::rowOf(const AskedPair& asked, const OtherOpinion& oth
   for (const scene::ShapeRef& ref : {pair.asked.a, pair.asked.b})
     row += "," + csvField(nameOf(ref, model_->robot, state.objects.get()));
   for (const double number : {pair.result.distance, pair.result.lower_bound, pair.result.upper_bound})
-    row += "," + numberText(number);
+    row += "," + shortest(number);
   row += "," + otherText(other, paddingOf(pair.asked));
   for (const double bound : {judgement.proven.lower, judgement.proven.upper})
-    row += "," + (is_judged ? numberText(bound) : "");
+    row += "," + (is_judged ? shortest(bound) : "");
   return row + "," + csvField(toString(judgement.ruling));
 }
 
@@ -155,9 +155,9 @@ std::string SecondOpinion::sentenceOf(const AskedPair& asked, const OtherOpinion
     return nameOf(ref, model_->robot, objects);
   };
   std::string text = "state " + std::to_string(state.number) + ", " + name(pair.asked.a) + " - " + name(pair.asked.b) +
-                     ": ours " + numberText(pair.result.distance) + ", FCL " + otherText(other, paddingOf(pair.asked));
+                     ": ours " + shortest(pair.result.distance) + ", FCL " + otherText(other, paddingOf(pair.asked));
   if (judgement.ruling != Ruling::Failed)
-    text += ", proven " + numberText(judgement.proven.lower) + " to " + numberText(judgement.proven.upper);
+    text += ", proven " + shortest(judgement.proven.lower) + " to " + shortest(judgement.proven.upper);
   return text + ": " + toString(judgement.ruling);
 }
 
@@ -167,7 +167,7 @@ std::string SecondOpinion::summary() const {
   const long wrong = countOf(Ruling::BelowLower) + countOf(Ruling::AboveUpper);
   std::string text = "FCL was asked about " + std::to_string(asked) +
                      " pairs: " + std::to_string(countOf(Ruling::Agrees)) + " agree within " +
-                     numberText(options_.tolerance) + " m, FCL is proven wrong about " + std::to_string(wrong) +
+                     shortest(options_.tolerance) + " m, FCL is proven wrong about " + std::to_string(wrong) +
                      " and failed on " + std::to_string(countOf(Ruling::Failed)) + ", ours is refuted for " +
                      std::to_string(countOf(Ruling::OursRefuted)) + ", " + std::to_string(countOf(Ruling::Undecided)) +
                      " are undecided";

@@ -21,14 +21,15 @@ constexpr std::uint64_t kMostPositions = std::uint64_t{1} << 53;  // whole numbe
 
 double readPosition(const std::string& text, const std::string& number) {
   const std::optional<double> value = finiteNumber(number);
-  if (!value) failIn(text, inQuotes(number) + " is no finite number");
+  if (!value) failIn(text, scene::quoted(number) + " is no finite number");
   return *value;
 }
 
 std::uint64_t readPositions(const std::string& text, const std::string& number) {
   const auto value = numberIn<std::uint64_t>(number);
   if (!value || *value < 1 || *value > kMostPositions)
-    failIn(text, inQuotes(number) + " is no whole number of positions from 1 to " + std::to_string(kMostPositions));
+    failIn(text,
+           scene::quoted(number) + " is no whole number of positions from 1 to " + std::to_string(kMostPositions));
   return *value;
 }
 
@@ -80,7 +81,7 @@ GridStates::GridStates(const std::vector<GridAxis>& axes, const scene::RobotMode
 
 void GridStates::addNamed(const GridAxis& axis) {
   const auto refuse = [&](const std::string& what) {
-    throw std::invalid_argument("--grid: joint " + inQuotes(axis.joint) + ": " + what);
+    throw std::invalid_argument("--grid: joint " + scene::quoted(axis.joint) + ": " + what);
   };
   int joint = 0;
   try {
@@ -100,7 +101,7 @@ void GridStates::addAll(std::uint64_t count) {
   for (const scene::JointRange& range : ranges) {
     const scene::Joint& joint = robot().joints[range.joint];
     if (!std::isfinite(range.width()))
-      throw std::invalid_argument("--grid: joint " + inQuotes(joint.name) + ": its limits are too wide");
+      throw std::invalid_argument("--grid: joint " + scene::quoted(joint.name) + ": its limits are too wide");
     const std::uint64_t positions = range.width() > 0.0 ? count : 1;
     const std::uint64_t intervals = isFullTurn(joint, range) ? positions : positions - 1;
     add(range.joint, {range.lower, range.upper, positions, intervals});
@@ -149,7 +150,7 @@ bool GridStates::fetch(const double*& numbers) {
 std::string GridStates::identity() const {
   ContentHash hash;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
-    hash.add(columns_[i].name).add(numberText(axes_[i].lower)).add(numberText(axes_[i].upper));
+    hash.add(columns_[i].name).add(shortest(axes_[i].lower)).add(shortest(axes_[i].upper));
     hash.add(std::to_string(axes_[i].count)).add(std::to_string(axes_[i].intervals));
   }
   return "grid " + std::to_string(count_) + " " + hash.text();

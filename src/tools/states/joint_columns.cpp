@@ -11,30 +11,21 @@ namespace proximity_server::tools {
 namespace {
 
 std::string suggestion(const scene::RobotModel& robot, const std::string& name) {
-  std::vector<std::string> known;
-  for (const scene::Joint& joint : robot.joints) known.push_back(joint.name);
-  const std::string nearest = scene::nearestName(name, known);
-  return nearest.empty() ? "" : " (did you mean " + inQuotes(nearest) + "?)";
+  const std::string nearest = scene::nearestName(name, scene::namesOf(robot.joints));
+  return nearest.empty() ? "" : " (did you mean " + scene::quoted(nearest) + "?)";
 }
 
 bool isFixed(const scene::RobotModel& robot, const std::string& name) {
   return std::count(robot.fixed_joints.begin(), robot.fixed_joints.end(), name) > 0;
 }
 
-/// Index of a joint, or -1.
-int findJoint(const scene::RobotModel& robot, const std::string& name) {
-  const auto hit = std::find_if(robot.joints.begin(), robot.joints.end(),
-                                [&](const scene::Joint& joint) { return joint.name == name; });
-  return hit == robot.joints.end() ? -1 : static_cast<int>(hit - robot.joints.begin());
-}
-
 /// The joint of a column, or kTime.
 int jointOf(const std::string& name, const scene::RobotModel& robot) {
-  if (name == "time" && findJoint(robot, name) < 0 && !isFixed(robot, name)) return JointColumn::kTime;
+  if (name == "time" && scene::findNamed(robot.joints, name) < 0 && !isFixed(robot, name)) return JointColumn::kTime;
   try {
     return jointWithPosition(name, robot);
   } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument("column " + inQuotes(name) + ": " + error.what());
+    throw std::invalid_argument("column " + scene::quoted(name) + ": " + error.what());
   }
 }
 
@@ -46,10 +37,8 @@ bool isBeyond(const scene::Joint& joint, double position) {
 
 }  // namespace
 
-std::string inQuotes(const std::string& name) { return '"' + name + '"'; }
-
 int jointWithPosition(const std::string& name, const scene::RobotModel& robot) {
-  const int joint = findJoint(robot, name);
+  const int joint = scene::findNamed(robot.joints, name);
   if (joint < 0 && isFixed(robot, name)) throw std::invalid_argument("a fixed joint has no position");
   if (joint < 0) throw std::invalid_argument("no such joint" + suggestion(robot, name));
   if (!scene::hasOnePosition(robot.joints[joint]))
@@ -59,7 +48,7 @@ int jointWithPosition(const std::string& name, const scene::RobotModel& robot) {
 
 std::string whyNotUsed(const scene::RobotModel& robot, int joint) {
   const auto& mimic = robot.joints[joint].mimic;
-  return mimic ? "the joint follows " + inQuotes(robot.joints[mimic->joint].name) : "";
+  return mimic ? "the joint follows " + scene::quoted(robot.joints[mimic->joint].name) : "";
 }
 
 std::vector<JointColumn> jointColumns(const std::vector<std::string>& names, const scene::RobotModel& robot) {
@@ -67,14 +56,14 @@ std::vector<JointColumn> jointColumns(const std::vector<std::string>& names, con
   for (const std::string& name : names) {
     const auto hasName = [&](const JointColumn& column) { return column.name == name; };
     if (std::any_of(columns.begin(), columns.end(), hasName))
-      throw std::invalid_argument("two columns are named " + inQuotes(name));
+      throw std::invalid_argument("two columns are named " + scene::quoted(name));
     columns.push_back({name, jointOf(name, robot)});
   }
   return columns;
 }
 
 std::string notFinite(const std::string& column, const std::string& number) {
-  return "column " + inQuotes(column) + ": " + inQuotes(number) + " is no finite number";
+  return "column " + scene::quoted(column) + ": " + scene::quoted(number) + " is no finite number";
 }
 
 void LimitCheck::beginState(std::uint64_t state, long line) {
@@ -105,8 +94,8 @@ std::string LimitCheck::warning(const std::string& source) const {
   std::string text = source + ": " + std::to_string(states_beyond_) + " of " + std::to_string(states_) +
                      " states are beyond the limits of a joint. The first is state " + std::to_string(first_->state) +
                      (first_->line > 0 ? ", line " + std::to_string(first_->line) : "") + ": \"" + joint.name +
-                     "\" is at " + numberText(first_->position) + unit + ", its limits are " + numberText(joint.lower) +
-                     " and " + numberText(joint.upper) + unit + ".";
+                     "\" is at " + shortest(first_->position) + unit + ", its limits are " + shortest(joint.lower) +
+                     " and " + shortest(joint.upper) + unit + ".";
   if (looksLikeDegrees()) {
     text +=
         " These look like degrees, which are the usual cause: as such, all angles would be within their limits. "

@@ -9,9 +9,6 @@
 
 namespace proximity_server::tools {
 
-/// A name in double quotes, for messages.
-std::string inQuotes(const std::string& name);
-
 /// What a column of a table of states is about.
 struct JointColumn {
   static constexpr int kTime = -1;

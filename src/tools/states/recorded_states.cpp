@@ -22,11 +22,11 @@ void JointRecording::add(double time, const std::vector<std::string>& names, con
     const int joint = jointOf(names[i]);
     if (joint == kNotUsed) continue;
     if (!std::isfinite(positions[i]))
-      throw std::invalid_argument("joint " + inQuotes(names[i]) + ": " + inQuotes(numberText(positions[i])) +
+      throw std::invalid_argument("joint " + scene::quoted(names[i]) + ": " + scene::quoted(shortest(positions[i])) +
                                   " is no finite number");
     for (std::size_t other = begin; other < positions_.size(); ++other)
       if (positions_[other].joint == joint)
-        throw std::invalid_argument("joint " + inQuotes(names[i]) + " is named twice");
+        throw std::invalid_argument("joint " + scene::quoted(names[i]) + " is named twice");
     positions_.push_back({joint, positions[i]});
   }
   if (positions_.size() > begin) messages_.push_back({time, begin, positions_.size()});
@@ -46,7 +46,7 @@ int JointRecording::jointOf(const std::string& name) {
   }
   if (!reason.empty()) {
     joint = kNotUsed;
-    left_out_.push_back("joint " + inQuotes(name) + " is not used: " + reason + ".");
+    left_out_.push_back("joint " + scene::quoted(name) + " is not used: " + reason + ".");
   }
   return joints_[name] = joint;
 }
@@ -88,7 +88,7 @@ void RecordedStates::addStates(const JointRecording& recording) {
   }
   if (left_out == 0) return;
   warn("the states of the first " + std::to_string(left_out) + " times are left out: joint " +
-       inQuotes(robot().joints[last].name) + " is not known before " + numberText(times_.front()) + " s.");
+       scene::quoted(robot().joints[last].name) + " is not known before " + shortest(times_.front()) + " s.");
 }
 
 /// Counts the ticks up to the last message, by the rounded times that tick() gives.
@@ -122,12 +122,12 @@ std::string RecordedStates::identity() const {
   hash.add(times_.data(), times_.size() * sizeof(double));
   for (std::size_t row = 0; row < times_.size(); ++row)
     hash.add(states_.data() + row * width + 1, joints * sizeof(double));
-  return "recorded " + hash.text() + " " + (rate_ ? numberText(*rate_) : "every");
+  return "recorded " + hash.text() + " " + (rate_ ? shortest(*rate_) : "every");
 }
 
 std::string RecordedStates::place() const {
   const std::string place = StateSource::place();
-  return time() ? place + " at " + numberText(*time()) + " s" : place;
+  return time() ? place + " at " + shortest(*time()) + " s" : place;
 }
 
 }  // namespace proximity_server::tools

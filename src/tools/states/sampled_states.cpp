@@ -62,7 +62,7 @@ bool SampledStates::next(scene::Positions& positions) {
 std::string SampledStates::identity() const {
   ContentHash ranges;
   for (const scene::JointRange& range : ranges_)
-    ranges.add(robot().joints[range.joint].name).add(numberText(range.lower)).add(numberText(range.upper));
+    ranges.add(robot().joints[range.joint].name).add(shortest(range.lower)).add(shortest(range.upper));
   return "sample " + std::to_string(count_) + " " + std::to_string(seed_) + " " + ranges.text();
 }
 
@@ -71,7 +71,7 @@ std::vector<std::string> guessedRanges(const scene::RobotModel& robot, const std
   for (const scene::JointRange& range : ranges) {
     if (scene::hasKnownRange(robot, range.joint)) continue;
     sentences.push_back("joint \"" + robot.joints[range.joint].name + "\" has no limits: from " +
-                        numberText(range.lower) + " m to " + numberText(range.upper) + " m is a guess.");
+                        shortest(range.lower) + " m to " + shortest(range.upper) + " m is a guess.");
   }
   return sentences;
 }

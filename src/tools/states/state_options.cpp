@@ -36,8 +36,8 @@ bool isNumpy(const std::string& file) {
 double readRate(const std::string& text) {
   const std::optional<double> rate = finiteNumber(text);
   if (rate && *rate >= kLowestRate && *rate <= kHighestRate) return *rate;
-  throw std::invalid_argument("'" + text + "' is not a rate from " + numberText(kLowestRate) + " to " +
-                              numberText(kHighestRate) + " Hz");
+  throw std::invalid_argument("'" + text + "' is not a rate from " + shortest(kLowestRate) + " to " +
+                              shortest(kHighestRate) + " Hz");
 }
 
 std::vector<std::string> readNames(const std::string& text) {

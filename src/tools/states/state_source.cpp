@@ -15,7 +15,7 @@ bool StateSource::next(scene::Positions& positions) {
   begin(0, positions);
   passState();
   for (const JointColumn& column : columns_) {
-    if (!std::isfinite(*number)) fail(notFinite(column.name, numberText(*number)));
+    if (!std::isfinite(*number)) fail(notFinite(column.name, shortest(*number)));
     set(column, *number++, positions);
   }
   return true;
@@ -39,7 +39,7 @@ void StateSource::setColumns(const std::vector<std::string>& names) {
   columns_ = jointColumns(names, robot_);
   for (const JointColumn& column : columns_) {
     const std::string reason = column.joint == JointColumn::kTime ? "" : whyNotUsed(robot_, column.joint);
-    if (!reason.empty()) warn("column " + inQuotes(column.name) + " is not used: " + reason + ".");
+    if (!reason.empty()) warn("column " + scene::quoted(column.name) + " is not used: " + reason + ".");
   }
 }
 

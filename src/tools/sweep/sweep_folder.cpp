@@ -9,6 +9,7 @@
 #include <system_error>
 #include <utility>
 
+#include "proximity_server/scene/model/names.h"
 #include "tools/sweep/row_output.h"
 #include "tools/text/content_hash.h"
 #include "tools/text/output_file.h"
@@ -25,6 +26,8 @@ std::string padded(std::uint64_t number) {
   const std::string digits = std::to_string(number);
   return std::string(kDigits - std::min(kDigits, digits.size()), '0') + digits;
 }
+
+constexpr std::size_t kMostListed = 10;  // ranges in a message
 
 constexpr const char* kBegin = "states-";
 
@@ -80,13 +83,6 @@ void readRows(const std::string& file, const SweepManifest& manifest, const Outp
     left -= portion;
   }
   if (hash.text() != manifest.hash) refuse("its rows have another hash");
-}
-
-std::string enumeration(const std::vector<std::string>& items) {
-  constexpr std::size_t kMost = 10;
-  std::string text;
-  for (std::size_t i = 0; i < std::min(items.size(), kMost); ++i) text += (i == 0 ? "" : ", ") + items[i];
-  return items.size() > kMost ? text + " and " + std::to_string(items.size() - kMost) + " more" : text;
 }
 
 }  // namespace
@@ -156,8 +152,8 @@ CompleteSweep completeSweep(const std::string& folder) {
   const std::uint64_t count = sweep.manifests.front().statesOfSweep();
   if (next < count) missing.push_back(textOf({next, count}));
   if (!missing.empty())
-    throw std::invalid_argument(folder + ": the states " + enumeration(missing) + " of 0:" + std::to_string(count) +
-                                " are missing");
+    throw std::invalid_argument(folder + ": the states " + scene::listed(missing, kMostListed) +
+                                " of 0:" + std::to_string(count) + " are missing");
   return sweep;
 }
 

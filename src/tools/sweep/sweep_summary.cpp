@@ -67,7 +67,7 @@ std::vector<PairCount> byFrequency(const SweepSummary& summary) {
 
 std::string percentOf(std::uint64_t part, std::uint64_t whole) {
   const double percent = 100.0 * static_cast<double>(part) / static_cast<double>(std::max<std::uint64_t>(whole, 1));
-  return numberText(std::round(10.0 * percent) / 10.0) + " %";
+  return shortest(std::round(10.0 * percent) / 10.0) + " %";
 }
 
 std::string inText(std::uint64_t count) { return std::to_string(count); }
@@ -131,7 +131,7 @@ std::string SweepSummary::text() const {
   if (!notable.empty()) {
     const NotableState& first = notable.front();
     text += has_distances ? "; the closest is state " + inText(first.closest.state) + " at " +
-                                numberText(first.closest.distance) + " m"
+                                shortest(first.closest.distance) + " m"
                           : "; the first is state " + inText(first.closest.state);
     text += ", " + pairText(first.link_a, first.link_b);
   }

@@ -1,7 +1,5 @@
 #include "tools/text/csv.h"
 
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <stdexcept>
 
@@ -68,11 +66,4 @@ std::optional<double> finiteNumber(const std::string& text) {
   const std::optional<double> value = signedNumberIn<double>(text);
   return value && std::isfinite(*value) ? value : std::nullopt;
 }
-
-std::string numberText(double value) {
-  std::array<char, 32> text;
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  return {text.data(), end};
-}
-
 }  // namespace proximity_server::tools

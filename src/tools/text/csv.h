@@ -7,6 +7,8 @@
 #include <system_error>
 #include <vector>
 
+#include "proximity_server/scene/model/names.h"
+
 namespace proximity_server::tools {
 
 /// The fields of one record of comma-separated values (RFC 4180), without the blanks around unquoted fields.
@@ -35,7 +37,6 @@ std::optional<Number> signedNumberIn(std::string_view text) {
 /// The finite number that a text is, with or without a plus sign; nullopt if it is anything else.
 std::optional<double> finiteNumber(const std::string& text);
 
-/// The shortest text that reads back as the same double; also nan, inf and -inf.
-std::string numberText(double value);
+using scene::shortest;
 
 }  // namespace proximity_server::tools

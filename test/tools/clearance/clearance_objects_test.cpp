@@ -154,7 +154,7 @@ changes:
 // The answers about a block of states begin anew, with the objects of that block.
 TEST_F(ClearanceObjects, TheAnswersAreTheSameForAnyNumberOfThreads) {
   std::string states = "slide\n";
-  for (int i = 0; i < 1000; ++i) states += numberText(std::sin(0.01 * i)) + "\n";
+  for (int i = 0; i < 1000; ++i) states += shortest(std::sin(0.01 * i)) + "\n";
   const std::string objects = R"(
 objects: [{id: part, pose: {position: [3, 0, 1]}, primitives: [{type: BOX, dimensions: [0.1, 0.2, 0.3]}]}]
 changes:
@@ -169,7 +169,7 @@ changes:
 
 TEST_F(ClearanceObjects, SkippingChangesNoDistance) {
   std::string states = "slide\n";
-  for (int i = 0; i < 600; ++i) states += numberText(std::sin(0.05 * i)) + "\n";
+  for (int i = 0; i < 600; ++i) states += shortest(std::sin(0.05 * i)) + "\n";
   const std::string objects = R"(
 objects: [{id: part, pose: {position: [3, 0, 1]}, primitives: [{type: BOX, dimensions: [0.1, 0.2, 0.3]}]}]
 changes:

@@ -19,7 +19,7 @@ class ClearancePlotTest : public Clearance {
     std::mt19937 random(11);
     std::uniform_real_distribution<double> position(-1.5, 2.0);
     std::string states = "slide\n";
-    for (int i = 0; i < count; ++i) states += numberText(position(random)) + "\n";
+    for (int i = 0; i < count; ++i) states += shortest(position(random)) + "\n";
     return states;
   }
 

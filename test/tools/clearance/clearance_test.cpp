@@ -16,7 +16,7 @@ std::string manyStates(int count) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> position(-1.5, 2.0);
   std::string states = "slide\n";
-  for (int i = 0; i < count; ++i) states += numberText(position(random)) + "\n";
+  for (int i = 0; i < count; ++i) states += shortest(position(random)) + "\n";
   return states;
 }
 

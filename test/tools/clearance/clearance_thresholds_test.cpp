@@ -73,7 +73,7 @@ class ClearanceThresholds : public Clearance {
     std::mt19937 random(3);
     std::uniform_real_distribution<double> position(-1.1, 2.0);
     std::string states = "slide\n";
-    for (int i = 0; i < 1000; ++i) states += numberText(position(random)) + "\n";
+    for (int i = 0; i < 1000; ++i) states += shortest(position(random)) + "\n";
     return states;
   }
 

@@ -49,7 +49,7 @@ std::string wander(int count) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> position(-1.5, 2.0);
   std::string states = "slide\n";
-  for (int i = 0; i < count; ++i) states += numberText(position(random)) + "\n";
+  for (int i = 0; i < count; ++i) states += shortest(position(random)) + "\n";
   return states;
 }
 
@@ -162,7 +162,7 @@ TEST_F(ClearanceTrajectory, NoStateIsCloserThanTheBoundOfItsSegment) {
     std::string text;
     for (std::size_t k = 0; k < 3; ++k) {
       const double from = path[segment][k], to = path[std::min(segment + 1, kSegments)][k];
-      text += (k == 0 ? "" : ",") + numberText(from + t * (to - from));
+      text += (k == 0 ? "" : ",") + shortest(from + t * (to - from));
     }
     return text + "\n";
   };
@@ -217,7 +217,7 @@ TEST_F(ClearanceTrajectory, TheStateAtContactIsOne) {
   std::string names, positions;
   for (const auto& [name, position] : json.at(0).at("contact_state").items()) {
     names += (names.empty() ? "" : ",") + name;
-    positions += (positions.empty() ? "" : ",") + numberText(position.get<double>());
+    positions += (positions.empty() ? "" : ",") + shortest(position.get<double>());
   }
   EXPECT_EQ(names, "approach,reach,slide,spin");
   const auto rows = rowsOf(run(names + "\n" + positions + "\n", arguments).output);

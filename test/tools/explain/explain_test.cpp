@@ -125,7 +125,7 @@ TEST(Explain, ReadsPaddedAndSweptShapesAndWholePoses) {
 
 class ExplainLinks : public ::testing::Test {
  protected:
-  static std::string slideAt(double position) { return " --state slide=" + numberText(position); }
+  static std::string slideAt(double position) { return " --state slide=" + shortest(position); }
 
   std::string robot() const { return " --urdf " + urdf_; }
 

@@ -111,7 +111,7 @@ TEST_F(ClearanceSecondOpinion, AnswersOfAllThreadsAreAsked) {
   GTEST_SKIP() << kNoForkBesideThreads;
 #endif
   std::string states = "slide\n";
-  for (int i = 0; i < 1000; ++i) states += numberText(-1.0 + 0.002 * i) + "\n";
+  for (int i = 0; i < 1000; ++i) states += shortest(-1.0 + 0.002 * i) + "\n";
   const CommandResult result = run(states, "--no-filter --pairs all --threads 3 --second-opinion fcl");
   EXPECT_TRUE(says(result.errors, "asked about 5000 pairs: 5000 agree")) << result.errors;
   const CommandResult in_batches = run(states, "--pairs k:2 --threads 3 --second-opinion fcl");

@@ -160,10 +160,10 @@ TEST(Csv, WhatIsWrittenIsReadBack) {
 
 TEST(Csv, NumbersAreReadBackBitByBit) {
   for (const double value : {0.1, -1.0 / 3.0, 5e-324, 1.7976931348623157e308}) {
-    EXPECT_EQ(std::strtod(numberText(value).c_str(), nullptr), value);
+    EXPECT_EQ(std::strtod(shortest(value).c_str(), nullptr), value);
   }
-  EXPECT_EQ(numberText(0.1), "0.1");
-  EXPECT_EQ(numberText(std::numeric_limits<double>::quiet_NaN()), "nan");
+  EXPECT_EQ(shortest(0.1), "0.1");
+  EXPECT_EQ(shortest(std::numeric_limits<double>::quiet_NaN()), "nan");
 }
 
 }  // namespace proximity_server::tools::csv_states_test

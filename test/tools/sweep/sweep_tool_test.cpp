@@ -27,7 +27,7 @@ class SweepTool : public Clearance {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> position(-1.2, 2.0);
     std::string states = "slide\n";
-    for (int i = 0; i < count; ++i) states += numberText(position(random)) + "\n";
+    for (int i = 0; i < count; ++i) states += shortest(position(random)) + "\n";
     files_.write(name, states);
   }
 
