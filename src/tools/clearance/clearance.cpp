@@ -31,6 +31,7 @@
 #include "tools/states/state_options.h"
 #include "tools/sweep/state_range.h"
 #include "tools/text/csv.h"
+#include "tools/text/naming.h"
 #include "tools/text/output_file.h"
 
 namespace proximity_server::tools {
@@ -52,11 +53,7 @@ std::optional<scene::LevelThresholds> thresholdsOf(const ClearanceOptions& optio
   if (options.thresholds.empty()) return std::nullopt;
   const scene::ThresholdFile file = scene::thresholdsFrom(readTextFile(options.thresholds), options.thresholds);
   const std::string srdf = options.robot.srdf.empty() ? "" : readTextFile(options.robot.srdf);
-  try {
-    return scene::levelThresholds(robot, {srdf}, file.rules, file.defaults);
-  } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument(options.thresholds + ": " + error.what());
-  }
+  return naming(options.thresholds, [&] { return scene::levelThresholds(robot, {srdf}, file.rules, file.defaults); });
 }
 
 ClearanceQuestion questionOf(const ClearanceOptions& options) {

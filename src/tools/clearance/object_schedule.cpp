@@ -5,21 +5,12 @@
 
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
+#include "tools/text/naming.h"
 
 namespace proximity_server::tools {
 namespace {
 
 using Operation = scene::ObjectEdit::Operation;
-
-/// Runs `act`; an error of it begins with the place in the file.
-template <class Act>
-auto at(const scene::ObjectEdit& edit, Act act) {
-  try {
-    return act();
-  } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument(edit.source + ": " + error.what());
-  }
-}
 
 bool isDue(const scene::Moment& moment, long row, std::optional<double> time) {
   if (const auto* at_row = std::get_if<scene::AtRow>(&moment)) return at_row->row <= row;
@@ -48,12 +39,12 @@ ObjectSchedule::ObjectSchedule(const std::shared_ptr<const scene::SceneModel>& m
   try {
     apply(objects, {});
   } catch (const std::invalid_argument&) {  // one by one, to name the place of the one that is refused
-    for (const scene::ObjectEdit& object : objects) at(object, [&] { apply({object}, {}); });
+    for (const scene::ObjectEdit& object : objects) naming(object.source, [&] { apply({object}, {}); });
   }
   const auto start = now_;
   const scene::BodyPoses zero =
       scene::forwardKinematics(model_->robot, scene::Positions(model_->robot.joints.size(), 0.0));
-  for (const scene::WrittenChange& step : steps_) at(step.edit, [&] { apply({step.edit}, zero); });
+  for (const scene::WrittenChange& step : steps_) naming(step.edit.source, [&] { apply({step.edit}, zero); });
   now_ = start;
 }
 
@@ -61,7 +52,7 @@ void ObjectSchedule::advance(long row, std::optional<double> time, const scene::
   if (next_ == steps_.size() || !isDue(steps_[next_].at, row, time)) return;
   const scene::BodyPoses poses = scene::forwardKinematics(model_->robot, positions);
   for (; next_ < steps_.size() && isDue(steps_[next_].at, row, time); ++next_)
-    at(steps_[next_].edit, [&] { apply({steps_[next_].edit}, poses); });
+    naming(steps_[next_].edit.source, [&] { apply({steps_[next_].edit}, poses); });
 }
 
 std::optional<double> ObjectSchedule::nextTime() const {
@@ -102,7 +93,7 @@ void ObjectSchedule::apply(const std::vector<scene::ObjectEdit>& edits, const sc
 void ObjectSchedule::make(scene::ObjectEdit& edit) {
   scene::ObjectOptions padded = options_;
   padded.padding = edit.padding;
-  all_.push_back(at(edit, [&] { return scene::makeObject(edit.id, edit.shapes, scene::Fixed{}, padded); }));
+  all_.push_back(naming(edit.source, [&] { return scene::makeObject(edit.id, edit.shapes, scene::Fixed{}, padded); }));
   edit.geometry = all_.back().geometry;
   edit.shapes.clear();
   for (const std::string& warning : scene::warningsOf(all_.back()))

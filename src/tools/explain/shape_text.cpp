@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "tools/text/csv.h"
+#include "tools/text/naming.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -169,16 +170,12 @@ std::vector<double> numbersOf(const std::string& what, const std::string& text, 
 }
 
 ExplainedShape readShape(const std::string& what, const std::string& text) {
-  Words words(what, text);
-  try {
+  return naming(what, [&] {
+    Words words(what, text);
     ExplainedShape read = readCore(words);
     readMore(words, read);
     return read;
-  } catch (const std::invalid_argument& error) {
-    const std::string message = error.what();
-    if (message.compare(0, what.size() + 2, what + ": ") == 0) throw;
-    words.fail(message);  // of the shape itself
-  }
+  });
 }
 
 Isometry3d poseOf(const Vector3d& xyz, const Vector3d& rpy) {

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "tools/text/naming.h"
 #include "tools/text/output_file.h"
 
 namespace proximity_server::tools {
@@ -47,11 +48,7 @@ std::string besideExecutable(const std::string& name) {
 
 PlotScript::PlotScript(const std::string& script, std::string picture)
     : picture_(std::move(picture)), format_(formatOf(picture_)), script_(besideExecutable(script)) {
-  try {
-    requireWritable(picture_);
-  } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument(std::string("--plot: ") + error.what());
-  }
+  naming("--plot", [&] { requireWritable(picture_); });
   if (!std::filesystem::exists(script_)) throw std::invalid_argument("--plot: there is no " + script_);
   if (!runPython({script_})) {
     throw std::invalid_argument("--plot: /usr/bin/python3 cannot use matplotlib (Debian package python3-matplotlib)");

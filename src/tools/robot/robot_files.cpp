@@ -4,6 +4,7 @@
 #include "proximity_server/scene/mesh/readable_file.h"
 #include "proximity_server/scene/pieces/convex_pieces.h"
 #include "tools/program/options.h"
+#include "tools/text/naming.h"
 
 #include <filesystem>
 #include <fstream>
@@ -15,19 +16,6 @@ namespace proximity_server::tools {
 namespace {
 
 std::string folderOf(const std::string& file) { return std::filesystem::absolute(file).parent_path(); }
-
-/// Calls `load` and returns its result; puts the name of the file that an error is about in front of the error.
-template <typename Load>
-auto namingFiles(const RobotFiles& files, const Load& load) {
-  try {
-    return load();
-  } catch (const std::invalid_argument& error) {
-    const std::string what = error.what();
-    if (what.compare(0, files.urdf.size(), files.urdf) == 0) throw;
-    const bool from_srdf = what.compare(0, 4, "SRDF") == 0;
-    throw std::invalid_argument((from_srdf ? files.srdf : files.urdf) + ": " + what);
-  }
-}
 
 }  // namespace
 
@@ -60,9 +48,11 @@ std::shared_ptr<const scene::SceneModel> loadSceneModel(const RobotFiles& files)
   options.mesh_cache = scene::userMeshCache();
   if (files.warnings == Warnings::Shown) options.progress = [](const std::string& what) { std::cerr << what << '\n'; };
   const std::string srdf = files.srdf.empty() ? "" : readTextFile(files.srdf);
-  return namingFiles(files, [&] {
+  scene::RobotModel robot = naming(files.urdf, [&] {
     const scene::MeshResolver resolve = scene::packageResolver(scene::rosPackagePath(), folderOf(files.urdf));
-    scene::RobotModel robot = scene::loadRobotModel(readTextFile(files.urdf), resolve, options);
+    return scene::loadRobotModel(readTextFile(files.urdf), resolve, options);
+  });
+  return naming(files.srdf, [&] {
     return std::make_shared<const scene::SceneModel>(scene::makeSceneModel(std::move(robot), srdf));
   });
 }
@@ -72,7 +62,7 @@ scene::RobotModel loadJoints(const RobotFiles& files) {
   options.allow_missing_meshes = true;
   options.allow_broken_mimics = files.allow_broken_mimics;
   const scene::MeshResolver no_mesh = [](const std::string& uri) -> std::string { throw std::invalid_argument(uri); };
-  return namingFiles(files, [&] { return scene::loadRobotModel(readTextFile(files.urdf), no_mesh, options); });
+  return naming(files.urdf, [&] { return scene::loadRobotModel(readTextFile(files.urdf), no_mesh, options); });
 }
 
 void printWarnings(const std::vector<std::string>& sentences, Warnings warnings) {

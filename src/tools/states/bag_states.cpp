@@ -12,6 +12,7 @@
 
 #include "tools/states/bytes.h"
 #include "tools/states/recorded_states.h"
+#include "tools/text/naming.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -66,15 +67,12 @@ JointRecording recordingOf(const rosbag::Bag& bag, const std::string& topic, con
   rosbag::View view(bag, rosbag::TopicQuery(topic));
   std::uint64_t number = 0;
   for (const rosbag::MessageInstance& instance : view) {
-    try {
+    naming("message " + std::to_string(number++) + " of " + topic, [&] {
       const auto message = instance.instantiate<sensor_msgs::JointState>();
       if (!message) throw std::invalid_argument("its definition is not that of " + kType + " in this build");
       const ros::Time stamp = message->header.stamp.isZero() ? instance.getTime() : message->header.stamp;
       recording.add(stamp.toSec(), message->name, message->position);
-    } catch (const std::invalid_argument& error) {
-      throw std::invalid_argument("message " + std::to_string(number) + " of " + topic + ": " + error.what());
-    }
-    ++number;
+    });
   }
   return recording;
 }
@@ -93,16 +91,15 @@ JointRecording readBag(const BagOptions& options, const scene::RobotModel& robot
 }  // namespace
 
 std::unique_ptr<StateSource> openBag(const BagOptions& options, const scene::RobotModel& robot) {
-  try {
-    const JointRecording recording = readBag(options, robot);
-    return std::make_unique<RecordedStates>(options.file, recording, options.rate);
-  } catch (const std::bad_alloc&) {
-    throw;
-  } catch (const std::exception& error) {
-    const std::string what = error.what();
-    if (what.compare(0, options.file.size(), options.file) == 0) throw std::invalid_argument(what);
-    throw std::invalid_argument(options.file + ": " + what);
-  }
+  return naming(options.file, [&]() -> std::unique_ptr<StateSource> {
+    try {
+      return std::make_unique<RecordedStates>(options.file, readBag(options, robot), options.rate);
+    } catch (const std::bad_alloc&) {
+      throw;
+    } catch (const std::exception& error) {  // rosbag has exceptions of its own
+      throw std::invalid_argument(error.what());
+    }
+  });
 }
 
 }  // namespace proximity_server::tools

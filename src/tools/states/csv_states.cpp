@@ -9,6 +9,7 @@
 #include "proximity_server/scene/mesh/readable_file.h"
 #include "tools/text/content_hash.h"
 #include "tools/text/csv.h"
+#include "tools/text/naming.h"
 
 namespace proximity_server::tools {
 
@@ -26,11 +27,7 @@ CsvStates::CsvStates(std::istream& stream, std::string source, const scene::Robo
 
 void CsvStates::readHeader() {
   if (!nextFields()) throw std::invalid_argument(source() + ": empty; expected a header of joint names");
-  try {
-    setColumns(fields_);
-  } catch (const std::invalid_argument& error) {
-    fail(error.what());
-  }
+  naming(place(), [&] { setColumns(fields_); });
 }
 
 bool CsvStates::next(scene::Positions& positions) {

@@ -9,6 +9,7 @@
 #include "tools/states/sampled_states.h"
 #include "tools/text/content_hash.h"
 #include "tools/text/csv.h"
+#include "tools/text/naming.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -80,19 +81,13 @@ GridStates::GridStates(const std::vector<GridAxis>& axes, const scene::RobotMode
 }
 
 void GridStates::addNamed(const GridAxis& axis) {
-  const auto refuse = [&](const std::string& what) {
-    throw std::invalid_argument("--grid: joint " + scene::quoted(axis.joint) + ": " + what);
-  };
-  int joint = 0;
-  try {
-    joint = jointWithPosition(axis.joint, robot());
-  } catch (const std::invalid_argument& error) {
-    refuse(error.what());
-  }
-  if (const std::string reason = whyNotUsed(robot(), joint); !reason.empty()) refuse(reason);
-  if (std::any_of(columns_.begin(), columns_.end(), [&](const JointColumn& other) { return other.joint == joint; }))
-    refuse("named twice");
-  add(joint, {axis.lower, axis.upper, axis.count, axis.count - 1});
+  naming("--grid: joint " + scene::quoted(axis.joint), [&] {
+    const int joint = jointWithPosition(axis.joint, robot());
+    if (const std::string reason = whyNotUsed(robot(), joint); !reason.empty()) throw std::invalid_argument(reason);
+    if (std::any_of(columns_.begin(), columns_.end(), [&](const JointColumn& other) { return other.joint == joint; }))
+      throw std::invalid_argument("named twice");
+    add(joint, {axis.lower, axis.upper, axis.count, axis.count - 1});
+  });
 }
 
 void GridStates::addAll(std::uint64_t count) {

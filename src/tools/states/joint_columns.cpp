@@ -6,6 +6,7 @@
 
 #include "proximity_server/scene/model/names.h"
 #include "tools/text/csv.h"
+#include "tools/text/naming.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -22,11 +23,7 @@ bool isFixed(const scene::RobotModel& robot, const std::string& name) {
 /// The joint of a column, or kTime.
 int jointOf(const std::string& name, const scene::RobotModel& robot) {
   if (name == "time" && scene::findNamed(robot.joints, name) < 0 && !isFixed(robot, name)) return JointColumn::kTime;
-  try {
-    return jointWithPosition(name, robot);
-  } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument("column " + scene::quoted(name) + ": " + error.what());
-  }
+  return naming("column " + scene::quoted(name), [&] { return jointWithPosition(name, robot); });
 }
 
 constexpr double kPi = 3.14159265358979323846;

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "tools/text/csv.h"
+#include "tools/text/naming.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -207,7 +208,7 @@ NpyHeader readNpyHeader(Bytes& bytes) {
 
 NpyTable::NpyTable(std::unique_ptr<Bytes> bytes, std::string source)
     : bytes_(std::move(bytes)), source_(std::move(source)) {
-  try {
+  naming(source_, [&] {
     header_ = readNpyHeader(*bytes_);
     const std::string& dtype = header_.dtype;
     if (dtype != "<f8" && dtype != ">f8" && dtype != "<f4" && dtype != ">f4")
@@ -218,21 +219,17 @@ NpyTable::NpyTable(std::unique_ptr<Bytes> bytes, std::string source)
     rows_ = header_.shape[0];
     if (dimensions_ == 2) columns_ = header_.shape[1];
     checkSize(*bytes_, header_, rows_, columns_, dtype[2] == '8' ? 8 : 4);
-  } catch (const std::invalid_argument& error) {
-    fail(error.what());
-  }
+  });
 }
 
 void NpyTable::read(std::uint64_t first, std::size_t count, std::size_t stride, double* to) {
-  try {
+  naming(source_, [&] {
     if (header_.dtype[2] == '8') {
       readAs<double>(first, count, stride, to);
     } else {
       readAs<float>(first, count, stride, to);
     }
-  } catch (const std::invalid_argument& error) {
-    fail(error.what());
-  }
+  });
 }
 
 template <typename Number>
@@ -254,14 +251,8 @@ void NpyTable::readAs(std::uint64_t first, std::size_t count, std::size_t stride
   }
 }
 
-void NpyTable::fail(const std::string& what) const { throw std::invalid_argument(source_ + ": " + what); }
-
 std::vector<std::string> readNpyTexts(Bytes& bytes, const std::string& source) {
-  try {
-    return readTexts(bytes);
-  } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument(source + ": " + error.what());
-  }
+  return naming(source, [&] { return readTexts(bytes); });
 }
 
 }  // namespace proximity_server::tools

@@ -44,7 +44,6 @@ class NpyTable {
  private:
   template <typename Number>
   void readAs(std::uint64_t first, std::size_t count, std::size_t stride, double* to);
-  [[noreturn]] void fail(const std::string& what) const;
 
   std::unique_ptr<Bytes> bytes_;
   std::string source_;

@@ -12,6 +12,7 @@
 #include "tools/states/bytes.h"
 #include "tools/text/content_hash.h"
 #include "tools/text/csv.h"
+#include "tools/text/naming.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -111,11 +112,7 @@ void NumpyStates::nameColumns(const std::vector<std::string>& names) {
            namesFileOf(source()).string() + "; the joints of the robot are " + exampleOf(robot()));
   }
   if (names.size() != table_->columns()) refuse(columns + " for " + std::to_string(names.size()) + " names of joints");
-  try {
-    setColumns(names);
-  } catch (const std::invalid_argument& error) {
-    refuse(error.what());
-  }
+  naming(table_->source(), [&] { setColumns(names); });
   if (!times_) return;
   if (hasTimes()) refuse("a column \"time\", and an array \"time\" beside it");
   columns_.push_back({"time", JointColumn::kTime});

@@ -15,6 +15,7 @@
 #include "tools/states/recorded_states.h"
 #include "tools/states/sampled_states.h"
 #include "tools/text/csv.h"
+#include "tools/text/naming.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -41,11 +42,7 @@ double readRate(const std::string& text) {
 }
 
 std::vector<std::string> readNames(const std::string& text) {
-  try {
-    return csvFields(text);
-  } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument("'" + text + "': " + error.what());
-  }
+  return naming("'" + text + "'", [&] { return csvFields(text); });
 }
 
 CLI::Option* declareFile(CLI::App& app, StateOptions& options) {

@@ -4,6 +4,7 @@
 
 #include "system/whole_file.h"
 #include "tools/robot/robot_files.h"
+#include "tools/text/naming.h"
 
 namespace proximity_server::tools {
 namespace {
@@ -46,24 +47,23 @@ std::string SweepManifest::toText() const {
 std::string manifestPath(const std::string& file) { return file + ".manifest"; }
 
 SweepManifest readManifest(const std::string& path) {
-  try {
-    const Json json = Json::parse(readTextFile(path));
-    SweepManifest manifest;
-    for (const char* key : kSweepKeys) manifest.sweep[key] = json.at(key);
-    manifest.range = {json.at("range").at(0), json.at("range").at(1)};
-    manifest.rows = json.at("rows");
-    manifest.bytes = json.at("bytes");
-    manifest.hash = json.at("hash");
-    manifest.summary = SweepSummary::fromJson(json.at("summary"));
-    if (manifest.range.begin > manifest.range.end || manifest.range.end > manifest.statesOfSweep())
-      throw std::invalid_argument("its range is " + textOf(manifest.range));
-    return manifest;
-  } catch (const nlohmann::json::exception& error) {
-    throw std::invalid_argument(path + ": no manifest of a sweep: " + error.what());
-  } catch (const std::invalid_argument& error) {
-    const std::string what = error.what();
-    throw std::invalid_argument(what.compare(0, path.size(), path) == 0 ? what : path + ": " + what);
-  }
+  return naming(path, [&] {
+    try {
+      const Json json = Json::parse(readTextFile(path));
+      SweepManifest manifest;
+      for (const char* key : kSweepKeys) manifest.sweep[key] = json.at(key);
+      manifest.range = {json.at("range").at(0), json.at("range").at(1)};
+      manifest.rows = json.at("rows");
+      manifest.bytes = json.at("bytes");
+      manifest.hash = json.at("hash");
+      manifest.summary = SweepSummary::fromJson(json.at("summary"));
+      if (manifest.range.begin > manifest.range.end || manifest.range.end > manifest.statesOfSweep())
+        throw std::invalid_argument("its range is " + textOf(manifest.range));
+      return manifest;
+    } catch (const nlohmann::json::exception& error) {
+      throw std::invalid_argument(std::string("no manifest of a sweep: ") + error.what());
+    }
+  });
 }
 
 void writeManifest(const SweepManifest& manifest, const std::string& file) {
