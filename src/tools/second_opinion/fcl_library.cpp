@@ -28,9 +28,9 @@ Geometry geometryOf(const Shape& shape) {
   return mesh;
 }
 
-class Fcl : public OtherLibrary {
+class Fcl {
  public:
-  OtherAnswer ask(const PlacedPieces& a, const PlacedPieces& b) override {
+  OtherAnswer operator()(const PlacedPieces& a, const PlacedPieces& b) {
     if (a.has_half_space || b.has_half_space) return {};
     std::vector<fcl::CollisionObjectd> of_a, of_b;
     try {
@@ -89,7 +89,6 @@ class Fcl : public OtherLibrary {
 
 }  // namespace
 
-bool hasFcl() { return true; }
-std::unique_ptr<OtherLibrary> makeFcl() { return std::make_unique<Fcl>(); }
+AskOther makeFcl() { return Fcl(); }
 
 }  // namespace proximity_server::tools

@@ -1,10 +1,7 @@
-#include <stdexcept>
-
 #include "tools/second_opinion/other_library.h"
 
 namespace proximity_server::tools {
 
-bool hasFcl() { return false; }
-std::unique_ptr<OtherLibrary> makeFcl() { throw std::logic_error("this build has no FCL"); }
+AskOther makeFcl() { return nullptr; }
 
 }  // namespace proximity_server::tools

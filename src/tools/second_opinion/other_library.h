@@ -1,7 +1,7 @@
 #pragma once
 
 #include <array>
-#include <memory>
+#include <functional>
 
 #include "tools/second_opinion/placed_pieces.h"
 
@@ -19,20 +19,12 @@ struct OtherAnswer {
   std::array<double, 3> point_a{}, point_b{};  ///< its nearest points, in the frame of the pieces
 };
 
-/// A library that is asked about the same pairs. It may throw, abort or never end: it lives in a child process.
-class OtherLibrary {
- public:
-  virtual ~OtherLibrary() = default;
-  virtual OtherAnswer ask(const PlacedPieces& a, const PlacedPieces& b) = 0;
-};
+/// Asks another library about a pair. It may throw, abort or never end, so it is called in a child process.
+using AskOther = std::function<OtherAnswer(const PlacedPieces& a, const PlacedPieces& b)>;
 
 /// FCL, with the solver that it uses by default (libccd), over the same convex pieces; flat ones are triangles. The distance
 /// of two bodies is that of their closest pieces, and the depth that of their deepest: both from fcl::distance(), the
-/// depth with enable_signed_distance, and none where triangles overlap.
-/// Failure: throws std::logic_error if this build has no FCL.
-std::unique_ptr<OtherLibrary> makeFcl();
-
-/// Whether makeFcl() succeeds.
-bool hasFcl();
+/// depth with enable_signed_distance, and none where triangles overlap. Empty if this build has no FCL.
+AskOther makeFcl();
 
 }  // namespace proximity_server::tools

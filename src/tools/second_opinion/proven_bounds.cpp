@@ -155,30 +155,24 @@ double provenDepth(const PlacedPiece& a, const PlacedPiece& b, const std::vector
   return depth;
 }
 
-/// What is known of two pieces from the narrowphase, beside the hints.
-struct Guess {
-  std::vector<Vector3d> axes;
-  std::vector<std::pair<Vector3d, Vector3d>> points;
-};
-
-Guess guessFor(const PlacedPiece& a, const PlacedPiece& b, const Hints& hints) {
-  Guess guess{hints.axes, hints.points};
+/// Adds the axis and the points of the narrowphase, and the centres, to the hints.
+Hints withOurs(Hints hints, const PlacedPiece& a, const PlacedPiece& b) {
   const Isometry3d a_T_b = a.world_T_piece.inverse(Eigen::Isometry) * b.world_T_piece;
   const narrowphase::SignedDistance found = narrowphase::signedDistance(shapeOf(a), shapeOf(b), a_T_b);
-  guess.axes.push_back(a.world_T_piece.linear() * found.normal);
-  guess.points.emplace_back(a.world_T_piece * found.point_a, a.world_T_piece * found.point_b);
-  guess.points.emplace_back(centreOf(a), centreOf(b));
-  return guess;
+  hints.axes.push_back(a.world_T_piece.linear() * found.normal);
+  hints.points.emplace_back(a.world_T_piece * found.point_a, a.world_T_piece * found.point_b);
+  hints.points.emplace_back(centreOf(a), centreOf(b));
+  return hints;
 }
 
-ProvenBounds boundsOf(const PlacedPiece& a, const PlacedPiece& b, const Hints& hints) {
-  const Guess guess = guessFor(a, b, hints);
+ProvenBounds boundsOf(const PlacedPiece& a, const PlacedPiece& b, const Hints& given) {
+  const Hints hints = withOurs(given, a, b);
   ProvenBounds bounds;
-  for (const Vector3d& axis : guess.axes) bounds.lower = std::max(bounds.lower, gapAlong(a, b, axis));
-  for (const auto& [near_a, near_b] : guess.points)
+  for (const Vector3d& axis : hints.axes) bounds.lower = std::max(bounds.lower, gapAlong(a, b, axis));
+  for (const auto& [near_a, near_b] : hints.points)
     bounds.upper = std::min(bounds.upper, distanceOfPoints(a, b, near_a, near_b));
   if (!(bounds.lower > 0.0)) {
-    const double depth = provenDepth(a, b, guess.axes);
+    const double depth = provenDepth(a, b, hints.axes);
     if (depth > 0.0) bounds.upper = -depth;
   }
   return bounds;

@@ -39,24 +39,21 @@ bool isListed(Ruling ruling) { return ruling != Ruling::Agrees && ruling != Ruli
 
 }  // namespace
 
-CLI::Option* declareSecondOpinion(CLI::App& app, SecondOpinionOptions& options) {
-  const auto read = [&options](const std::string& name) {
-    if (name != "fcl") throw CLI::ValidationError("--second-opinion", "'" + name + "' is not fcl");
-    if (!hasFcl()) throw CLI::ValidationError("--second-opinion", "this build has no FCL");
-    options.is_wanted = true;
+void declareSecondOpinion(CLI::App& app, SecondOpinionOptions& options) {
+  const auto read = [](const std::string& name) {
+    if (name != "fcl") throw std::invalid_argument("'" + name + "' is not fcl");
+    if (!makeFcl()) throw std::invalid_argument("this build has no FCL");
+    return true;
   };
-  CLI::Option* wanted =
-      app.add_option_function<std::string>("--second-opinion", read,
-                                           "fcl: ask FCL about the pairs that are listed too, and prove who is right "
-                                           "where the two differ; exit code 3 if ours is "
-                                           "refuted");
-  wanted->type_name("LIBRARY");
+  CLI::Option* wanted = addRead(app, "--second-opinion", options.is_wanted, read,
+                                "fcl: ask FCL about the pairs that are listed too, and prove who is right where the "
+                                "two differ; exit code 3 if ours is refuted")
+                            ->type_name("LIBRARY");
   addLength(app, "--second-opinion-tolerance", options.tolerance, 0.0, "what counts as a difference (default: 1e-5)")
       ->needs(wanted);
   app.add_option("--second-opinion-out", options.out, "where the pairs that differ are listed (CSV)")
       ->type_name("FILE")
       ->needs(wanted);
-  return wanted;
 }
 
 SecondOpinion::SecondOpinion(const SecondOpinionOptions& options, std::shared_ptr<const scene::SceneModel> model)
@@ -91,13 +88,13 @@ std::vector<SecondOpinion::AskedPair> SecondOpinion::askedPairs() const {
 void SecondOpinion::askBlock() {
   const std::vector<AskedPair> asked = askedPairs();
   std::vector<OtherAnswer> answers(asked.size());
-  std::unique_ptr<OtherLibrary> fcl;  // made in each child
+  AskOther fcl;  // made in each child
   const std::vector<ChildEnd> ends = askInChildren<OtherAnswer>(
       answers,
       [&](std::size_t question, OtherAnswer& answer) {
         if (!fcl) fcl = makeFcl();
         const auto& [state, pair] = asked[question];
-        answer = fcl->ask(piecesOf(pair.asked.a, state), piecesOf(pair.asked.b, state));
+        answer = fcl(piecesOf(pair.asked.a, state), piecesOf(pair.asked.b, state));
       },
       kLimit);
   for (std::size_t i = 0; i < asked.size(); ++i) judgePair(asked[i], {ends[i], answers[i]});

@@ -15,7 +15,6 @@
 
 namespace CLI {
 class App;
-class Option;
 }  // namespace CLI
 
 namespace proximity_server::tools {
@@ -27,9 +26,8 @@ struct SecondOpinionOptions {
   std::string out;          ///< "": no list
 };
 
-/// --second-opinion, --second-opinion-tolerance and --second-opinion-out. Returns the first, which is an error where this build
-/// has no FCL.
-CLI::Option* declareSecondOpinion(CLI::App& app, SecondOpinionOptions& options);
+/// Declares --second-opinion, --second-opinion-tolerance and --second-opinion-out. The first is an error where this build has no FCL.
+void declareSecondOpinion(CLI::App& app, SecondOpinionOptions& options);
 
 /// Asks another library about the pairs that are listed, and judges where it differs from ours.
 ///

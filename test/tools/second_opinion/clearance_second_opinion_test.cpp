@@ -26,7 +26,7 @@ constexpr const char* kTwoCylinders = R"(<robot name="cylinders">
 class ClearanceSecondOpinion : public Clearance {
  protected:
   void SetUp() override {
-    if (!hasFcl()) GTEST_SKIP() << "this build has no FCL";
+    if (!makeFcl()) GTEST_SKIP() << "this build has no FCL";
   }
 
   /// The rows of the list, with its head.
