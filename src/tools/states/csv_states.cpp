@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <ios>
+#include <limits>
 #include <stdexcept>
 #include <streambuf>
 #include <utility>
@@ -30,16 +31,19 @@ void CsvStates::readHeader() {
   naming(place(), [&] { setColumns(fields_); });
 }
 
-bool CsvStates::next(scene::Positions& positions) {
+bool CsvStates::fetch(const double*& numbers) {
   if (!nextFields()) return false;
   if (fields_.size() != columns_.size()) {
     fail(std::to_string(fields_.size()) + " numbers for " + std::to_string(columns_.size()) + " columns");
   }
-  begin(line_, positions);
-  for (std::size_t i = 0; i < columns_.size(); ++i) set(columns_[i], number(i), positions);
-  passState();
+  numbers_.clear();
+  for (const std::string& field : fields_)
+    numbers_.push_back(finiteNumber(field).value_or(std::numeric_limits<double>::quiet_NaN()));
+  numbers = numbers_.data();
   return true;
 }
+
+std::string CsvStates::textOf(std::size_t column, double /*number*/) const { return fields_[column]; }
 
 void CsvStates::skipTo(std::uint64_t state) {
   for (std::string text; this->state() < state && nextRecord(text);) passState();
@@ -47,19 +51,15 @@ void CsvStates::skipTo(std::uint64_t state) {
 
 std::optional<std::uint64_t> CsvStates::count() const {
   if (!file_ || !std::filesystem::is_regular_file(source())) return std::nullopt;
-  if (!count_) {
-    CsvStates all(source(), robot());
-    std::uint64_t count = 0;
-    for (std::string text; all.nextRecord(text);) ++count;
-    count_ = count;
-  }
-  return count_;
+  CsvStates all(source(), robot());
+  std::uint64_t count = 0;
+  for (std::string text; all.nextRecord(text);) ++count;
+  return count;
 }
 
 std::string CsvStates::identity() const {
   if (!file_ || !std::filesystem::is_regular_file(source())) return "";
-  if (identity_.empty()) identity_ = "csv " + contentHash(source());
-  return identity_;
+  return "csv " + contentHash(source());
 }
 
 /// Reads a line; false at the end. std::getline would use all memory for a file without line ends.
@@ -103,12 +103,6 @@ bool CsvStates::nextFields() {
     fail(error.what());
   }
   return true;
-}
-
-double CsvStates::number(std::size_t column) const {
-  const std::optional<double> value = finiteNumber(fields_[column]);
-  if (!value) fail(notFinite(columns_[column].name, fields_[column]));
-  return *value;
 }
 
 std::string CsvStates::place() const { return source() + ", line " + std::to_string(line_); }

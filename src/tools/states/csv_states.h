@@ -25,25 +25,25 @@ class CsvStates : public StateSource {
   /// `source` names the stream in messages. The stream must outlive this.
   CsvStates(std::istream& stream, std::string source, const scene::RobotModel& robot);
 
-  bool next(scene::Positions& positions) override;
   void skipTo(std::uint64_t state) override;
   std::optional<std::uint64_t> count() const override;
   std::string identity() const override;
   std::string place() const override;
+
+ protected:
+  bool fetch(const double*& numbers) override;
+  std::string textOf(std::size_t column, double number) const override;
 
  private:
   void readHeader();
   bool nextLine(std::string& text);
   bool nextRecord(std::string& text);
   bool nextFields();
-  double number(std::size_t column) const;
 
   std::optional<std::ifstream> file_;
   std::istream& stream_;
-  std::vector<std::string> fields_;  ///< of the current line
-  long line_ = 0;
-  mutable std::optional<std::uint64_t> count_;
-  mutable std::string identity_;
+  std::vector<std::string> fields_;  ///< the fields of the current line
+  std::vector<double> numbers_;      ///< their numbers
 };
 
 }  // namespace proximity_server::tools

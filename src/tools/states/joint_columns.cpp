@@ -59,10 +59,6 @@ std::vector<JointColumn> jointColumns(const std::vector<std::string>& names, con
   return columns;
 }
 
-std::string notFinite(const std::string& column, const std::string& number) {
-  return "column " + scene::quoted(column) + ": " + scene::quoted(number) + " is no finite number";
-}
-
 void LimitCheck::beginState(std::uint64_t state, long line) {
   ++states_;
   state_ = state;

@@ -20,9 +20,6 @@ struct JointColumn {
 /// Failure: throws std::invalid_argument naming the column: an unknown, repeated, fixed, floating or planar joint.
 std::vector<JointColumn> jointColumns(const std::vector<std::string>& names, const scene::RobotModel& robot);
 
-/// "column "elbow": " and what is wrong with a number in it, for messages.
-std::string notFinite(const std::string& column, const std::string& number);
-
 /// Index of the joint, which has one position.
 /// Failure: throws std::invalid_argument with the reason, without the name: an unknown, fixed, floating or planar joint.
 int jointWithPosition(const std::string& name, const scene::RobotModel& robot);

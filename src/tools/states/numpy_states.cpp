@@ -142,12 +142,9 @@ void NumpyStates::readBlock() {
 }
 
 std::string NumpyStates::identity() const {
-  if (identity_.empty()) {
-    ContentHash names;
-    for (std::uint64_t i = 0; i < table_->columns(); ++i) names.add(columns_[i].name);
-    identity_ = "numpy " + contentHash(source()) + " " + names.text();
-  }
-  return identity_;
+  ContentHash names;
+  for (std::uint64_t i = 0; i < table_->columns(); ++i) names.add(columns_[i].name);
+  return "numpy " + contentHash(source()) + " " + names.text();
 }
 
 }  // namespace proximity_server::tools

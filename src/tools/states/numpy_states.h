@@ -40,7 +40,6 @@ class NumpyStates : public StateSource {
   // The block of rows that was read last.
   std::uint64_t block_begin_ = 0, block_end_ = 0;
   std::vector<double> block_;  ///< row by row, a number for each column
-  mutable std::string identity_;
 };
 
 }  // namespace proximity_server::tools

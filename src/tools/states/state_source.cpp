@@ -10,30 +10,26 @@
 namespace proximity_server::tools {
 
 bool StateSource::next(scene::Positions& positions) {
-  const double* number = nullptr;
-  if (!fetch(number)) return false;
-  begin(0, positions);
+  const double* numbers = nullptr;
+  if (!fetch(numbers)) return false;
+  positions.assign(robot_.joints.size(), 0.0);
+  limits_.beginState(state_, line_);
   passState();
-  for (const JointColumn& column : columns_) {
-    if (!std::isfinite(*number)) fail(notFinite(column.name, shortest(*number)));
-    set(column, *number++, positions);
+  for (std::size_t i = 0; i < columns_.size(); ++i) {
+    const auto& [name, joint] = columns_[i];
+    if (!std::isfinite(numbers[i]))
+      fail("column " + scene::quoted(name) + ": " + scene::quoted(textOf(i, numbers[i])) + " is no finite number");
+    if (joint == JointColumn::kTime) {
+      time_ = numbers[i];
+    } else {
+      positions[joint] = numbers[i];
+      limits_.add(joint, numbers[i]);
+    }
   }
   return true;
 }
 
-void StateSource::begin(long line, scene::Positions& positions) {
-  positions.assign(robot_.joints.size(), 0.0);
-  limits_.beginState(state_, line);
-}
-
-void StateSource::set(const JointColumn& column, double number, scene::Positions& positions) {
-  if (column.joint == JointColumn::kTime) {
-    time_ = number;
-  } else {
-    positions[column.joint] = number;
-    limits_.add(column.joint, number);
-  }
-}
+std::string StateSource::textOf(std::size_t /*column*/, double number) const { return shortest(number); }
 
 void StateSource::setColumns(const std::vector<std::string>& names) {
   columns_ = jointColumns(names, robot_);

@@ -37,10 +37,10 @@ class StateSource {
   /// except that CSV is read on.
   virtual void skipTo(std::uint64_t state) { state_ = state; }
 
-  /// How many states there are; nullopt if that is known at the end only, as of a stream. The first call may read the file.
+  /// How many states there are; nullopt if that is known at the end only, as of a stream. It may read the whole file.
   virtual std::optional<std::uint64_t> count() const = 0;
 
-  /// For manifests: equal only if the states are the same. Of a file it has a hash of the whole content, which the first call
+  /// A text for manifests, which is equal only if the states are the same. It has a hash of the whole content of a file, which it
   /// reads. "" for a stream, which can be read only once.
   virtual std::string identity() const = 0;
 
@@ -50,10 +50,9 @@ class StateSource {
 
   const scene::RobotModel& robot() const { return robot_; }
   const std::string& source() const { return source_; }  ///< the name of the file, or what it is, for messages
-  virtual std::string place() const;                     ///< source and place in it of the last state, for messages
-  const std::vector<std::string>& warnings() const {
-    return warnings_;
-  }  ///< those that are known before the first state
+  virtual std::string place() const;  ///< the source and the place of the last state in it, for messages
+  /// The warnings that are known before the first state.
+  const std::vector<std::string>& warnings() const { return warnings_; }
 
   /// A warning about the states read so far that set a joint to a position beyond its limits; "" if there are none.
   std::string limitWarning() const { return limits_.warning(source_); }
@@ -70,9 +69,8 @@ class StateSource {
   /// Finds the numbers of the state state(), one for each column; false at the end. They may be not finite, which next() refuses.
   virtual bool fetch(const double*& /*numbers*/) { return false; }
 
-  // The parts of next(): it begins a state, whose place in a text is a line (0: it has none), and sets what each column says.
-  void begin(long line, scene::Positions& positions);
-  void set(const JointColumn& column, double number, scene::Positions& positions);
+  /// The text of a number that fetch() has found, for messages.
+  virtual std::string textOf(std::size_t column, double number) const;
 
   /// Throws std::invalid_argument that begins with place().
   [[noreturn]] void fail(const std::string& what) const;
@@ -82,6 +80,7 @@ class StateSource {
   void passState() { ++state_; }
 
   std::vector<JointColumn> columns_;
+  long line_ = 0;  ///< the line of the last state in a text; 0: the source has no lines
 
  private:
   std::string source_;
