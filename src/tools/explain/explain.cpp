@@ -33,11 +33,11 @@ struct Arguments {
 /// An option that is a text. An empty one is an error: it may come from an empty variable of a shell.
 template <typename Value>
 CLI::Option* addText(CLI::App& app, const std::string& name, Value& value, const std::string& description) {
-  const auto read = [&value, name](const std::string& text) {
-    if (text.empty()) throw CLI::ValidationError(name, "the text is empty");
-    value = text;
+  const auto read = [](const std::string& text) {
+    if (text.empty()) throw std::invalid_argument("the text is empty");
+    return text;
   };
-  return app.add_option_function<std::string>(name, read, description);
+  return addRead(app, name, value, read, description);
 }
 
 void declarePair(CLI::App& app, Arguments& arguments) {
@@ -81,13 +81,11 @@ void declareQuestion(CLI::App& app, Arguments& arguments) {
 }
 
 void declareOutput(CLI::App& app, Arguments& arguments) {
-  const auto readFormat = [&](const std::string& name) {
-    if (name != "table" && name != "json") {
-      throw CLI::ValidationError("--format", "'" + name + "' is neither table nor json");
-    }
-    arguments.format = name == "table" ? Arguments::Format::Table : Arguments::Format::Json;
+  const auto readFormat = [](const std::string& name) {
+    if (name != "table" && name != "json") throw std::invalid_argument("'" + name + "' is neither table nor json");
+    return name == "table" ? Arguments::Format::Table : Arguments::Format::Json;
   };
-  app.add_option_function<std::string>("--format", readFormat, "table or json (default: table)")->type_name("NAME");
+  addRead(app, "--format", arguments.format, readFormat, "table or json (default: table)")->type_name("NAME");
   addText(app, "--plot", arguments.plot,
           "a picture (.png, .pdf or .svg): the CSO, the simplex of each iteration, the polytope of EPA, the bounds")
       ->type_name("FILE");

@@ -13,20 +13,18 @@ constexpr int kMaxThreads = 1024;
 
 }  // namespace
 
-double readLength(const std::string& option, const std::string& text, double least) {
+double readLength(const std::string& text, double least) {
   const std::optional<double> value = finiteNumber(text);
-  if (!value || *value < least) {
-    throw CLI::ValidationError(option, "'" + text + "' is not a finite length of at least " + shortest(least) + " m");
-  }
+  if (!value || *value < least)
+    throw std::invalid_argument("'" + text + "' is not a finite length of at least " + shortest(least) + " m");
   return *value;
 }
 
-long readCount(const std::string& option, const std::string& text, long least, long most) {
+long readCount(const std::string& text, long least, long most) {
   const std::optional<long> value = signedNumberIn<long>(text);
-  if (!value || *value < least || *value > most) {
-    throw CLI::ValidationError(
-        option, "'" + text + "' is not a whole number from " + std::to_string(least) + " to " + std::to_string(most));
-  }
+  if (!value || *value < least || *value > most)
+    throw std::invalid_argument("'" + text + "' is not a whole number from " + std::to_string(least) + " to " +
+                                std::to_string(most));
   return *value;
 }
 

@@ -9,9 +9,9 @@
 namespace proximity_server::tools {
 
 /// Reads a number of the command line: a finite number of at least `least`, or a whole number from `least` to `most`.
-/// Otherwise throws CLI::ValidationError naming the option, the text and the legal values.
-double readLength(const std::string& option, const std::string& text, double least);
-long readCount(const std::string& option, const std::string& text, long least, long most);
+/// Otherwise throws std::invalid_argument naming the text and the legal values.
+double readLength(const std::string& text, double least);
+long readCount(const std::string& text, long least, long most);
 
 /// An option whose text `read` turns into a value; what it throws becomes an error of the option.
 template <typename Value, typename Read>
@@ -31,18 +31,16 @@ CLI::Option* addRead(CLI::App& app, const std::string& name, Value& value, const
 template <typename Value>
 CLI::Option* addLength(CLI::App& app, const std::string& name, Value& value, double least,
                        const std::string& description) {
-  const auto read = [&value, name, least](const std::string& text) { value = readLength(name, text, least); };
-  return app.add_option_function<std::string>(name, read, description)->type_name("METRES");
+  const auto read = [least](const std::string& text) { return readLength(text, least); };
+  return addRead(app, name, value, read, description)->type_name("METRES");
 }
 
 /// An option that is one whole number.
 template <typename Value>
 CLI::Option* addCount(CLI::App& app, const std::string& name, Value& value, long least, long most,
                       const std::string& description) {
-  const auto read = [&value, name, least, most](const std::string& text) {
-    value = static_cast<Value>(readCount(name, text, least, most));
-  };
-  return app.add_option_function<std::string>(name, read, description)->type_name("NUMBER");
+  const auto read = [least, most](const std::string& text) { return static_cast<Value>(readCount(text, least, most)); };
+  return addRead(app, name, value, read, description)->type_name("NUMBER");
 }
 
 // Options that several tools have.
