@@ -2,7 +2,6 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <fstream>
 #include <iostream>
 #include <limits>
 #include <memory>
@@ -67,13 +66,6 @@ PairStudy studyWithProgress(const std::shared_ptr<const scene::SceneModel>& mode
   return studyPairs(model, options, [&](StudyStage stage, double done) {
     bar.show(stage == StudyStage::Sampling ? "random states" : "searches and proofs", done);
   });
-}
-
-/// Throws std::invalid_argument naming the file if it cannot be written.
-void writeFile(const std::string& path, const std::string& text) {
-  std::ofstream stream(path, std::ios::binary);
-  writeTo(stream, path, text);
-  flushTo(stream, path);
 }
 
 std::string srdfOf(const Arguments& arguments) {

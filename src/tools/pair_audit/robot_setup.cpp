@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <stdexcept>
 
 #include "proximity_server/scene/levels/always_near.h"
@@ -187,12 +186,7 @@ void writeSetup(const std::string& folder, const scene::RobotModel& robot, const
   std::error_code failed;
   fs::create_directories(folder, failed);
   if (failed) throw std::invalid_argument(folder + ": cannot be made (" + failed.message() + ")");
-  for (const SetupFile& file : setupFiles(folder, robot, setup)) {
-    const std::string path = fs::path(folder) / file.name;
-    std::ofstream stream(path, std::ios::binary);
-    writeTo(stream, path, file.text);
-    flushTo(stream, path);
-  }
+  for (const SetupFile& file : setupFiles(folder, robot, setup)) writeFile(fs::path(folder) / file.name, file.text);
 }
 
 }  // namespace proximity_server::tools

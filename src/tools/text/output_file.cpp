@@ -8,7 +8,7 @@
 namespace proximity_server::tools {
 namespace {
 
-/// errno must be that of the writing.
+/// Throws if writing to the stream has failed, with the cause that errno tells.
 void requireWritten(const std::ostream& stream, const std::string& name) {
   const int cause = errno;
   if (!stream) throw std::invalid_argument(name + ": writing failed" + because(cause));
@@ -46,6 +46,12 @@ void writeTo(std::ostream& stream, const std::string& name, std::string_view tex
 void flushTo(std::ostream& stream, const std::string& name) {
   errno = 0;
   requireWritten(stream << std::flush, name);
+}
+
+void writeFile(const std::string& path, std::string_view text) {
+  std::ofstream stream(path, std::ios::binary);
+  writeTo(stream, path, text);
+  flushTo(stream, path);
 }
 
 }  // namespace proximity_server::tools

@@ -18,8 +18,11 @@ std::ofstream openOutput(const std::string& path);
 /// Writes to the stream of a file. Throws std::invalid_argument with the name of the file and the reason if that fails.
 void writeTo(std::ostream& stream, const std::string& name, std::string_view text);
 
-/// The same of what the stream has not passed on yet.
+/// Writes what the stream has not passed on yet. Fails as writeTo().
 void flushTo(std::ostream& stream, const std::string& name);
+
+/// Writes a file. Throws std::invalid_argument with its name and the reason if that fails.
+void writeFile(const std::string& path, std::string_view text);
 
 using system::because;
 
