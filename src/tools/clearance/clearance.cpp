@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 
 #include <cstdint>
+#include <ctime>
 #include <fstream>
 #include <iostream>
 #include <memory>
@@ -39,40 +40,34 @@ namespace {
 
 std::shared_ptr<ObjectSchedule> scheduleOf(const ClearanceOptions& options,
                                            const std::shared_ptr<const scene::SceneModel>& model) {
-  if (options.objects.empty()) return nullptr;
+  if (options.question.objects_file.empty()) return nullptr;
   scene::ObjectOptions how;
   how.resolve = scene::packageResolver(scene::rosPackagePath());
   if (options.robot.mesh_tolerance) how.meshes.tolerance = *options.robot.mesh_tolerance;
   how.meshes.cache = scene::userMeshCache();
-  auto schedule = std::make_shared<ObjectSchedule>(model, scene::readObjectFile(options.objects), how);
+  auto schedule = std::make_shared<ObjectSchedule>(model, scene::readObjectFile(options.question.objects_file), how);
   printWarnings(schedule->warnings(), options.robot.warnings);
   return schedule;
 }
 
 std::optional<scene::LevelThresholds> thresholdsOf(const ClearanceOptions& options, const scene::RobotModel& robot) {
-  if (options.thresholds.empty()) return std::nullopt;
-  const scene::ThresholdFile file = scene::thresholdsFrom(readTextFile(options.thresholds), options.thresholds);
+  const std::string& path = options.question.thresholds_file;
+  if (path.empty()) return std::nullopt;
+  const scene::ThresholdFile file = scene::thresholdsFrom(readTextFile(path), path);
   const std::string srdf = options.robot.srdf.empty() ? "" : readTextFile(options.robot.srdf);
-  return naming(options.thresholds, [&] { return scene::levelThresholds(robot, {srdf}, file.rules, file.defaults); });
+  return naming(path, [&] { return scene::levelThresholds(robot, {srdf}, file.rules, file.defaults); });
 }
 
 ClearanceQuestion questionOf(const ClearanceOptions& options) {
-  ClearanceQuestion question;
+  ClearanceQuestion question = options.question;
   question.model = loadSceneModel(options.robot);
   printWarningsOf(*question.model, options.robot.warnings);
   question.thresholds = thresholdsOf(options, question.model->robot);
-  question.filter = options.filter;
-  question.pairs = checkedPairs(*question.model, options.filter);
+  question.pairs = checkedPairs(*question.model, question.filter);
   question.objects = scheduleOf(options, question.model);
-  if (question.objects && options.filter == PairFilter::On) question.candidates.emplace(question.model->pairs);
+  if (question.objects && question.filter == PairFilter::On) question.candidates.emplace(question.model->pairs);
   if (question.pairs.empty() && !question.objects)
     throw std::invalid_argument(options.robot.urdf + ": no pair of links is checked");
-  question.objects_file = options.objects;
-  question.thresholds_file = options.thresholds;
-  question.selection = readPairSelection(options.pairs);
-  question.skipping = options.skipping;
-  question.motion = options.motion;
-  question.threads = options.threads;
   return question;
 }
 
@@ -130,10 +125,9 @@ SweepSummary answerAll(const ClearanceOptions& options, const ClearanceQuestion&
 }
 
 /// Writes the summary if it is asked for, and says what the run took.
-void summarize(const ClearanceOptions& options, const SweepSummary& summary, const CoreTime& time,
-               std::uint64_t bytes) {
+void summarize(const ClearanceOptions& options, const SweepSummary& summary, std::clock_t begin, std::uint64_t bytes) {
   if (!options.sweep.summary.empty()) writeSummary(summary, options.sweep.summary);
-  std::cerr << "clearance: " << summary.text() << "\n  " << time.text(summary.states, bytes) << '\n';
+  std::cerr << "clearance: " << summary.text() << "\n  " << costOf(summary.states, bytes, begin) << '\n';
 }
 
 ExitCode judge(const ClearanceAssertion& assertion, const StateSource& states) {
@@ -145,16 +139,16 @@ ExitCode judge(const ClearanceAssertion& assertion, const StateSource& states) {
 }
 
 ExitCode runNpy(const ClearanceOptions& options, const ClearanceQuestion& question, StateSource& states) {
-  const CoreTime time;
+  const std::clock_t begin = std::clock();
   const SweepManifest manifest = computeNpy(question, states, options.out);
   warnAtTheEnd(states, options, nullptr);
-  summarize(options, manifest.summary, time, manifest.bytes);
+  summarize(options, manifest.summary, begin, manifest.bytes);
   return ExitCode::Done;
 }
 
 ExitCode runText(const ClearanceOptions& options, const ClearanceQuestion& question, StateSource& states,
                  PlotScript* plot) {
-  const CoreTime time;
+  const std::clock_t begin = std::clock();
   const bool has_file = !options.out.empty();
   std::ofstream file;
   if (has_file) file = openOutput(options.out);
@@ -167,8 +161,8 @@ ExitCode runText(const ClearanceOptions& options, const ClearanceQuestion& quest
   if (options.assert_above)
     output.assertion.emplace(*options.assert_above, options.rows, question.model->robot, textOfPairs(question));
   const SweepSummary summary = answerAll(options, question, states, output);
-  if (plot) plot->draw({shortest(options.motion.contact_distance)});
-  if (!options.sweep.summary.empty()) summarize(options, summary, time, rows.bytes());
+  if (plot) plot->draw({shortest(question.motion.contact_distance)});
+  if (!options.sweep.summary.empty()) summarize(options, summary, begin, rows.bytes());
   if (output.second_opinion) {
     std::cerr << "clearance: " << output.second_opinion->summary() << '\n';
     if (output.second_opinion->refutesOurs()) return ExitCode::Refuted;

@@ -10,15 +10,6 @@ namespace {
 /// [m] The smallest legal tolerance of a motion: the narrowphase answers within 1e-9 m only.
 constexpr double kSmallestTolerance = 1e-8;
 
-std::string whyNoSelection(const std::string& text) {
-  try {
-    readPairSelection(text);
-    return "";
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-}
-
 void declareTrajectory(CLI::App& app, ClearanceOptions& options) {
   CLI::Option* trajectory = app.add_flag_callback(
       "--trajectory", [&] { options.rows = RowKind::Segment; },
@@ -27,9 +18,10 @@ void declareTrajectory(CLI::App& app, ClearanceOptions& options) {
   for (const char* other : {"--pairs", "--no-skip", "--sample", "--grid", "--zero", "--shard", "--range", "--summary",
                             "--second-opinion", "--thresholds"})
     trajectory->excludes(other);
-  addLength(app, "--contact-distance", options.motion.contact_distance, 0.0, "what counts as contact (default: 0)")
+  addLength(app, "--contact-distance", options.question.motion.contact_distance, 0.0,
+            "what counts as contact (default: 0)")
       ->needs(trajectory);
-  addLength(app, "--tolerance", options.motion.tolerance, kSmallestTolerance,
+  addLength(app, "--tolerance", options.question.motion.tolerance, kSmallestTolerance,
             "of the minimum and of contact (default: 1e-6)")
       ->needs(trajectory);
 }
@@ -62,29 +54,27 @@ void declareOutput(CLI::App& app, ClearanceOptions& options) {
 void declareClearance(CLI::App& app, ClearanceOptions& options) {
   app.add_option("robot", options.robot.urdf, "the URDF")->type_name("FILE");
   app.add_option("--srdf", options.robot.srdf, "which pairs not to check")->type_name("FILE");
-  app.add_option("--objects", options.objects,
+  app.add_option("--objects", options.question.objects_file,
                  "what the robot holds and what stands around it: YAML, or a .scene of MoveIt")
       ->type_name("FILE");
-  app.add_option("--thresholds", options.thresholds,
+  app.add_option("--thresholds", options.question.thresholds_file,
                  "stop and warn distances, also of single pairs, links and groups: YAML. Each row has the level of its "
                  "pair by its own thresholds: CLEAR, WARN, STOP, COLLISION or INVALID")
       ->type_name("FILE");
   app.add_flag("--list", options.list, "only list the joints of the robot, a line each: name, type, limits, unit");
   declareStateOptions(app, options.states);
-  app.add_option(
-         "--pairs", options.pairs,
-         "all, minimum, below:METRES, k:COUNT, or any:METRES: only whether a pair is as close, and one that is "
-         "(default: minimum). With --thresholds, minimum is the pair that sets the level: of the worst level the one "
-         "with the smallest distance less its threshold")
-      ->check(whyNoSelection);
+  addRead(app, "--pairs", options.question.selection, readPairSelection,
+          "all, minimum, below:METRES, k:COUNT, or any:METRES: only whether a pair is as close, and one that is "
+          "(default: minimum). With --thresholds, minimum is the pair that sets the level: of the worst level the one "
+          "with the smallest distance less its threshold");
   addRobotOptions(app, options.robot);
   addQuiet(app, options.robot.warnings);
   app.add_flag_callback(
-      "--no-filter", [&] { options.filter = PairFilter::Off; },
+      "--no-filter", [&] { options.question.filter = PairFilter::Off; },
       "every pair of links with geometry that are not one body, neighbours too");
   app.add_flag_callback(
-      "--no-skip", [&] { options.skipping = scene::Skipping::Off; }, "compute every pair anew");
-  addThreads(app, options.threads);
+      "--no-skip", [&] { options.question.skipping = scene::Skipping::Off; }, "compute every pair anew");
+  addThreads(app, options.question.threads);
   declareSecondOpinion(app, options.second_opinion);
   declareOutput(app, options);
   declareSweepOptions(app, options.sweep);
@@ -105,15 +95,16 @@ void requireConsistent(const ClearanceOptions& options) {
   require(!is_part || !options.out.empty(), "--shard and --range need --out DIR");
   require(!is_npy || !options.out.empty(), "--format npy needs --out FILE");
   require(!is_npy || options.rows == RowKind::State, "--format npy does not go with --trajectory");
-  require(!is_npy || options.objects.empty(), "--format npy does not go with --objects: it numbers the pairs of links");
+  require(!is_npy || options.question.objects_file.empty(),
+          "--format npy does not go with --objects: it numbers the pairs of links");
   const bool is_judged = options.assert_above || !options.plot.empty();
   require(!is_judged || (is_whole && !is_npy),
           "--assert-above and --plot do not go with --shard, --range, --merge and --format npy");
   const bool has_second = options.second_opinion.is_wanted;
   require(!has_second || (is_whole && !is_npy),
           "--second-opinion does not go with --shard, --range, --merge and --format npy");
-  const PairSelection::Kind pairs = readPairSelection(options.pairs).kind;
-  const bool is_any = pairs == PairSelection::Kind::Any, has_thresholds = !options.thresholds.empty();
+  const PairSelection::Kind pairs = options.question.selection.kind;
+  const bool is_any = pairs == PairSelection::Kind::Any, has_thresholds = !options.question.thresholds_file.empty();
   require(!is_merge || !has_thresholds, "--merge needs no --thresholds: the parts have their levels");
   require(!has_thresholds || !is_npy, "--thresholds does not go with --format npy, whose rows have no level");
   require(!has_thresholds || !is_any, "--thresholds does not go with --pairs any, which has no levels");

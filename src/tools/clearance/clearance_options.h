@@ -5,8 +5,6 @@
 #include <optional>
 #include <string>
 
-#include "proximity_server/scene/motion/moving_scene.h"
-#include "proximity_server/scene/query/question.h"
 #include "tools/clearance/clearance_question.h"
 #include "tools/robot/robot_files.h"
 #include "tools/second_opinion/second_opinion.h"
@@ -21,15 +19,13 @@ struct ClearanceOptions {
   RobotFiles robot;
   bool list = false;  ///< the joints, and no states
   StateOptions states;
-  std::string objects, thresholds, pairs = "minimum", out, plot;
+  ClearanceQuestion
+      question;           ///< as far as the command line has it: files, and no robot, pairs, objects and thresholds
+  std::string out, plot;  ///< files; "": none
   RowFormat format = RowFormat::Csv;
   RowKind rows = RowKind::State;
-  scene::MotionQuestion motion;
-  std::optional<double> assert_above;  // [m]
+  std::optional<double> assert_above;  ///< [m]
   SecondOpinionOptions second_opinion;
-  scene::Skipping skipping = scene::Skipping::On;
-  int threads = 1;
-  PairFilter filter = PairFilter::On;
   SweepOptions sweep;
 };
 

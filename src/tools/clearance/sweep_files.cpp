@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <ctime>
 #include <iostream>
 #include <stdexcept>
 #include <utility>
@@ -25,12 +24,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kProgram = "proximity_server " PROXIMITY_VERSION;
-
-double coreSeconds() {
-  timespec time{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
 
 std::string threeDigits(double number) {
   std::array<char, 32> text{};
@@ -118,10 +111,10 @@ void computePart(const ClearanceQuestion& question, RowFormat format, const Swee
     std::cerr << "clearance: " << path << " is there already\n";
     return;
   }
-  const CoreTime time;
+  const std::clock_t begin = std::clock();
   const SweepManifest manifest = compute(question, format, states, range, path, described);
   std::cerr << "clearance: " << path << ": " << manifest.summary.text() << "\n  "
-            << time.text(range.size(), manifest.bytes) << '\n';
+            << costOf(range.size(), manifest.bytes, begin) << '\n';
 }
 
 SweepManifest computeNpy(const ClearanceQuestion& question, StateSource& states, const std::string& out) {
@@ -151,11 +144,10 @@ void writeSummary(const SweepSummary& summary, const std::string& file) {
   system::replaceFile(file, summary.toJson().dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
-CoreTime::CoreTime() : begin_(coreSeconds()) {}
-
-std::string CoreTime::text(std::uint64_t states, std::uint64_t bytes) const {
+std::string costOf(std::uint64_t states, std::uint64_t bytes, std::clock_t begin) {
   const auto count = static_cast<double>(states);
-  return threeDigits(count / std::max((coreSeconds() - begin_) / 3600.0, 1e-12)) + " states per core-hour, " +
+  const double hours = static_cast<double>(std::clock() - begin) / (3600.0 * static_cast<double>(CLOCKS_PER_SEC));
+  return threeDigits(count / std::max(hours, 1e-12)) + " states per core-hour, " +
          threeDigits(static_cast<double>(bytes) / std::max(count, 1.0)) + " bytes a state";
 }
 

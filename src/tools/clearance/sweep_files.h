@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <ctime>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -34,16 +35,8 @@ void mergeParts(const SweepOptions& options, const std::string& out);
 /// Writes the summary into the file.
 void writeSummary(const SweepSummary& summary, const std::string& file);
 
-/// The processor time that a run takes, from its making on.
-class CoreTime {
- public:
-  CoreTime();
-  /// "1.2e+10 states per core-hour, 24 bytes a state"
-  std::string text(std::uint64_t states, std::uint64_t bytes) const;
-
- private:
-  double begin_;  ///< [s]
-};
+/// The cost of states, in the processor time since `begin`: "1.2e+10 states per core-hour, 24 bytes a state".
+std::string costOf(std::uint64_t states, std::uint64_t bytes, std::clock_t begin);
 
 /// The number of answers that are to come, if it is known without reading all states and somebody watches.
 std::optional<std::uint64_t> totalOf(const StateSource& states, RowKind rows);
