@@ -106,6 +106,7 @@ struct TrajectorySegment {
   long number = 0;                ///< counted from 0
   double begin = 0.0, end = 1.0;  ///< [s] in the time of the trajectory
   scene::Positions from, to;
+  std::shared_ptr<const scene::Objects> objects = nullptr;  ///< during this segment; nullptr: there are none
 
   /// `fraction` is 0 at the begin and 1 at the end. The time is rounded, but never outside of the segment; NaN gives
   /// NaN.
@@ -118,7 +119,6 @@ struct SegmentClearance {
   TrajectorySegment segment;
   scene::RobotMinimum minimum;
   scene::RobotContact contact;
-  std::shared_ptr<const scene::Objects> objects = nullptr;  ///< during this segment; nullptr: there are none
 };
 
 }  // namespace proximity_server::tools

@@ -94,7 +94,7 @@ Row segmentColumns(const SegmentClearance& answer, const scene::RobotModel& robo
   row["t_begin"] = answer.segment.begin;
   row["t_end"] = answer.segment.end;
   row["t_minimum"] = answer.segment.timeAt(answer.minimum.time);
-  const Named named{robot, answer.objects.get()};
+  const Named named{robot, answer.segment.objects.get()};
   addPair(closest, named, row);
   addContact(answer, named, row);
   return row;

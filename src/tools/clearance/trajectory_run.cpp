@@ -14,8 +14,8 @@
 namespace proximity_server::tools {
 namespace {
 
-constexpr std::size_t kSegmentsInBlock =
-    16;  // segments: so few that the hundreds of a planned trajectory use all threads
+// So few that the hundreds of segments of a planned trajectory use all threads.
+constexpr std::size_t kSegmentsInBlock = 16;
 
 scene::RobotContact provenFree() {
   scene::RobotContact free;
@@ -24,27 +24,15 @@ scene::RobotContact provenFree() {
   return free;
 }
 
-/// A segment with the objects that are there during it; nullptr: there are none.
-struct SegmentAndObjects {
-  TrajectorySegment segment;
-  std::shared_ptr<const scene::Objects> objects;
-};
-
-scene::RobotMotion motionAlong(const TrajectorySegment& segment, const scene::Objects* objects,
-                               const scene::RobotModel& robot) {
-  scene::RobotMotion motion = scene::RobotMotion::between(robot, segment.from, segment.to);
-  if (objects) motion.carryObjects(framesOnLinks(*objects));
-  return motion;
-}
-
-SegmentClearance answerSegment(const SegmentAndObjects& asked, const scene::Pairs& pairs,
+SegmentClearance answerSegment(const TrajectorySegment& segment, const scene::Pairs& pairs,
                                const scene::MotionQuestion& question, scene::MovingScene& scene) {
-  const scene::RobotMotion motion = motionAlong(asked.segment, asked.objects.get(), scene.model().robot);
+  scene::RobotMotion motion = scene::RobotMotion::between(scene.model().robot, segment.from, segment.to);
+  if (segment.objects) motion.carryObjects(framesOnLinks(*segment.objects));
   const scene::RobotMinimum minimum = scene.minimum(pairs, motion, question);
   // If the minimum proves that there is no contact, a search is not needed, and the two cannot contradict each other.
   const bool is_free =
       minimum.status != narrowphase::Status::Unknown && minimum.lower_bound > question.contact_distance;
-  return {asked.segment, minimum, is_free ? provenFree() : scene.timeOfContact(pairs, motion, question), asked.objects};
+  return {segment, minimum, is_free ? provenFree() : scene.timeOfContact(pairs, motion, question)};
 }
 
 }  // namespace
@@ -56,7 +44,10 @@ bool TrajectorySegments::next(TrajectorySegment& segment) {
     return false;
   }
   segment.number = count_++;
-  if (objects_) divide(segment);
+  if (objects_) {
+    divide(segment);
+    segment.objects = objects_->now();
+  }
   return true;
 }
 
@@ -109,18 +100,14 @@ void TrajectorySegments::check(const WayPoint& from, const WayPoint& to) const {
 void answerSegments(const ClearanceQuestion& question, StateSource& states, AnswerOutput& output) {
   TrajectorySegments segments(states, question.objects.get());
   const scene::MovingScene fresh(question.model);
-  const auto next = [&](SegmentAndObjects& item) {
-    const bool is_there = segments.next(item.segment);
-    if (question.objects) item.objects = question.objects->now();
-    return is_there;
-  };
-  const auto answerBlock = [&](const std::vector<SegmentAndObjects>& block) {
+  const auto next = [&](TrajectorySegment& segment) { return segments.next(segment); };
+  const auto answerBlock = [&](const std::vector<TrajectorySegment>& block) {
     scene::MovingScene scene = fresh.twin();
     AskedPairs pairs(question);
     std::vector<SegmentClearance> answers;
-    for (const SegmentAndObjects& item : block) {
-      pairs.use(item.objects, scene);
-      answers.push_back(answerSegment(item, pairs.get(), question.motion, scene));
+    for (const TrajectorySegment& segment : block) {
+      pairs.use(segment.objects, scene);
+      answers.push_back(answerSegment(segment, pairs.get(), question.motion, scene));
     }
     return answers;
   };
@@ -131,7 +118,7 @@ void answerSegments(const ClearanceQuestion& question, StateSource& states, Answ
     if (output.assertion) output.assertion->add(answer);
     output.counter.count(1);
   };
-  system::answerInBlocks<SegmentAndObjects, SegmentClearance>({kSegmentsInBlock, next, answerBlock, write},
+  system::answerInBlocks<TrajectorySegment, SegmentClearance>({kSegmentsInBlock, next, answerBlock, write},
                                                               question.threads);
 }
 
