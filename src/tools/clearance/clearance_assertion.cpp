@@ -13,7 +13,6 @@ namespace {
 /// The most characters of the joint positions in a message: enough for about ten joints.
 constexpr std::size_t kLongestJoints = 300;
 
-/// Whether a pair is one of links or objects; otherwise no pair has an answer.
 std::string metres(double length) { return shortest(length) + " m"; }
 
 std::string placeIn(const TrajectorySegment& segment, double fraction) {

@@ -16,7 +16,8 @@ namespace proximity_server::tools {
 /// pair is unknown. Without any state or segment nothing is proven.
 class ClearanceAssertion {
  public:
-  /// `distance` [m] must be exceeded; `pairs` says which are checked: "all 12 pairs". The robot must outlive this object.
+  /// `distance` [m] must be exceeded; `pairs` says which are checked: "all 12 pairs". The robot must outlive this
+  /// object.
   ClearanceAssertion(double distance, RowKind kind, const scene::RobotModel& robot, std::string pairs)
       : distance_(distance), kind_(kind), robot_(robot), pairs_(std::move(pairs)) {}
 
@@ -69,7 +70,7 @@ class ClearanceAssertion {
   long rows_ = 0;
   std::array<long, kVerdicts> counts_{};  ///< by verdict
   std::optional<Row> closest_;            ///< the row with the smallest lower bound
-  std::optional<Row> first_, worst_;      ///< of the rows that are not proven
+  std::optional<Row> first_, worst_;      ///< rows that are not proven
 };
 
 }  // namespace proximity_server::tools

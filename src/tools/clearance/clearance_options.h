@@ -14,14 +14,13 @@
 
 namespace proximity_server::tools {
 
-/// What the command line of `clearance` says.
+/// The options of `clearance`.
 struct ClearanceOptions {
   RobotFiles robot;
   bool list = false;  ///< the joints, and no states
   StateOptions states;
-  ClearanceQuestion
-      question;           ///< as far as the command line has it: files, and no robot, pairs, objects and thresholds
-  std::string out, plot;  ///< files; "": none
+  ClearanceQuestion question;  ///< without its robot, pairs, objects and thresholds, which are to be loaded
+  std::string out, plot;       ///< files; "": none
   RowFormat format = RowFormat::Csv;
   RowKind rows = RowKind::State;
   std::optional<double> assert_above;  ///< [m]

@@ -39,19 +39,19 @@ enum class PairFilter : unsigned char { On, Off };
 /// The pairs of links that the filter leaves, of those that have geometry and do not belong to one body.
 std::vector<scene::ShapeRefPair> checkedPairs(const scene::SceneModel& model, PairFilter filter);
 
-/// What is asked about each state or segment.
+/// The question about each state or segment.
 struct ClearanceQuestion {
   std::shared_ptr<const scene::SceneModel> model;
   PairFilter filter = PairFilter::On;
-  std::vector<scene::ShapeRefPair> pairs;   ///< of links, as the filter says
+  std::vector<scene::ShapeRefPair> pairs;   ///< those of links, as the filter says
   std::shared_ptr<ObjectSchedule> objects;  ///< nullptr: there are none
-  std::optional<scene::Candidates>
-      candidates;  ///< of the filter, if there are objects; nullopt: all pairs that have geometry
+  /// Those of the filter, if there are objects; nullopt: all pairs that have geometry.
+  std::optional<scene::Candidates> candidates;
   std::optional<scene::LevelThresholds> thresholds;  ///< nullopt: there are no levels. Not for segments
   std::string objects_file, thresholds_file;         ///< "": none
-  PairSelection selection;                           ///< of states
-  scene::Skipping skipping = scene::Skipping::On;    ///< of states
-  scene::MotionQuestion motion;                      ///< of segments
+  PairSelection selection;                           ///< for states
+  scene::Skipping skipping = scene::Skipping::On;    ///< for states
+  scene::MotionQuestion motion;                      ///< for segments
   int threads = 1;
 };
 

@@ -19,7 +19,7 @@ namespace proximity_server::tools {
 /// Whether the rows of states say the level of their pair.
 enum class LevelColumn : unsigned char { Without, With };
 
-/// What stands around the rows of states, where so many pairs of links have numbers; and around those of segments.
+/// The format of the rows of states, where so many pairs of links have numbers; and that of the rows of segments.
 OutputFormat stateFormat(RowFormat format, const PairSelection& selection, std::size_t pairs, LevelColumn levels);
 OutputFormat segmentFormat(RowFormat format);
 
@@ -38,14 +38,14 @@ class PairColumns {
 
  private:
   std::size_t links_;
-  std::vector<int> numbers_;  ///< of link a * links + link b
+  std::vector<int> numbers_;  ///< the place of two links is link a * links + link b
 };
 
-/// What is known of a state where the question is whether any pair is at or below a distance.
+/// The verdict about a state where the question is whether any pair is at or below a distance.
 using Verdict = scene::StateVerdict::Kind;
 
-/// The rows of states in one format. Lists have a row for each selected pair, and one for a state without an answer; for "any"
-/// there is one for each state.
+/// The rows of states in one format. Lists have a row for each selected pair, and one for a state without an answer;
+/// for "any" there is one for each state.
 /// Thread-safe: it never changes.
 class StateRows {
  public:
@@ -73,7 +73,8 @@ class StateRows {
   std::string between_;
   PairColumns numbers_;
   NpyInteger integer_;
-  // The text of a verdict before its state, and what follows: for each pair that is below, and for those without a pair.
+  // The text of a verdict before its state, and what follows: for each pair that is below, and for those without a
+  // pair.
   std::string verdict_begin_, above_, unknown_;
   std::vector<std::string> below_;
 };

@@ -19,7 +19,8 @@ namespace proximity_server::tools {
 /// Frames are links, whose poses follow from the state; the root link is the frame in which things stand still.
 class ObjectSchedule {
  public:
-  /// Makes the geometry of all objects, and tries all changes once with all joints at 0, so that what is wrong is known before the first state.
+  /// Makes the geometry of all objects, and tries all changes once with all joints at 0, so that what is wrong is known
+  /// before the first state.
   /// Failure: throws std::invalid_argument naming the place in the file, the object and the reason.
   ObjectSchedule(const std::shared_ptr<const scene::SceneModel>& model, const scene::ObjectFile& file,
                  const scene::ObjectOptions& options);

@@ -64,8 +64,8 @@ double placeOf(const narrowphase::SignedDistance& result) {
   return result.status == narrowphase::Status::Converged ? result.distance : result.lower_bound;
 }
 
-/// The smallest distance, from an answer that lists the smallest and all that is closer. A pair that is not listed is not
-/// closer in the order of Scene, but its lower bound may be below that of the smallest by the tolerance.
+/// The smallest distance, from an answer that lists the smallest and all that is closer. A pair that is not listed is
+/// not closer in the order of Scene, but its lower bound may be below that of the smallest by the tolerance.
 SmallestDistance smallestOf(const Listed& listed) {
   SmallestDistance smallest;
   smallest.unknown_pairs = listed.unknown;
@@ -133,7 +133,7 @@ class StateSweep {
     std::optional<scene::SceneBatch> batch;
     SummaryCounter counter;
     std::map<SweepSummary::Names, int> object_pairs;  ///< numbered as they come, because objects come and go
-    std::vector<SweepSummary::Names> object_names;    ///< of these
+    std::vector<SweepSummary::Names> object_names;    ///< the names of these
   };
 
   SummaryKind summaryKind() const {

@@ -13,7 +13,7 @@
 
 namespace proximity_server::tools {
 
-/// Where the answers go, in their order.
+/// The answers go to all of these, in their order.
 struct AnswerOutput {
   RowFormat format = RowFormat::Csv;
   RowOutput& rows;
@@ -27,12 +27,13 @@ struct AnswerOutput {
   void end();
 };
 
-/// Answers the question about the states of a range, and writes their rows. `states` must not have been read from. An end of
-/// kToTheEnd is that of the states.
+/// Answers the question about the states of a range, and writes their rows. `states` must not have been read from. An
+/// end of kToTheEnd is that of the states.
 ///
-/// The candidates of the filter without objects are answered by SceneBatch: what is written of a state then depends on it
-/// alone. All else is answered by Scene, each state with warm starts of some states before it, in blocks of all states. In both
-/// cases the bytes are the same for any number of threads, and those of a range are the same as within the whole.
+/// The candidates of the filter without objects are answered by SceneBatch: what is written of a state then depends on
+/// it alone. All else is answered by Scene, each state with warm starts of some states before it, in blocks of all
+/// states. In both cases the bytes are the same for any number of threads, and those of a range are the same as within
+/// the whole.
 /// Failure: throws the error of reading a state, after the rows of all states before it were written; and
 ///          std::invalid_argument if the range has an end that the states do not reach.
 SweepSummary sweepStates(const ClearanceQuestion& question, StateSource& states, const StateRange& range,

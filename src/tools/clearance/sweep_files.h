@@ -14,13 +14,14 @@
 
 namespace proximity_server::tools {
 
-/// What the answers of a sweep depend on, and the meaning of the numbers in its files; see SweepManifest::sweep.
+/// Describes all that the answers of a sweep depend on, and the meaning of the numbers in its files; see
+/// SweepManifest::sweep.
 nlohmann::ordered_json describe(const ClearanceQuestion& question, RowFormat format, const StateSource& states,
                                 std::uint64_t count);
 
 /// Computes a part into the folder, unless it is there already, and says on standard error what it did.
-/// Failure: throws std::invalid_argument as SweepFolder, RowOutput, rangeOf() and sweepStates(); then nothing new has the
-///          name of the part.
+/// Failure: throws std::invalid_argument as SweepFolder, RowOutput, rangeOf() and sweepStates(); then nothing new has
+///          the name of the part.
 void computePart(const ClearanceQuestion& question, RowFormat format, const SweepOptions& options, StateSource& states,
                  const std::string& folder);
 

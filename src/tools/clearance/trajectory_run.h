@@ -15,8 +15,8 @@ namespace proximity_server::tools {
 ///          not later than the one before, and for a difference that is not finite; otherwise as StateSource.
 class TrajectorySegments {
  public:
-  /// With objects, a segment is divided where they change in between, so that each has the same objects from its begin to its
-  /// end. Both must outlive this.
+  /// With objects, a segment is divided where they change in between, so that each has the same objects from its begin
+  /// to its end. Both must outlive this.
   explicit TrajectorySegments(StateSource& states, ObjectSchedule* objects = nullptr)
       : states_(states), objects_(objects) {}
 
@@ -37,12 +37,12 @@ class TrajectorySegments {
   ObjectSchedule* objects_;
   std::optional<WayPoint> last_;
   long way_points_ = 0;                    ///< that were left behind
-  std::optional<TrajectorySegment> rest_;  ///< of the segment that was divided
+  std::optional<TrajectorySegment> rest_;  ///< the rest of the segment that was divided
   long count_ = 0;
 };
 
-/// Answers the question about every segment, in their order, and writes their rows; they have the same bytes for any number of
-/// threads.
+/// Answers the question about every segment, in their order, and writes their rows; they have the same bytes for any
+/// number of threads.
 /// Failure: throws the error of reading a state, after the rows of all segments before it were written.
 void answerSegments(const ClearanceQuestion& question, StateSource& states, AnswerOutput& output);
 

@@ -12,10 +12,10 @@ namespace proximity_server::tools {
 struct ExplainedShape {
   narrowphase::Shape shape;
   std::string description;
-  std::vector<Eigen::Vector3d> points;  ///< of a hull, in the order in which it names them; else empty
+  std::vector<Eigen::Vector3d> points;  ///< the points of a hull, in the order in which it names them; else empty
 };
 
-/// What is explained: two shapes, and the pose of b in the frame of a.
+/// The pair that is explained: two shapes, and the pose of b in the frame of a.
 struct ExplainedPair {
   ExplainedShape a, b;
   Eigen::Isometry3d a_T_b;

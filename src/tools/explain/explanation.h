@@ -11,7 +11,7 @@ namespace proximity_server::tools {
 /// One query, its answer, and how it came about.
 struct Explanation {
   ExplainedPair pair;
-  narrowphase::SignedDistance answer;  ///< in the frame of a
+  narrowphase::SignedDistance answer;  ///< it is in the frame of a
   narrowphase::QueryTrace trace;
 };
 
@@ -26,7 +26,7 @@ std::string tableOf(const Explanation& explanation);
 /// Whether jsonOf() adds what a picture needs: the surface of the CSO, as found by its support mapping.
 enum class CsoSurface : unsigned char { Omitted, Added };
 
-/// The same as JSON, with all digits; what is not finite is null.
+/// Writes the explanation as JSON, with all digits; a number that is not finite is null.
 std::string jsonOf(const Explanation& explanation, CsoSurface surface);
 
 /// A rung as the end of a sentence "by ...".

@@ -8,10 +8,10 @@
 
 namespace proximity_server::tools {
 
-/// Of two links of a robot in one state the two convex pieces that are closest or overlap deepest.
+/// Finds the two convex pieces of two links of a robot, in one state, that are closest or overlap deepest.
 ///
-/// `state` is "joint=position joint=position ..." ([rad] or [m]), as the other tools print it; joints without a position
-/// are at 0, and all of them for nullopt. Warnings go to standard error.
+/// `state` is "joint=position joint=position ..." ([rad] or [m]), as the other tools print it; joints without a
+/// position are at 0, and all of them for nullopt. Warnings go to standard error.
 /// Failure: throws std::invalid_argument naming the file, the link or the joint.
 ExplainedPair closestPieces(const RobotFiles& files, const std::string& link_a, const std::string& link_b,
                             const std::optional<std::string>& state);

@@ -142,7 +142,7 @@ ExplainedShape readCore(Words& words) {
   return {kind->second.read(words), name, {}};
 }
 
-/// What stands behind the core.
+/// Reads the words behind the core.
 void readMore(Words& words, ExplainedShape& read) {
   while (words.hasMore()) {
     const std::string word = words.word();

@@ -77,7 +77,7 @@ scene::StopAndWarn usualOf(const StudyOptions& options) {
   return {options.distance, std::max(options.distance, options.warn_distance)};
 }
 
-/// What the tool proposes for a robot, as far as the options ask for it.
+/// The proposal of the tool for a robot, as far as the options ask for it.
 struct Proposal {
   std::string srdf;
   std::shared_ptr<const scene::SceneModel> model;  ///< with that SRDF

@@ -96,7 +96,7 @@ class DistanceSearch {
 
   /// Coordinate descent: steps of one joint at a time, halved when none of them helps.
   void run() {
-    constexpr double kSmallestStep = 1e-3;  // of a range
+    constexpr double kSmallestStep = 1e-3;  // a share of a range
     for (double step = 0.25; step > kSmallestStep && goesOn();) {
       bool helped = false;
       for (const scene::JointRange& range : ranges_) {

@@ -89,8 +89,8 @@ using StudyProgress = std::function<void(StudyStage, double done)>;  ///< done: 
 PairStudy studyPairs(const std::shared_ptr<const scene::SceneModel>& model, const StudyOptions& options,
                      const StudyProgress& progress = {});
 
-/// The pairs that are always within PairEvidence::measured, as far as `pairs` says that they are checked; without neighbours,
-/// pairs that are always in contact, and pairs with a joint that can do more than was tried.
+/// The pairs that are always within PairEvidence::measured, as far as `pairs` says that they are checked; without
+/// neighbours, pairs that are always in contact, and pairs with a joint that can do more than was tried.
 std::vector<scene::AlwaysNear> alwaysNear(const PairStudy& study, const scene::PairTable& pairs);
 
 }  // namespace proximity_server::tools

@@ -16,24 +16,25 @@ struct RestState {
   scene::ClearanceLevel level;
 };
 
-/// All joints at 0, or at the limit next to it; or in the middle of their ranges; the first that is at most at WARN. If neither is, the
-/// random state with the best level.
+/// All joints at 0, or at the limit next to it; or in the middle of their ranges; the first that is at most at WARN. If
+/// neither is, the random state with the best level.
 RestState restState(const std::shared_ptr<const scene::SceneModel>& model, const scene::LevelThresholds& thresholds,
                     unsigned long seed);
 
-/// What the files of a folder for a robot are made of.
+/// The parts that the files of a folder for a robot are made of.
 struct RobotSetup {
   std::string urdf_path;   ///< its text is copied; meshes with relative paths become absolute ones
   std::string srdf;        ///< text
-  std::string parameters;  ///< of the node (YAML)
+  std::string parameters;  ///< the parameters of the node (YAML)
   RestState rest;
 };
 
-/// Throws std::invalid_argument naming a file of the folder if it is not empty, or the folder if it is none. It need not exist.
+/// Throws std::invalid_argument naming a file of the folder if it is not empty, or the folder if it is none. It need
+/// not exist.
 void requireEmpty(const std::string& folder);
 
-/// Makes the folder: a catkin package with URDF, SRDF, parameters, a launch file that starts the node with them, and a rostest that
-/// holds the robot in the state of rest. Its name is that of the folder.
+/// Makes the folder: a catkin package with URDF, SRDF, parameters, a launch file that starts the node with them, and a
+/// rostest that holds the robot in the state of rest. Its name is that of the folder.
 /// Failure: throws as requireEmpty() does, and std::invalid_argument naming the file that cannot be written.
 void writeSetup(const std::string& folder, const scene::RobotModel& robot, const RobotSetup& setup);
 

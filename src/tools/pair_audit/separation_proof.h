@@ -27,14 +27,14 @@ struct SeparationProof {
 std::vector<double> sensitivities(const scene::RobotModel& robot, const std::vector<scene::JointRange>& ranges,
                                   const scene::ShapeRefPair& pair);
 
-/// Searches for a proof that the signed distance of two links is above `near` [m] all over the box of `ranges`, which are
-/// those of all joints that move the two relative to each other. Other joints are at 0.
+/// Searches for a proof that the signed distance of two links is above `near` [m] all over the box of `ranges`, which
+/// are those of all joints that move the two relative to each other. Other joints are at 0.
 ///
 /// The lower bound of a cell of the box is the distance at its centre less the largest change within the cell, which is
 /// the sum of sensitivity times half width. The cell with the smallest bound is halved along the joint that contributes
-/// most to this sum, until the bound is half-way from `near` to the smallest distance found, or the budget of queries is spent. The
-/// number of cells grows exponentially with the number of joints: two or three joints can be settled, long chains
-/// cannot. If the volume of the box shows beforehand that the budget cannot suffice, nothing is tried.
+/// most to this sum, until the bound is half-way from `near` to the smallest distance found, or the budget of queries
+/// is spent. The number of cells grows exponentially with the number of joints: two or three joints can be settled,
+/// long chains cannot. If the volume of the box shows beforehand that the budget cannot suffice, nothing is tried.
 ///
 /// Source: Piyavskii, An Algorithm for Finding the Absolute Extremum of a Function, 1972, in several dimensions.
 SeparationProof proveSeparation(scene::Scene& scene, const std::vector<scene::JointRange>& ranges,

@@ -7,8 +7,8 @@
 namespace proximity_server::tools {
 
 /// An SRDF whose disable_collisions name the pairs that are always in contact ("Always"), those that are never near
-/// ("Never"), and the neighbours ("Adjacent"). A pair that was seen near is among them only if it is always in contact, or if
-/// they are neighbours that were not seen both apart and in contact.
+/// ("Never"), and the neighbours ("Adjacent"). A pair that was seen near is among them only if it is always in contact,
+/// or if they are neighbours that were not seen both apart and in contact.
 ///
 /// Everything else of the given SRDF is kept, also its comments; "" stands for an empty SRDF. A pair that its
 /// enable_collisions name is not disabled.

@@ -47,7 +47,7 @@ CLI::Option* addCount(CLI::App& app, const std::string& name, Value& value, long
 
 CLI::Option* addMeshTolerance(CLI::App& app, std::optional<double>& value);
 
-/// The default is the number of cores.
+/// Adds --threads. The default is the number of cores.
 CLI::Option* addThreads(CLI::App& app, int& value);
 
 }  // namespace proximity_server::tools

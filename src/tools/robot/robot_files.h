@@ -47,7 +47,7 @@ scene::RobotModel loadJoints(const RobotFiles& files);
 /// Prints sentences on standard error, each as a line "warning: ...", unless warnings are hidden. "" is none.
 void printWarnings(const std::vector<std::string>& sentences, Warnings warnings);
 
-/// The same for all warnings about robot and SRDF, with the text that the node logs.
+/// Prints all warnings about robot and SRDF so, with the text that the node logs.
 void printWarningsOf(const scene::SceneModel& model, Warnings warnings);
 
 }  // namespace proximity_server::tools

@@ -9,8 +9,8 @@
 
 namespace proximity_server::tools {
 
-/// CSV with a row for each joint that moves: joint, type, lower, upper, unit, mimic. The limits are inf where there are none, the
-/// unit is that of a position (rad, m), and mimic is the joint that it follows.
+/// CSV with a row for each joint that moves: joint, type, lower, upper, unit, mimic. The limits are inf where there are
+/// none, the unit is that of a position (rad, m), and mimic is the joint that it follows.
 std::string jointList(const scene::RobotModel& robot);
 
 /// The positions, as `joint=position`, of the joints that move the pair; all others do not matter.

@@ -8,7 +8,7 @@
 
 namespace proximity_server::tools {
 
-/// Who is right about a pair, as far as it can be proven.
+/// A ruling tells who is right about a pair, as far as it can be proven.
 enum class Ruling : unsigned char {
   Agrees,      ///< the other value lies within our bounds and the tolerance
   NotAsked,    ///< the other library has no shape for one of the two
@@ -42,11 +42,11 @@ struct Judgement {
   ProvenBounds proven{};  ///< only where the two differ
 };
 
-/// Where the two differ by more than the tolerance [m], the axes and points of both are put to the proof (proven_bounds.h),
-/// and the values are held against what it proves.
+/// Decides who is right. If the two differ by more than the tolerance [m], the axes and points of both are put to the
+/// proof (proven_bounds.h), and the values are held against what it proves.
 ///
-/// An overlap of which the other library gives no depth is any value up to 0. A body inside of a closed mesh overlaps what
-/// is between the pieces of the mesh: where ours is such an overlap, no axis of two pieces proves anything.
+/// An overlap of which the other library gives no depth is any value up to 0. A body inside of a closed mesh overlaps
+/// what is between the pieces of the mesh: where ours is such an overlap, no axis of two pieces proves anything.
 Judgement judge(const TwoOpinions& opinions, double tolerance);
 
 }  // namespace proximity_server::tools

@@ -7,7 +7,7 @@
 
 namespace proximity_server::tools {
 
-/// What another library says of two links or objects.
+/// The answer of another library about two links or objects.
 struct OtherAnswer {
   enum class Kind : unsigned char {
     NoShape,   ///< it has no shape for one of the two, so it was not asked
@@ -22,9 +22,10 @@ struct OtherAnswer {
 /// Asks another library about a pair. It may throw, abort or never end, so it is called in a child process.
 using AskOther = std::function<OtherAnswer(const PlacedPieces& a, const PlacedPieces& b)>;
 
-/// FCL, with the solver that it uses by default (libccd), over the same convex pieces; flat ones are triangles. The distance
-/// of two bodies is that of their closest pieces, and the depth that of their deepest: both from fcl::distance(), the
-/// depth with enable_signed_distance, and none where triangles overlap. Empty if this build has no FCL.
+/// FCL, with the solver that it uses by default (libccd), over the same convex pieces; flat ones are triangles. The
+/// distance of two bodies is that of their closest pieces, and the depth that of their deepest: both from
+/// fcl::distance(), the depth with enable_signed_distance, and none where triangles overlap. Empty if this build has no
+/// FCL.
 AskOther makeFcl();
 
 }  // namespace proximity_server::tools

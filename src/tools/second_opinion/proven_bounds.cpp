@@ -16,8 +16,8 @@ using narrowphase::ConvexHull;
 using narrowphase::Shape;
 using Vector3l = Eigen::Matrix<long double, 3, 1>;
 
-constexpr int kExpansions =
-    100;  // of a polytope: concentric balls come within 4 % of their depth, most others are much closer
+// The most expansions of a polytope: concentric balls come within 4 % of their depth, most others are much closer.
+constexpr int kExpansions = 100;
 
 Vector3d clampedTo(const Vector3d& half, const Vector3d& point) { return point.cwiseMax(-half).cwiseMin(half); }
 
@@ -28,7 +28,8 @@ Vector3d insideDisc(double radius, const Vector3d& point) {
   return {scale * point.x(), scale * point.y(), point.z()};
 }
 
-/// Towards the mean of the vertices until it is behind every face. A flat hull has none: its nearest vertex.
+/// Moves a point towards the mean of the vertices until it is behind every face. A flat hull has no inside: then it is
+/// its nearest vertex.
 Vector3d insideHull(const ConvexHull& hull, const Vector3d& point) {
   const std::vector<Vector3d>& vertices = hull.vertices();
   if (hull.dimension() < 3) {
@@ -39,7 +40,7 @@ Vector3d insideHull(const ConvexHull& hull, const Vector3d& point) {
   }
   Vector3d middle = Vector3d::Zero();
   for (const Vector3d& vertex : vertices) middle += vertex / static_cast<double>(vertices.size());
-  double share = 1.0;  // of the way from the middle to the point
+  double share = 1.0;  // the part of the way from the middle to the point
   for (const auto& [i, j, k] : hull.triangles()) {
     const Vector3d& corner = vertices[static_cast<std::size_t>(i)];
     const Vector3d normal =
@@ -131,8 +132,8 @@ Face nearestFace(const ConvexHull& hull) {
   return nearest;
 }
 
-/// [m] The radius of a ball about the origin that the Minkowski difference holds: the two overlap at least so deep. 0 if
-/// none was found.
+/// [m] The radius of a ball about the origin that the Minkowski difference holds: the two overlap at least so deep. 0
+/// if none was found.
 double provenDepth(const PlacedPiece& a, const PlacedPiece& b, const std::vector<Vector3d>& axes) {
   std::vector<Vector3d> points;
   for (const Vector3d& axis : axes)
@@ -178,8 +179,8 @@ ProvenBounds boundsOf(const PlacedPiece& a, const PlacedPiece& b, const Hints& g
   return bounds;
 }
 
-/// [m] Of the coordinates that the proof computes with: a pose of double precision is off by some epsilon of its reach for
-/// each joint that led to it, and each step of the proof by a few.
+/// [m] Bounds the rounding of the coordinates that the proof computes with: a pose of double precision is off by some
+/// epsilon of its reach for each joint that led to it, and each step of the proof by a few.
 double roundingOf(const PlacedPieces& a, const PlacedPieces& b) {
   double reach = 0.0;
   for (const PlacedPieces* body : {&a, &b})

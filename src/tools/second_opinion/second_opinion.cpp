@@ -13,7 +13,7 @@
 namespace proximity_server::tools {
 namespace {
 
-constexpr std::size_t kPairsInBlock = 20000;  // of one child process
+constexpr std::size_t kPairsInBlock = 20000;  // so many are asked in one child process
 constexpr int kLimit = 10;                    // [s] of processor time for one pair
 
 const char* toText(ChildEnd end) {

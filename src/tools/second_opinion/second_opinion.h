@@ -19,26 +19,27 @@ class App;
 
 namespace proximity_server::tools {
 
-/// What the command line says.
+/// The options of the second opinion.
 struct SecondOpinionOptions {
   bool is_wanted = false;
   double tolerance = 1e-5;  ///< [m]
   std::string out;          ///< "": no list
 };
 
-/// Declares --second-opinion, --second-opinion-tolerance and --second-opinion-out. The first is an error where this build has no FCL.
+/// Declares --second-opinion, --second-opinion-tolerance and --second-opinion-out. The first is an error where this
+/// build has no FCL.
 void declareSecondOpinion(CLI::App& app, SecondOpinionOptions& options);
 
 /// Asks another library about the pairs that are listed, and judges where it differs from ours.
 ///
-/// Pairs are asked in blocks, each in a child process of its own, because FCL may throw, abort or never end. The pairs that
-/// differ become rows of the list (CSV).
+/// Pairs are asked in blocks, each in a child process of its own, because FCL may throw, abort or never end. The pairs
+/// that differ become rows of the list (CSV).
 class SecondOpinion {
  public:
   /// Failure: throws std::invalid_argument if the list cannot be written.
   SecondOpinion(const SecondOpinionOptions& options, std::shared_ptr<const scene::SceneModel> model);
 
-  /// The pairs that were listed of a state; `objects` is nullptr if there are none.
+  /// Takes the pairs that were listed of a state; `objects` is nullptr if there are none.
   void add(long state, const std::vector<scene::PairProximity>& pairs, const scene::Positions& positions,
            std::shared_ptr<const scene::Objects> objects);
 

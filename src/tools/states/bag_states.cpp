@@ -19,7 +19,8 @@ namespace {
 
 const std::string kType = "sensor_msgs/JointState";
 
-/// Throws std::invalid_argument if the record behind the first line of a bag names an encryptor. rosbag would load a plugin.
+/// Throws std::invalid_argument if the record behind the first line of a bag names an encryptor. rosbag would load a
+/// plugin.
 /// Source: ROS wiki, Bags/Format/2.0.
 void refuseEncrypted(const std::string& path) {
   FileBytes bytes(path);

@@ -26,7 +26,8 @@ class Bytes {
   Bytes() = default;
 };
 
-/// The bytes of a regular file. A file that others cut off while it is read is an error, not a crash as of a mapped one.
+/// The bytes of a regular file. A file that others cut off while it is read is an error, not a crash as of a mapped
+/// one.
 ///
 /// Failure: the constructor throws std::invalid_argument naming the file.
 class FileBytes : public Bytes {
@@ -54,9 +55,9 @@ class ZipArchive {
   /// The names of all members, in the order of the archive.
   const std::vector<std::string>& members() const { return members_; }
 
-  /// The bytes of a member. A stored one is read in its place; its checksum is proven if all of it is read, with its last byte.
-  /// One that is compressed is unpacked into an unnamed temporary file first, so that any part of it can be read, and its
-  /// checksum is proven then. Encrypted members are refused.
+  /// The bytes of a member. A stored one is read in its place; its checksum is proven if all of it is read, with its
+  /// last byte. One that is compressed is unpacked into an unnamed temporary file first, so that any part of it can be
+  /// read, and its checksum is proven then. Encrypted members are refused.
   std::unique_ptr<Bytes> open(const std::string& member) const;
 
  private:

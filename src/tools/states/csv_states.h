@@ -13,11 +13,11 @@ namespace proximity_server::tools {
 /// The most characters of one line: enough for the quoted names of as many joints as a robot may have.
 constexpr std::size_t kLongestLine = std::size_t{8} << 20;
 
-/// States as comma-separated values, read one at a time: a header of joint names, then a row for each state. Empty lines are
-/// skipped. A column "time" is the time of the state, unless a joint has that name.
+/// States as comma-separated values, read one at a time: a header of joint names, then a row for each state. Empty
+/// lines are skipped. A column "time" is the time of the state, unless a joint has that name.
 ///
-/// Failure: throws std::invalid_argument naming source, line and column: no header, names that jointColumns() refuses, too
-///          few or many numbers, a text that is no finite number, a line longer than kLongestLine.
+/// Failure: throws std::invalid_argument naming source, line and column: no header, names that jointColumns() refuses,
+///          too few or many numbers, a text that is no finite number, a line longer than kLongestLine.
 class CsvStates : public StateSource {
  public:
   /// Read the header.

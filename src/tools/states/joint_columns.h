@@ -9,7 +9,7 @@
 
 namespace proximity_server::tools {
 
-/// What a column of a table of states is about.
+/// A column of a table of states.
 struct JointColumn {
   static constexpr int kTime = -1;
   std::string name;
@@ -21,10 +21,11 @@ struct JointColumn {
 std::vector<JointColumn> jointColumns(const std::vector<std::string>& names, const scene::RobotModel& robot);
 
 /// Index of the joint, which has one position.
-/// Failure: throws std::invalid_argument with the reason, without the name: an unknown, fixed, floating or planar joint.
+/// Failure: throws std::invalid_argument with the reason, without the name: an unknown, fixed, floating or planar
+///          joint.
 int jointWithPosition(const std::string& name, const scene::RobotModel& robot);
 
-/// What follows "... is not used: " in a warning about a joint; "" if it follows no other one.
+/// The text behind "... is not used: " in a warning about a joint that follows another one; "" if it follows none.
 std::string whyNotUsed(const scene::RobotModel& robot, int joint);
 
 /// Counts the states in which a joint is beyond its limits by more than kLimitRounding, and keeps the first of them.

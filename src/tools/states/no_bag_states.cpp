@@ -1,4 +1,4 @@
-// Where the package is built without rosbag.
+// This stands for bag_states.cpp where the package is built without rosbag.
 #include <stdexcept>
 
 #include "tools/states/bag_states.h"

@@ -21,8 +21,8 @@ constexpr char kNativeOrder = __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__ ? '<' : 
 
 [[noreturn]] void refuseHeader() { throw std::invalid_argument("the header of the array is damaged"); }
 
-/// The text of a header as JSON: it is a Python dictionary of texts, truth values and tuples of whole numbers, which differs in
-/// its quotes, words and parentheses, and in commas behind the last item.
+/// The text of a header as JSON: it is a Python dictionary of texts, truth values and tuples of whole numbers, which
+/// differs in its quotes, words and parentheses, and in commas behind the last item.
 std::string jsonOf(const std::string& python) {
   std::string json;
   for (std::size_t i = 0; i < python.size(); ++i) {

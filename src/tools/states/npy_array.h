@@ -9,7 +9,7 @@
 
 namespace proximity_server::tools {
 
-/// What the header of a .npy says.
+/// The header of a .npy.
 struct NpyHeader {
   enum class Order : unsigned char { C, Fortran };
   std::string dtype;  ///< "<f8", "" for a structured array
@@ -23,11 +23,11 @@ struct NpyHeader {
 /// Source:  "NPY format" in the NumPy reference manual, numpy.lib.format.
 NpyHeader readNpyHeader(Bytes& bytes);
 
-/// A table of numbers, read from a .npy in blocks of rows: float64 or float32, little or big endian, in C or Fortran order.
-/// An array of one dimension is a table of one column.
+/// A table of numbers, read from a .npy in blocks of rows: float64 or float32, little or big endian, in C or Fortran
+/// order. An array of one dimension is a table of one column.
 ///
-/// Failure: the constructor throws std::invalid_argument naming the source: no .npy, another dtype, no table, fewer or more
-///          bytes than the shape says.
+/// Failure: the constructor throws std::invalid_argument naming the source: no .npy, another dtype, no table, fewer or
+///          more bytes than the shape says.
 class NpyTable {
  public:
   /// `source` is the name in messages.

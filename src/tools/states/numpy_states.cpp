@@ -126,7 +126,8 @@ bool NumpyStates::fetch(const double*& numbers) {
 }
 
 std::string NumpyStates::place() const {
-  return table_->source() + StateSource::place().substr(source().size());  // of an archive with the name of the table
+  // The place in an archive has the name of the table.
+  return table_->source() + StateSource::place().substr(source().size());
 }
 
 /// Reads the block that begins with the next state.

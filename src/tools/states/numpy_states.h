@@ -9,16 +9,16 @@
 
 namespace proximity_server::tools {
 
-/// States as a table of a .npy, or of a .npz: a row for each state, a column for each joint. Only the part that is asked for
-/// is read, so the file may be larger than the memory.
+/// States as a table of a .npy, or of a .npz: a row for each state, a column for each joint. Only the part that is
+/// asked for is read, so the file may be larger than the memory.
 ///
-/// The columns are named by the caller; else by an array "joints" or "names" of the .npz; else by a text file beside it, with
-/// the suffix .joints: one name a line, or separated by commas. A column "time" is the time of the state, unless a joint has
-/// that name; so is an array "time" of a .npz. The table of a .npz is its array "states", "positions" or "q"; else the only
-/// one that is left.
+/// The columns are named by the caller; else by an array "joints" or "names" of the .npz; else by a text file beside
+/// it, with the suffix .joints: one name a line, or separated by commas. A column "time" is the time of the state,
+/// unless a joint has that name; so is an array "time" of a .npz. The table of a .npz is its array "states",
+/// "positions" or "q"; else the only one that is left.
 ///
-/// Failure: the constructor throws std::invalid_argument as NpyTable and jointColumns() do, and if there are not as many names
-///          as columns. next() throws for a number that is not finite.
+/// Failure: the constructor throws std::invalid_argument as NpyTable and jointColumns() do, and if there are not as
+///          many names as columns. next() throws for a number that is not finite.
 class NumpyStates : public StateSource {
  public:
   /// `joints` may be empty.

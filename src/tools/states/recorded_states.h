@@ -16,10 +16,10 @@ class JointRecording {
   /// The robot must outlive this.
   explicit JointRecording(const scene::RobotModel& robot) : robot_(robot) {}
 
-  /// Adds a message of a time [s]. Joints that the robot does not have, and such without one position of their own, are left
-  /// out. So is a message without positions, which is about velocities or efforts.
-  /// Failure: throws std::invalid_argument without a place: not as many positions as names, a joint named twice, a position
-  ///          that is not finite.
+  /// Adds a message of a time [s]. Joints that the robot does not have, and such without one position of their own, are
+  /// left out. So is a message without positions, which is about velocities or efforts.
+  /// Failure: throws std::invalid_argument without a place: not as many positions as names, a joint named twice, a
+  ///          position that is not finite.
   void add(double time, const std::vector<std::string>& names, const std::vector<double>& positions);
 
  private:
@@ -30,25 +30,25 @@ class JointRecording {
   };
   struct Message {
     double time;
-    std::size_t begin, end;  ///< of its positions
+    std::size_t begin, end;  ///< the range of its positions
   };
   static constexpr int kNotUsed = -1;
   int jointOf(const std::string& name);
 
   const scene::RobotModel& robot_;
-  std::map<std::string, int> joints_;  ///< of the names seen so far; kNotUsed
+  std::map<std::string, int> joints_;  ///< those of the names seen so far; kNotUsed
   std::vector<std::string> left_out_;  ///< a sentence about each joint that is not used
   std::vector<Message> messages_;      ///< with positions of used joints
   std::vector<Position> positions_;
 };
 
-/// The states that the messages of a recording tell of. Messages count in the order of their times; those of one time make one
-/// state. A joint that a message does not name keeps its last position. The first state is the one in which all joints that
-/// the recording names are known; joints that it never names are at 0. The states are held in memory.
+/// The states that the messages of a recording tell of. Messages count in the order of their times; those of one time
+/// make one state. A joint that a message does not name keeps its last position. The first state is the one in which
+/// all joints that the recording names are known; joints that it never names are at 0. The states are held in memory.
 class RecordedStates : public StateSource {
  public:
-  /// With a rate [Hz] the states are those at the time of the first one and every 1 / rate seconds after it, up to that of the
-  /// last message; each is the last that was known then.
+  /// With a rate [Hz] the states are those at the time of the first one and every 1 / rate seconds after it, up to that
+  /// of the last message; each is the last that was known then.
   /// Failure: throws std::invalid_argument naming the source if there is no state.
   RecordedStates(std::string source, const JointRecording& recording, std::optional<double> rate);
 
@@ -65,10 +65,9 @@ class RecordedStates : public StateSource {
   double tick(std::uint64_t number) const;
 
   std::optional<double> rate_;
-  std::vector<double> times_;  ///< [s] of the states of the messages, strictly increasing
-  std::vector<double>
-      states_;  ///< what the columns say, state by state: the time, then the joints that the recording names
-  std::uint64_t ticks_ = 0;  ///< states at the rate
+  std::vector<double> times_;   ///< [s] of the states of the messages, strictly increasing
+  std::vector<double> states_;  ///< state by state the time, then the joints that the recording names
+  std::uint64_t ticks_ = 0;     ///< states at the rate
 };
 
 /// The limits of a rate [Hz]; beyond them the times of a recording cannot tell states apart.

@@ -9,16 +9,17 @@
 
 namespace proximity_server::tools {
 
-/// Two numbers, uniform in [0, 1), which depend on the arguments alone: multiples of 2^-53, the top 53 of 64 random bits.
+/// Two numbers, uniform in [0, 1), which depend on the arguments alone: multiples of 2^-53, the top 53 of 64 random
+/// bits.
 ///
-/// Source: Philox4x32-10 of Salmon, Moraes, Dror, Shaw, Parallel Random Numbers: As Easy as 1, 2, 3, SC 2011. Key: the seed.
-///         Counter: the state (two words), the draw, 0; lower words first. Each number takes two words of the answer, the
-///         lower one first.
+/// Source: Philox4x32-10 of Salmon, Moraes, Dror, Shaw, Parallel Random Numbers: As Easy as 1, 2, 3, SC 2011. Key: the
+///         seed. Counter: the state (two words), the draw, 0; lower words first. Each number takes two words of the
+///         answer, the lower one first.
 std::array<double, 2> uniformNumbers(std::uint64_t seed, std::uint64_t state, std::uint32_t draw);
 
-/// Random states, each joint uniform in its range (see scene::jointRanges) and independent of all others. State i is the same
-/// wherever it is computed, and however many there are: the joint of range r is at lower + u * (upper - lower) with number
-/// r % 2 of uniformNumbers(seed, i, r / 2).
+/// Random states, each joint uniform in its range (see scene::jointRanges) and independent of all others. State i is
+/// the same wherever it is computed, and however many there are: the joint of range r is at lower + u * (upper - lower)
+/// with number r % 2 of uniformNumbers(seed, i, r / 2).
 class SampledStates : public StateSource {
  public:
   /// Failure: throws std::invalid_argument for a joint whose range has no finite width.

@@ -14,13 +14,13 @@
 
 namespace proximity_server::tools {
 
-/// What the command line says of the states.
+/// The options of the states.
 struct StateOptions {
   std::string file = "-";           ///< CSV, .npy or .npz; "-": CSV from standard input
-  std::vector<std::string> joints;  ///< of the columns of a .npy or .npz; empty: named beside it
+  std::vector<std::string> joints;  ///< those of the columns of a .npy or .npz; empty: named beside it
   BagOptions bag;                   ///< if it has a file
   std::optional<std::uint64_t> sample;
-  std::uint64_t seed = 0;      ///< of the sample
+  std::uint64_t seed = 0;      ///< that of the sample
   std::vector<GridAxis> grid;  ///< if there is one
   bool is_zero = false;        ///< one state, all joints at 0 or nearest to it
 };
@@ -28,10 +28,12 @@ struct StateOptions {
 /// Declares the options of the states: --states, --joints, --bag, --topic, --rate, --sample, --seed, --grid, --zero.
 void declareStateOptions(CLI::App& app, StateOptions& options);
 
-/// Throws std::invalid_argument with the name of the file and the reason if it cannot be read, so that this is known before the robot is loaded.
+/// Throws std::invalid_argument with the name of the file and the reason if it cannot be read, so that this is known
+/// before the robot is loaded.
 void requireReadable(const StateOptions& options);
 
-/// The robot must outlive the source. What a file is, it says by its first bytes, or else by its suffix.
+/// Opens the source of the states, which the robot must outlive. The suffix of a file tells its format, or else its
+/// first bytes.
 /// Failure: throws std::invalid_argument naming the file or the option.
 std::unique_ptr<StateSource> openStates(const StateOptions& options, const scene::RobotModel& robot);
 

@@ -14,8 +14,8 @@
 
 namespace proximity_server::tools {
 
-/// States of a robot, numbered from 0: from a file, from a recorded bag, or made. Joints that a source does not name are at
-/// 0, and mimic joints follow their leader: what a source says of them is not used, and a warning says so.
+/// States of a robot, numbered from 0: from a file, from a recorded bag, or made. Joints that a source does not name
+/// are at 0, and mimic joints follow their leader: what a source says of them is not used, and a warning says so.
 ///
 /// Unit:    [rad] or [m], [s].
 /// Failure: next(), read() and skipTo() throw std::invalid_argument naming source, place and column.
@@ -28,20 +28,20 @@ class StateSource {
   /// The next state, one position for each of RobotModel::joints; false at the end.
   virtual bool next(scene::Positions& positions);
 
-  /// The next states, as many as the block has rows, from its first row on; one column for each of RobotModel::joints. Returns
-  /// how many there are: fewer only at the end, or before a state that is wrong, of which the next call throws. `each` gets every
-  /// state as soon as it is read; if it throws std::invalid_argument the state is wrong.
+  /// The next states, as many as the block has rows, from its first row on; one column for each of RobotModel::joints.
+  /// Returns how many there are: fewer only at the end, or before a state that is wrong, of which the next call throws.
+  /// `each` gets every state as soon as it is read; if it throws std::invalid_argument the state is wrong.
   int read(Eigen::Ref<Eigen::MatrixXd> block, const std::function<void(const scene::Positions&)>& each = nullptr);
 
-  /// next() then returns the state of this number, or false if there are not so many. Forward only. Takes a constant time,
-  /// except that CSV is read on.
+  /// next() then returns the state of this number, or false if there are not so many. Forward only. Takes a constant
+  /// time, except that CSV is read on.
   virtual void skipTo(std::uint64_t state) { state_ = state; }
 
   /// How many states there are; nullopt if that is known at the end only, as of a stream. It may read the whole file.
   virtual std::optional<std::uint64_t> count() const = 0;
 
-  /// A text for manifests, which is equal only if the states are the same. It has a hash of the whole content of a file, which it
-  /// reads. "" for a stream, which can be read only once.
+  /// A text for manifests, which is equal only if the states are the same. It has a hash of the whole content of a
+  /// file, which it reads. "" for a stream, which can be read only once.
   virtual std::string identity() const = 0;
 
   /// Whether the states have times, and the time [s] of the last state.
@@ -66,7 +66,8 @@ class StateSource {
   /// Failure: throws std::invalid_argument as jointColumns().
   void setColumns(const std::vector<std::string>& names);
 
-  /// Finds the numbers of the state state(), one for each column; false at the end. They may be not finite, which next() refuses.
+  /// Finds the numbers of the state state(), one for each column; false at the end. They may be not finite, which
+  /// next() refuses.
   virtual bool fetch(const double*& /*numbers*/) { return false; }
 
   /// The text of a number that fetch() has found, for messages.
@@ -90,7 +91,7 @@ class StateSource {
   std::uint64_t state_ = 0;
   std::optional<double> time_;
   scene::Positions row_;      ///< scratch of read()
-  std::exception_ptr error_;  ///< of the state that ended the last block
+  std::exception_ptr error_;  ///< that of the state that ended the last block
 };
 
 }  // namespace proximity_server::tools

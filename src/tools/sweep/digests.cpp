@@ -10,7 +10,7 @@
 namespace proximity_server::tools {
 namespace {
 
-/// What ContentHash takes, and numbers: every NaN counts as the same, and -0 as 0.
+/// A ContentHash that takes numbers, too: every NaN counts as the same, and -0 as 0.
 class Digest {
  public:
   void add(double number) {

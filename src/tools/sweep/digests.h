@@ -20,12 +20,12 @@ ModelDigest digestOf(const scene::SceneModel& model);
 /// A fingerprint of the thresholds of all pairs of links, and of links with objects.
 std::string digestOf(const scene::LevelThresholds& thresholds, const scene::RobotModel& robot);
 
-/// A fingerprint of the pieces of objects, with what was measured of their meshes. Neither half-spaces nor the places of the objects
-/// are in it, as the file of the objects has both.
+/// A fingerprint of the pieces of objects, with what was measured of their meshes. Neither half-spaces nor the places
+/// of the objects are in it, as the file of the objects has both.
 std::string shapesDigestOf(const std::vector<scene::Object>& objects);
 
-/// A hash of the program that runs: of its file and of the libraries of this package that it has loaded. Two builds that may
-/// answer differently have different ones.
+/// A hash of the program that runs: of its file and of the libraries of this package that it has loaded. Two builds
+/// that may answer differently have different ones.
 std::string programDigest();
 
 }  // namespace proximity_server::tools

@@ -15,7 +15,7 @@ const char* toString(RowFormat format);
 /// The format of a name; nullopt: there is none.
 std::optional<RowFormat> rowFormatNamed(const std::string& name);
 
-/// What stands around and between the rows of a file, so that files can be cut and joined at rows.
+/// The text around and between the rows of a file, so that files can be cut and joined at rows.
 struct OutputFormat {
   RowFormat rows = RowFormat::Csv;
   std::string begin, before_first, between, end;
@@ -24,7 +24,7 @@ struct OutputFormat {
   /// `csv_header` is used by Csv only, `npy_type` by Npy.
   OutputFormat(RowFormat rows, const std::string& csv_header, const std::string& npy_type);
 
-  /// What stands before the rows. Of .npy it depends on their number, but its size does not.
+  /// The text before the rows. It depends on their number in a .npy, but its size does not.
   std::string header(std::uint64_t rows) const;
 };
 

@@ -23,8 +23,8 @@ struct WrittenRows {
   }
 };
 
-/// Writes rows, and what stands before, between and after them: to a stream, or to a file that has its name only once it is
-/// complete. Failure: the functions throw std::invalid_argument naming the stream or file.
+/// Writes rows, and what stands before, between and after them: to a stream, or to a file that has its name only once
+/// it is complete. Failure: the functions throw std::invalid_argument naming the stream or file.
 class RowOutput {
  public:
   /// `name` is that of the stream in messages. The stream must outlive this.
@@ -45,7 +45,7 @@ class RowOutput {
 
   std::uint64_t rows() const { return rows_; }
   std::uint64_t bytes() const { return bytes_; }
-  /// Of all bytes between what OutputFormat puts before and after the rows.
+  /// The hash of all bytes between what OutputFormat puts before and after the rows.
   std::string hash() const { return hash_.text(); }
 
  private:

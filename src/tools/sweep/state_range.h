@@ -39,7 +39,7 @@ StateRange rangeOf(const ShardNumber& shard, std::uint64_t count);
 /// "1000:2000", which readRange() understands.
 std::string textOf(const StateRange& range);
 
-/// What the command line says of a sweep and its parts.
+/// The options of a sweep and its parts.
 struct SweepOptions {
   std::optional<ShardNumber> shard;
   std::optional<StateRange> range;
@@ -52,7 +52,8 @@ struct SweepOptions {
 void declareSweepOptions(CLI::App& app, SweepOptions& options);
 
 /// The states that a part has. `source` names them in messages.
-/// Failure: throws std::invalid_argument if there are no states, fewer than the range wants, or if their number is not known.
+/// Failure: throws std::invalid_argument if there are no states, fewer than the range wants, or if their number is not
+///          known.
 StateRange rangeOf(const SweepOptions& options, const std::optional<std::uint64_t>& count, const std::string& source);
 
 }  // namespace proximity_server::tools

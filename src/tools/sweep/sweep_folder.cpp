@@ -102,7 +102,7 @@ std::string SweepFolder::file(const StateRange& range, RowFormat format) const {
 
 bool SweepFolder::isDone(const nlohmann::ordered_json& sweep, const StateRange& range, RowFormat format) const {
   const std::string path = file(range, format);
-  // Of the others one is enough: all were compared with one when they were made, and completeSweep() compares them all.
+  // One of the others is enough: all were compared with one when they were made, and completeSweep() compares them all.
   const std::vector<std::string> others = manifestsIn(path_);
   if (!others.empty()) requireSameSweep(others.front(), sweep);
   if (fs::exists(manifestPath(path))) requireSameSweep(manifestPath(path), sweep);

@@ -9,16 +9,16 @@
 
 namespace proximity_server::tools {
 
-/// What a file of a sweep holds, and what made it: JSON beside the file.
+/// A manifest tells what a file of a sweep holds, and what made it: JSON beside the file.
 struct SweepManifest {
-  /// All that the answers depend on, and the meaning of the numbers in the file: program, model, question, states, output,
-  /// pairs. Equal for all parts of one sweep.
+  /// All that the answers depend on, and the meaning of the numbers in the file: program, model, question, states,
+  /// output, pairs. Equal for all parts of one sweep.
   nlohmann::ordered_json sweep;
 
   StateRange range;
   std::uint64_t rows = 0;
-  std::uint64_t bytes = 0;  ///< of the whole file
-  std::string hash;         ///< of its rows: of all bytes between what OutputFormat puts before and after them
+  std::uint64_t bytes = 0;  ///< the size of the whole file
+  std::string hash;         ///< that of its rows: all bytes between what OutputFormat puts before and after them
   SweepSummary summary;
 
   /// How many states the whole sweep has.
@@ -36,7 +36,7 @@ SweepManifest readManifest(const std::string& path);
 /// Writes the manifest of a file, whole or not at all.
 void writeManifest(const SweepManifest& manifest, const std::string& file);
 
-/// What differs between two sweeps, as "model.shapes is A there and B here, ..."; "" if nothing does.
+/// Names the differences between two sweeps, as "model.shapes is A there and B here, ..."; "" if nothing does.
 std::string differences(const nlohmann::ordered_json& there, const nlohmann::ordered_json& here);
 
 }  // namespace proximity_server::tools

@@ -12,7 +12,8 @@
 
 namespace proximity_server::tools {
 
-/// What is said of each state: the smallest of the listed distances, or only whether something is below a distance.
+/// Whether each state has the smallest of its listed distances, or only a verdict whether something is below a
+/// distance.
 enum class SummaryKind : unsigned char { Distances, Verdicts };
 
 /// A state with its closest pair; distances [m].
@@ -26,11 +27,11 @@ struct ClosestOfState {
 struct NotableState {
   ClosestOfState closest;
   std::string link_a, link_b;
-  std::vector<std::pair<std::string, double>> positions;  ///< of the joints that lead
+  std::vector<std::pair<std::string, double>> positions;  ///< those of the joints that lead
 };
 
-/// What a sweep found, in numbers that do not depend on how it was divided: they are counts, and states in a total order.
-/// So the summary of merged parts has the bytes of the summary of the whole.
+/// The results of a sweep, in numbers that do not depend on how it was divided: they are counts, and states in a total
+/// order. So the summary of merged parts has the bytes of the summary of the whole.
 struct SweepSummary {
   static constexpr std::size_t kNotable = 10;
   using Names = std::pair<std::string, std::string>;
@@ -40,10 +41,10 @@ struct SweepSummary {
   std::uint64_t unknown = 0;   ///< states without an answer
   std::uint64_t unlisted = 0;  ///< states in which no pair is listed
   std::uint64_t below = 0;     ///< not proven to be above: of Distances above 0, of Verdicts above the distance
-  std::map<int, std::uint64_t> histogram;                 ///< of Distances: states by bin, see SummaryCounter
+  std::map<int, std::uint64_t> histogram;                 ///< states by bin, see SummaryCounter; for Distances
   std::map<scene::ClearanceLevel, std::uint64_t> levels;  ///< states by level, where it is known
   std::vector<NotableState> notable;     ///< the closest, the first of equals first; of Verdicts the first below
-  std::map<Names, std::uint64_t> pairs;  ///< in how many states it is the closest, or the one that was found
+  std::map<Names, std::uint64_t> pairs;  ///< the number of states in which it is the closest, or the one that was found
 
   void add(const SweepSummary& other);
 
@@ -57,8 +58,8 @@ struct SweepSummary {
 
 /// Counts the states of one thread. Nothing is allocated for a state, except the first time that something is in a bin.
 ///
-/// A bin is 1 cm wide: bin n has the distances from n / 100 up to, but not including, (n + 1) / 100. All below -10 m and
-/// from 10 m on are in the outermost bins.
+/// A bin is 1 cm wide: bin n has the distances from n / 100 up to, but not including, (n + 1) / 100. All below -10 m
+/// and from 10 m on are in the outermost bins.
 class SummaryCounter {
  public:
   using Closest = ClosestOfState;

@@ -8,15 +8,15 @@ struct XXH3_state_s;
 
 namespace proximity_server::tools {
 
-/// A hash of bytes, the same on every machine: 128 bits of XXH3. It tells contents apart that differ by chance, not those that
-/// somebody made to have the same hash.
+/// A hash of bytes, the same on every machine: 128 bits of XXH3. It tells contents apart that differ by chance, not
+/// those that somebody made to have the same hash.
 class ContentHash {
  public:
   ContentHash();
   ~ContentHash();
 
   ContentHash& add(const void* data, std::size_t size);
-  /// The text and its length, so that "a", "bc" is not "ab", "c".
+  /// Adds the text and its length, so that "a", "bc" is not "ab", "c".
   ContentHash& add(const std::string& text);
 
   /// 32 hexadecimal digits.
@@ -26,7 +26,7 @@ class ContentHash {
   std::unique_ptr<XXH3_state_s, void (*)(XXH3_state_s*)> state_;
 };
 
-/// Of the whole file, at the speed of the disk. Throws std::invalid_argument naming it if it cannot be read.
+/// Hashes the whole file, at the speed of the disk. Throws std::invalid_argument naming it if it cannot be read.
 std::string contentHash(const std::string& path);
 
 }  // namespace proximity_server::tools

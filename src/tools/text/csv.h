@@ -27,7 +27,7 @@ std::optional<Number> numberIn(std::string_view text) {
   return error == std::errc() && stop == end ? std::optional<Number>(value) : std::nullopt;
 }
 
-/// The same of a text that may begin with a plus sign.
+/// Reads a number as numberIn() does, from a text that may begin with a plus sign.
 template <typename Number>
 std::optional<Number> signedNumberIn(std::string_view text) {
   const bool has_plus = text.size() > 1 && text[0] == '+' && text[1] != '-';
