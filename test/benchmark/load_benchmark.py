@@ -1,5 +1,5 @@
-"""What it takes until a robot is loaded and one state is answered: `clearance` with an empty cache of meshes, and again with what
-the first run left in it.
+"""Measures the time until a robot is loaded and one state is answered: by `clearance` with an empty cache of meshes,
+and again with what the first run left in it.
 
 usage: load_benchmark.py CLEARANCE ROBOTS RESULT.json      (ROBOTS: the folder of the package example-robot-data)
 
@@ -32,7 +32,7 @@ ROBOTS = (
 
 
 def first_joint(urdf):
-    """Of those that move: its column makes the one state."""
+    """Returns the name of the first joint that moves: its column makes the one state."""
     return re.search(r'<joint\s+name="([^"]+)"\s+type="(?:revolute|continuous|prismatic)"', urdf.read_text())[1]
 
 
@@ -42,7 +42,7 @@ def processor_seconds():
 
 
 def run(clearance, urdf, cache):
-    """Seconds of wall and processor time of one run."""
+    """Returns the seconds of wall and processor time of one run."""
     environment = {**os.environ, "XDG_CACHE_HOME": str(cache), "ROS_PACKAGE_PATH": str(urdf.parents[4])}
     before, start = processor_seconds(), time.monotonic()
     subprocess.run([clearance, urdf], input=f"{first_joint(urdf)}\n0\n", text=True, env=environment, check=True, capture_output=True)

@@ -1,9 +1,5 @@
-"""Shows the result file of load_benchmark.py as a table: processor time until a robot is loaded and one state is answered.
-
-usage: load_table.py RESULT.json
-"""
-
-from table import show_result
+"""Makes a table of the result file of load_benchmark.py: processor time until a robot is loaded and a state is
+answered."""
 
 
 def loads(robots):
@@ -12,9 +8,5 @@ def loads(robots):
 
 
 def tables(result):
-    """By name the head and the lines of each table that README.md shows."""
+    """Returns the head and the lines of each table of TABLES.md by its name."""
     return {"loads": (["processor time [s]", "first", "again"], loads(result["robots"]))}
-
-
-if __name__ == "__main__":
-    show_result(tables)

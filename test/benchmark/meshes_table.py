@@ -1,10 +1,6 @@
-"""Shows the result file of ./dev bench meshes as a table: what stands for each mesh, and how far pieces and mesh lie from each
-other.
-
-usage: meshes_table.py RESULT.json
+"""Makes a table of the result file of ./dev bench meshes: what stands for each mesh, and how far pieces and mesh lie
+from each other.
 """
-
-from table import show_result
 
 
 def meshes(entries):
@@ -16,15 +12,11 @@ def meshes(entries):
 
 
 def tables(result):
-    """By name the head and the lines of each table that README.md shows."""
+    """Returns the head and the lines of each table of TABLES.md by its name."""
     return {"meshes": (["robot", "link", "representation", "pieces", "vertices", "outside of the mesh", "not covered",
                         "hull / mesh volume"], meshes(result["meshes"]))}
 
 
 def facts(result):
-    """By name what README.md says in its text."""
+    """Returns what TABLES.md says in its text by name."""
     return {"tolerance_mm": f"{1e3 * result['tolerance']:g}"}
-
-
-if __name__ == "__main__":
-    show_result(tables)

@@ -1,16 +1,12 @@
-"""Shows a result file of motion_benchmark as tables: time of contact of two solids beside FCL and sampling, what a tighter
-setting costs, the smallest distance of a motion, and robots along joint motions.
-
-usage: motion_table.py RESULT.json
+"""Makes tables of a result file of motion_benchmark: time of contact of two solids beside FCL and sampling, what a
+tighter setting costs, the smallest distance of a motion, and robots along joint motions.
 """
-
-from table import show, show_result
 
 OURS = "ours"
 
 
 def by_row(entries):
-    """The entries of each row by library and setting."""
+    """Returns the entries of each row by library and setting."""
     rows = {}
     for entry in entries:
         rows.setdefault(entry["row"], {})[label(entry)] = entry
@@ -18,13 +14,13 @@ def by_row(entries):
 
 
 def label(entry):
-    """Of what samples with how many."""
+    """Returns the name of a library, with the number of samples if it takes some."""
     name = entry["library"]
     return f"{name} {entry['setting']:.0f}" if entry["setting"] >= 1 else name
 
 
 def time(ns):
-    """Of a few digits, with its unit."""
+    """Returns a time with three digits and its unit."""
     for unit, size in (("s", 1e9), ("ms", 1e6), ("us", 1e3)):
         if ns >= size:
             return f"{ns / size:.3g} {unit}"
@@ -32,13 +28,13 @@ def time(ns):
 
 
 def wrong(entry):
-    """What a library says that is not so, and how often it says nothing."""
+    """Returns how often a library is wrong in which way, and how often it says nothing."""
     names = (("missed", "missed"), ("late", "late"), ("false", "false"), ("undecided", "undecided"), ("unanswered", "no answer"))
     return ", ".join(f"{entry[key]} {name}" for key, name in names if entry.get(key))
 
 
 def cell(entry):
-    """Median time / largest error as a distance, and what is wrong."""
+    """Returns the median time / the largest error as a distance, and what is wrong."""
     if entry is None or "ns" not in entry:
         return "-"
     error = f" / {entry['max_error']:.0e}" if entry["contacts"] else ""
@@ -46,12 +42,17 @@ def cell(entry):
     return f"{time(entry['ns'])}{error}" + (f" !{faults}" if faults else "")
 
 
+def fcl_advancement(entries):
+    """Returns the entry of FCL's conservative advancement, by the solver that is faster, or None if it was not asked."""
+    return min((e for name, e in entries.items() if name.startswith("FCL advancement") and "ns" in e), key=lambda e: e["ns"],
+               default=None)
+
+
 def ratio(entries):
-    """FCL's conservative advancement, by the solver that is faster, over ours: time, and error where there are contacts."""
-    others = [e for name, e in entries.items() if name.startswith("FCL advancement") and "ns" in e]
-    if not others:
+    """Returns FCL's conservative advancement over ours: the time, and the error if there are contacts."""
+    ours, fcl = entries[OURS], fcl_advancement(entries)
+    if not fcl:
         return "-"
-    ours, fcl = entries[OURS], min(others, key=lambda e: e["ns"])
     errors = f" / {fcl['max_error'] / ours['max_error']:.0e}" if ours["contacts"] and ours["max_error"] else ""
     return f"{fcl['ns'] / ours['ns']:.1f}{errors}"
 
@@ -64,8 +65,8 @@ def contacts(rows, names):
                f"{entries[OURS]['queries']:.1f}"]
 
 
-def details(entries):
-    """Every entry in full."""
+def in_full(entries):
+    """Yields every entry in full."""
     for entry in entries:
         if "ns" not in entry:
             continue
@@ -75,7 +76,7 @@ def details(entries):
 
 
 def tuned(entries):
-    """One line a library and setting of each row."""
+    """Yields a line for each library and setting of each row."""
     for entry in entries:
         if "ns" in entry:
             yield [entry["row"], entry["library"], f"{entry['setting']:g}", time(entry["ns"]),
@@ -83,7 +84,7 @@ def tuned(entries):
 
 
 def smallest(rows):
-    """Ours at its default tolerance, and the fewest samples that are as exact as ours at each of its tolerances."""
+    """Yields ours at each of its tolerances, beside the fewest samples that are as exact."""
     for row, entries in rows.items():
         ours = [e for e in entries if e["library"] == OURS and "ns" in e]
         sampling = sorted((e for e in entries if e["library"] == "sampling" and "ns" in e), key=lambda e: e["setting"])
@@ -117,7 +118,7 @@ def robots(entries):
 
 
 def tables(result):
-    """By name the head and the lines of each table that README.md shows."""
+    """Returns the head and the lines of each table of TABLES.md by its name."""
     rows = by_row(result["rows"])
     found = {}
     if rows:
@@ -137,16 +138,17 @@ def tables(result):
     return found
 
 
-def main():
-    result = show_result(tables)
+def details(result):
+    """Returns the head and the lines of each table that only the terminal shows."""
+    found = []
     if result["rows"]:
-        show(["time of contact", "library", "median", "99 %", "largest error", "mean", "largest [m]", "mean [m]",
-              "missed / late / false", "contacts"], details(result["rows"]))
-        show(["setting", "library", "", "median", "largest error [m]", "mean [m]", "wrong"], tuned(result["tolerances"]))
-    print("!: contacts missed, found after the true one, or claimed where there is none. Samples for 1e-9 m, and at our\n"
-          "guarantee: in such steps that nothing comes closer in between than by our tolerance; their time is extrapolated. 1 kHz\n"
-          "misses: contacts, and its largest delay or error. Contradicted: by a sample; unconfirmed: by the state at our time.")
+        found.append((["time of contact", "library", "median", "99 %", "largest error", "mean", "largest [m]", "mean [m]",
+                       "missed / late / false", "contacts"], in_full(result["rows"])))
+        found.append((["setting", "library", "", "median", "largest error [m]", "mean [m]", "wrong"], tuned(result["tolerances"])))
+    return found
 
 
-if __name__ == "__main__":
-    main()
+def note(_):
+    return ("!: contacts missed, found after the true one, or claimed where there is none. Samples for 1e-9 m, and at our\n"
+            "guarantee: in such steps that nothing comes closer in between than by our tolerance; their time is extrapolated. 1 kHz\n"
+            "misses: contacts, and its largest delay or error. Contradicted: by a sample; unconfirmed: by the state at our time.")

@@ -1,10 +1,6 @@
-"""Shows a result file of node_benchmark as tables: round trips of each service beside an empty one, batches beside their
-computation, how long a changed object needs to its level, and how regularly the monitor runs.
-
-usage: node_table.py RESULT.json
+"""Makes tables of a result file of node_benchmark: round trips of each service beside an empty one, batches beside
+their computation, how long a changed object needs to its level, and how regularly the monitor runs.
 """
-
-from table import show_result
 
 
 def number(value):
@@ -65,7 +61,7 @@ def monitors(rows):
 
 
 def tables(result):
-    """By name the head and the lines of each table that README.md shows."""
+    """Returns the head and the lines of each table of TABLES.md by its name."""
     found = {}
     if result["services"]:
         found["services"] = (
@@ -89,13 +85,8 @@ def tables(result):
     return found
 
 
-def main():
-    result = show_result(tables)
-    print(f"TF at {result['tf_rate']:.0f} Hz, {result['cores']} cores. empty: a service of as many bytes that does nothing, on\n"
-          "the same machine at the same time; jitter: of the time between two cycles; missed: a period without a cycle;\n"
-          "bare thread: what one that does nothing misses at that rate and priority, at the same time;\n"
-          "reaction: from a transform that just missed a cycle to the level of the next one, in another process.")
-
-
-if __name__ == "__main__":
-    main()
+def note(result):
+    return (f"TF at {result['tf_rate']:.0f} Hz, {result['cores']} cores. empty: a service of as many bytes that does nothing, on\n"
+            "the same machine at the same time; jitter: of the time between two cycles; missed: a period without a cycle;\n"
+            "bare thread: what one that does nothing misses at that rate and priority, at the same time;\n"
+            "reaction: from a transform that just missed a cycle to the level of the next one, in another process.")

@@ -1,7 +1,6 @@
 """Draws the pictures of the README.md files from the results of the benchmarks.
 
-usage: plot.py FOLDER   with narrowphase.json, subalgorithms.json, stress.json and, if there are any, scene.json and
-                        motion.json; the pictures go there too
+usage: plot.py FOLDER   with the result files; the pictures go there, too
 """
 
 import json
@@ -53,20 +52,20 @@ def style(library):
 
 
 def mark(library, size=6):
-    """Of a library in a panel that has no room for names: legend_of() says which is whose."""
+    """Returns the mark of a library in a panel that has no room for names: legend_of() says which is whose."""
     is_ours = library == "ours"
     return {"marker": MARKS.get(library, "X"), "markersize": size + 1 if is_ours else size, "markeredgewidth": 1.3,
             "markerfacecolor": style(library)["color"] if is_ours else "none"}
 
 
 def legend_of(figure, libraries, size=6, linestyle="-"):
-    """One legend above all panels."""
+    """Draws one legend above all panels."""
     handles = [Line2D([], [], linestyle=linestyle, **style(library), **mark(library, size)) for library in libraries]
     figure.legend(handles, libraries, loc="upper center", ncols=len(libraries), fontsize=9, frameon=False)
 
 
 def known_first(entries):
-    """Their libraries, in the order of COLOURS."""
+    """Returns the libraries of some entries, in the order of COLOURS."""
     found = {entry["library"] for entry in entries}
     return [library for library in COLOURS if library in found] + sorted(found - set(COLOURS))
 
@@ -77,7 +76,7 @@ def label_last(axes, xs, ys, library, above=0):
 
 
 def time_against_error(results, file):
-    """One panel a workload, one mark a library; down and left is better."""
+    """Draws a panel for each workload, a mark for each library; down and left is better."""
     workloads = [f"{solid}, {placement}" for solid in ("box", "cylinder", "hull 32", "hull 200")
                  for placement in ("apart", "shallow", "deep")]
     figure, panels = plt.subplots(4, 3, figsize=(11, 12), sharex=True, sharey=True)
@@ -87,7 +86,7 @@ def time_against_error(results, file):
             library = entry["library"]
             x, y = entry["ns"], max(entry["max_error"], SMALLEST)
             panel.plot(x, y, linestyle="", color=style(library)["color"], **mark(library, 8))
-        panel.set(xscale="log", yscale="log", xlim=(1e2, 1e6), ylim=(1e-18, 30))
+        panel.set(xscale="log", yscale="log", xlim=(1e2, 1e6), ylim=(3e-19, 30))
         panel.grid(alpha=0.3)
     legend_of(figure, known_first(e for e in results["rows"] if e["row"] in workloads), 8, "")
     figure.supxlabel("time per query [ns]")
@@ -96,7 +95,7 @@ def time_against_error(results, file):
 
 
 def time_against_tolerance(results, file):
-    """What a tighter tolerance costs and brings, one line a library."""
+    """Draws what a tighter tolerance costs and brings, a line for each library."""
     workloads = list(dict.fromkeys(e["row"] for e in results["tolerances"]))
     figure, panels = plt.subplots(2, 4, figsize=(14, 7), sharex=True, sharey=True)
     for panel, workload in zip(panels.T.flat, workloads):
@@ -115,7 +114,7 @@ def time_against_tolerance(results, file):
 
 
 def time_against_vertices(results, file):
-    """Distance of two hulls apart, and the support mapping alone."""
+    """Draws the time of the distance of two hulls apart, and of the support mapping alone."""
     figure, (query, support) = plt.subplots(1, 2, figsize=(12, 5))
     distances = [e for e in results["vertices"] if e["row"] == "hulls by vertices"]
     for library in dict.fromkeys(e["library"] for e in distances):
@@ -138,7 +137,7 @@ def time_against_vertices(results, file):
 
 
 def subalgorithms(results, file):
-    """Time and GJK error of the ways to find the nearest point of a simplex, by kind of simplex."""
+    """Draws time and GJK error of the ways to find the nearest point of a simplex, by kind of simplex."""
     entries = results["subalgorithms"]
     kinds = list(dict.fromkeys(e["simplices"] for e in entries))
     names = list(dict.fromkeys(e["algorithm"] for e in entries))
@@ -159,7 +158,7 @@ def subalgorithms(results, file):
 
 
 def stability(results, file):
-    """The worst that the stress pairs of each family showed, and how many of them were looked at."""
+    """Draws the worst that the stress pairs of each family showed, and how many of them were looked at."""
     families = results["families"][::-1]
     places = range(len(families))
     figure, (error, gap, iterations) = plt.subplots(1, 3, figsize=(12, 7), sharey=True)
@@ -177,7 +176,7 @@ def stability(results, file):
 
 
 def scene_scaling(results, file):
-    """The minimum of arms side by side: time of a state, and how many pairs there are, in reach and computed."""
+    """Draws the minimum of arms side by side: time of a state, and how many pairs there are, in reach and computed."""
     figure, panels = plt.subplots(2, 2, figsize=(12, 9), sharex=True, sharey="row")
     for (time, count), motion in zip(panels.T, ("coherent", "cold")):
         entries = [e for e in results["scaling"] if e["motion"] == motion]
@@ -205,7 +204,7 @@ def scene_scaling(results, file):
 
 
 def scene_rungs(results, file):
-    """How the pairs of each robot were settled: the shares of the rungs."""
+    """Draws how the pairs of each robot were settled: the shares of the rungs."""
     entries = [e for e in results["rows"] if e["library"] == "ours"][::-1]
     figure, axes = plt.subplots(figsize=(10, 0.3 * len(entries) + 1.2))
     left = [0.0] * len(entries)
@@ -221,7 +220,7 @@ def scene_rungs(results, file):
 
 
 def motion_time_against_error(results, file):
-    """Time of contact: what a tighter setting costs and brings, one line a library; down and left is better. A cross
+    """Draws what a tighter setting of the time of contact costs and brings, a line for each library. A cross
     marks settings with which contacts were missed or found late."""
     solids, motions = ("box", "cylinder", "hull 200", "plate"), ("translation", "linear", "screw")
     figure, panels = plt.subplots(3, 4, figsize=(14, 10), sharex=True, sharey=True)
@@ -243,7 +242,7 @@ def motion_time_against_error(results, file):
 
 
 def ticks_out_of_view(figure):
-    """Their labels, which are there but not drawn."""
+    """Yields the labels of ticks that are there but not drawn."""
     for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
         first, last = sorted(axis.get_view_interval())
         for tick in axis.get_major_ticks() + axis.get_minor_ticks():
@@ -252,7 +251,7 @@ def ticks_out_of_view(figure):
 
 
 def overlapping_labels(figure):
-    """Pairs of texts of the drawn figure that cover each other; a common edge does not count."""
+    """Returns the pairs of texts of the drawn figure that cover each other; a common edge does not count."""
     renderer = figure.canvas.get_renderer()
     hidden = set(ticks_out_of_view(figure))
     labels = [text for text in figure.findobj(Text)
@@ -272,23 +271,23 @@ def save(figure, file, top=1.0):
     print(file)
 
 
-def main(folder):
-    def read(name):
-        with open(os.path.join(folder, name)) as file:
-            return json.load(file)
+PICTURES = {  # what is drawn of which results
+    "time_against_error": (time_against_error, "narrowphase"),
+    "time_against_tolerance": (time_against_tolerance, "narrowphase"),
+    "time_against_vertices": (time_against_vertices, "narrowphase"),
+    "subalgorithms": (subalgorithms, "subalgorithms"),
+    "stability": (stability, "stress"),
+    "scene_scaling": (scene_scaling, "scene"),
+    "scene_rungs": (scene_rungs, "scene"),
+    "motion_time_against_error": (motion_time_against_error, "motion"),
+}
 
-    narrowphase = read("narrowphase.json")
-    time_against_error(narrowphase, os.path.join(folder, "time_against_error.png"))
-    time_against_tolerance(narrowphase, os.path.join(folder, "time_against_tolerance.png"))
-    time_against_vertices(narrowphase, os.path.join(folder, "time_against_vertices.png"))
-    subalgorithms(read("subalgorithms.json"), os.path.join(folder, "subalgorithms.png"))
-    stability(read("stress.json"), os.path.join(folder, "stability.png"))
-    if os.path.exists(os.path.join(folder, "scene.json")):
-        scene = read("scene.json")
-        scene_scaling(scene, os.path.join(folder, "scene_scaling.png"))
-        scene_rungs(scene, os.path.join(folder, "scene_rungs.png"))
-    if os.path.exists(os.path.join(folder, "motion.json")):
-        motion_time_against_error(read("motion.json"), os.path.join(folder, "motion_time_against_error.png"))
+
+def main(folder):
+    for name, (draw, suite) in PICTURES.items():
+        with open(os.path.join(folder, f"{suite}.json")) as file:
+            results = json.load(file)
+        draw(results, os.path.join(folder, f"{name}.png"))
 
 
 if __name__ == "__main__":

@@ -1,17 +1,13 @@
-"""Shows a result file of scene_benchmark as tables: microseconds a state, how the pairs were settled, how far FCL's
+"""Makes tables of a result file of scene_benchmark: microseconds a state, how the pairs were settled, how far FCL's
 distances lie from ours, and time against the number of bodies.
-
-usage: scene_table.py RESULT.json
 """
-
-from table import show_result
 
 OURS = "ours"
 RUNGS = ["unknown", "at_rest", "by_motion", "by_bounds", "computed"]
 
 
 def by_row(entries):
-    """The entries of each row by library."""
+    """Returns the entries of each row by library."""
     rows = {}
     for entry in entries:
         rows.setdefault(entry["row"], {})[entry["library"]] = entry
@@ -26,10 +22,16 @@ def time(entry):
     return f"{number(entry['median_us'])} / {number(entry['p99_us'])}" if entry else "-"
 
 
+def best_fcl(libraries, key):
+    """Returns the entry of the fastest of FCL's ways, or None if FCL was not asked."""
+    return min((entry for name, entry in libraries.items() if name.startswith("FCL")), key=lambda entry: entry[key],
+               default=None)
+
+
 def best_other(libraries):
-    """The median of the fastest of FCL's ways over that of ours."""
-    others = [entry["median_us"] for name, entry in libraries.items() if name.startswith("FCL")]
-    return f"{min(others) / libraries[OURS]['median_us']:.1f}" if others else "-"
+    """Returns the median of the fastest of FCL's ways over that of ours."""
+    fcl = best_fcl(libraries, "median_us")
+    return f"{fcl['median_us'] / libraries[OURS]['median_us']:.1f}" if fcl else "-"
 
 
 def times(rows, names):
@@ -45,7 +47,7 @@ def rungs(rows):
 
 
 def errors(entries):
-    """Over all rows of a robot."""
+    """Yields a line for each robot and library, over all rows of the robot."""
     groups = {}
     for entry in entries:
         if "agreement" in entry:
@@ -91,7 +93,7 @@ def constraint_rows(entries):
 
 
 def tables(result):
-    """By name the head and the lines of each table that README.md shows."""
+    """Returns the head and the lines of each table of TABLES.md by its name."""
     rows, arms = by_row(result["rows"]), by_row(result["scaling"])
     found = {}
     if rows:
@@ -114,12 +116,6 @@ def tables(result):
     return found
 
 
-def main():
-    result = show_result(tables)
-    if result["rows"]:
-        print("99 %, largest: of the differences, the worst row; differing: by more than 1e-6; right: the first 20 of them\n"
-              "in each row, by the oracle of the tests; claimed: overlaps of pairs that are apart. FCL gives no depths.")
-
-
-if __name__ == "__main__":
-    main()
+def note(_):
+    return ("99 %, largest: of the differences, the worst row; differing: by more than 1e-6; right: the first 20 of them\n"
+            "in each row, by the oracle of the tests; claimed: overlaps of pairs that are apart. FCL gives no depths.")

@@ -1,4 +1,4 @@
-"""The result file of ./dev stress --json as a table: the worst that the pairs of each family showed."""
+"""Makes a table of the result file of ./dev stress --json: the worst that the pairs of each family showed."""
 
 
 def families(entries):
@@ -9,13 +9,13 @@ def families(entries):
 
 
 def tables(result):
-    """By name the head and the lines of each table that README.md shows."""
+    """Returns the head and the lines of each table of TABLES.md by its name."""
     return {"families": (["family", "pairs", "failures", "compared with the reference", "largest error / size",
                           "widest bounds / size", "not converged", "most iterations"], families(result["families"]))}
 
 
 def facts(result):
-    """By name what README.md says in its text."""
+    """Returns what TABLES.md says in its text by name."""
     seeds = result.get("seeds") or [result["seed"]]  # of several runs in one file, or of one
     return {"seeds": ", ".join(map(str, seeds)),
             "compared": f"{sum(entry['with_oracle'] for entry in result['families']):,}"}

@@ -1,10 +1,6 @@
-"""Shows the result file of subalgorithms_benchmark as tables: a line for each kind of simplices, a column for each algorithm;
-then every entry in full.
-
-usage: subalgorithms_table.py RESULT.json
+"""Makes tables of a result file of subalgorithms_benchmark: a line for each kind of simplices, a column for each
+algorithm; then every entry in full.
 """
-
-from table import show, show_result
 
 
 def cell(entry):
@@ -19,22 +15,14 @@ def simplices(entries, algorithms):
 
 
 def tables(result):
-    """By name the head and the lines of each table that README.md shows."""
+    """Returns the head and the lines of each table of TABLES.md by its name."""
     entries = result["subalgorithms"]
     algorithms = list(dict.fromkeys(entry["algorithm"] for entry in entries))
     return {"simplices": (["ns / largest error, relative", *algorithms], simplices(entries, algorithms))}
 
 
-def details(entries):
-    for entry in entries:
-        yield [entry["simplices"], entry["algorithm"], f"{entry['ns']:.3g}", f"{entry['mean_iterations']:.3f}",
-               f"{entry['max_error']:.1e}", str(entry["failures"])]
-
-
-def main():
-    result = show_result(tables)
-    show(["simplices", "algorithm", "ns", "iterations", "largest error", "failures of 500"], details(result["subalgorithms"]))
-
-
-if __name__ == "__main__":
-    main()
+def details(result):
+    """Returns the head and the lines of each table that only the terminal shows."""
+    lines = [[entry["simplices"], entry["algorithm"], f"{entry['ns']:.3g}", f"{entry['mean_iterations']:.3f}",
+              f"{entry['max_error']:.1e}", str(entry["failures"])] for entry in result["subalgorithms"]]
+    return [(["simplices", "algorithm", "ns", "iterations", "largest error", "failures of 500"], lines)]

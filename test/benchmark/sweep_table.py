@@ -1,11 +1,8 @@
-"""Shows a result file of sweep_benchmark as tables: nanoseconds a state and states a second, how far the others' answers lie from
-ours, the efficiency of two threads, and what a batch costs.
-
-usage: sweep_table.py RESULT.json
+"""Makes tables of a result file of sweep_benchmark: nanoseconds a state and states a second, how far the answers of
+the others lie from ours, the efficiency of two threads, and what a batch costs.
 """
 
-from scene_table import by_row
-from table import show_result
+from scene_table import best_fcl, by_row
 
 OURS, SCENE, SPHERES = "ours", "ours, Scene", "spheres"
 VERDICT = "any below 5 cm"
@@ -16,7 +13,7 @@ def nanoseconds(value):
 
 
 def rate(ns):
-    """States a second of one core, with a unit."""
+    """Returns how many states a second one core answers, with a unit."""
     per_second = 1e9 / ns
     for unit, size in (("M", 1e6), ("k", 1e3)):
         if per_second >= size:
@@ -24,21 +21,16 @@ def rate(ns):
     return f"{per_second:.0f}"
 
 
-def best_fcl(libraries):
-    return min((entry for name, entry in libraries.items() if name.startswith("FCL")), key=lambda entry: entry["ns"],
-               default=None)
-
-
 def times(rows):
     for row, libraries in rows.items():
-        ours, fcl = libraries[OURS], best_fcl(libraries)
+        ours, fcl = libraries[OURS], best_fcl(libraries, "ns")
         yield [row, nanoseconds(ours["ns"]), rate(ours["ns"]), nanoseconds(libraries[SCENE]["ns"]),
                f"{nanoseconds(fcl['ns'])} ({fcl['library'].removeprefix('FCL ')})", nanoseconds(libraries[SPHERES]["ns"]),
                f"{fcl['ns'] / ours['ns']:.1f}", f"{libraries[SPHERES]['ns'] / ours['ns']:.2f}"]
 
 
 def spheres(result):
-    """Of each robot: the verdicts about 5 cm that are wrong, and the largest errors of the minimum."""
+    """Yields for each robot the wrong verdicts about 5 cm, and the largest errors of the minimum."""
     counts = {batch["robot"]: batch["spheres"] for batch in result["batches"]}
     entries = [entry for entry in result["rows"] if entry["library"] == SPHERES]
     for robot in dict.fromkeys(entry["robot"] for entry in entries):
@@ -59,7 +51,7 @@ def share(count, of):
 
 
 def agreement(result):
-    """Of our Scene and FCL, over all rows of a robot."""
+    """Yields a line for each robot and library, our Scene and FCL, over all rows of the robot."""
     groups = {}
     for entry in result["rows"]:
         if entry["library"] not in (OURS, SPHERES):
@@ -88,7 +80,7 @@ def batches(entries):
 
 
 def tables(result):
-    """By name the head and the lines of each table that README.md shows."""
+    """Returns the head and the lines of each table of TABLES.md by its name."""
     return {
         "times": (["ns a state", "ours", "states a second", "Scene alone", "best FCL", "spheres", "FCL / ours", "spheres / ours"],
                   times(by_row(result["rows"]))),
@@ -101,11 +93,6 @@ def tables(result):
     }
 
 
-def main():
-    result = show_result(tables)
-    print(f"batches of {result['batch']} states; {result['processor']}, {result['instruction_set']}; differing: by more than 1e-6 m; "
-          "right:\nthe first 20 of a row, by the oracle of the tests")
-
-
-if __name__ == "__main__":
-    main()
+def note(result):
+    return (f"batches of {result['batch']} states; {result['processor']}, {result['instruction_set']}; differing: by more than 1e-6 m; "
+            "right:\nthe first 20 of a row, by the oracle of the tests")

@@ -1,11 +1,6 @@
-"""Shows a result file of narrowphase_benchmark as tables: median nanoseconds a query / largest error, a column a library;
-and median nanoseconds of ours, a column a question.
-
-usage: table.py RESULT.json
+"""Makes tables of a result file of narrowphase_benchmark: median nanoseconds a query / largest error, a column a
+library; and median nanoseconds of ours, a column a question.
 """
-
-import json
-import sys
 
 COLUMNS = [  # the better of those that share a column
     ("ours", ["ours"]),
@@ -17,7 +12,7 @@ COLUMNS = [  # the better of those that share a column
 
 
 def better(entries):
-    """The one with fewer gross errors, then the faster."""
+    """Returns the entry with fewer gross errors, or the faster of two with as many."""
     return min(entries, key=lambda e: (e["failures"], e["ns"]), default=None)
 
 
@@ -29,8 +24,8 @@ def cell(entry):
 
 
 def compared(rows):
-    """Of each row its name, the entry of each column (None where a library has none), and the ratio of the fastest other
-    library without a wrong answer to ours (None where there is none)."""
+    """Yields of each row its name, the entry of each column (None if a library has none), and the ratio of the
+    fastest other library without a wrong answer to ours (None where there is none)."""
     for name in dict.fromkeys(row["row"] for row in rows):
         entries = [row for row in rows if row["row"] == name]
         cells = [better([e for e in entries if e["library"] in libraries]) for _, libraries in COLUMNS]
@@ -47,8 +42,8 @@ def times(rows):
 
 
 def facts(result):
-    """By name what README.md says in its text: the rows in which another library is faster than ours, or slower by less
-    than a quarter, with its ratio."""
+    """Returns what TABLES.md says in its text by name: the rows in which another library is faster than ours, or
+    slower by less than a quarter, with its ratio."""
     ties = [f"{name} ({ratio:.2f})" for name, _, ratio in compared(result["rows"]) if ratio and ratio < 1.25]
     return {"ties": ", ".join(ties) or "none"}
 
@@ -59,7 +54,7 @@ def questions(entries):
 
 
 def tables(result):
-    """By name the head and the lines of each table that README.md shows."""
+    """Returns the head and the lines of each table of TABLES.md by its name."""
     asked = list(dict.fromkeys(entry["question"] for entry in result["questions"]))
     return {
         "times": (["ns / largest error [m]", *(name for name, _ in COLUMNS), "best other / ours", "our iterations",
@@ -69,26 +64,5 @@ def tables(result):
     }
 
 
-def show(head, lines):
-    """Prints a table for a terminal."""
-    lines = [head, *lines]
-    widths = [max(len(line[i]) for line in lines) for i in range(len(head))]
-    print("\n".join("  ".join(text.ljust(width) for text, width in zip(line, widths)).rstrip() for line in lines) + "\n")
-
-
-def show_result(tables_of):
-    """Prints the tables that `tables_of` makes of the result file that the command line names, and returns the result."""
-    with open(sys.argv[1]) as file:
-        result = json.load(file)
-    for head, lines in tables_of(result).values():
-        show(head, lines)
-    return result
-
-
-def main():
-    show_result(tables)
-    print("!n/m: n of m checked answers are wrong by more than 1e-3 or missing; such a library is not the best other")
-
-
-if __name__ == "__main__":
-    main()
+def note(_):
+    return "!n/m: n of m checked answers are wrong by more than 1e-3 or missing; such a library is not the best other"
