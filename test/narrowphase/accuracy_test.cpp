@@ -24,7 +24,7 @@ namespace proximity_server::narrowphase::accuracy_test {
 
 /// Worst errors [m] over random poses of shapes of size about 1, at the default tolerance of 1e-9 m.
 ///
-/// What is proven for which poses:
+/// Each pose has its proof:
 /// * Cores apart (all poses): the error is against an enclosure of the truth that is proven in long double, by GJK or
 ///   by branch and bound, and counts the width of the enclosure too.
 /// * Cores overlapping (all poses): the error is against the best direction near the answer's normal. A depth that
@@ -46,7 +46,7 @@ long double errorByBranchAndBound(const PairCase& c, const SignedDistance& resul
   return std::abs(result.distance - truth.distance) + truth.error_bound;
 }
 
-/// Where GJK in long double stalls before its enclosure is as narrow, the branch and bound decides.
+/// The branch and bound decides if GJK in long double stalls before its enclosure is as narrow.
 constexpr long double kNarrow = 1e-17L;
 
 long double errorOf(const PairCase& c, const SignedDistance& result) {

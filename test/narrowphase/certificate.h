@@ -11,7 +11,7 @@
 
 namespace proximity_server::narrowphase {
 
-/// What rounding alone may cost a bound that is evaluated in double [m].
+/// Returns how far [m] rounding alone may move a bound that is evaluated in double.
 ///
 /// With u = epsilon / 2: a dot product of three terms with |x| <= scale is off by 3 u scale, and there is one for each
 /// shape; turning the normal into the frame of b costs 3 u, its length 3 u, the sum with the translation u: 13 u scale,
@@ -82,7 +82,7 @@ inline Check pointsLieInTheShapes(const ShapePair& pair, const SignedDistance& r
   return testing::AssertionSuccess();
 }
 
-/// What the fast bound proves needs no slow answer.
+/// Asks the slow bound only if the fast one proves nothing.
 inline Check pointsLieInTheShapes(const ShapePair& pair, const SignedDistance& result) {
   if (pointsLieInTheShapes(pair, result, outsideByAtMost)) return testing::AssertionSuccess();
   return pointsLieInTheShapes(pair, result, outsideBy);
@@ -111,7 +111,7 @@ inline testing::AssertionResult enclosesTruth(const ShapePair& pair, const Signe
   return testing::AssertionSuccess();
 }
 
-/// How far the distance is from the truth, beyond what the oracle leaves open [m].
+/// Returns how far [m] the distance is from the truth, beyond the uncertainty of the oracle.
 inline double errorOf(const SignedDistance& result, const Truth& truth) {
   const long double low = truth.distance - result.distance;
   const long double high = result.distance - (truth.distance + truth.error_bound);

@@ -101,7 +101,7 @@ TEST(Families, NearlyParallelFaces) {
 }
 
 TEST(Families, BoxesInQuarterTurns) {
-  // As a URDF says rpy = (pi/2, 0, 0): parallel but for the last bit of a cosine.
+  // rpy = (pi/2, 0, 0) of a URDF: parallel but for the last bit of a cosine.
   std::mt19937 random(40);
   const std::vector<NamedShape> boxes = {{"box", Box{{0.61, 0.83, 0.47}}},
                                          {"padded", Shape(Box{{0.4, 0.5, 0.3}}).padded(0.06)},
@@ -225,7 +225,7 @@ const std::vector<NamedShape>& roundShapes() {
   return shapes;
 }
 
-// Where the nearest point is about to leave the rim for the slant, both are as near but for rounding.
+// The nearest point is about to leave the rim for the slant, so both are as near but for rounding.
 TEST(Families, ParallelConesAndCylindersBetweenSlantAndRim) {
   std::mt19937 random(52);
   std::uniform_real_distribution<double> length(0.1, 1.0), exponent(-15.0, -3.0);

@@ -5,7 +5,7 @@
 
 namespace proximity_server::narrowphase {
 
-/// What JSON has no word for stands in quotes: "inf", "-inf", "nan".
+/// Numbers that JSON cannot write stand in quotes: "inf", "-inf", "nan".
 inline double numberFrom(const nlohmann::json& j) {
   return j.is_string() ? std::stod(j.get<std::string>()) : j.get<double>();
 }

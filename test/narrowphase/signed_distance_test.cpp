@@ -25,7 +25,7 @@ struct KnownCase : PairCase {
   Truth truth;
 };
 
-/// Every pair of every kind in every state, with its true distance.
+/// Returns every pair of every kind in every state, with its true distance.
 const std::vector<KnownCase>& cases() {
   static const std::vector<KnownCase> known = [] {
     std::vector<KnownCase> result;
@@ -60,7 +60,7 @@ TEST(SignedDistance, DepthIsTheLeastOverARandomPose) {
       }
 }
 
-/// How far the distance of a correct answer may be from the truth.
+/// Returns how far the distance of a correct answer may be from the truth.
 double widthOf(const SignedDistance& result) { return result.upper_bound - result.lower_bound; }
 
 TEST(SignedDistance, CasesOverlapInAThirdToTwoThirds) {
@@ -376,7 +376,8 @@ TEST(SignedDistance, TheDepthOfBoxesDecidesAThreshold) {
   EXPECT_GT(signedDistance(plate, plate, pressed, Options::above(-0.06)).lower_bound, -0.06);
 }
 
-// A ball above a face of a cube, which is 2 from its centre: the points that prove the threshold do so by the radius of the ball.
+// A ball above a face of a cube, which is 2 from its centre: the points that prove the threshold do so by the radius of
+// the ball.
 TEST(SignedDistance, AMarginCountsWhereAThresholdIsDecidedFromBelow) {
   const Shape cube =
       ConvexHull({{-1, -1, -1}, {1, -1, -1}, {-1, 1, -1}, {1, 1, -1}, {-1, -1, 1}, {1, -1, 1}, {-1, 1, 1}, {1, 1, 1}});

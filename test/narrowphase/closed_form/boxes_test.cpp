@@ -94,7 +94,7 @@ TEST(BoxPair, SeparatesCrossingEdges) {
   EXPECT_TRUE(isNear(boxes.normal(), Vector3d(1, 1, 0).normalized(), 1e-14));
 }
 
-// Every edge of a with every edge of b, whose axes are relabelled; a mirrored box would not be a rotation.
+// Compares every edge of a with every edge of b, whose axes are relabelled; a mirrored box would not be a rotation.
 TEST(BoxPair, SeparatesEachOfTheNinePairsOfEdges) {
   const Isometry3d pose = edgeToEdge(0.25);
   Matrix3d cycle;

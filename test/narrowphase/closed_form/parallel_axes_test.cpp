@@ -46,7 +46,7 @@ TEST(ParallelAxes, MeasureCylindersSideBySide) {
   EXPECT_LE(std::abs(result.point_a.z() - 0.25), 0.5);  // over the side of the shorter one
 }
 
-// From the upper rim of a to the lower one of b: 3 m out and 4 m up.
+// The way from the upper rim of a to the lower one of b is 3 m out and 4 m up.
 TEST(ParallelAxes, MeasureTheRimsOfTwoCylinders) {
   const SignedDistance result = expectDistance(kWide, kNarrow, at({4.5, 0, 5.5}), 5.0, {0.6, 0, 0.8});
   EXPECT_TRUE(isNear(result.point_a, {1, 0, 1}, 1e-15));
@@ -117,8 +117,8 @@ TEST(ParallelAxes, MeasureARimBesideTheSlantOfACone) {
   EXPECT_TRUE(isNear(expectDistance(kCone, kNarrow, at(offset), 2.0, kSlant).point_a, {0.5, 0, 0}, 1e-14));
 }
 
-// Regression: the slant of the cone is longer across the axis than along it, but that length is lost beside the radius of the
-// disc. The cone seemed to lie over the inside of the slant, at a distance of 1e-96 m along the axis.
+// Regression: the slant of the cone is longer across the axis than along it, but that length is lost beside the radius
+// of the disc. The cone seemed to lie over the inside of the slant, at a distance of 1e-96 m along the axis.
 TEST(ParallelAxes, MeasureATinyConeBesideTheRimOfADisc) {
   expectDistance(Cylinder{1.0, 1e-300}, Cone{1e-70, 1e-160}, at({1.0 + 0x1p-20, 0, 0}), 0x1p-20, {1, 0, 0});
   expectDistance(Cone{1e-70, 1e-160}, Cylinder{1.0, 1e-300}, at({1.0 + 0x1p-20, 0, 0}), 0x1p-20, {1, 0, 0});
@@ -130,7 +130,7 @@ TEST(ParallelAxes, MeasureASegmentBesideACylinder) {
                  Vector3d(0, 2.5, 3.0) / std::hypot(2.5, 3.0));
 }
 
-// Of a point the axis is that of the other.
+// A point has no axis: the other shape's counts.
 TEST(ParallelAxes, MeasureACylinderFromAPointAlongItsOwnAxis) {
   const Isometry3d lying = at({4, 0, 0.25}) * Eigen::AngleAxisd(M_PI / 2, Vector3d::UnitY());
   expectDistance(kPoint, kNarrow, lying, 3.5, {1, 0, 0});

@@ -117,7 +117,7 @@ TEST(PointsAndSegments, KeepTheNormalOfSegmentsThatNearlyTouchAcrossBoth) {
   EXPECT_NEAR(result.lower_bound, 1e-13, 1e-15);
 }
 
-// The same where an end of one segment is next to the middle of the other: the normal is perpendicular to that one only.
+// An end of one segment is next to the middle of the other: the normal is perpendicular to the other only.
 TEST(PointsAndSegments, KeepTheNormalOfAnEndThatNearlyTouchesASegmentAcrossThat) {
   const Vector3d along(0, 0.6, 0.8), normal(0, -0.8, 0.6), end_of_a(0, 0, 1);
   const Isometry3d pose = poseOf(end_of_a + 1e-13 * normal + 0.3 * along, zTo(along));

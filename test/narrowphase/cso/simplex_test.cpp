@@ -66,7 +66,7 @@ const Region kRegions[] = {
     {"tetrahedron, face 123", kTetrahedron, {3, 3, 3}, {1, 1, 1}, {1, 2, 3}},
 };
 
-/// Every way to put `count` vertices into the four places: the place of each vertex.
+/// Returns every way to put `count` vertices into the four places: the place of each vertex.
 std::vector<std::vector<int>> placings(std::size_t count) {
   std::vector<std::vector<int>> result;
   std::vector<int> places{0, 1, 2, 3};

@@ -193,7 +193,8 @@ double sampledDepth(Cso& cso, const Vector3d& normal, std::mt19937& random) {
   return least;
 }
 
-/// Searches random pairs. The bound of each must not be more than the sampled depth. Returns the share of the overlaps that are proven.
+/// Searches random pairs. The bound of each must not be more than the sampled depth. Returns the share of the overlaps
+/// that are proven.
 template <class RandomPair>
 double shareOfProofs(unsigned seed, const RandomPair& pair) {
   std::mt19937 random(seed);

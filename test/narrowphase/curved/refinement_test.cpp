@@ -207,7 +207,7 @@ TEST(Refinement, DoesNotProveACapWhereTheCurvatureIsLessThanTheDepth) {
   EXPECT_TRUE(!found || found->cos_proven == 1.0);
 }
 
-/// In `count` directions of the cap the CSO reaches at least as far as the stationary point.
+/// Checks that the CSO reaches at least as far as the stationary point in `count` directions of the cap.
 void expectProvenCap(TwoCores& cores, const StationaryDirection& found, int count) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> part(0.0, 1.0), angle(0.0, 2.0 * M_PI);

@@ -15,7 +15,8 @@ using Eigen::Vector3d;
 
 const Shape kTallCylinder = Cylinder{1.0, 2.0};  // rims of radius 1 at z = -1 and 1
 
-/// From `guess`, with a simplex of the CSO vertices that lie farthest along it and along the directions of `seen`.
+/// Searches from `guess`, with a simplex of the CSO vertices that lie farthest along it and along the directions of
+/// `seen`.
 std::optional<StationaryRims> rimsOf(TwoCores& cores, const Vector3d& guess, const std::vector<Vector3d>& seen = {}) {
   std::vector<CsoVertex> vertices{cores.cso.vertex(guess.normalized())};
   for (const Vector3d& direction : seen) vertices.push_back(cores.cso.vertex(direction));

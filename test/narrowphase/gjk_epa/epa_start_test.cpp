@@ -52,7 +52,7 @@ TEST(EpaStart, KeepsTheEndsOfATriangleWithoutArea) {
   } while (std::next_permutation(order.begin(), order.end(), lessX));
 }
 
-// Of the CSO, the cube of half edge 2 about (-1.5, 0, 0), one side of x = 0 reaches 0.5 m and the other 3.5 m.
+// The CSO is the cube of half edge 2 about (-1.5, 0, 0): it reaches 0.5 m to one side of x = 0, and 3.5 m to the other.
 TEST(EpaStart, TakesTheVertexOnTheDeeperSideOfATriangle) {
   TwoCores cores(cube(), cube(), Vector3d(1.5, 0, 0));
   const CsoVertex corners[] = {vertexAt({0, 1, 1}), vertexAt({0, -1, 1}), vertexAt({0, 0, -1})};

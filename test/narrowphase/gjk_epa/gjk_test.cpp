@@ -24,7 +24,7 @@ GjkResult search(TwoCores& cores, const Vector3d& guess, const Options& options 
 const Vector3d kGuesses[] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},  {0, -1, 0},   {0, 0, 1},
                              {0, 0, -1}, {1, 1, 1},  {-1, 2, 0}, {-3, -4, -6}, {0.1, -1, 5}};
 
-/// Both points, the distance and the normal, whatever the first guess.
+/// Checks both points, the distance and the normal for several first guesses.
 void expectApart(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, const Vector3d& point_a,
                  const Vector3d& point_b) {
   const double distance = (point_b - point_a).norm();
@@ -95,8 +95,8 @@ TEST(Gjk, GivesTheDistanceOfParallelFaces) {
   }
 }
 
-// On the way to the corner the search reaches the face around it, where the bounds differ by 1e-11 m: more than the roundings at
-// which it may end, which are 4e-14 m here, see Cso::finalGap().
+// On the way to the corner the search reaches the face around it, where the bounds differ by 1e-11 m: more than the
+// roundings at which it may end, which are 4e-14 m here, see Cso::finalGap().
 TEST(Gjk, TakesTheLastStepToACornerThatIsHardlyHigherThanTheFaceAroundIt) {
   const Vector3d corner(0.1, 0.2, 1.0 + 1e-11);
   const Shape roof = hullOf(
@@ -125,7 +125,8 @@ TEST(Gjk, EndsOnTheCurveOfAnEllipsoid) {
   }
 }
 
-// On a curve the points of a search that ends at a gap of 1e-9 m are off by its root. Newton's method doubles the digits.
+// On a curve the points of a search that ends at a gap of 1e-9 m are off by its root. Newton's method doubles the
+// digits.
 TEST(Gjk, FindsThePointsOnACurveByNewtonsMethod) {
   const Vector3d normal = Vector3d(2, 2, 1) / 3.0, on_a = Vector3d(2, 8, 9) / std::sqrt(29.0);  // r^2 n / |r n|
   for (const Vector3d& guess : kGuesses) {

@@ -202,7 +202,7 @@ TEST(QueryTrace, IsEmptiedByTheNextQuery) {
   EXPECT_TRUE(trace.gjk.empty());
 }
 
-// Every iteration is there, and the last bounds are those of the answer.
+// The trace has every iteration, and its last bounds are those of the answer.
 TEST(QueryTrace, HoldsEveryIteration) {
   RandomShapes shapes(5);
   int by_gjk = 0, by_epa = 0;

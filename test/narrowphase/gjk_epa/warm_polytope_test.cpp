@@ -249,7 +249,7 @@ TEST(WarmPolytope, MayComeFromOtherShapes) {
   }
 }
 
-// As above, with the vertex w in the hull, and the face that it lies above the closest.
+// The vertex w is in the hull here, and the face that it lies above is the closest.
 TEST(WarmPolytope, IsGivenUpWhereAFaceLosesItsNormal) {
   const double rounding = 1e-3;
   for (const double below : {5.0, 5e5}) {
@@ -375,7 +375,7 @@ TEST(WarmPolytope, GivesTheColdAnswerAlongAnyMotion) {
   EXPECT_LT(5 * warm_iterations, cold_iterations);
 }
 
-// What a query of other hulls has kept, with some numbers replaced.
+// The memory is that of a query of other hulls, with some numbers replaced.
 TEST(WarmPolytope, GivesTheColdAnswerWhateverItHolds) {
   RandomHulls random(6);
   const auto number = [&] {
@@ -400,7 +400,8 @@ TEST(WarmPolytope, GivesTheColdAnswerWhateverItHolds) {
   }
 }
 
-// From a shallow overlap to a deep one and out again: the polytope is begun anew where it has grown or does not fit.
+// The motion leads from a shallow overlap to a deep one and out again: the polytope is begun anew when it has grown or
+// does not fit.
 TEST(WarmPolytope, GivesTheColdAnswerOnTheWayThroughAnotherShape) {
   RandomHulls random(2);
   for (int pair = 0; pair < 20; ++pair) {

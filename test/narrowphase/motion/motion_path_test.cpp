@@ -119,8 +119,8 @@ TEST(MotionPath, DoesNotCountTheSpinOfARoundBody) {
   EXPECT_NEAR(spin.bound({0, 0, 0}, 0.5, 0.0, 1.0, Symmetry::None).acceleration, 2.0, 1e-14);
 }
 
-// An axis that is tilted against the turn goes round: with 3 rad along the axis and 1 across it, points 0.5 m from the centre
-// are accelerated by 0.5 * 1 * (3 + 1). Across alone there is no spin to leave out.
+// An axis that is tilted against the turn goes round: with 3 rad along the axis and 1 across it, points 0.5 m from the
+// centre are accelerated by 0.5 * 1 * (3 + 1). Across alone there is no spin to leave out.
 TEST(MotionPath, CountsHowTheAxisOfARoundBodyTurns) {
   const MotionPath tilted({screwFrom({0, 0, 0}, {0, 0, 0}, {1, 0, 3})}),
       across({screwFrom({0, 0, 0}, {0, 0, 0}, {2, 0, 0})});

@@ -1,4 +1,4 @@
-// What motion.h promises, against geometry on paper and the oracle of moving shapes.
+// Holds the promises of motion.h against geometry on paper and the oracle of moving shapes.
 #include "proximity_server/narrowphase/motion/motion.h"
 
 #include <gtest/gtest.h>
@@ -62,7 +62,7 @@ ContactOptions withContactDistance(double contact_distance, double tolerance = 1
   return options;
 }
 
-/// In contact, at a time that is right within `time_tolerance`, and not later than the true one.
+/// Checks that there is a contact, at a time that is right within `time_tolerance`, and not later than the true one.
 testing::AssertionResult isContactAt(const TimeOfContact& answer, double expected, double time_tolerance) {
   if (answer.status != Status::Converged) return testing::AssertionFailure() << "not converged";
   if (!answer.contact) return testing::AssertionFailure() << "no contact";
@@ -258,7 +258,7 @@ TEST(MotionBound, OfATurnAboutTheCentreIsThatOfTheRim) {
 
 // sweptShape.
 
-/// How far a shape reaches along a unit direction, with its margin [m].
+/// Returns how far [m] a shape reaches along a unit direction, with its margin.
 long double reachAlong(const Shape& shape, const LongPose& pose, const Vector3l& n) {
   return n.dot(pose * coreSupport(shape, pose.rotation.transpose() * n)) + shape.margin();
 }
@@ -524,7 +524,7 @@ TEST(TimeOfContact, OfThinShapesIsNotPassedAtAnySpeed) {
 }
 
 TEST(TimeOfContact, OfANeedleThatTurnsThroughAnotherIsNotPassed) {
-  // Both in one plane: b turns about its end by one turn and meets a, which points at 90 degrees, after a quarter.
+  // Both lie in one plane: b turns about its end by one turn and meets a, which points at 90 degrees, after a quarter.
   const Case c{hullOf({{0, 0.5, 0}, {0, 1.0, 0}}), still(), hullOf({{0, 0, 0}, {1, 0, 0}}),
                moving(at(0, 0, 0), {0, 0, 0}, {0, 0, 2.0 * M_PI})};
   EXPECT_TRUE(isContactAt(c.contact(), 0.25, 1e-8));
@@ -788,8 +788,8 @@ TEST(MinimumDistance, KeepsToItsInterval) {
   EXPECT_EQ(c.minimum(options).time, 0.5);
 }
 
-// Regression: all points of the shape counted as turning, so that a distance that never changes was bounded in 512 pieces of
-// the time, and the search ended there.
+// Regression: all points of the shape counted as turning, so that a distance that never changes was bounded in 512
+// pieces of the time, and the search ended there.
 TEST(MinimumDistance, OfAShapeThatSpinsAboutItsAxisNeedsTwoQueries) {
   const Shape box = Box{{0.3, 0.4, 0.5}};
   for (const Shape& round : {Shape(Cylinder{0.2, 0.5}), Shape(Cone{0.2, 0.5}), Shape(Capsule{0.2, 0.5}),

@@ -76,7 +76,7 @@ TEST(AxisBound, DoesNotRiseWhereTheAxisTurnsWithTheMotion) {
 TEST(AxisBound, DeepensAnOverlapAlongAShorterAxis) {
   const AxisBound bound({kX, -1.0}, {kY, -1.0}, accelerated(0.0), 1.0);
   EXPECT_NEAR(bound.at(0.5), -std::sqrt(2.0), 1e-15);
-  // From 1 to -3 along the axis; a distance of -sqrt(2) is -1 along it.
+  // The motion leads from 1 to -3 along the axis; a distance of -sqrt(2) is -1 along it.
   const AxisBound falling({kX, 1.0}, {kY, -3.0}, accelerated(0.0), 1.0);
   EXPECT_NEAR(falling.firstTimeAt(-std::sqrt(2.0)), 0.5, 1e-15);
   EXPECT_NEAR(falling.firstTimeAt(0.0), 0.25, 1e-15);

@@ -55,7 +55,8 @@ void expectFarthestEverywhere(const HullSupport& support, int directions, std::m
   }
 }
 
-/// Directions through the corners of all cells of a table with as many cells, through their edges, and an ulp to each side.
+/// Directions through the corners of all cells of a table with as many cells, through their edges, and an ulp to each
+/// side.
 std::vector<Vector3d> borders(int cells) {
   std::vector<Vector3d> directions;
   for (int i = 0; i <= 2 * cells; ++i)
@@ -118,8 +119,8 @@ TEST(HullSupport, FindsTheFarthestVertexOfAPrismAlongAndAcrossItsAxis) {
     for (const double sign : {-1.0, 1.0}) EXPECT_EQ(heightFound(support, sign * Vector3d::Unit(axis)), 1.0) << axis;
 }
 
-// Regression: the neighbours of vertices that are in one plane but for some roundings led the climb to a vertex that was
-// not the farthest, and the bound of a query was wrong by 5e-15 m.
+// Regression: the neighbours of vertices that are in one plane but for some roundings led the climb to a vertex that
+// was not the farthest, and the bound of a query was wrong by 5e-15 m.
 TEST(HullSupport, FindsTheFarthestOfManyVerticesInOnePlaneButForRounding) {
   std::mt19937 random(9);
   std::uniform_real_distribution<double> rounding(-5e-14, 5e-14);

@@ -103,8 +103,8 @@ struct OnABox {
   }
 };
 
-// Regression: from 8e4 m on, the rounding of the coordinates filled the tolerance, and shapes that touch or are deep were
-// Degenerate. All numbers are multiples of 2^-10, so that the distances are exact.
+// Regression: from 8e4 m on, the rounding of the coordinates filled the tolerance, and shapes that touch or are deep
+// were Degenerate. All numbers are multiples of 2^-10, so that the distances are exact.
 TEST(SignedDistance, OfAHullFarFromItsOriginConverges) {
   for (const double far : {65536.0, 1048576.0, 1073741824.0})
     for (const double gap : {-0.5, -0.0009765625, 0.0, 0.0009765625, 2.0}) {

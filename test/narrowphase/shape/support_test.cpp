@@ -232,7 +232,8 @@ TEST(SupportFeature, OfASweptSegmentIsAParallelogramOrOneOfItsSides) {
   expectFeature(swept, {0, 0, 1}, 0);
 }
 
-// Regression: the square of what the direction leaves of the radii lost digits, and the point lay a fifth of the radius outside.
+// Regression: the square of what the direction leaves of the radii lost digits, and the point lay a fifth of the radius
+// outside.
 TEST(SupportPoint, LiesInAnEllipsoidThatIsHardlyThick) {
   const Vector3d radii(3e-38, 8e-225, 0.12);
   for (const double tilt : {1e-160, 2.2e-161, 2e-161, 1e-220}) {

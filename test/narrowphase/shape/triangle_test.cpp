@@ -19,7 +19,8 @@ TEST(AreaVector, IsTwiceTheAreaCounterClockwise) {
   EXPECT_EQ(areaOf(a, c, b), Vector3d(0, 0, -12));
 }
 
-// The middle corner lies 1 mm beside the long edge: the rounding of two edges of 190 m leaves 1e-11 of the area along it.
+// The middle corner lies 1 mm beside the long edge: the rounding of two edges of 190 m leaves 1e-11 of the area along
+// it.
 TEST(AreaVector, OfANeedleIsPerpendicularToItsLongestEdge) {
   const Vector3d a(0, 0, 0), c(1e3 / 3.0, 1e3 / 7.0, 1e3 / 11.0);
   for (const double part : {0.3, 0.5, 0.6}) {

@@ -1,4 +1,4 @@
-// What the executable says of its input and its options, and how it ends.
+// Checks the messages of the executable about its input and its options, and how it ends.
 #include <algorithm>
 #include <filesystem>
 

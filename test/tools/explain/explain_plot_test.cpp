@@ -78,8 +78,8 @@ TEST_F(ExplainPlot, FindsOutBeforeTheQueryThatThereWillBeNoPicture) {
   EXPECT_EQ(result.errors, "explain: --plot: /nodir/x.png: cannot be written (No such file or directory)\n");
 }
 
-// Of the data of the script: every panel has its step, names lie apart, and the sampled CSO of the polygons is the one
-// on paper (narrowphase_gjk_epa_test, WorkedExample).
+// Looks at the data of the script: every panel has its step, names lie apart, and the sampled CSO of the polygons is
+// the one on paper (narrowphase_gjk_epa_test, WorkedExample).
 TEST_F(ExplainPlot, ShowsEveryStepAndNamesThatLieApart) {
   const std::string script = R"(
 import json, sys
@@ -105,7 +105,7 @@ for axes, step in zip(figure.axes, data["gjk"] + data["epa"]):
   for (const char* example : {kFourSteps, kPolygons, kOctahedron}) expectScript(script, example);
 }
 
-// What rounding leaves of a thin CSO may be flat in the sample, and have a polytope of EPA all the same.
+// Rounding may make the sample of a thin CSO flat, although EPA has a polytope of it.
 TEST_F(ExplainPlot, DrawsStepsOfEpaInSpaceEvenIfTheCsoIsFlat) {
   expectScript(R"(
 import json, sys

@@ -316,8 +316,9 @@ class SharedPairAudit : public PairAudit {
   MeshResolver resolve_ = exampleRobotsResolver();
 };
 
-// Of the UR10 shoulder_link - wrist_2_link comes to 1.8 mm, and wrist_2_link - ee_link stays at 15.6 mm; of the TIAGo
-// torso_fixed_column_link - arm_2_link comes to 0.3 mm. They were "Never", or an alarm without end.
+// shoulder_link - wrist_2_link of the UR10 comes to 1.8 mm, and its wrist_2_link - ee_link stays at 15.6 mm;
+// torso_fixed_column_link - arm_2_link of the TIAGo comes to 0.3 mm. None of them may be "Never", or an alarm without
+// end.
 TEST_F(SharedPairAudit, DisablesNoPairOfRealRobotsThatComesNear) {
   const std::string srdf = files_.path("out.srdf"), yaml = files_.path("out.yaml");
   const std::string options = "--samples 5000 --write " + srdf + " --write-thresholds " + yaml;

@@ -32,7 +32,7 @@ inline CommandResult runCommand(const std::string& command) {
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, output, ""};
 }
 
-/// The same with standard error for itself.
+/// Runs a command, and keeps standard error apart.
 inline CommandResult runCommandApart(const std::string& command) {
   const TemporaryFiles files;
   CommandResult result = runCommand("{ " + command + " ; } 2> " + files.path("errors"));

@@ -105,7 +105,7 @@ TEST(Judge, NotANumberIsAFailure) {
   EXPECT_EQ(rulingOf(kApart, answerTo(kApart), otherOf(movedBy(nan, answerTo(kApart)))), Ruling::Failed);
 }
 
-// What lies between the pieces of a closed mesh is not among them: ours is deeper than any two pieces.
+// The inside of a closed mesh lies between its pieces: our overlap is deeper than that of any two pieces.
 TEST(Judge, AnOverlapWithTheInsideOfAMeshIsNotRefutedByItsPieces) {
   const SinglePieces pieces(kDeep);
   PlacedPieces a = pieces.a();

@@ -8,8 +8,8 @@
 
 namespace proximity_server::tools {
 
-/// "elbow" from -2 to 3 rad, "lift" from 0 to 0.5 m, "wheel" without limits, "finger" that follows the lift, "weld" that is
-/// fixed, and "base" that floats.
+/// "elbow" from -2 to 3 rad, "lift" from 0 to 0.5 m, "wheel" without limits, "finger" that follows the lift, "weld"
+/// that is fixed, and "base" that floats.
 inline const char* const kArm = R"(<robot name="arm">
   <link name="world"/><link name="a"/><link name="b"/><link name="c"/><link name="d"/><link name="e"/><link name="f"/>
   <joint name="base" type="floating"><parent link="world"/><child link="a"/></joint>

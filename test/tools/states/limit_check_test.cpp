@@ -57,7 +57,7 @@ TEST(LimitCheck, SaysWhereDegreesExplainIt) {
   EXPECT_FALSE(looksLikeDegrees("lift\n90\n")) << "no angle";
 }
 
-// What moves the ball is "slide", within its limits; what a column says of "follow" is not used.
+// "slide", which moves the ball, is within its limits; the column of "follow" is not used.
 TEST(LimitCheck, LeavesFollowersOut) { EXPECT_EQ(warningFor(kTwoSliders, "slide,follow\n0,100\n"), ""); }
 
 // "only" is at 0, which is not within its limits, but no state says so.

@@ -34,7 +34,7 @@ Words philox(Words counter, std::array<std::uint32_t, 2> key) {
   return counter;
 }
 
-/// Of the library, for the test of the known answers.
+/// Asks the library itself, for the test of the known answers.
 Words libraryPhilox(const Words& counter, const std::array<std::uint32_t, 2>& key) {
   const r123::Philox4x32::ctr_type in{{counter[0], counter[1], counter[2], counter[3]}};
   const r123::Philox4x32::ctr_type out = r123::Philox4x32()(in, {{key[0], key[1]}});
@@ -108,8 +108,9 @@ TEST(SampledStates, AreTheSameFromAnyStateOnAndForAnyNumberOfThem) {
   EXPECT_EQ(restOf(many).size(), 1U);
 }
 
-// Of n numbers in k equal cells, the sum of (counted - n / k)^2 / (n / k) is chi-square with k - 1 degrees of freedom: 63 + 5 sqrt(126)
-// is exceeded less than once in a million. Of products of two joints the correlation is below 5 / sqrt(n) likewise.
+// With n numbers in k equal cells, the sum of (counted - n / k)^2 / (n / k) is chi-square with k - 1 degrees of
+// freedom: it exceeds 63 + 5 sqrt(126) less than once in a million. The correlation of two joints is below 5 / sqrt(n)
+// likewise.
 TEST(SampledStates, FillTheirRangesUniformlyAndIndependently) {
   const int n = repeats(200000), cells = 64;
   SampledStates states(static_cast<std::uint64_t>(n), 1, arm());

@@ -16,8 +16,8 @@ Number numberAt(const std::string& bytes, std::size_t place) {
   return number;
 }
 
-// numpy.lib.format, version 1.0: magic, version, little endian size of the rest of the header, a Python dictionary, blanks
-// and a line end; all of it a multiple of 64 bytes. sweep_python_test loads files with numpy itself.
+// numpy.lib.format, version 1.0: magic, version, little endian size of the rest of the header, a Python dictionary,
+// blanks and a line end; all of it a multiple of 64 bytes. sweep_python_test loads files with numpy itself.
 TEST(OutputFormat, TheHeaderIsThatOfNumpyAndKeepsItsSize) {
   for (const std::uint64_t rows : {0ULL, 1ULL, 18446744073709551615ULL}) {
     const std::string header = npyHeader(npyPairType(), rows);
