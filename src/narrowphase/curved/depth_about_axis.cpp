@@ -46,11 +46,11 @@ struct Circle {
 };
 
 /// A core, or the mirror image of b's, about an axis that is tilted towards x.
-class Body {
+class TiltedCore {
  public:
   /// `axes` are those of the core in the frame of the search, `axis` is the number of that of revolution; `side` is 1
   /// for a and -1 for b.
-  Body(const Shape& shape, int axis, const Matrix3d& axes, double side) : shape_(shape), axis_(axis) {
+  TiltedCore(const Shape& shape, int axis, const Matrix3d& axes, double side) : shape_(shape), axis_(axis) {
     const Vector3d up = shape.kind() == Kind::Point ? Vector3d(Vector3d::UnitZ()) : Vector3d(axes.col(axis));
     const double upwards = std::copysign(1.0, up.z());
     mirrored_ = side * upwards;
@@ -123,7 +123,7 @@ Harmonics operator+(const Harmonics& g, const Harmonics& h) {
 /// The lower bound L of the support function by the circles through the support points in one direction.
 class CircleBound {
  public:
-  CircleBound(const Body& a, const Body& b, const Vector3d& offset, const Direction& n) {
+  CircleBound(const TiltedCore& a, const TiltedCore& b, const Vector3d& offset, const Direction& n) {
     add(a, n);
     add(b, n);
     radial_.first -= Complex(offset.x(), -offset.y()) * n.azimuth;
@@ -135,7 +135,7 @@ class CircleBound {
  private:
   /// With the tilt (s, k), the azimuth m of the direction and w of the support point: adds the height of the point of
   /// the circle at the azimuth w e^(ix) along the direction with the azimuth m e^(ix).
-  void add(const Body& body, const Direction& n) {
+  void add(const TiltedCore& body, const Direction& n) {
     const Circle circle = body.circle(n);
     const double s = body.sine(), k = body.cosine();
     const Complex &m = n.azimuth, &w = circle.azimuth, excess = circle.excess * std::conj(body.ofExcess());
@@ -161,7 +161,7 @@ double partOf(double x, double y) { return x + y > 0.0 ? std::clamp(x / (x + y),
 /// The lower bound of the support function h in a patch.
 class PatchBound {
  public:
-  PatchBound(const Body& a, const Body& b, const Vector3d& offset, const Patch& patch)
+  PatchBound(const TiltedCore& a, const TiltedCore& b, const Vector3d& offset, const Patch& patch)
       : low_{patch.low, patch.middle}, high_{patch.high, patch.middle} {
     const CircleBound by_low(a, b, offset, low_), by_high(a, b, offset, high_);
     const Harmonics low_by_low = by_low.at(low_), low_by_high = by_high.at(low_);
@@ -275,7 +275,7 @@ class PatchSearch {
   }
 
   const Matrix3d frame_;
-  const Body a_, b_;
+  const TiltedCore a_, b_;
   const Vector3d offset_;
   std::size_t count_ = 0;
   std::array<Patch, kMaxOpen> open_;

@@ -132,7 +132,7 @@ Centre centreOf(const Shape& shape, const Vector3d& point) {
 }
 
 /// A smooth piece of the CSO: the sum of a smooth piece of a and one of -b, in the frame of a.
-struct Piece {
+struct SmoothPiece {
   Centre of_a, of_b;
   double weight;
   Vector2d slope;  ///< gradient of its support function at the normal, along the tangents
@@ -174,7 +174,7 @@ class Pieces {
     b_ = curve_b_.along(normal, tangents_);
     height_ = 0.0;
     for (int i = 0; i < count_; ++i) {
-      Piece& p = piece(i);
+      SmoothPiece& p = piece(i);
       const Vector3d w = onA(p) - onB(p);
       p.slope = tangents_.transpose() * w;
       p.height = normal.dot(w);
@@ -271,15 +271,15 @@ class Pieces {
   static constexpr double kFlatSlope = 8.0;      // a slope of so many roundings is none; less than kMaxBeside
   static constexpr double kTurnAlongRing = 0.4;  // [rad] longest step; less than kMaxTurn
 
-  Piece& piece(int i) { return pieces_[i]; }
-  const Piece& piece(int i) const { return pieces_[i]; }
-  Vector3d onA(const Piece& p) const { return p.of_a.curved ? Vector3d(p.of_a.point + a_.point) : p.of_a.point; }
-  Vector3d onB(const Piece& p) const { return p.of_b.curved ? Vector3d(p.of_b.point - b_.point) : p.of_b.point; }
+  SmoothPiece& piece(int i) { return pieces_[i]; }
+  const SmoothPiece& piece(int i) const { return pieces_[i]; }
+  Vector3d onA(const SmoothPiece& p) const { return p.of_a.curved ? Vector3d(p.of_a.point + a_.point) : p.of_a.point; }
+  Vector3d onB(const SmoothPiece& p) const { return p.of_b.curved ? Vector3d(p.of_b.point - b_.point) : p.of_b.point; }
 
   void add(const CsoVertex& vertex) {
-    Piece next{centreOf(cso_.a(), vertex.on_a),
-               centreOf(cso_.b(), cso_.bAxes().transpose() * (vertex.onB() - cso_.bOrigin())), 0.0, Vector2d::Zero(),
-               0.0};
+    SmoothPiece next{centreOf(cso_.a(), vertex.on_a),
+                     centreOf(cso_.b(), cso_.bAxes().transpose() * (vertex.onB() - cso_.bOrigin())), 0.0,
+                     Vector2d::Zero(), 0.0};
     next.of_b.point = next.of_b.curved ? Vector3d(cso_.bAxes() * next.of_b.point + cso_.bOrigin()) : vertex.onB();
     const auto same = [&](const Vector3d& p, const Vector3d& q) {
       return (p - q).squaredNorm() <= cso_.rounding() * cso_.rounding();
@@ -299,7 +299,7 @@ class Pieces {
     return part_a * of_a * a_.curvature + part_b * of_b * b_.curvature;
   }
 
-  static bool sameCurves(const Piece& p, const Piece& q) {
+  static bool sameCurves(const SmoothPiece& p, const SmoothPiece& q) {
     return p.of_a.curved == q.of_a.curved && p.of_b.curved == q.of_b.curved;
   }
 
@@ -402,7 +402,7 @@ class Pieces {
   const Cso& cso_;
   const Curve curve_a_, curve_b_;
   int count_ = 0;
-  std::array<Piece, 3> pieces_;
+  std::array<SmoothPiece, 3> pieces_;
   Vector3d normal_;
   Tangents tangents_;
   CurveAt a_, b_;
