@@ -37,17 +37,17 @@ void addVector(const std::string& name, const Eigen::Vector3d& vector, Row& row)
 }
 
 /// A robot and what stands around it; nullptr: nothing.
-struct Named {
+struct Surroundings {
   const scene::RobotModel& robot;
   const scene::Objects* objects;
 };
 
-void addNames(const std::string& prefix, const scene::ShapeRefPair& pair, const Named& named, Row& row) {
+void addNames(const std::string& prefix, const scene::ShapeRefPair& pair, const Surroundings& named, Row& row) {
   row[prefix + "link_a"] = nameOf(pair.a, named.robot, named.objects);
   row[prefix + "link_b"] = nameOf(pair.b, named.robot, named.objects);
 }
 
-void addPair(const scene::PairProximity& pair, const Named& named, Row& row) {
+void addPair(const scene::PairProximity& pair, const Surroundings& named, Row& row) {
   addNames("", pair.asked, named, row);
   row["distance"] = pair.result.distance;
   row["lower"] = pair.result.lower_bound;
@@ -65,7 +65,7 @@ Row contactOf(const scene::RobotContact& contact) {
   return contact.status == narrowphase::Status::Converged ? Row(false) : Row();
 }
 
-void addContact(const SegmentClearance& answer, const Named& named, Row& row) {
+void addContact(const SegmentClearance& answer, const Surroundings& named, Row& row) {
   row["contact"] = contactOf(answer.contact);
   row["t_free"] = answer.segment.timeAt(answer.contact.t_free);
   row["t_contact"] = answer.segment.timeAt(answer.contact.t_contact);
@@ -74,7 +74,7 @@ void addContact(const SegmentClearance& answer, const Named& named, Row& row) {
 
 // These functions define the columns and their order.
 
-Row stateColumns(long state, const scene::PairProximity& pair, const Named& named,
+Row stateColumns(long state, const scene::PairProximity& pair, const Surroundings& named,
                  const scene::LevelThresholds* thresholds) {
   Row row;
   row["state"] = state;
@@ -94,7 +94,7 @@ Row segmentColumns(const SegmentClearance& answer, const scene::RobotModel& robo
   row["t_begin"] = answer.segment.begin;
   row["t_end"] = answer.segment.end;
   row["t_minimum"] = answer.segment.timeAt(answer.minimum.time);
-  const Named named{robot, answer.segment.objects.get()};
+  const Surroundings named{robot, answer.segment.objects.get()};
   addPair(closest, named, row);
   addContact(answer, named, row);
   return row;
@@ -213,7 +213,7 @@ void StateRows::addPair(std::uint64_t state, const scene::PairProximity& pair, c
               to.bytes);
   } else {
     separate(to);
-    const Named named{question_.model->robot, objects};
+    const Surroundings named{question_.model->robot, objects};
     to.bytes += textOf(stateColumns(static_cast<long>(state), pair, named, thresholds), format_);
   }
   ++to.rows;

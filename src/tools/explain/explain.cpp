@@ -19,7 +19,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-struct Arguments {
+struct ExplainArguments {
   std::string a, b;
   std::optional<std::string> xyz, rpy, pose;
   RobotFiles robot;  ///< without urdf: a and b are shapes
@@ -40,7 +40,7 @@ CLI::Option* addText(CLI::App& app, const std::string& name, Value& value, const
   return addRead(app, name, value, read, description);
 }
 
-void declarePair(CLI::App& app, Arguments& arguments) {
+void declarePair(CLI::App& app, ExplainArguments& arguments) {
   app.add_option("a", arguments.a,
                  "a shape: \"box x y z\", \"sphere radius\", \"capsule radius length\", \"cylinder radius length\", "
                  "\"cone radius length\", \"ellipsoid rx ry rz\" or \"hull n x y z ...\", and behind it \"pad m\" and "
@@ -69,7 +69,7 @@ void declarePair(CLI::App& app, Arguments& arguments) {
   for (CLI::Option* option : addRobotOptions(app, arguments.robot)) option->needs(urdf);
 }
 
-void declareQuestion(CLI::App& app, Arguments& arguments) {
+void declareQuestion(CLI::App& app, ExplainArguments& arguments) {
   addText(app, "--first-direction", arguments.first_direction,
           "where the search begins, from a to b (default: from centre to centre)")
       ->type_name("\"X Y Z\"");
@@ -80,10 +80,10 @@ void declareQuestion(CLI::App& app, Arguments& arguments) {
       ->type_name("METRES");
 }
 
-void declareOutput(CLI::App& app, Arguments& arguments) {
+void declareOutput(CLI::App& app, ExplainArguments& arguments) {
   const auto readFormat = [](const std::string& name) {
     if (name != "table" && name != "json") throw std::invalid_argument("'" + name + "' is neither table nor json");
-    return name == "table" ? Arguments::Format::Table : Arguments::Format::Json;
+    return name == "table" ? ExplainArguments::Format::Table : ExplainArguments::Format::Json;
   };
   addRead(app, "--format", arguments.format, readFormat, "table or json (default: table)")->type_name("NAME");
   addText(app, "--plot", arguments.plot,
@@ -99,7 +99,7 @@ Vector3d vectorOf(const std::string& option, const std::optional<std::string>& t
   return Vector3d(numbersOf(option, *text, 3).data());
 }
 
-ExplainedPair pairOf(const Arguments& arguments) {
+ExplainedPair pairOf(const ExplainArguments& arguments) {
   if (!arguments.robot.urdf.empty()) {
     return closestPieces(arguments.robot, arguments.a, arguments.b, arguments.state);
   }
@@ -109,7 +109,7 @@ ExplainedPair pairOf(const Arguments& arguments) {
   return {readShape("a", arguments.a), readShape("b", arguments.b), a_T_b};
 }
 
-narrowphase::Options optionsOf(const Arguments& arguments) {
+narrowphase::Options optionsOf(const ExplainArguments& arguments) {
   narrowphase::Options options = arguments.options;
   const auto read = [](const std::string& option, const std::optional<std::string>& text, double& threshold) {
     if (text) threshold = numbersOf(option, *text, 1)[0];
@@ -119,12 +119,12 @@ narrowphase::Options optionsOf(const Arguments& arguments) {
   return options;
 }
 
-ExitCode run(const Arguments& arguments) {
+ExitCode run(const ExplainArguments& arguments) {
   std::optional<PlotScript> plot;
   if (arguments.plot) plot.emplace("explain_plot.py", *arguments.plot);
   const Explanation explanation =
       explain(pairOf(arguments), optionsOf(arguments), vectorOf("--first-direction", arguments.first_direction));
-  const bool is_table = arguments.format == Arguments::Format::Table;
+  const bool is_table = arguments.format == ExplainArguments::Format::Table;
   writeTo(std::cout, "standard output", is_table ? tableOf(explanation) : jsonOf(explanation, CsoSurface::Omitted));
   flushTo(std::cout, "standard output");
   if (plot) {
@@ -139,7 +139,7 @@ ExitCode run(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   CLI::App app("One query of the narrowphase, step by step; lengths in metres, in the frame of shape a", "explain");
-  proximity_server::tools::Arguments arguments;
+  proximity_server::tools::ExplainArguments arguments;
   proximity_server::tools::declarePair(app, arguments);
   proximity_server::tools::declareQuestion(app, arguments);
   proximity_server::tools::declareOutput(app, arguments);

@@ -54,17 +54,17 @@ std::vector<double> positionsOf(const RobotModel& robot, const std::string& stat
   return positions;
 }
 
-struct PlacedPiece {
+struct NamedPiece {
   const scene::Piece* piece;
   Isometry3d pose;
   std::string name;
 };
 
-std::vector<PlacedPiece> piecesOf(const RobotModel& robot, int link, const scene::BodyPoses& poses) {
+std::vector<NamedPiece> piecesOf(const RobotModel& robot, int link, const scene::BodyPoses& poses) {
   const std::optional<Isometry3d>& body_pose = poses[robot.links[link].body];
   if (!body_pose)
     throw std::invalid_argument("--state: does not tell where link \"" + robot.links[link].name + "\" is");
-  std::vector<PlacedPiece> pieces;
+  std::vector<NamedPiece> pieces;
   for (const int number : robot.links[link].collisions) {
     const scene::Collision& collision = robot.collisions[number];
     for (std::size_t i = 0; i < collision.pieces.size(); ++i) {
@@ -79,7 +79,7 @@ std::vector<PlacedPiece> piecesOf(const RobotModel& robot, int link, const scene
   return pieces;
 }
 
-ExplainedShape explained(const PlacedPiece& placed) {
+ExplainedShape explained(const NamedPiece& placed) {
   ExplainedShape shape{placed.piece->shape, placed.name, {}};
   if (shape.shape.kind() == narrowphase::Shape::Kind::Hull) shape.points = shape.shape.hull().vertices();
   return shape;
@@ -97,11 +97,11 @@ ExplainedPair closestPieces(const RobotFiles& files, const std::string& link_a, 
   const std::vector<double> positions =
       state ? positionsOf(robot, *state, files.warnings) : std::vector<double>(robot.joints.size(), 0.0);
   const scene::BodyPoses poses = scene::forwardKinematics(robot, positions);
-  const std::vector<PlacedPiece> of_a = piecesOf(robot, a, poses), of_b = piecesOf(robot, b, poses);
-  const PlacedPiece *closest_a = nullptr, *closest_b = nullptr;
+  const std::vector<NamedPiece> of_a = piecesOf(robot, a, poses), of_b = piecesOf(robot, b, poses);
+  const NamedPiece *closest_a = nullptr, *closest_b = nullptr;
   double smallest = std::numeric_limits<double>::infinity();
-  for (const PlacedPiece& piece_a : of_a) {
-    for (const PlacedPiece& piece_b : of_b) {
+  for (const NamedPiece& piece_a : of_a) {
+    for (const NamedPiece& piece_b : of_b) {
       const Isometry3d a_T_b = piece_a.pose.inverse() * piece_b.pose;
       const double lower = signedDistance(piece_a.piece->shape, piece_b.piece->shape, a_T_b).lower_bound;
       if (closest_a != nullptr && !(lower < smallest)) continue;

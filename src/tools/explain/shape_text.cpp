@@ -49,15 +49,15 @@ class Words {
   std::size_t next_ = 0;
 };
 
-struct Kind {
+struct ShapeKind {
   std::size_t count;
   const char* numbers;
   std::function<Shape(Words&)> read;
 };
 
 /// The kinds that have a fixed count of numbers.
-const std::map<std::string, Kind>& kinds() {
-  static const std::map<std::string, Kind> kKinds{
+const std::map<std::string, ShapeKind>& kinds() {
+  static const std::map<std::string, ShapeKind> kKinds{
       {"box", {3, "x y z", [](Words& words) { return narrowphase::Box{words.vector()}; }}},
       {"sphere", {1, "radius", [](Words& words) { return narrowphase::Sphere{words.number()}; }}},
       {"capsule",

@@ -27,13 +27,13 @@ namespace {
 
 constexpr scene::StopAndWarn kUsual{0.02, 0.05};  // [m] the defaults of the node
 
-struct Arguments {
+struct AuditArguments {
   RobotFiles robot;
   StudyOptions study;
   std::string write, write_thresholds, setup;
 };
 
-void declare(CLI::App& app, Arguments& arguments) {
+void declare(CLI::App& app, AuditArguments& arguments) {
   StudyOptions& study = arguments.study;
   study.distance = kUsual.stop;
   study.warn_distance = kUsual.warn;
@@ -68,7 +68,7 @@ PairStudy studyWithProgress(const std::shared_ptr<const scene::SceneModel>& mode
   });
 }
 
-std::string srdfOf(const Arguments& arguments) {
+std::string srdfOf(const AuditArguments& arguments) {
   return arguments.robot.srdf.empty() ? "" : readTextFile(arguments.robot.srdf);
 }
 
@@ -87,7 +87,7 @@ struct Proposal {
   scene::LevelThresholds thresholds() const { return scene::thresholdsWith(near, usual); }
 };
 
-Proposal propose(const Arguments& arguments, const scene::SceneModel& model, const PairStudy& study) {
+Proposal propose(const AuditArguments& arguments, const scene::SceneModel& model, const PairStudy& study) {
   const bool has_srdf = !arguments.write.empty() || (!arguments.setup.empty() && arguments.robot.srdf.empty());
   const bool has_thresholds = !arguments.write_thresholds.empty() || !arguments.setup.empty();
   const std::string given = srdfOf(arguments);
@@ -112,7 +112,7 @@ std::string parametersText(const Proposal& proposal, const RobotFiles& files) {
          (files.allow_broken_mimics ? "allow_broken_mimics: true\n" : "") + thresholdsText(proposal);
 }
 
-void writeSetupOf(const Arguments& arguments, const Proposal& proposal) {
+void writeSetupOf(const AuditArguments& arguments, const Proposal& proposal) {
   const RestState rest = restState(proposal.model, proposal.thresholds(), arguments.study.seed);
   writeSetup(arguments.setup, proposal.model->robot,
              {arguments.robot.urdf, proposal.srdf, parametersText(proposal, arguments.robot), rest});
@@ -121,7 +121,7 @@ void writeSetupOf(const Arguments& arguments, const Proposal& proposal) {
 }
 
 /// Writes what the options ask for, and the table of levels before and after.
-void writeProposal(const Arguments& arguments, const std::shared_ptr<const scene::SceneModel>& model,
+void writeProposal(const AuditArguments& arguments, const std::shared_ptr<const scene::SceneModel>& model,
                    const PairStudy& study) {
   const Proposal proposal = propose(arguments, *model, study);
   if (!arguments.write.empty()) writeFile(arguments.write, proposal.srdf);
@@ -133,7 +133,7 @@ void writeProposal(const Arguments& arguments, const std::shared_ptr<const scene
   if (!arguments.setup.empty()) writeSetupOf(arguments, proposal);
 }
 
-ExitCode run(const Arguments& arguments) {
+ExitCode run(const AuditArguments& arguments) {
   for (const std::string& file : {arguments.write, arguments.write_thresholds}) {
     if (!file.empty()) requireWritable(file);
   }
@@ -155,7 +155,7 @@ ExitCode run(const Arguments& arguments) {
 int main(int argc, char** argv) {
   CLI::App app("Which pairs of a robot's links can collide at all, and what its SRDF gets wrong about them",
                "pair_audit");
-  proximity_server::tools::Arguments arguments;
+  proximity_server::tools::AuditArguments arguments;
   proximity_server::tools::declare(app, arguments);
   return proximity_server::tools::runTool(app, argc, argv, [&] { return proximity_server::tools::run(arguments); });
 }

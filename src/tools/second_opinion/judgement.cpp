@@ -8,11 +8,11 @@ namespace {
 using Eigen::Vector3d;
 
 /// [m] The values that an answer allows, padding included.
-struct Range {
+struct AllowedValues {
   double least, most;
 };
 
-Range rangeOf(const OtherAnswer& answer, double padding) {
+AllowedValues allowedBy(const OtherAnswer& answer, double padding) {
   if (answer.kind == OtherAnswer::Kind::Overlap) return {-kInfinity, -padding};
   return {answer.distance - padding, answer.distance - padding};
 }
@@ -64,7 +64,7 @@ Judgement judge(const TwoOpinions& opinions, double tolerance) {
   const narrowphase::SignedDistance& ours = opinions.ours;
   if (opinions.other.end != ChildEnd::Answered || std::isnan(opinions.other.answer.distance)) return {Ruling::Failed};
   if (opinions.other.answer.kind == OtherAnswer::Kind::NoShape) return {Ruling::NotAsked};
-  const Range other = rangeOf(opinions.other.answer, opinions.padding);
+  const AllowedValues other = allowedBy(opinions.other.answer, opinions.padding);
   const bool agrees = other.most >= ours.lower_bound - tolerance && other.least <= ours.upper_bound + tolerance;
   if (agrees) return {Ruling::Agrees};
   const ProvenBounds proven = provenOf(opinions);
