@@ -98,19 +98,19 @@ Isometry3d poseFrom(const geometry_msgs::Pose& pose, const std::string& field) {
 }
 
 /// A kind of shapes with the names of its lists in the message.
-struct ShapeKind {
+struct GeometryKind {
   const char* shapes;
   const char* poses;
   decltype(&ObjectChange::primitive_poses) pose_list;
 };
 /// In the order of the kinds of geometry in scene::ObjectShape.
-const std::array<ShapeKind, 5> kKinds = {{{"primitives", "primitive_poses", &ObjectChange::primitive_poses},
+const std::array<GeometryKind, 5> kKinds = {{{"primitives", "primitive_poses", &ObjectChange::primitive_poses},
                                           {"boxes", "boxes_poses", &ObjectChange::boxes_poses},
                                           {"meshes", "mesh_poses", &ObjectChange::mesh_poses},
                                           {"mesh_files", "mesh_file_poses", &ObjectChange::mesh_file_poses},
                                           {"planes", "plane_poses", &ObjectChange::plane_poses}}};
 
-std::vector<Isometry3d> posesOf(const ObjectChange& change, const ShapeKind& kind) {
+std::vector<Isometry3d> posesOf(const ObjectChange& change, const GeometryKind& kind) {
   std::vector<Isometry3d> poses;
   for (const geometry_msgs::Pose& pose : change.*kind.pose_list)
     poses.push_back(poseFrom(pose, entry(kind.poses, poses.size())));
@@ -119,7 +119,7 @@ std::vector<Isometry3d> posesOf(const ObjectChange& change, const ShapeKind& kin
 
 /// Adds the shapes of one kind at their poses. `read` makes the geometry of a shape from its message.
 template <class Messages, class Read>
-void addAll(const ObjectChange& change, const ShapeKind& kind, const Messages& messages, Read read,
+void addAll(const ObjectChange& change, const GeometryKind& kind, const Messages& messages, Read read,
             std::vector<scene::ObjectShape>& shapes) {
   const std::vector<Isometry3d> poses = posesOf(change, kind);
   if (!poses.empty() && poses.size() != messages.size()) {
@@ -168,7 +168,7 @@ void requireFieldsOf(const OperationFields& allowed, const ObjectChange& change)
   const bool has_no_shapes = change.primitives.empty() && change.boxes.empty() && change.meshes.empty() &&
                              change.mesh_files.empty() && change.planes.empty();
   require_empty(allowed.shapes, has_no_shapes, "shapes");
-  for (const ShapeKind& kind : kKinds) require_empty(allowed.shape_poses, (change.*kind.pose_list).empty(), kind.poses);
+  for (const GeometryKind& kind : kKinds) require_empty(allowed.shape_poses, (change.*kind.pose_list).empty(), kind.poses);
   require_empty(allowed.padding, change.padding == 0.0, "padding");
   require_empty(allowed.link, change.link.empty(), "link");
   require_empty(allowed.touch_links, change.touch_links.empty(), "touch_links");

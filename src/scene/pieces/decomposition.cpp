@@ -89,7 +89,7 @@ std::vector<Vector3d> commonHullWithin(const Demand& demand, const std::vector<V
   return sorted(cover.hull.vertices());
 }
 
-struct Part {
+struct ClusterWithHull {
   Cluster triangles;
   std::vector<Vector3d> corners;  // the sorted vertices of its hull
 };
@@ -101,8 +101,8 @@ class Halving {
 
   /// Returns the whole component if its hull is within tolerance. Otherwise returns its parts, each cut twice more than
   /// necessary, so that its triangles can join neighbouring parts.
-  std::vector<Part> partsOf(Cluster component) {
-    std::vector<Part> parts = halved({std::move(component)});
+  std::vector<ClusterWithHull> partsOf(Cluster component) {
+    std::vector<ClusterWithHull> parts = halved({std::move(component)});
     if (parts.size() <= 1) return parts;
     for (int level = 0; level < 2; ++level) parts = cutOnce(std::move(parts));
     return parts;
@@ -113,8 +113,8 @@ class Halving {
 
  private:
   /// Halves clusters until the hull of each is within tolerance; a single triangle always is.
-  std::vector<Part> halved(std::vector<Cluster> pending) {
-    std::vector<Part> parts;
+  std::vector<ClusterWithHull> halved(std::vector<Cluster> pending) {
+    std::vector<ClusterWithHull> parts;
     while (!pending.empty()) {
       Cluster cluster = std::move(pending.back());
       pending.pop_back();
@@ -129,10 +129,10 @@ class Halving {
     return parts;
   }
 
-  std::vector<Part> cutOnce(std::vector<Part> parts) {
-    std::vector<Part> result;
-    for (Part& part : parts) {
-      std::vector<Part> halves;
+  std::vector<ClusterWithHull> cutOnce(std::vector<ClusterWithHull> parts) {
+    std::vector<ClusterWithHull> result;
+    for (ClusterWithHull& part : parts) {
+      std::vector<ClusterWithHull> halves;
       if (part.triangles.size() > 1 && is_complete_) {
         Cluster lower = part.triangles, upper = takeHalf(mesh_, lower);
         halves = halved({std::move(upper), std::move(lower)});
@@ -167,7 +167,7 @@ class Fusion {
   Fusion(const TriangleMesh& mesh, const Demand& demand)
       : mesh_(mesh), solid_(demand.solid), tolerance_(demand.tolerance), demand_(demand) {}
 
-  void add(Part part) {
+  void add(ClusterWithHull part) {
     Node node;
     node.corners = std::move(part.corners);
     for (const Vector3d& corner : node.corners) node.box.extend(corner);
@@ -396,7 +396,7 @@ Decomposition decompose(const TriangleMesh& mesh, const Partition& components, c
   Halving halving(mesh, demand);
   Fusion fusion(mesh, demand);
   for (Cluster& whole : byNumber(components)) {
-    for (Part& part : halving.partsOf(std::move(whole))) fusion.add(std::move(part));
+    for (ClusterWithHull& part : halving.partsOf(std::move(whole))) fusion.add(std::move(part));
   }
   effort.add(for_fusion);
   bool is_complete = halving.isComplete();
