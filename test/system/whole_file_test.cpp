@@ -78,6 +78,17 @@ TEST(WholeFile, NamesWhatCannotBeWritten) {
   EXPECT_EQ(errorOf([&] { WholeFile file(files.path(".")); }), files.path(".") + ": is a folder, not a file");
 }
 
+TEST(WholeFile, LeavesNothingBehindIfItCannotBeGivenItsName) {
+  const TemporaryFiles files;
+  EXPECT_EQ(errorOf([&] {
+              WholeFile file(files.path("a"));
+              std::filesystem::create_directory(files.path("a"));
+              file.complete();
+            }),
+            files.path("a") + ": cannot be given its name (Is a directory)");
+  EXPECT_EQ(filesIn(files), 1U);
+}
+
 // /dev/full refuses every byte as a full disk does.
 TEST(WholeFile, SaysThatTheDiskIsFull) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "there is no /dev/full";

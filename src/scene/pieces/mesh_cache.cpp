@@ -134,16 +134,20 @@ std::optional<Clustering> MeshCache::find() const {
 
 std::string MeshCache::store(const Clustering& clustering) const {
   if (folder_.empty()) return {};
+  const auto because = [&](const std::string& reason) {
+    return "mesh cache " + folder_ + " cannot be written: " + reason +
+           "; decompositions are computed again at each start";
+  };
   std::error_code failed;
   std::filesystem::create_directories(folder_, failed);
+  if (failed) return because(failed.message());
   try {
     const std::string content = write(key_, clustering);
-    if (!failed) system::replaceFile(fileOf(folder_, key_), content + checksumOf(content));
-    if (!failed) return {};
-  } catch (const std::invalid_argument&) {  // for example if the disk is full
+    system::replaceFile(fileOf(folder_, key_), content + checksumOf(content));
+  } catch (const std::invalid_argument& error) {
+    return because(error.what());
   }
-  return "mesh cache " + folder_ + " cannot be written" + (failed ? ": " + failed.message() : "") +
-         "; decompositions are computed again at each start";
+  return {};
 }
 
 }  // namespace proximity_server::scene

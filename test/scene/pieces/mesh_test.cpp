@@ -808,6 +808,19 @@ TEST_F(Cache, PlaceThatCannotBeWrittenIsAWarning) {
   EXPECT_NE(found.warnings[0].find("occupied"), std::string::npos);
 }
 
+// Regression: the warning named the folder only.
+TEST_F(Cache, WarningNamesTheFileAndTheReason) {
+  pieces();
+  const std::filesystem::path file = stored().at(0);
+  std::filesystem::remove(file);
+  std::filesystem::create_directory(file);
+  const MeshPieces found = pieces();
+  ASSERT_EQ(found.warnings.size(), 1U);
+  EXPECT_EQ(found.warnings[0], "mesh cache " + folder_ + " cannot be written: " + file.string() +
+                                   ": is a folder, not a file; decompositions are computed again at each start");
+  EXPECT_EQ(stored().size(), 1U);
+}
+
 TEST(UserMeshCache, IsWhereXdgSays) {
   setenv("XDG_CACHE_HOME", "/there", 1);
   EXPECT_EQ(userMeshCache(), "/there/proximity_server");
