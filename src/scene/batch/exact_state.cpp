@@ -68,7 +68,7 @@ void ExactState::placeOrigin() {
 void ExactState::placeSphere(int root) {
   std::uint64_t& state = sphere_of_[static_cast<std::size_t>(root)];
   if (state == state_) return;
-  placeBody((*batch_->volumes)[root].body);
+  placeBody(measurement_->robot()[root].body);
   measurement_->robot().placeSphere(root);
   state = state_;
 }

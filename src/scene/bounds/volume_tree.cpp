@@ -25,13 +25,12 @@ VolumeBuilder::VolumeBuilder(const std::vector<Piece>& pieces, std::vector<Repre
   for (const Piece& piece : pieces) bounds_of_pieces_.push_back(boundsOf(piece));
 }
 
-Volume VolumeBuilder::over(int body, std::vector<int> pieces, std::vector<Volume>& volumes) const {
-  return volumeOf(body, pieces.begin(), pieces.end(), volumes);
+Volume VolumeBuilder::over(std::vector<int> pieces, std::vector<Volume>& volumes) const {
+  return volumeOf(pieces.begin(), pieces.end(), volumes);
 }
 
-Volume VolumeBuilder::leafOf(int body, int piece) const {
+Volume VolumeBuilder::leafOf(int piece) const {
   Volume leaf;
-  leaf.body = body;
   leaf.piece = piece;
   leaf.representation = representations_[piece];
   leaf.has_closed_form = hasClosedForm(pieces_[piece].shape);
@@ -42,11 +41,10 @@ Volume VolumeBuilder::leafOf(int body, int piece) const {
 }
 
 /// Halves the pieces along the longest edge of their box, by their centres, down to single pieces.
-Volume VolumeBuilder::volumeOf(int body, std::vector<int>::iterator begin, std::vector<int>::iterator end,
+Volume VolumeBuilder::volumeOf(std::vector<int>::iterator begin, std::vector<int>::iterator end,
                                std::vector<Volume>& volumes) const {
-  if (end - begin == 1) return leafOf(body, *begin);
+  if (end - begin == 1) return leafOf(*begin);
   Volume volume;
-  volume.body = body;
   if (begin == end) return volume;
 
   std::vector<const Piece*> pieces;
@@ -64,7 +62,7 @@ Volume VolumeBuilder::volumeOf(int body, std::vector<int>::iterator begin, std::
   volume.bounds.half.maxCoeff(&longest);
   const Eigen::Vector3d axis = volume.bounds.axes.col(longest);
   const auto middle = halve(begin, end, [&](int piece) { return axis.dot(bounds_of_pieces_[piece].centre); });
-  const Volume first = volumeOf(body, begin, middle, volumes), second = volumeOf(body, middle, end, volumes);
+  const Volume first = volumeOf(begin, middle, volumes), second = volumeOf(middle, end, volumes);
   const int first_part = system::append(volumes, first);
   volume.parts = {first_part, system::append(volumes, second)};
   return volume;

@@ -10,7 +10,6 @@ namespace proximity_server::scene {
 
 /// Some pieces of one body: a leaf with one piece, or a volume with two parts.
 struct Volume {
-  int body;
   int piece = -1;                                         ///< the piece of a leaf
   std::array<int, 2> parts{-1, -1};                       ///< the two volumes that any other volume consists of
   Representation representation = Representation::Exact;  ///< the least exact one of its pieces
@@ -34,12 +33,11 @@ class VolumeBuilder {
   VolumeBuilder(const std::vector<Piece>& pieces, std::vector<Representation> representations);
 
   /// The volume over some pieces of a body. Its parts, and their parts, are appended to `volumes`.
-  Volume over(int body, std::vector<int> pieces, std::vector<Volume>& volumes) const;
+  Volume over(std::vector<int> pieces, std::vector<Volume>& volumes) const;
 
  private:
-  Volume leafOf(int body, int piece) const;
-  Volume volumeOf(int body, std::vector<int>::iterator begin, std::vector<int>::iterator end,
-                  std::vector<Volume>& volumes) const;
+  Volume leafOf(int piece) const;
+  Volume volumeOf(std::vector<int>::iterator begin, std::vector<int>::iterator end, std::vector<Volume>& volumes) const;
 
   const std::vector<Piece>& pieces_;
   std::vector<Representation> representations_;

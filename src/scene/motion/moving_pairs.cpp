@@ -33,7 +33,6 @@ Piece boxBelow(const PlacedHalfSpace& half_space, double reach) {
 
 Volume leafOver(const Piece& piece) {
   Volume leaf;
-  leaf.body = -1;
   leaf.piece = 0;
   leaf.bounds = boundsOf(piece);
   return leaf;

@@ -21,15 +21,15 @@ Volumes::Volumes(const RobotModel& model)
       root_count_(static_cast<int>(model.links.size() + model.collisions.size())) {
   const VolumeBuilder builder = builderFor(model);
   volumes_.resize(static_cast<std::size_t>(root_count_));
-  const auto fill = [&](int root, int link, std::vector<int> pieces) {
-    const Volume volume = builder.over(model.links[link].body, std::move(pieces), volumes_);
-    volumes_[root] = volume;
+  const auto add = [&](const Link& link, std::vector<int> pieces) {
+    const Volume root = builder.over(std::move(pieces), volumes_);
+    volumes_[bodies_.size()] = root;
+    bodies_.push_back(link.body);
   };
-  int root = 0;
-  for (int link = 0; link < static_cast<int>(model.links.size()); ++link) fill(root++, link, model.piecesOf(link));
-  for (const Collision& collision : model.collisions) fill(root++, collision.link, collision.pieces);
+  for (int link = 0; link < link_count_; ++link) add(model.links[link], model.piecesOf(link));
+  for (const Collision& collision : model.collisions) add(model.links[collision.link], collision.pieces);
   leaves_.reserve(static_cast<std::size_t>(root_count_));
-  for (root = 0; root < root_count_; ++root) leaves_.emplace_back(volumes_, root);
+  for (int root = 0; root < root_count_; ++root) leaves_.emplace_back(volumes_, root);
 }
 
 /// The number of an object or a <collision>; throws for all that does not exist.

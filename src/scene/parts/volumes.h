@@ -25,7 +25,7 @@ class Volumes {
 
   /// The number of parts of the robot. Their root volumes are the first of its volumes.
   int rootCount() const { return root_count_; }
-  Part part(int number) const { return {volumes_.data(), model_.pieces.data(), number, volumes_[number].body}; }
+  Part part(int number) const { return {volumes_.data(), model_.pieces.data(), number, bodies_[number]}; }
 
   /// The part that a reference names. Throws std::invalid_argument as of() does, and for an object that does not exist.
   Part part(const ShapeRef& ref, const Objects* objects) const;
@@ -38,6 +38,7 @@ class Volumes {
 
   const RobotModel& model_;
   std::vector<Volume> volumes_;
+  std::vector<int> bodies_;        ///< by root
   std::vector<LeafBoxes> leaves_;  ///< index: the root
   int link_count_;
   int root_count_;

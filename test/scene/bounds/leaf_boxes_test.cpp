@@ -34,7 +34,7 @@ class Boxes {
       numbers.push_back(i);
     }
     const VolumeBuilder builder(pieces_, std::vector<Representation>(pieces_.size(), Representation::Exact));
-    const Volume root = builder.over(0, numbers, volumes_);
+    const Volume root = builder.over(numbers, volumes_);
     volumes_.push_back(root);
   }
   LeafBoxes leaves() const { return {volumes_, static_cast<int>(volumes_.size()) - 1}; }

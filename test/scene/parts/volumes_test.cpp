@@ -126,14 +126,13 @@ TEST(Volumes, AreAsDeepAsABalancedTreeAlsoWhereAllCentresAreEqual) {
   }
 }
 
-TEST(Volumes, BelongToTheBodyOfTheirLink) {
+TEST(Volumes, PartsBelongToTheBodyOfTheirLink) {
   const RobotModel robot = floatingLinks({ballsAt({0, 1, 2}), ballsAt({0})});
   const Volumes volumes(robot);
   for (const char* name : {"0", "1"}) {
-    const Volume& whole = volumes[robot.findLink(name)];
-    EXPECT_EQ(whole.body, bodyOf(robot, name));
-    if (whole.isLeaf()) continue;
-    for (const int part : whole.parts) EXPECT_EQ(volumes[part].body, bodyOf(robot, name));
+    const ShapeRef link(robot.findLink(name));
+    for (const ShapeRef& ref : {link, link.part(1)})
+      EXPECT_EQ(volumes.part(ref, nullptr).body, bodyOf(robot, name)) << name << ", <collision> " << ref.collision();
   }
 }
 
@@ -144,7 +143,7 @@ TEST(Volumes, OfLinksOfOneBodyAreApart) {
   const Volumes volumes(robot);
   EXPECT_EQ(leavesOf(volumes, robot.findLink("a")).size(), 2u);
   EXPECT_EQ(leavesOf(volumes, robot.findLink("b")).size(), 1u);
-  EXPECT_EQ(volumes[robot.findLink("b")].body, bodyOf(robot, "a"));
+  EXPECT_EQ(volumes.part(robot.findLink("b")).body, bodyOf(robot, "a"));
 }
 
 TEST(Volumes, OfALinkWithoutGeometryAreEmptyAndNoLeaf) {
